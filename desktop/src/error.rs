@@ -1,0 +1,54 @@
+//! What can be wrong with a user's input, in one sentence each.
+
+/// A problem with the input or with what was asked of it.
+///
+/// Every message is one sentence that names the file and the key or row and says what was expected.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file could not be read or written.
+    #[error("{file}: {reason}")]
+    File {
+        /// The path as the user gave it.
+        file: String,
+        /// What the operating system said.
+        reason: String,
+    },
+    /// A key of `rotor.toml` is missing, unknown or out of range.
+    #[error("{file}: {key}: {expected}")]
+    Rotor {
+        /// The path as the user gave it.
+        file: String,
+        /// The key, as it would be written in the file.
+        key: String,
+        /// What was expected there.
+        expected: String,
+    },
+    /// A row or column of a measurement file cannot be used.
+    #[error("{file}: {place}: {expected}")]
+    Measurement {
+        /// The path as the user gave it.
+        file: String,
+        /// The row or column.
+        place: String,
+        /// What was expected there.
+        expected: String,
+    },
+    /// The data do not allow what was asked.
+    #[error("{0}")]
+    Unsuitable(String),
+}
+
+impl Error {
+    pub(crate) fn file(file: &str, reason: impl ToString) -> Self {
+        Self::File { file: file.into(), reason: reason.to_string() }
+    }
+
+    pub(crate) fn rotor(file: &str, key: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self::Rotor { file: file.into(), key: key.into(), expected: expected.into() }
+    }
+
+    pub(crate) fn measurement(file: &str, place: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self::Measurement { file: file.into(), place: place.into(), expected: expected.into() }
+    }
+}

@@ -1,0 +1,38 @@
+//! Full-precision model of a rotor on two bearings: what the controller's model is made from,
+//! checked against and identified with.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`rotor`], [`rotor_file`] | the machine as drawn, and `rotor.toml` |
+//! | [`measurement`] | measured 1x vibration, and `measured.csv` |
+//! | [`elements`], [`structure`] | Timoshenko elements; K, M, G of the shaft with its disks |
+//! | [`basis`], [`assumed_modes`] | the shape functions of the reduced model |
+//! | [`terms`], [`model`] | supports, forcings, readings; the response at running speed |
+//! | [`receptance`] | the same response, cheap to repeat with other supports |
+//! | [`unbalance`] | g·mm and degrees; static and dynamic parts |
+//! | [`identify`] | bearings and unbalance from measurements: phase I and phase II |
+//!
+//! # Conventions
+//! z along the shaft, rotation takes x into y. A probe reads `u(t) = u_c cos Ωt + u_s sin Ωt` from the
+//! keyphasor mark on; as a phasor `Y = u_c − i u_s`, `u = Re(Y e^{iΩt})`. Unbalance `U` at angle α
+//! pulls with `U Ω² cos(Ωt + α)` in x and `U Ω² sin(Ωt + α)` in y: the phasor `F = U Ω² e^{iα}` in x and
+//! `−iF` in y. Everything inside is in SI units and radians; files and reports use µm, g·mm, rpm
+//! and degrees, and their names say so.
+
+pub mod assumed_modes;
+pub mod basis;
+pub mod elements;
+mod error;
+pub mod identify;
+pub mod measurement;
+pub mod model;
+pub mod receptance;
+pub mod rotor;
+pub mod rotor_file;
+pub mod structure;
+pub mod terms;
+#[cfg(test)]
+mod testing;
+pub mod unbalance;
+
+pub use error::Error;

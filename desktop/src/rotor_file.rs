@@ -1,0 +1,226 @@
+//! Reading, checking and writing `rotor.toml`.
+
+use std::path::Path;
+
+use crate::error::Error;
+use crate::rotor::Rotor;
+
+/// The layout of `rotor.toml` that this crate reads and writes.
+pub const SCHEMA: u32 = 1;
+
+/// Reads and checks a rotor.
+///
+/// # Errors
+/// One sentence with the file, the key and what was expected.
+pub fn read(path: &Path) -> Result<Rotor, Error> {
+    let file = path.display().to_string();
+    let text =
+        std::fs::read_to_string(path).map_err(|e| Error::file(&file, format!("cannot be read ({e})")))?;
+    parse(&file, &text)
+}
+
+/// Parses and checks the text of a `rotor.toml`; `file` is only for messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(file: &str, text: &str) -> Result<Rotor, Error> {
+    let rotor: Rotor = toml::from_str(text).map_err(|e| {
+        let line = e.span().map(|span| text[..span.start].matches('\n').count() + 1);
+        let place = line.map_or_else(|| "text".into(), |n| format!("line {n}"));
+        Error::rotor(file, place, e.message().lines().next().unwrap_or("cannot be parsed"))
+    })?;
+    check(file, &rotor)?;
+    Ok(rotor)
+}
+
+/// Writes a rotor, whole or not at all.
+///
+/// # Errors
+/// If the rotor does not pass the same checks as a file that is read, or the file cannot be written.
+pub fn write(path: &Path, rotor: &Rotor) -> Result<(), Error> {
+    let file = path.display().to_string();
+    check(&file, rotor)?;
+    let text = toml::to_string(rotor).map_err(|e| Error::file(&file, e))?;
+    let partial = path.with_extension("toml.partial");
+    std::fs::write(&partial, text)
+        .and_then(|()| std::fs::rename(&partial, path))
+        .map_err(|e| Error::file(&file, format!("cannot be written ({e})")))
+}
+
+struct Checker<'a> {
+    file: &'a str,
+}
+
+impl Checker<'_> {
+    fn fail<T>(&self, key: impl Into<String>, expected: impl Into<String>) -> Result<T, Error> {
+        Err(Error::rotor(self.file, key, expected))
+    }
+
+    fn within(&self, key: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<(), Error> {
+        if value.is_finite() && (low..=high).contains(&value) {
+            return Ok(());
+        }
+        let plain = |x: f64| {
+            if x == 0.0 || (1e-4..1e6).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
+        };
+        self.fail(key, format!("{value} is outside {} to {} {unit}", plain(low), plain(high)).trim_end())
+    }
+
+    fn on_shaft(&self, key: &str, position_m: f64, length_m: f64) -> Result<(), Error> {
+        if position_m.is_finite() && (-1e-9..=length_m + 1e-9).contains(&position_m) {
+            return Ok(());
+        }
+        self.fail(key, format!("{position_m} m is not on the shaft, which is {length_m} m long"))
+    }
+
+    fn unique<'n>(&self, key: &str, names: impl Iterator<Item = &'n str>) -> Result<(), Error> {
+        let mut seen = std::collections::BTreeSet::new();
+        for name in names {
+            if name.is_empty() {
+                return self.fail(key, "a name must not be empty");
+            }
+            if !seen.insert(name) {
+                return self.fail(key, format!("the name \"{name}\" is used twice"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Checks ranges and references. The ranges catch wrong units: no shaft is 200 m long, no steel has
+/// a modulus of 208.
+fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
+    let c = Checker { file };
+    if rotor.schema != SCHEMA {
+        return c.fail("schema", format!("{} is not supported, expected {SCHEMA}", rotor.schema));
+    }
+    check_shaft(&c, rotor)?;
+    check_bearings(&c, rotor)?;
+    check_probes_and_planes(&c, rotor)?;
+    check_statistics(&c, rotor)
+}
+
+fn check_shaft(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
+    if rotor.shaft.is_empty() {
+        return c.fail("[[shaft]]", "at least one segment is needed");
+    }
+    for (i, s) in rotor.shaft.iter().enumerate() {
+        let key = |name: &str| format!("[[shaft]] {} {name}", i + 1);
+        c.within(&key("length_m"), s.length_m, 1e-4, 50.0, "m")?;
+        c.within(&key("outer_diameter_m"), s.outer_diameter_m, 1e-4, 10.0, "m")?;
+        c.within(&key("inner_diameter_m"), s.inner_diameter_m, 0.0, s.outer_diameter_m * 0.999, "m")?;
+        c.within(&key("youngs_modulus_pa"), s.youngs_modulus_pa, 1e8, 1e13, "Pa")?;
+        c.within(&key("density_kg_m3"), s.density_kg_m3, 100.0, 30_000.0, "kg/m³")?;
+        c.within(&key("poisson_ratio"), s.poisson_ratio, -0.5, 0.499, "")?;
+    }
+    let length = rotor.length_m();
+    c.unique("[[disk]] name", rotor.disk.iter().map(|d| d.name.as_str()))?;
+    for d in &rotor.disk {
+        let key = |name: &str| format!("[[disk]] \"{}\" {name}", d.name);
+        c.on_shaft(&key("position_m"), d.position_m, length)?;
+        c.within(&key("mass_kg"), d.mass_kg, 0.0, 1e6, "kg")?;
+        c.within(&key("diametral_inertia_kg_m2"), d.diametral_inertia_kg_m2, 0.0, 1e6, "kg·m²")?;
+        c.within(&key("polar_inertia_kg_m2"), d.polar_inertia_kg_m2, 0.0, 1e6, "kg·m²")?;
+    }
+    Ok(())
+}
+
+fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
+    let count = rotor.bearing.len();
+    if count != 2 {
+        return c.fail("[[bearing]]", format!("{count} given, exactly two bearings are supported"));
+    }
+    c.unique("[[bearing]] name", rotor.bearing.iter().map(|b| b.name.as_str()))?;
+    for b in &rotor.bearing {
+        let key = |name: &str| format!("[[bearing]] \"{}\" {name}", b.name);
+        c.on_shaft(&key("position_m"), b.position_m, rotor.length_m())?;
+        for (name, value, high) in [
+            ("stiffness_n_m.xx", b.stiffness_n_m.xx, 1e13),
+            ("stiffness_n_m.yy", b.stiffness_n_m.yy, 1e13),
+            ("damping_n_s_m.xx", b.damping_n_s_m.xx, 1e10),
+            ("damping_n_s_m.yy", b.damping_n_s_m.yy, 1e10),
+        ] {
+            let positive = if name.starts_with('s') { 1.0 } else { 0.0 };
+            c.within(&key(name), value, positive, high, if positive > 0.0 { "N/m" } else { "N·s/m" })?;
+        }
+        for (name, m) in [("stiffness_n_m", b.stiffness_n_m), ("damping_n_s_m", b.damping_n_s_m)] {
+            c.within(&key(&format!("{name}.xy")), m.xy, -1e13, 1e13, "")?;
+            c.within(&key(&format!("{name}.yx")), m.yx, -1e13, 1e13, "")?;
+        }
+    }
+    if (rotor.bearing[0].position_m - rotor.bearing[1].position_m).abs() < 1e-6 {
+        return c.fail("[[bearing]] position_m", "both bearings are at the same place");
+    }
+    Ok(())
+}
+
+fn check_probes_and_planes(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
+    let length = rotor.length_m();
+    if rotor.probe.is_empty() {
+        return c.fail("[[probe]]", "at least one probe is needed");
+    }
+    c.unique("[[probe]] name", rotor.probe.iter().map(|p| p.name.as_str()))?;
+    for p in &rotor.probe {
+        let key = |name: &str| format!("[[probe]] \"{}\" {name}", p.name);
+        c.on_shaft(&key("position_m"), p.position_m, length)?;
+        c.within(&key("angle_deg"), p.angle_deg, -360.0, 360.0, "degrees")?;
+        if rotor.bearing_of(p).is_none() {
+            let known = rotor.bearing.iter().map(|b| format!("\"{}\"", b.name)).collect::<Vec<_>>();
+            return c.fail(
+                key("bearing"),
+                format!("there is no bearing \"{}\", expected one of {}", p.bearing, known.join(", ")),
+            );
+        }
+    }
+    if !(1..=4).contains(&rotor.plane.len()) {
+        return c.fail("[[plane]]", format!("{} given, one to four planes are supported", rotor.plane.len()));
+    }
+    c.unique("[[plane]] name", rotor.plane.iter().map(|p| p.name.as_str()))?;
+    for p in &rotor.plane {
+        let key = |name: &str| format!("[[plane]] \"{}\" {name}", p.name);
+        c.on_shaft(&key("position_m"), p.position_m, length)?;
+        c.within(&key("unbalance_g_mm"), p.unbalance_g_mm.unwrap_or(0.0), 0.0, 1e9, "g·mm")?;
+        c.within(&key("angle_deg"), p.angle_deg.unwrap_or(0.0), -360.0, 360.0, "degrees")?;
+    }
+    c.unique("[[run]] name", rotor.run.iter().map(|r| r.name.as_str()))?;
+    for run in &rotor.run {
+        for a in &run.added_unbalance {
+            let key = |name: &str| format!("[[run]] \"{}\" added_unbalance {name}", run.name);
+            c.on_shaft(&key("position_m"), a.position_m, length)?;
+            c.within(&key("magnitude_g_mm"), a.magnitude_g_mm, 0.0, 1e9, "g·mm")?;
+            c.within(&key("angle_deg"), a.angle_deg, -360.0, 360.0, "degrees")?;
+        }
+    }
+    Ok(())
+}
+
+fn check_statistics(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
+    if let Some(n) = &rotor.noise {
+        c.within("[noise] relative", n.relative, 0.0, 1.0, "")?;
+        c.within("[noise] floor_um", n.floor_um, 0.0, 1000.0, "µm")?;
+        if n.relative == 0.0 && n.floor_um == 0.0 {
+            return c.fail("[noise]", "relative and floor_um are both zero, at least one must be positive");
+        }
+    }
+    if let Some(t) = &rotor.tolerance {
+        for (key, value) in [
+            ("[tolerance] modulus_relative", t.modulus_relative),
+            ("[tolerance] diameter_relative", t.diameter_relative),
+            ("[tolerance] mass_relative", t.mass_relative),
+            ("[tolerance] inertia_relative", t.inertia_relative),
+        ] {
+            c.within(key, value, 0.0, 0.5, "(a relative standard deviation)")?;
+        }
+        c.within("[tolerance] position_m", t.position_m, 0.0, 0.1, "m")?;
+    }
+    if let Some(b) = &rotor.identify {
+        for (key, [low, high]) in
+            [("[identify] stiffness_n_m", b.stiffness_n_m), ("[identify] damping_n_s_m", b.damping_n_s_m)]
+        {
+            if !(low > 0.0 && low < high && high.is_finite()) {
+                return c.fail(key, format!("[{low}, {high}] is not a range of positive numbers"));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,74 @@
+//! Rotors for unit tests.
+
+use crate::rotor::{Bearing, Coefficients, Disk, Physics, Plane, Probe, Rotor, Segment};
+
+fn bearing(name: &str, position_m: f64, k: [f64; 2], c: [f64; 2]) -> Bearing {
+    let direct = |[xx, yy]: [f64; 2]| Coefficients { xx, yy, xy: 0.0, yx: 0.0 };
+    Bearing { name: name.into(), position_m, stiffness_n_m: direct(k), damping_n_s_m: direct(c) }
+}
+
+fn probe(name: &str, bearing: &str, position_m: f64, angle_deg: f64) -> Probe {
+    Probe { name: name.into(), bearing: bearing.into(), position_m, angle_deg }
+}
+
+fn plane(name: &str, position_m: f64) -> Plane {
+    Plane { name: name.into(), position_m, unbalance_g_mm: None, angle_deg: None }
+}
+
+fn steel(length_m: f64, outer_diameter_m: f64) -> Segment {
+    Segment {
+        length_m,
+        outer_diameter_m,
+        inner_diameter_m: 0.0,
+        youngs_modulus_pa: 2.08e11,
+        density_kg_m3: 7850.0,
+        poisson_ratio: 0.3,
+    }
+}
+
+/// A uniform shaft of 1 m × 50 mm on soft bearings at its ends.
+pub fn uniform_shaft() -> Rotor {
+    Rotor {
+        schema: 1,
+        name: "uniform".into(),
+        physics: Physics::default(),
+        noise: None,
+        tolerance: None,
+        identify: None,
+        shaft: vec![steel(1.0, 0.05)],
+        disk: vec![],
+        bearing: vec![
+            bearing("A", 0.0, [1e6, 1e6], [100.0, 100.0]),
+            bearing("B", 1.0, [1e6, 1e6], [100.0, 100.0]),
+        ],
+        probe: vec![
+            probe("AX", "A", 0.1, 0.0),
+            probe("AY", "A", 0.1, 90.0),
+            probe("BX", "B", 0.9, 0.0),
+            probe("BY", "B", 0.9, 90.0),
+        ],
+        plane: vec![plane("1", 0.3), plane("2", 0.7)],
+        run: vec![],
+    }
+}
+
+/// A stepped shaft with two disks on stiff, damped bearings.
+pub fn sample_rotor() -> Rotor {
+    let disk = |name: &str, position_m| Disk {
+        name: name.into(),
+        position_m,
+        mass_kg: 18.0,
+        diametral_inertia_kg_m2: 0.16,
+        polar_inertia_kg_m2: 0.3,
+    };
+    Rotor {
+        name: "sample".into(),
+        shaft: vec![steel(0.2, 0.08), steel(0.6, 0.12), steel(0.2, 0.09)],
+        disk: vec![disk("disk 1", 0.35), disk("disk 2", 0.6)],
+        bearing: vec![
+            bearing("A", 0.1, [1.8e8, 2.2e8], [1e5, 1.4e5]),
+            bearing("B", 0.9, [3.2e8, 1.5e8], [1.1e5, 1.6e5]),
+        ],
+        ..uniform_shaft()
+    }
+}
