@@ -1,0 +1,113 @@
+//! A classic CAN data frame with a standard identifier.
+
+use embedded_can::{Id, StandardId};
+
+/// Highest number of a node.
+pub const MAX_NODE: u8 = 30;
+/// Reserved: every node.
+pub const BROADCAST_NODE: u8 = 31;
+
+const NODE_BITS: u32 = 5;
+const NODE_MASK: u16 = (1 << NODE_BITS) - 1;
+const TYPE_MASK: u16 = 0x3f;
+
+/// Identifier of a message type (6 bits) for a node (5 bits).
+#[inline]
+pub const fn frame_id(message_type: u8, node: u8) -> u16 {
+    ((message_type as u16 & TYPE_MASK) << NODE_BITS) | (node as u16 & NODE_MASK)
+}
+
+/// A data frame: 11-bit identifier, up to eight bytes. Always valid; no remote frames, no extended identifiers.
+///
+/// ```
+/// use rotor_edge_core::can::{Frame, frame_id};
+/// let frame = Frame::standard(frame_id(8, 3), &[1, 2, 3]).unwrap();
+/// assert_eq!((frame.message_type(), frame.node(), frame.bytes()), (8, 3, &[1, 2, 3][..]));
+/// assert!(Frame::standard(0x800, &[]).is_none());
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Frame {
+    id: StandardId,
+    length: u8,
+    payload: [u8; 8],
+}
+
+impl Frame {
+    /// `None` if the identifier exceeds 0x7FF or there are more than eight bytes.
+    pub fn standard(id: u16, bytes: &[u8]) -> Option<Self> {
+        let id = StandardId::new(id)?;
+        let mut payload = [0; 8];
+        if bytes.len() > payload.len() {
+            return None;
+        }
+        for (place, &byte) in payload.iter_mut().zip(bytes) {
+            *place = byte;
+        }
+        Some(Self { id, length: bytes.len() as u8, payload })
+    }
+
+    /// A frame of eight bytes; only the low bits of type and node count.
+    pub(crate) fn full(message_type: u8, node: u8, payload: [u8; 8]) -> Self {
+        let id = StandardId::new(frame_id(message_type, node)).unwrap_or(StandardId::MAX);
+        Self { id, length: 8, payload }
+    }
+
+    /// The 11-bit identifier.
+    pub fn raw_id(&self) -> u16 {
+        self.id.as_raw()
+    }
+
+    /// Upper six bits of the identifier.
+    pub fn message_type(&self) -> u8 {
+        (self.raw_id() >> NODE_BITS) as u8
+    }
+
+    /// Lower five bits of the identifier.
+    pub fn node(&self) -> u8 {
+        (self.raw_id() & NODE_MASK) as u8
+    }
+
+    /// The bytes it carries.
+    pub fn bytes(&self) -> &[u8] {
+        self.payload.get(..usize::from(self.length)).unwrap_or_default()
+    }
+
+    /// All eight bytes, `None` for a shorter frame.
+    pub fn full_payload(&self) -> Option<&[u8; 8]> {
+        (self.length == 8).then_some(&self.payload)
+    }
+}
+
+impl embedded_can::Frame for Frame {
+    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
+        match id.into() {
+            Id::Standard(id) => Self::standard(id.as_raw(), data),
+            Id::Extended(_) => None,
+        }
+    }
+
+    /// Always `None`: this protocol has no remote frames.
+    fn new_remote(_: impl Into<Id>, _: usize) -> Option<Self> {
+        None
+    }
+
+    fn is_extended(&self) -> bool {
+        false
+    }
+
+    fn is_remote_frame(&self) -> bool {
+        false
+    }
+
+    fn id(&self) -> Id {
+        Id::Standard(self.id)
+    }
+
+    fn dlc(&self) -> usize {
+        usize::from(self.length)
+    }
+
+    fn data(&self) -> &[u8] {
+        self.bytes()
+    }
+}

@@ -1,0 +1,57 @@
+//! Rotor unbalance at the machine's edge: each 1x reading of four proximity probes becomes the unbalance in two planes,
+//! and a verdict on whether the deployed model still describes the machine.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`reading`] | what arrives: four probe vectors at one speed |
+//! | [`model`] | what was deployed: a shaft plus supports, forcings and probes |
+//! | [`response`] | dynamic stiffness at a speed, solved once: influence matrix H and offset |
+//! | [`fit`] | the problem of phase II: least absolute residual within a disc per plane |
+//! | [`swarm`], [`polish`] | its rough and its exact solution |
+//! | [`track`] | phase II: the estimate of each reading, bounded by the one before |
+//! | [`residual`] | residuals over time: level, persistence, flag, suspected bearing |
+//! | [`can`] | frames, messages, assembly of readings and results |
+//! | [`node`] | frames in, frames out: all that a board calls |
+//!
+//! # Conventions
+//! z along the shaft, rotation takes x into y. `u(t) = u_c cos Wt + u_s sin Wt`, phasor `Y = u_c − i u_s`, zero-to-peak,
+//! t = 0 at the keyphasor mark. Unbalance at angle α: `Fx = U W² cos(Wt + α)`, `Fy = U W² sin(Wt + α)`.
+//! Displacement µm, unbalance g·mm, force µN, stiffness N/m, damping N·s/m, mass kg, speed rad/s or rpm as named. Since
+//! µN/(N/m) = µm and g·mm·(rad/s)² = µN, numbers in SI units carry over unchanged.
+//!
+//! # What it promises
+//! No heap, no I/O (time and frames are arguments), no recursion, no `dyn`, no function pointers, f32 throughout. Nothing
+//! panics, whatever arrives: `tests/no-panic` links the whole public path against a panic handler that does not exist.
+//! Errors are flat and `Copy`; a value refused leaves the state as it was. Equal inputs give equal bits.
+//!
+//! # Dependencies, and where each earns its place
+//! - `nalgebra`: fixed-size matrices and vectors of a model, with their serde ([`model`], [`response`]); products and
+//!   storage only, its decompositions keep panics.
+//! - `libm`: exact square root and arctangent on every target; `micromath`: sine, cosine and root of the swarm's random
+//!   starts, nothing else (both in one private file).
+//! - `heapless`: lists of terms and the queue of frames, bounded at compile time.
+//! - `serde`, `postcard`, `crc`: the deployed model's bytes with their checksum; the checksum of readings and results.
+//! - `embedded-can`: the frame trait that drivers speak.
+//! - `rand_xoshiro`, `rand_core`: the swarm's random numbers, the same bits everywhere.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod can;
+pub mod fit;
+mod linear;
+pub mod model;
+pub mod node;
+pub mod polish;
+pub mod reading;
+pub mod residual;
+pub mod response;
+mod scalar;
+mod support;
+pub mod swarm;
+#[cfg(test)]
+mod testing;
+pub mod track;

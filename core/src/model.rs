@@ -1,0 +1,199 @@
+//! What was deployed: the shaft on its basis, and three kinds of term.
+//!
+//! A [`Support`] adds to the dynamic stiffness, a [`Forcing`] to the excitation, a [`Probe`] says what a reading shows.
+//! A physical effect is one or more such terms, so a better model needs no new firmware.
+//!
+//! `N` is the number of basis shapes in one plane (the same shapes serve x and y). A `shape` is the N values of those
+//! shapes at one place of the shaft: φ, so that the displacement there is φ·p along x and φ·r along y.
+
+mod check;
+mod codec;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use heapless::Vec;
+use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
+
+use crate::reading::PROBES;
+
+/// Version of the deployed format. It rises whenever a field is added, removed or changes its meaning.
+pub const MODEL_SCHEMA: u32 = 1;
+
+/// Planes whose unbalance is tracked, at most.
+pub const MAX_PLANES: usize = 2;
+/// Supports of a model, at most.
+pub const MAX_SUPPORTS: usize = 8;
+/// Forcings of a model, at most.
+pub const MAX_FORCINGS: usize = 6;
+
+/// A vector in the plane across the shaft, or a complex number (real, imaginary).
+pub type Pair = [f32; 2];
+
+/// A shaft plus three kinds of term.
+///
+/// Dynamic stiffness of the shaft alone, with η the internal damping and W the speed in rad/s:
+///
+/// ```text
+/// |  K − W²M + iWηK      iW²G + WηK    |
+/// | −iW²G − WηK          K − W²M + iWηK |
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Model<const N: usize> {
+    /// Stiffness of the free shaft, N/m; symmetric. Supports come as terms.
+    pub stiffness: SMatrix<f32, N, N>,
+    /// Mass, kg; symmetric.
+    pub mass: SMatrix<f32, N, N>,
+    /// Polar inertia as it enters the gyroscopic terms, kg; symmetric.
+    pub polar_inertia: SMatrix<f32, N, N>,
+    /// Rotating internal damping of the shaft: stress in phase with the rate of strain, relative to its stiffness, s.
+    pub internal_damping_s: f32,
+    /// Shape at each plane whose unbalance is tracked: one or two.
+    pub planes: Vec<SVector<f32, N>, MAX_PLANES>,
+    /// Bearings, seals: everything that ties the shaft to the ground. At least two.
+    pub supports: Vec<Support<N>, MAX_SUPPORTS>,
+    /// Excitation beside the tracked unbalance: bow, skew, coupling force, further planes.
+    pub forcings: Vec<Forcing<N>, MAX_FORCINGS>,
+    /// Bearing 1 X, bearing 1 Y, bearing 2 X, bearing 2 Y.
+    pub probes: [Probe<N>; PROBES],
+    /// What phase I found: `[U cos α, U sin α]` of each plane, g·mm.
+    pub initial_unbalance_g_mm: [Pair; MAX_PLANES],
+    /// The bound on a plane's unbalance never falls below this, g·mm, so that a well balanced plane can grow again.
+    pub unbalance_floor_g_mm: f32,
+    /// Lowest and highest speed the model was made for, rpm.
+    pub speed_range_rpm: [f32; 2],
+}
+
+/// A place where the shaft is tied to the ground.
+///
+/// `F = Z u` with the 2×2 dynamic stiffness (rows and columns x, y)
+/// `k·(1 + slope·(W/W_ref − 1)) + iW c − W² mass`, the two diagonal stiffnesses further times `1 + ¾·hardening·a²`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Support<const N: usize> {
+    /// φ at the support.
+    pub shape: SVector<f32, N>,
+    /// `[[kxx, kxy], [kyx, kyy]]`, N/m.
+    pub stiffness_n_m: [Pair; 2],
+    /// `[[cxx, cxy], [cyx, cyy]]`, N·s/m.
+    pub damping_n_s_m: [Pair; 2],
+    /// Mass that moves with the shaft there (a seal's added mass), kg.
+    pub mass_kg: f32,
+    /// Relative change of the whole stiffness matrix for a relative change of speed of one.
+    pub stiffness_slope: f32,
+    /// Speed at which `stiffness_n_m` holds, rad/s; zero: no slope.
+    pub reference_speed_rad_s: f32,
+    /// Cubic hardening relative to the linear stiffness, 1/µm²; kxx sees the amplitude along x, kyy that along y.
+    pub hardening_per_um2: f32,
+    /// A pedestal in series, if the ground gives way.
+    pub pedestal: Option<Pedestal>,
+}
+
+/// A mass on a spring and a damper between bearing and ground, the same along x and y: `kp + iW cp − W² mp`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Pedestal {
+    /// Stiffness, N/m.
+    pub stiffness_n_m: f32,
+    /// Damping, N·s/m.
+    pub damping_n_s_m: f32,
+    /// Mass, kg.
+    pub mass_kg: f32,
+}
+
+/// A known excitation that turns with the shaft: phasors `Fx = F`, `Fy = −iF`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Forcing<const N: usize> {
+    /// φ where it acts (slopes, for a moment).
+    pub shape: SVector<f32, N>,
+    /// `F` as real and imaginary part: µN for [`ForcingLaw::Constant`], g·mm (µN·s²) for [`ForcingLaw::SpeedSquared`].
+    pub amplitude: Pair,
+    /// How it changes with speed.
+    pub law: ForcingLaw,
+}
+
+/// How a forcing changes with speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ForcingLaw {
+    /// The same at every speed: shaft bow, coupling force.
+    Constant,
+    /// Proportional to W²: unbalance, disk skew.
+    SpeedSquared,
+}
+
+/// What a probe shows: `Y = gain·φ·(cos·p + sin·r) + runout`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Probe<const N: usize> {
+    /// φ at the probe.
+    pub shape: SVector<f32, N>,
+    /// Cosine and sine of the probe's angle from +x, in the direction of rotation.
+    pub direction: Pair,
+    /// Complex gain (real, imaginary); `[1, 0]` for a probe in order.
+    pub gain: Pair,
+    /// Phasor of mechanical and electrical runout, µm (real, imaginary).
+    pub runout_um: Pair,
+}
+
+/// Why a model was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// A number is infinite or not a number.
+    NotFinite,
+    /// Neither one nor two planes.
+    Planes,
+    /// Fewer than two supports.
+    Supports,
+    /// Stiffness, mass or polar inertia is not symmetric within 1e-4 of its largest entry.
+    Asymmetric,
+    /// A mass on the diagonal is not positive.
+    Mass,
+    /// The speed range is not positive and ascending.
+    SpeedRange,
+    /// The unbalance floor is negative.
+    UnbalanceFloor,
+    /// The response is not finite at an end or the middle of the speed range.
+    Response,
+    /// Encoded with another schema.
+    Schema,
+    /// Encoded for another number of basis shapes.
+    BasisSize,
+    /// The bytes are cut short, damaged (CRC-32) or not a model.
+    Encoding,
+    /// The buffer for encoding is too small; see [`Model::max_size_bytes`].
+    Space,
+}
+
+impl<const N: usize> Support<N> {
+    /// An isotropic spring and damper, nothing else.
+    pub fn isotropic(shape: SVector<f32, N>, stiffness_n_m: f32, damping_n_s_m: f32) -> Self {
+        Self {
+            shape,
+            stiffness_n_m: [[stiffness_n_m, 0.0], [0.0, stiffness_n_m]],
+            damping_n_s_m: [[damping_n_s_m, 0.0], [0.0, damping_n_s_m]],
+            mass_kg: 0.0,
+            stiffness_slope: 0.0,
+            reference_speed_rad_s: 0.0,
+            hardening_per_um2: 0.0,
+            pedestal: None,
+        }
+    }
+}
+
+impl<const N: usize> Probe<N> {
+    /// A probe in order at `direction` (cosine, sine of its angle).
+    pub fn plain(shape: SVector<f32, N>, direction: Pair) -> Self {
+        Self { shape, direction, gain: [1.0, 0.0], runout_um: [0.0; 2] }
+    }
+}
+
+impl<const N: usize> Model<N> {
+    /// Some support stiffens with amplitude, so the response is no longer linear in the unbalance.
+    pub fn is_nonlinear(&self) -> bool {
+        self.supports.iter().any(|support| support.hardening_per_um2 != 0.0)
+    }
+
+    /// The speed lies in the range the model was made for (false for NaN).
+    pub fn covers(&self, speed_rpm: f32) -> bool {
+        let [lowest, highest] = self.speed_range_rpm;
+        (lowest..=highest).contains(&speed_rpm)
+    }
+}

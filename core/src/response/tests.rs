@@ -1,0 +1,191 @@
+use heapless::Vec;
+use nalgebra::{ComplexField, Matrix1, SMatrix, SVector};
+
+use super::*;
+use crate::model::tests::rigid_rotor;
+use crate::model::{Forcing, Pedestal, Probe, Support};
+
+const STILL: SupportAmplitudes = SupportAmplitudes([[0.0; 2]; MAX_SUPPORTS]);
+
+/// A disk of 10 kg on two springs of half of `k` and `c` each: one shape, equal to one everywhere.
+fn jeffcott(k: f32, c: f32) -> Model<1> {
+    let one = SVector::from([1.0]);
+    let directions = [[1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0, 1.0]];
+    Model {
+        stiffness: Matrix1::zeros(),
+        mass: Matrix1::new(10.0),
+        polar_inertia: Matrix1::zeros(),
+        internal_damping_s: 0.0,
+        planes: Vec::from_array([one]),
+        supports: [0, 1].map(|_| Support::isotropic(one, 0.5 * k, 0.5 * c)).into_iter().collect(),
+        forcings: Vec::new(),
+        probes: directions.map(|direction| Probe::plain(one, direction)),
+        initial_unbalance_g_mm: [[1000.0, 0.0], [0.0; 2]],
+        unbalance_floor_g_mm: 1.0,
+        speed_range_rpm: [100.0, 20_000.0],
+    }
+}
+
+fn close(got: C, want: C, tolerance: f32) {
+    assert!((got - want).modulus() <= tolerance * want.modulus(), "got {got}, want {want}");
+}
+
+/// W²/(k − W²m + iWc) in f64, µm per g·mm.
+fn closed_form(k: f64, c: f64, w: f64) -> C {
+    let y = Complex::new(w * w, 0.0) / Complex::new(k - w * w * 10.0, w * c);
+    C::new(y.re as f32, y.im as f32)
+}
+
+#[test]
+fn jeffcott_rotor_agrees_with_its_closed_form_below_at_and_above_resonance() {
+    for w in [300.0_f32, 1000.0, 1001.0, 2500.0] {
+        let at_speed = response(&jeffcott(1e7, 500.0), w, &STILL).unwrap();
+        let want = closed_form(1e7, 500.0, f64::from(w));
+        close(at_speed.per_unbalance[0][0], want, 2e-5);
+        // y lags x by a quarter turn: forward.
+        close(at_speed.per_unbalance[1][0], C::new(want.im, -want.re), 2e-5);
+        assert_eq!(at_speed.per_unbalance[0][1], C::default());
+    }
+}
+
+#[test]
+fn far_above_resonance_the_shaft_moves_opposite_to_the_unbalance() {
+    let at_speed = response(&jeffcott(1e5, 1.0), 5000.0, &STILL).unwrap();
+    let features = at_speed.features(&[1000.0, 0.0, 0.0, 0.0]);
+    assert!((features[0] + 100.0).abs() < 0.1, "−U/m = −100 µm along x at the mark: {}", features[0]);
+    assert!((features[3] + 100.0).abs() < 0.1, "and a quarter turn later along y: {}", features[3]);
+}
+
+#[test]
+fn forward_whirl_is_stiffened_by_the_gyroscopic_term() {
+    let mut model = rigid_rotor();
+    for support in &mut model.supports {
+        *support = Support::isotropic(support.shape, 5e7, 0.0);
+    }
+    let w = 900.0;
+    let at_speed = response(&model, w, &STILL).unwrap();
+    let supports = model.supports.iter().fold(SMatrix::<f64, 2, 2>::zeros(), |sum, support| {
+        let shape = support.shape.map(f64::from);
+        sum + shape * shape.transpose() * 5e7
+    });
+    let square = f64::from(w) * f64::from(w);
+    let stiffness = supports - (model.mass - model.polar_inertia).map(f64::from) * square;
+    let shape = model.planes[1].map(f64::from);
+    let p = stiffness.try_inverse().unwrap() * shape * square;
+    let want = model.probes[2].shape.map(f64::from).dot(&p) as f32;
+    close(at_speed.per_unbalance[2][1], C::new(want, 0.0), 1e-5);
+    close(at_speed.per_unbalance[3][1], C::new(0.0, -want), 1e-5);
+}
+
+#[test]
+fn internal_damping_does_nothing_on_forward_synchronous_whirl() {
+    let mut model = jeffcott(1e6, 100.0);
+    model.stiffness = Matrix1::new(5e6);
+    let without = response(&model, 700.0, &STILL).unwrap();
+    model.internal_damping_s = 1e-3;
+    let with = response(&model, 700.0, &STILL).unwrap();
+    close(with.per_unbalance[0][0], without.per_unbalance[0][0], 1e-5);
+    // Unlike supports bring backward whirl, which it does damp.
+    model.supports[0].stiffness_n_m[0][0] *= 4.0;
+    let unlike = response(&model, 700.0, &STILL).unwrap();
+    model.internal_damping_s = 0.0;
+    let unlike_without = response(&model, 700.0, &STILL).unwrap();
+    assert!((unlike.per_unbalance[0][0] - unlike_without.per_unbalance[0][0]).modulus() > 1e-3);
+}
+
+#[test]
+fn a_probe_at_45_degrees_reads_the_rotated_combination_of_a_pair() {
+    let mut model = rigid_rotor();
+    let plain = response(&model, 800.0, &STILL).unwrap();
+    let half = 0.5_f32.sqrt();
+    model.probes[0].direction = [half, half];
+    model.probes[1].direction = [-half, half];
+    let turned = response(&model, 800.0, &STILL).unwrap();
+    for plane in 0..2 {
+        let [x, y] = [plain.per_unbalance[0][plane], plain.per_unbalance[1][plane]];
+        close(turned.per_unbalance[0][plane], (x + y) * half, 1e-5);
+        close(turned.per_unbalance[1][plane], (y - x) * half, 1e-5);
+    }
+}
+
+#[test]
+fn gain_turns_and_scales_the_motion_but_not_the_runout() {
+    let mut model = jeffcott(1e7, 500.0);
+    model
+        .forcings
+        .push(Forcing { shape: model.planes[0], amplitude: [2e7, 0.0], law: ForcingLaw::Constant })
+        .unwrap();
+    let plain = response(&model, 500.0, &STILL).unwrap();
+    model.probes[0].gain = [0.0, 1.1];
+    model.probes[0].runout_um = [3.0, -4.0];
+    let read = response(&model, 500.0, &STILL).unwrap();
+    let gain = C::new(0.0, 1.1);
+    close(read.per_unbalance[0][0], plain.per_unbalance[0][0] * gain, 1e-6);
+    close(read.fixed[0], plain.fixed[0] * gain + C::new(3.0, -4.0), 1e-6);
+}
+
+#[test]
+fn constant_and_square_law_forcings_are_what_an_equal_unbalance_does() {
+    let mut model = jeffcott(1e7, 500.0);
+    let w = 600.0;
+    let unit = response(&model, w, &STILL).unwrap().per_unbalance[0][0];
+    let shape = model.planes[0];
+    let amplitude = [30.0, -40.0];
+    model.forcings.push(Forcing { shape, amplitude, law: ForcingLaw::SpeedSquared }).unwrap();
+    close(response(&model, w, &STILL).unwrap().fixed[0], unit * C::new(30.0, -40.0), 1e-6);
+    model.forcings[0].law = ForcingLaw::Constant;
+    model.forcings[0].amplitude = amplitude.map(|a| a * w * w);
+    close(response(&model, w, &STILL).unwrap().fixed[0], unit * C::new(30.0, -40.0), 1e-6);
+}
+
+#[test]
+fn pedestals_under_both_supports_are_springs_in_series() {
+    let mut model = jeffcott(2e7, 0.0);
+    for support in &mut model.supports {
+        support.pedestal = Some(Pedestal { stiffness_n_m: 3e7, damping_n_s_m: 0.0, mass_kg: 0.0 });
+    }
+    // Each side 1/(1/1e7 + 1/3e7) = 0.75e7.
+    let at_speed = response(&model, 400.0, &STILL).unwrap();
+    close(at_speed.per_unbalance[0][0], closed_form(1.5e7, 0.0, 400.0), 1e-5);
+}
+
+#[test]
+fn influence_matrix_and_offset_are_the_phasors_in_real_form() {
+    let mut model = rigid_rotor();
+    model.probes[1].runout_um = [1.0, 2.0];
+    let at_speed = response(&model, 1000.0, &STILL).unwrap();
+    let unbalance = [1200.0, -700.0, 300.0, 450.0];
+    let features = at_speed.features(&unbalance);
+    for probe in 0..PROBES {
+        let [a, b] = at_speed.per_unbalance[probe];
+        let y = at_speed.fixed[probe] + a * C::new(1200.0, -700.0) + b * C::new(300.0, 450.0);
+        close(C::new(features[2 * probe], -features[2 * probe + 1]), y, 1e-5);
+    }
+    let product = at_speed.influence_matrix() * SVector::<f32, 4>::from(unbalance);
+    for ((feature, product), offset) in features.iter().zip(product.iter()).zip(at_speed.offset()) {
+        assert!((feature - product - offset).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn hardening_with_amplitude_is_a_stiffer_support_and_reports_the_motion_there() {
+    let mut model = jeffcott(1e7, 500.0);
+    for support in &mut model.supports {
+        support.hardening_per_um2 = 1e-3;
+    }
+    let mut amplitudes = STILL;
+    amplitudes.0[0] = [20.0, 20.0];
+    amplitudes.0[1] = [20.0, 20.0];
+    let at_speed = response(&model, 500.0, &amplitudes).unwrap();
+    // 1 + ¾·1e-3·400 = 1.3.
+    let want = closed_form(1.3e7, 500.0, 500.0);
+    close(at_speed.per_unbalance[0][0], want, 1e-5);
+    let [x, y] = at_speed.support_amplitudes(&[[300.0, 400.0], [0.0; 2]]).0[0];
+    assert!((x - 500.0 * want.modulus()).abs() < 1e-3 * x && (y - x).abs() < 1e-4 * x);
+}
+
+#[test]
+fn an_undamped_resonance_is_an_error_and_not_a_number() {
+    let model = jeffcott(10.0, 0.0);
+    assert_eq!(response(&model, 1.0, &STILL), Err(ResponseError::Singular));
+}

@@ -1,0 +1,140 @@
+//! The 2×2 dynamic stiffness of a support.
+
+use nalgebra::Complex;
+
+use crate::model::{Pair, Pedestal, Support};
+use crate::scalar;
+
+/// Rows and columns x, y; N/m.
+pub(crate) type Block = [[Complex<f32>; 2]; 2];
+
+impl<const N: usize> Support<N> {
+    /// Dynamic stiffness at a speed, N/m, with the shaft moving `amplitude_um` (x, y) at the support.
+    #[inline]
+    pub(crate) fn dynamic_stiffness(&self, speed_rad_s: f32, amplitude_um: Pair) -> Block {
+        let slope = if self.reference_speed_rad_s == 0.0 {
+            1.0
+        } else {
+            1.0 + self.stiffness_slope * (speed_rad_s / self.reference_speed_rad_s - 1.0)
+        };
+        // Describing function of a cubic spring: ¾ of the stiffness at the peak.
+        let [hard_x, hard_y] = amplitude_um.map(|a| 1.0 + 0.75 * self.hardening_per_um2 * a * a);
+        let [[kxx, kxy], [kyx, kyy]] = self.stiffness_n_m.map(|row| row.map(|k| k * slope));
+        let [[cxx, cxy], [cyx, cyy]] = self.damping_n_s_m.map(|row| row.map(|c| c * speed_rad_s));
+        let inertia = speed_rad_s * speed_rad_s * self.mass_kg;
+        let bearing = [
+            [Complex::new(kxx * hard_x - inertia, cxx), Complex::new(kxy, cxy)],
+            [Complex::new(kyx, cyx), Complex::new(kyy * hard_y - inertia, cyy)],
+        ];
+        match &self.pedestal {
+            None => bearing,
+            Some(pedestal) => in_series(bearing, pedestal.dynamic_stiffness(speed_rad_s)),
+        }
+    }
+}
+
+impl Pedestal {
+    #[inline]
+    fn dynamic_stiffness(&self, speed_rad_s: f32) -> Complex<f32> {
+        Complex::new(
+            self.stiffness_n_m - speed_rad_s * speed_rad_s * self.mass_kg,
+            speed_rad_s * self.damping_n_s_m,
+        )
+    }
+}
+
+/// `Zb (Zb + Zp I)⁻¹ Zp`. Scaled to the largest entry first: the determinant of stiffnesses squared leaves f32.
+fn in_series(bearing: Block, pedestal: Complex<f32>) -> Block {
+    let largest =
+        bearing.as_flattened().iter().fold(scalar::size(pedestal), |size, &z| size.max(scalar::size(z)));
+    let scale = 1.0 / largest;
+    let [[a, b], [c, d]] = bearing.map(|row| row.map(|z| z * scale));
+    let p = pedestal * scale;
+    let factor = pedestal * scalar::reciprocal((a + p) * (d + p) - b * c);
+    let determinant = a * d - b * c;
+    [[factor * (determinant + a * p), factor * (b * p)], [factor * (c * p), factor * (determinant + d * p)]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{ComplexField, SVector};
+
+    fn bearing() -> Support<1> {
+        Support {
+            stiffness_n_m: [[8e7, 1e7], [-2e7, 5e7]],
+            damping_n_s_m: [[4e4, -1e3], [2e3, 3e4]],
+            ..Support::isotropic(SVector::from([1.0]), 0.0, 0.0)
+        }
+    }
+
+    fn difference(left: Block, right: Block) -> f32 {
+        let pairs = left.as_flattened().iter().zip(right.as_flattened());
+        pairs.fold(0.0, |worst, (a, b)| worst.max((a - b).modulus()))
+    }
+
+    #[test]
+    fn pedestal_in_series_matches_the_matrix_formula_in_f64() {
+        use nalgebra::Matrix2;
+        let mut support = bearing();
+        let speed = 900.0_f32;
+        let widen = |z: Complex<f32>| Complex::new(f64::from(z.re), f64::from(z.im));
+        let alone = support.dynamic_stiffness(speed, [0.0; 2]).map(|row| row.map(widen));
+        support.pedestal = Some(Pedestal { stiffness_n_m: 3e7, damping_n_s_m: 2e3, mass_kg: 20.0 });
+        let got = support.dynamic_stiffness(speed, [0.0; 2]);
+        let zb = Matrix2::new(alone[0][0], alone[0][1], alone[1][0], alone[1][1]);
+        let zp = Complex::new(3e7 - 900.0 * 900.0 * 20.0, 900.0 * 2e3);
+        let want = zb * (zb + Matrix2::identity() * zp).try_inverse().unwrap() * zp;
+        for (i, row) in got.iter().enumerate() {
+            for (j, &cell) in row.iter().enumerate() {
+                assert!((widen(cell) - want[(i, j)]).modulus() < 1e-6 * want.norm());
+            }
+        }
+    }
+
+    #[test]
+    fn rigid_pedestal_leaves_the_bearing_and_soft_pedestal_leaves_the_pedestal() {
+        let alone = bearing().dynamic_stiffness(500.0, [0.0; 2]);
+        let with = |stiffness_n_m| {
+            let pedestal = Some(Pedestal { stiffness_n_m, damping_n_s_m: 0.0, mass_kg: 0.0 });
+            Support { pedestal, ..bearing() }.dynamic_stiffness(500.0, [0.0; 2])
+        };
+        assert!(difference(with(1e15), alone) < 1e-6 * 8e7);
+        let soft = Complex::new(10.0, 0.0);
+        let nothing = Complex::new(0.0, 0.0);
+        assert!(difference(with(10.0), [[soft, nothing], [nothing, soft]]) < 1e-5 * 10.0);
+    }
+
+    #[test]
+    fn pedestal_mass_makes_the_series_stiffness_that_of_the_bearing_at_infinite_speed() {
+        let pedestal = Some(Pedestal { stiffness_n_m: 1e7, damping_n_s_m: 0.0, mass_kg: 1e6 });
+        let speed = 1e4;
+        let heavy = Support { pedestal, ..bearing() }.dynamic_stiffness(speed, [0.0; 2]);
+        assert!(difference(heavy, bearing().dynamic_stiffness(speed, [0.0; 2])) < 1e-4 * 4e8);
+    }
+
+    #[test]
+    fn slope_scales_stiffness_and_not_damping() {
+        let support = Support { stiffness_slope: 0.5, reference_speed_rad_s: 1000.0, ..bearing() };
+        let [[zxx, _], [zyx, _]] = support.dynamic_stiffness(1500.0, [0.0; 2]);
+        assert!((zxx.re / (8e7 * 1.25) - 1.0).abs() < 1e-6);
+        assert!((zyx.re / (-2e7 * 1.25) - 1.0).abs() < 1e-6);
+        assert!((zxx.im / (4e4 * 1500.0) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn hardening_acts_on_each_direction_by_its_own_amplitude() {
+        let support = Support { hardening_per_um2: 1e-3, ..bearing() };
+        let [[zxx, zxy], [_, zyy]] = support.dynamic_stiffness(100.0, [20.0, 10.0]);
+        assert!((zxx.re / (8e7 * 1.3) - 1.0).abs() < 1e-6);
+        assert!((zyy.re / (5e7 * 1.075) - 1.0).abs() < 1e-6);
+        assert_eq!(zxy.re, 1e7);
+    }
+
+    #[test]
+    fn mass_lowers_the_diagonal_by_speed_squared() {
+        let [[zxx, zxy], _] = Support { mass_kg: 2.0, ..bearing() }.dynamic_stiffness(1000.0, [0.0; 2]);
+        assert!((zxx.re - (8e7 - 2e6)).abs() < 10.0);
+        assert_eq!(zxy.re, 1e7);
+    }
+}

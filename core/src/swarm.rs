@@ -1,0 +1,147 @@
+//! A particle swarm in Cartesian unbalance: no trigonometry in the loop, so bounds on |U| are discs.
+//!
+//! The problem is convex and the swarm's answer is only roughly its minimum; [`polish`](crate::polish) finishes it.
+
+use core::array;
+
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+
+use crate::fit::Fit;
+use crate::model::{MAX_PLANES, Pair};
+use crate::scalar;
+
+/// Particles unless said otherwise.
+pub const DEFAULT_PARTICLES: usize = 16;
+
+/// How the particles move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SwarmConfig {
+    /// Moves of the whole swarm.
+    pub iterations: u16,
+    /// Share of its velocity a particle keeps.
+    pub inertia: f32,
+    /// Pull towards the best place the particle itself has seen.
+    pub own_pull: f32,
+    /// Pull towards the best place any particle has seen.
+    pub swarm_pull: f32,
+}
+
+impl Default for SwarmConfig {
+    fn default() -> Self {
+        Self { iterations: 20, inertia: 0.6, own_pull: 1.4, swarm_pull: 1.6 }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Particle {
+    place: [Pair; MAX_PLANES],
+    velocity: [Pair; MAX_PLANES],
+    best: [Pair; MAX_PLANES],
+    best_um: f32,
+}
+
+/// The best unbalance (g·mm, within the bounds) a swarm of `PARTICLES` finds; one of them starts at `start`.
+///
+/// Equal arguments give equal bits.
+pub fn search<const PARTICLES: usize>(
+    config: &SwarmConfig,
+    fit: &Fit,
+    start: [Pair; MAX_PLANES],
+    seed: u64,
+) -> [Pair; MAX_PLANES] {
+    let mut random = Xoshiro128PlusPlus::seed_from_u64(seed);
+    let mut best = fit.confine(start);
+    let mut best_um = fit.residual_um(&best);
+    let mut swarm: [Particle; PARTICLES] = array::from_fn(|number| {
+        let place = if number == 0 { best } else { random_place(fit, &mut random) };
+        Particle { place, velocity: Default::default(), best: place, best_um: f32::INFINITY }
+    });
+    for _ in 0..=config.iterations {
+        for particle in &mut swarm {
+            let value_um = fit.residual_um(&particle.place);
+            if value_um < particle.best_um {
+                particle.best_um = value_um;
+                particle.best = particle.place;
+            }
+            if value_um < best_um {
+                best_um = value_um;
+                best = particle.place;
+            }
+            advance(config, fit, particle, &best, &mut random);
+        }
+    }
+    best
+}
+
+#[inline]
+fn random_place(fit: &Fit, random: &mut Xoshiro128PlusPlus) -> [Pair; MAX_PLANES] {
+    fit.confine(fit.bound_g_mm.map(|bound| {
+        let [radial, angular] = two_fractions(random);
+        scalar::rough_disc_point(radial, angular).map(|x| x * bound)
+    }))
+}
+
+#[inline]
+fn advance(
+    config: &SwarmConfig,
+    fit: &Fit,
+    particle: &mut Particle,
+    best: &[Pair; MAX_PLANES],
+    random: &mut Xoshiro128PlusPlus,
+) {
+    let moved = particle.place.as_flattened_mut().iter_mut().zip(particle.velocity.as_flattened_mut());
+    let goals = particle.best.as_flattened().iter().zip(best.as_flattened());
+    for ((place, velocity), (own, swarm)) in moved.zip(goals) {
+        let [a, b] = two_fractions(random);
+        *velocity = config.inertia * *velocity
+            + config.own_pull * a * (own - *place)
+            + config.swarm_pull * b * (swarm - *place);
+        *place += *velocity;
+    }
+    particle.place = fit.confine(particle.place);
+}
+
+/// Two numbers in 0..1 from one draw: sixteen bits each are plenty here.
+#[inline]
+fn two_fractions(random: &mut Xoshiro128PlusPlus) -> [f32; 2] {
+    let bits = random.next_u32();
+    [bits >> 16, bits & 0xffff].map(|half| half as f32 * (1.0 / 65536.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Random, random_fit};
+
+    #[test]
+    fn equal_seeds_give_equal_bits_and_other_seeds_other_paths() {
+        let fit = random_fit(&mut Random::new(5), 0.5, 1.0);
+        let run = |seed| search::<DEFAULT_PARTICLES>(&SwarmConfig::default(), &fit, [[0.0; 2]; 2], seed);
+        assert_eq!(run(1).map(|u| u.map(f32::to_bits)), run(1).map(|u| u.map(f32::to_bits)));
+        assert_ne!(run(1), run(2));
+    }
+
+    #[test]
+    fn no_particle_leaves_the_bounds_and_the_start_is_never_worsened() {
+        let mut random = Random::new(6);
+        for seed in 0..100 {
+            let fit = random_fit(&mut random, 0.5, 0.5);
+            let start = fit.confine([[random.signed(), random.signed()], [random.signed(), random.signed()]]);
+            let found = search::<DEFAULT_PARTICLES>(&SwarmConfig::default(), &fit, start, seed);
+            for ([x, y], bound) in found.into_iter().zip(fit.bound_g_mm) {
+                assert!(x.hypot(y) <= bound * (1.0 + 1e-6));
+            }
+            assert!(fit.residual_um(&found) <= fit.residual_um(&start));
+        }
+    }
+
+    #[test]
+    fn an_empty_swarm_returns_its_start_within_the_bounds() {
+        let fit = random_fit(&mut Random::new(7), 0.5, 0.5);
+        assert_eq!(
+            search::<0>(&SwarmConfig::default(), &fit, [[1e9, 0.0], [0.0; 2]], 1)[0],
+            [fit.bound_g_mm[0], 0.0]
+        );
+    }
+}
