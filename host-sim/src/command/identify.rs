@@ -1,0 +1,203 @@
+//! `identify`: phase I on the first days of a record.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use anyhow::{Result, bail};
+use clap::Args;
+use rotor_edge_desktop::identify::{BearingParameter, Identified, PhaseOne, PhaseOneConfig, identify};
+use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::rotor::Rotor;
+use rotor_edge_desktop::rotor_file;
+use rotor_edge_desktop::unbalance::g_mm_deg;
+use serde::Serialize;
+
+use super::output;
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rotor, rotor.toml
+    rotor: PathBuf,
+    /// Its record, measured.csv
+    record: PathBuf,
+    /// Days that phase I uses, first and last, as in 0..2; rows where the record has no days
+    #[arg(long, default_value = "0..2")]
+    days: Days,
+    /// A run-up in the same state of the machine, fitted together with the days
+    #[arg(long)]
+    runup: Option<PathBuf>,
+    /// Seed of the particle swarm
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Where to write the identified rotor
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Print one JSON object instead of the table
+    #[arg(long)]
+    json: bool,
+}
+
+/// First and last day, both included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Days {
+    first: f64,
+    last: f64,
+}
+
+impl Days {
+    /// The first three readings that phase I of the paper uses.
+    pub const FIRST_THREE: Self = Self { first: 0.0, last: 2.0 };
+
+    /// The complete readings of these days, counted from the record's first day.
+    ///
+    /// # Errors
+    /// If there are none.
+    pub fn select<'a>(&self, record: &'a [Reading]) -> Result<Vec<&'a Reading>> {
+        let inside = |(row, r): &(usize, &Reading)| {
+            let day = r.time_d.unwrap_or(*row as f64);
+            (self.first..=self.last).contains(&day)
+        };
+        let chosen: Vec<&Reading> = record
+            .iter()
+            .enumerate()
+            .filter(inside)
+            .map(|(_, r)| r)
+            .filter(|r| r.complete().is_some())
+            .collect();
+        if chosen.is_empty() {
+            bail!("the record has no complete reading on days {} to {}", self.first, self.last);
+        }
+        Ok(chosen)
+    }
+}
+
+impl FromStr for Days {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let bounds = text.split_once("..").and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+        match bounds {
+            Some((first, last)) if first <= last => Ok(Self { first, last }),
+            _ => Err(format!("\"{text}\" is not a range of days, expected for example 0..2")),
+        }
+    }
+}
+
+/// Phase I on chosen days and perhaps a run-up.
+pub fn phase_one(rotor: &Rotor, days: &[&Reading], runup: Option<&[Reading]>, seed: u64) -> Result<PhaseOne> {
+    let readings: Vec<Reading> = days.iter().copied().chain(runup.unwrap_or_default()).cloned().collect();
+    let working = output::spinner("phase I");
+    let found = identify(rotor, &readings, &PhaseOneConfig { seed, ..PhaseOneConfig::default() });
+    working.finish_and_clear();
+    Ok(found?)
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let rotor = rotor_file::read(&arguments.rotor)?;
+    let record = measurement::read(&arguments.record, &rotor)?;
+    let runup = arguments.runup.as_deref().map(|path| measurement::read(path, &rotor)).transpose()?;
+    let days = arguments.days.select(&record)?;
+    let found = phase_one(&rotor, &days, runup.as_deref(), arguments.seed)?;
+    rotor_file::write(&arguments.output, &found.rotor)?;
+    if arguments.json {
+        return output::json(&Summary::of(&found));
+    }
+    print(&found);
+    println!(
+        "\nWritten to {}. Next: rotor-edge replay --identified --rotor {0} --record …",
+        arguments.output.display()
+    );
+    Ok(())
+}
+
+/// Identified bearings and planes as a table.
+pub fn print(found: &PhaseOne) {
+    println!("  bearing  coefficient   identified         start     ± %   from");
+    for p in &found.bearings {
+        println!(
+            "  {:<8} {:<10} {:>12.4e} {:>13.4e} {:>7.1}   {}",
+            p.bearing,
+            p.symbol,
+            p.value,
+            p.start,
+            p.relative_sd * 100.0,
+            origin(p)
+        );
+    }
+    for ((plane, u), sd) in
+        found.rotor.plane.iter().zip(found.unbalance_kg_m.iter()).zip(&found.unbalance_relative_sd)
+    {
+        let [magnitude, angle] = g_mm_deg(*u);
+        println!("  plane {:<8} {magnitude:>9.1} g·mm at {angle:>6.1}° {:>12.1} %", plane.name, sd * 100.0);
+    }
+    println!("  residual {:.2} µm, {:.2} % of the features", found.residual_um, found.residual_ratio * 100.0);
+    if found.bearings.iter().any(|p| p.identified == Identified::StayedAtStart) {
+        println!(
+            "  Some coefficients stayed at their start: these data cannot tell them. A run-up can (--runup)."
+        );
+    }
+}
+
+fn origin(p: &BearingParameter) -> &'static str {
+    match p.identified {
+        Identified::FromData => "the data",
+        Identified::StayedAtStart => "its start, the data do not tell",
+        Identified::AtBound => "the bound of [identify]",
+    }
+}
+
+/// What `identify --json` prints.
+#[derive(Serialize)]
+struct Summary {
+    bearings: Vec<Coefficient>,
+    planes: Vec<Plane>,
+    residual_um: f64,
+    residual_ratio: f64,
+    chi2_per_value: f64,
+}
+
+#[derive(Serialize)]
+struct Coefficient {
+    bearing: String,
+    symbol: &'static str,
+    value: f64,
+    start: f64,
+    relative_sd: f64,
+    identified: bool,
+}
+
+#[derive(Serialize)]
+struct Plane {
+    name: String,
+    unbalance_g_mm: f64,
+    angle_deg: f64,
+    relative_sd: f64,
+}
+
+impl Summary {
+    fn of(found: &PhaseOne) -> Self {
+        let coefficient = |p: &BearingParameter| Coefficient {
+            bearing: p.bearing.clone(),
+            symbol: p.symbol,
+            value: p.value,
+            start: p.start,
+            relative_sd: p.relative_sd,
+            identified: p.identified == Identified::FromData,
+        };
+        let planes =
+            found.rotor.plane.iter().zip(found.unbalance_kg_m.iter()).zip(&found.unbalance_relative_sd);
+        Self {
+            bearings: found.bearings.iter().map(coefficient).collect(),
+            planes: planes
+                .map(|((plane, u), sd)| {
+                    let [unbalance_g_mm, angle_deg] = g_mm_deg(*u);
+                    Plane { name: plane.name.clone(), unbalance_g_mm, angle_deg, relative_sd: *sd }
+                })
+                .collect(),
+            residual_um: found.residual_um,
+            residual_ratio: found.residual_ratio,
+            chi2_per_value: found.chi2_per_value,
+        }
+    }
+}

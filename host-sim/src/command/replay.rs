@@ -1,0 +1,376 @@
+//! `replay`: the main job.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+use clap::Args;
+use rotor_edge_core::can::MAX_NODE;
+use rotor_edge_core::node::NodeConfig;
+use rotor_edge_desktop::identify::PhaseOne;
+use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::rotor::Rotor;
+use rotor_edge_desktop::rotor_file;
+use serde::Serialize;
+
+use super::identify::{self, Days};
+use super::output;
+use crate::bus::BusConfig;
+use crate::edge::Deployment;
+use crate::replay::check::{Equivalence, equivalence};
+use crate::replay::{self, Flag, Replay, ReplayConfig, flags};
+use crate::sample;
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rotor, rotor.toml; the built-in sample if absent
+    #[arg(long, requires = "record")]
+    rotor: Option<PathBuf>,
+    /// Its record, measured.csv
+    #[arg(long, requires = "rotor")]
+    record: Option<PathBuf>,
+    /// A commissioning run-up for phase I
+    #[arg(long, requires = "rotor")]
+    runup: Option<PathBuf>,
+    /// The rotor's bearings and planes are identified already: no phase I
+    #[arg(long, conflicts_with = "runup")]
+    identified: bool,
+    /// Seed of the particle swarms and of the bus's faults
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The controller's number on the bus, 0 to 30
+    #[arg(long, default_value_t = 1)]
+    node: u8,
+    #[command(flatten)]
+    thresholds: Thresholds,
+    #[command(flatten)]
+    faults: Faults,
+    /// Print one JSON object instead of the table
+    #[arg(long)]
+    json: bool,
+}
+
+/// When the controller flags.
+#[derive(Debug, Args)]
+struct Thresholds {
+    /// Rise of the residual above its running level that counts, relative
+    #[arg(long, default_value_t = 0.5)]
+    rise: f32,
+    /// Residual over feature sum that counts by itself
+    #[arg(long, default_value_t = 1.0 / 3.0)]
+    ratio_limit: f32,
+    /// Residual over feature sum below which a rise does not count
+    #[arg(long, default_value_t = 0.1)]
+    ratio_floor: f32,
+    /// Readings in a row that raise the flag, 1 to 8
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=8))]
+    persistence: u8,
+    /// Largest unbalance of a plane relative to the reading before
+    #[arg(long, default_value_t = 1.2)]
+    growth: f32,
+}
+
+/// What the bus does to frames.
+#[derive(Debug, Args)]
+struct Faults {
+    /// Chance that a frame is lost on its way to a receiver
+    #[arg(long, default_value_t = 0.0)]
+    loss: f64,
+    /// Chance that a frame arrives twice
+    #[arg(long, default_value_t = 0.0)]
+    repetition: f64,
+    /// Longest extra delay of a frame, ms
+    #[arg(long, default_value_t = 0.0)]
+    delay_ms: f64,
+}
+
+impl Arguments {
+    /// The main job on the built-in sample.
+    pub fn sample() -> Self {
+        #[derive(clap::Parser)]
+        struct Alone {
+            #[command(flatten)]
+            arguments: Arguments,
+        }
+        <Alone as clap::Parser>::parse_from(["replay"]).arguments
+    }
+
+    fn config(&self) -> Result<ReplayConfig> {
+        for (name, value) in [("--loss", self.faults.loss), ("--repetition", self.faults.repetition)] {
+            if !(0.0..=1.0).contains(&value) {
+                bail!("{name} {value}: expected a probability between 0 and 1");
+            }
+        }
+        if self.node > MAX_NODE {
+            bail!("--node {}: expected a number from 0 to {MAX_NODE}", self.node);
+        }
+        let t = &self.thresholds;
+        for (name, value, least) in [
+            ("--growth", t.growth, 1.0),
+            ("--rise", t.rise, 0.0),
+            ("--ratio-limit", t.ratio_limit, 0.0),
+            ("--ratio-floor", t.ratio_floor, 0.0),
+        ] {
+            if !value.is_finite() || value < least {
+                bail!("{name} {value}: expected a number of at least {least}");
+            }
+        }
+        if !(0.0..=1e6).contains(&self.faults.delay_ms) {
+            bail!("--delay-ms {}: expected milliseconds, not negative", self.faults.delay_ms);
+        }
+        let mut node = NodeConfig::new(self.node);
+        node.track.seed = self.seed;
+        node.track.growth = self.thresholds.growth;
+        node.residual.rise = self.thresholds.rise;
+        node.residual.ratio_limit = self.thresholds.ratio_limit;
+        node.residual.ratio_floor = self.thresholds.ratio_floor;
+        node.residual.persistence = self.thresholds.persistence;
+        let bus = BusConfig {
+            loss: self.faults.loss,
+            repetition: self.faults.repetition,
+            longest_delay_us: (self.faults.delay_ms * 1000.0) as u64,
+            seed: self.seed,
+            ..BusConfig::default()
+        };
+        Ok(ReplayConfig { node, bus })
+    }
+
+    fn load(&self) -> Result<(Rotor, Vec<Reading>, Option<Vec<Reading>>)> {
+        let (Some(rotor), Some(record)) = (&self.rotor, &self.record) else {
+            let (rotor, record, runup) = sample::load()?;
+            return Ok((rotor, record, Some(runup)));
+        };
+        let rotor = rotor_file::read(rotor)?;
+        let record = measurement::read(record, &rotor)?;
+        let runup = self.runup.as_deref().map(|path| measurement::read(path, &rotor)).transpose()?;
+        Ok((rotor, record, runup))
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let (rotor, record, runup) = arguments.load()?;
+    let config = arguments.config()?;
+    let begun = Instant::now();
+    let phase_one = match arguments.identified {
+        true if rotor.plane.iter().any(|p| p.unbalance_g_mm.is_none()) => {
+            bail!(
+                "--identified needs a rotor with unbalance_g_mm in every [[plane]]; run `rotor-edge identify` first"
+            )
+        }
+        true => None,
+        false => {
+            let days = Days::FIRST_THREE.select(&record)?;
+            Some(identify::phase_one(&rotor, &days, runup.as_deref(), arguments.seed)?)
+        }
+    };
+    let identified = phase_one.as_ref().map_or(&rotor, |p| &p.rotor);
+    let fastest_rpm = record.iter().chain(runup.iter().flatten()).map(|r| r.speed_rpm).fold(0.0, f64::max);
+    let deployment = Deployment::new(identified, fastest_rpm)?;
+    let bar = output::progress("replay", record.len());
+    let played = replay::run(&deployment, &record, &config, |row| bar.set_position(row as u64 + 1))?;
+    bar.finish_and_clear();
+    let agreement =
+        equivalence(&deployment, f64::from(arguments.thresholds.growth), &record, &played.answers)?;
+    let raised = flags(&record, &played.answers);
+    if arguments.json {
+        output::json(&Summary::of(&rotor, &played, &agreement, &raised))?;
+    } else {
+        let job =
+            Job { rotor: &rotor, record: &record, phase_one: phase_one.as_ref(), runup: runup.as_deref() };
+        job.print(&played, &agreement, &raised);
+        println!("\nThe whole replay took {:.2} s.", begun.elapsed().as_secs_f64());
+        job.print_next(arguments, &raised);
+    }
+    agreement.verdict()
+}
+
+struct Job<'a> {
+    rotor: &'a Rotor,
+    record: &'a [Reading],
+    phase_one: Option<&'a PhaseOne>,
+    runup: Option<&'a [Reading]>,
+}
+
+impl Job<'_> {
+    fn print(&self, played: &Replay, agreement: &Equivalence, raised: &[Flag]) {
+        let rows = self.record.len();
+        println!(
+            "{}: {rows} readings, days {:.0} to {:.0}",
+            self.rotor.name,
+            self.day(0),
+            self.day(rows - 1)
+        );
+        if let Some(found) = self.phase_one {
+            let runup = self.runup.map_or(String::new(), |r| format!(" and a run-up of {} speeds", r.len()));
+            println!("\nPhase I, from the first three days{runup}");
+            identify::print(found);
+        }
+        let (t, c) = (played.traffic, played.counters);
+        println!("\nVirtual CAN bus, 500 kbit/s");
+        println!("  frames sent {}, received {}, lost {}", t.sent, t.received, t.lost);
+        println!(
+            "  readings evaluated {}, skipped for a lost probe {}, lost {}, rejected {}, repeated {}, late {}",
+            c.readings, c.skipped, c.lost, c.rejected, c.repeated, c.late
+        );
+        println!(
+            "\nThe core (f32, on the bus) against the desktop crate (f64)             measured     allowed"
+        );
+        println!(
+            "  features, of the reading's largest                                   {:>10.1e}  {:>10.0e}",
+            agreement.max_relative_feature_error,
+            replay::check::FEATURE_LIMIT
+        );
+        println!(
+            "  residual above the exact optimum, of the feature sum                 {:>10.1e}  {:>10.0e}",
+            agreement.max_relative_excess,
+            replay::check::EXCESS_LIMIT
+        );
+        println!(
+            "  the same in µm                                                       {:>10.1e}",
+            agreement.max_residual_excess_um
+        );
+        println!(
+            "  unbalance against the exact optimum's                         {:>10.2} g·mm, {:.2}°",
+            agreement.max_unbalance_difference_g_mm, agreement.max_angle_difference_deg
+        );
+        self.print_flags(played, raised);
+    }
+
+    fn print_flags(&self, played: &Replay, raised: &[Flag]) {
+        println!("\nDoes the model still fit?");
+        let Some(first) = raised.first() else {
+            println!("  No flag: the model fits every reading.");
+            return;
+        };
+        let ratio = |rows: std::ops::Range<f64>| {
+            let inside = played.answers.iter().filter(|a| rows.contains(&self.day(a.row)));
+            let ratios: Vec<f64> = inside.map(|a| f64::from(a.result.ratio)).collect();
+            ratios.iter().sum::<f64>() / ratios.len().max(1) as f64
+        };
+        println!(
+            "  Until day {:.0} the residual is {:.1} % of the features.",
+            first.since_d - 1.0,
+            100.0 * ratio(f64::MIN..first.since_d)
+        );
+        println!(
+            "  From day {:.0} on it is {:.1} %: the model stopped fitting.",
+            first.since_d,
+            100.0 * ratio(first.since_d..f64::MAX)
+        );
+        for flag in raised {
+            let suspect = flag.suspect.map_or("neither bearing", |b| &self.rotor.bearing[b].name);
+            println!(
+                "  Flag raised on day {:.0}, up for {} readings; suspect bearing: {suspect}",
+                flag.time_d, flag.readings
+            );
+        }
+    }
+
+    /// Which command to run next.
+    fn print_next(&self, arguments: &Arguments, raised: &[Flag]) {
+        match (raised.first(), &arguments.rotor, &arguments.record) {
+            (None, ..) => println!("Next: nothing to do; replay again when there are new readings."),
+            (Some(flag), Some(rotor), Some(record)) => println!(
+                "Next: identify the machine as it is now\n  rotor-edge identify {} {} --days {:.0}..{:.0} -o new.toml",
+                rotor.display(),
+                record.display(),
+                flag.time_d,
+                flag.time_d + 2.0
+            ),
+            (Some(flag), ..) => println!(
+                "Next: identify the machine as it is now, with the run-up that was recorded the day after\n  \
+                 cargo run --release -- identify host-sim/sample/turbine/rotor.toml host-sim/sample/turbine/record.csv \\\n    \
+                 --days {:.0}..{:.0} --runup host-sim/sample/turbine/runup-day126.csv -o turbine-new.toml",
+                flag.time_d,
+                flag.time_d + 2.0
+            ),
+        }
+    }
+
+    fn day(&self, row: usize) -> f64 {
+        replay::day(self.record, row)
+    }
+}
+
+/// What `replay --json` prints.
+#[derive(Serialize)]
+struct Summary<'a> {
+    readings: usize,
+    equivalence: EquivalenceSummary,
+    flags: Vec<FlagSummary<'a>>,
+    frames: Frames,
+    counters: CounterSummary,
+}
+
+#[derive(Serialize)]
+struct EquivalenceSummary {
+    max_relative_feature_error: f64,
+    max_residual_excess_um: f64,
+    max_relative_excess: f64,
+    max_unbalance_difference_g_mm: f64,
+    max_angle_difference_deg: f64,
+    compared: usize,
+}
+
+#[derive(Serialize)]
+struct FlagSummary<'a> {
+    since_d: f64,
+    time_d: f64,
+    suspect: Option<&'a str>,
+    readings: usize,
+}
+
+#[derive(Serialize)]
+struct Frames {
+    sent: u64,
+    received: u64,
+    lost: u64,
+}
+
+#[derive(Serialize)]
+struct CounterSummary {
+    skipped: u16,
+    lost: u16,
+    rejected: u16,
+    repeated: u16,
+    late: u16,
+    incomplete: u16,
+    stray: u16,
+}
+
+impl<'a> Summary<'a> {
+    fn of(rotor: &'a Rotor, played: &Replay, agreement: &Equivalence, raised: &[Flag]) -> Self {
+        let (t, c) = (played.traffic, played.counters);
+        Self {
+            readings: played.answers.len(),
+            equivalence: EquivalenceSummary {
+                max_relative_feature_error: agreement.max_relative_feature_error,
+                max_residual_excess_um: agreement.max_residual_excess_um,
+                max_relative_excess: agreement.max_relative_excess,
+                max_unbalance_difference_g_mm: agreement.max_unbalance_difference_g_mm,
+                max_angle_difference_deg: agreement.max_angle_difference_deg,
+                compared: agreement.compared,
+            },
+            flags: raised
+                .iter()
+                .map(|f| FlagSummary {
+                    since_d: f.since_d,
+                    time_d: f.time_d,
+                    suspect: f.suspect.map(|b| rotor.bearing[b].name.as_str()),
+                    readings: f.readings,
+                })
+                .collect(),
+            frames: Frames { sent: t.sent, received: t.received, lost: t.lost },
+            counters: CounterSummary {
+                skipped: c.skipped,
+                lost: c.lost,
+                rejected: c.rejected,
+                repeated: c.repeated,
+                late: c.late,
+                incomplete: c.incomplete,
+                stray: c.stray,
+            },
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! The command line of rotor-edge, and what joins the controller's core with the desktop crate.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`bus`] | the in-process virtual CAN bus |
+//! | [`edge`] | a desktop model, made small enough for the controller |
+//! | [`replay`] | a record, played over the bus into the core, every result checked |
+//! | [`sample`] | the machine that the main job runs on |
+//! | [`command`] | one file a command: arguments in, table or JSON out |
+
+pub mod bus;
+pub mod command;
+pub mod edge;
+pub mod replay;
+pub mod sample;
