@@ -1,0 +1,195 @@
+//! The program as a user meets it: exit codes, JSON, and one clear sentence for each bad input.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use rotor_edge::sample;
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn rotor_edge(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rotor-edge")).args(arguments).output().unwrap()
+}
+
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn file(&self, name: &str, text: &str) -> String {
+        std::fs::write(self.path(name), text).unwrap();
+        self.path(name).display().to_string()
+    }
+}
+
+/// Runs `replay` on these texts; the one sentence that it fails with.
+fn refusal(rotor: &str, record: &str) -> String {
+    let folder = Folder::new();
+    let (rotor, record) = (folder.file("rotor.toml", rotor), folder.file("record.csv", record));
+    let output = rotor_edge(&["replay", "--rotor", &rotor, "--record", &record]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(output.stdout.is_empty(), "nothing half-done on standard output");
+    assert_eq!(message.trim_end().lines().count(), 1, "one sentence: {message}");
+    message
+}
+
+#[track_caller]
+fn assert_says(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(message.contains(part), "\"{part}\" is missing in: {message}");
+    }
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = rotor_edge(arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("one JSON object on standard output")
+}
+
+#[test]
+fn without_a_command_the_main_job_runs_and_says_what_to_do_next() {
+    let output = rotor_edge(&[]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success());
+    assert_says(&text, &["turbine", "From day 125", "suspect bearing: 16", "Next:", "identify"]);
+}
+
+#[test]
+fn replay_json_has_the_keys_that_others_read() {
+    let all = json(&["replay", "--json"]);
+    assert_eq!(all["readings"], 450);
+    let e = &all["equivalence"];
+    assert!(e["max_relative_feature_error"].as_f64().unwrap() <= 1e-5);
+    for key in ["max_residual_excess_um", "max_unbalance_difference_g_mm", "max_angle_difference_deg"] {
+        assert!(e[key].is_f64(), "{key}");
+    }
+    assert_eq!(all["flags"][0]["suspect"], "16");
+    assert!((125.0..=130.0).contains(&all["flags"][0]["time_d"].as_f64().unwrap()));
+    assert_eq!(all["frames"]["lost"], 0);
+    assert_eq!(all["frames"]["sent"], all["frames"]["received"]);
+}
+
+#[test]
+fn identified_rotor_is_written_whole_and_can_be_replayed() {
+    let folder = Folder::new();
+    let rotor = folder.file("rotor.toml", sample::ROTOR);
+    let record = folder.file("record.csv", sample::RECORD);
+    let runup = folder.file("runup.csv", sample::RUNUP_DAY_0);
+    let new = folder.path("new.toml").display().to_string();
+    let found =
+        json(&["identify", &rotor, &record, "--days", "0..2", "--runup", &runup, "-o", &new, "--json"]);
+    assert_eq!(found["bearings"].as_array().unwrap().len(), 8);
+    assert_eq!(found["planes"].as_array().unwrap().len(), 2);
+    assert!(found["residual_ratio"].as_f64().unwrap() < 0.1);
+    let played = json(&["replay", "--identified", "--rotor", &new, "--record", &record, "--json"]);
+    assert_eq!(played["readings"], 450);
+    let direct = json(&["replay", "--json"]);
+    assert_eq!(played["flags"], direct["flags"], "the file carries the whole model");
+}
+
+#[test]
+fn three_days_at_one_speed_leave_coefficients_open_and_the_program_says_which() {
+    let folder = Folder::new();
+    let rotor = folder.file("rotor.toml", sample::ROTOR);
+    let record = folder.file("record.csv", sample::RECORD);
+    let new = folder.path("new.toml").display().to_string();
+    let found = json(&["identify", &rotor, &record, "-o", &new, "--json"]);
+    let open = found["bearings"].as_array().unwrap().iter().filter(|b| b["identified"] == false).count();
+    assert!(open >= 3, "one speed cannot fix eight coefficients: {found}");
+}
+
+#[test]
+fn bad_rotors_are_refused_with_the_key_and_what_was_expected() {
+    let good = sample::ROTOR;
+    let change = |from: &str, to: &str| {
+        assert!(good.contains(from), "{from}");
+        refusal(&good.replacen(from, to, 1), sample::RECORD)
+    };
+    assert_says(&change("schema = 1", "schema = 2"), &["rotor.toml", "schema", "expected 1"]);
+    assert_says(&change("[physics]", "colour = 3\n[physics]"), &["line", "colour"]);
+    assert_says(&change("length_m = 0.08", "length_m = -0.08"), &["[[shaft]] 1 length_m", "-0.08"]);
+    assert_says(&change("length_m = 0.08", "length_m = 80.0"), &["[[shaft]] 1 length_m", "50"]);
+    assert_says(&change("youngs_modulus_pa = 2.0800e+11", "youngs_modulus_pa = 208.0"), &["Pa"]);
+    assert_says(
+        &change("position_m = 0.76", "position_m = 7.6"),
+        &["disk 3", "7.6 m is not on the shaft", "1.04"],
+    );
+    assert_says(
+        &change("bearing = \"15\"", "bearing = \"17\""),
+        &["15X", "no bearing \"17\"", "\"15\", \"16\""],
+    );
+    assert_says(&change("mass_kg = 18.0", "mass_kg = nan"), &["disk 1", "mass_kg"]);
+    assert_says(&change("name = \"16X\"", "name = \"15X\""), &["[[probe]]", "15X", "twice"]);
+    assert_says(&change("relative = 0.02", "relative = -1.0"), &["[noise] relative"]);
+    let without_shaft = good.split("[[shaft]]").next().unwrap();
+    assert_says(&refusal(without_shaft, sample::RECORD), &["shaft"]);
+    let third = "\n[[bearing]]\nname = \"17\"\nposition_m = 0.5\nstiffness_n_m = { xx = 1e8, yy = 1e8 }\ndamping_n_s_m = { xx = 1e5, yy = 1e5 }\n";
+    assert_says(&refusal(&format!("{good}{third}"), sample::RECORD), &["3 given", "exactly two bearings"]);
+    let head = good.split("[[bearing]]").next().unwrap();
+    let tail = &good[good.find("[[probe]]").unwrap()..];
+    assert_says(&refusal(&format!("{head}{tail}"), sample::RECORD), &["0 given", "exactly two bearings"]);
+}
+
+#[test]
+fn bad_records_are_refused_with_the_row_or_column_and_what_was_expected() {
+    let good = sample::RECORD;
+    let change = |from: &str, to: &str| {
+        assert!(good.contains(from), "{from}");
+        refusal(sample::ROTOR, &good.replacen(from, to, 1))
+    };
+    assert_says(&refusal(sample::ROTOR, ""), &["record.csv", "empty"]);
+    assert_says(&refusal(sample::ROTOR, good.lines().next().unwrap()), &["no reading"]);
+    assert_says(&change("2.03961,", ""), &["row 2", "9 cells, expected 10"]);
+    assert_says(&change("2.03961", "abc"), &["row 2, column 15X_cos_um", "\"abc\" is not a number"]);
+    assert_says(&change("2.03961", "NaN"), &["row 2, column 15X_cos_um", "NaN"]);
+    assert_says(&change("2.03961", "inf"), &["row 2", "inf"]);
+    assert_says(&change("2.03961", "2039610"), &["row 2", "more than a probe can see"]);
+    assert_says(&change("11033.79", "0"), &["row 2, column speed_rpm", "positive speed in rpm"]);
+    assert_says(&change("11033.79", ""), &["row 2, column speed_rpm"]);
+    assert_says(&change("\n2,", "\n0.5,"), &["row 4", "time_d goes back from 1 to 0.5"]);
+    assert_says(&change("15X_cos_um", "3X_cos_um"), &["header", "15X_cos_um", "turbine", "missing"]);
+    assert_says(&change("time_d,", "time_d,extra,"), &["header", "extra", "no probe"]);
+}
+
+#[test]
+fn missing_files_and_unwritable_outputs_are_named() {
+    let missing = rotor_edge(&["replay", "--rotor", "nowhere.toml", "--record", "nowhere.csv"]);
+    assert_eq!(missing.status.code(), Some(1));
+    assert_says(&String::from_utf8(missing.stderr).unwrap(), &["nowhere.toml", "cannot be read"]);
+    let folder = Folder::new();
+    let (rotor, record) = (folder.file("r.toml", sample::ROTOR), folder.file("c.csv", sample::RECORD));
+    let output = folder.path("no/such/folder/new.toml").display().to_string();
+    let refused = rotor_edge(&["identify", &rotor, &record, "-o", &output]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert_says(&String::from_utf8(refused.stderr).unwrap(), &["new.toml", "cannot be written"]);
+    assert!(!Path::new(&output).exists());
+}
+
+#[test]
+fn wrong_usage_exits_with_2() {
+    for arguments in
+        [&["replay", "--rotor", "only.toml"][..], &["fly"], &["identify"], &["replay", "--node", "x"]]
+    {
+        assert_eq!(rotor_edge(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_node_number_that_does_not_exist_and_impossible_odds_are_refused() {
+    for (arguments, says) in [
+        (&["replay", "--node", "31"][..], "0 to 30"),
+        (&["replay", "--loss", "1.5"], "probability between 0 and 1"),
+        (&["replay", "--growth", "nan"], "--growth"),
+    ] {
+        let output = rotor_edge(arguments);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+        assert_says(&String::from_utf8(output.stderr).unwrap(), &[says]);
+    }
+}

@@ -1,0 +1,163 @@
+//! The f32 core against the f64 desktop crate: every reading of the sample, all kinds of term, faults
+//! on the bus.
+
+use nalgebra::{Complex, DVector, Matrix2};
+use rotor_edge::bus::BusConfig;
+use rotor_edge::edge::Deployment;
+use rotor_edge::replay::check::{EXCESS_LIMIT, FEATURE_LIMIT, equivalence};
+use rotor_edge::replay::{self, ReplayConfig, flags};
+use rotor_edge::sample;
+use rotor_edge_core::response::{SupportAmplitudes, response};
+use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
+use rotor_edge_desktop::measurement::{Reading, rad_s};
+use rotor_edge_desktop::rotor::Rotor;
+use rotor_edge_desktop::terms::{Forcing, Pedestal, SpeedLaw, Support};
+
+fn identified() -> (Rotor, Vec<Reading>) {
+    let (rotor, record, runup) = sample::load().unwrap();
+    let readings: Vec<Reading> = record[..3].iter().chain(&runup).cloned().collect();
+    (identify(&rotor, &readings, &PhaseOneConfig::default()).unwrap().rotor, record)
+}
+
+fn deployment(rotor: &Rotor) -> Deployment {
+    Deployment::new(rotor, 12_000.0).unwrap()
+}
+
+#[test]
+fn core_equals_desktop_on_every_reading_of_the_sample_and_flags_the_event() {
+    let (rotor, record) = identified();
+    let deployment = deployment(&rotor);
+    let played = replay::run(&deployment, &record, &ReplayConfig::default(), |_| ()).unwrap();
+    let complete = record.iter().filter(|r| r.complete().is_some()).count();
+    assert_eq!(played.answers.len(), complete, "every complete reading is answered");
+    assert!(complete < record.len(), "the sample has a lost reading");
+    let agreement = equivalence(&deployment, 1.2, &record, &played.answers).unwrap();
+    println!("{agreement:?}");
+    assert_eq!(agreement.compared, complete);
+    assert!(agreement.max_relative_feature_error <= FEATURE_LIMIT);
+    assert!(agreement.max_relative_excess <= EXCESS_LIMIT);
+    let raised = flags(&record, &played.answers);
+    let first = raised.first().expect("the event is flagged");
+    assert!(first.since_d >= 120.0, "no flag before day 120: {first:?}");
+    let readings_after =
+        record.iter().filter(|r| r.time_d >= Some(125.0) && r.time_d <= Some(first.time_d)).count();
+    assert!(readings_after <= 6, "flag within six readings of day 125: {first:?}");
+    assert_eq!(rotor.bearing[first.suspect.unwrap()].name, "16");
+}
+
+#[test]
+fn the_check_itself_fails_for_a_core_with_another_model() {
+    let (rotor, record) = identified();
+    let mut deployment = deployment(&rotor);
+    deployment.edge.supports[1].stiffness_n_m[0][0] *= 1.001;
+    let played = replay::run(&deployment, &record[..50], &ReplayConfig::default(), |_| ()).unwrap();
+    let agreement = equivalence(&deployment, 1.2, &record[..50], &played.answers).unwrap();
+    assert!(agreement.max_relative_feature_error > FEATURE_LIMIT);
+    assert!(agreement.verdict().is_err());
+}
+
+/// Adds one of every kind of term to the deployed model, desktop and edge alike.
+fn with_every_term(rotor: &Rotor) -> Deployment {
+    let plain = deployment(rotor);
+    let mut model = plain.desktop.clone();
+    let disk = &model.planes[0] * 0.3 + &model.planes[1] * 0.7;
+    let mut seal =
+        Support::linear(disk.clone(), Matrix2::new(2e7, 3e7, -3e7, 2e7), Matrix2::identity() * 1e4);
+    seal.mass_kg = 4.0;
+    model.supports.push(seal);
+    model.supports[0].pedestal = Some(Pedestal { stiffness_n_m: 8e8, damping_n_s_m: 2e4, mass_kg: 300.0 });
+    model.supports[1].stiffness_slope = 0.3;
+    model.supports[1].reference_rad_s = 800.0;
+    model.internal_damping_s = 2e-5;
+    let force = |amplitude, law| Forcing { shape: disk.clone(), amplitude, law };
+    model.forcings.push(force(Complex::new(120.0, -80.0), SpeedLaw::Constant));
+    model.forcings.push(force(Complex::new(1e-4, 5e-5), SpeedLaw::Squared));
+    model.probes[2].gain = Complex::from_polar(1.1, 0.2);
+    model.probes[1].runout_m = Complex::new(1e-6, -2e-6);
+    Deployment::of_model(model, plain.probes, plain.unbalance_kg_m, 12_000.0).unwrap()
+}
+
+#[test]
+fn every_kind_of_term_gives_the_same_response_in_core_and_desktop() {
+    let (rotor, _) = identified();
+    let all = with_every_term(&rotor);
+    let plain = deployment(&rotor);
+    let u = &all.unbalance_kg_m;
+    let flat: Vec<f32> = u.iter().flat_map(|u| [(u.re * 1e6) as f32, (u.im * 1e6) as f32]).collect();
+    for speed_rpm in [1500.0, 4000.0, 8000.0, 11_000.0, 12_000.0] {
+        let speed = rad_s(speed_rpm);
+        let desktop = all.desktop.response(speed).unwrap().at(u);
+        let core = response(&all.edge, speed as f32, &SupportAmplitudes::default()).unwrap();
+        let features = core.features(&flat.clone().try_into().unwrap());
+        let core = DVector::from_fn(4, |p, _| {
+            Complex::new(f64::from(features[2 * p]), -f64::from(features[2 * p + 1])) * 1e-6
+        });
+        assert!((&core - &desktop).camax() < 1e-5 * desktop.camax(), "{speed_rpm} rpm");
+        let without = plain.desktop.response(speed).unwrap().at(u);
+        assert!((without - &desktop).camax() > 1e-2 * desktop.camax(), "the terms matter");
+    }
+}
+
+#[test]
+fn with_lost_repeated_and_late_frames_no_wrong_estimate_comes_back() {
+    let (rotor, record) = identified();
+    let deployment = deployment(&rotor);
+    let clean = replay::run(&deployment, &record, &ReplayConfig::default(), |_| ()).unwrap();
+    for seed in 1..=5 {
+        let bus =
+            BusConfig { loss: 0.02, repetition: 0.05, longest_delay_us: 400, seed, ..BusConfig::default() };
+        let config = ReplayConfig { bus, ..ReplayConfig::default() };
+        let played = replay::run(&deployment, &record, &config, |_| ()).unwrap();
+        let c = played.counters;
+        println!("seed {seed}: {} answers, {c:?}", played.answers.len());
+        assert!(played.answers.len() < clean.answers.len(), "some readings must have suffered");
+        assert!(c.incomplete > 0);
+        // a gap shows when the next reading arrives, so only the two ends of the record can stay unknown
+        let accounted = usize::from(c.readings) + usize::from(c.lost) + usize::from(c.skipped);
+        assert!(
+            (record.len() - 6..=record.len()).contains(&accounted),
+            "every reading is accounted for: {c:?}"
+        );
+        let agreement = equivalence(&deployment, 1.2, &record, &played.answers).unwrap();
+        assert!(
+            agreement.max_relative_feature_error <= FEATURE_LIMIT,
+            "what was evaluated was what was sent"
+        );
+        let raised = flags(&record, &played.answers);
+        assert!(raised.first().is_some_and(|f| (125.0..=133.0).contains(&f.time_d)), "{raised:?}");
+    }
+}
+
+#[test]
+fn lost_readings_and_missing_days_neither_stop_nor_flag_anything() {
+    let (rotor, record) = identified();
+    let deployment = deployment(&rotor);
+    let mut holes: Vec<Reading> =
+        record[..120].iter().enumerate().filter(|(i, _)| i % 7 != 3).map(|(_, r)| r.clone()).collect();
+    for (i, reading) in holes.iter_mut().enumerate() {
+        if i % 3 == 0 {
+            reading.probes[i % 4] = None;
+        }
+    }
+    let played = replay::run(&deployment, &holes, &ReplayConfig::default(), |_| ()).unwrap();
+    assert!(flags(&holes, &played.answers).is_empty());
+    assert_eq!(usize::from(played.counters.skipped), holes.len().div_ceil(3));
+    assert_eq!(played.answers.len() + usize::from(played.counters.skipped), holes.len());
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits() {
+    let (rotor, record) = identified();
+    let deployment = deployment(&rotor);
+    let run = || replay::run(&deployment, &record[..60], &ReplayConfig::default(), |_| ()).unwrap().answers;
+    let bits = |answers: Vec<replay::Answer>| -> Vec<[u32; 4]> {
+        answers
+            .iter()
+            .map(|a| {
+                let [[a, b], [c, d]] = a.result.unbalance_g_mm;
+                [a, b, c, d].map(f32::to_bits)
+            })
+            .collect()
+    };
+    assert_eq!(bits(run()), bits(run()));
+}
