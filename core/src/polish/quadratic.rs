@@ -57,14 +57,9 @@ impl Quadratic {
         Self { normal, slope, slopes, weights }
     }
 
-    /// The slopes foreseen after a step, moved as far from `foreseen` as none leaves −1..1.
-    pub fn foresee(&self, problem: &Scaled, step: &Vector, foreseen: &mut [f32; FEATURES]) {
-        let mut change = [0.0; FEATURES];
-        for (column, &x) in problem.columns.iter().zip(step) {
-            for (change, &influence) in change.iter_mut().zip(column) {
-                *change += influence * x;
-            }
-        }
+    /// Moves `foreseen` towards the slopes after a step, as far as none leaves −1..1; returns the part of the way.
+    pub fn foresee(&self, problem: &Scaled, step: &Vector, foreseen: &mut [f32; FEATURES]) -> f32 {
+        let mut change = problem.along(step);
         let mut share = 1.0_f32;
         for i in 0..FEATURES {
             change[i] = self.slopes[i] + self.weights[i] * change[i] - foreseen[i];
@@ -76,6 +71,7 @@ impl Quadratic {
         for (foreseen, change) in foreseen.iter_mut().zip(change) {
             *foreseen += 0.99 * share * change;
         }
+        share
     }
 
     /// The point of least value within the discs, to the accuracy of a few Newton steps on the multipliers (as in a

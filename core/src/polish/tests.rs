@@ -4,8 +4,10 @@ use super::*;
 use crate::swarm::{DEFAULT_PARTICLES, SwarmConfig, search};
 use crate::testing::{Random, random_fit};
 
-/// Excess allowed, relative to Σ|target|; the promise is ten times that.
-const ALLOWED: f64 = 9.0;
+/// Excess allowed relative to Σ|target|. 20,000 fresh problems of each kind, drawn after the last change, left 4e-5 at worst
+/// without active bounds and 4e-4 within them; 1e-7 and 5e-7 on average.
+const ALLOWED_FREE: f64 = 1e-4;
+const ALLOWED: f64 = 1e-3;
 
 type Point = [f64; 4];
 
@@ -138,28 +140,26 @@ fn excess(fit: &Fit, exact_um: f64, seed: u64) -> f64 {
 
 #[test]
 fn free_minimum_agrees_with_the_best_of_all_vertices() {
-    let mut random = Random::new(2111);
+    let mut random = Random::new(11);
     for likeness in [0.0, 0.5, 0.9, 0.97] {
-        for seed in 0..3000 {
+        for seed in 0..500 {
             let fit = Fit { bound_g_mm: [1e3; 2], ..random_fit(&mut random, likeness, 1.0) };
             let excess = excess(&fit, Exact::new(&fit).best_vertex().1, seed);
             assert!(excess > -2e-6, "below the exact minimum: {excess:e}");
-            std::println!("EX {excess:e} likeness {likeness} free problem {seed}");
-            assert!(excess < ALLOWED, "likeness {likeness}, problem {seed}: {excess:e}");
+            assert!(excess < ALLOWED_FREE, "likeness {likeness}, problem {seed}: {excess:e}");
         }
     }
 }
 
 #[test]
 fn minimum_within_bounds_agrees_with_a_walk_around_them() {
-    let mut random = Random::new(2212);
+    let mut random = Random::new(12);
     for likeness in [0.0, 0.5, 0.9, 0.97] {
         for bound in [0.01, 0.3, 0.8, 1.0, 1.2] {
             for seed in 0..COUNT {
                 let fit = random_fit(&mut random, likeness, bound);
                 let excess = excess(&fit, Exact::new(&fit).best_within(), seed);
                 assert!(excess > -2e-6, "below the exact minimum: {excess:e}");
-                std::println!("EX {excess:e} likeness {likeness} bound {bound} problem {seed}");
                 assert!(excess < ALLOWED, "likeness {likeness}, bound {bound}, problem {seed}: {excess:e}");
             }
         }
@@ -167,7 +167,7 @@ fn minimum_within_bounds_agrees_with_a_walk_around_them() {
 }
 
 /// Problems of each kind: few in a debug build, whose walks are slow.
-const COUNT: u64 = if cfg!(debug_assertions) { 5 } else { 600 };
+const COUNT: u64 = if cfg!(debug_assertions) { 5 } else { 200 };
 
 #[test]
 fn one_plane_reaches_its_own_minimum_and_leaves_the_absent_plane_at_zero() {
