@@ -138,7 +138,7 @@ fn gyroscopic_moments_stiffen_the_forward_whirl_and_soften_the_backward_one() {
     let (m, g) = (&model.structure.mass, &model.structure.polar_inertia);
     let mut z = (&model.structure.stiffness - (m - g) * (w * w)).map(C::from);
     for s in &model.supports {
-        z += (&s.shape * s.shape.transpose()).map(|v| C::from(v * s.stiffness_n_m[(0, 0)]));
+        z += (&s.shape * s.shape.transpose()).map(|v| C::from(v * s.law.stiffness_n_m[(0, 0)]));
     }
     let force = model.planes[0].map(|s| C::from(s * w * w));
     let forward_only = z.lu().solve(&force).unwrap();

@@ -11,7 +11,7 @@ use rotor_edge_core::response::{SupportAmplitudes, response};
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
 use rotor_edge_desktop::measurement::{Reading, rad_s};
 use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::terms::{Forcing, Pedestal, SpeedLaw, Support};
+use rotor_edge_desktop::terms::{Forcing, Pedestal, SpeedLaw, Support, SupportLaw};
 
 fn identified() -> (Rotor, Vec<Reading>) {
     let (rotor, record, runup) = sample::load().unwrap();
@@ -61,13 +61,13 @@ fn with_every_term(rotor: &Rotor) -> Deployment {
     let plain = deployment(rotor);
     let mut model = plain.desktop.clone();
     let disk = &model.planes[0] * 0.3 + &model.planes[1] * 0.7;
-    let mut seal =
-        Support::linear(disk.clone(), Matrix2::new(2e7, 3e7, -3e7, 2e7), Matrix2::identity() * 1e4);
+    let mut seal = SupportLaw::linear(Matrix2::new(2e7, 3e7, -3e7, 2e7), Matrix2::identity() * 1e4);
     seal.mass_kg = 4.0;
-    model.supports.push(seal);
-    model.supports[0].pedestal = Some(Pedestal { stiffness_n_m: 8e8, damping_n_s_m: 2e4, mass_kg: 300.0 });
-    model.supports[1].stiffness_slope = 0.3;
-    model.supports[1].reference_rad_s = 800.0;
+    model.supports.push(Support { shape: disk.clone(), law: seal });
+    model.supports[0].law.pedestal =
+        Some(Pedestal { stiffness_n_m: 8e8, damping_n_s_m: 2e4, mass_kg: 300.0 });
+    model.supports[1].law.stiffness_slope = 0.3;
+    model.supports[1].law.reference_rad_s = 800.0;
     model.internal_damping_s = 2e-5;
     let force = |amplitude, law| Forcing { shape: disk.clone(), amplitude, law };
     model.forcings.push(force(Complex::new(120.0, -80.0), SpeedLaw::Constant));

@@ -18,7 +18,8 @@ pub fn supported(model: &Model, size: usize) -> DMatrix<f64> {
     let structure = &model.structure;
     let mut stiffness = structure.stiffness.clone();
     for s in &model.supports {
-        let mean = 0.5 * s.stiffness_n_m.trace();
+        // a seal may push; the basis needs something that holds
+        let mean = (0.5 * s.law.stiffness_n_m.trace()).max(0.0);
         stiffness.ger(mean, &s.shape, &s.shape, 1.0);
     }
     let factor = structure.mass.clone().cholesky().expect("the mass of a shaft is positive definite").l();

@@ -8,9 +8,11 @@
 //! | [`elements`], [`structure`] | Timoshenko elements; K, M, G of the shaft with its disks |
 //! | [`basis`], [`assumed_modes`] | the shape functions of the reduced model |
 //! | [`terms`], [`model`] | supports, forcings, readings; the response at running speed |
-//! | [`receptance`] | the same response, cheap to repeat with other supports |
 //! | [`unbalance`] | g·mm and degrees; static and dynamic parts |
 //! | [`identify`] | bearings and unbalance from measurements: phase I and phase II |
+//! | [`machine`], [`effects`] | what a file's effects add to a machine's terms; one file an effect |
+//! | [`fit`] | hypotheses fitted to measurements |
+//! | [`compare`], [`diagnose`] | where a model misses; which effect is missing, and adding it |
 //!
 //! # Conventions
 //! z along the shaft, rotation takes x into y. A probe reads `u(t) = u_c cos Ωt + u_s sin Ωt` from the
@@ -21,12 +23,16 @@
 
 pub mod assumed_modes;
 pub mod basis;
+pub mod compare;
+pub mod diagnose;
+pub mod effects;
 pub mod elements;
 mod error;
+pub mod fit;
 pub mod identify;
+pub mod machine;
 pub mod measurement;
 pub mod model;
-pub mod receptance;
 pub mod rotor;
 pub mod rotor_file;
 pub mod structure;

@@ -5,6 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use crate::assumed_modes;
 use crate::basis;
 use crate::error::Error;
+use crate::machine::{Terms, force_shape, position_m};
 use crate::rotor::{BasisKind, Formulation, Rotor};
 use crate::structure::{ELEMENTS_PER_SEGMENT, Structure};
 use crate::terms::{Forcing, ProbeTerm, Support};
@@ -65,30 +66,35 @@ impl Model {
         }
     }
 
-    /// Attaches the rotor's bearings, planes and probes to a structure.
+    /// Attaches the rotor's bearings, effects, planes and probes to a structure.
     pub fn on(mut structure: Structure, rotor: &Rotor) -> Self {
         if rotor.physics.formulation == Formulation::Printed2023 {
             // every response here is synchronous, so −Ω²N joins −Ω²M
             structure.mass += &structure.tilt_inertia;
         }
+        let terms = Terms::of(rotor);
         let shape = |position_m| structure.station(position_m).displacement.clone();
-        let supports = rotor
-            .bearing
-            .iter()
-            .map(|b| Support::linear(shape(b.position_m), b.stiffness_n_m.matrix(), b.damping_n_s_m.matrix()))
-            .collect();
-        let planes = rotor.plane.iter().map(|p| shape(p.position_m)).collect();
-        let probes = rotor
-            .probe
-            .iter()
-            .map(|p| ProbeTerm {
-                shape: shape(p.position_m),
-                angle_rad: p.angle_deg.to_radians(),
-                gain: Complex::from(1.0),
-                runout_m: Complex::from(0.0),
-            })
-            .collect();
-        Self { structure, internal_damping_s: 0.0, supports, forcings: Vec::new(), planes, probes }
+        let supports = terms.supports.iter().filter_map(|(place, law)| {
+            position_m(rotor, *place).map(|z| Support { shape: shape(z), law: *law })
+        });
+        let forcings = terms.forcings.iter().filter_map(|(pattern, amplitude)| {
+            let shape = force_shape(*pattern, &structure, rotor)?;
+            Some(Forcing { shape, amplitude: *amplitude, law: pattern.law() })
+        });
+        let probes = rotor.probe.iter().enumerate().map(|(i, p)| ProbeTerm {
+            shape: shape(p.position_m),
+            angle_rad: p.angle_deg.to_radians(),
+            gain: terms.gains[i],
+            runout_m: terms.runout_m[i],
+        });
+        Self {
+            internal_damping_s: terms.internal_damping_s,
+            supports: supports.collect(),
+            forcings: forcings.collect(),
+            planes: rotor.plane.iter().map(|p| shape(p.position_m)).collect(),
+            probes: probes.collect(),
+            structure,
+        }
     }
 
     /// The same model in the coordinates of the columns of `basis`.
@@ -125,7 +131,7 @@ impl Model {
             }
         }
         for (support, amplitude_m) in self.supports.iter().zip(amplitudes_m) {
-            let held = support.dynamic_stiffness(w, *amplitude_m);
+            let held = support.law.dynamic_stiffness(w, *amplitude_m);
             let outer = &support.shape * support.shape.transpose();
             for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 let mut block = z.view_mut((i * n, j * n), (n, n));
@@ -199,7 +205,7 @@ impl Model {
         unbalance_kg_m: &DVector<Complex<f64>>,
     ) -> Result<Response, Error> {
         let mut amplitudes_m = vec![[0.0; 2]; self.supports.len()];
-        let nonlinear = self.supports.iter().any(|s| s.hardening_per_m2 != 0.0);
+        let nonlinear = self.supports.iter().any(|s| s.law.hardening_per_m2 != 0.0);
         for round in 0..AMPLITUDE_ROUNDS {
             let response = self.response_at(speed_rad_s, &amplitudes_m)?;
             if !nonlinear {
@@ -243,12 +249,12 @@ impl Model {
         c.view_mut((n, 0), (n, n)).copy_from(&-gyroscopic);
         for s in &self.supports {
             let outer = &s.shape * s.shape.transpose();
-            let held = s.dynamic_stiffness(spin_rad_s, [0.0; 2]);
+            let held = s.law.dynamic_stiffness(spin_rad_s, [0.0; 2]);
             for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 let mut block = k.view_mut((i * n, j * n), (n, n));
                 block += &outer * held[(i, j)].re;
                 let mut block = c.view_mut((i * n, j * n), (n, n));
-                block += &outer * s.damping_n_s_m[(i, j)];
+                block += &outer * s.law.damping_n_s_m[(i, j)];
             }
         }
         // coordinates in which the mass is the identity keep the state matrix well scaled

@@ -2,6 +2,8 @@
 //!
 //! SI units throughout; unbalance is written in g·mm and degrees, as on the shop floor.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 /// A rotor on two bearings, watched by proximity probes.
@@ -41,6 +43,9 @@ pub struct Rotor {
     /// Runs with known added unbalance.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub run: Vec<Run>,
+    /// Physical effects beside bearings and unbalance, with their parameters.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effect: Vec<EffectEntry>,
 }
 
 /// Switches of the beam theory.
@@ -264,6 +269,32 @@ pub struct AddedUnbalance {
     pub magnitude_g_mm: f64,
     /// From the keyphasor mark, in the direction of rotation, degrees.
     pub angle_deg: f64,
+}
+
+/// A physical effect that the model has; see [`crate::effects`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EffectEntry {
+    /// Name of the effect.
+    pub kind: String,
+    /// Name of the bearing, disk or probe; absent for the whole machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<String>,
+    /// Parameters by name, SI units.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, ParameterValue>,
+}
+
+/// A parameter of an effect.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum ParameterValue {
+    /// A real number.
+    Real(f64),
+    /// Real and imaginary part of a phasor.
+    Phasor([f64; 2]),
+    /// A phasor for each probe.
+    Phasors(Vec<[f64; 2]>),
 }
 
 impl Rotor {

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use crate::effects::entry;
 use crate::error::Error;
-use crate::rotor::Rotor;
+use crate::rotor::{EffectEntry, Rotor};
 
 /// The layout of `rotor.toml` that this crate reads and writes.
 pub const SCHEMA: u32 = 1;
@@ -97,7 +98,13 @@ fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
     check_shaft(&c, rotor)?;
     check_bearings(&c, rotor)?;
     check_probes_and_planes(&c, rotor)?;
-    check_statistics(&c, rotor)
+    check_statistics(&c, rotor)?;
+    for e in &rotor.effect {
+        entry::check(rotor, e).or_else(|what| c.fail(format!("[[effect]] \"{}\"", e.kind), what))?;
+    }
+    let label = |e: &EffectEntry| format!("{}@{}", e.kind, e.at.as_deref().unwrap_or(""));
+    let labels: Vec<String> = rotor.effect.iter().map(label).collect();
+    c.unique("[[effect]] kind and at", labels.iter().map(String::as_str))
 }
 
 fn check_shaft(c: &Checker, rotor: &Rotor) -> Result<(), Error> {

@@ -10,6 +10,13 @@ const I: Complex<f64> = Complex::new(0.0, 1.0);
 pub struct Support {
     /// Displacement of the place per unit coordinate.
     pub shape: DVector<f64>,
+    /// Force per motion of the place.
+    pub law: SupportLaw,
+}
+
+/// How a support answers the motion of its place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SupportLaw {
     /// Stiffness, rows x y, N/m.
     pub stiffness_n_m: Matrix2<f64>,
     /// Damping, rows x y, N·s/m.
@@ -47,11 +54,10 @@ impl Pedestal {
     }
 }
 
-impl Support {
+impl SupportLaw {
     /// A linear support with the given coefficients and nothing else.
-    pub fn linear(shape: DVector<f64>, stiffness_n_m: Matrix2<f64>, damping_n_s_m: Matrix2<f64>) -> Self {
+    pub fn linear(stiffness_n_m: Matrix2<f64>, damping_n_s_m: Matrix2<f64>) -> Self {
         Self {
-            shape,
             stiffness_n_m,
             damping_n_s_m,
             mass_kg: 0.0,
@@ -139,9 +145,8 @@ pub struct ProbeTerm {
 mod tests {
     use super::*;
 
-    fn bearing() -> Support {
-        let shape = DVector::from_element(1, 1.0);
-        Support::linear(shape, Matrix2::new(2e8, 1e7, -2e7, 3e8), Matrix2::new(1e5, 2e3, 1e3, 2e5))
+    fn bearing() -> SupportLaw {
+        SupportLaw::linear(Matrix2::new(2e8, 1e7, -2e7, 3e8), Matrix2::new(1e5, 2e3, 1e3, 2e5))
     }
 
     #[test]
@@ -149,7 +154,7 @@ mod tests {
         let alone = bearing().dynamic_stiffness(1000.0, [0.0; 2]);
         let on = |k| {
             let pedestal = Some(Pedestal { stiffness_n_m: k, damping_n_s_m: 0.0, mass_kg: 0.0 });
-            Support { pedestal, ..bearing() }.dynamic_stiffness(1000.0, [0.0; 2])
+            SupportLaw { pedestal, ..bearing() }.dynamic_stiffness(1000.0, [0.0; 2])
         };
         assert!((on(1e16) - alone).norm() < 1e-6 * alone.norm());
         let soft = on(1.0);
@@ -158,9 +163,8 @@ mod tests {
 
     #[test]
     fn series_of_equal_isotropic_springs_is_half_of_one() {
-        let shape = DVector::from_element(1, 1.0);
         let isotropic = Matrix2::identity() * 4e7;
-        let mut s = Support::linear(shape, isotropic, Matrix2::zeros());
+        let mut s = SupportLaw::linear(isotropic, Matrix2::zeros());
         s.pedestal = Some(Pedestal { stiffness_n_m: 4e7, damping_n_s_m: 0.0, mass_kg: 0.0 });
         let z = s.dynamic_stiffness(500.0, [0.0; 2]);
         assert!((z - (isotropic * 0.5).map(Complex::from)).norm() < 1e-6);

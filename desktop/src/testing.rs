@@ -49,6 +49,7 @@ pub fn uniform_shaft() -> Rotor {
         ],
         plane: vec![plane("1", 0.3), plane("2", 0.7)],
         run: vec![],
+        effect: vec![],
     }
 }
 

@@ -162,15 +162,16 @@ fn edge_model(
 
 fn support(s: &desktop::terms::Support) -> Support<SHAPES> {
     let rows = |m: &nalgebra::Matrix2<f64>| [[m.m11 as f32, m.m12 as f32], [m.m21 as f32, m.m22 as f32]];
+    let law = &s.law;
     Support {
         shape: vector(&s.shape),
-        stiffness_n_m: rows(&s.stiffness_n_m),
-        damping_n_s_m: rows(&s.damping_n_s_m),
-        mass_kg: s.mass_kg as f32,
-        stiffness_slope: s.stiffness_slope as f32,
-        reference_speed_rad_s: s.reference_rad_s as f32,
-        hardening_per_um2: (s.hardening_per_m2 * 1e-12) as f32,
-        pedestal: s.pedestal.map(|p| Pedestal {
+        stiffness_n_m: rows(&law.stiffness_n_m),
+        damping_n_s_m: rows(&law.damping_n_s_m),
+        mass_kg: law.mass_kg as f32,
+        stiffness_slope: law.stiffness_slope as f32,
+        reference_speed_rad_s: law.reference_rad_s as f32,
+        hardening_per_um2: (law.hardening_per_m2 * 1e-12) as f32,
+        pedestal: law.pedestal.map(|p| Pedestal {
             stiffness_n_m: p.stiffness_n_m as f32,
             damping_n_s_m: p.damping_n_s_m as f32,
             mass_kg: p.mass_kg as f32,

@@ -5,6 +5,7 @@
 //! | [`bus`] | the in-process virtual CAN bus |
 //! | [`edge`] | a desktop model, made small enough for the controller |
 //! | [`replay`] | a record, played over the bus into the core, every result checked |
+//! | [`report`] | one HTML file with figures |
 //! | [`sample`] | the machine that the main job runs on |
 //! | [`command`] | one file a command: arguments in, table or JSON out |
 
@@ -12,4 +13,5 @@ pub mod bus;
 pub mod command;
 pub mod edge;
 pub mod replay;
+pub mod report;
 pub mod sample;

@@ -1,12 +1,18 @@
 //! Identification in two phases (Bera et al., Machines 2023, 11, 976): phase I finds the bearings and
 //! the unbalance of the first days, phase II follows the unbalance with the bearings held.
+//!
+//! Phase I searches with the engine of [`crate::fit`]; phase II is a convex programme of its own.
 
 mod bearings;
-mod observations;
+mod noise;
 mod phase_one;
 mod phase_two;
+mod swarm;
+#[cfg(test)]
+mod tests;
 
-pub use bearings::{BearingParameter, COEFFICIENTS, Identified};
-pub use observations::{Observations, assumed_noise};
+pub use crate::fit::hypothesis::COEFFICIENTS;
+pub use bearings::{BearingParameter, Identified};
+pub use noise::assumed_noise;
 pub use phase_one::{PhaseOne, PhaseOneConfig, identify};
 pub use phase_two::{Bounds, LeastResidual, least_residual};

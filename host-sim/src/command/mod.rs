@@ -1,6 +1,11 @@
 //! The commands, one file each.
 
+mod add;
+mod compare;
+mod diagnose;
+mod diagnosis_report;
 mod identify;
+mod improve;
 mod output;
 mod replay;
 
@@ -22,6 +27,14 @@ pub struct Cli {
 enum Command {
     /// Play a record over a virtual CAN bus into the controller's core and check every result
     Replay(Box<replay::Arguments>),
+    /// Hold a model against measurements: where it misses, and whether that is noise or physics
+    Compare(compare::Arguments),
+    /// Say which physical effect is missing in a model, or which measurement would tell
+    Diagnose(diagnose::Arguments),
+    /// Fit one effect together with bearings and planes and write the better model
+    Add(add::Arguments),
+    /// Diagnose and add until the model is adequate
+    Improve(improve::Arguments),
     /// Phase I: bearings and unbalance of a machine's first days
     Identify(identify::Arguments),
 }
@@ -34,6 +47,10 @@ pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         None => replay::run(&replay::Arguments::sample()),
         Some(Command::Replay(arguments)) => replay::run(&arguments),
+        Some(Command::Compare(arguments)) => compare::run(&arguments),
+        Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
+        Some(Command::Add(arguments)) => add::run(&arguments),
+        Some(Command::Improve(arguments)) => improve::run(&arguments),
         Some(Command::Identify(arguments)) => identify::run(&arguments),
     }
 }

@@ -1,10 +1,13 @@
 //! What commands print: tables for people, one JSON object for programs, progress for the patient.
 
+use std::path::Path;
 use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+
+use crate::report::{Section, page};
 
 /// Prints one JSON object on standard output.
 pub fn json(value: &impl Serialize) -> Result<()> {
@@ -29,4 +32,12 @@ pub fn spinner(what: &str) -> ProgressBar {
     bar.set_message(what.to_string());
     bar.enable_steady_tick(Duration::from_millis(120));
     bar
+}
+
+/// Writes a report, whole or not at all.
+pub fn report(path: &Path, title: &str, sections: Vec<Section>) -> Result<()> {
+    let partial = path.with_extension("html.partial");
+    std::fs::write(&partial, page(title, sections))
+        .and_then(|()| std::fs::rename(&partial, path))
+        .with_context(|| format!("{}: cannot be written", path.display()))
 }

@@ -1,0 +1,234 @@
+//! Which measurement would tell rivals apart: simulate them at candidate measurements and see where they
+//! differ most against the noise.
+
+use nalgebra::{Complex, DVector};
+
+use super::rank::Ranking;
+use super::{Base, Tried, parameters};
+use crate::effects::entry;
+use crate::fit::data::sigma_m;
+use crate::fit::hypothesis::{Assumed, COEFFICIENTS, Hypothesis, coefficient};
+use crate::fit::{Fit, starts_for};
+use crate::measurement::rad_s;
+use crate::model::Model;
+use crate::rotor::{Noise, Probe, Rotor};
+use crate::unbalance::g_mm_deg;
+
+/// Rivals that are simulated at most.
+const MOST_RIVALS: usize = 5;
+/// Speeds of a simulated run-up.
+const RUN_UP_SPEEDS: usize = 25;
+/// Shape functions of the simulated rivals.
+const SHAPES: usize = 20;
+/// Standard deviations by which rivals must differ to be told apart for sure.
+const APART: f64 = 5.0;
+/// Repetitions above which a measurement is not worth making.
+const MOST_REPEATS: f64 = 30.0;
+
+/// A measurement that would tell rivals apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Advice {
+    /// What to measure.
+    pub measurement: String,
+    /// Distance of the two most alike rivals, in standard deviations over all its values.
+    pub separation_sd: f64,
+    /// Speed at which they differ most, rpm.
+    pub speed_rpm: f64,
+    /// How often to measure until their average tells the rivals apart.
+    pub repeats: usize,
+}
+
+struct Measurement {
+    name: String,
+    speeds_rpm: Vec<f64>,
+    /// Probes that are there beside the machine's own.
+    extra: Vec<Probe>,
+    /// Weight added to a plane, kg·m.
+    weight: Option<(usize, Complex<f64>)>,
+}
+
+/// What would tell the rivals of a ranking apart, as they were fitted.
+pub fn between_fits(base: &Base, tried: &[Tried], ranking: &Ranking, noise: &Noise) -> Vec<Advice> {
+    let many = ranking.rivals.clamp(2, MOST_RIVALS);
+    let fitted = |t: &Tried| as_file(&base.hypothesis.with(t.assumed), &t.fit);
+    advise(base, &tried.iter().take(many).map(fitted).collect::<Vec<_>>(), noise)
+}
+
+/// What would show effects that the data cannot show at all, at the strengths that searches start from.
+pub fn between_typical(base: &Base, possible: &[Assumed], noise: &Noise) -> Vec<Advice> {
+    let typical = |a: &Assumed| {
+        let with = base.hypothesis.with(*a);
+        let start = starts_for(&base.hypothesis, &base.fit, *a).into_iter().next()?;
+        // effects that are linear unknowns have no strength of their own to start from
+        let mut fit = base.fit.clone();
+        fit.x = start;
+        with.unknowns().is_empty().then(|| as_file(&with, &fit))
+    };
+    let rivals: Vec<Rotor> = possible.iter().filter_map(typical).collect();
+    // spread over the list, as neighbours in it are the same effect at the next place
+    let every = rivals.len().div_ceil(MOST_RIVALS).max(1);
+    let mut advice = advise(base, &rivals.into_iter().step_by(every).collect::<Vec<_>>(), noise);
+    // real strengths are not known yet, so neither is how often to repeat
+    advice.iter_mut().for_each(|a| a.repeats = 1);
+    advice
+}
+
+/// Candidate measurements, fewest repetitions and least effort first; those that would not help are left
+/// out.
+fn advise(base: &Base, rivals: &[Rotor], noise: &Noise) -> Vec<Advice> {
+    if rivals.len() < 2 {
+        return Vec::new();
+    }
+    let mut advice: Vec<Advice> = measurements(base, base.fitter.rotor)
+        .into_iter()
+        .filter_map(|m| {
+            let (separation_sd, speed_rpm) = separation(base, rivals, &m, noise)?;
+            // averaging n readings lowers the noise by √n
+            let repeats = (APART / separation_sd).powi(2).ceil().max(1.0);
+            (repeats <= MOST_REPEATS).then_some(Advice {
+                measurement: m.name,
+                separation_sd,
+                speed_rpm,
+                repeats: repeats as usize,
+            })
+        })
+        .collect();
+    // measurements come in the order of their effort; the sort is stable
+    advice.sort_by_key(|a| a.repeats);
+    advice
+}
+
+/// A fitted hypothesis as the file of a rotor: bearings, planes and effects.
+pub fn as_file(with: &Hypothesis, fit: &Fit) -> Rotor {
+    let mut rotor = with.rotor.clone();
+    for (i, log) in fit.x.iter().take(COEFFICIENTS).enumerate() {
+        let (bearing, axis, damping) = coefficient(i);
+        let b = &mut rotor.bearing[bearing];
+        let c = if damping { &mut b.damping_n_s_m } else { &mut b.stiffness_n_m };
+        *(if axis == 0 { &mut c.xx } else { &mut c.yy }) = log.exp();
+    }
+    for (plane, u) in rotor.plane.iter_mut().zip(&fit.unknowns) {
+        let [magnitude, angle] = g_mm_deg(*u);
+        (plane.unbalance_g_mm, plane.angle_deg) = (Some(magnitude), Some(angle));
+    }
+    let parts = parameters::split(with, fit);
+    rotor.effect = (with.effects.iter().zip(parts))
+        .map(|(a, (real, phasors))| {
+            entry::written(with.rotor, a.effect, a.place, &with.scales, &real, phasors)
+        })
+        .collect();
+    rotor.physics = with.terms(&fit.x).physics;
+    rotor
+}
+
+fn measurements(base: &Base, rotor: &Rotor) -> Vec<Measurement> {
+    let rows = &base.fitter.data.rows;
+    let rpm = |w: f64| w * 30.0 / std::f64::consts::PI;
+    let fastest = rpm(base.fitter.data.fastest_rad_s());
+    let slowest = rpm(rows.iter().map(|r| r.speed_rad_s).fold(f64::INFINITY, f64::min));
+    let run_up: Vec<f64> =
+        (1..=RUN_UP_SPEEDS).map(|k| fastest * (0.1 + 0.9 * k as f64 / RUN_UP_SPEEDS as f64)).collect();
+    let plain = |name: String, speeds_rpm: Vec<f64>| Measurement {
+        name,
+        speeds_rpm,
+        extra: Vec::new(),
+        weight: None,
+    };
+    let mut all = Vec::new();
+    if slowest > 0.5 * fastest {
+        all.push(plain(format!("a run-up from {:.0} to {fastest:.0} rpm", 0.1 * fastest), run_up.clone()));
+        all.push(plain(format!("a second speed, {:.0} rpm", 0.6 * fastest), vec![0.6 * fastest]));
+    }
+    all.push(plain(format!("a slow roll at {:.0} rpm", 0.3 * slowest), vec![0.3 * slowest]));
+    all.push(plain(format!("a run-up on to {:.0} rpm, if the machine allows it", 1.2 * fastest), {
+        (1..=5).map(|k| fastest * (1.0 + 0.04 * f64::from(k))).collect()
+    }));
+    for (i, plane) in rotor.plane.iter().enumerate() {
+        let u = base.fit.unknowns[i];
+        let weight = Complex::new(0.0, 1.0) * u;
+        let [magnitude, angle] = g_mm_deg(weight);
+        all.push(Measurement {
+            name: format!(
+                "a run-up with a trial weight of {magnitude:.0} g·mm at {angle:.0}° in plane {}",
+                plane.name
+            ),
+            speeds_rpm: run_up.clone(),
+            extra: Vec::new(),
+            weight: Some((i, weight)),
+        });
+    }
+    for disk in &rotor.disk {
+        let probe = |angle_deg: f64| Probe {
+            name: format!("at {} {angle_deg}", disk.name),
+            bearing: rotor.bearing[0].name.clone(),
+            position_m: disk.position_m,
+            angle_deg,
+        };
+        all.push(Measurement {
+            name: format!("a run-up with a further X/Y pair of probes at {}", disk.name),
+            speeds_rpm: run_up.clone(),
+            extra: vec![probe(0.0), probe(90.0)],
+            weight: None,
+        });
+    }
+    all
+}
+
+/// Distance of the best rival from the most alike other one, and the speed of the largest difference.
+/// What the rivals already differ by in the data at hand is no gain, so a trial weight counts by the
+/// change that it makes.
+fn separation(base: &Base, rivals: &[Rotor], m: &Measurement, noise: &Noise) -> Option<(f64, f64)> {
+    let own = base.fitter.rotor.probe.len();
+    let seen: Option<Vec<Vec<DVector<Complex<f64>>>>> =
+        rivals.iter().map(|rotor| simulate(rotor, m)).collect();
+    let seen = seen?;
+    let mut least = (f64::INFINITY, 0.0);
+    for other in &seen[1..] {
+        let (mut total, mut largest) = (0.0, (0.0, 0.0));
+        for (k, speed_rpm) in m.speeds_rpm.iter().enumerate() {
+            let (a, b) = (&seen[0][k], &other[k]);
+            // with extra probes only those are new; the machine's own were tried already
+            let fresh = if m.extra.is_empty() { 0..own } else { own..a.len() };
+            let distance: f64 = fresh.map(|p| (a[p] - b[p]).norm_sqr() / sigma_m(noise, a[p]).powi(2)).sum();
+            total += distance;
+            if distance > largest.0 {
+                largest = (distance, *speed_rpm);
+            }
+        }
+        if total.sqrt() < least.0 {
+            least = (total.sqrt(), largest.1);
+        }
+    }
+    Some(least)
+}
+
+fn simulate(rotor: &Rotor, m: &Measurement) -> Option<Vec<DVector<Complex<f64>>>> {
+    let mut rotor = rotor.clone();
+    rotor.probe.extend(m.extra.iter().cloned());
+    for e in &mut rotor.effect {
+        // a vector for each probe; those that are not there yet have no runout
+        if let Some(crate::rotor::ParameterValue::Phasors(all)) = e.parameters.get_mut("v") {
+            all.resize(rotor.probe.len(), [0.0; 2]);
+        }
+    }
+    let model = Model::reduced(&rotor, SHAPES);
+    let planes = rotor.plane.iter();
+    let mut u = DVector::from_iterator(
+        rotor.plane.len(),
+        planes.map(|p| {
+            crate::unbalance::phasor_kg_m(p.unbalance_g_mm.unwrap_or(0.0), p.angle_deg.unwrap_or(0.0))
+        }),
+    );
+    if let Some((plane, weight)) = m.weight {
+        u = DVector::zeros(u.len());
+        u[plane] = weight;
+    }
+    let forced = m.weight.is_none();
+    m.speeds_rpm
+        .iter()
+        .map(|rpm| {
+            let response = model.response_under(rad_s(*rpm), &u).ok()?;
+            Some(if forced { response.at(&u) } else { &response.per_unbalance * &u })
+        })
+        .collect()
+}

@@ -1,0 +1,52 @@
+//! A model at its best: bearings, planes and its effects' parameters fitted to measurements.
+
+use nalgebra::Complex;
+
+use super::advice::as_file;
+use super::{Base, checks};
+use crate::error::Error;
+use crate::fit::Fitter;
+use crate::fit::data::Data;
+use crate::identify::assumed_noise;
+use crate::measurement::Reading;
+use crate::rotor::{Noise, Rotor};
+
+/// A fitted model and what it says of every reading.
+#[derive(Debug, Clone)]
+pub struct BestFit {
+    /// The file with fitted bearings, planes and effects.
+    pub rotor: Rotor,
+    /// Phasor of every probe of every reading, m; zero where the reading was lost.
+    pub predicted_m: Vec<Vec<Complex<f64>>>,
+    /// Real numbers that were fitted.
+    pub free_parameters: usize,
+    /// The noise that was gone by.
+    pub noise: Noise,
+    /// What is odd in the data, one sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// Fits the model of a file to measurements.
+///
+/// # Errors
+/// If a probe is dead or clipped, phases are reversed, or the data are another machine's.
+pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
+    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let remarks = checks::before(rotor, readings)?;
+    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    let base = Base::fit(&fitter)?;
+    checks::after(&base, rotor, readings, &noise)?;
+    let mut flat = base.fit.predicted_m.iter().copied();
+    let predicted_m = readings
+        .iter()
+        .map(|r| r.probes.iter().map(|y| y.and_then(|_| flat.next()).unwrap_or_default()).collect())
+        .collect();
+    let fitted = as_file(&base.hypothesis, &base.fit);
+    Ok(BestFit {
+        rotor: fitter.corrected(fitted, &base.fit, &base.drawing),
+        predicted_m,
+        free_parameters: base.hypothesis.size() + 2 * base.fit.unknowns.len(),
+        noise,
+        remarks,
+    })
+}

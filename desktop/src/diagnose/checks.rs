@@ -1,0 +1,86 @@
+//! Is the data fit to be diagnosed? Dead or clipped probes, reversed phases, another machine.
+
+use nalgebra::Complex;
+
+use super::Base;
+use crate::error::Error;
+use crate::fit::data::Data;
+use crate::fit::{Effort, Fitter};
+use crate::measurement::Reading;
+use crate::rotor::{Noise, Rotor};
+
+/// A probe whose readings differ by less than this, relative, is stuck.
+const STUCK: f64 = 1e-6;
+/// Readings at one and the same largest amplitude that make a probe clipped.
+const CLIPPED_READINGS: usize = 4;
+/// Relative error at which a model with its bearings free describes some other machine.
+const ANOTHER_MACHINE: f64 = 0.8;
+
+/// Checks that need no model; remarks on what is odd but usable.
+///
+/// # Errors
+/// If a probe is dead or clipped, or there is nothing to fit.
+pub fn before(rotor: &Rotor, readings: &[Reading]) -> Result<Vec<String>, Error> {
+    let mut remarks = Vec::new();
+    for (p, probe) in rotor.probe.iter().enumerate() {
+        let seen: Vec<Complex<f64>> = readings.iter().filter_map(|r| r.probes[p]).collect();
+        let Some(first) = seen.first() else {
+            return Err(Error::Unsuitable(format!(
+                "probe {} has no reading at all; leave it out of the rotor",
+                probe.name
+            )));
+        };
+        let largest = seen.iter().map(|y| y.norm()).fold(0.0, f64::max);
+        if seen.len() > 2 && seen.iter().all(|y| (y - first).norm() <= STUCK * largest) {
+            let what = "shows the same value at every speed: it is stuck or dead, leave it out of the rotor";
+            return Err(Error::Unsuitable(format!("probe {} {what}", probe.name)));
+        }
+        let at_top = seen.iter().filter(|y| y.norm() > largest * (1.0 - STUCK)).count();
+        if at_top >= CLIPPED_READINGS {
+            let what =
+                format!("shows {:.2} µm in {at_top} readings and never more: it is clipped", largest * 1e6);
+            return Err(Error::Unsuitable(format!("probe {} {what}", probe.name)));
+        }
+        let lost = readings.len() - seen.len();
+        if 2 * lost > readings.len() {
+            remarks.push(format!("Probe {} lost {lost} of {} readings.", probe.name, readings.len()));
+        }
+    }
+    Ok(remarks)
+}
+
+/// Checks against the fitted model: is every forward whirl measured backward, is it this machine?
+///
+/// # Errors
+/// If the phases are reversed, or the data look like another machine's.
+pub fn after(base: &Base, rotor: &Rotor, readings: &[Reading], noise: &Noise) -> Result<(), Error> {
+    if base.fit.chi2_per_value() < 2.0 {
+        return Ok(());
+    }
+    let mirrored: Vec<Reading> = readings
+        .iter()
+        .map(|r| Reading { probes: r.probes.iter().map(|y| y.map(|y| y.conj())).collect(), ..r.clone() })
+        .collect();
+    let fitter = Fitter::new(rotor, Data::new(rotor, noise, &mirrored));
+    let start = [base.fit.x.clone(), base.hypothesis_start()];
+    let amplitudes = Some(&base.fit.amplitudes);
+    let drawing = base.drawing.fixed();
+    let reversed = fitter.fit(&base.hypothesis, &start, &drawing, Effort::Search, amplitudes);
+    if reversed.is_ok_and(|r| r.chi2 < 0.25 * base.fit.chi2) {
+        return Err(Error::Unsuitable(
+            "the phases are reversed: every forward whirl appears backward. Change the sign of all _sin_um columns, \
+             or swap the X and Y probes"
+                .into(),
+        ));
+    }
+    let error = base.relative_error(&base.fit);
+    if error > ANOTHER_MACHINE {
+        return Err(Error::Unsuitable(format!(
+            "these look like the data of another machine: with bearings and unbalance free the model of \"{}\" still \
+             misses {:.0} % of the vibration",
+            rotor.name,
+            error * 100.0
+        )));
+    }
+    Ok(())
+}

@@ -1,0 +1,211 @@
+//! Adding effects to a model: one on request, or one after another until it is adequate.
+
+use super::advice::as_file;
+use super::rank::rank;
+use super::{Base, Candidate, RIVAL, SURE, Tried, Verdict, diagnose, same};
+use crate::effects::{Place, entry};
+use crate::error::Error;
+use crate::fit::Fitter;
+use crate::fit::data::Data;
+use crate::fit::hypothesis::Assumed;
+use crate::identify::assumed_noise;
+use crate::measurement::Reading;
+use crate::rotor::Rotor;
+
+/// Effects that `improve` adds at most: no machine hides more, and each needs data of its own.
+const MOST_EFFECTS: usize = 4;
+/// Sets of effects that are followed side by side while none is enough.
+const BEAM: usize = 6;
+/// Standard deviations of χ² per value above one within which a fit is enough.
+pub const ENOUGH: f64 = 5.0;
+
+/// A model with an effect more.
+#[derive(Debug, Clone)]
+pub struct Improvement {
+    /// The new file: bearings, planes and effects as fitted.
+    pub rotor: Rotor,
+    /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) before.
+    pub error_before: f64,
+    /// The same after.
+    pub error_after: f64,
+    /// χ² per measured real number before and after.
+    pub chi2_per_value: [f64; 2],
+    /// The effect that was added.
+    pub added: Candidate,
+}
+
+/// One step of `improve`.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// The effect that was added.
+    pub added: Candidate,
+    /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) with it.
+    pub error_after: f64,
+    /// χ² per measured real number with it.
+    pub chi2_per_value: f64,
+    /// Sets of effects that explain the data as well as all that were added, this set included.
+    pub group: Vec<String>,
+}
+
+/// Fits one named effect together with bearings, planes and the effects that the file has, and returns
+/// the file with all of them.
+///
+/// # Errors
+/// If there is no such effect or place, the effect is present already, or it cannot be fitted.
+pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) -> Result<Improvement, Error> {
+    let (effect, place) = entry::resolve(rotor, kind, at).map_err(Error::Unsuitable)?;
+    let assumed = Assumed { effect, place };
+    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    let base = Base::fit(&fitter)?;
+    let switched_on = effect.places(rotor).is_empty() && place == Place::Machine;
+    if switched_on || base.hypothesis.effects.iter().any(|e| same(e, &assumed)) {
+        return Err(Error::Unsuitable(format!("{} is already in the model", assumed.label(rotor))));
+    }
+    let mut tried = base.attempt(assumed)?;
+    if !fitter.drawing_is_exact() {
+        base.refine(&mut tried)?;
+    }
+    base.finish(&mut tried)?;
+    let with = base.hypothesis.with(assumed);
+    Ok(Improvement {
+        rotor: fitter.corrected(as_file(&with, &tried.fit), &tried.fit, tried.drawing(&base)),
+        error_before: base.relative_error(&base.fit),
+        error_after: base.relative_error(&tried.fit),
+        chi2_per_value: [base.fit.chi2_per_value(), tried.fit.chi2_per_value()],
+        added: base.candidate(&tried, f64::NAN),
+    })
+}
+
+/// What `improve` made of a model.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// The new file.
+    pub rotor: Rotor,
+    /// Effects in the order in which they were found.
+    pub steps: Vec<Step>,
+    /// The last diagnosis.
+    pub verdict: Verdict,
+    /// Why, in one sentence.
+    pub summary: String,
+    /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) of the model at the start.
+    pub error_before: f64,
+    /// χ² per measured real number of the model at the start.
+    pub chi2_per_value_before: f64,
+}
+
+/// Adds effects until the model is adequate, or nothing that is left explains more than noise. Where
+/// rivals cannot be told apart the best of them is added: they predict this machine alike.
+///
+/// Effects that hide together can mislead a search for one: as long as no single effect is enough, the
+/// best few are followed side by side, and the set that explains most is kept. `progress` hears of each
+/// effect of that set.
+///
+/// # Errors
+/// As [`super::diagnose`].
+pub fn improve(
+    rotor: &Rotor,
+    readings: &[Reading],
+    mut progress: impl FnMut(&Step),
+) -> Result<Outcome, Error> {
+    let at_start = diagnose(rotor, readings)?;
+    let mut outcome = Outcome {
+        rotor: rotor.clone(),
+        steps: Vec::new(),
+        verdict: at_start.verdict,
+        summary: at_start.summary.clone(),
+        error_before: at_start.error_before,
+        chi2_per_value_before: at_start.chi2_per_value,
+    };
+    if at_start.saturated || at_start.nothing_missing >= SURE {
+        return Ok(outcome);
+    }
+    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    let own = rotor.effect.len();
+    let (best, rivals) = best_set(&fitter)?;
+    let mut left: Vec<Assumed> = best.hypothesis.effects[own..].to_vec();
+    while !left.is_empty() {
+        let (k, better) = strongest(&outcome.rotor, readings, &left)?;
+        left.remove(k);
+        let last = left.is_empty();
+        let step = Step {
+            error_after: if last { best.relative_error(&best.fit) } else { better.error_after },
+            chi2_per_value: if last { best.fit.chi2_per_value() } else { better.chi2_per_value[1] },
+            group: if last { rivals.clone() } else { Vec::new() },
+            added: better.added,
+        };
+        progress(&step);
+        outcome.steps.push(step);
+        outcome.rotor = better.rotor;
+    }
+    outcome.rotor = fitter.corrected(as_file(&best.hypothesis, &best.fit), &best.fit, &best.drawing);
+    let now = diagnose(&outcome.rotor, readings)?;
+    (outcome.verdict, outcome.summary) = (now.verdict, now.summary);
+    Ok(outcome)
+}
+
+/// The smallest set of effects after which nothing is missing, and the sets that rival it.
+fn best_set<'a>(fitter: &'a Fitter<'a>) -> Result<(Base<'a>, Vec<String>), Error> {
+    let mut beam = vec![Base::fit(fitter)?];
+    let mut rivals = Vec::new();
+    for _ in 0..MOST_EFFECTS {
+        let tried: Result<Vec<Vec<Tried>>, Error> = beam.iter().map(Base::try_all).collect();
+        let tried = tried?;
+        if rank(&beam[0], &tried[0]).nothing_missing >= SURE {
+            break;
+        }
+        let allowed = |t: &&Tried| t.disqualified.is_none();
+        let children = tried
+            .iter()
+            .zip(&beam)
+            .flat_map(|(all, base)| all.iter().filter(allowed).map(move |t| (base, t)));
+        let mut children: Vec<(&Base, &Tried)> = children.collect();
+        children.sort_by(|a, b| a.1.fit.bic().total_cmp(&b.1.fit.bic()));
+        let mut seen: Vec<Vec<String>> = Vec::new();
+        children.retain(|(base, t)| {
+            let set = labels(base, t);
+            let new = !seen.contains(&set);
+            seen.push(set);
+            new
+        });
+        let Some((_, best)) = children.first() else { break };
+        let enough = best.fit.chi2_per_value() < 1.0 + ENOUGH * (2.0 / best.fit.values as f64).sqrt();
+        let near = best.fit.bic() + 2.0 * (1.0 / RIVAL).ln();
+        let equals: Vec<String> = children
+            .iter()
+            .filter(|(_, t)| t.fit.bic() < near)
+            .map(|(base, t)| labels(base, t).join(" + "))
+            .collect();
+        let width = if enough { 1 } else { BEAM };
+        let kept: Result<Vec<Base>, Error> = children
+            .iter()
+            .take(width)
+            .map(|(base, t)| Base::settle(fitter, base.hypothesis.with(t.assumed), base.scaled_for_file(t)))
+            .collect();
+        rivals = if equals.len() > 1 { equals } else { Vec::new() };
+        beam = kept?;
+        beam.sort_by(|a, b| a.fit.bic().total_cmp(&b.fit.bic()));
+    }
+    Ok((beam.swap_remove(0), rivals))
+}
+
+/// Labels of a base's effects and one more, sorted.
+fn labels(base: &Base, t: &Tried) -> Vec<String> {
+    let all = base.hypothesis.effects.iter().chain([&t.assumed]);
+    let mut labels: Vec<String> = all.map(|a| a.label(base.fitter.rotor)).collect();
+    labels.sort();
+    labels
+}
+
+/// The effect of a set that explains most on top of a model.
+fn strongest(rotor: &Rotor, readings: &[Reading], set: &[Assumed]) -> Result<(usize, Improvement), Error> {
+    let mut best: Option<(usize, Improvement)> = None;
+    for (k, a) in set.iter().enumerate() {
+        let better = add(rotor, readings, a.effect.name(), a.place.name(rotor))?;
+        if best.as_ref().is_none_or(|(_, b)| better.chi2_per_value[1] < b.chi2_per_value[1]) {
+            best = Some((k, better));
+        }
+    }
+    best.ok_or_else(|| Error::Unsuitable("there is no effect to add".into()))
+}

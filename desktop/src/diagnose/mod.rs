@@ -1,0 +1,428 @@
+//! Which physical effect is missing in a model?
+//!
+//! Every effect, at every place where it can sit, is fitted on top of the model with bearings and planes
+//! free, allowing for what the drawing's tolerances could have done. The fits are ranked by the Bayesian
+//! information criterion and turned into probabilities; the best must also predict speeds that it was
+//! not fitted to. Where the data cannot decide, the answer says so, names the rivals, and says which
+//! measurement would tell them apart.
+
+mod advice;
+mod best_fit;
+mod checks;
+mod evidence;
+mod held_out;
+mod improve;
+mod parameters;
+mod rank;
+
+use rayon::prelude::*;
+
+pub use advice::Advice;
+pub use best_fit::{BestFit, best_fit};
+pub use improve::{Improvement, Outcome, Step, add, improve};
+pub use parameters::FittedParameter;
+
+use crate::effects::{ALL, Effect, Knowledge, entry};
+use crate::error::Error;
+use crate::fit::data::Data;
+use crate::fit::hypothesis::{Assumed, COEFFICIENTS, Hypothesis, from_si, to_si};
+use crate::fit::{Drawing, Effort, Fit, Fitter, starts_for};
+use crate::identify::assumed_noise;
+use crate::measurement::Reading;
+use crate::rotor::{Noise, Rotor};
+
+/// Rounds of fitting and taking the drawing's errors anew around the fit.
+const DRAWING_ROUNDS: usize = 3;
+/// Candidates whose drawing errors are taken anew around their own fit.
+const REFINED: usize = 5;
+/// A claim needs this little probability that nothing is missing.
+pub const SURE: f64 = 0.01;
+/// A rival with less than this share of the best one's probability is ruled out.
+pub const RIVAL: f64 = 0.05;
+
+/// What the diagnosis says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The model describes the data to within their noise (and the drawing's tolerance).
+    Adequate,
+    /// One effect, at one place, is missing.
+    Missing,
+    /// Something is missing or may be, and the data cannot tell what.
+    Undecided,
+}
+
+impl Verdict {
+    /// In one word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::Missing => "missing",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// An effect at a place, fitted.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Name of the effect.
+    pub effect: &'static str,
+    /// Name of the bearing, disk or probe; `None` for the whole machine.
+    pub at: Option<String>,
+    /// Probability that this, and nothing else of the list or nothing at all, is what is missing.
+    pub probability: f64,
+    /// BIC of the model minus BIC with the effect: evidence for it.
+    pub delta_bic: f64,
+    /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) with the effect.
+    pub error_after: f64,
+    /// χ² per measured real number with the effect.
+    pub chi2_per_value: f64,
+    /// Its parameters.
+    pub parameters: Vec<FittedParameter>,
+    /// Why physics rules it out, if it does.
+    pub disqualified: Option<String>,
+    /// What was seen of it in these data.
+    pub evidence: String,
+    /// What an engineer should know of it.
+    pub knowledge: Knowledge,
+}
+
+impl Candidate {
+    /// `effect@place`, or the effect alone.
+    pub fn label(&self) -> String {
+        self.at.as_ref().map_or_else(|| self.effect.to_string(), |at| format!("{}@{at}", self.effect))
+    }
+
+    /// A paragraph for the engineer.
+    pub fn explanation(&self) -> String {
+        let k = &self.knowledge;
+        format!("{} Seen here: {} Usually: {} Inspect: {}", k.what, self.evidence, k.means, k.inspect)
+    }
+}
+
+/// Error on speeds that were left out of the fit, χ² per real number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeldOut {
+    /// Of the model.
+    pub before: f64,
+    /// Of the model with the best candidate.
+    pub after: f64,
+}
+
+/// The answer.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// In one word.
+    pub verdict: Verdict,
+    /// In one sentence.
+    pub summary: String,
+    /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) of the model at its best bearings and planes.
+    pub error_before: f64,
+    /// χ² per measured real number of the model.
+    pub chi2_per_value: f64,
+    /// Probability that nothing is missing.
+    pub nothing_missing: f64,
+    /// All candidates, most probable first.
+    pub candidates: Vec<Candidate>,
+    /// Groups of candidates (by label) that the data cannot tell apart, the best one's group first.
+    pub indistinguishable: Vec<Vec<String>>,
+    /// Whether bearings and planes alone use up what the data hold, so that nothing more can be found.
+    pub saturated: bool,
+    /// The check on left-out speeds, where there was something to check.
+    pub held_out: Option<HeldOut>,
+    /// What to measure next, where the data cannot decide.
+    pub advice: Vec<Advice>,
+    /// What was found odd in the data, one sentence each.
+    pub remarks: Vec<String>,
+    /// The noise that was gone by.
+    pub noise: Noise,
+}
+
+/// A candidate with its fit.
+struct Tried {
+    assumed: Assumed,
+    fit: Fit,
+    delta_bic: f64,
+    disqualified: Option<String>,
+    /// The drawing's errors taken around this fit, where that was done.
+    own_drawing: Option<Drawing>,
+}
+
+impl Tried {
+    fn drawing<'t>(&'t self, base: &'t Base) -> &'t Drawing {
+        self.own_drawing.as_ref().unwrap_or(&base.drawing)
+    }
+}
+
+/// The model of the file, fitted, and everything that candidates start from.
+struct Base<'a> {
+    fitter: &'a Fitter<'a>,
+    hypothesis: Hypothesis<'a>,
+    drawing: Drawing,
+    fit: Fit,
+}
+
+/// Diagnoses a model against measurements.
+///
+/// # Errors
+/// If the data cannot be this machine's, a probe is dead, or there is too little to fit.
+pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error> {
+    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let mut remarks = checks::before(rotor, readings)?;
+    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    let base = Base::fit(&fitter)?;
+    checks::after(&base, rotor, readings, &noise)?;
+    if let Some(why) = rank::saturation(&base) {
+        return Ok(base.undecidable(why, noise, remarks));
+    }
+    let tried = base.try_all()?;
+    let ranking = rank::rank(&base, &tried);
+    let held_out = match tried.first() {
+        Some(best) if ranking.nothing_missing < SURE => Some(held_out::check(&base, best, readings, &noise)?),
+        _ => None,
+    };
+    let (verdict, summary) = rank::verdict(&base, &tried, &ranking, held_out);
+    let advice = match verdict {
+        Verdict::Undecided => advice::between_fits(&base, &tried, &ranking, &noise),
+        _ => Vec::new(),
+    };
+    if rotor.noise.is_none() {
+        remarks.push(format!(
+            "The rotor's file has no [noise]; {:.0} % of the amplitude and {:.3} µm were assumed.",
+            noise.relative * 100.0,
+            noise.floor_um
+        ));
+    }
+    let candidates = tried
+        .iter()
+        .zip(&ranking.probabilities)
+        .map(|(t, probability)| base.candidate(t, *probability))
+        .collect();
+    Ok(Diagnosis {
+        verdict,
+        summary,
+        error_before: base.relative_error(&base.fit),
+        chi2_per_value: base.fit.chi2_per_value(),
+        nothing_missing: ranking.nothing_missing,
+        candidates,
+        indistinguishable: ranking.groups,
+        saturated: false,
+        held_out,
+        advice,
+        remarks,
+        noise,
+    })
+}
+
+/// The model of a file as a hypothesis: its effects refitted along with bearings and planes.
+fn of_file<'a>(fitter: &Fitter<'a>) -> Result<(Hypothesis<'a>, Vec<f64>), Error> {
+    let rotor = fitter.rotor;
+    let mut hypothesis = Hypothesis::drawn(rotor, fitter.scales(None));
+    let mut x = hypothesis.drawn_bearings().to_vec();
+    for e in &rotor.effect {
+        let (effect, place) = entry::resolve(rotor, &e.kind, e.at.as_deref()).map_err(Error::Unsuitable)?;
+        let values = entry::real_parameters(effect, e, &hypothesis.scales);
+        let scaled = effect.parameters(&hypothesis.scales);
+        x.extend(scaled.iter().zip(&values).map(|(p, v)| from_si(p, *v)));
+        hypothesis = hypothesis.with(Assumed { effect, place });
+    }
+    Ok((hypothesis, x))
+}
+
+impl<'a> Base<'a> {
+    /// Fits the model of the file: bearings, planes and its effects' parameters.
+    fn fit(fitter: &'a Fitter<'a>) -> Result<Self, Error> {
+        let (hypothesis, x) = of_file(fitter)?;
+        let shifted = |stiffness: f64, damping: f64| {
+            let by = |i: usize| match i {
+                0..4 => stiffness,
+                4..COEFFICIENTS => damping,
+                _ => 0.0,
+            };
+            x.iter().enumerate().map(|(i, v)| v + by(i)).collect::<Vec<f64>>()
+        };
+        let starts = [x.clone(), shifted(0.35, -0.35), shifted(-0.35, 0.35)];
+        Self::settle(fitter, hypothesis, starts)
+    }
+
+    /// Fits a hypothesis from these starts, taking the drawing's errors anew around each fit.
+    fn settle(
+        fitter: &'a Fitter<'a>,
+        hypothesis: Hypothesis<'a>,
+        starts: impl AsRef<[Vec<f64>]>,
+    ) -> Result<Self, Error> {
+        let mut drawing = fitter.exact_drawing();
+        let hypothesis = Hypothesis { scales: fitter.scales(None), ..hypothesis };
+        let rough =
+            fitter.fit(&hypothesis, starts.as_ref(), &drawing, Effort::Search, Some(&fitter.still()))?;
+        let hypothesis = Hypothesis { scales: fitter.scales(Some(&rough)), ..hypothesis };
+        let x =
+            rescaled(&Hypothesis { scales: fitter.scales(None), ..hypothesis.clone() }, &hypothesis, &rough);
+        let mut fit = fitter.fit(&hypothesis, &[x], &drawing, Effort::Search, Some(&rough.amplitudes))?;
+        if !fitter.drawing_is_exact() {
+            for _ in 0..DRAWING_ROUNDS {
+                drawing = fitter.relinearised(&hypothesis, &fit, &drawing)?;
+                let start = [fit.x.clone()];
+                fit = fitter.fit(&hypothesis, &start, &drawing, Effort::Search, Some(&fit.amplitudes))?;
+            }
+        }
+        Ok(Self { fitter, hypothesis, drawing, fit })
+    }
+
+    /// Search coordinates of a candidate's fit in the scales that the file's hypothesis starts from.
+    fn scaled_for_file(&self, t: &Tried) -> [Vec<f64>; 1] {
+        let with = self.hypothesis.with(t.assumed);
+        let to = Hypothesis { scales: self.fitter.scales(None), ..with.clone() };
+        [rescaled(&with, &to, &t.fit)]
+    }
+
+    /// Search coordinates of the file: its bearings, and its effects as far as they have been fitted.
+    fn hypothesis_start(&self) -> Vec<f64> {
+        let drawn = self.hypothesis.drawn_bearings();
+        drawn.iter().chain(&self.fit.x[COEFFICIENTS..]).copied().collect()
+    }
+
+    /// Everything that can sit on this rotor and is not in the model.
+    fn possible(&self) -> Vec<Assumed> {
+        let rotor = self.fitter.rotor;
+        let present = |a: &Assumed| self.hypothesis.effects.iter().any(|e| same(e, a));
+        ALL.into_iter()
+            .flat_map(|effect: &'static dyn Effect| {
+                effect.places(rotor).into_iter().map(move |place| Assumed { effect, place })
+            })
+            .filter(|a| !present(a))
+            .collect()
+    }
+
+    /// The answer where bearings and planes alone use up what the data hold: anything is possible.
+    fn undecidable(&self, why: String, noise: Noise, remarks: Vec<String>) -> Diagnosis {
+        let rotor = self.fitter.rotor;
+        let possible = self.possible();
+        let error_before = self.relative_error(&self.fit);
+        // the prior, as the data add nothing to it
+        let probability = 0.5 / possible.len().max(1) as f64;
+        let candidate = |a: &Assumed| Candidate {
+            effect: a.effect.name(),
+            at: a.place.name(rotor).map(str::to_string),
+            probability,
+            delta_bic: 0.0,
+            error_after: error_before,
+            chi2_per_value: self.fit.chi2_per_value(),
+            parameters: Vec::new(),
+            disqualified: None,
+            evidence: "nothing, these data cannot show it.".into(),
+            knowledge: a.effect.knowledge(),
+        };
+        Diagnosis {
+            verdict: Verdict::Undecided,
+            summary: format!("{why}."),
+            error_before,
+            chi2_per_value: self.fit.chi2_per_value(),
+            nothing_missing: 0.5,
+            candidates: possible.iter().map(candidate).collect(),
+            indistinguishable: vec![possible.iter().map(|a| a.label(rotor)).collect()],
+            saturated: true,
+            held_out: None,
+            advice: advice::between_typical(self, &possible, &noise),
+            remarks,
+            noise,
+        }
+    }
+
+    /// Every candidate on top of the model, strongest evidence first, those that physics rules out last.
+    fn try_all(&self) -> Result<Vec<Tried>, Error> {
+        let mut tried: Vec<Tried> =
+            self.possible().into_par_iter().filter_map(|a| self.attempt(a).ok()).collect();
+        strongest_first(&mut tried);
+        if !self.fitter.drawing_is_exact() {
+            let near = tried.first().map_or(0.0, |best| best.delta_bic) - 4.0 * (1.0 / RIVAL).ln();
+            for t in tried.iter_mut().take(REFINED).filter(|t| t.delta_bic > near) {
+                self.refine(t)?;
+            }
+            strongest_first(&mut tried);
+        }
+        for t in tried.iter_mut().take(2 * REFINED) {
+            self.finish(t)?;
+        }
+        strongest_first(&mut tried);
+        Ok(tried)
+    }
+
+    fn attempt(&self, assumed: Assumed) -> Result<Tried, Error> {
+        let with = self.hypothesis.with(assumed);
+        let starts = starts_for(&self.hypothesis, &self.fit, assumed);
+        let fit =
+            self.fitter.fit(&with, &starts, &self.drawing, Effort::Search, Some(&self.fit.amplitudes))?;
+        Ok(Tried {
+            assumed,
+            delta_bic: self.fit.bic() - fit.bic(),
+            fit,
+            disqualified: None,
+            own_drawing: None,
+        })
+    }
+
+    /// Takes the drawing's errors anew around a candidate's own fit.
+    fn refine(&self, t: &mut Tried) -> Result<(), Error> {
+        let with = self.hypothesis.with(t.assumed);
+        let own = self.fitter.relinearised(&with, &t.fit, &self.drawing)?;
+        let start = [t.fit.x.clone()];
+        t.fit = self.fitter.fit(&with, &start, &own, Effort::Search, Some(&t.fit.amplitudes))?;
+        t.delta_bic = self.fit.bic() - t.fit.bic();
+        t.own_drawing = Some(own);
+        Ok(())
+    }
+
+    /// Adds uncertainties, and says whether physics allows the parameters.
+    fn finish(&self, t: &mut Tried) -> Result<(), Error> {
+        let with = self.hypothesis.with(t.assumed);
+        t.fit.covariance = self.fitter.covariance(&with, &t.fit, t.drawing(self))?;
+        t.disqualified = parameters::beyond_physics(&parameters::of(&with, t.assumed, &t.fit));
+        Ok(())
+    }
+
+    fn candidate(&self, t: &Tried, probability: f64) -> Candidate {
+        let rotor = self.fitter.rotor;
+        let with = self.hypothesis.with(t.assumed);
+        Candidate {
+            effect: t.assumed.effect.name(),
+            at: t.assumed.place.name(rotor).map(str::to_string),
+            probability,
+            delta_bic: t.delta_bic,
+            error_after: self.relative_error(&t.fit),
+            chi2_per_value: t.fit.chi2_per_value(),
+            parameters: parameters::of(&with, t.assumed, &t.fit),
+            disqualified: t.disqualified.clone(),
+            evidence: evidence::describe(self, t),
+            knowledge: t.assumed.effect.knowledge(),
+        }
+    }
+
+    /// sqrt(Σ|Y_model − Y|² / Σ|Y|²).
+    fn relative_error(&self, fit: &Fit) -> f64 {
+        relative_error(&self.fitter.data, fit)
+    }
+}
+
+/// sqrt(Σ|Y_model − Y|² / Σ|Y|²) of a fit.
+pub fn relative_error(data: &Data, fit: &Fit) -> f64 {
+    let misfit: f64 = data.values().zip(&fit.predicted_m).map(|(v, p)| (p - v.measured_m).norm_sqr()).sum();
+    let all: f64 = data.values().map(|v| v.measured_m.norm_sqr()).sum();
+    (misfit / all.max(f64::MIN_POSITIVE)).sqrt()
+}
+
+fn same(a: &Assumed, b: &Assumed) -> bool {
+    a.effect.name() == b.effect.name() && a.place == b.place
+}
+
+fn strongest_first(tried: &mut [Tried]) {
+    let key = |t: &Tried| if t.disqualified.is_some() { f64::NEG_INFINITY } else { t.delta_bic };
+    tried.sort_by(|a, b| key(b).total_cmp(&key(a)).then(b.delta_bic.total_cmp(&a.delta_bic)));
+}
+
+/// Search coordinates of a fit of `from` in the scales of `to`.
+fn rescaled(from: &Hypothesis, to: &Hypothesis, fit: &Fit) -> Vec<f64> {
+    let pairs = from.parameters().into_iter().zip(to.parameters()).zip(&fit.x[COEFFICIENTS..]);
+    let own = pairs.map(|((old, new), v)| from_si(&new, to_si(&old, *v)));
+    fit.x[..COEFFICIENTS].iter().copied().chain(own).collect()
+}

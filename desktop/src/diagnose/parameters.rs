@@ -1,0 +1,103 @@
+//! Parameters of an effect with their uncertainty, and what physics allows them to be.
+
+use nalgebra::Complex;
+
+use crate::effects::Scale;
+use crate::fit::Fit;
+use crate::fit::hypothesis::{Assumed, COEFFICIENTS, Hypothesis, to_si};
+
+/// Standard deviations that a parameter must lie beyond its bound before the effect is ruled out.
+const BEYOND: f64 = 3.0;
+
+/// A parameter as fitted; phasors have two components.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedParameter {
+    /// As in `[[effect]] parameters`; phasors of several probes are numbered.
+    pub name: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// The number, or real and imaginary part of the phasor.
+    pub value: Vec<f64>,
+    /// Standard deviation of each component; `None` where it was not worked out.
+    pub sd: Option<f64>,
+    /// What physics allows: range of a real number, or of a phasor's magnitude.
+    bounds: [f64; 2],
+}
+
+/// Parameters of `assumed`, which must be the last effect of the hypothesis.
+pub fn of(with: &Hypothesis, assumed: Assumed, fit: &Fit) -> Vec<FittedParameter> {
+    let real = assumed.effect.parameters(&with.scales);
+    let first = fit.x.len() - real.len();
+    let variance = |i: usize| fit.covariance.as_ref().map(|c| c[(i, i)]);
+    let mut all: Vec<FittedParameter> = real
+        .iter()
+        .enumerate()
+        .map(|(k, p)| {
+            let value = to_si(p, fit.x[first + k]);
+            let per_coordinate = match p.scale {
+                Scale::Linear(unit) => unit.abs(),
+                Scale::Logarithmic => value,
+            };
+            let sd = variance(first + k).map(|v| v.max(0.0).sqrt() * per_coordinate);
+            FittedParameter {
+                name: p.name.to_string(),
+                unit: p.unit,
+                value: vec![value],
+                sd,
+                bounds: p.bounds,
+            }
+        })
+        .collect();
+    let unknowns = assumed.effect.unknowns(with.rotor, assumed.place);
+    let start = fit.unknowns.len() - unknowns.len();
+    for (k, u) in unknowns.iter().enumerate() {
+        let value: Complex<f64> = fit.unknowns[start + k];
+        let name = if unknowns.len() > 1 { format!("{} {}", u.name, k + 1) } else { u.name.to_string() };
+        let sd = variance(fit.x.len() + 2 * (start + k)).map(|v| v.max(0.0).sqrt());
+        all.push(FittedParameter {
+            name,
+            unit: u.unit,
+            value: vec![value.re, value.im],
+            sd,
+            bounds: [0.0, u.largest],
+        });
+    }
+    all
+}
+
+/// Bearing coefficients and effect parameters of a fit in SI units, effect by effect.
+pub fn split<'f>(with: &Hypothesis, fit: &'f Fit) -> Vec<(Vec<f64>, &'f [Complex<f64>])> {
+    let (mut at, mut unknown) = (COEFFICIENTS, with.rotor.plane.len());
+    let mut parts = Vec::new();
+    for assumed in &with.effects {
+        let scaled = assumed.effect.parameters(&with.scales);
+        let real = scaled.iter().zip(&fit.x[at..]).map(|(p, v)| to_si(p, *v)).collect();
+        let count = assumed.effect.unknowns(with.rotor, assumed.place).len();
+        parts.push((real, &fit.unknowns[unknown..unknown + count]));
+        at += scaled.len();
+        unknown += count;
+    }
+    parts
+}
+
+/// Why physics does not allow these parameters: one lies outside its bounds by more than chance.
+pub fn beyond_physics(parameters: &[FittedParameter]) -> Option<String> {
+    parameters.iter().find_map(|p| {
+        let size = p.value.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let value = if p.value.len() == 1 { p.value[0] } else { size };
+        let slack = BEYOND * p.sd.unwrap_or(0.0);
+        let [low, high] = p.bounds;
+        let bound = if value + slack < low {
+            low
+        } else if value - slack > high {
+            high
+        } else {
+            return None;
+        };
+        let side = if value < low { "below" } else { "above" };
+        Some(format!(
+            "{} = {value:.3e} {} lies {side} {bound:.3e}, which physics does not allow",
+            p.name, p.unit
+        ))
+    })
+}

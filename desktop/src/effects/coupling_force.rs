@@ -1,0 +1,32 @@
+//! A constant rotating force from the coupling.
+
+use super::{Effect, Knowledge, Pattern, Place, Unknown};
+use crate::rotor::Rotor;
+
+/// A force at the right end that turns with the shaft and does not depend on speed.
+pub struct CouplingForce;
+
+impl Effect for CouplingForce {
+    fn name(&self) -> &'static str {
+        "coupling_force"
+    }
+
+    fn places(&self, _: &Rotor) -> Vec<Place> {
+        vec![Place::Machine]
+    }
+
+    fn unknowns(&self, _: &Rotor, _: Place) -> Vec<Unknown> {
+        let pattern = Pattern::RightEnd;
+        vec![Unknown { name: "n", unit: "N", pattern, per_unit: 1.0, largest: f64::INFINITY }]
+    }
+
+    fn knowledge(&self) -> Knowledge {
+        Knowledge {
+            what: "A force at the coupled end of the shaft turns with it and is the same at every speed; the bearing \
+                   next to the coupling feels it most.",
+            means: "Misaligned or eccentric coupling halves, an unevenly tightened or worn coupling.",
+            inspect: "Alignment hot and cold, face and rim runout of the coupling, bolts; look for a line at twice \
+                      running speed.",
+        }
+    }
+}

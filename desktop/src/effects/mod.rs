@@ -1,0 +1,229 @@
+//! Physical effects that a model can lack: one file each, with its terms, its parameters and bounds,
+//! and what an engineer should know of it. A new effect is a file of its own and a line in [`ALL`].
+
+mod coupling_force;
+mod cross_coupled_stiffness;
+mod disk_mass;
+mod disk_skew;
+pub mod entry;
+mod gyroscopic;
+mod internal_damping;
+mod nonlinear_stiffness;
+mod pedestal;
+mod probe_calibration;
+mod rotary_inertia;
+mod runout;
+mod seal;
+mod shaft_bow;
+mod shear_deformation;
+mod speed_dependent_stiffness;
+mod unbalance_plane;
+
+use nalgebra::Complex;
+
+use crate::machine::Terms;
+use crate::rotor::Rotor;
+use crate::terms::SpeedLaw;
+
+/// Every effect, in the order in which reports list them when nothing else decides.
+pub const ALL: [&dyn Effect; 16] = [
+    &gyroscopic::Gyroscopic,
+    &shear_deformation::ShearDeformation,
+    &rotary_inertia::RotaryInertia,
+    &speed_dependent_stiffness::SpeedDependentStiffness,
+    &pedestal::OnPedestal,
+    &cross_coupled_stiffness::CrossCoupledStiffness,
+    &seal::Seal,
+    &unbalance_plane::UnbalancePlane,
+    &shaft_bow::ShaftBow,
+    &disk_skew::DiskSkew,
+    &runout::Runout,
+    &probe_calibration::ProbeCalibration,
+    &coupling_force::CouplingForce,
+    &disk_mass::DiskMass,
+    &nonlinear_stiffness::NonlinearStiffness,
+    &internal_damping::InternalDamping,
+];
+
+/// The effect of that name.
+pub fn find(name: &str) -> Option<&'static dyn Effect> {
+    ALL.into_iter().find(|e| e.name() == name)
+}
+
+/// Where an effect sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Place {
+    /// The machine as a whole.
+    Machine,
+    /// A bearing, by its number in the file.
+    Bearing(usize),
+    /// A disk, by its number in the file.
+    Disk(usize),
+    /// A probe, by its number in the file.
+    Probe(usize),
+}
+
+impl Place {
+    /// The name in the rotor's file; `None` for the whole machine.
+    pub fn name(self, rotor: &Rotor) -> Option<&str> {
+        match self {
+            Self::Machine => None,
+            Self::Bearing(i) => Some(&rotor.bearing[i].name),
+            Self::Disk(i) => Some(&rotor.disk[i].name),
+            Self::Probe(i) => Some(&rotor.probe[i].name),
+        }
+    }
+}
+
+/// Sizes of one machine, to measure parameters against and to start searches from.
+#[derive(Debug, Clone, Copy)]
+pub struct Scales {
+    /// Mean direct stiffness of the bearings, N/m.
+    pub stiffness_n_m: f64,
+    /// Fastest speed in the data, rad/s.
+    pub fastest_rad_s: f64,
+    /// Speed at which a stiffness that changes with speed is as stated, rad/s.
+    pub reference_rad_s: f64,
+    /// Root mean square amplitude at the bearings, m.
+    pub amplitude_m: f64,
+}
+
+/// How a parameter is searched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scale {
+    /// In units of this size; may change sign.
+    Linear(f64),
+    /// By its logarithm; stays positive.
+    Logarithmic,
+}
+
+/// A real parameter that the response does not depend on linearly; SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// As in `[[effect]] parameters`.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// How it is searched.
+    pub scale: Scale,
+    /// Smallest and largest value that physics allows.
+    pub bounds: [f64; 2],
+}
+
+/// A rotating pattern whose complex amplitude enters linearly and is solved for exactly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pattern {
+    /// Unbalance of a disk, kg·m.
+    DiskUnbalance(usize),
+    /// Moment `Ω²` times this amplitude on a disk's tilt, kg·m².
+    DiskTilt(usize),
+    /// The force that holds the shaft straight against a half sine of this height between the
+    /// bearings, m.
+    Bow,
+    /// A force at the right end, N.
+    RightEnd,
+    /// An offset of one probe at every speed, m.
+    Runout(usize),
+}
+
+impl Pattern {
+    /// How the pattern grows with speed.
+    pub fn law(self) -> SpeedLaw {
+        match self {
+            Self::DiskUnbalance(_) | Self::DiskTilt(_) => SpeedLaw::Squared,
+            Self::Bow | Self::RightEnd | Self::Runout(_) => SpeedLaw::Constant,
+        }
+    }
+}
+
+/// A linear unknown as people know it: a pattern, and the factor from the pattern's amplitude to the
+/// parameter in the file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unknown {
+    /// As in `[[effect]] parameters`.
+    pub name: &'static str,
+    /// SI unit of the parameter.
+    pub unit: &'static str,
+    /// What it drives.
+    pub pattern: Pattern,
+    /// Pattern amplitude per unit of the parameter.
+    pub per_unit: f64,
+    /// Largest magnitude that physics allows.
+    pub largest: f64,
+}
+
+/// What an engineer should know of an effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Knowledge {
+    /// What the effect is.
+    pub what: &'static str,
+    /// What it usually means on a machine.
+    pub means: &'static str,
+    /// What to inspect.
+    pub inspect: &'static str,
+}
+
+/// A physical effect: one or more terms with a few parameters.
+pub trait Effect: Sync {
+    /// As in `[[effect]] kind` and on the command line.
+    fn name(&self) -> &'static str;
+
+    /// Every place where the effect can sit on this rotor and does not yet by its `[physics]`.
+    fn places(&self, rotor: &Rotor) -> Vec<Place>;
+
+    /// Parameters that are searched.
+    fn parameters(&self, scales: &Scales) -> Vec<Parameter> {
+        let _ = scales;
+        Vec::new()
+    }
+
+    /// Starting points of the search, in SI units.
+    fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {
+        let _ = scales;
+        vec![Vec::new()]
+    }
+
+    /// Settings that belong to the parameters but are not fitted, as the file keeps them.
+    fn settings(&self, scales: &Scales) -> Vec<(&'static str, f64)> {
+        let _ = scales;
+        Vec::new()
+    }
+
+    /// Parameters that are solved for.
+    fn unknowns(&self, rotor: &Rotor, place: Place) -> Vec<Unknown> {
+        let _ = (rotor, place);
+        Vec::new()
+    }
+
+    /// Changes supports, physics and probes; linear unknowns are added by [`Effect::unknowns`].
+    fn apply(&self, place: Place, parameters: &[f64], scales: &Scales, terms: &mut Terms) {
+        let _ = (place, parameters, scales, terms);
+    }
+
+    /// For the engineer.
+    fn knowledge(&self) -> Knowledge;
+}
+
+/// Adds the forcing or runout that a linear unknown of this size is.
+pub(crate) fn add_unknown(unknown: &Unknown, value: Complex<f64>, terms: &mut Terms) {
+    let amplitude = value * unknown.per_unit;
+    match unknown.pattern {
+        Pattern::Runout(probe) => terms.runout_m[probe] += amplitude,
+        pattern => terms.forcings.push((pattern, amplitude)),
+    }
+}
+
+/// Every bearing of a rotor.
+fn bearings(rotor: &Rotor) -> Vec<Place> {
+    (0..rotor.bearing.len()).map(Place::Bearing).collect()
+}
+
+/// Every disk of a rotor.
+fn disks(rotor: &Rotor) -> Vec<Place> {
+    (0..rotor.disk.len()).map(Place::Disk).collect()
+}
+
+/// The whole machine, if a switch of `[physics]` is still off.
+fn unless(in_force: bool) -> Vec<Place> {
+    if in_force { Vec::new() } else { vec![Place::Machine] }
+}

@@ -1,0 +1,54 @@
+//! A bearing on a foundation that gives.
+
+use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, bearings};
+use crate::machine::Terms;
+use crate::rotor::Rotor;
+use crate::terms::Pedestal;
+
+/// Mass, spring and damper in series under one bearing.
+pub struct OnPedestal;
+
+impl Effect for OnPedestal {
+    fn name(&self) -> &'static str {
+        "pedestal"
+    }
+
+    fn places(&self, rotor: &Rotor) -> Vec<Place> {
+        bearings(rotor)
+    }
+
+    fn parameters(&self, _: &Scales) -> Vec<Parameter> {
+        let positive =
+            |name, unit| Parameter { name, unit, scale: Scale::Logarithmic, bounds: [0.0, f64::INFINITY] };
+        vec![positive("k", "N/m"), positive("m", "kg"), positive("c", "N·s/m")]
+    }
+
+    fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {
+        let mut starts = Vec::new();
+        for stiffness in [1.0, 4.0] {
+            for resonance in [0.5, 0.8, 1.5] {
+                let k = stiffness * scales.stiffness_n_m;
+                let m = k / (resonance * scales.fastest_rad_s).powi(2);
+                starts.push(vec![k, m, 0.05 * k / scales.fastest_rad_s]);
+            }
+        }
+        starts
+    }
+
+    fn apply(&self, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
+        let &[stiffness_n_m, mass_kg, damping_n_s_m] = parameters else { return };
+        terms.bearing_mut(place).pedestal = Some(Pedestal { stiffness_n_m, damping_n_s_m, mass_kg });
+    }
+
+    fn knowledge(&self) -> Knowledge {
+        Knowledge {
+            what: "The housing under one bearing moves: a mass on a spring in series with the oil film, with a \
+                   resonance of its own. Where it is stiff and light it only softens the bearing; its resonance is \
+                   what gives it away.",
+            means: "A soft or loose foundation, a cracked grout or sole plate, a bolt that lost its tension, or a \
+                    casing that resonates.",
+            inspect: "Seismic probe on the housing over the same run-up; bolt tension, grout, and the gap under each \
+                      foot.",
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! Bearings that stiffen or soften with speed.
+
+use super::{Effect, Knowledge, Parameter, Place, Scale, Scales};
+use crate::machine::Terms;
+use crate::rotor::Rotor;
+
+/// `k(Ω) = k (1 + s (Ω/Ω_ref − 1))` for both bearings.
+pub struct SpeedDependentStiffness;
+
+impl Effect for SpeedDependentStiffness {
+    fn name(&self) -> &'static str {
+        "speed_dependent_stiffness"
+    }
+
+    fn places(&self, _: &Rotor) -> Vec<Place> {
+        vec![Place::Machine]
+    }
+
+    fn parameters(&self, scales: &Scales) -> Vec<Parameter> {
+        // the stiffness stays positive from standstill to the fastest speed
+        let bounds = [-1.0 / (scales.fastest_rad_s / scales.reference_rad_s - 1.0).max(1e-3), 1.0];
+        vec![Parameter { name: "slope", unit: "", scale: Scale::Linear(1.0), bounds }]
+    }
+
+    fn starts(&self, _: &Scales) -> Vec<Vec<f64>> {
+        vec![vec![0.05], vec![-0.05], vec![0.5], vec![-0.5]]
+    }
+
+    fn apply(&self, _: Place, parameters: &[f64], scales: &Scales, terms: &mut Terms) {
+        for law in terms.bearings_mut() {
+            law.stiffness_slope = parameters[0];
+            law.reference_rad_s = scales.reference_rad_s;
+        }
+    }
+
+    fn settings(&self, scales: &Scales) -> Vec<(&'static str, f64)> {
+        vec![("ref", scales.reference_rad_s)]
+    }
+
+    fn knowledge(&self) -> Knowledge {
+        Knowledge {
+            what: "The stiffness of both bearings changes with speed, so one value cannot place all resonances.",
+            means: "Fluid-film bearings: the film thins or thickens as load, oil temperature and speed change.",
+            inspect: "Oil temperature and supply pressure over speed; compare with the bearing maker's coefficients.",
+        }
+    }
+}

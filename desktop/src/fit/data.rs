@@ -1,0 +1,82 @@
+//! Measurements made ready for fitting: what was measured where, how well, and under which known
+//! trial weights.
+
+use nalgebra::Complex;
+
+use crate::measurement::Reading;
+use crate::rotor::{Noise, Rotor};
+use crate::unbalance::phasor_kg_m;
+
+type C = Complex<f64>;
+
+/// One probe's value in one reading.
+#[derive(Debug, Clone, Copy)]
+pub struct Value {
+    /// Number of the probe.
+    pub probe: usize,
+    /// What it showed, m.
+    pub measured_m: C,
+    /// Standard deviation of each component, m.
+    pub sigma_m: f64,
+}
+
+/// One reading.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// Speed of rotation, rad/s.
+    pub speed_rad_s: f64,
+    /// Trial weights: position, m, and unbalance, kg·m.
+    pub added: Vec<(f64, C)>,
+    /// Values that were not lost.
+    pub values: Vec<Value>,
+}
+
+/// All readings that are fitted together.
+#[derive(Debug, Clone)]
+pub struct Data {
+    /// In the order of the file.
+    pub rows: Vec<Row>,
+}
+
+impl Data {
+    /// Readings of a rotor with their noise.
+    pub fn new(rotor: &Rotor, noise: &Noise, readings: &[Reading]) -> Self {
+        let rows = readings.iter().map(|reading| {
+            let run = rotor.run.iter().find(|r| Some(&r.name) == reading.run.as_ref());
+            let weights = run.iter().flat_map(|r| &r.added_unbalance);
+            let present = reading.probes.iter().enumerate().filter_map(|(probe, y)| y.map(|y| (probe, y)));
+            Row {
+                speed_rad_s: reading.speed_rad_s(),
+                added: weights.map(|a| (a.position_m, phasor_kg_m(a.magnitude_g_mm, a.angle_deg))).collect(),
+                values: present
+                    .map(|(probe, measured_m)| Value {
+                        probe,
+                        measured_m,
+                        sigma_m: sigma_m(noise, measured_m),
+                    })
+                    .collect(),
+            }
+        });
+        Self { rows: rows.collect() }
+    }
+
+    /// Complex values in all.
+    pub fn count(&self) -> usize {
+        self.rows.iter().map(|r| r.values.len()).sum()
+    }
+
+    /// Every value, row by row.
+    pub fn values(&self) -> impl Iterator<Item = &Value> {
+        self.rows.iter().flat_map(|r| &r.values)
+    }
+
+    /// Fastest speed, rad/s.
+    pub fn fastest_rad_s(&self) -> f64 {
+        self.rows.iter().map(|r| r.speed_rad_s).fold(0.0, f64::max)
+    }
+}
+
+/// Standard deviation of each component of a measured phasor, m.
+pub fn sigma_m(noise: &Noise, measured_m: C) -> f64 {
+    noise.relative * measured_m.norm() + noise.floor_um * 1e-6
+}

@@ -1,0 +1,41 @@
+//! The particle swarm of phase I.
+
+use argmin::core::{CostFunction, Executor, State};
+use argmin::solver::particleswarm::ParticleSwarm;
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+
+use super::bearings::Range;
+use super::phase_one::PhaseOneConfig;
+use crate::error::Error;
+use crate::fit::trial::Trial;
+
+struct Cost<'a>(&'a dyn Trial);
+
+impl CostFunction for Cost<'_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, logs: &Vec<f64>) -> Result<f64, argmin::core::Error> {
+        Ok(self.0.summed_residual_um(logs).unwrap_or(f64::MAX))
+    }
+}
+
+/// The least summed residual that a swarm finds inside the range: logarithms of the coefficients, and
+/// the residual, µm.
+///
+/// # Errors
+/// If the machine is singular at every particle.
+pub fn search(trial: &dyn Trial, range: &Range, config: &PhaseOneConfig) -> Result<(Vec<f64>, f64), Error> {
+    let solver = ParticleSwarm::new((range.low.clone(), range.high.clone()), config.particles)
+        .with_rng_generator(StdRng::seed_from_u64(config.seed));
+    let result = Executor::new(Cost(trial), solver)
+        .configure(|state| state.max_iters(config.iterations))
+        .ctrlc(false)
+        .run()
+        .map_err(|e| Error::Unsuitable(format!("phase I: {e}")))?;
+    let best = result.state.get_best_param().filter(|best| best.cost < f64::MAX);
+    let best =
+        best.ok_or_else(|| Error::Unsuitable("the machine is singular on every trial bearing".into()))?;
+    Ok((best.position.clone(), best.cost))
+}

@@ -1,0 +1,144 @@
+//! Phase I on synthetic machines whose truth is known.
+
+use nalgebra::{Complex, DVector};
+
+use super::*;
+use crate::measurement::{Reading, rad_s};
+use crate::model::Model;
+use crate::rotor::{Noise, Rotor, SearchBounds};
+use crate::testing::sample_rotor;
+
+/// Guess over truth: stiffness and damping of both bearings, x then y.
+const WRONG: [[[f64; 2]; 2]; 2] = [[[1.25, 0.8], [0.7, 1.4]], [[0.8, 1.2], [1.3, 0.75]]];
+
+fn true_unbalance_kg_m() -> DVector<Complex<f64>> {
+    DVector::from_vec(vec![Complex::from_polar(4e-4, 0.6), Complex::from_polar(5e-4, -0.9)])
+}
+
+/// The sample machine as its file would guess it, with nearly noiseless probes.
+fn guessed() -> Rotor {
+    let mut rotor = sample_rotor();
+    for (bearing, [k, c]) in rotor.bearing.iter_mut().zip(WRONG) {
+        bearing.stiffness_n_m.xx *= k[0];
+        bearing.stiffness_n_m.yy *= k[1];
+        bearing.damping_n_s_m.xx *= c[0];
+        bearing.damping_n_s_m.yy *= c[1];
+    }
+    rotor.noise = Some(Noise { relative: 1e-4, floor_um: 1e-5 });
+    rotor
+}
+
+/// Noiseless readings of the true machine on full finite elements.
+fn readings(speeds_rpm: impl IntoIterator<Item = f64>) -> Vec<Reading> {
+    let model = Model::finite_elements(&sample_rotor());
+    let read = |speed_rpm| {
+        let motion = model.response(rad_s(speed_rpm)).unwrap().at(&true_unbalance_kg_m());
+        Reading { run: None, time_d: None, speed_rpm, probes: motion.iter().copied().map(Some).collect() }
+    };
+    speeds_rpm.into_iter().map(read).collect()
+}
+
+fn run_up() -> Vec<Reading> {
+    readings((0..40).map(|i| 1000.0 + 300.0 * f64::from(i)))
+}
+
+fn three_days() -> Vec<Reading> {
+    readings([11_000.0; 3])
+}
+
+/// Coefficients in the order of phase I.
+fn coefficients(rotor: &Rotor) -> Vec<f64> {
+    let stiffness = rotor.bearing.iter().flat_map(|b| [b.stiffness_n_m.xx, b.stiffness_n_m.yy]);
+    let damping = rotor.bearing.iter().flat_map(|b| [b.damping_n_s_m.xx, b.damping_n_s_m.yy]);
+    stiffness.chain(damping).collect()
+}
+
+#[test]
+fn a_noiseless_run_up_gives_the_true_bearings_and_unbalance_back() {
+    let rotor = guessed();
+    let found = identify(&rotor, &run_up(), &PhaseOneConfig::default()).unwrap();
+    let truth = coefficients(&sample_rotor());
+    assert_eq!(coefficients(&found.rotor), found.bearings.iter().map(|p| p.value).collect::<Vec<_>>());
+    for ((p, truth), start) in found.bearings.iter().zip(truth).zip(coefficients(&rotor)) {
+        assert!((p.value / truth - 1.0).abs() < 1e-3, "{p:?}, expected {truth}");
+        assert!((p.start / start - 1.0).abs() < 1e-12, "{p:?}, expected a start at {start}");
+        assert_eq!(p.identified, Identified::FromData, "{p:?}");
+    }
+    let error = &found.unbalance_kg_m - true_unbalance_kg_m();
+    assert!(error.camax() < 1e-3 * true_unbalance_kg_m().camax(), "{error}");
+    assert!(found.unbalance_relative_sd.iter().all(|sd| *sd < 1e-2), "{:?}", found.unbalance_relative_sd);
+    assert!(found.residual_ratio < 1e-3, "{}", found.residual_ratio);
+    assert!(found.residual_um < found.swarm_residual_um);
+}
+
+#[test]
+fn three_days_at_one_speed_leave_coefficients_near_their_start() {
+    let rotor = Rotor { noise: Some(Noise { relative: 0.02, floor_um: 0.03 }), ..guessed() };
+    let found = identify(&rotor, &three_days(), &PhaseOneConfig::default()).unwrap();
+    let open: Vec<_> = found.bearings.iter().filter(|p| p.identified == Identified::StayedAtStart).collect();
+    assert!(!open.is_empty(), "{:?}", found.bearings);
+    for p in open {
+        assert!(p.relative_sd <= 0.5 + 1e-9, "no worse than the prior: {p:?}");
+        assert!((p.value / p.start).ln().abs() < 2.0 * 0.5, "{p:?}");
+    }
+    assert!(found.chi2_per_value < 1.0, "{}", found.chi2_per_value);
+}
+
+#[test]
+fn a_bound_that_excludes_the_truth_is_where_the_coefficient_ends() {
+    let rotor = guessed();
+    // of the stiffnesses 1.8, 2.2, 3.2 and 1.5 × 10⁸ N/m only the third is beyond
+    let bounds = SearchBounds { stiffness_n_m: [1e8, 2.8e8], damping_n_s_m: [2e4, 4e5] };
+    let config = PhaseOneConfig { bounds: Some(bounds), ..PhaseOneConfig::default() };
+    let found = identify(&rotor, &run_up(), &config).unwrap();
+    let third = &found.bearings[2];
+    assert_eq!((third.symbol, third.identified), ("k_xx", Identified::AtBound), "{third:?}");
+    assert!((third.value / 2.8e8 - 1.0).abs() < 1e-12, "{third:?}");
+    let others = found.bearings.iter().enumerate().filter(|(i, _)| *i != 2);
+    for (_, p) in others {
+        assert_eq!(p.identified, Identified::FromData, "{p:?}");
+    }
+    // the rotor's own range is the same where the configuration gives none
+    let own = Rotor { identify: Some(bounds), ..rotor };
+    let again = identify(&own, &run_up(), &PhaseOneConfig::default()).unwrap();
+    assert_eq!(again.bearings, found.bearings);
+}
+
+#[test]
+fn residuals_are_those_of_the_model_with_the_identified_bearings_and_planes() {
+    let rotor = Rotor { noise: Some(Noise { relative: 0.02, floor_um: 0.03 }), ..guessed() };
+    let days = three_days();
+    let found =
+        identify(&rotor, &days, &PhaseOneConfig { particles: 6, iterations: 3, ..Default::default() });
+    let found = found.unwrap();
+    let model = Model::finite_elements(&found.rotor);
+    let mut residual_um = 0.0;
+    let mut features_um = 0.0;
+    for day in &days {
+        let predicted = model.response(day.speed_rad_s()).unwrap().at(&found.unbalance_kg_m);
+        for (y, measured) in predicted.iter().zip(day.complete().unwrap()) {
+            residual_um += (y - measured).l1_norm() * 1e6;
+            features_um += measured.l1_norm() * 1e6;
+        }
+    }
+    assert!((found.residual_um - residual_um).abs() < 1e-5 * features_um, "{residual_um}");
+    assert!((found.residual_ratio - found.residual_um / features_um).abs() < 1e-12);
+}
+
+#[test]
+fn the_tolerance_of_a_drawing_changes_nothing_in_phase_one() {
+    let rotor = guessed();
+    let config = PhaseOneConfig { particles: 6, iterations: 3, ..Default::default() };
+    let tolerance = crate::rotor::Tolerance { diameter_relative: 0.01, ..Default::default() };
+    let tolerant = Rotor { tolerance: Some(tolerance), ..rotor.clone() };
+    let [exact, allowed] = [&rotor, &tolerant].map(|r| identify(r, &run_up(), &config).unwrap().bearings);
+    assert_eq!(exact, allowed);
+}
+
+#[test]
+fn fewer_values_than_planes_are_refused() {
+    let mut one = readings([9000.0]);
+    one[0].probes[1..].fill(None);
+    let error = identify(&guessed(), &one, &PhaseOneConfig::default()).unwrap_err();
+    assert_eq!(error.to_string(), "1 measured values cannot fix the unbalance of 2 planes");
+}

@@ -1,0 +1,99 @@
+//! The terms of a machine, before any shape functions are chosen: what its file and its effects say.
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use crate::effects::{Pattern, Place, entry};
+use crate::rotor::{Physics, Rotor};
+use crate::structure::{Station, Structure};
+use crate::terms::SupportLaw;
+
+/// Supports, forcings and readings of a machine, by place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Terms {
+    /// Switches of the beam theory.
+    pub physics: Physics,
+    /// Viscous damping inside the shaft, as a multiple of its stiffness, s.
+    pub internal_damping_s: f64,
+    /// Bearings first, in the order of the file, then what effects add.
+    pub supports: Vec<(Place, SupportLaw)>,
+    /// Rotating forces beside the planes that are sought: pattern and amplitude.
+    pub forcings: Vec<(Pattern, Complex<f64>)>,
+    /// Gain of each probe.
+    pub gains: Vec<Complex<f64>>,
+    /// Runout of each probe, m.
+    pub runout_m: Vec<Complex<f64>>,
+}
+
+impl Terms {
+    /// The machine as drawn: its bearings and true probes, no effects.
+    pub fn drawn(rotor: &Rotor) -> Self {
+        let bearing = |(i, b): (usize, &crate::rotor::Bearing)| {
+            (Place::Bearing(i), SupportLaw::linear(b.stiffness_n_m.matrix(), b.damping_n_s_m.matrix()))
+        };
+        Self {
+            physics: rotor.physics,
+            internal_damping_s: 0.0,
+            supports: rotor.bearing.iter().enumerate().map(bearing).collect(),
+            forcings: Vec::new(),
+            gains: vec![Complex::from(1.0); rotor.probe.len()],
+            runout_m: vec![Complex::from(0.0); rotor.probe.len()],
+        }
+    }
+
+    /// The machine with the effects of its file.
+    pub fn of(rotor: &Rotor) -> Self {
+        let mut terms = Self::drawn(rotor);
+        entry::apply_all(rotor, &mut terms);
+        terms
+    }
+
+    /// The law of a bearing.
+    pub fn bearing_mut(&mut self, place: Place) -> &mut SupportLaw {
+        let found = self.supports.iter_mut().find(|(p, _)| *p == place);
+        &mut found.expect("every bearing of a rotor is among its terms").1
+    }
+
+    /// The laws of all bearings.
+    pub fn bearings_mut(&mut self) -> impl Iterator<Item = &mut SupportLaw> {
+        self.supports.iter_mut().filter(|(p, _)| matches!(p, Place::Bearing(_))).map(|(_, law)| law)
+    }
+}
+
+/// Position of a place that can hold the shaft, m.
+pub fn position_m(rotor: &Rotor, place: Place) -> Option<f64> {
+    match place {
+        Place::Bearing(i) => Some(rotor.bearing[i].position_m),
+        Place::Disk(i) => Some(rotor.disk[i].position_m),
+        Place::Probe(_) | Place::Machine => None,
+    }
+}
+
+/// Generalized force of a rotating pattern of unit amplitude (at unit Ω² where it grows with it) on a
+/// finite-element structure; `None` for runout, which is no force.
+pub fn force_shape(pattern: Pattern, structure: &Structure, rotor: &Rotor) -> Option<DVector<f64>> {
+    match pattern {
+        Pattern::DiskUnbalance(i) => Some(structure.station(rotor.disk[i].position_m).displacement.clone()),
+        Pattern::DiskTilt(i) => Some(structure.station(rotor.disk[i].position_m).slope.clone()),
+        Pattern::Bow => Some(&structure.stiffness * half_sine(structure, rotor)),
+        Pattern::RightEnd => structure.stations.last().map(|s| s.displacement.clone()),
+        Pattern::Runout(_) => None,
+    }
+}
+
+/// Coordinates of a half sine of unit height between the bearings, continued beyond them.
+fn half_sine(structure: &Structure, rotor: &Rotor) -> DVector<f64> {
+    let (a, b) = (rotor.bearing[0].position_m, rotor.bearing[1].position_m);
+    let (left, right) = (a.min(b), a.max(b));
+    let wave = std::f64::consts::PI / (right - left);
+    let height = |s: &Station| (wave * (s.position_m - left)).sin();
+    let slope = |s: &Station| wave * (wave * (s.position_m - left)).cos();
+    let stations = &structure.stations;
+    if structure.size() == 2 * stations.len() {
+        let pairs = stations.iter().flat_map(|s| [height(s), slope(s)]);
+        return DVector::from_iterator(structure.size(), pairs);
+    }
+    // other shape functions come as near as they can, by least squares
+    let shapes = DMatrix::from_fn(stations.len(), structure.size(), |i, k| stations[i].displacement[k]);
+    let target = DVector::from_iterator(stations.len(), stations.iter().map(height));
+    shapes.svd(true, true).solve(&target, 1e-9).unwrap_or_else(|_| DVector::zeros(structure.size()))
+}

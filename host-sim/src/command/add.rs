@@ -1,0 +1,69 @@
+//! `add`: one effect more.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use rotor_edge_desktop::diagnose::add;
+use rotor_edge_desktop::{measurement, rotor_file};
+use serde_json::json;
+
+use super::{diagnose, output};
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rotor, rotor.toml
+    rotor: PathBuf,
+    /// The effect, and the bearing, disk or probe it sits at, as in seal@"disk 3"
+    effect: String,
+    /// What was measured, measured.csv
+    #[arg(long)]
+    data: PathBuf,
+    /// Where to write the better model
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let rotor = rotor_file::read(&arguments.rotor)?;
+    let readings = measurement::read(&arguments.data, &rotor)?;
+    let (kind, at) = match arguments.effect.split_once('@') {
+        Some((kind, at)) => (kind, Some(at)),
+        None => (arguments.effect.as_str(), None),
+    };
+    let better = add(&rotor, &readings, kind, at)?;
+    rotor_file::write(&arguments.output, &better.rotor)?;
+    let candidate = diagnose::candidate_json(&better.added);
+    if arguments.json {
+        return output::json(&json!({
+            "error_before": better.error_before,
+            "error_after": better.error_after,
+            "chi2_per_value_before": better.chi2_per_value[0],
+            "chi2_per_value_after": better.chi2_per_value[1],
+            "parameters": candidate["parameters"],
+            "uncertainty": candidate["uncertainty"],
+            "units": candidate["units"],
+            "disqualified": candidate["disqualified"],
+        }));
+    }
+    println!("{} added", better.added.label());
+    for line in diagnose::parameter_lines(&better.added) {
+        println!("  {line}");
+    }
+    println!(
+        "  error          {:>8.2} %  →  {:.2} %",
+        better.error_before * 100.0,
+        better.error_after * 100.0
+    );
+    println!("  χ² per value   {:>8.2}    →  {:.2}", better.chi2_per_value[0], better.chi2_per_value[1]);
+    println!(
+        "\nWritten to {0}. Next: is anything else missing?\n  rotor-edge diagnose {0} {1}",
+        arguments.output.display(),
+        arguments.data.display()
+    );
+    Ok(())
+}

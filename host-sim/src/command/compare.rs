@@ -1,0 +1,140 @@
+//! `compare`: model against measurement.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use rotor_edge_desktop::compare::{Comparison, Verdict};
+use rotor_edge_desktop::diagnose::best_fit;
+use rotor_edge_desktop::{measurement, rotor_file};
+use serde_json::{Value, json};
+
+use super::output;
+use crate::report::{Prediction, comparison_sections};
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rotor, rotor.toml
+    rotor: PathBuf,
+    /// What was measured on it, measured.csv
+    data: PathBuf,
+    /// Print one JSON object instead of the table
+    #[arg(long)]
+    json: bool,
+    /// Write Bode, polar and orbit plots and the residual map as one HTML page
+    #[arg(long)]
+    report: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let rotor = rotor_file::read(&arguments.rotor)?;
+    let readings = measurement::read(&arguments.data, &rotor)?;
+    let working = output::spinner("fitting bearings and planes");
+    let best = best_fit(&rotor, &readings)?;
+    working.finish_and_clear();
+    let comparison = Comparison::new(&rotor, &readings, &best.predicted_m, &best.noise, best.free_parameters);
+    if let Some(path) = &arguments.report {
+        let model = Prediction { label: "model".into(), predicted_m: best.predicted_m };
+        let sections = comparison_sections(&rotor, &readings, &[model], &comparison);
+        output::report(path, &format!("{}: model against measurement", rotor.name), sections)?;
+    }
+    if arguments.json {
+        return output::json(&summary(&comparison, &best.remarks));
+    }
+    print(&comparison, &best.remarks);
+    let (rotor, data) = (arguments.rotor.display(), arguments.data.display());
+    match comparison.verdict {
+        Verdict::Adequate => {
+            println!("\nNext: nothing is missing; follow the unbalance with rotor-edge replay.")
+        }
+        Verdict::Misses => {
+            println!("\nNext: learn which physical effect is missing\n  rotor-edge diagnose {rotor} {data}")
+        }
+    }
+    Ok(())
+}
+
+fn verdict(c: &Comparison) -> &'static str {
+    match c.verdict {
+        Verdict::Adequate => "adequate",
+        Verdict::Misses => "misses",
+    }
+}
+
+fn print(c: &Comparison, remarks: &[String]) {
+    println!(
+        "{}: error {:.2} %, χ² per value {:.2} (noise: 1), neighbouring speeds correlated by {:.2} (noise: 0)",
+        verdict(c),
+        c.relative_error * 100.0,
+        c.chi2_per_value,
+        c.neighbours.correlation
+    );
+    for remark in remarks {
+        println!("  {remark}");
+    }
+    println!(
+        "  {} readings; residual {:.2} µm a reading, {:.2} % of the features",
+        c.readings,
+        c.residual_um.mean,
+        c.residual_ratio * 100.0
+    );
+    if let Some(w) = &c.worst {
+        let run = w.run.as_ref().map_or(String::new(), |r| format!(" in run {r}"));
+        println!(
+            "  worst at probe {}, {:.0} rpm{run}: {:.2} µm, {:.1} times its noise",
+            w.probe, w.speed_rpm, w.error_um, w.error_sigmas
+        );
+    }
+    println!("\n  probe        residual µm     error %   χ² per value");
+    for p in &c.by_probe {
+        println!(
+            "  {:<10} {:>13.2} {:>11.2} {:>14.2}",
+            p.probe,
+            p.residual_um,
+            p.relative_error * 100.0,
+            p.chi2_per_value
+        );
+    }
+    println!("\n  whirl at bearing      measured µm    model µm   misfit, times its noise");
+    for w in &c.whirl {
+        for (name, part) in [("forward", &w.forward), ("backward", &w.backward)] {
+            println!(
+                "  {:<10} {name:<9} {:>12.2} {:>11.2} {:>14.2}",
+                w.bearing, part.measured_um, part.model_um, part.error_sigmas
+            );
+        }
+    }
+}
+
+/// What `compare --json` prints.
+fn summary(c: &Comparison, remarks: &[String]) -> Value {
+    let whirl = |p: &rotor_edge_desktop::compare::WhirlPart| json!({"measured_um": p.measured_um, "model_um": p.model_um, "error_um": p.error_um, "error_sigmas": p.error_sigmas});
+    json!({
+        "readings": c.readings,
+        "residual_um": {"sum": c.residual_um.sum, "mean": c.residual_um.mean},
+        "residual_ratio": c.residual_ratio,
+        "relative_error": c.relative_error,
+        "chi2_per_value": c.chi2_per_value,
+        "chi2_p_value": c.chi2_p_value,
+        "neighbours": {"correlation": c.neighbours.correlation, "z_score": c.neighbours.z_score, "p_value": c.neighbours.p_value},
+        "verdict": verdict(c),
+        "reversed": c.reversed,
+        "worst": c.worst.as_ref().map(|w| json!({
+            "probe": w.probe, "speed_rpm": w.speed_rpm, "run": w.run, "error_um": w.error_um, "error_sigmas": w.error_sigmas,
+        })),
+        "by_probe": c.by_probe.iter().map(|p| json!({
+            "probe": p.probe, "residual_um": p.residual_um, "relative_error": p.relative_error, "chi2_per_value": p.chi2_per_value,
+        })).collect::<Vec<_>>(),
+        "by_speed": c.by_speed.iter().map(|s| json!({
+            "run": s.run, "speed_rpm": s.speed_rpm, "readings": s.readings, "residual_um": s.residual_um, "chi2_per_value": s.chi2_per_value,
+        })).collect::<Vec<_>>(),
+        "by_run": c.by_run.iter().map(|r| json!({
+            "run": r.run, "readings": r.readings, "residual_um": r.residual_um, "relative_error": r.relative_error, "chi2_per_value": r.chi2_per_value,
+        })).collect::<Vec<_>>(),
+        "whirl": c.whirl.iter().map(|w| json!({
+            "bearing": w.bearing, "forward": whirl(&w.forward), "backward": whirl(&w.backward),
+        })).collect::<Vec<_>>(),
+        "remarks": remarks,
+    })
+}

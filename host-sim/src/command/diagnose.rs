@@ -1,0 +1,218 @@
+//! `diagnose`: which physical effect is missing.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Verdict, diagnose};
+use rotor_edge_desktop::{measurement, rotor_file};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::{diagnosis_report, output};
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rotor, rotor.toml
+    rotor: PathBuf,
+    /// What was measured on it, measured.csv
+    data: PathBuf,
+    /// Candidates to list
+    #[arg(long, default_value_t = 8)]
+    top: usize,
+    /// Print one JSON object instead of the table
+    #[arg(long)]
+    json: bool,
+    /// Write the whole diagnosis as one HTML page
+    #[arg(long)]
+    report: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let rotor = rotor_file::read(&arguments.rotor)?;
+    let readings = measurement::read(&arguments.data, &rotor)?;
+    let working = output::spinner("diagnosing");
+    let found = diagnose(&rotor, &readings)?;
+    working.finish_and_clear();
+    if let Some(path) = &arguments.report {
+        let sections = diagnosis_report::sections(&rotor, &readings, &found)?;
+        output::report(path, &format!("{}: what is missing in the model", rotor.name), sections)?;
+    }
+    if arguments.json {
+        return output::json(&Summary::of(&found));
+    }
+    print(&found, arguments.top);
+    print_next(arguments, &found);
+    Ok(())
+}
+
+fn print(found: &Diagnosis, top: usize) {
+    println!("{}: {}", found.verdict.name(), found.summary);
+    for remark in &found.remarks {
+        println!("  {remark}");
+    }
+    println!(
+        "\n  model as it is: error {:.2} %, χ² per value {:.2}",
+        found.error_before * 100.0,
+        found.chi2_per_value
+    );
+    println!("\n  candidate                           probability   evidence   error after   χ² per value");
+    for c in found.candidates.iter().take(top) {
+        println!(
+            "  {:<36} {:>9.1} % {:>10.1} {:>11.2} % {:>14.2}{}",
+            c.label(),
+            c.probability * 100.0,
+            c.delta_bic,
+            c.error_after * 100.0,
+            c.chi2_per_value,
+            if c.disqualified.is_some() { "   ruled out" } else { "" }
+        );
+    }
+    println!("  (evidence: BIC of the model minus BIC with the effect; above 10 is strong)");
+    let shown = found.verdict != Verdict::Adequate && !found.saturated;
+    if let Some(best) = found.candidates.first().filter(|_| shown) {
+        println!("\n{}", best.label());
+        for p in parameter_lines(best) {
+            println!("  {p}");
+        }
+        println!("\n  {}", best.explanation());
+        if let Some(h) = found.held_out {
+            println!(
+                "\n  On speeds that were left out: χ² per value {:.2} without it, {:.2} with it.",
+                h.before, h.after
+            );
+        }
+    }
+    for group in &found.indistinguishable {
+        println!("\nThese data cannot tell apart: {}", group.join(", "));
+    }
+    if !found.advice.is_empty() {
+        println!("\nWhat would tell them apart, least effort first");
+        for a in found.advice.iter().take(5) {
+            let repeats =
+                if a.repeats > 1 { format!(", so repeat it {} times", a.repeats) } else { String::new() };
+            println!(
+                "  {} (they differ by {:.1} standard deviations, most at {:.0} rpm{repeats})",
+                a.measurement, a.separation_sd, a.speed_rpm
+            );
+        }
+    } else if found.verdict == Verdict::Undecided {
+        println!(
+            "\nNo run-up, slow roll, trial weight or further probe that was tried would tell them apart well."
+        );
+    }
+}
+
+fn print_next(arguments: &Arguments, found: &Diagnosis) {
+    let (rotor, data) = (arguments.rotor.display(), arguments.data.display());
+    match (found.verdict, found.candidates.first()) {
+        (Verdict::Missing, Some(best)) => {
+            println!(
+                "\nNext: add it\n  rotor-edge add {rotor} \"{}\" --data {data} -o better.toml",
+                best.label()
+            );
+        }
+        (Verdict::Undecided, Some(_)) if !found.saturated && !found.indistinguishable.is_empty() => println!(
+            "\nNext: measure, or add the first of the group, which predicts this machine as well as any\n  \
+             rotor-edge improve {rotor} {data} -o better.toml"
+        ),
+        (Verdict::Adequate, _) => {
+            println!("\nNext: nothing is missing; follow the unbalance with rotor-edge replay.")
+        }
+        _ => println!(
+            "\nNext: measure what is listed above, or see where the model misses with rotor-edge compare {rotor} {data}"
+        ),
+    }
+}
+
+/// Parameters with their uncertainty, one line each.
+pub fn parameter_lines(candidate: &Candidate) -> Vec<String> {
+    let line = |p: &rotor_edge_desktop::diagnose::FittedParameter| {
+        let value = match p.value.as_slice() {
+            [re, im] => {
+                let (size, angle) = (re.hypot(*im), im.atan2(*re).to_degrees());
+                format!("{size:.4e} {} at {angle:.1}°", p.unit)
+            }
+            other => format!("{:.4e} {}", other.first().copied().unwrap_or(f64::NAN), p.unit),
+        };
+        let sd = p.sd.map_or(String::new(), |sd| format!(" ± {sd:.1e}"));
+        format!("{} = {value}{sd}", p.name)
+    };
+    let mut lines: Vec<String> = candidate.parameters.iter().map(line).collect();
+    lines.extend(candidate.disqualified.clone());
+    lines
+}
+
+/// What `diagnose --json` prints.
+#[derive(Serialize)]
+struct Summary {
+    verdict: &'static str,
+    summary: String,
+    error_before: f64,
+    chi2_per_value: f64,
+    nothing_missing: f64,
+    candidates: Vec<Value>,
+    indistinguishable: Vec<Vec<String>>,
+    held_out: Option<Value>,
+    advice: Vec<Value>,
+    remarks: Vec<String>,
+}
+
+impl Summary {
+    fn of(found: &Diagnosis) -> Self {
+        let advice = |a: &rotor_edge_desktop::diagnose::Advice| json!({"measurement": a.measurement, "separation_sd": a.separation_sd, "speed_rpm": a.speed_rpm, "repeats": a.repeats});
+        Self {
+            verdict: found.verdict.name(),
+            summary: found.summary.clone(),
+            error_before: found.error_before,
+            chi2_per_value: found.chi2_per_value,
+            nothing_missing: found.nothing_missing,
+            candidates: found.candidates.iter().map(candidate_json).collect(),
+            indistinguishable: found.indistinguishable.clone(),
+            held_out: found.held_out.map(|h| json!({"before": h.before, "after": h.after})),
+            advice: found.advice.iter().map(advice).collect(),
+            remarks: found.remarks.clone(),
+        }
+    }
+}
+
+/// A candidate as JSON; parameters by name, phasors as `[real, imaginary]`.
+pub fn candidate_json(c: &Candidate) -> Value {
+    let (mut parameters, mut uncertainty, mut units) = (Map::new(), Map::new(), Map::new());
+    for p in &c.parameters {
+        let value = if p.value.len() == 1 { json!(p.value[0]) } else { json!(p.value) };
+        // the vectors of several probes, numbered, become one list
+        match p.name.split_once(' ') {
+            Some((name, _)) => {
+                push(&mut parameters, name, value);
+                push(&mut uncertainty, name, json!(p.sd));
+                units.insert(name.into(), json!(p.unit));
+            }
+            None => {
+                parameters.insert(p.name.clone(), value);
+                uncertainty.insert(p.name.clone(), json!(p.sd));
+                units.insert(p.name.clone(), json!(p.unit));
+            }
+        }
+    }
+    json!({
+        "effect": c.effect,
+        "at": c.at,
+        "probability": c.probability,
+        "delta_bic": c.delta_bic,
+        "error_after": c.error_after,
+        "chi2_per_value": c.chi2_per_value,
+        "parameters": parameters,
+        "uncertainty": uncertainty,
+        "units": units,
+        "disqualified": c.disqualified,
+        "explanation": c.explanation(),
+    })
+}
+
+fn push(map: &mut Map<String, Value>, name: &str, value: Value) {
+    if let Value::Array(list) = map.entry(name.to_string()).or_insert_with(|| json!([])) {
+        list.push(value);
+    }
+}

@@ -1,0 +1,87 @@
+//! `improve`: diagnose and add until adequate.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use rotor_edge_desktop::diagnose::{Step, Verdict, improve};
+use rotor_edge_desktop::{measurement, rotor_file};
+use serde_json::{Value, json};
+
+use super::{diagnose, output};
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rotor, rotor.toml
+    rotor: PathBuf,
+    /// What was measured on it, measured.csv
+    data: PathBuf,
+    /// Where to write the better model
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let rotor = rotor_file::read(&arguments.rotor)?;
+    let readings = measurement::read(&arguments.data, &rotor)?;
+    let outcome = improve(&rotor, &readings, |step| {
+        if !arguments.json {
+            print(step);
+        }
+    })?;
+    rotor_file::write(&arguments.output, &outcome.rotor)?;
+    if arguments.json {
+        return output::json(&json!({
+            "error_before": outcome.error_before,
+            "chi2_per_value_before": outcome.chi2_per_value_before,
+            "steps": outcome.steps.iter().map(step_json).collect::<Vec<_>>(),
+            "verdict": outcome.verdict.name(),
+            "summary": outcome.summary,
+        }));
+    }
+    println!("{}: {}", outcome.verdict.name(), outcome.summary);
+    let path = arguments.output.display();
+    println!("\nWritten to {path}.");
+    match outcome.verdict {
+        Verdict::Adequate => println!(
+            "Next: send it to the controller, here the simulated one\n  rotor-edge replay --identified --rotor {path} --record …"
+        ),
+        _ => println!(
+            "Next: see what is left, and what to measure\n  rotor-edge diagnose {path} {}",
+            arguments.data.display()
+        ),
+    }
+    Ok(())
+}
+
+fn print(step: &Step) {
+    println!(
+        "+ {:<36} error {:.2} %, χ² per value {:.2}",
+        step.added.label(),
+        step.error_after * 100.0,
+        step.chi2_per_value
+    );
+    for line in diagnose::parameter_lines(&step.added) {
+        println!("    {line}");
+    }
+    if !step.group.is_empty() {
+        println!("    the data cannot tell apart: {}", step.group.join(", "));
+    }
+}
+
+fn step_json(step: &Step) -> Value {
+    let candidate = diagnose::candidate_json(&step.added);
+    json!({
+        "effect": step.added.effect,
+        "at": step.added.at,
+        "error_after": step.error_after,
+        "chi2_per_value": step.chi2_per_value,
+        "group": step.group,
+        "parameters": candidate["parameters"],
+        "uncertainty": candidate["uncertainty"],
+    })
+}

@@ -1,0 +1,273 @@
+//! The figures of a comparison, run by run.
+
+use nalgebra::Complex;
+use rotor_edge_desktop::compare::{Comparison, ProbePair, probe_pairs};
+use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::rotor::Rotor;
+
+use super::Prediction;
+use crate::report::Curve;
+use crate::report::bode::{bode, peak_to_peak_um};
+use crate::report::document::{Figure, Section, identifier};
+use crate::report::orbit::{OrbitPanel, orbit};
+use crate::report::polar::polar;
+use crate::report::residual_map::{ResidualMap, residual_map};
+use crate::report::scale::rpm;
+use crate::report::trend::{Trend, trend};
+
+/// A run whose speeds differ by less than this, relative to the fastest, is a record at one speed.
+const ONE_SPEED: f64 = 0.1;
+/// Columns of a heat map; more readings than this are gathered.
+const MOST_COLUMNS: usize = 60;
+/// Orbits of one bearing.
+const ORBITS: usize = 4;
+
+/// Readings of one run, by ascending speed, or by time at one speed.
+pub struct Run {
+    name: Option<String>,
+    rows: Vec<usize>,
+    over: Over,
+}
+
+/// What the readings of a run differ in.
+#[derive(Clone, Copy, PartialEq)]
+enum Over {
+    Speed,
+    Time,
+}
+
+impl Run {
+    /// All runs in the order of the measurement.
+    pub fn of(readings: &[Reading]) -> Vec<Self> {
+        let mut runs: Vec<Self> = Vec::new();
+        for (row, reading) in readings.iter().enumerate() {
+            match runs.iter_mut().find(|r| r.name == reading.run) {
+                Some(run) => run.rows.push(row),
+                None => runs.push(Self { name: reading.run.clone(), rows: vec![row], over: Over::Time }),
+            }
+        }
+        for run in &mut runs {
+            let speeds = || run.rows.iter().map(|row| readings[*row].speed_rpm);
+            let (slowest, fastest) = (speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max));
+            if slowest < (1.0 - ONE_SPEED) * fastest {
+                run.over = Over::Speed;
+                run.rows.sort_by(|a, b| readings[*a].speed_rpm.total_cmp(&readings[*b].speed_rpm));
+            }
+        }
+        runs
+    }
+
+    /// "Bode" or "Bode, run day 126".
+    fn named(&self, what: &str) -> String {
+        self.name.as_ref().map_or_else(|| what.to_string(), |run| format!("{what}, run {run}"))
+    }
+
+    fn figure(&self, kind: &str, place: &str, caption: String, draw: impl FnOnce(&str) -> String) -> Figure {
+        let title = self.named(&format!("{kind} {place}"));
+        Figure { id: identifier(&title), svg: draw(&title), title, caption }
+    }
+
+    /// Where a reading lies along the run: speed in rpm, or days.
+    fn place(&self, readings: &[Reading], row: usize) -> f64 {
+        match self.over {
+            Over::Speed => readings[row].speed_rpm,
+            Over::Time => readings[row].time_d.unwrap_or(row as f64),
+        }
+    }
+
+    fn along(&self, readings: &[Reading]) -> String {
+        let dated = self.rows.iter().all(|row| readings[*row].time_d.is_some());
+        match self.over {
+            Over::Speed => "speed, rpm",
+            Over::Time if dated => "time, days",
+            Over::Time => "reading",
+        }
+        .into()
+    }
+
+    /// Bode, polar and orbits over speed; amplitudes over time where there is one speed.
+    pub fn sections(
+        &self,
+        rotor: &Rotor,
+        readings: &[Reading],
+        models: &[Prediction],
+        comparison: &Comparison,
+    ) -> Vec<Section> {
+        let section = |what: &str, text: &str, figures: Vec<Figure>| Section {
+            heading: self.named(what),
+            paragraphs: vec![text.into()],
+            tables: vec![],
+            figures,
+        };
+        let probes = 0..rotor.probe.len();
+        let mut sections = Vec::new();
+        if self.over == Over::Time {
+            let figures = probes.map(|i| self.trend(rotor, readings, models, i)).collect();
+            let text = "All readings are at one speed. Look for the day on which model and measurement part.";
+            sections.push(section("Amplitude over time", text, figures));
+        } else {
+            let figures = probes.clone().map(|i| self.bode(rotor, readings, models, i)).collect();
+            let text = "Circles are measured, lines are the model. Look for the speeds where they part: at a \
+                        resonance, at the top of the range, or everywhere.";
+            sections.push(section("Bode", text, figures));
+            let figures = probes.map(|i| self.polar(rotor, readings, models, i)).collect();
+            let text = "The keyphasor mark is at 0°, the shaft turns counter-clockwise and the lag grows \
+                        clockwise. A loop is a resonance; a constant shift of all circles is runout or bow.";
+            sections.push(section("Polar", text, figures));
+        }
+        let orbits: Vec<Figure> = probe_pairs(rotor)
+            .iter()
+            .filter_map(|pair| self.orbits(rotor, readings, models, comparison, pair))
+            .collect();
+        if !orbits.is_empty() {
+            let text = "The path of the shaft's centre, seen along the shaft with x to the right and y up; the \
+                        shaft turns counter-clockwise. Dots: where the keyphasor fires. Arrows: direction of \
+                        precession.";
+            sections.push(section("Orbits", text, orbits));
+        }
+        sections
+    }
+
+    fn measured(&self, readings: &[Reading], probe: usize) -> Vec<(f64, Complex<f64>)> {
+        let point = |row: &usize| Some((self.place(readings, *row), readings[*row].probes[probe]?));
+        self.rows.iter().filter_map(point).collect()
+    }
+
+    fn curves(&self, readings: &[Reading], models: &[Prediction], probe: usize) -> Vec<Curve> {
+        let points = |m: &Prediction| {
+            let point = |row: &usize| (self.place(readings, *row), m.predicted_m[*row][probe]);
+            self.rows.iter().map(point).collect()
+        };
+        models.iter().map(|m| Curve { label: m.label.clone(), points: points(m) }).collect()
+    }
+
+    fn bode(&self, rotor: &Rotor, readings: &[Reading], models: &[Prediction], probe: usize) -> Figure {
+        let caption =
+            "Amplitude above; phase lag below, later further down. A resonance is a peak with a lag \
+                       that grows by about 180°."
+                .into();
+        self.figure("Bode", &rotor.probe[probe].name, caption, |title| {
+            bode(title, &self.measured(readings, probe), &self.curves(readings, models, probe))
+        })
+    }
+
+    fn polar(&self, rotor: &Rotor, readings: &[Reading], models: &[Prediction], probe: usize) -> Figure {
+        let caption =
+            "Phasor over speed, µm pk-pk against phase lag; the rotation is counter-clockwise.".into();
+        self.figure("Polar", &rotor.probe[probe].name, caption, |title| {
+            polar(title, &self.measured(readings, probe), &self.curves(readings, models, probe))
+        })
+    }
+
+    fn trend(&self, rotor: &Rotor, readings: &[Reading], models: &[Prediction], probe: usize) -> Figure {
+        let amplitude = |points: Vec<(f64, Complex<f64>)>| {
+            points.into_iter().map(|(at, y)| (at, peak_to_peak_um(y))).collect::<Vec<_>>()
+        };
+        let drawn = Trend {
+            along: self.along(readings),
+            quantity: "µm pk-pk".into(),
+            measured: Some(("measured".into(), amplitude(self.measured(readings, probe)))),
+            curves: self
+                .curves(readings, models, probe)
+                .into_iter()
+                .map(|c| (c.label, amplitude(c.points)))
+                .collect(),
+            ..Trend::default()
+        };
+        let caption = "Amplitude of the 1x vibration.".into();
+        self.figure("Amplitude", &rotor.probe[probe].name, caption, |title| trend(title, &drawn))
+    }
+
+    fn orbits(
+        &self,
+        rotor: &Rotor,
+        readings: &[Reading],
+        models: &[Prediction],
+        comparison: &Comparison,
+        pair: &ProbePair,
+    ) -> Option<Figure> {
+        let rows = self.telling(readings, comparison, pair);
+        let panel = |row: &usize| {
+            let [a, b] = pair.probes;
+            let read = [readings[*row].probes[a]?, readings[*row].probes[b]?];
+            let modelled = |m: &Prediction| pair.xy([m.predicted_m[*row][a], m.predicted_m[*row][b]]);
+            Some(OrbitPanel {
+                speed_rpm: readings[*row].speed_rpm,
+                measured_m: pair.xy(read),
+                models_m: models.iter().map(modelled).collect(),
+            })
+        };
+        let panels: Vec<OrbitPanel> = rows.iter().filter_map(panel).collect();
+        let worst = self.worst(comparison, pair, &rows)?;
+        let labels: Vec<&str> = models.iter().map(|m| m.label.as_str()).collect();
+        let caption = format!(
+            "Each panel has its own scale. The model is furthest off at {}.",
+            rpm(readings[worst].speed_rpm)
+        );
+        let place = format!("at bearing {}", rotor.bearing[pair.bearing].name);
+        Some(self.figure("Orbits", &place, caption, |title| orbit(title, &labels, &panels)))
+    }
+
+    /// Of these rows, the one furthest from the model.
+    fn worst(&self, comparison: &Comparison, pair: &ProbePair, rows: &[usize]) -> Option<usize> {
+        rows.iter()
+            .copied()
+            .max_by(|a, b| misfit(comparison, pair, *a).total_cmp(&misfit(comparison, pair, *b)))
+    }
+
+    /// Rows worth an orbit, in the order of the run: the worst, the largest, the last, the middle.
+    fn telling(&self, readings: &[Reading], comparison: &Comparison, pair: &ProbePair) -> Vec<usize> {
+        let whole: Vec<usize> = self
+            .rows
+            .iter()
+            .copied()
+            .filter(|row| pair.probes.iter().all(|p| readings[*row].probes[*p].is_some()))
+            .collect();
+        let size = |row: usize| -> f64 {
+            pair.probes.iter().filter_map(|p| readings[row].probes[*p]).map(|y| y.norm_sqr()).sum()
+        };
+        let largest = whole.iter().copied().max_by(|a, b| size(*a).total_cmp(&size(*b)));
+        let first_choice = [self.worst(comparison, pair, &whole), largest, whole.last().copied()];
+        let evenly = [0.5, 0.75, 0.25].map(|share| whole.get((share * whole.len() as f64) as usize).copied());
+        let mut chosen: Vec<usize> = Vec::new();
+        for row in first_choice.into_iter().chain(evenly).flatten() {
+            if chosen.len() < ORBITS && !chosen.contains(&row) {
+                chosen.push(row);
+            }
+        }
+        whole.into_iter().filter(|row| chosen.contains(row)).collect()
+    }
+
+    /// Residual of all probes along the run.
+    pub fn residual_map(&self, rotor: &Rotor, readings: &[Reading], comparison: &Comparison) -> Figure {
+        let columns: Vec<&[usize]> = self.rows.chunks(self.rows.len().div_ceil(MOST_COLUMNS)).collect();
+        let middle = |rows: &&[usize]| {
+            rows.iter().map(|row| self.place(readings, *row)).sum::<f64>() / rows.len() as f64
+        };
+        let sigmas = |probe: usize| {
+            let cell = |rows: &&[usize]| {
+                let errors = rows.iter().filter_map(|row| comparison.standardised[*row][probe]);
+                let (sum, count) = errors.fold((0.0, 0), |(s, n), e| (s + 0.5 * e.norm_sqr(), n + 1));
+                (count > 0).then(|| (sum / f64::from(count)).sqrt())
+            };
+            columns.iter().map(cell).collect()
+        };
+        let map = ResidualMap {
+            along: self.along(readings),
+            columns: columns.iter().map(middle).collect(),
+            probes: rotor.probe.iter().map(|p| p.name.clone()).collect(),
+            sigmas: (0..rotor.probe.len()).map(sigmas).collect(),
+        };
+        let caption =
+            "Each cell: model less measurement in standard deviations σ of the noise, root mean square \
+                       of both components. One dark row is a probe or what is beside it; dark columns are a \
+                       resonance."
+                .into();
+        self.figure("Residual", "map", caption, |title| residual_map(title, &map))
+    }
+}
+
+/// How far one reading of a bearing is from the model, squared standard deviations.
+fn misfit(comparison: &Comparison, pair: &ProbePair, row: usize) -> f64 {
+    pair.probes.iter().filter_map(|p| comparison.standardised[row][*p]).map(|e| e.norm_sqr()).sum()
+}

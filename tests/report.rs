@@ -1,0 +1,209 @@
+//! A report in a real browser: every figure drawn, nothing clipped, nothing fetched, nothing logged.
+//!
+//! `tests/report/browser` finds or installs Chromium. Set `ROTOR_EDGE_REPORT_DIR` to keep the pages with
+//! their screenshots and prints, to be looked at.
+
+#[path = "report/chromium.rs"]
+mod chromium;
+
+use std::collections::HashSet;
+
+use chromium::{Chromium, Measured};
+use nalgebra::Complex;
+use rotor_edge::report::bars::{Bar, bars};
+use rotor_edge::report::trend::{Trend, trend};
+use rotor_edge::report::{Figure, Prediction, Section, comparison_sections, page};
+use rotor_edge::sample;
+use rotor_edge_desktop::compare::{Comparison, Verdict};
+use rotor_edge_desktop::identify::{PhaseOne, PhaseOneConfig, identify};
+use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::model::Model;
+use rotor_edge_desktop::rotor::Rotor;
+use rotor_edge_tests::repository;
+
+/// Bearings and planes that phase I fits.
+const FREE_PARAMETERS: usize = 12;
+/// Widths that a report is read at, px of the style sheet.
+const PHONE_PX: u32 = 390;
+const SCREEN_PX: u32 = 1280;
+/// Smaller text than this cannot be read.
+const LEAST_TEXT_PX: f64 = 10.0;
+
+fn fit(rotor: &Rotor, readings: &[Reading]) -> PhaseOne {
+    identify(rotor, readings, &PhaseOneConfig { iterations: 5, ..PhaseOneConfig::default() }).unwrap()
+}
+
+fn predict(label: &str, found: &PhaseOne, readings: &[Reading]) -> Prediction {
+    let model = Model::finite_elements(&found.rotor);
+    let row = |r: &Reading| -> Vec<Complex<f64>> {
+        let response = model.response(r.speed_rad_s()).unwrap();
+        response.at(&found.unbalance_kg_m).iter().copied().collect()
+    };
+    Prediction { label: label.into(), predicted_m: readings.iter().map(row).collect() }
+}
+
+/// The sample's drawing and its run-up of the day after a ring was replaced.
+fn changed_turbine() -> (Rotor, Vec<Reading>, Vec<Reading>) {
+    let (rotor, _, before) = sample::load().unwrap();
+    let path = repository("host-sim/sample/turbine/runup-day126.csv");
+    let after = measurement::read(&path, &rotor).unwrap();
+    (rotor, before, after)
+}
+
+/// `compare --report` of the run-up of day 126 with the model of day 0 and one fitted anew.
+fn run_up_page() -> (Vec<Section>, Comparison) {
+    let (rotor, before, after) = changed_turbine();
+    let (old, new) = (fit(&rotor, &before), fit(&rotor, &after));
+    let models = [predict("model", &new, &after), predict("model of day 0", &old, &after)];
+    let noise = rotor.noise.unwrap();
+    let comparison = Comparison::new(&rotor, &after, &models[0].predicted_m, &noise, FREE_PARAMETERS);
+    (comparison_sections(&rotor, &after, &models, &comparison), comparison)
+}
+
+/// What is awkward to lay out: a record at one speed, lost readings, several runs, long names, one reading.
+fn awkward_page() -> Vec<Section> {
+    let (rotor, record, mut run_up) = sample::load().unwrap();
+    let found = fit(&rotor, &record[..3]);
+    let mut readings: Vec<Reading> = record[..150].to_vec();
+    for reading in &mut readings[40..60] {
+        reading.probes[2] = None;
+    }
+    for (row, reading) in run_up.iter_mut().enumerate() {
+        reading.run = Some(if row % 2 == 0 { "as found" } else { "trial weight at the coupling" }.into());
+        reading.time_d = Some(200.0);
+    }
+    readings.extend(run_up);
+    readings.push(Reading { run: Some("one reading".into()), ..record[0].clone() });
+    let models = [
+        predict("model", &found, &readings),
+        predict("with speed_dependent_stiffness at bearing 15", &found, &readings),
+        predict("with seal at disk 3", &found, &readings),
+    ];
+    let noise = rotor.noise.unwrap();
+    let comparison = Comparison::new(&rotor, &readings, &models[0].predicted_m, &noise, FREE_PARAMETERS);
+    let mut sections = comparison_sections(&rotor, &readings, &models, &comparison);
+    sections.push(Section { heading: "Others".into(), figures: other_figures(), ..Section::default() });
+    sections
+}
+
+fn other_figures() -> Vec<Figure> {
+    let days = || (0..460).map(f64::from);
+    let ratio = |d: f64, after: f64| if d < 125.0 { 0.037 } else { after } + 0.01 * (0.7 * d).sin();
+    let drawn = Trend {
+        along: "time, days".into(),
+        quantity: "residual of the features".into(),
+        measured: None,
+        curves: vec![
+            ("before".into(), days().map(|d| (d, ratio(d, 0.398))).collect()),
+            ("with seal at disk 3".into(), days().map(|d| (d, ratio(d, 0.041))).collect()),
+        ],
+        events: vec![(125.0, "ring replaced".into()), (320.0, "new model on the controller".into())],
+        flags: vec![127.0],
+    };
+    let bar = |label: &str, share: f64| Bar {
+        label: label.into(),
+        share,
+        value: format!("{:.1} %", 100.0 * share),
+        emphasised: share > 0.5,
+    };
+    let candidates = [
+        bar("seal at disk 3", 0.962),
+        bar("speed_dependent_stiffness at bearing 15", 0.031),
+        bar("shaft_bow", 0.007),
+        bar("runout at probe 15X", 0.0),
+    ];
+    let figure = |id: &str, title: &str, svg: String| Figure {
+        id: id.into(),
+        title: title.into(),
+        caption: "What the figure says.".into(),
+        svg,
+    };
+    vec![
+        figure("trend", "Residual before and after", trend("Residual before and after", &drawn)),
+        figure("bars", "Candidates", bars("Candidates", &candidates)),
+    ]
+}
+
+#[test]
+fn comparison_of_the_changed_turbine_says_that_physics_is_missing_and_shows_every_figure() {
+    let (sections, comparison) = run_up_page();
+    assert_eq!(comparison.verdict, Verdict::Misses);
+    assert!(!comparison.reversed);
+    assert!(sections[0].paragraphs[0].contains("misses physics"), "{}", sections[0].paragraphs[0]);
+    let ids: Vec<&str> = sections.iter().flat_map(|s| &s.figures).map(|f| f.id.as_str()).collect();
+    for probe in ["15x", "15y", "16x", "16y"] {
+        for kind in ["bode", "polar"] {
+            assert!(ids.contains(&format!("{kind}-{probe}-run-day-126").as_str()), "{ids:?}");
+        }
+    }
+    for id in ["residual-map", "orbits-at-bearing-15", "orbits-at-bearing-16"] {
+        assert!(ids.contains(&format!("{id}-run-day-126").as_str()), "{ids:?}");
+    }
+    assert_eq!(ids.iter().collect::<HashSet<_>>().len(), ids.len(), "ids are unique");
+}
+
+#[test]
+fn the_turbine_before_the_change_is_adequate() {
+    let (rotor, before, _) = changed_turbine();
+    let model = predict("model", &fit(&rotor, &before), &before);
+    let noise = rotor.noise.unwrap();
+    let comparison = Comparison::new(&rotor, &before, &model.predicted_m, &noise, FREE_PARAMETERS);
+    assert_eq!(comparison.verdict, Verdict::Adequate, "{:?}", comparison.neighbours);
+    let sections = comparison_sections(&rotor, &before, &[model], &comparison);
+    assert!(sections[0].paragraphs[0].contains("adequate"), "{}", sections[0].paragraphs[0]);
+}
+
+#[test]
+fn a_page_names_no_address_to_fetch_from_and_stays_small() {
+    let (sections, _) = run_up_page();
+    let text = page("Comparison", sections);
+    let without_names = text.replace("http://www.w3.org/2000/svg", "");
+    for address in ["http:", "https:", "//", "@import", "url(", "<script", "<link rel=\"stylesheet"] {
+        assert!(!without_names.contains(address), "{address}");
+    }
+    assert!(text.len() < 1_000_000, "{} bytes", text.len());
+}
+
+#[test]
+fn reports_are_whole_in_a_browser_on_a_screen_and_on_a_phone() {
+    let Some(browser) = Chromium::find() else { return };
+    let pages = [("run-up", run_up_page().0), ("awkward", awkward_page())];
+    for (name, sections) in pages {
+        let figures: Vec<Figure> = sections.iter().flat_map(|s| s.figures.clone()).collect();
+        let text = page(&format!("Report {name}"), sections);
+        browser.keep(name, &text, &[SCREEN_PX, PHONE_PX]);
+        assert_eq!(browser.console(&text), Vec::<String>::new(), "{name}");
+        for width_px in [SCREEN_PX, PHONE_PX] {
+            check(name, &browser.measure(&text, width_px), width_px, &figures);
+        }
+    }
+}
+
+fn check(name: &str, seen: &Measured, width_px: u32, figures: &[Figure]) {
+    assert_eq!(seen.width, f64::from(width_px), "{name}: the browser took another width");
+    assert_eq!(seen.fetched, Vec::<String>::new(), "{name}");
+    assert!(seen.wider_than_screen_px <= 0.0, "{name} at {width_px}: scrolls sideways");
+    assert_eq!(seen.wide_tables, Vec::<String>::new(), "{name} at {width_px}");
+    let ids = |ids: Vec<&String>| ids.into_iter().cloned().collect::<Vec<_>>();
+    let drawn = ids(seen.figures.iter().map(|f| &f.id).collect());
+    assert_eq!(drawn, ids(figures.iter().map(|f| &f.id).collect()), "{name}: every figure, in its order");
+    for (f, given) in seen.figures.iter().zip(figures) {
+        let at = format!("{name} at {width_px}: {}", f.id);
+        assert!(f.width > 250.0 && f.height > 50.0, "{at}: {} × {}", f.width, f.height);
+        assert!(f.shapes > 3, "{at}: {} shapes", f.shapes);
+        assert_eq!(f.title, given.title, "{at}");
+        assert!(f.caption.contains(&given.caption), "{at}");
+        assert!(f.smallest_text_px >= LEAST_TEXT_PX, "{at}: text of {} px", f.smallest_text_px);
+        assert!(f.clipped.is_empty(), "{at}: clipped {:?}", f.clipped);
+        assert!(f.overlapping.is_empty(), "{at}: overlapping {:?}", f.overlapping);
+    }
+}
+
+#[test]
+fn the_browser_check_sees_an_error_and_a_page_may_not_fetch() {
+    let Some(browser) = Chromium::find() else { return };
+    let text = page("Broken", vec![]);
+    let fetching = text.replace("</body>", "<img src=\"http://example.invalid/x.png\"></body>");
+    let logged = browser.console(&fetching);
+    assert!(logged.iter().any(|l| l.contains("Content Security Policy")), "{logged:?}");
+}

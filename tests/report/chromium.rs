@@ -1,0 +1,142 @@
+//! A headless Chromium that opens a page and says what became of it.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use rotor_edge_tests::repository;
+use serde::Deserialize;
+use tempfile::TempDir;
+
+/// Runs in the page and leaves what it measured as JSON in the document.
+const MEASURE: &str = include_str!("measure.js");
+/// Longest that one page may take, s.
+const PATIENCE_S: &str = "120";
+/// Flags for a fresh browser that stays by itself.
+const FLAGS: [&str; 10] = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--hide-scrollbars",
+    "--disable-dev-shm-usage",
+];
+
+/// A page as it was laid out.
+#[derive(Debug, Deserialize)]
+pub struct Measured {
+    pub figures: Vec<MeasuredFigure>,
+    /// How far the page can be scrolled sideways.
+    pub wider_than_screen_px: f64,
+    /// Tables that can only be read by scrolling them.
+    pub wide_tables: Vec<String>,
+    pub width: f64,
+    pub height: f64,
+    /// Addresses that the page loaded.
+    pub fetched: Vec<String>,
+}
+
+/// A figure as it was laid out.
+#[derive(Debug, Deserialize)]
+pub struct MeasuredFigure {
+    pub id: String,
+    pub width: f64,
+    pub height: f64,
+    pub shapes: usize,
+    pub caption: String,
+    pub title: String,
+    pub smallest_text_px: f64,
+    /// Texts that reach beyond the drawing.
+    pub clipped: Vec<String>,
+    /// Texts that lie over each other.
+    pub overlapping: Vec<[String; 2]>,
+}
+
+pub struct Chromium {
+    path: PathBuf,
+    folder: TempDir,
+}
+
+impl Chromium {
+    /// A browser, if one is to be had. Where `CI` is set there must be one.
+    pub fn find() -> Option<Self> {
+        let output = Command::new(repository("tests/report/browser")).output().expect("bash is there");
+        if output.status.success() {
+            let path = String::from_utf8(output.stdout).unwrap().trim().into();
+            return Some(Self { path, folder: tempfile::tempdir().unwrap() });
+        }
+        let why = String::from_utf8_lossy(&output.stderr).trim().to_string();
+        assert!(std::env::var_os("CI").is_none(), "no browser: {why}");
+        eprintln!("The browser part of this test DID NOT RUN: {why}");
+        None
+    }
+
+    /// What the page logs, line by line.
+    pub fn console(&self, page: &str) -> Vec<String> {
+        let output = self.open(page, &["--dump-dom", "--enable-logging=stderr", "--v=0"]);
+        assert!(String::from_utf8_lossy(&output.stdout).contains("</html>"), "the page did not load");
+        let log = String::from_utf8_lossy(&output.stderr).into_owned();
+        log.lines().filter(|l| l.contains("CONSOLE")).map(str::to_string).collect()
+    }
+
+    /// Lays the page out at this width.
+    pub fn measure(&self, page: &str, width_px: u32) -> Measured {
+        let policy = page.find("<meta http-equiv").expect("a page has a policy");
+        let end = policy + page[policy..].find('>').expect("the policy ends");
+        // the policy would forbid the script that measures
+        let open = format!("{}{}<script>{MEASURE}</script>", &page[..policy], &page[end + 1..]);
+        let output = self.open(&framed(&open, width_px, 900.0), &["--dump-dom"]);
+        let dom = String::from_utf8(output.stdout).unwrap();
+        let (_, rest) = dom.rsplit_once("<pre id=\"measured\">").expect("the page was measured");
+        let json = rest.split("</pre>").next().unwrap_or_default();
+        let json = json.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+        serde_json::from_str(&json).unwrap()
+    }
+
+    /// Leaves the page, a screenshot at each width and its print where `ROTOR_EDGE_REPORT_DIR` says.
+    pub fn keep(&self, name: &str, page: &str, widths_px: &[u32]) {
+        let Some(folder) = std::env::var_os("ROTOR_EDGE_REPORT_DIR").map(PathBuf::from) else { return };
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join(format!("{name}.html")), page).unwrap();
+        for width_px in widths_px {
+            let height_px = self.measure(page, *width_px).height;
+            let file = folder.join(format!("{name}-{width_px}.png")).display().to_string();
+            self.open(
+                &framed(page, *width_px, height_px),
+                &[&format!("--screenshot={file}"), &format!("--window-size={width_px},{height_px}")],
+            );
+        }
+        let file = folder.join(format!("{name}.pdf")).display().to_string();
+        self.open(page, &[&format!("--print-to-pdf={file}"), "--no-pdf-header-footer"]);
+    }
+
+    fn open(&self, page: &str, arguments: &[&str]) -> Output {
+        let run = tempfile::tempdir_in(self.folder.path()).unwrap();
+        let file = run.path().join("page.html");
+        std::fs::write(&file, page).unwrap();
+        let output = Command::new("timeout")
+            .arg(PATIENCE_S)
+            .arg(&self.path)
+            .args(FLAGS)
+            .arg(format!("--user-data-dir={}", run.path().join("profile").display()))
+            .args(arguments)
+            .arg(format!("file://{}", file.display()))
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{}: {said}", self.path.display());
+        output
+    }
+}
+
+/// A page that shows another at this size: a window of Chromium cannot be as narrow as a telephone.
+fn framed(page: &str, width_px: u32, height_px: f64) -> String {
+    let page = page.replace('&', "&amp;").replace('"', "&quot;");
+    format!(
+        "<!DOCTYPE html><html><body style=\"margin:0\"><iframe srcdoc=\"{page}\" \
+         style=\"border:0;display:block;width:{width_px}px;height:{height_px}px\"></iframe></body></html>"
+    )
+}
