@@ -8,6 +8,8 @@ mod identify;
 mod improve;
 mod output;
 mod replay;
+mod replay_better;
+mod replay_json;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};

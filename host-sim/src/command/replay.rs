@@ -11,10 +11,11 @@ use rotor_edge_desktop::identify::PhaseOne;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor::Rotor;
 use rotor_edge_desktop::rotor_file;
-use serde::Serialize;
 
 use super::identify::{self, Days};
 use super::output;
+use super::replay_better::{Better, trends};
+use super::replay_json::Summary;
 use crate::bus::BusConfig;
 use crate::edge::Deployment;
 use crate::replay::check::{Equivalence, equivalence};
@@ -41,10 +42,19 @@ pub struct Arguments {
     /// The controller's number on the bus, 0 to 30
     #[arg(long, default_value_t = 1)]
     node: u8,
+    /// A better model, as `improve` writes it: the days from the event on are played with it as well
+    #[arg(long)]
+    better: Option<PathBuf>,
+    /// The day from which on the better model is played; the first suspicious one if absent
+    #[arg(long, requires = "better")]
+    since: Option<f64>,
     #[command(flatten)]
     thresholds: Thresholds,
     #[command(flatten)]
     faults: Faults,
+    /// Write residual and unbalance over time as one HTML page
+    #[arg(long)]
+    report: Option<PathBuf>,
     /// Print one JSON object instead of the table
     #[arg(long)]
     json: bool,
@@ -173,12 +183,25 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let agreement =
         equivalence(&deployment, f64::from(arguments.thresholds.growth), &record, &played.answers)?;
     let raised = flags(&record, &played.answers);
+    let better = arguments.better.as_deref().map(|path| {
+        let since_d = arguments.since.or_else(|| raised.first().map(|f| f.since_d));
+        Better::play(path, &record, since_d, fastest_rpm, &config)
+    });
+    let better = better.transpose()?;
+    if let Some(path) = &arguments.report {
+        let sections = trends(&rotor, &record, &played, &raised, better.as_ref());
+        output::report(path, &format!("{}: replay", rotor.name), sections)?;
+    }
     if arguments.json {
-        output::json(&Summary::of(&rotor, &played, &agreement, &raised))?;
+        let before = better.as_ref().map(|b| b.summary(&record, &played));
+        output::json(&Summary::of(&rotor, &played, &agreement, &raised, before))?;
     } else {
         let job =
             Job { rotor: &rotor, record: &record, phase_one: phase_one.as_ref(), runup: runup.as_deref() };
         job.print(&played, &agreement, &raised);
+        if let Some(better) = &better {
+            better.print(&record, &played);
+        }
         println!("\nThe whole replay took {:.2} s.", begun.elapsed().as_secs_f64());
         job.print_next(arguments, &raised);
     }
@@ -248,11 +271,13 @@ impl Job<'_> {
             let ratios: Vec<f64> = inside.map(|a| f64::from(a.result.ratio)).collect();
             ratios.iter().sum::<f64>() / ratios.len().max(1) as f64
         };
-        println!(
-            "  Until day {:.0} the residual is {:.1} % of the features.",
-            first.since_d - 1.0,
-            100.0 * ratio(f64::MIN..first.since_d)
-        );
+        if first.since_d > self.day(0) {
+            println!(
+                "  Until day {:.0} the residual is {:.1} % of the features.",
+                first.since_d - 1.0,
+                100.0 * ratio(f64::MIN..first.since_d)
+            );
+        }
         println!(
             "  From day {:.0} on it is {:.1} %: the model stopped fitting.",
             first.since_d,
@@ -271,106 +296,25 @@ impl Job<'_> {
     fn print_next(&self, arguments: &Arguments, raised: &[Flag]) {
         match (raised.first(), &arguments.rotor, &arguments.record) {
             (None, ..) => println!("Next: nothing to do; replay again when there are new readings."),
-            (Some(flag), Some(rotor), Some(record)) => println!(
-                "Next: identify the machine as it is now\n  rotor-edge identify {} {} --days {:.0}..{:.0} -o new.toml",
-                rotor.display(),
-                record.display(),
-                flag.time_d,
-                flag.time_d + 2.0
+            (Some(_), Some(rotor), Some(_)) => println!(
+                "Next: learn which physical effect is missing, from a run-up of the machine as it is now\n  \
+                 rotor-edge improve {} RUNUP.csv -o better.toml",
+                rotor.display()
             ),
-            (Some(flag), ..) => println!(
-                "Next: identify the machine as it is now, with the run-up that was recorded the day after\n  \
-                 cargo run --release -- identify host-sim/sample/turbine/rotor.toml host-sim/sample/turbine/record.csv \\\n    \
-                 --days {:.0}..{:.0} --runup host-sim/sample/turbine/runup-day126.csv -o turbine-new.toml",
-                flag.time_d,
-                flag.time_d + 2.0
+            (Some(_), ..) if arguments.better.is_some() => {
+                println!("Next: look at it, with --report replay.html.")
+            }
+            (Some(_), ..) => println!(
+                "Next: learn which physical effect is missing, from the run-up that was recorded the day after,\n\
+                 and see the controller's residual fall\n  \
+                 cargo run --release -- improve host-sim/sample/turbine/rotor.toml \
+                 host-sim/sample/turbine/runup-day126.csv -o better.toml\n  \
+                 cargo run --release -- replay --better better.toml --report replay.html"
             ),
         }
     }
 
     fn day(&self, row: usize) -> f64 {
         replay::day(self.record, row)
-    }
-}
-
-/// What `replay --json` prints.
-#[derive(Serialize)]
-struct Summary<'a> {
-    readings: usize,
-    equivalence: EquivalenceSummary,
-    flags: Vec<FlagSummary<'a>>,
-    frames: Frames,
-    counters: CounterSummary,
-}
-
-#[derive(Serialize)]
-struct EquivalenceSummary {
-    max_relative_feature_error: f64,
-    max_residual_excess_um: f64,
-    max_relative_excess: f64,
-    max_unbalance_difference_g_mm: f64,
-    max_angle_difference_deg: f64,
-    compared: usize,
-}
-
-#[derive(Serialize)]
-struct FlagSummary<'a> {
-    since_d: f64,
-    time_d: f64,
-    suspect: Option<&'a str>,
-    readings: usize,
-}
-
-#[derive(Serialize)]
-struct Frames {
-    sent: u64,
-    received: u64,
-    lost: u64,
-}
-
-#[derive(Serialize)]
-struct CounterSummary {
-    skipped: u16,
-    lost: u16,
-    rejected: u16,
-    repeated: u16,
-    late: u16,
-    incomplete: u16,
-    stray: u16,
-}
-
-impl<'a> Summary<'a> {
-    fn of(rotor: &'a Rotor, played: &Replay, agreement: &Equivalence, raised: &[Flag]) -> Self {
-        let (t, c) = (played.traffic, played.counters);
-        Self {
-            readings: played.answers.len(),
-            equivalence: EquivalenceSummary {
-                max_relative_feature_error: agreement.max_relative_feature_error,
-                max_residual_excess_um: agreement.max_residual_excess_um,
-                max_relative_excess: agreement.max_relative_excess,
-                max_unbalance_difference_g_mm: agreement.max_unbalance_difference_g_mm,
-                max_angle_difference_deg: agreement.max_angle_difference_deg,
-                compared: agreement.compared,
-            },
-            flags: raised
-                .iter()
-                .map(|f| FlagSummary {
-                    since_d: f.since_d,
-                    time_d: f.time_d,
-                    suspect: f.suspect.map(|b| rotor.bearing[b].name.as_str()),
-                    readings: f.readings,
-                })
-                .collect(),
-            frames: Frames { sent: t.sent, received: t.received, lost: t.lost },
-            counters: CounterSummary {
-                skipped: c.skipped,
-                lost: c.lost,
-                rejected: c.rejected,
-                repeated: c.repeated,
-                late: c.late,
-                incomplete: c.incomplete,
-                stray: c.stray,
-            },
-        }
     }
 }

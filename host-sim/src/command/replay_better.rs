@@ -1,0 +1,149 @@
+//! `replay --better`: the days after an event, with the model as it was and with a better one.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::rotor::Rotor;
+use rotor_edge_desktop::rotor_file;
+use serde_json::{Value, json};
+
+use crate::edge::Deployment;
+use crate::replay::{self, Answer, Flag, Replay, ReplayConfig, day, flags};
+use crate::report::trend::{Trend, trend};
+use crate::report::{Figure, Section};
+
+/// A better model's answers from one day on.
+pub struct Better {
+    label: String,
+    since_d: f64,
+    answers: Vec<Answer>,
+    raised: Vec<Flag>,
+}
+
+impl Better {
+    /// Deploys the model of a file to a fresh controller and plays the record from a day on; from its
+    /// beginning if there is none.
+    ///
+    /// # Errors
+    /// If the file cannot be deployed, or there is no reading from that day on.
+    pub fn play(
+        path: &Path,
+        record: &[Reading],
+        since_d: Option<f64>,
+        fastest_rpm: f64,
+        config: &ReplayConfig,
+    ) -> Result<Self> {
+        let rotor = rotor_file::read(path)?;
+        if rotor.plane.iter().any(|p| p.unbalance_g_mm.is_none()) {
+            bail!("{}: [[plane]]: unbalance_g_mm is missing; `rotor-edge improve` writes it", path.display());
+        }
+        let since_d = since_d.unwrap_or(day(record, 0));
+        let from = (0..record.len()).find(|row| day(record, *row) >= since_d);
+        let Some(from) = from else { bail!("the record has no reading from day {since_d} on") };
+        let deployment = Deployment::new(&rotor, fastest_rpm)?;
+        let played = replay::run(&deployment, &record[from..], config, |_| ())?;
+        let raised = flags(&record[from..], &played.answers);
+        let answers = played.answers.iter().map(|a| Answer { row: a.row + from, ..*a }).collect();
+        let kinds: Vec<String> = rotor
+            .effect
+            .iter()
+            .map(|e| e.at.as_ref().map_or_else(|| e.kind.clone(), |at| format!("{}@{at}", e.kind)))
+            .collect();
+        let label =
+            if kinds.is_empty() { "better model".into() } else { format!("with {}", kinds.join(", ")) };
+        Ok(Self { label, since_d, answers, raised })
+    }
+
+    /// Mean residual over feature sum from the day on, of the model as it was and of this one.
+    fn ratios(&self, record: &[Reading], before: &Replay) -> [f64; 2] {
+        let mean = |answers: &[Answer]| {
+            let after = answers.iter().filter(|a| day(record, a.row) >= self.since_d);
+            let ratios: Vec<f64> = after.map(|a| f64::from(a.result.ratio)).collect();
+            ratios.iter().sum::<f64>() / ratios.len().max(1) as f64
+        };
+        [mean(&before.answers), mean(&self.answers)]
+    }
+
+    /// The table, before and after.
+    pub fn print(&self, record: &[Reading], before: &Replay) {
+        let [was, is] = self.ratios(record, before);
+        let up = |answers: &[Answer]| {
+            answers.iter().filter(|a| day(record, a.row) >= self.since_d && a.flagged()).count()
+        };
+        println!(
+            "\nThe controller from day {:.0} on                residual     readings flagged",
+            self.since_d
+        );
+        println!(
+            "  the model as it was                     {:>6.1} % {:>14}",
+            was * 100.0,
+            up(&before.answers)
+        );
+        println!("  {:<38}  {:>6.1} % {:>14}", self.label, is * 100.0, up(&self.answers));
+    }
+
+    /// The same for `--json`.
+    pub fn summary(&self, record: &[Reading], before: &Replay) -> Value {
+        let [was, is] = self.ratios(record, before);
+        json!({
+            "since_d": self.since_d,
+            "residual_ratio_before": was,
+            "residual_ratio_after": is,
+            "flags": self.raised.iter().map(|f| f.time_d).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// Residual and unbalance over time.
+pub fn trends(
+    rotor: &Rotor,
+    record: &[Reading],
+    played: &Replay,
+    raised: &[Flag],
+    better: Option<&Better>,
+) -> Vec<Section> {
+    let series = |value: &dyn Fn(&Answer) -> f64| {
+        let points =
+            |answers: &[Answer]| answers.iter().map(|a| (day(record, a.row), value(a))).collect::<Vec<_>>();
+        let mut curves = vec![("model as it was".to_string(), points(&played.answers))];
+        curves.extend(better.map(|b| (b.label.clone(), points(&b.answers))));
+        curves
+    };
+    let figure = |id: String, title: String, quantity: &str, caption: &str, curves| Figure {
+        svg: trend(
+            &title,
+            &Trend {
+                along: "time, days".into(),
+                quantity: quantity.into(),
+                curves,
+                flags: raised.iter().map(|f| f.time_d).collect(),
+                ..Trend::default()
+            },
+        ),
+        id,
+        title,
+        caption: caption.into(),
+    };
+    let mut figures = vec![figure(
+        "residual".into(),
+        "Residual".into(),
+        "residual / features, %",
+        "A step up is the day on which the model stopped fitting; the mark is the flag. The better model brings \
+         it back to the noise.",
+        series(&|a| 100.0 * f64::from(a.result.ratio)),
+    )];
+    for (k, plane) in rotor.plane.iter().enumerate().take(2) {
+        figures.push(figure(
+            format!("unbalance-{}", k + 1),
+            format!("Unbalance in plane {}", plane.name),
+            "unbalance, g·mm",
+            "With a model that misses physics the unbalance takes the blame; with the better one it is the machine's.",
+            series(&|a| {
+                let [x, y] = a.result.unbalance_g_mm[k];
+                f64::from(x.hypot(y))
+            }),
+        ));
+    }
+    vec![Section { heading: "Replay".into(), figures, ..Section::default() }]
+}
