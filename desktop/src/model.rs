@@ -141,11 +141,15 @@ impl Model {
         z
     }
 
-    /// Response at one speed with the supports at the given amplitudes.
+    /// Coordinates `[p; r]`, 2n a column: one column a plane per kg·m, the last for everything known.
     ///
     /// # Errors
     /// If the dynamic stiffness is singular: an undamped critical speed.
-    pub fn response_at(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> Result<Response, Error> {
+    pub fn motion(
+        &self,
+        speed_rad_s: f64,
+        amplitudes_m: &[[f64; 2]],
+    ) -> Result<DMatrix<Complex<f64>>, Error> {
         let n = self.structure.size();
         let mut columns = DMatrix::zeros(2 * n, self.planes.len() + 1);
         let mut add = |column: usize, shape: &DVector<f64>, force: Complex<f64>| {
@@ -160,10 +164,19 @@ impl Model {
         for f in &self.forcings {
             add(self.planes.len(), &f.shape, f.amplitude * f.law.factor(speed_rad_s));
         }
-        let motion =
-            self.dynamic_stiffness(speed_rad_s, amplitudes_m).lu().solve(&columns).ok_or_else(|| {
-                Error::Unsuitable(format!("the model is singular at {speed_rad_s:.1} rad/s"))
-            })?;
+        self.dynamic_stiffness(speed_rad_s, amplitudes_m)
+            .lu()
+            .solve(&columns)
+            .ok_or_else(|| Error::Unsuitable(format!("the model is singular at {speed_rad_s:.1} rad/s")))
+    }
+
+    /// Response at one speed with the supports at the given amplitudes.
+    ///
+    /// # Errors
+    /// As [`Model::motion`].
+    pub fn response_at(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> Result<Response, Error> {
+        let n = self.structure.size();
+        let motion = self.motion(speed_rad_s, amplitudes_m)?;
         let x = motion.rows(0, n);
         let y = motion.rows(n, n);
         let read = |shape: &DVector<f64>, cos: f64, sin: f64, j: usize| {

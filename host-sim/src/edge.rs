@@ -51,7 +51,13 @@ impl Deployment {
                 rotor.plane.len()
             );
         }
-        let desktop = desktop::model::Model::reduced(rotor, SHAPES);
+        let desktop = if rotor.effect.is_empty() {
+            desktop::model::Model::reduced(rotor, SHAPES)
+        } else {
+            let full = desktop::model::Model::finite_elements(rotor);
+            let basis = desktop::basis::of_responses(&full, SHAPES, measurement::rad_s(fastest_rpm))?;
+            full.projected(&basis)
+        };
         let unbalance_kg_m = DVector::from_iterator(
             rotor.plane.len(),
             rotor

@@ -8,7 +8,7 @@ use rotor_edge_desktop::diagnose::add;
 use rotor_edge_desktop::{measurement, rotor_file};
 use serde_json::json;
 
-use super::{diagnose, output};
+use super::{diagnose, diagnosis_report, output};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -25,6 +25,9 @@ pub struct Arguments {
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
+    /// Write measurement, model and better model as one HTML page
+    #[arg(long)]
+    report: Option<PathBuf>,
 }
 
 /// Runs the command.
@@ -37,6 +40,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let better = add(&rotor, &readings, kind, at)?;
     rotor_file::write(&arguments.output, &better.rotor)?;
+    if let Some(path) = &arguments.report {
+        let after = (better.added.label(), better.rotor.clone());
+        let sections = diagnosis_report::before_and_after(&rotor, &readings, Some(&after))?;
+        output::report(path, &format!("{}: before and after", rotor.name), sections)?;
+    }
     let candidate = diagnose::candidate_json(&better.added);
     if arguments.json {
         return output::json(&json!({

@@ -12,7 +12,7 @@ use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde::Serialize;
 
-use super::output;
+use super::{diagnosis_report, output};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -35,6 +35,9 @@ pub struct Arguments {
     /// Print one JSON object instead of the table
     #[arg(long)]
     json: bool,
+    /// Write the identified model against the readings it was fitted to as one HTML page
+    #[arg(long)]
+    report: Option<PathBuf>,
 }
 
 /// First and last day, both included.
@@ -100,6 +103,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let days = arguments.days.select(&record)?;
     let found = phase_one(&rotor, &days, runup.as_deref(), arguments.seed)?;
     rotor_file::write(&arguments.output, &found.rotor)?;
+    if let Some(path) = &arguments.report {
+        let readings: Vec<Reading> = days.iter().copied().chain(runup.iter().flatten()).cloned().collect();
+        let sections = diagnosis_report::before_and_after(&found.rotor, &readings, None)?;
+        output::report(path, &format!("{}: identified", rotor.name), sections)?;
+    }
     if arguments.json {
         return output::json(&Summary::of(&found));
     }

@@ -8,7 +8,7 @@ use rotor_edge_desktop::diagnose::{Step, Verdict, improve};
 use rotor_edge_desktop::{measurement, rotor_file};
 use serde_json::{Value, json};
 
-use super::{diagnose, output};
+use super::{diagnose, diagnosis_report, output};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -22,6 +22,9 @@ pub struct Arguments {
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
+    /// Write measurement, model and better model as one HTML page
+    #[arg(long)]
+    report: Option<PathBuf>,
 }
 
 /// Runs the command.
@@ -34,6 +37,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     })?;
     rotor_file::write(&arguments.output, &outcome.rotor)?;
+    if let Some(path) = &arguments.report {
+        let labels: Vec<String> = outcome.steps.iter().map(|s| s.added.label()).collect();
+        let better = (!labels.is_empty()).then(|| (labels.join(" and "), outcome.rotor.clone()));
+        let sections = diagnosis_report::before_and_after(&rotor, &readings, better.as_ref())?;
+        output::report(path, &format!("{}: before and after", rotor.name), sections)?;
+    }
     if arguments.json {
         return output::json(&json!({
             "error_before": outcome.error_before,
