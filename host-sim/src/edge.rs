@@ -51,13 +51,6 @@ impl Deployment {
                 rotor.plane.len()
             );
         }
-        let desktop = if rotor.effect.is_empty() {
-            desktop::model::Model::reduced(rotor, SHAPES)
-        } else {
-            let full = desktop::model::Model::finite_elements(rotor);
-            let basis = desktop::basis::of_responses(&full, SHAPES, measurement::rad_s(fastest_rpm))?;
-            full.projected(&basis)
-        };
         let unbalance_kg_m = DVector::from_iterator(
             rotor.plane.len(),
             rotor
@@ -65,6 +58,13 @@ impl Deployment {
                 .iter()
                 .map(|p| phasor_kg_m(p.unbalance_g_mm.unwrap_or(0.0), p.angle_deg.unwrap_or(0.0))),
         );
+        let desktop = if rotor.effect.is_empty() {
+            desktop::model::Model::reduced(rotor, SHAPES)
+        } else {
+            let full = desktop::model::Model::finite_elements(rotor);
+            let fastest_rad_s = measurement::rad_s(fastest_rpm);
+            full.projected(&desktop::basis::closest(&full, SHAPES, fastest_rad_s, &unbalance_kg_m)?)
+        };
         Self::of_model(desktop, probes, unbalance_kg_m, fastest_rpm)
     }
 
