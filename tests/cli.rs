@@ -58,7 +58,10 @@ fn without_a_command_the_main_job_runs_and_says_what_to_do_next() {
     let output = rotor_edge(&[]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success());
-    assert_says(&text, &["turbine", "From day 125", "suspect bearing: 16", "Next:", "identify"]);
+    assert_says(
+        &text,
+        &["turbine", "From day 125", "suspect bearing: 16", "Next:", "improve", "replay --better"],
+    );
 }
 
 #[test]

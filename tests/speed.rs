@@ -9,8 +9,9 @@ use rotor_edge::sample;
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::response::{SupportAmplitudes, response};
 use rotor_edge_core::track::Tracker;
+use rotor_edge_desktop::diagnose::diagnose;
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
-use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::rotor::Rotor;
 
@@ -89,4 +90,12 @@ fn core_phase_two(bencher: Bencher) {
 fn core_node_start(bencher: Bencher) {
     let (deployment, _) = deployed();
     bencher.bench(|| EdgeNode::new(NodeConfig::new(1), deployment.edge.clone()).unwrap());
+}
+
+/// One diagnosis: every candidate at every place, 51 speeds, four probes.
+#[divan::bench(sample_count = 10)]
+fn diagnosis_of_a_run_up(bencher: Bencher) {
+    let (rotor, _, _) = first_days();
+    let runup = measurement::parse("run-up", sample::RUNUP_DAY_126, &rotor).unwrap();
+    bencher.bench(|| diagnose(black_box(&rotor), black_box(&runup)).unwrap());
 }

@@ -13,6 +13,9 @@ pub const RECORD: &str = include_str!("../sample/turbine/record.csv");
 /// The run-up when the machine was commissioned.
 pub const RUNUP_DAY_0: &str = include_str!("../sample/turbine/runup-day000.csv");
 
+/// The run-up on the day after the event.
+pub const RUNUP_DAY_126: &str = include_str!("../sample/turbine/runup-day126.csv");
+
 /// Rotor, record and commissioning run-up.
 ///
 /// # Errors

@@ -36,7 +36,7 @@ const DRAWING_ROUNDS: usize = 3;
 /// Candidates whose drawing errors are taken anew around their own fit.
 const REFINED: usize = 5;
 /// A claim needs this little probability that nothing is missing.
-pub const SURE: f64 = 0.01;
+pub const SURE: f64 = 0.05;
 /// A rival with less than this share of the best one's probability is ruled out.
 pub const RIVAL: f64 = 0.05;
 

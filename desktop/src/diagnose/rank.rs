@@ -24,17 +24,21 @@ pub struct Ranking {
     pub rivals: usize,
 }
 
-/// Prior: even odds that nothing is missing, the rest spread evenly over the candidates; likelihood by
-/// BIC, `exp(−BIC/2)`.
+/// Prior: even odds that nothing is missing, one share of the other half for each candidate, so that looking
+/// in many places is paid for. An effect without parameters, switched off in `[physics]`, is there on every
+/// real shaft, and the question is only whether it shows: it starts from even odds too. Likelihood by BIC,
+/// `exp(−BIC/2)`.
 pub fn rank(base: &Base, tried: &[Tried]) -> Ranking {
     let allowed = |t: &&Tried| t.disqualified.is_none();
-    let share = 1.0 / tried.iter().filter(allowed).count().max(1) as f64;
+    let places = tried.iter().filter(allowed).count().max(1) as f64;
     let top = tried.iter().filter(allowed).map(|t| t.delta_bic).fold(0.0, f64::max);
     let nothing = (-0.5 * top).exp();
-    let weights: Vec<f64> = tried
-        .iter()
-        .map(|t| if t.disqualified.is_some() { 0.0 } else { share * (0.5 * (t.delta_bic - top)).exp() })
-        .collect();
+    let weight = |t: &Tried| {
+        let switch = t.fit.effect_unknowns == base.fit.effect_unknowns;
+        let prior = if switch { 1.0 } else { 1.0 / places };
+        if t.disqualified.is_some() { 0.0 } else { prior * (0.5 * (t.delta_bic - top)).exp() }
+    };
+    let weights: Vec<f64> = tried.iter().map(weight).collect();
     let total = nothing + weights.iter().sum::<f64>();
     let probabilities: Vec<f64> = weights.iter().map(|w| w / total).collect();
     let best = probabilities.first().copied().unwrap_or(0.0);

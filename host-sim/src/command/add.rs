@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::diagnose::add;
-use rotor_edge_desktop::{measurement, rotor_file};
+use rotor_edge_desktop::rotor_file;
 use serde_json::json;
 
 use super::{diagnose, diagnosis_report, output};
@@ -22,31 +22,26 @@ pub struct Arguments {
     /// Where to write the better model
     #[arg(short, long)]
     output: PathBuf,
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    json: bool,
-    /// Write measurement, model and better model as one HTML page
-    #[arg(long)]
-    report: Option<PathBuf>,
+    #[command(flatten)]
+    form: output::Form,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let rotor = rotor_file::read(&arguments.rotor)?;
-    let readings = measurement::read(&arguments.data, &rotor)?;
+    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data)?;
     let (kind, at) = match arguments.effect.split_once('@') {
         Some((kind, at)) => (kind, Some(at)),
         None => (arguments.effect.as_str(), None),
     };
     let better = add(&rotor, &readings, kind, at)?;
     rotor_file::write(&arguments.output, &better.rotor)?;
-    if let Some(path) = &arguments.report {
+    if let Some(path) = &arguments.form.report {
         let after = (better.added.label(), better.rotor.clone());
         let sections = diagnosis_report::before_and_after(&rotor, &readings, Some(&after))?;
         output::report(path, &format!("{}: before and after", rotor.name), sections)?;
     }
     let candidate = diagnose::candidate_json(&better.added);
-    if arguments.json {
+    if arguments.form.json {
         return output::json(&json!({
             "error_before": better.error_before,
             "error_after": better.error_after,

@@ -6,7 +6,6 @@ use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::compare::{Comparison, Verdict};
 use rotor_edge_desktop::diagnose::best_fit;
-use rotor_edge_desktop::{measurement, rotor_file};
 use serde_json::{Value, json};
 
 use super::output;
@@ -18,28 +17,23 @@ pub struct Arguments {
     rotor: PathBuf,
     /// What was measured on it, measured.csv
     data: PathBuf,
-    /// Print one JSON object instead of the table
-    #[arg(long)]
-    json: bool,
-    /// Write Bode, polar and orbit plots and the residual map as one HTML page
-    #[arg(long)]
-    report: Option<PathBuf>,
+    #[command(flatten)]
+    form: output::Form,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let rotor = rotor_file::read(&arguments.rotor)?;
-    let readings = measurement::read(&arguments.data, &rotor)?;
+    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data)?;
     let working = output::spinner("fitting bearings and planes");
     let best = best_fit(&rotor, &readings)?;
     working.finish_and_clear();
     let comparison = Comparison::new(&rotor, &readings, &best.predicted_m, &best.noise, best.free_parameters);
-    if let Some(path) = &arguments.report {
+    if let Some(path) = &arguments.form.report {
         let model = Prediction { label: "model".into(), predicted_m: best.predicted_m };
         let sections = comparison_sections(&rotor, &readings, &[model], &comparison);
         output::report(path, &format!("{}: model against measurement", rotor.name), sections)?;
     }
-    if arguments.json {
+    if arguments.form.json {
         return output::json(&summary(&comparison, &best.remarks));
     }
     print(&comparison, &best.remarks);

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Verdict, diagnose};
-use rotor_edge_desktop::{measurement, rotor_file};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -20,26 +19,21 @@ pub struct Arguments {
     /// Candidates to list
     #[arg(long, default_value_t = 8)]
     top: usize,
-    /// Print one JSON object instead of the table
-    #[arg(long)]
-    json: bool,
-    /// Write the whole diagnosis as one HTML page
-    #[arg(long)]
-    report: Option<PathBuf>,
+    #[command(flatten)]
+    form: output::Form,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let rotor = rotor_file::read(&arguments.rotor)?;
-    let readings = measurement::read(&arguments.data, &rotor)?;
+    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data)?;
     let working = output::spinner("diagnosing");
     let found = diagnose(&rotor, &readings)?;
     working.finish_and_clear();
-    if let Some(path) = &arguments.report {
+    if let Some(path) = &arguments.form.report {
         let sections = diagnosis_report::sections(&rotor, &readings, &found)?;
         output::report(path, &format!("{}: what is missing in the model", rotor.name), sections)?;
     }
-    if arguments.json {
+    if arguments.form.json {
         return output::json(&Summary::of(&found));
     }
     print(&found, arguments.top);

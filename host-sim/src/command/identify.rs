@@ -32,12 +32,8 @@ pub struct Arguments {
     /// Where to write the identified rotor
     #[arg(short, long)]
     output: PathBuf,
-    /// Print one JSON object instead of the table
-    #[arg(long)]
-    json: bool,
-    /// Write the identified model against the readings it was fitted to as one HTML page
-    #[arg(long)]
-    report: Option<PathBuf>,
+    #[command(flatten)]
+    form: output::Form,
 }
 
 /// First and last day, both included.
@@ -103,12 +99,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let days = arguments.days.select(&record)?;
     let found = phase_one(&rotor, &days, runup.as_deref(), arguments.seed)?;
     rotor_file::write(&arguments.output, &found.rotor)?;
-    if let Some(path) = &arguments.report {
+    if let Some(path) = &arguments.form.report {
         let readings: Vec<Reading> = days.iter().copied().chain(runup.iter().flatten()).cloned().collect();
         let sections = diagnosis_report::before_and_after(&found.rotor, &readings, None)?;
         output::report(path, &format!("{}: identified", rotor.name), sections)?;
     }
-    if arguments.json {
+    if arguments.form.json {
         return output::json(&Summary::of(&found));
     }
     print(&found);

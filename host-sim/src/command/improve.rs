@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::diagnose::{Step, Verdict, improve};
-use rotor_edge_desktop::{measurement, rotor_file};
+use rotor_edge_desktop::rotor_file;
 use serde_json::{Value, json};
 
 use super::{diagnose, diagnosis_report, output};
@@ -19,31 +19,26 @@ pub struct Arguments {
     /// Where to write the better model
     #[arg(short, long)]
     output: PathBuf,
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    json: bool,
-    /// Write measurement, model and better model as one HTML page
-    #[arg(long)]
-    report: Option<PathBuf>,
+    #[command(flatten)]
+    form: output::Form,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let rotor = rotor_file::read(&arguments.rotor)?;
-    let readings = measurement::read(&arguments.data, &rotor)?;
+    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data)?;
     let outcome = improve(&rotor, &readings, |step| {
-        if !arguments.json {
+        if !arguments.form.json {
             print(step);
         }
     })?;
     rotor_file::write(&arguments.output, &outcome.rotor)?;
-    if let Some(path) = &arguments.report {
+    if let Some(path) = &arguments.form.report {
         let labels: Vec<String> = outcome.steps.iter().map(|s| s.added.label()).collect();
         let better = (!labels.is_empty()).then(|| (labels.join(" and "), outcome.rotor.clone()));
         let sections = diagnosis_report::before_and_after(&rotor, &readings, better.as_ref())?;
         output::report(path, &format!("{}: before and after", rotor.name), sections)?;
     }
-    if arguments.json {
+    if arguments.form.json {
         return output::json(&json!({
             "error_before": outcome.error_before,
             "chi2_per_value_before": outcome.chi2_per_value_before,

@@ -1,13 +1,35 @@
 //! What commands print: tables for people, one JSON object for programs, progress for the patient.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
+use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::rotor::Rotor;
+use rotor_edge_desktop::rotor_file;
 use serde::Serialize;
 
 use crate::report::{Section, page};
+
+/// The form in which a command answers.
+#[derive(Debug, Args)]
+pub struct Form {
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    pub json: bool,
+    /// Write the figures as one HTML page that needs no network
+    #[arg(long)]
+    pub report: Option<PathBuf>,
+}
+
+/// A rotor and what was measured on it.
+pub fn read(rotor: &Path, data: &Path) -> Result<(Rotor, Vec<Reading>)> {
+    let rotor = rotor_file::read(rotor)?;
+    let readings = measurement::read(data, &rotor)?;
+    Ok((rotor, readings))
+}
 
 /// Prints one JSON object on standard output.
 pub fn json(value: &impl Serialize) -> Result<()> {

@@ -52,12 +52,8 @@ pub struct Arguments {
     thresholds: Thresholds,
     #[command(flatten)]
     faults: Faults,
-    /// Write residual and unbalance over time as one HTML page
-    #[arg(long)]
-    report: Option<PathBuf>,
-    /// Print one JSON object instead of the table
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    form: output::Form,
 }
 
 /// When the controller flags.
@@ -188,11 +184,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Better::play(path, &record, since_d, fastest_rpm, &config)
     });
     let better = better.transpose()?;
-    if let Some(path) = &arguments.report {
+    if let Some(path) = &arguments.form.report {
         let sections = trends(&rotor, &record, &played, &raised, better.as_ref());
         output::report(path, &format!("{}: replay", rotor.name), sections)?;
     }
-    if arguments.json {
+    if arguments.form.json {
         let before = better.as_ref().map(|b| b.summary(&record, &played));
         output::json(&Summary::of(&rotor, &played, &agreement, &raised, before))?;
     } else {
