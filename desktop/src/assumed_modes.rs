@@ -97,7 +97,7 @@ pub fn structure(rotor: &Rotor, size: usize) -> Structure {
         })
         .collect();
     let mut structure = Structure { stiffness, mass, polar_inertia, tilt_inertia, stations };
-    structure.attach_disks(rotor, &rotor.physics, &[]);
+    structure.attach_disks(rotor, &rotor.physics);
     structure
 }
 

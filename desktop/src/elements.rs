@@ -28,6 +28,24 @@ fn shear_coefficient(poisson: f64, bore_ratio: f64) -> f64 {
     6.0 * (1.0 + poisson) * open / ((7.0 + 6.0 * poisson) * open + (20.0 + 12.0 * poisson) * m2)
 }
 
+/// Area and second moment of area of a segment's section, m² and m⁴.
+fn section(segment: &Segment) -> (f64, f64) {
+    let (outer, inner) = (segment.outer_diameter_m, segment.inner_diameter_m);
+    let area = std::f64::consts::PI * (outer.powi(2) - inner.powi(2)) / 4.0;
+    (area, std::f64::consts::PI * (outer.powi(4) - inner.powi(4)) / 64.0)
+}
+
+/// Φ of a Timoshenko element, `12EI / κGAl²`: its flexibility in shear relative to bending.
+pub(crate) fn shear_parameter(segment: &Segment, length_m: f64, physics: &Physics) -> f64 {
+    if !physics.shear_deformation {
+        return 0.0;
+    }
+    let (area, second_moment) = section(segment);
+    // E/G = 2 (1 + ν): the modulus cancels
+    let kappa = shear_coefficient(segment.poisson_ratio, segment.inner_diameter_m / segment.outer_diameter_m);
+    24.0 * (1.0 + segment.poisson_ratio) * second_moment / (kappa * area * length_m * length_m)
+}
+
 /// Symmetric matrix of a beam element from its upper corner pattern.
 ///
 /// Left-right symmetry leaves six numbers: displacement–displacement (own, far), displacement–slope
@@ -45,17 +63,10 @@ fn beam_pattern(dd: [f64; 2], ds: [f64; 2], ss: [f64; 2]) -> Matrix4<f64> {
 
 /// Matrices of one element of `length_m`, cut from `segment`.
 pub fn element(segment: &Segment, length_m: f64, physics: &Physics) -> Element {
-    let (outer, inner, l) = (segment.outer_diameter_m, segment.inner_diameter_m, length_m);
-    let area = std::f64::consts::PI * (outer.powi(2) - inner.powi(2)) / 4.0;
-    let second_moment = std::f64::consts::PI * (outer.powi(4) - inner.powi(4)) / 64.0;
+    let l = length_m;
+    let (area, second_moment) = section(segment);
     let bending = segment.youngs_modulus_pa * second_moment;
-    let shear_modulus = segment.youngs_modulus_pa / (2.0 * (1.0 + segment.poisson_ratio));
-    let phi = if physics.shear_deformation {
-        let kappa = shear_coefficient(segment.poisson_ratio, inner / outer);
-        12.0 * bending / (kappa * shear_modulus * area * l * l)
-    } else {
-        0.0
-    };
+    let phi = shear_parameter(segment, l, physics);
 
     let stiffness =
         beam_pattern([12.0, -12.0], [6.0 * l, 6.0 * l], [(4.0 + phi) * l * l, (2.0 - phi) * l * l])

@@ -81,7 +81,7 @@ pub fn force_shape(pattern: Pattern, structure: &Structure, rotor: &Rotor) -> Op
 }
 
 /// Coordinates of a half sine of unit height between the bearings, continued beyond them.
-fn half_sine(structure: &Structure, rotor: &Rotor) -> DVector<f64> {
+pub(crate) fn half_sine(structure: &Structure, rotor: &Rotor) -> DVector<f64> {
     let (a, b) = (rotor.bearing[0].position_m, rotor.bearing[1].position_m);
     let (left, right) = (a.min(b), a.max(b));
     let wave = std::f64::consts::PI / (right - left);

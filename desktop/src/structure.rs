@@ -41,16 +41,6 @@ pub struct Structure {
 impl Structure {
     /// Finite elements with a node at every mark and at least `per_segment` elements a segment.
     pub fn finite_elements(rotor: &Rotor, physics: &Physics, per_segment: usize) -> Self {
-        Self::with_disks_beside(rotor, physics, per_segment, &[])
-    }
-
-    /// Finite elements with each disk a small way (m) beside its stated position.
-    pub fn with_disks_beside(
-        rotor: &Rotor,
-        physics: &Physics,
-        per_segment: usize,
-        disk_offsets_m: &[f64],
-    ) -> Self {
         let nodes_m = mesh(rotor, per_segment);
         let n = 2 * nodes_m.len();
         let mut s = Self {
@@ -76,15 +66,14 @@ impl Structure {
         for (i, &position_m) in nodes_m.iter().enumerate() {
             s.stations.push(Station { position_m, displacement: unit(2 * i), slope: unit(2 * i + 1) });
         }
-        s.attach_disks(rotor, physics, disk_offsets_m);
+        s.attach_disks(rotor, physics);
         s
     }
 
-    /// Adds the disks' masses and inertias at their stations, or a small way beside them.
-    pub(crate) fn attach_disks(&mut self, rotor: &Rotor, physics: &Physics, offsets_m: &[f64]) {
-        for (i, disk) in rotor.disk.iter().enumerate() {
-            let displacement = self.near(disk.position_m, offsets_m.get(i).copied().unwrap_or(0.0));
-            let slope = self.station(disk.position_m).slope.clone();
+    /// Adds the disks' masses and inertias at their stations.
+    pub(crate) fn attach_disks(&mut self, rotor: &Rotor, physics: &Physics) {
+        for disk in &rotor.disk {
+            let Station { displacement, slope, .. } = self.station(disk.position_m).clone();
             self.mass.ger(disk.mass_kg, &displacement, &displacement, 1.0);
             self.mass.ger(disk.diametral_inertia_kg_m2, &slope, &slope, 1.0);
             self.tilt_inertia.ger(disk.diametral_inertia_kg_m2, &slope, &slope, 1.0);
@@ -108,12 +97,6 @@ impl Structure {
             .iter()
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
             .expect("a structure has at least two stations")
-    }
-
-    /// Displacement per unit coordinate a small way beside a station.
-    pub fn near(&self, position_m: f64, offset_m: f64) -> DVector<f64> {
-        let station = self.station(position_m);
-        &station.displacement + &station.slope * offset_m
     }
 
     /// The same structure in the coordinates of the columns of `basis`.

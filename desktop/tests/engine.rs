@@ -1,9 +1,10 @@
 //! The fitting engine's small update against the full dynamic stiffness, on the reference rotors.
 
-use nalgebra::{Complex, DMatrix, Matrix2};
+use nalgebra::{Complex, DMatrix};
 use rotor_edge_desktop::fit::plant::{Force, Plant};
+use rotor_edge_desktop::fit::shaft::Shaft;
 use rotor_edge_desktop::fit::tolerance::Offsets;
-use rotor_edge_desktop::fit::update::{Response, Selected};
+use rotor_edge_desktop::fit::update::{Receptances, Response, Supports, forces};
 use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::rotor::Rotor;
 use rotor_edge_desktop::rotor_file;
@@ -24,22 +25,26 @@ fn rotor(name: &str) -> Rotor {
 }
 
 /// The engine's receptances for unbalance in the rotor's planes, on all its finite elements.
-fn selected(rotor: &Rotor, model: &Model, speed_rad_s: f64) -> Selected<4> {
-    let all = DMatrix::identity(model.structure.size(), model.structure.size());
-    let plant = Plant::new(rotor, &model.structure, &all, &Offsets::default(), NOMINAL_N_M).unwrap();
+fn receptances(rotor: &Rotor, speed_rad_s: f64) -> Receptances<4> {
+    let plant = Plant::new(rotor, &Shaft::unreduced(rotor), &Offsets::default(), NOMINAL_N_M).unwrap();
     let unbalance =
         |position_m| vec![(plant.column(Force::UnbalanceAt(position_m)), C::from(speed_rad_s.powi(2)))];
     let columns: Vec<_> = rotor.plane.iter().map(|p| unbalance(p.position_m)).collect();
-    Selected::new(&plant.tables(speed_rad_s, 0.0), &[0, 1], &columns)
+    Receptances::new(&plant, speed_rad_s, 0.0, &[0, 1], &columns)
 }
 
-fn bearings(model: &Model, speed_rad_s: f64) -> Vec<Matrix2<C>> {
-    model.supports.iter().map(|s| s.law.dynamic_stiffness(speed_rad_s, [0.0; 2])).collect()
+fn bearings(model: &Model, speed_rad_s: f64) -> Supports<4> {
+    let mut all = Supports::<4>::zeros();
+    for (i, s) in model.supports.iter().enumerate() {
+        all.fixed_view_mut::<2, 2>(2 * i, 0).copy_from(&s.law.dynamic_stiffness(speed_rad_s, [0.0; 2]));
+    }
+    all
 }
 
 /// Probes × planes.
 fn table(response: &Response<4>) -> DMatrix<C> {
-    DMatrix::from_fn(response.probes[0].len(), response.probes.len(), |p, j| response.probes[j][p])
+    let planes = response.held.len();
+    DMatrix::from_column_slice(response.probes.len() / planes, planes, &response.probes)
 }
 
 #[test]
@@ -48,7 +53,7 @@ fn updated_receptances_equal_the_full_dynamic_stiffness_solution() {
         let rotor = rotor(name);
         let model = Model::finite_elements(&rotor);
         for speed in [150.0, 600.0, 1150.0] {
-            let fast = table(&selected(&rotor, &model, speed).respond(&bearings(&model, speed)).unwrap());
+            let fast = table(&receptances(&rotor, speed).respond(&bearings(&model, speed)).unwrap());
             let full = model.response(speed).unwrap().per_unbalance;
             let error = (&fast - &full).norm() / full.norm();
             assert!(error < 1e-8, "{name} at {speed} rad/s: {error:e}");
@@ -61,23 +66,19 @@ fn sensitivity_equals_finite_differences() {
     let rotor = rotor("turbine");
     let model = Model::finite_elements(&rotor);
     let speed = 900.0;
-    let selected = selected(&rotor, &model, speed);
+    let receptances = receptances(&rotor, speed);
     let at = bearings(&model, speed);
-    let now = selected.respond(&at).unwrap();
+    let now = receptances.respond(&at).unwrap();
     for place in 0..2 {
         for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            let mut unit = Matrix2::zeros();
-            unit[(row, column)] = C::from(1.0);
-            let moved = |by: f64| {
-                let mut supports = at.clone();
-                supports[place] += unit * C::from(by);
-                table(&selected.respond(&supports).unwrap())
-            };
+            let mut unit = Supports::<4>::zeros();
+            unit[(2 * place + row, column)] = C::from(1.0);
+            let moved = |by: f64| table(&receptances.respond(&(at + unit * C::from(by))).unwrap());
             let step = 1e4;
             let slope = (moved(step) - moved(-step)) / C::from(2.0 * step);
             for p in 0..rotor.probe.len() {
                 for j in 0..rotor.plane.len() {
-                    let exact = now.sensitivity(p, place, &unit, &now.held[j]);
+                    let exact = -now.adjoint[p].dot(&forces(&unit, &now.held[j]));
                     let error = (exact - slope[(p, j)]).norm() / slope.norm();
                     assert!(error < 1e-5, "bearing {place}, {row}{column}, probe {p}, plane {j}: {error:e}");
                 }

@@ -139,6 +139,11 @@ fn measurements(base: &Base, rotor: &Rotor) -> Vec<Measurement> {
         all.push(plain(format!("a run-up from {:.0} to {fastest:.0} rpm", 0.1 * fastest), run_up.clone()));
         all.push(plain(format!("a second speed, {:.0} rpm", 0.6 * fastest), vec![0.6 * fastest]));
     }
+    if slowest > 0.5 * fastest {
+        let far: Vec<f64> =
+            (1..=RUN_UP_SPEEDS).map(|k| fastest * (1.0 + 9.0 * k as f64 / RUN_UP_SPEEDS as f64)).collect();
+        all.push(plain(format!("a run-up through the machine's resonances, beyond {fastest:.0} rpm"), far));
+    }
     all.push(plain(format!("a slow roll at {:.0} rpm", 0.3 * slowest), vec![0.3 * slowest]));
     all.push(plain(format!("a run-up on to {:.0} rpm, if the machine allows it", 1.2 * fastest), {
         (1..=5).map(|k| fastest * (1.0 + 0.04 * f64::from(k))).collect()

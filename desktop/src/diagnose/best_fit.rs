@@ -32,8 +32,10 @@ pub struct BestFit {
 /// If a probe is dead or clipped, phases are reversed, or the data are another machine's.
 pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
-    let remarks = checks::before(rotor, readings)?;
+    let mut remarks = checks::before(rotor, readings)?;
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    checks::enough(&fitter)?;
+    remarks.extend(checks::assumed(rotor, &noise));
     let base = Base::fit(&fitter)?;
     checks::after(&base, rotor, readings, &noise)?;
     let mut flat = base.fit.predicted_m.iter().copied();

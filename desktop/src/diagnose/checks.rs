@@ -5,6 +5,7 @@ use nalgebra::Complex;
 use super::Base;
 use crate::error::Error;
 use crate::fit::data::Data;
+use crate::fit::hypothesis::COEFFICIENTS;
 use crate::fit::{Effort, Fitter};
 use crate::measurement::Reading;
 use crate::rotor::{Noise, Rotor};
@@ -49,6 +50,33 @@ pub fn before(rotor: &Rotor, readings: &[Reading]) -> Result<Vec<String>, Error>
     Ok(remarks)
 }
 
+/// What was assumed of the noise where the rotor's file states none.
+pub fn assumed(rotor: &Rotor, noise: &Noise) -> Option<String> {
+    rotor.noise.is_none().then(|| {
+        format!(
+            "The rotor's file has no [noise]; {:.0} % of the amplitude and {:.3} µm were assumed.",
+            noise.relative * 100.0,
+            noise.floor_um
+        )
+    })
+}
+
+/// More must be measured than bearings and planes have unknowns, or any model fits.
+///
+/// # Errors
+/// If there are too few values to judge a model by.
+pub fn enough(fitter: &Fitter) -> Result<(), Error> {
+    let values = 2 * fitter.data.count();
+    let unknowns = COEFFICIENTS + 2 * fitter.rotor.plane.len();
+    if values > unknowns {
+        return Ok(());
+    }
+    Err(Error::Unsuitable(format!(
+        "{values} measured numbers for {unknowns} unknowns of bearings and planes: any model would fit; measure at \
+         more speeds"
+    )))
+}
+
 /// Checks against the fitted model: is every forward whirl measured backward, is it this machine?
 ///
 /// # Errors
@@ -62,9 +90,10 @@ pub fn after(base: &Base, rotor: &Rotor, readings: &[Reading], noise: &Noise) ->
         .map(|r| Reading { probes: r.probes.iter().map(|y| y.map(|y| y.conj())).collect(), ..r.clone() })
         .collect();
     let fitter = Fitter::new(rotor, Data::new(rotor, noise, &mirrored));
-    let start = [base.fit.x.clone(), base.hypothesis_start()];
+    let start = [base.hypothesis_start(), base.fit.x.clone()];
     let amplitudes = Some(&base.fit.amplitudes);
-    let drawing = base.drawing.fixed();
+    // as stated: the most probable errors of a machine turned round mean nothing
+    let drawing = fitter.exact_drawing();
     let reversed = fitter.fit(&base.hypothesis, &start, &drawing, Effort::Search, amplitudes);
     if reversed.is_ok_and(|r| r.chi2 < 0.25 * base.fit.chi2) {
         return Err(Error::Unsuitable(

@@ -2,7 +2,7 @@
 
 use super::advice::as_file;
 use super::rank::rank;
-use super::{Base, Candidate, RIVAL, SURE, Tried, Verdict, diagnose, same};
+use super::{Base, Candidate, RIVAL, SURE, Tried, Verdict, checks, diagnose, parameters, same};
 use crate::effects::{Place, entry};
 use crate::error::Error;
 use crate::fit::Fitter;
@@ -37,7 +37,7 @@ pub struct Improvement {
 /// One step of `improve`.
 #[derive(Debug, Clone)]
 pub struct Step {
-    /// The effect that was added.
+    /// The effect that was added, its parameters as fitted together with all the others.
     pub added: Candidate,
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) with it.
     pub error_after: f64,
@@ -57,7 +57,10 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     let assumed = Assumed { effect, place };
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    checks::before(rotor, readings)?;
+    checks::enough(&fitter)?;
     let base = Base::fit(&fitter)?;
+    checks::after(&base, rotor, readings, &noise)?;
     let switched_on = effect.places(rotor).is_empty() && place == Place::Machine;
     if switched_on || base.hypothesis.effects.iter().any(|e| same(e, &assumed)) {
         return Err(Error::Unsuitable(format!("{} is already in the model", assumed.label(rotor))));
@@ -123,17 +126,20 @@ pub fn improve(
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     let own = rotor.effect.len();
-    let (best, rivals) = best_set(&fitter)?;
-    let mut left: Vec<Assumed> = best.hypothesis.effects[own..].to_vec();
+    let (mut best, rivals) = best_set(&fitter)?;
+    best.fit.covariance = fitter.covariance(&best.hypothesis, &best.fit, &best.drawing)?;
+    let joint = parameters::of_each(&best.hypothesis, &best.fit);
+    let mut left: Vec<usize> = (own..best.hypothesis.effects.len()).collect();
     while !left.is_empty() {
-        let (k, better) = strongest(&outcome.rotor, readings, &left)?;
-        left.remove(k);
+        let set: Vec<Assumed> = left.iter().map(|i| best.hypothesis.effects[*i]).collect();
+        let (k, better) = strongest(&outcome.rotor, readings, &set)?;
+        let index = left.remove(k);
         let last = left.is_empty();
         let step = Step {
             error_after: if last { best.relative_error(&best.fit) } else { better.error_after },
             chi2_per_value: if last { best.fit.chi2_per_value() } else { better.chi2_per_value[1] },
             group: if last { rivals.clone() } else { Vec::new() },
-            added: better.added,
+            added: Candidate { parameters: joint[index].clone(), ..better.added },
         };
         progress(&step);
         outcome.steps.push(step);

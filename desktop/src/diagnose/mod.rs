@@ -31,10 +31,8 @@ use crate::identify::assumed_noise;
 use crate::measurement::Reading;
 use crate::rotor::{Noise, Rotor};
 
-/// Rounds of fitting and taking the drawing's errors anew around the fit.
-const DRAWING_ROUNDS: usize = 3;
-/// Candidates whose drawing errors are taken anew around their own fit.
-const REFINED: usize = 5;
+/// Candidates whose drawing errors are settled together with them.
+const REFINED: usize = 10;
 /// A claim needs this little probability that nothing is missing.
 pub const SURE: f64 = 0.05;
 /// A rival with less than this share of the best one's probability is ruled out.
@@ -150,7 +148,7 @@ struct Tried {
 
 impl Tried {
     fn drawing<'t>(&'t self, base: &'t Base) -> &'t Drawing {
-        self.own_drawing.as_ref().unwrap_or(&base.drawing)
+        self.own_drawing.as_ref().unwrap_or(base.search().0)
     }
 }
 
@@ -160,6 +158,9 @@ struct Base<'a> {
     hypothesis: Hypothesis<'a>,
     drawing: Drawing,
     fit: Fit,
+    /// Where an inexact drawing is searched for candidates: its errors taken as linear around the drawing as
+    /// stated, for the most probable errors of a model that lacks something make up for what it lacks.
+    search: Option<(Drawing, Fit)>,
 }
 
 /// Diagnoses a model against measurements.
@@ -169,6 +170,7 @@ struct Base<'a> {
 pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error> {
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let mut remarks = checks::before(rotor, readings)?;
+    remarks.extend(checks::assumed(rotor, &noise));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     let base = Base::fit(&fitter)?;
     checks::after(&base, rotor, readings, &noise)?;
@@ -186,13 +188,6 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
         Verdict::Undecided => advice::between_fits(&base, &tried, &ranking, &noise),
         _ => Vec::new(),
     };
-    if rotor.noise.is_none() {
-        remarks.push(format!(
-            "The rotor's file has no [noise]; {:.0} % of the amplitude and {:.3} µm were assumed.",
-            noise.relative * 100.0,
-            noise.floor_um
-        ));
-    }
     let candidates = tried
         .iter()
         .zip(&ranking.probabilities)
@@ -259,14 +254,15 @@ impl<'a> Base<'a> {
         let x =
             rescaled(&Hypothesis { scales: fitter.scales(None), ..hypothesis.clone() }, &hypothesis, &rough);
         let mut fit = fitter.fit(&hypothesis, &[x], &drawing, Effort::Search, Some(&rough.amplitudes))?;
+        let mut search = None;
         if !fitter.drawing_is_exact() {
-            for _ in 0..DRAWING_ROUNDS {
-                drawing = fitter.relinearised(&hypothesis, &fit, &drawing)?;
-                let start = [fit.x.clone()];
-                fit = fitter.fit(&hypothesis, &start, &drawing, Effort::Search, Some(&fit.amplitudes))?;
-            }
+            let around = fitter.around_the_stated(&hypothesis, &fit)?;
+            let start = [fit.x.clone()];
+            let there = fitter.fit(&hypothesis, &start, &around, Effort::Search, Some(&fit.amplitudes))?;
+            (fit, drawing) = fitter.settled(&hypothesis, &fit, &drawing, Effort::Search)?;
+            search = Some((around, there));
         }
-        Ok(Self { fitter, hypothesis, drawing, fit })
+        Ok(Self { fitter, hypothesis, drawing, fit, search })
     }
 
     /// Search coordinates of a candidate's fit in the scales that the file's hypothesis starts from.
@@ -334,42 +330,44 @@ impl<'a> Base<'a> {
         let mut tried: Vec<Tried> =
             self.possible().into_par_iter().filter_map(|a| self.attempt(a).ok()).collect();
         strongest_first(&mut tried);
-        if !self.fitter.drawing_is_exact() {
-            let near = tried.first().map_or(0.0, |best| best.delta_bic) - 4.0 * (1.0 / RIVAL).ln();
-            for t in tried.iter_mut().take(REFINED).filter(|t| t.delta_bic > near) {
+        if self.search.is_some() {
+            let many = REFINED.min(tried.len());
+            let (refined, rest) = tried.split_at_mut(many);
+            for t in refined.iter_mut() {
                 self.refine(t)?;
             }
+            // behind those whose drawing errors were settled
+            let least = refined.iter().map(|t| t.delta_bic).fold(f64::INFINITY, f64::min);
+            rest.iter_mut().for_each(|t| t.delta_bic = t.delta_bic.min(least));
             strongest_first(&mut tried);
         }
-        for t in tried.iter_mut().take(2 * REFINED) {
+        for t in tried.iter_mut().take(REFINED) {
             self.finish(t)?;
         }
         strongest_first(&mut tried);
         Ok(tried)
     }
 
-    fn attempt(&self, assumed: Assumed) -> Result<Tried, Error> {
-        let with = self.hypothesis.with(assumed);
-        let starts = starts_for(&self.hypothesis, &self.fit, assumed);
-        let fit =
-            self.fitter.fit(&with, &starts, &self.drawing, Effort::Search, Some(&self.fit.amplitudes))?;
-        Ok(Tried {
-            assumed,
-            delta_bic: self.fit.bic() - fit.bic(),
-            fit,
-            disqualified: None,
-            own_drawing: None,
-        })
+    /// Where candidates are searched: a drawing, and the model's fit on it.
+    fn search(&self) -> (&Drawing, &Fit) {
+        self.search.as_ref().map_or((&self.drawing, &self.fit), |(drawing, fit)| (drawing, fit))
     }
 
-    /// Takes the drawing's errors anew around a candidate's own fit.
+    fn attempt(&self, assumed: Assumed) -> Result<Tried, Error> {
+        let (drawing, base) = self.search();
+        let with = self.hypothesis.with(assumed);
+        let starts = starts_for(&self.hypothesis, base, assumed);
+        let fit = self.fitter.fit(&with, &starts, drawing, Effort::Search, Some(&base.amplitudes))?;
+        let delta_bic = base.bic() - fit.bic();
+        Ok(Tried { assumed, delta_bic, fit, disqualified: None, own_drawing: None })
+    }
+
+    /// Settles the drawing's errors together with a candidate.
     fn refine(&self, t: &mut Tried) -> Result<(), Error> {
         let with = self.hypothesis.with(t.assumed);
-        let own = self.fitter.relinearised(&with, &t.fit, &self.drawing)?;
-        let start = [t.fit.x.clone()];
-        t.fit = self.fitter.fit(&with, &start, &own, Effort::Search, Some(&t.fit.amplitudes))?;
-        t.delta_bic = self.fit.bic() - t.fit.bic();
-        t.own_drawing = Some(own);
+        let (fit, own) = self.fitter.settled(&with, &t.fit, self.search().0, Effort::Search)?;
+        t.delta_bic = self.fit.bic() - fit.bic();
+        (t.fit, t.own_drawing) = (fit, Some(own));
         Ok(())
     }
 
@@ -377,7 +375,7 @@ impl<'a> Base<'a> {
     fn finish(&self, t: &mut Tried) -> Result<(), Error> {
         let with = self.hypothesis.with(t.assumed);
         t.fit.covariance = self.fitter.covariance(&with, &t.fit, t.drawing(self))?;
-        t.disqualified = parameters::beyond_physics(&parameters::of(&with, t.assumed, &t.fit));
+        t.disqualified = parameters::beyond_physics(&parameters::of(&with, &t.fit));
         Ok(())
     }
 
@@ -391,7 +389,7 @@ impl<'a> Base<'a> {
             delta_bic: t.delta_bic,
             error_after: self.relative_error(&t.fit),
             chi2_per_value: t.fit.chi2_per_value(),
-            parameters: parameters::of(&with, t.assumed, &t.fit),
+            parameters: parameters::of(&with, &t.fit),
             disqualified: t.disqualified.clone(),
             evidence: evidence::describe(self, t),
             knowledge: t.assumed.effect.knowledge(),

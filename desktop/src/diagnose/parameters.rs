@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use crate::effects::Scale;
 use crate::fit::Fit;
-use crate::fit::hypothesis::{Assumed, COEFFICIENTS, Hypothesis, to_si};
+use crate::fit::hypothesis::{COEFFICIENTS, Hypothesis, to_si};
 
 /// Standard deviations that a parameter must lie beyond its bound before the effect is ruled out.
 const BEYOND: f64 = 3.0;
@@ -24,45 +24,50 @@ pub struct FittedParameter {
     bounds: [f64; 2],
 }
 
-/// Parameters of `assumed`, which must be the last effect of the hypothesis.
-pub fn of(with: &Hypothesis, assumed: Assumed, fit: &Fit) -> Vec<FittedParameter> {
-    let real = assumed.effect.parameters(&with.scales);
-    let first = fit.x.len() - real.len();
-    let variance = |i: usize| fit.covariance.as_ref().map(|c| c[(i, i)]);
-    let mut all: Vec<FittedParameter> = real
-        .iter()
-        .enumerate()
-        .map(|(k, p)| {
-            let value = to_si(p, fit.x[first + k]);
-            let per_coordinate = match p.scale {
-                Scale::Linear(unit) => unit.abs(),
-                Scale::Logarithmic => value,
-            };
-            let sd = variance(first + k).map(|v| v.max(0.0).sqrt() * per_coordinate);
-            FittedParameter {
-                name: p.name.to_string(),
-                unit: p.unit,
-                value: vec![value],
-                sd,
-                bounds: p.bounds,
-            }
-        })
-        .collect();
-    let unknowns = assumed.effect.unknowns(with.rotor, assumed.place);
-    let start = fit.unknowns.len() - unknowns.len();
-    for (k, u) in unknowns.iter().enumerate() {
-        let value: Complex<f64> = fit.unknowns[start + k];
-        let name = if unknowns.len() > 1 { format!("{} {}", u.name, k + 1) } else { u.name.to_string() };
-        let sd = variance(fit.x.len() + 2 * (start + k)).map(|v| v.max(0.0).sqrt());
-        all.push(FittedParameter {
-            name,
-            unit: u.unit,
-            value: vec![value.re, value.im],
-            sd,
-            bounds: [0.0, u.largest],
-        });
+/// Parameters of the last effect of a hypothesis.
+pub fn of(with: &Hypothesis, fit: &Fit) -> Vec<FittedParameter> {
+    of_each(with, fit).pop().unwrap_or_default()
+}
+
+/// Parameters of every effect of a hypothesis.
+pub fn of_each(with: &Hypothesis, fit: &Fit) -> Vec<Vec<FittedParameter>> {
+    let variance = |i: usize| fit.covariance.as_ref().map(|c| c[(i, i)].max(0.0));
+    let (mut first, mut start) = (COEFFICIENTS, with.rotor.plane.len());
+    let mut each = Vec::new();
+    for assumed in &with.effects {
+        let real = assumed.effect.parameters(&with.scales);
+        let mut all: Vec<FittedParameter> = real
+            .iter()
+            .enumerate()
+            .map(|(k, p)| {
+                let value = to_si(p, fit.x[first + k]);
+                let per_coordinate = match p.scale {
+                    Scale::Linear(unit) => unit.abs(),
+                    Scale::Logarithmic => value,
+                };
+                let sd = variance(first + k).map(|v| v.sqrt() * per_coordinate);
+                FittedParameter {
+                    name: p.name.to_string(),
+                    unit: p.unit,
+                    value: vec![value],
+                    sd,
+                    bounds: p.bounds,
+                }
+            })
+            .collect();
+        let unknowns = assumed.effect.unknowns(with.rotor, assumed.place);
+        for (k, u) in unknowns.iter().enumerate() {
+            let value: Complex<f64> = fit.unknowns[start + k];
+            let name = if unknowns.len() > 1 { format!("{} {}", u.name, k + 1) } else { u.name.to_string() };
+            let sd = variance(fit.x.len() + 2 * (start + k)).map(f64::sqrt);
+            let bounds = [0.0, u.largest];
+            all.push(FittedParameter { name, unit: u.unit, value: vec![value.re, value.im], sd, bounds });
+        }
+        first += real.len();
+        start += unknowns.len();
+        each.push(all);
     }
-    all
+    each
 }
 
 /// Bearing coefficients and effect parameters of a fit in SI units, effect by effect.

@@ -94,9 +94,10 @@ pub fn saturation(base: &Base) -> Option<String> {
     let unknown = sensitivity.ncols();
     (rank + 2 >= directions || points.len() < 3).then(|| {
         format!(
-            "{} readings at {} operating point{} hold {directions} independent numbers, and bearings and planes \
+            "{} reading{} at {} operating point{} hold {directions} independent numbers, and bearings and planes \
              ({unknown} unknowns, {rank} of them visible) use them up: any effect could be a change of bearing",
             data.rows.len(),
+            if data.rows.len() == 1 { "" } else { "s" },
             points.len(),
             if points.len() == 1 { "" } else { "s" },
         )

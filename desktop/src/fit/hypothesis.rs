@@ -78,6 +78,13 @@ impl<'a> Hypothesis<'a> {
         self.effects.iter().flat_map(|a| a.effect.unknowns(self.rotor, a.place)).collect()
     }
 
+    /// Search coordinates of the file's bearings, everything of the effects at zero.
+    pub fn origin(&self) -> Vec<f64> {
+        let mut x = self.drawn_bearings().to_vec();
+        x.resize(self.size(), 0.0);
+        x
+    }
+
     /// Length of `x`.
     pub fn size(&self) -> usize {
         COEFFICIENTS + self.parameters().len()

@@ -1,40 +1,51 @@
 //! Fitting hypotheses to measurements.
 //!
-//! [`plant`] solves the shaft once, [`update`] puts supports on it, [`hypothesis`] says what is
-//! unknown, [`problem`] is the least-squares problem, [`tolerance`] allows for the drawing's errors, and
+//! | module | holds |
+//! |---|---|
+//! | [`data`], [`hypothesis`] | what was measured, what is unknown |
+//! | [`shaft`], [`plant`] | finite elements and their shape functions; the shaft solved once for all speeds |
+//! | [`update`] | supports put on it: a small update of the receptances |
+//! | [`problem`], `derivative` | the least-squares problem of one hypothesis |
+//! | [`tolerance`], [`drawing_errors`], [`whitening`], `settle` | allowing for the drawing's errors |
+//! | `queries`, [`trial`] | uncertainty, sensitivity and misfit of a fit that is there, or anywhere else |
+//!
 //! [`Fitter`] holds what all hypotheses about one machine share.
 
 pub mod data;
+mod derivative;
+mod descent;
+pub mod drawing_errors;
 pub mod hypothesis;
 pub mod plant;
 pub mod problem;
 mod queries;
+mod settle;
+pub mod shaft;
+#[cfg(test)]
+mod tests;
 pub mod tolerance;
 pub mod trial;
 pub mod update;
+pub mod whitening;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
-use levenberg_marquardt::LevenbergMarquardt;
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::basis;
 use crate::effects::{Place, Scales, entry};
 use crate::error::Error;
-use crate::model::Model;
 use crate::rotor::{Physics, Rotor};
-use crate::structure::{ELEMENTS_PER_SEGMENT, Structure};
 use data::Data;
+use descent::Stop;
 use hypothesis::{Assumed, COEFFICIENTS, Hypothesis, from_si};
-use plant::{Plant, Tables};
-use problem::{Amplitudes, Problem};
-use tolerance::{Deviations, Whitening};
+use plant::Plant;
+use problem::{Amplitudes, Problem, Search, Solved};
+use shaft::Shaft;
+use tolerance::Deviations;
+use whitening::Whitening;
 
 type C = Complex<f64>;
 
-/// Shape functions of a plane that fits are made on: far more than the controller's six, so that what
-/// they leave out is far below any noise.
-const SHAPES: usize = 24;
 /// Speed, relative to the fastest, at which a stiffness that changes with speed is stated: in the
 /// middle of a run-up, slope and stiffness are well apart.
 const REFERENCE_SPEED: f64 = 0.7;
@@ -42,11 +53,14 @@ const REFERENCE_SPEED: f64 = 0.7;
 const AMPLITUDE_ROUNDS: usize = 20;
 /// Most held places that a hypothesis can have: two bearings and four disks.
 pub const MOST_HELD: usize = 6;
+/// Combinations of switches of the beam theory.
+const THEORIES: usize = 8;
 
-/// The shaft of a rotor whose drawing deviates by `deviation`, with its tables for all rows.
-struct Prepared {
-    plant: Plant,
-    tables: Vec<Tables>,
+/// Number of a combination of switches.
+fn theory(physics: &Physics) -> usize {
+    usize::from(physics.gyroscopic)
+        + 2 * usize::from(physics.shear_deformation)
+        + 4 * usize::from(physics.rotary_inertia)
 }
 
 /// The state of the drawing that hypotheses are fitted on.
@@ -55,12 +69,12 @@ pub struct Drawing {
     deviation: DVector<f64>,
     /// The correlated noise that other deviations amount to.
     whitening: Option<Whitening>,
-    prepared: [OnceLock<Result<Prepared, Error>>; 8],
+    plants: [OnceLock<Result<Arc<Plant>, Error>>; THEORIES],
 }
 
 impl Drawing {
     fn new(deviation: DVector<f64>, whitening: Option<Whitening>) -> Self {
-        Self { deviation, whitening, prepared: Default::default() }
+        Self { deviation, whitening, plants: Default::default() }
     }
 }
 
@@ -118,12 +132,13 @@ pub struct Fitter<'a> {
     /// What was measured.
     pub data: Data,
     deviations: Deviations,
+    shafts: [OnceLock<Shaft>; THEORIES],
 }
 
 impl<'a> Fitter<'a> {
     /// Prepares measurements of a rotor.
     pub fn new(rotor: &'a Rotor, data: Data) -> Self {
-        Self { rotor, data, deviations: Deviations::of(rotor) }
+        Self { rotor, data, deviations: Deviations::of(rotor), shafts: Default::default() }
     }
 
     /// Scales of the machine; `amplitude_m` at the bearings from a fit, where there is one.
@@ -153,24 +168,49 @@ impl<'a> Fitter<'a> {
         self.deviations.is_empty()
     }
 
-    fn prepared<'d>(&self, drawing: &'d Drawing, physics: &Physics) -> Result<&'d Prepared, Error> {
-        let slot = usize::from(physics.gyroscopic)
-            + 2 * usize::from(physics.shear_deformation)
-            + 4 * usize::from(physics.rotary_inertia);
-        let made = drawing.prepared[slot].get_or_init(|| self.prepare(&drawing.deviation, physics));
-        made.as_ref().map_err(Clone::clone)
+    /// Mesh and shape functions of the drawing.
+    fn shaft(&self, physics: &Physics) -> &Shaft {
+        self.shafts[theory(physics)].get_or_init(|| Shaft::new(self.rotor, physics))
     }
 
-    fn prepare(&self, deviation: &DVector<f64>, physics: &Physics) -> Result<Prepared, Error> {
-        let (mut rotor, offsets) = self.deviations.apply(self.rotor, deviation);
-        rotor.physics = *physics;
-        let structure = Structure::with_disks_beside(&rotor, physics, ELEMENTS_PER_SEGMENT, &offsets.disk_m);
-        let model = Model::on(structure, &rotor);
-        let size = SHAPES.min(model.structure.size());
-        let basis = basis::supported(&model, size);
-        let plant = Plant::new(&rotor, &model.structure, &basis, &offsets, self.scales(None).stiffness_n_m)?;
-        let tables = self.data.rows.iter().map(|r| plant.tables(r.speed_rad_s, 0.0)).collect();
-        Ok(Prepared { plant, tables })
+    /// The shaft of a drawing that is off, solved.
+    fn plant(&self, deviation: &DVector<f64>, physics: &Physics) -> Result<Arc<Plant>, Error> {
+        let (rotor, offsets) = self.deviations.apply(self.rotor, deviation);
+        let nominal_n_m = self.scales(None).stiffness_n_m;
+        Ok(Arc::new(Plant::new(&rotor, self.shaft(physics), &offsets, nominal_n_m)?))
+    }
+
+    fn plant_of(&self, drawing: &Drawing, physics: &Physics) -> Result<Arc<Plant>, Error> {
+        drawing.plants[theory(physics)].get_or_init(|| self.plant(&drawing.deviation, physics)).clone()
+    }
+
+    /// A hypothesis against the data, on a plant.
+    ///
+    /// # Errors
+    /// If the hypothesis holds the shaft at too many places.
+    fn problem<'p>(
+        &'p self,
+        hypothesis: &'p Hypothesis<'p>,
+        plant: Arc<Plant>,
+        amplitudes: Option<&'p Amplitudes>,
+        whitening: Option<&'p Whitening>,
+    ) -> Result<Box<dyn Search + 'p>, Error> {
+        let at_rest = hypothesis.terms(&hypothesis.origin());
+        let mut held: Vec<Place> = (0..self.rotor.bearing.len()).map(Place::Bearing).collect();
+        for (place, _) in &at_rest.supports {
+            if !held.contains(place) {
+                held.push(*place);
+            }
+        }
+        let data = &self.data;
+        Ok(match held.len() {
+            2 => Box::new(Problem::<4>::new(hypothesis, data, plant, held, amplitudes, whitening)),
+            3 => Box::new(Problem::<6>::new(hypothesis, data, plant, held, amplitudes, whitening)),
+            4 => Box::new(Problem::<8>::new(hypothesis, data, plant, held, amplitudes, whitening)),
+            5 => Box::new(Problem::<10>::new(hypothesis, data, plant, held, amplitudes, whitening)),
+            6 => Box::new(Problem::<12>::new(hypothesis, data, plant, held, amplitudes, whitening)),
+            more => return Err(Error::Unsuitable(format!("{more} held places are more than {MOST_HELD}"))),
+        })
     }
 
     /// Fits a hypothesis from several starting points (search coordinates).
@@ -185,183 +225,93 @@ impl<'a> Fitter<'a> {
         effort: Effort,
         amplitudes: Option<&Amplitudes>,
     ) -> Result<Fit, Error> {
-        let at_start = hypothesis.terms(&starts[0]);
-        let mut held: Vec<Place> = (0..self.rotor.bearing.len()).map(Place::Bearing).collect();
-        for (place, _) in &at_start.supports {
-            if !held.contains(place) {
-                held.push(*place);
-            }
-        }
-        let prepared = self.prepared(drawing, &at_start.physics)?;
-        let job = Job { fitter: self, hypothesis, starts, drawing, prepared, effort };
-        let nonlinear = at_start.supports.iter().any(|(_, law)| law.hardening_per_m2 != 0.0);
-        let amplitudes = amplitudes.filter(|_| nonlinear);
-        match held.len() {
-            2 => job.run::<4>(held, amplitudes),
-            3 => job.run::<6>(held, amplitudes),
-            4 => job.run::<8>(held, amplitudes),
-            5 => job.run::<10>(held, amplitudes),
-            6 => job.run::<12>(held, amplitudes),
-            more => Err(Error::Unsuitable(format!("{more} held places are more than {MOST_HELD}"))),
-        }
-    }
-
-    /// The drawing around what a fit says of its errors; `self` unchanged where the drawing is exact.
-    ///
-    /// # Errors
-    /// If the shaft of a deviating drawing cannot be solved.
-    pub fn relinearised(
-        &self,
-        hypothesis: &Hypothesis,
-        fit: &Fit,
-        drawing: &Drawing,
-    ) -> Result<Drawing, Error> {
-        if self.deviations.is_empty() {
-            return Ok(self.exact_drawing());
-        }
-        let centre = match &drawing.whitening {
-            Some(w) => w.estimate(&fit.weighted),
-            None => drawing.deviation.clone(),
-        };
-        let jacobian = self.deviation_jacobian(hypothesis, fit, &centre)?;
-        Ok(Drawing::new(centre.clone(), Some(Whitening::new(jacobian, centre))))
-    }
-
-    /// Weighted response per standard deviation of each drawing error, by differences.
-    fn deviation_jacobian(
-        &self,
-        hypothesis: &Hypothesis,
-        fit: &Fit,
-        centre: &DVector<f64>,
-    ) -> Result<DMatrix<f64>, Error> {
-        use rayon::prelude::*;
-        let step = 0.1;
-        let columns: Result<Vec<DVector<f64>>, Error> = (0..self.deviations.len())
-            .into_par_iter()
-            .map(|i| {
-                let side = |by: f64| {
-                    let mut t = centre.clone();
-                    t[i] += by;
-                    self.weighted_response(hypothesis, fit, Drawing::new(t, None))
-                };
-                Ok((side(step)? - side(-step)?) / (2.0 * step))
-            })
-            .collect();
-        Ok(DMatrix::from_columns(&columns?))
-    }
-
-    /// The model at a fit's unknowns on another drawing, in noise units.
-    fn weighted_response(
-        &self,
-        hypothesis: &Hypothesis,
-        fit: &Fit,
-        drawing: Drawing,
-    ) -> Result<DVector<f64>, Error> {
-        let prepared = self.prepared(&drawing, &hypothesis.terms(&fit.x).physics)?;
-        let starts = [fit.x.clone()];
-        let job = Job {
-            fitter: self,
-            hypothesis,
-            starts: &starts,
-            drawing: &drawing,
-            prepared,
-            effort: Effort::Search,
-        };
-        job.response(fit)
-    }
-}
-
-/// One hypothesis on one drawing.
-struct Job<'a> {
-    fitter: &'a Fitter<'a>,
-    hypothesis: &'a Hypothesis<'a>,
-    starts: &'a [Vec<f64>],
-    drawing: &'a Drawing,
-    prepared: &'a Prepared,
-    effort: Effort,
-}
-
-impl Job<'_> {
-    fn problem<'p, const D: usize>(
-        &'p self,
-        held: &[Place],
-        amplitudes: Option<&'p Amplitudes>,
-    ) -> Problem<'p, D> {
-        Problem::new(
-            self.hypothesis,
-            &self.fitter.data,
-            &self.prepared.plant,
-            &self.prepared.tables,
-            held.to_vec(),
-            amplitudes,
-            self.drawing.whitening.as_ref(),
-        )
-    }
-
-    fn response(&self, fit: &Fit) -> Result<DVector<f64>, Error> {
-        let terms = self.hypothesis.terms(&fit.x);
-        let mut held: Vec<Place> = (0..self.fitter.rotor.bearing.len()).map(Place::Bearing).collect();
-        for (place, _) in &terms.supports {
-            if !held.contains(place) {
-                held.push(*place);
-            }
-        }
-        let amplitudes = Some(&fit.amplitudes);
-        let response = match held.len() {
-            2 => self.problem::<4>(&held, amplitudes).weighted_model(&fit.x, &fit.unknowns),
-            3 => self.problem::<6>(&held, amplitudes).weighted_model(&fit.x, &fit.unknowns),
-            4 => self.problem::<8>(&held, amplitudes).weighted_model(&fit.x, &fit.unknowns),
-            5 => self.problem::<10>(&held, amplitudes).weighted_model(&fit.x, &fit.unknowns),
-            _ => self.problem::<12>(&held, amplitudes).weighted_model(&fit.x, &fit.unknowns),
-        };
-        response.ok_or_else(singular)
-    }
-
-    fn run<const D: usize>(&self, held: Vec<Place>, amplitudes: Option<&Amplitudes>) -> Result<Fit, Error> {
-        let scout = LevenbergMarquardt::new().with_patience(1).with_ftol(1e-6).with_xtol(1e-6);
-        let finish = LevenbergMarquardt::new().with_patience(20).with_ftol(1e-9).with_xtol(1e-9);
-        let many = self.starts.len() > 1;
-        let mut amplitudes = amplitudes.cloned();
-        let mut starts = self.starts.to_vec();
+        let terms = hypothesis.terms(&starts[0]);
+        let plant = self.plant_of(drawing, &terms.physics)?;
+        let nonlinear = terms.supports.iter().any(|(_, law)| law.hardening_per_m2 != 0.0);
+        let mut amplitudes = amplitudes.filter(|_| nonlinear).cloned();
+        let mut x: Option<Vec<f64>> = None;
         let mut last_cost = f64::INFINITY;
-        for round in 0.. {
-            let tried = starts.iter().map(|start| {
-                let problem = self.problem::<D>(&held, amplitudes.as_ref()).at(start);
-                if many && round == 0 { scout.minimize(problem).0 } else { problem }
-            });
-            let best = tried.filter(|p| p.cost().is_finite()).min_by(|a, b| a.cost().total_cmp(&b.cost()));
-            let best = finish.minimize(best.ok_or_else(singular)?).0;
-            let settled = (last_cost - best.cost()).abs() < 1e-3 || round >= AMPLITUDE_ROUNDS;
-            let fit = self.result(&best)?;
-            let Some(held_amplitudes) = amplitudes.as_mut().filter(|_| !settled) else { return Ok(fit) };
+        let mut rounds = 0;
+        loop {
+            let mut problem =
+                self.problem(hypothesis, plant.clone(), amplitudes.as_ref(), drawing.whitening.as_ref())?;
+            match &x {
+                Some(x) => problem.go_to(x),
+                None => scout(&mut *problem, starts),
+            }
+            problem.descend(FINISH);
+            let settled = (last_cost - problem.cost()).abs() < 1e-3 || rounds >= AMPLITUDE_ROUNDS;
+            let fit = self.result(&*problem, hypothesis, drawing, effort)?;
+            drop(problem);
+            let Some(held) = amplitudes.as_mut().filter(|_| !settled) else { return Ok(fit) };
             last_cost = fit.cost;
-            starts = vec![fit.x];
             // relaxed: a softening support can otherwise hop between two branches
             for (held, new) in
-                held_amplitudes.iter_mut().flatten().flatten().zip(fit.amplitudes.iter().flatten().flatten())
+                held.iter_mut().flatten().flatten().zip(fit.amplitudes.iter().flatten().flatten())
             {
                 *held = 0.3 * *held + 0.7 * new;
             }
+            x = Some(fit.x);
+            rounds += 1;
         }
-        unreachable!("the loop returns")
     }
 
-    fn result<const D: usize>(&self, problem: &Problem<D>) -> Result<Fit, Error> {
-        let now = problem.evaluated().ok_or_else(singular)?;
-        let log_det = self.drawing.whitening.as_ref().map_or(0.0, |w| w.log_det);
-        let own = self.hypothesis.unknowns().len();
+    fn result(
+        &self,
+        problem: &dyn Search,
+        hypothesis: &Hypothesis,
+        drawing: &Drawing,
+        effort: Effort,
+    ) -> Result<Fit, Error> {
+        let solved = problem.solved().ok_or_else(singular)?;
+        let log_det = drawing.whitening.as_ref().map_or(0.0, |w| w.log_det);
         Ok(Fit {
             x: problem.x().to_vec(),
-            unknowns: now.unknowns.clone(),
+            unknowns: solved.unknowns.clone(),
             chi2: problem.chi2(),
             cost: problem.cost() + log_det,
-            values: 2 * self.fitter.data.count(),
-            effect_unknowns: self.hypothesis.size() - COEFFICIENTS + 2 * own,
-            predicted_m: now.predicted_m.clone(),
+            values: 2 * self.data.count(),
+            effect_unknowns: hypothesis.size() - COEFFICIENTS + 2 * hypothesis.unknowns().len(),
+            predicted_m: self.predicted_m(solved, drawing),
             amplitudes: problem.bearing_amplitudes().ok_or_else(singular)?,
-            covariance: if self.effort == Effort::Final { problem.covariance() } else { None },
-            weighted: now.left.clone(),
+            covariance: if effort == Effort::Final { problem.covariance() } else { None },
+            weighted: solved.left.clone(),
         })
+    }
+
+    /// The model at every value, m, with the drawing's errors at their most probable.
+    fn predicted_m(&self, solved: &Solved, drawing: &Drawing) -> Vec<C> {
+        let mut predicted_m = solved.predicted_m(&self.data);
+        if let Some(whitening) = &drawing.whitening {
+            let shift = whitening.shift(&whitening.estimate(&solved.left));
+            for (i, (m, v)) in predicted_m.iter_mut().zip(self.data.values()).enumerate() {
+                *m += C::new(shift[2 * i], shift[2 * i + 1]) * v.sigma_m;
+            }
+        }
+        predicted_m
+    }
+}
+
+/// A short run, and one to the end.
+const SCOUT: Stop = Stop { steps: 10, tolerance: 1e-6 };
+const FINISH: Stop = Stop { steps: 200, tolerance: 1e-8 };
+
+/// Moves a problem to the best end of short runs from every start.
+fn scout(problem: &mut dyn Search, starts: &[Vec<f64>]) {
+    if let [start] = starts {
+        return problem.go_to(start);
+    }
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for start in starts {
+        problem.go_to(start);
+        problem.descend(SCOUT);
+        let cost = problem.cost();
+        if cost.is_finite() && best.as_ref().is_none_or(|(least, _)| cost < *least) {
+            best = Some((cost, problem.x().to_vec()));
+        }
+    }
+    if let Some((_, x)) = best {
+        problem.go_to(&x);
     }
 }
 

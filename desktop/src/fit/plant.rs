@@ -8,12 +8,11 @@
 
 use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
 
+use super::shaft::{Row, Shaft};
 use super::tolerance::Offsets;
 use crate::effects::Pattern;
 use crate::error::Error;
-use crate::machine::force_shape;
 use crate::rotor::Rotor;
-use crate::structure::Structure;
 
 type C = Complex<f64>;
 
@@ -26,47 +25,34 @@ pub enum Force {
     Pattern(Pattern),
 }
 
-/// Participation of each mode in the motion of places and under forces; rows places, columns modes.
-struct Sense {
+/// Modes of one sense of whirl, of unit stiffness, and their participation in the motion of places and
+/// under forces: rows modes.
+pub struct Sense {
     /// 1/Ω² of each mode: the receptance has the factor `1/(1 − Ω² μ)`.
-    mu: DVector<f64>,
-    held: DMatrix<f64>,
-    probes: DMatrix<f64>,
-    forces: DMatrix<f64>,
+    pub mu: Vec<f64>,
+    /// Nodal coordinates × modes.
+    pub shapes: DMatrix<f64>,
+    /// Of bearings, then disks.
+    pub held: DMatrix<f64>,
+    /// Of probes, their direction left out.
+    pub probes: DMatrix<f64>,
+    /// Of forces.
+    pub forces: DMatrix<f64>,
 }
 
 /// A shaft with its disks on nominal springs at the bearings.
 pub struct Plant {
     /// Nominal spring at each bearing, N/m.
     pub nominal_n_m: f64,
-    forces: Vec<Force>,
-    probe_angles_rad: Vec<f64>,
-    bearings: usize,
-    forward: Sense,
-    backward: Sense,
-}
-
-/// Receptances at one speed. Held places are bearings, then disks.
-#[derive(Debug, Clone)]
-pub struct Tables {
-    /// Speed of rotation, rad/s.
-    pub speed_rad_s: f64,
-    /// Nominal spring in forward and in backward coordinates, N/m.
-    pub nominal: [C; 2],
-    /// Whether a held place has a nominal spring: bearings only.
+    /// Direction of each probe.
+    pub probe_angles_rad: Vec<f64>,
+    /// Number of bearings: the first of the held places.
     pub bearings: usize,
-    /// Held × held, forward.
-    pub held_forward: DMatrix<C>,
-    /// Held × held, backward.
-    pub held_backward: DMatrix<C>,
-    /// Held × forces, forward.
-    pub held_force: DMatrix<C>,
-    /// Probes × held, reading included, forward.
-    pub probe_forward: DMatrix<C>,
-    /// Probes × held, reading included, backward.
-    pub probe_backward: DMatrix<C>,
-    /// Probes × forces, reading included.
-    pub probe_force: DMatrix<C>,
+    /// Forward whirl.
+    pub forward: Sense,
+    /// Backward whirl.
+    pub backward: Sense,
+    forces: Vec<Force>,
 }
 
 /// Every force column that some effect or run of this rotor can use.
@@ -86,45 +72,46 @@ pub fn all_forces(rotor: &Rotor) -> Vec<Force> {
     forces
 }
 
+/// What a force of unit size acts on: nodal coordinates and factors.
+fn force_row(force: Force, rotor: &Rotor, shaft: &Shaft, offsets: &Offsets) -> Row {
+    let offset = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
+    let disk = |i: usize| (shaft.spot(rotor.disk[i].position_m), offset(&offsets.disk_m, i));
+    match force {
+        Force::UnbalanceAt(z) => {
+            let plane = rotor.plane.iter().position(|p| p.position_m == z);
+            shaft.spot(z).displacement_beside(plane.map_or(0.0, |i| offset(&offsets.plane_m, i)))
+        }
+        Force::Pattern(Pattern::DiskUnbalance(i)) => disk(i).0.displacement_beside(disk(i).1),
+        Force::Pattern(Pattern::DiskTilt(i)) => disk(i).0.tilt_beside(disk(i).1),
+        Force::Pattern(Pattern::Bow) => shaft.bow_force(rotor).iter().copied().enumerate().collect(),
+        Force::Pattern(Pattern::RightEnd) => shaft.right_end().displacement.clone(),
+        Force::Pattern(Pattern::Runout(_)) => Row::new(),
+    }
+}
+
 impl Plant {
-    /// Solves the shaft on springs `nominal_n_m` at its bearings.
+    /// Solves the shaft of a rotor on springs `nominal_n_m` at its bearings. The rotor may differ from the
+    /// drawing that `shaft` was made of in its segments and disks, and by `offsets` in its positions.
     ///
     /// # Errors
     /// If the shaft on its springs is not stable, which a checked rotor rules out.
-    pub fn new(
-        rotor: &Rotor,
-        full: &Structure,
-        basis: &DMatrix<f64>,
-        offsets: &Offsets,
-        nominal_n_m: f64,
-    ) -> Result<Self, Error> {
-        let structure = full.projected(basis);
-        let near = |z: f64, offset_m: f64| structure.near(z, offset_m);
-        let offset = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
-        let bearings: Vec<_> = (rotor.bearing.iter().enumerate())
-            .map(|(i, b)| near(b.position_m, offset(&offsets.bearing_m, i)))
-            .collect();
-        let disks =
-            (rotor.disk.iter().enumerate()).map(|(i, d)| near(d.position_m, offset(&offsets.disk_m, i)));
-        let held: Vec<_> = bearings.iter().cloned().chain(disks).collect();
-        let probes: Vec<_> = (rotor.probe.iter().enumerate())
-            .map(|(i, p)| near(p.position_m, offset(&offsets.probe_m, i)))
-            .collect();
+    pub fn new(rotor: &Rotor, shaft: &Shaft, offsets: &Offsets, nominal_n_m: f64) -> Result<Self, Error> {
+        let beside = |z: f64, list: &[f64], i: usize| {
+            shaft.spot(z).displacement_beside(list.get(i).copied().unwrap_or(0.0))
+        };
+        let bearings =
+            rotor.bearing.iter().enumerate().map(|(i, b)| beside(b.position_m, &offsets.bearing_m, i));
+        let disks = rotor.disk.iter().enumerate().map(|(i, d)| beside(d.position_m, &offsets.disk_m, i));
+        let held: Vec<Row> = bearings.chain(disks).collect();
+        let probes = rotor.probe.iter().enumerate().map(|(i, p)| beside(p.position_m, &offsets.probe_m, i));
+        let probes: Vec<Row> = probes.collect();
         let forces = all_forces(rotor);
-        let patterns: Vec<_> = forces
-            .iter()
-            .map(|f| match f {
-                Force::UnbalanceAt(z) => {
-                    let plane = rotor.plane.iter().position(|p| p.position_m == *z);
-                    near(*z, plane.map_or(0.0, |i| offset(&offsets.plane_m, i)))
-                }
-                Force::Pattern(p) => force_shape(*p, full, rotor)
-                    .map_or_else(|| DVector::zeros(structure.size()), |shape| basis.tr_mul(&shape)),
-            })
-            .collect();
-        let mut stiffness = structure.stiffness.clone();
-        for shape in &bearings {
-            stiffness.ger(nominal_n_m, shape, shape, 1.0);
+        let acting: Vec<Row> = forces.iter().map(|f| force_row(*f, rotor, shaft, offsets)).collect();
+        let matrices = shaft.matrices(rotor, offsets);
+        let mut stiffness = matrices.stiffness;
+        for row in &held[..rotor.bearing.len()] {
+            let shape = Shaft::along(row, &shaft.basis);
+            stiffness.ger(nominal_n_m, &shape, &shape, 1.0);
         }
         let factor = stiffness
             .cholesky()
@@ -132,25 +119,33 @@ impl Plant {
             .l();
         let solve =
             |m: &DMatrix<f64>| factor.solve_lower_triangular(m).expect("a Cholesky factor is regular");
+        // shape functions of unit stiffness
+        let unit = solve(&shaft.basis.transpose()).transpose();
         let sense = |sign: f64| {
-            let inertia = &structure.mass - &structure.polar_inertia * sign;
+            let inertia = &matrices.mass - &matrices.polar_inertia * sign;
             let whole = solve(&solve(&inertia).transpose());
             let eigen = SymmetricEigen::new((&whole + whole.transpose()) * 0.5);
-            let participation = |shapes: &[DVector<f64>]| match shapes {
-                [] => DMatrix::zeros(0, eigen.eigenvalues.len()),
-                _ => solve(&DMatrix::from_columns(shapes)).tr_mul(&eigen.eigenvectors),
+            let shapes = &unit * &eigen.eigenvectors;
+            let participation = |rows: &[Row]| {
+                let columns: Vec<DVector<f64>> = rows.iter().map(|row| Shaft::along(row, &shapes)).collect();
+                if columns.is_empty() {
+                    DMatrix::zeros(shapes.ncols(), 0)
+                } else {
+                    DMatrix::from_columns(&columns)
+                }
             };
             Sense {
                 held: participation(&held),
                 probes: participation(&probes),
-                forces: participation(&patterns),
-                mu: eigen.eigenvalues.clone(),
+                forces: participation(&acting),
+                mu: eigen.eigenvalues.iter().copied().collect(),
+                shapes,
             }
         };
         Ok(Self {
             nominal_n_m,
             probe_angles_rad: rotor.probe.iter().map(|p| p.angle_deg.to_radians()).collect(),
-            bearings: bearings.len(),
+            bearings: rotor.bearing.len(),
             forward: sense(1.0),
             backward: sense(-1.0),
             forces,
@@ -162,46 +157,28 @@ impl Plant {
         self.forces.iter().position(|f| *f == force).expect("all_forces lists every force of the rotor")
     }
 
-    /// Receptances at one speed, with viscous damping `η K` inside the shaft.
-    pub fn tables(&self, speed_rad_s: f64, internal_damping_s: f64) -> Tables {
-        let w2 = speed_rad_s * speed_rad_s;
-        let loss = C::new(1.0, 2.0 * speed_rad_s * internal_damping_s);
-        // a speed that hits a critical of the shaft on its nominal springs to ten digits is moved off it
-        let gain = |stiffness: C, mu: f64| {
-            let denominator = stiffness - w2 * mu;
-            if denominator.norm() < 1e-10 { C::from(1e10) } else { denominator.inv() }
-        };
-        let weigh = |m: &DMatrix<f64>, mu: &DVector<f64>, stiffness: C| {
-            DMatrix::from_fn(m.nrows(), m.ncols(), |i, k| gain(stiffness, mu[k]) * m[(i, k)])
-        };
-        let one = C::from(1.0);
-        let product = |a: &DMatrix<C>, b: &DMatrix<f64>| {
-            DMatrix::from_fn(a.nrows(), b.nrows(), |i, j| {
-                (0..a.ncols()).map(|k| a[(i, k)] * b[(j, k)]).sum::<C>()
-            })
-        };
-        let held_weighed = weigh(&self.forward.held, &self.forward.mu, one);
-        let probes_weighed = weigh(&self.forward.probes, &self.forward.mu, one);
-        let held_backward = weigh(&self.backward.held, &self.backward.mu, loss);
-        let probes_backward = weigh(&self.backward.probes, &self.backward.mu, loss);
-        let mut tables = Tables {
-            speed_rad_s,
-            nominal: [C::from(self.nominal_n_m), loss * self.nominal_n_m],
-            bearings: self.bearings,
-            held_forward: product(&held_weighed, &self.forward.held),
-            held_backward: product(&held_backward, &self.backward.held),
-            held_force: product(&held_weighed, &self.forward.forces),
-            probe_forward: product(&probes_weighed, &self.forward.held),
-            probe_backward: product(&probes_backward, &self.backward.held),
-            probe_force: product(&probes_weighed, &self.forward.forces),
-        };
-        for (p, angle) in self.probe_angles_rad.iter().enumerate() {
-            // x cos + y sin with x = f + b, y = −i (f − b)
-            let turn = C::from_polar(1.0, -angle);
-            tables.probe_forward.row_mut(p).iter_mut().for_each(|v| *v *= turn);
-            tables.probe_force.row_mut(p).iter_mut().for_each(|v| *v *= turn);
-            tables.probe_backward.row_mut(p).iter_mut().for_each(|v| *v *= turn.conj());
-        }
-        tables
+    /// Motion of each mode per unit of its force at one speed, forward.
+    pub fn forward_gains(&self, speed_rad_s: f64) -> Vec<C> {
+        gains(&self.forward.mu, speed_rad_s, C::from(1.0))
     }
+
+    /// Motion of each mode per unit of its force at one speed, backward, with viscous damping `η K` inside
+    /// the shaft.
+    pub fn backward_gains(&self, speed_rad_s: f64, internal_damping_s: f64) -> Vec<C> {
+        gains(&self.backward.mu, speed_rad_s, loss(speed_rad_s, internal_damping_s))
+    }
+}
+
+/// What damping inside the shaft makes of its stiffness in backward whirl.
+pub fn loss(speed_rad_s: f64, internal_damping_s: f64) -> C {
+    C::new(1.0, 2.0 * speed_rad_s * internal_damping_s)
+}
+
+fn gains(mu: &[f64], speed_rad_s: f64, stiffness: C) -> Vec<C> {
+    let gain = |mu: &f64| {
+        let denominator = stiffness - speed_rad_s * speed_rad_s * mu;
+        // a speed that hits a critical of the shaft on its nominal springs to ten digits is moved off it
+        if denominator.norm_sqr() < 1e-20 { C::from(1e10) } else { denominator.inv() }
+    };
+    mu.iter().map(gain).collect()
 }

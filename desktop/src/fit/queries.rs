@@ -3,9 +3,8 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::hypothesis::Hypothesis;
-use super::problem::{Amplitudes, Problem};
-use super::{Drawing, Fit, Fitter, Job, singular};
-use crate::effects::Place;
+use super::problem::{Amplitudes, Search};
+use super::{Drawing, Fit, Fitter, singular};
 use crate::error::Error;
 use crate::rotor::Rotor;
 
@@ -27,7 +26,7 @@ impl Fitter<'_> {
         fit: &Fit,
         drawing: &Drawing,
     ) -> Result<Option<DMatrix<f64>>, Error> {
-        self.ask(hypothesis, fit, drawing, |q| Ok(q.covariance()))
+        Ok(self.at(hypothesis, fit, drawing)?.covariance())
     }
 
     /// Change of every real number in noise units per search coordinate, and per real and imaginary part
@@ -41,7 +40,7 @@ impl Fitter<'_> {
         fit: &Fit,
         drawing: &Drawing,
     ) -> Result<DMatrix<f64>, Error> {
-        self.ask(hypothesis, fit, drawing, |q| q.sensitivity().ok_or_else(singular))
+        sensitivity(&*self.at(hypothesis, fit, drawing)?).ok_or_else(singular)
     }
 
     /// χ² of this data under a hypothesis fitted to other data.
@@ -49,8 +48,8 @@ impl Fitter<'_> {
     /// # Errors
     /// If the machine is singular at the fit.
     pub fn chi2_of(&self, hypothesis: &Hypothesis, fit: &Fit, drawing: &Drawing) -> Result<f64, Error> {
-        let unknowns = &fit.unknowns;
-        let model = self.ask(hypothesis, fit, drawing, |q| q.model(unknowns).ok_or_else(singular))?;
+        let problem = self.at(hypothesis, fit, drawing)?;
+        let model = problem.weighted_model(&fit.x, &fit.unknowns).ok_or_else(singular)?;
         let measured = self.data.values().flat_map(|v| {
             let y = v.measured_m / v.sigma_m;
             [y.re, y.im]
@@ -77,69 +76,33 @@ impl Fitter<'_> {
         built
     }
 
-    fn ask<T>(
-        &self,
-        hypothesis: &Hypothesis,
-        fit: &Fit,
-        drawing: &Drawing,
-        question: impl Fn(&dyn Query) -> Result<T, Error>,
-    ) -> Result<T, Error> {
-        let prepared = self.prepared(drawing, &hypothesis.terms(&fit.x).physics)?;
-        let starts = [fit.x.clone()];
-        let job = Job {
-            fitter: self,
-            hypothesis,
-            starts: &starts,
-            drawing,
-            prepared,
-            effort: super::Effort::Search,
-        };
-        let mut held: Vec<Place> = (0..self.rotor.bearing.len()).map(Place::Bearing).collect();
-        for (place, _) in hypothesis.terms(&fit.x).supports {
-            if !held.contains(&place) {
-                held.push(place);
-            }
-        }
-        let amplitudes = Some(&fit.amplitudes);
-        match held.len() {
-            2 => question(&job.problem::<4>(&held, amplitudes).at(&fit.x)),
-            3 => question(&job.problem::<6>(&held, amplitudes).at(&fit.x)),
-            4 => question(&job.problem::<8>(&held, amplitudes).at(&fit.x)),
-            5 => question(&job.problem::<10>(&held, amplitudes).at(&fit.x)),
-            _ => question(&job.problem::<12>(&held, amplitudes).at(&fit.x)),
-        }
+    fn at<'p>(
+        &'p self,
+        hypothesis: &'p Hypothesis<'p>,
+        fit: &'p Fit,
+        drawing: &'p Drawing,
+    ) -> Result<Box<dyn Search + 'p>, Error> {
+        let plant = self.plant_of(drawing, &hypothesis.terms(&fit.x).physics)?;
+        let mut problem =
+            self.problem(hypothesis, plant, Some(&fit.amplitudes), drawing.whitening.as_ref())?;
+        problem.go_to(&fit.x);
+        Ok(problem)
     }
 }
 
-/// What can be asked of a problem at a point, whatever its size.
-trait Query {
-    fn covariance(&self) -> Option<DMatrix<f64>>;
-    fn sensitivity(&self) -> Option<DMatrix<f64>>;
-    fn model(&self, unknowns: &[Complex<f64>]) -> Option<DVector<f64>>;
-}
-
-impl<const D: usize> Query for Problem<'_, D> {
-    fn covariance(&self) -> Option<DMatrix<f64>> {
-        Problem::covariance(self)
-    }
-
-    fn sensitivity(&self) -> Option<DMatrix<f64>> {
-        let outer = self.raw_derivative()?;
-        let unknowns = &self.evaluated()?.unknowns;
-        let none = vec![Complex::from(0.0); unknowns.len()];
-        let at_rest = self.weighted_model(self.x(), &none)?;
-        let mut columns: Vec<DVector<f64>> = outer.column_iter().map(|c| c.clone_owned()).collect();
-        for (j, u) in unknowns.iter().enumerate() {
-            for axis in [Complex::new(1.0, 0.0), Complex::new(0.0, 1.0)] {
-                let mut only = none.clone();
-                only[j] = axis * u.norm();
-                columns.push(self.weighted_model(self.x(), &only)? - &at_rest);
-            }
+/// Derivative by search coordinates, then per real and imaginary part of each linear unknown.
+fn sensitivity(problem: &dyn Search) -> Option<DMatrix<f64>> {
+    let outer = problem.raw_derivative()?;
+    let unknowns = &problem.solved()?.unknowns;
+    let none = vec![Complex::from(0.0); unknowns.len()];
+    let at_rest = problem.weighted_model(problem.x(), &none)?;
+    let mut columns: Vec<DVector<f64>> = outer.column_iter().map(|c| c.clone_owned()).collect();
+    for (j, u) in unknowns.iter().enumerate() {
+        for axis in [Complex::new(1.0, 0.0), Complex::new(0.0, 1.0)] {
+            let mut only = none.clone();
+            only[j] = axis * u.norm();
+            columns.push(problem.weighted_model(problem.x(), &only)? - &at_rest);
         }
-        Some(DMatrix::from_columns(&columns))
     }
-
-    fn model(&self, unknowns: &[Complex<f64>]) -> Option<DVector<f64>> {
-        self.weighted_model(self.x(), unknowns)
-    }
+    Some(DMatrix::from_columns(&columns))
 }

@@ -3,14 +3,12 @@
 
 use std::cell::RefCell;
 
-use levenberg_marquardt::LeastSquaresProblem;
-use nalgebra::{Complex, DVector};
+use nalgebra::Complex;
 
 use super::data::{Data, Value};
 use super::hypothesis::Hypothesis;
-use super::problem::{Amplitudes, Problem};
-use super::{Drawing, Effort, Fit, Fitter, Job, MOST_HELD, singular};
-use crate::effects::Place;
+use super::problem::{Amplitudes, Search};
+use super::{Drawing, Effort, Fit, Fitter};
 use crate::error::Error;
 
 /// A hypothesis, ready to be evaluated anywhere. The linear unknowns are solved for, weighted by the
@@ -45,65 +43,30 @@ impl Fitter<'_> {
         drawing: &'p Drawing,
         amplitudes: Option<&'p Amplitudes>,
     ) -> Result<Box<dyn Trial + 'p>, Error> {
-        // anywhere: where the shaft is held and what physics is in force do not depend on x
-        let mut x = hypothesis.drawn_bearings().to_vec();
-        x.resize(hypothesis.size(), 0.0);
-        let terms = hypothesis.terms(&x);
-        let mut held: Vec<Place> = (0..self.rotor.bearing.len()).map(Place::Bearing).collect();
-        for (place, _) in &terms.supports {
-            if !held.contains(place) {
-                held.push(*place);
-            }
-        }
-        let prepared = self.prepared(drawing, &terms.physics)?;
-        let job = Job { fitter: self, hypothesis, starts: &[], drawing, prepared, effort: Effort::Final };
-        match held.len() {
-            2 => Ok(Box::new(Held::<4>::new(job, held, amplitudes))),
-            3 => Ok(Box::new(Held::<6>::new(job, held, amplitudes))),
-            4 => Ok(Box::new(Held::<8>::new(job, held, amplitudes))),
-            5 => Ok(Box::new(Held::<10>::new(job, held, amplitudes))),
-            6 => Ok(Box::new(Held::<12>::new(job, held, amplitudes))),
-            more => Err(Error::Unsuitable(format!("{more} held places are more than {MOST_HELD}"))),
-        }
+        let plant = self.plant_of(drawing, &hypothesis.terms(&hypothesis.origin()).physics)?;
+        let problem = self.problem(hypothesis, plant, amplitudes, drawing.whitening.as_ref())?;
+        Ok(Box::new(Anywhere { fitter: self, hypothesis, drawing, problem: RefCell::new(problem) }))
     }
 }
 
-/// A trial of a shaft that is held at D/2 places.
-struct Held<'p, const D: usize> {
-    job: Job<'p>,
-    problem: RefCell<Problem<'p, D>>,
+/// A problem that is moved by whoever asks.
+struct Anywhere<'p> {
+    fitter: &'p Fitter<'p>,
+    hypothesis: &'p Hypothesis<'p>,
+    drawing: &'p Drawing,
+    problem: RefCell<Box<dyn Search + 'p>>,
 }
 
-impl<'p, const D: usize> Held<'p, D> {
-    fn new(job: Job<'p>, held: Vec<Place>, amplitudes: Option<&'p Amplitudes>) -> Self {
-        let problem = Problem::new(
-            job.hypothesis,
-            &job.fitter.data,
-            &job.prepared.plant,
-            &job.prepared.tables,
-            held,
-            amplitudes,
-            job.drawing.whitening.as_ref(),
-        );
-        Self { job, problem: RefCell::new(problem) }
-    }
-
-    fn move_to(&self, x: &[f64]) {
-        self.problem.borrow_mut().set_params(&DVector::from_column_slice(x));
-    }
-}
-
-impl<const D: usize> Trial for Held<'_, D> {
+impl Trial for Anywhere<'_> {
     fn summed_residual_um(&self, x: &[f64]) -> Option<f64> {
-        self.move_to(x);
-        let problem = self.problem.borrow();
-        Some(summed_residual_um(&self.job.fitter.data, &problem.evaluated()?.predicted_m))
+        let mut problem = self.problem.borrow_mut();
+        problem.go_to(x);
+        Some(summed_residual_um(&self.fitter.data, &problem.solved()?.predicted_m(&self.fitter.data)))
     }
 
     fn fit(&self, x: &[f64]) -> Result<Fit, Error> {
-        self.move_to(x);
-        let problem = self.problem.borrow();
-        problem.evaluated().ok_or_else(singular)?;
-        self.job.result(&problem)
+        let mut problem = self.problem.borrow_mut();
+        problem.go_to(x);
+        self.fitter.result(&**problem, self.hypothesis, self.drawing, Effort::Final)
     }
 }

@@ -1,0 +1,108 @@
+//! Exact derivatives of a problem: a term says how a parameter changes its dynamic stiffness or a probe's
+//! gain, the adjoint response says what that does at every probe.
+
+use nalgebra::{Complex, DMatrix, Matrix2};
+
+use super::problem::{Evaluated, Problem};
+use crate::machine::Terms;
+
+type C = Complex<f64>;
+
+/// Step in a search coordinate for the slope of a term: second-order differences of smooth, small
+/// matrices, good to ten digits.
+const SLOPE_STEP: f64 = 1e-5;
+
+impl<const D: usize> Problem<'_, D> {
+    /// Change of the model at every value per search coordinate, the linear unknowns held, in noise units.
+    pub(super) fn derivative(&self) -> Option<DMatrix<f64>> {
+        let now = self.evaluated()?;
+        let mut d = DMatrix::zeros(2 * self.data.count(), self.x().len());
+        for i in 0..self.x().len() {
+            let moved = |by: f64| {
+                let mut x = self.x().to_vec();
+                x[i] += by;
+                self.hypothesis.terms(&x)
+            };
+            let (up, down) = (moved(SLOPE_STEP), moved(-SLOPE_STEP));
+            let mut slopes = vec![C::from(0.0); self.data.count()];
+            self.add_support_slopes(now, &up, &down, &mut slopes);
+            self.add_damping_slopes(now, &up, &down, &mut slopes);
+            self.add_gain_slopes(now, &up, &down, &mut slopes);
+            for (k, (v, slope)) in self.data.values().zip(slopes).enumerate() {
+                (d[(2 * k, i)], d[(2 * k + 1, i)]) = (slope.re / v.sigma_m, slope.im / v.sigma_m);
+            }
+        }
+        Some(d)
+    }
+
+    fn add_support_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+        let pairs = up.supports.iter().zip(&down.supports);
+        for (k, ((place, a), (_, b))) in pairs.enumerate().filter(|(_, (a, b))| a != b) {
+            let Some(held) = self.held.iter().position(|h| h == place) else { continue };
+            debug_assert_eq!(down.supports[k].0, *place, "a step does not move supports");
+            let mut at = 0;
+            for (r, row) in self.data.rows.iter().enumerate() {
+                let change = self.stiffness(*place, a, r) - self.stiffness(*place, b, r);
+                let slope: Matrix2<C> = change.unscale(2.0 * SLOPE_STEP);
+                let force = slope * now.motion[r].fixed_rows::<2>(2 * held);
+                let adjoint = &now.responses[r].adjoint;
+                for v in &row.values {
+                    let seen = adjoint[v.probe].fixed_rows::<2>(2 * held).dot(&force);
+                    slopes[at] -= now.terms.gains[v.probe] * seen;
+                    at += 1;
+                }
+            }
+        }
+    }
+
+    fn add_damping_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+        let slope = (up.internal_damping_s - down.internal_damping_s) / (2.0 * SLOPE_STEP);
+        if slope == 0.0 {
+            return;
+        }
+        let places = self.places();
+        let mut at = 0;
+        for (r, row) in self.data.rows.iter().enumerate() {
+            let speed_and_damping = [row.speed_rad_s, now.terms.internal_damping_s];
+            let supports = self.supports(&now.terms, r);
+            let receptances = self.receptances_of(r, &now.terms);
+            let (response, motion) = (&now.responses[r], &now.motion[r]);
+            let change = receptances.damping_slope(
+                &self.plant,
+                speed_and_damping,
+                &places,
+                &supports,
+                response,
+                motion,
+            );
+            for v in &row.values {
+                slopes[at] += now.terms.gains[v.probe] * change[v.probe] * slope;
+                at += 1;
+            }
+        }
+    }
+
+    fn add_gain_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+        if up.gains == down.gains {
+            return;
+        }
+        let probes = up.gains.len();
+        let values = self
+            .data
+            .rows
+            .iter()
+            .zip(&now.responses)
+            .flat_map(|(row, r)| row.values.iter().map(move |v| (v, r)));
+        for (slope, (v, response)) in slopes.iter_mut().zip(values) {
+            let gain = (up.gains[v.probe] - down.gains[v.probe]) / (2.0 * SLOPE_STEP);
+            let known = response.probes[self.unknowns.len() * probes + v.probe];
+            let forced = now
+                .solved
+                .unknowns
+                .iter()
+                .enumerate()
+                .map(|(j, u)| u * response.probes[j * probes + v.probe]);
+            *slope += gain * forced.fold(known, |sum, y| sum + y);
+        }
+    }
+}

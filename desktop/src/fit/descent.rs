@@ -1,0 +1,150 @@
+//! Levenberg–Marquardt on normal equations.
+//!
+//! With a thousand residuals for ten unknowns, the orthogonal factor that the usual implementations work
+//! with takes most of the time of a fit. The normal equations lose half the digits, and residuals
+//! weighted by a noise of a percent need few; damping by the largest curvature seen (Moré 1978) and its
+//! update by the gain ratio (Nielsen 1999) are the usual ones.
+
+use nalgebra::{DMatrix, DVector};
+
+/// What is descended: a sum of squares over unknowns.
+pub trait Landscape {
+    /// Where it stands.
+    fn position(&self) -> DVector<f64>;
+    /// Goes elsewhere.
+    fn move_to(&mut self, x: &DVector<f64>);
+    /// The sum of squares there; infinite where there is none.
+    fn height(&self) -> f64;
+    /// `JᵀJ` and `Jᵀr`, with J the derivative of the residuals r.
+    fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)>;
+}
+
+/// When to stop.
+#[derive(Debug, Clone, Copy)]
+pub struct Stop {
+    /// Most steps.
+    pub steps: usize,
+    /// Change of the sum of squares, relative, that ends it.
+    pub tolerance: f64,
+}
+
+const FIRST_DAMPING: f64 = 1e-3;
+const LEAST_DAMPING: f64 = 1e-12;
+const MOST_DAMPING: f64 = 1e12;
+/// A step that lowers the sum by less than this share of what was foreseen is taken back.
+const WORTH_TAKING: f64 = 1e-4;
+
+/// Longest step along an unknown: search coordinates are logarithms or in units of their own size, and
+/// where nothing is known of one the equations send it anywhere.
+const LONGEST: f64 = 3.0;
+
+/// Goes downhill; ends at the lowest place seen.
+pub fn descend(landscape: &mut (impl Landscape + ?Sized), stop: Stop) {
+    let mut height = landscape.height();
+    let mut damping = FIRST_DAMPING;
+    let mut curvature: DVector<f64> = DVector::zeros(landscape.position().len());
+    for _ in 0..stop.steps {
+        if !height.is_finite() {
+            return;
+        }
+        let Some((gram, slope)) = landscape.normal_equations() else { return };
+        curvature.zip_apply(&gram.diagonal(), |most, now| *most = most.max(now));
+        let from = landscape.position();
+        let taken = step(landscape, &from, height, (&gram, &slope), &curvature, &mut damping, stop.tolerance);
+        if !taken {
+            return;
+        }
+        let before = std::mem::replace(&mut height, landscape.height());
+        if before - height <= stop.tolerance * before {
+            return;
+        }
+    }
+}
+
+/// Tries shorter and shorter steps until one is worth taking; `false`, and back where it was, if none is
+/// or the best of them would gain nothing.
+fn step<L: Landscape + ?Sized>(
+    landscape: &mut L,
+    from: &DVector<f64>,
+    height: f64,
+    (gram, slope): (&DMatrix<f64>, &DVector<f64>),
+    curvature: &DVector<f64>,
+    damping: &mut f64,
+    tolerance: f64,
+) -> bool {
+    let mut growth = 2.0;
+    while *damping < MOST_DAMPING {
+        let mut damped = gram.clone();
+        for (i, c) in curvature.iter().enumerate() {
+            // an unknown that nothing depends on stays
+            damped[(i, i)] += *damping * c + if *c == 0.0 { 1.0 } else { 0.0 };
+        }
+        if let Some(factor) = damped.cholesky() {
+            let wanted = -factor.solve(slope);
+            let step = wanted.map(|s| s.clamp(-LONGEST, LONGEST));
+            let foreseen = -(2.0 * slope.dot(&step) + step.dot(&(gram * &step)));
+            if foreseen <= tolerance * height && step == wanted {
+                break;
+            }
+            landscape.move_to(&(from + step));
+            let gain = (height - landscape.height()) / foreseen;
+            if foreseen > 0.0 && gain > WORTH_TAKING {
+                let factor = (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
+                *damping = (*damping * factor).max(LEAST_DAMPING);
+                return true;
+            }
+        }
+        *damping *= growth;
+        growth *= 2.0;
+    }
+    landscape.move_to(from);
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rosenbrock's valley as a sum of squares.
+    struct Valley(DVector<f64>);
+
+    impl Landscape for Valley {
+        fn position(&self) -> DVector<f64> {
+            self.0.clone()
+        }
+
+        fn move_to(&mut self, x: &DVector<f64>) {
+            self.0 = x.clone();
+        }
+
+        fn height(&self) -> f64 {
+            100.0 * (self.0[1] - self.0[0].powi(2)).powi(2) + (1.0 - self.0[0]).powi(2)
+        }
+
+        fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+            let x = &self.0;
+            let j = DMatrix::from_row_slice(2, 3, &[-20.0 * x[0], 10.0, 0.0, -1.0, 0.0, 0.0]);
+            let r = DVector::from_vec(vec![10.0 * (x[1] - x[0].powi(2)), 1.0 - x[0]]);
+            Some((j.tr_mul(&j), j.tr_mul(&r)))
+        }
+    }
+
+    #[test]
+    fn a_curved_valley_is_followed_to_its_end_and_an_idle_unknown_stays() {
+        let mut valley = Valley(DVector::from_vec(vec![-1.2, 1.0, 7.0]));
+        descend(&mut valley, Stop { steps: 60, tolerance: 1e-14 });
+        assert!((valley.0 - DVector::from_vec(vec![1.0, 1.0, 7.0])).amax() < 1e-6);
+    }
+
+    #[test]
+    fn it_ends_at_the_lowest_place_seen() {
+        let mut valley = Valley(DVector::from_vec(vec![-1.2, 1.0, 0.0]));
+        let start = valley.height();
+        for _ in 0..5 {
+            let before = valley.height();
+            descend(&mut valley, Stop { steps: 1, tolerance: 0.0 });
+            assert!(valley.height() <= before);
+        }
+        assert!(valley.height() < 0.5 * start);
+    }
+}

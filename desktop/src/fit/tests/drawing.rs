@@ -1,0 +1,77 @@
+//! Errors of the drawing: derivatives against differences of whole plants.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::data::Data;
+use super::super::drawing_errors::DrawingErrors;
+use super::super::{Effort, Fitter};
+use super::*;
+
+/// Response per deviation by differences, the linear unknowns held.
+fn by_differences(
+    fitter: &Fitter,
+    h: &Hypothesis,
+    x: &[f64],
+    unknowns: &[C],
+    centre: &DVector<f64>,
+) -> DMatrix<f64> {
+    let step = 0.02;
+    let columns: Vec<DVector<f64>> = (0..centre.len())
+        .map(|i| {
+            let side = |by: f64| {
+                let mut t = centre.clone();
+                t[i] += by;
+                problem(fitter, h, x, &t).weighted_model(x, unknowns).unwrap()
+            };
+            (side(step) - side(-step)) / (2.0 * step)
+        })
+        .collect();
+    DMatrix::from_columns(&columns)
+}
+
+fn compare(chosen: &[&str], centre: f64) {
+    let rotor = machine();
+    let none = DVector::zeros(Fitter::new(&rotor, Data { rows: vec![] }).deviations.len());
+    let readings = measured(&rotor, &run_up(9), chosen, &none);
+    let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &readings));
+    let (h, x, _) = hypothesis(&fitter, chosen);
+    let centre = none.map(|_| centre);
+    let p = problem(&fitter, &h, &x, &centre);
+    let errors = DrawingErrors::new(&rotor, fitter.shaft(&rotor.physics), &fitter.deviations, &centre);
+    let exact = p.deviation_derivative(&errors).unwrap();
+    let expected = by_differences(&fitter, &h, &x, &p.solved().unwrap().unknowns, &centre);
+    for j in 0..centre.len() {
+        let (e, d) = (exact.column(j), expected.column(j));
+        let kind = &fitter.deviations.kinds[j];
+        assert!((e - d).norm() < 1e-4 * d.norm() + 1e-7, "{kind:?}: {} against {}", (e - d).norm(), d.norm());
+    }
+}
+
+#[test]
+fn response_per_error_of_the_drawing_equals_differences_for_a_plain_machine() {
+    compare(&[], 0.0);
+    compare(&[], 1.3);
+}
+
+#[test]
+fn response_per_error_of_the_drawing_equals_differences_for_a_machine_with_everything() {
+    let all: Vec<&str> = every_effect().iter().map(|e| e.0).filter(|e| *e != "nonlinear_stiffness").collect();
+    compare(&all, 0.7);
+}
+
+#[test]
+fn a_machine_that_differs_from_its_drawing_is_found() {
+    let rotor = machine();
+    let count = Fitter::new(&rotor, Data { rows: vec![] }).deviations.len();
+    let truth = DVector::from_fn(count, |i, _| 1.5 * (1.0 + i as f64).sin());
+    let readings = measured(&rotor, &run_up(40), &[], &truth);
+    let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &readings));
+    let (h, _, _) = hypothesis(&fitter, &[]);
+    let drawing = fitter.exact_drawing();
+    let off = fitter.fit(&h, &[h.origin()], &drawing, Effort::Search, None).unwrap();
+    let (fit, settled) = fitter.settled(&h, &off, &drawing, Effort::Search).unwrap();
+    // without noise all that is left is the pull of the priors
+    assert!(fit.chi2 < 0.2 * off.chi2, "{} against {}", fit.chi2, off.chi2);
+    let again = fitter.relinearised(&h, &fit, &settled).unwrap();
+    assert!((again.deviation - settled.deviation).amax() < 0.02, "it has settled");
+}
