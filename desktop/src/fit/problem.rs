@@ -3,7 +3,7 @@
 //! Unbalance planes and every other linear unknown are solved for exactly inside (variable
 //! projection, Golub and Pereyra 1973, with Kaufman's derivative); bearing coefficients and effect
 //! parameters are outside, where Levenberg–Marquardt moves them. Derivatives are exact: see
-//! [`super::derivative`].
+//! `derivative`.
 
 use std::sync::Arc;
 

@@ -1,0 +1,257 @@
+//! A model at its best fit, and every candidate tried on top of it.
+
+use rayon::prelude::*;
+
+use super::{Candidate, Diagnosis, Verdict, advice, evidence, parameters};
+use crate::effects::{ALL, Effect, entry};
+use crate::error::Error;
+use crate::fit::data::Data;
+use crate::fit::hypothesis::{Assumed, COEFFICIENTS, Hypothesis, from_si, to_si};
+use crate::fit::{Drawing, Effort, Fit, Fitter, starts_for};
+use crate::rotor::Noise;
+
+/// Candidates whose drawing errors are settled together with them.
+const REFINED: usize = 10;
+
+/// A candidate with its fit.
+pub struct Tried {
+    pub assumed: Assumed,
+    pub fit: Fit,
+    pub delta_bic: f64,
+    pub disqualified: Option<String>,
+    /// The drawing's errors taken around this fit, where that was done.
+    pub own_drawing: Option<Drawing>,
+}
+
+impl Tried {
+    pub fn drawing<'t>(&'t self, base: &'t Base) -> &'t Drawing {
+        self.own_drawing.as_ref().unwrap_or(base.search().0)
+    }
+}
+
+/// The model of the file, fitted, and everything that candidates start from.
+pub struct Base<'a> {
+    pub fitter: &'a Fitter<'a>,
+    pub hypothesis: Hypothesis<'a>,
+    pub drawing: Drawing,
+    pub fit: Fit,
+    /// Where an inexact drawing is searched for candidates: its errors taken as linear around the drawing as
+    /// stated, for the most probable errors of a model that lacks something make up for what it lacks.
+    pub search: Option<(Drawing, Fit)>,
+}
+
+/// The model of a file as a hypothesis: its effects refitted along with bearings and planes.
+fn of_file<'a>(fitter: &Fitter<'a>) -> Result<(Hypothesis<'a>, Vec<f64>), Error> {
+    let rotor = fitter.rotor;
+    let mut hypothesis = Hypothesis::drawn(rotor, fitter.scales(None));
+    let mut x = hypothesis.drawn_bearings().to_vec();
+    for e in &rotor.effect {
+        let (effect, place) = entry::resolve(rotor, &e.kind, e.at.as_deref()).map_err(Error::Unsuitable)?;
+        let values = entry::real_parameters(effect, e, &hypothesis.scales);
+        let scaled = effect.parameters(&hypothesis.scales);
+        x.extend(scaled.iter().zip(&values).map(|(p, v)| from_si(p, *v)));
+        hypothesis = hypothesis.with(Assumed { effect, place });
+    }
+    Ok((hypothesis, x))
+}
+
+impl<'a> Base<'a> {
+    /// Fits the model of the file: bearings, planes and its effects' parameters.
+    pub fn fit(fitter: &'a Fitter<'a>) -> Result<Self, Error> {
+        let (hypothesis, x) = of_file(fitter)?;
+        let shifted = |stiffness: f64, damping: f64| {
+            let by = |i: usize| match i {
+                0..4 => stiffness,
+                4..COEFFICIENTS => damping,
+                _ => 0.0,
+            };
+            x.iter().enumerate().map(|(i, v)| v + by(i)).collect::<Vec<f64>>()
+        };
+        let starts = [x.clone(), shifted(0.35, -0.35), shifted(-0.35, 0.35)];
+        Self::settle(fitter, hypothesis, starts)
+    }
+
+    /// Fits a hypothesis from these starts, taking the drawing's errors anew around each fit.
+    pub fn settle(
+        fitter: &'a Fitter<'a>,
+        hypothesis: Hypothesis<'a>,
+        starts: impl AsRef<[Vec<f64>]>,
+    ) -> Result<Self, Error> {
+        let mut drawing = fitter.exact_drawing();
+        let hypothesis = Hypothesis { scales: fitter.scales(None), ..hypothesis };
+        let rough =
+            fitter.fit(&hypothesis, starts.as_ref(), &drawing, Effort::Search, Some(&fitter.still()))?;
+        let hypothesis = Hypothesis { scales: fitter.scales(Some(&rough)), ..hypothesis };
+        let x =
+            rescaled(&Hypothesis { scales: fitter.scales(None), ..hypothesis.clone() }, &hypothesis, &rough);
+        let mut fit = fitter.fit(&hypothesis, &[x], &drawing, Effort::Search, Some(&rough.amplitudes))?;
+        let mut search = None;
+        if !fitter.drawing_is_exact() {
+            let around = fitter.around_the_stated(&hypothesis, &fit)?;
+            let start = [fit.x.clone()];
+            let there = fitter.fit(&hypothesis, &start, &around, Effort::Search, Some(&fit.amplitudes))?;
+            (fit, drawing) = fitter.settled(&hypothesis, &fit, &drawing, Effort::Search)?;
+            search = Some((around, there));
+        }
+        Ok(Self { fitter, hypothesis, drawing, fit, search })
+    }
+
+    /// Search coordinates of a candidate's fit in the scales that the file's hypothesis starts from.
+    pub fn scaled_for_file(&self, t: &Tried) -> [Vec<f64>; 1] {
+        let with = self.hypothesis.with(t.assumed);
+        let to = Hypothesis { scales: self.fitter.scales(None), ..with.clone() };
+        [rescaled(&with, &to, &t.fit)]
+    }
+
+    /// Search coordinates of the file: its bearings, and its effects as far as they have been fitted.
+    pub fn hypothesis_start(&self) -> Vec<f64> {
+        let drawn = self.hypothesis.drawn_bearings();
+        drawn.iter().chain(&self.fit.x[COEFFICIENTS..]).copied().collect()
+    }
+
+    /// Everything that can sit on this rotor and is not in the model.
+    pub fn possible(&self) -> Vec<Assumed> {
+        let rotor = self.fitter.rotor;
+        let present = |a: &Assumed| self.hypothesis.effects.iter().any(|e| same(e, a));
+        ALL.into_iter()
+            .flat_map(|effect: &'static dyn Effect| {
+                effect.places(rotor).into_iter().map(move |place| Assumed { effect, place })
+            })
+            .filter(|a| !present(a))
+            .collect()
+    }
+
+    /// The answer where bearings and planes alone use up what the data hold: anything is possible.
+    pub fn undecidable(&self, why: String, noise: Noise, remarks: Vec<String>) -> Diagnosis {
+        let rotor = self.fitter.rotor;
+        let possible = self.possible();
+        let error_before = self.relative_error(&self.fit);
+        // the prior, as the data add nothing to it
+        let probability = 0.5 / possible.len().max(1) as f64;
+        let candidate = |a: &Assumed| Candidate {
+            effect: a.effect.name(),
+            at: a.place.name(rotor).map(str::to_string),
+            probability,
+            delta_bic: 0.0,
+            error_after: error_before,
+            chi2_per_value: self.fit.chi2_per_value(),
+            parameters: Vec::new(),
+            disqualified: None,
+            evidence: "nothing, these data cannot show it.".into(),
+            knowledge: a.effect.knowledge(),
+        };
+        Diagnosis {
+            verdict: Verdict::Undecided,
+            summary: format!("{why}."),
+            error_before,
+            chi2_per_value: self.fit.chi2_per_value(),
+            nothing_missing: 0.5,
+            candidates: possible.iter().map(candidate).collect(),
+            indistinguishable: vec![possible.iter().map(|a| a.label(rotor)).collect()],
+            saturated: true,
+            held_out: None,
+            advice: advice::between_typical(self, &possible, &noise),
+            remarks,
+            noise,
+        }
+    }
+
+    /// Every candidate on top of the model, strongest evidence first, those that physics rules out last.
+    pub fn try_all(&self) -> Result<Vec<Tried>, Error> {
+        let mut tried: Vec<Tried> =
+            self.possible().into_par_iter().filter_map(|a| self.attempt(a).ok()).collect();
+        strongest_first(&mut tried);
+        if self.search.is_some() {
+            let many = REFINED.min(tried.len());
+            let (refined, rest) = tried.split_at_mut(many);
+            for t in refined.iter_mut() {
+                self.refine(t)?;
+            }
+            // behind those whose drawing errors were settled
+            let least = refined.iter().map(|t| t.delta_bic).fold(f64::INFINITY, f64::min);
+            rest.iter_mut().for_each(|t| t.delta_bic = t.delta_bic.min(least));
+            strongest_first(&mut tried);
+        }
+        for t in tried.iter_mut().take(REFINED) {
+            self.finish(t)?;
+        }
+        strongest_first(&mut tried);
+        Ok(tried)
+    }
+
+    /// Where candidates are searched: a drawing, and the model's fit on it.
+    pub fn search(&self) -> (&Drawing, &Fit) {
+        self.search.as_ref().map_or((&self.drawing, &self.fit), |(drawing, fit)| (drawing, fit))
+    }
+
+    pub fn attempt(&self, assumed: Assumed) -> Result<Tried, Error> {
+        let (drawing, base) = self.search();
+        let with = self.hypothesis.with(assumed);
+        let starts = starts_for(&self.hypothesis, base, assumed);
+        let fit = self.fitter.fit(&with, &starts, drawing, Effort::Search, Some(&base.amplitudes))?;
+        let delta_bic = base.bic() - fit.bic();
+        Ok(Tried { assumed, delta_bic, fit, disqualified: None, own_drawing: None })
+    }
+
+    /// Settles the drawing's errors together with a candidate.
+    pub fn refine(&self, t: &mut Tried) -> Result<(), Error> {
+        let with = self.hypothesis.with(t.assumed);
+        let (fit, own) = self.fitter.settled(&with, &t.fit, self.search().0, Effort::Search)?;
+        t.delta_bic = self.fit.bic() - fit.bic();
+        (t.fit, t.own_drawing) = (fit, Some(own));
+        Ok(())
+    }
+
+    /// Adds uncertainties, and says whether physics allows the parameters.
+    pub fn finish(&self, t: &mut Tried) -> Result<(), Error> {
+        let with = self.hypothesis.with(t.assumed);
+        t.fit.covariance = self.fitter.covariance(&with, &t.fit, t.drawing(self))?;
+        t.disqualified = parameters::beyond_physics(&parameters::of(&with, &t.fit));
+        Ok(())
+    }
+
+    pub fn candidate(&self, t: &Tried, probability: f64) -> Candidate {
+        let rotor = self.fitter.rotor;
+        let with = self.hypothesis.with(t.assumed);
+        Candidate {
+            effect: t.assumed.effect.name(),
+            at: t.assumed.place.name(rotor).map(str::to_string),
+            probability,
+            delta_bic: t.delta_bic,
+            error_after: self.relative_error(&t.fit),
+            chi2_per_value: t.fit.chi2_per_value(),
+            parameters: parameters::of(&with, &t.fit),
+            disqualified: t.disqualified.clone(),
+            evidence: evidence::describe(self, t),
+            knowledge: t.assumed.effect.knowledge(),
+        }
+    }
+
+    /// sqrt(Σ|Y_model − Y|² / Σ|Y|²).
+    pub fn relative_error(&self, fit: &Fit) -> f64 {
+        relative_error(&self.fitter.data, fit)
+    }
+}
+
+/// sqrt(Σ|Y_model − Y|² / Σ|Y|²) of a fit.
+fn relative_error(data: &Data, fit: &Fit) -> f64 {
+    let misfit: f64 = data.values().zip(&fit.predicted_m).map(|(v, p)| (p - v.measured_m).norm_sqr()).sum();
+    let all: f64 = data.values().map(|v| v.measured_m.norm_sqr()).sum();
+    (misfit / all.max(f64::MIN_POSITIVE)).sqrt()
+}
+
+pub fn same(a: &Assumed, b: &Assumed) -> bool {
+    a.effect.name() == b.effect.name() && a.place == b.place
+}
+
+fn strongest_first(tried: &mut [Tried]) {
+    let key = |t: &Tried| if t.disqualified.is_some() { f64::NEG_INFINITY } else { t.delta_bic };
+    tried.sort_by(|a, b| key(b).total_cmp(&key(a)).then(b.delta_bic.total_cmp(&a.delta_bic)));
+}
+
+/// Search coordinates of a fit of `from` in the scales of `to`.
+fn rescaled(from: &Hypothesis, to: &Hypothesis, fit: &Fit) -> Vec<f64> {
+    let pairs = from.parameters().into_iter().zip(to.parameters()).zip(&fit.x[COEFFICIENTS..]);
+    let own = pairs.map(|((old, new), v)| from_si(&new, to_si(&old, *v)));
+    fit.x[..COEFFICIENTS].iter().copied().chain(own).collect()
+}
