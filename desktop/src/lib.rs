@@ -12,6 +12,7 @@
 //! | [`identify`] | bearings and unbalance from measurements: phase I and phase II |
 //! | [`machine`], [`effects`] | what a file's effects add to a machine's terms; one file an effect |
 //! | [`fit`] | hypotheses fitted to measurements |
+//! | [`track`] | the unbalance of a long record, while bearings change |
 //! | [`compare`], [`diagnose`] | where a model misses; which effect is missing, and adding it |
 //!
 //! # Conventions
@@ -39,6 +40,7 @@ pub mod structure;
 pub mod terms;
 #[cfg(test)]
 mod testing;
+pub mod track;
 pub mod unbalance;
 
 pub use error::Error;

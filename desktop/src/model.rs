@@ -42,6 +42,12 @@ pub struct Response {
 }
 
 impl Response {
+    /// A response of which only the probes are known.
+    pub(crate) fn of_probes(per_unbalance: DMatrix<Complex<f64>>, fixed: DVector<Complex<f64>>) -> Self {
+        let support_per_unbalance = DMatrix::zeros(0, per_unbalance.ncols());
+        Self { per_unbalance, fixed, support_per_unbalance, support_fixed: DVector::zeros(0) }
+    }
+
     /// Phasor at each probe for these unbalances (kg·m), m.
     pub fn at(&self, unbalance_kg_m: &DVector<Complex<f64>>) -> DVector<Complex<f64>> {
         &self.per_unbalance * unbalance_kg_m + &self.fixed

@@ -9,7 +9,7 @@
 mod advice;
 mod base;
 mod best_fit;
-mod checks;
+pub(crate) mod checks;
 mod evidence;
 mod held_out;
 mod improve;

@@ -10,6 +10,8 @@ mod output;
 mod replay;
 mod replay_better;
 mod replay_json;
+mod track;
+mod track_output;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -39,6 +41,8 @@ enum Command {
     Improve(improve::Arguments),
     /// Phase I: bearings and unbalance of a machine's first days
     Identify(identify::Arguments),
+    /// Follow the unbalance of a long record while bearings change
+    Track(Box<track::Arguments>),
 }
 
 /// Runs what the command line asks for.
@@ -54,5 +58,6 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Add(arguments)) => add::run(&arguments),
         Some(Command::Improve(arguments)) => improve::run(&arguments),
         Some(Command::Identify(arguments)) => identify::run(&arguments),
+        Some(Command::Track(arguments)) => track::run(&arguments),
     }
 }

@@ -1,0 +1,136 @@
+//! Method 2: bearings are identified anew when the residual jumps and stays.
+
+use nalgebra::Complex;
+
+use super::cases::{Before, CaseFit, fit_all};
+use super::daily::{Run, Tracking};
+use super::monitor::Monitor;
+use super::record::Day;
+use super::spot::Logs;
+use super::{Cause, Estimate, Reidentified};
+
+type C = Complex<f64>;
+
+/// Good readings whose mean unbalance is held in the cases that hold it.
+const HELD_READINGS: usize = 10;
+
+/// What is in force from one reading to the next.
+struct State {
+    logs: Logs,
+    last: Vec<C>,
+    last_d: f64,
+    monitor: Monitor,
+}
+
+impl Tracking<'_> {
+    /// Phase II, and one of four re-identifications after every flag. The readings that raised a flag are
+    /// the first to be described by the new bearings.
+    pub fn adaptive(&self, progress: &mut dyn FnMut(usize, usize)) -> Run {
+        let mut run = Run::default();
+        let mut state = State {
+            logs: self.logs,
+            last: self.unbalance_kg_m.clone(),
+            last_d: f64::NAN,
+            monitor: Monitor::new(self.config.thresholds),
+        };
+        let days: Vec<&Day> = self.complete().collect();
+        for (k, day) in days.iter().enumerate() {
+            let Some(estimate) = self.follow(day, &mut state) else { continue };
+            run.estimates.push(estimate);
+            let verdict = state.monitor.judge(&run.estimates[run.estimates.len() - 1].residual);
+            if let Some(e) = run.estimates.last_mut() {
+                (e.suspicious, e.flagged) = (verdict.suspicious, verdict.flagged);
+            }
+            if verdict.raised {
+                self.answer(&days[..=k], verdict.suspect, &mut state, &mut run);
+            }
+            progress(k + 1, days.len());
+        }
+        run
+    }
+
+    /// Phase II of one reading within the bounds.
+    fn follow(&self, day: &Day, state: &mut State) -> Option<Estimate> {
+        let last_d = if state.last_d.is_nan() { day.time_d } else { state.last_d };
+        let estimate = self.phase_two(day, &state.logs, Some((&state.last, last_d)))?;
+        (state.last, state.last_d) = (estimate.unbalance_kg_m.clone(), day.time_d);
+        Some(estimate)
+    }
+
+    /// Finds out what a flag means and goes on accordingly.
+    fn answer(&self, days: &[&Day], suspect: usize, state: &mut State, run: &mut Run) {
+        let persistence = self.config.thresholds.persistence.max(1);
+        let streak = &days[days.len().saturating_sub(persistence)..];
+        let free: Option<Vec<Estimate>> =
+            streak.iter().map(|d| self.phase_two(d, &state.logs, None)).collect();
+        let holds = |all: &Vec<Estimate>| !all.iter().any(|e| state.monitor.suspects(&e.residual));
+        if let Some(free) = free.filter(holds) {
+            run.flags.push(self.flag(&run.estimates, suspect, Cause::Unbalance));
+            return self.replace(free, state, run);
+        }
+        run.flags.push(self.flag(&run.estimates, suspect, Cause::Model));
+        let held = held_unbalance(&run.estimates, streak[0].row, &self.unbalance_kg_m);
+        let before =
+            Before { logs: state.logs, unbalance_kg_m: &held, suspect, plane: self.plane_of(suspect) };
+        let cases = fit_all(streak, &before);
+        let Some(best) = cases.iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)).cloned() else {
+            return;
+        };
+        let now: f64 = run.estimates.iter().rev().take(streak.len()).map(|e| e.residual.e_um).sum();
+        let Some(after) = self.restart(streak, &best) else { return };
+        // new bearings have to lower the residual by as much as its rise that called for them
+        if after.iter().map(|e| e.residual.e_um).sum::<f64>() * (1.0 + self.config.thresholds.rise) > now {
+            return;
+        }
+        run.reidentified.push(Reidentified {
+            since_d: streak[0].time_d,
+            time_d: streak[streak.len() - 1].time_d,
+            case: best.case,
+            bearing: suspect,
+            logs: best.logs,
+            cases,
+        });
+        state.logs = best.logs;
+        self.replace(after, state, run);
+    }
+
+    /// Phase II of the streak on a case's bearings, from its unbalance on.
+    fn restart(&self, streak: &[&Day], case: &CaseFit) -> Option<Vec<Estimate>> {
+        let mut last = (case.unbalance_kg_m.clone(), streak.first()?.time_d);
+        let one = |day: &&Day| {
+            let estimate = self.phase_two(day, &case.logs, Some((&last.0, last.1)))?;
+            last = (estimate.unbalance_kg_m.clone(), day.time_d);
+            Some(estimate)
+        };
+        streak.iter().map(one).collect()
+    }
+
+    /// Puts new estimates in the place of the last ones, and begins a new level with them.
+    fn replace(&self, estimates: Vec<Estimate>, state: &mut State, run: &mut Run) {
+        run.estimates.truncate(run.estimates.len() - estimates.len());
+        state.monitor = Monitor::new(self.config.thresholds);
+        for estimate in estimates {
+            state.monitor.judge(&estimate.residual);
+            (state.last, state.last_d) = (estimate.unbalance_kg_m.clone(), estimate.time_d);
+            run.estimates.push(estimate);
+        }
+    }
+
+    /// The plane nearest to a bearing.
+    fn plane_of(&self, bearing: usize) -> usize {
+        let at = self.rotor.bearing[bearing].position_m;
+        let distance = |j: &usize| (self.rotor.plane[*j].position_m - at).abs();
+        (0..self.rotor.plane.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+    }
+}
+
+/// Mean unbalance of the last good readings before a row.
+fn held_unbalance(estimates: &[Estimate], row: usize, start: &[C]) -> Vec<C> {
+    let good = estimates.iter().rev().filter(|e| e.row < row && !e.suspicious).take(HELD_READINGS);
+    let good: Vec<&Estimate> = good.collect();
+    if good.is_empty() {
+        return start.to_vec();
+    }
+    let mean = |j: usize| good.iter().map(|e| e.unbalance_kg_m[j]).sum::<C>() / good.len() as f64;
+    (0..start.len()).map(mean).collect()
+}

@@ -1,0 +1,164 @@
+//! Phase I once, then phase II daily.
+
+use nalgebra::{Complex, DVector};
+
+use super::monitor::{Monitor, Residual};
+use super::record::{self, Day};
+use super::spot::{Logs, logs_of};
+use super::{Cause, Config, Estimate, Flag, Reidentified};
+use crate::error::Error;
+use crate::identify::{Bounds, PhaseOne, PhaseOneConfig, assumed_noise, identify, least_residual};
+use crate::measurement::Reading;
+use crate::rotor::{Noise, Rotor};
+use crate::unbalance::phasor_kg_m;
+
+type C = Complex<f64>;
+
+/// Readings of phase I.
+pub const PHASE_ONE_READINGS: usize = 3;
+/// A plane with next to no unbalance could never grow: the bound never falls below this share of the
+/// larger plane's start.
+const BOUND_FLOOR: f64 = 0.1;
+
+/// A record, its start, and how to follow it.
+pub struct Tracking<'a> {
+    pub rotor: &'a Rotor,
+    pub config: &'a Config,
+    pub noise: Noise,
+    /// Every reading with a value.
+    pub days: Vec<Day>,
+    pub phase_one: Option<PhaseOne>,
+    pub remarks: Vec<String>,
+    /// Bearing of each probe.
+    pub bearing_of: Vec<usize>,
+    /// Where the bearings start, and the planes.
+    pub logs: Logs,
+    pub unbalance_kg_m: Vec<C>,
+    bounds: Bounds,
+}
+
+/// What a method made of a record.
+#[derive(Debug, Clone, Default)]
+pub struct Run {
+    pub estimates: Vec<Estimate>,
+    pub flags: Vec<Flag>,
+    pub reidentified: Vec<Reidentified>,
+}
+
+impl<'a> Tracking<'a> {
+    /// Checks the record and identifies the start.
+    pub fn begin(
+        rotor: &'a Rotor,
+        record: &[Reading],
+        runup: &[Reading],
+        config: &'a Config,
+    ) -> Result<Self, Error> {
+        let remarks = record::check(rotor, record)?;
+        let noise = rotor.noise.unwrap_or_else(|| assumed_noise(record));
+        let phase_one = match config.identified {
+            true => None,
+            false => Some(start(rotor, record, runup, config)?),
+        };
+        let identified = phase_one.as_ref().map_or(rotor, |found| &found.rotor);
+        let phasor = |p: &crate::rotor::Plane| {
+            let magnitude = p.unbalance_g_mm.ok_or_else(|| {
+                let what = format!("plane {} has no unbalance_g_mm; `identify` writes it", p.name);
+                Error::Unsuitable(what)
+            })?;
+            Ok(phasor_kg_m(magnitude, p.angle_deg.unwrap_or(0.0)))
+        };
+        let unbalance_kg_m = identified.plane.iter().map(phasor).collect::<Result<Vec<C>, Error>>()?;
+        let largest = unbalance_kg_m.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        Ok(Self {
+            days: record::days(identified, &noise, record)?,
+            logs: logs_of(identified),
+            bearing_of: rotor.probe.iter().map(|p| rotor.bearing_of(p).unwrap_or(0)).collect(),
+            bounds: Bounds { growth: config.growth, floor_kg_m: BOUND_FLOOR * largest },
+            rotor,
+            config,
+            noise,
+            phase_one,
+            remarks,
+            unbalance_kg_m,
+        })
+    }
+
+    /// Readings without a lost probe.
+    pub fn complete(&self) -> impl Iterator<Item = &Day> {
+        self.days.iter().filter(|d| d.is_complete())
+    }
+
+    /// A reading with this unbalance on these bearings.
+    pub fn estimate(&self, day: &Day, logs: &Logs, unbalance_kg_m: Vec<C>) -> Option<Estimate> {
+        let calculated_m = day.spot.on(logs)?.at(&unbalance_kg_m);
+        Some(Estimate {
+            row: day.row,
+            time_d: day.time_d,
+            logs: *logs,
+            residual: Residual::new(&calculated_m, &day.measured_m, &self.bearing_of),
+            calculated_m,
+            unbalance_kg_m,
+            suspicious: false,
+            flagged: false,
+        })
+    }
+
+    /// Phase II: the exact optimum of a complete reading; unbounded without a last unbalance.
+    pub fn phase_two(&self, day: &Day, logs: &Logs, last: Option<(&[C], f64)>) -> Option<Estimate> {
+        let planes = self.rotor.plane.len();
+        let largest: Vec<f64> = match last {
+            // the bound is for a day; a gap gives the unbalance that much longer to grow
+            Some((last, at_d)) => {
+                let growth = self.bounds.growth.powf((day.time_d - at_d).max(1.0));
+                last.iter().map(|u| Bounds { growth, ..self.bounds }.largest(*u)).collect()
+            }
+            None => vec![f64::INFINITY; planes],
+        };
+        let response = day.spot.on(logs)?.response(planes);
+        let best = least_residual(&response, &DVector::from_vec(day.all_m()), &largest).ok()?;
+        self.estimate(day, logs, best.unbalance_kg_m.iter().copied().collect())
+    }
+
+    /// Method 1.
+    pub fn fixed(&self, progress: &mut dyn FnMut(usize, usize)) -> Run {
+        let mut run = Run::default();
+        let mut monitor = Monitor::new(self.config.thresholds);
+        let mut last = (self.unbalance_kg_m.clone(), f64::NAN);
+        for day in self.complete() {
+            let at_d = if last.1.is_nan() { day.time_d } else { last.1 };
+            let Some(mut estimate) = self.phase_two(day, &self.logs, Some((&last.0, at_d))) else { continue };
+            last = (estimate.unbalance_kg_m.clone(), day.time_d);
+            let verdict = monitor.judge(&estimate.residual);
+            (estimate.suspicious, estimate.flagged) = (verdict.suspicious, verdict.flagged);
+            run.estimates.push(estimate);
+            if verdict.raised {
+                run.flags.push(self.flag(&run.estimates, verdict.suspect, Cause::Model));
+            }
+            progress(run.estimates.len(), self.days.len());
+        }
+        run
+    }
+
+    /// The flag that the last of these estimates raised.
+    pub fn flag(&self, estimates: &[Estimate], suspect: usize, cause: Cause) -> Flag {
+        let persistence = self.config.thresholds.persistence.max(1);
+        let first = estimates.len().saturating_sub(persistence);
+        let (since_d, time_d) = (estimates[first].time_d, estimates[estimates.len() - 1].time_d);
+        Flag { since_d, time_d, suspect, cause }
+    }
+}
+
+/// Phase I on the first complete readings and what run-up there is.
+fn start(rotor: &Rotor, record: &[Reading], runup: &[Reading], config: &Config) -> Result<PhaseOne, Error> {
+    let first = record.iter().filter(|r| r.complete().is_some()).take(PHASE_ONE_READINGS);
+    let readings: Vec<Reading> = first.chain(runup).cloned().collect();
+    let found = identify(rotor, &readings, &PhaseOneConfig { seed: config.seed, ..PhaseOneConfig::default() })?;
+    if found.residual_ratio > config.thresholds.ratio_limit {
+        return Err(Error::Unsuitable(format!(
+            "no bearings explain the first days: a residual of {:.0} % of the features; expected a record (and a \
+             run-up) that begins before the event, of the machine that the rotor's file describes",
+            100.0 * found.residual_ratio
+        )));
+    }
+    Ok(found)
+}

@@ -1,0 +1,165 @@
+//! Does the model still describe the machine? Residuals over time, and when they become a flag.
+
+use nalgebra::Complex;
+
+/// When a reading is suspicious, and when suspicion becomes a flag.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Thresholds {
+    /// Rise of the residual above its level that is suspicious, relative.
+    pub rise: f64,
+    /// Residual over feature sum that is suspicious whatever the level.
+    pub ratio_limit: f64,
+    /// Residual over feature sum below which a rise is not suspicious: the model still describes the machine.
+    pub ratio_floor: f64,
+    /// Suspicious readings in a row that make a flag.
+    pub persistence: usize,
+    /// Readings over which the level is averaged.
+    pub level_readings: f64,
+}
+
+impl Default for Thresholds {
+    fn default() -> Self {
+        Self { rise: 0.5, ratio_limit: 1.0 / 3.0, ratio_floor: 0.1, persistence: 3, level_readings: 10.0 }
+    }
+}
+
+/// Calculated against measured features of one reading.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Residual {
+    /// `e = Σ|calculated − measured|`, µm.
+    pub e_um: f64,
+    /// `f = Σ|measured|`, µm.
+    pub f_um: f64,
+    /// `e` of the probes at each bearing, µm.
+    pub bearing_um: [f64; 2],
+}
+
+impl Residual {
+    /// Of the probes that were not lost; `bearing_of` says where each sits.
+    pub fn new(
+        calculated_m: &[Complex<f64>],
+        measured_m: &[Option<Complex<f64>>],
+        bearing_of: &[usize],
+    ) -> Self {
+        let mut residual = Self::default();
+        for ((c, m), bearing) in calculated_m.iter().zip(measured_m).zip(bearing_of) {
+            let Some(m) = m else { continue };
+            let e_um = (c - m).l1_norm() * 1e6;
+            residual.e_um += e_um;
+            residual.bearing_um[*bearing] += e_um;
+            residual.f_um += m.l1_norm() * 1e6;
+        }
+        residual
+    }
+
+    /// `e/f`.
+    pub fn ratio(&self) -> f64 {
+        if self.e_um == 0.0 { 0.0 } else { self.e_um / self.f_um }
+    }
+}
+
+/// What the monitor makes of a reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Verdict {
+    /// The residual rose too much, or is too large a part of what was measured.
+    pub suspicious: bool,
+    /// The streak of suspicious readings reached the persistence with this one.
+    pub raised: bool,
+    /// The streak is at least that long.
+    pub flagged: bool,
+    /// The bearing of the greater error over the last readings.
+    pub suspect: usize,
+}
+
+/// Memory of the residuals.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Monitor {
+    thresholds: Thresholds,
+    level_um: f64,
+    weight: f64,
+    streak: usize,
+    recent: Vec<[f64; 2]>,
+}
+
+impl Monitor {
+    /// A monitor without a past: its first readings set the level.
+    pub fn new(thresholds: Thresholds) -> Self {
+        Self { thresholds, level_um: 0.0, weight: 0.0, streak: 0, recent: Vec::new() }
+    }
+
+    /// Whether a residual would be suspicious now.
+    pub fn suspects(&self, residual: &Residual) -> bool {
+        let t = &self.thresholds;
+        let rose = self.weight > 0.0 && residual.e_um > (1.0 + t.rise) * self.level_um;
+        (rose && residual.ratio() > t.ratio_floor) || residual.ratio() > t.ratio_limit
+    }
+
+    /// Judges a reading and remembers it. The level is a mean over readings that were not suspicious, so
+    /// that an event cannot raise its own baseline.
+    pub fn judge(&mut self, residual: &Residual) -> Verdict {
+        let suspicious = self.suspects(residual);
+        if suspicious {
+            self.streak += 1;
+        } else {
+            self.streak = 0;
+            self.weight = (self.weight + 1.0).min(self.thresholds.level_readings.max(1.0));
+            self.level_um += (residual.e_um - self.level_um) / self.weight;
+        }
+        let persistence = self.thresholds.persistence.max(1);
+        self.recent.push(residual.bearing_um);
+        if self.recent.len() > persistence {
+            self.recent.remove(0);
+        }
+        let gauge = self.recent.iter().fold([0.0; 2], |[a, b], [one, two]| [a + one, b + two]);
+        Verdict {
+            suspicious,
+            raised: self.streak == persistence,
+            flagged: self.streak >= persistence,
+            suspect: usize::from(gauge[1] > gauge[0]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn residual(e_um: f64, bearing: usize) -> Residual {
+        let mut bearing_um = [0.0; 2];
+        bearing_um[bearing] = e_um;
+        Residual { e_um, f_um: 100.0, bearing_um }
+    }
+
+    fn flags(readings: &[Residual]) -> Vec<(usize, usize)> {
+        let mut monitor = Monitor::new(Thresholds::default());
+        let judged = readings.iter().map(|r| monitor.judge(r)).enumerate();
+        judged.filter(|(_, v)| v.raised).map(|(i, v)| (i, v.suspect)).collect()
+    }
+
+    #[test]
+    fn a_lasting_rise_is_raised_once_at_its_third_reading_and_names_the_bearing() {
+        let mut readings = vec![residual(10.0, 0); 10];
+        readings.extend(vec![residual(20.0, 1); 9]);
+        assert_eq!(flags(&readings), [(12, 1)]);
+    }
+
+    #[test]
+    fn a_disturbance_of_two_readings_and_a_rise_of_next_to_nothing_are_passed_over() {
+        let mut readings = vec![residual(10.0, 0); 10];
+        readings.extend([residual(60.0, 1), residual(60.0, 1), residual(10.0, 0)]);
+        assert!(flags(&readings).is_empty());
+        let mut quiet = vec![residual(1.0, 0); 10];
+        quiet.extend(vec![residual(9.0, 0); 10]);
+        assert!(flags(&quiet).is_empty());
+    }
+
+    #[test]
+    fn residual_is_summed_over_components_and_by_bearing_without_what_was_lost() {
+        let y = |re, im| Complex::new(re, im) * 1e-6;
+        let calculated = [y(1.0, 2.0), y(3.0, -1.0), y(9.0, 9.0)];
+        let measured = [Some(y(2.0, 2.5)), Some(y(3.0, 1.0)), None];
+        let r = Residual::new(&calculated, &measured, &[0, 1, 1]);
+        assert!((r.e_um - 3.5).abs() < 1e-9 && (r.f_um - 8.5).abs() < 1e-9);
+        assert!((r.bearing_um[0] - 1.5).abs() < 1e-9 && (r.bearing_um[1] - 2.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,95 @@
+//! A record made ready for tracking: every reading with the machine solved at its speed.
+
+use nalgebra::Complex;
+
+use super::spot::{Spot, model};
+use crate::diagnose::checks;
+use crate::error::Error;
+use crate::fit::data::sigma_m;
+use crate::measurement::Reading;
+use crate::rotor::{Noise, Rotor};
+
+/// Fewest complete readings that can be tracked: phase I takes three, an event needs a before and an after.
+const FEWEST: usize = 10;
+/// A gap that is worth a remark, days.
+const LONG_GAP_D: f64 = 14.0;
+
+/// One reading.
+#[derive(Debug, Clone)]
+pub struct Day {
+    /// Row of the record.
+    pub row: usize,
+    /// Days since the record began; the row where the record has no days.
+    pub time_d: f64,
+    /// The machine at this speed.
+    pub spot: Spot,
+    /// Phasor of each probe, m; `None` where it was lost.
+    pub measured_m: Vec<Option<Complex<f64>>>,
+    /// Standard deviation of each component, m; of no meaning where the reading was lost.
+    pub sigma_m: Vec<f64>,
+}
+
+impl Day {
+    /// All probes of a complete reading; lost ones as zero.
+    pub fn all_m(&self) -> Vec<Complex<f64>> {
+        self.measured_m.iter().map(|y| y.unwrap_or_default()).collect()
+    }
+
+    /// Whether no probe was lost.
+    pub fn is_complete(&self) -> bool {
+        self.measured_m.iter().all(Option::is_some)
+    }
+}
+
+/// The day of a reading.
+pub fn time_d(row: usize, reading: &Reading) -> f64 {
+    reading.time_d.unwrap_or(row as f64)
+}
+
+/// Solves every reading that has a value on the model of this rotor.
+///
+/// # Errors
+/// If the machine is singular at one of the speeds.
+pub fn days(rotor: &Rotor, noise: &Noise, record: &[Reading]) -> Result<Vec<Day>, Error> {
+    let model = model(rotor);
+    let day = |(row, r): (usize, &Reading)| {
+        Ok(Day {
+            row,
+            time_d: time_d(row, r),
+            spot: Spot::new(&model, r.speed_rad_s())?,
+            measured_m: r.probes.clone(),
+            sigma_m: r.probes.iter().map(|y| sigma_m(noise, y.unwrap_or_default())).collect(),
+        })
+    };
+    record.iter().enumerate().filter(|(_, r)| r.probes.iter().any(Option::is_some)).map(day).collect()
+}
+
+/// Checks a record and says what is odd but usable.
+///
+/// # Errors
+/// If there are too few readings, or a probe is stuck or clipped.
+pub fn check(rotor: &Rotor, record: &[Reading]) -> Result<Vec<String>, Error> {
+    let complete = record.iter().filter(|r| r.complete().is_some()).count();
+    if complete < FEWEST {
+        return Err(Error::Unsuitable(format!(
+            "the record has {complete} complete readings, tracking needs at least {FEWEST}"
+        )));
+    }
+    if rotor.effect.iter().any(|e| e.kind == "nonlinear_stiffness") {
+        let what = "tracking takes bearings as linear, and the rotor has nonlinear_stiffness; leave it out";
+        return Err(Error::Unsuitable(what.into()));
+    }
+    let mut remarks = checks::before(rotor, record)?;
+    if complete < record.len() {
+        remarks.push(format!("{} of {} readings lost a probe.", record.len() - complete, record.len()));
+    }
+    for (row, pair) in record.windows(2).enumerate() {
+        let (from, to) = (time_d(row, &pair[0]), time_d(row + 1, &pair[1]));
+        if to - from > LONG_GAP_D {
+            remarks.push(format!(
+                "No reading from day {from:.0} to day {to:.0}: what changed in between is seen as one step."
+            ));
+        }
+    }
+    Ok(remarks)
+}

@@ -1,0 +1,194 @@
+//! `track`: the unbalance of a long record, while bearings change.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+use clap::{Args, ValueEnum};
+use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::rotor::Rotor;
+use rotor_edge_desktop::rotor_file;
+use rotor_edge_desktop::track::{self, Cause, Config, Method, Thresholds, Track};
+use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
+
+use super::output;
+use super::track_output;
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rotor, rotor.toml
+    rotor: PathBuf,
+    /// Its record, measured.csv
+    record: PathBuf,
+    /// A run-up in the state of the first days
+    #[arg(long)]
+    runup: Option<PathBuf>,
+    /// How the record is followed
+    #[arg(long, value_enum, default_value_t = Way::Adaptive)]
+    method: Way,
+    /// The file's bearings and planes are identified already: no phase I
+    #[arg(long)]
+    identified: bool,
+    /// Write every estimate as CSV; `forecast` reads it
+    #[arg(long)]
+    csv: Option<PathBuf>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    flagging: Flagging,
+    #[command(flatten)]
+    form: output::Form,
+}
+
+/// The methods by their names on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Way {
+    /// Bearings constant
+    Fixed,
+    /// Bearings identified anew when the residual jumps and stays
+    Adaptive,
+    /// Bearings and unbalance sampled every day
+    Bayes,
+    /// All days together: bearings that wander, unbalance that drifts and jumps
+    Joint,
+}
+
+/// When a reading is suspicious, and when that is a flag.
+#[derive(Debug, Args)]
+struct Flagging {
+    /// Rise of the residual above its running level that counts, relative
+    #[arg(long, default_value_t = 0.5)]
+    rise: f64,
+    /// Residual over feature sum that counts by itself
+    #[arg(long, default_value_t = 1.0 / 3.0)]
+    ratio_limit: f64,
+    /// Residual over feature sum below which a rise does not count
+    #[arg(long, default_value_t = 0.1)]
+    ratio_floor: f64,
+    /// Readings in a row that raise the flag
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=30))]
+    persistence: u8,
+    /// Largest unbalance of a plane relative to the day before
+    #[arg(long, default_value_t = 1.2)]
+    growth: f64,
+}
+
+impl Arguments {
+    fn config(&self) -> Result<Config> {
+        let f = &self.flagging;
+        for (name, value, least) in [
+            ("--growth", f.growth, 1.0),
+            ("--rise", f.rise, 0.0),
+            ("--ratio-limit", f.ratio_limit, 0.0),
+            ("--ratio-floor", f.ratio_floor, 0.0),
+        ] {
+            if !value.is_finite() || value < least {
+                bail!("{name} {value}: expected a number of at least {least}");
+            }
+        }
+        let method = match self.method {
+            Way::Fixed => Method::Fixed,
+            Way::Adaptive => Method::Adaptive,
+            Way::Bayes => Method::Bayes,
+            Way::Joint => Method::Joint,
+        };
+        let thresholds = Thresholds {
+            rise: f.rise,
+            ratio_limit: f.ratio_limit,
+            ratio_floor: f.ratio_floor,
+            persistence: usize::from(f.persistence),
+            ..Thresholds::default()
+        };
+        Ok(Config {
+            thresholds,
+            growth: f.growth,
+            identified: self.identified,
+            seed: self.seed,
+            ..Config::new(method)
+        })
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let config = arguments.config()?;
+    let rotor = rotor_file::read(&arguments.rotor)?;
+    let record = measurement::read(&arguments.record, &rotor)?;
+    let runup = match &arguments.runup {
+        Some(path) => measurement::read(path, &rotor)?,
+        None => Vec::new(),
+    };
+    let begun = Instant::now();
+    let bar = output::progress("track", record.len());
+    let followed =
+        track::track(&rotor, &record, &runup, &config, &mut |done, _| bar.set_position(done as u64));
+    bar.finish_and_clear();
+    let followed = followed?;
+    if let Some(path) = &arguments.csv {
+        track_output::csv(path, &rotor, &followed)?;
+    }
+    if arguments.form.json {
+        return output::json(&track_output::summary(&rotor, &followed));
+    }
+    print(&rotor, &record, &followed);
+    println!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
+    match &arguments.csv {
+        Some(path) => println!("Next: rotor-edge forecast {} --model arima", path.display()),
+        None => println!("Next: the same with --csv TRACK.csv, for `rotor-edge forecast`."),
+    }
+    Ok(())
+}
+
+fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
+    let name = track_output::method_name(followed.method);
+    println!("{}: {} readings, method {name}", rotor.name, record.len());
+    for remark in &followed.remarks {
+        println!("  {remark}");
+    }
+    println!("\nFlags");
+    if followed.flags.is_empty() {
+        println!("  None: the model fits every reading.");
+    }
+    for flag in &followed.flags {
+        let bearing = &rotor.bearing[flag.suspect].name;
+        let cause = match flag.cause {
+            Cause::Model => format!("the model stopped fitting; suspect bearing {bearing}"),
+            Cause::Unbalance => "the unbalance jumped, the model still fits".to_string(),
+        };
+        println!("  day {:.0}, since day {:.0}: {cause}", flag.time_d, flag.since_d);
+    }
+    for r in &followed.reidentified {
+        println!("\nRe-identified on day {:.0}", r.time_d);
+        for c in &r.cases {
+            let taken = if c.case == r.case { "   taken" } else { "" };
+            println!(
+                "  case {}: residual of its readings {:>7.3} µm, {:>2} unknowns, criterion {:>6.1}{taken}",
+                c.case, c.residual_um, c.unknowns, c.criterion
+            );
+        }
+    }
+    let [whole, after] = followed.reduction();
+    let mean =
+        followed.estimates.iter().map(|e| e.residual.e_um).sum::<f64>() / followed.estimates.len() as f64;
+    println!("\nMean residual {mean:.3} µm");
+    let percent = |r: Option<f64>| r.map_or("–".to_string(), |r| format!("{:.2} %", 100.0 * r));
+    println!(
+        "  less than with constant bearings by {} over the record, {} from the event on",
+        percent(whole),
+        percent(after)
+    );
+    if let Some(last) = followed.estimates.last() {
+        println!("\nOn day {:.0}", last.time_d);
+        let mut line = |what: &str, u| {
+            let [magnitude, angle] = g_mm_deg(u);
+            println!("  {what:<16} {magnitude:>8.1} g·mm at {angle:>6.1}°");
+        };
+        for (plane, u) in rotor.plane.iter().zip(&last.unbalance_kg_m) {
+            line(&format!("plane {}", plane.name), *u);
+        }
+        let [fixed, couple] = static_and_dynamic(&last.unbalance_kg_m);
+        line("static", fixed);
+        line("dynamic", couple);
+    }
+}

@@ -1,0 +1,161 @@
+//! What `track` writes: one JSON object, and every estimate as CSV.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use nalgebra::Complex;
+use rotor_edge_desktop::rotor::Rotor;
+use rotor_edge_desktop::track::{Cause, Estimate, Flag, Method, Reidentified, Track};
+use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
+use serde_json::{Value, json};
+
+/// Names of the eight coefficients, in the order of phase I.
+pub fn coefficient_names(rotor: &Rotor) -> Vec<String> {
+    let of = |kind: &str| {
+        let axes = |b: &rotor_edge_desktop::rotor::Bearing| ["xx", "yy"].map(|a| format!("{}_{kind}_{a}", b.name));
+        rotor.bearing.iter().flat_map(axes).collect::<Vec<_>>()
+    };
+    [of("k"), of("c")].concat()
+}
+
+/// The method as the command line calls it.
+pub fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::Fixed => "fixed",
+        Method::Adaptive => "adaptive",
+        Method::Bayes => "bayes",
+        Method::Joint => "joint",
+    }
+}
+
+fn vector(u: Complex<f64>) -> Value {
+    let [unbalance_g_mm, angle_deg] = g_mm_deg(u);
+    json!({ "unbalance_g_mm": unbalance_g_mm, "angle_deg": angle_deg })
+}
+
+fn planes(rotor: &Rotor, unbalance_kg_m: &[Complex<f64>]) -> Vec<Value> {
+    let plane = |(p, u): (&rotor_edge_desktop::rotor::Plane, &Complex<f64>)| {
+        let mut value = vector(*u);
+        value["name"] = json!(p.name);
+        value
+    };
+    rotor.plane.iter().zip(unbalance_kg_m).map(plane).collect()
+}
+
+/// What `track --json` prints.
+pub fn summary(rotor: &Rotor, track: &Track) -> Value {
+    let sum: f64 = track.estimates.iter().map(|e| e.residual.e_um).sum();
+    let ratio = |keep: &dyn Fn(&&Estimate) -> bool| {
+        let kept: Vec<f64> = track.estimates.iter().filter(keep).map(|e| e.residual.ratio()).collect();
+        (!kept.is_empty()).then(|| kept.iter().sum::<f64>() / kept.len() as f64)
+    };
+    let event_d = track.event_d.unwrap_or(f64::INFINITY);
+    let [whole, after_event] = track.reduction();
+    json!({
+        "method": method_name(track.method),
+        "readings": track.estimates.len(),
+        "residual_um": { "mean": sum / track.estimates.len() as f64, "sum": sum },
+        "residual_ratio": {
+            "before_event": ratio(&|e| e.time_d < event_d),
+            "after_event": ratio(&|e| e.time_d >= event_d),
+        },
+        "event_d": track.event_d,
+        "reduction_against_fixed": { "whole": whole, "after_event": after_event },
+        "flags": track.flags.iter().map(|f| flag(rotor, f)).collect::<Vec<_>>(),
+        "reidentified": track.reidentified.iter().map(|r| reidentified(rotor, r)).collect::<Vec<_>>(),
+        "estimates": track.estimates.iter().map(|e| estimate(rotor, e)).collect::<Vec<_>>(),
+        "remarks": track.remarks,
+    })
+}
+
+fn flag(rotor: &Rotor, flag: &Flag) -> Value {
+    let cause = match flag.cause {
+        Cause::Model => "model",
+        Cause::Unbalance => "unbalance",
+    };
+    json!({
+        "since_d": flag.since_d,
+        "time_d": flag.time_d,
+        "suspect": rotor.bearing[flag.suspect].name,
+        "cause": cause,
+    })
+}
+
+fn reidentified(rotor: &Rotor, r: &Reidentified) -> Value {
+    let case = |c: &rotor_edge_desktop::track::CaseFit| {
+        json!({
+            "case": c.case,
+            "residual_um": c.residual_um,
+            "unknowns": c.unknowns,
+            "criterion": c.criterion,
+            "bearings": bearings(rotor, &c.logs),
+            "planes": planes(rotor, &c.unbalance_kg_m),
+        })
+    };
+    json!({
+        "since_d": r.since_d,
+        "time_d": r.time_d,
+        "case": r.case,
+        "bearing": rotor.bearing[r.bearing].name,
+        "bearings": bearings(rotor, &r.logs),
+        "cases": r.cases.iter().map(case).collect::<Vec<_>>(),
+    })
+}
+
+fn bearings(rotor: &Rotor, logs: &[f64]) -> Value {
+    coefficient_names(rotor).into_iter().zip(logs.iter().map(|log| json!(log.exp()))).collect::<serde_json::Map<_, _>>().into()
+}
+
+fn estimate(rotor: &Rotor, e: &Estimate) -> Value {
+    let [fixed, couple] = static_and_dynamic(&e.unbalance_kg_m);
+    json!({
+        "time_d": e.time_d,
+        "planes": planes(rotor, &e.unbalance_kg_m),
+        "static": vector(fixed),
+        "dynamic": vector(couple),
+        "residual_um": e.residual.e_um,
+        "residual_ratio": e.residual.ratio(),
+        "flagged": e.flagged,
+    })
+}
+
+/// Writes every estimate, whole or not at all.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn csv(path: &Path, rotor: &Rotor, track: &Track) -> Result<()> {
+    let mut text = header(rotor).join(",");
+    text.push('\n');
+    for e in &track.estimates {
+        text.push_str(&row(e).join(","));
+        text.push('\n');
+    }
+    let partial = path.with_extension("csv.partial");
+    std::fs::write(&partial, text)
+        .and_then(|()| std::fs::rename(&partial, path))
+        .with_context(|| format!("{}: cannot be written", path.display()))
+}
+
+fn header(rotor: &Rotor) -> Vec<String> {
+    let mut names = vec!["time_d".to_string()];
+    names.extend(rotor.plane.iter().flat_map(|p| [format!("{}_g_mm", p.name), format!("{}_deg", p.name)]));
+    names.extend(["static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"].map(String::from));
+    names.extend(["residual_um", "residual_ratio", "suspicious", "flagged"].map(String::from));
+    names.extend(coefficient_names(rotor));
+    names.extend(rotor.probe.iter().flat_map(|p| [format!("{}_cos_um", p.name), format!("{}_sin_um", p.name)]));
+    names
+}
+
+fn row(e: &Estimate) -> Vec<String> {
+    let mut cells = vec![e.time_d.to_string()];
+    let [fixed, couple] = static_and_dynamic(&e.unbalance_kg_m);
+    for u in e.unbalance_kg_m.iter().chain([&fixed, &couple]) {
+        let [magnitude, angle] = g_mm_deg(*u);
+        cells.extend([format!("{magnitude:.4}"), format!("{angle:.4}")]);
+    }
+    cells.extend([format!("{:.5}", e.residual.e_um), format!("{:.6}", e.residual.ratio())]);
+    cells.extend([e.suspicious, e.flagged].map(|b| u8::from(b).to_string()));
+    cells.extend(e.logs.iter().map(|log| format!("{:.6e}", log.exp())));
+    cells.extend(e.calculated_m.iter().flat_map(|y| [format!("{:.5}", y.re * 1e6), format!("{:.5}", -y.im * 1e6)]));
+    cells
+}
