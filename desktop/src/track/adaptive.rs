@@ -3,8 +3,7 @@
 use nalgebra::Complex;
 
 use super::cases::{Before, CaseFit, fit_all};
-use super::daily::{Run, Tracking};
-use super::monitor::Monitor;
+use super::daily::{Run, Tracking, Watch};
 use super::record::Day;
 use super::spot::Logs;
 use super::{Cause, Estimate, Reidentified};
@@ -19,7 +18,7 @@ struct State {
     logs: Logs,
     last: Vec<C>,
     last_d: f64,
-    monitor: Monitor,
+    watch: Watch,
 }
 
 impl Tracking<'_> {
@@ -31,18 +30,15 @@ impl Tracking<'_> {
             logs: self.logs,
             last: self.unbalance_kg_m.clone(),
             last_d: f64::NAN,
-            monitor: Monitor::new(self.config.thresholds),
+            watch: Watch::new(self.config),
         };
         let days: Vec<&Day> = self.complete().collect();
         for (k, day) in days.iter().enumerate() {
-            let Some(estimate) = self.follow(day, &mut state) else { continue };
+            let Some(mut estimate) = self.follow(day, &mut state) else { continue };
+            let raised = state.watch.judge(&days[..=k], &mut estimate);
             run.estimates.push(estimate);
-            let verdict = state.monitor.judge(&run.estimates[run.estimates.len() - 1].residual);
-            if let Some(e) = run.estimates.last_mut() {
-                (e.suspicious, e.flagged) = (verdict.suspicious, verdict.flagged);
-            }
-            if verdict.raised {
-                self.answer(&days[..=k], verdict.suspect, &mut state, &mut run);
+            if let Some(suspect) = raised {
+                self.answer(&days[..=k], suspect, &mut state, &mut run);
             }
             progress(k + 1, days.len());
         }
@@ -63,7 +59,7 @@ impl Tracking<'_> {
         let streak = &days[days.len().saturating_sub(persistence)..];
         let free: Option<Vec<Estimate>> =
             streak.iter().map(|d| self.phase_two(d, &state.logs, None)).collect();
-        let holds = |all: &Vec<Estimate>| !all.iter().any(|e| state.monitor.suspects(&e.residual));
+        let holds = |all: &Vec<Estimate>| !all.iter().any(|e| state.watch.monitor.suspects(&e.residual));
         if let Some(free) = free.filter(holds) {
             run.flags.push(self.flag(&run.estimates, suspect, Cause::Unbalance));
             return self.replace(free, state, run);
@@ -80,7 +76,9 @@ impl Tracking<'_> {
         let Some(after) = self.restart(streak, &best) else { return };
         // new bearings have to lower the residual by as much as its rise that called for them
         if after.iter().map(|e| e.residual.e_um).sum::<f64>() * (1.0 + self.config.thresholds.rise) > now {
-            return;
+            // what no bearings explain is the new level: it is not asked about again every three days
+            let streak = run.estimates.iter().rev().take(streak.len());
+            return streak.for_each(|e| state.watch.monitor.accept(&e.residual));
         }
         run.reidentified.push(Reidentified {
             since_d: streak[0].time_d,
@@ -105,12 +103,11 @@ impl Tracking<'_> {
         streak.iter().map(one).collect()
     }
 
-    /// Puts new estimates in the place of the last ones, and begins a new level with them.
+    /// Puts new estimates in the place of the last ones; the level stays what it was before the flag.
     fn replace(&self, estimates: Vec<Estimate>, state: &mut State, run: &mut Run) {
         run.estimates.truncate(run.estimates.len() - estimates.len());
-        state.monitor = Monitor::new(self.config.thresholds);
+        state.watch.settle();
         for estimate in estimates {
-            state.monitor.judge(&estimate.residual);
             (state.last, state.last_d) = (estimate.unbalance_kg_m.clone(), estimate.time_d);
             run.estimates.push(estimate);
         }

@@ -5,6 +5,7 @@ use nalgebra::{Complex, DVector};
 use super::monitor::{Monitor, Residual};
 use super::record::{self, Day};
 use super::spot::{Logs, logs_of};
+use super::step::Steps;
 use super::{Cause, Config, Estimate, Flag, Reidentified};
 use crate::error::Error;
 use crate::identify::{Bounds, PhaseOne, PhaseOneConfig, assumed_noise, identify, least_residual};
@@ -122,19 +123,19 @@ impl<'a> Tracking<'a> {
     /// Method 1.
     pub fn fixed(&self, progress: &mut dyn FnMut(usize, usize)) -> Run {
         let mut run = Run::default();
-        let mut monitor = Monitor::new(self.config.thresholds);
+        let mut watch = Watch::new(self.config);
         let mut last = (self.unbalance_kg_m.clone(), f64::NAN);
-        for day in self.complete() {
+        let days: Vec<&Day> = self.complete().collect();
+        for (k, day) in days.iter().enumerate() {
             let at_d = if last.1.is_nan() { day.time_d } else { last.1 };
             let Some(mut estimate) = self.phase_two(day, &self.logs, Some((&last.0, at_d))) else { continue };
             last = (estimate.unbalance_kg_m.clone(), day.time_d);
-            let verdict = monitor.judge(&estimate.residual);
-            (estimate.suspicious, estimate.flagged) = (verdict.suspicious, verdict.flagged);
+            let raised = watch.judge(&days[..=k], &mut estimate);
             run.estimates.push(estimate);
-            if verdict.raised {
-                run.flags.push(self.flag(&run.estimates, verdict.suspect, Cause::Model));
+            if let Some(suspect) = raised {
+                run.flags.push(self.flag(&run.estimates, suspect, Cause::Model));
             }
-            progress(run.estimates.len(), self.days.len());
+            progress(k + 1, days.len());
         }
         run
     }
@@ -145,6 +146,53 @@ impl<'a> Tracking<'a> {
         let first = estimates.len().saturating_sub(persistence);
         let (since_d, time_d) = (estimates[first].time_d, estimates[estimates.len() - 1].time_d);
         Flag { since_d, time_d, suspect, cause }
+    }
+}
+
+/// Looks after the flag: a rise that lasts, of features that stepped.
+#[derive(Debug, Clone)]
+pub struct Watch {
+    pub monitor: Monitor,
+    steps: Steps,
+    persistence: usize,
+    ratio_limit: f64,
+    up: bool,
+}
+
+impl Watch {
+    pub fn new(config: &Config) -> Self {
+        Self {
+            monitor: Monitor::new(config.thresholds),
+            steps: Steps::default(),
+            persistence: config.thresholds.persistence.max(1),
+            ratio_limit: config.thresholds.ratio_limit,
+            up: false,
+        }
+    }
+
+    /// Judges the last of these readings by its estimate, and says so there; the suspect bearing where a
+    /// flag goes up.
+    pub fn judge(&mut self, days: &[&Day], estimate: &mut Estimate) -> Option<usize> {
+        let verdict = self.monitor.judge(&estimate.residual);
+        if !verdict.suspicious {
+            self.up = false;
+        }
+        // before there is a past to compare with, only the ratio counts
+        let stepped = || {
+            let beyond = estimate.residual.ratio() > self.ratio_limit;
+            self.steps.stepped(days, self.persistence).unwrap_or(beyond)
+        };
+        let raised = verdict.lasting && !self.up && stepped();
+        self.steps.learn(days[days.len() - 1]);
+        self.up |= raised;
+        (estimate.suspicious, estimate.flagged) = (verdict.suspicious, self.up);
+        raised.then_some(verdict.suspect)
+    }
+
+    /// What raised the flag has been dealt with.
+    pub fn settle(&mut self) {
+        self.monitor.settle();
+        self.up = false;
     }
 }
 

@@ -10,7 +10,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `record`, `spot` | readings, each with the machine solved at its speed |
-//! | [`monitor`] | residual, level, flags |
+//! | [`monitor`], `step` | residual and level; an event or a wander |
 //! | `daily` | phase I, phase II, and the two methods that are made of them |
 //! | `cases` | the four cases of a re-identification |
 
@@ -20,6 +20,7 @@ mod daily;
 pub mod monitor;
 mod record;
 mod spot;
+mod step;
 
 use nalgebra::Complex;
 

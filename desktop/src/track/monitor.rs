@@ -1,5 +1,7 @@
 //! Does the model still describe the machine? Residuals over time, and when they become a flag.
 
+use std::collections::VecDeque;
+
 use nalgebra::Complex;
 
 /// When a reading is suspicious, and when suspicion becomes a flag.
@@ -7,19 +9,19 @@ use nalgebra::Complex;
 pub struct Thresholds {
     /// Rise of the residual above its level that is suspicious, relative.
     pub rise: f64,
-    /// Residual over feature sum that is suspicious whatever the level.
+    /// Residual over feature sum that is suspicious whatever it was before.
     pub ratio_limit: f64,
     /// Residual over feature sum below which a rise is not suspicious: the model still describes the machine.
     pub ratio_floor: f64,
     /// Suspicious readings in a row that make a flag.
     pub persistence: usize,
-    /// Readings over which the level is averaged.
-    pub level_readings: f64,
+    /// Good readings whose mean is the level.
+    pub memory: usize,
 }
 
 impl Default for Thresholds {
     fn default() -> Self {
-        Self { rise: 0.5, ratio_limit: 1.0 / 3.0, ratio_floor: 0.1, persistence: 3, level_readings: 10.0 }
+        Self { rise: 0.5, ratio_limit: 1.0 / 3.0, ratio_floor: 0.05, persistence: 3, memory: 10 }
     }
 }
 
@@ -63,10 +65,8 @@ impl Residual {
 pub struct Verdict {
     /// The residual rose too much, or is too large a part of what was measured.
     pub suspicious: bool,
-    /// The streak of suspicious readings reached the persistence with this one.
-    pub raised: bool,
-    /// The streak is at least that long.
-    pub flagged: bool,
+    /// The streak of suspicious readings is as long as the persistence.
+    pub lasting: bool,
     /// The bearing of the greater error over the last readings.
     pub suspect: usize,
 }
@@ -75,48 +75,61 @@ pub struct Verdict {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Monitor {
     thresholds: Thresholds,
-    level_um: f64,
-    weight: f64,
+    /// Residual ratios of the last good readings.
+    good: VecDeque<f64>,
     streak: usize,
-    recent: Vec<[f64; 2]>,
+    recent_um: VecDeque<[f64; 2]>,
 }
 
 impl Monitor {
     /// A monitor without a past: its first readings set the level.
     pub fn new(thresholds: Thresholds) -> Self {
-        Self { thresholds, level_um: 0.0, weight: 0.0, streak: 0, recent: Vec::new() }
+        Self { thresholds, good: VecDeque::new(), streak: 0, recent_um: VecDeque::new() }
     }
 
     /// Whether a residual would be suspicious now.
     pub fn suspects(&self, residual: &Residual) -> bool {
-        let t = &self.thresholds;
-        let rose = self.weight > 0.0 && residual.e_um > (1.0 + t.rise) * self.level_um;
-        (rose && residual.ratio() > t.ratio_floor) || residual.ratio() > t.ratio_limit
+        let (t, ratio) = (&self.thresholds, residual.ratio());
+        let level = self.good.iter().sum::<f64>() / self.good.len().max(1) as f64;
+        let rose = !self.good.is_empty() && ratio > (1.0 + t.rise) * level;
+        (rose && ratio > t.ratio_floor) || ratio > t.ratio_limit
     }
 
-    /// Judges a reading and remembers it. The level is a mean over readings that were not suspicious, so
-    /// that an event cannot raise its own baseline.
+    /// Judges a reading and remembers it. Suspicious readings do not count among the good ones, so that an
+    /// event cannot raise its own baseline.
     pub fn judge(&mut self, residual: &Residual) -> Verdict {
         let suspicious = self.suspects(residual);
         if suspicious {
             self.streak += 1;
         } else {
             self.streak = 0;
-            self.weight = (self.weight + 1.0).min(self.thresholds.level_readings.max(1.0));
-            self.level_um += (residual.e_um - self.level_um) / self.weight;
+            self.accept(residual);
         }
         let persistence = self.thresholds.persistence.max(1);
-        self.recent.push(residual.bearing_um);
-        if self.recent.len() > persistence {
-            self.recent.remove(0);
-        }
-        let gauge = self.recent.iter().fold([0.0; 2], |[a, b], [one, two]| [a + one, b + two]);
+        push(&mut self.recent_um, residual.bearing_um, persistence);
+        let gauge = self.recent_um.iter().fold([0.0; 2], |[a, b], [one, two]| [a + one, b + two]);
         Verdict {
             suspicious,
-            raised: self.streak == persistence,
-            flagged: self.streak >= persistence,
+            lasting: self.streak >= persistence,
             suspect: usize::from(gauge[1] > gauge[0]),
         }
+    }
+
+    /// Counts a reading among the good ones, whatever it looked like.
+    pub fn accept(&mut self, residual: &Residual) {
+        push(&mut self.good, residual.ratio(), self.thresholds.memory.max(1));
+    }
+
+    /// Ends a streak: what raised the flag has been dealt with.
+    pub fn settle(&mut self) {
+        self.streak = 0;
+    }
+}
+
+fn push<T>(queue: &mut VecDeque<T>, value: T, most: usize) {
+    queue.push_back(value);
+    if queue.len() > most {
+        queue.pop_front();
     }
 }
 
@@ -133,14 +146,14 @@ mod tests {
     fn flags(readings: &[Residual]) -> Vec<(usize, usize)> {
         let mut monitor = Monitor::new(Thresholds::default());
         let judged = readings.iter().map(|r| monitor.judge(r)).enumerate();
-        judged.filter(|(_, v)| v.raised).map(|(i, v)| (i, v.suspect)).collect()
+        judged.filter(|(_, v)| v.lasting).map(|(i, v)| (i, v.suspect)).collect()
     }
 
     #[test]
-    fn a_lasting_rise_is_raised_once_at_its_third_reading_and_names_the_bearing() {
+    fn a_lasting_rise_is_told_at_its_third_reading_and_names_the_bearing() {
         let mut readings = vec![residual(10.0, 0); 10];
-        readings.extend(vec![residual(20.0, 1); 9]);
-        assert_eq!(flags(&readings), [(12, 1)]);
+        readings.extend(vec![residual(20.0, 1); 4]);
+        assert_eq!(flags(&readings), [(12, 1), (13, 1)]);
     }
 
     #[test]
@@ -149,7 +162,7 @@ mod tests {
         readings.extend([residual(60.0, 1), residual(60.0, 1), residual(10.0, 0)]);
         assert!(flags(&readings).is_empty());
         let mut quiet = vec![residual(1.0, 0); 10];
-        quiet.extend(vec![residual(9.0, 0); 10]);
+        quiet.extend(vec![residual(4.9, 0); 10]);
         assert!(flags(&quiet).is_empty());
     }
 

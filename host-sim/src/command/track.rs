@@ -64,7 +64,7 @@ struct Flagging {
     #[arg(long, default_value_t = 1.0 / 3.0)]
     ratio_limit: f64,
     /// Residual over feature sum below which a rise does not count
-    #[arg(long, default_value_t = 0.1)]
+    #[arg(long, default_value_t = 0.05)]
     ratio_floor: f64,
     /// Readings in a row that raise the flag
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=30))]
@@ -180,7 +180,7 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
     );
     if let Some(last) = followed.estimates.last() {
         println!("\nOn day {:.0}", last.time_d);
-        let mut line = |what: &str, u| {
+        let line = |what: &str, u| {
             let [magnitude, angle] = g_mm_deg(u);
             println!("  {what:<16} {magnitude:>8.1} g·mm at {angle:>6.1}°");
         };

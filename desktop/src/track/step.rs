@@ -1,0 +1,146 @@
+//! Did the features step, or did they wander?
+//!
+//! Bearings wander with load and temperature, and a residual rises by half again and again without an
+//! event. What tells an event is that the features change within a day by more than they are wont to: the
+//! mean of the readings that look suspicious against the mean of as many before, in Hotelling's T² with
+//! the covariance of the changes from day to day that were seen so far.
+//!
+//! For features that wander at random by `q` a day and are measured with noise `r`, the changes from day
+//! to day have the covariance `q + 2r`, and the difference of two means of n following readings has
+//! `q (2n² + 1)/(3n) + 2r/n`: at most `(2n² + 1)/(3n)` times as much.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use super::record::Day;
+
+/// Chance that a wander is taken for a step, at one test.
+const CHANCE: f64 = 1e-5;
+/// Changes seen before the test can be made, beyond the number of features.
+const SPARE: usize = 8;
+/// Readings further apart than this say nothing of the changes from day to day.
+const FAR_D: f64 = 3.0;
+
+/// Changes of the features from day to day.
+#[derive(Debug, Clone, Default)]
+pub struct Steps {
+    outer: Option<DMatrix<f64>>,
+    count: usize,
+    last: Option<(f64, DVector<f64>)>,
+}
+
+/// All features of a reading, µm.
+fn features_um(day: &Day) -> DVector<f64> {
+    DVector::from_iterator(
+        2 * day.measured_m.len(),
+        day.all_m().iter().flat_map(|y| [y.re * 1e6, -y.im * 1e6]),
+    )
+}
+
+fn mean_um(days: &[&Day]) -> DVector<f64> {
+    let zero = DVector::zeros(2 * days[0].measured_m.len());
+    days.iter().fold(zero, |sum, d| sum + features_um(d)) / days.len() as f64
+}
+
+impl Steps {
+    /// Learns from a reading, whatever it is; a change that is itself a step counts as large as the largest
+    /// that is none.
+    pub fn learn(&mut self, day: &Day) {
+        let now = features_um(day);
+        if let Some((at_d, last)) = &self.last
+            && day.time_d - at_d <= FAR_D
+        {
+            let change = &now - last;
+            let excess = self.squared(&change, 1.0).map_or(1.0, |(squared, limit)| (squared / limit).max(1.0));
+            let outer = self.outer.get_or_insert_with(|| DMatrix::zeros(now.len(), now.len()));
+            outer.ger(1.0 / excess, &change, &change, 1.0);
+            self.count += 1;
+        }
+        self.last = Some((day.time_d, now));
+    }
+
+    /// T² of a change whose covariance is `factor` times that of a day's, and its limit; `None` as long as
+    /// too little has been seen.
+    fn squared(&self, change: &DVector<f64>, factor: f64) -> Option<(f64, f64)> {
+        let outer = self.outer.as_ref()?;
+        if self.count < outer.nrows() + SPARE {
+            return None;
+        }
+        let (p, count) = (outer.nrows() as f64, self.count as f64);
+        let spread = outer * (factor / count);
+        let squared = change.dot(&spread.cholesky()?.solve(change));
+        let quantile = FisherSnedecor::new(p, count - p).ok()?.inverse_cdf(1.0 - CHANCE);
+        Some((squared, quantile * p * count / (count - p)))
+    }
+
+    /// Whether the last `n` of these readings stepped away from the `n` before them; `None` as long as too
+    /// little has been seen to say.
+    pub fn stepped(&self, days: &[&Day], n: usize) -> Option<bool> {
+        let before = days.len().checked_sub(2 * n)?;
+        let (before, after) = days[before..].split_at(n);
+        let apart = (after[0].time_d - before[n - 1].time_d).max(1.0);
+        let n = n as f64;
+        let factor = (2.0 * n * n + 1.0) / (3.0 * n) * apart;
+        let (squared, limit) = self.squared(&(mean_um(after) - mean_um(before)), factor)?;
+        Some(squared > limit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::sample_rotor;
+    use crate::track::record;
+    use nalgebra::Complex;
+    use rand::rngs::StdRng;
+    use rand::{Rng, SeedableRng};
+
+    /// Days whose features wander by a step of about one a day, and jump by `jump` of it on day 200.
+    fn wandering(jump: f64, seed: u64) -> Vec<Day> {
+        let mut random = StdRng::seed_from_u64(seed);
+        let mut at = [Complex::new(0.0, 0.0); 4];
+        let readings = (0..250).map(|day| {
+            for y in &mut at {
+                let mut uniform = || random.random_range(-1.7..1.7) * 1e-6;
+                *y += Complex::new(uniform(), uniform());
+            }
+            if day == 200 {
+                at[1].re += jump * 1e-6;
+            }
+            crate::measurement::Reading {
+                run: None,
+                time_d: Some(f64::from(day)),
+                speed_rpm: 9000.0,
+                probes: at.map(Some).to_vec(),
+            }
+        });
+        let readings: Vec<_> = readings.collect();
+        let noise = crate::rotor::Noise { relative: 0.02, floor_um: 0.03 };
+        record::days(&sample_rotor(), &noise, &readings).unwrap()
+    }
+
+    fn steps_found(days: &[Day]) -> Vec<usize> {
+        let days: Vec<&Day> = days.iter().collect();
+        let mut steps = Steps::default();
+        let mut found = Vec::new();
+        for k in 0..days.len() {
+            if steps.stepped(&days[..=k], 3) == Some(true) {
+                found.push(k);
+            }
+            steps.learn(days[k]);
+        }
+        found
+    }
+
+    #[test]
+    fn a_random_walk_is_no_step_at_any_of_ten_seeds() {
+        for seed in 0..10 {
+            assert_eq!(steps_found(&wandering(0.0, seed)), Vec::<usize>::new(), "seed {seed}");
+        }
+    }
+
+    #[test]
+    fn a_jump_of_twelve_daily_changes_is_a_step_when_three_readings_have_seen_it() {
+        assert!(steps_found(&wandering(12.0, 3)).contains(&202));
+    }
+}
