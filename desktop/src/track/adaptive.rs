@@ -65,7 +65,7 @@ impl Tracking<'_> {
             return self.replace(free, state, run);
         }
         run.flags.push(self.flag(&run.estimates, suspect, Cause::Model));
-        let held = held_unbalance(&run.estimates, streak[0].row, &self.unbalance_kg_m);
+        let (held, _) = self.held(&run.estimates, streak[0]);
         let before =
             Before { logs: state.logs, unbalance_kg_m: &held, suspect, plane: self.plane_of(suspect) };
         let cases = fit_all(streak, &before);
@@ -113,21 +113,19 @@ impl Tracking<'_> {
         }
     }
 
+    /// Mean unbalance of the last good readings before a day, and the day of the last of them.
+    pub fn held(&self, estimates: &[Estimate], before: &Day) -> (Vec<C>, f64) {
+        let good = estimates.iter().rev().filter(|e| e.row < before.row && !e.suspicious);
+        let good: Vec<&Estimate> = good.take(HELD_READINGS).collect();
+        let Some(last) = good.first() else { return (self.unbalance_kg_m.clone(), before.time_d) };
+        let mean = |j: usize| good.iter().map(|e| e.unbalance_kg_m[j]).sum::<C>() / good.len() as f64;
+        ((0..self.unbalance_kg_m.len()).map(mean).collect(), last.time_d)
+    }
+
     /// The plane nearest to a bearing.
     fn plane_of(&self, bearing: usize) -> usize {
         let at = self.rotor.bearing[bearing].position_m;
         let distance = |j: &usize| (self.rotor.plane[*j].position_m - at).abs();
         (0..self.rotor.plane.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
-}
-
-/// Mean unbalance of the last good readings before a row.
-fn held_unbalance(estimates: &[Estimate], row: usize, start: &[C]) -> Vec<C> {
-    let good = estimates.iter().rev().filter(|e| e.row < row && !e.suspicious).take(HELD_READINGS);
-    let good: Vec<&Estimate> = good.collect();
-    if good.is_empty() {
-        return start.to_vec();
-    }
-    let mean = |j: usize| good.iter().map(|e| e.unbalance_kg_m[j]).sum::<C>() / good.len() as f64;
-    (0..start.len()).map(mean).collect()
 }

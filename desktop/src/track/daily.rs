@@ -99,20 +99,24 @@ impl<'a> Tracking<'a> {
             residual: Residual::new(&calculated_m, &day.measured_m, &self.bearing_of),
             calculated_m,
             unbalance_kg_m,
+            spread: None,
             suspicious: false,
             flagged: false,
         })
+    }
+
+    /// Largest unbalance of each plane after what it last was.
+    pub fn largest_kg_m(&self, day: &Day, last: &[C], at_d: f64) -> Vec<f64> {
+        // the bound is for a day; a gap gives the unbalance that much longer to grow
+        let growth = self.bounds.growth.powf((day.time_d - at_d).max(1.0));
+        last.iter().map(|u| Bounds { growth, ..self.bounds }.largest(*u)).collect()
     }
 
     /// Phase II: the exact optimum of a complete reading; unbounded without a last unbalance.
     pub fn phase_two(&self, day: &Day, logs: &Logs, last: Option<(&[C], f64)>) -> Option<Estimate> {
         let planes = self.rotor.plane.len();
         let largest: Vec<f64> = match last {
-            // the bound is for a day; a gap gives the unbalance that much longer to grow
-            Some((last, at_d)) => {
-                let growth = self.bounds.growth.powf((day.time_d - at_d).max(1.0));
-                last.iter().map(|u| Bounds { growth, ..self.bounds }.largest(*u)).collect()
-            }
+            Some((last, at_d)) => self.largest_kg_m(day, last, at_d),
             None => vec![f64::INFINITY; planes],
         };
         let response = day.spot.on(logs)?.response(planes);

@@ -12,11 +12,16 @@
 //! | `record`, `spot` | readings, each with the machine solved at its speed |
 //! | [`monitor`], `step` | residual and level; an event or a wander |
 //! | `daily` | phase I, phase II, and the two methods that are made of them |
-//! | `cases` | the four cases of a re-identification |
+//! | `cases`, `adaptive` | the four cases of a re-identification |
+//! | `chains`, `bayes` | samplers and their quality; the two loops |
+//! | `joint` | all days together |
 
 mod adaptive;
+mod bayes;
 mod cases;
+mod chains;
 mod daily;
+mod joint;
 pub mod monitor;
 mod record;
 mod spot;
@@ -24,11 +29,15 @@ mod step;
 
 use nalgebra::Complex;
 
+pub use bayes::{Sample, Sampling};
 pub use cases::CaseFit;
+pub use chains::Quality;
+pub use joint::{Constant, Event, Joint, Later, Scope};
 pub use monitor::{Residual, Thresholds};
 pub use spot::Logs;
 
 use crate::error::Error;
+use crate::fit::hypothesis::COEFFICIENTS;
 use crate::identify::PhaseOne;
 use crate::measurement::Reading;
 use crate::rotor::Rotor;
@@ -60,6 +69,8 @@ pub struct Config {
     pub growth: f64,
     /// The file's bearings and planes are identified already: no phase I.
     pub identified: bool,
+    /// Proposals of each chain of a day.
+    pub proposals: usize,
     /// Seed of everything random.
     pub seed: u64,
 }
@@ -67,7 +78,9 @@ pub struct Config {
 impl Config {
     /// The usual settings of a method.
     pub fn new(method: Method) -> Self {
-        Self { method, thresholds: Thresholds::default(), growth: 1.2, identified: false, seed: 1 }
+        let rise = if method == Method::Bayes { 0.3 } else { 0.5 };
+        let thresholds = Thresholds { rise, ..Thresholds::default() };
+        Self { method, thresholds, growth: 1.2, identified: false, proposals: 200, seed: 1 }
     }
 }
 
@@ -86,10 +99,32 @@ pub struct Estimate {
     pub calculated_m: Vec<C>,
     /// That against what was measured.
     pub residual: Residual,
+    /// Where the truth is with 95 % probability, of methods that say so.
+    pub spread: Option<Spread>,
     /// The reading alone looked wrong.
     pub suspicious: bool,
     /// The model no longer describes the machine.
     pub flagged: bool,
+}
+
+/// Ends of an interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// Intervals of one reading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spread {
+    /// Logarithms of the bearing coefficients.
+    pub logs: [Interval; COEFFICIENTS],
+    /// Magnitude of each plane's unbalance, kg·m.
+    pub magnitude_kg_m: Vec<Interval>,
+    /// Its angle, rad, around the estimate's.
+    pub angle_rad: Vec<Interval>,
 }
 
 /// What a flag turned out to be.
@@ -148,6 +183,10 @@ pub struct Track {
     pub fixed: Vec<Estimate>,
     /// First day on which the constant bearings failed for good, if they did.
     pub event_d: Option<f64>,
+    /// What the sampling was worth, of [`Method::Bayes`].
+    pub sampling: Option<Sampling>,
+    /// What was learned beside, of [`Method::Joint`].
+    pub joint: Option<Joint>,
     /// What is odd in the record, one sentence each.
     pub remarks: Vec<String>,
 }
@@ -171,8 +210,8 @@ impl Track {
     }
 }
 
-/// Follows a record of this rotor; run-ups in the state of the first days help phase I. `progress` hears
-/// how many readings of how many are done.
+/// Follows a record of this rotor; a run-up in the state of the first days helps phase I, later ones help
+/// [`Method::Joint`] alone. `progress` hears how much of how much is done.
 ///
 /// # Errors
 /// If the record cannot be followed: too short, begun after an event, a dead probe.
@@ -180,15 +219,27 @@ pub fn track(
     rotor: &Rotor,
     record: &[Reading],
     runup: &[Reading],
+    later: &[Later],
     config: &Config,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Track, Error> {
     let tracking = Tracking::begin(rotor, record, runup, config)?;
     let fixed = tracking.fixed(&mut |_, _| ());
     let event_d = fixed.flags.first().map(|f| f.since_d);
+    let (mut sampling, mut joint) = (None, None);
     let run = match config.method {
         Method::Fixed => fixed.clone(),
-        _ => tracking.adaptive(progress),
+        Method::Adaptive => tracking.adaptive(progress),
+        Method::Bayes => {
+            let (run, found) = tracking.bayes(progress);
+            sampling = found;
+            run
+        }
+        Method::Joint => {
+            let (run, found) = tracking.joint(runup, later, progress)?;
+            joint = Some(found);
+            run
+        }
     };
     Ok(Track {
         method: config.method,
@@ -198,6 +249,8 @@ pub fn track(
         reidentified: run.reidentified,
         fixed: fixed.estimates,
         event_d,
+        sampling,
+        joint,
         remarks: tracking.remarks,
     })
 }

@@ -21,6 +21,8 @@ pub struct Day {
     pub row: usize,
     /// Days since the record began; the row where the record has no days.
     pub time_d: f64,
+    /// Speed of rotation, rad/s.
+    pub speed_rad_s: f64,
     /// The machine at this speed.
     pub spot: Spot,
     /// Phasor of each probe, m; `None` where it was lost.
@@ -56,6 +58,7 @@ pub fn days(rotor: &Rotor, noise: &Noise, record: &[Reading]) -> Result<Vec<Day>
         Ok(Day {
             row,
             time_d: time_d(row, r),
+            speed_rad_s: r.speed_rad_s(),
             spot: Spot::new(&model, r.speed_rad_s())?,
             measured_m: r.probes.clone(),
             sigma_m: r.probes.iter().map(|y| sigma_m(noise, y.unwrap_or_default())).collect(),

@@ -1,6 +1,6 @@
 //! `track`: the unbalance of a long record, while bearings change.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Result, bail};
@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor::Rotor;
 use rotor_edge_desktop::rotor_file;
-use rotor_edge_desktop::track::{self, Cause, Config, Method, Thresholds, Track};
+use rotor_edge_desktop::track::{self, Cause, Config, Later, Method, Thresholds, Track};
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 
 use super::output;
@@ -23,6 +23,10 @@ pub struct Arguments {
     /// A run-up in the state of the first days
     #[arg(long)]
     runup: Option<PathBuf>,
+    /// A run-up after an event, of joint; its day is in a column time_d, or the number that its run's name
+    /// ends with
+    #[arg(long)]
+    later_runup: Vec<PathBuf>,
     /// How the record is followed
     #[arg(long, value_enum, default_value_t = Way::Adaptive)]
     method: Way,
@@ -32,6 +36,9 @@ pub struct Arguments {
     /// Write every estimate as CSV; `forecast` reads it
     #[arg(long)]
     csv: Option<PathBuf>,
+    /// Proposals of each chain of a day, of bayes
+    #[arg(long, default_value_t = 200)]
+    proposals: usize,
     /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -57,9 +64,9 @@ enum Way {
 /// When a reading is suspicious, and when that is a flag.
 #[derive(Debug, Args)]
 struct Flagging {
-    /// Rise of the residual above its running level that counts, relative
-    #[arg(long, default_value_t = 0.5)]
-    rise: f64,
+    /// Rise of the residual above its running level that counts, relative; 0.5, with bayes 0.3 if absent
+    #[arg(long)]
+    rise: Option<f64>,
     /// Residual over feature sum that counts by itself
     #[arg(long, default_value_t = 1.0 / 3.0)]
     ratio_limit: f64,
@@ -79,7 +86,7 @@ impl Arguments {
         let f = &self.flagging;
         for (name, value, least) in [
             ("--growth", f.growth, 1.0),
-            ("--rise", f.rise, 0.0),
+            ("--rise", f.rise.unwrap_or(0.5), 0.0),
             ("--ratio-limit", f.ratio_limit, 0.0),
             ("--ratio-floor", f.ratio_floor, 0.0),
         ] {
@@ -93,19 +100,21 @@ impl Arguments {
             Way::Bayes => Method::Bayes,
             Way::Joint => Method::Joint,
         };
+        let usual = Config::new(method);
         let thresholds = Thresholds {
-            rise: f.rise,
+            rise: f.rise.unwrap_or(usual.thresholds.rise),
             ratio_limit: f.ratio_limit,
             ratio_floor: f.ratio_floor,
             persistence: usize::from(f.persistence),
-            ..Thresholds::default()
+            ..usual.thresholds
         };
         Ok(Config {
             thresholds,
             growth: f.growth,
             identified: self.identified,
+            proposals: self.proposals.max(10),
             seed: self.seed,
-            ..Config::new(method)
+            ..usual
         })
     }
 }
@@ -119,10 +128,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Some(path) => measurement::read(path, &rotor)?,
         None => Vec::new(),
     };
+    if !arguments.later_runup.is_empty() && config.method != Method::Joint {
+        bail!("--later-runup is for --method joint; the other methods see the record alone");
+    }
+    let later: Vec<(f64, Vec<Reading>)> =
+        arguments.later_runup.iter().map(|path| later_runup(path, &rotor)).collect::<Result<_>>()?;
+    let later: Vec<Later> =
+        later.iter().map(|(time_d, readings)| Later { time_d: *time_d, readings }).collect();
     let begun = Instant::now();
     let bar = output::progress("track", record.len());
-    let followed =
-        track::track(&rotor, &record, &runup, &config, &mut |done, _| bar.set_position(done as u64));
+    let followed = track::track(&rotor, &record, &runup, &later, &config, &mut |done, of| {
+        bar.set_length(of as u64);
+        bar.set_position(done as u64);
+    });
     bar.finish_and_clear();
     let followed = followed?;
     if let Some(path) = &arguments.csv {
@@ -138,6 +156,23 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None => println!("Next: the same with --csv TRACK.csv, for `rotor-edge forecast`."),
     }
     Ok(())
+}
+
+/// A run-up and its day.
+fn later_runup(path: &Path, rotor: &Rotor) -> Result<(f64, Vec<Reading>)> {
+    let readings = measurement::read(path, rotor)?;
+    let first = &readings[0];
+    let digits = |name: &String| {
+        let from = name.rfind(|c: char| !(c.is_ascii_digit() || c == '.')).map_or(0, |at| at + 1);
+        name[from..].parse::<f64>().ok()
+    };
+    match first.time_d.or_else(|| first.run.as_ref().and_then(digits)) {
+        Some(time_d) => Ok((time_d, readings)),
+        None => bail!(
+            "{}: its day is not known; expected a column time_d, or a run whose name ends with the day",
+            path.display()
+        ),
+    }
 }
 
 fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
@@ -178,6 +213,16 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
         percent(whole),
         percent(after)
     );
+    if let Some(s) = &followed.sampling {
+        println!("\nSampling, {} chains of {} proposals a day; medians over days", s.chains, s.proposals);
+        println!("  sampler                 accepted   effective samples   R-hat");
+        for (name, q) in ["Metropolis", "adaptive Metropolis"].into_iter().zip(&s.quality) {
+            println!("  {name:<22} {:>8.1} % {:>17.1} {:>9.3}", 100.0 * q.acceptance, q.effective, q.r_hat);
+        }
+    }
+    if let Some(joint) = &followed.joint {
+        track_output::print_joint(rotor, joint);
+    }
     if let Some(last) = followed.estimates.last() {
         println!("\nOn day {:.0}", last.time_d);
         let line = |what: &str, u| {

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use nalgebra::Complex;
 use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::track::{Cause, Estimate, Flag, Method, Reidentified, Track};
+use rotor_edge_desktop::track::{Cause, Estimate, Flag, Joint, Method, Reidentified, Scope, Track};
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 use serde_json::{Value, json};
 
@@ -42,6 +42,70 @@ fn planes(rotor: &Rotor, unbalance_kg_m: &[Complex<f64>]) -> Vec<Value> {
     rotor.plane.iter().zip(unbalance_kg_m).map(plane).collect()
 }
 
+/// What an event changed, in words.
+fn scope_name(rotor: &Rotor, scope: Scope) -> String {
+    let bearings = rotor.bearing.iter().zip(scope.bearings).filter(|(_, changed)| *changed);
+    let mut parts: Vec<String> = bearings.map(|(b, _)| format!("bearing {}", b.name)).collect();
+    parts.extend(scope.unbalance.then(|| "the unbalance".to_string()));
+    parts.join(" and ")
+}
+
+/// What the joint method learned, for people.
+pub fn print_joint(rotor: &Rotor, joint: &Joint) {
+    println!("\nEvents");
+    for e in &joint.events {
+        let changed = scope_name(rotor, e.scope);
+        println!("  day {:.0}: {changed} changed (log evidence {:.0})", e.time_d, e.evidence);
+    }
+    if joint.events.is_empty() {
+        println!("  None.");
+    }
+    if !joint.effects.is_empty() {
+        println!("  The later run-up shows {}.", joint.effects.join(", "));
+    }
+    if !joint.left_out_d.is_empty() {
+        let days: Vec<String> = joint.left_out_d.iter().map(|d| format!("{d:.0}")).collect();
+        println!("  Left out as passing disturbances: day {}.", days.join(", "));
+    }
+    println!("\nBearings: constant part, ± %, and wander that fades in {:.1} days", joint.wander_days);
+    let names = coefficient_names(rotor);
+    for (since, constants) in &joint.constants {
+        println!("  from day {since:.0}");
+        for ((name, c), wander) in names.iter().zip(constants).zip(&joint.wander) {
+            let origin = if c.from_data { "the data" } else { "its prior, the data do not tell" };
+            println!(
+                "    {name:<12} {:>11.4e} ± {:>4.1}, wander {:>4.1}   {origin}",
+                c.log.exp(),
+                100.0 * c.sd,
+                100.0 * wander
+            );
+        }
+    }
+}
+
+/// The same for programs.
+fn joint_json(rotor: &Rotor, joint: &Joint) -> Value {
+    let names = coefficient_names(rotor);
+    let event = |e: &rotor_edge_desktop::track::Event| {
+        json!({ "time_d": e.time_d, "changed": scope_name(rotor, e.scope), "log_evidence": e.evidence })
+    };
+    let state = |(since_d, constants): &(f64, Vec<rotor_edge_desktop::track::Constant>)| {
+        let one = |(name, c): (&String, &rotor_edge_desktop::track::Constant)| {
+            json!({ "name": name, "value": c.log.exp(), "relative_sd": c.sd, "from_data": c.from_data })
+        };
+        json!({ "since_d": since_d, "bearings": names.iter().zip(constants).map(one).collect::<Vec<_>>() })
+    };
+    json!({
+        "events": joint.events.iter().map(event).collect::<Vec<_>>(),
+        "states": joint.constants.iter().map(state).collect::<Vec<_>>(),
+        "wander_relative_sd": names.iter().cloned().zip(joint.wander.iter().map(|w| json!(w)))
+            .collect::<serde_json::Map<_, _>>(),
+        "wander_days": joint.wander_days,
+        "left_out_d": joint.left_out_d,
+        "effects": joint.effects,
+    })
+}
+
 /// What `track --json` prints.
 pub fn summary(rotor: &Rotor, track: &Track) -> Value {
     let sum: f64 = track.estimates.iter().map(|e| e.residual.e_um).sum();
@@ -64,6 +128,18 @@ pub fn summary(rotor: &Rotor, track: &Track) -> Value {
         "flags": track.flags.iter().map(|f| flag(rotor, f)).collect::<Vec<_>>(),
         "reidentified": track.reidentified.iter().map(|r| reidentified(rotor, r)).collect::<Vec<_>>(),
         "estimates": track.estimates.iter().map(|e| estimate(rotor, e)).collect::<Vec<_>>(),
+        "sampling": track.sampling.as_ref().map(|s| {
+            let quality = |q: &rotor_edge_desktop::track::Quality| {
+                json!({ "acceptance": q.acceptance, "effective_samples": q.effective, "r_hat": q.r_hat })
+            };
+            json!({
+                "proposals": s.proposals,
+                "chains": s.chains,
+                "metropolis": quality(&s.quality[0]),
+                "adaptive_metropolis": quality(&s.quality[1]),
+            })
+        }),
+        "joint": track.joint.as_ref().map(|j| joint_json(rotor, j)),
         "remarks": track.remarks,
     })
 }
