@@ -73,6 +73,12 @@ impl Steps {
         Some((squared, quantile * p * count / (count - p)))
     }
 
+    /// T² of the change from one reading to the next, of its limit; zero as long as too little has been seen.
+    pub fn excess(&self, before: &Day, after: &Day) -> f64 {
+        let squared = self.squared(&(features_um(after) - features_um(before)), 1.0);
+        squared.map_or(0.0, |(squared, limit)| squared / limit)
+    }
+
     /// Whether the last `n` of these readings stepped away from the `n` before them; `None` as long as too
     /// little has been seen to say.
     pub fn stepped(&self, days: &[&Day], n: usize) -> Option<bool> {

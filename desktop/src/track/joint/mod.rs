@@ -35,6 +35,7 @@ use crate::fit::hypothesis::{COEFFICIENTS, PRIOR_LOG_SD};
 use crate::measurement::Reading;
 use crate::rotor::{Noise, Rotor};
 use kalman::{Gaussian, Innovation, Step, smooth};
+use search::Window;
 use state::{Layout, Motion};
 
 type C = Complex<f64>;
@@ -199,10 +200,10 @@ impl Problem {
             }
         }
         let first = Motion::default();
-        let (keep, push) = wander.fit(&motion.push, &first.push);
+        let (keep, push) = wander.fit(&motion.push, &first.push, (-1.0 / SLOWEST_WANDER).exp());
         let now = DMatrix::identity(rate.size, rate.size) * motion.rate_push;
         let prior = DMatrix::identity(rate.size, rate.size) * first.rate_push;
-        let (rate_keep, rate_push) = rate.fit(&now, &prior);
+        let (rate_keep, rate_push) = rate.fit(&now, &prior, (-1.0 / SLOWEST_RATE).exp());
         let learned = Motion { push, keep, rate_push: rate_push.trace() / rate.size as f64, rate_keep };
         Some((learned, smoothed.into_iter().map(|g| g.mean).collect()))
     }
@@ -227,6 +228,11 @@ struct Moments {
     before: DMatrix<f64>,
 }
 
+/// Readings in which the wander fades at the slowest. Bearings that went elsewhere over months and
+/// unbalance that grew over months look alike at one speed; months are taken as the unbalance's.
+const SLOWEST_WANDER: f64 = 20.0;
+/// The same of the unbalance's rate.
+const SLOWEST_RATE: f64 = 100.0;
 /// Days that the first guess of a motion counts for.
 const GUESS_DAYS: f64 = 2.0;
 
@@ -246,13 +252,12 @@ impl Moments {
         self.count += 1.0;
     }
 
-    /// What is left after a day, and the covariance of the push.
-    fn fit(&self, push: &DMatrix<f64>, guess: &DMatrix<f64>) -> (f64, DMatrix<f64>) {
+    /// What is left after a day, at most `most`, and the covariance of the push.
+    fn fit(&self, push: &DMatrix<f64>, guess: &DMatrix<f64>, most: f64) -> (f64, DMatrix<f64>) {
         let weigh = |m: &DMatrix<f64>| {
             push.clone().cholesky().map_or_else(|| m.trace(), |factor| factor.solve(m).trace())
         };
-        // between a third of a day and a season
-        let keep = (weigh(&self.both) / weigh(&self.before)).clamp(0.05, 0.99);
+        let keep = (weigh(&self.both) / weigh(&self.before)).clamp(0.05, most);
         let left = &self.now - (&self.both + self.both.transpose()) * keep + &self.before * (keep * keep);
         let push = (left + guess * GUESS_DAYS) / (self.count + GUESS_DAYS);
         (keep, (&push + push.transpose()) * 0.5)
@@ -277,17 +282,20 @@ impl Tracking<'_> {
         let mut windows = self.steps(&problem);
         let mut effects = Vec::new();
         for l in later {
-            let before = |w: &&std::ops::Range<usize>| problem.epochs[w.end - 1].time_d <= l.time_d;
-            let since = windows.iter().filter(before).next_back().map_or(0, |w| w.end - 1);
+            let before = |w: &&mut Window| problem.epochs[w.likely].time_d <= l.time_d;
+            let Some(window) = windows.iter_mut().rfind(before) else {
+                return Err(Error::Unsuitable(format!(
+                    "nothing changed before the later run-up of day {}: expected one that was taken after an event",
+                    l.time_d
+                )));
+            };
+            // days before it are described without the effect, so that it can be nowhere else
+            window.epochs = window.likely..window.likely + 1;
+            let since = window.likely;
             let found = improve(&begun, l.readings, |_: &Added| ())?;
             effects.extend(found.steps.iter().map(|s| s.added.label()));
             self.describe_anew(&mut problem, &mut around, &found.rotor, since, l)?;
-            if since > 0 {
-                windows.retain(|w| w.end - 1 != since);
-                windows.push(since..since + 1);
-            }
         }
-        windows.sort_by_key(|w| w.start);
         let singular = || Error::Unsuitable("the machine is singular on the bearings of the record".into());
         let found = problem.search(windows, around, progress).ok_or_else(singular)?;
         Ok(self.told(&problem, &found, effects))

@@ -34,25 +34,40 @@ pub struct Found {
     pub at: Vec<usize>,
 }
 
+/// A step of the features: the epochs in which it may have taken place, and the likeliest.
+#[derive(Debug, Clone)]
+pub struct Window {
+    pub epochs: Range<usize>,
+    pub likely: usize,
+}
+
 impl Tracking<'_> {
-    /// Epochs in which each step of the features may have taken place.
-    pub(super) fn steps(&self, problem: &Problem) -> Vec<Range<usize>> {
+    /// Steps of the features.
+    pub(super) fn steps(&self, problem: &Problem) -> Vec<Window> {
         let complete: Vec<(usize, &Day)> = problem.own().filter(|(_, d)| d.is_complete()).collect();
         let days: Vec<&Day> = complete.iter().map(|(_, d)| *d).collect();
         let persistence = self.config.thresholds.persistence.max(1);
         let mut steps = Steps::default();
-        let mut windows: Vec<Range<usize>> = Vec::new();
+        let mut windows: Vec<(Range<usize>, f64, usize)> = Vec::new();
         for k in 0..days.len() {
             if steps.stepped(&days[..=k], persistence) == Some(true) {
-                let window = complete[(k + 1).saturating_sub(2 * persistence)].0 + 1..complete[k].0 + 1;
+                let from = (k + 2).saturating_sub(2 * persistence).max(1);
+                let excess = |i: &usize| steps.excess(days[i - 1], days[*i]);
+                let sharpest = (from..=k).max_by(|a, b| excess(a).total_cmp(&excess(b))).unwrap_or(k);
+                let (window, sharp) = (complete[from].0..complete[k].0 + 1, excess(&sharpest));
                 match windows.last_mut() {
-                    Some(last) if window.start < last.end => last.end = window.end,
-                    _ => windows.push(window),
+                    Some((last, best, likely)) if window.start < last.end => {
+                        last.end = window.end;
+                        if sharp > *best {
+                            (*best, *likely) = (sharp, complete[sharpest].0);
+                        }
+                    }
+                    _ => windows.push((window, sharp, complete[sharpest].0)),
                 }
             }
             steps.learn(days[k]);
         }
-        windows
+        windows.into_iter().map(|(epochs, _, likely)| Window { epochs, likely }).collect()
     }
 }
 
@@ -61,13 +76,12 @@ impl Problem {
     /// linearise around.
     pub(super) fn search(
         &self,
-        windows: Vec<Range<usize>>,
+        windows: Vec<Window>,
         mut around: Vec<DVector<f64>>,
         progress: &mut dyn FnMut(usize, usize),
     ) -> Option<Found> {
         let whole = Scope { bearings: [true; 2], unbalance: true };
-        let middle = |w: &Range<usize>| (usize::midpoint(w.start, w.end - 1).max(1), whole);
-        let mut changes: Vec<Change> = windows.iter().map(middle).collect();
+        let mut changes: Vec<Change> = windows.iter().map(|w| (w.likely, whole)).collect();
         let mut windows = windows;
         let mut motion = Motion::default();
         let mut evidence = vec![0.0; changes.len()];
@@ -87,10 +101,10 @@ impl Problem {
             learn(&mut motion, &mut around, &changes, ROUNDS[2])?;
             let pass = self.filter(&motion, &changes, Some(&around))?;
             let missed = (1..pass.impossible.len().saturating_sub(IN_A_ROW - 1)).find(|k| {
-                pass.impossible[*k..*k + IN_A_ROW].iter().all(|i| *i) && !windows.iter().any(|w| w.contains(k))
+                pass.impossible[*k..*k + IN_A_ROW].iter().all(|i| *i) && !windows.iter().any(|w| w.epochs.contains(k))
             });
             let Some(missed) = missed.filter(|_| changes.len() < MOST_EVENTS) else { break };
-            windows.push(missed..missed + 1);
+            windows.push(Window { epochs: missed..missed + 1, likely: missed });
             changes.push((missed, whole));
             evidence.push(0.0);
             around = self.settle(&motion, &changes, &around, SETTLE)?.1;
@@ -114,7 +128,7 @@ impl Problem {
         &self,
         motion: &Motion,
         around: &mut Vec<DVector<f64>>,
-        windows: &mut Vec<Range<usize>>,
+        windows: &mut Vec<Window>,
         changes: &mut Vec<Change>,
         evidence: &mut Vec<f64>,
     ) -> Option<()> {
@@ -130,7 +144,7 @@ impl Problem {
                 candidates.filter_map(|c| with(Some(c))).max_by(|a, b| a.0.total_cmp(&b.0))
             };
             let whole = Scope { bearings: [true; 2], unbalance: true };
-            let when = best(&mut windows[i].clone().filter(|k| *k > 0).map(|k| (k, whole)))?;
+            let when = best(&mut windows[i].epochs.clone().filter(|k| *k > 0).map(|k| (k, whole)))?;
             let epoch = when.1?.0;
             let chosen = best(&mut Scope::ALL.into_iter().map(|scope| (epoch, scope)))?;
             let without = with(None)?;
