@@ -13,6 +13,7 @@
 //! | [`machine`], [`effects`] | what a file's effects add to a machine's terms; one file an effect |
 //! | [`fit`] | hypotheses fitted to measurements |
 //! | [`track`] | the unbalance of a long record, while bearings change |
+//! | [`prognosis`] | where the unbalance is going |
 //! | [`compare`], [`diagnose`] | where a model misses; which effect is missing, and adding it |
 //!
 //! # Conventions
@@ -34,6 +35,7 @@ pub mod identify;
 pub mod machine;
 pub mod measurement;
 pub mod model;
+pub mod prognosis;
 pub mod rotor;
 pub mod rotor_file;
 pub mod structure;

@@ -4,6 +4,8 @@ mod add;
 mod compare;
 mod diagnose;
 mod diagnosis_report;
+mod forecast;
+mod forecast_report;
 mod identify;
 mod improve;
 mod output;
@@ -43,6 +45,8 @@ enum Command {
     Identify(identify::Arguments),
     /// Follow the unbalance of a long record while bearings change
     Track(Box<track::Arguments>),
+    /// Where the unbalance of a track is going
+    Forecast(forecast::Arguments),
 }
 
 /// Runs what the command line asks for.
@@ -59,5 +63,6 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Improve(arguments)) => improve::run(&arguments),
         Some(Command::Identify(arguments)) => identify::run(&arguments),
         Some(Command::Track(arguments)) => track::run(&arguments),
+        Some(Command::Forecast(arguments)) => forecast::run(&arguments),
     }
 }

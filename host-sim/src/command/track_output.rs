@@ -12,7 +12,8 @@ use serde_json::{Value, json};
 /// Names of the eight coefficients, in the order of phase I.
 pub fn coefficient_names(rotor: &Rotor) -> Vec<String> {
     let of = |kind: &str| {
-        let axes = |b: &rotor_edge_desktop::rotor::Bearing| ["xx", "yy"].map(|a| format!("{}_{kind}_{a}", b.name));
+        let axes =
+            |b: &rotor_edge_desktop::rotor::Bearing| ["xx", "yy"].map(|a| format!("{}_{kind}_{a}", b.name));
         rotor.bearing.iter().flat_map(axes).collect::<Vec<_>>()
     };
     [of("k"), of("c")].concat()
@@ -86,13 +87,9 @@ pub fn print_joint(rotor: &Rotor, joint: &Joint) {
 /// The same for programs.
 fn joint_json(rotor: &Rotor, joint: &Joint) -> Value {
     let names = coefficient_names(rotor);
-    let event = |e: &rotor_edge_desktop::track::Event| {
-        json!({ "time_d": e.time_d, "changed": scope_name(rotor, e.scope), "log_evidence": e.evidence })
-    };
+    let event = |e: &rotor_edge_desktop::track::Event| json!({ "time_d": e.time_d, "changed": scope_name(rotor, e.scope), "log_evidence": e.evidence });
     let state = |(since_d, constants): &(f64, Vec<rotor_edge_desktop::track::Constant>)| {
-        let one = |(name, c): (&String, &rotor_edge_desktop::track::Constant)| {
-            json!({ "name": name, "value": c.log.exp(), "relative_sd": c.sd, "from_data": c.from_data })
-        };
+        let one = |(name, c): (&String, &rotor_edge_desktop::track::Constant)| json!({ "name": name, "value": c.log.exp(), "relative_sd": c.sd, "from_data": c.from_data });
         json!({ "since_d": since_d, "bearings": names.iter().zip(constants).map(one).collect::<Vec<_>>() })
     };
     json!({
@@ -179,7 +176,11 @@ fn reidentified(rotor: &Rotor, r: &Reidentified) -> Value {
 }
 
 fn bearings(rotor: &Rotor, logs: &[f64]) -> Value {
-    coefficient_names(rotor).into_iter().zip(logs.iter().map(|log| json!(log.exp()))).collect::<serde_json::Map<_, _>>().into()
+    coefficient_names(rotor)
+        .into_iter()
+        .zip(logs.iter().map(|log| json!(log.exp())))
+        .collect::<serde_json::Map<_, _>>()
+        .into()
 }
 
 fn estimate(rotor: &Rotor, e: &Estimate) -> Value {
@@ -200,10 +201,16 @@ fn estimate(rotor: &Rotor, e: &Estimate) -> Value {
 /// # Errors
 /// If the file cannot be written.
 pub fn csv(path: &Path, rotor: &Rotor, track: &Track) -> Result<()> {
-    let mut text = header(rotor).join(",");
+    let known_then = track.joint.as_ref().map(|j| j.known_then_kg_m.as_slice());
+    let mut head = header(rotor);
+    head.extend(known_then.iter().flat_map(|_| STATIC_DYNAMIC.map(|name| format!("known_{name}"))));
+    let mut text = head.join(",");
     text.push('\n');
-    for e in &track.estimates {
-        text.push_str(&row(e).join(","));
+    for (i, e) in track.estimates.iter().enumerate() {
+        let mut cells = row(e);
+        // the joint method's estimates know the days that came after; a forecast must not
+        cells.extend(known_then.iter().flat_map(|known| static_dynamic_cells(&known[i])));
+        text.push_str(&cells.join(","));
         text.push('\n');
     }
     let partial = path.with_extension("csv.partial");
@@ -212,26 +219,38 @@ pub fn csv(path: &Path, rotor: &Rotor, track: &Track) -> Result<()> {
         .with_context(|| format!("{}: cannot be written", path.display()))
 }
 
+const STATIC_DYNAMIC: [&str; 4] = ["static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"];
+
+fn vector_cells(u: Complex<f64>) -> [String; 2] {
+    let [magnitude, angle] = g_mm_deg(u);
+    [format!("{magnitude:.4}"), format!("{angle:.4}")]
+}
+
+fn static_dynamic_cells(unbalance_kg_m: &[Complex<f64>]) -> Vec<String> {
+    static_and_dynamic(unbalance_kg_m).into_iter().flat_map(vector_cells).collect()
+}
+
 fn header(rotor: &Rotor) -> Vec<String> {
     let mut names = vec!["time_d".to_string()];
     names.extend(rotor.plane.iter().flat_map(|p| [format!("{}_g_mm", p.name), format!("{}_deg", p.name)]));
-    names.extend(["static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"].map(String::from));
+    names.extend(STATIC_DYNAMIC.map(String::from));
     names.extend(["residual_um", "residual_ratio", "suspicious", "flagged"].map(String::from));
     names.extend(coefficient_names(rotor));
-    names.extend(rotor.probe.iter().flat_map(|p| [format!("{}_cos_um", p.name), format!("{}_sin_um", p.name)]));
+    names.extend(
+        rotor.probe.iter().flat_map(|p| [format!("{}_cos_um", p.name), format!("{}_sin_um", p.name)]),
+    );
     names
 }
 
 fn row(e: &Estimate) -> Vec<String> {
     let mut cells = vec![e.time_d.to_string()];
-    let [fixed, couple] = static_and_dynamic(&e.unbalance_kg_m);
-    for u in e.unbalance_kg_m.iter().chain([&fixed, &couple]) {
-        let [magnitude, angle] = g_mm_deg(*u);
-        cells.extend([format!("{magnitude:.4}"), format!("{angle:.4}")]);
-    }
+    cells.extend(e.unbalance_kg_m.iter().flat_map(|u| vector_cells(*u)));
+    cells.extend(static_dynamic_cells(&e.unbalance_kg_m));
     cells.extend([format!("{:.5}", e.residual.e_um), format!("{:.6}", e.residual.ratio())]);
     cells.extend([e.suspicious, e.flagged].map(|b| u8::from(b).to_string()));
     cells.extend(e.logs.iter().map(|log| format!("{:.6e}", log.exp())));
-    cells.extend(e.calculated_m.iter().flat_map(|y| [format!("{:.5}", y.re * 1e6), format!("{:.5}", -y.im * 1e6)]));
+    cells.extend(
+        e.calculated_m.iter().flat_map(|y| [format!("{:.5}", y.re * 1e6), format!("{:.5}", -y.im * 1e6)]),
+    );
     cells
 }

@@ -1,0 +1,21 @@
+//! Where the unbalance is going: forecasts of a track, measured against its own past.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`series`] | static and dynamic unbalance of a track, a value a day |
+//! | [`smooth`] | robust local regression |
+//! | [`arima`] | ARIMA by exact likelihood |
+//! | [`walk`] | forecasts from every day of the past, and what became of them |
+//! | [`limit`] | days until a limit |
+//!
+//! A forecast from a day uses nothing of later days: smoothing is of the days until then, and so is
+//! everything that is fitted. The naive forecast (it stays) and the drift (it goes on as on average) stand
+//! beside every model: one that does not beat them is worth nothing, and that is said.
+
+pub mod arima;
+pub mod limit;
+#[cfg(feature = "lstm")]
+pub mod lstm;
+pub mod series;
+pub mod smooth;
+pub mod walk;

@@ -1,0 +1,161 @@
+//! The four series of a track that are forecast, a value for each day.
+
+use std::path::Path;
+
+use crate::error::Error;
+
+/// Static and dynamic unbalance: magnitudes in g·mm and angles in degrees.
+pub const NAMES: [&str; 4] = ["U_g", "alpha_g", "U_d", "alpha_d"];
+const COLUMNS: [&str; 4] = ["static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"];
+/// Prefix of the columns with what was known on the day itself, where the estimates know the future.
+const KNOWN: &str = "known_";
+/// Days without an estimate that a straight line may bridge.
+const LONGEST_GAP_D: f64 = 7.0;
+
+/// A series with a value a day.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// One of [`NAMES`].
+    pub name: &'static str,
+    /// The estimates: what forecasts are held against.
+    pub values: Vec<f64>,
+    /// What was known on each day: what forecasts may use.
+    pub known: Vec<f64>,
+}
+
+/// A track as read from CSV.
+#[derive(Debug, Clone, PartialEq)]
+pub struct History {
+    /// First day.
+    pub first_d: f64,
+    /// The four series, of equal length.
+    pub series: Vec<Series>,
+}
+
+/// Reads what `track --csv` wrote.
+///
+/// # Errors
+/// If a column is missing, a cell is no number, days do not ascend, or weeks are missing.
+pub fn read(path: &Path) -> Result<History, Error> {
+    let file = path.display().to_string();
+    let text =
+        std::fs::read_to_string(path).map_err(|e| Error::file(&file, format!("cannot be read ({e})")))?;
+    parse(&file, &text)
+}
+
+/// Parses the text of a track; `file` is only for messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(file: &str, text: &str) -> Result<History, Error> {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let headers = reader.headers().map_err(|e| Error::measurement(file, "header", e.to_string()))?.clone();
+    let find = |name: &str| headers.iter().position(|h| h.trim() == name);
+    let need = |name: &str| {
+        let what = format!("the column {name} is missing, expected a file that `track --csv` wrote");
+        find(name).ok_or_else(|| Error::measurement(file, "header", what))
+    };
+    let time = need("time_d")?;
+    let values = COLUMNS.map(need).into_iter().collect::<Result<Vec<usize>, Error>>()?;
+    let known: Vec<usize> =
+        COLUMNS.iter().zip(&values).map(|(name, own)| find(&format!("{KNOWN}{name}")).unwrap_or(*own)).collect();
+    let mut times: Vec<f64> = Vec::new();
+    let mut cells: Vec<Vec<f64>> = vec![Vec::new(); 8];
+    for record in reader.records() {
+        let record = record.map_err(|e| Error::measurement(file, "text", e.to_string()))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let number = |column: usize| {
+            let cell = record.get(column).unwrap_or("").trim();
+            let name = headers.get(column).unwrap_or("?");
+            let wrong = || {
+                let place = format!("row {line}, column {name}");
+                Error::measurement(file, place, format!("\"{cell}\" is not a number"))
+            };
+            cell.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(wrong)
+        };
+        let at = number(time)?;
+        if let Some(last) = times.last() {
+            if at <= *last {
+                let what = format!("time_d goes from {last} to {at}, expected ascending days");
+                return Err(Error::measurement(file, format!("row {line}"), what));
+            }
+            if at - last > LONGEST_GAP_D {
+                let what = format!(
+                    "no estimate from day {last} to day {at}; a forecast bridges {LONGEST_GAP_D} days at most, \
+                     give the part after the gap alone"
+                );
+                return Err(Error::measurement(file, format!("row {line}"), what));
+            }
+        }
+        times.push(at);
+        for (all, column) in cells.iter_mut().zip(values.iter().chain(&known)) {
+            all.push(number(*column)?);
+        }
+    }
+    let Some(first_d) = times.first().copied() else {
+        return Err(Error::measurement(file, "row 2", "there is no estimate, expected at least one"));
+    };
+    for angles in [1, 3, 5, 7] {
+        unwrap(&mut cells[angles]);
+    }
+    // what was known then is within half a turn of what is known now
+    for (own, then) in [(1, 5), (3, 7)] {
+        let (left, right) = cells.split_at_mut(then);
+        let turn = ((left[own][0] - right[0][0]) / 360.0).round() * 360.0;
+        right[0].iter_mut().for_each(|v| *v += turn);
+    }
+    let daily = |values: &[f64]| every_day(&times, values);
+    let series = (0..4).map(|i| Series { name: NAMES[i], values: daily(&cells[i]), known: daily(&cells[i + 4]) });
+    Ok(History { first_d, series: series.collect() })
+}
+
+/// Takes out jumps by whole turns.
+fn unwrap(angles_deg: &mut [f64]) {
+    for i in 1..angles_deg.len() {
+        let change = angles_deg[i] - angles_deg[i - 1];
+        angles_deg[i] -= (change / 360.0).round() * 360.0;
+    }
+}
+
+/// A value for each whole day from the first on, straight lines in between.
+fn every_day(times: &[f64], values: &[f64]) -> Vec<f64> {
+    let days = (times[times.len() - 1] - times[0] + 1e-9).floor() as usize;
+    (0..=days)
+        .map(|day| {
+            let at = times[0] + day as f64;
+            let right = times.partition_point(|t| *t < at - 1e-9).min(times.len() - 1);
+            let left = right.saturating_sub(1);
+            let width = times[right] - times[left];
+            if width <= 0.0 || (times[right] - at).abs() < 1e-9 {
+                return values[right];
+            }
+            values[left] + (values[right] - values[left]) * (at - times[left]) / width
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str = "time_d,static_g_mm,static_deg,dynamic_g_mm,dynamic_deg\n";
+
+    #[test]
+    fn missing_days_are_bridged_and_angles_go_through_half_a_turn() {
+        let text = format!("{HEAD}3,10,175,1,0\n4,11,179,1,0\n7,14,-177,4,-3\n");
+        let h = parse("t.csv", &text).unwrap();
+        assert_eq!(h.first_d, 3.0);
+        assert_eq!(h.series[0].values, [10.0, 11.0, 12.0, 13.0, 14.0]);
+        assert_eq!(h.series[1].values[4], 183.0);
+        assert_eq!(h.series[0].known, h.series[0].values);
+    }
+
+    #[test]
+    fn weeks_without_an_estimate_and_broken_cells_are_refused_with_their_row() {
+        let refusal = |rows: &str| parse("t.csv", &format!("{HEAD}{rows}")).unwrap_err().to_string();
+        assert!(refusal("0,1,1,1,1\n20,1,1,1,1\n").contains("row 3: no estimate from day 0 to day 20"));
+        assert!(refusal("0,1,x,1,1\n").contains("row 2, column static_deg: \"x\" is not a number"));
+        assert!(refusal("").contains("there is no estimate"));
+        assert!(parse("t.csv", "time_d\n").unwrap_err().to_string().contains("static_g_mm is missing"));
+    }
+}

@@ -1,0 +1,262 @@
+//! Forecasts from every day of the past, as if it were the last, and what became of them.
+
+use rayon::prelude::*;
+
+use super::arima::{Arima, Order};
+use super::series::Series;
+use super::smooth::rlowess;
+use crate::error::Error;
+
+/// Days that the smoothing of a day looks at.
+const NEIGHBOURS: f64 = 21.0;
+const ROBUST_ITERATIONS: usize = 3;
+/// Days between two searches of a model's parameters; in between they are held.
+const REFIT_EVERY: usize = 5;
+/// Orders that are tried around (3,1,3).
+const AROUND: [usize; 5] = [0, 1, 2, 3, 4];
+/// Half of a 95 % interval, in standard deviations.
+const HALF: f64 = 1.96;
+
+/// What a forecast is made with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Model {
+    /// It stays as it is.
+    Naive,
+    /// It goes on as on average.
+    Drift,
+    /// ARIMA of this order; of the best by Akaike's criterion if none is given.
+    Arima(Option<Order>),
+}
+
+/// Expected values and standard deviations of the days to come.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ahead {
+    /// Expected values.
+    pub mean: Vec<f64>,
+    /// Their standard deviations.
+    pub sd: Vec<f64>,
+}
+
+/// What became of a model's forecasts of one series.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Score {
+    /// Root mean square error at each horizon; NaN where nothing could be compared.
+    pub rmse: Vec<f64>,
+    /// Share of the outcomes inside the 95 % interval.
+    pub coverage: Vec<f64>,
+    /// Forecasts that could be compared.
+    pub count: Vec<usize>,
+}
+
+/// The smoothed past that a forecast is made from.
+///
+/// # Errors
+/// If there are too few values.
+pub fn smoothed(known: &[f64]) -> Result<Vec<f64>, Error> {
+    rlowess(known, (NEIGHBOURS / known.len() as f64).min(1.0), ROBUST_ITERATIONS)
+}
+
+/// The order with the least criterion on a past.
+///
+/// # Errors
+/// If no order fits.
+pub fn best_order(past: &[f64]) -> Result<Order, Error> {
+    let orders: Vec<Order> =
+        AROUND.iter().flat_map(|p| AROUND.iter().map(|q| Order { p: *p, d: 1, q: *q })).collect();
+    let tried = orders.par_iter().filter_map(|order| {
+        let fitted = Arima::fit(past, *order, None).ok()?;
+        Some((fitted.aic(past), *order))
+    });
+    let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, order)| order).ok_or_else(|| {
+        Error::Unsuitable(format!("no ARIMA order up to (4,1,4) fits {} values", past.len()))
+    })
+}
+
+/// A model that has been fitted to a past.
+#[derive(Debug, Clone)]
+enum Fitted {
+    /// Per day, and standard deviation of a day's change around that.
+    Walk { drift: f64, sd: f64 },
+    Arima(Arima),
+}
+
+impl Fitted {
+    fn new(model: Model, past: &[f64], near: Option<&Self>) -> Result<Self, Error> {
+        let changes: Vec<f64> = past.windows(2).map(|w| w[1] - w[0]).collect();
+        let count = changes.len().max(1) as f64;
+        match model {
+            Model::Naive | Model::Drift => {
+                let mean = if model == Model::Drift { changes.iter().sum::<f64>() / count } else { 0.0 };
+                let sd = (changes.iter().map(|c| (c - mean).powi(2)).sum::<f64>() / count).sqrt();
+                Ok(Self::Walk { drift: mean, sd })
+            }
+            Model::Arima(order) => {
+                let order = order.map_or_else(|| best_order(past), Ok)?;
+                let near = near.and_then(|n| if let Self::Arima(a) = n { Some(a) } else { None });
+                Ok(Self::Arima(Arima::fit(past, order, near)?))
+            }
+        }
+    }
+
+    fn ahead(&self, past: &[f64], days: usize) -> Ahead {
+        match self {
+            Self::Walk { drift, sd } => Ahead {
+                mean: (1..=days).map(|h| past[past.len() - 1] + drift * h as f64).collect(),
+                sd: (1..=days).map(|h| sd * (h as f64).sqrt()).collect(),
+            },
+            Self::Arima(arima) => {
+                let mut variance = 0.0;
+                let grown = arima.response(days).into_iter().map(|psi| {
+                    variance += psi * psi * arima.variance;
+                    variance.sqrt()
+                });
+                Ahead { sd: grown.collect(), mean: arima.forecast(past, days) }
+            }
+        }
+    }
+}
+
+/// What could be wrong beyond a model's own spread: how far its forecasts of the past were off, by horizon.
+#[derive(Debug, Clone, Default)]
+struct Misses(Vec<Vec<f64>>);
+
+impl Misses {
+    /// Standard deviation of a forecast: the model's own, or what its forecasts were off so far if that is
+    /// more. A day's shocks alone do not know of turns that the past did not have.
+    fn widened(&self, own: &[f64]) -> Vec<f64> {
+        const ENOUGH: usize = 20;
+        let seen = |h: usize| {
+            let all = self.0.get(h).filter(|all| all.len() >= ENOUGH)?;
+            Some((all.iter().map(|e| e * e).sum::<f64>() / all.len() as f64).sqrt())
+        };
+        own.iter().enumerate().map(|(h, sd)| seen(h).map_or(*sd, |s| s.max(*sd))).collect()
+    }
+}
+
+/// A model's forecasts of one series from each day on, the first from after `first` days: the score at the
+/// horizons, and the forecast from the last day with intervals as wide as the past showed them to be.
+///
+/// # Errors
+/// If the series is too short, or the order does not fit.
+pub fn walk(
+    series: &Series,
+    model: Model,
+    first: usize,
+    horizons: &[usize],
+    days_ahead: usize,
+) -> Result<(Score, Ahead), Error> {
+    let n = series.values.len();
+    if n < first + 1 {
+        return Err(Error::Unsuitable(format!(
+            "the track has {n} days, a forecast that begins after {first} days needs at least {}",
+            first + 1
+        )));
+    }
+    let longest = horizons.iter().copied().max().unwrap_or(1).max(days_ahead);
+    let model = match model {
+        // the order is chosen on the first days and kept: days to come have no say
+        Model::Arima(None) => Model::Arima(Some(best_order(&smoothed(&series.known[..first])?)?)),
+        other => other,
+    };
+    let mut fitted: Option<Fitted> = None;
+    let mut misses = Misses(vec![Vec::new(); longest]);
+    let mut pending: Vec<(usize, Ahead)> = Vec::new();
+    let mut inside = vec![0_usize; horizons.len()];
+    let mut squares = vec![0.0; horizons.len()];
+    let mut count = vec![0_usize; horizons.len()];
+    let mut last = None;
+    for end in first..=n {
+        // what the newest day says of earlier forecasts
+        for (from, ahead) in &pending {
+            let h = end - from;
+            if h >= 1 && h <= longest {
+                misses.0[h - 1].push(series.values[end - 1] - ahead.mean[h - 1]);
+            }
+        }
+        let past = smoothed(&series.known[..end])?;
+        if fitted.is_none() || (end - first).is_multiple_of(REFIT_EVERY) || end == n {
+            fitted = Some(Fitted::new(model, &past, fitted.as_ref())?);
+        }
+        let Some(now) = &fitted else { continue };
+        let mut ahead = now.ahead(&past, longest);
+        ahead.sd = misses.widened(&ahead.sd);
+        for (i, h) in horizons.iter().enumerate() {
+            if end + h <= n {
+                let error = series.values[end + h - 1] - ahead.mean[h - 1];
+                squares[i] += error * error;
+                inside[i] += usize::from(error.abs() <= HALF * ahead.sd[h - 1]);
+                count[i] += 1;
+            }
+        }
+        pending.retain(|(from, _)| end - from < longest);
+        pending.push((end, ahead.clone()));
+        last = Some(ahead);
+    }
+    let share = |sum: f64, n: usize| if n > 0 { sum / n as f64 } else { f64::NAN };
+    let score = Score {
+        rmse: squares.iter().zip(&count).map(|(s, n)| share(*s, *n).sqrt()).collect(),
+        coverage: inside.iter().zip(&count).map(|(i, n)| share(*i as f64, *n)).collect(),
+        count,
+    };
+    let mut ahead = last.ok_or_else(|| Error::Unsuitable("there is nothing to forecast from".into()))?;
+    ahead.mean.truncate(days_ahead);
+    ahead.sd.truncate(days_ahead);
+    Ok((score, ahead))
+}
+
+/// Ends of the 95 % interval.
+pub fn interval(mean: f64, sd: f64) -> [f64; 2] {
+    [mean - HALF * sd, mean + HALF * sd]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series(values: Vec<f64>) -> Series {
+        Series { name: "U_g", known: values.clone(), values }
+    }
+
+    #[test]
+    fn a_straight_line_is_foretold_by_drift_and_by_arima_but_not_by_naive() {
+        let line = series((0..200).map(|i| 400.0 + 0.5 * f64::from(i)).collect());
+        let rmse = |model| walk(&line, model, 90, &[1, 30], 60).unwrap().0.rmse;
+        assert!((rmse(Model::Naive)[1] - 15.0).abs() < 0.1);
+        assert!(rmse(Model::Drift)[1] < 0.1);
+    }
+
+    #[test]
+    fn the_future_does_not_change_a_forecast() {
+        let wave = |i: i32| 400.0 + 30.0 * (f64::from(i) / 17.0).sin() + f64::from(i * i % 7);
+        let past: Vec<f64> = (0..150).map(wave).collect();
+        let mut longer = past.clone();
+        longer.extend((150..250).map(|i| -wave(i)));
+        let order = Model::Arima(Some(Order { p: 2, d: 1, q: 1 }));
+        let from_end = walk(&series(past.clone()), order, 149, &[1], 20).unwrap().1;
+        let again = walk(&series(longer[..150].to_vec()), order, 149, &[1], 20).unwrap().1;
+        assert_eq!(from_end, again);
+    }
+
+    #[test]
+    fn intervals_of_a_random_walk_hold_about_what_they_promise() {
+        use rand::{Rng, SeedableRng};
+        let mut random = rand::rngs::StdRng::seed_from_u64(3);
+        let mut level = 0.0;
+        let walked: Vec<f64> = (0..600)
+            .map(|_| {
+                level += random.random_range(-1.0..1.0);
+                level
+            })
+            .collect();
+        let score = walk(&series(walked), Model::Naive, 90, &[7, 30], 30).unwrap().0;
+        assert!(score.coverage.iter().all(|c| (0.8..=1.0).contains(c)), "{:?}", score.coverage);
+    }
+
+    #[test]
+    fn a_track_that_is_too_short_is_refused() {
+        let short = series(vec![1.0; 40]);
+        let refusal = walk(&short, Model::Naive, 90, &[1], 60).unwrap_err().to_string();
+        assert!(refusal.contains("40 days"), "{refusal}");
+    }
+}
