@@ -13,8 +13,8 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 /// Each of statsmodels' models with its parameters, beside what it says of it.
-fn models(golden: &Value) -> Vec<(Arima, &Value)> {
-    let one = |m| {
+fn models<'a>(golden: &'a Value) -> Vec<(Arima, &'a Value)> {
+    let one = |m: &'a Value| {
         let order = numbers(&m["order"]);
         let order = Order { p: order[0] as usize, d: order[1] as usize, q: order[2] as usize };
         let (ar, ma) = (numbers(&m["ar"]), numbers(&m["ma"]));

@@ -37,7 +37,9 @@ impl Order {
     pub fn check(self, values: usize) -> Result<(), Error> {
         let Self { p, d, q } = self;
         if p > LARGEST || q > LARGEST || d > MOST_DIFFERENCES {
-            let what = format!("ARIMA({p},{d},{q}): p and q up to {LARGEST} and d up to {MOST_DIFFERENCES} are supported");
+            let what = format!(
+                "ARIMA({p},{d},{q}): p and q up to {LARGEST} and d up to {MOST_DIFFERENCES} are supported"
+            );
             return Err(Error::Unsuitable(what));
         }
         let needed = d + 4 * (p + q + 1);
@@ -159,7 +161,9 @@ impl Arima {
         let values: Vec<f64> = plain.iter().map(|v| v - centre).collect();
         let mean_square = values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64;
         if mean_square <= f64::MIN_POSITIVE {
-            return Err(Error::Unsuitable("the series does not change at all, so there is nothing to fit".into()));
+            return Err(Error::Unsuitable(
+                "the series does not change at all, so there is nothing to fit".into(),
+            ));
         }
         let near = near.filter(|n| n.order == order);
         let starts = match near {

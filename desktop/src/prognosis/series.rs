@@ -57,8 +57,11 @@ pub fn parse(file: &str, text: &str) -> Result<History, Error> {
     };
     let time = need("time_d")?;
     let values = COLUMNS.map(need).into_iter().collect::<Result<Vec<usize>, Error>>()?;
-    let known: Vec<usize> =
-        COLUMNS.iter().zip(&values).map(|(name, own)| find(&format!("{KNOWN}{name}")).unwrap_or(*own)).collect();
+    let known: Vec<usize> = COLUMNS
+        .iter()
+        .zip(&values)
+        .map(|(name, own)| find(&format!("{KNOWN}{name}")).unwrap_or(*own))
+        .collect();
     let mut times: Vec<f64> = Vec::new();
     let mut cells: Vec<Vec<f64>> = vec![Vec::new(); 8];
     for record in reader.records() {
@@ -105,7 +108,8 @@ pub fn parse(file: &str, text: &str) -> Result<History, Error> {
         right[0].iter_mut().for_each(|v| *v += turn);
     }
     let daily = |values: &[f64]| every_day(&times, values);
-    let series = (0..4).map(|i| Series { name: NAMES[i], values: daily(&cells[i]), known: daily(&cells[i + 4]) });
+    let series =
+        (0..4).map(|i| Series { name: NAMES[i], values: daily(&cells[i]), known: daily(&cells[i + 4]) });
     Ok(History { first_d, series: series.collect() })
 }
 

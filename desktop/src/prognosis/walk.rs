@@ -10,8 +10,6 @@ use crate::error::Error;
 /// Days that the smoothing of a day looks at.
 const NEIGHBOURS: f64 = 21.0;
 const ROBUST_ITERATIONS: usize = 3;
-/// Days between two searches of a model's parameters; in between they are held.
-const REFIT_EVERY: usize = 5;
 /// Orders that are tried around (3,1,3).
 const AROUND: [usize; 5] = [0, 1, 2, 3, 4];
 /// Half of a 95 % interval, in standard deviations.
@@ -26,6 +24,23 @@ pub enum Model {
     Drift,
     /// ARIMA of this order; of the best by Akaike's criterion if none is given.
     Arima(Option<Order>),
+    /// A recurrent network, drawn from this seed.
+    #[cfg(feature = "lstm")]
+    Lstm {
+        /// Of weights and dropout.
+        seed: u64,
+    },
+}
+
+impl Model {
+    /// Days between two searches of the parameters; in between they are held.
+    fn refit_every(self) -> usize {
+        match self {
+            #[cfg(feature = "lstm")]
+            Self::Lstm { .. } => 60,
+            _ => 5,
+        }
+    }
 }
 
 /// Expected values and standard deviations of the days to come.
@@ -68,17 +83,21 @@ pub fn best_order(past: &[f64]) -> Result<Order, Error> {
         Some((fitted.aic(past), *order))
     });
     let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, order)| order).ok_or_else(|| {
-        Error::Unsuitable(format!("no ARIMA order up to (4,1,4) fits {} values", past.len()))
-    })
+    best.map(|(_, order)| order)
+        .ok_or_else(|| Error::Unsuitable(format!("no ARIMA order up to (4,1,4) fits {} values", past.len())))
 }
 
 /// A model that has been fitted to a past.
 #[derive(Debug, Clone)]
 enum Fitted {
     /// Per day, and standard deviation of a day's change around that.
-    Walk { drift: f64, sd: f64 },
+    Walk {
+        drift: f64,
+        sd: f64,
+    },
     Arima(Arima),
+    #[cfg(feature = "lstm")]
+    Lstm(super::lstm::Network),
 }
 
 impl Fitted {
@@ -93,14 +112,19 @@ impl Fitted {
             }
             Model::Arima(order) => {
                 let order = order.map_or_else(|| best_order(past), Ok)?;
-                let near = near.and_then(|n| if let Self::Arima(a) = n { Some(a) } else { None });
+                let near = match near {
+                    Some(Self::Arima(near)) => Some(near),
+                    _ => None,
+                };
                 Ok(Self::Arima(Arima::fit(past, order, near)?))
             }
+            #[cfg(feature = "lstm")]
+            Model::Lstm { seed } => Ok(Self::Lstm(super::lstm::Network::train(past, seed)?)),
         }
     }
 
-    fn ahead(&self, past: &[f64], days: usize) -> Ahead {
-        match self {
+    fn ahead(&self, past: &[f64], days: usize) -> Result<Ahead, Error> {
+        Ok(match self {
             Self::Walk { drift, sd } => Ahead {
                 mean: (1..=days).map(|h| past[past.len() - 1] + drift * h as f64).collect(),
                 sd: (1..=days).map(|h| sd * (h as f64).sqrt()).collect(),
@@ -113,7 +137,12 @@ impl Fitted {
                 });
                 Ahead { sd: grown.collect(), mean: arima.forecast(past, days) }
             }
-        }
+            #[cfg(feature = "lstm")]
+            Self::Lstm(network) => Ahead {
+                mean: network.forecast(past, days)?,
+                sd: (1..=days).map(|h| network.sd * (h as f64).sqrt()).collect(),
+            },
+        })
     }
 }
 
@@ -175,11 +204,11 @@ pub fn walk(
             }
         }
         let past = smoothed(&series.known[..end])?;
-        if fitted.is_none() || (end - first).is_multiple_of(REFIT_EVERY) || end == n {
+        if fitted.is_none() || (end - first).is_multiple_of(model.refit_every()) {
             fitted = Some(Fitted::new(model, &past, fitted.as_ref())?);
         }
         let Some(now) = &fitted else { continue };
-        let mut ahead = now.ahead(&past, longest);
+        let mut ahead = now.ahead(&past, longest)?;
         ahead.sd = misses.widened(&ahead.sd);
         for (i, h) in horizons.iter().enumerate() {
             if end + h <= n {

@@ -223,7 +223,9 @@ impl Tracking<'_> {
             drop(target);
             qualities[0].push(quality(&chains));
             state.sampler.learn(&chains);
-            let Some(mut estimate) = self.estimate(day, &centre.logs, centre.unbalance_kg_m) else { continue };
+            let Some(mut estimate) = self.estimate(day, &centre.logs, centre.unbalance_kg_m) else {
+                continue;
+            };
             estimate.spread = Some(spread);
             let raised = state.watch.judge(&days[..=k], &mut estimate);
             if !estimate.suspicious {
@@ -274,10 +276,12 @@ impl Tracking<'_> {
         let Some(target) = target.prepared() else { return };
         let dimensions = COEFFICIENTS + 2 * self.unbalance_kg_m.len();
         let mut sampler = Sampler::new(Proposal::AdaptiveMetropolis, dimensions);
-        let mut starts: Vec<DVector<f64>> = (0..CHAINS).map(|k| spread_start(k, suspect, dimensions)).collect();
+        let mut starts: Vec<DVector<f64>> =
+            (0..CHAINS).map(|k| spread_start(k, suspect, dimensions)).collect();
         let mut chains = Vec::new();
         for round in 0..ROUNDS {
-            let seed = self.config.seed.wrapping_add(1_000_000 + 1000 * run.flags.len() as u64 + round as u64);
+            let seed =
+                self.config.seed.wrapping_add(1_000_000 + 1000 * run.flags.len() as u64 + round as u64);
             chains = target.chains(&sampler, &starts, LONGER * self.config.proposals, seed);
             sampler.learn(&chains);
             starts = chains.iter().filter_map(|c| c.samples.last().cloned()).collect();

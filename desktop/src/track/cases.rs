@@ -165,7 +165,8 @@ impl Landscape for Misfit<'_> {
 
     fn height(&self) -> f64 {
         let prior: f64 = self.x.iter().take(self.logs.len()).map(|x| (x / PRIOR_LOG_SD).powi(2)).sum();
-        let misfit = self.days.iter().map(|d| Some(self.day(d, false)?.0.norm_squared())).sum::<Option<f64>>();
+        let misfit =
+            self.days.iter().map(|d| Some(self.day(d, false)?.0.norm_squared())).sum::<Option<f64>>();
         misfit.map_or(f64::INFINITY, |misfit| misfit + prior)
     }
 

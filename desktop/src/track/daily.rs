@@ -204,7 +204,8 @@ impl Watch {
 fn start(rotor: &Rotor, record: &[Reading], runup: &[Reading], config: &Config) -> Result<PhaseOne, Error> {
     let first = record.iter().filter(|r| r.complete().is_some()).take(PHASE_ONE_READINGS);
     let readings: Vec<Reading> = first.chain(runup).cloned().collect();
-    let found = identify(rotor, &readings, &PhaseOneConfig { seed: config.seed, ..PhaseOneConfig::default() })?;
+    let found =
+        identify(rotor, &readings, &PhaseOneConfig { seed: config.seed, ..PhaseOneConfig::default() })?;
     if found.residual_ratio > config.thresholds.ratio_limit {
         return Err(Error::Unsuitable(format!(
             "no bearings explain the first days: a residual of {:.0} % of the features; expected a record (and a \

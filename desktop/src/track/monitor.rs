@@ -108,11 +108,7 @@ impl Monitor {
         let persistence = self.thresholds.persistence.max(1);
         push(&mut self.recent_um, residual.bearing_um, persistence);
         let gauge = self.recent_um.iter().fold([0.0; 2], |[a, b], [one, two]| [a + one, b + two]);
-        Verdict {
-            suspicious,
-            lasting: self.streak >= persistence,
-            suspect: usize::from(gauge[1] > gauge[0]),
-        }
+        Verdict { suspicious, lasting: self.streak >= persistence, suspect: usize::from(gauge[1] > gauge[0]) }
     }
 
     /// Counts a reading among the good ones, whatever it looked like.

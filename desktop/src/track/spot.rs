@@ -93,9 +93,8 @@ impl Spot {
             forces.view_mut((n, 2 * i + 1), (n, 1)).copy_from(&s.shape.map(C::from));
         }
         let unit = model.dynamic_stiffness(speed_rad_s, &at_rest).lu().solve(&forces);
-        let unit = unit.ok_or_else(|| {
-            Error::Unsuitable(format!("the model is singular at {speed_rad_s:.1} rad/s"))
-        })?;
+        let unit = unit
+            .ok_or_else(|| Error::Unsuitable(format!("the model is singular at {speed_rad_s:.1} rad/s")))?;
         let driven = model.motion(speed_rad_s, &at_rest)?;
         let at_bearing = |column: &DVector<C>| {
             Held::from_fn(|i, _| {

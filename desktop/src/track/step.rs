@@ -51,7 +51,8 @@ impl Steps {
             && day.time_d - at_d <= FAR_D
         {
             let change = &now - last;
-            let excess = self.squared(&change, 1.0).map_or(1.0, |(squared, limit)| (squared / limit).max(1.0));
+            let excess =
+                self.squared(&change, 1.0).map_or(1.0, |(squared, limit)| (squared / limit).max(1.0));
             let outer = self.outer.get_or_insert_with(|| DMatrix::zeros(now.len(), now.len()));
             outer.ger(1.0 / excess, &change, &change, 1.0);
             self.count += 1;

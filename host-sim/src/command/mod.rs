@@ -14,6 +14,7 @@ mod replay_better;
 mod replay_json;
 mod track;
 mod track_output;
+mod track_report;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};

@@ -12,7 +12,7 @@ use rotor_edge_desktop::track::{self, Cause, Config, Later, Method, Thresholds, 
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 
 use super::output;
-use super::track_output;
+use super::{track_output, track_report};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -145,6 +145,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let followed = followed?;
     if let Some(path) = &arguments.csv {
         track_output::csv(path, &rotor, &followed)?;
+    }
+    if let Some(path) = &arguments.form.report {
+        let sections = track_report::sections(&rotor, &record, &followed);
+        output::report(path, &format!("{}: the unbalance followed", rotor.name), sections)?;
     }
     if arguments.form.json {
         return output::json(&track_output::summary(&rotor, &followed));

@@ -20,7 +20,7 @@ const WORD_ROW: f64 = 0.1;
 pub struct Trend {
     /// Name and unit of the axis to the right, as in `time, days`.
     pub along: String,
-    /// Name and unit of the axis upwards, from zero.
+    /// Name and unit of the axis upwards, from zero unless something is below.
     pub quantity: String,
     /// Measured values, drawn as circles, with their name; may be empty.
     pub measured: Option<(String, Vec<(f64, f64)>)>,
@@ -43,10 +43,15 @@ pub fn trend(title: &str, trend: &Trend) -> String {
     };
     let events = trend.events.iter().map(|(at, _)| *at);
     let x = Scale::around(points().map(|p| p.0).chain(events).chain(trend.flags.iter().copied()), 6);
-    let mut y = Scale::from_zero(points().map(|p| p.1), 4);
+    let values = || points().map(|p| p.1);
+    // angles and features go below zero; then the axis goes around them
+    let mut y = match values().any(|v| v < 0.0) {
+        true => Scale::around(values(), 4),
+        false => Scale::from_zero(values(), 4),
+    };
     let rows = trend.events.len().min(WORD_ROWS);
     let words_from = y.to;
-    y.to /= 1.0 - WORD_ROW * rows as f64;
+    y.to = y.from + (y.to - y.from) / (1.0 - WORD_ROW * rows as f64);
     let word_at = |i: usize| y.to - (y.to - words_from) * (i % WORD_ROWS) as f64 / rows as f64;
     svg(title, legend.height_px + HEIGHT_PX, |sheet| {
         legend.draw(sheet)?;

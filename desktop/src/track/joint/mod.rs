@@ -174,7 +174,7 @@ impl Problem {
         let mut pass = self.filter(motion, changes, Some(&around))?;
         for _ in 0..rounds {
             let (smoothed, _) = smooth(&pass.filtered, &pass.steps);
-            around = smoothed.into_iter().map(|g| g.mean).collect();
+            around = smoothed.into_iter().map(|g| self.layout.at_rest(g.mean)).collect();
             pass = self.filter(motion, changes, Some(&around))?;
         }
         Some((pass, around))
@@ -205,7 +205,7 @@ impl Problem {
         let prior = DMatrix::identity(rate.size, rate.size) * first.rate_push;
         let (rate_keep, rate_push) = rate.fit(&now, &prior, (-1.0 / SLOWEST_RATE).exp());
         let learned = Motion { push, keep, rate_push: rate_push.trace() / rate.size as f64, rate_keep };
-        Some((learned, smoothed.into_iter().map(|g| g.mean).collect()))
+        Some((learned, smoothed.into_iter().map(|g| self.layout.at_rest(g.mean)).collect()))
     }
 
     fn own(&self) -> impl Iterator<Item = (usize, &Day)> {
@@ -374,7 +374,8 @@ impl Tracking<'_> {
         };
         for (k, day) in problem.own() {
             let state = &found.smoothed[k];
-            let Some(mut estimate) = self.estimate(day, &layout.logs(&state.mean), scaled(&state.mean)) else {
+            let Some(mut estimate) = self.estimate(day, &layout.logs(&state.mean), scaled(&state.mean))
+            else {
                 continue;
             };
             estimate.spread = Some(spread(layout, state, problem.unit_kg_m));
@@ -404,7 +405,11 @@ impl Tracking<'_> {
         let constants = states.map(|k| {
             let state = &found.smoothed[k];
             let (logs, sd) = (layout.constant_logs(&state.mean), layout.constant_sd(&state.covariance));
-            let of = |(log, sd): (&f64, &f64)| Constant { log: *log, sd: *sd, from_data: *sd < 0.5 * PRIOR_LOG_SD };
+            let of = |(log, sd): (&f64, &f64)| Constant {
+                log: *log,
+                sd: *sd,
+                from_data: *sd < 0.5 * PRIOR_LOG_SD,
+            };
             (problem.epochs[k].time_d, logs.iter().zip(&sd).map(of).collect())
         });
         let settled = &found.motion.push / (1.0 - found.motion.keep.powi(2));
@@ -412,7 +417,11 @@ impl Tracking<'_> {
             constants: constants.collect(),
             wander: std::array::from_fn(|i| settled[(i, i)].sqrt()),
             wander_days: -problem.pace_d / found.motion.keep.ln(),
-            left_out_d: problem.own().filter(|(k, _)| found.pass.impossible[*k]).map(|(_, d)| d.time_d).collect(),
+            left_out_d: problem
+                .own()
+                .filter(|(k, _)| found.pass.impossible[*k])
+                .map(|(_, d)| d.time_d)
+                .collect(),
             events: found.events.clone(),
             effects,
             known_then_kg_m,

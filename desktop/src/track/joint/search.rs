@@ -87,21 +87,23 @@ impl Problem {
         let mut evidence = vec![0.0; changes.len()];
         let mut rounds = 0;
         let total = ROUNDS.iter().sum::<usize>();
-        let mut learn = |motion: &mut Motion, around: &mut Vec<DVector<f64>>, changes: &[Change], times: usize| {
-            for _ in 0..times {
-                (*motion, *around) = self.learn(motion, changes, around)?;
-                rounds += 1;
-                progress(rounds.min(total), total);
-            }
-            Some(())
-        };
+        let mut learn =
+            |motion: &mut Motion, around: &mut Vec<DVector<f64>>, changes: &[Change], times: usize| {
+                for _ in 0..times {
+                    (*motion, *around) = self.learn(motion, changes, around)?;
+                    rounds += 1;
+                    progress(rounds.min(total), total);
+                }
+                Some(())
+            };
         learn(&mut motion, &mut around, &changes, ROUNDS[0])?;
         loop {
             self.settle_events(&motion, &mut around, &mut windows, &mut changes, &mut evidence)?;
             learn(&mut motion, &mut around, &changes, ROUNDS[2])?;
             let pass = self.filter(&motion, &changes, Some(&around))?;
             let missed = (1..pass.impossible.len().saturating_sub(IN_A_ROW - 1)).find(|k| {
-                pass.impossible[*k..*k + IN_A_ROW].iter().all(|i| *i) && !windows.iter().any(|w| w.epochs.contains(k))
+                pass.impossible[*k..*k + IN_A_ROW].iter().all(|i| *i)
+                    && !windows.iter().any(|w| w.epochs.contains(k))
             });
             let Some(missed) = missed.filter(|_| changes.len() < MOST_EVENTS) else { break };
             windows.push(Window { epochs: missed..missed + 1, likely: missed });

@@ -141,6 +141,16 @@ impl Layout {
         x
     }
 
+    /// The state on the constant part of its bearings alone.
+    ///
+    /// Here readings are linearised, not at the day's own wander: constants that make the features more
+    /// sensitive need less wander to explain the same readings, and if the sensitivity followed the estimated
+    /// wander, hundreds of days would pull the constants that way.
+    pub fn at_rest(self, mut x: DVector<f64>) -> DVector<f64> {
+        x.rows_mut(self.wander(), COEFFICIENTS).fill(0.0);
+        x
+    }
+
     /// What is known before any reading: bearings as the file guesses them, the unbalance about as phase I
     /// found it.
     pub fn start(self, logs: &Logs, unbalance: &[C], motion: &Motion) -> Gaussian {

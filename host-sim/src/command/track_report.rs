@@ -1,0 +1,303 @@
+//! What `track --report` says: the papers' figures for the user's record.
+
+use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::rotor::Rotor;
+use rotor_edge_desktop::track::{Estimate, Interval, Reidentified, Track};
+use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
+
+use super::track_output::{coefficient_names, method_name};
+use crate::report::bars::{Bar, bars};
+use crate::report::scale::three_digits;
+use crate::report::trend::{Trend, trend};
+use crate::report::{Figure, Section, Table, identifier};
+
+/// Classes of a histogram.
+const CLASSES: usize = 10;
+
+type Points = Vec<(f64, f64)>;
+
+/// All sections.
+pub fn sections(rotor: &Rotor, record: &[Reading], track: &Track) -> Vec<Section> {
+    let mut sections = vec![residuals(track), features(rotor, record, track), unbalance(rotor, track)];
+    sections.push(parameters(rotor, track));
+    if let Some(sampling) = &track.sampling {
+        sections.push(histograms(rotor, sampling));
+    }
+    sections
+}
+
+fn over_time(estimates: &[Estimate], value: impl Fn(&Estimate) -> f64) -> Points {
+    estimates.iter().map(|e| (e.time_d, value(e))).collect()
+}
+
+/// A figure over time with the record's flags and re-identifications.
+fn figure(track: &Track, title: &str, quantity: &str, caption: &str, parts: Trend) -> Figure {
+    let events = track.reidentified.iter().map(|r| (r.since_d, "new bearings".to_string()));
+    let drawn = Trend {
+        along: "time, days".into(),
+        quantity: quantity.into(),
+        events: events.collect(),
+        flags: track.flags.iter().map(|f| f.time_d).collect(),
+        ..parts
+    };
+    Figure { id: identifier(title), title: title.into(), caption: caption.into(), svg: trend(title, &drawn) }
+}
+
+fn residuals(track: &Track) -> Section {
+    let name = method_name(track.method);
+    let mut curves = vec![(name.to_string(), over_time(&track.estimates, |e| e.residual.e_um))];
+    if name != "fixed" {
+        curves.push(("bearings constant".into(), over_time(&track.fixed, |e| e.residual.e_um)));
+    }
+    let sums = vec![("feature sum f".into(), over_time(&track.estimates, |e| e.residual.f_um))];
+    let ratio = vec![(name.to_string(), over_time(&track.estimates, |e| 100.0 * e.residual.ratio()))];
+    let percent = |r: Option<f64>| r.map_or("–".to_string(), |r| format!("{:.2} %", 100.0 * r));
+    let [whole, after] = track.reduction();
+    let mut paragraphs = vec![format!(
+        "Method {name}: the mean residual is smaller than with constant bearings by {} over the record, and by {} from \
+         the event on.",
+        percent(whole),
+        percent(after)
+    )];
+    paragraphs.extend(track.remarks.iter().cloned());
+    Section {
+        heading: "Does the model fit?".into(),
+        paragraphs,
+        tables: track.reidentified.iter().filter(|r| !r.cases.is_empty()).map(cases).collect(),
+        figures: vec![
+            figure(
+                track,
+                "Residual",
+                "residual e, µm",
+                "A step up that stays is an event; marks below are flags.",
+                Trend { curves, ..Trend::default() },
+            ),
+            figure(
+                track,
+                "Feature sum",
+                "feature sum f, µm",
+                "How much the machine moves.",
+                Trend { curves: sums, ..Trend::default() },
+            ),
+            figure(
+                track,
+                "Residual over feature sum",
+                "e/f, %",
+                "Above a third the model is wrong, whatever it was before.",
+                Trend { curves: ratio, ..Trend::default() },
+            ),
+        ],
+    }
+}
+
+/// The four cases of a re-identification.
+fn cases(r: &Reidentified) -> Table {
+    let row = |c: &rotor_edge_desktop::track::CaseFit| {
+        let taken = if c.case == r.case { "taken" } else { "" };
+        let numbers =
+            [format!("{:.3}", c.residual_um), c.unknowns.to_string(), format!("{:.1}", c.criterion)];
+        let name = [format!("case {}", c.case)];
+        name.into_iter().chain(numbers).chain([taken.to_string()]).collect()
+    };
+    Table {
+        caption: format!("Re-identification on day {:.0}: the four cases", r.time_d),
+        columns: ["case", "residual, µm", "unknowns", "criterion", ""].map(String::from).to_vec(),
+        rows: r.cases.iter().map(row).collect(),
+    }
+}
+
+/// Calculated against measured features, the two probes of each bearing.
+fn features(rotor: &Rotor, record: &[Reading], track: &Track) -> Section {
+    let mut figures = Vec::new();
+    for (p, probe) in rotor.probe.iter().enumerate() {
+        for (part, sign) in [("cos", false), ("sin", true)] {
+            let take = |y: &nalgebra::Complex<f64>| if sign { -y.im * 1e6 } else { y.re * 1e6 };
+            let measured: Points = track
+                .estimates
+                .iter()
+                .filter_map(|e| Some((e.time_d, take(record[e.row].probes[p].as_ref()?))))
+                .collect();
+            let calculated = over_time(&track.estimates, |e| take(&e.calculated_m[p]));
+            figures.push(figure(
+                track,
+                &format!("{} {part}", probe.name),
+                "feature, µm",
+                &format!("Bearing {}: calculated against measured.", probe.bearing),
+                Trend {
+                    measured: Some(("measured".into(), measured)),
+                    curves: vec![("calculated".into(), calculated)],
+                    ..Trend::default()
+                },
+            ));
+        }
+    }
+    Section { heading: "Calculated and measured features".into(), figures, ..Section::default() }
+}
+
+/// A curve with the ends of its interval, where there is one.
+fn with_ends(
+    track: &Track,
+    name: &str,
+    value: impl Fn(&Estimate) -> f64,
+    ends: impl Fn(&Estimate) -> Option<Interval>,
+) -> Trend {
+    let mut curves = vec![(name.to_string(), over_time(&track.estimates, value))];
+    for (label, upper) in [("lower end", false), ("upper end", true)] {
+        let of = |e: &Estimate| {
+            let ends = ends(e)?;
+            Some((e.time_d, if upper { ends.high } else { ends.low }))
+        };
+        let points: Points = track.estimates.iter().filter_map(of).collect();
+        if !points.is_empty() {
+            curves.push((label.into(), points));
+        }
+    }
+    Trend { curves, ..Trend::default() }
+}
+
+fn scaled(interval: Interval, factor: f64) -> Interval {
+    Interval { low: interval.low * factor, high: interval.high * factor }
+}
+
+/// U and α of each plane, static and dynamic.
+fn unbalance(rotor: &Rotor, track: &Track) -> Section {
+    let mut figures = Vec::new();
+    for (j, plane) in rotor.plane.iter().enumerate() {
+        let size = with_ends(
+            track,
+            "U",
+            |e| g_mm_deg(e.unbalance_kg_m[j])[0],
+            |e| Some(scaled(e.spread.as_ref()?.magnitude_kg_m[j], G_MM)),
+        );
+        let angle = with_ends(
+            track,
+            "α",
+            |e| g_mm_deg(e.unbalance_kg_m[j])[1],
+            |e| Some(scaled(e.spread.as_ref()?.angle_rad[j], 180.0 / std::f64::consts::PI)),
+        );
+        let caption = "Dashed: 95 % interval, where the method states one.";
+        figures.push(figure(track, &format!("Unbalance of plane {}", plane.name), "U, g·mm", caption, size));
+        figures.push(figure(track, &format!("Angle of plane {}", plane.name), "α, degrees", caption, angle));
+    }
+    for (k, kind) in ["static", "dynamic"].iter().enumerate() {
+        for (part, what, quantity) in [(0, "Size", "unbalance, g·mm"), (1, "Angle", "angle, degrees")] {
+            let value = |e: &Estimate| g_mm_deg(static_and_dynamic(&e.unbalance_kg_m)[k])[part];
+            let curves = vec![(kind.to_string(), over_time(&track.estimates, value))];
+            figures.push(figure(
+                track,
+                &format!("{what} of the {kind} unbalance"),
+                quantity,
+                "Static: sum of the planes. Dynamic: half their difference, at the first plane.",
+                Trend { curves, ..Trend::default() },
+            ));
+        }
+    }
+    Section { heading: "Unbalance".into(), figures, ..Section::default() }
+}
+
+/// Bearing coefficients over time, and what the data say of them.
+fn parameters(rotor: &Rotor, track: &Track) -> Section {
+    let names = coefficient_names(rotor);
+    let figures = names.iter().enumerate().map(|(i, name)| {
+        let (unit, factor) = if i < names.len() / 2 { ("MN/m", 1e-6) } else { ("kN·s/m", 1e-3) };
+        let ends = |e: &Estimate| {
+            let log = e.spread.as_ref()?.logs[i];
+            Some(Interval { low: log.low.exp() * factor, high: log.high.exp() * factor })
+        };
+        let trend = with_ends(track, name, |e| e.logs[i].exp() * factor, ends);
+        let title = format!("Coefficient {}", name.replace('_', " "));
+        figure(
+            track,
+            &title,
+            &format!("{name}, {unit}"),
+            "Dashed: 95 % interval, where the method states one.",
+            trend,
+        )
+    });
+    let row = |(since, all): &(f64, Vec<rotor_edge_desktop::track::Constant>)| {
+        let one = |(name, c): (&String, &rotor_edge_desktop::track::Constant)| {
+            let origin = if c.from_data { "the data" } else { "its prior: the data do not tell" };
+            let numbers = [format!("{since:.0}"), format!("{:.3e}", c.log.exp()), three_digits(100.0 * c.sd)];
+            [name.clone()].into_iter().chain(numbers).chain([origin.to_string()]).collect::<Vec<_>>()
+        };
+        names.iter().zip(all).map(one).collect::<Vec<_>>()
+    };
+    let table = track.joint.as_ref().map(|joint| Table {
+        caption: "Constant part of the bearings, and whether one speed could tell it".into(),
+        columns: ["coefficient", "from day", "value", "± %", "from"].map(String::from).to_vec(),
+        rows: joint.constants.iter().flat_map(row).collect(),
+    });
+    Section {
+        heading: "Bearings".into(),
+        tables: table.into_iter().collect(),
+        figures: figures.collect(),
+        ..Section::default()
+    }
+}
+
+/// Where the samples of the last day lie.
+fn histograms(rotor: &Rotor, sampling: &rotor_edge_desktop::track::Sampling) -> Section {
+    let draw = |title: String, unit: &str, values: Vec<f64>| {
+        let (low, high) =
+            values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let width = ((high - low) / CLASSES as f64).max(f64::MIN_POSITIVE);
+        let mut counts = [0_usize; CLASSES];
+        for v in &values {
+            counts[(((v - low) / width) as usize).min(CLASSES - 1)] += 1;
+        }
+        let most = counts.iter().copied().max().unwrap_or(1).max(1) as f64;
+        let bar = |(i, count): (usize, &usize)| Bar {
+            label: format!(
+                "{} to {} {unit}",
+                three_digits(low + width * i as f64),
+                three_digits(low + width * (i + 1) as f64)
+            ),
+            share: *count as f64 / most,
+            value: format!("{:.1} %", 100.0 * *count as f64 / values.len() as f64),
+            emphasised: true,
+        };
+        Figure {
+            id: identifier(&format!("posterior {title}")),
+            svg: bars(&title, &counts.iter().enumerate().map(bar).collect::<Vec<_>>()),
+            title,
+            caption: "Posterior of the last day. As wide as its prior where one speed cannot tell.".into(),
+        }
+    };
+    let names = coefficient_names(rotor);
+    let mut figures: Vec<Figure> = (0..names.len())
+        .map(|i| {
+            let (unit, factor) = if i < names.len() / 2 { ("MN/m", 1e-6) } else { ("kN·s/m", 1e-3) };
+            draw(names[i].clone(), unit, sampling.last.iter().map(|s| s.logs[i].exp() * factor).collect())
+        })
+        .collect();
+    for (j, plane) in rotor.plane.iter().enumerate() {
+        let part = |k: usize| sampling.last.iter().map(|s| g_mm_deg(s.unbalance_kg_m[j])[k]).collect();
+        figures.push(draw(format!("U of plane {}", plane.name), "g·mm", part(0)));
+        figures.push(draw(format!("α of plane {}", plane.name), "°", part(1)));
+    }
+    let quality = |name: &str, q: &rotor_edge_desktop::track::Quality| {
+        vec![
+            name.to_string(),
+            format!("{:.1} %", 100.0 * q.acceptance),
+            format!("{:.1}", q.effective),
+            format!("{:.3}", q.r_hat),
+        ]
+    };
+    Section {
+        heading: "Sampling".into(),
+        paragraphs: vec![format!(
+            "{} chains of {} proposals a day. R-hat well above 1 says that the chains have not met: the mean of a day \
+             depends on where they began.",
+            sampling.chains, sampling.proposals
+        )],
+        tables: vec![Table {
+            caption: "Quality of the samples, median over days".into(),
+            columns: ["sampler", "accepted", "effective samples", "R-hat"].map(String::from).to_vec(),
+            rows: vec![
+                quality("Metropolis", &sampling.quality[0]),
+                quality("adaptive Metropolis", &sampling.quality[1]),
+            ],
+        }],
+        figures,
+    }
+}

@@ -1,0 +1,280 @@
+//! Tracking and forecasting as a user meets them, on long records whose truth is known.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use rotor_edge::sample;
+use serde_json::Value;
+use tempfile::TempDir;
+
+const METHODS: [&str; 4] = ["fixed", "adaptive", "bayes", "joint"];
+
+fn rotor_edge(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rotor-edge")).args(arguments).output().unwrap()
+}
+
+/// A machine's files, some of them written for the occasion.
+struct Case {
+    folder: TempDir,
+    rotor: String,
+    record: String,
+    runup: String,
+    truth: String,
+}
+
+impl Case {
+    /// The built-in sample.
+    fn turbine() -> Self {
+        let truth = records().join("turbine/truth.csv");
+        Self::of(sample::RECORD, sample::RUNUP_DAY_0, truth)
+    }
+
+    /// A record of `tests/records`.
+    fn named(name: &str) -> Self {
+        let text = |file: &str| std::fs::read_to_string(records().join(name).join(file)).unwrap();
+        Self::of(&text("record.csv"), &text("runup.csv"), records().join(name).join("truth.csv"))
+    }
+
+    fn of(record: &str, runup: &str, truth: PathBuf) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, text: &str| {
+            std::fs::write(folder.path().join(name), text).unwrap();
+            folder.path().join(name).display().to_string()
+        };
+        let rotor = file("machine.toml", sample::ROTOR);
+        let (record, runup) = (file("record.csv", record), file("runup.csv", runup));
+        Self { rotor, record, runup, truth: truth.display().to_string(), folder }
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.folder.path().join(name).display().to_string()
+    }
+
+    fn track(&self, method: &str, more: &[&str]) -> Value {
+        let mut all = vec!["track", &self.rotor, &self.record, "--runup", &self.runup, "--json", "--method", method];
+        all.extend(more);
+        let output = rotor_edge(&all);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    }
+
+    /// Rows of the truth by day.
+    fn truth(&self) -> BTreeMap<i64, Vec<f64>> {
+        let text = std::fs::read_to_string(&self.truth).unwrap();
+        let row = |line: &str| {
+            let numbers: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+            (numbers[0] as i64, numbers[1..].to_vec())
+        };
+        text.lines().skip(1).map(row).collect()
+    }
+
+    /// Root mean square error of each plane's unbalance vector over these days, g·mm.
+    fn unbalance_error_g_mm(&self, track: &Value, days: impl Fn(f64) -> bool) -> [f64; 2] {
+        let truth = self.truth();
+        let (mut squares, mut count) = ([0.0; 2], 0.0);
+        for e in track["estimates"].as_array().unwrap() {
+            let day = number(&e["time_d"]);
+            if !days(day) {
+                continue;
+            }
+            count += 1.0;
+            let of_day = &truth[&(day as i64)];
+            for j in 0..2 {
+                let plane = &e["planes"][j];
+                let [x, y] = vector(number(&plane["unbalance_g_mm"]), number(&plane["angle_deg"]));
+                let [tx, ty] = vector(of_day[2 * j], of_day[2 * j + 1]);
+                squares[j] += (x - tx).powi(2) + (y - ty).powi(2);
+            }
+        }
+        squares.map(|s| (s / f64::max(count, 1.0)).sqrt())
+    }
+
+    /// Mean of what the noise alone added to the residual of the days that were tracked, µm.
+    fn noise_um(&self, track: &Value) -> f64 {
+        let truth = self.truth();
+        let all = track["estimates"].as_array().unwrap();
+        all.iter().map(|e| truth[&(number(&e["time_d"]) as i64)][4]).sum::<f64>() / all.len() as f64
+    }
+}
+
+fn records() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/records")
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+fn vector(magnitude: f64, angle_deg: f64) -> [f64; 2] {
+    let (sin, cos) = angle_deg.to_radians().sin_cos();
+    [magnitude * cos, magnitude * sin]
+}
+
+fn refusal(arguments: &[&str]) -> String {
+    let output = rotor_edge(arguments);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(output.stdout.is_empty(), "nothing half-done on standard output");
+    assert_eq!(message.trim_end().lines().count(), 1, "one sentence: {message}");
+    message
+}
+
+#[test]
+fn every_method_reaches_its_residual_on_the_sample_and_the_table_shows_what_it_says_of_the_unbalance() {
+    let case = Case::turbine();
+    println!("method      residual µm   less by   after event   unbalance error before, after, g·mm");
+    for (method, least) in METHODS.into_iter().zip([0.0, 0.5512, 0.7448, 0.7448]) {
+        let track = case.track(method, &[]);
+        let reduction = &track["reduction_against_fixed"];
+        let (whole, after) = (number(&reduction["whole"]), number(&reduction["after_event"]));
+        let [[a, b], [c, d]] = [false, true]
+            .map(|after_event| case.unbalance_error_g_mm(&track, |day| (day >= 125.0) == after_event));
+        println!(
+            "{method:<12} {:>8.3} {:>10.2} % {:>10.2} %   {a:>6.1} {b:>6.1}   {c:>6.1} {d:>6.1}",
+            number(&track["residual_um"]["mean"]),
+            100.0 * whole,
+            100.0 * after
+        );
+        assert!(whole >= least && after >= least, "{method}: {whole} {after}");
+        assert_eq!(track["event_d"], 125.0, "{method}");
+    }
+}
+
+#[test]
+fn a_run_up_after_the_event_makes_the_joint_estimate_right_and_not_only_small_in_residual() {
+    let case = Case::turbine();
+    let later = case.path("later.csv");
+    std::fs::write(&later, sample::RUNUP_DAY_126).unwrap();
+    let track = case.track("joint", &["--later-runup", &later]);
+    assert_eq!(track["joint"]["effects"][0], "seal@disk 3");
+    assert_eq!(track["reidentified"][0]["bearing"], "16");
+    let fixed = case.track("fixed", &[]);
+    for after_event in [false, true] {
+        let error = |t: &Value| case.unbalance_error_g_mm(t, |day| (day >= 125.0) == after_event);
+        let (ours, constant) = (error(&track), error(&fixed));
+        for (ours, constant) in ours.iter().zip(constant) {
+            assert!(*ours < 0.5 * constant, "after the event: {after_event}; {ours} {constant}");
+        }
+    }
+}
+
+#[test]
+fn an_event_at_the_other_bearing_is_found_on_its_day_and_the_residual_is_the_noise() {
+    let case = Case::named("one_bearing");
+    let adaptive = case.track("adaptive", &[]);
+    assert_eq!(adaptive["reidentified"].as_array().unwrap().len(), 1);
+    assert_eq!(adaptive["reidentified"][0]["bearing"], "15");
+    assert_eq!(adaptive["reidentified"][0]["case"], 1);
+    assert_eq!(adaptive["reidentified"][0]["time_d"], 202.0);
+    assert_eq!(adaptive["reidentified"][0]["cases"].as_array().unwrap().len(), 4);
+    assert!(number(&adaptive["reduction_against_fixed"]["whole"]) >= 0.5512);
+    let joint = case.track("joint", &[]);
+    assert_eq!(joint["joint"]["events"][0]["time_d"], 200.0);
+    assert_eq!(joint["joint"]["events"][0]["changed"], "bearing 15");
+    let ratio = number(&joint["residual_um"]["mean"]) / case.noise_um(&joint);
+    assert!(ratio < 1.15, "{ratio}");
+}
+
+#[test]
+fn without_an_event_nothing_is_identified_anew_by_any_method() {
+    for name in ["quiet", "disturbed"] {
+        let case = Case::named(name);
+        for method in METHODS {
+            let track = case.track(method, &[]);
+            assert_eq!(track["reidentified"], serde_json::json!([]), "{name} {method}");
+            assert_eq!(track["event_d"], Value::Null, "{name} {method}");
+        }
+    }
+}
+
+#[test]
+fn a_disturbance_of_two_readings_is_left_out_and_gaps_of_weeks_are_remarked_on() {
+    let track = Case::named("disturbed").track("joint", &[]);
+    let left_out: Vec<f64> = track["joint"]["left_out_d"].as_array().unwrap().iter().map(number).collect();
+    assert!(left_out.contains(&150.0) && left_out.contains(&151.0), "{left_out:?}");
+    let remarks = track["remarks"].to_string();
+    assert!(remarks.contains("No reading from day 59 to day"), "{remarks}");
+}
+
+#[test]
+fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
+    let case = Case::turbine();
+    let (csv, report) = (case.path("track.csv"), case.path("track.html"));
+    case.track("joint", &["--csv", &csv, "--report", &report]);
+    let page = std::fs::read_to_string(&report).unwrap();
+    for heading in ["Does the model fit?", "Calculated and measured features", "Unbalance", "Bearings"] {
+        assert!(page.contains(heading), "{heading}");
+    }
+    let fans = case.path("forecast.html");
+    let output = rotor_edge(&[
+        "forecast", &csv, "--model", "arima", "--order", "1,1,1", "--horizons", "1,7,30,60", "--limit", "900",
+        "--json", "--report", &fans,
+    ]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let forecast: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for series in ["U_g", "alpha_g", "U_d", "alpha_d"] {
+        for horizon in ["1", "7", "30", "60"] {
+            for by in [&forecast["rmse"], &forecast["baselines"]["naive"], &forecast["baselines"]["drift"]] {
+                assert!(number(&by[series][horizon]) > 0.0, "{series} {horizon}");
+            }
+            assert!((0.5..=1.0).contains(&number(&forecast["coverage_95"][series][horizon])));
+        }
+    }
+    assert_eq!(forecast["forecast"].as_array().unwrap().len(), 60);
+    assert_eq!(forecast["against_naive"].as_array().unwrap().len(), 4);
+    assert!(number(&forecast["limit"]["chance"]) <= 1.0);
+    assert!(std::fs::read_to_string(&fans).unwrap().contains("Angle of the dynamic unbalance"));
+}
+
+#[test]
+fn records_that_cannot_be_followed_are_refused_in_one_sentence() {
+    let case = Case::turbine();
+    let record = |name: &str, text: String| {
+        let path = case.path(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let track = |record: &str| refusal(&["track", &case.rotor, record, "--method", "adaptive"]);
+    let lines: Vec<&str> = sample::RECORD.lines().collect();
+    let part = |rows: std::ops::Range<usize>| [&lines[..1], &lines[rows]].concat().join("\n");
+    let few = track(&record("few.csv", part(1..7)));
+    assert!(few.contains("6 complete readings") && few.contains("at least 10"), "{few}");
+    let second = lines[1].split_once(',').unwrap().1;
+    let same: Vec<String> = (0..40).map(|day| format!("{day},{second}")).collect();
+    let constant = track(&record("constant.csv", format!("{}\n{}", lines[0], same.join("\n"))));
+    assert!(constant.contains("15X") && constant.contains("stuck"), "{constant}");
+    let after = refusal(&["track", &case.rotor, &record("after.csv", part(130..200)), "--runup", &case.runup]);
+    assert!(after.contains("begins before the event"), "{after}");
+    let odd = refusal(&["track", &case.rotor, &case.record, "--growth", "0.5"]);
+    assert!(odd.contains("--growth") && odd.contains("at least 1"), "{odd}");
+    let later = refusal(&["track", &case.rotor, &case.record, "--later-runup", &case.runup]);
+    assert!(later.contains("--method joint"), "{later}");
+}
+
+#[test]
+fn tracks_that_cannot_be_forecast_are_refused_in_one_sentence() {
+    let case = Case::turbine();
+    let head = "time_d,static_g_mm,static_deg,dynamic_g_mm,dynamic_deg\n";
+    let track = |name: &str, rows: &mut dyn Iterator<Item = String>| {
+        let path = case.path(name);
+        std::fs::write(&path, format!("{head}{}", rows.collect::<String>())).unwrap();
+        path
+    };
+    let wave = |day: u32| format!("{day},{},10,20,{}\n", 400.0 + f64::from(day % 9), f64::from(day % 5));
+    let short = refusal(&["forecast", &track("short.csv", &mut (0..40).map(wave))]);
+    assert!(short.contains("40 days"), "{short}");
+    let gap = refusal(&["forecast", &track("gap.csv", &mut (0..100).chain(130..200).map(wave))]);
+    assert!(gap.contains("no estimate from day 99 to day 130"), "{gap}");
+    let constant = track("constant.csv", &mut (0..200).map(|day| format!("{day},400,10,20,30\n")));
+    let constant = refusal(&["forecast", &constant]);
+    assert!(constant.contains("does not change") || constant.contains("no ARIMA order"), "{constant}");
+    let long = track("long.csv", &mut (0..200).map(wave));
+    let order = refusal(&["forecast", &long, "--order", "30,1,3"]);
+    assert!(order.contains("ARIMA(30,1,3)") && order.contains("up to 8"), "{order}");
+    assert_eq!(rotor_edge(&["forecast", &long, "--order", "3,1"]).status.code(), Some(2));
+    if !cfg!(feature = "lstm") {
+        let lstm = refusal(&["forecast", &long, "--model", "lstm"]);
+        assert!(lstm.contains("--features lstm"), "{lstm}");
+    }
+}
