@@ -52,7 +52,8 @@ impl Case {
     }
 
     fn track(&self, method: &str, more: &[&str]) -> Value {
-        let mut all = vec!["track", &self.rotor, &self.record, "--runup", &self.runup, "--json", "--method", method];
+        let mut all =
+            vec!["track", &self.rotor, &self.record, "--runup", &self.runup, "--json", "--method", method];
         all.extend(more);
         let output = rotor_edge(&all);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -208,8 +209,19 @@ fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
     }
     let fans = case.path("forecast.html");
     let output = rotor_edge(&[
-        "forecast", &csv, "--model", "arima", "--order", "1,1,1", "--horizons", "1,7,30,60", "--limit", "900",
-        "--json", "--report", &fans,
+        "forecast",
+        &csv,
+        "--model",
+        "arima",
+        "--order",
+        "1,1,1",
+        "--horizons",
+        "1,7,30,60",
+        "--limit",
+        "900",
+        "--json",
+        "--report",
+        &fans,
     ]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let forecast: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -244,7 +256,8 @@ fn records_that_cannot_be_followed_are_refused_in_one_sentence() {
     let same: Vec<String> = (0..40).map(|day| format!("{day},{second}")).collect();
     let constant = track(&record("constant.csv", format!("{}\n{}", lines[0], same.join("\n"))));
     assert!(constant.contains("15X") && constant.contains("stuck"), "{constant}");
-    let after = refusal(&["track", &case.rotor, &record("after.csv", part(130..200)), "--runup", &case.runup]);
+    let after =
+        refusal(&["track", &case.rotor, &record("after.csv", part(130..200)), "--runup", &case.runup]);
     assert!(after.contains("begins before the event"), "{after}");
     let odd = refusal(&["track", &case.rotor, &case.record, "--growth", "0.5"]);
     assert!(odd.contains("--growth") && odd.contains("at least 1"), "{odd}");

@@ -8,6 +8,8 @@
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use nalgebra::{DMatrix, DVector};
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
 
 use crate::error::Error;
 
@@ -15,6 +17,9 @@ use crate::error::Error;
 const LARGEST: usize = 8;
 /// Largest d.
 const MOST_DIFFERENCES: usize = 2;
+/// Random starts of a search, and how many of the best ends are followed to the end.
+const STARTS: usize = 12;
+const FINISHED: usize = 3;
 /// Change of the filter's variance below which it is taken as settled.
 const SETTLED: f64 = 1e-12;
 
@@ -71,8 +76,9 @@ struct Filtered {
     /// Σ v²/F and Σ ln F, with shocks of unit variance.
     squares: f64,
     logs: f64,
-    /// State after the last value.
+    /// State expected after the last value, and its covariance with shocks of unit variance.
     state: DVector<f64>,
+    spread: DMatrix<f64>,
 }
 
 /// d-th differences.
@@ -85,15 +91,27 @@ impl Arima {
         self.order.p.max(self.order.q + 1)
     }
 
+    fn transition(&self) -> DMatrix<f64> {
+        let ar = |i: usize| self.ar.get(i).copied().unwrap_or(0.0);
+        DMatrix::from_fn(self.size(), self.size(), |i, j| {
+            (if j == 0 { ar(i) } else { 0.0 }) + f64::from(u8::from(j == i + 1))
+        })
+    }
+
+    /// What a shock of one does to the state.
+    fn shock(&self) -> DVector<f64> {
+        DVector::from_fn(self.size(), |i, _| match i {
+            0 => 1.0,
+            _ => self.ma.get(i - 1).copied().unwrap_or(0.0),
+        })
+    }
+
     /// The exact filter over an ARMA series.
     fn filter(&self, values: &[f64]) -> Filtered {
         let n = self.size();
         let ar = |i: usize| self.ar.get(i).copied().unwrap_or(0.0);
-        let ma = |i: usize| if i == 0 { 1.0 } else { self.ma.get(i - 1).copied().unwrap_or(0.0) };
-        let shock = DVector::from_fn(n, |i, _| ma(i));
-        let transition = DMatrix::from_fn(n, n, |i, j| {
-            (if j == 0 { ar(i) } else { 0.0 }) + f64::from(u8::from(j == i + 1))
-        });
+        let shock = self.shock();
+        let transition = self.transition();
         let push = &shock * shock.transpose();
         let mut spread = stationary(&transition, &push);
         let mut state = DVector::<f64>::zeros(n);
@@ -129,8 +147,7 @@ impl Arima {
                 spread = predicted;
             }
         }
-        // the state has been moved past the last value already
-        Filtered { squares, logs, state }
+        Filtered { squares, logs, state, spread }
     }
 
     /// Exact logarithm of the likelihood of a series, of its differences if d is not 0.
@@ -166,23 +183,11 @@ impl Arima {
             ));
         }
         let near = near.filter(|n| n.order == order);
-        let starts = match near {
-            Some(near) => vec![near.free()],
-            None => [0.5, 0.1, 1.5].map(|x| vec![x; order.p + order.q]).to_vec(),
+        let likelihood = Likelihood { order, values: &values };
+        let best = match near {
+            Some(near) => likelihood.descend(near.free(), [0.05, 60.0]),
+            None => likelihood.search(),
         };
-        let steps = if near.is_some() { [0.05, 60.0] } else { [0.4, 600.0] };
-        let mut best: Option<(f64, Vec<f64>)> = None;
-        for start in starts {
-            let found = match start.len() {
-                0 => Some((0.0, start)),
-                _ => descend(&Likelihood { order, values: &values }, start, steps),
-            };
-            if let Some(found) = found
-                && best.as_ref().is_none_or(|(least, _)| found.0 < *least)
-            {
-                best = Some(found);
-            }
-        }
         let (_, free) = best.ok_or_else(|| Error::Unsuitable("the likelihood has no maximum".into()))?;
         let mut fitted = Self::from_free(order, &free);
         fitted.variance = fitted.filter(&values).squares / values.len() as f64;
@@ -226,22 +231,31 @@ impl Arima {
         ahead
     }
 
-    /// Response of the series to a shock: of the values `steps` ahead.
-    pub fn response(&self, steps: usize) -> Vec<f64> {
-        let mut psi: Vec<f64> = Vec::with_capacity(steps);
-        for k in 0..steps {
-            let direct = if k == 0 { 1.0 } else { self.ma.get(k - 1).copied().unwrap_or(0.0) };
-            let back = self.ar.iter().enumerate().filter(|(i, _)| *i < k).map(|(i, a)| a * psi[k - 1 - i]);
-            psi.push(direct + back.sum::<f64>());
+    /// Standard deviations of the next values of a series: of what is not known of the state after the last
+    /// value, and of the shocks since.
+    pub fn spread(&self, series: &[f64], steps: usize) -> Vec<f64> {
+        let unknown = self.filter(&self.prepared(series)).spread;
+        let transition = self.transition();
+        // what the state after the last value does to the value of each step
+        let mut row = DMatrix::from_fn(1, self.size(), |_, j| f64::from(u8::from(j == 0)));
+        let mut rows = Vec::with_capacity(steps);
+        for _ in 0..steps {
+            rows.push(row.clone());
+            row = &row * &transition;
         }
         for _ in 0..self.order.d {
-            let mut sum = 0.0;
-            psi.iter_mut().for_each(|v| {
-                sum += *v;
-                *v = sum;
-            });
+            for k in 1..rows.len() {
+                rows[k] = &rows[k] + &rows[k - 1];
+            }
         }
-        psi
+        let shock = self.shock();
+        let mut shocks = 0.0;
+        let of = |row: &DMatrix<f64>| {
+            let variance = (row * &unknown * row.transpose())[0] + shocks;
+            shocks += (row * &shock)[0].powi(2);
+            (variance * self.variance).sqrt()
+        };
+        rows.iter().map(of).collect()
     }
 }
 
@@ -303,6 +317,47 @@ impl Likelihood<'_> {
         let height = 0.5 * (n * (found.squares / n).ln() + found.logs);
         if height.is_finite() { height } else { f64::MAX }
     }
+
+    /// The highest likelihood that searches from several starts find; the surface has more than one top.
+    fn search(&self) -> Option<(f64, Vec<f64>)> {
+        let unknowns = self.order.p + self.order.q;
+        let mut random = StdRng::seed_from_u64(1);
+        let mut starts: Vec<Vec<f64>> = [0.5, 0.1, 1.5].map(|x| vec![x; unknowns]).to_vec();
+        starts.extend((0..STARTS).map(|_| (0..unknowns).map(|_| random.random_range(-2.5..2.5)).collect()));
+        let lower = |a: &(f64, Vec<f64>), b: &(f64, Vec<f64>)| a.0.total_cmp(&b.0);
+        let mut found: Vec<(f64, Vec<f64>)> =
+            starts.into_iter().filter_map(|start| self.descend(start, [0.4, 200.0])).collect();
+        found.sort_by(lower);
+        // a simplex that has shrunk begins afresh from where it ended
+        let again = |(_, at): &(f64, Vec<f64>)| {
+            let (_, at) = self.descend(at.clone(), [0.3, 600.0])?;
+            self.descend(at, [0.1, 600.0])
+        };
+        found.iter().take(FINISHED).filter_map(again).min_by(lower)
+    }
+
+    /// Downhill from a start with a simplex of this size, in so many moves at most.
+    fn descend(&self, start: Vec<f64>, [step, most]: [f64; 2]) -> Option<(f64, Vec<f64>)> {
+        if start.is_empty() {
+            return Some((self.of(&start), start));
+        }
+        let corner = |k: usize| {
+            let mut at = start.clone();
+            if k > 0 {
+                at[k - 1] += step;
+            }
+            at
+        };
+        let simplex: Vec<Vec<f64>> = (0..=start.len()).map(corner).collect();
+        let solver = NelderMead::new(simplex).with_sd_tolerance(1e-7).ok()?;
+        let found = Executor::new(self, solver)
+            .configure(|state| state.max_iters(most as u64))
+            .ctrlc(false)
+            .run()
+            .ok()?;
+        let best = found.state.get_best_param()?.clone();
+        Some((self.of(&best), best))
+    }
 }
 
 impl CostFunction for &Likelihood<'_> {
@@ -312,25 +367,6 @@ impl CostFunction for &Likelihood<'_> {
     fn cost(&self, free: &Vec<f64>) -> Result<f64, argmin::core::Error> {
         Ok(self.of(free))
     }
-}
-
-fn descend(likelihood: &Likelihood, start: Vec<f64>, [step, most]: [f64; 2]) -> Option<(f64, Vec<f64>)> {
-    let corner = |k: usize| {
-        let mut at = start.clone();
-        if k > 0 {
-            at[k - 1] += step;
-        }
-        at
-    };
-    let simplex: Vec<Vec<f64>> = (0..=start.len()).map(corner).collect();
-    let solver = NelderMead::new(simplex).with_sd_tolerance(1e-7).ok()?;
-    let found = Executor::new(likelihood, solver)
-        .configure(|state| state.max_iters(most as u64))
-        .ctrlc(false)
-        .run()
-        .ok()?;
-    let best = found.state.get_best_param()?.clone();
-    Some((likelihood.of(&best), best))
 }
 
 #[cfg(test)]

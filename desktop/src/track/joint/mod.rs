@@ -42,6 +42,8 @@ type C = Complex<f64>;
 
 /// Chance that a reading of a machine without an event is called impossible.
 const CHANCE: f64 = 1e-6;
+/// Rounds over which states settle around their own answer.
+const SETTLE: usize = 3;
 /// Half of a 95 % interval, in standard deviations.
 const HALF: f64 = 1.96;
 
@@ -162,19 +164,20 @@ impl Problem {
         Some(pass)
     }
 
-    /// Filter and smoother, once more around their own answer.
+    /// Filter and smoother, again and again around their own answer, `at_rest` or with its wander.
     fn settle(
         &self,
         motion: &Motion,
         changes: &[Change],
         around: &[DVector<f64>],
-        rounds: usize,
+        at_rest: bool,
     ) -> Option<(Pass, Vec<DVector<f64>>)> {
         let mut around = around.to_vec();
         let mut pass = self.filter(motion, changes, Some(&around))?;
-        for _ in 0..rounds {
+        for _ in 0..SETTLE {
             let (smoothed, _) = smooth(&pass.filtered, &pass.steps);
-            around = smoothed.into_iter().map(|g| self.layout.at_rest(g.mean)).collect();
+            let point = |g: Gaussian| if at_rest { self.layout.at_rest(g.mean) } else { g.mean };
+            around = smoothed.into_iter().map(point).collect();
             pass = self.filter(motion, changes, Some(&around))?;
         }
         Some((pass, around))
@@ -206,6 +209,42 @@ impl Problem {
         let (rate_keep, rate_push) = rate.fit(&now, &prior, (-1.0 / SLOWEST_RATE).exp());
         let learned = Motion { push, keep, rate_push: rate_push.trace() / rate.size as f64, rate_keep };
         Some((learned, smoothed.into_iter().map(|g| self.layout.at_rest(g.mean)).collect()))
+    }
+
+    /// The wander of each epoch once more, with everything else as it was found: around its own answer, so
+    /// that it need not be small for the features to be linear in it.
+    fn wander_again(&self, motion: &Motion, pass: &Pass, states: &mut [Gaussian]) -> Option<()> {
+        let (at, all) = (self.layout.wander(), COEFFICIENTS);
+        let part = |m: &DMatrix<f64>| m.view((at, at), (all, all)).into_owned();
+        let settled = &motion.push / (1.0 - motion.keep.powi(2));
+        let start = Gaussian { mean: DVector::zeros(all), covariance: settled };
+        let steps: Vec<Step> = pass
+            .steps
+            .iter()
+            .map(|s| Step { transition: part(&s.transition), noise: part(&s.noise) })
+            .collect();
+        for _ in 0..SETTLE {
+            let (mut now, mut filtered) = (start.clone(), Vec::new());
+            for (k, epoch) in self.epochs.iter().enumerate() {
+                if k > 0 {
+                    now = now.predicted(&steps[k - 1]);
+                }
+                let point = &states[k].mean;
+                for day in epoch.own.iter().filter(|_| !pass.impossible[k]).chain(&epoch.beside) {
+                    let (slope, left, variance) =
+                        self.layout.linear(day, point, self.unit_kg_m, &self.noise)?;
+                    let slope = slope.columns(at, all).into_owned();
+                    let left = left - &slope * (&now.mean - point.rows(at, all));
+                    now = Innovation::new(&now, &slope, left, &variance)?.update(&now);
+                }
+                filtered.push(now.clone());
+            }
+            let (smoothed, _) = smooth(&filtered, &steps);
+            for (state, wander) in states.iter_mut().zip(smoothed) {
+                state.mean.rows_mut(at, all).copy_from(&wander.mean);
+            }
+        }
+        Some(())
     }
 
     fn own(&self) -> impl Iterator<Item = (usize, &Day)> {

@@ -14,8 +14,6 @@ use crate::track::step::Steps;
 
 /// Rounds of learning before and after the events are settled, and between two events.
 const ROUNDS: [usize; 3] = [12, 20, 6];
-/// Rounds over which the states of a hypothesis settle.
-const SETTLE: usize = 2;
 /// An event has to make the record this much more probable: events are as rare as one in a thousand
 /// readings.
 const EVIDENCE: f64 = 6.907_755;
@@ -109,11 +107,12 @@ impl Problem {
             windows.push(Window { epochs: missed..missed + 1, likely: missed });
             changes.push((missed, whole));
             evidence.push(0.0);
-            around = self.settle(&motion, &changes, &around, SETTLE)?.1;
+            around = self.settle(&motion, &changes, &around, false)?.1;
         }
         learn(&mut motion, &mut around, &changes, ROUNDS[1])?;
-        let (pass, _) = self.settle(&motion, &changes, &around, SETTLE)?;
-        let (smoothed, _) = smooth(&pass.filtered, &pass.steps);
+        let (pass, _) = self.settle(&motion, &changes, &around, true)?;
+        let (mut smoothed, _) = smooth(&pass.filtered, &pass.steps);
+        self.wander_again(&motion, &pass, &mut smoothed)?;
         let mut order: Vec<usize> = (0..changes.len()).collect();
         order.sort_by_key(|i| changes[*i].0);
         let event = |i: &usize| Event {
@@ -139,7 +138,8 @@ impl Problem {
             let others: Vec<Change> = (0..changes.len()).filter(|j| *j != i).map(|j| changes[j]).collect();
             let with = |change: Option<Change>| {
                 let all: Vec<Change> = others.iter().copied().chain(change).collect();
-                let (pass, states) = self.settle(motion, &all, around, SETTLE)?;
+                // how probable a history is does depend on what the wander does to the features
+                let (pass, states) = self.settle(motion, &all, around, false)?;
                 Some((pass.log_likelihood, change, states))
             };
             let best = |candidates: &mut dyn Iterator<Item = Change>| {
