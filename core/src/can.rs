@@ -17,6 +17,7 @@ mod counters;
 mod frame;
 mod message;
 mod result;
+pub mod slcan;
 #[cfg(test)]
 mod tests;
 

@@ -6,6 +6,7 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
+use rotor_edge_core::can::slcan::{Decoder, Line, encode};
 use rotor_edge_core::can::{Frame, ResultAssembler, reading_frames};
 use rotor_edge_core::model::Model;
 use rotor_edge_core::node::{Node, NodeConfig};
@@ -39,6 +40,7 @@ extern "C" fn main() -> i32 {
         frames(model);
     }
     receive_result();
+    lines();
     0
 }
 
@@ -101,6 +103,16 @@ fn receive_result() {
         }
     }
     black_box(assembler.damaged());
+}
+
+/// Arbitrary text as SLCAN.
+fn lines() {
+    let mut decoder = Decoder::new();
+    for _ in 0..black_box(100) {
+        if let Some(Line::Frame(frame)) = decoder.push(black_box(0)) {
+            black_box(encode(&frame));
+        }
+    }
 }
 
 fn any_frame() -> Option<Frame> {
