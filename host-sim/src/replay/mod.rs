@@ -7,7 +7,7 @@ pub mod check;
 
 use anyhow::{Result, anyhow};
 use rotor_edge_core::can::{
-    Counters, FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult, ResultAssembler, reading_frames,
+    Counters, FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult, NumberedReading, ResultAssembler, reading_frames,
 };
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::residual::Bearing;
@@ -94,15 +94,19 @@ pub fn run(
     let mut node = EdgeNode::new(config.node, deployment.edge.clone())
         .map_err(|e| anyhow!("the controller refuses to start: {e:?}"))?;
     let mut bus = VirtualBus::new(config.bus, 2);
+    // begins to listen
+    node.poll(bus.now_us());
     let mut results = ResultAssembler::new();
     let mut answers = Vec::with_capacity(record.len());
     for (row, measured) in record.iter().enumerate() {
-        bus.wait_until(READING_PERIOD_US * row as u64);
+        let begins_us = config.node.listen_us + READING_PERIOD_US * row as u64;
+        bus.wait_until(begins_us);
         node.poll(bus.now_us());
-        for frame in reading_frames(config.node.node, row as u16, &deployment.reading(measured)) {
+        let numbered = NumberedReading::new(row as u16, deployment.reading(measured));
+        for frame in reading_frames(config.node.node, &numbered) {
             bus.send(HOST, frame);
         }
-        exchange(&mut bus, &mut node, READING_PERIOD_US * (row as u64 + 1), |frame| {
+        exchange(&mut bus, &mut node, begins_us + READING_PERIOD_US, |frame| {
             if let Some(result) = results.receive(frame) {
                 let row = row_of(result.sequence, row);
                 answers.push(Answer { row, result });
