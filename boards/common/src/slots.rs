@@ -57,7 +57,7 @@ impl<F: NorFlash> Slots<F> {
     /// `flash` may hold anything; its first half becomes one slot, its second half the other.
     pub fn new(flash: F) -> Self {
         const {
-            assert!(CHUNK_BYTES % F::WRITE_SIZE == 0 && CHUNK_BYTES % F::READ_SIZE == 0);
+            assert!(CHUNK_BYTES.is_multiple_of(F::WRITE_SIZE) && CHUNK_BYTES.is_multiple_of(F::READ_SIZE));
         }
         Self { flash }
     }
