@@ -2,7 +2,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`bus`] | the in-process virtual CAN bus |
+//! | [`bus`] | CAN buses, simulated and real |
 //! | [`edge`] | a desktop model, made small enough for the controller |
 //! | [`replay`] | a record, played over the bus into the core, every result checked |
 //! | [`report`] | one HTML file with figures |
