@@ -5,17 +5,32 @@
 //! | [`virtual_bus`] | arbitration, loss and delay in simulated time, for `replay` and sweeps |
 //! | [`local`] | several participants in one process, in real time |
 //! | [`spec`] | what `--bus` takes |
+//! | [`kernel`] | SocketCAN |
+//! | [`slcan`], [`socketcand`] | two text protocols; [`codec`] is what they share, [`wire`] every frame they carry |
+//! | [`stream`], [`text_client`] | TCP and serial ports, and joining a bus by them |
 
+pub mod codec;
+#[cfg(target_os = "linux")]
+pub mod kernel;
 pub mod local;
+pub mod slcan;
+pub mod socketcand;
 pub mod spec;
+pub mod stream;
+pub mod text_client;
 pub mod virtual_bus;
+pub mod wire;
 
 use std::time::Duration;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use rotor_edge_core::can::Frame;
 
+pub use local::{LocalPort, local_bus};
 pub use spec::BusSpec;
+use spec::Line;
+use stream::{Serial, Tcp};
+use text_client::TextClient;
 pub use virtual_bus::{BusConfig, Port, Traffic, VirtualBus, frame_bits};
 
 /// One participant's place on a real bus.
@@ -73,6 +88,28 @@ impl BusSpec {
     /// # Errors
     /// One sentence on what is wrong with the bus, and what to do.
     pub fn open(&self) -> Result<Box<dyn CanBus>> {
-        bail!("{self}: not built yet")
+        let name = self.to_string();
+        Ok(match self {
+            Self::SocketCan { interface } => open_kernel(interface)?,
+            Self::Slcan { line: Line::Tcp(address), bit_rate } => {
+                Box::new(TextClient::slcan(Tcp::connect(address)?, *bit_rate, name)?)
+            }
+            Self::Slcan { line: Line::Serial { device, baud_rate }, bit_rate } => {
+                Box::new(TextClient::slcan(Serial::open(device, *baud_rate)?, *bit_rate, name)?)
+            }
+            Self::Socketcand { address, interface } => {
+                Box::new(TextClient::socketcand(Tcp::connect(address)?, interface, name)?)
+            }
+        })
     }
+}
+
+#[cfg(target_os = "linux")]
+fn open_kernel(interface: &str) -> Result<Box<dyn CanBus>> {
+    Ok(Box::new(kernel::KernelBus::open(interface)?))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn open_kernel(interface: &str) -> Result<Box<dyn CanBus>> {
+    anyhow::bail!("socketcan:{interface}: only Linux has SocketCAN; use slcan: or socketcand:")
 }
