@@ -69,13 +69,13 @@ impl Key {
 pub enum Command {
     /// Change to the model in the body, [`Model::encode`](crate::model::Model::encode).
     Deploy = 1,
-    /// Forget the unbalance last found; start from the model's.
-    RestartTracker = 2,
+    /// Begin a new record, [`Node::restart`](crate::node::Node::restart).
+    Restart = 2,
 }
 
 impl Command {
     fn from_byte(byte: u8) -> Option<Self> {
-        [Self::Deploy, Self::RestartTracker].into_iter().find(|command| *command as u8 == byte)
+        [Self::Deploy, Self::Restart].into_iter().find(|command| *command as u8 == byte)
     }
 }
 
@@ -128,9 +128,9 @@ pub struct Request<'a> {
 /// ```
 /// use rotor_edge_core::command::{Command, Key, Outcome, open_request, write_request};
 /// let (key, mut buffer) = (Key([7; 32]), [0; 64]);
-/// let length = write_request(&mut buffer, &key, 3, Command::RestartTracker, 100, &[]).unwrap();
+/// let length = write_request(&mut buffer, &key, 3, Command::Restart, 100, &[]).unwrap();
 /// let request = open_request(&buffer[..length], Some(&key), 3, 99).unwrap();
-/// assert_eq!(request.command, Command::RestartTracker);
+/// assert_eq!(request.command, Command::Restart);
 /// assert_eq!(open_request(&buffer[..length], Some(&key), 3, 100), Err(Outcome::Replayed));
 /// assert_eq!(open_request(&buffer[..length], Some(&key), 4, 99), Err(Outcome::Forged));
 /// ```

@@ -146,16 +146,16 @@ impl<const N: usize> Node<N> {
         } else if frame.message_type() == TYPE_TO_NODE {
             self.transfer(time_us, frame.bytes());
         } else if let Some(reading) = self.assembler.receive(self.config.reading_timeout_us, time_us, frame) {
-            self.evaluate(time_us, &reading);
+            self.evaluate(&reading);
         }
     }
 
     /// Time-outs, transfers and heartbeat; to be called a few times per heartbeat or more often, from the start on.
     pub fn poll(&mut self, time_us: u64) {
         self.assembler.poll(self.config.reading_timeout_us, time_us);
-        self.ownership.poll(time_us);
+        let may_answer_again = self.ownership.poll(time_us);
         self.poll_transfer(time_us);
-        if time_us >= self.next_heartbeat_us {
+        if may_answer_again || time_us >= self.next_heartbeat_us {
             self.next_heartbeat_us = time_us.saturating_add(self.config.heartbeat_period_us);
             self.heartbeat();
         }
@@ -188,16 +188,15 @@ impl<const N: usize> Node<N> {
 
     /// What the node is doing.
     pub fn state(&self) -> NodeState {
-        match &self.verdict {
-            _ if self.ownership.in_conflict() => NodeState::Conflict,
+        self.ownership.silence().unwrap_or(match &self.verdict {
             None => NodeState::Waiting,
             Some(verdict) if verdict.flagged => NodeState::Flagged,
             Some(verdict) if verdict.suspicious => NodeState::Suspicious,
             Some(_) => NodeState::Tracking,
-        }
+        })
     }
 
-    /// Changes to a better model. Tracking goes on from the unbalance last found (see [`Node::restart_tracker`]); the
+    /// Changes to a better model. Tracking goes on from the unbalance last found (see [`Node::restart`]); the
     /// residuals begin a new level, for the old one belongs to the old model.
     ///
     /// Errors: [`NodeError::Model`], and the old model stays.
@@ -211,23 +210,29 @@ impl<const N: usize> Node<N> {
         self.desk.model_replaced(model.checksum());
         self.model = model;
         self.tracker.forget_amplitudes();
+        self.forget_verdict();
+    }
+
+    /// Begins a new record: the model's initial unbalance, no residual level, any sequence number next. Counters go on.
+    pub fn restart(&mut self) {
+        self.tracker = Tracker::new(&self.model);
+        self.forget_verdict();
+        self.assembler.restart();
+    }
+
+    fn forget_verdict(&mut self) {
         self.monitor = ResidualMonitor::new();
         self.estimate = None;
         self.verdict = None;
     }
 
-    /// Forgets the unbalance last found and starts from the model's initial one.
-    pub fn restart_tracker(&mut self) {
-        self.tracker = Tracker::new(&self.model);
-    }
-
-    fn evaluate(&mut self, time_us: u64, numbered: &NumberedReading) {
+    fn evaluate(&mut self, numbered: &NumberedReading) {
         let reading = &numbered.reading;
         if is_absurd(reading) || !self.model.covers(reading.speed_rpm) {
             return self.count(|c| &mut c.rejected);
         }
         let usable = reading.is_complete() && numbered.keyphasor.is_usable();
-        if !usable || !self.ownership.may_answer(time_us) {
+        if !usable || self.ownership.silence().is_some() {
             return self.count(|c| &mut c.skipped);
         }
         let Ok((estimate, verdict)) = self.judge(reading) else {

@@ -2,7 +2,9 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`bus`] | the in-process virtual CAN bus |
+//! | [`bus`] | CAN buses, simulated and real |
+//! | [`node`] | a monitor as a process: the core on a real bus |
+//! | [`deploy`] | commands to a monitor over a real bus |
 //! | [`edge`] | a desktop model, made small enough for the controller |
 //! | [`replay`] | a record, played over the bus into the core, every result checked |
 //! | [`report`] | one HTML file with figures |
@@ -11,7 +13,9 @@
 
 pub mod bus;
 pub mod command;
+pub mod deploy;
 pub mod edge;
+pub mod node;
 pub mod replay;
 pub mod report;
 pub mod sample;

@@ -83,6 +83,11 @@ impl Assembler {
         Self { stage: Stage::Closed, last: None, older: None, counters: Counters::default() }
     }
 
+    /// Takes any sequence number next; counters go on.
+    pub fn restart(&mut self) {
+        *self = Self { counters: self.counters, ..Self::new() };
+    }
+
     /// What was counted so far.
     pub fn counters(&self) -> &Counters {
         &self.counters

@@ -81,6 +81,8 @@ pub enum NodeState {
     Flagged,
     /// Somebody else uses this node's number: no results until that has ended.
     Conflict,
+    /// Just started: listens for others with its number before it answers.
+    Listening,
 }
 
 /// One frame's meaning. Bytes named reserved are sent as zero and ignored when received.
@@ -390,6 +392,7 @@ fn state(byte: u8) -> Result<NodeState, CanError> {
         2 => Ok(NodeState::Suspicious),
         3 => Ok(NodeState::Flagged),
         4 => Ok(NodeState::Conflict),
+        5 => Ok(NodeState::Listening),
         _ => Err(CanError::BadValue),
     }
 }

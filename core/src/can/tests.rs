@@ -66,6 +66,7 @@ fn every_message() -> Vec<Message> {
         NodeState::Suspicious,
         NodeState::Flagged,
         NodeState::Conflict,
+        NodeState::Listening,
     ];
     for state in states {
         messages.push(Message::Heartbeat { version: 1, state, readings: 65_535, lost: 1, rejected: 2 });
@@ -111,7 +112,7 @@ fn unknown_short_and_impossible_frames_are_refused() {
     }
     assert_eq!(Message::decode(&frame(8, &[0; 7])), Err(CanError::WrongLength));
     assert_eq!(Message::decode(&frame(16, &[0, 0, 0, 3, 0, 0, 0, 0])), Err(CanError::BadValue));
-    assert_eq!(Message::decode(&frame(32, &[1, 5, 0, 0, 0, 0, 0, 0])), Err(CanError::BadValue));
+    assert_eq!(Message::decode(&frame(32, &[1, 6, 0, 0, 0, 0, 0, 0])), Err(CanError::BadValue));
 }
 
 #[test]

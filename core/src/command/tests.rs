@@ -88,7 +88,7 @@ fn an_answer_comes_back_and_belongs_to_its_request_alone() {
 fn numbers_on_the_wire_stay_what_they_are() {
     let outcomes = Outcome::ALL.map(|outcome| outcome as u8);
     assert_eq!(outcomes, [0, 1, 2, 3, 4, 5, 6]);
-    assert_eq!([Command::Deploy as u8, Command::RestartTracker as u8], [1, 2]);
+    assert_eq!([Command::Deploy as u8, Command::Restart as u8], [1, 2]);
     for code in 1..=13 {
         assert_eq!(ModelError::from_code(code).map(|error| error as u8), Some(code));
     }

@@ -171,12 +171,12 @@ fn a_deployment_cut_at_any_frame_leaves_the_old_model_or_the_new_one_and_the_nex
 }
 
 #[test]
-fn restarting_the_tracker_is_a_command_too() {
+fn beginning_a_new_record_is_a_command_too() {
     let mut node = node();
     send(&mut node, NODE, 1, &reading(1.15));
     results(&mut node);
     let mut request = [0; 64];
-    let length = write_request(&mut request, &KEY, NODE, Command::RestartTracker, 1, &[]).unwrap();
+    let length = write_request(&mut request, &KEY, NODE, Command::Restart, 1, &[]).unwrap();
     let store = |save: Save<'_>| save.model.is_none() && save.counter == 1;
     let (_, answer) = transfer(&mut node, 0, &request[..length], store, |_| false);
     assert_eq!(answer.unwrap().0.outcome, Outcome::Accepted);

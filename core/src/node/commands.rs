@@ -87,7 +87,7 @@ impl<const N: usize> Node<N> {
         let Pending { command, counter } = self.desk.pending?;
         let model = match command {
             Command::Deploy => Some(self.pending_body()),
-            Command::RestartTracker => None,
+            Command::Restart => None,
         };
         Some(Save { counter, model })
     }
@@ -103,8 +103,8 @@ impl<const N: usize> Node<N> {
         self.desk.last_counter = counter;
         let done = match command {
             Command::Deploy => Model::decode(self.pending_body()).map(|model| self.adopt(model)),
-            Command::RestartTracker => {
-                self.restart_tracker();
+            Command::Restart => {
+                self.restart();
                 Ok(())
             }
         };
@@ -144,7 +144,7 @@ impl<const N: usize> Node<N> {
             Ok(Request { command, counter, body }) => {
                 let refused = match command {
                     Command::Deploy => Model::<N>::decode(body).err(),
-                    Command::RestartTracker => None,
+                    Command::Restart => None,
                 };
                 match refused {
                     Some(error) => self.conclude(time_us, Outcome::Model, Some(error)),

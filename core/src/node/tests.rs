@@ -132,8 +132,10 @@ fn a_replaced_model_keeps_the_unbalance_until_restarted_and_forgets_the_verdict(
     assert_eq!(node.replace_model(better.clone()), Ok(()));
     assert_eq!((node.state(), node.estimate()), (NodeState::Waiting, None));
     assert!((node.tracker.last_g_mm()[0][0] - 3450.0).abs() < 0.1);
-    node.restart_tracker();
+    node.restart();
     assert_eq!(node.tracker.last_g_mm(), better.initial_unbalance_g_mm);
+    send(&mut node, NODE, 0, &reading(1.0));
+    assert_eq!((results(&mut node).last().unwrap().sequence, node.counters().lost), (0, 0));
     better.supports.clear();
     assert_eq!(node.replace_model(better), Err(NodeError::Model));
     assert_eq!(node.model().supports.len(), 2);

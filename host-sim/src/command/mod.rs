@@ -2,14 +2,21 @@
 
 mod add;
 mod compare;
+mod deploy;
+mod deployable;
 mod diagnose;
 mod diagnosis_report;
 mod identify;
 mod improve;
+mod key;
+mod node;
 mod output;
 mod replay;
 mod replay_better;
+mod replay_bus;
 mod replay_json;
+mod stop;
+mod thresholds;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -39,6 +46,12 @@ enum Command {
     Improve(improve::Arguments),
     /// Phase I: bearings and unbalance of a machine's first days
     Identify(identify::Arguments),
+    /// Run a monitor on a real bus: the controller's core, as firmware runs it
+    Node(node::Arguments),
+    /// Send a model to a monitor, authenticated and checked before it takes effect
+    Deploy(deploy::Arguments),
+    /// Make the key of a monitor
+    Key(key::Arguments),
 }
 
 /// Runs what the command line asks for.
@@ -54,5 +67,8 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Add(arguments)) => add::run(&arguments),
         Some(Command::Improve(arguments)) => improve::run(&arguments),
         Some(Command::Identify(arguments)) => identify::run(&arguments),
+        Some(Command::Node(arguments)) => node::run(&arguments),
+        Some(Command::Deploy(arguments)) => deploy::run(&arguments),
+        Some(Command::Key(arguments)) => key::run(&arguments),
     }
 }

@@ -1,9 +1,11 @@
 //! A record, played frame by frame over the virtual bus into the controller's core.
 //!
-//! The host sends each reading as frames and knows of the answer only what comes back as frames.
+//! The host sends each reading as frames and knows of the answer only what comes back as frames; [`live`] does the same
+//! over a real bus.
 //! [`check`] then holds every answer against the desktop crate.
 
 pub mod check;
+pub mod live;
 
 use anyhow::{Result, anyhow};
 use rotor_edge_core::can::{

@@ -100,7 +100,7 @@ fn frames(model: Model<6>) {
         black_box((node.counters(), node.estimate(), node.verdict(), node.state()));
     }
     let _ = black_box(node.replace_model(black_box(other)));
-    node.restart_tracker();
+    node.restart();
     black_box(node);
 }
 

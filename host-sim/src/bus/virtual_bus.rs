@@ -1,4 +1,4 @@
-//! An in-process CAN bus: arbitration by identifier, frame times, and injectable loss and delay.
+//! A CAN bus in simulated time: arbitration by identifier, frame times, and injectable loss and delay.
 //!
 //! Time is simulated, so a day of traffic takes as long as it takes to compute and every run with the
 //! same seed is the same run.

@@ -1,0 +1,66 @@
+//! Which bus `replay` plays over, and whose monitor answers.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use rotor_edge_core::command::Command;
+use rotor_edge_desktop::measurement::Reading;
+
+use super::deploy::now_ms;
+use crate::bus::BusSpec;
+use crate::deploy::{command, read_key};
+use crate::edge::Deployment;
+use crate::replay::live::{run_with_foreign_monitor, run_with_own_monitor};
+use crate::replay::{self, Replay, ReplayConfig};
+
+/// Where a record is played.
+#[derive(Debug, Args)]
+pub struct Over {
+    /// A real bus, such as slcan:127.0.0.1:29536 or socketcan:vcan0; in-process and in simulated time if absent
+    #[arg(long)]
+    bus: Option<BusSpec>,
+    /// The monitor is on that bus already and holds this model (see `deploy`); needs its key, to begin a new record
+    #[arg(long, requires = "bus", requires = "key")]
+    external: bool,
+    /// Key of that monitor
+    #[arg(long, requires = "external")]
+    key: Option<PathBuf>,
+}
+
+impl Over {
+    /// Plays the record there.
+    ///
+    /// # Errors
+    /// If the bus or the monitor fails.
+    pub fn play(
+        &self,
+        deployment: &Deployment,
+        record: &[Reading],
+        config: &ReplayConfig,
+        progress: impl FnMut(usize),
+    ) -> Result<Replay> {
+        let Some(spec) = &self.bus else {
+            return replay::run(deployment, record, config, progress);
+        };
+        let mut host = spec.open()?;
+        match &self.key {
+            Some(path) => {
+                let key = read_key(path)?;
+                command(&mut *host, &key, config.node.node, now_ms()?, Command::Restart, &[], |_| ())?;
+                run_with_foreign_monitor(&mut *host, deployment, record, config, progress)
+            }
+            None => {
+                let mut monitor = spec.open()?;
+                run_with_own_monitor(&mut *host, &mut *monitor, deployment, record, config, progress)
+            }
+        }
+    }
+
+    /// What to call the bus.
+    pub fn label(&self) -> String {
+        self.bus
+            .as_ref()
+            .map_or_else(|| "In-process CAN bus, 500 kbit/s".into(), |spec| format!("CAN bus {spec}"))
+    }
+}
