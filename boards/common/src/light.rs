@@ -7,13 +7,14 @@ const SECOND_US: u64 = 1_000_000;
 const FLASH_US: u64 = 100_000;
 
 /// Whether the light is on: one flash a second while waiting, two while tracking, three when suspicious, steadily on with
-/// the flag up, half a second on and off in a conflict over the node's number.
+/// the flag up, half a second on and off in a conflict over the node's number, dark while the node only listens.
 pub fn is_on(state: NodeState, time_us: u64) -> bool {
     let within_us = time_us % SECOND_US;
     let flashes = match state {
         NodeState::Waiting => 1,
         NodeState::Tracking => 2,
         NodeState::Suspicious => 3,
+        NodeState::Listening => 0,
         NodeState::Flagged => return true,
         NodeState::Conflict => return within_us < SECOND_US / 2,
     };
@@ -28,6 +29,7 @@ mod tests {
     #[test]
     fn every_state_looks_different_within_a_second_and_repeats() {
         let states = [
+            NodeState::Listening,
             NodeState::Waiting,
             NodeState::Tracking,
             NodeState::Suspicious,

@@ -134,7 +134,8 @@ impl Uart {
             rings.overruns = rings.overruns.saturating_add(1);
             self.write_register(STATE, STATE_OVERRUN);
         }
-        let enabled = if rings.received.is_full() { CONTROL_ALL & !CONTROL_RECEIVE_INTERRUPT } else { CONTROL_ALL };
+        let enabled =
+            if rings.received.is_full() { CONTROL_ALL & !CONTROL_RECEIVE_INTERRUPT } else { CONTROL_ALL };
         self.write_register(CONTROL, enabled);
     }
 
