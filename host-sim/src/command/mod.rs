@@ -1,7 +1,9 @@
 //! The commands, one file each.
 
 mod add;
+mod bus;
 mod compare;
+mod decode;
 mod diagnose;
 mod diagnosis_report;
 mod identify;
@@ -39,6 +41,10 @@ enum Command {
     Improve(improve::Arguments),
     /// Phase I: bearings and unbalance of a machine's first days
     Identify(identify::Arguments),
+    /// A CAN bus that needs neither hardware nor the kernel: SLCAN and socketcand for all programs of this machine
+    Bus(bus::Arguments),
+    /// Readings and results from a recorded candump log
+    Decode(decode::Arguments),
 }
 
 /// Runs what the command line asks for.
@@ -54,5 +60,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Add(arguments)) => add::run(&arguments),
         Some(Command::Improve(arguments)) => improve::run(&arguments),
         Some(Command::Identify(arguments)) => identify::run(&arguments),
+        Some(Command::Bus(arguments)) => bus::run(&arguments),
+        Some(Command::Decode(arguments)) => decode::run(&arguments),
     }
 }
