@@ -59,7 +59,7 @@ impl Lab {
             while let Some(payload) = host.poll(bus.now_us()) {
                 bus.send(HOST, Frame::standard(frame_id(TYPE_TO_NODE, NODE), &payload).unwrap());
             }
-            if !bus.transmit_one() {
+            if bus.transmit_one().is_none() {
                 bus.wait_until(bus.now_us() + 10_000);
             }
             while let Some((time_us, frame)) = bus.receive(MONITOR) {

@@ -156,7 +156,7 @@ pub fn play(
         }
         let until_us = begins_us + PERIOD_US;
         loop {
-            let moved = bus.transmit_one();
+            let moved = bus.transmit_one().is_some();
             if !moved {
                 bus.wait_until(until_us);
             }

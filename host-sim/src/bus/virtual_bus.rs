@@ -119,17 +119,15 @@ impl VirtualBus {
     }
 
     /// Lets the frame with the lowest identifier among the participants' next frames go over the
-    /// wire. `false` if nobody has anything to send.
-    pub fn transmit_one(&mut self) -> bool {
+    /// wire; `None` if nobody has anything to send.
+    pub fn transmit_one(&mut self) -> Option<Frame> {
         let heads = self.participants.iter().enumerate().filter(|(_, p)| !p.is_off);
         let winner = heads
             .filter_map(|(port, p)| p.outgoing.front().map(|f| (f.raw_id(), port)))
             .min()
             .map(|(_, port)| port);
-        let Some((port, frame)) = winner.and_then(|w| Some((w, self.participants[w].outgoing.pop_front()?)))
-        else {
-            return false;
-        };
+        let port = winner?;
+        let frame = self.participants[port].outgoing.pop_front()?;
         let duration_us = u64::from(frame_bits(&frame)) * 1_000_000 / u64::from(self.config.bit_rate);
         self.now_us += duration_us;
         self.traffic.busy_us += duration_us;
@@ -137,7 +135,7 @@ impl VirtualBus {
         for receiver in (0..self.participants.len()).filter(|r| *r != port) {
             self.deliver(receiver, frame);
         }
-        true
+        Some(frame)
     }
 
     fn deliver(&mut self, receiver: Port, frame: Frame) {
@@ -211,7 +209,7 @@ mod tests {
         bus.send(0, frame(0x300));
         bus.send(1, frame(0x100));
         bus.send(1, frame(0x200));
-        while bus.transmit_one() {}
+        while bus.transmit_one().is_some() {}
         assert_eq!(received(&mut bus, 2), [0x100, 0x200, 0x300]);
         assert_eq!(received(&mut bus, 0), [0x100, 0x200]);
         assert_eq!(received(&mut bus, 1), [0x300]);
@@ -235,7 +233,7 @@ mod tests {
             for k in 0..2000 {
                 bus.send(0, frame(k));
             }
-            while bus.transmit_one() {}
+            while bus.transmit_one().is_some() {}
             bus.wait_until(u64::MAX);
             (received(&mut bus, 1), bus.traffic().lost)
         };
