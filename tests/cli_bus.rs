@@ -12,7 +12,7 @@ use rotor_edge::bus::wire::WireFrame;
 use rotor_edge::bus::{CanBus, local_bus, open};
 use rotor_edge::edge::{Deployment, EdgeNode};
 use rotor_edge::sample;
-use rotor_edge_core::can::{Frame, MonitorResult, ResultAssembler, reading_frames};
+use rotor_edge_core::can::{Frame, MonitorResult, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
 use rotor_edge_desktop::measurement;
@@ -393,12 +393,13 @@ fn record_sample(
     first_days.extend(measurement::parse("run-up", sample::RUNUP_DAY_0, rotor).unwrap());
     let found = identify(rotor, &first_days, &PhaseOneConfig::default()).unwrap();
     let deployment = Deployment::new(&found.rotor, 12_000.0).unwrap();
-    let mut controller = EdgeNode::new(NodeConfig::new(node), deployment.edge.clone()).unwrap();
+    let mut controller =
+        EdgeNode::new(NodeConfig { listen_us: 0, ..NodeConfig::new(node) }, deployment.edge.clone()).unwrap();
     let [host, mut far] = <[_; 2]>::try_from(local_bus(2)).ok().unwrap();
     let mut host = Recorded::new(host, log).unwrap();
     let (mut answers, mut assembler) = (Vec::new(), ResultAssembler::new());
     for (row, measured) in readings.iter().enumerate() {
-        for frame in reading_frames(node, row as u16, &deployment.reading(measured)) {
+        for frame in reading_frames(node, &NumberedReading::new(row as u16, deployment.reading(measured))) {
             host.send(&frame).unwrap();
         }
         while let Some(frame) = far.receive(Duration::ZERO).unwrap() {
@@ -462,7 +463,7 @@ fn readings_of_several_nodes_are_written_one_node_at_a_time() {
     };
     let mut log = LogWriter::create(&folder.path("two.log")).unwrap();
     for (node, time_us) in [(1, 5_000_000), (2, 5_000_000 + 43_200_000_000)] {
-        let frames = reading_frames(node, 9, &reading);
+        let frames = reading_frames(node, &NumberedReading::new(9, reading));
         log.write(time_us, frames.iter().map(WireFrame::from).collect::<Vec<_>>().iter()).unwrap();
     }
     let (log, csv) = (folder.text("two.log"), folder.text("out.csv"));
