@@ -8,11 +8,17 @@
 //! | [`kernel`] | SocketCAN |
 //! | [`slcan`], [`socketcand`] | two text protocols; [`codec`] is what they share, [`wire`] every frame they carry |
 //! | [`stream`], [`text_client`] | TCP and serial ports, and joining a bus by them |
+//! | [`server`], [`load`] | the shared bus that needs no kernel, and how many monitors wires carry |
+//! | [`log`], [`decoded`] | recordings, and the readings and results in them |
 
 pub mod codec;
+pub mod decoded;
 #[cfg(target_os = "linux")]
 pub mod kernel;
+pub mod load;
 pub mod local;
+pub mod log;
+pub mod server;
 pub mod slcan;
 pub mod socketcand;
 pub mod spec;

@@ -15,7 +15,7 @@ use super::stream::ByteStream;
 use super::wire::WireFrame;
 
 /// A socketcand server answers at once; a machine that is busy may need longer.
-const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 /// `rotor-edge bus` answers within a millisecond. An adapter may know no versions and is not waited for.
 const VERSION_TIMEOUT: Duration = Duration::from_millis(200);
 

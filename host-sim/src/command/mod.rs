@@ -1,7 +1,9 @@
 //! The commands, one file each.
 
 mod add;
+mod bus;
 mod compare;
+mod decode;
 mod deploy;
 mod deployable;
 mod diagnose;
@@ -52,6 +54,10 @@ enum Command {
     Deploy(deploy::Arguments),
     /// Make the key of a monitor
     Key(key::Arguments),
+    /// A CAN bus that needs neither hardware nor the kernel: SLCAN and socketcand for all programs of this machine
+    Bus(bus::Arguments),
+    /// Readings and results from a recorded candump log
+    Decode(decode::Arguments),
 }
 
 /// Runs what the command line asks for.
@@ -70,5 +76,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Node(arguments)) => node::run(&arguments),
         Some(Command::Deploy(arguments)) => deploy::run(&arguments),
         Some(Command::Key(arguments)) => key::run(&arguments),
+        Some(Command::Bus(arguments)) => bus::run(&arguments),
+        Some(Command::Decode(arguments)) => decode::run(&arguments),
     }
 }

@@ -64,8 +64,14 @@ pub fn spinner(what: &str) -> ProgressBar {
 
 /// Writes a report, whole or not at all.
 pub fn report(path: &Path, title: &str, sections: Vec<Section>) -> Result<()> {
-    let partial = path.with_extension("html.partial");
-    std::fs::write(&partial, page(title, sections))
+    file(path, page(title, sections).as_bytes())
+}
+
+/// Writes a file, whole or not at all.
+pub fn file(path: &Path, contents: &[u8]) -> Result<()> {
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(".partial");
+    std::fs::write(&partial, contents)
         .and_then(|()| std::fs::rename(&partial, path))
         .with_context(|| format!("{}: cannot be written", path.display()))
 }

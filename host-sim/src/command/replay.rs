@@ -64,6 +64,9 @@ struct Faults {
     /// Chance that a frame arrives twice
     #[arg(long, default_value_t = 0.0, conflicts_with = "bus")]
     repetition: f64,
+    /// Chance that a frame arrives with a flipped bit
+    #[arg(long, default_value_t = 0.0, conflicts_with = "bus")]
+    flip: f64,
     /// Longest extra delay of a frame, ms
     #[arg(long, default_value_t = 0.0, conflicts_with = "bus")]
     delay_ms: f64,
@@ -81,7 +84,8 @@ impl Arguments {
     }
 
     fn config(&self) -> Result<ReplayConfig> {
-        for (name, value) in [("--loss", self.faults.loss), ("--repetition", self.faults.repetition)] {
+        let Faults { loss, repetition, flip, .. } = self.faults;
+        for (name, value) in [("--loss", loss), ("--repetition", repetition), ("--flip", flip)] {
             if !(0.0..=1.0).contains(&value) {
                 bail!("{name} {value}: expected a probability between 0 and 1");
             }
@@ -90,8 +94,9 @@ impl Arguments {
             bail!("--delay-ms {}: expected milliseconds, not negative", self.faults.delay_ms);
         }
         let bus = BusConfig {
-            loss: self.faults.loss,
-            repetition: self.faults.repetition,
+            loss,
+            repetition,
+            flip,
             longest_delay_us: (self.faults.delay_ms * 1000.0) as u64,
             seed: self.thresholds.seed,
             ..BusConfig::default()

@@ -9,6 +9,8 @@ use rotor_edge_desktop::measurement::Reading;
 
 use super::deploy::now_ms;
 use crate::bus::BusSpec;
+use crate::bus::log::{LogWriter, Recorded};
+use crate::bus::wire::WireFrame;
 use crate::deploy::{command, read_key};
 use crate::edge::Deployment;
 use crate::replay::live::{run_with_foreign_monitor, run_with_own_monitor};
@@ -17,7 +19,7 @@ use crate::replay::{self, Replay, ReplayConfig};
 /// Where a record is played.
 #[derive(Debug, Args)]
 pub struct Over {
-    /// A real bus, such as slcan:127.0.0.1:29536 or socketcan:vcan0; in-process and in simulated time if absent
+    /// A real bus, such as slcan:127.0.0.1:29537 or socketcan:vcan0; in-process and in simulated time if absent
     #[arg(long)]
     bus: Option<BusSpec>,
     /// The monitor is on that bus already and holds this model (see `deploy`); needs its key, to begin a new record
@@ -26,6 +28,9 @@ pub struct Over {
     /// Key of that monitor
     #[arg(long, requires = "external")]
     key: Option<PathBuf>,
+    /// Write every frame to a candump log (see `decode`)
+    #[arg(long)]
+    log: Option<PathBuf>,
 }
 
 impl Over {
@@ -41,9 +46,12 @@ impl Over {
         progress: impl FnMut(usize),
     ) -> Result<Replay> {
         let Some(spec) = &self.bus else {
-            return replay::run(deployment, record, config, progress);
+            return self.simulated(deployment, record, config, progress);
         };
         let mut host = spec.open()?;
+        if let Some(path) = &self.log {
+            host = Box::new(Recorded::new(host, path)?);
+        }
         match &self.key {
             Some(path) => {
                 let key = read_key(path)?;
@@ -55,6 +63,20 @@ impl Over {
                 run_with_own_monitor(&mut *host, &mut *monitor, deployment, record, config, progress)
             }
         }
+    }
+
+    fn simulated(
+        &self,
+        deployment: &Deployment,
+        record: &[Reading],
+        config: &ReplayConfig,
+        progress: impl FnMut(usize),
+    ) -> Result<Replay> {
+        let mut log = self.log.as_deref().map(LogWriter::create).transpose()?;
+        replay::run_overheard(deployment, record, config, progress, |time_us, frame| match &mut log {
+            Some(log) => Ok(log.write(time_us, [&WireFrame::from(frame)])?),
+            None => Ok(()),
+        })
     }
 
     /// What to call the bus.

@@ -43,7 +43,7 @@ pub fn run_with_own_monitor(
             received += 1;
         }
         let (sent, received) = (sent + served.sent, received + served.received);
-        let traffic = Traffic { sent, received, lost: sent.saturating_sub(received), busy_us: 0 };
+        let traffic = Traffic { sent, received, lost: sent.saturating_sub(received), ..Traffic::default() };
         Ok(Replay { answers, traffic, counters: served.counters })
     })
 }
@@ -63,7 +63,7 @@ pub fn run_with_foreign_monitor(
     let before = counters(host, node)?;
     let (answers, sent, received) = play(host, node, deployment, record, progress)?;
     let counters = since(&before, &counters(host, node)?);
-    let traffic = Traffic { sent, received, lost: u64::from(counters.lost), busy_us: 0 };
+    let traffic = Traffic { sent, received, lost: u64::from(counters.lost), ..Traffic::default() };
     Ok(Replay { answers, traffic, counters })
 }
 

@@ -9,7 +9,8 @@ pub mod live;
 
 use anyhow::{Result, anyhow};
 use rotor_edge_core::can::{
-    Counters, FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult, NumberedReading, ResultAssembler, reading_frames,
+    Counters, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, MonitorResult, NumberedReading, ResultAssembler,
+    reading_frames,
 };
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::residual::Bearing;
@@ -91,7 +92,21 @@ pub fn run(
     deployment: &Deployment,
     record: &[Reading],
     config: &ReplayConfig,
+    progress: impl FnMut(usize),
+) -> Result<Replay> {
+    run_overheard(deployment, record, config, progress, |_, _| Ok(()))
+}
+
+/// The same; `overhear` gets every frame on the bus, with the simulated time in µs.
+///
+/// # Errors
+/// If the controller refuses the model, or `overhear` fails.
+pub fn run_overheard(
+    deployment: &Deployment,
+    record: &[Reading],
+    config: &ReplayConfig,
     mut progress: impl FnMut(usize),
+    mut overhear: impl FnMut(u64, &Frame) -> Result<()>,
 ) -> Result<Replay> {
     let mut node = EdgeNode::new(config.node, deployment.edge.clone())
         .map_err(|e| anyhow!("the controller refuses to start: {e:?}"))?;
@@ -108,12 +123,13 @@ pub fn run(
         for frame in reading_frames(config.node.node, &numbered) {
             bus.send(HOST, frame);
         }
-        exchange(&mut bus, &mut node, begins_us + READING_PERIOD_US, |frame| {
+        let until_us = begins_us + READING_PERIOD_US;
+        exchange(&mut bus, &mut node, until_us, &mut overhear, |frame| {
             if let Some(result) = results.receive(frame) {
                 let row = row_of(result.sequence, row);
                 answers.push(Answer { row, result });
             }
-        });
+        })?;
         progress(row);
     }
     Ok(Replay { answers, traffic: bus.traffic(), counters: node.counters() })
@@ -124,13 +140,15 @@ fn exchange(
     bus: &mut VirtualBus,
     node: &mut EdgeNode,
     until_us: u64,
-    mut hear: impl FnMut(&rotor_edge_core::can::Frame),
-) {
+    overhear: &mut impl FnMut(u64, &Frame) -> Result<()>,
+    mut hear: impl FnMut(&Frame),
+) -> Result<()> {
     loop {
         let moved = bus.transmit_one();
-        if !moved {
+        match &moved {
+            Some(frame) => overhear(bus.now_us(), frame)?,
             // idle: frames that are still under way arrive before the next reading
-            bus.wait_until(until_us);
+            None => bus.wait_until(until_us),
         }
         while let Some((arrival_us, frame)) = bus.receive(MONITOR) {
             node.receive(arrival_us, &frame);
@@ -143,8 +161,8 @@ fn exchange(
         while let Some((_, frame)) = bus.receive(HOST) {
             hear(&frame);
         }
-        if !moved && !answered {
-            return;
+        if moved.is_none() && !answered {
+            return Ok(());
         }
     }
 }
