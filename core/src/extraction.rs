@@ -17,6 +17,7 @@ mod sums;
 mod tests;
 
 use core::array;
+use core::f32::consts::TAU;
 
 use nalgebra::Complex;
 
@@ -242,7 +243,8 @@ impl Extractor {
     ) -> Option<Extraction> {
         let period = running.samples as f32 + 1.0 + running.age - age;
         let surprise = running.phase.missing_angle(period);
-        if period < FEWEST_SAMPLES || !(surprise.abs() <= core::f32::consts::TAU * LARGEST_SURPRISE) {
+        let expected = -TAU * LARGEST_SURPRISE..=TAU * LARGEST_SURPRISE;
+        if period < FEWEST_SAMPLES || !expected.contains(&surprise) {
             return Some(self.unusable(Keyphasor::Unsteady));
         }
         running.turns = running.turns.saturating_add(1);
@@ -268,7 +270,7 @@ impl Extractor {
 
     fn conclude(&self, config: &ExtractionConfig, running: &Running, last_period: f32) -> Extraction {
         let drift = (running.first_period - last_period) * f32::from(running.turns) / running.length;
-        if !(drift.abs() <= config.largest_drift) {
+        if !(-config.largest_drift..=config.largest_drift).contains(&drift) {
             return Extraction { drift, ..self.unusable(Keyphasor::Unsteady) };
         }
         let fits = running.window.fits();

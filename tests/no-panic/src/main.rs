@@ -7,6 +7,7 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use rotor_edge_core::can::isotp::IsoTp;
+use rotor_edge_core::can::slcan::{Decoder, Line, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
 use rotor_edge_core::extraction::{ExtractionConfig, Extractor, KeyphasorDetector};
@@ -44,6 +45,7 @@ extern "C" fn main() -> i32 {
     receive_result();
     command();
     extraction();
+    lines();
     0
 }
 
@@ -112,6 +114,16 @@ fn receive_result() {
         }
     }
     black_box(assembler.damaged());
+}
+
+/// Arbitrary text as SLCAN.
+fn lines() {
+    let mut decoder = Decoder::new();
+    for _ in 0..black_box(100) {
+        if let Some(Line::Frame(frame)) = decoder.push(black_box(0)) {
+            black_box(encode(&frame));
+        }
+    }
 }
 
 /// The host's side of a command.
