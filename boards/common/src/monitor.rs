@@ -86,9 +86,8 @@ impl<F: NorFlash> Monitor<F> {
     }
 
     /// Hands a frame to the node and stores what it then wants stored. `may_write`: the supply will last.
-    #[inline(never)]
     pub fn receive(&mut self, time_us: u64, frame: &Frame, may_write: bool) {
-        self.node.receive(time_us, frame);
+        hear(self.node, time_us, frame);
         self.store(time_us, may_write);
     }
 
@@ -99,6 +98,11 @@ impl<F: NorFlash> Monitor<F> {
             self.node.saved(time_us, stored);
         }
     }
+}
+
+#[inline(never)]
+fn hear(node: &mut BoardNode, time_us: u64, frame: &Frame) {
+    node.receive(time_us, frame);
 }
 
 /// Decodes a model into static memory; a cell serves once.
