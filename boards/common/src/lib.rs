@@ -4,6 +4,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`monitor`] | the node with its storage |
+//! | [`settings`] | number and key of a device |
 //! | [`slots`] | model and counter in flash, whole after a cut in power at any write |
 //! | [`filter`] | the identifiers that a node must hear |
 //! | [`watchdog`] | when the watchdog may be fed |
@@ -19,5 +20,6 @@ pub mod filter;
 pub mod light;
 pub mod monitor;
 pub mod recovery;
+pub mod settings;
 pub mod slots;
 pub mod watchdog;
