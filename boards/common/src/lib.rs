@@ -3,6 +3,7 @@
 //!
 //! | module | what it is |
 //! |---|---|
+//! | [`monitor`] | the node with its storage |
 //! | [`slots`] | model and counter in flash, whole after a cut in power at any write |
 //! | [`filter`] | the identifiers that a node must hear |
 //! | [`watchdog`] | when the watchdog may be fed |
@@ -16,6 +17,7 @@ extern crate std;
 
 pub mod filter;
 pub mod light;
+pub mod monitor;
 pub mod recovery;
 pub mod slots;
 pub mod watchdog;

@@ -62,6 +62,11 @@ impl<F: NorFlash> Slots<F> {
         Self { flash }
     }
 
+    /// Gives the flash back.
+    pub fn into_flash(self) -> F {
+        self.flash
+    }
+
     /// The counter saved last and the model that belongs to it, copied into `buffer`; `None` for the model if none was
     /// ever saved (or it does not fit), `None` altogether if nothing was.
     pub fn load<'a>(&mut self, buffer: &'a mut [u8]) -> Option<(u64, Option<&'a [u8]>)> {

@@ -5,7 +5,6 @@
 pub mod clock;
 pub mod instructions;
 pub mod log;
-pub mod monitor;
 pub mod sample;
 pub mod stack;
 pub mod state;

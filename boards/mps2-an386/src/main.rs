@@ -11,15 +11,17 @@ use core::panic::PanicInfo;
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::entry;
+use rotor_edge_boards::monitor::{Monitor, Place};
 use rotor_edge_core::can::slcan::{ACCEPTED, Decoder, Line, REFUSED, encode};
 use rotor_edge_mps2_an386::log::LastWords;
-use rotor_edge_mps2_an386::monitor::Monitor;
 use rotor_edge_mps2_an386::state::StateMemory;
 use rotor_edge_mps2_an386::uart::{self, UART0};
-use rotor_edge_mps2_an386::{clock, log, stack};
+use rotor_edge_mps2_an386::{clock, log, sample, stack};
 
 /// The stack's high-water mark is looked up this often.
 const STACK_PERIOD_US: u64 = 1_000_000;
+
+static PLACE: Place = Place::new();
 
 #[entry]
 fn main() -> ! {
@@ -28,7 +30,11 @@ fn main() -> ! {
     clock::start(peripherals.SYST);
     uart::start();
     // SAFETY: once, here.
-    let (mut monitor, started) = Monitor::start(unsafe { StateMemory::take() });
+    let flash = unsafe { StateMemory::take() };
+    let (mut monitor, started) = match Monitor::start(&PLACE, flash, sample::config()) {
+        Ok(started) => started,
+        Err(error) => panic!("the node does not start: {error:?}"),
+    };
     log!("{:?}", started);
     let mut wire = Wire { decoder: Decoder::new(), open: false };
     let mut look = Look { due_us: 0, deepest_bytes: 0 };
@@ -58,7 +64,7 @@ impl Wire {
         let Some(line) = self.decoder.push(byte) else { return };
         let answer = match line {
             Line::Frame(frame) if self.open => {
-                monitor.receive(clock::now_us(), &frame);
+                monitor.receive(clock::now_us(), &frame, true);
                 ACCEPTED
             }
             Line::OtherFrame if self.open => ACCEPTED,

@@ -1,11 +1,13 @@
-//! The sample machine's models and record, as `boards/sample` holds them.
+//! The node's settings, the sample machine's model with the seal, and its record.
 
+use rotor_edge_core::command::{KEY_BYTES, Key};
+use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::{Reading, probe_vectors};
 
-/// Shape functions a plane.
-pub const SHAPES: usize = 6;
-/// The model that phase I makes.
-pub const MODEL: &[u8] = include_bytes!("../../sample/model.bin");
+/// The node's number.
+pub const NUMBER: u8 = 1;
+/// Its key, known to everybody; a device gets one of its own.
+pub const KEY: Key = Key([0x52; KEY_BYTES]);
 /// The model with the seal.
 pub const BETTER: &[u8] = include_bytes!("../../sample/better.bin");
 const READINGS: &[u8] = include_bytes!("../../sample/readings.bin");
@@ -18,4 +20,9 @@ pub fn readings() -> impl Iterator<Item = Reading> + Clone {
         let value = |place: usize| values.get(place).map_or(f32::NAN, |bytes| f32::from_le_bytes(*bytes));
         Reading { speed_rpm: value(0), probes: probe_vectors(&core::array::from_fn(|i| value(1 + i))) }
     })
+}
+
+/// How the node runs here.
+pub fn config() -> NodeConfig {
+    NodeConfig { key: Some(KEY), ..NodeConfig::new(NUMBER) }
 }

@@ -11,14 +11,14 @@ use core::hint::black_box;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use panic_semihosting as _;
+use rotor_edge_boards::monitor::{BoardModel, ModelCell, OWN_MODEL, SHAPES, decode};
 use rotor_edge_core::model::MAX_PLANES;
 use rotor_edge_core::reading::{PROBES, Reading, rad_s};
 use rotor_edge_core::response::{SupportAmplitudes, response};
 use rotor_edge_core::swarm::{DEFAULT_PARTICLES, SwarmConfig};
 use rotor_edge_core::track::{TrackConfig, Tracker};
 use rotor_edge_mps2_an386::instructions::Counter;
-use rotor_edge_mps2_an386::monitor::{BoardModel, ModelCell, decode};
-use rotor_edge_mps2_an386::sample::{self, SHAPES};
+use rotor_edge_mps2_an386::sample;
 
 /// Design limits.
 const RESPONSE_LIMIT: u32 = 25_000;
@@ -89,9 +89,11 @@ fn main() -> ! {
     if !within {
         hprintln!("the counter is wrong: {} for {} instructions", known, KNOWN);
     }
-    let model = decode(&MODEL, sample::MODEL);
+    let (Ok(model), Ok(better)) = (decode(&MODEL, OWN_MODEL), decode(&BETTER, sample::BETTER)) else {
+        panic!("the sample's models are refused")
+    };
     within &= solve(&counter, "Z solve and H, sample", model);
-    within &= solve(&counter, "Z solve and H, with the seal", decode(&BETTER, sample::BETTER));
+    within &= solve(&counter, "Z solve and H, with the seal", better);
     within &= phase_two(&counter, model);
     debug::exit(if within { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
     loop {
