@@ -240,6 +240,7 @@ fn a_bus_that_cannot_start_says_why_and_leaves_an_older_recording_alone() {
     assert_eq!(rotor_edge(&["bus", "--slcan", "70000"]).status.code(), Some(2));
 }
 
+#[cfg(target_os = "linux")]
 #[test]
 fn a_recording_that_cannot_go_on_ends_the_bus_with_the_reason() {
     let mut shared = Shared::start(&["--record", "/dev/full"]);
