@@ -109,6 +109,24 @@ fn await_question(bus: &mut dyn CanBus) {
     panic!("nobody asks for versions");
 }
 
+/// Waits for two heartbeats of the monitor that count so many readings.
+fn await_heartbeats(bus: &mut dyn CanBus, number: usize) {
+    let begun = Instant::now();
+    let mut heard = 0;
+    while heard < 2 {
+        assert!(begun.elapsed() < PATIENCE, "no heartbeat with {number} readings");
+        let Some(frame) = bus.receive(Duration::from_millis(50)).unwrap() else { continue };
+        let message = Message::decode(&frame).map(|(_, message)| message);
+        heard += usize::from(
+            matches!(message, Ok(Message::Heartbeat { readings, .. }) if usize::from(readings) == number),
+        );
+    }
+}
+
+fn terminate(pid: &str, signal: &str) {
+    assert!(Command::new("kill").args([signal, pid]).status().unwrap().success());
+}
+
 fn model() -> (EdgeModel, Deployment) {
     let (mut rotor, ..) = sample::load().unwrap();
     for (plane, unbalance) in rotor.plane.iter_mut().zip([900.0, 700.0]) {
@@ -160,7 +178,7 @@ fn json_tells_all_that_a_monitor_on_a_real_bus_said_and_the_log_holds_every_fram
     let (said, answers) = beside_a_monitor(&bus, edge.clone(), || {
         let mut host = bus.join();
         let watch = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
-            .args(["watch", "--bus", bus.socketcand(), "--json", "--seconds", "4", "--record"])
+            .args(["watch", "--bus", bus.socketcand(), "--json", "--record"])
             .arg(&log)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -168,12 +186,11 @@ fn json_tells_all_that_a_monitor_on_a_real_bus_said_and_the_log_holds_every_fram
             .spawn()
             .unwrap();
         await_question(&mut *host);
-        // past the time for which a monitor listens before it answers
-        let begun = Instant::now();
-        while begun.elapsed() < Duration::from_millis(500) {
-            host.receive(Duration::from_millis(20)).unwrap();
-        }
+        // ready once it has told its state twice; the same after the readings, so that `watch` has heard it as well
+        await_heartbeats(&mut *host, 0);
         let answers = tell_readings(&mut *host, &deployment, 20);
+        await_heartbeats(&mut *host, answers.len());
+        terminate(&watch.id().to_string(), "-TERM");
         (watch.wait_with_output().unwrap(), answers)
     });
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
@@ -279,11 +296,11 @@ impl OnTerminal {
         Self { program, keys, heard, shown: Vec::new() }
     }
 
-    /// Waits until this is on the terminal.
-    fn await_text(&mut self, text: &str) {
+    /// Waits until this was written where the terminal was empty before; blanks are skipped in writing.
+    fn await_word(&mut self, word: &str) {
         let begun = Instant::now();
-        while !String::from_utf8_lossy(&self.shown).contains(text) {
-            assert!(begun.elapsed() < PATIENCE, "{text:?} is missing in {:?}", self.all());
+        while !self.all().contains(word) {
+            assert!(begun.elapsed() < PATIENCE, "{word:?} is missing in {:?}", self.all());
             if let Ok(byte) = self.heard.recv_timeout(Duration::from_millis(50)) {
                 self.shown.push(byte);
             }
@@ -332,12 +349,12 @@ fn on_a_terminal_it_shows_the_monitor_and_q_gives_the_terminal_back() {
     beside_a_monitor(&bus, edge, || {
         let mut terminal = OnTerminal::start(&bus);
         let mut host = bus.join();
-        terminal.await_text("Monitor 4: ");
-        let answers = tell_readings(&mut *host, &deployment, 5);
-        terminal.await_text("Unbalance ↺ rotation");
-        terminal.await_text(&format!("{} readings in", answers.len()));
+        // the counters of a monitor, then the unbalance in its results
+        terminal.await_word("overflowed");
+        tell_readings(&mut *host, &deployment, 5);
+        terminal.await_word("static");
         terminal.key("p");
-        terminal.await_text("PAUSED");
+        terminal.await_word("PAUSED");
         terminal.key("q");
         let (code, shown) = terminal.end();
         assert_eq!((code, after_restoring(&shown).as_str()), (Some(0), ""));
@@ -350,9 +367,9 @@ fn interrupt_and_a_lost_bus_give_the_terminal_back_as_well() {
     for (signal, key) in [(Some("-TERM"), None), (Some("-INT"), None), (None, Some("\x03"))] {
         let bus = Bus::start();
         let mut terminal = OnTerminal::start(&bus);
-        terminal.await_text("Nothing was heard");
+        terminal.await_word("Nothing");
         if let Some(signal) = signal {
-            assert!(Command::new("kill").args([signal, &terminal.pid()]).status().unwrap().success());
+            terminate(&terminal.pid(), signal);
         }
         key.iter().for_each(|key| terminal.key(key));
         let (code, shown) = terminal.end();
@@ -360,7 +377,7 @@ fn interrupt_and_a_lost_bus_give_the_terminal_back_as_well() {
     }
     let bus = Bus::start();
     let mut terminal = OnTerminal::start(&bus);
-    terminal.await_text("Nothing was heard");
+    terminal.await_word("Nothing");
     bus.kill();
     let (code, shown) = terminal.end();
     let said = after_restoring(&shown);
