@@ -20,6 +20,8 @@ RELEASE = Path(os.environ.get("CARGO_TARGET_DIR", monitor.ROOT / "target")) / "r
 PROGRAM = RELEASE / "rotor-edge"
 VCAN = "vcan0"
 NODE = 1
+SECONDS = 20
+"""Patience with a machine that is busy."""
 
 
 def pytest_collection_modifyitems(items):
@@ -75,6 +77,24 @@ def desk(tmp_path_factory):
     return Desk(rotor, monitor.read_record(SAMPLE / "record.csv"), answers_of(rotor))
 
 
+class Participant:
+    """A python-can bus that is always heard, so that no buffer of the system overflows meanwhile."""
+
+    def __init__(self, bus):
+        self.reader = can.BufferedReader()
+        self.notifier = can.Notifier(bus, [self.reader])
+        self.send = bus.send
+        self.recv = self.reader.get_message
+
+    def forget(self):
+        """Drops what was heard so far."""
+        while self.recv(0):
+            pass
+
+    def stop(self):
+        self.notifier.stop()
+
+
 @dataclass
 class Wire:
     """A bus, for both sides: what to give to `--bus`, and how python-can joins it."""
@@ -82,16 +102,25 @@ class Wire:
     spec: str
     arguments: dict
     joined: list = field(default_factory=list)
+    heard: list = field(default_factory=list)
 
     def join(self):
+        self.heard.append(Participant(self.bus()))
+        return self.heard[-1]
+
+    def bus(self):
         bus = can.Bus(**self.arguments)
         if self.arguments["interface"] == "slcan":
             # pyserial leaves small packets to wait for each other, which costs 40 ms a reading
             bus.serialPortOrig._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            # nothing says that the channel is open, but what comes after does
+            assert bus.get_version(SECONDS)[0] is not None, "no answer over SLCAN"
         self.joined.append(bus)
         return bus
 
     def leave(self):
+        while self.heard:
+            self.heard.pop().stop()
         while self.joined:
             self.joined.pop().shutdown()
 

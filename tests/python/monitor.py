@@ -106,21 +106,27 @@ def wait_for(bus, name, node, seconds=10.0, accept=lambda signals: True):
     raise TimeoutError(f"no {name} of monitor {node} within {seconds} s")
 
 
-def play(bus, node, rows, first=0, seconds=20.0):
-    """Sends each reading and waits for its answer; {row: result}. A reading with a lost probe is not answered."""
+def collect(bus, node, last, seconds=20.0):
+    """Results by the number of their reading, until that of reading ``last``; {sequence: result}."""
     results, answers = Results(node), {}
-    for row, (speed_rpm, probes) in enumerate(rows, first):
+    end = time.monotonic() + seconds
+    while last not in answers:
+        assert time.monotonic() < end, f"no answer to reading {last}, only to {list(answers)}"
+        received = bus.recv(1.0)
+        result = received and results.take(received)
+        if result:
+            answers[result["Status"]["Sequence"]] = result
+    return answers
+
+
+def play(bus, node, rows):
+    """Sends each reading and waits for its answer; {row: result}. A reading with a lost probe is not answered."""
+    answers = {}
+    for row, (speed_rpm, probes) in enumerate(rows):
         for frame in reading(node, row, speed_rpm, probes):
             bus.send(frame)
-        if None in probes:
-            continue
-        end = time.monotonic() + seconds
-        while row not in answers:
-            received = bus.recv(end - time.monotonic())
-            assert received is not None, f"no answer to reading {row}"
-            result = results.take(received)
-            if result:
-                answers[result["Status"]["Sequence"]] = result
+        if None not in probes:
+            answers |= collect(bus, node, row)
     return answers
 
 

@@ -13,21 +13,19 @@ import isotp
 import pytest
 
 import monitor
-from conftest import NODE, PROGRAM, VCAN, answers_of
+from conftest import NODE, PROGRAM, SECONDS, VCAN, answers_of
 from test_monitor import next_heartbeat, same_to_the_bit
 
 TO_NODE, TO_HOST = (monitor.DBC.get_message_by_name(name).frame_id + NODE for name in ["ToNode", "ToHost"])
-SECONDS = 20
 
 
 class PyPi:
     """can-isotp on a python-can bus."""
 
     def __init__(self, wire, send_id, receive_id, block_size=8, separation_ms=0):
-        self.bus = wire.join()
         address = isotp.Address(isotp.AddressingMode.Normal_11bits, txid=send_id, rxid=receive_id)
         parameters = {"blocksize": block_size, "stmin": separation_ms, "tx_padding": 0xCC, "blocking_send": True}
-        self.stack = isotp.CanStack(self.bus, address=address, params=parameters)
+        self.stack = isotp.CanStack(wire.bus(), address=address, params=parameters)
         self.stack.start()
 
     def send(self, data):

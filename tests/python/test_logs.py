@@ -97,12 +97,7 @@ def test_a_recording_played_onto_the_bus_gives_the_same_numbers(recorded, node, 
     where = ["-i", there.pop("interface"), "-c", there.pop("channel")]
     more = ["--bus-kwargs", *(f"{name}={value}" for name, value in there.items())] if there else []
     tool("player", *where, *more, "--ignore-timestamps", "-g", GAP_S, played)
-    results, answers = monitor.Results(NODE), {}
-    while len(answers) < READINGS:
-        received = listener.recv(20)
-        assert received is not None, f"{len(answers)} answers"
-        result = results.take(received)
-        if result:
-            answers[result["Status"]["Sequence"]] = result
+    answers = monitor.collect(listener, NODE, last=READINGS - 1)
+    assert list(answers) == list(range(READINGS))
     for row, result in answers.items():
         same_to_the_bit(result, desk.answers[row])
