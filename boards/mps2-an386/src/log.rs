@@ -1,6 +1,9 @@
 //! Lines of text on the second UART.
 
 use core::fmt;
+use core::panic::PanicInfo;
+
+use cortex_m::peripheral::SCB;
 
 use crate::uart::UART1;
 
@@ -14,8 +17,14 @@ impl fmt::Write for Log {
     }
 }
 
-/// The log when interrupts are off or nothing can be trusted: bytes go out one by one.
-pub struct LastWords;
+/// Says why the program ends, byte by byte, since nothing else can be trusted any more, and starts it anew.
+pub fn report_and_reset(info: &PanicInfo) -> ! {
+    cortex_m::interrupt::disable();
+    let _ = fmt::Write::write_fmt(&mut LastWords, format_args!("{info}\r\n"));
+    SCB::sys_reset()
+}
+
+struct LastWords;
 
 impl fmt::Write for LastWords {
     fn write_str(&mut self, text: &str) -> fmt::Result {

@@ -6,14 +6,12 @@
 #![no_std]
 #![no_main]
 
-use core::fmt::Write;
 use core::panic::PanicInfo;
 
-use cortex_m::peripheral::SCB;
 use cortex_m_rt::entry;
 use rotor_edge_boards::monitor::{Monitor, Place};
 use rotor_edge_core::can::slcan::{ACCEPTED, Decoder, Line, REFUSED, encode};
-use rotor_edge_mps2_an386::log::LastWords;
+use rotor_edge_mps2_an386::log::report_and_reset;
 use rotor_edge_mps2_an386::state::StateMemory;
 use rotor_edge_mps2_an386::uart::{self, UART0};
 use rotor_edge_mps2_an386::{clock, log, sample, stack};
@@ -115,7 +113,5 @@ impl Look {
 
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
-    cortex_m::interrupt::disable();
-    let _ = write!(LastWords, "{}\r\n", info);
-    SCB::sys_reset()
+    report_and_reset(info)
 }

@@ -18,8 +18,8 @@ use rotor_edge_core::residual::{Residual, ResidualConfig, ResidualMonitor};
 use rotor_edge_core::response::response;
 use rotor_edge_core::track::{TrackConfig, Tracker};
 
-// The host's memcpy, memset and start-up code; nothing else of it is used.
-#[link(name = "c")]
+// The host's memcpy, memset and start-up code; nothing else of it is used. A bare target has its own.
+#[cfg_attr(not(target_os = "none"), link(name = "c"))]
 unsafe extern "C" {}
 
 unsafe extern "C" {
