@@ -1,12 +1,16 @@
 //! `rotor-edge bus` and `rotor-edge decode` as a user meets them: real programs, real sockets.
 
+#[path = "cli/program.rs"]
+mod program;
+
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStderr, Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use program::{PATIENCE, Shared, assert_says, json, refusal, rotor_edge};
 use rotor_edge::bus::log::{LogReader, LogWriter, Recorded};
 use rotor_edge::bus::wire::WireFrame;
 use rotor_edge::bus::{CanBus, local_bus, open};
@@ -18,107 +22,7 @@ use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
 use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::rotor::Rotor;
 use rotor_edge_desktop::rotor_file;
-use serde_json::Value;
 use tempfile::TempDir;
-
-/// Far longer than anything here takes, on a busy machine too.
-const PATIENCE: Duration = Duration::from_secs(20);
-
-fn rotor_edge(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rotor-edge")).args(arguments).output().unwrap()
-}
-
-/// The one sentence that it fails with.
-fn refusal(arguments: &[&str]) -> String {
-    let output = rotor_edge(arguments);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(output.stdout.is_empty(), "nothing half-done on standard output");
-    assert_eq!(message.trim_end().lines().count(), 1, "one sentence: {message}");
-    message
-}
-
-#[track_caller]
-fn assert_says(message: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(message.contains(part), "\"{part}\" is missing in: {message}");
-    }
-}
-
-fn json(output: &Output) -> Value {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("one JSON object on standard output")
-}
-
-/// A running `rotor-edge bus` on free ports.
-struct Shared {
-    program: Child,
-    /// Unless a test reads it itself.
-    stderr: Option<BufReader<ChildStderr>>,
-    opened: Value,
-}
-
-impl Shared {
-    fn start(more: &[&str]) -> Self {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
-            .args(["bus", "--json", "--slcan", "0", "--socketcand", "0"])
-            .args(more)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut text = String::new();
-        for line in BufReader::new(program.stdout.take().unwrap()).lines() {
-            let line = line.unwrap();
-            text += &line;
-            if line == "}" {
-                break;
-            }
-        }
-        let stderr = program.stderr.take().map(BufReader::new);
-        Self { program, stderr, opened: serde_json::from_str(&text).expect(&text) }
-    }
-
-    fn spec(&self, kind: &str) -> &str {
-        self.opened[kind].as_str().unwrap()
-    }
-
-    fn join(&self, kind: &str) -> Box<dyn CanBus> {
-        open(self.spec(kind)).unwrap()
-    }
-
-    fn raw(&self, port: &str) -> TcpStream {
-        let port = self.opened[port].as_u64().unwrap() as u16;
-        let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        stream
-    }
-
-    /// Sends a signal; exit code and what was said.
-    fn end(mut self, signal: &str) -> (Option<i32>, String) {
-        let kill = Command::new("kill").args([signal, &self.program.id().to_string()]).status().unwrap();
-        assert!(kill.success());
-        let code = self.program.wait().unwrap().code();
-        (code, self.rest_said())
-    }
-
-    /// What is said until the end.
-    fn rest_said(&mut self) -> String {
-        let mut said = String::new();
-        if let Some(stderr) = &mut self.stderr {
-            stderr.read_to_string(&mut said).unwrap();
-        }
-        said
-    }
-}
-
-impl Drop for Shared {
-    fn drop(&mut self) {
-        // gone already, unless the test failed
-        let _ = self.program.kill();
-        let _ = self.program.wait();
-    }
-}
 
 /// What an SLCAN client is told up to the answer to `V`.
 fn until_version(stream: &mut TcpStream) -> Vec<u8> {
@@ -336,6 +240,7 @@ fn a_bus_that_cannot_start_says_why_and_leaves_an_older_recording_alone() {
     assert_eq!(rotor_edge(&["bus", "--slcan", "70000"]).status.code(), Some(2));
 }
 
+#[cfg(target_os = "linux")]
 #[test]
 fn a_recording_that_cannot_go_on_ends_the_bus_with_the_reason() {
     let mut shared = Shared::start(&["--record", "/dev/full"]);

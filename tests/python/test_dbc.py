@@ -4,12 +4,11 @@ cantools encodes, the core decodes the same bits; the core encodes what it decod
 """
 
 import struct
-from pathlib import Path
 
-import cantools
 import pytest
 
-DBC = cantools.database.load_file(Path(__file__).resolve().parents[2] / "core" / "rotor-edge.dbc")
+from monitor import DBC
+
 # bytes of ISO-TP have no meaning of their own to the codec; test_isotp.py checks what they carry
 ISO_TP = ["ToNode", "ToHost"]
 MESSAGES = [message for message in DBC.messages if message.name not in ISO_TP]

@@ -245,6 +245,33 @@ mod tests {
         }
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn slcan_over_a_serial_line_goes_both_ways() {
+        use std::io::{Read, Write};
+
+        use serialport::{SerialPort, TTYPort};
+
+        let (mut adapter, device) = TTYPort::pair().unwrap();
+        adapter.set_timeout(Duration::from_secs(20)).unwrap();
+        let name = device.name().unwrap();
+        drop(device);
+        let serial = crate::bus::stream::Serial::open(&name, 115_200).unwrap();
+        adapter.write_all(b"\r\r\rV1013\rt7FF10A\r").unwrap();
+        let mut client = TextClient::slcan(serial, 500_000, "test".into()).unwrap();
+        assert_eq!(client.receive(Duration::from_secs(20)).unwrap(), Frame::standard(0x7ff, &[10]));
+        assert_eq!(client.receive(Duration::ZERO).unwrap(), None);
+        client.send(&Frame::standard(0x123, &[1]).unwrap()).unwrap();
+        let mut heard = [0; 18];
+        adapter.read_exact(&mut heard).unwrap();
+        assert_eq!(&heard, b"\rC\rS6\rO\rV\rt123101\r");
+        drop(adapter);
+        assert!(
+            client.receive(Duration::from_secs(20)).is_err(),
+            "an adapter that was pulled out is no timeout"
+        );
+    }
+
     #[test]
     fn a_server_that_refuses_or_leaves_is_quoted() {
         for (stream, says) in [

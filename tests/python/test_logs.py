@@ -1,0 +1,108 @@
+"""Recordings: what the program writes, python-can's own tools convert and play, and the numbers stay."""
+
+import json
+import subprocess
+import sys
+
+import can
+import pytest
+
+import monitor
+from conftest import NODE, SAMPLE, run
+from test_monitor import same_to_the_bit
+
+READINGS = 120
+FRAMES_OF_A_READING = 6
+# more than a reading's time on the wire at 500 kbit/s, so that the monitor keeps up in an emulator as well
+GAP_S = 0.0005
+
+
+def tool(name, *arguments):
+    """One of python-can's own tools."""
+    command = [sys.executable, "-m", f"can.{name}", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+
+
+def record(desk, folder, *options):
+    """What `replay` writes of the first readings; its own numbers must be those of the desk."""
+    short = folder / "short.csv"
+    with open(SAMPLE / "record.csv") as rows:
+        short.write_text("".join(next(rows) for _ in range(READINGS + 1)))
+    log = folder / "recorded.log"
+    arguments = ["--identified", "--rotor", desk.rotor, "--record", short, "--log", log, *options]
+    replayed = json.loads(run("replay", *arguments, "--json", "--answers"))
+    assert replayed["answers"] == [desk.answers[row] for row in range(READINGS)]
+    return log
+
+
+def content(path):
+    """Identifier and bytes of every frame, through python-can's reader."""
+    return [(message.arbitration_id, bytes(message.data)) for message in can.LogReader(path)]
+
+
+def test_a_recording_survives_every_format_of_python_can(desk, tmp_path):
+    recorded = record(desk, tmp_path)
+    original = content(recorded)
+    results, answers = monitor.Results(NODE), {}
+    for message in can.LogReader(recorded):
+        result = results.take(message)
+        if result:
+            answers[result["Status"]["Sequence"]] = result
+    assert sorted(answers) == list(range(READINGS))
+    for row, result in answers.items():
+        same_to_the_bit(result, desk.answers[row])
+    said = numbers(run("decode", recorded, "--json"))
+    assert said["frames"] == len(original)
+    for kind in ["asc", "blf"]:
+        converted = tmp_path / f"converted.{kind}"
+        tool("logconvert", recorded, converted)
+        assert content(converted) == original, kind
+        # and back, into a log that python-can wrote and the program reads
+        again = tmp_path / f"from-{kind}.log"
+        tool("logconvert", converted, again)
+        assert content(again) == original, kind
+        assert numbers(run("decode", again, "--json")) == said, kind
+
+
+def numbers(said):
+    """What `decode` says, without times, which ASC rounds."""
+    decoded = json.loads(said)
+    for node in decoded["nodes"]:
+        for result in node["results"]:
+            del result["time_s"]
+    return decoded
+
+
+@pytest.fixture
+def recorded(wire, desk, tmp_path):
+    """Recorded over this bus, before there is a monitor on it that would have the same number."""
+    return record(desk, tmp_path, "--bus", wire.spec)
+
+
+@pytest.mark.parametrize("kind", ["log", "asc", "blf"])
+def test_a_recording_played_onto_the_bus_gives_the_same_numbers(recorded, node, desk, tmp_path, kind):
+    # a player that also played the monitor's own frames would be a second monitor with its number
+    readings = tmp_path / "readings.log"
+    lines = [line for line in recorded.read_text().splitlines(True) if int(line.split()[2].split("#")[0], 16) < 0x200]
+    assert len(lines) == READINGS * FRAMES_OF_A_READING
+    readings.write_text("".join(lines))
+    played = tmp_path / f"played.{kind}"
+    if kind != "log":
+        tool("logconvert", readings, played)
+    else:
+        readings.rename(played)
+    listener = node.wire.join()
+    there = dict(node.wire.arguments)
+    where = ["-i", there.pop("interface"), "-c", there.pop("channel")]
+    more = ["--bus-kwargs", *(f"{name}={value}" for name, value in there.items())] if there else []
+    tool("player", *where, *more, "--ignore-timestamps", "-g", GAP_S, played)
+    results, answers = monitor.Results(NODE), {}
+    while len(answers) < READINGS:
+        received = listener.recv(20)
+        assert received is not None, f"{len(answers)} answers"
+        result = results.take(received)
+        if result:
+            answers[result["Status"]["Sequence"]] = result
+    for row, result in answers.items():
+        same_to_the_bit(result, desk.answers[row])
