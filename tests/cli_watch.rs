@@ -391,6 +391,9 @@ fn a_terminal_that_is_closed_ends_it() {
     let bus = Bus::start();
     let mut terminal = OnTerminal::start(&bus);
     terminal.await_word("Nothing");
+    // the keyboard is in use by now
+    terminal.key("p");
+    terminal.await_word("PAUSED");
     let of_process = format!("/proc/{}", terminal.pid());
     assert!(Path::new(&of_process).exists());
     terminal.program.kill().unwrap();

@@ -117,6 +117,9 @@ impl Restored {
 
 impl Drop for Restored {
     fn drop(&mut self) {
-        ratatui::restore();
+        // twice would put the cursor back on top of what the panic said
+        if !std::thread::panicking() {
+            ratatui::restore();
+        }
     }
 }
