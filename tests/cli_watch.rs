@@ -384,3 +384,23 @@ fn interrupt_and_a_lost_bus_give_the_terminal_back_as_well() {
     assert_eq!((code, said.lines().count()), (Some(1), 1), "{said}");
     assert_says(&said, &["rotor-edge: slcan:127.0.0.1", "closed by the other side"]);
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_terminal_that_is_closed_ends_it() {
+    let bus = Bus::start();
+    let mut terminal = OnTerminal::start(&bus);
+    terminal.await_word("Nothing");
+    // the keyboard is in use by now
+    terminal.key("p");
+    terminal.await_word("PAUSED");
+    let of_process = format!("/proc/{}", terminal.pid());
+    assert!(Path::new(&of_process).exists());
+    terminal.program.kill().unwrap();
+    terminal.program.wait().unwrap();
+    let begun = Instant::now();
+    while Path::new(&of_process).exists() {
+        assert!(begun.elapsed() < PATIENCE, "it is still there without its terminal");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}

@@ -2,11 +2,12 @@
 
 use std::io::{IsTerminal, stdin, stdout};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use ratatui::DefaultTerminal;
-use ratatui::crossterm::event::{self, Event};
+use ratatui::crossterm::event::{self, Event, KeyEvent};
 
 use super::Watch;
 use super::screen::{Flow, Screen};
@@ -68,6 +69,7 @@ pub fn show(
     stop: &AtomicBool,
 ) -> Result<()> {
     let mut terminal = Restored::begin()?;
+    let keys = keys();
     let mut screen = Screen::default();
     let started = Instant::now();
     while !stop.load(Ordering::Relaxed) && time.is_none_or(|time| started.elapsed() < time) {
@@ -76,6 +78,7 @@ pub fn show(
             .draw(|frame| draw(frame, watch, &screen, place))
             .context("the terminal cannot be drawn on")?;
         listen(bus, watch, started, PICTURE_TIME)?;
+<<<<<<< HEAD
         // a terminal that is gone has something to read for ever
         while !stop.load(Ordering::Relaxed)
             && event::poll(Duration::ZERO).context("the keyboard cannot be read")?
@@ -83,11 +86,30 @@ pub fn show(
             if let Event::Key(key) = event::read().context("the keyboard cannot be read")?
                 && screen.key(watch, key) == Flow::Quit
             {
+=======
+        for key in keys.try_iter() {
+            if screen.key(watch, key) == Flow::Quit {
+>>>>>>> 0a28e3fe24c5853385e3b174a69177e08563d308
                 return Ok(());
             }
         }
     }
     Ok(())
+}
+
+/// Keys as they are pressed, read by a thread of its own: reading from a terminal that is gone never returns.
+fn keys() -> Receiver<KeyEvent> {
+    let (sender, keys) = channel();
+    std::thread::spawn(move || {
+        while let Ok(event) = event::read() {
+            if let Event::Key(key) = event
+                && sender.send(key).is_err()
+            {
+                return;
+            }
+        }
+    });
+    keys
 }
 
 /// A terminal that is put back when this ends; ratatui's hook does so on a panic, before its message.
@@ -105,6 +127,9 @@ impl Restored {
 
 impl Drop for Restored {
     fn drop(&mut self) {
-        ratatui::restore();
+        // twice would put the cursor back on top of what the panic said
+        if !std::thread::panicking() {
+            ratatui::restore();
+        }
     }
 }
