@@ -21,6 +21,7 @@ mod frame;
 pub mod isotp;
 mod message;
 mod result;
+pub mod slcan;
 #[cfg(test)]
 mod tests;
 

@@ -12,6 +12,7 @@
 //! | [`residual`] | residuals over time: level, persistence, flag, suspected bearing |
 //! | [`can`] | frames, messages, assembly of readings and results, ISO-TP |
 //! | [`command`] | deployment of a model and what else changes a monitor: authenticated and numbered |
+//! | [`extraction`] | raw probe samples and keyphasor marks to the 1x reading |
 //! | [`node`] | frames in, frames out: all that a board calls |
 //!
 //! # Conventions
@@ -44,6 +45,7 @@ extern crate std;
 
 pub mod can;
 pub mod command;
+pub mod extraction;
 pub mod fit;
 mod linear;
 pub mod model;

@@ -31,7 +31,8 @@ pub const QUEUE_FRAMES: usize = 32;
 /// No probe reads more than this, µm: a feature beyond it is a fault of transmission or scaling.
 pub const ABSURD_UM: f32 = 10_000.0;
 
-const HEARTBEAT_FRAMES: usize = 5;
+/// Frames of a heartbeat.
+pub const HEARTBEAT_FRAMES: usize = 5;
 
 /// Settings of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -63,7 +63,21 @@ impl<const N: usize> Model<N> {
     /// flash may be handed in.
     ///
     /// Errors: [`ModelError::Schema`], [`ModelError::BasisSize`], [`ModelError::Encoding`], and those of [`Model::check`].
+    #[inline(never)]
     pub fn decode(bytes: &[u8]) -> Result<Self, ModelError> {
+        // One variable, returned as it is: a model is not small, and a second copy would be on the stack.
+        let mut decoded = Self::parse(bytes);
+        if let Ok(model) = &decoded
+            && let Err(error) = model.check()
+        {
+            decoded = Err(error);
+        }
+        decoded
+    }
+
+    /// Not inlined: postcard's stack is free again when the model is checked.
+    #[inline(never)]
+    fn parse(bytes: &[u8]) -> Result<Self, ModelError> {
         let (schema, rest) = bytes.split_first_chunk::<SCHEMA_BYTES>().ok_or(ModelError::Encoding)?;
         if u32::from_le_bytes(*schema) != MODEL_SCHEMA {
             return Err(ModelError::Schema);
@@ -72,8 +86,6 @@ impl<const N: usize> Model<N> {
         if usize::from(size) != N {
             return Err(ModelError::BasisSize);
         }
-        let model: Self = postcard::from_bytes_crc32(body, CRC.digest()).map_err(|_| ModelError::Encoding)?;
-        model.check()?;
-        Ok(model)
+        postcard::from_bytes_crc32(body, CRC.digest()).map_err(|_| ModelError::Encoding)
     }
 }

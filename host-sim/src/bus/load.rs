@@ -1,6 +1,7 @@
 //! How full a bus is, and how many monitors it carries.
 
 use rotor_edge_core::can::{Frame, READING_FRAMES, RESULT_FRAMES};
+use rotor_edge_core::node::HEARTBEAT_FRAMES;
 use serde::Serialize;
 
 use super::virtual_bus::frame_bits;
@@ -9,8 +10,6 @@ use super::virtual_bus::frame_bits;
 pub const MONITORS: u32 = 30;
 /// Readings of each monitor a second.
 pub const READINGS_A_SECOND: u32 = 10;
-/// Frames of a monitor's heartbeat, once a second.
-pub const HEARTBEAT_FRAMES: u32 = 5;
 const BIT_RATES: [u32; 4] = [125_000, 250_000, 500_000, 1_000_000];
 
 /// What one bit rate carries.
@@ -26,7 +25,7 @@ pub struct Load {
 
 /// Frames of one monitor a second: its readings, its results and its heartbeat.
 pub fn frames_a_second() -> u32 {
-    READINGS_A_SECOND * (READING_FRAMES + RESULT_FRAMES) as u32 + HEARTBEAT_FRAMES
+    READINGS_A_SECOND * (READING_FRAMES + RESULT_FRAMES) as u32 + HEARTBEAT_FRAMES as u32
 }
 
 /// The load at the usual bit rates, every frame full and stuffed at its worst.

@@ -1,6 +1,5 @@
 //! Recordings: candump logs, one line a frame, `(1700000000.123456) can0 123#0102`.
 
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::Path;
@@ -10,7 +9,7 @@ use anyhow::{Context, Result, bail};
 use rotor_edge_core::can::Frame;
 
 use super::CanBus;
-use super::wire::{WireFrame, bytes_of_hex, number_of_hex};
+use super::wire::{WireFrame, bytes_of_hex, number_of_hex, push_hex};
 
 /// Name of the bus in our own recordings.
 pub const CHANNEL: &str = "can0";
@@ -44,7 +43,7 @@ impl Clock {
 /// Writes a log. What was written is with the operating system, so that the end of the program loses nothing.
 pub struct LogWriter<W> {
     out: W,
-    text: String,
+    text: Vec<u8>,
 }
 
 impl LogWriter<File> {
@@ -61,7 +60,7 @@ impl LogWriter<File> {
 impl<W: Write> LogWriter<W> {
     /// A log that goes to `out`.
     pub fn new(out: W) -> Self {
-        Self { out, text: String::new() }
+        Self { out, text: Vec::new() }
     }
 
     /// Writes frames of one moment, all at once.
@@ -77,22 +76,24 @@ impl<W: Write> LogWriter<W> {
         for frame in frames {
             push_line(&mut self.text, time_us, frame);
         }
-        self.out.write_all(self.text.as_bytes())?;
+        self.out.write_all(&self.text)?;
         self.out.flush()
     }
 }
 
-fn push_line(text: &mut String, time_us: u64, frame: &WireFrame) {
+fn push_line(text: &mut Vec<u8>, time_us: u64, frame: &WireFrame) {
     let (seconds, micros) = (time_us / 1_000_000, time_us % 1_000_000);
-    // writing to a string cannot fail
-    let _ = write!(text, "({seconds:010}.{micros:06}) {CHANNEL} {}#", frame.id_text());
+    // writing to memory cannot fail
+    let _ = write!(text, "({seconds:010}.{micros:06}) {CHANNEL} ");
+    frame.push_id(text);
+    text.push(b'#');
     if frame.is_remote() {
         let _ = write!(text, "R{}", frame.length());
     }
     for byte in frame.bytes() {
-        let _ = write!(text, "{byte:02X}");
+        push_hex(*byte, text);
     }
-    text.push('\n');
+    text.push(b'\n');
 }
 
 /// One line of a log.

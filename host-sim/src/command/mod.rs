@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod add;
+mod answer;
 mod bus;
 mod compare;
 mod decode;
@@ -19,6 +20,8 @@ mod replay_bus;
 mod replay_json;
 mod stop;
 mod thresholds;
+mod watch;
+mod watch_json;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -56,6 +59,8 @@ enum Command {
     Key(key::Arguments),
     /// A CAN bus that needs neither hardware nor the kernel: SLCAN and socketcand for all programs of this machine
     Bus(bus::Arguments),
+    /// Watch all monitors of a bus on the terminal: unbalance, residual, flags and counters
+    Watch(watch::Arguments),
     /// Readings and results from a recorded candump log
     Decode(decode::Arguments),
 }
@@ -77,6 +82,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Deploy(arguments)) => deploy::run(&arguments),
         Some(Command::Key(arguments)) => key::run(&arguments),
         Some(Command::Bus(arguments)) => bus::run(&arguments),
+        Some(Command::Watch(arguments)) => watch::run(&arguments),
         Some(Command::Decode(arguments)) => decode::run(&arguments),
     }
 }

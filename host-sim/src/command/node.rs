@@ -15,7 +15,7 @@ use crate::node::{Store, serve};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The bus to join, such as slcan:127.0.0.1:29536, socketcand:127.0.0.1:29537 or socketcan:vcan0
+    /// The bus to join, such as slcan:127.0.0.1:29537, socketcand:127.0.0.1:29536 or socketcan:vcan0
     #[arg(long)]
     bus: BusSpec,
     /// An identified rotor, rotor.toml; the built-in sample after phase I if absent

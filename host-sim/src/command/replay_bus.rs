@@ -19,7 +19,7 @@ use crate::replay::{self, Replay, ReplayConfig};
 /// Where a record is played.
 #[derive(Debug, Args)]
 pub struct Over {
-    /// A real bus, such as slcan:127.0.0.1:29536 or socketcan:vcan0; in-process and in simulated time if absent
+    /// A real bus, such as slcan:127.0.0.1:29537 or socketcan:vcan0; in-process and in simulated time if absent
     #[arg(long)]
     bus: Option<BusSpec>,
     /// The monitor is on that bus already and holds this model (see `deploy`); needs its key, to begin a new record

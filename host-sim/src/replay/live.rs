@@ -8,7 +8,7 @@ use rotor_edge_core::can::{Counters, Message, NumberedReading, ResultAssembler, 
 use rotor_edge_desktop::measurement::Reading;
 
 use super::{Answer, Replay, ReplayConfig, row_of};
-use crate::bus::{CanBus, Traffic};
+use crate::bus::{CanBus, Traffic, counters};
 use crate::deploy::await_heartbeat;
 use crate::edge::Deployment;
 use crate::node::{Served, serve};
@@ -118,27 +118,11 @@ fn counters(host: &mut dyn CanBus, node: u8) -> Result<Counters> {
         let heard = host.receive(PATIENCE)?.and_then(|frame| Message::decode(&frame).ok());
         let Some((from, message)) = heard else { continue };
         if from == node {
-            complete = take(&mut counters, &message);
+            counters::take(&mut counters, &message);
+            complete = matches!(message, Message::Heartbeat { .. });
         }
     }
     Ok(counters)
-}
-
-/// Puts what a frame of a heartbeat says into its place; `true` for the last frame of a whole heartbeat.
-fn take(counters: &mut Counters, message: &Message) -> bool {
-    match *message {
-        Message::Heartbeat { readings, lost, rejected, .. } => {
-            *counters = Counters { readings, lost, rejected, ..*counters };
-        }
-        Message::Counters { repeated, late, incomplete, stray } => {
-            *counters = Counters { repeated, late, incomplete, stray, ..*counters };
-        }
-        Message::Discards { skipped, resynchronised, overflowed, unsolved } => {
-            *counters = Counters { skipped, resynchronised, overflowed, unsolved, ..*counters };
-        }
-        _ => {}
-    }
-    matches!(message, Message::Heartbeat { .. })
 }
 
 /// Counters wrap; their differences do not mind.
@@ -156,6 +140,6 @@ fn since(before: &Counters, after: &Counters) -> Counters {
         resynchronised: passed(|c| c.resynchronised),
         overflowed: passed(|c| c.overflowed),
         unsolved: passed(|c| c.unsolved),
-        ..*after
+        ..Counters::default()
     }
 }

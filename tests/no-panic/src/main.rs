@@ -7,8 +7,10 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use rotor_edge_core::can::isotp::IsoTp;
+use rotor_edge_core::can::slcan::{Decoder, Line, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
+use rotor_edge_core::extraction::{ExtractionConfig, Extractor, KeyphasorDetector};
 use rotor_edge_core::model::Model;
 use rotor_edge_core::node::{Node, NodeConfig};
 use rotor_edge_core::reading::{ProbeVector, Reading};
@@ -16,8 +18,8 @@ use rotor_edge_core::residual::{Residual, ResidualConfig, ResidualMonitor};
 use rotor_edge_core::response::response;
 use rotor_edge_core::track::{TrackConfig, Tracker};
 
-// The host's memcpy, memset and start-up code; nothing else of it is used.
-#[link(name = "c")]
+// The host's memcpy, memset and start-up code; nothing else of it is used. A bare target has its own.
+#[cfg_attr(not(target_os = "none"), link(name = "c"))]
 unsafe extern "C" {}
 
 unsafe extern "C" {
@@ -42,6 +44,8 @@ extern "C" fn main() -> i32 {
     }
     receive_result();
     command();
+    extraction();
+    lines();
     0
 }
 
@@ -112,6 +116,16 @@ fn receive_result() {
     black_box(assembler.damaged());
 }
 
+/// Arbitrary text as SLCAN.
+fn lines() {
+    let mut decoder = Decoder::new();
+    for _ in 0..black_box(100) {
+        if let Some(Line::Frame(frame)) = decoder.push(black_box(0)) {
+            black_box(encode(&frame));
+        }
+    }
+}
+
 /// The host's side of a command.
 fn command() {
     let (mut request, key) = (black_box([0; MAX_REQUEST_BYTES]), Key(black_box([0; 32])));
@@ -131,6 +145,16 @@ fn command() {
         let _ = black_box((link.check_time(black_box(0)), link.poll(black_box(0)), link.is_sending()));
     }
     black_box(Answer::decode(link.message(), request, &key));
+}
+
+/// Arbitrary samples and marks.
+fn extraction() {
+    let config = black_box(ExtractionConfig::new());
+    let (mut detector, mut extractor) = (KeyphasorDetector::new(black_box(0), black_box(0)), Extractor::new());
+    for _ in 0..black_box(100) {
+        let mark = detector.push(black_box(0));
+        black_box(extractor.push(&config, black_box([0; 4]), black_box(mark)));
+    }
 }
 
 fn any_frame() -> Option<Frame> {

@@ -134,6 +134,10 @@ impl Hub {
         let mut state = self.state();
         let State { clients, counts, log } = &mut *state;
         let time_us = self.clock.now_us();
+        // first, so that whatever was heard is in the recording
+        if let Some(log) = log {
+            log.write(time_us, frames)?;
+        }
         counts.frames += frames.len() as u64;
         for (_, client) in clients.iter_mut().filter(|(number, client)| **number != from && client.joined) {
             for frame in frames {
@@ -149,7 +153,7 @@ impl Hub {
                 }
             }
         }
-        log.as_mut().map_or(Ok(()), |log| log.write(time_us, frames))
+        Ok(())
     }
 }
 
@@ -173,7 +177,7 @@ mod tests {
     fn frames_go_to_all_others_that_joined() {
         let hub = Hub::new(None);
         let [a, b, c] = ["a", "b", "c"].map(|name| hub.enter(name.into()));
-        [a.0, b.0].map(|number| hub.join(number, ""));
+        [a.0, b.0].into_iter().for_each(|number| hub.join(number, ""));
         hub.publish(a.0, &[frame(1), frame(2)]).unwrap();
         hub.join(c.0, "");
         hub.publish(b.0, &[frame(3)]).unwrap();
@@ -189,7 +193,7 @@ mod tests {
     fn a_client_that_does_not_read_misses_the_rest_and_nobody_else_does() {
         let hub = Hub::new(None);
         let [from, idle, eager] = ["from", "idle", "eager"].map(|name| hub.enter(name.into()));
-        [idle.0, eager.0].map(|number| hub.join(number, ""));
+        [idle.0, eager.0].into_iter().for_each(|number| hub.join(number, ""));
         let all = QUEUE_FRAMES + 100;
         let mut heard = 0;
         for _ in 0..all {

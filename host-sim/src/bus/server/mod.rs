@@ -22,6 +22,8 @@ use hub::{Hub, Number, Outgoing};
 
 /// Bytes handed to the network at once, about.
 const PACKET_BYTES: usize = 16_384;
+/// Bytes taken from the network at once: a client that sends as fast as it can must not fill its window.
+const READ_BYTES: usize = 65_536;
 /// Before the next client is let in when one could not be.
 const CROWDED_PAUSE: Duration = Duration::from_millis(10);
 
@@ -152,7 +154,7 @@ enum Ended {
 
 fn hear<D: Dialect>(hub: &Hub, mut stream: &TcpStream, number: Number) -> Result<(), Ended> {
     let (mut dialect, mut decoder) = (D::default(), D::Decoder::default());
-    let mut buffer = [0; 4096];
+    let mut buffer = vec![0; READ_BYTES];
     let mut frames = Vec::new();
     loop {
         let length = match stream.read(&mut buffer) {
