@@ -153,3 +153,11 @@ fn frames_over_slcan(bencher: Bencher) {
 fn frames_over_socketcand(bencher: Bencher) {
     exchange_over_server(bencher, |server| format!("socketcand:127.0.0.1:{}/vcan0", server.socketcand_port));
 }
+
+/// 10,000 frames through the Linux kernel's vcan0, if there is one (`tests/python/run --rates` makes one); needs room for
+/// all of them: `sysctl -w net.core.rmem_default=33554432`.
+#[divan::bench(sample_count = 20, ignore = !std::path::Path::new("/sys/class/net/vcan0").exists())]
+fn frames_over_vcan(bencher: Bencher) {
+    let join = || open("socketcan:vcan0").unwrap();
+    exchange(bencher, join(), join());
+}

@@ -13,10 +13,11 @@ import isotp
 import pytest
 
 import monitor
-from conftest import NODE, PROGRAM, SECONDS, VCAN, answers_of
+from conftest import NODE, PROGRAM, SECONDS, VCAN, answers_of, first_readings
 from test_monitor import next_heartbeat, same_to_the_bit
 
 TO_NODE, TO_HOST = (monitor.DBC.get_message_by_name(name).frame_id + NODE for name in ["ToNode", "ToHost"])
+READINGS = 30
 
 
 class PyPi:
@@ -166,7 +167,7 @@ def better_model(wire, better, key):
     return fake.request[12:-16]
 
 
-def test_a_model_sent_by_an_independent_sender_is_used(better_model, better, node, other, desk):
+def test_a_model_sent_by_an_independent_sender_is_used(better_model, better, node, other, desk, tmp_path):
     link, bus = other(TO_NODE, TO_HOST), node.wire.join()
 
     def command(what, body=b"", key=node.key, counter=None, change=lambda data: data):
@@ -178,10 +179,12 @@ def test_a_model_sent_by_an_independent_sender_is_used(better_model, better, nod
     after = int.from_bytes(better_model[-4:], "little")
     assert before != after
     # none of these may change anything
-    assert command(monitor.DEPLOY, better_model, key=bytes(32)) == ("forged", 0, before)
-    for at in [2, 12, len(better_model) // 2, -1]:
-        flip = lambda data: data[:at] + bytes([data[at] ^ 1]) + data[at:][1:]
-        assert command(monitor.DEPLOY, better_model, change=flip)[0] == "forged", at
+    assert command(monitor.RESTART, key=bytes(32)) == ("forged", 0, before)
+    for at in range(1, 28):
+        flip = lambda data: data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
+        assert command(monitor.RESTART, change=flip) == ("forged", 0, before), at
+    flip = lambda data: data[:600] + bytes([data[600] ^ 1]) + data[601:]
+    assert command(monitor.DEPLOY, better_model, change=flip) == ("forged", 0, before)
     assert command(monitor.DEPLOY, better_model[:-1])[0] == "model"
     (answered,) = monitor.play(bus, NODE, desk.record[:1]).values()
     same_to_the_bit(answered, desk.answers[0])
@@ -190,13 +193,13 @@ def test_a_model_sent_by_an_independent_sender_is_used(better_model, better, nod
     assert command(monitor.DEPLOY, better_model, counter=accepted) == ("accepted", accepted, after)
     assert command(monitor.DEPLOY, better_model, counter=accepted) == ("replayed", accepted, after)
     assert command(monitor.RESTART)[0] == "accepted"
-    expected = answers_of(better)
+    expected = answers_of(better, first_readings(READINGS, tmp_path))
     assert expected[0]["unbalance_g_mm"] != desk.answers[0]["unbalance_g_mm"]
-    for row, result in monitor.play(bus, NODE, desk.record[:30]).items():
+    for row, result in monitor.play(bus, NODE, desk.record[:READINGS]).items():
         same_to_the_bit(result, expected[row])
     counted = next_heartbeat(bus)
     commands = [counted[name] for name in ["Accepted", "Refused", "Forged", "Replayed", "Broken"]]
-    assert commands == [2, 1, 5, 1, 0] and counted["ModelChecksum"] == after
+    assert commands == [2, 1, 29, 1, 0] and counted["ModelChecksum"] == after
     assert f"model {better_model.hex()}" in node.state.read_text().lower()
 
 

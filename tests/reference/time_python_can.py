@@ -3,6 +3,8 @@
 Needs python-can and pyserial; one process sends, another receives, as two users' scripts would.
 
     cargo build --release && python tests/reference/time_python_can.py target/release/rotor-edge
+
+With an interface vcan0 that as well, which needs room for all frames: sysctl -w net.core.rmem_default=33554432
 """
 
 import json
@@ -11,6 +13,7 @@ import statistics
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import can
 
@@ -19,6 +22,8 @@ ROUNDS = 7
 
 
 def join(opened, interface):
+    if interface == "socketcan":
+        return can.Bus(interface="socketcan", channel="vcan0")
     if interface == "slcan":
         channel = f"socket://127.0.0.1:{opened['slcan_port']}"
         return can.Bus(interface="slcan", channel=channel, sleep_after_open=0)
@@ -66,7 +71,8 @@ def main():
         while not text.endswith("\n}\n"):
             text += program.stdout.readline()
         opened = json.loads(text)
-        for interface in ["slcan", "socketcand"]:
+        kernel = ["socketcan"] if Path("/sys/class/net/vcan0").exists() else []
+        for interface in ["slcan", "socketcand", *kernel]:
             print(f"{interface:12} {measure(opened, interface):10.0f} frames/s")
         program.terminate()
 
