@@ -2,9 +2,10 @@
 
 Needs python-can and pyserial; one process sends, another receives, as two users' scripts would.
 
-    cargo build --release && python tests/reference/time_python_can.py target/release/rotor-edge
+    cargo build --release && python tests/reference/time_python_can.py target/release/rotor-edge [INTERFACE ...]
 
-With an interface vcan0 that as well, which needs room for all frames: sysctl -w net.core.rmem_default=33554432
+Interfaces are slcan and socketcand unless given; socketcan is a kernel's vcan0, which needs room for all frames:
+sysctl -w net.core.rmem_default=33554432
 """
 
 import json
@@ -13,7 +14,6 @@ import statistics
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import can
 
@@ -26,7 +26,10 @@ def join(opened, interface):
         return can.Bus(interface="socketcan", channel="vcan0")
     if interface == "slcan":
         channel = f"socket://127.0.0.1:{opened['slcan_port']}"
-        return can.Bus(interface="slcan", channel=channel, sleep_after_open=0)
+        bus = can.Bus(interface="slcan", channel=channel, sleep_after_open=0)
+        # nothing says that the channel is open, but what comes after does
+        bus.get_version(20)
+        return bus
     port = opened["socketcand_port"]
     return can.Bus(interface="socketcand", host="127.0.0.1", port=port, channel="vcan0", tcp_tune=True)
 
@@ -71,8 +74,7 @@ def main():
         while not text.endswith("\n}\n"):
             text += program.stdout.readline()
         opened = json.loads(text)
-        kernel = ["socketcan"] if Path("/sys/class/net/vcan0").exists() else []
-        for interface in ["slcan", "socketcand", *kernel]:
+        for interface in sys.argv[2:] or ["slcan", "socketcand"]:
             print(f"{interface:12} {measure(opened, interface):10.0f} frames/s")
         program.terminate()
 

@@ -10,7 +10,7 @@ use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
 use rotor_edge_boards::monitor::{Monitor, Place};
-use rotor_edge_core::can::slcan::{ACCEPTED, Decoder, Line, REFUSED, encode};
+use rotor_edge_core::can::slcan::{self, ACCEPTED, Decoder, Line, REFUSED, encode};
 use rotor_edge_mps2_an386::log::report_and_reset;
 use rotor_edge_mps2_an386::state::StateMemory;
 use rotor_edge_mps2_an386::uart::{self, UART0};
@@ -74,10 +74,11 @@ impl Wire {
                 self.open = false;
                 ACCEPTED
             }
-            Line::BitRate | Line::Setting(_) | Line::Empty => ACCEPTED,
+            Line::Setting(letter) => slcan::answer(letter),
+            Line::BitRate | Line::Empty => ACCEPTED,
             _ => REFUSED,
         };
-        UART0.write(answer);
+        answer.bytes().for_each(|byte| UART0.write(byte));
         self.send(monitor);
     }
 

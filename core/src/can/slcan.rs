@@ -12,13 +12,25 @@ pub const LINE_BYTES: usize = 22;
 /// Longest command that is kept: an extended frame with a time stamp. What is longer is not SLCAN.
 const COMMAND_BYTES: usize = 31;
 const END: u8 = b'\r';
+const BELL: u8 = 0x07;
 /// Digits of a time stamp, which some adapters append.
 const STAMP_DIGITS: usize = 4;
 
 /// An adapter's answer to a command that it obeyed.
-pub const ACCEPTED: u8 = END;
+pub const ACCEPTED: &str = "\r";
 /// An adapter's answer to a command that it did not understand or cannot obey: the bell.
-pub const REFUSED: u8 = 0x07;
+pub const REFUSED: &str = "\x07";
+
+/// An adapter's answer to a question or setting by its letter: hardware 1.0, software 1.3, serial number `EDGE`, no
+/// error; what is only a setting is accepted.
+pub const fn answer(letter: u8) -> &'static str {
+    match letter {
+        b'V' => "V1013\r",
+        b'N' => "NEDGE\r",
+        b'F' => "F00\r",
+        _ => ACCEPTED,
+    }
+}
 
 /// What one line says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,7 +79,7 @@ impl Decoder {
     /// Takes one byte; the line, when this byte ends it. An adapter's bell ends a line as well.
     pub fn push(&mut self, byte: u8) -> Option<Line> {
         match byte {
-            END | REFUSED => {
+            END | BELL => {
                 let line = if self.too_long { Line::Unknown } else { Line::of(&self.line) };
                 self.line.clear();
                 self.too_long = false;

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use rotor_edge_core::can::slcan::{REFUSED, answer};
+
 use crate::bus::codec::Decoder;
 use crate::bus::slcan::{self, Lines};
 use crate::bus::socketcand::{self, Messages};
@@ -53,13 +55,11 @@ pub struct Slcan {
     listen_only: bool,
 }
 
-const BELL: &str = "\x07";
-
 impl Dialect for Slcan {
     type Decoder = Lines;
     const NAME: &'static str = "slcan";
     const GREETING: &'static str = "";
-    const REFUSAL: &'static str = BELL;
+    const REFUSAL: &'static str = REFUSED;
     const QUIET: Duration = Duration::ZERO;
 
     fn command(&mut self, text: &str) -> Answer {
@@ -77,10 +77,8 @@ impl Dialect for Slcan {
             ("S" | "s", rate) if rate.bytes().all(|byte| byte.is_ascii_hexdigit()) => Answer::Silence,
             // no time stamps
             ("Z", "0") => Answer::Silence,
-            ("V", "") => Answer::Say("V1013\r"),
-            ("N", "") => Answer::Say("NEDGE\r"),
-            ("F", "") => Answer::Say("F00\r"),
-            _ => Answer::Refuse(BELL),
+            ("V" | "N" | "F", "") => Answer::Say(answer(kind.as_bytes()[0])),
+            _ => Answer::Refuse(REFUSED),
         }
     }
 
@@ -155,7 +153,7 @@ mod tests {
     fn slcan_says_what_it_is_and_refuses_the_rest() {
         assert_eq!(answers::<Slcan>(&["V"]).0, [Answer::Say("V1013\r")]);
         for text in ["Sx", "Z1", "X", "O1", "d12381", "Q"] {
-            assert_eq!(answers::<Slcan>(&[text]).0, [Answer::Refuse(BELL)], "{text}");
+            assert_eq!(answers::<Slcan>(&[text]).0, [Answer::Refuse(REFUSED)], "{text}");
         }
     }
 
