@@ -98,7 +98,7 @@ def test_the_whole_record_and_an_improved_model_give_the_hosts_bits(board, desk,
     # the shapes of a model with effects are chosen for a range of speeds; `replay` takes the record's
     fastest_rpm = max(speed_rpm for speed_rpm, _ in desk.record)
     board.deploy(better, "--restart", "--fastest-rpm", fastest_rpm)
-    expected = answers_of(better)
+    expected = answers_of(better, SAMPLE / "record.csv")
     answers = board.play(desk.record)
     assert_same(answers, expected)
     days_after = sorted(answers)[-300:]
