@@ -132,7 +132,7 @@ def test_the_serial_line_answers_as_adapters_do(board):
 
         ask(b"C\r", b"\r")
         ask(b"S6\r", b"\r")
-        ask(b"V\r", b"\r")
+        ask(b"V\r", b"V1013\r")
         ask(b"nonsense\r", b"\a")
         ask(b"t0000\r", b"\a")  # closed
         ask(b"x" * 1000 + b"\r", b"\a")
