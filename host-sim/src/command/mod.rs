@@ -1,20 +1,32 @@
 //! The commands, one file each.
 
 mod add;
+mod answer;
+mod bus;
 mod compare;
+mod decode;
+mod deploy;
+mod deployable;
 mod diagnose;
 mod diagnosis_report;
 mod forecast;
 mod forecast_report;
 mod identify;
 mod improve;
+mod key;
+mod node;
 mod output;
 mod replay;
 mod replay_better;
+mod replay_bus;
 mod replay_json;
+mod stop;
+mod thresholds;
 mod track;
 mod track_output;
 mod track_report;
+mod watch;
+mod watch_json;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -48,6 +60,18 @@ enum Command {
     Track(Box<track::Arguments>),
     /// Where the unbalance of a track is going
     Forecast(forecast::Arguments),
+    /// Run a monitor on a real bus: the controller's core, as firmware runs it
+    Node(node::Arguments),
+    /// Send a model to a monitor, authenticated and checked before it takes effect
+    Deploy(deploy::Arguments),
+    /// Make the key of a monitor
+    Key(key::Arguments),
+    /// A CAN bus that needs neither hardware nor the kernel: SLCAN and socketcand for all programs of this machine
+    Bus(bus::Arguments),
+    /// Watch all monitors of a bus on the terminal: unbalance, residual, flags and counters
+    Watch(watch::Arguments),
+    /// Readings and results from a recorded candump log
+    Decode(decode::Arguments),
 }
 
 /// Runs what the command line asks for.
@@ -65,5 +89,11 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Identify(arguments)) => identify::run(&arguments),
         Some(Command::Track(arguments)) => track::run(&arguments),
         Some(Command::Forecast(arguments)) => forecast::run(&arguments),
+        Some(Command::Node(arguments)) => node::run(&arguments),
+        Some(Command::Deploy(arguments)) => deploy::run(&arguments),
+        Some(Command::Key(arguments)) => key::run(&arguments),
+        Some(Command::Bus(arguments)) => bus::run(&arguments),
+        Some(Command::Watch(arguments)) => watch::run(&arguments),
+        Some(Command::Decode(arguments)) => decode::run(&arguments),
     }
 }
