@@ -43,6 +43,8 @@ const WIDE: f64 = 0.916_290_731_874_155;
 /// Rounds of the second loop, each of this many times the proposals of a day; the last one counts.
 const ROUNDS: usize = 12;
 const LONGER: usize = 5;
+/// A chain begins inside its bounds, at most at this share of the way to them.
+const INSIDE: f64 = 0.9;
 /// Every so many days the other sampler has a go at the same target.
 const COMPARED_EVERY: usize = 10;
 
@@ -119,6 +121,22 @@ impl Target<'_> {
         let (_, normal) = self.best(self.centre)?;
         self.spread = normal.cholesky()?.l().try_inverse()?.transpose();
         Some(self)
+    }
+
+    /// Where a chain begins: on these bearings, with the best unbalance for them that is within reach. On the
+    /// day of an event the best one is not, and a chain begun there would never find a place that is allowed.
+    fn start(&self, bearings: [f64; COEFFICIENTS]) -> Option<DVector<f64>> {
+        let logs = std::array::from_fn(|i| self.centre[i] + self.unit * bearings[i]);
+        let (best, _) = self.best(&logs)?;
+        let mut back = DVector::zeros(best.len());
+        for (j, (was, reach)) in self.around.iter().enumerate() {
+            let away = C::new(best[2 * j], best[2 * j + 1]) - was;
+            let excess = away * (1.0 - INSIDE * reach / away.norm()).max(0.0);
+            (back[2 * j], back[2 * j + 1]) = (-excess.re, -excess.im);
+        }
+        let unbalance = self.spread.clone().lu().solve(&back)?;
+        let all = bearings.iter().chain(&unbalance).copied();
+        Some(DVector::from_iterator(bearings.len() + best.len(), all))
     }
 
     fn sample(&self, x: &DVector<f64>) -> Option<Sample> {
@@ -211,7 +229,8 @@ impl Tracking<'_> {
         for (k, day) in days.iter().enumerate() {
             progress(k + 1, days.len());
             let Some(target) = self.daily_target(&days[k..=k], &state) else { continue };
-            let starts = vec![DVector::zeros(dimensions); CHAINS];
+            let Some(start) = target.start([0.0; COEFFICIENTS]) else { continue };
+            let starts = vec![start; CHAINS];
             let seed = self.config.seed.wrapping_add(k as u64);
             let chains = target.chains(&state.sampler, &starts, self.config.proposals, seed);
             let Some((centre, spread, samples)) = target.sum_up(&chains) else { continue };
@@ -277,7 +296,7 @@ impl Tracking<'_> {
         let dimensions = COEFFICIENTS + 2 * self.unbalance_kg_m.len();
         let mut sampler = Sampler::new(Proposal::AdaptiveMetropolis, dimensions);
         let mut starts: Vec<DVector<f64>> =
-            (0..CHAINS).map(|k| spread_start(k, suspect, dimensions)).collect();
+            (0..CHAINS).filter_map(|k| target.start(spread_start(k, suspect))).collect();
         let mut chains = Vec::new();
         for round in 0..ROUNDS {
             let seed =
@@ -326,14 +345,14 @@ impl Tracking<'_> {
     }
 }
 
-/// Where a chain of the second loop begins: the suspect bearing stiffer or softer, more or less damped.
-fn spread_start(k: usize, suspect: usize, dimensions: usize) -> DVector<f64> {
-    let mut start = DVector::zeros(dimensions);
-    for i in (0..COEFFICIENTS).filter(|i| coefficient(*i).0 == suspect) {
-        let up = if coefficient(i).2 { k & 1 == 0 } else { k & 2 == 0 };
-        start[i] = if up { 1.0 } else { -1.0 };
-    }
-    start
+/// Bearings on which a chain of the second loop begins: the suspect stiffer or softer, more or less damped.
+fn spread_start(k: usize, suspect: usize) -> [f64; COEFFICIENTS] {
+    std::array::from_fn(|i| {
+        let (bearing, _, damping) = coefficient(i);
+        let up = if damping { k & 1 == 0 } else { k & 2 == 0 };
+        let size = if up { 1.0 } else { -1.0 };
+        if bearing == suspect { size } else { 0.0 }
+    })
 }
 
 fn medians(qualities: &[Vec<Quality>; 2]) -> Option<[Quality; 2]> {

@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 
+use super::Event;
 use super::kalman::{Gaussian, smooth};
+use super::passes::{Change, Pass, Problem};
 use super::state::{Motion, Scope};
-use super::{Change, Event, Pass, Problem};
 use crate::track::daily::Tracking;
 use crate::track::record::Day;
 use crate::track::step::Steps;
@@ -17,7 +18,7 @@ const ROUNDS: [usize; 3] = [12, 20, 6];
 /// An event has to make the record this much more probable: events are as rare as one in a thousand
 /// readings.
 const EVIDENCE: f64 = 6.907_755;
-/// More events than this are no events but another machine.
+/// More events than this that the features' steps do not show are no events but another machine.
 const MOST_EVENTS: usize = 6;
 /// Impossible readings in a row that are an event.
 const IN_A_ROW: usize = 3;
@@ -95,6 +96,7 @@ impl Problem {
                 Some(())
             };
         learn(&mut motion, &mut around, &changes, ROUNDS[0])?;
+        let mut tried = Vec::new();
         loop {
             self.settle_events(&motion, &mut around, &mut windows, &mut changes, &mut evidence)?;
             learn(&mut motion, &mut around, &changes, ROUNDS[2])?;
@@ -102,8 +104,10 @@ impl Problem {
             let missed = (1..pass.impossible.len().saturating_sub(IN_A_ROW - 1)).find(|k| {
                 pass.impossible[*k..*k + IN_A_ROW].iter().all(|i| *i)
                     && !windows.iter().any(|w| w.epochs.contains(k))
+                    && !tried.contains(k)
             });
-            let Some(missed) = missed.filter(|_| changes.len() < MOST_EVENTS) else { break };
+            let Some(missed) = missed.filter(|_| tried.len() < MOST_EVENTS) else { break };
+            tried.push(missed);
             windows.push(Window { epochs: missed..missed + 1, likely: missed });
             changes.push((missed, whole));
             evidence.push(0.0);
