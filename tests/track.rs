@@ -27,22 +27,23 @@ impl Case {
     /// The built-in sample.
     fn turbine() -> Self {
         let truth = records().join("turbine/truth.csv");
-        Self::of(sample::RECORD, sample::RUNUP_DAY_0, truth)
+        Self::of(sample::ROTOR, sample::RECORD, sample::RUNUP_DAY_0, truth)
     }
 
-    /// A record of `tests/records`.
+    /// A record of `tests/records`, of the same turbine on other bearings.
     fn named(name: &str) -> Self {
-        let text = |file: &str| std::fs::read_to_string(records().join(name).join(file)).unwrap();
-        Self::of(&text("record.csv"), &text("runup.csv"), records().join(name).join("truth.csv"))
+        let text = |file: &str| std::fs::read_to_string(records().join(file)).unwrap();
+        let [record, runup] = ["record.csv", "runup.csv"].map(|file| text(&format!("{name}/{file}")));
+        Self::of(&text("rotor.toml"), &record, &runup, records().join(name).join("truth.csv"))
     }
 
-    fn of(record: &str, runup: &str, truth: PathBuf) -> Self {
+    fn of(rotor: &str, record: &str, runup: &str, truth: PathBuf) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str, text: &str| {
             std::fs::write(folder.path().join(name), text).unwrap();
             folder.path().join(name).display().to_string()
         };
-        let rotor = file("machine.toml", sample::ROTOR);
+        let rotor = file("machine.toml", rotor);
         let (record, runup) = (file("record.csv", record), file("runup.csv", runup));
         Self { rotor, record, runup, truth: truth.display().to_string(), folder }
     }

@@ -57,10 +57,7 @@ impl Tracking<'_> {
     fn answer(&self, days: &[&Day], suspect: usize, state: &mut State, run: &mut Run) {
         let persistence = self.config.thresholds.persistence.max(1);
         let streak = &days[days.len().saturating_sub(persistence)..];
-        let free: Option<Vec<Estimate>> =
-            streak.iter().map(|d| self.phase_two(d, &state.logs, None)).collect();
-        let holds = |all: &Vec<Estimate>| !all.iter().any(|e| state.watch.monitor.suspects(&e.residual));
-        if let Some(free) = free.filter(holds) {
+        if let Some(free) = self.with_free_unbalance(streak, &state.logs, &state.watch) {
             run.flags.push(self.flag(&run.estimates, suspect, Cause::Unbalance));
             return self.replace(free, state, run);
         }
@@ -111,6 +108,16 @@ impl Tracking<'_> {
             (state.last, state.last_d) = (estimate.unbalance_kg_m.clone(), estimate.time_d);
             run.estimates.push(estimate);
         }
+    }
+
+    /// Phase II of readings without a bound on the unbalance, if that makes none of them suspicious: then it
+    /// jumped, and the bearings are what they were.
+    pub fn with_free_unbalance(&self, streak: &[&Day], logs: &Logs, watch: &Watch) -> Option<Vec<Estimate>> {
+        let free = |day: &&Day| {
+            let estimate = self.phase_two(day, logs, None)?;
+            (!watch.monitor.suspects(&estimate.residual)).then_some(estimate)
+        };
+        streak.iter().map(free).collect()
     }
 
     /// Mean unbalance of the last good readings before a day, and the day of the last of them.

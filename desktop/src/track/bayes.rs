@@ -210,6 +210,18 @@ struct State {
     sampler: Sampler,
 }
 
+impl State {
+    /// Goes on from these estimates, in the place of those from `begun` on.
+    fn go_on(&mut self, estimates: Vec<Estimate>, run: &mut Run, begun: usize) {
+        if let Some(last) = estimates.last() {
+            self.last.clone_from(&last.unbalance_kg_m);
+        }
+        run.estimates.truncate(begun);
+        run.estimates.extend(estimates);
+        self.watch.settle();
+    }
+}
+
 impl Tracking<'_> {
     /// Daily sampling, and a wide search after every flag.
     pub fn bayes(&self, progress: &mut dyn FnMut(usize, usize)) -> (Run, Option<Sampling>) {
@@ -283,9 +295,14 @@ impl Tracking<'_> {
 
     /// The second loop, on the readings that raised a flag.
     fn search_widely(&self, days: &[&Day], suspect: usize, state: &mut State, run: &mut Run) {
-        run.flags.push(self.flag(&run.estimates, suspect, Cause::Model));
         let persistence = self.config.thresholds.persistence.max(1);
         let streak = &days[days.len() - persistence..];
+        let begun = run.estimates.len() - streak.len();
+        if let Some(free) = self.with_free_unbalance(streak, &state.logs, &state.watch) {
+            run.flags.push(self.flag(&run.estimates, suspect, Cause::Unbalance));
+            return state.go_on(free, run, begun);
+        }
+        run.flags.push(self.flag(&run.estimates, suspect, Cause::Model));
         let range = [-1.0, 1.0].map(|sign| std::array::from_fn(|i| self.logs[i] + sign * WIDE));
         let centre = std::array::from_fn(|i| state.logs[i].clamp(range[0][i], range[1][i]));
         let (held, held_d) = self.held(&run.estimates, streak[0]);
@@ -326,7 +343,6 @@ impl Tracking<'_> {
         };
         let Some(after) = streak.iter().map(again).collect::<Option<Vec<Estimate>>>() else { return };
         let sum = |all: &[Estimate]| all.iter().map(|e| e.residual.e_um).sum::<f64>();
-        let begun = run.estimates.len() - after.len();
         if sum(&after) * (1.0 + self.config.thresholds.rise) > sum(&run.estimates[begun..]) {
             return run.estimates[begun..].iter().for_each(|e| state.watch.monitor.accept(&e.residual));
         }
@@ -338,10 +354,8 @@ impl Tracking<'_> {
             cases: Vec::new(),
             logs: found.logs,
         });
-        run.estimates.truncate(begun);
-        run.estimates.extend(after);
-        state.watch.settle();
-        (state.identified, state.logs, state.last) = (found.logs, found.logs, last.0);
+        (state.identified, state.logs) = (found.logs, found.logs);
+        state.go_on(after, run, begun);
     }
 }
 

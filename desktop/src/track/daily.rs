@@ -70,7 +70,7 @@ impl<'a> Tracking<'a> {
         };
         let unbalance_kg_m = identified.plane.iter().map(phasor).collect::<Result<Vec<C>, Error>>()?;
         let largest = unbalance_kg_m.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
-        Ok(Self {
+        let tracking = Self {
             days: record::days(identified, &noise, record)?,
             logs: logs_of(identified),
             bearing_of: rotor.probe.iter().map(|p| rotor.bearing_of(p).unwrap_or(0)).collect(),
@@ -81,7 +81,28 @@ impl<'a> Tracking<'a> {
             phase_one,
             remarks,
             unbalance_kg_m,
-        })
+        };
+        tracking.check_start()?;
+        Ok(tracking)
+    }
+
+    /// Whether the bearings of phase I describe what they were identified from: all of it, and the days alone,
+    /// of which a run-up has many more readings.
+    fn check_start(&self) -> Result<(), Error> {
+        let Some(found) = &self.phase_one else { return Ok(()) };
+        let first = self.complete().take(PHASE_ONE_READINGS);
+        let days: Vec<Residual> =
+            first.filter_map(|day| Some(self.phase_two(day, &self.logs, None)?.residual)).collect();
+        let sum = |value: fn(&Residual) -> f64| days.iter().map(value).sum::<f64>();
+        let ratio = found.residual_ratio.max(sum(|r| r.e_um) / sum(|r| r.f_um));
+        if ratio > self.config.thresholds.ratio_limit {
+            return Err(Error::Unsuitable(format!(
+                "no bearings explain the first days: a residual of {:.0} % of the features; expected a record (and \
+                 a run-up) that begins before the event, of the machine that the rotor's file describes",
+                100.0 * ratio
+            )));
+        }
+        Ok(())
     }
 
     /// Readings without a lost probe.
@@ -204,14 +225,5 @@ impl Watch {
 fn start(rotor: &Rotor, record: &[Reading], runup: &[Reading], config: &Config) -> Result<PhaseOne, Error> {
     let first = record.iter().filter(|r| r.complete().is_some()).take(PHASE_ONE_READINGS);
     let readings: Vec<Reading> = first.chain(runup).cloned().collect();
-    let found =
-        identify(rotor, &readings, &PhaseOneConfig { seed: config.seed, ..PhaseOneConfig::default() })?;
-    if found.residual_ratio > config.thresholds.ratio_limit {
-        return Err(Error::Unsuitable(format!(
-            "no bearings explain the first days: a residual of {:.0} % of the features; expected a record (and a \
-             run-up) that begins before the event, of the machine that the rotor's file describes",
-            100.0 * found.residual_ratio
-        )));
-    }
-    Ok(found)
+    identify(rotor, &readings, &PhaseOneConfig { seed: config.seed, ..PhaseOneConfig::default() })
 }

@@ -5,8 +5,8 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use nalgebra::Complex;
 use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::track::{Cause, Estimate, Flag, Joint, Method, Reidentified, Scope, Track};
-use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
+use rotor_edge_desktop::track::{Cause, Estimate, Flag, Joint, Method, Reidentified, Scope, Spread, Track};
+use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 use serde_json::{Value, json};
 
 /// Names of the eight coefficients, in the order of phase I.
@@ -193,7 +193,27 @@ fn estimate(rotor: &Rotor, e: &Estimate) -> Value {
         "residual_um": e.residual.e_um,
         "residual_ratio": e.residual.ratio(),
         "flagged": e.flagged,
+        "interval_95": e.spread.as_ref().map(|s| interval_json(rotor, s)),
     })
+}
+
+fn interval_json(rotor: &Rotor, spread: &Spread) -> Value {
+    let plane = |(j, p): (usize, &rotor_edge_desktop::rotor::Plane)| {
+        let [unbalance_g_mm, angle_deg] = plane_ends(spread, j);
+        json!({ "name": p.name, "unbalance_g_mm": unbalance_g_mm, "angle_deg": angle_deg })
+    };
+    let names = coefficient_names(rotor).into_iter();
+    let bearings = names.zip(&spread.logs).map(|(name, log)| (name, json!([log.low.exp(), log.high.exp()])));
+    json!({
+        "planes": rotor.plane.iter().enumerate().map(plane).collect::<Vec<_>>(),
+        "bearings": bearings.collect::<serde_json::Map<_, _>>(),
+    })
+}
+
+/// Ends of a plane's unbalance, g·mm, and of its angle, degrees.
+fn plane_ends(spread: &Spread, plane: usize) -> [[f64; 2]; 2] {
+    let (size, angle) = (spread.magnitude_kg_m[plane], spread.angle_rad[plane]);
+    [[size.low.max(0.0) * G_MM, size.high * G_MM], [angle.low.to_degrees(), angle.high.to_degrees()]]
 }
 
 /// Writes every estimate, whole or not at all.
@@ -203,11 +223,18 @@ fn estimate(rotor: &Rotor, e: &Estimate) -> Value {
 pub fn csv(path: &Path, rotor: &Rotor, track: &Track) -> Result<()> {
     let known_then = track.joint.as_ref().map(|j| j.known_then_kg_m.as_slice());
     let mut head = header(rotor);
+    let spreads = track.estimates.iter().any(|e| e.spread.is_some());
+    if spreads {
+        head.extend(interval_header(rotor));
+    }
     head.extend(known_then.iter().flat_map(|_| STATIC_DYNAMIC.map(|name| format!("known_{name}"))));
     let mut text = head.join(",");
     text.push('\n');
     for (i, e) in track.estimates.iter().enumerate() {
         let mut cells = row(e);
+        if spreads {
+            cells.extend(interval_cells(rotor, e.spread.as_ref()));
+        }
         // the joint method's estimates know the days that came after; a forecast must not
         cells.extend(known_then.iter().flat_map(|known| static_dynamic_cells(&known[i])));
         text.push_str(&cells.join(","));
@@ -253,4 +280,20 @@ fn row(e: &Estimate) -> Vec<String> {
         e.calculated_m.iter().flat_map(|y| [format!("{:.5}", y.re * 1e6), format!("{:.5}", -y.im * 1e6)]),
     );
     cells
+}
+
+/// Names of the ends of the 95 % intervals.
+fn interval_header(rotor: &Rotor) -> Vec<String> {
+    let planes = rotor.plane.iter().flat_map(|p| [format!("{}_g_mm", p.name), format!("{}_deg", p.name)]);
+    let ends = |name: String| [format!("{name}_low"), format!("{name}_high")];
+    planes.chain(coefficient_names(rotor)).flat_map(ends).collect()
+}
+
+/// The ends themselves; empty where the method states none for this estimate.
+fn interval_cells(rotor: &Rotor, spread: Option<&Spread>) -> Vec<String> {
+    let Some(spread) = spread else { return vec![String::new(); interval_header(rotor).len()] };
+    let planes = (0..rotor.plane.len()).flat_map(|j| plane_ends(spread, j)).flatten();
+    let planes = planes.map(|end| format!("{end:.4}"));
+    let logs = spread.logs.iter().flat_map(|log| [log.low, log.high]);
+    planes.chain(logs.map(|log| format!("{:.6e}", log.exp()))).collect()
 }

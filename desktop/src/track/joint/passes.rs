@@ -14,8 +14,12 @@ type C = nalgebra::Complex<f64>;
 
 /// Chance that a reading of a machine without an event is called impossible.
 const CHANCE: f64 = 1e-6;
-/// Rounds over which states settle around their own answer.
-const SETTLE: usize = 3;
+/// Rounds over which states settle around their own answer at most, and the change of the likelihood's
+/// logarithm below which they have settled: little against what an event has to be worth.
+const ROUNDS: usize = 10;
+const SETTLED: f64 = 0.5;
+/// Rounds over which the wander alone settles.
+const WANDER_ROUNDS: usize = 3;
 
 /// All readings of one time.
 pub struct Epoch {
@@ -99,11 +103,15 @@ impl Problem {
     ) -> Option<(Pass, Vec<DVector<f64>>)> {
         let mut around = around.to_vec();
         let mut pass = self.filter(motion, changes, Some(&around))?;
-        for _ in 0..SETTLE {
+        for _ in 0..ROUNDS {
             let (smoothed, _) = smooth(&pass.filtered, &pass.steps);
             let point = |g: Gaussian| if at_rest { self.layout.at_rest(g.mean) } else { g.mean };
             around = smoothed.into_iter().map(point).collect();
+            let before = pass.log_likelihood;
             pass = self.filter(motion, changes, Some(&around))?;
+            if (pass.log_likelihood - before).abs() < SETTLED {
+                break;
+            }
         }
         Some((pass, around))
     }
@@ -120,7 +128,7 @@ impl Problem {
             .iter()
             .map(|s| Step { transition: part(&s.transition), noise: part(&s.noise) })
             .collect();
-        for _ in 0..SETTLE {
+        for _ in 0..WANDER_ROUNDS {
             let (mut now, mut filtered) = (start.clone(), Vec::new());
             for (k, epoch) in self.epochs.iter().enumerate() {
                 if k > 0 {

@@ -96,7 +96,7 @@ impl Problem {
                 Some(())
             };
         learn(&mut motion, &mut around, &changes, ROUNDS[0])?;
-        let mut tried = Vec::new();
+        let mut tried: Vec<Range<usize>> = Vec::new();
         loop {
             self.settle_events(&motion, &mut around, &mut windows, &mut changes, &mut evidence)?;
             learn(&mut motion, &mut around, &changes, ROUNDS[2])?;
@@ -104,10 +104,11 @@ impl Problem {
             let missed = (1..pass.impossible.len().saturating_sub(IN_A_ROW - 1)).find(|k| {
                 pass.impossible[*k..*k + IN_A_ROW].iter().all(|i| *i)
                     && !windows.iter().any(|w| w.epochs.contains(k))
-                    && !tried.contains(k)
+                    && !tried.iter().any(|t| t.contains(k))
             });
             let Some(missed) = missed.filter(|_| tried.len() < MOST_EVENTS) else { break };
-            tried.push(missed);
+            let end = (missed..pass.impossible.len()).find(|k| !pass.impossible[*k]);
+            tried.push(missed..end.unwrap_or(pass.impossible.len()));
             windows.push(Window { epochs: missed..missed + 1, likely: missed });
             changes.push((missed, whole));
             evidence.push(0.0);
