@@ -160,7 +160,7 @@ impl Misses {
 /// horizons, and the forecast from the last day with intervals as wide as the past showed them to be.
 ///
 /// # Errors
-/// If the series is too short, or the order does not fit.
+/// If the series is too short or does not change, or the order does not fit.
 pub fn walk(
     series: &Series,
     model: Model,
@@ -173,6 +173,13 @@ pub fn walk(
         return Err(Error::Unsuitable(format!(
             "the track has {n} days, a forecast that begins after {first} days needs at least {}",
             first + 1
+        )));
+    }
+    if series.known.windows(2).all(|w| w[0] == w[1]) {
+        return Err(Error::Unsuitable(format!(
+            "{} does not change at all from day to day, so there is nothing to forecast; expected estimates of a \
+             machine that runs",
+            series.name
         )));
     }
     let longest = horizons.iter().copied().max().unwrap_or(1).max(days_ahead);

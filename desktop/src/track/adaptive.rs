@@ -21,6 +21,16 @@ struct State {
     watch: Watch,
 }
 
+/// Whether a jump of the unbalance is what raised a flag.
+pub enum Jump {
+    /// It explains the readings.
+    Explains(Vec<Estimate>),
+    /// It lowers the residual, but leaves it suspicious.
+    Helps(Vec<Estimate>),
+    /// It does not.
+    None,
+}
+
 impl Tracking<'_> {
     /// Phase II, and one of four re-identifications after every flag. The readings that raised a flag are
     /// the first to be described by the new bearings.
@@ -57,26 +67,31 @@ impl Tracking<'_> {
     fn answer(&self, days: &[&Day], suspect: usize, state: &mut State, run: &mut Run) {
         let persistence = self.config.thresholds.persistence.max(1);
         let streak = &days[days.len().saturating_sub(persistence)..];
-        if let Some(free) = self.with_free_unbalance(streak, &state.logs, &state.watch) {
-            run.flags.push(self.flag(&run.estimates, suspect, Cause::Unbalance));
+        let now = run.estimates[run.estimates.len() - streak.len()..].to_vec();
+        let jump = self.jump(streak, &state.logs, &state.watch, &now);
+        if let Jump::Explains(free) = jump {
+            run.flags.push(self.flag(&now, suspect, Cause::Unbalance));
             return self.replace(free, state, run);
         }
-        run.flags.push(self.flag(&run.estimates, suspect, Cause::Model));
         let (held, _) = self.held(&run.estimates, streak[0]);
         let before =
             Before { logs: state.logs, unbalance_kg_m: &held, suspect, plane: self.plane_of(suspect) };
         let cases = fit_all(streak, &before);
-        let Some(best) = cases.iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)).cloned() else {
-            return;
+        let best = cases.iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)).cloned();
+        let found = best.and_then(|best| Some((self.restart(streak, &best)?, best)));
+        // new bearings have to lower the residual by as much as its rise that called for them, and below what
+        // a jump of the unbalance leaves
+        let known = if let Jump::Helps(free) = &jump { free } else { &now };
+        let Some((after, best)) = found.filter(|(after, _)| self.better(after, known)) else {
+            let cause = if let Jump::Helps(_) = jump { Cause::Unbalance } else { Cause::Model };
+            run.flags.push(self.flag(&now, suspect, cause));
+            return match jump {
+                Jump::Helps(free) => self.replace(free, state, run),
+                // what no bearings explain is the new level: it is not asked about again every three days
+                _ => now.iter().for_each(|e| state.watch.monitor.accept(&e.residual)),
+            };
         };
-        let now: f64 = run.estimates.iter().rev().take(streak.len()).map(|e| e.residual.e_um).sum();
-        let Some(after) = self.restart(streak, &best) else { return };
-        // new bearings have to lower the residual by as much as its rise that called for them
-        if after.iter().map(|e| e.residual.e_um).sum::<f64>() * (1.0 + self.config.thresholds.rise) > now {
-            // what no bearings explain is the new level: it is not asked about again every three days
-            let streak = run.estimates.iter().rev().take(streak.len());
-            return streak.for_each(|e| state.watch.monitor.accept(&e.residual));
-        }
+        run.flags.push(self.flag(&now, suspect, Cause::Model));
         run.reidentified.push(Reidentified {
             since_d: streak[0].time_d,
             time_d: streak[streak.len() - 1].time_d,
@@ -110,14 +125,20 @@ impl Tracking<'_> {
         }
     }
 
-    /// Phase II of readings without a bound on the unbalance, if that makes none of them suspicious: then it
-    /// jumped, and the bearings are what they were.
-    pub fn with_free_unbalance(&self, streak: &[&Day], logs: &Logs, watch: &Watch) -> Option<Vec<Estimate>> {
-        let free = |day: &&Day| {
-            let estimate = self.phase_two(day, logs, None)?;
-            (!watch.monitor.suspects(&estimate.residual)).then_some(estimate)
-        };
-        streak.iter().map(free).collect()
+    /// What a streak looks like without a bound on the unbalance, on the bearings in force.
+    pub fn jump(&self, streak: &[&Day], logs: &Logs, watch: &Watch, now: &[Estimate]) -> Jump {
+        let free: Option<Vec<Estimate>> = streak.iter().map(|day| self.phase_two(day, logs, None)).collect();
+        match free {
+            Some(free) if !free.iter().any(|e| watch.monitor.suspects(&e.residual)) => Jump::Explains(free),
+            Some(free) if self.better(&free, now) => Jump::Helps(free),
+            _ => Jump::None,
+        }
+    }
+
+    /// Whether estimates have a residual smaller by as much as the rise that counts.
+    pub fn better(&self, these: &[Estimate], others: &[Estimate]) -> bool {
+        let sum = |all: &[Estimate]| all.iter().map(|e| e.residual.e_um).sum::<f64>();
+        sum(these) * (1.0 + self.config.thresholds.rise) <= sum(others)
     }
 
     /// Mean unbalance of the last good readings before a day, and the day of the last of them.

@@ -22,6 +22,7 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rayon::prelude::*;
 
+use super::adaptive::Jump;
 use super::chains::{Chain, Proposal, Quality, Sampler, mean, quality};
 use super::daily::{Run, Tracking, Watch};
 use super::record::Day;
@@ -298,18 +299,54 @@ impl Tracking<'_> {
         let persistence = self.config.thresholds.persistence.max(1);
         let streak = &days[days.len() - persistence..];
         let begun = run.estimates.len() - streak.len();
-        if let Some(free) = self.with_free_unbalance(streak, &state.logs, &state.watch) {
-            run.flags.push(self.flag(&run.estimates, suspect, Cause::Unbalance));
-            return state.go_on(free, run, begun);
-        }
-        run.flags.push(self.flag(&run.estimates, suspect, Cause::Model));
+        let now = run.estimates[begun..].to_vec();
+        let jump = self.jump(streak, &state.logs, &state.watch, &now);
+        let found = match jump {
+            Jump::Explains(_) => None,
+            _ => self.widely(streak, suspect, state, run),
+        };
+        let known = if let Jump::Helps(free) = &jump { free } else { &now };
+        let cause = match (found.filter(|(after, _)| self.better(after, known)), jump) {
+            (Some((after, logs)), _) => {
+                run.reidentified.push(Reidentified {
+                    since_d: streak[0].time_d,
+                    time_d: streak[streak.len() - 1].time_d,
+                    case: 0,
+                    bearing: suspect,
+                    cases: Vec::new(),
+                    logs,
+                });
+                (state.identified, state.logs) = (logs, logs);
+                state.go_on(after, run, begun);
+                Cause::Model
+            }
+            (None, Jump::Explains(free) | Jump::Helps(free)) => {
+                state.go_on(free, run, begun);
+                Cause::Unbalance
+            }
+            (None, Jump::None) => {
+                now.iter().for_each(|e| state.watch.monitor.accept(&e.residual));
+                Cause::Model
+            }
+        };
+        run.flags.push(self.flag(&now, suspect, cause));
+    }
+
+    /// Bearings in the whole range that describe a streak, and its phase II on them.
+    fn widely(
+        &self,
+        streak: &[&Day],
+        suspect: usize,
+        state: &State,
+        run: &Run,
+    ) -> Option<(Vec<Estimate>, Logs)> {
         let range = [-1.0, 1.0].map(|sign| std::array::from_fn(|i| self.logs[i] + sign * WIDE));
         let centre = std::array::from_fn(|i| state.logs[i].clamp(range[0][i], range[1][i]));
         let (held, held_d) = self.held(&run.estimates, streak[0]);
         let around = self.around(streak[0], &held, held_d);
         let spread = DMatrix::zeros(0, 0);
         let target = Target { days: streak, centre: &centre, unit: 0.25 * WIDE, range, around, spread };
-        let Some(target) = target.prepared() else { return };
+        let target = target.prepared()?;
         let dimensions = COEFFICIENTS + 2 * self.unbalance_kg_m.len();
         let mut sampler = Sampler::new(Proposal::AdaptiveMetropolis, dimensions);
         let mut starts: Vec<DVector<f64>> =
@@ -334,28 +371,15 @@ impl Tracking<'_> {
             .filter(|(_, level)| highest - **level < dimensions as f64)
             .map(|(c, _)| c.clone())
             .collect();
-        let Some((found, ..)) = target.sum_up(&kept) else { return };
+        let (found, ..) = (!kept.is_empty()).then(|| target.sum_up(&kept))??;
         let mut last = (found.unbalance_kg_m.clone(), streak[0].time_d);
         let again = |day: &&Day| {
             let estimate = self.phase_two(day, &found.logs, Some((&last.0, last.1)))?;
             last = (estimate.unbalance_kg_m.clone(), day.time_d);
             Some(estimate)
         };
-        let Some(after) = streak.iter().map(again).collect::<Option<Vec<Estimate>>>() else { return };
-        let sum = |all: &[Estimate]| all.iter().map(|e| e.residual.e_um).sum::<f64>();
-        if sum(&after) * (1.0 + self.config.thresholds.rise) > sum(&run.estimates[begun..]) {
-            return run.estimates[begun..].iter().for_each(|e| state.watch.monitor.accept(&e.residual));
-        }
-        run.reidentified.push(Reidentified {
-            since_d: streak[0].time_d,
-            time_d: streak[streak.len() - 1].time_d,
-            case: 0,
-            bearing: suspect,
-            cases: Vec::new(),
-            logs: found.logs,
-        });
-        (state.identified, state.logs) = (found.logs, found.logs);
-        state.go_on(after, run, begun);
+        let after = streak.iter().map(again).collect::<Option<Vec<Estimate>>>()?;
+        Some((after, found.logs))
     }
 }
 

@@ -82,27 +82,35 @@ impl<'a> Tracking<'a> {
             remarks,
             unbalance_kg_m,
         };
-        tracking.check_start()?;
+        tracking.check_start(runup)?;
         Ok(tracking)
     }
 
-    /// Whether the bearings of phase I describe what they were identified from: all of it, and the days alone,
-    /// of which a run-up has many more readings.
-    fn check_start(&self) -> Result<(), Error> {
+    /// Whether phase I is of one machine in one state: its bearings describe all that they were identified
+    /// from, and those of the run-up alone, which has many more readings than the first days, describe the days.
+    fn check_start(&self, runup: &[Reading]) -> Result<(), Error> {
         let Some(found) = &self.phase_one else { return Ok(()) };
-        let first = self.complete().take(PHASE_ONE_READINGS);
-        let days: Vec<Residual> =
-            first.filter_map(|day| Some(self.phase_two(day, &self.logs, None)?.residual)).collect();
-        let sum = |value: fn(&Residual) -> f64| days.iter().map(value).sum::<f64>();
-        let ratio = found.residual_ratio.max(sum(|r| r.e_um) / sum(|r| r.f_um));
-        if ratio > self.config.thresholds.ratio_limit {
-            return Err(Error::Unsuitable(format!(
+        let refused = |ratio: f64| {
+            Error::Unsuitable(format!(
                 "no bearings explain the first days: a residual of {:.0} % of the features; expected a record (and \
                  a run-up) that begins before the event, of the machine that the rotor's file describes",
                 100.0 * ratio
-            )));
+            ))
+        };
+        let limit = self.config.thresholds.ratio_limit;
+        if found.residual_ratio > limit {
+            return Err(refused(found.residual_ratio));
         }
-        Ok(())
+        if runup.is_empty() {
+            return Ok(());
+        }
+        let logs = logs_of(&identify(self.rotor, runup, &phase_one_config(self.config))?.rotor);
+        let first = self.complete().take(PHASE_ONE_READINGS);
+        let days: Vec<Residual> =
+            first.filter_map(|day| Some(self.phase_two(day, &logs, None)?.residual)).collect();
+        let sum = |value: fn(&Residual) -> f64| days.iter().map(value).sum::<f64>();
+        let ratio = sum(|r| r.e_um) / sum(|r| r.f_um);
+        if ratio > limit { Err(refused(ratio)) } else { Ok(()) }
     }
 
     /// Readings without a lost probe.
@@ -225,5 +233,9 @@ impl Watch {
 fn start(rotor: &Rotor, record: &[Reading], runup: &[Reading], config: &Config) -> Result<PhaseOne, Error> {
     let first = record.iter().filter(|r| r.complete().is_some()).take(PHASE_ONE_READINGS);
     let readings: Vec<Reading> = first.chain(runup).cloned().collect();
-    identify(rotor, &readings, &PhaseOneConfig { seed: config.seed, ..PhaseOneConfig::default() })
+    identify(rotor, &readings, &phase_one_config(config))
+}
+
+fn phase_one_config(config: &Config) -> PhaseOneConfig {
+    PhaseOneConfig { seed: config.seed, ..PhaseOneConfig::default() }
 }
