@@ -85,11 +85,8 @@ impl Tracking<'_> {
         let Some((after, best)) = found.filter(|(after, _)| self.better(after, known)) else {
             let cause = if let Jump::Helps(_) = jump { Cause::Unbalance } else { Cause::Model };
             run.flags.push(self.flag(&now, suspect, cause));
-            return match jump {
-                Jump::Helps(free) => self.replace(free, state, run),
-                // what no bearings explain is the new level: it is not asked about again every three days
-                _ => now.iter().for_each(|e| state.watch.monitor.accept(&e.residual)),
-            };
+            // what no bearings explain is the new level: it is not asked about again every three days
+            return now.iter().for_each(|e| state.watch.monitor.accept(&e.residual));
         };
         run.flags.push(self.flag(&now, suspect, Cause::Model));
         run.reidentified.push(Reidentified {

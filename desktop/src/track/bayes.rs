@@ -24,7 +24,7 @@ use rayon::prelude::*;
 
 use super::adaptive::Jump;
 use super::chains::{Chain, Proposal, Quality, Sampler, mean, quality};
-use super::daily::{Run, Tracking, Watch};
+use super::daily::{Run, Tracking, WANDER, Watch};
 use super::record::Day;
 use super::spot::Logs;
 use super::{Cause, Estimate, Interval, Reidentified, Spread};
@@ -34,9 +34,6 @@ type C = Complex<f64>;
 
 /// Independent chains a day.
 const CHAINS: usize = 4;
-/// How far bearing coefficients wander from where they were identified, as logarithms: by a quarter with
-/// load and temperature, by the experience of hydrodynamic bearings.
-const WANDER: f64 = 0.25;
 /// Size of the bearings' coordinates.
 const UNIT: f64 = 0.1;
 /// Range of the second loop around the start, as phase I's.
@@ -320,13 +317,13 @@ impl Tracking<'_> {
                 state.go_on(after, run, begun);
                 Cause::Model
             }
-            (None, Jump::Explains(free) | Jump::Helps(free)) => {
+            (None, Jump::Explains(free)) => {
                 state.go_on(free, run, begun);
                 Cause::Unbalance
             }
-            (None, Jump::None) => {
+            (None, jump) => {
                 now.iter().for_each(|e| state.watch.monitor.accept(&e.residual));
-                Cause::Model
+                if let Jump::Helps(_) = jump { Cause::Unbalance } else { Cause::Model }
             }
         };
         run.flags.push(self.flag(&now, suspect, cause));
