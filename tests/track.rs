@@ -237,7 +237,10 @@ fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
     assert_eq!(forecast["forecast"].as_array().unwrap().len(), 60);
     assert_eq!(forecast["against_naive"].as_array().unwrap().len(), 4);
     assert!(number(&forecast["limit"]["chance"]) <= 1.0);
-    assert!(std::fs::read_to_string(&fans).unwrap().contains("Angle of the dynamic unbalance"));
+    let page = std::fs::read_to_string(&fans).unwrap();
+    for part in ["Angle of the dynamic unbalance", "Root mean square error by days ahead", "95 % interval"] {
+        assert!(page.contains(part), "{part}");
+    }
 }
 
 #[test]

@@ -102,17 +102,23 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let history = series::read(&arguments.track)?;
     let limit_g_mm = limit_g_mm(arguments)?;
     let working = output::spinner("forecasts of the past");
-    let forecasts: Result<Vec<Forecast>> = history.series.par_iter().map(|s| one(s, arguments)).collect();
+    // refused for the first series that cannot be forecast, whichever is ready first
+    let forecasts: Vec<Result<Forecast>> = history.series.par_iter().map(|s| one(s, arguments)).collect();
     working.finish_and_clear();
-    let forecasts = forecasts?;
+    let forecasts = forecasts.into_iter().collect::<Result<Vec<Forecast>>>()?;
     let limit = limit_g_mm.map(|limit| {
         let magnitude = &forecasts[0];
         let now = magnitude.series.known.last().copied().unwrap_or_default();
         reached(&magnitude.ahead, now, limit, arguments.seed)
     });
     if let Some(path) = &arguments.form.report {
-        let sections =
-            forecast_report::sections(&history, &forecasts, arguments.model.name(), limit.as_ref());
+        let sections = forecast_report::sections(
+            &history,
+            &forecasts,
+            &arguments.horizons,
+            arguments.model.name(),
+            limit.as_ref(),
+        );
         output::report(path, "Forecast of the unbalance", sections)?;
     }
     if arguments.form.json {
