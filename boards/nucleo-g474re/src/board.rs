@@ -1,4 +1,4 @@
-//! The board's parts: clocks, pins, filters, flash.
+//! The board's parts: clocks, pins, filters, flash, probes.
 
 use core::cell::RefCell;
 
@@ -18,7 +18,8 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use rotor_edge_boards::filter::filters;
 use static_cell::StaticCell;
 
-use crate::{can, supply};
+use crate::probes::Probes;
+use crate::{can, probes, supply};
 
 const BIT_RATE: u32 = 500_000;
 /// Longer than anything the loop does, the erasure of two pages (45 ms) included.
@@ -43,6 +44,7 @@ pub struct Board {
     /// LD2.
     pub light: Output<'static>,
     pub watchdog: IndependentWatchdog<'static, IWDG>,
+    pub probes: Probes,
 }
 
 impl Board {
@@ -73,6 +75,14 @@ impl Board {
             state: BlockingPartition::new(flash, STATE_START, STATE_BYTES),
             light: Output::new(parts.PA5, Level::Low, Speed::Low),
             watchdog: IndependentWatchdog::new(parts.IWDG, WATCHDOG_US),
+            probes: Probes::start(probes::Parts {
+                adc: parts.ADC1,
+                timer: parts.TIM3,
+                dma: parts.DMA1_CH1,
+                bearing_1: (parts.PA0, parts.PA1),
+                bearing_2: (parts.PC1, parts.PC0),
+                keyphasor: parts.PC2,
+            }),
         }
     }
 }
@@ -92,6 +102,8 @@ fn clocks() -> Config {
     config.rcc.sys = rcc::Sysclk::PLL1_R;
     config.rcc.boost = true;
     config.rcc.mux.fdcansel = rcc::mux::Fdcansel::PCLK1;
+    // 42.5 MHz after the converter's own prescaler; without a choice it has no clock.
+    config.rcc.mux.adc12sel = rcc::mux::Adcsel::SYS;
     config
 }
 

@@ -45,6 +45,13 @@ mod tests {
     }
 
     #[test]
+    fn a_first_read_that_was_late_hides_no_later_one() {
+        let mut pace = Pace::new();
+        let read = [HALF_US + 4_000, 2 * HALF_US, 3 * HALF_US + 4_999, 5 * HALF_US];
+        assert_eq!(read.map(|time_us| pace.keeps(SCANS, SCAN_US, time_us)), [true, true, true, false]);
+    }
+
+    #[test]
     fn one_round_of_a_ring_of_two_halves_is_missed_whatever_the_delays() {
         for first_us in (0..HALF_US).step_by(100) {
             for second_us in (0..HALF_US).step_by(100) {

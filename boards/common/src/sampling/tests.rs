@@ -35,11 +35,14 @@ fn scan(number: usize) -> [u16; INPUTS] {
             let [c, s] = TRUTH[probe];
             -10_000.0 - 7.87 * (c * cos + s * sin)
         };
-        convert(&BOARD, match slot {
-            2 => keyphasor_mv(turns),
-            3.. => probe(slot - 1),
-            _ => probe(slot),
-        })
+        convert(
+            &BOARD,
+            match slot {
+                2 => keyphasor_mv(turns),
+                3.. => probe(slot - 1),
+                _ => probe(slot),
+            },
+        )
     })
 }
 
