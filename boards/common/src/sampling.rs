@@ -102,6 +102,7 @@ impl Sampling {
     }
 
     /// Samples after the last ones taken are lost: begins anew, and leaves a number out.
+    #[inline(never)]
     pub fn lost(&mut self) -> SamplesLost {
         *self = Self {
             sequence: self.sequence.wrapping_add(u16::from(self.has_turned)),

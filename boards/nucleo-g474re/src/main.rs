@@ -80,7 +80,8 @@ async fn main(spawner: embassy_executor::Spawner) {
                 let frames = reading_frames(NODE, &reading);
                 let time_us = Instant::now().as_micros();
                 for frame in &frames {
-                    monitor.node.receive(time_us, frame);
+                    // No command is among them, so there is nothing to store.
+                    monitor.receive(time_us, frame, false);
                 }
                 own = Some(frames).into_iter().flatten();
             }
