@@ -3,6 +3,7 @@
 //!
 //! | module | what it is |
 //! |---|---|
+//! | [`sampling`] | probes' counts to numbered 1x readings, losses noticed |
 //! | [`monitor`] | the node with its storage |
 //! | [`settings`] | number and key of a device |
 //! | [`slots`] | model and counter in flash, whole after a cut in power at any write |
@@ -20,6 +21,7 @@ pub mod filter;
 pub mod light;
 pub mod monitor;
 pub mod recovery;
+pub mod sampling;
 pub mod settings;
 pub mod slots;
 pub mod watchdog;

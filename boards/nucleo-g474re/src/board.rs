@@ -1,4 +1,4 @@
-//! The board's parts: clocks, pins, filters, flash.
+//! The board's parts: clocks, pins, filters, flash, probes.
 
 use core::cell::RefCell;
 
@@ -18,8 +18,10 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use rotor_edge_boards::filter::filters;
 use static_cell::StaticCell;
 
-use crate::{can, supply};
+use crate::probes::Probes;
+use crate::{can, probes, supply};
 
+pub const SYSTEM_HZ: u32 = 170_000_000;
 const BIT_RATE: u32 = 500_000;
 /// Longer than anything the loop does, the erasure of two pages (45 ms) included.
 const WATCHDOG_US: u32 = 500_000;
@@ -43,6 +45,7 @@ pub struct Board {
     /// LD2.
     pub light: Output<'static>,
     pub watchdog: IndependentWatchdog<'static, IWDG>,
+    pub probes: Probes,
 }
 
 impl Board {
@@ -73,11 +76,19 @@ impl Board {
             state: BlockingPartition::new(flash, STATE_START, STATE_BYTES),
             light: Output::new(parts.PA5, Level::Low, Speed::Low),
             watchdog: IndependentWatchdog::new(parts.IWDG, WATCHDOG_US),
+            probes: Probes::start(probes::Parts {
+                adc: parts.ADC1,
+                timer: parts.TIM3,
+                dma: parts.DMA1_CH1,
+                bearing_1: (parts.PA0, parts.PA1),
+                bearing_2: (parts.PC1, parts.PC0),
+                keyphasor: parts.PC2,
+            }),
         }
     }
 }
 
-/// 170 MHz from the board's crystal of 24 MHz.
+/// [`SYSTEM_HZ`] from the board's crystal of 24 MHz.
 fn clocks() -> Config {
     let mut config = Config::default();
     config.rcc.hse = Some(rcc::Hse { freq: Hertz(24_000_000), mode: rcc::HseMode::Oscillator });
@@ -92,6 +103,8 @@ fn clocks() -> Config {
     config.rcc.sys = rcc::Sysclk::PLL1_R;
     config.rcc.boost = true;
     config.rcc.mux.fdcansel = rcc::mux::Fdcansel::PCLK1;
+    // 42.5 MHz after the converter's own prescaler; without a choice it has no clock.
+    config.rcc.mux.adc12sel = rcc::mux::Adcsel::SYS;
     config
 }
 
