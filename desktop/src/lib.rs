@@ -12,6 +12,7 @@
 //! | [`identify`] | bearings and unbalance from measurements: phase I and phase II |
 //! | [`machine`], [`effects`] | what a file's effects add to a machine's terms; one file an effect |
 //! | [`fit`] | hypotheses fitted to measurements |
+//! | [`startup`] | a single-disk rotor from its start-up: the simple model, and where it fails |
 //! | [`compare`], [`diagnose`] | where a model misses; which effect is missing, and adding it |
 //!
 //! # Conventions
@@ -35,6 +36,7 @@ pub mod measurement;
 pub mod model;
 pub mod rotor;
 pub mod rotor_file;
+pub mod startup;
 pub mod structure;
 pub mod terms;
 #[cfg(test)]

@@ -18,6 +18,12 @@ pub struct BestFit {
     pub rotor: Rotor,
     /// Phasor of every probe of every reading, m; zero where the reading was lost.
     pub predicted_m: Vec<Vec<Complex<f64>>>,
+    /// Unbalance of each plane, kg·m.
+    pub unbalance_kg_m: Vec<Complex<f64>>,
+    /// Standard deviation of its components, kg·m.
+    pub unbalance_sd_kg_m: Vec<f64>,
+    /// χ² per measured real number.
+    pub chi2_per_value: f64,
     /// Real numbers that were fitted.
     pub free_parameters: usize,
     /// The noise that was gone by.
@@ -44,9 +50,18 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
         .map(|r| r.probes.iter().map(|y| y.and_then(|_| flat.next()).unwrap_or_default()).collect())
         .collect();
     let fitted = as_file(&base.hypothesis, &base.fit);
+    let planes = rotor.plane.len();
+    let covariance = fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
+    let sd = |plane: usize| {
+        let at = base.fit.x.len() + 2 * plane;
+        covariance.as_ref().map_or(f64::NAN, |c| c[(at, at)].max(c[(at + 1, at + 1)]).max(0.0).sqrt())
+    };
     Ok(BestFit {
         rotor: fitter.corrected(fitted, &base.fit, &base.drawing),
         predicted_m,
+        unbalance_kg_m: base.fit.unknowns[..planes].to_vec(),
+        unbalance_sd_kg_m: (0..planes).map(sd).collect(),
+        chi2_per_value: base.fit.chi2_per_value(),
         free_parameters: base.hypothesis.size() + 2 * base.fit.unknowns.len(),
         noise,
         remarks,

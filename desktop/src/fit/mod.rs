@@ -13,7 +13,7 @@
 
 pub mod data;
 mod derivative;
-mod descent;
+pub(crate) mod descent;
 pub mod drawing_errors;
 pub mod hypothesis;
 pub mod plant;

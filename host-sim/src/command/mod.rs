@@ -10,6 +10,9 @@ mod output;
 mod replay;
 mod replay_better;
 mod replay_json;
+pub mod startup;
+mod startup_json;
+pub mod startup_text;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -39,6 +42,8 @@ enum Command {
     Improve(improve::Arguments),
     /// Phase I: bearings and unbalance of a machine's first days
     Identify(identify::Arguments),
+    /// A single-disk rotor from its start-up: the simple model, where it fails, and which effects mend it
+    Startup(startup::Arguments),
 }
 
 /// Runs what the command line asks for.
@@ -54,5 +59,6 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Add(arguments)) => add::run(&arguments),
         Some(Command::Improve(arguments)) => improve::run(&arguments),
         Some(Command::Identify(arguments)) => identify::run(&arguments),
+        Some(Command::Startup(arguments)) => startup::run(&arguments),
     }
 }

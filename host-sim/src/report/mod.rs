@@ -6,6 +6,8 @@
 //! | [`comparison`] | what `compare --report` says |
 //! | [`bode`], [`polar`], [`orbit`] | one probe over speed; one bearing at one speed |
 //! | [`residual_map`] | residual by speed and probe |
+//! | [`startup`] | what `startup --report` says |
+//! | [`wave`] | one turn of the shaft over time |
 //! | [`trend`], [`bars`] | anything over time; anything ranked |
 //!
 //! A file needs nothing but itself: figures are inline SVG, there is no script, and its own content
@@ -22,9 +24,13 @@ pub mod orbit;
 pub mod polar;
 pub mod residual_map;
 pub mod scale;
+pub mod startup;
 pub mod trend;
+pub mod wave;
 
 pub use comparison::{Prediction, comparison_sections};
+pub use startup::startup_sections;
+
 pub use document::{Figure, Section, Table, identifier, page};
 
 use nalgebra::Complex;
