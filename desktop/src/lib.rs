@@ -13,6 +13,7 @@
 //! | [`machine`], [`effects`] | what a file's effects add to a machine's terms; one file an effect |
 //! | [`fit`] | hypotheses fitted to measurements |
 //! | [`startup`] | a single-disk rotor from its start-up: the simple model, and where it fails |
+//! | [`balance`] | correction weights from the model and from trial runs |
 //! | [`compare`], [`diagnose`] | where a model misses; which effect is missing, and adding it |
 //!
 //! # Conventions
@@ -23,6 +24,7 @@
 //! and degrees, and their names say so.
 
 pub mod assumed_modes;
+pub mod balance;
 pub mod basis;
 pub mod compare;
 pub mod diagnose;

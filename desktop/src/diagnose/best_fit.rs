@@ -1,6 +1,6 @@
 //! A model at its best: bearings, planes and its effects' parameters fitted to measurements.
 
-use nalgebra::Complex;
+use nalgebra::{Complex, DMatrix};
 
 use super::advice::as_file;
 use super::{Base, checks};
@@ -20,8 +20,8 @@ pub struct BestFit {
     pub predicted_m: Vec<Vec<Complex<f64>>>,
     /// Unbalance of each plane, kg·m.
     pub unbalance_kg_m: Vec<Complex<f64>>,
-    /// Standard deviation of its components, kg·m.
-    pub unbalance_sd_kg_m: Vec<f64>,
+    /// Covariance of its real and imaginary parts, plane by plane.
+    pub unbalance_covariance: DMatrix<f64>,
     /// χ² per measured real number.
     pub chi2_per_value: f64,
     /// Real numbers that were fitted.
@@ -52,15 +52,16 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
     let fitted = as_file(&base.hypothesis, &base.fit);
     let planes = rotor.plane.len();
     let covariance = fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
-    let sd = |plane: usize| {
-        let at = base.fit.x.len() + 2 * plane;
-        covariance.as_ref().map_or(f64::NAN, |c| c[(at, at)].max(c[(at + 1, at + 1)]).max(0.0).sqrt())
-    };
+    let first = base.fit.x.len();
+    let unbalance_covariance = covariance.map_or_else(
+        || DMatrix::from_element(2 * planes, 2 * planes, f64::NAN),
+        |c| c.view((first, first), (2 * planes, 2 * planes)).into_owned(),
+    );
     Ok(BestFit {
         rotor: fitter.corrected(fitted, &base.fit, &base.drawing),
         predicted_m,
         unbalance_kg_m: base.fit.unknowns[..planes].to_vec(),
-        unbalance_sd_kg_m: (0..planes).map(sd).collect(),
+        unbalance_covariance,
         chi2_per_value: base.fit.chi2_per_value(),
         free_parameters: base.hypothesis.size() + 2 * base.fit.unknowns.len(),
         noise,

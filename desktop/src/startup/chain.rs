@@ -79,7 +79,11 @@ pub fn chain(
         for (row, along) in usable.iter().zip(found.along_directions(&fit.predicted_m)) {
             motion[*row] = along;
         }
-        let planes = fit.unbalance_kg_m.iter().copied().zip(fit.unbalance_sd_kg_m.iter().copied()).collect();
+        let sd = |plane: usize| {
+            let variance = |i: usize| fit.unbalance_covariance[(2 * plane + i, 2 * plane + i)];
+            variance(0).max(variance(1)).max(0.0).sqrt()
+        };
+        let planes = fit.unbalance_kg_m.iter().enumerate().map(|(i, u)| (*u, sd(i))).collect();
         Ok((Stage { label, motion, chi2_per_value: Some(fit.chi2_per_value) }, planes))
     };
     let mut stages = simple_stages(found, readings, options);
