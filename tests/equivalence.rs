@@ -5,7 +5,7 @@ use nalgebra::{Complex, DVector, Matrix2};
 use rotor_edge::bus::BusConfig;
 use rotor_edge::edge::Deployment;
 use rotor_edge::replay::check::{EXCESS_LIMIT, FEATURE_LIMIT, equivalence};
-use rotor_edge::replay::{self, ReplayConfig, flags};
+use rotor_edge::replay::{self, Answer, ReplayConfig, flags};
 use rotor_edge::sample;
 use rotor_edge_core::response::{SupportAmplitudes, response};
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
@@ -123,8 +123,11 @@ fn with_lost_repeated_and_late_frames_no_wrong_estimate_comes_back() {
             agreement.max_relative_feature_error <= FEATURE_LIMIT,
             "what was evaluated was what was sent"
         );
-        let raised = flags(&record, &played.answers);
-        assert!(raised.first().is_some_and(|f| (125.0..=133.0).contains(&f.time_d)), "{raised:?}");
+        // three suspicious readings raise the flag; the third that is heard of has it at the latest
+        let (before, after): (Vec<&Answer>, Vec<&Answer>) =
+            played.answers.iter().partition(|a| replay::day(&record, a.row) < 125.0);
+        assert!(before.iter().all(|a| !a.flagged()));
+        assert!(after.iter().skip(2).take(100).all(|a| a.flagged()));
     }
 }
 
@@ -150,7 +153,7 @@ fn the_same_seed_gives_the_same_bits() {
     let (rotor, record) = identified();
     let deployment = deployment(&rotor);
     let run = || replay::run(&deployment, &record[..60], &ReplayConfig::default(), |_| ()).unwrap().answers;
-    let bits = |answers: Vec<replay::Answer>| -> Vec<[u32; 4]> {
+    let bits = |answers: Vec<Answer>| -> Vec<[u32; 4]> {
         answers
             .iter()
             .map(|a| {

@@ -84,3 +84,12 @@ fn a_rotor_survives_being_written_and_read() {
     assert_eq!(rotor_file::read(&path).unwrap(), rotor());
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+#[test]
+fn a_quotation_mark_that_is_never_closed_is_refused_in_one_short_sentence() {
+    let rotor = rotor_file::parse("r.toml", sample::ROTOR).unwrap();
+    let record = sample::RECORD.replacen("2.03961", "\"2.03961", 1);
+    let message = measurement::parse("m.csv", &record, &rotor).unwrap_err().to_string();
+    one_sentence(&message, "m.csv");
+    assert!(message.contains("row 2") && message.len() < 300, "{message}");
+}

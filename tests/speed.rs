@@ -1,11 +1,18 @@
 //! How fast the main job is; run with `cargo bench -p rotor-edge-tests`.
 //!
-//! The yardstick is ROSS on the same machine: `tests/reference/make_ross_reference.py --time`.
+//! The yardsticks are ROSS and python-can on the same machine: `tests/reference/make_ross_reference.py --time`
+//! and `tests/reference/time_python_can.py`.
 
+use std::time::Duration;
+
+use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
+use rotor_edge::bus::server::Server;
+use rotor_edge::bus::{CanBus, local_bus, open};
 use rotor_edge::edge::{Deployment, EdgeNode};
 use rotor_edge::replay::{self, ReplayConfig};
 use rotor_edge::sample;
+use rotor_edge_core::can::Frame;
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::response::{SupportAmplitudes, response};
 use rotor_edge_core::track::Tracker;
@@ -98,4 +105,59 @@ fn diagnosis_of_a_run_up(bencher: Bencher) {
     let (rotor, _, _) = first_days();
     let runup = measurement::parse("run-up", sample::RUNUP_DAY_126, &rotor).unwrap();
     bencher.bench(|| diagnose(black_box(&rotor), black_box(&runup)).unwrap());
+}
+
+/// Frames of one measurement: fewer than wait for one client at most, so that none is dropped.
+const FRAMES: u64 = 10_000;
+
+/// One participant sends, the other receives, as fast as they can.
+fn exchange(bencher: Bencher, mut from: impl CanBus, mut to: impl CanBus) {
+    bencher.counter(ItemsCount::new(FRAMES)).bench_local(|| {
+        std::thread::scope(|scope| {
+            let from = &mut from;
+            scope.spawn(move || {
+                for number in 0..FRAMES {
+                    from.send(&Frame::standard(0x123, &number.to_le_bytes()).unwrap()).unwrap();
+                }
+            });
+            for number in 0..FRAMES {
+                let frame = to.receive(Duration::from_secs(20)).unwrap().unwrap();
+                assert_eq!(frame.full_payload(), Some(&number.to_le_bytes()));
+            }
+        });
+    });
+}
+
+fn exchange_over_server(bencher: Bencher, spec: impl Fn(&Server) -> String) {
+    let (ending, _ended) = std::sync::mpsc::channel();
+    let server = Server::start(0, 0, None, &ending).unwrap();
+    let join = || open(&spec(&server)).unwrap();
+    exchange(bencher, join(), join());
+}
+
+/// 10,000 frames from one thread to another.
+#[divan::bench(sample_count = 20)]
+fn frames_in_process(bencher: Bencher) {
+    let [from, to] = <[_; 2]>::try_from(local_bus(2)).ok().unwrap();
+    exchange(bencher, from, to);
+}
+
+/// 10,000 frames through the server of `rotor-edge bus`.
+#[divan::bench(sample_count = 20)]
+fn frames_over_slcan(bencher: Bencher) {
+    exchange_over_server(bencher, |server| format!("slcan:127.0.0.1:{}", server.slcan_port));
+}
+
+/// 10,000 frames through the server of `rotor-edge bus`.
+#[divan::bench(sample_count = 20)]
+fn frames_over_socketcand(bencher: Bencher) {
+    exchange_over_server(bencher, |server| format!("socketcand:127.0.0.1:{}/vcan0", server.socketcand_port));
+}
+
+/// 10,000 frames through the Linux kernel's vcan0, if there is one (`tests/python/run --rates` makes one); needs room for
+/// all of them: `sysctl -w net.core.rmem_default=33554432`.
+#[divan::bench(sample_count = 20, ignore = !std::path::Path::new("/sys/class/net/vcan0").exists())]
+fn frames_over_vcan(bencher: Bencher) {
+    let join = || open("socketcan:vcan0").unwrap();
+    exchange(bencher, join(), join());
 }

@@ -1,5 +1,8 @@
 //! What several tests share: where things are in the repository.
 
+#[path = "firmware/sample.rs"]
+pub mod firmware;
+
 use std::path::{Path, PathBuf};
 
 /// A path inside the repository.

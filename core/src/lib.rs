@@ -10,7 +10,9 @@
 //! | [`swarm`], [`polish`] | its rough and its exact solution |
 //! | [`track`] | phase II: the estimate of each reading, bounded by the one before |
 //! | [`residual`] | residuals over time: level, persistence, flag, suspected bearing |
-//! | [`can`] | frames, messages, assembly of readings and results |
+//! | [`can`] | frames, messages, assembly of readings and results, ISO-TP |
+//! | [`command`] | deployment of a model and what else changes a monitor: authenticated and numbered |
+//! | [`extraction`] | raw probe samples and keyphasor marks to the 1x reading |
 //! | [`node`] | frames in, frames out: all that a board calls |
 //!
 //! # Conventions
@@ -31,6 +33,7 @@
 //!   starts, nothing else (both in one private file).
 //! - `heapless`: lists of terms and the queue of frames, bounded at compile time.
 //! - `serde`, `postcard`, `crc`: the deployed model's bytes with their checksum; the checksum of readings and results.
+//! - `hmac`, `sha2`: the authentication code of commands.
 //! - `embedded-can`: the frame trait that drivers speak.
 //! - `rand_xoshiro`, `rand_core`: the swarm's random numbers, the same bits everywhere.
 
@@ -41,6 +44,8 @@
 extern crate std;
 
 pub mod can;
+pub mod command;
+pub mod extraction;
 pub mod fit;
 mod linear;
 pub mod model;

@@ -132,34 +132,60 @@ pub struct Probe<const N: usize> {
     pub runout_um: Pair,
 }
 
-/// Why a model was refused.
+/// Why a model was refused. The numbers travel in a node's answer to a deployment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
 #[non_exhaustive]
 pub enum ModelError {
     /// A number is infinite or not a number.
-    NotFinite,
+    NotFinite = 1,
     /// Neither one nor two planes.
-    Planes,
+    Planes = 2,
     /// Fewer than two supports.
-    Supports,
+    Supports = 3,
     /// Stiffness, mass or polar inertia is not symmetric within 1e-4 of its largest entry.
-    Asymmetric,
+    Asymmetric = 4,
     /// A mass on the diagonal is not positive.
-    Mass,
+    Mass = 5,
     /// The speed range is not positive and ascending.
-    SpeedRange,
+    SpeedRange = 6,
     /// The unbalance floor is negative.
-    UnbalanceFloor,
+    UnbalanceFloor = 7,
     /// The response is not finite at an end or the middle of the speed range.
-    Response,
+    Response = 8,
     /// Encoded with another schema.
-    Schema,
+    Schema = 9,
     /// Encoded for another number of basis shapes.
-    BasisSize,
+    BasisSize = 10,
     /// The bytes are cut short, damaged (CRC-32) or not a model.
-    Encoding,
+    Encoding = 11,
     /// The buffer for encoding is too small; see [`Model::max_size_bytes`].
-    Space,
+    Space = 12,
+    /// A change of speed by a millionth moves the response by over a hundredth: rounding decides what it says.
+    IllConditioned = 13,
+}
+
+impl ModelError {
+    const ALL: [Self; 13] = [
+        Self::NotFinite,
+        Self::Planes,
+        Self::Supports,
+        Self::Asymmetric,
+        Self::Mass,
+        Self::SpeedRange,
+        Self::UnbalanceFloor,
+        Self::Response,
+        Self::Schema,
+        Self::BasisSize,
+        Self::Encoding,
+        Self::Space,
+        Self::IllConditioned,
+    ];
+
+    /// The error of a number on the wire.
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|error| *error as u8 == code)
+    }
 }
 
 impl<const N: usize> Support<N> {

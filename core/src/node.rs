@@ -1,27 +1,38 @@
 //! Frames in, frames out: all that a board calls.
 //!
-//! The board hands in every frame and the time, and sends what [`Node::transmit`] gives it; nothing here does I/O.
+//! The board hands in every frame and the time, sends what [`Node::transmit`] gives it and stores what [`Node::to_save`]
+//! asks for; nothing here does I/O.
 
+#[cfg(test)]
+mod command_tests;
+mod commands;
+mod ownership;
 #[cfg(test)]
 mod tests;
 
 use heapless::Deque;
 
 use crate::can::{
-    Assembled, Assembler, Counters, FLAG_AT_BOUND_1, FLAG_AT_BOUND_2, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame,
-    MAX_NODE, Message, MonitorResult, NodeState, PROTOCOL_VERSION, RESULT_FRAMES, result_frames,
+    Assembler, BROADCAST_NODE, Counters, FLAG_AT_BOUND_1, FLAG_AT_BOUND_2, FLAG_FLAGGED, FLAG_SUSPICIOUS,
+    Frame, MAX_NODE, Message, MonitorResult, NodeState, NumberedReading, OLDEST_PROTOCOL_VERSION,
+    PROTOCOL_VERSION, RESULT_FRAMES, TYPE_TO_NODE, result_frames,
 };
-use crate::model::{Model, ModelError};
+use crate::command::{CODE_BYTES, HEAD_BYTES, Key, MAX_REQUEST_BYTES};
+use crate::model::{MODEL_SCHEMA, Model, ModelError};
 use crate::reading::Reading;
 use crate::residual::{ResidualConfig, ResidualMonitor, Verdict};
 use crate::track::{Estimate, TrackConfig, TrackError, Tracker};
+use commands::Desk;
+pub use commands::Save;
+use ownership::Ownership;
 
 /// Frames waiting to be sent, at most.
 pub const QUEUE_FRAMES: usize = 32;
 /// No probe reads more than this, µm: a feature beyond it is a fault of transmission or scaling.
 pub const ABSURD_UM: f32 = 10_000.0;
 
-const HEARTBEAT_FRAMES: usize = 3;
+/// Frames of a heartbeat.
+pub const HEARTBEAT_FRAMES: usize = 5;
 
 /// Settings of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,10 +47,14 @@ pub struct NodeConfig {
     pub reading_timeout_us: u64,
     /// Time between heartbeats, µs.
     pub heartbeat_period_us: u64,
+    /// From the first [`Node::poll`] to the first answer: time to learn that somebody else uses the number, µs.
+    pub listen_us: u64,
+    /// Without a key, the node takes no commands.
+    pub key: Option<Key>,
 }
 
 impl NodeConfig {
-    /// Usual settings: 200 ms for a reading, a heartbeat every second.
+    /// Usual settings: 200 ms for a reading, a heartbeat every second, 100 ms of listening, no key.
     pub fn new(node: u8) -> Self {
         Self {
             node,
@@ -47,6 +62,8 @@ impl NodeConfig {
             residual: ResidualConfig::default(),
             reading_timeout_us: 200_000,
             heartbeat_period_us: 1_000_000,
+            listen_us: 100_000,
+            key: None,
         }
     }
 }
@@ -78,6 +95,8 @@ pub struct Node<const N: usize> {
     estimate: Option<Estimate>,
     verdict: Option<Verdict>,
     next_heartbeat_us: u64,
+    ownership: Ownership,
+    desk: Desk,
     queue: Deque<Frame, QUEUE_FRAMES>,
 }
 
@@ -86,11 +105,15 @@ impl<const N: usize> Node<N> {
     ///
     /// Errors: [`NodeError`].
     pub fn new(config: NodeConfig, model: Model<N>) -> Result<Self, NodeError> {
+        const {
+            assert!(HEAD_BYTES + Model::<N>::max_size_bytes() + CODE_BYTES <= MAX_REQUEST_BYTES);
+        }
         if config.node > MAX_NODE {
             return Err(NodeError::Node);
         }
         model.check()?;
         let tracker = Tracker::new(&model);
+        let desk = Desk::new(model.checksum());
         Ok(Self {
             config,
             model,
@@ -100,25 +123,40 @@ impl<const N: usize> Node<N> {
             estimate: None,
             verdict: None,
             next_heartbeat_us: 0,
+            ownership: Ownership::new(config.listen_us, config.heartbeat_period_us),
+            desk,
             queue: Deque::new(),
         })
     }
 
-    /// Takes any frame of the bus; those of other nodes are ignored. The frame that completes a reading has it evaluated
-    /// at once and its result queued.
+    /// Takes any frame of the bus but the node's own; those of other nodes are ignored. The frame that completes a
+    /// reading has it evaluated at once and its result queued.
     pub fn receive(&mut self, time_us: u64, frame: &Frame) {
+        let asked = Message::decode(frame).map(|(_, message)| message) == Ok(Message::VersionQuery);
+        if asked && [self.config.node, BROADCAST_NODE].contains(&frame.node()) {
+            return self.tell_version();
+        }
         if frame.node() != self.config.node {
             return;
         }
-        if let Some(assembled) = self.assembler.receive(self.config.reading_timeout_us, time_us, frame) {
-            self.evaluate(&assembled);
+        if frame.is_from_node() {
+            self.count(|c| &mut c.conflicts);
+            if self.ownership.heard_other(time_us) {
+                self.heartbeat();
+            }
+        } else if frame.message_type() == TYPE_TO_NODE {
+            self.transfer(time_us, frame.bytes());
+        } else if let Some(reading) = self.assembler.receive(self.config.reading_timeout_us, time_us, frame) {
+            self.evaluate(&reading);
         }
     }
 
-    /// Time-outs and heartbeat; to be called a few times per heartbeat or more often.
+    /// Time-outs, transfers and heartbeat; to be called a few times per heartbeat or more often, from the start on.
     pub fn poll(&mut self, time_us: u64) {
         self.assembler.poll(self.config.reading_timeout_us, time_us);
-        if time_us >= self.next_heartbeat_us {
+        let may_answer_again = self.ownership.poll(time_us);
+        self.poll_transfer(time_us);
+        if may_answer_again || time_us >= self.next_heartbeat_us {
             self.next_heartbeat_us = time_us.saturating_add(self.config.heartbeat_period_us);
             self.heartbeat();
         }
@@ -151,59 +189,66 @@ impl<const N: usize> Node<N> {
 
     /// What the node is doing.
     pub fn state(&self) -> NodeState {
-        match &self.verdict {
+        self.ownership.silence().unwrap_or(match &self.verdict {
             None => NodeState::Waiting,
             Some(verdict) if verdict.flagged => NodeState::Flagged,
             Some(verdict) if verdict.suspicious => NodeState::Suspicious,
             Some(_) => NodeState::Tracking,
-        }
+        })
     }
 
-    /// Changes to a better model. Tracking goes on from the unbalance last found (see [`Node::restart_tracker`]); the
+    /// Changes to a better model. Tracking goes on from the unbalance last found (see [`Node::restart`]); the
     /// residuals begin a new level, for the old one belongs to the old model.
     ///
     /// Errors: [`NodeError::Model`], and the old model stays.
     pub fn replace_model(&mut self, model: Model<N>) -> Result<(), NodeError> {
         model.check()?;
-        self.model = model;
-        self.tracker.forget_amplitudes();
-        self.monitor = ResidualMonitor::new();
-        self.estimate = None;
-        self.verdict = None;
+        self.adopt(model);
         Ok(())
     }
 
-    /// Forgets the unbalance last found and starts from the model's initial one.
-    pub fn restart_tracker(&mut self) {
-        self.tracker = Tracker::new(&self.model);
+    fn adopt(&mut self, model: Model<N>) {
+        self.desk.model_replaced(model.checksum());
+        self.model = model;
+        self.tracker.forget_amplitudes();
+        self.forget_verdict();
     }
 
-    fn evaluate(&mut self, &Assembled { sequence, reading }: &Assembled) {
-        let counters = self.assembler.counters_mut();
-        if is_absurd(&reading) || !self.model.covers(reading.speed_rpm) {
-            counters.rejected = counters.rejected.wrapping_add(1);
-            return;
+    /// Begins a new record: the model's initial unbalance, no residual level, any sequence number next. Counters go on.
+    pub fn restart(&mut self) {
+        self.tracker = Tracker::new(&self.model);
+        self.forget_verdict();
+        self.assembler.restart();
+    }
+
+    fn forget_verdict(&mut self) {
+        self.monitor = ResidualMonitor::new();
+        self.estimate = None;
+        self.verdict = None;
+    }
+
+    fn evaluate(&mut self, numbered: &NumberedReading) {
+        let reading = &numbered.reading;
+        if is_absurd(reading) || !self.model.covers(reading.speed_rpm) {
+            return self.count(|c| &mut c.rejected);
         }
-        if !reading.is_complete() {
-            counters.skipped = counters.skipped.wrapping_add(1);
-            return;
+        let usable = reading.is_complete() && numbered.keyphasor.is_usable();
+        if !usable || self.ownership.silence().is_some() {
+            return self.count(|c| &mut c.skipped);
         }
-        match self.judge(&reading) {
-            Ok((estimate, verdict)) => {
-                let counters = self.assembler.counters_mut();
-                counters.readings = counters.readings.wrapping_add(1);
-                self.queue_all::<RESULT_FRAMES>(result_frames(
-                    self.config.node,
-                    &result(sequence, &estimate, &verdict),
-                ));
-                self.estimate = Some(estimate);
-                self.verdict = Some(verdict);
-            }
-            Err(_) => {
-                let counters = self.assembler.counters_mut();
-                counters.unsolved = counters.unsolved.wrapping_add(1);
-            }
-        }
+        let Ok((estimate, verdict)) = self.judge(reading) else {
+            return self.count(|c| &mut c.unsolved);
+        };
+        self.count(|c| &mut c.readings);
+        let result = result(numbered.sequence, &estimate, &verdict);
+        self.queue_all::<RESULT_FRAMES>(result_frames(self.config.node, &result));
+        self.estimate = Some(estimate);
+        self.verdict = Some(verdict);
+    }
+
+    fn count(&mut self, which: impl FnOnce(&mut Counters) -> &mut u16) {
+        let counter = which(self.assembler.counters_mut());
+        *counter = counter.wrapping_add(1);
     }
 
     fn judge(&mut self, reading: &Reading) -> Result<(Estimate, Verdict), TrackError> {
@@ -235,9 +280,30 @@ impl<const N: usize> Node<N> {
                 overflowed: c.overflowed,
                 unsolved: c.unsolved,
             },
+            Message::Commands {
+                accepted: c.accepted,
+                refused: c.refused,
+                forged: c.forged,
+                replayed: c.replayed,
+            },
+            Message::Transfers {
+                broken: c.broken,
+                conflicts: c.conflicts,
+                model_checksum: self.desk.model_checksum(),
+            },
         ];
         let node = self.config.node;
         self.queue_all::<HEARTBEAT_FRAMES>(messages.map(|message| message.encode(node)));
+    }
+
+    fn tell_version(&mut self) {
+        let version = Message::Version {
+            protocol: PROTOCOL_VERSION,
+            oldest: OLDEST_PROTOCOL_VERSION,
+            model_schema: MODEL_SCHEMA as u8,
+            shapes: N as u8,
+        };
+        self.queue_all::<1>([version.encode(self.config.node)]);
     }
 
     /// Queues all frames or, lacking room, none: half a result is of no use.

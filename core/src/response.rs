@@ -68,6 +68,8 @@ pub struct Response {
 /// Solves the model at one speed.
 ///
 /// Errors: [`ResponseError::Singular`], [`ResponseError::NotFinite`].
+// Large, and called from several places: one copy in flash.
+#[inline(never)]
 pub fn response<const N: usize>(
     model: &Model<N>,
     speed_rad_s: f32,

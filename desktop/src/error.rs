@@ -49,6 +49,17 @@ impl Error {
     }
 
     pub(crate) fn measurement(file: &str, place: impl Into<String>, expected: impl Into<String>) -> Self {
-        Self::Measurement { file: file.into(), place: place.into(), expected: expected.into() }
+        let (place, expected) = (one_line(&place.into()), one_line(&expected.into()));
+        Self::Measurement { file: file.into(), place, expected }
+    }
+}
+
+/// A quotation mark that is never closed makes the rest of a file one cell, and messages quote cells.
+fn one_line(text: &str) -> String {
+    const LONGEST: usize = 200;
+    let line = text.replace(['\r', '\n'], " ");
+    match line.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &line[..end]),
+        None => line,
     }
 }

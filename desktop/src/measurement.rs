@@ -211,6 +211,19 @@ fn row(
 /// # Errors
 /// If the writer fails.
 pub fn write(out: &mut impl Write, rotor: &Rotor, readings: &[Reading]) -> Result<(), csv::Error> {
+    let names: Vec<&str> = rotor.probe.iter().map(|p| p.name.as_str()).collect();
+    write_probes(out, &names, readings)
+}
+
+/// The same where only the probes' names are known.
+///
+/// # Errors
+/// If the writer fails.
+pub fn write_probes(
+    out: &mut impl Write,
+    probes: &[impl AsRef<str>],
+    readings: &[Reading],
+) -> Result<(), csv::Error> {
     let with_run = readings.iter().any(|r| r.run.is_some());
     let with_time = readings.iter().any(|r| r.time_d.is_some());
     let mut writer = csv::Writer::from_writer(out);
@@ -218,8 +231,8 @@ pub fn write(out: &mut impl Write, rotor: &Rotor, readings: &[Reading]) -> Resul
     header.extend(with_run.then(|| "run".into()));
     header.extend(with_time.then(|| "time_d".into()));
     header.push("speed_rpm".into());
-    for p in &rotor.probe {
-        header.extend([format!("{}_cos_um", p.name), format!("{}_sin_um", p.name)]);
+    for name in probes.iter().map(AsRef::as_ref) {
+        header.extend([format!("{name}_cos_um"), format!("{name}_sin_um")]);
     }
     writer.write_record(&header)?;
     for r in readings {

@@ -14,6 +14,9 @@ pub struct Rotor {
     pub schema: u32,
     /// What the machine is called in reports.
     pub name: String,
+    /// Fastest speed in the data that bearings, planes and effects were fitted to, rpm; written by the tool.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fastest_rpm: Option<f64>,
     /// Which parts of the beam theory are in force.
     #[serde(default)]
     pub physics: Physics,

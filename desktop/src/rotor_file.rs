@@ -124,6 +124,9 @@ fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
     if rotor.schema != SCHEMA {
         return c.fail("schema", format!("{} is not supported, expected {SCHEMA}", rotor.schema));
     }
+    if let Some(fastest_rpm) = rotor.fastest_rpm {
+        c.within("fastest_rpm", fastest_rpm, 1.0, 1e6, "rpm")?;
+    }
     check_shaft(&c, rotor)?;
     check_bearings(&c, rotor)?;
     check_probes_and_planes(&c, rotor)?;

@@ -31,6 +31,7 @@ pub fn uniform_shaft() -> Rotor {
     Rotor {
         schema: 1,
         name: "uniform".into(),
+        fastest_rpm: None,
         physics: Physics::default(),
         noise: None,
         tolerance: None,
@@ -64,6 +65,7 @@ pub fn sample_rotor() -> Rotor {
     };
     Rotor {
         name: "sample".into(),
+        fastest_rpm: None,
         shaft: vec![steel(0.2, 0.08), steel(0.6, 0.12), steel(0.2, 0.09)],
         disk: vec![disk("disk 1", 0.35), disk("disk 2", 0.6)],
         bearing: vec![

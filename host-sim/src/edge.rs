@@ -92,7 +92,11 @@ impl Deployment {
     }
 }
 
-fn probe_order(rotor: &Rotor) -> Result<[usize; PROBES]> {
+/// Place in the file of the controller's probes: bearing 1 X, Y, bearing 2 X, Y.
+///
+/// # Errors
+/// If there are not two probes at each bearing.
+pub fn probe_order(rotor: &Rotor) -> Result<[usize; PROBES]> {
     let beside = |bearing: &str| {
         let of_bearing = rotor.probe.iter().enumerate().filter(|(_, p)| p.bearing == bearing);
         of_bearing.map(|(i, _)| i).collect::<Vec<_>>()

@@ -2,7 +2,10 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`bus`] | the in-process virtual CAN bus |
+//! | [`bus`] | CAN buses, simulated and real |
+//! | [`node`] | a monitor as a process: the core on a real bus |
+//! | [`watch`] | what a listener learns of all monitors on a bus, and a terminal that shows it |
+//! | [`deploy`] | commands to a monitor over a real bus |
 //! | [`edge`] | a desktop model, made small enough for the controller |
 //! | [`replay`] | a record, played over the bus into the core, every result checked |
 //! | [`report`] | one HTML file with figures |
@@ -11,7 +14,10 @@
 
 pub mod bus;
 pub mod command;
+pub mod deploy;
 pub mod edge;
+pub mod node;
 pub mod replay;
 pub mod report;
 pub mod sample;
+pub mod watch;

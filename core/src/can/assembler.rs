@@ -14,7 +14,7 @@ use heapless::Vec;
 use super::counters::{Counters, count};
 use super::crc32;
 use super::frame::Frame;
-use super::message::{CanError, Message};
+use super::message::{CanError, Keyphasor, Message};
 use crate::reading::{PROBES, ProbeVector, Reading};
 
 /// Frames of a reading.
@@ -24,9 +24,11 @@ pub const RESYNCHRONISE_AFTER: u8 = 3;
 
 /// A whole reading with its number.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Assembled {
+pub struct NumberedReading {
     /// Number given by the sender.
     pub sequence: u16,
+    /// What is known of its phase reference.
+    pub keyphasor: Keyphasor,
     /// The reading; a lost probe is [`ProbeVector::LOST`].
     pub reading: Reading,
 }
@@ -44,6 +46,7 @@ struct Open {
     since_us: u64,
     sequence: u16,
     valid_mask: u8,
+    keyphasor: Keyphasor,
     speed_rpm: f32,
     start: [u8; 8],
     vectors: [Option<(ProbeVector, [u8; 8])>; PROBES],
@@ -61,6 +64,13 @@ pub struct Assembler {
     counters: Counters,
 }
 
+impl NumberedReading {
+    /// A reading whose sender says nothing of its keyphasor.
+    pub fn new(sequence: u16, reading: Reading) -> Self {
+        Self { sequence, keyphasor: Keyphasor::NotStated, reading }
+    }
+}
+
 impl Default for Assembler {
     fn default() -> Self {
         Self::new()
@@ -71,6 +81,11 @@ impl Assembler {
     /// Ready for a first reading of any sequence number.
     pub fn new() -> Self {
         Self { stage: Stage::Closed, last: None, older: None, counters: Counters::default() }
+    }
+
+    /// Takes any sequence number next; counters go on.
+    pub fn restart(&mut self) {
+        *self = Self { counters: self.counters, ..Self::new() };
     }
 
     /// What was counted so far.
@@ -92,16 +107,17 @@ impl Assembler {
     }
 
     /// Takes one frame of the sender; the reading, when this frame completes it. Other messages are passed over.
-    pub fn receive(&mut self, timeout_us: u64, time_us: u64, frame: &Frame) -> Option<Assembled> {
+    pub fn receive(&mut self, timeout_us: u64, time_us: u64, frame: &Frame) -> Option<NumberedReading> {
         self.poll(timeout_us, time_us);
         match (Message::decode(frame), frame.full_payload()) {
-            (Ok((_, Message::ReadingStart { sequence, valid_mask, speed_rpm })), Some(&start)) => {
+            (Ok((_, Message::ReadingStart { sequence, valid_mask, keyphasor, speed_rpm })), Some(&start)) => {
                 let vectors = [None; PROBES];
                 let since_us = time_us;
                 self.start(Open {
                     since_us,
                     sequence,
                     valid_mask,
+                    keyphasor,
                     speed_rpm,
                     start,
                     vectors,
@@ -171,7 +187,7 @@ impl Assembler {
         }
     }
 
-    fn end(&mut self, sequence: u16, checksum: u32) -> Option<Assembled> {
+    fn end(&mut self, sequence: u16, checksum: u32) -> Option<NumberedReading> {
         let open = match self.stage {
             Stage::Open(open) => open,
             Stage::Passing => {
@@ -200,7 +216,11 @@ impl Assembler {
                 *probe = ProbeVector::LOST;
             }
         }
-        Some(Assembled { sequence, reading: Reading { speed_rpm: open.speed_rpm, probes } })
+        Some(NumberedReading {
+            sequence,
+            keyphasor: open.keyphasor,
+            reading: Reading { speed_rpm: open.speed_rpm, probes },
+        })
     }
 
     fn accept(&mut self, open: &Open) {
@@ -220,13 +240,16 @@ fn is_ahead(difference: u16) -> bool {
 }
 
 /// The six frames of a reading, in the order of sending.
-pub fn reading_frames(node: u8, sequence: u16, reading: &Reading) -> Vec<Frame, READING_FRAMES> {
+pub fn reading_frames(
+    node: u8,
+    &NumberedReading { sequence, keyphasor, reading }: &NumberedReading,
+) -> Vec<Frame, READING_FRAMES> {
     let mut valid_mask = 0;
     for (number, probe) in reading.probes.iter().enumerate() {
         valid_mask |= u8::from(probe.is_finite()) << number;
     }
     let speed_rpm = reading.speed_rpm;
-    let start = Message::ReadingStart { sequence, valid_mask, speed_rpm }.encode(node);
+    let start = Message::ReadingStart { sequence, valid_mask, keyphasor, speed_rpm }.encode(node);
     let mut frames = Vec::from_array([start]);
     for (probe, &vector) in (0..).zip(&reading.probes) {
         // Cannot be full: the capacity is that of a whole reading.

@@ -1,4 +1,4 @@
-//! What became of the readings sent to a node.
+//! What became of the readings and commands sent to a node.
 
 /// Counts since start; each wraps at 65,536.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -18,7 +18,8 @@ pub struct Counters {
     pub incomplete: u16,
     /// Vectors and ends without a start, and frames of a known type that cannot be decoded.
     pub stray: u16,
-    /// Whole readings not evaluated because a probe was lost.
+    /// Whole readings not evaluated because a probe or the keyphasor was lost, or while the
+    /// node may not answer: just started, or its number in use by another.
     pub skipped: u16,
     /// Times a sender that started anew at an older sequence number was followed.
     pub resynchronised: u16,
@@ -26,6 +27,18 @@ pub struct Counters {
     pub overflowed: u16,
     /// Readings for which the model had no finite response.
     pub unsolved: u16,
+    /// Commands carried out.
+    pub accepted: u16,
+    /// Commands that could not be carried out: malformed, a model that was refused, storage that failed, no key.
+    pub refused: u16,
+    /// Commands without the right authentication code.
+    pub forged: u16,
+    /// Commands with a counter that was used before.
+    pub replayed: u16,
+    /// Transfers of a command that never became whole.
+    pub broken: u16,
+    /// Frames that only this node may send, received from somebody else.
+    pub conflicts: u16,
 }
 
 /// Adds to a counter that wraps.

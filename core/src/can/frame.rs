@@ -2,6 +2,10 @@
 
 use embedded_can::{Id, StandardId};
 
+use super::message::{
+    TYPE_HEARTBEAT, TYPE_RESULT_END, TYPE_STATUS, TYPE_TO_HOST, TYPE_TRANSFERS, TYPE_VERSION,
+};
+
 /// Highest number of a node.
 pub const MAX_NODE: u8 = 30;
 /// Reserved: every node.
@@ -47,9 +51,14 @@ impl Frame {
     }
 
     /// A frame of eight bytes; only the low bits of type and node count.
-    pub(crate) fn full(message_type: u8, node: u8, payload: [u8; 8]) -> Self {
+    pub fn full(message_type: u8, node: u8, payload: [u8; 8]) -> Self {
         let id = StandardId::new(frame_id(message_type, node)).unwrap_or(StandardId::MAX);
         Self { id, length: 8, payload }
+    }
+
+    /// A frame without payload.
+    pub(crate) fn empty(message_type: u8, node: u8) -> Self {
+        Self { length: 0, ..Self::full(message_type, node, [0; 8]) }
     }
 
     /// The 11-bit identifier.
@@ -65,6 +74,14 @@ impl Frame {
     /// Lower five bits of the identifier.
     pub fn node(&self) -> u8 {
         (self.raw_id() & NODE_MASK) as u8
+    }
+
+    /// Only a monitor with this node number sends frames of this type.
+    pub(crate) fn is_from_node(&self) -> bool {
+        matches!(
+            self.message_type(),
+            TYPE_STATUS..=TYPE_RESULT_END | TYPE_HEARTBEAT..=TYPE_TRANSFERS | TYPE_TO_HOST | TYPE_VERSION
+        )
     }
 
     /// The bytes it carries.

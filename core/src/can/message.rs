@@ -6,7 +6,9 @@ use crate::reading::ProbeVector;
 use crate::residual::Bearing;
 
 /// Version of this protocol, carried by the heartbeat.
-pub const PROTOCOL_VERSION: u8 = 1;
+pub const PROTOCOL_VERSION: u8 = 2;
+/// Oldest version whose frames still mean the same.
+pub const OLDEST_PROTOCOL_VERSION: u8 = 1;
 
 /// Type of [`Message::ReadingStart`].
 pub const TYPE_READING_START: u8 = 8;
@@ -22,14 +24,18 @@ const TYPE_DYNAMIC: u8 = 20;
 const TYPE_RESIDUAL: u8 = 21;
 /// Type of [`Message::ResultEnd`].
 pub const TYPE_RESULT_END: u8 = 22;
-const TYPE_HEARTBEAT: u8 = 32;
+pub(super) const TYPE_HEARTBEAT: u8 = 32;
 const TYPE_COUNTERS: u8 = 33;
 const TYPE_DISCARDS: u8 = 34;
-/// Reserved for the transfer of a model towards a node.
-pub const TYPE_MODEL_TO_NODE: u8 = 48;
-/// Reserved for the answers of that transfer.
-pub const TYPE_MODEL_TO_HOST: u8 = 49;
-/// Reserved for a query of the protocol version that no version may change.
+const TYPE_COMMANDS: u8 = 35;
+pub(super) const TYPE_TRANSFERS: u8 = 36;
+/// Type of the ISO-TP frames towards a node.
+pub const TYPE_TO_NODE: u8 = 48;
+/// Type of the ISO-TP frames from a node.
+pub const TYPE_TO_HOST: u8 = 49;
+/// Type of [`Message::Version`].
+pub const TYPE_VERSION: u8 = 62;
+/// Type of [`Message::VersionQuery`].
 pub const TYPE_VERSION_QUERY: u8 = 63;
 
 /// Status flag: the reading is suspicious.
@@ -40,6 +46,27 @@ pub const FLAG_FLAGGED: u8 = 2;
 pub const FLAG_AT_BOUND_1: u8 = 4;
 /// Status flag: the unbalance of plane 2 lies on its bound.
 pub const FLAG_AT_BOUND_2: u8 = 8;
+
+/// What the sender of a reading knows of its keyphasor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Keyphasor {
+    /// Nothing was said.
+    #[default]
+    NotStated,
+    /// One mark a turn, steady.
+    Locked,
+    /// No mark: speed and phases mean nothing.
+    Missing,
+    /// The speed changed too much within the reading, or marks came out of step.
+    Unsteady,
+}
+
+impl Keyphasor {
+    /// Phases can be believed.
+    pub fn is_usable(self) -> bool {
+        matches!(self, Self::NotStated | Self::Locked)
+    }
+}
 
 /// What a node is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,17 +79,23 @@ pub enum NodeState {
     Suspicious,
     /// The flag is up.
     Flagged,
+    /// Somebody else uses this node's number: no results until that has ended.
+    Conflict,
+    /// Just started: listens for others with its number before it answers.
+    Listening,
 }
 
 /// One frame's meaning. Bytes named reserved are sent as zero and ignored when received.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Message {
-    /// Opens a reading. u16 sequence, u8 mask, u8 reserved, f32 speed.
+    /// Opens a reading. u16 sequence, u8 mask, u8 keyphasor, f32 speed.
     ReadingStart {
         /// Number of the reading, wrapping.
         sequence: u16,
         /// Bit i set: probe i gave a value.
         valid_mask: u8,
+        /// What is known of the phase reference.
+        keyphasor: Keyphasor,
         /// Speed, rpm.
         speed_rpm: f32,
     },
@@ -155,6 +188,39 @@ pub enum Message {
         /// Fourth.
         unsolved: u16,
     },
+    /// Commands received. Four u16, see [`Counters`](super::Counters).
+    Commands {
+        /// First.
+        accepted: u16,
+        /// Second.
+        refused: u16,
+        /// Third.
+        forged: u16,
+        /// Fourth.
+        replayed: u16,
+    },
+    /// Two u16, see [`Counters`](super::Counters), and which model is in use.
+    Transfers {
+        /// First.
+        broken: u16,
+        /// Second.
+        conflicts: u16,
+        /// [`Model::checksum`](crate::model::Model::checksum).
+        model_checksum: u32,
+    },
+    /// Answer to the query. Four u8, then u32 reserved. No version changes it.
+    Version {
+        /// [`PROTOCOL_VERSION`].
+        protocol: u8,
+        /// [`OLDEST_PROTOCOL_VERSION`].
+        oldest: u8,
+        /// [`MODEL_SCHEMA`](crate::model::MODEL_SCHEMA).
+        model_schema: u8,
+        /// Basis shapes of its model.
+        shapes: u8,
+    },
+    /// Asks a node, or all with [`BROADCAST_NODE`](super::BROADCAST_NODE), for its version. No payload; no version changes it.
+    VersionQuery,
 }
 
 /// Why a frame has no meaning here.
@@ -173,8 +239,9 @@ impl Message {
     /// The frame for a node (its low five bits count).
     pub fn encode(&self, node: u8) -> Frame {
         let (message_type, payload) = match *self {
-            Self::ReadingStart { sequence, valid_mask, speed_rpm } => {
-                (TYPE_READING_START, join(head(sequence, valid_mask, 0), speed_rpm.to_le_bytes()))
+            Self::ReadingStart { sequence, valid_mask, keyphasor, speed_rpm } => {
+                let head = head(sequence, valid_mask, keyphasor as u8);
+                (TYPE_READING_START, join(head, speed_rpm.to_le_bytes()))
             }
             Self::ProbeVector { probe, vector } => {
                 (TYPE_VECTOR + (probe & 3), two_f32([vector.cos_um, vector.sin_um]))
@@ -209,6 +276,17 @@ impl Message {
             Self::Discards { skipped, resynchronised, overflowed, unsolved } => {
                 (TYPE_DISCARDS, four_u16([skipped, resynchronised, overflowed, unsolved]))
             }
+            Self::Commands { accepted, refused, forged, replayed } => {
+                (TYPE_COMMANDS, four_u16([accepted, refused, forged, replayed]))
+            }
+            Self::Transfers { broken, conflicts, model_checksum } => {
+                let [[a, b], [c, d]] = [broken, conflicts].map(u16::to_le_bytes);
+                (TYPE_TRANSFERS, join([a, b, c, d], model_checksum.to_le_bytes()))
+            }
+            Self::Version { protocol, oldest, model_schema, shapes } => {
+                (TYPE_VERSION, join([protocol, oldest, model_schema, shapes], [0; 4]))
+            }
+            Self::VersionQuery => return Frame::empty(TYPE_VERSION_QUERY, node),
         };
         Frame::full(message_type, node, payload)
     }
@@ -220,8 +298,14 @@ impl Message {
         let message_type = frame.message_type();
         let known = matches!(
             message_type,
-            TYPE_READING_START..=TYPE_READING_END | TYPE_STATUS..=TYPE_RESULT_END | TYPE_HEARTBEAT..=TYPE_DISCARDS
+            TYPE_READING_START..=TYPE_READING_END
+                | TYPE_STATUS..=TYPE_RESULT_END
+                | TYPE_HEARTBEAT..=TYPE_TRANSFERS
+                | TYPE_VERSION
         );
+        if message_type == TYPE_VERSION_QUERY {
+            return Ok((frame.node(), Self::VersionQuery));
+        }
         if !known {
             return Err(CanError::UnknownType);
         }
@@ -234,7 +318,13 @@ impl Message {
             [sequence, u16::from_le_bytes([c, d]), u16::from_le_bytes([e, f]), u16::from_le_bytes([g, h])];
         let message = match message_type {
             TYPE_READING_START => {
-                Self::ReadingStart { sequence, valid_mask: c, speed_rpm: f32::from_le_bytes(upper) }
+                let keyphasor = keyphasor(d)?;
+                Self::ReadingStart {
+                    sequence,
+                    valid_mask: c,
+                    keyphasor,
+                    speed_rpm: f32::from_le_bytes(upper),
+                }
             }
             TYPE_READING_END => Self::ReadingEnd { sequence, count: c, crc32: u32::from_le_bytes(upper) },
             TYPE_STATUS => Self::Status { sequence, flags: c, suspect: suspect(d)?, streak: words[2] },
@@ -257,6 +347,15 @@ impl Message {
                 let [skipped, resynchronised, overflowed, unsolved] = words;
                 Self::Discards { skipped, resynchronised, overflowed, unsolved }
             }
+            TYPE_COMMANDS => {
+                let [accepted, refused, forged, replayed] = words;
+                Self::Commands { accepted, refused, forged, replayed }
+            }
+            TYPE_TRANSFERS => {
+                let [broken, conflicts, ..] = words;
+                Self::Transfers { broken, conflicts, model_checksum: u32::from_le_bytes(upper) }
+            }
+            TYPE_VERSION => Self::Version { protocol: a, oldest: b, model_schema: c, shapes: d },
             _ => {
                 let [cos_um, sin_um] = pair;
                 let probe = message_type.wrapping_sub(TYPE_VECTOR);
@@ -276,12 +375,24 @@ fn suspect(byte: u8) -> Result<Option<Bearing>, CanError> {
     }
 }
 
+fn keyphasor(byte: u8) -> Result<Keyphasor, CanError> {
+    match byte {
+        0 => Ok(Keyphasor::NotStated),
+        1 => Ok(Keyphasor::Locked),
+        2 => Ok(Keyphasor::Missing),
+        3 => Ok(Keyphasor::Unsteady),
+        _ => Err(CanError::BadValue),
+    }
+}
+
 fn state(byte: u8) -> Result<NodeState, CanError> {
     match byte {
         0 => Ok(NodeState::Waiting),
         1 => Ok(NodeState::Tracking),
         2 => Ok(NodeState::Suspicious),
         3 => Ok(NodeState::Flagged),
+        4 => Ok(NodeState::Conflict),
+        5 => Ok(NodeState::Listening),
         _ => Err(CanError::BadValue),
     }
 }

@@ -15,7 +15,7 @@ fn reading(number: u16) -> Reading {
 }
 
 fn frames(sequence: u16) -> Vec<Frame> {
-    reading_frames(NODE, sequence, &reading(sequence)).into_iter().collect()
+    reading_frames(NODE, &NumberedReading::new(sequence, reading(sequence))).into_iter().collect()
 }
 
 /// Sequence numbers of the readings that came out whole, and what was counted.
@@ -38,7 +38,6 @@ fn without(mut frames: Vec<Frame>, place: usize) -> Vec<Frame> {
 
 fn every_message() -> Vec<Message> {
     let mut messages = std::vec![
-        Message::ReadingStart { sequence: 0xabcd, valid_mask: 13, speed_rpm: 11_000.5 },
         Message::ReadingEnd { sequence: 7, count: 4, crc32: 0x1234_5678 },
         Message::Status { sequence: 9, flags: 15, suspect: Some(Bearing::Two), streak: 300 },
         Message::Status { sequence: 9, flags: 0, suspect: None, streak: 0 },
@@ -51,7 +50,25 @@ fn every_message() -> Vec<Message> {
         Message::Counters { repeated: 1, late: 2, incomplete: 3, stray: 4 },
         Message::Discards { skipped: 5, resynchronised: 6, overflowed: 7, unsolved: 8 },
     ];
-    for state in [NodeState::Waiting, NodeState::Tracking, NodeState::Suspicious, NodeState::Flagged] {
+    messages.extend([
+        Message::Commands { accepted: 1, refused: 2, forged: 3, replayed: 4 },
+        Message::Transfers { broken: 5, conflicts: 6, model_checksum: 0x89ab_cdef },
+        Message::Version { protocol: 2, oldest: 1, model_schema: 1, shapes: 6 },
+        Message::VersionQuery,
+    ]);
+    for keyphasor in [Keyphasor::NotStated, Keyphasor::Locked, Keyphasor::Missing, Keyphasor::Unsteady] {
+        let (sequence, valid_mask, speed_rpm) = (0xabcd, 13, 11_000.5);
+        messages.push(Message::ReadingStart { sequence, valid_mask, keyphasor, speed_rpm });
+    }
+    let states = [
+        NodeState::Waiting,
+        NodeState::Tracking,
+        NodeState::Suspicious,
+        NodeState::Flagged,
+        NodeState::Conflict,
+        NodeState::Listening,
+    ];
+    for state in states {
         messages.push(Message::Heartbeat { version: 1, state, readings: 65_535, lost: 1, rejected: 2 });
     }
     for probe in 0..4 {
@@ -69,7 +86,13 @@ fn every_message_comes_back_from_its_frame() {
 
 #[test]
 fn bytes_of_a_start_are_the_documented_ones() {
-    let frame = Message::ReadingStart { sequence: 0x0102, valid_mask: 15, speed_rpm: 1.0 }.encode(3);
+    let frame = Message::ReadingStart {
+        sequence: 0x0102,
+        valid_mask: 15,
+        keyphasor: Keyphasor::NotStated,
+        speed_rpm: 1.0,
+    }
+    .encode(3);
     assert_eq!(frame.raw_id(), 8 * 32 + 3);
     assert_eq!(frame.bytes(), [0x02, 0x01, 15, 0, 0, 0, 0x80, 0x3f]);
 }
@@ -84,12 +107,12 @@ fn identifiers_rise_in_the_order_of_sending_and_type_goes_before_node() {
 #[test]
 fn unknown_short_and_impossible_frames_are_refused() {
     let frame = |message_type, bytes: &[u8]| Frame::standard(frame_id(message_type, NODE), bytes).unwrap();
-    for message_type in (0..8).chain(14..16).chain(23..32).chain(35..64) {
+    for message_type in (0..8).chain(14..16).chain(23..32).chain(37..62) {
         assert_eq!(Message::decode(&frame(message_type, &[0; 8])), Err(CanError::UnknownType));
     }
     assert_eq!(Message::decode(&frame(8, &[0; 7])), Err(CanError::WrongLength));
     assert_eq!(Message::decode(&frame(16, &[0, 0, 0, 3, 0, 0, 0, 0])), Err(CanError::BadValue));
-    assert_eq!(Message::decode(&frame(32, &[1, 4, 0, 0, 0, 0, 0, 0])), Err(CanError::BadValue));
+    assert_eq!(Message::decode(&frame(32, &[1, 6, 0, 0, 0, 0, 0, 0])), Err(CanError::BadValue));
 }
 
 #[test]
@@ -209,7 +232,7 @@ fn a_lost_probe_arrives_as_lost_by_its_mask_or_as_not_a_number() {
     lost.probes[2] = ProbeVector::LOST;
     let mut assembler = Assembler::new();
     let mut whole = None;
-    for frame in reading_frames(NODE, 1, &lost) {
+    for frame in reading_frames(NODE, &NumberedReading::new(1, lost)) {
         whole = whole.or(assembler.receive(TIMEOUT_US, 0, &frame));
     }
     let probes = whole.unwrap().reading.probes;

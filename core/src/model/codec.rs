@@ -1,16 +1,33 @@
 //! The deployed bytes: schema (u32, little endian), N (u8), then the model in postcard with its CRC-32.
 
-use crc::{CRC_32_ISO_HDLC, Crc};
+use crc::{CRC_32_ISO_HDLC, Crc, Digest};
+use postcard::ser_flavors::Flavor;
 
 use super::{MAX_FORCINGS, MAX_PLANES, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError};
 use crate::reading::PROBES;
 
 /// zlib's CRC-32 (Python: `binascii.crc32`).
-const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const SCHEMA_BYTES: usize = 4;
 const F32: usize = 4;
 /// Length of a list with fewer than 128 entries; also the mark of an option or a variant.
 const MARK: usize = 1;
+
+/// Where postcard writes when only the checksum is wanted.
+struct Checksum(Digest<'static, u32>);
+
+impl Flavor for Checksum {
+    type Output = u32;
+
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        self.0.update(&[byte]);
+        Ok(())
+    }
+
+    fn finalize(self) -> postcard::Result<u32> {
+        Ok(self.0.finalize())
+    }
+}
 
 impl<const N: usize> Model<N> {
     /// Bytes of the largest model of this basis size; a buffer of that size always suffices for [`Model::encode`].
@@ -37,11 +54,30 @@ impl<const N: usize> Model<N> {
         Ok(SCHEMA_BYTES + 1 + written.len())
     }
 
+    /// The CRC-32 that [`Model::encode`] appends: which model this is.
+    pub fn checksum(&self) -> u32 {
+        postcard::serialize_with_flavor(self, Checksum(CRC.digest())).unwrap_or_default()
+    }
+
     /// Reads what [`Model::encode`] wrote and checks it. Bytes after the checksum are ignored, so that a whole page of
     /// flash may be handed in.
     ///
     /// Errors: [`ModelError::Schema`], [`ModelError::BasisSize`], [`ModelError::Encoding`], and those of [`Model::check`].
+    #[inline(never)]
     pub fn decode(bytes: &[u8]) -> Result<Self, ModelError> {
+        // One variable, returned as it is: a model is not small, and a second copy would be on the stack.
+        let mut decoded = Self::parse(bytes);
+        if let Ok(model) = &decoded
+            && let Err(error) = model.check()
+        {
+            decoded = Err(error);
+        }
+        decoded
+    }
+
+    /// Not inlined: postcard's stack is free again when the model is checked.
+    #[inline(never)]
+    fn parse(bytes: &[u8]) -> Result<Self, ModelError> {
         let (schema, rest) = bytes.split_first_chunk::<SCHEMA_BYTES>().ok_or(ModelError::Encoding)?;
         if u32::from_le_bytes(*schema) != MODEL_SCHEMA {
             return Err(ModelError::Schema);
@@ -50,8 +86,6 @@ impl<const N: usize> Model<N> {
         if usize::from(size) != N {
             return Err(ModelError::BasisSize);
         }
-        let model: Self = postcard::from_bytes_crc32(body, CRC.digest()).map_err(|_| ModelError::Encoding)?;
-        model.check()?;
-        Ok(model)
+        postcard::from_bytes_crc32(body, CRC.digest()).map_err(|_| ModelError::Encoding)
     }
 }

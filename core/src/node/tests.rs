@@ -9,12 +9,17 @@ use crate::testing::Random;
 
 const NODE: u8 = 4;
 
+/// Answers from the first reading on.
+pub(super) fn config() -> NodeConfig {
+    NodeConfig { listen_us: 0, ..NodeConfig::new(NODE) }
+}
+
 fn node() -> Node<2> {
-    Node::new(NodeConfig::new(NODE), rigid_rotor()).unwrap()
+    Node::new(config(), rigid_rotor()).unwrap()
 }
 
 /// What the model shows for its initial unbalance times a factor.
-fn reading(factor: f32) -> Reading {
+pub(super) fn reading(factor: f32) -> Reading {
     let model = rigid_rotor();
     let [[a, b], [c, d]] = model.initial_unbalance_g_mm;
     let at_speed = response(&model, rad_s(9000.0), &SupportAmplitudes::default()).unwrap();
@@ -22,13 +27,13 @@ fn reading(factor: f32) -> Reading {
     Reading { speed_rpm: 9000.0, probes: probe_vectors(&features) }
 }
 
-fn send(node: &mut Node<2>, to: u8, sequence: u16, reading: &Reading) {
-    for frame in reading_frames(to, sequence, reading) {
+pub(super) fn send(node: &mut Node<2>, to: u8, sequence: u16, reading: &Reading) {
+    for frame in reading_frames(to, &NumberedReading::new(sequence, *reading)) {
         node.receive(0, &frame);
     }
 }
 
-fn results(node: &mut Node<2>) -> Vec<MonitorResult> {
+pub(super) fn results(node: &mut Node<2>) -> Vec<MonitorResult> {
     let mut assembler = ResultAssembler::new();
     let mut results = Vec::new();
     while let Some(frame) = node.transmit() {
@@ -105,7 +110,7 @@ fn heartbeat_comes_with_the_first_poll_and_then_by_its_period() {
         node.poll(time_us);
         core::iter::from_fn(|| node.transmit()).count()
     };
-    assert_eq!([at(0), at(10), at(999_999), at(1_000_000), at(1_500_000)], [3, 0, 0, 3, 0]);
+    assert_eq!([at(0), at(10), at(999_999), at(1_000_000), at(1_500_000)], [5, 0, 0, 5, 0]);
 }
 
 #[test]
@@ -127,8 +132,10 @@ fn a_replaced_model_keeps_the_unbalance_until_restarted_and_forgets_the_verdict(
     assert_eq!(node.replace_model(better.clone()), Ok(()));
     assert_eq!((node.state(), node.estimate()), (NodeState::Waiting, None));
     assert!((node.tracker.last_g_mm()[0][0] - 3450.0).abs() < 0.1);
-    node.restart_tracker();
+    node.restart();
     assert_eq!(node.tracker.last_g_mm(), better.initial_unbalance_g_mm);
+    send(&mut node, NODE, 0, &reading(1.0));
+    assert_eq!((results(&mut node).last().unwrap().sequence, node.counters().lost), (0, 0));
     better.supports.clear();
     assert_eq!(node.replace_model(better), Err(NodeError::Model));
     assert_eq!(node.model().supports.len(), 2);
@@ -154,6 +161,8 @@ fn a_million_arbitrary_bits_of_frames_leave_only_finite_state() {
         node.transmit();
     }
     assert_eq!(node.estimate(), None);
+    assert_eq!(node.state(), NodeState::Conflict, "some of them looked like results of this node");
+    node.poll(4_000_000);
     send(&mut node, NODE, 1, &reading(1.0));
     assert!(node.estimate().unwrap().residual.e_um.is_finite());
 }

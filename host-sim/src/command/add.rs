@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::diagnose::add;
-use rotor_edge_desktop::rotor_file;
 use serde_json::json;
 
 use super::{diagnose, diagnosis_report, output};
@@ -34,7 +33,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None => (arguments.effect.as_str(), None),
     };
     let better = add(&rotor, &readings, kind, at)?;
-    rotor_file::write(&arguments.output, &better.rotor)?;
+    output::model(&arguments.output, &better.rotor, &readings)?;
     if let Some(path) = &arguments.form.report {
         let after = (better.added.label(), better.rotor.clone());
         let sections = diagnosis_report::before_and_after(&rotor, &readings, Some(&after))?;

@@ -98,9 +98,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let runup = arguments.runup.as_deref().map(|path| measurement::read(path, &rotor)).transpose()?;
     let days = arguments.days.select(&record)?;
     let found = phase_one(&rotor, &days, runup.as_deref(), arguments.seed)?;
-    rotor_file::write(&arguments.output, &found.rotor)?;
+    let readings: Vec<Reading> = days.iter().copied().chain(runup.iter().flatten()).cloned().collect();
+    output::model(&arguments.output, &found.rotor, &readings)?;
     if let Some(path) = &arguments.form.report {
-        let readings: Vec<Reading> = days.iter().copied().chain(runup.iter().flatten()).cloned().collect();
         let sections = diagnosis_report::before_and_after(&found.rotor, &readings, None)?;
         output::report(path, &format!("{}: identified", rotor.name), sections)?;
     }

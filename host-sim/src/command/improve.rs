@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::diagnose::{Step, Verdict, improve};
-use rotor_edge_desktop::rotor_file;
 use serde_json::{Value, json};
 
 use super::{diagnose, diagnosis_report, output};
@@ -31,7 +30,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             print(step);
         }
     })?;
-    rotor_file::write(&arguments.output, &outcome.rotor)?;
+    output::model(&arguments.output, &outcome.rotor, &readings)?;
     if let Some(path) = &arguments.form.report {
         let labels: Vec<String> = outcome.steps.iter().map(|s| s.added.label()).collect();
         let better = (!labels.is_empty()).then(|| (labels.join(" and "), outcome.rotor.clone()));

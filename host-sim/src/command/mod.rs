@@ -1,18 +1,30 @@
 //! The commands, one file each.
 
 mod add;
+mod answer;
+mod bus;
 mod compare;
+mod decode;
+mod deploy;
+mod deployable;
 mod diagnose;
 mod diagnosis_report;
 mod identify;
 mod improve;
+mod key;
+mod node;
 mod output;
 mod replay;
 mod replay_better;
+mod replay_bus;
 mod replay_json;
 pub mod startup;
 mod startup_json;
 pub mod startup_text;
+mod stop;
+mod thresholds;
+mod watch;
+mod watch_json;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -42,6 +54,18 @@ enum Command {
     Improve(improve::Arguments),
     /// Phase I: bearings and unbalance of a machine's first days
     Identify(identify::Arguments),
+    /// Run a monitor on a real bus: the controller's core, as firmware runs it
+    Node(node::Arguments),
+    /// Send a model to a monitor, authenticated and checked before it takes effect
+    Deploy(deploy::Arguments),
+    /// Make the key of a monitor
+    Key(key::Arguments),
+    /// A CAN bus that needs neither hardware nor the kernel: SLCAN and socketcand for all programs of this machine
+    Bus(bus::Arguments),
+    /// Watch all monitors of a bus on the terminal: unbalance, residual, flags and counters
+    Watch(watch::Arguments),
+    /// Readings and results from a recorded candump log
+    Decode(decode::Arguments),
     /// A single-disk rotor from its start-up: the simple model, where it fails, and which effects mend it
     Startup(startup::Arguments),
 }
@@ -59,6 +83,12 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Add(arguments)) => add::run(&arguments),
         Some(Command::Improve(arguments)) => improve::run(&arguments),
         Some(Command::Identify(arguments)) => identify::run(&arguments),
+        Some(Command::Node(arguments)) => node::run(&arguments),
+        Some(Command::Deploy(arguments)) => deploy::run(&arguments),
+        Some(Command::Key(arguments)) => key::run(&arguments),
+        Some(Command::Bus(arguments)) => bus::run(&arguments),
+        Some(Command::Watch(arguments)) => watch::run(&arguments),
+        Some(Command::Decode(arguments)) => decode::run(&arguments),
         Some(Command::Startup(arguments)) => startup::run(&arguments),
     }
 }

@@ -31,6 +31,12 @@ pub fn read(rotor: &Path, data: &Path) -> Result<(Rotor, Vec<Reading>)> {
     Ok((rotor, readings))
 }
 
+/// Writes a model that was fitted to `readings`, whole or not at all.
+pub fn model(path: &Path, rotor: &Rotor, readings: &[Reading]) -> Result<()> {
+    let fastest_rpm = readings.iter().map(|r| r.speed_rpm).fold(rotor.fastest_rpm.unwrap_or(0.0), f64::max);
+    Ok(rotor_file::write(path, &Rotor { fastest_rpm: Some(fastest_rpm), ..rotor.clone() })?)
+}
+
 /// Prints one JSON object on standard output.
 pub fn json(value: &impl Serialize) -> Result<()> {
     println!("{}", serde_json::to_string_pretty(value)?);
@@ -58,8 +64,14 @@ pub fn spinner(what: &str) -> ProgressBar {
 
 /// Writes a report, whole or not at all.
 pub fn report(path: &Path, title: &str, sections: Vec<Section>) -> Result<()> {
-    let partial = path.with_extension("html.partial");
-    std::fs::write(&partial, page(title, sections))
+    file(path, page(title, sections).as_bytes())
+}
+
+/// Writes a file, whole or not at all.
+pub fn file(path: &Path, contents: &[u8]) -> Result<()> {
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(".partial");
+    std::fs::write(&partial, contents)
         .and_then(|()| std::fs::rename(&partial, path))
         .with_context(|| format!("{}: cannot be written", path.display()))
 }

@@ -5,8 +5,6 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use rotor_edge_core::can::MAX_NODE;
-use rotor_edge_core::node::NodeConfig;
 use rotor_edge_desktop::identify::PhaseOne;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor::Rotor;
@@ -15,7 +13,9 @@ use rotor_edge_desktop::rotor_file;
 use super::identify::{self, Days};
 use super::output;
 use super::replay_better::{Better, trends};
-use super::replay_json::Summary;
+use super::replay_bus::Over;
+use super::replay_json::{Summary, answers};
+use super::thresholds::Thresholds;
 use crate::bus::BusConfig;
 use crate::edge::Deployment;
 use crate::replay::check::{Equivalence, equivalence};
@@ -36,12 +36,6 @@ pub struct Arguments {
     /// The rotor's bearings and planes are identified already: no phase I
     #[arg(long, conflicts_with = "runup")]
     identified: bool,
-    /// Seed of the particle swarms and of the bus's faults
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// The controller's number on the bus, 0 to 30
-    #[arg(long, default_value_t = 1)]
-    node: u8,
     /// A better model, as `improve` writes it: the days from the event on are played with it as well
     #[arg(long)]
     better: Option<PathBuf>,
@@ -51,42 +45,30 @@ pub struct Arguments {
     #[command(flatten)]
     thresholds: Thresholds,
     #[command(flatten)]
+    over: Over,
+    #[command(flatten)]
     faults: Faults,
+    /// Every answer of the controller in the JSON object, not only the summary
+    #[arg(long, requires = "json")]
+    answers: bool,
     #[command(flatten)]
     form: output::Form,
 }
 
-/// When the controller flags.
-#[derive(Debug, Args)]
-struct Thresholds {
-    /// Rise of the residual above its running level that counts, relative
-    #[arg(long, default_value_t = 0.5)]
-    rise: f32,
-    /// Residual over feature sum that counts by itself
-    #[arg(long, default_value_t = 1.0 / 3.0)]
-    ratio_limit: f32,
-    /// Residual over feature sum below which a rise does not count
-    #[arg(long, default_value_t = 0.1)]
-    ratio_floor: f32,
-    /// Readings in a row that raise the flag, 1 to 8
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=8))]
-    persistence: u8,
-    /// Largest unbalance of a plane relative to the reading before
-    #[arg(long, default_value_t = 1.2)]
-    growth: f32,
-}
-
-/// What the bus does to frames.
+/// What the in-process bus does to frames.
 #[derive(Debug, Args)]
 struct Faults {
     /// Chance that a frame is lost on its way to a receiver
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, conflicts_with = "bus")]
     loss: f64,
     /// Chance that a frame arrives twice
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, conflicts_with = "bus")]
     repetition: f64,
+    /// Chance that a frame arrives with a flipped bit
+    #[arg(long, default_value_t = 0.0, conflicts_with = "bus")]
+    flip: f64,
     /// Longest extra delay of a frame, ms
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, conflicts_with = "bus")]
     delay_ms: f64,
 }
 
@@ -102,43 +84,24 @@ impl Arguments {
     }
 
     fn config(&self) -> Result<ReplayConfig> {
-        for (name, value) in [("--loss", self.faults.loss), ("--repetition", self.faults.repetition)] {
+        let Faults { loss, repetition, flip, .. } = self.faults;
+        for (name, value) in [("--loss", loss), ("--repetition", repetition), ("--flip", flip)] {
             if !(0.0..=1.0).contains(&value) {
                 bail!("{name} {value}: expected a probability between 0 and 1");
-            }
-        }
-        if self.node > MAX_NODE {
-            bail!("--node {}: expected a number from 0 to {MAX_NODE}", self.node);
-        }
-        let t = &self.thresholds;
-        for (name, value, least) in [
-            ("--growth", t.growth, 1.0),
-            ("--rise", t.rise, 0.0),
-            ("--ratio-limit", t.ratio_limit, 0.0),
-            ("--ratio-floor", t.ratio_floor, 0.0),
-        ] {
-            if !value.is_finite() || value < least {
-                bail!("{name} {value}: expected a number of at least {least}");
             }
         }
         if !(0.0..=1e6).contains(&self.faults.delay_ms) {
             bail!("--delay-ms {}: expected milliseconds, not negative", self.faults.delay_ms);
         }
-        let mut node = NodeConfig::new(self.node);
-        node.track.seed = self.seed;
-        node.track.growth = self.thresholds.growth;
-        node.residual.rise = self.thresholds.rise;
-        node.residual.ratio_limit = self.thresholds.ratio_limit;
-        node.residual.ratio_floor = self.thresholds.ratio_floor;
-        node.residual.persistence = self.thresholds.persistence;
         let bus = BusConfig {
-            loss: self.faults.loss,
-            repetition: self.faults.repetition,
+            loss,
+            repetition,
+            flip,
             longest_delay_us: (self.faults.delay_ms * 1000.0) as u64,
-            seed: self.seed,
+            seed: self.thresholds.seed,
             ..BusConfig::default()
         };
-        Ok(ReplayConfig { node, bus })
+        Ok(ReplayConfig { node: self.thresholds.config()?, bus })
     }
 
     fn load(&self) -> Result<(Rotor, Vec<Reading>, Option<Vec<Reading>>)> {
@@ -167,14 +130,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         true => None,
         false => {
             let days = Days::FIRST_THREE.select(&record)?;
-            Some(identify::phase_one(&rotor, &days, runup.as_deref(), arguments.seed)?)
+            Some(identify::phase_one(&rotor, &days, runup.as_deref(), arguments.thresholds.seed)?)
         }
     };
     let identified = phase_one.as_ref().map_or(&rotor, |p| &p.rotor);
     let fastest_rpm = record.iter().chain(runup.iter().flatten()).map(|r| r.speed_rpm).fold(0.0, f64::max);
     let deployment = Deployment::new(identified, fastest_rpm)?;
     let bar = output::progress("replay", record.len());
-    let played = replay::run(&deployment, &record, &config, |row| bar.set_position(row as u64 + 1))?;
+    let played =
+        arguments.over.play(&deployment, &record, &config, |row| bar.set_position(row as u64 + 1))?;
     bar.finish_and_clear();
     let agreement =
         equivalence(&deployment, f64::from(arguments.thresholds.growth), &record, &played.answers)?;
@@ -190,11 +154,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     if arguments.form.json {
         let before = better.as_ref().map(|b| b.summary(&record, &played));
-        output::json(&Summary::of(&rotor, &played, &agreement, &raised, before))?;
+        let answers = arguments.answers.then(|| answers(&record, &played));
+        output::json(&Summary::of(&rotor, &played, &agreement, &raised, before, answers))?;
     } else {
         let job =
             Job { rotor: &rotor, record: &record, phase_one: phase_one.as_ref(), runup: runup.as_deref() };
-        job.print(&played, &agreement, &raised);
+        job.print(&arguments.over.label(), &played, &agreement, &raised);
         if let Some(better) = &better {
             better.print(&record, &played);
         }
@@ -212,7 +177,7 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn print(&self, played: &Replay, agreement: &Equivalence, raised: &[Flag]) {
+    fn print(&self, bus: &str, played: &Replay, agreement: &Equivalence, raised: &[Flag]) {
         let rows = self.record.len();
         println!(
             "{}: {rows} readings, days {:.0} to {:.0}",
@@ -226,7 +191,7 @@ impl Job<'_> {
             identify::print(found);
         }
         let (t, c) = (played.traffic, played.counters);
-        println!("\nVirtual CAN bus, 500 kbit/s");
+        println!("\n{bus}");
         println!("  frames sent {}, received {}, lost {}", t.sent, t.received, t.lost);
         println!(
             "  readings evaluated {}, skipped for a lost probe {}, lost {}, rejected {}, repeated {}, late {}",

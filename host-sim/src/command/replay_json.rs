@@ -1,11 +1,13 @@
 //! `replay --json`.
 
+use rotor_edge_core::residual::Bearing;
+use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor::Rotor;
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::replay::check::Equivalence;
-use crate::replay::{Flag, Replay};
+use crate::replay::{Answer, Flag, Replay, day};
 
 /// What `replay --json` prints.
 #[derive(Serialize)]
@@ -17,6 +19,43 @@ pub struct Summary<'a> {
     counters: CounterSummary,
     #[serde(skip_serializing_if = "Option::is_none")]
     better: Option<Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    answers: Option<Vec<AnswerSummary>>,
+}
+
+/// One answer, in the controller's own numbers.
+#[derive(Serialize)]
+pub struct AnswerSummary {
+    row: usize,
+    time_d: f64,
+    unbalance_g_mm: [[f32; 2]; 2],
+    static_g_mm: [f32; 2],
+    dynamic_g_mm: [f32; 2],
+    e_um: f32,
+    ratio: f32,
+    flags: u8,
+    suspect: Option<u8>,
+    streak: u16,
+}
+
+/// All answers of a replay.
+pub fn answers(record: &[Reading], played: &Replay) -> Vec<AnswerSummary> {
+    let summary = |Answer { row, result }: &Answer| AnswerSummary {
+        row: *row,
+        time_d: day(record, *row),
+        unbalance_g_mm: result.unbalance_g_mm,
+        static_g_mm: result.static_g_mm,
+        dynamic_g_mm: result.dynamic_g_mm,
+        e_um: result.e_um,
+        ratio: result.ratio,
+        flags: result.flags,
+        suspect: result.suspect.map(|bearing| match bearing {
+            Bearing::One => 1,
+            Bearing::Two => 2,
+        }),
+        streak: result.streak,
+    };
+    played.answers.iter().map(summary).collect()
 }
 
 #[derive(Serialize)]
@@ -56,13 +95,15 @@ struct CounterSummary {
 }
 
 impl<'a> Summary<'a> {
-    /// Everything a replay saw; `better` is what a better model made of the days after the event.
+    /// Everything a replay saw; `better` is what a better model made of the days after the event,
+    /// `answers` all of the controller's.
     pub fn of(
         rotor: &'a Rotor,
         played: &Replay,
         agreement: &Equivalence,
         raised: &[Flag],
         better: Option<Value>,
+        answers: Option<Vec<AnswerSummary>>,
     ) -> Self {
         let (t, c) = (played.traffic, played.counters);
         Self {
@@ -95,6 +136,7 @@ impl<'a> Summary<'a> {
                 stray: c.stray,
             },
             better,
+            answers,
         }
     }
 }

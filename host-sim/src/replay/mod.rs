@@ -1,13 +1,16 @@
 //! A record, played frame by frame over the virtual bus into the controller's core.
 //!
-//! The host sends each reading as frames and knows of the answer only what comes back as frames.
+//! The host sends each reading as frames and knows of the answer only what comes back as frames; [`live`] does the same
+//! over a real bus.
 //! [`check`] then holds every answer against the desktop crate.
 
 pub mod check;
+pub mod live;
 
 use anyhow::{Result, anyhow};
 use rotor_edge_core::can::{
-    Counters, FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult, ResultAssembler, reading_frames,
+    Counters, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, MonitorResult, NumberedReading, ResultAssembler,
+    reading_frames,
 };
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::residual::Bearing;
@@ -89,25 +92,44 @@ pub fn run(
     deployment: &Deployment,
     record: &[Reading],
     config: &ReplayConfig,
+    progress: impl FnMut(usize),
+) -> Result<Replay> {
+    run_overheard(deployment, record, config, progress, |_, _| Ok(()))
+}
+
+/// The same; `overhear` gets every frame on the bus, with the simulated time in µs.
+///
+/// # Errors
+/// If the controller refuses the model, or `overhear` fails.
+pub fn run_overheard(
+    deployment: &Deployment,
+    record: &[Reading],
+    config: &ReplayConfig,
     mut progress: impl FnMut(usize),
+    mut overhear: impl FnMut(u64, &Frame) -> Result<()>,
 ) -> Result<Replay> {
     let mut node = EdgeNode::new(config.node, deployment.edge.clone())
         .map_err(|e| anyhow!("the controller refuses to start: {e:?}"))?;
     let mut bus = VirtualBus::new(config.bus, 2);
+    // begins to listen
+    node.poll(bus.now_us());
     let mut results = ResultAssembler::new();
     let mut answers = Vec::with_capacity(record.len());
     for (row, measured) in record.iter().enumerate() {
-        bus.wait_until(READING_PERIOD_US * row as u64);
+        let begins_us = config.node.listen_us + READING_PERIOD_US * row as u64;
+        bus.wait_until(begins_us);
         node.poll(bus.now_us());
-        for frame in reading_frames(config.node.node, row as u16, &deployment.reading(measured)) {
+        let numbered = NumberedReading::new(row as u16, deployment.reading(measured));
+        for frame in reading_frames(config.node.node, &numbered) {
             bus.send(HOST, frame);
         }
-        exchange(&mut bus, &mut node, READING_PERIOD_US * (row as u64 + 1), |frame| {
+        let until_us = begins_us + READING_PERIOD_US;
+        exchange(&mut bus, &mut node, until_us, &mut overhear, |frame| {
             if let Some(result) = results.receive(frame) {
                 let row = row_of(result.sequence, row);
                 answers.push(Answer { row, result });
             }
-        });
+        })?;
         progress(row);
     }
     Ok(Replay { answers, traffic: bus.traffic(), counters: node.counters() })
@@ -118,13 +140,15 @@ fn exchange(
     bus: &mut VirtualBus,
     node: &mut EdgeNode,
     until_us: u64,
-    mut hear: impl FnMut(&rotor_edge_core::can::Frame),
-) {
+    overhear: &mut impl FnMut(u64, &Frame) -> Result<()>,
+    mut hear: impl FnMut(&Frame),
+) -> Result<()> {
     loop {
         let moved = bus.transmit_one();
-        if !moved {
+        match &moved {
+            Some(frame) => overhear(bus.now_us(), frame)?,
             // idle: frames that are still under way arrive before the next reading
-            bus.wait_until(until_us);
+            None => bus.wait_until(until_us),
         }
         while let Some((arrival_us, frame)) = bus.receive(MONITOR) {
             node.receive(arrival_us, &frame);
@@ -137,8 +161,8 @@ fn exchange(
         while let Some((_, frame)) = bus.receive(HOST) {
             hear(&frame);
         }
-        if !moved && !answered {
-            return;
+        if moved.is_none() && !answered {
+            return Ok(());
         }
     }
 }

@@ -6,7 +6,11 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use rotor_edge_core::can::{Frame, ResultAssembler, reading_frames};
+use rotor_edge_core::can::isotp::IsoTp;
+use rotor_edge_core::can::slcan::{Decoder, Line, encode};
+use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
+use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
+use rotor_edge_core::extraction::{ExtractionConfig, Extractor, KeyphasorDetector};
 use rotor_edge_core::model::Model;
 use rotor_edge_core::node::{Node, NodeConfig};
 use rotor_edge_core::reading::{ProbeVector, Reading};
@@ -14,8 +18,8 @@ use rotor_edge_core::residual::{Residual, ResidualConfig, ResidualMonitor};
 use rotor_edge_core::response::response;
 use rotor_edge_core::track::{TrackConfig, Tracker};
 
-// The host's memcpy, memset and start-up code; nothing else of it is used.
-#[link(name = "c")]
+// The host's memcpy, memset and start-up code; nothing else of it is used. A bare target has its own.
+#[cfg_attr(not(target_os = "none"), link(name = "c"))]
 unsafe extern "C" {}
 
 unsafe extern "C" {
@@ -39,6 +43,9 @@ extern "C" fn main() -> i32 {
         frames(model);
     }
     receive_result();
+    command();
+    extraction();
+    lines();
     0
 }
 
@@ -67,7 +74,7 @@ fn numerics(model: &Model<6>) {
     for probe in reading.probes {
         black_box((probe.peak_to_peak_um(), probe.lag_deg()));
     }
-    for frame in reading_frames(black_box(0), black_box(0), &reading) {
+    for frame in reading_frames(black_box(0), &NumberedReading::new(black_box(0), reading)) {
         black_box(frame);
     }
 }
@@ -75,21 +82,27 @@ fn numerics(model: &Model<6>) {
 /// A node among arbitrary frames at arbitrary times, its model replaced meanwhile.
 fn frames(model: Model<6>) {
     let other = model.clone();
-    let Ok(mut node) = Node::new(black_box(NodeConfig::new(0)), model) else {
+    let config = NodeConfig { key: Some(Key(black_box([0; 32]))), ..NodeConfig::new(0) };
+    let Ok(mut node) = Node::new(black_box(config), model) else {
         return;
     };
+    node.restore_counter(black_box(0));
     for _ in 0..black_box(100) {
         if let Some(frame) = any_frame() {
             node.receive(black_box(0), &frame);
         }
         node.poll(black_box(0));
+        if let Some(save) = node.to_save() {
+            black_box((save.counter, save.model));
+        }
+        node.saved(black_box(0), black_box(true));
         while let Some(frame) = node.transmit() {
             black_box(frame);
         }
         black_box((node.counters(), node.estimate(), node.verdict(), node.state()));
     }
     let _ = black_box(node.replace_model(black_box(other)));
-    node.restart_tracker();
+    node.restart();
     black_box(node);
 }
 
@@ -101,6 +114,47 @@ fn receive_result() {
         }
     }
     black_box(assembler.damaged());
+}
+
+/// Arbitrary text as SLCAN.
+fn lines() {
+    let mut decoder = Decoder::new();
+    for _ in 0..black_box(100) {
+        if let Some(Line::Frame(frame)) = decoder.push(black_box(0)) {
+            black_box(encode(&frame));
+        }
+    }
+}
+
+/// The host's side of a command.
+fn command() {
+    let (mut request, key) = (black_box([0; MAX_REQUEST_BYTES]), Key(black_box([0; 32])));
+    let body = black_box([0; MODEL_BYTES]);
+    let Some(length) =
+        write_request(&mut request, &key, black_box(0), black_box(Command::Deploy), black_box(0), &body)
+    else {
+        return;
+    };
+    let request = request.get(..length).unwrap_or_default();
+    let mut link = IsoTp::<ANSWER_BYTES, MAX_REQUEST_BYTES>::new();
+    let _ = black_box(link.send(black_box(0), request));
+    for _ in 0..black_box(100) {
+        if let Some(frame) = any_frame() {
+            let _ = black_box(link.receive(black_box(0), frame.bytes()));
+        }
+        let _ = black_box((link.check_time(black_box(0)), link.poll(black_box(0)), link.is_sending()));
+    }
+    black_box(Answer::decode(link.message(), request, &key));
+}
+
+/// Arbitrary samples and marks.
+fn extraction() {
+    let config = black_box(ExtractionConfig::new());
+    let (mut detector, mut extractor) = (KeyphasorDetector::new(black_box(0), black_box(0)), Extractor::new());
+    for _ in 0..black_box(100) {
+        let mark = detector.push(black_box(0));
+        black_box(extractor.push(&config, black_box([0; 4]), black_box(mark)));
+    }
 }
 
 fn any_frame() -> Option<Frame> {

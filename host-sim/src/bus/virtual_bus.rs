@@ -1,4 +1,4 @@
-//! An in-process CAN bus: arbitration by identifier, frame times, and injectable loss and delay.
+//! A CAN bus in simulated time: arbitration by identifier, frame times, and injectable loss and delay.
 //!
 //! Time is simulated, so a day of traffic takes as long as it takes to compute and every run with the
 //! same seed is the same run.
@@ -20,14 +20,16 @@ pub struct BusConfig {
     pub longest_delay_us: u64,
     /// Chance that one receiver gets one frame twice, 0 to 1.
     pub repetition: f64,
-    /// Seed of loss, delay and repetition.
+    /// Chance that one receiver gets one frame with a flipped bit that the bus's own checksum missed, 0 to 1.
+    pub flip: f64,
+    /// Seed of all of these.
     pub seed: u64,
 }
 
 impl Default for BusConfig {
     /// A faultless bus at 500 kbit/s.
     fn default() -> Self {
-        Self { bit_rate: 500_000, loss: 0.0, longest_delay_us: 0, repetition: 0.0, seed: 1 }
+        Self { bit_rate: 500_000, loss: 0.0, longest_delay_us: 0, repetition: 0.0, flip: 0.0, seed: 1 }
     }
 }
 
@@ -43,6 +45,12 @@ pub struct Traffic {
     pub received: u64,
     /// Copies that a receiver missed.
     pub lost: u64,
+    /// Copies that arrived later than the frame took.
+    pub late: u64,
+    /// Copies that came twice.
+    pub repeated: u64,
+    /// Copies with a flipped bit.
+    pub damaged: u64,
     /// Time the bus was busy, µs.
     pub busy_us: u64,
 }
@@ -52,6 +60,7 @@ struct Participant {
     outgoing: VecDeque<Frame>,
     /// Arrival time and frame, ascending.
     incoming: VecDeque<(u64, Frame)>,
+    is_off: bool,
 }
 
 /// Several participants on one wire.
@@ -96,18 +105,29 @@ impl VirtualBus {
         self.participants[port].outgoing.push_back(frame);
     }
 
+    /// Takes a participant off the bus (a controller in the state bus-off): it neither sends nor hears, and what it was about
+    /// to send is gone.
+    pub fn switch_off(&mut self, port: Port) {
+        let participant = &mut self.participants[port];
+        participant.outgoing.clear();
+        participant.is_off = true;
+    }
+
+    /// Puts it back.
+    pub fn switch_on(&mut self, port: Port) {
+        self.participants[port].is_off = false;
+    }
+
     /// Lets the frame with the lowest identifier among the participants' next frames go over the
-    /// wire. `false` if nobody has anything to send.
-    pub fn transmit_one(&mut self) -> bool {
-        let heads = self.participants.iter().enumerate();
+    /// wire; `None` if nobody has anything to send.
+    pub fn transmit_one(&mut self) -> Option<Frame> {
+        let heads = self.participants.iter().enumerate().filter(|(_, p)| !p.is_off);
         let winner = heads
             .filter_map(|(port, p)| p.outgoing.front().map(|f| (f.raw_id(), port)))
             .min()
             .map(|(_, port)| port);
-        let Some((port, frame)) = winner.and_then(|w| Some((w, self.participants[w].outgoing.pop_front()?)))
-        else {
-            return false;
-        };
+        let port = winner?;
+        let frame = self.participants[port].outgoing.pop_front()?;
         let duration_us = u64::from(frame_bits(&frame)) * 1_000_000 / u64::from(self.config.bit_rate);
         self.now_us += duration_us;
         self.traffic.busy_us += duration_us;
@@ -115,26 +135,41 @@ impl VirtualBus {
         for receiver in (0..self.participants.len()).filter(|r| *r != port) {
             self.deliver(receiver, frame);
         }
-        true
+        Some(frame)
     }
 
     fn deliver(&mut self, receiver: Port, frame: Frame) {
-        if self.happens(self.config.loss) {
+        if self.participants[receiver].is_off || self.happens(self.config.loss) {
             self.traffic.lost += 1;
             return;
         }
         let copies = if self.happens(self.config.repetition) { 2 } else { 1 };
+        self.traffic.repeated += copies - 1;
         for _ in 0..copies {
+            let frame = if self.happens(self.config.flip) { self.flipped(frame) } else { frame };
             let delay_us = match self.config.longest_delay_us {
                 0 => 0,
                 longest => self.chance.next_u64() % (longest + 1),
             };
+            self.traffic.late += u64::from(delay_us > 0);
             let arrival_us = self.now_us + delay_us;
             let incoming = &mut self.participants[receiver].incoming;
             let place = incoming.partition_point(|(at, _)| *at <= arrival_us);
             incoming.insert(place, (arrival_us, frame));
             self.traffic.received += 1;
         }
+    }
+
+    /// The frame with one bit of its payload flipped.
+    fn flipped(&mut self, frame: Frame) -> Frame {
+        let mut bytes = frame.bytes().to_vec();
+        if bytes.is_empty() {
+            return frame;
+        }
+        let bit = self.chance.next_u64() as usize % (8 * bytes.len());
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        self.traffic.damaged += 1;
+        Frame::standard(frame.raw_id(), &bytes).unwrap_or(frame)
     }
 
     fn happens(&mut self, probability: f64) -> bool {
@@ -174,7 +209,7 @@ mod tests {
         bus.send(0, frame(0x300));
         bus.send(1, frame(0x100));
         bus.send(1, frame(0x200));
-        while bus.transmit_one() {}
+        while bus.transmit_one().is_some() {}
         assert_eq!(received(&mut bus, 2), [0x100, 0x200, 0x300]);
         assert_eq!(received(&mut bus, 0), [0x100, 0x200]);
         assert_eq!(received(&mut bus, 1), [0x300]);
@@ -198,7 +233,7 @@ mod tests {
             for k in 0..2000 {
                 bus.send(0, frame(k));
             }
-            while bus.transmit_one() {}
+            while bus.transmit_one().is_some() {}
             bus.wait_until(u64::MAX);
             (received(&mut bus, 1), bus.traffic().lost)
         };

@@ -1,0 +1,132 @@
+//! From the converter's scans of four probes and a keyphasor to numbered 1x readings.
+//!
+//! One converter takes its inputs one after the other; the keyphasor is the third of five, so that each probe is at most two
+//! conversions from it, and what that turns the vectors by is taken off. Samples that were lost end the reading under way:
+//! a new one begins behind the gap, and a number is left out, so that the node and everybody else on the bus can count it.
+
+mod level;
+mod pace;
+#[cfg(test)]
+mod tests;
+
+use rotor_edge_core::can::{Keyphasor, NumberedReading};
+use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, KeyphasorDetector};
+use rotor_edge_core::reading::{PROBES, ProbeVector};
+
+pub use level::LevelShift;
+use pace::Pace;
+
+/// Bearing 1 X, Y, keyphasor, bearing 2 X, Y.
+pub const INPUTS: usize = PROBES + 1;
+/// Conversions from the keyphasor's to each probe's.
+const CONVERSIONS_LATER: [f32; PROBES] = [-2.0, -1.0, 1.0, 2.0];
+
+/// How the inputs are sampled and connected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SamplingConfig {
+    /// From one scan to the next, µs.
+    pub scan_us: u32,
+    /// One conversion of a scan, µs.
+    pub conversion_us: f32,
+    /// The same at all inputs.
+    pub level: LevelShift,
+    /// The keyphasor's mark is a rise through this voltage, mV …
+    pub mark_mv: f32,
+    /// … after a fall below this much less, mV.
+    pub hysteresis_mv: f32,
+}
+
+/// Samples were lost, and a new reading has begun.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SamplesLost;
+
+/// Makes readings of samples. It says nothing until it knows the speed for the first time, so that a board without probes
+/// serves readings from the bus.
+#[derive(Debug, Clone)]
+pub struct Sampling {
+    config: SamplingConfig,
+    extraction: ExtractionConfig,
+    extractor: Extractor,
+    detector: KeyphasorDetector,
+    pace: Pace,
+    sequence: u16,
+    has_turned: bool,
+}
+
+impl Sampling {
+    /// Waits for a first mark.
+    pub fn new(config: SamplingConfig) -> Self {
+        let SamplingConfig { level, .. } = config;
+        let extraction = ExtractionConfig {
+            sample_rate_hz: 1e6 / config.scan_us as f32,
+            mv_per_count: level.mv_per_count(),
+            rails: level.rails(),
+            ..ExtractionConfig::new()
+        };
+        let detector =
+            KeyphasorDetector::new(level.counts(config.mark_mv), level.counts(config.hysteresis_mv));
+        Self {
+            config,
+            extraction,
+            extractor: Extractor::new(),
+            detector,
+            pace: Pace::new(),
+            sequence: 0,
+            has_turned: false,
+        }
+    }
+
+    /// Takes scans that follow those before, read at this time, and gives each reading that they complete. Late ones
+    /// are not taken: they may be others than they should.
+    pub fn take(
+        &mut self,
+        scans: &[[u16; INPUTS]],
+        time_us: u64,
+        mut made: impl FnMut(NumberedReading),
+    ) -> Result<(), SamplesLost> {
+        if !self.pace.keeps(scans.len(), self.config.scan_us, time_us) {
+            return Err(self.lost());
+        }
+        let zero = self.config.level.zero_count();
+        for scan in scans {
+            let [x1, y1, mark, x2, y2] = scan.map(|count| count as i16 - zero);
+            let mark = self.detector.push(mark);
+            if let Some(found) = self.extractor.push(&self.extraction, [x1, y1, x2, y2], mark) {
+                self.has_turned |= found.keyphasor == Keyphasor::Locked;
+                if self.has_turned {
+                    made(self.number(found));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Samples after the last ones taken are lost: begins anew, and leaves a number out.
+    #[inline(never)]
+    pub fn lost(&mut self) -> SamplesLost {
+        *self = Self {
+            sequence: self.sequence.wrapping_add(u16::from(self.has_turned)),
+            has_turned: self.has_turned,
+            ..Self::new(self.config)
+        };
+        SamplesLost
+    }
+
+    fn number(&mut self, Extraction { keyphasor, mut reading, .. }: Extraction) -> NumberedReading {
+        let conversion_rad = core::f32::consts::TAU / 60e6 * reading.speed_rpm * self.config.conversion_us;
+        for (probe, conversions) in reading.probes.iter_mut().zip(CONVERSIONS_LATER) {
+            *probe = turned(*probe, conversions * conversion_rad);
+        }
+        self.sequence = self.sequence.wrapping_add(1);
+        NumberedReading { sequence: self.sequence, keyphasor, reading }
+    }
+}
+
+/// The vector at the keyphasor's instant, of one that was sampled a small angle later. The series are short of a float's
+/// last bit by the eight samples a turn that the extraction needs, 0.2 rad.
+fn turned(ProbeVector { cos_um, sin_um }: ProbeVector, angle: f32) -> ProbeVector {
+    let square = angle * angle;
+    let cos = 1.0 - square / 2.0 * (1.0 - square / 12.0);
+    let sin = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0));
+    ProbeVector { cos_um: cos_um * cos - sin_um * sin, sin_um: sin_um * cos + cos_um * sin }
+}

@@ -1,0 +1,132 @@
+use std::vec::Vec;
+
+use super::level::tests::{BOARD, convert};
+use super::*;
+
+const CONFIG: SamplingConfig = SamplingConfig {
+    scan_us: 50,
+    conversion_us: 260.0 / 42.5,
+    level: BOARD,
+    mark_mv: -12_000.0,
+    hysteresis_mv: 2_000.0,
+};
+const RPM: f64 = 11_000.0;
+const SCANS: usize = 100;
+const HALF_US: u64 = 5_000;
+/// cos and sin of each probe, µm.
+const TRUTH: [[f64; 2]; PROBES] = [[40.0, 0.0], [0.0, 40.0], [-20.0, 30.0], [25.0, -25.0]];
+
+/// The keyphasor rises from −18 V to −6 V in a tenth of a turn, through −12 V at the whole one, and falls at the half.
+fn keyphasor_mv(turns: f64) -> f64 {
+    match (turns + 0.5).rem_euclid(1.0) - 0.5 {
+        turn if turn < -0.05 => -18_000.0,
+        turn if turn < 0.05 => -12_000.0 + turn * 120_000.0,
+        _ => -6_000.0,
+    }
+}
+
+/// What the converter sees in a scan, each input at the instant of its own conversion.
+fn scan(number: usize) -> [u16; INPUTS] {
+    core::array::from_fn(|slot| {
+        let time_s = (number as f64 * 50.0 + slot as f64 * 260.0 / 42.5) * 1e-6;
+        let turns = time_s * RPM / 60.0;
+        let probe = |probe: usize| {
+            let (sin, cos) = (core::f64::consts::TAU * turns).sin_cos();
+            let [c, s] = TRUTH[probe];
+            -10_000.0 - 7.87 * (c * cos + s * sin)
+        };
+        convert(
+            &BOARD,
+            match slot {
+                2 => keyphasor_mv(turns),
+                3.. => probe(slot - 1),
+                _ => probe(slot),
+            },
+        )
+    })
+}
+
+fn half(number: usize) -> Vec<[u16; INPUTS]> {
+    (number * SCANS..(number + 1) * SCANS).map(scan).collect()
+}
+
+/// Scatter of a component by rounding to counts is `count/√12·√(2/N)`, N the 1745 samples of a reading: 0.008 µm; the mark's
+/// rounding, half of 98 counts a sample, turns 40 µm by 0.012 µm. Five and one of these.
+const TOLERANCE_UM: f64 = 5.0 * 0.008 + 0.012;
+
+fn check(reading: &NumberedReading) {
+    assert_eq!(reading.keyphasor, Keyphasor::Locked);
+    assert!((f64::from(reading.reading.speed_rpm) - RPM).abs() < 1.0);
+    for (probe, [cos_um, sin_um]) in reading.reading.probes.iter().zip(TRUTH) {
+        let miss = (f64::from(probe.cos_um) - cos_um).abs().max((f64::from(probe.sin_um) - sin_um).abs());
+        assert!(miss < TOLERANCE_UM, "{probe:?} for {cos_um}, {sin_um}: {miss}");
+    }
+}
+
+#[test]
+fn readings_equal_the_closed_form_though_inputs_are_converted_one_after_the_other() {
+    let mut sampling = Sampling::new(CONFIG);
+    let mut readings = Vec::new();
+    for number in 0..100 {
+        let time_us = (number as u64 + 1) * HALF_US;
+        sampling.take(&half(number), time_us, |reading| readings.push(reading)).unwrap();
+    }
+    // half a second holds 91.7 turns, of which one or two find the speed
+    assert_eq!(readings.iter().map(|r| r.sequence).collect::<Vec<_>>(), [1, 2, 3, 4, 5]);
+    readings.iter().for_each(check);
+}
+
+#[test]
+fn lost_samples_are_reported_leave_a_number_out_and_are_never_spliced() {
+    let told = |sampling: &mut Sampling| {
+        sampling.lost();
+    };
+    let found_out = |sampling: &mut Sampling| {
+        let result = sampling.take(&half(32), 33 * HALF_US, |_| panic!("a reading of late samples"));
+        assert_eq!(result, Err(SamplesLost));
+    };
+    for notice in [&told as &dyn Fn(&mut Sampling), &found_out] {
+        let mut sampling = Sampling::new(CONFIG);
+        let mut readings = Vec::new();
+        for number in (0..30).chain(33..80) {
+            if number == 33 {
+                notice(&mut sampling);
+            }
+            let time_us = (number as u64 + 1) * HALF_US;
+            sampling.take(&half(number), time_us, |reading| readings.push(reading)).unwrap();
+        }
+        // one before the gap, the second was under way
+        assert_eq!(readings.iter().map(|r| r.sequence).collect::<Vec<_>>(), [1, 3, 4]);
+        readings.iter().for_each(check);
+    }
+}
+
+#[test]
+fn a_board_without_probes_says_nothing_and_a_keyphasor_that_stops_is_missing() {
+    let mut sampling = Sampling::new(CONFIG);
+    let grounded = [[0; INPUTS]; SCANS];
+    let silence = |sampling: &mut Sampling, from: usize| {
+        let mut readings = Vec::new();
+        for number in from..from + 300 {
+            sampling.take(&grounded, (number as u64 + 1) * HALF_US, |r| readings.push(r)).unwrap();
+        }
+        readings
+    };
+    assert!(silence(&mut sampling, 0).is_empty());
+    for number in 300..400 {
+        sampling.take(&half(number), (number as u64 + 1) * HALF_US, |_| ()).unwrap();
+    }
+    let readings = silence(&mut sampling, 400);
+    assert!(!readings.is_empty());
+    assert!(readings.iter().all(|r| r.keyphasor == Keyphasor::Missing && !r.reading.speed_rpm.is_finite()));
+}
+
+#[test]
+fn an_angle_is_turned_as_sine_and_cosine_do() {
+    for step in -20..=20 {
+        let angle = 0.01 * step as f32;
+        let ProbeVector { cos_um, sin_um } = turned(ProbeVector { cos_um: 1.0, sin_um: 0.0 }, angle);
+        let (sin, cos) = f64::from(angle).sin_cos();
+        assert!((f64::from(cos_um) - cos).abs() < 2e-7 && (f64::from(sin_um) - sin).abs() < 2e-7);
+    }
+}

@@ -1,0 +1,106 @@
+//! The node on a NUCLEO-G474RE: probes by DMA, FDCAN1 at 500 kbit/s, model and counter in flash, a watchdog, a light.
+//!
+//! One task makes readings of samples. One loop does everything else: it sleeps until a reading or a frame arrives or ten
+//! milliseconds have passed. Interrupts only move frames, samples and time. A reading takes about 210,000 instructions,
+//! 1.5 ms; a deployment stops the loop for the 45 ms in which two pages of flash are erased, while frames wait in the
+//! controller's ring and samples are lost.
+
+#![no_std]
+#![no_main]
+
+mod board;
+mod can;
+mod probes;
+mod supply;
+
+use defmt_rtt as _;
+use embassy_futures::select::{Either3, select3};
+use embassy_stm32::can::Frame as BusFrame;
+use embassy_time::{Duration, Instant, Ticker};
+use panic_probe as _;
+use rotor_edge_boards::light;
+use rotor_edge_boards::monitor::{Monitor, Place};
+use rotor_edge_boards::settings;
+use rotor_edge_boards::watchdog::{Part, Progress};
+use rotor_edge_core::can::reading_frames;
+use rotor_edge_core::command::Key;
+use rotor_edge_core::node::NodeConfig;
+
+use board::{Board, State};
+use can::Can;
+use probes::READINGS;
+
+const NODE: u8 = settings::node(option_env!("ROTOR_EDGE_NODE"), 1);
+const KEY: Option<Key> = settings::key(option_env!("ROTOR_EDGE_KEY"));
+const TICK: Duration = Duration::from_millis(10);
+
+static PLACE: Place = Place::new();
+
+#[embassy_executor::main]
+async fn main(spawner: embassy_executor::Spawner) {
+    let config = NodeConfig { key: KEY, ..NodeConfig::new(NODE) };
+    let Board { can, state, mut light, mut watchdog, probes } = Board::start(NODE);
+    let Ok((mut monitor, started)) = Monitor::start(&PLACE, state, config) else {
+        defmt::panic!("the node does not start")
+    };
+    defmt::info!("node {} with counter {}, deployed model: {}", NODE, started.counter, started.deployed);
+    if KEY.is_none() {
+        defmt::warn!("no key: this node takes no commands (ROTOR_EDGE_KEY)");
+    }
+    let mut bus = Can::new(can);
+    match probes::sample(probes) {
+        Ok(task) => spawner.spawn(task),
+        Err(_) => defmt::panic!("the probes' task does not start"),
+    }
+    // A reading's frames that are still to be sent.
+    let mut own = None.into_iter().flatten();
+    let mut progress = Progress::new();
+    let mut ticker = Ticker::every(TICK);
+    watchdog.unleash();
+    loop {
+        match select3(bus.receive(), ticker.next(), READINGS.receive()).await {
+            Either3::First(frame) => {
+                take(&mut monitor, frame);
+                while let Some(frame) = bus.try_receive() {
+                    take(&mut monitor, frame);
+                }
+            }
+            Either3::Second(()) => {
+                let time_us = Instant::now().as_micros();
+                monitor.node.poll(time_us);
+                progress.polled(time_us);
+                bus.poll(time_us);
+                light.set_level(light::is_on(monitor.node.state(), time_us).into());
+            }
+            // Others on the bus get the reading as well as the result.
+            Either3::Third(reading) => {
+                if own.next().is_some() {
+                    defmt::warn!("the bus has not taken the reading before {}", reading.sequence);
+                }
+                let frames = reading_frames(NODE, &reading);
+                let time_us = Instant::now().as_micros();
+                for frame in &frames {
+                    // No command is among them, so there is nothing to store.
+                    monitor.receive(time_us, frame, false);
+                }
+                own = Some(frames).into_iter().flatten();
+            }
+        }
+        progress.made(Part::Receive);
+        if bus.send_all(|| own.next().or_else(|| monitor.node.transmit())) {
+            progress.made(Part::Send);
+        }
+        if progress.may_feed() {
+            watchdog.pet();
+        }
+    }
+}
+
+fn take(monitor: &mut Monitor<State>, frame: BusFrame) {
+    let Some(frame) = can::to_core(&frame) else { return };
+    let accepted = monitor.node.counters().accepted;
+    monitor.receive(Instant::now().as_micros(), &frame, !supply::is_low());
+    if monitor.node.counters().accepted != accepted {
+        defmt::info!("command {} carried out", monitor.node.command_counter());
+    }
+}

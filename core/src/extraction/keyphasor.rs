@@ -1,0 +1,39 @@
+//! The keyphasor's mark in a sampled channel.
+
+/// Finds rising edges, between samples by linear interpolation.
+///
+/// ```
+/// use rotor_edge_core::extraction::KeyphasorDetector;
+/// let mut detector = KeyphasorDetector::new(1000, 200);
+/// let marks = [0, 500, 1500, 2000, 900, 1100, 0, 1300].map(|count| detector.push(count));
+/// // half-way between 500 and 1500; 900 to 1100 is noise on the mark; a whole new one
+/// assert_eq!(marks, [None, None, Some(0.5), None, None, None, None, Some(300.0 / 1300.0)]);
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct KeyphasorDetector {
+    threshold: i16,
+    rearm: i16,
+    before: Option<i16>,
+    is_armed: bool,
+}
+
+impl KeyphasorDetector {
+    /// A mark is a rise through `threshold` counts after a fall below `threshold − hysteresis`. For a notch, which makes
+    /// the voltage fall, negate the samples and the threshold.
+    pub fn new(threshold: i16, hysteresis: i16) -> Self {
+        Self { threshold, rearm: threshold.saturating_sub(hysteresis), before: None, is_armed: false }
+    }
+
+    /// Takes a sample; if the mark passed since the one before, how long before this one, in samples.
+    pub fn push(&mut self, count: i16) -> Option<f32> {
+        let before = self.before.replace(count)?;
+        self.is_armed |= before < self.rearm || count < self.rearm;
+        if !self.is_armed || before >= self.threshold || count < self.threshold {
+            return None;
+        }
+        self.is_armed = false;
+        let (above, step) =
+            (i32::from(count) - i32::from(self.threshold), i32::from(count) - i32::from(before));
+        Some(above as f32 / step as f32)
+    }
+}

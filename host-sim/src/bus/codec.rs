@@ -1,0 +1,27 @@
+//! What the two text protocols have in common: bytes in, frames and messages out.
+
+use super::wire::WireFrame;
+
+/// One thing that came in.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Heard {
+    /// A frame.
+    Frame(WireFrame),
+    /// Anything else that is whole: a command or an answer.
+    Text(String),
+    /// What can be neither.
+    Garbage,
+}
+
+/// Takes a stream apart, wherever it was split.
+pub trait Decoder: Default + Send {
+    /// Takes one byte; what it completes.
+    fn push(&mut self, byte: u8) -> Option<Heard>;
+}
+
+/// All that a stream holds.
+#[cfg(test)]
+pub fn decode_all<D: Decoder>(stream: &[u8]) -> Vec<Heard> {
+    let mut decoder = D::default();
+    stream.iter().filter_map(|byte| decoder.push(*byte)).collect()
+}

@@ -1,0 +1,175 @@
+//! A recording, put together: the readings and results of every node in it.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Result, bail};
+use rotor_edge_core::can::{
+    Assembler, Frame, Message, MonitorResult, NodeState, PROTOCOL_VERSION, ResultAssembler,
+};
+use rotor_edge_core::node::NodeConfig;
+use rotor_edge_core::reading::Reading;
+
+use super::log::Logged;
+
+/// Something and when it was complete on the bus, µs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timed<T> {
+    /// As the recording counts time.
+    pub time_us: u64,
+    /// What it is.
+    pub what: T,
+}
+
+/// All that one node was told and said.
+#[derive(Debug, Clone, Default)]
+pub struct NodeRecord {
+    /// Whole readings.
+    pub readings: Vec<Timed<Reading>>,
+    /// Whole results.
+    pub results: Vec<Timed<MonitorResult>>,
+    /// Heartbeats of this version of the protocol.
+    pub heartbeats: u64,
+    /// State in the last of them.
+    pub state: Option<NodeState>,
+    /// Puts readings together and counts what became of them.
+    pub assembler: Assembler,
+    /// Puts results together and counts those that were damaged.
+    pub result_assembler: ResultAssembler,
+}
+
+impl NodeRecord {
+    fn take(&mut self, node: u8, time_us: u64, frame: &Frame) {
+        let timeout_us = NodeConfig::new(node).reading_timeout_us;
+        if let Some(whole) = self.assembler.receive(timeout_us, time_us, frame) {
+            self.readings.push(Timed { time_us, what: whole.reading });
+        }
+        if let Some(what) = self.result_assembler.receive(frame) {
+            self.results.push(Timed { time_us, what });
+        }
+        if let Ok((_, Message::Heartbeat { version: PROTOCOL_VERSION, state, .. })) = Message::decode(frame) {
+            self.heartbeats += 1;
+            self.state = Some(state);
+        }
+    }
+
+    /// Whether anything of it can only come from our protocol: a checksum that fits, or a heartbeat.
+    fn is_ours(&self) -> bool {
+        !self.readings.is_empty() || !self.results.is_empty() || self.heartbeats > 0
+    }
+}
+
+/// A whole recording.
+#[derive(Debug, Clone, Default)]
+pub struct Decoded {
+    /// By number.
+    pub nodes: BTreeMap<u8, NodeRecord>,
+    /// Lines of the log.
+    pub frames: u64,
+    /// Of these, messages of our protocol.
+    pub ours: u64,
+    /// Time of the first line, µs.
+    pub start_us: u64,
+    channel: Option<String>,
+}
+
+impl Decoded {
+    /// Puts a log together; `name` is for messages.
+    ///
+    /// # Errors
+    /// One sentence if a line is wrong, if nothing in the log is ours, or if it holds several buses.
+    pub fn of(log: impl Iterator<Item = Result<Logged>>, name: &str) -> Result<Self> {
+        let mut all = Self::default();
+        for logged in log {
+            all.take(logged?, name)?;
+        }
+        all.nodes.retain(|_, record| record.is_ours());
+        match (all.frames, all.nodes.is_empty()) {
+            (0, _) => bail!("{name}: the log holds no frame"),
+            (frames, true) => bail!(
+                "{name}: a log of another protocol: none of its {frames} frames completes a reading, a result or a heartbeat of rotor-edge"
+            ),
+            _ => Ok(all),
+        }
+    }
+
+    fn take(&mut self, logged: Logged, name: &str) -> Result<()> {
+        if self.frames == 0 {
+            self.start_us = logged.time_us;
+        }
+        self.frames += 1;
+        let Some(frame) = logged.frame.and_then(|frame| frame.ours()) else { return Ok(()) };
+        if Message::decode(&frame).is_err() {
+            return Ok(());
+        }
+        self.ours += 1;
+        let channel = self.channel.get_or_insert_with(|| logged.channel.clone());
+        if *channel != logged.channel {
+            bail!(
+                "{name}, row {}: frames of {channel} and of {}; nodes of two buses may have the same number, keep one bus: grep ' {channel} '",
+                logged.row,
+                logged.channel
+            );
+        }
+        self.nodes.entry(frame.node()).or_default().take(frame.node(), logged.time_us, &frame);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rotor_edge_core::can::{NumberedReading, READING_FRAMES, reading_frames};
+    use rotor_edge_core::reading::probe_vectors;
+
+    use super::*;
+    use crate::bus::wire::WireFrame;
+
+    fn reading(number: u16) -> Reading {
+        Reading { speed_rpm: 9000.0, probes: probe_vectors(&[f32::from(number); 8]) }
+    }
+
+    fn logged(frames: impl IntoIterator<Item = (&'static str, Frame)>) -> Vec<Result<Logged>> {
+        let line = |(row, (channel, frame)): (u64, (&str, Frame))| {
+            Ok(Logged {
+                row,
+                time_us: 1_000 * row,
+                channel: channel.into(),
+                frame: Some(WireFrame::from(&frame)),
+            })
+        };
+        (1..).zip(frames).map(line).collect()
+    }
+
+    fn frames(node: u8, sequence: u16, number: u16) -> heapless::Vec<Frame, READING_FRAMES> {
+        reading_frames(node, &NumberedReading::new(sequence, reading(number)))
+    }
+
+    fn refusal(log: Vec<Result<Logged>>) -> String {
+        Decoded::of(log.into_iter(), "x.log").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn readings_of_interleaved_nodes_come_apart_with_the_time_of_their_last_frame() {
+        let mixed = frames(1, 7, 1).into_iter().zip(frames(2, 8, 2));
+        let log = logged(mixed.flat_map(|(a, b)| [("can0", a), ("can0", b)]));
+        let all = Decoded::of(log.into_iter(), "x.log").unwrap();
+        assert_eq!((all.frames, all.ours, all.start_us), (12, 12, 1_000));
+        let found: Vec<_> = all.nodes.values().map(|node| node.readings.clone()).collect();
+        let timed = |time_us, what| vec![Timed { time_us, what }];
+        assert_eq!(found, [timed(11_000, reading(1)), timed(12_000, reading(2))]);
+    }
+
+    #[test]
+    fn another_protocol_is_refused_even_where_its_identifiers_are_ours() {
+        let foreign = |id| Frame::standard(id, &[9; 8]).unwrap();
+        let other = logged((0..0x800).map(|id| ("can0", foreign(id))));
+        assert!(refusal(other).contains("x.log: a log of another protocol: none of its 2048 frames"));
+        assert!(refusal(vec![]).contains("holds no frame"));
+    }
+
+    #[test]
+    fn two_buses_in_one_log_are_refused_with_the_row() {
+        let frames = frames(1, 7, 1);
+        let log = logged([("can0", frames[0]), ("can1", frames[1])]);
+        assert!(refusal(log).contains("row 2: frames of can0 and of can1"));
+    }
+}

@@ -1,0 +1,123 @@
+//! CAN buses: one trait for what is real, and a simulated one for whole days in a second.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`virtual_bus`] | arbitration, loss and delay in simulated time, for `replay` and sweeps |
+//! | [`local`] | several participants in one process, in real time |
+//! | [`spec`] | what `--bus` takes |
+//! | [`kernel`] | SocketCAN |
+//! | [`slcan`], [`socketcand`] | two text protocols; [`codec`] is what they share, [`wire`] every frame they carry |
+//! | [`stream`], [`text_client`] | TCP and serial ports, and joining a bus by them |
+//! | [`server`], [`load`] | the shared bus that needs no kernel, and how many monitors wires carry |
+//! | [`log`], [`decoded`] | recordings, and the readings and results in them |
+//! | [`counters`] | a monitor's counters from its heartbeat |
+
+pub mod codec;
+pub mod counters;
+pub mod decoded;
+#[cfg(target_os = "linux")]
+pub mod kernel;
+pub mod load;
+pub mod local;
+pub mod log;
+pub mod server;
+pub mod slcan;
+pub mod socketcand;
+pub mod spec;
+pub mod stream;
+pub mod text_client;
+pub mod virtual_bus;
+pub mod wire;
+
+use std::time::Duration;
+
+use anyhow::Result;
+use rotor_edge_core::can::Frame;
+
+pub use local::{LocalPort, local_bus};
+pub use spec::BusSpec;
+use spec::Line;
+use stream::{Serial, Tcp};
+use text_client::TextClient;
+pub use virtual_bus::{BusConfig, Port, Traffic, VirtualBus, frame_bits};
+
+/// One participant's place on a real bus.
+pub trait CanBus: Send {
+    /// Puts a frame on the bus.
+    ///
+    /// # Errors
+    /// If the bus is gone or takes nothing any more.
+    fn send(&mut self, frame: &Frame) -> Result<()>;
+
+    /// The next frame of another participant; `None` if none came in time. A timeout of zero only looks.
+    ///
+    /// # Errors
+    /// If the bus is gone.
+    fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>>;
+
+    /// Which bus this is, for messages.
+    fn description(&self) -> String;
+
+    /// Extended, remote and error frames, and what could not be read as a frame: none of it is ours.
+    fn passed_over(&self) -> u64 {
+        0
+    }
+}
+
+impl<B: CanBus + ?Sized> CanBus for Box<B> {
+    fn send(&mut self, frame: &Frame) -> Result<()> {
+        (**self).send(frame)
+    }
+
+    fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>> {
+        (**self).receive(timeout)
+    }
+
+    fn description(&self) -> String {
+        (**self).description()
+    }
+
+    fn passed_over(&self) -> u64 {
+        (**self).passed_over()
+    }
+}
+
+/// Joins the bus that `spec` names, such as `slcan:127.0.0.1:29537`.
+///
+/// # Errors
+/// One sentence on what is wrong with the name or the bus, and what to do.
+pub fn open(spec: &str) -> Result<Box<dyn CanBus>> {
+    spec.parse::<BusSpec>()?.open()
+}
+
+impl BusSpec {
+    /// Joins the bus.
+    ///
+    /// # Errors
+    /// One sentence on what is wrong with the bus, and what to do.
+    pub fn open(&self) -> Result<Box<dyn CanBus>> {
+        let name = self.to_string();
+        Ok(match self {
+            Self::SocketCan { interface } => open_kernel(interface)?,
+            Self::Slcan { line: Line::Tcp(address), bit_rate } => {
+                Box::new(TextClient::slcan(Tcp::connect(address)?, *bit_rate, name)?)
+            }
+            Self::Slcan { line: Line::Serial { device, baud_rate }, bit_rate } => {
+                Box::new(TextClient::slcan(Serial::open(device, *baud_rate)?, *bit_rate, name)?)
+            }
+            Self::Socketcand { address, interface } => {
+                Box::new(TextClient::socketcand(Tcp::connect(address)?, interface, name)?)
+            }
+        })
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn open_kernel(interface: &str) -> Result<Box<dyn CanBus>> {
+    Ok(Box::new(kernel::KernelBus::open(interface)?))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn open_kernel(interface: &str) -> Result<Box<dyn CanBus>> {
+    anyhow::bail!("socketcan:{interface}: only Linux has SocketCAN; use slcan: or socketcand:")
+}

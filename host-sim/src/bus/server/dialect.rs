@@ -1,0 +1,172 @@
+//! The server's side of the two text protocols.
+
+use std::time::Duration;
+
+use rotor_edge_core::can::slcan::{REFUSED, answer};
+
+use crate::bus::codec::Decoder;
+use crate::bus::slcan::{self, Lines};
+use crate::bus::socketcand::{self, Messages};
+use crate::bus::wire::WireFrame;
+
+/// What a server does about a command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Answer {
+    /// Nothing is to be said.
+    Silence,
+    /// This is said.
+    Say(&'static str),
+    /// This is said, if it is anything, and from then on frames are passed on to the client.
+    Join(&'static str),
+    /// No more frames are passed on to the client.
+    Leave,
+    /// The command is refused with this.
+    Refuse(&'static str),
+}
+
+/// One client's conversation.
+pub trait Dialect: Default + Send + 'static {
+    /// Takes apart what the client sends.
+    type Decoder: Decoder + 'static;
+    /// For messages.
+    const NAME: &'static str;
+    /// Said to a new client.
+    const GREETING: &'static str;
+    /// Said to what is neither frame nor command.
+    const REFUSAL: &'static str;
+    /// How long no frame may follow the answer to joining.
+    const QUIET: Duration;
+
+    /// What to do about a command.
+    fn command(&mut self, text: &str) -> Answer;
+
+    /// Whether the client has opened the bus for sending.
+    fn may_send(&self) -> bool;
+
+    /// Appends a frame for the client; nothing if the protocol does not have this kind.
+    fn encode(frame: &WireFrame, time_us: u64, bytes: &mut Vec<u8>);
+}
+
+/// An SLCAN adapter. Silent where python-can expects silence: it takes any answer for a frame that it then
+/// cannot read, and ends its look for frames.
+#[derive(Debug, Default)]
+pub struct Slcan {
+    open: bool,
+    listen_only: bool,
+}
+
+impl Dialect for Slcan {
+    type Decoder = Lines;
+    const NAME: &'static str = "slcan";
+    const GREETING: &'static str = "";
+    const REFUSAL: &'static str = REFUSED;
+    const QUIET: Duration = Duration::ZERO;
+
+    fn command(&mut self, text: &str) -> Answer {
+        let (kind, rest) = text.split_at(1);
+        match (kind, rest) {
+            ("O" | "L", "") => {
+                (self.open, self.listen_only) = (true, kind == "L");
+                Answer::Join("")
+            }
+            ("C", "") => {
+                self.open = false;
+                Answer::Leave
+            }
+            // bit rates: every rate is right on a bus without wires
+            ("S" | "s", rate) if rate.bytes().all(|byte| byte.is_ascii_hexdigit()) => Answer::Silence,
+            // no time stamps
+            ("Z", "0") => Answer::Silence,
+            ("V" | "N" | "F", "") => Answer::Say(answer(kind.as_bytes()[0])),
+            _ => Answer::Refuse(REFUSED),
+        }
+    }
+
+    fn may_send(&self) -> bool {
+        self.open && !self.listen_only
+    }
+
+    fn encode(frame: &WireFrame, _: u64, bytes: &mut Vec<u8>) {
+        slcan::encode(frame, bytes);
+    }
+}
+
+/// A socketcand server with one bus, whatever name it is opened by.
+#[derive(Debug, Default)]
+pub struct Socketcand {
+    open: bool,
+}
+
+impl Dialect for Socketcand {
+    type Decoder = Messages;
+    const NAME: &'static str = "socketcand";
+    const GREETING: &'static str = "< hi >";
+    const REFUSAL: &'static str = "< error no such message >";
+    /// python-can reads the answer to `rawmode` as one packet that holds nothing else.
+    const QUIET: Duration = Duration::from_millis(200);
+
+    fn command(&mut self, text: &str) -> Answer {
+        match text {
+            "rawmode" if self.open => Answer::Join("< ok >"),
+            "rawmode" => Answer::Refuse("< error no bus is open >"),
+            "echo" => Answer::Say("< echo >"),
+            "bcmmode" | "controlmode" | "isotpmode" => Answer::Refuse("< error only rawmode is served >"),
+            _ if text.starts_with("open ") => {
+                self.open = true;
+                Answer::Say("< ok >")
+            }
+            _ => Answer::Refuse("< error unknown command >"),
+        }
+    }
+
+    fn may_send(&self) -> bool {
+        self.open
+    }
+
+    fn encode(frame: &WireFrame, time_us: u64, bytes: &mut Vec<u8>) {
+        socketcand::encode_frame(frame, time_us, bytes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answers<D: Dialect>(commands: &[&str]) -> (Vec<Answer>, bool) {
+        let mut dialect = D::default();
+        let answers = commands.iter().map(|text| dialect.command(text)).collect();
+        (answers, dialect.may_send())
+    }
+
+    #[test]
+    fn python_cans_way_to_open_slcan_joins_in_silence() {
+        use Answer::{Join, Leave, Silence};
+        assert_eq!(
+            answers::<Slcan>(&["C", "S6", "O", "O"]),
+            (vec![Leave, Silence, Join(""), Join("")], true)
+        );
+        assert_eq!(answers::<Slcan>(&["s011C", "L"]), (vec![Silence, Join("")], false));
+        assert!(!answers::<Slcan>(&["O", "C"]).1);
+    }
+
+    #[test]
+    fn slcan_says_what_it_is_and_refuses_the_rest() {
+        assert_eq!(answers::<Slcan>(&["V"]).0, [Answer::Say("V1013\r")]);
+        for text in ["Sx", "Z1", "X", "O1", "d12381", "Q"] {
+            assert_eq!(answers::<Slcan>(&[text]).0, [Answer::Refuse(REFUSED)], "{text}");
+        }
+    }
+
+    #[test]
+    fn socketcand_is_opened_before_it_is_joined() {
+        use Answer::{Join, Refuse, Say};
+        assert_eq!(
+            answers::<Socketcand>(&["open vcan0", "rawmode"]),
+            (vec![Say("< ok >"), Join("< ok >")], true)
+        );
+        for text in ["rawmode", "bcmmode", "open", "fly"] {
+            let (answers, may_send) = answers::<Socketcand>(&[text]);
+            assert!(matches!(answers[..], [Refuse(_)]) && !may_send, "{text}");
+        }
+    }
+}

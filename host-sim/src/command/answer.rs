@@ -1,0 +1,72 @@
+//! A monitor's result in JSON, the same for every command that prints one.
+
+use nalgebra::Complex;
+use rotor_edge_core::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult, NodeState};
+use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
+use serde::Serialize;
+
+use crate::bus::decoded::Timed;
+use crate::watch::words::bearing_number;
+
+/// One result.
+#[derive(Serialize)]
+pub struct Answer {
+    pub time_s: f64,
+    pub sequence: u16,
+    pub suspicious: bool,
+    pub flagged: bool,
+    pub suspect: Option<u8>,
+    pub streak: u16,
+    pub planes: [Unbalance; 2],
+    #[serde(rename = "static")]
+    pub static_unbalance: Unbalance,
+    pub dynamic: Unbalance,
+    pub residual_um: f32,
+    pub ratio: f32,
+}
+
+/// An unbalance as people write it.
+#[derive(Serialize)]
+pub struct Unbalance {
+    pub unbalance_g_mm: f64,
+    pub angle_deg: f64,
+}
+
+impl Unbalance {
+    fn of([x, y]: [f32; 2]) -> Self {
+        let [unbalance_g_mm, angle_deg] = g_mm_deg(Complex::new(f64::from(x), f64::from(y)) / G_MM);
+        Self { unbalance_g_mm, angle_deg }
+    }
+}
+
+impl Answer {
+    /// A result, its time counted from `start_us`.
+    pub fn of(timed: &Timed<MonitorResult>, start_us: u64) -> Self {
+        let r = &timed.what;
+        Self {
+            time_s: timed.time_us.saturating_sub(start_us) as f64 * 1e-6,
+            sequence: r.sequence,
+            suspicious: r.flags & FLAG_SUSPICIOUS != 0,
+            flagged: r.flags & FLAG_FLAGGED != 0,
+            suspect: r.suspect.map(bearing_number),
+            streak: r.streak,
+            planes: r.unbalance_g_mm.map(Unbalance::of),
+            static_unbalance: Unbalance::of(r.static_g_mm),
+            dynamic: Unbalance::of(r.dynamic_g_mm),
+            residual_um: r.e_um,
+            ratio: r.ratio,
+        }
+    }
+}
+
+/// What a monitor is doing, in words.
+pub fn state_name(state: NodeState) -> &'static str {
+    match state {
+        NodeState::Waiting => "waiting",
+        NodeState::Tracking => "tracking",
+        NodeState::Suspicious => "suspicious",
+        NodeState::Flagged => "flagged",
+        NodeState::Conflict => "its number is used twice",
+        NodeState::Listening => "just started",
+    }
+}

@@ -1,0 +1,93 @@
+//! `deploy`: a model to a monitor, over the bus.
+
+use std::path::PathBuf;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use anyhow::{Context, Result, anyhow};
+use clap::Args;
+use rotor_edge_core::command::Command;
+use serde_json::json;
+
+use super::thresholds::node_number;
+use super::{deployable, output};
+use crate::bus::BusSpec;
+use crate::deploy::{command, read_key};
+use crate::edge::EdgeModel;
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The better model, rotor.toml as `identify`, `add` or `improve` wrote it
+    rotor: PathBuf,
+    /// The bus, such as slcan:127.0.0.1:29537, socketcand:127.0.0.1:29536 or socketcan:vcan0
+    #[arg(long)]
+    bus: BusSpec,
+    /// The monitor's number, 0 to 30
+    #[arg(long, default_value_t = 1)]
+    node: u8,
+    /// The monitor's key
+    #[arg(long)]
+    key: PathBuf,
+    /// Number of this command, above all earlier ones; milliseconds since 1970 if absent
+    #[arg(long)]
+    counter: Option<u64>,
+    /// Highest speed that the machine reaches; that of the data the rotor was fitted to if absent
+    #[arg(long)]
+    fastest_rpm: Option<f64>,
+    /// Also begin a new record: forget the unbalance last found and start from the model's
+    #[arg(long)]
+    restart: bool,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let node = node_number(arguments.node)?;
+    let key = read_key(&arguments.key)?;
+    let model = deployable::of_file(&arguments.rotor, arguments.fastest_rpm)?.edge;
+    let bytes = encode(&model)?;
+    let mut bus = arguments.bus.open()?;
+    let counter = arguments.counter.map_or_else(now_ms, Ok)?;
+    let bar = output::progress("deploy", bytes.len());
+    let sent = |bytes| bar.set_position(bytes as u64);
+    let answer = command(&mut *bus, &key, node, counter, Command::Deploy, &bytes, sent)?;
+    if arguments.restart {
+        command(&mut *bus, &key, node, counter + 1, Command::Restart, &[], |_| ())?;
+    }
+    bar.finish_and_clear();
+    if answer.model_checksum != model.checksum() {
+        return Err(anyhow!("monitor {node} confirms another model than was sent; deploy again"));
+    }
+    if arguments.json {
+        return output::json(&json!({
+            "node": node,
+            "outcome": "accepted",
+            "bytes": bytes.len(),
+            "counter": counter,
+            "model_checksum": answer.model_checksum,
+        }));
+    }
+    println!(
+        "Monitor {node} runs the model of {} ({} bytes, checksum {:08x}) from its next reading on.",
+        arguments.rotor.display(),
+        bytes.len(),
+        answer.model_checksum
+    );
+    println!("Next: watch the residual fall\n  rotor-edge watch --bus {}", arguments.bus);
+    Ok(())
+}
+
+/// The bytes that travel.
+fn encode(model: &EdgeModel) -> Result<Vec<u8>> {
+    let mut bytes = vec![0; EdgeModel::max_size_bytes()];
+    let length = model.encode(&mut bytes).map_err(|e| anyhow!("the model cannot be encoded: {e:?}"))?;
+    bytes.truncate(length);
+    Ok(bytes)
+}
+
+/// A counter that rises by itself.
+pub fn now_ms() -> Result<u64> {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    Ok(since.context("this machine's clock stands before 1970: give --counter")?.as_millis() as u64)
+}

@@ -1,0 +1,93 @@
+//! `watch`: all monitors of a bus on the terminal, or as JSON.
+
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use anyhow::{Result, anyhow, bail};
+use clap::Args;
+use rotor_edge_core::can::MAX_NODE;
+
+use super::watch_json::Summary;
+use super::{output, stop};
+use crate::bus::log::Recorded;
+use crate::bus::spec::BIT_RATES;
+use crate::bus::{BusConfig, BusSpec, CanBus};
+use crate::watch::Watch;
+use crate::watch::terminal::{listen, require_terminal, show};
+use crate::watch::view::Place;
+
+/// Between two looks at the signal, without a terminal.
+const LOOK: Duration = Duration::from_millis(100);
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The bus to join, such as slcan:127.0.0.1:29537, socketcand:127.0.0.1:29536 or socketcan:vcan0
+    #[arg(long)]
+    bus: BusSpec,
+    /// Watch this monitor alone; all if absent
+    #[arg(long, value_parser = clap::value_parser!(u8).range(0..=i64::from(MAX_NODE)))]
+    node: Option<u8>,
+    /// Bits a second on the bus, for its load; that of the bus's name, else 500000
+    #[arg(long)]
+    bit_rate: Option<u32>,
+    /// Write every frame to a candump log (see `decode`)
+    #[arg(long, value_name = "FILE.log")]
+    record: Option<PathBuf>,
+    /// Draw nothing; print one JSON object with everything heard at the end
+    #[arg(long)]
+    json: bool,
+    /// Listen for so many seconds; until it is told to stop if absent
+    #[arg(long, value_parser = seconds)]
+    seconds: Option<Duration>,
+}
+
+fn seconds(text: &str) -> Result<Duration> {
+    let seconds: Option<f64> = text.parse().ok().filter(|seconds| *seconds > 0.0);
+    let time = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    time.ok_or_else(|| anyhow!("expected a number of seconds above 0, such as 10 or 0.5"))
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let place = Place { bus: arguments.bus.to_string(), bit_rate: bit_rate(arguments)? };
+    if !arguments.json {
+        require_terminal()?;
+    }
+    let mut bus = arguments.bus.open()?;
+    if let Some(path) = &arguments.record {
+        bus = Box::new(Recorded::new(bus, path)?);
+    }
+    let stop = stop::on_signal()?;
+    let mut watch = Watch::new(arguments.node);
+    if !arguments.json {
+        return show(&mut *bus, &mut watch, &place, arguments.seconds, &stop);
+    }
+    let started = Instant::now();
+    let left =
+        || arguments.seconds.map_or(LOOK, |seconds| seconds.saturating_sub(started.elapsed()).min(LOOK));
+    while !stop.load(Ordering::Relaxed) && !left().is_zero() {
+        listen(&mut *bus, &mut watch, started, left())?;
+    }
+    if let Some(node) = arguments.node.filter(|node| watch.monitor(*node).is_none()) {
+        bail!(
+            "nothing was heard of monitor {node} on {} in {:.1} s, nor were readings sent to it; without --node all who are there are listed",
+            place.bus,
+            watch.now_us() as f64 * 1e-6
+        );
+    }
+    output::json(&Summary::of(&watch, &place, bus.passed_over()))
+}
+
+fn bit_rate(arguments: &Arguments) -> Result<u32> {
+    let named = match &arguments.bus {
+        BusSpec::Slcan { bit_rate, .. } => *bit_rate,
+        _ => BusConfig::default().bit_rate,
+    };
+    let [slowest, .., fastest] = BIT_RATES;
+    match arguments.bit_rate {
+        None => Ok(named),
+        Some(bit_rate) if (slowest..=fastest).contains(&bit_rate) => Ok(bit_rate),
+        Some(bit_rate) => bail!("--bit-rate {bit_rate}: expected bits a second from {slowest} to {fastest}"),
+    }
+}

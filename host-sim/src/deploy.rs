@@ -1,0 +1,167 @@
+//! A command to a monitor over a real bus: sent as one ISO-TP message, answered with the monitor's own code.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+use rotor_edge_core::can::isotp::{IsoTp, Progress, TransferError};
+use rotor_edge_core::can::{Frame, Message, NodeState, TYPE_TO_HOST, TYPE_TO_NODE, frame_id};
+use rotor_edge_core::command::{
+    ANSWER_BYTES, Answer, Command, KEY_BYTES, Key, MAX_REQUEST_BYTES, Outcome, write_request,
+};
+
+use crate::bus::CanBus;
+use crate::node::{from_hex, to_hex};
+
+/// Longest wait for a frame before the clock is looked at.
+const PATIENCE: Duration = Duration::from_millis(2);
+/// Longest time a monitor may take to check, store and answer.
+const ANSWER_TIME: Duration = Duration::from_secs(5);
+/// Longest wait for a sign of life.
+pub const HEARTBEAT_TIME: Duration = Duration::from_secs(3);
+
+/// Sends a command to `node` and waits for its answer; `progress` hears how many bytes are on their way.
+///
+/// # Errors
+/// If nobody answers, or the monitor refuses: why, and what to do.
+pub fn command(
+    bus: &mut dyn CanBus,
+    key: &Key,
+    node: u8,
+    counter: u64,
+    command: Command,
+    body: &[u8],
+    mut progress: impl FnMut(usize),
+) -> Result<Answer> {
+    let mut request = [0; MAX_REQUEST_BYTES];
+    let Some(length) = write_request(&mut request, key, node, command, counter, body) else {
+        bail!("the command has {} bytes, more than a monitor takes", body.len());
+    };
+    let request = &request[..length];
+    let mut link = IsoTp::<ANSWER_BYTES, MAX_REQUEST_BYTES>::new();
+    let started = Instant::now();
+    let now_us = || started.elapsed().as_micros() as u64;
+    let broken = |e: TransferError| match e {
+        TransferError::Timeout => anyhow::anyhow!(
+            "monitor {node} does not answer on {}: is it on this bus, under this number? (`rotor-edge watch` shows who is)",
+            bus.description()
+        ),
+        e => {
+            anyhow::anyhow!("the transfer to monitor {node} broke off: {e:?}; nothing was changed, try again")
+        }
+    };
+    let silent = broken(TransferError::Timeout);
+    link.send(now_us(), request).map_err(broken)?;
+    let mut sent = 0;
+    while started.elapsed() < ANSWER_TIME {
+        while let Some(payload) = link.poll(now_us()) {
+            let frame = Frame::standard(frame_id(TYPE_TO_NODE, node), &payload);
+            bus.send(&frame.context("a node number from 0 to 30")?)?;
+            sent += payload.len() - 1;
+            progress(sent.min(length));
+        }
+        let heard = bus.receive(PATIENCE)?;
+        if let Some(frame) = heard.filter(|f| f.raw_id() == frame_id(TYPE_TO_HOST, node)) {
+            match link.receive(now_us(), frame.bytes()) {
+                Progress::None => {}
+                Progress::Complete => {
+                    return judge(node, counter, Answer::decode(link.message(), request, key));
+                }
+                Progress::Broken(e) => bail!("the transfer to monitor {node} broke off: {e:?}; try again"),
+            }
+        }
+        if link.check_time(now_us()).is_err() {
+            return Err(silent);
+        }
+    }
+    Err(silent)
+}
+
+fn judge(node: u8, counter: u64, answer: Option<(Answer, bool)>) -> Result<Answer> {
+    let Some((answer, confirmed)) = answer else {
+        bail!(
+            "monitor {node} answers in another version of the protocol; update its firmware or this program"
+        );
+    };
+    let refusal = match answer.outcome {
+        Outcome::NoKey => format!("monitor {node} was given no key, so it takes no commands"),
+        // its answer carries the code of the monitor's own key, which is not ours
+        _ if !confirmed => format!(
+            "monitor {node} has another key (or somebody else answers in its name): use the key that was made for it"
+        ),
+        Outcome::Accepted => return Ok(answer),
+        Outcome::Replayed => format!(
+            "monitor {node} has accepted command {} already and {counter} is not above it: \
+             set this machine's clock right, or give --counter {}",
+            answer.counter,
+            answer.counter.saturating_add(1)
+        ),
+        Outcome::Model => {
+            let reason = answer.model_error.map_or("of an unknown reason".into(), |e| format!("{e:?}"));
+            format!("monitor {node} refuses the model because of {reason}; the old one stays")
+        }
+        Outcome::Storage => format!("monitor {node} could not store the command; the old model stays"),
+        outcome => format!("monitor {node} refuses the command: {outcome:?}"),
+    };
+    bail!(refusal)
+}
+
+/// Waits until `node` shows itself on the bus, ready to answer; how many frames were heard meanwhile.
+///
+/// # Errors
+/// If it does not within [`HEARTBEAT_TIME`], or its number is used twice.
+pub fn await_heartbeat(bus: &mut dyn CanBus, node: u8) -> Result<u64> {
+    let started = Instant::now();
+    let mut heard_frames = 0;
+    while started.elapsed() < HEARTBEAT_TIME {
+        let Some(frame) = bus.receive(PATIENCE)? else { continue };
+        heard_frames += 1;
+        match Message::decode(&frame) {
+            Ok((from, Message::Heartbeat { state, .. })) if from == node => match state {
+                NodeState::Listening => {}
+                NodeState::Conflict => bail!(
+                    "two devices on {} call themselves monitor {node}: give one of them another number",
+                    bus.description()
+                ),
+                _ => return Ok(heard_frames),
+            },
+            _ => {}
+        }
+    }
+    bail!(
+        "no monitor {node} on {}: start one with `rotor-edge node --bus …`, or see who is there with `rotor-edge watch`",
+        bus.description()
+    )
+}
+
+/// Reads a device's key: 64 hexadecimal digits.
+///
+/// # Errors
+/// If the file is missing or holds something else.
+pub fn read_key(path: &Path) -> Result<Key> {
+    let text = std::fs::read_to_string(path).with_context(|| {
+        format!("{}: cannot be read; `rotor-edge key -o FILE` makes a key", path.display())
+    })?;
+    let bytes = from_hex(text.trim()).and_then(|bytes| <[u8; KEY_BYTES]>::try_from(bytes).ok());
+    let Some(bytes) = bytes else {
+        bail!("{}: expected a key of {} hexadecimal digits", path.display(), 2 * KEY_BYTES);
+    };
+    Ok(Key(bytes))
+}
+
+/// Writes a new random key, readable by its owner alone; never over an old one.
+///
+/// # Errors
+/// If there is such a file, or it cannot be written.
+pub fn write_new_key(path: &Path) -> Result<()> {
+    use std::io::Write as _;
+    let mut bytes = [0; KEY_BYTES];
+    getrandom::fill(&mut bytes).context("the system gives no random numbers")?;
+    let mut options = std::fs::OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let mut file = options.open(path).with_context(|| format!("{}: cannot be written", path.display()))?;
+    writeln!(file, "{}", to_hex(&bytes))?;
+    Ok(())
+}

@@ -1,0 +1,305 @@
+//! What was heard of one monitor.
+
+use std::collections::VecDeque;
+
+use rotor_edge_core::can::{
+    Assembler, Counters, FLAG_AT_BOUND_1, FLAG_AT_BOUND_2, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, Message,
+    MonitorResult, NodeState, NumberedReading, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, ResultAssembler,
+};
+use rotor_edge_core::node::NodeConfig;
+use rotor_edge_core::residual::Bearing;
+use serde::Serialize;
+
+use crate::bus::counters;
+use crate::bus::decoded::Timed;
+
+/// Results remembered.
+pub const HISTORY: usize = 1_000;
+/// Changes of the model remembered.
+const REPLACEMENTS: usize = 8;
+/// Results over which their rate is averaged.
+const RATE_RESULTS: usize = 50;
+/// Heartbeats missed after which a monitor counts as silent, and a conflict as over.
+const QUIET_PERIODS: u64 = 3;
+
+/// Answer to a version query.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Version {
+    /// Version of the protocol that it speaks.
+    pub protocol: u8,
+    /// Oldest version whose frames still mean the same to it.
+    pub oldest: u8,
+    /// Version of the models that it takes.
+    pub model_schema: u8,
+    /// Basis shapes of its model.
+    pub shapes: u8,
+}
+
+/// Another model took over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Replacement {
+    /// Checksum before.
+    pub from: u32,
+    /// Checksum since.
+    pub to: u32,
+}
+
+/// A time during which the flag was up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flagged {
+    /// First result with the flag.
+    pub first: Timed<u16>,
+    /// Last result with it.
+    pub last: Timed<u16>,
+    /// Whether the flag is still up in the latest result.
+    pub lasts: bool,
+    /// Bearing suspected at the end.
+    pub suspect: Option<Bearing>,
+}
+
+/// One monitor, and the readings that somebody sends it.
+#[derive(Debug, Clone, Default)]
+pub struct Monitor {
+    heard_us: Option<u64>,
+    heartbeats: u64,
+    heartbeat_version: Option<u8>,
+    asked_at_version: Option<u8>,
+    version: Option<Version>,
+    state: Option<NodeState>,
+    conflict_us: Option<u64>,
+    counters: Counters,
+    model_checksum: Option<u32>,
+    replacements: VecDeque<Timed<Replacement>>,
+    results: ResultAssembler,
+    last: Option<Timed<MonitorResult>>,
+    history: VecDeque<Timed<MonitorResult>>,
+    at_bound: [u16; 2],
+    arrivals: VecDeque<u64>,
+    readings: Assembler,
+    reading: Option<Timed<NumberedReading>>,
+    unanswered: u32,
+}
+
+impl Monitor {
+    /// Takes a frame with its number; `true` if the monitor should be asked for its version.
+    pub(super) fn receive(&mut self, time_us: u64, frame: &Frame, message: &Message) -> bool {
+        if is_told(message) {
+            self.hear_reading(time_us, frame);
+            return false;
+        }
+        self.heard_us = Some(time_us);
+        counters::take(&mut self.counters, message);
+        match *message {
+            Message::Heartbeat { version, state, .. } => {
+                self.heartbeats += 1;
+                self.heartbeat_version = Some(version);
+                self.state = Some(state);
+                if state == NodeState::Conflict {
+                    self.conflict_us = Some(time_us);
+                }
+            }
+            Message::Transfers { model_checksum, .. } => self.hear_model(time_us, model_checksum),
+            Message::Version { protocol, oldest, model_schema, shapes } => {
+                self.version = Some(Version { protocol, oldest, model_schema, shapes });
+            }
+            _ => {
+                if let Some(result) = self.results.receive(frame) {
+                    self.hear_result(time_us, result);
+                }
+            }
+        }
+        self.must_be_asked()
+    }
+
+    /// Once for each version that its heartbeats carry.
+    fn must_be_asked(&mut self) -> bool {
+        let unknown = self.heartbeat_version != self.version.map(|version| version.protocol);
+        let ask =
+            self.heartbeat_version.is_some() && unknown && self.asked_at_version != self.heartbeat_version;
+        if ask {
+            self.asked_at_version = self.heartbeat_version;
+        }
+        ask
+    }
+
+    fn hear_reading(&mut self, time_us: u64, frame: &Frame) {
+        // the time-out is the same for every number
+        let timeout_us = NodeConfig::new(0).reading_timeout_us;
+        if let Some(what) = self.readings.receive(timeout_us, time_us, frame) {
+            self.reading = Some(Timed { time_us, what });
+            self.unanswered = self.unanswered.saturating_add(1);
+        }
+    }
+
+    fn hear_model(&mut self, time_us: u64, to: u32) {
+        if let Some(from) = self.model_checksum.replace(to).filter(|from| *from != to) {
+            keep(&mut self.replacements, REPLACEMENTS, Timed { time_us, what: Replacement { from, to } });
+        }
+    }
+
+    fn hear_result(&mut self, time_us: u64, what: MonitorResult) {
+        self.unanswered = 0;
+        self.state = Some(if what.flags & FLAG_FLAGGED != 0 {
+            NodeState::Flagged
+        } else if what.flags & FLAG_SUSPICIOUS != 0 {
+            NodeState::Suspicious
+        } else {
+            NodeState::Tracking
+        });
+        for (in_a_row, bit) in self.at_bound.iter_mut().zip([FLAG_AT_BOUND_1, FLAG_AT_BOUND_2]) {
+            *in_a_row = if what.flags & bit != 0 { in_a_row.saturating_add(1) } else { 0 };
+        }
+        self.last = Some(Timed { time_us, what });
+        keep(&mut self.history, HISTORY, Timed { time_us, what });
+        keep(&mut self.arrivals, RATE_RESULTS, time_us);
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.history.clear();
+    }
+
+    /// Whether anything of it can only come from our protocol: a checksum that fits, a version, or a heartbeat.
+    pub(super) fn is_known(&self) -> bool {
+        let known = |version| (OLDEST_PROTOCOL_VERSION..=PROTOCOL_VERSION).contains(&version);
+        self.last.is_some()
+            || self.reading.is_some()
+            || self.heartbeat_version.is_some_and(known)
+            || self.version.is_some_and(|version| Some(version.protocol) == self.heartbeat_version)
+    }
+
+    /// The version that it speaks, if its frames mean something else than we know.
+    pub fn foreign_version(&self) -> Option<u8> {
+        let protocol = self.version.map(|version| version.protocol).or(self.heartbeat_version)?;
+        let means_the_same = match self.version {
+            Some(v) if v.protocol > PROTOCOL_VERSION => v.oldest <= PROTOCOL_VERSION,
+            _ => (OLDEST_PROTOCOL_VERSION..=PROTOCOL_VERSION).contains(&protocol),
+        };
+        (!means_the_same).then_some(protocol)
+    }
+
+    /// When it was last heard, µs; `None` if somebody sends it readings and it was never heard.
+    pub fn heard_us(&self) -> Option<u64> {
+        self.heard_us
+    }
+
+    /// Nothing was heard of it for three heartbeat periods.
+    pub fn is_silent(&self, now_us: u64) -> bool {
+        self.heard_us.is_some_and(|heard_us| is_over(heard_us, now_us))
+    }
+
+    /// Two devices use its number.
+    pub fn is_in_conflict(&self, now_us: u64) -> bool {
+        self.conflict_us.is_some_and(|conflict_us| !is_over(conflict_us, now_us))
+    }
+
+    /// What it is doing, by its last heartbeat or result.
+    pub fn state(&self) -> Option<NodeState> {
+        self.state
+    }
+
+    /// Its answer to a version query.
+    pub fn version(&self) -> Option<Version> {
+        self.version
+    }
+
+    /// Heartbeats heard.
+    pub fn heartbeats(&self) -> u64 {
+        self.heartbeats
+    }
+
+    /// As it counts itself; `None` before its first heartbeat.
+    pub fn counters(&self) -> Option<&Counters> {
+        (self.heartbeats > 0).then_some(&self.counters)
+    }
+
+    /// Results begun and never completed, or with a wrong checksum.
+    pub fn damaged(&self) -> u16 {
+        self.results.damaged()
+    }
+
+    /// Which model it runs.
+    pub fn model_checksum(&self) -> Option<u32> {
+        self.model_checksum
+    }
+
+    /// The last changes of its model.
+    pub fn replacements(&self) -> impl DoubleEndedIterator<Item = &Timed<Replacement>> {
+        self.replacements.iter()
+    }
+
+    /// Its last result.
+    pub fn last(&self) -> Option<&Timed<MonitorResult>> {
+        self.last.as_ref()
+    }
+
+    /// Its last results, at most [`HISTORY`] and none from before they were cleared.
+    pub fn history(&self) -> &VecDeque<Timed<MonitorResult>> {
+        &self.history
+    }
+
+    /// The last reading that was sent to it.
+    pub fn reading(&self) -> Option<&Timed<NumberedReading>> {
+        self.reading.as_ref()
+    }
+
+    /// Whole readings since its last result.
+    pub fn unanswered(&self) -> u32 {
+        self.unanswered
+    }
+
+    /// Results in a row, up to the last, in which each plane's unbalance was at the bound of its growth.
+    pub fn at_bound(&self) -> [u16; 2] {
+        self.at_bound
+    }
+
+    /// Readings answered a second, averaged over the last results and the silence since; `None` before the second.
+    pub fn readings_a_second(&self, now_us: u64) -> Option<f64> {
+        let intervals = self.arrivals.len().checked_sub(1).filter(|intervals| *intervals > 0)?;
+        let time_us = now_us.saturating_sub(*self.arrivals.front()?);
+        (time_us > 0).then(|| intervals as f64 * 1e6 / time_us as f64)
+    }
+
+    /// The times in the history during which the flag was up.
+    pub fn flagged(&self) -> Vec<Flagged> {
+        let mut stretches: Vec<Flagged> = Vec::new();
+        for timed in &self.history {
+            let here = Timed { time_us: timed.time_us, what: timed.what.sequence };
+            match (timed.what.flags & FLAG_FLAGGED != 0, stretches.last_mut()) {
+                (true, Some(stretch)) if stretch.lasts => {
+                    (stretch.last, stretch.suspect) = (here, timed.what.suspect);
+                }
+                (true, _) => stretches.push(Flagged {
+                    first: here,
+                    last: here,
+                    lasts: true,
+                    suspect: timed.what.suspect,
+                }),
+                (false, Some(stretch)) => stretch.lasts = false,
+                (false, None) => {}
+            }
+        }
+        stretches
+    }
+}
+
+/// Frames that others send to a monitor.
+fn is_told(message: &Message) -> bool {
+    matches!(
+        message,
+        Message::ReadingStart { .. }
+            | Message::ProbeVector { .. }
+            | Message::ReadingEnd { .. }
+            | Message::VersionQuery
+    )
+}
+
+fn is_over(since_us: u64, now_us: u64) -> bool {
+    now_us.saturating_sub(since_us) > QUIET_PERIODS * NodeConfig::new(0).heartbeat_period_us
+}
+
+fn keep<T>(memory: &mut VecDeque<T>, most: usize, what: T) {
+    if memory.len() == most {
+        memory.pop_front();
+    }
+    memory.push_back(what);
+}

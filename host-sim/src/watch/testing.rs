@@ -1,0 +1,111 @@
+//! What the tests of this folder share: a monitor of the sample's machine, and who listens to it.
+
+use rotor_edge_core::can::{Frame, Keyphasor, NumberedReading, reading_frames};
+use rotor_edge_core::node::NodeConfig;
+use rotor_edge_core::reading::{ProbeVector, Reading, probe_vectors, rad_s};
+use rotor_edge_core::response::{SupportAmplitudes, response};
+
+use super::Watch;
+use crate::edge::{Deployment, EdgeModel, EdgeNode};
+use crate::sample;
+
+const SPEED_RPM: f32 = 9_000.0;
+const STEP_US: u64 = 10_000;
+/// From a reading to the next, ten a second.
+const READING_US: u64 = 100_000;
+
+/// The sample's machine with an unbalance in each plane.
+pub fn model() -> EdgeModel {
+    let (mut rotor, ..) = sample::load().unwrap();
+    for (plane, unbalance) in rotor.plane.iter_mut().zip([900.0, 700.0]) {
+        (plane.unbalance_g_mm, plane.angle_deg) = (Some(unbalance), Some(40.0));
+    }
+    Deployment::new(&rotor, 11_500.0).unwrap().edge
+}
+
+/// What the machine shows as long as the model fits.
+pub fn healthy(model: &EdgeModel) -> Reading {
+    let [[a, b], [c, d]] = model.initial_unbalance_g_mm;
+    let at_speed = response(model, rad_s(SPEED_RPM), &SupportAmplitudes::default()).unwrap();
+    Reading { speed_rpm: SPEED_RPM, probes: probe_vectors(&at_speed.features(&[a, b, c, d])) }
+}
+
+/// The same with the probes of bearing 2 the other way round, which no unbalance explains.
+pub fn faulty(model: &EdgeModel) -> Reading {
+    let Reading { speed_rpm, probes: [a, b, c, d] } = healthy(model);
+    let turned = |v: ProbeVector| ProbeVector { cos_um: -v.cos_um, sin_um: -v.sin_um };
+    Reading { speed_rpm, probes: [a, b, turned(c), turned(d)] }
+}
+
+/// Monitors and a listener on one bus.
+pub struct Bench {
+    pub watch: Watch,
+    pub nodes: Vec<EdgeNode>,
+    pub model: EdgeModel,
+    pub sequence: u16,
+    now_us: u64,
+}
+
+impl Bench {
+    /// One monitor for each number.
+    pub fn new(numbers: &[u8]) -> Self {
+        let model = model();
+        let node = |number: &u8| EdgeNode::new(NodeConfig::new(*number), model.clone()).unwrap();
+        let nodes = numbers.iter().map(node).collect();
+        Self { watch: Watch::new(None), nodes, model, sequence: 0, now_us: 0 }
+    }
+
+    /// A frame for all but the node that sent it.
+    fn publish(&mut self, from: Option<usize>, frame: &Frame) {
+        for (number, node) in self.nodes.iter_mut().enumerate() {
+            if Some(number) != from {
+                node.receive(self.now_us, frame);
+            }
+        }
+        self.watch.receive(self.now_us, frame);
+    }
+
+    fn exchange(&mut self) {
+        for question in self.watch.questions() {
+            self.nodes.iter_mut().for_each(|node| node.receive(self.now_us, &question));
+        }
+        for number in 0..self.nodes.len() {
+            self.nodes[number].poll(self.now_us);
+            while let Some(frame) = self.nodes[number].transmit() {
+                self.publish(Some(number), &frame);
+            }
+        }
+    }
+
+    /// Lets time pass.
+    pub fn run(&mut self, time_us: u64) {
+        for _ in 0..time_us / STEP_US {
+            self.now_us += STEP_US;
+            self.watch.pass(self.now_us);
+            self.exchange();
+        }
+    }
+
+    /// Sends a reading to monitor `to` and lets time pass until the next is due.
+    pub fn send(&mut self, to: u8, keyphasor: Keyphasor, reading: Reading) {
+        let numbered = NumberedReading { sequence: self.sequence, keyphasor, reading };
+        for frame in reading_frames(to, &numbered) {
+            self.publish(None, &frame);
+        }
+        self.sequence += 1;
+        self.exchange();
+        self.run(READING_US);
+    }
+
+    /// Sends so many healthy readings.
+    pub fn send_healthy(&mut self, to: u8, number: usize) {
+        let reading = healthy(&self.model);
+        (0..number).for_each(|_| self.send(to, Keyphasor::Locked, reading));
+    }
+
+    /// Sends so many faulty readings.
+    pub fn send_faulty(&mut self, to: u8, number: usize) {
+        let reading = faulty(&self.model);
+        (0..number).for_each(|_| self.send(to, Keyphasor::Locked, reading));
+    }
+}

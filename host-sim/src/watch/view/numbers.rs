@@ -1,0 +1,133 @@
+//! The last result in numbers, and the counters.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+use rotor_edge_core::can::{Keyphasor, MonitorResult};
+
+use super::list::percent;
+use super::{PLANE_COLOURS, titled};
+use crate::bus::decoded::Timed;
+use crate::report::scale::{number, three_digits};
+use crate::watch::monitor::{Monitor, Replacement};
+use crate::watch::words::{bearing_number, span};
+
+/// Room for the numbers of a result.
+pub const COLUMNS: u16 = 30;
+const COUNTER_COLUMNS: usize = 15;
+
+/// Draws the last result, and where it comes from.
+pub fn draw(frame: &mut Frame, area: Rect, monitor: &Monitor, now_us: u64) {
+    let mut lines = vec![];
+    if let Some(last) = monitor.last() {
+        lines.extend(result(&last.what));
+    }
+    if let Some(reading) = monitor.reading() {
+        let reading = &reading.what;
+        let keyphasor = match reading.keyphasor {
+            Keyphasor::NotStated | Keyphasor::Locked => "",
+            Keyphasor::Missing => ", no mark",
+            Keyphasor::Unsteady => ", unsteady",
+        };
+        let speed = number(f64::from(reading.reading.speed_rpm), 0);
+        lines.push(entry("speed", format!("{speed} rpm{keyphasor}")));
+    }
+    if let Some(last) = monitor.last() {
+        let rate = monitor.readings_a_second(now_us);
+        let rate = rate.map_or(String::new(), |rate| format!("{}/s, ", three_digits(rate)));
+        let age = span(now_us.saturating_sub(last.time_us));
+        lines.push(entry("results", format!("{rate}{age} ago")));
+    }
+    if let Some(checksum) = monitor.model_checksum() {
+        lines.push(entry("model", model(checksum, monitor.replacements().last(), now_us)));
+    }
+    if let Some(version) = monitor.version() {
+        let text = format!("{}, {} shapes", version.protocol, version.shapes);
+        lines.push(entry("protocol", text));
+    }
+    let title = match monitor.last() {
+        Some(last) => format!("Reading {}", last.what.sequence),
+        None => "No result yet".into(),
+    };
+    frame.render_widget(Paragraph::new(lines).block(titled(title)), area);
+}
+
+fn result(last: &MonitorResult) -> Vec<Line<'static>> {
+    let [first, second] = last.unbalance_g_mm;
+    let rows = [
+        ("plane 1", first, Style::new().fg(PLANE_COLOURS[0])),
+        ("plane 2", second, Style::new().fg(PLANE_COLOURS[1])),
+        ("static", last.static_g_mm, Style::new()),
+        ("dynamic 1", last.dynamic_g_mm, Style::new()),
+    ];
+    let mut lines: Vec<_> =
+        rows.map(|(name, vector, style)| entry(name, unbalance(vector)).style(style)).into();
+    let suspect = match last.suspect {
+        Some(bearing) => format!(", bearing {}", bearing_number(bearing)),
+        None => String::new(),
+    };
+    let residual = three_digits(f64::from(last.e_um));
+    lines.push(entry("residual", format!("{residual} µm, {}", percent(last.ratio))));
+    lines.push(entry("high for", format!("{}{suspect}", last.streak)));
+    lines
+}
+
+fn unbalance([x, y]: [f32; 2]) -> String {
+    let size = f64::from(x).hypot(f64::from(y));
+    let angle_deg = f64::from(y).atan2(f64::from(x)).to_degrees();
+    match size {
+        0.0 => "0".into(),
+        size if size.is_finite() => format!("{:>6} g·mm {angle_deg:>6.1}°", three_digits(size)),
+        _ => "not a number".into(),
+    }
+}
+
+fn model(checksum: u32, replaced: Option<&Timed<Replacement>>, now_us: u64) -> String {
+    match replaced {
+        Some(timed) => format!("{checksum:08x}, new {} ago", span(now_us.saturating_sub(timed.time_us))),
+        None => format!("{checksum:08x}"),
+    }
+}
+
+fn entry(name: &str, value: String) -> Line<'static> {
+    Line::from(vec![Span::styled(format!("{name:<10}"), Modifier::DIM), Span::raw(value)])
+}
+
+/// Draws the counters: all if there is room, else those that are not zero.
+pub fn counters(frame: &mut Frame, area: Rect, node: u8, monitor: &Monitor) {
+    let Some(c) = monitor.counters() else { return };
+    let all = [
+        ("readings", c.readings),
+        ("lost", c.lost),
+        ("rejected", c.rejected),
+        ("skipped", c.skipped),
+        ("unsolved", c.unsolved),
+        ("repeated", c.repeated),
+        ("late", c.late),
+        ("incomplete", c.incomplete),
+        ("stray", c.stray),
+        ("resynchronised", c.resynchronised),
+        ("overflowed", c.overflowed),
+        ("conflicts", c.conflicts),
+        ("cmd accepted", c.accepted),
+        ("cmd refused", c.refused),
+        ("cmd forged", c.forged),
+        ("cmd replayed", c.replayed),
+        ("cmd broken off", c.broken),
+        ("damaged results", monitor.damaged()),
+    ];
+    let rows = usize::from(area.height.saturating_sub(1));
+    let row = |(name, number): (&str, u16)| Line::from(format!("{name:<COUNTER_COLUMNS$}{number:>7}"));
+    let mut lines: Vec<Line> = if all.len() <= rows {
+        all.into_iter().map(row).collect()
+    } else {
+        let some: Vec<_> = all.into_iter().filter(|(_, number)| *number > 0).collect();
+        let zeros = all.len() - some.len();
+        let zeros = (zeros > 0).then(|| Line::from(format!("{zeros} others are 0")));
+        some.into_iter().map(row).chain(zeros).collect()
+    };
+    lines.truncate(rows);
+    frame.render_widget(Paragraph::new(lines).block(titled(format!("Counters of {node}"))), area);
+}

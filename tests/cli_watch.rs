@@ -1,0 +1,406 @@
+//! `rotor-edge watch` as a user meets it: real programs, real sockets, a real terminal.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, Command, Output, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use rotor_edge::bus::{CanBus, open};
+use rotor_edge::edge::{Deployment, EdgeModel};
+use rotor_edge::node::serve;
+use rotor_edge::sample;
+use rotor_edge_core::can::{
+    Message, MonitorResult, NumberedReading, PROTOCOL_VERSION, ResultAssembler, reading_frames,
+};
+use rotor_edge_core::node::NodeConfig;
+use serde_json::Value;
+
+/// Far longer than anything here takes, on a busy machine too.
+const PATIENCE: Duration = Duration::from_secs(20);
+const NODE: u8 = 4;
+
+fn rotor_edge(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rotor-edge")).args(arguments).stdin(Stdio::null()).output().unwrap()
+}
+
+/// The one sentence that it fails with.
+fn refusal(arguments: &[&str]) -> String {
+    one_sentence(&rotor_edge(arguments))
+}
+
+fn one_sentence(output: &Output) -> String {
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(output.stdout.is_empty(), "nothing half-done on standard output");
+    assert_eq!(message.trim_end().lines().count(), 1, "one sentence: {message}");
+    message
+}
+
+#[track_caller]
+fn assert_says(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(message.contains(part), "\"{part}\" is missing in: {message}");
+    }
+}
+
+/// A running `rotor-edge bus` on free ports.
+struct Bus {
+    program: Child,
+    opened: Value,
+}
+
+impl Bus {
+    fn start() -> Self {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+            .args(["bus", "--json", "--slcan", "0", "--socketcand", "0"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let lines = BufReader::new(program.stdout.take().unwrap()).lines();
+        let mut text = String::new();
+        for line in lines {
+            let line = line.unwrap();
+            text += &line;
+            if line == "}" {
+                break;
+            }
+        }
+        Self { program, opened: serde_json::from_str(&text).expect(&text) }
+    }
+
+    fn slcan(&self) -> &str {
+        self.opened["slcan"].as_str().unwrap()
+    }
+
+    fn socketcand(&self) -> &str {
+        self.opened["socketcand"].as_str().unwrap()
+    }
+
+    /// Another participant of the bus.
+    fn join(&self) -> Box<dyn CanBus> {
+        open(self.slcan()).unwrap()
+    }
+
+    fn kill(mut self) {
+        self.program.kill().unwrap();
+        self.program.wait().unwrap();
+    }
+}
+
+impl Drop for Bus {
+    fn drop(&mut self) {
+        // gone already, unless it is still needed
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+/// Waits until somebody on the bus asks for versions, as `watch` does when it has joined.
+fn await_question(bus: &mut dyn CanBus) {
+    let begun = Instant::now();
+    while begun.elapsed() < PATIENCE {
+        let heard = bus.receive(Duration::from_millis(50)).unwrap();
+        if heard.is_some_and(|frame| Message::decode(&frame).is_ok_and(|(_, m)| m == Message::VersionQuery)) {
+            return;
+        }
+    }
+    panic!("nobody asks for versions");
+}
+
+/// Waits for two heartbeats of the monitor that count so many readings.
+fn await_heartbeats(bus: &mut dyn CanBus, number: usize) {
+    let begun = Instant::now();
+    let mut heard = 0;
+    while heard < 2 {
+        assert!(begun.elapsed() < PATIENCE, "no heartbeat with {number} readings");
+        let Some(frame) = bus.receive(Duration::from_millis(50)).unwrap() else { continue };
+        let message = Message::decode(&frame).map(|(_, message)| message);
+        heard += usize::from(
+            matches!(message, Ok(Message::Heartbeat { readings, .. }) if usize::from(readings) == number),
+        );
+    }
+}
+
+fn terminate(pid: &str, signal: &str) {
+    assert!(Command::new("kill").args([signal, pid]).status().unwrap().success());
+}
+
+fn model() -> (EdgeModel, Deployment) {
+    let (mut rotor, ..) = sample::load().unwrap();
+    for (plane, unbalance) in rotor.plane.iter_mut().zip([900.0, 700.0]) {
+        (plane.unbalance_g_mm, plane.angle_deg) = (Some(unbalance), Some(40.0));
+    }
+    let deployment = Deployment::new(&rotor, 11_500.0).unwrap();
+    (deployment.edge.clone(), deployment)
+}
+
+/// The sample's first days, told to the monitor; what it answered.
+fn tell_readings(host: &mut dyn CanBus, deployment: &Deployment, number: usize) -> Vec<MonitorResult> {
+    let (_, record, _) = sample::load().unwrap();
+    let (mut answers, mut assembler) = (Vec::new(), ResultAssembler::new());
+    let complete = record.iter().map(|measured| deployment.reading(measured)).filter(|r| r.is_complete());
+    for (sequence, reading) in complete.take(number).enumerate() {
+        for frame in reading_frames(NODE, &NumberedReading::new(sequence as u16, reading)) {
+            host.send(&frame).unwrap();
+        }
+        let begun = Instant::now();
+        while answers.len() <= sequence {
+            assert!(begun.elapsed() < PATIENCE, "no answer to reading {sequence}");
+            if let Some(frame) = host.receive(Duration::from_millis(5)).unwrap() {
+                answers.extend(assembler.receive(&frame));
+            }
+        }
+    }
+    answers
+}
+
+/// Runs a monitor on the bus beside `work`.
+fn beside_a_monitor<T>(bus: &Bus, model: EdgeModel, work: impl FnOnce() -> T) -> T {
+    let mut port = bus.join();
+    let stop = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let served = scope.spawn(|| serve(&mut *port, NodeConfig::new(NODE), model, None, &stop).unwrap());
+        let result = work();
+        stop.store(true, Ordering::Relaxed);
+        served.join().unwrap();
+        result
+    })
+}
+
+#[test]
+fn json_tells_all_that_a_monitor_on_a_real_bus_said_and_the_log_holds_every_frame() {
+    let bus = Bus::start();
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("heard.log");
+    let (edge, deployment) = model();
+    let (said, answers) = beside_a_monitor(&bus, edge.clone(), || {
+        let mut host = bus.join();
+        let watch = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+            .args(["watch", "--bus", bus.socketcand(), "--json", "--record"])
+            .arg(&log)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        await_question(&mut *host);
+        // ready once it has told its state twice; the same after the readings, so that `watch` has heard it as well
+        await_heartbeats(&mut *host, 0);
+        let answers = tell_readings(&mut *host, &deployment, 20);
+        await_heartbeats(&mut *host, answers.len());
+        terminate(&watch.id().to_string(), "-TERM");
+        (watch.wait_with_output().unwrap(), answers)
+    });
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    let all: Value = serde_json::from_slice(&said.stdout).expect("one JSON object");
+    assert_eq!(all["bus"]["name"], bus.socketcand());
+    assert!(all["bus"]["load_percent"].as_f64().unwrap() > 0.0);
+    let [monitor] = &all["monitors"].as_array().unwrap()[..] else { panic!("one monitor: {all}") };
+    assert_eq!((&monitor["node"], &monitor["version"]["protocol"]), (&NODE.into(), &PROTOCOL_VERSION.into()));
+    assert_eq!(monitor["model_checksum"], format!("{:08x}", edge.checksum()));
+    assert_eq!((&monitor["silent"], &monitor["conflict"]), (&false.into(), &false.into()));
+    assert_eq!(monitor["counters"]["readings"], answers.len());
+    let history = monitor["history"].as_array().unwrap();
+    assert_eq!(history.len(), answers.len());
+    for (heard, answer) in history.iter().zip(&answers) {
+        assert_eq!(heard["sequence"], answer.sequence);
+        assert_eq!(heard["ratio"].as_f64().unwrap() as f32, answer.ratio);
+        let [x, y] = answer.unbalance_g_mm[0].map(f64::from);
+        let [size, angle_deg] =
+            ["unbalance_g_mm", "angle_deg"].map(|key| heard["planes"][0][key].as_f64().unwrap());
+        assert!((size - x.hypot(y)).abs() <= 1e-9 * size);
+        assert!((angle_deg - y.atan2(x).to_degrees()).abs() < 1e-9);
+    }
+    // all that was heard, and the one question
+    let lines = std::fs::read_to_string(&log).unwrap().lines().count() as u64;
+    assert_eq!(lines, all["bus"]["frames"].as_u64().unwrap() + 1);
+}
+
+#[test]
+fn without_a_terminal_it_says_to_use_json_and_touches_no_file() {
+    let bus = Bus::start();
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("none.log");
+    let said = refusal(&["watch", "--bus", bus.slcan(), "--record", log.to_str().unwrap()]);
+    assert_says(&said, &["standard output is none", "use --json", "--seconds S"]);
+    assert!(!Path::new(&log).exists());
+}
+
+#[test]
+fn a_monitor_that_is_not_there_and_arguments_that_cannot_be_are_refused() {
+    let bus = Bus::start();
+    let json = ["watch", "--bus", bus.slcan(), "--json", "--seconds", "0.3"];
+    assert_says(&refusal(&[&json[..], &["--node", "7"]].concat()), &["nothing was heard of monitor 7"]);
+    let empty = rotor_edge(&json);
+    assert!(empty.status.success());
+    let all: Value = serde_json::from_slice(&empty.stdout).unwrap();
+    assert_eq!(all["monitors"], Value::Array(vec![]));
+    assert_says(&refusal(&[&json[..], &["--bit-rate", "5"]].concat()), &["--bit-rate 5", "1000000"]);
+    for wrong in [["--node", "31"], ["--seconds", "0"], ["--seconds", "-1"], ["--seconds", "inf"]] {
+        let [name, value] = wrong;
+        let arguments = ["watch", "--json", "--bus", bus.slcan(), &format!("{name}={value}")];
+        assert_eq!(rotor_edge(&arguments).status.code(), Some(2), "{wrong:?}");
+    }
+}
+
+#[test]
+fn a_bus_that_goes_away_while_listening_is_one_sentence() {
+    let bus = Bus::start();
+    let mut host = bus.join();
+    let watch = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+        .args(["watch", "--bus", bus.slcan(), "--json"])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    await_question(&mut *host);
+    bus.kill();
+    let said = one_sentence(&watch.wait_with_output().unwrap());
+    assert_says(&said, &["slcan:127.0.0.1", "closed by the other side"]);
+}
+
+/// `rotor-edge watch` on a terminal of its own, 80 by 24, made by `script`.
+#[cfg(target_os = "linux")]
+struct OnTerminal {
+    program: Child,
+    keys: ChildStdin,
+    heard: std::sync::mpsc::Receiver<u8>,
+    shown: Vec<u8>,
+}
+
+#[cfg(target_os = "linux")]
+impl OnTerminal {
+    fn start(bus: &Bus) -> Self {
+        let program = env!("CARGO_BIN_EXE_rotor-edge");
+        let line =
+            format!("stty rows 24 cols 80; echo pid=$$.; exec '{program}' watch --bus {}", bus.slcan());
+        let mut program = Command::new("script")
+            .args(["-qefc", &line, "/dev/null"])
+            .env("TERM", "xterm-256color")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("script, of util-linux");
+        let (sender, heard) = std::sync::mpsc::channel();
+        let stdout = program.stdout.take().unwrap();
+        std::thread::spawn(move || {
+            for byte in BufReader::new(stdout).bytes() {
+                // the test may be over
+                let _ = sender.send(byte.unwrap());
+            }
+        });
+        let keys = program.stdin.take().unwrap();
+        Self { program, keys, heard, shown: Vec::new() }
+    }
+
+    /// Waits until this was written where the terminal was empty before; blanks are skipped in writing.
+    fn await_word(&mut self, word: &str) {
+        let begun = Instant::now();
+        while !self.all().contains(word) {
+            assert!(begun.elapsed() < PATIENCE, "{word:?} is missing in {:?}", self.all());
+            if let Ok(byte) = self.heard.recv_timeout(Duration::from_millis(50)) {
+                self.shown.push(byte);
+            }
+        }
+    }
+
+    fn all(&self) -> String {
+        String::from_utf8_lossy(&self.shown).into_owned()
+    }
+
+    fn pid(&self) -> String {
+        let all = self.all();
+        let (_, rest) = all.split_once("pid=").unwrap();
+        rest.split_once('.').unwrap().0.to_string()
+    }
+
+    fn key(&mut self, key: &str) {
+        self.keys.write_all(key.as_bytes()).unwrap();
+        self.keys.flush().unwrap();
+    }
+
+    /// Waits for the end; exit code and all that was shown.
+    fn end(mut self) -> (Option<i32>, String) {
+        let code = self.program.wait().unwrap().code();
+        self.shown.extend(self.heard.iter());
+        (code, self.all())
+    }
+}
+
+/// What stands after the terminal was given back: the usual screen and the cursor.
+#[cfg(target_os = "linux")]
+fn after_restoring(shown: &str) -> String {
+    const LEAVE_SCREEN: &str = "\x1b[?1049l";
+    const SHOW_CURSOR: &str = "\x1b[?25h";
+    assert!(shown.contains("\x1b[?1049h"), "it had a screen of its own: {shown:?}");
+    let (_, after) = shown.rsplit_once(LEAVE_SCREEN).expect("the usual screen comes back");
+    assert!(after.contains(SHOW_CURSOR), "the cursor comes back: {after:?}");
+    after.replace(SHOW_CURSOR, "").trim().to_string()
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn on_a_terminal_it_shows_the_monitor_and_q_gives_the_terminal_back() {
+    let bus = Bus::start();
+    let (edge, deployment) = model();
+    beside_a_monitor(&bus, edge, || {
+        let mut terminal = OnTerminal::start(&bus);
+        let mut host = bus.join();
+        // the counters of a monitor, then the unbalance in its results
+        terminal.await_word("overflowed");
+        tell_readings(&mut *host, &deployment, 5);
+        terminal.await_word("static");
+        terminal.key("p");
+        terminal.await_word("PAUSED");
+        terminal.key("q");
+        let (code, shown) = terminal.end();
+        assert_eq!((code, after_restoring(&shown).as_str()), (Some(0), ""));
+    });
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn interrupt_and_a_lost_bus_give_the_terminal_back_as_well() {
+    for (signal, key) in [(Some("-TERM"), None), (Some("-INT"), None), (None, Some("\x03"))] {
+        let bus = Bus::start();
+        let mut terminal = OnTerminal::start(&bus);
+        terminal.await_word("Nothing");
+        if let Some(signal) = signal {
+            terminate(&terminal.pid(), signal);
+        }
+        key.iter().for_each(|key| terminal.key(key));
+        let (code, shown) = terminal.end();
+        assert_eq!((code, after_restoring(&shown).as_str()), (Some(0), ""), "{signal:?} {key:?}");
+    }
+    let bus = Bus::start();
+    let mut terminal = OnTerminal::start(&bus);
+    terminal.await_word("Nothing");
+    bus.kill();
+    let (code, shown) = terminal.end();
+    let said = after_restoring(&shown);
+    assert_eq!((code, said.lines().count()), (Some(1), 1), "{said}");
+    assert_says(&said, &["rotor-edge: slcan:127.0.0.1", "closed by the other side"]);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_terminal_that_is_closed_ends_it() {
+    let bus = Bus::start();
+    let mut terminal = OnTerminal::start(&bus);
+    terminal.await_word("Nothing");
+    // the keyboard is in use by now
+    terminal.key("p");
+    terminal.await_word("PAUSED");
+    let of_process = format!("/proc/{}", terminal.pid());
+    assert!(Path::new(&of_process).exists());
+    terminal.program.kill().unwrap();
+    terminal.program.wait().unwrap();
+    let begun = Instant::now();
+    while Path::new(&of_process).exists() {
+        assert!(begun.elapsed() < PATIENCE, "it is still there without its terminal");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}

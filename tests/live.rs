@@ -1,0 +1,123 @@
+//! The main job over buses in real time: same numbers to the bit as in simulated time, and deployment to a live monitor.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rotor_edge::bus::CanBus;
+use rotor_edge::bus::local::local_bus;
+use rotor_edge::deploy::{await_heartbeat, command};
+use rotor_edge::edge::{Deployment, EdgeModel};
+use rotor_edge::node::{Served, Store, serve};
+use rotor_edge::replay::live::{run_with_foreign_monitor, run_with_own_monitor};
+use rotor_edge::replay::{self, ReplayConfig};
+use rotor_edge::sample;
+use rotor_edge_core::command::{Command, Key};
+use rotor_edge_core::node::NodeConfig;
+use rotor_edge_desktop::measurement::Reading;
+
+const KEY: Key = Key([3; 32]);
+
+fn machine() -> (Deployment, Vec<Reading>) {
+    let (mut rotor, record, _) = sample::load().unwrap();
+    for (plane, unbalance) in rotor.plane.iter_mut().zip([900.0, 700.0]) {
+        (plane.unbalance_g_mm, plane.angle_deg) = (Some(unbalance), Some(40.0));
+    }
+    (Deployment::new(&rotor, 11_500.0).unwrap(), record)
+}
+
+fn encoded(model: &EdgeModel) -> Vec<u8> {
+    let mut bytes = vec![0; EdgeModel::max_size_bytes()];
+    let length = model.encode(&mut bytes).unwrap();
+    bytes.truncate(length);
+    bytes
+}
+
+/// Runs a monitor with a key beside `host`'s work on the same bus.
+fn beside_a_monitor<T>(
+    model: &EdgeModel,
+    mut store: Option<Store>,
+    work: impl FnOnce(&mut dyn CanBus) -> T,
+) -> (T, Served) {
+    let [mut host, mut monitor] = <[_; 2]>::try_from(local_bus(2)).ok().unwrap();
+    let config = NodeConfig { key: Some(KEY), ..NodeConfig::new(1) };
+    let stop = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let served = scope.spawn(|| serve(&mut monitor, config, model.clone(), store.take(), &stop).unwrap());
+        let result = work(&mut host);
+        stop.store(true, Ordering::Relaxed);
+        (result, served.join().unwrap())
+    })
+}
+
+#[test]
+fn a_record_over_a_bus_in_real_time_gives_the_same_numbers_to_the_bit() {
+    let (deployment, record) = machine();
+    let config = ReplayConfig::default();
+    let simulated = replay::run(&deployment, &record, &config, |_| ()).unwrap();
+    let [mut host, mut monitor] = <[_; 2]>::try_from(local_bus(2)).ok().unwrap();
+    let live = run_with_own_monitor(&mut host, &mut monitor, &deployment, &record, &config, |_| ()).unwrap();
+    assert_eq!(live.answers.len(), simulated.answers.len());
+    for (a, b) in live.answers.iter().zip(&simulated.answers) {
+        assert_eq!((a.row, a.result), (b.row, b.result));
+    }
+    assert_eq!(live.counters, simulated.counters);
+    assert_eq!(live.traffic.lost, 0);
+}
+
+#[test]
+fn a_model_deployed_to_a_live_monitor_gives_the_numbers_of_that_model_and_survives_a_restart() {
+    let (deployment, record) = machine();
+    let mut better = deployment.edge.clone();
+    better.supports[0].mass_kg += 1.0;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("monitor.state");
+    let fresh = Deployment { edge: better.clone(), ..machine().0 };
+    let config = ReplayConfig::default();
+    let expected = replay::run(&fresh, &record[..50], &config, |_| ()).unwrap();
+    let play = |host: &mut dyn CanBus, counter| {
+        command(host, &KEY, 1, counter, Command::Restart, &[], |_| ()).unwrap();
+        run_with_foreign_monitor(host, &fresh, &record[..50], &config, |_| ()).unwrap()
+    };
+    let (answers, served) = beside_a_monitor(&deployment.edge, Some(Store::open(&path).unwrap()), |host| {
+        await_heartbeat(host, 1).unwrap();
+        let model = encoded(&better);
+        let answer = command(host, &KEY, 1, 10, Command::Deploy, &model, |_| ()).unwrap();
+        assert_eq!(answer.model_checksum, better.checksum());
+        play(host, 11).answers
+    });
+    assert_eq!(served.counters.accepted, 2);
+    let (again, _) = beside_a_monitor(&deployment.edge, Some(Store::open(&path).unwrap()), |host| {
+        let replayed = command(host, &KEY, 1, 11, Command::Restart, &[], |_| ()).unwrap_err().to_string();
+        assert!(replayed.contains("--counter 12"), "{replayed}");
+        play(host, 12).answers
+    });
+    for answers in [answers, again] {
+        assert_eq!(answers.len(), expected.answers.len());
+        for (a, b) in answers.iter().zip(&expected.answers) {
+            assert_eq!((a.row, a.result), (b.row, b.result));
+        }
+    }
+}
+
+#[test]
+fn refusals_say_what_to_do() {
+    let (deployment, _) = machine();
+    let (messages, served) = beside_a_monitor(&deployment.edge, None, |host| {
+        let mut bad = deployment.edge.clone();
+        bad.supports.truncate(1);
+        let attempt = |host: &mut dyn CanBus, key: &Key, node, counter, body: &[u8]| {
+            command(host, key, node, counter, Command::Deploy, body, |_| ()).unwrap_err().to_string()
+        };
+        [
+            (attempt(host, &Key([4; 32]), 1, 1, &encoded(&deployment.edge)), "another key"),
+            (attempt(host, &KEY, 1, 1, &encoded(&bad)), "refuses the model because of Supports"),
+            (attempt(host, &KEY, 1, 1, &[0; 40]), "refuses the model because of Schema"),
+            (attempt(host, &KEY, 2, 1, &encoded(&deployment.edge)), "monitor 2 does not answer"),
+            (await_heartbeat(host, 5).unwrap_err().to_string(), "no monitor 5"),
+        ]
+    });
+    for (message, part) in messages {
+        assert!(message.contains(part), "\"{part}\" is missing in: {message}");
+    }
+    let c = served.counters;
+    assert_eq!((c.accepted, c.forged, c.refused), (0, 1, 2));
+}

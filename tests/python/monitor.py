@@ -1,0 +1,155 @@
+"""The protocol as a user's script speaks it: python-can, the DBC file, zlib and hmac; nothing of rotor-edge's code."""
+
+import binascii
+import csv
+import hashlib
+import hmac
+import struct
+import time
+from pathlib import Path
+
+import can
+import cantools
+
+ROOT = Path(__file__).resolve().parents[2]
+DBC = cantools.database.load_file(ROOT / "core" / "rotor-edge.dbc")
+NODE_BITS = 0x1F
+EVERYBODY = 31
+FEATURES = ["Probe1X", "Probe1Y", "Probe2X", "Probe2Y"]
+RESULT = ["Status", "UnbalancePlane1", "UnbalancePlane2", "StaticUnbalance", "DynamicUnbalance", "Residual"]
+
+DEPLOY, RESTART = 1, 2
+OUTCOMES = ["accepted", "malformed", "no key", "forged", "replayed", "model", "storage"]
+CODE_BYTES = 16
+
+
+def message(name, node, **signals):
+    """A frame to send."""
+    kind = DBC.get_message_by_name(name)
+    return can.Message(
+        arbitration_id=kind.frame_id + node, data=kind.encode(signals), is_extended_id=False, dlc=kind.length
+    )
+
+
+def decode(received, **options):
+    """Name, node and signals of a frame; ``None`` if it is none of ours."""
+    if received.is_extended_id or received.is_error_frame or received.is_remote_frame:
+        return None
+    try:
+        kind = DBC.get_message_by_frame_id(received.arbitration_id & ~NODE_BITS)
+    except KeyError:
+        return None
+    return kind.name, received.arbitration_id & NODE_BITS, kind.decode(received.data, **options)
+
+
+def checksum(messages):
+    return binascii.crc32(b"".join(bytes(m.data) for m in messages))
+
+
+def reading(node, sequence, speed_rpm, probes, keyphasor="Locked"):
+    """The six frames of a reading; ``probes`` is [(cos, sin) or None] in um, bearing 1 X, Y, bearing 2 X, Y."""
+    lost = (float("nan"), float("nan"))
+    valid = {f"{name}Valid": int(probe is not None) for name, probe in zip(FEATURES, probes)}
+    frames = [message("ReadingStart", node, Sequence=sequence, Keyphasor=keyphasor, Speed=speed_rpm, **valid)]
+    for name, probe in zip(FEATURES, probes):
+        cos, sin = probe or lost
+        frames.append(message(name, node, Cos=cos, Sin=sin))
+    end = message("ReadingEnd", node, Sequence=sequence, Vectors=len(probes), Checksum=checksum(frames))
+    return frames + [end]
+
+
+class Results:
+    """Puts the results of one monitor together."""
+
+    def __init__(self, node):
+        self.node, self.frames = node, {}
+
+    def take(self, received):
+        """The result that this frame completes."""
+        decoded = decode(received, decode_choices=False)
+        if decoded is None or decoded[1] != self.node:
+            return None
+        name, _, signals = decoded
+        if name == "Status":
+            self.frames = {}
+        if name in RESULT:
+            self.frames[name] = received, signals
+        if name != "ResultEnd":
+            return None
+        assert list(self.frames) == RESULT, f"result {signals['Sequence']} came as {list(self.frames)}"
+        assert signals["Checksum"] == checksum(frame for frame, _ in self.frames.values())
+        assert signals["Sequence"] == self.frames["Status"][1]["Sequence"] and signals["Frames"] == len(RESULT)
+        return {name: parts for name, (_, parts) in self.frames.items()}
+
+
+def read_record(path):
+    """Speed and probes of each row, in the order of the file's columns; ``None`` for a probe that was lost."""
+    with open(path, newline="") as file:
+        rows = list(csv.DictReader(file))
+    columns = [name for name in rows[0] if name.endswith("_um")]
+    record = []
+    for row in rows:
+        numbers = [float(row[name]) if row[name] else None for name in columns]
+        pairs = list(zip(numbers[0::2], numbers[1::2]))
+        record.append((float(row["speed_rpm"]), [None if None in pair else pair for pair in pairs]))
+    return record
+
+
+def wait_for(bus, name, node, seconds=10.0, accept=lambda signals: True):
+    """The next such message of a monitor."""
+    end = time.monotonic() + seconds
+    while (left := end - time.monotonic()) > 0:
+        received = bus.recv(left)
+        decoded = received and decode(received)
+        if decoded and decoded[:2] == (name, node) and accept(decoded[2]):
+            return decoded[2]
+    raise TimeoutError(f"no {name} of monitor {node} within {seconds} s")
+
+
+def collect(bus, node, last, seconds=20.0):
+    """Results by the number of their reading, until that of reading ``last``; {sequence: result}."""
+    results, answers = Results(node), {}
+    end = time.monotonic() + seconds
+    while last not in answers:
+        assert time.monotonic() < end, f"no answer to reading {last}, only to {list(answers)}"
+        received = bus.recv(1.0)
+        result = received and results.take(received)
+        if result:
+            answers[result["Status"]["Sequence"]] = result
+    return answers
+
+
+def play(bus, node, rows):
+    """Sends each reading and waits for its answer; {row: result}. A reading with a lost probe is not answered."""
+    answers = {}
+    for row, (speed_rpm, probes) in enumerate(rows):
+        for frame in reading(node, row, speed_rpm, probes):
+            bus.send(frame)
+        if None not in probes:
+            answers |= collect(bus, node, row)
+    return answers
+
+
+def request(key, node, command, counter, body=b""):
+    """The bytes of a command."""
+    signed = struct.pack("<BBBBQ", 1, command, node, 0, counter) + body
+    return signed + code(key, signed)
+
+
+def code(key, data):
+    return hmac.new(key, data, hashlib.sha256).digest()[:CODE_BYTES]
+
+
+def answer(key, node, command, outcome, counter, model_checksum, to):
+    """The bytes of a monitor's answer to a request."""
+    head = struct.pack("<BBBBQII", 1, command, node, OUTCOMES.index(outcome), counter, model_checksum, 0)
+    return head + code(key, head + to[-CODE_BYTES:])
+
+
+def open_answer(key, data, to):
+    """Outcome, last counter accepted and checksum of the model in use; the answer must be the monitor's own."""
+    head, given = data[:-CODE_BYTES], data[-CODE_BYTES:]
+    assert hmac.compare_digest(given, code(key, head + to[-CODE_BYTES:])), "not the monitor's own answer"
+    version, _, _, outcome, counter, model_checksum, _ = struct.unpack("<BBBBQII", head)
+    assert version == 1
+    return OUTCOMES[outcome], counter, model_checksum
