@@ -7,7 +7,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::grade::{Grade, Rigid};
-use super::{AtSpeed, Balanced, Plan, least_vibration, rms};
+use super::{AtSpeed, Balanced, LeastVibration, NormalEquations, Plan, Squares};
 use crate::error::Error;
 use crate::identify::assumed_noise;
 use crate::measurement::{Reading, rpm};
@@ -91,7 +91,16 @@ pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Resu
     let planes = plan.planes.len();
     let per_weight = DMatrix::from_fn(coefficients.len(), planes, |i, j| coefficients[i].per_weight[j]);
     let before = DVector::from_iterator(coefficients.len(), coefficients.iter().map(|c| c.before));
-    let (wanted, inverse) = least_vibration(&per_weight, &before)?;
+    let mut equations = NormalEquations::of(&per_weight, &before);
+    // squares of measured coefficients are too large by their variance, which would make the weights too small
+    for c in &coefficients {
+        let excess = |j: usize, k: usize| 2.0 * c.covariance[(k, j + 1)];
+        for j in 0..planes {
+            equations.right[j] -= excess(j, 0);
+            (0..planes).for_each(|k| equations.matrix[(j, k)] -= excess(j, k + 1));
+        }
+    }
+    let LeastVibration { weights_kg_m: wanted, inverse } = equations.solve()?;
     let weights = plan.weights(wanted.as_slice());
     let variance = |c: &Coefficients, w: &dyn Fn(usize) -> C| {
         let v = DVector::from_fn(c.covariance.nrows(), |i, _| match i {
@@ -107,23 +116,17 @@ pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Resu
     });
     let moved = &inverse * (spread.adjoint() * &spread) * &inverse;
     let sd_kg_m: Vec<f64> = (0..planes).map(|j| moved[(j, j)].re.max(0.0).sqrt()).collect();
-    let mut vibration: Vec<AtSpeed> = Vec::new();
-    let mut here = 0;
-    while here < coefficients.len() {
-        let speed_rpm = coefficients[here].speed_rpm;
-        let all = coefficients[here..].iter().take_while(|c| c.speed_rpm == speed_rpm);
-        let (mut sums, mut count) = ([0.0; 3], 0);
-        for c in all {
+    let (mut vibration, mut all): (Vec<AtSpeed>, Squares) = Default::default();
+    for at_speed in coefficients.chunk_by(|a, b| a.speed_rpm == b.speed_rpm) {
+        let mut here = Squares::default();
+        for c in at_speed {
             let placed = |k: usize| weights[k].unbalance_kg_m;
             let after = (0..planes).fold(c.before, |sum, k| sum + c.per_weight[k] * placed(k));
-            sums[0] += c.before.norm_sqr();
-            sums[1] += after.norm_sqr();
-            sums[2] += 2.0 * variance(c, &placed);
-            count += 1;
+            let noise = [variance(c, &|_| C::from(0.0)), variance(c, &placed)].map(|v| 2.0 * v);
+            here.add([c.before.norm_sqr() - noise[0], after.norm_sqr() - noise[1], noise[1]], 1);
         }
-        let [before_m, after_m, after_sd_m] = sums.map(|s| rms(s, count));
-        vibration.push(AtSpeed { speed_rpm, before_m, after_m, after_sd_m });
-        here += count;
+        vibration.push(here.at_speed(at_speed[0].speed_rpm));
+        all.add(here.m2, here.count);
     }
     let rigid = Rigid::of(rotor);
     let positions = plan.positions_m(rotor);
@@ -141,6 +144,7 @@ pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Resu
         sd_kg_m,
         weights,
         vibration,
+        overall: all.overall(),
         grade,
         chi2_per_value,
     })

@@ -64,6 +64,8 @@ pub struct Balanced {
     pub weights: Vec<Weight>,
     /// Vibration before and after, by speed.
     pub vibration: Vec<AtSpeed>,
+    /// The same over all speeds.
+    pub overall: Overall,
     /// Quality grade before and after.
     pub grade: Grade,
     /// χ² per real number of what the weights come from: the model's fit, or trial runs that exceed what the
@@ -71,26 +73,50 @@ pub struct Balanced {
     pub chi2_per_value: Option<f64>,
 }
 
-impl Balanced {
-    /// Root mean square over speeds of a quantity, m.
-    fn over_speeds(&self, of: impl Fn(&AtSpeed) -> f64) -> f64 {
-        (self.vibration.iter().map(|v| of(v).powi(2)).sum::<f64>() / self.vibration.len().max(1) as f64)
-            .sqrt()
-    }
+/// Vibration over all speeds and probes, root mean square of amplitudes, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Overall {
+    /// Without the weights.
+    pub before_m: f64,
+    /// With them.
+    pub after_m: f64,
+    /// How far off that may be: standard deviation of the motion left.
+    pub after_sd_m: f64,
+}
 
-    /// Vibration before, after, and the standard deviation of the latter, over speeds and probes, m.
-    pub fn overall_m(&self) -> [f64; 3] {
-        [
-            self.over_speeds(|v| v.before_m),
-            self.over_speeds(|v| v.after_m),
-            self.over_speeds(|v| v.after_sd_m),
-        ]
-    }
-
+impl Overall {
     /// Share of the vibration that the weights take away.
     pub fn reduction(&self) -> f64 {
-        let [before, after, _] = self.overall_m();
-        1.0 - after / before.max(f64::MIN_POSITIVE)
+        1.0 - self.after_m / self.before_m.max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Sums of squared amplitudes: before, after, and the variance of what is left.
+#[derive(Debug, Clone, Copy, Default)]
+struct Squares {
+    m2: [f64; 3],
+    count: usize,
+}
+
+impl Squares {
+    fn add(&mut self, m2: [f64; 3], count: usize) {
+        (0..3).for_each(|i| self.m2[i] += m2[i]);
+        self.count += count;
+    }
+
+    /// Root mean squares; what noise was taken off of may be less than nothing, which is nothing.
+    fn rms_m(&self) -> [f64; 3] {
+        self.m2.map(|sum| (sum.max(0.0) / self.count.max(1) as f64).sqrt())
+    }
+
+    fn at_speed(&self, speed_rpm: f64) -> AtSpeed {
+        let [before_m, after_m, after_sd_m] = self.rms_m();
+        AtSpeed { speed_rpm, before_m, after_m, after_sd_m }
+    }
+
+    fn overall(&self) -> Overall {
+        let [before_m, after_m, after_sd_m] = self.rms_m();
+        Overall { before_m, after_m, after_sd_m }
     }
 }
 
@@ -122,27 +148,38 @@ impl Plan {
     }
 }
 
-/// The weights that make `Σ |before + per_weight · w|²` least, and the inverse of the normal matrix.
-fn least_vibration(per_weight: &DMatrix<C>, before: &DVector<C>) -> Result<(DVector<C>, DMatrix<C>), Error> {
-    let normal = per_weight.adjoint() * per_weight;
-    let size = normal.diagonal().map(|d| d.re.sqrt());
-    let scaled =
-        DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| normal[(i, j)] / (size[i] * size[j]));
-    let condition = scaled.clone().svd(false, false).singular_values;
-    if condition.iter().any(|s| !s.is_finite() || *s < ALIKE) {
-        return Err(Error::Unsuitable(
-            "the correction planes act alike on every probe at these speeds; choose fewer planes, or more speeds".into(),
-        ));
+/// Normal equations of the weights that make `Σ |before + per_weight · w|²` least.
+struct NormalEquations {
+    matrix: DMatrix<C>,
+    right: DVector<C>,
+}
+
+/// Weights, and the inverse of the matrix that they solve.
+struct LeastVibration {
+    weights_kg_m: DVector<C>,
+    inverse: DMatrix<C>,
+}
+
+impl NormalEquations {
+    fn of(per_weight: &DMatrix<C>, before: &DVector<C>) -> Self {
+        Self { matrix: per_weight.adjoint() * per_weight, right: per_weight.adjoint() * before }
     }
-    let inverse = normal.try_inverse().ok_or_else(|| Error::Unsuitable("no plane moves any probe".into()))?;
-    let weights = -(&inverse * per_weight.adjoint() * before);
-    Ok((weights, inverse))
+
+    fn solve(self) -> Result<LeastVibration, Error> {
+        let size = self.matrix.diagonal().map(|d| d.re.max(0.0).sqrt());
+        let scaled = self.matrix.map_with_location(|i, j, n| n / (size[i] * size[j]));
+        let values = scaled.clone().symmetric_eigenvalues();
+        if scaled.iter().any(|s| !s.re.is_finite()) || values.min() < ALIKE {
+            return Err(Error::Unsuitable(
+                "the correction planes act alike on every probe at these speeds; choose fewer planes, or more speeds"
+                    .into(),
+            ));
+        }
+        let inverse =
+            self.matrix.try_inverse().ok_or_else(|| Error::Unsuitable("no plane moves any probe".into()))?;
+        Ok(LeastVibration { weights_kg_m: -(&inverse * self.right), inverse })
+    }
 }
 
 /// Planes whose effects differ by less than this, relative, cannot share a correction.
 const ALIKE: f64 = 1e-6;
-
-/// Root mean square of amplitudes.
-fn rms(sum_of_squares: f64, count: usize) -> f64 {
-    (sum_of_squares / count.max(1) as f64).sqrt()
-}

@@ -4,7 +4,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::grade::{Grade, Rigid};
-use super::{AtSpeed, Balanced, Plan, least_vibration, rms};
+use super::{AtSpeed, Balanced, LeastVibration, NormalEquations, Plan, Squares};
 use crate::diagnose::best_fit;
 use crate::error::Error;
 use crate::measurement::{Reading, rpm};
@@ -72,22 +72,19 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
         speeds_rad_s,
     };
     let without = machine.with(&vec![C::from(0.0); plan.planes.len()])?;
-    let (wanted, inverse, per_weight) = solve(&machine)?;
+    let Solved { wanted, inverse, per_weight } = solve(&machine)?;
     let weights = plan.weights(&wanted);
     let placed: Vec<C> = weights.iter().map(|w| w.unbalance_kg_m).collect();
     let left = machine.with(&placed)?;
     let probes = rotor.probe.len();
-    let vibration = machine
-        .speeds_rad_s
-        .iter()
-        .zip(without.iter().zip(&left))
-        .map(|(speed, (before, after))| AtSpeed {
-            speed_rpm: rpm(*speed),
-            before_m: rms(before.motion.norm_squared(), probes),
-            after_m: rms(after.motion.norm_squared(), probes),
-            after_sd_m: rms(spread(&after.per_unbalance, &fit.unbalance_covariance), probes),
-        })
-        .collect();
+    let (mut vibration, mut all): (Vec<AtSpeed>, Squares) = Default::default();
+    for (speed, (before, after)) in machine.speeds_rad_s.iter().zip(without.iter().zip(&left)) {
+        let mut here = Squares::default();
+        let unknown = spread(&after.per_unbalance, &fit.unbalance_covariance);
+        here.add([before.motion.norm_squared(), after.motion.norm_squared(), unknown], probes);
+        vibration.push(here.at_speed(rpm(*speed)));
+        all.add(here.m2, here.count);
+    }
     // what is not known of the own unbalance, as the correction planes have to follow it
     let own = stacked(&left, |at| at.per_unbalance.clone());
     let follow = &inverse * per_weight.adjoint() * own;
@@ -100,12 +97,21 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
         sd_kg_m,
         weights,
         vibration,
+        overall: all.overall(),
         chi2_per_value: Some(fit.chi2_per_value),
     })
 }
 
-/// Weights, the inverse normal matrix and the influence of the correction planes where they are in place.
-fn solve(machine: &Machine) -> Result<(Vec<C>, DMatrix<C>, DMatrix<C>), Error> {
+/// Weights, and what they were solved with where they are in place.
+struct Solved {
+    wanted: Vec<C>,
+    /// Of the normal matrix.
+    inverse: DMatrix<C>,
+    /// Influence of the correction planes.
+    per_weight: DMatrix<C>,
+}
+
+fn solve(machine: &Machine) -> Result<Solved, Error> {
     let mut weights = vec![C::from(0.0); machine.planes.len()];
     let mut round = 0;
     loop {
@@ -115,11 +121,12 @@ fn solve(machine: &Machine) -> Result<(Vec<C>, DMatrix<C>, DMatrix<C>), Error> {
             stacked(&there, |at| DMatrix::from_column_slice(at.motion.len(), 1, at.motion.as_slice()));
         // what the machine would do without the weights, its supports as they are with them
         let before = motion.column(0) - &per_weight * DVector::from_column_slice(&weights);
-        let (next, inverse) = least_vibration(&per_weight, &before)?;
+        let LeastVibration { weights_kg_m: next, inverse } =
+            NormalEquations::of(&per_weight, &before).solve()?;
         let change: f64 = next.iter().zip(&weights).map(|(a, b)| (a - b).norm_sqr()).sum();
         round += 1;
         if change <= SETTLED.powi(2) * next.norm_squared() || round == ROUNDS {
-            return Ok((next.iter().copied().collect(), inverse, per_weight));
+            return Ok(Solved { wanted: next.iter().copied().collect(), inverse, per_weight });
         }
         weights = next.iter().copied().collect();
     }
