@@ -7,7 +7,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::grade::{Grade, Rigid};
-use super::{AtSpeed, Balanced, LeastVibration, NormalEquations, Plan, Squares};
+use super::{AtSpeed, Balanced, LeastVibration, Misfit, NormalEquations, Plan, Squares};
 use crate::error::Error;
 use crate::identify::assumed_noise;
 use crate::measurement::{Reading, rpm};
@@ -87,7 +87,7 @@ impl Trials {
 /// One sentence if the trial runs do not hold the coefficients of the chosen planes.
 pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Balanced, Error> {
     let trials = Trials::of(rotor, readings, plan)?;
-    let (coefficients, chi2_per_value) = coefficients(rotor, readings, plan, &trials)?;
+    let (coefficients, misfit) = coefficients(rotor, readings, plan, &trials)?;
     let planes = plan.planes.len();
     let per_weight = DMatrix::from_fn(coefficients.len(), planes, |i, j| coefficients[i].per_weight[j]);
     let before = DVector::from_iterator(coefficients.len(), coefficients.iter().map(|c| c.before));
@@ -146,18 +146,18 @@ pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Resu
         vibration,
         overall: all.overall(),
         grade,
-        chi2_per_value,
+        misfit,
     })
 }
 
-/// Coefficients of every probe at every speed that enough runs share, by speed; and χ² per real number
-/// beyond what the coefficients need.
+/// Coefficients of every probe at every speed that enough runs share, by speed; and the misfit
+/// of what the coefficients do not need.
 fn coefficients(
     rotor: &Rotor,
     readings: &[Reading],
     plan: &Plan,
     trials: &Trials,
-) -> Result<(Vec<Coefficients>, Option<f64>), Error> {
+) -> Result<(Vec<Coefficients>, Option<Misfit>), Error> {
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let [from, to] = plan.range_rpm;
     let mut order: Vec<usize> =
@@ -212,5 +212,6 @@ fn coefficients(
             if trials.positions_m.len() == 1 { "" } else { "s" }
         )));
     }
-    Ok((all, (freedom > 0).then(|| chi2 / freedom as f64)))
+    let misfit = || Misfit { chi2_per_value: chi2 / freedom as f64, freedom };
+    Ok((all, (freedom > 0).then(misfit)))
 }

@@ -18,6 +18,7 @@ mod tests;
 pub mod weights;
 
 use nalgebra::{Complex, DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::error::Error;
 use crate::rotor::Rotor;
@@ -68,9 +69,26 @@ pub struct Balanced {
     pub overall: Overall,
     /// Quality grade before and after.
     pub grade: Grade,
-    /// χ² per real number of what the weights come from: the model's fit, or trial runs that exceed what the
-    /// coefficients need; `None` where nothing is left to judge by.
-    pub chi2_per_value: Option<f64>,
+    /// Misfit of what the weights come from: the model's, or that of trial runs beyond what the coefficients
+    /// need; `None` where nothing is left to judge by.
+    pub misfit: Option<Misfit>,
+}
+
+/// χ² with its degrees of freedom.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Misfit {
+    /// χ² per degree of freedom: one if all of it is noise.
+    pub chi2_per_value: f64,
+    /// Degrees of freedom.
+    pub freedom: usize,
+}
+
+impl Misfit {
+    /// Chance of at least so much from noise alone.
+    pub fn chance(&self) -> f64 {
+        let freedom = self.freedom as f64;
+        ChiSquared::new(freedom).map_or(1.0, |c| c.sf(self.chi2_per_value * freedom))
+    }
 }
 
 /// Vibration over all speeds and probes, root mean square of amplitudes, m.

@@ -4,7 +4,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::grade::{Grade, Rigid};
-use super::{AtSpeed, Balanced, LeastVibration, NormalEquations, Plan, Squares};
+use super::{AtSpeed, Balanced, LeastVibration, Misfit, NormalEquations, Plan, Squares};
 use crate::diagnose::best_fit;
 use crate::error::Error;
 use crate::measurement::{Reading, rpm};
@@ -57,6 +57,7 @@ impl Machine {
 /// If the model cannot be fitted, or the planes act alike.
 pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Balanced, Error> {
     let fit = best_fit(rotor, readings)?;
+    let values = 2 * readings.iter().flat_map(|r| &r.probes).flatten().count();
     let [from, to] = plan.range_rpm;
     let mut speeds_rad_s: Vec<f64> =
         readings.iter().filter(|r| (from..=to).contains(&r.speed_rpm)).map(Reading::speed_rad_s).collect();
@@ -98,7 +99,7 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
         weights,
         vibration,
         overall: all.overall(),
-        chi2_per_value: Some(fit.chi2_per_value),
+        misfit: Some(Misfit { chi2_per_value: fit.chi2_per_value, freedom: values }),
     })
 }
 

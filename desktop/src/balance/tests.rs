@@ -115,7 +115,7 @@ fn without_noise_trial_runs_alone_give_the_opposite_of_the_hidden_unbalance() {
         assert!((w + own).norm() < 1e-9 * own.norm());
     }
     assert!(found.overall.reduction() > 1.0 - 1e-9);
-    assert_eq!(found.chi2_per_value, None, "three runs for three unknowns leave nothing to judge by");
+    assert_eq!(found.misfit, None, "three runs for three unknowns leave nothing to judge by");
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn both_ways_take_away_95_percent_of_the_true_vibration_in_one_shot_under_noise(
         }
         assert!(found.grade.after_at_most_mm_s < 0.1 * found.grade.before_mm_s);
     }
-    assert!((model.chi2_per_value.unwrap() - 1.0).abs() < 0.2);
+    assert!((model.misfit.unwrap().chi2_per_value - 1.0).abs() < 0.2);
 }
 
 #[test]

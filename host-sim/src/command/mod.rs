@@ -2,6 +2,7 @@
 
 mod add;
 mod answer;
+pub mod balance;
 mod bus;
 mod compare;
 mod decode;
@@ -68,6 +69,8 @@ enum Command {
     Decode(decode::Arguments),
     /// A single-disk rotor from its start-up: the simple model, where it fails, and which effects mend it
     Startup(startup::Arguments),
+    /// Correction weights, from the identified model and from trial runs alone
+    Balance(balance::Arguments),
 }
 
 /// Runs what the command line asks for.
@@ -90,5 +93,6 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Watch(arguments)) => watch::run(&arguments),
         Some(Command::Decode(arguments)) => decode::run(&arguments),
         Some(Command::Startup(arguments)) => startup::run(&arguments),
+        Some(Command::Balance(arguments)) => balance::run(&arguments),
     }
 }

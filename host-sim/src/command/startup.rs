@@ -41,7 +41,8 @@ pub struct Arguments {
     form: output::Form,
 }
 
-fn range(text: &str) -> Result<[f64; 2], String> {
+/// A range of speeds on the command line.
+pub fn range(text: &str) -> Result<[f64; 2], String> {
     let bounds = text.split_once("..").and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
     match bounds {
         Some([from, to]) if 0.0 < from && from < to => Ok([from, to]),

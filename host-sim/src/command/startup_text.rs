@@ -7,8 +7,8 @@ use rotor_edge_desktop::startup::estimate::{METHODS, Shift};
 use rotor_edge_desktop::startup::series::Direction;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 
-use super::diagnose;
 use super::startup::Answer;
+use super::{diagnose, output};
 
 /// A resonance changes if its slope over the amplitude squared is this many standard deviations from none.
 const CHANGES_SIGMAS: f64 = 4.0;
@@ -19,9 +19,9 @@ pub fn print(answer: &Answer) {
         println!("{line}");
     }
     println!("\nThree ways, over all runs, ± one standard deviation");
-    print_table(ESTIMATE_COLUMNS, &estimate_rows(answer));
+    output::table(&ESTIMATE_COLUMNS, &estimate_rows(answer));
     println!("\nPeak and half-power points");
-    print_table(RUN_COLUMNS, &run_rows(answer));
+    output::table(&RUN_COLUMNS, &run_rows(answer));
     println!("\nResonance and amplitude");
     for line in shift_lines(answer) {
         println!("  {line}");
@@ -169,15 +169,6 @@ pub fn run_rows(answer: &Answer) -> Vec<[String; 6]> {
     rows
 }
 
-fn print_table<const N: usize>(columns: [&str; N], rows: &[[String; N]]) {
-    let head = columns.map(String::from);
-    let width = |c: usize| [&head].into_iter().chain(rows).map(|r| r[c].chars().count()).max().unwrap_or(0);
-    for row in [&head].into_iter().chain(rows) {
-        let cells = row.iter().enumerate().map(|(c, text)| format!("  {text:<w$}", w = width(c)));
-        println!("{}", cells.collect::<String>().trim_end());
-    }
-}
-
 fn print_errors(answer: &Answer, speed_rpm: f64) {
     let found = &answer.found;
     let model = &answer.stages[0].motion;
@@ -245,15 +236,7 @@ fn print_stages(answer: &Answer) {
         "\nFrom the simple model to one that fits: largest error over all runs, % of {:.0} µm",
         answer.clearance_um
     );
-    let columns = stage_columns(answer);
-    let rows = stage_rows(answer);
-    let width = |c: usize| {
-        rows.iter().map(|r| &r[c]).chain([&columns[c]]).map(|t| t.chars().count()).max().unwrap_or(0)
-    };
-    for row in [&columns].into_iter().chain(&rows) {
-        let cells = row.iter().enumerate().map(|(c, text)| format!("  {text:<w$}", w = width(c)));
-        println!("{}", cells.collect::<String>().trim_end());
-    }
+    output::table(&stage_columns(answer), &stage_rows(answer));
 }
 
 /// Name of the bearing, resonance in rpm and its standard deviation, of every pedestal found.
