@@ -30,6 +30,10 @@ pub struct SamplingConfig {
     pub conversion_us: f32,
     /// The same at all inputs.
     pub level: LevelShift,
+    /// Sensitivity of each probe, mV/µm; negative where the voltage falls with the gap.
+    pub scale_mv_um: [f32; PROBES],
+    /// Lowest and highest gap voltage of a probe that is connected and in its range, mV.
+    pub gap_range_mv: [f32; 2],
     /// The keyphasor's mark is a rise through this voltage, mV …
     pub mark_mv: f32,
     /// … after a fall below this much less, mV.
@@ -56,11 +60,13 @@ pub struct Sampling {
 impl Sampling {
     /// Waits for a first mark.
     pub fn new(config: SamplingConfig) -> Self {
-        let SamplingConfig { level, .. } = config;
+        let SamplingConfig { level, scale_mv_um, gap_range_mv, .. } = config;
         let extraction = ExtractionConfig {
             sample_rate_hz: 1e6 / config.scan_us as f32,
             mv_per_count: level.mv_per_count(),
             rails: level.rails(),
+            scale_mv_um,
+            gap_range_mv,
             ..ExtractionConfig::new()
         };
         let detector =

@@ -21,6 +21,7 @@ use static_cell::StaticCell;
 use crate::probes::Probes;
 use crate::{can, probes, supply};
 
+pub const SYSTEM_HZ: u32 = 170_000_000;
 const BIT_RATE: u32 = 500_000;
 /// Longer than anything the loop does, the erasure of two pages (45 ms) included.
 const WATCHDOG_US: u32 = 500_000;
@@ -87,7 +88,7 @@ impl Board {
     }
 }
 
-/// 170 MHz from the board's crystal of 24 MHz.
+/// [`SYSTEM_HZ`] from the board's crystal of 24 MHz.
 fn clocks() -> Config {
     let mut config = Config::default();
     config.rcc.hse = Some(rcc::Hse { freq: Hertz(24_000_000), mode: rcc::HseMode::Oscillator });

@@ -11,12 +11,18 @@ use embassy_stm32::timer::low_level::{MasterMode, RoundTo, Timer};
 use embassy_stm32::{bind_interrupts, dma, triggers};
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::channel::Channel;
-use embassy_time::{Duration, Instant, with_timeout};
+use embassy_time::{Duration, Instant, TICK_HZ, with_timeout};
 use rotor_edge_boards::sampling::{INPUTS, LevelShift, SamplesLost, Sampling, SamplingConfig};
 use rotor_edge_core::can::NumberedReading;
+use rotor_edge_core::reading::PROBES;
 use static_cell::StaticCell;
 
+use crate::board::SYSTEM_HZ;
+
 const RATE_HZ: u32 = 20_000;
+// Samples are counted against the time: with a remainder, samples would seem lost now and then though none are.
+const _: () =
+    assert!(SYSTEM_HZ % RATE_HZ == 0 && SYSTEM_HZ as u64 % TICK_HZ == 0 && 1_000_000 % RATE_HZ == 0);
 /// Scans in half the ring, 5 ms: a phase II of 1.5 ms holds nobody up.
 const SCANS: usize = 100;
 const HALF: usize = SCANS * INPUTS;
@@ -29,6 +35,8 @@ const CONFIG: SamplingConfig = SamplingConfig {
     scan_us: 1_000_000 / RATE_HZ,
     conversion_us: CONVERSION_US,
     level: LevelShift { probe_ohm: 100_000.0, reference_ohm: 13_700.0, reference_mv: 3_300.0 },
+    scale_mv_um: [-7.87; PROBES],
+    gap_range_mv: [-18_000.0, -2_000.0],
     mark_mv: -12_000.0,
     hysteresis_mv: 2_000.0,
 };
@@ -61,7 +69,6 @@ impl Probes {
     pub fn start(parts: Parts) -> Self {
         static RING: StaticCell<[u16; 2 * HALF]> = StaticCell::new();
         let timer = Timer::new(parts.timer);
-        // 8,500 cycles of 170 MHz, without a remainder
         timer.set_frequency(Hertz(RATE_HZ), RoundTo::Faster);
         timer.set_master_mode(MasterMode::UPDATE);
         timer.start();

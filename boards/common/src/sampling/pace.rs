@@ -1,7 +1,8 @@
 //! Whether samples came without a gap, by a clock that does not depend on how they came.
 
 /// Compares samples with the time they take. A ring that was overwritten is short of whole rounds, a converter that misses
-/// its trigger of some samples; either way the next ones come later than they should, and stay late.
+/// its trigger of some samples; either way the next ones come later than they should, and stay late. Clock and trigger must
+/// divide the same crystal exactly: what they drift apart would add up to losses that never were.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pace {
     scans: i64,

@@ -7,9 +7,13 @@ const CONFIG: SamplingConfig = SamplingConfig {
     scan_us: 50,
     conversion_us: 260.0 / 42.5,
     level: BOARD,
+    scale_mv_um: SCALES,
+    gap_range_mv: [-18_000.0, -2_000.0],
     mark_mv: -12_000.0,
     hysteresis_mv: 2_000.0,
 };
+/// No two the same, one whose voltage rises with the gap.
+const SCALES: [f32; PROBES] = [-7.87, -7.6, 8.1, -8.3];
 const RPM: f64 = 11_000.0;
 const SCANS: usize = 100;
 const HALF_US: u64 = 5_000;
@@ -33,7 +37,7 @@ fn scan(number: usize) -> [u16; INPUTS] {
         let probe = |probe: usize| {
             let (sin, cos) = (core::f64::consts::TAU * turns).sin_cos();
             let [c, s] = TRUTH[probe];
-            -10_000.0 - 7.87 * (c * cos + s * sin)
+            -10_000.0 + f64::from(SCALES[probe]) * (c * cos + s * sin)
         };
         convert(
             &BOARD,
@@ -76,28 +80,48 @@ fn readings_equal_the_closed_form_though_inputs_are_converted_one_after_the_othe
     readings.iter().for_each(check);
 }
 
+/// The gap of 2.75 turns begins at each twelfth of a turn, so that a keyphasor from before it would also make false marks.
 #[test]
 fn lost_samples_are_reported_leave_a_number_out_and_are_never_spliced() {
-    let told = |sampling: &mut Sampling| {
+    let told = |sampling: &mut Sampling, _| {
         sampling.lost();
     };
-    let found_out = |sampling: &mut Sampling| {
-        let result = sampling.take(&half(32), 33 * HALF_US, |_| panic!("a reading of late samples"));
+    let found_out = |sampling: &mut Sampling, behind: usize| {
+        let late = half(behind - 1);
+        let result = sampling.take(&late, behind as u64 * HALF_US, |_| panic!("a reading of late samples"));
         assert_eq!(result, Err(SamplesLost));
     };
-    for notice in [&told as &dyn Fn(&mut Sampling), &found_out] {
-        let mut sampling = Sampling::new(CONFIG);
-        let mut readings = Vec::new();
-        for number in (0..30).chain(33..80) {
-            if number == 33 {
-                notice(&mut sampling);
+    for notice in [&told as &dyn Fn(&mut Sampling, usize), &found_out] {
+        for before in 24..36 {
+            let behind = before + 3;
+            let mut sampling = Sampling::new(CONFIG);
+            let mut readings = Vec::new();
+            for number in (0..before).chain(behind..80) {
+                if number == behind {
+                    notice(&mut sampling, behind);
+                }
+                let time_us = (number as u64 + 1) * HALF_US;
+                sampling.take(&half(number), time_us, |reading| readings.push(reading)).unwrap();
             }
+            // one before the gap, the second was under way
+            assert_eq!(readings.iter().map(|r| r.sequence).collect::<Vec<_>>(), [1, 3, 4]);
+            readings.iter().for_each(check);
+        }
+    }
+}
+
+#[test]
+fn gap_voltages_outside_the_configured_range_lose_their_probes() {
+    // all probes are at -10 V
+    for (gap_range_mv, is_lost) in [([-10_100.0, -9_900.0], false), ([-18_000.0, -10_100.0], true)] {
+        let mut sampling = Sampling::new(SamplingConfig { gap_range_mv, ..CONFIG });
+        let mut readings = Vec::new();
+        for number in 0..30 {
             let time_us = (number as u64 + 1) * HALF_US;
             sampling.take(&half(number), time_us, |reading| readings.push(reading)).unwrap();
         }
-        // one before the gap, the second was under way
-        assert_eq!(readings.iter().map(|r| r.sequence).collect::<Vec<_>>(), [1, 3, 4]);
-        readings.iter().for_each(check);
+        assert_eq!(readings.len(), 1);
+        assert!(readings[0].reading.probes.iter().all(|probe| probe.cos_um.is_nan() == is_lost));
     }
 }
 
