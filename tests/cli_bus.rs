@@ -2,6 +2,8 @@
 
 #[path = "cli/program.rs"]
 mod program;
+#[path = "cli/shared.rs"]
+mod shared;
 
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -10,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use program::{PATIENCE, Shared, assert_says, json, refusal, rotor_edge};
+use program::{assert_says, json, refusal, rotor_edge};
 use rotor_edge::bus::log::{LogReader, LogWriter, Recorded};
 use rotor_edge::bus::wire::WireFrame;
 use rotor_edge::bus::{CanBus, local_bus, open};
@@ -22,6 +24,7 @@ use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
 use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::rotor::Rotor;
 use rotor_edge_desktop::rotor_file;
+use shared::{PATIENCE, Shared};
 use tempfile::TempDir;
 
 /// What an SLCAN client is told up to the answer to `V`.

@@ -1,16 +1,19 @@
 //! Monitors on a shared bus as a user runs them: `node`, `deploy`, `key`, and `replay` over each interface.
 
 #[path = "cli/program.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
 mod program;
+#[path = "cli/shared.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
+mod shared;
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
-use program::{Shared, assert_says, json, refusal, rotor_edge};
+use program::{assert_says, json, refusal, rotor_edge};
 use rotor_edge::sample;
 use serde_json::Value;
+use shared::Shared;
 use tempfile::TempDir;
 
 struct Bench {

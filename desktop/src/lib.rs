@@ -14,6 +14,8 @@
 //! | [`fit`] | hypotheses fitted to measurements |
 //! | [`track`] | the unbalance of a long record, while bearings change |
 //! | [`prognosis`] | where the unbalance is going |
+//! | [`startup`] | a single-disk rotor from its start-up: the simple model, and where it fails |
+//! | [`balance`] | correction weights from the model and from trial runs |
 //! | [`compare`], [`diagnose`] | where a model misses; which effect is missing, and adding it |
 //!
 //! # Conventions
@@ -24,6 +26,7 @@
 //! and degrees, and their names say so.
 
 pub mod assumed_modes;
+pub mod balance;
 pub mod basis;
 pub mod compare;
 pub mod diagnose;
@@ -38,6 +41,7 @@ pub mod model;
 pub mod prognosis;
 pub mod rotor;
 pub mod rotor_file;
+pub mod startup;
 pub mod structure;
 pub mod terms;
 #[cfg(test)]

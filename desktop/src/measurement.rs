@@ -47,6 +47,11 @@ pub fn rad_s(speed_rpm: f64) -> f64 {
     speed_rpm * std::f64::consts::PI / 30.0
 }
 
+/// rad/s to rpm.
+pub fn rpm(speed_rad_s: f64) -> f64 {
+    speed_rad_s * 30.0 / std::f64::consts::PI
+}
+
 /// The phasor `cos − i sin`, m, of components in µm.
 pub fn phasor_m(cos_um: f64, sin_um: f64) -> Complex<f64> {
     Complex::new(cos_um, -sin_um) * 1e-6

@@ -271,7 +271,13 @@ pub struct AddedUnbalance {
     /// Mass times radius, g·mm.
     pub magnitude_g_mm: f64,
     /// From the keyphasor mark, in the direction of rotation, degrees.
+    #[serde(default = "unstated")]
     pub angle_deg: f64,
+}
+
+/// What a reader finds where a file states no number; no checked rotor has one.
+fn unstated() -> f64 {
+    f64::NAN
 }
 
 /// A physical effect that the model has; see [`crate::effects`].

@@ -14,10 +14,35 @@ pub const SCHEMA: u32 = 1;
 /// # Errors
 /// One sentence with the file, the key and what was expected.
 pub fn read(path: &Path) -> Result<Rotor, Error> {
+    let (file, text) = contents(path)?;
+    parse(&file, &text)
+}
+
+/// Reads a rotor whose trial weights may lack their angles: what those weights do is not known, so they
+/// are left out, and the names of their runs are returned.
+///
+/// # Errors
+/// As [`read`] for everything else.
+pub fn read_allowing_unstated_angles(path: &Path) -> Result<(Rotor, Vec<String>), Error> {
+    let (file, text) = contents(path)?;
+    let mut rotor = from_toml(&file, &text)?;
+    let mut without = Vec::new();
+    for run in &mut rotor.run {
+        if run.added_unbalance.iter().any(|a| a.angle_deg.is_nan()) {
+            run.added_unbalance.clear();
+            without.push(run.name.clone());
+        }
+    }
+    check(&file, &rotor)?;
+    Ok((rotor, without))
+}
+
+/// A file's name for messages, and its text.
+fn contents(path: &Path) -> Result<(String, String), Error> {
     let file = path.display().to_string();
     let text =
         std::fs::read_to_string(path).map_err(|e| Error::file(&file, format!("cannot be read ({e})")))?;
-    parse(&file, &text)
+    Ok((file, text))
 }
 
 /// Parses and checks the text of a `rotor.toml`; `file` is only for messages.
@@ -25,13 +50,17 @@ pub fn read(path: &Path) -> Result<Rotor, Error> {
 /// # Errors
 /// As [`read`].
 pub fn parse(file: &str, text: &str) -> Result<Rotor, Error> {
-    let rotor: Rotor = toml::from_str(text).map_err(|e| {
+    let rotor = from_toml(file, text)?;
+    check(file, &rotor)?;
+    Ok(rotor)
+}
+
+fn from_toml(file: &str, text: &str) -> Result<Rotor, Error> {
+    toml::from_str(text).map_err(|e| {
         let line = e.span().map(|span| text[..span.start].matches('\n').count() + 1);
         let place = line.map_or_else(|| "text".into(), |n| format!("line {n}"));
         Error::rotor(file, place, e.message().lines().next().unwrap_or("cannot be parsed"))
-    })?;
-    check(file, &rotor)?;
-    Ok(rotor)
+    })
 }
 
 /// Writes a rotor, whole or not at all.
@@ -198,6 +227,10 @@ fn check_probes_and_planes(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
             let key = |name: &str| format!("[[run]] \"{}\" added_unbalance {name}", run.name);
             c.on_shaft(&key("position_m"), a.position_m, length)?;
             c.within(&key("magnitude_g_mm"), a.magnitude_g_mm, 0.0, 1e9, "g·mm")?;
+            if a.angle_deg.is_nan() {
+                let what = "is missing; state where the weight sits, from the keyphasor mark in the direction of rotation";
+                return c.fail(key("angle_deg"), what);
+            }
             c.within(&key("angle_deg"), a.angle_deg, -360.0, 360.0, "degrees")?;
         }
     }

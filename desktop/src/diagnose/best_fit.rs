@@ -1,6 +1,6 @@
 //! A model at its best: bearings, planes and its effects' parameters fitted to measurements.
 
-use nalgebra::Complex;
+use nalgebra::{Complex, DMatrix};
 
 use super::advice::as_file;
 use super::{Base, checks};
@@ -18,6 +18,12 @@ pub struct BestFit {
     pub rotor: Rotor,
     /// Phasor of every probe of every reading, m; zero where the reading was lost.
     pub predicted_m: Vec<Vec<Complex<f64>>>,
+    /// Unbalance of each plane, kg·m.
+    pub unbalance_kg_m: Vec<Complex<f64>>,
+    /// Covariance of its real and imaginary parts, plane by plane.
+    pub unbalance_covariance: DMatrix<f64>,
+    /// χ² per measured real number.
+    pub chi2_per_value: f64,
     /// Real numbers that were fitted.
     pub free_parameters: usize,
     /// The noise that was gone by.
@@ -44,9 +50,19 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
         .map(|r| r.probes.iter().map(|y| y.and_then(|_| flat.next()).unwrap_or_default()).collect())
         .collect();
     let fitted = as_file(&base.hypothesis, &base.fit);
+    let planes = rotor.plane.len();
+    let covariance = fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
+    let first = base.fit.x.len();
+    let unbalance_covariance = covariance.map_or_else(
+        || DMatrix::from_element(2 * planes, 2 * planes, f64::NAN),
+        |c| c.view((first, first), (2 * planes, 2 * planes)).into_owned(),
+    );
     Ok(BestFit {
         rotor: fitter.corrected(fitted, &base.fit, &base.drawing),
         predicted_m,
+        unbalance_kg_m: base.fit.unknowns[..planes].to_vec(),
+        unbalance_covariance,
+        chi2_per_value: base.fit.chi2_per_value(),
         free_parameters: base.hypothesis.size() + 2 * base.fit.unknowns.len(),
         noise,
         remarks,

@@ -45,6 +45,8 @@ pub struct Step {
     pub chi2_per_value: f64,
     /// Sets of effects that explain the data as well as all that were added, this set included.
     pub group: Vec<String>,
+    /// The file with it and what was added before.
+    pub rotor: Rotor,
 }
 
 /// Fits one named effect together with bearings, planes and the effects that the file has, and returns
@@ -91,14 +93,16 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// Why, in one sentence.
     pub summary: String,
+    /// What the last diagnosis tried on top and did not add, most probable first.
+    pub candidates: Vec<Candidate>,
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) of the model at the start.
     pub error_before: f64,
     /// χ² per measured real number of the model at the start.
     pub chi2_per_value_before: f64,
 }
 
-/// Adds effects until the model is adequate, or nothing that is left explains more than noise. Where
-/// rivals cannot be told apart the best of them is added: they predict this machine alike.
+/// Fits bearings and planes and adds effects until the model is adequate, or nothing that is left explains
+/// more than noise. Where rivals cannot be told apart the best of them is added: they predict this machine alike.
 ///
 /// Effects that hide together can mislead a search for one: as long as no single effect is enough, the
 /// best few are followed side by side, and the set that explains most is kept. `progress` hears of each
@@ -117,14 +121,20 @@ pub fn improve(
         steps: Vec::new(),
         verdict: at_start.verdict,
         summary: at_start.summary.clone(),
+        candidates: at_start.candidates,
         error_before: at_start.error_before,
         chi2_per_value_before: at_start.chi2_per_value,
     };
-    if at_start.saturated || at_start.nothing_missing >= SURE {
+    if at_start.saturated {
         return Ok(outcome);
     }
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    if at_start.nothing_missing >= SURE {
+        let base = Base::fit(&fitter)?;
+        outcome.rotor = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
+        return Ok(outcome);
+    }
     let own = rotor.effect.len();
     let (mut best, rivals) = best_set(&fitter)?;
     best.fit.covariance = fitter.covariance(&best.hypothesis, &best.fit, &best.drawing)?;
@@ -140,6 +150,7 @@ pub fn improve(
             chi2_per_value: if last { best.fit.chi2_per_value() } else { better.chi2_per_value[1] },
             group: if last { rivals.clone() } else { Vec::new() },
             added: Candidate { parameters: joint[index].clone(), ..better.added },
+            rotor: better.rotor.clone(),
         };
         progress(&step);
         outcome.steps.push(step);
@@ -147,7 +158,7 @@ pub fn improve(
     }
     outcome.rotor = fitter.corrected(as_file(&best.hypothesis, &best.fit), &best.fit, &best.drawing);
     let now = diagnose(&outcome.rotor, readings)?;
-    (outcome.verdict, outcome.summary) = (now.verdict, now.summary);
+    (outcome.verdict, outcome.summary, outcome.candidates) = (now.verdict, now.summary, now.candidates);
     Ok(outcome)
 }
 

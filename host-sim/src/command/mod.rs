@@ -2,6 +2,7 @@
 
 mod add;
 mod answer;
+pub mod balance;
 mod bus;
 mod compare;
 mod decode;
@@ -20,6 +21,9 @@ mod replay;
 mod replay_better;
 mod replay_bus;
 mod replay_json;
+pub mod startup;
+mod startup_json;
+pub mod startup_text;
 mod stop;
 mod thresholds;
 mod track;
@@ -72,6 +76,10 @@ enum Command {
     Watch(watch::Arguments),
     /// Readings and results from a recorded candump log
     Decode(decode::Arguments),
+    /// A single-disk rotor from its start-up: the simple model, where it fails, and which effects mend it
+    Startup(startup::Arguments),
+    /// Correction weights, from the identified model and from trial runs alone
+    Balance(balance::Arguments),
 }
 
 /// Runs what the command line asks for.
@@ -95,5 +103,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Bus(arguments)) => bus::run(&arguments),
         Some(Command::Watch(arguments)) => watch::run(&arguments),
         Some(Command::Decode(arguments)) => decode::run(&arguments),
+        Some(Command::Startup(arguments)) => startup::run(&arguments),
+        Some(Command::Balance(arguments)) => balance::run(&arguments),
     }
 }

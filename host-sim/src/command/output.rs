@@ -43,6 +43,21 @@ pub fn json(value: &impl Serialize) -> Result<()> {
     Ok(())
 }
 
+/// Prints a table, each column as wide as its widest cell.
+pub fn table(columns: &[impl AsRef<str>], rows: &[impl AsRef<[String]>]) {
+    let cells = |row: usize, column: usize| match row {
+        0 => columns[column].as_ref(),
+        row => rows[row - 1].as_ref()[column].as_str(),
+    };
+    let all = 0..=rows.len();
+    let width = |c: usize| all.clone().map(|row| cells(row, c).chars().count()).max().unwrap_or(0);
+    for row in all.clone() {
+        let line: String =
+            (0..columns.len()).map(|c| format!("  {:<w$}", cells(row, c), w = width(c))).collect();
+        println!("{}", line.trim_end());
+    }
+}
+
 /// A progress bar on standard error; nothing where that is not a terminal.
 pub fn progress(what: &str, steps: usize) -> ProgressBar {
     let bar = ProgressBar::new(steps as u64);

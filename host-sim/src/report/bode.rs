@@ -11,8 +11,18 @@ const PHASE_PX: f64 = 175.0;
 
 /// Amplitude above, phase lag below with later phases further down, over speed in rpm.
 pub fn bode(title: &str, measured: &[(f64, Complex<f64>)], models: &[Curve]) -> String {
+    bode_of("measured", title, measured, models)
+}
+
+/// The same with another name for what the circles show.
+pub fn bode_of(
+    circles_show: &str,
+    title: &str,
+    measured: &[(f64, Complex<f64>)],
+    models: &[Curve],
+) -> String {
     let models_entries = models.iter().enumerate().map(|(i, m)| Entry::Model(i, &m.label));
-    let legend = Legend::new(std::iter::once(Entry::Measured("measured")).chain(models_entries));
+    let legend = Legend::new(std::iter::once(Entry::Measured(circles_show)).chain(models_entries));
     let everything = || measured.iter().chain(models.iter().flat_map(|m| &m.points));
     let speed = Scale::around(everything().map(|(s, _)| *s), 6);
     let amplitude = Scale::from_zero(everything().map(|(_, y)| peak_to_peak_um(*y)), 4);

@@ -6,6 +6,8 @@
 //! | [`comparison`] | what `compare --report` says |
 //! | [`bode`], [`polar`], [`orbit`] | one probe over speed; one bearing at one speed |
 //! | [`residual_map`] | residual by speed and probe |
+//! | [`startup`], [`balance`] | what `startup --report` and `balance --report` say |
+//! | [`wave`] | one turn of the shaft over time |
 //! | [`trend`], [`bars`] | anything over time; anything ranked |
 //!
 //! A file needs nothing but itself: figures are inline SVG, there is no script, and its own content
@@ -13,6 +15,7 @@
 //! [`canvas::WIDTH_PX`], a phone's, so that its text is as large as the text around it; a screen shows
 //! two of them side by side.
 
+pub mod balance;
 pub mod bars;
 pub mod bode;
 pub mod canvas;
@@ -22,9 +25,14 @@ pub mod orbit;
 pub mod polar;
 pub mod residual_map;
 pub mod scale;
+pub mod startup;
 pub mod trend;
+pub mod wave;
 
+pub use balance::balance_sections;
 pub use comparison::{Prediction, comparison_sections};
+pub use startup::startup_sections;
+
 pub use document::{Figure, Section, Table, identifier, page};
 
 use nalgebra::Complex;

@@ -1,0 +1,203 @@
+//! Correction weights: from the identified model, and from the influence coefficients of trial runs alone.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`model`] | weights that make the model's vibration least |
+//! | [`influence`] | the same from trial runs, without a model of the machine |
+//! | [`weights`] | what can really be screwed in: radii and steps of mass |
+//! | [`grade`] | balance quality grade of ISO 21940-11 |
+//!
+//! All weights are for the machine without any trial weight. Angles are those of the unbalance they
+//! make: from the keyphasor mark, in the direction of rotation.
+
+pub mod grade;
+pub mod influence;
+pub mod model;
+#[cfg(test)]
+mod tests;
+pub mod weights;
+
+use nalgebra::{Complex, DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::error::Error;
+use crate::rotor::Rotor;
+
+use grade::Grade;
+use weights::{Allowed, Weight};
+
+type C = Complex<f64>;
+
+/// What is to be balanced, and with what.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Numbers of the correction planes among the rotor's.
+    pub planes: Vec<usize>,
+    /// What fits into each of them.
+    pub allowed: Vec<Allowed>,
+    /// Speeds at which vibration counts, rpm.
+    pub range_rpm: [f64; 2],
+    /// Speed at which the grade is stated, rpm.
+    pub service_rpm: f64,
+}
+
+/// The machine at one speed, with and without the weights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AtSpeed {
+    /// The speed, rpm.
+    pub speed_rpm: f64,
+    /// Root mean square over the probes of the amplitude, zero to peak, m.
+    pub before_m: f64,
+    /// The same with the weights, m.
+    pub after_m: f64,
+    /// How far off that may be: standard deviation of the motion left, root mean square over probes, m.
+    pub after_sd_m: f64,
+}
+
+/// Weights and what they do.
+#[derive(Debug, Clone)]
+pub struct Balanced {
+    /// The unbalance to add in each plane, kg·m.
+    pub wanted_kg_m: Vec<C>,
+    /// Standard deviation of its components, kg·m.
+    pub sd_kg_m: Vec<f64>,
+    /// What comes nearest with the allowed radii and steps.
+    pub weights: Vec<Weight>,
+    /// Vibration before and after, by speed.
+    pub vibration: Vec<AtSpeed>,
+    /// The same over all speeds.
+    pub overall: Overall,
+    /// Quality grade before and after.
+    pub grade: Grade,
+    /// Misfit of what the weights come from: the model's, or that of trial runs beyond what the coefficients
+    /// need; `None` where nothing is left to judge by.
+    pub misfit: Option<Misfit>,
+}
+
+/// χ² with its degrees of freedom.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Misfit {
+    /// χ² per degree of freedom: one if all of it is noise.
+    pub chi2_per_value: f64,
+    /// Degrees of freedom.
+    pub freedom: usize,
+}
+
+impl Misfit {
+    /// Chance of at least so much from noise alone.
+    pub fn chance(&self) -> f64 {
+        let freedom = self.freedom as f64;
+        ChiSquared::new(freedom).map_or(1.0, |c| c.sf(self.chi2_per_value * freedom))
+    }
+}
+
+/// Vibration over all speeds and probes, root mean square of amplitudes, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Overall {
+    /// Without the weights.
+    pub before_m: f64,
+    /// With them.
+    pub after_m: f64,
+    /// How far off that may be: standard deviation of the motion left.
+    pub after_sd_m: f64,
+}
+
+impl Overall {
+    /// Share of the vibration that the weights take away.
+    pub fn reduction(&self) -> f64 {
+        1.0 - self.after_m / self.before_m.max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Sums of squared amplitudes: before, after, and the variance of what is left.
+#[derive(Debug, Clone, Copy, Default)]
+struct Squares {
+    m2: [f64; 3],
+    count: usize,
+}
+
+impl Squares {
+    fn add(&mut self, m2: [f64; 3], count: usize) {
+        (0..3).for_each(|i| self.m2[i] += m2[i]);
+        self.count += count;
+    }
+
+    /// Root mean squares; what noise was taken off of may be less than nothing, which is nothing.
+    fn rms_m(&self) -> [f64; 3] {
+        self.m2.map(|sum| (sum.max(0.0) / self.count.max(1) as f64).sqrt())
+    }
+
+    fn at_speed(&self, speed_rpm: f64) -> AtSpeed {
+        let [before_m, after_m, after_sd_m] = self.rms_m();
+        AtSpeed { speed_rpm, before_m, after_m, after_sd_m }
+    }
+
+    fn overall(&self) -> Overall {
+        let [before_m, after_m, after_sd_m] = self.rms_m();
+        Overall { before_m, after_m, after_sd_m }
+    }
+}
+
+impl Plan {
+    /// Positions of the correction planes, m.
+    fn positions_m(&self, rotor: &Rotor) -> Vec<f64> {
+        self.planes.iter().map(|p| rotor.plane[*p].position_m).collect()
+    }
+
+    /// The weights that come nearest to these unbalances.
+    fn weights(&self, wanted_kg_m: &[C]) -> Vec<Weight> {
+        wanted_kg_m.iter().zip(&self.allowed).map(|(u, allowed)| allowed.nearest(*u)).collect()
+    }
+
+    /// The planes of these names, in the order of the file; all if there are none.
+    ///
+    /// # Errors
+    /// One sentence if there is no such plane.
+    pub fn planes_named(rotor: &Rotor, names: &[String]) -> Result<Vec<usize>, Error> {
+        let known: Vec<String> = rotor.plane.iter().map(|p| format!("\"{}\"", p.name)).collect();
+        if let Some(unknown) = names.iter().find(|n| !rotor.plane.iter().any(|p| p.name == **n)) {
+            return Err(Error::Unsuitable(format!(
+                "there is no plane \"{unknown}\", expected one of {}",
+                known.join(", ")
+            )));
+        }
+        let wanted = |p: &usize| names.is_empty() || names.contains(&rotor.plane[*p].name);
+        Ok((0..rotor.plane.len()).filter(wanted).collect())
+    }
+}
+
+/// Normal equations of the weights that make `Σ |before + per_weight · w|²` least.
+struct NormalEquations {
+    matrix: DMatrix<C>,
+    right: DVector<C>,
+}
+
+/// Weights, and the inverse of the matrix that they solve.
+struct LeastVibration {
+    weights_kg_m: DVector<C>,
+    inverse: DMatrix<C>,
+}
+
+impl NormalEquations {
+    fn of(per_weight: &DMatrix<C>, before: &DVector<C>) -> Self {
+        Self { matrix: per_weight.adjoint() * per_weight, right: per_weight.adjoint() * before }
+    }
+
+    fn solve(self) -> Result<LeastVibration, Error> {
+        let size = self.matrix.diagonal().map(|d| d.re.max(0.0).sqrt());
+        let scaled = self.matrix.map_with_location(|i, j, n| n / (size[i] * size[j]));
+        let values = scaled.clone().symmetric_eigenvalues();
+        if scaled.iter().any(|s| !s.re.is_finite()) || values.min() < ALIKE {
+            return Err(Error::Unsuitable(
+                "the correction planes act alike on every probe at these speeds; choose fewer planes, or more speeds"
+                    .into(),
+            ));
+        }
+        let inverse =
+            self.matrix.try_inverse().ok_or_else(|| Error::Unsuitable("no plane moves any probe".into()))?;
+        Ok(LeastVibration { weights_kg_m: -(&inverse * self.right), inverse })
+    }
+}
+
+/// Planes whose effects differ by less than this, relative, cannot share a correction.
+const ALIKE: f64 = 1e-6;

@@ -1,0 +1,229 @@
+use nalgebra::{Complex, DVector};
+use rand::{Rng, SeedableRng, rngs::StdRng};
+
+use super::grade::Rigid;
+use super::influence::from_trial_runs;
+use super::model::from_model;
+use super::weights::Allowed;
+use super::*;
+use crate::measurement::{Reading, rad_s};
+use crate::model::Model;
+use crate::rotor::{AddedUnbalance, Noise, Run};
+use crate::testing::{sample_rotor, uniform_shaft};
+use crate::unbalance::{G_MM, phasor_kg_m};
+
+type C = Complex<f64>;
+
+/// What the machine hides: g·mm and degrees in each plane.
+const OWN: [[f64; 2]; 2] = [[900.0, 35.0], [600.0, -110.0]];
+
+fn own_kg_m() -> Vec<C> {
+    OWN.map(|[size, angle]| phasor_kg_m(size, angle)).to_vec()
+}
+
+/// A machine with a run without weights and one with a trial weight in each plane.
+fn machine() -> Rotor {
+    let mut rotor = sample_rotor();
+    rotor.noise = Some(Noise { relative: 0.01, floor_um: 0.02 });
+    let weight = |plane: usize, magnitude_g_mm: f64, angle_deg: f64| AddedUnbalance {
+        position_m: rotor.plane[plane].position_m,
+        magnitude_g_mm,
+        angle_deg,
+    };
+    let run = |name: &str, added_unbalance| Run { name: name.into(), added_unbalance };
+    rotor.run = vec![
+        run("as found", vec![]),
+        run("trial 1", vec![weight(0, 800.0, 0.0)]),
+        run("trial 2", vec![weight(1, 800.0, 90.0)]),
+    ];
+    rotor
+}
+
+fn normal(random: &mut StdRng) -> f64 {
+    (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0
+}
+
+/// Vibration of the true machine with its own unbalance and weights, at one speed.
+fn response(model: &Model, rotor: &Rotor, added: &[AddedUnbalance], speed_rpm: f64) -> DVector<C> {
+    let mut all = own_kg_m();
+    for a in added {
+        let plane = rotor.plane.iter().position(|p| p.position_m == a.position_m).unwrap();
+        all[plane] += phasor_kg_m(a.magnitude_g_mm, a.angle_deg);
+    }
+    model.response(rad_s(speed_rpm)).unwrap().at(&DVector::from_vec(all))
+}
+
+fn measured(rotor: &Rotor, seed: Option<u64>) -> Vec<Reading> {
+    let model = Model::finite_elements(rotor);
+    let noise = rotor.noise.unwrap();
+    let mut random = StdRng::seed_from_u64(seed.unwrap_or(0));
+    let mut readings = Vec::new();
+    for run in &rotor.run {
+        for step in 0..28 {
+            let speed_rpm = 1500.0 + 250.0 * f64::from(step);
+            let clean = response(&model, rotor, &run.added_unbalance, speed_rpm);
+            let probes = clean.iter().map(|y| {
+                let sigma = noise.relative * y.norm() + noise.floor_um * 1e-6;
+                let scatter = C::new(normal(&mut random), normal(&mut random)) * sigma;
+                Some(if seed.is_some() { y + scatter } else { *y })
+            });
+            readings.push(Reading {
+                run: Some(run.name.clone()),
+                time_d: None,
+                speed_rpm,
+                probes: probes.collect(),
+            });
+        }
+    }
+    readings
+}
+
+fn plan(planes: &[usize]) -> Plan {
+    Plan {
+        planes: planes.to_vec(),
+        allowed: vec![Allowed::default(); planes.len()],
+        range_rpm: [0.0, 1e5],
+        service_rpm: 8000.0,
+    }
+}
+
+/// Vibration left on the true machine with weights in place, relative to before.
+fn truly_left(rotor: &Rotor, plan: &Plan, weights: &[Weight]) -> f64 {
+    let model = Model::finite_elements(rotor);
+    let total = |weights: &[Weight]| -> f64 {
+        let added: Vec<AddedUnbalance> = plan
+            .planes
+            .iter()
+            .zip(weights)
+            .map(|(p, w)| AddedUnbalance {
+                position_m: rotor.plane[*p].position_m,
+                magnitude_g_mm: w.unbalance_kg_m.norm() * G_MM,
+                angle_deg: w.unbalance_kg_m.arg().to_degrees(),
+            })
+            .collect();
+        (0..28).map(|i| response(&model, rotor, &added, 1500.0 + 250.0 * f64::from(i)).norm_squared()).sum()
+    };
+    (total(weights) / total(&[])).sqrt()
+}
+
+#[test]
+fn without_noise_trial_runs_alone_give_the_opposite_of_the_hidden_unbalance() {
+    let mut rotor = machine();
+    rotor.noise = Some(Noise { relative: 1e-9, floor_um: 1e-9 });
+    let found = from_trial_runs(&rotor, &measured(&rotor, None), &plan(&[0, 1])).unwrap();
+    for (w, own) in found.wanted_kg_m.iter().zip(own_kg_m()) {
+        assert!((w + own).norm() < 1e-9 * own.norm());
+    }
+    assert!(found.overall.reduction() > 1.0 - 1e-9);
+    assert_eq!(found.misfit, None, "three runs for three unknowns leave nothing to judge by");
+}
+
+#[test]
+fn both_ways_take_away_95_percent_of_the_true_vibration_in_one_shot_under_noise() {
+    let rotor = machine();
+    let readings = measured(&rotor, Some(3));
+    // the file's bearings are guesses
+    let mut guess = rotor.clone();
+    for b in &mut guess.bearing {
+        b.stiffness_n_m.xx *= 1.2;
+        b.damping_n_s_m.yy *= 0.85;
+    }
+    let plan = plan(&[0, 1]);
+    let model = from_model(&guess, &readings, &plan).unwrap();
+    let trial = from_trial_runs(&guess, &readings, &plan).unwrap();
+    for found in [&model, &trial] {
+        let left = truly_left(&rotor, &plan, &found.weights);
+        assert!(left < 0.05, "{left}");
+        assert!(found.overall.reduction() > 0.95);
+        // what is said to be left holds: within three standard deviations
+        let Overall { before_m: before, after_m: after, after_sd_m: sd } = found.overall;
+        assert!(left * before < after + 3.0 * sd, "{left} of {before}, said {after} ± {sd}");
+        for (w, (own, sd)) in found.wanted_kg_m.iter().zip(own_kg_m().iter().zip(&found.sd_kg_m)) {
+            assert!((w + own).norm() < 4.0 * sd, "{w} {own} ± {sd}");
+            assert!(*sd < 0.03 * own.norm());
+        }
+        assert!(found.grade.after_at_most_mm_s < 0.1 * found.grade.before_mm_s);
+    }
+    assert!((model.misfit.unwrap().chi2_per_value - 1.0).abs() < 0.2);
+}
+
+#[test]
+fn the_stated_uncertainty_of_weights_is_what_repeated_noise_scatters_them_by() {
+    const DRAWS: u64 = 25;
+    let rotor = machine();
+    let (mut sum, mut count) = (0.0, 0.0);
+    for seed in 0..DRAWS {
+        let found = from_trial_runs(&rotor, &measured(&rotor, Some(100 + seed)), &plan(&[0, 1])).unwrap();
+        for ((w, own), sd) in found.wanted_kg_m.iter().zip(own_kg_m()).zip(&found.sd_kg_m) {
+            sum += (w + own).norm_sqr() / (2.0 * sd * sd);
+            count += 1.0;
+        }
+    }
+    // a mean of 100 squared standard normal numbers scatters by √(2/100) = 0.14; both planes go together
+    let mean = sum / count;
+    assert!((0.5..1.6).contains(&mean), "{mean}");
+}
+
+#[test]
+fn one_plane_does_what_one_plane_can_and_both_ways_agree_on_what_is_left() {
+    let rotor = machine();
+    let readings = measured(&rotor, Some(4));
+    let plan = plan(&[0]);
+    let model = from_model(&rotor, &readings, &plan).unwrap();
+    let trial = from_trial_runs(&rotor, &readings, &plan).unwrap();
+    assert!(model.overall.reduction() > 0.05 && model.overall.reduction() < 0.9);
+    assert!((model.overall.after_m / trial.overall.after_m - 1.0).abs() < 0.03);
+    assert!((model.wanted_kg_m[0] - trial.wanted_kg_m[0]).norm() < 0.03 * model.wanted_kg_m[0].norm());
+    let left = truly_left(&rotor, &plan, &model.weights);
+    assert!((left - (1.0 - model.overall.reduction())).abs() < 0.02, "the rest is foretold: {left}");
+}
+
+#[test]
+fn a_plane_without_a_trial_weight_or_runs_over_other_speeds_cannot_be_answered_from_trial_runs() {
+    let mut rotor = machine();
+    let readings = measured(&rotor, Some(5));
+    let alone: Vec<Reading> =
+        readings.iter().filter(|r| r.run.as_deref() != Some("trial 2")).cloned().collect();
+    let why = from_trial_runs(&rotor, &alone, &plan(&[0, 1])).unwrap_err().to_string();
+    assert!(why.starts_with("no run has a trial weight in plane \"2\""), "{why}");
+    let mut apart = readings.clone();
+    apart.iter_mut().filter(|r| r.run.as_deref() == Some("trial 1")).for_each(|r| r.speed_rpm *= 1.02);
+    let why = from_trial_runs(&rotor, &apart, &plan(&[0, 1])).unwrap_err().to_string();
+    assert!(why.contains("was measured in 3 runs with independent trial weights"), "{why}");
+    // twice the same weight is no new information
+    rotor.run[2].added_unbalance = rotor.run[1].added_unbalance.clone();
+    assert!(from_trial_runs(&rotor, &readings, &plan(&[0, 1])).is_err());
+    assert!(
+        Plan::planes_named(&rotor, &["3".into()])
+            .unwrap_err()
+            .to_string()
+            .contains("there is no plane \"3\"")
+    );
+}
+
+#[test]
+fn weights_come_in_steps_at_the_radius_that_fits_best() {
+    let wanted = phasor_kg_m(95.0, 20.0);
+    let allowed = Allowed { radii_mm: vec![30.0, 25.0], step_g: Some(0.2) };
+    // 3.8 g at 25 mm is 95 g·mm; 3.2 g at 30 mm is 96
+    let weight = allowed.nearest(wanted);
+    let [mass, radius] = weight.mass_and_radius.unwrap();
+    assert!((mass - 3.8).abs() < 1e-9 && radius == 25.0);
+    assert!((weight.unbalance_kg_m - wanted).norm() < 1e-12);
+    let any = Allowed { radii_mm: vec![25.0, 30.0], step_g: None }.nearest(wanted);
+    assert_eq!(any.mass_and_radius.unwrap()[1], 30.0, "the lightest of equals");
+    assert_eq!(Allowed::default().nearest(wanted).mass_and_radius, None);
+}
+
+#[test]
+fn grade_of_unbalance_in_the_centre_of_mass_is_u_omega_over_m_and_a_couple_counts_too() {
+    let rotor = uniform_shaft();
+    let rigid = Rigid::of(&rotor);
+    let mass = 7850.0 * std::f64::consts::PI * 0.05_f64.powi(2) / 4.0;
+    assert!((rigid.mass_kg / mass - 1.0).abs() < 1e-9);
+    // 1 g·mm/kg at 9549.3 rpm (1000 rad/s) is G 1
+    let central = rigid.grade_mm_s(&[(0.5, C::from(mass * 1e-6))], 30_000.0 / std::f64::consts::PI);
+    assert!((central - 1.0).abs() < 1e-9, "{central}");
+    let couple = [(0.0, C::from(mass * 0.5e-6)), (1.0, C::from(-mass * 0.5e-6))];
+    assert!((rigid.grade_mm_s(&couple, 30_000.0 / std::f64::consts::PI) - 1.0).abs() < 1e-9);
+}

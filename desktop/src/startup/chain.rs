@@ -1,0 +1,103 @@
+//! The same start-up through this project's own chain: the rotor model fitted, diagnosed, improved.
+
+use nalgebra::Complex;
+
+use super::two_degree::Motion;
+use super::{Options, Startup, two_degree};
+use crate::diagnose::{Candidate, Outcome, best_fit, improve};
+use crate::error::Error;
+use crate::measurement::Reading;
+use crate::rotor::Rotor;
+
+type C = Complex<f64>;
+
+/// A model on the way from the simple one to the one that fits.
+#[derive(Debug, Clone)]
+pub struct Stage {
+    /// What it is, or which effect was added.
+    pub label: String,
+    /// What it predicts along every direction.
+    pub motion: Motion,
+    /// χ² per real number, of rotor models.
+    pub chi2_per_value: Option<f64>,
+}
+
+/// What the chain found.
+#[derive(Debug, Clone)]
+pub struct Chain {
+    /// From the simple model to the last.
+    pub stages: Vec<Stage>,
+    /// What `improve` made of it.
+    pub outcome: Outcome,
+    /// Unbalance of each plane of the last model and the standard deviation of its components, kg·m.
+    pub unbalance_kg_m: Vec<(C, f64)>,
+}
+
+impl Chain {
+    /// The candidate shaft bow, if it was looked at and not added: an own unbalance pulls with Ω², a bow
+    /// with the same force at every speed, so a start-up tells them apart.
+    pub fn bow(&self) -> Option<&Candidate> {
+        self.outcome.candidates.iter().find(|c| c.effect == "shaft_bow")
+    }
+}
+
+/// The stages that need no rotor model: the two-degree model, alone and with the disk's own unbalance.
+pub fn simple_stages(found: &Startup, readings: &[Reading], options: &Options) -> Vec<Stage> {
+    let known = two_degree::predictable(&found.runs, &options.unknown_weights);
+    let stage = |label: &str, own: C| Stage {
+        label: label.into(),
+        motion: found.two_degree(readings, &known, own),
+        chi2_per_value: None,
+    };
+    let mut stages = vec![stage("two-degree model, added mass alone", C::from(0.0))];
+    if let Some(own) = &found.own_kg_m {
+        stages.push(stage("two-degree model with own unbalance", own.unbalance_kg_m));
+    }
+    stages
+}
+
+/// Fits and improves the rotor model on the runs whose weights are known.
+///
+/// # Errors
+/// As [`improve`], or if no run is left.
+pub fn chain(
+    rotor: &Rotor,
+    readings: &[Reading],
+    found: &Startup,
+    options: &Options,
+    mut progress: impl FnMut(&str),
+) -> Result<Chain, Error> {
+    let unknown = |r: &Reading| r.run.as_ref().is_some_and(|run| options.unknown_weights.contains(run));
+    let usable: Vec<usize> = (0..readings.len()).filter(|i| !unknown(&readings[*i])).collect();
+    let kept: Vec<Reading> = usable.iter().map(|i| readings[*i].clone()).collect();
+    if kept.is_empty() {
+        return Err(Error::Unsuitable("no run has known weights, so no rotor model can be fitted".into()));
+    }
+    let fitted = |rotor: &Rotor, label: String| -> Result<(Stage, Vec<(C, f64)>), Error> {
+        let fit = best_fit(rotor, &kept)?;
+        let mut motion: Motion = vec![vec![None; found.directions.len()]; readings.len()];
+        for (row, along) in usable.iter().zip(found.along_directions(&fit.predicted_m)) {
+            motion[*row] = along;
+        }
+        let sd = |plane: usize| {
+            let variance = |i: usize| fit.unbalance_covariance[(2 * plane + i, 2 * plane + i)];
+            variance(0).max(variance(1)).max(0.0).sqrt()
+        };
+        let planes = fit.unbalance_kg_m.iter().enumerate().map(|(i, u)| (*u, sd(i))).collect();
+        Ok((Stage { label, motion, chi2_per_value: Some(fit.chi2_per_value) }, planes))
+    };
+    let mut stages = simple_stages(found, readings, options);
+    let (stage, mut unbalance_kg_m) = fitted(rotor, "rotor model, bearings and own unbalance fitted".into())?;
+    stages.push(stage);
+    let outcome = improve(rotor, &kept, |step| progress(&step.added.label()))?;
+    let mut rotors: Vec<&Rotor> = outcome.steps.iter().map(|s| &s.rotor).collect();
+    if let Some(last) = rotors.last_mut() {
+        *last = &outcome.rotor;
+    }
+    for (step, rotor) in outcome.steps.iter().zip(rotors) {
+        let (stage, planes) = fitted(rotor, format!("+ {}", step.added.label()))?;
+        stages.push(stage);
+        unbalance_kg_m = planes;
+    }
+    Ok(Chain { stages, outcome, unbalance_kg_m })
+}

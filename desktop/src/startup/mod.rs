@@ -1,0 +1,155 @@
+//! A single-disk rotor from its start-up alone.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`series`] | each run along each direction that a bearing's probes see |
+//! | [`half_power`], [`circle`], [`least_squares`] | natural speed and damping, three ways |
+//! | [`estimate`] | what follows from them: damping, stiffness, bearing; over all runs |
+//! | [`shaft`] | the shaft as a spring under the disk, by beam theory |
+//! | [`two_degree`] | the simple model's prediction, and how far any model is off |
+//! | [`chain`] | what this project's own diagnosis makes of the same data |
+//!
+//! The simple model is that of AlSaleh, Sedighi, Ouakad (2020): two uncoupled oscillators
+//! `m ẍ + c ẋ + k x = U Ω² cos Ωt` and the same in y, one pair for each bearing's probes, driven by the
+//! added mass, with `c = 2 ζ m ω` and `k = m ω²`.
+
+pub mod chain;
+pub mod circle;
+pub mod estimate;
+pub mod half_power;
+pub mod least_squares;
+mod minimum;
+pub mod series;
+pub mod shaft;
+#[cfg(test)]
+mod tests;
+pub mod two_degree;
+
+use nalgebra::Complex;
+
+use crate::error::Error;
+use crate::identify::assumed_noise;
+use crate::measurement::Reading;
+use crate::rotor::{Noise, Rotor};
+
+use estimate::{Combined, Seen};
+use series::{Direction, Run};
+use shaft::ShaftSpring;
+
+/// The clearance of the bearings of the paper's kit, 5 mil, µm.
+pub const PAPER_CLEARANCE_UM: f64 = 127.0;
+/// The speeds at which the paper compares, rpm.
+pub const PAPER_SPEEDS_RPM: [f64; 2] = [1000.0, 3600.0];
+
+/// Natural speed and damping ratio of one oscillator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Modal {
+    /// Natural speed, rad/s.
+    pub natural_rad_s: f64,
+    /// Damping ratio.
+    pub damping_ratio: f64,
+}
+
+impl Modal {
+    /// Motion per eccentricity `U/m`: `Ω² / (ω² − Ω² + 2iζωΩ)`.
+    pub fn per_eccentricity(&self, speed_rad_s: f64) -> Complex<f64> {
+        let (w, n) = (speed_rad_s, self.natural_rad_s);
+        Complex::from(w * w) / Complex::new(n * n - w * w, 2.0 * self.damping_ratio * n * w)
+    }
+}
+
+/// A number with its standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Value {
+    /// The number.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sd: f64,
+}
+
+/// What the caller knows beside the rotor's file.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Options {
+    /// Mass of the two-degree model, kg; the disk's as in the paper if not stated.
+    pub mass_kg: Option<f64>,
+    /// Runs whose trial weights are not known well enough to predict them.
+    pub unknown_weights: Vec<String>,
+}
+
+/// The simple model of a start-up.
+#[derive(Debug, Clone)]
+pub struct Startup {
+    /// Mass of the two-degree model, kg.
+    pub mass_kg: f64,
+    /// The shaft under the disk.
+    pub spring: ShaftSpring,
+    /// Where the shaft is seen.
+    pub directions: Vec<Direction>,
+    /// The runs.
+    pub runs: Vec<Run>,
+    /// Estimates of each run along each direction.
+    pub seen: Vec<Vec<Seen>>,
+    /// The same over all runs, by direction.
+    pub combined: Vec<Combined>,
+    /// Whether the natural speed moves with the amplitude, by direction.
+    pub shifts: Vec<Option<estimate::Shift>>,
+    /// The disk's own unbalance by the two-degree model, where trial weights tell it, kg·m.
+    pub own_kg_m: Option<estimate::Own>,
+    /// The noise that was gone by.
+    pub noise: Noise,
+    /// What could not be done, one sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// Estimates the simple model from a start-up.
+///
+/// # Errors
+/// If the rotor has not exactly one disk, or nothing at all can be estimated: one sentence on what is
+/// missing.
+pub fn startup(rotor: &Rotor, readings: &[Reading], options: &Options) -> Result<Startup, Error> {
+    let [disk] = rotor.disk.as_slice() else {
+        return Err(Error::Unsuitable(format!(
+            "the rotor has {} disks; the two-degree model of a start-up needs exactly one [[disk]]",
+            rotor.disk.len()
+        )));
+    };
+    let mass_kg = options.mass_kg.unwrap_or(disk.mass_kg);
+    if mass_kg <= 0.0 {
+        return Err(Error::Unsuitable(format!(
+            "disk \"{}\" has no mass_kg, which the model needs",
+            disk.name
+        )));
+    }
+    let spring = ShaftSpring::of(rotor, disk)?;
+    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let directions = series::directions(rotor);
+    let runs = Run::all(rotor, readings);
+    let mut remarks = Vec::new();
+    if rotor.noise.is_none() {
+        remarks.push(format!(
+            "The rotor's file has no [noise]; {:.0} % of the amplitude and {:.3} µm were assumed.",
+            noise.relative * 100.0,
+            noise.floor_um
+        ));
+    }
+    for name in &options.unknown_weights {
+        remarks.push(format!(
+            "The weight of run {name} has no angle_deg: its resonance is evaluated, but nothing is predicted for it."
+        ));
+    }
+    let seen: Vec<Vec<Seen>> = runs
+        .iter()
+        .map(|run| directions.iter().map(|d| Seen::of(&series::series(readings, &noise, run, d))).collect())
+        .collect();
+    remarks.extend(estimate::unseen(&runs, &directions, &seen));
+    if seen.iter().flatten().all(|s| s.half_power.is_err() && s.circle.is_err() && s.least_squares.is_err()) {
+        return Err(Error::Unsuitable(remarks.pop().unwrap_or_else(|| "there is no reading".into())));
+    }
+    let by_direction = |d: usize| seen.iter().map(move |run| &run[d]);
+    let combined = (0..directions.len()).map(|d| Combined::of(by_direction(d), mass_kg, &spring)).collect();
+    let shifts = (0..directions.len()).map(|d| estimate::Shift::of(by_direction(d))).collect();
+    let known: Vec<bool> =
+        runs.iter().map(|r| !options.unknown_weights.iter().any(|u| u == r.label())).collect();
+    let own_kg_m = estimate::Own::of(&runs, &known, &directions, &seen);
+    Ok(Startup { mass_kg, spring, directions, runs, seen, combined, shifts, own_kg_m, noise, remarks })
+}

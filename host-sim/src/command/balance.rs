@@ -1,0 +1,283 @@
+//! `balance`: correction weights from the identified model and from the trial runs alone.
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use clap::Args;
+use rotor_edge_desktop::balance::influence::from_trial_runs;
+use rotor_edge_desktop::balance::model::from_model;
+use rotor_edge_desktop::balance::weights::Allowed;
+use rotor_edge_desktop::balance::{Balanced, Plan};
+use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
+use serde_json::{Value, json};
+
+use super::output;
+use super::startup::range;
+use crate::report::balance_sections;
+
+/// Chance of a misfit from noise alone below which it is not noise.
+const CHANCE: f64 = 1e-3;
+
+/// What the command line asks of the command.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rotor, best as `improve` or `startup` wrote it, rotor.toml
+    rotor: PathBuf,
+    /// Its runs with trial weights, measured.csv
+    data: PathBuf,
+    /// Planes to put weights into [default: all]
+    #[arg(long, value_delimiter = ',')]
+    planes: Vec<String>,
+    /// Radii at which weights can sit, mm [default: the unbalance alone is given]
+    #[arg(long, value_delimiter = ',')]
+    radii_mm: Vec<f64>,
+    /// Weights come in multiples of this, g
+    #[arg(long, requires = "radii_mm")]
+    step_g: Option<f64>,
+    /// Speeds at which vibration counts, rpm, as in 600..4200 [default: all that were measured]
+    #[arg(long, value_parser = range)]
+    range: Option<[f64; 2]>,
+    /// Speed at which the balance grade is stated, rpm [default: the fastest that was measured]
+    #[arg(long)]
+    service_rpm: Option<f64>,
+    /// Count angles against the rotation, as the degree marks of many couplings do
+    #[arg(long)]
+    against_rotation: bool,
+    #[command(flatten)]
+    form: output::Form,
+}
+
+/// Weights by both ways, and how they are told.
+pub struct Answer {
+    /// Name of the way and what it gave.
+    pub ways: Vec<(&'static str, Balanced)>,
+    /// Names of the correction planes.
+    pub planes: Vec<String>,
+    /// Speeds at which vibration counts, rpm.
+    pub range_rpm: [f64; 2],
+    /// Speed of the grade, rpm.
+    pub service_rpm: f64,
+    /// Whether angles count against the rotation.
+    pub against_rotation: bool,
+    /// What could not be done, one sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let positive = |v: &f64| *v > 0.0 && v.is_finite();
+    let stated = [("--step-g", arguments.step_g), ("--service-rpm", arguments.service_rpm)];
+    let stated = stated.into_iter().filter_map(|(name, value)| Some((name, value?)));
+    for (name, value) in stated.chain(arguments.radii_mm.iter().map(|r| ("--radii-mm", *r))) {
+        if !positive(&value) {
+            bail!("{name} must be a positive number, not {value}");
+        }
+    }
+    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data)?;
+    let speeds = || readings.iter().map(|r| r.speed_rpm);
+    let fastest_rpm = speeds().fold(0.0, f64::max);
+    let planes = Plan::planes_named(&rotor, &arguments.planes)?;
+    let allowed = Allowed { radii_mm: arguments.radii_mm.clone(), step_g: arguments.step_g };
+    let plan = Plan {
+        allowed: vec![allowed; planes.len()],
+        range_rpm: arguments.range.unwrap_or([speeds().fold(f64::INFINITY, f64::min), fastest_rpm]),
+        service_rpm: arguments.service_rpm.unwrap_or(fastest_rpm),
+        planes,
+    };
+    let working = output::spinner("fitting the model");
+    let tried = [
+        ("identified model", from_model(&rotor, &readings, &plan)),
+        ("trial runs alone", from_trial_runs(&rotor, &readings, &plan)),
+    ];
+    working.finish_and_clear();
+    let (mut ways, mut remarks) = (Vec::new(), Vec::new());
+    for (name, found) in tried {
+        match found {
+            Ok(found) => {
+                remarks.extend(doubt(name, &found));
+                ways.push((name, found));
+            }
+            Err(why) => remarks.push(format!("No weights by the {name}: {why}.")),
+        }
+    }
+    if ways.is_empty() {
+        bail!("{}: {}", arguments.data.display(), remarks.join(" "));
+    }
+    let answer = Answer {
+        ways,
+        planes: plan.planes.iter().map(|p| rotor.plane[*p].name.clone()).collect(),
+        range_rpm: plan.range_rpm,
+        service_rpm: plan.service_rpm,
+        against_rotation: arguments.against_rotation,
+        remarks,
+    };
+    if let Some(path) = &arguments.form.report {
+        output::report(path, &format!("{}: balance", rotor.name), balance_sections(&answer))?;
+    }
+    if arguments.form.json {
+        return output::json(&answer.json());
+    }
+    answer.print();
+    Ok(())
+}
+
+/// What speaks against believing a way.
+fn doubt(name: &str, found: &Balanced) -> Option<String> {
+    let chi2 = found.misfit.filter(|misfit| misfit.chance() < CHANCE)?.chi2_per_value;
+    Some(match name {
+        "identified model" => {
+            format!(
+                "The model misses (χ² per value {chi2:.2}, noise would be 1): `rotor-edge improve` it before balancing by it."
+            )
+        }
+        _ => format!(
+            "The trial runs contradict each other (χ² per value {chi2:.2}, noise would be 1): the machine changed between \
+             them or is not linear."
+        ),
+    })
+}
+
+impl Answer {
+    /// The direction in which angles count.
+    pub fn direction(&self) -> &'static str {
+        if self.against_rotation { "against the rotation" } else { "with the rotation" }
+    }
+
+    /// Columns of the table of weights.
+    pub const COLUMNS: [&str; 5] = ["by", "plane", "unbalance to add, g·mm", "angle", "weight"];
+
+    /// Rows of the table of weights.
+    pub fn rows(&self) -> Vec<[String; 5]> {
+        let mut rows = Vec::new();
+        for (way, found) in &self.ways {
+            for (plane, weight) in self.weights(found).into_iter().enumerate() {
+                let mass = weight
+                    .mass_and_radius
+                    .map_or("–".into(), |[mass_g, radius_mm]| format!("{mass_g:.3} g at {radius_mm} mm"));
+                rows.push([
+                    (*way).to_string(),
+                    self.planes[plane].clone(),
+                    format!("{:.3} ± {:.3}", weight.wanted_g_mm, weight.sd_g_mm),
+                    format!("{:.1}° ± {:.1}°", weight.angle_deg, weight.angle_sd_deg),
+                    mass,
+                ]);
+            }
+        }
+        rows
+    }
+
+    /// What the weights do, one sentence a way.
+    pub fn effect_lines(&self) -> Vec<String> {
+        let line = |(way, found): &(&str, Balanced)| {
+            let (overall, grade) = (&found.overall, &found.grade);
+            format!(
+                "By the {way}: {:.2} µm become {:.2} ± {:.2} µm, {:.1} % less; balance grade G {:.2} becomes G {:.2}, at most G {:.2}.",
+                overall.before_m * 1e6,
+                overall.after_m * 1e6,
+                overall.after_sd_m * 1e6,
+                100.0 * overall.reduction(),
+                grade.before_mm_s,
+                grade.after_mm_s,
+                grade.after_at_most_mm_s
+            )
+        };
+        self.ways.iter().map(line).collect()
+    }
+
+    /// What the figures of [`effect_lines`](Self::effect_lines) are.
+    pub fn legend(&self) -> String {
+        let [from, to] = self.range_rpm;
+        format!(
+            "Amplitudes zero to peak, root mean square over probes and speeds from {from:.0} to {to:.0} rpm; grades of \
+             ISO 21940-11 at {:.0} rpm, in mm/s.",
+            self.service_rpm
+        )
+    }
+
+    fn weights(&self, found: &Balanced) -> Vec<Told> {
+        let told = |((wanted, weight), sd): ((&_, &rotor_edge_desktop::balance::weights::Weight), &f64)| {
+            let [wanted_g_mm, with_deg] = g_mm_deg(*wanted);
+            let sd_g_mm = sd * G_MM;
+            let angle_deg = if self.against_rotation { -with_deg } else { with_deg };
+            Told {
+                wanted_g_mm,
+                sd_g_mm,
+                angle_deg: angle_deg.rem_euclid(360.0),
+                angle_sd_deg: (sd_g_mm / wanted_g_mm).atan().to_degrees(),
+                placed_g_mm: weight.unbalance_kg_m.norm() * G_MM,
+                mass_and_radius: weight.mass_and_radius,
+            }
+        };
+        found.wanted_kg_m.iter().zip(&found.weights).zip(&found.sd_kg_m).map(told).collect()
+    }
+
+    fn print(&self) {
+        println!(
+            "Correction weights for the machine without trial weights; angles from the keyphasor mark, {}",
+            self.direction()
+        );
+        output::table(&Self::COLUMNS, &self.rows());
+        println!();
+        self.effect_lines().iter().for_each(|line| println!("{line}"));
+        println!("{}", self.legend());
+        if !self.remarks.is_empty() {
+            println!();
+        }
+        self.remarks.iter().for_each(|remark| println!("{remark}"));
+    }
+
+    fn json(&self) -> Value {
+        let way = |(name, found): &(&str, Balanced)| {
+            let weights = self.weights(found);
+            json!({
+                "by": name,
+                "weights": weights.iter().zip(&self.planes).map(|(w, plane)| json!({
+                    "plane": plane,
+                    "unbalance_g_mm": w.wanted_g_mm,
+                    "sd_g_mm": w.sd_g_mm,
+                    "angle_deg": w.angle_deg,
+                    "angle_sd_deg": w.angle_sd_deg,
+                    "mass_g": w.mass_and_radius.map(|[mass_g, _]| mass_g),
+                    "radius_mm": w.mass_and_radius.map(|[_, radius_mm]| radius_mm),
+                    "placed_g_mm": w.placed_g_mm,
+                })).collect::<Vec<_>>(),
+                "vibration_um": {
+                    "before": found.overall.before_m * 1e6,
+                    "after": found.overall.after_m * 1e6,
+                    "after_sd": found.overall.after_sd_m * 1e6,
+                    "reduction": found.overall.reduction(),
+                },
+                "by_speed": found.vibration.iter().map(|v| json!({
+                    "speed_rpm": v.speed_rpm,
+                    "before_um": v.before_m * 1e6,
+                    "after_um": v.after_m * 1e6,
+                    "after_sd_um": v.after_sd_m * 1e6,
+                })).collect::<Vec<_>>(),
+                "grade_mm_s": {
+                    "before": found.grade.before_mm_s,
+                    "after": found.grade.after_mm_s,
+                    "after_at_most": found.grade.after_at_most_mm_s,
+                },
+                "chi2_per_value": found.misfit.map(|m| m.chi2_per_value),
+                "chance": found.misfit.map(|m| m.chance()),
+            })
+        };
+        json!({
+            "angles": self.direction(),
+            "range_rpm": self.range_rpm,
+            "service_rpm": self.service_rpm,
+            "ways": self.ways.iter().map(way).collect::<Vec<_>>(),
+            "remarks": self.remarks,
+        })
+    }
+}
+
+/// A weight as it is told.
+struct Told {
+    wanted_g_mm: f64,
+    sd_g_mm: f64,
+    angle_deg: f64,
+    angle_sd_deg: f64,
+    placed_g_mm: f64,
+    mass_and_radius: Option<[f64; 2]>,
+}

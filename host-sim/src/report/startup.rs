@@ -1,0 +1,240 @@
+//! What `startup --report` says: the start-ups with their marks, the simple model and where it fails, the
+//! models on the way to one that fits.
+
+use nalgebra::Complex;
+use rotor_edge_desktop::measurement::{rad_s, rpm as to_rpm};
+use rotor_edge_desktop::startup::series::{Point, Run, series};
+use rotor_edge_desktop::unbalance::G_MM;
+
+use super::bode::bode_of;
+use super::orbit::{OrbitPanel, orbit};
+use super::scale::rpm;
+use super::trend::{Trend, trend};
+use super::wave::wave;
+use super::{Curve, Figure, Section, Table, identifier};
+use crate::command::startup::Answer;
+use crate::command::startup_text::{
+    ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_rows, model_lines, own_lines, pk_pk, run_rows, shift_lines,
+    stage_columns, stage_rows,
+};
+
+type C = Complex<f64>;
+
+/// All sections.
+pub fn startup_sections(answer: &Answer) -> Vec<Section> {
+    let mut sections = vec![summary(answer), bodes(answer), errors(answer)];
+    sections.extend([orbits(answer), waves(answer)].into_iter().filter(|s| !s.figures.is_empty()));
+    sections
+}
+
+fn figure(title: String, caption: &str, draw: impl FnOnce(&str) -> String) -> Figure {
+    Figure { id: identifier(&title), svg: draw(&title), title, caption: caption.into() }
+}
+
+fn summary(answer: &Answer) -> Section {
+    let mut paragraphs = model_lines(answer);
+    paragraphs.extend(own_lines(answer));
+    if let Some(chain) = &answer.chain {
+        paragraphs.push(chain.outcome.summary.clone());
+        for step in &chain.outcome.steps {
+            paragraphs.push(format!("{}: {}", step.added.label(), step.added.explanation()));
+        }
+    }
+    paragraphs.extend(answer.remarks.iter().cloned());
+    let estimates = Table {
+        caption: "The two-degree model three ways, over all runs, ± one standard deviation".into(),
+        columns: ESTIMATE_COLUMNS.map(String::from).to_vec(),
+        rows: estimate_rows(answer).into_iter().map(|r| r.to_vec()).collect(),
+    };
+    let stages = Table {
+        caption: format!(
+            "From the simple model to one that fits: largest error over all runs in percent of {:.0} µm",
+            answer.clearance_um
+        ),
+        columns: stage_columns(answer),
+        rows: stage_rows(answer),
+    };
+    Section { heading: "Summary".into(), paragraphs, tables: vec![estimates, stages], figures: Vec::new() }
+}
+
+/// Every run along a direction, with its peak and half-power points.
+fn bodes(answer: &Answer) -> Section {
+    let found = &answer.found;
+    let draw = |d: usize| {
+        let direction = &found.directions[d];
+        let points = |run: &Run| series(&answer.readings, &found.noise, run, direction);
+        let curve = |run: &Run| Curve {
+            label: run.label().to_string(),
+            points: points(run).iter().map(|p| (to_rpm(p.speed_rad_s), p.motion_m)).collect(),
+        };
+        let marks: Vec<(f64, C)> = found
+            .runs
+            .iter()
+            .zip(&found.seen)
+            .filter_map(|(run, seen)| Some((points(run), seen[d].half_power.as_ref().ok()?)))
+            .flat_map(|(points, (marks, _))| {
+                let [before, after] = marks.half_power_rad_s;
+                [before, marks.peak[0], after]
+                    .into_iter()
+                    .filter_map(move |w| Some((to_rpm(w), between(&points, w)?)))
+            })
+            .collect();
+        let curves: Vec<Curve> = found.runs.iter().map(curve).collect();
+        let caption = "Every run as measured; circles: the peak and both half-power points of each.";
+        figure(format!("Bode {}", direction.label), caption, |title| {
+            bode_of("identified points", title, &marks, &curves)
+        })
+    };
+    let mut paragraphs = vec!["Amplitude above, phase lag below, for every added mass.".to_string()];
+    paragraphs.extend(shift_lines(answer));
+    let mut figures: Vec<Figure> = (0..found.directions.len()).map(draw).collect();
+    if let Some(own) = answer.own_kg_m() {
+        figures.extend((0..found.directions.len()).map(|d| per_unbalance(answer, d, own)));
+    }
+    let tables = vec![Table {
+        caption: "Peak and half-power points of every run".into(),
+        columns: RUN_COLUMNS.map(String::from).to_vec(),
+        rows: run_rows(answer).into_iter().map(|r| r.to_vec()).collect(),
+    }];
+    Section { heading: "Start-ups".into(), paragraphs, tables, figures }
+}
+
+/// Every run along a direction per unit of own and added unbalance.
+fn per_unbalance(answer: &Answer, d: usize, own_kg_m: C) -> Figure {
+    let found = &answer.found;
+    let direction = &found.directions[d];
+    let curve = |run: &Run| {
+        let unbalance_g_mm = (own_kg_m + run.added_kg_m).norm() * G_MM;
+        let points = series(&answer.readings, &found.noise, run, direction);
+        let point = |p: &Point| (to_rpm(p.speed_rad_s), p.motion_m.norm() * 1e6 / unbalance_g_mm);
+        (run.label().to_string(), points.iter().map(point).collect())
+    };
+    let drawn = Trend {
+        along: "speed, rpm".into(),
+        quantity: "µm per g·mm".into(),
+        curves: found.runs.iter().filter(|r| answer.is_known(r)).map(curve).collect(),
+        ..Trend::default()
+    };
+    let caption = "Amplitude over own and added unbalance together: on a linear machine the curves are one.";
+    figure(format!("Per unbalance {}", direction.label), caption, |title| trend(title, &drawn))
+}
+
+/// The motion between two readings.
+fn between(points: &[Point], speed_rad_s: f64) -> Option<C> {
+    let right = points.partition_point(|p| p.speed_rad_s < speed_rad_s).max(1);
+    let (a, b) = (points.get(right - 1)?, points.get(right)?);
+    let share = (speed_rad_s - a.speed_rad_s) / (b.speed_rad_s - a.speed_rad_s);
+    Some(a.motion_m * (1.0 - share) + b.motion_m * share)
+}
+
+/// The simple model and, where there is one, the last.
+fn models(answer: &Answer) -> Vec<(&'static str, usize)> {
+    let last = answer.stages.len() - 1;
+    let improved = answer.chain.is_some().then_some(("improved model", last));
+    std::iter::once(("two-degree model", 0)).chain(improved).collect()
+}
+
+fn errors(answer: &Answer) -> Section {
+    let found = &answer.found;
+    let table = |speed: f64| {
+        let rows = found.errors_at(&answer.readings, &answer.stages[0].motion, speed);
+        let row = |e: &rotor_edge_desktop::startup::two_degree::ErrorAt| {
+            vec![
+                format!("{}, {}", found.runs[e.run].label(), answer.bearings[e.bearing]),
+                pk_pk(&e.measured_m),
+                pk_pk(&e.predicted_m),
+                format!("{:.1}", e.error_m * 1e6),
+                format!("{:.1} %", answer.percent(e.error_m)),
+            ]
+        };
+        let columns = [
+            "run and bearing",
+            "measured, µm pk-pk",
+            "predicted, µm pk-pk",
+            "distance, µm",
+            "of the clearance",
+        ];
+        Table {
+            caption: format!("Two-degree model at {}", rpm(speed)),
+            columns: columns.map(String::from).to_vec(),
+            rows: rows.iter().map(row).collect(),
+        }
+    };
+    let by_speed = |stage: usize| {
+        answer.found.worst_by_speed(&answer.readings, &answer.stages[stage].motion, answer.range_rpm)
+    };
+    let line = |stage: usize, what: usize| {
+        by_speed(stage).iter().map(|w| (to_rpm(rad_s(w[0])), answer.percent(w[what]))).collect::<Vec<_>>()
+    };
+    let mut curves: Vec<(String, Vec<(f64, f64)>)> =
+        models(answer).into_iter().map(|(label, stage)| (label.to_string(), line(stage, 1))).collect();
+    curves.push(("noise at that reading".into(), line(answer.stages.len() - 1, 2)));
+    let drawn =
+        Trend { along: "speed, rpm".into(), quantity: "% of clearance".into(), curves, ..Trend::default() };
+    let caption = "The largest error over all runs and bearings at every measured speed.";
+    Section {
+        heading: "Errors".into(),
+        paragraphs: vec![
+            "The error is the largest distance between measured and predicted centre of the shaft at the same moment of \
+             a turn, so it counts phase as well as amplitude."
+                .into(),
+        ],
+        tables: answer.speeds_rpm.iter().map(|s| table(*s)).filter(|t| !t.rows.is_empty()).collect(),
+        figures: vec![figure("Error by speed".into(), caption, |title| trend(title, &drawn))],
+    }
+}
+
+fn orbits(answer: &Answer) -> Section {
+    let found = &answer.found;
+    let measured = found.measured(&answer.readings);
+    let mut figures = Vec::new();
+    for run in &found.runs {
+        for (b, bearing) in answer.bearings.iter().enumerate() {
+            let [x, y] = found.directions_of(b)[..] else { continue };
+            let labels: Vec<&str> = models(answer).into_iter().map(|(label, _)| label).collect();
+            let panel = |speed: &f64| {
+                let row = run.nearest(&answer.readings, *speed)?;
+                let of = |m: &[Option<C>]| Some([m[x]?, m[y]?]);
+                let stage = |(_, stage): (&str, usize)| of(&answer.stages[stage].motion[row]);
+                Some(OrbitPanel {
+                    speed_rpm: answer.readings[row].speed_rpm,
+                    measured_m: of(&measured[row])?,
+                    models_m: models(answer).into_iter().map(stage).collect::<Option<_>>()?,
+                })
+            };
+            let panels: Vec<OrbitPanel> = answer.speeds_rpm.iter().filter_map(panel).collect();
+            if panels.is_empty() {
+                continue;
+            }
+            let title = format!("Orbits at {bearing}, run {}", run.label());
+            figures
+                .push(figure(title, "Each panel has its own scale.", |title| orbit(title, &labels, &panels)));
+        }
+    }
+    let text = "The path of the shaft's centre, seen along the shaft; dots where the keyphasor fires.";
+    Section { heading: "Orbits".into(), paragraphs: vec![text.into()], tables: Vec::new(), figures }
+}
+
+/// Time waves of the run with the largest mass.
+fn waves(answer: &Answer) -> Section {
+    let found = &answer.found;
+    let measured = found.measured(&answer.readings);
+    let Some(run) = found.runs.iter().max_by(|a, b| a.added_kg_m.norm().total_cmp(&b.added_kg_m.norm()))
+    else {
+        return Section::default();
+    };
+    let mut figures = Vec::new();
+    for speed in &answer.speeds_rpm {
+        let Some(row) = run.nearest(&answer.readings, *speed) else { continue };
+        for (d, direction) in found.directions.iter().enumerate() {
+            let Some(seen) = measured[row][d] else { continue };
+            let says =
+                |(label, stage): (&'static str, usize)| Some((label, answer.stages[stage].motion[row][d]?));
+            let said: Vec<(&str, C)> = models(answer).into_iter().filter_map(says).collect();
+            let title = format!("Time wave {}, {}", direction.label, rpm(answer.readings[row].speed_rpm));
+            figures.push(figure(title, "One turn of the shaft.", |title| wave(title, seen, &said)));
+        }
+    }
+    let text = format!("Run {}, the one with the largest mass.", run.label());
+    Section { heading: "Time waves".into(), paragraphs: vec![text], tables: Vec::new(), figures }
+}

@@ -1,0 +1,82 @@
+//! One shared bus, as tests of several commands join it.
+
+use std::io::{BufRead, BufReader, Read};
+use std::net::TcpStream;
+use std::process::{Child, ChildStderr, Command, Stdio};
+use std::time::Duration;
+
+use rotor_edge::bus::{CanBus, open};
+use serde_json::Value;
+
+/// Far longer than anything here takes, on a busy machine too.
+pub const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A running `rotor-edge bus` on free ports.
+pub struct Shared {
+    pub program: Child,
+    /// Unless a test reads it itself.
+    pub stderr: Option<BufReader<ChildStderr>>,
+    pub opened: Value,
+}
+
+impl Shared {
+    pub fn start(more: &[&str]) -> Self {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+            .args(["bus", "--json", "--slcan", "0", "--socketcand", "0"])
+            .args(more)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut text = String::new();
+        for line in BufReader::new(program.stdout.take().unwrap()).lines() {
+            let line = line.unwrap();
+            text += &line;
+            if line == "}" {
+                break;
+            }
+        }
+        let stderr = program.stderr.take().map(BufReader::new);
+        Self { program, stderr, opened: serde_json::from_str(&text).expect(&text) }
+    }
+
+    pub fn spec(&self, kind: &str) -> &str {
+        self.opened[kind].as_str().unwrap()
+    }
+
+    pub fn join(&self, kind: &str) -> Box<dyn CanBus> {
+        open(self.spec(kind)).unwrap()
+    }
+
+    pub fn raw(&self, port: &str) -> TcpStream {
+        let port = self.opened[port].as_u64().unwrap() as u16;
+        let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream
+    }
+
+    /// Sends a signal; exit code and what was said.
+    pub fn end(mut self, signal: &str) -> (Option<i32>, String) {
+        let kill = Command::new("kill").args([signal, &self.program.id().to_string()]).status().unwrap();
+        assert!(kill.success());
+        let code = self.program.wait().unwrap().code();
+        (code, self.rest_said())
+    }
+
+    /// What is said until the end.
+    pub fn rest_said(&mut self) -> String {
+        let mut said = String::new();
+        if let Some(stderr) = &mut self.stderr {
+            stderr.read_to_string(&mut said).unwrap();
+        }
+        said
+    }
+}
+
+impl Drop for Shared {
+    fn drop(&mut self) {
+        // gone already, unless the test failed
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
