@@ -136,7 +136,7 @@ impl Chromium {
 fn framed(page: &str, width_px: u32, height_px: f64) -> String {
     let page = page.replace('&', "&amp;").replace('"', "&quot;");
     format!(
-        "<!DOCTYPE html><html><body style=\"margin:0\"><iframe srcdoc=\"{page}\" \
+        "<!DOCTYPE html><html><meta charset=\"utf-8\"><body style=\"margin:0\"><iframe srcdoc=\"{page}\" \
          style=\"border:0;display:block;width:{width_px}px;height:{height_px}px\"></iframe></body></html>"
     )
 }

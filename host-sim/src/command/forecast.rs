@@ -177,10 +177,10 @@ pub fn against_naive(forecasts: &[Forecast], horizons: &[usize]) -> Vec<String> 
         }
         match (better.is_empty(), worse.is_empty()) {
             (true, true) => format!("At {h} days nothing can be compared: the track is too short."),
-            (false, true) => format!("At {h} days it beats the naive forecast on all four."),
-            (true, false) => format!("At {h} days it does not beat the naive forecast on any."),
+            (false, true) => format!("At {h} d it beats the naive forecast on all four."),
+            (true, false) => format!("At {h} d it does not beat the naive forecast on any."),
             (false, false) => format!(
-                "At {h} days it beats the naive forecast on {}, not on {}.",
+                "At {h} d it beats the naive forecast on {}, not on {}.",
                 better.join(", "),
                 worse.join(", ")
             ),
