@@ -108,12 +108,14 @@ def wait_for(bus, name, node, seconds=10.0, accept=lambda signals: True):
 
 def collect(bus, node, last, seconds=20.0):
     """Results by the number of their reading, until that of reading ``last``; {sequence: result}."""
-    results, answers = Results(node), {}
+    results, answers, said = Results(node), {}, {}
     end = time.monotonic() + seconds
     while last not in answers:
-        assert time.monotonic() < end, f"no answer to reading {last}, only to {list(answers)}"
+        assert time.monotonic() < end, f"no answer to reading {last}, only to {list(answers)}; last heard: {said}"
         received = bus.recv(1.0)
         result = received and results.take(received)
+        if received and (decoded := decode(received)):
+            said[decoded[0]] = decoded[2]
         if result:
             answers[result["Status"]["Sequence"]] = result
     return answers
