@@ -1,15 +1,14 @@
 //! The program as a user meets it: exit codes, JSON, and one clear sentence for each bad input.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+#[path = "cli/program.rs"]
+mod program;
 
+use std::path::{Path, PathBuf};
+
+use program::{assert_says, rotor_edge};
 use rotor_edge::sample;
 use serde_json::Value;
 use tempfile::TempDir;
-
-fn rotor_edge(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rotor-edge")).args(arguments).output().unwrap()
-}
 
 struct Folder(TempDir);
 
@@ -32,25 +31,11 @@ impl Folder {
 fn refusal(rotor: &str, record: &str) -> String {
     let folder = Folder::new();
     let (rotor, record) = (folder.file("rotor.toml", rotor), folder.file("record.csv", record));
-    let output = rotor_edge(&["replay", "--rotor", &rotor, "--record", &record]);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(output.stdout.is_empty(), "nothing half-done on standard output");
-    assert_eq!(message.trim_end().lines().count(), 1, "one sentence: {message}");
-    message
-}
-
-#[track_caller]
-fn assert_says(message: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(message.contains(part), "\"{part}\" is missing in: {message}");
-    }
+    program::refusal(&["replay", "--rotor", &rotor, "--record", &record])
 }
 
 fn json(arguments: &[&str]) -> Value {
-    let output = rotor_edge(arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("one JSON object on standard output")
+    program::json(&rotor_edge(arguments))
 }
 
 #[test]

@@ -3,7 +3,6 @@
 #[path = "cli/program.rs"]
 mod program;
 #[path = "cli/shared.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
 mod shared;
 
 use std::io::{BufRead, BufReader};

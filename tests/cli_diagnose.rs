@@ -1,9 +1,13 @@
 //! `compare`, `diagnose`, `add` and `improve` as a user meets them: the JSON keys that others read, the
 //! loop on the sample, and one clear sentence for each bad input.
 
-use std::path::PathBuf;
-use std::process::{Command, Output};
+#[path = "cli/program.rs"]
+mod program;
 
+use std::path::PathBuf;
+use std::process::Command;
+
+use program::{assert_says, refusal, rotor_edge};
 use rotor_edge::sample;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -13,10 +17,6 @@ const RUNUP: &str = include_str!("../host-sim/sample/turbine/runup-day126.csv");
 const KIT: &str = include_str!("machines/single/case-000/rotor.toml");
 const KIT_DATA: &str = include_str!("machines/single/case-000/measured.csv");
 const PUMP_DATA: &str = include_str!("machines/single/case-003/measured.csv");
-
-fn rotor_edge(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rotor-edge")).args(arguments).output().unwrap()
-}
 
 /// A rotor and what was measured on it, as files, and where a new rotor would go.
 struct Case {
@@ -92,28 +92,8 @@ impl Case {
 }
 
 #[track_caller]
-fn refusal(arguments: &[&str]) -> String {
-    let output = rotor_edge(arguments);
-    let message = String::from_utf8(output.stderr).unwrap();
-    let shown = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {message}{shown}");
-    assert!(shown.is_empty(), "nothing half-done on standard output: {shown}");
-    assert_eq!(message.trim_end().lines().count(), 1, "one sentence: {message}");
-    message
-}
-
-#[track_caller]
 fn json(arguments: &[&str]) -> Value {
-    let output = rotor_edge(&[arguments, &["--json"]].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("one JSON object on standard output")
-}
-
-#[track_caller]
-fn assert_says(message: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(message.contains(part), "\"{part}\" is missing in: {message}");
-    }
+    program::json(&rotor_edge(&[arguments, &["--json"]].concat()))
 }
 
 #[track_caller]

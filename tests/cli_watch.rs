@@ -1,12 +1,18 @@
 //! `rotor-edge watch` as a user meets it: real programs, real sockets, a real terminal.
 
-use std::io::{BufRead, BufReader, Read, Write};
+#[path = "cli/program.rs"]
+mod program;
+#[path = "cli/shared.rs"]
+mod shared;
+
+use std::io::{BufReader, Read, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdin, Command, Output, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use rotor_edge::bus::{CanBus, open};
+use program::{assert_says, one_sentence, refusal, rotor_edge};
+use rotor_edge::bus::CanBus;
 use rotor_edge::edge::{Deployment, EdgeModel};
 use rotor_edge::node::serve;
 use rotor_edge::sample;
@@ -15,87 +21,9 @@ use rotor_edge_core::can::{
 };
 use rotor_edge_core::node::NodeConfig;
 use serde_json::Value;
+use shared::{PATIENCE, Shared};
 
-/// Far longer than anything here takes, on a busy machine too.
-const PATIENCE: Duration = Duration::from_secs(20);
 const NODE: u8 = 4;
-
-fn rotor_edge(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rotor-edge")).args(arguments).stdin(Stdio::null()).output().unwrap()
-}
-
-/// The one sentence that it fails with.
-fn refusal(arguments: &[&str]) -> String {
-    one_sentence(&rotor_edge(arguments))
-}
-
-fn one_sentence(output: &Output) -> String {
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(output.stdout.is_empty(), "nothing half-done on standard output");
-    assert_eq!(message.trim_end().lines().count(), 1, "one sentence: {message}");
-    message
-}
-
-#[track_caller]
-fn assert_says(message: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(message.contains(part), "\"{part}\" is missing in: {message}");
-    }
-}
-
-/// A running `rotor-edge bus` on free ports.
-struct Bus {
-    program: Child,
-    opened: Value,
-}
-
-impl Bus {
-    fn start() -> Self {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
-            .args(["bus", "--json", "--slcan", "0", "--socketcand", "0"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let lines = BufReader::new(program.stdout.take().unwrap()).lines();
-        let mut text = String::new();
-        for line in lines {
-            let line = line.unwrap();
-            text += &line;
-            if line == "}" {
-                break;
-            }
-        }
-        Self { program, opened: serde_json::from_str(&text).expect(&text) }
-    }
-
-    fn slcan(&self) -> &str {
-        self.opened["slcan"].as_str().unwrap()
-    }
-
-    fn socketcand(&self) -> &str {
-        self.opened["socketcand"].as_str().unwrap()
-    }
-
-    /// Another participant of the bus.
-    fn join(&self) -> Box<dyn CanBus> {
-        open(self.slcan()).unwrap()
-    }
-
-    fn kill(mut self) {
-        self.program.kill().unwrap();
-        self.program.wait().unwrap();
-    }
-}
-
-impl Drop for Bus {
-    fn drop(&mut self) {
-        // gone already, unless it is still needed
-        let _ = self.program.kill();
-        let _ = self.program.wait();
-    }
-}
 
 /// Waits until somebody on the bus asks for versions, as `watch` does when it has joined.
 fn await_question(bus: &mut dyn CanBus) {
@@ -157,8 +85,8 @@ fn tell_readings(host: &mut dyn CanBus, deployment: &Deployment, number: usize) 
 }
 
 /// Runs a monitor on the bus beside `work`.
-fn beside_a_monitor<T>(bus: &Bus, model: EdgeModel, work: impl FnOnce() -> T) -> T {
-    let mut port = bus.join();
+fn beside_a_monitor<T>(bus: &Shared, model: EdgeModel, work: impl FnOnce() -> T) -> T {
+    let mut port = bus.join("slcan");
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let served = scope.spawn(|| serve(&mut *port, NodeConfig::new(NODE), model, None, &stop).unwrap());
@@ -171,14 +99,14 @@ fn beside_a_monitor<T>(bus: &Bus, model: EdgeModel, work: impl FnOnce() -> T) ->
 
 #[test]
 fn json_tells_all_that_a_monitor_on_a_real_bus_said_and_the_log_holds_every_frame() {
-    let bus = Bus::start();
+    let bus = Shared::start(&[]);
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("heard.log");
     let (edge, deployment) = model();
     let (said, answers) = beside_a_monitor(&bus, edge.clone(), || {
-        let mut host = bus.join();
+        let mut host = bus.join("slcan");
         let watch = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
-            .args(["watch", "--bus", bus.socketcand(), "--json", "--record"])
+            .args(["watch", "--bus", bus.spec("socketcand"), "--json", "--record"])
             .arg(&log)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -195,7 +123,7 @@ fn json_tells_all_that_a_monitor_on_a_real_bus_said_and_the_log_holds_every_fram
     });
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
     let all: Value = serde_json::from_slice(&said.stdout).expect("one JSON object");
-    assert_eq!(all["bus"]["name"], bus.socketcand());
+    assert_eq!(all["bus"]["name"], bus.spec("socketcand"));
     assert!(all["bus"]["load_percent"].as_f64().unwrap() > 0.0);
     let [monitor] = &all["monitors"].as_array().unwrap()[..] else { panic!("one monitor: {all}") };
     assert_eq!((&monitor["node"], &monitor["version"]["protocol"]), (&NODE.into(), &PROTOCOL_VERSION.into()));
@@ -220,18 +148,18 @@ fn json_tells_all_that_a_monitor_on_a_real_bus_said_and_the_log_holds_every_fram
 
 #[test]
 fn without_a_terminal_it_says_to_use_json_and_touches_no_file() {
-    let bus = Bus::start();
+    let bus = Shared::start(&[]);
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("none.log");
-    let said = refusal(&["watch", "--bus", bus.slcan(), "--record", log.to_str().unwrap()]);
+    let said = refusal(&["watch", "--bus", bus.spec("slcan"), "--record", log.to_str().unwrap()]);
     assert_says(&said, &["standard output is none", "use --json", "--seconds S"]);
     assert!(!Path::new(&log).exists());
 }
 
 #[test]
 fn a_monitor_that_is_not_there_and_arguments_that_cannot_be_are_refused() {
-    let bus = Bus::start();
-    let json = ["watch", "--bus", bus.slcan(), "--json", "--seconds", "0.3"];
+    let bus = Shared::start(&[]);
+    let json = ["watch", "--bus", bus.spec("slcan"), "--json", "--seconds", "0.3"];
     assert_says(&refusal(&[&json[..], &["--node", "7"]].concat()), &["nothing was heard of monitor 7"]);
     let empty = rotor_edge(&json);
     assert!(empty.status.success());
@@ -240,24 +168,24 @@ fn a_monitor_that_is_not_there_and_arguments_that_cannot_be_are_refused() {
     assert_says(&refusal(&[&json[..], &["--bit-rate", "5"]].concat()), &["--bit-rate 5", "1000000"]);
     for wrong in [["--node", "31"], ["--seconds", "0"], ["--seconds", "-1"], ["--seconds", "inf"]] {
         let [name, value] = wrong;
-        let arguments = ["watch", "--json", "--bus", bus.slcan(), &format!("{name}={value}")];
+        let arguments = ["watch", "--json", "--bus", bus.spec("slcan"), &format!("{name}={value}")];
         assert_eq!(rotor_edge(&arguments).status.code(), Some(2), "{wrong:?}");
     }
 }
 
 #[test]
 fn a_bus_that_goes_away_while_listening_is_one_sentence() {
-    let bus = Bus::start();
-    let mut host = bus.join();
+    let bus = Shared::start(&[]);
+    let mut host = bus.join("slcan");
     let watch = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
-        .args(["watch", "--bus", bus.slcan(), "--json"])
+        .args(["watch", "--bus", bus.spec("slcan"), "--json"])
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     await_question(&mut *host);
-    bus.kill();
+    bus.end("-KILL");
     let said = one_sentence(&watch.wait_with_output().unwrap());
     assert_says(&said, &["slcan:127.0.0.1", "closed by the other side"]);
 }
@@ -273,10 +201,10 @@ struct OnTerminal {
 
 #[cfg(target_os = "linux")]
 impl OnTerminal {
-    fn start(bus: &Bus) -> Self {
+    fn start(bus: &Shared) -> Self {
         let program = env!("CARGO_BIN_EXE_rotor-edge");
         let line =
-            format!("stty rows 24 cols 80; echo pid=$$.; exec '{program}' watch --bus {}", bus.slcan());
+            format!("stty rows 24 cols 80; echo pid=$$.; exec '{program}' watch --bus {}", bus.spec("slcan"));
         let mut program = Command::new("script")
             .args(["-qefc", &line, "/dev/null"])
             .env("TERM", "xterm-256color")
@@ -344,11 +272,11 @@ fn after_restoring(shown: &str) -> String {
 #[test]
 #[cfg(target_os = "linux")]
 fn on_a_terminal_it_shows_the_monitor_and_q_gives_the_terminal_back() {
-    let bus = Bus::start();
+    let bus = Shared::start(&[]);
     let (edge, deployment) = model();
     beside_a_monitor(&bus, edge, || {
         let mut terminal = OnTerminal::start(&bus);
-        let mut host = bus.join();
+        let mut host = bus.join("slcan");
         // the counters of a monitor, then the unbalance in its results
         terminal.await_word("overflowed");
         tell_readings(&mut *host, &deployment, 5);
@@ -365,7 +293,7 @@ fn on_a_terminal_it_shows_the_monitor_and_q_gives_the_terminal_back() {
 #[cfg(target_os = "linux")]
 fn interrupt_and_a_lost_bus_give_the_terminal_back_as_well() {
     for (signal, key) in [(Some("-TERM"), None), (Some("-INT"), None), (None, Some("\x03"))] {
-        let bus = Bus::start();
+        let bus = Shared::start(&[]);
         let mut terminal = OnTerminal::start(&bus);
         terminal.await_word("Nothing");
         if let Some(signal) = signal {
@@ -375,10 +303,10 @@ fn interrupt_and_a_lost_bus_give_the_terminal_back_as_well() {
         let (code, shown) = terminal.end();
         assert_eq!((code, after_restoring(&shown).as_str()), (Some(0), ""), "{signal:?} {key:?}");
     }
-    let bus = Bus::start();
+    let bus = Shared::start(&[]);
     let mut terminal = OnTerminal::start(&bus);
     terminal.await_word("Nothing");
-    bus.kill();
+    bus.end("-KILL");
     let (code, shown) = terminal.end();
     let said = after_restoring(&shown);
     assert_eq!((code, said.lines().count()), (Some(1), 1), "{said}");
@@ -388,7 +316,7 @@ fn interrupt_and_a_lost_bus_give_the_terminal_back_as_well() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_terminal_that_is_closed_ends_it() {
-    let bus = Bus::start();
+    let bus = Shared::start(&[]);
     let mut terminal = OnTerminal::start(&bus);
     terminal.await_word("Nothing");
     // the keyboard is in use by now

@@ -1,18 +1,17 @@
 //! Tracking and forecasting as a user meets them, on long records whose truth is known.
 
+#[path = "cli/program.rs"]
+mod program;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
+use program::{refusal, rotor_edge};
 use rotor_edge::sample;
 use serde_json::Value;
 use tempfile::TempDir;
 
 const METHODS: [&str; 4] = ["fixed", "adaptive", "bayes", "joint"];
-
-fn rotor_edge(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rotor-edge")).args(arguments).output().unwrap()
-}
 
 /// A machine's files, some of them written for the occasion.
 struct Case {
@@ -111,15 +110,6 @@ fn number(value: &Value) -> f64 {
 fn vector(magnitude: f64, angle_deg: f64) -> [f64; 2] {
     let (sin, cos) = angle_deg.to_radians().sin_cos();
     [magnitude * cos, magnitude * sin]
-}
-
-fn refusal(arguments: &[&str]) -> String {
-    let output = rotor_edge(arguments);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(output.stdout.is_empty(), "nothing half-done on standard output");
-    assert_eq!(message.trim_end().lines().count(), 1, "one sentence: {message}");
-    message
 }
 
 #[test]

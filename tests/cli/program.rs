@@ -1,19 +1,28 @@
 //! The real program as tests of several commands run it: one run, one refusal.
 
-use std::process::{Command, Output};
+#![allow(dead_code, reason = "each test uses a part")]
+
+use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
 pub fn rotor_edge(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rotor-edge")).args(arguments).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_rotor-edge")).args(arguments).stdin(Stdio::null()).output().unwrap()
 }
 
 /// The one sentence that it fails with.
+#[track_caller]
 pub fn refusal(arguments: &[&str]) -> String {
-    let output = rotor_edge(arguments);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(output.stdout.is_empty(), "nothing half-done on standard output");
+    one_sentence(&rotor_edge(arguments))
+}
+
+/// The one sentence of a run that failed.
+#[track_caller]
+pub fn one_sentence(output: &Output) -> String {
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    let shown = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{message}{shown}");
+    assert!(shown.is_empty(), "nothing half-done on standard output: {shown}");
     assert_eq!(message.trim_end().lines().count(), 1, "one sentence: {message}");
     message
 }
@@ -25,6 +34,7 @@ pub fn assert_says(message: &str, parts: &[&str]) {
     }
 }
 
+#[track_caller]
 pub fn json(output: &Output) -> Value {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).expect("one JSON object on standard output")

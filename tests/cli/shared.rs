@@ -1,5 +1,7 @@
 //! One shared bus, as tests of several commands join it.
 
+#![allow(dead_code, reason = "each test uses a part")]
+
 use std::io::{BufRead, BufReader, Read};
 use std::net::TcpStream;
 use std::process::{Child, ChildStderr, Command, Stdio};
