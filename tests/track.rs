@@ -130,6 +130,9 @@ fn every_method_reaches_its_residual_on_the_sample_and_the_table_shows_what_it_s
         );
         assert!(whole >= least && after >= least, "{method}: {whole} {after}");
         assert_eq!(track["event_d"], 125.0, "{method}");
+        // method 1 identifies nothing anew, so it claims nothing of the new state
+        let open = if method == "fixed" { Value::Null } else { 125.0.into() };
+        assert_eq!(track["undiagnosed_since_d"], open, "{method}");
     }
 }
 
@@ -141,6 +144,7 @@ fn a_run_up_after_the_event_makes_the_joint_estimate_right_and_not_only_small_in
     let track = case.track("joint", &["--later-runup", &later]);
     assert_eq!(track["joint"]["effects"][0], "seal@disk 3");
     assert_eq!(track["reidentified"][0]["bearing"], "16");
+    assert_eq!(track["undiagnosed_since_d"], Value::Null);
     let fixed = case.track("fixed", &[]);
     for after_event in [false, true] {
         let error = |t: &Value| case.unbalance_error_g_mm(t, |day| (day >= 125.0) == after_event);
@@ -176,6 +180,7 @@ fn without_an_event_nothing_is_identified_anew_by_any_method() {
             let track = case.track(method, &[]);
             assert_eq!(track["reidentified"], serde_json::json!([]), "{name} {method}");
             assert_eq!(track["event_d"], Value::Null, "{name} {method}");
+            assert_eq!(track["undiagnosed_since_d"], Value::Null, "{name} {method}");
         }
     }
 }

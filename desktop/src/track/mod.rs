@@ -179,6 +179,9 @@ pub struct Track {
     pub flags: Vec<Flag>,
     /// Re-identifications in order.
     pub reidentified: Vec<Reidentified>,
+    /// First day of bearings that were identified anew without a run-up since: near one speed an effect that
+    /// the file lacks reads as other bearings, and no interval knows of that.
+    pub undiagnosed_since_d: Option<f64>,
     /// The same readings with bearings constant: what every method is measured by.
     pub fixed: Vec<Estimate>,
     /// First day on which the constant bearings failed for good, if they did.
@@ -241,8 +244,11 @@ pub fn track(
             run
         }
     };
+    let undiagnosed =
+        run.reidentified.iter().map(|r| r.since_d).find(|since| later.iter().all(|l| l.time_d < *since));
     Ok(Track {
         method: config.method,
+        undiagnosed_since_d: undiagnosed,
         phase_one: tracking.phase_one,
         estimates: run.estimates,
         flags: run.flags,

@@ -159,6 +159,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Some(path) => println!("Next: rotor-edge forecast {} --model arima", path.display()),
         None => println!("Next: the same with --csv TRACK.csv, for `rotor-edge forecast`."),
     }
+    if followed.undiagnosed_since_d.is_some() {
+        println!(
+            "      and with --method joint --later-runup RUNUP.csv, once there is a run-up since the event."
+        );
+    }
     Ok(())
 }
 
@@ -206,6 +211,9 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
                 c.case, c.residual_um, c.unknowns, c.criterion
             );
         }
+    }
+    if let Some(open) = track_output::undiagnosed(followed) {
+        println!("  {open}");
     }
     let [whole, after] = followed.reduction();
     let mean =

@@ -137,7 +137,18 @@ pub fn summary(rotor: &Rotor, track: &Track) -> Value {
             })
         }),
         "joint": track.joint.as_ref().map(|j| joint_json(rotor, j)),
+        "undiagnosed_since_d": track.undiagnosed_since_d,
         "remarks": track.remarks,
+    })
+}
+
+/// What an event leaves open until a run-up has been seen, if it does.
+pub fn undiagnosed(track: &Track) -> Option<String> {
+    track.undiagnosed_since_d.map(|since| {
+        format!(
+            "What changed on day {since:.0} is taken to be bearings. Near one speed an effect that the file lacks looks \
+             the same, and the unbalance may then be off by more than its interval; a run-up since then would tell."
+        )
     })
 }
 

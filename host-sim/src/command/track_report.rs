@@ -5,7 +5,7 @@ use rotor_edge_desktop::rotor::Rotor;
 use rotor_edge_desktop::track::{Estimate, Interval, Reidentified, Track};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 
-use super::track_output::{coefficient_names, method_name};
+use super::track_output::{coefficient_names, method_name, undiagnosed};
 use crate::report::bars::{Bar, bars};
 use crate::report::scale::three_digits;
 use crate::report::trend::{Trend, trend};
@@ -59,7 +59,7 @@ fn residuals(track: &Track) -> Section {
         percent(whole),
         percent(after)
     )];
-    paragraphs.extend(track.remarks.iter().cloned());
+    paragraphs.extend(track.remarks.iter().cloned().chain(undiagnosed(track)));
     Section {
         heading: "Does the model fit?".into(),
         paragraphs,
