@@ -3,18 +3,19 @@
 //!
 //! The table of the README comes from here; `readme_table_is_current` prints it anew when it differs.
 
+#[path = "machines/machine.rs"]
+mod machine;
+
 use std::fmt::Display;
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
+use machine::{Hidden, Machine, machines};
 use rotor_edge_desktop::diagnose::{Candidate, Verdict, add, diagnose, improve};
-use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor::{ParameterValue, Rotor};
-use rotor_edge_desktop::rotor_file;
 use rotor_edge_tests::repository;
-use serde_json::Value;
 
 /// Half width of a 95 % interval in standard deviations.
 const NINETY_FIVE: f64 = 1.96;
@@ -22,74 +23,6 @@ const NINETY_FIVE: f64 = 1.96;
 const NEAR: f64 = 0.1;
 /// With few values both scatter by more than that; so many standard deviations of it are allowed.
 const SCATTER: f64 = 3.0;
-
-/// An effect that was put into a machine.
-struct Hidden {
-    effect: String,
-    at: Option<String>,
-    parameters: Value,
-}
-
-impl Hidden {
-    fn label(&self) -> String {
-        self.at.as_ref().map_or_else(|| self.effect.clone(), |at| format!("{}@{at}", self.effect))
-    }
-}
-
-struct Machine {
-    name: String,
-    rotor: Rotor,
-    readings: Vec<Reading>,
-    truth: Vec<Hidden>,
-}
-
-impl Machine {
-    fn read(set: &str, folder: &Path) -> Self {
-        let rotor = rotor_file::read(&folder.join("rotor.toml")).unwrap();
-        let readings = measurement::read(&folder.join("measured.csv"), &rotor).unwrap();
-        let text = std::fs::read_to_string(folder.join("truth.json")).unwrap();
-        let truth: Value = serde_json::from_str(&text).unwrap();
-        let hidden = |e: &Value| Hidden {
-            effect: e["effect"].as_str().unwrap().to_string(),
-            at: e["at"].as_str().map(str::to_string),
-            parameters: e["parameters"].clone(),
-        };
-        let truth = truth["effects"].as_array().unwrap().iter().map(hidden).collect();
-        let name = format!("{set}/{}", folder.file_name().unwrap().display());
-        Self { name, rotor, readings, truth }
-    }
-
-    /// Amplitude and standard deviation of each measured phasor, m.
-    fn values(&self) -> Vec<(f64, f64)> {
-        let noise = self.rotor.noise.unwrap();
-        let all = self.readings.iter().flat_map(|r| &r.probes).flatten();
-        all.map(|y| (y.norm(), noise.relative * y.norm() + noise.floor_um * 1e-6)).collect()
-    }
-
-    /// The error that the noise alone makes, and how much it scatters, relative.
-    fn own_error(&self) -> (f64, f64) {
-        let values = self.values();
-        let variance: f64 = values.iter().map(|(_, sd)| sd.powi(2)).sum();
-        let fourth: f64 = values.iter().map(|(_, sd)| sd.powi(4)).sum();
-        let all: f64 = values.iter().map(|(y, _)| y.powi(2)).sum();
-        ((2.0 * variance / all).sqrt(), 0.5 * fourth.sqrt() / variance)
-    }
-
-    /// The truth as `improve` names a set of effects.
-    fn truth_label(&self) -> String {
-        let mut labels: Vec<String> = self.truth.iter().map(Hidden::label).collect();
-        labels.sort();
-        labels.join(" + ")
-    }
-}
-
-fn machines(set: &str) -> Vec<Machine> {
-    let folder = repository("tests/machines").join(set);
-    let mut cases: Vec<PathBuf> =
-        std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path()).filter(|p| p.is_dir()).collect();
-    cases.sort();
-    cases.iter().map(|case| Machine::read(set, case)).collect()
-}
 
 /// What was found on one machine.
 struct Found {

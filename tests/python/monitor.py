@@ -108,14 +108,16 @@ def wait_for(bus, name, node, seconds=10.0, accept=lambda signals: True):
 
 def collect(bus, node, last, seconds=20.0):
     """Results by the number of their reading, until that of reading ``last``; {sequence: result}."""
-    results, answers, said = Results(node), {}, {}
+    results, answers, last_of = Results(node), {}, {}
     end = time.monotonic() + seconds
     while last not in answers:
-        assert time.monotonic() < end, f"no answer to reading {last}, only to {list(answers)}; last heard: {said}"
+        if time.monotonic() > end:
+            heard = [decode(message) for message in last_of.values()]
+            raise TimeoutError(f"no answer to reading {last}, only to {list(answers)}; last heard of each: {heard}")
         received = bus.recv(1.0)
         result = received and results.take(received)
-        if received and (decoded := decode(received)):
-            said[decoded[0]] = decoded[2]
+        if received:
+            last_of[received.arbitration_id] = received
         if result:
             answers[result["Status"]["Sequence"]] = result
     return answers

@@ -6,6 +6,7 @@
 //! | [`shaft`], [`plant`] | finite elements and their shape functions; the shaft solved once for all speeds |
 //! | [`update`] | supports put on it: a small update of the receptances |
 //! | [`problem`], `derivative` | the least-squares problem of one hypothesis |
+//! | [`projection`] | its linear unknowns, solved for exactly |
 //! | [`tolerance`], [`drawing_errors`], [`whitening`], `settle` | allowing for the drawing's errors |
 //! | `queries`, [`trial`] | uncertainty, sensitivity and misfit of a fit that is there, or anywhere else |
 //!
@@ -18,6 +19,7 @@ pub mod drawing_errors;
 pub mod hypothesis;
 pub mod plant;
 pub mod problem;
+pub mod projection;
 mod queries;
 mod settle;
 pub mod shaft;
@@ -39,7 +41,8 @@ use data::Data;
 use descent::Stop;
 use hypothesis::{Assumed, COEFFICIENTS, Hypothesis, from_si};
 use plant::Plant;
-use problem::{Amplitudes, Problem, Search, Solved};
+use problem::{Amplitudes, Problem, Search};
+use projection::Solved;
 use shaft::Shaft;
 use tolerance::Deviations;
 use whitening::Whitening;

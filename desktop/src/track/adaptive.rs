@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::cases::{Before, CaseFit, fit_all};
+use super::cases::{Before, fit_all};
 use super::daily::{Run, Tracking, Watch};
 use super::record::Day;
 use super::spot::Logs;
@@ -78,7 +78,8 @@ impl Tracking<'_> {
             Before { logs: state.logs, unbalance_kg_m: &held, suspect, plane: self.plane_of(suspect) };
         let cases = fit_all(streak, &before);
         let best = cases.iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)).cloned();
-        let found = best.and_then(|best| Some((self.restart(streak, &best)?, best)));
+        let found = best
+            .and_then(|best| Some((self.restart(streak, &best.logs, best.unbalance_kg_m.clone())?, best)));
         // new bearings have to lower the residual by as much as its rise that called for them, and below what
         // a jump of the unbalance leaves
         let known = if let Jump::Helps(free) = &jump { free } else { &now };
@@ -99,17 +100,6 @@ impl Tracking<'_> {
         });
         state.logs = best.logs;
         self.replace(after, state, run);
-    }
-
-    /// Phase II of the streak on a case's bearings, from its unbalance on.
-    fn restart(&self, streak: &[&Day], case: &CaseFit) -> Option<Vec<Estimate>> {
-        let mut last = (case.unbalance_kg_m.clone(), streak.first()?.time_d);
-        let one = |day: &&Day| {
-            let estimate = self.phase_two(day, &case.logs, Some((&last.0, last.1)))?;
-            last = (estimate.unbalance_kg_m.clone(), day.time_d);
-            Some(estimate)
-        };
-        streak.iter().map(one).collect()
     }
 
     /// Puts new estimates in the place of the last ones; the level stays what it was before the flag.

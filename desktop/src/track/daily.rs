@@ -172,6 +172,17 @@ impl<'a> Tracking<'a> {
         self.estimate(day, logs, best.unbalance_kg_m.iter().copied().collect())
     }
 
+    /// Phase II of a streak on these bearings, from this unbalance on.
+    pub fn restart(&self, streak: &[&Day], logs: &Logs, unbalance_kg_m: Vec<C>) -> Option<Vec<Estimate>> {
+        let mut last = (unbalance_kg_m, streak.first()?.time_d);
+        let one = |day: &&Day| {
+            let estimate = self.phase_two(day, logs, Some((&last.0, last.1)))?;
+            last = (estimate.unbalance_kg_m.clone(), day.time_d);
+            Some(estimate)
+        };
+        streak.iter().map(one).collect()
+    }
+
     /// Method 1.
     pub fn fixed(&self, progress: &mut dyn FnMut(usize, usize)) -> Run {
         let mut run = Run::default();

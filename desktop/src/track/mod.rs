@@ -23,17 +23,19 @@ mod chains;
 mod daily;
 mod joint;
 pub mod monitor;
+mod posterior;
 mod record;
 mod spot;
 mod step;
 
 use nalgebra::Complex;
 
-pub use bayes::{Sample, Sampling};
+pub use bayes::Sampling;
 pub use cases::CaseFit;
 pub use chains::Quality;
 pub use joint::{Constant, Event, Joint, Later, Scope};
 pub use monitor::{Residual, Thresholds};
+pub use posterior::Sample;
 pub use spot::Logs;
 
 use crate::error::Error;
