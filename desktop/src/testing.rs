@@ -1,4 +1,7 @@
-//! Rotors for unit tests.
+//! Rotors and noise for unit tests.
+
+use rand::{Rng, rngs::StdRng};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::rotor::{Bearing, Coefficients, Disk, Physics, Plane, Probe, Rotor, Segment};
 
@@ -74,4 +77,9 @@ pub fn sample_rotor() -> Rotor {
         ],
         ..uniform_shaft()
     }
+}
+
+/// A number of the standard normal distribution.
+pub fn normal(random: &mut StdRng) -> f64 {
+    Normal::standard().inverse_cdf(random.random_range(f64::EPSILON..1.0))
 }

@@ -1,5 +1,5 @@
 use nalgebra::{Complex, DVector};
-use rand::{Rng, SeedableRng, rngs::StdRng};
+use rand::{SeedableRng, rngs::StdRng};
 
 use super::grade::Rigid;
 use super::influence::from_trial_runs;
@@ -9,7 +9,7 @@ use super::*;
 use crate::measurement::{Reading, rad_s};
 use crate::model::Model;
 use crate::rotor::{AddedUnbalance, Noise, Run};
-use crate::testing::{sample_rotor, uniform_shaft};
+use crate::testing::{normal, sample_rotor, uniform_shaft};
 use crate::unbalance::{G_MM, phasor_kg_m};
 
 type C = Complex<f64>;
@@ -37,10 +37,6 @@ fn machine() -> Rotor {
         run("trial 2", vec![weight(1, 800.0, 90.0)]),
     ];
     rotor
-}
-
-fn normal(random: &mut StdRng) -> f64 {
-    (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0
 }
 
 /// Vibration of the true machine with its own unbalance and weights, at one speed.

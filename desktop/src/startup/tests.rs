@@ -1,5 +1,5 @@
 use nalgebra::Complex;
-use rand::{Rng, SeedableRng, rngs::StdRng};
+use rand::{SeedableRng, rngs::StdRng};
 
 use super::circle::circle;
 use super::estimate::{Own, Seen, Shift};
@@ -10,7 +10,7 @@ use super::shaft::ShaftSpring;
 use super::*;
 use crate::measurement::rad_s;
 use crate::rotor::{Disk, Physics};
-use crate::testing::uniform_shaft;
+use crate::testing::{normal, uniform_shaft};
 
 type C = Complex<f64>;
 
@@ -95,11 +95,6 @@ fn a_start_up_that_ends_below_its_resonance_or_shows_noise_alone_has_none() {
     let drowned = start_up(at_1700(0.05), steps(300.0, 4000.0, 25.0), 1e-3);
     assert!(half_power(&drowned).unwrap_err().contains("no speed stands out of the noise"));
     assert!(half_power(&[]).is_err());
-}
-
-/// A normal number by the sum of twelve uniform ones.
-fn normal(random: &mut StdRng) -> f64 {
-    (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0
 }
 
 #[test]
