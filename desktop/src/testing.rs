@@ -1,7 +1,4 @@
-//! Rotors and noise for unit tests.
-
-use rand::{Rng, rngs::StdRng};
-use statrs::distribution::{ContinuousCDF, Normal};
+//! Rotors for unit tests.
 
 use crate::rotor::{Bearing, Coefficients, Disk, Physics, Plane, Probe, Rotor, Segment};
 
@@ -77,9 +74,4 @@ pub fn sample_rotor() -> Rotor {
         ],
         ..uniform_shaft()
     }
-}
-
-/// A number of the standard normal distribution.
-pub fn normal(random: &mut StdRng) -> f64 {
-    Normal::standard().inverse_cdf(random.random_range(f64::EPSILON..1.0))
 }

@@ -68,6 +68,11 @@ impl Rigid {
         per_mass(0).max(per_mass(1)) * rad_s(service_rpm) * 1e3
     }
 
+    /// Unbalance that a grade permits the whole rotor at a speed, kg·m: `U = G m / Ω`.
+    pub fn permissible_kg_m(&self, grade_mm_s: f64, service_rpm: f64) -> f64 {
+        1e-3 * grade_mm_s * self.mass_kg / rad_s(service_rpm)
+    }
+
     /// Grade that an uncertainty of this size (position in m, standard deviation of each component in kg·m)
     /// can hide, two standard deviations at the worse bearing, mm/s.
     pub fn hidden_mm_s(&self, deviations: &[(f64, f64)], service_rpm: f64) -> f64 {

@@ -1,5 +1,6 @@
 use nalgebra::{Complex, DVector};
-use rand::{SeedableRng, rngs::StdRng};
+use rand::{Rng, SeedableRng, rngs::StdRng};
+use rand_distr::StandardNormal;
 
 use super::grade::Rigid;
 use super::influence::from_trial_runs;
@@ -9,7 +10,7 @@ use super::*;
 use crate::measurement::{Reading, rad_s};
 use crate::model::Model;
 use crate::rotor::{AddedUnbalance, Noise, Run};
-use crate::testing::{normal, sample_rotor, uniform_shaft};
+use crate::testing::{sample_rotor, uniform_shaft};
 use crate::unbalance::{G_MM, phasor_kg_m};
 
 type C = Complex<f64>;
@@ -60,7 +61,7 @@ fn measured(rotor: &Rotor, seed: Option<u64>) -> Vec<Reading> {
             let clean = response(&model, rotor, &run.added_unbalance, speed_rpm);
             let probes = clean.iter().map(|y| {
                 let sigma = noise.relative * y.norm() + noise.floor_um * 1e-6;
-                let scatter = C::new(normal(&mut random), normal(&mut random)) * sigma;
+                let scatter = C::new(random.sample(StandardNormal), random.sample(StandardNormal)) * sigma;
                 Some(if seed.is_some() { y + scatter } else { *y })
             });
             readings.push(Reading {
@@ -222,4 +223,12 @@ fn grade_of_unbalance_in_the_centre_of_mass_is_u_omega_over_m_and_a_couple_count
     assert!((central - 1.0).abs() < 1e-9, "{central}");
     let couple = [(0.0, C::from(mass * 0.5e-6)), (1.0, C::from(-mass * 0.5e-6))];
     assert!((rigid.grade_mm_s(&couple, 30_000.0 / std::f64::consts::PI) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn permissible_unbalance_is_the_standards_example() {
+    // ISO 21940-11: G 2.5 at 3000 rpm is 8 g·mm/kg
+    let rigid = Rigid::of(&uniform_shaft());
+    let per_mass = rigid.permissible_kg_m(2.5, 3000.0) * G_MM / rigid.mass_kg;
+    assert!((per_mass - 7.96).abs() < 0.01, "{per_mass}");
 }

@@ -2,6 +2,7 @@
 
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
+use rand_distr::StandardNormal;
 
 use super::*;
 use crate::testing::uniform_shaft;
@@ -9,10 +10,9 @@ use crate::testing::uniform_shaft;
 const NOISE: Noise = Noise { relative: 0.0, floor_um: 0.1 };
 const SPEEDS: usize = 50;
 
-/// Two standard normal numbers (Box and Muller).
+/// Two standard normal numbers.
 fn normal_pair(random: &mut StdRng) -> C {
-    let (u, v): (f64, f64) = (1.0 - random.random::<f64>(), random.random());
-    C::from_polar((-2.0 * u.ln()).sqrt(), v * std::f64::consts::TAU)
+    C::new(random.sample(StandardNormal), random.sample(StandardNormal))
 }
 
 /// A smooth forward response of the four probes AX, AY, BX, BY, m.

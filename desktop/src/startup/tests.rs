@@ -1,5 +1,6 @@
 use nalgebra::Complex;
-use rand::{SeedableRng, rngs::StdRng};
+use rand::{Rng, SeedableRng, rngs::StdRng};
+use rand_distr::StandardNormal;
 
 use super::circle::circle;
 use super::estimate::{Own, Seen, Shift};
@@ -10,7 +11,7 @@ use super::shaft::ShaftSpring;
 use super::*;
 use crate::measurement::rad_s;
 use crate::rotor::{Disk, Physics};
-use crate::testing::{normal, uniform_shaft};
+use crate::testing::uniform_shaft;
 
 type C = Complex<f64>;
 
@@ -109,7 +110,7 @@ fn stated_uncertainties_are_what_repeated_noise_scatters_by() {
             .iter()
             .map(|p| {
                 let sigma_m = 1.5e-7 + 0.01 * p.motion_m.norm();
-                let noise = C::new(normal(&mut random), normal(&mut random)) * sigma_m;
+                let noise = C::new(random.sample(StandardNormal), random.sample(StandardNormal)) * sigma_m;
                 Point { motion_m: p.motion_m + noise, sigma_m, ..*p }
             })
             .collect();

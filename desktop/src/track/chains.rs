@@ -4,6 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 use rand::Rng;
 use rand::rngs::StdRng;
+use rand_distr::StandardNormal;
 
 /// Share of a chain that is thrown away at its beginning.
 const BURN_IN: f64 = 0.25;
@@ -87,7 +88,7 @@ impl Sampler {
         let mut accepted = 0;
         let mut samples = Vec::with_capacity(proposals);
         for _ in 0..proposals {
-            let normal = DVector::from_fn(n, |_, _| standard_normal(random));
+            let normal = DVector::from_fn(n, |_, _| random.sample::<f64, _>(StandardNormal));
             let to = match &factor {
                 Some(factor) => &at + factor * normal * self.step,
                 None => &at + normal * self.step,
@@ -122,12 +123,6 @@ impl Sampler {
             self.outer.ger(1.0, &d, &d, 1.0);
         }
     }
-}
-
-/// By Box and Muller.
-fn standard_normal(random: &mut StdRng) -> f64 {
-    let (u, v): (f64, f64) = (random.random_range(f64::MIN_POSITIVE..1.0), random.random_range(0.0..1.0));
-    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }
 
 /// Mean of all samples.
@@ -237,7 +232,9 @@ mod tests {
     fn independent_samples_are_all_effective_and_chains_apart_are_told() {
         let mut random = StdRng::seed_from_u64(1);
         let mut chain = |at: f64| Chain {
-            samples: (0..1000).map(|_| DVector::from_element(1, at + standard_normal(&mut random))).collect(),
+            samples: (0..1000)
+                .map(|_| DVector::from_element(1, at + random.sample::<f64, _>(StandardNormal)))
+                .collect(),
             acceptance: 1.0,
         };
         let good = quality(&[chain(0.0), chain(0.0)]);

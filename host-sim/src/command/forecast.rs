@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
-use rotor_edge_desktop::measurement::rad_s;
+use rotor_edge_desktop::balance::grade::Rigid;
 use rotor_edge_desktop::prognosis::arima::Order;
-use rotor_edge_desktop::prognosis::limit::{Reached, mass_kg, permissible_g_mm, reached};
+use rotor_edge_desktop::prognosis::limit::{Reached, reached};
 use rotor_edge_desktop::prognosis::series::{self, History, Series};
 use rotor_edge_desktop::prognosis::walk::{Ahead, Model, Score, interval, walk};
 use rotor_edge_desktop::rotor_file;
+use rotor_edge_desktop::unbalance::G_MM;
 use serde_json::{Map, Value, json};
 
 use super::{forecast_report, output};
@@ -134,9 +135,9 @@ fn limit_g_mm(arguments: &Arguments) -> Result<Option<f64>> {
         false => bail!("{name} {value}: expected a positive number"),
     };
     if let (Some(grade), Some(rotor), Some(rpm)) = (arguments.grade, &arguments.rotor, arguments.rpm) {
-        let speed = rad_s(positive("--rpm", rpm)?);
-        let mass = mass_kg(&rotor_file::read(rotor)?);
-        return Ok(Some(permissible_g_mm(positive("--grade", grade)?, mass, speed)));
+        let (grade_mm_s, service_rpm) = (positive("--grade", grade)?, positive("--rpm", rpm)?);
+        let permissible_kg_m = Rigid::of(&rotor_file::read(rotor)?).permissible_kg_m(grade_mm_s, service_rpm);
+        return Ok(Some(permissible_kg_m * G_MM));
     }
     arguments.limit.map(|limit| positive("--limit", limit)).transpose()
 }
