@@ -10,53 +10,60 @@
 
 mod board;
 mod can;
+mod fault;
 mod probes;
 mod supply;
 
 use defmt_rtt as _;
 use embassy_futures::select::{Either3, select3};
 use embassy_stm32::can::Frame as BusFrame;
+use embassy_stm32::gpio::Output;
+use embassy_stm32::peripherals::IWDG;
+use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Duration, Instant, Ticker};
-use panic_probe as _;
-use rotor_edge_boards::light;
+use rotor_edge_boards::light::{self, Sign};
 use rotor_edge_boards::monitor::{Monitor, Place};
 use rotor_edge_boards::settings;
 use rotor_edge_boards::watchdog::{Part, Progress};
-use rotor_edge_core::can::reading_frames;
+use rotor_edge_core::can::{NodeState, reading_frames};
 use rotor_edge_core::command::Key;
 use rotor_edge_core::node::NodeConfig;
 
-use board::{Board, State};
+use board::{Board, Oscillator, State};
 use can::Can;
+use fault::Cause;
 use probes::READINGS;
 
 const NODE: u8 = settings::node(option_env!("ROTOR_EDGE_NODE"), 1);
 const KEY: Option<Key> = settings::key(option_env!("ROTOR_EDGE_KEY"));
+/// A crystal that did not start is looked at again after this.
+const CRYSTAL_AGAIN_US: u64 = 1_000_000;
 const TICK: Duration = Duration::from_millis(10);
 
 static PLACE: Place = Place::new();
 
 #[embassy_executor::main]
 async fn main(spawner: embassy_executor::Spawner) {
+    let mut watchdog = board::watchdog();
+    fault::report();
     let config = NodeConfig { key: KEY, ..NodeConfig::new(NODE) };
-    let Board { can, state, mut light, mut watchdog, probes } = Board::start(NODE);
-    let Ok((mut monitor, started)) = Monitor::start(&PLACE, state, config) else {
-        defmt::panic!("the node does not start")
-    };
+    let Board { can, state, mut light, probes, oscillator } = Board::start(NODE);
+    let Ok((mut monitor, started)) = Monitor::start(&PLACE, state, config) else { unreachable!() };
     defmt::info!("node {} with counter {}, deployed model: {}", NODE, started.counter, started.deployed);
     if KEY.is_none() {
         defmt::warn!("no key: this node takes no commands (ROTOR_EDGE_KEY)");
     }
-    let mut bus = Can::new(can);
-    match probes::sample(probes) {
-        Ok(task) => spawner.spawn(task),
-        Err(_) => defmt::panic!("the probes' task does not start"),
+    if oscillator == Oscillator::Internal {
+        defmt::error!("the crystal does not swing: no readings, and silent on the bus");
+        wait_for_crystal(watchdog, light, monitor.node.state()).await
     }
+    let mut bus = Can::new(can);
+    let Ok(task) = probes::sample(probes) else { unreachable!() };
+    spawner.spawn(task);
     // A reading's frames that are still to be sent.
     let mut own = None.into_iter().flatten();
     let mut progress = Progress::new();
     let mut ticker = Ticker::every(TICK);
-    watchdog.unleash();
     loop {
         match select3(bus.receive(), ticker.next(), READINGS.receive()).await {
             Either3::First(frame) => {
@@ -70,7 +77,7 @@ async fn main(spawner: embassy_executor::Spawner) {
                 monitor.node.poll(time_us);
                 progress.polled(time_us);
                 bus.poll(time_us);
-                light.set_level(light::is_on(monitor.node.state(), time_us).into());
+                light.set_level(light::is_on(Sign::State(monitor.node.state()), time_us).into());
             }
             // Others on the bus get the reading as well as the result.
             Either3::Third(reading) => {
@@ -87,7 +94,8 @@ async fn main(spawner: embassy_executor::Spawner) {
             }
         }
         progress.made(Part::Receive);
-        if bus.send_all(|| own.next().or_else(|| monitor.node.transmit())) {
+        let time_us = Instant::now().as_micros();
+        if bus.send_all(time_us, || own.next().or_else(|| monitor.node.transmit())) {
             progress.made(Part::Send);
         }
         if progress.may_feed() {
@@ -102,5 +110,28 @@ fn take(monitor: &mut Monitor<State>, frame: BusFrame) {
     monitor.receive(Instant::now().as_micros(), &frame, !supply::is_low());
     if monitor.node.counters().accepted != accepted {
         defmt::info!("command {} carried out", monitor.node.command_counter());
+    }
+}
+
+/// With the clocks 1 % off, nothing that the node could say is right: the light says so, a flag stays to be seen, and once
+/// the crystal swings the program starts anew.
+async fn wait_for_crystal(
+    mut watchdog: IndependentWatchdog<'static, IWDG>,
+    mut light: Output<'static>,
+    state: NodeState,
+) -> ! {
+    let sign = match state {
+        NodeState::Flagged => Sign::State(state),
+        _ => Sign::NoClock,
+    };
+    let mut ticker = Ticker::every(TICK);
+    loop {
+        ticker.next().await;
+        let time_us = Instant::now().as_micros();
+        light.set_level(light::is_on(sign, time_us).into());
+        if time_us > CRYSTAL_AGAIN_US && board::crystal_swings() {
+            fault::stop(Cause::CrystalBack, 0);
+        }
+        watchdog.pet();
     }
 }

@@ -18,6 +18,7 @@ use rotor_edge_core::reading::PROBES;
 use static_cell::StaticCell;
 
 use crate::board::SYSTEM_HZ;
+use crate::fault::{self, Cause};
 
 const RATE_HZ: u32 = 20_000;
 // Samples are counted against the time: with a remainder, samples would seem lost now and then though none are.
@@ -108,7 +109,7 @@ pub async fn sample(mut probes: Probes) {
             }),
             Ok(Err(_)) => Err(sampling.lost()),
             // Only a reset brings scans and ring together again for certain.
-            Err(_) => defmt::panic!("the converter has stopped"),
+            Err(_) => fault::stop(Cause::Converter, 0),
         };
         if result == Err(SamplesLost) {
             defmt::warn!("samples were lost; the reading begins anew");
