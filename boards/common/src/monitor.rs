@@ -3,13 +3,13 @@
 #[cfg(test)]
 mod tests;
 
-use embedded_storage::nor_flash::NorFlash;
 use rotor_edge_core::can::Frame;
 use rotor_edge_core::model::{Model, ModelError};
 use rotor_edge_core::node::{Node, NodeConfig, NodeError};
 use static_cell::StaticCell;
 
-use crate::slots::Slots;
+use crate::flash::Mapped;
+use crate::slots::{Change, Slots, Stored};
 
 /// Shape functions a plane, as the desktop makes models for controllers.
 pub const SHAPES: usize = 6;
@@ -23,12 +23,9 @@ pub type BoardNode = Node<SHAPES>;
 /// Where a model is decoded to.
 pub type ModelCell = StaticCell<Result<BoardModel, ModelError>>;
 
-const MODEL_BYTES: usize = BoardModel::max_size_bytes();
-
 /// Where the node and what it is made of lie: in static memory, made one after another. Together on the stack, the start
 /// would be its deepest point; for the same reason nothing here is inlined.
 pub struct Place {
-    buffer: StaticCell<[u8; MODEL_BYTES]>,
     model: ModelCell,
     node: StaticCell<Result<BoardNode, NodeError>>,
 }
@@ -42,7 +39,7 @@ impl Default for Place {
 impl Place {
     /// Empty.
     pub const fn new() -> Self {
-        Self { buffer: StaticCell::new(), model: StaticCell::new(), node: StaticCell::new() }
+        Self { model: StaticCell::new(), node: StaticCell::new() }
     }
 }
 
@@ -72,17 +69,19 @@ pub enum StartError {
     Node(NodeError),
 }
 
-impl<F: NorFlash> Monitor<F> {
+impl<F: Mapped> Monitor<F> {
     /// Starts with what was stored last, or with the board's own model. Each place serves once.
     ///
     /// Errors: [`StartError`].
     pub fn start(place: &'static Place, flash: F, config: NodeConfig) -> Result<(Self, Start), StartError> {
-        let mut slots = Slots::new(flash);
-        let (counter, stored) = slots.load(place.buffer.init_with(|| [0; MODEL_BYTES])).unwrap_or_default();
+        let slots = Slots::new(flash);
+        let Stored { counter, state } = slots.load();
+        let stored = state.ok().map(|state| state.model);
         let model = decode(&place.model, stored.unwrap_or(OWN_MODEL)).map_err(StartError::Model)?;
+        let deployed = stored.is_some();
         let node = create(place, config, model).map_err(StartError::Node)?;
         node.restore_counter(counter);
-        Ok((Self { node, slots }, Start { counter, deployed: stored.is_some() }))
+        Ok((Self { node, slots }, Start { counter, deployed }))
     }
 
     /// Hands a frame to the node and stores what it then wants stored. `may_write`: the supply will last.
@@ -94,7 +93,8 @@ impl<F: NorFlash> Monitor<F> {
     #[inline(never)]
     fn store(&mut self, time_us: u64, may_write: bool) {
         if let Some(save) = self.node.to_save() {
-            let stored = may_write && self.slots.save(save.counter, save.model).is_ok();
+            let stored = may_write
+                && self.slots.save(save.counter, Change { model: save.model, thresholds: None }).is_ok();
             self.node.saved(time_us, stored);
         }
     }

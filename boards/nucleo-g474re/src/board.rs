@@ -1,41 +1,25 @@
 //! The board's parts: clocks, pins, filters, flash, probes.
 
-use core::cell::RefCell;
-
-use embassy_embedded_hal::flash::partition::BlockingPartition;
 use embassy_stm32::can::config::{GlobalFilter, TxBufferMode};
 use embassy_stm32::can::filter::{Action, FilterType, StandardFilter, StandardFilterSlot};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler, OperatingMode};
-use embassy_stm32::flash::{Blocking, Flash};
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::peripherals::{FDCAN1, IWDG};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Config, bind_interrupts, pac, rcc};
-use embassy_sync::blocking_mutex::Mutex;
-use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use rotor_edge_boards::filter::filters;
-use static_cell::StaticCell;
 
 use crate::probes::Probes;
+use crate::state::State;
 use crate::{can, probes, supply};
 
 pub const SYSTEM_HZ: u32 = 170_000_000;
 const BIT_RATE: u32 = 500_000;
 /// Longer than anything the loop does, the erasure of two pages (45 ms) included.
 const WATCHDOG_US: u32 = 500_000;
-/// The last pages of the second bank: two of journal, then two for each slot.
-const JOURNAL_BYTES: u32 = 4 * 1024;
-const SLOTS_BYTES: u32 = 8 * 1024;
-const SLOTS_START: u32 = 512 * 1024 - SLOTS_BYTES;
-/// Where what is stored begins, from the beginning of flash; it ends with it.
-pub const STATE_START: u32 = SLOTS_START - JOURNAL_BYTES;
 /// A crystal swings after 2 ms or so.
 const CRYSTAL_MS: u32 = 100;
-
-type WholeFlash = Mutex<NoopRawMutex, RefCell<Flash<'static, Blocking>>>;
-/// Where model and counter are kept.
-pub type State = BlockingPartition<'static, NoopRawMutex, Flash<'static, Blocking>>;
 
 bind_interrupts!(struct Interrupts {
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
@@ -45,7 +29,10 @@ bind_interrupts!(struct Interrupts {
 /// What the program uses of the board.
 pub struct Board {
     pub can: can::Buffered,
-    pub state: State,
+    /// Where model, thresholds and counter are kept.
+    pub slots: State,
+    /// Where memory is kept.
+    pub journal: State,
     /// LD2.
     pub light: Output<'static>,
     pub probes: Probes,
@@ -97,20 +84,20 @@ impl Board {
             // Ours waits longer each time.
             .set_automatic_bus_off_recovery(false);
         can.set_config(settings);
-        let slots = [StandardFilterSlot::_0, StandardFilterSlot::_1];
-        for (slot, filter) in slots.into_iter().zip(filters(node)) {
+        let filter_slots = [StandardFilterSlot::_0, StandardFilterSlot::_1];
+        for (slot, filter) in filter_slots.into_iter().zip(filters(node)) {
             let filter = FilterType::BitMask { filter: filter.id, mask: filter.mask };
             can.properties()
                 .set_standard_filter(slot, StandardFilter { filter, action: Action::StoreInFifo0 });
         }
-        static FLASH: StaticCell<WholeFlash> = StaticCell::new();
-        let flash = FLASH.init(Mutex::new(RefCell::new(Flash::new_blocking(parts.FLASH))));
+        let (slots, journal) = State::take(parts.FLASH);
         Self {
             can: can::buffered(can.start(match oscillator {
                 Oscillator::Crystal => OperatingMode::NormalOperationMode,
                 Oscillator::Internal => OperatingMode::BusMonitoringMode,
             })),
-            state: BlockingPartition::new(flash, SLOTS_START, SLOTS_BYTES),
+            slots,
+            journal,
             light: Output::new(parts.PA5, Level::Low, Speed::Low),
             probes: Probes::start(probes::Parts {
                 adc: parts.ADC1,

@@ -8,7 +8,7 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_stm32::pac;
 
-use crate::board::STATE_START;
+use crate::state::STATE_START;
 
 const MARK: u32 = u32::from_le_bytes(*b"REf1");
 /// The end of a source file's name.

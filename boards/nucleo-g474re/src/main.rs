@@ -12,6 +12,7 @@ mod board;
 mod can;
 mod fault;
 mod probes;
+mod state;
 mod supply;
 
 use defmt_rtt as _;
@@ -29,10 +30,11 @@ use rotor_edge_core::can::{NodeState, reading_frames};
 use rotor_edge_core::command::Key;
 use rotor_edge_core::node::NodeConfig;
 
-use board::{Board, Oscillator, State};
+use board::{Board, Oscillator};
 use can::Can;
 use fault::Cause;
 use probes::READINGS;
+use state::State;
 
 const NODE: u8 = settings::node(option_env!("ROTOR_EDGE_NODE"), 1);
 const KEY: Option<Key> = settings::key(option_env!("ROTOR_EDGE_KEY"));
@@ -47,8 +49,8 @@ async fn main(spawner: embassy_executor::Spawner) {
     let mut watchdog = board::watchdog();
     fault::report();
     let config = NodeConfig { key: KEY, ..NodeConfig::new(NODE) };
-    let Board { can, state, mut light, probes, oscillator } = Board::start(NODE);
-    let Ok((mut monitor, started)) = Monitor::start(&PLACE, state, config) else { unreachable!() };
+    let Board { can, slots, journal: _journal, mut light, probes, oscillator } = Board::start(NODE);
+    let Ok((mut monitor, started)) = Monitor::start(&PLACE, slots, config) else { unreachable!() };
     defmt::info!("node {} with counter {}, deployed model: {}", NODE, started.counter, started.deployed);
     if KEY.is_none() {
         defmt::warn!("no key: this node takes no commands (ROTOR_EDGE_KEY)");
