@@ -99,13 +99,15 @@ impl Board {
             slots,
             journal,
             light: Output::new(parts.PA5, Level::Low, Speed::Low),
-            probes: Probes::start(probes::Parts {
+            probes: Probes::new(probes::Parts {
                 adc: parts.ADC1,
                 timer: parts.TIM3,
                 dma: parts.DMA1_CH1,
                 bearing_1: (parts.PA0, parts.PA1),
                 bearing_2: (parts.PC1, parts.PC0),
                 keyphasor: parts.PC2,
+                capture_timer: parts.TIM2,
+                capture: parts.PB10,
             }),
             oscillator,
         }
