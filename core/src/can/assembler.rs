@@ -15,7 +15,10 @@ use super::counters::{Counters, count};
 use super::crc32;
 use super::frame::Frame;
 use super::message::{CanError, Keyphasor, Message};
-use crate::reading::{PROBES, ProbeVector, Reading};
+use crate::reading::{ProbeVector, Reading};
+
+/// Probes of a reading on the bus.
+const PROBES: usize = 4;
 
 /// Frames of a reading.
 pub const READING_FRAMES: usize = PROBES + 2;
@@ -219,7 +222,7 @@ impl Assembler {
         Some(NumberedReading {
             sequence,
             keyphasor: open.keyphasor,
-            reading: Reading { speed_rpm: open.speed_rpm, probes },
+            reading: Reading::new(open.speed_rpm, &probes)?,
         })
     }
 
@@ -245,13 +248,13 @@ pub fn reading_frames(
     &NumberedReading { sequence, keyphasor, reading }: &NumberedReading,
 ) -> Vec<Frame, READING_FRAMES> {
     let mut valid_mask = 0;
-    for (number, probe) in reading.probes.iter().enumerate() {
+    for (number, probe) in reading.probes().iter().enumerate() {
         valid_mask |= u8::from(probe.is_finite()) << number;
     }
     let speed_rpm = reading.speed_rpm;
     let start = Message::ReadingStart { sequence, valid_mask, keyphasor, speed_rpm }.encode(node);
     let mut frames = Vec::from_array([start]);
-    for (probe, &vector) in (0..).zip(&reading.probes) {
+    for (probe, &vector) in (0..).zip(reading.probes()) {
         // Cannot be full: the capacity is that of a whole reading.
         let _ = frames.push(Message::ProbeVector { probe, vector }.encode(node));
     }
