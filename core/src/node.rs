@@ -86,11 +86,11 @@ impl From<ModelError> for NodeError {
 
 /// A monitor: model, state of phase II, residuals, and its place on the bus.
 #[derive(Debug, Clone)]
-pub struct Node<const N: usize> {
+pub struct Node<const N: usize, const PROBES: usize, const PLANES: usize> {
     config: NodeConfig,
-    model: Model<N>,
+    model: Model<N, PROBES, PLANES>,
     assembler: Assembler,
-    tracker: Tracker,
+    tracker: Tracker<PLANES>,
     monitor: ResidualMonitor,
     estimate: Option<Estimate>,
     verdict: Option<Verdict>,
@@ -100,13 +100,15 @@ pub struct Node<const N: usize> {
     queue: Deque<Frame, QUEUE_FRAMES>,
 }
 
-impl<const N: usize> Node<N> {
+impl<const N: usize, const PROBES: usize, const PLANES: usize> Node<N, PROBES, PLANES> {
     /// A node with a model, waiting for its first reading.
     ///
     /// Errors: [`NodeError`].
-    pub fn new(config: NodeConfig, model: Model<N>) -> Result<Self, NodeError> {
+    pub fn new(config: NodeConfig, model: Model<N, PROBES, PLANES>) -> Result<Self, NodeError> {
         const {
-            assert!(HEAD_BYTES + Model::<N>::max_size_bytes() + CODE_BYTES <= MAX_REQUEST_BYTES);
+            assert!(
+                HEAD_BYTES + Model::<N, PROBES, PLANES>::max_size_bytes() + CODE_BYTES <= MAX_REQUEST_BYTES
+            );
         }
         if config.node > MAX_NODE {
             return Err(NodeError::Node);
@@ -183,7 +185,7 @@ impl<const N: usize> Node<N> {
     }
 
     /// The model in use.
-    pub fn model(&self) -> &Model<N> {
+    pub fn model(&self) -> &Model<N, PROBES, PLANES> {
         &self.model
     }
 
@@ -201,13 +203,13 @@ impl<const N: usize> Node<N> {
     /// residuals begin a new level, for the old one belongs to the old model.
     ///
     /// Errors: [`NodeError::Model`], and the old model stays.
-    pub fn replace_model(&mut self, model: Model<N>) -> Result<(), NodeError> {
+    pub fn replace_model(&mut self, model: Model<N, PROBES, PLANES>) -> Result<(), NodeError> {
         model.check()?;
         self.adopt(model);
         Ok(())
     }
 
-    fn adopt(&mut self, model: Model<N>) {
+    fn adopt(&mut self, model: Model<N, PROBES, PLANES>) {
         self.desk.model_replaced(model.checksum());
         self.model = model;
         self.tracker.forget_amplitudes();
@@ -252,7 +254,7 @@ impl<const N: usize> Node<N> {
     }
 
     fn judge(&mut self, reading: &Reading) -> Result<(Estimate, Verdict), TrackError> {
-        let estimate = self.tracker.update(&self.config.track, &self.model, reading)?;
+        let estimate = self.tracker.update(&self.config.track, &self.model, reading, 1.2)?;
         let verdict = self.monitor.update(&self.config.residual, estimate.residual);
         Ok((estimate, verdict.map_err(|_| TrackError::Response)?))
     }
@@ -321,23 +323,24 @@ impl<const N: usize> Node<N> {
 
 /// A feature no probe can show. A lost probe (NaN) is not absurd.
 fn is_absurd(reading: &Reading) -> bool {
-    reading.features().iter().any(|feature| feature.abs() > ABSURD_UM)
+    reading.probes().iter().any(|probe| probe.cos_um.abs() > ABSURD_UM || probe.sin_um.abs() > ABSURD_UM)
 }
 
 fn result(sequence: u16, estimate: &Estimate, verdict: &Verdict) -> MonitorResult {
-    let [first, second] = estimate.at_bound;
+    let [first, second, ..] = estimate.at_bound;
     let bits = [
         (verdict.suspicious, FLAG_SUSPICIOUS),
         (verdict.flagged, FLAG_FLAGGED),
         (first, FLAG_AT_BOUND_1),
         (second, FLAG_AT_BOUND_2),
     ];
+    let [one, two, ..] = estimate.unbalance_g_mm;
     MonitorResult {
         sequence,
         flags: bits.iter().fold(0, |flags, &(set, bit)| if set { flags | bit } else { flags }),
         suspect: verdict.suspect,
         streak: verdict.streak,
-        unbalance_g_mm: estimate.unbalance_g_mm,
+        unbalance_g_mm: [one, two],
         static_g_mm: estimate.static_g_mm,
         dynamic_g_mm: estimate.dynamic_g_mm,
         e_um: estimate.residual.e_um,
