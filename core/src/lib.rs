@@ -53,6 +53,7 @@ pub mod reading;
 pub mod residual;
 pub mod response;
 mod scalar;
+pub mod state;
 mod support;
 pub mod swarm;
 #[cfg(test)]

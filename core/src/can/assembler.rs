@@ -14,9 +14,7 @@ use heapless::Vec;
 use super::counters::{Counters, count};
 use super::crc32;
 use super::frame::Frame;
-use super::message::{
-    CanError, GAP_NOT_STATED_MV, Keyphasor, Message, TYPE_READING_END, TYPE_READING_START,
-};
+use super::message::{CanError, GAP_NOT_STATED_MV, Keyphasor, Message, TYPE_READING_END, TYPE_READING_START};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 
 /// Frames of a reading of the most probes with gap voltages.

@@ -2,9 +2,7 @@
 
 use embedded_can::{Id, StandardId};
 
-use super::message::{
-    TYPE_HEARTBEAT, TYPE_MODEL, TYPE_RESULT_END, TYPE_STATUS, TYPE_TO_HOST, TYPE_VERSION,
-};
+use super::message::{TYPE_HEARTBEAT, TYPE_MODEL, TYPE_RESULT_END, TYPE_STATUS, TYPE_TO_HOST, TYPE_VERSION};
 
 /// Highest number of a node.
 pub const MAX_NODE: u8 = 30;

@@ -137,7 +137,8 @@ impl ResultAssembler {
     }
 
     fn finish(&self, end: u16, frames: u8, checksum: u32) -> Option<MonitorResult> {
-        let planes = usize::from(frames).checked_sub(OTHERS).filter(|planes| (1..=MAX_PLANES).contains(planes))?;
+        let planes =
+            usize::from(frames).checked_sub(OTHERS).filter(|planes| (1..=MAX_PLANES).contains(planes))?;
         let expected = (TYPE_UNBALANCE..).take(planes).chain([
             TYPE_STATUS,
             TYPE_STATIC,
