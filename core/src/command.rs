@@ -26,7 +26,7 @@ pub const HEAD_BYTES: usize = 12;
 /// Bytes of an answer.
 pub const ANSWER_BYTES: usize = ANSWER_HEAD_BYTES + CODE_BYTES;
 /// Longest request: room for a model of six shapes with every list full, and for larger ones to come.
-pub const MAX_REQUEST_BYTES: usize = 2048;
+pub const MAX_REQUEST_BYTES: usize = 2640;
 
 const ANSWER_HEAD_BYTES: usize = 20;
 

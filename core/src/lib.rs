@@ -46,15 +46,14 @@ extern crate std;
 pub mod can;
 pub mod command;
 pub mod extraction;
-pub mod fit;
 mod linear;
 pub mod model;
 pub mod node;
-pub mod polish;
 pub mod reading;
 pub mod residual;
 pub mod response;
 mod scalar;
+pub mod state;
 mod support;
 pub mod swarm;
 #[cfg(test)]

@@ -13,14 +13,15 @@ mod tests;
 use heapless::Deque;
 
 use crate::can::{
-    Assembler, BROADCAST_NODE, Counters, FLAG_AT_BOUND_1, FLAG_AT_BOUND_2, FLAG_FLAGGED, FLAG_SUSPICIOUS,
-    Frame, MAX_NODE, Message, MonitorResult, NodeState, NumberedReading, OLDEST_PROTOCOL_VERSION,
-    PROTOCOL_VERSION, RESULT_FRAMES, TYPE_TO_NODE, result_frames,
+    Assembler, BROADCAST_NODE, COUNTER_PAIRS, Counters, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, MAX_NODE,
+    MAX_RESULT_FRAMES, Message, MonitorResult, NumberedReading, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION,
+    TYPE_TO_NODE, flag_at_bound, result_frames,
 };
 use crate::command::{CODE_BYTES, HEAD_BYTES, Key, MAX_REQUEST_BYTES};
 use crate::model::{MODEL_SCHEMA, Model, ModelError};
 use crate::reading::Reading;
 use crate::residual::{ResidualConfig, ResidualMonitor, Verdict};
+use crate::state::{NodeState, Reason, Status};
 use crate::track::{Estimate, TrackConfig, TrackError, Tracker};
 use commands::Desk;
 pub use commands::Save;
@@ -32,7 +33,7 @@ pub const QUEUE_FRAMES: usize = 32;
 pub const ABSURD_UM: f32 = 10_000.0;
 
 /// Frames of a heartbeat.
-pub const HEARTBEAT_FRAMES: usize = 5;
+pub const HEARTBEAT_FRAMES: usize = COUNTER_PAIRS + 3;
 
 /// Settings of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,11 +87,11 @@ impl From<ModelError> for NodeError {
 
 /// A monitor: model, state of phase II, residuals, and its place on the bus.
 #[derive(Debug, Clone)]
-pub struct Node<const N: usize> {
+pub struct Node<const N: usize, const PROBES: usize, const PLANES: usize> {
     config: NodeConfig,
-    model: Model<N>,
+    model: Model<N, PROBES, PLANES>,
     assembler: Assembler,
-    tracker: Tracker,
+    tracker: Tracker<PLANES>,
     monitor: ResidualMonitor,
     estimate: Option<Estimate>,
     verdict: Option<Verdict>,
@@ -100,13 +101,15 @@ pub struct Node<const N: usize> {
     queue: Deque<Frame, QUEUE_FRAMES>,
 }
 
-impl<const N: usize> Node<N> {
+impl<const N: usize, const PROBES: usize, const PLANES: usize> Node<N, PROBES, PLANES> {
     /// A node with a model, waiting for its first reading.
     ///
     /// Errors: [`NodeError`].
-    pub fn new(config: NodeConfig, model: Model<N>) -> Result<Self, NodeError> {
+    pub fn new(config: NodeConfig, model: Model<N, PROBES, PLANES>) -> Result<Self, NodeError> {
         const {
-            assert!(HEAD_BYTES + Model::<N>::max_size_bytes() + CODE_BYTES <= MAX_REQUEST_BYTES);
+            assert!(
+                HEAD_BYTES + Model::<N, PROBES, PLANES>::max_size_bytes() + CODE_BYTES <= MAX_REQUEST_BYTES
+            );
         }
         if config.node > MAX_NODE {
             return Err(NodeError::Node);
@@ -183,7 +186,7 @@ impl<const N: usize> Node<N> {
     }
 
     /// The model in use.
-    pub fn model(&self) -> &Model<N> {
+    pub fn model(&self) -> &Model<N, PROBES, PLANES> {
         &self.model
     }
 
@@ -201,13 +204,13 @@ impl<const N: usize> Node<N> {
     /// residuals begin a new level, for the old one belongs to the old model.
     ///
     /// Errors: [`NodeError::Model`], and the old model stays.
-    pub fn replace_model(&mut self, model: Model<N>) -> Result<(), NodeError> {
+    pub fn replace_model(&mut self, model: Model<N, PROBES, PLANES>) -> Result<(), NodeError> {
         model.check()?;
         self.adopt(model);
         Ok(())
     }
 
-    fn adopt(&mut self, model: Model<N>) {
+    fn adopt(&mut self, model: Model<N, PROBES, PLANES>) {
         self.desk.model_replaced(model.checksum());
         self.model = model;
         self.tracker.forget_amplitudes();
@@ -241,18 +244,18 @@ impl<const N: usize> Node<N> {
         };
         self.count(|c| &mut c.readings);
         let result = result(numbered.sequence, &estimate, &verdict);
-        self.queue_all::<RESULT_FRAMES>(result_frames(self.config.node, &result));
+        self.queue_all::<MAX_RESULT_FRAMES>(result_frames(self.config.node, &result));
         self.estimate = Some(estimate);
         self.verdict = Some(verdict);
     }
 
-    fn count(&mut self, which: impl FnOnce(&mut Counters) -> &mut u16) {
+    fn count(&mut self, which: impl FnOnce(&mut Counters) -> &mut u32) {
         let counter = which(self.assembler.counters_mut());
         *counter = counter.wrapping_add(1);
     }
 
     fn judge(&mut self, reading: &Reading) -> Result<(Estimate, Verdict), TrackError> {
-        let estimate = self.tracker.update(&self.config.track, &self.model, reading)?;
+        let estimate = self.tracker.update(&self.config.track, &self.model, reading, 1.2)?;
         let verdict = self.monitor.update(&self.config.residual, estimate.residual);
         Ok((estimate, verdict.map_err(|_| TrackError::Response)?))
     }
@@ -260,38 +263,21 @@ impl<const N: usize> Node<N> {
     fn heartbeat(&mut self) {
         let c = self.counters();
         let state = self.state();
-        let messages = [
-            Message::Heartbeat {
-                version: PROTOCOL_VERSION,
-                state,
-                readings: c.readings,
-                lost: c.lost,
-                rejected: c.rejected,
-            },
-            Message::Counters {
-                repeated: c.repeated,
-                late: c.late,
-                incomplete: c.incomplete,
-                stray: c.stray,
-            },
-            Message::Discards {
-                skipped: c.skipped,
-                resynchronised: c.resynchronised,
-                overflowed: c.overflowed,
-                unsolved: c.unsolved,
-            },
-            Message::Commands {
-                accepted: c.accepted,
-                refused: c.refused,
-                forged: c.forged,
-                replayed: c.replayed,
-            },
-            Message::Transfers {
-                broken: c.broken,
-                conflicts: c.conflicts,
-                model_checksum: self.desk.model_checksum(),
-            },
-        ];
+        let status = Status { state, age_s: f32::INFINITY, ..Status::default() };
+        let heartbeat = Message::Heartbeat {
+            version: PROTOCOL_VERSION,
+            state,
+            reason: Reason::None,
+            missing_mask: 0,
+            readings: c.readings,
+        };
+        let model = Message::Model {
+            checksum: self.desk.model_checksum(),
+            probes: self.model.probes.len() as u8,
+            planes: self.model.planes.len() as u8,
+        };
+        let counters = (0..).zip(c.pairs()).map(|(pair, values)| Message::Counters { pair, values });
+        let messages = [heartbeat, Message::State(status)].into_iter().chain(counters).chain([model]);
         let node = self.config.node;
         self.queue_all::<HEARTBEAT_FRAMES>(messages.map(|message| message.encode(node)));
     }
@@ -302,6 +288,8 @@ impl<const N: usize> Node<N> {
             oldest: OLDEST_PROTOCOL_VERSION,
             model_schema: MODEL_SCHEMA as u8,
             shapes: N as u8,
+            probes: PROBES as u8,
+            planes: PLANES as u8,
         };
         self.queue_all::<1>([version.encode(self.config.node)]);
     }
@@ -310,7 +298,7 @@ impl<const N: usize> Node<N> {
     fn queue_all<const COUNT: usize>(&mut self, frames: impl IntoIterator<Item = Frame>) {
         if QUEUE_FRAMES.saturating_sub(self.queue.len()) < COUNT {
             let counters = self.assembler.counters_mut();
-            counters.overflowed = counters.overflowed.wrapping_add(COUNT as u16);
+            counters.overflowed = counters.overflowed.wrapping_add(COUNT as u32);
             return;
         }
         for frame in frames {
@@ -321,26 +309,28 @@ impl<const N: usize> Node<N> {
 
 /// A feature no probe can show. A lost probe (NaN) is not absurd.
 fn is_absurd(reading: &Reading) -> bool {
-    reading.features().iter().any(|feature| feature.abs() > ABSURD_UM)
+    reading.probes().iter().any(|probe| probe.cos_um.abs() > ABSURD_UM || probe.sin_um.abs() > ABSURD_UM)
 }
 
 fn result(sequence: u16, estimate: &Estimate, verdict: &Verdict) -> MonitorResult {
-    let [first, second] = estimate.at_bound;
-    let bits = [
-        (verdict.suspicious, FLAG_SUSPICIOUS),
-        (verdict.flagged, FLAG_FLAGGED),
-        (first, FLAG_AT_BOUND_1),
-        (second, FLAG_AT_BOUND_2),
-    ];
+    let verdict_bits = [(verdict.suspicious, FLAG_SUSPICIOUS), (verdict.flagged, FLAG_FLAGGED)];
+    let bound_bits = (0..).zip(estimate.at_bound).map(|(plane, at_bound)| (at_bound, flag_at_bound(plane)));
+    let bits = verdict_bits.into_iter().chain(bound_bits);
     MonitorResult {
         sequence,
-        flags: bits.iter().fold(0, |flags, &(set, bit)| if set { flags | bit } else { flags }),
-        suspect: verdict.suspect,
+        flags: bits.fold(0, |flags, (set, bit)| if set { flags | bit } else { flags }),
+        suspect: verdict.suspect.map(|bearing| bearing as u8),
+        redundancy: estimate.redundancy,
         streak: verdict.streak,
+        used_mask: 0,
+        reason: Reason::None,
+        planes: estimate.planes,
         unbalance_g_mm: estimate.unbalance_g_mm,
         static_g_mm: estimate.static_g_mm,
         dynamic_g_mm: estimate.dynamic_g_mm,
         e_um: estimate.residual.e_um,
         ratio: estimate.residual.ratio,
+        floor_um: 0.0,
+        level_um: verdict.level_um,
     }
 }

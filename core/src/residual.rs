@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::reading::FEATURES;
+use crate::reading::{MAX_PROBES, ProbeVector};
 
 /// Longest memory of the gauge, readings.
 pub const MAX_PERSISTENCE: usize = 8;
@@ -54,42 +54,57 @@ pub enum ResidualError {
 /// Residual of one reading.
 ///
 /// ```
+/// use rotor_edge_core::reading::ProbeVector;
 /// use rotor_edge_core::residual::Residual;
-/// let residual = Residual::new(&[1.0; 8], &[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 3.0]).unwrap();
-/// assert_eq!((residual.e_um, residual.f_um, residual.ratio), (2.0, 10.0, 0.2));
-/// assert_eq!(residual.bearing_um, [0.0, 2.0]);
+/// let calculated = [ProbeVector { cos_um: 1.0, sin_um: 1.0 }; 4];
+/// let mut measured = calculated;
+/// measured[3].sin_um = 3.0;
+/// let residual = Residual::new(&calculated, &measured).unwrap();
+/// assert_eq!((residual.e_um, residual.f_um, residual.ratio, residual.features), (2.0, 10.0, 0.2, 8));
+/// assert_eq!(residual.probe_um[3], 2.0);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Residual {
-    /// `e = Σ|calculated − measured|` over the eight features, µm.
+    /// `e = Σ|calculated − measured|` over the features of the probes that were measured, µm.
     pub e_um: f32,
-    /// `f = Σ|measured|`, µm.
+    /// `f = Σ|measured|` over the same, µm.
     pub f_um: f32,
     /// `e/f`; zero if both are zero, the largest number if only f is.
     pub ratio: f32,
-    /// `Σ|calculated − measured|` over each bearing's four features, µm.
-    pub bearing_um: [f32; 2],
+    /// `Σ|calculated − measured|` over each probe's two features, µm; zero for a lost probe.
+    pub probe_um: [f32; MAX_PROBES],
+    /// Features that took part: two for each probe that was measured.
+    pub features: u8,
 }
 
 impl Residual {
-    /// Residual of eight calculated against eight measured features, µm.
+    /// Residual of calculated against measured vectors; lost probes are left out.
     ///
-    /// Errors: [`ResidualError::NotFinite`].
-    pub fn new(calculated: &[f32; FEATURES], measured: &[f32; FEATURES]) -> Result<Self, ResidualError> {
-        let mut difference = [0.0_f32; FEATURES];
-        for (difference, (calculated, measured)) in difference.iter_mut().zip(calculated.iter().zip(measured))
-        {
-            *difference = (calculated - measured).abs();
+    /// Errors: [`ResidualError::NotFinite`] if a calculated part that counts is not finite.
+    pub fn new(calculated: &[ProbeVector], measured: &[ProbeVector]) -> Result<Self, ResidualError> {
+        let mut residual = Self::default();
+        let probes = residual.probe_um.iter_mut().zip(calculated.iter().zip(measured));
+        for (probe_um, (calculated, measured)) in probes {
+            if measured.is_finite() {
+                *probe_um =
+                    (calculated.cos_um - measured.cos_um).abs() + (calculated.sin_um - measured.sin_um).abs();
+                residual.e_um += *probe_um;
+                residual.f_um += measured.cos_um.abs() + measured.sin_um.abs();
+                residual.features += 2;
+            }
         }
-        let [a, b, c, d, e, f, g, h] = difference;
-        let bearing_um = [a + b + c + d, e + f + g + h];
-        let e_um = bearing_um[0] + bearing_um[1];
-        let f_um = measured.iter().fold(0.0, |sum, feature| sum + feature.abs());
-        if !(e_um.is_finite() && f_um.is_finite()) {
+        if !(residual.e_um.is_finite() && residual.f_um.is_finite()) {
             return Err(ResidualError::NotFinite);
         }
-        let ratio = if e_um == 0.0 { 0.0 } else { (e_um / f_um).min(f32::MAX) };
-        Ok(Self { e_um, f_um, ratio, bearing_um })
+        residual.ratio =
+            if residual.e_um == 0.0 { 0.0 } else { (residual.e_um / residual.f_um).min(f32::MAX) };
+        Ok(residual)
+    }
+
+    /// The residual at the first two probes and at the others, µm.
+    fn bearing_um(&self) -> [f32; 2] {
+        let (first, rest) = self.probe_um.split_at(2);
+        [first.iter().sum(), rest.iter().sum()]
     }
 }
 
@@ -138,7 +153,7 @@ impl ResidualMonitor {
     ///
     /// Errors: [`ResidualError::NotFinite`], and the memory stays as it was.
     pub fn update(&mut self, config: &ResidualConfig, residual: Residual) -> Result<Verdict, ResidualError> {
-        let [one, two] = residual.bearing_um;
+        let [one, two] = residual.bearing_um();
         if ![residual.e_um, residual.f_um, residual.ratio, one, two].iter().all(|x| x.is_finite()) {
             return Err(ResidualError::NotFinite);
         }
@@ -153,7 +168,7 @@ impl ResidualMonitor {
             self.level_um += (residual.e_um - level_um) / self.weight;
         }
         self.recent_um.rotate_right(1);
-        self.recent_um[0] = residual.bearing_um;
+        self.recent_um[0] = residual.bearing_um();
         let recent = self.recent_um.iter().take(config.persistence());
         let gauge_um = recent.fold([0.0, 0.0], |[a, b], [one, two]| [a + one, b + two]);
         let flagged = usize::from(self.streak) >= config.persistence();
@@ -167,11 +182,16 @@ impl ResidualMonitor {
 mod tests {
     use super::*;
 
+    fn vector(part: f32) -> ProbeVector {
+        ProbeVector { cos_um: part, sin_um: part }
+    }
+
     /// A reading with the residual `e` at one bearing and a feature sum of 100 µm.
     fn residual(e: f32, bearing: usize) -> Residual {
-        let mut calculated = [12.5; FEATURES];
-        calculated[4 * bearing] += e;
-        Residual::new(&calculated, &[12.5; FEATURES]).unwrap()
+        let measured = [vector(12.5); 4];
+        let mut calculated = measured;
+        calculated[2 * bearing].cos_um += e;
+        Residual::new(&calculated, &measured).unwrap()
     }
 
     fn run(readings: &[Residual]) -> std::vec::Vec<Verdict> {
@@ -239,12 +259,12 @@ mod tests {
         let broken = Residual { e_um: f32::NAN, ..residual(5.0, 0) };
         assert_eq!(monitor.update(&ResidualConfig::default(), broken), Err(ResidualError::NotFinite));
         assert_eq!(monitor, before);
-        assert_eq!(Residual::new(&[f32::NAN; 8], &[1.0; 8]), Err(ResidualError::NotFinite));
+        assert_eq!(Residual::new(&[vector(f32::NAN)], &[vector(1.0)]), Err(ResidualError::NotFinite));
     }
 
     #[test]
     fn nothing_measured_gives_a_finite_ratio() {
-        assert_eq!(Residual::new(&[1.0; 8], &[0.0; 8]).unwrap().ratio, f32::MAX);
-        assert_eq!(Residual::new(&[0.0; 8], &[0.0; 8]).unwrap().ratio, 0.0);
+        assert_eq!(Residual::new(&[vector(1.0)], &[vector(0.0)]).unwrap().ratio, f32::MAX);
+        assert_eq!(Residual::new(&[vector(0.0)], &[vector(0.0)]).unwrap().ratio, 0.0);
     }
 }

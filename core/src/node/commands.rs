@@ -71,7 +71,7 @@ impl Desk {
     }
 }
 
-impl<const N: usize> Node<N> {
+impl<const N: usize, const PROBES: usize, const PLANES: usize> Node<N, PROBES, PLANES> {
     /// Takes up the counter stored last, after a restart.
     pub fn restore_counter(&mut self, counter: u64) {
         self.desk.last_counter = self.desk.last_counter.max(counter);
@@ -143,7 +143,7 @@ impl<const N: usize> Node<N> {
             Err(outcome) => self.conclude(time_us, outcome, None),
             Ok(Request { command, counter, body }) => {
                 let refused = match command {
-                    Command::Deploy => Model::<N>::decode(body).err(),
+                    Command::Deploy => Model::<N, PROBES, PLANES>::decode(body).err(),
                     Command::Restart => None,
                 };
                 match refused {

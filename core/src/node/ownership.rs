@@ -4,7 +4,7 @@
 //! two monitors with one number would otherwise mix their results. Both say so in their heartbeats, which tells the
 //! other one, until one of them is gone.
 
-use crate::can::NodeState;
+use crate::state::NodeState;
 
 /// Heartbeat periods without a foreign frame after which the number counts as free again.
 const QUIET_PERIODS: u64 = 3;
