@@ -13,8 +13,8 @@ mod pace;
 mod tests;
 
 use rotor_edge_core::can::{Keyphasor, NumberedReading};
-use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, KeyphasorDetector};
-use rotor_edge_core::reading::{PROBES, ProbeVector};
+use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, KeyphasorDetector, PROBES};
+use rotor_edge_core::reading::{ProbeVector, Reading};
 
 pub use level::LevelShift;
 pub use marks::CaptureConfig;
@@ -146,11 +146,15 @@ impl Sampling {
         SamplesLost
     }
 
-    fn number(&mut self, Extraction { keyphasor, mut reading, .. }: Extraction) -> NumberedReading {
+    fn number(&mut self, Extraction { keyphasor, reading, .. }: Extraction) -> NumberedReading {
         let conversion_rad = core::f32::consts::TAU / 60e6 * reading.speed_rpm * self.config.conversion_us;
-        for (probe, conversions) in reading.probes.iter_mut().zip(CONVERSIONS_LATER) {
-            *probe = turned(*probe, conversions * conversion_rad);
+        let mut probes = [ProbeVector::LOST; PROBES];
+        let sampled = reading.probes().iter().zip(CONVERSIONS_LATER);
+        for (probe, (vector, conversions)) in probes.iter_mut().zip(sampled) {
+            *probe = turned(*vector, conversions * conversion_rad);
         }
+        let reading = Reading::new(reading.speed_rpm, &probes)
+            .map_or(reading, |turned| turned.with_gaps_v(reading.gaps_v()));
         self.sequence = self.sequence.wrapping_add(1);
         NumberedReading { sequence: self.sequence, keyphasor, reading }
     }

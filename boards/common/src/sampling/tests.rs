@@ -65,7 +65,11 @@ const TOLERANCE_UM: f64 = 5.0 * 0.008 + 0.012;
 fn check(reading: &NumberedReading) {
     assert_eq!(reading.keyphasor, Keyphasor::Locked);
     assert!((f64::from(reading.reading.speed_rpm) - RPM).abs() < 1.0);
-    for (probe, [cos_um, sin_um]) in reading.reading.probes.iter().zip(TRUTH) {
+    for &gap_v in reading.reading.gaps_v() {
+        // All probes are at −10 V; the zero is off by up to half a count of 6.7 mV.
+        assert!((gap_v + 10.0).abs() < 0.005, "{gap_v} V");
+    }
+    for (probe, [cos_um, sin_um]) in reading.reading.probes().iter().zip(TRUTH) {
         let miss = (f64::from(probe.cos_um) - cos_um).abs().max((f64::from(probe.sin_um) - sin_um).abs());
         assert!(miss < TOLERANCE_UM, "{probe:?} for {cos_um}, {sin_um}: {miss}");
     }
@@ -125,7 +129,7 @@ fn gap_voltages_outside_the_configured_range_lose_their_probes() {
             sampling.take(&half(number), time_us, |reading| readings.push(reading)).unwrap();
         }
         assert_eq!(readings.len(), 1);
-        assert!(readings[0].reading.probes.iter().all(|probe| probe.cos_um.is_nan() == is_lost));
+        assert!(readings[0].reading.probes().iter().all(|probe| probe.cos_um.is_nan() == is_lost));
     }
 }
 
@@ -203,7 +207,7 @@ fn play(keyphasor_mv: impl Fn(f64) -> f64, captured: impl Fn(u32) -> bool) -> Ve
 }
 
 fn worst_um(readings: &[NumberedReading]) -> f64 {
-    let vectors = readings.iter().flat_map(|reading| reading.reading.probes.iter().zip(TRUTH));
+    let vectors = readings.iter().flat_map(|reading| reading.reading.probes().iter().zip(TRUTH));
     vectors.fold(0.0, |worst, (probe, [cos_um, sin_um])| {
         let miss = (f64::from(probe.cos_um) - cos_um).hypot(f64::from(probe.sin_um) - sin_um);
         miss.max(worst)
