@@ -7,7 +7,7 @@ use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::peripherals::{FDCAN1, IWDG};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Config, bind_interrupts, pac, rcc};
+use embassy_stm32::{Config, bind_interrupts, pac, rcc, uid};
 use rotor_edge_boards::filter::filters;
 
 use crate::probes::Probes;
@@ -58,7 +58,14 @@ pub fn watchdog() -> IndependentWatchdog<'static, IWDG> {
     watchdog
 }
 
-/// Whether the crystal swings. Away from it the clocks do not come back by themselves.
+/// The chip's own number.
+pub fn serial_number() -> u64 {
+    let bytes = uid::uid();
+    let (words, _) = bytes.as_chunks::<4>();
+    words.iter().fold(0, |number, word| number << 24 ^ u64::from(u32::from_le_bytes(*word)))
+}
+
+/// Whether the crystal swings.
 pub fn crystal_swings() -> bool {
     pac::RCC.cr().read().hserdy()
 }

@@ -22,7 +22,7 @@ use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, TICK_HZ, with_timeout};
 use rotor_edge_boards::sampling::{CaptureConfig, INPUTS, LevelShift, SamplesLost, Sampling, SamplingConfig};
 use rotor_edge_core::can::NumberedReading;
-use rotor_edge_core::reading::PROBES;
+use rotor_edge_core::extraction::PROBES;
 use static_cell::StaticCell;
 
 use crate::board::SYSTEM_HZ;
