@@ -155,8 +155,8 @@ fn a_misfit_is_suspicious_and_becomes_a_flag_that_names_its_bearing() {
     let mut time_us = run(&mut node, &mut store, 0, 62.0, |_| reading(1.0));
     let worn = shown(&worn(0.5), SPEED_RPM, 1.0);
     let (mut suspicious_us, mut flagged_us) = (None, None);
-    for step in 0..200 {
-        send(&mut node, time_us, step, &worn);
+    for _ in 0..200 {
+        send(&mut node, time_us, (time_us / PERIOD_US) as u16, &worn);
         let result = results(&mut node)[0];
         if result.flags & FLAG_SUSPICIOUS != 0 {
             suspicious_us = suspicious_us.or(Some(time_us));
