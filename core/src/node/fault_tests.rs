@@ -66,7 +66,8 @@ fn with_fewer_rows_than_unknowns_it_is_blind_and_then_stale() {
 }
 
 #[test]
-fn an_hour_without_a_complete_reading_and_a_thousand_at_a_hundred_times_the_vibration_are_never_healthy() {
+fn an_hour_without_a_reading_and_then_a_thousand_at_the_greatest_vibration_without_a_probe_are_never_healthy()
+{
     let (mut node, mut store, time_us) = tracking();
     for time_us in (time_us..time_us + 3600 * SECOND_US).step_by(SECOND_US as usize) {
         node.poll(time_us);
@@ -76,11 +77,13 @@ fn an_hour_without_a_complete_reading_and_a_thousand_at_a_hundred_times_the_vibr
     }
     let mut vectors = reading(1.0).probes().to_vec();
     for vector in &mut vectors {
-        (vector.cos_um, vector.sin_um) = (100.0 * vector.cos_um, 100.0 * vector.sin_um);
+        (vector.cos_um, vector.sin_um) = (90.0 * vector.cos_um, 90.0 * vector.sin_um);
+        assert!(vector.cos_um.abs().max(vector.sin_um.abs()) < ABSURD_UM);
     }
     vectors[0] = crate::reading::ProbeVector::LOST;
     let shaken = Reading::new(SPEED_RPM, &vectors).unwrap();
-    let mut time_us = time_us + 3600 * SECOND_US;
+    // So many readings were missed that the sender seems to have begun anew, which takes three.
+    let mut time_us = run(&mut node, &mut store, time_us + 3600 * SECOND_US, 0.3, |_| shaken);
     for _ in 0..1000 {
         time_us = run(&mut node, &mut store, time_us, 0.08, |_| shaken);
         let state = node.status(time_us).state;
@@ -149,7 +152,7 @@ fn a_probe_out_of_its_gap_range_is_not_used_and_named() {
 
 #[test]
 fn wear_is_flagged_whatever_it_takes_from_three_seconds_to_thirty_days() {
-    // Half of a bearing's stiffness is lost; the unbalance may explain part of it at the pace of its growth.
+    // The unbalance may explain part of it, at the pace of its growth.
     for (growth_s, period_us) in [
         (3.0, PERIOD_US),
         (36.0, PERIOD_US),
@@ -166,7 +169,12 @@ fn wear_is_flagged_whatever_it_takes_from_three_seconds_to_thirty_days() {
         let mut time_us = 0;
         while time_us < end_us && flagged_us.is_none() {
             let grown = (time_us.saturating_sub(healthy_us) as f32 * 1e-6 / growth_s).min(1.0);
-            send(&mut node, time_us, (time_us / period_us) as u16, &shown(&worn(0.6 * grown), SPEED_RPM, 1.0));
+            send(
+                &mut node,
+                time_us,
+                (time_us / period_us) as u16,
+                &shown(&worn(0.6 * grown), SPEED_RPM, 1.0),
+            );
             for result in results(&mut node) {
                 if result.flags & FLAG_FLAGGED != 0 {
                     flagged_us = Some(time_us);
@@ -174,7 +182,10 @@ fn wear_is_flagged_whatever_it_takes_from_three_seconds_to_thirty_days() {
             }
             time_us += period_us;
         }
-        assert!(flagged_us.is_some_and(|us| us > healthy_us), "{growth_s} s at {period_us} us: {flagged_us:?}");
+        assert!(
+            flagged_us.is_some_and(|us| us > healthy_us),
+            "{growth_s} s at {period_us} us: {flagged_us:?}"
+        );
     }
 }
 
@@ -210,8 +221,7 @@ fn daily_readings_with_a_power_cut_after_each_are_flagged_at_the_third_as_withou
         }
         assert_eq!(flags[..20], [0; 20]);
         assert_eq!(flags[20..22], [FLAG_SUSPICIOUS; 2], "cut: {cut}");
-        // Nobody knows how long the power was off: without other evidence, suspicion has not lasted ten seconds.
-        assert_eq!(flags[22] & FLAG_FLAGGED != 0, !cut);
+        assert!(flags[22] & FLAG_FLAGGED != 0, "cut: {cut}");
     }
 }
 
