@@ -27,6 +27,7 @@ enum Episode {
     NoKeyphasor,
     OutOfSpeed,
     Probes(u8),
+    /// And then no readings.
     PowerCut,
     StorageFails,
     Foreign,
@@ -133,7 +134,7 @@ impl Life {
         let mut keyphasor = Keyphasor::Locked;
         let mut is_evidence = may_answer;
         match episode {
-            Episode::Silence => is_evidence = false,
+            Episode::Silence | Episode::PowerCut => is_evidence = false,
             Episode::NoKeyphasor => (keyphasor, is_evidence) = (Keyphasor::Missing, false),
             Episode::OutOfSpeed => {
                 reading = Reading::new(100.0, reading.probes()).unwrap();
@@ -146,7 +147,7 @@ impl Life {
             }
             _ => {}
         }
-        if episode != Episode::Silence {
+        if !matches!(episode, Episode::Silence | Episode::PowerCut) {
             self.sequence = self.sequence.wrapping_add(1);
             let numbered = NumberedReading { sequence: self.sequence, keyphasor, reading };
             send_numbered(&mut self.node, self.time_us, &numbered);
@@ -165,8 +166,9 @@ impl Life {
     }
 
     fn serve(&mut self) {
+        let before = self.store.savings;
         self.store.serve(&mut self.node, self.time_us);
-        if !self.store.fails {
+        if self.store.savings != before {
             self.stored_cause = self.store.start().status(0).cause;
         }
     }
@@ -251,7 +253,7 @@ impl Life {
 #[test]
 fn no_life_of_faults_makes_a_monitor_say_healthy_without_evidence_or_lose_a_stored_flag() {
     let mut states = [0; 10];
-    for seed in 0..12 {
+    for seed in 0..30 {
         let mut life = Life::new(seed);
         life.live(60);
         for (sum, seen) in states.iter_mut().zip(life.states) {
