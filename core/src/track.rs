@@ -20,7 +20,6 @@ use crate::polish::{Polished, polish};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 use crate::residual::Residual;
 use crate::response::{Response, ResponseError, SupportAmplitudes, response};
-use crate::scalar;
 use crate::swarm::{DEFAULT_PARTICLES, SwarmConfig, search};
 use rounds::Rounds;
 
@@ -149,10 +148,9 @@ impl<const PLANES: usize> Tracker<PLANES> {
         self.amplitudes = SupportAmplitudes::default();
     }
 
-    /// The unbalance of least absolute residual within `max(growth·|last|, floor)` of each plane.
+    /// The unbalance of least absolute residual within a bound on each plane, which is at least the model's floor.
     ///
-    /// `growth`: factor by which each plane may have grown since the last estimate (1.2 a day in Bera et al. 2023). Lost
-    /// probes are left out.
+    /// `bound_g_mm`: what each plane's unbalance may have grown to. Lost probes are left out.
     ///
     /// Errors: [`TrackError`].
     pub fn update<const N: usize, const PROBES: usize>(
@@ -160,7 +158,7 @@ impl<const PLANES: usize> Tracker<PLANES> {
         config: &TrackConfig,
         model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
-        growth: f32,
+        bound_g_mm: &[f32; MAX_PLANES],
     ) -> Result<Estimate, TrackError> {
         if reading.probes().len() != model.probes.len() {
             return Err(TrackError::ProbeCount);
@@ -174,7 +172,7 @@ impl<const PLANES: usize> Tracker<PLANES> {
         }
         let unknowns = 2 * model.planes.len();
         let redundancy = features.checked_sub(unknowns).ok_or(TrackError::Undetermined)? as u8;
-        let solved = self.solve(config, model, reading, growth)?;
+        let solved = self.solve(config, model, reading, bound_g_mm)?;
         let estimate = Estimate::new(&solved, model, reading, redundancy)?;
         self.last_g_mm = solved.found.unbalance_g_mm;
         self.amplitudes = solved.amplitudes;
@@ -187,11 +185,14 @@ impl<const PLANES: usize> Tracker<PLANES> {
         config: &TrackConfig,
         model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
-        growth: f32,
+        bound_g_mm: &[f32; MAX_PLANES],
     ) -> Result<Solved<PROBES, PLANES>, TrackError> {
         let speed = reading.speed_rad_s();
-        let bound = |last: &Pair| (growth * scalar::length(*last)).max(model.unbalance_floor_g_mm);
-        let bounds: Vec<f32, PLANES> = self.last_g_mm().iter().map(bound).collect();
+        let mut bounds: Vec<f32, PLANES> = Vec::new();
+        for bound in bound_g_mm.iter().take(model.planes.len()) {
+            // Cannot be full: a model has at most so many planes.
+            let _ = bounds.push(bound.max(model.unbalance_floor_g_mm));
+        }
         let mut rounds = Rounds::new(self.amplitudes);
         let mut start = self.last_g_mm;
         loop {
