@@ -131,7 +131,7 @@ fn legend(sheet: &Sheet, top: f64) -> Drawn {
     }
     let style = || anchored(FAINT, HPos::Left, VPos::Top);
     let row = |i: f64| top + BAR_PX + 4.0 + 1.3 * TEXT_PX * i;
-    write(sheet, "up to 2.5 σ: what noise does; a stroke: reading lost", [RIGHT_PX, row(1.0)], style())
+    write(sheet, "up to 2.5 σ: noise; a stroke: reading lost", [RIGHT_PX, row(1.0)], style())
 }
 
 #[cfg(test)]
