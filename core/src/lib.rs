@@ -43,7 +43,9 @@
 #[cfg(test)]
 extern crate std;
 
+#[cfg(feature = "can")]
 pub mod can;
+#[cfg(feature = "command")]
 pub mod command;
 pub mod extraction;
 pub mod fit;
@@ -51,6 +53,7 @@ pub mod judge;
 mod linear;
 pub mod memory;
 pub mod model;
+#[cfg(feature = "can")]
 pub mod node;
 pub mod polish;
 pub mod reading;

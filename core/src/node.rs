@@ -13,8 +13,9 @@
 //! They may be stored in different places; within one [`Save`], all or nothing. A board sends readings under its node's
 //! number only while [`Node::may_send`].
 
-#[cfg(test)]
+#[cfg(all(test, feature = "command"))]
 mod command_tests;
+#[cfg(feature = "command")]
 mod commands;
 #[cfg(test)]
 mod fault_tests;
@@ -27,6 +28,8 @@ mod simulation;
 mod testing;
 #[cfg(test)]
 mod tests;
+#[cfg(not(feature = "command"))]
+mod uncommanded;
 
 use heapless::Deque;
 
@@ -34,18 +37,21 @@ use crate::can::{
     Assembler, BROADCAST_NODE, COUNTER_PAIRS, Counters, Frame, MAX_NODE, MAX_RESULT_FRAMES, Message,
     NumberedReading, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, TYPE_TO_NODE, result_frames,
 };
+#[cfg(feature = "command")]
 use crate::command::{CODE_BYTES, HEAD_BYTES, Key, MAX_REQUEST_BYTES};
 use crate::judge::Verdict;
-use crate::memory::Memory;
+use crate::memory::{Memory, MemoryBytes};
 use crate::model::{MODEL_SCHEMA, Model, ModelError};
 use crate::state::{NodeState, Reason, Status};
-use crate::thresholds::{ThresholdError, Thresholds};
+use crate::thresholds::{ThresholdBytes, ThresholdError, Thresholds};
 use crate::track::{Estimate, TrackConfig};
+#[cfg(feature = "command")]
 use commands::Desk;
-pub use commands::Save;
 use keeper::Keeper;
 use monitor::{Evaluated, Monitor};
 use ownership::{Due, Ownership};
+#[cfg(not(feature = "command"))]
+use uncommanded::Desk;
 
 /// Frames waiting to be sent, at most.
 pub const QUEUE_FRAMES: usize = 32;
@@ -54,6 +60,23 @@ pub const ABSURD_UM: f32 = 10_000.0;
 
 /// Frames of a heartbeat.
 pub const HEARTBEAT_FRAMES: usize = COUNTER_PAIRS + 3;
+
+/// What must survive a loss of power.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Save<'a> {
+    /// A command waits to take effect until all of this is stored, or nothing of it. Only with the feature `command`.
+    Command {
+        /// Last counter accepted, for [`Node::restore_counter`].
+        counter: u64,
+        /// The new model's bytes, for [`Node::load`]; `None` if the model stays.
+        model: Option<&'a [u8]>,
+        /// The new thresholds, for [`Node::restore_thresholds`]; `None` if they stay.
+        thresholds: Option<ThresholdBytes>,
+    },
+    /// What the node has learned of the machine, for [`Node::restore`].
+    Memory(MemoryBytes),
+}
 
 /// Settings of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,6 +96,7 @@ pub struct NodeConfig {
     /// Between two savings of the memory when nothing of note happens, µs.
     pub memory_period_us: u64,
     /// Without a key, the node takes no commands.
+    #[cfg(feature = "command")]
     pub key: Option<Key>,
     /// A number that no other device has, such as its serial number: in a conflict, it sets the times of sending apart.
     pub seed: u64,
@@ -89,6 +113,7 @@ impl NodeConfig {
             heartbeat_period_us: 1_000_000,
             listen_us: 100_000,
             memory_period_us: 3_600_000_000,
+            #[cfg(feature = "command")]
             key: None,
             seed: 0,
         }
@@ -97,6 +122,7 @@ impl NodeConfig {
 
 /// Why a node cannot start or take a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum NodeError {
     /// The node's number is above [`MAX_NODE`].
@@ -137,8 +163,11 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
     #[inline]
     pub fn new(config: NodeConfig) -> Result<Self, NodeError> {
         const {
-            let largest = Model::<SHAPES, PROBES, PLANES>::max_size_bytes();
-            assert!(HEAD_BYTES + largest + CODE_BYTES <= MAX_REQUEST_BYTES);
+            #[cfg(feature = "command")]
+            assert!(
+                HEAD_BYTES + Model::<SHAPES, PROBES, PLANES>::max_size_bytes() + CODE_BYTES
+                    <= MAX_REQUEST_BYTES
+            );
             assert!(
                 SHAPES < 256 && PROBES <= crate::reading::MAX_PROBES && PLANES <= crate::model::MAX_PLANES
             );
@@ -159,11 +188,6 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
             outdated: false,
             queue: Deque::new(),
         })
-    }
-
-    /// Takes up the counter stored last, after a restart.
-    pub fn restore_counter(&mut self, counter: u64) {
-        self.desk.restore_counter(counter);
     }
 
     /// Takes up the thresholds stored last, after a restart.
@@ -248,6 +272,18 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
         .flatten()
         .min()
         .unwrap_or(u64::MAX)
+    }
+
+    fn memory_to_save(&self) -> Option<Save<'_>> {
+        let is_wanted = self.keeper.is_wanted() && self.model().is_some();
+        is_wanted.then(|| Save::Memory(self.monitor.memory(&self.monitor.judge).encode()))
+    }
+
+    fn memory_saved(&mut self, time_us: u64, stored: bool) {
+        self.keeper.saved(time_us, stored);
+        if !stored {
+            self.count(|c| &mut c.unsaved);
+        }
     }
 
     /// The next frame to send.
