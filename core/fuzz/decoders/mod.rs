@@ -10,9 +10,13 @@ pub mod node;
 pub mod transfer;
 
 use rotor_edge_core::can::Frame;
+use rotor_edge_core::reading::{ProbeVector, Reading};
+
+/// What arbitrary bytes are given to.
+pub type Decoder = fn(&[u8]);
 
 /// Every decoder by the name of its fuzz target.
-pub const ALL: [(&str, fn(&[u8])); 12] = [
+pub const ALL: [(&str, Decoder); 12] = [
     ("node", node::node),
     ("memory", node::memory),
     ("message", frames::message),
@@ -67,6 +71,18 @@ impl<'a> Bytes<'a> {
         let id = self.u16() & 0x7ff;
         let length = usize::from(self.u8() % 9);
         Frame::standard(id, self.slice(length)).expect("eleven bits, eight bytes")
+    }
+
+    /// Speed, number of probes, their vectors in steps of 10 nm, and which of them are lost.
+    pub fn reading(&mut self) -> Reading {
+        let speed_rpm = f32::from(self.u16());
+        let count = 1 + usize::from(self.u8() % 8);
+        let mut part = || f32::from(self.u16() as i16) * 0.01;
+        let probes: Vec<ProbeVector> =
+            (0..count).map(|_| ProbeVector { cos_um: part(), sin_um: part() }).collect();
+        let mut reading = Reading::new(speed_rpm, &probes).expect("one to eight");
+        reading.lose(self.u8());
+        reading
     }
 }
 

@@ -33,7 +33,10 @@ pub fn machine() -> SmallModel {
         supports: supports.into_iter().collect(),
         knots: [100.0, 1200.0].map(knot).into_iter().collect(),
         forcings: Default::default(),
-        probes: probes.map(|(place, way, bearing)| Probe::plain(at(place), way, bearing)).into_iter().collect(),
+        probes: probes
+            .map(|(place, way, bearing)| Probe::plain(at(place), way, bearing))
+            .into_iter()
+            .collect(),
         initial_unbalance_g_mm: [[3000.0, 4000.0], [-1000.0, 2000.0]].into_iter().collect(),
         unbalance_floor_g_mm: 100.0,
         noise_um: 0.1,

@@ -6,7 +6,6 @@ use rotor_edge_core::can::{
 };
 use rotor_edge_core::command::{ANSWER_BYTES, Command, MAX_REQUEST_BYTES, write_request};
 use rotor_edge_core::node::{Node, NodeConfig, QUEUE_FRAMES, Save};
-use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_core::state::{NodeState, Reason};
 
 use super::command::{KEY, NODE, any_command};
@@ -85,14 +84,7 @@ impl Run {
 
     fn reading(&mut self, bytes: &mut Bytes) {
         self.sequence = self.sequence.wrapping_add(u16::from(bytes.u8() % 4));
-        let speed_rpm = f32::from(bytes.u16());
-        let count = 1 + usize::from(bytes.u8() % 8);
-        let mut part = || f32::from(bytes.u16() as i16) * 0.01;
-        let probes: Vec<ProbeVector> =
-            (0..count).map(|_| ProbeVector { cos_um: part(), sin_um: part() }).collect();
-        let mut reading = Reading::new(speed_rpm, &probes).expect("one to eight");
-        reading.lose(bytes.u8());
-        for frame in reading_frames(NODE, &NumberedReading::new(self.sequence, reading)) {
+        for frame in reading_frames(NODE, &NumberedReading::new(self.sequence, bytes.reading())) {
             self.receive(&frame);
         }
     }
