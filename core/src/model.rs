@@ -139,6 +139,7 @@ pub struct Forcing<const N: usize> {
 
 /// How a forcing changes with speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum ForcingLaw {
     /// The same at every speed: shaft bow, coupling force.
     Constant,
@@ -168,6 +169,7 @@ pub struct Probe<const N: usize> {
 
 /// Why a model was refused. The numbers travel in a node's answer to a deployment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
 pub enum ModelError {
@@ -211,6 +213,7 @@ pub enum ModelError {
 
 /// What a model needs of the firmware, read from its bytes without decoding them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counts {
     /// Basis shapes in one plane; these must match exactly.
     pub shapes: u8,

@@ -43,6 +43,7 @@ pub struct SupportAmplitudes(pub [Pair; MAX_SUPPORTS]);
 
 /// Why there is no response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ResponseError {
     /// The dynamic stiffness is singular at this speed.

@@ -47,6 +47,7 @@ impl Default for TrackConfig {
 
 /// Why a reading gave no estimate. The tracker is then as it was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TrackError {
     /// No probe gave a value.
@@ -70,6 +71,8 @@ impl From<ResponseError> for TrackError {
 
 /// The unbalance a reading shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Estimate {
     /// `[U cos α, U sin α]` of each plane, g·mm; zero for planes that are not there.
     pub unbalance_g_mm: [Pair; MAX_PLANES],
