@@ -5,6 +5,7 @@ mod answer;
 pub mod balance;
 mod bus;
 mod compare;
+mod dbc;
 mod decode;
 mod deploy;
 mod deployable;
@@ -14,6 +15,7 @@ mod forecast;
 mod forecast_report;
 mod identify;
 mod improve;
+mod judging;
 mod key;
 mod node;
 mod output;
@@ -21,6 +23,7 @@ mod replay;
 mod replay_better;
 mod replay_bus;
 mod replay_json;
+mod setting;
 pub mod startup;
 mod startup_json;
 pub mod startup_text;
@@ -74,6 +77,8 @@ enum Command {
     Bus(bus::Arguments),
     /// Watch all monitors of a bus on the terminal: unbalance, residual, flags and counters
     Watch(watch::Arguments),
+    /// The protocol of one monitor as a DBC file, for cantools and other CAN tools
+    Dbc(dbc::Arguments),
     /// Readings and results from a recorded candump log
     Decode(decode::Arguments),
     /// A single-disk rotor from its start-up: the simple model, where it fails, and which effects mend it
@@ -102,6 +107,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Key(arguments)) => key::run(&arguments),
         Some(Command::Bus(arguments)) => bus::run(&arguments),
         Some(Command::Watch(arguments)) => watch::run(&arguments),
+        Some(Command::Dbc(arguments)) => dbc::run(&arguments),
         Some(Command::Decode(arguments)) => decode::run(&arguments),
         Some(Command::Startup(arguments)) => startup::run(&arguments),
         Some(Command::Balance(arguments)) => balance::run(&arguments),

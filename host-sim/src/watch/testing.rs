@@ -2,7 +2,7 @@
 
 use rotor_edge_core::can::{Frame, Keyphasor, NumberedReading, reading_frames};
 use rotor_edge_core::node::NodeConfig;
-use rotor_edge_core::reading::{ProbeVector, Reading, probe_vectors, rad_s};
+use rotor_edge_core::reading::{ProbeVector, Reading, rad_s};
 use rotor_edge_core::response::{SupportAmplitudes, response};
 
 use super::Watch;
