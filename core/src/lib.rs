@@ -46,7 +46,9 @@ extern crate std;
 pub mod can;
 pub mod command;
 pub mod extraction;
+pub mod judge;
 mod linear;
+pub mod memory;
 pub mod model;
 pub mod node;
 pub mod reading;
@@ -58,4 +60,5 @@ mod support;
 pub mod swarm;
 #[cfg(test)]
 mod testing;
+pub mod thresholds;
 pub mod track;

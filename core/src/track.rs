@@ -138,10 +138,9 @@ impl<const PLANES: usize> Tracker<PLANES> {
         self.amplitudes = SupportAmplitudes::default();
     }
 
-    /// The unbalance of least absolute residual within `max(growth·|last|, floor)` of each plane.
+    /// The unbalance of least absolute residual within a bound on each plane, which is at least the model's floor.
     ///
-    /// `growth`: factor by which each plane may have grown since the last estimate (1.2 a day in Bera et al. 2023). Lost
-    /// probes are left out.
+    /// `bound_g_mm`: what each plane's unbalance may have grown to. Lost probes are left out.
     ///
     /// Errors: [`TrackError`].
     pub fn update<const N: usize, const PROBES: usize>(
@@ -149,7 +148,7 @@ impl<const PLANES: usize> Tracker<PLANES> {
         _config: &TrackConfig,
         _model: &Model<N, PROBES, PLANES>,
         _reading: &Reading,
-        _growth: f32,
+        _bound_g_mm: &[f32; MAX_PLANES],
     ) -> Result<Estimate, TrackError> {
         Err(TrackError::Response)
     }
