@@ -1,6 +1,6 @@
 //! From a desktop model to the model that is deployed.
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector};
 use rotor_edge_core::model::{Forcing, ForcingLaw, MAX_PLANES, Model, Pair, Pedestal, Probe, Support};
 use rotor_edge_core::node::Node;
@@ -114,6 +114,17 @@ fn edge_model(
         bail!("the controller would refuse this model: {refusal:?}");
     }
     Ok(edge)
+}
+
+/// The bytes that are deployed.
+///
+/// # Errors
+/// None: the buffer has room for the largest model.
+pub fn encoded(model: &EdgeModel) -> Result<Vec<u8>> {
+    let mut bytes = vec![0; EdgeModel::max_size_bytes()];
+    let length = model.encode(&mut bytes).map_err(|e| anyhow!("the model cannot be encoded: {e:?}"))?;
+    bytes.truncate(length);
+    Ok(bytes)
 }
 
 /// What a model has of one kind, in the room that there is for it.

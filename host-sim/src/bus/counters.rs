@@ -34,12 +34,20 @@ pub fn named(counters: &Counters) -> impl Iterator<Item = (&'static str, u32)> {
 
 /// What was counted between two times. Counters wrap; their differences do not mind.
 pub fn since(before: &Counters, after: &Counters) -> Counters {
-    let mut passed =
-        Counters { readings: after.readings.wrapping_sub(before.readings), ..Counters::default() };
-    for (pair, (before, after)) in (0..).zip(before.pairs().into_iter().zip(after.pairs())) {
-        passed.set_pair(pair, [0, 1].map(|k| after[k].wrapping_sub(before[k])));
+    each(after, before, u32::wrapping_sub)
+}
+
+/// What was counted in two lives.
+pub fn sum(one: &Counters, other: &Counters) -> Counters {
+    each(one, other, u32::wrapping_add)
+}
+
+fn each(left: &Counters, right: &Counters, of_two: fn(u32, u32) -> u32) -> Counters {
+    let mut result = Counters { readings: of_two(left.readings, right.readings), ..Counters::default() };
+    for (pair, (left, right)) in (0..).zip(left.pairs().into_iter().zip(right.pairs())) {
+        result.set_pair(pair, [0, 1].map(|k| of_two(left[k], right[k])));
     }
-    passed
+    result
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::thresholds::Thresholds;
 
 use super::setting::Setting;
+use crate::deploy::out_of_bounds;
 
 /// The controller's number, seed and thresholds.
 #[derive(Debug, Args)]
@@ -80,7 +81,7 @@ impl Judging {
             setting.apply(&mut thresholds)?;
         }
         if let Err(error) = thresholds.check() {
-            bail!("the thresholds cannot be: {}", super::setting::out_of_bounds(error));
+            bail!("the thresholds cannot be: {}", out_of_bounds(error));
         }
         let mut config = NodeConfig::new(node_number(self.node)?);
         config.track.seed = self.seed;

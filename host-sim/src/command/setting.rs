@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use anyhow::{Context, Result, anyhow, bail};
-use rotor_edge_core::thresholds::{ThresholdError, Thresholds};
+use rotor_edge_core::thresholds::Thresholds;
 use serde_json::Value;
 
 /// `name=value`.
@@ -55,28 +55,6 @@ impl Setting {
         })?;
         Ok(())
     }
-}
-
-/// Which threshold is out of its bounds, and what they are.
-pub fn out_of_bounds(error: ThresholdError) -> String {
-    let bounds = match error {
-        ThresholdError::Encoding => "they are not those of this version",
-        ThresholdError::Rise => "rise is to be from 0 to 100",
-        ThresholdError::RatioLimit => "ratio_limit is to be from 0 to 10",
-        ThresholdError::RatioFloor => "ratio_floor is to be from 0 to 1",
-        ThresholdError::Floor => "floor_um is to be from 0 to 1000 µm",
-        ThresholdError::Average => "average_s is to be from 0 s to an hour",
-        ThresholdError::Persistence => {
-            "persistence_s is to be from 0 s to 30 days, persistence_readings from 1 to 255"
-        }
-        ThresholdError::Level => "level_s is to be above 0 s and up to 10 years",
-        ThresholdError::Learning => "learning_s is to be from 0 s to 30 days, learning_readings from 1 to 255",
-        ThresholdError::Growth => "growth is to be from 1 to 10, growth_s above 0 s and up to a year",
-        ThresholdError::AgeLimit => "age_limit_s is to be from 0.1 s to 10 years",
-        ThresholdError::GapRange => "gap_range_v is to be two ascending voltages within ±100 V",
-        _ => return format!("{error:?} is out of its bounds"),
-    };
-    bounds.into()
 }
 
 #[cfg(test)]
