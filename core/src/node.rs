@@ -24,6 +24,8 @@ mod ownership;
 #[cfg(test)]
 mod simulation;
 #[cfg(test)]
+mod testing;
+#[cfg(test)]
 mod tests;
 
 use heapless::Deque;

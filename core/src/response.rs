@@ -1,8 +1,39 @@
 //! The dynamic stiffness at one speed, solved once: influence of the unbalance, and what is there without it.
+//!
+//! # Forward and backward whirl
+//! With `p = (X + iY)/2` and `m = (X − iY)/2`, forward and backward whirl, the equations of the shaft fall apart: the rows
+//! of the dynamic stiffness in [`Model`], taken as `(Fx ± iFy)/2`, are
+//!
+//! ```text
+//! (K − W²M + W²G)         p = Fp      real: internal damping does nothing on forward synchronous whirl
+//! (K − W²M − W²G + 2iWηK) m = Fm
+//! ```
+//!
+//! two symmetric N×N instead of one 2N×2N. A force that turns with the shaft (`Fx = F`, `Fy = −iF`) is `Fp = F`, `Fm = 0`.
+//! A support `[[xx, xy], [yx, yy]]` adds `φφᵀ` times
+//!
+//! ```text
+//! pp = (xx + yy + i(yx − xy))/2    pm = (xx − yy + i(yx + xy))/2
+//! mp = (xx − yy − i(yx + xy))/2    mm = (xx + yy − i(yx − xy))/2
+//! ```
+//!
+//! pp and mm to the two matrices, still symmetric; pm and mp couple them, by one rank for each support that is not alike in
+//! all directions. With the columns P and Q of the solutions for the shapes S of those supports and R for the forces,
+//! `p = R − P·pm·Sᵀm` and `m = −Q·mp·Sᵀp`, hence `(I − SᵀP·pm·SᵀQ·mp)·Sᵀp = SᵀR`, a system as small as they are few.
+
+mod coupled;
+mod motion;
+mod read;
+
+use core::array;
 
 use nalgebra::Complex;
 
 use crate::model::{MAX_SUPPORTS, Model, Pair};
+use crate::scalar;
+use motion::Motion;
+
+pub(crate) type C = Complex<f32>;
 
 /// Amplitude of the shaft along x and y at each support, µm zero-to-peak: what hardening supports depend on.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -22,29 +53,99 @@ pub enum ResponseError {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Linear<const PLANES: usize> {
     /// µm per g·mm of each plane.
-    pub per_unbalance: [Complex<f32>; PLANES],
+    pub per_unbalance: [C; PLANES],
     /// µm, from forcings (and runout, for a probe).
-    pub fixed: Complex<f32>,
+    pub fixed: C,
+}
+
+impl<const PLANES: usize> Default for Linear<PLANES> {
+    fn default() -> Self {
+        Self { per_unbalance: [C::default(); PLANES], fixed: C::default() }
+    }
+}
+
+impl<const PLANES: usize> Linear<PLANES> {
+    /// Phasor for an unbalance `[U cos α, U sin α]` of each plane, µm.
+    #[inline]
+    pub fn phasor(&self, unbalance_g_mm: &[Pair]) -> C {
+        let mut sum = self.fixed;
+        for (influence, &[x, y]) in self.per_unbalance.iter().zip(unbalance_g_mm) {
+            sum += influence * C::new(x, y);
+        }
+        sum
+    }
+
+    fn is_finite(&self) -> bool {
+        self.per_unbalance.iter().chain([&self.fixed]).all(|z| z.re.is_finite() && z.im.is_finite())
+    }
 }
 
 /// Response of the model at one speed.
+///
+/// ```
+/// # use rotor_edge_core::model::{Model, Probe, Support};
+/// # use nalgebra::{Matrix1, SVector};
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// use rotor_edge_core::response::{SupportAmplitudes, response};
+/// // a disk of 10 kg on two springs of 5e6 N/m: far above resonance it moves by −U/m
+/// # let one = SVector::from([1.0]);
+/// # let full = |_| "a list is full";
+/// # let model = Model::<1, 2, 1> {
+/// #     stiffness: Matrix1::new(0.0), mass: Matrix1::new(10.0), polar_inertia: Matrix1::new(0.0),
+/// #     internal_damping_s: 0.0, planes: [one].into_iter().collect(),
+/// #     supports: [Support::isotropic(one, 5e6, 100.0), Support::isotropic(one, 5e6, 100.0)].into_iter().collect(),
+/// #     knots: Default::default(), forcings: Default::default(),
+/// #     probes: [Probe::plain(one, [1.0, 0.0], 0), Probe::plain(one, [0.0, 1.0], 0)].into_iter().collect(),
+/// #     initial_unbalance_g_mm: [[1000.0, 0.0]].into_iter().collect(),
+/// #     unbalance_floor_g_mm: 1.0, noise_um: 0.0, speed_range_rpm: [100.0, 2e5],
+/// # };
+/// let at_speed = response(&model, 20_000.0, &SupportAmplitudes::default()).map_err(|_| "no response")?;
+/// let along_x = at_speed.probes()[0].phasor(&[[1000.0, 0.0]]);
+/// assert!((along_x.re + 100.0).abs() < 1.0);
+/// # Ok(()) }
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response<const PROBES: usize, const PLANES: usize> {
-    /// µm per g·mm: complex influence coefficients, probes × planes (zero where there is none).
-    pub per_unbalance: [[Complex<f32>; PLANES]; PROBES],
-    /// µm, from forcings and runout.
-    pub fixed: [Complex<f32>; PROBES],
+    probes: [Linear<PLANES>; PROBES],
     /// Motion of the shaft along x and y at each support; left zero where the support does not harden.
-    pub supports: [[Linear<PLANES>; 2]; MAX_SUPPORTS],
+    supports: [[Linear<PLANES>; 2]; MAX_SUPPORTS],
+    count: u8,
 }
 
 /// Solves the model at one speed.
 ///
 /// Errors: [`ResponseError::Singular`], [`ResponseError::NotFinite`].
+// Large, and called from several places: one copy in flash.
+#[inline(never)]
 pub fn response<const N: usize, const PROBES: usize, const PLANES: usize>(
-    _model: &Model<N, PROBES, PLANES>,
-    _speed_rad_s: f32,
-    _support_amplitudes_um: &SupportAmplitudes,
+    model: &Model<N, PROBES, PLANES>,
+    speed_rad_s: f32,
+    support_amplitudes_um: &SupportAmplitudes,
 ) -> Result<Response<PROBES, PLANES>, ResponseError> {
-    Err(ResponseError::Singular)
+    let motion = Motion::new(model, speed_rad_s, support_amplitudes_um).ok_or(ResponseError::Singular)?;
+    let response = Response::read(model, &motion, speed_rad_s, support_amplitudes_um);
+    if response.is_finite() { Ok(response) } else { Err(ResponseError::NotFinite) }
+}
+
+impl<const PROBES: usize, const PLANES: usize> Response<PROBES, PLANES> {
+    /// What each probe of the model shows.
+    pub fn probes(&self) -> &[Linear<PLANES>] {
+        self.probes.get(..usize::from(self.count)).unwrap_or_default()
+    }
+
+    fn is_finite(&self) -> bool {
+        self.probes().iter().all(Linear::is_finite)
+    }
+
+    /// Amplitudes of the shaft at the hardening supports, µm zero-to-peak (zero at the others), for an unbalance
+    /// `[U cos α, U sin α]` of each plane in g·mm.
+    pub fn support_amplitudes(&self, unbalance_g_mm: &[Pair]) -> SupportAmplitudes {
+        SupportAmplitudes(array::from_fn(|support| {
+            let motion = self.supports.get(support).copied().unwrap_or_default();
+            motion.map(|linear| {
+                let y = linear.phasor(unbalance_g_mm);
+                scalar::length([y.re, y.im])
+            })
+        }))
+    }
 }

@@ -10,11 +10,21 @@
 //! All are vectors `[U cos α, U sin α]` in g·mm. The static unbalance is the sum of all planes; with one plane the dynamic
 //! unbalance is zero, with three or four there is no such pair and it is not a number.
 
+mod rounds;
+
+use heapless::Vec;
+
+use crate::fit::Fit;
 use crate::model::{MAX_PLANES, Model, Pair};
+use crate::polish::{Polished, polish};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 use crate::residual::Residual;
-use crate::response::{ResponseError, SupportAmplitudes};
-use crate::swarm::SwarmConfig;
+use crate::response::{Response, ResponseError, SupportAmplitudes, response};
+use crate::swarm::{DEFAULT_PARTICLES, SwarmConfig, search};
+use rounds::Rounds;
+
+/// The certificate holds if the gap is at most this part of `Σ|target|`.
+const LARGEST_GAP: f32 = 1e-3;
 
 /// How the unbalance is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,11 +155,137 @@ impl<const PLANES: usize> Tracker<PLANES> {
     /// Errors: [`TrackError`].
     pub fn update<const N: usize, const PROBES: usize>(
         &mut self,
-        _config: &TrackConfig,
-        _model: &Model<N, PROBES, PLANES>,
-        _reading: &Reading,
-        _bound_g_mm: &[f32; MAX_PLANES],
+        config: &TrackConfig,
+        model: &Model<N, PROBES, PLANES>,
+        reading: &Reading,
+        bound_g_mm: &[f32; MAX_PLANES],
     ) -> Result<Estimate, TrackError> {
-        Err(TrackError::Response)
+        if reading.probes().len() != model.probes.len() {
+            return Err(TrackError::ProbeCount);
+        }
+        let features = 2 * reading.valid_mask().count_ones() as usize;
+        if features == 0 {
+            return Err(TrackError::Incomplete);
+        }
+        if !model.covers(reading.speed_rpm) {
+            return Err(TrackError::Speed);
+        }
+        let unknowns = 2 * model.planes.len();
+        let redundancy = features.checked_sub(unknowns).ok_or(TrackError::Undetermined)? as u8;
+        let solved = self.solve(config, model, reading, bound_g_mm)?;
+        let estimate = Estimate::new(&solved, model, reading, redundancy)?;
+        self.last_g_mm = solved.found.unbalance_g_mm;
+        self.amplitudes = solved.amplitudes;
+        self.readings = self.readings.wrapping_add(1);
+        Ok(estimate)
     }
+
+    fn solve<const N: usize, const PROBES: usize>(
+        &self,
+        config: &TrackConfig,
+        model: &Model<N, PROBES, PLANES>,
+        reading: &Reading,
+        bound_g_mm: &[f32; MAX_PLANES],
+    ) -> Result<Solved<PROBES, PLANES>, TrackError> {
+        let speed = reading.speed_rad_s();
+        let bound = |bound: &f32| bound.max(model.unbalance_floor_g_mm);
+        let bounds: Vec<f32, PLANES> = bound_g_mm.iter().take(model.planes.len()).map(bound).collect();
+        let mut rounds = Rounds::new(self.amplitudes);
+        let mut start = self.last_g_mm;
+        loop {
+            let at_speed = response(model, speed, &rounds.amplitudes)?;
+            let fit = Fit::of_reading(&at_speed, reading, &bounds);
+            let mut found = polish(&fit, start);
+            start = found.unbalance_g_mm;
+            if model.is_nonlinear() && rounds.count < config.amplitude_rounds {
+                let aim = at_speed.support_amplitudes(&found.unbalance_g_mm);
+                if rounds.advance(&aim, config.amplitude_tolerance) {
+                    continue;
+                }
+            }
+            let deviation = fit.deviations_g_mm(model.noise_um);
+            if deviation.iter().zip(&bounds).any(|(deviation, &bound)| bound > 0.0 && !(*deviation <= bound))
+            {
+                return Err(TrackError::Undetermined);
+            }
+            let searched = !is_certain(&fit, &found);
+            if searched {
+                let seed = config.seed.wrapping_add(self.readings);
+                let start = search::<DEFAULT_PARTICLES, _, _>(&config.swarm, &fit, start, seed);
+                let again = polish(&fit, start);
+                if again.residual_um <= found.residual_um {
+                    found = again;
+                }
+            }
+            let Rounds { amplitudes, count, .. } = rounds;
+            return Ok(Solved { at_speed, found, deviation, amplitudes, rounds: count, searched });
+        }
+    }
+}
+
+/// What a reading's rounds ended with.
+struct Solved<const PROBES: usize, const PLANES: usize> {
+    at_speed: Response<PROBES, PLANES>,
+    found: Polished<PLANES>,
+    deviation: [f32; PLANES],
+    amplitudes: SupportAmplitudes,
+    rounds: u8,
+    searched: bool,
+}
+
+impl Estimate {
+    fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
+        solved: &Solved<PROBES, PLANES>,
+        model: &Model<N, PROBES, PLANES>,
+        reading: &Reading,
+        redundancy: u8,
+    ) -> Result<Self, TrackError> {
+        let Solved { at_speed, found, deviation, rounds, searched, .. } = solved;
+        let mut unbalance_g_mm = [[0.0; 2]; MAX_PLANES];
+        let mut deviation_g_mm = [f32::NAN; MAX_PLANES];
+        let mut static_g_mm = [0.0; 2];
+        let planes = model.planes.len();
+        let found_planes = found.unbalance_g_mm.iter().zip(deviation).take(planes);
+        for ((own, stated), (&[x, y], &deviation)) in
+            unbalance_g_mm.iter_mut().zip(&mut deviation_g_mm).zip(found_planes)
+        {
+            *own = [x, y];
+            static_g_mm = [static_g_mm[0] + x, static_g_mm[1] + y];
+            if model.noise_um > 0.0 {
+                *stated = deviation;
+            }
+        }
+        let mut calculated = [ProbeVector::LOST; MAX_PROBES];
+        for (vector, linear) in calculated.iter_mut().zip(at_speed.probes()) {
+            *vector = ProbeVector::from_phasor(linear.phasor(&found.unbalance_g_mm));
+        }
+        let residual = Residual::new(&calculated, reading.probes()).map_err(|_| TrackError::Response)?;
+        let [[a, b], [c, d], ..] = unbalance_g_mm;
+        Ok(Self {
+            unbalance_g_mm,
+            planes: planes as u8,
+            static_g_mm,
+            dynamic_g_mm: match planes {
+                1 => [0.0; 2],
+                2 => [0.5 * (a - c), 0.5 * (b - d)],
+                _ => [f32::NAN; 2],
+            },
+            deviation_g_mm,
+            calculated,
+            residual,
+            at_bound: found.at_bound,
+            redundancy,
+            free_residual_um: found.free_residual_um,
+            gap_um: found.gap_um,
+            searched: *searched,
+            rounds: *rounds,
+        })
+    }
+}
+
+fn is_certain<const PROBES: usize, const PLANES: usize>(
+    fit: &Fit<PROBES, PLANES>,
+    found: &Polished<PLANES>,
+) -> bool {
+    found.gap_um <= LARGEST_GAP * fit.target_um().iter().fold(0.0, |sum, target| sum + target.abs())
 }

@@ -4,7 +4,7 @@ use nalgebra::{Complex, SMatrix};
 
 use super::{MAX_PLANES, Model, ModelError, Pedestal};
 use crate::reading::{MAX_PROBES, rad_s};
-use crate::response::{SupportAmplitudes, response};
+use crate::response::{Response, SupportAmplitudes, response};
 
 /// Relative step in speed that tries a model's conditioning, and the largest relative change of the response it may
 /// cause: room for a resonance of quality 5,000; a shaft on fluid films stays below 100.
@@ -95,9 +95,8 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         let at =
             |speed| response(self, speed, &SupportAmplitudes::default()).map_err(|_| ModelError::Response);
         let (here, beside) = (at(speed_rad_s)?, at(speed_rad_s * (1.0 + SPEED_STEP))?);
-        let (here, beside) = (here.per_unbalance.as_flattened(), beside.per_unbalance.as_flattened());
-        let response = largest(here.iter().copied());
-        let change = largest(here.iter().zip(beside).map(|(here, beside)| here - beside));
+        let response = largest(influences(&here));
+        let change = largest(influences(&here).zip(influences(&beside)).map(|(here, beside)| here - beside));
         if change <= LARGEST_CHANGE * response { Ok(()) } else { Err(ModelError::IllConditioned) }
     }
 
@@ -134,6 +133,12 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
                     && all(&probe.runout_um)
             })
     }
+}
+
+fn influences<const PROBES: usize, const PLANES: usize>(
+    response: &Response<PROBES, PLANES>,
+) -> impl Iterator<Item = Complex<f32>> {
+    response.probes().iter().flat_map(|probe| probe.per_unbalance)
 }
 
 fn largest(cells: impl Iterator<Item = Complex<f32>>) -> f32 {
