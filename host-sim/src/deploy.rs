@@ -11,7 +11,7 @@ use rotor_edge_core::command::{
     write_request,
 };
 use rotor_edge_core::model::ModelError;
-use rotor_edge_core::state::NodeState;
+use rotor_edge_core::state::{NodeState, Status};
 use rotor_edge_core::thresholds::{ThresholdError, Thresholds};
 
 use crate::bus::CanBus;
@@ -232,16 +232,38 @@ pub fn await_heartbeat(bus: &mut dyn CanBus, node: u8) -> Result<u64> {
         match Message::decode(&frame) {
             Ok((from, Message::Heartbeat { state, .. })) if from == node => match state {
                 NodeState::Listening => {}
-                NodeState::Conflict => bail!(
-                    "two devices on {} call themselves monitor {node}: give one of them another number",
-                    bus.description()
-                ),
                 _ => return Ok(heard_frames),
             },
+            // in a conflict, a monitor says nothing else
+            Ok((from, Message::State(Status { state: NodeState::Conflict, .. }))) if from == node => bail!(
+                "two devices on {} call themselves monitor {node}: give one of them another number",
+                bus.description()
+            ),
             _ => {}
         }
     }
-    bail!(
+    bail!(no_monitor(bus, node))
+}
+
+/// What `node` says of itself next.
+///
+/// # Errors
+/// If it says nothing within [`HEARTBEAT_TIME`].
+pub fn await_status(bus: &mut dyn CanBus, node: u8) -> Result<Status> {
+    let started = Instant::now();
+    while started.elapsed() < HEARTBEAT_TIME {
+        let heard = bus.receive(PATIENCE)?;
+        if let Some(Ok((from, Message::State(status)))) = heard.map(|frame| Message::decode(&frame))
+            && from == node
+        {
+            return Ok(status);
+        }
+    }
+    bail!(no_monitor(bus, node))
+}
+
+fn no_monitor(bus: &mut dyn CanBus, node: u8) -> String {
+    format!(
         "no monitor {node} on {}: start one with `rotor-edge node --bus …`, or see who is there with `rotor-edge watch`",
         bus.description()
     )

@@ -62,7 +62,8 @@ fn frame(line: &str) -> Option<Frame> {
 fn signals(message: &Message) -> (String, Value) {
     match *message {
         Message::ReadingStart { sequence, valid_mask, keyphasor, probes, speed_rpm } => {
-            let mut signals = numbered(8, |probe| (format!("Probe{}Valid", probe + 1), valid_mask >> probe & 1));
+            let mut signals =
+                numbered(8, |probe| (format!("Probe{}Valid", probe + 1), valid_mask >> probe & 1));
             signals.extend([
                 ("Sequence".into(), sequence.into()),
                 ("Keyphasor".into(), (keyphasor as u8).into()),

@@ -35,7 +35,7 @@ pub struct Judging {
     growth: f32,
     /// Age beyond which a verdict is none any more, s
     #[arg(long)]
-    pub age_limit_s: Option<f32>,
+    age_limit_s: Option<f32>,
     /// Any other threshold, as `rotor-edge thresholds` names it; may be given several times
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<Setting>,
@@ -53,11 +53,25 @@ pub fn node_number(node: u8) -> Result<u8> {
 }
 
 impl Judging {
-    /// The controller's settings; `age_limit_s` unless the arguments say otherwise.
+    /// The age limit, if the arguments state one.
+    pub fn age_limit_s(&self) -> Option<f32> {
+        let thresholds = self.thresholds().ok()?;
+        let stated = self.age_limit_s.is_some() || self.set.iter().any(|setting| setting.is_of("age_limit_s"));
+        stated.then_some(thresholds.age_limit_s)
+    }
+
+    /// The controller's settings.
     ///
     /// # Errors
     /// Which argument is out of range.
-    pub fn config(&self, age_limit_s: f32) -> Result<NodeConfig> {
+    pub fn config(&self) -> Result<NodeConfig> {
+        let mut config = NodeConfig::new(node_number(self.node)?);
+        config.track.seed = self.seed;
+        config.thresholds = self.thresholds()?;
+        Ok(config)
+    }
+
+    fn thresholds(&self) -> Result<Thresholds> {
         for (name, value, least) in [
             ("--growth", self.growth, 1.0),
             ("--rise", self.rise, 0.0),
@@ -74,7 +88,7 @@ impl Judging {
             ratio_floor: self.ratio_floor,
             persistence_readings: self.persistence,
             growth: self.growth,
-            age_limit_s: self.age_limit_s.unwrap_or(age_limit_s),
+            age_limit_s: self.age_limit_s.unwrap_or(Thresholds::DEFAULT.age_limit_s),
             ..Thresholds::DEFAULT
         };
         for setting in &self.set {
@@ -83,9 +97,6 @@ impl Judging {
         if let Err(error) = thresholds.check() {
             bail!("the thresholds cannot be: {}", out_of_bounds(error));
         }
-        let mut config = NodeConfig::new(node_number(self.node)?);
-        config.track.seed = self.seed;
-        config.thresholds = thresholds;
-        Ok(config)
+        Ok(thresholds)
     }
 }

@@ -1,9 +1,11 @@
 //! The commands, one file each.
 
+mod acknowledge;
 mod add;
 mod answer;
 pub mod balance;
 mod bus;
+mod commanding;
 mod compare;
 mod dbc;
 mod decode;
@@ -71,6 +73,10 @@ enum Command {
     Node(node::Arguments),
     /// Send a model to a monitor, authenticated and checked before it takes effect
     Deploy(deploy::Arguments),
+    /// What a monitor judges by: read and set over the bus
+    Thresholds(thresholds::Arguments),
+    /// Lower the flag that a monitor holds up
+    Acknowledge(acknowledge::Arguments),
     /// Make the key of a monitor
     Key(key::Arguments),
     /// A CAN bus that needs neither hardware nor the kernel: SLCAN and socketcand for all programs of this machine
@@ -104,6 +110,8 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Forecast(arguments)) => forecast::run(&arguments),
         Some(Command::Node(arguments)) => node::run(&arguments),
         Some(Command::Deploy(arguments)) => deploy::run(&arguments),
+        Some(Command::Thresholds(arguments)) => thresholds::run(&arguments),
+        Some(Command::Acknowledge(arguments)) => acknowledge::run(&arguments),
         Some(Command::Key(arguments)) => key::run(&arguments),
         Some(Command::Bus(arguments)) => bus::run(&arguments),
         Some(Command::Watch(arguments)) => watch::run(&arguments),

@@ -73,6 +73,8 @@ struct EquivalenceSummary {
     max_unbalance_difference_g_mm: f64,
     max_angle_difference_deg: f64,
     compared: usize,
+    max_relative_gap: f64,
+    certified: usize,
 }
 
 #[derive(Serialize)]
@@ -130,13 +132,15 @@ impl<'a> Summary<'a> {
                 max_unbalance_difference_g_mm: agreement.max_unbalance_difference_g_mm,
                 max_angle_difference_deg: agreement.max_angle_difference_deg,
                 compared: agreement.compared,
+                max_relative_gap: agreement.max_relative_gap,
+                certified: agreement.certified,
             },
             flags: raised
                 .iter()
                 .map(|f| FlagSummary {
                     since_d: f.since_d,
                     time_d: f.time_d,
-                    suspect: f.suspect.map(|b| rotor.bearing[b].name.as_str()),
+                    suspect: f.suspect.and_then(|b| rotor.bearing.get(b)).map(|b| b.name.as_str()),
                     readings: f.readings,
                 })
                 .collect(),

@@ -37,6 +37,11 @@ fn number(text: &str) -> Result<Value> {
 }
 
 impl Setting {
+    /// Whether it sets this threshold.
+    pub fn is_of(&self, name: &str) -> bool {
+        self.name == name
+    }
+
     /// Puts the value into its place.
     ///
     /// # Errors

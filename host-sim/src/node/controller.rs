@@ -3,6 +3,7 @@
 use anyhow::{Result, anyhow};
 use rotor_edge_core::can::Frame;
 use rotor_edge_core::node::{NodeConfig, Save};
+use rotor_edge_core::state::Reason;
 
 use super::Store;
 use crate::edge::EdgeNode;
@@ -11,6 +12,7 @@ use crate::edge::EdgeNode;
 pub struct Controller {
     node: EdgeNode,
     store: Store,
+    lacks_model: Option<Reason>,
     last_us: u64,
 }
 
@@ -27,13 +29,17 @@ impl Controller {
             // those of another version are none: the settings stay, and `thresholds` shows them
             let _ = node.restore_thresholds(thresholds);
         }
-        // the reason against a model is told on the bus
-        let _ = node.load(store.model());
+        let lacks_model = node.load(store.model()).err();
         if let Some(memory) = store.memory() {
             node.restore(memory);
         }
         node.poll(time_us);
-        Ok(Self { node, store, last_us: time_us })
+        Ok(Self { node, store, lacks_model, last_us: time_us })
+    }
+
+    /// Why it started without a model.
+    pub fn lacks_model(&self) -> Option<Reason> {
+        self.lacks_model
     }
 
     /// The node.

@@ -93,7 +93,7 @@ pub fn run_with_foreign_monitor(
     set(host, authority, &for_record).context(
         "the record cannot be compared: the monitor lives in real time and does not take thresholds for readings in quick succession",
     )?;
-    let played = (|| {
+    let played = (|| -> Result<Replay> {
         authority.command(host, Command::Restart, &[], |_| ())?;
         let before = counters(host, config.node.node)?;
         let timing = Timing::of(deployment, record, config);

@@ -120,10 +120,9 @@ pub fn counters(frame: &mut Frame, area: Rect, node: u8, monitor: &Monitor) {
     let mut lines: Vec<Line> = if all.len() <= rows {
         all.into_iter().map(row).collect()
     } else {
-        let some: Vec<_> = all.into_iter().filter(|(_, number)| *number > 0).collect();
-        let zeros = all.len() - some.len();
-        let zeros = (zeros > 0).then(|| Line::from(format!("{zeros} others are 0")));
-        some.into_iter().map(row).chain(zeros).collect()
+        let (zeros, some): (Vec<_>, Vec<_>) = all.into_iter().partition(|(_, number)| *number == 0);
+        let rest = (!zeros.is_empty()).then(|| Line::from(format!("{} others are 0", zeros.len())));
+        some.into_iter().map(row).chain(rest).collect()
     };
     lines.truncate(rows);
     frame.render_widget(Paragraph::new(lines).block(titled(format!("Counters of {node}"))), area);
