@@ -25,6 +25,8 @@ use crate::replay::{self, Flag, Replay, ReplayConfig, day, flags};
 use crate::sample;
 use crate::watch::words::{probe_numbers, span};
 
+const DAY_S: f64 = 86_400.0;
+
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// The rotor, rotor.toml; the built-in sample if absent
@@ -218,10 +220,12 @@ impl Job<'_> {
             "  readings evaluated {} ({} without all probes), skipped {}, lost {}, rejected {}, repeated {}, late {}",
             c.readings, c.partial, c.skipped, c.lost, c.rejected, c.repeated, c.late
         );
-        println!(
-            "  its clock is the record's; a verdict counts for {} (--age-limit-s)",
-            span((f64::from(age_limit_s(config, self.record)) * 1e6) as u64)
-        );
+        let age_limit_s = f64::from(age_limit_s(config, self.record));
+        let age_limit = match age_limit_s / DAY_S {
+            days if days >= 1.0 => format!("{days:.1} d"),
+            _ => span((age_limit_s * 1e6) as u64),
+        };
+        println!("  its clock is the record's; a verdict counts for {age_limit} (--age-limit-s {age_limit_s})");
         for day in &config.power_cuts_d {
             println!("  power lost before day {day}, back from what it had stored");
         }

@@ -110,7 +110,7 @@ mod tests {
         let config = ReplayConfig::default();
         let daily = record(&[0.0, 1.0, 2.0, 30.0, 31.0]);
         assert_eq!(age_limit_s(&config, &daily), 2.5 * 86_400.0);
-        assert_eq!(age_limit_s(&ReplayConfig { age_limit_s: Some(60.0), ..config }, &daily), 60.0);
+        assert_eq!(age_limit_s(&ReplayConfig { age_limit_s: Some(60.0), ..config.clone() }, &daily), 60.0);
         assert_eq!(age_limit_s(&config, &record(&[5.0])), 2.5 * 86_400.0);
         assert_eq!(age_limit_s(&config, &record(&[0.0, 0.0, 0.0])), 0.1);
         let no_days: Vec<Reading> = daily.iter().map(|r| Reading { time_d: None, ..r.clone() }).collect();
