@@ -14,7 +14,7 @@ from .nvic import HARD_FAULT, SVCALL
 from .timeline import SECOND_NS
 
 CYCLES_PER_INSTRUCTION = 1.4
-SHORTEST_SLICE, LONGEST_SLICE = 64, 1024
+SHORTEST_SLICE, LONGEST_SLICE = 64, 4096
 ACCESS_NS = 40
 """What an access to a peripheral takes, at most until the end of the slice."""
 NEVER = 0xFFFFFFFE

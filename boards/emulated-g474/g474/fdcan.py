@@ -166,8 +166,13 @@ class Fdcan(Peripheral, Participant):
 
     def read_PSR(self):
         error, self._last_error = self._last_error, NO_CHANGE
-        activity = 0 if self.reg["CCCR"] & INIT or self.is_recovering else 3 if self._sending is not None else 1
-        return error | activity << 3 | self._states
+        return error | self._activity() << 3 | self._states
+
+    def _activity(self):
+        """Synchronising, idle, receiving or sending."""
+        if self.reg["CCCR"] & INIT or self.is_recovering:
+            return 0
+        return 3 if self._sending is not None else 2 if self.wire.is_busy() else 1
 
     def read_TSCV(self):
         return self._timestamp()

@@ -139,6 +139,10 @@ class Wire:
         if not self._is_busy and self._next is None:
             self._next = self.timeline.at(max(self._free_ns, self.timeline.now_ns), self._arbitrate)
 
+    def is_busy(self):
+        """A frame, or what became of it, is on the wire."""
+        return self._is_busy
+
     def when_idle(self, sequences, action):
         """Calls back after so many times eleven recessive bits; every frame ends with one."""
         self._waiting.append([sequences, action])
