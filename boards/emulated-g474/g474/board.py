@@ -3,6 +3,7 @@
 from bisect import bisect_right
 
 from .chip import Chip
+from .rtt import Log
 from .timeline import SECOND_NS
 from .wire import Adapter, Wire
 
@@ -15,7 +16,7 @@ class Nucleo:
 
     def __init__(self, image, wire=None, crystal_hz=CRYSTAL_HZ):
         """``image``: the ELF file as it is flashed. Boards on one wire share its time."""
-        self.wire = wire
+        self.image, self.wire = image, wire
         self.chip = Chip(wire.timeline if wire else None)
         self.timeline = self.chip.timeline
         if wire is None:
@@ -23,6 +24,8 @@ class Nucleo:
         self.wire.join(self.chip.fdcan)
         self.chip.rcc.hse_hz = crystal_hz
         self.chip.flash_image(image)
+        self.log = Log(self.chip, image)
+        self.chip.on_reset = self.log.restarted
         self.adapter = self.wire.join(Adapter())
 
     @property

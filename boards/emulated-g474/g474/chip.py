@@ -54,6 +54,7 @@ class Chip:
         self._reset_causes = set()
         self._is_stopping = False
         self.is_powered = False
+        self.on_reset = lambda: None
 
     def _place_peripherals(self):
         self.rcc = Rcc(self, "RCC", 0x40021000)
@@ -262,6 +263,7 @@ class Chip:
 
     def _reset(self):
         causes, self._reset_causes = sorted(self._reset_causes), set()
+        self.on_reset()
         self.resets.append((self.timeline.now_ns / SECOND_NS, causes))
         self._reset_peripherals()
         self.rcc.note_reset(causes)
@@ -273,20 +275,42 @@ class Chip:
 
     def run(self, seconds):
         """Lets virtual time pass, until :meth:`stop` at most; ``True`` if that was called."""
-        timeline, core, rcc = self.timeline, self.core, self.rcc
-        end_ns = timeline.now_ns + int(seconds * SECOND_NS)
-        while timeline.now_ns < end_ns and not self._is_stopping:
-            if self._reset_causes and self.is_powered:
-                self._reset()
-            core.take_exceptions()
-            next_ns = timeline.next_ns()
-            next_ns = end_ns if next_ns is None else min(next_ns, end_ns)
-            if not self.is_powered or not rcc.hclk_hz or self.pwr.is_browned_out() or core.is_idle():
-                timeline.advance(next_ns)
-            elif next_ns <= timeline.now_ns:
-                timeline.advance(timeline.now_ns)
-            else:
-                rest_ns = core.execute(next_ns - timeline.now_ns, rcc.hclk_hz)
-                timeline.advance(timeline.now_ns + rest_ns)
-        was_stopped, self._is_stopping = self._is_stopping, False
-        return was_stopped
+        return run([self], seconds)
+
+    def is_awake(self):
+        """Whether the core executes; what is due before that, a reset or an exception, happens."""
+        if not self.is_powered or self.pwr.is_browned_out():
+            return False
+        if self._reset_causes:
+            self._reset()
+        if not self.rcc.hclk_hz:
+            return False
+        self.core.take_exceptions()
+        return not self.core.is_idle()
+
+    def take_stop(self):
+        was_stopping, self._is_stopping = self._is_stopping, False
+        return was_stopping
+
+
+def run(chips, seconds):
+    """Lets time pass for chips that share it; what they execute in a slice happens at once. ``True``: one was stopped."""
+    timeline = chips[0].timeline
+    end_ns = timeline.now_ns + int(seconds * SECOND_NS)
+    while timeline.now_ns < end_ns:
+        if any([chip.take_stop() for chip in chips]):
+            return True
+        awake = [chip for chip in chips if chip.is_awake()]
+        start_ns, next_ns = timeline.now_ns, timeline.next_ns()
+        next_ns = end_ns if next_ns is None else min(next_ns, end_ns)
+        if not awake or next_ns <= start_ns:
+            timeline.advance(max(next_ns, start_ns))
+            continue
+        stop_ns = next_ns
+        for chip in awake:
+            if timeline.now_ns <= stop_ns:
+                timeline.now_ns = start_ns
+            rest_ns = chip.core.execute(max(stop_ns - timeline.now_ns, 1), chip.rcc.hclk_hz)
+            stop_ns = timeline.now_ns + rest_ns
+        timeline.advance(stop_ns)
+    return False

@@ -30,6 +30,7 @@ class Rcc(Peripheral):
         self.hse_hz = 0
         self._reset_flags = 0
         self._backup = 0
+        self._hse_event = self._pll_event = None
         super().__init__(chip, name, base)
         for offset, register in self.REGISTERS.items():
             if "RSTR" in register:
@@ -37,7 +38,9 @@ class Rcc(Peripheral):
 
     def reset(self):
         super().reset()
-        self.reg["CSR"] = 0
+        for event in (self._hse_event, self._pll_event):
+            if event:
+                event.cancel()
         self._hse_event = self._pll_event = None
         self._compute()
 
@@ -48,6 +51,12 @@ class Rcc(Peripheral):
 
     def is_enabled(self, register, bit):
         return bool(self.reg[register] >> bit & 1)
+
+    def revive_hse(self, hse_hz):
+        """The crystal can swing again, and does so after a while if it is asked to."""
+        self.hse_hz = hse_hz
+        if self.reg["CR"] & HSEON:
+            self._hse_event = self.timeline.after(HSE_START_NS, self._hse_started)
 
     def kill_hse(self):
         """The crystal stops. What runs from it stops too, unless the clock security system watches."""
@@ -72,27 +81,32 @@ class Rcc(Peripheral):
             self.reg["CR"] &= ~HSIRDY
         elif value & HSION:
             self.reg["CR"] |= HSIRDY
-        self._hse_event = self._oscillator(old, HSEON, HSERDY, HSE_START_NS, self._hse_event, lambda: self.hse_hz)
-        self._pll_event = self._oscillator(old, PLLON, PLLRDY, PLL_LOCK_NS, self._pll_event, self._pll_input_hz)
+        if not self.reg["CR"] & HSEON:
+            self.reg["CR"] &= ~HSERDY
+        elif not old & HSEON:
+            self._hse_event = self.timeline.after(HSE_START_NS, self._hse_started)
+        if not self.reg["CR"] & PLLON:
+            self.reg["CR"] &= ~PLLRDY
+        elif not old & PLLON:
+            self._pll_event = self.timeline.after(PLL_LOCK_NS, self._pll_started)
         self._compute()
 
-    def _oscillator(self, old, on, ready, start_ns, event, source_hz):
-        if not self.reg["CR"] & on:
-            self.reg["CR"] &= ~ready
-        elif not old & on:
+    def _hse_started(self):
+        self._hse_event = None
+        if self.reg["CR"] & HSEON and self.hse_hz:
+            self.reg["CR"] |= HSERDY
+            self._compute()
 
-            def started():
-                if self.reg["CR"] & on and source_hz():
-                    self.reg["CR"] |= ready
-                    self._compute()
-
-            return self.timeline.after(start_ns, started)
-        return event
+    def _pll_started(self):
+        self._pll_event = None
+        if self.reg["CR"] & PLLON and self._pll_input_hz():
+            self.reg["CR"] |= PLLRDY
+            self._compute()
 
     def read_CR(self):
         for on, ready, event in [(HSEON, HSERDY, self._hse_event), (PLLON, PLLRDY, self._pll_event)]:
-            if self.reg["CR"] & (on | ready) == on and event is not None:
-                self.chip.spin(event.time_ns)
+            if self.reg["CR"] & (on | ready) == on:
+                self.chip.spin(event and event.time_ns)
         return self.reg["CR"]
 
     def write_CFGR(self, value):

@@ -1,13 +1,14 @@
 """What the tests share: the image that would be flashed, a board that runs it, the program that deploys to it."""
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 import monitor
-from conftest import NODE, run
+from conftest import NODE, RELEASE, run
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from g474 import Nucleo, VirtualTimeBus  # noqa: E402
@@ -86,3 +87,10 @@ def said(board, name, since_s=0.0):
 def causes(board):
     """Causes of the resets, one set after the other."""
     return [causes for _, causes in board.chip.resets]
+
+
+def log(board, start=-1):
+    """What the program logged since its last start, or another."""
+    board.log.empty()
+    command = [RELEASE / "examples" / "firmware_log", board.image]
+    return subprocess.run(command, input=bytes(board.log.starts[start]), capture_output=True, check=True).stdout.decode()
