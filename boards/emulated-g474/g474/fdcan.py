@@ -34,6 +34,8 @@ class Fdcan(Peripheral, Participant):
     def __init__(self, chip, name, base, memory):
         Participant.__init__(self, name)
         self.memory = memory
+        self.is_stuck = False
+        """A controller that takes frames and sends none."""
         Peripheral.__init__(self, chip, name, base)
 
     def reset(self):
@@ -65,7 +67,7 @@ class Fdcan(Peripheral, Participant):
         return self.is_on() and not self.reg["CCCR"] & MON
 
     def head(self):
-        if not self._requests or self.reg["CCCR"] & (MON | ASM):
+        if self.is_stuck or not self._requests or self.reg["CCCR"] & (MON | ASM):
             return None
         return self.memory.transmit_frame(self._next_buffer())
 

@@ -1,8 +1,10 @@
 """What the tests share: the image that would be flashed, a board that runs it, the program that deploys to it."""
 
 import os
+import random
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -11,8 +13,11 @@ import monitor
 from conftest import NODE, RELEASE, run
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from g474 import Nucleo, VirtualTimeBus  # noqa: E402
+from g474 import Nucleo  # noqa: E402
+from g474.board import CRYSTAL_HZ  # noqa: E402
+from g474.machine import Machine  # noqa: E402
 from g474.slcan import SlcanServer  # noqa: E402
+from light import shown  # noqa: E402
 
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", monitor.ROOT / "boards" / "nucleo-g474re" / "target"))
 IMAGE = Path(os.environ.get("NUCLEO_IMAGE", TARGET / "thumbv7em-none-eabihf" / "release" / "rotor-edge-nucleo-g474re"))
@@ -38,28 +43,35 @@ def deploy(board, rotor, key_file, *arguments):
 @pytest.fixture(scope="session")
 def deployed_flash(desk, key_file):
     """The second bank of a board that the sample's model was deployed to."""
-    board = Nucleo(IMAGE).power_on()
-    board.run(LISTENS_S)
+    board = start()
     deploy(board, desk.rotor, key_file)
     return bytes(board.chip.flash.banks[1])
 
 
+def start(flash=None, crystal_hz=CRYSTAL_HZ, run_s=LISTENS_S, damaged=()):
+    """A board that holds something in its second bank, running since a moment."""
+    board = Nucleo(IMAGE, crystal_hz=crystal_hz)
+    if flash is not None:
+        board.chip.flash.banks[1][:] = flash
+    for address in damaged:
+        board.chip.damage(address)
+    board.power_on()
+    board.run(run_s)
+    return board
+
+
 @pytest.fixture
 def fresh():
-    """A board whose second bank is erased, running since a moment."""
-    board = Nucleo(IMAGE).power_on()
-    board.run(LISTENS_S)
+    """A board whose second bank is erased."""
+    board = start()
     yield board
     check(board)
 
 
 @pytest.fixture
 def board(deployed_flash):
-    """A board that holds the sample's model, running since a moment."""
-    board = Nucleo(IMAGE)
-    board.chip.flash.banks[1][:] = deployed_flash
-    board.power_on()
-    board.run(LISTENS_S)
+    """A board that holds the sample's model."""
+    board = start(deployed_flash)
     yield board
     check(board)
 
@@ -84,6 +96,21 @@ def said(board, name, since_s=0.0):
     return found
 
 
+def state(board):
+    """State and reason of the last heartbeat or change."""
+    said_last = max(said(board, "Heartbeat") + said(board, "State"), key=lambda message: message[0])[1]
+    return str(said_last["State"]), str(said_last["Reason"])
+
+
+def until(board, condition, seconds, step_s=0.1):
+    """Runs until something is true; fails if it does not become so."""
+    end_s = board.now_s + seconds
+    while not condition():
+        assert board.now_s < end_s, f"not within {seconds} s; {state(board)}"
+        board.run(step_s)
+    return board.now_s
+
+
 def causes(board):
     """Causes of the resets, one set after the other."""
     return [causes for _, causes in board.chip.resets]
@@ -94,3 +121,46 @@ def log(board, start=-1):
     board.log.empty()
     command = [RELEASE / "examples" / "firmware_log", board.image]
     return subprocess.run(command, input=bytes(board.log.starts[start]), capture_output=True, check=True).stdout.decode()
+
+
+@dataclass
+class Story:
+    """A machine that is learned, tracked, and then breaks; what was seen on the way."""
+
+    board: Nucleo
+    lights: dict
+    """What LD2 showed in each state."""
+    learned_flash: bytes
+    flagged_flash: bytes
+    flagged_changes: list
+    """Writes and erasures between the two."""
+    seconds: dict
+    """How long it took to each state."""
+
+
+@pytest.fixture(scope="session")
+def story(deployed_flash, desk):
+    """With the default thresholds: a minute of learning, then a bearing that shows three times what it did."""
+    board = start(deployed_flash)
+    lights, seconds = {"Waiting": shown(board, 2)}, {}
+    speed_rpm, vectors_um = next(row for row in desk.record if None not in row[1])
+    noise = random.Random(4)
+    machine = Machine(board, speed_rpm, vectors_um, noise_um=lambda: noise.gauss(0, 0.3))
+    turning_s = board.now_s
+    for name, patience_s in [("Learning", 5.0), ("Tracking", 90.0)]:
+        seconds[name] = until(board, lambda: state(board)[0] == name, patience_s) - turning_s
+        lights[name] = shown(board, 2)
+    flash = board.chip.flash
+    learned_flash, changes = bytes(flash.banks[1]), len(flash.history)
+    machine.vectors_um[2:] = [(3 * cos, 3 * sin) for cos, sin in machine.vectors_um[2:]]
+    broken_s = board.now_s
+    for name, patience_s in [("Suspicious", 5.0), ("Flagged", 30.0)]:
+        seconds[name] = until(board, lambda: state(board)[0] == name, patience_s) - broken_s
+        lights[name] = shown(board, 2)
+    check(board)
+    return Story(board, lights, learned_flash, bytes(flash.banks[1]), flash.history[changes:], seconds)
+
+
+@pytest.fixture(scope="session")
+def flagged_flash(story):
+    return story.flagged_flash
