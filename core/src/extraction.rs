@@ -22,11 +22,13 @@ use core::f32::consts::TAU;
 use nalgebra::Complex;
 
 use crate::can::Keyphasor;
-use crate::reading::{PROBES, ProbeVector, Reading};
+use crate::reading::{ProbeVector, Reading};
 pub use keyphasor::KeyphasorDetector;
 use phase::Phase;
 use sums::Sums;
 
+/// Channels beside the keyphasor.
+pub const PROBES: usize = 4;
 /// Fewer samples in a turn than this do not separate 1x from its harmonics.
 pub const FEWEST_SAMPLES: f32 = 8.0;
 /// A turn may be this much longer or shorter than the turns before let expect; more is a lost or a false mark.
@@ -124,7 +126,7 @@ enum Stage {
     Running(Running),
 }
 
-/// Follows four probes and their keyphasor.
+/// Follows the probes and their keyphasor.
 ///
 /// ```
 /// use rotor_edge_core::extraction::{Extractor, ExtractionConfig};
@@ -140,7 +142,7 @@ enum Stage {
 /// }
 /// let found = found.unwrap();
 /// assert!((found.reading.speed_rpm - 3000.0).abs() < 0.01);
-/// assert!((found.reading.probes[0].cos_um - 10.0).abs() < 0.05);
+/// assert!((found.reading.probes()[0].cos_um - 10.0).abs() < 0.05);
 /// assert!((found.gap_mv[0] + 10_000.0).abs() < 1.0);
 /// ```
 #[derive(Debug, Clone)]
@@ -202,7 +204,7 @@ impl Extractor {
                 *elapsed = elapsed.saturating_add(1);
                 if *elapsed as f32 > config.longest_turn_s * config.sample_rate_hz {
                     self.stage = Stage::Waiting(0);
-                    return Some(self.unusable(Keyphasor::Missing));
+                    return self.unusable(Keyphasor::Missing);
                 }
             }
         }
@@ -245,7 +247,7 @@ impl Extractor {
         let surprise = running.phase.missing_angle(period);
         let expected = -TAU * LARGEST_SURPRISE..=TAU * LARGEST_SURPRISE;
         if period < FEWEST_SAMPLES || !expected.contains(&surprise) {
-            return Some(self.unusable(Keyphasor::Unsteady));
+            return self.unusable(Keyphasor::Unsteady);
         }
         running.turns = running.turns.saturating_add(1);
         running.length += period;
@@ -261,55 +263,57 @@ impl Extractor {
         if is_last {
             let result = self.conclude(config, running, period);
             *running = self.begin(counts, phase, period, age);
-            return Some(result);
+            return result;
         }
         running.turn = running.turn.next();
         (running.phase, running.period, running.samples, running.age) = (phase, period, 0, age);
         None
     }
 
-    fn conclude(&self, config: &ExtractionConfig, running: &Running, last_period: f32) -> Extraction {
+    fn conclude(&self, config: &ExtractionConfig, running: &Running, last_period: f32) -> Option<Extraction> {
         let drift = (running.first_period - last_period) * f32::from(running.turns) / running.length;
         if !(-config.largest_drift..=config.largest_drift).contains(&drift) {
-            return Extraction { drift, ..self.unusable(Keyphasor::Unsteady) };
+            return self.unusable(Keyphasor::Unsteady).map(|found| Extraction { drift, ..found });
         }
         let fits = running.window.fits();
-        let gap_mv = array::from_fn(|probe| match (fits.get(probe), self.reference.get(probe)) {
-            (Some(fit), Some(reference)) => (fit.mean + reference) * config.mv_per_count,
-            _ => f32::NAN,
-        });
+        let gap_mv: [f32; PROBES] =
+            array::from_fn(|probe| match (fits.get(probe), self.reference.get(probe)) {
+                (Some(fit), Some(reference)) => (fit.mean + reference) * config.mv_per_count,
+                _ => f32::NAN,
+            });
         let [lowest, highest] = config.gap_range_mv;
         let mut open = 0;
         for (probe, gap_mv) in gap_mv.iter().enumerate() {
             open |= u8::from(!(lowest..=highest).contains(gap_mv)) << probe;
         }
         let lost = open | self.clipped;
-        let probes = array::from_fn(|probe| match (fits.get(probe), config.scale_mv_um.get(probe)) {
-            (Some(fit), Some(scale)) if lost >> probe & 1 == 0 => {
-                ProbeVector::from_phasor(fit.phasor * (config.mv_per_count / scale))
-            }
-            _ => ProbeVector::LOST,
-        });
+        let probes: [ProbeVector; PROBES] =
+            array::from_fn(|probe| match (fits.get(probe), config.scale_mv_um.get(probe)) {
+                (Some(fit), Some(scale)) if lost >> probe & 1 == 0 => {
+                    ProbeVector::from_phasor(fit.phasor * (config.mv_per_count / scale))
+                }
+                _ => ProbeVector::LOST,
+            });
         let speed_rpm = 60.0 * config.sample_rate_hz * f32::from(running.turns) / running.length;
-        Extraction {
-            reading: Reading { speed_rpm, probes },
+        Some(Extraction {
+            reading: Reading::new(speed_rpm, &probes)?.with_gaps_v(&gap_mv.map(|mv| 1e-3 * mv)),
             keyphasor: Keyphasor::Locked,
             gap_mv,
             drift,
             clipped: self.clipped,
             open,
-        }
+        })
     }
 
-    fn unusable(&self, keyphasor: Keyphasor) -> Extraction {
-        Extraction {
-            reading: Reading { speed_rpm: f32::NAN, probes: [ProbeVector::LOST; PROBES] },
+    fn unusable(&self, keyphasor: Keyphasor) -> Option<Extraction> {
+        Some(Extraction {
+            reading: Reading::new(f32::NAN, &[ProbeVector::LOST; PROBES])?,
             keyphasor,
             gap_mv: [f32::NAN; PROBES],
             drift: f32::NAN,
             clipped: self.clipped,
             open: 0,
-        }
+        })
     }
 }
 

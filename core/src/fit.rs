@@ -1,52 +1,178 @@
 //! The problem of phase II at one speed: the unbalance of least absolute residual within a disc for each plane.
 
-use nalgebra::SMatrix;
+use core::array;
 
-use crate::model::{MAX_PLANES, Pair};
-use crate::reading::FEATURES;
+use nalgebra::Complex;
+
+use crate::model::Pair;
+use crate::reading::Reading;
+use crate::response::Response;
 use crate::scalar;
 
+type C = Complex<f32>;
+
+/// Part of a plane's influence that no other plane may explain: below it, f32 cannot tell them apart.
+const SINGULAR: f32 = 1e-6;
+
 /// Minimise `Σ|H u − target|` subject to `|u_k| ≤ bound_k`: convex, so any minimum is the minimum.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fit {
-    /// H: µm per g·mm, columns `U1 cos α1, U1 sin α1, U2 cos α2, U2 sin α2`.
-    pub influence: SMatrix<f32, FEATURES, 4>,
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit<const PROBES: usize, const PLANES: usize> {
+    /// H, µm per g·mm: for each probe that was measured the row of its cosine and the row of its sine part, in each row
+    /// the coefficients of `U cos α` and `U sin α` of each plane.
+    influence: [[[Pair; PLANES]; 2]; PROBES],
     /// Measured features less those present without unbalance, µm.
-    pub target_um: [f32; FEATURES],
-    /// Largest unbalance allowed in each plane, g·mm.
-    pub bound_g_mm: [f32; MAX_PLANES],
+    target_um: [Pair; PROBES],
+    bound_g_mm: [f32; PLANES],
+    probes: usize,
+    planes: usize,
 }
 
-impl Fit {
-    /// `H u − target`, µm.
-    #[inline]
-    pub fn residuals_um(&self, unbalance_g_mm: &[Pair; MAX_PLANES]) -> [f32; FEATURES] {
-        let mut residuals = self.target_um.map(|target| -target);
-        for (column, &unbalance) in self.influence.data.0.iter().zip(unbalance_g_mm.as_flattened()) {
-            for (residual, &influence) in residuals.iter_mut().zip(column) {
-                *residual += influence * unbalance;
-            }
+impl<const PROBES: usize, const PLANES: usize> Fit<PROBES, PLANES> {
+    /// From complex influence coefficients (µm per g·mm of each plane) and target phasors (µm) of probes, and the largest
+    /// unbalance allowed in each plane (g·mm); what goes beyond the capacity is left out.
+    pub fn new(probes: impl Iterator<Item = ([C; PLANES], C)>, bound_g_mm: &[f32]) -> Self {
+        let bound = |plane: usize| bound_g_mm.get(plane).copied().unwrap_or(0.0);
+        let mut fit = Self {
+            influence: [[[[0.0; 2]; PLANES]; 2]; PROBES],
+            target_um: [[0.0; 2]; PROBES],
+            bound_g_mm: array::from_fn(bound),
+            probes: 0,
+            planes: bound_g_mm.len().min(PLANES),
+        };
+        let places = fit.influence.iter_mut().zip(&mut fit.target_um);
+        for ((influence, target), (coefficients, phasor)) in places.zip(probes) {
+            // Y = c·(x + iy); the features are Re Y and −Im Y.
+            *influence = [coefficients.map(|c| [c.re, -c.im]), coefficients.map(|c| [-c.im, -c.re])];
+            *target = [phasor.re, -phasor.im];
+            fit.probes += 1;
         }
-        residuals
+        fit
+    }
+
+    /// Of the probes that a reading has, against a model's response.
+    pub(crate) fn of_reading(
+        response: &Response<PROBES, PLANES>,
+        reading: &Reading,
+        bound_g_mm: &[f32],
+    ) -> Self {
+        let both = response.probes().iter().zip(reading.probes());
+        let valid = both.filter(|(_, measured)| measured.is_finite());
+        Self::new(
+            valid.map(|(linear, measured)| (linear.per_unbalance, measured.phasor() - linear.fixed)),
+            bound_g_mm,
+        )
+    }
+
+    /// Planes of the problem.
+    pub fn planes(&self) -> usize {
+        self.planes
+    }
+
+    /// Rows of H: two for each probe that was measured.
+    pub fn rows(&self) -> &[[Pair; PLANES]] {
+        self.influence.as_flattened().get(..2 * self.probes).unwrap_or_default()
+    }
+
+    /// The features to be explained, one a row, µm.
+    pub fn target_um(&self) -> &[f32] {
+        self.target_um.as_flattened().get(..2 * self.probes).unwrap_or_default()
+    }
+
+    /// Largest unbalance allowed in each plane, g·mm.
+    pub fn bound_g_mm(&self) -> &[f32] {
+        self.bound_g_mm.get(..self.planes).unwrap_or_default()
+    }
+
+    /// `H u − target` of each row, µm.
+    #[inline]
+    pub fn residuals_um(&self, unbalance_g_mm: &[Pair; PLANES]) -> impl Iterator<Item = f32> {
+        let planes = self.planes;
+        self.rows().iter().zip(self.target_um()).map(move |(row, target)| {
+            let mut sum = -target;
+            for ([a, b], [x, y]) in row.iter().zip(unbalance_g_mm).take(planes) {
+                sum += a * x + b * y;
+            }
+            sum
+        })
     }
 
     /// `Σ|H u − target|`, µm.
     #[inline]
-    pub fn residual_um(&self, unbalance_g_mm: &[Pair; MAX_PLANES]) -> f32 {
-        self.residuals_um(unbalance_g_mm).iter().map(|residual| residual.abs()).sum()
+    pub fn residual_um(&self, unbalance_g_mm: &[Pair; PLANES]) -> f32 {
+        self.residuals_um(unbalance_g_mm).fold(0.0, |sum, residual| sum + residual.abs())
+    }
+
+    /// Standard deviation of either part of each plane's unbalance for features of standard deviation `noise_um`:
+    /// `σ²(HᵀH)⁻¹`, as of least squares; infinite where the rows do not tell the planes apart. g·mm.
+    ///
+    /// HᵀH is a Hermitian matrix of one row a plane in real form, so that both parts have the same variance and none in
+    /// common; it is taken apart as `L D Lᴴ`.
+    pub fn deviations_g_mm(&self, noise_um: f32) -> [f32; PLANES] {
+        let free: [bool; PLANES] =
+            array::from_fn(|plane| self.bound_g_mm().get(plane).is_some_and(|&bound| bound > 0.0));
+        let mut deviations = [f32::INFINITY; PLANES];
+        let mut factors = self.gram();
+        for i in (0..PLANES).filter(|&i| free[i]) {
+            let (above, rest) = factors.split_at_mut(i);
+            let Some(row) = rest.first_mut() else { continue };
+            let mut pivot = row[i].re;
+            for j in (0..i).filter(|&j| free[j]) {
+                let mut value = row[j];
+                for k in (0..j).filter(|&k| free[k]) {
+                    value -= row[k] * above[k][k].re * above[j][k].conj();
+                }
+                row[j] = value / above[j][j].re;
+                pivot -= (row[j] * value.conj()).re;
+            }
+            if !(pivot > SINGULAR * row[i].re) {
+                return deviations;
+            }
+            row[i] = C::new(pivot, 0.0);
+        }
+        for (k, deviation) in deviations.iter_mut().enumerate() {
+            // A column of L⁻¹.
+            let mut column = [C::default(); PLANES];
+            let mut variance = 0.0_f32;
+            for i in (k..PLANES).filter(|&i| free[i]) {
+                column[i] = C::new(if i == k { 1.0 } else { 0.0 }, 0.0);
+                for m in (k..i).filter(|&m| free[m]) {
+                    let known = column[m];
+                    column[i] -= factors[i][m] * known;
+                }
+                variance += column[i].norm_sqr() / factors[i][i].re;
+            }
+            *deviation = noise_um * scalar::sqrt(variance);
+        }
+        deviations
+    }
+
+    /// Lower triangle of the Hermitian matrix `Σ c̄_i c_j` of the complex influence coefficients.
+    fn gram(&self) -> [[C; PLANES]; PLANES] {
+        let mut gram = [[C::default(); PLANES]; PLANES];
+        for [row, _] in self.influence.iter().take(self.probes) {
+            for i in 0..PLANES {
+                let [a, b] = row[i];
+                for j in 0..=i {
+                    let [c, d] = row[j];
+                    gram[i][j] += C::new(a * c + b * d, b * c - a * d);
+                }
+            }
+        }
+        gram
     }
 
     /// The nearest unbalance within the bounds: each plane outside its disc is drawn back along its radius.
     #[inline]
-    pub fn confine(&self, unbalance_g_mm: [Pair; MAX_PLANES]) -> [Pair; MAX_PLANES] {
-        let [first, second] = unbalance_g_mm;
-        let [a, b] = self.bound_g_mm;
-        [confine(first, a), confine(second, b)]
+    pub fn confine(&self, mut unbalance_g_mm: [Pair; PLANES]) -> [Pair; PLANES] {
+        for (unbalance, &bound) in unbalance_g_mm.iter_mut().zip(&self.bound_g_mm).take(self.planes) {
+            *unbalance = confine(*unbalance, bound);
+        }
+        unbalance_g_mm
     }
 }
 
 #[inline]
-fn confine([x, y]: Pair, bound: f32) -> Pair {
+pub(crate) fn confine([x, y]: Pair, bound: f32) -> Pair {
     let square = x * x + y * y;
     if square <= bound * bound {
         return [x, y];

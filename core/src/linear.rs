@@ -1,102 +1,148 @@
-//! Elimination with partial pivoting over fixed arrays, real or complex, that cannot panic.
-//!
-//! Stable Rust has no `2 * N` in const generics, so the system is kept in two halves of N rows (x and y, or plane 1 and
-//! plane 2), each row in two halves of N cells; flattened views give the 2N.
+//! Complex linear equations over fixed arrays that cannot panic: a quick way for what is symmetric and well behaved, and
+//! elimination with pivoting for everything else.
 
 use core::mem;
-use core::ops::{Mul, Sub};
 
 use nalgebra::Complex;
 
 use crate::scalar;
 
-/// What elimination needs of a number.
-pub(crate) trait Number: Copy + Default + Mul<Output = Self> + Sub<Output = Self> {
-    fn size(self) -> f32;
-    fn reciprocal(self) -> Self;
+type C = Complex<f32>;
+
+/// A complex symmetric matrix as `L D Lᵀ`: below the diagonal L (its diagonal is one), on it the reciprocals of D.
+pub(crate) struct Symmetric<const N: usize> {
+    rows: [[C; N]; N],
 }
 
-impl Number for f32 {
+impl<const N: usize> Symmetric<N> {
+    /// Factors a matrix of which only the lower triangle is looked at, row by row:
+    /// `w_j = a_ij − Σ w_k l_jk`, `l_ij = w_j/d_j`, `d_i = a_ii − Σ w_k l_ik` (k below j, and below i).
+    ///
+    /// There is no pivoting, and an error of the result is as many times larger than necessary as numbers grow on the way
+    /// (Higham 2002, section 11.1). `None` if they grow beyond `growth` times the largest entry of the diagonal, or if a
+    /// pivot is zero or not a number.
     #[inline]
-    fn size(self) -> f32 {
-        self.abs()
+    pub fn factor(mut rows: [[C; N]; N], growth: f32) -> Option<Self> {
+        let mut largest = 0.0_f32;
+        for (place, row) in rows.iter().enumerate() {
+            largest = largest.max(row.get(place).map_or(0.0, |&cell| scalar::size(cell)));
+        }
+        let limit = growth * largest;
+        for i in 0..N {
+            let (above, rest) = rows.split_at_mut(i);
+            let Some(row) = rest.first_mut() else {
+                continue;
+            };
+            let mut pivot = row[i];
+            for j in 0..i {
+                let mut value = row[j];
+                for k in 0..j {
+                    value -= row[k] * above[j][k];
+                }
+                row[j] = value;
+            }
+            for j in 0..i {
+                let factor = row[j] * above[j][j];
+                pivot -= row[j] * factor;
+                row[j] = factor;
+            }
+            let size = scalar::size(pivot);
+            if !(size > 0.0 && size <= limit) {
+                return None;
+            }
+            row[i] = scalar::reciprocal(pivot);
+        }
+        Some(Self { rows })
     }
+
+    /// The solution for one right-hand side.
     #[inline]
-    fn reciprocal(self) -> Self {
-        1.0 / self
+    pub fn solve(&self, side: [C; N]) -> [C; N] {
+        let mut x = side;
+        for i in 1..N {
+            let mut value = x[i];
+            for k in 0..i {
+                value -= self.rows[i][k] * x[k];
+            }
+            x[i] = value;
+        }
+        for i in (0..N).rev() {
+            let mut value = x[i] * self.rows[i][i];
+            for k in i + 1..N {
+                value -= self.rows[k][i] * x[k];
+            }
+            x[i] = value;
+        }
+        x
     }
 }
 
-impl Number for Complex<f32> {
-    #[inline]
-    fn size(self) -> f32 {
-        scalar::size(self)
-    }
-    #[inline]
-    fn reciprocal(self) -> Self {
-        scalar::reciprocal(self)
-    }
-}
-
-/// One equation of 2N unknowns with R right-hand sides.
+/// One equation of 2N unknowns, in two halves because stable Rust has no `2 * N` in const generics, with its right-hand
+/// sides: one for each plane, and one for what is known.
 #[derive(Clone, Copy)]
-pub(crate) struct Row<T, const N: usize, const R: usize> {
-    pub cells: [[T; N]; 2],
-    pub rhs: [T; R],
+pub(crate) struct Row<const N: usize, const PLANES: usize> {
+    pub cells: [[C; N]; 2],
+    pub planes: [C; PLANES],
+    pub known: C,
 }
 
-impl<T: Number, const N: usize, const R: usize> Row<T, N, R> {
+impl<const N: usize, const PLANES: usize> Row<N, PLANES> {
     pub fn zero() -> Self {
-        Self { cells: [[T::default(); N]; 2], rhs: [T::default(); R] }
+        Self { cells: [[C::default(); N]; 2], planes: [C::default(); PLANES], known: C::default() }
     }
 
     #[inline]
-    fn tail(&self, column: usize) -> &[T] {
+    fn tail(&self, column: usize) -> &[C] {
         self.cells.as_flattened().get(column..).unwrap_or_default()
     }
 
     #[inline]
-    fn tail_mut(&mut self, column: usize) -> &mut [T] {
+    fn tail_mut(&mut self, column: usize) -> &mut [C] {
         self.cells.as_flattened_mut().get_mut(column..).unwrap_or_default()
     }
 
     #[inline]
     fn size_at(&self, column: usize) -> f32 {
-        self.cells.as_flattened().get(column).map_or(0.0, |cell| cell.size())
+        self.cells.as_flattened().get(column).map_or(0.0, |&cell| scalar::size(cell))
+    }
+
+    /// Takes `factor` times another row's right-hand sides off this one's.
+    #[inline]
+    fn subtract_sides(&mut self, factor: C, other: &Self) {
+        subtract(&mut self.planes, factor, &other.planes);
+        self.known -= factor * other.known;
     }
 }
 
-/// Unknowns: two halves × N × right-hand sides.
-pub(crate) type Solution<T, const N: usize, const R: usize> = [[[T; R]; N]; 2];
-
-/// Solves the 2N equations in place; `None` if a pivot is zero or not a number.
+/// Solves the 2N equations in place, with partial pivoting: each row's right-hand sides become its unknown. `None` if a
+/// pivot is zero or not a number.
 ///
-/// Cost (complex, N = 6, R = 3): 572 multiply-subtracts in the matrix, 198 + 198 in the right-hand sides, 12 reciprocals.
-pub(crate) fn solve<T: Number, const N: usize, const R: usize>(
-    rows: &mut [[Row<T, N, R>; N]; 2],
-) -> Option<Solution<T, N, R>> {
+/// Cost (N = 6, three sides): 572 multiply-subtracts in the matrix, 198 + 198 in the right-hand sides, 12 reciprocals.
+#[inline(never)]
+pub(crate) fn solve<const N: usize, const PLANES: usize>(rows: &mut [[Row<N, PLANES>; N]; 2]) -> Option<()> {
     eliminate(rows.as_flattened_mut())?;
-    Some(substitute_back(rows))
+    substitute_back(rows.as_flattened_mut());
+    Some(())
 }
 
 /// Upper triangle in place; each diagonal cell is left as the reciprocal of its pivot.
-#[inline]
-fn eliminate<T: Number, const N: usize, const R: usize>(rows: &mut [Row<T, N, R>]) -> Option<()> {
+fn eliminate<const N: usize, const PLANES: usize>(rows: &mut [Row<N, PLANES>]) -> Option<()> {
     let mut rest = rows;
     let mut column = 0;
     while let Some((pivot, below)) = mem::take(&mut rest).split_first_mut() {
         raise_largest(pivot, below, column);
-        let (lead, pivot_tail) = pivot.cells.as_flattened_mut().get_mut(column..)?.split_first_mut()?;
-        let size = lead.size();
+        let lead = pivot.tail_mut(column).first_mut()?;
+        let size = scalar::size(*lead);
         if !(size > 0.0 && size.is_finite()) {
             return None;
         }
-        *lead = lead.reciprocal();
+        *lead = scalar::reciprocal(*lead);
+        let (&lead, pivot_tail) = pivot.tail(column).split_first()?;
         for row in below.iter_mut() {
             let (head, tail) = row.tail_mut(column).split_first_mut()?;
-            let factor = *head * *lead;
+            let factor = *head * lead;
             subtract(tail, factor, pivot_tail);
-            subtract(&mut row.rhs, factor, &pivot.rhs);
+            row.subtract_sides(factor, pivot);
         }
         rest = below;
         column += 1;
@@ -104,25 +150,18 @@ fn eliminate<T: Number, const N: usize, const R: usize>(rows: &mut [Row<T, N, R>
     Some(())
 }
 
-/// `row −= factor · above`, by fours: the loop around a complex multiplication costs a third of it.
+/// `row −= factor · above`.
 #[inline]
-fn subtract<T: Number>(row: &mut [T], factor: T, above: &[T]) {
-    let (row_fours, row_rest) = row.as_chunks_mut::<4>();
-    let (above_fours, above_rest) = above.as_chunks::<4>();
-    for (row, above) in row_fours.iter_mut().zip(above_fours) {
-        for (cell, &above) in row.iter_mut().zip(above) {
-            *cell = *cell - factor * above;
-        }
-    }
-    for (cell, &above) in row_rest.iter_mut().zip(above_rest) {
-        *cell = *cell - factor * above;
+fn subtract(row: &mut [C], factor: C, above: &[C]) {
+    for (cell, &above) in row.iter_mut().zip(above) {
+        *cell -= factor * above;
     }
 }
 
 #[inline]
-fn raise_largest<T: Number, const N: usize, const R: usize>(
-    pivot: &mut Row<T, N, R>,
-    below: &mut [Row<T, N, R>],
+fn raise_largest<const N: usize, const PLANES: usize>(
+    pivot: &mut Row<N, PLANES>,
+    below: &mut [Row<N, PLANES>],
     column: usize,
 ) {
     let mut largest = pivot.size_at(column);
@@ -139,83 +178,17 @@ fn raise_largest<T: Number, const N: usize, const R: usize>(
     }
 }
 
-#[inline]
-fn substitute_back<T: Number, const N: usize, const R: usize>(
-    rows: &[[Row<T, N, R>; N]; 2],
-) -> Solution<T, N, R> {
-    let mut solution = [[[T::default(); R]; N]; 2];
-    let unknowns = solution.as_flattened_mut();
-    for (place, row) in rows.as_flattened().iter().enumerate().rev() {
-        let mut value = row.rhs;
-        let Some((unknown, known)) = unknowns.get_mut(place..).and_then(|tail| tail.split_first_mut()) else {
-            continue;
-        };
-        let Some((&reciprocal, cells)) = row.tail(place).split_first() else {
-            continue;
-        };
-        for (&cell, solved) in cells.iter().zip(known.iter()) {
-            for (value, &solved) in value.iter_mut().zip(solved) {
-                *value = *value - cell * solved;
-            }
+fn substitute_back<const N: usize, const PLANES: usize>(rows: &mut [Row<N, PLANES>]) {
+    let mut rest = rows;
+    while let Some((last, above)) = mem::take(&mut rest).split_last_mut() {
+        let column = above.len();
+        let reciprocal = last.tail(column).first().copied().unwrap_or_default();
+        last.planes = last.planes.map(|side| side * reciprocal);
+        last.known *= reciprocal;
+        for row in above.iter_mut() {
+            let factor = row.tail(column).first().copied().unwrap_or_default();
+            row.subtract_sides(factor, last);
         }
-        for (unknown, value) in unknown.iter_mut().zip(value) {
-            *unknown = value * reciprocal;
-        }
-    }
-    solution
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing::Random;
-    use nalgebra::ComplexField;
-
-    #[test]
-    fn solution_put_back_into_the_equations_reproduces_the_right_hand_sides() {
-        let mut random = Random::new(3);
-        for _ in 0..200 {
-            let mut rows = [[Row::<Complex<f32>, 6, 3>::zero(); 6]; 2];
-            for row in rows.as_flattened_mut() {
-                for cell in row.cells.as_flattened_mut().iter_mut().chain(&mut row.rhs) {
-                    *cell = Complex::new(random.signed(), random.signed());
-                }
-            }
-            let original = rows;
-            let solution = solve(&mut rows).unwrap();
-            for row in original.as_flattened() {
-                for right in 0..3 {
-                    let mut sum = Complex::<f64>::new(0.0, 0.0);
-                    let mut scale = 0.0;
-                    for (cell, x) in row.cells.as_flattened().iter().zip(solution.as_flattened()) {
-                        let x = x[right];
-                        let term = Complex::new(f64::from(cell.re), f64::from(cell.im))
-                            * Complex::new(f64::from(x.re), f64::from(x.im));
-                        sum += term;
-                        scale += term.modulus();
-                    }
-                    let want = Complex::new(f64::from(row.rhs[right].re), f64::from(row.rhs[right].im));
-                    assert!((sum - want).modulus() < 2e-5 * (scale + 1.0), "{sum} {want}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_zero_on_the_diagonal_is_pivoted_around() {
-        let mut rows = [
-            [Row::<f32, 1, 1> { cells: [[0.0], [2.0]], rhs: [4.0] }],
-            [Row { cells: [[3.0], [1.0]], rhs: [5.0] }],
-        ];
-        let solution = solve(&mut rows).unwrap();
-        assert_eq!(solution, [[[1.0]], [[2.0]]]);
-    }
-
-    #[test]
-    fn singular_or_not_finite_is_refused() {
-        let row = Row::<f32, 1, 1> { cells: [[1.0], [2.0]], rhs: [4.0] };
-        assert!(solve(&mut [[row], [row]]).is_none());
-        let broken = Row { cells: [[f32::NAN], [2.0]], rhs: [4.0] };
-        assert!(solve(&mut [[broken], [broken]]).is_none());
+        rest = above;
     }
 }

@@ -15,15 +15,15 @@ use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::reading::PROBES;
-
 /// Version of the deployed format. It rises whenever a field is added, removed or changes its meaning.
-pub const MODEL_SCHEMA: u32 = 1;
+pub const MODEL_SCHEMA: u32 = 2;
 
 /// Planes whose unbalance is tracked, at most.
-pub const MAX_PLANES: usize = 2;
+pub const MAX_PLANES: usize = 4;
 /// Supports of a model, at most.
 pub const MAX_SUPPORTS: usize = 8;
+/// Knots of all speed tables of a model together, at most.
+pub const MAX_KNOTS: usize = 16;
 /// Forcings of a model, at most.
 pub const MAX_FORCINGS: usize = 6;
 
@@ -39,7 +39,7 @@ pub type Pair = [f32; 2];
 /// | −iW²G − WηK          K − W²M + iWηK |
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Model<const N: usize> {
+pub struct Model<const N: usize, const PROBES: usize, const PLANES: usize> {
     /// Stiffness of the free shaft, N/m; symmetric. Supports come as terms.
     pub stiffness: SMatrix<f32, N, N>,
     /// Mass, kg; symmetric.
@@ -48,18 +48,22 @@ pub struct Model<const N: usize> {
     pub polar_inertia: SMatrix<f32, N, N>,
     /// Rotating internal damping of the shaft: stress in phase with the rate of strain, relative to its stiffness, s.
     pub internal_damping_s: f32,
-    /// Shape at each plane whose unbalance is tracked: one or two.
-    pub planes: Vec<SVector<f32, N>, MAX_PLANES>,
+    /// Shape at each plane whose unbalance is tracked: at least one.
+    pub planes: Vec<SVector<f32, N>, PLANES>,
     /// Bearings, seals: everything that ties the shaft to the ground. At least two.
     pub supports: Vec<Support<N>, MAX_SUPPORTS>,
+    /// What the supports' speed tables are made of, each support's in a row.
+    pub knots: Vec<Knot, MAX_KNOTS>,
     /// Excitation beside the tracked unbalance: bow, skew, coupling force, further planes.
     pub forcings: Vec<Forcing<N>, MAX_FORCINGS>,
-    /// Bearing 1 X, bearing 1 Y, bearing 2 X, bearing 2 Y.
-    pub probes: [Probe<N>; PROBES],
+    /// At least one, in the order of a reading's.
+    pub probes: Vec<Probe<N>, PROBES>,
     /// What phase I found: `[U cos α, U sin α]` of each plane, g·mm.
-    pub initial_unbalance_g_mm: [Pair; MAX_PLANES],
+    pub initial_unbalance_g_mm: Vec<Pair, PLANES>,
     /// The bound on a plane's unbalance never falls below this, g·mm, so that a well balanced plane can grow again.
     pub unbalance_floor_g_mm: f32,
+    /// Standard deviation of one feature of one reading, µm zero-to-peak; zero: not stated.
+    pub noise_um: f32,
     /// Lowest and highest speed the model was made for, rpm.
     pub speed_range_rpm: [f32; 2],
 }
@@ -67,7 +71,8 @@ pub struct Model<const N: usize> {
 /// A place where the shaft is tied to the ground.
 ///
 /// `F = Z u` with the 2×2 dynamic stiffness (rows and columns x, y)
-/// `k·(1 + slope·(W/W_ref − 1)) + iW c − W² mass`, the two diagonal stiffnesses further times `1 + ¾·hardening·a²`.
+/// `k + iW c − W² mass`, `k = stiffness·(1 + slope·(W/W_ref − 1)) + k_table(W)`, `c = damping + c_table(W)`; the two
+/// diagonal stiffnesses further times `1 + ¾·hardening·a²`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Support<const N: usize> {
     /// φ at the support.
@@ -78,25 +83,47 @@ pub struct Support<const N: usize> {
     pub damping_n_s_m: [Pair; 2],
     /// Mass that moves with the shaft there (a seal's added mass), kg.
     pub mass_kg: f32,
-    /// Relative change of the whole stiffness matrix for a relative change of speed of one.
+    /// Relative change of `stiffness_n_m` for a relative change of speed of one.
     pub stiffness_slope: f32,
     /// Speed at which `stiffness_n_m` holds, rad/s; zero: no slope.
     pub reference_speed_rad_s: f32,
+    /// Coefficients over speed beside the constant ones.
+    pub table: Option<Table>,
     /// Cubic hardening relative to the linear stiffness, 1/µm²; kxx sees the amplitude along x, kyy that along y.
     pub hardening_per_um2: f32,
     /// A pedestal in series, if the ground gives way.
     pub pedestal: Option<Pedestal>,
 }
 
-/// A mass on a spring and a damper between bearing and ground, the same along x and y: `kp + iW cp − W² mp`.
+/// Which of the model's knots make a support's speed table: at least two, in ascending order of speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Table {
+    /// Place of the first in [`Model::knots`].
+    pub first: u8,
+    /// How many.
+    pub count: u8,
+}
+
+/// Coefficients at one speed; in between they are interpolated on a straight line, outside they stay.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Knot {
+    /// Speed of rotation, rad/s.
+    pub speed_rad_s: f32,
+    /// `[[kxx, kxy], [kyx, kyy]]`, N/m.
+    pub stiffness_n_m: [Pair; 2],
+    /// `[[cxx, cxy], [cyx, cyy]]`, N·s/m.
+    pub damping_n_s_m: [Pair; 2],
+}
+
+/// A mass on springs and dampers between bearing and ground, along x and along y: `kp + iW cp − W² mp`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pedestal {
-    /// Stiffness, N/m.
-    pub stiffness_n_m: f32,
-    /// Damping, N·s/m.
-    pub damping_n_s_m: f32,
-    /// Mass, kg.
-    pub mass_kg: f32,
+    /// Stiffness along x and y, N/m.
+    pub stiffness_n_m: Pair,
+    /// Damping along x and y, N·s/m.
+    pub damping_n_s_m: Pair,
+    /// Mass that moves along x and y, kg.
+    pub mass_kg: Pair,
 }
 
 /// A known excitation that turns with the shaft: phasors `Fx = F`, `Fy = −iF`.
@@ -119,7 +146,10 @@ pub enum ForcingLaw {
     SpeedSquared,
 }
 
-/// What a probe shows: `Y = gain·φ·(cos·p + sin·r) + runout`.
+/// What a probe shows: `Y = gain·(cos·x + sin·y) + runout`, with x = φ·p and y = φ·r for a probe on the ground.
+///
+/// A probe on a support's housing shows the shaft less the housing, whose motion follows from that of the shaft at the
+/// support: `(Zb + Zp)⁻¹ Zb`, bearing over bearing and pedestal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Probe<const N: usize> {
     /// φ at the probe.
@@ -130,6 +160,10 @@ pub struct Probe<const N: usize> {
     pub gain: Pair,
     /// Phasor of mechanical and electrical runout, µm (real, imaginary).
     pub runout_um: Pair,
+    /// The bearing it stands at, counted from zero: what a suspicion of this probe is called.
+    pub bearing: u8,
+    /// The support on whose housing the probe is mounted; it must have a pedestal. `None`: on the ground.
+    pub mount: Option<u8>,
 }
 
 /// Why a model was refused. The numbers travel in a node's answer to a deployment.
@@ -139,7 +173,7 @@ pub struct Probe<const N: usize> {
 pub enum ModelError {
     /// A number is infinite or not a number.
     NotFinite = 1,
-    /// Neither one nor two planes.
+    /// No plane, more than the firmware holds, or another number of initial unbalances.
     Planes = 2,
     /// Fewer than two supports.
     Supports = 3,
@@ -163,10 +197,31 @@ pub enum ModelError {
     Space = 12,
     /// A change of speed by a millionth moves the response by over a hundredth: rounding decides what it says.
     IllConditioned = 13,
+    /// No probe, or more than the firmware holds.
+    Probes = 14,
+    /// A speed table with fewer than two knots, with knots that are not there or not in ascending order of speed.
+    Knots = 15,
+    /// A probe on the housing of a support that is not there or has no pedestal.
+    Mount = 16,
+    /// The noise is negative.
+    Noise = 17,
+    /// A probe with a gain of zero, or a direction that is not of length one within 1 %.
+    ProbeGain = 18,
+}
+
+/// What a model needs of the firmware, read from its bytes without decoding them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Counts {
+    /// Basis shapes in one plane; these must match exactly.
+    pub shapes: u8,
+    /// Probes.
+    pub probes: u8,
+    /// Planes whose unbalance is tracked.
+    pub planes: u8,
 }
 
 impl ModelError {
-    const ALL: [Self; 13] = [
+    const ALL: [Self; 18] = [
         Self::NotFinite,
         Self::Planes,
         Self::Supports,
@@ -180,6 +235,11 @@ impl ModelError {
         Self::Encoding,
         Self::Space,
         Self::IllConditioned,
+        Self::Probes,
+        Self::Knots,
+        Self::Mount,
+        Self::Noise,
+        Self::ProbeGain,
     ];
 
     /// The error of a number on the wire.
@@ -198,6 +258,7 @@ impl<const N: usize> Support<N> {
             mass_kg: 0.0,
             stiffness_slope: 0.0,
             reference_speed_rad_s: 0.0,
+            table: None,
             hardening_per_um2: 0.0,
             pedestal: None,
         }
@@ -205,16 +266,22 @@ impl<const N: usize> Support<N> {
 }
 
 impl<const N: usize> Probe<N> {
-    /// A probe in order at `direction` (cosine, sine of its angle).
-    pub fn plain(shape: SVector<f32, N>, direction: Pair) -> Self {
-        Self { shape, direction, gain: [1.0, 0.0], runout_um: [0.0; 2] }
+    /// A probe in order on the ground at `direction` (cosine, sine of its angle), beside a bearing.
+    pub fn plain(shape: SVector<f32, N>, direction: Pair, bearing: u8) -> Self {
+        Self { shape, direction, gain: [1.0, 0.0], runout_um: [0.0; 2], bearing, mount: None }
     }
 }
 
-impl<const N: usize> Model<N> {
+impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, PLANES> {
     /// Some support stiffens with amplitude, so the response is no longer linear in the unbalance.
     pub fn is_nonlinear(&self) -> bool {
         self.supports.iter().any(|support| support.hardening_per_um2 != 0.0)
+    }
+
+    /// The knots of a support's table; none if the table points beyond the list.
+    pub(crate) fn knots_of(&self, table: Table) -> &[Knot] {
+        let first = usize::from(table.first);
+        self.knots.get(first..first + usize::from(table.count)).unwrap_or_default()
     }
 
     /// The speed lies in the range the model was made for (false for NaN).

@@ -1,15 +1,14 @@
-//! What arrives: one 1x reading of four proximity probes at one speed.
+//! What arrives: one 1x reading of up to eight proximity probes at one speed.
+
+use core::array;
 
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
 use crate::scalar;
 
-/// Probes of a machine: bearing 1 X, Y, bearing 2 X, Y.
-pub const PROBES: usize = 4;
-
-/// Real numbers in a reading: cosine and sine part of each probe.
-pub const FEATURES: usize = 2 * PROBES;
+/// Probes of a machine, at most.
+pub const MAX_PROBES: usize = 8;
 
 /// One probe's 1x vector, zero-to-peak, in µm: `u(t) = cos_um·cos Wt + sin_um·sin Wt`, t = 0 at the keyphasor mark.
 ///
@@ -66,47 +65,78 @@ impl ProbeVector {
     }
 }
 
-/// The four probe vectors at one speed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// The probe vectors at one speed, in the order of the model's probes.
+///
+/// ```
+/// use rotor_edge_core::reading::{ProbeVector, Reading};
+/// let vector = ProbeVector { cos_um: 3.0, sin_um: 4.0 };
+/// let mut reading = Reading::new(3000.0, &[vector; 3]).unwrap();
+/// assert_eq!((reading.probes().len(), reading.valid_mask()), (3, 0b111));
+/// reading.lose(0b010);
+/// assert_eq!((reading.is_complete(), reading.valid_mask()), (false, 0b101));
+/// assert!(Reading::new(3000.0, &[]).is_none() && Reading::new(3000.0, &[vector; 9]).is_none());
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Speed of rotation, rpm.
     pub speed_rpm: f32,
-    /// Bearing 1 X, bearing 1 Y, bearing 2 X, bearing 2 Y.
-    pub probes: [ProbeVector; PROBES],
+    probes: [ProbeVector; MAX_PROBES],
+    gaps_v: [f32; MAX_PROBES],
+    count: u8,
 }
 
 impl Reading {
-    /// `u_c1 u_s1 v_c1 v_s1 u_c2 u_s2 v_c2 v_s2`, µm zero-to-peak.
-    pub fn features(&self) -> [f32; FEATURES] {
-        features(&self.probes)
+    /// One vector for each probe, [`ProbeVector::LOST`] where there is none; gap voltages are not stated. `None` for no
+    /// probe at all and for more than [`MAX_PROBES`].
+    pub fn new(speed_rpm: f32, probes: &[ProbeVector]) -> Option<Self> {
+        let count = u8::try_from(probes.len()).ok().filter(|count| (1..=MAX_PROBES as u8).contains(count))?;
+        let probe = |place: usize| probes.get(place).copied().unwrap_or(ProbeVector::LOST);
+        Some(Self { speed_rpm, probes: array::from_fn(probe), gaps_v: [f32::NAN; MAX_PROBES], count })
     }
 
-    /// Phasors `Y = cos − i sin` of the four probes, µm.
-    pub fn phasors(&self) -> [Complex<f32>; PROBES] {
-        self.probes.map(ProbeVector::phasor)
+    /// The same reading with the probes' gap voltages, V; NaN where not stated.
+    pub fn with_gaps_v(mut self, gaps_v: &[f32]) -> Self {
+        let count = self.probes().len();
+        for (own, &gap_v) in self.gaps_v.iter_mut().zip(gaps_v).take(count) {
+            *own = gap_v;
+        }
+        self
     }
 
-    /// Speed and all eight features are finite: no probe is lost.
+    /// One vector for each probe.
+    pub fn probes(&self) -> &[ProbeVector] {
+        self.probes.get(..usize::from(self.count)).unwrap_or_default()
+    }
+
+    /// One gap voltage for each probe, V; NaN where not stated.
+    pub fn gaps_v(&self) -> &[f32] {
+        self.gaps_v.get(..usize::from(self.count)).unwrap_or_default()
+    }
+
+    /// Bit i: both parts of probe i are finite.
+    pub fn valid_mask(&self) -> u8 {
+        let valid = |mask, (place, probe): (usize, &ProbeVector)| mask | u8::from(probe.is_finite()) << place;
+        self.probes().iter().enumerate().fold(0, valid)
+    }
+
+    /// Marks the probes of a mask (bit i: probe i) as [`ProbeVector::LOST`].
+    pub fn lose(&mut self, mask: u8) {
+        for (place, probe) in self.probes.iter_mut().enumerate() {
+            if mask >> place & 1 == 1 {
+                *probe = ProbeVector::LOST;
+            }
+        }
+    }
+
+    /// Speed and all features are finite: no probe is lost.
     pub fn is_complete(&self) -> bool {
-        self.speed_rpm.is_finite() && self.probes.iter().all(|probe| probe.is_finite())
+        self.speed_rpm.is_finite() && self.probes().iter().all(|probe| probe.is_finite())
     }
 
     /// Speed of rotation, rad/s.
     pub fn speed_rad_s(&self) -> f32 {
         rad_s(self.speed_rpm)
     }
-}
-
-/// Cosine and sine parts in the order of the features, µm.
-pub fn features(probes: &[ProbeVector; PROBES]) -> [f32; FEATURES] {
-    let [x1, y1, x2, y2] = probes;
-    [x1.cos_um, x1.sin_um, y1.cos_um, y1.sin_um, x2.cos_um, x2.sin_um, y2.cos_um, y2.sin_um]
-}
-
-/// The four probe vectors of eight features, µm.
-pub fn probe_vectors(features: &[f32; FEATURES]) -> [ProbeVector; PROBES] {
-    let [a, b, c, d, e, f, g, h] = *features;
-    [(a, b), (c, d), (e, f), (g, h)].map(|(cos_um, sin_um)| ProbeVector { cos_um, sin_um })
 }
 
 /// Speed in rad/s of a speed in rpm.
@@ -142,19 +172,20 @@ mod tests {
     }
 
     #[test]
-    fn features_and_vectors_are_inverse_and_keep_the_stated_order() {
-        let features = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
-        let reading = Reading { speed_rpm: 60.0, probes: probe_vectors(&features) };
-        assert_eq!(reading.features(), features);
-        assert_eq!(reading.probes[2].sin_um, 6.0);
+    fn a_reading_keeps_what_it_was_given_and_no_more() {
+        let vectors = [1.0, 2.0, 3.0].map(|x| ProbeVector { cos_um: x, sin_um: -x });
+        let reading = Reading::new(60.0, &vectors).unwrap().with_gaps_v(&[-9.0, f32::NAN, -8.0, -7.0]);
+        assert_eq!(reading.probes(), vectors);
+        assert_eq!((reading.gaps_v().len(), reading.gaps_v()[2]), (3, -8.0));
+        assert!(reading.gaps_v()[1].is_nan());
         assert!((reading.speed_rad_s() - core::f32::consts::TAU).abs() < 1e-6);
     }
 
     #[test]
-    fn a_lost_probe_makes_the_reading_incomplete() {
-        let mut reading = Reading { speed_rpm: 60.0, probes: probe_vectors(&[0.0; 8]) };
-        assert!(reading.is_complete());
-        reading.probes[3] = ProbeVector::LOST;
-        assert!(!reading.is_complete());
+    fn a_lost_probe_makes_the_reading_incomplete_and_leaves_the_others() {
+        let mut reading = Reading::new(60.0, &[ProbeVector { cos_um: 0.0, sin_um: 0.0 }; 8]).unwrap();
+        assert!(reading.is_complete() && reading.valid_mask() == 0xff);
+        reading.lose(0b1000_0001);
+        assert_eq!((reading.is_complete(), reading.valid_mask()), (false, 0b0111_1110));
     }
 }

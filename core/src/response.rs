@@ -1,25 +1,39 @@
 //! The dynamic stiffness at one speed, solved once: influence of the unbalance, and what is there without it.
+//!
+//! # Forward and backward whirl
+//! With `p = (X + iY)/2` and `m = (X − iY)/2`, forward and backward whirl, the equations of the shaft fall apart: the rows
+//! of the dynamic stiffness in [`Model`], taken as `(Fx ± iFy)/2`, are
+//!
+//! ```text
+//! (K − W²M + W²G)         p = Fp      real: internal damping does nothing on forward synchronous whirl
+//! (K − W²M − W²G + 2iWηK) m = Fm
+//! ```
+//!
+//! two symmetric N×N instead of one 2N×2N. A force that turns with the shaft (`Fx = F`, `Fy = −iF`) is `Fp = F`, `Fm = 0`.
+//! A support `[[xx, xy], [yx, yy]]` adds `φφᵀ` times
+//!
+//! ```text
+//! pp = (xx + yy + i(yx − xy))/2    pm = (xx − yy + i(yx + xy))/2
+//! mp = (xx − yy − i(yx + xy))/2    mm = (xx + yy − i(yx − xy))/2
+//! ```
+//!
+//! pp and mm to the two matrices, still symmetric; pm and mp couple them, by one rank for each support that is not alike in
+//! all directions. With the columns P and Q of the solutions for the shapes S of those supports and R for the forces,
+//! `p = R − P·pm·Sᵀm` and `m = −Q·mp·Sᵀp`, hence `(I − SᵀP·pm·SᵀQ·mp)·Sᵀp = SᵀR`, a system as small as they are few.
 
-#[cfg(test)]
-mod tests;
+mod coupled;
+mod motion;
+mod read;
 
 use core::array;
 
-use nalgebra::{Complex, SMatrix, SVector};
+use nalgebra::Complex;
 
-use crate::linear::{self, Row, Solution};
-use crate::model::{ForcingLaw, MAX_PLANES, MAX_SUPPORTS, Model, Pair};
-use crate::reading::{FEATURES, PROBES};
+use crate::model::{MAX_SUPPORTS, Model, Pair};
 use crate::scalar;
+use motion::Motion;
 
-type C = Complex<f32>;
-
-/// One right-hand side per plane, and one for the sum of the forcings.
-const SIDES: usize = MAX_PLANES + 1;
-
-/// The 2N equations Z q = F, and their solution, q = [p; r].
-type System<const N: usize> = [[Row<C, N, SIDES>; N]; 2];
-type Motion<const N: usize> = Solution<C, N, SIDES>;
+pub(crate) type C = Complex<f32>;
 
 /// Amplitude of the shaft along x and y at each support, µm zero-to-peak: what hardening supports depend on.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -36,33 +50,66 @@ pub enum ResponseError {
 }
 
 /// A motion that is linear in the unbalance, as phasors: `fixed + Σ per_unbalance·u`, `u = U e^{iα}` of each plane.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Linear {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Linear<const PLANES: usize> {
     /// µm per g·mm of each plane.
-    pub per_unbalance: [Complex<f32>; MAX_PLANES],
+    pub per_unbalance: [C; PLANES],
     /// µm, from forcings (and runout, for a probe).
-    pub fixed: Complex<f32>,
+    pub fixed: C,
 }
 
-impl Linear {
+impl<const PLANES: usize> Default for Linear<PLANES> {
+    fn default() -> Self {
+        Self { per_unbalance: [C::default(); PLANES], fixed: C::default() }
+    }
+}
+
+impl<const PLANES: usize> Linear<PLANES> {
     /// Phasor for an unbalance `[U cos α, U sin α]` of each plane, µm.
     #[inline]
-    pub fn phasor(&self, unbalance_g_mm: &[Pair; MAX_PLANES]) -> Complex<f32> {
-        let [first, second] = self.per_unbalance;
-        let [a, b] = unbalance_g_mm.map(|[x, y]| Complex::new(x, y));
-        self.fixed + first * a + second * b
+    pub fn phasor(&self, unbalance_g_mm: &[Pair]) -> C {
+        let mut sum = self.fixed;
+        for (influence, &[x, y]) in self.per_unbalance.iter().zip(unbalance_g_mm) {
+            sum += influence * C::new(x, y);
+        }
+        sum
+    }
+
+    fn is_finite(&self) -> bool {
+        self.per_unbalance.iter().chain([&self.fixed]).all(|z| z.re.is_finite() && z.im.is_finite())
     }
 }
 
 /// Response of the model at one speed.
+///
+/// ```
+/// # use rotor_edge_core::model::{Model, Probe, Support};
+/// # use nalgebra::{Matrix1, SVector};
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// use rotor_edge_core::response::{SupportAmplitudes, response};
+/// // a disk of 10 kg on two springs of 5e6 N/m: far above resonance it moves by −U/m
+/// # let one = SVector::from([1.0]);
+/// # let full = |_| "a list is full";
+/// # let model = Model::<1, 2, 1> {
+/// #     stiffness: Matrix1::new(0.0), mass: Matrix1::new(10.0), polar_inertia: Matrix1::new(0.0),
+/// #     internal_damping_s: 0.0, planes: [one].into_iter().collect(),
+/// #     supports: [Support::isotropic(one, 5e6, 100.0), Support::isotropic(one, 5e6, 100.0)].into_iter().collect(),
+/// #     knots: Default::default(), forcings: Default::default(),
+/// #     probes: [Probe::plain(one, [1.0, 0.0], 0), Probe::plain(one, [0.0, 1.0], 0)].into_iter().collect(),
+/// #     initial_unbalance_g_mm: [[1000.0, 0.0]].into_iter().collect(),
+/// #     unbalance_floor_g_mm: 1.0, noise_um: 0.0, speed_range_rpm: [100.0, 2e5],
+/// # };
+/// let at_speed = response(&model, 20_000.0, &SupportAmplitudes::default()).map_err(|_| "no response")?;
+/// let along_x = at_speed.probes()[0].phasor(&[[1000.0, 0.0]]);
+/// assert!((along_x.re + 100.0).abs() < 1.0);
+/// # Ok(()) }
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Response {
-    /// µm per g·mm: complex influence coefficients, probes × planes (zero for an absent plane).
-    pub per_unbalance: [[Complex<f32>; MAX_PLANES]; PROBES],
-    /// µm, from forcings and runout.
-    pub fixed: [Complex<f32>; PROBES],
+pub struct Response<const PROBES: usize, const PLANES: usize> {
+    probes: [Linear<PLANES>; PROBES],
     /// Motion of the shaft along x and y at each support; left zero where the support does not harden.
-    pub supports: [[Linear; 2]; MAX_SUPPORTS],
+    supports: [[Linear<PLANES>; 2]; MAX_SUPPORTS],
+    count: u8,
 }
 
 /// Solves the model at one speed.
@@ -70,177 +117,29 @@ pub struct Response {
 /// Errors: [`ResponseError::Singular`], [`ResponseError::NotFinite`].
 // Large, and called from several places: one copy in flash.
 #[inline(never)]
-pub fn response<const N: usize>(
-    model: &Model<N>,
+pub fn response<const N: usize, const PROBES: usize, const PLANES: usize>(
+    model: &Model<N, PROBES, PLANES>,
     speed_rad_s: f32,
     support_amplitudes_um: &SupportAmplitudes,
-) -> Result<Response, ResponseError> {
-    let mut system = [[Row::zero(); N]; 2];
-    add_shaft(&mut system, model, speed_rad_s);
-    add_supports(&mut system, model, speed_rad_s, support_amplitudes_um);
-    add_forces(&mut system, model, speed_rad_s);
-    let motion = linear::solve(&mut system).ok_or(ResponseError::Singular)?;
-    let response = Response::read(model, &motion);
-    if response.is_finite(model.supports.len()) { Ok(response) } else { Err(ResponseError::NotFinite) }
+) -> Result<Response<PROBES, PLANES>, ResponseError> {
+    let motion = Motion::new(model, speed_rad_s, support_amplitudes_um).ok_or(ResponseError::Singular)?;
+    let response = Response::read(model, &motion, speed_rad_s, support_amplitudes_um);
+    if response.is_finite() { Ok(response) } else { Err(ResponseError::NotFinite) }
 }
 
-fn add_shaft<const N: usize>(system: &mut System<N>, model: &Model<N>, speed: f32) {
-    let [top, bottom] = system;
-    let square = speed * speed;
-    let lag = speed * model.internal_damping_s;
-    for i in 0..N {
-        for j in 0..N {
-            // nalgebra keeps columns: [j][i] is row i, column j.
-            let k = model.stiffness.data.0[j][i];
-            let m = model.mass.data.0[j][i];
-            let g = model.polar_inertia.data.0[j][i];
-            let direct = C::new(k - square * m, lag * k);
-            let cross = C::new(lag * k, square * g);
-            top[i].cells[0][j] = direct;
-            top[i].cells[1][j] = cross;
-            bottom[i].cells[0][j] = -cross;
-            bottom[i].cells[1][j] = direct;
-        }
-    }
-}
-
-fn add_supports<const N: usize>(
-    system: &mut System<N>,
-    model: &Model<N>,
-    speed: f32,
-    SupportAmplitudes(amplitudes): &SupportAmplitudes,
-) {
-    for (support, &amplitude) in model.supports.iter().zip(amplitudes) {
-        let stiffness = support.dynamic_stiffness(speed, amplitude);
-        let [shape] = &support.shape.data.0;
-        for (rows, stiffness) in system.iter_mut().zip(&stiffness) {
-            for (row, &here) in rows.iter_mut().zip(shape) {
-                for (cells, &stiffness) in row.cells.iter_mut().zip(stiffness) {
-                    let force = stiffness * here;
-                    for (cell, &there) in cells.iter_mut().zip(shape) {
-                        *cell += force * there;
-                    }
-                }
-            }
-        }
-    }
-}
-
-fn add_forces<const N: usize>(system: &mut System<N>, model: &Model<N>, speed: f32) {
-    let square = speed * speed;
-    for (side, plane) in model.planes.iter().enumerate() {
-        add_forward(system, plane, side, C::new(square, 0.0));
-    }
-    for forcing in &model.forcings {
-        let [re, im] = forcing.amplitude;
-        let law = match forcing.law {
-            ForcingLaw::Constant => 1.0,
-            ForcingLaw::SpeedSquared => square,
-        };
-        add_forward(system, &forcing.shape, MAX_PLANES, C::new(re, im) * law);
-    }
-}
-
-/// A force that turns with the shaft: Fx = F, Fy = −iF.
-#[inline]
-fn add_forward<const N: usize>(system: &mut System<N>, shape: &SVector<f32, N>, side: usize, force: C) {
-    let [shape] = &shape.data.0;
-    for (rows, force) in system.iter_mut().zip([force, C::new(force.im, -force.re)]) {
-        for (row, &here) in rows.iter_mut().zip(shape) {
-            if let Some(value) = row.rhs.get_mut(side) {
-                *value += force * here;
-            }
-        }
-    }
-}
-
-/// φ·(cos p + sin r) for every right-hand side.
-#[inline]
-fn motion_at<const N: usize>(motion: &Motion<N>, shape: &SVector<f32, N>, direction: Pair) -> [C; SIDES] {
-    let [shape] = &shape.data.0;
-    let mut sum = [C::default(); SIDES];
-    for (half, along) in motion.iter().zip(direction) {
-        for (coordinate, &here) in half.iter().zip(shape) {
-            for (sum, &value) in sum.iter_mut().zip(coordinate) {
-                *sum += value * (here * along);
-            }
-        }
-    }
-    sum
-}
-
-impl Response {
-    fn read<const N: usize>(model: &Model<N>, motion: &Motion<N>) -> Self {
-        let mut response = Self {
-            per_unbalance: Default::default(),
-            fixed: Default::default(),
-            supports: Default::default(),
-        };
-        let out = response.per_unbalance.iter_mut().zip(&mut response.fixed);
-        for (probe, (per_unbalance, fixed)) in model.probes.iter().zip(out) {
-            let [gain_re, gain_im] = probe.gain;
-            let [runout_re, runout_im] = probe.runout_um;
-            let [first, second, forced] =
-                motion_at(motion, &probe.shape, probe.direction).map(|y| y * C::new(gain_re, gain_im));
-            *per_unbalance = [first, second];
-            *fixed = forced + C::new(runout_re, runout_im);
-        }
-        for (support, linear) in model.supports.iter().zip(&mut response.supports) {
-            if support.hardening_per_um2 == 0.0 {
-                continue;
-            }
-            *linear = [[1.0, 0.0], [0.0, 1.0]].map(|direction| {
-                let [first, second, fixed] = motion_at(motion, &support.shape, direction);
-                Linear { per_unbalance: [first, second], fixed }
-            });
-        }
-        response
+impl<const PROBES: usize, const PLANES: usize> Response<PROBES, PLANES> {
+    /// What each probe of the model shows.
+    pub fn probes(&self) -> &[Linear<PLANES>] {
+        self.probes.get(..usize::from(self.count)).unwrap_or_default()
     }
 
-    /// `supports`: how many there are; the rest is zero.
-    fn is_finite(&self, supports: usize) -> bool {
-        let finite = |z: &C| z.re.is_finite() && z.im.is_finite();
-        let mut probes = self.per_unbalance.as_flattened().iter().chain(&self.fixed);
-        let mut supports = self.supports.iter().take(supports).flatten();
-        probes.all(finite)
-            && supports.all(|motion| finite(&motion.fixed) && motion.per_unbalance.iter().all(finite))
+    fn is_finite(&self) -> bool {
+        self.probes().iter().all(Linear::is_finite)
     }
 
-    /// Real 8×4 matrix H, µm per g·mm: features = offset + H·`[U1 cos α1, U1 sin α1, U2 cos α2, U2 sin α2]`.
-    pub fn influence_matrix(&self) -> SMatrix<f32, FEATURES, 4> {
-        let mut columns = [[0.0; FEATURES]; 4];
-        for plane in 0..MAX_PLANES {
-            for probe in 0..PROBES {
-                // Y = c·(x + iy); the features are Re Y and −Im Y.
-                let c = self.per_unbalance[probe][plane];
-                columns[2 * plane][2 * probe] = c.re;
-                columns[2 * plane][2 * probe + 1] = -c.im;
-                columns[2 * plane + 1][2 * probe] = -c.im;
-                columns[2 * plane + 1][2 * probe + 1] = -c.re;
-            }
-        }
-        SMatrix::from_data(nalgebra::ArrayStorage(columns))
-    }
-
-    /// Features without any tracked unbalance, µm.
-    pub fn offset(&self) -> [f32; FEATURES] {
-        let [a, b, c, d] = self.fixed;
-        [a.re, -a.im, b.re, -b.im, c.re, -c.im, d.re, -d.im]
-    }
-
-    /// The eight features for an unbalance `[U1 cos α1, U1 sin α1, U2 cos α2, U2 sin α2]` in g·mm; µm.
-    pub fn features(&self, unbalance_g_mm: &[f32; 4]) -> [f32; FEATURES] {
-        let mut features = self.offset();
-        for (column, &unbalance) in self.influence_matrix().data.0.iter().zip(unbalance_g_mm) {
-            for (feature, &influence) in features.iter_mut().zip(column) {
-                *feature += influence * unbalance;
-            }
-        }
-        features
-    }
-
-    /// Amplitudes of the shaft at the hardening supports, µm zero-to-peak (zero at the others).
-    pub fn support_amplitudes(&self, unbalance_g_mm: &[Pair; MAX_PLANES]) -> SupportAmplitudes {
+    /// Amplitudes of the shaft at the hardening supports, µm zero-to-peak (zero at the others), for an unbalance
+    /// `[U cos α, U sin α]` of each plane in g·mm.
+    pub fn support_amplitudes(&self, unbalance_g_mm: &[Pair]) -> SupportAmplitudes {
         SupportAmplitudes(array::from_fn(|support| {
             let motion = self.supports.get(support).copied().unwrap_or_default();
             motion.map(|linear| {

@@ -2,57 +2,125 @@
 
 use nalgebra::Complex;
 
-use crate::model::{Pair, Pedestal, Support};
+use crate::model::{Knot, Pair, Pedestal, Support};
 use crate::scalar;
 
+type C = Complex<f32>;
+
 /// Rows and columns x, y; N/m.
-pub(crate) type Block = [[Complex<f32>; 2]; 2];
+pub(crate) type Block = [[C; 2]; 2];
+
+/// Stiffness and damping, `[[xx, xy], [yx, yy]]` each.
+type Coefficients = [[Pair; 2]; 2];
 
 impl<const N: usize> Support<N> {
-    /// Dynamic stiffness at a speed, N/m, with the shaft moving `amplitude_um` (x, y) at the support.
+    /// Dynamic stiffness at a speed, N/m, with the shaft moving `amplitude_um` (x, y) at the support; `knots` are those
+    /// of its own table.
     #[inline]
-    pub(crate) fn dynamic_stiffness(&self, speed_rad_s: f32, amplitude_um: Pair) -> Block {
-        let slope = if self.reference_speed_rad_s == 0.0 {
-            1.0
-        } else {
-            1.0 + self.stiffness_slope * (speed_rad_s / self.reference_speed_rad_s - 1.0)
-        };
-        // Describing function of a cubic spring: ¾ of the stiffness at the peak.
-        let [hard_x, hard_y] = amplitude_um.map(|a| 1.0 + 0.75 * self.hardening_per_um2 * a * a);
-        let [[kxx, kxy], [kyx, kyy]] = self.stiffness_n_m.map(|row| row.map(|k| k * slope));
-        let [[cxx, cxy], [cyx, cyy]] = self.damping_n_s_m.map(|row| row.map(|c| c * speed_rad_s));
-        let inertia = speed_rad_s * speed_rad_s * self.mass_kg;
-        let bearing = [
-            [Complex::new(kxx * hard_x - inertia, cxx), Complex::new(kxy, cxy)],
-            [Complex::new(kyx, cyx), Complex::new(kyy * hard_y - inertia, cyy)],
-        ];
+    pub(crate) fn dynamic_stiffness(&self, knots: &[Knot], speed_rad_s: f32, amplitude_um: Pair) -> Block {
+        let bearing = self.bearing(knots, speed_rad_s, amplitude_um);
         match &self.pedestal {
             None => bearing,
             Some(pedestal) => in_series(bearing, pedestal.dynamic_stiffness(speed_rad_s)),
         }
     }
-}
 
-impl Pedestal {
+    /// Without the pedestal.
     #[inline]
-    fn dynamic_stiffness(&self, speed_rad_s: f32) -> Complex<f32> {
-        Complex::new(
-            self.stiffness_n_m - speed_rad_s * speed_rad_s * self.mass_kg,
-            speed_rad_s * self.damping_n_s_m,
-        )
+    fn bearing(&self, knots: &[Knot], speed_rad_s: f32, amplitude_um: Pair) -> Block {
+        let slope = if self.reference_speed_rad_s == 0.0 {
+            1.0
+        } else {
+            1.0 + self.stiffness_slope * (speed_rad_s / self.reference_speed_rad_s - 1.0)
+        };
+        let mut stiffness = self.stiffness_n_m.map(|row| row.map(|k| k * slope));
+        let mut damping = self.damping_n_s_m;
+        if let Some([k, c]) = interpolate(knots, speed_rad_s) {
+            add(&mut stiffness, &k);
+            add(&mut damping, &c);
+        }
+        // Describing function of a cubic spring: ¾ of the stiffness at the peak.
+        let [hard_x, hard_y] = amplitude_um.map(|a| 1.0 + 0.75 * self.hardening_per_um2 * a * a);
+        let [[kxx, kxy], [kyx, kyy]] = stiffness;
+        let [[cxx, cxy], [cyx, cyy]] = damping.map(|row| row.map(|c| c * speed_rad_s));
+        let inertia = speed_rad_s * speed_rad_s * self.mass_kg;
+        [
+            [C::new(kxx * hard_x - inertia, cxx), C::new(kxy, cxy)],
+            [C::new(kyx, cyx), C::new(kyy * hard_y - inertia, cyy)],
+        ]
+    }
+
+    /// Motion of the housing for a motion of the shaft, `(Zb + Zp)⁻¹ Zb`; zero on rigid ground.
+    pub(crate) fn housing(&self, knots: &[Knot], speed_rad_s: f32, amplitude_um: Pair) -> Block {
+        let Some(pedestal) = &self.pedestal else {
+            return Block::default();
+        };
+        let bearing = self.bearing(knots, speed_rad_s, amplitude_um);
+        let (_, [[a, b], [c, d]], [px, py]) = scaled(bearing, pedestal.dynamic_stiffness(speed_rad_s));
+        let factor = scalar::reciprocal((a + px) * (d + py) - b * c);
+        let determinant = a * d - b * c;
+        [
+            [factor * (determinant + a * py), factor * (b * py)],
+            [factor * (c * px), factor * (determinant + d * px)],
+        ]
     }
 }
 
-/// `Zb (Zb + Zp I)⁻¹ Zp`. Scaled to the largest entry first: the determinant of stiffnesses squared leaves f32.
-fn in_series(bearing: Block, pedestal: Complex<f32>) -> Block {
-    let largest =
-        bearing.as_flattened().iter().fold(scalar::size(pedestal), |size, &z| size.max(scalar::size(z)));
+/// On the straight line between the knots beside the speed, the outermost beyond them.
+fn interpolate(knots: &[Knot], speed_rad_s: f32) -> Option<Coefficients> {
+    let of = |knot: &Knot| [knot.stiffness_n_m, knot.damping_n_s_m];
+    let mut below: Option<&Knot> = None;
+    for knot in knots {
+        if knot.speed_rad_s >= speed_rad_s {
+            let Some(below) = below else {
+                return Some(of(knot));
+            };
+            let part = (speed_rad_s - below.speed_rad_s) / (knot.speed_rad_s - below.speed_rad_s);
+            let mut between = of(below);
+            let cells = between.as_flattened_mut().as_flattened_mut();
+            for (cell, &above) in cells.iter_mut().zip(of(knot).as_flattened().as_flattened()) {
+                *cell += part * (above - *cell);
+            }
+            return Some(between);
+        }
+        below = Some(knot);
+    }
+    below.map(of)
+}
+
+fn add(sum: &mut [Pair; 2], other: &[Pair; 2]) {
+    for (cell, other) in sum.as_flattened_mut().iter_mut().zip(other.as_flattened()) {
+        *cell += other;
+    }
+}
+
+impl Pedestal {
+    /// Along x and y.
+    #[inline]
+    fn dynamic_stiffness(&self, speed_rad_s: f32) -> [C; 2] {
+        let [kx, ky] = self.stiffness_n_m;
+        let [cx, cy] = self.damping_n_s_m;
+        let [mx, my] = self.mass_kg;
+        [(kx, cx, mx), (ky, cy, my)]
+            .map(|(k, c, m)| C::new(k - speed_rad_s * speed_rad_s * m, speed_rad_s * c))
+    }
+}
+
+/// Both divided by the largest entry, and that entry: the determinant of stiffnesses squared leaves f32.
+fn scaled(bearing: Block, pedestal: [C; 2]) -> (f32, Block, [C; 2]) {
+    let entries = bearing.as_flattened().iter().chain(&pedestal);
+    let largest = entries.fold(0.0_f32, |size, &z| size.max(scalar::size(z)));
     let scale = 1.0 / largest;
-    let [[a, b], [c, d]] = bearing.map(|row| row.map(|z| z * scale));
-    let p = pedestal * scale;
-    let factor = pedestal * scalar::reciprocal((a + p) * (d + p) - b * c);
+    (largest, bearing.map(|row| row.map(|z| z * scale)), pedestal.map(|z| z * scale))
+}
+
+/// `Zp (Zb + Zp)⁻¹ Zb`.
+fn in_series(bearing: Block, pedestal: [C; 2]) -> Block {
+    let (largest, [[a, b], [c, d]], [px, py]) = scaled(bearing, pedestal);
+    let factor = scalar::reciprocal((a + px) * (d + py) - b * c) * largest;
     let determinant = a * d - b * c;
-    [[factor * (determinant + a * p), factor * (b * p)], [factor * (c * p), factor * (determinant + d * p)]]
+    let (x, y) = (factor * px, factor * py);
+    [[x * (determinant + a * py), x * (b * py)], [y * (c * px), y * (determinant + d * px)]]
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! A particle swarm in Cartesian unbalance: no trigonometry in the loop, so bounds on |U| are discs.
 //!
-//! The problem is convex and the swarm's answer is only roughly its minimum; [`polish`](crate::polish) finishes it.
+//! It searches where the certificate of [`polish`](crate::polish) fails; the problem is convex, the swarm's answer only
+//! roughly its minimum, and the polish finishes it.
 
 use core::array;
 
@@ -8,7 +9,7 @@ use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
 use crate::fit::Fit;
-use crate::model::{MAX_PLANES, Pair};
+use crate::model::Pair;
 use crate::scalar;
 
 /// Particles unless said otherwise.
@@ -34,28 +35,29 @@ impl Default for SwarmConfig {
 }
 
 #[derive(Clone, Copy)]
-struct Particle {
-    place: [Pair; MAX_PLANES],
-    velocity: [Pair; MAX_PLANES],
-    best: [Pair; MAX_PLANES],
+struct Particle<const PLANES: usize> {
+    place: [Pair; PLANES],
+    velocity: [Pair; PLANES],
+    best: [Pair; PLANES],
     best_um: f32,
 }
 
 /// The best unbalance (g·mm, within the bounds) a swarm of `PARTICLES` finds; one of them starts at `start`.
 ///
 /// Equal arguments give equal bits.
-pub fn search<const PARTICLES: usize>(
+#[inline(never)]
+pub fn search<const PARTICLES: usize, const PROBES: usize, const PLANES: usize>(
     config: &SwarmConfig,
-    fit: &Fit,
-    start: [Pair; MAX_PLANES],
+    fit: &Fit<PROBES, PLANES>,
+    start: [Pair; PLANES],
     seed: u64,
-) -> [Pair; MAX_PLANES] {
+) -> [Pair; PLANES] {
     let mut random = Xoshiro128PlusPlus::seed_from_u64(seed);
     let mut best = fit.confine(start);
     let mut best_um = fit.residual_um(&best);
-    let mut swarm: [Particle; PARTICLES] = array::from_fn(|number| {
+    let mut swarm: [Particle<PLANES>; PARTICLES] = array::from_fn(|number| {
         let place = if number == 0 { best } else { random_place(fit, &mut random) };
-        Particle { place, velocity: Default::default(), best: place, best_um: f32::INFINITY }
+        Particle { place, velocity: [[0.0; 2]; PLANES], best: place, best_um: f32::INFINITY }
     });
     for _ in 0..=config.iterations {
         for particle in &mut swarm {
@@ -75,24 +77,29 @@ pub fn search<const PARTICLES: usize>(
 }
 
 #[inline]
-fn random_place(fit: &Fit, random: &mut Xoshiro128PlusPlus) -> [Pair; MAX_PLANES] {
-    fit.confine(fit.bound_g_mm.map(|bound| {
+fn random_place<const PROBES: usize, const PLANES: usize>(
+    fit: &Fit<PROBES, PLANES>,
+    random: &mut Xoshiro128PlusPlus,
+) -> [Pair; PLANES] {
+    let mut place = [[0.0; 2]; PLANES];
+    for (pair, bound) in place.iter_mut().zip(fit.bound_g_mm()) {
         let [radial, angular] = two_fractions(random);
-        scalar::rough_disc_point(radial, angular).map(|x| x * bound)
-    }))
+        *pair = scalar::rough_disc_point(radial, angular).map(|x| x * bound);
+    }
+    fit.confine(place)
 }
 
 #[inline]
-fn advance(
+fn advance<const PROBES: usize, const PLANES: usize>(
     config: &SwarmConfig,
-    fit: &Fit,
-    particle: &mut Particle,
-    best: &[Pair; MAX_PLANES],
+    fit: &Fit<PROBES, PLANES>,
+    particle: &mut Particle<PLANES>,
+    best: &[Pair; PLANES],
     random: &mut Xoshiro128PlusPlus,
 ) {
     let moved = particle.place.as_flattened_mut().iter_mut().zip(particle.velocity.as_flattened_mut());
     let goals = particle.best.as_flattened().iter().zip(best.as_flattened());
-    for ((place, velocity), (own, swarm)) in moved.zip(goals) {
+    for ((place, velocity), (own, swarm)) in moved.zip(goals).take(2 * fit.planes()) {
         let [a, b] = two_fractions(random);
         *velocity = config.inertia * *velocity
             + config.own_pull * a * (own - *place)
@@ -117,7 +124,8 @@ mod tests {
     #[test]
     fn equal_seeds_give_equal_bits_and_other_seeds_other_paths() {
         let fit = random_fit(&mut Random::new(5), 0.5, 1.0);
-        let run = |seed| search::<DEFAULT_PARTICLES>(&SwarmConfig::default(), &fit, [[0.0; 2]; 2], seed);
+        let run =
+            |seed| search::<DEFAULT_PARTICLES, _, _>(&SwarmConfig::default(), &fit, [[0.0; 2]; 2], seed);
         assert_eq!(run(1).map(|u| u.map(f32::to_bits)), run(1).map(|u| u.map(f32::to_bits)));
         assert_ne!(run(1), run(2));
     }
@@ -128,8 +136,8 @@ mod tests {
         for seed in 0..100 {
             let fit = random_fit(&mut random, 0.5, 0.5);
             let start = fit.confine([[random.signed(), random.signed()], [random.signed(), random.signed()]]);
-            let found = search::<DEFAULT_PARTICLES>(&SwarmConfig::default(), &fit, start, seed);
-            for ([x, y], bound) in found.into_iter().zip(fit.bound_g_mm) {
+            let found = search::<DEFAULT_PARTICLES, _, _>(&SwarmConfig::default(), &fit, start, seed);
+            for ([x, y], bound) in found.into_iter().zip(fit.bound_g_mm()) {
                 assert!(x.hypot(y) <= bound * (1.0 + 1e-6));
             }
             assert!(fit.residual_um(&found) <= fit.residual_um(&start));
@@ -140,8 +148,8 @@ mod tests {
     fn an_empty_swarm_returns_its_start_within_the_bounds() {
         let fit = random_fit(&mut Random::new(7), 0.5, 0.5);
         assert_eq!(
-            search::<0>(&SwarmConfig::default(), &fit, [[1e9, 0.0], [0.0; 2]], 1)[0],
-            [fit.bound_g_mm[0], 0.0]
+            search::<0, _, _>(&SwarmConfig::default(), &fit, [[1e9, 0.0], [0.0; 2]], 1)[0],
+            [fit.bound_g_mm()[0], 0.0]
         );
     }
 }

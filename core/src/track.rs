@@ -7,47 +7,41 @@
 //! bearing 1                            bearing 2      D = (U1 − U2)/2    dynamic: +D at plane 1, −D at plane 2, a couple
 //! ```
 //!
-//! All are vectors `[U cos α, U sin α]` in g·mm. With one plane U2 = 0: the static unbalance is U1, the dynamic zero.
+//! All are vectors `[U cos α, U sin α]` in g·mm. The static unbalance is the sum of all planes; with one plane the dynamic
+//! unbalance is zero, with three or four there is no such pair and it is not a number.
 
-#[cfg(test)]
-mod tests;
+mod rounds;
+
+use heapless::Vec;
 
 use crate::fit::Fit;
 use crate::model::{MAX_PLANES, Model, Pair};
 use crate::polish::{Polished, polish};
-use crate::reading::{FEATURES, PROBES, ProbeVector, Reading, probe_vectors};
+use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 use crate::residual::Residual;
 use crate::response::{Response, ResponseError, SupportAmplitudes, response};
-use crate::scalar;
 use crate::swarm::{DEFAULT_PARTICLES, SwarmConfig, search};
+use rounds::Rounds;
+
+/// The certificate holds if the gap is at most this part of `Σ|target|`.
+const LARGEST_GAP: f32 = 1e-3;
 
 /// How the unbalance is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackConfig {
-    /// Each plane's unbalance is at most this times the one before (Bera et al. 2023).
-    pub growth: f32,
-    /// Moves of the swarm of [`DEFAULT_PARTICLES`].
+    /// Moves of the swarm, should it be needed.
     pub swarm: SwarmConfig,
     /// Seed of the swarm; the number of the reading is added.
     pub seed: u64,
     /// Rounds for the amplitudes at hardening supports, at most.
     pub amplitude_rounds: u8,
-    /// Part of the way each round goes towards the new amplitudes.
-    pub amplitude_relaxation: f32,
     /// Change of the amplitudes, relative to the largest, at which the rounds stop.
     pub amplitude_tolerance: f32,
 }
 
 impl Default for TrackConfig {
     fn default() -> Self {
-        Self {
-            growth: 1.2,
-            swarm: SwarmConfig::default(),
-            seed: 1,
-            amplitude_rounds: 8,
-            amplitude_relaxation: 0.5,
-            amplitude_tolerance: 1e-4,
-        }
+        Self { swarm: SwarmConfig::default(), seed: 1, amplitude_rounds: 8, amplitude_tolerance: 1e-4 }
     }
 }
 
@@ -55,12 +49,17 @@ impl Default for TrackConfig {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TrackError {
-    /// A probe is lost or a number not finite.
+    /// No probe gave a value.
     Incomplete,
-    /// The speed is outside the model's range.
+    /// The speed is not a number or outside the model's range.
     Speed,
     /// The model has no finite response at this speed.
     Response,
+    /// What the probes left show cannot tell the planes: fewer features than unknowns, or a standard deviation beyond the
+    /// bound on a plane.
+    Undetermined,
+    /// The reading has another number of probes than the model.
+    ProbeCount,
 }
 
 impl From<ResponseError> for TrackError {
@@ -72,44 +71,76 @@ impl From<ResponseError> for TrackError {
 /// The unbalance a reading shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// `[U cos α, U sin α]` of each plane, g·mm.
+    /// `[U cos α, U sin α]` of each plane, g·mm; zero for planes that are not there.
     pub unbalance_g_mm: [Pair; MAX_PLANES],
+    /// Planes of the model.
+    pub planes: u8,
     /// Static unbalance, the vector sum of the planes, g·mm.
     pub static_g_mm: Pair,
-    /// Dynamic unbalance as found at plane 1 (its opposite is at plane 2), g·mm.
+    /// Dynamic unbalance as found at plane 1 (its opposite is at plane 2), g·mm; zero for one plane, NaN for more than two.
     pub dynamic_g_mm: Pair,
-    /// What the probes would show for this unbalance.
-    pub calculated: [ProbeVector; PROBES],
+    /// Standard deviation of either part of each plane's unbalance that the stated noise alone causes, by
+    /// `σ²(HᵀH)⁻¹`, g·mm; NaN if the model states no noise.
+    pub deviation_g_mm: [f32; MAX_PLANES],
+    /// What the probes would show for this unbalance; [`ProbeVector::LOST`] beyond the model's probes.
+    pub calculated: [ProbeVector; MAX_PROBES],
     /// Calculated against measured.
     pub residual: Residual,
     /// The plane's unbalance lies on its bound: it may be greater than stated.
     pub at_bound: [bool; MAX_PLANES],
+    /// Features beyond the unknowns; with zero the residual says nothing about the model.
+    pub redundancy: u8,
+    /// `Σ|calculated − measured|` that would be left without bounds, µm: tells an unbalance that jumped from a model that
+    /// no longer fits.
+    pub free_residual_um: f32,
+    /// The residual lies at most this far above the least within the bounds, µm: proved by the dual problem.
+    pub gap_um: f32,
+    /// The swarm was needed.
+    pub searched: bool,
     /// Rounds spent on the amplitudes at hardening supports (zero without such).
-    pub amplitude_rounds: u8,
+    pub rounds: u8,
 }
 
 /// The unbalance last found: the state of phase II.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tracker {
-    last_g_mm: [Pair; MAX_PLANES],
+pub struct Tracker<const PLANES: usize> {
+    last_g_mm: [Pair; PLANES],
+    planes: u8,
     /// Where the rounds for hardening supports left off; the next reading goes on from there.
     amplitudes: SupportAmplitudes,
     readings: u64,
 }
 
-impl Tracker {
+impl<const PLANES: usize> Tracker<PLANES> {
     /// Starts from what phase I found.
-    pub fn new<const N: usize>(model: &Model<N>) -> Self {
-        Self {
-            last_g_mm: model.initial_unbalance_g_mm,
+    pub fn new<const N: usize, const PROBES: usize>(model: &Model<N, PROBES, PLANES>) -> Self {
+        Self::resume(model, &model.initial_unbalance_g_mm)
+    }
+
+    /// Starts from the unbalance last found (g·mm, one pair a plane), as after a loss of power. Planes that are not given or
+    /// not finite start from what phase I found.
+    pub fn resume<const N: usize, const PROBES: usize>(
+        model: &Model<N, PROBES, PLANES>,
+        last_g_mm: &[Pair],
+    ) -> Self {
+        let mut tracker = Self {
+            last_g_mm: [[0.0; 2]; PLANES],
+            planes: model.planes.len() as u8,
             amplitudes: SupportAmplitudes::default(),
             readings: 0,
+        };
+        for (place, (own, &initial)) in
+            tracker.last_g_mm.iter_mut().zip(&model.initial_unbalance_g_mm).enumerate()
+        {
+            let last = last_g_mm.get(place).filter(|last| last.iter().all(|part| part.is_finite()));
+            *own = last.copied().unwrap_or(initial);
         }
+        tracker
     }
 
     /// The unbalance `[U cos α, U sin α]` of each plane last found, g·mm.
-    pub fn last_g_mm(&self) -> [Pair; MAX_PLANES] {
-        self.last_g_mm
+    pub fn last_g_mm(&self) -> &[Pair] {
+        self.last_g_mm.get(..usize::from(self.planes)).unwrap_or_default()
     }
 
     /// For a model whose supports differ: the next reading finds their amplitudes anew.
@@ -117,107 +148,144 @@ impl Tracker {
         self.amplitudes = SupportAmplitudes::default();
     }
 
-    /// The unbalance of least absolute residual within `max(growth·|last|, floor)` of each plane.
+    /// The unbalance of least absolute residual within a bound on each plane, which is at least the model's floor.
     ///
-    /// Errors: [`TrackError`]; the state is then unchanged.
-    pub fn update<const N: usize>(
+    /// `bound_g_mm`: what each plane's unbalance may have grown to. Lost probes are left out.
+    ///
+    /// Errors: [`TrackError`].
+    pub fn update<const N: usize, const PROBES: usize>(
         &mut self,
         config: &TrackConfig,
-        model: &Model<N>,
+        model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
+        bound_g_mm: &[f32; MAX_PLANES],
     ) -> Result<Estimate, TrackError> {
-        if !reading.is_complete() {
+        if reading.probes().len() != model.probes.len() {
+            return Err(TrackError::ProbeCount);
+        }
+        let features = 2 * reading.valid_mask().count_ones() as usize;
+        if features == 0 {
             return Err(TrackError::Incomplete);
         }
         if !model.covers(reading.speed_rpm) {
             return Err(TrackError::Speed);
         }
-        let speed = reading.speed_rad_s();
-        let mut amplitudes = self.amplitudes;
-        let mut at_speed = response(model, speed, &amplitudes)?;
-        let mut fit = self.fit(config, model, &at_speed, reading);
-        let seed = config.seed.wrapping_add(self.readings);
-        let start = search::<DEFAULT_PARTICLES>(&config.swarm, &fit, self.last_g_mm, seed);
-        let mut found = polish(&fit, start);
-        let mut rounds = 0;
-        if model.is_nonlinear() {
-            while rounds < config.amplitude_rounds {
-                let aim = at_speed.support_amplitudes(&found.unbalance_g_mm);
-                let unknown = amplitudes == SupportAmplitudes::default();
-                let relaxation = if unknown { 1.0 } else { config.amplitude_relaxation };
-                let change = approach(&mut amplitudes, &aim, relaxation);
-                if change <= config.amplitude_tolerance {
-                    break;
-                }
-                at_speed = response(model, speed, &amplitudes)?;
-                fit.set_response(&at_speed, reading);
-                found = polish(&fit, found.unbalance_g_mm);
-                rounds += 1;
-            }
-        }
-        let estimate = Estimate::new(&at_speed, reading, &found, rounds)?;
-        self.last_g_mm = estimate.unbalance_g_mm;
-        self.amplitudes = amplitudes;
+        let unknowns = 2 * model.planes.len();
+        let redundancy = features.checked_sub(unknowns).ok_or(TrackError::Undetermined)? as u8;
+        let solved = self.solve(config, model, reading, bound_g_mm)?;
+        let estimate = Estimate::new(&solved, model, reading, redundancy)?;
+        self.last_g_mm = solved.found.unbalance_g_mm;
+        self.amplitudes = solved.amplitudes;
         self.readings = self.readings.wrapping_add(1);
         Ok(estimate)
     }
 
-    fn fit<const N: usize>(
+    fn solve<const N: usize, const PROBES: usize>(
         &self,
         config: &TrackConfig,
-        model: &Model<N>,
-        response: &Response,
+        model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
-    ) -> Fit {
-        let bound = |last: Pair| (config.growth * scalar::length(last)).max(model.unbalance_floor_g_mm);
-        let mut bound_g_mm = self.last_g_mm.map(bound);
-        for bound in bound_g_mm.iter_mut().skip(model.planes.len()) {
-            *bound = 0.0;
+        bound_g_mm: &[f32; MAX_PLANES],
+    ) -> Result<Solved<PROBES, PLANES>, TrackError> {
+        let speed = reading.speed_rad_s();
+        let bound = |bound: &f32| bound.max(model.unbalance_floor_g_mm);
+        let bounds: Vec<f32, PLANES> = bound_g_mm.iter().take(model.planes.len()).map(bound).collect();
+        let mut rounds = Rounds::new(self.amplitudes);
+        let mut start = self.last_g_mm;
+        loop {
+            let at_speed = response(model, speed, &rounds.amplitudes)?;
+            let fit = Fit::of_reading(&at_speed, reading, &bounds);
+            let mut found = polish(&fit, start);
+            start = found.unbalance_g_mm;
+            if model.is_nonlinear() && rounds.count < config.amplitude_rounds {
+                let aim = at_speed.support_amplitudes(&found.unbalance_g_mm);
+                if rounds.advance(&aim, config.amplitude_tolerance) {
+                    continue;
+                }
+            }
+            let deviation = fit.deviations_g_mm(model.noise_um);
+            if deviation.iter().zip(&bounds).any(|(deviation, &bound)| bound > 0.0 && !(*deviation <= bound))
+            {
+                return Err(TrackError::Undetermined);
+            }
+            let searched = !is_certain(&fit, &found);
+            if searched {
+                let seed = config.seed.wrapping_add(self.readings);
+                let start = search::<DEFAULT_PARTICLES, _, _>(&config.swarm, &fit, start, seed);
+                let again = polish(&fit, start);
+                if again.residual_um <= found.residual_um {
+                    found = again;
+                }
+            }
+            let Rounds { amplitudes, count, .. } = rounds;
+            return Ok(Solved { at_speed, found, deviation, amplitudes, rounds: count, searched });
         }
-        let mut fit = Fit { influence: Default::default(), target_um: [0.0; FEATURES], bound_g_mm };
-        fit.set_response(response, reading);
-        fit
     }
 }
 
-impl Fit {
-    fn set_response(&mut self, response: &Response, reading: &Reading) {
-        self.influence = response.influence_matrix();
-        self.target_um = reading.features();
-        for (target, offset) in self.target_um.iter_mut().zip(response.offset()) {
-            *target -= offset;
-        }
-    }
-}
-
-/// Moves `amplitudes` part of the way to `aim`; returns the largest distance relative to the largest amplitude.
-fn approach(amplitudes: &mut SupportAmplitudes, aim: &SupportAmplitudes, relaxation: f32) -> f32 {
-    let mut farthest = 0.0_f32;
-    let mut largest = f32::MIN_POSITIVE;
-    for (amplitude, &aim) in amplitudes.0.as_flattened_mut().iter_mut().zip(aim.0.as_flattened()) {
-        let distance = aim - *amplitude;
-        farthest = farthest.max(distance.abs());
-        largest = largest.max(aim.abs());
-        *amplitude += relaxation * distance;
-    }
-    farthest / largest
+/// What a reading's rounds ended with.
+struct Solved<const PROBES: usize, const PLANES: usize> {
+    at_speed: Response<PROBES, PLANES>,
+    found: Polished<PLANES>,
+    deviation: [f32; PLANES],
+    amplitudes: SupportAmplitudes,
+    rounds: u8,
+    searched: bool,
 }
 
 impl Estimate {
-    fn new(response: &Response, reading: &Reading, found: &Polished, rounds: u8) -> Result<Self, TrackError> {
-        let unbalance_g_mm = found.unbalance_g_mm;
-        let [[a, b], [c, d]] = unbalance_g_mm;
-        let calculated = response.features(&[a, b, c, d]);
-        let residual = Residual::new(&calculated, &reading.features()).map_err(|_| TrackError::Response)?;
-        let one_plane = response.per_unbalance.iter().all(|[_, second]| scalar::size(*second) == 0.0);
+    fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
+        solved: &Solved<PROBES, PLANES>,
+        model: &Model<N, PROBES, PLANES>,
+        reading: &Reading,
+        redundancy: u8,
+    ) -> Result<Self, TrackError> {
+        let Solved { at_speed, found, deviation, rounds, searched, .. } = solved;
+        let mut unbalance_g_mm = [[0.0; 2]; MAX_PLANES];
+        let mut deviation_g_mm = [f32::NAN; MAX_PLANES];
+        let mut static_g_mm = [0.0; 2];
+        let planes = model.planes.len();
+        let found_planes = found.unbalance_g_mm.iter().zip(deviation).take(planes);
+        for ((own, stated), (&[x, y], &deviation)) in
+            unbalance_g_mm.iter_mut().zip(&mut deviation_g_mm).zip(found_planes)
+        {
+            *own = [x, y];
+            static_g_mm = [static_g_mm[0] + x, static_g_mm[1] + y];
+            if model.noise_um > 0.0 {
+                *stated = deviation;
+            }
+        }
+        let mut calculated = [ProbeVector::LOST; MAX_PROBES];
+        for (vector, linear) in calculated.iter_mut().zip(at_speed.probes()) {
+            *vector = ProbeVector::from_phasor(linear.phasor(&found.unbalance_g_mm));
+        }
+        let residual = Residual::new(&calculated, reading.probes()).map_err(|_| TrackError::Response)?;
+        let [[a, b], [c, d], ..] = unbalance_g_mm;
         Ok(Self {
             unbalance_g_mm,
-            static_g_mm: [a + c, b + d],
-            dynamic_g_mm: if one_plane { [0.0; 2] } else { [0.5 * (a - c), 0.5 * (b - d)] },
-            calculated: probe_vectors(&calculated),
+            planes: planes as u8,
+            static_g_mm,
+            dynamic_g_mm: match planes {
+                1 => [0.0; 2],
+                2 => [0.5 * (a - c), 0.5 * (b - d)],
+                _ => [f32::NAN; 2],
+            },
+            deviation_g_mm,
+            calculated,
             residual,
             at_bound: found.at_bound,
-            amplitude_rounds: rounds,
+            redundancy,
+            free_residual_um: found.free_residual_um,
+            gap_um: found.gap_um,
+            searched: *searched,
+            rounds: *rounds,
         })
     }
+}
+
+fn is_certain<const PROBES: usize, const PLANES: usize>(
+    fit: &Fit<PROBES, PLANES>,
+    found: &Polished<PLANES>,
+) -> bool {
+    found.gap_um <= LARGEST_GAP * fit.target_um().iter().fold(0.0, |sum, target| sum + target.abs())
 }

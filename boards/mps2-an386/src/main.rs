@@ -28,7 +28,7 @@ fn main() -> ! {
     clock::start(peripherals.SYST);
     uart::start();
     // SAFETY: once, here.
-    let flash = unsafe { StateMemory::take() };
+    let (flash, _journal) = unsafe { StateMemory::take() };
     let (mut monitor, started) = match Monitor::start(&PLACE, flash, sample::config()) {
         Ok(started) => started,
         Err(error) => panic!("the node does not start: {error:?}"),

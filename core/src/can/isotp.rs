@@ -123,6 +123,24 @@ impl<const RX: usize, const TX: usize> IsoTp<RX, TX> {
         self.outgoing.check_time(time_us).and(received)
     }
 
+    /// When [`IsoTp::check_time`] or [`IsoTp::poll`] has something to do; `None` while nothing is under way.
+    pub fn poll_at(&self) -> Option<u64> {
+        if self.incoming.flow_control.is_some() {
+            return Some(0);
+        }
+        let received = match self.incoming.stage {
+            Receiving::Open { since_us, .. } => Some(timed_out_us(since_us)),
+            _ => None,
+        };
+        let sent = match self.outgoing.stage {
+            Sending::Idle => None,
+            Sending::Waiting { since_us, .. } => Some(timed_out_us(since_us)),
+            Sending::Block { next_us, .. } => Some(next_us),
+            Sending::Begin => Some(0),
+        };
+        [received, sent].into_iter().flatten().min()
+    }
+
     /// The next payload to send, if one is due.
     pub fn poll(&mut self, time_us: u64) -> Option<Payload> {
         self.incoming.flow_control.take().or_else(|| self.outgoing.next(time_us))
@@ -343,6 +361,11 @@ impl<const TX: usize> Outgoing<TX> {
             _ => Ok(()),
         }
     }
+}
+
+/// The first time at which an end that was heard last at `since_us` has been silent for too long.
+fn timed_out_us(since_us: u64) -> u64 {
+    since_us.saturating_add(TIMEOUT_US).saturating_add(1)
 }
 
 /// The shortest time between consecutive frames that a receiver asked for; reserved values mean the longest.

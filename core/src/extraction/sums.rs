@@ -2,8 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::Fit;
-use crate::reading::PROBES;
+use super::{Fit, PROBES};
 
 type C = Complex<f32>;
 

@@ -2,9 +2,9 @@
 
 use nalgebra::{Complex, SMatrix};
 
-use super::{Model, ModelError};
-use crate::reading::rad_s;
-use crate::response::{SupportAmplitudes, response};
+use super::{MAX_PLANES, Model, ModelError, Pedestal};
+use crate::reading::{MAX_PROBES, rad_s};
+use crate::response::{Response, SupportAmplitudes, response};
 
 /// Relative step in speed that tries a model's conditioning, and the largest relative change of the response it may
 /// cause: room for a resonance of quality 5,000; a shaft on fluid films stays below 100.
@@ -14,12 +14,21 @@ const LARGEST_CHANGE: f32 = 1e-2;
 /// Asymmetry that rounding of f64 matrices to f32 and their products may leave, relative to the largest entry.
 const SYMMETRY: f32 = 1e-4;
 
-impl<const N: usize> Model<N> {
-    /// Every number finite, one or two planes, two supports or more, symmetric matrices, positive masses, a speed range
-    /// in order, and a finite, well-conditioned response at its ends and middle.
+/// A direction is a cosine and a sine; their squares may add up to one within this.
+const DIRECTION: f32 = 0.02;
+
+impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, PLANES> {
+    /// Every number finite, at least a plane, a probe and two supports, symmetric matrices, positive masses, a speed range
+    /// and speed tables in order, mounts that exist, and a finite, well-conditioned response at the range's ends and middle.
+    ///
+    /// Errors: the first fault found.
     pub fn check(&self) -> Result<(), ModelError> {
-        if self.planes.is_empty() {
+        let planes = self.planes.len();
+        if planes == 0 || planes > MAX_PLANES || self.initial_unbalance_g_mm.len() != planes {
             return Err(ModelError::Planes);
+        }
+        if self.probes.is_empty() || self.probes.len() > MAX_PROBES {
+            return Err(ModelError::Probes);
         }
         if self.supports.len() < 2 {
             return Err(ModelError::Supports);
@@ -32,18 +41,51 @@ impl<const N: usize> Model<N> {
                 return Err(ModelError::Asymmetric);
             }
         }
-        if (0..N).any(|i| self.mass.data.0[i][i] <= 0.0) {
+        if self.has_bad_mass() {
             return Err(ModelError::Mass);
         }
         if self.unbalance_floor_g_mm < 0.0 {
             return Err(ModelError::UnbalanceFloor);
         }
+        if self.noise_um < 0.0 {
+            return Err(ModelError::Noise);
+        }
         let [lowest, highest] = self.speed_range_rpm;
         if !(lowest > 0.0 && highest >= lowest) {
             return Err(ModelError::SpeedRange);
         }
+        self.check_terms()?;
         for speed_rpm in [lowest, 0.5 * (lowest + highest), highest] {
             self.try_out(rad_s(speed_rpm))?;
+        }
+        Ok(())
+    }
+
+    fn has_bad_mass(&self) -> bool {
+        let light = |pedestal: &Pedestal| pedestal.mass_kg.iter().any(|&mass| mass < 0.0);
+        (0..N).any(|i| self.mass.data.0[i][i] <= 0.0)
+            || self.supports.iter().any(|support| support.pedestal.as_ref().is_some_and(light))
+    }
+
+    fn check_terms(&self) -> Result<(), ModelError> {
+        for table in self.supports.iter().filter_map(|support| support.table) {
+            let knots = self.knots_of(table);
+            let ascending =
+                knots.iter().zip(knots.iter().skip(1)).all(|(a, b)| a.speed_rad_s < b.speed_rad_s);
+            if knots.len() < 2 || !ascending {
+                return Err(ModelError::Knots);
+            }
+        }
+        for probe in &self.probes {
+            let [cos, sin] = probe.direction;
+            if probe.gain == [0.0; 2] || (cos * cos + sin * sin - 1.0).abs() > DIRECTION {
+                return Err(ModelError::ProbeGain);
+            }
+            let housing =
+                |mount: u8| self.supports.get(usize::from(mount)).and_then(|support| support.pedestal);
+            if probe.mount.is_some_and(|mount| housing(mount).is_none()) {
+                return Err(ModelError::Mount);
+            }
         }
         Ok(())
     }
@@ -53,16 +95,15 @@ impl<const N: usize> Model<N> {
         let at =
             |speed| response(self, speed, &SupportAmplitudes::default()).map_err(|_| ModelError::Response);
         let (here, beside) = (at(speed_rad_s)?, at(speed_rad_s * (1.0 + SPEED_STEP))?);
-        let (here, beside) = (here.per_unbalance.as_flattened(), beside.per_unbalance.as_flattened());
-        let response = largest(here.iter().copied());
-        let change = largest(here.iter().zip(beside).map(|(here, beside)| here - beside));
+        let response = largest(influences(&here));
+        let change = largest(influences(&here).zip(influences(&beside)).map(|(here, beside)| here - beside));
         if change <= LARGEST_CHANGE * response { Ok(()) } else { Err(ModelError::IllConditioned) }
     }
 
     fn is_finite(&self) -> bool {
         let shaft = [&self.stiffness, &self.mass, &self.polar_inertia];
         shaft.into_iter().all(|matrix| all(matrix.data.0.as_flattened()))
-            && all(&[self.internal_damping_s, self.unbalance_floor_g_mm])
+            && all(&[self.internal_damping_s, self.unbalance_floor_g_mm, self.noise_um])
             && all(&self.speed_range_rpm)
             && all(self.initial_unbalance_g_mm.as_flattened())
             && self.planes.iter().all(|shape| all(shape.data.0.as_flattened()))
@@ -72,9 +113,14 @@ impl<const N: usize> Model<N> {
                     && all(support.damping_n_s_m.as_flattened())
                     && all(&[support.mass_kg, support.stiffness_slope])
                     && all(&[support.reference_speed_rad_s, support.hardening_per_um2])
-                    && support.pedestal.is_none_or(|pedestal| {
-                        all(&[pedestal.stiffness_n_m, pedestal.damping_n_s_m, pedestal.mass_kg])
+                    && support.pedestal.is_none_or(|Pedestal { stiffness_n_m, damping_n_s_m, mass_kg }| {
+                        all([stiffness_n_m, damping_n_s_m, mass_kg].as_flattened())
                     })
+            })
+            && self.knots.iter().all(|knot| {
+                knot.speed_rad_s.is_finite()
+                    && all(knot.stiffness_n_m.as_flattened())
+                    && all(knot.damping_n_s_m.as_flattened())
             })
             && self
                 .forcings
@@ -87,6 +133,12 @@ impl<const N: usize> Model<N> {
                     && all(&probe.runout_um)
             })
     }
+}
+
+fn influences<const PROBES: usize, const PLANES: usize>(
+    response: &Response<PROBES, PLANES>,
+) -> impl Iterator<Item = Complex<f32>> {
+    response.probes().iter().flat_map(|probe| probe.per_unbalance)
 }
 
 fn largest(cells: impl Iterator<Item = Complex<f32>>) -> f32 {

@@ -1,14 +1,28 @@
-//! The deployed bytes: schema (u32, little endian), N (u8), then the model in postcard with its CRC-32.
+//! The deployed bytes.
+//!
+//! | place | bytes | what |
+//! |---|---|---|
+//! | 0 | 4 | schema, little endian |
+//! | 4 | 1 | basis shapes N |
+//! | 5 | 1 | probes |
+//! | 6 | 1 | planes |
+//! | 7 | | the fields of [`Model`] in their order, in postcard |
+//! | end | 4 | CRC-32 of the fields, little endian |
+//!
+//! Postcard writes an f32 as four bytes (little endian), a list as its length in one byte (there is none of 128 entries or
+//! more) before the entries, an option as 0 or 1 before what it holds, a variant as its number in one byte, a u8 as it is;
+//! arrays and matrices (by columns) as their entries alone.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest};
 use postcard::ser_flavors::Flavor;
 
-use super::{MAX_FORCINGS, MAX_PLANES, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError};
-use crate::reading::PROBES;
+use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError};
 
 /// zlib's CRC-32 (Python: `binascii.crc32`).
 static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const SCHEMA_BYTES: usize = 4;
+/// Schema and the three counts.
+const HEAD_BYTES: usize = SCHEMA_BYTES + 3;
 const F32: usize = 4;
 /// Length of a list with fewer than 128 entries; also the mark of an option or a variant.
 const MARK: usize = 1;
@@ -29,17 +43,38 @@ impl Flavor for Checksum {
     }
 }
 
-impl<const N: usize> Model<N> {
-    /// Bytes of the largest model of this basis size; a buffer of that size always suffices for [`Model::encode`].
+impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, PLANES> {
+    /// Bytes of the largest model of these sizes; a buffer of that size always suffices for [`Model::encode`].
     pub const fn max_size_bytes() -> usize {
         let shape = N * F32;
         let shaft = 3 * N * N * F32 + F32;
-        let support = shape + (4 + 4 + 4) * F32 + MARK + 3 * F32;
+        let support = shape + (4 + 4 + 4) * F32 + (MARK + 2) + (MARK + 6 * F32);
+        let knot = (1 + 4 + 4) * F32;
         let forcing = shape + 2 * F32 + MARK;
-        let probe = shape + 6 * F32;
-        let lists = 3 * MARK + MAX_PLANES * shape + MAX_SUPPORTS * support + MAX_FORCINGS * forcing;
-        let rest = PROBES * probe + (2 * MAX_PLANES + 1 + 2) * F32;
-        SCHEMA_BYTES + 1 + shaft + lists + rest + 4
+        let probe = shape + 6 * F32 + 1 + MARK + 1;
+        let plane = shape + 2 * F32;
+        let terms = MAX_SUPPORTS * support + MAX_KNOTS * knot + MAX_FORCINGS * forcing;
+        let lists = 6 * MARK + PLANES * plane + PROBES * probe;
+        HEAD_BYTES + shaft + terms + lists + (1 + 1 + 2) * F32 + 4
+    }
+
+    /// What the model in these bytes needs of the firmware; `None` if they are too few or of another schema.
+    ///
+    /// ```
+    /// use rotor_edge_core::model::{Counts, MODEL_SCHEMA, Model};
+    /// let [a, b, c, d] = MODEL_SCHEMA.to_le_bytes();
+    /// let bytes = [a, b, c, d, 6, 8, 3];
+    /// assert_eq!(Model::<6, 4, 2>::counts(&bytes), Some(Counts { shapes: 6, probes: 8, planes: 3 }));
+    /// ```
+    pub fn counts(bytes: &[u8]) -> Option<Counts> {
+        let (schema, rest) = bytes.split_first_chunk::<SCHEMA_BYTES>()?;
+        let &[shapes, probes, planes] = rest.first_chunk::<3>()?;
+        (u32::from_le_bytes(*schema) == MODEL_SCHEMA).then_some(Counts { shapes, probes, planes })
+    }
+
+    fn own_counts(&self) -> Counts {
+        // No list is as long as 256.
+        Counts { shapes: N as u8, probes: self.probes.len() as u8, planes: self.planes.len() as u8 }
     }
 
     /// Writes the model into `buffer` and returns how many bytes it took.
@@ -47,11 +82,12 @@ impl<const N: usize> Model<N> {
     /// Errors: [`ModelError::Space`] if the buffer is too small.
     pub fn encode(&self, buffer: &mut [u8]) -> Result<usize, ModelError> {
         let (schema, rest) = buffer.split_first_chunk_mut::<SCHEMA_BYTES>().ok_or(ModelError::Space)?;
-        let (size, body) = rest.split_first_mut().ok_or(ModelError::Space)?;
+        let (sizes, body) = rest.split_first_chunk_mut::<3>().ok_or(ModelError::Space)?;
+        let Counts { shapes, probes, planes } = self.own_counts();
         *schema = MODEL_SCHEMA.to_le_bytes();
-        *size = u8::try_from(N).map_err(|_| ModelError::BasisSize)?;
+        *sizes = [shapes, probes, planes];
         let written = postcard::to_slice_crc32(self, body, CRC.digest()).map_err(|_| ModelError::Space)?;
-        Ok(SCHEMA_BYTES + 1 + written.len())
+        Ok(HEAD_BYTES + written.len())
     }
 
     /// The CRC-32 that [`Model::encode`] appends: which model this is.
@@ -62,7 +98,8 @@ impl<const N: usize> Model<N> {
     /// Reads what [`Model::encode`] wrote and checks it. Bytes after the checksum are ignored, so that a whole page of
     /// flash may be handed in.
     ///
-    /// Errors: [`ModelError::Schema`], [`ModelError::BasisSize`], [`ModelError::Encoding`], and those of [`Model::check`].
+    /// Errors: [`ModelError::Schema`], [`ModelError::BasisSize`], [`ModelError::Probes`] and [`ModelError::Planes`] (more
+    /// than fit; see [`Model::counts`]), [`ModelError::Encoding`], and those of [`Model::check`].
     #[inline(never)]
     pub fn decode(bytes: &[u8]) -> Result<Self, ModelError> {
         // One variable, returned as it is: a model is not small, and a second copy would be on the stack.
@@ -78,14 +115,25 @@ impl<const N: usize> Model<N> {
     /// Not inlined: postcard's stack is free again when the model is checked.
     #[inline(never)]
     fn parse(bytes: &[u8]) -> Result<Self, ModelError> {
-        let (schema, rest) = bytes.split_first_chunk::<SCHEMA_BYTES>().ok_or(ModelError::Encoding)?;
+        let (schema, _) = bytes.split_first_chunk::<SCHEMA_BYTES>().ok_or(ModelError::Encoding)?;
         if u32::from_le_bytes(*schema) != MODEL_SCHEMA {
             return Err(ModelError::Schema);
         }
-        let (&size, body) = rest.split_first().ok_or(ModelError::Encoding)?;
-        if usize::from(size) != N {
+        let counts = Self::counts(bytes).ok_or(ModelError::Encoding)?;
+        if usize::from(counts.shapes) != N {
             return Err(ModelError::BasisSize);
         }
-        postcard::from_bytes_crc32(body, CRC.digest()).map_err(|_| ModelError::Encoding)
+        if usize::from(counts.probes) > PROBES {
+            return Err(ModelError::Probes);
+        }
+        if usize::from(counts.planes) > PLANES {
+            return Err(ModelError::Planes);
+        }
+        let body = bytes.get(HEAD_BYTES..).unwrap_or_default();
+        // The counts lie outside of the checksum: what it covers decides.
+        postcard::from_bytes_crc32(body, CRC.digest())
+            .ok()
+            .filter(|model: &Self| model.own_counts() == counts)
+            .ok_or(ModelError::Encoding)
     }
 }

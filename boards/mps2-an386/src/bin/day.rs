@@ -116,7 +116,7 @@ fn main() -> ! {
         panic!("the sample's models are refused")
     };
     // SAFETY: once, here.
-    let flash = unsafe { StateMemory::take() };
+    let (flash, _journal) = unsafe { StateMemory::take() };
     let Ok((monitor, _)) = Monitor::start(&PLACE, flash, sample::config()) else {
         panic!("the node does not start")
     };

@@ -1,0 +1,363 @@
+//! Exchange of vanishing residuals, one at a time, downhill.
+
+use core::array;
+
+use heapless::Vec;
+
+use crate::fit::Fit;
+use crate::model::{MAX_PLANES, Pair};
+use crate::reading::MAX_PROBES;
+use crate::scalar;
+
+/// Tangents kept for each disc: two may be in force at a corner, one is new.
+const TANGENTS: usize = 3;
+/// Unknowns, rows and tangents.
+const LINES: usize = 2 * MAX_PLANES + 2 * MAX_PROBES + TANGENTS * MAX_PLANES;
+/// Exchanges of one descent, at most; fewer than ten are usual.
+const EXCHANGES: usize = 48;
+/// A descent less steep than this, per unit of a column of unit length, is rounding.
+const SLACK: f32 = 2e-5;
+/// What a tangent costs per unit of going beyond it: more than any sum of residuals can gain, whose columns are of unit
+/// length (at most √(2·16 rows) = 5.7, and twice that at the corner of two tangents 120° apart).
+const BEYOND: f32 = 64.0;
+/// A row changes with a column if its rate is at least this.
+const SMALLEST_RATE: f32 = 1e-5;
+
+/// A quantity that depends on the columns' variables y: `value + ways·y`, and costs `slope` below and above zero.
+#[derive(Clone, Copy)]
+struct Line<const PLANES: usize> {
+    value: f32,
+    ways: [Pair; PLANES],
+    below: f32,
+    above: f32,
+    /// It is a column's variable itself, and zero.
+    vanishes: bool,
+}
+
+/// Which line a column's variable is.
+#[derive(Clone, Copy, PartialEq)]
+enum Owner {
+    /// None: the plane cannot move.
+    Nobody,
+    /// An unknown, by its way from the start; it does not stay.
+    Unknown,
+    /// A line that vanishes.
+    Line(usize),
+}
+
+/// The problem with each plane's two columns (orthogonal and of one length by nature) scaled to unit length: discs stay
+/// discs, and planes of unlike influence become alike.
+pub(super) struct Tableau<const PLANES: usize> {
+    /// The unknowns, then the rows, then the tangents.
+    lines: Vec<Line<PLANES>, LINES>,
+    owners: [[Owner; 2]; PLANES],
+    /// Where each tangent of each plane touches (a unit vector), and the line it is.
+    tangents: [Vec<(Pair, usize), TANGENTS>; PLANES],
+    bound: [f32; PLANES],
+    /// Column length before scaling; zero for a plane that cannot move.
+    length: [f32; PLANES],
+    planes: usize,
+    rows: usize,
+}
+
+impl<const PLANES: usize> Line<PLANES> {
+    /// What another unit of it costs here.
+    #[inline]
+    fn slope(&self) -> f32 {
+        if self.value > 0.0 { self.above } else { self.below }
+    }
+
+    #[inline]
+    fn way(&self, column: usize) -> f32 {
+        self.ways.as_flattened().get(column).copied().unwrap_or(0.0)
+    }
+}
+
+impl<const PLANES: usize> Tableau<PLANES> {
+    #[inline]
+    pub fn new<const PROBES: usize>(fit: &Fit<PROBES, PLANES>, start: [Pair; PLANES]) -> Self {
+        let mut length = [0.0; PLANES];
+        let mut scale = [0.0; PLANES];
+        let mut bound = [0.0; PLANES];
+        let mut owners = [[Owner::Nobody; 2]; PLANES];
+        for (plane, &bound_g_mm) in fit.bound_g_mm().iter().enumerate() {
+            let square = fit.rows().iter().fold(0.0, |sum, row| sum + row[plane][0] * row[plane][0]);
+            let norm = scalar::sqrt(square);
+            if norm > f32::MIN_POSITIVE && bound_g_mm > f32::MIN_POSITIVE {
+                (length[plane], scale[plane], bound[plane]) = (norm, 1.0 / norm, bound_g_mm * norm);
+                owners[plane] = [Owner::Unknown; 2];
+            }
+        }
+        let planes = fit.planes();
+        let mut lines = Vec::new();
+        for plane in 0..planes {
+            for part in 0..2 {
+                let mut ways = [[0.0; 2]; PLANES];
+                ways[plane][part] = 1.0;
+                let value = start[plane][part] * length[plane];
+                let _ = lines.push(Line { value, ways, below: 0.0, above: 0.0, vanishes: false });
+            }
+        }
+        for (row, value) in fit.rows().iter().zip(fit.residuals_um(&start)) {
+            let mut ways = *row;
+            for (way, scale) in ways.iter_mut().zip(&scale).take(planes) {
+                *way = way.map(|x| x * scale);
+            }
+            let _ = lines.push(Line { value, ways, below: -1.0, above: 1.0, vanishes: false });
+        }
+        let tangents = array::from_fn(|_| Vec::new());
+        Self { lines, owners, tangents, bound, length, planes, rows: fit.rows().len() }
+    }
+
+    /// To the least cost with the tangents there are, or as near as the number of exchanges allows.
+    pub fn descend(&mut self) {
+        for _ in 0..EXCHANGES {
+            let Some((column, direction, steepness)) = self.steepest() else {
+                return;
+            };
+            let Some(entering) = self.search(column, direction, steepness) else {
+                return;
+            };
+            self.exchange(column, entering);
+        }
+    }
+
+    /// Cost of another unit of each column's variable, without that of the variable's own kink.
+    #[inline]
+    fn slopes(&self) -> [Pair; PLANES] {
+        let mut slopes = [[0.0; 2]; PLANES];
+        for line in self.kinks().filter(|line| !line.vanishes) {
+            let slope = line.slope();
+            for ([x, y], [a, b]) in slopes.iter_mut().zip(&line.ways).take(self.planes) {
+                *x += slope * a;
+                *y += slope * b;
+            }
+        }
+        slopes
+    }
+
+    fn kinks(&self) -> impl Iterator<Item = &Line<PLANES>> {
+        self.lines.iter().skip(2 * self.planes)
+    }
+
+    /// The column and the direction (±1) in which the cost falls fastest, and how fast; `None` at the minimum.
+    #[inline]
+    fn steepest(&self) -> Option<(usize, f32, f32)> {
+        let slopes = self.slopes();
+        let mut best = None;
+        let mut steepest = SLACK;
+        let mut is_unknown = false;
+        let columns = slopes.as_flattened().iter().zip(self.owners.as_flattened());
+        for (column, (&slope, &owner)) in columns.enumerate().take(2 * self.planes) {
+            let (up, down, unknown) = match owner {
+                Owner::Nobody => continue,
+                Owner::Unknown => (slope, slope, true),
+                Owner::Line(place) => {
+                    let Some(line) = self.lines.get(place) else { continue };
+                    (slope + line.above, slope + line.below, false)
+                }
+            };
+            // All unknowns first: only then is it a vertex.
+            if is_unknown && !unknown {
+                continue;
+            }
+            let (direction, fall) = if -up > down { (1.0, -up) } else { (-1.0, down) };
+            if fall > steepest || (unknown && !is_unknown) {
+                (best, steepest, is_unknown) = (Some((column, direction, fall)), fall, unknown);
+            }
+        }
+        best
+    }
+
+    /// The line whose zero ends the descent along a column: each zero on the way makes it less steep.
+    #[inline]
+    fn search(&self, column: usize, direction: f32, mut steepness: f32) -> Option<usize> {
+        let mut passed = 0_u64;
+        let mut last = None;
+        loop {
+            let (mut nearest, mut next) = (f32::INFINITY, None);
+            for (place, line) in self.lines.iter().enumerate().skip(2 * self.planes) {
+                let rate = direction * line.way(column);
+                if line.vanishes || line.value * rate > 0.0 || rate.abs() < SMALLEST_RATE {
+                    continue;
+                }
+                let distance = line.value.abs() / rate.abs();
+                if distance < nearest && passed >> place & 1 == 0 {
+                    (nearest, next) = (distance, Some((place, rate.abs() * (line.above - line.below))));
+                }
+            }
+            let Some((place, rise)) = next else {
+                // Rounding hid the last rise.
+                return last;
+            };
+            steepness -= rise;
+            if steepness <= 0.0 {
+                return Some(place);
+            }
+            passed |= 1 << place;
+            last = Some(place);
+        }
+    }
+
+    /// Makes a line the variable of a column, in which all others are then expressed.
+    #[inline]
+    fn exchange(&mut self, column: usize, entering: usize) {
+        let Some(&line) = self.lines.get(entering) else {
+            return;
+        };
+        let reciprocal = 1.0 / line.way(column);
+        for other in &mut self.lines {
+            let Some(way) = other.ways.as_flattened_mut().get_mut(column) else {
+                continue;
+            };
+            let factor = *way * reciprocal;
+            *way = 0.0;
+            other.value -= factor * line.value;
+            for (cell, pivot) in
+                other.ways.as_flattened_mut().iter_mut().zip(line.ways.as_flattened()).take(2 * self.planes)
+            {
+                *cell -= factor * pivot;
+            }
+            if let Some(way) = other.ways.as_flattened_mut().get_mut(column) {
+                *way = factor;
+            }
+        }
+        if let Some(line) = self.lines.get_mut(entering) {
+            line.value = 0.0;
+            line.ways = [[0.0; 2]; PLANES];
+            line.vanishes = true;
+            if let Some(way) = line.ways.as_flattened_mut().get_mut(column) {
+                *way = 1.0;
+            }
+        }
+        if let Some(owner) = self.owners.as_flattened_mut().get_mut(column) {
+            if let Owner::Line(leaving) = *owner
+                && let Some(line) = self.lines.get_mut(leaving)
+            {
+                line.vanishes = false;
+            }
+            *owner = Owner::Line(entering);
+        }
+    }
+
+    /// Adds a tangent to each disc that was left by more than `outside`, relative; whether there was any.
+    pub fn cut(&mut self, outside: f32) -> bool {
+        let slopes = self.slopes();
+        let mut any = false;
+        for (plane, [x, y]) in self.unknowns().into_iter().enumerate().take(self.planes) {
+            let bound = self.bound.get(plane).copied().unwrap_or(0.0);
+            let length = scalar::length([x, y]);
+            if bound > 0.0 && length > bound * (1.0 + outside) {
+                let beyond = |[a, b]: &Pair| a * x + b * y - bound;
+                let pulled =
+                    self.pulled(plane, &slopes).filter(|touch| beyond(touch) > 0.25 * (length - bound));
+                let touch = pulled.unwrap_or([x / length, y / length]);
+                any |= self.add_tangent(plane, touch, bound);
+            }
+        }
+        any
+    }
+
+    /// The unknowns, scaled.
+    #[inline]
+    fn unknowns(&self) -> [Pair; PLANES] {
+        let mut unknowns = [[0.0; 2]; PLANES];
+        for (value, line) in unknowns.as_flattened_mut().iter_mut().zip(&self.lines).take(2 * self.planes) {
+            *value = line.value;
+        }
+        unknowns
+    }
+
+    /// Where the tangents of a plane that are in force hold it, put together: a unit vector; `None` without two of them.
+    fn pulled(&self, plane: usize, slopes: &[Pair; PLANES]) -> Option<Pair> {
+        let mut sum = [0.0; 2];
+        let mut in_force = 0;
+        for &([x, y], place) in self.tangents.get(plane)? {
+            if let Some(slope) = self.slope_of(place, slopes) {
+                in_force += 1;
+                sum = [sum[0] - slope * x, sum[1] - slope * y];
+            }
+        }
+        let length = scalar::length(sum);
+        (in_force >= 2 && length > 0.0).then(|| sum.map(|x| x / length))
+    }
+
+    /// Slope of the column whose variable a line is.
+    fn slope_of(&self, place: usize, slopes: &[Pair; PLANES]) -> Option<f32> {
+        let mut columns = self.owners.as_flattened().iter().zip(slopes.as_flattened());
+        columns.find(|(owner, _)| **owner == Owner::Line(place)).map(|(_, &slope)| slope)
+    }
+
+    /// In place of one that is not in force, if the disc has all it may have.
+    fn add_tangent(&mut self, plane: usize, touch: Pair, bound: f32) -> bool {
+        let [a, b] = touch;
+        let (Some([x, y]), Some(tangents)) = (
+            self.lines.get(2 * plane..).and_then(|lines| lines.first_chunk::<2>()),
+            self.tangents.get_mut(plane),
+        ) else {
+            return false;
+        };
+        let mut line = Line {
+            value: a * x.value + b * y.value - bound,
+            ways: [[0.0; 2]; PLANES],
+            below: 0.0,
+            above: BEYOND,
+            vanishes: false,
+        };
+        let both = x.ways.as_flattened().iter().zip(y.ways.as_flattened());
+        for (way, (x, y)) in line.ways.as_flattened_mut().iter_mut().zip(both) {
+            *way = a * x + b * y;
+        }
+        let place = self.lines.len();
+        if tangents.push((touch, place)).is_ok() {
+            return self.lines.push(line).is_ok();
+        }
+        for (old_touch, place) in tangents {
+            if let Some(old) = self.lines.get_mut(*place)
+                && !old.vanishes
+            {
+                (*old_touch, *old) = (touch, line);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// λ of each row: its sign, or what holds it at zero.
+    pub fn multipliers(&self) -> impl Iterator<Item = f32> {
+        let slopes = self.slopes();
+        let rows = self.lines.iter().enumerate().skip(2 * self.planes).take(self.rows);
+        rows.map(move |(place, line)| match self.slope_of(place, &slopes) {
+            Some(slope) => -slope,
+            None => line.slope(),
+        })
+    }
+
+    /// The unbalance, g·mm. What many exchanges have left of rounding in the rows that should vanish is taken off.
+    pub fn unbalance_g_mm<const PROBES: usize>(&self, fit: &Fit<PROBES, PLANES>) -> [Pair; PLANES] {
+        let mut unknowns = self.unknowns();
+        let mut unbalance_g_mm = self.unscaled(unknowns);
+        let rows = self.lines.iter().enumerate().skip(2 * self.planes).take(self.rows);
+        for ((place, line), residual) in rows.zip(fit.residuals_um(&unbalance_g_mm)) {
+            if !line.vanishes {
+                continue;
+            }
+            let column = self.owners.as_flattened().iter().position(|owner| *owner == Owner::Line(place));
+            for (value, unknown) in
+                unknowns.as_flattened_mut().iter_mut().zip(&self.lines).take(2 * self.planes)
+            {
+                *value -= column.map_or(0.0, |column| unknown.way(column)) * residual;
+            }
+        }
+        unbalance_g_mm = self.unscaled(unknowns);
+        unbalance_g_mm
+    }
+
+    #[inline]
+    fn unscaled(&self, mut unknowns: [Pair; PLANES]) -> [Pair; PLANES] {
+        for (pair, &length) in unknowns.iter_mut().zip(&self.length) {
+            *pair = if length > 0.0 { pair.map(|x| x / length) } else { [0.0; 2] };
+        }
+        unknowns
+    }
+}
