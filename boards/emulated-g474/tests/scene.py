@@ -23,6 +23,7 @@ TARGET = Path(os.environ.get("CARGO_TARGET_DIR", monitor.ROOT / "boards" / "nucl
 IMAGE = Path(os.environ.get("NUCLEO_IMAGE", TARGET / "thumbv7em-none-eabihf" / "release" / "rotor-edge-nucleo-g474re"))
 KEY = bytes([0x52]) * 32
 """Both are built into the image: ROTOR_EDGE_NODE=1, ROTOR_EDGE_KEY=5252…"""
+SAMPLES = monitor.ROOT / "boards" / "sample"
 LISTENS_S = 0.3
 """A node that starts listens for others with its number; long enough for its first heartbeat."""
 

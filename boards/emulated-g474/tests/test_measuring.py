@@ -3,10 +3,11 @@
 import pytest
 
 from conftest import NODE
+from commands import DEPLOY, Client
 from g474 import VirtualTimeBus
 from g474.machine import OPEN_V, Machine
 from light import shown
-from scene import causes, deploy, log, said, start, state, until
+from scene import KEY, SAMPLES, causes, log, said, state, until
 
 import monitor
 
@@ -22,10 +23,10 @@ def turning(board, desk):
     return machine
 
 
-def test_samples_lost_while_flash_is_erased_skip_one_number(board, turning, desk, key_file):
+def test_samples_lost_while_flash_is_erased_skip_one_number(board, turning):
     board.run(0.5)
     erased_s = board.now_s
-    deploy(board, desk.rotor, key_file)
+    assert Client(board, KEY, 100).ask(DEPLOY, (SAMPLES / "model.bin").read_bytes())[0] == "accepted"
     board.run(1.0)
     numbers = [signals["Sequence"] for _, signals in said(board, "ReadingStart")]
     steps = [after - before for before, after in zip(numbers, numbers[1:])]

@@ -6,9 +6,10 @@ import pytest
 
 import monitor
 import storage
-from conftest import NODE, run
+from conftest import NODE
 from g474 import VirtualTimeBus
-from scene import causes, check, deploy, log, said, start, state
+from commands import ACKNOWLEDGE, DEPLOY, Client
+from scene import KEY, SAMPLES, causes, check, log, said, start, state
 
 JOURNAL_MARK = b"REj1"
 
@@ -18,13 +19,14 @@ def counter(board):
     return int(re.findall(r"with counter (\d+)", log(board))[-1])
 
 
-def takes_a_deployment(board, desk, key_file):
-    deploy(board, desk.rotor, key_file)
+def takes_a_deployment(board):
+    model = (SAMPLES / "model.bin").read_bytes()
+    outcome, _ = Client(board, KEY, 10_000).ask(DEPLOY, model)
     board.run(0.2)
-    return state(board)[0] != "NoModel"
+    return outcome == "accepted" and state(board)[0] != "NoModel"
 
 
-def test_a_wiped_board_says_so_sends_no_results_and_takes_a_deployment(fresh, desk, key_file):
+def test_a_wiped_board_says_so_sends_no_results_and_takes_a_deployment(fresh):
     assert state(fresh) == ("NoModel", "NothingStored") and counter(fresh) == 0
     speed_rpm, probes = next(row for row in desk.record if None not in row[1])
     with VirtualTimeBus(fresh) as bus:
@@ -33,7 +35,7 @@ def test_a_wiped_board_says_so_sends_no_results_and_takes_a_deployment(fresh, de
                 bus.send(frame)
             fresh.run(0.1)
     assert not said(fresh, "Status") and not said(fresh, "Residual")
-    assert takes_a_deployment(fresh, desk, key_file)
+    assert takes_a_deployment(fresh)
 
 
 @pytest.fixture(scope="module")
@@ -56,33 +58,33 @@ def board_with(deployed_flash, place, data):
     "byte, value, reason", [(0, 9, "Schema"), (5, 7, "Size"), (6, 3, "Size")], ids=["schema", "probes", "planes"]
 )
 def test_a_model_of_another_schema_or_too_large_leaves_none_and_keeps_the_counter(
-    deployed_flash, slot_place, desk, key_file, byte, value, reason
+    deployed_flash, slot_place, byte, value, reason
 ):
     model = bytearray(storage.model_of(start(deployed_flash).chip.flash, slot_place))
     model[byte] = value
     board = board_with(deployed_flash, slot_place, storage.slot(3, 77, bytes(model)))
     assert state(board) == ("NoModel", reason) and counter(board) == 77
     assert causes(board) == [["BOR"]]
-    assert takes_a_deployment(board, desk, key_file)
+    assert takes_a_deployment(board)
     check(board)
 
 
-def test_an_older_firmwares_counter_is_taken_over_and_its_model_is_not(deployed_flash, slot_place, desk, key_file):
+def test_an_older_firmwares_counter_is_taken_over_and_its_model_is_not(deployed_flash, slot_place):
     board = board_with(deployed_flash, slot_place, storage.old_slot(3, 4711, b"\x01\x00\x00\x00" + bytes(800)))
     assert state(board) == ("NoModel", "Schema") and counter(board) == 4711
-    assert takes_a_deployment(board, desk, key_file)
+    assert takes_a_deployment(board)
     check(board)
 
 
 @pytest.mark.parametrize("offset", [storage.HEAD_BYTES, storage.HEAD_BYTES + 400], ids=["its beginning", "its middle"])
 def test_a_damaged_word_of_the_only_model_leaves_none_and_keeps_the_counter(
-    deployed_flash, slot_place, desk, key_file, offset
+    deployed_flash, slot_place, offset
 ):
     expected = counter(start(deployed_flash))
     board = start(deployed_flash, damaged=[slot_place + offset])
     assert state(board) == ("NoModel", "Damaged") and counter(board) == expected
     assert causes(board) == [["BOR"]], "an error in what is stored resets nothing"
-    assert takes_a_deployment(board, desk, key_file)
+    assert takes_a_deployment(board)
     check(board)
 
 
@@ -93,12 +95,15 @@ def test_a_damaged_word_of_memory_leaves_the_record_before(story):
     check(board)
 
 
-def test_while_the_supply_sags_deployments_are_refused_and_nothing_is_written(board, desk, key_file):
+def test_while_the_supply_sags_commands_are_refused_and_nothing_is_written(flagged_flash):
+    board = start(flagged_flash)
+    client = Client(board, KEY, 10_000)
     board.chip.pwr.set_supply(2.85)
     changes = len(board.chip.flash.history)
-    with pytest.raises(AssertionError, match="(?i)storage|store"):
-        deploy(board, desk.rotor, key_file)
-    assert len(board.chip.flash.history) == changes and causes(board) == [["BOR"]]
+    model = (SAMPLES / "better.bin").read_bytes()
+    assert client.ask(DEPLOY, model)[0] == "storage" and client.ask(ACKNOWLEDGE)[0] == "storage"
+    board.run(1.0)
+    assert len(board.chip.flash.history) == changes and causes(board) == [["BOR"]] and state(board)[0] == "Flagged"
     board.chip.pwr.set_supply(3.3)
-    deploy(board, desk.rotor, key_file)
-    assert len(board.chip.flash.history) > changes
+    assert client.ask(ACKNOWLEDGE)[0] == "accepted" and len(board.chip.flash.history) > changes
+    check(board)
