@@ -198,6 +198,10 @@ class Chip:
         waits = [dma.until_interrupt(channel) for dma, channel in self._dma_channels(request) if dma.is_on(channel)]
         return min((wait for wait in waits if wait is not None), default=None)
 
+    def trigger_changes(self):
+        """What a trigger has started so far is converted before it changes."""
+        self.adc.catch_up()
+
     def requests_changed(self):
         self.adc.replan()
 

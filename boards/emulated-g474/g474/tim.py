@@ -9,8 +9,10 @@ from .timeline import SECOND_NS
 
 CEN, UDIS, URS, OPM, ARPE = 1 << 0, 1 << 1, 1 << 2, 1 << 3, 1 << 7
 UIF, UG = 1, 1
-TRGO_RESET, TRGO_ENABLE, TRGO_UPDATE = 0, 1, 2
-CAPTURE_SELECTIONS = {1: 0, 2: 1}
+TRGO_UPDATE = 2
+FILTERS = ((1, 0), (1, 2), (1, 4), (1, 8), (2, 6), (2, 8), (4, 6), (4, 8), (8, 6), (8, 8), (16, 5), (16, 6), (16, 8),
+           (32, 5), (32, 6), (32, 8))  # fmt: skip
+"""Division of the clock and samples that must agree, by ICxF."""
 CHANNELS = 4
 
 
@@ -30,7 +32,6 @@ class Timer(Peripheral):
         self.top = (1 << bits) - 1
         self.RESET = {"ARR": self.top}
         self.requests = requests
-        self.on_trigger = None
         self._plan = None
         super().__init__(chip, name, base)
         for channel in range(1, CHANNELS + 1):
@@ -43,6 +44,7 @@ class Timer(Peripheral):
         self._since_ns, self._zero_ns, self._start_count, self._divider = 0, 0, 0, 1
         self._seen = 0
         self._skipped = [0] * (CHANNELS + 1)
+        self._levels = {}
         self._hz = 0
         if self._plan:
             self._plan.cancel()
@@ -60,9 +62,6 @@ class Timer(Peripheral):
     def is_running(self):
         return bool(self.reg["CR1"] & CEN and self._hz)
 
-    def tick_hz(self):
-        return self._hz / self._divider
-
     def _ticks(self, time_ns):
         if not self.is_running():
             return 0
@@ -75,11 +74,15 @@ class Timer(Peripheral):
     def _period(self):
         return self.reg["ARR"] + 1
 
-    def count(self, time_ns=None):
-        ticks = self._ticks(self.timeline.now_ns if time_ns is None else time_ns)
-        return (self._start_count + ticks) % self._period()
+    def count(self):
+        return (self._start_count + self._ticks(self.timeline.now_ns)) % self._period()
+
+    def _is_trigger(self):
+        return field(self.reg["CR2"], 4, 3) == TRGO_UPDATE
 
     def _rebase(self, count=None):
+        if self._is_trigger():
+            self.chip.trigger_changes()
         self._start_count = self.count() if count is None else count
         self._zero_ns, self._seen = self.timeline.now_ns, 0
 
@@ -181,6 +184,8 @@ class Timer(Peripheral):
             self._plan.cancel()
             self._plan = None
         self._drive()
+        if self._is_trigger():
+            self.chip.requests_changed()
         if not self.is_running():
             return
         now, period = self._start_count + self._seen, self._period()
@@ -208,7 +213,7 @@ class Timer(Peripheral):
 
     def trigger_times(self, after_ns, until_ns):
         """Times of updates that are put out as a trigger (TRGO), in (after, until]."""
-        if not self.is_running() or field(self.reg["CR2"], 4, 3) != TRGO_UPDATE:
+        if not self.is_running() or not self._is_trigger():
             return []
         period = self._period()
         first = (self._start_count + max(self._ticks(after_ns), 0)) // period + 1
@@ -221,7 +226,7 @@ class Timer(Peripheral):
 
     def trigger_time(self, after_ns, number):
         """When the trigger comes for the ``number``th time after a time; ``None``: never."""
-        if not self.is_running() or field(self.reg["CR2"], 4, 3) != TRGO_UPDATE:
+        if not self.is_running() or not self._is_trigger():
             return None
         period = self._period()
         first = (self._start_count + max(self._ticks(after_ns), 0)) // period + 1
@@ -229,8 +234,9 @@ class Timer(Peripheral):
             first += 1
         return self._time_of((first + number - 1) * period - self._start_count)
 
-    def edge(self, input_channel, is_rising, time_ns=None):
-        """An edge at the timer's input TI1 to TI4: captured by the channels that listen to it."""
+    def edge(self, input_channel, is_rising):
+        """An edge at the timer's input TI1 to TI4: captured by the channels that listen to it, behind their filters."""
+        self._levels[input_channel] = is_rising
         if not self.is_clocked() or not self.is_running():
             return
         self._sync()
@@ -248,11 +254,24 @@ class Timer(Peripheral):
             if self._skipped[channel] < 1 << field(mode, 2, 2):
                 continue
             self._skipped[channel] = 0
-            self._capture(channel, time_ns)
+            divider, samples = FILTERS[field(mode, 4, 4)]
+            delay_ns = round(divider * samples * SECOND_NS / self._hz)
+            if delay_ns:
+                captured = lambda c=channel: self._filtered(c, input_channel, is_rising)
+                self.timeline.after(delay_ns, captured)
+            else:
+                self._capture(channel)
         self._replan()
 
-    def _capture(self, channel, time_ns):
-        self.reg[f"CCR{channel}"] = self.count(time_ns)
+    def _filtered(self, channel, input_channel, level):
+        """The level has lasted for the filter's samples, or has not."""
+        if self._levels.get(input_channel) == level and self.is_running():
+            self._sync()
+            self._capture(channel)
+            self._replan()
+
+    def _capture(self, channel):
+        self.reg[f"CCR{channel}"] = self.count()
         if self.reg["SR"] >> channel & 1:
             self.reg["SR"] |= 0x100 << channel
         self.reg["SR"] |= 1 << channel

@@ -10,7 +10,7 @@ TO_NODE, TO_HOST = (monitor.DBC.get_message_by_name(name).frame_id + NODE for na
 DEPLOY, RESTART, ACKNOWLEDGE, SET_THRESHOLDS, GET_THRESHOLDS = range(1, 6)
 STEP_S = 0.0005
 PATIENCE_S = 5.0
-LAZY_S = 1e6
+LAZY_MS = 1_000_000_000
 """can-isotp's own timeouts are of the real time, and do not matter here."""
 
 
@@ -37,8 +37,8 @@ class Client:
             address=isotp.Address(isotp.AddressingMode.Normal_11bits, txid=TO_NODE, rxid=TO_HOST),
             params={
                 "tx_padding": 0xCC,
-                "rx_flowcontrol_timeout": LAZY_S,
-                "rx_consecutive_frame_timeout": LAZY_S,
+                "rx_flowcontrol_timeout": LAZY_MS,
+                "rx_consecutive_frame_timeout": LAZY_MS,
                 "override_receiver_stmin": 0,
             },
         )

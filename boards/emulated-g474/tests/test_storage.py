@@ -26,7 +26,7 @@ def takes_a_deployment(board):
     return outcome == "accepted" and state(board)[0] != "NoModel"
 
 
-def test_a_wiped_board_says_so_sends_no_results_and_takes_a_deployment(fresh):
+def test_a_wiped_board_says_so_sends_no_results_and_takes_a_deployment(fresh, desk):
     assert state(fresh) == ("NoModel", "NothingStored") and counter(fresh) == 0
     speed_rpm, probes = next(row for row in desk.record if None not in row[1])
     with VirtualTimeBus(fresh) as bus:
