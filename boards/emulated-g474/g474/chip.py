@@ -6,14 +6,13 @@ import struct
 import unicorn
 from elftools.elf.elffile import ELFFile
 
-from . import flash as flash_memory
 from .adc import INPUTS, Adc, AdcCommon
 from .core import Core
 from .dma import CHANNELS as DMA_CHANNELS
 from .dma import Dma, DmaMux
 from .exti import Exti
 from .fdcan import Fdcan
-from .flash import BANK_2, BANK_BYTES, START, Flash
+from .flash import BANK_2, BANK_BYTES, START, WORD_BYTES, Flash
 from .gpio import Gpio
 from .message_ram import MessageRam
 from .nvic import NMI, Dwt, Exceptions, SystemControl
@@ -165,6 +164,11 @@ class Chip:
     def request_reset(self, cause):
         self._reset_causes.add(cause)
 
+    def hold_in_reset(self, cause):
+        """Nothing runs while the reason lasts, watchdogs included."""
+        self._reset_causes = {cause}
+        self._reset_peripherals()
+
     def stall(self, until_ns):
         """The core waits for a memory; everything else goes on."""
         self.timeline.advance(until_ns)
@@ -236,13 +240,16 @@ class Chip:
         self.adc.signals[INPUTS[pin]] = signal
 
     def damage(self, address):
-        """Two bits of a double word flip: read, it is reported by an interrupt that cannot be masked."""
+        """Two bits of a double word flip: read, it is reported by an interrupt that cannot be masked. In the program's
+        bank it reads as before, so that what is seen comes of the report."""
         word = address & ~7
         self.flash.double_errors.add(word)
-        if word < BANK_2:
-            check = lambda *_: self.flash.check(word)
-            hooks = unicorn.UC_HOOK_MEM_READ | unicorn.UC_HOOK_CODE
-            self.core.uc.hook_add(hooks, check, begin=word, end=word + flash_memory.WORD_BYTES - 1)
+        if word >= BANK_2:
+            self.flash.banks[1][word - BANK_2] ^= 0x21
+        else:
+            for hook in (unicorn.UC_HOOK_MEM_READ, unicorn.UC_HOOK_CODE):
+                self.core.uc.hook_add(hook, lambda *_: self.flash.check(word), begin=word, end=word + WORD_BYTES - 1)
+            self.core.uc.ctl_remove_cache(START, BANK_2)
 
     def power_on(self, seed=0):
         """Memory holds noise, and so do not the backup registers: they are zero."""

@@ -37,7 +37,7 @@ class Pwr(Peripheral):
         self.supply_v = supply_v
         self._detect()
         if self.is_browned_out():
-            self.chip.request_reset("BOR")
+            self.chip.hold_in_reset("BOR")
 
     def is_browned_out(self):
         return self.supply_v < BROWN_OUT_V[self.chip.flash.brown_out_level()]

@@ -1,5 +1,6 @@
 """What the tests share: the image that would be flashed, a board that runs it, the program that deploys to it."""
 
+import bisect
 import os
 import random
 import subprocess
@@ -83,24 +84,31 @@ def check(board):
     assert not board.chip.core.faults, board.chip.core.faults
 
 
-def said(board, name, since_s=0.0):
+def said(board, name, since_s=0.0, sender="FDCAN1"):
     """(time, signals) of each such message of the board, from a time on."""
-    found = []
-    for time_ns, sender, frame in board.wire.log:
-        if sender == "FDCAN1" and time_ns >= since_s * 1e9:
-            try:
-                kind = monitor.DBC.get_message_by_frame_id(frame.identifier & ~monitor.NODE_BITS)
-            except KeyError:
-                continue
-            if kind.name == name:
-                found.append((time_ns / 1e9, kind.decode(frame.data)))
-    return found
+    kind = monitor.DBC.get_message_by_name(name)
+    place = bisect.bisect_left(board.wire.log, since_s * 1e9, key=lambda entry: entry[0])
+    return [
+        (time_ns / 1e9, kind.decode(frame.data))
+        for time_ns, by, frame in board.wire.log[place:]
+        if by == sender and frame.identifier & ~monitor.NODE_BITS == kind.frame_id
+    ]
+
+
+def last_said(board, *names):
+    """Signals of the last message of these names; ``None``: there was none."""
+    kinds = {kind.frame_id: kind for kind in map(monitor.DBC.get_message_by_name, names)}
+    for _, by, frame in reversed(board.wire.log):
+        kind = kinds.get(frame.identifier & ~monitor.NODE_BITS)
+        if by == "FDCAN1" and kind:
+            return kind.decode(frame.data)
+    return None
 
 
 def state(board):
     """State and reason of the last heartbeat or change."""
-    said_last = max(said(board, "Heartbeat") + said(board, "State"), key=lambda message: message[0])[1]
-    return str(said_last["State"]), str(said_last["Reason"])
+    signals = last_said(board, "Heartbeat", "State")
+    return signals and (str(signals["State"]), str(signals["Reason"])) or ("silent", "")
 
 
 def until(board, condition, seconds, step_s=0.1):

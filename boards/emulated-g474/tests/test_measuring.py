@@ -7,7 +7,7 @@ from commands import DEPLOY, Client
 from g474 import VirtualTimeBus
 from g474.machine import OPEN_V, Machine
 from light import shown
-from scene import KEY, SAMPLES, causes, log, said, state, until
+from scene import KEY, SAMPLES, causes, last_said, log, said, state, until
 
 import monitor
 
@@ -46,7 +46,7 @@ def test_a_converter_that_stops_resets_and_is_told(board, turning):
 
 def test_a_broken_cable_is_a_lost_probe_and_the_others_go_on(board, turning):
     turning.gaps_v[1] = OPEN_V
-    until(board, lambda: said(board, "Heartbeat")[-1][1]["Missing"] == 0b10, 4.0)
+    until(board, lambda: last_said(board, "Heartbeat")["Missing"] == 0b10, 4.0)
     broken_s = board.now_s
     board.run(2.0)
     assert state(board)[0] in ("Learning", "Tracking") and said(board, "Status", broken_s)
