@@ -19,6 +19,8 @@
 
 mod certificate;
 mod tableau;
+#[cfg(test)]
+mod tests;
 
 use crate::fit::Fit;
 use crate::model::{MAX_PLANES, Pair};

@@ -24,6 +24,8 @@
 mod coupled;
 mod motion;
 mod read;
+#[cfg(test)]
+mod tests;
 
 use core::array;
 

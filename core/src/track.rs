@@ -188,8 +188,11 @@ impl<const PLANES: usize> Tracker<PLANES> {
         bound_g_mm: &[f32; MAX_PLANES],
     ) -> Result<Solved<PROBES, PLANES>, TrackError> {
         let speed = reading.speed_rad_s();
-        let bound = |bound: &f32| bound.max(model.unbalance_floor_g_mm);
-        let bounds: Vec<f32, PLANES> = bound_g_mm.iter().take(model.planes.len()).map(bound).collect();
+        let mut bounds: Vec<f32, PLANES> = Vec::new();
+        for bound in bound_g_mm.iter().take(model.planes.len()) {
+            // Cannot be full: a model has at most so many planes.
+            let _ = bounds.push(bound.max(model.unbalance_floor_g_mm));
+        }
         let mut rounds = Rounds::new(self.amplitudes);
         let mut start = self.last_g_mm;
         loop {

@@ -20,7 +20,8 @@ pub enum SaveError {
     Verify,
 }
 
-static CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+// Without a table, of 1 kB: it is wanted at the start and for a save, a few times an hour.
+static CRC: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
 
 /// Checksum over parts that follow each other.
 pub(crate) fn checksum(parts: &[&[u8]]) -> u32 {

@@ -81,6 +81,14 @@ impl<F: Mapped> Monitor<F> {
         Ok((Self { node, slots, journal }, start))
     }
 
+    /// Starts anew in the same place with what was stored last: what a loss of power leaves, where there is none.
+    ///
+    /// Errors: those of [`Node::new`].
+    pub fn restart(&mut self, config: NodeConfig) -> Result<Start, NodeError> {
+        *self.node = Node::new(config)?;
+        Ok(restore(self.node, &self.slots, &self.journal))
+    }
+
     /// Hands a frame to the node and stores what it then wants stored. `may_write`: the supply will last.
     pub fn receive(&mut self, time_us: u64, frame: &Frame, may_write: bool) {
         hear(self.node, time_us, frame);
