@@ -52,12 +52,21 @@ fn without_a_command_the_main_job_runs_and_says_what_to_do_next() {
 #[test]
 fn replay_json_has_the_keys_that_others_read() {
     let all = json(&["replay", "--json"]);
-    assert_eq!(all["readings"], 450);
+    assert_eq!(all["readings"], 451, "one of them without a probe");
     let e = &all["equivalence"];
     assert!(e["max_relative_feature_error"].as_f64().unwrap() <= 1e-5);
     for key in ["max_residual_excess_um", "max_unbalance_difference_g_mm", "max_angle_difference_deg"] {
         assert!(e[key].is_f64(), "{key}");
     }
+    assert!(e["max_relative_gap"].as_f64().unwrap() <= 1e-3);
+    assert_eq!((&e["compared"], &e["certified"]), (&451.into(), &451.into()));
+    let states = all["states"].as_array().unwrap();
+    let told: Vec<[&str; 2]> =
+        states.iter().map(|s| ["state", "reason"].map(|key| s[key].as_str().unwrap())).collect();
+    assert!(told.windows(2).all(|pair| pair[0] != pair[1]), "changes only: {told:?}");
+    assert_eq!(told[..3], [["waiting", "no_reading"], ["learning", "learning"], ["tracking", "none"]]);
+    let first_flag = states.iter().find(|s| s["state"] == "flagged").unwrap();
+    assert_eq!(first_flag["time_d"], all["flags"][0]["time_d"]);
     assert_eq!(all["flags"][0]["suspect"], "16");
     assert!((125.0..=130.0).contains(&all["flags"][0]["time_d"].as_f64().unwrap()));
     assert_eq!(all["frames"]["lost"], 0);
@@ -77,7 +86,7 @@ fn identified_rotor_is_written_whole_and_can_be_replayed() {
     assert_eq!(found["planes"].as_array().unwrap().len(), 2);
     assert!(found["residual_ratio"].as_f64().unwrap() < 0.1);
     let played = json(&["replay", "--identified", "--rotor", &new, "--record", &record, "--json"]);
-    assert_eq!(played["readings"], 450);
+    assert_eq!(played["readings"], 451);
     let direct = json(&["replay", "--json"]);
     assert_eq!(played["flags"], direct["flags"], "the file carries the whole model");
 }

@@ -15,8 +15,17 @@ ROOT = Path(__file__).resolve().parents[2]
 DBC = cantools.database.load_file(ROOT / "core" / "rotor-edge.dbc")
 NODE_BITS = 0x1F
 EVERYBODY = 31
-FEATURES = ["Probe1X", "Probe1Y", "Probe2X", "Probe2Y"]
-RESULT = ["Status", "UnbalancePlane1", "UnbalancePlane2", "StaticUnbalance", "DynamicUnbalance", "Residual"]
+MOST_PROBES = 8
+COUNTERS = [f"Counters{pair}" for pair in range(1, 11)]
+
+
+def result_of(planes):
+    """The frames of a result before its end."""
+    of_planes = [f"UnbalancePlane{plane}" for plane in range(1, planes + 1)]
+    return ["Status", *of_planes, "StaticUnbalance", "DynamicUnbalance", "Residual", "Limits"]
+
+
+RESULT = set(result_of(4))
 
 DEPLOY, RESTART = 1, 2
 OUTCOMES = ["accepted", "malformed", "no key", "forged", "replayed", "model", "storage"]
@@ -46,15 +55,23 @@ def checksum(messages):
     return binascii.crc32(b"".join(bytes(m.data) for m in messages))
 
 
-def reading(node, sequence, speed_rpm, probes, keyphasor="Locked"):
-    """The six frames of a reading; ``probes`` is [(cos, sin) or None] in um, bearing 1 X, Y, bearing 2 X, Y."""
+def reading(node, sequence, speed_rpm, probes, keyphasor="Locked", gaps_v=None):
+    """The frames of a reading; ``probes`` is [(cos, sin) or None] in um in the order of the model, ``gaps_v`` [V or None]."""
     lost = (float("nan"), float("nan"))
-    valid = {f"{name}Valid": int(probe is not None) for name, probe in zip(FEATURES, probes)}
-    frames = [message("ReadingStart", node, Sequence=sequence, Keyphasor=keyphasor, Speed=speed_rpm, **valid)]
-    for name, probe in zip(FEATURES, probes):
+    there = [*probes, *[None] * (MOST_PROBES - len(probes))]
+    valid = {f"Probe{number}Valid": int(probe is not None) for number, probe in enumerate(there, 1)}
+    start = {"Sequence": sequence, "Keyphasor": keyphasor, "Probes": len(probes), "Speed": speed_rpm}
+    frames = [message("ReadingStart", node, **start, **valid)]
+    for number, probe in enumerate(probes, 1):
         cos, sin = probe or lost
-        frames.append(message(name, node, Cos=cos, Sin=sin))
-    end = message("ReadingEnd", node, Sequence=sequence, Vectors=len(probes), Checksum=checksum(frames))
+        frames.append(message(f"Probe{number}", node, Cos=cos, Sin=sin))
+    gaps_mv = [-32768 if gap is None else round(1000 * gap) for gap in gaps_v or []]
+    gaps_mv += [-32768] * (MOST_PROBES - len(gaps_mv))
+    for first in [0, 4]:
+        four = {f"Gap{first + k + 1}": gaps_mv[first + k] for k in range(4)}
+        if any(gap != -32768 for gap in four.values()):
+            frames.append(message(f"Gaps{first + 1}To{first + 4}", node, **four))
+    end = message("ReadingEnd", node, Sequence=sequence, Frames=len(frames), Checksum=checksum(frames))
     return frames + [end]
 
 
@@ -76,9 +93,11 @@ class Results:
             self.frames[name] = received, signals
         if name != "ResultEnd":
             return None
-        assert list(self.frames) == RESULT, f"result {signals['Sequence']} came as {list(self.frames)}"
+        planes = sum(name.startswith("UnbalancePlane") for name in self.frames)
+        expected = result_of(planes)
+        assert list(self.frames) == expected, f"result {signals['Sequence']} came as {list(self.frames)}"
         assert signals["Checksum"] == checksum(frame for frame, _ in self.frames.values())
-        assert signals["Sequence"] == self.frames["Status"][1]["Sequence"] and signals["Frames"] == len(RESULT)
+        assert signals["Sequence"] == self.frames["Status"][1]["Sequence"] and signals["Frames"] == len(expected)
         return {name: parts for name, (_, parts) in self.frames.items()}
 
 
