@@ -17,10 +17,11 @@ use program::{assert_says, json, refusal, rotor_edge};
 use rotor_edge::bus::log::{LogReader, LogWriter, Recorded};
 use rotor_edge::bus::wire::WireFrame;
 use rotor_edge::bus::{CanBus, local_bus, open};
-use rotor_edge::edge::{Deployment, EdgeNode};
+use rotor_edge::edge::{Deployment, EdgeNode, encoded};
 use rotor_edge::sample;
 use rotor_edge_core::can::{Frame, MonitorResult, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::node::NodeConfig;
+use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
 use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::rotor::Rotor;
@@ -219,7 +220,7 @@ fn load_and_ports_are_printed_for_people_too() {
     assert_says(&text, &["--bus slcan:127.0.0.1:", "--bus socketcand:127.0.0.1:", "socket://127.0.0.1:"]);
     assert_says(
         &text,
-        &["4050 frames a second", "500 kbit/s     109 %   27", "1000 kbit/s      55 %   all 30"],
+        &["4890 frames a second", "500 kbit/s     132 %   22", "1000 kbit/s      66 %   all 30"],
     );
     program.kill().unwrap();
     program.wait().unwrap();
@@ -302,8 +303,8 @@ fn record_sample(
     first_days.extend(measurement::parse("run-up", sample::RUNUP_DAY_0, rotor).unwrap());
     let found = identify(rotor, &first_days, &PhaseOneConfig::default()).unwrap();
     let deployment = Deployment::new(&found.rotor, 12_000.0).unwrap();
-    let mut controller =
-        EdgeNode::new(NodeConfig { listen_us: 0, ..NodeConfig::new(node) }, deployment.edge.clone()).unwrap();
+    let mut controller = EdgeNode::new(NodeConfig { listen_us: 0, ..NodeConfig::new(node) }).unwrap();
+    controller.load(Ok(&encoded(&deployment.edge).unwrap())).unwrap();
     let [host, mut far] = <[_; 2]>::try_from(local_bus(2)).ok().unwrap();
     let mut host = Recorded::new(host, log).unwrap();
     let (mut answers, mut assembler) = (Vec::new(), ResultAssembler::new());
@@ -311,10 +312,12 @@ fn record_sample(
         for frame in reading_frames(node, &NumberedReading::new(row as u16, deployment.reading(measured))) {
             host.send(&frame).unwrap();
         }
+        // the record's days: what is a flag after days is none after seconds
+        let time_us = row as u64 * 86_400_000_000;
+        controller.poll(time_us);
         while let Some(frame) = far.receive(Duration::ZERO).unwrap() {
-            controller.receive(0, &frame);
+            controller.receive(time_us, &frame);
         }
-        controller.poll(row as u64 * 100_000);
         while let Some(frame) = controller.transmit() {
             far.send(&frame).unwrap();
         }
@@ -366,10 +369,9 @@ fn a_recording_becomes_the_record_it_came_from_and_the_controllers_own_results()
 #[test]
 fn readings_of_several_nodes_are_written_one_node_at_a_time() {
     let folder = Folder::new();
-    let reading = rotor_edge_core::reading::Reading {
-        speed_rpm: 3000.1,
-        probes: rotor_edge_core::reading::probe_vectors(&[1.0, 2.0, f32::NAN, 4.0, 5.0, 6.0, 7.0, 8.0]),
-    };
+    let vectors = [[1.0, 2.0], [f32::NAN, 4.0], [5.0, 6.0], [7.0, 8.0]];
+    let reading = Reading::new(3000.1, &vectors.map(|[cos_um, sin_um]| ProbeVector { cos_um, sin_um }));
+    let reading = reading.unwrap();
     let mut log = LogWriter::create(&folder.path("two.log")).unwrap();
     for (node, time_us) in [(1, 5_000_000), (2, 5_000_000 + 43_200_000_000)] {
         let frames = reading_frames(node, &NumberedReading::new(9, reading));
@@ -382,7 +384,8 @@ fn readings_of_several_nodes_are_written_one_node_at_a_time() {
     assert!(rotor_edge(&["decode", &log, "-o", &csv, "--node", "2"]).status.success());
     assert_eq!(
         std::fs::read_to_string(&csv).unwrap(),
-        "time_d,speed_rpm,1X_cos_um,1X_sin_um,1Y_cos_um,1Y_sin_um,2X_cos_um,2X_sin_um,2Y_cos_um,2Y_sin_um\n\
+        "time_d,speed_rpm,probe1_cos_um,probe1_sin_um,probe2_cos_um,probe2_sin_um,probe3_cos_um,probe3_sin_um,\
+         probe4_cos_um,probe4_sin_um\n\
          0.5,3000.1,1.00000,2.00000,,,5.00000,6.00000,7.00000,8.00000\n"
     );
 }

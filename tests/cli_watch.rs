@@ -14,8 +14,8 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::Signal;
 use program::{assert_says, one_sentence, refusal, rotor_edge};
 use rotor_edge::bus::CanBus;
-use rotor_edge::edge::{Deployment, EdgeModel};
-use rotor_edge::node::serve;
+use rotor_edge::edge::{Deployment, EdgeModel, encoded};
+use rotor_edge::node::{Controller, RealTime, Store, serve};
 use rotor_edge::sample;
 use rotor_edge_core::can::{
     Message, MonitorResult, NumberedReading, PROTOCOL_VERSION, ResultAssembler, reading_frames,
@@ -47,7 +47,7 @@ fn await_heartbeats(bus: &mut dyn CanBus, number: usize) {
         let Some(frame) = bus.receive(Duration::from_millis(50)).unwrap() else { continue };
         let message = Message::decode(&frame).map(|(_, message)| message);
         heard += usize::from(
-            matches!(message, Ok(Message::Heartbeat { readings, .. }) if usize::from(readings) == number),
+            matches!(message, Ok(Message::Heartbeat { readings, .. }) if readings as usize == number),
         );
     }
 }
@@ -85,8 +85,11 @@ fn tell_readings(host: &mut dyn CanBus, deployment: &Deployment, number: usize) 
 fn beside_a_monitor<T>(bus: &Shared, model: EdgeModel, work: impl FnOnce() -> T) -> T {
     let mut port = bus.join("slcan");
     let stop = AtomicBool::new(false);
+    let store = Store::in_memory().with_initial_model(encoded(&model).unwrap());
+    let mut controller = Controller::start(NodeConfig::new(NODE), store, 0).unwrap();
     std::thread::scope(|scope| {
-        let served = scope.spawn(|| serve(&mut *port, NodeConfig::new(NODE), model, None, &stop).unwrap());
+        let served =
+            scope.spawn(|| serve(&mut *port, &mut controller, &RealTime::start(), &stop).unwrap());
         let result = work();
         stop.store(true, Ordering::Relaxed);
         served.join().unwrap();
@@ -275,7 +278,7 @@ fn on_a_terminal_it_shows_the_monitor_and_q_gives_the_terminal_back() {
         let mut terminal = OnTerminal::start(&bus);
         let mut host = bus.join("slcan");
         // the counters of a monitor, then the unbalance in its results
-        terminal.await_word("overflowed");
+        terminal.await_word("readings");
         tell_readings(&mut *host, &deployment, 5);
         terminal.await_word("static");
         terminal.key("p");

@@ -125,7 +125,8 @@ pub fn response<const N: usize, const PROBES: usize, const PLANES: usize>(
     speed_rad_s: f32,
     support_amplitudes_um: &SupportAmplitudes,
 ) -> Result<Response<PROBES, PLANES>, ResponseError> {
-    let motion = Motion::new(model, speed_rad_s, support_amplitudes_um).ok_or(ResponseError::Singular)?;
+    let mut motion = Motion::forces(model, speed_rad_s);
+    motion.solve(model, speed_rad_s, support_amplitudes_um).ok_or(ResponseError::Singular)?;
     let response = Response::read(model, &motion, speed_rad_s, support_amplitudes_um);
     if response.is_finite() { Ok(response) } else { Err(ResponseError::NotFinite) }
 }

@@ -1,13 +1,12 @@
 //! Forward and backward whirl brought together at supports that are not alike in all directions.
 
-use core::array;
 use core::mem;
 
 use heapless::Vec;
 
 use super::C;
 use super::motion::{Equations, Motion, Whirl};
-use crate::linear::{self, Row, Symmetric};
+use crate::linear::{self, Row};
 use crate::scalar;
 
 /// Strength of a coupling (of the solution `SᵀP·pm` for one support) beyond which the correction is not trusted: near a
@@ -36,27 +35,6 @@ pub(super) fn at<const N: usize>(shape: &[f32; N], x: &[C; N]) -> C {
     sum
 }
 
-/// From the factors of the two matrices; `None` where rounding would be amplified, or for more than
-/// [`MAX_COUPLED`] supports.
-#[inline]
-pub(super) fn solve<const N: usize, const PLANES: usize>(
-    equations: &Equations<N, PLANES>,
-    forward: &Symmetric<N>,
-    backward: &Symmetric<N>,
-) -> Option<Motion<N, PLANES>> {
-    let mut ties = Vec::<Tie<N>, MAX_COUPLED>::new();
-    for &coupling in &equations.couplings {
-        let side = coupling.shape.map(|x| C::new(x, 0.0));
-        ties.push(Tie { coupling, plus: forward.solve(side), minus: backward.solve(side) }).ok()?;
-    }
-    let small = Small::new(&ties)?;
-    let whirl = |side: &[C; N]| small.couple(&ties, forward.solve(*side));
-    Some(Motion {
-        planes: array::from_fn(|plane| equations.planes.get(plane).map_or(Whirl::zero(), whirl)),
-        forced: equations.forced.as_ref().map_or(Whirl::zero(), whirl),
-    })
-}
-
 /// A coupling, and how the two matrices' solutions answer to its shape: columns of P and Q.
 struct Tie<const N: usize> {
     coupling: Coupling<N>,
@@ -66,19 +44,39 @@ struct Tie<const N: usize> {
 
 type Square = [[C; MAX_COUPLED]; MAX_COUPLED];
 
-/// `(I − SᵀP·pm·SᵀQ·mp)⁻¹` and `SᵀQ·mp`.
-struct Small {
+/// What brings the two kinds of whirl together.
+pub(super) struct Correction<const N: usize> {
+    ties: Vec<Tie<N>, MAX_COUPLED>,
+    /// `(I − SᵀP·pm·SᵀQ·mp)⁻¹`
     inverse: Square,
+    /// `SᵀQ·mp`
     back: Square,
 }
 
-impl Small {
+impl<const N: usize> Correction<N> {
+    /// From factored matrices; `None` where rounding would be amplified, or for more than [`MAX_COUPLED`] couplings.
     #[inline]
-    fn new<const N: usize>(ties: &[Tie<N>]) -> Option<Self> {
-        let (mut forth, mut back) = (Square::default(), Square::default());
+    pub fn new(equations: &Equations<N>) -> Option<Self> {
+        let mut correction = Self { ties: Vec::new(), inverse: Square::default(), back: Square::default() };
+        for &coupling in &equations.couplings {
+            let side = coupling.shape.map(|x| C::new(x, 0.0));
+            correction.ties.push(Tie { coupling, plus: side, minus: side }).ok()?;
+            if let Some(tie) = correction.ties.last_mut() {
+                equations.forward.solve(&mut tie.plus);
+                equations.backward.solve(&mut tie.minus);
+            }
+        }
+        correction.couple()?;
+        Some(correction)
+    }
+
+    #[inline]
+    fn couple(&mut self) -> Option<()> {
+        let Self { ties, inverse, back } = self;
+        let mut forth = Square::default();
         let mut strongest = 0.0_f32;
-        for ((forth, back), row) in forth.iter_mut().zip(&mut back).zip(ties) {
-            for ((forth, back), column) in forth.iter_mut().zip(back).zip(ties) {
+        for ((forth, back), row) in forth.iter_mut().zip(back.iter_mut()).zip(ties.iter()) {
+            for ((forth, back), column) in forth.iter_mut().zip(back).zip(ties.iter()) {
                 *forth = at(&row.coupling.shape, &column.plus) * column.coupling.pm;
                 *back = at(&row.coupling.shape, &column.minus) * column.coupling.mp;
                 strongest = strongest.max(scalar::size(*forth)).max(scalar::size(*back));
@@ -87,34 +85,33 @@ impl Small {
         if strongest.is_nan() || strongest > STRONGEST {
             return None;
         }
-        let mut inverse = Square::default();
         for (i, (cells, forth)) in inverse.iter_mut().zip(&forth).enumerate().take(ties.len()) {
             for (j, cell) in cells.iter_mut().enumerate().take(ties.len()) {
                 *cell = C::new(if i == j { 1.0 } else { 0.0 }, 0.0);
-                for (forth, back) in forth.iter().zip(&back).take(ties.len()) {
+                for (forth, back) in forth.iter().zip(back.iter()).take(ties.len()) {
                     *cell -= forth * back[j];
                 }
             }
         }
-        invert(&mut inverse, ties.len())?;
-        Some(Self { inverse, back })
+        invert(inverse, ties.len())
     }
 
-    /// The whirl of both kinds, from the forward whirl without coupling.
-    #[inline]
-    fn couple<const N: usize>(&self, ties: &[Tie<N>], alone: [C; N]) -> Whirl<N> {
-        let mut whirl = Whirl { plus: alone, minus: [C::default(); N] };
+    /// Turns a forward force, `plus`, into the whirl of both kinds.
+    #[inline(never)]
+    pub fn solve(&self, equations: &Equations<N>, whirl: &mut Whirl<N>) {
+        let Self { ties, inverse, back } = self;
+        equations.forward.solve(&mut whirl.plus);
         let mut forward = [C::default(); MAX_COUPLED];
         for (value, tie) in forward.iter_mut().zip(ties) {
-            *value = at(&tie.coupling.shape, &alone);
+            *value = at(&tie.coupling.shape, &whirl.plus);
         }
         let mut coupled = [C::default(); MAX_COUPLED];
-        for (value, row) in coupled.iter_mut().zip(&self.inverse).take(ties.len()) {
+        for (value, row) in coupled.iter_mut().zip(inverse).take(ties.len()) {
             for (cell, forward) in row.iter().zip(&forward).take(ties.len()) {
                 *value += cell * forward;
             }
         }
-        for ((tie, row), here) in ties.iter().zip(&self.back).zip(&coupled) {
+        for ((tie, row), here) in ties.iter().zip(back).zip(&coupled) {
             let mut backward = C::default();
             for (cell, coupled) in row.iter().zip(&coupled).take(ties.len()) {
                 backward += cell * coupled;
@@ -128,7 +125,6 @@ impl Small {
                 *x -= answer * back;
             }
         }
-        whirl
     }
 }
 
@@ -160,18 +156,20 @@ fn invert(matrix: &mut Square, size: usize) -> Option<()> {
     Some(())
 }
 
-/// By elimination with pivoting of all 2N equations: whatever the model, at more than twice the cost.
+/// Turns forces into motion by elimination with pivoting of all 2N equations: whatever the model, at more than twice the
+/// cost.
 #[inline(never)]
 pub(super) fn eliminate<const N: usize, const PLANES: usize>(
-    equations: &Equations<N, PLANES>,
-) -> Option<Motion<N, PLANES>> {
+    equations: &Equations<N>,
+    motion: &mut Motion<N, PLANES>,
+) -> Option<()> {
     let mut system = [[Row::<N, PLANES>::zero(); N]; 2];
     for i in 0..N {
         for j in 0..N {
             // Only the lower triangles are filled.
             let (row, column) = if i > j { (i, j) } else { (j, i) };
-            system[0][i].cells[0][j] = equations.forward[row][column];
-            system[1][i].cells[1][j] = equations.backward[row][column];
+            system[0][i].cells[0][j] = equations.forward.rows[row][column];
+            system[1][i].cells[1][j] = equations.backward.rows[row][column];
         }
     }
     let [forward, backward] = &mut system;
@@ -184,25 +182,19 @@ pub(super) fn eliminate<const N: usize, const PLANES: usize>(
             }
         }
     }
-    for (place, row) in forward.iter_mut().enumerate() {
-        for (side, plane) in row.planes.iter_mut().zip(&equations.planes) {
-            *side = plane.get(place).copied().unwrap_or_default();
+    for (i, row) in forward.iter_mut().enumerate() {
+        for (side, force) in row.planes.iter_mut().zip(&motion.planes) {
+            *side = force.plus[i];
         }
-        row.known = equations.forced.and_then(|forced| forced.get(place).copied()).unwrap_or_default();
+        row.known = motion.forced.plus[i];
     }
     linear::solve(&mut system)?;
-    Some(Motion {
-        planes: array::from_fn(|plane| {
-            solution(&system, |row| row.planes.get(plane).copied().unwrap_or_default())
-        }),
-        forced: solution(&system, |row| row.known),
-    })
-}
-
-#[inline]
-fn solution<const N: usize, const PLANES: usize>(
-    [forward, backward]: &[[Row<N, PLANES>; N]; 2],
-    side: impl Fn(&Row<N, PLANES>) -> C,
-) -> Whirl<N> {
-    Whirl { plus: array::from_fn(|i| side(&forward[i])), minus: array::from_fn(|i| side(&backward[i])) }
+    let [forward, backward] = &system;
+    for i in 0..N {
+        for (plane, whirl) in motion.planes.iter_mut().enumerate() {
+            (whirl.plus[i], whirl.minus[i]) = (forward[i].planes[plane], backward[i].planes[plane]);
+        }
+        (motion.forced.plus[i], motion.forced.minus[i]) = (forward[i].known, backward[i].known);
+    }
+    Some(())
 }

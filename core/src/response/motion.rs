@@ -1,8 +1,9 @@
 //! Forward and backward whirl of the shaft for each right-hand side.
 
+use heapless::Vec;
 use nalgebra::SVector;
 
-use super::coupled::{self, Coupling};
+use super::coupled::{self, Correction, Coupling};
 use super::{C, SupportAmplitudes};
 use crate::linear::Symmetric;
 use crate::model::{ForcingLaw, MAX_SUPPORTS, Model};
@@ -31,57 +32,20 @@ pub(super) struct Motion<const N: usize, const PLANES: usize> {
     pub forced: Whirl<N>,
 }
 
-/// The two matrices (lower triangles), the couplings between them and the forces, all on `p` alone.
-pub(super) struct Equations<const N: usize, const PLANES: usize> {
-    pub forward: [[C; N]; N],
-    pub backward: [[C; N]; N],
-    pub couplings: heapless::Vec<Coupling<N>, MAX_SUPPORTS>,
-    pub planes: [[C; N]; PLANES],
-    pub forced: Option<[C; N]>,
+/// The two matrices and the couplings between them.
+pub(super) struct Equations<const N: usize> {
+    pub forward: Symmetric<N>,
+    pub backward: Symmetric<N>,
+    pub couplings: Vec<Coupling<N>, MAX_SUPPORTS>,
 }
 
 impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
-    /// `None` if the equations are singular.
+    /// The forces in the place of the motion: `Fp`, while `Fm` is zero.
     #[inline]
-    pub fn new<const PROBES: usize>(
-        model: &Model<N, PROBES, PLANES>,
-        speed: f32,
-        amplitudes: &SupportAmplitudes,
-    ) -> Option<Self> {
-        let equations = Equations::new(model, speed, amplitudes);
-        let forward = Symmetric::factor(equations.forward, LARGEST_GROWTH);
-        let backward = Symmetric::factor(equations.backward, LARGEST_GROWTH);
-        if let (Some(forward), Some(backward)) = (forward, backward)
-            && let Some(motion) = coupled::solve(&equations, &forward, &backward)
-        {
-            return Some(motion);
-        }
-        coupled::eliminate(&equations)
-    }
-}
-
-impl<const N: usize, const PLANES: usize> Equations<N, PLANES> {
-    #[inline]
-    fn new<const PROBES: usize>(
-        model: &Model<N, PROBES, PLANES>,
-        speed: f32,
-        SupportAmplitudes(amplitudes): &SupportAmplitudes,
-    ) -> Self {
+    pub fn forces<const PROBES: usize>(model: &Model<N, PROBES, PLANES>, speed: f32) -> Self {
         let square = speed * speed;
-        let mut equations = Self {
-            forward: [[C::default(); N]; N],
-            backward: [[C::default(); N]; N],
-            couplings: heapless::Vec::new(),
-            planes: [[C::default(); N]; PLANES],
-            forced: None,
-        };
-        equations.add_shaft(model, speed);
-        for (support, &amplitude) in model.supports.iter().zip(amplitudes) {
-            let knots = support.table.map_or(&[][..], |table| model.knots_of(table));
-            let [shape] = support.shape.data.0;
-            equations.add_support(shape, &support.dynamic_stiffness(knots, speed, amplitude));
-        }
-        for (side, plane) in equations.planes.iter_mut().zip(&model.planes) {
+        let mut forces = Self { planes: [Whirl::zero(); PLANES], forced: Whirl::zero() };
+        for (side, plane) in forces.planes.iter_mut().zip(&model.planes) {
             add_force(side, plane, C::new(square, 0.0));
         }
         for forcing in &model.forcings {
@@ -90,14 +54,73 @@ impl<const N: usize, const PLANES: usize> Equations<N, PLANES> {
                 ForcingLaw::Constant => 1.0,
                 ForcingLaw::SpeedSquared => square,
             };
-            let side = equations.forced.get_or_insert([C::default(); N]);
-            add_force(side, &forcing.shape, C::new(re, im) * law);
+            add_force(&mut forces.forced, &forcing.shape, C::new(re, im) * law);
         }
-        equations
+        forces
+    }
+
+    /// Turns forces into motion; `None` if the equations are singular.
+    #[inline]
+    pub fn solve<const PROBES: usize>(
+        &mut self,
+        model: &Model<N, PROBES, PLANES>,
+        speed: f32,
+        amplitudes: &SupportAmplitudes,
+    ) -> Option<()> {
+        let mut equations = Equations::zero();
+        equations.assemble(model, speed, amplitudes);
+        if equations.forward.factor(LARGEST_GROWTH).is_some()
+            && equations.backward.factor(LARGEST_GROWTH).is_some()
+            && let Some(correction) = Correction::new(&equations)
+        {
+            for (whirl, _) in self.planes.iter_mut().zip(&model.planes) {
+                correction.solve(&equations, whirl);
+            }
+            if !model.forcings.is_empty() {
+                correction.solve(&equations, &mut self.forced);
+            }
+            return Some(());
+        }
+        // The factors stand where the matrices stood.
+        equations = Equations::zero();
+        equations.assemble(model, speed, amplitudes);
+        coupled::eliminate(&equations, self)
+    }
+}
+
+impl<const N: usize> Equations<N> {
+    #[inline]
+    fn zero() -> Self {
+        Self { forward: Symmetric::zero(), backward: Symmetric::zero(), couplings: Vec::new() }
+    }
+
+    #[inline(never)]
+    fn assemble<const PROBES: usize, const PLANES: usize>(
+        &mut self,
+        model: &Model<N, PROBES, PLANES>,
+        speed: f32,
+        SupportAmplitudes(amplitudes): &SupportAmplitudes,
+    ) {
+        self.add_shaft(model, speed);
+        for (support, &amplitude) in model.supports.iter().zip(amplitudes) {
+            let knots = support.table.map_or(&[][..], |table| model.knots_of(table));
+            let [[pp, pm], [mp, mm]] = whirling(&support.dynamic_stiffness(knots, speed, amplitude));
+            let [shape] = &support.shape.data.0;
+            self.forward.add_outer(shape, pp);
+            self.backward.add_outer(shape, mm);
+            if pm != C::default() || mp != C::default() {
+                // As many places as a model has supports.
+                let _ = self.couplings.push(Coupling { shape: *shape, pm, mp });
+            }
+        }
     }
 
     #[inline]
-    fn add_shaft<const PROBES: usize>(&mut self, model: &Model<N, PROBES, PLANES>, speed: f32) {
+    fn add_shaft<const PROBES: usize, const PLANES: usize>(
+        &mut self,
+        model: &Model<N, PROBES, PLANES>,
+        speed: f32,
+    ) {
         let square = speed * speed;
         let lag = 2.0 * speed * model.internal_damping_s;
         for i in 0..N {
@@ -106,25 +129,9 @@ impl<const N: usize, const PLANES: usize> Equations<N, PLANES> {
                 let k = model.stiffness.data.0[i][j];
                 let inertia = k - square * model.mass.data.0[i][j];
                 let gyroscopic = square * model.polar_inertia.data.0[i][j];
-                self.forward[i][j] = C::new(inertia + gyroscopic, 0.0);
-                self.backward[i][j] = C::new(inertia - gyroscopic, lag * k);
+                self.forward.rows[i][j].re = inertia + gyroscopic;
+                self.backward.rows[i][j] = C::new(inertia - gyroscopic, lag * k);
             }
-        }
-    }
-
-    #[inline]
-    fn add_support(&mut self, shape: [f32; N], stiffness: &Block) {
-        let [[pp, pm], [mp, mm]] = whirling(stiffness);
-        for i in 0..N {
-            let (forward, backward) = (pp * shape[i], mm * shape[i]);
-            for j in 0..=i {
-                self.forward[i][j] += forward * shape[j];
-                self.backward[i][j] += backward * shape[j];
-            }
-        }
-        if pm != C::default() || mp != C::default() {
-            // As many places as a model has supports.
-            let _ = self.couplings.push(Coupling { shape, pm, mp });
         }
     }
 }
@@ -139,9 +146,9 @@ pub(super) fn whirling([[xx, xy], [yx, yy]]: &Block) -> Block {
 }
 
 #[inline]
-fn add_force<const N: usize>(side: &mut [C; N], shape: &SVector<f32, N>, force: C) {
+fn add_force<const N: usize>(side: &mut Whirl<N>, shape: &SVector<f32, N>, force: C) {
     let [shape] = &shape.data.0;
-    for (value, &here) in side.iter_mut().zip(shape) {
+    for (value, &here) in side.plus.iter_mut().zip(shape) {
         *value += force * here;
     }
 }
