@@ -92,10 +92,8 @@ fn every_kind_of_term_gives_the_same_response_in_core_and_desktop() {
         let desktop = all.desktop.response(speed).unwrap().at(u);
         let core = response(&all.edge, speed as f32, &SupportAmplitudes::default()).unwrap();
         let shown = core.probes()[..4].iter().map(|probe| probe.phasor(&u_g_mm));
-        let core = DVector::from_iterator(
-            4,
-            shown.map(|y| Complex::new(f64::from(y.re), f64::from(y.im)) * 1e-6),
-        );
+        let core =
+            DVector::from_iterator(4, shown.map(|y| Complex::new(f64::from(y.re), f64::from(y.im)) * 1e-6));
         assert!((&core - &desktop).camax() < 1e-5 * desktop.camax(), "{speed_rpm} rpm");
         let without = plain.desktop.response(speed).unwrap().at(u);
         assert!((without - &desktop).camax() > 1e-2 * desktop.camax(), "the terms matter");
@@ -178,7 +176,10 @@ fn with_any_probes_lost_the_rest_equals_the_desktop_and_the_state_says_what_is_m
         let said: Vec<_> = played.states.iter().filter(|change| during(change.time_d)).collect();
         match mask.count_ones() {
             0 => assert!(said.is_empty(), "{said:?}"),
-            1 => assert_eq!((said[0].status.state, said[0].status.reason), (NodeState::Tracking, Reason::Probes)),
+            1 => assert_eq!(
+                (said[0].status.state, said[0].status.reason),
+                (NodeState::Tracking, Reason::Probes)
+            ),
             _ => assert!(said.iter().any(|c| c.status.state == NodeState::Blind), "mask {mask}: {said:?}"),
         }
         assert!(said.iter().all(|change| change.status.missing_mask == mask), "mask {mask}: {said:?}");
@@ -227,7 +228,12 @@ fn a_power_cut_changes_no_result_and_keeps_the_flag() {
     let after = cut.states.iter().find(|change| change.time_d >= cut_d).expect("it says so when it is back");
     assert_eq!(after.status.state, NodeState::Flagged);
     assert_eq!(after.status.suspect, Some(1));
-    assert!(cut.states.iter().filter(|change| change.time_d > 130.0).all(|c| c.status.state == NodeState::Flagged));
+    assert!(
+        cut.states
+            .iter()
+            .filter(|change| change.time_d > 130.0)
+            .all(|c| c.status.state == NodeState::Flagged)
+    );
 }
 
 #[test]

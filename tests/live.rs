@@ -36,8 +36,7 @@ fn beside_a_monitor<T>(
     let mut controller = Controller::start(config, store, 0).unwrap();
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
-        let served =
-            scope.spawn(|| serve(&mut monitor, &mut controller, &RealTime::start(), &stop).unwrap());
+        let served = scope.spawn(|| serve(&mut monitor, &mut controller, &RealTime::start(), &stop).unwrap());
         let result = work(&mut host);
         stop.store(true, Ordering::Relaxed);
         (result, served.join().unwrap())

@@ -145,7 +145,6 @@ impl Reading {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
-#[non_exhaustive]
 pub enum Keyphasor {
     /// Nothing was said.
     #[default]

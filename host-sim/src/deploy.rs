@@ -165,7 +165,9 @@ fn judge(node: u8, counter: u64, answer: Option<(Answer, bool)>) -> Result<Answe
             answer.counter,
             answer.counter.saturating_add(1)
         ),
-        Outcome::Model => format!("monitor {node} refuses the model{}; the old one stays", why_model(answer.detail)),
+        Outcome::Model => {
+            format!("monitor {node} refuses the model{}; the old one stays", why_model(answer.detail))
+        }
         Outcome::Thresholds => {
             let which = match answer.detail {
                 Detail::Thresholds(error) => out_of_bounds(error),
@@ -192,7 +194,9 @@ fn why_model(detail: Detail) -> String {
         ModelError::BasisSize => {
             format!(": it has {asked} basis shapes a plane, the firmware needs {held}")
         }
-        ModelError::Schema => ": the firmware speaks another version of models; update the older of the two".into(),
+        ModelError::Schema => {
+            ": the firmware speaks another version of models; update the older of the two".into()
+        }
         error => format!(" because of {error:?}"),
     }
 }
@@ -210,7 +214,9 @@ pub fn out_of_bounds(error: ThresholdError) -> String {
             "persistence_s is to be from 0 s to 30 days, persistence_readings from 1 to 255"
         }
         ThresholdError::Level => "level_s is to be above 0 s and up to 10 years",
-        ThresholdError::Learning => "learning_s is to be from 0 s to 30 days, learning_readings from 1 to 255",
+        ThresholdError::Learning => {
+            "learning_s is to be from 0 s to 30 days, learning_readings from 1 to 255"
+        }
         ThresholdError::Growth => "growth is to be from 1 to 10, growth_s above 0 s and up to a year",
         ThresholdError::AgeLimit => "age_limit_s is to be from 0.1 s to 10 years",
         ThresholdError::GapRange => "gap_range_v is to be two ascending voltages within ±100 V",

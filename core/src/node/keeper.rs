@@ -8,7 +8,6 @@ const RETRY_US: u64 = 1_000_000;
 
 /// What must survive a loss of power.
 #[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
 pub enum Save<'a> {
     /// A command waits to take effect until all of this is stored, or nothing of it. Only with the feature `command`.
     Command {

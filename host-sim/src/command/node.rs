@@ -9,8 +9,8 @@ use serde_json::json;
 
 use super::judging::Judging;
 use super::{deployable, output, stop};
-use crate::bus::counters::named;
 use crate::bus::BusSpec;
+use crate::bus::counters::named;
 use crate::deploy::read_key;
 use crate::edge::encoded;
 use crate::node::{Controller, RealTime, Store, serve};
@@ -66,11 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             Err(_) => "without a model",
         };
         let key = if key.is_some() { "commands need its key" } else { "it has no key and takes no commands" };
-        println!(
-            "Monitor {} listens on {} {model}; {key}. Ctrl-C ends it.",
-            config.node,
-            bus.description()
-        );
+        println!("Monitor {} listens on {} {model}; {key}. Ctrl-C ends it.", config.node, bus.description());
     }
     let mut controller = Controller::start(config, store, 0)?;
     if let Some(reason) = controller.lacks_model().filter(|_| !arguments.json) {

@@ -116,12 +116,19 @@ impl Words {
             }
             NodeState::Suspicious => suspicious(monitor, because),
             NodeState::Tracking => tracking(monitor, status, because),
+            _ => Self::new(
+                Level::Alarm,
+                "UNKNOWN",
+                "its state is one that this program does not know",
+                "watch with a newer program",
+            ),
         }
     }
 }
 
 fn flagged(node: u8, status: &Status, at_present: &Why, judged: &str) -> Words {
-    let suspect = status.suspect.map_or(String::new(), |b| format!(", suspect bearing {}", bearing_number(b)));
+    let suspect =
+        status.suspect.map_or(String::new(), |b| format!(", suspect bearing {}", bearing_number(b)));
     let cause = why(status.cause, 0);
     let present = match status.reason {
         Reason::None => String::new(),
