@@ -83,7 +83,7 @@ pub struct Estimate {
     /// Dynamic unbalance as found at plane 1 (its opposite is at plane 2), g·mm; zero for one plane, NaN for more than two.
     pub dynamic_g_mm: Pair,
     /// Standard deviation of either part of each plane's unbalance that the stated noise alone causes, by
-    /// `σ²(HᵀH)⁻¹`, g·mm; NaN if the model states no noise.
+    /// `σ²(HᵀH)⁻¹` with σ that of the noisiest probe, g·mm; NaN if the model states no noise.
     pub deviation_g_mm: [f32; MAX_PLANES],
     /// What the probes would show for this unbalance; [`ProbeVector::LOST`] beyond the model's probes.
     pub calculated: [ProbeVector; MAX_PROBES],
@@ -211,8 +211,13 @@ impl<const PLANES: usize> Tracker<PLANES> {
                     continue;
                 }
             }
-            let deviation = fit.deviations_g_mm(model.noise_um);
-            if deviation.iter().zip(&bounds).any(|(deviation, &bound)| bound > 0.0 && !(*deviation <= bound))
+            let used = reading.probes().iter().filter(|probe| probe.is_finite());
+            let noisiest_um = used.fold(0.0, |most, &probe| model.noise.deviation_um(probe).max(most));
+            let deviation = fit.deviations_g_mm(noisiest_um);
+            if deviation
+                .iter()
+                .zip(&bounds)
+                .any(|(deviation, &bound)| bound > 0.0 && (deviation.is_nan() || *deviation > bound))
             {
                 return Err(TrackError::Undetermined);
             }
@@ -259,7 +264,7 @@ impl Estimate {
         {
             *own = [x, y];
             static_g_mm = [static_g_mm[0] + x, static_g_mm[1] + y];
-            if model.noise_um > 0.0 {
+            if model.noise.is_stated() {
                 *stated = deviation;
             }
         }
