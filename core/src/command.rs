@@ -3,32 +3,44 @@
 //! ```text
 //! request  u8 wire version, u8 command, u8 node, u8 0, u64 counter, body, 16 bytes HMAC-SHA-256
 //! answer   u8 wire version, u8 command, u8 node, u8 outcome, u64 counter, u32 model checksum,
-//!          u8 detail, 3 × u8 0, 16 bytes HMAC-SHA-256
+//!          u8 detail, u8 asked, u8 held, u8 0, body, 16 bytes HMAC-SHA-256
 //! ```
 //!
-//! Little endian. The code of a request covers all bytes before it, that of an answer also the code of the request, so
-//! that an answer belongs to one request. The counter of a request must exceed every one the node has accepted,
-//! restarts included. Each travels as one ISO-TP message. Measurement frames need no key.
+//! Little endian. The body of a request is the model of [`Command::Deploy`] or the thresholds of
+//! [`Command::SetThresholds`], otherwise empty; that of an answer the thresholds that [`Command::GetThresholds`] asked for.
+//!
+//! The code of a request covers the words `rotor-edge request` and all bytes before it, that of an answer the words
+//! `rotor-edge answer`, all bytes before it and the code of the request: neither can be taken for the other, and an answer
+//! belongs to one request. The counter of a request must exceed every one the node has accepted, restarts included, by at
+//! most [`MAX_COUNTER_STEP`], so that no number locks commands out. Each travels as one ISO-TP message. Measurement frames
+//! need no key.
 
+use heapless::Vec;
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::Sha256;
 
 use crate::model::ModelError;
+use crate::thresholds::{THRESHOLDS_BYTES, ThresholdError, Thresholds};
 
 /// Version of this layout.
-pub const WIRE_VERSION: u8 = 1;
+pub const WIRE_VERSION: u8 = 2;
 /// Bytes of a device's key.
 pub const KEY_BYTES: usize = 32;
 /// Bytes of an authentication code: HMAC-SHA-256, the left half.
 pub const CODE_BYTES: usize = 16;
 /// Bytes before a request's body.
 pub const HEAD_BYTES: usize = 12;
-/// Bytes of an answer.
-pub const ANSWER_BYTES: usize = ANSWER_HEAD_BYTES + CODE_BYTES;
-/// Longest request: room for a model of six shapes with every list full, and for larger ones to come.
-pub const MAX_REQUEST_BYTES: usize = 2048;
+/// Bytes of the longest answer.
+pub const ANSWER_BYTES: usize = ANSWER_HEAD_BYTES + THRESHOLDS_BYTES + CODE_BYTES;
+/// Longest request: room for a model of six shapes, eight probes and four planes with every list full, so that a node
+/// that holds fewer can say so.
+pub const MAX_REQUEST_BYTES: usize = 2640;
+/// A request's counter exceeds the last one accepted by at most so much: milliseconds since 1970 suit until 2109.
+pub const MAX_COUNTER_STEP: u64 = 1 << 42;
 
 const ANSWER_HEAD_BYTES: usize = 20;
+const REQUEST_DOMAIN: &[u8] = b"rotor-edge request";
+const ANSWER_DOMAIN: &[u8] = b"rotor-edge answer";
 
 type Code = [u8; CODE_BYTES];
 
@@ -43,7 +55,7 @@ impl core::fmt::Debug for Key {
 }
 
 impl Key {
-    fn mac(&self, parts: [&[u8]; 2]) -> Option<Hmac<Sha256>> {
+    fn mac(&self, parts: [&[u8]; 3]) -> Option<Hmac<Sha256>> {
         let mut mac = Hmac::<Sha256>::new_from_slice(&self.0).ok()?;
         for part in parts {
             mac.update(part);
@@ -51,36 +63,46 @@ impl Key {
         Some(mac)
     }
 
-    fn code(&self, parts: [&[u8]; 2]) -> Code {
+    fn code(&self, parts: [&[u8]; 3]) -> Code {
         let full =
             self.mac(parts).map(|mac| <[u8; 32]>::from(mac.finalize().into_bytes())).unwrap_or_default();
         full.first_chunk::<CODE_BYTES>().copied().unwrap_or_default()
     }
 
     /// In constant time.
-    fn confirms(&self, parts: [&[u8]; 2], code: &Code) -> bool {
+    fn confirms(&self, parts: [&[u8]; 3], code: &Code) -> bool {
         self.mac(parts).is_some_and(|mac| mac.verify_truncated_left(code).is_ok())
     }
 }
 
 /// What a node is asked to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Command {
     /// Change to the model in the body, [`Model::encode`](crate::model::Model::encode).
     Deploy = 1,
     /// Begin a new record, [`Node::restart`](crate::node::Node::restart).
     Restart = 2,
+    /// Lower the latched flag.
+    Acknowledge = 3,
+    /// Judge by the [`Thresholds`] in the body from now on.
+    SetThresholds = 4,
+    /// Tell the [`Thresholds`].
+    GetThresholds = 5,
 }
 
 impl Command {
     fn from_byte(byte: u8) -> Option<Self> {
-        [Self::Deploy, Self::Restart].into_iter().find(|command| *command as u8 == byte)
+        let all = [Self::Deploy, Self::Restart, Self::Acknowledge, Self::SetThresholds, Self::GetThresholds];
+        all.into_iter().find(|command| *command as u8 == byte)
     }
 }
 
 /// What became of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Outcome {
@@ -94,14 +116,39 @@ pub enum Outcome {
     Forged = 3,
     /// The counter is not above the last one accepted.
     Replayed = 4,
-    /// The model is refused; the answer's detail is the [`ModelError`].
+    /// The model is refused; see [`Detail::Model`].
     Model = 5,
-    /// The counter or the model could not be stored.
+    /// What the command changes could not be stored.
     Storage = 6,
+    /// The counter is more than [`MAX_COUNTER_STEP`] above the last one accepted.
+    Counter = 7,
+    /// The thresholds are refused; see [`Detail::Thresholds`].
+    Thresholds = 8,
+}
+
+/// Why an answer is a refusal, in detail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Detail {
+    /// The outcome says it all.
+    #[default]
+    None,
+    /// Of [`Outcome::Model`].
+    Model {
+        /// What is wrong with it.
+        error: ModelError,
+        /// For [`ModelError::BasisSize`], [`ModelError::Probes`] and [`ModelError::Planes`]: how many the model has.
+        asked: u8,
+        /// And how many the firmware holds.
+        held: u8,
+    },
+    /// Of [`Outcome::Thresholds`].
+    Thresholds(ThresholdError),
 }
 
 impl Outcome {
-    const ALL: [Self; 7] = [
+    const ALL: [Self; 9] = [
         Self::Accepted,
         Self::Malformed,
         Self::NoKey,
@@ -109,7 +156,14 @@ impl Outcome {
         Self::Replayed,
         Self::Model,
         Self::Storage,
+        Self::Counter,
+        Self::Thresholds,
     ];
+
+    /// Only who has the key is told the counter.
+    fn tells_counter(self) -> bool {
+        !matches!(self, Self::Malformed | Self::NoKey | Self::Forged)
+    }
 }
 
 /// A request whose code and counter were right.
@@ -150,14 +204,14 @@ pub fn write_request(
     for (place, &byte) in place.iter_mut().zip(body) {
         *place = byte;
     }
-    *code = key.code([head, place]);
+    *code = key.code([REQUEST_DOMAIN, head, place]);
     Some(length)
 }
 
 /// Checks a request to `node` that has accepted counters up to `last_counter`.
 ///
-/// Errors: [`Outcome::Malformed`], [`Outcome::NoKey`], [`Outcome::Forged`], [`Outcome::Replayed`], in this order, so that
-/// nothing is said about the counter to who has no key.
+/// Errors: [`Outcome::Malformed`], [`Outcome::NoKey`], [`Outcome::Forged`], [`Outcome::Replayed`], [`Outcome::Counter`], in
+/// this order, so that nothing is said about the counter to who has no key.
 pub fn open_request<'a>(
     bytes: &'a [u8],
     key: Option<&Key>,
@@ -171,19 +225,22 @@ pub fn open_request<'a>(
         return Err(Outcome::Malformed);
     }
     let key = key.ok_or(Outcome::NoKey)?;
-    if !key.confirms([signed, &[]], code) || to != node {
+    if !key.confirms([REQUEST_DOMAIN, signed, &[]], code) || to != node {
         return Err(Outcome::Forged);
     }
     let counter = u64::from_le_bytes(counter);
     if counter <= last_counter {
         return Err(Outcome::Replayed);
     }
+    if counter - last_counter > MAX_COUNTER_STEP {
+        return Err(Outcome::Counter);
+    }
     let command = Command::from_byte(command).ok_or(Outcome::Malformed)?;
     Ok(Request { command, counter, body })
 }
 
 /// A node's answer to a request.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Answer {
     /// Who answers.
     pub node: u8,
@@ -191,51 +248,39 @@ pub struct Answer {
     pub command: u8,
     /// What became of it.
     pub outcome: Outcome,
-    /// Last counter accepted.
+    /// Last counter accepted; zero to a request that was malformed, forged or came to a node without a key.
     pub counter: u64,
-    /// [`Model::checksum`](crate::model::Model::checksum) of the model in use.
+    /// [`Model::checksum`](crate::model::Model::checksum) of the model in use, zero without one.
     pub model_checksum: u32,
-    /// Why the model was refused.
-    pub model_error: Option<ModelError>,
+    /// Why it was refused.
+    pub detail: Detail,
+    /// What [`Command::GetThresholds`] asked for.
+    pub thresholds: Option<Thresholds>,
 }
 
 impl Answer {
     /// The bytes of the answer to `request`; without a key, the code is zero.
-    pub fn encode(&self, request: &[u8], key: Option<&Key>) -> [u8; ANSWER_BYTES] {
-        let mut bytes = [0; ANSWER_BYTES];
-        let Some((head, code)) = bytes.split_first_chunk_mut::<ANSWER_HEAD_BYTES>() else {
-            return bytes;
+    pub fn encode(&self, request: &[u8], key: Option<&Key>) -> Vec<u8, ANSWER_BYTES> {
+        let (detail, asked, held) = match self.detail {
+            Detail::None => (0, 0, 0),
+            Detail::Model { error, asked, held } => (error as u8, asked, held),
+            Detail::Thresholds(error) => (error as u8, 0, 0),
         };
-        let [a, b, c, d, e, f, g, h] = self.counter.to_le_bytes();
-        let [p, q, r, s] = self.model_checksum.to_le_bytes();
-        let detail = self.model_error.map_or(0, |error| error as u8);
-        *head = [
-            WIRE_VERSION,
-            self.command,
-            self.node,
-            self.outcome as u8,
-            a,
-            b,
-            c,
-            d,
-            e,
-            f,
-            g,
-            h,
-            p,
-            q,
-            r,
-            s,
-            detail,
-            0,
-            0,
-            0,
-        ];
-        if let Some(key) = key {
-            for (place, byte) in code.iter_mut().zip(key.code([head, code_of(request)])) {
-                *place = byte;
-            }
+        let counter = if self.outcome.tells_counter() { self.counter } else { 0 };
+        let mut bytes = Vec::new();
+        // Cannot be full: the capacity is that of the longest answer.
+        let mut add = |part: &[u8]| {
+            let _ = bytes.extend_from_slice(part);
+        };
+        add(&[WIRE_VERSION, self.command, self.node, self.outcome as u8]);
+        add(&counter.to_le_bytes());
+        add(&self.model_checksum.to_le_bytes());
+        add(&[detail, asked, held, 0]);
+        if let Some(thresholds) = self.thresholds {
+            add(&thresholds.encode());
         }
+        let code = key.map_or([0; CODE_BYTES], |key| key.code([ANSWER_DOMAIN, &bytes, code_of(request)]));
+        let _ = bytes.extend_from_slice(&code);
         bytes
     }
 
@@ -243,21 +288,30 @@ impl Answer {
     ///
     /// `None`: not an answer of this wire version.
     pub fn decode(bytes: &[u8], request: &[u8], key: &Key) -> Option<(Self, bool)> {
-        let (head, code) = bytes.split_first_chunk::<ANSWER_HEAD_BYTES>()?;
-        let code = <&Code>::try_from(code).ok()?;
-        let &[version, command, node, outcome, a, b, c, d, e, f, g, h, p, q, r, s, detail, ..] = head;
+        let (signed, code) = bytes.split_last_chunk::<CODE_BYTES>()?;
+        let (head, body) = signed.split_first_chunk::<ANSWER_HEAD_BYTES>()?;
+        let &[version, command, node, outcome, a, b, c, d, e, f, g, h, p, q, r, s, detail, asked, held, _] =
+            head;
         if version != WIRE_VERSION {
             return None;
         }
+        let outcome = Outcome::ALL.into_iter().find(|known| *known as u8 == outcome)?;
+        let detail = match outcome {
+            Outcome::Model => ModelError::from_code(detail).map(|error| Detail::Model { error, asked, held }),
+            Outcome::Thresholds => ThresholdError::from_code(detail).map(Detail::Thresholds),
+            _ => None,
+        };
+        let thresholds = if body.is_empty() { None } else { Some(Thresholds::decode(body).ok()?) };
         let answer = Self {
             node,
             command,
-            outcome: Outcome::ALL.into_iter().find(|known| *known as u8 == outcome)?,
+            outcome,
             counter: u64::from_le_bytes([a, b, c, d, e, f, g, h]),
             model_checksum: u32::from_le_bytes([p, q, r, s]),
-            model_error: ModelError::from_code(detail),
+            detail: detail.unwrap_or_default(),
+            thresholds,
         };
-        Some((answer, key.confirms([head, code_of(request)], code)))
+        Some((answer, key.confirms([ANSWER_DOMAIN, signed, code_of(request)], code)))
     }
 }
 

@@ -1,30 +1,63 @@
-//! Frames in, frames out: all that a board calls.
+//! Frames in, frames out: all that a board calls. Nothing here does I/O, and time is an argument (µs since the start).
 //!
-//! The board hands in every frame and the time, sends what [`Node::transmit`] gives it and stores what [`Node::to_save`]
-//! asks for; nothing here does I/O.
+//! # Life of a node
+//! 1. [`Node::new`], without a model. Where a node is to lie in static memory, hand [`Node::new`] to the place itself
+//!    (`StaticCell::init_with(|| Node::new(config))`), so that it is never on the stack as well.
+//! 2. What was stored: [`Node::restore_counter`], [`Node::restore_thresholds`], then [`Node::load`] with the model's bytes
+//!    or with the reason why there are none, then [`Node::restore`] with the memory. Each of them may be missing: the node
+//!    then says so, and can be reached for a deployment.
+//! 3. Again and again: [`Node::receive`] with every frame, [`Node::poll`] at [`Node::poll_at`] or earlier,
+//!    [`Node::to_save`] and [`Node::saved`] until nothing is to be saved, [`Node::transmit`] until nothing is to be sent.
+//!
+//! What is to be stored comes as [`Save`]: the counter of a command together with what the command brings, or the memory.
+//! They may be stored in different places; within one [`Save`], all or nothing. A board sends readings under its node's
+//! number only while [`Node::may_send`].
 
-#[cfg(test)]
+#[cfg(all(test, feature = "command"))]
 mod command_tests;
+#[cfg(feature = "command")]
 mod commands;
+mod config;
+#[cfg(test)]
+mod conflict_tests;
+#[cfg(test)]
+mod fault_tests;
+mod keeper;
+mod monitor;
 mod ownership;
 #[cfg(test)]
+mod simulation;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
 mod tests;
+#[cfg(not(feature = "command"))]
+mod uncommanded;
+mod voice;
 
 use heapless::Deque;
 
 use crate::can::{
-    Assembler, BROADCAST_NODE, Counters, FLAG_AT_BOUND_1, FLAG_AT_BOUND_2, FLAG_FLAGGED, FLAG_SUSPICIOUS,
-    Frame, MAX_NODE, Message, MonitorResult, NodeState, NumberedReading, OLDEST_PROTOCOL_VERSION,
-    PROTOCOL_VERSION, RESULT_FRAMES, TYPE_TO_NODE, result_frames,
+    Assembler, BROADCAST_NODE, COUNTER_PAIRS, Counters, Frame, MAX_NODE, MAX_RESULT_FRAMES, Message,
+    NumberedReading, TYPE_TO_NODE, result_frames,
 };
-use crate::command::{CODE_BYTES, HEAD_BYTES, Key, MAX_REQUEST_BYTES};
-use crate::model::{MODEL_SCHEMA, Model, ModelError};
-use crate::reading::Reading;
-use crate::residual::{ResidualConfig, ResidualMonitor, Verdict};
-use crate::track::{Estimate, TrackConfig, TrackError, Tracker};
+#[cfg(feature = "command")]
+use crate::command::{CODE_BYTES, HEAD_BYTES, MAX_REQUEST_BYTES};
+use crate::judge::Verdict;
+use crate::memory::Memory;
+use crate::model::{Model, ModelError};
+use crate::state::{NodeState, Reason, Status};
+use crate::thresholds::{ThresholdError, Thresholds};
+use crate::track::Estimate;
+#[cfg(feature = "command")]
 use commands::Desk;
-pub use commands::Save;
-use ownership::Ownership;
+pub use config::{NodeConfig, NodeError};
+use keeper::Keeper;
+pub use keeper::Save;
+use monitor::{Evaluated, Monitor};
+use ownership::{Due, Ownership};
+#[cfg(not(feature = "command"))]
+use uncommanded::Desk;
 
 /// Frames waiting to be sent, at most.
 pub const QUEUE_FRAMES: usize = 32;
@@ -32,103 +65,80 @@ pub const QUEUE_FRAMES: usize = 32;
 pub const ABSURD_UM: f32 = 10_000.0;
 
 /// Frames of a heartbeat.
-pub const HEARTBEAT_FRAMES: usize = 5;
+pub const HEARTBEAT_FRAMES: usize = COUNTER_PAIRS + 3;
 
-/// Settings of a node.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NodeConfig {
-    /// Its number on the bus, 0 to [`MAX_NODE`].
-    pub node: u8,
-    /// How the unbalance is followed.
-    pub track: TrackConfig,
-    /// When a residual is suspicious.
-    pub residual: ResidualConfig,
-    /// From a reading's start to its end at most, µs.
-    pub reading_timeout_us: u64,
-    /// Time between heartbeats, µs.
-    pub heartbeat_period_us: u64,
-    /// From the first [`Node::poll`] to the first answer: time to learn that somebody else uses the number, µs.
-    pub listen_us: u64,
-    /// Without a key, the node takes no commands.
-    pub key: Option<Key>,
-}
-
-impl NodeConfig {
-    /// Usual settings: 200 ms for a reading, a heartbeat every second, 100 ms of listening, no key.
-    pub fn new(node: u8) -> Self {
-        Self {
-            node,
-            track: TrackConfig::default(),
-            residual: ResidualConfig::default(),
-            reading_timeout_us: 200_000,
-            heartbeat_period_us: 1_000_000,
-            listen_us: 100_000,
-            key: None,
-        }
-    }
-}
-
-/// Why a node cannot start or take a model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum NodeError {
-    /// The node's number is above [`MAX_NODE`].
-    Node,
-    /// The model was refused by [`Model::check`], which says why.
-    Model,
-}
-
-impl From<ModelError> for NodeError {
-    fn from(_: ModelError) -> Self {
-        Self::Model
-    }
-}
-
-/// A monitor: model, state of phase II, residuals, and its place on the bus.
+/// A monitor for machines of up to `PROBES` probes and `PLANES` planes, modelled by `SHAPES` basis shapes: what it knows of
+/// the machine, and its place on the bus.
 #[derive(Debug, Clone)]
-pub struct Node<const N: usize, const PROBES: usize, const PLANES: usize> {
+pub struct Node<const SHAPES: usize, const PROBES: usize, const PLANES: usize> {
     config: NodeConfig,
-    model: Model<N, PROBES, PLANES>,
+    monitor: Monitor<SHAPES, PROBES, PLANES>,
     assembler: Assembler,
-    tracker: Tracker<PLANES>,
-    monitor: ResidualMonitor,
-    estimate: Option<Estimate>,
-    verdict: Option<Verdict>,
-    next_heartbeat_us: u64,
     ownership: Ownership,
+    keeper: Keeper,
     desk: Desk,
+    next_heartbeat_us: u64,
+    announced: Status,
+    /// Whether the evidence was too old when that was last looked at.
+    outdated: bool,
     queue: Deque<Frame, QUEUE_FRAMES>,
 }
 
-impl<const N: usize, const PROBES: usize, const PLANES: usize> Node<N, PROBES, PLANES> {
-    /// A node with a model, waiting for its first reading.
+impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES, PROBES, PLANES> {
+    /// A node without a model.
     ///
-    /// Errors: [`NodeError`].
-    pub fn new(config: NodeConfig, model: Model<N, PROBES, PLANES>) -> Result<Self, NodeError> {
+    /// Errors: [`NodeError::Node`], [`NodeError::Thresholds`].
+    #[inline]
+    pub fn new(config: NodeConfig) -> Result<Self, NodeError> {
         const {
+            #[cfg(feature = "command")]
             assert!(
-                HEAD_BYTES + Model::<N, PROBES, PLANES>::max_size_bytes() + CODE_BYTES <= MAX_REQUEST_BYTES
+                HEAD_BYTES + Model::<SHAPES, PROBES, PLANES>::max_size_bytes() + CODE_BYTES
+                    <= MAX_REQUEST_BYTES
+            );
+            assert!(
+                SHAPES < 256 && PROBES <= crate::reading::MAX_PROBES && PLANES <= crate::model::MAX_PLANES
             );
         }
         if config.node > MAX_NODE {
             return Err(NodeError::Node);
         }
-        model.check()?;
-        let tracker = Tracker::new(&model);
-        let desk = Desk::new(model.checksum());
+        config.thresholds.check().map_err(NodeError::Thresholds)?;
         Ok(Self {
             config,
-            model,
+            monitor: Monitor::new(),
             assembler: Assembler::new(),
-            tracker,
-            monitor: ResidualMonitor::new(),
-            estimate: None,
-            verdict: None,
+            ownership: Ownership::new(config.listen_us, config.heartbeat_period_us, config.seed),
+            keeper: Keeper::default(),
+            desk: Desk::new(),
             next_heartbeat_us: 0,
-            ownership: Ownership::new(config.listen_us, config.heartbeat_period_us),
-            desk,
+            announced: Status::default(),
+            outdated: false,
             queue: Deque::new(),
         })
+    }
+
+    /// Takes up the thresholds stored last, after a restart.
+    ///
+    /// Errors: [`ThresholdError`], and those of the settings stay.
+    pub fn restore_thresholds(&mut self, bytes: &[u8]) -> Result<(), ThresholdError> {
+        self.config.thresholds = Thresholds::decode(bytes)?;
+        Ok(())
+    }
+
+    /// Takes up the stored model, or why there is none; a model that cannot be used is a reason too, which is returned.
+    /// Without a model the node says [`NodeState::NoModel`] and the reason.
+    pub fn load(&mut self, stored: Result<&[u8], Reason>) -> Result<(), Reason> {
+        let loaded = stored.and_then(|bytes| self.monitor.decode(bytes).map_err(why_no_model));
+        if let Err(reason) = loaded {
+            self.monitor.lack(reason);
+        }
+        loaded
+    }
+
+    /// Takes up the memory stored last, after [`Node::load`]; `false` if the bytes are damaged or belong to another model.
+    pub fn restore(&mut self, memory: &[u8]) -> bool {
+        Memory::decode(memory).is_some_and(|memory| self.monitor.restore(&memory))
     }
 
     /// Takes any frame of the bus but the node's own; those of other nodes are ignored. The frame that completes a
@@ -144,29 +154,74 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Node<N, PROBES, P
         if frame.is_from_node() {
             self.count(|c| &mut c.conflicts);
             if self.ownership.heard_other(time_us) {
-                self.heartbeat();
+                // What waits here would meet the other one's frames on the wire.
+                self.queue.clear();
             }
         } else if frame.message_type() == TYPE_TO_NODE {
             self.transfer(time_us, frame.bytes());
         } else if let Some(reading) = self.assembler.receive(self.config.reading_timeout_us, time_us, frame) {
-            self.evaluate(&reading);
+            self.evaluate(time_us, &reading);
         }
+        self.keeper.poll(time_us);
+        self.announce(time_us);
     }
 
-    /// Time-outs, transfers and heartbeat; to be called a few times per heartbeat or more often, from the start on.
+    /// Time-outs, transfers, age of the evidence and heartbeat; to be called from the start on, at [`Node::poll_at`] or
+    /// earlier.
     pub fn poll(&mut self, time_us: u64) {
         self.assembler.poll(self.config.reading_timeout_us, time_us);
-        let may_answer_again = self.ownership.poll(time_us);
-        self.poll_transfer(time_us);
-        if may_answer_again || time_us >= self.next_heartbeat_us {
-            self.next_heartbeat_us = time_us.saturating_add(self.config.heartbeat_period_us);
-            self.heartbeat();
+        let due = self.ownership.poll(time_us);
+        self.keeper.poll(time_us);
+        if due == Due::State {
+            self.tell_state(time_us);
+        }
+        if self.may_send() {
+            self.poll_transfer(time_us);
+            if due == Due::Voice || time_us >= self.next_heartbeat_us {
+                self.next_heartbeat_us = time_us.saturating_add(self.config.heartbeat_period_us);
+                self.heartbeat(time_us);
+            }
+        }
+        self.announce(time_us);
+    }
+
+    /// When [`Node::poll`] has something to do next, µs; it may lie in the past.
+    pub fn poll_at(&self) -> u64 {
+        let heartbeat_us = self.may_send().then_some(self.next_heartbeat_us);
+        [
+            heartbeat_us,
+            self.assembler.poll_at(self.config.reading_timeout_us),
+            self.ownership.poll_at(),
+            self.keeper.poll_at(),
+            self.desk.poll_at().filter(|_| self.may_send() && !self.queue.is_full()),
+            self.outdated_at(),
+        ]
+        .into_iter()
+        .flatten()
+        .min()
+        .unwrap_or(u64::MAX)
+    }
+
+    fn memory_to_save(&self) -> Option<Save<'_>> {
+        let is_wanted = self.keeper.is_wanted() && self.model().is_some();
+        is_wanted.then(|| Save::Memory(self.monitor.memory(&self.monitor.judge).encode()))
+    }
+
+    fn memory_saved(&mut self, time_us: u64, stored: bool) {
+        self.keeper.saved(time_us, stored);
+        if !stored {
+            self.count(|c| &mut c.unsaved);
         }
     }
 
     /// The next frame to send.
     pub fn transmit(&mut self) -> Option<Frame> {
         self.queue.pop_front()
+    }
+
+    /// The node's number is its own, as far as it knows: readings may be sent under it.
+    pub fn may_send(&self) -> bool {
+        self.ownership.silence().is_none()
     }
 
     /// What became of the readings.
@@ -176,174 +231,114 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Node<N, PROBES, P
 
     /// The last estimate.
     pub fn estimate(&self) -> Option<&Estimate> {
-        self.estimate.as_ref()
+        self.monitor.estimate.as_ref()
     }
 
-    /// The last verdict on the residual.
+    /// The last verdict on the residual; [`Node::status`] tells whether it still stands.
     pub fn verdict(&self) -> Option<&Verdict> {
-        self.verdict.as_ref()
+        self.monitor.verdict.as_ref()
     }
 
     /// The model in use.
-    pub fn model(&self) -> &Model<N, PROBES, PLANES> {
-        &self.model
+    pub fn model(&self) -> Option<&Model<SHAPES, PROBES, PLANES>> {
+        self.monitor.model()
     }
 
-    /// What the node is doing.
-    pub fn state(&self) -> NodeState {
-        self.ownership.silence().unwrap_or(match &self.verdict {
-            None => NodeState::Waiting,
-            Some(verdict) if verdict.flagged => NodeState::Flagged,
-            Some(verdict) if verdict.suspicious => NodeState::Suspicious,
-            Some(_) => NodeState::Tracking,
-        })
+    /// What the node judges by.
+    pub fn thresholds(&self) -> &Thresholds {
+        &self.config.thresholds
+    }
+
+    /// What the node says of itself.
+    pub fn status(&self, time_us: u64) -> Status {
+        let age_us = self.age_us(time_us);
+        let age_s = age_us.map_or(f32::INFINITY, |us| us as f32 * 1e-6);
+        let is_outdated = age_us.is_some_and(|age_us| age_us > self.age_limit_us());
+        let (state, reason, missing_mask) = self.monitor.state(is_outdated);
+        let latched = self.monitor.judge.latched().filter(|_| state != NodeState::NoModel);
+        let state = if latched.is_some() { NodeState::Flagged } else { state };
+        let (state, reason) = self.ownership.silence().unwrap_or((state, reason));
+        let cause = latched.map_or(Reason::None, |latched| latched.cause);
+        let suspect = latched.and_then(|latched| latched.suspect);
+        Status { state, reason, missing_mask, cause, suspect, age_s }
     }
 
     /// Changes to a better model. Tracking goes on from the unbalance last found (see [`Node::restart`]); the
-    /// residuals begin a new level, for the old one belongs to the old model.
+    /// residuals begin a new level and a new reference, for the old ones belong to the old model, and a latched flag is
+    /// lowered.
     ///
     /// Errors: [`NodeError::Model`], and the old model stays.
-    pub fn replace_model(&mut self, model: Model<N, PROBES, PLANES>) -> Result<(), NodeError> {
+    pub fn replace_model(
+        &mut self,
+        time_us: u64,
+        model: Model<SHAPES, PROBES, PLANES>,
+    ) -> Result<(), NodeError> {
         model.check()?;
-        self.adopt(model);
+        self.monitor.adopt(model);
+        self.keeper.changed_much(time_us);
+        self.keeper.poll(time_us);
         Ok(())
     }
 
-    fn adopt(&mut self, model: Model<N, PROBES, PLANES>) {
-        self.desk.model_replaced(model.checksum());
-        self.model = model;
-        self.tracker.forget_amplitudes();
-        self.forget_verdict();
-    }
-
-    /// Begins a new record: the model's initial unbalance, no residual level, any sequence number next. Counters go on.
-    pub fn restart(&mut self) {
-        self.tracker = Tracker::new(&self.model);
-        self.forget_verdict();
+    /// Begins a new record: the model's initial unbalance, no residual level and no reference, any sequence number next.
+    /// Counters go on, and a latched flag stays up.
+    pub fn restart(&mut self, time_us: u64) {
+        self.monitor.restart();
         self.assembler.restart();
+        self.keeper.changed_much(time_us);
+        self.keeper.poll(time_us);
     }
 
-    fn forget_verdict(&mut self) {
-        self.monitor = ResidualMonitor::new();
-        self.estimate = None;
-        self.verdict = None;
-    }
-
-    fn evaluate(&mut self, numbered: &NumberedReading) {
-        let reading = &numbered.reading;
-        if is_absurd(reading) || !self.model.covers(reading.speed_rpm) {
-            return self.count(|c| &mut c.rejected);
-        }
-        let usable = reading.is_complete() && numbered.keyphasor.is_usable();
-        if !usable || self.ownership.silence().is_some() {
+    fn evaluate(&mut self, time_us: u64, numbered: &NumberedReading) {
+        if self.ownership.silence().is_some() {
             return self.count(|c| &mut c.skipped);
         }
-        let Ok((estimate, verdict)) = self.judge(reading) else {
-            return self.count(|c| &mut c.unsolved);
-        };
-        self.count(|c| &mut c.readings);
-        let result = result(numbered.sequence, &estimate, &verdict);
-        self.queue_all::<RESULT_FRAMES>(result_frames(self.config.node, &result));
-        self.estimate = Some(estimate);
-        self.verdict = Some(verdict);
+        let before = self.monitor.judge;
+        let NodeConfig { track, thresholds, .. } = &self.config;
+        match self.monitor.evaluate(track, thresholds, time_us, numbered) {
+            Evaluated::Unmodelled => self.count(|c| &mut c.unmodelled),
+            Evaluated::Rejected => self.count(|c| &mut c.rejected),
+            Evaluated::Skipped => self.count(|c| &mut c.skipped),
+            Evaluated::Unsolved => self.count(|c| &mut c.unsolved),
+            Evaluated::Estimated { result, partial } => {
+                self.count(|c| &mut c.readings);
+                if partial {
+                    self.count(|c| &mut c.partial);
+                }
+                if self.monitor.judge.has_news_since(&before) {
+                    self.keeper.changed_much(time_us);
+                } else {
+                    self.keeper.changed(time_us, self.config.memory_period_us);
+                }
+                self.queue_all::<MAX_RESULT_FRAMES>(result_frames(self.config.node, &result));
+            }
+        }
     }
 
-    fn count(&mut self, which: impl FnOnce(&mut Counters) -> &mut u16) {
+    fn count(&mut self, which: impl FnOnce(&mut Counters) -> &mut u32) {
         let counter = which(self.assembler.counters_mut());
         *counter = counter.wrapping_add(1);
     }
 
-    fn judge(&mut self, reading: &Reading) -> Result<(Estimate, Verdict), TrackError> {
-        let estimate = self.tracker.update(&self.config.track, &self.model, reading, 1.2)?;
-        let verdict = self.monitor.update(&self.config.residual, estimate.residual);
-        Ok((estimate, verdict.map_err(|_| TrackError::Response)?))
+    /// When evidence that still counts will be too old.
+    fn outdated_at(&self) -> Option<u64> {
+        let judged_us = self.monitor.judge.judged_us().filter(|_| !self.outdated)?;
+        Some(judged_us.saturating_add(self.age_limit_us()).saturating_add(1))
     }
 
-    fn heartbeat(&mut self) {
-        let c = self.counters();
-        let state = self.state();
-        let messages = [
-            Message::Heartbeat {
-                version: PROTOCOL_VERSION,
-                state,
-                readings: c.readings,
-                lost: c.lost,
-                rejected: c.rejected,
-            },
-            Message::Counters {
-                repeated: c.repeated,
-                late: c.late,
-                incomplete: c.incomplete,
-                stray: c.stray,
-            },
-            Message::Discards {
-                skipped: c.skipped,
-                resynchronised: c.resynchronised,
-                overflowed: c.overflowed,
-                unsolved: c.unsolved,
-            },
-            Message::Commands {
-                accepted: c.accepted,
-                refused: c.refused,
-                forged: c.forged,
-                replayed: c.replayed,
-            },
-            Message::Transfers {
-                broken: c.broken,
-                conflicts: c.conflicts,
-                model_checksum: self.desk.model_checksum(),
-            },
-        ];
-        let node = self.config.node;
-        self.queue_all::<HEARTBEAT_FRAMES>(messages.map(|message| message.encode(node)));
+    fn age_us(&self, time_us: u64) -> Option<u64> {
+        self.monitor.judge.judged_us().map(|judged_us| time_us.saturating_sub(judged_us))
     }
 
-    fn tell_version(&mut self) {
-        let version = Message::Version {
-            protocol: PROTOCOL_VERSION,
-            oldest: OLDEST_PROTOCOL_VERSION,
-            model_schema: MODEL_SCHEMA as u8,
-            shapes: N as u8,
-        };
-        self.queue_all::<1>([version.encode(self.config.node)]);
-    }
-
-    /// Queues all frames or, lacking room, none: half a result is of no use.
-    fn queue_all<const COUNT: usize>(&mut self, frames: impl IntoIterator<Item = Frame>) {
-        if QUEUE_FRAMES.saturating_sub(self.queue.len()) < COUNT {
-            let counters = self.assembler.counters_mut();
-            counters.overflowed = counters.overflowed.wrapping_add(COUNT as u16);
-            return;
-        }
-        for frame in frames {
-            let _ = self.queue.push_back(frame);
-        }
+    fn age_limit_us(&self) -> u64 {
+        (self.config.thresholds.age_limit_s * 1e6) as u64
     }
 }
 
-/// A feature no probe can show. A lost probe (NaN) is not absurd.
-fn is_absurd(reading: &Reading) -> bool {
-    reading.probes().iter().any(|probe| probe.cos_um.abs() > ABSURD_UM || probe.sin_um.abs() > ABSURD_UM)
-}
-
-fn result(sequence: u16, estimate: &Estimate, verdict: &Verdict) -> MonitorResult {
-    let [first, second, ..] = estimate.at_bound;
-    let bits = [
-        (verdict.suspicious, FLAG_SUSPICIOUS),
-        (verdict.flagged, FLAG_FLAGGED),
-        (first, FLAG_AT_BOUND_1),
-        (second, FLAG_AT_BOUND_2),
-    ];
-    let [one, two, ..] = estimate.unbalance_g_mm;
-    MonitorResult {
-        sequence,
-        flags: bits.iter().fold(0, |flags, &(set, bit)| if set { flags | bit } else { flags }),
-        suspect: verdict.suspect,
-        streak: verdict.streak,
-        unbalance_g_mm: [one, two],
-        static_g_mm: estimate.static_g_mm,
-        dynamic_g_mm: estimate.dynamic_g_mm,
-        e_um: estimate.residual.e_um,
-        ratio: estimate.residual.ratio,
+fn why_no_model(error: ModelError) -> Reason {
+    match error {
+        ModelError::Schema => Reason::Schema,
+        ModelError::BasisSize | ModelError::Probes | ModelError::Planes => Reason::Size,
+        _ => Reason::Damaged,
     }
 }

@@ -22,7 +22,6 @@ use crate::polish::{Polished, free_residual_um, polish, polish_again};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 use crate::residual::Residual;
 use crate::response::{Motion, Response, ResponseError, SupportAmplitudes};
-use crate::scalar;
 use crate::swarm::{DEFAULT_PARTICLES, SwarmConfig, search};
 use rounds::Rounds;
 
@@ -53,6 +52,7 @@ impl Default for TrackConfig {
 
 /// Why a reading gave no estimate. The tracker is then as it was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TrackError {
     /// No probe gave a value.
@@ -76,6 +76,8 @@ impl From<ResponseError> for TrackError {
 
 /// The unbalance a reading shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Estimate {
     /// `[U cos α, U sin α]` of each plane, g·mm; zero for planes that are not there.
     pub unbalance_g_mm: [Pair; MAX_PLANES],
@@ -86,8 +88,8 @@ pub struct Estimate {
     /// Dynamic unbalance as found at plane 1 (its opposite is at plane 2), g·mm; zero for one plane, NaN for more than two.
     pub dynamic_g_mm: Pair,
     /// Standard deviation of either part of each plane's unbalance that the stated noise alone causes, by
-    /// `σ²(HᵀH)⁻¹`, g·mm; NaN if the model states no noise. That is of least squares: least absolute residuals scatter by
-    /// a quarter more, by up to three quarters more with twice as many features as unknowns.
+    /// `σ²(HᵀH)⁻¹` with σ that of the noisiest probe, g·mm; NaN if the model states no noise. That is of least squares: least
+    /// absolute residuals scatter by a quarter more, by up to three quarters more with twice as many features as unknowns.
     pub deviation_g_mm: [f32; MAX_PLANES],
     /// What the probes would show for this unbalance; [`ProbeVector::LOST`] beyond the model's probes.
     pub calculated: [ProbeVector; MAX_PROBES],
@@ -155,10 +157,9 @@ impl<const PLANES: usize> Tracker<PLANES> {
         self.amplitudes = SupportAmplitudes::default();
     }
 
-    /// The unbalance of least absolute residual within `max(growth·|last|, floor)` of each plane.
+    /// The unbalance of least absolute residual within a bound on each plane, which is at least the model's floor.
     ///
-    /// `growth`: factor by which each plane may have grown since the last estimate (1.2 a day in Bera et al. 2023). Lost
-    /// probes are left out.
+    /// `bound_g_mm`: what each plane's unbalance may have grown to. Lost probes are left out.
     ///
     /// Errors: [`TrackError`].
     pub fn update<const N: usize, const PROBES: usize>(
@@ -166,7 +167,7 @@ impl<const PLANES: usize> Tracker<PLANES> {
         config: &TrackConfig,
         model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
-        growth: f32,
+        bound_g_mm: &[f32; MAX_PLANES],
     ) -> Result<Estimate, TrackError> {
         if reading.probes().len() != model.probes.len() {
             return Err(TrackError::ProbeCount);
@@ -180,7 +181,7 @@ impl<const PLANES: usize> Tracker<PLANES> {
         }
         let unknowns = 2 * model.planes.len();
         let redundancy = features.checked_sub(unknowns).ok_or(TrackError::Undetermined)? as u8;
-        let solved = self.solve(config, model, reading, growth)?;
+        let solved = self.solve(config, model, reading, bound_g_mm)?;
         let estimate = Estimate::new(&solved, model, reading, redundancy)?;
         self.last_g_mm = solved.found.unbalance_g_mm;
         self.amplitudes = solved.amplitudes;
@@ -193,11 +194,14 @@ impl<const PLANES: usize> Tracker<PLANES> {
         config: &TrackConfig,
         model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
-        growth: f32,
+        bound_g_mm: &[f32; MAX_PLANES],
     ) -> Result<Solved<PROBES, PLANES>, TrackError> {
         let speed = reading.speed_rad_s();
-        let bound = |last: &Pair| (growth * scalar::length(*last)).max(model.unbalance_floor_g_mm);
-        let bounds: Vec<f32, PLANES> = self.last_g_mm().iter().map(bound).collect();
+        let mut bounds: Vec<f32, PLANES> = Vec::new();
+        for bound in bound_g_mm.iter().take(model.planes.len()) {
+            // Cannot be full: a model has at most so many planes.
+            let _ = bounds.push(bound.max(model.unbalance_floor_g_mm));
+        }
         let mut rounds = Rounds::new(self.amplitudes);
         let mut start = self.last_g_mm;
         loop {
@@ -218,8 +222,13 @@ impl<const PLANES: usize> Tracker<PLANES> {
                     continue;
                 }
             }
-            let deviation = fit.deviations_g_mm(model.noise_um);
-            if deviation.iter().zip(&bounds).any(|(deviation, &bound)| bound > 0.0 && !(*deviation <= bound))
+            let used = reading.probes().iter().filter(|probe| probe.is_finite());
+            let noisiest_um = used.fold(0.0, |most, &probe| model.noise.deviation_um(probe).max(most));
+            let deviation = fit.deviations_g_mm(noisiest_um);
+            if deviation
+                .iter()
+                .zip(&bounds)
+                .any(|(deviation, &bound)| bound > 0.0 && (deviation.is_nan() || *deviation > bound))
             {
                 return Err(TrackError::Undetermined);
             }
@@ -273,7 +282,7 @@ impl Estimate {
         {
             *own = [x, y];
             static_g_mm = [static_g_mm[0] + x, static_g_mm[1] + y];
-            if model.noise_um > 0.0 {
+            if model.noise.is_stated() {
                 *stated = deviation;
             }
         }

@@ -2,9 +2,7 @@
 
 use embedded_can::{Id, StandardId};
 
-use super::message::{
-    TYPE_HEARTBEAT, TYPE_RESULT_END, TYPE_STATUS, TYPE_TO_HOST, TYPE_TRANSFERS, TYPE_VERSION,
-};
+use super::message::{TYPE_HEARTBEAT, TYPE_MODEL, TYPE_RESULT_END, TYPE_STATUS, TYPE_TO_HOST, TYPE_VERSION};
 
 /// Highest number of a node.
 pub const MAX_NODE: u8 = 30;
@@ -80,7 +78,7 @@ impl Frame {
     pub(crate) fn is_from_node(&self) -> bool {
         matches!(
             self.message_type(),
-            TYPE_STATUS..=TYPE_RESULT_END | TYPE_HEARTBEAT..=TYPE_TRANSFERS | TYPE_TO_HOST | TYPE_VERSION
+            TYPE_STATUS..=TYPE_RESULT_END | TYPE_HEARTBEAT..=TYPE_MODEL | TYPE_TO_HOST | TYPE_VERSION
         )
     }
 

@@ -20,6 +20,7 @@ const FIRST_BYTES: usize = 6;
 
 /// Why a message did not get across.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TransferError {
     /// A consecutive frame is missing, repeated or out of order.
@@ -38,6 +39,7 @@ pub enum TransferError {
 
 /// What a received payload led to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Progress {
     /// Nothing to do yet.
     None,
@@ -121,6 +123,24 @@ impl<const RX: usize, const TX: usize> IsoTp<RX, TX> {
     pub fn check_time(&mut self, time_us: u64) -> Result<(), TransferError> {
         let received = self.incoming.check_time(time_us);
         self.outgoing.check_time(time_us).and(received)
+    }
+
+    /// When [`IsoTp::check_time`] or [`IsoTp::poll`] has something to do; `None` while nothing is under way.
+    pub fn poll_at(&self) -> Option<u64> {
+        if self.incoming.flow_control.is_some() {
+            return Some(0);
+        }
+        let received = match self.incoming.stage {
+            Receiving::Open { since_us, .. } => Some(timed_out_us(since_us)),
+            _ => None,
+        };
+        let sent = match self.outgoing.stage {
+            Sending::Idle => None,
+            Sending::Waiting { since_us, .. } => Some(timed_out_us(since_us)),
+            Sending::Block { next_us, .. } => Some(next_us),
+            Sending::Begin => Some(0),
+        };
+        [received, sent].into_iter().flatten().min()
     }
 
     /// The next payload to send, if one is due.
@@ -343,6 +363,11 @@ impl<const TX: usize> Outgoing<TX> {
             _ => Ok(()),
         }
     }
+}
+
+/// The first time at which an end that was heard last at `since_us` has been silent for too long.
+fn timed_out_us(since_us: u64) -> u64 {
+    since_us.saturating_add(TIMEOUT_US).saturating_add(1)
 }
 
 /// The shortest time between consecutive frames that a receiver asked for; reserved values mean the longest.

@@ -1,34 +1,40 @@
-//! Each message as eight bytes, there and back.
+//! What the messages are.
 
-use super::frame::Frame;
 use crate::model::Pair;
-use crate::reading::ProbeVector;
-use crate::residual::Bearing;
+use crate::reading::{Keyphasor, ProbeVector};
+use crate::state::{NodeState, Reason, Status};
 
 /// Version of this protocol, carried by the heartbeat.
-pub const PROTOCOL_VERSION: u8 = 2;
+pub const PROTOCOL_VERSION: u8 = 3;
 /// Oldest version whose frames still mean the same.
-pub const OLDEST_PROTOCOL_VERSION: u8 = 1;
+pub const OLDEST_PROTOCOL_VERSION: u8 = 3;
 
 /// Type of [`Message::ReadingStart`].
 pub const TYPE_READING_START: u8 = 8;
-/// Type of the first [`Message::ProbeVector`]; the other three follow.
-const TYPE_VECTOR: u8 = 9;
+/// Type of the first [`Message::ProbeVector`]; the other seven follow.
+pub(super) const TYPE_VECTOR: u8 = 9;
+/// Type of the first [`Message::Gaps`]; the other follows.
+pub(super) const TYPE_GAPS: u8 = 17;
 /// Type of [`Message::ReadingEnd`].
-pub const TYPE_READING_END: u8 = 13;
+pub const TYPE_READING_END: u8 = 19;
 /// Type of [`Message::Status`].
-pub const TYPE_STATUS: u8 = 16;
-const TYPE_UNBALANCE: u8 = 17;
-const TYPE_STATIC: u8 = 19;
-const TYPE_DYNAMIC: u8 = 20;
-const TYPE_RESIDUAL: u8 = 21;
+pub const TYPE_STATUS: u8 = 20;
+/// Type of the first [`Message::Unbalance`]; the other three follow.
+pub(super) const TYPE_UNBALANCE: u8 = 21;
+pub(super) const TYPE_STATIC: u8 = 25;
+pub(super) const TYPE_DYNAMIC: u8 = 26;
+pub(super) const TYPE_RESIDUAL: u8 = 27;
+pub(super) const TYPE_LIMITS: u8 = 28;
 /// Type of [`Message::ResultEnd`].
-pub const TYPE_RESULT_END: u8 = 22;
-pub(super) const TYPE_HEARTBEAT: u8 = 32;
-const TYPE_COUNTERS: u8 = 33;
-const TYPE_DISCARDS: u8 = 34;
-const TYPE_COMMANDS: u8 = 35;
-pub(super) const TYPE_TRANSFERS: u8 = 36;
+pub const TYPE_RESULT_END: u8 = 29;
+/// Type of [`Message::Heartbeat`].
+pub const TYPE_HEARTBEAT: u8 = 32;
+/// Type of [`Message::State`].
+pub const TYPE_STATE: u8 = 33;
+/// Type of the first [`Message::Counters`]; the others follow.
+pub(super) const TYPE_COUNTERS: u8 = 34;
+/// Type of [`Message::Model`].
+pub const TYPE_MODEL: u8 = 44;
 /// Type of the ISO-TP frames towards a node.
 pub const TYPE_TO_NODE: u8 = 48;
 /// Type of the ISO-TP frames from a node.
@@ -42,53 +48,21 @@ pub const TYPE_VERSION_QUERY: u8 = 63;
 pub const FLAG_SUSPICIOUS: u8 = 1;
 /// Status flag: suspicion persisted.
 pub const FLAG_FLAGGED: u8 = 2;
-/// Status flag: the unbalance of plane 1 lies on its bound.
-pub const FLAG_AT_BOUND_1: u8 = 4;
-/// Status flag: the unbalance of plane 2 lies on its bound.
-pub const FLAG_AT_BOUND_2: u8 = 8;
 
-/// What the sender of a reading knows of its keyphasor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Keyphasor {
-    /// Nothing was said.
-    #[default]
-    NotStated,
-    /// One mark a turn, steady.
-    Locked,
-    /// No mark: speed and phases mean nothing.
-    Missing,
-    /// The speed changed too much within the reading, or marks came out of step.
-    Unsteady,
+/// Status flag: the unbalance of a plane, from 0 to 3, lies on its bound.
+pub const fn flag_at_bound(plane: u8) -> u8 {
+    4 << (plane & 3)
 }
 
-impl Keyphasor {
-    /// Phases can be believed.
-    pub fn is_usable(self) -> bool {
-        matches!(self, Self::NotStated | Self::Locked)
-    }
-}
-
-/// What a node is doing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NodeState {
-    /// No reading evaluated since start or since the model was replaced.
-    Waiting,
-    /// The model describes the machine.
-    Tracking,
-    /// The last reading was suspicious.
-    Suspicious,
-    /// The flag is up.
-    Flagged,
-    /// Somebody else uses this node's number: no results until that has ended.
-    Conflict,
-    /// Just started: listens for others with its number before it answers.
-    Listening,
-}
+/// In place of a gap voltage, mV: it is not stated.
+pub const GAP_NOT_STATED_MV: i16 = i16::MIN;
 
 /// One frame's meaning. Bytes named reserved are sent as zero and ignored when received.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Message {
-    /// Opens a reading. u16 sequence, u8 mask, u8 keyphasor, f32 speed.
+    /// Opens a reading. u16 sequence, u8 mask, u8 keyphasor (low nibble) and probes (high nibble), f32 speed.
     ReadingStart {
         /// Number of the reading, wrapping.
         sequence: u16,
@@ -96,46 +70,62 @@ pub enum Message {
         valid_mask: u8,
         /// What is known of the phase reference.
         keyphasor: Keyphasor,
+        /// Probes of the reading, 0 to 15 on the wire; an assembler takes 1 to 8.
+        probes: u8,
         /// Speed, rpm.
         speed_rpm: f32,
     },
     /// One probe. f32 cos, f32 sin.
     ProbeVector {
-        /// 0 to 3: bearing 1 X, Y, bearing 2 X, Y (carried by the type).
+        /// 0 to 7, in the order of the model (carried by the type).
         probe: u8,
         /// µm zero-to-peak; NaN in both for a lost probe.
         vector: ProbeVector,
     },
-    /// Closes a reading. u16 sequence, u8 count, u8 reserved, u32 checksum.
+    /// Gap voltages of four probes: four i16, mV. Sent only if one of them is stated.
+    Gaps {
+        /// 0: probes 0 to 3, 1: probes 4 to 7 (carried by the type).
+        group: u8,
+        /// mV; [`GAP_NOT_STATED_MV`] if not stated.
+        gaps_mv: [i16; 4],
+    },
+    /// Closes a reading. u16 sequence, u8 frames, u8 reserved, u32 checksum.
     ReadingEnd {
         /// That of the start.
         sequence: u16,
-        /// Vectors sent: 4.
-        count: u8,
-        /// CRC-32 over the payloads of the start and the vectors.
+        /// Frames before this one.
+        frames: u8,
+        /// CRC-32 over their payloads, in rising order of type.
         crc32: u32,
     },
-    /// Opens a result. u16 sequence, u8 flags, u8 suspect (0 none, 1, 2), u16 streak, u16 reserved.
+    /// Opens a result. u16 sequence, u8 flags, u8 suspect (low nibble, 0 none) and redundancy (high nibble), u16 streak,
+    /// u8 mask, u8 reason.
     Status {
         /// Number of the reading.
         sequence: u16,
-        /// `FLAG_…` bits.
+        /// `FLAG_…` bits and [`flag_at_bound`].
         flags: u8,
-        /// Suspected bearing.
-        suspect: Option<Bearing>,
+        /// Suspected bearing, from 0, at most 14.
+        suspect: Option<u8>,
+        /// Rows of the reading less unknowns, at most 15; zero: the residual says nothing.
+        redundancy: u8,
         /// Suspicious readings in a row.
         streak: u16,
+        /// Bit i set: probe i was used.
+        used_mask: u8,
+        /// Why it is suspicious, or what else is to be said of it.
+        reason: Reason,
     },
     /// Unbalance of a plane. f32 U cos α, f32 U sin α.
     Unbalance {
-        /// 0 or 1 (carried by the type).
+        /// 0 to 3 (carried by the type).
         plane: u8,
         /// g·mm.
         unbalance_g_mm: Pair,
     },
     /// Static unbalance. f32 U cos α, f32 U sin α, g·mm.
     Static(Pair),
-    /// Dynamic unbalance at plane 1. f32 U cos α, f32 U sin α, g·mm.
+    /// Dynamic unbalance at plane 1. f32 U cos α, f32 U sin α, g·mm; NaN with three planes or more.
     Dynamic(Pair),
     /// f32 e, f32 e/f.
     Residual {
@@ -144,71 +134,55 @@ pub enum Message {
         /// The same relative to `Σ|measured|`.
         ratio: f32,
     },
-    /// Closes a result. u16 sequence, u8 count, u8 reserved, u32 checksum.
+    /// What the residual was held against. f32 floor, f32 level.
+    Limits {
+        /// Residual below which nothing is suspicious, µm.
+        floor_um: f32,
+        /// Level above which a rise counts, µm.
+        level_um: f32,
+    },
+    /// Closes a result. u16 sequence, u8 frames, u8 reserved, u32 checksum.
     ResultEnd {
         /// That of the status.
         sequence: u16,
-        /// Frames before this one: 6.
-        count: u8,
+        /// Frames before this one: five and one for each plane.
+        frames: u8,
         /// CRC-32 over their payloads.
         crc32: u32,
     },
-    /// Sign of life. u8 version, u8 state, then three u16.
+    /// Sign of life. u8 version, u8 state, u8 reason, u8 mask, u32 readings.
     Heartbeat {
         /// [`PROTOCOL_VERSION`] of the sender.
         version: u8,
         /// What the node is doing.
         state: NodeState,
-        /// See [`Counters`](super::Counters).
-        readings: u16,
-        /// See [`Counters`](super::Counters).
-        lost: u16,
-        /// See [`Counters`](super::Counters).
-        rejected: u16,
+        /// Why.
+        reason: Reason,
+        /// As in [`Status`].
+        missing_mask: u8,
+        /// Readings evaluated.
+        readings: u32,
     },
-    /// Four u16, see [`Counters`](super::Counters).
+    /// At once when it changes, and after a heartbeat. u8 state, u8 reason, u8 mask, u8 cause (low five bits) and suspect
+    /// (high three bits, 0 none), f32 age.
+    State(Status),
+    /// Two of the [`Counters`](super::Counters), u32 each, in their order.
     Counters {
-        /// First.
-        repeated: u16,
-        /// Second.
-        late: u16,
-        /// Third.
-        incomplete: u16,
-        /// Fourth.
-        stray: u16,
+        /// Which two, 0 to 9 (carried by the type).
+        pair: u8,
+        /// They.
+        values: [u32; 2],
     },
-    /// Four u16, see [`Counters`](super::Counters).
-    Discards {
-        /// First.
-        skipped: u16,
-        /// Second.
-        resynchronised: u16,
-        /// Third.
-        overflowed: u16,
-        /// Fourth.
-        unsolved: u16,
-    },
-    /// Commands received. Four u16, see [`Counters`](super::Counters).
-    Commands {
-        /// First.
-        accepted: u16,
-        /// Second.
-        refused: u16,
-        /// Third.
-        forged: u16,
-        /// Fourth.
-        replayed: u16,
-    },
-    /// Two u16, see [`Counters`](super::Counters), and which model is in use.
-    Transfers {
-        /// First.
-        broken: u16,
-        /// Second.
-        conflicts: u16,
+    /// Which model is in use. u32 checksum, u8 probes, u8 planes, u16 reserved; all zero without one.
+    Model {
         /// [`Model::checksum`](crate::model::Model::checksum).
-        model_checksum: u32,
+        checksum: u32,
+        /// Its probes.
+        probes: u8,
+        /// Its planes.
+        planes: u8,
     },
-    /// Answer to the query. Four u8, then u32 reserved. No version changes it.
+    /// Answer to the query. Six u8, then u16 reserved. No version changes it.
     Version {
         /// [`PROTOCOL_VERSION`].
         protocol: u8,
@@ -218,6 +192,10 @@ pub enum Message {
         model_schema: u8,
         /// Basis shapes of its model.
         shapes: u8,
+        /// Probes that it can hold.
+        probes: u8,
+        /// Planes that it can hold.
+        planes: u8,
     },
     /// Asks a node, or all with [`BROADCAST_NODE`](super::BROADCAST_NODE), for its version. No payload; no version changes it.
     VersionQuery,
@@ -225,6 +203,7 @@ pub enum Message {
 
 /// Why a frame has no meaning here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum CanError {
     /// The type is not one of this version.
@@ -233,184 +212,4 @@ pub enum CanError {
     WrongLength,
     /// A byte with few allowed values has another.
     BadValue,
-}
-
-impl Message {
-    /// The frame for a node (its low five bits count).
-    pub fn encode(&self, node: u8) -> Frame {
-        let (message_type, payload) = match *self {
-            Self::ReadingStart { sequence, valid_mask, keyphasor, speed_rpm } => {
-                let head = head(sequence, valid_mask, keyphasor as u8);
-                (TYPE_READING_START, join(head, speed_rpm.to_le_bytes()))
-            }
-            Self::ProbeVector { probe, vector } => {
-                (TYPE_VECTOR + (probe & 3), two_f32([vector.cos_um, vector.sin_um]))
-            }
-            Self::ReadingEnd { sequence, count, crc32 } => {
-                (TYPE_READING_END, join(head(sequence, count, 0), crc32.to_le_bytes()))
-            }
-            Self::Status { sequence, flags, suspect, streak } => {
-                let suspect = match suspect {
-                    None => 0,
-                    Some(Bearing::One) => 1,
-                    Some(Bearing::Two) => 2,
-                };
-                (TYPE_STATUS, join(head(sequence, flags, suspect), u32::from(streak).to_le_bytes()))
-            }
-            Self::Unbalance { plane, unbalance_g_mm } => {
-                (TYPE_UNBALANCE + (plane & 1), two_f32(unbalance_g_mm))
-            }
-            Self::Static(unbalance_g_mm) => (TYPE_STATIC, two_f32(unbalance_g_mm)),
-            Self::Dynamic(unbalance_g_mm) => (TYPE_DYNAMIC, two_f32(unbalance_g_mm)),
-            Self::Residual { e_um, ratio } => (TYPE_RESIDUAL, two_f32([e_um, ratio])),
-            Self::ResultEnd { sequence, count, crc32 } => {
-                (TYPE_RESULT_END, join(head(sequence, count, 0), crc32.to_le_bytes()))
-            }
-            Self::Heartbeat { version, state, readings, lost, rejected } => {
-                let first = u16::from_le_bytes([version, state as u8]);
-                (TYPE_HEARTBEAT, four_u16([first, readings, lost, rejected]))
-            }
-            Self::Counters { repeated, late, incomplete, stray } => {
-                (TYPE_COUNTERS, four_u16([repeated, late, incomplete, stray]))
-            }
-            Self::Discards { skipped, resynchronised, overflowed, unsolved } => {
-                (TYPE_DISCARDS, four_u16([skipped, resynchronised, overflowed, unsolved]))
-            }
-            Self::Commands { accepted, refused, forged, replayed } => {
-                (TYPE_COMMANDS, four_u16([accepted, refused, forged, replayed]))
-            }
-            Self::Transfers { broken, conflicts, model_checksum } => {
-                let [[a, b], [c, d]] = [broken, conflicts].map(u16::to_le_bytes);
-                (TYPE_TRANSFERS, join([a, b, c, d], model_checksum.to_le_bytes()))
-            }
-            Self::Version { protocol, oldest, model_schema, shapes } => {
-                (TYPE_VERSION, join([protocol, oldest, model_schema, shapes], [0; 4]))
-            }
-            Self::VersionQuery => return Frame::empty(TYPE_VERSION_QUERY, node),
-        };
-        Frame::full(message_type, node, payload)
-    }
-
-    /// Node and meaning of a frame.
-    ///
-    /// Errors: [`CanError`].
-    pub fn decode(frame: &Frame) -> Result<(u8, Self), CanError> {
-        let message_type = frame.message_type();
-        let known = matches!(
-            message_type,
-            TYPE_READING_START..=TYPE_READING_END
-                | TYPE_STATUS..=TYPE_RESULT_END
-                | TYPE_HEARTBEAT..=TYPE_TRANSFERS
-                | TYPE_VERSION
-        );
-        if message_type == TYPE_VERSION_QUERY {
-            return Ok((frame.node(), Self::VersionQuery));
-        }
-        if !known {
-            return Err(CanError::UnknownType);
-        }
-        let &payload = frame.full_payload().ok_or(CanError::WrongLength)?;
-        let [a, b, c, d, e, f, g, h] = payload;
-        let sequence = u16::from_le_bytes([a, b]);
-        let upper = [e, f, g, h];
-        let pair = [f32::from_le_bytes([a, b, c, d]), f32::from_le_bytes(upper)];
-        let words =
-            [sequence, u16::from_le_bytes([c, d]), u16::from_le_bytes([e, f]), u16::from_le_bytes([g, h])];
-        let message = match message_type {
-            TYPE_READING_START => {
-                let keyphasor = keyphasor(d)?;
-                Self::ReadingStart {
-                    sequence,
-                    valid_mask: c,
-                    keyphasor,
-                    speed_rpm: f32::from_le_bytes(upper),
-                }
-            }
-            TYPE_READING_END => Self::ReadingEnd { sequence, count: c, crc32: u32::from_le_bytes(upper) },
-            TYPE_STATUS => Self::Status { sequence, flags: c, suspect: suspect(d)?, streak: words[2] },
-            TYPE_UNBALANCE..TYPE_STATIC => {
-                Self::Unbalance { plane: message_type - TYPE_UNBALANCE, unbalance_g_mm: pair }
-            }
-            TYPE_STATIC => Self::Static(pair),
-            TYPE_DYNAMIC => Self::Dynamic(pair),
-            TYPE_RESIDUAL => Self::Residual { e_um: pair[0], ratio: pair[1] },
-            TYPE_RESULT_END => Self::ResultEnd { sequence, count: c, crc32: u32::from_le_bytes(upper) },
-            TYPE_HEARTBEAT => {
-                let [_, readings, lost, rejected] = words;
-                Self::Heartbeat { version: a, state: state(b)?, readings, lost, rejected }
-            }
-            TYPE_COUNTERS => {
-                let [repeated, late, incomplete, stray] = words;
-                Self::Counters { repeated, late, incomplete, stray }
-            }
-            TYPE_DISCARDS => {
-                let [skipped, resynchronised, overflowed, unsolved] = words;
-                Self::Discards { skipped, resynchronised, overflowed, unsolved }
-            }
-            TYPE_COMMANDS => {
-                let [accepted, refused, forged, replayed] = words;
-                Self::Commands { accepted, refused, forged, replayed }
-            }
-            TYPE_TRANSFERS => {
-                let [broken, conflicts, ..] = words;
-                Self::Transfers { broken, conflicts, model_checksum: u32::from_le_bytes(upper) }
-            }
-            TYPE_VERSION => Self::Version { protocol: a, oldest: b, model_schema: c, shapes: d },
-            _ => {
-                let [cos_um, sin_um] = pair;
-                let probe = message_type.wrapping_sub(TYPE_VECTOR);
-                Self::ProbeVector { probe, vector: ProbeVector { cos_um, sin_um } }
-            }
-        };
-        Ok((frame.node(), message))
-    }
-}
-
-fn suspect(byte: u8) -> Result<Option<Bearing>, CanError> {
-    match byte {
-        0 => Ok(None),
-        1 => Ok(Some(Bearing::One)),
-        2 => Ok(Some(Bearing::Two)),
-        _ => Err(CanError::BadValue),
-    }
-}
-
-fn keyphasor(byte: u8) -> Result<Keyphasor, CanError> {
-    match byte {
-        0 => Ok(Keyphasor::NotStated),
-        1 => Ok(Keyphasor::Locked),
-        2 => Ok(Keyphasor::Missing),
-        3 => Ok(Keyphasor::Unsteady),
-        _ => Err(CanError::BadValue),
-    }
-}
-
-fn state(byte: u8) -> Result<NodeState, CanError> {
-    match byte {
-        0 => Ok(NodeState::Waiting),
-        1 => Ok(NodeState::Tracking),
-        2 => Ok(NodeState::Suspicious),
-        3 => Ok(NodeState::Flagged),
-        4 => Ok(NodeState::Conflict),
-        5 => Ok(NodeState::Listening),
-        _ => Err(CanError::BadValue),
-    }
-}
-
-fn head(sequence: u16, third: u8, fourth: u8) -> [u8; 4] {
-    let [a, b] = sequence.to_le_bytes();
-    [a, b, third, fourth]
-}
-
-fn join([a, b, c, d]: [u8; 4], [e, f, g, h]: [u8; 4]) -> [u8; 8] {
-    [a, b, c, d, e, f, g, h]
-}
-
-fn two_f32([first, second]: [f32; 2]) -> [u8; 8] {
-    join(first.to_le_bytes(), second.to_le_bytes())
-}
-
-fn four_u16(words: [u16; 4]) -> [u8; 8] {
-    let [[a, b], [c, d], [e, f], [g, h]] = words.map(u16::to_le_bytes);
-    [a, b, c, d, e, f, g, h]
 }

@@ -3,19 +3,55 @@ use std::vec::Vec;
 use embedded_can::{ExtendedId, Frame as _, Id, StandardId};
 
 use super::*;
-use crate::reading::{ProbeVector, Reading, probe_vectors};
-use crate::residual::Bearing;
+use crate::model::MAX_PLANES;
+use crate::reading::{ProbeVector, Reading};
+use crate::state::{NodeState, Reason, Status};
 
 const TIMEOUT_US: u64 = 200_000;
 const NODE: u8 = 5;
+/// Frames of [`reading`].
+const READING_FRAMES: usize = 6;
 
+/// Four probes, no gap voltages.
 fn reading(number: u16) -> Reading {
-    let first = f32::from(number);
-    Reading { speed_rpm: 9000.0, probes: probe_vectors(&[first, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) }
+    probes(number, 4)
+}
+
+fn probes(number: u16, count: usize) -> Reading {
+    let vector = |probe: usize| {
+        let cos_um = f32::from(number) + probe as f32;
+        ProbeVector { cos_um, sin_um: 1.0 - 2.0 * cos_um }
+    };
+    Reading::new(9000.0, &core::array::from_fn::<_, 8, _>(vector)[..count]).unwrap()
 }
 
 fn frames(sequence: u16) -> Vec<Frame> {
-    reading_frames(NODE, &NumberedReading::new(sequence, reading(sequence))).into_iter().collect()
+    numbered_frames(sequence, reading(sequence))
+}
+
+fn numbered_frames(sequence: u16, reading: Reading) -> Vec<Frame> {
+    reading_frames(NODE, &NumberedReading { sequence, keyphasor: Keyphasor::NotStated, reading })
+        .into_iter()
+        .collect()
+}
+
+/// What an assembler makes of these frames alone.
+fn assembled(frames: &[Frame]) -> (Option<Reading>, Counters) {
+    let mut assembler = Assembler::new();
+    let whole: Vec<_> = frames.iter().filter_map(|frame| assembler.receive(TIMEOUT_US, 0, frame)).collect();
+    assert!(whole.len() < 2);
+    (whole.first().map(|numbered| numbered.reading), *assembler.counters())
+}
+
+/// Equal, with NaN equal to NaN.
+fn same(a: &Reading, b: &Reading) -> bool {
+    let bits = |reading: &Reading| {
+        let probes: Vec<_> =
+            reading.probes().iter().map(|p| [p.cos_um, p.sin_um].map(f32::to_bits)).collect();
+        let gaps: Vec<_> = reading.gaps_v().iter().map(|gap_v| gap_v.to_bits()).collect();
+        (reading.speed_rpm.to_bits(), probes, gaps)
+    };
+    bits(a) == bits(b)
 }
 
 /// Sequence numbers of the readings that came out whole, and what was counted.
@@ -24,7 +60,7 @@ fn feed(frames: impl IntoIterator<Item = Frame>) -> (Vec<u16>, Counters) {
     let mut whole = Vec::new();
     for frame in frames {
         if let Some(assembled) = assembler.receive(TIMEOUT_US, 0, &frame) {
-            assert_eq!(assembled.reading, reading(assembled.sequence));
+            assert!(same(&assembled.reading, &reading(assembled.sequence)));
             whole.push(assembled.sequence);
         }
     }
@@ -38,41 +74,46 @@ fn without(mut frames: Vec<Frame>, place: usize) -> Vec<Frame> {
 
 fn every_message() -> Vec<Message> {
     let mut messages = std::vec![
-        Message::ReadingEnd { sequence: 7, count: 4, crc32: 0x1234_5678 },
-        Message::Status { sequence: 9, flags: 15, suspect: Some(Bearing::Two), streak: 300 },
-        Message::Status { sequence: 9, flags: 0, suspect: None, streak: 0 },
-        Message::Unbalance { plane: 0, unbalance_g_mm: [1.5, -2.5] },
-        Message::Unbalance { plane: 1, unbalance_g_mm: [1.5, -2.5] },
+        Message::ReadingEnd { sequence: 7, frames: 4, crc32: 0x1234_5678 },
         Message::Static([3.0, 4.0]),
         Message::Dynamic([5.0, 6.0]),
         Message::Residual { e_um: 7.0, ratio: 0.125 },
-        Message::ResultEnd { sequence: 7, count: 6, crc32: 0x8765_4321 },
-        Message::Counters { repeated: 1, late: 2, incomplete: 3, stray: 4 },
-        Message::Discards { skipped: 5, resynchronised: 6, overflowed: 7, unsolved: 8 },
-    ];
-    messages.extend([
-        Message::Commands { accepted: 1, refused: 2, forged: 3, replayed: 4 },
-        Message::Transfers { broken: 5, conflicts: 6, model_checksum: 0x89ab_cdef },
-        Message::Version { protocol: 2, oldest: 1, model_schema: 1, shapes: 6 },
+        Message::Limits { floor_um: 8.0, level_um: 9.5 },
+        Message::ResultEnd { sequence: 7, frames: 6, crc32: 0x8765_4321 },
+        Message::Model { checksum: 0x89ab_cdef, probes: 8, planes: 4 },
+        Message::Version { protocol: 3, oldest: 3, model_schema: 2, shapes: 6, probes: 4, planes: 2 },
         Message::VersionQuery,
-    ]);
-    for keyphasor in [Keyphasor::NotStated, Keyphasor::Locked, Keyphasor::Missing, Keyphasor::Unsteady] {
-        let (sequence, valid_mask, speed_rpm) = (0xabcd, 13, 11_000.5);
-        messages.push(Message::ReadingStart { sequence, valid_mask, keyphasor, speed_rpm });
-    }
-    let states = [
-        NodeState::Waiting,
-        NodeState::Tracking,
-        NodeState::Suspicious,
-        NodeState::Flagged,
-        NodeState::Conflict,
-        NodeState::Listening,
     ];
-    for state in states {
-        messages.push(Message::Heartbeat { version: 1, state, readings: 65_535, lost: 1, rejected: 2 });
+    for keyphasor in Keyphasor::ALL {
+        let (sequence, valid_mask, speed_rpm) = (0xabcd, 13, 11_000.5);
+        messages.push(Message::ReadingStart { sequence, valid_mask, keyphasor, probes: 8, speed_rpm });
     }
-    for probe in 0..4 {
+    for probe in 0..8 {
         messages.push(Message::ProbeVector { probe, vector: ProbeVector { cos_um: 1.0, sin_um: -1.0 } });
+    }
+    for group in 0..2 {
+        messages.push(Message::Gaps { group, gaps_mv: [-9000, i16::MAX, GAP_NOT_STATED_MV, 0] });
+    }
+    for suspect in [None, Some(0), Some(14)] {
+        let (sequence, flags, redundancy, streak) = (9, 63, 15, 300);
+        let (used_mask, reason) = (0b1011_0111, Reason::Jump);
+        messages.push(Message::Status { sequence, flags, suspect, redundancy, streak, used_mask, reason });
+    }
+    for plane in 0..4 {
+        messages.push(Message::Unbalance { plane, unbalance_g_mm: [1.5, -2.5] });
+    }
+    for state in NodeState::ALL {
+        let (reason, missing_mask, readings) = (Reason::Probes, 0x81, u32::MAX);
+        messages.push(Message::Heartbeat { version: 3, state, reason, missing_mask, readings });
+    }
+    for cause in Reason::ALL {
+        let (state, reason, missing_mask, age_s) = (NodeState::Flagged, Reason::Age, 3, f32::INFINITY);
+        for suspect in [None, Some(0), Some(6)] {
+            messages.push(Message::State(Status { state, reason, missing_mask, cause, suspect, age_s }));
+        }
+    }
+    for pair in 0..COUNTER_PAIRS as u8 {
+        messages.push(Message::Counters { pair, values: [1, u32::MAX] });
     }
     messages
 }
@@ -89,17 +130,20 @@ fn bytes_of_a_start_are_the_documented_ones() {
     let frame = Message::ReadingStart {
         sequence: 0x0102,
         valid_mask: 15,
-        keyphasor: Keyphasor::NotStated,
+        keyphasor: Keyphasor::Missing,
+        probes: 4,
         speed_rpm: 1.0,
     }
     .encode(3);
     assert_eq!(frame.raw_id(), 8 * 32 + 3);
-    assert_eq!(frame.bytes(), [0x02, 0x01, 15, 0, 0, 0, 0x80, 0x3f]);
+    assert_eq!(frame.bytes(), [0x02, 0x01, 15, 0x42, 0, 0, 0x80, 0x3f]);
 }
 
 #[test]
 fn identifiers_rise_in_the_order_of_sending_and_type_goes_before_node() {
-    let ids: Vec<u16> = frames(1).iter().map(Frame::raw_id).collect();
+    let gaps = probes(1, 8).with_gaps_v(&[-9.0; 8]);
+    let ids: Vec<u16> = numbered_frames(1, gaps).iter().map(Frame::raw_id).collect();
+    assert_eq!(ids.len(), MAX_READING_FRAMES);
     assert!(ids.windows(2).all(|pair| pair[0] < pair[1]));
     assert!(frame_id(8, MAX_NODE) < frame_id(9, 0));
 }
@@ -107,12 +151,20 @@ fn identifiers_rise_in_the_order_of_sending_and_type_goes_before_node() {
 #[test]
 fn unknown_short_and_impossible_frames_are_refused() {
     let frame = |message_type, bytes: &[u8]| Frame::standard(frame_id(message_type, NODE), bytes).unwrap();
-    for message_type in (0..8).chain(14..16).chain(23..32).chain(37..62) {
+    for message_type in (0..8).chain(30..32).chain(45..48).chain(50..62) {
         assert_eq!(Message::decode(&frame(message_type, &[0; 8])), Err(CanError::UnknownType));
     }
     assert_eq!(Message::decode(&frame(8, &[0; 7])), Err(CanError::WrongLength));
-    assert_eq!(Message::decode(&frame(16, &[0, 0, 0, 3, 0, 0, 0, 0])), Err(CanError::BadValue));
-    assert_eq!(Message::decode(&frame(32, &[1, 6, 0, 0, 0, 0, 0, 0])), Err(CanError::BadValue));
+    for (message_type, bytes) in [
+        (TYPE_READING_START, [0, 0, 0, 0x44, 0, 0, 0, 0]),
+        (TYPE_STATUS, [0, 0, 0, 0, 0, 0, 0, 23]),
+        (TYPE_HEARTBEAT, [3, 10, 0, 0, 0, 0, 0, 0]),
+        (TYPE_HEARTBEAT, [3, 0, 23, 0, 0, 0, 0, 0]),
+        (TYPE_STATE, [10, 0, 0, 0, 0, 0, 0, 0]),
+        (TYPE_STATE, [0, 0, 0, 23, 0, 0, 0, 0]),
+    ] {
+        assert_eq!(Message::decode(&frame(message_type, &bytes)), Err(CanError::BadValue), "{bytes:?}");
+    }
 }
 
 #[test]
@@ -150,7 +202,7 @@ fn any_one_frame_lost_loses_its_reading_and_no_other() {
         let stray = if place == 0 { 5 } else { 0 };
         assert_eq!(
             (counters.incomplete, counters.stray),
-            (u16::from(place != 0), stray),
+            (u32::from(place != 0), stray),
             "frame {place} lost"
         );
     }
@@ -229,14 +281,70 @@ fn a_reading_open_too_long_is_dropped_and_its_rest_is_stray() {
 #[test]
 fn a_lost_probe_arrives_as_lost_by_its_mask_or_as_not_a_number() {
     let mut lost = reading(1);
-    lost.probes[2] = ProbeVector::LOST;
-    let mut assembler = Assembler::new();
-    let mut whole = None;
-    for frame in reading_frames(NODE, &NumberedReading::new(1, lost)) {
-        whole = whole.or(assembler.receive(TIMEOUT_US, 0, &frame));
+    lost.lose(0b0100);
+    let (whole, _) = assembled(&numbered_frames(1, lost));
+    assert_eq!(whole.unwrap().valid_mask(), 0b1011);
+    assert_eq!(whole.unwrap().probes()[3], lost.probes()[3]);
+    let (sequence, keyphasor, speed_rpm) = (1, Keyphasor::Locked, 9000.0);
+    let start = Message::ReadingStart { sequence, valid_mask: 0b01, keyphasor, probes: 2, speed_rpm };
+    let vector = ProbeVector { cos_um: 1.0, sin_um: 2.0 };
+    let mut sent: Vec<_> = core::iter::once(start)
+        .chain((0..2).map(|probe| Message::ProbeVector { probe, vector }))
+        .map(|message| message.encode(NODE))
+        .collect();
+    let crc32 = crc32(sent.iter().filter_map(Frame::full_payload));
+    sent.push(Message::ReadingEnd { sequence, frames: 3, crc32 }.encode(NODE));
+    assert_eq!(assembled(&sent).0.unwrap().valid_mask(), 0b01, "a value that the mask does not vouch for");
+}
+
+#[test]
+fn readings_of_one_to_eight_probes_arrive_as_sent_and_lack_of_any_frame_is_noticed() {
+    for count in 1..=8 {
+        let sent = numbered_frames(1, probes(1, count));
+        assert_eq!(sent.len(), count + 2);
+        let (whole, counters) = assembled(&sent);
+        assert!(same(&whole.unwrap(), &probes(1, count)), "{count} probes");
+        assert_eq!(counters, Counters::default());
+        for place in 0..sent.len() {
+            assert_eq!(assembled(&without(sent.clone(), place)).0, None, "{count} probes, frame {place}");
+        }
     }
-    let probes = whole.unwrap().reading.probes;
-    assert!(!probes[2].is_finite() && probes[3] == lost.probes[3]);
+}
+
+#[test]
+fn gap_voltages_arrive_within_half_a_millivolt_and_only_their_groups_are_sent() {
+    let stated = [f32::NAN, -9.8765, f32::NAN, f32::NAN, f32::NAN, f32::NAN, f32::NAN, -40.0];
+    for (gaps_v, groups) in [(&stated[..4], 1), (&stated[4..8], 1), (&stated[..], 2)] {
+        let reading = probes(1, 8).with_gaps_v(gaps_v);
+        let sent = numbered_frames(1, reading);
+        assert_eq!(sent.len(), 10 + groups);
+        let (whole, _) = assembled(&sent);
+        for (got, want) in whole.unwrap().gaps_v().iter().zip(reading.gaps_v()) {
+            let want = if *want < -32.767 { -32.767 } else { *want };
+            assert!((got - want).abs() <= 0.000_51 || (got.is_nan() && want.is_nan()), "{got} {want}");
+        }
+        for place in 0..sent.len() {
+            assert_eq!(assembled(&without(sent.clone(), place)).0, None, "frame {place}");
+        }
+    }
+    let unstated = probes(1, 3).with_gaps_v(&[f32::INFINITY; 3]);
+    assert_eq!(numbered_frames(1, unstated).len(), 5);
+}
+
+#[test]
+fn a_start_that_names_no_possible_number_of_probes_and_a_vector_too_many_are_rejected() {
+    for probes in [0, 1, 3, 9, 15] {
+        let (sequence, keyphasor, speed_rpm) = (1, Keyphasor::Locked, 9000.0);
+        let start = Message::ReadingStart { sequence, valid_mask: 0xff, keyphasor, probes, speed_rpm };
+        let vector = ProbeVector { cos_um: 1.0, sin_um: 2.0 };
+        let vectors = (0..2).map(|probe| Message::ProbeVector { probe, vector });
+        let mut sent: Vec<_> =
+            core::iter::once(start).chain(vectors).map(|message| message.encode(NODE)).collect();
+        let crc32 = crc32(sent.iter().filter_map(Frame::full_payload));
+        sent.push(Message::ReadingEnd { sequence, frames: 3, crc32 }.encode(NODE));
+        let (whole, counters) = assembled(&sent);
+        assert_eq!((whole.is_none(), counters.rejected), (true, 1), "{probes} probes");
+    }
 }
 
 #[test]
@@ -245,32 +353,54 @@ fn checksum_is_that_of_zlib() {
     assert_eq!(crc32([*b"12345678"].iter()), 0x9ae0_daaf);
 }
 
-fn result(sequence: u16) -> MonitorResult {
+fn result(sequence: u16, planes: usize) -> MonitorResult {
+    let mut unbalance_g_mm = [[0.0; 2]; MAX_PLANES];
+    for (place, plane) in unbalance_g_mm.iter_mut().take(planes).enumerate() {
+        *plane = [1.0 + place as f32, -2.0];
+    }
     MonitorResult {
         sequence,
-        flags: FLAG_FLAGGED | FLAG_AT_BOUND_2,
-        suspect: Some(Bearing::One),
+        flags: FLAG_FLAGGED | flag_at_bound(1),
+        suspect: Some(1),
+        redundancy: 4,
         streak: 4,
-        unbalance_g_mm: [[1.0, 2.0], [3.0, 4.0]],
+        used_mask: 0b1110,
+        reason: Reason::Rise,
+        planes: planes as u8,
+        unbalance_g_mm,
         static_g_mm: [4.0, 6.0],
         dynamic_g_mm: [-1.0, -1.0],
         e_um: 12.0,
         ratio: 0.25,
+        floor_um: 3.0,
+        level_um: 5.0,
     }
 }
 
 #[test]
-fn a_result_comes_back_from_its_frames_and_not_from_fewer() {
-    let mut assembler = ResultAssembler::new();
-    let sent = result_frames(NODE, &result(8));
-    let got: Vec<_> = sent.iter().filter_map(|frame| assembler.receive(frame)).collect();
-    assert_eq!(got, [result(8)]);
-    for place in 0..RESULT_FRAMES {
+fn a_result_of_any_number_of_planes_comes_back_from_its_frames_and_not_from_fewer() {
+    for planes in 1..=MAX_PLANES {
         let mut assembler = ResultAssembler::new();
-        let cut = without(sent.iter().copied().collect(), place);
-        let next = result_frames(NODE, &result(9));
-        let got: Vec<_> = cut.iter().chain(&next).filter_map(|frame| assembler.receive(frame)).collect();
-        assert_eq!(got, [result(9)], "frame {place} lost");
-        assert_eq!(assembler.damaged(), u16::from(place != 0));
+        let sent = result_frames(NODE, &result(8, planes));
+        assert_eq!(sent.len(), planes + 6);
+        let got: Vec<_> = sent.iter().filter_map(|frame| assembler.receive(frame)).collect();
+        assert_eq!(got, [result(8, planes)]);
+        for place in 0..sent.len() {
+            let mut assembler = ResultAssembler::new();
+            let cut = without(sent.iter().copied().collect(), place);
+            let next = result_frames(NODE, &result(9, planes));
+            let got: Vec<_> = cut.iter().chain(&next).filter_map(|frame| assembler.receive(frame)).collect();
+            assert_eq!(got, [result(9, planes)], "frame {place} of {planes} planes lost");
+            assert_eq!(assembler.damaged(), u16::from(place != 0));
+        }
     }
+}
+
+#[test]
+fn a_result_whose_plane_was_swapped_for_another_is_damaged() {
+    let mut sent: Vec<_> = result_frames(NODE, &result(8, 2)).into_iter().collect();
+    sent[2] = Message::Unbalance { plane: 3, unbalance_g_mm: [2.0, -2.0] }.encode(NODE);
+    let mut assembler = ResultAssembler::new();
+    assert!(sent.iter().all(|frame| assembler.receive(frame).is_none()));
+    assert_eq!(assembler.damaged(), 1);
 }

@@ -1,136 +1,88 @@
-//! Deployment as a node sees it.
+//! Commands as a node sees them.
 
-use std::vec::Vec;
-
-use super::tests::{config, reading, results, send};
+use super::testing::*;
 use super::*;
-use crate::can::frame_id;
-use crate::can::isotp::{IsoTp, Progress, TIMEOUT_US};
-use crate::can::{TYPE_STATUS, TYPE_TO_HOST};
-use crate::command::{ANSWER_BYTES, Answer, Command, KEY_BYTES, Outcome, write_request};
+use crate::can::isotp::TIMEOUT_US;
+use crate::command::{Command, Detail, Key, MAX_COUNTER_STEP, Outcome};
+use crate::judge::Latched;
 use crate::model::tests::rigid_rotor;
 
-const NODE: u8 = 4;
-const KEY: Key = Key([9; KEY_BYTES]);
-
-type Host = IsoTp<ANSWER_BYTES, MAX_REQUEST_BYTES>;
-
-fn node() -> Node<2> {
-    Node::new(NodeConfig { key: Some(KEY), ..config() }, rigid_rotor()).unwrap()
-}
-
-fn better() -> Model<2> {
+fn better() -> TestModel {
     let mut better = rigid_rotor();
     better.supports[0].mass_kg = 2.0;
     better
 }
 
-fn deploy(model: &Model<2>, key: Key, counter: u64) -> Vec<u8> {
-    let (mut body, mut request) = ([0; 1024], [0; MAX_REQUEST_BYTES]);
-    let length = model.encode(&mut body).unwrap();
-    let length = write_request(&mut request, &key, NODE, Command::Deploy, counter, &body[..length]).unwrap();
-    request[..length].to_vec()
+fn outcome(node: &mut TestNode, request: &[u8]) -> Outcome {
+    answer(node, &mut Store::default(), 0, request).outcome
 }
 
-/// Sends a request, stores what the node wants stored; `lost` decides which frame towards or from the node is dropped.
-fn transfer(
-    node: &mut Node<2>,
-    time_us: u64,
-    request: &[u8],
-    store: impl Fn(Save<'_>) -> bool,
-    lost: impl Fn(usize) -> bool,
-) -> (usize, Option<(Answer, bool)>) {
-    let mut host = Host::new();
-    host.send(time_us, request).unwrap();
-    let (mut frames, mut answer) = (0, None);
-    let mut arrives = || {
-        frames += 1;
-        !lost(frames - 1)
-    };
-    loop {
-        let mut quiet = true;
-        while let Some(payload) = host.poll(time_us) {
-            quiet = false;
-            if arrives() {
-                let id = frame_id(TYPE_TO_NODE, NODE);
-                node.receive(time_us, &Frame::standard(id, &payload).unwrap());
-            }
-        }
-        if let Some(save) = node.to_save() {
-            let stored = store(save);
-            node.saved(time_us, stored);
-        }
-        while let Some(frame) = node.transmit() {
-            quiet = false;
-            if frame.message_type() == TYPE_TO_HOST
-                && arrives()
-                && host.receive(time_us, frame.bytes()) == Progress::Complete
-            {
-                answer = Answer::decode(host.message(), request, &KEY);
-            }
-        }
-        if quiet {
-            return (frames, answer);
-        }
-    }
-}
-
-fn outcome(node: &mut Node<2>, request: &[u8]) -> (Outcome, bool) {
-    let (_, answer) = transfer(node, 0, request, |_| true, |_| false);
-    answer.map(|(answer, confirmed)| (answer.outcome, confirmed)).unwrap()
+/// A node whose flag is up, and what it stored.
+fn flagged() -> (TestNode, Store, u64) {
+    let (mut node, mut store) = (node(), Store::with(&rigid_rotor()));
+    let time_us = run(&mut node, &mut store, 0, 62.0, |_| reading(1.0));
+    let time_us = run(&mut node, &mut store, time_us, 15.0, |_| shown(&worn(0.5), SPEED_RPM, 1.0));
+    assert_eq!(node.status(time_us).state, NodeState::Flagged);
+    (node, store, time_us)
 }
 
 #[test]
 fn a_deployed_model_is_stored_then_used_then_confirmed() {
-    let mut node = node();
-    let request = deploy(&better(), KEY, 5);
-    let store = |save: Save<'_>| {
-        assert_eq!(save.counter, 5);
-        assert_eq!(Model::<2>::decode(save.model.unwrap()).unwrap(), better());
-        true
-    };
-    let (_, answer) = transfer(&mut node, 0, &request, store, |_| false);
-    let (answer, confirmed) = answer.unwrap();
-    assert!(confirmed);
+    let (mut node, mut store) = (node(), Store::default());
+    let answer = answer(&mut node, &mut store, 0, &deploy(&better(), 5));
     assert_eq!((answer.outcome, answer.counter), (Outcome::Accepted, 5));
     assert_eq!(answer.model_checksum, better().checksum());
-    assert_eq!((node.model(), node.command_counter(), node.counters().accepted), (&better(), 5, 1));
-}
-
-#[test]
-fn checksum_is_the_one_at_the_end_of_the_encoded_model() {
-    let mut bytes = [0; 1024];
-    let length = better().encode(&mut bytes).unwrap();
-    assert_eq!(better().checksum().to_le_bytes(), bytes[length - 4..length]);
+    assert_eq!((node.model(), node.command_counter()), (Some(&better()), 5));
+    assert_eq!((store.counter, store.model), (5, Some(encoded(&better()))));
+    assert_eq!(node.counters().accepted, 1);
 }
 
 #[test]
 fn until_it_is_stored_the_old_model_stays_and_readings_go_on() {
     let mut node = node();
-    let before = node.clone();
-    let request = deploy(&better(), KEY, 5);
-    let (_, answer) = transfer(&mut node, 0, &request, |_| false, |_| false);
-    assert_eq!(answer.unwrap().0.outcome, Outcome::Storage);
-    assert_eq!((node.model(), node.command_counter()), (before.model(), 0));
-    send(&mut node, NODE, 1, &reading(1.0));
+    let mut broken = Store { fails: true, ..Store::default() };
+    let answer = answer(&mut node, &mut broken, 0, &deploy(&better(), 5));
+    assert_eq!((answer.outcome, answer.counter), (Outcome::Storage, 0));
+    assert_eq!((node.model(), node.command_counter()), (Some(&rigid_rotor()), 0));
+    send(&mut node, 0, 1, &reading(1.0));
     assert_eq!(results(&mut node).len(), 1);
 }
 
 #[test]
 fn forged_replayed_and_keyless_commands_are_refused_and_counted() {
     let mut node = node();
-    let good = deploy(&better(), KEY, 5);
-    assert_eq!(outcome(&mut node, &deploy(&better(), Key([8; 32]), 6)), (Outcome::Forged, true));
-    assert_eq!(node.model(), &rigid_rotor());
-    assert_eq!(outcome(&mut node, &good), (Outcome::Accepted, true));
-    assert_eq!(outcome(&mut node, &good), (Outcome::Replayed, true));
+    let good = deploy(&better(), 5);
+    let forged = signed(Key([8; 32]), Command::Deploy, 6, &encoded(&better()));
+    assert_eq!(outcome(&mut node, &forged), Outcome::Forged);
+    assert_eq!(node.model(), Some(&rigid_rotor()));
+    assert_eq!(outcome(&mut node, &good), Outcome::Accepted);
+    assert_eq!(outcome(&mut node, &good), Outcome::Replayed);
     let mut restarted = self::node();
     restarted.restore_counter(5);
-    assert_eq!(outcome(&mut restarted, &good), (Outcome::Replayed, true), "a restart changes nothing");
-    let mut keyless = Node::new(config(), rigid_rotor()).unwrap();
-    assert_eq!(outcome(&mut keyless, &good), (Outcome::NoKey, false));
+    assert_eq!(outcome(&mut restarted, &good), Outcome::Replayed, "a restart changes nothing");
+    let mut keyless = TestNode::new(NodeConfig { key: None, ..config() }).unwrap();
+    let (answer, confirmed) = transfer(&mut keyless, &mut Store::default(), 0, &good, |_| false).1.unwrap();
+    assert_eq!((answer.outcome, confirmed), (Outcome::NoKey, false));
     let c = node.counters();
     assert_eq!((c.accepted, c.forged, c.replayed, keyless.counters().refused), (1, 1, 1, 1));
+}
+
+#[test]
+fn a_counter_at_the_end_of_all_numbers_is_refused_and_locks_nothing() {
+    let mut node = node();
+    assert_eq!(outcome(&mut node, &deploy(&better(), u64::MAX)), Outcome::Counter);
+    assert_eq!(outcome(&mut node, &deploy(&better(), MAX_COUNTER_STEP + 1)), Outcome::Counter);
+    assert_eq!((node.command_counter(), node.counters().replayed), (0, 2));
+    assert_eq!(outcome(&mut node, &deploy(&better(), 1)), Outcome::Accepted);
+}
+
+#[test]
+fn the_answer_to_a_forged_request_does_not_tell_the_counter() {
+    let mut node = node();
+    node.restore_counter(77);
+    let forged = signed(Key([8; 32]), Command::Restart, 78, &[]);
+    let answer = answer(&mut node, &mut Store::default(), 0, &forged);
+    assert_eq!((answer.outcome, answer.counter), (Outcome::Forged, 0));
 }
 
 #[test]
@@ -138,104 +90,185 @@ fn a_model_that_cannot_run_is_refused_with_its_reason() {
     let mut node = node();
     let mut bad = better();
     bad.supports.truncate(1);
-    let (_, answer) =
-        transfer(&mut node, 0, &deploy(&bad, KEY, 5), |_| panic!("not to be stored"), |_| false);
-    let answer = answer.unwrap().0;
-    assert_eq!((answer.outcome, answer.model_error), (Outcome::Model, Some(ModelError::Supports)));
-    assert_eq!((node.model(), node.command_counter()), (&rigid_rotor(), 0));
+    let mut store = Store::default();
+    let answer = answer(&mut node, &mut store, 0, &deploy(&bad, 5));
+    let detail = Detail::Model { error: ModelError::Supports, asked: 0, held: 0 };
+    assert_eq!((answer.outcome, answer.detail), (Outcome::Model, detail));
+    assert_eq!((node.model(), node.command_counter(), store.savings), (Some(&rigid_rotor()), 0, 0));
+}
+
+#[test]
+fn a_model_larger_than_the_firmware_is_refused_with_both_numbers() {
+    let (mut node, mut store) = (node(), Store::default());
+    let small = rigid_rotor();
+    let mut large = Model::<2, 8, 4> {
+        stiffness: small.stiffness,
+        mass: small.mass,
+        polar_inertia: small.polar_inertia,
+        internal_damping_s: small.internal_damping_s,
+        planes: small.planes.iter().copied().collect(),
+        supports: small.supports.clone(),
+        knots: small.knots.clone(),
+        forcings: small.forcings.clone(),
+        probes: small.probes.iter().chain(&small.probes[..1]).cloned().collect(),
+        initial_unbalance_g_mm: small.initial_unbalance_g_mm.iter().copied().collect(),
+        unbalance_floor_g_mm: small.unbalance_floor_g_mm,
+        noise: small.noise,
+        speed_range_rpm: small.speed_range_rpm,
+    };
+    let probes = answer(&mut node, &mut store, 0, &request(Command::Deploy, 1, &encoded(&large)));
+    assert_eq!(probes.detail, Detail::Model { error: ModelError::Probes, asked: 5, held: 4 });
+    large.probes.truncate(4);
+    large.planes.push(small.planes[0]).unwrap();
+    large.initial_unbalance_g_mm.push([1.0, 2.0]).unwrap();
+    let planes = answer(&mut node, &mut store, 0, &request(Command::Deploy, 1, &encoded(&large)));
+    assert_eq!(planes.detail, Detail::Model { error: ModelError::Planes, asked: 3, held: 2 });
+    assert_eq!((node.model(), node.counters().refused, store.savings), (Some(&rigid_rotor()), 2, 0));
 }
 
 #[test]
 fn a_deployment_cut_at_any_frame_leaves_the_old_model_or_the_new_one_and_the_next_succeeds() {
-    let request = deploy(&better(), KEY, 5);
-    let whole = transfer(&mut node(), 0, &request, |_| true, |_| false).0;
+    let request = deploy(&better(), 5);
+    let whole = transfer(&mut node(), &mut Store::default(), 0, &request, |_| false).0;
     let request_frames = 2 + (request.len() - 6).div_ceil(7);
     let mut cut = 0;
     for lost in 0..whole {
         let mut node = node();
         // everything from that frame on is lost
-        let (_, answer) = transfer(&mut node, 0, &request, |_| true, |frame| frame >= lost);
-        assert_eq!(answer, None, "cut at frame {lost}");
+        let (_, answered) = transfer(&mut node, &mut Store::default(), 0, &request, |frame| frame >= lost);
+        assert_eq!(answered, None, "cut at frame {lost}");
         let arrived = node.counters().accepted == 1;
-        assert_eq!(*node.model(), if arrived { better() } else { rigid_rotor() });
+        assert_eq!(node.model(), Some(&if arrived { better() } else { rigid_rotor() }));
         let later = 2 * TIMEOUT_US;
         node.poll(later);
         assert!(arrived || lost == 0 || node.counters().broken == 1, "cut at frame {lost} is reported");
         cut += usize::from(!arrived);
-        while node.transmit().is_some() {}
-        let again = deploy(&better(), KEY, 6);
-        let (_, answer) = transfer(&mut node, later, &again, |_| true, |_| false);
-        assert_eq!(answer.unwrap().0.outcome, Outcome::Accepted);
+        sent(&mut node);
+        assert_eq!(outcome_at(&mut node, later, &deploy(&better(), 6)), Outcome::Accepted);
     }
     assert!(cut >= request_frames - 1, "{cut} cuts before the end of {request_frames} frames");
 }
 
-#[test]
-fn beginning_a_new_record_is_a_command_too() {
-    let mut node = node();
-    send(&mut node, NODE, 1, &reading(1.15));
-    results(&mut node);
-    let mut request = [0; 64];
-    let length = write_request(&mut request, &KEY, NODE, Command::Restart, 1, &[]).unwrap();
-    let store = |save: Save<'_>| save.model.is_none() && save.counter == 1;
-    let (_, answer) = transfer(&mut node, 0, &request[..length], store, |_| false);
-    assert_eq!(answer.unwrap().0.outcome, Outcome::Accepted);
-    assert_eq!(node.tracker.last_g_mm(), rigid_rotor().initial_unbalance_g_mm);
+fn outcome_at(node: &mut TestNode, time_us: u64, request: &[u8]) -> Outcome {
+    answer(node, &mut Store::default(), time_us, request).outcome
 }
 
 #[test]
-fn a_node_that_hears_its_own_number_falls_silent_says_so_and_recovers() {
-    let mut node = node();
-    node.poll(0);
-    while node.transmit().is_some() {}
-    let foreign = Frame::standard(frame_id(TYPE_STATUS, NODE), &[0; 8]).unwrap();
-    node.receive(10, &foreign);
-    assert_eq!((node.state(), node.counters().conflicts), (NodeState::Conflict, 1));
-    let warned = core::iter::from_fn(|| node.transmit()).filter_map(|frame| Message::decode(&frame).ok());
-    assert!(
-        warned.into_iter().any(|(_, m)| matches!(m, Message::Heartbeat { state: NodeState::Conflict, .. }))
-    );
-    send(&mut node, NODE, 1, &reading(1.0));
-    assert_eq!((results(&mut node).len(), node.counters().skipped), (0, 1));
-    node.poll(3_000_011);
-    send(&mut node, NODE, 2, &reading(1.0));
-    assert_eq!((results(&mut node).len(), node.state()), (1, NodeState::Tracking));
+fn beginning_a_new_record_is_a_command_too_and_does_not_lower_the_flag() {
+    let (mut node, mut store, time_us) = flagged();
+    let answer = answer(&mut node, &mut store, time_us, &request(Command::Restart, 1, &[]));
+    assert_eq!(answer.outcome, Outcome::Accepted);
+    assert_eq!(node.monitor.last_g_mm(), rigid_rotor().initial_unbalance_g_mm.as_slice());
+    assert_eq!(node.status(time_us).state, NodeState::Flagged);
+    assert_eq!(store.start().status(0).state, NodeState::Flagged);
 }
 
 #[test]
-fn a_node_listens_before_it_answers() {
-    let mut node = Node::new(NodeConfig::new(NODE), rigid_rotor()).unwrap();
-    let numbered = NumberedReading::new(1, reading(1.0));
-    let mut answers = |time_us, sequence| {
-        node.poll(time_us);
-        for frame in crate::can::reading_frames(NODE, &NumberedReading { sequence, ..numbered }) {
-            node.receive(time_us, &frame);
+fn an_acknowledgement_lowers_the_flag_in_storage_before_it_is_answered() {
+    let (mut node, mut store, time_us) = flagged();
+    let good = answer(&mut node, &mut store, time_us, &request(Command::Acknowledge, 7, &[]));
+    assert_eq!((good.outcome, good.counter, store.counter), (Outcome::Accepted, 7, 7));
+    assert_eq!(node.status(time_us).cause, Reason::None);
+    assert_eq!(store.start().status(0).cause, Reason::None);
+    // The fault is still there: it is flagged anew.
+    let later = run(&mut node, &mut store, time_us, 15.0, |_| shown(&worn(0.5), SPEED_RPM, 1.0));
+    assert_eq!(node.status(later).state, NodeState::Flagged);
+}
+
+#[test]
+fn an_acknowledgement_that_is_forged_or_cannot_be_stored_leaves_the_flag_up() {
+    let (mut node, mut store, time_us) = flagged();
+    let forged = signed(Key([8; 32]), Command::Acknowledge, 7, &[]);
+    assert_eq!(answer(&mut node, &mut store, time_us, &forged).outcome, Outcome::Forged);
+    let cause = node.status(time_us).cause;
+    assert_ne!(cause, Reason::None);
+    store.fails = true;
+    let failed = answer(&mut node, &mut store, time_us, &request(Command::Acknowledge, 7, &[]));
+    assert_eq!((failed.outcome, failed.counter), (Outcome::Storage, 0));
+    assert_eq!(node.status(time_us).cause, cause);
+    // The counter is stored and the memory is not: the flag stays up as well.
+    let request = request(Command::Acknowledge, 8, &[]);
+    let mut fails_later = store.clone();
+    fails_later.fails = false;
+    deliver(&mut node, time_us, &request);
+    fails_later.keep(&node.to_save().unwrap());
+    node.saved(time_us, true);
+    assert!(matches!(node.to_save(), Some(Save::Memory(_))));
+    node.saved(time_us, false);
+    assert_eq!((node.status(time_us).cause, node.command_counter()), (cause, 8));
+    assert_eq!(fails_later.start().status(0).cause, cause);
+}
+
+/// Hands a request to the node and stores nothing.
+fn deliver(node: &mut TestNode, time_us: u64, request: &[u8]) {
+    use crate::can::isotp::IsoTp;
+    use crate::can::{TYPE_TO_HOST, frame_id};
+    let mut host = IsoTp::<128, MAX_REQUEST_BYTES>::new();
+    host.send(time_us, request).unwrap();
+    while node.to_save().is_none_or(|save| matches!(save, Save::Memory(_))) {
+        while let Some(payload) = host.poll(time_us) {
+            node.receive(time_us, &Frame::standard(frame_id(TYPE_TO_NODE, NODE), &payload).unwrap());
         }
-        results(&mut node).len()
-    };
-    assert_eq!([answers(5_000, 1), answers(104_999, 2), answers(105_000, 3)], [0, 0, 1]);
-}
-
-#[test]
-fn version_is_told_to_who_asks_this_node_or_everybody() {
-    let mut node = node();
-    for (to, told) in [(NODE, true), (BROADCAST_NODE, true), (NODE + 1, false)] {
-        node.receive(0, &Message::VersionQuery.encode(to));
-        let answer = node.transmit().map(|frame| Message::decode(&frame).unwrap());
-        let version = Message::Version { protocol: 2, oldest: 1, model_schema: 1, shapes: 2 };
-        assert_eq!(answer, told.then_some((NODE, version)));
+        while let Some(frame) = node.transmit() {
+            if frame.message_type() == TYPE_TO_HOST {
+                host.receive(time_us, frame.bytes());
+            }
+        }
     }
 }
 
 #[test]
-fn a_reading_without_a_keyphasor_is_skipped() {
-    use crate::can::Keyphasor;
-    let mut node = node();
-    for (sequence, keyphasor) in (1..).zip([Keyphasor::Missing, Keyphasor::Unsteady, Keyphasor::Locked]) {
-        let numbered = NumberedReading { keyphasor, ..NumberedReading::new(sequence, reading(1.0)) };
-        for frame in crate::can::reading_frames(NODE, &numbered) {
-            node.receive(0, &frame);
-        }
-    }
-    assert_eq!((node.counters().skipped, results(&mut node).len()), (2, 1));
+fn a_new_model_lowers_the_flag_and_the_old_memory_does_not_raise_it_again() {
+    let (mut node, mut store, time_us) = flagged();
+    assert_eq!(answer(&mut node, &mut store, time_us, &deploy(&better(), 1)).outcome, Outcome::Accepted);
+    assert_eq!((node.status(time_us).state, node.status(time_us).cause), (NodeState::Waiting, Reason::None));
+    assert_eq!(store.start().status(0).cause, Reason::None);
+    // The power went between model and memory: the memory belongs to another model.
+    let (mut node, mut cut, time_us) = flagged();
+    deliver(&mut node, time_us, &deploy(&better(), 1));
+    cut.keep(&node.to_save().unwrap());
+    let started = cut.start();
+    assert_eq!((started.model(), started.status(0).cause), (Some(&better()), Reason::None));
+}
+
+#[test]
+fn thresholds_are_set_stored_and_told() {
+    let (mut node, mut store) = (node(), Store::with(&rigid_rotor()));
+    let told = answer(&mut node, &mut store, 0, &request(Command::GetThresholds, 1, &[]));
+    assert_eq!((told.outcome, told.thresholds), (Outcome::Accepted, Some(Thresholds::DEFAULT)));
+    assert_eq!((store.savings, node.command_counter()), (0, 0), "asking changes nothing");
+    let other = Thresholds { age_limit_s: 33.0, persistence_readings: 5, ..Thresholds::DEFAULT };
+    let set = answer(&mut node, &mut store, 0, &request(Command::SetThresholds, 2, &other.encode()));
+    assert_eq!((set.outcome, set.thresholds), (Outcome::Accepted, None));
+    assert_eq!((node.thresholds(), store.start().thresholds(), store.counter), (&other, &other, 2));
+    assert_eq!(store.start().model(), Some(&rigid_rotor()));
+    let wrong = Thresholds { growth: 0.5, ..other };
+    let refused = answer(&mut node, &mut store, 0, &request(Command::SetThresholds, 3, &wrong.encode()));
+    let detail = Detail::Thresholds(ThresholdError::Growth);
+    assert_eq!((refused.outcome, refused.detail), (Outcome::Thresholds, detail));
+    assert_eq!((node.thresholds(), store.counter, node.counters().refused), (&other, 2, 1));
+}
+
+#[test]
+fn a_flag_that_cannot_be_stored_is_shown_counted_and_tried_again() {
+    let (mut node, mut store) = (node(), Store::with(&rigid_rotor()));
+    let time_us = run(&mut node, &mut store, 0, 62.0, |_| reading(1.0));
+    store.fails = true;
+    let time_us = run(&mut node, &mut store, time_us, 15.0, |_| shown(&worn(0.5), SPEED_RPM, 1.0));
+    assert_eq!(node.status(time_us).state, NodeState::Flagged);
+    assert!((2..9).contains(&node.counters().unsaved), "{}", node.counters().unsaved);
+    store.fails = false;
+    run(&mut node, &mut store, time_us, 2.0, |_| reading(1.0));
+    assert_ne!(store.start().status(0).cause, Reason::None);
+}
+
+#[test]
+fn memory_is_stored_seldom() {
+    let (mut node, mut store) = (node(), Store::with(&rigid_rotor()));
+    run(&mut node, &mut store, 0, 3.0 * 3600.0, |_| reading(1.0));
+    // the first reading, learning that doubles from a second to a minute and ends, and the hours
+    assert!((4..12).contains(&store.savings), "{}", store.savings);
+    let started = store.start();
+    assert!(!started.monitor.judge.is_learning());
+    assert_eq!(started.monitor.judge.latched(), None::<Latched>);
 }

@@ -1,29 +1,22 @@
 //! From a transferred message to a command carried out, stored first.
 
-use super::Node;
-use crate::can::isotp::IsoTp;
-use crate::can::isotp::Progress;
-use crate::can::{Frame, TYPE_TO_HOST};
+use super::{Node, Save};
+use crate::can::isotp::{IsoTp, Progress};
+use crate::can::{Counters, Frame, TYPE_TO_HOST};
 use crate::command::{
-    ANSWER_BYTES, Answer, CODE_BYTES, Command, HEAD_BYTES, Key, MAX_REQUEST_BYTES, Outcome, Request,
+    ANSWER_BYTES, Answer, CODE_BYTES, Command, Detail, HEAD_BYTES, MAX_REQUEST_BYTES, Outcome, Request,
     open_request,
 };
 use crate::model::{Model, ModelError};
+use crate::thresholds::Thresholds;
 
-/// What must survive a loss of power before a command takes effect: the two belong together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Save<'a> {
-    /// Last counter accepted, for [`Node::restore_counter`].
-    pub counter: u64,
-    /// The new model's bytes, for [`Model::decode`]; `None` if the model stays.
-    pub model: Option<&'a [u8]>,
-}
-
-/// A command that waits for the board to store it.
+/// A command that waits for the board to store something.
 #[derive(Debug, Clone, Copy)]
 struct Pending {
     command: Command,
     counter: u64,
+    /// The counter is stored; what is left is the memory without the flag.
+    is_counted: bool,
 }
 
 /// The way in and out for commands.
@@ -32,46 +25,20 @@ pub(super) struct Desk {
     link: IsoTp<MAX_REQUEST_BYTES, ANSWER_BYTES>,
     last_counter: u64,
     pending: Option<Pending>,
-    model_checksum: u32,
 }
 
 impl Desk {
-    pub fn new(model_checksum: u32) -> Self {
-        Self { link: IsoTp::new(), last_counter: 0, pending: None, model_checksum }
+    pub fn new() -> Self {
+        Self { link: IsoTp::new(), last_counter: 0, pending: None }
     }
 
-    pub fn model_checksum(&self) -> u32 {
-        self.model_checksum
-    }
-
-    pub fn model_replaced(&mut self, checksum: u32) {
-        self.model_checksum = checksum;
-    }
-
-    fn answer(
-        &mut self,
-        time_us: u64,
-        key: Option<&Key>,
-        node: u8,
-        outcome: Outcome,
-        error: Option<ModelError>,
-    ) {
-        let request = self.link.message();
-        let answer = Answer {
-            node,
-            command: request.get(1).copied().unwrap_or_default(),
-            outcome,
-            counter: self.last_counter,
-            model_checksum: self.model_checksum,
-            model_error: error,
-        };
-        let bytes = answer.encode(request, key);
-        // An answer that is still on its way belongs to a host that fell silent: it goes first, until its time is up.
-        let _ = self.link.send(time_us, &bytes);
+    /// While a command waits to be stored, its connection stands still.
+    pub fn poll_at(&self) -> Option<u64> {
+        self.link.poll_at()
     }
 }
 
-impl<const N: usize, const PROBES: usize, const PLANES: usize> Node<N, PROBES, PLANES> {
+impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES, PROBES, PLANES> {
     /// Takes up the counter stored last, after a restart.
     pub fn restore_counter(&mut self, counter: u64) {
         self.desk.last_counter = self.desk.last_counter.max(counter);
@@ -82,42 +49,85 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Node<N, PROBES, P
         self.desk.last_counter
     }
 
-    /// What a command waits for. The board stores it, both or neither, and calls [`Node::saved`].
+    /// What is to be stored now. The board stores it and calls [`Node::saved`], until there is nothing more.
     pub fn to_save(&self) -> Option<Save<'_>> {
-        let Pending { command, counter } = self.desk.pending?;
-        let model = match command {
-            Command::Deploy => Some(self.pending_body()),
-            Command::Restart => None,
-        };
-        Some(Save { counter, model })
+        match self.desk.pending {
+            Some(Pending { is_counted: true, .. }) => {
+                let mut acknowledged = self.monitor.judge;
+                acknowledged.acknowledge();
+                Some(Save::Memory(self.monitor.memory(&acknowledged).encode()))
+            }
+            Some(Pending { command, counter, .. }) => {
+                let body = self.pending_body();
+                let model = (command == Command::Deploy).then_some(body);
+                let set = (command == Command::SetThresholds).then_some(body);
+                Some(Save::Command { counter, model, thresholds: set.and_then(|set| set.try_into().ok()) })
+            }
+            None => self.memory_to_save(),
+        }
     }
 
-    /// Whether what [`Node::to_save`] gave is stored: the command takes effect and is answered, or is refused.
+    /// Whether what [`Node::to_save`] gave is stored: a command takes effect and is answered, or is refused.
     pub fn saved(&mut self, time_us: u64, stored: bool) {
-        let Some(Pending { command, counter }) = self.desk.pending.take() else {
-            return;
-        };
-        if !stored {
-            return self.conclude(time_us, Outcome::Storage, None);
-        }
-        self.desk.last_counter = counter;
-        let done = match command {
-            Command::Deploy => Model::decode(self.pending_body()).map(|model| self.adopt(model)),
-            Command::Restart => {
-                self.restart();
-                Ok(())
+        match self.desk.pending.take() {
+            Some(pending) if !pending.is_counted => self.carry_out(time_us, pending, stored),
+            pending => {
+                self.memory_saved(time_us, stored);
+                if pending.is_some() {
+                    self.end_acknowledge(time_us, stored);
+                }
             }
-        };
-        match done {
-            Ok(()) => self.conclude(time_us, Outcome::Accepted, None),
-            Err(error) => self.conclude(time_us, Outcome::Model, Some(error)),
         }
+        self.keeper.poll(time_us);
+        self.announce(time_us);
+    }
+
+    fn carry_out(&mut self, time_us: u64, pending: Pending, stored: bool) {
+        if !stored {
+            return self.conclude(time_us, Outcome::Storage, Detail::None);
+        }
+        self.desk.last_counter = pending.counter;
+        let body = self.desk.body();
+        let detail = match pending.command {
+            Command::Deploy => {
+                self.monitor.decode(body).err().map(|error| refusal::<SHAPES, PROBES, PLANES>(body, error))
+            }
+            Command::SetThresholds => match Thresholds::decode(body) {
+                Ok(thresholds) => {
+                    self.config.thresholds = thresholds;
+                    None
+                }
+                Err(error) => Some((Outcome::Thresholds, Detail::Thresholds(error))),
+            },
+            Command::Restart => {
+                self.restart(time_us);
+                None
+            }
+            Command::Acknowledge if self.model().is_some() => {
+                self.desk.pending = Some(Pending { is_counted: true, ..pending });
+                return;
+            }
+            Command::Acknowledge | Command::GetThresholds => None,
+        };
+        if pending.command == Command::Deploy {
+            self.keeper.changed_much(time_us);
+        }
+        let (outcome, detail) = detail.unwrap_or((Outcome::Accepted, Detail::None));
+        self.conclude(time_us, outcome, detail);
+    }
+
+    fn end_acknowledge(&mut self, time_us: u64, stored: bool) {
+        if stored {
+            self.monitor.judge.acknowledge();
+        }
+        let outcome = if stored { Outcome::Accepted } else { Outcome::Storage };
+        self.conclude(time_us, outcome, Detail::None);
     }
 
     /// A payload of the connection towards this node.
     pub(super) fn transfer(&mut self, time_us: u64, payload: &[u8]) {
-        // The message must stay whole until it is stored.
-        if self.desk.pending.is_some() {
+        // The message must stay whole until it is stored; and who may not send cannot answer.
+        if self.desk.pending.is_some() || !self.may_send() {
             return;
         }
         match self.desk.link.receive(time_us, payload) {
@@ -139,38 +149,51 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Node<N, PROBES, P
     fn open(&mut self, time_us: u64) {
         let Self { config, desk, .. } = &*self;
         let opened = open_request(desk.link.message(), config.key.as_ref(), config.node, desk.last_counter);
-        match opened {
-            Err(outcome) => self.conclude(time_us, outcome, None),
-            Ok(Request { command, counter, body }) => {
-                let refused = match command {
-                    Command::Deploy => Model::<N, PROBES, PLANES>::decode(body).err(),
-                    Command::Restart => None,
-                };
-                match refused {
-                    Some(error) => self.conclude(time_us, Outcome::Model, Some(error)),
-                    None => self.desk.pending = Some(Pending { command, counter }),
-                }
+        let Request { command, counter, body } = match opened {
+            Ok(request) => request,
+            Err(outcome) => return self.conclude(time_us, outcome, Detail::None),
+        };
+        let refused = match command {
+            Command::Deploy => Model::<SHAPES, PROBES, PLANES>::decode(body)
+                .err()
+                .map(|error| refusal::<SHAPES, PROBES, PLANES>(body, error)),
+            Command::SetThresholds => {
+                Thresholds::decode(body).err().map(|error| (Outcome::Thresholds, Detail::Thresholds(error)))
             }
+            Command::Restart | Command::Acknowledge | Command::GetThresholds => None,
+        };
+        match refused {
+            Some((outcome, detail)) => self.conclude(time_us, outcome, detail),
+            // It changes nothing, so there is nothing to store.
+            None if command == Command::GetThresholds => {
+                self.conclude(time_us, Outcome::Accepted, Detail::None);
+            }
+            None => self.desk.pending = Some(Pending { command, counter, is_counted: false }),
         }
     }
 
-    fn conclude(&mut self, time_us: u64, outcome: Outcome, error: Option<ModelError>) {
-        self.count(|c| match outcome {
-            Outcome::Accepted => &mut c.accepted,
-            Outcome::Forged => &mut c.forged,
-            Outcome::Replayed => &mut c.replayed,
-            Outcome::Malformed | Outcome::NoKey | Outcome::Model | Outcome::Storage => &mut c.refused,
-        });
-        let (key, node) = (self.config.key, self.config.node);
-        self.desk.answer(time_us, key.as_ref(), node, outcome, error);
+    fn conclude(&mut self, time_us: u64, outcome: Outcome, detail: Detail) {
+        self.count(|c| counter_of(c, outcome));
+        let request = self.desk.link.message();
+        let command = request.get(1).copied().unwrap_or_default();
+        let asks = outcome == Outcome::Accepted && command == Command::GetThresholds as u8;
+        let answer = Answer {
+            node: self.config.node,
+            command,
+            outcome,
+            counter: self.desk.last_counter,
+            model_checksum: self.monitor.checksum(),
+            detail,
+            thresholds: asks.then_some(self.config.thresholds),
+        };
+        let bytes = answer.encode(request, self.config.key.as_ref());
+        // An answer that is still on its way belongs to a host that fell silent: it goes first, until its time is up.
+        let _ = self.desk.link.send(time_us, &bytes);
         self.pump(time_us);
     }
 
-    /// The body of the request last received; its head and code were checked when it was opened.
     fn pending_body(&self) -> &[u8] {
-        let message = self.desk.link.message();
-        let end = message.len().saturating_sub(CODE_BYTES);
-        message.get(HEAD_BYTES..end).unwrap_or_default()
+        self.desk.body()
     }
 
     fn pump(&mut self, time_us: u64) {
@@ -180,4 +203,39 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Node<N, PROBES, P
             let _ = self.queue.push_back(Frame::full(TYPE_TO_HOST, self.config.node, payload));
         }
     }
+}
+
+impl Desk {
+    /// The body of the request last received; its head and code were checked when it was opened.
+    fn body(&self) -> &[u8] {
+        let message = self.link.message();
+        let end = message.len().saturating_sub(CODE_BYTES);
+        message.get(HEAD_BYTES..end).unwrap_or_default()
+    }
+}
+
+fn counter_of(counters: &mut Counters, outcome: Outcome) -> &mut u32 {
+    match outcome {
+        Outcome::Accepted => &mut counters.accepted,
+        Outcome::Forged => &mut counters.forged,
+        Outcome::Replayed | Outcome::Counter => &mut counters.replayed,
+        Outcome::Malformed | Outcome::NoKey | Outcome::Model | Outcome::Storage | Outcome::Thresholds => {
+            &mut counters.refused
+        }
+    }
+}
+
+/// Why a model is refused, with both numbers where it is too large.
+fn refusal<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
+    model: &[u8],
+    error: ModelError,
+) -> (Outcome, Detail) {
+    let counts = Model::<SHAPES, PROBES, PLANES>::counts(model);
+    let (asked, held) = counts.map_or((0, 0), |counts| match error {
+        ModelError::BasisSize => (counts.shapes, SHAPES),
+        ModelError::Probes => (counts.probes, PROBES),
+        ModelError::Planes => (counts.planes, PLANES),
+        _ => (0, 0),
+    });
+    (Outcome::Model, Detail::Model { error, asked, held: held as u8 })
 }
