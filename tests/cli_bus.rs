@@ -12,14 +12,16 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use nix::sys::signal::Signal;
 use program::{assert_says, json, refusal, rotor_edge};
 use rotor_edge::bus::log::{LogReader, LogWriter, Recorded};
 use rotor_edge::bus::wire::WireFrame;
 use rotor_edge::bus::{CanBus, local_bus, open};
-use rotor_edge::edge::{Deployment, EdgeNode};
+use rotor_edge::edge::{Deployment, EdgeNode, encoded};
 use rotor_edge::sample;
 use rotor_edge_core::can::{Frame, MonitorResult, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::node::NodeConfig;
+use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
 use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::rotor::Rotor;
@@ -73,14 +75,14 @@ fn slcan_and_socketcand_meet_on_one_bus_and_the_recording_holds_every_frame() {
         let of_one: Vec<Frame> = heard.iter().copied().filter(|frame| frame.raw_id() == id).collect();
         assert_eq!(of_one, (0..FRAMES).map(|number| frame(id, number)).collect::<Vec<_>>());
     }
-    let (code, said) = shared.end("-TERM");
+    let (code, said) = shared.end(Signal::SIGTERM);
     assert_eq!(code, Some(0));
     assert_says(&said, &["4000 frames of 3 clients", "0 copies dropped", "0 lines refused"]);
 }
 
 #[test]
 fn interrupt_ends_it_with_0_and_a_kill_loses_nothing_that_was_recorded() {
-    assert_eq!(Shared::start(&[]).end("-INT").0, Some(0));
+    assert_eq!(Shared::start(&[]).end(Signal::SIGINT).0, Some(0));
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("killed.log");
     let shared = Shared::start(&["--record", log.to_str().unwrap()]);
@@ -90,7 +92,7 @@ fn interrupt_ends_it_with_0_and_a_kill_loses_nothing_that_was_recorded() {
         from.send(sent).unwrap();
         hear(&mut *to);
     }
-    assert_eq!(shared.end("-KILL").0, None);
+    assert_eq!(shared.end(Signal::SIGKILL).0, None);
     assert_eq!(recorded(&log), frames, "what was heard is recorded");
     let gone = to.receive(PATIENCE).unwrap_err();
     assert_says(&gone.to_string(), &["slcan:127.0.0.1", "closed by the other side"]);
@@ -118,7 +120,7 @@ fn garbage_half_lines_and_clients_that_vanish_disturb_nobody() {
     // a command in the middle of a line ends neither: it is refused, and the next line counts
     half.write_all(b"?\rV\r").unwrap();
     assert_eq!(until_version(&mut half), b"t005401000000\r\x07V1013\r");
-    let (code, said) = shared.end("-TERM");
+    let (code, said) = shared.end(Signal::SIGTERM);
     assert_eq!(code, Some(0));
     assert!(!said.contains(" 0 lines refused"), "{said}");
 }
@@ -168,7 +170,7 @@ fn a_client_that_never_reads_misses_frames_and_stalls_nobody() {
     }
     drop(idle);
     assert_says(&reported.recv_timeout(PATIENCE).unwrap(), &["left; it missed", "because it did not read"]);
-    assert_eq!(shared.end("-TERM").0, Some(0));
+    assert_eq!(shared.end(Signal::SIGTERM).0, Some(0));
     assert_says(&reported.recv_timeout(PATIENCE).unwrap(), &["copies dropped for clients that did not read"]);
     reader.join().unwrap();
 }
@@ -218,7 +220,7 @@ fn load_and_ports_are_printed_for_people_too() {
     assert_says(&text, &["--bus slcan:127.0.0.1:", "--bus socketcand:127.0.0.1:", "socket://127.0.0.1:"]);
     assert_says(
         &text,
-        &["4050 frames a second", "500 kbit/s     109 %   27", "1000 kbit/s      55 %   all 30"],
+        &["4890 frames a second", "500 kbit/s     132 %   22", "1000 kbit/s      66 %   all 30"],
     );
     program.kill().unwrap();
     program.wait().unwrap();
@@ -262,7 +264,7 @@ fn buses_that_cannot_be_joined_say_what_to_do() {
     let crossed = refused(&slcan.replace("slcan:", "socketcand:"));
     assert_says(&crossed, &["does not answer as a socketcand server", "slcan:"]);
     let nobody = slcan.to_string();
-    assert_eq!(shared.end("-TERM").0, Some(0));
+    assert_eq!(shared.end(Signal::SIGTERM).0, Some(0));
     assert_says(&refused(&nobody), &["nobody listens at 127.0.0.1", "start `rotor-edge bus`"]);
     assert_says(&refused("slcan:/dev/ttyNOWHERE@115200"), &["/dev/ttyNOWHERE", "no such serial port"]);
     if cfg!(target_os = "linux") {
@@ -301,8 +303,8 @@ fn record_sample(
     first_days.extend(measurement::parse("run-up", sample::RUNUP_DAY_0, rotor).unwrap());
     let found = identify(rotor, &first_days, &PhaseOneConfig::default()).unwrap();
     let deployment = Deployment::new(&found.rotor, 12_000.0).unwrap();
-    let mut controller =
-        EdgeNode::new(NodeConfig { listen_us: 0, ..NodeConfig::new(node) }, deployment.edge.clone()).unwrap();
+    let mut controller = EdgeNode::new(NodeConfig { listen_us: 0, ..NodeConfig::new(node) }).unwrap();
+    controller.load(Ok(&encoded(&deployment.edge).unwrap())).unwrap();
     let [host, mut far] = <[_; 2]>::try_from(local_bus(2)).ok().unwrap();
     let mut host = Recorded::new(host, log).unwrap();
     let (mut answers, mut assembler) = (Vec::new(), ResultAssembler::new());
@@ -310,10 +312,12 @@ fn record_sample(
         for frame in reading_frames(node, &NumberedReading::new(row as u16, deployment.reading(measured))) {
             host.send(&frame).unwrap();
         }
+        // the record's days: what is a flag after days is none after seconds
+        let time_us = row as u64 * 86_400_000_000;
+        controller.poll(time_us);
         while let Some(frame) = far.receive(Duration::ZERO).unwrap() {
-            controller.receive(0, &frame);
+            controller.receive(time_us, &frame);
         }
-        controller.poll(row as u64 * 100_000);
         while let Some(frame) = controller.transmit() {
             far.send(&frame).unwrap();
         }
@@ -365,10 +369,9 @@ fn a_recording_becomes_the_record_it_came_from_and_the_controllers_own_results()
 #[test]
 fn readings_of_several_nodes_are_written_one_node_at_a_time() {
     let folder = Folder::new();
-    let reading = rotor_edge_core::reading::Reading {
-        speed_rpm: 3000.1,
-        probes: rotor_edge_core::reading::probe_vectors(&[1.0, 2.0, f32::NAN, 4.0, 5.0, 6.0, 7.0, 8.0]),
-    };
+    let vectors = [[1.0, 2.0], [f32::NAN, 4.0], [5.0, 6.0], [7.0, 8.0]];
+    let reading = Reading::new(3000.1, &vectors.map(|[cos_um, sin_um]| ProbeVector { cos_um, sin_um }));
+    let reading = reading.unwrap();
     let mut log = LogWriter::create(&folder.path("two.log")).unwrap();
     for (node, time_us) in [(1, 5_000_000), (2, 5_000_000 + 43_200_000_000)] {
         let frames = reading_frames(node, &NumberedReading::new(9, reading));
@@ -381,7 +384,8 @@ fn readings_of_several_nodes_are_written_one_node_at_a_time() {
     assert!(rotor_edge(&["decode", &log, "-o", &csv, "--node", "2"]).status.success());
     assert_eq!(
         std::fs::read_to_string(&csv).unwrap(),
-        "time_d,speed_rpm,1X_cos_um,1X_sin_um,1Y_cos_um,1Y_sin_um,2X_cos_um,2X_sin_um,2Y_cos_um,2Y_sin_um\n\
+        "time_d,speed_rpm,probe1_cos_um,probe1_sin_um,probe2_cos_um,probe2_sin_um,probe3_cos_um,probe3_sin_um,\
+         probe4_cos_um,probe4_sin_um\n\
          0.5,3000.1,1.00000,2.00000,,,5.00000,6.00000,7.00000,8.00000\n"
     );
 }

@@ -4,9 +4,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rotor_edge::bus::CanBus;
 use rotor_edge::bus::local::local_bus;
-use rotor_edge::deploy::{await_heartbeat, command};
-use rotor_edge::edge::{Deployment, EdgeModel};
-use rotor_edge::node::{Served, Store, serve};
+use rotor_edge::deploy::{Authority, await_heartbeat, command};
+use rotor_edge::edge::{Deployment, EdgeModel, encoded};
+use rotor_edge::node::{Controller, RealTime, Served, Store, serve};
 use rotor_edge::replay::live::{run_with_foreign_monitor, run_with_own_monitor};
 use rotor_edge::replay::{self, ReplayConfig};
 use rotor_edge::sample;
@@ -24,24 +24,19 @@ fn machine() -> (Deployment, Vec<Reading>) {
     (Deployment::new(&rotor, 11_500.0).unwrap(), record)
 }
 
-fn encoded(model: &EdgeModel) -> Vec<u8> {
-    let mut bytes = vec![0; EdgeModel::max_size_bytes()];
-    let length = model.encode(&mut bytes).unwrap();
-    bytes.truncate(length);
-    bytes
-}
-
 /// Runs a monitor with a key beside `host`'s work on the same bus.
 fn beside_a_monitor<T>(
     model: &EdgeModel,
-    mut store: Option<Store>,
+    store: Store,
     work: impl FnOnce(&mut dyn CanBus) -> T,
 ) -> (T, Served) {
     let [mut host, mut monitor] = <[_; 2]>::try_from(local_bus(2)).ok().unwrap();
     let config = NodeConfig { key: Some(KEY), ..NodeConfig::new(1) };
+    let store = store.with_initial_model(encoded(model).unwrap());
+    let mut controller = Controller::start(config, store, 0).unwrap();
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
-        let served = scope.spawn(|| serve(&mut monitor, config, model.clone(), store.take(), &stop).unwrap());
+        let served = scope.spawn(|| serve(&mut monitor, &mut controller, &RealTime::start(), &stop).unwrap());
         let result = work(&mut host);
         stop.store(true, Ordering::Relaxed);
         (result, served.join().unwrap())
@@ -60,6 +55,7 @@ fn a_record_over_a_bus_in_real_time_gives_the_same_numbers_to_the_bit() {
         assert_eq!((a.row, a.result), (b.row, b.result));
     }
     assert_eq!(live.counters, simulated.counters);
+    assert_eq!(live.states, simulated.states);
     assert_eq!(live.traffic.lost, 0);
 }
 
@@ -74,21 +70,26 @@ fn a_model_deployed_to_a_live_monitor_gives_the_numbers_of_that_model_and_surviv
     let config = ReplayConfig::default();
     let expected = replay::run(&fresh, &record[..50], &config, |_| ()).unwrap();
     let play = |host: &mut dyn CanBus, counter| {
-        command(host, &KEY, 1, counter, Command::Restart, &[], |_| ()).unwrap();
-        run_with_foreign_monitor(host, &fresh, &record[..50], &config, |_| ()).unwrap()
+        let mut authority = Authority::new(KEY, 1, Some(counter)).unwrap();
+        let before = authority.thresholds(host).unwrap();
+        let played =
+            run_with_foreign_monitor(host, &mut authority, &fresh, &record[..50], &config, |_| ()).unwrap();
+        assert_eq!(authority.thresholds(host).unwrap(), before, "its own thresholds again");
+        played
     };
-    let (answers, served) = beside_a_monitor(&deployment.edge, Some(Store::open(&path).unwrap()), |host| {
+    let (answers, served) = beside_a_monitor(&deployment.edge, Store::open(&path).unwrap(), |host| {
         await_heartbeat(host, 1).unwrap();
-        let model = encoded(&better);
+        let model = encoded(&better).unwrap();
         let answer = command(host, &KEY, 1, 10, Command::Deploy, &model, |_| ()).unwrap();
         assert_eq!(answer.model_checksum, better.checksum());
         play(host, 11).answers
     });
-    assert_eq!(served.counters.accepted, 2);
-    let (again, _) = beside_a_monitor(&deployment.edge, Some(Store::open(&path).unwrap()), |host| {
-        let replayed = command(host, &KEY, 1, 11, Command::Restart, &[], |_| ()).unwrap_err().to_string();
-        assert!(replayed.contains("--counter 12"), "{replayed}");
-        play(host, 12).answers
+    // the model, thresholds there and back, a new record, and thresholds read three times
+    assert_eq!(served.counters.accepted, 7);
+    let (again, _) = beside_a_monitor(&deployment.edge, Store::open(&path).unwrap(), |host| {
+        let replayed = command(host, &KEY, 1, 10, Command::Restart, &[], |_| ()).unwrap_err().to_string();
+        assert!(replayed.contains("has accepted command"), "{replayed}");
+        play(host, 100).answers
     });
     for answers in [answers, again] {
         assert_eq!(answers.len(), expected.answers.len());
@@ -101,17 +102,17 @@ fn a_model_deployed_to_a_live_monitor_gives_the_numbers_of_that_model_and_surviv
 #[test]
 fn refusals_say_what_to_do() {
     let (deployment, _) = machine();
-    let (messages, served) = beside_a_monitor(&deployment.edge, None, |host| {
+    let (messages, served) = beside_a_monitor(&deployment.edge, Store::in_memory(), |host| {
         let mut bad = deployment.edge.clone();
         bad.supports.truncate(1);
         let attempt = |host: &mut dyn CanBus, key: &Key, node, counter, body: &[u8]| {
             command(host, key, node, counter, Command::Deploy, body, |_| ()).unwrap_err().to_string()
         };
         [
-            (attempt(host, &Key([4; 32]), 1, 1, &encoded(&deployment.edge)), "another key"),
-            (attempt(host, &KEY, 1, 1, &encoded(&bad)), "refuses the model because of Supports"),
-            (attempt(host, &KEY, 1, 1, &[0; 40]), "refuses the model because of Schema"),
-            (attempt(host, &KEY, 2, 1, &encoded(&deployment.edge)), "monitor 2 does not answer"),
+            (attempt(host, &Key([4; 32]), 1, 1, &encoded(&deployment.edge).unwrap()), "another key"),
+            (attempt(host, &KEY, 1, 1, &encoded(&bad).unwrap()), "refuses the model because of Supports"),
+            (attempt(host, &KEY, 1, 1, &[0; 40]), "another version of models"),
+            (attempt(host, &KEY, 2, 1, &encoded(&deployment.edge).unwrap()), "monitor 2 does not answer"),
             (await_heartbeat(host, 5).unwrap_err().to_string(), "no monitor 5"),
         ]
     });

@@ -9,10 +9,11 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use rotor_edge::bus::server::Server;
 use rotor_edge::bus::{CanBus, local_bus, open};
-use rotor_edge::edge::{Deployment, EdgeNode};
+use rotor_edge::edge::{Deployment, EdgeNode, encoded};
 use rotor_edge::replay::{self, ReplayConfig};
 use rotor_edge::sample;
 use rotor_edge_core::can::Frame;
+use rotor_edge_core::model::MAX_PLANES;
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::response::{SupportAmplitudes, response};
 use rotor_edge_core::track::Tracker;
@@ -89,14 +90,22 @@ fn core_phase_two(bencher: Bencher) {
     let reading = deployment.reading(&record[0]);
     let config = NodeConfig::new(1).track;
     let mut tracker = Tracker::new(&deployment.edge);
-    bencher.bench_local(|| tracker.update(&config, black_box(&deployment.edge), black_box(&reading)));
+    let bounds_g_mm = [1_000.0; MAX_PLANES];
+    bencher.bench_local(|| {
+        tracker.update(&config, black_box(&deployment.edge), black_box(&reading), &bounds_g_mm)
+    });
 }
 
 /// A controller, made from its model.
 #[divan::bench]
 fn core_node_start(bencher: Bencher) {
     let (deployment, _) = deployed();
-    bencher.bench(|| EdgeNode::new(NodeConfig::new(1), deployment.edge.clone()).unwrap());
+    let bytes = encoded(&deployment.edge).unwrap();
+    bencher.bench(|| {
+        let mut node = EdgeNode::new(NodeConfig::new(1)).unwrap();
+        node.load(Ok(&bytes)).unwrap();
+        node
+    });
 }
 
 /// One diagnosis: every candidate at every place, 51 speeds, four probes.

@@ -13,9 +13,12 @@ pub type ThresholdBytes = [u8; THRESHOLDS_BYTES];
 
 const DAY_S: f32 = 86_400.0;
 const YEAR_S: f32 = 365.25 * DAY_S;
+/// Shortest time constant, s: of a record of days that is played in milliseconds.
+const SHORTEST_S: f32 = 1e-6;
 
 /// What a monitor judges by. The defaults treat a record of one reading a day as Bera et al. (2023) do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Thresholds {
     /// Rise of the residual above its level that is suspicious, relative: 0.5 means half as much again. 0 to 100.
     pub rise: f32,
@@ -29,13 +32,13 @@ pub struct Thresholds {
     pub average_s: f32,
     /// Suspicion lasts so long before it is a flag, s. 0 to 30 days.
     pub persistence_s: f32,
-    /// Time over which the level is averaged, s. 1 s to 10 years.
+    /// Time over which the level is averaged, s. A microsecond to 10 years.
     pub level_s: f32,
     /// Time after a deployment whose mean residual is the reference for ever, s. 0 to 30 days.
     pub learning_s: f32,
     /// A plane's unbalance may become this much greater within `growth_s`. 1 to 10.
     pub growth: f32,
-    /// See `growth`, s. 1 s to a year.
+    /// See `growth`, s. A microsecond to a year.
     pub growth_s: f32,
     /// Evidence older than this is none, s. 0.1 s to 10 years.
     pub age_limit_s: f32,
@@ -49,6 +52,7 @@ pub struct Thresholds {
 
 /// Which threshold is out of its bounds. The numbers travel in a node's answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
 pub enum ThresholdError {
@@ -132,11 +136,11 @@ impl Thresholds {
             (self.average_s, [0.0, 3600.0], ThresholdError::Average),
             (self.persistence_s, [0.0, 30.0 * DAY_S], ThresholdError::Persistence),
             (f32::from(self.persistence_readings), [1.0, 255.0], ThresholdError::Persistence),
-            (self.level_s, [1.0, 10.0 * YEAR_S], ThresholdError::Level),
+            (self.level_s, [SHORTEST_S, 10.0 * YEAR_S], ThresholdError::Level),
             (self.learning_s, [0.0, 30.0 * DAY_S], ThresholdError::Learning),
             (f32::from(self.learning_readings), [1.0, 255.0], ThresholdError::Learning),
             (self.growth, [1.0, 10.0], ThresholdError::Growth),
-            (self.growth_s, [1.0, YEAR_S], ThresholdError::Growth),
+            (self.growth_s, [SHORTEST_S, YEAR_S], ThresholdError::Growth),
             (self.age_limit_s, [0.1, 10.0 * YEAR_S], ThresholdError::AgeLimit),
             (lowest_v, [-100.0, 100.0], ThresholdError::GapRange),
             (highest_v, [lowest_v, 100.0], ThresholdError::GapRange),
@@ -202,7 +206,7 @@ mod tests {
             (|t, x| t.floor_um = x, -1.0, ThresholdError::Floor),
             (|t, x| t.average_s = x, 3601.0, ThresholdError::Average),
             (|t, x| t.persistence_s = x, -1.0, ThresholdError::Persistence),
-            (|t, x| t.level_s = x, 0.5, ThresholdError::Level),
+            (|t, x| t.level_s = x, 5e-7, ThresholdError::Level),
             (|t, x| t.learning_s = x, 1e9, ThresholdError::Learning),
             (|t, x| t.growth = x, 0.99, ThresholdError::Growth),
             (|t, x| t.growth_s = x, 0.0, ThresholdError::Growth),

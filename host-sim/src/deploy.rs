@@ -1,14 +1,18 @@
 //! A command to a monitor over a real bus: sent as one ISO-TP message, answered with the monitor's own code.
 
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result, bail};
 use rotor_edge_core::can::isotp::{IsoTp, Progress, TransferError};
-use rotor_edge_core::can::{Frame, Message, NodeState, TYPE_TO_HOST, TYPE_TO_NODE, frame_id};
+use rotor_edge_core::can::{Frame, Message, TYPE_TO_HOST, TYPE_TO_NODE, frame_id};
 use rotor_edge_core::command::{
-    ANSWER_BYTES, Answer, Command, KEY_BYTES, Key, MAX_REQUEST_BYTES, Outcome, write_request,
+    ANSWER_BYTES, Answer, Command, Detail, KEY_BYTES, Key, MAX_COUNTER_STEP, MAX_REQUEST_BYTES, Outcome,
+    write_request,
 };
+use rotor_edge_core::model::ModelError;
+use rotor_edge_core::state::{NodeState, Status};
+use rotor_edge_core::thresholds::{ThresholdError, Thresholds};
 
 use crate::bus::CanBus;
 use crate::node::{from_hex, to_hex};
@@ -19,6 +23,66 @@ const PATIENCE: Duration = Duration::from_millis(2);
 const ANSWER_TIME: Duration = Duration::from_secs(5);
 /// Longest wait for a sign of life.
 pub const HEARTBEAT_TIME: Duration = Duration::from_secs(3);
+
+/// Who may command one monitor: its key, and the number of the next command.
+#[derive(Debug, Clone)]
+pub struct Authority {
+    key: Key,
+    node: u8,
+    counter: u64,
+}
+
+impl Authority {
+    /// Commands are numbered from `counter` on; the present time in milliseconds if absent.
+    ///
+    /// # Errors
+    /// If there is none and this machine's clock stands before 1970.
+    pub fn new(key: Key, node: u8, counter: Option<u64>) -> Result<Self> {
+        let counter = match counter {
+            Some(counter) => counter,
+            None => {
+                let since = SystemTime::now().duration_since(UNIX_EPOCH);
+                since.context("this machine's clock stands before 1970: give --counter")?.as_millis() as u64
+            }
+        };
+        Ok(Self { key, node, counter })
+    }
+
+    /// Which monitor.
+    pub fn node(&self) -> u8 {
+        self.node
+    }
+
+    /// Number of the next command.
+    pub fn counter(&self) -> u64 {
+        self.counter
+    }
+
+    /// Sends a command and waits for its answer; `progress` hears how many bytes are on their way.
+    ///
+    /// # Errors
+    /// If nobody answers, or the monitor refuses: why, and what to do.
+    pub fn command(
+        &mut self,
+        bus: &mut dyn CanBus,
+        what: Command,
+        body: &[u8],
+        progress: impl FnMut(usize),
+    ) -> Result<Answer> {
+        let counter = self.counter;
+        self.counter = counter.saturating_add(1);
+        command(bus, &self.key, self.node, counter, what, body, progress)
+    }
+
+    /// What the monitor judges by.
+    ///
+    /// # Errors
+    /// As [`Self::command`].
+    pub fn thresholds(&mut self, bus: &mut dyn CanBus) -> Result<Thresholds> {
+        let answer = self.command(bus, Command::GetThresholds, &[], |_| ())?;
+        answer.thresholds.with_context(|| format!("monitor {} does not tell its thresholds", self.node))
+    }
+}
 
 /// Sends a command to `node` and waits for its answer; `progress` hears how many bytes are on their way.
 ///
@@ -96,14 +160,69 @@ fn judge(node: u8, counter: u64, answer: Option<(Answer, bool)>) -> Result<Answe
             answer.counter,
             answer.counter.saturating_add(1)
         ),
+        Outcome::Counter => format!(
+            "monitor {node} has accepted command {} and {counter} is too far above it: numbers may rise by {MAX_COUNTER_STEP} at most, give --counter {}",
+            answer.counter,
+            answer.counter.saturating_add(1)
+        ),
         Outcome::Model => {
-            let reason = answer.model_error.map_or("of an unknown reason".into(), |e| format!("{e:?}"));
-            format!("monitor {node} refuses the model because of {reason}; the old one stays")
+            format!("monitor {node} refuses the model{}; the old one stays", why_model(answer.detail))
         }
-        Outcome::Storage => format!("monitor {node} could not store the command; the old model stays"),
+        Outcome::Thresholds => {
+            let which = match answer.detail {
+                Detail::Thresholds(error) => out_of_bounds(error),
+                _ => "they are out of their bounds".into(),
+            };
+            format!("monitor {node} refuses the thresholds: {which}; the old ones stay")
+        }
+        Outcome::Malformed => format!(
+            "monitor {node} does not know this command: its firmware is older or newer than this program"
+        ),
+        Outcome::Storage => format!("monitor {node} could not store the command; nothing was changed"),
         outcome => format!("monitor {node} refuses the command: {outcome:?}"),
     };
     bail!(refusal)
+}
+
+fn why_model(detail: Detail) -> String {
+    let Detail::Model { error, asked, held } = detail else { return String::new() };
+    match error {
+        ModelError::Probes => format!(": it has {asked} probes, the firmware holds {held}"),
+        ModelError::Planes if held > 0 && asked > held => {
+            format!(": it has {asked} planes, the firmware holds {held}")
+        }
+        ModelError::BasisSize => {
+            format!(": it has {asked} basis shapes a plane, the firmware needs {held}")
+        }
+        ModelError::Schema => {
+            ": the firmware speaks another version of models; update the older of the two".into()
+        }
+        error => format!(" because of {error:?}"),
+    }
+}
+
+/// Which threshold is out of its bounds, and what they are.
+pub fn out_of_bounds(error: ThresholdError) -> String {
+    let bounds = match error {
+        ThresholdError::Encoding => "they are those of another version",
+        ThresholdError::Rise => "rise is to be from 0 to 100",
+        ThresholdError::RatioLimit => "ratio_limit is to be from 0 to 10",
+        ThresholdError::RatioFloor => "ratio_floor is to be from 0 to 1",
+        ThresholdError::Floor => "floor_um is to be from 0 to 1000 µm",
+        ThresholdError::Average => "average_s is to be from 0 s to an hour",
+        ThresholdError::Persistence => {
+            "persistence_s is to be from 0 s to 30 days, persistence_readings from 1 to 255"
+        }
+        ThresholdError::Level => "level_s is to be above 0 s and up to 10 years",
+        ThresholdError::Learning => {
+            "learning_s is to be from 0 s to 30 days, learning_readings from 1 to 255"
+        }
+        ThresholdError::Growth => "growth is to be from 1 to 10, growth_s above 0 s and up to a year",
+        ThresholdError::AgeLimit => "age_limit_s is to be from 0.1 s to 10 years",
+        ThresholdError::GapRange => "gap_range_v is to be two ascending voltages within ±100 V",
+        _ => return format!("{error:?} is out of its bounds"),
+    };
+    bounds.into()
 }
 
 /// Waits until `node` shows itself on the bus, ready to answer; how many frames were heard meanwhile.
@@ -119,16 +238,38 @@ pub fn await_heartbeat(bus: &mut dyn CanBus, node: u8) -> Result<u64> {
         match Message::decode(&frame) {
             Ok((from, Message::Heartbeat { state, .. })) if from == node => match state {
                 NodeState::Listening => {}
-                NodeState::Conflict => bail!(
-                    "two devices on {} call themselves monitor {node}: give one of them another number",
-                    bus.description()
-                ),
                 _ => return Ok(heard_frames),
             },
+            // in a conflict, a monitor says nothing else
+            Ok((from, Message::State(Status { state: NodeState::Conflict, .. }))) if from == node => bail!(
+                "two devices on {} call themselves monitor {node}: give one of them another number",
+                bus.description()
+            ),
             _ => {}
         }
     }
-    bail!(
+    bail!(no_monitor(bus, node))
+}
+
+/// What `node` says of itself next.
+///
+/// # Errors
+/// If it says nothing within [`HEARTBEAT_TIME`].
+pub fn await_status(bus: &mut dyn CanBus, node: u8) -> Result<Status> {
+    let started = Instant::now();
+    while started.elapsed() < HEARTBEAT_TIME {
+        let heard = bus.receive(PATIENCE)?;
+        if let Some(Ok((from, Message::State(status)))) = heard.map(|frame| Message::decode(&frame))
+            && from == node
+        {
+            return Ok(status);
+        }
+    }
+    bail!(no_monitor(bus, node))
+}
+
+fn no_monitor(bus: &mut dyn CanBus, node: u8) -> String {
+    format!(
         "no monitor {node} on {}: start one with `rotor-edge node --bus …`, or see who is there with `rotor-edge watch`",
         bus.description()
     )

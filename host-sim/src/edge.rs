@@ -1,10 +1,10 @@
 //! From a desktop model to the model that is deployed.
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector};
-use rotor_edge_core::model::{Forcing, ForcingLaw, MAX_PLANES, Model, Pedestal, Probe, Support};
+use rotor_edge_core::model::{Forcing, ForcingLaw, MAX_PLANES, Model, Noise, Pair, Pedestal, Probe, Support};
 use rotor_edge_core::node::Node;
-use rotor_edge_core::reading::{PROBES, ProbeVector, Reading};
+use rotor_edge_core::reading::{MAX_PROBES, ProbeVector, Reading};
 use rotor_edge_desktop as desktop;
 use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::rotor::Rotor;
@@ -13,10 +13,10 @@ use rotor_edge_desktop::unbalance::{G_MM, phasor_kg_m};
 
 /// Shape functions of the controller's model in each plane.
 pub const SHAPES: usize = 6;
-/// The model that controllers hold.
-pub type EdgeModel = Model<SHAPES>;
+/// The model of the largest controller: of a smaller one that holds the same model, the results are the same to the bit.
+pub type EdgeModel = Model<SHAPES, MAX_PROBES, MAX_PLANES>;
 /// A controller's node.
-pub type EdgeNode = Node<SHAPES>;
+pub type EdgeNode = Node<SHAPES, MAX_PROBES, MAX_PLANES>;
 
 /// Speeds that the model is for, relative to the fastest in the data it was made for. Outside of it a
 /// speed is a wrong unit (Hz for rpm) or a fault.
@@ -31,8 +31,6 @@ pub struct Deployment {
     pub desktop: desktop::model::Model,
     /// f32, for the controller.
     pub edge: EdgeModel,
-    /// Place in the file of the controller's probes: bearing 1 X, Y, bearing 2 X, Y.
-    pub probes: [usize; PROBES],
     /// Unbalance at the start, kg·m, one phasor a plane.
     pub unbalance_kg_m: DVector<Complex<f64>>,
 }
@@ -41,16 +39,8 @@ impl Deployment {
     /// Makes the model of an identified rotor, for machines that reach `fastest_rpm`.
     ///
     /// # Errors
-    /// If the controller cannot hold the model: it has two X/Y pairs and one or two planes.
+    /// If it has more probes or planes than controllers hold, or its terms do not fit.
     pub fn new(rotor: &Rotor, fastest_rpm: f64) -> Result<Self> {
-        let probes = probe_order(rotor)?;
-        if rotor.plane.len() > MAX_PLANES {
-            bail!(
-                "rotor \"{}\" has {} planes, the controller follows one or two",
-                rotor.name,
-                rotor.plane.len()
-            );
-        }
         let unbalance_kg_m = DVector::from_iterator(
             rotor.plane.len(),
             rotor
@@ -65,109 +55,100 @@ impl Deployment {
             let fastest_rad_s = measurement::rad_s(fastest_rpm);
             full.projected(&desktop::basis::closest(&full, SHAPES, fastest_rad_s, &unbalance_kg_m)?)
         };
-        Self::of_model(desktop, probes, unbalance_kg_m, fastest_rpm)
+        Self::of_model(desktop, rotor, unbalance_kg_m, fastest_rpm)
     }
 
-    /// Makes the controller's form of a reduced model, terms and all.
+    /// Makes the controller's form of a reduced model, terms and all; of `rotor`, the noise and what stands where.
     ///
     /// # Errors
     /// If the model has more terms than the controller has room for, or does not pass its checks.
     pub fn of_model(
         desktop: desktop::model::Model,
-        probes: [usize; PROBES],
+        rotor: &Rotor,
         unbalance_kg_m: DVector<Complex<f64>>,
         fastest_rpm: f64,
     ) -> Result<Self> {
-        let edge = edge_model(&desktop, &probes, &unbalance_kg_m, fastest_rpm)?;
-        Ok(Self { desktop, edge, probes, unbalance_kg_m })
+        let edge = edge_model(&desktop, rotor, &unbalance_kg_m, fastest_rpm)?;
+        Ok(Self { desktop, edge, unbalance_kg_m })
     }
 
-    /// A measured reading as the controller gets it; lost probes stay lost.
+    /// A measured reading as the controller gets it, its probes in the order of the rotor's file; lost probes stay lost.
+    ///
+    /// # Panics
+    /// If the reading is not one of this rotor.
     pub fn reading(&self, measured: &measurement::Reading) -> Reading {
-        let vector = |p: usize| match measured.probes[p] {
+        assert_eq!(measured.probes.len(), self.edge.probes.len(), "a reading of this rotor");
+        let vector = |phasor: &Option<Complex<f64>>| match phasor {
             Some(y) => ProbeVector { cos_um: (y.re * 1e6) as f32, sin_um: (-y.im * 1e6) as f32 },
             None => ProbeVector::LOST,
         };
-        Reading { speed_rpm: measured.speed_rpm as f32, probes: self.probes.map(vector) }
-    }
-}
-
-/// Place in the file of the controller's probes: bearing 1 X, Y, bearing 2 X, Y.
-///
-/// # Errors
-/// If there are not two probes at each bearing.
-pub fn probe_order(rotor: &Rotor) -> Result<[usize; PROBES]> {
-    let beside = |bearing: &str| {
-        let of_bearing = rotor.probe.iter().enumerate().filter(|(_, p)| p.bearing == bearing);
-        of_bearing.map(|(i, _)| i).collect::<Vec<_>>()
-    };
-    let order: Vec<usize> = rotor.bearing.iter().flat_map(|b| beside(&b.name)).collect();
-    let pairs = rotor.bearing.iter().all(|b| beside(&b.name).len() == 2);
-    match order.try_into() {
-        Ok(order) if pairs => Ok(order),
-        _ => bail!(
-            "rotor \"{}\": the controller reads two probes at each bearing, no more and no fewer",
-            rotor.name
-        ),
+        let vectors: Vec<ProbeVector> = measured.probes.iter().map(vector).collect();
+        Reading::new(measured.speed_rpm as f32, &vectors).expect("a deployed model has one to eight probes")
     }
 }
 
 fn edge_model(
     model: &desktop::model::Model,
-    probes: &[usize; PROBES],
+    rotor: &Rotor,
     unbalance_kg_m: &DVector<Complex<f64>>,
     fastest_rpm: f64,
 ) -> Result<EdgeModel> {
-    let room = |_| anyhow::anyhow!("the model has more terms than the controller has room for");
-    let start_g_mm = |j: usize| {
-        let u = unbalance_kg_m.get(j).copied().unwrap_or_default() * G_MM;
-        [u.re as f32, u.im as f32]
-    };
     let largest_g_mm = unbalance_kg_m.iter().map(|u| u.norm() * G_MM).fold(0.0, f64::max);
-    let mut supports = heapless::Vec::new();
-    for s in &model.supports {
-        supports.push(support(s)).map_err(|_| room(()))?;
-    }
-    let mut forcings = heapless::Vec::new();
-    for f in &model.forcings {
-        let law = match f.law {
-            SpeedLaw::Constant => ForcingLaw::Constant,
-            SpeedLaw::Squared => ForcingLaw::SpeedSquared,
-        };
-        // N and kg·m inside, µN and g·mm at the edge
-        let amplitude = f.amplitude * 1e6;
-        let forcing = Forcing { shape: vector(&f.shape), amplitude: pair(amplitude), law };
-        forcings.push(forcing).map_err(|_| room(()))?;
-    }
-    let mut planes = heapless::Vec::new();
-    for shape in &model.planes {
-        planes.push(vector(shape)).map_err(|_| room(()))?;
-    }
+    let probe_terms = model.probes.iter().zip(&rotor.probe);
     let edge = Model {
         stiffness: matrix(&model.structure.stiffness),
         mass: matrix(&model.structure.mass),
         polar_inertia: matrix(&model.structure.polar_inertia),
         internal_damping_s: model.internal_damping_s as f32,
-        planes,
-        supports,
-        forcings,
-        probes: probes.map(|i| {
-            let p = &model.probes[i];
-            Probe {
-                shape: vector(&p.shape),
-                direction: [p.angle_rad.cos() as f32, p.angle_rad.sin() as f32],
-                gain: pair(p.gain),
-                runout_um: pair(p.runout_m * 1e6),
-            }
-        }),
-        initial_unbalance_g_mm: [start_g_mm(0), start_g_mm(1)],
+        planes: held("planes", model.planes.iter().map(vector))?,
+        supports: held("supports", model.supports.iter().map(support))?,
+        knots: heapless::Vec::new(),
+        forcings: held("forcings", model.forcings.iter().map(forcing))?,
+        probes: held("probes", probe_terms.map(|(term, place)| probe(term, bearing(rotor, place))))?,
+        initial_unbalance_g_mm: held("planes", unbalance_kg_m.iter().map(|u| pair(u * G_MM)))?,
         unbalance_floor_g_mm: (UNBALANCE_FLOOR * largest_g_mm) as f32,
+        noise: rotor.noise.map_or_else(Noise::default, |noise| Noise {
+            relative: noise.relative as f32,
+            floor_um: noise.floor_um as f32,
+        }),
         speed_range_rpm: SPEED_RANGE.map(|f| (f * fastest_rpm) as f32),
     };
     if let Err(refusal) = edge.check() {
         bail!("the controller would refuse this model: {refusal:?}");
     }
     Ok(edge)
+}
+
+/// The bytes that are deployed.
+///
+/// # Errors
+/// None: the buffer has room for the largest model.
+pub fn encoded(model: &EdgeModel) -> Result<Vec<u8>> {
+    let mut bytes = vec![0; EdgeModel::max_size_bytes()];
+    let length = model.encode(&mut bytes).map_err(|e| anyhow!("the model cannot be encoded: {e:?}"))?;
+    bytes.truncate(length);
+    Ok(bytes)
+}
+
+/// What a model has of one kind, in the room that there is for it.
+fn held<T, const MOST: usize>(
+    what: &str,
+    items: impl ExactSizeIterator<Item = T>,
+) -> Result<heapless::Vec<T, MOST>> {
+    let number = items.len();
+    if number > MOST {
+        bail!("the model has {number} {what}, a controller holds {MOST} at most");
+    }
+    Ok(items.collect())
+}
+
+fn forcing(f: &desktop::terms::Forcing) -> Forcing<SHAPES> {
+    let law = match f.law {
+        SpeedLaw::Constant => ForcingLaw::Constant,
+        SpeedLaw::Squared => ForcingLaw::SpeedSquared,
+    };
+    // N and kg·m inside, µN and g·mm at the edge
+    Forcing { shape: vector(&f.shape), amplitude: pair(f.amplitude * 1e6), law }
 }
 
 fn support(s: &desktop::terms::Support) -> Support<SHAPES> {
@@ -180,13 +161,34 @@ fn support(s: &desktop::terms::Support) -> Support<SHAPES> {
         mass_kg: law.mass_kg as f32,
         stiffness_slope: law.stiffness_slope as f32,
         reference_speed_rad_s: law.reference_rad_s as f32,
+        table: None,
         hardening_per_um2: (law.hardening_per_m2 * 1e-12) as f32,
         pedestal: law.pedestal.map(|p| Pedestal {
-            stiffness_n_m: p.stiffness_n_m as f32,
-            damping_n_s_m: p.damping_n_s_m as f32,
-            mass_kg: p.mass_kg as f32,
+            stiffness_n_m: both_axes(p.stiffness_n_m),
+            damping_n_s_m: both_axes(p.damping_n_s_m),
+            mass_kg: both_axes(p.mass_kg),
         }),
     }
+}
+
+fn both_axes(value: f64) -> Pair {
+    [value as f32; 2]
+}
+
+fn probe(term: &desktop::terms::ProbeTerm, bearing: u8) -> Probe<SHAPES> {
+    Probe {
+        shape: vector(&term.shape),
+        direction: [term.angle_rad.cos() as f32, term.angle_rad.sin() as f32],
+        gain: pair(term.gain),
+        runout_um: pair(term.runout_m * 1e6),
+        bearing,
+        mount: None,
+    }
+}
+
+/// Which bearing of the file a probe stands at; the file was checked for it.
+fn bearing(rotor: &Rotor, probe: &desktop::rotor::Probe) -> u8 {
+    rotor.bearing_of(probe).map_or(0, |place| place as u8)
 }
 
 fn matrix(m: &DMatrix<f64>) -> SMatrix<f32, SHAPES, SHAPES> {
@@ -197,6 +199,6 @@ fn vector(v: &DVector<f64>) -> SVector<f32, SHAPES> {
     SVector::from_fn(|i, _| v[i] as f32)
 }
 
-fn pair(c: Complex<f64>) -> [f32; 2] {
+fn pair(c: Complex<f64>) -> Pair {
     [c.re as f32, c.im as f32]
 }

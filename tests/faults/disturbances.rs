@@ -34,10 +34,13 @@ impl Impostor {
     }
 }
 
+/// Types of what is told to a monitor of four probes: reading start, vectors, gaps, end, and transfers.
+const TOLD: [u8; 8] = [8, 9, 10, 11, 12, 17, 19, 48];
+
 impl Disturbance for Impostor {
     fn act(&mut self, bus: &mut VirtualBus, _: &mut Watched, _: usize, _: u64) {
         for _ in 0..self.per_period {
-            let message_type = [8, 9, 10, 11, 12, 13, 48][(self.random.next_u64() % 7) as usize];
+            let message_type = TOLD[(self.random.next_u64() % TOLD.len() as u64) as usize];
             let bytes = self.random.next_u64().to_le_bytes();
             bus.send(OTHER, Frame::standard(frame_id(message_type, NODE), &bytes).unwrap());
         }
@@ -92,6 +95,12 @@ impl Namesake {
         Self { model, node: None }
     }
 
+    fn plugged_in(&self, time_us: u64) -> EdgeNode {
+        let mut node = EdgeNode::new(NodeConfig { seed: 1, ..NodeConfig::new(NODE) }).unwrap();
+        node.replace_model(time_us, self.model.clone()).unwrap();
+        node
+    }
+
     fn speak(&mut self, bus: &mut VirtualBus) {
         while let Some(frame) = self.node.as_mut().and_then(EdgeNode::transmit) {
             bus.send(OTHER, frame);
@@ -102,7 +111,7 @@ impl Namesake {
 impl Disturbance for Namesake {
     fn act(&mut self, bus: &mut VirtualBus, _: &mut Watched, row: usize, time_us: u64) {
         match row % 200 {
-            50 => self.node = EdgeNode::new(NodeConfig::new(NODE), self.model.clone()).ok(),
+            50 => self.node = Some(self.plugged_in(time_us)),
             150 => self.node = None,
             _ => {}
         }

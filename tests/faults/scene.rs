@@ -2,15 +2,14 @@
 
 use std::collections::HashMap;
 
-use rotor_edge::bus::{BusConfig, Port, VirtualBus};
-use rotor_edge::edge::{EdgeModel, EdgeNode};
+use rotor_edge::bus::{BusConfig, Port, VirtualBus, counters};
+use rotor_edge::edge::{EdgeModel, encoded};
+use rotor_edge::node::{Controller, Store};
 use rotor_edge_core::can::{
-    Counters, FLAG_FLAGGED, Frame, Message, MonitorResult, NumberedReading, ResultAssembler, reading_frames,
+    Counters, Frame, Message, MonitorResult, NumberedReading, ResultAssembler, reading_frames,
 };
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::Reading;
-use rotor_edge_core::residual::{ResidualMonitor, Verdict};
-use rotor_edge_core::track::{Estimate, Tracker};
 
 pub const NODE: u8 = 1;
 pub const PERIOD_US: u64 = 100_000;
@@ -36,63 +35,83 @@ pub struct Outcome {
 
 /// The monitor under test, and a referee without a bus that gets the readings as they were sent.
 pub struct Watched {
-    pub node: EdgeNode,
+    pub controller: Controller,
     referee: Referee,
     config: NodeConfig,
-    model: EdgeModel,
     sent: HashMap<u16, Reading>,
-    expected: HashMap<u16, (Estimate, Verdict)>,
-    /// Counters of lives before the present one.
-    past: Vec<Counters>,
+    expected: HashMap<u16, MonitorResult>,
+    /// Of lives before the present one.
+    past: Counters,
 }
 
+/// The same core with nothing between it and the host.
 struct Referee {
-    tracker: Tracker,
-    monitor: ResidualMonitor,
+    controller: Controller,
+    results: ResultAssembler,
+    sequence: u16,
+}
+
+fn started(config: NodeConfig, model: &EdgeModel) -> Controller {
+    let store = Store::in_memory().with_initial_model(encoded(model).unwrap());
+    Controller::start(config, store, 0).unwrap()
+}
+
+/// It never has to listen, and nobody else is there.
+fn of_referee(config: NodeConfig) -> NodeConfig {
+    NodeConfig { listen_us: 0, ..config }
 }
 
 impl Referee {
-    fn new(model: &EdgeModel) -> Self {
-        Self { tracker: Tracker::new(model), monitor: ResidualMonitor::new() }
+    fn judge(&mut self, time_us: u64, reading: Reading) -> MonitorResult {
+        while self.controller.poll_next(time_us).is_some() {}
+        self.sequence = self.sequence.wrapping_add(1);
+        for frame in reading_frames(NODE, &NumberedReading::new(self.sequence, reading)) {
+            self.controller.receive(time_us, &frame);
+        }
+        let frames = std::iter::from_fn(|| self.controller.transmit());
+        frames.filter_map(|frame| self.results.receive(&frame)).last().expect("the referee answers")
     }
-}
-
-fn started(config: NodeConfig, model: &EdgeModel, time_us: u64) -> EdgeNode {
-    let mut node = EdgeNode::new(config, model.clone()).unwrap();
-    node.poll(time_us);
-    node
 }
 
 impl Watched {
     pub fn new(model: &EdgeModel) -> Self {
         let config = NodeConfig::new(NODE);
+        let referee = Referee {
+            controller: started(of_referee(config), model),
+            results: ResultAssembler::new(),
+            sequence: 0,
+        };
         Self {
-            node: started(config, model, 0),
-            referee: Referee::new(model),
+            controller: started(config, model),
+            referee,
             config,
-            model: model.clone(),
             sent: HashMap::new(),
             expected: HashMap::new(),
-            past: Vec::new(),
+            past: Counters::default(),
         }
     }
 
-    /// Loses its power and comes back.
+    /// Loses its power and comes back with what it had stored.
     pub fn restart(&mut self, time_us: u64) {
-        self.past.push(self.node.counters());
-        self.node = started(self.config, &self.model, time_us);
-        self.referee = Referee::new(&self.model);
+        self.past = self.counters();
+        self.controller.cut_power(self.config, time_us).unwrap();
+        self.referee.controller.cut_power(of_referee(self.config), time_us).unwrap();
     }
 
     pub fn sends(&mut self, sequence: u16, reading: Reading) {
         self.sent.insert(sequence, reading);
     }
 
+    /// Lets it do what is due.
+    pub fn poll(&mut self, time_us: u64) {
+        while self.controller.poll_next(time_us).is_some() {}
+    }
+
     /// Hands a frame to the monitor; if that completed a reading, the referee judges the one that was sent under its number.
     pub fn receive(&mut self, time_us: u64, frame: &Frame) {
-        let before = self.node.counters().readings;
-        self.node.receive(time_us, frame);
-        if self.node.counters().readings == before {
+        let before = self.controller.node().counters().readings;
+        self.controller.receive(time_us, frame);
+        if self.controller.node().counters().readings == before {
             return;
         }
         let Ok((_, Message::ReadingEnd { sequence, .. })) = Message::decode(frame) else {
@@ -100,27 +119,17 @@ impl Watched {
         };
         // a reading under a number that was never sent has no right result
         let Some(reading) = self.sent.get(&sequence) else { return };
-        let Referee { tracker, monitor } = &mut self.referee;
-        let estimate = tracker.update(&self.config.track, &self.model, reading).unwrap();
-        let verdict = monitor.update(&self.config.residual, estimate.residual).unwrap();
-        self.expected.insert(sequence, (estimate, verdict));
+        let expected = MonitorResult { sequence, ..self.referee.judge(time_us, *reading) };
+        self.expected.insert(sequence, expected);
     }
 
     /// Every number the same, to the bit.
     pub fn is_right(&self, result: &MonitorResult) -> bool {
-        self.expected.get(&result.sequence).is_some_and(|(estimate, verdict)| {
-            result.unbalance_g_mm == estimate.unbalance_g_mm
-                && result.static_g_mm == estimate.static_g_mm
-                && result.dynamic_g_mm == estimate.dynamic_g_mm
-                && result.e_um == estimate.residual.e_um
-                && result.ratio == estimate.residual.ratio
-                && (result.streak, result.suspect) == (verdict.streak, verdict.suspect)
-                && (result.flags & FLAG_FLAGGED != 0) == verdict.flagged
-        })
+        self.expected.get(&result.sequence) == Some(result)
     }
 
-    pub fn counters(&self) -> impl Iterator<Item = Counters> {
-        self.past.iter().copied().chain([self.node.counters()])
+    pub fn counters(&self) -> Counters {
+        counters::sum(&self.past, &self.controller.node().counters())
     }
 }
 
@@ -163,9 +172,9 @@ pub fn play(
             while let Some((time_us, frame)) = bus.receive(MONITOR) {
                 watched.receive(time_us, &frame);
             }
-            watched.node.poll(bus.now_us());
+            watched.poll(bus.now_us());
             let mut answered = false;
-            while let Some(frame) = watched.node.transmit() {
+            while let Some(frame) = watched.controller.transmit() {
                 bus.send(MONITOR, frame);
                 answered = true;
             }
@@ -183,11 +192,10 @@ pub fn play(
             }
         }
     }
-    for c in watched.counters() {
-        outcome.evaluated += usize::from(c.readings);
-        let noticed = [c.rejected, c.repeated, c.late, c.incomplete, c.stray, c.skipped, c.lost, c.conflicts];
-        outcome.noticed += noticed.into_iter().map(u64::from).sum::<u64>();
-    }
+    let c = watched.counters();
+    outcome.evaluated = c.readings as usize;
+    let noticed = [c.rejected, c.repeated, c.late, c.incomplete, c.stray, c.skipped, c.lost, c.conflicts];
+    outcome.noticed = noticed.into_iter().map(u64::from).sum();
     outcome.noticed += u64::from(results.damaged());
     let traffic = bus.traffic();
     outcome.faulty = traffic.lost + traffic.repeated + traffic.damaged;

@@ -2,7 +2,7 @@
 //! acts from day 125 on, and the record.
 
 use anyhow::Result;
-use rotor_edge::edge::{Deployment, EdgeModel};
+use rotor_edge::edge::{Deployment, EdgeModel, encoded};
 use rotor_edge::sample;
 use rotor_edge_core::reading::Reading;
 use rotor_edge_desktop::diagnose::improve;
@@ -42,7 +42,8 @@ impl BoardSample {
 
     /// The readings one after another, [`READING_BYTES`] each.
     pub fn reading_bytes(&self) -> Vec<u8> {
-        let values = self.readings.iter().flat_map(|r| [r.speed_rpm].into_iter().chain(r.features()));
+        let features = |r: &Reading| r.probes().iter().flat_map(|p| [p.cos_um, p.sin_um]).collect::<Vec<_>>();
+        let values = self.readings.iter().flat_map(|r| [r.speed_rpm].into_iter().chain(features(r)));
         values.flat_map(f32::to_le_bytes).collect()
     }
 }
@@ -52,8 +53,5 @@ impl BoardSample {
 /// # Panics
 /// Never: the buffer has room for the largest.
 pub fn model_bytes(model: &EdgeModel) -> Vec<u8> {
-    let mut bytes = vec![0; EdgeModel::max_size_bytes()];
-    let length = model.encode(&mut bytes).expect("the buffer has room for the largest model");
-    bytes.truncate(length);
-    bytes
+    encoded(model).expect("the buffer has room for the largest model")
 }

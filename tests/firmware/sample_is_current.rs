@@ -18,13 +18,12 @@ fn checked_in(name: &str) -> Vec<u8> {
 ///
 /// Not the bytes: the desktop's fits use the platform's sine and logarithm, whose last bit may differ.
 fn difference(left: &EdgeModel, right: &EdgeModel) -> f32 {
-    let unbalance = left.initial_unbalance_g_mm.as_flattened();
-    let flat: [f32; 4] = unbalance.try_into().unwrap();
     let mut worst = 0.0_f32;
     for speed_rpm in [1_500.0, 4_000.0, 8_000.0, 11_000.0] {
-        let features = |model| {
+        let features = |model: &EdgeModel| -> Vec<f32> {
             let at_speed = response(model, rad_s(speed_rpm), &SupportAmplitudes::default()).unwrap();
-            at_speed.features(&flat)
+            let shown = at_speed.probes()[..model.probes.len()].iter();
+            shown.map(|probe| probe.phasor(&left.initial_unbalance_g_mm)).flat_map(|y| [y.re, y.im]).collect()
         };
         let (left, right) = (features(left), features(right));
         let largest = left.iter().fold(0.0_f32, |largest, x| largest.max(x.abs()));

@@ -6,15 +6,13 @@
 
 use std::io::{BufRead, Write};
 
+use rotor_edge::bus::counters::NAMES;
 use rotor_edge_core::can::{
-    CanError, FLAG_AT_BOUND_1, FLAG_AT_BOUND_2, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, Message,
-    PROTOCOL_VERSION, TYPE_TO_HOST, TYPE_TO_NODE,
+    CanError, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, Message, PROTOCOL_VERSION, TYPE_TO_HOST, TYPE_TO_NODE,
+    flag_at_bound,
 };
-use rotor_edge_core::residual::Bearing;
-use serde_json::{Value, json};
-
-const PROBES: [&str; 4] = ["Probe1X", "Probe1Y", "Probe2X", "Probe2Y"];
-const PLANES: [&str; 2] = ["UnbalancePlane1", "UnbalancePlane2"];
+use rotor_edge_core::state::Status;
+use serde_json::{Map, Value, json};
 
 fn main() -> std::io::Result<()> {
     let mut answers = std::io::stdout().lock();
@@ -61,99 +59,116 @@ fn frame(line: &str) -> Option<Frame> {
 }
 
 /// Name and signals of a message in the DBC file.
-fn signals(message: &Message) -> (&'static str, Value) {
+fn signals(message: &Message) -> (String, Value) {
     match *message {
-        Message::ReadingStart { sequence, valid_mask, keyphasor, speed_rpm } => {
-            let valid = |probe: u8| valid_mask >> probe & 1;
-            let signals = json!({
-                "Sequence": sequence,
-                "Probe1XValid": valid(0),
-                "Probe1YValid": valid(1),
-                "Probe2XValid": valid(2),
-                "Probe2YValid": valid(3),
-                "Keyphasor": keyphasor as u8,
-                "Speed": speed_rpm.to_bits(),
-            });
-            ("ReadingStart", signals)
+        Message::ReadingStart { sequence, valid_mask, keyphasor, probes, speed_rpm } => {
+            let mut signals =
+                numbered(8, |probe| (format!("Probe{}Valid", probe + 1), valid_mask >> probe & 1));
+            signals.extend([
+                ("Sequence".into(), sequence.into()),
+                ("Keyphasor".into(), (keyphasor as u8).into()),
+                ("Probes".into(), probes.into()),
+                ("Speed".into(), speed_rpm.to_bits().into()),
+            ]);
+            ("ReadingStart".into(), signals.into())
         }
         Message::ProbeVector { probe, vector } => {
-            (PROBES[usize::from(probe)], vector_signals([vector.cos_um, vector.sin_um]))
+            (format!("Probe{}", probe + 1), vector_signals([vector.cos_um, vector.sin_um]))
         }
-        Message::ReadingEnd { sequence, count, crc32 } => {
-            ("ReadingEnd", json!({ "Sequence": sequence, "Vectors": count, "Checksum": crc32 }))
+        Message::Gaps { group, gaps_mv } => {
+            let first = 4 * group + 1;
+            let signals = numbered(4, |k| (format!("Gap{}", first + k), gaps_mv[usize::from(k)]));
+            (format!("Gaps{first}To{}", first + 3), signals.into())
         }
-        Message::Status { sequence, flags, suspect, streak } => {
+        Message::ReadingEnd { sequence, frames, crc32 } => end("ReadingEnd", sequence, frames, crc32),
+        Message::Status { sequence, flags, suspect, redundancy, streak, used_mask, reason } => {
             let flag = |bit: u8| u8::from(flags & bit != 0);
-            let signals = json!({
-                "Sequence": sequence,
-                "Suspicious": flag(FLAG_SUSPICIOUS),
-                "Flagged": flag(FLAG_FLAGGED),
-                "AtBound1": flag(FLAG_AT_BOUND_1),
-                "AtBound2": flag(FLAG_AT_BOUND_2),
-                "Suspect": suspect.map_or(0, |bearing| match bearing {
-                    Bearing::One => 1,
-                    Bearing::Two => 2,
-                }),
-                "Streak": streak,
-            });
-            ("Status", signals)
+            let mut signals = numbered(4, |k| (format!("AtBound{}", k + 1), flag(flag_at_bound(k))));
+            signals.extend([
+                ("Sequence".into(), sequence.into()),
+                ("Suspicious".into(), flag(FLAG_SUSPICIOUS).into()),
+                ("Flagged".into(), flag(FLAG_FLAGGED).into()),
+                ("Suspect".into(), from_one(suspect).into()),
+                ("Redundancy".into(), redundancy.into()),
+                ("Streak".into(), streak.into()),
+                ("Used".into(), used_mask.into()),
+                ("Reason".into(), (reason as u8).into()),
+            ]);
+            ("Status".into(), signals.into())
         }
         Message::Unbalance { plane, unbalance_g_mm } => {
-            (PLANES[usize::from(plane)], vector_signals(unbalance_g_mm))
+            (format!("UnbalancePlane{}", plane + 1), vector_signals(unbalance_g_mm))
         }
-        Message::Static(unbalance_g_mm) => ("StaticUnbalance", vector_signals(unbalance_g_mm)),
-        Message::Dynamic(unbalance_g_mm) => ("DynamicUnbalance", vector_signals(unbalance_g_mm)),
+        Message::Static(unbalance_g_mm) => ("StaticUnbalance".into(), vector_signals(unbalance_g_mm)),
+        Message::Dynamic(unbalance_g_mm) => ("DynamicUnbalance".into(), vector_signals(unbalance_g_mm)),
         Message::Residual { e_um, ratio } => {
-            ("Residual", json!({ "Sum": e_um.to_bits(), "Ratio": ratio.to_bits() }))
+            ("Residual".into(), json!({ "Sum": e_um.to_bits(), "Ratio": ratio.to_bits() }))
         }
-        Message::ResultEnd { sequence, count, crc32 } => {
-            ("ResultEnd", json!({ "Sequence": sequence, "Frames": count, "Checksum": crc32 }))
+        Message::Limits { floor_um, level_um } => {
+            ("Limits".into(), json!({ "Floor": floor_um.to_bits(), "Level": level_um.to_bits() }))
         }
-        Message::Heartbeat { version, state, readings, lost, rejected } => {
+        Message::ResultEnd { sequence, frames, crc32 } => end("ResultEnd", sequence, frames, crc32),
+        Message::Heartbeat { version, state, reason, missing_mask, readings } => {
             let signals = json!({
                 "Protocol": version,
                 "State": state as u8,
+                "Reason": reason as u8,
+                "Missing": missing_mask,
                 "Readings": readings,
-                "Lost": lost,
-                "Rejected": rejected,
             });
-            ("Heartbeat", signals)
+            ("Heartbeat".into(), signals)
         }
-        Message::Counters { repeated, late, incomplete, stray } => {
-            let signals =
-                json!({ "Repeated": repeated, "Late": late, "Incomplete": incomplete, "Stray": stray });
-            ("Counters", signals)
-        }
-        Message::Discards { skipped, resynchronised, overflowed, unsolved } => {
+        Message::State(Status { state, reason, missing_mask, cause, suspect, age_s }) => {
             let signals = json!({
-                "Skipped": skipped,
-                "Resynchronised": resynchronised,
-                "Overflowed": overflowed,
-                "Unsolved": unsolved,
+                "State": state as u8,
+                "Reason": reason as u8,
+                "Missing": missing_mask,
+                "Cause": cause as u8,
+                "CauseSuspect": from_one(suspect),
+                "Age": age_s.to_bits(),
             });
-            ("Discards", signals)
+            ("State".into(), signals)
         }
-        Message::Commands { accepted, refused, forged, replayed } => {
-            let signals =
-                json!({ "Accepted": accepted, "Refused": refused, "Forged": forged, "Replayed": replayed });
-            ("Commands", signals)
+        Message::Counters { pair, values } => {
+            let names = NAMES[usize::from(pair)].map(capitalised);
+            (format!("Counters{}", pair + 1), names.into_iter().zip(values.map(Value::from)).collect())
         }
-        Message::Transfers { broken, conflicts, model_checksum } => {
-            let signals =
-                json!({ "Broken": broken, "Conflicts": conflicts, "ModelChecksum": model_checksum });
-            ("Transfers", signals)
+        Message::Model { checksum, probes, planes } => {
+            ("Model".into(), json!({ "Checksum": checksum, "Probes": probes, "Planes": planes }))
         }
-        Message::Version { protocol, oldest, model_schema, shapes } => {
+        Message::Version { protocol, oldest, model_schema, shapes, probes, planes } => {
             let signals = json!({
                 "Protocol": protocol,
                 "OldestProtocol": oldest,
                 "ModelSchema": model_schema,
                 "Shapes": shapes,
+                "ProbesHeld": probes,
+                "PlanesHeld": planes,
             });
-            ("Version", signals)
+            ("Version".into(), signals)
         }
-        Message::VersionQuery => ("VersionQuery", json!({})),
+        Message::VersionQuery => ("VersionQuery".into(), json!({})),
+        message => unimplemented!("{message:?} has no signals here"),
     }
+}
+
+/// Signals that are there several times.
+fn numbered<T: Into<Value>>(times: u8, signal: impl Fn(u8) -> (String, T)) -> Map<String, Value> {
+    (0..times).map(signal).map(|(name, value)| (name, value.into())).collect()
+}
+
+/// A number from 0 as the file has it: from 1, and 0 for none.
+fn from_one(number: Option<u8>) -> u8 {
+    number.map_or(0, |number| number + 1)
+}
+
+fn capitalised(name: &str) -> String {
+    let (first, rest) = name.split_at(1);
+    first.to_uppercase() + rest
+}
+
+fn end(name: &str, sequence: u16, frames: u8, crc32: u32) -> (String, Value) {
+    (name.into(), json!({ "Sequence": sequence, "Frames": frames, "Checksum": crc32 }))
 }
 
 fn vector_signals([cos, sin]: [f32; 2]) -> Value {

@@ -15,12 +15,24 @@ ROOT = Path(__file__).resolve().parents[2]
 DBC = cantools.database.load_file(ROOT / "core" / "rotor-edge.dbc")
 NODE_BITS = 0x1F
 EVERYBODY = 31
-FEATURES = ["Probe1X", "Probe1Y", "Probe2X", "Probe2Y"]
-RESULT = ["Status", "UnbalancePlane1", "UnbalancePlane2", "StaticUnbalance", "DynamicUnbalance", "Residual"]
+MOST_PROBES = 8
+COUNTERS = [f"Counters{pair}" for pair in range(1, 11)]
 
-DEPLOY, RESTART = 1, 2
-OUTCOMES = ["accepted", "malformed", "no key", "forged", "replayed", "model", "storage"]
+
+def result_of(planes):
+    """The frames of a result before its end."""
+    of_planes = [f"UnbalancePlane{plane}" for plane in range(1, planes + 1)]
+    return ["Status", *of_planes, "StaticUnbalance", "DynamicUnbalance", "Residual", "Limits"]
+
+
+RESULT = set(result_of(4))
+
+WIRE_VERSION = 2
+DEPLOY, RESTART, ACKNOWLEDGE, SET_THRESHOLDS, GET_THRESHOLDS = range(1, 6)
+OUTCOMES = ["accepted", "malformed", "no key", "forged", "replayed", "model", "storage", "counter", "thresholds"]
 CODE_BYTES = 16
+THRESHOLDS = struct.Struct("<B13f2B")
+"""Version, then the fields in their order."""
 
 
 def message(name, node, **signals):
@@ -46,15 +58,23 @@ def checksum(messages):
     return binascii.crc32(b"".join(bytes(m.data) for m in messages))
 
 
-def reading(node, sequence, speed_rpm, probes, keyphasor="Locked"):
-    """The six frames of a reading; ``probes`` is [(cos, sin) or None] in um, bearing 1 X, Y, bearing 2 X, Y."""
+def reading(node, sequence, speed_rpm, probes, keyphasor="Locked", gaps_v=None):
+    """The frames of a reading; ``probes`` is [(cos, sin) or None] in um in the order of the model, ``gaps_v`` [V or None]."""
     lost = (float("nan"), float("nan"))
-    valid = {f"{name}Valid": int(probe is not None) for name, probe in zip(FEATURES, probes)}
-    frames = [message("ReadingStart", node, Sequence=sequence, Keyphasor=keyphasor, Speed=speed_rpm, **valid)]
-    for name, probe in zip(FEATURES, probes):
+    there = [*probes, *[None] * (MOST_PROBES - len(probes))]
+    valid = {f"Probe{number}Valid": int(probe is not None) for number, probe in enumerate(there, 1)}
+    start = {"Sequence": sequence, "Keyphasor": keyphasor, "Probes": len(probes), "Speed": speed_rpm}
+    frames = [message("ReadingStart", node, **start, **valid)]
+    for number, probe in enumerate(probes, 1):
         cos, sin = probe or lost
-        frames.append(message(name, node, Cos=cos, Sin=sin))
-    end = message("ReadingEnd", node, Sequence=sequence, Vectors=len(probes), Checksum=checksum(frames))
+        frames.append(message(f"Probe{number}", node, Cos=cos, Sin=sin))
+    gaps_mv = [-32768 if gap is None else round(1000 * gap) for gap in gaps_v or []]
+    gaps_mv += [-32768] * (MOST_PROBES - len(gaps_mv))
+    for first in [0, 4]:
+        four = {f"Gap{first + k + 1}": gaps_mv[first + k] for k in range(4)}
+        if any(gap != -32768 for gap in four.values()):
+            frames.append(message(f"Gaps{first + 1}To{first + 4}", node, **four))
+    end = message("ReadingEnd", node, Sequence=sequence, Frames=len(frames), Checksum=checksum(frames))
     return frames + [end]
 
 
@@ -76,9 +96,11 @@ class Results:
             self.frames[name] = received, signals
         if name != "ResultEnd":
             return None
-        assert list(self.frames) == RESULT, f"result {signals['Sequence']} came as {list(self.frames)}"
+        planes = sum(name.startswith("UnbalancePlane") for name in self.frames)
+        expected = result_of(planes)
+        assert list(self.frames) == expected, f"result {signals['Sequence']} came as {list(self.frames)}"
         assert signals["Checksum"] == checksum(frame for frame, _ in self.frames.values())
-        assert signals["Sequence"] == self.frames["Status"][1]["Sequence"] and signals["Frames"] == len(RESULT)
+        assert signals["Sequence"] == self.frames["Status"][1]["Sequence"] and signals["Frames"] == len(expected)
         return {name: parts for name, (_, parts) in self.frames.items()}
 
 
@@ -124,36 +146,43 @@ def collect(bus, node, last, seconds=20.0):
 
 
 def play(bus, node, rows):
-    """Sends each reading and waits for its answer; {row: result}. A reading with a lost probe is not answered."""
+    """Sends each reading and waits for its answer; {row: result}. A reading without any probe is not answered."""
     answers = {}
     for row, (speed_rpm, probes) in enumerate(rows):
         for frame in reading(node, row, speed_rpm, probes):
             bus.send(frame)
-        if None not in probes:
+        if any(probes):
             answers |= collect(bus, node, row)
     return answers
 
 
 def request(key, node, command, counter, body=b""):
     """The bytes of a command."""
-    signed = struct.pack("<BBBBQ", 1, command, node, 0, counter) + body
-    return signed + code(key, signed)
+    signed = struct.pack("<BBBBQ", WIRE_VERSION, command, node, 0, counter) + body
+    return signed + code(key, b"rotor-edge request" + signed)
 
 
 def code(key, data):
     return hmac.new(key, data, hashlib.sha256).digest()[:CODE_BYTES]
 
 
-def answer(key, node, command, outcome, counter, model_checksum, to):
+def answer(key, node, command, outcome, counter, model_checksum, to, detail=(0, 0, 0), body=b""):
     """The bytes of a monitor's answer to a request."""
-    head = struct.pack("<BBBBQII", 1, command, node, OUTCOMES.index(outcome), counter, model_checksum, 0)
-    return head + code(key, head + to[-CODE_BYTES:])
+    head = struct.pack("<BBBBQI", WIRE_VERSION, command, node, OUTCOMES.index(outcome), counter, model_checksum)
+    head += bytes([*detail, 0]) + body
+    return head + code(key, b"rotor-edge answer" + head + to[-CODE_BYTES:])
 
 
 def open_answer(key, data, to):
     """Outcome, last counter accepted and checksum of the model in use; the answer must be the monitor's own."""
-    head, given = data[:-CODE_BYTES], data[-CODE_BYTES:]
-    assert hmac.compare_digest(given, code(key, head + to[-CODE_BYTES:])), "not the monitor's own answer"
-    version, _, _, outcome, counter, model_checksum, _ = struct.unpack("<BBBBQII", head)
-    assert version == 1
-    return OUTCOMES[outcome], counter, model_checksum
+    return open_whole_answer(key, data, to)[:3]
+
+
+def open_whole_answer(key, data, to):
+    """The same, then what the outcome says in detail (error, asked, held), and the body."""
+    signed, given = data[:-CODE_BYTES], data[-CODE_BYTES:]
+    expected = code(key, b"rotor-edge answer" + signed + to[-CODE_BYTES:])
+    assert hmac.compare_digest(given, expected), "not the monitor's own answer"
+    version, _, _, outcome, counter, model_checksum = struct.unpack("<BBBBQI", signed[:16])
+    assert version == WIRE_VERSION
+    return OUTCOMES[outcome], counter, model_checksum, tuple(signed[16:19]), signed[20:]

@@ -5,8 +5,10 @@ cantools encodes, the core decodes the same bits; the core encodes what it decod
 
 import struct
 
+import cantools
 import pytest
 
+from conftest import run
 from monitor import DBC
 
 # bytes of ISO-TP have no meaning of their own to the codec; test_isotp.py checks what they carry
@@ -135,7 +137,7 @@ def test_every_message_and_signal_is_explained_and_floats_of_a_kind_have_a_unit(
         for signal in message.signals:
             assert signal.comment, f"{message.name}.{signal.name}"
             if signal.is_float and signal.name != "Ratio":
-                assert signal.unit in ["rpm", "um", "g.mm"], f"{message.name}.{signal.name}"
+                assert signal.unit in ["rpm", "um", "g.mm", "s"], f"{message.name}.{signal.name}"
 
 
 def test_signals_do_not_overlap_and_reserved_bits_stay_zero(core):
@@ -145,3 +147,24 @@ def test_signals_do_not_overlap_and_reserved_bits_stay_zero(core):
         greatest = {signal.name: 0 if signal.is_float else signal.maximum for signal in message.signals}
         number = int.from_bytes(message.encode(greatest), "little")
         assert number & ~sum(1 << bit for bit in covered) == 0, message.name
+
+
+@pytest.mark.parametrize("node", [0, 1, 17, 30])
+def test_the_file_of_a_monitor_has_its_identifiers_and_the_same_signals(core, node, tmp_path):
+    path = tmp_path / "monitor.dbc"
+    run("dbc", "--node", node, "-o", path)
+    of_node = cantools.database.load_file(path)
+    assert of_node.version == DBC.version
+    assert [message.frame_id for message in of_node.messages] == [message.frame_id + node for message in DBC.messages]
+    for own, message in zip(of_node.messages, DBC.messages):
+        assert (own.name, own.comment) == (message.name, message.comment)
+        assert own.cycle_time == message.cycle_time
+        for signal, expected in zip(own.signals, message.signals, strict=True):
+            for attribute in ["name", "start", "length", "is_signed", "is_float", "unit", "choices", "comment"]:
+                assert getattr(signal, attribute) == getattr(expected, attribute), (own.name, signal.name, attribute)
+    # what this file encodes, the core takes for a frame of that monitor
+    for own in of_node.messages:
+        if own.name not in ISO_TP:
+            data = own.encode({signal.name: usual(signal, place) for place, signal in enumerate(own.signals)})
+            heard = core(f"{own.frame_id:03X}#{data.hex().upper()}")
+            assert (heard["name"], heard["node"]) == (own.name, node)

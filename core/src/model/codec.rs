@@ -19,7 +19,7 @@ use nalgebra::{ArrayStorage, SMatrix};
 use postcard::ser_flavors::Flavor;
 use serde::Deserialize;
 
-use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError};
+use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError, Noise};
 
 /// zlib's CRC-32 (Python: `binascii.crc32`).
 static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -58,7 +58,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         let plane = shape + 2 * F32;
         let terms = MAX_SUPPORTS * support + MAX_KNOTS * knot + MAX_FORCINGS * forcing;
         let lists = 6 * MARK + PLANES * plane + PROBES * probe;
-        HEAD_BYTES + shaft + terms + lists + (1 + 1 + 2) * F32 + 4
+        HEAD_BYTES + shaft + terms + lists + (1 + 2 + 2) * F32 + 4
     }
 
     /// What the model in these bytes needs of the firmware; `None` if they are too few or of another schema.
@@ -138,7 +138,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         probes: Vec::new(),
         initial_unbalance_g_mm: Vec::new(),
         unbalance_floor_g_mm: 0.0,
-        noise_um: 0.0,
+        noise: Noise { relative: 0.0, floor_um: 0.0 },
         speed_range_rpm: [0.0; 2],
     };
 
@@ -174,7 +174,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
             probes,
             initial_unbalance_g_mm,
             unbalance_floor_g_mm,
-            noise_um,
+            noise,
             speed_range_rpm,
         } = self;
         take(&mut rest, stiffness)?;
@@ -188,7 +188,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         take(&mut rest, probes)?;
         take(&mut rest, initial_unbalance_g_mm)?;
         take(&mut rest, unbalance_floor_g_mm)?;
-        take(&mut rest, noise_um)?;
+        take(&mut rest, noise)?;
         take(&mut rest, speed_range_rpm)?;
         let fields = body.get(..body.len().saturating_sub(rest.len())).unwrap_or_default();
         let stated = rest.first_chunk().map(|checksum| u32::from_le_bytes(*checksum));

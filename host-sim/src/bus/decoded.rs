@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
-use rotor_edge_core::can::{
-    Assembler, Frame, Message, MonitorResult, NodeState, PROTOCOL_VERSION, ResultAssembler,
-};
+use rotor_edge_core::can::{Assembler, Frame, Message, MonitorResult, PROTOCOL_VERSION, ResultAssembler};
+use rotor_edge_core::model::Pair;
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::Reading;
 
 use super::log::Logged;
+use super::states::States;
 
 /// Something and when it was complete on the bus, µs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,6 +18,12 @@ pub struct Timed<T> {
     pub time_us: u64,
     /// What it is.
     pub what: T,
+}
+
+/// The unbalance of the planes that a result has, g·mm.
+pub fn planes_of(result: &MonitorResult) -> &[Pair] {
+    let planes = usize::from(result.planes).min(result.unbalance_g_mm.len());
+    &result.unbalance_g_mm[..planes]
 }
 
 /// All that one node was told and said.
@@ -29,8 +35,8 @@ pub struct NodeRecord {
     pub results: Vec<Timed<MonitorResult>>,
     /// Heartbeats of this version of the protocol.
     pub heartbeats: u64,
-    /// State in the last of them.
-    pub state: Option<NodeState>,
+    /// What it said of itself.
+    pub states: States,
     /// Puts readings together and counts what became of them.
     pub assembler: Assembler,
     /// Puts results together and counts those that were damaged.
@@ -46,9 +52,10 @@ impl NodeRecord {
         if let Some(what) = self.result_assembler.receive(frame) {
             self.results.push(Timed { time_us, what });
         }
-        if let Ok((_, Message::Heartbeat { version: PROTOCOL_VERSION, state, .. })) = Message::decode(frame) {
-            self.heartbeats += 1;
-            self.state = Some(state);
+        if let Ok((_, message)) = Message::decode(frame) {
+            self.heartbeats +=
+                u64::from(matches!(message, Message::Heartbeat { version: PROTOCOL_VERSION, .. }));
+            self.states.take(time_us, &message);
         }
     }
 
@@ -117,14 +124,15 @@ impl Decoded {
 
 #[cfg(test)]
 mod tests {
-    use rotor_edge_core::can::{NumberedReading, READING_FRAMES, reading_frames};
-    use rotor_edge_core::reading::probe_vectors;
+    use rotor_edge_core::can::{MAX_READING_FRAMES, NumberedReading, reading_frames};
+    use rotor_edge_core::reading::ProbeVector;
 
     use super::*;
     use crate::bus::wire::WireFrame;
 
     fn reading(number: u16) -> Reading {
-        Reading { speed_rpm: 9000.0, probes: probe_vectors(&[f32::from(number); 8]) }
+        let vector = ProbeVector { cos_um: f32::from(number), sin_um: 1.0 };
+        Reading::new(9000.0, &[vector; 4]).unwrap()
     }
 
     fn logged(frames: impl IntoIterator<Item = (&'static str, Frame)>) -> Vec<Result<Logged>> {
@@ -139,7 +147,7 @@ mod tests {
         (1..).zip(frames).map(line).collect()
     }
 
-    fn frames(node: u8, sequence: u16, number: u16) -> heapless::Vec<Frame, READING_FRAMES> {
+    fn frames(node: u8, sequence: u16, number: u16) -> heapless::Vec<Frame, MAX_READING_FRAMES> {
         reading_frames(node, &NumberedReading::new(sequence, reading(number)))
     }
 
@@ -153,9 +161,13 @@ mod tests {
         let log = logged(mixed.flat_map(|(a, b)| [("can0", a), ("can0", b)]));
         let all = Decoded::of(log.into_iter(), "x.log").unwrap();
         assert_eq!((all.frames, all.ours, all.start_us), (12, 12, 1_000));
-        let found: Vec<_> = all.nodes.values().map(|node| node.readings.clone()).collect();
-        let timed = |time_us, what| vec![Timed { time_us, what }];
-        assert_eq!(found, [timed(11_000, reading(1)), timed(12_000, reading(2))]);
+        let of_node = |node: &NodeRecord| {
+            let [Timed { time_us, what }] = &node.readings[..] else { panic!("one reading each") };
+            (*time_us, what.probes().to_vec())
+        };
+        let found: Vec<_> = all.nodes.values().map(of_node).collect();
+        let expected = [(11_000, 1), (12_000, 2)].map(|(time_us, n)| (time_us, reading(n).probes().to_vec()));
+        assert_eq!(found, expected);
     }
 
     #[test]

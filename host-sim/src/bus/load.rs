@@ -1,6 +1,6 @@
 //! How full a bus is, and how many monitors it carries.
 
-use rotor_edge_core::can::{Frame, READING_FRAMES, RESULT_FRAMES};
+use rotor_edge_core::can::Frame;
 use rotor_edge_core::node::HEARTBEAT_FRAMES;
 use serde::Serialize;
 
@@ -10,6 +10,10 @@ use super::virtual_bus::frame_bits;
 pub const MONITORS: u32 = 30;
 /// Readings of each monitor a second.
 pub const READINGS_A_SECOND: u32 = 10;
+/// Frames of a reading of four probes with their gap voltages: start, vectors, gaps, end.
+const READING_FRAMES: usize = 1 + 4 + 1 + 1;
+/// Frames of a result for two planes: status, planes, static, dynamic, residual, limits, end.
+const RESULT_FRAMES: usize = 1 + 2 + 4 + 1;
 const BIT_RATES: [u32; 4] = [125_000, 250_000, 500_000, 1_000_000];
 
 /// What one bit rate carries.
@@ -42,14 +46,26 @@ pub fn loads() -> Vec<Load> {
 
 #[cfg(test)]
 mod tests {
+    use rotor_edge_core::can::{NumberedReading, reading_frames, result_frames};
+    use rotor_edge_core::reading::{ProbeVector, Reading};
+
     use super::*;
+    use crate::watch::testing::plain_result;
 
     #[test]
     fn loads_are_those_worked_out_by_hand() {
-        // 10 × 13 + 5 = 135 frames of 135 bits: 18,225 bit/s a monitor, 546,750 for thirty
-        assert_eq!(frames_a_second(), 135);
+        // 10 × 15 + 13 = 163 frames of 135 bits: 22,005 bit/s a monitor, 660,150 for thirty
+        assert_eq!(frames_a_second(), 163);
         let found: Vec<_> = loads().iter().map(|l| (l.bit_rate, l.monitors)).collect();
-        assert_eq!(found, [(125_000, 6), (250_000, 13), (500_000, 27), (1_000_000, 30)]);
-        assert!((loads()[3].load - 0.546_75).abs() < 1e-12);
+        assert_eq!(found, [(125_000, 5), (250_000, 11), (500_000, 22), (1_000_000, 30)]);
+        assert!((loads()[3].load - 0.660_15).abs() < 1e-12);
+    }
+
+    #[test]
+    fn so_many_frames_are_what_the_protocol_makes() {
+        let vector = ProbeVector { cos_um: 1.0, sin_um: 2.0 };
+        let reading = Reading::new(3000.0, &[vector; 4]).unwrap().with_gaps_v(&[-9.0; 4]);
+        assert_eq!(reading_frames(0, &NumberedReading::new(0, reading)).len(), READING_FRAMES);
+        assert_eq!(result_frames(0, &plain_result(0, 2)).len(), RESULT_FRAMES);
     }
 }

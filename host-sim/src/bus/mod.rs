@@ -10,7 +10,7 @@
 //! | [`stream`], [`text_client`] | TCP and serial ports, and joining a bus by them |
 //! | [`server`], [`load`] | the shared bus that needs no kernel, and how many monitors wires carry |
 //! | [`log`], [`decoded`] | recordings, and the readings and results in them |
-//! | [`counters`] | a monitor's counters from its heartbeat |
+//! | [`counters`], [`states`] | a monitor's counters and states from its frames |
 
 pub mod codec;
 pub mod counters;
@@ -24,6 +24,7 @@ pub mod server;
 pub mod slcan;
 pub mod socketcand;
 pub mod spec;
+pub mod states;
 pub mod stream;
 pub mod text_client;
 pub mod virtual_bus;

@@ -185,6 +185,11 @@ impl VirtualBus {
         incoming.pop_front()
     }
 
+    /// When the next copy that is under way arrives anywhere.
+    pub fn next_arrival_us(&self) -> Option<u64> {
+        self.participants.iter().filter_map(|p| p.incoming.front().map(|(arrival_us, _)| *arrival_us)).min()
+    }
+
     /// Moves the clock of an idle bus on.
     pub fn wait_until(&mut self, time_us: u64) {
         self.now_us = self.now_us.max(time_us);

@@ -5,19 +5,17 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use clap::Args;
 use nalgebra::Complex;
-use rotor_edge_core::reading::{PROBES, ProbeVector};
+use rotor_edge_core::reading::{self, ProbeVector};
 use rotor_edge_desktop::measurement::{self, Reading, phasor_m};
 use rotor_edge_desktop::rotor_file;
 use serde::Serialize;
 
-use super::answer::{Answer, state_name};
+use super::answer::{Answer, Change, changes};
 use super::output;
 use crate::bus::decoded::{Decoded, NodeRecord, Timed};
 use crate::bus::log::LogReader;
-use crate::edge::probe_order;
+use crate::bus::states::name;
 
-/// Names of the probes where no rotor gives them: bearing and direction.
-const PROBE_NAMES: [&str; PROBES] = ["1X", "1Y", "2X", "2Y"];
 const US_A_DAY: f64 = 86_400e6;
 
 #[derive(Debug, Args)]
@@ -27,7 +25,7 @@ pub struct Arguments {
     /// Write the readings as measured.csv
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// The rotor whose probes' names the columns get; 1X, 1Y, 2X, 2Y if absent
+    /// The rotor whose probes' names the columns get; probe1, probe2 and so on if absent
     #[arg(long, requires = "output")]
     rotor: Option<PathBuf>,
     /// The node whose readings are written, if the log holds several
@@ -43,10 +41,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let name = arguments.log.display().to_string();
     let all = Decoded::of(LogReader::open(&arguments.log)?, &name)?;
     if let Some(path) = &arguments.output {
-        let columns = Columns::of(arguments.rotor.as_deref())?;
+        let recorded = readings_of(&all, arguments.node, &name)?;
+        let names = probe_names(recorded, arguments.rotor.as_deref(), &name)?;
         let mut csv = Vec::new();
-        let readings = columns.readings(readings_of(&all, arguments.node, &name)?, all.start_us, &name)?;
-        measurement::write_probes(&mut csv, &columns.names, &readings)?;
+        let readings = readings(recorded, all.start_us, &name)?;
+        measurement::write_probes(&mut csv, &names, &readings)?;
         output::file(path, &csv)?;
     }
     let summary = Summary::of(&all);
@@ -58,7 +57,7 @@ fn readings_of<'a>(
     all: &'a Decoded,
     wanted: Option<u8>,
     name: &str,
-) -> Result<&'a [Timed<rotor_edge_core::reading::Reading>]> {
+) -> Result<&'a [Timed<reading::Reading>]> {
     let with_readings = || all.nodes.iter().filter(|(_, record)| !record.readings.is_empty());
     let numbers: Vec<String> = with_readings().map(|(number, _)| number.to_string()).collect();
     let mut chosen = with_readings().filter(|(number, _)| wanted.is_none_or(|wanted| wanted == **number));
@@ -78,54 +77,47 @@ fn readings_of<'a>(
     }
 }
 
-/// Where the controller's probes stand in the file.
-struct Columns {
-    names: Vec<String>,
-    places: [usize; PROBES],
+/// Names for the probes of all readings: those of the rotor, which must have as many.
+fn probe_names(
+    recorded: &[Timed<reading::Reading>],
+    rotor: Option<&Path>,
+    name: &str,
+) -> Result<Vec<String>> {
+    let number = recorded.first().map_or(0, |timed| timed.what.probes().len());
+    if let Some(other) = recorded.iter().find(|timed| timed.what.probes().len() != number) {
+        bail!(
+            "{name}: readings of {number} probes and of {}; one file holds those of one machine",
+            other.what.probes().len()
+        );
+    }
+    let Some(path) = rotor else { return Ok((1..=number).map(|probe| format!("probe{probe}")).collect()) };
+    let rotor = rotor_file::read(path)?;
+    if rotor.probe.len() != number {
+        bail!("{name}: readings of {number} probes, but rotor \"{}\" has {}", rotor.name, rotor.probe.len());
+    }
+    Ok(rotor.probe.into_iter().map(|probe| probe.name).collect())
 }
 
-impl Columns {
-    fn of(rotor: Option<&Path>) -> Result<Self> {
-        let Some(path) = rotor else {
-            return Ok(Self {
-                names: PROBE_NAMES.map(String::from).to_vec(),
-                places: std::array::from_fn(|i| i),
-            });
-        };
-        let rotor = rotor_file::read(path)?;
-        Ok(Self { places: probe_order(&rotor)?, names: rotor.probe.into_iter().map(|p| p.name).collect() })
+fn readings(recorded: &[Timed<reading::Reading>], start_us: u64, name: &str) -> Result<Vec<Reading>> {
+    if let Some(pair) = recorded.windows(2).find(|pair| pair[1].time_us < pair[0].time_us) {
+        let seconds = |timed: &Timed<_>| timed.time_us as f64 * 1e-6;
+        bail!(
+            "{name}: time goes back from {:.6} to {:.6} s, expected one recording with ascending times",
+            seconds(&pair[0]),
+            seconds(&pair[1])
+        );
     }
-
-    fn readings(
-        &self,
-        recorded: &[Timed<rotor_edge_core::reading::Reading>],
-        start_us: u64,
-        name: &str,
-    ) -> Result<Vec<Reading>> {
-        if let Some(pair) = recorded.windows(2).find(|pair| pair[1].time_us < pair[0].time_us) {
-            let seconds = |timed: &Timed<_>| timed.time_us as f64 * 1e-6;
-            bail!(
-                "{name}: time goes back from {:.6} to {:.6} s, expected one recording with ascending times",
-                seconds(&pair[0]),
-                seconds(&pair[1])
-            );
+    let reading = |timed: &Timed<reading::Reading>| {
+        let time_d = timed.time_us.saturating_sub(start_us) as f64 / US_A_DAY;
+        Reading {
+            run: None,
+            // to a microsecond and no further
+            time_d: Some((time_d * 1e11).round() / 1e11),
+            speed_rpm: shortest(timed.what.speed_rpm),
+            probes: timed.what.probes().iter().map(phasor).collect(),
         }
-        let reading = |timed: &Timed<rotor_edge_core::reading::Reading>| {
-            let mut probes = vec![None; self.names.len()];
-            for (place, vector) in self.places.iter().zip(&timed.what.probes) {
-                probes[*place] = phasor(vector);
-            }
-            let time_d = timed.time_us.saturating_sub(start_us) as f64 / US_A_DAY;
-            Reading {
-                run: None,
-                // to a microsecond and no further
-                time_d: Some((time_d * 1e11).round() / 1e11),
-                speed_rpm: shortest(timed.what.speed_rpm),
-                probes,
-            }
-        };
-        Ok(recorded.iter().map(reading).collect())
-    }
+    };
+    Ok(recorded.iter().map(reading).collect())
 }
 
 fn phasor(vector: &ProbeVector) -> Option<Complex<f64>> {
@@ -150,7 +142,8 @@ struct Node {
     node: u8,
     readings: usize,
     heartbeats: u64,
-    state: Option<&'static str>,
+    state: Option<String>,
+    states: Vec<Change>,
     counters: Counters,
     results: Vec<Answer>,
 }
@@ -158,12 +151,12 @@ struct Node {
 /// What became of what was recorded.
 #[derive(Serialize)]
 struct Counters {
-    lost: u16,
-    rejected: u16,
-    repeated: u16,
-    late: u16,
-    incomplete: u16,
-    stray: u16,
+    lost: u32,
+    rejected: u32,
+    repeated: u32,
+    late: u32,
+    incomplete: u32,
+    stray: u32,
     damaged_results: u16,
 }
 
@@ -181,7 +174,8 @@ impl Node {
             node,
             readings: record.readings.len(),
             heartbeats: record.heartbeats,
-            state: record.state.map(state_name),
+            state: record.states.last().map(|timed| name(timed.what.state)),
+            states: changes(&record.states, start_us),
             counters: Counters {
                 lost: c.lost,
                 rejected: c.rejected,
@@ -206,33 +200,35 @@ fn print(summary: &Summary, written: Option<&Path>) -> Result<()> {
             node.readings,
             node.results.len(),
             node.heartbeats,
-            node.state.map_or(String::new(), |state| format!(", last state {state}"))
+            node.state.as_ref().map_or(String::new(), |state| format!(", last state {state}"))
         );
         println!(
             "  lost {}, rejected {}, repeated {}, late {}, incomplete {}, stray frames {}, damaged results {}",
             c.lost, c.rejected, c.repeated, c.late, c.incomplete, c.stray, c.damaged_results
         );
-        if !node.results.is_empty() {
-            println!("      time s  reading      plane 1 g·mm, °      plane 2 g·mm, °  residual µm   ratio");
+        for change in &node.states {
+            println!("{:>12.3} s: {}, {}", change.time_s, change.state, change.reason);
+        }
+        let planes = node.results.iter().map(|r| r.planes.len()).max().unwrap_or(0);
+        if planes > 0 {
+            let columns: String = (1..=planes).map(|plane| format!("      plane {plane} g·mm, °")).collect();
+            println!("      time s  reading{columns}  residual µm   ratio");
         }
         for r in &node.results {
-            let [first, second] = &r.planes;
             let flag = match (r.flagged, r.suspicious, r.suspect) {
                 (true, _, Some(bearing)) => format!("  FLAGGED, bearing {bearing}"),
                 (true, _, None) => "  FLAGGED".into(),
                 (false, true, _) => "  suspicious".into(),
                 (false, false, _) => String::new(),
             };
+            let planes: String = r
+                .planes
+                .iter()
+                .map(|p| format!(" {:>12.2} {:>7.1}", p.unbalance_g_mm, p.angle_deg))
+                .collect();
             println!(
-                "{:>12.3} {:>8} {:>12.2} {:>7.1} {:>12.2} {:>7.1} {:>12.3} {:>7.3}{flag}",
-                r.time_s,
-                r.sequence,
-                first.unbalance_g_mm,
-                first.angle_deg,
-                second.unbalance_g_mm,
-                second.angle_deg,
-                r.residual_um,
-                r.ratio
+                "{:>12.3} {:>8}{planes} {:>12.3} {:>7.3}{flag}",
+                r.time_s, r.sequence, r.residual_um, r.ratio
             );
         }
     }

@@ -1,18 +1,17 @@
 //! `deploy`: a model to a monitor, over the bus.
 
 use std::path::PathBuf;
-use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Result, anyhow};
 use clap::Args;
 use rotor_edge_core::command::Command;
 use serde_json::json;
 
-use super::thresholds::node_number;
+use super::judging::node_number;
 use super::{deployable, output};
 use crate::bus::BusSpec;
-use crate::deploy::{command, read_key};
-use crate::edge::EdgeModel;
+use crate::deploy::{Authority, read_key};
+use crate::edge::encoded;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -46,14 +45,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let node = node_number(arguments.node)?;
     let key = read_key(&arguments.key)?;
     let model = deployable::of_file(&arguments.rotor, arguments.fastest_rpm)?.edge;
-    let bytes = encode(&model)?;
+    let bytes = encoded(&model)?;
     let mut bus = arguments.bus.open()?;
-    let counter = arguments.counter.map_or_else(now_ms, Ok)?;
+    let mut authority = Authority::new(key, node, arguments.counter)?;
+    let counter = authority.counter();
     let bar = output::progress("deploy", bytes.len());
     let sent = |bytes| bar.set_position(bytes as u64);
-    let answer = command(&mut *bus, &key, node, counter, Command::Deploy, &bytes, sent)?;
+    let answer = authority.command(&mut *bus, Command::Deploy, &bytes, sent)?;
     if arguments.restart {
-        command(&mut *bus, &key, node, counter + 1, Command::Restart, &[], |_| ())?;
+        authority.command(&mut *bus, Command::Restart, &[], |_| ())?;
     }
     bar.finish_and_clear();
     if answer.model_checksum != model.checksum() {
@@ -76,18 +76,4 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     );
     println!("Next: watch the residual fall\n  rotor-edge watch --bus {}", arguments.bus);
     Ok(())
-}
-
-/// The bytes that travel.
-fn encode(model: &EdgeModel) -> Result<Vec<u8>> {
-    let mut bytes = vec![0; EdgeModel::max_size_bytes()];
-    let length = model.encode(&mut bytes).map_err(|e| anyhow!("the model cannot be encoded: {e:?}"))?;
-    bytes.truncate(length);
-    Ok(bytes)
-}
-
-/// A counter that rises by itself.
-pub fn now_ms() -> Result<u64> {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    Ok(since.context("this machine's clock stands before 1970: give --counter")?.as_millis() as u64)
 }

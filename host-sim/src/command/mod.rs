@@ -1,10 +1,13 @@
 //! The commands, one file each.
 
+mod acknowledge;
 mod add;
 mod answer;
 pub mod balance;
 mod bus;
+mod commanding;
 mod compare;
+mod dbc;
 mod decode;
 mod deploy;
 mod deployable;
@@ -14,6 +17,7 @@ mod forecast;
 mod forecast_report;
 mod identify;
 mod improve;
+mod judging;
 mod key;
 mod node;
 mod output;
@@ -21,6 +25,7 @@ mod replay;
 mod replay_better;
 mod replay_bus;
 mod replay_json;
+mod setting;
 pub mod startup;
 mod startup_json;
 pub mod startup_text;
@@ -68,12 +73,18 @@ enum Command {
     Node(node::Arguments),
     /// Send a model to a monitor, authenticated and checked before it takes effect
     Deploy(deploy::Arguments),
+    /// What a monitor judges by: read and set over the bus
+    Thresholds(thresholds::Arguments),
+    /// Lower the flag that a monitor holds up
+    Acknowledge(acknowledge::Arguments),
     /// Make the key of a monitor
     Key(key::Arguments),
     /// A CAN bus that needs neither hardware nor the kernel: SLCAN and socketcand for all programs of this machine
     Bus(bus::Arguments),
     /// Watch all monitors of a bus on the terminal: unbalance, residual, flags and counters
     Watch(watch::Arguments),
+    /// The protocol of one monitor as a DBC file, for cantools and other CAN tools
+    Dbc(dbc::Arguments),
     /// Readings and results from a recorded candump log
     Decode(decode::Arguments),
     /// A single-disk rotor from its start-up: the simple model, where it fails, and which effects mend it
@@ -99,9 +110,12 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Forecast(arguments)) => forecast::run(&arguments),
         Some(Command::Node(arguments)) => node::run(&arguments),
         Some(Command::Deploy(arguments)) => deploy::run(&arguments),
+        Some(Command::Thresholds(arguments)) => thresholds::run(&arguments),
+        Some(Command::Acknowledge(arguments)) => acknowledge::run(&arguments),
         Some(Command::Key(arguments)) => key::run(&arguments),
         Some(Command::Bus(arguments)) => bus::run(&arguments),
         Some(Command::Watch(arguments)) => watch::run(&arguments),
+        Some(Command::Dbc(arguments)) => dbc::run(&arguments),
         Some(Command::Decode(arguments)) => decode::run(&arguments),
         Some(Command::Startup(arguments)) => startup::run(&arguments),
         Some(Command::Balance(arguments)) => balance::run(&arguments),

@@ -2,36 +2,43 @@
 
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
 use rotor_edge_core::node::NodeConfig;
 use serde_json::json;
 
-use super::thresholds::Thresholds;
+use super::judging::Judging;
 use super::{deployable, output, stop};
 use crate::bus::BusSpec;
+use crate::bus::counters::named;
 use crate::deploy::read_key;
-use crate::node::{Store, serve};
+use crate::edge::encoded;
+use crate::node::{Controller, RealTime, Store, serve};
+use crate::watch::reasons::why;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// The bus to join, such as slcan:127.0.0.1:29537, socketcand:127.0.0.1:29536 or socketcan:vcan0
     #[arg(long)]
     bus: BusSpec,
-    /// An identified rotor, rotor.toml; the built-in sample after phase I if absent
+    /// An identified rotor, rotor.toml, whose model it starts with as long as none was deployed; it starts without a model if
+    /// absent
     #[arg(long)]
     rotor: Option<PathBuf>,
+    /// Start with the model of the built-in sample, to try things out
+    #[arg(long, conflicts_with = "rotor")]
+    sample: bool,
     /// Highest speed that the machine reaches; that of the data the rotor was fitted to if absent
     #[arg(long, requires = "rotor")]
     fastest_rpm: Option<f64>,
     /// The monitor's key; without one it takes no commands
     #[arg(long)]
     key: Option<PathBuf>,
-    /// Where a deployed model and the counter of commands survive a restart
-    #[arg(long, requires = "key")]
+    /// Where a deployed model, thresholds, the counter of commands and what the monitor learns survive a restart
+    #[arg(long)]
     state: Option<PathBuf>,
     #[command(flatten)]
-    thresholds: Thresholds,
+    judging: Judging,
     /// Print one JSON object when it ends, instead of text
     #[arg(long)]
     json: bool,
@@ -40,37 +47,56 @@ pub struct Arguments {
 /// Runs the command until it is told to stop.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let key = arguments.key.as_deref().map(read_key).transpose()?;
-    let config = NodeConfig { key, ..arguments.thresholds.config()? };
-    let store = arguments.state.as_deref().map(Store::open).transpose()?;
-    let model = match &arguments.rotor {
-        Some(path) => deployable::of_file(path, arguments.fastest_rpm)?,
-        None => deployable::of_sample(arguments.thresholds.seed)?,
+    let config = NodeConfig { key, seed: random()?, ..arguments.judging.config()? };
+    let mut store = arguments.state.as_deref().map_or_else(|| Ok(Store::in_memory()), Store::open)?;
+    let initial = match &arguments.rotor {
+        Some(path) => Some(deployable::of_file(path, arguments.fastest_rpm)?),
+        None if arguments.sample => Some(deployable::of_sample(arguments.judging.seed)?),
+        None => None,
     };
+    if let Some(initial) = initial {
+        store = store.with_initial_model(encoded(&initial.edge)?);
+    }
     let mut bus = arguments.bus.open()?;
     let stop = stop::on_signal()?;
     if !arguments.json {
-        let deployed = store.as_ref().is_some_and(|s| s.model().is_some());
-        println!(
-            "Monitor {} listens on {}{}; {}. Ctrl-C ends it.",
-            config.node,
-            bus.description(),
-            if deployed { " with the model deployed last" } else { "" },
-            if key.is_some() { "commands need its key" } else { "it has no key and takes no commands" },
-        );
+        let model = match store.model() {
+            Ok(_) if store.is_deployed() => "with the model deployed last",
+            Ok(_) => "with the model it was started with",
+            Err(_) => "without a model",
+        };
+        let key = if key.is_some() { "commands need its key" } else { "it has no key and takes no commands" };
+        println!("Monitor {} listens on {} {model}; {key}. Ctrl-C ends it.", config.node, bus.description());
     }
-    let served = serve(&mut *bus, config, model.edge, store, &stop)?;
+    let mut controller = Controller::start(config, store, 0)?;
+    if let Some(reason) = controller.lacks_model().filter(|_| !arguments.json) {
+        let why = why(reason, 0);
+        println!("It judges nothing: {}; {}.", why.what, why.next);
+    }
+    let served = serve(&mut *bus, &mut controller, &RealTime::start(), &stop)?;
     let c = served.counters;
     if arguments.json {
-        return output::json(&json!({
-            "frames": { "sent": served.sent, "received": served.received },
-            "readings": c.readings, "skipped": c.skipped, "lost": c.lost, "rejected": c.rejected,
-            "commands": { "accepted": c.accepted, "refused": c.refused, "forged": c.forged, "replayed": c.replayed },
-            "broken_transfers": c.broken, "conflicts": c.conflicts,
-        }));
+        let mut counters: serde_json::Map<_, _> =
+            named(&c).map(|(name, number)| (name.to_string(), number.into())).collect();
+        for (name, value) in [
+            ("frames", json!({ "sent": served.sent, "received": served.received })),
+            (
+                "commands",
+                json!({ "accepted": c.accepted, "refused": c.refused, "forged": c.forged, "replayed": c.replayed }),
+            ),
+            ("broken_transfers", c.broken.into()),
+        ] {
+            counters.insert(name.into(), value);
+        }
+        return output::json(&counters);
     }
     println!(
         "\n{} readings evaluated, {} skipped, {} lost, {} rejected; commands: {} accepted, {} refused, {} forged, {} replayed",
         c.readings, c.skipped, c.lost, c.rejected, c.accepted, c.refused, c.forged, c.replayed
     );
     Ok(())
+}
+
+fn random() -> Result<u64> {
+    getrandom::u64().context("the system gives no random numbers")
 }

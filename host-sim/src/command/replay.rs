@@ -11,16 +11,21 @@ use rotor_edge_desktop::rotor::Rotor;
 use rotor_edge_desktop::rotor_file;
 
 use super::identify::{self, Days};
+use super::judging::Judging;
 use super::output;
 use super::replay_better::{Better, trends};
 use super::replay_bus::Over;
 use super::replay_json::{Summary, answers};
-use super::thresholds::Thresholds;
 use crate::bus::BusConfig;
+use crate::bus::states::name;
 use crate::edge::Deployment;
 use crate::replay::check::{Equivalence, equivalence};
-use crate::replay::{self, Flag, Replay, ReplayConfig, flags};
+use crate::replay::timing::age_limit_s;
+use crate::replay::{self, Flag, Replay, ReplayConfig, day, flags};
 use crate::sample;
+use crate::watch::words::{probe_numbers, span};
+
+const DAY_S: f64 = 86_400.0;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -42,8 +47,12 @@ pub struct Arguments {
     /// The day from which on the better model is played; the first suspicious one if absent
     #[arg(long, requires = "better")]
     since: Option<f64>,
+    /// Cut the controller's power before this day of the record, and let it go on from what it stored; may be given several
+    /// times
+    #[arg(long, value_name = "DAY", conflicts_with = "bus")]
+    power_cut: Vec<f64>,
     #[command(flatten)]
-    thresholds: Thresholds,
+    judging: Judging,
     #[command(flatten)]
     over: Over,
     #[command(flatten)]
@@ -98,10 +107,23 @@ impl Arguments {
             repetition,
             flip,
             longest_delay_us: (self.faults.delay_ms * 1000.0) as u64,
-            seed: self.thresholds.seed,
+            seed: self.judging.seed,
             ..BusConfig::default()
         };
-        Ok(ReplayConfig { node: self.thresholds.config()?, bus })
+        let node = self.judging.config()?;
+        let power_cuts_d = self.power_cut.clone();
+        Ok(ReplayConfig { node, age_limit_s: self.judging.age_limit_s(), power_cuts_d, bus })
+    }
+
+    /// Power can be cut only while the record lasts.
+    fn check_power_cuts(&self, record: &[Reading]) -> Result<()> {
+        let [first, last] = [0, record.len() - 1].map(|row| day(record, row));
+        for cut in &self.power_cut {
+            if !(first..=last).contains(cut) {
+                bail!("--power-cut {cut}: the record lasts from day {first} to {last}");
+            }
+        }
+        Ok(())
     }
 
     fn load(&self) -> Result<(Rotor, Vec<Reading>, Option<Vec<Reading>>)> {
@@ -120,6 +142,7 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (rotor, record, runup) = arguments.load()?;
     let config = arguments.config()?;
+    arguments.check_power_cuts(&record)?;
     let begun = Instant::now();
     let phase_one = match arguments.identified {
         true if rotor.plane.iter().any(|p| p.unbalance_g_mm.is_none()) => {
@@ -130,7 +153,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         true => None,
         false => {
             let days = Days::FIRST_THREE.select(&record)?;
-            Some(identify::phase_one(&rotor, &days, runup.as_deref(), arguments.thresholds.seed)?)
+            Some(identify::phase_one(&rotor, &days, runup.as_deref(), arguments.judging.seed)?)
         }
     };
     let identified = phase_one.as_ref().map_or(&rotor, |p| &p.rotor);
@@ -140,8 +163,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let played =
         arguments.over.play(&deployment, &record, &config, |row| bar.set_position(row as u64 + 1))?;
     bar.finish_and_clear();
-    let agreement =
-        equivalence(&deployment, f64::from(arguments.thresholds.growth), &record, &played.answers)?;
+    let agreement = equivalence(&deployment, &config, &record, &played.answers)?;
     let raised = flags(&record, &played.answers);
     let better = arguments.better.as_deref().map(|path| {
         let since_d = arguments.since.or_else(|| raised.first().map(|f| f.since_d));
@@ -159,7 +181,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     } else {
         let job =
             Job { rotor: &rotor, record: &record, phase_one: phase_one.as_ref(), runup: runup.as_deref() };
-        job.print(&arguments.over.label(), &played, &agreement, &raised);
+        job.print(&arguments.over.label(), &config, &played, &agreement, &raised);
         if let Some(better) = &better {
             better.print(&record, &played);
         }
@@ -177,7 +199,14 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn print(&self, bus: &str, played: &Replay, agreement: &Equivalence, raised: &[Flag]) {
+    fn print(
+        &self,
+        bus: &str,
+        config: &ReplayConfig,
+        played: &Replay,
+        agreement: &Equivalence,
+        raised: &[Flag],
+    ) {
         let rows = self.record.len();
         println!(
             "{}: {rows} readings, days {:.0} to {:.0}",
@@ -194,9 +223,20 @@ impl Job<'_> {
         println!("\n{bus}");
         println!("  frames sent {}, received {}, lost {}", t.sent, t.received, t.lost);
         println!(
-            "  readings evaluated {}, skipped for a lost probe {}, lost {}, rejected {}, repeated {}, late {}",
-            c.readings, c.skipped, c.lost, c.rejected, c.repeated, c.late
+            "  readings evaluated {} ({} without all probes), skipped {}, lost {}, rejected {}, repeated {}, late {}",
+            c.readings, c.partial, c.skipped, c.lost, c.rejected, c.repeated, c.late
         );
+        let age_limit_s = f64::from(age_limit_s(config, self.record));
+        let age_limit = match age_limit_s / DAY_S {
+            days if days >= 1.0 => format!("{days:.1} d"),
+            _ => span((age_limit_s * 1e6) as u64),
+        };
+        println!(
+            "  its clock is the record's; a verdict counts for {age_limit} (--age-limit-s {age_limit_s})"
+        );
+        for day in &config.power_cuts_d {
+            println!("  power lost before day {day}, back from what it had stored");
+        }
         println!(
             "\nThe core (f32, on the bus) against the desktop crate (f64)             measured     allowed"
         );
@@ -215,10 +255,43 @@ impl Job<'_> {
             agreement.max_residual_excess_um
         );
         println!(
+            "  largest gap that the core's own certificate leaves, of the feature sum {:>8.1e}  {:>10.0e}",
+            agreement.max_relative_gap,
+            replay::check::EXCESS_LIMIT
+        );
+        println!(
             "  unbalance against the exact optimum's                         {:>10.2} g·mm, {:.2}°",
             agreement.max_unbalance_difference_g_mm, agreement.max_angle_difference_deg
         );
         self.print_flags(played, raised);
+        self.print_states(played);
+    }
+
+    /// What the controller said of itself, as long as it is not too much.
+    fn print_states(&self, played: &Replay) {
+        const MOST: usize = 12;
+        println!("\nWhat the controller said of itself");
+        for change in played.states.iter().take(MOST) {
+            let status = &change.status;
+            let missing = match probe_numbers(status.missing_mask) {
+                numbers if numbers.is_empty() => String::new(),
+                numbers => format!(", without {}", self.probe_names(&numbers)),
+            };
+            println!(
+                "  from day {:<10} {}: {}{missing}",
+                change.time_d,
+                name(status.state),
+                name(status.reason)
+            );
+        }
+        if played.states.len() > MOST {
+            println!("  and {} changes more (--json has all)", played.states.len() - MOST);
+        }
+    }
+
+    fn probe_names(&self, numbers: &[u8]) -> String {
+        let names = numbers.iter().filter_map(|number| self.rotor.probe.get(usize::from(*number) - 1));
+        names.map(|probe| probe.name.as_str()).collect::<Vec<_>>().join(", ")
     }
 
     fn print_flags(&self, played: &Replay, raised: &[Flag]) {
@@ -245,7 +318,8 @@ impl Job<'_> {
             100.0 * ratio(first.since_d..f64::MAX)
         );
         for flag in raised {
-            let suspect = flag.suspect.map_or("neither bearing", |b| &self.rotor.bearing[b].name);
+            let suspect = flag.suspect.and_then(|b| self.rotor.bearing.get(b));
+            let suspect = suspect.map_or("no bearing", |bearing| &bearing.name);
             println!(
                 "  Flag raised on day {:.0}, up for {} readings; suspect bearing: {suspect}",
                 flag.time_d, flag.readings
@@ -276,6 +350,6 @@ impl Job<'_> {
     }
 
     fn day(&self, row: usize) -> f64 {
-        replay::day(self.record, row)
+        day(self.record, row)
     }
 }

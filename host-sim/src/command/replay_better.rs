@@ -42,7 +42,8 @@ impl Better {
         let from = (0..record.len()).find(|row| day(record, *row) >= since_d);
         let Some(from) = from else { bail!("the record has no reading from day {since_d} on") };
         let deployment = Deployment::new(&rotor, fastest_rpm)?;
-        let played = replay::run(&deployment, &record[from..], config, |_| ())?;
+        let config = ReplayConfig { power_cuts_d: Vec::new(), ..config.clone() };
+        let played = replay::run(&deployment, &record[from..], &config, |_| ())?;
         let raised = flags(&record[from..], &played.answers);
         let answers = played.answers.iter().map(|a| Answer { row: a.row + from, ..*a }).collect();
         let kinds: Vec<String> = rotor
@@ -133,7 +134,7 @@ pub fn trends(
          it back to the noise.",
         series(&|a| 100.0 * f64::from(a.result.ratio)),
     )];
-    for (k, plane) in rotor.plane.iter().enumerate().take(2) {
+    for (k, plane) in rotor.plane.iter().enumerate() {
         figures.push(figure(
             format!("unbalance-{}", k + 1),
             format!("Unbalance in plane {}", plane.name),

@@ -4,14 +4,12 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_core::command::Command;
 use rotor_edge_desktop::measurement::Reading;
 
-use super::deploy::now_ms;
 use crate::bus::BusSpec;
 use crate::bus::log::{LogWriter, Recorded};
 use crate::bus::wire::WireFrame;
-use crate::deploy::{command, read_key};
+use crate::deploy::{Authority, read_key};
 use crate::edge::Deployment;
 use crate::replay::live::{run_with_foreign_monitor, run_with_own_monitor};
 use crate::replay::{self, Replay, ReplayConfig};
@@ -54,9 +52,8 @@ impl Over {
         }
         match &self.key {
             Some(path) => {
-                let key = read_key(path)?;
-                command(&mut *host, &key, config.node.node, now_ms()?, Command::Restart, &[], |_| ())?;
-                run_with_foreign_monitor(&mut *host, deployment, record, config, progress)
+                let mut authority = Authority::new(read_key(path)?, config.node.node, None)?;
+                run_with_foreign_monitor(&mut *host, &mut authority, deployment, record, config, progress)
             }
             None => {
                 let mut monitor = spec.open()?;

@@ -1,13 +1,16 @@
 //! `replay --json`.
 
-use rotor_edge_core::residual::Bearing;
+use rotor_edge_core::model::Pair;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor::Rotor;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::bus::decoded::planes_of;
+use crate::bus::states::name;
 use crate::replay::check::Equivalence;
 use crate::replay::{Answer, Flag, Replay, day};
+use crate::watch::words::{bearing_number, probe_numbers};
 
 /// What `replay --json` prints.
 #[derive(Serialize)]
@@ -15,6 +18,7 @@ pub struct Summary<'a> {
     readings: usize,
     equivalence: EquivalenceSummary,
     flags: Vec<FlagSummary<'a>>,
+    states: Vec<StateSummary>,
     frames: Frames,
     counters: CounterSummary,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -28,14 +32,17 @@ pub struct Summary<'a> {
 pub struct AnswerSummary {
     row: usize,
     time_d: f64,
-    unbalance_g_mm: [[f32; 2]; 2],
-    static_g_mm: [f32; 2],
-    dynamic_g_mm: [f32; 2],
+    unbalance_g_mm: Vec<Pair>,
+    static_g_mm: Pair,
+    dynamic_g_mm: Pair,
     e_um: f32,
     ratio: f32,
     flags: u8,
     suspect: Option<u8>,
     streak: u16,
+    probes_used: Vec<u8>,
+    floor_um: f32,
+    level_um: f32,
 }
 
 /// All answers of a replay.
@@ -43,17 +50,17 @@ pub fn answers(record: &[Reading], played: &Replay) -> Vec<AnswerSummary> {
     let summary = |Answer { row, result }: &Answer| AnswerSummary {
         row: *row,
         time_d: day(record, *row),
-        unbalance_g_mm: result.unbalance_g_mm,
+        unbalance_g_mm: planes_of(result).to_vec(),
         static_g_mm: result.static_g_mm,
         dynamic_g_mm: result.dynamic_g_mm,
         e_um: result.e_um,
         ratio: result.ratio,
         flags: result.flags,
-        suspect: result.suspect.map(|bearing| match bearing {
-            Bearing::One => 1,
-            Bearing::Two => 2,
-        }),
+        suspect: result.suspect.map(bearing_number),
         streak: result.streak,
+        probes_used: probe_numbers(result.used_mask),
+        floor_um: result.floor_um,
+        level_um: result.level_um,
     };
     played.answers.iter().map(summary).collect()
 }
@@ -66,6 +73,8 @@ struct EquivalenceSummary {
     max_unbalance_difference_g_mm: f64,
     max_angle_difference_deg: f64,
     compared: usize,
+    max_relative_gap: f64,
+    certified: usize,
 }
 
 #[derive(Serialize)]
@@ -74,6 +83,14 @@ struct FlagSummary<'a> {
     time_d: f64,
     suspect: Option<&'a str>,
     readings: usize,
+}
+
+/// A change of what the controller says of itself.
+#[derive(Serialize)]
+struct StateSummary {
+    time_d: f64,
+    state: String,
+    reason: String,
 }
 
 #[derive(Serialize)]
@@ -85,13 +102,13 @@ struct Frames {
 
 #[derive(Serialize)]
 struct CounterSummary {
-    skipped: u16,
-    lost: u16,
-    rejected: u16,
-    repeated: u16,
-    late: u16,
-    incomplete: u16,
-    stray: u16,
+    skipped: u32,
+    lost: u32,
+    rejected: u32,
+    repeated: u32,
+    late: u32,
+    incomplete: u32,
+    stray: u32,
 }
 
 impl<'a> Summary<'a> {
@@ -115,14 +132,25 @@ impl<'a> Summary<'a> {
                 max_unbalance_difference_g_mm: agreement.max_unbalance_difference_g_mm,
                 max_angle_difference_deg: agreement.max_angle_difference_deg,
                 compared: agreement.compared,
+                max_relative_gap: agreement.max_relative_gap,
+                certified: agreement.certified,
             },
             flags: raised
                 .iter()
                 .map(|f| FlagSummary {
                     since_d: f.since_d,
                     time_d: f.time_d,
-                    suspect: f.suspect.map(|b| rotor.bearing[b].name.as_str()),
+                    suspect: f.suspect.and_then(|b| rotor.bearing.get(b)).map(|b| b.name.as_str()),
                     readings: f.readings,
+                })
+                .collect(),
+            states: played
+                .states
+                .iter()
+                .map(|change| StateSummary {
+                    time_d: change.time_d,
+                    state: name(change.status.state),
+                    reason: name(change.status.reason),
                 })
                 .collect(),
             frames: Frames { sent: t.sent, received: t.received, lost: t.lost },

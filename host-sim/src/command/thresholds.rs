@@ -1,70 +1,85 @@
-//! When the controller flags: arguments shared by the commands that run one.
+//! `thresholds`: what a monitor judges by, read and set over the bus.
 
 use anyhow::{Result, bail};
 use clap::Args;
-use rotor_edge_core::can::MAX_NODE;
-use rotor_edge_core::node::NodeConfig;
+use rotor_edge_core::command::Command;
+use rotor_edge_core::thresholds::Thresholds;
+use serde_json::{Value, json};
 
-/// The controller's number, seed and thresholds.
+use super::commanding::Commanding;
+use super::output;
+use super::setting::Setting;
+use crate::deploy::out_of_bounds;
+
 #[derive(Debug, Args)]
-pub struct Thresholds {
-    /// The controller's number on the bus, 0 to 30
-    #[arg(long, default_value_t = 1)]
-    pub node: u8,
-    /// Seed of the particle swarms (and of a simulated bus's faults)
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Rise of the residual above its running level that counts, relative
-    #[arg(long, default_value_t = 0.5)]
-    rise: f32,
-    /// Residual over feature sum that counts by itself
-    #[arg(long, default_value_t = 1.0 / 3.0)]
-    ratio_limit: f32,
-    /// Residual over feature sum below which a rise does not count
-    #[arg(long, default_value_t = 0.1)]
-    ratio_floor: f32,
-    /// Readings in a row that raise the flag, 1 to 8
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=8))]
-    persistence: u8,
-    /// Largest unbalance of a plane relative to the reading before
-    #[arg(long, default_value_t = 1.2)]
-    pub growth: f32,
+pub struct Arguments {
+    #[command(flatten)]
+    monitor: Commanding,
+    /// Sets a threshold, such as persistence_s=30 or gap_range_v=-16,-4; may be given several times
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<Setting>,
+    /// Begins from the defaults instead of what the monitor has
+    #[arg(long)]
+    defaults: bool,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
 }
 
-/// Refuses a node number that the bus has not.
-///
-/// # Errors
-/// If it is above [`MAX_NODE`].
-pub fn node_number(node: u8) -> Result<u8> {
-    if node > MAX_NODE {
-        bail!("--node {node}: expected a number from 0 to {MAX_NODE}");
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let mut authority = arguments.monitor.authority()?;
+    // what cannot be is said before anything is sent
+    for setting in &arguments.set {
+        setting.apply(&mut Thresholds::DEFAULT.clone())?;
     }
-    Ok(node)
+    let mut bus = arguments.monitor.open()?;
+    let before = authority.thresholds(&mut *bus)?;
+    let mut wanted = if arguments.defaults { Thresholds::DEFAULT } else { before };
+    for setting in &arguments.set {
+        setting.apply(&mut wanted)?;
+    }
+    if let Err(error) = wanted.check() {
+        bail!("{}; nothing was sent", out_of_bounds(error));
+    }
+    let is_set = wanted != before;
+    if is_set {
+        authority.command(&mut *bus, Command::SetThresholds, &wanted.encode(), |_| ())?;
+        let now = authority.thresholds(&mut *bus)?;
+        if now != wanted {
+            bail!("monitor {} tells other thresholds than were set; set them again", authority.node());
+        }
+    }
+    let fields = |thresholds: &Thresholds| serde_json::to_value(thresholds);
+    if arguments.json {
+        return output::json(&json!({
+            "node": authority.node(),
+            "set": is_set,
+            "thresholds": shortest(fields(&wanted)?),
+            "before": shortest(fields(&before)?),
+        }));
+    }
+    let (wanted, before) = (shortest(fields(&wanted)?), shortest(fields(&before)?));
+    println!("Monitor {} judges by", authority.node());
+    for (name, value) in wanted.as_object().into_iter().flatten() {
+        let was = match &before[name] {
+            old if old == value => String::new(),
+            old => format!("   (was {old})"),
+        };
+        println!("  {name:<22} {value}{was}");
+    }
+    Ok(())
 }
 
-impl Thresholds {
-    /// The controller's settings.
-    ///
-    /// # Errors
-    /// Which argument is out of range.
-    pub fn config(&self) -> Result<NodeConfig> {
-        for (name, value, least) in [
-            ("--growth", self.growth, 1.0),
-            ("--rise", self.rise, 0.0),
-            ("--ratio-limit", self.ratio_limit, 0.0),
-            ("--ratio-floor", self.ratio_floor, 0.0),
-        ] {
-            if !value.is_finite() || value < least {
-                bail!("{name} {value}: expected a number of at least {least}");
-            }
+/// Numbers as they were meant: the shortest that is this f32.
+fn shortest(value: Value) -> Value {
+    match value {
+        Value::Object(fields) => fields.into_iter().map(|(name, value)| (name, shortest(value))).collect(),
+        Value::Array(values) => values.into_iter().map(shortest).collect(),
+        Value::Number(number) if number.is_f64() => {
+            let text = number.as_f64().map_or(String::new(), |number| (number as f32).to_string());
+            text.parse::<f64>().map_or(Value::Number(number), Value::from)
         }
-        let mut config = NodeConfig::new(node_number(self.node)?);
-        config.track.seed = self.seed;
-        config.track.growth = self.growth;
-        config.residual.rise = self.rise;
-        config.residual.ratio_limit = self.ratio_limit;
-        config.residual.ratio_floor = self.ratio_floor;
-        config.residual.persistence = self.persistence;
-        Ok(config)
+        other => other,
     }
 }

@@ -1,13 +1,17 @@
 //! What `watch --json` prints: everything that was heard.
 
-use rotor_edge_core::can::{Counters, Keyphasor};
+use rotor_edge_core::can::Keyphasor;
+use rotor_edge_core::state::Reason;
 use serde::Serialize;
+use serde_json::{Map, Value};
 
-use super::answer::{Answer, state_name};
+use super::answer::Answer;
+use crate::bus::counters::named;
+use crate::bus::states::name;
 use crate::watch::Watch;
 use crate::watch::monitor::{Flagged, Monitor, Version};
 use crate::watch::view::Place;
-use crate::watch::words::{PROBE_NAMES, Words, bearing_number};
+use crate::watch::words::{Words, bearing_number, probe_numbers};
 
 #[derive(Serialize)]
 pub struct Summary {
@@ -32,7 +36,11 @@ struct Bus {
 #[derive(Serialize)]
 struct Node {
     node: u8,
-    state: Option<&'static str>,
+    state: Option<String>,
+    reason: Option<String>,
+    missing_probes: Vec<u8>,
+    evidence_age_s: Option<f64>,
+    latched: Option<Latched>,
     silent: bool,
     conflict: bool,
     says: String,
@@ -40,9 +48,12 @@ struct Node {
     heard_seconds_ago: Option<f64>,
     heartbeats: u64,
     version: Option<Version>,
-    counters: Option<Counted>,
+    /// Its own, in the order of its heartbeat.
+    counters: Option<Map<String, Value>>,
     damaged_results: u16,
     model_checksum: Option<String>,
+    model_probes: Option<u8>,
+    model_planes: Option<u8>,
     model_replaced: Vec<Replaced>,
     reading: Option<Reading>,
     unanswered_readings: u32,
@@ -52,26 +63,11 @@ struct Node {
     history: Vec<Answer>,
 }
 
-/// A monitor's own counters, in the order of its heartbeat.
+/// A flag that stays until it is acknowledged.
 #[derive(Serialize)]
-struct Counted {
-    readings: u16,
-    lost: u16,
-    rejected: u16,
-    repeated: u16,
-    late: u16,
-    incomplete: u16,
-    stray: u16,
-    skipped: u16,
-    resynchronised: u16,
-    overflowed: u16,
-    unsolved: u16,
-    accepted: u16,
-    refused: u16,
-    forged: u16,
-    replayed: u16,
-    broken: u16,
-    conflicts: u16,
+struct Latched {
+    cause: String,
+    suspect: Option<u8>,
 }
 
 #[derive(Serialize)]
@@ -88,7 +84,8 @@ struct Reading {
     sequence: u16,
     speed_rpm: f32,
     keyphasor: &'static str,
-    lost_probes: Vec<&'static str>,
+    lost_probes: Vec<u8>,
+    gaps_v: Vec<Option<f32>>,
 }
 
 /// A time with the flag up.
@@ -126,9 +123,18 @@ impl Node {
             from: checksum(timed.what.from),
             to: checksum(timed.what.to),
         });
+        let status = monitor.status();
+        let latched = status.filter(|status| status.cause != Reason::None);
         Self {
             node,
-            state: monitor.state().map(state_name),
+            state: status.map(|status| name(status.state)),
+            reason: status.map(|status| name(status.reason)),
+            missing_probes: status.map_or(vec![], |status| probe_numbers(status.missing_mask)),
+            evidence_age_s: monitor.evidence_age_us(now_us).map(seconds),
+            latched: latched.map(|status| Latched {
+                cause: name(status.cause),
+                suspect: status.suspect.map(bearing_number),
+            }),
             silent: monitor.is_silent(now_us),
             conflict: monitor.is_in_conflict(now_us),
             says: words.state,
@@ -136,9 +142,11 @@ impl Node {
             heard_seconds_ago: monitor.heard_us().map(|heard_us| seconds(now_us - heard_us)),
             heartbeats: monitor.heartbeats(),
             version: monitor.version(),
-            counters: monitor.counters().map(Counted::from),
+            counters: monitor.counters().map(|c| named(c).map(|(n, c)| (n.into(), c.into())).collect()),
             damaged_results: monitor.damaged(),
-            model_checksum: monitor.model_checksum().map(checksum),
+            model_checksum: monitor.model().map(|model| checksum(model.checksum)),
+            model_probes: monitor.model().map(|model| model.probes),
+            model_planes: monitor.model().map(|model| model.planes),
             model_replaced: replaced.collect(),
             reading: Reading::of(monitor),
             unanswered_readings: monitor.unanswered(),
@@ -154,7 +162,6 @@ impl Reading {
     fn of(monitor: &Monitor) -> Option<Self> {
         let timed = monitor.reading()?;
         let reading = &timed.what.reading;
-        let lost = PROBE_NAMES.into_iter().zip(&reading.probes).filter(|(_, probe)| !probe.is_finite());
         Some(Self {
             time_s: seconds(timed.time_us),
             sequence: timed.what.sequence,
@@ -165,7 +172,11 @@ impl Reading {
                 Keyphasor::Missing => "missing",
                 Keyphasor::Unsteady => "unsteady",
             },
-            lost_probes: lost.map(|(name, _)| name).collect(),
+            lost_probes: probe_numbers(!reading.valid_mask())
+                .into_iter()
+                .filter(|number| usize::from(*number) <= reading.probes().len())
+                .collect(),
+            gaps_v: reading.gaps_v().iter().map(|gap_v| gap_v.is_finite().then_some(*gap_v)).collect(),
         })
     }
 }
@@ -179,30 +190,6 @@ impl Flag {
             to_sequence: flagged.last.what,
             lasts: flagged.lasts,
             suspect: flagged.suspect.map(bearing_number),
-        }
-    }
-}
-
-impl From<&Counters> for Counted {
-    fn from(c: &Counters) -> Self {
-        Self {
-            readings: c.readings,
-            lost: c.lost,
-            rejected: c.rejected,
-            repeated: c.repeated,
-            late: c.late,
-            incomplete: c.incomplete,
-            stray: c.stray,
-            skipped: c.skipped,
-            resynchronised: c.resynchronised,
-            overflowed: c.overflowed,
-            unsolved: c.unsolved,
-            accepted: c.accepted,
-            refused: c.refused,
-            forged: c.forged,
-            replayed: c.replayed,
-            broken: c.broken,
-            conflicts: c.conflicts,
         }
     }
 }

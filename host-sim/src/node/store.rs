@@ -1,91 +1,227 @@
-//! What survives a restart, in one file that is always whole: the counter of commands and the deployed model.
+//! What survives a loss of power, in one file that is always whole: the counter of commands, the deployed model, the
+//! thresholds and the monitor's memory.
+//!
+//! ```text
+//! rotor-edge monitor 2
+//! counter 41 9d3c07a2          the number, and the CRC-32 of its digits
+//! model 02000000…              bytes as hexadecimal digits, each with a checksum of its own inside; nothing if there is none
+//! thresholds 01…
+//! memory 01…
+//! ```
+//!
+//! Whatever the file holds, the monitor starts: what cannot be read is missing and the monitor says so. A counter that
+//! cannot be read is taken for the present time in milliseconds, so that no recorded command is accepted again. The first
+//! saving over a damaged file leaves a copy of it beside, with `.damaged` at its name's end.
 
-use std::fmt::Write as _;
+use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result};
+use rotor_edge_core::state::Reason;
 
-use crate::edge::EdgeModel;
+const NAME: &str = "rotor-edge monitor";
+/// The last version before this one: counter without a checksum, and a model of its time.
+const BEFORE: &str = "rotor-edge monitor 1";
+const FIRST_LINE: &str = "rotor-edge monitor 2";
 
-const FIRST_LINE: &str = "rotor-edge monitor 1";
+/// What one monitor must not forget.
+#[derive(Debug, Clone, PartialEq)]
+struct Kept {
+    counter: u64,
+    model: Result<Vec<u8>, Reason>,
+    thresholds: Option<Vec<u8>>,
+    memory: Option<Vec<u8>>,
+}
 
-/// The stored state of one monitor.
+/// The stored state of one monitor: in a file, or only as long as the process lives.
 #[derive(Debug)]
 pub struct Store {
-    path: PathBuf,
-    counter: u64,
-    model: Option<EdgeModel>,
-    model_hex: String,
+    path: Option<PathBuf>,
+    kept: Kept,
+    /// In place of a model that was never stored.
+    initial: Option<Vec<u8>>,
+    damaged: bool,
 }
 
 impl Store {
+    /// Forgets everything with the process.
+    pub fn in_memory() -> Self {
+        let kept = Kept { counter: 0, model: Err(Reason::NothingStored), thresholds: None, memory: None };
+        Self { path: None, kept, initial: None, damaged: false }
+    }
+
     /// Reads the file; a missing one is a monitor that was never deployed to.
     ///
     /// # Errors
-    /// If the file is there and is not a whole state.
+    /// If the file is there and the system does not let it be read.
     pub fn open(path: &Path) -> Result<Self> {
-        let mut store = Self { path: path.to_path_buf(), counter: 0, model: None, model_hex: String::new() };
-        let text = match std::fs::read_to_string(path) {
+        let mut store = Self { path: Some(path.to_path_buf()), ..Self::in_memory() };
+        let bytes = match std::fs::read(path) {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(store),
-            text => text.with_context(|| format!("{}: cannot be read", path.display()))?,
+            bytes => bytes.with_context(|| format!("{}: cannot be read", path.display()))?,
         };
-        store.parse(&text).with_context(|| {
-            format!("{}: not the state of a monitor; delete it to begin anew", path.display())
-        })?;
+        store.kept = Kept::parse(&String::from_utf8_lossy(&bytes));
+        store.damaged = bytes != store.kept.text().as_bytes();
         Ok(store)
+    }
+
+    /// With a model for as long as none is deployed.
+    pub fn with_initial_model(mut self, model: Vec<u8>) -> Self {
+        self.initial = Some(model);
+        self
     }
 
     /// Last counter accepted.
     pub fn counter(&self) -> u64 {
-        self.counter
+        self.kept.counter
     }
 
-    /// The model deployed last.
-    pub fn model(&self) -> Option<&EdgeModel> {
-        self.model.as_ref()
+    /// Bytes of the model to start with.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn model(&self) -> Result<&[u8], Reason> {
+        match (&self.kept.model, &self.initial) {
+            (Ok(deployed), _) => Ok(deployed),
+            (Err(Reason::NothingStored), Some(initial)) => Ok(initial),
+            (Err(reason), _) => Err(*reason),
+        }
     }
 
-    /// Stores both, or neither: written beside the old file, flushed to the disk, then renamed over it.
+    /// Whether a model was deployed to this monitor.
+    pub fn is_deployed(&self) -> bool {
+        self.kept.model.is_ok()
+    }
+
+    /// Thresholds that were set over the bus.
+    pub fn thresholds(&self) -> Option<&[u8]> {
+        self.kept.thresholds.as_deref()
+    }
+
+    /// What the monitor learned.
+    pub fn memory(&self) -> Option<&[u8]> {
+        self.kept.memory.as_deref()
+    }
+
+    /// Stores what a command brings, and its counter: all, or nothing.
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn save(&mut self, counter: u64, model: Option<&[u8]>) -> Result<()> {
-        let model_hex = model.map_or_else(|| self.model_hex.clone(), to_hex);
-        let partial = self.path.with_extension("partial");
-        let mut file = std::fs::File::create(&partial)?;
-        write!(file, "{FIRST_LINE}\ncounter {counter}\nmodel {model_hex}\n")?;
-        file.sync_all()?;
-        std::fs::rename(&partial, &self.path)?;
-        (self.counter, self.model_hex) = (counter, model_hex);
-        Ok(())
+    pub fn save_command(
+        &mut self,
+        counter: u64,
+        model: Option<&[u8]>,
+        thresholds: Option<&[u8]>,
+    ) -> Result<()> {
+        let mut kept = Kept { counter, ..self.kept.clone() };
+        if let Some(model) = model {
+            kept.model = Ok(model.to_vec());
+        }
+        if let Some(thresholds) = thresholds {
+            kept.thresholds = Some(thresholds.to_vec());
+        }
+        self.replace(kept)
     }
 
-    fn parse(&mut self, text: &str) -> Result<()> {
-        let mut lines = text.lines();
-        if lines.next() != Some(FIRST_LINE) {
-            bail!("line 1: expected \"{FIRST_LINE}\"");
+    /// Stores what the monitor learned.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn save_memory(&mut self, memory: &[u8]) -> Result<()> {
+        self.replace(Kept { memory: Some(memory.to_vec()), ..self.kept.clone() })
+    }
+
+    fn replace(&mut self, kept: Kept) -> Result<()> {
+        if let Some(path) = &self.path {
+            if self.damaged {
+                let mut copy = path.clone().into_os_string();
+                copy.push(".damaged");
+                std::fs::copy(path, copy)?;
+                self.damaged = false;
+            }
+            write_whole(path, kept.text().as_bytes())?;
         }
-        let mut field = |name: &str| {
-            let value = lines.next().and_then(|line| line.strip_prefix(name)).map(str::trim);
-            value.ok_or_else(|| anyhow!("expected a line \"{name} …\""))
-        };
-        self.counter = field("counter")?.parse().context("counter: expected a number")?;
-        self.model_hex = field("model")?.to_string();
-        if !self.model_hex.is_empty() {
-            let bytes = from_hex(&self.model_hex).context("model: expected hexadecimal digits")?;
-            self.model = Some(EdgeModel::decode(&bytes).map_err(|e| anyhow!("model: {e:?}"))?);
-        }
+        self.kept = kept;
         Ok(())
     }
 }
 
+/// Written beside the old file under a name of its own, flushed to the disk, renamed over it, and the folder flushed too.
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(path)?;
+    // where folders can be opened, a rename is on the disk when they are flushed
+    if cfg!(unix) {
+        File::open(folder)?.sync_all()?;
+    }
+    Ok(())
+}
+
+impl Kept {
+    fn text(&self) -> String {
+        let digits = self.counter.to_string();
+        let hex = |bytes: Option<&Vec<u8>>| bytes.map_or(String::new(), |bytes| to_hex(bytes));
+        format!(
+            "{FIRST_LINE}\ncounter {digits} {:08x}\nmodel {}\nthresholds {}\nmemory {}\n",
+            crc32(digits.as_bytes()),
+            hex(self.model.as_ref().ok()),
+            hex(self.thresholds.as_ref()),
+            hex(self.memory.as_ref())
+        )
+    }
+
+    fn parse(text: &str) -> Self {
+        let is_ours = text.lines().next().is_some_and(|line| line.starts_with(NAME));
+        // a line that is not ended was cut
+        let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+        let field = |name: &str| {
+            let mut lines = whole.lines().skip(1);
+            lines.find_map(|line| line.strip_prefix(name)).map(str::trim).filter(|_| is_ours)
+        };
+        let bytes = |name: &str| field(name).filter(|hex| !hex.is_empty()).map(from_hex);
+        let counter = match (text.lines().next(), field("counter ")) {
+            (Some(BEFORE), Some(number)) => number.parse().ok(),
+            (_, Some(number)) => checked_counter(number),
+            (_, None) => None,
+        };
+        let model = match bytes("model ") {
+            Some(Some(bytes)) => Ok(bytes),
+            // a line without bytes; anything else is damage
+            None if field("model").is_some_and(str::is_empty) => Err(Reason::NothingStored),
+            _ => Err(Reason::Damaged),
+        };
+        Self {
+            counter: counter.unwrap_or_else(present_ms),
+            model,
+            thresholds: bytes("thresholds ").flatten(),
+            memory: bytes("memory ").flatten(),
+        }
+    }
+}
+
+fn checked_counter(text: &str) -> Option<u64> {
+    let (digits, code) = text.split_once(' ')?;
+    let is_right = u32::from_str_radix(code, 16) == Ok(crc32(digits.as_bytes()));
+    digits.parse().ok().filter(|_| is_right)
+}
+
+fn present_ms() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as u64)
+}
+
+/// zlib's CRC-32.
+fn crc32(bytes: &[u8]) -> u32 {
+    crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(bytes)
+}
+
 /// Two digits a byte.
 pub(crate) fn to_hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The bytes of two digits each.
@@ -98,49 +234,87 @@ pub(crate) fn from_hex(text: &str) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::edge::Deployment;
-    use crate::sample;
 
-    fn model() -> EdgeModel {
-        let (mut rotor, ..) = sample::load().unwrap();
-        for plane in &mut rotor.plane {
-            (plane.unbalance_g_mm, plane.angle_deg) = (Some(100.0), Some(30.0));
-        }
-        Deployment::new(&rotor, 11_000.0).unwrap().edge
-    }
-
-    fn encoded(model: &EdgeModel) -> Vec<u8> {
-        let mut bytes = vec![0; EdgeModel::max_size_bytes()];
-        let length = model.encode(&mut bytes).unwrap();
-        bytes.truncate(length);
-        bytes
+    fn folder() -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("monitor.state");
+        (folder, path)
     }
 
     #[test]
-    fn what_was_saved_is_there_after_a_restart() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("monitor.state");
+    fn what_was_saved_is_there_after_a_restart_and_nothing_else_in_the_folder() {
+        let (folder, path) = folder();
         let mut store = Store::open(&path).unwrap();
-        assert_eq!((store.counter(), store.model()), (0, None));
-        store.save(7, Some(&encoded(&model()))).unwrap();
-        store.save(8, None).unwrap();
+        assert_eq!((store.counter(), store.model()), (0, Err(Reason::NothingStored)));
+        store.save_command(7, Some(&[1, 2, 3]), None).unwrap();
+        store.save_memory(&[4, 5]).unwrap();
+        store.save_command(8, None, Some(&[6])).unwrap();
         let again = Store::open(&path).unwrap();
-        assert_eq!((again.counter(), again.model()), (8, Some(&model())));
+        assert_eq!((again.counter(), again.model()), (8, Ok(&[1, 2, 3][..])));
+        assert_eq!((again.memory(), again.thresholds()), (Some(&[4, 5][..]), Some(&[6][..])));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
     #[test]
-    fn a_file_cut_anywhere_or_of_something_else_is_refused_and_a_partial_one_is_not_looked_at() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("monitor.state");
-        Store::open(&path).unwrap().save(7, Some(&encoded(&model()))).unwrap();
-        let whole = std::fs::read_to_string(&path).unwrap();
-        for length in [0, 10, 25, 40, whole.len() / 2, whole.len() - 2] {
+    fn an_initial_model_counts_until_one_is_deployed_and_never_beside_a_damaged_one() {
+        let (_folder, path) = folder();
+        let mut store = Store::open(&path).unwrap().with_initial_model(vec![9]);
+        assert_eq!(store.model(), Ok(&[9][..]));
+        store.save_memory(&[1]).unwrap();
+        assert_eq!(Store::open(&path).unwrap().model(), Err(Reason::NothingStored));
+        store.save_command(1, Some(&[2]), None).unwrap();
+        assert_eq!(store.model(), Ok(&[2][..]));
+        std::fs::write(&path, "rotor-edge monitor 2\ncounter 1 83dcefb7\nmodel 0x\n").unwrap();
+        let damaged = Store::open(&path).unwrap().with_initial_model(vec![9]);
+        assert_eq!(damaged.model(), Err(Reason::Damaged));
+    }
+
+    #[test]
+    fn a_file_cut_anywhere_starts_with_a_counter_that_lets_no_old_command_in() {
+        let (_folder, path) = folder();
+        Store::open(&path).unwrap().save_command(4_123, Some(&[1; 20]), Some(&[2; 9])).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let counter_ends = 1 + whole.iter().enumerate().filter(|(_, b)| **b == b'\n').nth(1).unwrap().0;
+        for length in 0..whole.len() {
             std::fs::write(&path, &whole[..length]).unwrap();
-            let message = format!("{:#}", Store::open(&path).unwrap_err());
-            assert!(message.contains("monitor.state"), "{message}");
+            let store = Store::open(&path).unwrap();
+            if length >= counter_ends {
+                assert_eq!(store.counter(), 4_123, "{length} bytes");
+            } else {
+                assert!(store.counter() > 1_600_000_000_000, "{length} bytes: {}", store.counter());
+            }
+            match store.model() {
+                Ok(model) => assert_eq!(model, [1; 20]),
+                Err(reason) => assert_eq!(reason, Reason::Damaged, "{length} bytes"),
+            }
         }
-        std::fs::write(&path, &whole).unwrap();
-        std::fs::write(path.with_extension("partial"), "rotor-edge mon").unwrap();
-        assert_eq!(Store::open(&path).unwrap().counter(), 7);
+    }
+
+    #[test]
+    fn every_changed_digit_of_the_counter_is_noticed_and_the_damaged_file_is_kept_beside() {
+        let (folder, path) = folder();
+        Store::open(&path).unwrap().save_command(4_123, None, None).unwrap();
+        let whole = std::fs::read_to_string(&path).unwrap();
+        for digit in ["1", "2", "3", "4"] {
+            std::fs::write(&path, whole.replacen(digit, "7", 1)).unwrap();
+            let counter = Store::open(&path).unwrap().counter();
+            assert!(counter == 4_123 || counter > 1_600_000_000_000, "{counter}");
+        }
+        std::fs::write(&path, b"\xff\x00 something else").unwrap();
+        let mut store = Store::open(&path).unwrap();
+        assert_eq!(store.model(), Err(Reason::Damaged));
+        store.save_memory(&[1]).unwrap();
+        let copy = folder.path().join("monitor.state.damaged");
+        assert_eq!(std::fs::read(copy).unwrap(), b"\xff\x00 something else");
+    }
+
+    #[test]
+    fn a_file_of_the_version_before_keeps_its_counter() {
+        let (_folder, path) = folder();
+        std::fs::write(&path, "rotor-edge monitor 1\ncounter 41\nmodel 0100000006\n").unwrap();
+        let store = Store::open(&path).unwrap();
+        assert_eq!((store.counter(), store.model()), (41, Ok(&[1, 0, 0, 0, 6][..])));
+        std::fs::write(&path, "rotor-edge monitor 1\ncounter 41\nmodel \n").unwrap();
+        assert_eq!(Store::open(&path).unwrap().model(), Err(Reason::NothingStored));
     }
 }

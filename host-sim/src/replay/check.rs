@@ -1,15 +1,19 @@
 //! Every answer of the controller against the desktop crate.
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use nalgebra::{Complex, DVector};
-use rotor_edge_core::reading::probe_vectors;
+use rotor_edge_core::model::Pair;
+use rotor_edge_core::reading::ProbeVector;
 use rotor_edge_core::response::{SupportAmplitudes, response};
-use rotor_edge_desktop::identify::{Bounds, least_residual};
-use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::identify::least_residual;
+use rotor_edge_desktop::measurement::{self, Reading, phasor_m};
 use rotor_edge_desktop::model::Response;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 
-use super::Answer;
+use super::mirror::{Mirror, Reflection};
+use super::timing::{Timing, settings};
+use super::{Answer, ReplayConfig};
+use crate::bus::decoded::planes_of;
 use crate::edge::Deployment;
 
 /// Design: core against desktop, relative to the reading's largest feature.
@@ -32,6 +36,11 @@ pub struct Equivalence {
     pub max_angle_difference_deg: f64,
     /// Answers that could be compared with the optimum: those whose predecessor arrived too.
     pub compared: usize,
+    /// Distance to the optimum that the core's own certificate allows at most, relative to the reading's feature sum.
+    pub max_relative_gap: f64,
+    /// Answers for which the certificate is known: those that the core repeats to the bit from the readings as they were
+    /// sent.
+    pub certified: usize,
 }
 
 impl Equivalence {
@@ -53,105 +62,183 @@ impl Equivalence {
                 EXCESS_LIMIT * 100.0
             );
         }
+        if self.max_relative_gap > EXCESS_LIMIT {
+            bail!(
+                "the core's own certificate leaves {:.3} % of the feature sum open, allowed is {:.1} %",
+                self.max_relative_gap * 100.0,
+                EXCESS_LIMIT * 100.0
+            );
+        }
         Ok(())
     }
 }
 
-/// Compares all answers with the desktop crate on the same shape functions.
+/// Compares all answers with the desktop crate on the same shape functions and the same probes.
 ///
 /// # Errors
 /// If the desktop model cannot be evaluated at a speed of the record.
 pub fn equivalence(
     deployment: &Deployment,
-    growth: f64,
+    config: &ReplayConfig,
     record: &[Reading],
     answers: &[Answer],
 ) -> Result<Equivalence> {
-    let floor_kg_m = f64::from(deployment.edge.unbalance_floor_g_mm) / G_MM;
-    let bounds = Bounds { growth, floor_kg_m };
+    let timing = Timing::of(deployment, record, config);
+    let node = settings(config, record);
+    let mut mirror = Mirror::new(&deployment.edge, node);
     let mut worst = Equivalence::default();
-    let mut last: Option<(usize, DVector<Complex<f64>>)> = None;
-    for answer in answers {
-        let reading = &record[answer.row];
-        let Some(all) = reading.complete() else { continue };
-        let measured = DVector::from_iterator(all.len(), deployment.probes.iter().map(|p| all[*p]));
-        let largest_m = measured.iter().map(|y| y.re.abs().max(y.im.abs())).fold(0.0, f64::max);
-        let feature_sum_um: f64 = measured.iter().map(|y| (y.re.abs() + y.im.abs()) * 1e6).sum();
-        let u = reported_unbalance(deployment, answer);
-
-        let desktop =
-            in_edge_order(deployment, deployment.desktop.response_under(reading.speed_rad_s(), &u)?);
-        let ours = core_features(deployment, answer, reading)?;
-        let difference =
-            (desktop.at(&u) - ours).iter().map(|d| d.re.abs().max(d.im.abs())).fold(0.0, f64::max);
-        raise(&mut worst.max_relative_feature_error, difference / largest_m);
-
-        let before = match &last {
-            None if answer.row == 0 => Some(&deployment.unbalance_kg_m),
-            // an answer that was lost leaves the bound on the next one unknown
-            Some((row, u)) if answers_between(record, *row, answer.row) == 0 => Some(u),
-            _ => None,
-        };
-        if let Some(before) = before {
-            let largest: Vec<f64> = before.iter().map(|u| bounds.largest(*u)).collect();
-            let exact = least_residual(&desktop, &measured, &largest)?;
-            let excess_um = f64::from(answer.result.e_um) - exact.residual_um;
-            raise(&mut worst.max_residual_excess_um, excess_um);
-            raise(&mut worst.max_relative_excess, excess_um / feature_sum_um);
-            for (core, exact) in u.iter().zip(exact.unbalance_kg_m.iter()) {
-                let ([a, at], [b, bt]) = (g_mm_deg(*core), g_mm_deg(*exact));
-                raise(&mut worst.max_unbalance_difference_g_mm, (a - b).abs());
-                if exact.norm() > floor_kg_m {
-                    let turn = (at - bt + 180.0).rem_euclid(360.0) - 180.0;
-                    raise(&mut worst.max_angle_difference_deg, turn.abs());
-                }
+    // whether the mirror knows all that the controller knew
+    let mut known = true;
+    let mut last: Option<(u64, Vec<Pair>)> = None;
+    let mut cuts: Vec<u64> = config.power_cuts_d.iter().map(|day| timing.at(*day)).collect();
+    let mut answers = answers.iter().peekable();
+    for (row, measured) in record.iter().enumerate() {
+        let judged_us = timing.judged_us(row);
+        let cuts_left = cuts.iter().filter(|cut_us| **cut_us > judged_us).count();
+        known &= cuts_left == cuts.len();
+        cuts.retain(|cut_us| *cut_us > judged_us);
+        if !known {
+            // the bound is known again where it hangs on the last unbalance alone
+            let growth_us = (f64::from(node.thresholds.growth_s) * 1e6) as u64;
+            let last = last.as_ref().filter(|(last_us, _)| judged_us - last_us >= growth_us);
+            known = last.is_some();
+            if let Some((_, last_g_mm)) = last {
+                mirror.resume(last_g_mm);
             }
-            worst.compared += 1;
         }
-        last = Some((answer.row, u));
+        let reflection = mirror.judge(judged_us, &deployment.reading(measured));
+        let Some(answer) = answers.next_if(|answer| answer.row == row) else {
+            if reflection.is_some() {
+                (known, last) = (false, None);
+            }
+            continue;
+        };
+        let case = Case::of(deployment, measured, reflection.as_ref(), answer)?;
+        raise(&mut worst.max_relative_feature_error, case.relative_feature_error()?);
+        if let Some(reflection) = reflection.filter(|_| known) {
+            worst.compare_with_optimum(&case, &reflection)?;
+        }
+        known = known && case.repeated.is_some();
+        last = Some((judged_us, planes_of(&answer.result).to_vec()));
     }
     Ok(worst)
+}
+
+/// One answer and what it is held against.
+struct Case<'a> {
+    deployment: &'a Deployment,
+    answer: &'a Answer,
+    /// Places of the probes that gave a value.
+    probes: Vec<usize>,
+    /// What they showed, m.
+    measured: DVector<Complex<f64>>,
+    speed_rad_s: f64,
+    /// As the controller found it, kg·m.
+    unbalance_kg_m: DVector<Complex<f64>>,
+    /// The desktop's, of these probes.
+    response: Response,
+    /// The core's own words for this answer, if it repeats it to the bit.
+    repeated: Option<Reflection>,
+}
+
+impl<'a> Case<'a> {
+    fn of(
+        deployment: &'a Deployment,
+        measured: &Reading,
+        reflection: Option<&Reflection>,
+        answer: &'a Answer,
+    ) -> Result<Self> {
+        // where readings were averaged, the mean is what was judged
+        let averaged = reflection.filter(|r| r.averaged.variance < 1.0).map(|r| r.averaged.reading);
+        let (speed_rpm, shown) = match &averaged {
+            Some(mean) => (f64::from(mean.speed_rpm), mean.probes().iter().map(phasor).collect()),
+            None => (measured.speed_rpm, measured.probes.clone()),
+        };
+        let valid = shown.iter().enumerate().filter_map(|(place, y)| y.map(|y| (place, y)));
+        let (probes, values): (Vec<usize>, Vec<Complex<f64>>) = valid.unzip();
+        let found = planes_of(&answer.result);
+        let unbalance_kg_m = DVector::from_iterator(
+            found.len(),
+            found.iter().map(|[x, y]| Complex::new(f64::from(*x), f64::from(*y)) / G_MM),
+        );
+        let speed_rad_s = measurement::rad_s(speed_rpm);
+        let mut response = deployment.desktop.response_under(speed_rad_s, &unbalance_kg_m)?;
+        response.per_unbalance = response.per_unbalance.select_rows(&probes);
+        response.fixed = response.fixed.select_rows(&probes);
+        let repeated =
+            reflection.copied().filter(|r| r.estimate.unbalance_g_mm == answer.result.unbalance_g_mm);
+        Ok(Self {
+            deployment,
+            answer,
+            probes,
+            measured: DVector::from_vec(values),
+            speed_rad_s,
+            unbalance_kg_m,
+            response,
+            repeated,
+        })
+    }
+
+    fn feature_sum_um(&self) -> f64 {
+        self.measured.iter().map(|y| (y.re.abs() + y.im.abs()) * 1e6).sum()
+    }
+
+    fn relative_feature_error(&self) -> Result<f64> {
+        let largest_m = self.measured.iter().map(|y| y.re.abs().max(y.im.abs())).fold(0.0, f64::max);
+        let difference = self.response.at(&self.unbalance_kg_m) - self.core_features()?;
+        Ok(difference.iter().map(|d| d.re.abs().max(d.im.abs())).fold(0.0, f64::max) / largest_m)
+    }
+
+    /// The core's own features at its own estimate, m.
+    fn core_features(&self) -> Result<DVector<Complex<f64>>> {
+        let all: Vec<ProbeVector> = match &self.repeated {
+            Some(reflection) => reflection.estimate.calculated.to_vec(),
+            None => {
+                let speed = self.speed_rad_s as f32;
+                let at = response(&self.deployment.edge, speed, &SupportAmplitudes::default())
+                    .map_err(|e| anyhow!("the core cannot evaluate its model at {speed} rad/s: {e:?}"))?;
+                let found = planes_of(&self.answer.result);
+                at.probes().iter().map(|probe| ProbeVector::from_phasor(probe.phasor(found))).collect()
+            }
+        };
+        let value = |place: &usize| phasor(&all[*place]).unwrap_or(Complex::new(f64::NAN, f64::NAN));
+        Ok(DVector::from_iterator(self.probes.len(), self.probes.iter().map(value)))
+    }
+}
+
+impl Equivalence {
+    fn compare_with_optimum(&mut self, case: &Case, reflection: &Reflection) -> Result<()> {
+        let floor_g_mm = case.deployment.edge.unbalance_floor_g_mm;
+        let planes = case.unbalance_kg_m.len();
+        let largest_kg_m: Vec<f64> =
+            reflection.bounds_g_mm[..planes].iter().map(|b| f64::from(b.max(floor_g_mm)) / G_MM).collect();
+        let exact = least_residual(&case.response, &case.measured, &largest_kg_m)?;
+        let feature_sum_um = case.feature_sum_um();
+        let excess_um = f64::from(case.answer.result.e_um) - exact.residual_um;
+        raise(&mut self.max_residual_excess_um, excess_um);
+        raise(&mut self.max_relative_excess, excess_um / feature_sum_um);
+        for (core, exact) in case.unbalance_kg_m.iter().zip(exact.unbalance_kg_m.iter()) {
+            let ([a, at], [b, bt]) = (g_mm_deg(*core), g_mm_deg(*exact));
+            raise(&mut self.max_unbalance_difference_g_mm, (a - b).abs());
+            if exact.norm() * G_MM > f64::from(floor_g_mm) {
+                let turn = (at - bt + 180.0).rem_euclid(360.0) - 180.0;
+                raise(&mut self.max_angle_difference_deg, turn.abs());
+            }
+        }
+        self.compared += 1;
+        if let Some(repeated) = &case.repeated {
+            raise(&mut self.max_relative_gap, f64::from(repeated.estimate.gap_um) / feature_sum_um);
+            self.certified += 1;
+        }
+        Ok(())
+    }
+}
+
+fn phasor(vector: &ProbeVector) -> Option<Complex<f64>> {
+    vector.is_finite().then(|| phasor_m(f64::from(vector.cos_um), f64::from(vector.sin_um)))
 }
 
 fn raise(worst: &mut f64, value: f64) {
     // a NaN must not pass for agreement
     *worst = worst.max(if value.is_nan() { f64::INFINITY } else { value });
-}
-
-/// Readings between two rows that the controller must have evaluated.
-fn answers_between(record: &[Reading], after: usize, before: usize) -> usize {
-    record[after + 1..before].iter().filter(|r| r.complete().is_some()).count()
-}
-
-fn reported_unbalance(deployment: &Deployment, answer: &Answer) -> DVector<Complex<f64>> {
-    DVector::from_fn(deployment.unbalance_kg_m.len(), |j, _| {
-        let [x, y] = answer.result.unbalance_g_mm[j];
-        Complex::new(f64::from(x), f64::from(y)) / G_MM
-    })
-}
-
-/// Rows of a desktop response in the order of the controller's probes.
-fn in_edge_order(deployment: &Deployment, mut response: Response) -> Response {
-    response.per_unbalance = response.per_unbalance.select_rows(&deployment.probes);
-    response.fixed = response.fixed.select_rows(&deployment.probes);
-    response
-}
-
-/// The core's own features at its own estimate, m.
-fn core_features(
-    deployment: &Deployment,
-    answer: &Answer,
-    reading: &Reading,
-) -> Result<DVector<Complex<f64>>> {
-    let speed = deployment.reading(reading).speed_rad_s();
-    let u = answer.result.unbalance_g_mm;
-    let flat = [u[0][0], u[0][1], u[1][0], u[1][1]];
-    let at = response(&deployment.edge, speed, &SupportAmplitudes::default()).map_err(|e| {
-        anyhow::anyhow!("the core cannot evaluate its model at {} rpm: {e:?}", reading.speed_rpm)
-    })?;
-    let vectors = probe_vectors(&at.features(&flat));
-    Ok(DVector::from_iterator(
-        vectors.len(),
-        vectors.iter().map(|v| Complex::new(f64::from(v.cos_um), -f64::from(v.sin_um)) * 1e-6),
-    ))
 }

@@ -3,23 +3,41 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use anyhow::{Result, anyhow, bail};
-use rotor_edge_core::can::{Counters, Message, NumberedReading, ResultAssembler, reading_frames};
+use anyhow::{Context, Result, anyhow, bail};
+use rotor_edge_core::can::{Counters, Message, NumberedReading, ResultAssembler, TYPE_MODEL, reading_frames};
+use rotor_edge_core::command::Command;
+use rotor_edge_core::thresholds::Thresholds;
 use rotor_edge_desktop::measurement::Reading;
 
-use super::{Answer, Replay, ReplayConfig, row_of};
+use super::mirror::Mirror;
+use super::timing::{Timing, settings};
+use super::{Answer, Replay, ReplayConfig, changes, row_of};
+use crate::bus::states::States;
 use crate::bus::{CanBus, Traffic, counters};
-use crate::deploy::await_heartbeat;
-use crate::edge::Deployment;
-use crate::node::{Served, serve};
+use crate::deploy::{Authority, await_heartbeat};
+use crate::edge::{Deployment, encoded};
+use crate::node::{Controller, PlayedTime, Served, Store, serve};
 
 /// Longest time a monitor may take for a reading.
 const ANSWER_TIME: Duration = Duration::from_secs(2);
 const PATIENCE: Duration = Duration::from_millis(2);
 /// Readings in a row without an answer after which the monitor is taken for gone.
 const MOST_UNANSWERED: usize = 5;
+/// By what time is compressed for a monitor that lives in real time: readings of days come milliseconds apart, and every
+/// time constant shrinks so far that a reading of microseconds ago is as far away as one of days. A power of two, so that
+/// no number is rounded in another way.
+const COMPRESSION: f32 = 1.0 / (1_u64 << 36) as f32;
 
-/// Plays `record` into a monitor of our own that joins the same bus on a connection of its own.
+/// What the host saw.
+struct Played {
+    answers: Vec<Answer>,
+    /// By the row that was sent last.
+    states: States,
+    sent: u64,
+    received: u64,
+}
+
+/// Plays `record` into a monitor of our own that joins the same bus on a connection of its own. Its clock is the record's.
 ///
 /// # Errors
 /// If the bus fails, the controller refuses the model, or it does not answer.
@@ -31,71 +49,123 @@ pub fn run_with_own_monitor(
     config: &ReplayConfig,
     progress: impl FnMut(usize),
 ) -> Result<Replay> {
-    let stop = AtomicBool::new(false);
+    let timing = Timing::of(deployment, record, config);
+    let store = Store::in_memory().with_initial_model(encoded(&deployment.edge)?);
+    let mut controller = Controller::start(settings(config, record), store, 0)?;
+    let (clock, stop) = (PlayedTime::default(), AtomicBool::new(false));
     std::thread::scope(|scope| {
-        let served = scope.spawn(|| serve(monitor, config.node, deployment.edge.clone(), None, &stop));
-        let played = play(host, config.node.node, deployment, record, progress);
+        let served = scope.spawn(|| serve(monitor, &mut controller, &clock, &stop));
+        clock.set(config.node.listen_us);
+        let played = play(host, deployment, record, config, &timing, |time_us| clock.set(time_us), progress);
         stop.store(true, Ordering::Relaxed);
         let served: Served = served.join().map_err(|_| anyhow!("the monitor's thread ended early"))??;
-        let (answers, sent, mut received) = played?;
+        let Played { answers, sent, mut received, .. } = played?;
         // what the monitor said last; on a bus of two, the end of it is no error
         while let Ok(Some(_)) = host.receive(PATIENCE) {
             received += 1;
         }
         let (sent, received) = (sent + served.sent, received + served.received);
         let traffic = Traffic { sent, received, lost: sent.saturating_sub(received), ..Traffic::default() };
-        Ok(Replay { answers, traffic, counters: served.counters })
+        let states = changes(&served.states, &timing);
+        Ok(Replay { answers, states, traffic, counters: served.counters })
     })
 }
 
-/// Plays `record` into a monitor that is on the bus already and holds this model.
+/// Plays `record` into a monitor that is on the bus already and holds this model. It lives in real time: meanwhile it
+/// judges by thresholds for compressed time, and afterwards by those it had.
 ///
 /// # Errors
-/// If the bus fails or the monitor does not answer.
+/// If the bus fails, or the monitor does not answer or refuses the thresholds.
 pub fn run_with_foreign_monitor(
     host: &mut dyn CanBus,
+    authority: &mut Authority,
     deployment: &Deployment,
     record: &[Reading],
     config: &ReplayConfig,
     progress: impl FnMut(usize),
 ) -> Result<Replay> {
-    let node = config.node.node;
-    let before = counters(host, node)?;
-    let (answers, sent, received) = play(host, node, deployment, record, progress)?;
-    let counters = since(&before, &counters(host, node)?);
-    let traffic = Traffic { sent, received, lost: u64::from(counters.lost), ..Traffic::default() };
-    Ok(Replay { answers, traffic, counters })
+    let usual = authority.thresholds(host)?;
+    let set = |host: &mut dyn CanBus, authority: &mut Authority, thresholds: &Thresholds| {
+        authority.command(host, Command::SetThresholds, &thresholds.encode(), |_| ())
+    };
+    let for_record = Thresholds { age_limit_s: usual.age_limit_s, ..compressed(&config.node.thresholds) };
+    set(host, authority, &for_record).context(
+        "the record cannot be compared: the monitor lives in real time and does not take thresholds for readings in quick succession",
+    )?;
+    let played = (|| -> Result<Replay> {
+        authority.command(host, Command::Restart, &[], |_| ())?;
+        let before = counters(host, config.node.node)?;
+        let timing = Timing::of(deployment, record, config);
+        let played = play(host, deployment, record, config, &timing, |_| (), progress)?;
+        let counters = counters::since(&before, &counters(host, config.node.node)?);
+        let traffic = Traffic {
+            sent: played.sent,
+            received: played.received,
+            lost: u64::from(counters.lost),
+            ..Traffic::default()
+        };
+        let states = changes(&played.states, &timing);
+        Ok(Replay { answers: played.answers, states, traffic, counters })
+    })();
+    // whatever became of the record, the monitor must not go on with thresholds that are not its own
+    let restored = set(host, authority, &usual);
+    let replay = played?;
+    restored.context(
+        "the monitor still judges by thresholds for a replay: set its own with `rotor-edge thresholds`",
+    )?;
+    Ok(replay)
 }
 
-/// Answers, and frames sent and received here.
+/// Thresholds of a record of days for readings that come milliseconds apart.
+fn compressed(thresholds: &Thresholds) -> Thresholds {
+    Thresholds {
+        average_s: thresholds.average_s * COMPRESSION,
+        persistence_s: thresholds.persistence_s * COMPRESSION,
+        level_s: thresholds.level_s * COMPRESSION,
+        learning_s: thresholds.learning_s * COMPRESSION,
+        growth_s: thresholds.growth_s * COMPRESSION,
+        ..*thresholds
+    }
+}
+
+/// Sends each reading and waits for its answer, if it gets one; `begin` hears when each is judged by the record's clock.
 fn play(
     host: &mut dyn CanBus,
-    node: u8,
     deployment: &Deployment,
     record: &[Reading],
+    config: &ReplayConfig,
+    timing: &Timing,
+    begin: impl Fn(u64),
     mut progress: impl FnMut(usize),
-) -> Result<(Vec<Answer>, u64, u64)> {
-    let mut received = await_heartbeat(host, node)?;
+) -> Result<Played> {
+    let node = config.node.node;
+    let received = await_heartbeat(host, node)?;
     let mut results = ResultAssembler::new();
-    let (mut answers, mut sent) = (Vec::with_capacity(record.len()), 0);
+    let mut mirror = Mirror::new(&deployment.edge, settings(config, record));
+    let mut played = Played { answers: Vec::new(), states: States::default(), sent: 0, received };
     let mut unanswered = 0;
     for (row, measured) in record.iter().enumerate() {
         let reading = deployment.reading(measured);
+        let judged_us = timing.judged_us(row);
+        begin(judged_us);
         for frame in reading_frames(node, &NumberedReading::new(row as u16, reading)) {
             host.send(&frame)?;
-            sent += 1;
+            played.sent += 1;
         }
-        let is_answered = reading.is_complete() && deployment.edge.covers(reading.speed_rpm);
+        let is_answered = mirror.judge(judged_us, &reading).is_some();
         let begun = Instant::now();
         let mut answer = None;
         while is_answered && answer.is_none() && begun.elapsed() < ANSWER_TIME {
             let Some(frame) = host.receive(PATIENCE)? else { continue };
-            received += 1;
+            played.received += 1;
             if frame.node() == node {
                 answer = results.receive(&frame).filter(|result| result.sequence == row as u16);
+                if let Ok((_, message)) = Message::decode(&frame) {
+                    played.states.take(judged_us, &message);
+                }
             }
         }
-        answers.extend(answer.map(|result| Answer { row: row_of(result.sequence, row), result }));
+        played.answers.extend(answer.map(|result| Answer { row: row_of(result.sequence, row), result }));
         unanswered = if is_answered && answer.is_none() { unanswered + 1 } else { 0 };
         if unanswered == MOST_UNANSWERED {
             bail!(
@@ -105,7 +175,7 @@ fn play(
         }
         progress(row);
     }
-    Ok((answers, sent, received))
+    Ok(played)
 }
 
 /// What the monitor's next heartbeat says.
@@ -115,31 +185,27 @@ fn counters(host: &mut dyn CanBus, node: u8) -> Result<Counters> {
     let begun = Instant::now();
     let mut complete = false;
     while !complete && begun.elapsed() < ANSWER_TIME {
-        let heard = host.receive(PATIENCE)?.and_then(|frame| Message::decode(&frame).ok());
-        let Some((from, message)) = heard else { continue };
-        if from == node {
+        let Some(frame) = host.receive(PATIENCE)?.filter(|frame| frame.node() == node) else { continue };
+        if let Ok((_, message)) = Message::decode(&frame) {
             counters::take(&mut counters, &message);
-            complete = matches!(message, Message::Heartbeat { .. });
+            // the last of a heartbeat's frames
+            complete = frame.message_type() == TYPE_MODEL;
         }
     }
     Ok(counters)
 }
 
-/// Counters wrap; their differences do not mind.
-fn since(before: &Counters, after: &Counters) -> Counters {
-    let passed = |which: fn(&Counters) -> u16| which(after).wrapping_sub(which(before));
-    Counters {
-        readings: passed(|c| c.readings),
-        lost: passed(|c| c.lost),
-        rejected: passed(|c| c.rejected),
-        repeated: passed(|c| c.repeated),
-        late: passed(|c| c.late),
-        incomplete: passed(|c| c.incomplete),
-        stray: passed(|c| c.stray),
-        skipped: passed(|c| c.skipped),
-        resynchronised: passed(|c| c.resynchronised),
-        overflowed: passed(|c| c.overflowed),
-        unsolved: passed(|c| c.unsolved),
-        ..Counters::default()
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn compressed_thresholds_are_taken_and_what_is_no_time_stays() {
+        let compressed = compressed(&Thresholds::DEFAULT);
+        assert_eq!(compressed.check(), Ok(()));
+        assert_eq!((compressed.rise, compressed.growth), (0.5, 1.2));
+        assert_eq!(compressed.level_s / compressed.growth_s, 10.0);
+        // a reading two microseconds ago is beyond all of them
+        assert!(compressed.growth_s < 2e-6 && 0.1 * compressed.level_s < 2e-6);
     }
 }

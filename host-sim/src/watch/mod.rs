@@ -5,17 +5,18 @@
 //! | [`Watch`] | everything heard: frames and the time in, no I/O |
 //! | [`monitor`] | of one monitor: state, counters, model, results |
 //! | [`load`] | how full the bus is |
-//! | [`words`] | a monitor's state in words, and what to do next |
+//! | [`words`], [`reasons`] | a monitor's state and its reason in words, and what to do next |
 //! | [`screen`] | which monitor is looked at, pause, keys |
 //! | [`view`] | all of it drawn |
 //! | [`terminal`] | the loop between bus, keys and terminal |
 
 pub mod load;
 pub mod monitor;
+pub mod reasons;
 pub mod screen;
 pub mod terminal;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 pub mod view;

@@ -3,11 +3,12 @@
 use std::collections::VecDeque;
 
 use rotor_edge_core::can::{
-    Assembler, Counters, FLAG_AT_BOUND_1, FLAG_AT_BOUND_2, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, Message,
-    MonitorResult, NodeState, NumberedReading, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, ResultAssembler,
+    Assembler, Counters, FLAG_FLAGGED, Frame, Message, MonitorResult, NumberedReading,
+    OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, ResultAssembler, flag_at_bound,
 };
+use rotor_edge_core::model::MAX_PLANES;
 use rotor_edge_core::node::NodeConfig;
-use rotor_edge_core::residual::Bearing;
+use rotor_edge_core::state::{NodeState, Reason, Status};
 use serde::Serialize;
 
 use crate::bus::counters;
@@ -33,6 +34,21 @@ pub struct Version {
     pub model_schema: u8,
     /// Basis shapes of its model.
     pub shapes: u8,
+    /// Probes that it can hold.
+    pub probes: u8,
+    /// Planes that it can hold.
+    pub planes: u8,
+}
+
+/// The model that a monitor runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ModelInUse {
+    /// Checksum of its bytes.
+    pub checksum: u32,
+    /// Its probes.
+    pub probes: u8,
+    /// Its planes.
+    pub planes: u8,
 }
 
 /// Another model took over.
@@ -53,8 +69,8 @@ pub struct Flagged {
     pub last: Timed<u16>,
     /// Whether the flag is still up in the latest result.
     pub lasts: bool,
-    /// Bearing suspected at the end.
-    pub suspect: Option<Bearing>,
+    /// Bearing suspected at the end, from 0.
+    pub suspect: Option<u8>,
 }
 
 /// One monitor, and the readings that somebody sends it.
@@ -65,15 +81,15 @@ pub struct Monitor {
     heartbeat_version: Option<u8>,
     asked_at_version: Option<u8>,
     version: Option<Version>,
-    state: Option<NodeState>,
+    status: Option<Timed<Status>>,
     conflict_us: Option<u64>,
     counters: Counters,
-    model_checksum: Option<u32>,
+    model: Option<ModelInUse>,
     replacements: VecDeque<Timed<Replacement>>,
     results: ResultAssembler,
     last: Option<Timed<MonitorResult>>,
     history: VecDeque<Timed<MonitorResult>>,
-    at_bound: [u16; 2],
+    at_bound: [u16; MAX_PLANES],
     arrivals: VecDeque<u64>,
     readings: Assembler,
     reading: Option<Timed<NumberedReading>>,
@@ -90,17 +106,21 @@ impl Monitor {
         self.heard_us = Some(time_us);
         counters::take(&mut self.counters, message);
         match *message {
-            Message::Heartbeat { version, state, .. } => {
+            Message::Heartbeat { version, state, reason, missing_mask, .. } => {
                 self.heartbeats += 1;
                 self.heartbeat_version = Some(version);
-                self.state = Some(state);
-                if state == NodeState::Conflict {
-                    self.conflict_us = Some(time_us);
-                }
+                // what it does not carry stays, with the age of its evidence
+                let unknown = Timed { time_us, what: Status { age_s: f32::INFINITY, ..Status::default() } };
+                let before = self.status.unwrap_or(unknown);
+                let what = Status { state, reason, missing_mask, ..before.what };
+                self.hear_status(Timed { what, ..before }, time_us);
             }
-            Message::Transfers { model_checksum, .. } => self.hear_model(time_us, model_checksum),
-            Message::Version { protocol, oldest, model_schema, shapes } => {
-                self.version = Some(Version { protocol, oldest, model_schema, shapes });
+            Message::State(what) => self.hear_status(Timed { time_us, what }, time_us),
+            Message::Model { checksum, probes, planes } => {
+                self.hear_model(time_us, ModelInUse { checksum, probes, planes });
+            }
+            Message::Version { protocol, oldest, model_schema, shapes, probes, planes } => {
+                self.version = Some(Version { protocol, oldest, model_schema, shapes, probes, planes });
             }
             _ => {
                 if let Some(result) = self.results.receive(frame) {
@@ -131,23 +151,26 @@ impl Monitor {
         }
     }
 
-    fn hear_model(&mut self, time_us: u64, to: u32) {
-        if let Some(from) = self.model_checksum.replace(to).filter(|from| *from != to) {
+    fn hear_status(&mut self, status: Timed<Status>, now_us: u64) {
+        if status.what.state == NodeState::Conflict {
+            self.conflict_us = Some(now_us);
+        }
+        self.status = Some(status);
+    }
+
+    fn hear_model(&mut self, time_us: u64, model: ModelInUse) {
+        let to = model.checksum;
+        if let Some(from) = self.model.replace(model).map(|before| before.checksum).filter(|from| *from != to)
+        {
             keep(&mut self.replacements, REPLACEMENTS, Timed { time_us, what: Replacement { from, to } });
         }
     }
 
     fn hear_result(&mut self, time_us: u64, what: MonitorResult) {
         self.unanswered = 0;
-        self.state = Some(if what.flags & FLAG_FLAGGED != 0 {
-            NodeState::Flagged
-        } else if what.flags & FLAG_SUSPICIOUS != 0 {
-            NodeState::Suspicious
-        } else {
-            NodeState::Tracking
-        });
-        for (in_a_row, bit) in self.at_bound.iter_mut().zip([FLAG_AT_BOUND_1, FLAG_AT_BOUND_2]) {
-            *in_a_row = if what.flags & bit != 0 { in_a_row.saturating_add(1) } else { 0 };
+        for (plane, in_a_row) in (0..).zip(&mut self.at_bound) {
+            let is_at_bound = what.flags & flag_at_bound(plane) != 0;
+            *in_a_row = if is_at_bound { in_a_row.saturating_add(1) } else { 0 };
         }
         self.last = Some(Timed { time_us, what });
         keep(&mut self.history, HISTORY, Timed { time_us, what });
@@ -187,14 +210,32 @@ impl Monitor {
         self.heard_us.is_some_and(|heard_us| is_over(heard_us, now_us))
     }
 
-    /// Two devices use its number.
+    /// Two devices use its number: one of them said so, whatever the other says.
     pub fn is_in_conflict(&self, now_us: u64) -> bool {
         self.conflict_us.is_some_and(|conflict_us| !is_over(conflict_us, now_us))
     }
 
-    /// What it is doing, by its last heartbeat or result.
+    /// What it is doing, by its last word.
     pub fn state(&self) -> Option<NodeState> {
-        self.state
+        self.status().map(|status| status.state)
+    }
+
+    /// All that it said of itself last.
+    pub fn status(&self) -> Option<&Status> {
+        self.status.as_ref().map(|timed| &timed.what)
+    }
+
+    /// Age of the evidence for its state, µs; `None` if it has judged no reading.
+    pub fn evidence_age_us(&self, now_us: u64) -> Option<u64> {
+        let Timed { time_us, what } = self.status?;
+        let told_us = what.age_s.is_finite().then(|| (f64::from(what.age_s.max(0.0)) * 1e6) as u64)?;
+        let told = told_us.saturating_add(now_us.saturating_sub(time_us));
+        // a result is younger evidence, if it was judged
+        let is_judged =
+            |what: &MonitorResult| !matches!(what.reason, Reason::NoRedundancy | Reason::BelowNoise);
+        let last = self.last.filter(|last| is_judged(&last.what));
+        let since_result = last.map(|last| now_us.saturating_sub(last.time_us));
+        Some(since_result.map_or(told, |since| since.min(told)))
     }
 
     /// Its answer to a version query.
@@ -217,9 +258,9 @@ impl Monitor {
         self.results.damaged()
     }
 
-    /// Which model it runs.
-    pub fn model_checksum(&self) -> Option<u32> {
-        self.model_checksum
+    /// Which model it runs; `None` if it has none or has not told yet.
+    pub fn model(&self) -> Option<ModelInUse> {
+        self.model.filter(|model| model.planes > 0)
     }
 
     /// The last changes of its model.
@@ -248,7 +289,7 @@ impl Monitor {
     }
 
     /// Results in a row, up to the last, in which each plane's unbalance was at the bound of its growth.
-    pub fn at_bound(&self) -> [u16; 2] {
+    pub fn at_bound(&self) -> [u16; MAX_PLANES] {
         self.at_bound
     }
 
@@ -288,6 +329,7 @@ fn is_told(message: &Message) -> bool {
         message,
         Message::ReadingStart { .. }
             | Message::ProbeVector { .. }
+            | Message::Gaps { .. }
             | Message::ReadingEnd { .. }
             | Message::VersionQuery
     )

@@ -1,9 +1,10 @@
 //! What the tests of this folder share: a monitor of the sample's machine, and who listens to it.
 
-use rotor_edge_core::can::{Frame, Keyphasor, NumberedReading, reading_frames};
+use rotor_edge_core::can::{Frame, Keyphasor, Message, MonitorResult, NumberedReading, reading_frames};
 use rotor_edge_core::node::NodeConfig;
-use rotor_edge_core::reading::{ProbeVector, Reading, probe_vectors, rad_s};
+use rotor_edge_core::reading::{ProbeVector, Reading, rad_s};
 use rotor_edge_core::response::{SupportAmplitudes, response};
+use rotor_edge_core::state::{NodeState, Reason, Status};
 
 use super::Watch;
 use crate::edge::{Deployment, EdgeModel, EdgeNode};
@@ -25,16 +26,44 @@ pub fn model() -> EdgeModel {
 
 /// What the machine shows as long as the model fits.
 pub fn healthy(model: &EdgeModel) -> Reading {
-    let [[a, b], [c, d]] = model.initial_unbalance_g_mm;
     let at_speed = response(model, rad_s(SPEED_RPM), &SupportAmplitudes::default()).unwrap();
-    Reading { speed_rpm: SPEED_RPM, probes: probe_vectors(&at_speed.features(&[a, b, c, d])) }
+    let shown = at_speed.probes().iter().map(|probe| probe.phasor(&model.initial_unbalance_g_mm));
+    let vectors: Vec<ProbeVector> = shown.map(ProbeVector::from_phasor).collect();
+    Reading::new(SPEED_RPM, &vectors[..model.probes.len()]).unwrap()
 }
 
 /// The same with the probes of bearing 2 the other way round, which no unbalance explains.
 pub fn faulty(model: &EdgeModel) -> Reading {
-    let Reading { speed_rpm, probes: [a, b, c, d] } = healthy(model);
+    let healthy = healthy(model);
     let turned = |v: ProbeVector| ProbeVector { cos_um: -v.cos_um, sin_um: -v.sin_um };
-    Reading { speed_rpm, probes: [a, b, turned(c), turned(d)] }
+    let [a, b, c, d] = healthy.probes().try_into().unwrap();
+    Reading::new(healthy.speed_rpm, &[a, b, turned(c), turned(d)]).unwrap()
+}
+
+/// A result without anything special, of so many planes.
+pub fn plain_result(sequence: u16, planes: u8) -> MonitorResult {
+    MonitorResult {
+        sequence,
+        flags: 0,
+        suspect: None,
+        redundancy: 4,
+        streak: 0,
+        used_mask: 0b1111,
+        reason: Reason::None,
+        planes,
+        unbalance_g_mm: [[3.0, 4.0], [-1.0, 0.0], [0.0; 2], [0.0; 2]],
+        static_g_mm: [2.0, 4.0],
+        dynamic_g_mm: [2.0, 2.0],
+        e_um: 1.0,
+        ratio: 0.1,
+        floor_um: 0.5,
+        level_um: 0.9,
+    }
+}
+
+/// What a monitor tells of itself.
+pub fn told(state: NodeState, reason: Reason) -> Message {
+    Message::State(Status { state, reason, age_s: 0.5, ..Status::default() })
 }
 
 /// Monitors and a listener on one bus.
@@ -50,8 +79,16 @@ impl Bench {
     /// One monitor for each number.
     pub fn new(numbers: &[u8]) -> Self {
         let model = model();
-        let node = |number: &u8| EdgeNode::new(NodeConfig::new(*number), model.clone()).unwrap();
-        let nodes = numbers.iter().map(node).collect();
+        let node = |(place, number): (u64, &u8)| {
+            // nothing is averaged or waited for, so that each reading counts
+            let mut config = NodeConfig { seed: place, ..NodeConfig::new(*number) };
+            let thresholds = &mut config.thresholds;
+            (thresholds.average_s, thresholds.persistence_s, thresholds.learning_s) = (0.0, 0.0, 0.0);
+            let mut node = EdgeNode::new(config).unwrap();
+            node.replace_model(0, model.clone()).unwrap();
+            node
+        };
+        let nodes = (0..).zip(numbers).map(node).collect();
         Self { watch: Watch::new(None), nodes, model, sequence: 0, now_us: 0 }
     }
 

@@ -1,19 +1,25 @@
 use rotor_edge_core::can::{
-    FLAG_AT_BOUND_1, Frame, Keyphasor, Message, MonitorResult, NodeState, PROTOCOL_VERSION, result_frames,
+    Frame, Keyphasor, Message, MonitorResult, PROTOCOL_VERSION, flag_at_bound, result_frames,
 };
-use rotor_edge_core::model::MODEL_SCHEMA;
-use rotor_edge_core::reading::ProbeVector;
+use rotor_edge_core::model::{MAX_PLANES, MODEL_SCHEMA};
+use rotor_edge_core::node::NodeConfig;
+use rotor_edge_core::reading::MAX_PROBES;
+use rotor_edge_core::state::{NodeState, Reason};
 
 use super::monitor::{HISTORY, Replacement, Version};
-use super::testing::{Bench, faulty, healthy};
+use super::testing::{Bench, faulty, healthy, plain_result, told};
 use super::words::{Level, Words, bearing_number};
 use super::*;
-use crate::edge::SHAPES;
+use crate::edge::{EdgeNode, SHAPES};
 
 const SECOND_US: u64 = 1_000_000;
 
 fn words(watch: &Watch, node: u8) -> Words {
     Words::of(node, watch.monitor(node).unwrap(), watch.now_us())
+}
+
+fn heartbeat(version: u8, state: NodeState) -> Message {
+    Message::Heartbeat { version, state, reason: Reason::None, missing_mask: 0, readings: 0 }
 }
 
 #[track_caller]
@@ -27,17 +33,7 @@ fn assert_says(watch: &Watch, node: u8, level: Level, parts: &[&str]) {
 }
 
 fn result(sequence: u16) -> MonitorResult {
-    MonitorResult {
-        sequence,
-        flags: 0,
-        suspect: None,
-        streak: 0,
-        unbalance_g_mm: [[3.0, 4.0], [-1.0, 0.0]],
-        static_g_mm: [2.0, 4.0],
-        dynamic_g_mm: [2.0, 2.0],
-        e_um: 1.0,
-        ratio: 0.1,
-    }
+    plain_result(sequence, 2)
 }
 
 #[test]
@@ -48,11 +44,19 @@ fn a_monitor_is_known_by_its_heartbeat_and_answers_the_question_for_versions() {
     assert_eq!(found, [4]);
     let monitor = bench.watch.monitor(4).unwrap();
     assert_eq!(monitor.state(), Some(NodeState::Waiting));
-    let (protocol, model_schema) = (PROTOCOL_VERSION, MODEL_SCHEMA as u8);
     let version = monitor.version().unwrap();
-    assert_eq!(version, Version { protocol, oldest: version.oldest, model_schema, shapes: SHAPES as u8 });
+    let expected = Version {
+        protocol: PROTOCOL_VERSION,
+        oldest: version.oldest,
+        model_schema: MODEL_SCHEMA as u8,
+        shapes: SHAPES as u8,
+        probes: MAX_PROBES as u8,
+        planes: MAX_PLANES as u8,
+    };
+    assert_eq!(version, expected);
     assert_eq!(monitor.counters(), Some(&bench.nodes[0].counters()));
-    assert_eq!(monitor.model_checksum(), Some(bench.model.checksum()));
+    let model = monitor.model().unwrap();
+    assert_eq!((model.checksum, model.probes, model.planes), (bench.model.checksum(), 4, 2));
     assert_says(&bench.watch, 4, Level::Idle, &["waiting", "send readings"]);
     assert!(bench.watch.questions().is_empty(), "asked once");
 }
@@ -66,8 +70,7 @@ fn a_monitor_that_comes_later_is_asked_by_number_and_once() {
     assert!(bench.watch.monitor(7).unwrap().version().is_some());
     let mut watch = Watch::new(None);
     watch.questions();
-    let heartbeat =
-        Message::Heartbeat { version: 2, state: NodeState::Waiting, readings: 0, lost: 0, rejected: 0 };
+    let heartbeat = heartbeat(PROTOCOL_VERSION, NodeState::Waiting);
     for _ in 0..3 {
         watch.receive(0, &heartbeat.encode(7));
     }
@@ -100,12 +103,14 @@ fn a_residual_that_stays_high_is_flagged_with_its_bearing_and_the_stretch_ends_w
     bench.run(SECOND_US);
     bench.send_healthy(1, 10);
     bench.send_faulty(1, 1);
-    assert_says(&bench.watch, 1, Level::Attention, &["suspicious", "residual high for 1 reading", "wait"]);
+    assert_says(&bench.watch, 1, Level::Attention, &["suspicious", "the residual", "for 1 reading", "wait"]);
     assert!(bench.watch.monitor(1).unwrap().flagged().is_empty());
     bench.send_faulty(1, 4);
     let suspect = bench.nodes[0].verdict().unwrap().suspect.unwrap();
-    let state = format!("residual high for 5 readings, suspect bearing {}", bearing_number(suspect));
-    assert_says(&bench.watch, 1, Level::Alarm, &["FLAGGED", &state, "record a run-up", "rotor-edge improve"]);
+    let suspect_words = format!("suspect bearing {}", bearing_number(suspect));
+    let next = ["record a run-up", "rotor-edge improve", "then `rotor-edge acknowledge --node 1`"];
+    assert_says(&bench.watch, 1, Level::Alarm, &["FLAGGED", "the residual", &suspect_words]);
+    assert_says(&bench.watch, 1, Level::Alarm, &next);
     let stretches = bench.watch.monitor(1).unwrap().flagged();
     // the third of a streak raises the flag
     assert_eq!((stretches[0].first.what, stretches[0].last.what), (12, 14));
@@ -115,24 +120,55 @@ fn a_residual_that_stays_high_is_flagged_with_its_bearing_and_the_stretch_ends_w
     let stretches = bench.watch.monitor(1).unwrap().flagged();
     assert_eq!(stretches.len(), 1);
     assert!(!stretches[0].lasts);
+    // nobody acknowledged it
+    assert_says(&bench.watch, 1, Level::Alarm, &["FLAGGED", &suspect_words]);
     bench.send_faulty(1, 3);
     assert_eq!(bench.watch.monitor(1).unwrap().flagged().len(), 2);
 }
 
 #[test]
 fn growth_at_the_bound_counts_when_it_is_no_coincidence() {
-    let mut watch = Watch::new(None);
-    let at_bound = MonitorResult { flags: FLAG_AT_BOUND_1, ..result(0) };
-    for (number, says) in [(2, "describes the machine → "), (3, "plane 1 grows as fast as it may")] {
-        watch = Watch::new(None);
+    let at_bound = MonitorResult { flags: flag_at_bound(0) | flag_at_bound(2), ..plain_result(0, 3) };
+    for (number, says) in
+        [(2, "describes the machine → "), (3, "planes 1 and 3 grow as fast as they may → if it goes on")]
+    {
+        let mut watch = Watch::new(None);
+        watch.receive(0, &told(NodeState::Tracking, Reason::None).encode(1));
         for sequence in 0..number {
             let frames = result_frames(1, &MonitorResult { sequence, ..at_bound });
             frames.iter().for_each(|frame| watch.receive(0, frame));
         }
-        assert!(format!("{} → ", words(&watch, 1).state).contains(says), "{number}");
+        let words = words(&watch, 1);
+        assert!(format!("{} → {}", words.state, words.next).contains(says), "{number}: {words:?}");
+        result_frames(1, &result(3)).iter().for_each(|frame| watch.receive(0, frame));
+        assert_eq!(watch.monitor(1).unwrap().at_bound(), [0; 4]);
     }
-    result_frames(1, &result(3)).iter().for_each(|frame| watch.receive(0, frame));
-    assert_eq!(watch.monitor(1).unwrap().at_bound(), [0, 0]);
+}
+
+#[test]
+fn every_state_has_words_and_says_what_to_do() {
+    let cases = [
+        (NodeState::Waiting, Reason::NoReading, Level::Idle, ["waiting", "send readings"]),
+        (NodeState::Learning, Reason::Learning, Level::Idle, ["learning", "reference"]),
+        (NodeState::Listening, Reason::None, Level::Idle, ["starting", "listens"]),
+        (NodeState::Tracking, Reason::None, Level::Good, ["tracking", "describes the machine"]),
+        (NodeState::Tracking, Reason::Gap, Level::Attention, ["gap range", "check the gap voltage"]),
+        (NodeState::Suspicious, Reason::Ratio, Level::Attention, ["suspicious", "wait for more"]),
+        (NodeState::Blind, Reason::Keyphasor, Level::Alarm, ["BLIND", "keyphasor"]),
+        (NodeState::Blind, Reason::NoRedundancy, Level::Alarm, ["any machine would fit", "check the probe"]),
+        (NodeState::Stale, Reason::Age, Level::Alarm, ["STALE", "last judged 0.5 s ago"]),
+        (NodeState::NoModel, Reason::Schema, Level::Alarm, ["NO MODEL", "rotor-edge deploy"]),
+        (NodeState::Conflict, Reason::NumberInUse, Level::Alarm, ["CONFLICT", "another number"]),
+        (NodeState::Flagged, Reason::Probes, Level::Alarm, ["FLAGGED", "acknowledge --node 1"]),
+    ];
+    for (state, reason, level, parts) in cases {
+        let mut watch = Watch::new(None);
+        watch.receive(0, &heartbeat(PROTOCOL_VERSION, state).encode(1));
+        watch.receive(0, &told(state, reason).encode(1));
+        assert_says(&watch, 1, level, &parts);
+        assert!(words(&watch, 1).short.chars().count() <= 10);
+    }
+    assert!(NodeState::ALL.iter().all(|state| cases.iter().any(|case| case.0 == *state)));
 }
 
 #[test]
@@ -159,11 +195,12 @@ fn two_devices_with_one_number_are_a_conflict_until_one_is_gone() {
         &["CONFLICT", "two devices call themselves monitor 5", "another number"],
     );
     assert_says(&bench.watch, 6, Level::Idle, &["waiting"]);
-    assert!(bench.watch.monitor(5).unwrap().counters().unwrap().conflicts > 0);
     bench.nodes.pop();
     bench.run(8 * SECOND_US);
     bench.send_healthy(5, 2);
-    assert_says(&bench.watch, 5, Level::Good, &["tracking"]);
+    bench.run(SECOND_US);
+    assert_says(&bench.watch, 5, Level::Idle, &["learning"]);
+    assert!(bench.watch.monitor(5).unwrap().counters().unwrap().conflicts > 0);
 }
 
 #[test]
@@ -173,7 +210,7 @@ fn a_replaced_model_is_noticed_with_its_time() {
     let mut better = bench.model.clone();
     better.supports[0].mass_kg += 1.0;
     let (from, to) = (bench.model.checksum(), better.checksum());
-    bench.nodes[0].replace_model(better).unwrap();
+    bench.nodes[0].replace_model(bench.watch.now_us(), better).unwrap();
     let replaced_us = bench.watch.now_us();
     bench.run(3 * SECOND_US);
     let seen: Vec<_> = bench.watch.monitor(1).unwrap().replacements().copied().collect();
@@ -187,15 +224,16 @@ fn a_result_with_a_frame_missing_or_altered_is_damaged_and_not_shown() {
     let mut watch = Watch::new(None);
     let frames = result_frames(1, &result(7));
     frames.iter().for_each(|frame| watch.receive(0, frame));
-    for missing in 1..6 {
+    for missing in 1..7 {
         let others = frames.iter().enumerate().filter(|(i, _)| *i != missing);
         others.for_each(|(_, frame)| watch.receive(0, frame));
     }
     let altered = Message::Residual { e_um: 1.0, ratio: 0.2 }.encode(1);
+    assert_ne!(altered, frames[5]);
     let rest = [&frames[..5], &[altered], &frames[6..]].concat();
     rest.iter().for_each(|frame| watch.receive(0, frame));
     let monitor = watch.monitor(1).unwrap();
-    assert_eq!((monitor.damaged(), monitor.history().len()), (6, 1));
+    assert_eq!((monitor.damaged(), monitor.history().len()), (7, 1));
 }
 
 #[test]
@@ -203,24 +241,34 @@ fn readings_that_cannot_be_judged_are_explained() {
     let mut bench = Bench::new(&[1]);
     bench.run(SECOND_US);
     let good = healthy(&bench.model);
-    let mut blind = good;
-    blind.probes[2] = ProbeVector::LOST;
-    let mut fast = good;
+    let (mut without_one, mut without_two, mut fast) = (good, good, good);
+    without_one.lose(0b100);
+    without_two.lose(0b101);
     fast.speed_rpm *= 60.0;
     bench.send(1, Keyphasor::Missing, good);
-    assert_says(&bench.watch, 1, Level::Alarm, &["skips", "keyphasor missing", "mark"]);
-    bench.send(1, Keyphasor::Unsteady, good);
-    assert_says(&bench.watch, 1, Level::Alarm, &["keyphasor unsteady"]);
-    bench.send(1, Keyphasor::NotStated, blind);
-    assert_says(&bench.watch, 1, Level::Alarm, &["probe 2X gives no value"]);
-    bench.send_healthy(1, 1);
+    assert_says(&bench.watch, 1, Level::Alarm, &["BLIND", "keyphasor", "mark", "nothing judged"]);
+    bench.send_healthy(1, 12);
     assert_says(&bench.watch, 1, Level::Good, &["tracking"]);
-    for _ in 0..3 {
-        bench.send(1, Keyphasor::NotStated, fast);
-    }
-    assert_says(&bench.watch, 1, Level::Alarm, &["3 readings, at 540000 rpm, were not answered", "rejected"]);
-    bench.run(2 * SECOND_US);
-    assert_eq!(bench.watch.monitor(1).unwrap().counters().unwrap().rejected, 3);
+    bench.send(1, Keyphasor::NotStated, without_one);
+    let says = ["tracking", "but probe 3 gives no value", "check the probe"];
+    assert_says(&bench.watch, 1, Level::Attention, &says);
+    bench.send(1, Keyphasor::NotStated, without_two);
+    assert_says(&bench.watch, 1, Level::Alarm, &["BLIND", "any machine would fit", "last judged 0."]);
+    bench.send(1, Keyphasor::NotStated, fast);
+    assert_says(&bench.watch, 1, Level::Alarm, &["BLIND", "the speed is outside the range"]);
+    bench.run(15 * SECOND_US);
+    assert_says(&bench.watch, 1, Level::Alarm, &["STALE", "last judged 15 s ago"]);
+    assert_eq!(bench.watch.monitor(1).unwrap().counters().unwrap().rejected, 1);
+}
+
+#[test]
+fn a_monitor_without_a_model_says_so_and_that_one_is_to_be_deployed() {
+    let mut bench = Bench::new(&[1]);
+    bench.nodes[0] = EdgeNode::new(NodeConfig::new(1)).unwrap();
+    bench.run(SECOND_US);
+    bench.send_healthy(1, 2);
+    assert_says(&bench.watch, 1, Level::Alarm, &["NO MODEL", "no model was deployed", "rotor-edge deploy"]);
+    assert_eq!(bench.watch.monitor(1).unwrap().model(), None);
 }
 
 #[test]
@@ -233,13 +281,11 @@ fn readings_for_nobody_show_an_absent_monitor() {
 
 #[test]
 fn a_version_that_means_something_else_is_not_interpreted_and_a_compatible_one_is() {
-    let heartbeat = |version| {
-        Message::Heartbeat { version, state: NodeState::Tracking, readings: 0, lost: 0, rejected: 0 }
-            .encode(1)
+    let answer = |oldest| {
+        Message::Version { protocol: 9, oldest, model_schema: 1, shapes: 6, probes: 4, planes: 2 }.encode(1)
     };
-    let answer = |oldest| Message::Version { protocol: 9, oldest, model_schema: 1, shapes: 6 }.encode(1);
     let mut watch = Watch::new(None);
-    watch.receive(0, &heartbeat(9));
+    watch.receive(0, &heartbeat(9, NodeState::Tracking).encode(1));
     assert!(watch.monitor(1).is_none(), "one frame of an unknown version may be anything");
     watch.receive(0, &answer(9));
     assert_says(&watch, 1, Level::Alarm, &["version?", "version 9", "update"]);
@@ -251,7 +297,7 @@ fn a_version_that_means_something_else_is_not_interpreted_and_a_compatible_one_i
 fn traffic_of_another_protocol_is_counted_and_no_monitor() {
     let mut watch = Watch::new(None);
     for id in 0..0x800 {
-        watch.receive(0, &Frame::standard(id, &[9; 8]).unwrap());
+        watch.receive(0, &Frame::standard(id, &[0xee; 8]).unwrap());
         watch.receive(0, &Frame::standard(id, &[1, 2]).unwrap());
     }
     assert_eq!(watch.monitors().count(), 0);

@@ -1,12 +1,11 @@
 //! A monitor's state in words, and what to do next.
 
-use rotor_edge_core::can::{Keyphasor, MonitorResult, NodeState, PROTOCOL_VERSION};
-use rotor_edge_core::residual::Bearing;
+use rotor_edge_core::can::PROTOCOL_VERSION;
+use rotor_edge_core::state::{NodeState, Reason, Status};
 
 use super::monitor::Monitor;
+use super::reasons::{Why, why};
 
-/// Names of the probes, in the order of a reading.
-pub const PROBE_NAMES: [&str; 4] = ["1X", "1Y", "2X", "2Y"];
 /// Readings without an answer that are no coincidence.
 const MOST_UNANSWERED: u32 = 3;
 /// Results in a row at the bound that are no coincidence. Under a model that no longer fits, the sample's results are at
@@ -18,7 +17,7 @@ const LEAST_AT_BOUND: u16 = 3;
 pub enum Level {
     /// All is well.
     Good,
-    /// Nothing is judged at the moment.
+    /// Nothing is judged at the moment, as is to be expected.
     Idle,
     /// Worth a look.
     Attention,
@@ -78,122 +77,145 @@ impl Words {
                 "give one of them another number, or switch it off",
             );
         }
-        let listening = monitor.state() == Some(NodeState::Listening);
-        if !listening && let Some(trouble) = trouble_with_readings(monitor) {
-            return trouble;
+        match monitor.status() {
+            Some(status) => Self::of_status(node, monitor, status, now_us),
+            None => Self::new(Level::Idle, "heard", "it has not told its state yet", ""),
         }
-        of_state(monitor)
     }
-}
 
-/// Why readings that arrive are not answered.
-fn trouble_with_readings(monitor: &Monitor) -> Option<Words> {
-    let reading = &monitor.reading()?.what;
-    let skipped = |state: String, next: &str| {
-        (monitor.unanswered() > 0).then(|| Words::new(Level::Alarm, "skips", state, next))
-    };
-    let speed_rpm = reading.reading.speed_rpm;
-    let lost: Vec<&str> = PROBE_NAMES
-        .into_iter()
-        .zip(&reading.reading.probes)
-        .filter(|(_, probe)| !probe.is_finite())
-        .map(|(name, _)| name)
-        .collect();
-    match reading.keyphasor {
-        Keyphasor::Missing => skipped(
-            "keyphasor missing: without it speed and phase mean nothing, and readings are skipped".into(),
-            "check the keyphasor's probe, its gap and the mark on the shaft",
-        ),
-        Keyphasor::Unsteady => skipped(
-            "keyphasor unsteady: readings are skipped".into(),
-            "wait until the speed is constant; if it is, check the keyphasor's probe and mark",
-        ),
-        _ if !lost.is_empty() => skipped(
-            format!("probe {} gives no value: readings are skipped", lost.join(", ")),
-            "check the probe, its cable and its proximitor (1X: bearing 1, direction X)",
-        ),
-        _ if monitor.unanswered() >= MOST_UNANSWERED => skipped(
-            format!("the last {} readings, at {speed_rpm:.0} rpm, were not answered", monitor.unanswered()),
-            "see the counters: rejected: speed outside the model's range or values that cannot be; unsolved: the model has \
-             no finite response; neither: frames are lost",
-        ),
-        _ => None,
-    }
-}
-
-fn of_state(monitor: &Monitor) -> Words {
-    let last = monitor.last().map(|timed| &timed.what);
-    match monitor.state() {
-        Some(NodeState::Flagged) => flagged(monitor, last),
-        Some(NodeState::Suspicious) => Words::new(
-            Level::Attention,
-            "suspicious",
-            match last {
-                Some(result) => format!("residual high for {}", readings(result.streak)),
-                None => "residual high".into(),
-            },
-            match jumping(monitor) {
-                Some(plane) => format!("{plane}: its unbalance may have jumped; wait for more readings"),
-                None => "one reading may be a disturbance; wait for more".into(),
-            },
-        ),
-        Some(NodeState::Tracking) => match jumping(monitor) {
-            None => Words::new(Level::Good, "tracking", "the model describes the machine", ""),
-            Some(plane) => Words::new(
-                Level::Attention,
-                "tracking",
-                format!("the model describes the machine; {plane}"),
-                "if it goes on: look for lost material or a loose part",
+    fn of_status(node: u8, monitor: &Monitor, status: &Status, now_us: u64) -> Self {
+        let because = why(status.reason, status.missing_mask);
+        let judged = judged(monitor, now_us);
+        match status.state {
+            NodeState::Flagged => flagged(node, status, &because, &judged),
+            NodeState::NoModel => {
+                Self::new(Level::Alarm, "NO MODEL", format!("judges nothing: {}", because.what), because.next)
+            }
+            NodeState::Blind => Self::new(
+                Level::Alarm,
+                "BLIND",
+                format!("readings arrive and cannot be judged: {}; {judged}", because.what),
+                because.next,
             ),
-        },
-        Some(NodeState::Listening) => {
-            Words::new(Level::Idle, "starting", "just started: listens whether its number is free", "")
+            NodeState::Stale => Self::new(
+                Level::Alarm,
+                "STALE",
+                format!("says nothing of the machine any more: {}; {judged}", because.what),
+                because.next,
+            ),
+            NodeState::Listening => {
+                Self::new(Level::Idle, "starting", "just started: listens whether its number is free", "")
+            }
+            _ if monitor.unanswered() >= MOST_UNANSWERED => unanswered(monitor),
+            // an old conflict that has not been followed by another word yet
+            NodeState::Waiting | NodeState::Conflict => {
+                Self::new(Level::Idle, "waiting", "no reading judged since its start", because.next)
+            }
+            NodeState::Learning => {
+                Self::new(Level::Idle, "learning", "takes the residual's reference after the deployment", "")
+            }
+            NodeState::Suspicious => suspicious(monitor, because),
+            NodeState::Tracking => tracking(monitor, status, because),
+            _ => Self::new(
+                Level::Alarm,
+                "UNKNOWN",
+                "its state is one that this program does not know",
+                "watch with a newer program",
+            ),
         }
-        // an old conflict that has not been followed by another word yet
-        Some(NodeState::Waiting | NodeState::Conflict) | None => Words::new(
-            Level::Idle,
-            "waiting",
-            "no reading judged since its start or its last model",
-            "send readings",
-        ),
     }
 }
 
-fn flagged(monitor: &Monitor, last: Option<&MonitorResult>) -> Words {
-    let state = match last {
-        Some(result) => {
-            let suspect = match result.suspect {
-                Some(bearing) => format!(", suspect bearing {}", bearing_number(bearing)),
-                None => String::new(),
-            };
-            format!("residual high for {}{suspect}", readings(result.streak))
-        }
-        None => "residual high, the flag is up".into(),
+fn flagged(node: u8, status: &Status, at_present: &Why, judged: &str) -> Words {
+    let suspect =
+        status.suspect.map_or(String::new(), |b| format!(", suspect bearing {}", bearing_number(b)));
+    let cause = why(status.cause, 0);
+    let present = match status.reason {
+        Reason::None => String::new(),
+        reason if reason == status.cause => String::new(),
+        _ => format!("; at present: {}", at_present.what),
+    };
+    Words::new(
+        Level::Alarm,
+        "FLAGGED",
+        format!("{}{suspect}{present}; {judged}", cause.what),
+        format!("{}; then `rotor-edge acknowledge --node {node}`", cause.next),
+    )
+}
+
+fn suspicious(monitor: &Monitor, because: Why) -> Words {
+    let state = match monitor.last() {
+        Some(last) => format!("{}, for {}", because.what, readings(last.what.streak)),
+        None => because.what,
     };
     let next = match jumping(monitor) {
-        Some(plane) => {
-            format!("{plane}: its unbalance may have jumped; wait until the estimate has caught up")
-        }
-        None => "record a run-up and run `rotor-edge improve`".into(),
+        Some(plane) => format!("{plane}: its unbalance may have jumped; wait for more readings"),
+        None => "one reading may be a disturbance; wait for more".into(),
     };
-    Words::new(Level::Alarm, "FLAGGED", state, next)
+    Words::new(Level::Attention, "suspicious", state, next)
 }
 
-/// Which plane's unbalance may have jumped.
-fn jumping(monitor: &Monitor) -> Option<&'static str> {
-    match monitor.at_bound().map(|in_a_row| in_a_row >= LEAST_AT_BOUND) {
-        [true, true] => Some("both planes grow as fast as they may"),
-        [true, false] => Some("plane 1 grows as fast as it may"),
-        [false, true] => Some("plane 2 grows as fast as it may"),
-        [false, false] => None,
+fn tracking(monitor: &Monitor, status: &Status, because: Why) -> Words {
+    if status.reason != Reason::None {
+        let state = format!("the model describes the machine; but {}", because.what);
+        return Words::new(Level::Attention, "tracking", state, because.next);
+    }
+    match jumping(monitor) {
+        None => Words::new(Level::Good, "tracking", "the model describes the machine", ""),
+        Some(plane) => Words::new(
+            Level::Attention,
+            "tracking",
+            format!("the model describes the machine; {plane}"),
+            "if it goes on: look for lost material or a loose part",
+        ),
     }
 }
 
-/// 1 or 2.
-pub fn bearing_number(bearing: Bearing) -> u8 {
-    match bearing {
-        Bearing::One => 1,
-        Bearing::Two => 2,
+fn unanswered(monitor: &Monitor) -> Words {
+    Words::new(
+        Level::Alarm,
+        "skips",
+        format!("the last {} readings were not answered", monitor.unanswered()),
+        "see the counters: rejected and incomplete: frames are lost or damaged; overflowed: the bus is full",
+    )
+}
+
+/// How old the evidence is.
+fn judged(monitor: &Monitor, now_us: u64) -> String {
+    match monitor.evidence_age_us(now_us) {
+        Some(age_us) => format!("last judged {} ago", span(age_us)),
+        None => "nothing judged since its start".into(),
+    }
+}
+
+/// Which planes' unbalance may have jumped.
+fn jumping(monitor: &Monitor) -> Option<String> {
+    let at_bound = monitor.at_bound().into_iter().zip(1..);
+    let planes: Vec<u8> = at_bound.filter(|(times, _)| *times >= LEAST_AT_BOUND).map(|(_, n)| n).collect();
+    match &planes[..] {
+        [] => None,
+        [plane] => Some(format!("plane {plane} grows as fast as it may")),
+        several => Some(format!("planes {} grow as fast as they may", listed(several))),
+    }
+}
+
+/// Bearings are counted from 1 where people read them.
+pub fn bearing_number(bearing: u8) -> u8 {
+    bearing + 1
+}
+
+/// The numbers of the probes in a mask, from 1.
+pub fn probe_numbers(mask: u8) -> Vec<u8> {
+    (0..8).filter(|probe| mask >> probe & 1 == 1).map(|probe| probe + 1).collect()
+}
+
+/// Numbers as in "1, 2 and 3".
+pub(super) fn listed(numbers: &[u8]) -> String {
+    let words: Vec<String> = numbers.iter().map(u8::to_string).collect();
+    match words.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, others)) => format!("{} and {last}", others.join(", ")),
+        None => String::new(),
     }
 }
 
@@ -230,6 +252,13 @@ mod tests {
         ];
         for (time_us, text) in cases {
             assert_eq!(span(time_us), text);
+        }
+    }
+
+    #[test]
+    fn numbers_are_listed_as_people_write_them() {
+        for (mask, text) in [(0, ""), (0b100, "3"), (0b101, "1 and 3"), (0b1000_0011, "1, 2 and 8")] {
+            assert_eq!(listed(&probe_numbers(mask)), text);
         }
     }
 }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`list`] | the monitors, one a row |
 //! | [`numbers`] | unbalance, residual, counters |
-//! | [`polar`] | unbalance of both planes with their past |
+//! | [`polar`] | unbalance of the planes with their past |
 //! | [`trend`] | residual ratio with its flags |
 //!
 //! Colours repeat what words and signs say and add nothing.
@@ -23,14 +23,15 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Borders, Paragraph, Wrap};
+use rotor_edge_core::model::MAX_PLANES;
 
 use super::Watch;
 use super::monitor::Monitor;
 use super::screen::Screen;
 use super::words::{Level, Words, span};
 
-/// Colour of plane 1 and of plane 2, wherever they are drawn.
-const PLANE_COLOURS: [Color; 2] = [Color::Cyan, Color::Magenta];
+/// Colour of each plane, wherever it is drawn.
+const PLANE_COLOURS: [Color; MAX_PLANES] = [Color::Cyan, Color::Magenta, Color::Yellow, Color::Blue];
 const LIST_COLUMNS: u16 = 24;
 /// Narrower, and the list and the counters give way.
 const LEAST_COLUMNS_WITH_LIST: u16 = 70;

@@ -9,6 +9,7 @@ use rotor_edge_core::can::{Keyphasor, MonitorResult};
 
 use super::list::percent;
 use super::{PLANE_COLOURS, titled};
+use crate::bus::counters::named;
 use crate::bus::decoded::Timed;
 use crate::report::scale::{number, three_digits};
 use crate::watch::monitor::{Monitor, Replacement};
@@ -33,6 +34,7 @@ pub fn draw(frame: &mut Frame, area: Rect, monitor: &Monitor, now_us: u64) {
         };
         let speed = number(f64::from(reading.reading.speed_rpm), 0);
         lines.push(entry("speed", format!("{speed} rpm{keyphasor}")));
+        lines.extend(gaps(reading.reading.gaps_v()));
     }
     if let Some(last) = monitor.last() {
         let rate = monitor.readings_a_second(now_us);
@@ -40,8 +42,8 @@ pub fn draw(frame: &mut Frame, area: Rect, monitor: &Monitor, now_us: u64) {
         let age = span(now_us.saturating_sub(last.time_us));
         lines.push(entry("results", format!("{rate}{age} ago")));
     }
-    if let Some(checksum) = monitor.model_checksum() {
-        lines.push(entry("model", model(checksum, monitor.replacements().last(), now_us)));
+    if let Some(in_use) = monitor.model() {
+        lines.push(entry("model", model(in_use.checksum, monitor.replacements().last(), now_us)));
     }
     if let Some(version) = monitor.version() {
         let text = format!("{}, {} shapes", version.protocol, version.shapes);
@@ -54,16 +56,26 @@ pub fn draw(frame: &mut Frame, area: Rect, monitor: &Monitor, now_us: u64) {
     frame.render_widget(Paragraph::new(lines).block(titled(title)), area);
 }
 
+/// Gap voltages, four a row; nothing if none is stated.
+fn gaps(gaps_v: &[f32]) -> Vec<Line<'static>> {
+    if gaps_v.iter().all(|gap_v| gap_v.is_nan()) {
+        return vec![];
+    }
+    let volts = |gap_v: &f32| if gap_v.is_nan() { "    –".into() } else { format!("{gap_v:>5.1}") };
+    let row = |four: &[f32]| entry("gaps, V", four.iter().map(volts).collect());
+    gaps_v.chunks(4).map(row).collect()
+}
+
 fn result(last: &MonitorResult) -> Vec<Line<'static>> {
-    let [first, second] = last.unbalance_g_mm;
-    let rows = [
-        ("plane 1", first, Style::new().fg(PLANE_COLOURS[0])),
-        ("plane 2", second, Style::new().fg(PLANE_COLOURS[1])),
-        ("static", last.static_g_mm, Style::new()),
-        ("dynamic 1", last.dynamic_g_mm, Style::new()),
-    ];
-    let mut lines: Vec<_> =
-        rows.map(|(name, vector, style)| entry(name, unbalance(vector)).style(style)).into();
+    let planes = (1..=last.planes).zip(last.unbalance_g_mm).zip(PLANE_COLOURS);
+    let plane = |((number, vector), colour)| {
+        entry(&format!("plane {number}"), unbalance(vector)).style(Style::new().fg(colour))
+    };
+    let mut lines: Vec<_> = planes.map(plane).collect();
+    lines.push(entry("static", unbalance(last.static_g_mm)));
+    if last.planes <= 2 {
+        lines.push(entry("dynamic 1", unbalance(last.dynamic_g_mm)));
+    }
     let suspect = match last.suspect {
         Some(bearing) => format!(", bearing {}", bearing_number(bearing)),
         None => String::new(),
@@ -98,35 +110,19 @@ fn entry(name: &str, value: String) -> Line<'static> {
 /// Draws the counters: all if there is room, else those that are not zero.
 pub fn counters(frame: &mut Frame, area: Rect, node: u8, monitor: &Monitor) {
     let Some(c) = monitor.counters() else { return };
-    let all = [
-        ("readings", c.readings),
-        ("lost", c.lost),
-        ("rejected", c.rejected),
-        ("skipped", c.skipped),
-        ("unsolved", c.unsolved),
-        ("repeated", c.repeated),
-        ("late", c.late),
-        ("incomplete", c.incomplete),
-        ("stray", c.stray),
-        ("resynchronised", c.resynchronised),
-        ("overflowed", c.overflowed),
-        ("conflicts", c.conflicts),
-        ("cmd accepted", c.accepted),
-        ("cmd refused", c.refused),
-        ("cmd forged", c.forged),
-        ("cmd replayed", c.replayed),
-        ("cmd broken off", c.broken),
-        ("damaged results", monitor.damaged()),
-    ];
+    let of_commands = ["accepted", "refused", "forged", "replayed", "broken"];
+    let all: Vec<(String, u32)> = named(c)
+        .map(|(name, n)| (if of_commands.contains(&name) { format!("cmd {name}") } else { name.into() }, n))
+        .chain([("damaged results".into(), u32::from(monitor.damaged()))])
+        .collect();
     let rows = usize::from(area.height.saturating_sub(1));
-    let row = |(name, number): (&str, u16)| Line::from(format!("{name:<COUNTER_COLUMNS$}{number:>7}"));
+    let row = |(name, number): (String, u32)| Line::from(format!("{name:<COUNTER_COLUMNS$}{number:>7}"));
     let mut lines: Vec<Line> = if all.len() <= rows {
         all.into_iter().map(row).collect()
     } else {
-        let some: Vec<_> = all.into_iter().filter(|(_, number)| *number > 0).collect();
-        let zeros = all.len() - some.len();
-        let zeros = (zeros > 0).then(|| Line::from(format!("{zeros} others are 0")));
-        some.into_iter().map(row).chain(zeros).collect()
+        let (zeros, some): (Vec<_>, Vec<_>) = all.into_iter().partition(|(_, number)| *number == 0);
+        let rest = (!zeros.is_empty()).then(|| Line::from(format!("{} others are 0", zeros.len())));
+        some.into_iter().map(row).chain(rest).collect()
     };
     lines.truncate(rows);
     frame.render_widget(Paragraph::new(lines).block(titled(format!("Counters of {node}"))), area);

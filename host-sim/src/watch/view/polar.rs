@@ -1,7 +1,7 @@
-//! Unbalance of both planes on a polar plot, with their past.
+//! Unbalance of the planes on a polar plot, with their past.
 //!
 //! Angles are those of the files: 0° along x, growing in the direction of rotation, which is drawn counter-clockwise (x to
-//! the right, y upwards). Plane 1 has a whole line, plane 2 a broken one, and each its number at the tip.
+//! the right, y upwards). Plane 1 has a whole line, the others broken ones, and each its number at the tip.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -10,6 +10,7 @@ use ratatui::symbols::Marker;
 use ratatui::text::Span;
 use ratatui::widgets::Paragraph;
 use ratatui::widgets::canvas::{Canvas, Circle, Context, Line, Points};
+use rotor_edge_core::model::MAX_PLANES;
 
 use super::{PLANE_COLOURS, titled};
 use crate::report::scale::{Scale, three_digits};
@@ -32,7 +33,7 @@ type Point = (f64, f64);
 
 /// Draws the plot.
 pub fn draw(frame: &mut Frame, area: Rect, monitor: &Monitor) {
-    let trails = [0, 1].map(|plane| trail(monitor, plane));
+    let trails: [_; MAX_PLANES] = std::array::from_fn(|plane| trail(monitor, plane));
     let points = || trails.iter().flatten();
     let block = titled("Unbalance ↺ rotation");
     if points().next().is_none() {
@@ -65,7 +66,8 @@ pub fn draw(frame: &mut Frame, area: Rect, monitor: &Monitor) {
 
 /// The unbalance of one plane, oldest first; what is no number is left out.
 fn trail(monitor: &Monitor, plane: usize) -> Vec<Point> {
-    let vectors = monitor.history().iter().map(|timed| timed.what.unbalance_g_mm[plane]);
+    let results = monitor.history().iter().map(|timed| timed.what);
+    let vectors = results.filter(|r| plane < usize::from(r.planes)).map(|r| r.unbalance_g_mm[plane]);
     vectors.filter(|v| v.iter().all(|x| x.is_finite())).map(|[x, y]| (f64::from(x), f64::from(y))).collect()
 }
 
@@ -91,8 +93,8 @@ fn grid(plot: &mut Context, rim: f64, dot: f64, [right, bottom]: [f64; 2]) {
     write(right - column * radius.chars().count() as f64, bottom, &radius);
 }
 
-/// Where both planes are now.
-fn tips(plot: &mut Context, trails: &[Vec<Point>; 2]) {
+/// Where the planes are now.
+fn tips(plot: &mut Context, trails: &[Vec<Point>]) {
     for (plane, (points, color)) in trails.iter().zip(PLANE_COLOURS).enumerate() {
         let Some(&(x, y)) = points.last() else { continue };
         let strokes = if plane == 0 { 1 } else { STROKES };

@@ -2,12 +2,14 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
-use rotor_edge_core::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS, Message, MonitorResult, NodeState, result_frames};
-use rotor_edge_core::residual::Bearing;
+use rotor_edge_core::can::{
+    FLAG_FLAGGED, FLAG_SUSPICIOUS, Message, MonitorResult, PROTOCOL_VERSION, result_frames,
+};
+use rotor_edge_core::state::{NodeState, Reason, Status};
 
 use super::*;
 use crate::watch::screen::Flow;
-use crate::watch::testing::Bench;
+use crate::watch::testing::{Bench, plain_result};
 
 const SECOND_US: u64 = 1_000_000;
 
@@ -36,29 +38,31 @@ fn assert_shows(text: &str, parts: &[&str]) {
     }
 }
 
+/// A result, and what its monitor then says of itself.
 fn hear(watch: &mut Watch, node: u8, result: &MonitorResult) {
     result_frames(node, result).iter().for_each(|frame| watch.receive(0, frame));
+    let is_flagged = result.flags & FLAG_FLAGGED != 0;
+    let (state, cause) =
+        if is_flagged { (NodeState::Flagged, Reason::Ratio) } else { (NodeState::Tracking, Reason::None) };
+    let status = Status { state, cause, suspect: result.suspect, ..Status::default() };
+    watch.receive(0, &Message::State(status).encode(node));
 }
 
-fn result(sequence: u16, unbalance_g_mm: [[f32; 2]; 2]) -> MonitorResult {
-    let [[a, b], [c, d]] = unbalance_g_mm;
+fn result(sequence: u16, [[a, b], [c, d]]: [[f32; 2]; 2]) -> MonitorResult {
     MonitorResult {
-        sequence,
-        flags: 0,
-        suspect: None,
-        streak: 0,
-        unbalance_g_mm,
+        unbalance_g_mm: [[a, b], [c, d], [0.0; 2], [0.0; 2]],
         static_g_mm: [a + c, b + d],
         dynamic_g_mm: [(a - c) / 2.0, (b - d) / 2.0],
         e_um: 1.5,
         ratio: 0.05,
+        ..plain_result(sequence, 2)
     }
 }
 
 fn flagged(sequence: u16) -> MonitorResult {
     MonitorResult {
         flags: FLAG_FLAGGED | FLAG_SUSPICIOUS,
-        suspect: Some(Bearing::Two),
+        suspect: Some(1),
         streak: 3,
         ratio: 0.4,
         ..result(sequence, [[500.0, 0.0], [0.0, 300.0]])
@@ -66,7 +70,8 @@ fn flagged(sequence: u16) -> MonitorResult {
 }
 
 fn heartbeat(state: NodeState) -> Message {
-    Message::Heartbeat { version: 2, state, readings: 7, lost: 3, rejected: 0 }
+    let version = PROTOCOL_VERSION;
+    Message::Heartbeat { version, state, reason: Reason::None, missing_mask: 0, readings: 7 }
 }
 
 fn press(code: KeyCode) -> KeyEvent {
@@ -87,14 +92,11 @@ fn at_80_by_24_everything_is_in_sight() {
         &text,
         &["Monitors (2)", "▶ 1 FLAGGED", " 3 waiting", "Counters of 1", "readings            16"],
     );
-    assert_shows(
-        &text,
-        &["Monitor 1: FLAGGED", "residual high for 4 readings, suspect bearing ", "`rotor-edge improve`"],
-    );
+    assert_shows(&text, &["Monitor 1: FLAGGED", "the residual", "suspect bearing ", "`rotor-edge improve`"]);
     assert_shows(&text, &["Unbalance ↺ rotation", "0°", "90°", "180°", "-90°"]);
     assert_shows(
         &text,
-        &["plane 1 ", "plane 2 ", "static ", "dynamic 1 ", "residual ", "9,000 rpm", "protocol  2, 6 shapes"],
+        &["plane 1 ", "plane 2 ", "static ", "dynamic 1 ", "residual ", "9,000 rpm", "protocol  3, 6 shapes"],
     );
     assert_shows(&text, &["Residual %, 16 readings in 1.5 s", "s high F flag"]);
     assert_shows(lines[23], &["q quit", "↑↓ Tab monitor", "p pause", "r clear its history"]);
@@ -228,9 +230,10 @@ fn counters_that_are_not_zero_stay_when_there_is_no_room_for_all() {
     let mut watch = Watch::new(None);
     for node in 1..9 {
         watch.receive(0, &heartbeat(NodeState::Tracking).encode(node));
+        watch.receive(0, &Message::Counters { pair: 0, values: [3, 0] }.encode(node));
     }
     let text = text(&watch, 80, 20);
-    assert_shows(&text, &["readings             7", "lost                 3", "16 others are 0"]);
+    assert_shows(&text, &["readings             7", "lost                 3", "20 others are 0"]);
     assert!(!text.contains("rejected"));
 }
 
@@ -250,7 +253,7 @@ fn no_size_and_no_number_makes_it_panic() {
     watches.push(one);
     let mut many = Watch::new(None);
     for node in 0..=30 {
-        many.receive(0, &heartbeat(NodeState::Conflict).encode(node));
+        many.receive(0, &heartbeat(NodeState::Blind).encode(node));
         (0..50).for_each(|sequence| hear(&mut many, node, &flagged(sequence)));
     }
     watches.push(many);
@@ -267,5 +270,5 @@ fn no_size_and_no_number_makes_it_panic() {
 fn the_smallest_picture_still_names_monitor_and_state() {
     let mut watch = Watch::new(None);
     hear(&mut watch, 1, &flagged(0));
-    assert_shows(&text(&watch, 20, 5), &["Monitor 1: FLAGGED", "residual high for", "q quit"]);
+    assert_shows(&text(&watch, 20, 5), &["Monitor 1: FLAGGED", "the residual", "q quit"]);
 }

@@ -1,0 +1,60 @@
+//! `acknowledge`: lowers the flag that a monitor holds up.
+
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use rotor_edge_core::command::Command;
+use rotor_edge_core::state::{Reason, Status};
+use serde_json::json;
+
+use super::commanding::Commanding;
+use super::output;
+use crate::bus::states::name;
+use crate::deploy::await_status;
+use crate::watch::reasons::why;
+use crate::watch::words::bearing_number;
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    monitor: Commanding,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let mut authority = arguments.monitor.authority()?;
+    let node = authority.node();
+    let mut bus = arguments.monitor.open()?;
+    let before = await_status(&mut *bus, node)?;
+    if before.cause == Reason::None {
+        bail!(
+            "monitor {node} holds no flag; it is {}: {}",
+            name(before.state),
+            why(before.reason, before.missing_mask).what
+        );
+    }
+    authority.command(&mut *bus, Command::Acknowledge, &[], |_| ())?;
+    let now =
+        await_status(&mut *bus, node).context("the flag was acknowledged, but the monitor fell silent")?;
+    if arguments.json {
+        return output::json(&json!({
+            "node": node,
+            "cause": name(before.cause),
+            "suspect": before.suspect.map(bearing_number),
+            "state": name(now.state),
+            "reason": name(now.reason),
+        }));
+    }
+    let Status { cause, suspect, .. } = before;
+    let suspect =
+        suspect.map_or(String::new(), |bearing| format!(", suspect bearing {}", bearing_number(bearing)));
+    println!(
+        "Monitor {node} lowered its flag ({}{suspect}); it is {} now.",
+        why(cause, 0).what,
+        name(now.state)
+    );
+    println!("What still misfits will be flagged again.");
+    Ok(())
+}

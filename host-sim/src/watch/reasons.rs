@@ -1,0 +1,113 @@
+//! Each reason of a state in words, and what to do about it.
+
+use rotor_edge_core::state::Reason;
+
+use super::words::{listed, probe_numbers};
+
+/// What a reason means to somebody who watches.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Why {
+    /// What is the matter.
+    pub what: String,
+    /// What to do about it.
+    pub next: &'static str,
+}
+
+/// A reason in words; `mask` says which probes, if it is about probes.
+pub fn why(reason: Reason, mask: u8) -> Why {
+    const RUN_UP: &str = "record a run-up and run `rotor-edge improve`";
+    const DEPLOY: &str = "deploy a model: `rotor-edge deploy`";
+    const PROBE: &str = "check the probe, its cable and its proximitor";
+    let (what, next) = match reason {
+        Reason::None => ("nothing is the matter", ""),
+        Reason::NoReading => {
+            ("no reading arrives", "send readings; check who sends them, and to which number")
+        }
+        Reason::Age => (
+            "the last judged reading is too old",
+            "see why readings stopped: the machine, who sends them, the bus",
+        ),
+        Reason::Probes => {
+            return Why { what: of_probes(mask, "gives no value", "give no value"), next: PROBE };
+        }
+        Reason::Keyphasor => (
+            "the keyphasor is missing or unsteady, and without it speed and phase mean nothing",
+            "check the keyphasor's probe, its gap and the mark on the shaft; wait until the speed is constant",
+        ),
+        Reason::Speed => (
+            "the speed is outside the range that the model is for",
+            "check that it is in rpm; for faster machines deploy with --fastest-rpm",
+        ),
+        Reason::Response => (
+            "the model has no finite response at this speed",
+            "deploy a better model: `rotor-edge improve`, `rotor-edge deploy`",
+        ),
+        Reason::Undetermined => ("the probes that are left do not tell the planes apart", PROBE),
+        Reason::NoRedundancy => (
+            "the probes that are left give as many values as there are unknowns: any machine would fit",
+            PROBE,
+        ),
+        Reason::BelowNoise => (
+            "the vibration is below the noise",
+            "nothing, if the machine turns slowly; else check probes and their supply",
+        ),
+        Reason::Rise => ("the residual rose above its level", RUN_UP),
+        Reason::Ratio => ("the residual is too large a part of the vibration", RUN_UP),
+        Reason::Reference => ("the residual is above that of the time after the deployment", RUN_UP),
+        Reason::Jump => (
+            "the unbalance grew faster than it may; without that bound the model would fit",
+            "look for lost material or a loose part",
+        ),
+        Reason::NumberInUse => ("its number is in use by another", "give one of them another number"),
+        Reason::NothingStored => ("no model was deployed to it yet", DEPLOY),
+        Reason::Schema => ("its stored model is one of another version of the firmware", DEPLOY),
+        Reason::Damaged => ("its stored model is damaged", DEPLOY),
+        Reason::Size => ("its stored model is larger than it holds", DEPLOY),
+        Reason::ProbeCount => (
+            "readings have another number of probes than its model",
+            "deploy the model of this machine, or send the readings of the right one",
+        ),
+        Reason::Absurd => (
+            "readings hold values that no probe can show",
+            "check units (µm zero-to-peak) and the probes' scale",
+        ),
+        Reason::Gap => {
+            let what = of_probes(mask, "is out of its gap range", "are out of their gap range");
+            return Why { what, next: "check the gap voltage, the probe's mounting and its cable" };
+        }
+        Reason::Learning => ("the reference is being taken", ""),
+        _ => ("the reason is one that this program does not know", "watch with a newer program"),
+    };
+    Why { what: what.into(), next }
+}
+
+fn of_probes(mask: u8, one: &str, several: &str) -> String {
+    let numbers = probe_numbers(mask);
+    match numbers.len() {
+        0 => format!("a probe {one}"),
+        1 => format!("probe {} {one}", listed(&numbers)),
+        _ => format!("probes {} {several}", listed(&numbers)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_reason_has_words_of_its_own_and_those_that_need_something_done_say_what() {
+        let mut seen = std::collections::HashSet::new();
+        for reason in Reason::ALL {
+            let why = why(reason, 0b10);
+            assert!(seen.insert(why.what.clone()), "{reason:?}: {}", why.what);
+            let nothing_to_do = matches!(reason, Reason::None | Reason::Learning);
+            assert_eq!(why.next.is_empty(), nothing_to_do, "{reason:?}");
+        }
+    }
+
+    #[test]
+    fn probes_are_counted_from_one() {
+        assert_eq!(why(Reason::Probes, 0b100).what, "probe 3 gives no value");
+        assert_eq!(why(Reason::Gap, 0b11).what, "probes 1 and 2 are out of their gap range");
+    }
+}
