@@ -232,7 +232,10 @@ fn a_state_file_of_another_schema_or_a_damaged_one_keeps_its_counter_and_can_be_
     assert_eq!(bench.seen()["reason"], "damaged");
     // no command that was ever recorded can be above the present time
     assert_says(&one_sentence(&deploy("1000")), &["has accepted command"]);
-    assert_eq!(json(&bench.to_monitor("deploy", &[&bench.text("identified.toml"), "--json"]))["outcome"], "accepted");
+    assert_eq!(
+        json(&bench.to_monitor("deploy", &[&bench.text("identified.toml"), "--json"]))["outcome"],
+        "accepted"
+    );
     assert_eq!(std::fs::read_to_string(format!("{state}.damaged")).unwrap(), "not a state at all");
 }
 
@@ -298,7 +301,10 @@ fn a_flag_stays_up_over_a_cut_in_power_until_it_is_acknowledged_with_the_key() {
     assert_says(&refusal(&["acknowledge", "--bus", bus, "--key", &wrong]), &["another key"]);
     flagged(&bench.seen());
     let told = json(&bench.to_monitor("acknowledge", &["--json"]));
-    assert_eq!((&told["cause"], &told["suspect"], &told["state"]), (&"rise".into(), &2.into(), &"waiting".into()));
+    assert_eq!(
+        (&told["cause"], &told["suspect"], &told["state"]),
+        (&"rise".into(), &2.into(), &"waiting".into())
+    );
     assert_eq!(bench.seen()["latched"], Value::Null);
     drop(running);
     let _running = node();

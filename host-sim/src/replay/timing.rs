@@ -43,7 +43,8 @@ impl Timing {
             timing.sent_us.push(timing.at(day(record, row)).max(after));
         }
         if let Some(first) = record.first() {
-            let frames = reading_frames(config.node.node, &NumberedReading::new(0, deployment.reading(first)));
+            let frames =
+                reading_frames(config.node.node, &NumberedReading::new(0, deployment.reading(first)));
             let bits: u64 = frames.iter().map(|frame| u64::from(frame_bits(frame))).sum();
             timing.travel_us = bits * 1_000_000 / u64::from(config.bus.bit_rate);
         }
