@@ -181,7 +181,8 @@ impl Judge {
             if self.learned.streak == 0 {
                 self.misfit = Misfit::default();
             } else {
-                self.learned.suspicious_s += dt_s.unwrap_or_default();
+                // After a restart nobody knows for how long: long enough, if there are readings enough.
+                self.learned.suspicious_s += dt_s.unwrap_or(thresholds.persistence_s);
             }
             self.misfit.add(&evidence.residual);
         }

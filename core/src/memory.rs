@@ -9,7 +9,7 @@ use crate::model::{MAX_PLANES, Pair};
 use crate::state::Reason;
 
 /// Bytes of the largest memory.
-pub const MEMORY_BYTES: usize = 80;
+pub const MEMORY_BYTES: usize = 96;
 /// An encoded memory.
 pub type MemoryBytes = Vec<u8, MEMORY_BYTES>;
 
@@ -35,11 +35,18 @@ pub(crate) struct Memory {
     suspect: Option<u8>,
     /// The unbalance last found.
     pub unbalance_g_mm: Vec<Pair, MAX_PLANES>,
+    /// And what it is at most, [`Growth::most_g_mm`](crate::judge::Growth::most_g_mm).
+    pub most_g_mm: Vec<f32, MAX_PLANES>,
 }
 
 impl Memory {
     /// What is to be remembered now.
-    pub fn new(model_checksum: u32, judge: &Judge, unbalance_g_mm: &[Pair]) -> Self {
+    pub fn new(
+        model_checksum: u32,
+        judge: &Judge,
+        unbalance_g_mm: &[Pair],
+        most_g_mm: &[f32; MAX_PLANES],
+    ) -> Self {
         let learned = judge.learned();
         Self {
             version: VERSION,
@@ -54,6 +61,7 @@ impl Memory {
             cause: learned.latched.map_or(0, |latched| latched.cause as u8),
             suspect: learned.latched.and_then(|latched| latched.suspect),
             unbalance_g_mm: unbalance_g_mm.iter().copied().take(MAX_PLANES).collect(),
+            most_g_mm: most_g_mm.iter().copied().take(unbalance_g_mm.len()).collect(),
         }
     }
 
@@ -90,6 +98,8 @@ impl Memory {
 mod tests {
     use super::*;
 
+    const MOST: [f32; MAX_PLANES] = [9.0, 8.0, 7.0, 6.0];
+
     fn remembered() -> Judge {
         Judge::resume(Learned {
             level: Level::resume(Some(2.5), 864_000.0),
@@ -105,20 +115,21 @@ mod tests {
     #[test]
     fn everything_comes_back_and_the_largest_fits() {
         let unbalance = [[1.0, -2.0], [3.0, 4.0], [5.0, 6.0], [7.0, 8.0]];
-        let memory = Memory::new(u32::MAX, &remembered(), &unbalance);
+        let memory = Memory::new(u32::MAX, &remembered(), &unbalance, &MOST);
         let mut bytes = memory.encode();
         assert!((60..=MEMORY_BYTES).contains(&bytes.len()), "{}", bytes.len());
-        let two = Memory::new(7, &Judge::default(), &unbalance[..2]);
-        assert!(two.encode().len() <= 64);
+        let two = Memory::new(7, &Judge::default(), &unbalance[..2], &MOST);
+        assert!(two.encode().len() <= 72);
         while bytes.push(0xff).is_ok() {}
         let again = Memory::decode(&bytes).unwrap();
         assert_eq!((again.judge(), again.unbalance_g_mm.as_slice()), (remembered(), &unbalance[..]));
+        assert_eq!(again.most_g_mm, MOST);
         assert_eq!(Memory::decode(&two.encode()).unwrap().judge(), Judge::default());
     }
 
     #[test]
     fn every_flipped_bit_and_every_cut_is_refused() {
-        let bytes = Memory::new(7, &remembered(), &[[1.0, 2.0]]).encode();
+        let bytes = Memory::new(7, &remembered(), &[[1.0, 2.0]], &MOST).encode();
         for bit in 0..8 * bytes.len() {
             let mut damaged = bytes.clone();
             damaged[bit / 8] ^= 1 << (bit % 8);
@@ -127,13 +138,13 @@ mod tests {
         for length in 0..bytes.len() {
             assert_eq!(Memory::decode(&bytes[..length]), None, "{length} bytes");
         }
-        let other = Memory { version: VERSION + 1, ..Memory::new(7, &remembered(), &[]) };
+        let other = Memory { version: VERSION + 1, ..Memory::new(7, &remembered(), &[], &MOST) };
         assert_eq!(Memory::decode(&other.encode()), None);
     }
 
     #[test]
     fn a_record_with_numbers_that_cannot_be_starts_without_them() {
-        let mut spoilt = Memory::new(7, &remembered(), &[]);
+        let mut spoilt = Memory::new(7, &remembered(), &[], &MOST);
         (spoilt.level_um, spoilt.reference_um) = (Some(f32::NAN), Some(-1.0));
         (spoilt.taught_s, spoilt.suspicious_s, spoilt.cause) = (f32::INFINITY, -3.0, 77);
         let judge = spoilt.judge();

@@ -147,12 +147,15 @@ mod tests {
         let mut support = bearing();
         let speed = 900.0_f32;
         let widen = |z: Complex<f32>| Complex::new(f64::from(z.re), f64::from(z.im));
-        let alone = support.dynamic_stiffness(speed, [0.0; 2]).map(|row| row.map(widen));
-        support.pedestal = Some(Pedestal { stiffness_n_m: 3e7, damping_n_s_m: 2e3, mass_kg: 20.0 });
-        let got = support.dynamic_stiffness(speed, [0.0; 2]);
+        let alone = support.dynamic_stiffness(&[], speed, [0.0; 2]).map(|row| row.map(widen));
+        support.pedestal =
+            Some(Pedestal { stiffness_n_m: [3e7, 5e7], damping_n_s_m: [2e3, 1e3], mass_kg: [20.0, 30.0] });
+        let got = support.dynamic_stiffness(&[], speed, [0.0; 2]);
         let zb = Matrix2::new(alone[0][0], alone[0][1], alone[1][0], alone[1][1]);
-        let zp = Complex::new(3e7 - 900.0 * 900.0 * 20.0, 900.0 * 2e3);
-        let want = zb * (zb + Matrix2::identity() * zp).try_inverse().unwrap() * zp;
+        let px = Complex::new(3e7 - 900.0 * 900.0 * 20.0, 900.0 * 2e3);
+        let py = Complex::new(5e7 - 900.0 * 900.0 * 30.0, 900.0 * 1e3);
+        let zp = Matrix2::from_diagonal(&[px, py].into());
+        let want = zp * (zb + zp).try_inverse().unwrap() * zb;
         for (i, row) in got.iter().enumerate() {
             for (j, &cell) in row.iter().enumerate() {
                 assert!((widen(cell) - want[(i, j)]).modulus() < 1e-6 * want.norm());
@@ -162,10 +165,14 @@ mod tests {
 
     #[test]
     fn rigid_pedestal_leaves_the_bearing_and_soft_pedestal_leaves_the_pedestal() {
-        let alone = bearing().dynamic_stiffness(500.0, [0.0; 2]);
+        let alone = bearing().dynamic_stiffness(&[], 500.0, [0.0; 2]);
         let with = |stiffness_n_m| {
-            let pedestal = Some(Pedestal { stiffness_n_m, damping_n_s_m: 0.0, mass_kg: 0.0 });
-            Support { pedestal, ..bearing() }.dynamic_stiffness(500.0, [0.0; 2])
+            let pedestal = Some(Pedestal {
+                stiffness_n_m: [stiffness_n_m; 2],
+                damping_n_s_m: [0.0; 2],
+                mass_kg: [0.0; 2],
+            });
+            Support { pedestal, ..bearing() }.dynamic_stiffness(&[], 500.0, [0.0; 2])
         };
         assert!(difference(with(1e15), alone) < 1e-6 * 8e7);
         let soft = Complex::new(10.0, 0.0);
@@ -175,16 +182,16 @@ mod tests {
 
     #[test]
     fn pedestal_mass_makes_the_series_stiffness_that_of_the_bearing_at_infinite_speed() {
-        let pedestal = Some(Pedestal { stiffness_n_m: 1e7, damping_n_s_m: 0.0, mass_kg: 1e6 });
+        let pedestal = Some(Pedestal { stiffness_n_m: [1e7; 2], damping_n_s_m: [0.0; 2], mass_kg: [1e6; 2] });
         let speed = 1e4;
-        let heavy = Support { pedestal, ..bearing() }.dynamic_stiffness(speed, [0.0; 2]);
-        assert!(difference(heavy, bearing().dynamic_stiffness(speed, [0.0; 2])) < 1e-4 * 4e8);
+        let heavy = Support { pedestal, ..bearing() }.dynamic_stiffness(&[], speed, [0.0; 2]);
+        assert!(difference(heavy, bearing().dynamic_stiffness(&[], speed, [0.0; 2])) < 1e-4 * 4e8);
     }
 
     #[test]
     fn slope_scales_stiffness_and_not_damping() {
         let support = Support { stiffness_slope: 0.5, reference_speed_rad_s: 1000.0, ..bearing() };
-        let [[zxx, _], [zyx, _]] = support.dynamic_stiffness(1500.0, [0.0; 2]);
+        let [[zxx, _], [zyx, _]] = support.dynamic_stiffness(&[], 1500.0, [0.0; 2]);
         assert!((zxx.re / (8e7 * 1.25) - 1.0).abs() < 1e-6);
         assert!((zyx.re / (-2e7 * 1.25) - 1.0).abs() < 1e-6);
         assert!((zxx.im / (4e4 * 1500.0) - 1.0).abs() < 1e-6);
@@ -193,7 +200,7 @@ mod tests {
     #[test]
     fn hardening_acts_on_each_direction_by_its_own_amplitude() {
         let support = Support { hardening_per_um2: 1e-3, ..bearing() };
-        let [[zxx, zxy], [_, zyy]] = support.dynamic_stiffness(100.0, [20.0, 10.0]);
+        let [[zxx, zxy], [_, zyy]] = support.dynamic_stiffness(&[], 100.0, [20.0, 10.0]);
         assert!((zxx.re / (8e7 * 1.3) - 1.0).abs() < 1e-6);
         assert!((zyy.re / (5e7 * 1.075) - 1.0).abs() < 1e-6);
         assert_eq!(zxy.re, 1e7);
@@ -201,7 +208,7 @@ mod tests {
 
     #[test]
     fn mass_lowers_the_diagonal_by_speed_squared() {
-        let [[zxx, zxy], _] = Support { mass_kg: 2.0, ..bearing() }.dynamic_stiffness(1000.0, [0.0; 2]);
+        let [[zxx, zxy], _] = Support { mass_kg: 2.0, ..bearing() }.dynamic_stiffness(&[], 1000.0, [0.0; 2]);
         assert!((zxx.re - (8e7 - 2e6)).abs() < 10.0);
         assert_eq!(zxy.re, 1e7);
     }

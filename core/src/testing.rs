@@ -1,8 +1,9 @@
 //! What several unit tests need: random numbers independent of the swarm's, and problems made of them.
 
-use nalgebra::{ArrayStorage, SMatrix};
+use nalgebra::Complex;
 
 use crate::fit::Fit;
+use crate::model::Pair;
 
 /// A small linear congruential generator (Knuth's MMIX constants).
 pub(crate) struct Random(u64);
@@ -17,30 +18,45 @@ impl Random {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f32 / (1u64 << 23) as f32 - 1.0
     }
+
+    /// Uniform between the ends.
+    pub fn between(&mut self, low: f32, high: f32) -> f32 {
+        low + 0.5 * (self.signed() + 1.0) * (high - low)
+    }
+
+    /// Uniform in the exponent.
+    pub fn log_between(&mut self, low: f32, high: f32) -> f32 {
+        self.between(low.ln(), high.ln()).exp()
+    }
+
+    fn phasor(&mut self) -> Complex<f32> {
+        Complex::new(self.signed(), self.signed())
+    }
 }
 
-/// Influence of two planes on four probes that resemble each other by `likeness` (0 to 1), and a target that an
-/// unbalance of about 1 explains up to noise; bounds are `bound` times the true unbalance.
-pub(crate) fn random_fit(random: &mut Random, likeness: f32, bound: f32) -> Fit {
-    let mut columns = [[0.0; 8]; 4];
-    for probe in 0..4 {
-        let mut pair = || [random.signed(), random.signed()];
-        let [re1, im1] = pair();
-        let [re2, im2] = pair();
-        let mix = |a: f32, b: f32| 0.3 * (likeness * a + (1.0 - likeness) * b);
-        for (plane, [re, im]) in [[re1, im1], [mix(re1, re2), mix(im1, im2)]].into_iter().enumerate() {
-            columns[2 * plane][2 * probe] = re;
-            columns[2 * plane][2 * probe + 1] = -im;
-            columns[2 * plane + 1][2 * probe] = -im;
-            columns[2 * plane + 1][2 * probe + 1] = -re;
-        }
-    }
-    let truth = [[random.signed(), random.signed()], [random.signed(), random.signed()]];
-    let mut fit = Fit {
-        influence: SMatrix::from_data(ArrayStorage(columns)),
-        target_um: [0.0; 8],
-        bound_g_mm: truth.map(|[x, y]: [f32; 2]| bound * x.hypot(y)),
-    };
-    fit.target_um = fit.residuals_um(&truth).map(|feature| feature + 0.2 * random.signed());
-    fit
+/// Influence of planes on probes that resemble the first plane's by `likeness` (0 to 1), and a target that an unbalance of
+/// about 1 explains up to noise; bounds are `bound` times the true unbalance.
+pub(crate) fn random_fit_of<const PROBES: usize, const PLANES: usize>(
+    random: &mut Random,
+    [likeness, bound, noise]: [f32; 3],
+    probes: usize,
+) -> Fit<PROBES, PLANES> {
+    let truth: [Pair; PLANES] = core::array::from_fn(|_| [random.signed(), random.signed()]);
+    let rows: std::vec::Vec<_> = (0..probes)
+        .map(|_| {
+            let first = random.phasor();
+            let coefficients: [Complex<f32>; PLANES] = core::array::from_fn(|plane| match plane {
+                0 => first,
+                _ => (first * likeness + random.phasor() * (1.0 - likeness)) * 0.3,
+            });
+            let shown = coefficients.iter().zip(&truth).map(|(c, &[x, y])| c * Complex::new(x, y));
+            (coefficients, shown.sum::<Complex<f32>>() + random.phasor() * noise)
+        })
+        .collect();
+    Fit::new(rows.into_iter(), &truth.map(|[x, y]| bound * x.hypot(y)))
+}
+
+/// Four probes and two planes.
+pub(crate) fn random_fit(random: &mut Random, likeness: f32, bound: f32) -> Fit<4, 2> {
+    random_fit_of(random, [likeness, bound, 0.2], 4)
 }

@@ -66,7 +66,7 @@ fn steady(period: f64) -> Shaft {
 /// Largest distance of a window's vectors from `cos, sin`, µm.
 fn miss(results: &[Extraction], truth: [f64; 2]) -> f64 {
     let distance = |v: &ProbeVector| (f64::from(v.cos_um) - truth[0]).hypot(f64::from(v.sin_um) - truth[1]);
-    results.iter().flat_map(|r| &r.reading.probes).map(distance).fold(0.0, f64::max)
+    results.iter().flat_map(|r| r.reading.probes()).map(distance).fold(0.0, f64::max)
 }
 
 #[test]
@@ -128,7 +128,7 @@ fn too_much_drift_makes_a_reading_unsteady_and_its_vectors_lost() {
     let shaft = Shaft { rise: 2e-3, ..steady(150.0) };
     let results = shaft.run(&config(16), 5000, |_, angle| angle.cos());
     assert!(results.iter().all(|r| r.keyphasor == Keyphasor::Unsteady && r.drift > 0.01));
-    assert!(results.iter().all(|r| r.reading.probes.iter().all(|p| !p.is_finite())));
+    assert!(results.iter().all(|r| r.reading.probes().iter().all(|p| !p.is_finite())));
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn clipped_and_open_probes_are_lost_and_the_others_are_not() {
     });
     for result in results {
         assert_eq!((result.clipped, result.open), (0b0010, 0b0100));
-        let found = result.reading.probes.map(ProbeVector::is_finite);
+        let found = result.reading.probes().iter().map(|p| p.is_finite()).collect::<Vec<_>>();
         assert_eq!(found, [true, false, false, true]);
     }
 }
@@ -177,7 +177,7 @@ fn a_mark_that_shakes_costs_no_more_than_its_own_phase() {
         let angle = TAU * (f64::from(n) - 49.5) / 100.0;
         let count = (angle.cos() * 50.0 * 7.87 / f64::from(config.mv_per_count)).round() as i16;
         if let Some(result) = extractor.push(&config, [count; PROBES], mark) {
-            let v = result.reading.probes[0];
+            let v = result.reading.probes()[0];
             let (re, im) = (f64::from(-v.cos_um), f64::from(-v.sin_um));
             worst = worst.max(im.atan2(re).to_degrees().abs());
         }
@@ -206,7 +206,7 @@ fn whatever_arrives_a_locked_reading_is_finite_where_it_is_not_lost() {
         {
             locked += 1;
             assert!(result.reading.speed_rpm.is_finite());
-            for (probe, vector) in result.reading.probes.iter().enumerate() {
+            for (probe, vector) in result.reading.probes().iter().enumerate() {
                 let lost = (result.clipped | result.open) >> probe & 1 == 1;
                 assert_eq!(vector.is_finite(), !lost);
             }

@@ -7,36 +7,73 @@ use crate::thresholds::Thresholds;
 
 /// Part of the growth time after which the anchor moves: with f32, steps of a tenth of a second would change nothing.
 const STEP: f32 = 1.0 / 256.0;
+/// Deviations of an estimate that its error does not exceed but once in 1e9 readings: six of a normal distribution, times
+/// √(π/2), by which least absolute residuals are less certain than least squares.
+const DOUBT: f32 = 7.52;
 
-/// What each plane's unbalance was about one growth time ago: the bound is a multiple of it. A bound on the last
-/// estimate alone would let noise pull the unbalance down at every reading and up only at the pace of growth.
+/// What each plane's unbalance was at most about one growth time ago: the bound is a multiple of it.
+///
+/// A bound on the last estimate alone would let noise pull the unbalance down at every reading, and up only at the pace of
+/// growth; and an estimate from a slow machine, which says little, would bound what is seen at full speed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Growth {
     anchor_g_mm: [f32; MAX_PLANES],
+    bound_g_mm: Option<[f32; MAX_PLANES]>,
     since_us: Option<u64>,
 }
 
 impl Growth {
-    /// The bound on each plane's unbalance, g·mm, at this time, after `last_g_mm`.
+    /// Goes on after a loss of power from [`Growth::most_g_mm`]: as after one growth time, for nobody knows how long it was.
+    /// Planes that are not given or not finite begin with what they are.
+    pub fn resume(most_g_mm: &[f32], last_g_mm: &[Pair]) -> Self {
+        let mut growth = Self::default();
+        for (place, (anchor, &last)) in growth.anchor_g_mm.iter_mut().zip(last_g_mm).enumerate() {
+            let most = most_g_mm.get(place).copied().filter(|most| most.is_finite() && *most >= 0.0);
+            *anchor = most.unwrap_or(scalar::length(last));
+        }
+        growth
+    }
+
+    /// What each plane's unbalance is at most after an estimate: that and its doubt, and no more than it may have been.
     ///
-    /// The anchor follows the unbalance with `growth_s` as time constant. Readings that far apart or farther, and the
-    /// first one, are bounded by the unbalance before, as in Bera et al. (2023).
+    /// `deviation_g_mm`: standard deviation of either part of each plane's unbalance; NaN if unknown.
+    pub fn most_g_mm(&self, last_g_mm: &[Pair], deviation_g_mm: &[f32; MAX_PLANES]) -> [f32; MAX_PLANES] {
+        let mut most_g_mm = self.bound_g_mm.unwrap_or([f32::MAX; MAX_PLANES]);
+        for (most, (&last, &deviation)) in most_g_mm.iter_mut().zip(last_g_mm.iter().zip(deviation_g_mm)) {
+            // max takes the other one where the deviation is not a number.
+            let estimated = scalar::length(last) + (DOUBT * deviation).max(0.0);
+            // An estimate may lie above its bound by rounding, or by the model's floor.
+            *most = estimated.min(most.max(scalar::length(last)));
+        }
+        most_g_mm
+    }
+
+    /// The bound on each plane's unbalance, g·mm, at this time, after an estimate.
+    ///
+    /// The anchor follows what the unbalance is at most with `growth_s` as time constant. Readings that far apart or
+    /// farther, and the first one, are bounded by the unbalance before, as in Bera et al. (2023).
     pub fn bounds_g_mm(
         &mut self,
         thresholds: &Thresholds,
         time_us: u64,
         last_g_mm: &[Pair],
+        deviation_g_mm: &[f32; MAX_PLANES],
     ) -> [f32; MAX_PLANES] {
-        let part =
-            self.since_us.map_or(1.0, |since_us| seconds_since(since_us, time_us) / thresholds.growth_s);
-        if part >= STEP {
-            for (anchor, &last) in self.anchor_g_mm.iter_mut().zip(last_g_mm) {
-                let last = scalar::length(last);
-                *anchor = if part >= 1.0 { last } else { *anchor + part * (last - *anchor) };
+        let part = self.since_us.map(|since_us| seconds_since(since_us, time_us) / thresholds.growth_s);
+        if part.is_none_or(|part| part >= STEP) {
+            let most_g_mm = self.most_g_mm(last_g_mm, deviation_g_mm);
+            for (anchor, most) in self.anchor_g_mm.iter_mut().zip(most_g_mm) {
+                match part {
+                    None => {}
+                    Some(part) if part >= 1.0 => *anchor = most,
+                    Some(part) => *anchor += part * (most - *anchor),
+                }
             }
             self.since_us = Some(time_us);
         }
-        self.anchor_g_mm.map(|anchor| thresholds.growth * anchor)
+        let bound_g_mm = self.anchor_g_mm.map(|anchor| thresholds.growth * anchor);
+        self.bound_g_mm = Some(bound_g_mm);
+        bound_g_mm
     }
 }
 
@@ -46,22 +83,24 @@ mod tests {
 
     const DAY_US: u64 = 86_400_000_000;
     const THRESHOLDS: Thresholds = Thresholds::DEFAULT;
+    const UNKNOWN: [f32; MAX_PLANES] = [f32::NAN; MAX_PLANES];
 
     #[test]
     fn daily_readings_are_bounded_by_the_one_before() {
-        let mut growth = Growth::default();
-        for (day, last) in (0..).zip([100.0, 50.0, 70.0, 0.0]) {
-            let bounds = growth.bounds_g_mm(&THRESHOLDS, day * DAY_US, &[[last, 0.0], [0.0, -2.0 * last]]);
+        let mut growth = Growth::resume(&[], &[[100.0, 0.0], [0.0, 200.0]]);
+        for (day, last) in (0..).zip([100.0, 50.0, 60.0, 0.0]) {
+            let last_g_mm = [[last, 0.0], [0.0, -2.0 * last]];
+            let bounds = growth.bounds_g_mm(&THRESHOLDS, day * DAY_US, &last_g_mm, &UNKNOWN);
             assert_eq!(bounds[..2], [1.2 * last, 1.2 * (2.0 * last)]);
         }
     }
 
     /// An unbalance that always grows as much as it may.
     fn grown(period_us: u64, days: u64) -> f32 {
-        let mut growth = Growth::default();
+        let mut growth = Growth::resume(&[], &[[100.0, 0.0]]);
         let mut last = 100.0;
         for step in 0..=days * DAY_US / period_us {
-            last = growth.bounds_g_mm(&THRESHOLDS, step * period_us, &[[last, 0.0]])[0];
+            last = growth.bounds_g_mm(&THRESHOLDS, step * period_us, &[[last, 0.0]], &UNKNOWN)[0];
         }
         last / 120.0
     }
@@ -79,13 +118,41 @@ mod tests {
 
     #[test]
     fn noise_does_not_pull_the_bound_down() {
-        let mut growth = Growth::default();
+        let mut growth = Growth::resume(&[], &[[100.0, 0.0]]);
         let mut random = crate::testing::Random::new(4);
         let mut bound = 0.0;
         for step in 0..200_000 {
             let last = 100.0 * (1.0 + 0.1 * random.signed());
-            bound = growth.bounds_g_mm(&THRESHOLDS, step * 87_000, &[[last, 0.0]])[0];
+            bound = growth.bounds_g_mm(&THRESHOLDS, step * 87_000, &[[last, 0.0]], &UNKNOWN)[0];
         }
         assert!((bound - 120.0).abs() < 5.0, "{bound}");
+    }
+
+    #[test]
+    fn an_estimate_that_says_little_does_not_bound_the_next_one_below_the_truth() {
+        // 100 g·mm known to 0.1; then a day at low speed says 20 with a deviation of 30; then full speed again.
+        let mut growth = Growth::resume(&[], &[[100.0, 0.0]]);
+        growth.bounds_g_mm(&THRESHOLDS, 0, &[[100.0, 0.0]], &UNKNOWN);
+        growth.bounds_g_mm(&THRESHOLDS, DAY_US, &[[100.0, 0.0]], &[0.1; MAX_PLANES]);
+        let [bound, ..] = growth.bounds_g_mm(&THRESHOLDS, 2 * DAY_US, &[[20.0, 0.0]], &[30.0; MAX_PLANES]);
+        // at most what it may have grown to by then, and a day's growth more
+        assert!((bound - 1.2 * 1.2 * (100.0 + 0.1 * DOUBT)).abs() < 1e-3, "{bound}");
+        let [bound, ..] = growth.bounds_g_mm(&THRESHOLDS, 3 * DAY_US, &[[100.0, 0.0]], &[0.1; MAX_PLANES]);
+        assert!((bound - 1.2 * (100.0 + 0.1 * DOUBT)).abs() < 1e-3, "{bound}");
+    }
+
+    #[test]
+    fn after_a_loss_of_power_the_bound_is_that_of_the_next_day() {
+        let last = [[100.0, 0.0], [30.0, 40.0]];
+        let mut whole = Growth::resume(&[], &last);
+        whole.bounds_g_mm(&THRESHOLDS, 0, &last, &UNKNOWN);
+        let most = whole.most_g_mm(&last, &[1.0; MAX_PLANES]);
+        let mut cut = Growth::resume(&most, &last);
+        assert_eq!(
+            whole.bounds_g_mm(&THRESHOLDS, DAY_US, &last, &[1.0; MAX_PLANES])[..2],
+            cut.bounds_g_mm(&THRESHOLDS, 5, &last, &UNKNOWN)[..2]
+        );
+        let spoilt = Growth::resume(&[f32::NAN, -1.0], &last);
+        assert_eq!(spoilt.anchor_g_mm[..2], [100.0, 50.0]);
     }
 }

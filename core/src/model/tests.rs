@@ -6,12 +6,13 @@ use super::*;
 use crate::testing::Random;
 
 /// A stiff shaft on two unlike, damped supports: translation and tilt, shape = [1, place / half length].
-pub(crate) fn rigid_rotor() -> Model<2> {
+pub(crate) fn rigid_rotor() -> Model<2, 4, 2> {
     let at = |place: f32| SVector::from([1.0, place]);
     let support = |place, kxx, kyy| Support {
         stiffness_n_m: [[kxx, 2e6], [-3e6, kyy]],
         ..Support::isotropic(at(place), 0.0, 3e4)
     };
+    let probes = [(-0.9, [1.0, 0.0], 0), (-0.9, [0.0, 1.0], 0), (0.95, [1.0, 0.0], 1), (0.95, [0.0, 1.0], 1)];
     Model {
         stiffness: Matrix2::zeros(),
         mass: Matrix2::new(60.0, 3.0, 3.0, 20.0),
@@ -19,20 +20,27 @@ pub(crate) fn rigid_rotor() -> Model<2> {
         internal_damping_s: 0.0,
         planes: Vec::from_array([at(-0.5), at(0.6)]),
         supports: [support(-1.0, 6e7, 5e7), support(1.0, 4e7, 7e7)].into_iter().collect(),
+        knots: Vec::new(),
         forcings: Vec::new(),
-        probes: [(-0.9, [1.0, 0.0]), (-0.9, [0.0, 1.0]), (0.95, [1.0, 0.0]), (0.95, [0.0, 1.0])]
-            .map(|(place, direction)| Probe::plain(at(place), direction)),
-        initial_unbalance_g_mm: [[3000.0, 4000.0], [-1000.0, 2000.0]],
+        probes: probes
+            .map(|(place, direction, bearing)| Probe::plain(at(place), direction, bearing))
+            .into_iter()
+            .collect(),
+        initial_unbalance_g_mm: Vec::from_array([[3000.0, 4000.0], [-1000.0, 2000.0]]),
         unbalance_floor_g_mm: 100.0,
+        noise_um: 0.1,
         speed_range_rpm: [600.0, 12_000.0],
     }
 }
 
+type Full = Model<6, 4, 2>;
+
 /// Every list as long as it may be, every number different.
-fn full() -> Model<6> {
+fn full() -> Full {
     let mut random = Random::new(21);
     let mut shape = || SVector::<f32, 6>::from_fn(|_, _| random.signed());
-    let pedestal = Some(Pedestal { stiffness_n_m: 1e8, damping_n_s_m: 1e4, mass_kg: 3.0 });
+    let pedestal =
+        Some(Pedestal { stiffness_n_m: [1e8, 2e8], damping_n_s_m: [1e4, 2e4], mass_kg: [3.0, 4.0] });
     let mut diagonal = SMatrix::<f32, 6, 6>::identity();
     diagonal[(0, 1)] = 0.25;
     diagonal[(1, 0)] = 0.25;
@@ -41,28 +49,69 @@ fn full() -> Model<6> {
         mass: diagonal * 30.0,
         polar_inertia: diagonal,
         internal_damping_s: 1e-6,
-        planes: (0..MAX_PLANES).map(|_| shape()).collect(),
+        planes: (0..2).map(|_| shape()).collect(),
         supports: (0..MAX_SUPPORTS)
-            .map(|_| Support { pedestal, hardening_per_um2: 1e-4, ..Support::isotropic(shape(), 1e7, 1e4) })
+            .map(|_| Support {
+                pedestal,
+                table: Some(Table { first: 4, count: 12 }),
+                hardening_per_um2: 1e-4,
+                ..Support::isotropic(shape(), 1e7, 1e4)
+            })
+            .collect(),
+        knots: (0..MAX_KNOTS)
+            .map(|number| Knot {
+                speed_rad_s: 100.0 * number as f32,
+                stiffness_n_m: [[1e6, 2e5], [-3e5, 2e6]],
+                damping_n_s_m: [[1e3, 2e2], [3e2, 4e3]],
+            })
             .collect(),
         forcings: (0..MAX_FORCINGS)
             .map(|_| Forcing { shape: shape(), amplitude: [1.0, -2.0], law: ForcingLaw::SpeedSquared })
             .collect(),
-        probes: core::array::from_fn(|_| Probe::plain(shape(), [1.0, 0.0])),
-        initial_unbalance_g_mm: [[1.0, 2.0], [3.0, 4.0]],
+        probes: (0..4).map(|_| Probe { mount: Some(3), ..Probe::plain(shape(), [1.0, 0.0], 1) }).collect(),
+        initial_unbalance_g_mm: Vec::from_array([[1.0, 2.0], [3.0, 4.0]]),
         unbalance_floor_g_mm: 5.0,
+        noise_um: 0.25,
         speed_range_rpm: [500.0, 15_000.0],
     }
 }
 
 #[test]
 fn the_longest_model_takes_exactly_the_stated_size_and_comes_back_equal() {
-    let mut buffer = [0; Model::<6>::max_size_bytes()];
+    let mut buffer = [0; Full::max_size_bytes()];
     assert_eq!(full().encode(&mut buffer), Ok(buffer.len()));
     assert_eq!(Model::decode(&buffer), Ok(full()));
-    let (short, _) = buffer.split_at_mut(Model::<6>::max_size_bytes() - 1);
+    let (short, _) = buffer.split_at_mut(Full::max_size_bytes() - 1);
     assert_eq!(full().encode(short), Err(ModelError::Space));
     assert_eq!(full().encode(&mut []), Err(ModelError::Space));
+}
+
+#[test]
+fn a_boards_longest_model_leaves_room_for_a_command_in_3_kilobytes() {
+    const { assert!(Full::max_size_bytes() <= 2_400) };
+}
+
+#[test]
+fn bytes_do_not_depend_on_the_capacity_they_are_read_with() {
+    let (mut small, mut large) = ([0; 4096], [0; 4096]);
+    let length = full().encode(&mut small).unwrap();
+    let roomy = Model::<6, 8, 4>::decode(&small).unwrap();
+    assert_eq!(roomy.encode(&mut large), Ok(length));
+    assert_eq!(small, large);
+    assert_eq!(roomy.checksum(), full().checksum());
+}
+
+#[test]
+fn a_model_for_more_than_the_firmware_holds_is_refused_by_what_is_too_many_and_tells_both_numbers() {
+    let mut buffer = [0; 4096];
+    full().encode(&mut buffer).unwrap();
+    assert_eq!(Model::<6, 2, 2>::decode(&buffer), Err(ModelError::Probes));
+    assert_eq!(Model::<6, 4, 1>::decode(&buffer), Err(ModelError::Planes));
+    assert_eq!(Model::<5, 4, 2>::decode(&buffer), Err(ModelError::BasisSize));
+    assert_eq!(Full::counts(&buffer), Some(Counts { shapes: 6, probes: 4, planes: 2 }));
+    buffer[0] = 1;
+    assert_eq!(Full::decode(&buffer), Err(ModelError::Schema));
+    assert_eq!(Full::counts(&buffer), None);
 }
 
 #[test]
@@ -74,45 +123,79 @@ fn bytes_after_the_checksum_are_ignored() {
 
 #[test]
 fn every_flipped_byte_and_every_cut_is_refused() {
+    type Small = Model<2, 4, 2>;
     let mut buffer = [0; 1024];
     let length = rigid_rotor().encode(&mut buffer).unwrap();
     for place in 0..length {
-        let mut damaged = buffer;
-        damaged[place] ^= 0x10;
-        let error = Model::<2>::decode(&damaged[..length]).unwrap_err();
-        let expected: &[ModelError] = match place {
-            0..4 => &[ModelError::Schema],
-            4 => &[ModelError::BasisSize],
-            _ => &[ModelError::Encoding],
-        };
-        assert!(expected.contains(&error), "byte {place}: {error:?}");
-        assert!(Model::<2>::decode(&buffer[..place]).is_err());
+        for bit in [1, 0x10] {
+            let mut damaged = buffer;
+            damaged[place] ^= bit;
+            let error = Small::decode(&damaged[..length]).unwrap_err();
+            let expected: &[ModelError] = match place {
+                0..4 => &[ModelError::Schema],
+                4 => &[ModelError::BasisSize],
+                5 => &[ModelError::Probes, ModelError::Encoding],
+                6 => &[ModelError::Planes, ModelError::Encoding],
+                _ => &[ModelError::Encoding],
+            };
+            assert!(expected.contains(&error), "byte {place}: {error:?}");
+        }
+        assert!(Small::decode(&buffer[..place]).is_err());
     }
-    assert_eq!(Model::<3>::decode(&buffer[..length]), Err(ModelError::BasisSize));
+    assert_eq!(Model::<3, 4, 2>::decode(&buffer[..length]), Err(ModelError::BasisSize));
 }
 
 #[test]
 fn each_fault_of_a_model_is_named() {
     assert_eq!(rigid_rotor().check(), Ok(()));
     assert_eq!(full().check(), Ok(()));
-    type Fault = (fn(&mut Model<2>), ModelError);
+    let knot = |speed_rad_s| Knot { speed_rad_s, stiffness_n_m: [[1e6; 2]; 2], damping_n_s_m: [[1e3; 2]; 2] };
+    let with_table = move |m: &mut Model<2, 4, 2>, speeds: &[f32], count| {
+        m.knots = speeds.iter().copied().map(knot).collect();
+        m.supports[0].table = Some(Table { first: 0, count });
+    };
+    type Fault = (std::boxed::Box<dyn Fn(&mut Model<2, 4, 2>)>, ModelError);
+    fn fault(spoil: impl Fn(&mut Model<2, 4, 2>) + 'static, error: ModelError) -> Fault {
+        (std::boxed::Box::new(spoil), error)
+    }
     let faults: vec::Vec<Fault> = vec![
-        (|m| m.stiffness[(0, 1)] = f32::NAN, ModelError::NotFinite),
-        (|m| m.probes[3].gain[1] = f32::INFINITY, ModelError::NotFinite),
-        (|m| m.supports[1].damping_n_s_m[0][1] = f32::NAN, ModelError::NotFinite),
-        (|m| m.planes.clear(), ModelError::Planes),
-        (|m| m.supports.truncate(1), ModelError::Supports),
-        (|m| m.mass[(0, 1)] = 3.1, ModelError::Asymmetric),
-        (|m| m.mass = -m.mass, ModelError::Mass),
-        (|m| m.unbalance_floor_g_mm = -1.0, ModelError::UnbalanceFloor),
-        (|m| m.speed_range_rpm = [2000.0, 1000.0], ModelError::SpeedRange),
-        (|m| m.speed_range_rpm = [0.0, 1000.0], ModelError::SpeedRange),
-        (|m| m.mass *= 1e36, ModelError::Response),
+        fault(|m| m.stiffness[(0, 1)] = f32::NAN, ModelError::NotFinite),
+        fault(|m| m.probes[3].gain[1] = f32::INFINITY, ModelError::NotFinite),
+        fault(|m| m.supports[1].damping_n_s_m[0][1] = f32::NAN, ModelError::NotFinite),
+        fault(|m| m.noise_um = f32::NAN, ModelError::NotFinite),
+        fault(move |m| with_table(m, &[1.0, f32::INFINITY], 2), ModelError::NotFinite),
+        fault(|m| m.planes.clear(), ModelError::Planes),
+        fault(|m| m.initial_unbalance_g_mm.truncate(1), ModelError::Planes),
+        fault(|m| m.probes.clear(), ModelError::Probes),
+        fault(|m| m.supports.truncate(1), ModelError::Supports),
+        fault(|m| m.mass[(0, 1)] = 3.1, ModelError::Asymmetric),
+        fault(|m| m.mass = -m.mass, ModelError::Mass),
+        fault(
+            |m| {
+                let [stiffness_n_m, damping_n_s_m, mass_kg] = [[1e8; 2], [0.0; 2], [5.0, -1.0]];
+                m.supports[0].pedestal = Some(Pedestal { stiffness_n_m, damping_n_s_m, mass_kg });
+            },
+            ModelError::Mass,
+        ),
+        fault(|m| m.unbalance_floor_g_mm = -1.0, ModelError::UnbalanceFloor),
+        fault(|m| m.noise_um = -0.1, ModelError::Noise),
+        fault(|m| m.speed_range_rpm = [2000.0, 1000.0], ModelError::SpeedRange),
+        fault(|m| m.speed_range_rpm = [0.0, 1000.0], ModelError::SpeedRange),
+        fault(|m| m.mass *= 1e36, ModelError::Response),
+        fault(move |m| with_table(m, &[100.0, 100.0], 2), ModelError::Knots),
+        fault(move |m| with_table(m, &[200.0, 100.0], 2), ModelError::Knots),
+        fault(move |m| with_table(m, &[100.0, 200.0], 1), ModelError::Knots),
+        fault(move |m| with_table(m, &[100.0, 200.0], 3), ModelError::Knots),
+        fault(|m| m.probes[1].mount = Some(0), ModelError::Mount),
+        fault(|m| m.probes[1].mount = Some(9), ModelError::Mount),
+        fault(|m| m.probes[2].gain = [0.0; 2], ModelError::ProbeGain),
+        fault(|m| m.probes[2].direction = [1.0, 1.0], ModelError::ProbeGain),
     ];
     for (number, (spoil, error)) in faults.into_iter().enumerate() {
         let mut model = rigid_rotor();
         spoil(&mut model);
         assert_eq!(model.check(), Err(error), "fault {number}");
+        assert_eq!(ModelError::from_code(error as u8), Some(error));
     }
 }
 

@@ -7,7 +7,7 @@ use crate::command::{
     ANSWER_BYTES, Answer, CODE_BYTES, Command, Detail, HEAD_BYTES, MAX_REQUEST_BYTES, Outcome, Request,
     open_request,
 };
-use crate::memory::{Memory, MemoryBytes};
+use crate::memory::MemoryBytes;
 use crate::model::{Model, ModelError};
 use crate::thresholds::{ThresholdBytes, Thresholds};
 
@@ -71,7 +71,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
             Some(Pending { is_counted: true, .. }) => {
                 let mut acknowledged = self.monitor.judge;
                 acknowledged.acknowledge();
-                Some(self.memory(&acknowledged))
+                Some(Save::Memory(self.monitor.memory(&acknowledged).encode()))
             }
             Some(Pending { command, counter, .. }) => {
                 let body = self.pending_body();
@@ -80,13 +80,10 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
                 Some(Save::Command { counter, model, thresholds: set.and_then(|set| set.try_into().ok()) })
             }
             None => {
-                (self.keeper.is_wanted() && self.model().is_some()).then(|| self.memory(&self.monitor.judge))
+                let is_wanted = self.keeper.is_wanted() && self.model().is_some();
+                is_wanted.then(|| Save::Memory(self.monitor.memory(&self.monitor.judge).encode()))
             }
         }
-    }
-
-    fn memory(&self, judge: &crate::judge::Judge) -> Save<'_> {
-        Save::Memory(Memory::new(self.monitor.checksum(), judge, self.monitor.last_g_mm()).encode())
     }
 
     /// Whether what [`Node::to_save`] gave is stored: a command takes effect and is answered, or is refused.

@@ -6,6 +6,7 @@ use crate::judge::{Average, Averaged, Evidence, Growth, Judge, Verdict, noise_fl
 use crate::memory::Memory;
 use crate::model::{MAX_PLANES, Model, ModelError, Pair};
 use crate::reading::{MAX_PROBES, Reading};
+use crate::scalar;
 use crate::state::{NodeState, Reason};
 use crate::thresholds::Thresholds;
 use crate::track::{Estimate, TrackConfig, TrackError, Tracker};
@@ -18,6 +19,8 @@ pub(super) struct Monitor<const SHAPES: usize, const PROBES: usize, const PLANES
     tracker: Option<Tracker<PLANES>>,
     average: Average,
     growth: Growth,
+    /// Of the unbalance last found, with the noise that averaging left.
+    deviation_g_mm: [f32; MAX_PLANES],
     pub judge: Judge,
     pub estimate: Option<Estimate>,
     pub verdict: Option<Verdict>,
@@ -49,6 +52,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             tracker: None,
             average: Average::default(),
             growth: Growth::default(),
+            deviation_g_mm: [f32::NAN; MAX_PLANES],
             judge: Judge::default(),
             estimate: None,
             verdict: None,
@@ -117,14 +121,23 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         if memory.model_checksum != self.checksum {
             return false;
         }
-        self.tracker = Some(Tracker::resume(model, &memory.unbalance_g_mm));
+        let tracker = Tracker::resume(model, &memory.unbalance_g_mm);
+        self.growth = Growth::resume(&memory.most_g_mm, tracker.last_g_mm());
+        self.tracker = Some(tracker);
         self.judge = memory.judge();
         true
     }
 
+    /// What is to be remembered, with that judge.
+    pub fn memory(&self, judge: &Judge) -> Memory {
+        let last_g_mm = self.last_g_mm();
+        Memory::new(self.checksum, judge, last_g_mm, &self.growth.most_g_mm(last_g_mm, &self.deviation_g_mm))
+    }
+
     fn forget(&mut self) {
         self.average = Average::default();
-        self.growth = Growth::default();
+        self.growth = Growth::resume(&[], self.last_g_mm());
+        self.deviation_g_mm = [f32::NAN; MAX_PLANES];
         (self.estimate, self.verdict, self.blind) = (None, None, None);
         self.missing = (0, Reason::None);
     }
@@ -190,7 +203,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             return Evaluated::Skipped;
         }
         let averaged = self.average.update(thresholds.average_s, time_us, &reading);
-        let bounds_g_mm = self.growth.bounds_g_mm(thresholds, time_us, tracker.last_g_mm());
+        let bounds_g_mm =
+            self.growth.bounds_g_mm(thresholds, time_us, tracker.last_g_mm(), &self.deviation_g_mm);
         let estimate = match tracker.update(track, model, &averaged.reading, &bounds_g_mm) {
             Ok(estimate) => estimate,
             Err(error) => {
@@ -227,6 +241,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         for (plane, at_bound) in (0..).zip(estimate.at_bound) {
             result.flags |= if at_bound { flag_at_bound(plane) } else { 0 };
         }
+        let share = scalar::sqrt(averaged.variance);
+        self.deviation_g_mm = estimate.deviation_g_mm.map(|deviation| share * deviation);
         self.estimate = Some(estimate);
         if self.blind.is_none() {
             let verdict = self.judge.update(thresholds, time_us, &evidence);

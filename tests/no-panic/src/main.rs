@@ -11,12 +11,18 @@ use rotor_edge_core::can::slcan::{Decoder, Line, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
 use rotor_edge_core::extraction::{ExtractionConfig, Extractor, KeyphasorDetector};
-use rotor_edge_core::model::Model;
-use rotor_edge_core::node::{Node, NodeConfig};
+use rotor_edge_core::judge::{Average, Evidence, Growth, Judge, noise_floor_um};
+use rotor_edge_core::model;
+use rotor_edge_core::node::{Node, NodeConfig, Save};
 use rotor_edge_core::reading::{ProbeVector, Reading};
-use rotor_edge_core::residual::{Residual, ResidualConfig, ResidualMonitor};
+use rotor_edge_core::residual::Residual;
 use rotor_edge_core::response::response;
+use rotor_edge_core::state::Reason;
+use rotor_edge_core::thresholds::Thresholds;
 use rotor_edge_core::track::{TrackConfig, Tracker};
+
+/// As a board holds them.
+type Model = model::Model<6, 4, 2>;
 
 // The host's memcpy, memset and start-up code; nothing else of it is used. A bare target has its own.
 #[cfg_attr(not(target_os = "none"), link(name = "c"))]
@@ -31,14 +37,14 @@ fn panic(_: &PanicInfo) -> ! {
     unsafe { rotor_edge_core_can_panic() }
 }
 
-const MODEL_BYTES: usize = Model::<6>::max_size_bytes();
+const MODEL_BYTES: usize = Model::max_size_bytes();
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> i32 {
     #[cfg(feature = "with-panic")]
     black_box(black_box(None::<u8>).unwrap());
     let bytes = black_box([0; MODEL_BYTES]);
-    if let Ok(model) = Model::<6>::decode(black_box(&bytes)) {
+    if let Ok(model) = Model::decode(black_box(&bytes)) {
         numerics(&model);
         frames(model);
     }
@@ -50,59 +56,94 @@ extern "C" fn main() -> i32 {
 }
 
 /// Response, phase II and the residual monitor, called as a host or a board without CAN would.
-fn numerics(model: &Model<6>) {
+fn numerics(model: &Model) {
     let mut again = black_box([0; MODEL_BYTES]);
     let _ = black_box(model.encode(black_box(&mut again)));
-    let reading = Reading {
-        speed_rpm: black_box(0.0),
-        probes: black_box([ProbeVector { cos_um: 0.0, sin_um: 0.0 }; 4]),
+    let vectors = black_box([ProbeVector { cos_um: 0.0, sin_um: 0.0 }; 4]);
+    let Some(reading) = Reading::new(black_box(0.0), &vectors) else {
+        return;
     };
-    let mut tracker = Tracker::new(model);
+    let mut reading = reading.with_gaps_v(&black_box([0.0; 4]));
+    reading.lose(black_box(0));
+    let mut tracker = Tracker::resume(model, &black_box([[0.0; 2]; 2]));
     let track = black_box(TrackConfig::default());
-    let _ = black_box(tracker.update(&track, model, &reading));
+    let _ = black_box(tracker.update(&track, model, &reading, &black_box([0.0; 4])));
     if let Ok(at_speed) = response(model, black_box(1.0), &black_box(Default::default())) {
-        black_box(at_speed.features(&black_box([0.0; 4])));
-        black_box(at_speed.support_amplitudes(&black_box([[0.0; 2]; 2])));
-    }
-    let mut monitor = ResidualMonitor::new();
-    let config = black_box(ResidualConfig::default());
-    for _ in 0..black_box(10) {
-        if let Ok(residual) = Residual::new(&black_box([0.0; 8]), &black_box([0.0; 8])) {
-            let _ = black_box(monitor.update(&config, residual));
+        for probe in at_speed.probes() {
+            black_box(probe.phasor(&black_box([[0.0; 2]; 2])));
         }
     }
-    for probe in reading.probes {
+    for probe in reading.probes() {
         black_box((probe.peak_to_peak_um(), probe.lag_deg()));
     }
     for frame in reading_frames(black_box(0), &NumberedReading::new(black_box(0), reading)) {
         black_box(frame);
     }
+    judgement(&reading);
 }
 
-/// A node among arbitrary frames at arbitrary times, its model replaced meanwhile.
-fn frames(model: Model<6>) {
-    let other = model.clone();
-    let config = NodeConfig { key: Some(Key(black_box([0; 32]))), ..NodeConfig::new(0) };
-    let Ok(mut node) = Node::new(black_box(config), model) else {
+/// Arbitrary evidence at arbitrary times.
+fn judgement(reading: &Reading) {
+    let (mut judge, mut average) = (Judge::default(), Average::default());
+    let last_g_mm = black_box([[0.0; 2]; 2]);
+    let mut growth = Growth::resume(&black_box([0.0; 2]), &last_g_mm);
+    let Ok(thresholds) = Thresholds::decode(black_box(&[0; 64])) else {
+        return;
+    };
+    black_box(thresholds.encode());
+    for _ in 0..black_box(10) {
+        let averaged = average.update(black_box(0.0), black_box(0), reading);
+        black_box(growth.bounds_g_mm(&thresholds, black_box(0), &last_g_mm, &black_box([0.0; 4])));
+        black_box(growth.most_g_mm(&last_g_mm, &black_box([0.0; 4])));
+        if let Ok(residual) = Residual::new(&black_box([ProbeVector::LOST; 8]), averaged.reading.probes()) {
+            let evidence = Evidence {
+                residual,
+                free_residual_um: black_box(0.0),
+                redundancy: black_box(0),
+                floor_um: noise_floor_um(black_box(0.0), black_box(0)),
+                bearings: black_box([0; 8]),
+            };
+            black_box(judge.update(&thresholds, black_box(0), &evidence));
+        }
+    }
+    judge.acknowledge();
+    black_box(judge);
+}
+
+/// A node among arbitrary frames at arbitrary times, started from arbitrary bytes, its model replaced meanwhile.
+fn frames(model: Model) {
+    let config = NodeConfig { key: Some(Key(black_box([0; 32]))), ..NodeConfig::new(black_box(0)) };
+    let Ok(mut node) = Node::<6, 4, 2>::new(black_box(config)) else {
         return;
     };
     node.restore_counter(black_box(0));
+    let _ = black_box(node.restore_thresholds(black_box(&[0; 64])));
+    let _ = black_box(node.load(black_box(Err(Reason::NothingStored))));
+    let _ = black_box(node.load(black_box(Ok(&[0; MODEL_BYTES]))));
+    black_box(node.restore(black_box(&[0; 128])));
     for _ in 0..black_box(100) {
         if let Some(frame) = any_frame() {
             node.receive(black_box(0), &frame);
         }
         node.poll(black_box(0));
-        if let Some(save) = node.to_save() {
-            black_box((save.counter, save.model));
+        match node.to_save() {
+            Some(Save::Command { counter, model, thresholds }) => {
+                black_box((counter, model, thresholds));
+            }
+            Some(Save::Memory(memory)) => {
+                black_box(memory);
+            }
+            None => {}
         }
         node.saved(black_box(0), black_box(true));
         while let Some(frame) = node.transmit() {
             black_box(frame);
         }
-        black_box((node.counters(), node.estimate(), node.verdict(), node.state()));
+        black_box((node.counters(), node.estimate(), node.verdict(), node.status(black_box(0))));
+        black_box((node.poll_at(), node.may_send(), node.model(), node.thresholds(), node.command_counter()));
     }
-    let _ = black_box(node.replace_model(black_box(other)));
-    node.restart();
+    let _ = black_box(node.replace_model(black_box(0), model));
+    node.restart(black_box(0));
     black_box(node);
 }
 

@@ -1,0 +1,334 @@
+//! Random machines against all 2N equations in x and y, in f64, term by term from the formulas of [`Model`].
+
+use std::vec;
+use std::vec::Vec;
+
+use nalgebra::{Complex, ComplexField, Matrix2, SMatrix, SVector, Vector2};
+
+use super::super::{SupportAmplitudes, response};
+use crate::model::{Forcing, ForcingLaw, Knot, Model, Pedestal, Probe, Support, Table};
+use crate::testing::Random;
+
+type Z = Complex<f64>;
+const N: usize = 6;
+type Machine = Model<N, 8, 4>;
+
+fn z(re: f32, im: f32) -> Z {
+    Z::new(f64::from(re), f64::from(im))
+}
+
+fn matrix(cells: &[[f32; 2]; 2]) -> Matrix2<f64> {
+    Matrix2::from_fn(|i, j| f64::from(cells[i][j]))
+}
+
+/// Bearing and pedestal of a support at a speed.
+fn stiffness(
+    model: &Machine,
+    support: &Support<N>,
+    amplitude: [f32; 2],
+    speed: f64,
+) -> (Matrix2<Z>, Option<Matrix2<Z>>) {
+    let slope = match f64::from(support.reference_speed_rad_s) {
+        0.0 => 1.0,
+        reference => 1.0 + f64::from(support.stiffness_slope) * (speed / reference - 1.0),
+    };
+    let (mut k, mut c) = (matrix(&support.stiffness_n_m) * slope, matrix(&support.damping_n_s_m));
+    if let Some(Table { first, count }) = support.table {
+        let knots = &model.knots[usize::from(first)..usize::from(first + count)];
+        let at = |knot: &Knot| (matrix(&knot.stiffness_n_m), matrix(&knot.damping_n_s_m));
+        let speed_of = |knot: &Knot| f64::from(knot.speed_rad_s);
+        let (more_k, more_c) = match knots.iter().position(|knot| speed_of(knot) > speed) {
+            Some(0) => at(&knots[0]),
+            None => at(knots.last().unwrap()),
+            Some(above) => {
+                let (low, high) = (&knots[above - 1], &knots[above]);
+                let part = (speed - speed_of(low)) / (speed_of(high) - speed_of(low));
+                let ((k0, c0), (k1, c1)) = (at(low), at(high));
+                (k0 * (1.0 - part) + k1 * part, c0 * (1.0 - part) + c1 * part)
+            }
+        };
+        k += more_k;
+        c += more_c;
+    }
+    for i in 0..2 {
+        k[(i, i)] *= 1.0 + 0.75 * f64::from(support.hardening_per_um2) * f64::from(amplitude[i]).powi(2);
+        k[(i, i)] -= speed * speed * f64::from(support.mass_kg);
+    }
+    let bearing = Matrix2::from_fn(|i, j| Z::new(k[(i, j)], speed * c[(i, j)]));
+    let pedestal = support.pedestal.map(|p| {
+        Matrix2::from_diagonal(&Vector2::from_fn(|i, _| {
+            let [k, c, m] = [p.stiffness_n_m[i], p.damping_n_s_m[i], p.mass_kg[i]].map(f64::from);
+            Z::new(k - speed * speed * m, speed * c)
+        }))
+    });
+    (bearing, pedestal)
+}
+
+/// Influence of each plane and the fixed part (last) for each probe; and the largest entry of each column before gain.
+fn dense(model: &Machine, amplitudes: &SupportAmplitudes, speed: f64) -> Vec<Vec<Z>> {
+    let square = speed * speed;
+    let mut system = SMatrix::<Z, 12, 12>::zeros();
+    let eta = f64::from(model.internal_damping_s);
+    for i in 0..N {
+        for j in 0..N {
+            let [k, m, g] =
+                [&model.stiffness, &model.mass, &model.polar_inertia].map(|a| f64::from(a[(i, j)]));
+            let direct = Z::new(k - square * m, speed * eta * k);
+            let cross = Z::new(speed * eta * k, square * g);
+            system[(i, j)] = direct;
+            system[(N + i, N + j)] = direct;
+            system[(i, N + j)] = cross;
+            system[(N + i, j)] = -cross;
+        }
+    }
+    let mut housings = Vec::new();
+    for (support, &amplitude) in model.supports.iter().zip(&amplitudes.0) {
+        let (bearing, pedestal) = stiffness(model, support, amplitude, speed);
+        let through = pedestal.map(|pedestal| (bearing + pedestal).try_inverse().unwrap() * bearing);
+        let whole = match (pedestal, through) {
+            (Some(pedestal), Some(through)) => pedestal * through,
+            _ => bearing,
+        };
+        housings.push(through);
+        for a in 0..2 {
+            for b in 0..2 {
+                for i in 0..N {
+                    for j in 0..N {
+                        let shape = f64::from(support.shape[i]) * f64::from(support.shape[j]);
+                        system[(a * N + i, b * N + j)] += whole[(a, b)] * shape;
+                    }
+                }
+            }
+        }
+    }
+    let sides = model.planes.len() + 1;
+    let mut forces = SMatrix::<Z, 12, 5>::zeros();
+    let mut push = |side: usize, shape: &SVector<f32, N>, force: Z| {
+        for i in 0..N {
+            forces[(i, side)] += force * f64::from(shape[i]);
+            forces[(N + i, side)] += force * f64::from(shape[i]) * Z::new(0.0, -1.0);
+        }
+    };
+    for (side, plane) in model.planes.iter().enumerate() {
+        push(side, plane, Z::new(square, 0.0));
+    }
+    for forcing in &model.forcings {
+        let law = if forcing.law == ForcingLaw::Constant { 1.0 } else { square };
+        push(sides - 1, &forcing.shape, z(forcing.amplitude[0], forcing.amplitude[1]) * law);
+    }
+    let motion = system.lu().solve(&forces).unwrap();
+    let at = |shape: &SVector<f32, N>, side: usize| {
+        let along =
+            |half: usize| (0..N).map(|i| motion[(half * N + i, side)] * f64::from(shape[i])).sum::<Z>();
+        Vector2::new(along(0), along(1))
+    };
+    let probe = |probe: &Probe<N>, side: usize| {
+        let mut seen = at(&probe.shape, side);
+        if let Some(mount) = probe.mount.map(usize::from) {
+            seen -= housings[mount].unwrap() * at(&model.supports[mount].shape, side);
+        }
+        let [cos, sin] = probe.direction.map(f64::from);
+        (seen.x * cos + seen.y * sin) * z(probe.gain[0], probe.gain[1])
+    };
+    let runout = |p: &Probe<N>| z(p.runout_um[0], p.runout_um[1]);
+    let row = |p: &Probe<N>| {
+        let mut row: Vec<Z> = (0..sides).map(|side| probe(p, side)).collect();
+        row[sides - 1] += runout(p);
+        row
+    };
+    model.probes.iter().map(row).collect()
+}
+
+/// A shaft with two rigid and four bending shapes, and terms of every kind.
+fn machine(random: &mut Random) -> Machine {
+    let coupled = |random: &mut Random, diagonal: [f32; N], part: f32| {
+        let mut matrix = SMatrix::<f32, N, N>::from_diagonal(&SVector::from(diagonal));
+        for i in 0..N {
+            for j in 0..i {
+                let scale = (diagonal[i].abs() * diagonal[j].abs()).sqrt();
+                matrix[(i, j)] = part * random.signed() * scale;
+                matrix[(j, i)] = matrix[(i, j)];
+            }
+        }
+        matrix
+    };
+    let mass: [f32; N] = core::array::from_fn(|_| random.log_between(5.0, 50.0));
+    // Bending from 60 to 600 Hz; the first two shapes are rigid.
+    let bending: [f32; N] = core::array::from_fn(|i| match i {
+        0 | 1 => 0.0,
+        _ => mass[i] * random.log_between(400.0, 4000.0).powi(2),
+    });
+    let inertia: [f32; N] = core::array::from_fn(|i| mass[i] * random.between(0.0, 0.3));
+    let shape = |random: &mut Random| SVector::<f32, N>::from_fn(|_, _| random.signed());
+    let knots: heapless::Vec<Knot, 16> = (0..6)
+        .map(|number| Knot {
+            speed_rad_s: 150.0 * number as f32 + random.between(20.0, 120.0),
+            stiffness_n_m: [
+                [random.between(1e6, 5e7), random.between(-2e7, 2e7)],
+                [random.between(-2e7, 2e7), random.between(1e6, 5e7)],
+            ],
+            damping_n_s_m: [
+                [random.between(1e3, 1e5), random.between(-3e4, 3e4)],
+                [random.between(-3e4, 3e4), random.between(1e3, 1e5)],
+            ],
+        })
+        .collect();
+    let chance = |random: &mut Random, part: f32| random.between(0.0, 1.0) < part;
+    let supports: heapless::Vec<Support<N>, 8> = (0..2 + random.between(0.0, 3.0) as usize)
+        .map(|number| {
+            let k = random.log_between(1e6, 3e8);
+            let cross = if chance(random, 0.6) { k * random.between(-0.8, 0.8) } else { 0.0 };
+            let unlike = if chance(random, 0.7) { k * random.log_between(0.2, 5.0) } else { k };
+            let c = if chance(random, 0.3) {
+                random.log_between(1.0, 100.0)
+            } else {
+                random.log_between(1e3, 3e5)
+            };
+            let pedestal = chance(random, 0.4).then(|| Pedestal {
+                stiffness_n_m: [random.log_between(1e7, 1e9), random.log_between(1e7, 1e9)],
+                damping_n_s_m: [random.log_between(1e2, 1e5), random.log_between(1e2, 1e5)],
+                mass_kg: [random.between(0.0, 100.0), random.between(0.0, 100.0)],
+            });
+            let sloped = chance(random, 0.3);
+            Support {
+                stiffness_n_m: [[k, cross], [-cross * random.between(0.5, 1.0), unlike]],
+                damping_n_s_m: [[c, 0.1 * c * random.signed()], [0.1 * c * random.signed(), c]],
+                mass_kg: if chance(random, 0.2) { random.between(0.0, 5.0) } else { 0.0 },
+                stiffness_slope: if sloped { random.signed() } else { 0.0 },
+                reference_speed_rad_s: if sloped { 1000.0 } else { 0.0 },
+                table: (chance(random, 0.4) && number < 2)
+                    .then_some(Table { first: 3 * number as u8, count: 3 }),
+                hardening_per_um2: if chance(random, 0.2) { 1e-5 } else { 0.0 },
+                pedestal,
+                ..Support::isotropic(shape(random), k, c)
+            }
+        })
+        .collect();
+    let probes: heapless::Vec<Probe<N>, 8> = (0..1 + random.between(0.0, 8.0) as usize)
+        .map(|number| {
+            let angle = random.between(-4.0, 4.0);
+            let mount = random.between(0.0, 2.0) as u8;
+            let is_there = supports.get(usize::from(mount)).is_some_and(|s| s.pedestal.is_some());
+            Probe {
+                gain: [1.0 + 0.1 * random.signed(), 0.1 * random.signed()],
+                runout_um: [random.signed(), random.signed()],
+                mount: (is_there && chance(random, 0.5)).then_some(mount),
+                ..Probe::plain(shape(random), [angle.cos(), angle.sin()], number as u8 / 2)
+            }
+        })
+        .collect();
+    let planes: heapless::Vec<SVector<f32, N>, 4> =
+        (0..1 + random.between(0.0, 4.0) as usize).map(|_| shape(random)).collect();
+    Machine {
+        stiffness: coupled(random, bending, 0.05),
+        mass: coupled(random, mass, 0.1),
+        polar_inertia: coupled(random, inertia, 0.1),
+        internal_damping_s: if chance(random, 0.5) { 1e-6 } else { 0.0 },
+        initial_unbalance_g_mm: planes.iter().map(|_| [0.0; 2]).collect(),
+        planes,
+        supports,
+        knots,
+        forcings: (0..random.between(0.0, 3.0) as usize)
+            .map(|number| Forcing {
+                shape: shape(random),
+                amplitude: [1e3 * random.signed(), 1e3 * random.signed()],
+                law: if number == 0 { ForcingLaw::SpeedSquared } else { ForcingLaw::Constant },
+            })
+            .collect(),
+        probes,
+        unbalance_floor_g_mm: 1.0,
+        noise_um: 0.0,
+        speed_range_rpm: [500.0, 12_000.0],
+    }
+}
+
+/// Largest difference of any column, relative to the largest entry of the column.
+fn distance(model: &Machine, want: &[Vec<Z>], got: impl Fn(usize, usize) -> Z) -> f64 {
+    let mut worst = 0.0_f64;
+    for side in 0..model.planes.len() + 1 {
+        let largest = want.iter().map(|row| row[side].modulus()).fold(1e-12, f64::max);
+        for (probe, row) in want.iter().enumerate() {
+            worst = worst.max((got(probe, side) - row[side]).modulus() / largest);
+        }
+    }
+    worst
+}
+
+/// The machine with each number of its shaft, shapes and supports one step of f32 (6e-8 to 1.2e-7) up or down.
+fn nudged(model: &Machine, random: &mut Random) -> Machine {
+    let mut nudge = |x: &mut f32| {
+        if *x != 0.0 {
+            *x = f32::from_bits(x.to_bits() + 1 - 2 * u32::from(random.signed() > 0.0));
+        }
+    };
+    let mut other = model.clone();
+    for matrix in [&mut other.stiffness, &mut other.mass, &mut other.polar_inertia] {
+        for i in 0..N {
+            for j in 0..=i {
+                nudge(&mut matrix[(i, j)]);
+                matrix[(j, i)] = matrix[(i, j)];
+            }
+        }
+    }
+    other.planes.iter_mut().flat_map(|shape| shape.iter_mut()).for_each(&mut nudge);
+    for support in &mut other.supports {
+        support.shape.iter_mut().for_each(&mut nudge);
+        support.stiffness_n_m.as_flattened_mut().iter_mut().for_each(&mut nudge);
+        support.damping_n_s_m.as_flattened_mut().iter_mut().for_each(&mut nudge);
+    }
+    other.probes.iter_mut().flat_map(|probe| probe.shape.iter_mut()).for_each(&mut nudge);
+    other
+}
+
+/// Error of the response, and how much the exact one changes when the inputs change by a step of f32, the largest of eight draws.
+fn error(model: &Machine, amplitudes: &SupportAmplitudes, speed: f32, random: &mut Random) -> [f64; 2] {
+    let want = dense(model, amplitudes, f64::from(speed));
+    let got = response(model, speed, amplitudes).unwrap();
+    let value = |probe: usize, side: usize| {
+        let linear = &got.probes()[probe];
+        let value = if side < model.planes.len() { linear.per_unbalance[side] } else { linear.fixed };
+        z(value.re, value.im)
+    };
+    let nudges = (0..8).map(|_| {
+        let beside = dense(&nudged(model, random), amplitudes, f64::from(speed));
+        distance(model, &want, |probe, side| beside[probe][side])
+    });
+    [distance(model, &want, value), nudges.fold(0.0, f64::max)]
+}
+
+/// 200 machines at 40 speeds each, resonances included. The inputs themselves are rounded, so that no error in f32 can be
+/// smaller than what a step of f32 does to the exact response; the machines are stranger than any that runs.
+#[test]
+fn random_machines_of_every_kind_of_term_agree_with_the_dense_equations_in_f64() {
+    let mut random = Random::new(41);
+    let mut errors = vec![];
+    for number in 0..MACHINES {
+        let model = machine(&mut random);
+        let mut amplitudes = SupportAmplitudes::default();
+        for amplitude in amplitudes.0.as_flattened_mut() {
+            *amplitude = random.between(0.0, 100.0);
+        }
+        for step in 0..40 {
+            let speed = 60.0 + 30.0 * step as f32;
+            let [error, step] = error(&model, &amplitudes, speed, &mut random);
+            assert!(
+                error < ALLOWED + MOST_STEPS * step,
+                "machine {number} at {speed} rad/s: {error:e}, a step {step:e}"
+            );
+            errors.push((error, (error - ALLOWED) / step));
+        }
+    }
+    let count = errors.len();
+    errors.sort_by(|a, b| a.0.total_cmp(&b.0));
+    assert!(errors[count / 2].0 < 3e-6, "median {:e}", errors[count / 2].0);
+    errors.sort_by(|a, b| a.1.total_cmp(&b.1));
+    assert!(errors[count * 99 / 100].1 < STEPS, "99 % within {} steps", errors[count * 99 / 100].1);
+}
+
+const MACHINES: usize = if cfg!(debug_assertions) { 20 } else { 200 };
+/// Error where the inputs' rounding does not matter.
+const ALLOWED: f64 = 5e-7;
+/// Steps of the inputs that 99 % and all errors amount to at most. With 200 machines elimination with pivoting of all 2N
+/// equations leaves 28 and 204, this way 27 and 196.
+const STEPS: f64 = 50.0;
+const MOST_STEPS: f64 = 500.0;
