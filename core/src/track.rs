@@ -11,18 +11,23 @@
 //! unbalance is zero, with three or four there is no such pair and it is not a number.
 
 mod rounds;
+#[cfg(test)]
+mod tests;
 
 use heapless::Vec;
 
 use crate::fit::Fit;
 use crate::model::{MAX_PLANES, Model, Pair};
-use crate::polish::{Polished, polish};
+use crate::polish::{Polished, free_residual_um, polish, polish_again};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 use crate::residual::Residual;
 use crate::response::{Motion, Response, ResponseError, SupportAmplitudes};
 use crate::swarm::{DEFAULT_PARTICLES, SwarmConfig, search};
 use rounds::Rounds;
 
+/// Rounds for hardening supports while a plane is held at its bound: what is found there is not yet the machine's unbalance,
+/// and the next reading goes on from the amplitudes found.
+const ROUNDS_AT_BOUND: u8 = 2;
 /// The certificate holds if the gap is at most this part of `Σ|target|`.
 const LARGEST_GAP: f32 = 1e-3;
 
@@ -80,7 +85,8 @@ pub struct Estimate {
     /// Dynamic unbalance as found at plane 1 (its opposite is at plane 2), g·mm; zero for one plane, NaN for more than two.
     pub dynamic_g_mm: Pair,
     /// Standard deviation of either part of each plane's unbalance that the stated noise alone causes, by
-    /// `σ²(HᵀH)⁻¹`, g·mm; NaN if the model states no noise.
+    /// `σ²(HᵀH)⁻¹`, g·mm; NaN if the model states no noise. That is of least squares: least absolute residuals scatter by
+    /// a quarter more, by up to three quarters more with twice as many features as unknowns.
     pub deviation_g_mm: [f32; MAX_PLANES],
     /// What the probes would show for this unbalance; [`ProbeVector::LOST`] beyond the model's probes.
     pub calculated: [ProbeVector; MAX_PROBES],
@@ -200,9 +206,14 @@ impl<const PLANES: usize> Tracker<PLANES> {
             motion.solve(model, speed, &rounds.amplitudes)?;
             let at_speed = motion.read(model, speed, &rounds.amplitudes)?;
             let fit = Fit::of_reading(&at_speed, reading, &bounds);
-            let mut found = polish(&fit, start);
+            let mut found = if rounds.count == 0 { polish(&fit, start) } else { polish_again(&fit, start) };
             start = found.unbalance_g_mm;
-            if model.is_nonlinear() && rounds.count < config.amplitude_rounds {
+            let most = if found.at_bound.contains(&true) {
+                config.amplitude_rounds.min(ROUNDS_AT_BOUND)
+            } else {
+                config.amplitude_rounds
+            };
+            if model.is_nonlinear() && rounds.count < most {
                 let aim = motion.support_amplitudes(model, &found.unbalance_g_mm);
                 if rounds.advance(&aim, config.amplitude_tolerance) {
                     continue;
@@ -221,6 +232,13 @@ impl<const PLANES: usize> Tracker<PLANES> {
                 if again.residual_um <= found.residual_um {
                     found = again;
                 }
+            }
+            if found.free_residual_um.is_nan() {
+                found.free_residual_um = if found.at_bound.contains(&true) {
+                    free_residual_um(&fit, start)
+                } else {
+                    found.residual_um
+                };
             }
             let Rounds { amplitudes, count, .. } = rounds;
             return Ok(Solved { at_speed, found, deviation, amplitudes, rounds: count, searched });
