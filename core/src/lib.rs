@@ -1,15 +1,19 @@
-//! Rotor unbalance at the machine's edge: each 1x reading of four proximity probes becomes the unbalance in two planes,
-//! and a verdict on whether the deployed model still describes the machine.
+//! Rotor unbalance at the machine's edge: each 1x reading of one to eight proximity probes becomes the unbalance in one to
+//! four planes, and a verdict on whether the deployed model still describes the machine.
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`reading`] | what arrives: four probe vectors at one speed |
+//! | [`reading`] | what arrives: the probe vectors at one speed |
 //! | [`model`] | what was deployed: a shaft plus supports, forcings and probes |
-//! | [`response`] | dynamic stiffness at a speed, solved once: influence matrix H and offset |
+//! | [`response`] | dynamic stiffness at a speed, solved once: influence of the unbalance and what is there without it |
 //! | [`fit`] | the problem of phase II: least absolute residual within a disc per plane |
-//! | [`swarm`], [`polish`] | its rough and its exact solution |
-//! | [`track`] | phase II: the estimate of each reading, bounded by the one before |
-//! | [`residual`] | residuals over time: level, persistence, flag, suspected bearing |
+//! | [`polish`], [`swarm`] | its certified solution, and the search where there is no certificate |
+//! | [`track`] | phase II: the estimate of each reading within the bounds given |
+//! | [`residual`] | what the model leaves unexplained in a reading |
+//! | [`judge`] | residuals over time: floor, level, reference, flag, suspected bearing |
+//! | [`thresholds`] | what is judged by, in seconds |
+//! | [`memory`] | what must survive a loss of power |
+//! | [`state`] | what a monitor may say of the machine, and why |
 //! | [`can`] | frames, messages, assembly of readings and results, ISO-TP |
 //! | [`command`] | deployment of a model and what else changes a monitor: authenticated and numbered |
 //! | [`extraction`] | raw probe samples and keyphasor marks to the 1x reading |
@@ -32,10 +36,11 @@
 //! - `libm`: exact square root and arctangent on every target; `micromath`: sine, cosine and root of the swarm's random
 //!   starts, nothing else (both in one private file).
 //! - `heapless`: lists of terms and the queue of frames, bounded at compile time.
-//! - `serde`, `postcard`, `crc`: the deployed model's bytes with their checksum; the checksum of readings and results.
+//! - `serde`, `postcard`, `crc`: the bytes of model, thresholds and memory with their checksums; those of readings and
+//!   results.
 //! - `hmac`, `sha2`: the authentication code of commands.
 //! - `embedded-can`: the frame trait that drivers speak.
-//! - `rand_xoshiro`, `rand_core`: the swarm's random numbers, the same bits everywhere.
+//! - `rand_xoshiro`, `rand_core`: the swarm's random numbers, the same bits everywhere; times of sending in a conflict.
 
 #![no_std]
 #![forbid(unsafe_code)]

@@ -9,27 +9,32 @@ use crate::scalar;
 
 type C = Complex<f32>;
 
-/// A complex symmetric matrix as `L D Lᵀ`: below the diagonal L (its diagonal is one), on it the reciprocals of D.
+/// A complex symmetric matrix, of which only the lower triangle counts; factored in place to `L D Lᵀ`: below the diagonal L
+/// (its diagonal is one), on it the reciprocals of D.
+#[derive(Clone, Copy)]
 pub(crate) struct Symmetric<const N: usize> {
-    rows: [[C; N]; N],
+    pub rows: [[C; N]; N],
 }
 
 impl<const N: usize> Symmetric<N> {
-    /// Factors a matrix of which only the lower triangle is looked at, row by row:
-    /// `w_j = a_ij − Σ w_k l_jk`, `l_ij = w_j/d_j`, `d_i = a_ii − Σ w_k l_ik` (k below j, and below i).
+    pub fn zero() -> Self {
+        Self { rows: [[C::default(); N]; N] }
+    }
+
+    /// Factors row by row: `w_j = a_ij − Σ w_k l_jk`, `l_ij = w_j/d_j`, `d_i = a_ii − Σ w_k l_ik` (k below j, and below i).
     ///
-    /// There is no pivoting, and an error of the result is as many times larger than necessary as numbers grow on the way
+    /// There is no pivoting, and the error of a result is as many times larger than necessary as numbers grow on the way
     /// (Higham 2002, section 11.1). `None` if they grow beyond `growth` times the largest entry of the diagonal, or if a
     /// pivot is zero or not a number.
-    #[inline]
-    pub fn factor(mut rows: [[C; N]; N], growth: f32) -> Option<Self> {
+    #[inline(never)]
+    pub fn factor(&mut self, growth: f32) -> Option<()> {
         let mut largest = 0.0_f32;
-        for (place, row) in rows.iter().enumerate() {
+        for (place, row) in self.rows.iter().enumerate() {
             largest = largest.max(row.get(place).map_or(0.0, |&cell| scalar::size(cell)));
         }
         let limit = growth * largest;
         for i in 0..N {
-            let (above, rest) = rows.split_at_mut(i);
+            let (above, rest) = self.rows.split_at_mut(i);
             let Some(row) = rest.first_mut() else {
                 continue;
             };
@@ -52,13 +57,12 @@ impl<const N: usize> Symmetric<N> {
             }
             row[i] = scalar::reciprocal(pivot);
         }
-        Some(Self { rows })
+        Some(())
     }
 
-    /// The solution for one right-hand side.
-    #[inline]
-    pub fn solve(&self, side: [C; N]) -> [C; N] {
-        let mut x = side;
+    /// Turns a right-hand side into its solution; the matrix must be factored.
+    #[inline(never)]
+    pub fn solve(&self, x: &mut [C; N]) {
         for i in 1..N {
             let mut value = x[i];
             for k in 0..i {
@@ -73,7 +77,6 @@ impl<const N: usize> Symmetric<N> {
             }
             x[i] = value;
         }
-        x
     }
 }
 

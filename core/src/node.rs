@@ -16,6 +16,9 @@
 #[cfg(test)]
 mod command_tests;
 mod commands;
+mod config;
+#[cfg(test)]
+mod conflict_tests;
 #[cfg(test)]
 mod fault_tests;
 mod keeper;
@@ -27,22 +30,24 @@ mod simulation;
 mod testing;
 #[cfg(test)]
 mod tests;
+mod voice;
 
 use heapless::Deque;
 
 use crate::can::{
     Assembler, BROADCAST_NODE, COUNTER_PAIRS, Counters, Frame, MAX_NODE, MAX_RESULT_FRAMES, Message,
-    NumberedReading, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, TYPE_TO_NODE, result_frames,
+    NumberedReading, TYPE_TO_NODE, result_frames,
 };
-use crate::command::{CODE_BYTES, HEAD_BYTES, Key, MAX_REQUEST_BYTES};
+use crate::command::{CODE_BYTES, HEAD_BYTES, MAX_REQUEST_BYTES};
 use crate::judge::Verdict;
 use crate::memory::Memory;
-use crate::model::{MODEL_SCHEMA, Model, ModelError};
+use crate::model::{Model, ModelError};
 use crate::state::{NodeState, Reason, Status};
 use crate::thresholds::{ThresholdError, Thresholds};
-use crate::track::{Estimate, TrackConfig};
+use crate::track::Estimate;
 use commands::Desk;
 pub use commands::Save;
+pub use config::{NodeConfig, NodeError};
 use keeper::Keeper;
 use monitor::{Evaluated, Monitor};
 use ownership::{Due, Ownership};
@@ -54,64 +59,6 @@ pub const ABSURD_UM: f32 = 10_000.0;
 
 /// Frames of a heartbeat.
 pub const HEARTBEAT_FRAMES: usize = COUNTER_PAIRS + 3;
-
-/// Settings of a node.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NodeConfig {
-    /// Its number on the bus, 0 to [`MAX_NODE`].
-    pub node: u8,
-    /// How the unbalance is followed.
-    pub track: TrackConfig,
-    /// What it judges by until others are restored or set.
-    pub thresholds: Thresholds,
-    /// From a reading's start to its end at most, µs.
-    pub reading_timeout_us: u64,
-    /// Time between heartbeats, µs.
-    pub heartbeat_period_us: u64,
-    /// From the first [`Node::poll`] to the first frame: time to learn that somebody else uses the number, µs.
-    pub listen_us: u64,
-    /// Between two savings of the memory when nothing of note happens, µs.
-    pub memory_period_us: u64,
-    /// Without a key, the node takes no commands.
-    pub key: Option<Key>,
-    /// A number that no other device has, such as its serial number: in a conflict, it sets the times of sending apart.
-    pub seed: u64,
-}
-
-impl NodeConfig {
-    /// Usual settings: 200 ms for a reading, a heartbeat every second, 100 ms of listening, memory every hour, no key.
-    pub fn new(node: u8) -> Self {
-        Self {
-            node,
-            track: TrackConfig::default(),
-            thresholds: Thresholds::DEFAULT,
-            reading_timeout_us: 200_000,
-            heartbeat_period_us: 1_000_000,
-            listen_us: 100_000,
-            memory_period_us: 3_600_000_000,
-            key: None,
-            seed: 0,
-        }
-    }
-}
-
-/// Why a node cannot start or take a model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum NodeError {
-    /// The node's number is above [`MAX_NODE`].
-    Node,
-    /// The thresholds are refused.
-    Thresholds(ThresholdError),
-    /// The model was refused.
-    Model(ModelError),
-}
-
-impl From<ModelError> for NodeError {
-    fn from(error: ModelError) -> Self {
-        Self::Model(error)
-    }
-}
 
 /// A monitor for machines of up to `PROBES` probes and `PLANES` planes, modelled by `SHAPES` basis shapes: what it knows of
 /// the machine, and its place on the bus.
@@ -368,70 +315,6 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
 
     fn age_limit_us(&self) -> u64 {
         (self.config.thresholds.age_limit_s * 1e6) as u64
-    }
-
-    /// Tells a change of state at once. In a conflict the state is told at other times.
-    fn announce(&mut self, time_us: u64) {
-        self.outdated = self.age_us(time_us).is_some_and(|age_us| age_us > self.age_limit_us());
-        let status = self.status(time_us);
-        let known = Status { age_s: status.age_s, ..self.announced };
-        if self.may_send() && status != known && !self.queue.is_full() && self.tell_state(time_us) {
-            self.count(|c| &mut c.changes);
-        }
-    }
-
-    /// Whether the queue had room for it.
-    fn tell_state(&mut self, time_us: u64) -> bool {
-        let status = self.status(time_us);
-        let told = self.queue_all::<1>([Message::State(status).encode(self.config.node)]);
-        if told {
-            self.announced = status;
-        }
-        told
-    }
-
-    fn heartbeat(&mut self, time_us: u64) {
-        let (node, counters) = (self.config.node, self.counters());
-        let status = self.status(time_us);
-        let Status { state, reason, missing_mask, .. } = status;
-        let readings = counters.readings;
-        let heartbeat =
-            Message::Heartbeat { version: PROTOCOL_VERSION, state, reason, missing_mask, readings };
-        let (probes, planes) =
-            self.model().map_or((0, 0), |model| (model.probes.len() as u8, model.planes.len() as u8));
-        let model = Message::Model { checksum: self.monitor.checksum(), probes, planes };
-        let pairs = (0..).zip(counters.pairs()).map(|(pair, values)| Message::Counters { pair, values });
-        let messages = [heartbeat, Message::State(status)].into_iter().chain(pairs).chain([model]);
-        if self.queue_all::<HEARTBEAT_FRAMES>(messages.map(|message| message.encode(node))) {
-            self.announced = status;
-        }
-    }
-
-    fn tell_version(&mut self) {
-        let version = Message::Version {
-            protocol: PROTOCOL_VERSION,
-            oldest: OLDEST_PROTOCOL_VERSION,
-            model_schema: MODEL_SCHEMA as u8,
-            shapes: SHAPES as u8,
-            probes: PROBES as u8,
-            planes: PLANES as u8,
-        };
-        if self.may_send() {
-            self.queue_all::<1>([version.encode(self.config.node)]);
-        }
-    }
-
-    /// Queues all frames or, lacking room, none: half a result is of no use. Whether they were queued.
-    fn queue_all<const COUNT: usize>(&mut self, frames: impl IntoIterator<Item = Frame>) -> bool {
-        if QUEUE_FRAMES.saturating_sub(self.queue.len()) < COUNT {
-            let counters = self.assembler.counters_mut();
-            counters.overflowed = counters.overflowed.wrapping_add(COUNT as u32);
-            return false;
-        }
-        for frame in frames {
-            let _ = self.queue.push_back(frame);
-        }
-        true
     }
 }
 

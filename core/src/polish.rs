@@ -31,8 +31,27 @@ use tableau::Tableau;
 const ROUNDS: usize = 16;
 /// A disc left by less than this, relative, is not left.
 const OUTSIDE: f32 = 2e-6;
+/// A gap of this part of `Σ|target|` is rounding.
+const CLOSE_ENOUGH: f32 = 3e-6;
 /// A plane this near to its bound, relative, is on it.
 const AT_BOUND: f32 = 1e-4;
+
+/// The best place within the bounds so far.
+struct Best<const PLANES: usize> {
+    unbalance_g_mm: [Pair; PLANES],
+    residual_um: f32,
+}
+
+impl<const PLANES: usize> Best<PLANES> {
+    #[inline]
+    fn consider<const PROBES: usize>(&mut self, fit: &Fit<PROBES, PLANES>, unbalance_g_mm: [Pair; PLANES]) {
+        let unbalance_g_mm = fit.confine(unbalance_g_mm);
+        let residual_um = fit.residual_um(&unbalance_g_mm);
+        if residual_um < self.residual_um {
+            *self = Self { unbalance_g_mm, residual_um };
+        }
+    }
+}
 
 /// What the polish found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,15 +91,22 @@ pub fn polish<const PROBES: usize, const PLANES: usize>(
     let mut tableau = Tableau::new(fit, fit.confine(start));
     tableau.descend();
     let free_residual_um = fit.residual_um(&tableau.unbalance_g_mm(fit));
-    for _ in 0..ROUNDS {
-        if !tableau.cut(OUTSIDE) {
+    let mut best = Best { unbalance_g_mm: [[0.0; 2]; PLANES], residual_um: f32::INFINITY };
+    let mut least_um = 0.0_f32;
+    let enough = CLOSE_ENOUGH * fit.target_um().iter().fold(0.0, |sum, target| sum + target.abs());
+    for _ in 0..=ROUNDS {
+        let vertex = tableau.unbalance_g_mm(fit);
+        best.consider(fit, vertex);
+        if tableau.has_tangents() {
+            best.consider(fit, tableau.pulled_g_mm(vertex));
+        }
+        least_um = least_um.max(certificate::least_um(fit, &mut tableau.multipliers(fit)));
+        if best.residual_um - least_um <= enough || !tableau.cut(OUTSIDE) {
             break;
         }
         tableau.descend();
     }
-    let unbalance_g_mm = fit.confine(tableau.unbalance_g_mm(fit));
-    let residual_um = fit.residual_um(&unbalance_g_mm);
-    let least_um = certificate::least_um(fit, tableau.multipliers());
+    let Best { unbalance_g_mm, residual_um } = best;
     let mut at_bound = [false; MAX_PLANES];
     for ((at_bound, &unbalance), bound) in at_bound.iter_mut().zip(&unbalance_g_mm).zip(fit.bound_g_mm()) {
         *at_bound = scalar::length(unbalance) >= bound * (1.0 - AT_BOUND);

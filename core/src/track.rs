@@ -19,7 +19,7 @@ use crate::model::{MAX_PLANES, Model, Pair};
 use crate::polish::{Polished, polish};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 use crate::residual::Residual;
-use crate::response::{Response, ResponseError, SupportAmplitudes, response};
+use crate::response::{Motion, Response, ResponseError, SupportAmplitudes};
 use crate::swarm::{DEFAULT_PARTICLES, SwarmConfig, search};
 use rounds::Rounds;
 
@@ -196,12 +196,14 @@ impl<const PLANES: usize> Tracker<PLANES> {
         let mut rounds = Rounds::new(self.amplitudes);
         let mut start = self.last_g_mm;
         loop {
-            let at_speed = response(model, speed, &rounds.amplitudes)?;
+            let mut motion = Motion::forces(model, speed);
+            motion.solve(model, speed, &rounds.amplitudes)?;
+            let at_speed = motion.read(model, speed, &rounds.amplitudes)?;
             let fit = Fit::of_reading(&at_speed, reading, &bounds);
             let mut found = polish(&fit, start);
             start = found.unbalance_g_mm;
             if model.is_nonlinear() && rounds.count < config.amplitude_rounds {
-                let aim = at_speed.support_amplitudes(&found.unbalance_g_mm);
+                let aim = motion.support_amplitudes(model, &found.unbalance_g_mm);
                 if rounds.advance(&aim, config.amplitude_tolerance) {
                     continue;
                 }
@@ -259,8 +261,8 @@ impl Estimate {
             }
         }
         let mut calculated = [ProbeVector::LOST; MAX_PROBES];
-        for (vector, linear) in calculated.iter_mut().zip(at_speed.probes()) {
-            *vector = ProbeVector::from_phasor(linear.phasor(&found.unbalance_g_mm));
+        for (vector, shown) in calculated.iter_mut().zip(at_speed.vectors(&found.unbalance_g_mm)) {
+            *vector = shown;
         }
         let residual = Residual::new(&calculated, reading.probes()).map_err(|_| TrackError::Response)?;
         let [[a, b], [c, d], ..] = unbalance_g_mm;

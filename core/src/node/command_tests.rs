@@ -3,7 +3,7 @@
 use super::testing::*;
 use super::*;
 use crate::can::isotp::TIMEOUT_US;
-use crate::command::{Command, Detail, MAX_COUNTER_STEP, Outcome};
+use crate::command::{Command, Detail, Key, MAX_COUNTER_STEP, Outcome};
 use crate::judge::Latched;
 use crate::model::tests::rigid_rotor;
 

@@ -10,7 +10,7 @@ use std::vec::Vec;
 use super::testing::*;
 use super::*;
 use crate::can::{Keyphasor, TYPE_HEARTBEAT, frame_id};
-use crate::command::{Command, Outcome};
+use crate::command::{Command, Key, Outcome};
 use crate::model::tests::rigid_rotor;
 use crate::reading::Reading;
 use crate::testing::Random;

@@ -5,7 +5,7 @@ use std::vec::Vec;
 use super::*;
 use crate::can::isotp::{IsoTp, Progress};
 use crate::can::{Keyphasor, MonitorResult, ResultAssembler, TYPE_TO_HOST, frame_id, reading_frames};
-use crate::command::{ANSWER_BYTES, Answer, Command, KEY_BYTES, Outcome, write_request};
+use crate::command::{ANSWER_BYTES, Answer, Command, KEY_BYTES, Key, Outcome, write_request};
 use crate::model::Pair;
 use crate::model::tests::rigid_rotor;
 use crate::reading::{ProbeVector, Reading, rad_s};
@@ -125,6 +125,19 @@ pub fn states(frames: &[Frame]) -> Vec<Status> {
         _ => None,
     });
     told.collect()
+}
+
+/// A node that has tracked for a minute, and the time.
+pub fn tracking() -> (TestNode, Store, u64) {
+    let (mut node, mut store) = (node(), Store::with(&rigid_rotor()));
+    let time_us = run(&mut node, &mut store, 0, 62.0, |_| reading(1.0));
+    assert_eq!(node.status(time_us).state, NodeState::Tracking);
+    (node, store, time_us)
+}
+
+pub fn now(node: &TestNode, time_us: u64) -> (NodeState, Reason, u8) {
+    let status = node.status(time_us);
+    (status.state, status.reason, status.missing_mask)
 }
 
 /// Feeds readings of one kind for `seconds` from `time_us` on, polls in between, and gives the time after that. What is

@@ -4,13 +4,14 @@ use core::array;
 
 use heapless::Vec;
 
+use super::certificate;
 use crate::fit::Fit;
 use crate::model::{MAX_PLANES, Pair};
 use crate::reading::MAX_PROBES;
 use crate::scalar;
 
-/// Tangents kept for each disc: two may be in force at a corner, one is new.
-const TANGENTS: usize = 3;
+/// Tangents kept for each disc: two may be in force at a corner, one is new, one is on the other side.
+const TANGENTS: usize = 4;
 /// Unknowns, rows and tangents.
 const LINES: usize = 2 * MAX_PLANES + 2 * MAX_PROBES + TANGENTS * MAX_PLANES;
 /// Exchanges of one descent, at most; fewer than ten are usual.
@@ -268,18 +269,35 @@ impl<const PLANES: usize> Tableau<PLANES> {
         unknowns
     }
 
-    /// Where the tangents of a plane that are in force hold it, put together: a unit vector; `None` without two of them.
+    /// Where the tangents of a plane that are in force hold it, put together: a unit vector; `None` without any.
     fn pulled(&self, plane: usize, slopes: &[Pair; PLANES]) -> Option<Pair> {
         let mut sum = [0.0; 2];
-        let mut in_force = 0;
         for &([x, y], place) in self.tangents.get(plane)? {
             if let Some(slope) = self.slope_of(place, slopes) {
-                in_force += 1;
                 sum = [sum[0] - slope * x, sum[1] - slope * y];
             }
         }
         let length = scalar::length(sum);
-        (in_force >= 2 && length > 0.0).then(|| sum.map(|x| x / length))
+        (length > 0.0).then(|| sum.map(|x| x / length))
+    }
+
+    /// The unbalance with each plane that tangents hold put on its bound where they pull it, g·mm: along a tangent on which
+    /// the cost does not change, the vertex may lie anywhere, and this is where the disc touches.
+    pub fn pulled_g_mm(&self, mut unbalance_g_mm: [Pair; PLANES]) -> [Pair; PLANES] {
+        let slopes = self.slopes();
+        for (plane, unbalance) in unbalance_g_mm.iter_mut().enumerate() {
+            if let Some(touch) = self.pulled(plane, &slopes)
+                && let Some((bound, length)) = self.bound.get(plane).zip(self.length.get(plane))
+            {
+                *unbalance = touch.map(|x| x * (bound / length));
+            }
+        }
+        unbalance_g_mm
+    }
+
+    /// Some disc has a tangent.
+    pub fn has_tangents(&self) -> bool {
+        self.tangents.iter().any(|tangents| !tangents.is_empty())
     }
 
     /// Slope of the column whose variable a line is.
@@ -324,13 +342,39 @@ impl<const PLANES: usize> Tableau<PLANES> {
     }
 
     /// λ of each row: its sign, or what holds it at zero.
-    pub fn multipliers(&self) -> impl Iterator<Item = f32> {
+    pub fn multipliers<const PROBES: usize>(
+        &self,
+        fit: &Fit<PROBES, PLANES>,
+    ) -> Vec<f32, { 2 * MAX_PROBES }> {
         let slopes = self.slopes();
-        let rows = self.lines.iter().enumerate().skip(2 * self.planes).take(self.rows);
-        rows.map(move |(place, line)| match self.slope_of(place, &slopes) {
+        let rows = || self.lines.iter().enumerate().skip(2 * self.planes).take(self.rows);
+        let multiplier = |(place, line): (usize, &Line<PLANES>)| match self.slope_of(place, &slopes) {
             Some(slope) => -slope,
             None => line.slope(),
-        })
+        };
+        let mut multipliers: Vec<f32, _> = rows().map(multiplier).collect();
+        if self.has_tangents() {
+            return multipliers;
+        }
+        // Without tangents Hᵀλ is zero but for what the exchanges left of rounding, which a wide bound would magnify.
+        let left = certificate::pull(fit, &multipliers);
+        for (multiplier, (place, _)) in multipliers.iter_mut().zip(rows()) {
+            let Some(column) = self.column_of(place) else {
+                continue;
+            };
+            let unknowns = left.as_flattened().iter().zip(&self.lines).take(2 * self.planes);
+            for (number, (left, unknown)) in unknowns.enumerate() {
+                let length = self.length.get(number / 2).copied().unwrap_or(0.0);
+                if length > 0.0 {
+                    *multiplier -= unknown.way(column) * left / length;
+                }
+            }
+        }
+        multipliers
+    }
+
+    fn column_of(&self, place: usize) -> Option<usize> {
+        self.owners.as_flattened().iter().position(|owner| *owner == Owner::Line(place))
     }
 
     /// The unbalance, g·mm. What many exchanges have left of rounding in the rows that should vanish is taken off.
@@ -342,7 +386,7 @@ impl<const PLANES: usize> Tableau<PLANES> {
             if !line.vanishes {
                 continue;
             }
-            let column = self.owners.as_flattened().iter().position(|owner| *owner == Owner::Line(place));
+            let column = self.column_of(place);
             for (value, unknown) in
                 unknowns.as_flattened_mut().iter_mut().zip(&self.lines).take(2 * self.planes)
             {

@@ -3,11 +3,9 @@
 use core::array;
 use core::mem;
 
-use heapless::Vec;
-
 use super::C;
 use super::motion::{Equations, Motion, Whirl};
-use crate::linear::{self, Row, Symmetric};
+use crate::linear::{self, Row};
 use crate::scalar;
 
 /// Strength of a coupling (of the solution `SᵀP·pm` for one support) beyond which the correction is not trusted: near a
@@ -16,7 +14,7 @@ const STRONGEST: f32 = 16.0;
 /// A pivot of the small system below this is a digit and a half lost.
 const SMALLEST_PIVOT: f32 = 1.0 / 32.0;
 /// Supports that are corrected for, at most; a model with more is eliminated as a whole.
-const MAX_COUPLED: usize = 4;
+const MAX_COUPLED: usize = 3;
 
 /// What ties forward to backward whirl at a support: `Fp += φφᵀ·pm·m`, `Fm += φφᵀ·mp·p`.
 #[derive(Clone, Copy)]
@@ -24,6 +22,12 @@ pub(super) struct Coupling<const N: usize> {
     pub shape: [f32; N],
     pub pm: C,
     pub mp: C,
+}
+
+impl<const N: usize> Coupling<N> {
+    fn none() -> Self {
+        Self { shape: [0.0; N], pm: C::default(), mp: C::default() }
+    }
 }
 
 /// φ·x.
@@ -36,27 +40,6 @@ pub(super) fn at<const N: usize>(shape: &[f32; N], x: &[C; N]) -> C {
     sum
 }
 
-/// From the factors of the two matrices; `None` where rounding would be amplified, or for more than
-/// [`MAX_COUPLED`] supports.
-#[inline]
-pub(super) fn solve<const N: usize, const PLANES: usize>(
-    equations: &Equations<N, PLANES>,
-    forward: &Symmetric<N>,
-    backward: &Symmetric<N>,
-) -> Option<Motion<N, PLANES>> {
-    let mut ties = Vec::<Tie<N>, MAX_COUPLED>::new();
-    for &coupling in &equations.couplings {
-        let side = coupling.shape.map(|x| C::new(x, 0.0));
-        ties.push(Tie { coupling, plus: forward.solve(side), minus: backward.solve(side) }).ok()?;
-    }
-    let small = Small::new(&ties)?;
-    let whirl = |side: &[C; N]| small.couple(&ties, forward.solve(*side));
-    Some(Motion {
-        planes: array::from_fn(|plane| equations.planes.get(plane).map_or(Whirl::zero(), whirl)),
-        forced: equations.forced.as_ref().map_or(Whirl::zero(), whirl),
-    })
-}
-
 /// A coupling, and how the two matrices' solutions answer to its shape: columns of P and Q.
 struct Tie<const N: usize> {
     coupling: Coupling<N>,
@@ -64,20 +47,56 @@ struct Tie<const N: usize> {
     minus: [C; N],
 }
 
+/// As many rows and columns count as there are ties.
 type Square = [[C; MAX_COUPLED]; MAX_COUPLED];
 
-/// `(I − SᵀP·pm·SᵀQ·mp)⁻¹` and `SᵀQ·mp`.
-struct Small {
+/// What brings the two kinds of whirl together.
+pub(super) struct Correction<const N: usize> {
+    ties: [Tie<N>; MAX_COUPLED],
+    count: usize,
+    /// `(I − SᵀP·pm·SᵀQ·mp)⁻¹`
     inverse: Square,
+    /// `SᵀQ·mp`
     back: Square,
 }
 
-impl Small {
+impl<const N: usize> Correction<N> {
+    /// Of the couplings that there are.
+    #[inline(always)]
+    pub fn new(equations: &Equations<N>) -> Self {
+        Self {
+            ties: array::from_fn(|place| match equations.couplings.get(place) {
+                Some(&coupling) => {
+                    let side = coupling.shape.map(|x| C::new(x, 0.0));
+                    Tie { coupling, plus: side, minus: side }
+                }
+                None => Tie { coupling: Coupling::none(), plus: [C::default(); N], minus: [C::default(); N] },
+            }),
+            count: equations.couplings.len(),
+            inverse: Square::default(),
+            back: Square::default(),
+        }
+    }
+
+    fn ties(&self) -> impl Iterator<Item = &Tie<N>> {
+        self.ties.iter().take(self.count)
+    }
+
+    /// From factored matrices; `None` where rounding would be amplified, or for more than [`MAX_COUPLED`] couplings.
     #[inline]
-    fn new<const N: usize>(ties: &[Tie<N>]) -> Option<Self> {
-        let (mut forth, mut back) = (Square::default(), Square::default());
+    pub fn couple(&mut self, equations: &Equations<N>) -> Option<()> {
+        if self.count > MAX_COUPLED {
+            return None;
+        }
+        for tie in self.ties.iter_mut().take(self.count) {
+            equations.forward.solve(&mut tie.plus);
+            equations.backward.solve(&mut tie.minus);
+        }
+        let Self { ties, count, inverse, back } = self;
+        let ties = ties.get(..*count)?;
+        let mut forth = Square::default();
         let mut strongest = 0.0_f32;
-        for ((forth, back), row) in forth.iter_mut().zip(&mut back).zip(ties) {
+        for ((forth, back), row) in forth.iter_mut().zip(back.iter_mut()).zip(ties) {
             for ((forth, back), column) in forth.iter_mut().zip(back).zip(ties) {
                 *forth = at(&row.coupling.shape, &column.plus) * column.coupling.pm;
                 *back = at(&row.coupling.shape, &column.minus) * column.coupling.mp;
@@ -87,36 +106,34 @@ impl Small {
         if strongest.is_nan() || strongest > STRONGEST {
             return None;
         }
-        let mut inverse = Square::default();
         for (i, (cells, forth)) in inverse.iter_mut().zip(&forth).enumerate().take(ties.len()) {
             for (j, cell) in cells.iter_mut().enumerate().take(ties.len()) {
                 *cell = C::new(if i == j { 1.0 } else { 0.0 }, 0.0);
-                for (forth, back) in forth.iter().zip(&back).take(ties.len()) {
+                for (forth, back) in forth.iter().zip(back.iter()).take(ties.len()) {
                     *cell -= forth * back[j];
                 }
             }
         }
-        invert(&mut inverse, ties.len())?;
-        Some(Self { inverse, back })
+        invert(inverse, ties.len())
     }
 
-    /// The whirl of both kinds, from the forward whirl without coupling.
-    #[inline]
-    fn couple<const N: usize>(&self, ties: &[Tie<N>], alone: [C; N]) -> Whirl<N> {
-        let mut whirl = Whirl { plus: alone, minus: [C::default(); N] };
+    /// Turns a forward force, `plus`, into the whirl of both kinds.
+    #[inline(never)]
+    pub fn solve(&self, equations: &Equations<N>, whirl: &mut Whirl<N>) {
+        equations.forward.solve(&mut whirl.plus);
         let mut forward = [C::default(); MAX_COUPLED];
-        for (value, tie) in forward.iter_mut().zip(ties) {
-            *value = at(&tie.coupling.shape, &alone);
+        for (value, tie) in forward.iter_mut().zip(self.ties()) {
+            *value = at(&tie.coupling.shape, &whirl.plus);
         }
         let mut coupled = [C::default(); MAX_COUPLED];
-        for (value, row) in coupled.iter_mut().zip(&self.inverse).take(ties.len()) {
-            for (cell, forward) in row.iter().zip(&forward).take(ties.len()) {
+        for (value, row) in coupled.iter_mut().zip(&self.inverse).take(self.count) {
+            for (cell, forward) in row.iter().zip(&forward).take(self.count) {
                 *value += cell * forward;
             }
         }
-        for ((tie, row), here) in ties.iter().zip(&self.back).zip(&coupled) {
+        for ((tie, row), here) in self.ties().zip(&self.back).zip(&coupled) {
             let mut backward = C::default();
-            for (cell, coupled) in row.iter().zip(&coupled).take(ties.len()) {
+            for (cell, coupled) in row.iter().zip(&coupled).take(self.count) {
                 backward += cell * coupled;
             }
             // Sᵀm = −SᵀQ·mp·Sᵀp, so that the force −pm·Sᵀm is positive here.
@@ -128,7 +145,6 @@ impl Small {
                 *x -= answer * back;
             }
         }
-        whirl
     }
 }
 
@@ -160,18 +176,20 @@ fn invert(matrix: &mut Square, size: usize) -> Option<()> {
     Some(())
 }
 
-/// By elimination with pivoting of all 2N equations: whatever the model, at more than twice the cost.
+/// Turns forces into motion by elimination with pivoting of all 2N equations: whatever the model, at more than twice the
+/// cost.
 #[inline(never)]
 pub(super) fn eliminate<const N: usize, const PLANES: usize>(
-    equations: &Equations<N, PLANES>,
-) -> Option<Motion<N, PLANES>> {
+    equations: &Equations<N>,
+    motion: &mut Motion<N, PLANES>,
+) -> Option<()> {
     let mut system = [[Row::<N, PLANES>::zero(); N]; 2];
     for i in 0..N {
         for j in 0..N {
             // Only the lower triangles are filled.
             let (row, column) = if i > j { (i, j) } else { (j, i) };
-            system[0][i].cells[0][j] = equations.forward[row][column];
-            system[1][i].cells[1][j] = equations.backward[row][column];
+            system[0][i].cells[0][j] = equations.forward.rows[row][column];
+            system[1][i].cells[1][j] = equations.backward.rows[row][column];
         }
     }
     let [forward, backward] = &mut system;
@@ -184,25 +202,21 @@ pub(super) fn eliminate<const N: usize, const PLANES: usize>(
             }
         }
     }
-    for (place, row) in forward.iter_mut().enumerate() {
-        for (side, plane) in row.planes.iter_mut().zip(&equations.planes) {
-            *side = plane.get(place).copied().unwrap_or_default();
+    for (i, row) in forward.iter_mut().enumerate() {
+        for (side, force) in row.planes.iter_mut().zip(&motion.planes) {
+            *side = force.plus[i];
         }
-        row.known = equations.forced.and_then(|forced| forced.get(place).copied()).unwrap_or_default();
+        row.known = motion.forced.map_or(C::default(), |forced| forced.plus[i]);
     }
     linear::solve(&mut system)?;
-    Some(Motion {
-        planes: array::from_fn(|plane| {
-            solution(&system, |row| row.planes.get(plane).copied().unwrap_or_default())
-        }),
-        forced: solution(&system, |row| row.known),
-    })
-}
-
-#[inline]
-fn solution<const N: usize, const PLANES: usize>(
-    [forward, backward]: &[[Row<N, PLANES>; N]; 2],
-    side: impl Fn(&Row<N, PLANES>) -> C,
-) -> Whirl<N> {
-    Whirl { plus: array::from_fn(|i| side(&forward[i])), minus: array::from_fn(|i| side(&backward[i])) }
+    let [forward, backward] = &system;
+    for i in 0..N {
+        for (plane, whirl) in motion.planes.iter_mut().enumerate() {
+            (whirl.plus[i], whirl.minus[i]) = (forward[i].planes[plane], backward[i].planes[plane]);
+        }
+        if let Some(forced) = &mut motion.forced {
+            (forced.plus[i], forced.minus[i]) = (forward[i].known, backward[i].known);
+        }
+    }
+    Some(())
 }

@@ -1,0 +1,64 @@
+//! Settings of a node, and why it refuses some.
+
+use crate::command::Key;
+use crate::model::ModelError;
+use crate::thresholds::{ThresholdError, Thresholds};
+use crate::track::TrackConfig;
+
+/// Settings of a node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NodeConfig {
+    /// Its number on the bus, 0 to [`MAX_NODE`](crate::can::MAX_NODE).
+    pub node: u8,
+    /// How the unbalance is followed.
+    pub track: TrackConfig,
+    /// What it judges by until others are restored or set.
+    pub thresholds: Thresholds,
+    /// From a reading's start to its end at most, µs.
+    pub reading_timeout_us: u64,
+    /// Time between heartbeats, µs.
+    pub heartbeat_period_us: u64,
+    /// From the first [`Node::poll`](super::Node::poll) to the first frame: time to learn that somebody else uses the number, µs.
+    pub listen_us: u64,
+    /// Between two savings of the memory when nothing of note happens, µs.
+    pub memory_period_us: u64,
+    /// Without a key, the node takes no commands.
+    pub key: Option<Key>,
+    /// A number that no other device has, such as its serial number: in a conflict, it sets the times of sending apart.
+    pub seed: u64,
+}
+
+impl NodeConfig {
+    /// Usual settings: 200 ms for a reading, a heartbeat every second, 100 ms of listening, memory every hour, no key.
+    pub fn new(node: u8) -> Self {
+        Self {
+            node,
+            track: TrackConfig::default(),
+            thresholds: Thresholds::DEFAULT,
+            reading_timeout_us: 200_000,
+            heartbeat_period_us: 1_000_000,
+            listen_us: 100_000,
+            memory_period_us: 3_600_000_000,
+            key: None,
+            seed: 0,
+        }
+    }
+}
+
+/// Why a node cannot start or take a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NodeError {
+    /// The node's number is above [`MAX_NODE`](crate::can::MAX_NODE).
+    Node,
+    /// The thresholds are refused.
+    Thresholds(ThresholdError),
+    /// The model was refused.
+    Model(ModelError),
+}
+
+impl From<ModelError> for NodeError {
+    fn from(error: ModelError) -> Self {
+        Self::Model(error)
+    }
+}
