@@ -190,3 +190,118 @@ fn a_node_number_that_does_not_exist_and_impossible_odds_are_refused() {
         assert_says(&String::from_utf8(output.stderr).unwrap(), &[says]);
     }
 }
+
+#[test]
+fn power_cuts_keep_flag_and_level_and_the_states_say_when_the_controller_was_back() {
+    let whole = json(&["replay", "--json"]);
+    let cut = json(&["replay", "--json", "--power-cut", "60", "--power-cut", "200"]);
+    assert_eq!(cut["flags"], whole["flags"]);
+    assert_eq!(cut["readings"], whole["readings"]);
+    let states = cut["states"].as_array().unwrap();
+    let back = |day: f64| states.iter().find(|s| s["time_d"] == day).unwrap()["state"].clone();
+    assert_eq!((back(60.0), back(200.0)), ("waiting".into(), "flagged".into()));
+    let after = states.iter().filter(|s| s["time_d"].as_f64().unwrap() >= 127.0);
+    assert!(after.into_iter().all(|s| s["state"] == "flagged"), "{states:?}");
+    let refused = program::refusal(&["replay", "--power-cut", "500"]);
+    assert_says(&refused, &["--power-cut 500", "the record lasts from day 0 to 458"]);
+}
+
+#[test]
+fn a_probe_that_dies_is_named_and_the_rest_goes_on_until_it_says_nothing_any_more() {
+    let folder = Folder::new();
+    let rotor = folder.file("rotor.toml", sample::ROTOR);
+    let (record, runup) =
+        (folder.file("record.csv", sample::RECORD), folder.file("runup.csv", sample::RUNUP_DAY_0));
+    let new = folder.path("new.toml").display().to_string();
+    json(&["identify", &rotor, &record, "--runup", &runup, "-o", &new, "--json"]);
+    // 16Y from day 40 on, 16X too from day 80 on
+    let dead = |(number, line): (usize, &str)| {
+        let day = line.split(',').next().and_then(|day| day.parse::<f64>().ok());
+        let mut cells: Vec<&str> = line.split(',').collect();
+        let lost = match day.filter(|_| number > 0) {
+            Some(day) if day >= 80.0 => 4,
+            Some(day) if day >= 40.0 => 2,
+            _ => 0,
+        };
+        let kept = cells.len() - lost;
+        cells[kept..].fill("");
+        cells.join(",") + "\n"
+    };
+    let text: String = sample::RECORD.lines().enumerate().take(115).map(dead).collect();
+    let record = folder.file("dying.csv", &text);
+    let all = json(&["replay", "--identified", "--rotor", &new, "--record", &record, "--json", "--answers"]);
+    assert_eq!(all["flags"], Value::Array(vec![]));
+    let said: Vec<(f64, &str, &str)> = all["states"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|s| (s["time_d"].as_f64().unwrap(), s["state"].as_str().unwrap(), s["reason"].as_str().unwrap()))
+        .collect();
+    assert!(said.contains(&(40.0, "tracking", "probes")), "{said:?}");
+    let (from_d, _, reason) = said.iter().find(|(_, state, _)| *state == "blind").unwrap();
+    assert!(
+        *from_d >= 80.0 && *from_d <= 81.0 && ["no_redundancy", "undetermined"].contains(reason),
+        "{said:?}"
+    );
+    // nothing was judged after day 79 or so, and two and a half days later that is said
+    assert!(said.iter().any(|(day, state, _)| *state == "stale" && *day > 80.0 && *day < 84.0), "{said:?}");
+    assert!(
+        said.iter().filter(|(day, ..)| *day > 81.0).all(|(_, state, _)| *state != "tracking"),
+        "{said:?}"
+    );
+    let used = |row: &Value| row["probes_used"].as_array().unwrap().len();
+    let answers = all["answers"].as_array().unwrap();
+    assert!(answers.iter().all(|a| used(a) == if a["time_d"].as_f64() < Some(40.0) { 4 } else { 3 }
+        || a["time_d"].as_f64() >= Some(80.0)));
+    assert!(all["equivalence"]["max_relative_feature_error"].as_f64().unwrap() <= 1e-5);
+    let text = String::from_utf8(
+        rotor_edge(&["replay", "--identified", "--rotor", &new, "--record", &record]).stdout,
+    );
+    assert_says(
+        &text.unwrap(),
+        &["from day 40", "tracking: probes, without 16Y", "blind", "stale", "a verdict counts for 2.5 d"],
+    );
+}
+
+#[test]
+fn the_age_limit_and_every_threshold_can_be_given() {
+    let folder = Folder::new();
+    let text: String = sample::RECORD
+        .lines()
+        .enumerate()
+        .filter(|(n, _)| *n < 30 || *n > 40)
+        .map(|(_, l)| format!("{l}\n"))
+        .collect();
+    let record = folder.file("hole.csv", &text);
+    let rotor = folder.file("rotor.toml", sample::ROTOR);
+    let stale = |more: &[&str]| {
+        let all = json(&[&["replay", "--rotor", &rotor, "--record", &record, "--json"], more].concat());
+        let states = all["states"].as_array().unwrap().clone();
+        states.iter().find(|s| s["state"] == "stale").map(|s| s["time_d"].as_f64().unwrap())
+    };
+    // the last reading before the hole is that of day 28
+    assert_eq!(stale(&[]), Some(30.5));
+    assert_eq!(stale(&["--age-limit-s", "432000"]), Some(33.0));
+    assert_eq!(stale(&["--set", "age_limit_s=604800"]), Some(35.0));
+    for (set, says) in [
+        ("height=1", "there is no threshold height"),
+        ("rise=-1", "rise is to be from 0 to 100"),
+        ("age_limit_s=0", "age_limit_s is to be from 0.1 s"),
+    ] {
+        assert_says(&program::refusal(&["replay", "--set", set]), &[says]);
+    }
+}
+
+#[test]
+fn the_protocol_of_any_monitor_is_written_as_a_dbc_file() {
+    let folder = Folder::new();
+    let path = folder.path("monitor7.dbc").display().to_string();
+    let shown = String::from_utf8(rotor_edge(&["dbc", "--node", "7"]).stdout).unwrap();
+    assert_says(&shown, &["BO_ 263 ReadingStart", "BO_ 1031 Heartbeat", "of monitor 7"]);
+    json(&["dbc", "--node", "7", "-o", &path, "--json"]);
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), shown);
+    assert_eq!(json(&["dbc", "--node", "7", "--json"])["dbc"], shown.as_str());
+    assert_eq!(rotor_edge(&["dbc", "--node", "31"]).status.code(), Some(2));
+    let nowhere = folder.path("no/folder/x.dbc").display().to_string();
+    assert_says(&program::refusal(&["dbc", "-o", &nowhere]), &["x.dbc", "cannot be written"]);
+}

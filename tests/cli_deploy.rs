@@ -7,9 +7,9 @@ mod shared;
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 
-use program::{assert_says, json, refusal, rotor_edge};
+use program::{assert_says, json, one_sentence, refusal, rotor_edge};
 use rotor_edge::sample;
 use serde_json::Value;
 use shared::Shared;
@@ -57,10 +57,15 @@ impl Bench {
         self.path(name).display().to_string()
     }
 
-    /// Starts `node` and waits until it has joined the bus.
+    /// Starts `node` with a model and waits until it has joined the bus.
     fn monitor(&self, kind: &str, more: &[&str]) -> Monitor {
+        self.node(kind, &[&["--rotor", &self.text("rotor-of-node.toml")], more].concat()).0
+    }
+
+    /// Starts `node` and waits until it has joined the bus; what it says then.
+    fn node(&self, kind: &str, more: &[&str]) -> (Monitor, String) {
         let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
-            .args(["node", "--bus", self.bus.spec(kind), "--rotor", &self.text("rotor-of-node.toml")])
+            .args(["node", "--bus", self.bus.spec(kind)])
             .args(more)
             .stdout(Stdio::piped())
             .spawn()
@@ -68,7 +73,21 @@ impl Bench {
         let mut line = String::new();
         BufReader::new(program.stdout.take().unwrap()).read_line(&mut line).unwrap();
         assert_says(&line, &["Monitor", "listens on"]);
-        Monitor(program)
+        (Monitor(program), line)
+    }
+
+    /// What `watch` hears of the monitor.
+    fn seen(&self) -> Value {
+        let bus = self.bus.spec("slcan");
+        let all = json(&rotor_edge(&["watch", "--bus", bus, "--json", "--node", "1", "--seconds", "1.5"]));
+        all["monitors"][0].clone()
+    }
+
+    /// A command to monitor 1.
+    fn to_monitor(&self, name: &str, more: &[&str]) -> Output {
+        let (bus, key) = (self.bus.spec("slcan"), self.text("right.key"));
+        let arguments = [&[name, "--bus", bus, "--key", &key], more].concat();
+        rotor_edge(&arguments)
     }
 
     fn guess(&self) {
@@ -95,10 +114,10 @@ impl Bench {
 fn replay_over_slcan_and_socketcand_gives_the_same_numbers_as_in_process_to_the_bit() {
     let bench = Bench::new();
     let here = json(&rotor_edge(&["replay", "--json", "--answers"]));
-    assert_eq!(here["answers"].as_array().unwrap().len(), 450);
+    assert_eq!(here["answers"].as_array().unwrap().len(), 451);
     for kind in ["slcan", "socketcand"] {
         let there = bench.play(kind, &[]);
-        for key in ["answers", "flags", "equivalence", "counters"] {
+        for key in ["answers", "flags", "states", "equivalence", "counters"] {
             assert_eq!(there[key], here[key], "{key} over {kind}");
         }
         assert_eq!(there["frames"]["lost"], 0, "{kind}");
@@ -133,7 +152,7 @@ fn a_model_deployed_to_a_monitor_gives_its_numbers_and_is_still_there_after_a_cu
     let told = json(&done);
     assert_eq!((&told["outcome"], &told["counter"]), (&"accepted".into(), &5.into()));
     let first = from_file(&bench);
-    assert_eq!(first.as_array().unwrap().len(), expected.as_array().unwrap().len());
+    assert_eq!(first, expected, "over a monitor in real time, to the bit");
     drop(running);
 
     let _running = node(&bench);
@@ -165,4 +184,129 @@ fn wrong_keys_missing_keys_and_absent_monitors_are_told_apart() {
     let unidentified = bench.text("rotor.toml");
     let refused = refusal(&["deploy", &unidentified, "--bus", &bus, "--key", &right]);
     assert_says(&refused, &["unbalance_g_mm is missing", "identify"]);
+}
+
+#[test]
+fn a_monitor_that_was_given_no_model_judges_nothing_until_one_is_deployed() {
+    let bench = Bench::new();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let (_running, line) = bench.node("slcan", &["--key", &key, "--state", &state]);
+    assert_says(&line, &["without a model"]);
+    let seen = bench.seen();
+    assert_eq!((&seen["state"], &seen["reason"]), (&"no_model".into(), &"nothing_stored".into()));
+    assert_eq!(seen["model_checksum"], Value::Null);
+    let told = json(&bench.to_monitor("deploy", &[&bench.text("identified.toml"), "--json"]));
+    assert_eq!(told["outcome"], "accepted");
+    let seen = bench.seen();
+    assert_eq!((&seen["state"], &seen["reason"]), (&"waiting".into(), &"no_reading".into()));
+    assert_eq!((&seen["model_probes"], &seen["model_planes"]), (&4.into(), &2.into()));
+}
+
+#[test]
+fn a_state_file_of_another_schema_or_a_damaged_one_keeps_its_counter_and_can_be_deployed_to() {
+    let bench = Bench::new();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let node = || bench.node("slcan", &["--key", &key, "--state", &state]);
+    let deploy = |counter: &str| {
+        bench.to_monitor("deploy", &[&bench.text("identified.toml"), "--counter", counter, "--json"])
+    };
+    for (text, reason) in [
+        ("rotor-edge monitor 1\ncounter 41\nmodel 010000000600\n", "schema"),
+        ("rotor-edge monitor 1\ncounter 41\nmodel 02000000060402ffff\n", "damaged"),
+        ("rotor-edge monitor 1\ncounter 41\nmod", "damaged"),
+    ] {
+        std::fs::write(&state, text).unwrap();
+        let (running, line) = node();
+        assert_says(&line, &["without a model"]);
+        let seen = bench.seen();
+        assert_eq!((&seen["state"], &seen["reason"]), (&"no_model".into(), &reason.into()), "{text}");
+        assert_says(&one_sentence(&deploy("41")), &["has accepted command 41 already"]);
+        assert_eq!(json(&deploy("42"))["outcome"], "accepted");
+        drop(running);
+        let (_again, line) = node();
+        assert_says(&line, &["with the model deployed last"]);
+        assert_says(&one_sentence(&deploy("42")), &["has accepted command 42 already"]);
+    }
+    std::fs::write(&state, "not a state at all").unwrap();
+    let (_running, _) = node();
+    assert_eq!(bench.seen()["reason"], "damaged");
+    // no command that was ever recorded can be above the present time
+    assert_says(&one_sentence(&deploy("1000")), &["has accepted command"]);
+    assert_eq!(
+        json(&bench.to_monitor("deploy", &[&bench.text("identified.toml"), "--json"]))["outcome"],
+        "accepted"
+    );
+    assert_eq!(std::fs::read_to_string(format!("{state}.damaged")).unwrap(), "not a state at all");
+}
+
+#[test]
+fn thresholds_are_read_and_set_over_the_bus_survive_a_cut_in_power_and_need_the_key() {
+    let bench = Bench::new();
+    bench.guess();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let node = || bench.monitor("slcan", &["--key", &key, "--state", &state]);
+    let running = node();
+    let before = json(&bench.to_monitor("thresholds", &["--json"]));
+    assert_eq!((&before["set"], &before["thresholds"]["rise"]), (&false.into(), &0.5.into()));
+    let text = String::from_utf8(bench.to_monitor("thresholds", &["--set", "rise=0.8"]).stdout).unwrap();
+    assert_says(&text, &["Monitor 1 judges by", "rise", "0.8", "(was 0.5)"]);
+    let set = ["--set", "persistence_s=30", "--set", "gap_range_v=-16,-4.5", "--json"];
+    let after = json(&bench.to_monitor("thresholds", &set));
+    assert_eq!(after["thresholds"]["rise"], 0.8, "one at a time");
+    drop(running);
+    let _running = node();
+    let kept = json(&bench.to_monitor("thresholds", &["--json"]))["thresholds"].clone();
+    assert_eq!(kept, after["thresholds"]);
+    assert_eq!(kept["gap_range_v"], serde_json::json!([-16.0, -4.5]));
+    let restored = json(&bench.to_monitor("thresholds", &["--defaults", "--json"]));
+    assert_eq!(restored["thresholds"], before["thresholds"]);
+
+    let refused = |set: &str| one_sentence(&bench.to_monitor("thresholds", &["--set", set]));
+    assert_says(&refused("rise=-1"), &["rise is to be from 0 to 100", "nothing was sent"]);
+    assert_says(&refused("height=1"), &["no threshold height", "persistence_s"]);
+    let (bus, wrong) = (bench.bus.spec("slcan"), bench.text("wrong.key"));
+    let forged = refusal(&["thresholds", "--bus", bus, "--key", &wrong, "--set", "rise=0.1"]);
+    assert_says(&forged, &["another key"]);
+    assert_eq!(json(&bench.to_monitor("thresholds", &["--json"]))["thresholds"], before["thresholds"]);
+}
+
+#[test]
+fn a_flag_stays_up_over_a_cut_in_power_until_it_is_acknowledged_with_the_key() {
+    let bench = Bench::new();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let identified = bench.text("identified.toml");
+    // each reading of the record counts by itself, however fast it is sent
+    let fast = ["average_s=0", "persistence_s=0", "growth_s=1.25e-6", "level_s=1.25e-5", "learning_s=0"];
+    let fast: Vec<&str> = fast.iter().flat_map(|set| ["--set", set]).collect();
+    let node = || {
+        let more = [&["--rotor", &identified, "--key", &key, "--state", &state], &fast[..]].concat();
+        bench.node("slcan", &more).0
+    };
+    let running = node();
+    assert_says(&one_sentence(&bench.to_monitor("acknowledge", &[])), &["monitor 1 holds no flag"]);
+    let record = bench.text("record.csv");
+    let identified_record = ["--identified", "--rotor", &identified, "--record", &record];
+    let external = ["--external", "--key", &key];
+    bench.play("slcan", &[&identified_record[..], &external[..]].concat());
+    let flagged = |seen: &Value| {
+        assert_eq!(seen["state"], "flagged");
+        assert_eq!((&seen["latched"]["cause"], &seen["latched"]["suspect"]), (&"rise".into(), &2.into()));
+        assert_says(seen["next"].as_str().unwrap(), &["rotor-edge acknowledge"]);
+    };
+    flagged(&bench.seen());
+    drop(running);
+    let running = node();
+    flagged(&bench.seen());
+    let (bus, wrong) = (bench.bus.spec("slcan"), bench.text("wrong.key"));
+    assert_says(&refusal(&["acknowledge", "--bus", bus, "--key", &wrong]), &["another key"]);
+    flagged(&bench.seen());
+    let told = json(&bench.to_monitor("acknowledge", &["--json"]));
+    assert_eq!(
+        (&told["cause"], &told["suspect"], &told["state"]),
+        (&"rise".into(), &2.into(), &"waiting".into())
+    );
+    assert_eq!(bench.seen()["latched"], Value::Null);
+    drop(running);
+    let _running = node();
+    assert_eq!(bench.seen()["latched"], Value::Null, "acknowledged for good");
 }

@@ -113,7 +113,7 @@ def test_model_and_counter_outlive_a_reset(board, desk):
     board.reset()
     board.wait_for_log(r"Start \{ counter: 41, deployed: true \}")
     after = next_heartbeat(board.wire.join())
-    assert after["ModelChecksum"] == deployed["ModelChecksum"] and after["Accepted"] == 0
+    assert after["Checksum"] == deployed["Checksum"] and after["Accepted"] == 0
     with pytest.raises(AssertionError, match="(?i)counter|replay"):
         board.deploy(desk.rotor, "--counter", 41)
     board.deploy(desk.rotor, "--counter", 42)

@@ -22,6 +22,10 @@ VCAN = "vcan0"
 NODE = 1
 SECONDS = 20
 """Patience with a machine that is busy."""
+TIME_CONSTANTS_S = {"average_s": 1, "persistence_s": 10, "level_s": 864_000, "learning_s": 60, "growth_s": 86_400}
+COMPRESSED = [part for name, s in TIME_CONSTANTS_S.items() for part in ["--set", f"{name}={s * 2.0**-36!r}"]]
+"""A record of days is sent in milliseconds: every time constant shrinks by a power of two, so that a reading is as far from the
+last as a day is, and no bit changes."""
 
 
 def pytest_collection_modifyitems(items):
@@ -188,7 +192,28 @@ class Monitor:
     key: bytes
     key_file: Path
     state: Path
+    program: subprocess.Popen = None
     counter: int = 0
+
+    def start(self, *options):
+        """In a process of its own, until it has listened."""
+        watcher = self.wire.join()
+        command = [PROGRAM, "node", "--bus", self.wire.spec, "--node", str(NODE), "--json"]
+        command += ["--key", self.key_file, "--state", self.state, *options]
+        self.program = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        monitor.wait_for(watcher, "State", NODE, 60)
+        return self
+
+    def cut_power(self):
+        """Without a word."""
+        self.program.kill()
+        self.program.communicate(timeout=20)
+
+    def end(self):
+        """Its own last words must be those of a clean end."""
+        self.program.send_signal(signal.SIGINT)
+        _, complaint = self.program.communicate(timeout=20)
+        assert self.program.returncode == 0, complaint
 
     def next_counter(self):
         self.counter += 1
@@ -196,22 +221,18 @@ class Monitor:
 
 
 @pytest.fixture
-def node(wire, desk, tmp_path):
-    """A fresh monitor that holds the sample's model; its own last words must be those of a clean end."""
+def place(wire, tmp_path):
+    """A monitor that is not running yet, with its key and its state file."""
     key = secrets.token_bytes(32)
     key_file = tmp_path / "monitor.key"
     key_file.write_text(key.hex() + "\n")
-    state = tmp_path / "monitor.state"
-    command = [PROGRAM, "node", "--bus", wire.spec, "--rotor", desk.rotor, "--key", key_file, "--state", state]
-    watcher = wire.join()
-    with subprocess.Popen(
-        [*command, "--node", str(NODE), "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as program:
-        try:
-            answers = lambda heartbeat: heartbeat["State"] not in ["Listening", "Conflict"]
-            monitor.wait_for(watcher, "Heartbeat", NODE, 60, answers)
-            yield Monitor(wire, key, key_file, state)
-        finally:
-            program.send_signal(signal.SIGINT)
-            _, complaint = program.communicate(timeout=20)
-        assert program.returncode == 0, complaint
+    monitor_here = Monitor(wire, key, key_file, tmp_path / "monitor.state")
+    yield monitor_here
+    if monitor_here.program and monitor_here.program.poll() is None:
+        monitor_here.end()
+
+
+@pytest.fixture
+def node(place, desk):
+    """A fresh monitor that holds the sample's model and takes readings in quick succession for those of days."""
+    return place.start("--rotor", desk.rotor, *COMPRESSED)

@@ -27,9 +27,12 @@ def result_of(planes):
 
 RESULT = set(result_of(4))
 
-DEPLOY, RESTART = 1, 2
-OUTCOMES = ["accepted", "malformed", "no key", "forged", "replayed", "model", "storage"]
+WIRE_VERSION = 2
+DEPLOY, RESTART, ACKNOWLEDGE, SET_THRESHOLDS, GET_THRESHOLDS = range(1, 6)
+OUTCOMES = ["accepted", "malformed", "no key", "forged", "replayed", "model", "storage", "counter", "thresholds"]
 CODE_BYTES = 16
+THRESHOLDS = struct.Struct("<B13f2B")
+"""Version, then the fields in their order."""
 
 
 def message(name, node, **signals):
@@ -143,36 +146,43 @@ def collect(bus, node, last, seconds=20.0):
 
 
 def play(bus, node, rows):
-    """Sends each reading and waits for its answer; {row: result}. A reading with a lost probe is not answered."""
+    """Sends each reading and waits for its answer; {row: result}. A reading without any probe is not answered."""
     answers = {}
     for row, (speed_rpm, probes) in enumerate(rows):
         for frame in reading(node, row, speed_rpm, probes):
             bus.send(frame)
-        if None not in probes:
+        if any(probes):
             answers |= collect(bus, node, row)
     return answers
 
 
 def request(key, node, command, counter, body=b""):
     """The bytes of a command."""
-    signed = struct.pack("<BBBBQ", 1, command, node, 0, counter) + body
-    return signed + code(key, signed)
+    signed = struct.pack("<BBBBQ", WIRE_VERSION, command, node, 0, counter) + body
+    return signed + code(key, b"rotor-edge request" + signed)
 
 
 def code(key, data):
     return hmac.new(key, data, hashlib.sha256).digest()[:CODE_BYTES]
 
 
-def answer(key, node, command, outcome, counter, model_checksum, to):
+def answer(key, node, command, outcome, counter, model_checksum, to, detail=(0, 0, 0), body=b""):
     """The bytes of a monitor's answer to a request."""
-    head = struct.pack("<BBBBQII", 1, command, node, OUTCOMES.index(outcome), counter, model_checksum, 0)
-    return head + code(key, head + to[-CODE_BYTES:])
+    head = struct.pack("<BBBBQI", WIRE_VERSION, command, node, OUTCOMES.index(outcome), counter, model_checksum)
+    head += bytes([*detail, 0]) + body
+    return head + code(key, b"rotor-edge answer" + head + to[-CODE_BYTES:])
 
 
 def open_answer(key, data, to):
     """Outcome, last counter accepted and checksum of the model in use; the answer must be the monitor's own."""
-    head, given = data[:-CODE_BYTES], data[-CODE_BYTES:]
-    assert hmac.compare_digest(given, code(key, head + to[-CODE_BYTES:])), "not the monitor's own answer"
-    version, _, _, outcome, counter, model_checksum, _ = struct.unpack("<BBBBQII", head)
-    assert version == 1
-    return OUTCOMES[outcome], counter, model_checksum
+    return open_whole_answer(key, data, to)[:3]
+
+
+def open_whole_answer(key, data, to):
+    """The same, then what the outcome says in detail (error, asked, held), and the body."""
+    signed, given = data[:-CODE_BYTES], data[-CODE_BYTES:]
+    expected = code(key, b"rotor-edge answer" + signed + to[-CODE_BYTES:])
+    assert hmac.compare_digest(given, expected), "not the monitor's own answer"
+    version, _, _, outcome, counter, model_checksum = struct.unpack("<BBBBQI", signed[:16])
+    assert version == WIRE_VERSION
+    return OUTCOMES[outcome], counter, model_checksum, tuple(signed[16:19]), signed[20:]

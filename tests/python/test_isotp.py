@@ -127,9 +127,9 @@ def test_deploy_reaches_an_independent_receiver_as_it_asks_for_it(wire, other, d
     data = fake.request
     assert data == monitor.request(secret, NODE, monitor.DEPLOY, 77, data[12:-16])
     model = data[12:-16]
-    # schema, shapes, then what postcard and its CRC-32 cover
-    assert model[:5] == (1).to_bytes(4, "little") + bytes([6])
-    assert binascii.crc32(model[5:-4]) == int.from_bytes(model[-4:], "little")
+    # schema, shapes, probes, planes, then what postcard and its CRC-32 cover
+    assert model[:7] == (2).to_bytes(4, "little") + bytes([6, 4, 2])
+    assert binascii.crc32(model[7:-4]) == int.from_bytes(model[-4:], "little")
     consecutive = -(-(len(data) - 6) // 7)
     kinds = Counter()
     while kinds["Consecutive"] < consecutive:
@@ -171,11 +171,12 @@ def test_a_model_sent_by_an_independent_sender_is_used(better_model, better, nod
     link, bus = other(TO_NODE, TO_HOST), node.wire.join()
 
     def command(what, body=b"", key=node.key, counter=None, change=lambda data: data):
+        """Outcome, counter (0 to who has not the key) and checksum."""
         data = change(monitor.request(key, NODE, what, counter or node.next_counter(), body))
         link.send(data)
         return monitor.open_answer(node.key, link.receive(), data)
 
-    before = next_heartbeat(bus)["ModelChecksum"]
+    before = next_heartbeat(bus)["Checksum"]
     after = int.from_bytes(better_model[-4:], "little")
     assert before != after
     # none of these may change anything
@@ -183,6 +184,8 @@ def test_a_model_sent_by_an_independent_sender_is_used(better_model, better, nod
     for at in range(1, 28):
         flip = lambda data: data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
         assert command(monitor.RESTART, change=flip) == ("forged", 0, before), at
+    counter = node.counter
+    assert command(monitor.RESTART, counter=counter + (1 << 42) + 1)[0] == "counter"
     flip = lambda data: data[:600] + bytes([data[600] ^ 1]) + data[601:]
     assert command(monitor.DEPLOY, better_model, change=flip) == ("forged", 0, before)
     assert command(monitor.DEPLOY, better_model[:-1])[0] == "model"
@@ -199,21 +202,21 @@ def test_a_model_sent_by_an_independent_sender_is_used(better_model, better, nod
         same_to_the_bit(result, expected[row])
     counted = next_heartbeat(bus)
     commands = [counted[name] for name in ["Accepted", "Refused", "Forged", "Replayed", "Broken"]]
-    assert commands == [2, 1, 29, 1, 0] and counted["ModelChecksum"] == after
+    assert commands == [2, 1, 29, 2, 0] and counted["Checksum"] == after
     assert f"model {better_model.hex()}" in node.state.read_text().lower()
 
 
 def test_a_transfer_that_breaks_off_changes_nothing(better_model, node, desk):
     bus = node.wire.join()
-    before = next_heartbeat(bus)["ModelChecksum"]
+    before = next_heartbeat(bus)["Checksum"]
     data = monitor.request(node.key, NODE, monitor.DEPLOY, node.next_counter(), better_model)
     first = bytes([0x10 | len(data) >> 8, len(data) & 0xFF]) + data[:6]
     bus.send(raw(first))
     assert monitor.wait_for(bus, "ToHost", NODE)["Kind"] == "FlowControl"
     for index in range(3):
         bus.send(raw(bytes([0x21 + index]) + data[6 + 7 * index : 13 + 7 * index]))
-    heard = monitor.wait_for(bus, "Transfers", NODE, accept=lambda transfers: transfers["Broken"] == 1)
-    assert heard["ModelChecksum"] == before
+    heard = monitor.wait_for(bus, "Counters8", NODE, accept=lambda transfers: transfers["Broken"] == 1)
+    assert heard["Conflicts"] == 0 and next_heartbeat(bus)["Checksum"] == before
     (answered,) = monitor.play(bus, NODE, desk.record[:1]).values()
     same_to_the_bit(answered, desk.answers[0])
 

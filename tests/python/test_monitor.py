@@ -14,28 +14,30 @@ def f32_bits(number):
 
 def same_to_the_bit(result, answer):
     """A result that was put together here against the desktop's JSON."""
-    vectors = {
-        "UnbalancePlane1": answer["unbalance_g_mm"][0],
-        "UnbalancePlane2": answer["unbalance_g_mm"][1],
-        "StaticUnbalance": answer["static_g_mm"],
-        "DynamicUnbalance": answer["dynamic_g_mm"],
-    }
+    vectors = {f"UnbalancePlane{plane}": pair for plane, pair in enumerate(answer["unbalance_g_mm"], 1)}
+    vectors |= {"StaticUnbalance": answer["static_g_mm"], "DynamicUnbalance": answer["dynamic_g_mm"]}
+    assert sum(name.startswith("UnbalancePlane") for name in result) == len(answer["unbalance_g_mm"])
     for name, pair in vectors.items():
         got = [result[name]["Cos"], result[name]["Sin"]]
         assert list(map(f32_bits, got)) == list(map(f32_bits, pair)), (answer["row"], name)
     residual = result["Residual"]
     assert f32_bits(residual["Sum"]) == f32_bits(answer["e_um"]), answer["row"]
     assert f32_bits(residual["Ratio"]) == f32_bits(answer["ratio"]), answer["row"]
+    limits = result["Limits"]
+    assert f32_bits(limits["Floor"]) == f32_bits(answer["floor_um"]), answer["row"]
+    assert f32_bits(limits["Level"]) == f32_bits(answer["level_um"]), answer["row"]
     status = result["Status"]
-    flags = ["Suspicious", "Flagged", "AtBound1", "AtBound2"]
+    flags = ["Suspicious", "Flagged", "AtBound1", "AtBound2", "AtBound3", "AtBound4"]
     assert sum(status[flag] << bit for bit, flag in enumerate(flags)) == answer["flags"]
     assert (status["Suspect"], status["Streak"]) == (answer["suspect"] or 0, answer["streak"])
+    assert status["Used"] == sum(1 << probe - 1 for probe in answer["probes_used"])
 
 
 def test_the_record_gives_the_same_numbers_as_in_process_to_the_bit(node, desk):
     answers = monitor.play(node.wire.join(), NODE, desk.record)
     assert sorted(answers) == sorted(desk.answers)
-    assert len(answers) == sum(None not in probes for _, probes in desk.record)
+    assert len(answers) == sum(any(probes) for _, probes in desk.record)
+    assert any(None in probes for _, probes in desk.record), "the record has a lost probe"
     for row, result in answers.items():
         same_to_the_bit(result, desk.answers[row])
     # the record has what the comparison is for: a flag, a suspect, a plane on its bound
@@ -45,10 +47,10 @@ def test_the_record_gives_the_same_numbers_as_in_process_to_the_bit(node, desk):
 
 
 def next_heartbeat(bus):
-    """All five frames of the next heartbeat, as one."""
+    """All frames of the next heartbeat, as one."""
     bus.forget()
     signals = {}
-    for name in ["Heartbeat", "Counters", "Discards", "Commands", "Transfers"]:
+    for name in ["Heartbeat", "State", *monitor.COUNTERS, "Model"]:
         signals |= monitor.wait_for(bus, name, NODE)
     return signals
 
@@ -74,7 +76,7 @@ def test_what_cannot_be_believed_is_counted_and_not_answered(node, desk):
         incomplete,
         frames(4, keyphasor="Missing"),
         frames(5, keyphasor="Unsteady"),
-        frames(6, probes=[None, (1.0, 2.0), (3.0, 4.0), (5.0, 6.0)]),
+        frames(6, probes=[None] * 4),
         frames(7, speed_rpm=183.0),
         frames(8, speed_rpm=float("nan")),
         frames(10, keyphasor="NotStated"),
@@ -104,7 +106,7 @@ def test_version_is_told_to_who_asks(node, core, to):
     version = monitor.wait_for(bus, "Version", NODE)
     assert version["Protocol"] == core("protocol")["version"]
     assert 1 <= version["OldestProtocol"] <= version["Protocol"]
-    assert version["Shapes"] == 6
+    assert (version["Shapes"], version["ProbesHeld"], version["PlanesHeld"]) == (6, 8, 4)
 
 
 def test_other_nodes_and_foreign_frames_are_left_alone(node, desk):
@@ -116,7 +118,7 @@ def test_other_nodes_and_foreign_frames_are_left_alone(node, desk):
     for frame in monitor.reading(NODE, 0, speed_rpm, probes):
         frame.is_extended_id = True
         bus.send(frame)
-    for message_type in [0, 7, 14, 40, 61]:
+    for message_type in [0, 7, 30, 45, 61]:
         frame = monitor.message("VersionQuery", NODE)
         frame.arbitration_id = message_type * 32 + NODE
         bus.send(frame)

@@ -161,9 +161,13 @@ mod tests {
         let log = logged(mixed.flat_map(|(a, b)| [("can0", a), ("can0", b)]));
         let all = Decoded::of(log.into_iter(), "x.log").unwrap();
         assert_eq!((all.frames, all.ours, all.start_us), (12, 12, 1_000));
-        let found: Vec<_> = all.nodes.values().map(|node| node.readings.clone()).collect();
-        let timed = |time_us, what| vec![Timed { time_us, what }];
-        assert_eq!(found, [timed(11_000, reading(1)), timed(12_000, reading(2))]);
+        let of_node = |node: &NodeRecord| {
+            let [Timed { time_us, what }] = &node.readings[..] else { panic!("one reading each") };
+            (*time_us, what.probes().to_vec())
+        };
+        let found: Vec<_> = all.nodes.values().map(of_node).collect();
+        let expected = [(11_000, 1), (12_000, 2)].map(|(time_us, n)| (time_us, reading(n).probes().to_vec()));
+        assert_eq!(found, expected);
     }
 
     #[test]

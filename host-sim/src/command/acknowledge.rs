@@ -29,10 +29,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut bus = arguments.monitor.open()?;
     let before = await_status(&mut *bus, node)?;
     if before.cause == Reason::None {
-        bail!("monitor {node} holds no flag; it is {}: {}", name(before.state), why(before.reason, before.missing_mask).what);
+        bail!(
+            "monitor {node} holds no flag; it is {}: {}",
+            name(before.state),
+            why(before.reason, before.missing_mask).what
+        );
     }
     authority.command(&mut *bus, Command::Acknowledge, &[], |_| ())?;
-    let now = await_status(&mut *bus, node).context("the flag was acknowledged, but the monitor fell silent")?;
+    let now =
+        await_status(&mut *bus, node).context("the flag was acknowledged, but the monitor fell silent")?;
     if arguments.json {
         return output::json(&json!({
             "node": node,
@@ -43,8 +48,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }));
     }
     let Status { cause, suspect, .. } = before;
-    let suspect = suspect.map_or(String::new(), |bearing| format!(", suspect bearing {}", bearing_number(bearing)));
-    println!("Monitor {node} lowered its flag ({}{suspect}); it is {} now.", why(cause, 0).what, name(now.state));
+    let suspect =
+        suspect.map_or(String::new(), |bearing| format!(", suspect bearing {}", bearing_number(bearing)));
+    println!(
+        "Monitor {node} lowered its flag ({}{suspect}); it is {} now.",
+        why(cause, 0).what,
+        name(now.state)
+    );
     println!("What still misfits will be flagged again.");
     Ok(())
 }

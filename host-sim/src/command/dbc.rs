@@ -12,8 +12,7 @@ use super::output;
 /// The protocol as monitor 0 speaks it.
 const OF_NODE_0: &str = include_str!("../../../core/rotor-edge.dbc");
 /// What its comment says of other monitors.
-const SHOWN: &str =
-    "this file shows the identifiers of monitor 0. For monitor n add n, or mask received identifiers with 0x7E0.";
+const SHOWN: &str = "this file shows the identifiers of monitor 0. For monitor n add n, or mask received identifiers with 0x7E0.";
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -105,7 +104,10 @@ mod tests {
             ("BA_ \"GenMsgCycleTime\" BO_ 1024 1000;", "BA_ \"GenMsgCycleTime\" BO_ 1029 1000;"),
             ("VAL_ 256 Keyphasor 0 \"NotStated\" ;", "VAL_ 261 Keyphasor 0 \"NotStated\" ;"),
             ("SIG_VALTYPE_ 256 Speed : 1;", "SIG_VALTYPE_ 261 Speed : 1;"),
-            (" SG_ Sequence : 0|16@1+ (1,0) [0|65535] \"\" Host", " SG_ Sequence : 0|16@1+ (1,0) [0|65535] \"\" Host"),
+            (
+                " SG_ Sequence : 0|16@1+ (1,0) [0|65535] \"\" Host",
+                " SG_ Sequence : 0|16@1+ (1,0) [0|65535] \"\" Host",
+            ),
         ] {
             assert_eq!(moved(line, 5), expected);
         }

@@ -93,11 +93,7 @@ fn probe_names(
     let Some(path) = rotor else { return Ok((1..=number).map(|probe| format!("probe{probe}")).collect()) };
     let rotor = rotor_file::read(path)?;
     if rotor.probe.len() != number {
-        bail!(
-            "{name}: readings of {number} probes, but rotor \"{}\" has {}",
-            rotor.name,
-            rotor.probe.len()
-        );
+        bail!("{name}: readings of {number} probes, but rotor \"{}\" has {}", rotor.name, rotor.probe.len());
     }
     Ok(rotor.probe.into_iter().map(|probe| probe.name).collect())
 }
@@ -225,8 +221,11 @@ fn print(summary: &Summary, written: Option<&Path>) -> Result<()> {
                 (false, true, _) => "  suspicious".into(),
                 (false, false, _) => String::new(),
             };
-            let planes: String =
-                r.planes.iter().map(|p| format!(" {:>12.2} {:>7.1}", p.unbalance_g_mm, p.angle_deg)).collect();
+            let planes: String = r
+                .planes
+                .iter()
+                .map(|p| format!(" {:>12.2} {:>7.1}", p.unbalance_g_mm, p.angle_deg))
+                .collect();
             println!(
                 "{:>12.3} {:>8}{planes} {:>12.3} {:>7.3}{flag}",
                 r.time_s, r.sequence, r.residual_um, r.ratio

@@ -56,7 +56,8 @@ impl Judging {
     /// The age limit, if the arguments state one.
     pub fn age_limit_s(&self) -> Option<f32> {
         let thresholds = self.thresholds().ok()?;
-        let stated = self.age_limit_s.is_some() || self.set.iter().any(|setting| setting.is_of("age_limit_s"));
+        let stated =
+            self.age_limit_s.is_some() || self.set.iter().any(|setting| setting.is_of("age_limit_s"));
         stated.then_some(thresholds.age_limit_s)
     }
 

@@ -11,19 +11,21 @@ use rotor_edge_desktop::rotor::Rotor;
 use rotor_edge_desktop::rotor_file;
 
 use super::identify::{self, Days};
+use super::judging::Judging;
 use super::output;
 use super::replay_better::{Better, trends};
 use super::replay_bus::Over;
 use super::replay_json::{Summary, answers};
-use super::judging::Judging;
 use crate::bus::BusConfig;
-use crate::edge::Deployment;
 use crate::bus::states::name;
+use crate::edge::Deployment;
 use crate::replay::check::{Equivalence, equivalence};
 use crate::replay::timing::age_limit_s;
 use crate::replay::{self, Flag, Replay, ReplayConfig, day, flags};
 use crate::sample;
 use crate::watch::words::{probe_numbers, span};
+
+const DAY_S: f64 = 86_400.0;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -161,8 +163,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let played =
         arguments.over.play(&deployment, &record, &config, |row| bar.set_position(row as u64 + 1))?;
     bar.finish_and_clear();
-    let agreement =
-        equivalence(&deployment, &config, &record, &played.answers)?;
+    let agreement = equivalence(&deployment, &config, &record, &played.answers)?;
     let raised = flags(&record, &played.answers);
     let better = arguments.better.as_deref().map(|path| {
         let since_d = arguments.since.or_else(|| raised.first().map(|f| f.since_d));
@@ -198,7 +199,14 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn print(&self, bus: &str, config: &ReplayConfig, played: &Replay, agreement: &Equivalence, raised: &[Flag]) {
+    fn print(
+        &self,
+        bus: &str,
+        config: &ReplayConfig,
+        played: &Replay,
+        agreement: &Equivalence,
+        raised: &[Flag],
+    ) {
         let rows = self.record.len();
         println!(
             "{}: {rows} readings, days {:.0} to {:.0}",
@@ -218,9 +226,13 @@ impl Job<'_> {
             "  readings evaluated {} ({} without all probes), skipped {}, lost {}, rejected {}, repeated {}, late {}",
             c.readings, c.partial, c.skipped, c.lost, c.rejected, c.repeated, c.late
         );
+        let age_limit_s = f64::from(age_limit_s(config, self.record));
+        let age_limit = match age_limit_s / DAY_S {
+            days if days >= 1.0 => format!("{days:.1} d"),
+            _ => span((age_limit_s * 1e6) as u64),
+        };
         println!(
-            "  its clock is the record's; a verdict counts for {} (--age-limit-s)",
-            span((f64::from(age_limit_s(config, self.record)) * 1e6) as u64)
+            "  its clock is the record's; a verdict counts for {age_limit} (--age-limit-s {age_limit_s})"
         );
         for day in &config.power_cuts_d {
             println!("  power lost before day {day}, back from what it had stored");
@@ -265,7 +277,12 @@ impl Job<'_> {
                 numbers if numbers.is_empty() => String::new(),
                 numbers => format!(", without {}", self.probe_names(&numbers)),
             };
-            println!("  from day {:<10} {}: {}{missing}", change.time_d, name(status.state), name(status.reason));
+            println!(
+                "  from day {:<10} {}: {}{missing}",
+                change.time_d,
+                name(status.state),
+                name(status.reason)
+            );
         }
         if played.states.len() > MOST {
             println!("  and {} changes more (--json has all)", played.states.len() - MOST);

@@ -144,11 +144,15 @@ impl<'a> Summary<'a> {
                     readings: f.readings,
                 })
                 .collect(),
-            states: played.states.iter().map(|change| StateSummary {
-                time_d: change.time_d,
-                state: name(change.status.state),
-                reason: name(change.status.reason),
-            }).collect(),
+            states: played
+                .states
+                .iter()
+                .map(|change| StateSummary {
+                    time_d: change.time_d,
+                    state: name(change.status.state),
+                    reason: name(change.status.reason),
+                })
+                .collect(),
             frames: Frames { sent: t.sent, received: t.received, lost: t.lost },
             counters: CounterSummary {
                 skipped: c.skipped,

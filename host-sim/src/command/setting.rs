@@ -48,16 +48,14 @@ impl Setting {
     /// If there is no such threshold, or the value is of another kind; whether it is within its bounds is not asked.
     pub fn apply(&self, thresholds: &mut Thresholds) -> Result<()> {
         let mut fields = serde_json::to_value(*thresholds)?;
-        let known: Vec<String> =
-            fields.as_object().map_or(vec![], |fields| fields.keys().cloned().collect());
+        let known: Vec<String> = fields.as_object().map_or(vec![], |fields| fields.keys().cloned().collect());
         let Some(place) = fields.get_mut(&self.name) else {
             bail!("there is no threshold {}; there are {}", self.name, known.join(", "));
         };
         let before = place.clone();
         *place = self.value.clone();
-        *thresholds = serde_json::from_value(fields).with_context(|| {
-            format!("{}={}: expected a value such as {before}", self.name, self.value)
-        })?;
+        *thresholds = serde_json::from_value(fields)
+            .with_context(|| format!("{}={}: expected a value such as {before}", self.name, self.value))?;
         Ok(())
     }
 }
@@ -77,7 +75,10 @@ mod tests {
         let default = Thresholds::DEFAULT;
         assert_eq!(set("rise=0.25").unwrap(), Thresholds { rise: 0.25, ..default });
         assert_eq!(set("persistence_readings=5").unwrap(), Thresholds { persistence_readings: 5, ..default });
-        assert_eq!(set("gap_range_v=-16,-4.5").unwrap(), Thresholds { gap_range_v: [-16.0, -4.5], ..default });
+        assert_eq!(
+            set("gap_range_v=-16,-4.5").unwrap(),
+            Thresholds { gap_range_v: [-16.0, -4.5], ..default }
+        );
         assert_eq!(set("growth_s=3600").unwrap(), Thresholds { growth_s: 3600.0, ..default });
     }
 

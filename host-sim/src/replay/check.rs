@@ -165,7 +165,8 @@ impl<'a> Case<'a> {
         let mut response = deployment.desktop.response_under(speed_rad_s, &unbalance_kg_m)?;
         response.per_unbalance = response.per_unbalance.select_rows(&probes);
         response.fixed = response.fixed.select_rows(&probes);
-        let repeated = reflection.copied().filter(|r| r.estimate.unbalance_g_mm == answer.result.unbalance_g_mm);
+        let repeated =
+            reflection.copied().filter(|r| r.estimate.unbalance_g_mm == answer.result.unbalance_g_mm);
         Ok(Self {
             deployment,
             answer,

@@ -88,8 +88,7 @@ pub fn run_with_foreign_monitor(
     let set = |host: &mut dyn CanBus, authority: &mut Authority, thresholds: &Thresholds| {
         authority.command(host, Command::SetThresholds, &thresholds.encode(), |_| ())
     };
-    let for_record =
-        Thresholds { age_limit_s: usual.age_limit_s, ..compressed(&config.node.thresholds) };
+    let for_record = Thresholds { age_limit_s: usual.age_limit_s, ..compressed(&config.node.thresholds) };
     set(host, authority, &for_record).context(
         "the record cannot be compared: the monitor lives in real time and does not take thresholds for readings in quick succession",
     )?;
@@ -111,7 +110,9 @@ pub fn run_with_foreign_monitor(
     // whatever became of the record, the monitor must not go on with thresholds that are not its own
     let restored = set(host, authority, &usual);
     let replay = played?;
-    restored.context("the monitor still judges by thresholds for a replay: set its own with `rotor-edge thresholds`")?;
+    restored.context(
+        "the monitor still judges by thresholds for a replay: set its own with `rotor-edge thresholds`",
+    )?;
     Ok(replay)
 }
 

@@ -19,8 +19,8 @@ use rotor_edge_desktop::measurement::Reading;
 use crate::bus::states::States;
 use crate::bus::{BusConfig, Traffic};
 use crate::edge::Deployment;
-pub use timing::day;
 use timing::Timing;
+pub use timing::day;
 
 /// Settings of a replay.
 #[derive(Debug, Clone)]
@@ -131,8 +131,10 @@ pub fn run_overheard(
 
 /// States as days of the record.
 fn changes(states: &States, timing: &Timing) -> Vec<Change> {
-    let change =
-        |timed: &crate::bus::decoded::Timed<Status>| Change { time_d: timing.day(timed.time_us), status: timed.what };
+    let change = |timed: &crate::bus::decoded::Timed<Status>| Change {
+        time_d: timing.day(timed.time_us),
+        status: timed.what,
+    };
     states.changes().iter().map(change).collect()
 }
 

@@ -43,7 +43,8 @@ impl Timing {
             timing.sent_us.push(timing.at(day(record, row)).max(after));
         }
         if let Some(first) = record.first() {
-            let frames = reading_frames(config.node.node, &NumberedReading::new(0, deployment.reading(first)));
+            let frames =
+                reading_frames(config.node.node, &NumberedReading::new(0, deployment.reading(first)));
             let bits: u64 = frames.iter().map(|frame| u64::from(frame_bits(frame))).sum();
             timing.travel_us = bits * 1_000_000 / u64::from(config.bus.bit_rate);
         }
@@ -110,7 +111,7 @@ mod tests {
         let config = ReplayConfig::default();
         let daily = record(&[0.0, 1.0, 2.0, 30.0, 31.0]);
         assert_eq!(age_limit_s(&config, &daily), 2.5 * 86_400.0);
-        assert_eq!(age_limit_s(&ReplayConfig { age_limit_s: Some(60.0), ..config }, &daily), 60.0);
+        assert_eq!(age_limit_s(&ReplayConfig { age_limit_s: Some(60.0), ..config.clone() }, &daily), 60.0);
         assert_eq!(age_limit_s(&config, &record(&[5.0])), 2.5 * 86_400.0);
         assert_eq!(age_limit_s(&config, &record(&[0.0, 0.0, 0.0])), 0.1);
         let no_days: Vec<Reading> = daily.iter().map(|r| Reading { time_d: None, ..r.clone() }).collect();

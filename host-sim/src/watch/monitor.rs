@@ -160,7 +160,8 @@ impl Monitor {
 
     fn hear_model(&mut self, time_us: u64, model: ModelInUse) {
         let to = model.checksum;
-        if let Some(from) = self.model.replace(model).map(|before| before.checksum).filter(|from| *from != to) {
+        if let Some(from) = self.model.replace(model).map(|before| before.checksum).filter(|from| *from != to)
+        {
             keep(&mut self.replacements, REPLACEMENTS, Timed { time_us, what: Replacement { from, to } });
         }
     }
@@ -230,7 +231,8 @@ impl Monitor {
         let told_us = what.age_s.is_finite().then(|| (f64::from(what.age_s.max(0.0)) * 1e6) as u64)?;
         let told = told_us.saturating_add(now_us.saturating_sub(time_us));
         // a result is younger evidence, if it was judged
-        let is_judged = |what: &MonitorResult| !matches!(what.reason, Reason::NoRedundancy | Reason::BelowNoise);
+        let is_judged =
+            |what: &MonitorResult| !matches!(what.reason, Reason::NoRedundancy | Reason::BelowNoise);
         let last = self.last.filter(|last| is_judged(&last.what));
         let since_result = last.map(|last| now_us.saturating_sub(last.time_us));
         Some(since_result.map_or(told, |since| since.min(told)))

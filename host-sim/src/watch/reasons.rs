@@ -20,12 +20,16 @@ pub fn why(reason: Reason, mask: u8) -> Why {
     const PROBE: &str = "check the probe, its cable and its proximitor";
     let (what, next) = match reason {
         Reason::None => ("nothing is the matter", ""),
-        Reason::NoReading => ("no reading arrives", "send readings; check who sends them, and to which number"),
+        Reason::NoReading => {
+            ("no reading arrives", "send readings; check who sends them, and to which number")
+        }
         Reason::Age => (
             "the last judged reading is too old",
             "see why readings stopped: the machine, who sends them, the bus",
         ),
-        Reason::Probes => return Why { what: of_probes(mask, "gives no value", "give no value"), next: PROBE },
+        Reason::Probes => {
+            return Why { what: of_probes(mask, "gives no value", "give no value"), next: PROBE };
+        }
         Reason::Keyphasor => (
             "the keyphasor is missing or unsteady, and without it speed and phase mean nothing",
             "check the keyphasor's probe, its gap and the mark on the shaft; wait until the speed is constant",
@@ -39,9 +43,10 @@ pub fn why(reason: Reason, mask: u8) -> Why {
             "deploy a better model: `rotor-edge improve`, `rotor-edge deploy`",
         ),
         Reason::Undetermined => ("the probes that are left do not tell the planes apart", PROBE),
-        Reason::NoRedundancy => {
-            ("the probes that are left give as many values as there are unknowns: any machine would fit", PROBE)
-        }
+        Reason::NoRedundancy => (
+            "the probes that are left give as many values as there are unknowns: any machine would fit",
+            PROBE,
+        ),
         Reason::BelowNoise => (
             "the vibration is below the noise",
             "nothing, if the machine turns slowly; else check probes and their supply",

@@ -121,7 +121,8 @@ impl Words {
 }
 
 fn flagged(node: u8, status: &Status, at_present: &Why, judged: &str) -> Words {
-    let suspect = status.suspect.map_or(String::new(), |b| format!(", suspect bearing {}", bearing_number(b)));
+    let suspect =
+        status.suspect.map_or(String::new(), |b| format!(", suspect bearing {}", bearing_number(b)));
     let cause = why(status.cause, 0);
     let present = match status.reason {
         Reason::None => String::new(),
