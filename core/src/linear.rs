@@ -21,17 +21,6 @@ impl<const N: usize> Symmetric<N> {
         Self { rows: [[C::default(); N]; N] }
     }
 
-    /// Adds `factor · φφᵀ`.
-    #[inline(never)]
-    pub fn add_outer(&mut self, shape: &[f32; N], factor: C) {
-        for (i, (row, &here)) in self.rows.iter_mut().zip(shape).enumerate() {
-            let force = factor * here;
-            for (cell, &there) in row.iter_mut().zip(shape).take(i + 1) {
-                *cell += force * there;
-            }
-        }
-    }
-
     /// Factors row by row: `w_j = a_ij − Σ w_k l_jk`, `l_ij = w_j/d_j`, `d_i = a_ii − Σ w_k l_ik` (k below j, and below i).
     ///
     /// There is no pivoting, and the error of a result is as many times larger than necessary as numbers grow on the way

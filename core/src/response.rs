@@ -27,13 +27,11 @@ mod read;
 #[cfg(test)]
 mod tests;
 
-use core::array;
-
 use nalgebra::Complex;
 
 use crate::model::{MAX_SUPPORTS, Model, Pair};
-use crate::scalar;
-use motion::Motion;
+use crate::reading::ProbeVector;
+pub(crate) use motion::Motion;
 
 pub(crate) type C = Complex<f32>;
 
@@ -59,12 +57,6 @@ pub struct Linear<const PLANES: usize> {
     pub per_unbalance: [C; PLANES],
     /// µm, from forcings (and runout, for a probe).
     pub fixed: C,
-}
-
-impl<const PLANES: usize> Default for Linear<PLANES> {
-    fn default() -> Self {
-        Self { per_unbalance: [C::default(); PLANES], fixed: C::default() }
-    }
 }
 
 impl<const PLANES: usize> Linear<PLANES> {
@@ -100,7 +92,7 @@ impl<const PLANES: usize> Linear<PLANES> {
 /// #     knots: Default::default(), forcings: Default::default(),
 /// #     probes: [Probe::plain(one, [1.0, 0.0], 0), Probe::plain(one, [0.0, 1.0], 0)].into_iter().collect(),
 /// #     initial_unbalance_g_mm: [[1000.0, 0.0]].into_iter().collect(),
-/// #     unbalance_floor_g_mm: 1.0, noise_um: 0.0, speed_range_rpm: [100.0, 2e5],
+/// #     unbalance_floor_g_mm: 1.0, noise: Default::default(), speed_range_rpm: [100.0, 2e5],
 /// # };
 /// let at_speed = response(&model, 20_000.0, &SupportAmplitudes::default()).map_err(|_| "no response")?;
 /// let along_x = at_speed.probes()[0].phasor(&[[1000.0, 0.0]]);
@@ -110,25 +102,35 @@ impl<const PLANES: usize> Linear<PLANES> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response<const PROBES: usize, const PLANES: usize> {
     probes: [Linear<PLANES>; PROBES],
-    /// Motion of the shaft along x and y at each support; left zero where the support does not harden.
-    supports: [[Linear<PLANES>; 2]; MAX_SUPPORTS],
     count: u8,
 }
 
 /// Solves the model at one speed.
 ///
 /// Errors: [`ResponseError::Singular`], [`ResponseError::NotFinite`].
-// Large, and called from several places: one copy in flash.
-#[inline(never)]
 pub fn response<const N: usize, const PROBES: usize, const PLANES: usize>(
     model: &Model<N, PROBES, PLANES>,
     speed_rad_s: f32,
     support_amplitudes_um: &SupportAmplitudes,
 ) -> Result<Response<PROBES, PLANES>, ResponseError> {
     let mut motion = Motion::forces(model, speed_rad_s);
-    motion.solve(model, speed_rad_s, support_amplitudes_um).ok_or(ResponseError::Singular)?;
-    let response = Response::read(model, &motion, speed_rad_s, support_amplitudes_um);
-    if response.is_finite() { Ok(response) } else { Err(ResponseError::NotFinite) }
+    motion.solve(model, speed_rad_s, support_amplitudes_um)?;
+    motion.read(model, speed_rad_s, support_amplitudes_um)
+}
+
+/// Amplitudes of the shaft at the hardening supports, µm zero-to-peak (zero at the others), for an unbalance
+/// `[U cos α, U sin α]` of each plane in g·mm, while the supports are as stiff as at `support_amplitudes_um`.
+///
+/// Errors: [`ResponseError::Singular`].
+pub fn support_amplitudes<const N: usize, const PROBES: usize, const PLANES: usize>(
+    model: &Model<N, PROBES, PLANES>,
+    speed_rad_s: f32,
+    support_amplitudes_um: &SupportAmplitudes,
+    unbalance_g_mm: &[Pair],
+) -> Result<SupportAmplitudes, ResponseError> {
+    let mut motion = Motion::forces(model, speed_rad_s);
+    motion.solve(model, speed_rad_s, support_amplitudes_um)?;
+    Ok(motion.support_amplitudes(model, unbalance_g_mm))
 }
 
 impl<const PROBES: usize, const PLANES: usize> Response<PROBES, PLANES> {
@@ -137,19 +139,8 @@ impl<const PROBES: usize, const PLANES: usize> Response<PROBES, PLANES> {
         self.probes.get(..usize::from(self.count)).unwrap_or_default()
     }
 
-    fn is_finite(&self) -> bool {
-        self.probes().iter().all(Linear::is_finite)
-    }
-
-    /// Amplitudes of the shaft at the hardening supports, µm zero-to-peak (zero at the others), for an unbalance
-    /// `[U cos α, U sin α]` of each plane in g·mm.
-    pub fn support_amplitudes(&self, unbalance_g_mm: &[Pair]) -> SupportAmplitudes {
-        SupportAmplitudes(array::from_fn(|support| {
-            let motion = self.supports.get(support).copied().unwrap_or_default();
-            motion.map(|linear| {
-                let y = linear.phasor(unbalance_g_mm);
-                scalar::length([y.re, y.im])
-            })
-        }))
+    /// What each probe of the model shows for an unbalance `[U cos α, U sin α]` of each plane in g·mm.
+    pub fn vectors(&self, unbalance_g_mm: &[Pair]) -> impl Iterator<Item = ProbeVector> {
+        self.probes().iter().map(|linear| ProbeVector::from_phasor(linear.phasor(unbalance_g_mm)))
     }
 }

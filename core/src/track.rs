@@ -19,7 +19,7 @@ use crate::model::{MAX_PLANES, Model, Pair};
 use crate::polish::{Polished, polish};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 use crate::residual::Residual;
-use crate::response::{Response, ResponseError, SupportAmplitudes, response};
+use crate::response::{Motion, Response, ResponseError, SupportAmplitudes};
 use crate::swarm::{DEFAULT_PARTICLES, SwarmConfig, search};
 use rounds::Rounds;
 
@@ -83,7 +83,7 @@ pub struct Estimate {
     /// Dynamic unbalance as found at plane 1 (its opposite is at plane 2), g·mm; zero for one plane, NaN for more than two.
     pub dynamic_g_mm: Pair,
     /// Standard deviation of either part of each plane's unbalance that the stated noise alone causes, by
-    /// `σ²(HᵀH)⁻¹`, g·mm; NaN if the model states no noise.
+    /// `σ²(HᵀH)⁻¹` with σ that of the noisiest probe, g·mm; NaN if the model states no noise.
     pub deviation_g_mm: [f32; MAX_PLANES],
     /// What the probes would show for this unbalance; [`ProbeVector::LOST`] beyond the model's probes.
     pub calculated: [ProbeVector; MAX_PROBES],
@@ -199,18 +199,25 @@ impl<const PLANES: usize> Tracker<PLANES> {
         let mut rounds = Rounds::new(self.amplitudes);
         let mut start = self.last_g_mm;
         loop {
-            let at_speed = response(model, speed, &rounds.amplitudes)?;
+            let mut motion = Motion::forces(model, speed);
+            motion.solve(model, speed, &rounds.amplitudes)?;
+            let at_speed = motion.read(model, speed, &rounds.amplitudes)?;
             let fit = Fit::of_reading(&at_speed, reading, &bounds);
             let mut found = polish(&fit, start);
             start = found.unbalance_g_mm;
             if model.is_nonlinear() && rounds.count < config.amplitude_rounds {
-                let aim = at_speed.support_amplitudes(&found.unbalance_g_mm);
+                let aim = motion.support_amplitudes(model, &found.unbalance_g_mm);
                 if rounds.advance(&aim, config.amplitude_tolerance) {
                     continue;
                 }
             }
-            let deviation = fit.deviations_g_mm(model.noise_um);
-            if deviation.iter().zip(&bounds).any(|(deviation, &bound)| bound > 0.0 && !(*deviation <= bound))
+            let used = reading.probes().iter().filter(|probe| probe.is_finite());
+            let noisiest_um = used.fold(0.0, |most, &probe| model.noise.deviation_um(probe).max(most));
+            let deviation = fit.deviations_g_mm(noisiest_um);
+            if deviation
+                .iter()
+                .zip(&bounds)
+                .any(|(deviation, &bound)| bound > 0.0 && (deviation.is_nan() || *deviation > bound))
             {
                 return Err(TrackError::Undetermined);
             }
@@ -257,13 +264,13 @@ impl Estimate {
         {
             *own = [x, y];
             static_g_mm = [static_g_mm[0] + x, static_g_mm[1] + y];
-            if model.noise_um > 0.0 {
+            if model.noise.is_stated() {
                 *stated = deviation;
             }
         }
         let mut calculated = [ProbeVector::LOST; MAX_PROBES];
-        for (vector, linear) in calculated.iter_mut().zip(at_speed.probes()) {
-            *vector = ProbeVector::from_phasor(linear.phasor(&found.unbalance_g_mm));
+        for (vector, shown) in calculated.iter_mut().zip(at_speed.vectors(&found.unbalance_g_mm)) {
+            *vector = shown;
         }
         let residual = Residual::new(&calculated, reading.probes()).map_err(|_| TrackError::Response)?;
         let [[a, b], [c, d], ..] = unbalance_g_mm;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rotor_edge_core::can::{COUNTER_PAIRS, Frame, Keyphasor, Message};
 use rotor_edge_core::command::{Answer, Command, Detail, Outcome, write_request};
 use rotor_edge_core::memory::Memory;
-use rotor_edge_core::model::{Forcing, ForcingLaw, Model, ModelError, Pedestal};
+use rotor_edge_core::model::{Forcing, ForcingLaw, Model, ModelError, Noise, Pedestal};
 use rotor_edge_core::reading::ProbeVector;
 use rotor_edge_core::state::{NodeState, Reason, Status};
 use rotor_edge_core::thresholds::Thresholds;
@@ -136,7 +136,7 @@ fn models() -> Vec<Named> {
         probes: plain.probes.iter().cloned().collect(),
         initial_unbalance_g_mm: plain.initial_unbalance_g_mm.iter().copied().collect(),
         unbalance_floor_g_mm: 100.0,
-        noise_um: 0.1,
+        noise: Noise { relative: 0.0, floor_um: 0.1 },
         speed_range_rpm: [600.0, 12_000.0],
     };
     rich.supports[0].hardening_per_um2 = 1e-4;

@@ -2,7 +2,7 @@
 
     python3 tests/wire/make_golden.py tests/wire
 
-A version that is out in the field is never written again: its files stay as they are, and a new version gets a new
+A version that the core still speaks is never written again: its files stay as they are, and a new version gets a new
 function and new files here.
 """
 
@@ -20,47 +20,39 @@ def frame(message_type, payload):
     return (message_type * 32 + NODE, payload)
 
 
-def closed(frames, end_type, sequence, count):
+def closed(frames, end_type, sequence):
     checksum = zlib.crc32(b"".join(payload for _, payload in frames))
-    return frames + [frame(end_type, struct.pack("<HBBI", sequence, count, 0, checksum))]
+    return frames + [frame(end_type, struct.pack("<HBBI", sequence, len(frames), 0, checksum))]
 
 
 def reading(keyphasor):
-    start = [frame(8, struct.pack("<HBBf", 513, 0b1111, keyphasor, 9000.5))]
-    vectors = [frame(9 + i, struct.pack("<ff", 1.5 + i, -2.25 * i)) for i in range(4)]
-    return closed(start + vectors, 13, 513, 4)
+    """Five probes, of which the second gave no value; gap voltages of the first two and the fifth."""
+    start = [frame(8, struct.pack("<HBBf", 513, 0b11101, keyphasor | 5 << 4, 9000.5))]
+    vectors = [frame(9 + i, struct.pack("<ff", 1.5 + i, -2.25 * i)) for i in range(5)]
+    gaps = [frame(17, struct.pack("<hhhh", -9000, -10500, -32768, -32768)), frame(18, struct.pack("<hhhh", 125, *[-32768] * 3))]
+    return closed(start + vectors + gaps, 19, 513)
 
 
 def result():
-    pairs = [(100.5, -200.25), (300.0, 0.125), (400.5, -200.125), (-50.0, 25.5), (12.5, 0.375)]
-    body = [frame(16, struct.pack("<HBBHH", 513, 0b0011, 2, 4, 0))]
-    body += [frame(17 + i, struct.pack("<ff", *pair)) for i, pair in enumerate(pairs)]
-    return closed(body, 22, 513, 6)
+    """Three planes; suspicious and flagged, plane 3 on its bound; bearing 2 suspected; redundancy 2, probes 1, 3, 4, 5."""
+    pairs = [(100.5, -200.25), (300.0, 0.125), (-7.5, 8.0)]
+    body = [frame(20, struct.pack("<HBBHBB", 513, 0b010011, 2 | 2 << 4, 4, 0b11101, 10))]
+    body += [frame(21 + i, struct.pack("<ff", *pair)) for i, pair in enumerate(pairs)]
+    others = [(400.5, -200.125), (-50.0, 25.5), (12.5, 0.375), (3.25, 6.5)]
+    body += [frame(25 + i, struct.pack("<ff", *pair)) for i, pair in enumerate(others)]
+    return closed(body, 29, 513)
 
 
-def heartbeat(version):
-    return [
-        frame(32, struct.pack("<BBHHH", version, 3, 1000, 2, 3)),
-        frame(33, struct.pack("<HHHH", 4, 5, 6, 7)),
-        frame(34, struct.pack("<HHHH", 8, 9, 10, 11)),
-    ]
-
-
-def protocol_1():
-    return reading(0) + result() + heartbeat(1)
-
-
-def protocol_2():
+def protocol_3():
+    counters = [frame(34 + i, struct.pack("<II", 70000 + 2 * i, 70001 + 2 * i)) for i in range(10)]
     return (
         reading(1)
         + result()
-        + heartbeat(2)
-        + [
-            frame(35, struct.pack("<HHHH", 12, 13, 14, 15)),
-            frame(36, struct.pack("<HHI", 16, 17, 0xDEADBEEF)),
-            frame(62, struct.pack("<BBBBI", 2, 1, 1, 6, 0)),
-            frame(63, b""),
-        ]
+        + [frame(32, struct.pack("<BBBBI", 3, 3, 3, 0b10, 100000))]
+        + [frame(33, struct.pack("<BBBBf", 3, 3, 0b10, 10 | 2 << 5, 0.5))]
+        + counters
+        + [frame(44, struct.pack("<IBBH", 0xDEADBEEF, 5, 3, 0))]
+        + [frame(62, struct.pack("<BBBBBBH", 3, 3, 2, 6, 8, 4, 0)), frame(63, b"")]
     )
 
 
@@ -68,38 +60,59 @@ def floats(*numbers):
     return struct.pack(f"<{len(numbers)}f", *numbers)
 
 
-def model_1():
-    """Schema 1, two shapes, every kind of term once; postcard: lists and variants with a varint, options with a byte."""
-    support = lambda place, k: floats(1, place, k, 0, 0, k, 300, 0, 0, 300, 0.5, 0.25, 600, 1e-5)
-    probe = lambda place, c, s: floats(1, place, c, s, 1, 0, 0.5, -0.5)
+def model_2():
+    """Schema 2, two shapes, three probes, two planes, every kind of term once; postcard: lists and variants with a varint,
+    options with a byte."""
+    def support(place, k, table, pedestal):
+        head = floats(1, place, k, 0, 0, k, 300, 0, 0, 300, 0.5, 0.25, 600)
+        return head + table + floats(1e-5) + pedestal
+
+    def knot(speed, k):
+        return floats(speed, k, 1, 2, k, 10, 0, 0, 20)
+
+    def probe(place, c, s, bearing, mount):
+        return floats(1, place, c, s, 1, 0, 0.5, -0.5) + bytes([bearing]) + mount
+
     body = floats(1e3, 0, 0, 2e3) + floats(60, 3, 3, 20) + floats(0, 0, 0, 4) + floats(1e-6)
     body += b"\x02" + floats(1, -0.5) + floats(1, 0.6)
-    body += b"\x02" + support(-1, 6e6) + b"\x00" + support(1, 5e6) + b"\x01" + floats(1e8, 1e4, 3)
+    body += b"\x02" + support(-1, 6e6, b"\x00", b"\x00")
+    body += support(1, 5e6, b"\x01\x00\x02", b"\x01" + floats(1e8, 2e8, 1e4, 2e4, 3, 4))
+    body += b"\x02" + knot(100, 1e5) + knot(1000, 2e5)
     body += b"\x02" + floats(1, 0.1, 7, -8) + b"\x00" + floats(1, 0.2, 9, 10) + b"\x01"
-    body += probe(-0.9, 1, 0) + probe(-0.9, 0, 1) + probe(0.9, 1, 0) + probe(0.9, 0, 1)
-    body += floats(30, 40, -10, 20) + floats(5) + floats(600, 12000)
-    return struct.pack("<IB", 1, 2) + body + struct.pack("<I", zlib.crc32(body))
+    body += b"\x03" + probe(-0.9, 1, 0, 0, b"\x00") + probe(-0.9, 0, 1, 0, b"\x00") + probe(0.9, 1, 0, 1, b"\x01\x01")
+    body += b"\x02" + floats(30, 40, -10, 20) + floats(5) + floats(0.0625, 0.25) + floats(600, 12000)
+    return struct.pack("<IBBB", 2, 2, 3, 2) + body + struct.pack("<I", zlib.crc32(body))
 
 
-def code(data):
-    return hmac.new(KEY, data, "sha256").digest()[:16]
+def thresholds_1():
+    numbers = floats(0.25, 0.5, 0.125, 1.5, 2, 20, 86400, 90, 1.25, 43200, 30, -17, -3)
+    return struct.pack("<B", 1) + numbers + struct.pack("<BB", 4, 12)
 
 
-def request_1():
-    signed = struct.pack("<BBBBQ", 1, 1, NODE, 0, 0x0102030405060708) + model_1()
-    return signed + code(signed)
+def code(domain, data):
+    return hmac.new(KEY, domain + data, "sha256").digest()[:16]
 
 
-def answer_1():
-    head = struct.pack("<BBBBQIBxxx", 1, 1, NODE, 5, 41, 0xDEADBEEF, 13)
-    return head + code(head + request_1()[-16:])
+def request_2():
+    signed = struct.pack("<BBBBQ", 2, 4, NODE, 0, 0x0000030405060708) + thresholds_1()
+    return signed + code(b"rotor-edge request", signed)
+
+
+def refusal_2():
+    """A model of eight probes for a firmware of four."""
+    head = struct.pack("<BBBBQIBBBx", 2, 1, NODE, 5, 41, 0xDEADBEEF, 14, 8, 4)
+    return head + code(b"rotor-edge answer", head + request_2()[-16:])
+
+
+def answer_2():
+    signed = struct.pack("<BBBBQIBBBx", 2, 5, NODE, 0, 41, 0xDEADBEEF, 0, 0, 0) + thresholds_1()
+    return signed + code(b"rotor-edge answer", signed + request_2()[-16:])
 
 
 def main(folder):
-    for name, frames in [("protocol-1", protocol_1()), ("protocol-2", protocol_2())]:
-        text = "".join(f"{number:03X}#{payload.hex().upper()}\n" for number, payload in frames)
-        (folder / f"{name}.txt").write_text(text)
-    for name, data in [("model-1", model_1()), ("request-1", request_1()), ("answer-1", answer_1())]:
+    text = "".join(f"{number:03X}#{payload.hex().upper()}\n" for number, payload in protocol_3())
+    (folder / "protocol-3.txt").write_text(text)
+    for name, data in [("model-2", model_2()), ("request-2", request_2()), ("refusal-2", refusal_2()), ("answer-2", answer_2())]:
         lines = [data[i : i + 32].hex() for i in range(0, len(data), 32)]
         (folder / f"{name}.hex").write_text("\n".join(lines) + "\n")
 

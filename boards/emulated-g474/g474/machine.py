@@ -30,7 +30,6 @@ class Machine:
         self.board, self.vectors_um, self.gaps_v = board, list(vectors_um), list(gaps_v)
         self.second_um, self.edge_s, self.noise_um = second_um, edge_s, noise_um
         self.has_keyphasor = True
-        self._compared = None
         self.set_speed(speed_rpm)
         for probe, pin in enumerate(PROBE_PINS):
             board.chip.connect(pin, lambda time_s, p=probe: at_pin(self.proximitor_v(p, time_s)))
@@ -71,12 +70,14 @@ class Machine:
 
     def compare(self):
         """A comparator at PB10: its output rises at each mark."""
-        self._level(False)
+        self._turns = math.floor((self.board.now_s - self._start_s) / self._turn_s) + 1
+        self._at(self._turns * self._turn_s, True)
 
-    def _level(self, is_high):
-        self.board.chip.gpio[COMPARATOR_PIN[0]].drive(COMPARATOR_PIN[1], is_high and self.has_keyphasor)
-        turns = math.floor((self.board.now_s - self._start_s) / self._turn_s + 1e-9)
-        next_s = self._start_s + (turns + 1) * self._turn_s
-        if is_high:
-            next_s -= NOTCH_S
-        self.board.timeline.at(round(next_s * SECOND_NS), lambda: self._level(not is_high))
+    def _at(self, since_start_s, level):
+        self.board.timeline.at(round((self._start_s + since_start_s) * SECOND_NS), lambda: self._compared(level))
+
+    def _compared(self, level):
+        letter, pin = COMPARATOR_PIN
+        self.board.chip.gpio[letter].drive(pin, level and self.has_keyphasor)
+        self._turns += level
+        self._at(self._turns * self._turn_s - (NOTCH_S if level else 0), not level)

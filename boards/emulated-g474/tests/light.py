@@ -1,8 +1,6 @@
 """What LD2 shows, in the words of the board's README, from when it went on and off."""
 
 PERIOD_S = 2.0
-SHORT_S = 0.2
-"""A flash lasts 0.1 s, a gap 0.2 s; the pause behind several is longer."""
 NUMBERS = ["no", "one", "two", "three", "four"]
 
 
@@ -17,25 +15,25 @@ def segments(board, start_s, end_s):
     return found + [(level, end_s - since_s)]
 
 
-def shown(board, periods=3):
+def shown(board, periods=2):
     """Lets the board run for some periods, and says what was to be seen."""
     start_s = board.now_s
     board.run(periods * PERIOD_S)
-    found = segments(board, start_s, board.now_s)
+    found = segments(board, start_s, start_s + periods * PERIOD_S)
     if len(found) == 1:
         return "on" if found[0][0] else "dark"
-    whole = found[1:-1]
-    lit = [seconds for level, seconds in whole if level]
-    dark = [seconds for level, seconds in whole if not level]
+    beginnings = sum(level for level, _ in found[1:])
+    per_period = round(beginnings / periods)
+    lit = [seconds for level, seconds in found[1:-1] if level]
+    dark = [seconds for level, seconds in found[1:-1] if not level]
     if near(lit, 0.5) and near(dark, 0.5):
         return "half a second on and off"
     if near(lit, 0.1) and near(dark, 0.1):
         return "flickers"
-    per_period = PERIOD_S / sum(lit + dark)
     if near(lit, 0.1):
-        return counted(len(lit) * per_period, "short flash", "es")
+        return counted(per_period, "short flash", "es")
     if near(dark, 0.2):
-        return "on with " + counted(len(dark) * per_period, "gap", "s")
+        return "on with " + counted(per_period, "gap", "s")
     return f"{found}"
 
 
@@ -45,4 +43,4 @@ def near(seconds, wanted_s):
 
 
 def counted(number, word, plural):
-    return f"{NUMBERS[round(number)]} {word}{plural if round(number) > 1 else ''}"
+    return f"{NUMBERS[number]} {word}{plural if number > 1 else ''}"

@@ -1,7 +1,7 @@
 //! A machine to try things on: a stiff shaft on two supports, four probes, two planes.
 
 use nalgebra::{Matrix2, Vector2};
-use rotor_edge_core::model::{Model, Pair, Probe, Support};
+use rotor_edge_core::model::{Model, Noise, Pair, Probe, Support};
 use rotor_edge_core::reading::{ProbeVector, Reading, rad_s};
 use rotor_edge_core::response::{SupportAmplitudes, response};
 
@@ -31,7 +31,7 @@ pub fn model() -> MachineModel {
         .collect(),
         initial_unbalance_g_mm: [[3000.0, 4000.0], [-1000.0, 2000.0]].into_iter().collect(),
         unbalance_floor_g_mm: 100.0,
-        noise_um: 0.05,
+        noise: Noise { relative: 0.0, floor_um: 0.05 },
         speed_range_rpm: [600.0, 12_000.0],
     }
 }

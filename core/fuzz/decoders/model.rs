@@ -1,7 +1,7 @@
 //! Deployed models.
 
 use nalgebra::{Matrix2, Vector2};
-use rotor_edge_core::model::{Knot, Model, Probe, Support, Table};
+use rotor_edge_core::model::{Knot, Model, Noise, Probe, Support, Table};
 use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_core::track::{TrackConfig, Tracker};
 
@@ -39,7 +39,7 @@ pub fn machine() -> SmallModel {
             .collect(),
         initial_unbalance_g_mm: [[3000.0, 4000.0], [-1000.0, 2000.0]].into_iter().collect(),
         unbalance_floor_g_mm: 100.0,
-        noise_um: 0.1,
+        noise: Noise { relative: 0.0, floor_um: 0.1 },
         speed_range_rpm: [600.0, 12_000.0],
     }
 }

@@ -30,7 +30,10 @@ impl Evidence {
         averaged: &Averaged,
     ) -> Self {
         let used = averaged.reading.probes().iter().filter(|probe| probe.is_finite());
-        let square_um2 = used.fold(0.0, |sum, _| sum + 2.0 * model.noise_um * model.noise_um);
+        let square_um2 = used.fold(0.0, |sum, &probe| {
+            let deviation_um = model.noise.deviation_um(probe);
+            sum + 2.0 * deviation_um * deviation_um
+        });
         let mut bearings = [0; MAX_PROBES];
         for (bearing, probe) in bearings.iter_mut().zip(&model.probes) {
             *bearing = probe.bearing;

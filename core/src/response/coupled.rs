@@ -1,8 +1,7 @@
 //! Forward and backward whirl brought together at supports that are not alike in all directions.
 
+use core::array;
 use core::mem;
-
-use heapless::Vec;
 
 use super::C;
 use super::motion::{Equations, Motion, Whirl};
@@ -15,7 +14,7 @@ const STRONGEST: f32 = 16.0;
 /// A pivot of the small system below this is a digit and a half lost.
 const SMALLEST_PIVOT: f32 = 1.0 / 32.0;
 /// Supports that are corrected for, at most; a model with more is eliminated as a whole.
-const MAX_COUPLED: usize = 4;
+const MAX_COUPLED: usize = 3;
 
 /// What ties forward to backward whirl at a support: `Fp += φφᵀ·pm·m`, `Fm += φφᵀ·mp·p`.
 #[derive(Clone, Copy)]
@@ -23,6 +22,12 @@ pub(super) struct Coupling<const N: usize> {
     pub shape: [f32; N],
     pub pm: C,
     pub mp: C,
+}
+
+impl<const N: usize> Coupling<N> {
+    fn none() -> Self {
+        Self { shape: [0.0; N], pm: C::default(), mp: C::default() }
+    }
 }
 
 /// φ·x.
@@ -42,11 +47,13 @@ struct Tie<const N: usize> {
     minus: [C; N],
 }
 
+/// As many rows and columns count as there are ties.
 type Square = [[C; MAX_COUPLED]; MAX_COUPLED];
 
 /// What brings the two kinds of whirl together.
 pub(super) struct Correction<const N: usize> {
-    ties: Vec<Tie<N>, MAX_COUPLED>,
+    ties: [Tie<N>; MAX_COUPLED],
+    count: usize,
     /// `(I − SᵀP·pm·SᵀQ·mp)⁻¹`
     inverse: Square,
     /// `SᵀQ·mp`
@@ -54,29 +61,43 @@ pub(super) struct Correction<const N: usize> {
 }
 
 impl<const N: usize> Correction<N> {
-    /// From factored matrices; `None` where rounding would be amplified, or for more than [`MAX_COUPLED`] couplings.
-    #[inline]
-    pub fn new(equations: &Equations<N>) -> Option<Self> {
-        let mut correction = Self { ties: Vec::new(), inverse: Square::default(), back: Square::default() };
-        for &coupling in &equations.couplings {
-            let side = coupling.shape.map(|x| C::new(x, 0.0));
-            correction.ties.push(Tie { coupling, plus: side, minus: side }).ok()?;
-            if let Some(tie) = correction.ties.last_mut() {
-                equations.forward.solve(&mut tie.plus);
-                equations.backward.solve(&mut tie.minus);
-            }
+    /// Of the couplings that there are.
+    #[inline(always)]
+    pub fn new(equations: &Equations<N>) -> Self {
+        Self {
+            ties: array::from_fn(|place| match equations.couplings.get(place) {
+                Some(&coupling) => {
+                    let side = coupling.shape.map(|x| C::new(x, 0.0));
+                    Tie { coupling, plus: side, minus: side }
+                }
+                None => Tie { coupling: Coupling::none(), plus: [C::default(); N], minus: [C::default(); N] },
+            }),
+            count: equations.couplings.len(),
+            inverse: Square::default(),
+            back: Square::default(),
         }
-        correction.couple()?;
-        Some(correction)
     }
 
+    fn ties(&self) -> impl Iterator<Item = &Tie<N>> {
+        self.ties.iter().take(self.count)
+    }
+
+    /// From factored matrices; `None` where rounding would be amplified, or for more than [`MAX_COUPLED`] couplings.
     #[inline]
-    fn couple(&mut self) -> Option<()> {
-        let Self { ties, inverse, back } = self;
+    pub fn couple(&mut self, equations: &Equations<N>) -> Option<()> {
+        if self.count > MAX_COUPLED {
+            return None;
+        }
+        for tie in self.ties.iter_mut().take(self.count) {
+            equations.forward.solve(&mut tie.plus);
+            equations.backward.solve(&mut tie.minus);
+        }
+        let Self { ties, count, inverse, back } = self;
+        let ties = ties.get(..*count)?;
         let mut forth = Square::default();
         let mut strongest = 0.0_f32;
-        for ((forth, back), row) in forth.iter_mut().zip(back.iter_mut()).zip(ties.iter()) {
-            for ((forth, back), column) in forth.iter_mut().zip(back).zip(ties.iter()) {
+        for ((forth, back), row) in forth.iter_mut().zip(back.iter_mut()).zip(ties) {
+            for ((forth, back), column) in forth.iter_mut().zip(back).zip(ties) {
                 *forth = at(&row.coupling.shape, &column.plus) * column.coupling.pm;
                 *back = at(&row.coupling.shape, &column.minus) * column.coupling.mp;
                 strongest = strongest.max(scalar::size(*forth)).max(scalar::size(*back));
@@ -99,21 +120,20 @@ impl<const N: usize> Correction<N> {
     /// Turns a forward force, `plus`, into the whirl of both kinds.
     #[inline(never)]
     pub fn solve(&self, equations: &Equations<N>, whirl: &mut Whirl<N>) {
-        let Self { ties, inverse, back } = self;
         equations.forward.solve(&mut whirl.plus);
         let mut forward = [C::default(); MAX_COUPLED];
-        for (value, tie) in forward.iter_mut().zip(ties) {
+        for (value, tie) in forward.iter_mut().zip(self.ties()) {
             *value = at(&tie.coupling.shape, &whirl.plus);
         }
         let mut coupled = [C::default(); MAX_COUPLED];
-        for (value, row) in coupled.iter_mut().zip(inverse).take(ties.len()) {
-            for (cell, forward) in row.iter().zip(&forward).take(ties.len()) {
+        for (value, row) in coupled.iter_mut().zip(&self.inverse).take(self.count) {
+            for (cell, forward) in row.iter().zip(&forward).take(self.count) {
                 *value += cell * forward;
             }
         }
-        for ((tie, row), here) in ties.iter().zip(back).zip(&coupled) {
+        for ((tie, row), here) in self.ties().zip(&self.back).zip(&coupled) {
             let mut backward = C::default();
-            for (cell, coupled) in row.iter().zip(&coupled).take(ties.len()) {
+            for (cell, coupled) in row.iter().zip(&coupled).take(self.count) {
                 backward += cell * coupled;
             }
             // Sᵀm = −SᵀQ·mp·Sᵀp, so that the force −pm·Sᵀm is positive here.
@@ -134,7 +154,8 @@ fn invert(matrix: &mut Square, size: usize) -> Option<()> {
     for place in 0..size.min(MAX_COUPLED) {
         let mut pivot_row = matrix[place];
         let pivot = pivot_row[place];
-        if !(scalar::size(pivot) > SMALLEST_PIVOT) {
+        let strength = scalar::size(pivot);
+        if strength.is_nan() || strength <= SMALLEST_PIVOT {
             return None;
         }
         let reciprocal = scalar::reciprocal(pivot);
@@ -186,7 +207,7 @@ pub(super) fn eliminate<const N: usize, const PLANES: usize>(
         for (side, force) in row.planes.iter_mut().zip(&motion.planes) {
             *side = force.plus[i];
         }
-        row.known = motion.forced.plus[i];
+        row.known = motion.forced.map_or(C::default(), |forced| forced.plus[i]);
     }
     linear::solve(&mut system)?;
     let [forward, backward] = &system;
@@ -194,7 +215,9 @@ pub(super) fn eliminate<const N: usize, const PLANES: usize>(
         for (plane, whirl) in motion.planes.iter_mut().enumerate() {
             (whirl.plus[i], whirl.minus[i]) = (forward[i].planes[plane], backward[i].planes[plane]);
         }
-        (motion.forced.plus[i], motion.forced.minus[i]) = (forward[i].known, backward[i].known);
+        if let Some(forced) = &mut motion.forced {
+            (forced.plus[i], forced.minus[i]) = (forward[i].known, backward[i].known);
+        }
     }
     Some(())
 }

@@ -1,10 +1,11 @@
 //! Forward and backward whirl of the shaft for each right-hand side.
 
+use core::array;
+
 use heapless::Vec;
-use nalgebra::SVector;
 
 use super::coupled::{self, Correction, Coupling};
-use super::{C, SupportAmplitudes};
+use super::{C, ResponseError, SupportAmplitudes};
 use crate::linear::Symmetric;
 use crate::model::{ForcingLaw, MAX_SUPPORTS, Model};
 use crate::support::Block;
@@ -15,7 +16,7 @@ const LARGEST_GROWTH: f32 = 16.0;
 
 /// Coordinates of the forward and the backward whirl.
 #[derive(Clone, Copy)]
-pub(super) struct Whirl<const N: usize> {
+pub(crate) struct Whirl<const N: usize> {
     pub plus: [C; N],
     pub minus: [C; N],
 }
@@ -26,10 +27,10 @@ impl<const N: usize> Whirl<N> {
     }
 }
 
-/// Motion for a unit of unbalance (1 g·mm) in each plane, and for the forcings.
-pub(super) struct Motion<const N: usize, const PLANES: usize> {
-    pub planes: [Whirl<N>; PLANES],
-    pub forced: Whirl<N>,
+/// Motion for a unit of unbalance (1 g·mm) in each plane, and for the forcings if there are any.
+pub(crate) struct Motion<const N: usize, const PLANES: usize> {
+    pub(super) planes: [Whirl<N>; PLANES],
+    pub(super) forced: Option<Whirl<N>>,
 }
 
 /// The two matrices and the couplings between them.
@@ -41,55 +42,71 @@ pub(super) struct Equations<const N: usize> {
 
 impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
     /// The forces in the place of the motion: `Fp`, while `Fm` is zero.
-    #[inline]
+    #[inline(never)]
     pub fn forces<const PROBES: usize>(model: &Model<N, PROBES, PLANES>, speed: f32) -> Self {
         let square = speed * speed;
-        let mut forces = Self { planes: [Whirl::zero(); PLANES], forced: Whirl::zero() };
-        for (side, plane) in forces.planes.iter_mut().zip(&model.planes) {
-            add_force(side, plane, C::new(square, 0.0));
-        }
+        let planes = array::from_fn(|plane| match model.planes.get(plane) {
+            Some(shape) => Whirl { plus: shape.data.0[0].map(|x| C::new(x * square, 0.0)), ..Whirl::zero() },
+            None => Whirl::zero(),
+        });
+        let mut forced = None;
         for forcing in &model.forcings {
             let [re, im] = forcing.amplitude;
             let law = match forcing.law {
                 ForcingLaw::Constant => 1.0,
                 ForcingLaw::SpeedSquared => square,
             };
-            add_force(&mut forces.forced, &forcing.shape, C::new(re, im) * law);
+            let force = C::new(re, im) * law;
+            let whirl = forced.get_or_insert(Whirl::zero());
+            for (value, &here) in whirl.plus.iter_mut().zip(&forcing.shape.data.0[0]) {
+                *value += force * here;
+            }
         }
-        forces
+        Self { planes, forced }
     }
 
-    /// Turns forces into motion; `None` if the equations are singular.
-    #[inline]
+    /// Turns forces into motion.
+    ///
+    /// Errors: [`ResponseError::Singular`].
+    // Large, and called from several places: one copy in flash.
+    #[inline(never)]
     pub fn solve<const PROBES: usize>(
         &mut self,
         model: &Model<N, PROBES, PLANES>,
         speed: f32,
         amplitudes: &SupportAmplitudes,
-    ) -> Option<()> {
-        let mut equations = Equations::zero();
-        equations.assemble(model, speed, amplitudes);
-        if equations.forward.factor(LARGEST_GROWTH).is_some()
-            && equations.backward.factor(LARGEST_GROWTH).is_some()
-            && let Some(correction) = Correction::new(&equations)
-        {
+    ) -> Result<(), ResponseError> {
+        for quickly in [true, false] {
+            // The factors stand where the matrices stood: assembled anew for the second way.
+            let mut equations = Equations::zero();
+            equations.assemble(model, speed, amplitudes);
+            if !quickly {
+                return coupled::eliminate(&equations, self).ok_or(ResponseError::Singular);
+            }
+            if equations.forward.factor(LARGEST_GROWTH).is_none()
+                || equations.backward.factor(LARGEST_GROWTH).is_none()
+            {
+                continue;
+            }
+            let mut correction = Correction::new(&equations);
+            if correction.couple(&equations).is_none() {
+                continue;
+            }
             for (whirl, _) in self.planes.iter_mut().zip(&model.planes) {
                 correction.solve(&equations, whirl);
             }
-            if !model.forcings.is_empty() {
-                correction.solve(&equations, &mut self.forced);
+            if let Some(whirl) = &mut self.forced {
+                correction.solve(&equations, whirl);
             }
-            return Some(());
+            break;
         }
-        // The factors stand where the matrices stood.
-        equations = Equations::zero();
-        equations.assemble(model, speed, amplitudes);
-        coupled::eliminate(&equations, self)
+        Ok(())
     }
 }
 
 impl<const N: usize> Equations<N> {
-    #[inline]
+    // In place from here on: a copy of a matrix costs as much as a right-hand side.
+    #[inline(always)]
     fn zero() -> Self {
         Self { forward: Symmetric::zero(), backward: Symmetric::zero(), couplings: Vec::new() }
     }
@@ -101,13 +118,12 @@ impl<const N: usize> Equations<N> {
         speed: f32,
         SupportAmplitudes(amplitudes): &SupportAmplitudes,
     ) {
-        self.add_shaft(model, speed);
+        self.set_shaft(model, speed);
         for (support, &amplitude) in model.supports.iter().zip(amplitudes) {
             let knots = support.table.map_or(&[][..], |table| model.knots_of(table));
             let [[pp, pm], [mp, mm]] = whirling(&support.dynamic_stiffness(knots, speed, amplitude));
             let [shape] = &support.shape.data.0;
-            self.forward.add_outer(shape, pp);
-            self.backward.add_outer(shape, mm);
+            self.add_support(shape, pp, mm);
             if pm != C::default() || mp != C::default() {
                 // As many places as a model has supports.
                 let _ = self.couplings.push(Coupling { shape: *shape, pm, mp });
@@ -116,7 +132,7 @@ impl<const N: usize> Equations<N> {
     }
 
     #[inline]
-    fn add_shaft<const PROBES: usize, const PLANES: usize>(
+    fn set_shaft<const PROBES: usize, const PLANES: usize>(
         &mut self,
         model: &Model<N, PROBES, PLANES>,
         speed: f32,
@@ -134,6 +150,17 @@ impl<const N: usize> Equations<N> {
             }
         }
     }
+
+    #[inline(never)]
+    fn add_support(&mut self, shape: &[f32; N], pp: C, mm: C) {
+        for i in 0..N {
+            let (forward, backward) = (pp * shape[i], mm * shape[i]);
+            for j in 0..=i {
+                self.forward.rows[i][j] += forward * shape[j];
+                self.backward.rows[i][j] += backward * shape[j];
+            }
+        }
+    }
 }
 
 /// A matrix in x and y as `[[pp, pm], [mp, mm]]`, on forward and backward whirl.
@@ -143,12 +170,4 @@ pub(super) fn whirling([[xx, xy], [yx, yy]]: &Block) -> Block {
     let (mean, half) = ((xx + yy) * 0.5, (xx - yy) * 0.5);
     let (twist, skew) = (turned(yx - xy) * 0.5, turned(yx + xy) * 0.5);
     [[mean + twist, half + skew], [half - skew, mean - twist]]
-}
-
-#[inline]
-fn add_force<const N: usize>(side: &mut Whirl<N>, shape: &SVector<f32, N>, force: C) {
-    let [shape] = &shape.data.0;
-    for (value, &here) in side.plus.iter_mut().zip(shape) {
-        *value += force * here;
-    }
 }

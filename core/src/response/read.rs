@@ -6,30 +6,29 @@ use nalgebra::SVector;
 
 use super::coupled::at;
 use super::motion::{Motion, Whirl, whirling};
-use super::{C, Linear, Response, SupportAmplitudes};
+use super::{C, Linear, Response, ResponseError, SupportAmplitudes};
 use crate::model::{Model, Pair, Probe};
+use crate::scalar;
 
 /// Forward and backward whirl at one place of the shaft for each right-hand side.
 #[derive(Clone, Copy)]
 struct Place<const PLANES: usize> {
     planes: [[C; 2]; PLANES],
-    forced: [C; 2],
+    forced: Option<[C; 2]>,
 }
 
 impl<const PLANES: usize> Place<PLANES> {
     #[inline]
-    fn new<const N: usize>(motion: &Motion<N, PLANES>, shape: &SVector<f32, N>, is_forced: bool) -> Self {
+    fn new<const N: usize>(motion: &Motion<N, PLANES>, shape: &SVector<f32, N>) -> Self {
         let [shape] = &shape.data.0;
         let whirl = |whirl: &Whirl<N>| [at(shape, &whirl.plus), at(shape, &whirl.minus)];
-        Self {
-            planes: array::from_fn(|plane| motion.planes.get(plane).map_or([C::default(); 2], whirl)),
-            forced: if is_forced { whirl(&motion.forced) } else { [C::default(); 2] },
-        }
+        Self { planes: motion.planes.each_ref().map(whirl), forced: motion.forced.as_ref().map(whirl) }
     }
 
     /// Less a part of another place's motion.
     fn subtract(&mut self, [[pp, pm], [mp, mm]]: [[C; 2]; 2], other: &Self) {
-        let pairs = self.planes.iter_mut().zip(&other.planes).chain([(&mut self.forced, &other.forced)]);
+        let pairs =
+            self.planes.iter_mut().zip(&other.planes).chain(self.forced.iter_mut().zip(&other.forced));
         for ([plus, minus], [p, m]) in pairs {
             *plus -= pp * p + pm * m;
             *minus -= mp * p + mm * m;
@@ -38,71 +37,82 @@ impl<const PLANES: usize> Place<PLANES> {
 
     /// `cos·X + sin·Y` times a gain: with X = p + m and Y = −i(p − m) it is `(cos − i sin)·p + (cos + i sin)·m`.
     #[inline]
-    fn along(&self, [cos, sin]: Pair, gain: C, is_forced: bool) -> Linear<PLANES> {
+    fn along(&self, [cos, sin]: Pair, gain: C) -> Linear<PLANES> {
         let (forward, backward) = (gain * C::new(cos, -sin), gain * C::new(cos, sin));
         let read = |[p, m]: [C; 2]| forward * p + backward * m;
-        Linear {
-            per_unbalance: self.planes.map(read),
-            fixed: if is_forced { read(self.forced) } else { C::default() },
-        }
+        Linear { per_unbalance: self.planes.map(read), fixed: self.forced.map_or(C::default(), read) }
     }
 }
 
-impl<const PROBES: usize, const PLANES: usize> Response<PROBES, PLANES> {
-    #[inline]
-    pub(super) fn read<const N: usize>(
+impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
+    /// What the probes show of it.
+    #[inline(never)]
+    pub fn read<const PROBES: usize>(
+        &self,
         model: &Model<N, PROBES, PLANES>,
-        motion: &Motion<N, PLANES>,
         speed: f32,
         amplitudes: &SupportAmplitudes,
-    ) -> Self {
-        let is_forced = !model.forcings.is_empty();
-        let mut response = Self {
-            probes: [Linear::default(); PROBES],
-            supports: [[Linear::default(); 2]; _],
-            count: model.probes.len() as u8,
-        };
+    ) -> Result<Response<PROBES, PLANES>, ResponseError> {
+        let mut is_finite = true;
         // Probes come in pairs at one place.
         let mut before: Option<(&Probe<N>, Place<PLANES>)> = None;
-        for (probe, linear) in model.probes.iter().zip(&mut response.probes) {
+        let probes = array::from_fn(|number| {
+            let Some(probe) = model.probes.get(number) else {
+                return Linear { per_unbalance: [C::default(); PLANES], fixed: C::default() };
+            };
             let place = match before {
                 Some((other, place)) if other.shape == probe.shape && other.mount == probe.mount => place,
-                _ => seen(model, motion, probe, speed, amplitudes),
+                _ => self.seen(model, probe, speed, amplitudes),
             };
             before = Some((probe, place));
             let [re, im] = probe.gain;
-            *linear = place.along(probe.direction, C::new(re, im), is_forced);
+            let mut linear = place.along(probe.direction, C::new(re, im));
             let [re, im] = probe.runout_um;
             linear.fixed += C::new(re, im);
+            is_finite &= linear.is_finite();
+            linear
+        });
+        let count = model.probes.len() as u8;
+        if is_finite { Ok(Response { probes, count }) } else { Err(ResponseError::NotFinite) }
+    }
+
+    /// The motion a probe sees: of the shaft, less that of the housing it is mounted on.
+    #[inline]
+    fn seen<const PROBES: usize>(
+        &self,
+        model: &Model<N, PROBES, PLANES>,
+        probe: &Probe<N>,
+        speed: f32,
+        SupportAmplitudes(amplitudes): &SupportAmplitudes,
+    ) -> Place<PLANES> {
+        let mut place = Place::new(self, &probe.shape);
+        let mount = probe.mount.map(usize::from);
+        let mounted = mount.and_then(|mount| model.supports.get(mount).zip(amplitudes.get(mount)));
+        if let Some((support, &amplitude)) = mounted {
+            let knots = support.table.map_or(&[][..], |table| model.knots_of(table));
+            let housing = whirling(&support.housing(knots, speed, amplitude));
+            place.subtract(housing, &Place::new(self, &support.shape));
         }
-        for (support, linear) in model.supports.iter().zip(&mut response.supports) {
+        place
+    }
+
+    /// Amplitudes of the shaft at the hardening supports (zero at the others) for an unbalance of each plane.
+    #[inline(never)]
+    pub fn support_amplitudes<const PROBES: usize>(
+        &self,
+        model: &Model<N, PROBES, PLANES>,
+        unbalance_g_mm: &[Pair],
+    ) -> SupportAmplitudes {
+        let mut amplitudes = SupportAmplitudes::default();
+        for (amplitude, support) in amplitudes.0.iter_mut().zip(&model.supports) {
             if support.hardening_per_um2 != 0.0 {
-                let place = Place::new(motion, &support.shape, is_forced);
-                let one = C::new(1.0, 0.0);
-                *linear = [[1.0, 0.0], [0.0, 1.0]].map(|direction| place.along(direction, one, is_forced));
+                let place = Place::new(self, &support.shape);
+                *amplitude = [[1.0, 0.0], [0.0, 1.0]].map(|direction| {
+                    let y = place.along(direction, C::new(1.0, 0.0)).phasor(unbalance_g_mm);
+                    scalar::length([y.re, y.im])
+                });
             }
         }
-        response
+        amplitudes
     }
-}
-
-/// The motion a probe sees: of the shaft, less that of the housing it is mounted on.
-#[inline]
-fn seen<const N: usize, const PROBES: usize, const PLANES: usize>(
-    model: &Model<N, PROBES, PLANES>,
-    motion: &Motion<N, PLANES>,
-    probe: &Probe<N>,
-    speed: f32,
-    SupportAmplitudes(amplitudes): &SupportAmplitudes,
-) -> Place<PLANES> {
-    let is_forced = !model.forcings.is_empty();
-    let mut place = Place::new(motion, &probe.shape, is_forced);
-    let mount = probe.mount.map(usize::from);
-    let mounted = mount.and_then(|mount| model.supports.get(mount).zip(amplitudes.get(mount)));
-    if let Some((support, &amplitude)) = mounted {
-        let knots = support.table.map_or(&[][..], |table| model.knots_of(table));
-        let housing = whirling(&support.housing(knots, speed, amplitude));
-        place.subtract(housing, &Place::new(motion, &support.shape, is_forced));
-    }
-    place
 }

@@ -3,7 +3,7 @@
 use cortex_m_semihosting::hprintln;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
-use rotor_edge_boards::monitor::Monitor;
+use rotor_edge_boards::monitor::{BoardModel, Monitor};
 use rotor_edge_core::can::isotp::IsoTp;
 use rotor_edge_core::can::{
     BROADCAST_NODE, Counters, Frame, Keyphasor, Message, NumberedReading, TYPE_TO_HOST, TYPE_TO_NODE,
@@ -12,8 +12,10 @@ use rotor_edge_core::can::{
 use rotor_edge_core::command::{
     ANSWER_BYTES, Answer, Command, KEY_BYTES, Key, MAX_REQUEST_BYTES, Outcome, write_request,
 };
+use rotor_edge_core::model::MAX_PLANES;
 use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_core::state::NodeState;
+use rotor_edge_core::track::{TrackConfig, Tracker};
 use rotor_edge_mps2_an386::sample::{self, BETTER, KEY, MODEL, NUMBER};
 
 use super::power::{self, Powered};
@@ -35,9 +37,12 @@ pub struct Host {
     random: Xoshiro128PlusPlus,
     truth: Truth,
     pub table: &'static mut Table,
-    good: Reading,
+    /// Of a machine that is as each model says.
+    good: [Reading; 2],
     is_better: bool,
+    /// Last used, and last that was answered with "accepted".
     counter: u64,
+    accepted: u64,
     sequence: u16,
     /// Present time, and when the board was started, µs of the whole day.
     now_us: u64,
@@ -53,7 +58,6 @@ impl Host {
         link: &'static mut Link,
         table: &'static mut Table,
     ) -> Self {
-        let Some(good) = sample::readings().find(Reading::is_complete) else { panic!("no record") };
         let truth = Truth {
             has_model: false,
             deployed_s: 0,
@@ -63,7 +67,6 @@ impl Host {
             faulty_since_s: None,
             is_flagged: false,
             other_s: None,
-            started_s: 0,
         };
         table.starts = 1;
         Self {
@@ -71,9 +74,10 @@ impl Host {
             random: Xoshiro128PlusPlus::seed_from_u64(SEED),
             truth,
             table,
-            good,
+            good: [MODEL, BETTER].map(healthy),
             is_better: false,
             counter: 0,
+            accepted: 0,
             sequence: 0,
             now_us: 0,
             started_us: 0,
@@ -149,12 +153,13 @@ impl Host {
         let is_allowed = truth.allows(second, state);
         let age_s = truth.judged_s.map_or(u64::MAX, |judged_s| second - judged_s);
         self.table.saw(scene, state);
-        if state == NodeState::Tracking && age_s > AGE_LIMIT_S {
+        if state == NodeState::Tracking && age_s >= AGE_LIMIT_S {
             self.table.healthy_while_blind_s += 1;
         }
         if !is_allowed {
             self.table.wrong_s += 1;
             hprintln!("second {}: {:?}, last judged {} s before", second, state, age_s);
+            hprintln!("    {:?}", self.monitor.node.verdict());
         }
     }
 
@@ -206,11 +211,12 @@ impl Host {
 
     fn reading(&mut self, now: Scene) -> NumberedReading {
         let mut probes = [ProbeVector::LOST; 4];
-        for (probe, good) in probes.iter_mut().zip(self.good.probes()) {
+        let good = self.good[usize::from(self.is_better)];
+        for (probe, good) in probes.iter_mut().zip(good.probes()) {
             let (cos_um, sin_um) = (good.cos_um + self.noise_um(), good.sin_um + self.noise_um());
             *probe = ProbeVector { cos_um, sin_um };
         }
-        let mut speed_rpm = self.good.speed_rpm;
+        let mut speed_rpm = good.speed_rpm;
         let mut gaps_v = [-10.0; 4];
         match now {
             Scene::ProbeLost => probes[1] = ProbeVector::LOST,
@@ -314,7 +320,7 @@ impl Host {
     fn deployed(&mut self) {
         self.is_better = !self.is_better;
         let deployed_s = self.now_us / SECOND_US;
-        let Truth { started_s, other_s, .. } = self.truth;
+        let other_s = self.truth.other_s;
         self.truth = Truth {
             has_model: true,
             deployed_s,
@@ -324,7 +330,6 @@ impl Host {
             faulty_since_s: None,
             is_flagged: false,
             other_s,
-            started_s,
         };
     }
 
@@ -351,13 +356,12 @@ impl Host {
         assert!(new.is_some(), "the model is gone");
         if new != old {
             self.deployed();
-            self.truth.started_s = second;
         } else {
             assert_ne!(outcome, Some(Outcome::Accepted), "an accepted model is gone");
         }
-        assert!(self.monitor.node.command_counter() + 1 >= self.counter, "the counter went back");
-        let again = self.command(&KEY, Command::Deploy, self.counter - 1, self.other(), None);
-        assert!(again != Some(Outcome::Accepted), "a command was replayed");
+        assert!(self.monitor.node.command_counter() >= self.accepted, "the counter went back");
+        let again = self.command(&KEY, Command::Deploy, self.accepted, self.other(), None);
+        assert_eq!(again, Some(Outcome::Replayed), "a command that was accepted is taken again");
     }
 
     /// The board loses power for a moment.
@@ -369,7 +373,6 @@ impl Host {
         assert!(self.monitor.restart(sample::config()).is_ok());
         self.truth.judged_s = None;
         self.truth.can_be_judged = None;
-        self.truth.started_s = second;
         let was_flagged = self.truth.is_flagged;
         let is_flagged = self.monitor.node.status(0).cause as u8 != 0;
         assert_eq!(is_flagged, was_flagged, "the flag in second {second}");
@@ -402,8 +405,26 @@ impl Host {
         }
         let (answer, confirmed) = Answer::decode(self.link.message(), &self.request[..length], &KEY)?;
         assert!(confirmed || answer.outcome == Outcome::Forged, "an answer that the node did not sign");
+        if answer.outcome == Outcome::Accepted {
+            self.accepted = counter;
+        }
         Some(answer.outcome)
     }
+}
+
+/// What the record's first reading would be if the model were true.
+#[inline(never)]
+fn healthy(model: &[u8]) -> Reading {
+    let Some(reading) = sample::readings().find(Reading::is_complete) else { panic!("no record") };
+    let Ok(model) = BoardModel::decode(model) else { panic!("the sample's model is refused") };
+    let bounds_g_mm = [1e6; MAX_PLANES];
+    let Ok(estimate) = Tracker::new(&model).update(&TrackConfig::default(), &model, &reading, &bounds_g_mm)
+    else {
+        panic!("the record's first reading has no estimate")
+    };
+    let calculated = &estimate.calculated[..reading.probes().len()];
+    let Some(healthy) = Reading::new(reading.speed_rpm, calculated) else { unreachable!() };
+    healthy
 }
 
 /// Readings of which the node has said what became of them; a gap is told when the next one arrives.

@@ -93,10 +93,10 @@ pub struct Truth {
     pub faulty_since_s: Option<u64>,
     pub is_flagged: bool,
     pub other_s: Option<u64>,
-    pub started_s: u64,
 }
 
 impl Truth {
+    /// Looked at where the second ends.
     pub fn allows(&self, now_s: u64, state: NodeState) -> bool {
         if let Some(other_s) = self.other_s {
             match now_s - other_s {
@@ -105,16 +105,13 @@ impl Truth {
                 _ => {}
             }
         }
-        if now_s == self.started_s {
-            return state == NodeState::Listening;
-        }
         if !self.has_model {
             return state == NodeState::NoModel;
         }
         if self.is_flagged {
             return state == NodeState::Flagged;
         }
-        let is_fresh = self.judged_s.is_some_and(|judged_s| now_s - judged_s <= AGE_LIMIT_S);
+        let is_fresh = self.judged_s.is_some_and(|judged_s| now_s - judged_s < AGE_LIMIT_S);
         let is_new = now_s - self.deployed_s <= LEARNING_S;
         match (self.can_be_judged, self.judged_s) {
             (None, _) => state == NodeState::Waiting,
