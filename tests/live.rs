@@ -24,6 +24,15 @@ fn machine() -> (Deployment, Vec<Reading>) {
     (Deployment::new(&rotor, 11_500.0).unwrap(), record)
 }
 
+/// Raises its flag when it goes.
+struct Ends<'a>(&'a AtomicBool);
+
+impl Drop for Ends<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 /// Runs a monitor with a key beside `host`'s work on the same bus.
 fn beside_a_monitor<T>(
     model: &EdgeModel,
@@ -37,8 +46,10 @@ fn beside_a_monitor<T>(
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let served = scope.spawn(|| serve(&mut monitor, &mut controller, &RealTime::start(), &stop).unwrap());
+        // a test that fails must not wait for the monitor for ever
+        let ends = Ends(&stop);
         let result = work(&mut host);
-        stop.store(true, Ordering::Relaxed);
+        drop(ends);
         (result, served.join().unwrap())
     })
 }
@@ -103,6 +114,7 @@ fn a_model_deployed_to_a_live_monitor_gives_the_numbers_of_that_model_and_surviv
 fn refusals_say_what_to_do() {
     let (deployment, _) = machine();
     let (messages, served) = beside_a_monitor(&deployment.edge, Store::in_memory(), |host| {
+        await_heartbeat(host, 1).unwrap();
         let mut bad = deployment.edge.clone();
         bad.supports.truncate(1);
         let attempt = |host: &mut dyn CanBus, key: &Key, node, counter, body: &[u8]| {

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use rotor_edge_core::can::isotp::{IsoTp, Progress, TransferError};
 use rotor_edge_core::can::{Frame, Message, TYPE_TO_HOST, TYPE_TO_NODE, frame_id};
 use rotor_edge_core::command::{
@@ -21,6 +21,8 @@ use crate::node::{from_hex, to_hex};
 const PATIENCE: Duration = Duration::from_millis(2);
 /// Longest time a monitor may take to check, store and answer.
 const ANSWER_TIME: Duration = Duration::from_secs(5);
+/// Times that a monitor which says nothing at all is asked.
+const ATTEMPTS: usize = 2;
 /// Longest wait for a sign of life.
 pub const HEARTBEAT_TIME: Duration = Duration::from_secs(3);
 
@@ -102,43 +104,54 @@ pub fn command(
         bail!("the command has {} bytes, more than a monitor takes", body.len());
     };
     let request = &request[..length];
+    // a monitor that has just started listens before it speaks
+    for _ in 0..ATTEMPTS {
+        if let Some(answer) = transfer(bus, node, request, &mut progress)? {
+            return judge(node, counter, Answer::decode(&answer, request, key));
+        }
+    }
+    bail!(
+        "monitor {node} does not answer on {}: is it on this bus, under this number? (`rotor-edge watch` shows who is)",
+        bus.description()
+    )
+}
+
+/// Sends a request; the bytes of the answer, or `None` if nothing at all was heard of the monitor.
+fn transfer(
+    bus: &mut dyn CanBus,
+    node: u8,
+    request: &[u8],
+    progress: &mut impl FnMut(usize),
+) -> Result<Option<Vec<u8>>> {
     let mut link = IsoTp::<ANSWER_BYTES, MAX_REQUEST_BYTES>::new();
     let started = Instant::now();
     let now_us = || started.elapsed().as_micros() as u64;
-    let broken = |e: TransferError| match e {
-        TransferError::Timeout => anyhow::anyhow!(
-            "monitor {node} does not answer on {}: is it on this bus, under this number? (`rotor-edge watch` shows who is)",
-            bus.description()
-        ),
-        e => {
-            anyhow::anyhow!("the transfer to monitor {node} broke off: {e:?}; nothing was changed, try again")
-        }
-    };
-    let silent = broken(TransferError::Timeout);
+    let broken = |e: TransferError| anyhow!("the transfer to monitor {node} broke off: {e:?}; try again");
     link.send(now_us(), request).map_err(broken)?;
-    let mut sent = 0;
+    let (mut sent, mut heard_any) = (0, false);
     while started.elapsed() < ANSWER_TIME {
         while let Some(payload) = link.poll(now_us()) {
             let frame = Frame::standard(frame_id(TYPE_TO_NODE, node), &payload);
             bus.send(&frame.context("a node number from 0 to 30")?)?;
             sent += payload.len() - 1;
-            progress(sent.min(length));
+            progress(sent.min(request.len()));
         }
         let heard = bus.receive(PATIENCE)?;
         if let Some(frame) = heard.filter(|f| f.raw_id() == frame_id(TYPE_TO_HOST, node)) {
+            heard_any = true;
             match link.receive(now_us(), frame.bytes()) {
                 Progress::None => {}
-                Progress::Complete => {
-                    return judge(node, counter, Answer::decode(link.message(), request, key));
-                }
-                Progress::Broken(e) => bail!("the transfer to monitor {node} broke off: {e:?}; try again"),
+                Progress::Complete => return Ok(Some(link.message().to_vec())),
+                Progress::Broken(e) => return Err(broken(e)),
             }
         }
-        if link.check_time(now_us()).is_err() {
-            return Err(silent);
+        match link.check_time(now_us()) {
+            Err(e) if heard_any => return Err(broken(e)),
+            Err(_) => return Ok(None),
+            Ok(_) => {}
         }
     }
-    Err(silent)
+    bail!("monitor {node} took the command and did not answer in {} s", ANSWER_TIME.as_secs())
 }
 
 fn judge(node: u8, counter: u64, answer: Option<(Answer, bool)>) -> Result<Answer> {

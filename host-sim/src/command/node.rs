@@ -59,19 +59,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let mut bus = arguments.bus.open()?;
     let stop = stop::on_signal()?;
+    let is_deployed = store.is_deployed();
+    let mut controller = Controller::start(config, store, 0)?;
     if !arguments.json {
-        let model = match store.model() {
-            Ok(_) if store.is_deployed() => "with the model deployed last",
-            Ok(_) => "with the model it was started with",
-            Err(_) => "without a model",
+        let model = match (controller.lacks_model(), is_deployed) {
+            (Some(reason), _) => {
+                let why = why(reason, 0);
+                format!("without a model and judges nothing ({}: {})", why.what, why.next)
+            }
+            (None, true) => "with the model deployed last".into(),
+            (None, false) => "with the model it was started with".into(),
         };
         let key = if key.is_some() { "commands need its key" } else { "it has no key and takes no commands" };
         println!("Monitor {} listens on {} {model}; {key}. Ctrl-C ends it.", config.node, bus.description());
-    }
-    let mut controller = Controller::start(config, store, 0)?;
-    if let Some(reason) = controller.lacks_model().filter(|_| !arguments.json) {
-        let why = why(reason, 0);
-        println!("It judges nothing: {}; {}.", why.what, why.next);
     }
     let served = serve(&mut *bus, &mut controller, &RealTime::start(), &stop)?;
     let c = served.counters;
