@@ -77,21 +77,25 @@ impl<const PLANES: usize> Line<PLANES> {
 impl<const PLANES: usize> Tableau<PLANES> {
     #[inline]
     pub fn new<const PROBES: usize>(fit: &Fit<PROBES, PLANES>, start: [Pair; PLANES]) -> Self {
-        let mut length = [0.0; PLANES];
-        let mut scale = [0.0; PLANES];
-        let mut bound = [0.0; PLANES];
+        let mut squares = [0.0; PLANES];
+        for row in fit.rows() {
+            for (square, [a, _]) in squares.iter_mut().zip(row) {
+                *square += a * a;
+            }
+        }
+        let planes = fit.planes();
+        let (mut length, mut scale, mut bound) = ([0.0; PLANES], [0.0; PLANES], [0.0; PLANES]);
         let mut owners = [[Owner::Nobody; 2]; PLANES];
-        for (plane, &bound_g_mm) in fit.bound_g_mm().iter().enumerate() {
-            let square = fit.rows().iter().fold(0.0, |sum, row| sum + row[plane][0] * row[plane][0]);
-            let norm = scalar::sqrt(square);
+        let mut lines = Vec::new();
+        for plane in 0..PLANES {
+            let Some(&bound_g_mm) = fit.bound_g_mm().get(plane) else {
+                continue;
+            };
+            let norm = scalar::sqrt(squares[plane]);
             if norm > f32::MIN_POSITIVE && bound_g_mm > f32::MIN_POSITIVE {
                 (length[plane], scale[plane], bound[plane]) = (norm, 1.0 / norm, bound_g_mm * norm);
                 owners[plane] = [Owner::Unknown; 2];
             }
-        }
-        let planes = fit.planes();
-        let mut lines = Vec::new();
-        for plane in 0..planes {
             for part in 0..2 {
                 let mut ways = [[0.0; 2]; PLANES];
                 ways[plane][part] = 1.0;
@@ -352,7 +356,10 @@ impl<const PLANES: usize> Tableau<PLANES> {
             Some(slope) => -slope,
             None => line.slope(),
         };
-        let mut multipliers: Vec<f32, _> = rows().map(multiplier).collect();
+        let mut multipliers = Vec::new();
+        for row in rows() {
+            let _ = multipliers.push(multiplier(row));
+        }
         if self.has_tangents() {
             return multipliers;
         }
