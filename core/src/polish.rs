@@ -1,7 +1,7 @@
 //! The least absolute residual within the bounds, and the proof that it is the least.
 //!
 //! Without bounds the problem is a linear programme: a minimum lies where as many residuals vanish as there are unknowns,
-//! and exchanging one vanishing residual for another leads there ([`Tableau`]; Barrodale and Roberts 1973). A disc is
+//! and exchanging one vanishing residual for another leads there (`Tableau`; Barrodale and Roberts 1973). A disc is
 //! brought in by its tangents: wherever the minimum leaves a disc, a tangent there cuts that place off (Kelley 1960), and
 //! the exchange goes on from where it is. With two tangents of a disc in force, the next one touches it where their
 //! multipliers' sum points: exactly right if nothing else changes.
