@@ -3,21 +3,20 @@
 use cortex_m_semihosting::hprintln;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
-use rotor_edge_boards::monitor::{BoardModel, Monitor};
+use rotor_edge_boards::monitor::Monitor;
 use rotor_edge_core::can::isotp::IsoTp;
 use rotor_edge_core::can::{
-    BROADCAST_NODE, Counters, Frame, Keyphasor, Message, NumberedReading, TYPE_TO_HOST, TYPE_TO_NODE,
-    frame_id, reading_frames,
+    BROADCAST_NODE, Counters, Frame, Message, NumberedReading, TYPE_TO_HOST, TYPE_TO_NODE, frame_id,
+    reading_frames,
 };
 use rotor_edge_core::command::{
     ANSWER_BYTES, Answer, Command, KEY_BYTES, Key, MAX_REQUEST_BYTES, Outcome, write_request,
 };
-use rotor_edge_core::model::MAX_PLANES;
-use rotor_edge_core::reading::{ProbeVector, Reading};
+use rotor_edge_core::reading::Reading;
 use rotor_edge_core::state::NodeState;
-use rotor_edge_core::track::{TrackConfig, Tracker};
 use rotor_edge_mps2_an386::sample::{self, BETTER, KEY, MODEL, NUMBER};
 
+use super::machine;
 use super::power::{self, Powered};
 use super::truth::{AGE_LIMIT_S, Scene, Table, Truth};
 
@@ -29,8 +28,6 @@ const SEED: u64 = 20_261_121;
 const FOREIGN_KEY: Key = Key([0xa5; KEY_BYTES]);
 /// Frames a second of a bus without a pause, 500 kbit/s.
 const FLOOD_FRAMES: usize = 400;
-/// Standard deviation of a feature, µm: well within what the model states.
-const NOISE_UM: f32 = 0.1;
 
 pub struct Host {
     monitor: Monitor<Powered>,
@@ -74,7 +71,7 @@ impl Host {
             random: Xoshiro128PlusPlus::seed_from_u64(SEED),
             truth,
             table,
-            good: [MODEL, BETTER].map(healthy),
+            good: [MODEL, BETTER].map(machine::healthy),
             is_better: false,
             counter: 0,
             accepted: 0,
@@ -182,7 +179,8 @@ impl Host {
     fn read(&mut self, second: u64, now: Scene) {
         let before = self.monitor.node.counters();
         self.sequence = self.sequence.wrapping_add(1);
-        let numbered = self.reading(now);
+        let good = &self.good[usize::from(self.is_better)];
+        let numbered = machine::reading(&mut self.random, good, now, self.sequence);
         let arrives = self.transmit(now, &numbered);
         let may_answer = self.monitor.node.may_send();
         let after = self.monitor.node.counters();
@@ -201,41 +199,6 @@ impl Host {
             self.truth.faulty_since_s = Some(second);
             self.table.faults += 1;
         }
-    }
-
-    /// A component's noise: the sum of twelve uniform draws less six.
-    fn noise_um(&mut self) -> f32 {
-        let sum: f32 = (0..12).map(|_| self.random.next_u32() as f32 / u32::MAX as f32).sum();
-        NOISE_UM * (sum - 6.0)
-    }
-
-    fn reading(&mut self, now: Scene) -> NumberedReading {
-        let mut probes = [ProbeVector::LOST; 4];
-        let good = self.good[usize::from(self.is_better)];
-        for (probe, good) in probes.iter_mut().zip(good.probes()) {
-            let (cos_um, sin_um) = (good.cos_um + self.noise_um(), good.sin_um + self.noise_um());
-            *probe = ProbeVector { cos_um, sin_um };
-        }
-        let mut speed_rpm = good.speed_rpm;
-        let mut gaps_v = [-10.0; 4];
-        match now {
-            Scene::ProbeLost => probes[1] = ProbeVector::LOST,
-            Scene::TwoProbesLost => (probes[0], probes[3]) = (ProbeVector::LOST, ProbeVector::LOST),
-            Scene::ProbesOff => gaps_v = [-24.0, -10.0, -24.0, 0.0],
-            Scene::TooFast => speed_rpm = 30_000.0,
-            Scene::Absurd => probes[2].cos_um = 1e6,
-            Scene::Fault => {
-                let ProbeVector { cos_um, sin_um } = probes[0];
-                probes[0] = ProbeVector { cos_um: -5.0 * cos_um, sin_um: -5.0 * sin_um };
-            }
-            _ => {}
-        }
-        let Some(reading) = Reading::new(speed_rpm, &probes) else { unreachable!() };
-        let keyphasor = match now {
-            Scene::NoKeyphasor => Keyphasor::Missing,
-            _ => Keyphasor::Locked,
-        };
-        NumberedReading { sequence: self.sequence, keyphasor, reading: reading.with_gaps_v(&gaps_v) }
     }
 
     /// Sends the frames, on a bad bus with a fault every other time; whether a whole reading arrives.
@@ -413,21 +376,6 @@ impl Host {
         }
         Some(answer.outcome)
     }
-}
-
-/// What the record's first reading would be if the model were true.
-#[inline(never)]
-fn healthy(model: &[u8]) -> Reading {
-    let Some(reading) = sample::readings().find(Reading::is_complete) else { panic!("no record") };
-    let Ok(model) = BoardModel::decode(model) else { panic!("the sample's model is refused") };
-    let bounds_g_mm = [1e6; MAX_PLANES];
-    let Ok(estimate) = Tracker::new(&model).update(&TrackConfig::default(), &model, &reading, &bounds_g_mm)
-    else {
-        panic!("the record's first reading has no estimate")
-    };
-    let calculated = &estimate.calculated[..reading.probes().len()];
-    let Some(healthy) = Reading::new(reading.speed_rpm, calculated) else { unreachable!() };
-    healthy
 }
 
 /// Readings of which the node has said what became of them; a gap is told when the next one arrives.

@@ -9,6 +9,7 @@
 #![no_main]
 
 mod host;
+mod machine;
 mod power;
 mod truth;
 
