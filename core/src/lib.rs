@@ -48,7 +48,9 @@
 #[cfg(test)]
 extern crate std;
 
+#[cfg(feature = "can")]
 pub mod can;
+#[cfg(feature = "command")]
 pub mod command;
 pub mod extraction;
 pub mod fit;
@@ -56,6 +58,7 @@ pub mod judge;
 mod linear;
 pub mod memory;
 pub mod model;
+#[cfg(feature = "can")]
 pub mod node;
 pub mod polish;
 pub mod reading;

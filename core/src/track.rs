@@ -52,6 +52,7 @@ impl Default for TrackConfig {
 
 /// Why a reading gave no estimate. The tracker is then as it was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TrackError {
     /// No probe gave a value.
@@ -75,6 +76,8 @@ impl From<ResponseError> for TrackError {
 
 /// The unbalance a reading shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Estimate {
     /// `[U cos α, U sin α]` of each plane, g·mm; zero for planes that are not there.
     pub unbalance_g_mm: [Pair; MAX_PLANES],
@@ -85,8 +88,8 @@ pub struct Estimate {
     /// Dynamic unbalance as found at plane 1 (its opposite is at plane 2), g·mm; zero for one plane, NaN for more than two.
     pub dynamic_g_mm: Pair,
     /// Standard deviation of either part of each plane's unbalance that the stated noise alone causes, by
-    /// `σ²(HᵀH)⁻¹`, g·mm; NaN if the model states no noise. That is of least squares: least absolute residuals scatter by
-    /// a quarter more, by up to three quarters more with twice as many features as unknowns.
+    /// `σ²(HᵀH)⁻¹` with σ that of the noisiest probe, g·mm; NaN if the model states no noise. That is of least squares: least
+    /// absolute residuals scatter by a quarter more, by up to three quarters more with twice as many features as unknowns.
     pub deviation_g_mm: [f32; MAX_PLANES],
     /// What the probes would show for this unbalance; [`ProbeVector::LOST`] beyond the model's probes.
     pub calculated: [ProbeVector; MAX_PROBES],
@@ -219,8 +222,13 @@ impl<const PLANES: usize> Tracker<PLANES> {
                     continue;
                 }
             }
-            let deviation = fit.deviations_g_mm(model.noise_um);
-            if deviation.iter().zip(&bounds).any(|(deviation, &bound)| bound > 0.0 && !(*deviation <= bound))
+            let used = reading.probes().iter().filter(|probe| probe.is_finite());
+            let noisiest_um = used.fold(0.0, |most, &probe| model.noise.deviation_um(probe).max(most));
+            let deviation = fit.deviations_g_mm(noisiest_um);
+            if deviation
+                .iter()
+                .zip(&bounds)
+                .any(|(deviation, &bound)| bound > 0.0 && (deviation.is_nan() || *deviation > bound))
             {
                 return Err(TrackError::Undetermined);
             }
@@ -274,7 +282,7 @@ impl Estimate {
         {
             *own = [x, y];
             static_g_mm = [static_g_mm[0] + x, static_g_mm[1] + y];
-            if model.noise_um > 0.0 {
+            if model.noise.is_stated() {
                 *stated = deviation;
             }
         }

@@ -1,37 +1,35 @@
 //! The node with its storage: what every board runs.
+//!
+//! It starts empty in static memory, and takes up what was stored: model and thresholds from the slots, memory from the
+//! journal, the counter from whichever holds the higher one. Whatever of it is missing, it runs and can be deployed to.
 
 #[cfg(test)]
 mod tests;
 
-use embedded_storage::nor_flash::NorFlash;
 use rotor_edge_core::can::Frame;
-use rotor_edge_core::model::{Model, ModelError};
-use rotor_edge_core::node::{Node, NodeConfig, NodeError};
+use rotor_edge_core::model::Model;
+use rotor_edge_core::node::{Node, NodeConfig, NodeError, Save};
+use rotor_edge_core::state::Reason;
 use static_cell::StaticCell;
 
-use crate::slots::Slots;
+use crate::flash::{Mapped, SaveError};
+use crate::journal::{Journal, MEMORY_BYTES};
+use crate::slots::{Change, Missing, Slots};
 
 /// Shape functions a plane, as the desktop makes models for controllers.
 pub const SHAPES: usize = 6;
-/// The model that a board starts with until one is deployed: the sample machine's.
-pub const OWN_MODEL: &[u8] = include_bytes!("../../sample/model.bin");
+/// Probes, at most.
+pub const PROBES: usize = 4;
+/// Planes whose unbalance is tracked, at most.
+pub const PLANES: usize = 2;
 
 /// A board's model.
-pub type BoardModel = Model<SHAPES>;
+pub type BoardModel = Model<SHAPES, PROBES, PLANES>;
 /// A board's node.
-pub type BoardNode = Node<SHAPES>;
-/// Where a model is decoded to.
-pub type ModelCell = StaticCell<Result<BoardModel, ModelError>>;
+pub type BoardNode = Node<SHAPES, PROBES, PLANES>;
 
-const MODEL_BYTES: usize = BoardModel::max_size_bytes();
-
-/// Where the node and what it is made of lie: in static memory, made one after another. Together on the stack, the start
-/// would be its deepest point; for the same reason nothing here is inlined.
-pub struct Place {
-    buffer: StaticCell<[u8; MODEL_BYTES]>,
-    model: ModelCell,
-    node: StaticCell<Result<BoardNode, NodeError>>,
-}
+/// Where the node lies: in static memory, and made there. On the stack as well, the start would be its deepest point.
+pub struct Place(StaticCell<Result<BoardNode, NodeError>>);
 
 impl Default for Place {
     fn default() -> Self {
@@ -42,15 +40,16 @@ impl Default for Place {
 impl Place {
     /// Empty.
     pub const fn new() -> Self {
-        Self { buffer: StaticCell::new(), model: StaticCell::new(), node: StaticCell::new() }
+        Self(StaticCell::new())
     }
 }
 
-/// A node and where it keeps model and counter.
+/// A node and where it keeps what must survive.
 pub struct Monitor<F> {
     /// The node.
     pub node: &'static mut BoardNode,
     slots: Slots<F>,
+    journal: Journal<F>,
 }
 
 /// What a monitor started with.
@@ -58,31 +57,36 @@ pub struct Monitor<F> {
 pub struct Start {
     /// Last counter accepted before.
     pub counter: u64,
-    /// The model was deployed; otherwise it is [`OWN_MODEL`].
-    pub deployed: bool,
+    /// A model, or why there is none.
+    pub model: Result<(), Reason>,
+    /// The thresholds are those that were set; otherwise those of the settings.
+    pub has_thresholds: bool,
+    /// What was learned with this model is known again.
+    pub is_remembered: bool,
 }
 
-/// Why a monitor does not start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum StartError {
-    /// The model is refused.
-    Model(ModelError),
-    /// The settings are refused.
-    Node(NodeError),
-}
-
-impl<F: NorFlash> Monitor<F> {
-    /// Starts with what was stored last, or with the board's own model. Each place serves once.
+impl<F: Mapped> Monitor<F> {
+    /// Starts with what was stored last. Each place serves once.
     ///
-    /// Errors: [`StartError`].
-    pub fn start(place: &'static Place, flash: F, config: NodeConfig) -> Result<(Self, Start), StartError> {
-        let mut slots = Slots::new(flash);
-        let (counter, stored) = slots.load(place.buffer.init_with(|| [0; MODEL_BYTES])).unwrap_or_default();
-        let model = decode(&place.model, stored.unwrap_or(OWN_MODEL)).map_err(StartError::Model)?;
-        let node = create(place, config, model).map_err(StartError::Node)?;
-        node.restore_counter(counter);
-        Ok((Self { node, slots }, Start { counter, deployed: stored.is_some() }))
+    /// Errors: those of [`Node::new`].
+    pub fn start(
+        place: &'static Place,
+        slots: F,
+        journal: F,
+        config: NodeConfig,
+    ) -> Result<(Self, Start), NodeError> {
+        let node = create(place, config)?;
+        let (slots, journal) = (Slots::new(slots), Journal::new(journal));
+        let start = restore(node, &slots, &journal);
+        Ok((Self { node, slots, journal }, start))
+    }
+
+    /// Starts anew in the same place with what was stored last: what a loss of power leaves, where there is none.
+    ///
+    /// Errors: those of [`Node::new`].
+    pub fn restart(&mut self, config: NodeConfig) -> Result<Start, NodeError> {
+        *self.node = Node::new(config)?;
+        Ok(restore(self.node, &self.slots, &self.journal))
     }
 
     /// Hands a frame to the node and stores what it then wants stored. `may_write`: the supply will last.
@@ -91,13 +95,40 @@ impl<F: NorFlash> Monitor<F> {
         self.store(time_us, may_write);
     }
 
-    #[inline(never)]
+    /// Polls the node and stores what it then wants stored.
+    pub fn poll(&mut self, time_us: u64, may_write: bool) {
+        self.node.poll(time_us);
+        self.store(time_us, may_write);
+    }
+
     fn store(&mut self, time_us: u64, may_write: bool) {
-        if let Some(save) = self.node.to_save() {
-            let stored = may_write && self.slots.save(save.counter, save.model).is_ok();
+        while let Some(save) = self.node.to_save() {
+            let counter = self.node.command_counter();
+            let stored = may_write && keep(&mut self.slots, &mut self.journal, &save, counter).is_ok();
             self.node.saved(time_us, stored);
         }
     }
+}
+
+#[inline(never)]
+fn create(place: &'static Place, config: NodeConfig) -> Result<&'static mut BoardNode, NodeError> {
+    place.0.init_with(|| Node::new(config)).as_mut().map_err(|error| *error)
+}
+
+#[inline(never)]
+fn restore<F: Mapped>(node: &mut BoardNode, slots: &Slots<F>, journal: &Journal<F>) -> Start {
+    let stored = slots.load();
+    let record = journal.last();
+    let counter = record.map_or(0, |record| record.counter).max(stored.counter);
+    node.restore_counter(counter);
+    let thresholds = stored.state.map_or(&[][..], |state| state.thresholds);
+    let has_thresholds = !thresholds.is_empty() && node.restore_thresholds(thresholds).is_ok();
+    let model = node.load(stored.state.map(|state| state.model).map_err(|missing| match missing {
+        Missing::Nothing => Reason::NothingStored,
+        Missing::Damaged => Reason::Damaged,
+    }));
+    let is_remembered = record.is_some_and(|record| node.restore(record.memory));
+    Start { counter, model, has_thresholds, is_remembered }
 }
 
 #[inline(never)]
@@ -105,19 +136,28 @@ fn hear(node: &mut BoardNode, time_us: u64, frame: &Frame) {
     node.receive(time_us, frame);
 }
 
-/// Decodes a model into static memory; a cell serves once.
-///
-/// Errors: those of [`Model::decode`].
+/// Stores what a node wants stored. A counter alone goes beside the memory: a record instead of an erasure.
 #[inline(never)]
-pub fn decode(cell: &'static ModelCell, bytes: &[u8]) -> Result<&'static BoardModel, ModelError> {
-    cell.init_with(|| Model::decode(bytes)).as_ref().map_err(|error| *error)
-}
-
-#[inline(never)]
-fn create(
-    place: &'static Place,
-    config: NodeConfig,
-    model: &BoardModel,
-) -> Result<&'static mut BoardNode, NodeError> {
-    place.node.init_with(|| Node::new(config, model.clone())).as_mut().map_err(|error| *error)
+fn keep<F: Mapped>(
+    slots: &mut Slots<F>,
+    journal: &mut Journal<F>,
+    save: &Save<'_>,
+    last_counter: u64,
+) -> Result<(), SaveError> {
+    match save {
+        Save::Memory(memory) => journal.append(last_counter, memory),
+        Save::Command { counter, model: None, thresholds: None } => {
+            let mut memory = [0; MEMORY_BYTES];
+            let last = journal.last().map_or(&[][..], |record| record.memory);
+            let length = last.len();
+            for (to, from) in memory.iter_mut().zip(last) {
+                *to = *from;
+            }
+            journal.append(*counter, memory.get(..length).unwrap_or_default())
+        }
+        Save::Command { counter, model, thresholds } => {
+            let thresholds = thresholds.as_ref().map(|thresholds| &thresholds[..]);
+            slots.save(*counter, Change { model: *model, thresholds })
+        }
+    }
 }

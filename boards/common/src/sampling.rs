@@ -3,17 +3,22 @@
 //! One converter takes its inputs one after the other; the keyphasor is the third of five, so that each probe is at most two
 //! conversions from it, and what that turns the vectors by is taken off. Samples that were lost end the reading under way:
 //! a new one begins behind the gap, and a number is left out, so that the node and everybody else on the bus can count it.
+//!
+//! Marks are found in the keyphasor's samples, until a timer captures one: its captures count then, until they cease.
 
 mod level;
+mod marks;
 mod pace;
 #[cfg(test)]
 mod tests;
 
 use rotor_edge_core::can::{Keyphasor, NumberedReading};
-use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, KeyphasorDetector};
-use rotor_edge_core::reading::{PROBES, ProbeVector};
+use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, KeyphasorDetector, PROBES};
+use rotor_edge_core::reading::{ProbeVector, Reading};
 
 pub use level::LevelShift;
+pub use marks::CaptureConfig;
+use marks::Marks;
 use pace::Pace;
 
 /// Bearing 1 X, Y, keyphasor, bearing 2 X, Y.
@@ -38,6 +43,8 @@ pub struct SamplingConfig {
     pub mark_mv: f32,
     /// … after a fall below this much less, mV.
     pub hysteresis_mv: f32,
+    /// The timer that captures marks.
+    pub captures: CaptureConfig,
 }
 
 /// Samples were lost, and a new reading has begun.
@@ -52,6 +59,8 @@ pub struct Sampling {
     extraction: ExtractionConfig,
     extractor: Extractor,
     detector: KeyphasorDetector,
+    marks: Marks,
+    is_captured: bool,
     pace: Pace,
     sequence: u16,
     has_turned: bool,
@@ -76,10 +85,17 @@ impl Sampling {
             extraction,
             extractor: Extractor::new(),
             detector,
+            marks: Marks::new(config.captures),
+            is_captured: false,
             pace: Pace::new(),
             sequence: 0,
             has_turned: false,
         }
+    }
+
+    /// Takes what the timer captured, in order, before the scans that follow it.
+    pub fn captured(&mut self, ticks: u32) {
+        self.marks.captured(ticks);
     }
 
     /// Takes scans that follow those before, read at this time, and gives each reading that they complete. Late ones
@@ -96,9 +112,10 @@ impl Sampling {
         let zero = self.config.level.zero_count();
         for scan in scans {
             let [x1, y1, mark, x2, y2] = scan.map(|count| count as i16 - zero);
-            let mark = self.detector.push(mark);
+            let mark = self.mark(mark);
             if let Some(found) = self.extractor.push(&self.extraction, [x1, y1, x2, y2], mark) {
                 self.has_turned |= found.keyphasor == Keyphasor::Locked;
+                self.is_captured &= found.keyphasor != Keyphasor::Missing;
                 if self.has_turned {
                     made(self.number(found));
                 }
@@ -107,7 +124,18 @@ impl Sampling {
         Ok(())
     }
 
-    /// Samples after the last ones taken are lost: begins anew, and leaves a number out.
+    /// Whether a mark passed since the scan before, and how long before this one, in scans.
+    fn mark(&mut self, count: i16) -> Option<f32> {
+        let (sampled, captured) = (self.detector.push(count), self.marks.next());
+        if captured.is_some() && !self.is_captured {
+            self.is_captured = true;
+            // No window has marks of both.
+            self.extractor = Extractor::new();
+        }
+        if self.is_captured { captured } else { sampled }
+    }
+
+    /// Samples after the last ones taken are lost: begins anew, and leaves a number out. Scans and timer begin together again.
     #[inline(never)]
     pub fn lost(&mut self) -> SamplesLost {
         *self = Self {
@@ -118,11 +146,15 @@ impl Sampling {
         SamplesLost
     }
 
-    fn number(&mut self, Extraction { keyphasor, mut reading, .. }: Extraction) -> NumberedReading {
+    fn number(&mut self, Extraction { keyphasor, reading, .. }: Extraction) -> NumberedReading {
         let conversion_rad = core::f32::consts::TAU / 60e6 * reading.speed_rpm * self.config.conversion_us;
-        for (probe, conversions) in reading.probes.iter_mut().zip(CONVERSIONS_LATER) {
-            *probe = turned(*probe, conversions * conversion_rad);
+        let mut probes = [ProbeVector::LOST; PROBES];
+        let sampled = reading.probes().iter().zip(CONVERSIONS_LATER);
+        for (probe, (vector, conversions)) in probes.iter_mut().zip(sampled) {
+            *probe = turned(*vector, conversions * conversion_rad);
         }
+        let reading = Reading::new(reading.speed_rpm, &probes)
+            .map_or(reading, |turned| turned.with_gaps_v(reading.gaps_v()));
         self.sequence = self.sequence.wrapping_add(1);
         NumberedReading { sequence: self.sequence, keyphasor, reading }
     }

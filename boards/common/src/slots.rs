@@ -1,43 +1,156 @@
-//! Model and command counter in flash, in two slots: a save goes to the slot that is not in use, and its head, with a
-//! checksum over all of it, is written last. Whatever write or erasure a cut in power falls into, one whole slot remains.
+//! Model, thresholds and command counter in flash, in two slots: a save goes to the slot that is not in use, and its head is
+//! written last. Whatever write or erasure a cut in power falls into, one whole slot remains.
 //!
 //! ```text
-//! slot   head: u32 mark, u32 number of the save, u64 counter, u32 length of the model, u32 0, u32 0, u32 CRC-32
-//!        model as deployed; length 0: none yet, the board starts with its own
+//! slot   head: u32 mark, u32 number of the save, u64 counter, u16 length of the model, u16 length of the thresholds,
+//!              u32 CRC-32 of the model, u32 CRC-32 of the thresholds, u32 CRC-32 of the head
+//!        model as deployed, ones up to the next multiple of 32, thresholds; length 0: never saved
 //! ```
+//!
+//! The head has a checksum of its own, so that the counter outlives whatever happens to the rest. Slots of the layout before
+//! (one checksum over head and model, no thresholds) are read as well.
 
 #[cfg(test)]
 mod tests;
 
-use embedded_storage::nor_flash::NorFlash;
+use crate::flash::{Mapped, SaveError, checksum, word, write};
 
-const MARK: u32 = u32::from_le_bytes(*b"REs1");
+const MARK: u32 = u32::from_le_bytes(*b"REs2");
+/// The layout before.
+const OLD_MARK: u32 = u32::from_le_bytes(*b"REs1");
 const HEAD_BYTES: usize = 32;
-/// Bytes read or written at a time: a multiple of what flash can write at once.
-const CHUNK_BYTES: usize = 32;
+const CHECKSUM_PLACE: usize = HEAD_BYTES - 4;
+/// The thresholds begin at a multiple of this.
+const ALIGNMENT: usize = 32;
 const SLOTS: u32 = 2;
 
-type Head = [u8; HEAD_BYTES];
-static CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-
-/// Why nothing was saved; what was saved before is still there.
+/// What was saved last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum SaveError {
-    /// The model is longer than a slot.
-    Length,
-    /// The flash refused to erase, write or read.
-    Flash,
-    /// What was written reads otherwise.
-    Verify,
+pub struct Stored<'a> {
+    /// The highest counter that any slot holds; 0 if none does.
+    pub counter: u64,
+    /// The model's and the thresholds' bytes; the thresholds are empty if they were never saved.
+    pub state: Result<State<'a>, Missing>,
 }
 
-/// What a slot holds, without the model itself.
+/// What belongs together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Record {
+pub struct State<'a> {
+    /// As deployed.
+    pub model: &'a [u8],
+    /// As set; empty if they never were.
+    pub thresholds: &'a [u8],
+}
+
+/// Why there is no model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Missing {
+    /// None was ever saved.
+    Nothing,
+    /// One was saved, and cannot be read any more.
+    Damaged,
+}
+
+/// What changes; `None` stays as it was saved before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Change<'a> {
+    /// The model's bytes.
+    pub model: Option<&'a [u8]>,
+    /// The thresholds' bytes.
+    pub thresholds: Option<&'a [u8]>,
+}
+
+/// A part of a slot: its length and its checksum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Part {
+    bytes: u16,
+    checksum: u32,
+}
+
+impl Part {
+    fn of(bytes: &[u8]) -> Result<Self, SaveError> {
+        let length = u16::try_from(bytes.len()).map_err(|_| SaveError::Length)?;
+        Ok(Self { bytes: length, checksum: checksum(&[bytes]) })
+    }
+
+    fn is(self, bytes: &[u8]) -> bool {
+        Self::of(bytes) == Ok(self)
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Head {
     number: u32,
     counter: u64,
-    model_bytes: u32,
+    model: Part,
+    thresholds: Part,
+}
+
+/// Where the thresholds begin in a slot.
+fn thresholds_place(model_bytes: usize) -> usize {
+    HEAD_BYTES + model_bytes.next_multiple_of(ALIGNMENT)
+}
+
+impl Head {
+    fn encode(&self) -> [u8; HEAD_BYTES] {
+        let mut bytes = [0; HEAD_BYTES];
+        let values = [
+            MARK,
+            self.number,
+            self.counter as u32,
+            (self.counter >> 32) as u32,
+            u32::from(self.model.bytes) | u32::from(self.thresholds.bytes) << 16,
+            self.model.checksum,
+            self.thresholds.checksum,
+        ];
+        let (words, _) = bytes.as_chunks_mut::<4>();
+        for (word, value) in words.iter_mut().zip(values) {
+            *word = value.to_le_bytes();
+        }
+        let check = checksum(&[bytes.get(..CHECKSUM_PLACE).unwrap_or_default()]);
+        if let Some(last) = bytes.last_chunk_mut() {
+            *last = check.to_le_bytes();
+        }
+        bytes
+    }
+
+    /// Of a slot's bytes, if its head is whole.
+    fn decode(slot: &[u8]) -> Option<Self> {
+        let number = word(slot, 4);
+        let counter = u64::from(word(slot, 8)) | u64::from(word(slot, 12)) << 32;
+        let head = match word(slot, 0) {
+            MARK => {
+                let lengths = word(slot, 16);
+                let model = Part { bytes: lengths as u16, checksum: word(slot, 20) };
+                let thresholds = Part { bytes: (lengths >> 16) as u16, checksum: word(slot, 24) };
+                let head = Self { number, counter, model, thresholds };
+                (slot.get(..HEAD_BYTES)? == head.encode()).then_some(head)?
+            }
+            OLD_MARK => {
+                let model = slot.get(HEAD_BYTES..)?.get(..word(slot, 16) as usize)?;
+                let whole = checksum(&[slot.get(..CHECKSUM_PLACE)?, &[0; 4], model]);
+                let empty = Part::of(&[]).ok()?;
+                let head = Self { number, counter, model: Part::of(model).ok()?, thresholds: empty };
+                (whole == word(slot, CHECKSUM_PLACE)).then_some(head)?
+            }
+            _ => return None,
+        };
+        let end = thresholds_place(head.model.bytes.into()) + usize::from(head.thresholds.bytes);
+        (end <= slot.len()).then_some(head)
+    }
+
+    /// What the slot with this head holds, whole or not.
+    fn state<'a>(&self, slot: &'a [u8]) -> Option<State<'a>> {
+        let model_bytes = self.model.bytes.into();
+        Some(State {
+            model: slot.get(HEAD_BYTES..)?.get(..model_bytes)?,
+            thresholds: slot.get(thresholds_place(model_bytes)..)?.get(..self.thresholds.bytes.into())?,
+        })
+    }
+
+    fn is_whole(&self, State { model, thresholds }: State<'_>) -> bool {
+        self.model.is(model) && self.thresholds.is(thresholds)
+    }
 }
 
 /// Two slots in a stretch of flash that nothing else uses.
@@ -45,20 +158,9 @@ pub struct Slots<F> {
     flash: F,
 }
 
-/// Where the bytes of the model to be saved come from.
-#[derive(Clone, Copy)]
-enum Source<'a> {
-    New(&'a [u8]),
-    /// The slot in use.
-    Slot(u32),
-}
-
-impl<F: NorFlash> Slots<F> {
+impl<F: Mapped> Slots<F> {
     /// `flash` may hold anything; its first half becomes one slot, its second half the other.
     pub fn new(flash: F) -> Self {
-        const {
-            assert!(CHUNK_BYTES.is_multiple_of(F::WRITE_SIZE) && CHUNK_BYTES.is_multiple_of(F::READ_SIZE));
-        }
         Self { flash }
     }
 
@@ -67,51 +169,79 @@ impl<F: NorFlash> Slots<F> {
         self.flash
     }
 
-    /// The counter saved last and the model that belongs to it, copied into `buffer`; `None` for the model if none was
-    /// ever saved (or it does not fit), `None` altogether if nothing was.
-    pub fn load<'a>(&mut self, buffer: &'a mut [u8]) -> Option<(u64, Option<&'a [u8]>)> {
-        let (slot, record) = self.newest()?;
-        let Some(model) = buffer.get_mut(..record.model_bytes as usize) else {
-            return Some((record.counter, None));
+    /// What was saved last. Where that is damaged, the slot before serves if it holds the same; a model that was replaced
+    /// does not come back.
+    pub fn load(&self) -> Stored<'_> {
+        let counter = self.heads().into_iter().flatten().map(|head| head.counter).max().unwrap_or_default();
+        let state = match self.source() {
+            Some((slot, head)) => match head.state(self.slot(slot)) {
+                Some(state) if state.model.is_empty() => Err(Missing::Nothing),
+                Some(state) if head.is_whole(state) => Ok(state),
+                _ => Err(Missing::Damaged),
+            },
+            None if self.is_marked() => Err(Missing::Damaged),
+            None => Err(Missing::Nothing),
         };
-        for (place, chunk) in (0..).step_by(CHUNK_BYTES).zip(model.chunks_mut(CHUNK_BYTES)) {
-            let read = self.chunk(Source::Slot(slot), place).ok()?;
-            for (to, from) in chunk.iter_mut().zip(read) {
-                *to = from;
-            }
-        }
-        Some((record.counter, (!model.is_empty()).then_some(model)))
+        Stored { counter, state }
     }
 
-    /// Saves the counter, and the model or with `None` the one saved before.
+    /// Saves the counter and what changes.
     ///
     /// Errors: [`SaveError`].
-    pub fn save(&mut self, counter: u64, model: Option<&[u8]>) -> Result<(), SaveError> {
-        let newest = self.newest();
-        let (slot, number) = match newest {
-            Some((slot, record)) => ((slot + 1) % SLOTS, record.number.wrapping_add(1)),
-            None => (0, 0),
+    pub fn save(&mut self, counter: u64, change: Change<'_>) -> Result<(), SaveError> {
+        let source = self.source();
+        let number = self.newest().map_or(0, |(_, head)| head.number.wrapping_add(1));
+        let target = source.map_or(0, |(slot, _)| (slot + 1) % SLOTS);
+        let part = |new: Option<&[u8]>, old: fn(&Head) -> Part| match (new, &source) {
+            (Some(bytes), _) => Part::of(bytes),
+            (None, Some((_, head))) => Ok(old(head)),
+            (None, None) => Part::of(&[]),
         };
-        let (source, length) = match (model, newest) {
-            (Some(model), _) => (Source::New(model), model.len()),
-            (None, Some((slot, record))) => (Source::Slot(slot), record.model_bytes as usize),
-            (None, None) => (Source::New(&[]), 0),
-        };
-        let model_bytes = u32::try_from(length).map_err(|_| SaveError::Length)?;
-        let record = Record { number, counter, model_bytes };
-        if HEAD_BYTES + length.next_multiple_of(CHUNK_BYTES) > self.slot_bytes() as usize {
+        let model = part(change.model, |head| head.model)?;
+        let thresholds = part(change.thresholds, |head| head.thresholds)?;
+        let place = thresholds_place(model.bytes.into());
+        if place + usize::from(thresholds.bytes) > self.slot_bytes() as usize {
             return Err(SaveError::Length);
         }
-        let start = self.start(slot);
+        let start = self.start(target);
         self.flash.erase(start, start + self.slot_bytes()).map_err(|_| SaveError::Flash)?;
-        for place in (0..length).step_by(CHUNK_BYTES) {
-            let chunk = self.chunk(source, place)?;
-            let address = start + (HEAD_BYTES + place) as u32;
-            self.flash.write(address, &chunk).map_err(|_| SaveError::Flash)?;
+        let from =
+            source.map(|(slot, head)| (self.start(slot) as usize, thresholds_place(head.model.bytes.into())));
+        self.put(start + HEAD_BYTES as u32, change.model, from.map(|(slot, _)| slot + HEAD_BYTES), model)?;
+        self.put(start + place as u32, change.thresholds, from.map(|(slot, at)| slot + at), thresholds)?;
+        let head = Head { number, counter, model, thresholds };
+        write(&mut self.flash, start, &head.encode())?;
+        let slot = self.slot(target);
+        let reads = Head::decode(slot) == Some(head)
+            && head.state(slot).is_some_and(|state| {
+                // What was damaged before may stay so, and is known by its old checksum.
+                (change.model.is_none() || model.is(state.model))
+                    && (change.thresholds.is_none() || thresholds.is(state.thresholds))
+            });
+        if reads { Ok(()) } else { Err(SaveError::Verify) }
+    }
+
+    /// Writes a part: new bytes, or else those that are at `old`.
+    fn put(
+        &mut self,
+        start: u32,
+        new: Option<&[u8]>,
+        old: Option<usize>,
+        part: Part,
+    ) -> Result<(), SaveError> {
+        if let Some(bytes) = new {
+            return write(&mut self.flash, start, bytes);
         }
-        let head = self.head(&record, source)?;
-        self.flash.write(start, &head).map_err(|_| SaveError::Flash)?;
-        if self.read(slot) == Some(record) { Ok(()) } else { Err(SaveError::Verify) }
+        let Some(old) = old else { return Ok(()) };
+        for place in (0..usize::from(part.bytes)).step_by(ALIGNMENT) {
+            let mut chunk = [0xff; ALIGNMENT];
+            let left = self.flash.mapped().get(old + place..).unwrap_or_default();
+            for (to, from) in chunk.iter_mut().zip(left.iter().take(usize::from(part.bytes) - place)) {
+                *to = *from;
+            }
+            write(&mut self.flash, start + place as u32, &chunk)?;
+        }
+        Ok(())
     }
 
     fn slot_bytes(&self) -> u32 {
@@ -123,67 +253,42 @@ impl<F: NorFlash> Slots<F> {
         slot * self.slot_bytes()
     }
 
-    /// The whole slot that was saved last. Numbers wrap; two slots in use differ by one.
-    fn newest(&mut self) -> Option<(u32, Record)> {
-        match (self.read(0), self.read(1)) {
-            (Some(first), Some(second)) if second.number == first.number.wrapping_add(1) => Some((1, second)),
-            (Some(first), _) => Some((0, first)),
-            (None, second) => Some((1, second?)),
+    fn slot(&self, slot: u32) -> &[u8] {
+        let start = self.start(slot) as usize;
+        self.flash.mapped().get(start..start + self.slot_bytes() as usize).unwrap_or_default()
+    }
+
+    fn heads(&self) -> [Option<Head>; SLOTS as usize] {
+        [0, 1].map(|slot| Head::decode(self.slot(slot)))
+    }
+
+    /// The slot that was saved last. Numbers wrap; two slots in use differ by one.
+    fn newest(&self) -> Option<(u32, Head)> {
+        match self.heads() {
+            [Some(first), Some(second)] if second.number == first.number.wrapping_add(1) => Some((1, second)),
+            [Some(first), _] => Some((0, first)),
+            [None, second] => Some((1, second?)),
         }
     }
 
-    /// What a slot holds, if its checksum is right.
-    fn read(&mut self, slot: u32) -> Option<Record> {
-        let mut head: Head = [0; HEAD_BYTES];
-        self.flash.read(self.start(slot), &mut head).ok()?;
-        let (words, _) = head.as_chunks::<4>();
-        let word = |place: usize| words.get(place).map_or(0, |word| u32::from_le_bytes(*word));
-        let record = Record {
-            number: word(1),
-            counter: u64::from(word(2)) | u64::from(word(3)) << 32,
-            model_bytes: word(4),
-        };
-        let room = self.slot_bytes() as usize - HEAD_BYTES;
-        let plausible = word(0) == MARK && record.model_bytes as usize <= room;
-        (plausible && self.head(&record, Source::Slot(slot)) == Ok(head)).then_some(record)
-    }
-
-    /// The head of a record, with the checksum over itself and the model.
-    fn head(&mut self, record: &Record, source: Source<'_>) -> Result<Head, SaveError> {
-        let mut head: Head = [0; HEAD_BYTES];
-        let (words, _) = head.as_chunks_mut::<4>();
-        let low = record.counter as u32;
-        let high = (record.counter >> 32) as u32;
-        for (word, value) in words.iter_mut().zip([MARK, record.number, low, high, record.model_bytes]) {
-            *word = value.to_le_bytes();
-        }
-        let mut digest = CRC.digest();
-        digest.update(&head);
-        let length = record.model_bytes as usize;
-        for place in (0..length).step_by(CHUNK_BYTES) {
-            let chunk = self.chunk(source, place)?;
-            digest.update(chunk.get(..length - place).unwrap_or(&chunk));
-        }
-        if let Some(last) = head.last_chunk_mut() {
-            *last = digest.finalize().to_le_bytes();
-        }
-        Ok(head)
-    }
-
-    /// The model's bytes from `place` on, filled up with ones at the end.
-    fn chunk(&mut self, source: Source<'_>, place: usize) -> Result<[u8; CHUNK_BYTES], SaveError> {
-        let mut chunk = [0xff; CHUNK_BYTES];
-        match source {
-            Source::New(model) => {
-                for (to, from) in chunk.iter_mut().zip(model.iter().skip(place)) {
-                    *to = *from;
-                }
+    /// The slot to read from: the newest, or if that is damaged the other, should it hold the same.
+    fn source(&self) -> Option<(u32, Head)> {
+        let (slot, head) = self.newest()?;
+        let whole = |slot, head: &Head| head.state(self.slot(slot)).is_some_and(|state| head.is_whole(state));
+        let other = (slot + 1) % SLOTS;
+        match Head::decode(self.slot(other)) {
+            Some(before)
+                if !whole(slot, &head)
+                    && (before.model, before.thresholds) == (head.model, head.thresholds)
+                    && whole(other, &before) =>
+            {
+                Some((other, before))
             }
-            Source::Slot(slot) => {
-                let address = self.start(slot) + (HEAD_BYTES + place) as u32;
-                self.flash.read(address, &mut chunk).map_err(|_| SaveError::Flash)?;
-            }
+            _ => Some((slot, head)),
         }
-        Ok(chunk)
+    }
+
+    fn is_marked(&self) -> bool {
+        [0, 1].into_iter().any(|slot| [MARK, OLD_MARK].contains(&word(self.slot(slot), 0)))
     }
 }

@@ -28,8 +28,8 @@ fn main() -> ! {
     clock::start(peripherals.SYST);
     uart::start();
     // SAFETY: once, here.
-    let flash = unsafe { StateMemory::take() };
-    let (mut monitor, started) = match Monitor::start(&PLACE, flash, sample::config()) {
+    let (slots, journal) = unsafe { StateMemory::take() };
+    let (mut monitor, started) = match Monitor::start(&PLACE, slots, journal, sample::config()) {
         Ok(started) => started,
         Err(error) => panic!("the node does not start: {error:?}"),
     };
@@ -38,7 +38,9 @@ fn main() -> ! {
     let mut look = Look { due_us: 0, deepest_bytes: 0 };
     loop {
         let time_us = clock::now_us();
-        monitor.node.poll(time_us);
+        if time_us >= monitor.node.poll_at() {
+            monitor.poll(time_us, true);
+        }
         while let Some(byte) = UART0.read() {
             wire.take(&mut monitor, byte);
         }

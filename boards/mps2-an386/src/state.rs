@@ -1,10 +1,13 @@
 //! Flash as this board would have it: a stretch of memory that survives a reset, with a flash's rules.
 
 use core::ptr::addr_of;
+use core::slice;
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
+
+use rotor_edge_boards::flash::Mapped;
 
 const PAGE_BYTES: usize = 2048;
 const WORD_BYTES: usize = 8;
@@ -15,25 +18,40 @@ unsafe extern "C" {
     static _state_bytes: u8;
 }
 
-/// The stretch that `memory.x` names; there is only one.
-pub struct StateMemory(());
+/// Of it, the journal's part; the slots' follows.
+const JOURNAL_BYTES: usize = 2 * PAGE_BYTES;
+
+/// A part of the stretch that `memory.x` names.
+pub struct StateMemory {
+    start: usize,
+    bytes: usize,
+}
 
 impl StateMemory {
-    /// Takes it.
+    /// Takes the slots' part and the journal's.
     ///
     /// # Safety
     /// To be called once: two owners would write over each other.
-    pub const unsafe fn take() -> Self {
-        Self(())
+    pub unsafe fn take() -> (Self, Self) {
+        let (start, bytes) = (addr_of!(_state_start) as usize, addr_of!(_state_bytes) as usize);
+        let slots = Self { start: start + JOURNAL_BYTES, bytes: bytes - JOURNAL_BYTES };
+        (slots, Self { start, bytes: JOURNAL_BYTES })
     }
 
     fn at(&self, offset: u32) -> *mut u8 {
-        (addr_of!(_state_start) as usize + offset as usize) as *mut u8
+        (self.start + offset as usize) as *mut u8
     }
 
     fn each(&self, offset: u32, length: usize) -> impl Iterator<Item = *mut u8> + use<> {
         let first = self.at(offset);
         (0..length).map(move |place| first.wrapping_add(place))
+    }
+}
+
+impl Mapped for StateMemory {
+    fn mapped(&self) -> &[u8] {
+        // SAFETY: within the stretch, of which only `self` uses this part, and writes while nobody reads.
+        unsafe { slice::from_raw_parts(self.at(0), self.bytes) }
     }
 }
 
@@ -64,7 +82,7 @@ impl ReadNorFlash for StateMemory {
     }
 
     fn capacity(&self) -> usize {
-        addr_of!(_state_bytes) as usize
+        self.bytes
     }
 }
 

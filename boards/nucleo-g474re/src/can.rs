@@ -5,8 +5,10 @@ use embassy_stm32::can::{
     BufferedCan, BufferedCanReceiver, BufferedCanSender, Frame as BusFrame, RxBuf, TxBuf,
 };
 use embassy_stm32::pac;
+use embassy_stm32::pac::can::vals::Act;
 use embedded_can::{Frame as _, Id};
 use rotor_edge_boards::recovery::Recovery;
+use rotor_edge_boards::watchdog::{Activity, Sending, Wire};
 use rotor_edge_core::can::Frame;
 use static_cell::StaticCell;
 
@@ -26,6 +28,7 @@ pub struct Can {
     /// Taken from the node, not yet by the controller.
     held: Option<BusFrame>,
     recovery: Recovery,
+    sending: Sending,
 }
 
 /// Gives a started controller its rings.
@@ -39,7 +42,7 @@ impl Can {
     /// Takes over a controller.
     pub fn new(controller: Buffered) -> Self {
         let (receiver, sender) = (controller.reader(), controller.writer());
-        Self { controller, receiver, sender, held: None, recovery: Recovery::new() }
+        Self { controller, receiver, sender, held: None, recovery: Recovery::new(), sending: Sending::new() }
     }
 
     /// The next frame. Errors on the wire are the controller's to count, and [`Can::poll`]'s to act upon.
@@ -60,24 +63,38 @@ impl Can {
         }
     }
 
-    /// Sends what there is until the ring is full. `true` if that is progress: nothing waits, something left, or the fault is
-    /// the wire's and not this program's.
-    pub fn send_all(&mut self, mut next: impl FnMut() -> Option<Frame>) -> bool {
+    /// Sends what there is until the ring is full. `true` if that is progress: nothing waits, something left, or what holds it
+    /// is the wire and not this program.
+    pub fn send_all(&mut self, time_us: u64, mut next: impl FnMut() -> Option<Frame>) -> bool {
         let mut moved = false;
         while let Some(frame) = self.held.take().or_else(|| next().and_then(|frame| to_bus(&frame))) {
             match self.sender.try_write(frame) {
                 Ok(()) => moved = true,
                 Err(embassy_sync::channel::TrySendError::Full(frame)) => {
                     self.held = Some(frame);
-                    return moved
-                        || !matches!(
-                            self.controller.properties().bus_error_mode(),
-                            BusErrorMode::ErrorActive
-                        );
+                    if !moved {
+                        return self.sending.is_held_by(time_us, self.wire());
+                    }
+                    break;
                 }
             }
         }
+        self.sending.moved();
         true
+    }
+
+    fn wire(&self) -> Wire {
+        let status = pac::FDCAN1.psr().read();
+        Wire {
+            is_asked: pac::FDCAN1.txbrp().read().0 != 0,
+            is_faulty: status.ep() || status.bo(),
+            activity: match status.act() {
+                Act::SYNC => Activity::Synchronising,
+                Act::IDLE => Activity::Idle,
+                Act::RX => Activity::Receiving,
+                Act::TX => Activity::Sending,
+            },
+        }
     }
 
     /// Looks after the controller: thrown off the bus, it joins again when its wait is over.

@@ -14,9 +14,12 @@
 //! arrays and matrices (by columns) as their entries alone.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest};
+use heapless::Vec;
+use nalgebra::{ArrayStorage, SMatrix};
 use postcard::ser_flavors::Flavor;
+use serde::Deserialize;
 
-use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError};
+use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError, Noise};
 
 /// zlib's CRC-32 (Python: `binascii.crc32`).
 static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -55,7 +58,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         let plane = shape + 2 * F32;
         let terms = MAX_SUPPORTS * support + MAX_KNOTS * knot + MAX_FORCINGS * forcing;
         let lists = 6 * MARK + PLANES * plane + PROBES * probe;
-        HEAD_BYTES + shaft + terms + lists + (1 + 1 + 2) * F32 + 4
+        HEAD_BYTES + shaft + terms + lists + (1 + 2 + 2) * F32 + 4
     }
 
     /// What the model in these bytes needs of the firmware; `None` if they are too few or of another schema.
@@ -103,18 +106,35 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     #[inline(never)]
     pub fn decode(bytes: &[u8]) -> Result<Self, ModelError> {
         // One variable, returned as it is: a model is not small, and a second copy would be on the stack.
-        let mut decoded = Self::parse(bytes);
-        if let Ok(model) = &decoded
-            && let Err(error) = model.check()
+        let mut decoded = Ok(Self::EMPTY);
+        if let Ok(model) = &mut decoded
+            && let Err(error) = model.read(bytes).and_then(|()| model.check())
         {
             decoded = Err(error);
         }
         decoded
     }
 
-    /// Not inlined: postcard's stack is free again when the model is checked.
+    /// No terms, and nothing that could be checked.
+    const EMPTY: Self = Self {
+        stiffness: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
+        mass: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
+        polar_inertia: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
+        internal_damping_s: 0.0,
+        planes: Vec::new(),
+        supports: Vec::new(),
+        knots: Vec::new(),
+        forcings: Vec::new(),
+        probes: Vec::new(),
+        initial_unbalance_g_mm: Vec::new(),
+        unbalance_floor_g_mm: 0.0,
+        noise: Noise { relative: 0.0, floor_um: 0.0 },
+        speed_range_rpm: [0.0; 2],
+    };
+
+    /// Field by field into its place: as one value a model would be on the stack three times over.
     #[inline(never)]
-    fn parse(bytes: &[u8]) -> Result<Self, ModelError> {
+    fn read(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
         let (schema, _) = bytes.split_first_chunk::<SCHEMA_BYTES>().ok_or(ModelError::Encoding)?;
         if u32::from_le_bytes(*schema) != MODEL_SCHEMA {
             return Err(ModelError::Schema);
@@ -130,10 +150,49 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
             return Err(ModelError::Planes);
         }
         let body = bytes.get(HEAD_BYTES..).unwrap_or_default();
+        let mut rest = body;
+        let Self {
+            stiffness,
+            mass,
+            polar_inertia,
+            internal_damping_s,
+            planes,
+            supports,
+            knots,
+            forcings,
+            probes,
+            initial_unbalance_g_mm,
+            unbalance_floor_g_mm,
+            noise,
+            speed_range_rpm,
+        } = self;
+        take(&mut rest, stiffness)?;
+        take(&mut rest, mass)?;
+        take(&mut rest, polar_inertia)?;
+        take(&mut rest, internal_damping_s)?;
+        take(&mut rest, planes)?;
+        take(&mut rest, supports)?;
+        take(&mut rest, knots)?;
+        take(&mut rest, forcings)?;
+        take(&mut rest, probes)?;
+        take(&mut rest, initial_unbalance_g_mm)?;
+        take(&mut rest, unbalance_floor_g_mm)?;
+        take(&mut rest, noise)?;
+        take(&mut rest, speed_range_rpm)?;
+        let fields = body.get(..body.len().saturating_sub(rest.len())).unwrap_or_default();
+        let stated = rest.first_chunk().map(|checksum| u32::from_le_bytes(*checksum));
         // The counts lie outside of the checksum: what it covers decides.
-        postcard::from_bytes_crc32(body, CRC.digest())
-            .ok()
-            .filter(|model: &Self| model.own_counts() == counts)
-            .ok_or(ModelError::Encoding)
+        match stated == Some(CRC.checksum(fields)) && self.own_counts() == counts {
+            true => Ok(()),
+            false => Err(ModelError::Encoding),
+        }
     }
+}
+
+/// Reads a field in postcard and leaves what follows it.
+#[inline(never)]
+fn take<'a, T: Deserialize<'a>>(rest: &mut &'a [u8], field: &mut T) -> Result<(), ModelError> {
+    let (read, left) = postcard::take_from_bytes(rest).map_err(|_| ModelError::Encoding)?;
+    (*field, *rest) = (read, left);
+    Ok(())
 }

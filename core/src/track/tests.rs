@@ -1,6 +1,6 @@
 use super::*;
 use crate::model::tests::rigid_rotor;
-use crate::model::{Probe, Support};
+use crate::model::{Noise, Probe, Support};
 use crate::response::{response, support_amplitudes};
 use crate::testing::Random;
 
@@ -28,7 +28,26 @@ fn follow<const N: usize, const PROBES: usize, const PLANES: usize>(
     model: &Model<N, PROBES, PLANES>,
     reading: &Reading,
 ) -> Result<Estimate, TrackError> {
-    Tracker::new(model).update(&TrackConfig::default(), model, reading, GROWTH)
+    update(&mut Tracker::new(model), model, reading, GROWTH)
+}
+
+/// What each plane may have grown to since the last estimate.
+fn grown<const PLANES: usize>(tracker: &Tracker<PLANES>, growth: f32) -> [f32; MAX_PLANES] {
+    let mut bounds = [0.0; MAX_PLANES];
+    for (bound, [x, y]) in bounds.iter_mut().zip(tracker.last_g_mm()) {
+        *bound = growth * x.hypot(*y);
+    }
+    bounds
+}
+
+fn update<const N: usize, const PROBES: usize, const PLANES: usize>(
+    tracker: &mut Tracker<PLANES>,
+    model: &Model<N, PROBES, PLANES>,
+    reading: &Reading,
+    growth: f32,
+) -> Result<Estimate, TrackError> {
+    let bounds = grown(tracker, growth);
+    tracker.update(&TrackConfig::default(), model, reading, &bounds)
 }
 
 fn differs_by(found: &[Pair], want: &[Pair]) -> f32 {
@@ -66,7 +85,7 @@ fn a_jump_by_three_is_followed_at_the_bound_and_told_from_a_misfit_and_caught_up
     let mut tracker = Tracker::new(&model);
     let mut residuals = std::vec::Vec::new();
     for number in 1..=9 {
-        let estimate = tracker.update(&TrackConfig::default(), &model, &reading, GROWTH).unwrap();
+        let estimate = update(&mut tracker, &model, &reading, GROWTH).unwrap();
         // 1.2⁶ = 2.99 < 3 < 1.2⁷.
         assert_eq!(estimate.at_bound[..2], [number < 7; 2], "reading {number}");
         assert!(estimate.free_residual_um < 1e-4 * estimate.residual.f_um);
@@ -83,7 +102,7 @@ fn growth_is_the_factor_of_the_bound() {
     let reading = shown(&model, &[[9000.0, 12_000.0], [-3000.0, 6000.0]]);
     for growth in [1.0, 1.5, 2.5] {
         let mut tracker = Tracker::new(&model);
-        let estimate = tracker.update(&TrackConfig::default(), &model, &reading, growth).unwrap();
+        let estimate = update(&mut tracker, &model, &reading, growth).unwrap();
         let [x, y] = estimate.unbalance_g_mm[0];
         assert!((x.hypot(y) / (growth * 5000.0) - 1.0).abs() < 1e-5);
     }
@@ -130,7 +149,7 @@ fn roomy() -> Model<2, 8, 4> {
         probes: (0..8).map(probe).collect(),
         initial_unbalance_g_mm: small.initial_unbalance_g_mm.iter().copied().collect(),
         unbalance_floor_g_mm: 100.0,
-        noise_um: 0.1,
+        noise: Noise { relative: 0.0, floor_um: 0.1 },
         speed_range_rpm: small.speed_range_rpm,
     }
 }
@@ -163,11 +182,11 @@ fn planes_whose_deviation_exceeds_their_bound_are_not_determined() {
     let deviation = follow(&model, &reading).unwrap().deviation_g_mm;
     assert!(deviation[..2].iter().all(|x| *x > 0.0) && deviation[2].is_nan());
     // The smaller bound is 1.2·2236 g·mm.
-    model.noise_um = 0.1 * 0.99 * GROWTH * 2236.0 / deviation[1];
+    model.noise.floor_um = 0.1 * 0.99 * GROWTH * 2236.0 / deviation[1];
     assert!(follow(&model, &reading).is_ok());
-    model.noise_um *= 1.02;
+    model.noise.floor_um *= 1.02;
     assert_eq!(follow(&model, &reading), Err(TrackError::Undetermined));
-    model.noise_um = 0.0;
+    model.noise = Noise::default();
     assert!(follow(&model, &reading).unwrap().deviation_g_mm.iter().all(|x| x.is_nan()));
 }
 
@@ -182,8 +201,8 @@ fn estimates_of_noisy_readings_scatter_as_the_deviation_says() {
     const READINGS: usize = 2000;
     for _ in 0..READINGS {
         let noisy = whole.probes().iter().map(|p| ProbeVector {
-            cos_um: p.cos_um + model.noise_um * normal(),
-            sin_um: p.sin_um + model.noise_um * normal(),
+            cos_um: p.cos_um + model.noise.floor_um * normal(),
+            sin_um: p.sin_um + model.noise.floor_um * normal(),
         });
         let reading = Reading::new(SPEED_RPM, &noisy.collect::<std::vec::Vec<_>>()).unwrap();
         let estimate = follow(&model, &reading).unwrap();
@@ -211,15 +230,19 @@ fn hardening_supports_are_followed_to_their_amplitude() {
     let truth = [[3100.0, 4100.0], [-900.0, 2100.0]];
     let reading = shown(&model, &truth);
     let mut tracker = Tracker::new(&model);
-    let estimate = tracker.update(&TrackConfig::default(), &model, &reading, GROWTH).unwrap();
+    let estimate = update(&mut tracker, &model, &reading, GROWTH).unwrap();
     assert!((1..=8).contains(&estimate.rounds), "{}", estimate.rounds);
     assert!(differs_by(&estimate.unbalance_g_mm, &truth) < 2.0, "{:?}", estimate.unbalance_g_mm);
     assert!(estimate.residual.ratio < 5e-4);
-    let again = tracker.update(&TrackConfig::default(), &model, &reading, GROWTH).unwrap();
+    let again = update(&mut tracker, &model, &reading, GROWTH).unwrap();
     assert!(again.rounds <= 1, "the next reading goes on from there: {}", again.rounds);
     // Without the hardening the same reading does not fit.
     let linear = TrackConfig { amplitude_rounds: 0, ..TrackConfig::default() };
-    let without = Tracker::new(&model).update(&linear, &model, &reading, GROWTH).unwrap();
+    let without = {
+        let mut tracker = Tracker::new(&model);
+        let bounds = grown(&tracker, GROWTH);
+        tracker.update(&linear, &model, &reading, &bounds).unwrap()
+    };
     assert!(differs_by(&without.unbalance_g_mm, &truth) > 50.0);
 }
 
@@ -229,7 +252,7 @@ fn a_reading_that_cannot_be_used_leaves_the_tracker_as_it_was() {
     let good = shown(&model, &model.initial_unbalance_g_mm);
     let mut tracker = Tracker::new(&model);
     let before = tracker;
-    let mut update = |reading: &Reading| tracker.update(&TrackConfig::default(), &model, reading, GROWTH);
+    let mut update = |reading: &Reading| update(&mut tracker, &model, reading, GROWTH);
     let mut lost = good;
     lost.lose(0b0111);
     assert_eq!(update(&lost), Err(TrackError::Undetermined));

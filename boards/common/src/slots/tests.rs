@@ -1,153 +1,76 @@
-//! Every place at which power can fail, on flash that behaves as flash does.
+//! Every place at which power can fail, and every bit that can be damaged.
 
 use std::vec;
 use std::vec::Vec;
 
-use embedded_storage::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
-
 use super::*;
+use crate::testing::{Flash as TestFlash, WORD};
 
-const WORD: usize = 8;
 const PAGE: usize = 64;
-const FLASH_BYTES: usize = 16 * PAGE;
+const PAGES: usize = 16;
+const FLASH_BYTES: usize = PAGES * PAGE;
 
-/// Flash of double words, each writable once after an erasure, that loses power at a chosen moment.
-#[derive(Clone)]
-struct Flash {
-    bytes: Vec<u8>,
-    written: Vec<bool>,
-    /// Words still to be written or pages to be erased before power fails; that one is half done.
-    power: usize,
-    seed: u64,
+type Flash = TestFlash<PAGE>;
+/// Counter, model, thresholds.
+type Found = (u64, Result<(Vec<u8>, Vec<u8>), Missing>);
+
+fn blank() -> Flash {
+    Flash::new(PAGES, || 0xff)
 }
 
-#[derive(Debug)]
-struct Dead;
-
-impl NorFlashError for Dead {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::Other
-    }
+fn found(slots: &Slots<Flash>) -> Found {
+    let Stored { counter, state } = slots.load();
+    (counter, state.map(|state| (state.model.to_vec(), state.thresholds.to_vec())))
 }
 
-impl ErrorType for Flash {
-    type Error = Dead;
-}
-
-impl Flash {
-    fn new(fill: impl FnMut() -> u8) -> Self {
-        let mut bytes = vec![0; FLASH_BYTES];
-        bytes.fill_with(fill);
-        Self { bytes, written: vec![true; FLASH_BYTES / WORD], power: usize::MAX, seed: 1 }
-    }
-
-    fn random(&mut self) -> u8 {
-        self.seed = self.seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.seed >> 56) as u8
-    }
-
-    /// Whether there is still power for a step, and whether it is the one that is cut.
-    fn spend(&mut self) -> Result<bool, Dead> {
-        match self.power {
-            0 => Err(Dead),
-            _ => {
-                self.power -= 1;
-                Ok(self.power == 0)
-            }
-        }
-    }
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Dead> {
-        if self.power == 0 {
-            return Err(Dead);
-        }
-        bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.bytes.len()
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = PAGE;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Dead> {
-        assert!((from as usize).is_multiple_of(PAGE) && (to as usize).is_multiple_of(PAGE));
-        for page in (from as usize..to as usize).step_by(PAGE) {
-            let cut = self.spend()?;
-            for at in page..page + PAGE {
-                // Half an erasure leaves anything.
-                self.bytes[at] = if cut { self.random() } else { 0xff };
-                self.written[at / WORD] = cut;
-            }
-            if cut {
-                return Err(Dead);
-            }
-        }
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Dead> {
-        assert!((offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD));
-        for (word, bytes) in (offset as usize / WORD..).zip(bytes.chunks(WORD)) {
-            let cut = self.spend()?;
-            assert!(!self.written[word], "a word is written once after an erasure");
-            self.written[word] = true;
-            for (at, &byte) in (word * WORD..).zip(bytes) {
-                // Half a write has cleared some of the bits that it was to clear.
-                self.bytes[at] = if cut { byte | self.random() } else { byte };
-            }
-            if cut {
-                return Err(Dead);
-            }
-        }
-        Ok(())
-    }
-}
-
-fn load(flash: &Flash) -> Option<(u64, Option<Vec<u8>>)> {
-    let mut buffer = [0; FLASH_BYTES];
-    let mut slots = Slots::new(flash.clone());
-    slots.load(&mut buffer).map(|(counter, model)| (counter, model.map(Vec::from)))
+fn load(flash: &Flash) -> Found {
+    found(&Slots::new(flash.clone()))
 }
 
 fn model(version: u8, length: usize) -> Vec<u8> {
     (0..length).map(|place| version ^ place as u8).collect()
 }
 
+fn both<'a>(model: &'a [u8], thresholds: &'a [u8]) -> Change<'a> {
+    Change { model: Some(model), thresholds: Some(thresholds) }
+}
+
+fn only_model(model: &[u8]) -> Change<'_> {
+    Change { model: Some(model), thresholds: None }
+}
+
+fn saved(mut slots: Slots<Flash>, counter: u64, change: Change<'_>) -> Slots<Flash> {
+    slots.save(counter, change).unwrap();
+    assert_eq!(slots.flash.refused, 0, "a word is written once after an erasure");
+    slots
+}
+
 /// Cuts power at each step of a save, twice over: the restarted board is cut again while it saves.
-fn cut_everywhere(before: &Flash, counter: u64, new: Option<&[u8]>) {
+fn cut_everywhere(before: &Flash, counter: u64, change: Change<'_>) {
     let old = load(before);
-    let want = Some((counter, new.map(Vec::from).or(old.clone().and_then(|(_, model)| model))));
-    let mut whole = Slots::new(before.clone());
-    whole.save(counter, new).unwrap();
-    assert_eq!(load(&whole.flash), want);
+    let want = found(&saved(Slots::new(before.clone()), counter, change));
+    // On flash that was never saved to, a save that was cut is seen to have been begun.
+    let is_old =
+        |now: &Found| *now == old || old == (0, Err(Missing::Nothing)) && *now == (0, Err(Missing::Damaged));
     let steps = FLASH_BYTES / WORD;
     let mut cuts = 0;
     for power in 1..steps {
         for seed in 0..8 {
             let mut slots = Slots::new(Flash { power, seed, ..before.clone() });
-            let saved = slots.save(counter, new);
-            let restarted = Flash { power: usize::MAX, ..slots.flash };
-            let found = load(&restarted);
-            if saved.is_ok() {
-                assert_eq!(found, want);
+            let result = slots.save(counter, change);
+            let restarted = slots.flash.restarted();
+            let now = load(&restarted);
+            if result.is_ok() {
+                assert_eq!(now, want);
                 continue;
             }
             cuts += 1;
-            assert!(found == old || found == want, "cut at {power}: {found:?}");
+            assert!(is_old(&now) || now == want, "cut at {power}: {now:?}");
             for again in 1..steps {
                 let mut slots = Slots::new(Flash { power: again, ..restarted.clone() });
-                let saved = slots.save(counter, new);
-                let found = load(&Flash { power: usize::MAX, ..slots.flash });
-                assert!(found == want || (saved.is_err() && found == old), "cut at {power}, then {again}");
+                let result = slots.save(counter, change);
+                let now = load(&slots.flash.restarted());
+                assert!(now == want || (result.is_err() && is_old(&now)), "cut at {power}, then {again}");
             }
         }
     }
@@ -157,71 +80,129 @@ fn cut_everywhere(before: &Flash, counter: u64, new: Option<&[u8]>) {
 #[test]
 fn a_cut_at_any_write_or_erasure_leaves_the_old_state_or_the_new_one() {
     let (first, second, third) = (model(1, 200), model(2, 77), model(3, 210));
-    let blank = Flash::new(|| 0xff);
-    cut_everywhere(&blank, 1, Some(&first));
-    let mut slots = Slots::new(blank);
-    slots.save(1, Some(&first)).unwrap();
-    cut_everywhere(&slots.flash, 2, Some(&second));
-    slots.save(2, Some(&second)).unwrap();
-    cut_everywhere(&slots.flash, 3, Some(&third));
-    cut_everywhere(&slots.flash, 3, None);
+    cut_everywhere(&blank(), 1, both(&first, &[1; 40]));
+    let slots = saved(Slots::new(blank()), 1, both(&first, &[1; 40]));
+    cut_everywhere(&slots.flash, 2, only_model(&second));
+    let slots = saved(slots, 2, only_model(&second));
+    cut_everywhere(&slots.flash, 3, both(&third, &[7; 33]));
+    cut_everywhere(&slots.flash, 3, Change { model: None, thresholds: Some(&[9; 50]) });
+    cut_everywhere(&slots.flash, 3, Change::default());
 }
 
 #[test]
 fn whatever_the_flash_held_before_nothing_is_found_and_everything_can_be_saved() {
-    let mut seed = Flash::new(|| 0);
+    let mut seed = Flash::new(PAGES, || 0);
     for fill in 0..=255 {
-        let flash = Flash::new(|| if fill == 0 { seed.random() } else { fill });
-        assert_eq!(load(&flash), None);
-        let mut slots = Slots::new(flash);
-        slots.save(9, Some(&[1, 2, 3])).unwrap();
-        assert_eq!(load(&slots.flash), Some((9, Some(vec![1, 2, 3]))));
+        let flash = Flash::new(PAGES, || if fill == 0 { seed.random() } else { fill });
+        assert_eq!(load(&flash), (0, Err(Missing::Nothing)));
+        let slots = saved(Slots::new(flash), 9, only_model(&[1, 2, 3]));
+        assert_eq!(found(&slots), (9, Ok((vec![1, 2, 3], vec![]))));
     }
 }
 
 #[test]
-fn a_counter_without_a_model_keeps_the_model_saved_before_or_none() {
-    let mut slots = Slots::new(Flash::new(|| 0xff));
-    slots.save(5, None).unwrap();
-    assert_eq!(load(&slots.flash), Some((5, None)));
-    slots.save(6, Some(&model(4, 100))).unwrap();
-    slots.save(u64::MAX, None).unwrap();
-    assert_eq!(load(&slots.flash), Some((u64::MAX, Some(model(4, 100)))));
+fn what_does_not_change_stays_or_is_still_missing() {
+    let slots = saved(Slots::new(blank()), 5, Change::default());
+    assert_eq!(found(&slots), (5, Err(Missing::Nothing)));
+    let slots = saved(slots, 6, both(&model(4, 100), &[8; 20]));
+    let slots = saved(slots, u64::MAX, Change::default());
+    assert_eq!(found(&slots), (u64::MAX, Ok((model(4, 100), vec![8; 20]))));
+    let slots = saved(slots, u64::MAX, Change { model: None, thresholds: Some(&[3; 70]) });
+    assert_eq!(found(&slots), (u64::MAX, Ok((model(4, 100), vec![3; 70]))));
+    let slots = saved(slots, u64::MAX, only_model(&model(5, 10)));
+    assert_eq!(found(&slots), (u64::MAX, Ok((model(5, 10), vec![3; 70]))));
 }
 
 #[test]
 fn the_newest_is_found_over_the_end_of_the_numbers() {
-    let mut slots = Slots::new(Flash::new(|| 0xff));
+    let mut slots = Slots::new(blank());
     for counter in 0..10 {
-        slots.save(counter, Some(&model(counter as u8, 40))).unwrap();
+        slots = saved(slots, counter, only_model(&model(counter as u8, 40)));
         // The next two saves then straddle the wrap.
         if counter == 0 {
-            let record = Record { number: u32::MAX - 1, counter, model_bytes: 40 };
-            let head = slots.head(&record, Source::Slot(0)).unwrap();
-            slots.flash.bytes[..HEAD_BYTES].copy_from_slice(&head);
+            let head = Head { number: u32::MAX - 1, ..Head::decode(slots.slot(0)).unwrap() };
+            slots.flash.bytes[..HEAD_BYTES].copy_from_slice(&head.encode());
         }
-        assert_eq!(load(&slots.flash), Some((counter, Some(model(counter as u8, 40)))));
+        assert_eq!(found(&slots), (counter, Ok((model(counter as u8, 40), vec![]))));
     }
 }
 
 #[test]
-fn every_flipped_bit_of_the_newest_slot_falls_back_to_the_one_before() {
-    let mut slots = Slots::new(Flash::new(|| 0xff));
-    slots.save(1, Some(&model(1, 50))).unwrap();
-    slots.save(2, Some(&model(2, 50))).unwrap();
+fn a_flipped_bit_never_brings_back_a_model_that_was_replaced_nor_lowers_the_counter_by_more_than_its_own_slot()
+ {
+    let slots = saved(Slots::new(blank()), 1, both(&model(1, 50), &[1; 20]));
+    let slots = saved(slots, 2, both(&model(2, 50), &[1; 20]));
     let start = slots.start(1) as usize;
-    for bit in 0..8 * (HEAD_BYTES + 50) {
+    let used = (0..HEAD_BYTES + 50).chain(thresholds_place(50)..thresholds_place(50) + 20);
+    for bit in used.flat_map(|byte| 8 * byte..8 * byte + 8) {
         let mut flash = slots.flash.clone();
         flash.bytes[start + bit / 8] ^= 1 << (bit % 8);
-        assert_eq!(load(&flash), Some((1, Some(model(1, 50)))), "bit {bit}");
+        let want = match bit / 8 {
+            // A head that is not whole is one that was being written.
+            0..HEAD_BYTES => (1, Ok((model(1, 50), vec![1; 20]))),
+            _ => (2, Err(Missing::Damaged)),
+        };
+        assert_eq!(load(&flash), want, "bit {bit}");
+        // What is damaged does not become whole by being saved again.
+        let again = saved(Slots::new(flash), 3, Change::default());
+        assert_eq!(found(&again), (3, want.1), "bit {bit}");
     }
 }
 
 #[test]
-fn a_model_longer_than_a_slot_is_refused_and_the_old_one_stays() {
-    let mut slots = Slots::new(Flash::new(|| 0xff));
+fn where_the_slot_before_holds_the_same_it_serves_and_stays_until_another_is_whole() {
+    let slots = saved(Slots::new(blank()), 1, both(&model(1, 50), &[1; 20]));
+    let slots = saved(slots, 2, Change::default());
+    let (start, want) = (slots.start(1) as usize, Ok((model(1, 50), vec![1; 20])));
+    for bit in 8 * HEAD_BYTES..8 * (HEAD_BYTES + 50) {
+        let mut flash = slots.flash.clone();
+        flash.bytes[start + bit / 8] ^= 1 << (bit % 8);
+        assert_eq!(load(&flash), (2, want.clone()), "bit {bit}");
+        let mut cut = Slots::new(Flash { power: 5, ..flash.clone() });
+        assert!(cut.save(3, Change::default()).is_err());
+        assert_eq!(load(&cut.flash.restarted()).1, want, "bit {bit}");
+        assert_eq!(found(&saved(Slots::new(flash), 3, Change::default())), (3, want.clone()), "bit {bit}");
+    }
+}
+
+#[test]
+fn when_both_heads_are_damaged_a_model_is_known_to_have_been_there() {
+    let slots = saved(Slots::new(blank()), 1, only_model(&model(1, 50)));
+    let mut flash = slots.flash;
+    flash.bytes[8] ^= 1;
+    assert_eq!(load(&flash), (0, Err(Missing::Damaged)));
+}
+
+#[test]
+fn the_layout_before_gives_its_counter_and_its_model() {
+    let old = |number: u32, counter: u64, model: &[u8]| -> Vec<u8> {
+        let mut head = [0; HEAD_BYTES];
+        let words = [OLD_MARK, number, counter as u32, (counter >> 32) as u32, model.len() as u32];
+        for (place, word) in words.into_iter().enumerate() {
+            head[4 * place..][..4].copy_from_slice(&word.to_le_bytes());
+        }
+        let check = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&[&head[..], model].concat());
+        head[28..].copy_from_slice(&check.to_le_bytes());
+        [&head[..], model].concat()
+    };
+    let mut flash = blank();
+    for (slot, number) in [(0, 6), (1, 7)] {
+        let bytes = old(number, 10 + u64::from(number), &model(number as u8, 60));
+        flash.bytes[slot * FLASH_BYTES / 2..][..bytes.len()].copy_from_slice(&bytes);
+    }
+    assert_eq!(load(&flash), (17, Ok((model(7, 60), vec![]))));
+    cut_everywhere(&flash, 18, both(&model(8, 70), &[1; 30]));
+    // A counter is as good without its model.
+    let slots = saved(Slots::new(flash), 18, Change::default());
+    assert_eq!(found(&slots), (18, Ok((model(7, 60), vec![]))));
+}
+
+#[test]
+fn what_is_longer_than_a_slot_is_refused_and_the_old_state_stays() {
     let room = FLASH_BYTES / 2 - HEAD_BYTES;
-    slots.save(1, Some(&model(1, room))).unwrap();
-    assert_eq!(slots.save(2, Some(&model(2, room + 1))), Err(SaveError::Length));
-    assert_eq!(load(&slots.flash), Some((1, Some(model(1, room)))));
+    let mut slots = saved(Slots::new(blank()), 1, only_model(&model(1, room)));
+    assert_eq!(slots.save(2, only_model(&model(2, room + 1))), Err(SaveError::Length));
+    assert_eq!(slots.save(2, both(&model(2, room), &[1])), Err(SaveError::Length));
+    assert_eq!(slots.save(2, only_model(&model(2, 70_000))), Err(SaveError::Length));
+    assert_eq!(found(&slots), (1, Ok((model(1, room), vec![]))));
 }

@@ -18,7 +18,7 @@ const MARK: [u8; 8] = *b"panicked";
 fn main() -> ! {
     uart::start();
     // SAFETY: once, here.
-    let mut memory = unsafe { StateMemory::take() };
+    let (mut memory, _) = unsafe { StateMemory::take() };
     let mut found = [0; MARK.len()];
     let read = memory.read(0, &mut found).is_ok();
     if read && found == MARK {

@@ -1,0 +1,130 @@
+//! Every place at which power can fail, over several turns of the pages.
+
+use std::vec::Vec;
+
+use super::*;
+use crate::testing::{Flash as TestFlash, WORD};
+
+/// Three cells.
+const PAGE: usize = 512;
+
+type Flash = TestFlash<PAGE>;
+type Found = Option<(u64, Vec<u8>)>;
+
+fn found(journal: &Journal<Flash>) -> Found {
+    journal.last().map(|record| (record.counter, record.memory.to_vec()))
+}
+
+fn memory(version: u8, length: usize) -> Vec<u8> {
+    (0..length).map(|place| version ^ place as u8).collect()
+}
+
+fn appended(mut journal: Journal<Flash>, number: u8) -> Journal<Flash> {
+    journal.append(number.into(), &memory(number, number as usize % (MEMORY_BYTES + 1))).unwrap();
+    journal
+}
+
+fn want(number: u8) -> Found {
+    Some((number.into(), memory(number, number as usize % (MEMORY_BYTES + 1))))
+}
+
+#[test]
+fn the_last_record_is_found_over_many_turns_of_the_pages() {
+    let mut journal = Journal::new(Flash::new(2, || 0));
+    assert_eq!(found(&journal), None);
+    for number in 0..=255 {
+        journal = appended(journal, number);
+        assert_eq!(found(&journal), want(number));
+    }
+    assert_eq!(journal.flash.refused, 0, "a word is written once after an erasure");
+    // 256 records, three a page
+    assert_eq!(journal.flash.erasures, [43, 43]);
+}
+
+#[test]
+fn a_cut_at_any_write_or_erasure_leaves_the_record_before_or_the_new_one_and_room_for_the_next() {
+    let steps = CELL_BYTES / WORD + 3;
+    let mut before = Journal::new(Flash::new(2, || 0xff));
+    for number in 1..15 {
+        let old = found(&before);
+        let mut cuts = 0;
+        for power in 1..steps {
+            for seed in 0..8 {
+                let mut journal = Journal::new(Flash { power, seed, ..before.flash.clone() });
+                let result = journal.append(number.into(), &memory(number, number.into()));
+                let restarted = journal.flash.restarted();
+                let now = found(&Journal::new(restarted.clone()));
+                if result.is_ok() {
+                    assert_eq!(now, want(number));
+                    continue;
+                }
+                cuts += 1;
+                assert!(now == old || now == want(number), "record {number} cut at {power}: {now:?}");
+                // Cut again and again, it never loses what it had, and then goes on.
+                let mut flash = restarted;
+                for again in [1, 2, 7, 19, 20, 3, 1, 1] {
+                    let mut journal = Journal::new(Flash { power: again, ..flash });
+                    let is_written = journal.append(number.into(), &memory(number, number.into())).is_ok();
+                    let now = found(&Journal::new(journal.flash.clone().restarted()));
+                    assert!(
+                        now == want(number) || (now == old && !is_written),
+                        "cut at {power}, then {again}"
+                    );
+                    flash = journal.flash.restarted();
+                }
+                let mut journal = Journal::new(flash);
+                for next in number..number + 8 {
+                    journal = appended(journal, next);
+                    assert_eq!(found(&journal), want(next));
+                }
+            }
+        }
+        assert!(cuts >= 8 * (CELL_BYTES / WORD - 1), "{cuts} cuts");
+        before = appended(before, number);
+    }
+}
+
+#[test]
+fn every_flipped_bit_of_the_last_record_falls_back_to_the_one_before() {
+    let journal = appended(appended(Journal::new(Flash::new(2, || 0xff)), 40), 41);
+    for bit in 0..8 * (HEAD_BYTES + 41) {
+        let mut flash = journal.flash.clone();
+        flash.bytes[CELL_BYTES + bit / 8] ^= 1 << (bit % 8);
+        let journal = Journal::new(flash);
+        assert_eq!(found(&journal), want(40), "bit {bit}");
+        assert_eq!(found(&appended(journal, 42)), want(42), "bit {bit}");
+    }
+}
+
+#[test]
+fn whatever_the_flash_held_before_nothing_is_found_and_a_record_can_be_written() {
+    let mut seed = Flash::new(2, || 0);
+    for fill in 0..=255 {
+        let journal = Journal::new(Flash::new(2, || if fill == 0 { seed.random() } else { fill }));
+        assert_eq!(found(&journal), None);
+        assert_eq!(found(&appended(journal, 9)), want(9));
+    }
+}
+
+#[test]
+fn a_memory_that_is_too_long_is_refused_and_the_record_before_stays() {
+    let mut journal = appended(Journal::new(Flash::new(2, || 0xff)), 5);
+    assert_eq!(journal.append(6, &[0; MEMORY_BYTES + 1]), Err(SaveError::Length));
+    journal.append(6, &memory(6, MEMORY_BYTES)).unwrap();
+    assert_eq!(found(&journal), Some((6, memory(6, MEMORY_BYTES))));
+}
+
+/// What the module states: pages of 2,048 bytes, one record an hour for 20 years.
+#[test]
+fn an_hourly_record_wears_each_page_less_than_ten_thousand_times_in_twenty_years() {
+    let mut journal = Journal::new(TestFlash::<2048>::new(2, || 0xff));
+    let hours = 20.0 * 365.25 * 24.0;
+    let written = 2_600;
+    for number in 0..written {
+        journal.append(number, &[0; MEMORY_BYTES]).unwrap();
+    }
+    for erasures in journal.flash.erasures {
+        let in_twenty_years = erasures as f64 * hours / written as f64;
+        assert!((6_000.0..7_000.0).contains(&in_twenty_years), "{in_twenty_years}");
+    }
+}
