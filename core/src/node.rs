@@ -289,6 +289,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
         self.keeper.poll(time_us);
     }
 
+    /// Not inlined: its stack is not that of a command as well.
+    #[inline(never)]
     fn evaluate(&mut self, time_us: u64, numbered: &NumberedReading) {
         if self.ownership.silence().is_some() {
             return self.count(|c| &mut c.skipped);

@@ -115,8 +115,18 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         decoded
     }
 
+    /// Whether [`Model::decode`] would take these bytes; the model that is tried is on the stack only as long.
+    ///
+    /// Errors: those of [`Model::decode`].
+    #[inline(never)]
+    pub(crate) fn verify(bytes: &[u8]) -> Result<(), ModelError> {
+        let mut model = Self::EMPTY;
+        model.read(bytes)?;
+        model.check()
+    }
+
     /// No terms, and nothing that could be checked.
-    const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         stiffness: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
         mass: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
         polar_inertia: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
@@ -132,9 +142,10 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         speed_range_rpm: [0.0; 2],
     };
 
-    /// Field by field into its place: as one value a model would be on the stack three times over.
+    /// Field by field into its place: as one value a model would be on the stack three times over. What was read is not
+    /// checked, and after an error it is of no use.
     #[inline(never)]
-    fn read(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
+    pub(crate) fn read(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
         let (schema, _) = bytes.split_first_chunk::<SCHEMA_BYTES>().ok_or(ModelError::Encoding)?;
         if u32::from_le_bytes(*schema) != MODEL_SCHEMA {
             return Err(ModelError::Schema);

@@ -154,7 +154,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
             Err(outcome) => return self.conclude(time_us, outcome, Detail::None),
         };
         let refused = match command {
-            Command::Deploy => Model::<SHAPES, PROBES, PLANES>::decode(body)
+            Command::Deploy => Model::<SHAPES, PROBES, PLANES>::verify(body)
                 .err()
                 .map(|error| refusal::<SHAPES, PROBES, PLANES>(body, error)),
             Command::SetThresholds => {

@@ -79,7 +79,15 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
     /// Errors: those of [`Model::decode`], and the model that was there stays.
     #[inline(never)]
     pub fn decode(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
-        Model::decode(bytes).map(|model| self.adopt(model))
+        Model::<SHAPES, PROBES, PLANES>::verify(bytes)?;
+        if self.model.is_err() {
+            self.model = Ok(Model::EMPTY);
+        }
+        if let Ok(model) = &mut self.model {
+            model.read(bytes)?;
+        }
+        self.begin();
+        Ok(())
     }
 
     /// Why there is no model.
@@ -92,16 +100,23 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
 
     /// Goes on with another model from the unbalance last found, if it has as many planes.
     pub fn adopt(&mut self, model: Model<SHAPES, PROBES, PLANES>) {
+        self.model = Ok(model);
+        self.begin();
+    }
+
+    fn begin(&mut self) {
+        let Ok(model) = &self.model else {
+            return;
+        };
         let mut last_g_mm = [[f32::NAN; 2]; MAX_PLANES];
-        let known = self.last_g_mm();
+        let known = self.tracker.as_ref().map_or(&[][..], Tracker::last_g_mm);
         if known.len() == model.planes.len() {
             for (place, &last) in last_g_mm.iter_mut().zip(known) {
                 *place = last;
             }
         }
-        self.tracker = Some(Tracker::resume(&model, &last_g_mm));
+        self.tracker = Some(Tracker::resume(model, &last_g_mm));
         self.checksum = model.checksum();
-        self.model = Ok(model);
         self.forget();
         self.judge = Judge::default();
     }
