@@ -2,7 +2,6 @@
 
 use anyhow::{Result, anyhow, bail};
 use nalgebra::{Complex, DVector};
-use rotor_edge_core::model::Pair;
 use rotor_edge_core::reading::ProbeVector;
 use rotor_edge_core::response::{SupportAmplitudes, response};
 use rotor_edge_desktop::identify::least_residual;
@@ -34,7 +33,8 @@ pub struct Equivalence {
     pub max_unbalance_difference_g_mm: f64,
     /// The same in angle, degrees, where the plane holds more than the smallest bound.
     pub max_angle_difference_deg: f64,
-    /// Answers that could be compared with the optimum: those whose predecessor arrived too.
+    /// Answers that could be compared with the optimum: those for which the bound is known, since their predecessor arrived
+    /// too.
     pub compared: usize,
     /// Distance to the optimum that the core's own certificate allows at most, relative to the reading's feature sum.
     pub max_relative_gap: f64,
@@ -87,39 +87,32 @@ pub fn equivalence(
     let node = settings(config, record);
     let mut mirror = Mirror::new(&deployment.edge, node);
     let mut worst = Equivalence::default();
-    // whether the mirror knows all that the controller knew
-    let mut known = true;
-    let mut last: Option<(u64, Vec<Pair>)> = None;
+    // whether the mirror is known to be in the controller's step
+    let mut in_step = true;
     let mut cuts: Vec<u64> = config.power_cuts_d.iter().map(|day| timing.at(*day)).collect();
     let mut answers = answers.iter().peekable();
     for (row, measured) in record.iter().enumerate() {
         let judged_us = timing.judged_us(row);
-        let cuts_left = cuts.iter().filter(|cut_us| **cut_us > judged_us).count();
-        known &= cuts_left == cuts.len();
-        cuts.retain(|cut_us| *cut_us > judged_us);
-        if !known {
-            // the bound is known again where it hangs on the last unbalance alone
-            let growth_us = (f64::from(node.thresholds.growth_s) * 1e6) as u64;
-            let last = last.as_ref().filter(|(last_us, _)| judged_us - last_us >= growth_us);
-            known = last.is_some();
-            if let Some((_, last_g_mm)) = last {
-                mirror.resume(last_g_mm);
-            }
+        if cuts.iter().any(|cut_us| *cut_us <= judged_us) {
+            cuts.retain(|cut_us| *cut_us > judged_us);
+            mirror.cut_power();
+            in_step = false;
         }
         let reflection = mirror.judge(judged_us, &deployment.reading(measured));
         let Some(answer) = answers.next_if(|answer| answer.row == row) else {
-            if reflection.is_some() {
-                (known, last) = (false, None);
-            }
+            in_step &= reflection.is_none();
             continue;
         };
         let case = Case::of(deployment, measured, reflection.as_ref(), answer)?;
         raise(&mut worst.max_relative_feature_error, case.relative_feature_error()?);
-        if let Some(reflection) = reflection.filter(|_| known) {
+        let is_repeated = case.repeated.is_some();
+        if let Some(reflection) = reflection.filter(|_| in_step || is_repeated) {
             worst.compare_with_optimum(&case, &reflection)?;
         }
-        known = known && case.repeated.is_some();
-        last = Some((judged_us, planes_of(&answer.result).to_vec()));
+        in_step = is_repeated;
+        if !in_step {
+            mirror.resume(planes_of(&answer.result));
+        }
     }
     Ok(worst)
 }

@@ -19,6 +19,8 @@ pub struct Mirror<'a> {
     tracker: Tracker<MAX_PLANES>,
 }
 
+const UNKNOWN: [f32; MAX_PLANES] = [f32::NAN; MAX_PLANES];
+
 /// What a controller answers to one reading.
 #[derive(Debug, Clone, Copy)]
 pub struct Reflection {
@@ -34,22 +36,28 @@ impl<'a> Mirror<'a> {
     /// Starts as a controller does that remembers nothing.
     pub fn new(model: &'a EdgeModel, config: NodeConfig) -> Self {
         let tracker = Tracker::new(model);
-        Self {
-            model,
-            config,
-            average: Average::default(),
-            growth: Growth::resume(&[], tracker.last_g_mm()),
-            deviation_g_mm: [f32::NAN; MAX_PLANES],
-            tracker,
-        }
+        let growth = Growth::resume(&[], tracker.last_g_mm());
+        Self { model, config, average: Average::default(), growth, tracker, deviation_g_mm: UNKNOWN }
     }
 
-    /// Goes on from an unbalance that was found otherwise, g·mm.
+    /// Goes on from an unbalance that was found otherwise, g·mm, for the last reading.
     pub fn resume(&mut self, last_g_mm: &[Pair]) {
-        self.tracker = Tracker::resume(self.model, last_g_mm);
+        let most_g_mm = Growth::default().most_g_mm(last_g_mm, &self.deviation_g_mm);
+        self.begin_anew(&most_g_mm, last_g_mm);
+    }
+
+    /// Goes on from what a controller has stored when its power goes.
+    pub fn cut_power(&mut self) {
+        let last_g_mm = self.tracker.last_g_mm().to_vec();
+        let most_g_mm = self.growth.most_g_mm(&last_g_mm, &self.deviation_g_mm);
+        self.begin_anew(&most_g_mm, &last_g_mm);
+        self.deviation_g_mm = UNKNOWN;
+    }
+
+    fn begin_anew(&mut self, most_g_mm: &[f32], last_g_mm: &[Pair]) {
         self.average = Average::default();
-        self.growth = Growth::resume(&[], self.tracker.last_g_mm());
-        self.deviation_g_mm = [f32::NAN; MAX_PLANES];
+        self.growth = Growth::resume(most_g_mm, last_g_mm);
+        self.tracker = Tracker::resume(self.model, last_g_mm);
     }
 
     /// The answer to a reading; `None` if it gets none.
