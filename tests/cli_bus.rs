@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use nix::sys::signal::Signal;
 use program::{assert_says, json, refusal, rotor_edge};
 use rotor_edge::bus::log::{LogReader, LogWriter, Recorded};
 use rotor_edge::bus::wire::WireFrame;
@@ -74,14 +75,14 @@ fn slcan_and_socketcand_meet_on_one_bus_and_the_recording_holds_every_frame() {
         let of_one: Vec<Frame> = heard.iter().copied().filter(|frame| frame.raw_id() == id).collect();
         assert_eq!(of_one, (0..FRAMES).map(|number| frame(id, number)).collect::<Vec<_>>());
     }
-    let (code, said) = shared.end("-TERM");
+    let (code, said) = shared.end(Signal::SIGTERM);
     assert_eq!(code, Some(0));
     assert_says(&said, &["4000 frames of 3 clients", "0 copies dropped", "0 lines refused"]);
 }
 
 #[test]
 fn interrupt_ends_it_with_0_and_a_kill_loses_nothing_that_was_recorded() {
-    assert_eq!(Shared::start(&[]).end("-INT").0, Some(0));
+    assert_eq!(Shared::start(&[]).end(Signal::SIGINT).0, Some(0));
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("killed.log");
     let shared = Shared::start(&["--record", log.to_str().unwrap()]);
@@ -91,7 +92,7 @@ fn interrupt_ends_it_with_0_and_a_kill_loses_nothing_that_was_recorded() {
         from.send(sent).unwrap();
         hear(&mut *to);
     }
-    assert_eq!(shared.end("-KILL").0, None);
+    assert_eq!(shared.end(Signal::SIGKILL).0, None);
     assert_eq!(recorded(&log), frames, "what was heard is recorded");
     let gone = to.receive(PATIENCE).unwrap_err();
     assert_says(&gone.to_string(), &["slcan:127.0.0.1", "closed by the other side"]);
@@ -119,7 +120,7 @@ fn garbage_half_lines_and_clients_that_vanish_disturb_nobody() {
     // a command in the middle of a line ends neither: it is refused, and the next line counts
     half.write_all(b"?\rV\r").unwrap();
     assert_eq!(until_version(&mut half), b"t005401000000\r\x07V1013\r");
-    let (code, said) = shared.end("-TERM");
+    let (code, said) = shared.end(Signal::SIGTERM);
     assert_eq!(code, Some(0));
     assert!(!said.contains(" 0 lines refused"), "{said}");
 }
@@ -169,7 +170,7 @@ fn a_client_that_never_reads_misses_frames_and_stalls_nobody() {
     }
     drop(idle);
     assert_says(&reported.recv_timeout(PATIENCE).unwrap(), &["left; it missed", "because it did not read"]);
-    assert_eq!(shared.end("-TERM").0, Some(0));
+    assert_eq!(shared.end(Signal::SIGTERM).0, Some(0));
     assert_says(&reported.recv_timeout(PATIENCE).unwrap(), &["copies dropped for clients that did not read"]);
     reader.join().unwrap();
 }
@@ -263,7 +264,7 @@ fn buses_that_cannot_be_joined_say_what_to_do() {
     let crossed = refused(&slcan.replace("slcan:", "socketcand:"));
     assert_says(&crossed, &["does not answer as a socketcand server", "slcan:"]);
     let nobody = slcan.to_string();
-    assert_eq!(shared.end("-TERM").0, Some(0));
+    assert_eq!(shared.end(Signal::SIGTERM).0, Some(0));
     assert_says(&refused(&nobody), &["nobody listens at 127.0.0.1", "start `rotor-edge bus`"]);
     assert_says(&refused("slcan:/dev/ttyNOWHERE@115200"), &["/dev/ttyNOWHERE", "no such serial port"]);
     if cfg!(target_os = "linux") {

@@ -11,6 +11,7 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use nix::sys::signal::Signal;
 use program::{assert_says, one_sentence, refusal, rotor_edge};
 use rotor_edge::bus::CanBus;
 use rotor_edge::edge::{Deployment, EdgeModel, encoded};
@@ -21,7 +22,7 @@ use rotor_edge_core::can::{
 };
 use rotor_edge_core::node::NodeConfig;
 use serde_json::Value;
-use shared::{PATIENCE, Shared};
+use shared::{PATIENCE, Shared, signal};
 
 const NODE: u8 = 4;
 
@@ -49,10 +50,6 @@ fn await_heartbeats(bus: &mut dyn CanBus, number: usize) {
             matches!(message, Ok(Message::Heartbeat { readings, .. }) if readings as usize == number),
         );
     }
-}
-
-fn terminate(pid: &str, signal: &str) {
-    assert!(Command::new("kill").args([signal, pid]).status().unwrap().success());
 }
 
 fn model() -> (EdgeModel, Deployment) {
@@ -120,7 +117,7 @@ fn json_tells_all_that_a_monitor_on_a_real_bus_said_and_the_log_holds_every_fram
         await_heartbeats(&mut *host, 0);
         let answers = tell_readings(&mut *host, &deployment, 20);
         await_heartbeats(&mut *host, answers.len());
-        terminate(&watch.id().to_string(), "-TERM");
+        signal(watch.id(), Signal::SIGTERM);
         (watch.wait_with_output().unwrap(), answers)
     });
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
@@ -190,7 +187,7 @@ fn a_bus_that_goes_away_while_listening_is_one_sentence() {
         .spawn()
         .unwrap();
     await_question(&mut *host);
-    bus.end("-KILL");
+    bus.end(Signal::SIGKILL);
     let said = one_sentence(&watch.wait_with_output().unwrap());
     assert_says(&said, &["slcan:127.0.0.1", "closed by the other side"]);
 }
@@ -244,10 +241,10 @@ impl OnTerminal {
         String::from_utf8_lossy(&self.shown).into_owned()
     }
 
-    fn pid(&self) -> String {
+    fn pid(&self) -> u32 {
         let all = self.all();
         let (_, rest) = all.split_once("pid=").unwrap();
-        rest.split_once('.').unwrap().0.to_string()
+        rest.split_once('.').unwrap().0.parse().unwrap()
     }
 
     fn key(&mut self, key: &str) {
@@ -297,21 +294,21 @@ fn on_a_terminal_it_shows_the_monitor_and_q_gives_the_terminal_back() {
 #[test]
 #[cfg(target_os = "linux")]
 fn interrupt_and_a_lost_bus_give_the_terminal_back_as_well() {
-    for (signal, key) in [(Some("-TERM"), None), (Some("-INT"), None), (None, Some("\x03"))] {
+    for (sent, key) in [(Some(Signal::SIGTERM), None), (Some(Signal::SIGINT), None), (None, Some("\x03"))] {
         let bus = Shared::start(&[]);
         let mut terminal = OnTerminal::start(&bus);
         terminal.await_word("Nothing");
-        if let Some(signal) = signal {
-            terminate(&terminal.pid(), signal);
+        if let Some(sent) = sent {
+            signal(terminal.pid(), sent);
         }
         key.iter().for_each(|key| terminal.key(key));
         let (code, shown) = terminal.end();
-        assert_eq!((code, after_restoring(&shown).as_str()), (Some(0), ""), "{signal:?} {key:?}");
+        assert_eq!((code, after_restoring(&shown).as_str()), (Some(0), ""), "{sent:?} {key:?}");
     }
     let bus = Shared::start(&[]);
     let mut terminal = OnTerminal::start(&bus);
     terminal.await_word("Nothing");
-    bus.end("-KILL");
+    bus.end(Signal::SIGKILL);
     let (code, shown) = terminal.end();
     let said = after_restoring(&shown);
     assert_eq!((code, said.lines().count()), (Some(1), 1), "{said}");

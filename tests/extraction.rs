@@ -53,7 +53,7 @@ fn windows(speed_rpm: f64, revolutions: u16, noise_um: f64, number: usize, seed:
         let result = extractor.push(&config, [count, 0, 0, 0], mark);
         if let Some(result) = result {
             assert_eq!(result.keyphasor, Keyphasor::Locked);
-            let probe = result.reading.probes[0];
+            let probe = result.reading.probes()[0];
             found.push(([f64::from(probe.cos_um), f64::from(probe.sin_um)], fit(&counts_of_window)));
         }
         // the second mark begins the first window, each result the next

@@ -7,7 +7,7 @@ use rotor_edge_core::can::{
     flag_at_bound,
 };
 use rotor_edge_core::command::{Answer, Command, Detail, Key, Outcome, open_request};
-use rotor_edge_core::model::{ForcingLaw, Knot, Model, ModelError, Pedestal, Table};
+use rotor_edge_core::model::{ForcingLaw, Knot, Model, ModelError, Noise, Pedestal, Table};
 use rotor_edge_core::state::{NodeState, Reason, Status};
 use rotor_edge_core::thresholds::Thresholds;
 
@@ -125,7 +125,7 @@ fn a_model_of_schema_2_is_read_as_it_was_written() {
     assert_eq!((model.probes[1].direction, model.probes[1].runout_um), ([0.0, 1.0], [0.5, -0.5]));
     assert_eq!((model.probes[2].bearing, model.probes[2].mount), (1, Some(1)));
     assert_eq!(model.initial_unbalance_g_mm, [[30.0, 40.0], [-10.0, 20.0]]);
-    assert_eq!((model.unbalance_floor_g_mm, model.noise_um), (5.0, 0.25));
+    assert_eq!((model.unbalance_floor_g_mm, model.noise), (5.0, Noise { relative: 0.0625, floor_um: 0.25 }));
     assert_eq!(model.speed_range_rpm, [600.0, 12_000.0]);
     let mut again = vec![0; bytes.len()];
     assert_eq!(model.encode(&mut again), Ok(bytes.len()));

@@ -29,11 +29,12 @@ pub mod slcan;
 #[cfg(test)]
 mod tests;
 
+pub use crate::reading::Keyphasor;
 pub use assembler::{Assembler, MAX_READING_FRAMES, NumberedReading, RESYNCHRONISE_AFTER, reading_frames};
 pub use counters::{COUNTER_PAIRS, Counters};
 pub use frame::{BROADCAST_NODE, Frame, MAX_NODE, frame_id};
 pub use message::{
-    CanError, FLAG_FLAGGED, FLAG_SUSPICIOUS, GAP_NOT_STATED_MV, Keyphasor, Message, OLDEST_PROTOCOL_VERSION,
+    CanError, FLAG_FLAGGED, FLAG_SUSPICIOUS, GAP_NOT_STATED_MV, Message, OLDEST_PROTOCOL_VERSION,
     PROTOCOL_VERSION, TYPE_HEARTBEAT, TYPE_MODEL, TYPE_READING_END, TYPE_READING_START, TYPE_RESULT_END,
     TYPE_STATE, TYPE_STATUS, TYPE_TO_HOST, TYPE_TO_NODE, TYPE_VERSION, TYPE_VERSION_QUERY, flag_at_bound,
 };

@@ -77,7 +77,9 @@ impl Key {
 
 /// What a node is asked to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Command {
     /// Change to the model in the body, [`Model::encode`](crate::model::Model::encode).
     Deploy = 1,
@@ -100,6 +102,7 @@ impl Command {
 
 /// What became of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Outcome {
@@ -125,6 +128,8 @@ pub enum Outcome {
 
 /// Why an answer is a refusal, in detail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Detail {
     /// The outcome says it all.
     #[default]

@@ -21,8 +21,7 @@ use core::f32::consts::TAU;
 
 use nalgebra::Complex;
 
-use crate::can::Keyphasor;
-use crate::reading::{ProbeVector, Reading};
+use crate::reading::{Keyphasor, ProbeVector, Reading};
 pub use keyphasor::KeyphasorDetector;
 use phase::Phase;
 use sums::Sums;
@@ -80,6 +79,8 @@ impl Default for ExtractionConfig {
 
 /// One window's result. Bit i of a mask is probe i.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Extraction {
     /// Speed and 1x vectors; clipped and open probes are lost, and so is everything without a usable keyphasor.
     pub reading: Reading,

@@ -124,7 +124,7 @@ impl<const PROBES: usize, const PLANES: usize> Fit<PROBES, PLANES> {
                 row[j] = value / above[j][j].re;
                 pivot -= (row[j] * value.conj()).re;
             }
-            if !(pivot > SINGULAR * row[i].re) {
+            if pivot.is_nan() || pivot <= SINGULAR * row[i].re {
                 return deviations;
             }
             row[i] = C::new(pivot, 0.0);

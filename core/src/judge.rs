@@ -15,6 +15,7 @@
 //! features exact as there are unknowns.
 
 mod average;
+mod evidence;
 mod growth;
 mod level;
 mod noise;
@@ -22,6 +23,7 @@ mod noise;
 mod tests;
 
 pub use average::{Average, Averaged};
+pub use evidence::Evidence;
 pub use growth::Growth;
 pub use level::Level;
 pub use noise::noise_floor_um;
@@ -31,23 +33,10 @@ use crate::residual::Residual;
 use crate::state::Reason;
 use crate::thresholds::Thresholds;
 
-/// What one reading says, for [`Judge::update`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Evidence {
-    /// Calculated against measured.
-    pub residual: Residual,
-    /// The least residual that no bound on the unbalance stands in the way of, µm.
-    pub free_residual_um: f32,
-    /// Rows less unknowns, at least one.
-    pub redundancy: u8,
-    /// Residual that noise alone may leave, µm.
-    pub floor_um: f32,
-    /// The bearing of each probe, from zero.
-    pub bearings: [u8; MAX_PROBES],
-}
-
 /// What the monitor makes of a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Verdict {
     /// The residual that was judged.
     pub residual: Residual,
@@ -76,6 +65,7 @@ impl Verdict {
 
 /// A flag that stays until it is acknowledged or the model replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Latched {
     /// Why it was raised.
     pub cause: Reason,
@@ -143,7 +133,7 @@ impl Judge {
 
     /// Whether more is known than `before` that should be stored at once: a flag, the end of learning, or twice as much
     /// learned.
-    pub(crate) fn has_news_since(&self, before: &Self) -> bool {
+    pub fn has_news_since(&self, before: &Self) -> bool {
         let learned = |judge: &Self| (judge.learned.taught_s as u32).leading_zeros();
         self.learned.latched != before.learned.latched
             || self.is_learning() != before.is_learning()
@@ -151,7 +141,7 @@ impl Judge {
     }
 
     /// A judge who knows nothing but the flag of another one.
-    pub(crate) fn latched_only(other: &Self) -> Self {
+    pub fn latched_only(other: &Self) -> Self {
         Self::resume(Learned { latched: other.learned.latched, ..Learned::default() })
     }
 

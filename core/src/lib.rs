@@ -30,6 +30,10 @@
 //! panics, whatever arrives: `tests/no-panic` links the whole public path against a panic handler that does not exist.
 //! Errors are flat and `Copy`; a value refused leaves the state as it was. Equal inputs give equal bits.
 //!
+//! # Features
+//! `can` (default): [`can`] and [`node`]. `command` (default): [`command`], and deployments to a node. `defmt`:
+//! `defmt::Format` for what firmware logs. Without any of them the rest is there, for firmware with another bus or none.
+//!
 //! # Dependencies, and where each earns its place
 //! - `nalgebra`: fixed-size matrices and vectors of a model, with their serde ([`model`], [`response`]); products and
 //!   storage only, its decompositions keep panics.
@@ -38,9 +42,10 @@
 //! - `heapless`: lists of terms and the queue of frames, bounded at compile time.
 //! - `serde`, `postcard`, `crc`: the bytes of model, thresholds and memory with their checksums; those of readings and
 //!   results.
-//! - `hmac`, `sha2`: the authentication code of commands.
-//! - `embedded-can`: the frame trait that drivers speak.
+//! - `hmac`, `sha2` (feature `command`): the authentication code of commands.
+//! - `embedded-can` (feature `can`): the frame trait that drivers speak.
 //! - `rand_xoshiro`, `rand_core`: the swarm's random numbers, the same bits everywhere; times of sending in a conflict.
+//! - `defmt` (feature `defmt`): logs of a few bytes.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -48,7 +53,14 @@
 #[cfg(test)]
 extern crate std;
 
+/// The examples of the page that introduces the crate.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+#[cfg(feature = "can")]
 pub mod can;
+#[cfg(feature = "command")]
 pub mod command;
 pub mod extraction;
 pub mod fit;
@@ -56,6 +68,7 @@ pub mod judge;
 mod linear;
 pub mod memory;
 pub mod model;
+#[cfg(feature = "can")]
 pub mod node;
 pub mod polish;
 pub mod reading;

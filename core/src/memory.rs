@@ -19,7 +19,7 @@ const VERSION: u8 = 1;
 
 /// What a monitor has learned of its machine and must not forget.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Memory {
+pub struct Memory {
     version: u8,
     /// Which model it belongs to.
     pub model_checksum: u32,
@@ -40,7 +40,7 @@ pub(crate) struct Memory {
 }
 
 impl Memory {
-    /// What is to be remembered now.
+    /// What is to be remembered now; the bounds of planes that are not there are left out.
     pub fn new(
         model_checksum: u32,
         judge: &Judge,
@@ -65,6 +65,7 @@ impl Memory {
         }
     }
 
+    /// The bytes for [`Memory::decode`].
     pub fn encode(&self) -> MemoryBytes {
         let mut buffer = [0; MEMORY_BYTES];
         // The buffer has room for the largest; a memory that was not written is refused when it is read.
@@ -73,7 +74,7 @@ impl Memory {
         buffer.into_iter().take(written).collect()
     }
 
-    /// `None` if the bytes are cut short, damaged, or of another version. Bytes after the checksum are ignored.
+    /// Reads what [`Memory::encode`] wrote. `None` if the bytes are cut short, damaged, or of another version. Bytes after the checksum are ignored.
     pub fn decode(bytes: &[u8]) -> Option<Self> {
         postcard::from_bytes_crc32(bytes, CRC.digest()).ok().filter(|memory: &Self| memory.version == VERSION)
     }

@@ -15,6 +15,8 @@ use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
+use crate::reading::ProbeVector;
+
 /// Version of the deployed format. It rises whenever a field is added, removed or changes its meaning.
 pub const MODEL_SCHEMA: u32 = 2;
 
@@ -62,10 +64,38 @@ pub struct Model<const N: usize, const PROBES: usize, const PLANES: usize> {
     pub initial_unbalance_g_mm: Vec<Pair, PLANES>,
     /// The bound on a plane's unbalance never falls below this, g·mm, so that a well balanced plane can grow again.
     pub unbalance_floor_g_mm: f32,
-    /// Standard deviation of one feature of one reading, µm zero-to-peak; zero: not stated.
-    pub noise_um: f32,
+    /// What scatters from reading to reading.
+    pub noise: Noise,
     /// Lowest and highest speed the model was made for, rpm.
     pub speed_range_rpm: [f32; 2],
+}
+
+/// Noise of a probe's vector: either part has the standard deviation `relative·|Y| + floor_um`. Both zero: not stated.
+///
+/// ```
+/// use rotor_edge_core::{model::Noise, reading::ProbeVector};
+/// let noise = Noise { relative: 0.02, floor_um: 0.03 };
+/// let deviation_um = noise.deviation_um(ProbeVector { cos_um: 3.0, sin_um: -4.0 });
+/// assert!((deviation_um - 0.13).abs() < 1e-6);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Noise {
+    /// Part that is proportional to the amplitude.
+    pub relative: f32,
+    /// Part that is always there, µm zero-to-peak.
+    pub floor_um: f32,
+}
+
+impl Noise {
+    /// Standard deviation of either part of a measured vector, µm; NaN for a lost probe.
+    pub fn deviation_um(self, measured: ProbeVector) -> f32 {
+        self.relative * measured.amplitude_um() + self.floor_um
+    }
+
+    /// Something was stated.
+    pub fn is_stated(self) -> bool {
+        self.relative > 0.0 || self.floor_um > 0.0
+    }
 }
 
 /// A place where the shaft is tied to the ground.
@@ -139,6 +169,7 @@ pub struct Forcing<const N: usize> {
 
 /// How a forcing changes with speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum ForcingLaw {
     /// The same at every speed: shaft bow, coupling force.
     Constant,
@@ -168,6 +199,7 @@ pub struct Probe<const N: usize> {
 
 /// Why a model was refused. The numbers travel in a node's answer to a deployment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
 pub enum ModelError {
@@ -203,7 +235,7 @@ pub enum ModelError {
     Knots = 15,
     /// A probe on the housing of a support that is not there or has no pedestal.
     Mount = 16,
-    /// The noise is negative.
+    /// The noise is negative, or as large as what it is relative to.
     Noise = 17,
     /// A probe with a gain of zero, or a direction that is not of length one within 1 %.
     ProbeGain = 18,
@@ -211,6 +243,7 @@ pub enum ModelError {
 
 /// What a model needs of the firmware, read from its bytes without decoding them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counts {
     /// Basis shapes in one plane; these must match exactly.
     pub shapes: u8,

@@ -13,8 +13,9 @@
 //! They may be stored in different places; within one [`Save`], all or nothing. A board sends readings under its node's
 //! number only while [`Node::may_send`].
 
-#[cfg(test)]
+#[cfg(all(test, feature = "command"))]
 mod command_tests;
+#[cfg(feature = "command")]
 mod commands;
 mod config;
 #[cfg(test)]
@@ -30,6 +31,8 @@ mod simulation;
 mod testing;
 #[cfg(test)]
 mod tests;
+#[cfg(not(feature = "command"))]
+mod uncommanded;
 mod voice;
 
 use heapless::Deque;
@@ -38,6 +41,7 @@ use crate::can::{
     Assembler, BROADCAST_NODE, COUNTER_PAIRS, Counters, Frame, MAX_NODE, MAX_RESULT_FRAMES, Message,
     NumberedReading, TYPE_TO_NODE, result_frames,
 };
+#[cfg(feature = "command")]
 use crate::command::{CODE_BYTES, HEAD_BYTES, MAX_REQUEST_BYTES};
 use crate::judge::Verdict;
 use crate::memory::Memory;
@@ -45,12 +49,15 @@ use crate::model::{Model, ModelError};
 use crate::state::{NodeState, Reason, Status};
 use crate::thresholds::{ThresholdError, Thresholds};
 use crate::track::Estimate;
+#[cfg(feature = "command")]
 use commands::Desk;
-pub use commands::Save;
 pub use config::{NodeConfig, NodeError};
 use keeper::Keeper;
+pub use keeper::Save;
 use monitor::{Evaluated, Monitor};
 use ownership::{Due, Ownership};
+#[cfg(not(feature = "command"))]
+use uncommanded::Desk;
 
 /// Frames waiting to be sent, at most.
 pub const QUEUE_FRAMES: usize = 32;
@@ -84,8 +91,11 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
     #[inline]
     pub fn new(config: NodeConfig) -> Result<Self, NodeError> {
         const {
-            let largest = Model::<SHAPES, PROBES, PLANES>::max_size_bytes();
-            assert!(HEAD_BYTES + largest + CODE_BYTES <= MAX_REQUEST_BYTES);
+            #[cfg(feature = "command")]
+            assert!(
+                HEAD_BYTES + Model::<SHAPES, PROBES, PLANES>::max_size_bytes() + CODE_BYTES
+                    <= MAX_REQUEST_BYTES
+            );
             assert!(
                 SHAPES < 256 && PROBES <= crate::reading::MAX_PROBES && PLANES <= crate::model::MAX_PLANES
             );
@@ -106,11 +116,6 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
             outdated: false,
             queue: Deque::new(),
         })
-    }
-
-    /// Takes up the counter stored last, after a restart.
-    pub fn restore_counter(&mut self, counter: u64) {
-        self.desk.restore_counter(counter);
     }
 
     /// Takes up the thresholds stored last, after a restart.
@@ -197,6 +202,18 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
         .unwrap_or(u64::MAX)
     }
 
+    fn memory_to_save(&self) -> Option<Save<'_>> {
+        let is_wanted = self.keeper.is_wanted() && self.model().is_some();
+        is_wanted.then(|| Save::Memory(self.monitor.memory(&self.monitor.judge).encode()))
+    }
+
+    fn memory_saved(&mut self, time_us: u64, stored: bool) {
+        self.keeper.saved(time_us, stored);
+        if !stored {
+            self.count(|c| &mut c.unsaved);
+        }
+    }
+
     /// The next frame to send.
     pub fn transmit(&mut self) -> Option<Frame> {
         self.queue.pop_front()
@@ -272,6 +289,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
         self.keeper.poll(time_us);
     }
 
+    /// Not inlined: its stack is not that of a command as well.
+    #[inline(never)]
     fn evaluate(&mut self, time_us: u64, numbered: &NumberedReading) {
         if self.ownership.silence().is_some() {
             return self.count(|c| &mut c.skipped);

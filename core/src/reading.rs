@@ -20,6 +20,7 @@ pub const MAX_PROBES: usize = 8;
 /// assert!((vector.lag_deg() - 90.0).abs() < 1e-4);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ProbeVector {
     /// Part in phase with the keyphasor mark, µm zero-to-peak.
     pub cos_um: f32,
@@ -77,6 +78,7 @@ impl ProbeVector {
 /// assert!(Reading::new(3000.0, &[]).is_none() && Reading::new(3000.0, &[vector; 9]).is_none());
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reading {
     /// Speed of rotation, rpm.
     pub speed_rpm: f32,
@@ -136,6 +138,32 @@ impl Reading {
     /// Speed of rotation, rad/s.
     pub fn speed_rad_s(&self) -> f32 {
         rad_s(self.speed_rpm)
+    }
+}
+
+/// What the sender of a reading knows of its keyphasor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Keyphasor {
+    /// Nothing was said.
+    #[default]
+    NotStated,
+    /// One mark a turn, steady.
+    Locked,
+    /// No mark: speed and phases mean nothing.
+    Missing,
+    /// The speed changed too much within the reading, or marks came out of step.
+    Unsteady,
+}
+
+impl Keyphasor {
+    #[cfg(feature = "can")]
+    pub(crate) const ALL: [Self; 4] = [Self::NotStated, Self::Locked, Self::Missing, Self::Unsteady];
+
+    /// Phases can be believed.
+    pub fn is_usable(self) -> bool {
+        matches!(self, Self::NotStated | Self::Locked)
     }
 }
 

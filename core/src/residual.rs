@@ -4,6 +4,7 @@ use crate::reading::{MAX_PROBES, ProbeVector};
 
 /// Why there is no verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ResidualError {
     /// A feature is not finite; nothing was changed.
@@ -23,6 +24,7 @@ pub enum ResidualError {
 /// assert_eq!(residual.probe_um[3], 2.0);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Residual {
     /// `e = Σ|calculated − measured|` over the features of the probes that were measured, µm.
     pub e_um: f32,

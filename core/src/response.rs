@@ -41,6 +41,7 @@ pub struct SupportAmplitudes(pub [Pair; MAX_SUPPORTS]);
 
 /// Why there is no response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ResponseError {
     /// The dynamic stiffness is singular at this speed.
@@ -91,7 +92,7 @@ impl<const PLANES: usize> Linear<PLANES> {
 /// #     knots: Default::default(), forcings: Default::default(),
 /// #     probes: [Probe::plain(one, [1.0, 0.0], 0), Probe::plain(one, [0.0, 1.0], 0)].into_iter().collect(),
 /// #     initial_unbalance_g_mm: [[1000.0, 0.0]].into_iter().collect(),
-/// #     unbalance_floor_g_mm: 1.0, noise_um: 0.0, speed_range_rpm: [100.0, 2e5],
+/// #     unbalance_floor_g_mm: 1.0, noise: Default::default(), speed_range_rpm: [100.0, 2e5],
 /// # };
 /// let at_speed = response(&model, 20_000.0, &SupportAmplitudes::default()).map_err(|_| "no response")?;
 /// let along_x = at_speed.probes()[0].phasor(&[[1000.0, 0.0]]);

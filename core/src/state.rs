@@ -2,7 +2,9 @@
 
 /// What a node is doing. The numbers travel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum NodeState {
     /// A model is there, and no reading was judged since the start.
     #[default]
@@ -29,7 +31,9 @@ pub enum NodeState {
 
 /// Why a node is in its state. The numbers travel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Reason {
     /// Nothing to be said.
     #[default]
@@ -137,6 +141,7 @@ impl Reason {
 
 /// What a node says of itself.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status {
     /// What it is doing.
     pub state: NodeState,

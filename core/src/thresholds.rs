@@ -18,6 +18,7 @@ const SHORTEST_S: f32 = 1e-6;
 
 /// What a monitor judges by. The defaults treat a record of one reading a day as Bera et al. (2023) do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Thresholds {
     /// Rise of the residual above its level that is suspicious, relative: 0.5 means half as much again. 0 to 100.
     pub rise: f32,
@@ -51,6 +52,7 @@ pub struct Thresholds {
 
 /// Which threshold is out of its bounds. The numbers travel in a node's answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
 pub enum ThresholdError {

@@ -11,18 +11,23 @@
 //! unbalance is zero, with three or four there is no such pair and it is not a number.
 
 mod rounds;
+#[cfg(test)]
+mod tests;
 
 use heapless::Vec;
 
 use crate::fit::Fit;
 use crate::model::{MAX_PLANES, Model, Pair};
-use crate::polish::{Polished, polish};
+use crate::polish::{Polished, free_residual_um, polish, polish_again};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 use crate::residual::Residual;
 use crate::response::{Motion, Response, ResponseError, SupportAmplitudes};
 use crate::swarm::{DEFAULT_PARTICLES, SwarmConfig, search};
 use rounds::Rounds;
 
+/// Rounds for hardening supports while a plane is held at its bound: what is found there is not yet the machine's unbalance,
+/// and the next reading goes on from the amplitudes found.
+const ROUNDS_AT_BOUND: u8 = 2;
 /// The certificate holds if the gap is at most this part of `Σ|target|`.
 const LARGEST_GAP: f32 = 1e-3;
 
@@ -47,6 +52,7 @@ impl Default for TrackConfig {
 
 /// Why a reading gave no estimate. The tracker is then as it was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TrackError {
     /// No probe gave a value.
@@ -70,6 +76,8 @@ impl From<ResponseError> for TrackError {
 
 /// The unbalance a reading shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Estimate {
     /// `[U cos α, U sin α]` of each plane, g·mm; zero for planes that are not there.
     pub unbalance_g_mm: [Pair; MAX_PLANES],
@@ -80,7 +88,8 @@ pub struct Estimate {
     /// Dynamic unbalance as found at plane 1 (its opposite is at plane 2), g·mm; zero for one plane, NaN for more than two.
     pub dynamic_g_mm: Pair,
     /// Standard deviation of either part of each plane's unbalance that the stated noise alone causes, by
-    /// `σ²(HᵀH)⁻¹`, g·mm; NaN if the model states no noise.
+    /// `σ²(HᵀH)⁻¹` with σ that of the noisiest probe, g·mm; NaN if the model states no noise. That is of least squares: least
+    /// absolute residuals scatter by a quarter more, by up to three quarters more with twice as many features as unknowns.
     pub deviation_g_mm: [f32; MAX_PLANES],
     /// What the probes would show for this unbalance; [`ProbeVector::LOST`] beyond the model's probes.
     pub calculated: [ProbeVector; MAX_PROBES],
@@ -200,16 +209,26 @@ impl<const PLANES: usize> Tracker<PLANES> {
             motion.solve(model, speed, &rounds.amplitudes)?;
             let at_speed = motion.read(model, speed, &rounds.amplitudes)?;
             let fit = Fit::of_reading(&at_speed, reading, &bounds);
-            let mut found = polish(&fit, start);
+            let mut found = if rounds.count == 0 { polish(&fit, start) } else { polish_again(&fit, start) };
             start = found.unbalance_g_mm;
-            if model.is_nonlinear() && rounds.count < config.amplitude_rounds {
+            let most = if found.at_bound.contains(&true) {
+                config.amplitude_rounds.min(ROUNDS_AT_BOUND)
+            } else {
+                config.amplitude_rounds
+            };
+            if model.is_nonlinear() && rounds.count < most {
                 let aim = motion.support_amplitudes(model, &found.unbalance_g_mm);
                 if rounds.advance(&aim, config.amplitude_tolerance) {
                     continue;
                 }
             }
-            let deviation = fit.deviations_g_mm(model.noise_um);
-            if deviation.iter().zip(&bounds).any(|(deviation, &bound)| bound > 0.0 && !(*deviation <= bound))
+            let used = reading.probes().iter().filter(|probe| probe.is_finite());
+            let noisiest_um = used.fold(0.0, |most, &probe| model.noise.deviation_um(probe).max(most));
+            let deviation = fit.deviations_g_mm(noisiest_um);
+            if deviation
+                .iter()
+                .zip(&bounds)
+                .any(|(deviation, &bound)| bound > 0.0 && (deviation.is_nan() || *deviation > bound))
             {
                 return Err(TrackError::Undetermined);
             }
@@ -221,6 +240,13 @@ impl<const PLANES: usize> Tracker<PLANES> {
                 if again.residual_um <= found.residual_um {
                     found = again;
                 }
+            }
+            if found.free_residual_um.is_nan() {
+                found.free_residual_um = if found.at_bound.contains(&true) {
+                    free_residual_um(&fit, start)
+                } else {
+                    found.residual_um
+                };
             }
             let Rounds { amplitudes, count, .. } = rounds;
             return Ok(Solved { at_speed, found, deviation, amplitudes, rounds: count, searched });
@@ -256,7 +282,7 @@ impl Estimate {
         {
             *own = [x, y];
             static_g_mm = [static_g_mm[0] + x, static_g_mm[1] + y];
-            if model.noise_um > 0.0 {
+            if model.noise.is_stated() {
                 *stated = deviation;
             }
         }

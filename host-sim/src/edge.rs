@@ -2,7 +2,7 @@
 
 use anyhow::{Result, anyhow, bail};
 use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector};
-use rotor_edge_core::model::{Forcing, ForcingLaw, MAX_PLANES, Model, Pair, Pedestal, Probe, Support};
+use rotor_edge_core::model::{Forcing, ForcingLaw, MAX_PLANES, Model, Noise, Pair, Pedestal, Probe, Support};
 use rotor_edge_core::node::Node;
 use rotor_edge_core::reading::{MAX_PROBES, ProbeVector, Reading};
 use rotor_edge_desktop as desktop;
@@ -107,7 +107,10 @@ fn edge_model(
         probes: held("probes", probe_terms.map(|(term, place)| probe(term, bearing(rotor, place))))?,
         initial_unbalance_g_mm: held("planes", unbalance_kg_m.iter().map(|u| pair(u * G_MM)))?,
         unbalance_floor_g_mm: (UNBALANCE_FLOOR * largest_g_mm) as f32,
-        noise_um: 0.0,
+        noise: rotor.noise.map_or_else(Noise::default, |noise| Noise {
+            relative: noise.relative as f32,
+            floor_um: noise.floor_um as f32,
+        }),
         speed_range_rpm: SPEED_RANGE.map(|f| (f * fastest_rpm) as f32),
     };
     if let Err(refusal) = edge.check() {

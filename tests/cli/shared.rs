@@ -7,11 +7,17 @@ use std::net::TcpStream;
 use std::process::{Child, ChildStderr, Command, Stdio};
 use std::time::Duration;
 
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 use rotor_edge::bus::{CanBus, open};
 use serde_json::Value;
 
 /// Far longer than anything here takes, on a busy machine too.
 pub const PATIENCE: Duration = Duration::from_secs(20);
+
+pub fn signal(pid: u32, signal: Signal) {
+    kill(Pid::from_raw(pid as i32), signal).unwrap();
+}
 
 /// A running `rotor-edge bus` on free ports.
 pub struct Shared {
@@ -58,9 +64,8 @@ impl Shared {
     }
 
     /// Sends a signal; exit code and what was said.
-    pub fn end(mut self, signal: &str) -> (Option<i32>, String) {
-        let kill = Command::new("kill").args([signal, &self.program.id().to_string()]).status().unwrap();
-        assert!(kill.success());
+    pub fn end(mut self, with: Signal) -> (Option<i32>, String) {
+        signal(self.program.id(), with);
         let code = self.program.wait().unwrap().code();
         (code, self.rest_said())
     }

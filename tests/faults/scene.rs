@@ -63,7 +63,9 @@ fn of_referee(config: NodeConfig) -> NodeConfig {
 
 impl Referee {
     fn judge(&mut self, time_us: u64, reading: Reading) -> MonitorResult {
-        while self.controller.poll_next(time_us).is_some() {}
+        while self.controller.poll_next(time_us).is_some() {
+            while self.controller.transmit().is_some() {}
+        }
         self.sequence = self.sequence.wrapping_add(1);
         for frame in reading_frames(NODE, &NumberedReading::new(self.sequence, reading)) {
             self.controller.receive(time_us, &frame);

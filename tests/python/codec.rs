@@ -148,6 +148,7 @@ fn signals(message: &Message) -> (String, Value) {
             ("Version".into(), signals)
         }
         Message::VersionQuery => ("VersionQuery".into(), json!({})),
+        message => unimplemented!("{message:?} has no signals here"),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::{Command, Output};
+use std::sync::OnceLock;
 
 use rotor_edge_tests::repository;
 use serde::Deserialize;
@@ -63,15 +64,21 @@ pub struct Chromium {
 impl Chromium {
     /// A browser, if one is to be had. Where `CI` is set there must be one.
     pub fn find() -> Option<Self> {
-        let output = Command::new(repository("tests/report/browser")).output().expect("bash is there");
-        if output.status.success() {
-            let path = String::from_utf8(output.stdout).unwrap().trim().into();
-            return Some(Self { path, folder: tempfile::tempdir().unwrap() });
+        // once for all tests, which run side by side: it may have to be installed
+        static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+        let found = FOUND.get_or_init(|| {
+            let output = Command::new(repository("tests/report/browser")).output().expect("bash is there");
+            let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_string();
+            if output.status.success() { Ok(said(&output.stdout).into()) } else { Err(said(&output.stderr)) }
+        });
+        match found {
+            Ok(path) => Some(Self { path: path.clone(), folder: tempfile::tempdir().unwrap() }),
+            Err(why) => {
+                assert!(std::env::var_os("CI").is_none(), "no browser: {why}");
+                eprintln!("The browser part of this test DID NOT RUN: {why}");
+                None
+            }
         }
-        let why = String::from_utf8_lossy(&output.stderr).trim().to_string();
-        assert!(std::env::var_os("CI").is_none(), "no browser: {why}");
-        eprintln!("The browser part of this test DID NOT RUN: {why}");
-        None
     }
 
     /// What the page logs, line by line.

@@ -80,7 +80,7 @@ def model_2():
     body += b"\x02" + knot(100, 1e5) + knot(1000, 2e5)
     body += b"\x02" + floats(1, 0.1, 7, -8) + b"\x00" + floats(1, 0.2, 9, 10) + b"\x01"
     body += b"\x03" + probe(-0.9, 1, 0, 0, b"\x00") + probe(-0.9, 0, 1, 0, b"\x00") + probe(0.9, 1, 0, 1, b"\x01\x01")
-    body += b"\x02" + floats(30, 40, -10, 20) + floats(5) + floats(0.25) + floats(600, 12000)
+    body += b"\x02" + floats(30, 40, -10, 20) + floats(5) + floats(0.0625, 0.25) + floats(600, 12000)
     return struct.pack("<IBBB", 2, 2, 3, 2) + body + struct.pack("<I", zlib.crc32(body))
 
 

@@ -45,9 +45,10 @@ fn pattern(sign: Sign) -> Pattern {
         Sign::State(NodeState::Flagged) => Pattern::Lit,
         Sign::State(NodeState::Conflict) => Pattern::Halves,
         Sign::State(NodeState::Stale) => Pattern::Gaps(1),
-        Sign::State(NodeState::Blind) => Pattern::Gaps(2),
         Sign::State(NodeState::NoModel) => Pattern::Gaps(3),
         Sign::NoClock => Pattern::Gaps(4),
+        // Blind; and a state that the core learns later looks no better until it has a sign of its own.
+        Sign::State(_) => Pattern::Gaps(2),
     }
 }
 

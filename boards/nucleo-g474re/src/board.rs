@@ -72,6 +72,8 @@ pub fn crystal_swings() -> bool {
 
 impl Board {
     /// Starts everything but the watchdog; without a crystal with the chip's own oscillator, and then only listening on the bus.
+    /// Not inlined: its stack is free again when the loop runs.
+    #[inline(never)]
     pub fn start(node: u8) -> Self {
         let oscillator = find_oscillator();
         let parts = embassy_stm32::init(clocks(oscillator));

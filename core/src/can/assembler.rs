@@ -14,8 +14,8 @@ use heapless::Vec;
 use super::counters::{Counters, count};
 use super::crc32;
 use super::frame::Frame;
-use super::message::{CanError, GAP_NOT_STATED_MV, Keyphasor, Message, TYPE_READING_END, TYPE_READING_START};
-use crate::reading::{MAX_PROBES, ProbeVector, Reading};
+use super::message::{CanError, GAP_NOT_STATED_MV, Message, TYPE_READING_END, TYPE_READING_START};
+use crate::reading::{Keyphasor, MAX_PROBES, ProbeVector, Reading};
 
 /// Frames of a reading of the most probes with gap voltages.
 pub const MAX_READING_FRAMES: usize = SLOTS + 1;
@@ -28,6 +28,7 @@ pub const RESYNCHRONISE_AFTER: u8 = 3;
 
 /// A whole reading with its number.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NumberedReading {
     /// Number given by the sender.
     pub sequence: u16,

@@ -5,6 +5,7 @@ pub const COUNTER_PAIRS: usize = 10;
 
 /// Counts since start; each wraps at 2³².
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
     /// Readings evaluated; carried by the heartbeat.
     pub readings: u32,

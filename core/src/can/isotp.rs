@@ -20,6 +20,7 @@ const FIRST_BYTES: usize = 6;
 
 /// Why a message did not get across.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TransferError {
     /// A consecutive frame is missing, repeated or out of order.
@@ -38,6 +39,7 @@ pub enum TransferError {
 
 /// What a received payload led to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Progress {
     /// Nothing to do yet.
     None,

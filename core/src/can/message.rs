@@ -1,7 +1,7 @@
 //! What the messages are.
 
 use crate::model::Pair;
-use crate::reading::ProbeVector;
+use crate::reading::{Keyphasor, ProbeVector};
 use crate::state::{NodeState, Reason, Status};
 
 /// Version of this protocol, carried by the heartbeat.
@@ -57,32 +57,10 @@ pub const fn flag_at_bound(plane: u8) -> u8 {
 /// In place of a gap voltage, mV: it is not stated.
 pub const GAP_NOT_STATED_MV: i16 = i16::MIN;
 
-/// What the sender of a reading knows of its keyphasor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[repr(u8)]
-pub enum Keyphasor {
-    /// Nothing was said.
-    #[default]
-    NotStated,
-    /// One mark a turn, steady.
-    Locked,
-    /// No mark: speed and phases mean nothing.
-    Missing,
-    /// The speed changed too much within the reading, or marks came out of step.
-    Unsteady,
-}
-
-impl Keyphasor {
-    pub(super) const ALL: [Self; 4] = [Self::NotStated, Self::Locked, Self::Missing, Self::Unsteady];
-
-    /// Phases can be believed.
-    pub fn is_usable(self) -> bool {
-        matches!(self, Self::NotStated | Self::Locked)
-    }
-}
-
 /// One frame's meaning. Bytes named reserved are sent as zero and ignored when received.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Message {
     /// Opens a reading. u16 sequence, u8 mask, u8 keyphasor (low nibble) and probes (high nibble), f32 speed.
     ReadingStart {
@@ -225,6 +203,7 @@ pub enum Message {
 
 /// Why a frame has no meaning here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum CanError {
     /// The type is not one of this version.

@@ -20,6 +20,7 @@ const OTHERS: usize = SLOTS - MAX_PLANES;
 
 /// What a monitor says about one reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MonitorResult {
     /// Number of the reading.
     pub sequence: u16,

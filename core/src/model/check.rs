@@ -47,7 +47,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         if self.unbalance_floor_g_mm < 0.0 {
             return Err(ModelError::UnbalanceFloor);
         }
-        if self.noise_um < 0.0 {
+        if !(0.0..1.0).contains(&self.noise.relative) || self.noise.floor_um < 0.0 {
             return Err(ModelError::Noise);
         }
         let [lowest, highest] = self.speed_range_rpm;
@@ -103,7 +103,8 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     fn is_finite(&self) -> bool {
         let shaft = [&self.stiffness, &self.mass, &self.polar_inertia];
         shaft.into_iter().all(|matrix| all(matrix.data.0.as_flattened()))
-            && all(&[self.internal_damping_s, self.unbalance_floor_g_mm, self.noise_um])
+            && all(&[self.internal_damping_s, self.unbalance_floor_g_mm])
+            && all(&[self.noise.relative, self.noise.floor_um])
             && all(&self.speed_range_rpm)
             && all(self.initial_unbalance_g_mm.as_flattened())
             && self.planes.iter().all(|shape| all(shape.data.0.as_flattened()))

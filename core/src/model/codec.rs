@@ -19,7 +19,7 @@ use nalgebra::{ArrayStorage, SMatrix};
 use postcard::ser_flavors::Flavor;
 use serde::Deserialize;
 
-use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError};
+use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError, Noise};
 
 /// zlib's CRC-32 (Python: `binascii.crc32`).
 static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -58,7 +58,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         let plane = shape + 2 * F32;
         let terms = MAX_SUPPORTS * support + MAX_KNOTS * knot + MAX_FORCINGS * forcing;
         let lists = 6 * MARK + PLANES * plane + PROBES * probe;
-        HEAD_BYTES + shaft + terms + lists + (1 + 1 + 2) * F32 + 4
+        HEAD_BYTES + shaft + terms + lists + (1 + 2 + 2) * F32 + 4
     }
 
     /// What the model in these bytes needs of the firmware; `None` if they are too few or of another schema.
@@ -115,8 +115,18 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         decoded
     }
 
+    /// Whether [`Model::decode`] would take these bytes; the model that is tried is on the stack only as long.
+    ///
+    /// Errors: those of [`Model::decode`].
+    #[inline(never)]
+    pub(crate) fn verify(bytes: &[u8]) -> Result<(), ModelError> {
+        let mut model = Self::EMPTY;
+        model.read(bytes)?;
+        model.check()
+    }
+
     /// No terms, and nothing that could be checked.
-    const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         stiffness: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
         mass: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
         polar_inertia: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
@@ -128,13 +138,14 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         probes: Vec::new(),
         initial_unbalance_g_mm: Vec::new(),
         unbalance_floor_g_mm: 0.0,
-        noise_um: 0.0,
+        noise: Noise { relative: 0.0, floor_um: 0.0 },
         speed_range_rpm: [0.0; 2],
     };
 
-    /// Field by field into its place: as one value a model would be on the stack three times over.
+    /// Field by field into its place: as one value a model would be on the stack three times over. What was read is not
+    /// checked, and after an error it is of no use.
     #[inline(never)]
-    fn read(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
+    pub(crate) fn read(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
         let (schema, _) = bytes.split_first_chunk::<SCHEMA_BYTES>().ok_or(ModelError::Encoding)?;
         if u32::from_le_bytes(*schema) != MODEL_SCHEMA {
             return Err(ModelError::Schema);
@@ -163,7 +174,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
             probes,
             initial_unbalance_g_mm,
             unbalance_floor_g_mm,
-            noise_um,
+            noise,
             speed_range_rpm,
         } = self;
         take(&mut rest, stiffness)?;
@@ -177,7 +188,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         take(&mut rest, probes)?;
         take(&mut rest, initial_unbalance_g_mm)?;
         take(&mut rest, unbalance_floor_g_mm)?;
-        take(&mut rest, noise_um)?;
+        take(&mut rest, noise)?;
         take(&mut rest, speed_range_rpm)?;
         let fields = body.get(..body.len().saturating_sub(rest.len())).unwrap_or_default();
         let stated = rest.first_chunk().map(|checksum| u32::from_le_bytes(*checksum));

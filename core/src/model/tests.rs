@@ -28,7 +28,7 @@ pub(crate) fn rigid_rotor() -> Model<2, 4, 2> {
             .collect(),
         initial_unbalance_g_mm: Vec::from_array([[3000.0, 4000.0], [-1000.0, 2000.0]]),
         unbalance_floor_g_mm: 100.0,
-        noise_um: 0.1,
+        noise: Noise { relative: 0.0, floor_um: 0.1 },
         speed_range_rpm: [600.0, 12_000.0],
     }
 }
@@ -71,7 +71,7 @@ fn full() -> Full {
         probes: (0..4).map(|_| Probe { mount: Some(3), ..Probe::plain(shape(), [1.0, 0.0], 1) }).collect(),
         initial_unbalance_g_mm: Vec::from_array([[1.0, 2.0], [3.0, 4.0]]),
         unbalance_floor_g_mm: 5.0,
-        noise_um: 0.25,
+        noise: Noise { relative: 0.0, floor_um: 0.25 },
         speed_range_rpm: [500.0, 15_000.0],
     }
 }
@@ -162,7 +162,7 @@ fn each_fault_of_a_model_is_named() {
         fault(|m| m.stiffness[(0, 1)] = f32::NAN, ModelError::NotFinite),
         fault(|m| m.probes[3].gain[1] = f32::INFINITY, ModelError::NotFinite),
         fault(|m| m.supports[1].damping_n_s_m[0][1] = f32::NAN, ModelError::NotFinite),
-        fault(|m| m.noise_um = f32::NAN, ModelError::NotFinite),
+        fault(|m| m.noise.floor_um = f32::NAN, ModelError::NotFinite),
         fault(move |m| with_table(m, &[1.0, f32::INFINITY], 2), ModelError::NotFinite),
         fault(|m| m.planes.clear(), ModelError::Planes),
         fault(|m| m.initial_unbalance_g_mm.truncate(1), ModelError::Planes),
@@ -178,7 +178,7 @@ fn each_fault_of_a_model_is_named() {
             ModelError::Mass,
         ),
         fault(|m| m.unbalance_floor_g_mm = -1.0, ModelError::UnbalanceFloor),
-        fault(|m| m.noise_um = -0.1, ModelError::Noise),
+        fault(|m| m.noise.floor_um = -0.1, ModelError::Noise),
         fault(|m| m.speed_range_rpm = [2000.0, 1000.0], ModelError::SpeedRange),
         fault(|m| m.speed_range_rpm = [0.0, 1000.0], ModelError::SpeedRange),
         fault(|m| m.mass *= 1e36, ModelError::Response),

@@ -113,7 +113,7 @@ fn a_model_larger_than_the_firmware_is_refused_with_both_numbers() {
         probes: small.probes.iter().chain(&small.probes[..1]).cloned().collect(),
         initial_unbalance_g_mm: small.initial_unbalance_g_mm.iter().copied().collect(),
         unbalance_floor_g_mm: small.unbalance_floor_g_mm,
-        noise_um: small.noise_um,
+        noise: small.noise,
         speed_range_rpm: small.speed_range_rpm,
     };
     let probes = answer(&mut node, &mut store, 0, &request(Command::Deploy, 1, &encoded(&large)));

@@ -1,31 +1,14 @@
 //! From a transferred message to a command carried out, stored first.
 
-use super::Node;
+use super::{Node, Save};
 use crate::can::isotp::{IsoTp, Progress};
 use crate::can::{Counters, Frame, TYPE_TO_HOST};
 use crate::command::{
     ANSWER_BYTES, Answer, CODE_BYTES, Command, Detail, HEAD_BYTES, MAX_REQUEST_BYTES, Outcome, Request,
     open_request,
 };
-use crate::memory::MemoryBytes;
 use crate::model::{Model, ModelError};
-use crate::thresholds::{ThresholdBytes, Thresholds};
-
-/// What must survive a loss of power.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Save<'a> {
-    /// A command waits to take effect until all of this is stored, or nothing of it.
-    Command {
-        /// Last counter accepted, for [`Node::restore_counter`].
-        counter: u64,
-        /// The new model's bytes, for [`Node::load`]; `None` if the model stays.
-        model: Option<&'a [u8]>,
-        /// The new thresholds, for [`Node::restore_thresholds`]; `None` if they stay.
-        thresholds: Option<ThresholdBytes>,
-    },
-    /// What the node has learned of the machine, for [`Node::restore`].
-    Memory(MemoryBytes),
-}
+use crate::thresholds::Thresholds;
 
 /// A command that waits for the board to store something.
 #[derive(Debug, Clone, Copy)]
@@ -49,10 +32,6 @@ impl Desk {
         Self { link: IsoTp::new(), last_counter: 0, pending: None }
     }
 
-    pub fn restore_counter(&mut self, counter: u64) {
-        self.last_counter = self.last_counter.max(counter);
-    }
-
     /// While a command waits to be stored, its connection stands still.
     pub fn poll_at(&self) -> Option<u64> {
         self.link.poll_at()
@@ -60,6 +39,11 @@ impl Desk {
 }
 
 impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES, PROBES, PLANES> {
+    /// Takes up the counter stored last, after a restart.
+    pub fn restore_counter(&mut self, counter: u64) {
+        self.desk.last_counter = self.desk.last_counter.max(counter);
+    }
+
     /// Last counter accepted.
     pub fn command_counter(&self) -> u64 {
         self.desk.last_counter
@@ -79,10 +63,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
                 let set = (command == Command::SetThresholds).then_some(body);
                 Some(Save::Command { counter, model, thresholds: set.and_then(|set| set.try_into().ok()) })
             }
-            None => {
-                let is_wanted = self.keeper.is_wanted() && self.model().is_some();
-                is_wanted.then(|| Save::Memory(self.monitor.memory(&self.monitor.judge).encode()))
-            }
+            None => self.memory_to_save(),
         }
     }
 
@@ -91,10 +72,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
         match self.desk.pending.take() {
             Some(pending) if !pending.is_counted => self.carry_out(time_us, pending, stored),
             pending => {
-                self.keeper.saved(time_us, stored);
-                if !stored {
-                    self.count(|c| &mut c.unsaved);
-                }
+                self.memory_saved(time_us, stored);
                 if pending.is_some() {
                     self.end_acknowledge(time_us, stored);
                 }
@@ -176,7 +154,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
             Err(outcome) => return self.conclude(time_us, outcome, Detail::None),
         };
         let refused = match command {
-            Command::Deploy => Model::<SHAPES, PROBES, PLANES>::decode(body)
+            Command::Deploy => Model::<SHAPES, PROBES, PLANES>::verify(body)
                 .err()
                 .map(|error| refusal::<SHAPES, PROBES, PLANES>(body, error)),
             Command::SetThresholds => {

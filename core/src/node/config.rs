@@ -1,5 +1,6 @@
 //! Settings of a node, and why it refuses some.
 
+#[cfg(feature = "command")]
 use crate::command::Key;
 use crate::model::ModelError;
 use crate::thresholds::{ThresholdError, Thresholds};
@@ -23,6 +24,7 @@ pub struct NodeConfig {
     /// Between two savings of the memory when nothing of note happens, µs.
     pub memory_period_us: u64,
     /// Without a key, the node takes no commands.
+    #[cfg(feature = "command")]
     pub key: Option<Key>,
     /// A number that no other device has, such as its serial number: in a conflict, it sets the times of sending apart.
     pub seed: u64,
@@ -39,6 +41,7 @@ impl NodeConfig {
             heartbeat_period_us: 1_000_000,
             listen_us: 100_000,
             memory_period_us: 3_600_000_000,
+            #[cfg(feature = "command")]
             key: None,
             seed: 0,
         }
@@ -47,6 +50,7 @@ impl NodeConfig {
 
 /// Why a node cannot start or take a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum NodeError {
     /// The node's number is above [`MAX_NODE`](crate::can::MAX_NODE).

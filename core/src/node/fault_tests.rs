@@ -298,7 +298,7 @@ fn without_a_usable_model_it_says_why_judges_nothing_keeps_its_counter_and_takes
 fn ten_thousand_healthy_readings_at_any_speed_raise_no_suspicion() {
     const NOISE_UM: f32 = 0.25;
     let mut machine = rigid_rotor();
-    machine.noise_um = NOISE_UM;
+    machine.noise.floor_um = NOISE_UM;
     let mut random = Random::new(77);
     // one reading a day each: no averaging helps
     for period_us in [DAY_US, PERIOD_US] {
@@ -324,7 +324,7 @@ fn ten_thousand_healthy_readings_at_any_speed_raise_no_suspicion() {
 #[test]
 fn a_vibration_below_the_noise_says_nothing_of_the_model() {
     let mut machine = rigid_rotor();
-    machine.noise_um = 0.25;
+    machine.noise.floor_um = 0.25;
     let mut node = node_with(&machine);
     let still = Reading::new(600.0, &[crate::reading::ProbeVector { cos_um: 0.01, sin_um: 0.0 }; 4]).unwrap();
     send(&mut node, 0, 1, &still);

@@ -1,7 +1,26 @@
-//! When the memory is to be stored: at once when a flag is raised or lowered, otherwise seldom, for flash wears out.
+//! What is to be stored, and when the memory is: at once when a flag is raised or lowered, otherwise seldom, for flash wears out.
+
+use crate::memory::MemoryBytes;
+use crate::thresholds::ThresholdBytes;
 
 /// After a failure it is tried again so much later.
 const RETRY_US: u64 = 1_000_000;
+
+/// What must survive a loss of power.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Save<'a> {
+    /// A command waits to take effect until all of this is stored, or nothing of it. Only with the feature `command`.
+    Command {
+        /// Last counter accepted, for [`Node::restore_counter`](super::Node::restore_counter).
+        counter: u64,
+        /// The new model's bytes, for [`Node::load`](super::Node::load); `None` if the model stays.
+        model: Option<&'a [u8]>,
+        /// The new thresholds, for [`Node::restore_thresholds`](super::Node::restore_thresholds); `None` if they stay.
+        thresholds: Option<ThresholdBytes>,
+    },
+    /// What the node has learned of the machine, for [`Node::restore`](super::Node::restore).
+    Memory(MemoryBytes),
+}
 
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Keeper {

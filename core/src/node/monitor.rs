@@ -2,10 +2,10 @@
 
 use super::ABSURD_UM;
 use crate::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult, NumberedReading, flag_at_bound};
-use crate::judge::{Average, Averaged, Evidence, Growth, Judge, Verdict, noise_floor_um};
+use crate::judge::{Average, Evidence, Growth, Judge, Verdict};
 use crate::memory::Memory;
 use crate::model::{MAX_PLANES, Model, ModelError, Pair};
-use crate::reading::{MAX_PROBES, Reading};
+use crate::reading::Reading;
 use crate::scalar;
 use crate::state::{NodeState, Reason};
 use crate::thresholds::Thresholds;
@@ -79,7 +79,15 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
     /// Errors: those of [`Model::decode`], and the model that was there stays.
     #[inline(never)]
     pub fn decode(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
-        Model::decode(bytes).map(|model| self.adopt(model))
+        Model::<SHAPES, PROBES, PLANES>::verify(bytes)?;
+        if self.model.is_err() {
+            self.model = Ok(Model::EMPTY);
+        }
+        if let Ok(model) = &mut self.model {
+            model.read(bytes)?;
+        }
+        self.begin();
+        Ok(())
     }
 
     /// Why there is no model.
@@ -92,16 +100,23 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
 
     /// Goes on with another model from the unbalance last found, if it has as many planes.
     pub fn adopt(&mut self, model: Model<SHAPES, PROBES, PLANES>) {
+        self.model = Ok(model);
+        self.begin();
+    }
+
+    fn begin(&mut self) {
+        let Ok(model) = &self.model else {
+            return;
+        };
         let mut last_g_mm = [[f32::NAN; 2]; MAX_PLANES];
-        let known = self.last_g_mm();
+        let known = self.tracker.as_ref().map_or(&[][..], Tracker::last_g_mm);
         if known.len() == model.planes.len() {
             for (place, &last) in last_g_mm.iter_mut().zip(known) {
                 *place = last;
             }
         }
-        self.tracker = Some(Tracker::resume(&model, &last_g_mm));
+        self.tracker = Some(Tracker::resume(model, &last_g_mm));
         self.checksum = model.checksum();
-        self.model = Ok(model);
         self.forget();
         self.judge = Judge::default();
     }
@@ -212,7 +227,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
                 return Evaluated::Unsolved;
             }
         };
-        let evidence = evidence(model, &estimate, &averaged);
+        let evidence = Evidence::new(model, &estimate, &averaged);
         let floor_um = evidence.floor_um.max(thresholds.floor_um);
         self.blind = if estimate.redundancy == 0 {
             Some(Reason::NoRedundancy)
@@ -255,27 +270,6 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             self.verdict = Some(verdict);
         }
         Evaluated::Estimated { result, partial: missing_mask != 0 }
-    }
-}
-
-/// The noise of the probes that were used, less what averaging took away.
-fn evidence<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
-    model: &Model<SHAPES, PROBES, PLANES>,
-    estimate: &Estimate,
-    averaged: &Averaged,
-) -> Evidence {
-    let used = averaged.reading.probes().iter().filter(|probe| probe.is_finite());
-    let square_um2 = used.fold(0.0, |sum, _| sum + 2.0 * model.noise_um * model.noise_um);
-    let mut bearings = [0; MAX_PROBES];
-    for (bearing, probe) in bearings.iter_mut().zip(&model.probes) {
-        *bearing = probe.bearing;
-    }
-    Evidence {
-        residual: estimate.residual,
-        free_residual_um: estimate.free_residual_um,
-        redundancy: estimate.redundancy,
-        floor_um: noise_floor_um(averaged.variance * square_um2, estimate.residual.features),
-        bearings,
     }
 }
 

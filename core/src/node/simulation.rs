@@ -56,7 +56,7 @@ struct Life {
 impl Life {
     fn new(seed: u64) -> Self {
         let mut machine = rigid_rotor();
-        machine.noise_um = NOISE_UM;
+        machine.noise.floor_um = NOISE_UM;
         let store = Store::with(&machine);
         let speeds = [3000.0, 6000.0, 9000.0];
         Self {

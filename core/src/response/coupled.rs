@@ -154,7 +154,8 @@ fn invert(matrix: &mut Square, size: usize) -> Option<()> {
     for place in 0..size.min(MAX_COUPLED) {
         let mut pivot_row = matrix[place];
         let pivot = pivot_row[place];
-        if !(scalar::size(pivot) > SMALLEST_PIVOT) {
+        let strength = scalar::size(pivot);
+        if strength.is_nan() || strength <= SMALLEST_PIVOT {
             return None;
         }
         let reciprocal = scalar::reciprocal(pivot);

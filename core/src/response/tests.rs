@@ -25,7 +25,7 @@ fn jeffcott(k: f32, c: f32) -> Model<1, 4, 1> {
         probes: directions.map(|direction| Probe::plain(one, direction, 0)).into_iter().collect(),
         initial_unbalance_g_mm: Vec::from_array([[1000.0, 0.0]]),
         unbalance_floor_g_mm: 1.0,
-        noise_um: 0.0,
+        noise: Default::default(),
         speed_range_rpm: [100.0, 20_000.0],
     }
 }

@@ -14,6 +14,8 @@ pub struct Mirror<'a> {
     config: NodeConfig,
     average: Average,
     growth: Growth,
+    /// Of the unbalance last found, with the noise that averaging left.
+    deviation_g_mm: [f32; MAX_PLANES],
     tracker: Tracker<MAX_PLANES>,
 }
 
@@ -31,20 +33,23 @@ pub struct Reflection {
 impl<'a> Mirror<'a> {
     /// Starts as a controller does that remembers nothing.
     pub fn new(model: &'a EdgeModel, config: NodeConfig) -> Self {
+        let tracker = Tracker::new(model);
         Self {
             model,
             config,
             average: Average::default(),
-            growth: Growth::default(),
-            tracker: Tracker::new(model),
+            growth: Growth::resume(&[], tracker.last_g_mm()),
+            deviation_g_mm: [f32::NAN; MAX_PLANES],
+            tracker,
         }
     }
 
     /// Goes on from an unbalance that was found otherwise, g·mm.
     pub fn resume(&mut self, last_g_mm: &[Pair]) {
-        self.average = Average::default();
-        self.growth = Growth::default();
         self.tracker = Tracker::resume(self.model, last_g_mm);
+        self.average = Average::default();
+        self.growth = Growth::resume(&[], self.tracker.last_g_mm());
+        self.deviation_g_mm = [f32::NAN; MAX_PLANES];
     }
 
     /// The answer to a reading; `None` if it gets none.
@@ -56,8 +61,11 @@ impl<'a> Mirror<'a> {
         }
         let NodeConfig { thresholds, track, .. } = &self.config;
         let averaged = self.average.update(thresholds.average_s, time_us, reading);
-        let bounds_g_mm = self.growth.bounds_g_mm(thresholds, time_us, self.tracker.last_g_mm());
+        let last_g_mm = self.tracker.last_g_mm();
+        let bounds_g_mm = self.growth.bounds_g_mm(thresholds, time_us, last_g_mm, &self.deviation_g_mm);
         let estimate = self.tracker.update(track, self.model, &averaged.reading, &bounds_g_mm).ok()?;
+        let share = averaged.variance.sqrt();
+        self.deviation_g_mm = estimate.deviation_g_mm.map(|deviation| share * deviation);
         Some(Reflection { averaged, bounds_g_mm, estimate })
     }
 }

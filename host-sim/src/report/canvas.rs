@@ -27,6 +27,8 @@ const SAMPLE_PX: f64 = 26.0;
 const LEFT_PX: f64 = 4.0;
 const RIGHT_PX: f64 = 14.0;
 const TOP_PX: f64 = 8.0;
+/// Least gap between neighbouring labels of an axis, px.
+const BETWEEN_LABELS_PX: f64 = 3.0;
 /// Room for the labels and the name of the axis below, px.
 const NAMED_PX: f64 = 40.0;
 const UNITS_PER_PX: f64 = 4.0;
@@ -95,9 +97,26 @@ pub(super) fn write(sheet: &Sheet, text: &str, at_px: [f64; 2], style: TextStyle
     Ok(sheet.draw(&Text::new(text, (px(at_px[0]), px(at_px[1])), style))?)
 }
 
-/// About how wide a text is, px.
+/// How wide a text is at most in a reader's font, px: as in the widest usual ones, Verdana and DejaVu Sans.
 pub(super) fn text_width_px(text: &str) -> f64 {
-    0.56 * TEXT_PX * text.chars().count() as f64
+    let width_em = |c: char| match c {
+        'f' | 'i' | 'j' | 'l' | 't' | ' ' | '.' | ',' | ':' | ';' | '\'' | '|' | '/' => 0.40,
+        'r' | 'I' | 's' | '(' | ')' | '-' | '°' | '·' => 0.55,
+        'm' | 'w' | 'M' | 'W' | '%' | '–' => 1.08,
+        'A'..='Z' | '−' | '+' | '=' | '<' | '>' => 0.84,
+        _ => 0.65,
+    };
+    TEXT_PX * text.chars().map(width_em).sum::<f64>()
+}
+
+/// The ticks that carry their label where a unit is this long: all, or every second, …, so that labels stay apart.
+pub(super) fn labelled(scale: &Scale, unit_px: f64) -> Vec<f64> {
+    let half_px = |tick: f64| 0.5 * text_width_px(&scale.label(tick));
+    let apart = |ticks: &[f64]| {
+        ticks.windows(2).all(|t| (t[1] - t[0]) * unit_px >= half_px(t[0]) + half_px(t[1]) + BETWEEN_LABELS_PX)
+    };
+    let every = |n: usize| scale.ticks.iter().copied().step_by(n).collect::<Vec<_>>();
+    (1..=scale.ticks.len()).map(every).find(|ticks| apart(ticks)).unwrap_or_default()
 }
 
 impl Axis<'_> {
@@ -109,14 +128,28 @@ impl Axis<'_> {
 
     /// Width over height of what [`axes`] leaves of a sheet of this size for the curves.
     pub fn aspect_beside(&self, [width_px, height_px]: [f64; 2]) -> f64 {
-        (width_px - LEFT_PX - self.label_px() - RIGHT_PX) / (height_px - TOP_PX - NAMED_PX)
+        self.width_beside_px(width_px) / (height_px - TOP_PX - NAMED_PX)
+    }
+
+    /// What an upward axis leaves of a sheet's width, px.
+    fn width_beside_px(&self, width_px: f64) -> f64 {
+        width_px - LEFT_PX - self.label_px() - RIGHT_PX
+    }
+
+    /// The axis with its name, and with these ticks labelled.
+    fn coordinate(&self, labelled: Vec<f64>) -> Coordinate {
+        Coordinate {
+            scale: self.scale.clone(),
+            labelled: if self.name.is_some() { labelled } else { Vec::new() },
+        }
     }
 }
 
 /// A scale as plotters sees it.
 pub(super) struct Coordinate {
     scale: Scale,
-    labelled: bool,
+    /// Ticks that carry their label.
+    labelled: Vec<f64>,
 }
 
 impl Ranged for Coordinate {
@@ -139,7 +172,7 @@ impl Ranged for Coordinate {
 
 impl ValueFormatter<f64> for Coordinate {
     fn format_ext(&self, value: &f64) -> String {
-        if self.labelled { self.scale.label(*value) } else { String::new() }
+        if self.labelled.contains(value) { self.scale.label(*value) } else { String::new() }
     }
 }
 
@@ -152,14 +185,15 @@ pub(super) struct Axis<'a> {
 
 /// Axes with a grid on the whole of a sheet.
 pub(super) fn axes<'a>(sheet: &Sheet<'a>, x: &Axis, y: &Axis) -> Drawn<Chart<'a>> {
-    let coordinate = |axis: &Axis| Coordinate { scale: axis.scale.clone(), labelled: axis.name.is_some() };
+    let width_px = f64::from(sheet.dim_in_pixel().0) / UNITS_PER_PX;
+    let across = labelled(x.scale, y.width_beside_px(width_px) / (x.scale.to - x.scale.from));
     let mut chart = ChartBuilder::on(sheet)
         .margin_left(px(LEFT_PX))
         .margin_right(px(RIGHT_PX))
         .margin_top(px(TOP_PX))
         .x_label_area_size(px(if x.name.is_some() { NAMED_PX } else { 6.0 }))
         .y_label_area_size(px(y.label_px()))
-        .build_cartesian_2d(coordinate(x), coordinate(y))?;
+        .build_cartesian_2d(x.coordinate(across), y.coordinate(y.scale.ticks.clone()))?;
     chart
         .configure_mesh()
         .bold_line_style(line(GRID, 0.75))
@@ -176,7 +210,7 @@ pub(super) fn axes<'a>(sheet: &Sheet<'a>, x: &Axis, y: &Axis) -> Drawn<Chart<'a>
 
 /// Coordinates on the whole of a sheet, without axes.
 pub(super) fn plain<'a>(sheet: &Sheet<'a>, x: &Scale, y: &Scale) -> Drawn<Chart<'a>> {
-    let coordinate = |scale: &Scale| Coordinate { scale: scale.clone(), labelled: false };
+    let coordinate = |scale: &Scale| Coordinate { scale: scale.clone(), labelled: Vec::new() };
     Ok(ChartBuilder::on(sheet).build_cartesian_2d(coordinate(x), coordinate(y))?)
 }
 
@@ -275,6 +309,36 @@ impl<'a> Entry<'a> {
     fn label(&self) -> &'a str {
         match self {
             Self::Measured(label) | Self::MeasuredLine(label) | Self::Model(_, label) => label,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_of_an_axis_stay_apart_whatever_they_say_and_at_least_two_ticks_keep_theirs() {
+        // of the minus sign, the point and a digit, from the tables of DejaVu Sans
+        let milli_em = |c| match c {
+            '−' => 838.0,
+            '.' | ',' => 318.0,
+            _ => 636.0,
+        };
+        let width_px = |label: &str| 1e-3 * TEXT_PX * label.chars().map(milli_em).sum::<f64>();
+        for reach in (1..400).map(|i| 0.01 * 1.03_f64.powi(i)) {
+            for (scale, length_px) in
+                [(Scale::symmetric(reach, 4), 110.0), (Scale::around([0.0, reach].into_iter(), 6), 300.0)]
+            {
+                let ticks = labelled(&scale, length_px / (scale.to - scale.from));
+                assert!(ticks.len() >= 2, "{reach}: {ticks:?}");
+                let ends = |tick: f64| {
+                    let half = 0.5 * width_px(&scale.label(tick));
+                    let at = length_px * (tick - scale.from) / (scale.to - scale.from);
+                    [at - half, at + half]
+                };
+                assert!(ticks.windows(2).all(|t| ends(t[0])[1] < ends(t[1])[0]), "{reach}: {ticks:?}");
+            }
         }
     }
 }

@@ -2,14 +2,14 @@
 
 use nalgebra::Complex;
 use plotters::prelude::{Circle, PathElement, Polygon, Text};
-use plotters::style::Color;
 use plotters::style::text_anchor::{HPos, VPos};
+use plotters::style::{Color, RGBColor};
 
 use super::Curve;
 use super::bode::peak_to_peak_um;
 use super::canvas::{
     Chart, Drawn, Entry, FAINT, GRID, INK, Legend, TEXT_PX, WIDTH_PX, anchored, curve, line,
-    measured as circles, plain, px, svg, write,
+    measured as circles, plain, px, svg, text_width_px, write,
 };
 use super::scale::{Scale, number};
 
@@ -27,6 +27,7 @@ pub fn polar(title: &str, measured: &[(f64, Complex<f64>)], models: &[Curve]) ->
     let everything = measured.iter().chain(models.iter().flat_map(|m| &m.points));
     let radius = Scale::from_zero(everything.map(|(_, y)| peak_to_peak_um(*y)), 4);
     let reach = ROOM * radius.to;
+    let um_per_px = 2.0 * reach / DISK_PX;
     let across = Scale { from: -reach * WIDTH_PX / DISK_PX, to: reach * WIDTH_PX / DISK_PX, ticks: vec![] };
     let up = Scale { from: -reach, to: reach, ticks: vec![] };
     let place = |(_, y): &(f64, Complex<f64>)| (2e6 * y.re, 2e6 * y.im);
@@ -35,7 +36,7 @@ pub fn polar(title: &str, measured: &[(f64, Complex<f64>)], models: &[Curve]) ->
         let (_, below) = sheet.split_vertically(px(legend.height_px));
         let (disk, foot) = below.split_vertically(px(DISK_PX));
         let mut chart = plain(&disk, &across, &up)?;
-        grid(&mut chart, &radius)?;
+        let mut written = grid(&mut chart, &radius, um_per_px)?;
         for (i, model) in models.iter().enumerate() {
             curve(&mut chart, i, &model.points.iter().map(place).collect::<Vec<_>>())?;
         }
@@ -43,18 +44,59 @@ pub fn polar(title: &str, measured: &[(f64, Complex<f64>)], models: &[Curve]) ->
         for i in labelled(measured, reach) {
             let (x, up) = place(&measured[i]);
             let (aside_x, aside_up) = beside_path(measured, i, 0.07 * reach);
-            chart.draw_series([Circle::new((x, up), px(2.6), INK.filled())])?;
-            let h = if aside_x < 0.0 { HPos::Right } else { HPos::Left };
-            let at = (x + aside_x, up + aside_up);
-            chart.draw_series([Text::new(number(measured[i].0, 0), at, anchored(INK, h, VPos::Center))])?;
+            let speed = number(measured[i].0, 0);
+            let sides = [1.0, -1.0].map(|side| {
+                let h = if side * aside_x < 0.0 { HPos::Right } else { HPos::Left };
+                (h, (x + side * aside_x, up + side * aside_up))
+            });
+            let free = sides.into_iter().find_map(|(h, at)| {
+                let extent = Extent::new(&speed, at, h, um_per_px);
+                written.iter().all(|w| w.clears(&extent)).then_some((h, at, extent))
+            });
+            if let Some((h, at, extent)) = free {
+                written.push(extent);
+                chart.draw_series([Circle::new((x, up), px(2.6), INK.filled())])?;
+                chart.draw_series([Text::new(speed, at, anchored(INK, h, VPos::Center))])?;
+            }
         }
         let style = anchored(FAINT, HPos::Left, VPos::Bottom);
         write(&foot, "µm pk-pk; speeds in rpm at full circles", [8.0, TEXT_PX - 4.0], style)
     })
 }
 
-/// Circles with their radii, spokes with their angles, and which way the shaft turns.
-fn grid(chart: &mut Chart, radius: &Scale) -> Drawn {
+/// Where a text is written, µm.
+struct Extent {
+    across: [f64; 2],
+    up: [f64; 2],
+}
+
+impl Extent {
+    /// Of a text anchored at the middle of its height, for so many µm a pixel.
+    fn new(text: &str, at: (f64, f64), h: HPos, um_per_px: f64) -> Self {
+        let width = text_width_px(text) * um_per_px;
+        let left = match h {
+            HPos::Left => at.0,
+            HPos::Center => at.0 - 0.5 * width,
+            HPos::Right => at.0 - width,
+        };
+        let half = 0.6 * TEXT_PX * um_per_px;
+        Self { across: [left, left + width], up: [at.1 - half, at.1 + half] }
+    }
+
+    fn clears(&self, other: &Self) -> bool {
+        let apart = |a: [f64; 2], b: [f64; 2]| a[1] <= b[0] || b[1] <= a[0];
+        apart(self.across, other.across) || apart(self.up, other.up)
+    }
+}
+
+/// Circles with their radii, spokes with their angles, and which way the shaft turns; what it wrote where.
+fn grid(chart: &mut Chart, radius: &Scale, um_per_px: f64) -> Drawn<Vec<Extent>> {
+    let mut written = Vec::new();
+    let mut write = |chart: &mut Chart, text: String, at: (f64, f64), colour: RGBColor, h: HPos| -> Drawn {
+        written.push(Extent::new(&text, at, h, um_per_px));
+        chart.draw_series([Text::new(text, at, anchored(colour, h, VPos::Center))])?;
+        Ok(())
+    };
     let arc = |r: f64, from_deg: i32, to_deg: i32| {
         let at = |deg: i32| {
             let (sin, cos) = f64::from(deg).to_radians().sin_cos();
@@ -64,18 +106,16 @@ fn grid(chart: &mut Chart, radius: &Scale) -> Drawn {
     };
     for r in &radius.ticks[1..] {
         chart.draw_series([PathElement::new(arc(*r, 0, 360), line(GRID, 0.9))])?;
-        let style = anchored(FAINT, HPos::Center, VPos::Center);
         let (sin, cos) = 67.5_f64.to_radians().sin_cos();
-        chart.draw_series([Text::new(radius.label(*r), (r * cos, r * sin), style)])?;
+        write(chart, radius.label(*r), (r * cos, r * sin), FAINT, HPos::Center)?;
     }
     let rim = radius.to;
     for lag in (0..360).step_by(45) {
         let (sin, cos) = (-f64::from(lag)).to_radians().sin_cos();
         let spoke = vec![(0.0, 0.0), (rim * cos, rim * sin)];
         chart.draw_series([PathElement::new(spoke, line(GRID, 0.9))])?;
-        let style = anchored(INK, HPos::Center, VPos::Center);
         let out = 1.09 * rim;
-        chart.draw_series([Text::new(format!("{lag}°"), (out * cos, out * sin), style)])?;
+        write(chart, format!("{lag}°"), (out * cos, out * sin), INK, HPos::Center)?;
     }
     let turn = 1.28 * rim;
     let tip = 148;
@@ -84,10 +124,9 @@ fn grid(chart: &mut Chart, radius: &Scale) -> Drawn {
     let tip = f64::from(tip);
     let head = vec![end(turn, tip + 4.0), end(0.97 * turn, tip - 0.5), end(1.03 * turn, tip - 0.5)];
     chart.draw_series([Polygon::new(head, FAINT.filled())])?;
-    let style = anchored(FAINT, HPos::Left, VPos::Center);
     let beside = (-1.05 * rim * WIDTH_PX / DISK_PX, 1.1 * rim);
-    chart.draw_series([Text::new("rotation", beside, style)])?;
-    Ok(())
+    write(chart, "rotation".into(), beside, FAINT, HPos::Left)?;
+    Ok(written)
 }
 
 /// Indices of some measured points far enough from the centre and from each other to carry their speed.

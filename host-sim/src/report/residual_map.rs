@@ -5,7 +5,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 
 use super::canvas::{
-    Drawn, FAINT, INK, Sheet, TEXT_PX, WIDTH_PX, anchored, line, px, svg, text_width_px, write,
+    Drawn, FAINT, INK, Sheet, TEXT_PX, WIDTH_PX, anchored, labelled, line, px, svg, text_width_px, write,
 };
 use super::scale::Scale;
 
@@ -95,15 +95,16 @@ impl Frame {
             return Ok(());
         }
         let scale = Scale::around(map.columns.iter().copied(), 6);
-        for tick in &scale.ticks {
-            let x = self.place(&edges, *tick);
+        let unit_px = self.width / (edges[edges.len() - 1] - edges[0]);
+        for tick in labelled(&scale, unit_px) {
+            let x = self.place(&edges, tick);
             if !(self.left..=self.left + self.width).contains(&x) {
                 continue;
             }
             let ends = vec![(px(x), px(self.bottom)), (px(x), px(self.bottom + 4.0))];
             sheet.draw(&PathElement::new(ends, line(FAINT, 1.0)))?;
             let style = anchored(INK, HPos::Center, VPos::Top);
-            write(sheet, &scale.label(*tick), [x, self.bottom + 6.0], style)?;
+            write(sheet, &scale.label(tick), [x, self.bottom + 6.0], style)?;
         }
         let style = anchored(INK, HPos::Center, VPos::Top);
         let middle = self.left + 0.5 * self.width;
@@ -130,7 +131,7 @@ fn legend(sheet: &Sheet, top: f64) -> Drawn {
     }
     let style = || anchored(FAINT, HPos::Left, VPos::Top);
     let row = |i: f64| top + BAR_PX + 4.0 + 1.3 * TEXT_PX * i;
-    write(sheet, "up to 2.5 σ: what noise does; a stroke: reading lost", [RIGHT_PX, row(1.0)], style())
+    write(sheet, "up to 2.5 σ: noise; a stroke: reading lost", [RIGHT_PX, row(1.0)], style())
 }
 
 #[cfg(test)]

@@ -76,6 +76,7 @@ pub fn why(reason: Reason, mask: u8) -> Why {
             return Why { what, next: "check the gap voltage, the probe's mounting and its cable" };
         }
         Reason::Learning => ("the reference is being taken", ""),
+        _ => ("the reason is one that this program does not know", "watch with a newer program"),
     };
     Why { what: what.into(), next }
 }

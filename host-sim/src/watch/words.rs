@@ -116,6 +116,12 @@ impl Words {
             }
             NodeState::Suspicious => suspicious(monitor, because),
             NodeState::Tracking => tracking(monitor, status, because),
+            _ => Self::new(
+                Level::Alarm,
+                "UNKNOWN",
+                "its state is one that this program does not know",
+                "watch with a newer program",
+            ),
         }
     }
 }

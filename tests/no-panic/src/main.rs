@@ -72,7 +72,6 @@ fn numerics(model: &Model) {
         for probe in at_speed.probes() {
             black_box(probe.phasor(&black_box([[0.0; 2]; 2])));
         }
-        black_box(at_speed.support_amplitudes(&black_box([[0.0; 2]; 2])));
     }
     for probe in reading.probes() {
         black_box((probe.peak_to_peak_um(), probe.lag_deg()));

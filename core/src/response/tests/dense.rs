@@ -237,7 +237,7 @@ fn machine(random: &mut Random) -> Machine {
             .collect(),
         probes,
         unbalance_floor_g_mm: 1.0,
-        noise_um: 0.0,
+        noise: Default::default(),
         speed_range_rpm: [500.0, 12_000.0],
     }
 }

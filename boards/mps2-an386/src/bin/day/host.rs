@@ -115,9 +115,9 @@ impl Host {
         if second.is_multiple_of(READING_S) && now != Scene::Silence {
             self.read(second, now);
         }
-        self.now_us += SECOND_US / 2;
+        self.now_us = second * SECOND_US + SECOND_US / 2;
         self.run();
-        self.now_us += SECOND_US / 2 - 1;
+        self.now_us = (second + 1) * SECOND_US - 1;
         self.run();
         self.look(second, scene);
     }
@@ -360,6 +360,9 @@ impl Host {
             assert_ne!(outcome, Some(Outcome::Accepted), "an accepted model is gone");
         }
         assert!(self.monitor.node.command_counter() >= self.accepted, "the counter went back");
+        // It has listened then, and answers.
+        self.now_us += SECOND_US / 5;
+        self.run();
         let again = self.command(&KEY, Command::Deploy, self.accepted, self.other(), None);
         assert_eq!(again, Some(Outcome::Replayed), "a command that was accepted is taken again");
     }

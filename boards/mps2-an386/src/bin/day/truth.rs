@@ -174,7 +174,7 @@ impl Table {
 
     pub fn print(&self) {
         hprintln!(
-            "seconds of each state; after the two thirds of a scene of ten minutes the machine is healthy again"
+            "seconds of each state; of a scene's ten minutes, the first 200 s and the last 100 s are healthy"
         );
         let heads = COLUMNS.map(|(_, name)| name);
         hprintln!(

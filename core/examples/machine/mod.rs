@@ -1,0 +1,44 @@
+//! A machine to try things on: a stiff shaft on two supports, four probes, two planes.
+
+use nalgebra::{Matrix2, Vector2};
+use rotor_edge_core::model::{Model, Noise, Pair, Probe, Support};
+use rotor_edge_core::reading::{ProbeVector, Reading, rad_s};
+use rotor_edge_core::response::{SupportAmplitudes, response};
+
+/// Two shapes (translation and tilt), four probes, two planes: what this firmware holds.
+pub type MachineModel = Model<2, 4, 2>;
+
+/// What a host would have deployed: usually many kilograms of finite elements, condensed to a few shapes.
+pub fn model() -> MachineModel {
+    let at = |place: f32| Vector2::new(1.0, place);
+    let probe = |place, direction, bearing| Probe::plain(at(place), direction, bearing);
+    Model {
+        stiffness: Matrix2::zeros(),
+        mass: Matrix2::new(60.0, 3.0, 3.0, 20.0),
+        polar_inertia: Matrix2::new(0.0, 0.0, 0.0, 4.0),
+        internal_damping_s: 0.0,
+        planes: [-0.5, 0.6].map(at).into_iter().collect(),
+        supports: [-1.0, 1.0].map(|place| Support::isotropic(at(place), 5e7, 3e4)).into_iter().collect(),
+        knots: Default::default(),
+        forcings: Default::default(),
+        probes: [
+            probe(-0.9, [1.0, 0.0], 0),
+            probe(-0.9, [0.0, 1.0], 0),
+            probe(0.9, [1.0, 0.0], 1),
+            probe(0.9, [0.0, 1.0], 1),
+        ]
+        .into_iter()
+        .collect(),
+        initial_unbalance_g_mm: [[3000.0, 4000.0], [-1000.0, 2000.0]].into_iter().collect(),
+        unbalance_floor_g_mm: 100.0,
+        noise: Noise { relative: 0.0, floor_um: 0.05 },
+        speed_range_rpm: [600.0, 12_000.0],
+    }
+}
+
+/// What the probes of such a machine show.
+pub fn reading(model: &MachineModel, speed_rpm: f32, unbalance_g_mm: &[Pair]) -> Reading {
+    let response = response(model, rad_s(speed_rpm), &SupportAmplitudes::default()).expect("damped");
+    let shown = |probe: usize| ProbeVector::from_phasor(response.probes()[probe].phasor(unbalance_g_mm));
+    Reading::new(speed_rpm, &[0, 1, 2, 3].map(shown)).expect("four probes")
+}

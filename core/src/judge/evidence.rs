@@ -1,0 +1,49 @@
+//! What a reading says for or against the model.
+
+use super::{Averaged, noise_floor_um};
+use crate::model::Model;
+use crate::reading::MAX_PROBES;
+use crate::residual::Residual;
+use crate::track::Estimate;
+
+/// What one reading says, for [`Judge::update`](super::Judge::update).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Calculated against measured.
+    pub residual: Residual,
+    /// The least residual that no bound on the unbalance stands in the way of, µm.
+    pub free_residual_um: f32,
+    /// Rows less unknowns, at least one.
+    pub redundancy: u8,
+    /// Residual that noise alone may leave, µm.
+    pub floor_um: f32,
+    /// The bearing of each probe, from zero.
+    pub bearings: [u8; MAX_PROBES],
+}
+
+impl Evidence {
+    /// Of the estimate of an averaged reading. The noise is that of the probes that were used, less what averaging took
+    /// away.
+    pub fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
+        model: &Model<N, PROBES, PLANES>,
+        estimate: &Estimate,
+        averaged: &Averaged,
+    ) -> Self {
+        let used = averaged.reading.probes().iter().filter(|probe| probe.is_finite());
+        let square_um2 = used.fold(0.0, |sum, &probe| {
+            let deviation_um = model.noise.deviation_um(probe);
+            sum + 2.0 * deviation_um * deviation_um
+        });
+        let mut bearings = [0; MAX_PROBES];
+        for (bearing, probe) in bearings.iter_mut().zip(&model.probes) {
+            *bearing = probe.bearing;
+        }
+        Self {
+            residual: estimate.residual,
+            free_residual_um: estimate.free_residual_um,
+            redundancy: estimate.redundancy,
+            floor_um: noise_floor_um(averaged.variance * square_um2, estimate.residual.features),
+            bearings,
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! A node that takes no commands: what it would transfer and save with the feature `command`.
+
+use super::{Node, Save};
+
+/// Nobody to hand a command to.
+#[derive(Debug, Clone)]
+pub(super) struct Desk;
+
+impl Desk {
+    pub fn new() -> Self {
+        Self
+    }
+
+    pub fn poll_at(&self) -> Option<u64> {
+        None
+    }
+}
+
+impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES, PROBES, PLANES> {
+    /// What is to be stored now. The board stores it and calls [`Node::saved`].
+    pub fn to_save(&self) -> Option<Save<'_>> {
+        self.memory_to_save()
+    }
+
+    /// Whether what [`Node::to_save`] gave is stored.
+    pub fn saved(&mut self, time_us: u64, stored: bool) {
+        self.memory_saved(time_us, stored);
+        self.keeper.poll(time_us);
+        self.announce(time_us);
+    }
+
+    pub(super) fn transfer(&mut self, _: u64, _: &[u8]) {}
+
+    pub(super) fn poll_transfer(&mut self, _: u64) {}
+}
