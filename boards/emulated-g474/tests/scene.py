@@ -29,6 +29,13 @@ LISTENS_S = 0.3
 """A node that starts listens for others with its number; long enough for its first heartbeat."""
 
 
+def pytest_collection_modifyitems(items):
+    """With several processes, one of them lives through the story, which takes a minute, and tells it to all that follow."""
+    for item in items:
+        if "story" in item.fixturenames:
+            item.add_marker(pytest.mark.xdist_group("story"))
+
+
 @pytest.fixture(scope="session")
 def key_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("key") / "node.key"

@@ -80,13 +80,3 @@ def test_without_a_reading_for_the_age_limit_the_verdict_is_stale_and_shown_to_b
     stale_s = until(board, lambda: state(board)[0] == "Stale", AGE_LIMIT_S + 2.0)
     assert AGE_LIMIT_S - 0.2 <= stale_s - last_s <= AGE_LIMIT_S + 0.3
     assert shown(board, 2) == "on with one gap"
-
-
-def test_a_steep_mark_at_the_comparator_gives_the_phase(board, desk):
-    speed_rpm, vectors_um = next(row for row in desk.record if None not in row[1])
-    machine = Machine(board, speed_rpm, vectors_um, edge_s=1e-6)
-    machine.compare()
-    start_s = board.now_s
-    board.run(0.7 + 3 * 16 * 60 / speed_rpm)
-    readings = said(board, "ReadingStart", start_s + 0.5)
-    assert readings and all(abs(signals["Speed"] / speed_rpm - 1) < 1e-5 for _, signals in readings)

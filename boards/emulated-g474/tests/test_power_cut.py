@@ -15,7 +15,7 @@ from commands import ACKNOWLEDGE, DEPLOY, GET_THRESHOLDS, SET_THRESHOLDS, Client
 from g474.flash import Change
 from scene import KEY, SAMPLES, check, log, said, start, state
 
-VERDICT_S = 0.2
+VERDICT_S = 0.14
 """Past the first frames of a start."""
 NEW_COUNTER = 1000
 
