@@ -84,7 +84,6 @@ impl<const PLANES: usize> Linear<PLANES> {
 /// use rotor_edge_core::response::{SupportAmplitudes, response};
 /// // a disk of 10 kg on two springs of 5e6 N/m: far above resonance it moves by −U/m
 /// # let one = SVector::from([1.0]);
-/// # let full = |_| "a list is full";
 /// # let model = Model::<1, 2, 1> {
 /// #     stiffness: Matrix1::new(0.0), mass: Matrix1::new(10.0), polar_inertia: Matrix1::new(0.0),
 /// #     internal_damping_s: 0.0, planes: [one].into_iter().collect(),
