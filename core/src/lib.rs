@@ -82,3 +82,4 @@ pub mod swarm;
 mod testing;
 pub mod thresholds;
 pub mod track;
+mod unpack;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::judge::{Judge, Latched, Learned, Level};
 use crate::model::{MAX_PLANES, Pair};
 use crate::state::Reason;
+use crate::unpack::unpack_checked;
 
 /// Bytes of the largest memory.
 pub const MEMORY_BYTES: usize = 96;
@@ -76,7 +77,7 @@ impl Memory {
 
     /// Reads what [`Memory::encode`] wrote. `None` if the bytes are cut short, damaged, or of another version. Bytes after the checksum are ignored.
     pub fn decode(bytes: &[u8]) -> Option<Self> {
-        postcard::from_bytes_crc32(bytes, CRC.digest()).ok().filter(|memory: &Self| memory.version == VERSION)
+        unpack_checked(bytes, &CRC).filter(|memory: &Self| memory.version == VERSION)
     }
 
     /// The judge that goes on from here.

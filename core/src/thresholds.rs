@@ -4,6 +4,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::unpack::unpack;
+
 /// Version of the layout.
 const VERSION: u8 = 1;
 /// Bytes of encoded thresholds.
@@ -168,7 +170,7 @@ impl Thresholds {
         let [VERSION, body @ ..] = bytes else {
             return Err(ThresholdError::Encoding);
         };
-        let thresholds: Self = postcard::from_bytes(body).map_err(|_| ThresholdError::Encoding)?;
+        let (thresholds, _): (Self, _) = unpack(body).ok_or(ThresholdError::Encoding)?;
         thresholds.check()?;
         Ok(thresholds)
     }

@@ -19,6 +19,8 @@ use nalgebra::{ArrayStorage, SMatrix};
 use postcard::ser_flavors::Flavor;
 use serde::Deserialize;
 
+use crate::unpack::unpack;
+
 use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError, Noise};
 
 /// zlib's CRC-32 (Python: `binascii.crc32`).
@@ -203,7 +205,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
 /// Reads a field in postcard and leaves what follows it.
 #[inline(never)]
 fn take<'a, T: Deserialize<'a>>(rest: &mut &'a [u8], field: &mut T) -> Result<(), ModelError> {
-    let (read, left) = postcard::take_from_bytes(rest).map_err(|_| ModelError::Encoding)?;
+    let (read, left) = unpack(rest).ok_or(ModelError::Encoding)?;
     (*field, *rest) = (read, left);
     Ok(())
 }
