@@ -29,7 +29,7 @@ use rotor_edge_boards::watchdog::{Part, Progress};
 use rotor_edge_core::can::reading_frames;
 use rotor_edge_core::command::Key;
 use rotor_edge_core::node::NodeConfig;
-use rotor_edge_core::state::NodeState;
+use rotor_edge_core::state::{NodeState, Reason};
 
 use board::{Board, Oscillator};
 use can::Can;
@@ -63,7 +63,10 @@ async fn main(spawner: embassy_executor::Spawner) {
     }
     if oscillator == Oscillator::Internal {
         defmt::error!("the crystal does not swing: no readings, and silent on the bus");
-        wait_for_crystal(watchdog, light, monitor.node.status(0).state).await
+        // Silent, it listens for ever; a flag of before counts all the same.
+        let status = monitor.node.status(0);
+        let state = if status.cause == Reason::None { status.state } else { NodeState::Flagged };
+        wait_for_crystal(watchdog, light, state).await
     }
     let mut bus = Can::new(can);
     let Ok(task) = probes::sample(probes) else { unreachable!() };
