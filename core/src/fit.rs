@@ -108,38 +108,47 @@ impl<const PROBES: usize, const PLANES: usize> Fit<PROBES, PLANES> {
     /// HᵀH is a Hermitian matrix of one row a plane in real form, so that both parts have the same variance and none in
     /// common; it is taken apart as `L D Lᴴ`.
     pub fn deviations_g_mm(&self, noise_um: f32) -> [f32; PLANES] {
-        let free: [bool; PLANES] =
-            array::from_fn(|plane| self.bound_g_mm().get(plane).is_some_and(|&bound| bound > 0.0));
+        let is_free = |plane: &usize| self.bound_g_mm().get(*plane).is_some_and(|&bound| bound > 0.0);
         let mut deviations = [f32::INFINITY; PLANES];
         let mut factors = self.gram();
-        for i in (0..PLANES).filter(|&i| free[i]) {
-            let (above, rest) = factors.split_at_mut(i);
-            let Some(row) = rest.first_mut() else { continue };
-            let mut pivot = row[i].re;
-            for j in (0..i).filter(|&j| free[j]) {
-                let mut value = row[j];
-                for k in (0..j).filter(|&k| free[k]) {
-                    value -= row[k] * above[k][k].re * above[j][k].conj();
+        for i in (0..PLANES).filter(is_free) {
+            let Some(mut row) = factors.get(i).copied() else { continue };
+            let own = entry(&row, i).re;
+            let mut pivot = own;
+            for j in (0..i).filter(is_free) {
+                let mut value = entry(&row, j);
+                for k in (0..j).filter(is_free) {
+                    value -= entry(&row, k) * cell(&factors, k, k).re * cell(&factors, j, k).conj();
                 }
-                row[j] = value / above[j][j].re;
-                pivot -= (row[j] * value.conj()).re;
+                let factor = value / cell(&factors, j, j).re;
+                pivot -= (factor * value.conj()).re;
+                if let Some(place) = row.get_mut(j) {
+                    *place = factor;
+                }
             }
-            if pivot.is_nan() || pivot <= SINGULAR * row[i].re {
+            if pivot.is_nan() || pivot <= SINGULAR * own {
                 return deviations;
             }
-            row[i] = C::new(pivot, 0.0);
+            if let Some(place) = row.get_mut(i) {
+                *place = C::new(pivot, 0.0);
+            }
+            if let Some(place) = factors.get_mut(i) {
+                *place = row;
+            }
         }
         for (k, deviation) in deviations.iter_mut().enumerate() {
             // A column of L⁻¹.
             let mut column = [C::default(); PLANES];
             let mut variance = 0.0_f32;
-            for i in (k..PLANES).filter(|&i| free[i]) {
-                column[i] = C::new(if i == k { 1.0 } else { 0.0 }, 0.0);
-                for m in (k..i).filter(|&m| free[m]) {
-                    let known = column[m];
-                    column[i] -= factors[i][m] * known;
+            for i in (k..PLANES).filter(is_free) {
+                let mut value = C::new(if i == k { 1.0 } else { 0.0 }, 0.0);
+                for m in (k..i).filter(is_free) {
+                    value -= cell(&factors, i, m) * entry(&column, m);
                 }
-                variance += column[i].norm_sqr() / factors[i][i].re;
+                variance += value.norm_sqr() / cell(&factors, i, i).re;
+                if let Some(place) = column.get_mut(i) {
+                    *place = value;
+                }
             }
             *deviation = noise_um * scalar::sqrt(variance);
         }
@@ -169,6 +178,17 @@ impl<const PROBES: usize, const PLANES: usize> Fit<PROBES, PLANES> {
         }
         unbalance_g_mm
     }
+}
+
+/// An entry of a row; zero beyond its end, so that nothing here can panic.
+#[inline]
+fn entry<const N: usize>(row: &[C; N], place: usize) -> C {
+    row.get(place).copied().unwrap_or_default()
+}
+
+#[inline]
+fn cell<const N: usize>(matrix: &[[C; N]; N], row: usize, column: usize) -> C {
+    matrix.get(row).map_or(C::default(), |row| entry(row, column))
 }
 
 #[inline]
