@@ -53,7 +53,7 @@ def deploy(board, rotor, key_file, *arguments):
 def deployed_flash(desk, key_file):
     """The second bank of a board that the sample's model was deployed to."""
     board = start()
-    deploy(board, desk.rotor, key_file)
+    deploy(board, desk.rotor, key_file, "--counter", 1)
     return bytes(board.chip.flash.banks[1])
 
 

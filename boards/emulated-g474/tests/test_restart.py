@@ -122,7 +122,7 @@ def test_a_panic_resets_at_once_and_the_log_says_file_and_line(board):
 
 
 def panics(image):
-    """A function of the standard library that does nothing but panic: a remainder by zero, an index out of bounds."""
+    """The function through which every panic goes; where only one place leads to another, that place is built into it."""
     with open(image, "rb") as file:
         symbols = {symbol.name: symbol["st_value"] & ~1 for symbol in ELFFile(file).get_section_by_name(".symtab").iter_symbols()}
-    return next(place for name, place in symbols.items() if "panic_const" in name or "panic_bounds_check" in name)
+    return next(place for name, place in symbols.items() if "9panic_fmt" in name)
