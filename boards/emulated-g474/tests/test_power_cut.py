@@ -15,8 +15,8 @@ from commands import ACKNOWLEDGE, DEPLOY, GET_THRESHOLDS, SET_THRESHOLDS, Client
 from g474.flash import Change
 from scene import KEY, SAMPLES, check, log, said, start, state
 
-VERDICT_S = 0.14
-"""Past the first frames of a start."""
+VERDICT_S = 0.2
+"""Past the first frames of a start: the model is tried out, then a tenth of a second listened."""
 NEW_COUNTER = 1000
 
 
