@@ -121,6 +121,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     ///
     /// Errors: those of [`Model::decode`].
     #[inline(never)]
+    #[cfg(feature = "can")]
     pub(crate) fn verify(bytes: &[u8]) -> Result<(), ModelError> {
         let mut model = Self::EMPTY;
         model.read(bytes)?;
