@@ -148,7 +148,7 @@ fn signals(message: &Message) -> (String, Value) {
             ("Version".into(), signals)
         }
         Message::VersionQuery => ("VersionQuery".into(), json!({})),
-        message => unimplemented!("{message:?} has no signals here"),
+        message => panic!("{message:?} is not a message of this DBC file"),
     }
 }
 

@@ -1,6 +1,5 @@
 """Rows 4 and 5: a crystal that does not start, and one that stops."""
 
-
 from g474.board import CRYSTAL_HZ
 from g474.wire import ACKNOWLEDGE, Frame
 from light import shown
