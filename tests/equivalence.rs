@@ -10,10 +10,12 @@ use rotor_edge::sample;
 use rotor_edge_core::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS};
 use rotor_edge_core::response::{SupportAmplitudes, response};
 use rotor_edge_core::state::{NodeState, Reason};
+use rotor_edge_desktop::bearing::support::{Pedestal, SupportLaw};
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::place::SpeedLaw;
 use rotor_edge_desktop::measurement::{Reading, rad_s};
-use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::terms::{Forcing, Pedestal, SpeedLaw, Support, SupportLaw};
+use rotor_edge_desktop::model::terms::{Forcing, Support};
 
 fn identified() -> (Rotor, Vec<Reading>) {
     let (rotor, record, runup) = sample::load().unwrap();

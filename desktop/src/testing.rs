@@ -1,6 +1,6 @@
 //! Rotors for unit tests.
 
-use crate::rotor::{Bearing, Coefficients, Disk, Physics, Plane, Probe, Rotor, Segment};
+use crate::machine::drawing::{Bearing, Coefficients, Disk, Physics, Plane, Probe, Rotor, Segment};
 
 fn bearing(name: &str, position_m: f64, k: [f64; 2], c: [f64; 2]) -> Bearing {
     let direct = |[xx, yy]: [f64; 2]| Coefficients { xx, yy, xy: 0.0, yx: 0.0 };

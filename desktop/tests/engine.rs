@@ -1,13 +1,13 @@
 //! The fitting engine's small update against the full dynamic stiffness, on the reference rotors.
 
 use nalgebra::{Complex, DMatrix};
-use rotor_edge_desktop::fit::plant::{Force, Plant};
-use rotor_edge_desktop::fit::shaft::Shaft;
-use rotor_edge_desktop::fit::tolerance::Offsets;
-use rotor_edge_desktop::fit::update::{Receptances, Response, Supports, forces};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::machine::tolerance::Offsets;
 use rotor_edge_desktop::model::Model;
-use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::rotor_file;
+use rotor_edge_desktop::receptance::plant::{Force, Plant};
+use rotor_edge_desktop::receptance::update::{Receptances, Response, Supports, forces};
+use rotor_edge_desktop::shaft::nodal::Shaft;
 
 type C = Complex<f64>;
 

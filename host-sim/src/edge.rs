@@ -6,9 +6,9 @@ use rotor_edge_core::model::{Forcing, ForcingLaw, MAX_PLANES, Model, Noise, Pair
 use rotor_edge_core::node::Node;
 use rotor_edge_core::reading::{MAX_PROBES, ProbeVector, Reading};
 use rotor_edge_desktop as desktop;
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::place::SpeedLaw;
 use rotor_edge_desktop::measurement;
-use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::terms::SpeedLaw;
 use rotor_edge_desktop::unbalance::{G_MM, phasor_kg_m};
 
 /// Shape functions of the controller's model in each plane.
@@ -49,11 +49,11 @@ impl Deployment {
                 .map(|p| phasor_kg_m(p.unbalance_g_mm.unwrap_or(0.0), p.angle_deg.unwrap_or(0.0))),
         );
         let desktop = if rotor.effect.is_empty() {
-            desktop::model::Model::reduced(rotor, SHAPES)
+            desktop::shaft::basis::reduced(rotor, SHAPES)
         } else {
             let full = desktop::model::Model::finite_elements(rotor);
             let fastest_rad_s = measurement::rad_s(fastest_rpm);
-            full.projected(&desktop::basis::closest(&full, SHAPES, fastest_rad_s, &unbalance_kg_m)?)
+            full.projected(&desktop::shaft::basis::closest(&full, SHAPES, fastest_rad_s, &unbalance_kg_m)?)
         };
         Self::of_model(desktop, rotor, unbalance_kg_m, fastest_rpm)
     }
@@ -142,7 +142,7 @@ fn held<T, const MOST: usize>(
     Ok(items.collect())
 }
 
-fn forcing(f: &desktop::terms::Forcing) -> Forcing<SHAPES> {
+fn forcing(f: &desktop::model::terms::Forcing) -> Forcing<SHAPES> {
     let law = match f.law {
         SpeedLaw::Constant => ForcingLaw::Constant,
         SpeedLaw::Squared => ForcingLaw::SpeedSquared,
@@ -151,7 +151,7 @@ fn forcing(f: &desktop::terms::Forcing) -> Forcing<SHAPES> {
     Forcing { shape: vector(&f.shape), amplitude: pair(f.amplitude * 1e6), law }
 }
 
-fn support(s: &desktop::terms::Support) -> Support<SHAPES> {
+fn support(s: &desktop::model::terms::Support) -> Support<SHAPES> {
     let rows = |m: &nalgebra::Matrix2<f64>| [[m.m11 as f32, m.m12 as f32], [m.m21 as f32, m.m22 as f32]];
     let law = &s.law;
     Support {
@@ -175,7 +175,7 @@ fn both_axes(value: f64) -> Pair {
     [value as f32; 2]
 }
 
-fn probe(term: &desktop::terms::ProbeTerm, bearing: u8) -> Probe<SHAPES> {
+fn probe(term: &desktop::model::terms::ProbeTerm, bearing: u8) -> Probe<SHAPES> {
     Probe {
         shape: vector(&term.shape),
         direction: [term.angle_rad.cos() as f32, term.angle_rad.sin() as f32],
@@ -187,7 +187,7 @@ fn probe(term: &desktop::terms::ProbeTerm, bearing: u8) -> Probe<SHAPES> {
 }
 
 /// Which bearing of the file a probe stands at; the file was checked for it.
-fn bearing(rotor: &Rotor, probe: &desktop::rotor::Probe) -> u8 {
+fn bearing(rotor: &Rotor, probe: &desktop::machine::drawing::Probe) -> u8 {
     rotor.bearing_of(probe).map_or(0, |place| place as u8)
 }
 

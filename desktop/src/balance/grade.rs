@@ -8,9 +8,9 @@
 
 use nalgebra::{Complex, DVector};
 
+use crate::machine::drawing::Rotor;
 use crate::measurement::rad_s;
-use crate::rotor::Rotor;
-use crate::structure::{ELEMENTS_PER_SEGMENT, Structure};
+use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Structure};
 
 type C = Complex<f64>;
 

@@ -7,9 +7,9 @@ use super::influence::from_trial_runs;
 use super::model::from_model;
 use super::weights::Allowed;
 use super::*;
+use crate::machine::drawing::{AddedUnbalance, Noise, Run};
 use crate::measurement::{Reading, rad_s};
 use crate::model::Model;
-use crate::rotor::{AddedUnbalance, Noise, Run};
 use crate::testing::{sample_rotor, uniform_shaft};
 use crate::unbalance::{G_MM, phasor_kg_m};
 

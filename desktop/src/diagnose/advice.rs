@@ -9,9 +9,9 @@ use crate::effects::entry;
 use crate::fit::data::sigma_m;
 use crate::fit::hypothesis::{Assumed, COEFFICIENTS, Hypothesis, coefficient};
 use crate::fit::{Fit, starts_for};
+use crate::machine::drawing::{Noise, Probe, Rotor};
 use crate::measurement::rad_s;
-use crate::model::Model;
-use crate::rotor::{Noise, Probe, Rotor};
+use crate::shaft::basis;
 use crate::unbalance::g_mm_deg;
 
 /// Rivals that are simulated at most.
@@ -212,11 +212,11 @@ fn simulate(rotor: &Rotor, m: &Measurement) -> Option<Vec<DVector<Complex<f64>>>
     rotor.probe.extend(m.extra.iter().cloned());
     for e in &mut rotor.effect {
         // a vector for each probe; those that are not there yet have no runout
-        if let Some(crate::rotor::ParameterValue::Phasors(all)) = e.parameters.get_mut("v") {
+        if let Some(crate::machine::drawing::ParameterValue::Phasors(all)) = e.parameters.get_mut("v") {
             all.resize(rotor.probe.len(), [0.0; 2]);
         }
     }
-    let model = Model::reduced(&rotor, SHAPES);
+    let model = basis::reduced(&rotor, SHAPES);
     let planes = rotor.plane.iter();
     let mut u = DVector::from_iterator(
         rotor.plane.len(),

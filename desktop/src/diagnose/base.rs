@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::{Assumed, COEFFICIENTS, Hypothesis, from_si, to_si};
 use crate::fit::{Drawing, Effort, Fit, Fitter, starts_for};
-use crate::rotor::Noise;
+use crate::machine::drawing::Noise;
 
 /// Candidates whose drawing errors are settled together with them.
 const REFINED: usize = 10;

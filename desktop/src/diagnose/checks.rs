@@ -7,8 +7,8 @@ use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::COEFFICIENTS;
 use crate::fit::{Effort, Fitter};
+use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
-use crate::rotor::{Noise, Rotor};
 
 /// A probe whose readings differ by less than this, relative, is stuck.
 const STUCK: f64 = 1e-6;

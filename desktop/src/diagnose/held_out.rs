@@ -5,8 +5,8 @@ use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Effort, Fit, Fitter};
+use crate::machine::drawing::Noise;
 use crate::measurement::Reading;
-use crate::rotor::Noise;
 
 /// Blocks of neighbouring speeds that are left out in turn.
 const BLOCKS: usize = 4;

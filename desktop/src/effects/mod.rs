@@ -21,9 +21,9 @@ mod unbalance_plane;
 
 use nalgebra::Complex;
 
-use crate::machine::Terms;
-use crate::rotor::Rotor;
-use crate::terms::SpeedLaw;
+use crate::machine::drawing::Rotor;
+pub use crate::machine::place::{Pattern, Place};
+use crate::machine::terms::Terms;
 
 /// Every effect, in the order in which reports list them when nothing else decides.
 pub const ALL: [&dyn Effect; 16] = [
@@ -48,31 +48,6 @@ pub const ALL: [&dyn Effect; 16] = [
 /// The effect of that name.
 pub fn find(name: &str) -> Option<&'static dyn Effect> {
     ALL.into_iter().find(|e| e.name() == name)
-}
-
-/// Where an effect sits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Place {
-    /// The machine as a whole.
-    Machine,
-    /// A bearing, by its number in the file.
-    Bearing(usize),
-    /// A disk, by its number in the file.
-    Disk(usize),
-    /// A probe, by its number in the file.
-    Probe(usize),
-}
-
-impl Place {
-    /// The name in the rotor's file; `None` for the whole machine.
-    pub fn name(self, rotor: &Rotor) -> Option<&str> {
-        match self {
-            Self::Machine => None,
-            Self::Bearing(i) => Some(&rotor.bearing[i].name),
-            Self::Disk(i) => Some(&rotor.disk[i].name),
-            Self::Probe(i) => Some(&rotor.probe[i].name),
-        }
-    }
 }
 
 /// Sizes of one machine, to measure parameters against and to start searches from.
@@ -108,32 +83,6 @@ pub struct Parameter {
     pub scale: Scale,
     /// Smallest and largest value that physics allows.
     pub bounds: [f64; 2],
-}
-
-/// A rotating pattern whose complex amplitude enters linearly and is solved for exactly.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pattern {
-    /// Unbalance of a disk, kg·m.
-    DiskUnbalance(usize),
-    /// Moment `Ω²` times this amplitude on a disk's tilt, kg·m².
-    DiskTilt(usize),
-    /// The force that holds the shaft straight against a half sine of this height between the
-    /// bearings, m.
-    Bow,
-    /// A force at the right end, N.
-    RightEnd,
-    /// An offset of one probe at every speed, m.
-    Runout(usize),
-}
-
-impl Pattern {
-    /// How the pattern grows with speed.
-    pub fn law(self) -> SpeedLaw {
-        match self {
-            Self::DiskUnbalance(_) | Self::DiskTilt(_) => SpeedLaw::Squared,
-            Self::Bow | Self::RightEnd | Self::Runout(_) => SpeedLaw::Constant,
-        }
-    }
 }
 
 /// A linear unknown as people know it: a pattern, and the factor from the pattern's amplitude to the

@@ -1,9 +1,9 @@
 //! A bearing on a foundation that gives.
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, bearings};
-use crate::machine::Terms;
-use crate::rotor::Rotor;
-use crate::terms::Pedestal;
+use crate::bearing::support::Pedestal;
+use crate::machine::drawing::Rotor;
+use crate::machine::terms::Terms;
 
 /// Mass, spring and damper in series under one bearing.
 pub struct OnPedestal;

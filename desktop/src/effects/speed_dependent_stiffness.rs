@@ -1,8 +1,8 @@
 //! Bearings that stiffen or soften with speed.
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales};
-use crate::machine::Terms;
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
+use crate::machine::terms::Terms;
 
 /// `k(Ω) = k (1 + s (Ω/Ω_ref − 1))` for both bearings.
 pub struct SpeedDependentStiffness;

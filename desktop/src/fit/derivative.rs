@@ -4,7 +4,7 @@
 use nalgebra::{Complex, DMatrix, Matrix2};
 
 use super::problem::{Evaluated, Problem};
-use crate::machine::Terms;
+use crate::machine::terms::Terms;
 
 type C = Complex<f64>;
 

@@ -7,13 +7,13 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix4, Vector4};
 
-use super::plant::{Force, Plant, Sense, loss};
 use super::problem::{Evaluated, Problem};
-use super::shaft::{Row, Shaft, Spot};
-use super::tolerance::{Deviation, Deviations};
-use super::update::{adjoint_forces, forces, nominal};
 use crate::effects::Pattern;
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
+use crate::machine::tolerance::{Deviation, Deviations};
+use crate::receptance::plant::{Force, Plant, Sense, loss};
+use crate::receptance::update::{adjoint_forces, forces, nominal};
+use crate::shaft::nodal::{Row, Shaft, Spot};
 
 type C = Complex<f64>;
 const I: C = C::new(0.0, 1.0);

@@ -2,10 +2,10 @@
 
 use nalgebra::Complex;
 
+use crate::bearing::support::SupportLaw;
 use crate::effects::{Effect, Parameter, Place, Scale, Scales, Unknown, add_unknown};
-use crate::machine::Terms;
-use crate::rotor::Rotor;
-use crate::terms::SupportLaw;
+use crate::machine::drawing::Rotor;
+use crate::machine::terms::Terms;
 
 /// Direct bearing coefficients: k_xx k_yy of each bearing, then c_xx c_yy of each.
 pub const COEFFICIENTS: usize = 8;
@@ -62,7 +62,7 @@ impl<'a> Hypothesis<'a> {
         std::array::from_fn(|i| {
             let (bearing, axis, damping) = coefficient(i);
             let b = &self.rotor.bearing[bearing];
-            let of = |c: &crate::rotor::Coefficients| if axis == 0 { c.xx } else { c.yy };
+            let of = |c: &crate::machine::drawing::Coefficients| if axis == 0 { c.xx } else { c.yy };
             let value = if damping { of(&b.damping_n_s_m) } else { of(&b.stiffness_n_m) };
             value.max(1e-6 * of(&b.stiffness_n_m)).ln()
         })

@@ -3,11 +3,9 @@
 //! | module | holds |
 //! |---|---|
 //! | [`data`], [`hypothesis`] | what was measured, what is unknown |
-//! | [`shaft`], [`plant`] | finite elements and their shape functions; the shaft solved once for all speeds |
-//! | [`update`] | supports put on it: a small update of the receptances |
 //! | [`problem`], `derivative` | the least-squares problem of one hypothesis |
 //! | [`projection`] | its linear unknowns, solved for exactly |
-//! | [`tolerance`], [`drawing_errors`], [`whitening`], `settle` | allowing for the drawing's errors |
+//! | [`drawing_errors`], [`whitening`], `settle` | allowing for the drawing's errors |
 //! | `queries`, [`trial`] | uncertainty, sensitivity and misfit of a fit that is there, or anywhere else |
 //!
 //! [`Fitter`] holds what all hypotheses about one machine share.
@@ -17,17 +15,13 @@ mod derivative;
 pub(crate) mod descent;
 pub mod drawing_errors;
 pub mod hypothesis;
-pub mod plant;
 pub mod problem;
 pub mod projection;
 mod queries;
 mod settle;
-pub mod shaft;
 #[cfg(test)]
 mod tests;
-pub mod tolerance;
 pub mod trial;
-pub mod update;
 pub mod whitening;
 
 use std::sync::{Arc, OnceLock};
@@ -36,15 +30,15 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::effects::{Place, Scales, entry};
 use crate::error::Error;
-use crate::rotor::{Physics, Rotor};
+use crate::machine::drawing::{Physics, Rotor};
+use crate::machine::tolerance::Deviations;
+use crate::receptance::plant::Plant;
+use crate::shaft::nodal::Shaft;
 use data::Data;
 use descent::Stop;
 use hypothesis::{Assumed, COEFFICIENTS, Hypothesis, from_si};
-use plant::Plant;
 use problem::{Amplitudes, Problem, Search};
 use projection::Solved;
-use shaft::Shaft;
-use tolerance::Deviations;
 use whitening::Whitening;
 
 type C = Complex<f64>;

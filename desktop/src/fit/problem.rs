@@ -12,13 +12,14 @@ use nalgebra::{Complex, DMatrix, DVector, SVector};
 use super::data::Data;
 use super::descent::{Landscape, Stop, descend};
 use super::hypothesis::{COEFFICIENTS, Hypothesis, PRIOR_LOG_SD};
-use super::plant::{Force, Plant};
 use super::projection::Solved;
-use super::update::{Receptances, Response, Supports};
 use super::whitening::Whitening;
+use crate::bearing::support::SupportLaw;
 use crate::effects::{Pattern, Place};
-use crate::machine::Terms;
-use crate::terms::{SpeedLaw, SupportLaw};
+use crate::machine::place::SpeedLaw;
+use crate::machine::terms::Terms;
+use crate::receptance::plant::{Force, Plant};
+use crate::receptance::update::{Receptances, Response, Supports};
 
 type C = Complex<f64>;
 

@@ -6,7 +6,7 @@ use super::hypothesis::Hypothesis;
 use super::problem::{Amplitudes, Search};
 use super::{Drawing, Fit, Fitter, singular};
 use crate::error::Error;
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
 
 impl Drawing {
     /// The same drawing with its errors taken as known.

@@ -1,7 +1,7 @@
 //! The bearing coefficients that phase I reports, and the range it searches them in.
 
 use crate::fit::hypothesis::{COEFFICIENTS, coefficient};
-use crate::rotor::{Rotor, SearchBounds};
+use crate::machine::drawing::{Rotor, SearchBounds};
 
 /// Search range around the file's guess where `[identify]` does not give one: a factor either way.
 const DEFAULT_RANGE: f64 = 2.5;

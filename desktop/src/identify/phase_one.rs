@@ -20,8 +20,8 @@ use crate::fit::data::Data;
 use crate::fit::hypothesis::{COEFFICIENTS, Hypothesis, PRIOR_LOG_SD, coefficient};
 use crate::fit::trial::summed_residual_um;
 use crate::fit::{Effort, Fit, Fitter};
+use crate::machine::drawing::{Rotor, SearchBounds};
 use crate::measurement::Reading;
-use crate::rotor::{Rotor, SearchBounds};
 use crate::unbalance::g_mm_deg;
 
 /// Settings of phase I.

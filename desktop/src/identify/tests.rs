@@ -3,9 +3,9 @@
 use nalgebra::{Complex, DVector};
 
 use super::*;
+use crate::machine::drawing::{Noise, Rotor, SearchBounds};
 use crate::measurement::{Reading, rad_s};
 use crate::model::Model;
-use crate::rotor::{Noise, Rotor, SearchBounds};
 use crate::testing::sample_rotor;
 
 /// Guess over truth: stiffness and damping of both bearings, x then y.
@@ -129,7 +129,7 @@ fn residuals_are_those_of_the_model_with_the_identified_bearings_and_planes() {
 fn the_tolerance_of_a_drawing_changes_nothing_in_phase_one() {
     let rotor = guessed();
     let config = PhaseOneConfig { particles: 6, iterations: 3, ..Default::default() };
-    let tolerance = crate::rotor::Tolerance { diameter_relative: 0.01, ..Default::default() };
+    let tolerance = crate::machine::drawing::Tolerance { diameter_relative: 0.01, ..Default::default() };
     let tolerant = Rotor { tolerance: Some(tolerance), ..rotor.clone() };
     let [exact, allowed] = [&rotor, &tolerant].map(|r| identify(r, &run_up(), &config).unwrap().bearings);
     assert_eq!(exact, allowed);

@@ -29,8 +29,8 @@ use nalgebra::Complex;
 
 use crate::error::Error;
 use crate::identify::assumed_noise;
+use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
-use crate::rotor::{Noise, Rotor};
 
 use estimate::{Combined, Seen};
 use series::{Direction, Run};

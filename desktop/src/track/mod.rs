@@ -41,8 +41,8 @@ pub use spot::Logs;
 use crate::error::Error;
 use crate::fit::hypothesis::COEFFICIENTS;
 use crate::identify::PhaseOne;
+use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
-use crate::rotor::Rotor;
 use daily::Tracking;
 
 type C = Complex<f64>;

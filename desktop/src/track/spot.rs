@@ -1,17 +1,18 @@
 //! The machine at one reading's speed, solved once, for bearings that change.
 //!
 //! The shaft on the bearings that the file states is solved for unit forces at the bearings and in the
-//! planes; other bearings are then an update of rank four (as in [`crate::fit::update`], but on top of a
+//! planes; other bearings are then an update of rank four (as in [`crate::receptance::update`], but on top of a
 //! model with whatever effects its file has): with `H` the receptances at the bearings and `Δ` the change
 //! of their dynamic stiffness, the motion there is `h = (1 + HΔ)⁻¹ h₀` and a probe shows `y₀ − qᵀ Δ h`.
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, SMatrix, SVector};
 
+use crate::bearing::support::SupportLaw;
 use crate::error::Error;
 use crate::fit::hypothesis::{COEFFICIENTS, coefficient};
+use crate::machine::drawing::{BasisKind, Coefficients, Rotor};
 use crate::model::{Model, Response};
-use crate::rotor::{BasisKind, Coefficients, Rotor};
-use crate::terms::SupportLaw;
+use crate::shaft::basis;
 
 type C = Complex<f64>;
 type Held = SVector<C, 4>;
@@ -31,7 +32,7 @@ pub fn model(rotor: &Rotor) -> Model {
         BasisKind::Supported => SHAPES,
         BasisKind::FreeFree => 6,
     };
-    Model::reduced(rotor, size)
+    basis::reduced(rotor, size)
 }
 
 /// A machine at one speed.
@@ -243,7 +244,7 @@ mod tests {
     #[test]
     fn other_bearings_by_update_equal_the_model_made_with_them() {
         let (rotor, logs) = changed();
-        let basis = crate::basis::supported(&Model::finite_elements(&sample_rotor()), SHAPES);
+        let basis = basis::supported(&Model::finite_elements(&sample_rotor()), SHAPES);
         let whole = Model::finite_elements(&rotor).projected(&basis).response(SPEED).unwrap();
         let motion = Spot::new(&model(&sample_rotor()), SPEED).unwrap().on(&logs).unwrap();
         let expected = whole.at(&DVector::from_vec(unbalance()));

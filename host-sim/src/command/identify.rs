@@ -6,9 +6,9 @@ use std::str::FromStr;
 use anyhow::{Result, bail};
 use clap::Args;
 use rotor_edge_desktop::identify::{BearingParameter, Identified, PhaseOne, PhaseOneConfig, identify};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
-use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde::Serialize;
 

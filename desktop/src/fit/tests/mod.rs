@@ -10,8 +10,8 @@ use super::data::Data;
 use super::hypothesis::{Assumed, Hypothesis, from_si};
 use super::problem::Search;
 use crate::effects::{Place, find};
+use crate::machine::drawing::{AddedUnbalance, Noise, Rotor, Run, Tolerance};
 use crate::measurement::Reading;
-use crate::rotor::{AddedUnbalance, Noise, Rotor, Run, Tolerance};
 use crate::testing::sample_rotor;
 use crate::unbalance::phasor_kg_m;
 

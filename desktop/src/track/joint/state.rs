@@ -208,7 +208,7 @@ impl Layout {
         day: &Day,
         around: &DVector<f64>,
         unit_kg_m: f64,
-        noise: &crate::rotor::Noise,
+        noise: &crate::machine::drawing::Noise,
     ) -> Option<(DMatrix<f64>, DVector<f64>, DVector<f64>)> {
         let logs = self.logs(around);
         let unbalance: Vec<C> = self.unbalance(around).iter().map(|u| u * unit_kg_m).collect();

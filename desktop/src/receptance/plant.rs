@@ -8,11 +8,11 @@
 
 use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
 
-use super::shaft::{Row, Shaft};
-use super::tolerance::Offsets;
 use crate::effects::Pattern;
 use crate::error::Error;
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
+use crate::machine::tolerance::Offsets;
+use crate::shaft::nodal::{Row, Shaft};
 
 type C = Complex<f64>;
 

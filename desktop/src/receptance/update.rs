@@ -7,7 +7,7 @@
 
 use nalgebra::{Complex, DMatrix, Matrix2, SMatrix, SVector};
 
-use super::plant::{Plant, loss};
+use crate::receptance::plant::{Plant, loss};
 
 type C = Complex<f64>;
 const I: C = C::new(0.0, 1.0);

@@ -7,11 +7,11 @@
 
 use nalgebra::DVector;
 
-use crate::rotor::{Rotor, Tolerance};
+use crate::machine::drawing::{Rotor, Tolerance};
 
 /// One thing that may differ from the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Deviation {
+pub(crate) enum Deviation {
     Modulus,
     Diameter(usize),
     DiskMass(usize),
@@ -26,7 +26,7 @@ pub(super) enum Deviation {
 /// Everything that may differ, with its standard deviation.
 #[derive(Debug, Clone)]
 pub struct Deviations {
-    pub(super) kinds: Vec<(Deviation, f64)>,
+    pub(crate) kinds: Vec<(Deviation, f64)>,
 }
 
 /// Positions that differ from the drawing, m; empty for as drawn.

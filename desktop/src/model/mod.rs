@@ -1,14 +1,15 @@
 //! A rotor model: a shaft plus supports, forcings and readings; and its response at running speed.
 
+pub mod terms;
+
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::assumed_modes;
-use crate::basis;
+use crate::effects::entry;
 use crate::error::Error;
-use crate::machine::{Terms, force_shape, position_m};
-use crate::rotor::{BasisKind, Formulation, Rotor};
-use crate::structure::{ELEMENTS_PER_SEGMENT, Structure};
-use crate::terms::{Forcing, ProbeTerm, Support};
+use crate::machine::drawing::{Formulation, Rotor};
+use crate::machine::terms::{force_shape, position_m};
+use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Structure};
+use terms::{Forcing, ProbeTerm, Support};
 
 /// Fixed-point rounds over the amplitude at supports that harden or soften.
 const AMPLITUDE_ROUNDS: usize = 60;
@@ -60,25 +61,13 @@ impl Model {
         Self::on(Structure::finite_elements(rotor, &rotor.physics, ELEMENTS_PER_SEGMENT), rotor)
     }
 
-    /// The rotor on `size` shape functions a plane, of the kind its `[physics]` names.
-    pub fn reduced(rotor: &Rotor, size: usize) -> Self {
-        match rotor.physics.basis {
-            BasisKind::FreeFree => Self::on(assumed_modes::structure(rotor, size), rotor),
-            BasisKind::Supported => {
-                let full = Self::finite_elements(rotor);
-                let basis = basis::supported(&full, size);
-                full.projected(&basis)
-            }
-        }
-    }
-
     /// Attaches the rotor's bearings, effects, planes and probes to a structure.
     pub fn on(mut structure: Structure, rotor: &Rotor) -> Self {
         if rotor.physics.formulation == Formulation::Printed2023 {
             // every response here is synchronous, so −Ω²N joins −Ω²M
             structure.mass += &structure.tilt_inertia;
         }
-        let terms = Terms::of(rotor);
+        let terms = entry::terms_of(rotor);
         let shape = |position_m| structure.station(position_m).displacement.clone();
         let supports = terms.supports.iter().filter_map(|(place, law)| {
             position_m(rotor, *place).map(|z| Support { shape: shape(z), law: *law })

@@ -6,8 +6,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::rotor::Rotor;
-use crate::structure::{ELEMENTS_PER_SEGMENT, Station, Structure, mesh, segment_at};
+use crate::machine::drawing::Rotor;
+use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Station, Structure, mesh, segment_at};
 
 /// Nodes and weights of the five-point Gauss–Legendre rule on −1 to 1.
 const GAUSS: [(f64, f64); 5] = [
@@ -104,7 +104,7 @@ pub fn structure(rotor: &Rotor, size: usize) -> Structure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rotor::Physics;
+    use crate::machine::drawing::Physics;
     use crate::testing::uniform_shaft;
 
     #[test]

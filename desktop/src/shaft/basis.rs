@@ -11,12 +11,26 @@
 use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
 
 use crate::error::Error;
+use crate::machine::drawing::{BasisKind, Rotor};
 use crate::model::Model;
+use crate::shaft::assumed_modes;
 
 /// Speeds, up to the fastest, at which the machine's responses are taken.
 const SPEEDS: usize = 12;
 /// Stiffness of one bearing, relative to what the model states, in whose presence they are taken.
 const BEARING_CHANGES: [f64; 2] = [0.6, 1.6];
+
+/// The rotor on `size` shape functions a plane, of the kind its `[physics]` names.
+pub fn reduced(rotor: &Rotor, size: usize) -> Model {
+    match rotor.physics.basis {
+        BasisKind::FreeFree => Model::on(assumed_modes::structure(rotor, size), rotor),
+        BasisKind::Supported => {
+            let full = Model::finite_elements(rotor);
+            let basis = supported(&full, size);
+            full.projected(&basis)
+        }
+    }
+}
 
 /// Columns of the basis: `size` shape functions of one plane, orthonormal in the mass.
 ///
@@ -144,7 +158,7 @@ fn held_stiffness(model: &Model) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rotor::{EffectEntry, ParameterValue, Rotor};
+    use crate::machine::drawing::{EffectEntry, ParameterValue, Rotor};
     use crate::testing::sample_rotor;
 
     const FASTEST_RAD_S: f64 = 1200.0;

@@ -6,8 +6,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::elements::element;
-use crate::rotor::{Physics, Rotor};
+use crate::machine::drawing::{Physics, Rotor};
+use crate::shaft::elements::element;
 
 /// Pieces that each shaft segment is cut into at least.
 pub const ELEMENTS_PER_SEGMENT: usize = 2;
@@ -121,7 +121,7 @@ impl Structure {
 }
 
 /// The segment that covers a position.
-pub(crate) fn segment_at(rotor: &Rotor, position_m: f64) -> &crate::rotor::Segment {
+pub(crate) fn segment_at(rotor: &Rotor, position_m: f64) -> &crate::machine::drawing::Segment {
     let mut end = 0.0;
     rotor
         .shaft

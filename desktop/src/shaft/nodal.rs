@@ -6,13 +6,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::tolerance::Offsets;
-use crate::basis;
-use crate::elements::{Element, element, shear_parameter};
-use crate::machine::half_sine;
+use crate::machine::drawing::{Formulation, Physics, Rotor, Segment};
+use crate::machine::terms::half_sine;
+use crate::machine::tolerance::Offsets;
 use crate::model::Model;
-use crate::rotor::{Formulation, Physics, Rotor, Segment};
-use crate::structure::{ELEMENTS_PER_SEGMENT, mesh};
+use crate::shaft::basis;
+use crate::shaft::elements::{Element, element, shear_parameter};
+use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, mesh};
 
 /// Shape functions of a plane that fits are made on: far more than the controller's six, so that what
 /// they leave out is far below any noise.

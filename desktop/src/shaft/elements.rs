@@ -7,7 +7,7 @@
 
 use nalgebra::Matrix4;
 
-use crate::rotor::{Physics, Segment};
+use crate::machine::drawing::{Physics, Segment};
 
 /// Element matrices.
 pub struct Element {

@@ -1,18 +1,9 @@
-//! The three kinds of term that make a model out of a shaft: supports add to the dynamic stiffness,
-//! forcings add to the excitation, readings change what a probe shows.
+//! How a support answers the motion of the shaft: the dynamic stiffness of a bearing, a seal or an added mass,
+//! and what stands in series with it.
 
-use nalgebra::{Complex, DVector, Matrix2};
+use nalgebra::{Complex, Matrix2};
 
 const I: Complex<f64> = Complex::new(0.0, 1.0);
-
-/// Something that holds the shaft at one place: a bearing, a seal, an added mass.
-#[derive(Debug, Clone)]
-pub struct Support {
-    /// Displacement of the place per unit coordinate.
-    pub shape: DVector<f64>,
-    /// Force per motion of the place.
-    pub law: SupportLaw,
-}
 
 /// How a support answers the motion of its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,49 +87,6 @@ fn in_series(bearing: Matrix2<Complex<f64>>, pedestal: Complex<f64>) -> Matrix2<
     let det = sum[(0, 0)] * sum[(1, 1)] - sum[(0, 1)] * sum[(1, 0)];
     let adjugate = Matrix2::new(sum[(1, 1)], -sum[(0, 1)], -sum[(1, 0)], sum[(0, 0)]);
     bearing * adjugate * (pedestal / det)
-}
-
-/// How a forcing depends on speed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SpeedLaw {
-    /// The same at every speed.
-    Constant,
-    /// Grows with the square of the speed, as any force of inertia.
-    Squared,
-}
-
-impl SpeedLaw {
-    /// The factor on the forcing.
-    pub fn factor(self, speed_rad_s: f64) -> f64 {
-        match self {
-            Self::Constant => 1.0,
-            Self::Squared => speed_rad_s * speed_rad_s,
-        }
-    }
-}
-
-/// A force that turns with the shaft: phasor `F` in x, `−iF` in y.
-#[derive(Debug, Clone)]
-pub struct Forcing {
-    /// Generalized force per unit of `amplitude`.
-    pub shape: DVector<f64>,
-    /// Phasor of the force in x: N, or kg·m for a force that grows with speed squared.
-    pub amplitude: Complex<f64>,
-    /// Dependence on speed.
-    pub law: SpeedLaw,
-}
-
-/// What a probe shows: `gain · (cos·x + sin·y) + runout`.
-#[derive(Debug, Clone)]
-pub struct ProbeTerm {
-    /// Displacement of the probe's place per unit coordinate.
-    pub shape: DVector<f64>,
-    /// Angle from +x in the direction of rotation, rad.
-    pub angle_rad: f64,
-    /// Complex gain; 1 for a true probe.
-    pub gain: Complex<f64>,
-    /// Phasor that the surface adds at any speed, m.
-    pub runout_m: Complex<f64>,
 }
 
 #[cfg(test)]

@@ -2,10 +2,10 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::effects::{Pattern, Place, entry};
-use crate::rotor::{Physics, Rotor};
-use crate::structure::{Station, Structure};
-use crate::terms::SupportLaw;
+use crate::bearing::support::SupportLaw;
+use crate::machine::drawing::{Physics, Rotor};
+use crate::machine::place::{Pattern, Place};
+use crate::shaft::structure::{Station, Structure};
 
 /// Supports, forcings and readings of a machine, by place.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,7 +27,7 @@ pub struct Terms {
 impl Terms {
     /// The machine as drawn: its bearings and true probes, no effects.
     pub fn drawn(rotor: &Rotor) -> Self {
-        let bearing = |(i, b): (usize, &crate::rotor::Bearing)| {
+        let bearing = |(i, b): (usize, &crate::machine::drawing::Bearing)| {
             (Place::Bearing(i), SupportLaw::linear(b.stiffness_n_m.matrix(), b.damping_n_s_m.matrix()))
         };
         Self {
@@ -38,13 +38,6 @@ impl Terms {
             gains: vec![Complex::from(1.0); rotor.probe.len()],
             runout_m: vec![Complex::from(0.0); rotor.probe.len()],
         }
-    }
-
-    /// The machine with the effects of its file.
-    pub fn of(rotor: &Rotor) -> Self {
-        let mut terms = Self::drawn(rotor);
-        entry::apply_all(rotor, &mut terms);
-        terms
     }
 
     /// The law of a bearing.

@@ -1,0 +1,3 @@
+//! What holds the shaft.
+
+pub mod support;

@@ -1,0 +1,8 @@
+//! The machine as drawn: its file, how far it may be off, and the terms that it states.
+
+pub mod drawing;
+pub mod place;
+pub mod rotor_file;
+pub mod terms;
+pub mod tolerance;
+mod validation;
