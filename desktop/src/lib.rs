@@ -28,6 +28,7 @@
 pub mod assumed_modes;
 pub mod balance;
 pub mod basis;
+pub mod bearing;
 pub mod compare;
 pub mod diagnose;
 pub mod effects;

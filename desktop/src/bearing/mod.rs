@@ -1,0 +1,3 @@
+//! The laws by which bearings hold the shaft.
+
+pub mod film;
