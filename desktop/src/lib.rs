@@ -6,6 +6,7 @@
 //! | [`rotor`], [`rotor_file`] | the machine as drawn, and `rotor.toml` |
 //! | [`measurement`] | measured 1x vibration, and `measured.csv` |
 //! | [`elements`], [`structure`] | Timoshenko elements; K, M, G of the shaft with its disks |
+//! | [`bearing`] | laws of bearings: oil films from the Reynolds equation, squeeze films, magnets |
 //! | [`basis`], [`assumed_modes`] | the shape functions of the reduced model |
 //! | [`terms`], [`model`] | supports, forcings, readings; the response at running speed |
 //! | [`unbalance`] | g·mm and degrees; static and dynamic parts |

@@ -10,8 +10,10 @@ use super::reynolds::{Cavity, Pad, PadFilm};
 /// Approach to a pad with a pivot in its middle, in pad clearances, at which its motion is that of a pad the
 /// journal only just touches: one at right angles to the load, whose film has no curvature to carry it.
 const TOUCHING: f64 = 1e-3;
+/// Approaches this near to each other are the same but for rounding.
+const ROUNDING: f64 = 1e-9;
 /// Positions tried for a pad whose tilt is not near its last.
-const TILTS: usize = 40;
+const TILTS: usize = 24;
 
 /// Force on the journal and its derivatives in units of 6 μ Ω R L (R/c)² for forces, c for lengths and
 /// 1/Ω for time.
@@ -27,13 +29,21 @@ pub(super) struct JournalFilm {
     pub(super) thinnest: f64,
 }
 
+/// How a tilting pad stood last.
+#[derive(Debug, Clone, Copy)]
+struct Tilt {
+    /// Its tilt, as the displacement across its pivot that it undoes.
+    across: f64,
+    /// Up to this approach the pad was found loose; the nearer the journal, the better a pad carries.
+    loose: f64,
+}
+
 /// The films of a bearing, each with the cavity its last solution left.
 pub(super) struct Films {
     preload: f64,
     surface: Surface,
     pads: Vec<(Pad, Cavity)>,
-    /// Tilt of each pad as the displacement across its pivot that it undoes.
-    tilts: Vec<f64>,
+    tilts: Vec<Tilt>,
 }
 
 impl Films {
@@ -48,7 +58,7 @@ impl Films {
             .iter()
             .map(|&(start, arc)| (Pad::new(start, arc, shape.length_ratio), Cavity::new()))
             .collect();
-        let tilts = vec![0.0; pads.len()];
+        let tilts = vec![Tilt { across: 0.0, loose: f64::NEG_INFINITY }; pads.len()];
         Self { preload: shape.preload, surface: shape.surface.clone(), pads, tilts }
     }
 
@@ -157,7 +167,7 @@ struct TiltedFilm {
 /// motion at running speed is eliminated by the same condition (Lund 1964).
 ///
 /// `None` for a pad that stands loose: no tilt carries anything.
-fn tilted(pad: &mut (Pad, Cavity), approach: f64, tilt: &mut f64) -> Option<TiltedFilm> {
+fn tilted(pad: &mut (Pad, Cavity), approach: f64, tilt: &mut Tilt) -> Option<TiltedFilm> {
     let (film, push) = match balanced(pad, approach, tilt) {
         Some(film) => (film, -film.force[0]),
         None if approach.abs() < TOUCHING => (balanced(pad, TOUCHING, tilt)?, 0.0),
@@ -173,11 +183,14 @@ fn tilted(pad: &mut (Pad, Cavity), approach: f64, tilt: &mut f64) -> Option<Tilt
 }
 
 /// The film at the stable tilt that leaves no force across the pivot; starts from the last tilt.
-fn balanced((pad, cavity): &mut (Pad, Cavity), approach: f64, tilt: &mut f64) -> Option<PadFilm> {
+fn balanced((pad, cavity): &mut (Pad, Cavity), approach: f64, tilt: &mut Tilt) -> Option<PadFilm> {
     let touching = |at: f64| pad.thinnest([approach, at]) <= 0.02 * (1.0 - approach);
     let done = |film: &PadFilm| film.force[1].abs() <= 1e-10 * film.force[0].abs();
     let carries = |film: &PadFilm| film.force[0] < 0.0;
-    let mut at = *tilt;
+    if approach <= tilt.loose {
+        return None;
+    }
+    let mut at = tilt.across;
     for _ in 0..12 {
         if touching(at) {
             break;
@@ -187,7 +200,7 @@ fn balanced((pad, cavity): &mut (Pad, Cavity), approach: f64, tilt: &mut f64) ->
             break;
         }
         if done(&film) {
-            *tilt = at;
+            tilt.across = at;
             return Some(film);
         }
         at += film.force[1] / film.stiffness[(1, 1)];
@@ -196,15 +209,18 @@ fn balanced((pad, cavity): &mut (Pad, Cavity), approach: f64, tilt: &mut f64) ->
     let reach = 1.2 * (1.0 - approach) / pad.reach();
     let place = |i: usize| reach * (1.0 - 2.0 * i as f64 / TILTS as f64);
     let pushes_on = |at: f64, cavity: &mut Cavity| pad.force([approach, at], [0.0; 2], cavity)[1] > 0.0;
-    let tilts = (0..=TILTS).filter(|&i| !touching(place(i)));
-    let found = tilts.clone().find(|&i| pushes_on(place(i), cavity))?;
+    let mut tilts = (0..=TILTS).filter(|&i| !touching(place(i)));
+    let Some(found) = tilts.find(|&i| pushes_on(place(i), cavity)) else {
+        tilt.loose = approach + ROUNDING;
+        return None;
+    };
     let (mut low, mut high) = (place(found), place(found.max(1) - 1));
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
         let film = (!touching(middle)).then(|| pad.film([approach, middle], cavity));
         match film {
             Some(film) if done(&film) || high - low < 1e-13 => {
-                *tilt = middle;
+                tilt.across = middle;
                 return Some(film);
             }
             Some(film) if film.force[1] > 0.0 => low = middle,

@@ -58,7 +58,7 @@ impl FilmTable {
             )))
         };
         // a knot's own number survives its logarithm only to rounding
-        if !(sommerfeld >= least * (1.0 - 1e-12)) {
+        if sommerfeld.is_nan() || sommerfeld < least * (1.0 - 1e-12) {
             return out("beyond", MOST_ECCENTRICITY, least);
         }
         if sommerfeld > most * (1.0 + 1e-12) {

@@ -99,15 +99,15 @@ fn someya_1989_axial_grooves_statics_within_one_per_cent_damping_within_six() {
 }
 
 #[test]
-fn someya_1989_two_lobes_of_preload_two_thirds_within_three_per_cent_to_eccentricity_0_9() {
+fn someya_1989_two_lobes_of_preload_two_thirds_stiffness_within_two_per_cent_damping_within_four() {
     let text = include_str!("../../../../tests/data/film/someya_1989.csv");
     let lobes =
         rows(text).into_iter().filter(|r| r.film.kind == FilmKind::Elliptical && r.eccentricity < 0.95);
     for (row, ours) in compared(lobes.collect()) {
         let s = row.sommerfeld;
         assert!((ours.attitude_deg - row.attitude_deg).abs() < 0.3, "{s} {ours:?}");
-        assert!(apart(&ours.stiffness, &row.stiffness) < 0.03, "{s} {}", ours.stiffness);
-        assert!(apart(&ours.damping, &row.damping) < 0.035, "{s} {}", ours.damping);
+        assert!(apart(&ours.stiffness, &row.stiffness) < 0.02, "{s} {}", ours.stiffness);
+        assert!(apart(&ours.damping, &row.damping) < 0.04, "{s} {}", ours.damping);
     }
 }
 

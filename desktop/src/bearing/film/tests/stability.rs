@@ -19,10 +19,7 @@ fn threshold(film: &Equilibrium) -> (f64, f64) {
 #[test]
 fn light_short_bearings_extrapolate_to_whirl_at_half_speed_from_the_closed_forms_threshold() {
     let [long, short] = [0.1, 0.05].map(|ratio| {
-        let film = super::super::equilibrium::path(&super::super::geometry::Shape::of(&bearing(
-            FilmKind::Plain,
-            ratio,
-        )));
+        let film = equilibrium::path(&geometry::Shape::of(&bearing(FilmKind::Plain, ratio)));
         threshold(&film.expect("a path")[0])
     });
     let (speed, whirl) = (2.0 * short.0 - long.0, 2.0 * short.1 - long.1);
