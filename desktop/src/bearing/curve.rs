@@ -87,7 +87,11 @@ impl Curve {
                 Pair::from_columns(|i| {
                     let (value, slope) = (at.column(i), per_log.column(i));
                     let direct = i % 4 == 0 || i % 4 == 3;
-                    if direct && value > 0.0 { value * (slope / value * log).exp() } else { value + slope * log }
+                    if direct && value > 0.0 {
+                        value * (slope / value * log).exp()
+                    } else {
+                        value + slope * log
+                    }
                 })
             }
             Self::Film(film) => film.at(speed_rad_s),

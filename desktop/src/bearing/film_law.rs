@@ -244,7 +244,9 @@ mod tests {
         let [slowest, _] = curve.range_rad_s();
         assert_eq!(curve.at(500.0), curve.at(slowest), "held at the edge of the range");
         let [slowest, fastest] = plain().curve().range_rad_s();
-        assert!(plain().curve().state(slowest * 1.001).is_ok() && plain().curve().state(slowest * 0.9).is_err());
+        assert!(
+            plain().curve().state(slowest * 1.001).is_ok() && plain().curve().state(slowest * 0.9).is_err()
+        );
         assert!(plain().curve().state(fastest * 1.1).is_err());
     }
 }

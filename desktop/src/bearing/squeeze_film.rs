@@ -251,11 +251,16 @@ mod tests {
     #[test]
     fn the_support_has_the_damper_s_coefficients_at_every_speed() {
         let stiff = SqueezeFilm { spring_n_m: 5e6, ..damper(DamperEnds::Open, DamperFilm::Half, 0.4) };
-        for law in [stiff, SqueezeFilm { orbit_ratio: 0.0, ..stiff }, SqueezeFilm { spring_n_m: 0.0, ..stiff }] {
+        for law in
+            [stiff, SqueezeFilm { orbit_ratio: 0.0, ..stiff }, SqueezeFilm { spring_n_m: 0.0, ..stiff }]
+        {
             for speed in [50.0, 333.0, 1200.0] {
                 let (k, c) = law.coefficients(speed);
                 let at = BearingLaw::coefficients(&law, speed);
-                assert!((at.stiffness - k).norm() < 1e-9 * k.norm().max(1.0) && (at.damping - c).norm() < 1e-9 * c.norm());
+                assert!(
+                    (at.stiffness - k).norm() < 1e-9 * k.norm().max(1.0)
+                        && (at.damping - c).norm() < 1e-9 * c.norm()
+                );
             }
         }
     }

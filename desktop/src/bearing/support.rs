@@ -213,6 +213,9 @@ mod tests {
         let at = law.coefficients(150.0);
         assert!((at.stiffness - bearing().stiffness_n_m - pair.stiffness).norm() < 1.0);
         assert!((at.damping - bearing().damping_n_s_m - pair.damping).norm() < 1e-6);
-        assert_eq!(law.frozen_at(150.0).dynamic_stiffness(150.0, [0.0; 2]), law.dynamic_stiffness(150.0, [0.0; 2]));
+        assert_eq!(
+            law.frozen_at(150.0).dynamic_stiffness(150.0, [0.0; 2]),
+            law.dynamic_stiffness(150.0, [0.0; 2])
+        );
     }
 }

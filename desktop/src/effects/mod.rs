@@ -24,10 +24,10 @@ mod worn_clearance;
 
 use nalgebra::Complex;
 
-pub use crate::inference::scale::Scale;
 use crate::bearing::Law;
 use crate::bearing::curve::Curve;
 use crate::bearing::film_law::FilmCurve;
+pub use crate::inference::scale::Scale;
 use crate::machine::drawing::Rotor;
 pub use crate::machine::place::{Pattern, Place};
 use crate::machine::terms::Terms;

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::error::Error;
-use crate::machine::loads;
 use crate::machine::drawing::Rotor;
+use crate::machine::loads;
 use crate::machine::validation::check;
 
 /// Reads and checks a rotor.
