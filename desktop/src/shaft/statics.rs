@@ -65,14 +65,7 @@ pub fn statics(rotor: &Rotor, elevation_m: &[f64]) -> Result<Statics, Error> {
     }
 
     let structure = Structure::finite_elements(rotor, &rotor.physics, ELEMENTS_PER_SEGMENT);
-    let n = structure.size();
-    let (mut lift, mut turn) = (DVector::zeros(n), DVector::zeros(n));
-    for s in &structure.stations {
-        lift += &s.displacement;
-        turn += &s.displacement * s.position_m + &s.slope;
-    }
-    let line_mass = &structure.mass * &lift;
-    let mass_kg = lift.dot(&line_mass);
+    let (line_mass, mass_kg, centre_of_gravity_m) = weighed(&structure);
     let weight = -GRAVITY_M_S2 * &line_mass;
 
     let shapes: Vec<DVector<f64>> =
@@ -86,8 +79,29 @@ pub fn statics(rotor: &Rotor, elevation_m: &[f64]) -> Result<Statics, Error> {
         position_m: structure.stations.iter().map(|s| s.position_m).collect(),
         sag_m: structure.stations.iter().map(|s| -s.displacement.dot(&height)).collect(),
         mass_kg,
-        centre_of_gravity_m: turn.dot(&line_mass) / mass_kg,
+        centre_of_gravity_m,
     })
+}
+
+/// Mass, kg, and its centre from the left end, m.
+pub fn mass_and_centre(rotor: &Rotor) -> (f64, f64) {
+    let structure = Structure::finite_elements(rotor, &rotor.physics, ELEMENTS_PER_SEGMENT);
+    let (_, mass_kg, centre_m) = weighed(&structure);
+    (mass_kg, centre_m)
+}
+
+/// Mass of each coordinate under a unit lift, mass and centre of mass.
+fn weighed(structure: &Structure) -> (DVector<f64>, f64, f64) {
+    let n = structure.size();
+    let (mut lift, mut turn) = (DVector::zeros(n), DVector::zeros(n));
+    for s in &structure.stations {
+        lift += &s.displacement;
+        turn += &s.displacement * s.position_m + &s.slope;
+    }
+    let line_mass = &structure.mass * &lift;
+    let mass_kg = lift.dot(&line_mass);
+    let centre_m = turn.dot(&line_mass) / mass_kg;
+    (line_mass, mass_kg, centre_m)
 }
 
 /// Coordinates q and forces r of `K q = f + S r` under `Sᵀ q = e`.
