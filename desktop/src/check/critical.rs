@@ -6,6 +6,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
 
+use crate::check::line::{Dampers, eigenpair};
 use crate::check::system::{System, coefficients};
 
 type C = Complex<f64>;
@@ -30,6 +31,12 @@ pub struct Critical {
     pub forward: f64,
 }
 
+/// One of the reduced system, with its shape.
+struct Found {
+    critical: Critical,
+    shape: DVector<C>,
+}
+
 /// Forward critical speeds over the stiffness of all bearings, the same in both directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CriticalMap {
@@ -50,7 +57,8 @@ pub fn critical_speeds(system: &System, highest_rad_s: f64, fewest: usize) -> Ve
     let guesses = at(highest_rad_s);
     let mut found = Vec::new();
     for (order, guess) in guesses.iter().enumerate() {
-        let Some(critical) = settle(&at, order, guess) else { continue };
+        let Some(settled) = settle(&at, order, guess) else { continue };
+        let critical = exact(system, settled);
         if critical.speed_rad_s <= highest_rad_s || found.len() < fewest {
             found.push(critical);
         }
@@ -63,12 +71,16 @@ pub fn critical_speeds(system: &System, highest_rad_s: f64, fewest: usize) -> Ve
 }
 
 /// The `order`-th critical speed where the machine is held as at that very speed.
-fn settle(at: &impl Fn(f64) -> Vec<Critical>, order: usize, guess: &Critical) -> Option<Critical> {
-    let mut held = guess.speed_rad_s;
+fn settle(at: &impl Fn(f64) -> Vec<Found>, order: usize, guess: &Found) -> Option<Found> {
+    let mut held = guess.critical.speed_rad_s;
     let mut last: Option<(f64, f64)> = None;
     for _ in 0..ROUNDS {
-        let now = at(held).get(order)?.clone();
-        let off = now.speed_rad_s - held;
+        let mut all = at(held);
+        if order >= all.len() {
+            return None;
+        }
+        let now = all.swap_remove(order);
+        let off = now.critical.speed_rad_s - held;
         if off.abs() < 1e-10 * held {
             return Some(now);
         }
@@ -76,18 +88,29 @@ fn settle(at: &impl Fn(f64) -> Vec<Critical>, order: usize, guess: &Critical) ->
             Some((before, off_before)) if (off - off_before).abs() > 0.0 => {
                 held - off * (held - before) / (off - off_before)
             }
-            _ => now.speed_rad_s,
+            _ => now.critical.speed_rad_s,
         };
         last = Some((held, off));
-        held = if next > 0.2 * held && next < 5.0 * held { next } else { now.speed_rad_s };
+        held = if next > 0.2 * held && next < 5.0 * held { next } else { now.critical.speed_rad_s };
     }
     None
 }
 
+/// On all finite elements.
+fn exact(system: &System, found: Found) -> Critical {
+    let Critical { speed_rad_s, forward } = found.critical;
+    let on_line = system.line().and_then(|line| {
+        // motion at running speed: λ = iΩ
+        let at = |lambda: C| line.at(lambda, lambda.im, Dampers::Out);
+        eigenpair(at, C::new(0.0, speed_rad_s), system.nodes(&found.shape))
+    });
+    Critical { speed_rad_s: on_line.map_or(speed_rad_s, |(lambda, _)| lambda.im), forward }
+}
+
 /// Those of the machine held as at `speed_rad_s` that unbalance excites.
-fn excited(system: &System, speed_rad_s: f64) -> Vec<Critical> {
+fn excited(system: &System, speed_rad_s: f64) -> Vec<Found> {
     let mut all = pencil(system, speed_rad_s);
-    all.retain(|c| c.forward > EXCITED);
+    all.retain(|f| f.critical.forward > EXCITED);
     all
 }
 
@@ -130,7 +153,7 @@ fn forward(system: &System, speed_rad_s: f64, stiffness_n_m: f64) -> Vec<f64> {
 }
 
 /// Every critical speed of the machine held as at `speed_rad_s`, ascending.
-fn pencil(system: &System, speed_rad_s: f64) -> Vec<Critical> {
+fn pencil(system: &System, speed_rad_s: f64) -> Vec<Found> {
     let (n, size) = (system.model.structure.size(), system.size());
     let whole = system.at(speed_rad_s).stiffness;
     let stiffness = (&whole + whole.transpose()) * 0.5;
@@ -143,17 +166,18 @@ fn pencil(system: &System, speed_rad_s: f64) -> Vec<Critical> {
     let whole = solve(&solve(&inertia).adjoint());
     let eigen = SymmetricEigen::new((&whole + whole.adjoint()).unscale(2.0));
     let modes = factor.adjoint();
-    let mut all: Vec<Critical> = eigen
+    let mut all: Vec<Found> = eigen
         .eigenvalues
         .iter()
         .zip(eigen.eigenvectors.column_iter())
         .filter(|(mu, _)| **mu > 0.0)
         .map(|(mu, column)| {
             let q = modes.solve_upper_triangular(&column.into_owned()).expect("as its adjoint");
-            Critical { speed_rad_s: mu.sqrt().recip(), forward: forward_share(&q, n) }
+            let critical = Critical { speed_rad_s: mu.sqrt().recip(), forward: forward_share(&q, n) };
+            Found { critical, shape: q }
         })
         .collect();
-    all.sort_by(|a, b| a.speed_rad_s.total_cmp(&b.speed_rad_s));
+    all.sort_by(|a, b| a.critical.speed_rad_s.total_cmp(&b.critical.speed_rad_s));
     all
 }
 

@@ -4,6 +4,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`system`] | the machine turning at a speed: mass, damping, stiffness |
+//! | [`line`] | all finite elements as a chain of nodes |
 //! | [`critical`] | undamped critical speeds and their map over bearing stiffness |
 //! | [`modes`] | damped eigenvalues with shapes and sense of whirl |
 //! | [`campbell`] | modes over speed, damped critical speeds, threshold of instability |
@@ -12,6 +13,7 @@
 
 pub mod campbell;
 pub mod critical;
+pub mod line;
 pub mod modes;
 pub mod plausibility;
 pub mod system;

@@ -7,6 +7,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::check::line::{Dampers, eigenpair};
 use crate::check::system::{Matrices, System};
 use crate::error::Error;
 
@@ -157,14 +158,15 @@ fn newton(matrices: &Matrices, guess: C, start: DVector<C>) -> Option<(C, DVecto
     found.then_some((value, shape))
 }
 
-fn mode(system: &System, speed_rad_s: f64, eigenvalue: C, coordinates: DVector<C>) -> Mode {
-    let n = system.model.structure.size();
-    let stations = &system.model.structure.stations;
-    let along = |from: usize| -> Vec<C> {
-        let part = coordinates.rows(from, n);
-        stations.iter().map(|s| (0..n).map(|k| part[k] * s.displacement[k]).sum()).collect()
-    };
-    let (mut x, mut y) = (along(0), along(n));
+/// A mode of the reduced system, made exact on all finite elements.
+fn mode(system: &System, speed_rad_s: f64, found: C, coordinates: DVector<C>) -> Mode {
+    let nodes = system.nodes(&coordinates);
+    let exact = system.line().and_then(|line| {
+        let at = |lambda: C| line.at(lambda, speed_rad_s, Dampers::In);
+        eigenpair(at, found, nodes.clone())
+    });
+    let (eigenvalue, nodes) = exact.unwrap_or((found, nodes));
+    let (mut x, mut y): (Vec<C>, Vec<C>) = nodes.iter().map(|v| (v[0], v[2])).unzip();
     let largest =
         x.iter().chain(&y).copied().fold(C::from(0.0), |a, b| if b.norm() > a.norm() { b } else { a });
     if largest != C::from(0.0) {

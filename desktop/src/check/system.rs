@@ -2,12 +2,13 @@
 //! unit mass.
 //!
 //! The shaft is taken on [`MODES`] modes of each plane on its bearings and on the static shape of each
-//! support, which is enough for the lowest dozen of modes to agree with all of its finite elements to better
-//! than 1e-6 (measured in this module's tests). A pedestal with a mass has coordinates of its own.
+//! support, which finds every mode; each is then made exact on all finite elements (see [`crate::check::line`]). A
+//! pedestal with a mass has coordinates of its own.
 
-use nalgebra::{Complex, DMatrix, DVector, Matrix2};
+use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector4};
 
 use crate::bearing::support::{Pedestal, SupportLaw};
+use crate::check::line::{Line, Nodes};
 use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
 use crate::model::Model;
@@ -26,6 +27,11 @@ pub struct System {
     printed: bool,
     /// Supports that stand on a pedestal with a mass, and the place of its two coordinates.
     pedestals: Vec<(usize, usize)>,
+    /// All finite elements.
+    full: Model,
+    /// Nodal coordinates of each coordinate of a plane.
+    shapes: DMatrix<f64>,
+    line: Option<Line>,
 }
 
 /// Damping and stiffness at a speed; the mass is the identity.
@@ -93,7 +99,8 @@ impl System {
             .ok_or_else(|| {
             Error::Unsuitable("the effects leave the shaft with a negative mass".into())
         })?;
-        let model = full.projected(&unit.transpose());
+        let shapes = unit.transpose();
+        let model = full.projected(&shapes);
         let mut end = 2 * model.structure.size();
         let mut pedestals = Vec::new();
         for (i, s) in model.supports.iter().enumerate() {
@@ -102,7 +109,40 @@ impl System {
                 end += 2;
             }
         }
-        Ok(Self { model, printed, pedestals })
+        let line = Line::new(&full, printed);
+        Ok(Self { model, printed, pedestals, full, shapes, line })
+    }
+
+    /// All finite elements as a chain, where they are one.
+    pub fn line(&self) -> Option<&Line> {
+        self.line.as_ref()
+    }
+
+    /// All finite elements.
+    pub fn full(&self) -> &Model {
+        &self.full
+    }
+
+    /// Nodal motion of a motion in the coordinates of the system.
+    pub fn nodes(&self, coordinates: &DVector<Complex<f64>>) -> Nodes {
+        let n = self.model.structure.size();
+        let along = |from: usize| {
+            let part = coordinates.rows(from, n);
+            (self.shapes.clone() * part.map(|c| c.re), self.shapes.clone() * part.map(|c| c.im))
+        };
+        let ((x_re, x_im), (y_re, y_im)) = (along(0), along(n));
+        let at = |re: &DVector<f64>, im: &DVector<f64>, k: usize| Complex::new(re[k], im[k]);
+        (0..self.shapes.nrows() / 2)
+            .map(|i| {
+                let (w, slope) = (2 * i, 2 * i + 1);
+                Vector4::new(
+                    at(&x_re, &x_im, w),
+                    at(&x_re, &x_im, slope),
+                    at(&y_re, &y_im, w),
+                    at(&y_re, &y_im, slope),
+                )
+            })
+            .collect()
     }
 
     /// Number of coordinates: of the shaft in x, in y, and of pedestals.

@@ -7,14 +7,16 @@
 //! amplitude at 0.707 of the peak; the separation margin that a peak of factor A ≥ 2.5 needs is
 //! `17 (1 − 1/(A − 1.5))` percent below the running range and 10 more above it (API 617, lateral analysis).
 
-use nalgebra::{Complex, DVector};
+use nalgebra::{Complex, DVector, Vector4};
 use rayon::prelude::*;
 
+use crate::check::line::{Dampers, Nodes};
 use crate::check::modes::Mode;
 use crate::check::system::System;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::measurement::rpm;
+use crate::model::terms::ProbeTerm;
 
 type C = Complex<f64>;
 
@@ -97,24 +99,43 @@ pub fn speeds_rad_s(fastest_rad_s: f64, critical: &[Mode]) -> Vec<f64> {
 /// # Errors
 /// If the machine is singular at this speed: an undamped critical speed.
 pub fn probes_at(system: &System, speed_rad_s: f64, planes_kg_m: &[C]) -> Result<Vec<C>, Error> {
+    let singular = || Error::Unsuitable(format!("the machine is singular at {:.1} rpm", rpm(speed_rad_s)));
+    let pulls = planes_kg_m.iter().map(|unbalance| unbalance * (speed_rad_s * speed_rad_s));
+    let lambda = C::new(0.0, speed_rad_s);
+    let turned = |force: C| C::new(force.im, -force.re);
+    // on all finite elements where they are a chain, which is exact and faster than the reduced system
+    if let Some(line) = system.line() {
+        let full = system.full();
+        let mut force: Nodes = vec![Vector4::zeros(); full.structure.stations.len()];
+        for (shape, pull) in full.planes.iter().zip(pulls) {
+            for (k, s) in shape.iter().enumerate().filter(|(_, s)| **s != 0.0) {
+                force[k / 2][k % 2] += pull * *s;
+                force[k / 2][2 + k % 2] += turned(pull) * *s;
+            }
+        }
+        let motion = line.at(lambda, speed_rad_s, Dampers::In).solve(&force).ok_or_else(singular)?;
+        let along = |shape: &DVector<f64>, axis: usize| {
+            let moving = shape.iter().enumerate().filter(|(_, s)| **s != 0.0);
+            moving.map(|(k, s)| motion[k / 2][2 * axis + k % 2] * *s).sum::<C>()
+        };
+        return Ok(full.probes.iter().map(|p| reading(p, along(&p.shape, 0), along(&p.shape, 1))).collect());
+    }
     let n = system.model.structure.size();
     let mut force = DVector::<C>::zeros(system.size());
-    for (shape, unbalance) in system.model.planes.iter().zip(planes_kg_m) {
-        let pull = unbalance * (speed_rad_s * speed_rad_s);
+    for (shape, pull) in system.model.planes.iter().zip(pulls) {
         for k in 0..n {
             force[k] += pull * shape[k];
-            force[n + k] += C::new(pull.im, -pull.re) * shape[k];
+            force[n + k] += turned(pull) * shape[k];
         }
     }
-    let motion =
-        system.at(speed_rad_s).dynamic_stiffness(C::new(0.0, speed_rad_s)).lu().solve(&force).ok_or_else(
-            || Error::Unsuitable(format!("the machine is singular at {:.1} rpm", rpm(speed_rad_s))),
-        )?;
-    let read = |p: &crate::model::terms::ProbeTerm| {
-        let along = |from: usize| (0..n).map(|k| motion[from + k] * p.shape[k]).sum::<C>();
-        p.gain * (along(0) * p.angle_rad.cos() + along(n) * p.angle_rad.sin())
-    };
-    Ok(system.model.probes.iter().map(read).collect())
+    let motion = system.at(speed_rad_s).dynamic_stiffness(lambda).lu().solve(&force).ok_or_else(singular)?;
+    let along = |shape: &DVector<f64>, from: usize| (0..n).map(|k| motion[from + k] * shape[k]).sum::<C>();
+    Ok(system.model.probes.iter().map(|p| reading(p, along(&p.shape, 0), along(&p.shape, n))).collect())
+}
+
+/// What a probe shows where the shaft moves by x and y; a surface that is out of round is no part of a response.
+fn reading(probe: &ProbeTerm, x: C, y: C) -> C {
+    probe.gain * (x * probe.angle_rad.cos() + y * probe.angle_rad.sin())
 }
 
 /// Every probe's response to a trial over these speeds, with its peaks.
