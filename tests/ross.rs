@@ -100,7 +100,7 @@ fn natural_frequencies_equal_ross_at_rest_and_at_speed() {
         let (rotor, ross) = load(name);
         let mut undamped = rotor.clone();
         for b in &mut undamped.bearing {
-            b.damping_n_s_m =
+            b.constants_mut().unwrap().damping_n_s_m =
                 rotor_edge_desktop::machine::drawing::Coefficients { xx: 0.0, yy: 0.0, xy: 0.0, yx: 0.0 };
         }
         for set in ross["eigenvalues"].as_array().unwrap() {
@@ -148,8 +148,8 @@ fn supported_basis_converges_and_keeps_up_when_a_bearing_changes() {
     assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
     // made on the old bearings, used with new ones: the static shapes are there for this
     let mut changed = rotor.clone();
-    changed.bearing[1].stiffness_n_m.xx *= 0.5;
-    changed.bearing[1].stiffness_n_m.yy *= 1.3;
+    changed.bearing[1].constants_mut().unwrap().stiffness_n_m.xx *= 0.5;
+    changed.bearing[1].constants_mut().unwrap().stiffness_n_m.yy *= 1.3;
     let basis = basis::supported(&Model::finite_elements(&rotor), 6);
     let worst = worst_reduction(&changed, &Model::finite_elements(&changed).projected(&basis));
     assert!(worst < 5e-3, "{worst}");

@@ -35,6 +35,7 @@ pub mod effects;
 mod error;
 pub mod fit;
 pub mod identify;
+pub mod inference;
 pub mod machine;
 pub mod measurement;
 pub mod model;

@@ -1,8 +1,12 @@
 //! From a desktop model to the model that is deployed.
 
+mod knots;
+
 use anyhow::{Result, anyhow, bail};
 use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector};
-use rotor_edge_core::model::{Forcing, ForcingLaw, MAX_PLANES, Model, Noise, Pair, Pedestal, Probe, Support};
+use rotor_edge_core::model::{
+    Forcing, ForcingLaw, MAX_PLANES, Model, Noise, Pair, Pedestal, Probe, Support, Table,
+};
 use rotor_edge_core::node::Node;
 use rotor_edge_core::reading::{MAX_PROBES, ProbeVector, Reading};
 use rotor_edge_desktop as desktop;
@@ -48,7 +52,8 @@ impl Deployment {
                 .iter()
                 .map(|p| phasor_kg_m(p.unbalance_g_mm.unwrap_or(0.0), p.angle_deg.unwrap_or(0.0))),
         );
-        let desktop = if rotor.effect.is_empty() {
+        let plain = rotor.effect.is_empty() && rotor.bearing.len() == 2;
+        let desktop = if plain {
             desktop::shaft::basis::reduced(rotor, SHAPES)
         } else {
             let full = desktop::model::Model::finite_elements(rotor);
@@ -68,6 +73,7 @@ impl Deployment {
         unbalance_kg_m: DVector<Complex<f64>>,
         fastest_rpm: f64,
     ) -> Result<Self> {
+        let desktop = knots::straightened(desktop, measurement::rad_s(fastest_rpm));
         let edge = edge_model(&desktop, rotor, &unbalance_kg_m, fastest_rpm)?;
         Ok(Self { desktop, edge, unbalance_kg_m })
     }
@@ -95,14 +101,15 @@ fn edge_model(
 ) -> Result<EdgeModel> {
     let largest_g_mm = unbalance_kg_m.iter().map(|u| u.norm() * G_MM).fold(0.0, f64::max);
     let probe_terms = model.probes.iter().zip(&rotor.probe);
+    let (tables, knots) = knots::tables(model);
     let edge = Model {
         stiffness: matrix(&model.structure.stiffness),
         mass: matrix(&model.structure.mass),
         polar_inertia: matrix(&model.structure.polar_inertia),
         internal_damping_s: model.internal_damping_s as f32,
         planes: held("planes", model.planes.iter().map(vector))?,
-        supports: held("supports", model.supports.iter().map(support))?,
-        knots: heapless::Vec::new(),
+        supports: held("supports", model.supports.iter().zip(tables).map(|(s, table)| support(s, table)))?,
+        knots: held("speeds in its bearings' tables", knots.into_iter())?,
         forcings: held("forcings", model.forcings.iter().map(forcing))?,
         probes: held("probes", probe_terms.map(|(term, place)| probe(term, bearing(rotor, place))))?,
         initial_unbalance_g_mm: held("planes", unbalance_kg_m.iter().map(|u| pair(u * G_MM)))?,
@@ -151,8 +158,7 @@ fn forcing(f: &desktop::model::terms::Forcing) -> Forcing<SHAPES> {
     Forcing { shape: vector(&f.shape), amplitude: pair(f.amplitude * 1e6), law }
 }
 
-fn support(s: &desktop::model::terms::Support) -> Support<SHAPES> {
-    let rows = |m: &nalgebra::Matrix2<f64>| [[m.m11 as f32, m.m12 as f32], [m.m21 as f32, m.m22 as f32]];
+fn support(s: &desktop::model::terms::Support, table: Option<Table>) -> Support<SHAPES> {
     let law = &s.law;
     Support {
         shape: vector(&s.shape),
@@ -161,18 +167,23 @@ fn support(s: &desktop::model::terms::Support) -> Support<SHAPES> {
         mass_kg: law.mass_kg as f32,
         stiffness_slope: law.stiffness_slope as f32,
         reference_speed_rad_s: law.reference_rad_s as f32,
-        table: None,
+        table,
         hardening_per_um2: (law.hardening_per_m2 * 1e-12) as f32,
         pedestal: law.pedestal.map(|p| Pedestal {
-            stiffness_n_m: both_axes(p.stiffness_n_m),
-            damping_n_s_m: both_axes(p.damping_n_s_m),
-            mass_kg: both_axes(p.mass_kg),
+            stiffness_n_m: axes(p.stiffness_n_m),
+            damping_n_s_m: axes(p.damping_n_s_m),
+            mass_kg: axes(p.mass_kg),
         }),
     }
 }
 
-fn both_axes(value: f64) -> Pair {
-    [value as f32; 2]
+/// Rows and columns x, y.
+fn rows(m: &nalgebra::Matrix2<f64>) -> [Pair; 2] {
+    [[m.m11 as f32, m.m12 as f32], [m.m21 as f32, m.m22 as f32]]
+}
+
+fn axes(values: [f64; 2]) -> Pair {
+    values.map(|v| v as f32)
 }
 
 fn probe(term: &desktop::model::terms::ProbeTerm, bearing: u8) -> Probe<SHAPES> {
@@ -182,7 +193,7 @@ fn probe(term: &desktop::model::terms::ProbeTerm, bearing: u8) -> Probe<SHAPES> 
         gain: pair(term.gain),
         runout_um: pair(term.runout_m * 1e6),
         bearing,
-        mount: None,
+        mount: term.mount.map(|support| support as u8),
     }
 }
 

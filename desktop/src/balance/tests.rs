@@ -122,8 +122,8 @@ fn both_ways_take_away_95_percent_of_the_true_vibration_in_one_shot_under_noise(
     // the file's bearings are guesses
     let mut guess = rotor.clone();
     for b in &mut guess.bearing {
-        b.stiffness_n_m.xx *= 1.2;
-        b.damping_n_s_m.yy *= 0.85;
+        b.constants_mut().unwrap().stiffness_n_m.xx *= 1.2;
+        b.constants_mut().unwrap().damping_n_s_m.yy *= 0.85;
     }
     let plan = plan(&[0, 1]);
     let model = from_model(&guess, &readings, &plan).unwrap();

@@ -2,19 +2,24 @@
 //! and what stands in series with it.
 
 use nalgebra::{Complex, Matrix2};
+use serde::{Deserialize, Serialize};
 
-const I: Complex<f64> = Complex::new(0.0, 1.0);
+use super::curve::{Curve, Pair};
+
+type C = Complex<f64>;
 
 /// How a support answers the motion of its place.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SupportLaw {
-    /// Stiffness, rows x y, N/m.
+    /// Stiffness that no curve states, rows x y, N/m.
     pub stiffness_n_m: Matrix2<f64>,
-    /// Damping, rows x y, N·s/m.
+    /// Damping that no curve states, rows x y, N·s/m.
     pub damping_n_s_m: Matrix2<f64>,
+    /// Stiffness and damping that follow the speed, beside the constant ones.
+    pub curve: Option<Curve>,
     /// Mass that moves with the shaft, kg.
     pub mass_kg: f64,
-    /// Relative rise of the stiffness from `reference_rad_s` to twice that speed.
+    /// Relative rise of the constant stiffness from `reference_rad_s` to twice that speed.
     pub stiffness_slope: f64,
     /// Speed at which the stiffness is as stated, rad/s.
     pub reference_rad_s: f64,
@@ -24,24 +29,33 @@ pub struct SupportLaw {
     pub pedestal: Option<Pedestal>,
 }
 
-/// A mass on a spring and damper between a bearing and the ground, the same in both directions.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A mass on a spring and damper between a bearing and the ground, along x and along y.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Pedestal {
-    /// Stiffness to ground, N/m.
-    pub stiffness_n_m: f64,
-    /// Damping to ground, N·s/m.
-    pub damping_n_s_m: f64,
-    /// Mass, kg.
-    pub mass_kg: f64,
+    /// Stiffness to ground, x and y, N/m.
+    pub stiffness_n_m: [f64; 2],
+    /// Damping to ground, x and y, N·s/m.
+    #[serde(default)]
+    pub damping_n_s_m: [f64; 2],
+    /// Mass that moves along x and along y, kg.
+    #[serde(default)]
+    pub mass_kg: [f64; 2],
 }
 
 impl Pedestal {
-    /// `k + iΩc − Ω²m`, N/m.
-    pub fn dynamic_stiffness(&self, speed_rad_s: f64) -> Complex<f64> {
-        Complex::new(
-            self.stiffness_n_m - speed_rad_s.powi(2) * self.mass_kg,
-            speed_rad_s * self.damping_n_s_m,
-        )
+    /// The same in both directions.
+    pub fn isotropic(stiffness_n_m: f64, damping_n_s_m: f64, mass_kg: f64) -> Self {
+        Self { stiffness_n_m: [stiffness_n_m; 2], damping_n_s_m: [damping_n_s_m; 2], mass_kg: [mass_kg; 2] }
+    }
+
+    /// `k + iΩc − Ω²m` along x and y, N/m.
+    pub fn dynamic_stiffness(&self, speed_rad_s: f64) -> Matrix2<C> {
+        let along = |axis: usize| {
+            let stiffness = self.stiffness_n_m[axis] - speed_rad_s.powi(2) * self.mass_kg[axis];
+            C::new(stiffness, speed_rad_s * self.damping_n_s_m[axis])
+        };
+        Matrix2::new(along(0), C::from(0.0), C::from(0.0), along(1))
     }
 }
 
@@ -51,6 +65,7 @@ impl SupportLaw {
         Self {
             stiffness_n_m,
             damping_n_s_m,
+            curve: None,
             mass_kg: 0.0,
             stiffness_slope: 0.0,
             reference_rad_s: 0.0,
@@ -59,38 +74,79 @@ impl SupportLaw {
         }
     }
 
+    /// Stiffness and damping at running speed, of a shaft at rest in the bearing.
+    pub fn coefficients(&self, speed_rad_s: f64) -> Pair {
+        let mut pair = Pair { stiffness: self.stiffness_n_m, damping: self.damping_n_s_m };
+        if self.reference_rad_s > 0.0 {
+            pair.stiffness *= 1.0 + self.stiffness_slope * (speed_rad_s / self.reference_rad_s - 1.0);
+        }
+        if let Some(curve) = &self.curve {
+            let more = curve.at(speed_rad_s);
+            pair.stiffness += more.stiffness;
+            pair.damping += more.damping;
+        }
+        pair
+    }
+
+    /// Stiffness where the law is stated: its own, with the curve in the middle of its speeds.
+    pub fn typical_stiffness_n_m(&self) -> Matrix2<f64> {
+        self.curve
+            .as_ref()
+            .map_or(self.stiffness_n_m, |c| self.stiffness_n_m + c.at(c.middle_rad_s()).stiffness)
+    }
+
+    /// Multiplies every stiffness, at any speed.
+    pub fn scale_stiffness(&mut self, factor: f64) {
+        self.stiffness_n_m *= factor;
+        self.curve = self.curve.as_ref().map(|c| c.with_stiffness_times(factor));
+    }
+
     /// Force per displacement at running speed, 2 × 2, N/m.
     ///
     /// `amplitude_m` is the zero-to-peak motion of the shaft here in x and y; it matters only to a
     /// support that hardens or softens.
-    pub fn dynamic_stiffness(&self, speed_rad_s: f64, amplitude_m: [f64; 2]) -> Matrix2<Complex<f64>> {
-        let mut stiffness = self.stiffness_n_m;
-        if self.reference_rad_s > 0.0 {
-            stiffness *= 1.0 + self.stiffness_slope * (speed_rad_s / self.reference_rad_s - 1.0);
-        }
-        for (axis, amplitude) in amplitude_m.into_iter().enumerate() {
-            stiffness[(axis, axis)] *= 1.0 + 0.75 * self.hardening_per_m2 * amplitude * amplitude;
-        }
-        let inertia = speed_rad_s.powi(2) * self.mass_kg;
-        let bearing = stiffness.map(Complex::from) + self.damping_n_s_m.map(|c| I * (speed_rad_s * c))
-            - Matrix2::identity() * Complex::from(inertia);
+    pub fn dynamic_stiffness(&self, speed_rad_s: f64, amplitude_m: [f64; 2]) -> Matrix2<C> {
+        let bearing = self.without_pedestal(speed_rad_s, amplitude_m);
         match &self.pedestal {
             Some(pedestal) => in_series(bearing, pedestal.dynamic_stiffness(speed_rad_s)),
             None => bearing,
         }
     }
+
+    /// Motion of the housing per motion of the shaft, `(Zb + Zp)⁻¹ Zb`: zero on rigid ground.
+    pub fn housing(&self, speed_rad_s: f64, amplitude_m: [f64; 2]) -> Matrix2<C> {
+        let Some(pedestal) = &self.pedestal else { return Matrix2::zeros() };
+        let bearing = self.without_pedestal(speed_rad_s, amplitude_m);
+        inverse(bearing + pedestal.dynamic_stiffness(speed_rad_s)) * bearing
+    }
+
+    fn without_pedestal(&self, speed_rad_s: f64, amplitude_m: [f64; 2]) -> Matrix2<C> {
+        let Pair { mut stiffness, damping } = self.coefficients(speed_rad_s);
+        for (axis, amplitude) in amplitude_m.into_iter().enumerate() {
+            stiffness[(axis, axis)] *= 1.0 + 0.75 * self.hardening_per_m2 * amplitude * amplitude;
+        }
+        let inertia = speed_rad_s.powi(2) * self.mass_kg;
+        stiffness.map(C::from) + damping.map(|c| C::new(0.0, speed_rad_s * c))
+            - Matrix2::identity() * C::from(inertia)
+    }
 }
 
-/// A 2 × 2 dynamic stiffness on top of an isotropic one: `Zb (Zb + Zp)⁻¹ Zp`.
-fn in_series(bearing: Matrix2<Complex<f64>>, pedestal: Complex<f64>) -> Matrix2<Complex<f64>> {
-    let sum = bearing + Matrix2::identity() * pedestal;
-    let det = sum[(0, 0)] * sum[(1, 1)] - sum[(0, 1)] * sum[(1, 0)];
-    let adjugate = Matrix2::new(sum[(1, 1)], -sum[(0, 1)], -sum[(1, 0)], sum[(0, 0)]);
-    bearing * adjugate * (pedestal / det)
+/// A dynamic stiffness on top of another: `Zp (Zb + Zp)⁻¹ Zb`.
+fn in_series(bearing: Matrix2<C>, pedestal: Matrix2<C>) -> Matrix2<C> {
+    pedestal * inverse(bearing + pedestal) * bearing
+}
+
+/// By the adjugate; not finite where the matrix is singular.
+fn inverse(m: Matrix2<C>) -> Matrix2<C> {
+    let determinant = m.m11 * m.m22 - m.m12 * m.m21;
+    Matrix2::new(m.m22, -m.m12, -m.m21, m.m11) * determinant.inv()
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use super::super::curve::{Between, Knots};
     use super::*;
 
     fn bearing() -> SupportLaw {
@@ -101,7 +157,7 @@ mod tests {
     fn a_rigid_pedestal_leaves_the_bearing_and_a_soft_one_leaves_the_pedestal() {
         let alone = bearing().dynamic_stiffness(1000.0, [0.0; 2]);
         let on = |k| {
-            let pedestal = Some(Pedestal { stiffness_n_m: k, damping_n_s_m: 0.0, mass_kg: 0.0 });
+            let pedestal = Some(Pedestal::isotropic(k, 0.0, 0.0));
             SupportLaw { pedestal, ..bearing() }.dynamic_stiffness(1000.0, [0.0; 2])
         };
         assert!((on(1e16) - alone).norm() < 1e-6 * alone.norm());
@@ -113,7 +169,7 @@ mod tests {
     fn series_of_equal_isotropic_springs_is_half_of_one() {
         let isotropic = Matrix2::identity() * 4e7;
         let mut s = SupportLaw::linear(isotropic, Matrix2::zeros());
-        s.pedestal = Some(Pedestal { stiffness_n_m: 4e7, damping_n_s_m: 0.0, mass_kg: 0.0 });
+        s.pedestal = Some(Pedestal::isotropic(4e7, 0.0, 0.0));
         let z = s.dynamic_stiffness(500.0, [0.0; 2]);
         assert!((z - (isotropic * 0.5).map(Complex::from)).norm() < 1e-6);
     }
@@ -126,5 +182,33 @@ mod tests {
         assert!((z[(0, 0)].re / (2e8 * 1.4 * (1.0 + 0.75)) - 1.0).abs() < 1e-12);
         assert!((z[(1, 1)].re / (3e8 * 1.4) - 1.0).abs() < 1e-12);
         assert!((z[(0, 0)].im / 1e8 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_force_through_bearing_and_pedestal_is_the_same_and_the_housing_moves_by_it() {
+        let pedestal =
+            Pedestal { stiffness_n_m: [5e7, 9e7], damping_n_s_m: [2e3, 1e3], mass_kg: [40.0, 60.0] };
+        let alone = bearing().dynamic_stiffness(800.0, [0.0; 2]);
+        let on = SupportLaw { pedestal: Some(pedestal), ..bearing() };
+        let (series, housing) = (on.dynamic_stiffness(800.0, [0.0; 2]), on.housing(800.0, [0.0; 2]));
+        let through_pedestal = pedestal.dynamic_stiffness(800.0) * housing;
+        let through_film = alone * (Matrix2::identity() - housing);
+        assert!((through_pedestal - series).norm() < 1e-12 * series.norm());
+        assert!((through_film - series).norm() < 1e-9 * series.norm());
+        assert_eq!(bearing().housing(800.0, [0.0; 2]), Matrix2::zeros());
+    }
+
+    #[test]
+    fn a_curve_adds_to_what_is_constant_and_scaling_reaches_both() {
+        let pair = Pair { stiffness: Matrix2::new(1e7, 2e6, 3e6, 4e7), damping: Matrix2::repeat(7e3) };
+        let knots = Arc::new(Knots::new(vec![100.0, 200.0], vec![pair, pair], Between::Monotone));
+        let mut law = bearing();
+        law.curve = Some(Curve::Knots { knots, factors: Pair::ones() });
+        let at = law.coefficients(150.0);
+        assert!((at.stiffness - bearing().stiffness_n_m - pair.stiffness).norm() < 1.0);
+        assert!((at.damping - bearing().damping_n_s_m - pair.damping).norm() < 1e-6);
+        law.scale_stiffness(1.5);
+        assert!((law.coefficients(150.0).stiffness - at.stiffness * 1.5).norm() < 1.0);
+        assert_eq!(law.coefficients(150.0).damping, at.damping);
     }
 }

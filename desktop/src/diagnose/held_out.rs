@@ -42,7 +42,7 @@ fn misfit(
     fit: &Fit,
     base: &Base,
 ) -> Result<f64, Error> {
-    let of = |rows: &[usize]| rows.iter().map(|r| fit.amplitudes[*r]).collect::<Vec<_>>();
+    let of = |rows: &[usize]| rows.iter().map(|r| fit.amplitudes[*r].clone()).collect::<Vec<_>>();
     let amplitudes = of(kept_rows);
     let start = [fit.x.clone()];
     let mut refit = kept.fit(hypothesis, &start, &base.drawing.fixed(), Effort::Search, Some(&amplitudes))?;

@@ -21,6 +21,7 @@ mod unbalance_plane;
 
 use nalgebra::Complex;
 
+pub use crate::inference::scale::Scale;
 use crate::machine::drawing::Rotor;
 pub use crate::machine::place::{Pattern, Place};
 use crate::machine::terms::Terms;
@@ -61,15 +62,6 @@ pub struct Scales {
     pub reference_rad_s: f64,
     /// Root mean square amplitude at the bearings, m.
     pub amplitude_m: f64,
-}
-
-/// How a parameter is searched.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Scale {
-    /// In units of this size; may change sign.
-    Linear(f64),
-    /// By its logarithm; stays positive.
-    Logarithmic,
 }
 
 /// A real parameter that the response does not depend on linearly; SI units.

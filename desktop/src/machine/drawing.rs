@@ -6,11 +6,16 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// A rotor on two bearings, watched by proximity probes.
+use super::bearing_entry::BearingEntry;
+use crate::bearing::Law;
+pub use crate::bearing::constant::{Coefficients, Constant};
+use crate::bearing::support::Pedestal;
+
+/// A rotor on its bearings, watched by proximity probes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rotor {
-    /// Version of the file's layout; this crate reads 1.
+    /// Version of the file's layout; this crate reads 1 and 2.
     pub schema: u32,
     /// What the machine is called in reports.
     pub name: String,
@@ -34,7 +39,7 @@ pub struct Rotor {
     /// Rigid disks on the shaft.
     #[serde(default)]
     pub disk: Vec<Disk>,
-    /// The two bearings.
+    /// One to twelve bearings.
     #[serde(default)]
     pub bearing: Vec<Bearing>,
     /// Proximity probes.
@@ -179,45 +184,46 @@ pub struct Disk {
     pub polar_inertia_kg_m2: f64,
 }
 
-/// A bearing with linear stiffness and damping.
+/// A bearing: its place, and the law by which it holds the shaft.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "BearingEntry", into = "BearingEntry")]
 pub struct Bearing {
     /// What it is called.
     pub name: String,
     /// Place on the shaft, m from the left end.
     pub position_m: f64,
-    /// Stiffness, N/m.
-    pub stiffness_n_m: Coefficients,
-    /// Damping, N·s/m.
-    pub damping_n_s_m: Coefficients,
+    /// How it holds the shaft.
+    pub law: Law,
+    /// What gives under it, if the drawing states it.
+    pub pedestal: Option<Pedestal>,
 }
 
-/// A 2×2 matrix of bearing coefficients; `xy` is the force in x per motion in y.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Coefficients {
-    /// Direct, x.
-    pub xx: f64,
-    /// Direct, y.
-    pub yy: f64,
-    /// Cross-coupled, x from y.
-    #[serde(default)]
-    pub xy: f64,
-    /// Cross-coupled, y from x.
-    #[serde(default)]
-    pub yx: f64,
-}
-
-impl Coefficients {
-    /// Rows x, y; columns x, y.
-    pub fn matrix(&self) -> nalgebra::Matrix2<f64> {
-        nalgebra::Matrix2::new(self.xx, self.xy, self.yx, self.yy)
+impl Bearing {
+    /// On rigid ground, with the same coefficients at every speed.
+    pub fn constant(
+        name: impl Into<String>,
+        position_m: f64,
+        stiffness_n_m: Coefficients,
+        damping_n_s_m: Coefficients,
+    ) -> Self {
+        let law = Law::Constant(Constant { stiffness_n_m, damping_n_s_m, learned: None });
+        Self { name: name.into(), position_m, law, pedestal: None }
     }
 
-    /// All four, in the order they are written.
-    pub fn values(&self) -> [f64; 4] {
-        [self.xx, self.yy, self.xy, self.yx]
+    /// Its coefficients, if they are stated as constants.
+    pub fn constants(&self) -> Option<&Constant> {
+        match &self.law {
+            Law::Constant(law) => Some(law),
+            Law::Table(_) => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn constants_mut(&mut self) -> Option<&mut Constant> {
+        match &mut self.law {
+            Law::Constant(law) => Some(law),
+            Law::Table(_) => None,
+        }
     }
 }
 
@@ -233,6 +239,20 @@ pub struct Probe {
     pub position_m: f64,
     /// From +x, in the direction of rotation, degrees.
     pub angle_deg: f64,
+    /// What it is mounted on.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub mount: Mount,
+}
+
+/// What a probe is mounted on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mount {
+    /// Something that does not move: the probe sees the shaft's motion.
+    #[default]
+    Ground,
+    /// The housing of its bearing: the probe sees the shaft's motion less the housing's.
+    Housing,
 }
 
 /// A plane in which unbalance is sought.
@@ -326,6 +346,13 @@ impl Rotor {
         marks.sort_by(f64::total_cmp);
         marks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
         marks
+    }
+
+    /// From the first bearing along the shaft to the last, m; the whole shaft where there are not two.
+    pub fn span_m(&self) -> [f64; 2] {
+        let places = || self.bearing.iter().map(|b| b.position_m);
+        let (left, right) = (places().fold(f64::INFINITY, f64::min), places().fold(0.0, f64::max));
+        if left < right { [left, right] } else { [0.0, self.length_m()] }
     }
 
     /// Index of the bearing that a probe belongs to.

@@ -1,5 +1,7 @@
 //! The machine as drawn: its file, how far it may be off, and the terms that it states.
 
+mod bearing_entry;
+pub mod bearings;
 pub mod drawing;
 pub mod place;
 pub mod rotor_file;

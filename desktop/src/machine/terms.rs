@@ -3,7 +3,8 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::bearing::support::SupportLaw;
-use crate::machine::drawing::{Physics, Rotor};
+use crate::machine::bearings::Bearings;
+use crate::machine::drawing::{Mount, Physics, Rotor};
 use crate::machine::place::{Pattern, Place};
 use crate::shaft::structure::{Station, Structure};
 
@@ -27,17 +28,29 @@ pub struct Terms {
 impl Terms {
     /// The machine as drawn: its bearings and true probes, no effects.
     pub fn drawn(rotor: &Rotor) -> Self {
-        let bearing = |(i, b): (usize, &crate::machine::drawing::Bearing)| {
-            (Place::Bearing(i), SupportLaw::linear(b.stiffness_n_m.matrix(), b.damping_n_s_m.matrix()))
-        };
+        let bearings = Bearings::of(rotor);
+        Self::on(rotor, bearings.supports(&bearings.stated()))
+    }
+
+    /// The machine on these bearings, in the order of the file.
+    pub fn on(rotor: &Rotor, bearings: Vec<SupportLaw>) -> Self {
+        let place = |(i, law)| (Place::Bearing(i), law);
         Self {
             physics: rotor.physics,
             internal_damping_s: 0.0,
-            supports: rotor.bearing.iter().enumerate().map(bearing).collect(),
+            supports: bearings.into_iter().enumerate().map(place).collect(),
             forcings: Vec::new(),
             gains: vec![Complex::from(1.0); rotor.probe.len()],
             runout_m: vec![Complex::from(0.0); rotor.probe.len()],
         }
+    }
+
+    /// The bearing on whose housing a probe is mounted, where that housing moves.
+    pub fn mount(&self, rotor: &Rotor, probe: usize) -> Option<usize> {
+        let probe = &rotor.probe[probe];
+        let bearing = rotor.bearing_of(probe).filter(|_| probe.mount == Mount::Housing)?;
+        let (_, law) = self.supports.iter().find(|(p, _)| *p == Place::Bearing(bearing))?;
+        law.pedestal.map(|_| bearing)
     }
 
     /// The law of a bearing.
@@ -73,10 +86,9 @@ pub fn force_shape(pattern: Pattern, structure: &Structure, rotor: &Rotor) -> Op
     }
 }
 
-/// Coordinates of a half sine of unit height between the bearings, continued beyond them.
+/// Coordinates of a half sine of unit height between the outermost bearings, continued beyond them.
 pub(crate) fn half_sine(structure: &Structure, rotor: &Rotor) -> DVector<f64> {
-    let (a, b) = (rotor.bearing[0].position_m, rotor.bearing[1].position_m);
-    let (left, right) = (a.min(b), a.max(b));
+    let [left, right] = rotor.span_m();
     let wave = std::f64::consts::PI / (right - left);
     let height = |s: &Station| (wave * (s.position_m - left)).sin();
     let slope = |s: &Station| wave * (wave * (s.position_m - left)).cos();

@@ -4,8 +4,13 @@ use crate::effects::entry;
 use crate::error::Error;
 use crate::machine::drawing::{EffectEntry, Rotor};
 
-/// The layout of `rotor.toml` that this crate reads and writes.
-pub const SCHEMA: u32 = 1;
+/// The newest layout of `rotor.toml`; older ones are read as well.
+pub const SCHEMA: u32 = 2;
+
+/// Most bearings of one shaft.
+const MOST_BEARINGS: usize = 12;
+/// Most planes in which unbalance is sought.
+const MOST_PLANES: usize = 8;
 
 struct Checker<'a> {
     file: &'a str,
@@ -51,8 +56,8 @@ impl Checker<'_> {
 /// a modulus of 208.
 pub fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
     let c = Checker { file };
-    if rotor.schema != SCHEMA {
-        return c.fail("schema", format!("{} is not supported, expected {SCHEMA}", rotor.schema));
+    if !(1..=SCHEMA).contains(&rotor.schema) {
+        return c.fail("schema", format!("{} is not supported, expected 1 to {SCHEMA}", rotor.schema));
     }
     if let Some(fastest_rpm) = rotor.fastest_rpm {
         c.within("fastest_rpm", fastest_rpm, 1.0, 1e6, "rpm")?;
@@ -96,29 +101,30 @@ fn check_shaft(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
 
 fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
     let count = rotor.bearing.len();
-    if count != 2 {
-        return c.fail("[[bearing]]", format!("{count} given, exactly two bearings are supported"));
+    if !(1..=MOST_BEARINGS).contains(&count) {
+        return c
+            .fail("[[bearing]]", format!("{count} given, one to {MOST_BEARINGS} bearings are supported"));
     }
     c.unique("[[bearing]] name", rotor.bearing.iter().map(|b| b.name.as_str()))?;
-    for b in &rotor.bearing {
+    for (i, b) in rotor.bearing.iter().enumerate() {
         let key = |name: &str| format!("[[bearing]] \"{}\" {name}", b.name);
         c.on_shaft(&key("position_m"), b.position_m, rotor.length_m())?;
-        for (name, value, high) in [
-            ("stiffness_n_m.xx", b.stiffness_n_m.xx, 1e13),
-            ("stiffness_n_m.yy", b.stiffness_n_m.yy, 1e13),
-            ("damping_n_s_m.xx", b.damping_n_s_m.xx, 1e10),
-            ("damping_n_s_m.yy", b.damping_n_s_m.yy, 1e10),
-        ] {
-            let positive = if name.starts_with('s') { 1.0 } else { 0.0 };
-            c.within(&key(name), value, positive, high, if positive > 0.0 { "N/m" } else { "N·s/m" })?;
+        if let Some(other) = rotor.bearing[..i].iter().find(|o| (o.position_m - b.position_m).abs() < 1e-6) {
+            return c.fail(key("position_m"), format!("the bearing \"{}\" is at the same place", other.name));
         }
-        for (name, m) in [("stiffness_n_m", b.stiffness_n_m), ("damping_n_s_m", b.damping_n_s_m)] {
-            c.within(&key(&format!("{name}.xy")), m.xy, -1e13, 1e13, "")?;
-            c.within(&key(&format!("{name}.yx")), m.yx, -1e13, 1e13, "")?;
+        b.law.as_law().check().or_else(|(name, what)| c.fail(key(&name), what))?;
+        if let Some(p) = &b.pedestal {
+            for axis in 0..2 {
+                c.within(&key("pedestal.stiffness_n_m"), p.stiffness_n_m[axis], 1.0, 1e13, "N/m")?;
+                c.within(&key("pedestal.damping_n_s_m"), p.damping_n_s_m[axis], 0.0, 1e10, "N·s/m")?;
+                c.within(&key("pedestal.mass_kg"), p.mass_kg[axis], 0.0, 1e6, "kg")?;
+            }
         }
-    }
-    if (rotor.bearing[0].position_m - rotor.bearing[1].position_m).abs() < 1e-6 {
-        return c.fail("[[bearing]] position_m", "both bearings are at the same place");
+        let newer = b.pedestal.is_some() || b.constants().is_none_or(|k| k.learned.is_some());
+        if rotor.schema < 2 && newer {
+            return c
+                .fail("schema", format!("{} does not know what {} has, expected 2", rotor.schema, key("")));
+        }
     }
     Ok(())
 }
@@ -141,8 +147,9 @@ fn check_probes_and_planes(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
             );
         }
     }
-    if !(1..=4).contains(&rotor.plane.len()) {
-        return c.fail("[[plane]]", format!("{} given, one to four planes are supported", rotor.plane.len()));
+    if !(1..=MOST_PLANES).contains(&rotor.plane.len()) {
+        let what = format!("{} given, one to {MOST_PLANES} planes are supported", rotor.plane.len());
+        return c.fail("[[plane]]", what);
     }
     c.unique("[[plane]] name", rotor.plane.iter().map(|p| p.name.as_str()))?;
     for p in &rotor.plane {

@@ -2,7 +2,7 @@
 
 pub mod terms;
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector2};
 
 use crate::effects::entry;
 use crate::error::Error;
@@ -70,7 +70,7 @@ impl Model {
         let terms = entry::terms_of(rotor);
         let shape = |position_m| structure.station(position_m).displacement.clone();
         let supports = terms.supports.iter().filter_map(|(place, law)| {
-            position_m(rotor, *place).map(|z| Support { shape: shape(z), law: *law })
+            position_m(rotor, *place).map(|z| Support { shape: shape(z), law: law.clone() })
         });
         let forcings = terms.forcings.iter().filter_map(|(pattern, amplitude)| {
             let shape = force_shape(*pattern, &structure, rotor)?;
@@ -81,6 +81,7 @@ impl Model {
             angle_rad: p.angle_deg.to_radians(),
             gain: terms.gains[i],
             runout_m: terms.runout_m[i],
+            mount: terms.mount(rotor, i),
         });
         Self {
             internal_damping_s: terms.internal_damping_s,
@@ -178,14 +179,26 @@ impl Model {
             (0..n).map(|k| (x[(k, j)] * cos + y[(k, j)] * sin) * shape[k]).sum::<Complex<f64>>()
         };
         let planes = self.planes.len();
-        let probe = |i: usize, j: usize| {
-            let p = &self.probes[i];
-            p.gain * read(&p.shape, p.angle_rad.cos(), p.angle_rad.sin(), j)
-        };
         let support = |i: usize, j: usize| {
             let along_x = i.is_multiple_of(2);
             let shape = &self.supports[i / 2].shape;
             read(shape, f64::from(u8::from(along_x)), f64::from(u8::from(!along_x)), j)
+        };
+        let housings: Vec<Matrix2<Complex<f64>>> = self
+            .supports
+            .iter()
+            .zip(amplitudes_m)
+            .map(|(s, amplitude_m)| s.law.housing(speed_rad_s, *amplitude_m))
+            .collect();
+        let probe = |i: usize, j: usize| {
+            let p = &self.probes[i];
+            let (sin, cos) = p.angle_rad.sin_cos();
+            let shaft = read(&p.shape, cos, sin, j);
+            let housing = p.mount.map_or(Complex::from(0.0), |s| {
+                let moved = housings[s] * Vector2::new(support(2 * s, j), support(2 * s + 1, j));
+                moved.x * cos + moved.y * sin
+            });
+            p.gain * (shaft - housing)
         };
         Ok(Response {
             per_unbalance: DMatrix::from_fn(self.probes.len(), planes, probe),
@@ -258,11 +271,12 @@ impl Model {
         for s in &self.supports {
             let outer = &s.shape * s.shape.transpose();
             let held = s.law.dynamic_stiffness(spin_rad_s, [0.0; 2]);
+            let damping = s.law.coefficients(spin_rad_s).damping;
             for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 let mut block = k.view_mut((i * n, j * n), (n, n));
                 block += &outer * held[(i, j)].re;
                 let mut block = c.view_mut((i * n, j * n), (n, n));
-                block += &outer * s.law.damping_n_s_m[(i, j)];
+                block += &outer * damping[(i, j)];
             }
         }
         // coordinates in which the mass is the identity keep the state matrix well scaled

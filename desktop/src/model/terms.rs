@@ -26,7 +26,7 @@ pub struct Forcing {
     pub law: SpeedLaw,
 }
 
-/// What a probe shows: `gain · (cos·x + sin·y) + runout`.
+/// What a probe shows: `gain · (cos·x + sin·y) + runout`, x and y less those of the housing it is mounted on.
 #[derive(Debug, Clone)]
 pub struct ProbeTerm {
     /// Displacement of the probe's place per unit coordinate.
@@ -37,4 +37,6 @@ pub struct ProbeTerm {
     pub gain: Complex<f64>,
     /// Phasor that the surface adds at any speed, m.
     pub runout_m: Complex<f64>,
+    /// Number of the support on whose housing the probe is mounted; on the ground without.
+    pub mount: Option<usize>,
 }

@@ -15,6 +15,18 @@ const I: C = C::new(0.0, 1.0);
 /// Dynamic stiffness of every held place: 2 × 2 each in x and y, one below the other.
 pub type Supports<const D: usize> = SMatrix<C, D, 2>;
 
+/// What a probe on a housing reads of that housing, per motion of the shaft in x and y at the bearing there; it shows
+/// the shaft's motion less this.
+#[derive(Debug, Clone, Copy)]
+pub struct Mounted {
+    /// Number of the probe.
+    pub probe: usize,
+    /// Number of the bearing among the held places.
+    pub place: usize,
+    /// Per motion in x and in y.
+    pub reading: [C; 2],
+}
+
 /// Receptances at one speed, for the held places and force columns of one hypothesis.
 pub struct Receptances<const D: usize> {
     /// Nominal spring at a bearing.
@@ -154,9 +166,9 @@ impl<const D: usize> Receptances<D> {
         excess
     }
 
-    /// The response with these dynamic stiffnesses at the held places; `None` if the machine is singular
-    /// on them.
-    pub fn respond(&self, supports: &Supports<D>) -> Option<Response<D>> {
+    /// The response with these dynamic stiffnesses at the held places, with some probes on housings; `None` if the
+    /// machine is singular on them.
+    pub fn respond(&self, supports: &Supports<D>, mounted: &[Mounted]) -> Option<Response<D>> {
         let excess = self.excess(supports);
         let mut sum = SMatrix::<C, D, D>::identity();
         for place in 0..D / 2 {
@@ -165,7 +177,9 @@ impl<const D: usize> Receptances<D> {
             rows += block;
         }
         let inverse = sum.try_inverse()?;
-        let probes = self.probe_held.len();
+        let mut seen_from = self.probe_held.clone();
+        less_housings(&mut seen_from, &self.held, mounted);
+        let probes = seen_from.len();
         let mut response = Response {
             probes: Vec::with_capacity(self.probe_force.len()),
             held: Vec::with_capacity(self.held_force.len()),
@@ -173,10 +187,15 @@ impl<const D: usize> Receptances<D> {
         };
         for (motion, seen) in self.held_force.iter().zip(self.probe_force.chunks(probes)) {
             let force = inverse * forces(&excess, motion);
+            let column = response.probes.len();
+            response.probes.extend(seen.iter().zip(&seen_from).map(|(y, q)| y - q.dot(&force)));
+            for m in mounted {
+                let [x, y] = m.reading;
+                response.probes[column + m.probe] -= x * motion[2 * m.place] + y * motion[2 * m.place + 1];
+            }
             response.held.push(motion - self.held * force);
-            response.probes.extend(seen.iter().zip(&self.probe_held).map(|(y, q)| y - q.dot(&force)));
         }
-        response.adjoint.extend(self.probe_held.iter().map(|q| inverse.tr_mul(q)));
+        response.adjoint.extend(seen_from.iter().map(|q| inverse.tr_mul(q)));
         Some(response)
     }
 
@@ -199,11 +218,13 @@ impl<const D: usize> Receptances<D> {
         supports: &Supports<D>,
         response: &Response<D>,
         motion: &SVector<C, D>,
+        mounted: &[Mounted],
     ) -> Vec<C> {
         let slope = I * (2.0 * speed_rad_s);
         let gains = plant.backward_gains(speed_rad_s, internal_damping_s);
         let gain_slopes: Vec<C> = gains.iter().map(|g| -slope * g * g).collect();
-        let change = Whirl::<D>::backward(plant, &gain_slopes, places);
+        let mut change = Whirl::<D>::backward(plant, &gain_slopes, places);
+        less_housings(&mut change.probe_held, &change.held, mounted);
         let nominal_slope = of_whirl(slope * plant.nominal_n_m, I);
         let force = self.excess_forces(supports, motion);
         let moved = change.held * force;
@@ -217,6 +238,15 @@ impl<const D: usize> Receptances<D> {
             self.excess_adjoint_forces(supports, adjoint).dot(&moved) - q.dot(&force) + nominal
         };
         response.adjoint.iter().zip(&change.probe_held).map(per_probe).collect()
+    }
+}
+
+/// Takes from what each probe sees of forces at the held places what the housings under them move.
+fn less_housings<const D: usize>(seen: &mut [SVector<C, D>], held: &SMatrix<C, D, D>, mounted: &[Mounted]) {
+    for m in mounted {
+        for (axis, reading) in m.reading.iter().enumerate() {
+            seen[m.probe] -= held.row(2 * m.place + axis).transpose() * *reading;
+        }
     }
 }
 

@@ -17,7 +17,7 @@ use crate::shaft::assumed_modes;
 
 /// Speeds, up to the fastest, at which the machine's responses are taken.
 const SPEEDS: usize = 12;
-/// Stiffness of one bearing, relative to what the model states, in whose presence they are taken.
+/// Stiffness of one support, relative to what the model states, in whose presence they are taken.
 const BEARING_CHANGES: [f64; 2] = [0.6, 1.6];
 
 /// The rotor on `size` shape functions a plane, of the kind its `[physics]` names.
@@ -80,9 +80,9 @@ pub fn of_responses(model: &Model, size: usize, fastest_rad_s: f64) -> Result<DM
     let n = model.structure.size();
     let at_rest = vec![[0.0; 2]; model.supports.len()];
     let mut machines = vec![model.clone()];
-    for (support, change) in (0..2).flat_map(|s| BEARING_CHANGES.map(|c| (s, c))) {
+    for (support, change) in (0..model.supports.len()).flat_map(|s| BEARING_CHANGES.map(|c| (s, c))) {
         let mut changed = model.clone();
-        changed.supports[support].law.stiffness_n_m *= change;
+        changed.supports[support].law.scale_stiffness(change);
         machines.push(changed);
     }
     let mut shapes: Vec<DVector<f64>> = Vec::new();
@@ -120,6 +120,9 @@ pub fn closest(
     fastest_rad_s: f64,
     unbalance_kg_m: &DVector<Complex<f64>>,
 ) -> Result<DMatrix<f64>, Error> {
+    if model.supports.len() >= size {
+        return of_responses(model, size, fastest_rad_s);
+    }
     let modes = supported(model, size);
     let shapes = of_responses(model, size, fastest_rad_s)?;
     let error = |basis| worst_error(model, basis, fastest_rad_s, unbalance_kg_m);
@@ -150,7 +153,7 @@ fn held_stiffness(model: &Model) -> DMatrix<f64> {
     let mut stiffness = model.structure.stiffness.clone();
     for s in &model.supports {
         // a seal may push; the basis needs something that holds
-        stiffness.ger((0.5 * s.law.stiffness_n_m.trace()).max(0.0), &s.shape, &s.shape, 1.0);
+        stiffness.ger((0.5 * s.law.typical_stiffness_n_m().trace()).max(0.0), &s.shape, &s.shape, 1.0);
     }
     stiffness
 }

@@ -164,7 +164,7 @@ struct Summary {
 #[derive(Serialize)]
 struct Coefficient {
     bearing: String,
-    symbol: &'static str,
+    symbol: String,
     value: f64,
     start: f64,
     relative_sd: f64,
@@ -183,7 +183,7 @@ impl Summary {
     fn of(found: &PhaseOne) -> Self {
         let coefficient = |p: &BearingParameter| Coefficient {
             bearing: p.bearing.clone(),
-            symbol: p.symbol,
+            symbol: p.symbol.clone(),
             value: p.value,
             start: p.start,
             relative_sd: p.relative_sd,

@@ -12,7 +12,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::kalman::{Gaussian, Step};
-use crate::fit::hypothesis::{COEFFICIENTS, PRIOR_LOG_SD};
+use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD};
 use crate::track::record::Day;
 use crate::track::spot::Logs;
 
@@ -191,7 +191,9 @@ impl Layout {
         let at = self.wander();
         noise.view_mut((at, at), (COEFFICIENTS, COEFFICIENTS)).copy_from(&(&motion.push * gain));
         if let Some(scope) = event {
-            for i in (0..COEFFICIENTS).filter(|i| scope.bearings[crate::fit::hypothesis::coefficient(*i).0]) {
+            for i in
+                (0..COEFFICIENTS).filter(|i| scope.bearings[crate::track::coefficients::coefficient(*i).0])
+            {
                 noise[(self.bearings() + i, self.bearings() + i)] += PRIOR_LOG_SD.powi(2);
             }
             for i in (0..self.flat()).filter(|_| scope.unbalance) {
