@@ -4,9 +4,11 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Complex;
+use rotor_edge_desktop::check::check;
 use rotor_edge_desktop::check::critical::critical_speeds;
 use rotor_edge_desktop::check::modes::{modes, roundness};
 use rotor_edge_desktop::check::system::System;
+use rotor_edge_desktop::check::unbalance::probes_at;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::rad_s;
 use rotor_edge_desktop::shaft::statics::statics;
@@ -109,6 +111,59 @@ fn damped_modes_equal_ross_with_their_sense_of_whirl() {
         }
     }
     assert!(worst < TOLERANCE, "{worst:e}");
+}
+
+#[test]
+fn unbalance_response_equals_ross() {
+    let mut worst = 0.0_f64;
+    for (name, (rotor, ross)) in machines() {
+        let system = System::new(&rotor).unwrap();
+        let planes: Vec<Complex<f64>> = ross["response"]["unbalance"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|u| Complex::from_polar(number(&u["magnitude_kg_m"]), number(&u["angle_deg"]).to_radians()))
+            .collect();
+        let probes = ross["response"]["probes"].as_array().unwrap();
+        for (k, speed_rpm) in ross["response"]["speed_rpm"].as_array().unwrap().iter().enumerate() {
+            let ours = probes_at(&system, rad_s(number(speed_rpm)), &planes).unwrap();
+            let theirs: Vec<Complex<f64>> = probes
+                .iter()
+                .map(|p| Complex::new(number(&p["cos_m"][k]), -number(&p["sin_m"][k])))
+                .collect();
+            let largest = theirs.iter().map(|y| y.norm()).fold(0.0, f64::max);
+            let off = ours.iter().zip(&theirs).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / largest;
+            assert!(off < TOLERANCE, "{name} at {speed_rpm} rpm: {off:e}");
+            worst = worst.max(off);
+        }
+    }
+    println!("unbalance response within {worst:.1e} of ROSS");
+}
+
+#[test]
+fn the_whole_check_of_each_machine_says_what_ross_says_of_its_stability() {
+    for (name, (rotor, ross)) in machines() {
+        let top = number(&ross["top_rpm"]);
+        let start = std::time::Instant::now();
+        let found = check(&rotor, Some([0.1 * top, 1.1 * top])).unwrap();
+        println!("{name}: {} stations, {:.2} s", found.stations_m.len(), start.elapsed().as_secs_f64());
+        let grows = ross["modes"].as_array().unwrap().iter().position(|set| {
+            set["modes"].as_array().unwrap().iter().any(|m| number(&m["re"]) > 1e-6 * number(&m["im"]))
+        });
+        let speeds = [0.1, 0.35, 0.6, 0.85, 1.1].map(|f| rad_s(f * top));
+        match (grows, &found.threshold) {
+            (None, None) => {}
+            (Some(first), Some(t)) => {
+                let before = first.checked_sub(1).map_or(0.0, |b| speeds[b]);
+                assert!(
+                    before <= t.speed_rad_s && t.speed_rad_s <= speeds[first] * 1.000_001,
+                    "{name}: {t:?}"
+                );
+            }
+            other => panic!("{name}: {other:?}"),
+        }
+        assert!(found.campbell.modes.iter().all(|here| here.len() >= 4), "{name}");
+    }
 }
 
 trait Turns {

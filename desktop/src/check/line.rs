@@ -65,7 +65,7 @@ impl Line {
             if !node.is_multiple_of(2) || support.shape.norm_squared() != 1.0 {
                 return None;
             }
-            supports.push((node / 2, support.law));
+            supports.push((node / 2, support.law.clone()));
         }
         (!far).then(|| Self {
             own: (0..nodes).map(|i| block(i, i)).collect(),
@@ -113,15 +113,20 @@ fn support(law: &SupportLaw, lambda: C, speed_rad_s: f64, dampers: Dampers) -> M
     let mut grounded = law.pedestal;
     if dampers == Dampers::Out {
         (k, c) = ((k + k.transpose()) * 0.5, Matrix2::zeros());
-        grounded.iter_mut().for_each(|p| p.damping_n_s_m = 0.0);
+        grounded.iter_mut().for_each(|p| p.damping_n_s_m = [0.0; 2]);
     }
     let bearing = k.map(C::from) + c.map(C::from) * lambda;
     let held = grounded.map_or(bearing, |p| {
-        let foot = C::from(p.stiffness_n_m) + lambda * p.damping_n_s_m + lambda * lambda * p.mass_kg;
-        let sum = bearing + Matrix2::identity() * foot;
+        let along = |axis: usize| {
+            C::from(p.stiffness_n_m[axis])
+                + lambda * p.damping_n_s_m[axis]
+                + lambda * lambda * p.mass_kg[axis]
+        };
+        let foot = Matrix2::new(along(0), C::from(0.0), C::from(0.0), along(1));
+        let sum = bearing + foot;
         let determinant = sum[(0, 0)] * sum[(1, 1)] - sum[(0, 1)] * sum[(1, 0)];
         let adjugate = Matrix2::new(sum[(1, 1)], -sum[(0, 1)], -sum[(1, 0)], sum[(0, 0)]);
-        bearing * adjugate * (foot / determinant)
+        foot * adjugate * bearing / determinant
     });
     held + Matrix2::identity() * (lambda * lambda * law.mass_kg)
 }

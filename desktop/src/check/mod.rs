@@ -19,8 +19,9 @@ pub mod plausibility;
 pub mod system;
 pub mod unbalance;
 
+use crate::bearing::constant::Coefficients;
 use crate::error::Error;
-use crate::machine::drawing::{Coefficients, Plane, Probe, Rotor};
+use crate::machine::drawing::{Mount, Plane, Probe, Rotor};
 use crate::measurement::rad_s;
 use crate::shaft::statics::{Statics, statics};
 use campbell::{Campbell, Threshold};
@@ -180,6 +181,7 @@ fn completed(rotor: &Rotor) -> Rotor {
                 bearing: b.name.clone(),
                 position_m: b.position_m,
                 angle_deg,
+                mount: Mount::default(),
             })
         };
         rotor.probe = rotor.bearing.iter().flat_map(pair).collect();

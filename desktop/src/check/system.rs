@@ -7,6 +7,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector4};
 
+use crate::bearing::curve::Pair;
 use crate::bearing::support::{Pedestal, SupportLaw};
 use crate::check::line::{Line, Nodes};
 use crate::error::Error;
@@ -55,15 +56,19 @@ impl Matrices {
 
 /// Stiffness and damping of a support without its pedestal and mass at a speed of rotation.
 pub fn coefficients(law: &SupportLaw, speed_rad_s: f64) -> (Matrix2<f64>, Matrix2<f64>) {
-    let alone = SupportLaw { pedestal: None, mass_kg: 0.0, ..*law };
-    let stiffness = alone.dynamic_stiffness(speed_rad_s, [0.0; 2]).map(|z| z.re);
-    (stiffness, law.damping_n_s_m)
+    let Pair { stiffness, damping } = law.coefficients(speed_rad_s);
+    (stiffness, damping)
+}
+
+/// Whether a support has a foot that moves by itself: a pedestal with a mass in both directions.
+fn foot(law: &SupportLaw) -> Option<&Pedestal> {
+    law.pedestal.as_ref().filter(|p| p.mass_kg.iter().all(|m| *m > 0.0))
 }
 
 /// The same with a massless pedestal in series, as it is for motion at running speed.
 fn in_series(law: &SupportLaw, speed_rad_s: f64) -> (Matrix2<f64>, Matrix2<f64>) {
     let at = speed_rad_s.max(SLOWEST_RAD_S);
-    let z = SupportLaw { mass_kg: 0.0, ..*law }.dynamic_stiffness(at, [0.0; 2]);
+    let z = SupportLaw { mass_kg: 0.0, ..law.clone() }.dynamic_stiffness(at, [0.0; 2]);
     (z.map(|z| z.re), z.map(|z| z.im / at))
 }
 
@@ -104,7 +109,7 @@ impl System {
         let mut end = 2 * model.structure.size();
         let mut pedestals = Vec::new();
         for (i, s) in model.supports.iter().enumerate() {
-            if s.law.pedestal.is_some_and(|p| p.mass_kg > 0.0) {
+            if foot(&s.law).is_some() {
                 pedestals.push((i, end));
                 end += 2;
             }
@@ -170,7 +175,7 @@ impl System {
         for (i, support) in self.model.supports.iter().enumerate() {
             let own = self.pedestals.iter().find(|(s, _)| *s == i);
             let place = self.directions(&support.shape);
-            let Some((&(_, at), pedestal)) = own.zip(support.law.pedestal.as_ref()) else {
+            let Some((&(_, at), pedestal)) = own.zip(foot(&support.law)) else {
                 let (k, c) = match support.law.pedestal {
                     Some(_) => in_series(&support.law, speed_rad_s),
                     None => coefficients(&support.law, speed_rad_s),
@@ -180,14 +185,13 @@ impl System {
                 continue;
             };
             let (k, c) = coefficients(&support.law, speed_rad_s);
-            let per_mass = 1.0 / pedestal.mass_kg.sqrt();
-            let foot = [0, 1].map(|axis| self.unit(at + axis) * per_mass);
+            let foot = [0, 1].map(|axis| self.unit(at + axis) / pedestal.mass_kg[axis].sqrt());
             let between = [0, 1].map(|axis| &place[axis] - &foot[axis]);
             add(&mut stiffness, &between, &k);
             add(&mut damping, &between, &c);
-            let Pedestal { stiffness_n_m, damping_n_s_m, .. } = *pedestal;
-            add(&mut stiffness, &foot, &(Matrix2::identity() * stiffness_n_m));
-            add(&mut damping, &foot, &(Matrix2::identity() * damping_n_s_m));
+            let diagonal = |[x, y]: [f64; 2]| Matrix2::new(x, 0.0, 0.0, y);
+            add(&mut stiffness, &foot, &diagonal(pedestal.stiffness_n_m));
+            add(&mut damping, &foot, &diagonal(pedestal.damping_n_s_m));
         }
         Matrices { damping, stiffness }
     }

@@ -7,7 +7,7 @@
 //! amplitude at 0.707 of the peak; the separation margin that a peak of factor A ≥ 2.5 needs is
 //! `17 (1 − 1/(A − 1.5))` percent below the running range and 10 more above it (API 617, lateral analysis).
 
-use nalgebra::{Complex, DVector, Vector4};
+use nalgebra::{Complex, DVector, Vector2, Vector4};
 use rayon::prelude::*;
 
 use crate::check::line::{Dampers, Nodes};
@@ -16,6 +16,7 @@ use crate::check::system::System;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::measurement::rpm;
+use crate::model::Model;
 use crate::model::terms::ProbeTerm;
 
 type C = Complex<f64>;
@@ -118,7 +119,8 @@ pub fn probes_at(system: &System, speed_rad_s: f64, planes_kg_m: &[C]) -> Result
             let moving = shape.iter().enumerate().filter(|(_, s)| **s != 0.0);
             moving.map(|(k, s)| motion[k / 2][2 * axis + k % 2] * *s).sum::<C>()
         };
-        return Ok(full.probes.iter().map(|p| reading(p, along(&p.shape, 0), along(&p.shape, 1))).collect());
+        let moves = |shape: &DVector<f64>| Vector2::new(along(shape, 0), along(shape, 1));
+        return Ok(full.probes.iter().map(|p| reading(full, p, speed_rad_s, &moves)).collect());
     }
     let n = system.model.structure.size();
     let mut force = DVector::<C>::zeros(system.size());
@@ -130,12 +132,24 @@ pub fn probes_at(system: &System, speed_rad_s: f64, planes_kg_m: &[C]) -> Result
     }
     let motion = system.at(speed_rad_s).dynamic_stiffness(lambda).lu().solve(&force).ok_or_else(singular)?;
     let along = |shape: &DVector<f64>, from: usize| (0..n).map(|k| motion[from + k] * shape[k]).sum::<C>();
-    Ok(system.model.probes.iter().map(|p| reading(p, along(&p.shape, 0), along(&p.shape, n))).collect())
+    let moves = |shape: &DVector<f64>| Vector2::new(along(shape, 0), along(shape, n));
+    Ok(system.model.probes.iter().map(|p| reading(&system.model, p, speed_rad_s, &moves)).collect())
 }
 
-/// What a probe shows where the shaft moves by x and y; a surface that is out of round is no part of a response.
-fn reading(probe: &ProbeTerm, x: C, y: C) -> C {
-    probe.gain * (x * probe.angle_rad.cos() + y * probe.angle_rad.sin())
+/// What a probe shows, `moves` being the motion of a place in x and y; a surface that is out of round is no part of
+/// a response.
+fn reading(
+    model: &Model,
+    probe: &ProbeTerm,
+    speed_rad_s: f64,
+    moves: &impl Fn(&DVector<f64>) -> Vector2<C>,
+) -> C {
+    let housing = probe.mount.map_or(Vector2::zeros(), |s| {
+        let support = &model.supports[s];
+        support.law.housing(speed_rad_s, [0.0; 2]) * moves(&support.shape)
+    });
+    let seen = moves(&probe.shape) - housing;
+    probe.gain * (seen.x * probe.angle_rad.cos() + seen.y * probe.angle_rad.sin())
 }
 
 /// Every probe's response to a trial over these speeds, with its peaks.
