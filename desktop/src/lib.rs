@@ -28,6 +28,7 @@
 
 pub mod balance;
 pub mod bearing;
+pub mod check;
 pub mod compare;
 pub mod diagnose;
 pub mod effects;
