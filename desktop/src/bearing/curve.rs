@@ -169,7 +169,8 @@ impl Knots {
         &self.values
     }
 
-    fn last_rad_s(&self) -> f64 {
+    /// Speed of the last knot, rad/s.
+    pub fn last_rad_s(&self) -> f64 {
         self.speeds_rad_s[self.speeds_rad_s.len() - 1]
     }
 
