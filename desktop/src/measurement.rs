@@ -9,6 +9,7 @@ use std::path::Path;
 
 use nalgebra::Complex;
 
+use crate::bearing::Law;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
@@ -143,7 +144,48 @@ pub fn parse(file: &str, text: &str, rotor: &Rotor) -> Result<Vec<Reading>, Erro
     if readings.is_empty() {
         return Err(Error::measurement(file, "row 2", "there is no reading, expected at least one"));
     }
+    let readings = less_slow_roll(file, readings, rotor)?;
+    within_films(file, &readings, rotor)?;
     Ok(readings)
+}
+
+/// Every film must be solved for the slowest and the fastest reading, and so for all between.
+fn within_films(file: &str, readings: &[Reading], rotor: &Rotor) -> Result<(), Error> {
+    let speeds = || readings.iter().map(|r| r.speed_rpm);
+    let ends = [speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max)];
+    for b in &rotor.bearing {
+        let Law::Film(film) = &b.law else { continue };
+        for speed_rpm in ends {
+            if let Err(e) = film.curve().state(rad_s(speed_rpm)) {
+                let what = format!("at {speed_rpm} rpm, bearing \"{}\": {e}", b.name);
+                return Err(Error::measurement(file, "column speed_rpm", what));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Takes the mean of the runs that the rotor's file calls slow rolls off every other reading.
+fn less_slow_roll(file: &str, readings: Vec<Reading>, rotor: &Rotor) -> Result<Vec<Reading>, Error> {
+    let slow = |r: &Reading| rotor.run.iter().any(|run| run.slow_roll && Some(&run.name) == r.run.as_ref());
+    let (rolls, mut rest): (Vec<Reading>, Vec<Reading>) = readings.into_iter().partition(slow);
+    if rolls.is_empty() {
+        return Ok(rest);
+    }
+    for (i, probe) in rotor.probe.iter().enumerate() {
+        let seen: Vec<Complex<f64>> = rolls.iter().filter_map(|r| r.probes[i]).collect();
+        if seen.is_empty() {
+            let what =
+                format!("the slow roll has no reading of probe {}, so its runout is unknown", probe.name);
+            return Err(Error::measurement(file, "slow roll", what));
+        }
+        let runout = seen.iter().sum::<Complex<f64>>() / seen.len() as f64;
+        rest.iter_mut().filter_map(|r| r.probes[i].as_mut()).for_each(|y| *y -= runout);
+    }
+    if rest.is_empty() {
+        return Err(Error::measurement(file, "slow roll", "there is nothing but slow roll, expected a run"));
+    }
+    Ok(rest)
 }
 
 fn ragged(file: &str, error: &csv::Error) -> Error {

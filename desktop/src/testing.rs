@@ -35,6 +35,7 @@ pub fn uniform_shaft() -> Rotor {
         physics: Physics::default(),
         noise: None,
         tolerance: None,
+        rated: None,
         identify: None,
         shaft: vec![steel(1.0, 0.05)],
         disk: vec![],

@@ -31,7 +31,7 @@ fn machine() -> Rotor {
         magnitude_g_mm,
         angle_deg,
     };
-    let run = |name: &str, added_unbalance| Run { name: name.into(), added_unbalance };
+    let run = |name: &str, added_unbalance| Run { name: name.into(), added_unbalance, slow_roll: false };
     rotor.run = vec![
         run("as found", vec![]),
         run("trial 1", vec![weight(0, 800.0, 0.0)]),

@@ -4,7 +4,7 @@ use nalgebra::Matrix2;
 use serde::{Deserialize, Serialize};
 
 use super::curve::{Curve, Pair};
-use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, role, unit, within};
+use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, Role, role, unit, within};
 use super::support::SupportLaw;
 use crate::inference::scale::Scale;
 
@@ -14,6 +14,8 @@ const LEAST_LOSS: f64 = 1e-6;
 /// reference: between a stiffness that does not follow speed and a damping that falls with it (short bearing at
 /// constant eccentricity: `c ∝ 1/Ω`).
 const SLOPE_SD: f64 = 0.7;
+/// And per unit of its square: a power of the speed with slope s, `1 + s L + s² L²/2 + …`, has half the square of it.
+const CURVATURE_SD: f64 = 0.5 * SLOPE_SD * SLOPE_SD;
 
 /// A 2×2 matrix of bearing coefficients; `xy` is the force in x per motion in y.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -63,8 +65,7 @@ pub struct Constant {
     pub learned: Option<Learned>,
 }
 
-/// How all eight coefficients change with the logarithm of the speed: cross-coupled ones linearly, direct ones by the
-/// power of the speed that has this slope at the reference.
+/// How all eight coefficients change with the logarithm of the speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Learned {
@@ -76,25 +77,42 @@ pub struct Learned {
     /// Change of the damping per unit of the speed's logarithm, N·s/m.
     #[serde(default)]
     pub damping_per_log_n_s_m: Coefficients,
+    /// Change of the stiffness per unit of that logarithm's square, N/m.
+    #[serde(default)]
+    pub stiffness_per_log2_n_m: Coefficients,
+    /// Change of the damping per unit of that logarithm's square, N·s/m.
+    #[serde(default)]
+    pub damping_per_log2_n_s_m: Coefficients,
 }
 
 impl Learned {
     fn reference_rad_s(&self) -> f64 {
         self.reference_rpm * std::f64::consts::PI / 30.0
     }
+
+    /// Change per unit of the logarithm, and of its square.
+    fn terms(&self) -> [Pair; 2] {
+        let pair = |k: &Coefficients, c: &Coefficients| Pair { stiffness: k.matrix(), damping: c.matrix() };
+        [
+            pair(&self.stiffness_per_log_n_m, &self.damping_per_log_n_s_m),
+            pair(&self.stiffness_per_log2_n_m, &self.damping_per_log2_n_s_m),
+        ]
+    }
+
+    fn with_terms(self, [first, second]: [Pair; 2]) -> Self {
+        Self {
+            stiffness_per_log_n_m: Coefficients::of(&first.stiffness),
+            damping_per_log_n_s_m: Coefficients::of(&first.damping),
+            stiffness_per_log2_n_m: Coefficients::of(&second.stiffness),
+            damping_per_log2_n_s_m: Coefficients::of(&second.damping),
+            ..self
+        }
+    }
 }
 
 impl Constant {
     fn pair(&self) -> Pair {
         Pair { stiffness: self.stiffness_n_m.matrix(), damping: self.damping_n_s_m.matrix() }
-    }
-
-    fn per_log(&self) -> Option<Pair> {
-        let learned = self.learned.as_ref()?;
-        Some(Pair {
-            stiffness: learned.stiffness_per_log_n_m.matrix(),
-            damping: learned.damping_per_log_n_s_m.matrix(),
-        })
     }
 
     /// What unknowns of a column are measured in: the mean direct term, a loss of one millionth at least.
@@ -117,21 +135,23 @@ impl Constant {
         (0..COLUMNS.len()).filter(move |c| COLUMNS[*c].1 || this.cross_sd(*c) > 0.0)
     }
 
-    /// The coefficients, and their change per unit of the logarithm, at these search coordinates.
-    fn at(&self, x: &[f64]) -> (Pair, Option<Pair>) {
-        let (mut pair, mut per_log) = (self.pair(), self.per_log());
+    /// The coefficients, and how they are learned over speed, at these search coordinates.
+    fn at(&self, x: &[f64]) -> (Pair, Option<Learned>) {
+        let mut pair = self.pair();
         let mut values = x.iter();
         for column in self.open() {
             let Some(x) = values.next() else { continue };
-            let scale = self.scale(column);
-            pair.set_column(column, scale.to_si(*x));
+            pair.set_column(column, self.scale(column).to_si(*x));
         }
-        if let Some(per_log) = &mut per_log {
-            for (column, x) in (0..COLUMNS.len()).zip(values) {
-                per_log.set_column(column, x * self.unit(column));
+        let learned = self.learned.map(|learned| {
+            let mut terms = learned.terms();
+            let places = (0..terms.len()).flat_map(|t| (0..COLUMNS.len()).map(move |column| (t, column)));
+            for ((term, column), x) in places.zip(values) {
+                terms[term].set_column(column, x * self.unit(column));
             }
-        }
-        (pair, per_log)
+            learned.with_terms(terms)
+        });
+        (pair, learned)
     }
 
     fn scale(&self, column: usize) -> Scale {
@@ -156,16 +176,19 @@ impl BearingLaw for Constant {
             }
         });
         let mut all: Vec<LawUnknown> = own.collect();
-        if let Some(per_log) = self.per_log() {
+        let terms = self.learned.iter().flat_map(Learned::terms);
+        for (pair, (per, prior_sd)) in
+            terms.zip([("per ln speed", SLOPE_SD), ("per ln² speed", CURVATURE_SD)])
+        {
             all.extend((0..COLUMNS.len()).map(|column| {
                 let scale = Scale::Linear(self.unit(column));
                 LawUnknown {
-                    symbol: format!("{} per ln speed", COLUMNS[column].0),
+                    symbol: format!("{} {per}", COLUMNS[column].0),
                     unit: unit(column),
-                    role: super::law::Role::Other,
+                    role: Role::Other,
                     scale,
-                    stated: scale.from_si(per_log.column(column)),
-                    prior_sd: SLOPE_SD,
+                    stated: scale.from_si(pair.column(column)),
+                    prior_sd,
                 }
             }));
         }
@@ -173,24 +196,23 @@ impl BearingLaw for Constant {
     }
 
     fn support(&self, x: &[f64]) -> SupportLaw {
-        let (at, per_log) = self.at(x);
-        match self.learned.zip(per_log) {
+        let (at, learned) = self.at(x);
+        match learned {
             None => SupportLaw::linear(at.stiffness, at.damping),
-            Some((learned, per_log)) => SupportLaw {
-                curve: Some(Curve::Logarithmic { at, per_log, reference_rad_s: learned.reference_rad_s() }),
-                ..SupportLaw::linear(Matrix2::zeros(), Matrix2::zeros())
-            },
+            Some(learned) => {
+                let [first, second] = learned.terms();
+                let terms = [at, first, second];
+                let curve = Curve::Logarithmic { terms, reference_rad_s: learned.reference_rad_s() };
+                SupportLaw { curve: Some(curve), ..SupportLaw::linear(Matrix2::zeros(), Matrix2::zeros()) }
+            }
         }
     }
 
     fn assign(&mut self, x: &[f64]) {
-        let (pair, per_log) = self.at(x);
+        let (pair, learned) = self.at(x);
         self.stiffness_n_m = Coefficients::of(&pair.stiffness);
         self.damping_n_s_m = Coefficients::of(&pair.damping);
-        if let (Some(learned), Some(per_log)) = (&mut self.learned, per_log) {
-            learned.stiffness_per_log_n_m = Coefficients::of(&per_log.stiffness);
-            learned.damping_per_log_n_s_m = Coefficients::of(&per_log.damping);
-        }
+        self.learned = learned;
     }
 
     fn check(&self) -> Result<(), (String, String)> {
@@ -208,6 +230,8 @@ impl BearingLaw for Constant {
         for (name, m) in [
             ("stiffness_per_log_n_m", &learned.stiffness_per_log_n_m),
             ("damping_per_log_n_s_m", &learned.damping_per_log_n_s_m),
+            ("stiffness_per_log2_n_m", &learned.stiffness_per_log2_n_m),
+            ("damping_per_log2_n_s_m", &learned.damping_per_log2_n_s_m),
         ] {
             for (entry, value) in [("xx", m.xx), ("yy", m.yy), ("xy", m.xy), ("yx", m.yx)] {
                 within(&format!("learned.{name}.{entry}"), value, [-1e13, 1e13], "")?;
@@ -241,6 +265,8 @@ mod tests {
                 reference_rpm: 6000.0,
                 stiffness_per_log_n_m: Coefficients { xx: 1e7, yy: -2e7, xy: 3e7, yx: -4e7 },
                 damping_per_log_n_s_m: Coefficients { xx: -2e5, yy: -3e5, xy: 1e4, yx: 2e4 },
+                stiffness_per_log2_n_m: Coefficients { xx: 4e6, yy: 3e6, xy: 2e6, yx: 1e6 },
+                damping_per_log2_n_s_m: Coefficients { xx: 5e4, yy: 4e4, xy: 3e3, yx: 2e3 },
             }),
         }
     }
@@ -252,7 +278,7 @@ mod tests {
         let symbols = |law: &Constant| law.unknowns().into_iter().map(|u| u.symbol).collect::<Vec<_>>();
         assert_eq!(symbols(&plain), ["k_xx", "k_yy", "c_xx", "c_yy"]);
         assert_eq!(symbols(&Constant { learned: None, ..film() }).len(), 8);
-        assert_eq!(symbols(&film()).len(), 16);
+        assert_eq!(symbols(&film()).len(), 24);
     }
 
     #[test]
@@ -261,9 +287,9 @@ mod tests {
             for speed in [300.0, 628.0, 1100.0] {
                 let at = law.support(&stated(&law)).coefficients(speed);
                 let log = (speed / (200.0 * std::f64::consts::PI)).ln();
-                let learned = law.learned.map_or(0.0, |_| log);
-                assert!((at.stiffness.m12 - (1e8 + 3e7 * learned)).abs() < 1.0);
-                assert!((at.damping.m22 - 6e5 * (-0.5 * learned).exp()).abs() < 1e-3);
+                let log = law.learned.map_or(0.0, |_| log);
+                assert!((at.stiffness.m12 - (1e8 + 3e7 * log + 2e6 * log * log)).abs() < 1.0);
+                assert!((at.damping.m22 - (6e5 - 3e5 * log + 4e4 * log * log)).abs() < 1e-3);
             }
         }
     }

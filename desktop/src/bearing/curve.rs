@@ -16,13 +16,10 @@ pub enum Curve {
         /// Factors on the columns, as [`Pair`] is ordered.
         factors: Pair,
     },
-    /// Known at one speed, with its change by the logarithm of the speed there. Direct terms follow a power of the
-    /// speed, so that they stay positive; cross-coupled ones, which change sign, are linear in the logarithm.
+    /// A parabola in the logarithm of the speed: the sum of these, times `ln(Ω/Ω_ref)` to the power 0, 1 and 2.
     Logarithmic {
-        /// At the reference.
-        at: Pair,
-        /// Change per unit of `ln(Ω/Ω_ref)` at the reference.
-        per_log: Pair,
+        /// At the reference; change per unit of the logarithm; per its square.
+        terms: [Pair; 3],
         /// Ω_ref, rad/s.
         reference_rad_s: f64,
     },
@@ -82,17 +79,9 @@ impl Curve {
     pub fn at(&self, speed_rad_s: f64) -> Pair {
         match self {
             Self::Knots { knots, factors } => knots.at(speed_rad_s).map(factors, |v, f| v * f),
-            Self::Logarithmic { at, per_log, reference_rad_s } => {
+            Self::Logarithmic { terms: [at, per_log, per_square], reference_rad_s } => {
                 let log = (speed_rad_s / reference_rad_s).ln();
-                Pair::from_columns(|i| {
-                    let (value, slope) = (at.column(i), per_log.column(i));
-                    let direct = i % 4 == 0 || i % 4 == 3;
-                    if direct && value > 0.0 {
-                        value * (slope / value * log).exp()
-                    } else {
-                        value + slope * log
-                    }
-                })
+                Pair::from_columns(|i| at.column(i) + log * (per_log.column(i) + log * per_square.column(i)))
             }
             Self::Film(film) => film.at(speed_rad_s),
         }
@@ -118,9 +107,9 @@ impl PartialEq for Curve {
                 f == g && (Arc::ptr_eq(a, b) || a == b)
             }
             (
-                Self::Logarithmic { at: a, per_log: c, reference_rad_s: r },
-                Self::Logarithmic { at: b, per_log: d, reference_rad_s: s },
-            ) => a == b && c == d && r == s,
+                Self::Logarithmic { terms: a, reference_rad_s: r },
+                Self::Logarithmic { terms: b, reference_rad_s: s },
+            ) => a == b && r == s,
             (Self::Film(a), Self::Film(b)) => a == b,
             _ => false,
         }
@@ -292,16 +281,16 @@ mod tests {
     }
 
     #[test]
-    fn a_logarithmic_curve_has_its_value_and_slope_at_the_reference_and_direct_terms_stay_positive() {
-        let at = Pair::from_columns(|i| 100.0 + i as f64);
-        let per_log = Pair::from_columns(|i| -90.0 + 10.0 * i as f64);
-        let curve = Curve::Logarithmic { at, per_log, reference_rad_s: 300.0 };
-        assert!((curve.at(300.0).stiffness - at.stiffness).norm() < 1e-12);
-        let beside = |log: f64| curve.at(300.0 * log.exp());
-        let slope = (beside(1e-5).damping - beside(-1e-5).damping) / 2e-5;
-        assert!((slope - per_log.damping).norm() < 1e-6 * per_log.damping.norm());
-        assert!(beside(5.0).stiffness.m11 > 0.0 && beside(5.0).stiffness.m12 < 0.0);
-        let power = at.stiffness.m11 * (-0.9_f64 * 2.0).exp();
-        assert!((beside(2.0).stiffness.m11 - power).abs() < 1e-9, "a power of the speed");
+    fn a_logarithmic_curve_has_its_value_slope_and_curvature_at_the_reference() {
+        let column = |k: f64| Pair::from_columns(|i| k * (3.0 + i as f64));
+        let terms = [column(100.0), column(-9.0), column(2.0)];
+        let curve = Curve::Logarithmic { terms, reference_rad_s: 300.0 };
+        let beside = |log: f64| curve.at(300.0 * log.exp()).damping;
+        let step = 1e-3;
+        let slope = (beside(step) - beside(-step)) / (2.0 * step);
+        let curvature = (beside(step) - beside(0.0) * 2.0 + beside(-step)) / (2.0 * step * step);
+        assert!((beside(0.0) - terms[0].damping).norm() < 1e-12);
+        assert!((slope - terms[1].damping).norm() < 1e-6 * terms[1].damping.norm());
+        assert!((curvature - terms[2].damping).norm() < 1e-5 * terms[2].damping.norm());
     }
 }

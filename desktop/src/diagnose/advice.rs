@@ -79,8 +79,13 @@ fn advise(base: &Base, rivals: &[Rotor], noise: &Noise) -> Vec<Advice> {
     if rivals.len() < 2 {
         return Vec::new();
     }
+    let allowed = |m: &Measurement| {
+        let fastest = m.speeds_rpm.iter().fold(0.0_f64, |fastest, s| fastest.max(*s));
+        base.fitter.rotor.rated.is_none_or(|rated| fastest <= rated.speed_rpm[1])
+    };
     let mut advice: Vec<Advice> = measurements(base, base.fitter.rotor)
         .into_iter()
+        .filter(allowed)
         .filter_map(|m| {
             let (separation_sd, speed_rpm) = separation(base, rivals, &m, noise)?;
             // averaging n readings lowers the noise by √n

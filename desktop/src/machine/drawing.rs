@@ -31,6 +31,9 @@ pub struct Rotor {
     /// How far the machine may differ from its drawing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<Tolerance>,
+    /// What the machine is made to do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rated: Option<Rated>,
     /// Search ranges of phase I.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identify: Option<SearchBounds>,
@@ -161,11 +164,35 @@ pub struct Segment {
     #[serde(default)]
     pub inner_diameter_m: f64,
     /// Young's modulus, Pa.
+    #[serde(default = "steel_modulus_pa")]
     pub youngs_modulus_pa: f64,
     /// Density, kg/m³.
+    #[serde(default = "steel_density_kg_m3")]
     pub density_kg_m3: f64,
     /// Poisson's ratio.
+    #[serde(default = "steel_poisson_ratio")]
     pub poisson_ratio: f64,
+}
+
+/// What a shaft is made of where its file does not say: carbon steel at room temperature.
+fn steel_modulus_pa() -> f64 {
+    2.06e11
+}
+
+fn steel_density_kg_m3() -> f64 {
+    7850.0
+}
+
+fn steel_poisson_ratio() -> f64 {
+    0.3
+}
+
+/// What the machine is made to do.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rated {
+    /// Slowest and fastest speed that it may be run at, rpm: no advice goes beyond.
+    pub speed_rpm: [f64; 2],
 }
 
 /// A rigid disk.
@@ -280,6 +307,9 @@ pub struct Run {
     /// Trial weights.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub added_unbalance: Vec<AddedUnbalance>,
+    /// Turned so slowly that nothing but runout shows: its mean is taken off every other reading.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub slow_roll: bool,
 }
 
 /// A trial weight.

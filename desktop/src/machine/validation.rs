@@ -2,7 +2,7 @@
 
 use crate::effects::entry;
 use crate::error::Error;
-use crate::machine::drawing::{EffectEntry, Rotor};
+use crate::machine::drawing::{EffectEntry, Rated, Rotor};
 
 /// The newest layout of `rotor.toml`; older ones are read as well.
 pub const SCHEMA: u32 = 2;
@@ -160,6 +160,10 @@ fn check_probes_and_planes(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
     }
     c.unique("[[run]] name", rotor.run.iter().map(|r| r.name.as_str()))?;
     for run in &rotor.run {
+        if run.slow_roll && !run.added_unbalance.is_empty() {
+            let key = format!("[[run]] \"{}\" added_unbalance", run.name);
+            return c.fail(key, "a slow roll shows runout alone, expected no weights");
+        }
         for a in &run.added_unbalance {
             let key = |name: &str| format!("[[run]] \"{}\" added_unbalance {name}", run.name);
             c.on_shaft(&key("position_m"), a.position_m, length)?;
@@ -175,6 +179,13 @@ fn check_probes_and_planes(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
 }
 
 fn check_statistics(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
+    if let Some(Rated { speed_rpm: [slowest, fastest] }) = rotor.rated {
+        c.within("[rated] speed_rpm", slowest, 0.0, 1e6, "rpm")?;
+        c.within("[rated] speed_rpm", fastest, 1.0, 1e6, "rpm")?;
+        if slowest >= fastest {
+            return c.fail("[rated] speed_rpm", format!("[{slowest}, {fastest}] is not slowest and fastest"));
+        }
+    }
     if let Some(n) = &rotor.noise {
         c.within("[noise] relative", n.relative, 0.0, 1.0, "")?;
         c.within("[noise] floor_um", n.floor_um, 0.0, 1000.0, "µm")?;

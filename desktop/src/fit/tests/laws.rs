@@ -42,6 +42,8 @@ fn learned() -> Law {
             reference_rpm: 7000.0,
             stiffness_per_log_n_m: at(2e7, -1e7, 1e7, -2e7),
             damping_per_log_n_s_m: at(-5e4, -4e4, 1e4, 1e4),
+            stiffness_per_log2_n_m: at(3e6, 2e6, -1e6, 1e6),
+            damping_per_log2_n_s_m: at(1e4, 2e4, 0.0, 3e3),
         }),
     })
 }

@@ -25,8 +25,8 @@ fn machine() -> Rotor {
     let mut rotor = sample_rotor();
     let weight = AddedUnbalance { position_m: 0.3, magnitude_g_mm: 400.0, angle_deg: 40.0 };
     rotor.run = vec![
-        Run { name: "as found".into(), added_unbalance: vec![] },
-        Run { name: "trial".into(), added_unbalance: vec![weight] },
+        Run { name: "as found".into(), added_unbalance: vec![], slow_roll: false },
+        Run { name: "trial".into(), added_unbalance: vec![weight], slow_roll: false },
     ];
     for (i, probe) in rotor.probe.iter_mut().enumerate() {
         probe.angle_deg = 30.0 + 90.0 * (i % 2) as f64;

@@ -1,0 +1,161 @@
+//! The page that describes `rotor.toml`, example by example, and what a machine's file is refused for.
+
+use rotor_edge_desktop::bearing::Law;
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::measurement;
+use rotor_edge_desktop::model::Model;
+
+const PAGE: &str = include_str!("../../docs/rotor-file.md");
+
+const HEAD: &str = "schema = 2\nname = \"example\"\n";
+const SHAFT: &str = "[[shaft]]\nlength_m = 1.0\nouter_diameter_m = 0.1\n";
+const DISK: &str = "[[disk]]\nname = \"wheel 1\"\nposition_m = 0.5\nmass_kg = 14.0\n\
+    diametral_inertia_kg_m2 = 0.08\npolar_inertia_kg_m2 = 0.15\n";
+const PROBE: &str = "[[probe]]\nname = \"AX\"\nbearing = \"A\"\nposition_m = 0.15\nangle_deg = 45\n";
+const PLANE: &str = "[[plane]]\nname = \"left\"\nposition_m = 0.3\n";
+
+fn bearing(name: &str, position_m: f64, law: &str) -> String {
+    format!("[[bearing]]\nname = \"{name}\"\nposition_m = {position_m}\n{law}\n")
+}
+
+const CONSTANT: &str = "stiffness_n_m = { xx = 1e8, yy = 1e8 }\ndamping_n_s_m = { xx = 1e5, yy = 1e5 }";
+
+/// A machine with an example in the place of what it describes.
+fn machine(example: &str) -> String {
+    let has = |table: &str| example.contains(&format!("[[{table}]]"));
+    let mut text = String::new();
+    let top = example.starts_with("schema");
+    text.push_str(if top { example } else { HEAD });
+    text.push('\n');
+    for (table, usual) in [("shaft", SHAFT), ("disk", DISK), ("probe", PROBE), ("plane", PLANE)] {
+        text.push_str(if has(table) { "" } else { usual });
+    }
+    if !example.contains("name = \"A\"") || has("probe") {
+        text.push_str(&bearing("A", 0.1, CONSTANT));
+    }
+    text.push_str(&bearing("B", 0.9, CONSTANT));
+    if !top {
+        text.push_str(example);
+    }
+    text
+}
+
+fn examples() -> Vec<&'static str> {
+    PAGE.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect()
+}
+
+fn read(text: &str) -> Rotor {
+    rotor_file::parse("rotor.toml", text).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+#[test]
+fn every_example_of_the_page_is_read_and_written_and_read_again_the_same() {
+    assert!(examples().len() >= 12, "the page has its examples");
+    let folder = tempfile::tempdir().unwrap();
+    for (i, example) in examples().into_iter().enumerate() {
+        let rotor = read(&machine(example));
+        let path = folder.path().join(format!("{i}.toml"));
+        rotor_file::write(&path, &rotor).unwrap();
+        let again = rotor_file::read(&path).unwrap();
+        // a film's own load is stated once it has been worked out nowhere else: all other numbers are equal
+        assert_eq!(rotor, again, "{example}");
+        assert!(Model::finite_elements(&rotor).response(600.0).is_ok(), "{example}");
+    }
+}
+
+#[test]
+fn every_key_of_the_page_s_tables_is_one_that_a_film_takes() {
+    let table = PAGE.split("| key of `film`").nth(1).unwrap().split("\n\n").next().unwrap();
+    let film = "film = { kind = \"tilting_pad\", diameter_m = 0.08, length_m = 0.04, radial_clearance_m = 8e-5, \
+                viscosity_pa_s = 0.02, pads = 4, load_n = 3000.0, load_angle_deg = -80.0, pad_arc_deg = 70.0, preload = 0.3, \
+                offset = 0.55, load = \"on_pad\" }";
+    for key in table.split('`').skip(1).step_by(2).filter(|k| !k.contains("pad") || *k == "pads") {
+        if key != "groove_arc_deg" {
+            assert!(film.contains(key), "{key} is in no example");
+        }
+    }
+    read(&machine(&bearing("A", 0.1, film)));
+}
+
+#[test]
+fn a_film_without_a_load_carries_its_share_of_the_weight() {
+    let film = "film = { kind = \"plain\", diameter_m = 0.1, length_m = 0.05, radial_clearance_m = 1e-4, viscosity_pa_s = 0.02 }";
+    let rotor = read(&machine(&bearing("A", 0.1, film)));
+    let Law::Film(law) = &rotor.bearing[0].law else { panic!("a film") };
+    let shaft_kg = std::f64::consts::PI * 0.1_f64.powi(2) / 4.0 * 7850.0;
+    // shaft and disk are both in the middle between the bearings
+    let expected = 0.5 * (shaft_kg + 14.0) * 9.806_65;
+    assert!((law.load_n() / expected - 1.0).abs() < 1e-9, "{} {expected}", law.load_n());
+}
+
+#[test]
+fn what_no_machine_can_be_is_refused_in_one_sentence_with_key_and_number() {
+    let table = |rows: &str| bearing("A", 0.1, &format!("table = [{rows}]"));
+    let row = |rpm: f64| format!("{{ speed_rpm = {rpm}, kxx = 1e8, kyy = 1e8, cxx = 1e5, cyy = 1e5 }}");
+    let film = |more: &str| {
+        bearing(
+            "A",
+            0.1,
+            &format!(
+                "film = {{ kind = \"plain\", diameter_m = 0.1, length_m = 0.05, radial_clearance_m = 1e-4, viscosity_pa_s = 0.02{more} }}"
+            ),
+        )
+    };
+    let two = bearing("A", 0.1, &format!("{CONSTANT}\ntable = [{}, {}]", row(1000.0), row(2000.0)));
+    for (example, expected) in [
+        (table(&row(1000.0)), "a table needs two speeds at least, 1 given"),
+        (table(&[row(2000.0), row(1000.0)].join(", ")), "2000 rpm is followed by 1000 rpm"),
+        (two, "has 2 laws"),
+        (bearing("A", 0.1, ""), "has no law"),
+        (bearing("A", 0.1, "stiffness_n_m = { xx = 1e8, yy = 1e8 }"), "damping_n_s_m is missing"),
+        (film(", load_n = -500.0"), "-500"),
+        (film(", preload = 3.0"), "preload"),
+        (bearing("A", 0.9, CONSTANT), "the bearing \"A\" is at the same place"),
+        (
+            format!("{}{}", bearing("A", 0.1, CONSTANT), "[rated]\nspeed_rpm = [5000, 3000]\n"),
+            "[rated] speed_rpm",
+        ),
+    ] {
+        let error = rotor_file::parse("rotor.toml", &machine(&example)).unwrap_err().to_string();
+        assert!(error.contains(expected) && error.starts_with("rotor.toml"), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+#[test]
+fn schema_1_knows_no_laws_but_constants() {
+    let text = machine("[[run]]\nname = \"a\"\n").replace("schema = 2", "schema = 1");
+    assert_eq!(read(&text).schema, 1);
+    let learned = bearing("A", 0.1, &format!("{CONSTANT}\nlearned = {{ reference_rpm = 5000 }}"));
+    let text = machine(&learned).replace("schema = 2", "schema = 1");
+    let error = rotor_file::parse("rotor.toml", &text).unwrap_err().to_string();
+    assert!(error.contains("expected 2"), "{error}");
+}
+
+#[test]
+fn a_slow_roll_is_taken_off_and_one_that_lacks_a_probe_is_refused() {
+    let rotor = read(&machine("[[run]]\nname = \"up\"\n\n[[run]]\nname = \"slow\"\nslow_roll = true\n"));
+    let head = "run,speed_rpm,AX_cos_um,AX_sin_um\n";
+    let text = format!("{head}slow,200,1.0,2.0\nslow,210,3.0,2.0\nup,3000,10.0,-4.0\nup,3100,,\n");
+    let readings = measurement::parse("measured.csv", &text, &rotor).unwrap();
+    assert_eq!(readings.len(), 2);
+    let y = readings[0].probes[0].unwrap() * 1e6;
+    assert!((y.re - 8.0).abs() < 1e-9 && (-y.im - -6.0).abs() < 1e-9, "{y}");
+    assert_eq!(readings[1].probes[0], None);
+    let lost = format!("{head}slow,200,,\nup,3000,10.0,-4.0\n");
+    let error = measurement::parse("measured.csv", &lost, &rotor).unwrap_err().to_string();
+    assert!(error.contains("no reading of probe AX"), "{error}");
+    assert!(measurement::parse("measured.csv", &format!("{head}slow,200,1,1\n"), &rotor).is_err());
+}
+
+#[test]
+fn a_reading_so_slow_that_the_film_is_out_of_its_solver_s_range_is_told_with_speed_and_bearing() {
+    let film = "film = { kind = \"plain\", diameter_m = 0.1, length_m = 0.05, radial_clearance_m = 1e-4, \
+                viscosity_pa_s = 0.02, load_n = 3000.0 }";
+    let rotor = read(&machine(&bearing("A", 0.1, film)));
+    let text = |rpm: f64| format!("speed_rpm,AX_cos_um,AX_sin_um\n{rpm},1.0,2.0\n3000,1.0,2.0\n");
+    assert!(measurement::parse("m.csv", &text(2000.0), &rotor).is_ok());
+    let error = measurement::parse("m.csv", &text(3.0), &rotor).unwrap_err().to_string();
+    assert!(error.contains("at 3 rpm, bearing \"A\"") && error.contains("0.95"), "{error}");
+}
