@@ -4,6 +4,7 @@ mod bearing_entry;
 pub mod bearings;
 pub mod drawing;
 pub mod place;
+pub mod ross;
 pub mod rotor_file;
 pub mod terms;
 pub mod tolerance;
