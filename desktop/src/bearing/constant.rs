@@ -63,7 +63,8 @@ pub struct Constant {
     pub learned: Option<Learned>,
 }
 
-/// All eight coefficients linear in the logarithm of the speed.
+/// How all eight coefficients change with the logarithm of the speed: cross-coupled ones linearly, direct ones by the
+/// power of the speed that has this slope at the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Learned {
@@ -172,12 +173,13 @@ impl BearingLaw for Constant {
     }
 
     fn support(&self, x: &[f64]) -> SupportLaw {
-        let (pair, per_log) = self.at(x);
-        let curve = self.learned.zip(per_log);
-        SupportLaw {
-            curve: curve
-                .map(|(l, per_log)| Curve::Logarithmic { per_log, reference_rad_s: l.reference_rad_s() }),
-            ..SupportLaw::linear(pair.stiffness, pair.damping)
+        let (at, per_log) = self.at(x);
+        match self.learned.zip(per_log) {
+            None => SupportLaw::linear(at.stiffness, at.damping),
+            Some((learned, per_log)) => SupportLaw {
+                curve: Some(Curve::Logarithmic { at, per_log, reference_rad_s: learned.reference_rad_s() }),
+                ..SupportLaw::linear(Matrix2::zeros(), Matrix2::zeros())
+            },
         }
     }
 
@@ -261,7 +263,7 @@ mod tests {
                 let log = (speed / (200.0 * std::f64::consts::PI)).ln();
                 let learned = law.learned.map_or(0.0, |_| log);
                 assert!((at.stiffness.m12 - (1e8 + 3e7 * learned)).abs() < 1.0);
-                assert!((at.damping.m22 - (6e5 - 3e5 * learned)).abs() < 1e-3);
+                assert!((at.damping.m22 - 6e5 * (-0.5 * learned).exp()).abs() < 1e-3);
             }
         }
     }

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::Matrix2;
 
+use super::film_law::FilmCurve;
+
 /// Stiffness (N/m) and damping (N·s/m) over speed, beside what is constant.
 #[derive(Debug, Clone)]
 pub enum Curve {
@@ -14,13 +16,18 @@ pub enum Curve {
         /// Factors on the columns, as [`Pair`] is ordered.
         factors: Pair,
     },
-    /// Linear in the logarithm of the speed: zero at the reference.
+    /// Known at one speed, with its change by the logarithm of the speed there. Direct terms follow a power of the
+    /// speed, so that they stay positive; cross-coupled ones, which change sign, are linear in the logarithm.
     Logarithmic {
-        /// Change per unit of `ln(Ω/Ω_ref)`.
+        /// At the reference.
+        at: Pair,
+        /// Change per unit of `ln(Ω/Ω_ref)` at the reference.
         per_log: Pair,
         /// Ω_ref, rad/s.
         reference_rad_s: f64,
     },
+    /// An oil film.
+    Film(FilmCurve),
 }
 
 /// Stiffness and damping, 2×2 each, rows (force) and columns (motion) x, y.
@@ -75,10 +82,19 @@ impl Curve {
     pub fn at(&self, speed_rad_s: f64) -> Pair {
         match self {
             Self::Knots { knots, factors } => knots.at(speed_rad_s).map(factors, |v, f| v * f),
-            Self::Logarithmic { per_log, reference_rad_s } => {
+            Self::Logarithmic { at, per_log, reference_rad_s } => {
                 let log = (speed_rad_s / reference_rad_s).ln();
-                Pair { stiffness: per_log.stiffness * log, damping: per_log.damping * log }
+                Pair::from_columns(|i| {
+                    let (value, slope) = (at.column(i), per_log.column(i));
+                    let direct = i % 4 == 0 || i % 4 == 3;
+                    if direct && value > 0.0 {
+                        value * (slope / value * log).exp()
+                    } else {
+                        value + slope * log
+                    }
+                })
             }
+            Self::Film(film) => film.at(speed_rad_s),
         }
     }
 
@@ -87,17 +103,11 @@ impl Curve {
         match self {
             Self::Knots { knots, .. } => (knots.speeds_rad_s[0] * knots.last_rad_s()).sqrt(),
             Self::Logarithmic { reference_rad_s, .. } => *reference_rad_s,
+            Self::Film(film) => {
+                let [slowest, fastest] = film.range_rad_s();
+                (slowest * fastest).sqrt()
+            }
         }
-    }
-
-    /// The same with every stiffness times a factor.
-    pub fn with_stiffness_times(&self, factor: f64) -> Self {
-        let mut curve = self.clone();
-        match &mut curve {
-            Self::Knots { factors, .. } => factors.stiffness *= factor,
-            Self::Logarithmic { per_log, .. } => per_log.stiffness *= factor,
-        }
-        curve
     }
 }
 
@@ -108,9 +118,10 @@ impl PartialEq for Curve {
                 f == g && (Arc::ptr_eq(a, b) || a == b)
             }
             (
-                Self::Logarithmic { per_log: a, reference_rad_s: r },
-                Self::Logarithmic { per_log: b, reference_rad_s: s },
-            ) => a == b && r == s,
+                Self::Logarithmic { at: a, per_log: c, reference_rad_s: r },
+                Self::Logarithmic { at: b, per_log: d, reference_rad_s: s },
+            ) => a == b && c == d && r == s,
+            (Self::Film(a), Self::Film(b)) => a == b,
             _ => false,
         }
     }
@@ -158,7 +169,8 @@ impl Knots {
         &self.values
     }
 
-    fn last_rad_s(&self) -> f64 {
+    /// Speed of the last knot, rad/s.
+    pub fn last_rad_s(&self) -> f64 {
         self.speeds_rad_s[self.speeds_rad_s.len() - 1]
     }
 
@@ -280,14 +292,16 @@ mod tests {
     }
 
     #[test]
-    fn a_logarithmic_curve_is_nothing_at_its_reference_and_its_slope_at_e_times_it() {
-        let per_log = Pair::from_columns(|e| e as f64);
-        let curve = Curve::Logarithmic { per_log, reference_rad_s: 300.0 };
-        assert_eq!(curve.at(300.0).stiffness.norm(), 0.0);
-        let at = curve.at(300.0 * std::f64::consts::E);
-        assert!(
-            (at.damping - per_log.damping).norm() < 1e-12
-                && (at.stiffness - per_log.stiffness).norm() < 1e-12
-        );
+    fn a_logarithmic_curve_has_its_value_and_slope_at_the_reference_and_direct_terms_stay_positive() {
+        let at = Pair::from_columns(|i| 100.0 + i as f64);
+        let per_log = Pair::from_columns(|i| -90.0 + 10.0 * i as f64);
+        let curve = Curve::Logarithmic { at, per_log, reference_rad_s: 300.0 };
+        assert!((curve.at(300.0).stiffness - at.stiffness).norm() < 1e-12);
+        let beside = |log: f64| curve.at(300.0 * log.exp());
+        let slope = (beside(1e-5).damping - beside(-1e-5).damping) / 2e-5;
+        assert!((slope - per_log.damping).norm() < 1e-6 * per_log.damping.norm());
+        assert!(beside(5.0).stiffness.m11 > 0.0 && beside(5.0).stiffness.m12 < 0.0);
+        let power = at.stiffness.m11 * (-0.9_f64 * 2.0).exp();
+        assert!((beside(2.0).stiffness.m11 - power).abs() < 1e-9, "a power of the speed");
     }
 }

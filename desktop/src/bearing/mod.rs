@@ -2,12 +2,19 @@
 
 pub mod constant;
 pub mod curve;
+pub mod film;
+pub mod film_law;
 pub mod law;
+pub mod magnetic;
+pub mod squeeze_film;
 pub mod support;
 pub mod table;
 
 use constant::Constant;
+use film_law::FilmLaw;
 use law::BearingLaw;
+use magnetic::Magnetic;
+use squeeze_film::SqueezeFilm;
 use table::Table;
 
 /// The law of a bearing: exactly one.
@@ -17,6 +24,12 @@ pub enum Law {
     Constant(Constant),
     /// Eight coefficients over speed.
     Table(Table),
+    /// An oil film, from its geometry.
+    Film(FilmLaw),
+    /// A squeeze-film damper.
+    SqueezeFilm(SqueezeFilm),
+    /// Magnets.
+    Magnetic(Magnetic),
 }
 
 impl Law {
@@ -25,6 +38,9 @@ impl Law {
         match self {
             Self::Constant(law) => law,
             Self::Table(law) => law,
+            Self::Film(law) => law,
+            Self::SqueezeFilm(law) => law,
+            Self::Magnetic(law) => law,
         }
     }
 
@@ -33,6 +49,9 @@ impl Law {
         match self {
             Self::Constant(law) => law,
             Self::Table(law) => law,
+            Self::Film(law) => law,
+            Self::SqueezeFilm(law) => law,
+            Self::Magnetic(law) => law,
         }
     }
 }

@@ -7,7 +7,9 @@ mod disk_mass;
 mod disk_skew;
 pub mod entry;
 mod gyroscopic;
+mod hot_oil;
 mod internal_damping;
+mod moved_load;
 mod nonlinear_stiffness;
 mod pedestal;
 mod probe_calibration;
@@ -18,16 +20,20 @@ mod shaft_bow;
 mod shear_deformation;
 mod speed_dependent_stiffness;
 mod unbalance_plane;
+mod worn_clearance;
 
 use nalgebra::Complex;
 
+use crate::bearing::Law;
+use crate::bearing::curve::Curve;
+use crate::bearing::film_law::FilmCurve;
 pub use crate::inference::scale::Scale;
 use crate::machine::drawing::Rotor;
 pub use crate::machine::place::{Pattern, Place};
 use crate::machine::terms::Terms;
 
 /// Every effect, in the order in which reports list them when nothing else decides.
-pub const ALL: [&dyn Effect; 16] = [
+pub const ALL: [&dyn Effect; 19] = [
     &gyroscopic::Gyroscopic,
     &shear_deformation::ShearDeformation,
     &rotary_inertia::RotaryInertia,
@@ -44,6 +50,9 @@ pub const ALL: [&dyn Effect; 16] = [
     &disk_mass::DiskMass,
     &nonlinear_stiffness::NonlinearStiffness,
     &internal_damping::InternalDamping,
+    &worn_clearance::WornClearance,
+    &hot_oil::HotOil,
+    &moved_load::MovedLoad,
 ];
 
 /// The effect of that name.
@@ -157,6 +166,26 @@ pub(crate) fn add_unknown(unknown: &Unknown, value: Complex<f64>, terms: &mut Te
 /// Every bearing of a rotor.
 fn bearings(rotor: &Rotor) -> Vec<Place> {
     (0..rotor.bearing.len()).map(Place::Bearing).collect()
+}
+
+/// Every bearing with an oil film.
+fn films(rotor: &Rotor) -> Vec<Place> {
+    let mut places = bearings(rotor);
+    places.retain(|p| matches!(p, Place::Bearing(i) if matches!(rotor.bearing[*i].law, Law::Film(_))));
+    places
+}
+
+/// The film of a bearing, if it has one.
+fn film_mut(place: Place, terms: &mut Terms) -> Option<&mut FilmCurve> {
+    match &mut terms.bearing_mut(place).curve {
+        Some(Curve::Film(film)) => Some(film),
+        _ => None,
+    }
+}
+
+/// A factor on a number of a film, beyond what is usual.
+fn film_factor() -> Vec<Parameter> {
+    vec![Parameter { name: "factor", unit: "", scale: Scale::Logarithmic, bounds: [0.2, 5.0] }]
 }
 
 /// Every disk of a rotor.

@@ -5,6 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::drawing::Bearing;
 use crate::bearing::Law;
 use crate::bearing::constant::{Coefficients, Constant, Learned};
+use crate::bearing::film::Film;
+use crate::bearing::film_law::FilmLaw;
+use crate::bearing::magnetic::Magnetic;
+use crate::bearing::squeeze_film::SqueezeFilm;
 use crate::bearing::support::Pedestal;
 use crate::bearing::table::{Table, TableRow};
 
@@ -23,38 +27,45 @@ pub(super) struct BearingEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     table: Option<Vec<TableRow>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    film: Option<Film>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    squeeze_film: Option<SqueezeFilm>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    magnetic: Option<Magnetic>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pedestal: Option<Pedestal>,
 }
+
+/// The keys that make a law, for messages.
+const LAWS: &str = "stiffness_n_m with damping_n_s_m, table, film, squeeze_film or magnetic";
 
 impl TryFrom<BearingEntry> for Bearing {
     type Error = String;
 
     fn try_from(entry: BearingEntry) -> Result<Self, String> {
-        let BearingEntry { name, position_m, stiffness_n_m, damping_n_s_m, learned, table, pedestal } = entry;
-        let key = format!("[[bearing]] \"{name}\"");
-        let constant = stiffness_n_m.is_some() || damping_n_s_m.is_some() || learned.is_some();
-        let law = match (constant, table) {
-            (true, Some(_)) => {
-                return Err(format!(
-                    "{key} has two laws, stiffness_n_m with damping_n_s_m and table; give one"
-                ));
-            }
-            (false, None) => {
-                return Err(format!("{key} has no law, expected stiffness_n_m with damping_n_s_m, or table"));
-            }
-            (false, Some(rows)) => {
-                Law::Table(Table::new(rows).map_err(|what| format!("{key} table: {what}"))?)
-            }
-            (true, None) => {
-                let missing = |what: &str| format!("{key} {what} is missing");
-                Law::Constant(Constant {
-                    stiffness_n_m: stiffness_n_m.ok_or_else(|| missing("stiffness_n_m"))?,
-                    damping_n_s_m: damping_n_s_m.ok_or_else(|| missing("damping_n_s_m"))?,
-                    learned,
-                })
-            }
-        };
-        Ok(Self { name, position_m, law, pedestal })
+        let key = format!("[[bearing]] \"{}\"", entry.name);
+        let mut laws = Vec::new();
+        if entry.stiffness_n_m.is_some() || entry.damping_n_s_m.is_some() || entry.learned.is_some() {
+            let missing = |what: &str| format!("{key} {what} is missing");
+            laws.push(Law::Constant(Constant {
+                stiffness_n_m: entry.stiffness_n_m.ok_or_else(|| missing("stiffness_n_m"))?,
+                damping_n_s_m: entry.damping_n_s_m.ok_or_else(|| missing("damping_n_s_m"))?,
+                learned: entry.learned,
+            }));
+        }
+        if let Some(rows) = entry.table {
+            laws.push(Law::Table(Table::new(rows).map_err(|what| format!("{key} table: {what}"))?));
+        }
+        if let Some(film) = entry.film {
+            laws.push(Law::Film(FilmLaw::new(film).map_err(|e| format!("{key} {e}"))?));
+        }
+        laws.extend(entry.squeeze_film.map(Law::SqueezeFilm));
+        laws.extend(entry.magnetic.map(Law::Magnetic));
+        if laws.len() > 1 {
+            return Err(format!("{key} has {} laws, give one of {LAWS}", laws.len()));
+        }
+        let law = laws.pop().ok_or_else(|| format!("{key} has no law, expected {LAWS}"))?;
+        Ok(Self { name: entry.name, position_m: entry.position_m, law, pedestal: entry.pedestal })
     }
 }
 
@@ -68,6 +79,9 @@ impl From<Bearing> for BearingEntry {
             damping_n_s_m: None,
             learned: None,
             table: None,
+            film: None,
+            squeeze_film: None,
+            magnetic: None,
             pedestal,
         };
         match law {
@@ -78,6 +92,9 @@ impl From<Bearing> for BearingEntry {
                 ..none
             },
             Law::Table(table) => Self { table: Some(table.rows().to_vec()), ..none },
+            Law::Film(law) => Self { film: Some(law.film().clone()), ..none },
+            Law::SqueezeFilm(damper) => Self { squeeze_film: Some(damper), ..none },
+            Law::Magnetic(magnets) => Self { magnetic: Some(magnets), ..none },
         }
     }
 }

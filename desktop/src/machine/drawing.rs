@@ -214,7 +214,7 @@ impl Bearing {
     pub fn constants(&self) -> Option<&Constant> {
         match &self.law {
             Law::Constant(law) => Some(law),
-            Law::Table(_) => None,
+            _ => None,
         }
     }
 
@@ -222,7 +222,7 @@ impl Bearing {
     pub fn constants_mut(&mut self) -> Option<&mut Constant> {
         match &mut self.law {
             Law::Constant(law) => Some(law),
-            Law::Table(_) => None,
+            _ => None,
         }
     }
 }

@@ -3,6 +3,7 @@
 mod bearing_entry;
 pub mod bearings;
 pub mod drawing;
+mod loads;
 pub mod place;
 pub mod ross;
 pub mod rotor_file;

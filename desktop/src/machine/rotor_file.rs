@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
+use crate::machine::loads;
 use crate::machine::validation::check;
 
 /// Reads and checks a rotor.
@@ -53,11 +54,13 @@ pub fn parse(file: &str, text: &str) -> Result<Rotor, Error> {
 }
 
 fn from_toml(file: &str, text: &str) -> Result<Rotor, Error> {
-    toml::from_str(text).map_err(|e| {
+    let mut rotor: Rotor = toml::from_str(text).map_err(|e| {
         let line = e.span().map(|span| text[..span.start].matches('\n').count() + 1);
         let place = line.map_or_else(|| "text".into(), |n| format!("line {n}"));
         Error::rotor(file, place, e.message().lines().next().unwrap_or("cannot be parsed"))
-    })
+    })?;
+    loads::settle(&mut rotor);
+    Ok(rotor)
 }
 
 /// Writes a rotor, whole or not at all.

@@ -79,16 +79,18 @@ pub fn supported(model: &Model, size: usize) -> DMatrix<f64> {
 pub fn of_responses(model: &Model, size: usize, fastest_rad_s: f64) -> Result<DMatrix<f64>, Error> {
     let n = model.structure.size();
     let at_rest = vec![[0.0; 2]; model.supports.len()];
-    let mut machines = vec![model.clone()];
-    for (support, change) in (0..model.supports.len()).flat_map(|s| BEARING_CHANGES.map(|c| (s, c))) {
-        let mut changed = model.clone();
-        changed.supports[support].law.scale_stiffness(change);
-        machines.push(changed);
-    }
+    let changes = (0..model.supports.len()).flat_map(|s| BEARING_CHANGES.map(|c| (s, c)));
     let mut shapes: Vec<DVector<f64>> = Vec::new();
-    for machine in &machines {
+    for change in [None].into_iter().chain(changes.map(Some)) {
+        let mut machine = model.clone();
         for k in 1..=SPEEDS {
-            let motion = machine.motion(fastest_rad_s * k as f64 / SPEEDS as f64, &at_rest)?;
+            let speed_rad_s = fastest_rad_s * k as f64 / SPEEDS as f64;
+            if let Some((support, factor)) = change {
+                let law = &mut machine.supports[support].law;
+                *law = model.supports[support].law.frozen_at(speed_rad_s);
+                law.stiffness_n_m *= factor;
+            }
+            let motion = machine.motion(speed_rad_s, &at_rest)?;
             for column in motion.column_iter().filter(|c| c.norm() > 0.0) {
                 // every response counts alike, however large
                 let unit = column.unscale(column.norm());

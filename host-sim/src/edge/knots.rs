@@ -32,12 +32,16 @@ fn on_straight_lines(curve: &Curve, fastest_rad_s: f64, room: usize) -> Knots {
     let geometric = |low: f64, high: f64| -> Vec<f64> {
         (0..room).map(|i| low * (high / low).powf(i as f64 / (room - 1) as f64)).collect()
     };
+    let within = |slowest: f64, fastest: f64| {
+        let (first, last) = (slowest.max(lowest), fastest.min(highest));
+        if first < last { geometric(first, last) } else { geometric(lowest, highest) }
+    };
     let speeds = match curve {
         Curve::Knots { knots, .. } if knots.speeds_rad_s().len() <= room => knots.speeds_rad_s().to_vec(),
-        Curve::Knots { knots, .. } => {
-            let own = knots.speeds_rad_s();
-            let (first, last) = (own[0].max(lowest), own[own.len() - 1].min(highest));
-            if first < last { geometric(first, last) } else { geometric(lowest, highest) }
+        Curve::Knots { knots, .. } => within(knots.speeds_rad_s()[0], knots.last_rad_s()),
+        Curve::Film(film) => {
+            let [slowest, fastest] = film.range_rad_s();
+            within(slowest, fastest)
         }
         Curve::Logarithmic { .. } => geometric(lowest, highest),
     };
