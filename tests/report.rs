@@ -10,13 +10,16 @@ use std::collections::HashSet;
 
 use chromium::{Chromium, Measured};
 use nalgebra::Complex;
+use rotor_edge::command::check::report::sections;
 use rotor_edge::report::bars::{Bar, bars};
 use rotor_edge::report::trend::{Trend, trend};
 use rotor_edge::report::{Figure, Prediction, Section, comparison_sections, page};
 use rotor_edge::sample;
+use rotor_edge_desktop::check::check;
 use rotor_edge_desktop::compare::{Comparison, Verdict};
 use rotor_edge_desktop::identify::{PhaseOne, PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::model::Model;
 use rotor_edge_tests::repository;
@@ -84,6 +87,12 @@ fn awkward_page() -> Vec<Section> {
     let mut sections = comparison_sections(&rotor, &readings, &models, &comparison);
     sections.push(Section { heading: "Others".into(), figures: other_figures(), ..Section::default() });
     sections
+}
+
+/// What `check --report` says of a drawing.
+fn check_page(rotor: &str) -> Vec<Section> {
+    let rotor = rotor_file::read(&repository(rotor)).unwrap();
+    sections(&check(&rotor, None).unwrap())
 }
 
 fn other_figures() -> Vec<Figure> {
@@ -167,19 +176,24 @@ fn a_page_names_no_address_to_fetch_from_and_stays_small() {
 #[test]
 fn reports_are_whole_in_a_browser_on_a_screen_and_on_a_phone() {
     let Some(browser) = Chromium::find() else { return };
-    let pages = [("run-up", run_up_page().0), ("awkward", awkward_page())];
+    let pages = [
+        ("run-up", run_up_page().0),
+        ("awkward", awkward_page()),
+        ("check", check_page("host-sim/sample/turbine/rotor.toml")),
+        ("check of a train", check_page("tests/reference/check/four_bearing_train.toml")),
+    ];
     for (name, sections) in pages {
         let figures: Vec<Figure> = sections.iter().flat_map(|s| s.figures.clone()).collect();
         let text = page(&format!("Report {name}"), sections);
         browser.keep(name, &text, &[SCREEN_PX, PHONE_PX]);
         assert_eq!(browser.console(&text), Vec::<String>::new(), "{name}");
         for width_px in [SCREEN_PX, PHONE_PX] {
-            check(name, &browser.measure(&text, width_px), width_px, &figures);
+            assert_whole(name, &browser.measure(&text, width_px), width_px, &figures);
         }
     }
 }
 
-fn check(name: &str, seen: &Measured, width_px: u32, figures: &[Figure]) {
+fn assert_whole(name: &str, seen: &Measured, width_px: u32, figures: &[Figure]) {
     assert_eq!(seen.width, f64::from(width_px), "{name}: the browser took another width");
     assert_eq!(seen.fetched, Vec::<String>::new(), "{name}");
     assert!(seen.wider_than_screen_px <= 0.0, "{name} at {width_px}: scrolls sideways");

@@ -98,13 +98,14 @@ fn settle(at: &impl Fn(f64) -> Vec<Found>, order: usize, guess: &Found) -> Optio
 
 /// On all finite elements.
 fn exact(system: &System, found: Found) -> Critical {
-    let Critical { speed_rad_s, forward } = found.critical;
     let on_line = system.line().and_then(|line| {
         // motion at running speed: λ = iΩ
         let at = |lambda: C| line.at(lambda, lambda.im, Dampers::Out);
-        eigenpair(at, C::new(0.0, speed_rad_s), system.nodes(&found.shape))
+        let (lambda, nodes) =
+            eigenpair(at, C::new(0.0, found.critical.speed_rad_s), system.nodes(&found.shape))?;
+        Some(Critical { speed_rad_s: lambda.im, forward: line.forward_share(&nodes) })
     });
-    Critical { speed_rad_s: on_line.map_or(speed_rad_s, |(lambda, _)| lambda.im), forward }
+    on_line.unwrap_or(found.critical)
 }
 
 /// Those of the machine held as at `speed_rad_s` that unbalance excites.

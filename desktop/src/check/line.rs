@@ -4,7 +4,7 @@
 //! dynamic stiffness is block tridiagonal and one solution costs a few hundred operations a node, at any complex λ.
 //! That makes modes and responses of the reduced system exact on the mesh at hardly any cost.
 
-use nalgebra::{Complex, Matrix2, Matrix4, Vector4};
+use nalgebra::{Complex, Matrix2, Matrix4, Vector2, Vector4};
 
 use crate::bearing::support::SupportLaw;
 use crate::check::system::coefficients;
@@ -73,6 +73,30 @@ impl Line {
             supports,
             internal_damping_s: model.internal_damping_s,
         })
+    }
+
+    /// Share of a motion that turns with the rotation, y = −ix, by kinetic energy.
+    pub fn forward_share(&self, motion: &Nodes) -> f64 {
+        let energy = |sense: f64| {
+            let turning: Vec<Vector2<C>> = motion
+                .iter()
+                .map(|v| {
+                    let turned = C::new(0.0, sense);
+                    Vector2::new(v[0] + turned * v[2], v[1] + turned * v[3])
+                })
+                .collect();
+            let mut sum = 0.0;
+            for (i, here) in turning.iter().enumerate() {
+                sum += here.dotc(&(self.own[i][1].map(C::from) * here)).re;
+                if let (Some(join), Some(next)) = (self.next.get(i), turning.get(i + 1)) {
+                    sum += 2.0 * here.dotc(&(join[1].map(C::from) * next)).re;
+                }
+            }
+            let added = self.supports.iter().map(|(node, law)| law.mass_kg * turning[*node][0].norm_sqr());
+            sum + added.sum::<f64>()
+        };
+        let (forward, backward) = (energy(1.0), energy(-1.0));
+        forward / (forward + backward)
     }
 
     /// Dynamic stiffness for motion `e^{λt}` at a speed of rotation.

@@ -19,10 +19,13 @@ pub mod plausibility;
 pub mod system;
 pub mod unbalance;
 
+use crate::bearing::Law;
 use crate::bearing::constant::Coefficients;
+use crate::bearing::film_law::FilmLaw;
 use crate::error::Error;
-use crate::machine::drawing::{Mount, Plane, Probe, Rotor};
-use crate::measurement::rad_s;
+use crate::machine::drawing::{Bearing, Mount, Plane, Probe, Rotor};
+use crate::measurement::{rad_s, rpm};
+use crate::model::terms::Support;
 use crate::shaft::statics::{Statics, statics};
 use campbell::{Campbell, Threshold};
 use critical::{Critical, CriticalMap};
@@ -175,7 +178,7 @@ fn completed(rotor: &Rotor) -> Rotor {
         }
     }
     if rotor.probe.is_empty() {
-        let pair = |b: &crate::machine::drawing::Bearing| {
+        let pair = |b: &Bearing| {
             [("x", 0.0), ("y", 90.0)].map(|(axis, angle_deg)| Probe {
                 name: format!("{} {axis}", b.name),
                 bearing: b.name.clone(),
@@ -193,7 +196,7 @@ fn completed(rotor: &Rotor) -> Rotor {
 fn default_range_rpm(rotor: &Rotor, system: &System) -> [f64; 2] {
     let to = rotor.fastest_rpm.unwrap_or_else(|| {
         let first = critical::critical_speeds(system, 0.0, 2);
-        let second = first.last().map_or(1000.0, |c| crate::measurement::rpm(c.speed_rad_s) * PAST_SECOND);
+        let second = first.last().map_or(1000.0, |c| rpm(c.speed_rad_s) * PAST_SECOND);
         let round = 10_f64.powf(second.log10().floor()) / 4.0;
         (second / round).ceil() * round
     });
@@ -207,23 +210,30 @@ fn bearings(
     speeds_rad_s: &[f64],
 ) -> Vec<BearingCheck> {
     let four = |m: nalgebra::Matrix2<f64>| Coefficients { xx: m.m11, yy: m.m22, xy: m.m12, yx: m.m21 };
-    let of =
-        |(i, (b, support)): (usize, (&crate::machine::drawing::Bearing, &crate::model::terms::Support))| {
-            let at = |speed: &f64| {
-                let (k, c) = system::coefficients(&support.law, *speed);
-                AtSpeed {
-                    speed_rpm: crate::measurement::rpm(*speed),
-                    stiffness_n_m: four(k),
-                    damping_n_s_m: four(c),
-                    eccentricity_ratio: None,
-                    attitude_deg: None,
-                }
-            };
-            BearingCheck {
-                name: b.name.clone(),
-                load_n: statics.map(|s| s.load_n[i]),
-                at: speeds_rad_s.iter().map(at).collect(),
+    let of = |(i, (b, support)): (usize, (&Bearing, &Support))| {
+        let film = match &b.law {
+            Law::Film(law) => Some(law),
+            _ => None,
+        };
+        let curve = film.map(FilmLaw::curve);
+        let at = |speed: &f64| {
+            let (k, c) = system::coefficients(&support.law, *speed);
+            let state = curve.as_ref().and_then(|c| c.state(*speed).ok());
+            AtSpeed {
+                speed_rpm: rpm(*speed),
+                stiffness_n_m: four(k),
+                damping_n_s_m: four(c),
+                eccentricity_ratio: state.map(|s| s.eccentricity_ratio),
+                attitude_deg: state.map(|s| s.attitude_deg),
             }
         };
+        // a film may state its load; then that is what it carries
+        let stated = film.filter(|f| !f.carries_weight()).map(FilmLaw::load_n);
+        BearingCheck {
+            name: b.name.clone(),
+            load_n: stated.or(statics.map(|s| s.load_n[i])),
+            at: speeds_rad_s.iter().map(at).collect(),
+        }
+    };
     rotor.bearing.iter().zip(&system.model.supports).enumerate().map(of).collect()
 }

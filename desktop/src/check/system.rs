@@ -78,18 +78,21 @@ impl System {
     /// # Errors
     /// If an effect takes more mass from a disk than the shaft has there.
     pub fn new(rotor: &Rotor) -> Result<Self, Error> {
-        Self::on_modes(rotor, MODES)
+        Self::of(Model::finite_elements(rotor), rotor.physics.formulation)
     }
 
-    fn on_modes(rotor: &Rotor, modes: usize) -> Result<Self, Error> {
-        let mut full = Model::finite_elements(rotor);
-        let printed = rotor.physics.formulation == Formulation::Printed2023;
+    /// A model on finite elements, made with this formulation.
+    ///
+    /// # Errors
+    /// As [`System::new`].
+    pub fn of(mut full: Model, formulation: Formulation) -> Result<Self, Error> {
+        let printed = formulation == Formulation::Printed2023;
         if printed {
             full.structure.mass -= &full.structure.tilt_inertia;
         }
         let size = full.structure.size();
-        let basis = if modes + full.supports.len() < size {
-            basis::supported(&full, modes + full.supports.len())
+        let basis = if MODES + full.supports.len() < size {
+            basis::supported(&full, MODES + full.supports.len())
         } else {
             DMatrix::identity(size, size)
         };

@@ -5,6 +5,7 @@ pub mod bearings;
 pub mod drawing;
 mod loads;
 pub mod place;
+pub mod ross;
 pub mod rotor_file;
 pub mod terms;
 pub mod tolerance;

@@ -5,7 +5,7 @@ mod add;
 mod answer;
 pub mod balance;
 mod bus;
-mod check;
+pub mod check;
 mod commanding;
 mod compare;
 mod dbc;
@@ -17,6 +17,7 @@ mod diagnosis_report;
 mod forecast;
 mod forecast_report;
 mod identify;
+mod import_rotor;
 mod improve;
 mod judging;
 mod key;
@@ -58,6 +59,8 @@ enum Command {
     Replay(Box<replay::Arguments>),
     /// Look a machine over by its drawing alone: loads, critical speeds, modes, unbalance response, doubtful numbers
     Check(check::Arguments),
+    /// A drawing from a rotor that ROSS saved, and what could not be carried over
+    ImportRotor(import_rotor::Arguments),
     /// Hold a model against measurements: where it misses, and whether that is noise or physics
     Compare(compare::Arguments),
     /// Say which physical effect is missing in a model, or which measurement would tell
@@ -105,6 +108,7 @@ pub fn run(cli: Cli) -> Result<()> {
         None => replay::run(&replay::Arguments::sample()),
         Some(Command::Replay(arguments)) => replay::run(&arguments),
         Some(Command::Check(arguments)) => check::run(&arguments),
+        Some(Command::ImportRotor(arguments)) => import_rotor::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::Add(arguments)) => add::run(&arguments),

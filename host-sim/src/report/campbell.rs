@@ -20,8 +20,9 @@ pub struct Branch {
     pub points: Vec<(f64, f64, Whirl, f64)>,
 }
 
-/// The diagram; circles where the frequency is the speed.
-pub fn campbell(title: &str, branches: &[Branch], critical_rpm: &[f64]) -> String {
+/// The diagram; circles at the damped critical speeds, rpm, given with their log decrements.
+pub fn campbell(title: &str, branches: &[Branch], critical: &[(f64, f64)]) -> String {
+    let critical_rpm: Vec<f64> = critical.iter().filter(|c| c.1 < OVERDAMPED).map(|c| c.0).collect();
     let legend = Legend::new(SENSES.iter().enumerate().map(|(i, (_, name))| Entry::Model(i, name)));
     let points = || branches.iter().flat_map(|b| &b.points).filter(|p| p.3 < OVERDAMPED);
     let x = Scale::around(points().map(|p| p.0), 6);

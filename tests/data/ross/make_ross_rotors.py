@@ -5,9 +5,10 @@ usage: python make_ross_rotors.py OUT
 constant.toml   two bearings with constant coefficients, a cross-coupled seal and a hollow shaft
 table.json      two bearings with tables over speed, kxy and kyx among them
 supports.toml   a bearing on a support (n_link), which has no counterpart
-critical_speeds.json   of the first two, undamped (dampers and antisymmetric stiffness out), from ROSS's matrices, rad/s
+expected.json   of each: critical speeds, undamped (dampers and antisymmetric stiffness out), rad/s, where the bearings
+                do not follow speed; damped eigenvalues at two speeds (knots of the tables), 1/s; from ROSS's matrices
 """
-import json, math, sys, warnings
+import json, sys, warnings
 from pathlib import Path
 
 import numpy as np
@@ -49,22 +50,23 @@ def supports():
     return rs.Rotor(elements, disks, bearings, point_mass_elements=[rs.PointMass(n=5, m=4.0, tag="pedestal")])
 
 
+def lateral(rotor, W):
+    keep = [6 * i + j for i in range(rotor.ndof // 6) for j in LATERAL if rotor.M(W)[6 * i + j, 6 * i + j] > 0.0]
+    return [A[np.ix_(keep, keep)] for A in (rotor.M(W), rotor.K(W), rotor.C(W), rotor.G())]
+
+
 def critical_speeds(rotor, count=4):
-    """each at its own speed: the bearings are taken as they are there"""
-    keep = [6 * i + j for i in range(rotor.ndof // 6) for j in LATERAL]
+    M, K, _, G = lateral(rotor, 0.0)
+    mu = linalg.eigh(M - 1j * G, (K + K.T) / 2, eigvals_only=True)
+    return np.sort(mu[mu > 0] ** -0.5)[:count].tolist()
 
-    def at(W):
-        M, K, G = (A[np.ix_(keep, keep)] for A in (rotor.M(W), rotor.K(W), rotor.G()))
-        mu = linalg.eigh(M - 1j * G, (K + K.T) / 2, eigvals_only=True)
-        return np.sort(mu[mu > 0] ** -0.5)
 
-    found = []
-    for i in range(count):
-        speed = at(500.0)[i]
-        for _ in range(200):
-            speed = at(speed)[i]
-        found.append(float(speed))
-    return found
+def eigenvalues(rotor, W, count=6):
+    M, K, C, G = lateral(rotor, W)
+    n = len(M)
+    values = linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-linalg.solve(M, K), -linalg.solve(M, C + W * G)]]))
+    values = sorted((v for v in values if v.imag > 1e-6 * abs(v)), key=lambda v: v.imag)[:count]
+    return dict(rad_s=W, values=[[float(v.real), float(v.imag)] for v in values])
 
 
 if __name__ == "__main__":
@@ -72,8 +74,12 @@ if __name__ == "__main__":
         sys.exit(__doc__)
     warnings.simplefilter("ignore")
     folder = Path(sys.argv[1])
-    for name, rotor in (("constant.toml", constant()), ("table.json", table()), ("supports.toml", supports())):
+    expected = {}
+    for name, make in (("constant.toml", constant), ("table.json", table), ("supports.toml", supports)):
         (folder / name).unlink(missing_ok=True)
+        rotor = make()
         rotor.save(folder / name)
-    speeds = {name: critical_speeds(rotor) for name, rotor in (("constant.toml", constant()), ("table.json", table()))}
-    (folder / "critical_speeds.json").write_text(json.dumps(speeds, indent=1) + "\n")
+        expected[name] = dict(modes=[eigenvalues(rotor, W) for W in (500.0, 1100.0)])
+        if name != "table.json":
+            expected[name]["critical_speeds"] = critical_speeds(rotor)
+    (folder / "expected.json").write_text(json.dumps(expected, indent=1) + "\n")

@@ -75,5 +75,6 @@ fn coefficients(a: &AtSpeed) -> Value {
         "speed_rpm": a.speed_rpm,
         "kxx": k.xx, "kxy": k.xy, "kyx": k.yx, "kyy": k.yy,
         "cxx": c.xx, "cxy": c.xy, "cyx": c.yx, "cyy": c.yy,
+        "eccentricity_ratio": a.eccentricity_ratio, "attitude_deg": a.attitude_deg,
     })
 }

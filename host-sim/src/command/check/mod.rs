@@ -1,7 +1,7 @@
 //! `check`: what a machine's drawing alone says, before anything is measured on it.
 
 mod json;
-mod report;
+pub mod report;
 mod text;
 
 use std::path::PathBuf;

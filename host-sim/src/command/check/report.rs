@@ -169,7 +169,11 @@ fn modes(found: &Check) -> Section {
                 campbell(
                     "Campbell diagram",
                     &campbell_branches,
-                    &found.damped_critical.iter().map(|m| rpm(m.speed_rad_s)).collect::<Vec<_>>(),
+                    &found
+                        .damped_critical
+                        .iter()
+                        .map(|m| (rpm(m.speed_rad_s), m.log_decrement()))
+                        .collect::<Vec<_>>(),
                 ),
             ),
             figure(

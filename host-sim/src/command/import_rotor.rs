@@ -1,0 +1,53 @@
+//! `import-rotor`: a drawing from a rotor that ROSS saved.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use clap::Args;
+use rotor_edge_desktop::machine::{ross, rotor_file};
+use serde_json::json;
+
+use super::output;
+
+/// Where the drawing goes when nobody says.
+const OUTPUT: &str = "rotor.toml";
+
+/// What the command line asks of the command.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// What ROSS 2.3.0 wrote with Rotor.save, .toml or .json
+    file: PathBuf,
+    /// Where to write the drawing [default: rotor.toml, if there is none yet]
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let path = arguments.output.as_deref().unwrap_or(Path::new(OUTPUT));
+    if arguments.output.is_none() && path.exists() {
+        bail!("{OUTPUT}: exists already, expected another name with -o");
+    }
+    let imported = ross::read(&arguments.file)?;
+    rotor_file::write(path, &imported.rotor)?;
+    if arguments.json {
+        return output::json(&json!({
+            "rotor": path,
+            "carried": imported.carried,
+            "left": imported.left,
+        }));
+    }
+    println!("Written to {}. Carried over:", path.display());
+    for sentence in &imported.carried {
+        println!("  {sentence}");
+    }
+    println!("Not carried over:");
+    for sentence in &imported.left {
+        println!("  {sentence}");
+    }
+    println!("\nNext: look it over\n  rotor-edge check {}", path.display());
+    Ok(())
+}
