@@ -201,6 +201,7 @@ impl Import<'_> {
             physics,
             noise: None,
             tolerance: None,
+            rated: None,
             identify: None,
             shaft,
             disk,
