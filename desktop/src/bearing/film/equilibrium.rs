@@ -10,7 +10,7 @@ use crate::error::Error;
 
 /// Eccentricity relative to the set clearance, `1 − thinnest film / set clearance`, at which the path of
 /// equilibria begins.
-pub(super) const LEAST_ECCENTRICITY: f64 = 0.02;
+pub(super) const LEAST_ECCENTRICITY: f64 = 0.005;
 /// And at which it ends: thinner films are outside the isothermal theory of a smooth, parallel journal.
 pub(super) const MOST_ECCENTRICITY: f64 = 0.95;
 /// Steps of the path: change of the relative eccentricity, and of the logarithm of the load.

@@ -13,7 +13,7 @@ use super::*;
 /// degrees, K c/W and C c Ω/W under a load along −y. From its forces by the load unit μ Ω R L (L/c)²,
 /// `F_r = (1 − 2 φ'/Ω) ε²/(1−ε²)² + ε' π (1+2ε²) / (2 (1−ε²)^{5/2})` towards the centre and
 /// `F_t = (1 − 2 φ'/Ω) π ε / (4 (1−ε²)^{3/2}) + 2 ε ε'/(1−ε²)²` in the direction of rotation.
-fn ocvirk(e: f64) -> (f64, f64, Matrix2<f64>, Matrix2<f64>) {
+pub(super) fn ocvirk(e: f64) -> (f64, f64, Matrix2<f64>, Matrix2<f64>) {
     let q = 1.0 - e * e;
     let (radial, tangential) = (e * e / q.powi(2), PI * e / (4.0 * q.powf(1.5)));
     let radial_slope = 2.0 * e * (1.0 + e * e) / q.powi(3);
@@ -34,7 +34,12 @@ fn ocvirk(e: f64) -> (f64, f64, Matrix2<f64>, Matrix2<f64>) {
     (1.0 / (4.0 * PI * load), attitude.to_degrees(), turned(stiffness), turned(damping))
 }
 
-fn at_eccentricity(length_ratio: f64, e: f64, attitude_deg: f64) -> (f64, f64, Matrix2<f64>, Matrix2<f64>) {
+/// The same of ours, at an eccentricity, in the frame of a load at `attitude_deg`.
+pub(super) fn at_eccentricity(
+    length_ratio: f64,
+    e: f64,
+    attitude_deg: f64,
+) -> (f64, f64, Matrix2<f64>, Matrix2<f64>) {
     let shape = Shape::of(&bearing(FilmKind::Plain, length_ratio));
     let film = Films::new(&shape).at(Vector2::new(e, 0.0));
     let load = film.force.norm();

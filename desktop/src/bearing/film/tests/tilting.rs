@@ -98,7 +98,7 @@ fn every_other_knot_gives_the_knots_between_to_one_per_cent() {
             even.iter().map(|e| e.sommerfeld.ln()).collect(),
             even.iter().map(|e| row(e)).collect(),
         );
-        // not at the ends, where the spacing of the slopes is one-sided
+        // not at the ends, where the slopes are one-sided
         let inner = even[2].sommerfeld..even[even.len() - 3].sommerfeld;
         for e in knots.iter().filter(|e| inner.contains(&e.sommerfeld)) {
             let between = coarse.at(e.sommerfeld.ln()).0;
