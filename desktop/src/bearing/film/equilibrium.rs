@@ -10,14 +10,14 @@ use crate::error::Error;
 
 /// Eccentricity relative to the set clearance, `1 − thinnest film / set clearance`, at which the path of
 /// equilibria begins.
-pub(super) const LEAST_ECCENTRICITY: f64 = 0.02;
+pub(super) const LEAST_ECCENTRICITY: f64 = 0.005;
 /// And at which it ends: thinner films are outside the isothermal theory of a smooth, parallel journal.
 pub(super) const MOST_ECCENTRICITY: f64 = 0.95;
 /// Steps of the path: change of the relative eccentricity, and of the logarithm of the load.
 const ECCENTRICITY_STEP: f64 = 0.025;
-const LOAD_STEPS: [f64; 2] = [0.02, 0.35];
+const LOAD_STEPS: [f64; 2] = [0.02, 0.1];
 /// Remaining force, relative to the load.
-const BALANCED: f64 = 1e-9;
+const BALANCED: f64 = 1e-7;
 
 /// The journal's place and the film's coefficients under a load along −y, nondimensional.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,7 +90,7 @@ fn settle(films: &mut Films, at: &mut Vector2<f64>, load: f64) -> Result<Journal
         let left = film.force - wanted;
         best = best.min(left.norm() / load);
         // the active set makes the force piecewise smooth: near an edge Newton may hop around it
-        if left.norm() <= BALANCED * load || step > MOST / 2 && left.norm() <= 1e-6 * load {
+        if left.norm() <= BALANCED * load || step > MOST / 2 && left.norm() <= 1e-5 * load {
             return Ok(film);
         }
         // a bearing of few pads may not resist motion across the load at all

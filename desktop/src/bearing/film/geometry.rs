@@ -78,7 +78,7 @@ impl Shape {
     }
 }
 
-/// The smallest positive angle equal to `angle`, rad; for messages and attitudes.
+/// The same direction as `angle`, from −π exclusive to π, rad.
 pub(super) fn within_half_turn(angle: f64) -> f64 {
     let turned = angle.rem_euclid(TAU);
     if turned > PI { turned - TAU } else { turned }

@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Complex, Matrix2, Rotation2, Vector2};
+use rayon::prelude::*;
 
 use super::geometry::{Shape, Surface};
 use super::reynolds::{Cavity, Pad, PadFilm};
@@ -90,16 +91,19 @@ impl Films {
         match &self.surface {
             Surface::Plain => sum.add_fixed(plain(&mut self.pads[0], at)),
             Surface::Fixed(arcs) => {
-                for (arc, (pad, cavity)) in arcs.iter().zip(&mut self.pads) {
-                    let from_centre = at + inwards(arc.pivot, self.preload);
-                    sum.add_fixed(pad.film(from_centre.into(), cavity));
-                }
+                let pads = arcs.par_iter().zip(&mut self.pads).map(|(arc, (pad, cavity))| {
+                    pad.film((at + inwards(arc.pivot, self.preload)).into(), cavity)
+                });
+                pads.collect::<Vec<_>>().into_iter().for_each(|film| sum.add_fixed(film));
             }
             Surface::Tilting(arcs) => {
-                for ((arc, pad), tilt) in arcs.iter().zip(&mut self.pads).zip(&mut self.tilts) {
-                    let towards = inwards(arc.pivot, 1.0);
-                    let approach = at.dot(&towards) + self.preload;
-                    if let Some(film) = tilted(pad, approach, tilt) {
+                let pads =
+                    arcs.par_iter().zip(&mut self.pads).zip(&mut self.tilts).map(|((arc, pad), tilt)| {
+                        let towards = inwards(arc.pivot, 1.0);
+                        (tilted(pad, at.dot(&towards) + self.preload, tilt), towards)
+                    });
+                for (film, towards) in pads.collect::<Vec<_>>() {
+                    if let Some(film) = film {
                         sum.add_tilting(&film, towards);
                     }
                 }
@@ -185,7 +189,7 @@ fn tilted(pad: &mut (Pad, Cavity), approach: f64, tilt: &mut Tilt) -> Option<Til
 /// The film at the stable tilt that leaves no force across the pivot; starts from the last tilt.
 fn balanced((pad, cavity): &mut (Pad, Cavity), approach: f64, tilt: &mut Tilt) -> Option<PadFilm> {
     let touching = |at: f64| pad.thinnest([approach, at]) <= 0.02 * (1.0 - approach);
-    let done = |film: &PadFilm| film.force[1].abs() <= 1e-10 * film.force[0].abs();
+    let done = |film: &PadFilm| film.force[1].abs() <= 1e-8 * film.force[0].abs();
     let carries = |film: &PadFilm| film.force[0] < 0.0;
     if approach <= tilt.loose {
         return None;

@@ -113,8 +113,37 @@ impl Pad {
         out
     }
 
-    /// The factors of the outflow, with P = 0 held in the cavity.
-    fn factors(&self, (along, across): &(Vec<f64>, Vec<f64>), cavity: &[bool]) -> Band {
+    /// How much better a wet node is drained because the film's edge lies between it and its dry neighbour along
+    /// the film, beside what the neighbour's P = 0 drains.
+    ///
+    /// At the edge the pressure is a parabola that touches zero; with the last wet node's pressure r times that of
+    /// the one before, the finite volumes' parabola ends `√(2/(1 − 2r)) − 1` steps beyond the last. Without this
+    /// the coefficients would jump with each node that falls dry.
+    fn edges(&self, (along, _): &(Vec<f64>, Vec<f64>), p: &[f64], cavity: &[bool]) -> Vec<f64> {
+        let beyond =
+            |last: f64, before: f64| (2.0 / (1.0 - 2.0 * (last / before).clamp(0.0, 0.4))).sqrt() - 1.0;
+        let mut more = vec![0.0; p.len()];
+        for i in 2..self.intervals - 1 {
+            for j in 0..HALF_LENGTH {
+                let here = (i - 1) * HALF_LENGTH + j;
+                let (upstream, downstream) = (here - HALF_LENGTH, here + HALF_LENGTH);
+                if cavity[here] {
+                    continue;
+                }
+                for (face, dry, wet) in
+                    [(along[i], downstream, upstream), (along[i - 1], upstream, downstream)]
+                {
+                    if cavity[dry] && !cavity[wet] {
+                        more[here] += width(j) * face * (1.0 / beyond(p[here], p[wet]) - 1.0);
+                    }
+                }
+            }
+        }
+        more
+    }
+
+    /// The factors of the outflow, with P = 0 held in the cavity and `more` drained from each node.
+    fn factors(&self, (along, across): &(Vec<f64>, Vec<f64>), cavity: &[bool], more: &[f64]) -> Band {
         let mut band = Band::zeros(self.unknowns(), HALF_LENGTH);
         for i in 1..self.intervals {
             for j in 0..HALF_LENGTH {
@@ -124,7 +153,7 @@ impl Pad {
                     continue;
                 }
                 let ends = if j > 0 { 2.0 } else { 1.0 };
-                band.set(row, 0, width(j) * (along[i - 1] + along[i]) + ends * across[i - 1]);
+                band.set(row, 0, width(j) * (along[i - 1] + along[i]) + ends * across[i - 1] + more[row]);
                 if j > 0 && !cavity[row - 1] {
                     band.set(row, 1, -across[i - 1]);
                 }
@@ -158,8 +187,8 @@ impl Pad {
         sum
     }
 
-    /// Pressure at the inner nodes, θ slowest, and the factors it came from.
-    fn pressure(&self, journal: [f64; 2], velocity: [f64; 2], cavity: &mut Cavity) -> (Vec<f64>, Band) {
+    /// Pressure at the inner nodes, θ slowest.
+    fn pressure(&self, journal: [f64; 2], velocity: [f64; 2], cavity: &mut Cavity) -> Vec<f64> {
         let gap = |i: f64| self.gap(i, journal);
         let conductances = self.conductances(|i| gap(i).powi(3));
         let source = self.spread(|i| {
@@ -168,8 +197,9 @@ impl Pad {
             gap(i - 0.5) - gap(i + 0.5) + 2.0 * squeeze * self.step
         });
         cavity.resize(self.unknowns(), false);
+        let level = vec![0.0; self.unknowns()];
         for step in 0.. {
-            let factors = self.factors(&conductances, cavity);
+            let factors = self.factors(&conductances, cavity, &level);
             let mut p: Vec<f64> =
                 source.iter().zip(&*cavity).map(|(s, &empty)| if empty { 0.0 } else { *s }).collect();
             factors.solve(&mut p);
@@ -181,7 +211,7 @@ impl Pad {
                 *empty = now;
             }
             if settled || step == MOST_STEPS {
-                return (p, factors);
+                return p;
             }
         }
         unreachable!("the loop only ends by returning")
@@ -189,7 +219,7 @@ impl Pad {
 
     /// Force on a journal at `journal` from the arc's centre that moves with `velocity`, per Ω c.
     pub(super) fn force(&self, journal: [f64; 2], velocity: [f64; 2], cavity: &mut Cavity) -> [f64; 2] {
-        self.lift(&self.pressure(journal, velocity, cavity).0).map(|f| -f)
+        self.lift(&self.pressure(journal, velocity, cavity)).map(|f| -f)
     }
 
     /// Force and its derivatives for a journal at rest at `journal` from the arc's centre.
@@ -197,7 +227,9 @@ impl Pad {
     /// The derivatives are those of the equation (Lund & Thomsen 1978): the perturbed pressure vanishes at
     /// the film's edge, since there both the pressure and its slope are zero.
     pub(super) fn film(&self, journal: [f64; 2], cavity: &mut Cavity) -> PadFilm {
-        let (p, factors) = self.pressure(journal, [0.0; 2], cavity);
+        let p = self.pressure(journal, [0.0; 2], cavity);
+        let conductances = self.conductances(|i| self.gap(i, journal).powi(3));
+        let factors = self.factors(&conductances, cavity, &self.edges(&conductances, &p, cavity));
         let mut stiffness = Matrix2::zeros();
         let mut damping = Matrix2::zeros();
         for (axis, direction) in [[1.0, 0.0], [0.0, 1.0]].into_iter().enumerate() {
@@ -262,7 +294,7 @@ mod tests {
                 if pressure(middle, middle) > 0.0 { low = middle } else { high = middle }
             }
             let pad = Pad::new(PI, TAU, 100.0);
-            let (p, _) = pad.pressure([e, 0.0], [0.0; 2], &mut Cavity::new());
+            let p = pad.pressure([e, 0.0], [0.0; 2], &mut Cavity::new());
             let highest = p.iter().copied().fold(0.0, f64::max);
             for (i, row) in p.chunks(HALF_LENGTH).enumerate() {
                 let angle = pad.angle(i as f64 + 1.0) - PI;

@@ -13,7 +13,7 @@ const COLUMNS: usize = 11;
 
 /// The equilibria of one shape of bearing, whatever its size, oil, load and speed.
 ///
-/// Interpolated monotonely in ln S; from a relative eccentricity of about 0.02 to 0.95.
+/// Interpolated monotonely in ln S; from a relative eccentricity of about 0.005 to 0.95.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmTable {
     pub(super) shape: Shape,
@@ -48,7 +48,7 @@ impl FilmTable {
     /// The equilibrium at a Sommerfeld number S = μ N L D / W (R/c)², N in revolutions per second.
     ///
     /// # Errors
-    /// If the eccentricity would be beyond 0.95, or below 0.02, of the set clearance.
+    /// If the eccentricity would be beyond 0.95, or below 0.005, of the set clearance.
     pub fn at(&self, sommerfeld: f64) -> Result<Equilibrium, Error> {
         Ok(self.with_slope(sommerfeld)?.0)
     }

@@ -4,6 +4,7 @@ mod limits;
 mod published;
 mod rules;
 mod stability;
+mod tilting;
 
 use nalgebra::Matrix2;
 
