@@ -13,6 +13,9 @@ type C = Complex<f64>;
 
 /// A mode of which this share of the energy or less turns forward is not met by unbalance, which turns forward.
 const EXCITED: f64 = 0.01;
+/// Forward and backward whirl of one speed, as of a disk in the middle that does not tilt, are one critical speed:
+/// their modes are any mixture of the two, and one of these turns forward altogether.
+const ONE_ROOT: f64 = 1e-8;
 /// Stiffnesses in the map, and the decades they span on either side of the bearings' own.
 const STEPS: usize = 25;
 const DECADES: f64 = 2.0;
@@ -67,6 +70,13 @@ pub fn critical_speeds(system: &System, highest_rad_s: f64, fewest: usize) -> Ve
         }
     }
     found.sort_by(|a, b| a.speed_rad_s.total_cmp(&b.speed_rad_s));
+    found.dedup_by(|b, a| {
+        let one = (b.speed_rad_s - a.speed_rad_s).abs() < ONE_ROOT * a.speed_rad_s;
+        if one {
+            a.forward = (a.forward + b.forward).min(1.0);
+        }
+        one
+    });
     found
 }
 
