@@ -37,6 +37,8 @@ pub struct Critical {
 /// One of the reduced system, with its shape.
 struct Found {
     critical: Critical,
+    /// Whether forward and backward whirl share the root.
+    shared: bool,
     shape: DVector<C>,
 }
 
@@ -70,13 +72,6 @@ pub fn critical_speeds(system: &System, highest_rad_s: f64, fewest: usize) -> Ve
         }
     }
     found.sort_by(|a, b| a.speed_rad_s.total_cmp(&b.speed_rad_s));
-    found.dedup_by(|b, a| {
-        let one = (b.speed_rad_s - a.speed_rad_s).abs() < ONE_ROOT * a.speed_rad_s;
-        if one {
-            a.forward = (a.forward + b.forward).min(1.0);
-        }
-        one
-    });
     found
 }
 
@@ -113,7 +108,8 @@ fn exact(system: &System, found: Found) -> Critical {
         let at = |lambda: C| line.at(lambda, lambda.im, Dampers::Out);
         let (lambda, nodes) =
             eigenpair(at, C::new(0.0, found.critical.speed_rad_s), system.nodes(&found.shape))?;
-        Some(Critical { speed_rad_s: lambda.im, forward: line.forward_share(&nodes) })
+        let forward = if found.shared { found.critical.forward } else { line.forward_share(&nodes) };
+        Some(Critical { speed_rad_s: lambda.im, forward })
     });
     on_line.unwrap_or(found.critical)
 }
@@ -121,6 +117,15 @@ fn exact(system: &System, found: Found) -> Critical {
 /// Those of the machine held as at `speed_rad_s` that unbalance excites.
 fn excited(system: &System, speed_rad_s: f64) -> Vec<Found> {
     let mut all = pencil(system, speed_rad_s);
+    all.dedup_by(|b, a| {
+        let (first, second) = (&mut a.critical, &b.critical);
+        let shared = (second.speed_rad_s - first.speed_rad_s).abs() < ONE_ROOT * first.speed_rad_s;
+        if shared {
+            first.forward = (first.forward + second.forward).min(1.0);
+            a.shared = true;
+        }
+        shared
+    });
     all.retain(|f| f.critical.forward > EXCITED);
     all
 }
@@ -185,7 +190,7 @@ fn pencil(system: &System, speed_rad_s: f64) -> Vec<Found> {
         .map(|(mu, column)| {
             let q = modes.solve_upper_triangular(&column.into_owned()).expect("as its adjoint");
             let critical = Critical { speed_rad_s: mu.sqrt().recip(), forward: forward_share(&q, n) };
-            Found { critical, shape: q }
+            Found { critical, shared: false, shape: q }
         })
         .collect();
     all.sort_by(|a, b| a.critical.speed_rad_s.total_cmp(&b.critical.speed_rad_s));
