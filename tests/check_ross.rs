@@ -63,7 +63,14 @@ fn undamped_critical_speeds_equal_ross() {
             theirs.iter().map(|c| [number(&c["rad_s"]), number(&c["forward"])]).collect();
         let highest = theirs[theirs.len() - 1][0] * 1.000_001;
         let ours = critical_speeds(&System::new(&rotor).unwrap(), highest, 0);
-        let theirs: Vec<[f64; 2]> = theirs.into_iter().filter(|c| c[1] > 0.01).collect();
+        // forward and backward whirl of one speed are one critical speed
+        let mut theirs = theirs;
+        theirs.dedup_by(|b, a| {
+            let one = (b[0] / a[0] - 1.0).abs() < 1e-8;
+            a[1] = if one { (a[1] + b[1]).min(1.0) } else { a[1] };
+            one
+        });
+        theirs.retain(|c| c[1] > 0.01);
         assert_eq!(ours.len(), theirs.len(), "{name}: {ours:?} {theirs:?}");
         for (a, [speed, forward]) in ours.iter().zip(theirs) {
             let off = (a.speed_rad_s / speed - 1.0).abs();

@@ -13,6 +13,9 @@ type C = Complex<f64>;
 
 /// A mode of which this share of the energy or less turns forward is not met by unbalance, which turns forward.
 const EXCITED: f64 = 0.01;
+/// Forward and backward whirl of one speed, as of a disk in the middle that does not tilt, are one critical speed:
+/// their modes are any mixture of the two, and one of these turns forward altogether.
+const ONE_ROOT: f64 = 1e-8;
 /// Stiffnesses in the map, and the decades they span on either side of the bearings' own.
 const STEPS: usize = 25;
 const DECADES: f64 = 2.0;
@@ -34,6 +37,8 @@ pub struct Critical {
 /// One of the reduced system, with its shape.
 struct Found {
     critical: Critical,
+    /// Whether forward and backward whirl share the root.
+    shared: bool,
     shape: DVector<C>,
 }
 
@@ -103,7 +108,8 @@ fn exact(system: &System, found: Found) -> Critical {
         let at = |lambda: C| line.at(lambda, lambda.im, Dampers::Out);
         let (lambda, nodes) =
             eigenpair(at, C::new(0.0, found.critical.speed_rad_s), system.nodes(&found.shape))?;
-        Some(Critical { speed_rad_s: lambda.im, forward: line.forward_share(&nodes) })
+        let forward = if found.shared { found.critical.forward } else { line.forward_share(&nodes) };
+        Some(Critical { speed_rad_s: lambda.im, forward })
     });
     on_line.unwrap_or(found.critical)
 }
@@ -111,6 +117,15 @@ fn exact(system: &System, found: Found) -> Critical {
 /// Those of the machine held as at `speed_rad_s` that unbalance excites.
 fn excited(system: &System, speed_rad_s: f64) -> Vec<Found> {
     let mut all = pencil(system, speed_rad_s);
+    all.dedup_by(|b, a| {
+        let (first, second) = (&mut a.critical, &b.critical);
+        let shared = (second.speed_rad_s - first.speed_rad_s).abs() < ONE_ROOT * first.speed_rad_s;
+        if shared {
+            first.forward = (first.forward + second.forward).min(1.0);
+            a.shared = true;
+        }
+        shared
+    });
     all.retain(|f| f.critical.forward > EXCITED);
     all
 }
@@ -175,7 +190,7 @@ fn pencil(system: &System, speed_rad_s: f64) -> Vec<Found> {
         .map(|(mu, column)| {
             let q = modes.solve_upper_triangular(&column.into_owned()).expect("as its adjoint");
             let critical = Critical { speed_rad_s: mu.sqrt().recip(), forward: forward_share(&q, n) };
-            Found { critical, shape: q }
+            Found { critical, shared: false, shape: q }
         })
         .collect();
     all.sort_by(|a, b| a.critical.speed_rad_s.total_cmp(&b.critical.speed_rad_s));

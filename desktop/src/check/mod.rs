@@ -17,6 +17,8 @@ pub mod line;
 pub mod modes;
 pub mod plausibility;
 pub mod system;
+#[cfg(test)]
+mod tests;
 pub mod unbalance;
 
 use crate::bearing::Law;

@@ -154,7 +154,9 @@ fn newton(matrices: &Matrices, guess: C, start: DVector<C>) -> Option<(C, DVecto
         }
     }
     let residual = (matrices.dynamic_stiffness(value) * &shape).norm();
-    let found = residual < 1e-7 * value.norm_sqr() && (value - guess).norm() < 0.5 * guess.norm();
+    // what rounding leaves of the stiffest part
+    let rounding = 1e-12 * matrices.stiffness.amax();
+    let found = residual < 1e-7 * value.norm_sqr() + rounding && (value - guess).norm() < 0.5 * guess.norm();
     found.then_some((value, shape))
 }
 

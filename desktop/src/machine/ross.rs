@@ -4,6 +4,8 @@
 //! their nodes. Every shaft element becomes a segment, so that a mesh of one element a segment is ROSS's own. What
 //! has no place in a drawing is not dropped in silence: [`Imported::left`] says it.
 
+mod element;
+
 use std::path::Path;
 
 use serde_json::{Map, Value};
@@ -16,6 +18,7 @@ use crate::error::Error;
 use crate::machine::drawing::{Bearing, Disk, Mount, Physics, Plane, Probe, Rotor, Segment};
 use crate::machine::validation::{SCHEMA, check};
 use crate::measurement::rpm;
+use element::Element;
 
 /// The coefficients of a bearing element, in the order of a table's columns.
 const COLUMNS: [&str; 8] = ["kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"];
@@ -82,44 +85,10 @@ pub fn parse(file: &str, text: &str, is_json: bool) -> Result<Imported, Error> {
     Ok(Imported { rotor, carried: import.carried, left: import.left })
 }
 
-/// One element of the file.
-struct Element<'a> {
-    key: &'a str,
-    class: &'a str,
-    values: &'a Map<String, Value>,
-}
-
 struct Import<'a> {
     file: &'a str,
     carried: Vec<String>,
     left: Vec<String>,
-}
-
-impl Element<'_> {
-    fn tag(&self) -> &str {
-        self.values.get("tag").and_then(Value::as_str).unwrap_or(self.key)
-    }
-
-    /// A number that may be absent.
-    fn maybe(&self, name: &str) -> Option<f64> {
-        self.values.get(name).and_then(Value::as_f64)
-    }
-
-    fn flag(&self, name: &str) -> bool {
-        self.values.get(name).and_then(Value::as_bool).unwrap_or(true)
-    }
-
-    /// A coefficient over speed: a list, or one number.
-    fn list(&self, name: &str) -> Option<Vec<f64>> {
-        match self.values.get(name)? {
-            Value::Array(all) => all.iter().map(Value::as_f64).collect(),
-            value => value.as_f64().map(|v| vec![v]),
-        }
-    }
-
-    fn is_bearing(&self) -> bool {
-        self.values.contains_key("kxx") && self.values.contains_key("n")
-    }
 }
 
 impl Import<'_> {

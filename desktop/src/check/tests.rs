@@ -1,0 +1,160 @@
+//! Against closed forms, and against the dense matrices of the model.
+
+use nalgebra::{Complex, DVector};
+
+use super::campbell::Campbell;
+use super::critical::critical_speeds;
+use super::modes::modes;
+use super::system::System;
+use super::unbalance::{probes_at, responses, speeds_rad_s, trials};
+use crate::bearing::Law;
+use crate::bearing::constant::Coefficients;
+use crate::bearing::support::Pedestal;
+use crate::bearing::table::{Table, TableRow};
+use crate::machine::drawing::{Bearing, EffectEntry, Formulation, ParameterValue, Rotor};
+use crate::measurement::{rad_s, rpm};
+use crate::model::Model;
+use crate::shaft::statics::mass_and_centre;
+use crate::testing::{sample_rotor, uniform_shaft};
+
+type C = Complex<f64>;
+
+/// A shaft that hardly bends, on two bearings alike at its ends.
+fn rigid(stiffness_n_m: f64, damping_n_s_m: f64) -> Rotor {
+    let mut rotor = uniform_shaft();
+    rotor.shaft[0].youngs_modulus_pa = 1e14;
+    let four = |v| Coefficients { xx: v, yy: v, xy: 0.0, yx: 0.0 };
+    for b in &mut rotor.bearing {
+        *b = Bearing::constant(b.name.clone(), b.position_m, four(stiffness_n_m), four(damping_n_s_m));
+    }
+    rotor
+}
+
+fn with_effects() -> Rotor {
+    let mut rotor = sample_rotor();
+    let entry = |kind: &str, at: Option<&str>, parameters: &[(&str, f64)]| EffectEntry {
+        kind: kind.into(),
+        at: at.map(String::from),
+        parameters: parameters.iter().map(|(n, v)| (n.to_string(), ParameterValue::Real(*v))).collect(),
+    };
+    rotor.effect = vec![
+        entry("seal", Some("disk 2"), &[("k", 2e7), ("q", 3e7), ("c", 1e4)]),
+        entry("disk_mass", Some("disk 1"), &[("kg", 2.0)]),
+        entry("internal_damping", None, &[("eta", 1e-6)]),
+    ];
+    rotor
+}
+
+#[test]
+fn response_equals_that_of_the_dense_model_with_effects_pedestals_and_the_printed_formulation() {
+    let mut machines = vec![with_effects(), with_effects(), with_effects()];
+    machines[1].bearing[0].pedestal =
+        Some(Pedestal { stiffness_n_m: [4e8, 9e8], damping_n_s_m: [2e4, 1e4], mass_kg: [60.0, 90.0] });
+    machines[1].schema = 2;
+    machines[2].physics.formulation = Formulation::Printed2023;
+    let planes = [C::new(2e-4, 1e-4), C::new(-1e-4, 3e-4)];
+    for rotor in machines {
+        let (system, dense) = (System::new(&rotor).unwrap(), Model::finite_elements(&rotor));
+        assert!(system.line().is_some());
+        for speed in [200.0, 700.0, 1300.0] {
+            let response = dense.response(speed).unwrap();
+            let expected = &response.per_unbalance * DVector::from_row_slice(&planes);
+            let ours = DVector::from_vec(probes_at(&system, speed, &planes).unwrap());
+            assert!((ours - &expected).camax() < 1e-8 * expected.camax());
+        }
+    }
+}
+
+#[test]
+fn eigenvalues_equal_those_of_the_dense_model_with_a_seal() {
+    let mut rotor = with_effects();
+    rotor.effect.truncate(1);
+    let dense = Model::finite_elements(&rotor).eigenvalues(600.0).unwrap();
+    for mode in modes(&System::new(&rotor).unwrap(), 600.0, 0.0, 8).unwrap() {
+        let off = dense.iter().map(|v| (v - mode.eigenvalue).norm()).fold(f64::INFINITY, f64::min);
+        assert!(off < 1e-7 * mode.eigenvalue.norm(), "{} is off by {off}", mode.eigenvalue);
+    }
+}
+
+#[test]
+fn a_rigid_shaft_on_pedestals_with_mass_has_the_two_frequencies_of_two_masses_on_springs() {
+    let (k, kp, mp) = (2e4, 5e4, 12.0);
+    let mut rotor = rigid(k, 0.0);
+    rotor.bearing.iter_mut().for_each(|b| b.pedestal = Some(Pedestal::isotropic(kp, 0.0, mp)));
+    let half = 0.5 * mass_and_centre(&rotor).0;
+    // half ẍ + k (x − y) = 0, mp ÿ + kp y + k (y − x) = 0
+    let (sum, product) = (k / half + (k + kp) / mp, k * kp / (half * mp));
+    let root = (sum * sum - 4.0 * product).sqrt();
+    let found = modes(&System::new(&rotor).unwrap(), 10.0, 0.0, 12).unwrap();
+    for w2 in [0.5 * (sum - root), 0.5 * (sum + root)] {
+        let nearest =
+            found.iter().map(|m| (m.frequency_rad_s() / w2.sqrt() - 1.0).abs()).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-4, "{} rad/s: {nearest:e}", w2.sqrt());
+    }
+}
+
+#[test]
+fn critical_speed_of_a_rigid_shaft_is_the_root_of_stiffness_over_mass_also_where_stiffness_follows_speed() {
+    let mut rotor = rigid(1e4, 5.0);
+    let mass = mass_and_centre(&rotor).0;
+    let first = critical_speeds(&System::new(&rotor).unwrap(), 1000.0, 1)[0].clone();
+    assert!((first.speed_rad_s / (2e4 / mass).sqrt() - 1.0).abs() < 1e-5);
+    assert!((first.forward - 1.0).abs() < 1e-6, "alike in all directions");
+    // k = a Ω gives Ω² m = 2 a Ω
+    let row = |speed_rpm: f64| {
+        let k = 500.0 * rad_s(speed_rpm);
+        TableRow { speed_rpm, kxx: k, kxy: 0.0, kyx: 0.0, kyy: k, cxx: 10.0, cxy: 0.0, cyx: 0.0, cyy: 10.0 }
+    };
+    let table = Table::new((1..=12).map(|i| row(500.0 * f64::from(i))).collect()).unwrap();
+    rotor.bearing.iter_mut().for_each(|b| b.law = Law::Table(table.clone()));
+    let found = critical_speeds(&System::new(&rotor).unwrap(), rad_s(6000.0), 1);
+    let expected = 1e3 / mass;
+    assert!(found.iter().any(|c| (c.speed_rad_s / expected - 1.0).abs() < 1e-4), "{expected}: {found:?}");
+}
+
+#[test]
+fn cross_coupling_that_grows_with_speed_destabilises_where_it_equals_damping_times_frequency() {
+    // k_xy = q Ω = −k_yx on a rigid shaft: unstable from q Ω = c ω₀ on
+    let (k, c, q) = (1e4, 4.0, 0.36);
+    let mut rotor = rigid(k, c);
+    let row = |speed_rpm: f64| {
+        let cross = q * rad_s(speed_rpm);
+        TableRow { speed_rpm, kxx: k, kxy: cross, kyx: -cross, kyy: k, cxx: c, cxy: 0.0, cyx: 0.0, cyy: c }
+    };
+    let table = Table::new((1..=30).map(|i| row(500.0 * f64::from(i))).collect()).unwrap();
+    rotor.bearing.iter_mut().for_each(|b| b.law = Law::Table(table.clone()));
+    let natural = (2.0 * k / mass_and_centre(&rotor).0).sqrt();
+    let expected = c * natural / q;
+    assert!(expected < rad_s(15_000.0), "{}", rpm(expected));
+    let system = System::new(&rotor).unwrap();
+    let speeds: Vec<f64> = (1..=12).map(|i| expected * f64::from(i) / 8.3).collect();
+    let found = Campbell::new(&system, &speeds, 2.0 * natural).unwrap().threshold(&system).unwrap();
+    // conical whirl of the uniform shaft is 1.7 times as fast and so the more stable
+    assert!((found.speed_rad_s / expected - 1.0).abs() < 1e-4, "{} {expected}", found.speed_rad_s);
+    assert!((found.frequency_rad_s / natural - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn amplification_of_a_lightly_damped_rigid_shaft_is_one_over_twice_the_damping_ratio() {
+    let zeta = 0.02;
+    let k = 1e4;
+    let mass = mass_and_centre(&rigid(k, 0.0)).0;
+    let natural = (2.0 * k / mass).sqrt();
+    let mut rotor = rigid(k, zeta * mass * natural);
+    rotor.plane.iter_mut().zip([0.4, 0.6]).for_each(|(p, z)| p.position_m = z);
+    let system = System::new(&rotor).unwrap();
+    let speeds: Vec<f64> = (1..=10).map(|i| 0.2 * natural * f64::from(i)).collect();
+    let critical = Campbell::new(&system, &speeds, 2.0 * natural).unwrap().damped_critical_speeds(&system);
+    let curve = speeds_rad_s(1.5 * natural, &critical);
+    let trial = &trials(&rotor, mass, 0.5, 5000.0)[0];
+    let running = [1.2, 1.4].map(|f| rpm(f * natural));
+    for response in responses(&rotor, &system, trial, &curve, Some(running)).unwrap() {
+        let peak = &response.peaks[0];
+        assert!((peak.speed_rpm / rpm(natural) - 1.0).abs() < 2e-3, "{peak:?}");
+        assert!((peak.amplification.unwrap() * 2.0 * zeta - 1.0).abs() < 0.02, "{peak:?}");
+        let [margin, needed] = peak.margin_percent.unwrap();
+        assert!((margin - 100.0 * (1.0 - 1.0 / 1.2)).abs() < 0.3);
+        let amplification = 0.5 / zeta;
+        assert!((needed - 17.0 * (1.0 - 1.0 / (amplification - 1.5))).abs() < 0.05);
+    }
+}
