@@ -32,8 +32,7 @@ def constant():
     return rs.Rotor(elements, disks, bearings)
 
 
-def table():
-    speeds = np.linspace(100.0, 1500.0, 8)
+def table(speeds=np.linspace(100.0, 1500.0, 8)):
     rise = speeds / 800.0
     elements = shaft([0.2] * 6, [0.07] * 6)
     disks = [rs.DiskElement(n=3, m=30.0, Id=0.2, Ip=0.35, tag="wheel")]
@@ -79,7 +78,10 @@ if __name__ == "__main__":
         (folder / name).unlink(missing_ok=True)
         rotor = make()
         rotor.save(folder / name)
-        expected[name] = dict(modes=[eigenvalues(rotor, W) for W in (500.0, 1100.0)])
+        # ROSS smooths a table (a spline that misses its own knots by up to 3e-5), so at a knot its bearings are made
+        # anew with the coefficients that the table states there
+        at = (lambda W: table(np.array([W]))) if name == "table.json" else (lambda W: rotor)
+        expected[name] = dict(modes=[eigenvalues(at(W), W) for W in (500.0, 1100.0)])
         if name != "table.json":
             expected[name]["critical_speeds"] = critical_speeds(rotor)
     (folder / "expected.json").write_text(json.dumps(expected, indent=1) + "\n")
