@@ -50,7 +50,9 @@ def supports():
 
 
 def lateral(rotor, W):
-    keep = [6 * i + j for i in range(rotor.ndof // 6) for j in LATERAL if rotor.M(W)[6 * i + j, 6 * i + j] > 0.0]
+    shaft = 6 * len(rotor.nodes)
+    keep = [6 * i + j for i in range(shaft // 6) for j in LATERAL]
+    keep += [i + j for i in range(shaft, rotor.ndof, 3) for j in (0, 1)]  # a linked node has x, y, z only
     return [A[np.ix_(keep, keep)] for A in (rotor.M(W), rotor.K(W), rotor.C(W), rotor.G())]
 
 
