@@ -13,6 +13,9 @@ use crate::report::sketch::sketch;
 use crate::report::trend::{Trend, trend};
 use crate::report::{Curve, Figure, Section, Table, identifier};
 
+/// Speed in rpm and phasor in m.
+type Point = (f64, Complex<f64>);
+
 /// Mode shapes that are drawn.
 const SHAPES: usize = 6;
 
@@ -255,7 +258,7 @@ fn peaks(found: &Check, trial: &str) -> Vec<Table> {
 
 fn unbalance(found: &Check, trial: &str) -> Section {
     let responses = found.responses.iter().filter(|(t, _)| t.name == trial).flat_map(|(_, r)| r);
-    let mut by_bearing: Vec<(String, Vec<Curve>, Vec<(f64, Complex<f64>)>)> = Vec::new();
+    let mut by_bearing: Vec<(String, Vec<Curve>, Vec<Point>)> = Vec::new();
     for (response, probe) in responses.zip(&found.rotor.probe) {
         let peak = |speed_rpm: f64| {
             response
