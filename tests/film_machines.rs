@@ -50,7 +50,8 @@ fn bows_that_show_against_films_are_named() {
     let named = bows.filter(|(m, answer)| {
         let truth = m.truth_label();
         answer.verdict != Verdict::Adequate
-            && (label(answer) == truth || answer.indistinguishable.first().is_some_and(|g| g.contains(&truth)))
+            && (label(answer) == truth
+                || answer.indistinguishable.first().is_some_and(|g| g.contains(&truth)))
     });
     assert!(named.count() >= BOWS_NAMED);
 }

@@ -72,7 +72,7 @@ fn what_cannot_be_read_is_one_sentence_with_the_element_and_the_key() {
     for (from, to, parts) in [
         ("odl = 0.06", "odl = \"thick\"", ["ShaftElement", "odl"]),
         ("ross_version", "other_version", ["ross_version", "missing"]),
-        ("n = 2", "n = 77", ["n is 77", "0 to 6"]),
+        ("n = 2", "n = 77", ["n: is 77", "0 to 6"]),
         ("kxx = [ 40000000.0,]", "kxx = [ \"a\",]", ["drive end", "kxx"]),
         ("L = 0.1", "L = ", ["line", "r.toml"]),
     ] {

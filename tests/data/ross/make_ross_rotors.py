@@ -32,8 +32,7 @@ def constant():
     return rs.Rotor(elements, disks, bearings)
 
 
-def table():
-    speeds = np.linspace(100.0, 1500.0, 8)
+def table(speeds=np.linspace(100.0, 1500.0, 8)):
     rise = speeds / 800.0
     elements = shaft([0.2] * 6, [0.07] * 6)
     disks = [rs.DiskElement(n=3, m=30.0, Id=0.2, Ip=0.35, tag="wheel")]
@@ -51,7 +50,9 @@ def supports():
 
 
 def lateral(rotor, W):
-    keep = [6 * i + j for i in range(rotor.ndof // 6) for j in LATERAL if rotor.M(W)[6 * i + j, 6 * i + j] > 0.0]
+    shaft = 6 * len(rotor.nodes)
+    keep = [6 * i + j for i in range(shaft // 6) for j in LATERAL]
+    keep += [i + j for i in range(shaft, rotor.ndof, 3) for j in (0, 1)]  # a linked node has x, y, z only
     return [A[np.ix_(keep, keep)] for A in (rotor.M(W), rotor.K(W), rotor.C(W), rotor.G())]
 
 
@@ -79,7 +80,10 @@ if __name__ == "__main__":
         (folder / name).unlink(missing_ok=True)
         rotor = make()
         rotor.save(folder / name)
-        expected[name] = dict(modes=[eigenvalues(rotor, W) for W in (500.0, 1100.0)])
+        # ROSS smooths a table (a spline that misses its own knots by up to 3e-5), so at a knot its bearings are made
+        # anew with the coefficients that the table states there
+        at = (lambda W: table(np.array([W]))) if name == "table.json" else (lambda W: rotor)
+        expected[name] = dict(modes=[eigenvalues(at(W), W) for W in (500.0, 1100.0)])
         if name != "table.json":
             expected[name]["critical_speeds"] = critical_speeds(rotor)
     (folder / "expected.json").write_text(json.dumps(expected, indent=1) + "\n")

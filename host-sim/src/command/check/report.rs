@@ -13,6 +13,9 @@ use crate::report::sketch::sketch;
 use crate::report::trend::{Trend, trend};
 use crate::report::{Curve, Figure, Section, Table, identifier};
 
+/// Speed in rpm and phasor in m.
+type Point = (f64, Complex<f64>);
+
 /// Mode shapes that are drawn.
 const SHAPES: usize = 6;
 
@@ -237,9 +240,25 @@ fn capital(word: &str) -> String {
     word[..1].to_uppercase() + &word[1..]
 }
 
+/// Maxima, and their margins where the running range was stated: beside each other they do not fit a telephone.
+fn peaks(found: &Check, trial: &str) -> Vec<Table> {
+    let rows = text::peak_rows(found, trial);
+    let part = |columns: [usize; 4]| -> (Vec<&str>, Vec<Vec<String>>) {
+        let names = columns.map(|c| text::PEAK_COLUMNS[c]).to_vec();
+        (names, rows.iter().map(|r| columns.map(|c| r[c].clone()).to_vec()).collect())
+    };
+    let (names, cells) = part([0, 1, 2, 3]);
+    let mut all = vec![table("Maxima", &names, cells)];
+    if rows.iter().any(|r| r[4] != "–") {
+        let (names, cells) = part([0, 1, 4, 5]);
+        all.push(table("Separation from the running range", &names, cells));
+    }
+    all
+}
+
 fn unbalance(found: &Check, trial: &str) -> Section {
     let responses = found.responses.iter().filter(|(t, _)| t.name == trial).flat_map(|(_, r)| r);
-    let mut by_bearing: Vec<(String, Vec<Curve>, Vec<(f64, Complex<f64>)>)> = Vec::new();
+    let mut by_bearing: Vec<(String, Vec<Curve>, Vec<Point>)> = Vec::new();
     for (response, probe) in responses.zip(&found.rotor.probe) {
         let peak = |speed_rpm: f64| {
             response
@@ -279,7 +298,7 @@ fn unbalance(found: &Check, trial: &str) -> Section {
             },
             number(found.range_rpm[1], 0)
         )],
-        tables: vec![table("Maxima", &text::PEAK_COLUMNS, text::peak_rows(found, trial))],
+        tables: peaks(found, trial),
         figures,
     }
 }

@@ -62,7 +62,7 @@ pub fn bearing_rows(found: &Check) -> Vec<Vec<String>> {
         row.push(at.eccentricity_ratio.map_or_else(absent, |e| format!("{e:.3}")));
         row.push(at.attitude_deg.map_or_else(absent, |a| format!("{a:.1}")));
         let (k, c) = (at.stiffness_n_m, at.damping_n_s_m);
-        row.extend([k.xx, k.xy, k.yx, k.yy, c.xx, c.xy, c.yx, c.yy].map(|v| scientific(v)));
+        row.extend([k.xx, k.xy, k.yx, k.yy, c.xx, c.xy, c.yx, c.yy].map(scientific));
         row
     };
     found.bearings.iter().map(of).collect()
