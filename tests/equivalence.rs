@@ -10,11 +10,16 @@ use rotor_edge::sample;
 use rotor_edge_core::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS};
 use rotor_edge_core::response::{SupportAmplitudes, response};
 use rotor_edge_core::state::{NodeState, Reason};
+use rotor_edge_desktop::bearing::Law;
+use rotor_edge_desktop::bearing::film::Film;
+use rotor_edge_desktop::bearing::film_law::FilmLaw;
 use rotor_edge_desktop::bearing::support::{Pedestal, SupportLaw};
+use rotor_edge_desktop::bearing::table::{Table, TableRow};
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
-use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::drawing::{Mount, Rotor};
 use rotor_edge_desktop::machine::place::SpeedLaw;
 use rotor_edge_desktop::measurement::{Reading, rad_s};
+use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::model::terms::{Forcing, Support};
 
 fn identified() -> (Rotor, Vec<Reading>) {
@@ -100,6 +105,68 @@ fn every_kind_of_term_gives_the_same_response_in_core_and_desktop() {
         let without = plain.desktop.response(speed).unwrap().at(u);
         assert!((without - &desktop).camax() > 1e-2 * desktop.camax(), "the terms matter");
     }
+}
+
+/// The identified sample with a film at one bearing, a table at the other, a pedestal stated under it and its probes on
+/// that housing.
+fn on_films(rotor: &Rotor) -> Rotor {
+    let mut rotor = rotor.clone();
+    rotor.schema = 2;
+    let film = r#"kind = "tilting_pad"
+        diameter_m = 0.1
+        length_m = 0.05
+        radial_clearance_m = 1e-4
+        viscosity_pa_s = 0.02
+        load_n = 2000.0
+        pads = 5
+        preload = 0.3"#;
+    rotor.bearing[0].law = Law::Film(FilmLaw::new(toml::from_str::<Film>(film).unwrap()).unwrap());
+    let row = |speed_rpm: f64| {
+        let k = 1e8 * (1.0 + speed_rpm / 20_000.0);
+        let c = 2e5 * (3000.0 / speed_rpm).sqrt();
+        TableRow {
+            speed_rpm,
+            kxx: k,
+            kxy: 0.3 * k,
+            kyx: -0.4 * k,
+            kyy: 1.3 * k,
+            cxx: c,
+            cxy: 0.0,
+            cyx: 0.0,
+            cyy: c,
+        }
+    };
+    let speeds = [1000.0, 2000.0, 3000.0, 4500.0, 6000.0, 8000.0, 10_000.0, 11_000.0, 12_000.0, 13_000.0];
+    rotor.bearing[1].law = Law::Table(Table::new(speeds.map(row).to_vec()).unwrap());
+    rotor.bearing[1].pedestal =
+        Some(Pedestal { stiffness_n_m: [6e8, 4e8], damping_n_s_m: [2e4, 3e4], mass_kg: [100.0, 80.0] });
+    let name = rotor.bearing[1].name.clone();
+    rotor.probe.iter_mut().filter(|p| p.bearing == name).for_each(|p| p.mount = Mount::Housing);
+    rotor
+}
+
+#[test]
+fn films_tables_pedestals_and_probes_on_housings_respond_in_the_core_as_on_the_desktop() {
+    let (rotor, _) = identified();
+    let rotor = on_films(&rotor);
+    let deployed = deployment(&rotor);
+    let full = Model::finite_elements(&rotor);
+    let u = &deployed.unbalance_kg_m;
+    let u_g_mm: Vec<[f32; 2]> = u.iter().map(|u| [(u.re * 1e6) as f32, (u.im * 1e6) as f32]).collect();
+    let mut worst = 0.0_f64;
+    for speed_rpm in [3000.0, 4000.0, 5500.0, 8000.0, 9500.0, 11_000.0, 12_000.0] {
+        let speed = rad_s(speed_rpm);
+        let desktop = deployed.desktop.response(speed).unwrap().at(u);
+        let core = response(&deployed.edge, speed as f32, &SupportAmplitudes::default()).unwrap();
+        let shown = core.probes()[..4].iter().map(|probe| probe.phasor(&u_g_mm));
+        let core =
+            DVector::from_iterator(4, shown.map(|y| Complex::new(f64::from(y.re), f64::from(y.im)) * 1e-6));
+        assert!((&core - &desktop).camax() < 1e-5 * desktop.camax(), "{speed_rpm} rpm");
+        let exact = full.response(speed).unwrap().at(u);
+        worst = worst.max((&exact - &desktop).camax() / exact.camax());
+    }
+    println!("straight lines between knots and six shapes: {worst:.1e} of the response at worst");
+    assert!(worst < 0.03, "{worst}");
 }
 
 #[test]

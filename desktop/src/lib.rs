@@ -1,4 +1,4 @@
-//! Full-precision model of a rotor on two bearings: what the controller's model is made from,
+//! Full-precision model of a rotor on its bearings: what the controller's model is made from,
 //! checked against and identified with.
 //!
 //! | module | holds |

@@ -1,7 +1,7 @@
 //! The page that describes `rotor.toml`, example by example, and what a machine's file is refused for.
 
 use rotor_edge_desktop::bearing::Law;
-use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::drawing::{EffectEntry, Rotor};
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::model::Model;
@@ -158,4 +158,14 @@ fn a_reading_so_slow_that_the_film_is_out_of_its_solver_s_range_is_told_with_spe
     assert!(measurement::parse("m.csv", &text(2000.0), &rotor).is_ok());
     let error = measurement::parse("m.csv", &text(3.0), &rotor).unwrap_err().to_string();
     assert!(error.contains("at 3 rpm, bearing \"A\"") && error.contains("0.95"), "{error}");
+}
+
+#[test]
+fn a_machine_made_in_code_is_checked_as_a_file_is_and_an_unknown_effect_is_not_dropped() {
+    let mut rotor = read(&machine("[[run]]\nname = \"a\"\n"));
+    assert!(rotor.validate().is_ok());
+    let kind = "gremlins".to_string();
+    rotor.effect.push(EffectEntry { kind, at: None, parameters: Default::default() });
+    let error = rotor.validate().unwrap_err().to_string();
+    assert!(error.contains("there is no effect \"gremlins\""), "{error}");
 }

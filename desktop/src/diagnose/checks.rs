@@ -22,6 +22,7 @@ const ANOTHER_MACHINE: f64 = 0.8;
 /// # Errors
 /// If a probe is dead or clipped, or there is nothing to fit.
 pub fn before(rotor: &Rotor, readings: &[Reading]) -> Result<Vec<String>, Error> {
+    rotor.validate()?;
     let mut remarks = Vec::new();
     for (p, probe) in rotor.probe.iter().enumerate() {
         let seen: Vec<Complex<f64>> = readings.iter().filter_map(|r| r.probes[p]).collect();

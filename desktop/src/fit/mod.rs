@@ -209,8 +209,7 @@ impl<'a> Fitter<'a> {
             3 => Box::new(Problem::<6>::new(hypothesis, data, plant, held, amplitudes, whitening)),
             4 => Box::new(Problem::<8>::new(hypothesis, data, plant, held, amplitudes, whitening)),
             5..=6 => Box::new(Problem::<12>::new(hypothesis, data, plant, held, amplitudes, whitening)),
-            7..=10 => Box::new(Problem::<20>::new(hypothesis, data, plant, held, amplitudes, whitening)),
-            11..=MOST_HELD => {
+            7..=MOST_HELD => {
                 Box::new(Problem::<32>::new(hypothesis, data, plant, held, amplitudes, whitening))
             }
             more => return Err(Error::Unsuitable(format!("{more} held places are more than {MOST_HELD}"))),

@@ -12,6 +12,16 @@ const MOST_BEARINGS: usize = 12;
 /// Most planes in which unbalance is sought.
 const MOST_PLANES: usize = 8;
 
+impl Rotor {
+    /// Checks a machine that was made in code as a file is checked when it is read.
+    ///
+    /// # Errors
+    /// One sentence with the key, the number and what was expected.
+    pub fn validate(&self) -> Result<(), Error> {
+        check(&self.name, self)
+    }
+}
+
 struct Checker<'a> {
     file: &'a str,
 }

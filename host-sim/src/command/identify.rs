@@ -117,10 +117,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 /// Identified bearings and planes as a table.
 pub fn print(found: &PhaseOne) {
-    println!("  bearing  coefficient   identified         start     ± %   from");
+    let width = found.bearings.iter().map(|p| p.symbol.chars().count()).fold(11, usize::max);
+    println!("  bearing  {:<width$}  identified         start     ± %   from", "coefficient");
     for p in &found.bearings {
         println!(
-            "  {:<8} {:<10} {:>12.4e} {:>13.4e} {:>7.1}   {}",
+            "  {:<8} {:<width$} {:>11.4e} {:>13.4e} {:>7.1}   {}",
             p.bearing,
             p.symbol,
             p.value,
