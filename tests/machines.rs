@@ -3,6 +3,8 @@
 //!
 //! The table of the README comes from here; `readme_table_is_current` prints it anew when it differs.
 
+#[path = "machines/film.rs"]
+mod film;
 #[path = "machines/machine.rs"]
 mod machine;
 

@@ -1,12 +1,9 @@
 //! Compressors on tilting-pad, lemon and plain film bearings of ROSS's own solver, of which the drawing knows neither
 //! geometry nor table: the data learn the bearings over speed, and nothing may be claimed that is not there.
 
-#[path = "machines/machine.rs"]
-mod machine;
-
 use std::sync::OnceLock;
 
-use machine::{Machine, machines};
+use crate::machine::{Machine, machines};
 use rotor_edge_desktop::diagnose::{Diagnosis, Verdict, diagnose};
 
 /// Bows and thin causes: where a bearing of 24 unknowns can follow it, an effect is told by no data of one run-up.
