@@ -109,7 +109,7 @@ fn bad_rotors_are_refused_with_the_key_and_what_was_expected() {
         assert!(good.contains(from), "{from}");
         refusal(&good.replacen(from, to, 1), sample::RECORD)
     };
-    assert_says(&change("schema = 1", "schema = 2"), &["rotor.toml", "schema", "expected 1"]);
+    assert_says(&change("schema = 1", "schema = 3"), &["rotor.toml", "schema", "expected 1 to 2"]);
     assert_says(&change("[physics]", "colour = 3\n[physics]"), &["line", "colour"]);
     assert_says(&change("length_m = 0.08", "length_m = -0.08"), &["[[shaft]] 1 length_m", "-0.08"]);
     assert_says(&change("length_m = 0.08", "length_m = 80.0"), &["[[shaft]] 1 length_m", "50"]);
@@ -128,10 +128,27 @@ fn bad_rotors_are_refused_with_the_key_and_what_was_expected() {
     let without_shaft = good.split("[[shaft]]").next().unwrap();
     assert_says(&refusal(without_shaft, sample::RECORD), &["shaft"]);
     let third = "\n[[bearing]]\nname = \"17\"\nposition_m = 0.5\nstiffness_n_m = { xx = 1e8, yy = 1e8 }\ndamping_n_s_m = { xx = 1e5, yy = 1e5 }\n";
-    assert_says(&refusal(&format!("{good}{third}"), sample::RECORD), &["3 given", "exactly two bearings"]);
+    let many: String =
+        (0..11).map(|i| third.replace("17", &format!("x{i}")).replace("0.5", &format!("0.5{i}"))).collect();
+    assert_says(&refusal(&format!("{good}{many}"), sample::RECORD), &["13 given", "one to 12 bearings"]);
+    let twice = third.replace("0.5", "0.11");
+    let place = good
+        .split("[[bearing]]")
+        .nth(1)
+        .unwrap()
+        .split("position_m = ")
+        .nth(1)
+        .unwrap()
+        .lines()
+        .next()
+        .unwrap();
+    assert_says(
+        &refusal(&format!("{good}{}", twice.replace("0.11", place)), sample::RECORD),
+        &["[[bearing]] \"17\" position_m", "the bearing \"15\" is at the same place"],
+    );
     let head = good.split("[[bearing]]").next().unwrap();
     let tail = &good[good.find("[[probe]]").unwrap()..];
-    assert_says(&refusal(&format!("{head}{tail}"), sample::RECORD), &["0 given", "exactly two bearings"]);
+    assert_says(&refusal(&format!("{head}{tail}"), sample::RECORD), &["0 given", "one to 12 bearings"]);
 }
 
 #[test]

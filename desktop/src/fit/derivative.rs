@@ -92,7 +92,6 @@ impl<const D: usize> Problem<'_, D> {
                 &supports,
                 response,
                 motion,
-                &self.mounted(&now.terms, r),
             );
             for v in &row.values {
                 slopes[at] += now.terms.gains[v.probe] * change[v.probe] * slope;

@@ -54,8 +54,8 @@ impl Range {
             let direction = [-1.0, 1.0][k];
             let edge = |u: &BearingUnknown| match (bounds, u.law.role) {
                 // bounds are of coefficients; a factor on a stated column is none
-                (Some(b), Role::Damping) if u.law.unit != "" => b.damping_n_s_m[k].ln(),
-                (Some(b), Role::Stiffness) if u.law.unit != "" => b.stiffness_n_m[k].ln(),
+                (Some(b), Role::Damping) if !u.law.unit.is_empty() => b.damping_n_s_m[k].ln(),
+                (Some(b), Role::Stiffness) if !u.law.unit.is_empty() => b.stiffness_n_m[k].ln(),
                 (_, Role::Other) => u.law.stated + direction * 2.0 * u.law.prior_sd,
                 _ => u.law.stated + direction * DEFAULT_RANGE.ln(),
             };

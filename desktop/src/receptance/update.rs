@@ -55,6 +55,8 @@ pub struct Response<const D: usize> {
     pub held: Vec<SVector<C, D>>,
     /// Motion at each probe per unit of force at a held place; what derivatives need.
     pub adjoint: Vec<SVector<C, D>>,
+    /// Probes on housings.
+    mounted: Vec<Mounted>,
 }
 
 /// A 2 × 2 matrix in x and y that is `value` for one sense of whirl and nothing for the other; `turn` is
@@ -184,6 +186,7 @@ impl<const D: usize> Receptances<D> {
             probes: Vec::with_capacity(self.probe_force.len()),
             held: Vec::with_capacity(self.held_force.len()),
             adjoint: Vec::with_capacity(probes),
+            mounted: mounted.to_vec(),
         };
         for (motion, seen) in self.held_force.iter().zip(self.probe_force.chunks(probes)) {
             let force = inverse * forces(&excess, motion);
@@ -218,13 +221,12 @@ impl<const D: usize> Receptances<D> {
         supports: &Supports<D>,
         response: &Response<D>,
         motion: &SVector<C, D>,
-        mounted: &[Mounted],
     ) -> Vec<C> {
         let slope = I * (2.0 * speed_rad_s);
         let gains = plant.backward_gains(speed_rad_s, internal_damping_s);
         let gain_slopes: Vec<C> = gains.iter().map(|g| -slope * g * g).collect();
         let mut change = Whirl::<D>::backward(plant, &gain_slopes, places);
-        less_housings(&mut change.probe_held, &change.held, mounted);
+        less_housings(&mut change.probe_held, &change.held, &response.mounted);
         let nominal_slope = of_whirl(slope * plant.nominal_n_m, I);
         let force = self.excess_forces(supports, motion);
         let moved = change.held * force;
