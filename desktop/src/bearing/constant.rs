@@ -159,6 +159,14 @@ impl Constant {
     }
 }
 
+/// The support of these coefficients, learned over speed or not.
+fn over_speed(at: Pair, learned: Option<Learned>) -> SupportLaw {
+    let Some(learned) = learned else { return SupportLaw::linear(at.stiffness, at.damping) };
+    let [first, second] = learned.terms();
+    let curve = Curve::Logarithmic { terms: [at, first, second], reference_rad_s: learned.reference_rad_s() };
+    SupportLaw { curve: Some(curve), ..SupportLaw::linear(Matrix2::zeros(), Matrix2::zeros()) }
+}
+
 impl BearingLaw for Constant {
     fn unknowns(&self) -> Vec<LawUnknown> {
         let pair = self.pair();
@@ -197,15 +205,11 @@ impl BearingLaw for Constant {
 
     fn support(&self, x: &[f64]) -> SupportLaw {
         let (at, learned) = self.at(x);
-        match learned {
-            None => SupportLaw::linear(at.stiffness, at.damping),
-            Some(learned) => {
-                let [first, second] = learned.terms();
-                let terms = [at, first, second];
-                let curve = Curve::Logarithmic { terms, reference_rad_s: learned.reference_rad_s() };
-                SupportLaw { curve: Some(curve), ..SupportLaw::linear(Matrix2::zeros(), Matrix2::zeros()) }
-            }
-        }
+        over_speed(at, learned)
+    }
+
+    fn drawn(&self) -> SupportLaw {
+        over_speed(self.pair(), self.learned)
     }
 
     fn assign(&mut self, x: &[f64]) {
@@ -303,5 +307,13 @@ mod tests {
         let after = law.coefficients(777.0);
         assert!((before.stiffness - after.stiffness).norm() < 1e-9 * before.stiffness.norm());
         assert!((before.damping - after.damping).norm() < 1e-9 * before.damping.norm());
+    }
+
+    #[test]
+    fn a_bearing_without_damping_is_drawn_without_it_though_its_search_starts_from_a_trace() {
+        let direct = |k: f64| Coefficients { xx: k, yy: k, ..Coefficients::default() };
+        let law = Constant { stiffness_n_m: direct(1e7), damping_n_s_m: direct(0.0), learned: None };
+        assert_eq!(law.drawn().damping_n_s_m, Matrix2::zeros());
+        assert!((law.support(&stated(&law)).damping_n_s_m.m11 - 10.0).abs() < 1e-9);
     }
 }

@@ -63,10 +63,15 @@ pub trait BearingLaw {
         false
     }
 
+    /// The support as stated: not always that of the unknowns' stated coordinates, as a logarithm knows no zero.
+    fn drawn(&self) -> SupportLaw {
+        let stated: Vec<f64> = self.unknowns().iter().map(|u| u.stated).collect();
+        self.support(&stated)
+    }
+
     /// Coefficients as stated at running speed.
     fn coefficients(&self, speed_rad_s: f64) -> Pair {
-        let stated: Vec<f64> = self.unknowns().iter().map(|u| u.stated).collect();
-        self.support(&stated).coefficients(speed_rad_s)
+        self.drawn().coefficients(speed_rad_s)
     }
 }
 

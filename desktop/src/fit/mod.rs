@@ -141,8 +141,7 @@ impl<'a> Fitter<'a> {
 
     /// Scales of the machine; `amplitude_m` at the bearings from a fit, where there is one.
     pub fn scales(&self, base: Option<&Fit>) -> Scales {
-        let bearings = Bearings::of(self.rotor);
-        let laws = bearings.supports(&bearings.stated());
+        let laws = Bearings::of(self.rotor).drawn();
         let direct = laws.iter().map(|law| 0.5 * law.typical_stiffness_n_m().trace());
         let mean_square = base.map_or(1e-10, |fit| {
             let all = fit.amplitudes.iter().flatten().flatten();

@@ -88,6 +88,15 @@ impl Bearings {
         self.laws.iter().enumerate().map(support).collect()
     }
 
+    /// The supports as the file states them, in its order.
+    pub fn drawn(&self) -> Vec<SupportLaw> {
+        let support = |(law, pedestal): (&Law, &Option<Pedestal>)| SupportLaw {
+            pedestal: *pedestal,
+            ..law.as_law().drawn()
+        };
+        self.laws.iter().zip(&self.pedestals).map(support).collect()
+    }
+
     /// Writes these search coordinates into a rotor with the same bearings.
     pub fn assign(&self, rotor: &mut Rotor, x: &[f64]) {
         for (b, places) in rotor.bearing.iter_mut().zip(&self.places) {

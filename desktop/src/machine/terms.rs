@@ -28,8 +28,7 @@ pub struct Terms {
 impl Terms {
     /// The machine as drawn: its bearings and true probes, no effects.
     pub fn drawn(rotor: &Rotor) -> Self {
-        let bearings = Bearings::of(rotor);
-        Self::on(rotor, bearings.supports(&bearings.stated()))
+        Self::on(rotor, Bearings::of(rotor).drawn())
     }
 
     /// The machine on these bearings, in the order of the file.
