@@ -23,9 +23,9 @@ use rotor_edge_core::can::{Frame, MonitorResult, NumberedReading, ResultAssemble
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement;
-use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::rotor_file;
 use shared::{PATIENCE, Shared};
 use tempfile::TempDir;
 

@@ -3,10 +3,10 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::{Complex, DVector};
+use rotor_edge_desktop::machine::drawing::{Coefficients, Rotor};
+use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::rad_s;
 use rotor_edge_desktop::model::Model;
-use rotor_edge_desktop::rotor::{Coefficients, Rotor};
-use rotor_edge_desktop::rotor_file;
 use rotor_edge_tests::repository;
 
 type C = Complex<f64>;
@@ -32,8 +32,8 @@ fn rigid_rotor(stiffness_n_m: f64, damping_n_s_m: f64) -> Rotor {
     r.disk[0].diametral_inertia_kg_m2 = 0.0;
     r.disk[0].polar_inertia_kg_m2 = 0.0;
     for b in &mut r.bearing {
-        b.stiffness_n_m = isotropic(stiffness_n_m);
-        b.damping_n_s_m = isotropic(damping_n_s_m);
+        b.constants_mut().unwrap().stiffness_n_m = isotropic(stiffness_n_m);
+        b.constants_mut().unwrap().damping_n_s_m = isotropic(damping_n_s_m);
     }
     r
 }
@@ -74,8 +74,8 @@ fn jeffcott_rotor_peaks_at_its_critical_speed_with_the_closed_form_amplitude() {
     r.physics.gyroscopic = false;
     r.physics.shear_deformation = false;
     for b in &mut r.bearing {
-        b.stiffness_n_m = isotropic(1e11);
-        b.damping_n_s_m = isotropic(0.0);
+        b.constants_mut().unwrap().stiffness_n_m = isotropic(1e11);
+        b.constants_mut().unwrap().damping_n_s_m = isotropic(0.0);
     }
     r.disk[0].diametral_inertia_kg_m2 = 0.0;
     r.probe[0].position_m = r.disk[0].position_m;
@@ -118,8 +118,8 @@ fn probe_at_45_degrees_equals_the_rotated_pair_at_0_and_90() {
 fn gyroscopic_moments_stiffen_the_forward_whirl_and_soften_the_backward_one() {
     let mut r = rotor("overhung");
     for b in &mut r.bearing {
-        b.stiffness_n_m = isotropic(b.stiffness_n_m.xx);
-        b.damping_n_s_m = isotropic(0.0);
+        b.constants_mut().unwrap().stiffness_n_m = isotropic(b.constants_mut().unwrap().stiffness_n_m.xx);
+        b.constants_mut().unwrap().damping_n_s_m = isotropic(0.0);
     }
     let model = Model::finite_elements(&r);
     let frequencies = |spin: f64| {

@@ -10,10 +10,12 @@ use rotor_edge::sample;
 use rotor_edge_core::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS};
 use rotor_edge_core::response::{SupportAmplitudes, response};
 use rotor_edge_core::state::{NodeState, Reason};
+use rotor_edge_desktop::bearing::support::{Pedestal, SupportLaw};
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::place::SpeedLaw;
 use rotor_edge_desktop::measurement::{Reading, rad_s};
-use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::terms::{Forcing, Pedestal, SpeedLaw, Support, SupportLaw};
+use rotor_edge_desktop::model::terms::{Forcing, Support};
 
 fn identified() -> (Rotor, Vec<Reading>) {
     let (rotor, record, runup) = sample::load().unwrap();
@@ -68,8 +70,7 @@ fn with_every_term(rotor: &Rotor) -> Deployment {
     let mut seal = SupportLaw::linear(Matrix2::new(2e7, 3e7, -3e7, 2e7), Matrix2::identity() * 1e4);
     seal.mass_kg = 4.0;
     model.supports.push(Support { shape: disk.clone(), law: seal });
-    model.supports[0].law.pedestal =
-        Some(Pedestal { stiffness_n_m: 8e8, damping_n_s_m: 2e4, mass_kg: 300.0 });
+    model.supports[0].law.pedestal = Some(Pedestal::isotropic(8e8, 2e4, 300.0));
     model.supports[1].law.stiffness_slope = 0.3;
     model.supports[1].law.reference_rad_s = 800.0;
     model.internal_damping_s = 2e-5;

@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 
 use machine::{Hidden, Machine, machines};
 use rotor_edge_desktop::diagnose::{Candidate, Verdict, add, diagnose, improve};
+use rotor_edge_desktop::machine::drawing::{ParameterValue, Rotor};
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::rotor::{ParameterValue, Rotor};
 use rotor_edge_tests::repository;
 
 /// Half width of a 95 % interval in standard deviations.

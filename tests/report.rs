@@ -16,9 +16,9 @@ use rotor_edge::report::{Figure, Prediction, Section, comparison_sections, page}
 use rotor_edge::sample;
 use rotor_edge_desktop::compare::{Comparison, Verdict};
 use rotor_edge_desktop::identify::{PhaseOne, PhaseOneConfig, identify};
+use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::model::Model;
-use rotor_edge_desktop::rotor::Rotor;
 use rotor_edge_tests::repository;
 
 /// Bearings and planes that phase I fits.

@@ -2,12 +2,14 @@
 //! against those finite elements.
 
 use nalgebra::{Complex, DVector};
+use rotor_edge_desktop::machine::drawing::{Formulation, Rotor};
+use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::rad_s;
 use rotor_edge_desktop::model::Model;
-use rotor_edge_desktop::rotor::{Formulation, Rotor};
-use rotor_edge_desktop::structure::{ELEMENTS_PER_SEGMENT, mesh};
+use rotor_edge_desktop::shaft::assumed_modes;
+use rotor_edge_desktop::shaft::basis;
+use rotor_edge_desktop::shaft::structure::{ELEMENTS_PER_SEGMENT, mesh};
 use rotor_edge_desktop::unbalance::phasor_kg_m;
-use rotor_edge_desktop::{assumed_modes, rotor_file};
 use rotor_edge_tests::repository;
 use serde_json::Value;
 
@@ -98,7 +100,8 @@ fn natural_frequencies_equal_ross_at_rest_and_at_speed() {
         let (rotor, ross) = load(name);
         let mut undamped = rotor.clone();
         for b in &mut undamped.bearing {
-            b.damping_n_s_m = rotor_edge_desktop::rotor::Coefficients { xx: 0.0, yy: 0.0, xy: 0.0, yx: 0.0 };
+            b.constants_mut().unwrap().damping_n_s_m =
+                rotor_edge_desktop::machine::drawing::Coefficients { xx: 0.0, yy: 0.0, xy: 0.0, yx: 0.0 };
         }
         for set in ross["eigenvalues"].as_array().unwrap() {
             let machine = if set["damped"].as_bool().unwrap() { &rotor } else { &undamped };
@@ -132,7 +135,7 @@ fn worst_reduction(rotor: &Rotor, reduced: &Model) -> f64 {
 #[test]
 fn six_supported_shapes_equal_full_finite_elements_to_a_fifth_of_a_percent() {
     let (rotor, _) = load("turbine");
-    let worst = worst_reduction(&rotor, &Model::reduced(&rotor, 6));
+    let worst = worst_reduction(&rotor, &basis::reduced(&rotor, 6));
     println!("supported basis of six: within {:.3} % of full finite elements", worst * 100.0);
     assert!(worst < BASIS_TOLERANCE, "{worst}");
 }
@@ -141,13 +144,13 @@ fn six_supported_shapes_equal_full_finite_elements_to_a_fifth_of_a_percent() {
 fn supported_basis_converges_and_keeps_up_when_a_bearing_changes() {
     let (rotor, _) = load("turbine");
     let errors: Vec<f64> =
-        [4, 6, 8, 12].map(|n| worst_reduction(&rotor, &Model::reduced(&rotor, n))).to_vec();
+        [4, 6, 8, 12].map(|n| worst_reduction(&rotor, &basis::reduced(&rotor, n))).to_vec();
     assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
     // made on the old bearings, used with new ones: the static shapes are there for this
     let mut changed = rotor.clone();
-    changed.bearing[1].stiffness_n_m.xx *= 0.5;
-    changed.bearing[1].stiffness_n_m.yy *= 1.3;
-    let basis = rotor_edge_desktop::basis::supported(&Model::finite_elements(&rotor), 6);
+    changed.bearing[1].constants_mut().unwrap().stiffness_n_m.xx *= 0.5;
+    changed.bearing[1].constants_mut().unwrap().stiffness_n_m.yy *= 1.3;
+    let basis = basis::supported(&Model::finite_elements(&rotor), 6);
     let worst = worst_reduction(&changed, &Model::finite_elements(&changed).projected(&basis));
     assert!(worst < 5e-3, "{worst}");
 }

@@ -19,9 +19,10 @@ use rotor_edge_core::response::{SupportAmplitudes, response};
 use rotor_edge_core::track::Tracker;
 use rotor_edge_desktop::diagnose::diagnose;
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
+use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::model::Model;
-use rotor_edge_desktop::rotor::Rotor;
+use rotor_edge_desktop::shaft::basis;
 
 fn main() {
     divan::main();
@@ -71,7 +72,7 @@ fn response_at_51_speeds_on_finite_elements(bencher: Bencher) {
 #[divan::bench]
 fn response_at_51_speeds_on_six_shapes(bencher: Bencher) {
     let (rotor, _, runup) = sample::load().unwrap();
-    let model = Model::reduced(&rotor, 6);
+    let model = basis::reduced(&rotor, 6);
     bencher.bench(|| runup.iter().map(|r| model.response(r.speed_rad_s()).unwrap()).collect::<Vec<_>>());
 }
 

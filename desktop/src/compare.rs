@@ -18,8 +18,8 @@ use nalgebra::Complex;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
-use crate::rotor::{Noise, Rotor};
 
 use tally::{Tally, Value, ratio};
 
@@ -236,7 +236,7 @@ impl Values {
     }
 
     fn by_probe(&self, rotor: &Rotor) -> Vec<ProbeMisfit> {
-        let misfit = |(i, probe): (usize, &crate::rotor::Probe)| {
+        let misfit = |(i, probe): (usize, &crate::machine::drawing::Probe)| {
             let tally = Tally::of(self.0.iter().filter_map(|row| row[i].as_ref()));
             ProbeMisfit {
                 probe: probe.name.clone(),

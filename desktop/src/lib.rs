@@ -3,15 +3,16 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`rotor`], [`rotor_file`] | the machine as drawn, and `rotor.toml` |
+//! | [`machine`] | the machine as drawn, `rotor.toml`, how far it may be off, the terms it states |
+//! | [`shaft`] | Timoshenko elements; K, M, G of the shaft with its disks; shape functions |
+//! | [`bearing`] | what holds the shaft |
+//! | [`effects`] | what a file's effects add to a machine's terms; one file an effect |
+//! | [`model`] | supports, forcings and readings on a shaft; the response at running speed |
+//! | [`receptance`] | the same response by a small update of a shaft solved once |
 //! | [`measurement`] | measured 1x vibration, and `measured.csv` |
-//! | [`elements`], [`structure`] | Timoshenko elements; K, M, G of the shaft with its disks |
-//! | [`basis`], [`assumed_modes`] | the shape functions of the reduced model |
-//! | [`terms`], [`model`] | supports, forcings, readings; the response at running speed |
 //! | [`unbalance`] | g·mm and degrees; static and dynamic parts |
-//! | [`identify`] | bearings and unbalance from measurements: phase I and phase II |
-//! | [`machine`], [`effects`] | what a file's effects add to a machine's terms; one file an effect |
 //! | [`fit`] | hypotheses fitted to measurements |
+//! | [`identify`] | bearings and unbalance from measurements: phase I and phase II |
 //! | [`track`] | the unbalance of a long record, while bearings change |
 //! | [`prognosis`] | where the unbalance is going |
 //! | [`startup`] | a single-disk rotor from its start-up: the simple model, and where it fails |
@@ -25,25 +26,23 @@
 //! `−iF` in y. Everything inside is in SI units and radians; files and reports use µm, g·mm, rpm
 //! and degrees, and their names say so.
 
-pub mod assumed_modes;
 pub mod balance;
-pub mod basis;
+pub mod bearing;
+pub mod check;
 pub mod compare;
 pub mod diagnose;
 pub mod effects;
-pub mod elements;
 mod error;
 pub mod fit;
 pub mod identify;
+pub mod inference;
 pub mod machine;
 pub mod measurement;
 pub mod model;
 pub mod prognosis;
-pub mod rotor;
-pub mod rotor_file;
+pub mod receptance;
+pub mod shaft;
 pub mod startup;
-pub mod structure;
-pub mod terms;
 #[cfg(test)]
 mod testing;
 pub mod track;

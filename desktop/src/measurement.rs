@@ -10,7 +10,7 @@ use std::path::Path;
 use nalgebra::Complex;
 
 use crate::error::Error;
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
 
 /// No proximity probe measures more than this; a larger number is a wrong unit.
 const LARGEST_UM: f64 = 10_000.0;

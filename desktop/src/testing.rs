@@ -1,14 +1,14 @@
 //! Rotors for unit tests.
 
-use crate::rotor::{Bearing, Coefficients, Disk, Physics, Plane, Probe, Rotor, Segment};
+use crate::machine::drawing::{Bearing, Coefficients, Disk, Mount, Physics, Plane, Probe, Rotor, Segment};
 
 fn bearing(name: &str, position_m: f64, k: [f64; 2], c: [f64; 2]) -> Bearing {
     let direct = |[xx, yy]: [f64; 2]| Coefficients { xx, yy, xy: 0.0, yx: 0.0 };
-    Bearing { name: name.into(), position_m, stiffness_n_m: direct(k), damping_n_s_m: direct(c) }
+    Bearing::constant(name, position_m, direct(k), direct(c))
 }
 
 fn probe(name: &str, bearing: &str, position_m: f64, angle_deg: f64) -> Probe {
-    Probe { name: name.into(), bearing: bearing.into(), position_m, angle_deg }
+    Probe { name: name.into(), bearing: bearing.into(), position_m, angle_deg, mount: Mount::Ground }
 }
 
 fn plane(name: &str, position_m: f64) -> Plane {

@@ -1,13 +1,13 @@
 //! The fitting engine's small update against the full dynamic stiffness, on the reference rotors.
 
 use nalgebra::{Complex, DMatrix};
-use rotor_edge_desktop::fit::plant::{Force, Plant};
-use rotor_edge_desktop::fit::shaft::Shaft;
-use rotor_edge_desktop::fit::tolerance::Offsets;
-use rotor_edge_desktop::fit::update::{Receptances, Response, Supports, forces};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::machine::tolerance::Offsets;
 use rotor_edge_desktop::model::Model;
-use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::rotor_file;
+use rotor_edge_desktop::receptance::plant::{Force, Plant};
+use rotor_edge_desktop::receptance::update::{Receptances, Response, Supports, forces};
+use rotor_edge_desktop::shaft::nodal::Shaft;
 
 type C = Complex<f64>;
 
@@ -18,8 +18,9 @@ const NOMINAL_N_M: f64 = 4e7;
 fn rotor(name: &str) -> Rotor {
     let path = format!("{}/../tests/reference/rotors/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let mut rotor = rotor_file::read(path.as_ref()).unwrap();
-    rotor.bearing[0].stiffness_n_m.xy = 0.2 * rotor.bearing[0].stiffness_n_m.xx;
-    rotor.bearing[1].stiffness_n_m.yx = -0.3 * rotor.bearing[1].stiffness_n_m.yy;
+    let [left, right] = [0, 1].map(|b| rotor.bearing[b].constants().unwrap().stiffness_n_m);
+    rotor.bearing[0].constants_mut().unwrap().stiffness_n_m.xy = 0.2 * left.xx;
+    rotor.bearing[1].constants_mut().unwrap().stiffness_n_m.yx = -0.3 * right.yy;
     rotor.probe[1].angle_deg = 127.0;
     rotor
 }
@@ -53,7 +54,7 @@ fn updated_receptances_equal_the_full_dynamic_stiffness_solution() {
         let rotor = rotor(name);
         let model = Model::finite_elements(&rotor);
         for speed in [150.0, 600.0, 1150.0] {
-            let fast = table(&receptances(&rotor, speed).respond(&bearings(&model, speed)).unwrap());
+            let fast = table(&receptances(&rotor, speed).respond(&bearings(&model, speed), &[]).unwrap());
             let full = model.response(speed).unwrap().per_unbalance;
             let error = (&fast - &full).norm() / full.norm();
             assert!(error < 1e-8, "{name} at {speed} rad/s: {error:e}");
@@ -68,12 +69,12 @@ fn sensitivity_equals_finite_differences() {
     let speed = 900.0;
     let receptances = receptances(&rotor, speed);
     let at = bearings(&model, speed);
-    let now = receptances.respond(&at).unwrap();
+    let now = receptances.respond(&at, &[]).unwrap();
     for place in 0..2 {
         for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             let mut unit = Supports::<4>::zeros();
             unit[(2 * place + row, column)] = C::from(1.0);
-            let moved = |by: f64| table(&receptances.respond(&(at + unit * C::from(by))).unwrap());
+            let moved = |by: f64| table(&receptances.respond(&(at + unit * C::from(by)), &[]).unwrap());
             let step = 1e4;
             let slope = (moved(step) - moved(-step)) / C::from(2.0 * step);
             for p in 0..rotor.probe.len() {

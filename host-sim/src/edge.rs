@@ -1,14 +1,18 @@
 //! From a desktop model to the model that is deployed.
 
+mod knots;
+
 use anyhow::{Result, anyhow, bail};
 use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector};
-use rotor_edge_core::model::{Forcing, ForcingLaw, MAX_PLANES, Model, Noise, Pair, Pedestal, Probe, Support};
+use rotor_edge_core::model::{
+    Forcing, ForcingLaw, MAX_PLANES, Model, Noise, Pair, Pedestal, Probe, Support, Table,
+};
 use rotor_edge_core::node::Node;
 use rotor_edge_core::reading::{MAX_PROBES, ProbeVector, Reading};
 use rotor_edge_desktop as desktop;
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::place::SpeedLaw;
 use rotor_edge_desktop::measurement;
-use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::terms::SpeedLaw;
 use rotor_edge_desktop::unbalance::{G_MM, phasor_kg_m};
 
 /// Shape functions of the controller's model in each plane.
@@ -48,12 +52,13 @@ impl Deployment {
                 .iter()
                 .map(|p| phasor_kg_m(p.unbalance_g_mm.unwrap_or(0.0), p.angle_deg.unwrap_or(0.0))),
         );
-        let desktop = if rotor.effect.is_empty() {
-            desktop::model::Model::reduced(rotor, SHAPES)
+        let plain = rotor.effect.is_empty() && rotor.bearing.len() == 2;
+        let desktop = if plain {
+            desktop::shaft::basis::reduced(rotor, SHAPES)
         } else {
             let full = desktop::model::Model::finite_elements(rotor);
             let fastest_rad_s = measurement::rad_s(fastest_rpm);
-            full.projected(&desktop::basis::closest(&full, SHAPES, fastest_rad_s, &unbalance_kg_m)?)
+            full.projected(&desktop::shaft::basis::closest(&full, SHAPES, fastest_rad_s, &unbalance_kg_m)?)
         };
         Self::of_model(desktop, rotor, unbalance_kg_m, fastest_rpm)
     }
@@ -68,6 +73,7 @@ impl Deployment {
         unbalance_kg_m: DVector<Complex<f64>>,
         fastest_rpm: f64,
     ) -> Result<Self> {
+        let desktop = knots::straightened(desktop, measurement::rad_s(fastest_rpm));
         let edge = edge_model(&desktop, rotor, &unbalance_kg_m, fastest_rpm)?;
         Ok(Self { desktop, edge, unbalance_kg_m })
     }
@@ -95,14 +101,15 @@ fn edge_model(
 ) -> Result<EdgeModel> {
     let largest_g_mm = unbalance_kg_m.iter().map(|u| u.norm() * G_MM).fold(0.0, f64::max);
     let probe_terms = model.probes.iter().zip(&rotor.probe);
+    let (tables, knots) = knots::tables(model);
     let edge = Model {
         stiffness: matrix(&model.structure.stiffness),
         mass: matrix(&model.structure.mass),
         polar_inertia: matrix(&model.structure.polar_inertia),
         internal_damping_s: model.internal_damping_s as f32,
         planes: held("planes", model.planes.iter().map(vector))?,
-        supports: held("supports", model.supports.iter().map(support))?,
-        knots: heapless::Vec::new(),
+        supports: held("supports", model.supports.iter().zip(tables).map(|(s, table)| support(s, table)))?,
+        knots: held("speeds in its bearings' tables", knots.into_iter())?,
         forcings: held("forcings", model.forcings.iter().map(forcing))?,
         probes: held("probes", probe_terms.map(|(term, place)| probe(term, bearing(rotor, place))))?,
         initial_unbalance_g_mm: held("planes", unbalance_kg_m.iter().map(|u| pair(u * G_MM)))?,
@@ -142,7 +149,7 @@ fn held<T, const MOST: usize>(
     Ok(items.collect())
 }
 
-fn forcing(f: &desktop::terms::Forcing) -> Forcing<SHAPES> {
+fn forcing(f: &desktop::model::terms::Forcing) -> Forcing<SHAPES> {
     let law = match f.law {
         SpeedLaw::Constant => ForcingLaw::Constant,
         SpeedLaw::Squared => ForcingLaw::SpeedSquared,
@@ -151,8 +158,7 @@ fn forcing(f: &desktop::terms::Forcing) -> Forcing<SHAPES> {
     Forcing { shape: vector(&f.shape), amplitude: pair(f.amplitude * 1e6), law }
 }
 
-fn support(s: &desktop::terms::Support) -> Support<SHAPES> {
-    let rows = |m: &nalgebra::Matrix2<f64>| [[m.m11 as f32, m.m12 as f32], [m.m21 as f32, m.m22 as f32]];
+fn support(s: &desktop::model::terms::Support, table: Option<Table>) -> Support<SHAPES> {
     let law = &s.law;
     Support {
         shape: vector(&s.shape),
@@ -161,33 +167,38 @@ fn support(s: &desktop::terms::Support) -> Support<SHAPES> {
         mass_kg: law.mass_kg as f32,
         stiffness_slope: law.stiffness_slope as f32,
         reference_speed_rad_s: law.reference_rad_s as f32,
-        table: None,
+        table,
         hardening_per_um2: (law.hardening_per_m2 * 1e-12) as f32,
         pedestal: law.pedestal.map(|p| Pedestal {
-            stiffness_n_m: both_axes(p.stiffness_n_m),
-            damping_n_s_m: both_axes(p.damping_n_s_m),
-            mass_kg: both_axes(p.mass_kg),
+            stiffness_n_m: axes(p.stiffness_n_m),
+            damping_n_s_m: axes(p.damping_n_s_m),
+            mass_kg: axes(p.mass_kg),
         }),
     }
 }
 
-fn both_axes(value: f64) -> Pair {
-    [value as f32; 2]
+/// Rows and columns x, y.
+fn rows(m: &nalgebra::Matrix2<f64>) -> [Pair; 2] {
+    [[m.m11 as f32, m.m12 as f32], [m.m21 as f32, m.m22 as f32]]
 }
 
-fn probe(term: &desktop::terms::ProbeTerm, bearing: u8) -> Probe<SHAPES> {
+fn axes(values: [f64; 2]) -> Pair {
+    values.map(|v| v as f32)
+}
+
+fn probe(term: &desktop::model::terms::ProbeTerm, bearing: u8) -> Probe<SHAPES> {
     Probe {
         shape: vector(&term.shape),
         direction: [term.angle_rad.cos() as f32, term.angle_rad.sin() as f32],
         gain: pair(term.gain),
         runout_um: pair(term.runout_m * 1e6),
         bearing,
-        mount: None,
+        mount: term.mount.map(|support| support as u8),
     }
 }
 
 /// Which bearing of the file a probe stands at; the file was checked for it.
-fn bearing(rotor: &Rotor, probe: &desktop::rotor::Probe) -> u8 {
+fn bearing(rotor: &Rotor, probe: &desktop::machine::drawing::Probe) -> u8 {
     rotor.bearing_of(probe).map_or(0, |place| place as u8)
 }
 

@@ -2,9 +2,10 @@
 //!
 //! On day 125 a labyrinth ring was replaced: bearing 16 changed and a seal began to act at disk 3.
 
+use rotor_edge_desktop::Error;
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
-use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::{Error, rotor_file};
 
 /// The drawing, with guessed bearings.
 pub const ROTOR: &str = include_str!("../sample/turbine/rotor.toml");

@@ -8,9 +8,9 @@
 
 use nalgebra::{Complex, DVector};
 
+use crate::machine::drawing::Rotor;
 use crate::measurement::rad_s;
-use crate::rotor::Rotor;
-use crate::structure::{ELEMENTS_PER_SEGMENT, Structure};
+use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Structure};
 
 type C = Complex<f64>;
 
@@ -33,7 +33,7 @@ pub struct Grade {
 pub struct Rigid {
     /// Shaft and disks, kg.
     pub mass_kg: f64,
-    /// Positions of the bearings, m.
+    /// Positions of the outermost bearings, m.
     bearings_m: [f64; 2],
     /// Part of the permissible unbalance at each bearing.
     shares: [f64; 2],
@@ -50,7 +50,7 @@ impl Rigid {
         let carried = &structure.mass * &shifted;
         let mass_kg = shifted.dot(&carried);
         let centre_m = tilted.dot(&carried) / mass_kg;
-        let bearings_m = [rotor.bearing[0].position_m, rotor.bearing[1].position_m];
+        let bearings_m = rotor.span_m();
         let span = bearings_m[1] - bearings_m[0];
         let second = ((centre_m - bearings_m[0]) / span).clamp(SHARES[0], SHARES[1]);
         Self { mass_kg, bearings_m, shares: [1.0 - second, second] }

@@ -10,8 +10,8 @@ use super::grade::{Grade, Rigid};
 use super::{AtSpeed, Balanced, LeastVibration, Misfit, NormalEquations, Plan, Squares};
 use crate::error::Error;
 use crate::identify::assumed_noise;
+use crate::machine::drawing::Rotor;
 use crate::measurement::{Reading, rpm};
-use crate::rotor::Rotor;
 use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;

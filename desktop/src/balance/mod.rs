@@ -21,7 +21,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::error::Error;
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
 
 use grade::Grade;
 use weights::{Allowed, Weight};

@@ -7,9 +7,10 @@ use super::grade::{Grade, Rigid};
 use super::{AtSpeed, Balanced, LeastVibration, Misfit, NormalEquations, Plan, Squares};
 use crate::diagnose::best_fit;
 use crate::error::Error;
+use crate::machine::drawing::{Plane, Rotor};
 use crate::measurement::{Reading, rpm};
 use crate::model::Model;
-use crate::rotor::{Plane, Rotor};
+use crate::shaft::basis;
 
 type C = Complex<f64>;
 
@@ -67,7 +68,7 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
         return Err(Error::Unsuitable(format!("there is no reading between {from:.0} and {to:.0} rpm")));
     }
     let machine = Machine {
-        model: Model::reduced(&fit.rotor, SHAPES),
+        model: basis::reduced(&fit.rotor, SHAPES),
         own_kg_m: DVector::from_column_slice(&fit.unbalance_kg_m),
         planes: plan.planes.clone(),
         speeds_rad_s,

@@ -7,9 +7,9 @@ use super::influence::from_trial_runs;
 use super::model::from_model;
 use super::weights::Allowed;
 use super::*;
+use crate::machine::drawing::{AddedUnbalance, Noise, Run};
 use crate::measurement::{Reading, rad_s};
 use crate::model::Model;
-use crate::rotor::{AddedUnbalance, Noise, Run};
 use crate::testing::{sample_rotor, uniform_shaft};
 use crate::unbalance::{G_MM, phasor_kg_m};
 
@@ -122,8 +122,8 @@ fn both_ways_take_away_95_percent_of_the_true_vibration_in_one_shot_under_noise(
     // the file's bearings are guesses
     let mut guess = rotor.clone();
     for b in &mut guess.bearing {
-        b.stiffness_n_m.xx *= 1.2;
-        b.damping_n_s_m.yy *= 0.85;
+        b.constants_mut().unwrap().stiffness_n_m.xx *= 1.2;
+        b.constants_mut().unwrap().damping_n_s_m.yy *= 0.85;
     }
     let plan = plan(&[0, 1]);
     let model = from_model(&guess, &readings, &plan).unwrap();

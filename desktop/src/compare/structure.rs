@@ -5,7 +5,7 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::{Run, ratio};
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
 
 /// Lag-one correlation of the standardised residuals of neighbouring speeds.
 ///

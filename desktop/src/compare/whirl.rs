@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use serde::Serialize;
 
 use super::{C, Value, Values};
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
 
 /// Two probes closer to parallel than this many degrees do not span a plane.
 const LEAST_ANGLE_DEG: f64 = 5.0;

@@ -7,11 +7,11 @@ use super::rank::Ranking;
 use super::{Base, Tried, parameters};
 use crate::effects::entry;
 use crate::fit::data::sigma_m;
-use crate::fit::hypothesis::{Assumed, COEFFICIENTS, Hypothesis, coefficient};
+use crate::fit::hypothesis::{Assumed, Hypothesis};
 use crate::fit::{Fit, starts_for};
+use crate::machine::drawing::{Mount, Noise, Probe, Rotor};
 use crate::measurement::rad_s;
-use crate::model::Model;
-use crate::rotor::{Noise, Probe, Rotor};
+use crate::shaft::basis;
 use crate::unbalance::g_mm_deg;
 
 /// Rivals that are simulated at most.
@@ -101,12 +101,7 @@ fn advise(base: &Base, rivals: &[Rotor], noise: &Noise) -> Vec<Advice> {
 /// A fitted hypothesis as the file of a rotor: bearings, planes and effects.
 pub fn as_file(with: &Hypothesis, fit: &Fit) -> Rotor {
     let mut rotor = with.rotor.clone();
-    for (i, log) in fit.x.iter().take(COEFFICIENTS).enumerate() {
-        let (bearing, axis, damping) = coefficient(i);
-        let b = &mut rotor.bearing[bearing];
-        let c = if damping { &mut b.damping_n_s_m } else { &mut b.stiffness_n_m };
-        *(if axis == 0 { &mut c.xx } else { &mut c.yy }) = log.exp();
-    }
+    with.bearings.assign(&mut rotor, &fit.x);
     for (plane, u) in rotor.plane.iter_mut().zip(&fit.unknowns) {
         let [magnitude, angle] = g_mm_deg(*u);
         (plane.unbalance_g_mm, plane.angle_deg) = (Some(magnitude), Some(angle));
@@ -168,6 +163,7 @@ fn measurements(base: &Base, rotor: &Rotor) -> Vec<Measurement> {
             bearing: rotor.bearing[0].name.clone(),
             position_m: disk.position_m,
             angle_deg,
+            mount: Mount::Ground,
         };
         all.push(Measurement {
             name: format!("a run-up with a further X/Y pair of probes at {}", disk.name),
@@ -212,11 +208,11 @@ fn simulate(rotor: &Rotor, m: &Measurement) -> Option<Vec<DVector<Complex<f64>>>
     rotor.probe.extend(m.extra.iter().cloned());
     for e in &mut rotor.effect {
         // a vector for each probe; those that are not there yet have no runout
-        if let Some(crate::rotor::ParameterValue::Phasors(all)) = e.parameters.get_mut("v") {
+        if let Some(crate::machine::drawing::ParameterValue::Phasors(all)) = e.parameters.get_mut("v") {
             all.resize(rotor.probe.len(), [0.0; 2]);
         }
     }
-    let model = Model::reduced(&rotor, SHAPES);
+    let model = basis::reduced(&rotor, SHAPES);
     let planes = rotor.plane.iter();
     let mut u = DVector::from_iterator(
         rotor.plane.len(),

@@ -6,9 +6,9 @@ use super::{Candidate, Diagnosis, Verdict, advice, evidence, parameters};
 use crate::effects::{ALL, Effect, entry};
 use crate::error::Error;
 use crate::fit::data::Data;
-use crate::fit::hypothesis::{Assumed, COEFFICIENTS, Hypothesis, from_si, to_si};
+use crate::fit::hypothesis::{Assumed, Hypothesis};
 use crate::fit::{Drawing, Effort, Fit, Fitter, starts_for};
-use crate::rotor::Noise;
+use crate::machine::drawing::Noise;
 
 /// Candidates whose drawing errors are settled together with them.
 const REFINED: usize = 10;
@@ -44,12 +44,12 @@ pub struct Base<'a> {
 fn of_file<'a>(fitter: &Fitter<'a>) -> Result<(Hypothesis<'a>, Vec<f64>), Error> {
     let rotor = fitter.rotor;
     let mut hypothesis = Hypothesis::drawn(rotor, fitter.scales(None));
-    let mut x = hypothesis.drawn_bearings().to_vec();
+    let mut x = hypothesis.bearings.stated();
     for e in &rotor.effect {
         let (effect, place) = entry::resolve(rotor, &e.kind, e.at.as_deref()).map_err(Error::Unsuitable)?;
         let values = entry::real_parameters(effect, e, &hypothesis.scales);
         let scaled = effect.parameters(&hypothesis.scales);
-        x.extend(scaled.iter().zip(&values).map(|(p, v)| from_si(p, *v)));
+        x.extend(scaled.iter().zip(&values).map(|(p, v)| p.scale.from_si(*v)));
         hypothesis = hypothesis.with(Assumed { effect, place });
     }
     Ok((hypothesis, x))
@@ -59,13 +59,9 @@ impl<'a> Base<'a> {
     /// Fits the model of the file: bearings, planes and its effects' parameters.
     pub fn fit(fitter: &'a Fitter<'a>) -> Result<Self, Error> {
         let (hypothesis, x) = of_file(fitter)?;
+        let (bearings, effects) = x.split_at(hypothesis.bearings.count());
         let shifted = |stiffness: f64, damping: f64| {
-            let by = |i: usize| match i {
-                0..4 => stiffness,
-                4..COEFFICIENTS => damping,
-                _ => 0.0,
-            };
-            x.iter().enumerate().map(|(i, v)| v + by(i)).collect::<Vec<f64>>()
+            [&hypothesis.bearings.shifted(bearings, stiffness, damping), effects].concat()
         };
         let starts = [x.clone(), shifted(0.35, -0.35), shifted(-0.35, 0.35)];
         Self::settle(fitter, hypothesis, starts)
@@ -105,8 +101,8 @@ impl<'a> Base<'a> {
 
     /// Search coordinates of the file: its bearings, and its effects as far as they have been fitted.
     pub fn hypothesis_start(&self) -> Vec<f64> {
-        let drawn = self.hypothesis.drawn_bearings();
-        drawn.iter().chain(&self.fit.x[COEFFICIENTS..]).copied().collect()
+        let bearings = &self.hypothesis.bearings;
+        bearings.stated().into_iter().chain(self.fit.x[bearings.count()..].iter().copied()).collect()
     }
 
     /// Everything that can sit on this rotor and is not in the model.
@@ -251,7 +247,8 @@ fn strongest_first(tried: &mut [Tried]) {
 
 /// Search coordinates of a fit of `from` in the scales of `to`.
 fn rescaled(from: &Hypothesis, to: &Hypothesis, fit: &Fit) -> Vec<f64> {
-    let pairs = from.parameters().into_iter().zip(to.parameters()).zip(&fit.x[COEFFICIENTS..]);
-    let own = pairs.map(|((old, new), v)| from_si(&new, to_si(&old, *v)));
-    fit.x[..COEFFICIENTS].iter().copied().chain(own).collect()
+    let (bearings, effects) = fit.x.split_at(from.bearings.count());
+    let pairs = from.parameters().into_iter().zip(to.parameters()).zip(effects);
+    let own = pairs.map(|((old, new), v)| new.scale.from_si(old.scale.to_si(*v)));
+    bearings.iter().copied().chain(own).collect()
 }

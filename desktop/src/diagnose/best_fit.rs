@@ -8,8 +8,8 @@ use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::identify::assumed_noise;
+use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
-use crate::rotor::{Noise, Rotor};
 
 /// A fitted model and what it says of every reading.
 #[derive(Debug, Clone)]

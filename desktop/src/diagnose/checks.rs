@@ -5,10 +5,10 @@ use nalgebra::Complex;
 use super::Base;
 use crate::error::Error;
 use crate::fit::data::Data;
-use crate::fit::hypothesis::COEFFICIENTS;
 use crate::fit::{Effort, Fitter};
+use crate::machine::bearings::Bearings;
+use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
-use crate::rotor::{Noise, Rotor};
 
 /// A probe whose readings differ by less than this, relative, is stuck.
 const STUCK: f64 = 1e-6;
@@ -67,7 +67,7 @@ pub fn assumed(rotor: &Rotor, noise: &Noise) -> Option<String> {
 /// If there are too few values to judge a model by.
 pub fn enough(fitter: &Fitter) -> Result<(), Error> {
     let values = 2 * fitter.data.count();
-    let unknowns = COEFFICIENTS + 2 * fitter.rotor.plane.len();
+    let unknowns = Bearings::of(fitter.rotor).count() + 2 * fitter.rotor.plane.len();
     if values > unknowns {
         return Ok(());
     }

@@ -5,8 +5,8 @@ use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Effort, Fit, Fitter};
+use crate::machine::drawing::Noise;
 use crate::measurement::Reading;
-use crate::rotor::Noise;
 
 /// Blocks of neighbouring speeds that are left out in turn.
 const BLOCKS: usize = 4;
@@ -42,7 +42,7 @@ fn misfit(
     fit: &Fit,
     base: &Base,
 ) -> Result<f64, Error> {
-    let of = |rows: &[usize]| rows.iter().map(|r| fit.amplitudes[*r]).collect::<Vec<_>>();
+    let of = |rows: &[usize]| rows.iter().map(|r| fit.amplitudes[*r].clone()).collect::<Vec<_>>();
     let amplitudes = of(kept_rows);
     let start = [fit.x.clone()];
     let mut refit = kept.fit(hypothesis, &start, &base.drawing.fixed(), Effort::Search, Some(&amplitudes))?;

@@ -9,8 +9,8 @@ use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Assumed;
 use crate::identify::assumed_noise;
+use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
-use crate::rotor::Rotor;
 
 /// Effects that `improve` adds at most: no machine hides more, and each needs data of its own.
 const MOST_EFFECTS: usize = 4;

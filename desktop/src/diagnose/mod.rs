@@ -28,8 +28,8 @@ use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::identify::assumed_noise;
+use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
-use crate::rotor::{Noise, Rotor};
 
 /// A claim needs this little probability that nothing is missing.
 pub const SURE: f64 = 0.05;

@@ -2,9 +2,8 @@
 
 use nalgebra::Complex;
 
-use crate::effects::Scale;
 use crate::fit::Fit;
-use crate::fit::hypothesis::{COEFFICIENTS, Hypothesis, to_si};
+use crate::fit::hypothesis::Hypothesis;
 
 /// Standard deviations that a parameter must lie beyond its bound before the effect is ruled out.
 const BEYOND: f64 = 3.0;
@@ -32,7 +31,7 @@ pub fn of(with: &Hypothesis, fit: &Fit) -> Vec<FittedParameter> {
 /// Parameters of every effect of a hypothesis.
 pub fn of_each(with: &Hypothesis, fit: &Fit) -> Vec<Vec<FittedParameter>> {
     let variance = |i: usize| fit.covariance.as_ref().map(|c| c[(i, i)].max(0.0));
-    let (mut first, mut start) = (COEFFICIENTS, with.rotor.plane.len());
+    let (mut first, mut start) = (with.bearings.count(), with.rotor.plane.len());
     let mut each = Vec::new();
     for assumed in &with.effects {
         let real = assumed.effect.parameters(&with.scales);
@@ -40,12 +39,8 @@ pub fn of_each(with: &Hypothesis, fit: &Fit) -> Vec<Vec<FittedParameter>> {
             .iter()
             .enumerate()
             .map(|(k, p)| {
-                let value = to_si(p, fit.x[first + k]);
-                let per_coordinate = match p.scale {
-                    Scale::Linear(unit) => unit.abs(),
-                    Scale::Logarithmic => value,
-                };
-                let sd = variance(first + k).map(|v| v.sqrt() * per_coordinate);
+                let value = p.scale.to_si(fit.x[first + k]);
+                let sd = variance(first + k).map(|v| v.sqrt() * p.scale.slope(value));
                 FittedParameter {
                     name: p.name.to_string(),
                     unit: p.unit,
@@ -72,11 +67,11 @@ pub fn of_each(with: &Hypothesis, fit: &Fit) -> Vec<Vec<FittedParameter>> {
 
 /// Bearing coefficients and effect parameters of a fit in SI units, effect by effect.
 pub fn split<'f>(with: &Hypothesis, fit: &'f Fit) -> Vec<(Vec<f64>, &'f [Complex<f64>])> {
-    let (mut at, mut unknown) = (COEFFICIENTS, with.rotor.plane.len());
+    let (mut at, mut unknown) = (with.bearings.count(), with.rotor.plane.len());
     let mut parts = Vec::new();
     for assumed in &with.effects {
         let scaled = assumed.effect.parameters(&with.scales);
-        let real = scaled.iter().zip(&fit.x[at..]).map(|(p, v)| to_si(p, *v)).collect();
+        let real = scaled.iter().zip(&fit.x[at..]).map(|(p, v)| p.scale.to_si(*v)).collect();
         let count = assumed.effect.unknowns(with.rotor, assumed.place).len();
         parts.push((real, &fit.unknowns[unknown..unknown + count]));
         at += scaled.len();

@@ -4,7 +4,6 @@ use nalgebra::DMatrix;
 
 use super::improve::ENOUGH;
 use super::{Base, HeldOut, RIVAL, SURE, Tried, Verdict};
-use crate::fit::hypothesis::COEFFICIENTS;
 
 /// Speeds closer than this, relative, are one operating point.
 const SAME_SPEED: f64 = 0.01;
@@ -113,7 +112,8 @@ pub fn verdict(
 ) -> (Verdict, String) {
     let misfit = base.fit.chi2_per_value();
     // χ² per value of pure noise spreads by √(2/n)
-    let spread = (2.0 / (base.fit.values - COEFFICIENTS.min(base.fit.values - 1)) as f64).sqrt();
+    let bearings = base.hypothesis.bearings.count();
+    let spread = (2.0 / (base.fit.values - bearings.min(base.fit.values - 1)) as f64).sqrt();
     let (Some(best), true) =
         (tried.first().filter(|t| t.disqualified.is_none()), ranking.nothing_missing < SURE)
     else {

@@ -1,7 +1,7 @@
 //! A constant rotating force from the coupling.
 
 use super::{Effect, Knowledge, Pattern, Place, Unknown};
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
 
 /// A force at the right end that turns with the shaft and does not depend on speed.
 pub struct CouplingForce;

@@ -1,8 +1,8 @@
 //! Cross-coupled stiffness of one bearing.
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, bearings};
-use crate::machine::Terms;
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
+use crate::machine::terms::Terms;
 
 /// `k_xy = q`, `k_yx = −q` at one bearing.
 pub struct CrossCoupledStiffness;
@@ -13,7 +13,11 @@ impl Effect for CrossCoupledStiffness {
     }
 
     fn places(&self, rotor: &Rotor) -> Vec<Place> {
-        bearings(rotor)
+        let open = |i: &usize| rotor.bearing[*i].law.as_law().opens_cross_terms();
+        let mut places = bearings(rotor);
+        // where the law leaves them to the data they are no effect
+        places.retain(|p| !matches!(p, Place::Bearing(i) if open(i)));
+        places
     }
 
     fn parameters(&self, scales: &Scales) -> Vec<Parameter> {

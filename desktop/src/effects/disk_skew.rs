@@ -1,7 +1,7 @@
 //! A disk that is not square to the shaft.
 
 use super::{Effect, Knowledge, Pattern, Place, Unknown};
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
 
 /// A moment `(I_d − I_p) τ Ω²` that turns with the shaft, τ the angle between disk and shaft.
 pub struct DiskSkew;

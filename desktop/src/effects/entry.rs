@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::Complex;
 
 use super::{Effect, Pattern, Place, Scales, add_unknown, find};
-use crate::machine::Terms;
-use crate::rotor::{EffectEntry, ParameterValue, Rotor};
+use crate::machine::drawing::{EffectEntry, ParameterValue, Rotor};
+use crate::machine::terms::Terms;
 
 /// The effect and place that a kind and a name stand for.
 ///
@@ -108,8 +108,15 @@ pub fn real_parameters(effect: &dyn Effect, entry: &EffectEntry, scales: &Scales
     effect.parameters(scales).iter().map(|p| value(p.name)).collect()
 }
 
+/// The terms of a machine with the effects of its file.
+pub fn terms_of(rotor: &Rotor) -> Terms {
+    let mut terms = Terms::drawn(rotor);
+    apply_all(rotor, &mut terms);
+    terms
+}
+
 /// Applies every effect of the file at its stated parameters.
-pub(crate) fn apply_all(rotor: &Rotor, terms: &mut Terms) {
+fn apply_all(rotor: &Rotor, terms: &mut Terms) {
     let scales = scales_of(rotor);
     for entry in &rotor.effect {
         let Ok((effect, place)) = resolve(rotor, &entry.kind, entry.at.as_deref()) else { continue };

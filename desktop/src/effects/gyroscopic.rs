@@ -1,8 +1,8 @@
 //! Gyroscopic moments of disks and shaft.
 
 use super::{Effect, Knowledge, Place, Scales, unless};
-use crate::machine::Terms;
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
+use crate::machine::terms::Terms;
 
 /// The polar inertia couples the planes: a term `iΩ² G` between x and y.
 pub struct Gyroscopic;

@@ -7,7 +7,9 @@ mod disk_mass;
 mod disk_skew;
 pub mod entry;
 mod gyroscopic;
+mod hot_oil;
 mod internal_damping;
+mod moved_load;
 mod nonlinear_stiffness;
 mod pedestal;
 mod probe_calibration;
@@ -18,15 +20,20 @@ mod shaft_bow;
 mod shear_deformation;
 mod speed_dependent_stiffness;
 mod unbalance_plane;
+mod worn_clearance;
 
 use nalgebra::Complex;
 
-use crate::machine::Terms;
-use crate::rotor::Rotor;
-use crate::terms::SpeedLaw;
+use crate::bearing::Law;
+use crate::bearing::curve::Curve;
+use crate::bearing::film_law::FilmCurve;
+pub use crate::inference::scale::Scale;
+use crate::machine::drawing::Rotor;
+pub use crate::machine::place::{Pattern, Place};
+use crate::machine::terms::Terms;
 
 /// Every effect, in the order in which reports list them when nothing else decides.
-pub const ALL: [&dyn Effect; 16] = [
+pub const ALL: [&dyn Effect; 19] = [
     &gyroscopic::Gyroscopic,
     &shear_deformation::ShearDeformation,
     &rotary_inertia::RotaryInertia,
@@ -43,36 +50,14 @@ pub const ALL: [&dyn Effect; 16] = [
     &disk_mass::DiskMass,
     &nonlinear_stiffness::NonlinearStiffness,
     &internal_damping::InternalDamping,
+    &worn_clearance::WornClearance,
+    &hot_oil::HotOil,
+    &moved_load::MovedLoad,
 ];
 
 /// The effect of that name.
 pub fn find(name: &str) -> Option<&'static dyn Effect> {
     ALL.into_iter().find(|e| e.name() == name)
-}
-
-/// Where an effect sits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Place {
-    /// The machine as a whole.
-    Machine,
-    /// A bearing, by its number in the file.
-    Bearing(usize),
-    /// A disk, by its number in the file.
-    Disk(usize),
-    /// A probe, by its number in the file.
-    Probe(usize),
-}
-
-impl Place {
-    /// The name in the rotor's file; `None` for the whole machine.
-    pub fn name(self, rotor: &Rotor) -> Option<&str> {
-        match self {
-            Self::Machine => None,
-            Self::Bearing(i) => Some(&rotor.bearing[i].name),
-            Self::Disk(i) => Some(&rotor.disk[i].name),
-            Self::Probe(i) => Some(&rotor.probe[i].name),
-        }
-    }
 }
 
 /// Sizes of one machine, to measure parameters against and to start searches from.
@@ -88,15 +73,6 @@ pub struct Scales {
     pub amplitude_m: f64,
 }
 
-/// How a parameter is searched.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Scale {
-    /// In units of this size; may change sign.
-    Linear(f64),
-    /// By its logarithm; stays positive.
-    Logarithmic,
-}
-
 /// A real parameter that the response does not depend on linearly; SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
@@ -108,32 +84,6 @@ pub struct Parameter {
     pub scale: Scale,
     /// Smallest and largest value that physics allows.
     pub bounds: [f64; 2],
-}
-
-/// A rotating pattern whose complex amplitude enters linearly and is solved for exactly.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pattern {
-    /// Unbalance of a disk, kg·m.
-    DiskUnbalance(usize),
-    /// Moment `Ω²` times this amplitude on a disk's tilt, kg·m².
-    DiskTilt(usize),
-    /// The force that holds the shaft straight against a half sine of this height between the
-    /// bearings, m.
-    Bow,
-    /// A force at the right end, N.
-    RightEnd,
-    /// An offset of one probe at every speed, m.
-    Runout(usize),
-}
-
-impl Pattern {
-    /// How the pattern grows with speed.
-    pub fn law(self) -> SpeedLaw {
-        match self {
-            Self::DiskUnbalance(_) | Self::DiskTilt(_) => SpeedLaw::Squared,
-            Self::Bow | Self::RightEnd | Self::Runout(_) => SpeedLaw::Constant,
-        }
-    }
 }
 
 /// A linear unknown as people know it: a pattern, and the factor from the pattern's amplitude to the
@@ -216,6 +166,26 @@ pub(crate) fn add_unknown(unknown: &Unknown, value: Complex<f64>, terms: &mut Te
 /// Every bearing of a rotor.
 fn bearings(rotor: &Rotor) -> Vec<Place> {
     (0..rotor.bearing.len()).map(Place::Bearing).collect()
+}
+
+/// Every bearing with an oil film.
+fn films(rotor: &Rotor) -> Vec<Place> {
+    let mut places = bearings(rotor);
+    places.retain(|p| matches!(p, Place::Bearing(i) if matches!(rotor.bearing[*i].law, Law::Film(_))));
+    places
+}
+
+/// The film of a bearing, if it has one.
+fn film_mut(place: Place, terms: &mut Terms) -> Option<&mut FilmCurve> {
+    match &mut terms.bearing_mut(place).curve {
+        Some(Curve::Film(film)) => Some(film),
+        _ => None,
+    }
+}
+
+/// A factor on a number of a film, beyond what is usual.
+fn film_factor() -> Vec<Parameter> {
+    vec![Parameter { name: "factor", unit: "", scale: Scale::Logarithmic, bounds: [0.2, 5.0] }]
 }
 
 /// Every disk of a rotor.

@@ -1,9 +1,9 @@
 //! A bearing on a foundation that gives.
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, bearings};
-use crate::machine::Terms;
-use crate::rotor::Rotor;
-use crate::terms::Pedestal;
+use crate::bearing::support::Pedestal;
+use crate::machine::drawing::Rotor;
+use crate::machine::terms::Terms;
 
 /// Mass, spring and damper in series under one bearing.
 pub struct OnPedestal;
@@ -14,7 +14,9 @@ impl Effect for OnPedestal {
     }
 
     fn places(&self, rotor: &Rotor) -> Vec<Place> {
-        bearings(rotor)
+        let mut places = bearings(rotor);
+        places.retain(|p| !matches!(p, Place::Bearing(i) if rotor.bearing[*i].pedestal.is_some()));
+        places
     }
 
     fn parameters(&self, _: &Scales) -> Vec<Parameter> {
@@ -37,7 +39,7 @@ impl Effect for OnPedestal {
 
     fn apply(&self, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         let &[stiffness_n_m, mass_kg, damping_n_s_m] = parameters else { return };
-        terms.bearing_mut(place).pedestal = Some(Pedestal { stiffness_n_m, damping_n_s_m, mass_kg });
+        terms.bearing_mut(place).pedestal = Some(Pedestal::isotropic(stiffness_n_m, damping_n_s_m, mass_kg));
     }
 
     fn knowledge(&self) -> Knowledge {

@@ -1,7 +1,7 @@
 //! Runout of the surfaces that the probes look at.
 
 use super::{Effect, Knowledge, Pattern, Place, Unknown};
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
 
 /// A vector at each probe that is the same at every speed and moves nothing.
 pub struct Runout;

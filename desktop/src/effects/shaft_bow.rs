@@ -1,7 +1,7 @@
 //! A bent shaft.
 
 use super::{Effect, Knowledge, Pattern, Place, Unknown};
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
 
 /// A permanent bow, half a sine between the bearings: a rotating force that does not depend on speed.
 pub struct ShaftBow;

@@ -1,8 +1,8 @@
 //! Shear flexibility of the shaft.
 
 use super::{Effect, Knowledge, Place, Scales, unless};
-use crate::machine::Terms;
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
+use crate::machine::terms::Terms;
 
 /// Timoshenko's shear flexibility in every shaft element.
 pub struct ShearDeformation;

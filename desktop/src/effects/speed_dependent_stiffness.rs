@@ -1,10 +1,10 @@
 //! Bearings that stiffen or soften with speed.
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales};
-use crate::machine::Terms;
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
+use crate::machine::terms::Terms;
 
-/// `k(Ω) = k (1 + s (Ω/Ω_ref − 1))` for both bearings.
+/// `k(Ω) = k (1 + s (Ω/Ω_ref − 1))` for every bearing, where no law states how they follow speed.
 pub struct SpeedDependentStiffness;
 
 impl Effect for SpeedDependentStiffness {
@@ -12,8 +12,8 @@ impl Effect for SpeedDependentStiffness {
         "speed_dependent_stiffness"
     }
 
-    fn places(&self, _: &Rotor) -> Vec<Place> {
-        vec![Place::Machine]
+    fn places(&self, rotor: &Rotor) -> Vec<Place> {
+        super::unless(rotor.bearing.iter().any(|b| b.law.as_law().follows_speed()))
     }
 
     fn parameters(&self, scales: &Scales) -> Vec<Parameter> {
@@ -39,7 +39,7 @@ impl Effect for SpeedDependentStiffness {
 
     fn knowledge(&self) -> Knowledge {
         Knowledge {
-            what: "The stiffness of both bearings changes with speed, so one value cannot place all resonances.",
+            what: "The stiffness of all bearings changes with speed, so one value cannot place all resonances.",
             means: "Fluid-film bearings: the film thins or thickens as load, oil temperature and speed change.",
             inspect: "Oil temperature and supply pressure over speed; compare with the bearing maker's coefficients.",
         }

@@ -1,7 +1,7 @@
 //! Unbalance at a disk outside the planes that are sought.
 
 use super::{Effect, Knowledge, Pattern, Place, Unknown};
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
 
 /// A further unbalance, at one disk.
 pub struct UnbalancePlane;

@@ -3,8 +3,8 @@
 
 use nalgebra::Complex;
 
+use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
-use crate::rotor::{Noise, Rotor};
 use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;

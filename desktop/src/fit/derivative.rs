@@ -4,7 +4,7 @@
 use nalgebra::{Complex, DMatrix, Matrix2};
 
 use super::problem::{Evaluated, Problem};
-use crate::machine::Terms;
+use crate::machine::terms::Terms;
 
 type C = Complex<f64>;
 
@@ -26,6 +26,7 @@ impl<const D: usize> Problem<'_, D> {
             let (up, down) = (moved(SLOPE_STEP), moved(-SLOPE_STEP));
             let mut slopes = vec![C::from(0.0); self.data.count()];
             self.add_support_slopes(now, &up, &down, &mut slopes);
+            self.add_housing_slopes(now, &up, &down, &mut slopes);
             self.add_damping_slopes(now, &up, &down, &mut slopes);
             self.add_gain_slopes(now, &up, &down, &mut slopes);
             for (k, (v, slope)) in self.data.values().zip(slopes).enumerate() {
@@ -55,6 +56,23 @@ impl<const D: usize> Problem<'_, D> {
         }
     }
 
+    /// What a probe on a housing reads of it changes with bearing and pedestal, whatever the shaft does.
+    fn add_housing_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+        if up.supports == down.supports {
+            return;
+        }
+        let mut at = 0;
+        for (r, row) in self.data.rows.iter().enumerate() {
+            for (a, b) in self.mounted(up, r).iter().zip(&self.mounted(down, r)) {
+                let Some(k) = row.values.iter().position(|v| v.probe == a.probe) else { continue };
+                let motion = now.motion[r].fixed_rows::<2>(2 * a.place);
+                let change = (0..2).map(|axis| (a.reading[axis] - b.reading[axis]) * motion[axis]).sum::<C>();
+                slopes[at + k] -= now.terms.gains[a.probe] * change.unscale(2.0 * SLOPE_STEP);
+            }
+            at += row.values.len();
+        }
+    }
+
     fn add_damping_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
         let slope = (up.internal_damping_s - down.internal_damping_s) / (2.0 * SLOPE_STEP);
         if slope == 0.0 {
@@ -74,6 +92,7 @@ impl<const D: usize> Problem<'_, D> {
                 &supports,
                 response,
                 motion,
+                &self.mounted(&now.terms, r),
             );
             for v in &row.values {
                 slopes[at] += now.terms.gains[v.probe] * change[v.probe] * slope;

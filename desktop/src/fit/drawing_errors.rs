@@ -7,13 +7,13 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix4, Vector4};
 
-use super::plant::{Force, Plant, Sense, loss};
 use super::problem::{Evaluated, Problem};
-use super::shaft::{Row, Shaft, Spot};
-use super::tolerance::{Deviation, Deviations};
-use super::update::{adjoint_forces, forces, nominal};
 use crate::effects::Pattern;
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
+use crate::machine::tolerance::{Deviation, Deviations};
+use crate::receptance::plant::{Force, Plant, Sense, loss};
+use crate::receptance::update::{adjoint_forces, forces, nominal};
+use crate::shaft::nodal::{Row, Shaft, Spot};
 
 type C = Complex<f64>;
 const I: C = C::new(0.0, 1.0);
@@ -106,6 +106,8 @@ struct Snapshot<'a> {
     adjoint_held: Vec<Vec<[C; 2]>>,
     /// Number of each held place among the plant's.
     places: Vec<usize>,
+    /// Probes on housings: number, bearing, and what they read of it forward and backward.
+    mounted: Vec<(usize, usize, [C; 2])>,
 }
 
 impl DrawingErrors {
@@ -231,6 +233,7 @@ impl<'a> Snapshot<'a> {
         }
         let (supports, places) = (problem.supports(&now.terms, r), problem.places());
         let (motion, adjoint) = (&now.motion[r], &now.responses[r].adjoint);
+        let mounted = problem.mounted(&now.terms, r);
         // forces are ½ (Fx ± iFy) forward and backward, their adjoints Fx ∓ iFy
         let circular = |x: C, y: C| [(x + I * y) * 0.5, (x - I * y) * 0.5];
         let adjoint_circular = |x: C, y: C| [x - I * y, x + I * y];
@@ -285,6 +288,13 @@ impl<'a> Snapshot<'a> {
             for (p, angle) in plant.probe_angles_rad.iter().enumerate() {
                 let sign = if which == 0 { -1.0 } else { 1.0 };
                 add(1 + p, column(&m.probes, p), C::from_polar(1.0, sign * angle));
+                for on in mounted.iter().filter(|on| on.probe == p) {
+                    add(
+                        1 + p,
+                        column(&m.held, places[on.place]),
+                        -adjoint_circular(on.reading[0], on.reading[1])[which],
+                    );
+                }
                 for (i, place) in places.iter().enumerate() {
                     add(1 + p, column(&m.held, *place), -beyond_adjoint[p][i][which]);
                 }
@@ -310,6 +320,10 @@ impl<'a> Snapshot<'a> {
                 .collect(),
             sizes,
             places,
+            mounted: mounted
+                .iter()
+                .map(|on| (on.probe, on.place, adjoint_circular(on.reading[0], on.reading[1])))
+                .collect(),
         }
     }
 
@@ -345,7 +359,13 @@ impl<'a> Snapshot<'a> {
                         + self.support_slope(self.plant.bearings + number, rate, p)
                 })
             }
-            Change::Bearing { number, rate } => each(&|p| self.support_slope(*number, rate, p)),
+            Change::Bearing { number, rate } => each(&|p| {
+                let housing = self.mounted.iter().filter(|(probe, place, _)| (probe, place) == (&p, number));
+                let moved = housing.map(|(_, _, [forward, backward])| {
+                    forward * self.forward.along(rate, 0) + backward * self.backward.along(rate, 0)
+                });
+                self.support_slope(*number, rate, p) - moved.sum::<C>()
+            }),
             Change::Probe { number, rate } => each(&|p| {
                 if p != *number {
                     return C::from(0.0);

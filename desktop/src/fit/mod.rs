@@ -3,11 +3,9 @@
 //! | module | holds |
 //! |---|---|
 //! | [`data`], [`hypothesis`] | what was measured, what is unknown |
-//! | [`shaft`], [`plant`] | finite elements and their shape functions; the shaft solved once for all speeds |
-//! | [`update`] | supports put on it: a small update of the receptances |
 //! | [`problem`], `derivative` | the least-squares problem of one hypothesis |
 //! | [`projection`] | its linear unknowns, solved for exactly |
-//! | [`tolerance`], [`drawing_errors`], [`whitening`], `settle` | allowing for the drawing's errors |
+//! | [`drawing_errors`], [`whitening`], `settle` | allowing for the drawing's errors |
 //! | `queries`, [`trial`] | uncertainty, sensitivity and misfit of a fit that is there, or anywhere else |
 //!
 //! [`Fitter`] holds what all hypotheses about one machine share.
@@ -17,17 +15,13 @@ mod derivative;
 pub(crate) mod descent;
 pub mod drawing_errors;
 pub mod hypothesis;
-pub mod plant;
 pub mod problem;
 pub mod projection;
 mod queries;
 mod settle;
-pub mod shaft;
 #[cfg(test)]
 mod tests;
-pub mod tolerance;
 pub mod trial;
-pub mod update;
 pub mod whitening;
 
 use std::sync::{Arc, OnceLock};
@@ -36,15 +30,16 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::effects::{Place, Scales, entry};
 use crate::error::Error;
-use crate::rotor::{Physics, Rotor};
+use crate::machine::bearings::Bearings;
+use crate::machine::drawing::{Physics, Rotor};
+use crate::machine::tolerance::Deviations;
+use crate::receptance::plant::Plant;
+use crate::shaft::nodal::Shaft;
 use data::Data;
 use descent::Stop;
-use hypothesis::{Assumed, COEFFICIENTS, Hypothesis, from_si};
-use plant::Plant;
+use hypothesis::{Assumed, Hypothesis};
 use problem::{Amplitudes, Problem, Search};
 use projection::Solved;
-use shaft::Shaft;
-use tolerance::Deviations;
 use whitening::Whitening;
 
 type C = Complex<f64>;
@@ -54,8 +49,8 @@ type C = Complex<f64>;
 const REFERENCE_SPEED: f64 = 0.7;
 /// Rounds over the amplitude at bearings that harden or soften.
 const AMPLITUDE_ROUNDS: usize = 20;
-/// Most held places that a hypothesis can have: two bearings and four disks.
-pub const MOST_HELD: usize = 6;
+/// Most held places that a hypothesis can have: twelve bearings and four disks.
+pub const MOST_HELD: usize = 16;
 /// Combinations of switches of the beam theory.
 const THEORIES: usize = 8;
 
@@ -146,15 +141,17 @@ impl<'a> Fitter<'a> {
 
     /// Scales of the machine; `amplitude_m` at the bearings from a fit, where there is one.
     pub fn scales(&self, base: Option<&Fit>) -> Scales {
-        let direct = self.rotor.bearing.iter().map(|b| 0.5 * (b.stiffness_n_m.xx + b.stiffness_n_m.yy));
+        let bearings = Bearings::of(self.rotor);
+        let laws = bearings.supports(&bearings.stated());
+        let direct = laws.iter().map(|law| 0.5 * law.typical_stiffness_n_m().trace());
         let mean_square = base.map_or(1e-10, |fit| {
             let all = fit.amplitudes.iter().flatten().flatten();
-            let count = 4 * fit.amplitudes.len().max(1);
+            let count = fit.amplitudes.iter().flatten().count().max(1) * 2;
             (all.sum::<f64>() / count as f64).max(1e-18)
         });
         let fastest_rad_s = self.data.fastest_rad_s();
         Scales {
-            stiffness_n_m: direct.sum::<f64>() / self.rotor.bearing.len() as f64,
+            stiffness_n_m: direct.sum::<f64>() / laws.len() as f64,
             fastest_rad_s,
             reference_rad_s: entry::reference_rad_s(self.rotor).unwrap_or(REFERENCE_SPEED * fastest_rad_s),
             amplitude_m: mean_square.sqrt(),
@@ -206,12 +203,16 @@ impl<'a> Fitter<'a> {
             }
         }
         let data = &self.data;
+        // room for a few sizes: what is not needed stays empty
         Ok(match held.len() {
-            2 => Box::new(Problem::<4>::new(hypothesis, data, plant, held, amplitudes, whitening)),
+            ..=2 => Box::new(Problem::<4>::new(hypothesis, data, plant, held, amplitudes, whitening)),
             3 => Box::new(Problem::<6>::new(hypothesis, data, plant, held, amplitudes, whitening)),
             4 => Box::new(Problem::<8>::new(hypothesis, data, plant, held, amplitudes, whitening)),
-            5 => Box::new(Problem::<10>::new(hypothesis, data, plant, held, amplitudes, whitening)),
-            6 => Box::new(Problem::<12>::new(hypothesis, data, plant, held, amplitudes, whitening)),
+            5..=6 => Box::new(Problem::<12>::new(hypothesis, data, plant, held, amplitudes, whitening)),
+            7..=10 => Box::new(Problem::<20>::new(hypothesis, data, plant, held, amplitudes, whitening)),
+            11..=MOST_HELD => {
+                Box::new(Problem::<32>::new(hypothesis, data, plant, held, amplitudes, whitening))
+            }
             more => return Err(Error::Unsuitable(format!("{more} held places are more than {MOST_HELD}"))),
         })
     }
@@ -274,7 +275,8 @@ impl<'a> Fitter<'a> {
             chi2: problem.chi2(),
             cost: problem.cost() + log_det,
             values: 2 * self.data.count(),
-            effect_unknowns: hypothesis.size() - COEFFICIENTS + 2 * hypothesis.unknowns().len(),
+            effect_unknowns: hypothesis.size() - hypothesis.bearings.count()
+                + 2 * hypothesis.unknowns().len(),
             predicted_m: self.predicted_m(solved, drawing),
             amplitudes: problem.bearing_amplitudes().ok_or_else(singular)?,
             covariance: if effort == Effort::Final { problem.covariance() } else { None },
@@ -325,15 +327,16 @@ fn singular() -> Error {
 /// Starting points for an effect on top of a fit: from where that fit ended and from the file's bearings.
 pub fn starts_for(hypothesis: &Hypothesis, base: &Fit, added: Assumed) -> Vec<Vec<f64>> {
     let parameters = added.effect.parameters(&hypothesis.scales);
-    let drawn = hypothesis.drawn_bearings();
+    let count = hypothesis.bearings.count();
+    let drawn = hypothesis.bearings.stated();
     let mut starts = Vec::new();
     for si in added.effect.starts(&hypothesis.scales) {
-        let own: Vec<f64> = parameters.iter().zip(&si).map(|(p, v)| from_si(p, *v)).collect();
+        let own: Vec<f64> = parameters.iter().zip(&si).map(|(p, v)| p.scale.from_si(*v)).collect();
         let from = |bearings: &[f64]| {
-            let earlier = &base.x[COEFFICIENTS..];
+            let earlier = &base.x[count..];
             bearings.iter().chain(earlier).chain(&own).copied().collect::<Vec<f64>>()
         };
-        starts.push(from(&base.x[..COEFFICIENTS]));
+        starts.push(from(&base.x[..count]));
         starts.push(from(&drawn));
     }
     starts

@@ -11,19 +11,20 @@ use nalgebra::{Complex, DMatrix, DVector, SVector};
 
 use super::data::Data;
 use super::descent::{Landscape, Stop, descend};
-use super::hypothesis::{COEFFICIENTS, Hypothesis, PRIOR_LOG_SD};
-use super::plant::{Force, Plant};
+use super::hypothesis::Hypothesis;
 use super::projection::Solved;
-use super::update::{Receptances, Response, Supports};
 use super::whitening::Whitening;
+use crate::bearing::support::SupportLaw;
 use crate::effects::{Pattern, Place};
-use crate::machine::Terms;
-use crate::terms::{SpeedLaw, SupportLaw};
+use crate::machine::place::SpeedLaw;
+use crate::machine::terms::Terms;
+use crate::receptance::plant::{Force, Plant};
+use crate::receptance::update::{Mounted, Receptances, Response, Supports};
 
 type C = Complex<f64>;
 
-/// Squared amplitudes at the bearings, x and y, m², for each row.
-pub type Amplitudes = Vec<[[f64; 2]; 2]>;
+/// Squared amplitudes at the bearings, x and y, m², for each row and bearing.
+pub type Amplitudes = Vec<Vec<[f64; 2]>>;
 
 /// A hypothesis against data, ready for evaluation.
 pub struct Problem<'a, const D: usize> {
@@ -36,7 +37,6 @@ pub struct Problem<'a, const D: usize> {
     receptances: Vec<Receptances<D>>,
     amplitudes: Option<&'a Amplitudes>,
     whitening: Option<&'a Whitening>,
-    prior: [f64; COEFFICIENTS],
     x: DVector<f64>,
     now: Option<Evaluated<D>>,
 }
@@ -98,7 +98,6 @@ impl<'a, const D: usize> Problem<'a, D> {
         });
         let mut problem = Self {
             unknowns: planes.chain(own).collect(),
-            prior: hypothesis.drawn_bearings(),
             x: DVector::zeros(hypothesis.size()),
             receptances: Vec::new(),
             now: None,
@@ -163,22 +162,22 @@ impl<'a, const D: usize> Problem<'a, D> {
         self.now.as_ref()
     }
 
-    fn prior_residual(&self, i: usize) -> f64 {
-        (self.x[i] - self.prior[i]) / PRIOR_LOG_SD
-    }
-
     /// Squared deviation from the prior on the bearings, in standard deviations.
     pub fn prior_cost(&self) -> f64 {
-        (0..COEFFICIENTS).map(|i| self.prior_residual(i).powi(2)).sum()
+        self.hypothesis.bearings.prior_residuals(self.x.as_slice()).map(|r| r * r).sum()
     }
 
     /// Dynamic stiffness of one support in a row.
     pub(super) fn stiffness(&self, place: Place, law: &SupportLaw, row: usize) -> nalgebra::Matrix2<C> {
-        let amplitude_m = match (self.amplitudes, place) {
+        law.dynamic_stiffness(self.data.rows[row].speed_rad_s, self.amplitude_m(place, row))
+    }
+
+    /// Amplitude that a support is taken at in a row, x and y.
+    fn amplitude_m(&self, place: Place, row: usize) -> [f64; 2] {
+        match (self.amplitudes, place) {
             (Some(a), Place::Bearing(b)) => a[row][b].map(f64::sqrt),
             _ => [0.0; 2],
-        };
-        law.dynamic_stiffness(self.data.rows[row].speed_rad_s, amplitude_m)
+        }
     }
 
     /// Dynamic stiffness of all held places in a row.
@@ -198,7 +197,25 @@ impl<'a, const D: usize> Problem<'a, D> {
         // damping inside the shaft is the one parameter that changes the receptances themselves
         let damped = (terms.internal_damping_s != 0.0).then(|| self.receptances(terms.internal_damping_s));
         let receptances = damped.as_ref().unwrap_or(&self.receptances);
-        receptances.iter().enumerate().map(|(r, all)| all.respond(&self.supports(terms, r))).collect()
+        let respond = |(r, all): (usize, &Receptances<D>)| {
+            all.respond(&self.supports(terms, r), &self.mounted(terms, r))
+        };
+        receptances.iter().enumerate().map(respond).collect()
+    }
+
+    /// What the probes on housings read of them in a row.
+    pub(super) fn mounted(&self, terms: &Terms, row: usize) -> Vec<Mounted> {
+        let rotor = self.hypothesis.rotor;
+        let reading = |probe: usize| {
+            let bearing = terms.mount(rotor, probe)?;
+            let (place, law) = &terms.supports[bearing];
+            let speed_rad_s = self.data.rows[row].speed_rad_s;
+            let housing = law.housing(speed_rad_s, self.amplitude_m(*place, row));
+            let (sin, cos) = self.plant.probe_angles_rad[probe].sin_cos();
+            let along = |axis: usize| housing[(0, axis)] * cos + housing[(1, axis)] * sin;
+            Some(Mounted { probe, place: bearing, reading: [along(0), along(1)] })
+        };
+        (0..rotor.probe.len()).filter_map(reading).collect()
     }
 
     /// The response as a linear system in the linear unknowns, weighted by the noise: columns and target.
@@ -256,7 +273,7 @@ pub trait Search {
     fn chi2(&self) -> f64;
     /// Squared misfit with the prior on the bearings.
     fn cost(&self) -> f64;
-    /// Squared amplitude of the shaft at both bearings in every row, m².
+    /// Squared amplitude of the shaft at the bearings in every row, m².
     fn bearing_amplitudes(&self) -> Option<Amplitudes>;
     /// The model at `x` and these linear unknowns, in noise units.
     fn weighted_model(&self, x: &[f64], unknowns: &[C]) -> Option<DVector<f64>>;
@@ -298,7 +315,10 @@ impl<const D: usize> Search for Problem<'_, D> {
     }
 
     fn bearing_amplitudes(&self) -> Option<Amplitudes> {
-        let at = |m: &SVector<C, D>| [[m[0].norm_sqr(), m[1].norm_sqr()], [m[2].norm_sqr(), m[3].norm_sqr()]];
+        let bearings = self.plant.bearings;
+        let at = |m: &SVector<C, D>| {
+            (0..bearings).map(|b| [m[2 * b].norm_sqr(), m[2 * b + 1].norm_sqr()]).collect()
+        };
         Some(self.now.as_ref()?.motion.iter().map(at).collect())
     }
 
@@ -339,8 +359,8 @@ impl<const D: usize> Search for Problem<'_, D> {
         let mut whole = outer.resize_horizontally(n + width, 0.0);
         whole.columns_mut(n, width).copy_from(linear);
         let mut information = whole.tr_mul(&whole);
-        for i in 0..COEFFICIENTS {
-            information[(i, i)] += PRIOR_LOG_SD.powi(-2);
+        for (i, u) in self.hypothesis.bearings.unknowns().iter().enumerate() {
+            information[(i, i)] += u.law.prior_sd.powi(-2);
         }
         // in units of each parameter's own information, so that rounding is judged fairly
         let scale = information.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 1.0 });
@@ -378,9 +398,11 @@ impl<const D: usize> Problem<'_, D> {
         let solved = &self.now.as_ref()?.solved;
         solved.project(&mut model);
         let (mut gram, mut slope) = (model.tr_mul(&model), -model.tr_mul(&solved.weighted));
-        for i in 0..COEFFICIENTS {
-            gram[(i, i)] += PRIOR_LOG_SD.powi(-2);
-            slope[i] += self.prior_residual(i) / PRIOR_LOG_SD;
+        let bearings = &self.hypothesis.bearings;
+        let residuals = bearings.prior_residuals(self.x.as_slice());
+        for (i, (u, residual)) in bearings.unknowns().iter().zip(residuals).enumerate() {
+            gram[(i, i)] += u.law.prior_sd.powi(-2);
+            slope[i] += residual / u.law.prior_sd;
         }
         Some((gram, slope))
     }

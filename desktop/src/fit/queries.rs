@@ -6,7 +6,7 @@ use super::hypothesis::Hypothesis;
 use super::problem::{Amplitudes, Search};
 use super::{Drawing, Fit, Fitter, singular};
 use crate::error::Error;
-use crate::rotor::Rotor;
+use crate::machine::drawing::Rotor;
 
 impl Drawing {
     /// The same drawing with its errors taken as known.
@@ -59,7 +59,7 @@ impl Fitter<'_> {
 
     /// Amplitudes of a shaft that does not move: where a search over them begins.
     pub fn still(&self) -> Amplitudes {
-        vec![[[0.0; 2]; 2]; self.data.rows.len()]
+        vec![vec![[0.0; 2]; self.rotor.bearing.len()]; self.data.rows.len()]
     }
 
     /// A rotor's file with the drawing's errors as a fit found them: what was built, not what was drawn.

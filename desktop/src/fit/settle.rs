@@ -13,7 +13,7 @@ use super::problem::{Amplitudes, Search};
 use super::whitening::Whitening;
 use super::{Drawing, Effort, Fit, Fitter, singular};
 use crate::error::Error;
-use crate::rotor::Physics;
+use crate::machine::drawing::Physics;
 
 /// When the common optimum is found.
 const COMMON: Stop = Stop { steps: 60, tolerance: 1e-6 };

@@ -1,7 +1,8 @@
 //! The bearing coefficients that phase I reports, and the range it searches them in.
 
-use crate::fit::hypothesis::{COEFFICIENTS, coefficient};
-use crate::rotor::{Rotor, SearchBounds};
+use crate::bearing::law::Role;
+use crate::machine::bearings::{BearingUnknown, Bearings};
+use crate::machine::drawing::SearchBounds;
 
 /// Search range around the file's guess where `[identify]` does not give one: a factor either way.
 const DEFAULT_RANGE: f64 = 2.5;
@@ -22,39 +23,21 @@ pub enum Identified {
 pub struct BearingParameter {
     /// The bearing.
     pub bearing: String,
-    /// `k_xx`, `k_yy`, `c_xx` or `c_yy`.
-    pub symbol: &'static str,
-    /// Value, N/m or N·s/m.
+    /// `k_xx`, `k_yy`, `c_xx`, `c_yy`, or what else the law leaves open.
+    pub symbol: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Value.
     pub value: f64,
     /// Where the search began.
     pub start: f64,
-    /// Standard deviation relative to the value, prior included.
+    /// Standard deviation relative to the value, prior included; of a number that may vanish, relative to its unit.
     pub relative_sd: f64,
     /// Whether the data decided it.
     pub identified: Identified,
 }
 
-/// Symbol of coefficient `i`, in the order of [`coefficient`].
-pub fn symbol(i: usize) -> &'static str {
-    match coefficient(i) {
-        (_, 0, false) => "k_xx",
-        (_, _, false) => "k_yy",
-        (_, 0, true) => "c_xx",
-        _ => "c_yy",
-    }
-}
-
-/// Writes coefficients, given by their logarithms, into a rotor.
-pub fn assign(rotor: &mut Rotor, logs: &[f64]) {
-    for (i, log) in logs.iter().take(COEFFICIENTS).enumerate() {
-        let (bearing, axis, damping) = coefficient(i);
-        let b = &mut rotor.bearing[bearing];
-        let c = if damping { &mut b.damping_n_s_m } else { &mut b.stiffness_n_m };
-        *(if axis == 0 { &mut c.xx } else { &mut c.yy }) = log.exp();
-    }
-}
-
-/// Lowest and highest logarithm of each coefficient.
+/// Lowest and highest search coordinate of everything that data may decide about the bearings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Range {
     /// Lowest.
@@ -64,15 +47,19 @@ pub struct Range {
 }
 
 impl Range {
-    /// The stated bounds, or 2.5 times either way around the guess (logarithms).
-    pub fn new(guess: &[f64; COEFFICIENTS], bounds: Option<&SearchBounds>) -> Self {
+    /// The stated bounds, or 2.5 times either way around what the file says; as far for what has no logarithm, in
+    /// standard deviations of its prior.
+    pub fn new(bearings: &Bearings, bounds: Option<&SearchBounds>) -> Self {
         let side = |k: usize| {
-            let log = |(i, guess): (usize, &f64)| match bounds {
-                Some(b) if coefficient(i).2 => b.damping_n_s_m[k].ln(),
-                Some(b) => b.stiffness_n_m[k].ln(),
-                None => guess + [-1.0, 1.0][k] * DEFAULT_RANGE.ln(),
+            let direction = [-1.0, 1.0][k];
+            let edge = |u: &BearingUnknown| match (bounds, u.law.role) {
+                // bounds are of coefficients; a factor on a stated column is none
+                (Some(b), Role::Damping) if u.law.unit != "" => b.damping_n_s_m[k].ln(),
+                (Some(b), Role::Stiffness) if u.law.unit != "" => b.stiffness_n_m[k].ln(),
+                (_, Role::Other) => u.law.stated + direction * 2.0 * u.law.prior_sd,
+                _ => u.law.stated + direction * DEFAULT_RANGE.ln(),
             };
-            guess.iter().enumerate().map(log).collect()
+            bearings.unknowns().iter().map(edge).collect()
         };
         Self { low: side(0), high: side(1) }
     }

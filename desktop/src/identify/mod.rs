@@ -11,7 +11,6 @@ mod swarm;
 #[cfg(test)]
 mod tests;
 
-pub use crate::fit::hypothesis::COEFFICIENTS;
 pub use bearings::{BearingParameter, Identified};
 pub use noise::assumed_noise;
 pub use phase_one::{PhaseOne, PhaseOneConfig, identify};

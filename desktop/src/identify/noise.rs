@@ -1,7 +1,7 @@
 //! Noise to go by where nobody stated it.
 
+use crate::machine::drawing::Noise;
 use crate::measurement::Reading;
-use crate::rotor::Noise;
 
 /// Share of the amplitude, and of the median amplitude as floor.
 const RELATIVE: f64 = 0.02;

@@ -12,16 +12,17 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::bearings::{BearingParameter, Identified, Range, assign, symbol};
+use super::bearings::{BearingParameter, Identified, Range};
 use super::noise::assumed_noise;
 use super::swarm;
 use crate::error::Error;
 use crate::fit::data::Data;
-use crate::fit::hypothesis::{COEFFICIENTS, Hypothesis, PRIOR_LOG_SD, coefficient};
+use crate::fit::hypothesis::Hypothesis;
 use crate::fit::trial::summed_residual_um;
 use crate::fit::{Effort, Fit, Fitter};
+use crate::machine::bearings::BearingUnknown;
+use crate::machine::drawing::{Rotor, SearchBounds};
 use crate::measurement::Reading;
-use crate::rotor::{Rotor, SearchBounds};
 use crate::unbalance::g_mm_deg;
 
 /// Settings of phase I.
@@ -48,7 +49,7 @@ impl Default for PhaseOneConfig {
 pub struct PhaseOne {
     /// The rotor with its identified bearings and planes.
     pub rotor: Rotor,
-    /// The eight coefficients: stiffness, then damping.
+    /// What the bearings' laws leave to the data: stiffness, then damping, then the rest.
     pub bearings: Vec<BearingParameter>,
     /// Unbalance of each plane, kg·m.
     pub unbalance_kg_m: DVector<Complex<f64>>,
@@ -78,8 +79,8 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
     }
     let hypothesis = Hypothesis::drawn(rotor, fitter.scales(None));
     let drawing = fitter.exact_drawing();
-    let guess = hypothesis.drawn_bearings();
-    let range = Range::new(&guess, config.bounds.or(rotor.identify).as_ref());
+    let guess = hypothesis.bearings.stated();
+    let range = Range::new(&hypothesis.bearings, config.bounds.or(rotor.identify).as_ref());
 
     let trial = fitter.trial(&hypothesis, &drawing, None)?;
     let (found, swarm_residual_um) = swarm::search(trial.as_ref(), &range, config)?;
@@ -97,19 +98,21 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
         .as_ref()
         .ok_or_else(|| Error::Unsuitable("the machine is singular on the identified bearings".into()))?;
 
-    let parameter = |i: usize| {
-        let relative_sd = covariance[(i, i)].sqrt();
+    let parameter = |(i, u): (usize, &BearingUnknown)| {
+        let law = &u.law;
+        let (value, start) = (law.scale.to_si(fit.x[i]), law.scale.to_si(guess[i]));
+        let sd = covariance[(i, i)].sqrt();
         let identified = match outside[i] {
             true => Identified::AtBound,
-            false if relative_sd < 0.5 * PRIOR_LOG_SD => Identified::FromData,
+            false if sd < 0.5 * law.prior_sd => Identified::FromData,
             false => Identified::StayedAtStart,
         };
-        let bearing = rotor.bearing[coefficient(i).0].name.clone();
-        let (value, start) = (fit.x[i].exp(), guess[i].exp());
-        BearingParameter { bearing, symbol: symbol(i), value, start, relative_sd, identified }
+        let bearing = rotor.bearing[u.bearing].name.clone();
+        let (symbol, unit) = (law.symbol.clone(), law.unit);
+        BearingParameter { bearing, symbol, unit, value, start, relative_sd: sd, identified }
     };
     let mut identified = rotor.clone();
-    assign(&mut identified, &fit.x);
+    hypothesis.bearings.assign(&mut identified, &fit.x);
     for (plane, u) in identified.plane.iter_mut().zip(&fit.unknowns) {
         let [magnitude, angle] = g_mm_deg(*u);
         (plane.unbalance_g_mm, plane.angle_deg) = (Some(magnitude), Some(angle));
@@ -118,7 +121,7 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
     let silence = vec![Complex::from(0.0); count];
     Ok(PhaseOne {
         rotor: identified,
-        bearings: (0..COEFFICIENTS).map(parameter).collect(),
+        bearings: hypothesis.bearings.unknowns().iter().enumerate().map(parameter).collect(),
         unbalance_kg_m: DVector::from_column_slice(&fit.unknowns[..planes]),
         unbalance_relative_sd: unbalance_relative_sd(&fit, covariance, planes),
         residual_um,

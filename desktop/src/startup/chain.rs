@@ -6,8 +6,8 @@ use super::two_degree::Motion;
 use super::{Options, Startup, two_degree};
 use crate::diagnose::{Candidate, Outcome, best_fit, improve};
 use crate::error::Error;
+use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
-use crate::rotor::Rotor;
 
 type C = Complex<f64>;
 

@@ -29,8 +29,8 @@ use nalgebra::Complex;
 
 use crate::error::Error;
 use crate::identify::assumed_noise;
+use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
-use crate::rotor::{Noise, Rotor};
 
 use estimate::{Combined, Seen};
 use series::{Direction, Run};
@@ -113,6 +113,12 @@ pub fn startup(rotor: &Rotor, readings: &[Reading], options: &Options) -> Result
             rotor.disk.len()
         )));
     };
+    if rotor.bearing.len() != 2 {
+        return Err(Error::Unsuitable(format!(
+            "the two-degree model of a start-up needs two bearings, {} are given",
+            rotor.bearing.len()
+        )));
+    }
     let mass_kg = options.mass_kg.unwrap_or(disk.mass_kg);
     if mass_kg <= 0.0 {
         return Err(Error::Unsuitable(format!(

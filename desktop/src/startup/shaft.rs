@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
-use crate::rotor::{Disk, Rotor};
-use crate::structure::Structure;
+use crate::machine::drawing::{Disk, Rotor};
+use crate::shaft::structure::Structure;
 
 /// Pieces of a segment: a beam element is exact in bending, the mass needs a few.
 const PIECES: usize = 4;

@@ -9,8 +9,8 @@ use super::least_squares::least_squares;
 use super::series::{Point, Run, directions, series};
 use super::shaft::ShaftSpring;
 use super::*;
+use crate::machine::drawing::{Disk, Physics};
 use crate::measurement::rad_s;
-use crate::rotor::{Disk, Physics};
 use crate::testing::uniform_shaft;
 
 type C = Complex<f64>;

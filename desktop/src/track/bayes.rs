@@ -22,7 +22,7 @@ use super::posterior::{Posterior, Sample};
 use super::record::Day;
 use super::spot::Logs;
 use super::{Cause, Estimate, Reidentified};
-use crate::fit::hypothesis::{COEFFICIENTS, coefficient};
+use crate::track::coefficients::{COEFFICIENTS, coefficient};
 
 type C = Complex<f64>;
 

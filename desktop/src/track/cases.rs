@@ -19,7 +19,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::record::Day;
 use super::spot::Logs;
 use crate::fit::descent::{Landscape, Stop, descend};
-use crate::fit::hypothesis::{COEFFICIENTS, PRIOR_LOG_SD, coefficient};
+use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD, coefficient};
 
 type C = Complex<f64>;
 

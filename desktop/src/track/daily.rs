@@ -11,8 +11,8 @@ use super::step::Steps;
 use super::{Cause, Config, Estimate, Flag, Reidentified};
 use crate::error::Error;
 use crate::identify::{Bounds, PhaseOne, PhaseOneConfig, assumed_noise, identify, least_residual};
+use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
-use crate::rotor::{Noise, Rotor};
 use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;
@@ -68,7 +68,7 @@ impl<'a> Tracking<'a> {
             false => Some(start(rotor, record, runup, config)?),
         };
         let identified = phase_one.as_ref().map_or(rotor, |found| &found.rotor);
-        let phasor = |p: &crate::rotor::Plane| {
+        let phasor = |p: &crate::machine::drawing::Plane| {
             let magnitude = p.unbalance_g_mm.ok_or_else(|| {
                 let what = format!("plane {} has no unbalance_g_mm; `identify` writes it", p.name);
                 Error::Unsuitable(what)

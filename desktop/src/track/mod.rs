@@ -20,6 +20,7 @@ mod adaptive;
 mod bayes;
 mod cases;
 mod chains;
+mod coefficients;
 mod daily;
 mod joint;
 pub mod monitor;
@@ -39,10 +40,10 @@ pub use posterior::Sample;
 pub use spot::Logs;
 
 use crate::error::Error;
-use crate::fit::hypothesis::COEFFICIENTS;
 use crate::identify::PhaseOne;
+use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
-use crate::rotor::Rotor;
+use crate::track::coefficients::COEFFICIENTS;
 use daily::Tracking;
 
 type C = Complex<f64>;
@@ -228,6 +229,7 @@ pub fn track(
     config: &Config,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Track, Error> {
+    coefficients::two_constant_bearings(rotor)?;
     let tracking = Tracking::begin(rotor, record, runup, config)?;
     let fixed = tracking.fixed(&mut |_, _| ());
     let event_d = fixed.flags.first().map(|f| f.since_d);

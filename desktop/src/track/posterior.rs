@@ -13,7 +13,7 @@ use super::chains::{Chain, Sampler, mean};
 use super::record::Day;
 use super::spot::Logs;
 use super::{Interval, Spread};
-use crate::fit::hypothesis::COEFFICIENTS;
+use crate::track::coefficients::COEFFICIENTS;
 
 type C = Complex<f64>;
 

@@ -6,8 +6,8 @@ use super::spot::{Spot, model};
 use crate::diagnose::checks;
 use crate::error::Error;
 use crate::fit::data::sigma_m;
+use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
-use crate::rotor::{Noise, Rotor};
 
 /// Fewest complete readings that can be tracked: phase I takes three, an event needs a before and an after.
 const FEWEST: usize = 10;

@@ -1,17 +1,18 @@
 //! The machine at one reading's speed, solved once, for bearings that change.
 //!
 //! The shaft on the bearings that the file states is solved for unit forces at the bearings and in the
-//! planes; other bearings are then an update of rank four (as in [`crate::fit::update`], but on top of a
+//! planes; other bearings are then an update of rank four (as in [`crate::receptance::update`], but on top of a
 //! model with whatever effects its file has): with `H` the receptances at the bearings and `Δ` the change
 //! of their dynamic stiffness, the motion there is `h = (1 + HΔ)⁻¹ h₀` and a probe shows `y₀ − qᵀ Δ h`.
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, SMatrix, SVector};
 
+use crate::bearing::support::SupportLaw;
 use crate::error::Error;
-use crate::fit::hypothesis::{COEFFICIENTS, coefficient};
+use crate::machine::drawing::{BasisKind, Coefficients, Rotor};
 use crate::model::{Model, Response};
-use crate::rotor::{BasisKind, Coefficients, Rotor};
-use crate::terms::SupportLaw;
+use crate::shaft::basis;
+use crate::track::coefficients::{COEFFICIENTS, coefficient};
 
 type C = Complex<f64>;
 type Held = SVector<C, 4>;
@@ -31,7 +32,7 @@ pub fn model(rotor: &Rotor) -> Model {
         BasisKind::Supported => SHAPES,
         BasisKind::FreeFree => 6,
     };
-    Model::reduced(rotor, size)
+    basis::reduced(rotor, size)
 }
 
 /// A machine at one speed.
@@ -120,7 +121,7 @@ impl Spot {
         let known = |j: usize, p: usize| if j == planes { model.probes[p].runout_m } else { C::from(0.0) };
         Ok(Self {
             speed_rad_s,
-            laws: [model.supports[0].law, model.supports[1].law],
+            laws: [0, 1].map(|b| model.supports[b].law.clone()),
             nominal: [0, 1].map(|b| model.supports[b].law.dynamic_stiffness(speed_rad_s, [0.0; 2])),
             held,
             probe_held: probes.clone().map(|p| Held::from_fn(|i, _| at_probe(&units[i], p))).collect(),
@@ -136,7 +137,7 @@ impl Spot {
 
     /// Dynamic stiffness of a bearing with these coefficients.
     fn stiffness(&self, bearing: usize, logs: &Logs) -> Matrix2<C> {
-        let mut law = self.laws[bearing];
+        let mut law = self.laws[bearing].clone();
         for (i, log) in logs.iter().enumerate() {
             let (of, axis, damping) = coefficient(i);
             if of == bearing {
@@ -208,11 +209,11 @@ fn forces(excess: &[Matrix2<C>; 2], motion: &Held) -> Held {
     force
 }
 
-/// Logarithms of a rotor's direct bearing coefficients.
+/// Logarithms of the direct coefficients of a rotor's two constant bearings.
 pub fn logs_of(rotor: &Rotor) -> Logs {
     std::array::from_fn(|i| {
         let (bearing, axis, damping) = coefficient(i);
-        let b = &rotor.bearing[bearing];
+        let Some(b) = rotor.bearing.get(bearing).and_then(|b| b.constants()) else { return f64::NAN };
         let of = |c: &Coefficients| if axis == 0 { c.xx } else { c.yy };
         let value = if damping { of(&b.damping_n_s_m) } else { of(&b.stiffness_n_m) };
         // as phase I: a logarithm needs a number
@@ -229,9 +230,9 @@ mod tests {
 
     fn changed() -> (Rotor, Logs) {
         let mut rotor = sample_rotor();
-        rotor.bearing[0].stiffness_n_m.xx *= 0.6;
-        rotor.bearing[1].stiffness_n_m.yy *= 1.7;
-        rotor.bearing[1].damping_n_s_m.xx *= 0.5;
+        rotor.bearing[0].constants_mut().unwrap().stiffness_n_m.xx *= 0.6;
+        rotor.bearing[1].constants_mut().unwrap().stiffness_n_m.yy *= 1.7;
+        rotor.bearing[1].constants_mut().unwrap().damping_n_s_m.xx *= 0.5;
         let logs = logs_of(&rotor);
         (rotor, logs)
     }
@@ -243,7 +244,7 @@ mod tests {
     #[test]
     fn other_bearings_by_update_equal_the_model_made_with_them() {
         let (rotor, logs) = changed();
-        let basis = crate::basis::supported(&Model::finite_elements(&sample_rotor()), SHAPES);
+        let basis = basis::supported(&Model::finite_elements(&sample_rotor()), SHAPES);
         let whole = Model::finite_elements(&rotor).projected(&basis).response(SPEED).unwrap();
         let motion = Spot::new(&model(&sample_rotor()), SPEED).unwrap().on(&logs).unwrap();
         let expected = whole.at(&DVector::from_vec(unbalance()));

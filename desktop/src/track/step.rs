@@ -122,7 +122,7 @@ mod tests {
             }
         });
         let readings: Vec<_> = readings.collect();
-        let noise = crate::rotor::Noise { relative: 0.02, floor_um: 0.03 };
+        let noise = crate::machine::drawing::Noise { relative: 0.02, floor_um: 0.03 };
         record::days(&sample_rotor(), &noise, &readings).unwrap()
     }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use rotor_edge_desktop::rotor_file;
+use rotor_edge_desktop::machine::rotor_file;
 
 use super::identify::{self, Days};
 use crate::edge::Deployment;

@@ -2,8 +2,8 @@
 
 use rotor_edge_desktop::compare::Comparison;
 use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, add, best_fit};
+use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::rotor::Rotor;
 
 use crate::report::bars::{Bar, bars};
 use crate::report::{Figure, Prediction, Section, Table, comparison_sections};

@@ -6,11 +6,11 @@ use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use rotor_edge_desktop::balance::grade::Rigid;
+use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::prognosis::arima::Order;
 use rotor_edge_desktop::prognosis::limit::{Reached, reached};
 use rotor_edge_desktop::prognosis::series::{self, History, Series};
 use rotor_edge_desktop::prognosis::walk::{Ahead, Model, Score, interval, walk};
-use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::G_MM;
 use serde_json::{Map, Value, json};
 

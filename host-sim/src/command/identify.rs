@@ -6,9 +6,9 @@ use std::str::FromStr;
 use anyhow::{Result, bail};
 use clap::Args;
 use rotor_edge_desktop::identify::{BearingParameter, Identified, PhaseOne, PhaseOneConfig, identify};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
-use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde::Serialize;
 
@@ -164,7 +164,7 @@ struct Summary {
 #[derive(Serialize)]
 struct Coefficient {
     bearing: String,
-    symbol: &'static str,
+    symbol: String,
     value: f64,
     start: f64,
     relative_sd: f64,
@@ -183,7 +183,7 @@ impl Summary {
     fn of(found: &PhaseOne) -> Self {
         let coefficient = |p: &BearingParameter| Coefficient {
             bearing: p.bearing.clone(),
-            symbol: p.symbol,
+            symbol: p.symbol.clone(),
             value: p.value,
             start: p.start,
             relative_sd: p.relative_sd,

@@ -5,6 +5,7 @@ mod add;
 mod answer;
 pub mod balance;
 mod bus;
+mod check;
 mod commanding;
 mod compare;
 mod dbc;
@@ -55,6 +56,8 @@ pub struct Cli {
 enum Command {
     /// Play a record over a virtual CAN bus into the controller's core and check every result
     Replay(Box<replay::Arguments>),
+    /// Look a machine over by its drawing alone: loads, critical speeds, modes, unbalance response, doubtful numbers
+    Check(check::Arguments),
     /// Hold a model against measurements: where it misses, and whether that is noise or physics
     Compare(compare::Arguments),
     /// Say which physical effect is missing in a model, or which measurement would tell
@@ -101,6 +104,7 @@ pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         None => replay::run(&replay::Arguments::sample()),
         Some(Command::Replay(arguments)) => replay::run(&arguments),
+        Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::Add(arguments)) => add::run(&arguments),

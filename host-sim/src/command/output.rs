@@ -6,9 +6,9 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
-use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::rotor_file;
 use serde::Serialize;
 
 use crate::report::{Section, page};

@@ -1,8 +1,8 @@
 //! `replay --json`.
 
 use rotor_edge_core::model::Pair;
+use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::rotor::Rotor;
 use serde::Serialize;
 use serde_json::Value;
 

@@ -6,11 +6,12 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use clap::Args;
 use nalgebra::Complex;
+use rotor_edge_desktop::Error;
+use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::startup::chain::{Chain, Stage, chain, simple_stages};
 use rotor_edge_desktop::startup::series::Run;
 use rotor_edge_desktop::startup::{Options, PAPER_CLEARANCE_UM, PAPER_SPEEDS_RPM, Startup, startup};
-use rotor_edge_desktop::{Error, rotor_file};
 
 use super::{output, startup_json, startup_text};
 use crate::report::startup_sections;

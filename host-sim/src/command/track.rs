@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
-use rotor_edge_desktop::rotor::Rotor;
-use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::track::{self, Cause, Config, Later, Method, Thresholds, Track};
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 

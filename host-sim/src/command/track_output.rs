@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use nalgebra::Complex;
-use rotor_edge_desktop::rotor::Rotor;
+use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::track::{Cause, Estimate, Flag, Joint, Method, Reidentified, Scope, Spread, Track};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 use serde_json::{Value, json};
@@ -12,8 +12,9 @@ use serde_json::{Value, json};
 /// Names of the eight coefficients, in the order of phase I.
 pub fn coefficient_names(rotor: &Rotor) -> Vec<String> {
     let of = |kind: &str| {
-        let axes =
-            |b: &rotor_edge_desktop::rotor::Bearing| ["xx", "yy"].map(|a| format!("{}_{kind}_{a}", b.name));
+        let axes = |b: &rotor_edge_desktop::machine::drawing::Bearing| {
+            ["xx", "yy"].map(|a| format!("{}_{kind}_{a}", b.name))
+        };
         rotor.bearing.iter().flat_map(axes).collect::<Vec<_>>()
     };
     [of("k"), of("c")].concat()
@@ -35,7 +36,7 @@ fn vector(u: Complex<f64>) -> Value {
 }
 
 fn planes(rotor: &Rotor, unbalance_kg_m: &[Complex<f64>]) -> Vec<Value> {
-    let plane = |(p, u): (&rotor_edge_desktop::rotor::Plane, &Complex<f64>)| {
+    let plane = |(p, u): (&rotor_edge_desktop::machine::drawing::Plane, &Complex<f64>)| {
         let mut value = vector(*u);
         value["name"] = json!(p.name);
         value
@@ -209,7 +210,7 @@ fn estimate(rotor: &Rotor, e: &Estimate) -> Value {
 }
 
 fn interval_json(rotor: &Rotor, spread: &Spread) -> Value {
-    let plane = |(j, p): (usize, &rotor_edge_desktop::rotor::Plane)| {
+    let plane = |(j, p): (usize, &rotor_edge_desktop::machine::drawing::Plane)| {
         let [unbalance_g_mm, angle_deg] = plane_ends(spread, j);
         json!({ "name": p.name, "unbalance_g_mm": unbalance_g_mm, "angle_deg": angle_deg })
     };

@@ -1,7 +1,7 @@
 //! What `track --report` says: the papers' figures for the user's record.
 
+use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::rotor::Rotor;
 use rotor_edge_desktop::track::{Estimate, Interval, Reidentified, Track};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 

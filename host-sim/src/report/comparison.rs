@@ -5,8 +5,8 @@ mod tables;
 
 use nalgebra::Complex;
 use rotor_edge_desktop::compare::{Comparison, SIGNIFICANCE, Verdict};
+use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::rotor::Rotor;
 
 use super::document::Section;
 use super::scale::{number, rpm, three_digits};

@@ -8,6 +8,7 @@
 //! | [`residual_map`] | residual by speed and probe |
 //! | [`startup`], [`balance`] | what `startup --report` and `balance --report` say |
 //! | [`wave`] | one turn of the shaft over time |
+//! | [`sketch`], [`campbell`] | the machine to scale; its natural frequencies over speed |
 //! | [`trend`], [`bars`] | anything over time; anything ranked |
 //!
 //! A file needs nothing but itself: figures are inline SVG, there is no script, and its own content
@@ -18,6 +19,7 @@
 pub mod balance;
 pub mod bars;
 pub mod bode;
+pub mod campbell;
 pub mod canvas;
 pub mod comparison;
 pub mod document;
@@ -25,6 +27,7 @@ pub mod orbit;
 pub mod polar;
 pub mod residual_map;
 pub mod scale;
+pub mod sketch;
 pub mod startup;
 pub mod trend;
 pub mod wave;

@@ -8,7 +8,7 @@ use super::super::{Effort, Fitter};
 use super::*;
 
 /// Response per deviation by differences, the linear unknowns held.
-fn by_differences(
+pub(super) fn by_differences(
     fitter: &Fitter,
     h: &Hypothesis,
     x: &[f64],

@@ -1,17 +1,18 @@
 //! Fits held against the finite-element model, against differences, and against synthetic machines.
 
 mod drawing;
+mod laws;
 mod prediction;
 
 use nalgebra::{Complex, DVector};
 
 use super::Fitter;
 use super::data::Data;
-use super::hypothesis::{Assumed, Hypothesis, from_si};
+use super::hypothesis::{Assumed, Hypothesis};
 use super::problem::Search;
 use crate::effects::{Place, find};
+use crate::machine::drawing::{AddedUnbalance, Noise, Rotor, Run, Tolerance};
 use crate::measurement::Reading;
-use crate::rotor::{AddedUnbalance, Noise, Rotor, Run, Tolerance};
 use crate::testing::sample_rotor;
 use crate::unbalance::phasor_kg_m;
 
@@ -94,13 +95,13 @@ fn every_effect() -> Vec<(&'static str, Place, Vec<f64>, Vec<C>)> {
 fn hypothesis<'a>(fitter: &'a Fitter, chosen: &[&str]) -> (Hypothesis<'a>, Vec<f64>, Vec<C>) {
     let mut h = Hypothesis::drawn(fitter.rotor, fitter.scales(None));
     let mut x: Vec<f64> =
-        h.drawn_bearings().iter().enumerate().map(|(i, v)| v + 0.1 * (i as f64).sin()).collect();
+        h.bearings.stated().iter().enumerate().map(|(i, v)| v + 0.1 * (i as f64).sin()).collect();
     let mut unknowns = planes();
     for (name, place, parameters, values) in every_effect() {
         if chosen.contains(&name) {
             let effect = find(name).unwrap();
             let scaled = effect.parameters(&h.scales);
-            x.extend(scaled.iter().zip(&parameters).map(|(p, v)| from_si(p, *v)));
+            x.extend(scaled.iter().zip(&parameters).map(|(p, v)| p.scale.from_si(*v)));
             h = h.with(Assumed { effect, place });
             unknowns.extend(values);
         }

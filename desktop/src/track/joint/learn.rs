@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::kalman::{Gaussian, smooth};
 use super::passes::{Change, Problem};
 use super::state::Motion;
-use crate::fit::hypothesis::COEFFICIENTS;
+use crate::track::coefficients::COEFFICIENTS;
 
 /// Readings in which the wander fades at the slowest. Bearings that went elsewhere over months and
 /// unbalance that grew over months look alike at one speed; months are taken as the unbalance's.

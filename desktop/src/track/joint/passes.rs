@@ -5,8 +5,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::kalman::{Gaussian, Innovation, Step, smooth};
 use super::state::{Layout, Motion, Scope};
-use crate::fit::hypothesis::COEFFICIENTS;
-use crate::rotor::Noise;
+use crate::machine::drawing::Noise;
+use crate::track::coefficients::COEFFICIENTS;
 use crate::track::record::Day;
 use crate::track::spot::Logs;
 

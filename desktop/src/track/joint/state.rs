@@ -12,7 +12,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::kalman::{Gaussian, Step};
-use crate::fit::hypothesis::{COEFFICIENTS, PRIOR_LOG_SD};
+use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD};
 use crate::track::record::Day;
 use crate::track::spot::Logs;
 
@@ -191,7 +191,9 @@ impl Layout {
         let at = self.wander();
         noise.view_mut((at, at), (COEFFICIENTS, COEFFICIENTS)).copy_from(&(&motion.push * gain));
         if let Some(scope) = event {
-            for i in (0..COEFFICIENTS).filter(|i| scope.bearings[crate::fit::hypothesis::coefficient(*i).0]) {
+            for i in
+                (0..COEFFICIENTS).filter(|i| scope.bearings[crate::track::coefficients::coefficient(*i).0])
+            {
                 noise[(self.bearings() + i, self.bearings() + i)] += PRIOR_LOG_SD.powi(2);
             }
             for i in (0..self.flat()).filter(|_| scope.unbalance) {
@@ -208,7 +210,7 @@ impl Layout {
         day: &Day,
         around: &DVector<f64>,
         unit_kg_m: f64,
-        noise: &crate::rotor::Noise,
+        noise: &crate::machine::drawing::Noise,
     ) -> Option<(DMatrix<f64>, DVector<f64>, DVector<f64>)> {
         let logs = self.logs(around);
         let unbalance: Vec<C> = self.unbalance(around).iter().map(|u| u * unit_kg_m).collect();

@@ -7,7 +7,7 @@ use super::passes::Problem;
 use super::search::Found;
 use super::state::{Layout, Scope};
 use super::{Constant, Joint};
-use crate::fit::hypothesis::{COEFFICIENTS, PRIOR_LOG_SD, coefficient};
+use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD, coefficient};
 use crate::track::daily::{Run, Tracking};
 use crate::track::spot::Logs;
 use crate::track::{Cause, Flag, Interval, Reidentified, Spread};

@@ -2,8 +2,8 @@
 
 use nalgebra::Complex;
 use rotor_edge_desktop::compare::{Comparison, ProbePair, probe_pairs};
+use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::rotor::Rotor;
 
 use super::Prediction;
 use crate::report::Curve;

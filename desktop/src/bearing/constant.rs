@@ -1,0 +1,281 @@
+//! A bearing with eight coefficients, the same at every speed or learned over speed.
+
+use nalgebra::Matrix2;
+use serde::{Deserialize, Serialize};
+
+use super::curve::{Curve, Pair};
+use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, role, unit, within};
+use super::support::SupportLaw;
+use crate::inference::scale::Scale;
+
+/// Damping that a file states as zero is searched from this loss: `c = this · k` (a logarithm needs a number).
+const LEAST_LOSS: f64 = 1e-6;
+/// What a coefficient that is learned over speed may change per unit of `ln Ω`, relative to the direct ones at the
+/// reference: between a stiffness that does not follow speed and a damping that falls with it (short bearing at
+/// constant eccentricity: `c ∝ 1/Ω`).
+const SLOPE_SD: f64 = 0.7;
+
+/// A 2×2 matrix of bearing coefficients; `xy` is the force in x per motion in y.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Coefficients {
+    /// Direct, x.
+    pub xx: f64,
+    /// Direct, y.
+    pub yy: f64,
+    /// Cross-coupled, x from y.
+    #[serde(default)]
+    pub xy: f64,
+    /// Cross-coupled, y from x.
+    #[serde(default)]
+    pub yx: f64,
+}
+
+impl Coefficients {
+    /// Rows x, y; columns x, y.
+    pub fn matrix(&self) -> Matrix2<f64> {
+        Matrix2::new(self.xx, self.xy, self.yx, self.yy)
+    }
+
+    /// From rows x, y; columns x, y.
+    pub fn of(m: &Matrix2<f64>) -> Self {
+        Self { xx: m.m11, yy: m.m22, xy: m.m12, yx: m.m21 }
+    }
+
+    fn crosses(&self) -> bool {
+        self.xy != 0.0 || self.yx != 0.0
+    }
+
+    /// Mean of the direct terms.
+    fn direct(&self) -> f64 {
+        0.5 * (self.xx + self.yy)
+    }
+}
+
+/// Linear stiffness and damping.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Constant {
+    /// Stiffness, N/m.
+    pub stiffness_n_m: Coefficients,
+    /// Damping, N·s/m.
+    pub damping_n_s_m: Coefficients,
+    /// Change with the logarithm of the speed, for a bearing whose coefficients follow it in a way nobody stated.
+    pub learned: Option<Learned>,
+}
+
+/// How all eight coefficients change with the logarithm of the speed: cross-coupled ones linearly, direct ones by the
+/// power of the speed that has this slope at the reference.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Learned {
+    /// Speed at which stiffness and damping are as stated, rpm.
+    pub reference_rpm: f64,
+    /// Change of the stiffness per unit of the speed's logarithm, N/m.
+    #[serde(default)]
+    pub stiffness_per_log_n_m: Coefficients,
+    /// Change of the damping per unit of the speed's logarithm, N·s/m.
+    #[serde(default)]
+    pub damping_per_log_n_s_m: Coefficients,
+}
+
+impl Learned {
+    fn reference_rad_s(&self) -> f64 {
+        self.reference_rpm * std::f64::consts::PI / 30.0
+    }
+}
+
+impl Constant {
+    fn pair(&self) -> Pair {
+        Pair { stiffness: self.stiffness_n_m.matrix(), damping: self.damping_n_s_m.matrix() }
+    }
+
+    fn per_log(&self) -> Option<Pair> {
+        let learned = self.learned.as_ref()?;
+        Some(Pair {
+            stiffness: learned.stiffness_per_log_n_m.matrix(),
+            damping: learned.damping_per_log_n_s_m.matrix(),
+        })
+    }
+
+    /// What unknowns of a column are measured in: the mean direct term, a loss of one millionth at least.
+    fn unit(&self, column: usize) -> f64 {
+        let stiffness = self.stiffness_n_m.direct();
+        if column < 4 { stiffness } else { self.damping_n_s_m.direct().max(LEAST_LOSS * stiffness) }
+    }
+
+    /// Standard deviation of a cross-coupled term, in units of the direct ones. A file that states such terms states
+    /// them as well as the direct ones; one that states none says that there are none, unless they are to be learned.
+    fn cross_sd(&self, column: usize) -> f64 {
+        let of = if column < 4 { &self.stiffness_n_m } else { &self.damping_n_s_m };
+        let stated = PRIOR_LOG_SD * of.xy.abs().max(of.yx.abs()) / self.unit(column);
+        if self.learned.is_some() { stated.max(PRIOR_LOG_SD) } else { stated }
+    }
+
+    /// Columns that data may decide.
+    fn open(&self) -> impl Iterator<Item = usize> {
+        let this = *self;
+        (0..COLUMNS.len()).filter(move |c| COLUMNS[*c].1 || this.cross_sd(*c) > 0.0)
+    }
+
+    /// The coefficients, and their change per unit of the logarithm, at these search coordinates.
+    fn at(&self, x: &[f64]) -> (Pair, Option<Pair>) {
+        let (mut pair, mut per_log) = (self.pair(), self.per_log());
+        let mut values = x.iter();
+        for column in self.open() {
+            let Some(x) = values.next() else { continue };
+            let scale = self.scale(column);
+            pair.set_column(column, scale.to_si(*x));
+        }
+        if let Some(per_log) = &mut per_log {
+            for (column, x) in (0..COLUMNS.len()).zip(values) {
+                per_log.set_column(column, x * self.unit(column));
+            }
+        }
+        (pair, per_log)
+    }
+
+    fn scale(&self, column: usize) -> Scale {
+        if COLUMNS[column].1 { Scale::Logarithmic } else { Scale::Linear(self.unit(column)) }
+    }
+}
+
+impl BearingLaw for Constant {
+    fn unknowns(&self) -> Vec<LawUnknown> {
+        let pair = self.pair();
+        let own = self.open().map(|column| {
+            let (symbol, direct) = COLUMNS[column];
+            let (value, scale) = (pair.column(column), self.scale(column));
+            let least = if direct && column >= 4 { LEAST_LOSS * pair.column(column - 4) } else { f64::MIN };
+            LawUnknown {
+                symbol: symbol.into(),
+                unit: unit(column),
+                role: role(column),
+                scale,
+                stated: scale.from_si(value.max(least)),
+                prior_sd: if direct { PRIOR_LOG_SD } else { self.cross_sd(column) },
+            }
+        });
+        let mut all: Vec<LawUnknown> = own.collect();
+        if let Some(per_log) = self.per_log() {
+            all.extend((0..COLUMNS.len()).map(|column| {
+                let scale = Scale::Linear(self.unit(column));
+                LawUnknown {
+                    symbol: format!("{} per ln speed", COLUMNS[column].0),
+                    unit: unit(column),
+                    role: super::law::Role::Other,
+                    scale,
+                    stated: scale.from_si(per_log.column(column)),
+                    prior_sd: SLOPE_SD,
+                }
+            }));
+        }
+        all
+    }
+
+    fn support(&self, x: &[f64]) -> SupportLaw {
+        let (at, per_log) = self.at(x);
+        match self.learned.zip(per_log) {
+            None => SupportLaw::linear(at.stiffness, at.damping),
+            Some((learned, per_log)) => SupportLaw {
+                curve: Some(Curve::Logarithmic { at, per_log, reference_rad_s: learned.reference_rad_s() }),
+                ..SupportLaw::linear(Matrix2::zeros(), Matrix2::zeros())
+            },
+        }
+    }
+
+    fn assign(&mut self, x: &[f64]) {
+        let (pair, per_log) = self.at(x);
+        self.stiffness_n_m = Coefficients::of(&pair.stiffness);
+        self.damping_n_s_m = Coefficients::of(&pair.damping);
+        if let (Some(learned), Some(per_log)) = (&mut self.learned, per_log) {
+            learned.stiffness_per_log_n_m = Coefficients::of(&per_log.stiffness);
+            learned.damping_per_log_n_s_m = Coefficients::of(&per_log.damping);
+        }
+    }
+
+    fn check(&self) -> Result<(), (String, String)> {
+        for (name, m, [low, high], unit) in [
+            ("stiffness_n_m", &self.stiffness_n_m, [1.0, 1e13], "N/m"),
+            ("damping_n_s_m", &self.damping_n_s_m, [0.0, 1e10], "N·s/m"),
+        ] {
+            within(&format!("{name}.xx"), m.xx, [low, high], unit)?;
+            within(&format!("{name}.yy"), m.yy, [low, high], unit)?;
+            within(&format!("{name}.xy"), m.xy, [-1e13, 1e13], "")?;
+            within(&format!("{name}.yx"), m.yx, [-1e13, 1e13], "")?;
+        }
+        let Some(learned) = &self.learned else { return Ok(()) };
+        within("learned.reference_rpm", learned.reference_rpm, [1.0, 1e6], "rpm")?;
+        for (name, m) in [
+            ("stiffness_per_log_n_m", &learned.stiffness_per_log_n_m),
+            ("damping_per_log_n_s_m", &learned.damping_per_log_n_s_m),
+        ] {
+            for (entry, value) in [("xx", m.xx), ("yy", m.yy), ("xy", m.xy), ("yx", m.yx)] {
+                within(&format!("learned.{name}.{entry}"), value, [-1e13, 1e13], "")?;
+            }
+        }
+        Ok(())
+    }
+
+    fn opens_cross_terms(&self) -> bool {
+        self.learned.is_some() || self.stiffness_n_m.crosses()
+    }
+
+    fn follows_speed(&self) -> bool {
+        self.learned.is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stated(law: &Constant) -> Vec<f64> {
+        law.unknowns().iter().map(|u| u.stated).collect()
+    }
+
+    fn film() -> Constant {
+        Constant {
+            stiffness_n_m: Coefficients { xx: 2e8, yy: 3e8, xy: 1e8, yx: -1.5e8 },
+            damping_n_s_m: Coefficients { xx: 4e5, yy: 6e5, xy: -1e5, yx: -1e5 },
+            learned: Some(Learned {
+                reference_rpm: 6000.0,
+                stiffness_per_log_n_m: Coefficients { xx: 1e7, yy: -2e7, xy: 3e7, yx: -4e7 },
+                damping_per_log_n_s_m: Coefficients { xx: -2e5, yy: -3e5, xy: 1e4, yx: 2e4 },
+            }),
+        }
+    }
+
+    #[test]
+    fn a_file_without_cross_terms_leaves_the_four_direct_ones_open_and_one_with_them_all_eight() {
+        let direct = |k: f64| Coefficients { xx: k, yy: 2.0 * k, ..Coefficients::default() };
+        let plain = Constant { stiffness_n_m: direct(1e7), damping_n_s_m: direct(1e3), learned: None };
+        let symbols = |law: &Constant| law.unknowns().into_iter().map(|u| u.symbol).collect::<Vec<_>>();
+        assert_eq!(symbols(&plain), ["k_xx", "k_yy", "c_xx", "c_yy"]);
+        assert_eq!(symbols(&Constant { learned: None, ..film() }).len(), 8);
+        assert_eq!(symbols(&film()).len(), 16);
+    }
+
+    #[test]
+    fn at_what_the_file_states_the_support_is_the_file_s_at_every_speed() {
+        for law in [film(), Constant { learned: None, ..film() }] {
+            for speed in [300.0, 628.0, 1100.0] {
+                let at = law.support(&stated(&law)).coefficients(speed);
+                let log = (speed / (200.0 * std::f64::consts::PI)).ln();
+                let learned = law.learned.map_or(0.0, |_| log);
+                assert!((at.stiffness.m12 - (1e8 + 3e7 * learned)).abs() < 1.0);
+                assert!((at.damping.m22 - 6e5 * (-0.5 * learned).exp()).abs() < 1e-3);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_assigned_is_what_the_support_had() {
+        let mut law = film();
+        let x: Vec<f64> = stated(&law).iter().enumerate().map(|(i, v)| v + 0.1 * (i as f64).sin()).collect();
+        let before = law.support(&x).coefficients(777.0);
+        law.assign(&x);
+        let after = law.coefficients(777.0);
+        assert!((before.stiffness - after.stiffness).norm() < 1e-9 * before.stiffness.norm());
+        assert!((before.damping - after.damping).norm() < 1e-9 * before.damping.norm());
+    }
+}

@@ -1,0 +1,252 @@
+//! An oil film as the law of a bearing: three numbers that the data may decide, at all speeds together.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use nalgebra::Matrix2;
+
+use super::curve::{Curve, Pair};
+use super::film::{Film, FilmState, FilmTable};
+use super::law::{BearingLaw, LawUnknown, Role};
+use super::support::SupportLaw;
+use crate::error::Error;
+use crate::inference::scale::Scale;
+
+/// How far a film's numbers may be from what is stated while all is well, standard deviations of their logarithms:
+/// bores are made to a tenth or two of the clearance; an oil's viscosity changes by a fifth within five kelvin; a static
+/// load follows from weights and is moved by small misalignment. What lies further away is a finding.
+const CLEARANCE_LOG_SD: f64 = 0.1;
+const VISCOSITY_LOG_SD: f64 = 0.2;
+const LOAD_LOG_SD: f64 = 0.1;
+
+/// An oil film that carries a known load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilmLaw {
+    film: Film,
+    table: Arc<FilmTable>,
+    /// From the file, or what the shaft's weight puts on the bearing; not a number while nobody has said.
+    load_n: f64,
+}
+
+/// A film at whatever clearance, viscosity and load.
+#[derive(Debug, Clone)]
+pub struct FilmCurve {
+    film: Arc<Film>,
+    table: Arc<FilmTable>,
+    /// Of the machined pad or lobe, m.
+    pub clearance_m: f64,
+    /// Of the oil, Pa·s.
+    pub viscosity_pa_s: f64,
+    /// Static load, N.
+    pub load_n: f64,
+}
+
+impl FilmCurve {
+    /// Equilibrium and coefficients at running speed.
+    ///
+    /// # Errors
+    /// If the eccentricity is out of the solver's range.
+    pub fn state(&self, speed_rad_s: f64) -> Result<FilmState, Error> {
+        self.film.at(&self.table, self.load_n, self.clearance_m, self.viscosity_pa_s, speed_rad_s)
+    }
+
+    /// Coefficients at running speed; beyond what the film is solved for, as at the nearest speed that it is.
+    pub fn at(&self, speed_rad_s: f64) -> Pair {
+        let [slowest, fastest] = self.range_rad_s();
+        match self.state(speed_rad_s.clamp(slowest, fastest.max(slowest))) {
+            Ok(state) => Pair { stiffness: state.stiffness_n_m, damping: state.damping_n_s_m },
+            Err(_) => Pair { stiffness: Matrix2::repeat(f64::NAN), damping: Matrix2::repeat(f64::NAN) },
+        }
+    }
+
+    /// Slowest and fastest speed that the film is solved for, rad/s.
+    pub fn range_rad_s(&self) -> [f64; 2] {
+        let per_rad_s = self.film.sommerfeld(self.load_n, self.clearance_m, self.viscosity_pa_s, 1.0);
+        self.table.range().map(|s| s / per_rad_s)
+    }
+}
+
+impl PartialEq for FilmCurve {
+    fn eq(&self, other: &Self) -> bool {
+        let numbers = |c: &Self| [c.clearance_m, c.viscosity_pa_s, c.load_n];
+        numbers(self) == numbers(other) && Arc::ptr_eq(&self.table, &other.table) && self.film == other.film
+    }
+}
+
+/// Tables that were solved: one for each shape of bearing, whatever its size.
+static SOLVED: Mutex<Vec<Arc<FilmTable>>> = Mutex::new(Vec::new());
+
+fn solved(film: &Film) -> Result<Arc<FilmTable>, Error> {
+    let mut tables = SOLVED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(table) = tables.iter().find(|t| t.is_of(film)) {
+        return Ok(table.clone());
+    }
+    let table = Arc::new(FilmTable::solve(film)?);
+    tables.push(table.clone());
+    Ok(table)
+}
+
+impl FilmLaw {
+    /// Solves the film, once for every shape.
+    ///
+    /// # Errors
+    /// If the film's numbers are out of range, or an equilibrium is not found.
+    pub fn new(film: Film) -> Result<Self, Error> {
+        film.check().map_err(|(key, what)| Error::Unsuitable(format!("film.{key}: {what}")))?;
+        let load_n = film.load_n.unwrap_or(f64::NAN);
+        Ok(Self { table: solved(&film)?, load_n, film })
+    }
+
+    /// As the file states it.
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// Static load, N.
+    pub fn load_n(&self) -> f64 {
+        self.load_n
+    }
+
+    /// Whether the file leaves the load to the shaft's weight.
+    pub fn carries_weight(&self) -> bool {
+        self.film.load_n.is_none()
+    }
+
+    /// Sets what the shaft's weight puts on the bearing, N.
+    pub fn carry(&mut self, load_n: f64) {
+        self.load_n = load_n;
+    }
+
+    /// The film over speed, as stated.
+    pub fn curve(&self) -> FilmCurve {
+        FilmCurve {
+            film: Arc::new(self.film.clone()),
+            table: self.table.clone(),
+            clearance_m: self.film.radial_clearance_m,
+            viscosity_pa_s: self.film.viscosity().unwrap_or(f64::NAN),
+            load_n: self.load_n,
+        }
+    }
+}
+
+impl BearingLaw for FilmLaw {
+    fn unknowns(&self) -> Vec<LawUnknown> {
+        let curve = self.curve();
+        let number = |symbol: &str, unit, value: f64, prior_sd| LawUnknown {
+            symbol: symbol.into(),
+            unit,
+            role: Role::Other,
+            scale: Scale::Logarithmic,
+            stated: value.ln(),
+            prior_sd,
+        };
+        vec![
+            number("clearance", "m", curve.clearance_m, CLEARANCE_LOG_SD),
+            number("viscosity", "Pa·s", curve.viscosity_pa_s, VISCOSITY_LOG_SD),
+            number("load", "N", curve.load_n, LOAD_LOG_SD),
+        ]
+    }
+
+    fn support(&self, x: &[f64]) -> SupportLaw {
+        let mut curve = self.curve();
+        if let &[clearance, viscosity, load] = x {
+            (curve.clearance_m, curve.viscosity_pa_s, curve.load_n) =
+                (clearance.exp(), viscosity.exp(), load.exp());
+        }
+        let film = Some(Curve::Film(curve));
+        SupportLaw { curve: film, ..SupportLaw::linear(Matrix2::zeros(), Matrix2::zeros()) }
+    }
+
+    fn assign(&mut self, x: &[f64]) {
+        let &[clearance, viscosity, load] = x else { return };
+        self.film.radial_clearance_m = clearance.exp();
+        self.film.viscosity_pa_s = Some(viscosity.exp());
+        (self.film.iso_vg, self.film.temperature_c) = (None, None);
+        self.film.load_n = Some(load.exp());
+        self.load_n = load.exp();
+    }
+
+    fn check(&self) -> Result<(), (String, String)> {
+        self.film.check().map_err(|(key, what)| (format!("film.{key}"), what))?;
+        if self.load_n > 0.0 && self.load_n.is_finite() {
+            return Ok(());
+        }
+        let what = format!(
+            "the shaft's weight puts {:.1} N on this bearing, a film needs a load that presses; state load_n",
+            self.load_n
+        );
+        Err(("film".into(), what))
+    }
+
+    fn opens_cross_terms(&self) -> bool {
+        true
+    }
+
+    fn follows_speed(&self) -> bool {
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bearing::film::FilmKind;
+
+    fn plain() -> FilmLaw {
+        FilmLaw::new(Film {
+            kind: FilmKind::Plain,
+            diameter_m: 0.1,
+            length_m: 0.05,
+            radial_clearance_m: 1e-4,
+            viscosity_pa_s: None,
+            iso_vg: Some(46.0),
+            temperature_c: Some(55.0),
+            load_n: Some(2000.0),
+            load_angle_deg: -90.0,
+            pads: None,
+            pad_arc_deg: None,
+            preload: None,
+            offset: None,
+            load: None,
+            groove_arc_deg: None,
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn films_of_one_shape_share_one_table_whatever_their_size() {
+        let mut other = plain().film;
+        (other.diameter_m, other.length_m) = (0.2, 0.1);
+        other.radial_clearance_m = 2e-4;
+        assert!(Arc::ptr_eq(&plain().table, &FilmLaw::new(other).unwrap().table));
+    }
+
+    #[test]
+    fn what_is_assigned_is_what_the_support_had_and_the_oil_is_then_stated_by_its_viscosity() {
+        let mut law = plain();
+        let x = [1.3e-4_f64.ln(), 0.02_f64.ln(), 2500.0_f64.ln()];
+        let before = law.support(&x).coefficients(500.0);
+        law.assign(&x);
+        let after = law.coefficients(500.0);
+        assert!((before.stiffness - after.stiffness).norm() < 1e-9 * before.stiffness.norm());
+        assert_eq!(law.film.iso_vg, None);
+        assert!(law.check().is_ok());
+    }
+
+    #[test]
+    fn a_load_that_lifts_and_an_eccentricity_out_of_range_are_told() {
+        let mut law = plain();
+        law.carry(-120.0);
+        let (key, what) = law.check().unwrap_err();
+        assert!(key == "film" && what.contains("-120.0 N"), "{what}");
+        let mut curve = plain().curve();
+        curve.load_n = 1e7;
+        assert!(curve.state(500.0).unwrap_err().to_string().contains("0.95"));
+        let [slowest, _] = curve.range_rad_s();
+        assert_eq!(curve.at(500.0), curve.at(slowest), "held at the edge of the range");
+        let [slowest, fastest] = plain().curve().range_rad_s();
+        assert!(
+            plain().curve().state(slowest * 1.001).is_ok() && plain().curve().state(slowest * 0.9).is_err()
+        );
+        assert!(plain().curve().state(fastest * 1.1).is_err());
+    }
+}

@@ -1,0 +1,116 @@
+//! What a bearing's law states and what it leaves to the data.
+
+use super::curve::Pair;
+use super::support::SupportLaw;
+use crate::inference::scale::Scale;
+
+/// How far a stated direct coefficient, or a factor on a stated column, is trusted: standard deviation of its
+/// logarithm (of the factor itself where it may change sign).
+pub const PRIOR_LOG_SD: f64 = 0.5;
+
+/// What an unknown of a law does; searches begin from stiffer or softer bearings by it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
+    /// A direct stiffness, or a factor on it.
+    Stiffness,
+    /// A direct damping, or a factor on it.
+    Damping,
+    /// Anything else.
+    Other,
+}
+
+/// A number of a bearing that data may decide.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LawUnknown {
+    /// As engineers write it: `k_xx`, `k_xy per ln speed`, …
+    pub symbol: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// What it does.
+    pub role: Role,
+    /// How it is searched.
+    pub scale: Scale,
+    /// What the file states, as a search coordinate.
+    pub stated: f64,
+    /// How far that is trusted: standard deviation of the search coordinate.
+    pub prior_sd: f64,
+}
+
+/// One way in which a bearing holds the shaft.
+pub trait BearingLaw {
+    /// What data may decide, in order.
+    fn unknowns(&self) -> Vec<LawUnknown>;
+
+    /// The support with the unknowns at these search coordinates.
+    fn support(&self, x: &[f64]) -> SupportLaw;
+
+    /// Takes over the unknowns at these search coordinates.
+    fn assign(&mut self, x: &[f64]);
+
+    /// Its own check.
+    ///
+    /// # Errors
+    /// The key inside the bearing, and one clause on what was expected.
+    fn check(&self) -> Result<(), (String, String)>;
+
+    /// Whether the data decide its cross-coupled terms.
+    fn opens_cross_terms(&self) -> bool {
+        false
+    }
+
+    /// Whether its coefficients follow the speed.
+    fn follows_speed(&self) -> bool {
+        false
+    }
+
+    /// Coefficients as stated at running speed.
+    fn coefficients(&self, speed_rad_s: f64) -> Pair {
+        let stated: Vec<f64> = self.unknowns().iter().map(|u| u.stated).collect();
+        self.support(&stated).coefficients(speed_rad_s)
+    }
+}
+
+/// The eight columns by name, row by row, and whether they are direct.
+pub(super) const COLUMNS: [(&str, bool); 8] = [
+    ("k_xx", true),
+    ("k_xy", false),
+    ("k_yx", false),
+    ("k_yy", true),
+    ("c_xx", true),
+    ("c_xy", false),
+    ("c_yx", false),
+    ("c_yy", true),
+];
+
+/// Role of a column.
+pub(super) fn role(column: usize) -> Role {
+    match (COLUMNS[column].1, column < 4) {
+        (true, true) => Role::Stiffness,
+        (true, false) => Role::Damping,
+        (false, _) => Role::Other,
+    }
+}
+
+/// SI unit of a column.
+pub(super) fn unit(column: usize) -> &'static str {
+    if column < 4 { "N/m" } else { "N·s/m" }
+}
+
+/// One sentence's clause for a number outside its range.
+pub(super) fn within(
+    key: &str,
+    value: f64,
+    [low, high]: [f64; 2],
+    unit: &str,
+) -> Result<(), (String, String)> {
+    if value.is_finite() && (low..=high).contains(&value) {
+        return Ok(());
+    }
+    let plain = |x: f64| {
+        if x == 0.0 || (1e-4..1e6).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
+    };
+    Err((
+        key.into(),
+        format!("{value} is outside {} to {} {unit}", plain(low), plain(high)).trim_end().into(),
+    ))
+}

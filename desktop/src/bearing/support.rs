@@ -1,0 +1,221 @@
+//! How a support answers the motion of the shaft: the dynamic stiffness of a bearing, a seal or an added mass,
+//! and what stands in series with it.
+
+use nalgebra::{Complex, Matrix2};
+use serde::{Deserialize, Serialize};
+
+use super::curve::{Curve, Pair};
+
+type C = Complex<f64>;
+
+/// How a support answers the motion of its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SupportLaw {
+    /// Stiffness that no curve states, rows x y, N/m.
+    pub stiffness_n_m: Matrix2<f64>,
+    /// Damping that no curve states, rows x y, N·s/m.
+    pub damping_n_s_m: Matrix2<f64>,
+    /// Stiffness and damping that follow the speed, beside the constant ones.
+    pub curve: Option<Curve>,
+    /// Mass that moves with the shaft, kg.
+    pub mass_kg: f64,
+    /// Relative rise of the constant stiffness from `reference_rad_s` to twice that speed.
+    pub stiffness_slope: f64,
+    /// Speed at which the stiffness is as stated, rad/s.
+    pub reference_rad_s: f64,
+    /// κ of the describing function `k (1 + ¾ κ a²)` of a cubic spring, 1/m².
+    pub hardening_per_m2: f64,
+    /// Elastic foundation in series, if any.
+    pub pedestal: Option<Pedestal>,
+}
+
+/// A mass on a spring and damper between a bearing and the ground, along x and along y.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pedestal {
+    /// Stiffness to ground, x and y, N/m.
+    pub stiffness_n_m: [f64; 2],
+    /// Damping to ground, x and y, N·s/m.
+    #[serde(default)]
+    pub damping_n_s_m: [f64; 2],
+    /// Mass that moves along x and along y, kg.
+    #[serde(default)]
+    pub mass_kg: [f64; 2],
+}
+
+impl Pedestal {
+    /// The same in both directions.
+    pub fn isotropic(stiffness_n_m: f64, damping_n_s_m: f64, mass_kg: f64) -> Self {
+        Self { stiffness_n_m: [stiffness_n_m; 2], damping_n_s_m: [damping_n_s_m; 2], mass_kg: [mass_kg; 2] }
+    }
+
+    /// `k + iΩc − Ω²m` along x and y, N/m.
+    pub fn dynamic_stiffness(&self, speed_rad_s: f64) -> Matrix2<C> {
+        let along = |axis: usize| {
+            let stiffness = self.stiffness_n_m[axis] - speed_rad_s.powi(2) * self.mass_kg[axis];
+            C::new(stiffness, speed_rad_s * self.damping_n_s_m[axis])
+        };
+        Matrix2::new(along(0), C::from(0.0), C::from(0.0), along(1))
+    }
+}
+
+impl SupportLaw {
+    /// A linear support with the given coefficients and nothing else.
+    pub fn linear(stiffness_n_m: Matrix2<f64>, damping_n_s_m: Matrix2<f64>) -> Self {
+        Self {
+            stiffness_n_m,
+            damping_n_s_m,
+            curve: None,
+            mass_kg: 0.0,
+            stiffness_slope: 0.0,
+            reference_rad_s: 0.0,
+            hardening_per_m2: 0.0,
+            pedestal: None,
+        }
+    }
+
+    /// Stiffness and damping at running speed, of a shaft at rest in the bearing.
+    pub fn coefficients(&self, speed_rad_s: f64) -> Pair {
+        let mut pair = Pair { stiffness: self.stiffness_n_m, damping: self.damping_n_s_m };
+        if self.reference_rad_s > 0.0 {
+            pair.stiffness *= 1.0 + self.stiffness_slope * (speed_rad_s / self.reference_rad_s - 1.0);
+        }
+        if let Some(curve) = &self.curve {
+            let more = curve.at(speed_rad_s);
+            pair.stiffness += more.stiffness;
+            pair.damping += more.damping;
+        }
+        pair
+    }
+
+    /// Stiffness where the law is stated: its own, with the curve in the middle of its speeds.
+    pub fn typical_stiffness_n_m(&self) -> Matrix2<f64> {
+        self.curve
+            .as_ref()
+            .map_or(self.stiffness_n_m, |c| self.stiffness_n_m + c.at(c.middle_rad_s()).stiffness)
+    }
+
+    /// The law without its curve, whose stiffness and damping at one speed are constants.
+    pub fn frozen_at(&self, speed_rad_s: f64) -> Self {
+        let Some(curve) = &self.curve else { return self.clone() };
+        let more = curve.at(speed_rad_s);
+        Self {
+            stiffness_n_m: self.stiffness_n_m + more.stiffness,
+            damping_n_s_m: self.damping_n_s_m + more.damping,
+            curve: None,
+            ..self.clone()
+        }
+    }
+
+    /// Force per displacement at running speed, 2 × 2, N/m.
+    ///
+    /// `amplitude_m` is the zero-to-peak motion of the shaft here in x and y; it matters only to a
+    /// support that hardens or softens.
+    pub fn dynamic_stiffness(&self, speed_rad_s: f64, amplitude_m: [f64; 2]) -> Matrix2<C> {
+        let bearing = self.without_pedestal(speed_rad_s, amplitude_m);
+        match &self.pedestal {
+            Some(pedestal) => in_series(bearing, pedestal.dynamic_stiffness(speed_rad_s)),
+            None => bearing,
+        }
+    }
+
+    /// Motion of the housing per motion of the shaft, `(Zb + Zp)⁻¹ Zb`: zero on rigid ground.
+    pub fn housing(&self, speed_rad_s: f64, amplitude_m: [f64; 2]) -> Matrix2<C> {
+        let Some(pedestal) = &self.pedestal else { return Matrix2::zeros() };
+        let bearing = self.without_pedestal(speed_rad_s, amplitude_m);
+        inverse(bearing + pedestal.dynamic_stiffness(speed_rad_s)) * bearing
+    }
+
+    fn without_pedestal(&self, speed_rad_s: f64, amplitude_m: [f64; 2]) -> Matrix2<C> {
+        let Pair { mut stiffness, damping } = self.coefficients(speed_rad_s);
+        for (axis, amplitude) in amplitude_m.into_iter().enumerate() {
+            stiffness[(axis, axis)] *= 1.0 + 0.75 * self.hardening_per_m2 * amplitude * amplitude;
+        }
+        let inertia = speed_rad_s.powi(2) * self.mass_kg;
+        stiffness.map(C::from) + damping.map(|c| C::new(0.0, speed_rad_s * c))
+            - Matrix2::identity() * C::from(inertia)
+    }
+}
+
+/// A dynamic stiffness on top of another: `Zp (Zb + Zp)⁻¹ Zb`.
+fn in_series(bearing: Matrix2<C>, pedestal: Matrix2<C>) -> Matrix2<C> {
+    pedestal * inverse(bearing + pedestal) * bearing
+}
+
+/// By the adjugate; not finite where the matrix is singular.
+fn inverse(m: Matrix2<C>) -> Matrix2<C> {
+    let determinant = m.m11 * m.m22 - m.m12 * m.m21;
+    Matrix2::new(m.m22, -m.m12, -m.m21, m.m11) * determinant.inv()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::curve::{Between, Knots};
+    use super::*;
+
+    fn bearing() -> SupportLaw {
+        SupportLaw::linear(Matrix2::new(2e8, 1e7, -2e7, 3e8), Matrix2::new(1e5, 2e3, 1e3, 2e5))
+    }
+
+    #[test]
+    fn a_rigid_pedestal_leaves_the_bearing_and_a_soft_one_leaves_the_pedestal() {
+        let alone = bearing().dynamic_stiffness(1000.0, [0.0; 2]);
+        let on = |k| {
+            let pedestal = Some(Pedestal::isotropic(k, 0.0, 0.0));
+            SupportLaw { pedestal, ..bearing() }.dynamic_stiffness(1000.0, [0.0; 2])
+        };
+        assert!((on(1e16) - alone).norm() < 1e-6 * alone.norm());
+        let soft = on(1.0);
+        assert!((soft - Matrix2::identity() * Complex::from(1.0)).norm() < 1e-6);
+    }
+
+    #[test]
+    fn series_of_equal_isotropic_springs_is_half_of_one() {
+        let isotropic = Matrix2::identity() * 4e7;
+        let mut s = SupportLaw::linear(isotropic, Matrix2::zeros());
+        s.pedestal = Some(Pedestal::isotropic(4e7, 0.0, 0.0));
+        let z = s.dynamic_stiffness(500.0, [0.0; 2]);
+        assert!((z - (isotropic * 0.5).map(Complex::from)).norm() < 1e-6);
+    }
+
+    #[test]
+    fn stiffness_follows_speed_and_amplitude_as_stated() {
+        let mut s = bearing();
+        (s.stiffness_slope, s.reference_rad_s, s.hardening_per_m2) = (0.4, 500.0, 1e8);
+        let z = s.dynamic_stiffness(1000.0, [1e-4, 0.0]);
+        assert!((z[(0, 0)].re / (2e8 * 1.4 * (1.0 + 0.75)) - 1.0).abs() < 1e-12);
+        assert!((z[(1, 1)].re / (3e8 * 1.4) - 1.0).abs() < 1e-12);
+        assert!((z[(0, 0)].im / 1e8 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_force_through_bearing_and_pedestal_is_the_same_and_the_housing_moves_by_it() {
+        let pedestal =
+            Pedestal { stiffness_n_m: [5e7, 9e7], damping_n_s_m: [2e3, 1e3], mass_kg: [40.0, 60.0] };
+        let alone = bearing().dynamic_stiffness(800.0, [0.0; 2]);
+        let on = SupportLaw { pedestal: Some(pedestal), ..bearing() };
+        let (series, housing) = (on.dynamic_stiffness(800.0, [0.0; 2]), on.housing(800.0, [0.0; 2]));
+        let through_pedestal = pedestal.dynamic_stiffness(800.0) * housing;
+        let through_film = alone * (Matrix2::identity() - housing);
+        assert!((through_pedestal - series).norm() < 1e-12 * series.norm());
+        assert!((through_film - series).norm() < 1e-9 * series.norm());
+        assert_eq!(bearing().housing(800.0, [0.0; 2]), Matrix2::zeros());
+    }
+
+    #[test]
+    fn a_curve_adds_to_what_is_constant_and_freezes_into_it() {
+        let pair = Pair { stiffness: Matrix2::new(1e7, 2e6, 3e6, 4e7), damping: Matrix2::repeat(7e3) };
+        let knots = Arc::new(Knots::new(vec![100.0, 200.0], vec![pair, pair], Between::Monotone));
+        let mut law = bearing();
+        law.curve = Some(Curve::Knots { knots, factors: Pair::ones() });
+        let at = law.coefficients(150.0);
+        assert!((at.stiffness - bearing().stiffness_n_m - pair.stiffness).norm() < 1.0);
+        assert!((at.damping - bearing().damping_n_s_m - pair.damping).norm() < 1e-6);
+        assert_eq!(
+            law.frozen_at(150.0).dynamic_stiffness(150.0, [0.0; 2]),
+            law.dynamic_stiffness(150.0, [0.0; 2])
+        );
+    }
+}

@@ -1,0 +1,229 @@
+//! What a machine's drawing alone says, before anything is measured on it: weight and loads, critical speeds,
+//! damped modes, the response to a trial unbalance, and numbers that can hardly be meant.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`system`] | the machine turning at a speed: mass, damping, stiffness |
+//! | [`line`] | all finite elements as a chain of nodes |
+//! | [`critical`] | undamped critical speeds and their map over bearing stiffness |
+//! | [`modes`] | damped eigenvalues with shapes and sense of whirl |
+//! | [`campbell`] | modes over speed, damped critical speeds, threshold of instability |
+//! | [`unbalance`] | trial unbalance, amplification factors, separation margins |
+//! | [`plausibility`] | warnings |
+
+pub mod campbell;
+pub mod critical;
+pub mod line;
+pub mod modes;
+pub mod plausibility;
+pub mod system;
+pub mod unbalance;
+
+use crate::bearing::constant::Coefficients;
+use crate::error::Error;
+use crate::machine::drawing::{Mount, Plane, Probe, Rotor};
+use crate::measurement::rad_s;
+use crate::shaft::statics::{Statics, statics};
+use campbell::{Campbell, Threshold};
+use critical::{Critical, CriticalMap};
+use modes::Mode;
+use system::System;
+use unbalance::{Response, Trial};
+
+/// Speeds of the Campbell diagram.
+const SPEEDS: usize = 25;
+/// Modes up to this many times the fastest speed are in it.
+const FREQUENCIES: f64 = 2.0;
+/// Unbalance responses run to this many times the fastest speed, past any margin that is asked for.
+const BEYOND: f64 = 1.3;
+/// Without a stated speed the machine is looked at up to this many times its second critical speed.
+const PAST_SECOND: f64 = 1.3;
+
+/// What the bearing does at a speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AtSpeed {
+    /// Speed, rpm.
+    pub speed_rpm: f64,
+    /// Stiffness, N/m.
+    pub stiffness_n_m: Coefficients,
+    /// Damping, N·s/m.
+    pub damping_n_s_m: Coefficients,
+    /// Eccentricity over clearance of the shaft in the film; `None` for a bearing without one.
+    pub eccentricity_ratio: Option<f64>,
+    /// Angle from the load to the line of centres, degrees.
+    pub attitude_deg: Option<f64>,
+}
+
+/// A bearing over speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BearingCheck {
+    /// Its name.
+    pub name: String,
+    /// Static load, N; `None` where the shaft's weight cannot be shared out.
+    pub load_n: Option<f64>,
+    /// What it does at each speed.
+    pub at: Vec<AtSpeed>,
+}
+
+/// Everything that a drawing says.
+pub struct Check {
+    /// The rotor that was looked at: with a plane at each disk and two probes at each bearing where the file
+    /// has none.
+    pub rotor: Rotor,
+    /// Speeds that were looked at, rpm.
+    pub range_rpm: [f64; 2],
+    /// Loads and sag; `Err` with the reason where the weight cannot be shared out.
+    pub statics: Result<Statics, Error>,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Centre of gravity from the left end, m.
+    pub centre_of_gravity_m: f64,
+    /// Places along the shaft that modes are given at, m.
+    pub stations_m: Vec<f64>,
+    /// Undamped critical speeds.
+    pub critical: Vec<Critical>,
+    /// Their map over bearing stiffness.
+    pub map: CriticalMap,
+    /// Damped modes over the range.
+    pub campbell: Campbell,
+    /// Damped critical speeds in the range.
+    pub damped_critical: Vec<Mode>,
+    /// Where the machine becomes unstable.
+    pub threshold: Option<Threshold>,
+    /// Trial unbalances and the responses to them.
+    pub responses: Vec<(Trial, Vec<Response>)>,
+    /// Bearings in the order of the file.
+    pub bearings: Vec<BearingCheck>,
+    /// Numbers that can hardly be meant.
+    pub warnings: Vec<String>,
+}
+
+/// Looks a machine over; `running_rpm` is the range it runs in, if that is known.
+///
+/// # Errors
+/// If the shaft cannot be solved, as with a negative mass.
+pub fn check(rotor: &Rotor, running_rpm: Option<[f64; 2]>) -> Result<Check, Error> {
+    let rotor = completed(rotor);
+    let system = System::new(&rotor)?;
+    let range_rpm = running_rpm.unwrap_or_else(|| default_range_rpm(&rotor, &system));
+    let [from, to] = range_rpm.map(rad_s);
+    let statics = statics(&rotor, &[]);
+    let (mass_kg, centre_of_gravity_m) = match &statics {
+        Ok(s) => (s.mass_kg, s.centre_of_gravity_m),
+        Err(_) => crate::shaft::statics::mass_and_centre(&rotor),
+    };
+    let critical = critical::critical_speeds(&system, FREQUENCIES * to, 3);
+    let map = critical::map(&system, to);
+    let speeds: Vec<f64> = (0..SPEEDS).map(|k| from + (to - from) * k as f64 / (SPEEDS - 1) as f64).collect();
+    let campbell = Campbell::new(&system, &speeds, FREQUENCIES * to)?;
+    let damped_critical = campbell.damped_critical_speeds(&system);
+    let threshold = campbell.threshold(&system);
+    let curve = unbalance::speeds_rad_s(BEYOND * to, &damped_critical);
+    let responses = unbalance::trials(&rotor, mass_kg, centre_of_gravity_m, range_rpm[1])
+        .into_iter()
+        .map(|trial| {
+            let answers = unbalance::responses(&rotor, &system, &trial, &curve, running_rpm)?;
+            Ok((trial, answers))
+        })
+        .collect::<Result<_, Error>>()?;
+    let critical_rad_s: Vec<f64> = critical.iter().map(|c| c.speed_rad_s).collect();
+    let known = plausibility::Known {
+        rotor: &rotor,
+        system: &system,
+        statics: statics.as_ref().ok(),
+        fastest_rpm: range_rpm[1],
+        critical_rad_s: &critical_rad_s,
+    };
+    let mut warnings = plausibility::warnings(&known);
+    if let Err(why) = &statics {
+        warnings.push(format!("[[bearing]] position_m: {why}."));
+    }
+    let bearings = bearings(&rotor, &system, statics.as_ref().ok(), &speeds);
+    let stations_m = system.model.structure.stations.iter().map(|s| s.position_m).collect();
+    Ok(Check {
+        range_rpm,
+        statics,
+        mass_kg,
+        centre_of_gravity_m,
+        stations_m,
+        critical,
+        map,
+        campbell,
+        damped_critical,
+        threshold,
+        responses,
+        bearings,
+        warnings,
+        rotor,
+    })
+}
+
+/// The rotor with planes at its disks (or in the middle) and probes at its bearings where it has none; no mark is
+/// new, so the mesh stays.
+fn completed(rotor: &Rotor) -> Rotor {
+    let mut rotor = rotor.clone();
+    if rotor.plane.is_empty() {
+        let plane = |name: &str, position_m| Plane {
+            name: name.into(),
+            position_m,
+            unbalance_g_mm: None,
+            angle_deg: None,
+        };
+        rotor.plane = rotor.disk.iter().map(|d| plane(&d.name, d.position_m)).collect();
+        if rotor.plane.is_empty() {
+            rotor.plane = vec![plane("middle", 0.5 * rotor.length_m())];
+        }
+    }
+    if rotor.probe.is_empty() {
+        let pair = |b: &crate::machine::drawing::Bearing| {
+            [("x", 0.0), ("y", 90.0)].map(|(axis, angle_deg)| Probe {
+                name: format!("{} {axis}", b.name),
+                bearing: b.name.clone(),
+                position_m: b.position_m,
+                angle_deg,
+                mount: Mount::default(),
+            })
+        };
+        rotor.probe = rotor.bearing.iter().flat_map(pair).collect();
+    }
+    rotor
+}
+
+/// Up to the fastest speed of the file, or past the second critical speed.
+fn default_range_rpm(rotor: &Rotor, system: &System) -> [f64; 2] {
+    let to = rotor.fastest_rpm.unwrap_or_else(|| {
+        let first = critical::critical_speeds(system, 0.0, 2);
+        let second = first.last().map_or(1000.0, |c| crate::measurement::rpm(c.speed_rad_s) * PAST_SECOND);
+        let round = 10_f64.powf(second.log10().floor()) / 4.0;
+        (second / round).ceil() * round
+    });
+    [to / SPEEDS as f64, to]
+}
+
+fn bearings(
+    rotor: &Rotor,
+    system: &System,
+    statics: Option<&Statics>,
+    speeds_rad_s: &[f64],
+) -> Vec<BearingCheck> {
+    let four = |m: nalgebra::Matrix2<f64>| Coefficients { xx: m.m11, yy: m.m22, xy: m.m12, yx: m.m21 };
+    let of =
+        |(i, (b, support)): (usize, (&crate::machine::drawing::Bearing, &crate::model::terms::Support))| {
+            let at = |speed: &f64| {
+                let (k, c) = system::coefficients(&support.law, *speed);
+                AtSpeed {
+                    speed_rpm: crate::measurement::rpm(*speed),
+                    stiffness_n_m: four(k),
+                    damping_n_s_m: four(c),
+                    eccentricity_ratio: None,
+                    attitude_deg: None,
+                }
+            };
+            BearingCheck {
+                name: b.name.clone(),
+                load_n: statics.map(|s| s.load_n[i]),
+                at: speeds_rad_s.iter().map(at).collect(),
+            }
+        };
+    rotor.bearing.iter().zip(&system.model.supports).enumerate().map(of).collect()
+}

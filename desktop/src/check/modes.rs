@@ -1,0 +1,195 @@
+//! Damped modes of a machine that turns: eigenvalues, shapes, sense of whirl.
+//!
+//! The eigenvalues of the state matrix are where the modes begin; each is then an inverse iteration in the
+//! quadratic problem `T(λ) q = 0` itself (Newton's method on the eigenpair: A. Ruhe, SIAM J. Numer. Anal. 10
+//! (1973), 674–689, section 3), which gives the shape, sheds what rounding in the larger state matrix left, and
+//! follows a mode from one speed to the next.
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use crate::check::line::{Dampers, eigenpair};
+use crate::check::system::{Matrices, System};
+use crate::error::Error;
+
+type C = Complex<f64>;
+
+/// Rounds of Newton's method; it converges quadratically.
+const MOST_ROUNDS: usize = 12;
+/// A step of the eigenvalue smaller than this, relative, ends them.
+const SETTLED: f64 = 1e-13;
+/// A root whose imaginary part is a smaller share of it than this does not oscillate.
+const OSCILLATES: f64 = 1e-6;
+/// Stations that move less than this share of the largest do not speak for the sense of whirl.
+const MOVES: f64 = 0.05;
+/// Orbits narrower than this (minor over major axis) have no sense.
+const ROUND: f64 = 1e-6;
+
+/// Sense in which the shaft runs through its orbits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Whirl {
+    /// With the rotation everywhere.
+    Forward,
+    /// Against it everywhere.
+    Backward,
+    /// Forward at some places and backward at others, or to and fro on a line.
+    Mixed,
+}
+
+impl Whirl {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Forward => "forward",
+            Self::Backward => "backward",
+            Self::Mixed => "mixed",
+        }
+    }
+}
+
+/// A damped mode at a speed.
+#[derive(Debug, Clone)]
+pub struct Mode {
+    /// Speed of rotation, rad/s.
+    pub speed_rad_s: f64,
+    /// `λ = σ + iω`: the motion goes as `Re(q e^{λt})`, rad/s.
+    pub eigenvalue: C,
+    /// Motion of each station in x, the largest displacement of all being 1.
+    pub x: Vec<C>,
+    /// And in y.
+    pub y: Vec<C>,
+    /// Sense of the orbits.
+    pub whirl: Whirl,
+    coordinates: DVector<C>,
+}
+
+impl Mode {
+    /// Damped natural frequency, rad/s.
+    pub fn frequency_rad_s(&self) -> f64 {
+        self.eigenvalue.im
+    }
+
+    /// Logarithm of the ratio of successive amplitudes, `−2πσ/ω`; negative for a mode that grows.
+    pub fn log_decrement(&self) -> f64 {
+        -std::f64::consts::TAU * self.eigenvalue.re / self.eigenvalue.im
+    }
+}
+
+/// Every oscillating mode up to a frequency and at least the `fewest` lowest, by rising frequency.
+///
+/// # Errors
+/// If the eigenvalues do not converge.
+pub fn modes(
+    system: &System,
+    speed_rad_s: f64,
+    highest_rad_s: f64,
+    fewest: usize,
+) -> Result<Vec<Mode>, Error> {
+    let matrices = system.at(speed_rad_s);
+    let mut roots: Vec<C> =
+        eigenvalues(&matrices).into_iter().filter(|v| v.im > OSCILLATES * v.norm()).collect();
+    roots.sort_by(|a, b| a.im.total_cmp(&b.im));
+    let many = roots.partition_point(|v| v.im <= highest_rad_s).max(fewest.min(roots.len()));
+    let found = roots[..many].iter().enumerate().map(|(i, root)| {
+        // each begins elsewhere, or two modes of one eigenvalue would come out as the same
+        let start = DVector::from_fn(system.size(), |k, _| {
+            let turn = 1.0 + (k * (2 * i + 3)) as f64;
+            C::new(turn.sin(), (1.7 * turn).cos())
+        });
+        newton(&matrices, *root, start)
+            .map(|(value, shape)| mode(system, speed_rad_s, value, shape))
+            .ok_or_else(|| {
+                let rpm = crate::measurement::rpm(speed_rad_s);
+                Error::Unsuitable(format!("the modes at {rpm:.0} rpm do not converge"))
+            })
+    });
+    found.collect()
+}
+
+/// The same mode at another speed near by; `None` where it cannot be followed.
+pub fn follow(system: &System, from: &Mode, speed_rad_s: f64) -> Option<Mode> {
+    let (value, shape) = newton(&system.at(speed_rad_s), from.eigenvalue, from.coordinates.clone())?;
+    Some(mode(system, speed_rad_s, value, shape))
+}
+
+/// How much two modes are one shape: 1 for the same, 0 for orthogonal ones.
+pub fn likeness(a: &Mode, b: &Mode) -> f64 {
+    a.coordinates.dotc(&b.coordinates).norm_sqr()
+        / (a.coordinates.norm_squared() * b.coordinates.norm_squared())
+}
+
+/// All eigenvalues of the system at a speed.
+fn eigenvalues(matrices: &Matrices) -> Vec<C> {
+    let n = matrices.stiffness.nrows();
+    // velocities in units of the highest frequency, or rounding of K swamps the low modes
+    let scale = matrices.stiffness.amax().sqrt();
+    let mut state = DMatrix::zeros(2 * n, 2 * n);
+    state.view_mut((0, n), (n, n)).fill_diagonal(scale);
+    state.view_mut((n, 0), (n, n)).copy_from(&(&matrices.stiffness * (-1.0 / scale)));
+    state.view_mut((n, n), (n, n)).copy_from(&-&matrices.damping);
+    state.complex_eigenvalues().iter().copied().collect()
+}
+
+/// The eigenpair next to a guess.
+fn newton(matrices: &Matrices, guess: C, start: DVector<C>) -> Option<(C, DVector<C>)> {
+    let (mut value, mut shape) = (guess, start.unscale(start.norm()));
+    for round in 0..MOST_ROUNDS {
+        let slope = matrices.damping.map(C::from) * &shape + &shape * (value * 2.0);
+        let t = matrices.dynamic_stiffness(value).lu();
+        let Some(next) = t.solve(&slope) else {
+            // an eigenvalue to the last digit; the smallest step off it has an inverse
+            value *= 1.0 + 4.0 * f64::EPSILON;
+            continue;
+        };
+        let step = shape.dotc(&next).inv();
+        if !step.is_finite() {
+            return None;
+        }
+        shape = next.unscale(next.norm());
+        // a start that is no eigenvector says nothing of the eigenvalue
+        if round > 0 {
+            value -= step;
+            if step.norm() < SETTLED * value.norm() {
+                break;
+            }
+        }
+    }
+    let residual = (matrices.dynamic_stiffness(value) * &shape).norm();
+    let found = residual < 1e-7 * value.norm_sqr() && (value - guess).norm() < 0.5 * guess.norm();
+    found.then_some((value, shape))
+}
+
+/// A mode of the reduced system, made exact on all finite elements.
+fn mode(system: &System, speed_rad_s: f64, found: C, coordinates: DVector<C>) -> Mode {
+    let nodes = system.nodes(&coordinates);
+    let exact = system.line().and_then(|line| {
+        let at = |lambda: C| line.at(lambda, speed_rad_s, Dampers::In);
+        eigenpair(at, found, nodes.clone())
+    });
+    let (eigenvalue, nodes) = exact.unwrap_or((found, nodes));
+    let (mut x, mut y): (Vec<C>, Vec<C>) = nodes.iter().map(|v| (v[0], v[2])).unzip();
+    let largest =
+        x.iter().chain(&y).copied().fold(C::from(0.0), |a, b| if b.norm() > a.norm() { b } else { a });
+    if largest != C::from(0.0) {
+        x.iter_mut().chain(&mut y).for_each(|v| *v /= largest);
+    }
+    let whirl = sense(&x, &y);
+    Mode { speed_rad_s, eigenvalue, x, y, whirl, coordinates }
+}
+
+/// Twice the area of the orbit over the square of its size: 1 round and forward, −1 round and backward.
+pub fn roundness(x: C, y: C) -> f64 {
+    // Re(e^{iωt}) and Re(−i e^{iωt}) are cos and sin: with the rotation, which takes x into y
+    2.0 * (x * y.conj()).im / (x.norm_sqr() + y.norm_sqr()).max(f64::MIN_POSITIVE)
+}
+
+fn sense(x: &[C], y: &[C]) -> Whirl {
+    let size = |(x, y): (&C, &C)| (x.norm_sqr() + y.norm_sqr()).sqrt();
+    let largest = x.iter().zip(y).map(size).fold(0.0, f64::max);
+    let turns: Vec<f64> =
+        x.iter().zip(y).filter(|at| size(*at) > MOVES * largest).map(|(x, y)| roundness(*x, *y)).collect();
+    match () {
+        () if turns.iter().all(|t| *t > ROUND) => Whirl::Forward,
+        () if turns.iter().all(|t| *t < -ROUND) => Whirl::Backward,
+        () => Whirl::Mixed,
+    }
+}

@@ -1,0 +1,232 @@
+//! The machine as a linear system that turns at a steady speed: `q̈ + D(Ω) q̇ + K(Ω) q = 0` in coordinates of
+//! unit mass.
+//!
+//! The shaft is taken on [`MODES`] modes of each plane on its bearings and on the static shape of each
+//! support, which finds every mode; each is then made exact on all finite elements (see [`crate::check::line`]). A
+//! pedestal with a mass has coordinates of its own.
+
+use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector4};
+
+use crate::bearing::curve::Pair;
+use crate::bearing::support::{Pedestal, SupportLaw};
+use crate::check::line::{Line, Nodes};
+use crate::error::Error;
+use crate::machine::drawing::{Formulation, Rotor};
+use crate::model::Model;
+use crate::shaft::basis;
+
+/// Modes of the shaft on its bearings that the system is made of, in each plane.
+const MODES: usize = 24;
+/// Below this speed the damping of a massless pedestal in series is taken at it, rad/s.
+const SLOWEST_RAD_S: f64 = 1.0;
+
+/// A machine, reduced to what moves up to a multiple of its speeds.
+pub struct System {
+    /// The reduced model; the mass of the shaft with everything fixed to it is the identity.
+    pub model: Model,
+    /// Whether `−Ω²N` is in the stiffness.
+    printed: bool,
+    /// Supports that stand on a pedestal with a mass, and the place of its two coordinates.
+    pedestals: Vec<(usize, usize)>,
+    /// All finite elements.
+    full: Model,
+    /// Nodal coordinates of each coordinate of a plane.
+    shapes: DMatrix<f64>,
+    line: Option<Line>,
+}
+
+/// Damping and stiffness at a speed; the mass is the identity.
+pub struct Matrices {
+    /// `D`: dampers and gyroscopic moments.
+    pub damping: DMatrix<f64>,
+    /// `K`: springs and circulatory forces.
+    pub stiffness: DMatrix<f64>,
+}
+
+impl Matrices {
+    /// `T(λ) = λ² + λD + K`.
+    pub fn dynamic_stiffness(&self, lambda: Complex<f64>) -> DMatrix<Complex<f64>> {
+        let mut t = self.stiffness.zip_map(&self.damping, |k, d| lambda * d + k);
+        for i in 0..t.nrows() {
+            t[(i, i)] += lambda * lambda;
+        }
+        t
+    }
+}
+
+/// Stiffness and damping of a support without its pedestal and mass at a speed of rotation.
+pub fn coefficients(law: &SupportLaw, speed_rad_s: f64) -> (Matrix2<f64>, Matrix2<f64>) {
+    let Pair { stiffness, damping } = law.coefficients(speed_rad_s);
+    (stiffness, damping)
+}
+
+/// Whether a support has a foot that moves by itself: a pedestal with a mass in both directions.
+fn foot(law: &SupportLaw) -> Option<&Pedestal> {
+    law.pedestal.as_ref().filter(|p| p.mass_kg.iter().all(|m| *m > 0.0))
+}
+
+/// The same with a massless pedestal in series, as it is for motion at running speed.
+fn in_series(law: &SupportLaw, speed_rad_s: f64) -> (Matrix2<f64>, Matrix2<f64>) {
+    let at = speed_rad_s.max(SLOWEST_RAD_S);
+    let z = SupportLaw { mass_kg: 0.0, ..law.clone() }.dynamic_stiffness(at, [0.0; 2]);
+    (z.map(|z| z.re), z.map(|z| z.im / at))
+}
+
+impl System {
+    /// The rotor with its effects.
+    ///
+    /// # Errors
+    /// If an effect takes more mass from a disk than the shaft has there.
+    pub fn new(rotor: &Rotor) -> Result<Self, Error> {
+        Self::on_modes(rotor, MODES)
+    }
+
+    fn on_modes(rotor: &Rotor, modes: usize) -> Result<Self, Error> {
+        let mut full = Model::finite_elements(rotor);
+        let printed = rotor.physics.formulation == Formulation::Printed2023;
+        if printed {
+            full.structure.mass -= &full.structure.tilt_inertia;
+        }
+        let size = full.structure.size();
+        let basis = if modes + full.supports.len() < size {
+            basis::supported(&full, modes + full.supports.len())
+        } else {
+            DMatrix::identity(size, size)
+        };
+        let reduced = full.projected(&basis);
+        let mut mass = reduced.structure.mass;
+        for s in &reduced.supports {
+            mass.ger(s.law.mass_kg, &s.shape, &s.shape, 1.0);
+        }
+        let unit = mass
+            .cholesky()
+            .and_then(|factor| factor.l().solve_lower_triangular(&basis.transpose()))
+            .ok_or_else(|| {
+            Error::Unsuitable("the effects leave the shaft with a negative mass".into())
+        })?;
+        let shapes = unit.transpose();
+        let model = full.projected(&shapes);
+        let mut end = 2 * model.structure.size();
+        let mut pedestals = Vec::new();
+        for (i, s) in model.supports.iter().enumerate() {
+            if foot(&s.law).is_some() {
+                pedestals.push((i, end));
+                end += 2;
+            }
+        }
+        let line = Line::new(&full, printed);
+        Ok(Self { model, printed, pedestals, full, shapes, line })
+    }
+
+    /// All finite elements as a chain, where they are one.
+    pub fn line(&self) -> Option<&Line> {
+        self.line.as_ref()
+    }
+
+    /// All finite elements.
+    pub fn full(&self) -> &Model {
+        &self.full
+    }
+
+    /// Nodal motion of a motion in the coordinates of the system.
+    pub fn nodes(&self, coordinates: &DVector<Complex<f64>>) -> Nodes {
+        let n = self.model.structure.size();
+        let along = |from: usize| {
+            let part = coordinates.rows(from, n);
+            (self.shapes.clone() * part.map(|c| c.re), self.shapes.clone() * part.map(|c| c.im))
+        };
+        let ((x_re, x_im), (y_re, y_im)) = (along(0), along(n));
+        let at = |re: &DVector<f64>, im: &DVector<f64>, k: usize| Complex::new(re[k], im[k]);
+        (0..self.shapes.nrows() / 2)
+            .map(|i| {
+                let (w, slope) = (2 * i, 2 * i + 1);
+                Vector4::new(
+                    at(&x_re, &x_im, w),
+                    at(&x_re, &x_im, slope),
+                    at(&y_re, &y_im, w),
+                    at(&y_re, &y_im, slope),
+                )
+            })
+            .collect()
+    }
+
+    /// Number of coordinates: of the shaft in x, in y, and of pedestals.
+    pub fn size(&self) -> usize {
+        2 * (self.model.structure.size() + self.pedestals.len())
+    }
+
+    /// The system turning at a speed.
+    pub fn at(&self, speed_rad_s: f64) -> Matrices {
+        let n = self.model.structure.size();
+        let structure = &self.model.structure;
+        let mut stiffness = DMatrix::zeros(self.size(), self.size());
+        let mut damping = DMatrix::zeros(self.size(), self.size());
+        let shaft = self.shaft_stiffness(speed_rad_s);
+        let viscous = &structure.stiffness * self.model.internal_damping_s;
+        let (circulation, gyroscopic) = (&viscous * speed_rad_s, &structure.polar_inertia * speed_rad_s);
+        for axis in 0..2 {
+            stiffness.view_mut((axis * n, axis * n), (n, n)).copy_from(&shaft);
+            damping.view_mut((axis * n, axis * n), (n, n)).copy_from(&viscous);
+        }
+        stiffness.view_mut((0, n), (n, n)).copy_from(&circulation);
+        stiffness.view_mut((n, 0), (n, n)).copy_from(&-circulation);
+        damping.view_mut((0, n), (n, n)).copy_from(&gyroscopic);
+        damping.view_mut((n, 0), (n, n)).copy_from(&-gyroscopic);
+        for (i, support) in self.model.supports.iter().enumerate() {
+            let own = self.pedestals.iter().find(|(s, _)| *s == i);
+            let place = self.directions(&support.shape);
+            let Some((&(_, at), pedestal)) = own.zip(foot(&support.law)) else {
+                let (k, c) = match support.law.pedestal {
+                    Some(_) => in_series(&support.law, speed_rad_s),
+                    None => coefficients(&support.law, speed_rad_s),
+                };
+                add(&mut stiffness, &place, &k);
+                add(&mut damping, &place, &c);
+                continue;
+            };
+            let (k, c) = coefficients(&support.law, speed_rad_s);
+            let foot = [0, 1].map(|axis| self.unit(at + axis) / pedestal.mass_kg[axis].sqrt());
+            let between = [0, 1].map(|axis| &place[axis] - &foot[axis]);
+            add(&mut stiffness, &between, &k);
+            add(&mut damping, &between, &c);
+            let diagonal = |[x, y]: [f64; 2]| Matrix2::new(x, 0.0, 0.0, y);
+            add(&mut stiffness, &foot, &diagonal(pedestal.stiffness_n_m));
+            add(&mut damping, &foot, &diagonal(pedestal.damping_n_s_m));
+        }
+        Matrices { damping, stiffness }
+    }
+
+    /// Stiffness of the free shaft in one plane, in the formulation of the file.
+    pub fn shaft_stiffness(&self, speed_rad_s: f64) -> DMatrix<f64> {
+        let structure = &self.model.structure;
+        if !self.printed {
+            return structure.stiffness.clone();
+        }
+        &structure.stiffness - &structure.tilt_inertia * (speed_rad_s * speed_rad_s)
+    }
+
+    /// What a place with this shape moves in x and in y per unit of each coordinate.
+    fn directions(&self, shape: &DVector<f64>) -> [DVector<f64>; 2] {
+        let n = shape.len();
+        [0, 1].map(|axis| {
+            let mut whole = DVector::zeros(self.size());
+            whole.rows_mut(axis * n, n).copy_from(shape);
+            whole
+        })
+    }
+
+    fn unit(&self, at: usize) -> DVector<f64> {
+        DVector::from_fn(self.size(), |i, _| f64::from(u8::from(i == at)))
+    }
+}
+
+/// Adds a 2 × 2 matrix between the directions x and y of one place.
+fn add(whole: &mut DMatrix<f64>, directions: &[DVector<f64>; 2], values: &Matrix2<f64>) {
+    for i in 0..2 {
+        for j in 0..2 {
+            if values[(i, j)] != 0.0 {
+                whole.ger(values[(i, j)], &directions[i], &directions[j], 1.0);
+            }
+        }
+    }
+}

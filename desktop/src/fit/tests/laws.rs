@@ -1,0 +1,165 @@
+//! Bearing laws, trains of more than two bearings and probes on housings: the fit's response against full finite
+//! elements, its derivatives against differences.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::data::Data;
+use super::super::drawing_errors::DrawingErrors;
+use super::*;
+use crate::bearing::Law;
+use crate::bearing::constant::{Coefficients, Constant, Learned};
+use crate::bearing::support::Pedestal;
+use crate::bearing::table::{Table, TableRow};
+use crate::effects::entry;
+use crate::machine::drawing::{Bearing, Mount};
+use crate::model::Model;
+
+fn table() -> Law {
+    let row = |speed_rpm: f64| {
+        let k = 1.2e8 * (1.0 + speed_rpm / 9000.0);
+        let c = 3e5 * (2000.0 / speed_rpm).sqrt();
+        TableRow {
+            speed_rpm,
+            kxx: k,
+            kxy: 0.5 * k,
+            kyx: -0.8 * k,
+            kyy: 1.6 * k,
+            cxx: c,
+            cxy: -0.2 * c,
+            cyx: -0.2 * c,
+            cyy: 1.4 * c,
+        }
+    };
+    Law::Table(Table::new([2000.0, 5000.0, 9000.0, 14_000.0].map(row).to_vec()).unwrap())
+}
+
+fn learned() -> Law {
+    let at = |xx: f64, yy: f64, xy: f64, yx: f64| Coefficients { xx, yy, xy, yx };
+    Law::Constant(Constant {
+        stiffness_n_m: at(2e8, 1.6e8, 6e7, -9e7),
+        damping_n_s_m: at(2e5, 1.5e5, -3e4, -3e4),
+        learned: Some(Learned {
+            reference_rpm: 7000.0,
+            stiffness_per_log_n_m: at(2e7, -1e7, 1e7, -2e7),
+            damping_per_log_n_s_m: at(-5e4, -4e4, 1e4, 1e4),
+        }),
+    })
+}
+
+/// A table, a learned bearing, a constant one with a third of the way between, a pedestal stated in the drawing, and
+/// probes on its housing.
+fn train() -> Rotor {
+    let mut rotor = machine();
+    rotor.schema = 2;
+    rotor.bearing[0].law = table();
+    rotor.bearing[1].law = learned();
+    let direct = |k: f64| Coefficients { xx: k, yy: 0.8 * k, ..Coefficients::default() };
+    rotor.bearing.push(Bearing::constant("C", 0.45, direct(2e7), direct(2e4)));
+    rotor.bearing.push(Bearing::constant("D", 0.7, direct(3e7), direct(3e4)));
+    rotor.bearing[1].pedestal =
+        Some(Pedestal { stiffness_n_m: [6e8, 3e8], damping_n_s_m: [1e5, 2e5], mass_kg: [150.0, 90.0] });
+    for probe in rotor.probe.iter_mut().filter(|p| p.bearing == "B") {
+        probe.mount = Mount::Housing;
+    }
+    rotor
+}
+
+#[test]
+fn four_bearings_by_three_laws_with_probes_on_a_housing_equal_full_finite_elements() {
+    let rotor = train();
+    let mut blank = readings(&rotor, &run_up(6));
+    blank.truncate(6);
+    let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &blank));
+    let h = Hypothesis::drawn(&rotor, fitter.scales(None));
+    let x = h.origin();
+    let p = problem(&fitter, &h, &x, &no_deviation(&fitter));
+    let model = p.weighted_model(&x, &planes()).unwrap();
+    let full = Model::finite_elements(&rotor);
+    let sigmas: Vec<f64> = fitter.data.values().map(|v| v.sigma_m).collect();
+    let mut at = 0;
+    for reading in &blank {
+        let expected = full.response(reading.speed_rad_s()).unwrap().at(&DVector::from_vec(planes()));
+        for y in expected.iter() {
+            let got = C::new(model[2 * at], model[2 * at + 1]) * sigmas[at];
+            assert!((got - y).norm() < 1e-4 * expected.camax(), "{} rpm: {got} {y}", reading.speed_rpm);
+            at += 1;
+        }
+    }
+}
+
+#[test]
+fn a_probe_on_a_housing_that_moves_reads_otherwise_than_one_on_the_ground() {
+    let (relative, mut absolute) = (train(), train());
+    absolute.probe.iter_mut().for_each(|p| p.mount = Mount::Ground);
+    let read = |rotor: &Rotor| {
+        Model::finite_elements(rotor).response(900.0).unwrap().at(&DVector::from_vec(planes()))
+    };
+    let (a, b) = (read(&relative), read(&absolute));
+    assert!((a[0] - b[0]).norm() < 1e-12 && (a[2] - b[2]).norm() > 0.05 * b[2].norm());
+}
+
+#[test]
+fn derivative_equals_differences_for_every_law_and_for_housings() {
+    let rotor = train();
+    for chosen in [&[][..], &["pedestal", "seal", "nonlinear_stiffness", "internal_damping"][..]] {
+        let mut rotor = rotor.clone();
+        if chosen.contains(&"pedestal") {
+            // the effect states what the drawing must not
+            rotor.bearing[1].pedestal = None;
+        }
+        let blank = readings(&rotor, &run_up(5));
+        let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &blank));
+        let (h, x, _) = hypothesis(&fitter, chosen);
+        let p = problem(&fitter, &h, &x, &no_deviation(&fitter));
+        let unknowns = p.solved().unwrap().unknowns.clone();
+        let side = |i: usize, by: f64| {
+            let mut x = x.clone();
+            x[i] += by;
+            p.weighted_model(&x, &unknowns).unwrap()
+        };
+        let columns: Vec<DVector<f64>> =
+            (0..x.len()).map(|i| (side(i, 1e-4) - side(i, -1e-4)) / 2e-4).collect();
+        let (exact, expected) = (p.raw_derivative().unwrap(), DMatrix::from_columns(&columns));
+        for j in 0..x.len() {
+            let (e, d) = (exact.column(j), expected.column(j));
+            assert!((e - d).norm() < 1e-5 * d.norm() + 1e-7, "{chosen:?} {j}: {} {}", e.norm(), d.norm());
+        }
+    }
+}
+
+#[test]
+fn response_per_error_of_the_drawing_equals_differences_for_probes_on_housings() {
+    let rotor = train();
+    let none = DVector::zeros(Fitter::new(&rotor, Data { rows: vec![] }).deviations.len());
+    let readings = measured(&rotor, &run_up(5), &[], &none);
+    let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &readings));
+    let (h, x, _) = hypothesis(&fitter, &[]);
+    let p = problem(&fitter, &h, &x, &none);
+    let errors = DrawingErrors::new(&rotor, fitter.shaft(&rotor.physics), &fitter.deviations, &none);
+    let exact = p.deviation_derivative(&errors).unwrap();
+    let expected = drawing::by_differences(&fitter, &h, &x, &p.solved().unwrap().unknowns, &none);
+    for j in 0..none.len() {
+        let (e, d) = (exact.column(j), expected.column(j));
+        let kind = &fitter.deviations.kinds[j];
+        assert!((e - d).norm() < 1e-4 * d.norm() + 1e-7, "{kind:?}: {} against {}", (e - d).norm(), d.norm());
+    }
+}
+
+#[test]
+fn a_fitted_machine_written_down_responds_as_the_fit_did() {
+    let rotor = train();
+    let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &readings(&rotor, &run_up(3))));
+    let (h, x, _) = hypothesis(&fitter, &[]);
+    let mut written = rotor.clone();
+    h.bearings.assign(&mut written, &x);
+    let text = toml::to_string(&written).unwrap();
+    let read = crate::machine::rotor_file::parse("written.toml", &text).unwrap();
+    for ((_, fitted), (_, again)) in h.terms(&x).supports.iter().zip(&entry::terms_of(&read).supports) {
+        for speed in [300.0, 700.0, 1200.0] {
+            let (a, b) =
+                (fitted.dynamic_stiffness(speed, [0.0; 2]), again.dynamic_stiffness(speed, [0.0; 2]));
+            // a monotone cubic through scaled rows is the scaled cubic, to rounding
+            assert!((a - b).norm() < 1e-9 * a.norm());
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! How unknowns are searched.
+
+pub mod scale;

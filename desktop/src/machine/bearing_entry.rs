@@ -1,0 +1,100 @@
+//! `[[bearing]]` as a file has it: a name, a place, and the keys of exactly one law.
+
+use serde::{Deserialize, Serialize};
+
+use super::drawing::Bearing;
+use crate::bearing::Law;
+use crate::bearing::constant::{Coefficients, Constant, Learned};
+use crate::bearing::film::Film;
+use crate::bearing::film_law::FilmLaw;
+use crate::bearing::magnetic::Magnetic;
+use crate::bearing::squeeze_film::SqueezeFilm;
+use crate::bearing::support::Pedestal;
+use crate::bearing::table::{Table, TableRow};
+
+/// Every key that a bearing can have.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BearingEntry {
+    name: String,
+    position_m: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    stiffness_n_m: Option<Coefficients>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    damping_n_s_m: Option<Coefficients>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    learned: Option<Learned>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    table: Option<Vec<TableRow>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    film: Option<Film>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    squeeze_film: Option<SqueezeFilm>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    magnetic: Option<Magnetic>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pedestal: Option<Pedestal>,
+}
+
+/// The keys that make a law, for messages.
+const LAWS: &str = "stiffness_n_m with damping_n_s_m, table, film, squeeze_film or magnetic";
+
+impl TryFrom<BearingEntry> for Bearing {
+    type Error = String;
+
+    fn try_from(entry: BearingEntry) -> Result<Self, String> {
+        let key = format!("[[bearing]] \"{}\"", entry.name);
+        let mut laws = Vec::new();
+        if entry.stiffness_n_m.is_some() || entry.damping_n_s_m.is_some() || entry.learned.is_some() {
+            let missing = |what: &str| format!("{key} {what} is missing");
+            laws.push(Law::Constant(Constant {
+                stiffness_n_m: entry.stiffness_n_m.ok_or_else(|| missing("stiffness_n_m"))?,
+                damping_n_s_m: entry.damping_n_s_m.ok_or_else(|| missing("damping_n_s_m"))?,
+                learned: entry.learned,
+            }));
+        }
+        if let Some(rows) = entry.table {
+            laws.push(Law::Table(Table::new(rows).map_err(|what| format!("{key} table: {what}"))?));
+        }
+        if let Some(film) = entry.film {
+            laws.push(Law::Film(FilmLaw::new(film).map_err(|e| format!("{key} {e}"))?));
+        }
+        laws.extend(entry.squeeze_film.map(Law::SqueezeFilm));
+        laws.extend(entry.magnetic.map(Law::Magnetic));
+        if laws.len() > 1 {
+            return Err(format!("{key} has {} laws, give one of {LAWS}", laws.len()));
+        }
+        let law = laws.pop().ok_or_else(|| format!("{key} has no law, expected {LAWS}"))?;
+        Ok(Self { name: entry.name, position_m: entry.position_m, law, pedestal: entry.pedestal })
+    }
+}
+
+impl From<Bearing> for BearingEntry {
+    fn from(bearing: Bearing) -> Self {
+        let Bearing { name, position_m, law, pedestal } = bearing;
+        let none = Self {
+            name,
+            position_m,
+            stiffness_n_m: None,
+            damping_n_s_m: None,
+            learned: None,
+            table: None,
+            film: None,
+            squeeze_film: None,
+            magnetic: None,
+            pedestal,
+        };
+        match law {
+            Law::Constant(Constant { stiffness_n_m, damping_n_s_m, learned }) => Self {
+                stiffness_n_m: Some(stiffness_n_m),
+                damping_n_s_m: Some(damping_n_s_m),
+                learned,
+                ..none
+            },
+            Law::Table(table) => Self { table: Some(table.rows().to_vec()), ..none },
+            Law::Film(law) => Self { film: Some(law.film().clone()), ..none },
+            Law::SqueezeFilm(damper) => Self { squeeze_film: Some(damper), ..none },
+            Law::Magnetic(magnets) => Self { magnetic: Some(magnets), ..none },
+        }
+    }
+}

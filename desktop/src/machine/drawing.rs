@@ -1,0 +1,362 @@
+//! The machine as its drawing states it: the contents of `rotor.toml`.
+//!
+//! SI units throughout; unbalance is written in g·mm and degrees, as on the shop floor.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::bearing_entry::BearingEntry;
+use crate::bearing::Law;
+pub use crate::bearing::constant::{Coefficients, Constant};
+use crate::bearing::support::Pedestal;
+
+/// A rotor on its bearings, watched by proximity probes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rotor {
+    /// Version of the file's layout; this crate reads 1 and 2.
+    pub schema: u32,
+    /// What the machine is called in reports.
+    pub name: String,
+    /// Fastest speed in the data that bearings, planes and effects were fitted to, rpm; written by the tool.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fastest_rpm: Option<f64>,
+    /// Which parts of the beam theory are in force.
+    #[serde(default)]
+    pub physics: Physics,
+    /// Standard deviation of a measured component, if known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<Noise>,
+    /// How far the machine may differ from its drawing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<Tolerance>,
+    /// Search ranges of phase I.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identify: Option<SearchBounds>,
+    /// Shaft segments from the left end.
+    pub shaft: Vec<Segment>,
+    /// Rigid disks on the shaft.
+    #[serde(default)]
+    pub disk: Vec<Disk>,
+    /// One to twelve bearings.
+    #[serde(default)]
+    pub bearing: Vec<Bearing>,
+    /// Proximity probes.
+    #[serde(default)]
+    pub probe: Vec<Probe>,
+    /// Planes in which the unbalance is sought.
+    #[serde(default)]
+    pub plane: Vec<Plane>,
+    /// Runs with known added unbalance.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub run: Vec<Run>,
+    /// Physical effects beside bearings and unbalance, with their parameters.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effect: Vec<EffectEntry>,
+}
+
+/// Switches of the beam theory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Physics {
+    /// Polar inertia couples the two planes.
+    pub gyroscopic: bool,
+    /// Tilting cross-sections of the shaft carry inertia.
+    pub rotary_inertia: bool,
+    /// Timoshenko's shear flexibility.
+    pub shear_deformation: bool,
+    /// Shape functions of the reduced model.
+    #[serde(skip_serializing_if = "is_default")]
+    pub basis: BasisKind,
+    /// Form of the equations of motion.
+    #[serde(skip_serializing_if = "is_default")]
+    pub formulation: Formulation,
+}
+
+impl Default for Physics {
+    fn default() -> Self {
+        Self {
+            gyroscopic: true,
+            rotary_inertia: true,
+            shear_deformation: true,
+            basis: BasisKind::default(),
+            formulation: Formulation::default(),
+        }
+    }
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+/// Shape functions that the reduced model is built on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BasisKind {
+    /// Modes of the real shaft on mean supports and the static deflection under each bearing.
+    #[default]
+    Supported,
+    /// Bending modes of a uniform free-free beam, translation and rotation (Bera et al. 2023).
+    FreeFree,
+}
+
+/// Form of the equations of motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Formulation {
+    /// Fixed frame: the polar gyroscopic term alone.
+    #[default]
+    Standard,
+    /// As equation (1) of Bera et al. 2023 is printed, with `−Ω² N` in the stiffness, `N` the
+    /// rotary-inertia matrix; kept to reproduce the paper.
+    Printed2023,
+}
+
+/// Noise of each measured component: `relative · |Y| + floor_um`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Noise {
+    /// Part that grows with the amplitude.
+    pub relative: f64,
+    /// Part that is always there, µm.
+    pub floor_um: f64,
+}
+
+/// Standard deviations of what the drawing states.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tolerance {
+    /// Young's modulus, relative.
+    pub modulus_relative: f64,
+    /// Outer diameters, relative.
+    pub diameter_relative: f64,
+    /// Disk masses, relative.
+    pub mass_relative: f64,
+    /// Disk inertias, relative.
+    pub inertia_relative: f64,
+    /// Axial positions, m.
+    pub position_m: f64,
+}
+
+/// Ranges that phase I searches for every bearing coefficient.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SearchBounds {
+    /// Lowest and highest direct stiffness, N/m.
+    pub stiffness_n_m: [f64; 2],
+    /// Lowest and highest direct damping, N·s/m.
+    pub damping_n_s_m: [f64; 2],
+}
+
+/// One cylindrical piece of the shaft.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Segment {
+    /// Length along z, m.
+    pub length_m: f64,
+    /// Outer diameter, m.
+    pub outer_diameter_m: f64,
+    /// Bore, m; zero for a solid shaft.
+    #[serde(default)]
+    pub inner_diameter_m: f64,
+    /// Young's modulus, Pa.
+    pub youngs_modulus_pa: f64,
+    /// Density, kg/m³.
+    pub density_kg_m3: f64,
+    /// Poisson's ratio.
+    pub poisson_ratio: f64,
+}
+
+/// A rigid disk.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Disk {
+    /// What it is called.
+    pub name: String,
+    /// Place on the shaft, m from the left end.
+    pub position_m: f64,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Moment of inertia about a diameter, kg·m².
+    pub diametral_inertia_kg_m2: f64,
+    /// Moment of inertia about the shaft's axis, kg·m².
+    pub polar_inertia_kg_m2: f64,
+}
+
+/// A bearing: its place, and the law by which it holds the shaft.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "BearingEntry", into = "BearingEntry")]
+pub struct Bearing {
+    /// What it is called.
+    pub name: String,
+    /// Place on the shaft, m from the left end.
+    pub position_m: f64,
+    /// How it holds the shaft.
+    pub law: Law,
+    /// What gives under it, if the drawing states it.
+    pub pedestal: Option<Pedestal>,
+}
+
+impl Bearing {
+    /// On rigid ground, with the same coefficients at every speed.
+    pub fn constant(
+        name: impl Into<String>,
+        position_m: f64,
+        stiffness_n_m: Coefficients,
+        damping_n_s_m: Coefficients,
+    ) -> Self {
+        let law = Law::Constant(Constant { stiffness_n_m, damping_n_s_m, learned: None });
+        Self { name: name.into(), position_m, law, pedestal: None }
+    }
+
+    /// Its coefficients, if they are stated as constants.
+    pub fn constants(&self) -> Option<&Constant> {
+        match &self.law {
+            Law::Constant(law) => Some(law),
+            _ => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn constants_mut(&mut self) -> Option<&mut Constant> {
+        match &mut self.law {
+            Law::Constant(law) => Some(law),
+            _ => None,
+        }
+    }
+}
+
+/// A proximity probe that reads `x cos(angle) + y sin(angle)`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Probe {
+    /// Its name, also the prefix of its columns in a measurement file.
+    pub name: String,
+    /// The bearing beside it.
+    pub bearing: String,
+    /// Place on the shaft, m from the left end.
+    pub position_m: f64,
+    /// From +x, in the direction of rotation, degrees.
+    pub angle_deg: f64,
+    /// What it is mounted on.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub mount: Mount,
+}
+
+/// What a probe is mounted on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mount {
+    /// Something that does not move: the probe sees the shaft's motion.
+    #[default]
+    Ground,
+    /// The housing of its bearing: the probe sees the shaft's motion less the housing's.
+    Housing,
+}
+
+/// A plane in which unbalance is sought.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plane {
+    /// What it is called.
+    pub name: String,
+    /// Place on the shaft, m from the left end.
+    pub position_m: f64,
+    /// Identified unbalance, g·mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unbalance_g_mm: Option<f64>,
+    /// Its angle from the keyphasor mark, in the direction of rotation, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angle_deg: Option<f64>,
+}
+
+/// A run of the machine with known weights added.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// As in the `run` column of the measurements.
+    pub name: String,
+    /// Trial weights.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub added_unbalance: Vec<AddedUnbalance>,
+}
+
+/// A trial weight.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AddedUnbalance {
+    /// Place on the shaft, m from the left end.
+    pub position_m: f64,
+    /// Mass times radius, g·mm.
+    pub magnitude_g_mm: f64,
+    /// From the keyphasor mark, in the direction of rotation, degrees.
+    #[serde(default = "unstated")]
+    pub angle_deg: f64,
+}
+
+/// What a reader finds where a file states no number; no checked rotor has one.
+fn unstated() -> f64 {
+    f64::NAN
+}
+
+/// A physical effect that the model has; see [`crate::effects`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EffectEntry {
+    /// Name of the effect.
+    pub kind: String,
+    /// Name of the bearing, disk or probe; absent for the whole machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<String>,
+    /// Parameters by name, SI units.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, ParameterValue>,
+}
+
+/// A parameter of an effect.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum ParameterValue {
+    /// A real number.
+    Real(f64),
+    /// Real and imaginary part of a phasor.
+    Phasor([f64; 2]),
+    /// A phasor for each probe.
+    Phasors(Vec<[f64; 2]>),
+}
+
+impl Rotor {
+    /// Length of the whole shaft, m.
+    pub fn length_m(&self) -> f64 {
+        self.shaft.iter().map(|s| s.length_m).sum()
+    }
+
+    /// Every axial position that something is attached to, ascending, without repeats, m.
+    pub fn marks_m(&self) -> Vec<f64> {
+        let mut marks: Vec<f64> = self
+            .disk
+            .iter()
+            .map(|d| d.position_m)
+            .chain(self.bearing.iter().map(|b| b.position_m))
+            .chain(self.probe.iter().map(|p| p.position_m))
+            .chain(self.plane.iter().map(|p| p.position_m))
+            .chain(self.run.iter().flat_map(|r| r.added_unbalance.iter().map(|a| a.position_m)))
+            .collect();
+        marks.sort_by(f64::total_cmp);
+        marks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+        marks
+    }
+
+    /// From the first bearing along the shaft to the last, m; the whole shaft where there are not two.
+    pub fn span_m(&self) -> [f64; 2] {
+        let places = || self.bearing.iter().map(|b| b.position_m);
+        let (left, right) = (places().fold(f64::INFINITY, f64::min), places().fold(0.0, f64::max));
+        if left < right { [left, right] } else { [0.0, self.length_m()] }
+    }
+
+    /// Index of the bearing that a probe belongs to.
+    pub fn bearing_of(&self, probe: &Probe) -> Option<usize> {
+        self.bearing.iter().position(|b| b.name == probe.bearing)
+    }
+}

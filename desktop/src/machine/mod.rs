@@ -1,0 +1,11 @@
+//! The machine as drawn: its file, how far it may be off, and the terms that it states.
+
+mod bearing_entry;
+pub mod bearings;
+pub mod drawing;
+mod loads;
+pub mod place;
+pub mod rotor_file;
+pub mod terms;
+pub mod tolerance;
+mod validation;

@@ -1,0 +1,73 @@
+//! Where something sits on a machine, and the rotating patterns that can act there.
+
+use crate::machine::drawing::Rotor;
+
+/// Where an effect sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Place {
+    /// The machine as a whole.
+    Machine,
+    /// A bearing, by its number in the file.
+    Bearing(usize),
+    /// A disk, by its number in the file.
+    Disk(usize),
+    /// A probe, by its number in the file.
+    Probe(usize),
+}
+
+impl Place {
+    /// The name in the rotor's file; `None` for the whole machine.
+    pub fn name(self, rotor: &Rotor) -> Option<&str> {
+        match self {
+            Self::Machine => None,
+            Self::Bearing(i) => Some(&rotor.bearing[i].name),
+            Self::Disk(i) => Some(&rotor.disk[i].name),
+            Self::Probe(i) => Some(&rotor.probe[i].name),
+        }
+    }
+}
+
+/// How a forcing depends on speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SpeedLaw {
+    /// The same at every speed.
+    Constant,
+    /// Grows with the square of the speed, as any force of inertia.
+    Squared,
+}
+
+impl SpeedLaw {
+    /// The factor on the forcing.
+    pub fn factor(self, speed_rad_s: f64) -> f64 {
+        match self {
+            Self::Constant => 1.0,
+            Self::Squared => speed_rad_s * speed_rad_s,
+        }
+    }
+}
+
+/// A rotating pattern whose complex amplitude enters linearly and is solved for exactly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pattern {
+    /// Unbalance of a disk, kg·m.
+    DiskUnbalance(usize),
+    /// Moment `Ω²` times this amplitude on a disk's tilt, kg·m².
+    DiskTilt(usize),
+    /// The force that holds the shaft straight against a half sine of this height between the
+    /// bearings, m.
+    Bow,
+    /// A force at the right end, N.
+    RightEnd,
+    /// An offset of one probe at every speed, m.
+    Runout(usize),
+}
+
+impl Pattern {
+    /// How the pattern grows with speed.
+    pub fn law(self) -> SpeedLaw {
+        match self {
+            Self::DiskUnbalance(_) | Self::DiskTilt(_) => SpeedLaw::Squared,
+            Self::Bow | Self::RightEnd | Self::Runout(_) => SpeedLaw::Constant,
+        }
+    }
+}

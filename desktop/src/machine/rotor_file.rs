@@ -1,0 +1,78 @@
+//! Reading, checking and writing `rotor.toml`.
+
+use std::path::Path;
+
+use crate::error::Error;
+use crate::machine::drawing::Rotor;
+use crate::machine::loads;
+use crate::machine::validation::check;
+
+/// Reads and checks a rotor.
+///
+/// # Errors
+/// One sentence with the file, the key and what was expected.
+pub fn read(path: &Path) -> Result<Rotor, Error> {
+    let (file, text) = contents(path)?;
+    parse(&file, &text)
+}
+
+/// Reads a rotor whose trial weights may lack their angles: what those weights do is not known, so they
+/// are left out, and the names of their runs are returned.
+///
+/// # Errors
+/// As [`read`] for everything else.
+pub fn read_allowing_unstated_angles(path: &Path) -> Result<(Rotor, Vec<String>), Error> {
+    let (file, text) = contents(path)?;
+    let mut rotor = from_toml(&file, &text)?;
+    let mut without = Vec::new();
+    for run in &mut rotor.run {
+        if run.added_unbalance.iter().any(|a| a.angle_deg.is_nan()) {
+            run.added_unbalance.clear();
+            without.push(run.name.clone());
+        }
+    }
+    check(&file, &rotor)?;
+    Ok((rotor, without))
+}
+
+/// A file's name for messages, and its text.
+fn contents(path: &Path) -> Result<(String, String), Error> {
+    let file = path.display().to_string();
+    let text =
+        std::fs::read_to_string(path).map_err(|e| Error::file(&file, format!("cannot be read ({e})")))?;
+    Ok((file, text))
+}
+
+/// Parses and checks the text of a `rotor.toml`; `file` is only for messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(file: &str, text: &str) -> Result<Rotor, Error> {
+    let rotor = from_toml(file, text)?;
+    check(file, &rotor)?;
+    Ok(rotor)
+}
+
+fn from_toml(file: &str, text: &str) -> Result<Rotor, Error> {
+    let mut rotor: Rotor = toml::from_str(text).map_err(|e| {
+        let line = e.span().map(|span| text[..span.start].matches('\n').count() + 1);
+        let place = line.map_or_else(|| "text".into(), |n| format!("line {n}"));
+        Error::rotor(file, place, e.message().lines().next().unwrap_or("cannot be parsed"))
+    })?;
+    loads::settle(&mut rotor);
+    Ok(rotor)
+}
+
+/// Writes a rotor, whole or not at all.
+///
+/// # Errors
+/// If the rotor does not pass the same checks as a file that is read, or the file cannot be written.
+pub fn write(path: &Path, rotor: &Rotor) -> Result<(), Error> {
+    let file = path.display().to_string();
+    check(&file, rotor)?;
+    let text = toml::to_string(rotor).map_err(|e| Error::file(&file, e))?;
+    let partial = path.with_extension("toml.partial");
+    std::fs::write(&partial, text)
+        .and_then(|()| std::fs::rename(&partial, path))
+        .map_err(|e| Error::file(&file, format!("cannot be written ({e})")))
+}

@@ -1,0 +1,104 @@
+//! The terms of a machine, before any shape functions are chosen: what its file and its effects say.
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use crate::bearing::support::SupportLaw;
+use crate::machine::bearings::Bearings;
+use crate::machine::drawing::{Mount, Physics, Rotor};
+use crate::machine::place::{Pattern, Place};
+use crate::shaft::structure::{Station, Structure};
+
+/// Supports, forcings and readings of a machine, by place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Terms {
+    /// Switches of the beam theory.
+    pub physics: Physics,
+    /// Viscous damping inside the shaft, as a multiple of its stiffness, s.
+    pub internal_damping_s: f64,
+    /// Bearings first, in the order of the file, then what effects add.
+    pub supports: Vec<(Place, SupportLaw)>,
+    /// Rotating forces beside the planes that are sought: pattern and amplitude.
+    pub forcings: Vec<(Pattern, Complex<f64>)>,
+    /// Gain of each probe.
+    pub gains: Vec<Complex<f64>>,
+    /// Runout of each probe, m.
+    pub runout_m: Vec<Complex<f64>>,
+}
+
+impl Terms {
+    /// The machine as drawn: its bearings and true probes, no effects.
+    pub fn drawn(rotor: &Rotor) -> Self {
+        let bearings = Bearings::of(rotor);
+        Self::on(rotor, bearings.supports(&bearings.stated()))
+    }
+
+    /// The machine on these bearings, in the order of the file.
+    pub fn on(rotor: &Rotor, bearings: Vec<SupportLaw>) -> Self {
+        let place = |(i, law)| (Place::Bearing(i), law);
+        Self {
+            physics: rotor.physics,
+            internal_damping_s: 0.0,
+            supports: bearings.into_iter().enumerate().map(place).collect(),
+            forcings: Vec::new(),
+            gains: vec![Complex::from(1.0); rotor.probe.len()],
+            runout_m: vec![Complex::from(0.0); rotor.probe.len()],
+        }
+    }
+
+    /// The bearing on whose housing a probe is mounted, where that housing moves.
+    pub fn mount(&self, rotor: &Rotor, probe: usize) -> Option<usize> {
+        let probe = &rotor.probe[probe];
+        let bearing = rotor.bearing_of(probe).filter(|_| probe.mount == Mount::Housing)?;
+        let (_, law) = self.supports.iter().find(|(p, _)| *p == Place::Bearing(bearing))?;
+        law.pedestal.map(|_| bearing)
+    }
+
+    /// The law of a bearing.
+    pub fn bearing_mut(&mut self, place: Place) -> &mut SupportLaw {
+        let found = self.supports.iter_mut().find(|(p, _)| *p == place);
+        &mut found.expect("every bearing of a rotor is among its terms").1
+    }
+
+    /// The laws of all bearings.
+    pub fn bearings_mut(&mut self) -> impl Iterator<Item = &mut SupportLaw> {
+        self.supports.iter_mut().filter(|(p, _)| matches!(p, Place::Bearing(_))).map(|(_, law)| law)
+    }
+}
+
+/// Position of a place that can hold the shaft, m.
+pub fn position_m(rotor: &Rotor, place: Place) -> Option<f64> {
+    match place {
+        Place::Bearing(i) => Some(rotor.bearing[i].position_m),
+        Place::Disk(i) => Some(rotor.disk[i].position_m),
+        Place::Probe(_) | Place::Machine => None,
+    }
+}
+
+/// Generalized force of a rotating pattern of unit amplitude (at unit Ω² where it grows with it) on a
+/// finite-element structure; `None` for runout, which is no force.
+pub fn force_shape(pattern: Pattern, structure: &Structure, rotor: &Rotor) -> Option<DVector<f64>> {
+    match pattern {
+        Pattern::DiskUnbalance(i) => Some(structure.station(rotor.disk[i].position_m).displacement.clone()),
+        Pattern::DiskTilt(i) => Some(structure.station(rotor.disk[i].position_m).slope.clone()),
+        Pattern::Bow => Some(&structure.stiffness * half_sine(structure, rotor)),
+        Pattern::RightEnd => structure.stations.last().map(|s| s.displacement.clone()),
+        Pattern::Runout(_) => None,
+    }
+}
+
+/// Coordinates of a half sine of unit height between the outermost bearings, continued beyond them.
+pub(crate) fn half_sine(structure: &Structure, rotor: &Rotor) -> DVector<f64> {
+    let [left, right] = rotor.span_m();
+    let wave = std::f64::consts::PI / (right - left);
+    let height = |s: &Station| (wave * (s.position_m - left)).sin();
+    let slope = |s: &Station| wave * (wave * (s.position_m - left)).cos();
+    let stations = &structure.stations;
+    if structure.size() == 2 * stations.len() {
+        let pairs = stations.iter().flat_map(|s| [height(s), slope(s)]);
+        return DVector::from_iterator(structure.size(), pairs);
+    }
+    // other shape functions come as near as they can, by least squares
+    let shapes = DMatrix::from_fn(stations.len(), structure.size(), |i, k| stations[i].displacement[k]);
+    let target = DVector::from_iterator(stations.len(), stations.iter().map(height));
+    shapes.svd(true, true).solve(&target, 1e-9).unwrap_or_else(|_| DVector::zeros(structure.size()))
+}

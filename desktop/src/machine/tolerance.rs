@@ -1,0 +1,99 @@
+//! Drawings are never exact: moduli, diameters, masses, inertias and positions differ from what is
+//! stated, by standard deviations that `[tolerance]` gives.
+//!
+//! One material makes the whole shaft, so its modulus is one number; every turned diameter, disk and
+//! position is off by itself, and so are the two inertias of a disk, which are computed from different
+//! dimensions.
+
+use nalgebra::DVector;
+
+use crate::machine::drawing::{Rotor, Tolerance};
+
+/// One thing that may differ from the drawing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Deviation {
+    Modulus,
+    Diameter(usize),
+    DiskMass(usize),
+    DiskDiametralInertia(usize),
+    DiskPolarInertia(usize),
+    BearingPosition(usize),
+    DiskPosition(usize),
+    ProbePosition(usize),
+    PlanePosition(usize),
+}
+
+/// Everything that may differ, with its standard deviation.
+#[derive(Debug, Clone)]
+pub struct Deviations {
+    pub(crate) kinds: Vec<(Deviation, f64)>,
+}
+
+/// Positions that differ from the drawing, m; empty for as drawn.
+#[derive(Debug, Clone, Default)]
+pub struct Offsets {
+    /// Bearings.
+    pub bearing_m: Vec<f64>,
+    /// Disks.
+    pub disk_m: Vec<f64>,
+    /// Probes.
+    pub probe_m: Vec<f64>,
+    /// Planes.
+    pub plane_m: Vec<f64>,
+}
+
+impl Deviations {
+    /// The deviations of a rotor; none where the tolerance is zero.
+    pub fn of(rotor: &Rotor) -> Self {
+        let t: Tolerance = rotor.tolerance.unwrap_or_default();
+        let mut kinds = vec![(Deviation::Modulus, t.modulus_relative)];
+        kinds.extend((0..rotor.shaft.len()).map(|i| (Deviation::Diameter(i), t.diameter_relative)));
+        for i in 0..rotor.disk.len() {
+            kinds.push((Deviation::DiskMass(i), t.mass_relative));
+            kinds.push((Deviation::DiskDiametralInertia(i), t.inertia_relative));
+            kinds.push((Deviation::DiskPolarInertia(i), t.inertia_relative));
+            kinds.push((Deviation::DiskPosition(i), t.position_m));
+        }
+        kinds.extend((0..rotor.bearing.len()).map(|i| (Deviation::BearingPosition(i), t.position_m)));
+        kinds.extend((0..rotor.probe.len()).map(|i| (Deviation::ProbePosition(i), t.position_m)));
+        kinds.extend((0..rotor.plane.len()).map(|i| (Deviation::PlanePosition(i), t.position_m)));
+        kinds.retain(|(_, sd)| *sd > 0.0);
+        Self { kinds }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.kinds.len()
+    }
+
+    /// Whether the drawing is taken as exact.
+    pub fn is_empty(&self) -> bool {
+        self.kinds.is_empty()
+    }
+
+    /// The rotor with its deviations at `t` standard deviations, and the positions that moved.
+    pub fn apply(&self, rotor: &Rotor, t: &DVector<f64>) -> (Rotor, Offsets) {
+        let mut changed = rotor.clone();
+        let mut offsets = Offsets {
+            bearing_m: vec![0.0; rotor.bearing.len()],
+            disk_m: vec![0.0; rotor.disk.len()],
+            probe_m: vec![0.0; rotor.probe.len()],
+            plane_m: vec![0.0; rotor.plane.len()],
+        };
+        for ((kind, sd), t) in self.kinds.iter().zip(t.iter()) {
+            let by = sd * t;
+            match kind {
+                Deviation::Modulus => changed.shaft.iter_mut().for_each(|s| s.youngs_modulus_pa *= 1.0 + by),
+                Deviation::Diameter(i) => changed.shaft[*i].outer_diameter_m *= 1.0 + by,
+                Deviation::DiskMass(i) => changed.disk[*i].mass_kg *= 1.0 + by,
+                Deviation::DiskDiametralInertia(i) => changed.disk[*i].diametral_inertia_kg_m2 *= 1.0 + by,
+                Deviation::DiskPolarInertia(i) => changed.disk[*i].polar_inertia_kg_m2 *= 1.0 + by,
+                Deviation::BearingPosition(i) => offsets.bearing_m[*i] = by,
+                Deviation::DiskPosition(i) => offsets.disk_m[*i] = by,
+                Deviation::ProbePosition(i) => offsets.probe_m[*i] = by,
+                Deviation::PlanePosition(i) => offsets.plane_m[*i] = by,
+            }
+        }
+        (changed, offsets)
+    }
+}

@@ -1,0 +1,206 @@
+//! What a machine must satisfy, whether it was read or built in code.
+
+use crate::effects::entry;
+use crate::error::Error;
+use crate::machine::drawing::{EffectEntry, Rotor};
+
+/// The newest layout of `rotor.toml`; older ones are read as well.
+pub const SCHEMA: u32 = 2;
+
+/// Most bearings of one shaft.
+const MOST_BEARINGS: usize = 12;
+/// Most planes in which unbalance is sought.
+const MOST_PLANES: usize = 8;
+
+struct Checker<'a> {
+    file: &'a str,
+}
+
+impl Checker<'_> {
+    fn fail<T>(&self, key: impl Into<String>, expected: impl Into<String>) -> Result<T, Error> {
+        Err(Error::rotor(self.file, key, expected))
+    }
+
+    fn within(&self, key: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<(), Error> {
+        if value.is_finite() && (low..=high).contains(&value) {
+            return Ok(());
+        }
+        let plain = |x: f64| {
+            if x == 0.0 || (1e-4..1e6).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
+        };
+        self.fail(key, format!("{value} is outside {} to {} {unit}", plain(low), plain(high)).trim_end())
+    }
+
+    fn on_shaft(&self, key: &str, position_m: f64, length_m: f64) -> Result<(), Error> {
+        if position_m.is_finite() && (-1e-9..=length_m + 1e-9).contains(&position_m) {
+            return Ok(());
+        }
+        self.fail(key, format!("{position_m} m is not on the shaft, which is {length_m} m long"))
+    }
+
+    fn unique<'n>(&self, key: &str, names: impl Iterator<Item = &'n str>) -> Result<(), Error> {
+        let mut seen = std::collections::BTreeSet::new();
+        for name in names {
+            if name.is_empty() {
+                return self.fail(key, "a name must not be empty");
+            }
+            if !seen.insert(name) {
+                return self.fail(key, format!("the name \"{name}\" is used twice"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Checks ranges and references. The ranges catch wrong units: no shaft is 200 m long, no steel has
+/// a modulus of 208.
+pub fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
+    let c = Checker { file };
+    if !(1..=SCHEMA).contains(&rotor.schema) {
+        return c.fail("schema", format!("{} is not supported, expected 1 to {SCHEMA}", rotor.schema));
+    }
+    if let Some(fastest_rpm) = rotor.fastest_rpm {
+        c.within("fastest_rpm", fastest_rpm, 1.0, 1e6, "rpm")?;
+    }
+    check_shaft(&c, rotor)?;
+    check_bearings(&c, rotor)?;
+    check_probes_and_planes(&c, rotor)?;
+    check_statistics(&c, rotor)?;
+    for e in &rotor.effect {
+        entry::check(rotor, e).or_else(|what| c.fail(format!("[[effect]] \"{}\"", e.kind), what))?;
+    }
+    let label = |e: &EffectEntry| format!("{}@{}", e.kind, e.at.as_deref().unwrap_or(""));
+    let labels: Vec<String> = rotor.effect.iter().map(label).collect();
+    c.unique("[[effect]] kind and at", labels.iter().map(String::as_str))
+}
+
+fn check_shaft(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
+    if rotor.shaft.is_empty() {
+        return c.fail("[[shaft]]", "at least one segment is needed");
+    }
+    for (i, s) in rotor.shaft.iter().enumerate() {
+        let key = |name: &str| format!("[[shaft]] {} {name}", i + 1);
+        c.within(&key("length_m"), s.length_m, 1e-4, 50.0, "m")?;
+        c.within(&key("outer_diameter_m"), s.outer_diameter_m, 1e-4, 10.0, "m")?;
+        c.within(&key("inner_diameter_m"), s.inner_diameter_m, 0.0, s.outer_diameter_m * 0.999, "m")?;
+        c.within(&key("youngs_modulus_pa"), s.youngs_modulus_pa, 1e8, 1e13, "Pa")?;
+        c.within(&key("density_kg_m3"), s.density_kg_m3, 100.0, 30_000.0, "kg/m³")?;
+        c.within(&key("poisson_ratio"), s.poisson_ratio, -0.5, 0.499, "")?;
+    }
+    let length = rotor.length_m();
+    c.unique("[[disk]] name", rotor.disk.iter().map(|d| d.name.as_str()))?;
+    for d in &rotor.disk {
+        let key = |name: &str| format!("[[disk]] \"{}\" {name}", d.name);
+        c.on_shaft(&key("position_m"), d.position_m, length)?;
+        c.within(&key("mass_kg"), d.mass_kg, 0.0, 1e6, "kg")?;
+        c.within(&key("diametral_inertia_kg_m2"), d.diametral_inertia_kg_m2, 0.0, 1e6, "kg·m²")?;
+        c.within(&key("polar_inertia_kg_m2"), d.polar_inertia_kg_m2, 0.0, 1e6, "kg·m²")?;
+    }
+    Ok(())
+}
+
+fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
+    let count = rotor.bearing.len();
+    if !(1..=MOST_BEARINGS).contains(&count) {
+        return c
+            .fail("[[bearing]]", format!("{count} given, one to {MOST_BEARINGS} bearings are supported"));
+    }
+    c.unique("[[bearing]] name", rotor.bearing.iter().map(|b| b.name.as_str()))?;
+    for (i, b) in rotor.bearing.iter().enumerate() {
+        let key = |name: &str| format!("[[bearing]] \"{}\" {name}", b.name);
+        c.on_shaft(&key("position_m"), b.position_m, rotor.length_m())?;
+        if let Some(other) = rotor.bearing[..i].iter().find(|o| (o.position_m - b.position_m).abs() < 1e-6) {
+            return c.fail(key("position_m"), format!("the bearing \"{}\" is at the same place", other.name));
+        }
+        b.law.as_law().check().or_else(|(name, what)| c.fail(key(&name), what))?;
+        if let Some(p) = &b.pedestal {
+            for axis in 0..2 {
+                c.within(&key("pedestal.stiffness_n_m"), p.stiffness_n_m[axis], 1.0, 1e13, "N/m")?;
+                c.within(&key("pedestal.damping_n_s_m"), p.damping_n_s_m[axis], 0.0, 1e10, "N·s/m")?;
+                c.within(&key("pedestal.mass_kg"), p.mass_kg[axis], 0.0, 1e6, "kg")?;
+            }
+        }
+        let newer = b.pedestal.is_some() || b.constants().is_none_or(|k| k.learned.is_some());
+        if rotor.schema < 2 && newer {
+            return c
+                .fail("schema", format!("{} does not know what {} has, expected 2", rotor.schema, key("")));
+        }
+    }
+    Ok(())
+}
+
+fn check_probes_and_planes(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
+    let length = rotor.length_m();
+    if rotor.probe.is_empty() {
+        return c.fail("[[probe]]", "at least one probe is needed");
+    }
+    c.unique("[[probe]] name", rotor.probe.iter().map(|p| p.name.as_str()))?;
+    for p in &rotor.probe {
+        let key = |name: &str| format!("[[probe]] \"{}\" {name}", p.name);
+        c.on_shaft(&key("position_m"), p.position_m, length)?;
+        c.within(&key("angle_deg"), p.angle_deg, -360.0, 360.0, "degrees")?;
+        if rotor.bearing_of(p).is_none() {
+            let known = rotor.bearing.iter().map(|b| format!("\"{}\"", b.name)).collect::<Vec<_>>();
+            return c.fail(
+                key("bearing"),
+                format!("there is no bearing \"{}\", expected one of {}", p.bearing, known.join(", ")),
+            );
+        }
+    }
+    if !(1..=MOST_PLANES).contains(&rotor.plane.len()) {
+        let what = format!("{} given, one to {MOST_PLANES} planes are supported", rotor.plane.len());
+        return c.fail("[[plane]]", what);
+    }
+    c.unique("[[plane]] name", rotor.plane.iter().map(|p| p.name.as_str()))?;
+    for p in &rotor.plane {
+        let key = |name: &str| format!("[[plane]] \"{}\" {name}", p.name);
+        c.on_shaft(&key("position_m"), p.position_m, length)?;
+        c.within(&key("unbalance_g_mm"), p.unbalance_g_mm.unwrap_or(0.0), 0.0, 1e9, "g·mm")?;
+        c.within(&key("angle_deg"), p.angle_deg.unwrap_or(0.0), -360.0, 360.0, "degrees")?;
+    }
+    c.unique("[[run]] name", rotor.run.iter().map(|r| r.name.as_str()))?;
+    for run in &rotor.run {
+        for a in &run.added_unbalance {
+            let key = |name: &str| format!("[[run]] \"{}\" added_unbalance {name}", run.name);
+            c.on_shaft(&key("position_m"), a.position_m, length)?;
+            c.within(&key("magnitude_g_mm"), a.magnitude_g_mm, 0.0, 1e9, "g·mm")?;
+            if a.angle_deg.is_nan() {
+                let what = "is missing; state where the weight sits, from the keyphasor mark in the direction of rotation";
+                return c.fail(key("angle_deg"), what);
+            }
+            c.within(&key("angle_deg"), a.angle_deg, -360.0, 360.0, "degrees")?;
+        }
+    }
+    Ok(())
+}
+
+fn check_statistics(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
+    if let Some(n) = &rotor.noise {
+        c.within("[noise] relative", n.relative, 0.0, 1.0, "")?;
+        c.within("[noise] floor_um", n.floor_um, 0.0, 1000.0, "µm")?;
+        if n.relative == 0.0 && n.floor_um == 0.0 {
+            return c.fail("[noise]", "relative and floor_um are both zero, at least one must be positive");
+        }
+    }
+    if let Some(t) = &rotor.tolerance {
+        for (key, value) in [
+            ("[tolerance] modulus_relative", t.modulus_relative),
+            ("[tolerance] diameter_relative", t.diameter_relative),
+            ("[tolerance] mass_relative", t.mass_relative),
+            ("[tolerance] inertia_relative", t.inertia_relative),
+        ] {
+            c.within(key, value, 0.0, 0.5, "(a relative standard deviation)")?;
+        }
+        c.within("[tolerance] position_m", t.position_m, 0.0, 0.1, "m")?;
+    }
+    if let Some(b) = &rotor.identify {
+        for (key, [low, high]) in
+            [("[identify] stiffness_n_m", b.stiffness_n_m), ("[identify] damping_n_s_m", b.damping_n_s_m)]
+        {
+            if !(low > 0.0 && low < high && high.is_finite()) {
+                return c.fail(key, format!("[{low}, {high}] is not a range of positive numbers"));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,304 @@
+//! A rotor model: a shaft plus supports, forcings and readings; and its response at running speed.
+
+pub mod terms;
+
+use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector2};
+
+use crate::effects::entry;
+use crate::error::Error;
+use crate::machine::drawing::{Formulation, Rotor};
+use crate::machine::terms::{force_shape, position_m};
+use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Structure};
+use terms::{Forcing, ProbeTerm, Support};
+
+/// Fixed-point rounds over the amplitude at supports that harden or soften.
+const AMPLITUDE_ROUNDS: usize = 60;
+
+/// A shaft with its terms, in whatever coordinates `structure` has.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// The free shaft with its disks.
+    pub structure: Structure,
+    /// Viscous damping inside the shaft, as a multiple of its stiffness, s.
+    pub internal_damping_s: f64,
+    /// Bearings first, in the order of the file.
+    pub supports: Vec<Support>,
+    /// Known forces beside the unbalance that is sought.
+    pub forcings: Vec<Forcing>,
+    /// Shapes of the unbalance planes.
+    pub planes: Vec<DVector<f64>>,
+    /// Probes in the order of the file.
+    pub probes: Vec<ProbeTerm>,
+}
+
+/// Influence coefficients and fixed part of the response at one speed.
+#[derive(Debug, Clone)]
+pub struct Response {
+    /// Probes × planes, m per kg·m: motion per unbalance `U e^{iα}`.
+    pub per_unbalance: DMatrix<Complex<f64>>,
+    /// Probes: motion from known forcings, and runout, m.
+    pub fixed: DVector<Complex<f64>>,
+    support_per_unbalance: DMatrix<Complex<f64>>,
+    support_fixed: DVector<Complex<f64>>,
+}
+
+impl Response {
+    /// A response of which only the probes are known.
+    pub(crate) fn of_probes(per_unbalance: DMatrix<Complex<f64>>, fixed: DVector<Complex<f64>>) -> Self {
+        let support_per_unbalance = DMatrix::zeros(0, per_unbalance.ncols());
+        Self { per_unbalance, fixed, support_per_unbalance, support_fixed: DVector::zeros(0) }
+    }
+
+    /// Phasor at each probe for these unbalances (kg·m), m.
+    pub fn at(&self, unbalance_kg_m: &DVector<Complex<f64>>) -> DVector<Complex<f64>> {
+        &self.per_unbalance * unbalance_kg_m + &self.fixed
+    }
+}
+
+impl Model {
+    /// The rotor on finite elements, bearings and all.
+    pub fn finite_elements(rotor: &Rotor) -> Self {
+        Self::on(Structure::finite_elements(rotor, &rotor.physics, ELEMENTS_PER_SEGMENT), rotor)
+    }
+
+    /// Attaches the rotor's bearings, effects, planes and probes to a structure.
+    pub fn on(mut structure: Structure, rotor: &Rotor) -> Self {
+        if rotor.physics.formulation == Formulation::Printed2023 {
+            // every response here is synchronous, so −Ω²N joins −Ω²M
+            structure.mass += &structure.tilt_inertia;
+        }
+        let terms = entry::terms_of(rotor);
+        let shape = |position_m| structure.station(position_m).displacement.clone();
+        let supports = terms.supports.iter().filter_map(|(place, law)| {
+            position_m(rotor, *place).map(|z| Support { shape: shape(z), law: law.clone() })
+        });
+        let forcings = terms.forcings.iter().filter_map(|(pattern, amplitude)| {
+            let shape = force_shape(*pattern, &structure, rotor)?;
+            Some(Forcing { shape, amplitude: *amplitude, law: pattern.law() })
+        });
+        let probes = rotor.probe.iter().enumerate().map(|(i, p)| ProbeTerm {
+            shape: shape(p.position_m),
+            angle_rad: p.angle_deg.to_radians(),
+            gain: terms.gains[i],
+            runout_m: terms.runout_m[i],
+            mount: terms.mount(rotor, i),
+        });
+        Self {
+            internal_damping_s: terms.internal_damping_s,
+            supports: supports.collect(),
+            forcings: forcings.collect(),
+            planes: rotor.plane.iter().map(|p| shape(p.position_m)).collect(),
+            probes: probes.collect(),
+            structure,
+        }
+    }
+
+    /// The same model in the coordinates of the columns of `basis`.
+    pub fn projected(&self, basis: &DMatrix<f64>) -> Self {
+        let mut model = self.clone();
+        model.structure = self.structure.projected(basis);
+        let supports = model.supports.iter_mut().map(|s| &mut s.shape);
+        let forcings = model.forcings.iter_mut().map(|f| &mut f.shape);
+        let probes = model.probes.iter_mut().map(|p| &mut p.shape);
+        for shape in supports.chain(forcings).chain(probes).chain(&mut model.planes) {
+            *shape = basis.tr_mul(shape);
+        }
+        model
+    }
+
+    /// Z(Ω), 2n × 2n, for coordinates `[p; r]` of x and y, N/m.
+    ///
+    /// `amplitudes_m` holds the motion at each support in x and y.
+    pub fn dynamic_stiffness(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> DMatrix<Complex<f64>> {
+        let n = self.structure.size();
+        let (w, w2) = (speed_rad_s, speed_rad_s * speed_rad_s);
+        let circulation = w * self.internal_damping_s;
+        let mut z = DMatrix::zeros(2 * n, 2 * n);
+        for row in 0..n {
+            for column in 0..n {
+                let at = (row, column);
+                let k = self.structure.stiffness[at];
+                let direct = Complex::new(k - w2 * self.structure.mass[at], circulation * k);
+                let cross = Complex::new(circulation * k, w2 * self.structure.polar_inertia[at]);
+                z[(row, column)] = direct;
+                z[(n + row, n + column)] = direct;
+                z[(row, n + column)] = cross;
+                z[(n + row, column)] = -cross;
+            }
+        }
+        for (support, amplitude_m) in self.supports.iter().zip(amplitudes_m) {
+            let held = support.law.dynamic_stiffness(w, *amplitude_m);
+            let outer = &support.shape * support.shape.transpose();
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let mut block = z.view_mut((i * n, j * n), (n, n));
+                block += outer.map(|v| held[(i, j)] * v);
+            }
+        }
+        z
+    }
+
+    /// Coordinates `[p; r]`, 2n a column: one column a plane per kg·m, the last for everything known.
+    ///
+    /// # Errors
+    /// If the dynamic stiffness is singular: an undamped critical speed.
+    pub fn motion(
+        &self,
+        speed_rad_s: f64,
+        amplitudes_m: &[[f64; 2]],
+    ) -> Result<DMatrix<Complex<f64>>, Error> {
+        let n = self.structure.size();
+        let mut columns = DMatrix::zeros(2 * n, self.planes.len() + 1);
+        let mut add = |column: usize, shape: &DVector<f64>, force: Complex<f64>| {
+            for (k, s) in shape.iter().enumerate() {
+                columns[(k, column)] += force * *s;
+                columns[(n + k, column)] += Complex::new(force.im, -force.re) * *s;
+            }
+        };
+        for (j, shape) in self.planes.iter().enumerate() {
+            add(j, shape, Complex::from(speed_rad_s * speed_rad_s));
+        }
+        for f in &self.forcings {
+            add(self.planes.len(), &f.shape, f.amplitude * f.law.factor(speed_rad_s));
+        }
+        self.dynamic_stiffness(speed_rad_s, amplitudes_m)
+            .lu()
+            .solve(&columns)
+            .ok_or_else(|| Error::Unsuitable(format!("the model is singular at {speed_rad_s:.1} rad/s")))
+    }
+
+    /// Response at one speed with the supports at the given amplitudes.
+    ///
+    /// # Errors
+    /// As [`Model::motion`].
+    pub fn response_at(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> Result<Response, Error> {
+        let n = self.structure.size();
+        let motion = self.motion(speed_rad_s, amplitudes_m)?;
+        let x = motion.rows(0, n);
+        let y = motion.rows(n, n);
+        let read = |shape: &DVector<f64>, cos: f64, sin: f64, j: usize| {
+            (0..n).map(|k| (x[(k, j)] * cos + y[(k, j)] * sin) * shape[k]).sum::<Complex<f64>>()
+        };
+        let planes = self.planes.len();
+        let support = |i: usize, j: usize| {
+            let along_x = i.is_multiple_of(2);
+            let shape = &self.supports[i / 2].shape;
+            read(shape, f64::from(u8::from(along_x)), f64::from(u8::from(!along_x)), j)
+        };
+        let housings: Vec<Matrix2<Complex<f64>>> = self
+            .supports
+            .iter()
+            .zip(amplitudes_m)
+            .map(|(s, amplitude_m)| s.law.housing(speed_rad_s, *amplitude_m))
+            .collect();
+        let probe = |i: usize, j: usize| {
+            let p = &self.probes[i];
+            let (sin, cos) = p.angle_rad.sin_cos();
+            let shaft = read(&p.shape, cos, sin, j);
+            let housing = p.mount.map_or(Complex::from(0.0), |s| {
+                let moved = housings[s] * Vector2::new(support(2 * s, j), support(2 * s + 1, j));
+                moved.x * cos + moved.y * sin
+            });
+            p.gain * (shaft - housing)
+        };
+        Ok(Response {
+            per_unbalance: DMatrix::from_fn(self.probes.len(), planes, probe),
+            fixed: DVector::from_fn(self.probes.len(), |i, _| probe(i, planes) + self.probes[i].runout_m),
+            support_per_unbalance: DMatrix::from_fn(2 * self.supports.len(), planes, support),
+            support_fixed: DVector::from_fn(2 * self.supports.len(), |i, _| support(i, planes)),
+        })
+    }
+
+    /// Response of a model without amplitude-dependent supports.
+    ///
+    /// # Errors
+    /// As [`Model::response_at`].
+    pub fn response(&self, speed_rad_s: f64) -> Result<Response, Error> {
+        self.response_at(speed_rad_s, &vec![[0.0; 2]; self.supports.len()])
+    }
+
+    /// Response for a known unbalance, with the supports at the amplitude that it causes.
+    ///
+    /// # Errors
+    /// If the model is singular, or the amplitude does not settle.
+    pub fn response_under(
+        &self,
+        speed_rad_s: f64,
+        unbalance_kg_m: &DVector<Complex<f64>>,
+    ) -> Result<Response, Error> {
+        let mut amplitudes_m = vec![[0.0; 2]; self.supports.len()];
+        let nonlinear = self.supports.iter().any(|s| s.law.hardening_per_m2 != 0.0);
+        for round in 0..AMPLITUDE_ROUNDS {
+            let response = self.response_at(speed_rad_s, &amplitudes_m)?;
+            if !nonlinear {
+                return Ok(response);
+            }
+            let motion = &response.support_per_unbalance * unbalance_kg_m + &response.support_fixed;
+            let mut change = 0.0_f64;
+            let largest = motion.iter().map(|m| m.norm()).fold(f64::MIN_POSITIVE, f64::max);
+            for (k, m) in motion.iter().enumerate() {
+                let held = &mut amplitudes_m[k / 2][k % 2];
+                // relaxed: a softening support can otherwise hop between two branches
+                let relaxed = if round == 0 { m.norm() } else { 0.5 * (*held + m.norm()) };
+                change = change.max((relaxed - *held).abs() / largest);
+                *held = relaxed;
+            }
+            if change < 1e-12 {
+                return Ok(response);
+            }
+        }
+        let speed_rpm = speed_rad_s * 30.0 / std::f64::consts::PI;
+        Err(Error::Unsuitable(format!("the amplitude at the bearings does not settle at {speed_rpm:.0} rpm")))
+    }
+
+    /// Eigenvalues (rad/s) of the machine turning at `spin_rad_s`, by rising absolute frequency; the
+    /// imaginary part is the damped natural frequency.
+    ///
+    /// Speed-dependent supports are taken at the spin speed; pedestals are left out.
+    ///
+    /// # Errors
+    /// If the mass matrix cannot be factored.
+    pub fn eigenvalues(&self, spin_rad_s: f64) -> Result<Vec<Complex<f64>>, Error> {
+        let n = self.structure.size();
+        let zero = |rows, columns| DMatrix::<f64>::zeros(rows, columns);
+        let (mut k, mut c, mut m) = (zero(2 * n, 2 * n), zero(2 * n, 2 * n), zero(2 * n, 2 * n));
+        for axis in 0..2 {
+            k.view_mut((axis * n, axis * n), (n, n)).copy_from(&self.structure.stiffness);
+            m.view_mut((axis * n, axis * n), (n, n)).copy_from(&self.structure.mass);
+        }
+        let gyroscopic = &self.structure.polar_inertia * spin_rad_s;
+        c.view_mut((0, n), (n, n)).copy_from(&gyroscopic);
+        c.view_mut((n, 0), (n, n)).copy_from(&-gyroscopic);
+        for s in &self.supports {
+            let outer = &s.shape * s.shape.transpose();
+            let held = s.law.dynamic_stiffness(spin_rad_s, [0.0; 2]);
+            let damping = s.law.coefficients(spin_rad_s).damping;
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let mut block = k.view_mut((i * n, j * n), (n, n));
+                block += &outer * held[(i, j)].re;
+                let mut block = c.view_mut((i * n, j * n), (n, n));
+                block += &outer * damping[(i, j)];
+            }
+        }
+        // coordinates in which the mass is the identity keep the state matrix well scaled
+        let factor = m
+            .cholesky()
+            .ok_or_else(|| Error::Unsuitable("the mass matrix is not positive definite".into()))?
+            .l();
+        let to_unit = |matrix: &DMatrix<f64>| -> Option<DMatrix<f64>> {
+            let half = factor.solve_lower_triangular(matrix)?;
+            factor.solve_lower_triangular(&half.transpose()).map(|t| t.transpose())
+        };
+        let (Some(k), Some(c)) = (to_unit(&k), to_unit(&c)) else {
+            return Err(Error::Unsuitable("the mass matrix is singular".into()));
+        };
+        // velocities in units of the highest frequency, or rounding of K swamps the low modes
+        let scale = k.amax().sqrt();
+        let mut state = zero(4 * n, 4 * n);
+        state.view_mut((0, 2 * n), (2 * n, 2 * n)).fill_diagonal(scale);
+        state.view_mut((2 * n, 0), (2 * n, 2 * n)).copy_from(&(-k / scale));
+        state.view_mut((2 * n, 2 * n), (2 * n, 2 * n)).copy_from(&-c);
+        let mut values: Vec<_> = state.complex_eigenvalues().iter().copied().collect();
+        values.sort_by(|a, b| a.im.abs().total_cmp(&b.im.abs()));
+        Ok(values)
+    }
+}

@@ -1,0 +1,184 @@
+//! The shaft on nominal springs, solved once for all speeds.
+//!
+//! Shaft and disks are isotropic, so forward whirl (x + iy) and backward whirl (x − iy) decouple, and
+//! for synchronous motion each is a symmetric pencil `K + k₀ − Ω² (M ∓ G)` whose eigenvectors do not
+//! depend on speed. One eigendecomposition a sense, and every receptance at every speed is a sum over
+//! modes. Damping inside the shaft changes only the backward sense, by the factor `1 + 2iΩη` on the
+//! stiffness, and keeps the same modes.
+
+use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
+
+use crate::effects::Pattern;
+use crate::error::Error;
+use crate::machine::drawing::Rotor;
+use crate::machine::tolerance::Offsets;
+use crate::shaft::nodal::{Row, Shaft};
+
+type C = Complex<f64>;
+
+/// Columns of forces that turn with the shaft.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Force {
+    /// Unbalance at this position, kg·m.
+    UnbalanceAt(f64),
+    /// One of the patterns of an effect.
+    Pattern(Pattern),
+}
+
+/// Modes of one sense of whirl, of unit stiffness, and their participation in the motion of places and
+/// under forces: rows modes.
+pub struct Sense {
+    /// 1/Ω² of each mode: the receptance has the factor `1/(1 − Ω² μ)`.
+    pub mu: Vec<f64>,
+    /// Nodal coordinates × modes.
+    pub shapes: DMatrix<f64>,
+    /// Of bearings, then disks.
+    pub held: DMatrix<f64>,
+    /// Of probes, their direction left out.
+    pub probes: DMatrix<f64>,
+    /// Of forces.
+    pub forces: DMatrix<f64>,
+}
+
+/// A shaft with its disks on nominal springs at the bearings.
+pub struct Plant {
+    /// Nominal spring at each bearing, N/m.
+    pub nominal_n_m: f64,
+    /// Direction of each probe.
+    pub probe_angles_rad: Vec<f64>,
+    /// Number of bearings: the first of the held places.
+    pub bearings: usize,
+    /// Forward whirl.
+    pub forward: Sense,
+    /// Backward whirl.
+    pub backward: Sense,
+    forces: Vec<Force>,
+}
+
+/// Every force column that some effect or run of this rotor can use.
+pub fn all_forces(rotor: &Rotor) -> Vec<Force> {
+    let mut forces: Vec<Force> = rotor.plane.iter().map(|p| Force::UnbalanceAt(p.position_m)).collect();
+    for added in rotor.run.iter().flat_map(|r| &r.added_unbalance) {
+        let force = Force::UnbalanceAt(added.position_m);
+        if !forces.contains(&force) {
+            forces.push(force);
+        }
+    }
+    for i in 0..rotor.disk.len() {
+        forces.push(Force::Pattern(Pattern::DiskUnbalance(i)));
+        forces.push(Force::Pattern(Pattern::DiskTilt(i)));
+    }
+    forces.extend([Force::Pattern(Pattern::Bow), Force::Pattern(Pattern::RightEnd)]);
+    forces
+}
+
+/// What a force of unit size acts on: nodal coordinates and factors.
+fn force_row(force: Force, rotor: &Rotor, shaft: &Shaft, offsets: &Offsets) -> Row {
+    let offset = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
+    let disk = |i: usize| (shaft.spot(rotor.disk[i].position_m), offset(&offsets.disk_m, i));
+    match force {
+        Force::UnbalanceAt(z) => {
+            let plane = rotor.plane.iter().position(|p| p.position_m == z);
+            shaft.spot(z).displacement_beside(plane.map_or(0.0, |i| offset(&offsets.plane_m, i)))
+        }
+        Force::Pattern(Pattern::DiskUnbalance(i)) => disk(i).0.displacement_beside(disk(i).1),
+        Force::Pattern(Pattern::DiskTilt(i)) => disk(i).0.tilt_beside(disk(i).1),
+        Force::Pattern(Pattern::Bow) => shaft.bow_force(rotor).iter().copied().enumerate().collect(),
+        Force::Pattern(Pattern::RightEnd) => shaft.right_end().displacement.clone(),
+        Force::Pattern(Pattern::Runout(_)) => Row::new(),
+    }
+}
+
+impl Plant {
+    /// Solves the shaft of a rotor on springs `nominal_n_m` at its bearings. The rotor may differ from the
+    /// drawing that `shaft` was made of in its segments and disks, and by `offsets` in its positions.
+    ///
+    /// # Errors
+    /// If the shaft on its springs is not stable, which a checked rotor rules out.
+    pub fn new(rotor: &Rotor, shaft: &Shaft, offsets: &Offsets, nominal_n_m: f64) -> Result<Self, Error> {
+        let beside = |z: f64, list: &[f64], i: usize| {
+            shaft.spot(z).displacement_beside(list.get(i).copied().unwrap_or(0.0))
+        };
+        let bearings =
+            rotor.bearing.iter().enumerate().map(|(i, b)| beside(b.position_m, &offsets.bearing_m, i));
+        let disks = rotor.disk.iter().enumerate().map(|(i, d)| beside(d.position_m, &offsets.disk_m, i));
+        let held: Vec<Row> = bearings.chain(disks).collect();
+        let probes = rotor.probe.iter().enumerate().map(|(i, p)| beside(p.position_m, &offsets.probe_m, i));
+        let probes: Vec<Row> = probes.collect();
+        let forces = all_forces(rotor);
+        let acting: Vec<Row> = forces.iter().map(|f| force_row(*f, rotor, shaft, offsets)).collect();
+        let matrices = shaft.matrices(rotor, offsets);
+        let mut stiffness = matrices.stiffness;
+        for row in &held[..rotor.bearing.len()] {
+            let shape = Shaft::along(row, &shaft.basis);
+            stiffness.ger(nominal_n_m, &shape, &shape, 1.0);
+        }
+        let factor = stiffness
+            .cholesky()
+            .ok_or_else(|| Error::Unsuitable("the shaft on its bearings has no positive stiffness".into()))?
+            .l();
+        let solve =
+            |m: &DMatrix<f64>| factor.solve_lower_triangular(m).expect("a Cholesky factor is regular");
+        // shape functions of unit stiffness
+        let unit = solve(&shaft.basis.transpose()).transpose();
+        let sense = |sign: f64| {
+            let inertia = &matrices.mass - &matrices.polar_inertia * sign;
+            let whole = solve(&solve(&inertia).transpose());
+            let eigen = SymmetricEigen::new((&whole + whole.transpose()) * 0.5);
+            let shapes = &unit * &eigen.eigenvectors;
+            let participation = |rows: &[Row]| {
+                let columns: Vec<DVector<f64>> = rows.iter().map(|row| Shaft::along(row, &shapes)).collect();
+                if columns.is_empty() {
+                    DMatrix::zeros(shapes.ncols(), 0)
+                } else {
+                    DMatrix::from_columns(&columns)
+                }
+            };
+            Sense {
+                held: participation(&held),
+                probes: participation(&probes),
+                forces: participation(&acting),
+                mu: eigen.eigenvalues.iter().copied().collect(),
+                shapes,
+            }
+        };
+        Ok(Self {
+            nominal_n_m,
+            probe_angles_rad: rotor.probe.iter().map(|p| p.angle_deg.to_radians()).collect(),
+            bearings: rotor.bearing.len(),
+            forward: sense(1.0),
+            backward: sense(-1.0),
+            forces,
+        })
+    }
+
+    /// Number of the column of a force.
+    pub fn column(&self, force: Force) -> usize {
+        self.forces.iter().position(|f| *f == force).expect("all_forces lists every force of the rotor")
+    }
+
+    /// Motion of each mode per unit of its force at one speed, forward.
+    pub fn forward_gains(&self, speed_rad_s: f64) -> Vec<C> {
+        gains(&self.forward.mu, speed_rad_s, C::from(1.0))
+    }
+
+    /// Motion of each mode per unit of its force at one speed, backward, with viscous damping `η K` inside
+    /// the shaft.
+    pub fn backward_gains(&self, speed_rad_s: f64, internal_damping_s: f64) -> Vec<C> {
+        gains(&self.backward.mu, speed_rad_s, loss(speed_rad_s, internal_damping_s))
+    }
+}
+
+/// What damping inside the shaft makes of its stiffness in backward whirl.
+pub fn loss(speed_rad_s: f64, internal_damping_s: f64) -> C {
+    C::new(1.0, 2.0 * speed_rad_s * internal_damping_s)
+}
+
+fn gains(mu: &[f64], speed_rad_s: f64, stiffness: C) -> Vec<C> {
+    let gain = |mu: &f64| {
+        let denominator = stiffness - speed_rad_s * speed_rad_s * mu;
+        // a speed that hits a critical of the shaft on its nominal springs to ten digits is moved off it
+        if denominator.norm_sqr() < 1e-20 { C::from(1e10) } else { denominator.inv() }
+    };
+    mu.iter().map(gain).collect()
+}

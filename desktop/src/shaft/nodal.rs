@@ -1,0 +1,232 @@
+//! The shaft on finite elements, kept one by one: an error of the drawing changes a few of them, or moves
+//! a place along them.
+//!
+//! Mesh and shape functions are those of the drawing, whatever its errors: places that are off are
+//! interpolated to first order, so nothing has to be meshed or solved anew.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::machine::drawing::{Formulation, Physics, Rotor, Segment};
+use crate::machine::terms::half_sine;
+use crate::machine::tolerance::Offsets;
+use crate::model::Model;
+use crate::shaft::basis;
+use crate::shaft::elements::{Element, element, shear_parameter};
+use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, mesh};
+
+/// Shape functions of a plane that fits are made on: far more than the controller's six, so that what
+/// they leave out is far below any noise.
+const SHAPES: usize = 24;
+
+/// A sum over nodal coordinates: number and factor.
+pub type Row = Vec<(usize, f64)>;
+
+/// A place on the shaft, as sums over nodal coordinates.
+#[derive(Debug, Clone)]
+pub struct Spot {
+    /// Displacement there.
+    pub displacement: Row,
+    /// Tilt of the section there.
+    pub tilt: Row,
+    /// Change of the displacement per metre along the shaft.
+    pub displacement_rate: Row,
+    /// Change of the tilt per metre along the shaft.
+    pub tilt_rate: Row,
+}
+
+impl Spot {
+    /// Displacement a small way beside.
+    pub fn displacement_beside(&self, offset_m: f64) -> Row {
+        beside(&self.displacement, &self.displacement_rate, offset_m)
+    }
+
+    /// Tilt a small way beside.
+    pub fn tilt_beside(&self, offset_m: f64) -> Row {
+        beside(&self.tilt, &self.tilt_rate, offset_m)
+    }
+}
+
+fn beside(value: &Row, rate: &Row, offset_m: f64) -> Row {
+    let moved = rate.iter().map(|(k, v)| (*k, v * offset_m));
+    value.iter().copied().chain(moved.filter(|_| offset_m != 0.0)).collect()
+}
+
+/// Stiffness, mass and polar inertia of one lateral plane on the shape functions.
+pub struct Matrices {
+    /// Stiffness of the free shaft.
+    pub stiffness: DMatrix<f64>,
+    /// Mass.
+    pub mass: DMatrix<f64>,
+    /// Polar inertia.
+    pub polar_inertia: DMatrix<f64>,
+}
+
+/// Mesh and shape functions of a drawing.
+pub struct Shaft {
+    nodes_m: Vec<f64>,
+    segments: Vec<usize>,
+    /// Nodal coordinates × shape functions.
+    pub basis: DMatrix<f64>,
+    physics: Physics,
+    half_sine: DVector<f64>,
+    spots: Vec<Spot>,
+}
+
+impl Shaft {
+    /// Mesh and shape functions of a rotor as drawn.
+    pub fn new(rotor: &Rotor, physics: &Physics) -> Self {
+        let rotor = &Rotor { physics: *physics, ..rotor.clone() };
+        let model = Model::finite_elements(rotor);
+        let basis = basis::supported(&model, SHAPES.min(model.structure.size()));
+        Self::on(rotor, &model, basis)
+    }
+
+    /// The same with every nodal coordinate for a shape function.
+    pub fn unreduced(rotor: &Rotor) -> Self {
+        let model = Model::finite_elements(rotor);
+        let size = model.structure.size();
+        Self::on(rotor, &model, DMatrix::identity(size, size))
+    }
+
+    fn on(rotor: &Rotor, model: &Model, basis: DMatrix<f64>) -> Self {
+        let physics = &rotor.physics;
+        let nodes_m = mesh(rotor, ELEMENTS_PER_SEGMENT);
+        let segments: Vec<usize> =
+            nodes_m.windows(2).map(|p| segment_of(rotor, 0.5 * (p[0] + p[1]))).collect();
+        let spots = (0..nodes_m.len()).map(|node| spot(rotor, physics, &nodes_m, &segments, node)).collect();
+        Self {
+            basis,
+            half_sine: half_sine(&model.structure, rotor),
+            physics: *physics,
+            nodes_m,
+            segments,
+            spots,
+        }
+    }
+
+    /// Switches of the beam theory.
+    pub fn physics(&self) -> &Physics {
+        &self.physics
+    }
+
+    /// Segment of each element.
+    pub fn segments(&self) -> &[usize] {
+        &self.segments
+    }
+
+    /// Nodal coordinates of the half sine that a bow is.
+    pub fn half_sine(&self) -> &DVector<f64> {
+        &self.half_sine
+    }
+
+    /// The node nearest to a position; marks of the rotor are nodes.
+    pub fn spot(&self, position_m: f64) -> &Spot {
+        let distance = |node: &usize| (self.nodes_m[*node] - position_m).abs();
+        let node = (0..self.nodes_m.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        &self.spots[node.unwrap_or(0)]
+    }
+
+    /// The right end.
+    pub fn right_end(&self) -> &Spot {
+        &self.spots[self.spots.len() - 1]
+    }
+
+    /// Matrices of one element if it were cut from this segment.
+    pub fn element(&self, number: usize, segment: &Segment) -> Element {
+        let length_m = self.nodes_m[number + 1] - self.nodes_m[number];
+        let mut e = element(segment, length_m, &self.physics);
+        if self.physics.formulation == Formulation::Printed2023 {
+            // every response here is synchronous, so −Ω²N joins −Ω²M
+            e.mass += e.tilt_inertia;
+        }
+        e
+    }
+
+    /// Diametral inertia of a disk counts as often as this in the mass.
+    pub fn tilt_share(&self) -> f64 {
+        if self.physics.formulation == Formulation::Printed2023 { 2.0 } else { 1.0 }
+    }
+
+    /// A sum over nodal coordinates as one over the columns of nodal shapes.
+    pub fn along(row: &Row, shapes: &DMatrix<f64>) -> DVector<f64> {
+        DVector::from_fn(shapes.ncols(), |j, _| row.iter().map(|(k, v)| v * shapes[(*k, j)]).sum())
+    }
+
+    /// Generalized force of unit bow on the nodal coordinates of a rotor whose segments may differ from
+    /// the drawing.
+    pub fn bow_force(&self, rotor: &Rotor) -> DVector<f64> {
+        let mut force = DVector::zeros(self.half_sine.len());
+        for (i, segment) in self.segments.iter().enumerate() {
+            let part =
+                self.element(i, &rotor.shaft[*segment]).stiffness * self.half_sine.fixed_rows::<4>(2 * i);
+            let mut rows = force.fixed_rows_mut::<4>(2 * i);
+            rows += part;
+        }
+        force
+    }
+
+    /// Matrices of a rotor whose segments, disks and positions may differ from the drawing.
+    pub fn matrices(&self, rotor: &Rotor, offsets: &Offsets) -> Matrices {
+        let (rows, columns) = self.basis.shape();
+        let zero = || DMatrix::zeros(rows, columns);
+        let (mut stiffness, mut mass, mut polar) = (zero(), zero(), zero());
+        for (i, segment) in self.segments.iter().enumerate() {
+            let e = self.element(i, &rotor.shaft[*segment]);
+            let shapes = self.basis.fixed_rows::<4>(2 * i);
+            for (whole, part) in
+                [(&mut stiffness, e.stiffness), (&mut mass, e.mass), (&mut polar, e.polar_inertia)]
+            {
+                let mut block = whole.fixed_rows_mut::<4>(2 * i);
+                block += part * shapes;
+            }
+        }
+        let project = |m: DMatrix<f64>| self.basis.tr_mul(&m);
+        let (stiffness, mut mass, mut polar_inertia) = (project(stiffness), project(mass), project(polar));
+        for (i, disk) in rotor.disk.iter().enumerate() {
+            let spot = self.spot(disk.position_m);
+            let offset_m = offsets.disk_m.get(i).copied().unwrap_or(0.0);
+            let displacement = Self::along(&spot.displacement_beside(offset_m), &self.basis);
+            let tilt = Self::along(&spot.tilt_beside(offset_m), &self.basis);
+            mass.ger(disk.mass_kg, &displacement, &displacement, 1.0);
+            mass.ger(disk.diametral_inertia_kg_m2 * self.tilt_share(), &tilt, &tilt, 1.0);
+            if self.physics.gyroscopic {
+                polar_inertia.ger(disk.polar_inertia_kg_m2, &tilt, &tilt, 1.0);
+            }
+        }
+        Matrices { stiffness, mass, polar_inertia }
+    }
+}
+
+/// Number of the segment that covers a position.
+fn segment_of(rotor: &Rotor, position_m: f64) -> usize {
+    let ends = rotor.shaft.iter().scan(0.0, |end, s| {
+        *end += s.length_m;
+        Some(*end)
+    });
+    ends.take_while(|end| *end <= position_m).count().min(rotor.shaft.len() - 1)
+}
+
+/// A node as a place: how displacement and tilt change along the shaft is the mean of the elements on
+/// either side, as a force or moment at the node makes the two differ.
+fn spot(rotor: &Rotor, physics: &Physics, nodes_m: &[f64], segments: &[usize], node: usize) -> Spot {
+    let sides: Vec<usize> =
+        [node.checked_sub(1), Some(node)].into_iter().flatten().filter(|e| *e < segments.len()).collect();
+    let share = 1.0 / sides.len() as f64;
+    let (mut displacement_rate, mut tilt_rate) = (vec![(2 * node + 1, 1.0)], Vec::new());
+    for e in sides {
+        let l = nodes_m[e + 1] - nodes_m[e];
+        let phi = shear_parameter(&rotor.shaft[segments[e]], l, physics);
+        // β = (w₂ − w₁)/l − (ψ₁ + ψ₂)/2 splits into shear strain Φβ/(1 + Φ) and the bow of ψ
+        let beta = [(2 * e, -1.0 / l), (2 * e + 1, -0.5), (2 * e + 2, 1.0 / l), (2 * e + 3, -0.5)];
+        let towards = if e == node { 6.0 } else { -6.0 } / l;
+        displacement_rate.extend(beta.map(|(k, v)| (k, share * v * phi / (1.0 + phi))));
+        tilt_rate.extend(beta.map(|(k, v)| (k, share * v * towards / (1.0 + phi))));
+        tilt_rate.extend([(2 * e + 1, -share / l), (2 * e + 3, share / l)]);
+    }
+    Spot {
+        displacement: vec![(2 * node, 1.0)],
+        tilt: vec![(2 * node + 1, 1.0)],
+        displacement_rate,
+        tilt_rate,
+    }
+}

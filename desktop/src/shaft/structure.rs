@@ -1,0 +1,202 @@
+//! The shaft with its disks in one lateral plane, on any set of shape functions.
+//!
+//! Finite elements, modes of the real shaft and the free-free modes of a uniform beam all end up as
+//! the same thing: matrices K, M, G and, for each place on the shaft, how much every coordinate
+//! displaces and tilts it.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::machine::drawing::{Physics, Rotor};
+use crate::shaft::elements::element;
+
+/// Pieces that each shaft segment is cut into at least.
+pub const ELEMENTS_PER_SEGMENT: usize = 2;
+
+/// A place on the shaft and how the coordinates move it.
+#[derive(Debug, Clone)]
+pub struct Station {
+    /// Distance from the left end, m.
+    pub position_m: f64,
+    /// Displacement per unit coordinate.
+    pub displacement: DVector<f64>,
+    /// Slope per unit coordinate, 1/m.
+    pub slope: DVector<f64>,
+}
+
+/// K, M, G of the free shaft with its disks, n × n, and its stations from left to right.
+#[derive(Debug, Clone)]
+pub struct Structure {
+    /// Stiffness of the free shaft (no bearings), N/m.
+    pub stiffness: DMatrix<f64>,
+    /// Mass, kg.
+    pub mass: DMatrix<f64>,
+    /// Polar inertia: the gyroscopic moments are `Ω² G` at running speed.
+    pub polar_inertia: DMatrix<f64>,
+    /// Diametral inertia of shaft sections and disks, whether or not it is part of the mass.
+    pub tilt_inertia: DMatrix<f64>,
+    /// Places on the shaft, ascending.
+    pub stations: Vec<Station>,
+}
+
+impl Structure {
+    /// Finite elements with a node at every mark and at least `per_segment` elements a segment.
+    pub fn finite_elements(rotor: &Rotor, physics: &Physics, per_segment: usize) -> Self {
+        let nodes_m = mesh(rotor, per_segment);
+        let n = 2 * nodes_m.len();
+        let mut s = Self {
+            stiffness: DMatrix::zeros(n, n),
+            mass: DMatrix::zeros(n, n),
+            polar_inertia: DMatrix::zeros(n, n),
+            tilt_inertia: DMatrix::zeros(n, n),
+            stations: Vec::with_capacity(nodes_m.len()),
+        };
+        for (i, pair) in nodes_m.windows(2).enumerate() {
+            let e = element(segment_at(rotor, 0.5 * (pair[0] + pair[1])), pair[1] - pair[0], physics);
+            for (whole, part) in [
+                (&mut s.stiffness, e.stiffness),
+                (&mut s.mass, e.mass),
+                (&mut s.polar_inertia, e.polar_inertia),
+                (&mut s.tilt_inertia, e.tilt_inertia),
+            ] {
+                let mut view = whole.view_mut((2 * i, 2 * i), (4, 4));
+                view += part;
+            }
+        }
+        let unit = |k: usize| DVector::from_fn(n, |row, _| f64::from(u8::from(row == k)));
+        for (i, &position_m) in nodes_m.iter().enumerate() {
+            s.stations.push(Station { position_m, displacement: unit(2 * i), slope: unit(2 * i + 1) });
+        }
+        s.attach_disks(rotor, physics);
+        s
+    }
+
+    /// Adds the disks' masses and inertias at their stations.
+    pub(crate) fn attach_disks(&mut self, rotor: &Rotor, physics: &Physics) {
+        for disk in &rotor.disk {
+            let Station { displacement, slope, .. } = self.station(disk.position_m).clone();
+            self.mass.ger(disk.mass_kg, &displacement, &displacement, 1.0);
+            self.mass.ger(disk.diametral_inertia_kg_m2, &slope, &slope, 1.0);
+            self.tilt_inertia.ger(disk.diametral_inertia_kg_m2, &slope, &slope, 1.0);
+            if physics.gyroscopic {
+                self.polar_inertia.ger(disk.polar_inertia_kg_m2, &slope, &slope, 1.0);
+            }
+        }
+    }
+
+    /// Number of coordinates in one plane.
+    pub fn size(&self) -> usize {
+        self.stiffness.nrows()
+    }
+
+    /// The station nearest to a position; marks of the rotor are stations exactly.
+    pub fn station(&self, position_m: f64) -> &Station {
+        let right = self.stations.partition_point(|s| s.position_m < position_m);
+        let candidates = &self.stations[right.saturating_sub(1)..(right + 1).min(self.stations.len())];
+        let distance = |s: &Station| (s.position_m - position_m).abs();
+        candidates
+            .iter()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            .expect("a structure has at least two stations")
+    }
+
+    /// The same structure in the coordinates of the columns of `basis`.
+    pub fn projected(&self, basis: &DMatrix<f64>) -> Self {
+        let project = |m: &DMatrix<f64>| basis.tr_mul(&(m * basis));
+        Self {
+            stiffness: project(&self.stiffness),
+            mass: project(&self.mass),
+            polar_inertia: project(&self.polar_inertia),
+            tilt_inertia: project(&self.tilt_inertia),
+            stations: self
+                .stations
+                .iter()
+                .map(|s| Station {
+                    position_m: s.position_m,
+                    displacement: basis.tr_mul(&s.displacement),
+                    slope: basis.tr_mul(&s.slope),
+                })
+                .collect(),
+        }
+    }
+}
+
+/// The segment that covers a position.
+pub(crate) fn segment_at(rotor: &Rotor, position_m: f64) -> &crate::machine::drawing::Segment {
+    let mut end = 0.0;
+    rotor
+        .shaft
+        .iter()
+        .find(|s| {
+            end += s.length_m;
+            position_m < end
+        })
+        .unwrap_or_else(|| rotor.shaft.last().expect("a checked rotor has a segment"))
+}
+
+/// Node positions: every mark, every segment end, and no element longer than its segment's
+/// length over `per_segment`.
+pub fn mesh(rotor: &Rotor, per_segment: usize) -> Vec<f64> {
+    const MERGE_M: f64 = 1e-9;
+    let marks = rotor.marks_m();
+    let mut nodes = vec![0.0];
+    let mut left = 0.0;
+    for segment in &rotor.shaft {
+        let right = left + segment.length_m;
+        let longest = segment.length_m / per_segment as f64;
+        let mut from = left;
+        let inside = marks.iter().copied().filter(|m| *m > left + MERGE_M && *m < right - MERGE_M);
+        for to in inside.chain([right]) {
+            let pieces = ((to - from) / longest - 1e-9).ceil().max(1.0) as usize;
+            nodes.extend((1..=pieces).map(|k| from + (to - from) * k as f64 / pieces as f64));
+            from = to;
+        }
+        left = right;
+    }
+    nodes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::uniform_shaft;
+    use nalgebra::SymmetricEigen;
+
+    /// Roots of cos βl cosh βl = 1.
+    const FREE_FREE: [f64; 4] =
+        [4.730_040_744_862_7, 7.853_204_624_095_8, 10.995_607_838_001_7, 14.137_165_491_257_5];
+
+    #[test]
+    fn uniform_beam_has_the_closed_form_free_free_frequencies() {
+        let rotor = uniform_shaft();
+        let physics = Physics {
+            shear_deformation: false,
+            rotary_inertia: false,
+            gyroscopic: false,
+            ..Physics::default()
+        };
+        let s = Structure::finite_elements(&rotor, &physics, 100);
+        let chol = s.mass.clone().cholesky().unwrap();
+        let l_inv = chol.l().try_inverse().unwrap();
+        let mut w2 =
+            SymmetricEigen::new(&l_inv * &s.stiffness * l_inv.transpose()).eigenvalues.data.as_vec().clone();
+        w2.sort_by(f64::total_cmp);
+        let d = rotor.shaft[0].outer_diameter_m;
+        let (area, inertia) = (std::f64::consts::PI * d * d / 4.0, std::f64::consts::PI * d.powi(4) / 64.0);
+        let speed =
+            (rotor.shaft[0].youngs_modulus_pa * inertia / (rotor.shaft[0].density_kg_m3 * area)).sqrt();
+        for (k, beta_l) in FREE_FREE.iter().enumerate() {
+            let closed = (beta_l / rotor.length_m()).powi(2) * speed;
+            assert!((w2[k + 2].sqrt() / closed - 1.0).abs() < 1e-6, "mode {k}");
+        }
+        assert!(w2[1].abs() < 1e-6 * w2[2], "two rigid modes at zero");
+    }
+
+    #[test]
+    fn every_mark_is_a_node() {
+        let rotor = uniform_shaft();
+        let s = Structure::finite_elements(&rotor, &Physics::default(), ELEMENTS_PER_SEGMENT);
+        for mark in rotor.marks_m() {
+            assert!((s.station(mark).position_m - mark).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! What `check --report` writes.
+
+use nalgebra::Complex;
+use rotor_edge_desktop::check::Check;
+use rotor_edge_desktop::check::modes::Mode;
+use rotor_edge_desktop::measurement::rpm;
+
+use super::text;
+use crate::report::bode::bode_of;
+use crate::report::campbell::{Branch, campbell};
+use crate::report::scale::{number, three_digits};
+use crate::report::sketch::sketch;
+use crate::report::trend::{Trend, trend};
+use crate::report::{Curve, Figure, Section, Table, identifier};
+
+/// Mode shapes that are drawn.
+const SHAPES: usize = 6;
+
+/// The whole report.
+pub fn sections(found: &Check) -> Vec<Section> {
+    let mut all = vec![machine(found)];
+    if !found.warnings.is_empty() {
+        all.push(Section {
+            heading: "Numbers to look at again".into(),
+            paragraphs: found.warnings.clone(),
+            ..Section::default()
+        });
+    }
+    all.extend([critical(found), modes(found), shapes(found)]);
+    all.extend(found.responses.iter().map(|(trial, _)| unbalance(found, trial.name)));
+    all
+}
+
+fn figure(title: &str, caption: &str, svg: String) -> Figure {
+    Figure { id: identifier(title), title: title.into(), caption: caption.into(), svg }
+}
+
+fn table(caption: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Table {
+    let columns = columns.iter().map(|c| c.to_string()).collect();
+    Table { caption: caption.into(), columns, rows }
+}
+
+fn machine(found: &Check) -> Section {
+    let to = number(found.range_rpm[1], 0);
+    let mut paragraphs = vec![format!(
+        "{} kg, centre of gravity at {:.4} m from the left end; looked at from {} to {to} rpm.",
+        three_digits(found.mass_kg),
+        found.centre_of_gravity_m,
+        number(found.range_rpm[0], 0),
+    )];
+    let mut figures = vec![figure(
+        "Machine",
+        "To scale. Disks have the radius and width of a uniform disk of their mass and inertias; triangles are bearings, \
+         arrows probes, dashed lines planes.",
+        sketch("Machine", &found.rotor),
+    )];
+    match &found.statics {
+        Ok(s) => {
+            let sag = s.position_m.iter().zip(&s.sag_m).map(|(z, sag)| (*z, -sag * 1e6)).collect();
+            figures.push(figure(
+                "Static line",
+                "The shaft at rest under its own weight on rigid bearings in one line.",
+                trend(
+                    "Static line",
+                    &Trend {
+                        along: "along the shaft, m".into(),
+                        quantity: "height, µm".into(),
+                        curves: vec![("shaft".into(), sag)],
+                        ..Trend::default()
+                    },
+                ),
+            ));
+        }
+        Err(why) => paragraphs.push(format!("Static loads are not known: {why}.")),
+    }
+    // eight coefficients do not fit a telephone beside each other
+    let rows = text::bearing_rows(found);
+    let part = |range: std::ops::Range<usize>| -> Vec<Vec<String>> {
+        let one = |r: &Vec<String>| std::iter::once(r[0].clone()).chain(r[range.clone()].to_vec()).collect();
+        rows.iter().map(one).collect()
+    };
+    let columns = |range: std::ops::Range<usize>| {
+        let mut all = vec![text::BEARING_COLUMNS[0]];
+        all.extend(&text::BEARING_COLUMNS[range]);
+        all
+    };
+    let tables = vec![
+        table(&format!("Static load, and place in the film at {to} rpm"), &columns(1..4), part(1..4)),
+        table(&format!("Stiffness at {to} rpm, N/m"), &columns(4..8), part(4..8)),
+        table(&format!("Damping at {to} rpm, N·s/m"), &columns(8..12), part(8..12)),
+    ];
+    Section { heading: "Machine".into(), paragraphs, tables, figures }
+}
+
+fn critical(found: &Check) -> Section {
+    let map = &found.map;
+    let most = map.speed_rad_s.iter().map(Vec::len).max().unwrap_or(0);
+    let curve = |i: usize| {
+        let at = |(k, all): (&f64, &Vec<f64>)| all.get(i).map(|s| (k.log10(), rpm(*s)));
+        (format!("{}.", i + 1), map.stiffness_n_m.iter().zip(&map.speed_rad_s).filter_map(at).collect())
+    };
+    let drawn = Trend {
+        along: "stiffness of every bearing, log₁₀ N/m".into(),
+        quantity: "critical speed, rpm".into(),
+        curves: (0..most).map(curve).collect(),
+        events: vec![(map.own_n_m.log10(), "as drawn".into())],
+        ..Trend::default()
+    };
+    Section {
+        heading: "Undamped critical speeds".into(),
+        paragraphs: vec![
+            "Without dampers and with the symmetric part of the bearings' stiffness. Unbalance excites a critical speed \
+             by the share of its motion that turns forward."
+                .into(),
+        ],
+        tables: vec![table("On the bearings as they are", &text::CRITICAL_COLUMNS, text::critical_rows(found))],
+        figures: vec![figure(
+            "Critical speed map",
+            "Forward critical speeds if every bearing had this stiffness in all directions; where a curve is flat, the \
+             bearings are stiffer than the shaft and their damping does little.",
+            trend("Critical speed map", &drawn),
+        )],
+    }
+}
+
+fn modes(found: &Check) -> Section {
+    let campbell_branches: Vec<Branch> = found
+        .campbell
+        .branches
+        .iter()
+        .map(|branch| {
+            let point = |m: &Mode| (rpm(m.speed_rad_s), rpm(m.frequency_rad_s()), m.whirl, m.log_decrement());
+            Branch { points: found.campbell.along(branch).map(point).collect() }
+        })
+        .collect();
+    let decrement = |branch: &(usize, Vec<usize>)| {
+        let points: Vec<_> =
+            found.campbell.along(branch).map(|m| (rpm(m.speed_rad_s), m.log_decrement())).collect();
+        points
+    };
+    // the least damped say where the machine is in danger
+    let mut least: Vec<_> = found.campbell.branches.iter().filter(|b| b.1.len() > 1).map(decrement).collect();
+    let lowest = |points: &[(f64, f64)]| points.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
+    least.sort_by(|a, b| lowest(a).total_cmp(&lowest(b)));
+    least.truncate(4);
+    let curves = least.into_iter().enumerate().map(|(i, points)| (format!("{}.", i + 1), points)).collect();
+    let drawn = Trend {
+        along: "speed, rpm".into(),
+        quantity: "log decrement".into(),
+        curves,
+        events: found
+            .threshold
+            .iter()
+            .filter(|t| !t.from_the_first)
+            .map(|t| (rpm(t.speed_rad_s), "unstable".into()))
+            .collect(),
+        ..Trend::default()
+    };
+    let caption = format!("At {} rpm", number(found.range_rpm[1], 0));
+    Section {
+        heading: "Damped modes".into(),
+        paragraphs: vec![text::stability(found)],
+        tables: vec![table(&caption, &text::MODE_COLUMNS, text::mode_rows(found))],
+        figures: vec![
+            figure(
+                "Campbell diagram",
+                "Damped natural frequencies over speed, by their sense of whirl; the straight line is the speed itself. \
+                 Circles mark damped critical speeds.",
+                campbell(
+                    "Campbell diagram",
+                    &campbell_branches,
+                    &found.damped_critical.iter().map(|m| rpm(m.speed_rad_s)).collect::<Vec<_>>(),
+                ),
+            ),
+            figure(
+                "Log decrement",
+                "Of the least damped modes; below zero the machine is unstable.",
+                trend("Log decrement", &drawn),
+            ),
+        ],
+    }
+}
+
+fn shapes(found: &Check) -> Section {
+    let last = found.campbell.modes.last().map_or(&[][..], Vec::as_slice);
+    let one = |m: &Mode| {
+        let title = format!("Shape at {} rpm", number(rpm(m.frequency_rad_s()), 0));
+        let curve = |name: &str, along: &[Complex<f64>]| {
+            let largest = along
+                .iter()
+                .copied()
+                .fold(Complex::from(0.0), |a, b| if b.norm() > a.norm() { b } else { a });
+            let turn =
+                if largest.norm() > 0.0 { largest.conj() / largest.norm() } else { Complex::from(1.0) };
+            let points = found.stations_m.iter().zip(along).map(|(z, v)| (*z, (v * turn).re)).collect();
+            (name.to_string(), points)
+        };
+        let bearings = found.rotor.bearing.iter().map(|b| (b.position_m, b.name.clone())).collect();
+        let drawn = Trend {
+            along: "along the shaft, m".into(),
+            quantity: "of the largest".into(),
+            curves: vec![curve("x", &m.x), curve("y", &m.y)],
+            events: bearings,
+            ..Trend::default()
+        };
+        let caption = format!(
+            "{} whirl, log decrement {}; each direction at the instant of its own largest motion.",
+            capital(m.whirl.name()),
+            three_digits(m.log_decrement())
+        );
+        figure(&title, &caption, trend(&title, &drawn))
+    };
+    Section {
+        heading: "Mode shapes".into(),
+        paragraphs: vec![format!("At {} rpm, the lowest first.", number(found.range_rpm[1], 0))],
+        figures: unique(last.iter().take(SHAPES).map(one).collect()),
+        ..Section::default()
+    }
+}
+
+/// Two modes of one frequency to the last rpm would have one name.
+fn unique(mut figures: Vec<Figure>) -> Vec<Figure> {
+    for i in 1..figures.len() {
+        let same = figures[..i].iter().filter(|f| f.title == figures[i].title).count();
+        if same > 0 {
+            figures[i].id = format!("{}-{}", figures[i].id, same + 1);
+        }
+    }
+    figures
+}
+
+fn capital(word: &str) -> String {
+    word[..1].to_uppercase() + &word[1..]
+}
+
+fn unbalance(found: &Check, trial: &str) -> Section {
+    let responses = found.responses.iter().filter(|(t, _)| t.name == trial).flat_map(|(_, r)| r);
+    let mut by_bearing: Vec<(String, Vec<Curve>, Vec<(f64, Complex<f64>)>)> = Vec::new();
+    for (response, probe) in responses.zip(&found.rotor.probe) {
+        let peak = |speed_rpm: f64| {
+            response
+                .points
+                .iter()
+                .min_by(|a, b| (a.0 - speed_rpm).abs().total_cmp(&(b.0 - speed_rpm).abs()))
+                .copied()
+        };
+        let peaks = response.peaks.iter().filter_map(|p| peak(p.speed_rpm));
+        let curve = Curve { label: response.probe.clone(), points: response.points.clone() };
+        match by_bearing.iter_mut().find(|(name, ..)| *name == probe.bearing) {
+            Some((_, curves, circles)) => {
+                curves.push(curve);
+                circles.extend(peaks);
+            }
+            None => by_bearing.push((probe.bearing.clone(), vec![curve], peaks.collect())),
+        }
+    }
+    let figures = by_bearing
+        .iter()
+        .map(|(bearing, curves, circles)| {
+            let title = format!("Bearing {bearing}, {trial}");
+            figure(&title, "Amplitude and phase lag over speed.", bode_of("maximum", &title, circles, curves))
+        })
+        .collect();
+    let each = found.responses.iter().find(|(t, _)| t.name == trial);
+    let each = each.map_or(0.0, |(t, _)| t.planes_kg_m.iter().map(|u| u.norm() * 1e6).fold(0.0, f64::max));
+    Section {
+        heading: format!("Unbalance response, {trial}"),
+        paragraphs: vec![format!(
+            "{} g·mm at each plane, {}: twice what API 617 leaves at {} rpm in all.",
+            three_digits(each),
+            if trial == "static" {
+                "in phase"
+            } else {
+                "the two sides of the centre of gravity against each other"
+            },
+            number(found.range_rpm[1], 0)
+        )],
+        tables: vec![table("Maxima", &text::PEAK_COLUMNS, text::peak_rows(found, trial))],
+        figures,
+    }
+}
