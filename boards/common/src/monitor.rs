@@ -77,7 +77,7 @@ impl<F: Mapped> Monitor<F> {
     ///
     /// Errors: those of [`Node::new`].
     pub fn restart(&mut self, config: NodeConfig) -> Result<Start, NodeError> {
-        *self.node = Node::new(config)?;
+        renew(self.node, config)?;
         Ok(restore(self.node, &self.slots, &self.journal))
     }
 
@@ -105,6 +105,13 @@ impl<F: Mapped> Monitor<F> {
 #[inline(never)]
 fn create(place: &'static Place, config: NodeConfig) -> Result<&'static mut BoardNode, NodeError> {
     place.0.init_with(|| Node::new(config)).as_mut().map_err(|error| *error)
+}
+
+/// By itself, for two nodes are on the stack meanwhile, and [`restore`] needs much of it.
+#[inline(never)]
+fn renew(node: &mut BoardNode, config: NodeConfig) -> Result<(), NodeError> {
+    *node = Node::new(config)?;
+    Ok(())
 }
 
 #[inline(never)]
