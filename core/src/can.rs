@@ -29,6 +29,7 @@ pub mod slcan;
 #[cfg(test)]
 mod tests;
 
+use crate::checksum;
 pub use crate::reading::Keyphasor;
 pub use assembler::{Assembler, MAX_READING_FRAMES, NumberedReading, RESYNCHRONISE_AFTER, reading_frames};
 pub use counters::{COUNTER_PAIRS, Counters};
@@ -42,8 +43,7 @@ pub use result::{MAX_RESULT_FRAMES, MonitorResult, ResultAssembler, result_frame
 
 /// zlib's CRC-32 (Python: `binascii.crc32`) over whole payloads.
 pub(crate) fn crc32<'a>(payloads: impl Iterator<Item = &'a [u8; 8]>) -> u32 {
-    const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-    let mut digest = CRC.digest();
+    let mut digest = checksum::begin();
     for payload in payloads {
         digest.update(payload);
     }

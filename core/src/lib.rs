@@ -17,6 +17,7 @@
 //! | [`can`] | frames, messages, assembly of readings and results, ISO-TP |
 //! | [`command`] | deployment of a model and what else changes a monitor: authenticated and numbered |
 //! | [`extraction`] | raw probe samples and keyphasor marks to the 1x reading |
+//! | [`numerics`] | what a node calculates with, which may be compiled apart from it |
 //! | [`node`] | frames in, frames out: all that a board calls |
 //!
 //! # Conventions
@@ -60,6 +61,7 @@ struct Readme;
 
 #[cfg(feature = "can")]
 pub mod can;
+mod checksum;
 #[cfg(feature = "command")]
 pub mod command;
 pub mod extraction;
@@ -70,6 +72,8 @@ pub mod memory;
 pub mod model;
 #[cfg(feature = "can")]
 pub mod node;
+pub mod numerics;
+mod packed;
 pub mod polish;
 pub mod reading;
 pub mod residual;
@@ -82,4 +86,3 @@ pub mod swarm;
 mod testing;
 pub mod thresholds;
 pub mod track;
-mod unpack;

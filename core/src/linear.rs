@@ -1,6 +1,7 @@
 //! Complex linear equations over fixed arrays that cannot panic: a quick way for what is symmetric and well behaved, and
 //! elimination with pivoting for everything else.
 
+use core::array;
 use core::mem;
 
 use nalgebra::Complex;
@@ -17,8 +18,11 @@ pub(crate) struct Symmetric<const N: usize> {
 }
 
 impl<const N: usize> Symmetric<N> {
-    pub fn zero() -> Self {
-        Self { rows: [[C::default(); N]; N] }
+    /// From the cells of the lower triangle, by row and column; the others are zero.
+    #[inline(always)]
+    pub fn from_fn(cell: impl Fn(usize, usize) -> C) -> Self {
+        let cell = &cell;
+        Self { rows: array::from_fn(|i| array::from_fn(|j| if j <= i { cell(i, j) } else { C::default() })) }
     }
 
     /// Factors row by row: `w_j = a_ij − Σ w_k l_jk`, `l_ij = w_j/d_j`, `d_i = a_ii − Σ w_k l_ik` (k below j, and below i).
@@ -29,8 +33,11 @@ impl<const N: usize> Symmetric<N> {
     #[inline(never)]
     pub fn factor(&mut self, growth: f32) -> Option<()> {
         let mut largest = 0.0_f32;
-        for (place, row) in self.rows.iter().enumerate() {
-            largest = largest.max(row.get(place).map_or(0.0, |&cell| scalar::size(cell)));
+        for i in 0..N {
+            let size = scalar::size(self.rows[i][i]);
+            if size > largest {
+                largest = size;
+            }
         }
         let limit = growth * largest;
         for i in 0..N {
@@ -42,13 +49,13 @@ impl<const N: usize> Symmetric<N> {
             for j in 0..i {
                 let mut value = row[j];
                 for k in 0..j {
-                    value -= row[k] * above[j][k];
+                    value = scalar::subtract_product(value, row[k], above[j][k]);
                 }
                 row[j] = value;
             }
             for j in 0..i {
                 let factor = row[j] * above[j][j];
-                pivot -= row[j] * factor;
+                pivot = scalar::subtract_product(pivot, row[j], factor);
                 row[j] = factor;
             }
             let size = scalar::size(pivot);
@@ -66,16 +73,19 @@ impl<const N: usize> Symmetric<N> {
         for i in 1..N {
             let mut value = x[i];
             for k in 0..i {
-                value -= self.rows[i][k] * x[k];
+                value = scalar::subtract_product(value, self.rows[i][k], x[k]);
             }
             x[i] = value;
         }
-        for i in (0..N).rev() {
-            let mut value = x[i] * self.rows[i][i];
-            for k in i + 1..N {
-                value -= self.rows[k][i] * x[k];
+        for i in 0..N {
+            x[i] *= self.rows[i][i];
+        }
+        // Row by row from below, each unknown taken off those above it.
+        for i in 1..N {
+            let i = N - i;
+            for k in 0..i {
+                x[k] = scalar::subtract_product(x[k], self.rows[i][k], x[i]);
             }
-            x[i] = value;
         }
     }
 }
@@ -113,7 +123,7 @@ impl<const N: usize, const PLANES: usize> Row<N, PLANES> {
     #[inline]
     fn subtract_sides(&mut self, factor: C, other: &Self) {
         subtract(&mut self.planes, factor, &other.planes);
-        self.known -= factor * other.known;
+        self.known = scalar::subtract_product(self.known, factor, other.known);
     }
 }
 
@@ -157,7 +167,7 @@ fn eliminate<const N: usize, const PLANES: usize>(rows: &mut [Row<N, PLANES>]) -
 #[inline]
 fn subtract(row: &mut [C], factor: C, above: &[C]) {
     for (cell, &above) in row.iter_mut().zip(above) {
-        *cell -= factor * above;
+        *cell = scalar::subtract_product(*cell, factor, above);
     }
 }
 

@@ -1,21 +1,18 @@
 //! What must survive a loss of power, as bytes: a version, a small record in postcard, its CRC-32.
 
-use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::judge::{Judge, Latched, Learned, Level};
 use crate::model::{MAX_PLANES, Pair};
+use crate::packed::{pack_checked, unpack_checked};
 use crate::state::Reason;
-use crate::unpack::unpack_checked;
 
 /// Bytes of the largest memory.
 pub const MEMORY_BYTES: usize = 96;
 /// An encoded memory.
 pub type MemoryBytes = Vec<u8, MEMORY_BYTES>;
 
-/// zlib's CRC-32 (Python: `binascii.crc32`).
-static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const VERSION: u8 = 1;
 
 /// What a monitor has learned of its machine and must not forget.
@@ -70,14 +67,13 @@ impl Memory {
     pub fn encode(&self) -> MemoryBytes {
         let mut buffer = [0; MEMORY_BYTES];
         // The buffer has room for the largest; a memory that was not written is refused when it is read.
-        let written =
-            postcard::to_slice_crc32(self, &mut buffer, CRC.digest()).map_or(0, |bytes| bytes.len());
+        let written = pack_checked(self, &mut buffer).unwrap_or(0);
         buffer.into_iter().take(written).collect()
     }
 
     /// Reads what [`Memory::encode`] wrote. `None` if the bytes are cut short, damaged, or of another version. Bytes after the checksum are ignored.
     pub fn decode(bytes: &[u8]) -> Option<Self> {
-        unpack_checked(bytes, &CRC).filter(|memory: &Self| memory.version == VERSION)
+        unpack_checked(bytes).filter(|memory: &Self| memory.version == VERSION)
     }
 
     /// The judge that goes on from here.

@@ -35,6 +35,8 @@ mod tests;
 mod uncommanded;
 mod voice;
 
+use core::marker::PhantomData;
+
 use heapless::Deque;
 
 use crate::can::{
@@ -46,6 +48,7 @@ use crate::command::{CODE_BYTES, HEAD_BYTES, MAX_REQUEST_BYTES};
 use crate::judge::Verdict;
 use crate::memory::Memory;
 use crate::model::{Model, ModelError};
+use crate::numerics::{InPlace, Numerics};
 use crate::state::{NodeState, Reason, Status};
 use crate::thresholds::{ThresholdError, Thresholds};
 use crate::track::Estimate;
@@ -68,9 +71,9 @@ pub const ABSURD_UM: f32 = 10_000.0;
 pub const HEARTBEAT_FRAMES: usize = COUNTER_PAIRS + 3;
 
 /// A monitor for machines of up to `PROBES` probes and `PLANES` planes, modelled by `SHAPES` basis shapes: what it knows of
-/// the machine, and its place on the bus.
+/// the machine, and its place on the bus. `C`: what it calculates with.
 #[derive(Debug, Clone)]
-pub struct Node<const SHAPES: usize, const PROBES: usize, const PLANES: usize> {
+pub struct Node<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C = InPlace> {
     config: NodeConfig,
     monitor: Monitor<SHAPES, PROBES, PLANES>,
     assembler: Assembler,
@@ -82,9 +85,12 @@ pub struct Node<const SHAPES: usize, const PROBES: usize, const PLANES: usize> {
     /// Whether the evidence was too old when that was last looked at.
     outdated: bool,
     queue: Deque<Frame, QUEUE_FRAMES>,
+    numerics: PhantomData<C>,
 }
 
-impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES, PROBES, PLANES> {
+impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<SHAPES, PROBES, PLANES>>
+    Node<SHAPES, PROBES, PLANES, C>
+{
     /// A node without a model.
     ///
     /// Errors: [`NodeError::Node`], [`NodeError::Thresholds`].
@@ -115,6 +121,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
             announced: Status::default(),
             outdated: false,
             queue: Deque::new(),
+            numerics: PhantomData,
         })
     }
 
@@ -129,7 +136,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
     /// Takes up the stored model, or why there is none; a model that cannot be used is a reason too, which is returned.
     /// Without a model the node says [`NodeState::NoModel`] and the reason.
     pub fn load(&mut self, stored: Result<&[u8], Reason>) -> Result<(), Reason> {
-        let loaded = stored.and_then(|bytes| self.monitor.decode(bytes).map_err(why_no_model));
+        let loaded = stored.and_then(|bytes| self.monitor.decode::<C>(bytes).map_err(why_no_model));
         if let Err(reason) = loaded {
             self.monitor.lack(reason);
         }
@@ -273,7 +280,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
         time_us: u64,
         model: Model<SHAPES, PROBES, PLANES>,
     ) -> Result<(), NodeError> {
-        model.check()?;
+        model.check_by::<C>()?;
         self.monitor.adopt(model);
         self.keeper.changed_much(time_us);
         self.keeper.poll(time_us);
@@ -297,7 +304,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
         }
         let before = self.monitor.judge;
         let NodeConfig { track, thresholds, .. } = &self.config;
-        match self.monitor.evaluate(track, thresholds, time_us, numbered) {
+        match self.monitor.evaluate::<C>(track, thresholds, time_us, numbered) {
             Evaluated::Unmodelled => self.count(|c| &mut c.unmodelled),
             Evaluated::Rejected => self.count(|c| &mut c.rejected),
             Evaluated::Skipped => self.count(|c| &mut c.skipped),

@@ -4,7 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::unpack::unpack;
+use crate::packed::unpack;
 
 /// Version of the layout.
 const VERSION: u8 = 1;

@@ -6,8 +6,9 @@
 #[cfg(test)]
 mod tests;
 
+use rotor_edge_board_numerics::Fast;
+pub use rotor_edge_board_numerics::{BoardModel, PLANES, PROBES, SHAPES};
 use rotor_edge_core::can::Frame;
-use rotor_edge_core::model::Model;
 use rotor_edge_core::node::{Node, NodeConfig, NodeError, Save};
 use rotor_edge_core::state::Reason;
 use static_cell::StaticCell;
@@ -16,17 +17,8 @@ use crate::flash::{Mapped, SaveError};
 use crate::journal::{Journal, MEMORY_BYTES};
 use crate::slots::{Change, Missing, Slots};
 
-/// Shape functions a plane, as the desktop makes models for controllers.
-pub const SHAPES: usize = 6;
-/// Probes, at most.
-pub const PROBES: usize = 4;
-/// Planes whose unbalance is tracked, at most.
-pub const PLANES: usize = 2;
-
-/// A board's model.
-pub type BoardModel = Model<SHAPES, PROBES, PLANES>;
 /// A board's node.
-pub type BoardNode = Node<SHAPES, PROBES, PLANES>;
+pub type BoardNode = Node<SHAPES, PROBES, PLANES, Fast>;
 
 /// Where the node lies: in static memory, and made there. On the stack as well, the start would be its deepest point.
 pub struct Place(StaticCell<Result<BoardNode, NodeError>>);
@@ -85,7 +77,7 @@ impl<F: Mapped> Monitor<F> {
     ///
     /// Errors: those of [`Node::new`].
     pub fn restart(&mut self, config: NodeConfig) -> Result<Start, NodeError> {
-        *self.node = Node::new(config)?;
+        renew(self.node, config)?;
         Ok(restore(self.node, &self.slots, &self.journal))
     }
 
@@ -113,6 +105,13 @@ impl<F: Mapped> Monitor<F> {
 #[inline(never)]
 fn create(place: &'static Place, config: NodeConfig) -> Result<&'static mut BoardNode, NodeError> {
     place.0.init_with(|| Node::new(config)).as_mut().map_err(|error| *error)
+}
+
+/// By itself, for two nodes are on the stack meanwhile, and [`restore`] needs much of it.
+#[inline(never)]
+fn renew(node: &mut BoardNode, config: NodeConfig) -> Result<(), NodeError> {
+    *node = Node::new(config)?;
+    Ok(())
 }
 
 #[inline(never)]

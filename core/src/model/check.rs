@@ -3,8 +3,9 @@
 use nalgebra::{Complex, SMatrix};
 
 use super::{MAX_PLANES, Model, ModelError, Pedestal};
+use crate::numerics::{InPlace, Numerics};
 use crate::reading::{MAX_PROBES, rad_s};
-use crate::response::{Response, SupportAmplitudes, response};
+use crate::response::{Response, SupportAmplitudes};
 
 /// Relative step in speed that tries a model's conditioning, and the largest relative change of the response it may
 /// cause: room for a resonance of quality 5,000; a shaft on fluid films stays below 100.
@@ -23,6 +24,10 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     ///
     /// Errors: the first fault found.
     pub fn check(&self) -> Result<(), ModelError> {
+        self.check_by::<InPlace>()
+    }
+
+    pub(crate) fn check_by<C: Numerics<N, PROBES, PLANES>>(&self) -> Result<(), ModelError> {
         let planes = self.planes.len();
         if planes == 0 || planes > MAX_PLANES || self.initial_unbalance_g_mm.len() != planes {
             return Err(ModelError::Planes);
@@ -56,7 +61,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         }
         self.check_terms()?;
         for speed_rpm in [lowest, 0.5 * (lowest + highest), highest] {
-            self.try_out(rad_s(speed_rpm))?;
+            self.try_out::<C>(rad_s(speed_rpm))?;
         }
         Ok(())
     }
@@ -91,9 +96,9 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     }
 
     /// A response that a millionth of the speed turns over is one of rounding errors, not of the machine.
-    fn try_out(&self, speed_rad_s: f32) -> Result<(), ModelError> {
+    fn try_out<C: Numerics<N, PROBES, PLANES>>(&self, speed_rad_s: f32) -> Result<(), ModelError> {
         let at =
-            |speed| response(self, speed, &SupportAmplitudes::default()).map_err(|_| ModelError::Response);
+            |speed| C::response(self, speed, &SupportAmplitudes::default()).map_err(|_| ModelError::Response);
         let (here, beside) = (at(speed_rad_s)?, at(speed_rad_s * (1.0 + SPEED_STEP))?);
         let response = largest(influences(&here));
         let change = largest(influences(&here).zip(influences(&beside)).map(|(here, beside)| here - beside));

@@ -13,18 +13,18 @@
 //! more) before the entries, an option as 0 or 1 before what it holds, a variant as its number in one byte, a u8 as it is;
 //! arrays and matrices (by columns) as their entries alone.
 
-use crc::{CRC_32_ISO_HDLC, Crc, Digest};
 use heapless::Vec;
 use nalgebra::{ArrayStorage, SMatrix};
 use postcard::ser_flavors::Flavor;
 use serde::Deserialize;
 
-use crate::unpack::unpack;
+use crate::checksum::{self, Digest};
+#[cfg(feature = "can")]
+use crate::numerics::Numerics;
+use crate::packed::{pack_checked, unpack};
 
 use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError, Noise};
 
-/// zlib's CRC-32 (Python: `binascii.crc32`).
-static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const SCHEMA_BYTES: usize = 4;
 /// Schema and the three counts.
 const HEAD_BYTES: usize = SCHEMA_BYTES + 3;
@@ -33,7 +33,7 @@ const F32: usize = 4;
 const MARK: usize = 1;
 
 /// Where postcard writes when only the checksum is wanted.
-struct Checksum(Digest<'static, u32>);
+struct Checksum(Digest);
 
 impl Flavor for Checksum {
     type Output = u32;
@@ -91,13 +91,12 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         let Counts { shapes, probes, planes } = self.own_counts();
         *schema = MODEL_SCHEMA.to_le_bytes();
         *sizes = [shapes, probes, planes];
-        let written = postcard::to_slice_crc32(self, body, CRC.digest()).map_err(|_| ModelError::Space)?;
-        Ok(HEAD_BYTES + written.len())
+        Ok(HEAD_BYTES + pack_checked(self, body).ok_or(ModelError::Space)?)
     }
 
     /// The CRC-32 that [`Model::encode`] appends: which model this is.
     pub fn checksum(&self) -> u32 {
-        postcard::serialize_with_flavor(self, Checksum(CRC.digest())).unwrap_or_default()
+        postcard::serialize_with_flavor(self, Checksum(checksum::begin())).unwrap_or_default()
     }
 
     /// Reads what [`Model::encode`] wrote and checks it. Bytes after the checksum are ignored, so that a whole page of
@@ -110,7 +109,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         // One variable, returned as it is: a model is not small, and a second copy would be on the stack.
         let mut decoded = Ok(Self::EMPTY);
         if let Ok(model) = &mut decoded
-            && let Err(error) = model.read(bytes).and_then(|()| model.check())
+            && let Err(error) = model.read(bytes).and_then(|_| model.check())
         {
             decoded = Err(error);
         }
@@ -122,10 +121,10 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     /// Errors: those of [`Model::decode`].
     #[inline(never)]
     #[cfg(feature = "can")]
-    pub(crate) fn verify(bytes: &[u8]) -> Result<(), ModelError> {
+    pub(crate) fn verify<C: Numerics<N, PROBES, PLANES>>(bytes: &[u8]) -> Result<(), ModelError> {
         let mut model = Self::EMPTY;
         model.read(bytes)?;
-        model.check()
+        model.check_by::<C>()
     }
 
     /// No terms, and nothing that could be checked.
@@ -146,9 +145,9 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     };
 
     /// Field by field into its place: as one value a model would be on the stack three times over. What was read is not
-    /// checked, and after an error it is of no use.
+    /// checked, and after an error it is of no use. Returns the checksum.
     #[inline(never)]
-    pub(crate) fn read(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
+    pub(crate) fn read(&mut self, bytes: &[u8]) -> Result<u32, ModelError> {
         let (schema, _) = bytes.split_first_chunk::<SCHEMA_BYTES>().ok_or(ModelError::Encoding)?;
         if u32::from_le_bytes(*schema) != MODEL_SCHEMA {
             return Err(ModelError::Schema);
@@ -196,10 +195,9 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         let fields = body.get(..body.len().saturating_sub(rest.len())).unwrap_or_default();
         let stated = rest.first_chunk().map(|checksum| u32::from_le_bytes(*checksum));
         // The counts lie outside of the checksum: what it covers decides.
-        match stated == Some(CRC.checksum(fields)) && self.own_counts() == counts {
-            true => Ok(()),
-            false => Err(ModelError::Encoding),
-        }
+        stated
+            .filter(|stated| *stated == checksum::of(fields) && self.own_counts() == counts)
+            .ok_or(ModelError::Encoding)
     }
 }
 

@@ -8,6 +8,7 @@ use crate::command::{
     open_request,
 };
 use crate::model::{Model, ModelError};
+use crate::numerics::Numerics;
 use crate::thresholds::Thresholds;
 
 /// A command that waits for the board to store something.
@@ -38,7 +39,9 @@ impl Desk {
     }
 }
 
-impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES, PROBES, PLANES> {
+impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<SHAPES, PROBES, PLANES>>
+    Node<SHAPES, PROBES, PLANES, C>
+{
     /// Takes up the counter stored last, after a restart.
     pub fn restore_counter(&mut self, counter: u64) {
         self.desk.last_counter = self.desk.last_counter.max(counter);
@@ -89,9 +92,11 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
         self.desk.last_counter = pending.counter;
         let body = self.desk.body();
         let detail = match pending.command {
-            Command::Deploy => {
-                self.monitor.decode(body).err().map(|error| refusal::<SHAPES, PROBES, PLANES>(body, error))
-            }
+            Command::Deploy => self
+                .monitor
+                .decode::<C>(body)
+                .err()
+                .map(|error| refusal::<SHAPES, PROBES, PLANES>(body, error)),
             Command::SetThresholds => match Thresholds::decode(body) {
                 Ok(thresholds) => {
                     self.config.thresholds = thresholds;
@@ -154,7 +159,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES,
             Err(outcome) => return self.conclude(time_us, outcome, Detail::None),
         };
         let refused = match command {
-            Command::Deploy => Model::<SHAPES, PROBES, PLANES>::verify(body)
+            Command::Deploy => Model::<SHAPES, PROBES, PLANES>::verify::<C>(body)
                 .err()
                 .map(|error| refusal::<SHAPES, PROBES, PLANES>(body, error)),
             Command::SetThresholds => {

@@ -5,6 +5,7 @@ use crate::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult, NumberedReading, 
 use crate::judge::{Average, Evidence, Growth, Judge, Verdict};
 use crate::memory::Memory;
 use crate::model::{MAX_PLANES, Model, ModelError, Pair};
+use crate::numerics::Numerics;
 use crate::reading::Reading;
 use crate::scalar;
 use crate::state::{NodeState, Reason};
@@ -78,13 +79,13 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
     ///
     /// Errors: those of [`Model::decode`], and the model that was there stays.
     #[inline(never)]
-    pub fn decode(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
-        Model::<SHAPES, PROBES, PLANES>::verify(bytes)?;
+    pub fn decode<C: Numerics<SHAPES, PROBES, PLANES>>(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
+        Model::<SHAPES, PROBES, PLANES>::verify::<C>(bytes)?;
         if self.model.is_err() {
             self.model = Ok(Model::EMPTY);
         }
         if let Ok(model) = &mut self.model {
-            model.read(bytes)?;
+            self.checksum = model.read(bytes)?;
         }
         self.begin();
         Ok(())
@@ -100,6 +101,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
 
     /// Goes on with another model from the unbalance last found, if it has as many planes.
     pub fn adopt(&mut self, model: Model<SHAPES, PROBES, PLANES>) {
+        self.checksum = model.checksum();
         self.model = Ok(model);
         self.begin();
     }
@@ -116,7 +118,6 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             }
         }
         self.tracker = Some(Tracker::resume(model, &last_g_mm));
-        self.checksum = model.checksum();
         self.forget();
         self.judge = Judge::default();
     }
@@ -175,7 +176,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
     }
 
     /// The reading becomes an estimate and, if it is entitled to one, a verdict.
-    pub fn evaluate(
+    pub fn evaluate<C: Numerics<SHAPES, PROBES, PLANES>>(
         &mut self,
         track: &TrackConfig,
         thresholds: &Thresholds,
@@ -220,7 +221,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         let averaged = self.average.update(thresholds.average_s, time_us, &reading);
         let bounds_g_mm =
             self.growth.bounds_g_mm(thresholds, time_us, tracker.last_g_mm(), &self.deviation_g_mm);
-        let estimate = match tracker.update(track, model, &averaged.reading, &bounds_g_mm) {
+        let estimate = match C::update(tracker, track, model, &averaged.reading, &bounds_g_mm) {
             Ok(estimate) => estimate,
             Err(error) => {
                 self.blind = Some(why_blind(error));

@@ -1,6 +1,7 @@
 //! A node that takes no commands: what it would transfer and save with the feature `command`.
 
 use super::{Node, Save};
+use crate::numerics::Numerics;
 
 /// Nobody to hand a command to.
 #[derive(Debug, Clone)]
@@ -16,7 +17,9 @@ impl Desk {
     }
 }
 
-impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES, PROBES, PLANES> {
+impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<SHAPES, PROBES, PLANES>>
+    Node<SHAPES, PROBES, PLANES, C>
+{
     /// What is to be stored now. The board stores it and calls [`Node::saved`].
     pub fn to_save(&self) -> Option<Save<'_>> {
         self.memory_to_save()

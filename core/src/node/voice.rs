@@ -3,9 +3,12 @@
 use super::{HEARTBEAT_FRAMES, Node, QUEUE_FRAMES};
 use crate::can::{Frame, Message, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION};
 use crate::model::MODEL_SCHEMA;
+use crate::numerics::Numerics;
 use crate::state::Status;
 
-impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Node<SHAPES, PROBES, PLANES> {
+impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<SHAPES, PROBES, PLANES>>
+    Node<SHAPES, PROBES, PLANES, C>
+{
     /// Tells a change of state at once. In a conflict the state is told at other times.
     pub(super) fn announce(&mut self, time_us: u64) {
         self.outdated = self.age_us(time_us).is_some_and(|age_us| age_us > self.age_limit_us());

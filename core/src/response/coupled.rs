@@ -24,12 +24,6 @@ pub(super) struct Coupling<const N: usize> {
     pub mp: C,
 }
 
-impl<const N: usize> Coupling<N> {
-    fn none() -> Self {
-        Self { shape: [0.0; N], pm: C::default(), mp: C::default() }
-    }
-}
-
 /// φ·x.
 #[inline]
 pub(super) fn at<const N: usize>(shape: &[f32; N], x: &[C; N]) -> C {
@@ -40,109 +34,106 @@ pub(super) fn at<const N: usize>(shape: &[f32; N], x: &[C; N]) -> C {
     sum
 }
 
-/// A coupling, and how the two matrices' solutions answer to its shape: columns of P and Q.
-struct Tie<const N: usize> {
-    coupling: Coupling<N>,
-    plus: [C; N],
-    minus: [C; N],
-}
-
-/// As many rows and columns count as there are ties.
+/// As many rows and columns count as there are couplings.
 type Square = [[C; MAX_COUPLED]; MAX_COUPLED];
 
 /// What brings the two kinds of whirl together.
-pub(super) struct Correction<const N: usize> {
-    ties: [Tie<N>; MAX_COUPLED],
-    count: usize,
+pub(super) struct Correction<'e, const N: usize> {
+    equations: &'e Equations<N>,
+    /// How the two matrices' solutions answer to the shape of each coupling: P and Q by columns.
+    plus: [[C; N]; MAX_COUPLED],
+    minus: [[C; N]; MAX_COUPLED],
     /// `(I − SᵀP·pm·SᵀQ·mp)⁻¹`
     inverse: Square,
     /// `SᵀQ·mp`
     back: Square,
 }
 
-impl<const N: usize> Correction<N> {
+impl<'e, const N: usize> Correction<'e, N> {
     /// Of the couplings that there are.
+    // Made where it stays: moved once, it would cost as much as a right-hand side.
     #[inline(always)]
-    pub fn new(equations: &Equations<N>) -> Self {
-        Self {
-            ties: array::from_fn(|place| match equations.couplings.get(place) {
-                Some(&coupling) => {
-                    let side = coupling.shape.map(|x| C::new(x, 0.0));
-                    Tie { coupling, plus: side, minus: side }
-                }
-                None => Tie { coupling: Coupling::none(), plus: [C::default(); N], minus: [C::default(); N] },
-            }),
-            count: equations.couplings.len(),
-            inverse: Square::default(),
-            back: Square::default(),
-        }
-    }
-
-    fn ties(&self) -> impl Iterator<Item = &Tie<N>> {
-        self.ties.iter().take(self.count)
+    pub fn new(equations: &'e Equations<N>) -> Self {
+        let side = |place| {
+            let coupling: Option<&Coupling<N>> = equations.couplings.get(place);
+            coupling.map_or([C::default(); N], |coupling| coupling.shape.map(|x| C::new(x, 0.0)))
+        };
+        let (plus, minus) = (array::from_fn(side), array::from_fn(side));
+        Self { equations, plus, minus, inverse: Square::default(), back: Square::default() }
     }
 
     /// From factored matrices; `None` where rounding would be amplified, or for more than [`MAX_COUPLED`] couplings.
     #[inline]
-    pub fn couple(&mut self, equations: &Equations<N>) -> Option<()> {
-        if self.count > MAX_COUPLED {
+    pub fn couple(&mut self) -> Option<()> {
+        let Self { equations: Equations { forward, backward, couplings }, plus, minus, inverse, back } = self;
+        let count = couplings.len();
+        if count > MAX_COUPLED {
             return None;
         }
-        for tie in self.ties.iter_mut().take(self.count) {
-            equations.forward.solve(&mut tie.plus);
-            equations.backward.solve(&mut tie.minus);
+        for (plus, minus) in plus.iter_mut().zip(minus.iter_mut()).take(count) {
+            forward.solve(plus);
+            backward.solve(minus);
         }
-        let Self { ties, count, inverse, back } = self;
-        let ties = ties.get(..*count)?;
-        let mut forth = Square::default();
-        let mut strongest = 0.0_f32;
-        for ((forth, back), row) in forth.iter_mut().zip(back.iter_mut()).zip(ties) {
-            for ((forth, back), column) in forth.iter_mut().zip(back).zip(ties) {
-                *forth = at(&row.coupling.shape, &column.plus) * column.coupling.pm;
-                *back = at(&row.coupling.shape, &column.minus) * column.coupling.mp;
-                strongest = strongest.max(scalar::size(*forth)).max(scalar::size(*back));
+        let mut is_weak = true;
+        for (back, row) in back.iter_mut().zip(couplings) {
+            for ((back, minus), column) in back.iter_mut().zip(&*minus).zip(couplings) {
+                *back = at(&row.shape, minus) * column.mp;
+                is_weak &= scalar::size(*back) <= STRONGEST;
             }
         }
-        if strongest.is_nan() || strongest > STRONGEST {
-            return None;
-        }
-        for (i, (cells, forth)) in inverse.iter_mut().zip(&forth).enumerate().take(ties.len()) {
-            for (j, cell) in cells.iter_mut().enumerate().take(ties.len()) {
+        for (i, (cells, row)) in inverse.iter_mut().zip(couplings).enumerate() {
+            let mut forth = [C::default(); MAX_COUPLED];
+            for ((forth, plus), column) in forth.iter_mut().zip(&*plus).zip(couplings) {
+                *forth = at(&row.shape, plus) * column.pm;
+                is_weak &= scalar::size(*forth) <= STRONGEST;
+            }
+            let forth = forth.get(..count)?;
+            for (j, cell) in cells.iter_mut().enumerate().take(count) {
                 *cell = C::new(if i == j { 1.0 } else { 0.0 }, 0.0);
-                for (forth, back) in forth.iter().zip(back.iter()).take(ties.len()) {
-                    *cell -= forth * back[j];
+                for (forth, back) in forth.iter().zip(&*back) {
+                    *cell = scalar::subtract_product(*cell, *forth, back[j]);
                 }
             }
         }
-        invert(inverse, ties.len())
+        if !is_weak {
+            return None;
+        }
+        invert(inverse, count)
     }
 
     /// Turns a forward force, `plus`, into the whirl of both kinds.
     #[inline(never)]
-    pub fn solve(&self, equations: &Equations<N>, whirl: &mut Whirl<N>) {
-        equations.forward.solve(&mut whirl.plus);
-        let mut forward = [C::default(); MAX_COUPLED];
-        for (value, tie) in forward.iter_mut().zip(self.ties()) {
-            *value = at(&tie.coupling.shape, &whirl.plus);
+    pub fn solve(&self, whirl: &mut Whirl<N>) {
+        let Equations { forward, couplings, .. } = self.equations;
+        let count = couplings.len();
+        forward.solve(&mut whirl.plus);
+        let mut free = [C::default(); MAX_COUPLED];
+        for (value, coupling) in free.iter_mut().zip(couplings) {
+            *value = at(&coupling.shape, &whirl.plus);
         }
+        let free = free.get(..count).unwrap_or(&free);
         let mut coupled = [C::default(); MAX_COUPLED];
-        for (value, row) in coupled.iter_mut().zip(&self.inverse).take(self.count) {
-            for (cell, forward) in row.iter().zip(&forward).take(self.count) {
-                *value += cell * forward;
+        for (value, row) in coupled.iter_mut().zip(&self.inverse).take(count) {
+            for (cell, free) in row.iter().zip(free) {
+                *value = scalar::add_product(*value, *cell, *free);
             }
         }
-        for ((tie, row), here) in self.ties().zip(&self.back).zip(&coupled) {
+        let coupled = coupled.get(..count).unwrap_or(&coupled);
+        let answers = self.plus.iter().zip(&self.minus);
+        for (((coupling, (plus, minus)), row), here) in
+            couplings.iter().zip(answers).zip(&self.back).zip(coupled)
+        {
             let mut backward = C::default();
-            for (cell, coupled) in row.iter().zip(&coupled).take(self.count) {
-                backward += cell * coupled;
+            for (cell, coupled) in row.iter().zip(coupled) {
+                backward = scalar::add_product(backward, *cell, *coupled);
             }
             // Sᵀm = −SᵀQ·mp·Sᵀp, so that the force −pm·Sᵀm is positive here.
-            let (forth, back) = (tie.coupling.pm * backward, tie.coupling.mp * here);
-            for (x, answer) in whirl.plus.iter_mut().zip(&tie.plus) {
-                *x += answer * forth;
+            let (forth, back) = (coupling.pm * backward, coupling.mp * here);
+            for (x, answer) in whirl.plus.iter_mut().zip(plus) {
+                *x = scalar::add_product(*x, *answer, forth);
             }
-            for (x, answer) in whirl.minus.iter_mut().zip(&tie.minus) {
-                *x -= answer * back;
+            for (x, answer) in whirl.minus.iter_mut().zip(minus) {
+                *x = scalar::subtract_product(*x, *answer, back);
             }
         }
     }
@@ -170,7 +161,7 @@ fn invert(matrix: &mut Square, size: usize) -> Option<()> {
             }
             let factor = mem::take(&mut row[place]);
             for (cell, above) in row.iter_mut().zip(&pivot_row).take(size) {
-                *cell -= factor * above;
+                *cell = scalar::subtract_product(*cell, factor, *above);
             }
         }
     }

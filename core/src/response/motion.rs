@@ -78,8 +78,8 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
     ) -> Result<(), ResponseError> {
         for quickly in [true, false] {
             // The factors stand where the matrices stood: assembled anew for the second way.
-            let mut equations = Equations::zero();
-            equations.assemble(model, speed, amplitudes);
+            let mut equations = Equations::of_shaft(model, speed);
+            equations.add_supports(model, speed, amplitudes);
             if !quickly {
                 return coupled::eliminate(&equations, self).ok_or(ResponseError::Singular);
             }
@@ -89,14 +89,14 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
                 continue;
             }
             let mut correction = Correction::new(&equations);
-            if correction.couple(&equations).is_none() {
+            if correction.couple().is_none() {
                 continue;
             }
             for (whirl, _) in self.planes.iter_mut().zip(&model.planes) {
-                correction.solve(&equations, whirl);
+                correction.solve(whirl);
             }
             if let Some(whirl) = &mut self.forced {
-                correction.solve(&equations, whirl);
+                correction.solve(whirl);
             }
             break;
         }
@@ -105,20 +105,35 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
 }
 
 impl<const N: usize> Equations<N> {
-    // In place from here on: a copy of a matrix costs as much as a right-hand side.
+    /// Of the shaft alone; above the diagonal there is nothing. Written once: a matrix that is zeroed first costs as much as
+    /// a right-hand side.
     #[inline(always)]
-    fn zero() -> Self {
-        Self { forward: Symmetric::zero(), backward: Symmetric::zero(), couplings: Vec::new() }
+    fn of_shaft<const PROBES: usize, const PLANES: usize>(
+        model: &Model<N, PROBES, PLANES>,
+        speed: f32,
+    ) -> Self {
+        let square = speed * speed;
+        let lag = 2.0 * speed * model.internal_damping_s;
+        // The matrices are symmetric: nalgebra's columns will do for rows.
+        let k = |i: usize, j: usize| model.stiffness.data.0[i][j];
+        let inertia = |i: usize, j: usize| k(i, j) - square * model.mass.data.0[i][j];
+        let gyroscopic = |i: usize, j: usize| square * model.polar_inertia.data.0[i][j];
+        let forward = |i, j| C::new(inertia(i, j) + gyroscopic(i, j), 0.0);
+        let backward = |i, j| C::new(inertia(i, j) - gyroscopic(i, j), lag * k(i, j));
+        Self {
+            forward: Symmetric::from_fn(forward),
+            backward: Symmetric::from_fn(backward),
+            couplings: Vec::new(),
+        }
     }
 
     #[inline(never)]
-    fn assemble<const PROBES: usize, const PLANES: usize>(
+    fn add_supports<const PROBES: usize, const PLANES: usize>(
         &mut self,
         model: &Model<N, PROBES, PLANES>,
         speed: f32,
         SupportAmplitudes(amplitudes): &SupportAmplitudes,
     ) {
-        self.set_shaft(model, speed);
         for (support, &amplitude) in model.supports.iter().zip(amplitudes) {
             let knots = support.table.map_or(&[][..], |table| model.knots_of(table));
             let [[pp, pm], [mp, mm]] = whirling(&support.dynamic_stiffness(knots, speed, amplitude));
@@ -131,33 +146,15 @@ impl<const N: usize> Equations<N> {
         }
     }
 
-    #[inline]
-    fn set_shaft<const PROBES: usize, const PLANES: usize>(
-        &mut self,
-        model: &Model<N, PROBES, PLANES>,
-        speed: f32,
-    ) {
-        let square = speed * speed;
-        let lag = 2.0 * speed * model.internal_damping_s;
-        for i in 0..N {
-            for j in 0..=i {
-                // The matrices are symmetric: nalgebra's columns will do for rows.
-                let k = model.stiffness.data.0[i][j];
-                let inertia = k - square * model.mass.data.0[i][j];
-                let gyroscopic = square * model.polar_inertia.data.0[i][j];
-                self.forward.rows[i][j].re = inertia + gyroscopic;
-                self.backward.rows[i][j] = C::new(inertia - gyroscopic, lag * k);
-            }
-        }
-    }
-
     #[inline(never)]
     fn add_support(&mut self, shape: &[f32; N], pp: C, mm: C) {
-        for i in 0..N {
-            let (forward, backward) = (pp * shape[i], mm * shape[i]);
-            for j in 0..=i {
-                self.forward.rows[i][j] += forward * shape[j];
-                self.backward.rows[i][j] += backward * shape[j];
+        let rows = self.forward.rows.iter_mut().zip(&mut self.backward.rows).zip(shape);
+        for (i, ((forward, backward), &here)) in rows.enumerate() {
+            let (pp, mm) = (pp * here, mm * here);
+            let triangle = shape.get(..=i).unwrap_or_default();
+            for ((forward, backward), &there) in forward.iter_mut().zip(backward).zip(triangle) {
+                *forward += pp * there;
+                *backward += mm * there;
             }
         }
     }

@@ -60,11 +60,10 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
             let Some(probe) = model.probes.get(number) else {
                 return Linear { per_unbalance: [C::default(); PLANES], fixed: C::default() };
             };
-            let place = match before {
+            let place = match &before {
                 Some((other, place)) if other.shape == probe.shape && other.mount == probe.mount => place,
-                _ => self.seen(model, probe, speed, amplitudes),
+                _ => &before.insert((probe, self.seen(model, probe, speed, amplitudes))).1,
             };
-            before = Some((probe, place));
             let [re, im] = probe.gain;
             let mut linear = place.along(probe.direction, C::new(re, im));
             let [re, im] = probe.runout_um;

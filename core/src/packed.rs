@@ -1,10 +1,11 @@
-//! Postcard from a slice, read so that the compiler sees the length of every number and leaves no check that could panic,
-//! at whatever level it optimises.
+//! Postcard in a slice, with a checksum where it is stored. It is read so that the compiler sees the length of every number
+//! and leaves no check that could panic, at whatever level it optimises.
 
-use crc::Crc;
 use postcard::Deserializer;
 use postcard::de_flavors::Flavor;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+
+use crate::checksum;
 
 struct Unread<'a>(&'a [u8]);
 
@@ -58,10 +59,19 @@ pub(crate) fn unpack<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<(T, &'a 
     Some((value, deserializer.finalize().ok()?))
 }
 
-/// A value that its checksum follows, as `postcard::to_slice_crc32` writes it; bytes after that are ignored.
-pub(crate) fn unpack_checked<'a, T: Deserialize<'a>>(bytes: &'a [u8], crc: &Crc<u32>) -> Option<T> {
+/// A value that its checksum follows, as [`pack_checked`] writes it; bytes after that are ignored.
+pub(crate) fn unpack_checked<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<T> {
     let (value, rest) = unpack(bytes)?;
     let stated = u32::from_le_bytes(*rest.first_chunk()?);
     let covered = bytes.get(..bytes.len().checked_sub(rest.len())?)?;
-    (crc.checksum(covered) == stated).then_some(value)
+    (checksum::of(covered) == stated).then_some(value)
+}
+
+/// Writes a value and its checksum to where bytes begin, and returns how many they are; `None` if there is no room.
+pub(crate) fn pack_checked<T: Serialize>(value: &T, bytes: &mut [u8]) -> Option<usize> {
+    let length = postcard::to_slice(value, bytes).ok()?.len();
+    let (covered, rest) = bytes.split_at_mut_checked(length)?;
+    let stated = rest.first_chunk_mut()?;
+    *stated = checksum::of(covered).to_le_bytes();
+    Some(length + stated.len())
 }
