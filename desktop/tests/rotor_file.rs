@@ -82,7 +82,8 @@ fn every_key_of_the_page_s_tables_is_one_that_a_film_takes() {
 fn a_film_without_a_load_carries_its_share_of_the_weight() {
     let film = "film = { kind = \"plain\", diameter_m = 0.1, length_m = 0.05, radial_clearance_m = 1e-4, viscosity_pa_s = 0.02 }";
     let rotor = read(&machine(&bearing("A", 0.1, film)));
-    let Law::Film(law) = &rotor.bearing[0].law else { panic!("a film") };
+    let a = rotor.bearing.iter().find(|b| b.name == "A").unwrap();
+    let Law::Film(law) = &a.law else { panic!("a film") };
     let shaft_kg = std::f64::consts::PI * 0.1_f64.powi(2) / 4.0 * 7850.0;
     // shaft and disk are both in the middle between the bearings
     let expected = 0.5 * (shaft_kg + 14.0) * 9.806_65;
@@ -111,7 +112,7 @@ fn what_no_machine_can_be_is_refused_in_one_sentence_with_key_and_number() {
         (bearing("A", 0.1, "stiffness_n_m = { xx = 1e8, yy = 1e8 }"), "damping_n_s_m is missing"),
         (film(", load_n = -500.0"), "-500"),
         (film(", preload = 3.0"), "preload"),
-        (bearing("A", 0.9, CONSTANT), "the bearing \"A\" is at the same place"),
+        (bearing("A", 0.9, CONSTANT), "the bearing \"B\" is at the same place"),
         (
             format!("{}{}", bearing("A", 0.1, CONSTANT), "[rated]\nspeed_rpm = [5000, 3000]\n"),
             "[rated] speed_rpm",
