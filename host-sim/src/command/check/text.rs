@@ -60,12 +60,20 @@ pub fn bearing_rows(found: &Check) -> Vec<Vec<String>> {
         let mut row = vec![b.name.clone(), b.load_n.map_or_else(absent, |l| number(l, 0))];
         let Some(at) = b.at.last() else { return row };
         row.push(at.eccentricity_ratio.map_or_else(absent, |e| format!("{e:.3}")));
-        row.push(at.attitude_deg.map_or_else(absent, |a| format!("{a:.1}")));
-        let (k, c) = (at.stiffness_n_m, at.damping_n_s_m);
-        row.extend([k.xx, k.xy, k.yx, k.yy, c.xx, c.xy, c.yx, c.yy].map(scientific));
+        // no −0.0 under a film that gives way straight down
+        row.push(at.attitude_deg.map_or_else(absent, |a| format!("{:.1}", (10.0 * a).round() / 10.0 + 0.0)));
+        for m in [at.stiffness_n_m, at.damping_n_s_m] {
+            row.extend(without_rounding([m.xx, m.xy, m.yx, m.yy]).map(scientific));
+        }
         row
     };
     found.bearings.iter().map(of).collect()
+}
+
+/// What rounding leaves of terms that cancel, next to their neighbours, is nothing.
+fn without_rounding(values: [f64; 4]) -> [f64; 4] {
+    let largest = values.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+    values.map(|v| if v.abs() < 1e-12 * largest { 0.0 } else { v })
 }
 
 fn scientific(value: f64) -> String {
@@ -145,4 +153,15 @@ pub fn peak_rows(found: &Check, trial: &str) -> Vec<Vec<String>> {
             })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_rounding_leaves_is_shown_as_nothing_and_small_terms_as_they_are() {
+        assert_eq!(without_rounding([3e7, 1.7e-7, -1.7e-7, 2e7]), [3e7, 0.0, 0.0, 2e7]);
+        assert_eq!(without_rounding([3e7, 5.0, 0.0, 2e7]), [3e7, 5.0, 0.0, 2e7]);
+    }
 }
