@@ -299,15 +299,16 @@ fn ten_thousand_healthy_readings_at_any_speed_raise_no_suspicion() {
     const NOISE_UM: f32 = 0.25;
     let mut machine = rigid_rotor();
     machine.noise.floor_um = NOISE_UM;
+    machine.speed_range_rpm = [500.0, 12_000.0];
     let mut random = Random::new(77);
     // one reading a day each: no averaging helps
     for period_us in [DAY_US, PERIOD_US] {
         let mut node = node_with(&machine);
         let (mut suspicious, mut judged) = (0, 0);
         for step in 0..10_000_u64 {
-            let speed_rpm = 600.0 + 11_400.0 * (0.5 + 0.5 * random.signed());
+            let speed_rpm = 500.0 + 11_500.0 * (0.5 + 0.5 * random.signed());
             // at full rate the speed stays for a while, as a machine's does
-            let speed_rpm = if period_us == DAY_US { speed_rpm } else { 600.0 + 38.0 * (step / 34) as f32 };
+            let speed_rpm = if period_us == DAY_US { speed_rpm } else { 500.0 + 39.0 * (step / 34) as f32 };
             let measured = noisy(&shown(&machine, speed_rpm, 1.0), NOISE_UM, &mut random);
             send(&mut node, step * period_us, step as u16, &measured);
             for result in results(&mut node) {
