@@ -70,6 +70,7 @@ pub struct PhaseOne {
 /// # Errors
 /// If there are too few values, or the machine is singular on every trial.
 pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) -> Result<PhaseOne, Error> {
+    rotor.validate()?;
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     let (count, planes) = (fitter.data.count(), rotor.plane.len());

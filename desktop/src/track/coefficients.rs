@@ -1,8 +1,9 @@
 //! The bearing coefficients that change from day to day: the direct ones of two bearings.
 
 pub use crate::bearing::law::PRIOR_LOG_SD;
+use crate::effects::entry;
 use crate::error::Error;
-use crate::machine::drawing::Rotor;
+use crate::machine::drawing::{Bearing, Rotor};
 
 /// Direct bearing coefficients: k_xx k_yy of each bearing, then c_xx c_yy of each.
 pub const COEFFICIENTS: usize = 8;
@@ -12,23 +13,69 @@ pub fn coefficient(i: usize) -> (usize, usize, bool) {
     ((i / 2) % 2, i % 2, i >= COEFFICIENTS / 2)
 }
 
-/// A record can be followed on two bearings whose coefficients are stated as constants.
+/// What a record can be followed on: two bearings whose coefficients are stated as constants, and probes that see the
+/// shaft's own motion.
 ///
 /// # Errors
 /// If this machine has others.
-pub fn two_constant_bearings(rotor: &Rotor) -> Result<(), Error> {
+pub fn can_follow(rotor: &Rotor) -> Result<(), Error> {
     let count = rotor.bearing.len();
     if count != 2 {
         return Err(Error::Unsuitable(format!(
             "a record is followed on two bearings, {count} are given; compare and diagnose take any number"
         )));
     }
-    match rotor.bearing.iter().find(|b| b.law.as_law().follows_speed()) {
-        Some(b) => Err(Error::Unsuitable(format!(
+    let constant = |b: &&Bearing| b.constants().is_some_and(|k| k.learned.is_none());
+    if let Some(b) = rotor.bearing.iter().find(|b| !constant(b)) {
+        return Err(Error::Unsuitable(format!(
             "a record is followed on bearings with constant coefficients; state those of \"{}\" at the record's speed \
              as stiffness_n_m and damping_n_s_m",
             b.name
+        )));
+    }
+    let terms = entry::terms_of(rotor);
+    match (0..rotor.probe.len()).find(|p| terms.mount(rotor, *p).is_some()) {
+        Some(p) => Err(Error::Unsuitable(format!(
+            "a record is followed by probes on the ground; probe \"{}\" is mounted on a housing that moves",
+            rotor.probe[p].name
         ))),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bearing::Law;
+    use crate::bearing::magnetic::Magnetic;
+    use crate::bearing::support::Pedestal;
+    use crate::machine::drawing::Mount;
+    use crate::testing::sample_rotor;
+
+    #[test]
+    fn what_a_record_cannot_be_followed_on_is_told_by_name() {
+        assert!(can_follow(&sample_rotor()).is_ok());
+        let told = |change: fn(&mut Rotor)| {
+            let mut rotor = sample_rotor();
+            change(&mut rotor);
+            can_follow(&rotor).unwrap_err().to_string()
+        };
+        assert!(told(|r| r.bearing.truncate(1)).contains("1 are given"));
+        let magnets = told(|r| {
+            r.bearing[1].law = Law::Magnetic(Magnetic { stiffness_n_m: -1e6, damping_n_s_m: 0.0 });
+        });
+        assert!(magnets.contains("\"B\""), "{magnets}");
+        let housing = told(|r| {
+            r.bearing[1].pedestal = Some(Pedestal::isotropic(1e9, 0.0, 50.0));
+            r.probe[3].mount = Mount::Housing;
+        });
+        assert!(housing.contains("\"BY\""), "{housing}");
+    }
+
+    #[test]
+    fn a_probe_on_a_housing_that_stands_still_sees_what_one_on_the_ground_does() {
+        let mut rotor = sample_rotor();
+        rotor.probe[3].mount = Mount::Housing;
+        assert!(can_follow(&rotor).is_ok());
     }
 }

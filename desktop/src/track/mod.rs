@@ -229,7 +229,8 @@ pub fn track(
     config: &Config,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Track, Error> {
-    coefficients::two_constant_bearings(rotor)?;
+    rotor.validate()?;
+    coefficients::can_follow(rotor)?;
     let tracking = Tracking::begin(rotor, record, runup, config)?;
     let fixed = tracking.fixed(&mut |_, _| ());
     let event_d = fixed.flags.first().map(|f| f.since_d);
