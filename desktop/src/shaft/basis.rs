@@ -20,13 +20,17 @@ const SPEEDS: usize = 12;
 /// Stiffness of one support, relative to what the model states, in whose presence they are taken.
 const BEARING_CHANGES: [f64; 2] = [0.6, 1.6];
 
-/// The rotor on `size` shape functions a plane, of the kind its `[physics]` names.
+/// Modes that [`reduced`] keeps beside a static shape for each support, however many those are.
+const LEAST_MODES: usize = 2;
+
+/// The rotor on `size` shape functions a plane, of the kind its `[physics]` names; on more where its supports take so many.
 pub fn reduced(rotor: &Rotor, size: usize) -> Model {
     match rotor.physics.basis {
         BasisKind::FreeFree => Model::on(assumed_modes::structure(rotor, size), rotor),
         BasisKind::Supported => {
             let full = Model::finite_elements(rotor);
-            let basis = supported(&full, size);
+            let size = size.max(full.supports.len() + LEAST_MODES);
+            let basis = supported(&full, size.min(full.structure.size()));
             full.projected(&basis)
         }
     }
@@ -207,6 +211,18 @@ mod tests {
         assert!(worst(&full, &chosen) < 3e-3);
         let other = of_responses(&full, 6, FASTEST_RAD_S).unwrap();
         assert!(worst(&full, &chosen) <= worst(&full, &other));
+    }
+
+    #[test]
+    fn a_train_of_more_bearings_than_shapes_asked_for_gets_as_many_as_it_needs() {
+        let mut rotor = sample_rotor();
+        for i in 0..6 {
+            let mut further = rotor.bearing[0].clone();
+            (further.name, further.position_m) = (format!("{i}"), 0.2 + 0.1 * f64::from(i));
+            rotor.bearing.push(further);
+        }
+        assert_eq!(reduced(&rotor, 6).structure.size(), 10);
+        assert_eq!(reduced(&sample_rotor(), 6).structure.size(), 6);
     }
 
     #[test]
