@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
 use rotor_edge_desktop::bearing::Law;
-use rotor_edge_desktop::diagnose::{Verdict, diagnose};
+use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Verdict, diagnose};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::Reading;
@@ -74,11 +74,35 @@ fn drawn() -> Rotor {
     rotor_file::parse("rotor.toml", MACHINE).unwrap()
 }
 
-/// A run-up of the machine with the film at B changed: clearance and viscosity times factors.
-fn measured(clearance: f64, viscosity: f64, seed: u64) -> Vec<Reading> {
+fn film_load_n(bearing: usize) -> f64 {
+    match &drawn().bearing[bearing].law {
+        Law::Film(film) => film.load_n(),
+        _ => panic!("films only"),
+    }
+}
+
+fn weight_on_b_n() -> f64 {
+    film_load_n(1)
+}
+
+/// Whether an effect at B comes first, or stands in the group that the data cannot tell apart.
+fn names_at_b(found: &Diagnosis, effect: &str) -> bool {
+    let first = &found.candidates[0];
+    let named = first.effect == effect && first.at.as_deref() == Some("B");
+    found.verdict != Verdict::Adequate
+        && (named || found.indistinguishable.first().is_some_and(|g| g.contains(&format!("{effect}@B"))))
+}
+
+/// A run-up of the machine with the film at B changed: clearance, viscosity and load times factors.
+fn measured([clearance, viscosity, load]: [f64; 3], seed: u64) -> Vec<Reading> {
     let text = MACHINE.replacen("8e-5", "CLEARANCE", 1).replacen(
         "radial_clearance_m = 8e-5, viscosity_pa_s = 0.018",
-        &format!("radial_clearance_m = {}, viscosity_pa_s = {}", 8e-5 * clearance, 0.018 * viscosity),
+        &format!(
+            "radial_clearance_m = {}, viscosity_pa_s = {}, load_n = {}",
+            8e-5 * clearance,
+            0.018 * viscosity,
+            load * weight_on_b_n()
+        ),
         1,
     );
     let truth = rotor_file::parse("truth.toml", &text.replace("CLEARANCE", "8e-5")).unwrap();
@@ -102,42 +126,40 @@ fn measured(clearance: f64, viscosity: f64, seed: u64) -> Vec<Reading> {
 }
 
 #[test]
-fn a_worn_film_is_found_at_its_bearing_and_its_clearance_is_within_its_interval() {
-    let found = diagnose(&drawn(), &measured(1.7, 1.0, 3)).unwrap();
-    let first = &found.candidates[0];
-    let group = found.indistinguishable.first().cloned().unwrap_or_default();
-    let named = first.effect == "worn_clearance" && first.at.as_deref() == Some("B");
-    assert!(named || group.contains(&"worn_clearance@B".to_string()), "{} {group:?}", found.summary);
-    assert_ne!(found.verdict, Verdict::Adequate, "{}", found.summary);
+fn a_worn_film_is_found_at_its_bearing_and_its_clearance_is_within_three_standard_deviations() {
+    let found = diagnose(&drawn(), &measured([1.7, 1.0, 1.0], 3)).unwrap();
+    assert!(names_at_b(&found, "worn_clearance"), "{}", found.summary);
+    let worn = |c: &&Candidate| c.effect == "worn_clearance" && c.at.as_deref() == Some("B");
+    let factor = &found.candidates.iter().find(worn).unwrap().parameters[0];
+    let (value, sd) = (factor.value[0], factor.sd.unwrap());
+    assert!((value - 1.7).abs() < 3.0 * sd && sd < 0.4, "{value} ± {sd}");
+}
+
+/// A lightly loaded film shows little but μ/c³, so that bores and oil share a deviation: by their priors its square in
+/// standard deviations is ln²f / (0.2² + 9·0.1²), 6.5 at f = 0.4, which no claim can rest on, and 20 at a fifth.
+#[test]
+fn oil_at_a_fifth_of_its_viscosity_is_found_at_its_bearing_or_in_its_group() {
+    let found = diagnose(&drawn(), &measured([1.0, 0.2, 1.0], 4)).unwrap();
+    assert!(names_at_b(&found, "hot_oil"), "{}", found.summary);
 }
 
 #[test]
-fn hot_oil_is_found_at_its_bearing_or_in_its_group() {
-    let found = diagnose(&drawn(), &measured(1.0, 0.4, 4)).unwrap();
-    let first = &found.candidates[0];
-    let group = found.indistinguishable.first().cloned().unwrap_or_default();
-    let named = first.effect == "hot_oil" && first.at.as_deref() == Some("B");
-    assert!(named || group.contains(&"hot_oil@B".to_string()), "{} {group:?}", found.summary);
+fn a_load_that_misalignment_moved_is_found_at_its_bearing_or_in_its_group() {
+    let found = diagnose(&drawn(), &measured([1.0, 1.0, 2.2], 8)).unwrap();
+    assert!(names_at_b(&found, "moved_load"), "{}", found.summary);
 }
 
 #[test]
 fn films_as_made_and_oil_a_few_kelvin_off_are_no_findings() {
-    for (seed, clearance, viscosity) in [(5, 1.0, 1.0), (6, 1.08, 0.9), (7, 0.94, 1.15)] {
-        let found = diagnose(&drawn(), &measured(clearance, viscosity, seed)).unwrap();
-        assert_eq!(found.verdict, Verdict::Adequate, "{clearance} {viscosity}: {}", found.summary);
+    for (seed, change) in [(5, [1.0, 1.0, 1.0]), (6, [1.08, 0.9, 1.0]), (7, [0.94, 1.15, 1.05])] {
+        let found = diagnose(&drawn(), &measured(change, seed)).unwrap();
+        assert_eq!(found.verdict, Verdict::Adequate, "{change:?}: {}", found.summary);
     }
 }
 
 #[test]
 fn the_films_carry_the_rotor_s_whole_weight() {
-    let loads: f64 = drawn()
-        .bearing
-        .iter()
-        .map(|b| match &b.law {
-            Law::Film(film) => film.load_n(),
-            _ => panic!("films only"),
-        })
-        .sum();
+    let loads = film_load_n(0) + film_load_n(1);
     let shaft_kg = std::f64::consts::PI * 0.09_f64.powi(2) / 4.0 * 1.2 * 7850.0;
     assert!((loads / ((shaft_kg + 75.0) * 9.806_65) - 1.0).abs() < 1e-9, "{loads}");
 }

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use crate::machine::{Machine, machines};
 use rotor_edge_desktop::diagnose::{Diagnosis, Verdict, diagnose};
 
-/// Bows and thin causes: where a bearing of 24 unknowns can follow it, an effect is told by no data of one run-up.
+/// Four hide; the smallest, under a tilting-pad bearing, is followed by what is learned of the bearings.
 const BOWS_NAMED: usize = 3;
 
 fn found() -> &'static [(Machine, Diagnosis)] {

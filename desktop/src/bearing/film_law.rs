@@ -170,10 +170,14 @@ impl BearingLaw for FilmLaw {
         if self.load_n > 0.0 && self.load_n.is_finite() {
             return Ok(());
         }
-        let what = format!(
-            "the shaft's weight puts {:.1} N on this bearing, a film needs a load that presses; state load_n",
-            self.load_n
-        );
+        let what = if self.load_n.is_nan() {
+            "its load is not known, as two bearings at least share the shaft's weight; state load_n".into()
+        } else {
+            format!(
+                "the shaft's weight puts {:.1} N on this bearing, a film needs a load that presses; state load_n",
+                self.load_n
+            )
+        };
         Err(("film".into(), what))
     }
 
@@ -189,27 +193,11 @@ impl BearingLaw for FilmLaw {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bearing::film::FilmKind;
 
     fn plain() -> FilmLaw {
-        FilmLaw::new(Film {
-            kind: FilmKind::Plain,
-            diameter_m: 0.1,
-            length_m: 0.05,
-            radial_clearance_m: 1e-4,
-            viscosity_pa_s: None,
-            iso_vg: Some(46.0),
-            temperature_c: Some(55.0),
-            load_n: Some(2000.0),
-            load_angle_deg: -90.0,
-            pads: None,
-            pad_arc_deg: None,
-            preload: None,
-            offset: None,
-            load: None,
-            groove_arc_deg: None,
-        })
-        .unwrap()
+        let film = "kind = 'plain'\ndiameter_m = 0.1\nlength_m = 0.05\nradial_clearance_m = 1e-4\n\
+                    iso_vg = 46.0\ntemperature_c = 55.0\nload_n = 2000.0";
+        FilmLaw::new(toml::from_str(film).unwrap()).unwrap()
     }
 
     #[test]
@@ -238,6 +226,8 @@ mod tests {
         law.carry(-120.0);
         let (key, what) = law.check().unwrap_err();
         assert!(key == "film" && what.contains("-120.0 N"), "{what}");
+        law.carry(f64::NAN);
+        assert!(law.check().unwrap_err().1.contains("not known"));
         let mut curve = plain().curve();
         curve.load_n = 1e7;
         assert!(curve.state(500.0).unwrap_err().to_string().contains("0.95"));
