@@ -150,6 +150,9 @@ fn a_slow_roll_is_taken_off_and_one_that_lacks_a_probe_is_refused() {
     let y = readings[0].probes[0].unwrap() * 1e6;
     assert!((y.re - 8.0).abs() < 1e-9 && (-y.im - -6.0).abs() < 1e-9, "{y}");
     assert_eq!(readings[1].probes[0], None);
+    let fast = format!("{head}slow,1600,1,1\nup,3000,10.0,-4.0\n");
+    let error = measurement::parse("measured.csv", &fast, &rotor).unwrap_err().to_string();
+    assert!(error.contains("1600 rpm of 3000") && error.contains("half the fastest"), "{error}");
     let lost = format!("{head}slow,200,,\nup,3000,10.0,-4.0\n");
     let error = measurement::parse("measured.csv", &lost, &rotor).unwrap_err().to_string();
     assert!(error.contains("no reading of probe AX"), "{error}");

@@ -22,12 +22,14 @@ pub struct Arguments {
     #[arg(short, long)]
     output: PathBuf,
     #[command(flatten)]
+    runout: output::Runout,
+    #[command(flatten)]
     form: output::Form,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data)?;
+    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data, &arguments.runout)?;
     let (kind, at) = match arguments.effect.split_once('@') {
         Some((kind, at)) => (kind, Some(at)),
         None => (arguments.effect.as_str(), None),
@@ -63,9 +65,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     );
     println!("  χ² per value   {:>8.2}    →  {:.2}", better.chi2_per_value[0], better.chi2_per_value[1]);
     println!(
-        "\nWritten to {0}. Next: is anything else missing?\n  rotor-edge diagnose {0} {1}",
+        "\nWritten to {0}. Next: is anything else missing?\n  rotor-edge diagnose {0} {1}{2}",
         arguments.output.display(),
-        arguments.data.display()
+        arguments.data.display(),
+        arguments.runout
     );
     Ok(())
 }

@@ -44,6 +44,8 @@ pub struct Arguments {
     #[arg(long)]
     against_rotation: bool,
     #[command(flatten)]
+    runout: output::Runout,
+    #[command(flatten)]
     form: output::Form,
 }
 
@@ -73,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             bail!("{name} must be a positive number, not {value}");
         }
     }
-    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data)?;
+    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data, &arguments.runout)?;
     let speeds = || readings.iter().map(|r| r.speed_rpm);
     let fastest_rpm = speeds().fold(0.0, f64::max);
     let planes = Plan::planes_named(&rotor, &arguments.planes)?;

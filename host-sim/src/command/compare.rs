@@ -18,12 +18,14 @@ pub struct Arguments {
     /// What was measured on it, measured.csv
     data: PathBuf,
     #[command(flatten)]
+    runout: output::Runout,
+    #[command(flatten)]
     form: output::Form,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data)?;
+    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data, &arguments.runout)?;
     let working = output::spinner("fitting bearings and planes");
     let best = best_fit(&rotor, &readings)?;
     working.finish_and_clear();
@@ -37,13 +39,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return output::json(&summary(&comparison, &best.remarks));
     }
     print(&comparison, &best.remarks);
-    let (rotor, data) = (arguments.rotor.display(), arguments.data.display());
+    let (rotor, data, runout) = (arguments.rotor.display(), arguments.data.display(), &arguments.runout);
     match comparison.verdict {
         Verdict::Adequate => {
             println!("\nNext: nothing is missing; follow the unbalance with rotor-edge replay.")
         }
         Verdict::Misses => {
-            println!("\nNext: learn which physical effect is missing\n  rotor-edge diagnose {rotor} {data}")
+            println!(
+                "\nNext: learn which physical effect is missing\n  rotor-edge diagnose {rotor} {data}{runout}"
+            )
         }
     }
     Ok(())

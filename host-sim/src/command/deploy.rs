@@ -32,6 +32,9 @@ pub struct Arguments {
     /// Highest speed that the machine reaches; that of the data the rotor was fitted to if absent
     #[arg(long)]
     fastest_rpm: Option<f64>,
+    /// A slow roll, measured.csv: the controller takes what it shows for the runout of the probes
+    #[arg(long, value_name = "FILE")]
+    slow_roll: Option<PathBuf>,
     /// Also begin a new record: forget the unbalance last found and start from the model's
     #[arg(long)]
     restart: bool,
@@ -44,7 +47,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let node = node_number(arguments.node)?;
     let key = read_key(&arguments.key)?;
-    let model = deployable::of_file(&arguments.rotor, arguments.fastest_rpm)?.edge;
+    let model =
+        deployable::of_file(&arguments.rotor, arguments.fastest_rpm, arguments.slow_roll.as_deref())?.edge;
     let bytes = encoded(&model)?;
     let mut bus = arguments.bus.open()?;
     let mut authority = Authority::new(key, node, arguments.counter)?;

@@ -3,18 +3,22 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
+use nalgebra::Complex;
+use rotor_edge_desktop::machine::drawing::{EffectEntry, ParameterValue, Rotor};
 use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::measurement;
 
 use super::identify::{self, Days};
 use crate::edge::Deployment;
 use crate::sample;
 
-/// The model of a file, for speeds up to `fastest_rpm`, or that of the data it was fitted to.
+/// The model of a file, for speeds up to `fastest_rpm`, or that of the data it was fitted to; with the runout that a
+/// slow roll shows, which the controller's readings hold.
 ///
 /// # Errors
 /// If the file is not one that was identified, or the controller cannot hold its model.
-pub fn of_file(path: &Path, fastest_rpm: Option<f64>) -> Result<Deployment> {
-    let rotor = rotor_file::read(path)?;
+pub fn of_file(path: &Path, fastest_rpm: Option<f64>, slow_roll: Option<&Path>) -> Result<Deployment> {
+    let mut rotor = rotor_file::read(path)?;
     let path = path.display();
     if rotor.plane.iter().any(|p| p.unbalance_g_mm.is_none()) {
         bail!("{path}: [[plane]]: unbalance_g_mm is missing; `rotor-edge identify` or `improve` finds it");
@@ -27,7 +31,23 @@ pub fn of_file(path: &Path, fastest_rpm: Option<f64>) -> Result<Deployment> {
     if !(1.0..=1e6).contains(&fastest_rpm) {
         bail!("--fastest-rpm {fastest_rpm}: expected a speed in rpm");
     }
+    if let Some(slow_roll) = slow_roll {
+        let runout_m = measurement::runout_m(slow_roll, &rotor)?;
+        add_runout(&mut rotor, &runout_m)?;
+    }
     Deployment::new(&rotor, fastest_rpm)
+}
+
+/// States runout as an effect of the machine.
+fn add_runout(rotor: &mut Rotor, runout_m: &[Complex<f64>]) -> Result<()> {
+    const KIND: &str = "runout";
+    if rotor.effect.iter().any(|e| e.kind == KIND) {
+        bail!("--slow-roll: the rotor's file has the effect {KIND} already, which is the same runout");
+    }
+    let vectors = ParameterValue::Phasors(runout_m.iter().map(|v| [v.re, v.im]).collect());
+    let parameters = [("v".to_string(), vectors)].into();
+    rotor.effect.push(EffectEntry { kind: KIND.into(), at: None, parameters });
+    Ok(())
 }
 
 /// The built-in sample after phase I.
@@ -40,4 +60,27 @@ pub fn of_sample(seed: u64) -> Result<Deployment> {
     let found = identify::phase_one(&rotor, &days, Some(&runup), seed)?;
     let fastest_rpm = record.iter().chain(&runup).map(|r| r.speed_rpm).fold(0.0, f64::max);
     Deployment::new(&found.rotor, fastest_rpm)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runout_of_a_slow_roll_becomes_a_reading_term_of_every_probe_and_is_not_stated_twice() {
+        let (mut rotor, ..) = sample::load().unwrap();
+        let runout_m: Vec<Complex<f64>> =
+            (0..rotor.probe.len()).map(|p| Complex::new(1e-6 * p as f64, -2e-6)).collect();
+        for plane in &mut rotor.plane {
+            (plane.unbalance_g_mm, plane.angle_deg) = (Some(100.0), Some(0.0));
+        }
+        add_runout(&mut rotor, &runout_m).unwrap();
+        rotor.validate().unwrap();
+        let edge = Deployment::new(&rotor, 3600.0).unwrap().edge;
+        for (probe, v) in edge.probes.iter().zip(&runout_m) {
+            let um = v * 1e6;
+            assert_eq!(probe.runout_um, [um.re as f32, um.im as f32]);
+        }
+        assert!(add_runout(&mut rotor, &runout_m).unwrap_err().to_string().contains("already"));
+    }
 }

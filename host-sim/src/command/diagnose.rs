@@ -20,12 +20,14 @@ pub struct Arguments {
     #[arg(long, default_value_t = 8)]
     top: usize,
     #[command(flatten)]
+    runout: output::Runout,
+    #[command(flatten)]
     form: output::Form,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data)?;
+    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data, &arguments.runout)?;
     let working = output::spinner("diagnosing");
     let found = diagnose(&rotor, &readings)?;
     working.finish_and_clear();
@@ -99,23 +101,23 @@ fn print(found: &Diagnosis, top: usize) {
 }
 
 fn print_next(arguments: &Arguments, found: &Diagnosis) {
-    let (rotor, data) = (arguments.rotor.display(), arguments.data.display());
+    let (rotor, data, runout) = (arguments.rotor.display(), arguments.data.display(), &arguments.runout);
     match (found.verdict, found.candidates.first()) {
         (Verdict::Missing, Some(best)) => {
             println!(
-                "\nNext: add it\n  rotor-edge add {rotor} \"{}\" --data {data} -o better.toml",
+                "\nNext: add it\n  rotor-edge add {rotor} \"{}\" --data {data}{runout} -o better.toml",
                 best.label()
             );
         }
         (Verdict::Undecided, Some(_)) if !found.saturated && !found.indistinguishable.is_empty() => println!(
             "\nNext: measure, or add the first of the group, which predicts this machine as well as any\n  \
-             rotor-edge improve {rotor} {data} -o better.toml"
+             rotor-edge improve {rotor} {data}{runout} -o better.toml"
         ),
         (Verdict::Adequate, _) => {
             println!("\nNext: nothing is missing; follow the unbalance with rotor-edge replay.")
         }
         _ => println!(
-            "\nNext: measure what is listed above, or see where the model misses with rotor-edge compare {rotor} {data}"
+            "\nNext: measure what is listed above, or see where the model misses with rotor-edge compare {rotor} {data}{runout}"
         ),
     }
 }

@@ -8,7 +8,7 @@ use clap::Args;
 use rotor_edge_desktop::identify::{BearingParameter, Identified, PhaseOne, PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::machine::rotor_file;
-use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde::Serialize;
 
@@ -32,6 +32,8 @@ pub struct Arguments {
     /// Where to write the identified rotor
     #[arg(short, long)]
     output: PathBuf,
+    #[command(flatten)]
+    runout: output::Runout,
     #[command(flatten)]
     form: output::Form,
 }
@@ -94,8 +96,8 @@ pub fn phase_one(rotor: &Rotor, days: &[&Reading], runup: Option<&[Reading]>, se
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let rotor = rotor_file::read(&arguments.rotor)?;
-    let record = measurement::read(&arguments.record, &rotor)?;
-    let runup = arguments.runup.as_deref().map(|path| measurement::read(path, &rotor)).transpose()?;
+    let record = arguments.runout.read(&arguments.record, &rotor)?;
+    let runup = arguments.runup.as_deref().map(|path| arguments.runout.read(path, &rotor)).transpose()?;
     let days = arguments.days.select(&record)?;
     let found = phase_one(&rotor, &days, runup.as_deref(), arguments.seed)?;
     let readings: Vec<Reading> = days.iter().copied().chain(runup.iter().flatten()).cloned().collect();

@@ -19,12 +19,14 @@ pub struct Arguments {
     #[arg(short, long)]
     output: PathBuf,
     #[command(flatten)]
+    runout: output::Runout,
+    #[command(flatten)]
     form: output::Form,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data)?;
+    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data, &arguments.runout)?;
     let outcome = improve(&rotor, &readings, |step| {
         if !arguments.form.json {
             print(step);
@@ -54,8 +56,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "Next: send it to the controller, here the simulated one\n  rotor-edge replay --identified --rotor {path} --record …"
         ),
         _ => println!(
-            "Next: see what is left, and what to measure\n  rotor-edge diagnose {path} {}",
-            arguments.data.display()
+            "Next: see what is left, and what to measure\n  rotor-edge diagnose {path} {}{}",
+            arguments.data.display(),
+            arguments.runout
         ),
     }
     Ok(())

@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let config = NodeConfig { key, seed: random()?, ..arguments.judging.config()? };
     let mut store = arguments.state.as_deref().map_or_else(|| Ok(Store::in_memory()), Store::open)?;
     let initial = match &arguments.rotor {
-        Some(path) => Some(deployable::of_file(path, arguments.fastest_rpm)?),
+        Some(path) => Some(deployable::of_file(path, arguments.fastest_rpm, None)?),
         None if arguments.sample => Some(deployable::of_sample(arguments.judging.seed)?),
         None => None,
     };

@@ -1,5 +1,6 @@
 //! What commands print: tables for people, one JSON object for programs, progress for the patient.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -8,7 +9,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::machine::rotor_file;
-use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::measurement::{self, Reading, SlowRoll};
 use serde::Serialize;
 
 use crate::report::{Section, page};
@@ -25,10 +26,34 @@ pub struct Form {
 }
 
 /// A rotor and what was measured on it.
-pub fn read(rotor: &Path, data: &Path) -> Result<(Rotor, Vec<Reading>)> {
+pub fn read(rotor: &Path, data: &Path, runout: &Runout) -> Result<(Rotor, Vec<Reading>)> {
     let rotor = rotor_file::read(rotor)?;
-    let readings = measurement::read(data, &rotor)?;
+    let readings = runout.read(data, &rotor)?;
     Ok((rotor, readings))
+}
+
+/// How the runout of the probes is known.
+#[derive(Debug, Default, Args)]
+pub struct Runout {
+    /// Take this off every reading: a run of the data, or a file, of a shaft that turns too slowly to vibrate [default:
+    /// the runs that the rotor's file calls slow rolls]
+    #[arg(long, value_name = "RUN|FILE")]
+    slow_roll: Option<String>,
+}
+
+impl fmt::Display for Runout {
+    /// As it continues a command line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.slow_roll.as_ref().map_or(Ok(()), |slow_roll| write!(f, " --slow-roll {slow_roll:?}"))
+    }
+}
+
+impl Runout {
+    /// Reads a measurement, less the runout.
+    pub fn read(&self, data: &Path, rotor: &Rotor) -> Result<Vec<Reading>> {
+        let slow_roll = self.slow_roll.as_deref().map_or(SlowRoll::Stated, SlowRoll::named);
+        Ok(measurement::read_less(data, rotor, &slow_roll)?)
+    }
 }
 
 /// Writes a model that was fitted to `readings`, whole or not at all.

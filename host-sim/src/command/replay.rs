@@ -8,7 +8,7 @@ use clap::Args;
 use rotor_edge_desktop::identify::PhaseOne;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::machine::rotor_file;
-use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::measurement::Reading;
 
 use super::identify::{self, Days};
 use super::judging::Judging;
@@ -60,6 +60,8 @@ pub struct Arguments {
     /// Every answer of the controller in the JSON object, not only the summary
     #[arg(long, requires = "json")]
     answers: bool,
+    #[command(flatten)]
+    runout: output::Runout,
     #[command(flatten)]
     form: output::Form,
 }
@@ -132,8 +134,8 @@ impl Arguments {
             return Ok((rotor, record, Some(runup)));
         };
         let rotor = rotor_file::read(rotor)?;
-        let record = measurement::read(record, &rotor)?;
-        let runup = self.runup.as_deref().map(|path| measurement::read(path, &rotor)).transpose()?;
+        let record = self.runout.read(record, &rotor)?;
+        let runup = self.runup.as_deref().map(|path| self.runout.read(path, &rotor)).transpose()?;
         Ok((rotor, record, runup))
     }
 }

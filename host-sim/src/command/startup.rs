@@ -8,7 +8,7 @@ use clap::Args;
 use nalgebra::Complex;
 use rotor_edge_desktop::Error;
 use rotor_edge_desktop::machine::rotor_file;
-use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::startup::chain::{Chain, Stage, chain, simple_stages};
 use rotor_edge_desktop::startup::series::Run;
 use rotor_edge_desktop::startup::{Options, PAPER_CLEARANCE_UM, PAPER_SPEEDS_RPM, Startup, startup};
@@ -38,6 +38,8 @@ pub struct Arguments {
     /// Where to write the improved model
     #[arg(short, long)]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    runout: output::Runout,
     #[command(flatten)]
     form: output::Form,
 }
@@ -105,7 +107,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     let (rotor, unknown_weights) = rotor_file::read_allowing_unstated_angles(&arguments.rotor)?;
-    let readings = measurement::read(&arguments.data, &rotor)?;
+    let readings = arguments.runout.read(&arguments.data, &rotor)?;
     let options = Options { mass_kg: arguments.mass_kg, unknown_weights };
     let working = output::spinner("start-up");
     let found = startup(&rotor, &readings, &options)
@@ -160,9 +162,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     startup_text::print(&answer);
     if let Some(path) = &arguments.output {
         println!(
-            "\nImproved model written to {}. Next: rotor-edge balance {0} {}",
+            "\nImproved model written to {}. Next: rotor-edge balance {0} {}{}",
             path.display(),
-            arguments.data.display()
+            arguments.data.display(),
+            arguments.runout
         );
     }
     Ok(())

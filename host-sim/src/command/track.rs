@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::machine::rotor_file;
-use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::track::{self, Cause, Config, Later, Method, Thresholds, Track};
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 
@@ -44,6 +44,8 @@ pub struct Arguments {
     seed: u64,
     #[command(flatten)]
     flagging: Flagging,
+    #[command(flatten)]
+    runout: output::Runout,
     #[command(flatten)]
     form: output::Form,
 }
@@ -123,16 +125,19 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let config = arguments.config()?;
     let rotor = rotor_file::read(&arguments.rotor)?;
-    let record = measurement::read(&arguments.record, &rotor)?;
+    let record = arguments.runout.read(&arguments.record, &rotor)?;
     let runup = match &arguments.runup {
-        Some(path) => measurement::read(path, &rotor)?,
+        Some(path) => arguments.runout.read(path, &rotor)?,
         None => Vec::new(),
     };
     if !arguments.later_runup.is_empty() && config.method != Method::Joint {
         bail!("--later-runup is for --method joint; the other methods see the record alone");
     }
-    let later: Vec<(f64, Vec<Reading>)> =
-        arguments.later_runup.iter().map(|path| later_runup(path, &rotor)).collect::<Result<_>>()?;
+    let later: Vec<(f64, Vec<Reading>)> = arguments
+        .later_runup
+        .iter()
+        .map(|path| later_runup(path, &rotor, &arguments.runout))
+        .collect::<Result<_>>()?;
     let later: Vec<Later> =
         later.iter().map(|(time_d, readings)| Later { time_d: *time_d, readings }).collect();
     let begun = Instant::now();
@@ -168,8 +173,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// A run-up and its day.
-fn later_runup(path: &Path, rotor: &Rotor) -> Result<(f64, Vec<Reading>)> {
-    let readings = measurement::read(path, rotor)?;
+fn later_runup(path: &Path, rotor: &Rotor, runout: &output::Runout) -> Result<(f64, Vec<Reading>)> {
+    let readings = runout.read(path, rotor)?;
     let first = &readings[0];
     let digits = |name: &String| {
         let from = name.rfind(|c: char| !(c.is_ascii_digit() || c == '.')).map_or(0, |at| at + 1);

@@ -4,6 +4,8 @@
 //! `<probe>_sin_um` for every probe: zero-to-peak, `u(t) = cos · cos Ωt + sin · sin Ωt`, t = 0 at the
 //! keyphasor mark. An empty cell is a lost reading of that probe.
 
+mod slow_roll;
+
 use std::io::Write;
 use std::path::Path;
 
@@ -12,6 +14,8 @@ use nalgebra::Complex;
 use crate::bearing::Law;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
+
+pub use slow_roll::{SlowRoll, runout_m};
 
 /// No proximity probe measures more than this; a larger number is a wrong unit.
 const LARGEST_UM: f64 = 10_000.0;
@@ -58,15 +62,29 @@ pub fn phasor_m(cos_um: f64, sin_um: f64) -> Complex<f64> {
     Complex::new(cos_um, -sin_um) * 1e-6
 }
 
-/// Reads a measurement of this rotor.
+/// Reads a measurement of this rotor, less the slow roll that its file states.
 ///
 /// # Errors
 /// One sentence with the file, the row or column and what was expected.
 pub fn read(path: &Path, rotor: &Rotor) -> Result<Vec<Reading>, Error> {
+    read_less(path, rotor, &SlowRoll::Stated)
+}
+
+/// Reads a measurement of this rotor, less a slow roll.
+///
+/// # Errors
+/// As [`read`], and if the slow roll is not there.
+pub fn read_less(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec<Reading>, Error> {
+    let (file, text) = text_of(path)?;
+    parse_less(&file, &text, rotor, slow_roll)
+}
+
+/// Name of a file for messages, and what it holds.
+fn text_of(path: &Path) -> Result<(String, String), Error> {
     let file = path.display().to_string();
     let text =
         std::fs::read_to_string(path).map_err(|e| Error::file(&file, format!("cannot be read ({e})")))?;
-    parse(&file, &text, rotor)
+    Ok((file, text))
 }
 
 struct Columns {
@@ -110,6 +128,17 @@ impl Columns {
 /// # Errors
 /// As [`read`].
 pub fn parse(file: &str, text: &str, rotor: &Rotor) -> Result<Vec<Reading>, Error> {
+    parse_less(file, text, rotor, &SlowRoll::Stated)
+}
+
+fn parse_less(file: &str, text: &str, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec<Reading>, Error> {
+    let readings = slow_roll.taken_off(file, rows(file, text, rotor, slow_roll.run())?, rotor)?;
+    within_films(file, &readings, rotor)?;
+    Ok(readings)
+}
+
+/// Every reading of a file; a run is known from the rotor's file, or is `slow_roll`.
+fn rows(file: &str, text: &str, rotor: &Rotor, slow_roll: Option<&str>) -> Result<Vec<Reading>, Error> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let headers = reader.headers().map_err(|e| Error::measurement(file, "header", e.to_string()))?.clone();
     if headers.is_empty() {
@@ -127,6 +156,7 @@ pub fn parse(file: &str, text: &str, rotor: &Rotor) -> Result<Vec<Reading>, Erro
         let reading = row(file, line, &headers, &columns, &record)?;
         if let Some(run) = &reading.run
             && !rotor.run.is_empty()
+            && slow_roll != Some(run)
             && !rotor.run.iter().any(|r| r.name == *run)
         {
             let what =
@@ -144,8 +174,6 @@ pub fn parse(file: &str, text: &str, rotor: &Rotor) -> Result<Vec<Reading>, Erro
     if readings.is_empty() {
         return Err(Error::measurement(file, "row 2", "there is no reading, expected at least one"));
     }
-    let readings = less_slow_roll(file, readings, rotor)?;
-    within_films(file, &readings, rotor)?;
     Ok(readings)
 }
 
@@ -163,29 +191,6 @@ fn within_films(file: &str, readings: &[Reading], rotor: &Rotor) -> Result<(), E
         }
     }
     Ok(())
-}
-
-/// Takes the mean of the runs that the rotor's file calls slow rolls off every other reading.
-fn less_slow_roll(file: &str, readings: Vec<Reading>, rotor: &Rotor) -> Result<Vec<Reading>, Error> {
-    let slow = |r: &Reading| rotor.run.iter().any(|run| run.slow_roll && Some(&run.name) == r.run.as_ref());
-    let (rolls, mut rest): (Vec<Reading>, Vec<Reading>) = readings.into_iter().partition(slow);
-    if rolls.is_empty() {
-        return Ok(rest);
-    }
-    for (i, probe) in rotor.probe.iter().enumerate() {
-        let seen: Vec<Complex<f64>> = rolls.iter().filter_map(|r| r.probes[i]).collect();
-        if seen.is_empty() {
-            let what =
-                format!("the slow roll has no reading of probe {}, so its runout is unknown", probe.name);
-            return Err(Error::measurement(file, "slow roll", what));
-        }
-        let runout = seen.iter().sum::<Complex<f64>>() / seen.len() as f64;
-        rest.iter_mut().filter_map(|r| r.probes[i].as_mut()).for_each(|y| *y -= runout);
-    }
-    if rest.is_empty() {
-        return Err(Error::measurement(file, "slow roll", "there is nothing but slow roll, expected a run"));
-    }
-    Ok(rest)
 }
 
 fn ragged(file: &str, error: &csv::Error) -> Error {
