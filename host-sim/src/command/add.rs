@@ -7,7 +7,8 @@ use clap::Args;
 use rotor_edge_desktop::diagnose::add;
 use serde_json::json;
 
-use super::{diagnose, diagnosis_report, output};
+use super::diagnose::{self, report};
+use super::output;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -38,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     output::model(&arguments.output, &better.rotor, &readings)?;
     if let Some(path) = &arguments.form.report {
         let after = (better.added.label(), better.rotor.clone());
-        let sections = diagnosis_report::before_and_after(&rotor, &readings, Some(&after))?;
+        let sections = report::before_and_after(&rotor, &readings, Some(&after))?;
         output::report(path, &format!("{}: before and after", rotor.name), sections)?;
     }
     let candidate = diagnose::candidate_json(&better.added);

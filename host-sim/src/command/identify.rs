@@ -12,7 +12,8 @@ use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde::Serialize;
 
-use super::{diagnosis_report, output};
+use super::diagnose::report;
+use super::output;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -103,7 +104,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let readings: Vec<Reading> = days.iter().copied().chain(runup.iter().flatten()).cloned().collect();
     output::model(&arguments.output, &found.rotor, &readings)?;
     if let Some(path) = &arguments.form.report {
-        let sections = diagnosis_report::before_and_after(&found.rotor, &readings, None)?;
+        let sections = report::before_and_after(&found.rotor, &readings, None)?;
         output::report(path, &format!("{}: identified", rotor.name), sections)?;
     }
     if arguments.form.json {

@@ -7,7 +7,8 @@ use clap::Args;
 use rotor_edge_desktop::diagnose::{Step, Verdict, improve};
 use serde_json::{Value, json};
 
-use super::{diagnose, diagnosis_report, output};
+use super::diagnose::{self, report};
+use super::output;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -36,7 +37,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(path) = &arguments.form.report {
         let labels: Vec<String> = outcome.steps.iter().map(|s| s.added.label()).collect();
         let better = (!labels.is_empty()).then(|| (labels.join(" and "), outcome.rotor.clone()));
-        let sections = diagnosis_report::before_and_after(&rotor, &readings, better.as_ref())?;
+        let sections = report::before_and_after(&rotor, &readings, better.as_ref())?;
         output::report(path, &format!("{}: before and after", rotor.name), sections)?;
     }
     if arguments.form.json {

@@ -1,4 +1,4 @@
-//! The commands, one file each.
+//! The commands, a file each, or a folder where one file would not do.
 
 mod acknowledge;
 mod add;
@@ -13,9 +13,7 @@ mod decode;
 mod deploy;
 mod deployable;
 mod diagnose;
-mod diagnosis_report;
 mod forecast;
-mod forecast_report;
 mod identify;
 mod import_rotor;
 mod improve;
@@ -24,20 +22,12 @@ mod key;
 mod node;
 mod output;
 mod replay;
-mod replay_better;
-mod replay_bus;
-mod replay_json;
 mod setting;
 pub mod startup;
-mod startup_json;
-pub mod startup_text;
 mod stop;
 mod thresholds;
 mod track;
-mod track_output;
-mod track_report;
 mod watch;
-mod watch_json;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};

@@ -13,7 +13,7 @@ use super::trend::{Trend, trend};
 use super::wave::wave;
 use super::{Curve, Figure, Section, Table, identifier};
 use crate::command::startup::Answer;
-use crate::command::startup_text::{
+use crate::command::startup::text::{
     ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_rows, model_lines, own_lines, pk_pk, run_rows, shift_lines,
     stage_columns, stage_rows,
 };

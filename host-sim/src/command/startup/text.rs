@@ -7,8 +7,8 @@ use rotor_edge_desktop::startup::estimate::{METHODS, Shift};
 use rotor_edge_desktop::startup::series::Direction;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 
-use super::startup::Answer;
-use super::{diagnose, output};
+use super::Answer;
+use crate::command::{diagnose, output};
 
 /// A resonance changes if its slope over the amplitude squared is this many standard deviations from none.
 const CHANGES_SIGMAS: f64 = 4.0;

@@ -1,6 +1,9 @@
 //! `startup`: a single-disk rotor from its start-up, where the simple model holds, and where and why it
 //! fails.
 
+mod json;
+pub mod text;
+
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
@@ -13,7 +16,7 @@ use rotor_edge_desktop::startup::chain::{Chain, Stage, chain, simple_stages};
 use rotor_edge_desktop::startup::series::Run;
 use rotor_edge_desktop::startup::{Options, PAPER_CLEARANCE_UM, PAPER_SPEEDS_RPM, Startup, startup};
 
-use super::{output, startup_json, startup_text};
+use super::output;
 use crate::report::startup_sections;
 
 /// What the command line asks of the command.
@@ -157,9 +160,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         output::report(path, &format!("{}: start-up", rotor.name), startup_sections(&answer))?;
     }
     if arguments.form.json {
-        return output::json(&startup_json::of(&answer));
+        return output::json(&json::of(&answer));
     }
-    startup_text::print(&answer);
+    text::print(&answer);
     if let Some(path) = &arguments.output {
         println!(
             "\nImproved model written to {}. Next: rotor-edge balance {0} {}{}",

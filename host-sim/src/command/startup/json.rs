@@ -10,8 +10,8 @@ use rotor_edge_desktop::startup::series::{Direction, Run};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 use serde_json::{Map, Value, json};
 
-use super::diagnose;
-use super::startup::Answer;
+use super::Answer;
+use crate::command::diagnose;
 
 /// The whole object.
 pub fn of(answer: &Answer) -> Value {
@@ -169,7 +169,7 @@ fn improved(answer: &Answer) -> Option<Value> {
         "summary": outcome.summary,
         "effects": outcome.steps.iter().map(|s| effect(&s.added)).collect::<Vec<_>>(),
         "own_unbalance": planes,
-        "pedestal_resonance_rpm": super::startup_text::pedestals(chain).map(|(at, rpm, sd)| json!({ "at": at, "rpm": rpm, "sd": sd })).collect::<Vec<_>>(),
+        "pedestal_resonance_rpm": super::text::pedestals(chain).map(|(at, rpm, sd)| json!({ "at": at, "rpm": rpm, "sd": sd })).collect::<Vec<_>>(),
         "shaft_bow_not_added": bow,
     }))
 }

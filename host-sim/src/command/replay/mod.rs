@@ -1,5 +1,9 @@
 //! `replay`: the main job.
 
+mod better;
+mod bus;
+mod json;
+
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -13,9 +17,6 @@ use rotor_edge_desktop::measurement::Reading;
 use super::identify::{self, Days};
 use super::judging::Judging;
 use super::output;
-use super::replay_better::{Better, trends};
-use super::replay_bus::Over;
-use super::replay_json::{Summary, answers};
 use crate::bus::BusConfig;
 use crate::bus::states::name;
 use crate::edge::Deployment;
@@ -24,6 +25,9 @@ use crate::replay::timing::age_limit_s;
 use crate::replay::{self, Flag, Replay, ReplayConfig, day, flags};
 use crate::sample;
 use crate::watch::words::{probe_numbers, span};
+use better::{Better, trends};
+use bus::Over;
+use json::{Summary, answers};
 
 const DAY_S: f64 = 86_400.0;
 

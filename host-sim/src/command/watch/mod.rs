@@ -1,5 +1,7 @@
 //! `watch`: all monitors of a bus on the terminal, or as JSON.
 
+mod json;
+
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -8,7 +10,6 @@ use anyhow::{Result, anyhow, bail};
 use clap::Args;
 use rotor_edge_core::can::MAX_NODE;
 
-use super::watch_json::Summary;
 use super::{output, stop};
 use crate::bus::log::Recorded;
 use crate::bus::spec::BIT_RATES;
@@ -16,6 +17,7 @@ use crate::bus::{BusConfig, BusSpec, CanBus};
 use crate::watch::Watch;
 use crate::watch::terminal::{listen, require_terminal, show};
 use crate::watch::view::Place;
+use json::Summary;
 
 /// Between two looks at the signal, without a terminal.
 const LOOK: Duration = Duration::from_millis(100);

@@ -5,9 +5,9 @@ use rotor_edge_core::state::Reason;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::answer::Answer;
 use crate::bus::counters::named;
 use crate::bus::states::name;
+use crate::command::answer::Answer;
 use crate::watch::Watch;
 use crate::watch::monitor::{Flagged, Monitor, Version};
 use crate::watch::view::Place;

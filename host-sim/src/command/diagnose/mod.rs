@@ -1,5 +1,7 @@
 //! `diagnose`: which physical effect is missing.
 
+pub mod report;
+
 use std::path::PathBuf;
 
 use anyhow::Result;
@@ -8,7 +10,7 @@ use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Verdict, diagnose};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::{diagnosis_report, output};
+use super::output;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -32,7 +34,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let found = diagnose(&rotor, &readings)?;
     working.finish_and_clear();
     if let Some(path) = &arguments.form.report {
-        let sections = diagnosis_report::sections(&rotor, &readings, &found)?;
+        let sections = report::sections(&rotor, &readings, &found)?;
         output::report(path, &format!("{}: what is missing in the model", rotor.name), sections)?;
     }
     if arguments.form.json {

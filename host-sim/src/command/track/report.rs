@@ -5,7 +5,7 @@ use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::track::{Estimate, Interval, Reidentified, Track};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 
-use super::track_output::{coefficient_names, method_name, undiagnosed};
+use super::output::{coefficient_names, method_name, undiagnosed};
 use crate::report::bars::{Bar, bars};
 use crate::report::scale::three_digits;
 use crate::report::trend::{Trend, trend};

@@ -1,5 +1,7 @@
 //! `forecast`: where the unbalance of a track is going.
 
+mod report;
+
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
@@ -14,7 +16,7 @@ use rotor_edge_desktop::prognosis::walk::{Ahead, Model, Score, interval, walk};
 use rotor_edge_desktop::unbalance::G_MM;
 use serde_json::{Map, Value, json};
 
-use super::{forecast_report, output};
+use super::output;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -113,7 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         reached(&magnitude.ahead, now, limit, arguments.seed)
     });
     if let Some(path) = &arguments.form.report {
-        let sections = forecast_report::sections(
+        let sections = report::sections(
             &history,
             &forecasts,
             &arguments.horizons,

@@ -4,7 +4,7 @@ use rotor_edge_desktop::prognosis::limit::Reached;
 use rotor_edge_desktop::prognosis::series::History;
 use rotor_edge_desktop::prognosis::walk::interval;
 
-use super::forecast::{Forecast, against_naive};
+use super::{Forecast, against_naive};
 use crate::report::scale::three_digits;
 use crate::report::trend::{Trend, trend};
 use crate::report::{Figure, Section, Table};

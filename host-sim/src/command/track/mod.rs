@@ -1,5 +1,8 @@
 //! `track`: the unbalance of a long record, while bearings change.
 
+mod output;
+mod report;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -11,8 +14,7 @@ use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::track::{self, Cause, Config, Later, Method, Thresholds, Track};
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 
-use super::output;
-use super::{track_output, track_report};
+use super::output as shared;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -45,9 +47,9 @@ pub struct Arguments {
     #[command(flatten)]
     flagging: Flagging,
     #[command(flatten)]
-    runout: output::Runout,
+    runout: shared::Runout,
     #[command(flatten)]
-    form: output::Form,
+    form: shared::Form,
 }
 
 /// The methods by their names on the command line.
@@ -141,7 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let later: Vec<Later> =
         later.iter().map(|(time_d, readings)| Later { time_d: *time_d, readings }).collect();
     let begun = Instant::now();
-    let bar = output::progress("track", record.len());
+    let bar = shared::progress("track", record.len());
     let followed = track::track(&rotor, &record, &runup, &later, &config, &mut |done, of| {
         bar.set_length(of as u64);
         bar.set_position(done as u64);
@@ -149,14 +151,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     bar.finish_and_clear();
     let followed = followed?;
     if let Some(path) = &arguments.csv {
-        track_output::csv(path, &rotor, &followed)?;
+        output::csv(path, &rotor, &followed)?;
     }
     if let Some(path) = &arguments.form.report {
-        let sections = track_report::sections(&rotor, &record, &followed);
-        output::report(path, &format!("{}: the unbalance followed", rotor.name), sections)?;
+        let sections = report::sections(&rotor, &record, &followed);
+        shared::report(path, &format!("{}: the unbalance followed", rotor.name), sections)?;
     }
     if arguments.form.json {
-        return output::json(&track_output::summary(&rotor, &followed));
+        return shared::json(&output::summary(&rotor, &followed));
     }
     print(&rotor, &record, &followed);
     println!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
@@ -173,7 +175,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// A run-up and its day.
-fn later_runup(path: &Path, rotor: &Rotor, runout: &output::Runout) -> Result<(f64, Vec<Reading>)> {
+fn later_runup(path: &Path, rotor: &Rotor, runout: &shared::Runout) -> Result<(f64, Vec<Reading>)> {
     let readings = runout.read(path, rotor)?;
     let first = &readings[0];
     let digits = |name: &String| {
@@ -190,7 +192,7 @@ fn later_runup(path: &Path, rotor: &Rotor, runout: &output::Runout) -> Result<(f
 }
 
 fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
-    let name = track_output::method_name(followed.method);
+    let name = output::method_name(followed.method);
     println!("{}: {} readings, method {name}", rotor.name, record.len());
     for remark in &followed.remarks {
         println!("  {remark}");
@@ -217,7 +219,7 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
             );
         }
     }
-    if let Some(open) = track_output::undiagnosed(followed) {
+    if let Some(open) = output::undiagnosed(followed) {
         println!("  {open}");
     }
     let [whole, after] = followed.reduction();
@@ -238,7 +240,7 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
         }
     }
     if let Some(joint) = &followed.joint {
-        track_output::print_joint(rotor, joint);
+        output::print_joint(rotor, joint);
     }
     if let Some(last) = followed.estimates.last() {
         println!("\nOn day {:.0}", last.time_d);
