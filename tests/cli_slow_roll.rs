@@ -29,6 +29,7 @@ impl Scratched {
             time_d: runup[0].time_d,
             speed_rpm,
             probes: (0..runup[0].probes.len()).map(|p| Some(runout_m(p))).collect(),
+            ..Reading::default()
         };
         let scratched = Self {
             slow: vec![turning(60.0), turning(70.0)],

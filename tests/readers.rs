@@ -25,10 +25,9 @@ fn component() -> impl Strategy<Value = f64> {
 fn reading() -> impl Strategy<Value = Reading> {
     let probe = proptest::option::weighted(0.9, (component(), component()));
     (1.0..60_000.0_f64, proptest::collection::vec(probe, 4)).prop_map(|(speed_rpm, probes)| Reading {
-        run: None,
-        time_d: None,
         speed_rpm,
         probes: probes.into_iter().map(|p| p.map(|(c, s)| measurement::phasor_m(c, s))).collect(),
+        ..Reading::default()
     })
 }
 

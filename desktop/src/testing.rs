@@ -8,7 +8,14 @@ fn bearing(name: &str, position_m: f64, k: [f64; 2], c: [f64; 2]) -> Bearing {
 }
 
 fn probe(name: &str, bearing: &str, position_m: f64, angle_deg: f64) -> Probe {
-    Probe { name: name.into(), bearing: bearing.into(), position_m, angle_deg, mount: Mount::Ground }
+    Probe {
+        name: name.into(),
+        bearing: bearing.into(),
+        position_m,
+        angle_deg,
+        mount: Mount::Ground,
+        gap: None,
+    }
 }
 
 fn plane(name: &str, position_m: f64) -> Plane {

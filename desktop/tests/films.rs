@@ -6,7 +6,7 @@ use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
 use rotor_edge_desktop::bearing::Law;
 use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Verdict, diagnose};
-use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::drawing::{Gap, Probe, Rotor};
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::model::Model;
@@ -93,8 +93,8 @@ fn names_at_b(found: &Diagnosis, effect: &str) -> bool {
         && (named || found.indistinguishable.first().is_some_and(|g| g.contains(&format!("{effect}@B"))))
 }
 
-/// A run-up of the machine with the film at B changed: clearance, viscosity and load times factors.
-fn measured([clearance, viscosity, load]: [f64; 3], seed: u64) -> Vec<Reading> {
+/// The machine with the film at B changed: clearance, viscosity and load times factors.
+fn changed([clearance, viscosity, load]: [f64; 3]) -> Rotor {
     let text = MACHINE.replacen("8e-5", "CLEARANCE", 1).replacen(
         "radial_clearance_m = 8e-5, viscosity_pa_s = 0.018",
         &format!(
@@ -105,14 +105,18 @@ fn measured([clearance, viscosity, load]: [f64; 3], seed: u64) -> Vec<Reading> {
         ),
         1,
     );
-    let truth = rotor_file::parse("truth.toml", &text.replace("CLEARANCE", "8e-5")).unwrap();
-    let model = Model::finite_elements(&truth);
+    rotor_file::parse("truth.toml", &text.replace("CLEARANCE", "8e-5")).unwrap()
+}
+
+/// A run-up of that machine.
+fn measured(change: [f64; 3], seed: u64) -> Vec<Reading> {
+    let model = Model::finite_elements(&changed(change));
     let unbalance = DVector::from_vec(vec![phasor_kg_m(600.0, 30.0), phasor_kg_m(500.0, -80.0)]);
     let mut random = StdRng::seed_from_u64(seed);
     (0..45)
         .map(|k| {
             let speed_rpm = 1500.0 + 150.0 * f64::from(k);
-            let mut reading = Reading { run: None, time_d: None, speed_rpm, probes: vec![] };
+            let mut reading = Reading { speed_rpm, ..Reading::default() };
             let y = model.response(reading.speed_rad_s()).unwrap().at(&unbalance);
             let mut noisy = |y: &C| {
                 let sigma = 0.01 * y.norm() + 0.05e-6;
@@ -147,6 +151,46 @@ fn oil_at_a_fifth_of_its_viscosity_is_found_at_its_bearing_or_in_its_group() {
 fn a_load_that_misalignment_moved_is_found_at_its_bearing_or_in_its_group() {
     let found = diagnose(&drawn(), &measured([1.0, 1.0, 2.2], 8)).unwrap();
     assert!(names_at_b(&found, "moved_load"), "{}", found.summary);
+}
+
+/// The machine with gap voltages at rest, and the same of its readings, by probes that were calibrated in place to 2 µm.
+fn with_gaps(change: [f64; 3], seed: u64) -> (Rotor, Vec<Reading>) {
+    const AT_REST_V: f64 = -10.0;
+    const OFF_M: [f64; 4] = [2e-6, -2e-6, 2e-6, -2e-6];
+    let mut rotor = drawn();
+    for probe in &mut rotor.probe {
+        probe.gap = Some(Gap { at_rest_v: AT_REST_V, sensitivity_v_mm: 7.87, accuracy_um: 2.0 });
+    }
+    rotor.validate().unwrap();
+    let truth = changed(change);
+    let mut readings = measured(change, seed);
+    for reading in &mut readings {
+        let gap_v = |(probe, off_m): (&Probe, f64)| {
+            let Law::Film(film) = &truth.bearing[truth.bearing_of(probe)?].law else { return None };
+            let risen = film.curve().risen_m(reading.speed_rad_s())?;
+            let (sin, cos) = probe.angle_deg.to_radians().sin_cos();
+            Some(AT_REST_V + 7.87e3 * (risen.x * cos + risen.y * sin + off_m))
+        };
+        reading.gaps_v = truth.probe.iter().zip(OFF_M).map(gap_v).collect();
+    }
+    (rotor, readings)
+}
+
+#[test]
+fn gap_voltages_find_oil_at_a_third_of_its_viscosity_which_vibration_alone_does_not() {
+    let change = [1.0, 0.33, 1.0];
+    let alone = diagnose(&drawn(), &measured(change, 4)).unwrap();
+    assert_eq!(alone.verdict, Verdict::Adequate, "{}", alone.summary);
+    let (rotor, readings) = with_gaps(change, 4);
+    let found = diagnose(&rotor, &readings).unwrap();
+    assert!(names_at_b(&found, "hot_oil"), "{}", found.summary);
+}
+
+#[test]
+fn gap_voltages_of_films_nearly_as_made_are_no_finding() {
+    let (rotor, readings) = with_gaps([1.04, 0.95, 1.0], 9);
+    let found = diagnose(&rotor, &readings).unwrap();
+    assert_eq!(found.verdict, Verdict::Adequate, "{}", found.summary);
 }
 
 #[test]

@@ -118,6 +118,10 @@ fn what_no_machine_can_be_is_refused_in_one_sentence_with_key_and_number() {
         (bearing("A", 0.1, "stiffness_n_m = { xx = 1e8, yy = 1e8 }"), "damping_n_s_m is missing"),
         (film(", load_n = -500.0"), "-500"),
         (film(", preload = 3.0"), "preload"),
+        (
+            format!("{}{PROBE}gap = {{ at_rest_v = -9.8 }}\n", bearing("A", 0.1, CONSTANT)),
+            "\"AX\" gap: shows where a journal runs in a film",
+        ),
         (bearing("A", 0.9, CONSTANT), "the bearing \"B\" is at the same place"),
         (
             format!("{}{}", bearing("A", 0.1, CONSTANT), "[rated]\nspeed_rpm = [5000, 3000]\n"),
@@ -168,6 +172,21 @@ fn a_reading_so_slow_that_the_film_is_out_of_its_solver_s_range_is_told_with_spe
     assert!(measurement::parse("m.csv", &text(2000.0), &rotor).is_ok());
     let error = measurement::parse("m.csv", &text(3.0), &rotor).unwrap_err().to_string();
     assert!(error.contains("at 3 rpm, bearing \"A\"") && error.contains("0.95"), "{error}");
+}
+
+#[test]
+fn gap_voltages_are_read_and_written_and_what_is_none_is_refused() {
+    let rotor = read(&machine("[[run]]\nname = \"a\"\n"));
+    let text =
+        |gap: &str| format!("speed_rpm,AX_cos_um,AX_sin_um,AX_gap_v\n3000,1.0,2.0,{gap}\n3100,1.0,2.0,\n");
+    let readings = measurement::parse("m.csv", &text("-9.25"), &rotor).unwrap();
+    assert_eq!([&readings[0].gaps_v, &readings[1].gaps_v], [&vec![Some(-9.25)], &vec![None]]);
+    let mut written = Vec::new();
+    measurement::write(&mut written, &rotor, &readings).unwrap();
+    let again = measurement::parse("m.csv", std::str::from_utf8(&written).unwrap(), &rotor).unwrap();
+    assert_eq!(again, readings);
+    let error = measurement::parse("m.csv", &text("9.25"), &rotor).unwrap_err().to_string();
+    assert!(error.contains("row 2, column AX_gap_v: 9.25 is no gap voltage"), "{error}");
 }
 
 #[test]

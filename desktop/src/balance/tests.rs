@@ -66,9 +66,9 @@ fn measured(rotor: &Rotor, seed: Option<u64>) -> Vec<Reading> {
             });
             readings.push(Reading {
                 run: Some(run.name.clone()),
-                time_d: None,
                 speed_rpm,
                 probes: probes.collect(),
+                ..Reading::default()
             });
         }
     }

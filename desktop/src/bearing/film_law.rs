@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 
 use super::curve::{Curve, Pair};
 use super::film::{Film, FilmState, FilmTable};
@@ -23,6 +23,7 @@ const LOAD_LOG_SD: f64 = 0.1;
 pub struct FilmLaw {
     film: Film,
     table: Arc<FilmTable>,
+    at_rest: Option<Vector2<f64>>,
     /// From the file, or what the shaft's weight puts on the bearing; not a number while nobody has said.
     load_n: f64,
 }
@@ -32,6 +33,8 @@ pub struct FilmLaw {
 pub struct FilmCurve {
     film: Arc<Film>,
     table: Arc<FilmTable>,
+    /// Where the journal lies still, by the clearance.
+    at_rest: Option<Vector2<f64>>,
     /// Of the machined pad or lobe, m.
     pub clearance_m: f64,
     /// Of the oil, Pa·s.
@@ -56,6 +59,12 @@ impl FilmCurve {
             Ok(state) => Pair { stiffness: state.stiffness_n_m, damping: state.damping_n_s_m },
             Err(_) => Pair { stiffness: Matrix2::repeat(f64::NAN), damping: Matrix2::repeat(f64::NAN) },
         }
+    }
+
+    /// Motion of the journal from where it lies still to where it runs, m; `None` where either is not known.
+    pub fn risen_m(&self, speed_rad_s: f64) -> Option<Vector2<f64>> {
+        let state = self.state(speed_rad_s).ok()?;
+        Some(Vector2::new(state.x_m, state.y_m) - self.at_rest? * self.clearance_m)
     }
 
     /// Slowest and fastest speed that the film is solved for, rad/s.
@@ -93,7 +102,7 @@ impl FilmLaw {
     pub fn new(film: Film) -> Result<Self, Error> {
         film.check().map_err(|(key, what)| Error::Unsuitable(format!("film.{key}: {what}")))?;
         let load_n = film.load_n.unwrap_or(f64::NAN);
-        Ok(Self { table: solved(&film)?, load_n, film })
+        Ok(Self { table: solved(&film)?, load_n, at_rest: film.at_rest(), film })
     }
 
     /// As the file states it.
@@ -121,6 +130,7 @@ impl FilmLaw {
         FilmCurve {
             film: Arc::new(self.film.clone()),
             table: self.table.clone(),
+            at_rest: self.at_rest,
             clearance_m: self.film.radial_clearance_m,
             viscosity_pa_s: self.film.viscosity().unwrap_or(f64::NAN),
             load_n: self.load_n,

@@ -187,6 +187,7 @@ fn completed(rotor: &Rotor) -> Rotor {
                 position_m: b.position_m,
                 angle_deg,
                 mount: Mount::default(),
+                gap: None,
             })
         };
         rotor.probe = rotor.bearing.iter().flat_map(pair).collect();

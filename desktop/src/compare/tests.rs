@@ -24,7 +24,7 @@ fn truth(row: usize) -> Vec<C> {
 
 fn reading(row: usize, probes: &[C]) -> Reading {
     let speed_rpm = 1000.0 + 100.0 * row as f64;
-    Reading { run: None, time_d: None, speed_rpm, probes: probes.iter().copied().map(Some).collect() }
+    Reading { speed_rpm, probes: probes.iter().copied().map(Some).collect(), ..Reading::default() }
 }
 
 fn predicted() -> Vec<Vec<C>> {

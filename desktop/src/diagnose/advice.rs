@@ -169,6 +169,7 @@ fn measurements(base: &Base, rotor: &Rotor) -> Vec<Measurement> {
             position_m: disk.position_m,
             angle_deg,
             mount: Mount::Ground,
+            gap: None,
         };
         all.push(Measurement {
             name: format!("a run-up with a further X/Y pair of probes at {}", disk.name),

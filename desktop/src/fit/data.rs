@@ -3,6 +3,7 @@
 
 use nalgebra::Complex;
 
+use super::centreline::{Risen, observed};
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::unbalance::phasor_kg_m;
@@ -32,10 +33,12 @@ pub struct Row {
 }
 
 /// All readings that are fitted together.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Data {
     /// In the order of the file.
     pub rows: Vec<Row>,
+    /// What gap voltages say about the journals' places.
+    pub(super) centreline: Vec<Risen>,
 }
 
 impl Data {
@@ -57,7 +60,7 @@ impl Data {
                     .collect(),
             }
         });
-        Self { rows: rows.collect() }
+        Self { rows: rows.collect(), centreline: observed(rotor, readings) }
     }
 
     /// Complex values in all.

@@ -10,6 +10,7 @@
 //!
 //! [`Fitter`] holds what all hypotheses about one machine share.
 
+mod centreline;
 pub mod data;
 mod derivative;
 pub(crate) mod descent;
@@ -18,6 +19,7 @@ pub mod hypothesis;
 pub mod problem;
 pub mod projection;
 mod queries;
+mod search;
 mod settle;
 #[cfg(test)]
 mod tests;
@@ -38,8 +40,9 @@ use crate::shaft::nodal::Shaft;
 use data::Data;
 use descent::Stop;
 use hypothesis::{Assumed, Hypothesis};
-use problem::{Amplitudes, Problem, Search};
+use problem::{Amplitudes, Problem};
 use projection::Solved;
+use search::Search;
 use whitening::Whitening;
 
 type C = Complex<f64>;

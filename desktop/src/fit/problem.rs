@@ -13,6 +13,7 @@ use super::data::Data;
 use super::descent::{Landscape, Stop, descend};
 use super::hypothesis::Hypothesis;
 use super::projection::Solved;
+use super::search::Search;
 use super::whitening::Whitening;
 use crate::bearing::support::SupportLaw;
 use crate::effects::{Pattern, Place};
@@ -162,9 +163,11 @@ impl<'a, const D: usize> Problem<'a, D> {
         self.now.as_ref()
     }
 
-    /// Squared deviation from the prior on the bearings, in standard deviations.
+    /// Squared deviation from the prior on the bearings and from what gap voltages say of them, in standard deviations.
     pub fn prior_cost(&self) -> f64 {
-        self.hypothesis.bearings.prior_residuals(self.x.as_slice()).map(|r| r * r).sum()
+        let prior: f64 = self.hypothesis.bearings.prior_residuals(self.x.as_slice()).map(|r| r * r).sum();
+        let centreline = |now: &Evaluated<D>| self.centreline_residuals(&now.terms).norm_squared();
+        prior + self.now.as_ref().map_or(0.0, centreline)
     }
 
     /// Dynamic stiffness of one support in a row.
@@ -259,36 +262,6 @@ impl<'a, const D: usize> Problem<'a, D> {
     }
 }
 
-/// A problem whatever the number of its held places.
-pub trait Search {
-    /// Moves to `x` and evaluates there.
-    fn go_to(&mut self, x: &[f64]);
-    /// Goes downhill from here.
-    fn descend(&mut self, stop: Stop);
-    /// Where the search is.
-    fn x(&self) -> &[f64];
-    /// The linear unknowns there; `None` if the machine is singular.
-    fn solved(&self) -> Option<&Solved>;
-    /// Squared misfit in standard deviations, without the prior.
-    fn chi2(&self) -> f64;
-    /// Squared misfit with the prior on the bearings.
-    fn cost(&self) -> f64;
-    /// Squared amplitude of the shaft at the bearings in every row, m².
-    fn bearing_amplitudes(&self) -> Option<Amplitudes>;
-    /// The model at `x` and these linear unknowns, in noise units.
-    fn weighted_model(&self, x: &[f64], unknowns: &[C]) -> Option<DVector<f64>>;
-    /// Change of the model at every value per search coordinate, weighted but not whitened or projected.
-    fn raw_derivative(&self) -> Option<DMatrix<f64>>;
-    /// The same per standard deviation of each error of the drawing.
-    fn deviation_derivative(&self, errors: &super::drawing_errors::DrawingErrors) -> Option<DMatrix<f64>>;
-    /// `JᵀJ` and `Jᵀr` of the weighted residuals and the prior on the bearings, for the search coordinates and
-    /// further unknowns with this derivative of the model; what the linear unknowns can follow is out.
-    fn joint_normal_equations(&self, further: &DMatrix<f64>) -> Option<(DMatrix<f64>, DVector<f64>)>;
-    /// Covariance of everything: search coordinates first, then real and imaginary parts of the linear
-    /// unknowns. From the information in the data and in the prior.
-    fn covariance(&self) -> Option<DMatrix<f64>>;
-}
-
 impl<const D: usize> Search for Problem<'_, D> {
     fn go_to(&mut self, x: &[f64]) {
         self.move_to(&DVector::from_column_slice(x));
@@ -362,6 +335,9 @@ impl<const D: usize> Search for Problem<'_, D> {
         for (i, u) in self.hypothesis.bearings.unknowns().iter().enumerate() {
             information[(i, i)] += u.law.prior_sd.powi(-2);
         }
+        let centreline = self.centreline_derivative();
+        let mut outer = information.view_mut((0, 0), (n, n));
+        outer += centreline.tr_mul(&centreline);
         // in units of each parameter's own information, so that rounding is judged fairly
         let scale = information.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 1.0 });
         let scaled = DMatrix::from_fn(n + width, n + width, |i, j| information[(i, j)] * scale[i] * scale[j]);
@@ -395,7 +371,8 @@ impl<const D: usize> Problem<'_, D> {
         if let Some(w) = self.whitening {
             w.apply(&mut model);
         }
-        let solved = &self.now.as_ref()?.solved;
+        let now = self.now.as_ref()?;
+        let solved = &now.solved;
         solved.project(&mut model);
         let (mut gram, mut slope) = (model.tr_mul(&model), -model.tr_mul(&solved.weighted));
         let bearings = &self.hypothesis.bearings;
@@ -404,6 +381,12 @@ impl<const D: usize> Problem<'_, D> {
             gram[(i, i)] += u.law.prior_sd.powi(-2);
             slope[i] += residual / u.law.prior_sd;
         }
+        let (centreline, off) = (self.centreline_derivative(), self.centreline_residuals(&now.terms));
+        let n = centreline.ncols();
+        let mut outer = gram.view_mut((0, 0), (n, n));
+        outer += centreline.tr_mul(&centreline);
+        let mut outer = slope.rows_mut(0, n);
+        outer += centreline.tr_mul(&off);
         Some((gram, slope))
     }
 }

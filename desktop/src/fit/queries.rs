@@ -3,7 +3,8 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::hypothesis::Hypothesis;
-use super::problem::{Amplitudes, Search};
+use super::problem::Amplitudes;
+use super::search::Search;
 use super::{Drawing, Fit, Fitter, singular};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;

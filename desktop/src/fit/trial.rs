@@ -7,7 +7,8 @@ use nalgebra::Complex;
 
 use super::data::{Data, Value};
 use super::hypothesis::Hypothesis;
-use super::problem::{Amplitudes, Search};
+use super::problem::Amplitudes;
+use super::search::Search;
 use super::{Drawing, Effort, Fit, Fitter};
 use crate::error::Error;
 

@@ -26,10 +26,9 @@ mod tests {
     #[test]
     fn floor_is_two_percent_of_the_median_amplitude_of_what_was_not_lost() {
         let at = |sizes_um: [Option<f64>; 3]| Reading {
-            run: None,
-            time_d: None,
             speed_rpm: 3000.0,
             probes: sizes_um.map(|s| s.map(|s| Complex::new(0.0, -s * 1e-6))).to_vec(),
+            ..Reading::default()
         };
         let noise =
             assumed_noise(&[at([Some(4.0), None, Some(900.0)]), at([Some(1.0), Some(5.0), Some(7.0)])]);

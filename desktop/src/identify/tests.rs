@@ -33,7 +33,7 @@ fn readings(speeds_rpm: impl IntoIterator<Item = f64>) -> Vec<Reading> {
     let model = Model::finite_elements(&sample_rotor());
     let read = |speed_rpm| {
         let motion = model.response(rad_s(speed_rpm)).unwrap().at(&true_unbalance_kg_m());
-        Reading { run: None, time_d: None, speed_rpm, probes: motion.iter().copied().map(Some).collect() }
+        Reading { speed_rpm, probes: motion.iter().copied().map(Some).collect(), ..Reading::default() }
     };
     speeds_rpm.into_iter().map(read).collect()
 }

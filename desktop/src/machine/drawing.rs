@@ -269,6 +269,40 @@ pub struct Probe {
     /// What it is mounted on.
     #[serde(default, skip_serializing_if = "is_default")]
     pub mount: Mount,
+    /// Its gap voltage, if that of the shaft at rest is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap: Option<Gap>,
+}
+
+/// Gap voltage of an eddy-current probe: negative, and more so the further away the shaft is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gap {
+    /// While the shaft lies still in its bearing, V.
+    pub at_rest_v: f64,
+    /// Change per mm that the shaft comes nearer, V/mm; 7.87 is 200 mV/mil.
+    #[serde(default = "standard_sensitivity_v_mm")]
+    pub sensitivity_v_mm: f64,
+    /// Standard deviation of what the probe shows from a straight line, µm; unless stated, that of a probe that is off by
+    /// up to 25.4 µm, as API 670 allows.
+    #[serde(default = "standard_accuracy_um")]
+    pub accuracy_um: f64,
+}
+
+/// Of API standard 670.
+fn standard_sensitivity_v_mm() -> f64 {
+    7.87
+}
+
+fn standard_accuracy_um() -> f64 {
+    25.4 / 3.0_f64.sqrt()
+}
+
+impl Gap {
+    /// How far the shaft has come nearer since it lay still, m.
+    pub fn moved_m(&self, gap_v: f64) -> f64 {
+        (gap_v - self.at_rest_v) / self.sensitivity_v_mm * 1e-3
+    }
 }
 
 /// What a probe is mounted on.

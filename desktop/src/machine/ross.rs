@@ -375,6 +375,7 @@ fn probes(bearings: &[Bearing]) -> Vec<Probe> {
             position_m: b.position_m,
             angle_deg,
             mount: Mount::default(),
+            gap: None,
         })
     };
     bearings.iter().flat_map(pair).collect()

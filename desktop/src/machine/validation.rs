@@ -1,8 +1,10 @@
 //! What a machine must satisfy, whether it was read or built in code.
 
+use crate::bearing::Law;
 use crate::effects::entry;
 use crate::error::Error;
 use crate::machine::drawing::{EffectEntry, Rated, Rotor};
+use crate::measurement::LOWEST_GAP_V;
 
 /// The newest layout of `rotor.toml`; older ones are read as well.
 pub const SCHEMA: u32 = 2;
@@ -149,6 +151,20 @@ fn check_probes_and_planes(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         let key = |name: &str| format!("[[probe]] \"{}\" {name}", p.name);
         c.on_shaft(&key("position_m"), p.position_m, length)?;
         c.within(&key("angle_deg"), p.angle_deg, -360.0, 360.0, "degrees")?;
+        if let Some(gap) = p.gap {
+            c.within(&key("gap.at_rest_v"), gap.at_rest_v, LOWEST_GAP_V, 0.0, "V")?;
+            c.within(&key("gap.sensitivity_v_mm"), gap.sensitivity_v_mm, 0.1, 100.0, "V/mm")?;
+            c.within(&key("gap.accuracy_um"), gap.accuracy_um, 0.1, 1000.0, "µm")?;
+            let law = rotor.bearing_of(p).map(|b| &rotor.bearing[b].law);
+            if !law.is_some_and(|law| matches!(law, Law::Film(film) if film.film().at_rest().is_some())) {
+                let what = "shows where a journal runs in a film that faces its load alike on both sides, and there is none";
+                return c.fail(key("gap"), what);
+            }
+            if rotor.schema < 2 {
+                return c
+                    .fail("schema", format!("{} does not know {}, expected 2", rotor.schema, key("gap")));
+            }
+        }
         if rotor.bearing_of(p).is_none() {
             let known = rotor.bearing.iter().map(|b| format!("\"{}\"", b.name)).collect::<Vec<_>>();
             return c.fail(

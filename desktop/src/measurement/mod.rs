@@ -2,7 +2,7 @@
 //!
 //! Columns `run` (optional), `time_d` (optional), `speed_rpm`, then `<probe>_cos_um` and
 //! `<probe>_sin_um` for every probe: zero-to-peak, `u(t) = cos · cos Ωt + sin · sin Ωt`, t = 0 at the
-//! keyphasor mark. An empty cell is a lost reading of that probe.
+//! keyphasor mark; and `<probe>_gap_v` (optional), the probe's mean voltage. An empty cell is a lost reading of that probe.
 
 mod slow_roll;
 
@@ -19,11 +19,13 @@ pub use slow_roll::{SlowRoll, runout_m};
 
 /// No proximity probe measures more than this; a larger number is a wrong unit.
 const LARGEST_UM: f64 = 10_000.0;
+/// Supply of an eddy-current probe, with room.
+pub(crate) const LOWEST_GAP_V: f64 = -30.0;
 /// No rotor of this kind turns faster; a larger number is a wrong unit.
 const FASTEST_RPM: f64 = 500_000.0;
 
 /// One row: all probes at one speed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Reading {
     /// Name of the run, if the file has them.
     pub run: Option<String>,
@@ -33,6 +35,8 @@ pub struct Reading {
     pub speed_rpm: f64,
     /// Phasor `cos − i sin` of each probe, m; `None` where the reading was lost.
     pub probes: Vec<Option<Complex<f64>>>,
+    /// Gap voltage of each probe, V; empty if the file has none.
+    pub gaps_v: Vec<Option<f64>>,
 }
 
 impl Reading {
@@ -92,6 +96,7 @@ struct Columns {
     time_d: Option<usize>,
     speed_rpm: usize,
     probes: Vec<[usize; 2]>,
+    gaps: Vec<Option<usize>>,
 }
 
 impl Columns {
@@ -111,9 +116,11 @@ impl Columns {
         for p in &rotor.probe {
             probes.push([need(&format!("{}_cos_um", p.name))?, need(&format!("{}_sin_um", p.name))?]);
         }
-        let columns = Self { run: place("run"), time_d: place("time_d"), speed_rpm, probes };
+        let gaps = rotor.probe.iter().map(|p| place(&format!("{}_gap_v", p.name))).collect();
+        let columns = Self { run: place("run"), time_d: place("time_d"), speed_rpm, probes, gaps };
         for (i, name) in headers.iter().enumerate() {
-            let known = columns.probes.iter().flatten().chain([&columns.speed_rpm]);
+            let gaps = columns.gaps.iter().flatten();
+            let known = columns.probes.iter().flatten().chain([&columns.speed_rpm]).chain(gaps);
             if !known.chain(columns.run.iter()).chain(columns.time_d.iter()).any(|k| *k == i) {
                 let what = format!("the column {name} belongs to no probe of rotor \"{}\"", rotor.name);
                 return Err(Error::measurement(file, "header", what));
@@ -242,6 +249,18 @@ fn row(
         };
         probes.push(phasor);
     }
+    let mut gaps_v = Vec::new();
+    if columns.gaps.iter().any(Option::is_some) {
+        for column in &columns.gaps {
+            let gap_v = column.map_or(Ok(None), number)?;
+            if let (Some(gap_v), Some(column)) = (gap_v.filter(|v| !(LOWEST_GAP_V..=0.0).contains(v)), column)
+            {
+                let what = format!("{gap_v} is no gap voltage, expected {LOWEST_GAP_V} to 0 V");
+                return Err(Error::measurement(file, at(headers.get(*column).unwrap_or("?")), what));
+            }
+            gaps_v.push(gap_v);
+        }
+    }
     let time_d = match columns.time_d {
         Some(column) => Some(
             number(column)?
@@ -250,7 +269,7 @@ fn row(
         None => None,
     };
     let run = columns.run.and_then(|c| record.get(c)).map(|s| s.trim().to_string());
-    Ok(Reading { run, time_d, speed_rpm, probes })
+    Ok(Reading { run, time_d, speed_rpm, probes, gaps_v })
 }
 
 /// Writes readings in the same layout as they are read.
@@ -272,6 +291,7 @@ pub fn write_probes(
     readings: &[Reading],
 ) -> Result<(), csv::Error> {
     let with_run = readings.iter().any(|r| r.run.is_some());
+    let with_gaps = readings.iter().any(|r| !r.gaps_v.is_empty());
     let with_time = readings.iter().any(|r| r.time_d.is_some());
     let mut writer = csv::Writer::from_writer(out);
     let mut header: Vec<String> = Vec::new();
@@ -280,6 +300,9 @@ pub fn write_probes(
     header.push("speed_rpm".into());
     for name in probes.iter().map(AsRef::as_ref) {
         header.extend([format!("{name}_cos_um"), format!("{name}_sin_um")]);
+    }
+    if with_gaps {
+        header.extend(probes.iter().map(|name| format!("{}_gap_v", name.as_ref())));
     }
     writer.write_record(&header)?;
     for r in readings {
@@ -292,6 +315,10 @@ pub fn write_probes(
                 Some(y) => cells.extend([format!("{:.5}", y.re * 1e6), format!("{:.5}", -y.im * 1e6)]),
                 None => cells.extend([String::new(), String::new()]),
             }
+        }
+        if with_gaps {
+            let gap = |p: usize| r.gaps_v.get(p).copied().flatten();
+            cells.extend((0..probes.len()).map(|p| gap(p).map_or(String::new(), |v| format!("{v:.4}"))));
         }
         writer.write_record(&cells)?;
     }

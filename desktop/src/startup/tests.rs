@@ -187,7 +187,7 @@ fn probes_at_any_angle_show_the_same_x_and_y() {
             let a = p.angle_deg.to_radians();
             Some(motion[0] * a.cos() + motion[1] * a.sin())
         });
-        let reading = Reading { run: None, time_d: None, speed_rpm: 1000.0, probes: seen.collect() };
+        let reading = Reading { speed_rpm: 1000.0, probes: seen.collect(), ..Reading::default() };
         let readings = [reading];
         let run = &Run::all(&rotor, &readings)[0];
         let all = directions(&rotor);

@@ -115,10 +115,10 @@ mod tests {
                 at[1].re += jump * 1e-6;
             }
             crate::measurement::Reading {
-                run: None,
                 time_d: Some(f64::from(day)),
                 speed_rpm: 9000.0,
                 probes: at.map(Some).to_vec(),
+                ..Default::default()
             }
         });
         let readings: Vec<_> = readings.collect();

@@ -107,14 +107,17 @@ fn readings(recorded: &[Timed<reading::Reading>], start_us: u64, name: &str) -> 
             seconds(&pair[1])
         );
     }
+    let with_gaps = recorded.iter().any(|timed| timed.what.gaps_v().iter().any(|v| v.is_finite()));
     let reading = |timed: &Timed<reading::Reading>| {
         let time_d = timed.time_us.saturating_sub(start_us) as f64 / US_A_DAY;
+        let gaps_v = timed.what.gaps_v().iter().map(|v| v.is_finite().then(|| shortest(*v)));
         Reading {
             run: None,
             // to a microsecond and no further
             time_d: Some((time_d * 1e11).round() / 1e11),
             speed_rpm: shortest(timed.what.speed_rpm),
             probes: timed.what.probes().iter().map(phasor).collect(),
+            gaps_v: if with_gaps { gaps_v.collect() } else { vec![] },
         }
     };
     Ok(recorded.iter().map(reading).collect())

@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     fn record(days: &[f64]) -> Vec<Reading> {
-        let row = |day: &f64| Reading { run: None, time_d: Some(*day), speed_rpm: 3000.0, probes: vec![] };
+        let row = |day: &f64| Reading { time_d: Some(*day), speed_rpm: 3000.0, ..Reading::default() };
         days.iter().map(row).collect()
     }
 

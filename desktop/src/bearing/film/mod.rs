@@ -6,6 +6,7 @@
 //! | `reynolds`, `banded` | the film of one pad: pressure, cavitation, force and its derivatives |
 //! | `journal` | all pads around the journal; tilting pads |
 //! | `equilibrium` | where the journal runs, from light to heavy load |
+//! | `rest` | where a journal lies that does not turn |
 //! | `table`, `interpolation` | that over the Sommerfeld number |
 //! | `viscosity` | oil from its ISO grade |
 //! | `check` | what a file may say |
@@ -24,6 +25,7 @@ mod equilibrium;
 mod geometry;
 mod interpolation;
 mod journal;
+mod rest;
 mod reynolds;
 mod state;
 mod table;

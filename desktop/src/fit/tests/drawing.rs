@@ -31,7 +31,7 @@ pub(super) fn by_differences(
 
 fn compare(chosen: &[&str], centre: f64) {
     let rotor = machine();
-    let none = DVector::zeros(Fitter::new(&rotor, Data { rows: vec![] }).deviations.len());
+    let none = DVector::zeros(Fitter::new(&rotor, Data::default()).deviations.len());
     let readings = measured(&rotor, &run_up(9), chosen, &none);
     let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &readings));
     let (h, x, _) = hypothesis(&fitter, chosen);
@@ -62,7 +62,7 @@ fn response_per_error_of_the_drawing_equals_differences_for_a_machine_with_every
 #[test]
 fn a_machine_that_differs_from_its_drawing_is_found() {
     let rotor = machine();
-    let count = Fitter::new(&rotor, Data { rows: vec![] }).deviations.len();
+    let count = Fitter::new(&rotor, Data::default()).deviations.len();
     let truth = DVector::from_fn(count, |i, _| 1.5 * (1.0 + i as f64).sin());
     let readings = measured(&rotor, &run_up(40), &[], &truth);
     let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &readings));

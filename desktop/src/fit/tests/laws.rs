@@ -132,7 +132,7 @@ fn derivative_equals_differences_for_every_law_and_for_housings() {
 #[test]
 fn response_per_error_of_the_drawing_equals_differences_for_probes_on_housings() {
     let rotor = train();
-    let none = DVector::zeros(Fitter::new(&rotor, Data { rows: vec![] }).deviations.len());
+    let none = DVector::zeros(Fitter::new(&rotor, Data::default()).deviations.len());
     let readings = measured(&rotor, &run_up(5), &[], &none);
     let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &readings));
     let (h, x, _) = hypothesis(&fitter, &[]);

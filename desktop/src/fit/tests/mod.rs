@@ -9,7 +9,7 @@ use nalgebra::{Complex, DVector};
 use super::Fitter;
 use super::data::Data;
 use super::hypothesis::{Assumed, Hypothesis};
-use super::problem::Search;
+use super::search::Search;
 use crate::effects::{Place, find};
 use crate::machine::drawing::{AddedUnbalance, Noise, Rotor, Run, Tolerance};
 use crate::measurement::Reading;
@@ -51,9 +51,9 @@ fn readings(rotor: &Rotor, speeds_rpm: &[f64]) -> Vec<Reading> {
         .flat_map(|run| {
             speeds_rpm.iter().map(|rpm| Reading {
                 run: Some(run.name.clone()),
-                time_d: None,
                 speed_rpm: *rpm,
                 probes: blank.clone(),
+                ..Reading::default()
             })
         })
         .collect()

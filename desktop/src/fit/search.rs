@@ -1,0 +1,40 @@
+//! What a search needs of a problem, whatever the number of its held places.
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::descent::Stop;
+use super::drawing_errors::DrawingErrors;
+use super::problem::Amplitudes;
+use super::projection::Solved;
+
+type C = Complex<f64>;
+
+/// A problem whatever the number of its held places.
+pub trait Search {
+    /// Moves to `x` and evaluates there.
+    fn go_to(&mut self, x: &[f64]);
+    /// Goes downhill from here.
+    fn descend(&mut self, stop: Stop);
+    /// Where the search is.
+    fn x(&self) -> &[f64];
+    /// The linear unknowns there; `None` if the machine is singular.
+    fn solved(&self) -> Option<&Solved>;
+    /// Squared misfit in standard deviations, without the prior.
+    fn chi2(&self) -> f64;
+    /// Squared misfit with the prior on the bearings.
+    fn cost(&self) -> f64;
+    /// Squared amplitude of the shaft at the bearings in every row, m².
+    fn bearing_amplitudes(&self) -> Option<Amplitudes>;
+    /// The model at `x` and these linear unknowns, in noise units.
+    fn weighted_model(&self, x: &[f64], unknowns: &[C]) -> Option<DVector<f64>>;
+    /// Change of the model at every value per search coordinate, weighted but not whitened or projected.
+    fn raw_derivative(&self) -> Option<DMatrix<f64>>;
+    /// The same per standard deviation of each error of the drawing.
+    fn deviation_derivative(&self, errors: &DrawingErrors) -> Option<DMatrix<f64>>;
+    /// `JᵀJ` and `Jᵀr` of the weighted residuals and the prior on the bearings, for the search coordinates and
+    /// further unknowns with this derivative of the model; what the linear unknowns can follow is out.
+    fn joint_normal_equations(&self, further: &DMatrix<f64>) -> Option<(DMatrix<f64>, DVector<f64>)>;
+    /// Covariance of everything: search coordinates first, then real and imaginary parts of the linear
+    /// unknowns. From the information in the data and in the prior.
+    fn covariance(&self) -> Option<DMatrix<f64>>;
+}
