@@ -43,6 +43,7 @@ pub fn uniform_shaft() -> Rotor {
         noise: None,
         tolerance: None,
         rated: None,
+        foundation: None,
         identify: None,
         shaft: vec![steel(1.0, 0.05)],
         disk: vec![],

@@ -31,7 +31,7 @@ fn machine(example: &str) -> String {
     for (table, usual) in [("shaft", SHAFT), ("disk", DISK), ("probe", PROBE), ("plane", PLANE)] {
         text.push_str(if has(table) { "" } else { usual });
     }
-    if !example.contains("name = \"A\"") || has("probe") {
+    if !example.contains("[[bearing]]\nname = \"A\"") {
         text.push_str(&bearing("A", 0.1, CONSTANT));
     }
     text.push_str(&bearing("B", 0.9, CONSTANT));
@@ -109,6 +109,14 @@ fn what_no_machine_can_be_is_refused_in_one_sentence_with_key_and_number() {
             ),
         )
     };
+    let foundation = |names: &str, count: usize| {
+        let shape = vec!["1.0"; count].join(", ");
+        format!(
+            "{}[foundation]\nbearings = [\"{names}\"]\nmode = [{{ frequency_hz = 40.0, modal_mass_kg = 100.0, x = [{shape}], \
+             y = [{shape}] }}]\n",
+            bearing("A", 0.1, CONSTANT)
+        )
+    };
     let two = bearing("A", 0.1, &format!("{CONSTANT}\ntable = [{}, {}]", row(1000.0), row(2000.0)));
     for (example, expected) in [
         (table(&row(1000.0)), "a table needs two speeds at least, 1 given"),
@@ -122,6 +130,9 @@ fn what_no_machine_can_be_is_refused_in_one_sentence_with_key_and_number() {
             format!("{}{PROBE}gap = {{ at_rest_v = -9.8 }}\n", bearing("A", 0.1, CONSTANT)),
             "\"AX\" gap: shows where a journal runs in a film",
         ),
+        (foundation("A\", \"C", 2), "[foundation] bearings: there is no bearing \"C\""),
+        (foundation("A", 1), "1 given, a foundation joins two at least"),
+        (foundation("A\", \"B", 3), "[foundation] mode 1 x: 3 numbers, expected one for each of 2 bearings"),
         (bearing("A", 0.9, CONSTANT), "the bearing \"B\" is at the same place"),
         (
             format!("{}{}", bearing("A", 0.1, CONSTANT), "[rated]\nspeed_rpm = [5000, 3000]\n"),

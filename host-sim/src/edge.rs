@@ -43,8 +43,15 @@ impl Deployment {
     /// Makes the model of an identified rotor, for machines that reach `fastest_rpm`.
     ///
     /// # Errors
-    /// If it has more probes or planes than controllers hold, or its terms do not fit.
+    /// If it has more probes or planes than controllers hold, its terms do not fit, or a foundation joins its supports.
     pub fn new(rotor: &Rotor, fastest_rpm: f64) -> Result<Self> {
+        if rotor.foundation.is_some() {
+            bail!(
+                "a controller's supports stand alone, and rotor \"{}\" has a [foundation] that joins them; give each of its \
+                 bearings a pedestal instead, if compare says that this will do",
+                rotor.name
+            );
+        }
         let unbalance_kg_m = DVector::from_iterator(
             rotor.plane.len(),
             rotor

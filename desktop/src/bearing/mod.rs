@@ -4,6 +4,7 @@ pub mod constant;
 pub mod curve;
 pub mod film;
 pub mod film_law;
+pub mod foundation;
 pub mod law;
 pub mod magnetic;
 pub mod squeeze_film;

@@ -3,7 +3,7 @@
 //!
 //! The shaft is taken on `MODES` modes of each plane on its bearings and on the static shape of each
 //! support, which finds every mode; each is then made exact on all finite elements (see [`crate::check::line`]). A
-//! pedestal with a mass has coordinates of its own.
+//! pedestal with a mass has coordinates of its own, and so has each mode of a foundation.
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector4};
 
@@ -28,6 +28,8 @@ pub struct System {
     printed: bool,
     /// Supports that stand on a pedestal with a mass, and the place of its two coordinates.
     pedestals: Vec<(usize, usize)>,
+    /// Place of the first coordinate of a common foundation's modes.
+    foundation: usize,
     /// All finite elements.
     full: Model,
     /// Nodal coordinates of each coordinate of a plane.
@@ -117,8 +119,9 @@ impl System {
                 end += 2;
             }
         }
-        let line = Line::new(&full, printed);
-        Ok(Self { model, printed, pedestals, full, shapes, line })
+        // a foundation joins places far from each other, which no chain does
+        let line = if full.foundation.is_some() { None } else { Line::new(&full, printed) };
+        Ok(Self { model, printed, pedestals, foundation: end, full, shapes, line })
     }
 
     /// All finite elements as a chain, where they are one.
@@ -153,9 +156,22 @@ impl System {
             .collect()
     }
 
-    /// Number of coordinates: of the shaft in x, in y, and of pedestals.
+    /// Number of coordinates: of the shaft in x, in y, of pedestals, and of a foundation.
     pub fn size(&self) -> usize {
-        2 * (self.model.structure.size() + self.pedestals.len())
+        self.foundation + self.model.foundation.as_ref().map_or(0, |f| f.modes.len())
+    }
+
+    /// Motion of the foot of a support in x and y, where it stands on the foundation: of modes of unit mass.
+    fn on_foundation(&self, support: usize) -> Option<[DVector<f64>; 2]> {
+        let footing = self.model.foundation.as_ref()?;
+        let foot = footing.bearings.iter().position(|s| *s == support)?;
+        Some([0, 1].map(|axis| {
+            let mut whole = DVector::zeros(self.size());
+            for (k, mode) in footing.modes.iter().enumerate() {
+                whole[self.foundation + k] = mode.shape(foot)[axis] / mode.modal_mass_kg.sqrt();
+            }
+            whole
+        }))
     }
 
     /// The system turning at a speed.
@@ -178,6 +194,13 @@ impl System {
         for (i, support) in self.model.supports.iter().enumerate() {
             let own = self.pedestals.iter().find(|(s, _)| *s == i);
             let place = self.directions(&support.shape);
+            if let Some(foot) = self.on_foundation(i) {
+                let (k, c) = coefficients(&support.law, speed_rad_s);
+                let between = [0, 1].map(|axis| &place[axis] - &foot[axis]);
+                add(&mut stiffness, &between, &k);
+                add(&mut damping, &between, &c);
+                continue;
+            }
             let Some((&(_, at), pedestal)) = own.zip(foot(&support.law)) else {
                 let (k, c) = match support.law.pedestal {
                     Some(_) => in_series(&support.law, speed_rad_s),
@@ -195,6 +218,11 @@ impl System {
             let diagonal = |[x, y]: [f64; 2]| Matrix2::new(x, 0.0, 0.0, y);
             add(&mut stiffness, &foot, &diagonal(pedestal.stiffness_n_m));
             add(&mut damping, &foot, &diagonal(pedestal.damping_n_s_m));
+        }
+        for (k, mode) in self.model.foundation.iter().flat_map(|f| &f.modes).enumerate() {
+            let at = self.foundation + k;
+            stiffness[(at, at)] += mode.natural_rad_s().powi(2);
+            damping[(at, at)] += 2.0 * mode.damping_ratio * mode.natural_rad_s();
         }
         Matrices { damping, stiffness }
     }

@@ -9,9 +9,10 @@ use super::system::System;
 use super::unbalance::{probes_at, responses, speeds_rad_s, trials};
 use crate::bearing::Law;
 use crate::bearing::constant::Coefficients;
+use crate::bearing::foundation::{Foundation, FoundationMode};
 use crate::bearing::support::Pedestal;
 use crate::bearing::table::{Table, TableRow};
-use crate::machine::drawing::{Bearing, EffectEntry, Formulation, ParameterValue, Rotor};
+use crate::machine::drawing::{Bearing, EffectEntry, Formulation, Mount, ParameterValue, Rotor};
 use crate::measurement::{rad_s, rpm};
 use crate::model::Model;
 use crate::shaft::statics::mass_and_centre;
@@ -156,5 +157,48 @@ fn amplification_of_a_lightly_damped_rigid_shaft_is_one_over_twice_the_damping_r
         assert!((margin - 100.0 * (1.0 - 1.0 / 1.2)).abs() < 0.3);
         let amplification = 0.5 / zeta;
         assert!((needed - 17.0 * (1.0 - 1.0 / (amplification - 1.5))).abs() < 0.05);
+    }
+}
+
+/// Two bearings on one mode of a foundation, with the probes on their housings.
+fn on_foundation() -> Rotor {
+    let mut rotor = with_effects();
+    rotor.schema = 2;
+    let bearings: Vec<String> = rotor.bearing.iter().map(|b| b.name.clone()).collect();
+    let (x, y) = (vec![0.3, -0.2], vec![1.0, 0.6]);
+    let mode = FoundationMode { frequency_hz: 90.0, damping_ratio: 0.04, modal_mass_kg: 400.0, x, y };
+    rotor.foundation = Some(Foundation { bearings, mode: vec![mode] });
+    rotor.probe.iter_mut().for_each(|p| p.mount = Mount::Housing);
+    rotor
+}
+
+#[test]
+fn response_on_a_foundation_with_coordinates_of_its_own_equals_that_with_its_flexibility_in_the_bearings() {
+    let rotor = on_foundation();
+    let planes = [C::new(2e-4, 1e-4), C::new(-1e-4, 3e-4)];
+    let (system, dense) = (System::new(&rotor).unwrap(), Model::finite_elements(&rotor));
+    for speed in [200.0, 560.0, 1300.0] {
+        let expected = dense.response(speed).unwrap().per_unbalance * DVector::from_row_slice(&planes);
+        let ours = DVector::from_vec(probes_at(&system, speed, &planes).unwrap());
+        // here no chain makes the reduced system exact
+        assert!((ours - &expected).camax() < 1e-4 * expected.camax(), "{speed} rad/s");
+    }
+}
+
+#[test]
+fn a_foundation_adds_its_mode_to_the_machine_s_and_a_stiff_one_leaves_them_as_they_are() {
+    let lowest = |rotor: &Rotor| modes(&System::new(rotor).unwrap(), 400.0, 0.0, 4).unwrap();
+    let on = lowest(&on_foundation());
+    let mut rigid = on_foundation();
+    rigid.foundation = None;
+    let off = lowest(&rigid);
+    let near =
+        |modes: &[super::modes::Mode], w: f64| modes.iter().any(|m| (m.eigenvalue.im / w - 1.0).abs() < 0.3);
+    let own = std::f64::consts::TAU * 90.0;
+    assert!(near(&on, own) && !near(&off, own), "{on:?} {off:?}");
+    let mut stiff = on_foundation();
+    stiff.foundation.as_mut().unwrap().mode[0].frequency_hz = 9e4;
+    for (a, b) in lowest(&stiff).iter().zip(&off) {
+        assert!((a.eigenvalue - b.eigenvalue).norm() < 1e-4 * b.eigenvalue.norm());
     }
 }

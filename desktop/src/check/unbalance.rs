@@ -144,11 +144,10 @@ fn reading(
     speed_rad_s: f64,
     moves: &impl Fn(&DVector<f64>) -> Vector2<C>,
 ) -> C {
-    let housing = probe.mount.map_or(Vector2::zeros(), |s| {
-        let support = &model.supports[s];
-        support.law.housing(speed_rad_s, [0.0; 2]) * moves(&support.shape)
-    });
-    let seen = moves(&probe.shape) - housing;
+    let at_rest = vec![[0.0; 2]; model.supports.len()];
+    let housings = probe.mount.map_or(vec![], |s| model.housing(s, speed_rad_s, &at_rest));
+    let housing = housings.iter().map(|(s, per_motion)| per_motion * moves(&model.supports[*s].shape));
+    let seen = moves(&probe.shape) - housing.sum::<Vector2<C>>();
     probe.gain * (seen.x * probe.angle_rad.cos() + seen.y * probe.angle_rad.sin())
 }
 

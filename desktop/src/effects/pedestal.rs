@@ -15,7 +15,7 @@ impl Effect for OnPedestal {
 
     fn places(&self, rotor: &Rotor) -> Vec<Place> {
         let mut places = bearings(rotor);
-        places.retain(|p| !matches!(p, Place::Bearing(i) if rotor.bearing[*i].pedestal.is_some()));
+        places.retain(|p| !matches!(p, Place::Bearing(i) if rotor.stands(*i)));
         places
     }
 

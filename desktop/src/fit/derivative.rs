@@ -37,6 +37,9 @@ impl<const D: usize> Problem<'_, D> {
     }
 
     fn add_support_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+        if now.terms.foundation.is_some() && up.supports != down.supports {
+            return self.add_slopes_on_foundation(now, up, down, slopes);
+        }
         let pairs = up.supports.iter().zip(&down.supports);
         for (k, ((place, a), (_, b))) in pairs.enumerate().filter(|(_, (a, b))| a != b) {
             let Some(held) = self.held.iter().position(|h| h == place) else { continue };
@@ -56,6 +59,19 @@ impl<const D: usize> Problem<'_, D> {
         }
     }
 
+    /// A foundation passes a change at one bearing on to all.
+    fn add_slopes_on_foundation(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+        let mut at = 0;
+        for (r, row) in self.data.rows.iter().enumerate() {
+            let change = self.supports(up, r) - self.supports(down, r);
+            let force = change.unscale(2.0 * SLOPE_STEP) * now.motion[r];
+            for v in &row.values {
+                slopes[at] -= now.terms.gains[v.probe] * now.responses[r].adjoint[v.probe].dot(&force);
+                at += 1;
+            }
+        }
+    }
+
     /// What a probe on a housing reads of it changes with bearing and pedestal, whatever the shaft does.
     fn add_housing_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
         if up.supports == down.supports {
@@ -65,8 +81,7 @@ impl<const D: usize> Problem<'_, D> {
         for (r, row) in self.data.rows.iter().enumerate() {
             for (a, b) in self.mounted(up, r).iter().zip(&self.mounted(down, r)) {
                 let Some(k) = row.values.iter().position(|v| v.probe == a.probe) else { continue };
-                let motion = now.motion[r].fixed_rows::<2>(2 * a.place);
-                let change = (0..2).map(|axis| (a.reading[axis] - b.reading[axis]) * motion[axis]).sum::<C>();
+                let change = (a.reading - b.reading).dot(&now.motion[r]);
                 slopes[at + k] -= now.terms.gains[a.probe] * change.unscale(2.0 * SLOPE_STEP);
             }
             at += row.values.len();

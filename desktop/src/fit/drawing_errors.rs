@@ -12,7 +12,7 @@ use crate::effects::Pattern;
 use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::{Deviation, Deviations};
 use crate::receptance::plant::{Force, Plant, Sense, loss};
-use crate::receptance::update::{adjoint_forces, forces, nominal};
+use crate::receptance::update::nominal;
 use crate::shaft::nodal::{Row, Shaft, Spot};
 
 type C = Complex<f64>;
@@ -237,8 +237,8 @@ impl<'a> Snapshot<'a> {
         // forces are ½ (Fx ± iFy) forward and backward, their adjoints Fx ∓ iFy
         let circular = |x: C, y: C| [(x + I * y) * 0.5, (x - I * y) * 0.5];
         let adjoint_circular = |x: C, y: C| [x - I * y, x + I * y];
-        let held = forces(&supports, motion);
-        let adjoint_held: Vec<_> = adjoint.iter().map(|a| adjoint_forces(&supports, a)).collect();
+        let held = supports * motion;
+        let adjoint_held: Vec<_> = adjoint.iter().map(|a| supports.tr_mul(a)).collect();
         let spring = nominal(plant, speed_rad_s, damping);
         let excess = |i: usize, total: [C; 2], motion: [C; 2], spring: nalgebra::Matrix2<C>| {
             if places[i] < plant.bearings {
@@ -289,11 +289,10 @@ impl<'a> Snapshot<'a> {
                 let sign = if which == 0 { -1.0 } else { 1.0 };
                 add(1 + p, column(&m.probes, p), C::from_polar(1.0, sign * angle));
                 for on in mounted.iter().filter(|on| on.probe == p) {
-                    add(
-                        1 + p,
-                        column(&m.held, places[on.place]),
-                        -adjoint_circular(on.reading[0], on.reading[1])[which],
-                    );
+                    for (i, place) in places.iter().enumerate() {
+                        let read = adjoint_circular(on.reading[2 * i], on.reading[2 * i + 1])[which];
+                        add(1 + p, column(&m.held, *place), -read);
+                    }
                 }
                 for (i, place) in places.iter().enumerate() {
                     add(1 + p, column(&m.held, *place), -beyond_adjoint[p][i][which]);
@@ -319,11 +318,14 @@ impl<'a> Snapshot<'a> {
                 .map(|a| (0..count).map(|i| adjoint_circular(a[2 * i], a[2 * i + 1])).collect())
                 .collect(),
             sizes,
-            places,
             mounted: mounted
                 .iter()
-                .map(|on| (on.probe, on.place, adjoint_circular(on.reading[0], on.reading[1])))
+                .flat_map(|on| {
+                    let read = |i: usize| adjoint_circular(on.reading[2 * i], on.reading[2 * i + 1]);
+                    places.iter().enumerate().map(move |(i, place)| (on.probe, *place, read(i)))
+                })
                 .collect(),
+            places,
         }
     }
 

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::bearing_entry::BearingEntry;
 use crate::bearing::Law;
 pub use crate::bearing::constant::{Coefficients, Constant};
+use crate::bearing::foundation::{Footing, Foundation};
 use crate::bearing::support::Pedestal;
 
 /// A rotor on its bearings, watched by proximity probes.
@@ -45,6 +46,9 @@ pub struct Rotor {
     /// One to twelve bearings.
     #[serde(default)]
     pub bearing: Vec<Bearing>,
+    /// What several bearings stand on together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub foundation: Option<Foundation>,
     /// Proximity probes.
     #[serde(default)]
     pub probe: Vec<Probe>,
@@ -417,6 +421,20 @@ impl Rotor {
         let places = || self.bearing.iter().map(|b| b.position_m);
         let (left, right) = (places().fold(f64::INFINITY, f64::min), places().fold(0.0, f64::max));
         if left < right { [left, right] } else { [0.0, self.length_m()] }
+    }
+
+    /// Whether the file states what gives under a bearing.
+    pub fn stands(&self, bearing: usize) -> bool {
+        let b = &self.bearing[bearing];
+        b.pedestal.is_some() || self.foundation.as_ref().is_some_and(|f| f.bearings.contains(&b.name))
+    }
+
+    /// The foundation under its bearings, by number.
+    pub fn footing(&self) -> Option<Footing> {
+        let foundation = self.foundation.as_ref()?;
+        let number = |name: &String| self.bearing.iter().position(|b| b.name == *name);
+        let bearings = foundation.bearings.iter().filter_map(number).collect();
+        Some(Footing { bearings, modes: foundation.mode.clone() })
     }
 
     /// Index of the bearing that a probe belongs to.

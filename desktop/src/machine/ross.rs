@@ -171,6 +171,7 @@ impl Import<'_> {
             noise: None,
             tolerance: None,
             rated: None,
+            foundation: None,
             identify: None,
             shaft,
             disk,

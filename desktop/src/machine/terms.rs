@@ -2,6 +2,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::bearing::foundation::Footing;
 use crate::bearing::support::SupportLaw;
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Mount, Physics, Rotor};
@@ -17,6 +18,8 @@ pub struct Terms {
     pub internal_damping_s: f64,
     /// Bearings first, in the order of the file, then what effects add.
     pub supports: Vec<(Place, SupportLaw)>,
+    /// What some of the bearings stand on together.
+    pub foundation: Option<Footing>,
     /// Rotating forces beside the planes that are sought: pattern and amplitude.
     pub forcings: Vec<(Pattern, Complex<f64>)>,
     /// Gain of each probe.
@@ -38,6 +41,7 @@ impl Terms {
             physics: rotor.physics,
             internal_damping_s: 0.0,
             supports: bearings.into_iter().enumerate().map(place).collect(),
+            foundation: rotor.footing(),
             forcings: Vec::new(),
             gains: vec![Complex::from(1.0); rotor.probe.len()],
             runout_m: vec![Complex::from(0.0); rotor.probe.len()],
@@ -49,7 +53,8 @@ impl Terms {
         let probe = &rotor.probe[probe];
         let bearing = rotor.bearing_of(probe).filter(|_| probe.mount == Mount::Housing)?;
         let (_, law) = self.supports.iter().find(|(p, _)| *p == Place::Bearing(bearing))?;
-        law.pedestal.map(|_| bearing)
+        let stands = self.foundation.as_ref().is_some_and(|f| f.bearings.contains(&bearing));
+        (stands || law.pedestal.is_some()).then_some(bearing)
     }
 
     /// The law of a bearing.

@@ -4,6 +4,7 @@ pub mod terms;
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector2};
 
+use crate::bearing::foundation::{Footing, Held};
 use crate::effects::entry;
 use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
@@ -23,6 +24,8 @@ pub struct Model {
     pub internal_damping_s: f64,
     /// Bearings first, in the order of the file.
     pub supports: Vec<Support>,
+    /// What some of the supports stand on together.
+    pub foundation: Option<Footing>,
     /// Known forces beside the unbalance that is sought.
     pub forcings: Vec<Forcing>,
     /// Shapes of the unbalance planes.
@@ -86,6 +89,7 @@ impl Model {
         Self {
             internal_damping_s: terms.internal_damping_s,
             supports: supports.collect(),
+            foundation: terms.foundation.clone(),
             forcings: forcings.collect(),
             planes: rotor.plane.iter().map(|p| shape(p.position_m)).collect(),
             probes: probes.collect(),
@@ -126,15 +130,60 @@ impl Model {
                 z[(n + row, column)] = -cross;
             }
         }
-        for (support, amplitude_m) in self.supports.iter().zip(amplitudes_m) {
-            let held = support.law.dynamic_stiffness(w, *amplitude_m);
-            let outer = &support.shape * support.shape.transpose();
+        let mut add = |from: &Support, to: &Support, held: &Matrix2<Complex<f64>>| {
+            let outer = &from.shape * to.shape.transpose();
             for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 let mut block = z.view_mut((i * n, j * n), (n, n));
                 block += outer.map(|v| held[(i, j)] * v);
             }
+        };
+        let footing = self.footing();
+        for (s, (support, amplitude_m)) in self.supports.iter().zip(amplitudes_m).enumerate() {
+            if !footing.contains(&s) {
+                add(support, support, &support.law.dynamic_stiffness(w, *amplitude_m));
+            }
+        }
+        if let Some(held) = self.on_foundation(w, amplitudes_m) {
+            for (i, a) in footing.iter().enumerate() {
+                for (j, b) in footing.iter().enumerate() {
+                    let block = held.stiffness.fixed_view::<2, 2>(2 * i, 2 * j).into_owned();
+                    add(&self.supports[*a], &self.supports[*b], &block);
+                }
+            }
         }
         z
+    }
+
+    /// Numbers of the supports that stand on a common foundation.
+    fn footing(&self) -> &[usize] {
+        self.foundation.as_ref().map_or(&[], |f| &f.bearings)
+    }
+
+    /// How those hold the shaft.
+    fn on_foundation(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> Option<Held> {
+        let footing = self.foundation.as_ref()?;
+        let own = |s: &usize| self.supports[*s].law.dynamic_stiffness(speed_rad_s, amplitudes_m[*s]);
+        footing.held(speed_rad_s, &footing.bearings.iter().map(own).collect::<Vec<_>>())
+    }
+
+    /// Motion of the housing of a support in x and y, per motion of the shaft: that of the supports it depends on.
+    pub fn housing(
+        &self,
+        support: usize,
+        speed_rad_s: f64,
+        amplitudes_m: &[[f64; 2]],
+    ) -> Vec<(usize, Matrix2<Complex<f64>>)> {
+        let foot = self.footing().iter().position(|s| *s == support);
+        match (foot, self.on_foundation(speed_rad_s, amplitudes_m)) {
+            (Some(foot), Some(held)) => {
+                let block = |j: usize| held.housing.fixed_view::<2, 2>(2 * foot, 2 * j).into_owned();
+                self.footing().iter().enumerate().map(|(j, s)| (*s, block(j))).collect()
+            }
+            _ => {
+                let law = &self.supports[support].law;
+                vec![(support, law.housing(speed_rad_s, amplitudes_m[support]))]
+            }
+        }
     }
 
     /// Coordinates `[p; r]`, 2n a column: one column a plane per kg·m, the last for everything known.
@@ -184,21 +233,20 @@ impl Model {
             let shape = &self.supports[i / 2].shape;
             read(shape, f64::from(u8::from(along_x)), f64::from(u8::from(!along_x)), j)
         };
-        let housings: Vec<Matrix2<Complex<f64>>> = self
-            .supports
+        let housings: Vec<_> = self
+            .probes
             .iter()
-            .zip(amplitudes_m)
-            .map(|(s, amplitude_m)| s.law.housing(speed_rad_s, *amplitude_m))
+            .map(|p| p.mount.map_or(vec![], |s| self.housing(s, speed_rad_s, amplitudes_m)))
             .collect();
         let probe = |i: usize, j: usize| {
             let p = &self.probes[i];
             let (sin, cos) = p.angle_rad.sin_cos();
             let shaft = read(&p.shape, cos, sin, j);
-            let housing = p.mount.map_or(Complex::from(0.0), |s| {
-                let moved = housings[s] * Vector2::new(support(2 * s, j), support(2 * s + 1, j));
+            let housing = housings[i].iter().map(|(s, per_motion)| {
+                let moved = per_motion * Vector2::new(support(2 * s, j), support(2 * s + 1, j));
                 moved.x * cos + moved.y * sin
             });
-            p.gain * (shaft - housing)
+            p.gain * (shaft - housing.sum::<Complex<f64>>())
         };
         Ok(Response {
             per_unbalance: DMatrix::from_fn(self.probes.len(), planes, probe),
@@ -253,7 +301,7 @@ impl Model {
     /// Eigenvalues (rad/s) of the machine turning at `spin_rad_s`, by rising absolute frequency; the
     /// imaginary part is the damped natural frequency.
     ///
-    /// Speed-dependent supports are taken at the spin speed; pedestals are left out.
+    /// Speed-dependent supports are taken at the spin speed; pedestals and a foundation are left out.
     ///
     /// # Errors
     /// If the mass matrix cannot be factored.

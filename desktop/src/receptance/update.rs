@@ -12,19 +12,17 @@ use crate::receptance::plant::{Plant, loss};
 type C = Complex<f64>;
 const I: C = C::new(0.0, 1.0);
 
-/// Dynamic stiffness of every held place: 2 × 2 each in x and y, one below the other.
-pub type Supports<const D: usize> = SMatrix<C, D, 2>;
+/// Dynamic stiffness of all held places together: a 2 × 2 block in x and y each on the diagonal, and beside it what a
+/// common foundation carries from one to another.
+pub type Supports<const D: usize> = SMatrix<C, D, D>;
 
-/// What a probe on a housing reads of that housing, per motion of the shaft in x and y at the bearing there; it shows
-/// the shaft's motion less this.
+/// What a probe on a housing reads of that housing, per motion of the held places; it shows the shaft's motion less this.
 #[derive(Debug, Clone, Copy)]
-pub struct Mounted {
+pub struct Mounted<const D: usize> {
     /// Number of the probe.
     pub probe: usize,
-    /// Number of the bearing among the held places.
-    pub place: usize,
-    /// Per motion in x and in y.
-    pub reading: [C; 2],
+    /// Per motion of each held place in x and in y.
+    pub reading: SVector<C, D>,
 }
 
 /// Receptances at one speed, for the held places and force columns of one hypothesis.
@@ -56,7 +54,7 @@ pub struct Response<const D: usize> {
     /// Motion at each probe per unit of force at a held place; what derivatives need.
     pub adjoint: Vec<SVector<C, D>>,
     /// Probes on housings.
-    mounted: Vec<Mounted>,
+    mounted: Vec<Mounted<D>>,
 }
 
 /// A 2 × 2 matrix in x and y that is `value` for one sense of whirl and nothing for the other; `turn` is
@@ -162,7 +160,7 @@ impl<const D: usize> Receptances<D> {
     fn excess(&self, supports: &Supports<D>) -> Supports<D> {
         let mut excess = *supports;
         for place in 0..self.bearings {
-            let mut block = excess.fixed_view_mut::<2, 2>(2 * place, 0);
+            let mut block = excess.fixed_view_mut::<2, 2>(2 * place, 2 * place);
             block -= self.nominal;
         }
         excess
@@ -170,15 +168,9 @@ impl<const D: usize> Receptances<D> {
 
     /// The response with these dynamic stiffnesses at the held places, with some probes on housings; `None` if the
     /// machine is singular on them.
-    pub fn respond(&self, supports: &Supports<D>, mounted: &[Mounted]) -> Option<Response<D>> {
+    pub fn respond(&self, supports: &Supports<D>, mounted: &[Mounted<D>]) -> Option<Response<D>> {
         let excess = self.excess(supports);
-        let mut sum = SMatrix::<C, D, D>::identity();
-        for place in 0..D / 2 {
-            let block = excess.fixed_view::<2, 2>(2 * place, 0) * self.held.fixed_view::<2, D>(2 * place, 0);
-            let mut rows = sum.fixed_view_mut::<2, D>(2 * place, 0);
-            rows += block;
-        }
-        let inverse = sum.try_inverse()?;
+        let inverse = (SMatrix::<C, D, D>::identity() + excess * self.held).try_inverse()?;
         let mut seen_from = self.probe_held.clone();
         less_housings(&mut seen_from, &self.held, mounted);
         let probes = seen_from.len();
@@ -189,12 +181,11 @@ impl<const D: usize> Receptances<D> {
             mounted: mounted.to_vec(),
         };
         for (motion, seen) in self.held_force.iter().zip(self.probe_force.chunks(probes)) {
-            let force = inverse * forces(&excess, motion);
+            let force = inverse * (excess * motion);
             let column = response.probes.len();
             response.probes.extend(seen.iter().zip(&seen_from).map(|(y, q)| y - q.dot(&force)));
             for m in mounted {
-                let [x, y] = m.reading;
-                response.probes[column + m.probe] -= x * motion[2 * m.place] + y * motion[2 * m.place + 1];
+                response.probes[column + m.probe] -= m.reading.dot(motion);
             }
             response.held.push(motion - self.held * force);
         }
@@ -204,12 +195,12 @@ impl<const D: usize> Receptances<D> {
 
     /// Forces of the actual supports beyond those of the nominal springs, for a motion of the held places.
     pub fn excess_forces(&self, supports: &Supports<D>, motion: &SVector<C, D>) -> SVector<C, D> {
-        forces(&self.excess(supports), motion)
+        self.excess(supports) * motion
     }
 
     /// The same for an adjoint motion.
     pub fn excess_adjoint_forces(&self, supports: &Supports<D>, adjoint: &SVector<C, D>) -> SVector<C, D> {
-        adjoint_forces(&self.excess(supports), adjoint)
+        self.excess(supports).tr_mul(adjoint)
     }
 
     /// Change at every probe per unit of damping inside the shaft, for a motion of the held places.
@@ -244,28 +235,14 @@ impl<const D: usize> Receptances<D> {
 }
 
 /// Takes from what each probe sees of forces at the held places what the housings under them move.
-fn less_housings<const D: usize>(seen: &mut [SVector<C, D>], held: &SMatrix<C, D, D>, mounted: &[Mounted]) {
+fn less_housings<const D: usize>(
+    seen: &mut [SVector<C, D>],
+    held: &SMatrix<C, D, D>,
+    mounted: &[Mounted<D>],
+) {
     for m in mounted {
-        for (axis, reading) in m.reading.iter().enumerate() {
-            seen[m.probe] -= held.row(2 * m.place + axis).transpose() * *reading;
-        }
+        seen[m.probe] -= held.tr_mul(&m.reading);
     }
-}
-
-/// Force of each support for a motion of the held places.
-pub fn forces<const D: usize>(supports: &Supports<D>, motion: &SVector<C, D>) -> SVector<C, D> {
-    SVector::from_fn(|i, _| {
-        let place = i / 2 * 2;
-        supports[(i, 0)] * motion[place] + supports[(i, 1)] * motion[place + 1]
-    })
-}
-
-/// Force of each support for an adjoint motion: its dynamic stiffness transposed.
-pub fn adjoint_forces<const D: usize>(supports: &Supports<D>, adjoint: &SVector<C, D>) -> SVector<C, D> {
-    SVector::from_fn(|i, _| {
-        let (place, axis) = (i / 2 * 2, i % 2);
-        supports[(place, axis)] * adjoint[place] + supports[(place + 1, axis)] * adjoint[place + 1]
-    })
 }
 
 /// Nominal spring at a bearing in x and y.

@@ -33,6 +33,11 @@ pub fn can_follow(rotor: &Rotor) -> Result<(), Error> {
             b.name
         )));
     }
+    if rotor.foundation.is_some() {
+        return Err(Error::Unsuitable(
+            "a record is followed on rigid ground or pedestals; the file has a [foundation]; compare and diagnose take it".into(),
+        ));
+    }
     let terms = entry::terms_of(rotor);
     match (0..rotor.probe.len()).find(|p| terms.mount(rotor, *p).is_some()) {
         Some(p) => Err(Error::Unsuitable(format!(

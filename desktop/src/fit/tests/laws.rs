@@ -8,6 +8,7 @@ use super::super::drawing_errors::DrawingErrors;
 use super::*;
 use crate::bearing::Law;
 use crate::bearing::constant::{Coefficients, Constant, Learned};
+use crate::bearing::foundation::{Foundation, FoundationMode};
 use crate::bearing::support::Pedestal;
 use crate::bearing::table::{Table, TableRow};
 use crate::effects::entry;
@@ -66,17 +67,54 @@ fn train() -> Rotor {
     rotor
 }
 
+/// The same with its bearings A, C and D on one foundation, and probes on a housing there too.
+fn on_foundation() -> Rotor {
+    let mut rotor = train();
+    let mode = |frequency_hz: f64, x: [f64; 3], y: [f64; 3]| FoundationMode {
+        frequency_hz,
+        damping_ratio: 0.03,
+        modal_mass_kg: 300.0,
+        x: x.to_vec(),
+        y: y.to_vec(),
+    };
+    rotor.foundation = Some(Foundation {
+        bearings: ["A", "C", "D"].map(String::from).to_vec(),
+        mode: vec![
+            mode(60.0, [0.2, 0.1, -0.1], [1.0, 0.8, 0.5]),
+            mode(110.0, [1.0, -0.4, 0.3], [-0.2, 0.1, 0.6]),
+        ],
+    });
+    rotor.probe.iter_mut().for_each(|p| p.mount = Mount::Housing);
+    rotor
+}
+
 #[test]
 fn four_bearings_by_three_laws_with_probes_on_a_housing_equal_full_finite_elements() {
-    let rotor = train();
-    let mut blank = readings(&rotor, &run_up(6));
+    equals_full_finite_elements(&train());
+}
+
+#[test]
+fn bearings_on_a_common_foundation_equal_full_finite_elements_and_differ_from_those_on_rigid_ground() {
+    equals_full_finite_elements(&on_foundation());
+    let mut rigid = on_foundation();
+    rigid.foundation = None;
+    let read = |rotor: &Rotor| {
+        Model::finite_elements(rotor).response(600.0).unwrap().at(&DVector::from_vec(planes()))
+    };
+    let (a, b) = (read(&on_foundation()), read(&rigid));
+    assert!((&a - &b).norm() > 0.05 * b.norm());
+}
+
+fn equals_full_finite_elements(rotor: &Rotor) {
+    rotor.validate().unwrap();
+    let mut blank = readings(rotor, &run_up(6));
     blank.truncate(6);
-    let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &blank));
-    let h = Hypothesis::drawn(&rotor, fitter.scales(None));
+    let fitter = Fitter::new(rotor, Data::new(rotor, &NOISE, &blank));
+    let h = Hypothesis::drawn(rotor, fitter.scales(None));
     let x = h.origin();
     let p = problem(&fitter, &h, &x, &no_deviation(&fitter));
     let model = p.weighted_model(&x, &planes()).unwrap();
-    let full = Model::finite_elements(&rotor);
+    let full = Model::finite_elements(rotor);
     let sigmas: Vec<f64> = fitter.data.values().map(|v| v.sigma_m).collect();
     let mut at = 0;
     for reading in &blank {
@@ -101,10 +139,11 @@ fn a_probe_on_a_housing_that_moves_reads_otherwise_than_one_on_the_ground() {
 }
 
 #[test]
-fn derivative_equals_differences_for_every_law_and_for_housings() {
-    let rotor = train();
-    for chosen in [&[][..], &["pedestal", "seal", "nonlinear_stiffness", "internal_damping"][..]] {
-        let mut rotor = rotor.clone();
+fn derivative_equals_differences_for_every_law_for_housings_and_for_a_foundation() {
+    let effects = &["pedestal", "seal", "nonlinear_stiffness", "internal_damping"][..];
+    for (chosen, mut rotor) in
+        [(&[][..], train()), (effects, train()), (&[][..], on_foundation()), (effects, on_foundation())]
+    {
         if chosen.contains(&"pedestal") {
             // the effect states what the drawing must not
             rotor.bearing[1].pedestal = None;
@@ -130,14 +169,17 @@ fn derivative_equals_differences_for_every_law_and_for_housings() {
 }
 
 #[test]
-fn response_per_error_of_the_drawing_equals_differences_for_probes_on_housings() {
-    let rotor = train();
-    let none = DVector::zeros(Fitter::new(&rotor, Data::default()).deviations.len());
-    let readings = measured(&rotor, &run_up(5), &[], &none);
-    let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &readings));
+fn response_per_error_of_the_drawing_equals_differences_for_probes_on_housings_and_for_a_foundation() {
+    [train(), on_foundation()].iter().for_each(drawing_errors_equal_differences);
+}
+
+fn drawing_errors_equal_differences(rotor: &Rotor) {
+    let none = DVector::zeros(Fitter::new(rotor, Data::default()).deviations.len());
+    let readings = measured(rotor, &run_up(5), &[], &none);
+    let fitter = Fitter::new(rotor, Data::new(rotor, &NOISE, &readings));
     let (h, x, _) = hypothesis(&fitter, &[]);
     let p = problem(&fitter, &h, &x, &none);
-    let errors = DrawingErrors::new(&rotor, fitter.shaft(&rotor.physics), &fitter.deviations, &none);
+    let errors = DrawingErrors::new(rotor, fitter.shaft(&rotor.physics), &fitter.deviations, &none);
     let exact = p.deviation_derivative(&errors).unwrap();
     let expected = drawing::by_differences(&fitter, &h, &x, &p.solved().unwrap().unknowns, &none);
     for j in 0..none.len() {
