@@ -3,8 +3,9 @@
 use nalgebra::Matrix2;
 use serde::{Deserialize, Serialize};
 
-use super::curve::{Curve, Pair};
+use super::curve::Curve;
 use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, Role, role, unit, within};
+use super::pair::Pair;
 use super::support::SupportLaw;
 use crate::inference::scale::Scale;
 

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use nalgebra::Matrix2;
-
-use super::film_law::FilmCurve;
+use super::film_curve::FilmCurve;
+use super::pair::Pair;
 
 /// Stiffness (N/m) and damping (N·s/m) over speed, beside what is constant.
 #[derive(Debug, Clone)]
@@ -25,53 +24,6 @@ pub enum Curve {
     },
     /// An oil film.
     Film(FilmCurve),
-}
-
-/// Stiffness and damping, 2×2 each, rows (force) and columns (motion) x, y.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
-    /// Stiffness, N/m.
-    pub stiffness: Matrix2<f64>,
-    /// Damping, N·s/m.
-    pub damping: Matrix2<f64>,
-}
-
-impl Pair {
-    /// Nothing.
-    pub fn zeros() -> Self {
-        Self { stiffness: Matrix2::zeros(), damping: Matrix2::zeros() }
-    }
-
-    /// Factors of one.
-    pub fn ones() -> Self {
-        Self { stiffness: Matrix2::repeat(1.0), damping: Matrix2::repeat(1.0) }
-    }
-
-    fn map(&self, other: &Self, f: impl Fn(f64, f64) -> f64 + Copy) -> Self {
-        Self {
-            stiffness: self.stiffness.zip_map(&other.stiffness, f),
-            damping: self.damping.zip_map(&other.damping, f),
-        }
-    }
-
-    /// Column `i` of a table of eight: k_xx k_xy k_yx k_yy, then damping.
-    pub fn column(&self, i: usize) -> f64 {
-        let matrix = if i < 4 { &self.stiffness } else { &self.damping };
-        matrix[(i % 4 / 2, i % 2)]
-    }
-
-    /// Sets that column.
-    pub fn set_column(&mut self, i: usize, value: f64) {
-        let matrix = if i < 4 { &mut self.stiffness } else { &mut self.damping };
-        matrix[(i % 4 / 2, i % 2)] = value;
-    }
-
-    fn from_columns(value: impl Fn(usize) -> f64) -> Self {
-        Self {
-            stiffness: Matrix2::from_fn(|r, c| value(2 * r + c)),
-            damping: Matrix2::from_fn(|r, c| value(4 + 2 * r + c)),
-        }
-    }
 }
 
 impl Curve {

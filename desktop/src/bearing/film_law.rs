@@ -4,8 +4,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::curve::{Curve, Pair};
-use super::film::{Film, FilmState, FilmTable};
+use super::curve::Curve;
+use super::film::{Film, FilmTable};
+use super::film_curve::FilmCurve;
 use super::law::{BearingLaw, LawUnknown, Role};
 use super::support::SupportLaw;
 use crate::error::Error;
@@ -26,59 +27,6 @@ pub struct FilmLaw {
     at_rest: Option<Vector2<f64>>,
     /// From the file, or what the shaft's weight puts on the bearing; not a number while nobody has said.
     load_n: f64,
-}
-
-/// A film at whatever clearance, viscosity and load.
-#[derive(Debug, Clone)]
-pub struct FilmCurve {
-    film: Arc<Film>,
-    table: Arc<FilmTable>,
-    /// Where the journal lies still, by the clearance.
-    at_rest: Option<Vector2<f64>>,
-    /// Of the machined pad or lobe, m.
-    pub clearance_m: f64,
-    /// Of the oil, Pa·s.
-    pub viscosity_pa_s: f64,
-    /// Static load, N.
-    pub load_n: f64,
-}
-
-impl FilmCurve {
-    /// Equilibrium and coefficients at running speed.
-    ///
-    /// # Errors
-    /// If the eccentricity is out of the solver's range.
-    pub fn state(&self, speed_rad_s: f64) -> Result<FilmState, Error> {
-        self.film.at(&self.table, self.load_n, self.clearance_m, self.viscosity_pa_s, speed_rad_s)
-    }
-
-    /// Coefficients at running speed; beyond what the film is solved for, as at the nearest speed that it is.
-    pub fn at(&self, speed_rad_s: f64) -> Pair {
-        let [slowest, fastest] = self.range_rad_s();
-        match self.state(speed_rad_s.clamp(slowest, fastest.max(slowest))) {
-            Ok(state) => Pair { stiffness: state.stiffness_n_m, damping: state.damping_n_s_m },
-            Err(_) => Pair { stiffness: Matrix2::repeat(f64::NAN), damping: Matrix2::repeat(f64::NAN) },
-        }
-    }
-
-    /// Motion of the journal from where it lies still to where it runs, m; `None` where either is not known.
-    pub fn risen_m(&self, speed_rad_s: f64) -> Option<Vector2<f64>> {
-        let state = self.state(speed_rad_s).ok()?;
-        Some(Vector2::new(state.x_m, state.y_m) - self.at_rest? * self.clearance_m)
-    }
-
-    /// Slowest and fastest speed that the film is solved for, rad/s.
-    pub fn range_rad_s(&self) -> [f64; 2] {
-        let per_rad_s = self.film.sommerfeld(self.load_n, self.clearance_m, self.viscosity_pa_s, 1.0);
-        self.table.range().map(|s| s / per_rad_s)
-    }
-}
-
-impl PartialEq for FilmCurve {
-    fn eq(&self, other: &Self) -> bool {
-        let numbers = |c: &Self| [c.clearance_m, c.viscosity_pa_s, c.load_n];
-        numbers(self) == numbers(other) && Arc::ptr_eq(&self.table, &other.table) && self.film == other.film
-    }
 }
 
 /// Tables that were solved: one for each shape of bearing, whatever its size.

@@ -1,6 +1,6 @@
 //! What a bearing's law states and what it leaves to the data.
 
-use super::curve::Pair;
+use super::pair::Pair;
 use super::support::SupportLaw;
 use crate::inference::scale::Scale;
 

@@ -3,10 +3,12 @@
 pub mod constant;
 pub mod curve;
 pub mod film;
+pub mod film_curve;
 pub mod film_law;
 pub mod foundation;
 pub mod law;
 pub mod magnetic;
+pub mod pair;
 pub mod squeeze_film;
 pub mod support;
 pub mod table;

@@ -4,7 +4,8 @@
 use nalgebra::{Complex, Matrix2};
 use serde::{Deserialize, Serialize};
 
-use super::curve::{Curve, Pair};
+use super::curve::Curve;
+use super::pair::Pair;
 
 type C = Complex<f64>;
 

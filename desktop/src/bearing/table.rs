@@ -5,8 +5,9 @@ use std::sync::Arc;
 use nalgebra::Matrix2;
 use serde::{Deserialize, Serialize};
 
-use super::curve::{Between, Curve, Knots, Pair};
+use super::curve::{Between, Curve, Knots};
 use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, role, within};
+use super::pair::Pair;
 use super::support::SupportLaw;
 use crate::inference::scale::Scale;
 

@@ -7,7 +7,7 @@
 use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
 
 use crate::check::line::{Dampers, eigenpair};
-use crate::check::system::{System, coefficients};
+use crate::check::system::System;
 
 type C = Complex<f64>;
 
@@ -136,7 +136,7 @@ pub fn map(system: &System, speed_rad_s: f64) -> CriticalMap {
         .model
         .supports
         .iter()
-        .map(|s| 0.5 * coefficients(&s.law, speed_rad_s).0.trace())
+        .map(|s| 0.5 * s.law.coefficients(speed_rad_s).stiffness.trace())
         .filter(|k| *k > 0.0)
         .collect();
     let own_n_m = (bearings.iter().map(|k| k.ln()).sum::<f64>() / bearings.len().max(1) as f64).exp();
@@ -152,7 +152,7 @@ fn forward(system: &System, speed_rad_s: f64, stiffness_n_m: f64) -> Vec<f64> {
     let structure = &system.model.structure;
     let mut stiffness = structure.stiffness.clone();
     for s in &system.model.supports {
-        let own = 0.5 * coefficients(&s.law, speed_rad_s).0.trace();
+        let own = 0.5 * s.law.coefficients(speed_rad_s).stiffness.trace();
         let held = if own > 0.0 { stiffness_n_m } else { own };
         stiffness.ger(held, &s.shape, &s.shape, 1.0);
     }

@@ -6,8 +6,8 @@
 
 use nalgebra::{Complex, Matrix2, Matrix4, Vector2, Vector4};
 
+use crate::bearing::pair::Pair;
 use crate::bearing::support::SupportLaw;
-use crate::check::system::coefficients;
 use crate::model::Model;
 
 type C = Complex<f64>;
@@ -133,7 +133,7 @@ impl Line {
 
 /// Force per motion `e^{λt}` of a support.
 fn support(law: &SupportLaw, lambda: C, speed_rad_s: f64, dampers: Dampers) -> Matrix2<C> {
-    let (mut k, mut c) = coefficients(law, speed_rad_s);
+    let Pair { stiffness: mut k, damping: mut c } = law.coefficients(speed_rad_s);
     let mut grounded = law.pedestal;
     if dampers == Dampers::Out {
         (k, c) = ((k + k.transpose()) * 0.5, Matrix2::zeros());

@@ -24,6 +24,7 @@ pub mod unbalance;
 use crate::bearing::Law;
 use crate::bearing::constant::Coefficients;
 use crate::bearing::film_law::FilmLaw;
+use crate::bearing::pair::Pair;
 use crate::error::Error;
 use crate::machine::drawing::{Bearing, Mount, Plane, Probe, Rotor};
 use crate::measurement::{rad_s, rpm};
@@ -220,7 +221,7 @@ fn bearings(
         };
         let curve = film.map(FilmLaw::curve);
         let at = |speed: &f64| {
-            let (k, c) = system::coefficients(&support.law, *speed);
+            let Pair { stiffness: k, damping: c } = support.law.coefficients(*speed);
             let state = curve.as_ref().and_then(|c| c.state(*speed).ok());
             AtSpeed {
                 speed_rpm: rpm(*speed),

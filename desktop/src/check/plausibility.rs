@@ -3,7 +3,8 @@
 //! One sentence each, with the key, the number and what is usual. A warning is no error: there are machines on
 //! springs and disks of tungsten.
 
-use crate::check::system::{System, coefficients};
+use crate::bearing::pair::Pair;
+use crate::check::system::System;
 use crate::machine::drawing::{Disk, Rotor};
 use crate::measurement::{rad_s, rpm};
 use crate::shaft::statics::Statics;
@@ -180,7 +181,7 @@ fn bearings(known: &Known, all: &mut Vec<String>) {
     let speed_rad_s = rad_s(known.fastest_rpm);
     for (i, (b, support)) in known.rotor.bearing.iter().zip(&known.system.model.supports).enumerate() {
         let key = |name: &str| format!("[[bearing]] \"{}\" {name}", b.name);
-        let (k, c) = coefficients(&support.law, speed_rad_s);
+        let Pair { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
         let load_n = known.statics.map(|s| s.load_n[i]);
         if let Some(load) = load_n.filter(|l| *l < 0.0) {
             all.push(format!(
@@ -248,7 +249,7 @@ fn bearings(known: &Known, all: &mut Vec<String>) {
             ));
         }
     }
-    let damps = |s: &crate::model::terms::Support| coefficients(&s.law, speed_rad_s).1.norm() > 0.0;
+    let damps = |s: &crate::model::terms::Support| s.law.coefficients(speed_rad_s).damping.norm() > 0.0;
     if !known.system.model.supports.iter().any(damps) {
         all.push(
             "[[bearing]] damping_n_s_m = 0 at every bearing leaves critical speeds without bounds; even rolling bearings \

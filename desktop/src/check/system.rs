@@ -7,7 +7,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector4};
 
-use crate::bearing::curve::Pair;
+use crate::bearing::pair::Pair;
 use crate::bearing::support::{Pedestal, SupportLaw};
 use crate::check::line::{Line, Nodes};
 use crate::error::Error;
@@ -56,22 +56,16 @@ impl Matrices {
     }
 }
 
-/// Stiffness and damping of a support without its pedestal and mass at a speed of rotation.
-pub fn coefficients(law: &SupportLaw, speed_rad_s: f64) -> (Matrix2<f64>, Matrix2<f64>) {
-    let Pair { stiffness, damping } = law.coefficients(speed_rad_s);
-    (stiffness, damping)
-}
-
 /// Whether a support has a foot that moves by itself: a pedestal with a mass in both directions.
 fn foot(law: &SupportLaw) -> Option<&Pedestal> {
     law.pedestal.as_ref().filter(|p| p.mass_kg.iter().all(|m| *m > 0.0))
 }
 
 /// The same with a massless pedestal in series, as it is for motion at running speed.
-fn in_series(law: &SupportLaw, speed_rad_s: f64) -> (Matrix2<f64>, Matrix2<f64>) {
+fn in_series(law: &SupportLaw, speed_rad_s: f64) -> Pair {
     let at = speed_rad_s.max(SLOWEST_RAD_S);
     let z = SupportLaw { mass_kg: 0.0, ..law.clone() }.dynamic_stiffness(at, [0.0; 2]);
-    (z.map(|z| z.re), z.map(|z| z.im / at))
+    Pair { stiffness: z.map(|z| z.re), damping: z.map(|z| z.im / at) }
 }
 
 impl System {
@@ -195,22 +189,22 @@ impl System {
             let own = self.pedestals.iter().find(|(s, _)| *s == i);
             let place = self.directions(&support.shape);
             if let Some(foot) = self.on_foundation(i) {
-                let (k, c) = coefficients(&support.law, speed_rad_s);
+                let Pair { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
                 let between = [0, 1].map(|axis| &place[axis] - &foot[axis]);
                 add(&mut stiffness, &between, &k);
                 add(&mut damping, &between, &c);
                 continue;
             }
             let Some((&(_, at), pedestal)) = own.zip(foot(&support.law)) else {
-                let (k, c) = match support.law.pedestal {
+                let Pair { stiffness: k, damping: c } = match support.law.pedestal {
                     Some(_) => in_series(&support.law, speed_rad_s),
-                    None => coefficients(&support.law, speed_rad_s),
+                    None => support.law.coefficients(speed_rad_s),
                 };
                 add(&mut stiffness, &place, &k);
                 add(&mut damping, &place, &c);
                 continue;
             };
-            let (k, c) = coefficients(&support.law, speed_rad_s);
+            let Pair { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
             let foot = [0, 1].map(|axis| self.unit(at + axis) / pedestal.mass_kg[axis].sqrt());
             let between = [0, 1].map(|axis| &place[axis] - &foot[axis]);
             add(&mut stiffness, &between, &k);

@@ -26,7 +26,7 @@ use nalgebra::Complex;
 
 use crate::bearing::Law;
 use crate::bearing::curve::Curve;
-use crate::bearing::film_law::FilmCurve;
+use crate::bearing::film_curve::FilmCurve;
 pub use crate::inference::scale::Scale;
 use crate::machine::drawing::Rotor;
 pub use crate::machine::place::{Pattern, Place};

@@ -1,8 +1,7 @@
 //! The shaft centreline as evidence: where gap voltages say that the journals run, against where their films put them.
 
-use nalgebra::{DMatrix, DVector, Vector2};
+use nalgebra::{DVector, Vector2};
 
-use super::problem::Problem;
 use crate::bearing::curve::Curve;
 use crate::machine::drawing::Rotor;
 use crate::machine::terms::Terms;
@@ -10,8 +9,6 @@ use crate::measurement::Reading;
 
 /// Standard deviation of a probe's scale factor: API standard 670 allows 5 % either way.
 const SCALE: f64 = 0.029;
-/// Step in a search coordinate.
-const STEP: f64 = 1e-4;
 
 /// What one probe says about its journal in one reading.
 #[derive(Debug, Clone, Copy)]
@@ -45,31 +42,14 @@ pub fn observed(rotor: &Rotor, readings: &[Reading]) -> Vec<Risen> {
     rotor.probe.iter().enumerate().flat_map(of_probe).collect()
 }
 
-impl<const D: usize> Problem<'_, D> {
-    /// Model minus measured place of the journals in standard deviations; a speed that the film is not solved for says
-    /// nothing.
-    pub(super) fn centreline_residuals(&self, terms: &Terms) -> DVector<f64> {
-        let residual = |risen: &Risen| {
-            let Some(Curve::Film(film)) = &terms.supports[risen.bearing].1.curve else { return 0.0 };
-            let Some(place) = film.risen_m(risen.speed_rad_s) else { return 0.0 };
-            let (sin, cos) = risen.angle_rad.sin_cos();
-            (place.dot(&Vector2::new(cos, sin)) - risen.moved_m) / risen.sigma_m
-        };
-        DVector::from_iterator(self.data.centreline.len(), self.data.centreline.iter().map(residual))
-    }
-
-    /// Their change per search coordinate, by differences.
-    pub(super) fn centreline_derivative(&self) -> DMatrix<f64> {
-        let x = self.x();
-        let mut d = DMatrix::zeros(self.data.centreline.len(), x.len());
-        for i in (0..x.len()).filter(|_| !self.data.centreline.is_empty()) {
-            let at = |by: f64| {
-                let mut x = x.to_vec();
-                x[i] += by;
-                self.centreline_residuals(&self.hypothesis.terms(&x))
-            };
-            d.set_column(i, &((at(STEP) - at(-STEP)) / (2.0 * STEP)));
-        }
-        d
-    }
+/// Model minus measured place of the journals in standard deviations; a speed that the film is not solved for says
+/// nothing.
+pub fn residuals(observed: &[Risen], terms: &Terms) -> DVector<f64> {
+    let residual = |risen: &Risen| {
+        let Some(Curve::Film(film)) = &terms.supports[risen.bearing].1.curve else { return 0.0 };
+        let Some(place) = film.risen_m(risen.speed_rad_s) else { return 0.0 };
+        let (sin, cos) = risen.angle_rad.sin_cos();
+        (place.dot(&Vector2::new(cos, sin)) - risen.moved_m) / risen.sigma_m
+    };
+    DVector::from_iterator(observed.len(), observed.iter().map(residual))
 }

@@ -10,6 +10,9 @@ use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;
 
+/// Squared amplitudes at the bearings, x and y, m², for each row and bearing.
+pub type Amplitudes = Vec<Vec<[f64; 2]>>;
+
 /// One probe's value in one reading.
 #[derive(Debug, Clone, Copy)]
 pub struct Value {

@@ -3,6 +3,7 @@
 
 use nalgebra::{Complex, DMatrix, Matrix2};
 
+use super::centreline;
 use super::problem::{Evaluated, Problem};
 use crate::machine::terms::Terms;
 
@@ -34,6 +35,21 @@ impl<const D: usize> Problem<'_, D> {
             }
         }
         Some(d)
+    }
+
+    /// Change of the journals' places per search coordinate, in standard deviations of what gap voltages say.
+    pub(super) fn centreline_derivative(&self) -> DMatrix<f64> {
+        let (observed, x) = (&self.data.centreline, self.x());
+        let mut d = DMatrix::zeros(observed.len(), x.len());
+        for i in (0..x.len()).filter(|_| !observed.is_empty()) {
+            let at = |by: f64| {
+                let mut x = x.to_vec();
+                x[i] += by;
+                centreline::residuals(observed, &self.hypothesis.terms(&x))
+            };
+            d.set_column(i, &((at(SLOPE_STEP) - at(-SLOPE_STEP)) / (2.0 * SLOPE_STEP)));
+        }
+        d
     }
 
     fn add_support_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {

@@ -8,13 +8,13 @@
 use nalgebra::{DMatrix, DVector};
 
 /// What is descended: a sum of squares over unknowns.
-pub trait Landscape {
+pub trait Objective {
     /// Where it stands.
     fn position(&self) -> DVector<f64>;
     /// Goes elsewhere.
     fn move_to(&mut self, x: &DVector<f64>);
     /// The sum of squares there; infinite where there is none.
-    fn height(&self) -> f64;
+    fn value(&self) -> f64;
     /// `JᵀJ` and `Jᵀr`, with J the derivative of the residuals r.
     fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)>;
 }
@@ -39,23 +39,23 @@ const WORTH_TAKING: f64 = 1e-4;
 const LONGEST: f64 = 3.0;
 
 /// Goes downhill; ends at the lowest place seen.
-pub fn descend(landscape: &mut (impl Landscape + ?Sized), stop: Stop) {
-    let mut height = landscape.height();
+pub fn descend(objective: &mut (impl Objective + ?Sized), stop: Stop) {
+    let mut value = objective.value();
     let mut damping = FIRST_DAMPING;
-    let mut curvature: DVector<f64> = DVector::zeros(landscape.position().len());
+    let mut curvature: DVector<f64> = DVector::zeros(objective.position().len());
     for _ in 0..stop.steps {
-        if !height.is_finite() {
+        if !value.is_finite() {
             return;
         }
-        let Some((gram, slope)) = landscape.normal_equations() else { return };
+        let Some((gram, slope)) = objective.normal_equations() else { return };
         curvature.zip_apply(&gram.diagonal(), |most, now| *most = most.max(now));
-        let from = landscape.position();
-        let taken = step(landscape, &from, height, (&gram, &slope), &curvature, &mut damping, stop.tolerance);
+        let from = objective.position();
+        let taken = step(objective, &from, value, (&gram, &slope), &curvature, &mut damping, stop.tolerance);
         if !taken {
             return;
         }
-        let before = std::mem::replace(&mut height, landscape.height());
-        if before - height <= stop.tolerance * before {
+        let before = std::mem::replace(&mut value, objective.value());
+        if before - value <= stop.tolerance * before {
             return;
         }
     }
@@ -63,10 +63,10 @@ pub fn descend(landscape: &mut (impl Landscape + ?Sized), stop: Stop) {
 
 /// Tries shorter and shorter steps until one is worth taking; `false`, and back where it was, if none is
 /// or the best of them would gain nothing.
-fn step<L: Landscape + ?Sized>(
-    landscape: &mut L,
+fn step<L: Objective + ?Sized>(
+    objective: &mut L,
     from: &DVector<f64>,
-    height: f64,
+    value: f64,
     (gram, slope): (&DMatrix<f64>, &DVector<f64>),
     curvature: &DVector<f64>,
     damping: &mut f64,
@@ -83,11 +83,11 @@ fn step<L: Landscape + ?Sized>(
             let wanted = -factor.solve(slope);
             let step = wanted.map(|s| s.clamp(-LONGEST, LONGEST));
             let foreseen = -(2.0 * slope.dot(&step) + step.dot(&(gram * &step)));
-            if foreseen <= tolerance * height && step == wanted {
+            if foreseen <= tolerance * value && step == wanted {
                 break;
             }
-            landscape.move_to(&(from + step));
-            let gain = (height - landscape.height()) / foreseen;
+            objective.move_to(&(from + step));
+            let gain = (value - objective.value()) / foreseen;
             if foreseen > 0.0 && gain > WORTH_TAKING {
                 let factor = (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
                 *damping = (*damping * factor).max(LEAST_DAMPING);
@@ -97,7 +97,7 @@ fn step<L: Landscape + ?Sized>(
         *damping *= growth;
         growth *= 2.0;
     }
-    landscape.move_to(from);
+    objective.move_to(from);
     false
 }
 
@@ -108,7 +108,7 @@ mod tests {
     /// Rosenbrock's valley as a sum of squares.
     struct Valley(DVector<f64>);
 
-    impl Landscape for Valley {
+    impl Objective for Valley {
         fn position(&self) -> DVector<f64> {
             self.0.clone()
         }
@@ -117,7 +117,7 @@ mod tests {
             self.0 = x.clone();
         }
 
-        fn height(&self) -> f64 {
+        fn value(&self) -> f64 {
             100.0 * (self.0[1] - self.0[0].powi(2)).powi(2) + (1.0 - self.0[0]).powi(2)
         }
 
@@ -139,12 +139,12 @@ mod tests {
     #[test]
     fn it_ends_at_the_lowest_place_seen() {
         let mut valley = Valley(DVector::from_vec(vec![-1.2, 1.0, 0.0]));
-        let start = valley.height();
+        let start = valley.value();
         for _ in 0..5 {
-            let before = valley.height();
+            let before = valley.value();
             descend(&mut valley, Stop { steps: 1, tolerance: 0.0 });
-            assert!(valley.height() <= before);
+            assert!(valley.value() <= before);
         }
-        assert!(valley.height() < 0.5 * start);
+        assert!(valley.value() < 0.5 * start);
     }
 }

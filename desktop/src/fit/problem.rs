@@ -9,8 +9,9 @@ use std::sync::Arc;
 
 use nalgebra::{Complex, DMatrix, DVector, SVector};
 
-use super::data::Data;
-use super::descent::{Landscape, Stop, descend};
+use super::centreline;
+use super::data::{Amplitudes, Data};
+use super::descent::{Objective, Stop, descend};
 use super::hypothesis::Hypothesis;
 use super::projection::Solved;
 use super::search::Search;
@@ -24,9 +25,6 @@ use crate::receptance::plant::{Force, Plant};
 use crate::receptance::update::{Mounted, Receptances, Response, Supports};
 
 type C = Complex<f64>;
-
-/// Squared amplitudes at the bearings, x and y, m², for each row and bearing.
-pub type Amplitudes = Vec<Vec<[f64; 2]>>;
 
 /// A hypothesis against data, ready for evaluation.
 pub struct Problem<'a, const D: usize> {
@@ -167,7 +165,8 @@ impl<'a, const D: usize> Problem<'a, D> {
     /// Squared deviation from the prior on the bearings and from what gap voltages say of them, in standard deviations.
     pub fn prior_cost(&self) -> f64 {
         let prior: f64 = self.hypothesis.bearings.prior_residuals(self.x.as_slice()).map(|r| r * r).sum();
-        let centreline = |now: &Evaluated<D>| self.centreline_residuals(&now.terms).norm_squared();
+        let centreline =
+            |now: &Evaluated<D>| centreline::residuals(&self.data.centreline, &now.terms).norm_squared();
         prior + self.now.as_ref().map_or(0.0, centreline)
     }
 
@@ -345,7 +344,7 @@ impl<const D: usize> Search for Problem<'_, D> {
     }
 
     fn deviation_derivative(&self, errors: &super::drawing_errors::DrawingErrors) -> Option<DMatrix<f64>> {
-        errors.derivative(self)
+        self.error_derivative(errors)
     }
 
     fn joint_normal_equations(&self, further: &DMatrix<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
@@ -380,7 +379,7 @@ impl<const D: usize> Search for Problem<'_, D> {
     }
 }
 
-impl<const D: usize> Landscape for Problem<'_, D> {
+impl<const D: usize> Objective for Problem<'_, D> {
     fn position(&self) -> DVector<f64> {
         self.x.clone()
     }
@@ -390,7 +389,7 @@ impl<const D: usize> Landscape for Problem<'_, D> {
         self.now = self.evaluate(x.as_slice());
     }
 
-    fn height(&self) -> f64 {
+    fn value(&self) -> f64 {
         self.cost()
     }
 
@@ -415,7 +414,8 @@ impl<const D: usize> Problem<'_, D> {
             gram[(i, i)] += u.law.prior_sd.powi(-2);
             slope[i] += residual / u.law.prior_sd;
         }
-        let (centreline, off) = (self.centreline_derivative(), self.centreline_residuals(&now.terms));
+        let (centreline, off) =
+            (self.centreline_derivative(), centreline::residuals(&self.data.centreline, &now.terms));
         let n = centreline.ncols();
         let mut outer = gram.view_mut((0, 0), (n, n));
         outer += centreline.tr_mul(&centreline);

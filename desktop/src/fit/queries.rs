@@ -2,8 +2,8 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::data::Amplitudes;
 use super::hypothesis::Hypothesis;
-use super::problem::Amplitudes;
 use super::search::Search;
 use super::{Drawing, Fit, Fitter, singular};
 use crate::error::Error;

@@ -2,9 +2,9 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::data::Amplitudes;
 use super::descent::Stop;
 use super::drawing_errors::DrawingErrors;
-use super::problem::Amplitudes;
 use super::projection::Solved;
 
 type C = Complex<f64>;

@@ -6,10 +6,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::descent::{Landscape, Stop, descend};
+use super::data::Amplitudes;
+use super::descent::{Objective, Stop, descend};
 use super::drawing_errors::DrawingErrors;
 use super::hypothesis::Hypothesis;
-use super::problem::Amplitudes;
 use super::search::Search;
 use super::whitening::Whitening;
 use super::{Drawing, Effort, Fit, Fitter, singular};
@@ -98,13 +98,13 @@ impl Fitter<'_> {
         // what is linear around another drawing can foretell errors that no shaft can have
         let foretold = drawing.whitening.as_ref().map(|w| w.estimate(&fit.weighted));
         let stated = DVector::zeros(self.deviations.len());
-        let heights = foretold.into_iter().chain([drawing.deviation.clone(), stated]).map(|deviation| {
+        let values = foretold.into_iter().chain([drawing.deviation.clone(), stated]).map(|deviation| {
             let at = fit.x.iter().chain(deviation.iter()).copied();
             let at = DVector::from_iterator(fit.x.len() + deviation.len(), at);
             best.move_to(&at);
-            (best.height(), at)
+            (best.value(), at)
         });
-        let lowest = heights.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or_else(singular)?;
+        let lowest = values.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or_else(singular)?;
         best.move_to(&lowest.1);
         descend(&mut best, COMMON);
         best.linear()
@@ -142,7 +142,7 @@ impl Joint<'_> {
     }
 }
 
-impl Landscape for Joint<'_> {
+impl Objective for Joint<'_> {
     fn position(&self) -> DVector<f64> {
         self.at.clone()
     }
@@ -158,7 +158,7 @@ impl Landscape for Joint<'_> {
         }
     }
 
-    fn height(&self) -> f64 {
+    fn value(&self) -> f64 {
         self.now.as_ref().map_or(f64::INFINITY, |now| now.cost() + self.parts().1.norm_squared())
     }
 

@@ -5,9 +5,9 @@ use std::cell::RefCell;
 
 use nalgebra::Complex;
 
+use super::data::Amplitudes;
 use super::data::{Data, Value};
 use super::hypothesis::Hypothesis;
-use super::problem::Amplitudes;
 use super::search::Search;
 use super::{Drawing, Effort, Fit, Fitter};
 use crate::error::Error;

@@ -14,7 +14,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::bearings::{BearingParameter, Identified, Range};
 use super::noise::assumed_noise;
-use super::swarm;
+use super::swarm::{self, Swarm};
 use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Hypothesis;
@@ -84,7 +84,8 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
     let range = Range::new(&hypothesis.bearings, config.bounds.or(rotor.identify).as_ref());
 
     let trial = fitter.trial(&hypothesis, &drawing, None)?;
-    let (found, swarm_residual_um) = swarm::search(trial.as_ref(), &range, config)?;
+    let swarm = Swarm { particles: config.particles, iterations: config.iterations, seed: config.seed };
+    let (found, swarm_residual_um) = swarm::search(trial.as_ref(), &range, swarm)?;
     let starts = [found, range.clamped(&guess)];
     let free = fitter.fit(&hypothesis, &starts, &drawing, Effort::Final, Some(&fitter.still()))?;
     let inside = range.clamped(&free.x);

@@ -6,9 +6,19 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 
 use super::bearings::Range;
-use super::phase_one::PhaseOneConfig;
 use crate::error::Error;
 use crate::fit::trial::Trial;
+
+/// How it searches.
+#[derive(Debug, Clone, Copy)]
+pub struct Swarm {
+    /// Particles.
+    pub particles: usize,
+    /// Rounds.
+    pub iterations: u64,
+    /// Of the random numbers.
+    pub seed: u64,
+}
 
 struct Cost<'a>(&'a dyn Trial);
 
@@ -26,11 +36,11 @@ impl CostFunction for Cost<'_> {
 ///
 /// # Errors
 /// If the machine is singular at every particle.
-pub fn search(trial: &dyn Trial, range: &Range, config: &PhaseOneConfig) -> Result<(Vec<f64>, f64), Error> {
-    let solver = ParticleSwarm::new((range.low.clone(), range.high.clone()), config.particles)
-        .with_rng_generator(StdRng::seed_from_u64(config.seed));
+pub fn search(trial: &dyn Trial, range: &Range, swarm: Swarm) -> Result<(Vec<f64>, f64), Error> {
+    let solver = ParticleSwarm::new((range.low.clone(), range.high.clone()), swarm.particles)
+        .with_rng_generator(StdRng::seed_from_u64(swarm.seed));
     let result = Executor::new(Cost(trial), solver)
-        .configure(|state| state.max_iters(config.iterations))
+        .configure(|state| state.max_iters(swarm.iterations))
         .ctrlc(false)
         .run()
         .map_err(|e| Error::Unsuitable(format!("phase I: {e}")))?;

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Complex;
 
-use super::{Reading, rows};
+use super::reading::Reading;
+use super::table::{rows, text_of};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
@@ -52,7 +53,7 @@ impl SlowRoll {
             Self::Stated => (),
             Self::Run(name) => rolls.retain(|r| r.run.as_ref() == Some(name)),
             Self::File(path) => {
-                rolls = super::text_of(path).and_then(|(file, text)| rows(&file, &text, rotor, None))?
+                rolls = text_of(path).and_then(|(file, text)| rows(&file, &text, rotor, None))?
             }
         }
         if let (Self::Run(name), true) = (self, rolls.is_empty()) {
@@ -86,7 +87,7 @@ impl SlowRoll {
 /// # Errors
 /// As [`super::read`], and if a probe has no reading.
 pub fn runout_m(path: &Path, rotor: &Rotor) -> Result<Vec<Complex<f64>>, Error> {
-    let (file, text) = super::text_of(path)?;
+    let (file, text) = text_of(path)?;
     mean_m(&file, &rows(&file, &text, rotor, None)?, rotor)
 }
 

@@ -75,11 +75,11 @@ pub fn all_forces(rotor: &Rotor) -> Vec<Force> {
 /// What a force of unit size acts on: nodal coordinates and factors.
 fn force_row(force: Force, rotor: &Rotor, shaft: &Shaft, offsets: &Offsets) -> Row {
     let offset = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
-    let disk = |i: usize| (shaft.spot(rotor.disk[i].position_m), offset(&offsets.disk_m, i));
+    let disk = |i: usize| (shaft.section(rotor.disk[i].position_m), offset(&offsets.disk_m, i));
     match force {
         Force::UnbalanceAt(z) => {
             let plane = rotor.plane.iter().position(|p| p.position_m == z);
-            shaft.spot(z).displacement_beside(plane.map_or(0.0, |i| offset(&offsets.plane_m, i)))
+            shaft.section(z).displacement_beside(plane.map_or(0.0, |i| offset(&offsets.plane_m, i)))
         }
         Force::Pattern(Pattern::DiskUnbalance(i)) => disk(i).0.displacement_beside(disk(i).1),
         Force::Pattern(Pattern::DiskTilt(i)) => disk(i).0.tilt_beside(disk(i).1),
@@ -97,7 +97,7 @@ impl Plant {
     /// If the shaft on its springs is not stable, which a checked rotor rules out.
     pub fn new(rotor: &Rotor, shaft: &Shaft, offsets: &Offsets, nominal_n_m: f64) -> Result<Self, Error> {
         let beside = |z: f64, list: &[f64], i: usize| {
-            shaft.spot(z).displacement_beside(list.get(i).copied().unwrap_or(0.0))
+            shaft.section(z).displacement_beside(list.get(i).copied().unwrap_or(0.0))
         };
         let bearings =
             rotor.bearing.iter().enumerate().map(|(i, b)| beside(b.position_m, &offsets.bearing_m, i));

@@ -23,7 +23,7 @@ pub type Row = Vec<(usize, f64)>;
 
 /// A place on the shaft, as sums over nodal coordinates.
 #[derive(Debug, Clone)]
-pub struct Spot {
+pub struct Section {
     /// Displacement there.
     pub displacement: Row,
     /// Tilt of the section there.
@@ -34,7 +34,7 @@ pub struct Spot {
     pub tilt_rate: Row,
 }
 
-impl Spot {
+impl Section {
     /// Displacement a small way beside.
     pub fn displacement_beside(&self, offset_m: f64) -> Row {
         beside(&self.displacement, &self.displacement_rate, offset_m)
@@ -69,7 +69,7 @@ pub struct Shaft {
     pub basis: DMatrix<f64>,
     physics: Physics,
     half_sine: DVector<f64>,
-    spots: Vec<Spot>,
+    spots: Vec<Section>,
 }
 
 impl Shaft {
@@ -93,7 +93,8 @@ impl Shaft {
         let nodes_m = mesh(rotor, ELEMENTS_PER_SEGMENT);
         let segments: Vec<usize> =
             nodes_m.windows(2).map(|p| segment_of(rotor, 0.5 * (p[0] + p[1]))).collect();
-        let spots = (0..nodes_m.len()).map(|node| spot(rotor, physics, &nodes_m, &segments, node)).collect();
+        let spots =
+            (0..nodes_m.len()).map(|node| section(rotor, physics, &nodes_m, &segments, node)).collect();
         Self {
             basis,
             half_sine: half_sine(&model.structure, rotor),
@@ -120,14 +121,14 @@ impl Shaft {
     }
 
     /// The node nearest to a position; marks of the rotor are nodes.
-    pub fn spot(&self, position_m: f64) -> &Spot {
+    pub fn section(&self, position_m: f64) -> &Section {
         let distance = |node: &usize| (self.nodes_m[*node] - position_m).abs();
         let node = (0..self.nodes_m.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
         &self.spots[node.unwrap_or(0)]
     }
 
     /// The right end.
-    pub fn right_end(&self) -> &Spot {
+    pub fn right_end(&self) -> &Section {
         &self.spots[self.spots.len() - 1]
     }
 
@@ -183,10 +184,10 @@ impl Shaft {
         let project = |m: DMatrix<f64>| self.basis.tr_mul(&m);
         let (stiffness, mut mass, mut polar_inertia) = (project(stiffness), project(mass), project(polar));
         for (i, disk) in rotor.disk.iter().enumerate() {
-            let spot = self.spot(disk.position_m);
+            let section = self.section(disk.position_m);
             let offset_m = offsets.disk_m.get(i).copied().unwrap_or(0.0);
-            let displacement = Self::along(&spot.displacement_beside(offset_m), &self.basis);
-            let tilt = Self::along(&spot.tilt_beside(offset_m), &self.basis);
+            let displacement = Self::along(&section.displacement_beside(offset_m), &self.basis);
+            let tilt = Self::along(&section.tilt_beside(offset_m), &self.basis);
             mass.ger(disk.mass_kg, &displacement, &displacement, 1.0);
             mass.ger(disk.diametral_inertia_kg_m2 * self.tilt_share(), &tilt, &tilt, 1.0);
             if self.physics.gyroscopic {
@@ -208,7 +209,7 @@ fn segment_of(rotor: &Rotor, position_m: f64) -> usize {
 
 /// A node as a place: how displacement and tilt change along the shaft is the mean of the elements on
 /// either side, as a force or moment at the node makes the two differ.
-fn spot(rotor: &Rotor, physics: &Physics, nodes_m: &[f64], segments: &[usize], node: usize) -> Spot {
+fn section(rotor: &Rotor, physics: &Physics, nodes_m: &[f64], segments: &[usize], node: usize) -> Section {
     let sides: Vec<usize> =
         [node.checked_sub(1), Some(node)].into_iter().flatten().filter(|e| *e < segments.len()).collect();
     let share = 1.0 / sides.len() as f64;
@@ -223,7 +224,7 @@ fn spot(rotor: &Rotor, physics: &Physics, nodes_m: &[f64], segments: &[usize], n
         tilt_rate.extend(beta.map(|(k, v)| (k, share * v * towards / (1.0 + phi))));
         tilt_rate.extend([(2 * e + 1, -share / l), (2 * e + 3, share / l)]);
     }
-    Spot {
+    Section {
         displacement: vec![(2 * node, 1.0)],
         tilt: vec![(2 * node + 1, 1.0)],
         displacement_rate,

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::fit::descent::{Landscape, Stop, descend};
+use crate::fit::descent::{Objective, Stop, descend};
 
 /// Step of the differences: unknowns are logarithms, angles or of order one.
 const STEP: f64 = 1e-5;
@@ -28,7 +28,7 @@ impl<F: Fn(&DVector<f64>) -> DVector<f64>> Curve<F> {
     }
 }
 
-impl<F: Fn(&DVector<f64>) -> DVector<f64>> Landscape for Curve<F> {
+impl<F: Fn(&DVector<f64>) -> DVector<f64>> Objective for Curve<F> {
     fn position(&self) -> DVector<f64> {
         self.at.clone()
     }
@@ -37,7 +37,7 @@ impl<F: Fn(&DVector<f64>) -> DVector<f64>> Landscape for Curve<F> {
         self.at = x.clone();
     }
 
-    fn height(&self) -> f64 {
+    fn value(&self) -> f64 {
         (self.residuals)(&self.at).norm_squared()
     }
 

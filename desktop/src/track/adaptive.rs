@@ -2,11 +2,11 @@
 
 use nalgebra::Complex;
 
+use super::answer::{Cause, Estimate, Reidentified};
 use super::cases::{Before, fit_all};
 use super::daily::{Run, Tracking, Watch};
+use super::operating_point::Logs;
 use super::record::Day;
-use super::spot::Logs;
-use super::{Cause, Estimate, Reidentified};
 
 type C = Complex<f64>;
 

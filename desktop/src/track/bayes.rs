@@ -16,12 +16,12 @@
 use nalgebra::{Complex, DVector};
 
 use super::adaptive::Jump;
+use super::answer::{Cause, Estimate, Reidentified};
 use super::chains::{Chain, Proposal, Quality, Sampler, quality};
 use super::daily::{Run, Tracking, WANDER, Watch};
+use super::operating_point::Logs;
 use super::posterior::{Posterior, Sample};
 use super::record::Day;
-use super::spot::Logs;
-use super::{Cause, Estimate, Reidentified};
 use crate::track::coefficients::{COEFFICIENTS, coefficient};
 
 type C = Complex<f64>;

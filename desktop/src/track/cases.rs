@@ -16,9 +16,9 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::operating_point::Logs;
 use super::record::Day;
-use super::spot::Logs;
-use crate::fit::descent::{Landscape, Stop, descend};
+use crate::fit::descent::{Objective, Stop, descend};
 use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD, coefficient};
 
 type C = Complex<f64>;
@@ -76,15 +76,15 @@ fn fit(case: u8, days: &[&Day], before: &Before, logs: &[usize], planes: &[usize
         }
         at.move_to(&start);
         descend(&mut at, STOP);
-        let height = at.height();
-        if height.is_finite() && best.as_ref().is_none_or(|(least, _)| height < *least) {
-            best = Some((height, at.x.clone()));
+        let value = at.value();
+        if value.is_finite() && best.as_ref().is_none_or(|(least, _)| value < *least) {
+            best = Some((value, at.x.clone()));
         }
     }
     at.move_to(&best?.1);
     let (logs_found, unbalance_kg_m) = at.state();
     let shown = |d: &&Day| {
-        let y = d.spot.on(&logs_found)?.at(&unbalance_kg_m);
+        let y = d.point.on(&logs_found)?.at(&unbalance_kg_m);
         Some(y.iter().zip(d.all_m()).map(|(y, m)| (y - m).l1_norm() * 1e6).sum::<f64>())
     };
     let residual_um = days.iter().map(shown).sum::<Option<f64>>()?;
@@ -124,7 +124,7 @@ impl Misfit<'_> {
     /// Weighted residuals of one day, and their slopes if wanted.
     fn day(&self, day: &Day, slopes: bool) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let (logs, unbalance) = self.state();
-        let motion = day.spot.on(&logs)?;
+        let motion = day.point.on(&logs)?;
         let shown = motion.at(&unbalance);
         let count = shown.len();
         let measured = day.all_m();
@@ -135,7 +135,7 @@ impl Misfit<'_> {
             (residual[2 * p], residual[2 * p + 1]) = (left.re, left.im);
         }
         if slopes {
-            for (p, row) in day.spot.slopes(&logs, &motion, &unbalance).iter().enumerate() {
+            for (p, row) in day.point.slopes(&logs, &motion, &unbalance).iter().enumerate() {
                 let mut set = |column: usize, y: C| {
                     let y = y / day.sigma_m[p];
                     (jacobian[(2 * p, column)], jacobian[(2 * p + 1, column)]) = (y.re, y.im);
@@ -154,7 +154,7 @@ impl Misfit<'_> {
     }
 }
 
-impl Landscape for Misfit<'_> {
+impl Objective for Misfit<'_> {
     fn position(&self) -> DVector<f64> {
         self.x.clone()
     }
@@ -163,7 +163,7 @@ impl Landscape for Misfit<'_> {
         self.x = x.clone();
     }
 
-    fn height(&self) -> f64 {
+    fn value(&self) -> f64 {
         let prior: f64 = self.x.iter().take(self.logs.len()).map(|x| (x / PRIOR_LOG_SD).powi(2)).sum();
         let misfit =
             self.days.iter().map(|d| Some(self.day(d, false)?.0.norm_squared())).sum::<Option<f64>>();

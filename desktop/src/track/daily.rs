@@ -4,11 +4,11 @@ use nalgebra::{Complex, DVector};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
+use super::answer::{Cause, Config, Estimate, Flag, Reidentified};
 use super::monitor::{Monitor, Residual};
+use super::operating_point::{Logs, logs_of};
 use super::record::{self, Day};
-use super::spot::{Logs, logs_of};
 use super::step::Steps;
-use super::{Cause, Config, Estimate, Flag, Reidentified};
 use crate::error::Error;
 use crate::identify::{Bounds, PhaseOne, PhaseOneConfig, assumed_noise, identify, least_residual};
 use crate::machine::drawing::{Noise, Rotor};
@@ -124,7 +124,7 @@ impl<'a> Tracking<'a> {
         let mut largest = 0.0_f64;
         for _ in 0..WANDER_DRAWS {
             let elsewhere = logs.map(|log| log + random.random_range(-WANDER..WANDER));
-            let Some(motion) = day.spot.on(&elsewhere) else { continue };
+            let Some(motion) = day.point.on(&elsewhere) else { continue };
             let shown = motion.at(&self.unbalance_kg_m).into_iter().map(Some).collect();
             let drawn = Day { measured_m: shown, ..day.clone() };
             largest = largest.max(self.phase_two(&drawn, logs, None).map_or(0.0, |e| e.residual.ratio()));
@@ -139,7 +139,7 @@ impl<'a> Tracking<'a> {
 
     /// A reading with this unbalance on these bearings.
     pub fn estimate(&self, day: &Day, logs: &Logs, unbalance_kg_m: Vec<C>) -> Option<Estimate> {
-        let calculated_m = day.spot.on(logs)?.at(&unbalance_kg_m);
+        let calculated_m = day.point.on(logs)?.at(&unbalance_kg_m);
         Some(Estimate {
             row: day.row,
             time_d: day.time_d,
@@ -167,7 +167,7 @@ impl<'a> Tracking<'a> {
             Some((last, at_d)) => self.largest_kg_m(day, last, at_d),
             None => vec![f64::INFINITY; planes],
         };
-        let response = day.spot.on(logs)?.response(planes);
+        let response = day.point.on(logs)?.response(planes);
         let best = least_residual(&response, &DVector::from_vec(day.all_m()), &largest).ok()?;
         self.estimate(day, logs, best.unbalance_kg_m.iter().copied().collect())
     }

@@ -9,10 +9,10 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rayon::prelude::*;
 
+use super::answer::{Interval, Spread};
 use super::chains::{Chain, Sampler, mean};
+use super::operating_point::Logs;
 use super::record::Day;
-use super::spot::Logs;
-use super::{Interval, Spread};
 use crate::track::coefficients::COEFFICIENTS;
 
 type C = Complex<f64>;
@@ -66,7 +66,7 @@ impl<'a> Posterior<'a> {
         let planes = self.around.len();
         let (mut normal, mut right) = (DMatrix::zeros(2 * planes, 2 * planes), DVector::zeros(2 * planes));
         for day in self.days {
-            let motion = day.spot.on(logs)?;
+            let motion = day.point.on(logs)?;
             let count = day.measured_m.len();
             for (p, y) in day.measured_m.iter().enumerate() {
                 let Some(y) = y else { continue };
@@ -123,7 +123,7 @@ impl<'a> Posterior<'a> {
         let misfit = |s: Sample| {
             let mut sum = 0.0;
             for day in self.days {
-                let shown = day.spot.on(&s.logs)?.at(&s.unbalance_kg_m);
+                let shown = day.point.on(&s.logs)?.at(&s.unbalance_kg_m);
                 for ((y, m), sigma_m) in shown.iter().zip(&day.measured_m).zip(&day.sigma_m) {
                     sum += m.map_or(0.0, |m| (y - m).l1_norm()) * std::f64::consts::SQRT_2 / sigma_m;
                 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::spot::{Spot, model};
+use super::operating_point::{OperatingPoint, model};
 use crate::diagnose::checks;
 use crate::error::Error;
 use crate::fit::data::sigma_m;
@@ -24,7 +24,7 @@ pub struct Day {
     /// Speed of rotation, rad/s.
     pub speed_rad_s: f64,
     /// The machine at this speed.
-    pub spot: Spot,
+    pub point: OperatingPoint,
     /// Phasor of each probe, m; `None` where it was lost.
     pub measured_m: Vec<Option<Complex<f64>>>,
     /// Standard deviation of each component, m; of no meaning where the reading was lost.
@@ -59,7 +59,7 @@ pub fn days(rotor: &Rotor, noise: &Noise, record: &[Reading]) -> Result<Vec<Day>
             row,
             time_d: time_d(row, r),
             speed_rad_s: r.speed_rad_s(),
-            spot: Spot::new(&model, r.speed_rad_s())?,
+            point: OperatingPoint::new(&model, r.speed_rad_s())?,
             measured_m: r.probes.clone(),
             sigma_m: r.probes.iter().map(|y| sigma_m(noise, y.unwrap_or_default())).collect(),
         })

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use rotor_edge_core::model::{Knot, MAX_KNOTS, Table};
-use rotor_edge_desktop::bearing::curve::{Between, Curve, Knots, Pair};
+use rotor_edge_desktop::bearing::curve::{Between, Curve, Knots};
+use rotor_edge_desktop::bearing::pair::Pair;
 use rotor_edge_desktop::model::Model;
 
 use super::{SPEED_RANGE, rows};

@@ -22,9 +22,9 @@ impl Problem {
         &self,
         motion: &Motion,
         changes: &[Change],
-        around: &[DVector<f64>],
+        linearised_at: &[DVector<f64>],
     ) -> Option<(Motion, Vec<DVector<f64>>)> {
-        let pass = self.filter(motion, changes, Some(around))?;
+        let pass = self.filter(motion, changes, Some(linearised_at))?;
         let (smoothed, cross) = smooth(&pass.filtered, &pass.steps);
         let mut wander = Moments::new(self.layout.wander(), COEFFICIENTS);
         let mut rate = Moments::new(self.layout.flat(), self.layout.flat());

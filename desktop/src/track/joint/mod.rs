@@ -16,21 +16,23 @@
 //! impossible; when each took place and what it changed is what makes the record most probable. A single
 //! impossible reading is left out: a passing disturbance teaches nothing.
 
+mod answer;
+mod estimates;
 mod kalman;
 mod learn;
 mod passes;
 mod search;
 mod state;
-mod told;
 
 use nalgebra::{Complex, DVector};
 
+pub use answer::{Constant, Event, Joint};
 pub use state::Scope;
 
-use super::Estimate;
+use super::answer::Estimate;
 use super::daily::{Run, Tracking};
+use super::operating_point::logs_of;
 use super::record;
-use super::spot::{Logs, logs_of};
 use crate::diagnose::{Step as Added, improve};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
@@ -40,47 +42,6 @@ use search::Window;
 use state::Layout;
 
 type C = Complex<f64>;
-
-/// An event, and how sure it is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Event {
-    /// First day of the new state.
-    pub time_d: f64,
-    /// What it changed.
-    pub scope: Scope,
-    /// Logarithm of how much more probable the record is with it.
-    pub evidence: f64,
-}
-
-/// What is known of a bearing coefficient's constant part.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Constant {
-    /// Logarithm of its value.
-    pub log: f64,
-    /// Standard deviation of that; the prior's is 0.5.
-    pub sd: f64,
-    /// Fixed at least twice as well as by the prior.
-    pub from_data: bool,
-}
-
-/// What method 4 learned beside its estimates.
-#[derive(Debug, Clone)]
-pub struct Joint {
-    /// Events in order.
-    pub events: Vec<Event>,
-    /// The bearings' constants: first day of a state, and the eight coefficients.
-    pub constants: Vec<(f64, Vec<Constant>)>,
-    /// Standard deviation of each coefficient's wander, relative.
-    pub wander: Logs,
-    /// Days in which the wander fades to 1/e.
-    pub wander_days: f64,
-    /// Days whose reading was left out as impossible.
-    pub left_out_d: Vec<f64>,
-    /// Effects that a later run-up showed, by label.
-    pub effects: Vec<String>,
-    /// Unbalance of each estimate as it was known on its day, kg·m: what a forecast may use.
-    pub known_then_kg_m: Vec<Vec<C>>,
-}
 
 /// A run-up after an event, and its day.
 #[derive(Debug, Clone)]
@@ -105,7 +66,7 @@ impl Tracking<'_> {
         let start = self.adaptive(&mut |_, _| ());
         let begun = self.phase_one.as_ref().map_or_else(|| self.rotor.clone(), |p| p.rotor.clone());
         let mut problem = self.problem(&begun, runup)?;
-        let mut around = self.first_guess(&problem, &start);
+        let mut linearised_at = self.first_guess(&problem, &start);
         let mut windows = self.steps(&problem);
         let mut effects = Vec::new();
         for l in later {
@@ -121,11 +82,11 @@ impl Tracking<'_> {
             let since = window.likely;
             let found = improve(&begun, l.readings, |_: &Added| ())?;
             effects.extend(found.steps.iter().map(|s| s.added.label()));
-            self.describe_anew(&mut problem, &mut around, &found.rotor, since, l)?;
+            self.describe_anew(&mut problem, &mut linearised_at, &found.rotor, since, l)?;
         }
         let singular = || Error::Unsuitable("the machine is singular on the bearings of the record".into());
-        let found = problem.search(windows, around, progress).ok_or_else(singular)?;
-        Ok(self.told(&problem, &found, effects))
+        let found = problem.search(windows, linearised_at, progress).ok_or_else(singular)?;
+        Ok(self.estimates(&problem, &found, effects))
     }
 
     fn problem(&self, begun: &Rotor, runup: &[Reading]) -> Result<Problem, Error> {
@@ -170,16 +131,16 @@ impl Tracking<'_> {
     fn describe_anew(
         &self,
         problem: &mut Problem,
-        around: &mut [DVector<f64>],
+        linearised_at: &mut [DVector<f64>],
         rotor: &Rotor,
         since: usize,
         later: &Later,
     ) -> Result<(), Error> {
-        let model = super::spot::model(rotor);
+        let model = super::operating_point::model(rotor);
         let logs = logs_of(rotor);
-        for (epoch, point) in problem.epochs.iter_mut().zip(around).skip(since) {
+        for (epoch, point) in problem.epochs.iter_mut().zip(linearised_at).skip(since) {
             if let Some(day) = &mut epoch.own {
-                day.spot = super::spot::Spot::new(&model, day.speed_rad_s)?;
+                day.point = super::operating_point::OperatingPoint::new(&model, day.speed_rad_s)?;
             }
             *point = problem.layout.at(&logs, &problem.layout.unbalance(point));
         }

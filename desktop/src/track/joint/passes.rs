@@ -7,8 +7,8 @@ use super::kalman::{Gaussian, Innovation, Step, smooth};
 use super::state::{Layout, Motion, Scope};
 use crate::machine::drawing::Noise;
 use crate::track::coefficients::COEFFICIENTS;
+use crate::track::operating_point::Logs;
 use crate::track::record::Day;
-use crate::track::spot::Logs;
 
 type C = nalgebra::Complex<f64>;
 
@@ -60,7 +60,7 @@ impl Problem {
         &self,
         motion: &Motion,
         changes: &[Change],
-        around: Option<&[DVector<f64>]>,
+        linearised_at: Option<&[DVector<f64>]>,
     ) -> Option<Pass> {
         let mut at = self.layout.start(&self.guess, &self.unbalance, motion);
         let mut pass =
@@ -75,7 +75,8 @@ impl Problem {
             }
             let mut impossible = false;
             for (n, day) in epoch.own.iter().chain(&epoch.beside).enumerate() {
-                let point = around.map_or_else(|| at.mean.clone(), |around| around[k].clone());
+                let point =
+                    linearised_at.map_or_else(|| at.mean.clone(), |linearised_at| linearised_at[k].clone());
                 let (slope, left, variance) = self.layout.linear(day, &point, self.unit_kg_m, &self.noise)?;
                 let left = left - &slope * (&at.mean - &point);
                 let innovation = Innovation::new(&at, &slope, left, &variance)?;
@@ -98,22 +99,22 @@ impl Problem {
         &self,
         motion: &Motion,
         changes: &[Change],
-        around: &[DVector<f64>],
+        linearised_at: &[DVector<f64>],
         at_rest: bool,
     ) -> Option<(Pass, Vec<DVector<f64>>)> {
-        let mut around = around.to_vec();
-        let mut pass = self.filter(motion, changes, Some(&around))?;
+        let mut linearised_at = linearised_at.to_vec();
+        let mut pass = self.filter(motion, changes, Some(&linearised_at))?;
         for _ in 0..ROUNDS {
             let (smoothed, _) = smooth(&pass.filtered, &pass.steps);
             let point = |g: Gaussian| if at_rest { self.layout.at_rest(g.mean) } else { g.mean };
-            around = smoothed.into_iter().map(point).collect();
+            linearised_at = smoothed.into_iter().map(point).collect();
             let before = pass.log_likelihood;
-            pass = self.filter(motion, changes, Some(&around))?;
+            pass = self.filter(motion, changes, Some(&linearised_at))?;
             if (pass.log_likelihood - before).abs() < SETTLED {
                 break;
             }
         }
-        Some((pass, around))
+        Some((pass, linearised_at))
     }
 
     /// The wander of each epoch once more, with everything else as it was found: around its own answer, so

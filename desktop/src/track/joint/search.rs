@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 
-use super::Event;
+use super::answer::Event;
 use super::kalman::{Gaussian, smooth};
 use super::passes::{Change, Pass, Problem};
 use super::state::{Motion, Scope};
@@ -76,7 +76,7 @@ impl Problem {
     pub(super) fn search(
         &self,
         windows: Vec<Window>,
-        mut around: Vec<DVector<f64>>,
+        mut linearised_at: Vec<DVector<f64>>,
         progress: &mut dyn FnMut(usize, usize),
     ) -> Option<Found> {
         let whole = Scope { bearings: [true; 2], unbalance: true };
@@ -87,20 +87,20 @@ impl Problem {
         let mut rounds = 0;
         let total = ROUNDS.iter().sum::<usize>();
         let mut learn =
-            |motion: &mut Motion, around: &mut Vec<DVector<f64>>, changes: &[Change], times: usize| {
+            |motion: &mut Motion, linearised_at: &mut Vec<DVector<f64>>, changes: &[Change], times: usize| {
                 for _ in 0..times {
-                    (*motion, *around) = self.learn(motion, changes, around)?;
+                    (*motion, *linearised_at) = self.learn(motion, changes, linearised_at)?;
                     rounds += 1;
                     progress(rounds.min(total), total);
                 }
                 Some(())
             };
-        learn(&mut motion, &mut around, &changes, ROUNDS[0])?;
+        learn(&mut motion, &mut linearised_at, &changes, ROUNDS[0])?;
         let mut tried: Vec<Range<usize>> = Vec::new();
         loop {
-            self.settle_events(&motion, &mut around, &mut windows, &mut changes, &mut evidence)?;
-            learn(&mut motion, &mut around, &changes, ROUNDS[2])?;
-            let pass = self.filter(&motion, &changes, Some(&around))?;
+            self.settle_events(&motion, &mut linearised_at, &mut windows, &mut changes, &mut evidence)?;
+            learn(&mut motion, &mut linearised_at, &changes, ROUNDS[2])?;
+            let pass = self.filter(&motion, &changes, Some(&linearised_at))?;
             let missed = (1..pass.impossible.len().saturating_sub(IN_A_ROW - 1)).find(|k| {
                 pass.impossible[*k..*k + IN_A_ROW].iter().all(|i| *i)
                     && !windows.iter().any(|w| w.epochs.contains(k))
@@ -112,10 +112,10 @@ impl Problem {
             windows.push(Window { epochs: missed..missed + 1, likely: missed });
             changes.push((missed, whole));
             evidence.push(0.0);
-            around = self.settle(&motion, &changes, &around, false)?.1;
+            linearised_at = self.settle(&motion, &changes, &linearised_at, false)?.1;
         }
-        learn(&mut motion, &mut around, &changes, ROUNDS[1])?;
-        let (pass, _) = self.settle(&motion, &changes, &around, true)?;
+        learn(&mut motion, &mut linearised_at, &changes, ROUNDS[1])?;
+        let (pass, _) = self.settle(&motion, &changes, &linearised_at, true)?;
         let (mut smoothed, _) = smooth(&pass.filtered, &pass.steps);
         self.wander_again(&motion, &pass, &mut smoothed)?;
         let mut order: Vec<usize> = (0..changes.len()).collect();
@@ -133,7 +133,7 @@ impl Problem {
     fn settle_events(
         &self,
         motion: &Motion,
-        around: &mut Vec<DVector<f64>>,
+        linearised_at: &mut Vec<DVector<f64>>,
         windows: &mut Vec<Window>,
         changes: &mut Vec<Change>,
         evidence: &mut Vec<f64>,
@@ -144,7 +144,7 @@ impl Problem {
             let with = |change: Option<Change>| {
                 let all: Vec<Change> = others.iter().copied().chain(change).collect();
                 // how probable a history is does depend on what the wander does to the features
-                let (pass, states) = self.settle(motion, &all, around, false)?;
+                let (pass, states) = self.settle(motion, &all, linearised_at, false)?;
                 Some((pass.log_likelihood, change, states))
             };
             let best = |candidates: &mut dyn Iterator<Item = Change>| {
@@ -157,13 +157,13 @@ impl Problem {
             let without = with(None)?;
             let gain = chosen.0 - without.0;
             if gain < EVIDENCE {
-                *around = without.2;
+                *linearised_at = without.2;
                 windows.remove(i);
                 changes.remove(i);
                 evidence.remove(i);
                 continue;
             }
-            *around = chosen.2;
+            *linearised_at = chosen.2;
             changes[i] = chosen.1?;
             evidence[i] = gain;
             i += 1;

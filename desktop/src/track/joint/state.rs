@@ -13,8 +13,8 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::kalman::{Gaussian, Step};
 use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD};
+use crate::track::operating_point::Logs;
 use crate::track::record::Day;
-use crate::track::spot::Logs;
 
 type C = Complex<f64>;
 
@@ -208,15 +208,15 @@ impl Layout {
     pub fn linear(
         self,
         day: &Day,
-        around: &DVector<f64>,
+        linearised_at: &DVector<f64>,
         unit_kg_m: f64,
         noise: &crate::machine::drawing::Noise,
     ) -> Option<(DMatrix<f64>, DVector<f64>, DVector<f64>)> {
-        let logs = self.logs(around);
-        let unbalance: Vec<C> = self.unbalance(around).iter().map(|u| u * unit_kg_m).collect();
-        let motion = day.spot.on(&logs)?;
+        let logs = self.logs(linearised_at);
+        let unbalance: Vec<C> = self.unbalance(linearised_at).iter().map(|u| u * unit_kg_m).collect();
+        let motion = day.point.on(&logs)?;
         let shown = motion.at(&unbalance);
-        let slopes = day.spot.slopes(&logs, &motion, &unbalance);
+        let slopes = day.point.slopes(&logs, &motion, &unbalance);
         let seen: Vec<usize> = (0..shown.len()).filter(|p| day.measured_m[*p].is_some()).collect();
         let mut slope = DMatrix::zeros(2 * seen.len(), self.size());
         let mut left = DVector::zeros(2 * seen.len());

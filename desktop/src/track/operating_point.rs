@@ -37,7 +37,7 @@ pub fn model(rotor: &Rotor) -> Model {
 
 /// A machine at one speed.
 #[derive(Debug, Clone)]
-pub struct Spot {
+pub struct OperatingPoint {
     speed_rad_s: f64,
     /// Laws of the two bearings as the model states them, and their dynamic stiffness.
     laws: [SupportLaw; 2],
@@ -80,7 +80,7 @@ impl Motion {
     }
 }
 
-impl Spot {
+impl OperatingPoint {
     /// The model at one speed.
     ///
     /// # Errors
@@ -246,7 +246,7 @@ mod tests {
         let (rotor, logs) = changed();
         let basis = basis::supported(&Model::finite_elements(&sample_rotor()), SHAPES);
         let whole = Model::finite_elements(&rotor).projected(&basis).response(SPEED).unwrap();
-        let motion = Spot::new(&model(&sample_rotor()), SPEED).unwrap().on(&logs).unwrap();
+        let motion = OperatingPoint::new(&model(&sample_rotor()), SPEED).unwrap().on(&logs).unwrap();
         let expected = whole.at(&DVector::from_vec(unbalance()));
         for (y, expected) in motion.at(&unbalance()).iter().zip(expected.iter()) {
             assert!((y - expected).norm() < 1e-9 * expected.norm());
@@ -258,7 +258,8 @@ mod tests {
         let (rotor, logs) = changed();
         let expected =
             Model::finite_elements(&rotor).response(SPEED).unwrap().at(&DVector::from_vec(unbalance()));
-        let shown = Spot::new(&model(&sample_rotor()), SPEED).unwrap().on(&logs).unwrap().at(&unbalance());
+        let shown =
+            OperatingPoint::new(&model(&sample_rotor()), SPEED).unwrap().on(&logs).unwrap().at(&unbalance());
         for (y, expected) in shown.iter().zip(expected.iter()) {
             assert!((y - expected).norm() < 1e-4 * expected.norm(), "{y} {expected}");
         }
@@ -267,13 +268,13 @@ mod tests {
     #[test]
     fn slopes_equal_differences() {
         let (_, logs) = changed();
-        let spot = Spot::new(&model(&sample_rotor()), SPEED).unwrap();
-        let slopes = spot.slopes(&logs, &spot.on(&logs).unwrap(), &unbalance());
+        let point = OperatingPoint::new(&model(&sample_rotor()), SPEED).unwrap();
+        let slopes = point.slopes(&logs, &point.on(&logs).unwrap(), &unbalance());
         for i in 0..COEFFICIENTS {
             let beside = |step: f64| {
                 let mut moved = logs;
                 moved[i] += step;
-                spot.on(&moved).unwrap().at(&unbalance())
+                point.on(&moved).unwrap().at(&unbalance())
             };
             let (up, down) = (beside(1e-4), beside(-1e-4));
             for p in 0..4 {

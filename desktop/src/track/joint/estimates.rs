@@ -2,15 +2,15 @@
 
 use nalgebra::{Complex, DVector};
 
+use super::answer::{Constant, Joint};
 use super::kalman::Gaussian;
 use super::passes::Problem;
 use super::search::Found;
 use super::state::{Layout, Scope};
-use super::{Constant, Joint};
+use crate::track::answer::{Cause, Flag, Interval, Reidentified, Spread};
 use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD, coefficient};
 use crate::track::daily::{Run, Tracking};
-use crate::track::spot::Logs;
-use crate::track::{Cause, Flag, Interval, Reidentified, Spread};
+use crate::track::operating_point::Logs;
 
 type C = Complex<f64>;
 
@@ -19,7 +19,7 @@ const HALF: f64 = 1.96;
 
 impl Tracking<'_> {
     /// What was found, as estimates.
-    pub(super) fn told(&self, problem: &Problem, found: &Found, effects: Vec<String>) -> (Run, Joint) {
+    pub(super) fn estimates(&self, problem: &Problem, found: &Found, effects: Vec<String>) -> (Run, Joint) {
         let layout = problem.layout;
         let mut run = Run::default();
         let mut known_then_kg_m = Vec::new();
@@ -100,7 +100,7 @@ fn suspect(scope: Scope, before: &Logs, after: &Logs) -> usize {
 /// Intervals of a state.
 fn spread(layout: Layout, state: &Gaussian, unit_kg_m: f64) -> Spread {
     let (logs, sd) = (layout.logs(&state.mean), layout.logs_sd(&state.covariance));
-    let around = |at: f64, sd: f64| Interval { low: at - HALF * sd, high: at + HALF * sd };
+    let linearised_at = |at: f64, sd: f64| Interval { low: at - HALF * sd, high: at + HALF * sd };
     let along = |j: usize, turn: f64| {
         // standard deviation of the plane's unbalance along its own direction, or across it
         let u = C::from_polar(1.0, layout.unbalance(&state.mean)[j].arg() + turn);
@@ -112,13 +112,13 @@ fn spread(layout: Layout, state: &Gaussian, unit_kg_m: f64) -> Spread {
     let size = |j: usize| layout.unbalance(&state.mean)[j].norm();
     let angle = |j: usize| layout.unbalance(&state.mean)[j].arg();
     Spread {
-        logs: std::array::from_fn(|i| around(logs[i], sd[i])),
+        logs: std::array::from_fn(|i| linearised_at(logs[i], sd[i])),
         magnitude_kg_m: planes
             .clone()
-            .map(|j| around(size(j) * unit_kg_m, along(j, 0.0) * unit_kg_m))
+            .map(|j| linearised_at(size(j) * unit_kg_m, along(j, 0.0) * unit_kg_m))
             .collect(),
         angle_rad: planes
-            .map(|j| around(angle(j), along(j, std::f64::consts::FRAC_PI_2) / size(j).max(1e-9)))
+            .map(|j| linearised_at(angle(j), along(j, std::f64::consts::FRAC_PI_2) / size(j).max(1e-9)))
             .collect(),
     }
 }

@@ -1,0 +1,45 @@
+//! One reading, and the units of its numbers.
+
+use nalgebra::Complex;
+
+/// One row: all probes at one speed.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Reading {
+    /// Name of the run, if the file has them.
+    pub run: Option<String>,
+    /// Days since the record began, if the file has them.
+    pub time_d: Option<f64>,
+    /// Speed of rotation, rpm.
+    pub speed_rpm: f64,
+    /// Phasor `cos − i sin` of each probe, m; `None` where the reading was lost.
+    pub probes: Vec<Option<Complex<f64>>>,
+    /// Gap voltage of each probe, V; empty if the file has none.
+    pub gaps_v: Vec<Option<f64>>,
+}
+
+impl Reading {
+    /// Speed of rotation, rad/s.
+    pub fn speed_rad_s(&self) -> f64 {
+        rad_s(self.speed_rpm)
+    }
+
+    /// All probes, or `None` if one was lost.
+    pub fn complete(&self) -> Option<Vec<Complex<f64>>> {
+        self.probes.iter().copied().collect()
+    }
+}
+
+/// rpm to rad/s.
+pub fn rad_s(speed_rpm: f64) -> f64 {
+    speed_rpm * std::f64::consts::PI / 30.0
+}
+
+/// rad/s to rpm.
+pub fn rpm(speed_rad_s: f64) -> f64 {
+    speed_rad_s * 30.0 / std::f64::consts::PI
+}
+
+/// The phasor `cos − i sin`, m, of components in µm.
+pub fn phasor_m(cos_um: f64, sin_um: f64) -> Complex<f64> {
+    Complex::new(cos_um, -sin_um) * 1e-6
+}

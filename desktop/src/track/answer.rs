@@ -1,0 +1,131 @@
+//! How a record is followed, and what is said of each reading.
+
+use nalgebra::Complex;
+
+use super::cases::CaseFit;
+use super::coefficients::COEFFICIENTS;
+use super::monitor::{Residual, Thresholds};
+use super::operating_point::Logs;
+
+type C = Complex<f64>;
+
+/// How the record is followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// Bearings constant.
+    Fixed,
+    /// Re-identification after a jump of the residual.
+    Adaptive,
+    /// Metropolis sampling, daily and after a jump.
+    Bayes,
+    /// All days together.
+    Joint,
+}
+
+/// Settings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Config {
+    /// How the record is followed.
+    pub method: Method,
+    /// When a reading is suspicious, and when that is a flag.
+    pub thresholds: Thresholds,
+    /// Largest unbalance of a plane relative to the day before.
+    pub growth: f64,
+    /// The file's bearings and planes are identified already: no phase I.
+    pub identified: bool,
+    /// Proposals of each chain of a day.
+    pub proposals: usize,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+impl Config {
+    /// The usual settings of a method.
+    pub fn new(method: Method) -> Self {
+        let rise = if method == Method::Bayes { 0.3 } else { 0.5 };
+        let thresholds = Thresholds { rise, ..Thresholds::default() };
+        Self { method, thresholds, growth: 1.2, identified: false, proposals: 200, seed: 1 }
+    }
+}
+
+/// What is said of one reading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Row of the record.
+    pub row: usize,
+    /// Days since the record began.
+    pub time_d: f64,
+    /// Unbalance of each plane, kg·m.
+    pub unbalance_kg_m: Vec<C>,
+    /// Logarithms of the bearing coefficients, in the order of phase I.
+    pub logs: Logs,
+    /// What the model shows with both, m.
+    pub calculated_m: Vec<C>,
+    /// That against what was measured.
+    pub residual: Residual,
+    /// Where the truth is with 95 % probability, of methods that say so.
+    pub spread: Option<Spread>,
+    /// The reading alone looked wrong.
+    pub suspicious: bool,
+    /// The model no longer describes the machine.
+    pub flagged: bool,
+}
+
+/// Ends of an interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// Intervals of one reading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spread {
+    /// Logarithms of the bearing coefficients.
+    pub logs: [Interval; COEFFICIENTS],
+    /// Magnitude of each plane's unbalance, kg·m.
+    pub magnitude_kg_m: Vec<Interval>,
+    /// Its angle, rad, around the estimate's.
+    pub angle_rad: Vec<Interval>,
+}
+
+/// What a flag turned out to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// The model stopped describing the machine.
+    Model,
+    /// The unbalance jumped, by more than phase II may follow in a day; the model still holds.
+    Unbalance,
+}
+
+/// A streak of suspicious readings that was long enough.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flag {
+    /// First reading of the streak, days.
+    pub since_d: f64,
+    /// Reading at which the flag went up, days.
+    pub time_d: f64,
+    /// The bearing whose probes misfit most.
+    pub suspect: usize,
+    /// What it turned out to be.
+    pub cause: Cause,
+}
+
+/// Bearings that were identified anew.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reidentified {
+    /// First day of the new bearings.
+    pub since_d: f64,
+    /// Day on which they were found.
+    pub time_d: f64,
+    /// The case that was taken, 1 to 4; 0 where the method knows no cases.
+    pub case: u8,
+    /// The suspect bearing.
+    pub bearing: usize,
+    /// All four cases.
+    pub cases: Vec<CaseFit>,
+    /// Logarithms of the new coefficients.
+    pub logs: Logs,
+}

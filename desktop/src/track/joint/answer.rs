@@ -1,0 +1,49 @@
+//! What all days together say.
+
+use nalgebra::Complex;
+
+use super::state::Scope;
+use crate::track::operating_point::Logs;
+
+type C = Complex<f64>;
+
+/// An event, and how sure it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    /// First day of the new state.
+    pub time_d: f64,
+    /// What it changed.
+    pub scope: Scope,
+    /// Logarithm of how much more probable the record is with it.
+    pub evidence: f64,
+}
+
+/// What is known of a bearing coefficient's constant part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Constant {
+    /// Logarithm of its value.
+    pub log: f64,
+    /// Standard deviation of that; the prior's is 0.5.
+    pub sd: f64,
+    /// Fixed at least twice as well as by the prior.
+    pub from_data: bool,
+}
+
+/// What method 4 learned beside its estimates.
+#[derive(Debug, Clone)]
+pub struct Joint {
+    /// Events in order.
+    pub events: Vec<Event>,
+    /// The bearings' constants: first day of a state, and the eight coefficients.
+    pub constants: Vec<(f64, Vec<Constant>)>,
+    /// Standard deviation of each coefficient's wander, relative.
+    pub wander: Logs,
+    /// Days in which the wander fades to 1/e.
+    pub wander_days: f64,
+    /// Days whose reading was left out as impossible.
+    pub left_out_d: Vec<f64>,
+    /// Effects that a later run-up showed, by label.
+    pub effects: Vec<String>,
+    /// Unbalance of each estimate as it was known on its day, kg·m: what a forecast may use.
+    pub known_then_kg_m: Vec<Vec<C>>,
+}
