@@ -8,16 +8,57 @@
 //! | [`bearing`] | what holds the shaft |
 //! | [`effects`] | what a file's effects add to a machine's terms; one file an effect |
 //! | [`model`] | supports, forcings and readings on a shaft; the response at running speed |
-//! | [`receptance`] | the same response by a small update of a shaft solved once |
+//! | `receptance` | the same response by a small update of a shaft solved once |
 //! | [`measurement`] | measured 1x vibration, and `measured.csv` |
 //! | [`unbalance`] | g·mm and degrees; static and dynamic parts |
-//! | [`fit`] | hypotheses fitted to measurements |
+//! | `fit` | hypotheses fitted to measurements |
 //! | [`identify`] | bearings and unbalance from measurements: phase I and phase II |
 //! | [`track`] | the unbalance of a long record, while bearings change |
 //! | [`prognosis`] | where the unbalance is going |
 //! | [`startup`] | a single-disk rotor from its start-up: the simple model, and where it fails |
 //! | [`balance`] | correction weights from the model and from trial runs |
 //! | [`compare`], [`diagnose`] | where a model misses; which effect is missing, and adding it |
+//!
+//! # Example
+//! A machine is read or made in code, and asked:
+//!
+//! ```
+//! use rotor_edge_desktop::machine::rotor_file;
+//! use rotor_edge_desktop::measurement::{rad_s, rpm};
+//! use rotor_edge_desktop::model::Model;
+//! use rotor_edge_desktop::shaft::statics::mass_and_centre;
+//! use rotor_edge_desktop::unbalance::phasor_kg_m;
+//!
+//! let rotor = rotor_file::parse("fan.toml", r#"
+//!     schema = 2
+//!     name = "fan"
+//!     shaft = [{ length_m = 1.0, outer_diameter_m = 0.06 }]
+//!     disk = [{ name = "wheel", position_m = 0.5, mass_kg = 12.0, diametral_inertia_kg_m2 = 0.06, polar_inertia_kg_m2 = 0.11 }]
+//!     plane = [{ name = "wheel", position_m = 0.5 }]
+//!     probe = [{ name = "X", bearing = "A", position_m = 0.15, angle_deg = 0 }]
+//!     [[bearing]]
+//!     name = "A"
+//!     position_m = 0.1
+//!     stiffness_n_m = { xx = 4e7, yy = 4e7 }
+//!     damping_n_s_m = { xx = 2e4, yy = 2e4 }
+//!     [[bearing]]
+//!     name = "B"
+//!     position_m = 0.9
+//!     stiffness_n_m = { xx = 4e7, yy = 4e7 }
+//!     damping_n_s_m = { xx = 2e4, yy = 2e4 }
+//! "#)?;
+//! let (mass_kg, centre_m) = mass_and_centre(&rotor);
+//! assert!(mass_kg > 30.0 && (centre_m - 0.5).abs() < 1e-9);
+//!
+//! let model = Model::finite_elements(&rotor);
+//! let response = model.response(rad_s(3000.0))?.at(&vec![phasor_kg_m(100.0, 45.0)].into());
+//! assert!(response[0].norm() * 1e6 > 0.1, "µm at 3000 rpm");
+//! # assert!((rpm(rad_s(3000.0)) - 3000.0).abs() < 1e-9);
+//! # Ok::<(), rotor_edge_desktop::Error>(())
+//! ```
+//!
+//! `cargo run --release -p rotor-edge-desktop --example missing_effect` holds a model against measurements, asks what is
+//! missing and adds it; `--example oil_film` looks a machine on oil films over.
 //!
 //! # Conventions
 //! z along the shaft, rotation takes x into y. A probe reads `u(t) = u_c cos Ωt + u_s sin Ωt` from the
@@ -33,14 +74,14 @@ pub mod compare;
 pub mod diagnose;
 pub mod effects;
 mod error;
-pub mod fit;
+mod fit;
 pub mod identify;
-pub mod inference;
+mod inference;
 pub mod machine;
 pub mod measurement;
 pub mod model;
 pub mod prognosis;
-pub mod receptance;
+mod receptance;
 pub mod shaft;
 pub mod startup;
 #[cfg(test)]

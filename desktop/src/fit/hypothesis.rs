@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Complex;
-
-use crate::effects::{Effect, Parameter, Place, Scales, Unknown, add_unknown};
+use crate::effects::{Effect, Parameter, Place, Scales, Unknown};
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::Rotor;
 use crate::machine::terms::Terms;
@@ -85,15 +83,6 @@ impl<'a> Hypothesis<'a> {
             let si: Vec<f64> = parameters.iter().zip(&x[at..]).map(|(p, v)| p.scale.to_si(*v)).collect();
             assumed.effect.apply(assumed.place, &si, &self.scales, &mut terms);
             at += parameters.len();
-        }
-        terms
-    }
-
-    /// Everything at `x` with the linear unknowns at `values`.
-    pub fn whole_terms(&self, x: &[f64], values: &[Complex<f64>]) -> Terms {
-        let mut terms = self.terms(x);
-        for (unknown, value) in self.unknowns().iter().zip(values) {
-            add_unknown(unknown, *value, &mut terms);
         }
         terms
     }

@@ -25,6 +25,7 @@ impl Fitter<'_> {
     ///
     /// # Errors
     /// If the machine is singular at the fit.
+    #[cfg(test)]
     pub fn relinearised(
         &self,
         hypothesis: &Hypothesis,

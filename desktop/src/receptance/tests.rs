@@ -1,13 +1,13 @@
 //! The fitting engine's small update against the full dynamic stiffness, on the reference rotors.
 
+use crate::machine::drawing::Rotor;
+use crate::machine::rotor_file;
+use crate::machine::tolerance::Offsets;
+use crate::model::Model;
+use crate::receptance::plant::{Force, Plant};
+use crate::receptance::update::{Receptances, Response, Supports};
+use crate::shaft::nodal::Shaft;
 use nalgebra::{Complex, DMatrix};
-use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
-use rotor_edge_desktop::machine::tolerance::Offsets;
-use rotor_edge_desktop::model::Model;
-use rotor_edge_desktop::receptance::plant::{Force, Plant};
-use rotor_edge_desktop::receptance::update::{Receptances, Response, Supports};
-use rotor_edge_desktop::shaft::nodal::Shaft;
 
 type C = Complex<f64>;
 
