@@ -131,6 +131,49 @@ fn what_no_machine_can_be_is_refused_in_one_sentence_with_key_and_number() {
 }
 
 #[test]
+fn a_coupling_that_joins_nothing_or_shares_its_place_is_refused_in_one_sentence() {
+    let spans = "[[shaft]]\nlength_m = 0.6\nouter_diameter_m = 0.1\n[[shaft]]\nlength_m = 0.4\nouter_diameter_m = 0.1\n";
+    let coupling = |position_m: f64, keys: &str| {
+        format!("[[coupling]]\nname = \"C\"\nposition_m = {position_m}\n{keys}\n")
+    };
+    let flexible = "lateral_stiffness_n_m = 4e7\nangular_stiffness_n_m_rad = 3e4";
+    let with = |more: &str| format!("{spans}{}{more}", coupling(0.6, flexible));
+    assert!(rotor_file::parse("rotor.toml", &machine(&with(""))).is_ok());
+    let only = |keys: &str| format!("{spans}{}", coupling(0.6, keys));
+    for (example, expected) in [
+        (
+            format!("{spans}{}", coupling(0.0, flexible)),
+            "0 m joins nothing: [[shaft]] segments meet at 0.6 m",
+        ),
+        (format!("{spans}{}", coupling(1.0, flexible)), "1 m joins nothing"),
+        (format!("{spans}{}", coupling(1.7, flexible)), "1.7 m joins nothing"),
+        (format!("{spans}{}", coupling(0.55, "rigid = true")), "0.55 m joins nothing"),
+        (coupling(0.5, flexible), "0.5 m joins nothing: the shaft is one segment"),
+        (with(&coupling(0.6, flexible)), "the name \"C\" is used twice"),
+        (with(&coupling(0.6, flexible).replace("\"C\"", "\"D\"")), "the coupling \"C\" is at the same place"),
+        (only(""), "has no stiffness"),
+        (only("lateral_stiffness_n_m = 4e7"), "angular_stiffness_n_m_rad is missing"),
+        (only("angular_stiffness_n_m_rad = 3e4"), "lateral_stiffness_n_m is missing"),
+        (only(&format!("rigid = true\n{flexible}")), "is rigid and has a stiffness"),
+        (only(&flexible.replace("4e7", "-4e7")), "lateral_stiffness_n_m: -40000000 is outside"),
+        (only(&flexible.replace("3e4", "0")), "angular_stiffness_n_m_rad: 0 is outside"),
+        (only(&format!("{flexible}\nmass_kg = -3.0")), "mass_kg: -3 is outside"),
+        (
+            with("[[plane]]\nname = \"hub\"\nposition_m = 0.6\n"),
+            "[[plane]] \"hub\" position_m: 0.6 m is where",
+        ),
+        (with("[physics]\nbasis = \"free_free\"\n"), "have no kink"),
+    ] {
+        let error = rotor_file::parse("rotor.toml", &machine(&example)).unwrap_err().to_string();
+        assert!(error.contains(expected) && error.starts_with("rotor.toml"), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    let old = machine(&with("")).replace("schema = 2", "schema = 1");
+    let error = rotor_file::parse("rotor.toml", &old).unwrap_err().to_string();
+    assert!(error.contains("1 does not know [[coupling]], expected 2"), "{error}");
+}
+
+#[test]
 fn schema_1_knows_no_laws_but_constants() {
     let text = machine("[[run]]\nname = \"a\"\n").replace("schema = 2", "schema = 1");
     assert_eq!(read(&text).schema, 1);

@@ -1,5 +1,7 @@
 //! Against closed forms, and against the dense matrices of the model.
 
+mod couplings;
+
 use nalgebra::{Complex, DVector};
 
 use super::campbell::Campbell;
@@ -15,7 +17,7 @@ use crate::machine::drawing::{Bearing, EffectEntry, Formulation, ParameterValue,
 use crate::measurement::{rad_s, rpm};
 use crate::model::Model;
 use crate::shaft::statics::mass_and_centre;
-use crate::testing::{sample_rotor, uniform_shaft};
+use crate::testing::{sample_rotor, train, uniform_shaft};
 
 type C = Complex<f64>;
 
@@ -47,7 +49,7 @@ fn with_effects() -> Rotor {
 
 #[test]
 fn response_equals_that_of_the_dense_model_with_effects_pedestals_and_the_printed_formulation() {
-    let mut machines = vec![with_effects(), with_effects(), with_effects()];
+    let mut machines = vec![with_effects(), with_effects(), with_effects(), train()];
     machines[1].bearing[0].pedestal =
         Some(Pedestal { stiffness_n_m: [4e8, 9e8], damping_n_s_m: [2e4, 1e4], mass_kg: [60.0, 90.0] });
     machines[1].schema = 2;

@@ -13,6 +13,7 @@ use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::{Deviation, Deviations};
 use crate::receptance::plant::{Force, Plant, Sense, loss};
 use crate::receptance::update::{adjoint_forces, forces, nominal};
+use crate::shaft::mesh::Piece;
 use crate::shaft::nodal::{Row, Shaft, Spot};
 
 type C = Complex<f64>;
@@ -200,15 +201,17 @@ fn element_changes(
         deviations.apply(rotor, &t).0
     };
     let (up, down) = (side(ELEMENT_STEP), side(-ELEMENT_STEP));
-    let changed = |(_, segment): &(usize, &usize)| up.shaft[**segment] != down.shaft[**segment];
+    let changed = |(_, piece): &(usize, &Piece)| match piece {
+        Piece::Segment(segment) => up.shaft[*segment] != down.shaft[*segment],
+        Piece::Coupling(_) => false,
+    };
     shaft
-        .segments()
+        .pieces()
         .iter()
         .enumerate()
         .filter(changed)
-        .map(|(number, segment)| {
-            let (a, b) =
-                (shaft.element(number, &up.shaft[*segment]), shaft.element(number, &down.shaft[*segment]));
+        .map(|(number, _)| {
+            let (a, b) = (shaft.element(number, &up), shaft.element(number, &down));
             let slope = |a: Matrix4<f64>, b: Matrix4<f64>| (a - b) / (2.0 * ELEMENT_STEP);
             let stiffness = slope(a.stiffness, b.stiffness);
             ElementChange {

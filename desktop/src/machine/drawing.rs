@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::bearing_entry::BearingEntry;
+pub use super::coupling::{Coupling, Flexibility};
+pub use super::segment::Segment;
 use crate::bearing::Law;
 pub use crate::bearing::constant::{Coefficients, Constant};
 use crate::bearing::support::Pedestal;
@@ -39,6 +41,9 @@ pub struct Rotor {
     pub identify: Option<SearchBounds>,
     /// Shaft segments from the left end.
     pub shaft: Vec<Segment>,
+    /// Couplings between spans.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub coupling: Vec<Coupling>,
     /// Rigid disks on the shaft.
     #[serde(default)]
     pub disk: Vec<Disk>,
@@ -150,41 +155,6 @@ pub struct SearchBounds {
     pub stiffness_n_m: [f64; 2],
     /// Lowest and highest direct damping, N·s/m.
     pub damping_n_s_m: [f64; 2],
-}
-
-/// One cylindrical piece of the shaft.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Segment {
-    /// Length along z, m.
-    pub length_m: f64,
-    /// Outer diameter, m.
-    pub outer_diameter_m: f64,
-    /// Bore, m; zero for a solid shaft.
-    #[serde(default)]
-    pub inner_diameter_m: f64,
-    /// Young's modulus, Pa.
-    #[serde(default = "steel_modulus_pa")]
-    pub youngs_modulus_pa: f64,
-    /// Density, kg/m³.
-    #[serde(default = "steel_density_kg_m3")]
-    pub density_kg_m3: f64,
-    /// Poisson's ratio.
-    #[serde(default = "steel_poisson_ratio")]
-    pub poisson_ratio: f64,
-}
-
-/// What a shaft is made of where its file does not say: carbon steel at room temperature.
-fn steel_modulus_pa() -> f64 {
-    2.06e11
-}
-
-fn steel_density_kg_m3() -> f64 {
-    7850.0
-}
-
-fn steel_poisson_ratio() -> f64 {
-    0.3
 }
 
 /// What the machine is made to do.

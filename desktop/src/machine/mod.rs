@@ -2,11 +2,13 @@
 
 mod bearing_entry;
 pub mod bearings;
+mod coupling;
 pub mod drawing;
 mod loads;
 pub mod place;
 pub mod ross;
 pub mod rotor_file;
+mod segment;
 pub mod terms;
 pub mod tolerance;
 mod validation;

@@ -173,6 +173,7 @@ impl Import<'_> {
             rated: None,
             identify: None,
             shaft,
+            coupling: Vec::new(),
             disk,
             bearing,
             probe,

@@ -1,5 +1,7 @@
 //! What a machine must satisfy, whether it was read or built in code.
 
+mod couplings;
+
 use crate::effects::entry;
 use crate::error::Error;
 use crate::machine::drawing::{EffectEntry, Rated, Rotor};
@@ -73,6 +75,7 @@ pub fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
         c.within("fastest_rpm", fastest_rpm, 1.0, 1e6, "rpm")?;
     }
     check_shaft(&c, rotor)?;
+    couplings::check(&c, rotor)?;
     check_bearings(&c, rotor)?;
     check_probes_and_planes(&c, rotor)?;
     check_statistics(&c, rotor)?;
