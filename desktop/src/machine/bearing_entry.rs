@@ -26,6 +26,9 @@ pub(super) struct BearingEntry {
     learned: Option<Learned>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     table: Option<Vec<TableRow>>,
+    /// What [`super::table_file`] finds no folder for.
+    #[serde(default, skip_serializing)]
+    table_file: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     film: Option<Film>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -37,13 +40,20 @@ pub(super) struct BearingEntry {
 }
 
 /// The keys that make a law, for messages.
-const LAWS: &str = "stiffness_n_m with damping_n_s_m, table, film, squeeze_film or magnetic";
+const LAWS: &str = "stiffness_n_m with damping_n_s_m, table, table_file, film, squeeze_film or magnetic";
 
 impl TryFrom<BearingEntry> for Bearing {
     type Error = String;
 
     fn try_from(entry: BearingEntry) -> Result<Self, String> {
         let key = format!("[[bearing]] \"{}\"", entry.name);
+        if let Some(name) = entry.table_file {
+            let what = match entry.table {
+                Some(_) => "has a table as well, expected one of the two".to_string(),
+                None => format!("\"{name}\" lies beside the rotor's file, which must be read from disk"),
+            };
+            return Err(format!("{key} table_file: {what}"));
+        }
         let mut laws = Vec::new();
         if entry.stiffness_n_m.is_some() || entry.damping_n_s_m.is_some() || entry.learned.is_some() {
             let missing = |what: &str| format!("{key} {what} is missing");
@@ -79,6 +89,7 @@ impl From<Bearing> for BearingEntry {
             damping_n_s_m: None,
             learned: None,
             table: None,
+            table_file: None,
             film: None,
             squeeze_film: None,
             magnetic: None,

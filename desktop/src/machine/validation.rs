@@ -5,6 +5,7 @@ mod couplings;
 use crate::effects::entry;
 use crate::error::Error;
 use crate::machine::drawing::{EffectEntry, Rated, Rotor};
+use crate::machine::materials::Material;
 
 /// The newest layout of `rotor.toml`; older ones are read as well.
 pub const SCHEMA: u32 = 2;
@@ -41,6 +42,13 @@ impl Checker<'_> {
             if x == 0.0 || (1e-4..1e6).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
         };
         self.fail(key, format!("{value} is outside {} to {} {unit}", plain(low), plain(high)).trim_end())
+    }
+
+    /// Young's modulus in Pa, density in kg/m³ and Poisson's ratio.
+    fn material(&self, key: &str, [modulus, density, poisson]: [f64; 3]) -> Result<(), Error> {
+        self.within(&format!("{key} youngs_modulus_pa"), modulus, 1e8, 1e13, "Pa")?;
+        self.within(&format!("{key} density_kg_m3"), density, 100.0, 30_000.0, "kg/m³")?;
+        self.within(&format!("{key} poisson_ratio"), poisson, -0.5, 0.499, "")
     }
 
     fn on_shaft(&self, key: &str, position_m: f64, length_m: f64) -> Result<(), Error> {
@@ -87,6 +95,17 @@ pub fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
     c.unique("[[effect]] kind and at", labels.iter().map(String::as_str))
 }
 
+/// Checks materials as the segments that are made of them, whose numbers they become.
+pub(super) fn check_materials(file: &str, materials: &[Material]) -> Result<(), Error> {
+    let c = Checker { file };
+    c.unique("[[material]] name", materials.iter().map(|m| m.name.as_str()))?;
+    for m in materials {
+        let numbers = [m.youngs_modulus_pa, m.density_kg_m3, m.poisson_ratio];
+        c.material(&format!("[[material]] \"{}\"", m.name), numbers)?;
+    }
+    Ok(())
+}
+
 fn check_shaft(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
     if rotor.shaft.is_empty() {
         return c.fail("[[shaft]]", "at least one segment is needed");
@@ -96,9 +115,8 @@ fn check_shaft(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         c.within(&key("length_m"), s.length_m, 1e-4, 50.0, "m")?;
         c.within(&key("outer_diameter_m"), s.outer_diameter_m, 1e-4, 10.0, "m")?;
         c.within(&key("inner_diameter_m"), s.inner_diameter_m, 0.0, s.outer_diameter_m * 0.999, "m")?;
-        c.within(&key("youngs_modulus_pa"), s.youngs_modulus_pa, 1e8, 1e13, "Pa")?;
-        c.within(&key("density_kg_m3"), s.density_kg_m3, 100.0, 30_000.0, "kg/m³")?;
-        c.within(&key("poisson_ratio"), s.poisson_ratio, -0.5, 0.499, "")?;
+        let numbers = [s.youngs_modulus_pa, s.density_kg_m3, s.poisson_ratio];
+        c.material(&format!("[[shaft]] {}", i + 1), numbers)?;
     }
     let length = rotor.length_m();
     c.unique("[[disk]] name", rotor.disk.iter().map(|d| d.name.as_str()))?;
