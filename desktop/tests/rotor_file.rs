@@ -51,7 +51,7 @@ fn read(text: &str) -> Rotor {
 
 #[test]
 fn every_example_of_the_page_is_read_and_written_and_read_again_the_same() {
-    assert!(examples().len() >= 16, "the page has its examples");
+    assert!(examples().len() >= 17, "the page has its examples");
     let folder = tempfile::tempdir().unwrap();
     let csv = PAGE.split("```csv\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     std::fs::write(folder.path().join("bearing-A.csv"), csv).unwrap();
@@ -240,6 +240,57 @@ fn materials_that_cannot_be_meant_are_refused_in_one_sentence() {
     let old = machine(&format!("{TITANIUM}{}", named(""))).replace("schema = 2", "schema = 1");
     let error = rotor_file::parse("rotor.toml", &old).unwrap_err().to_string();
     assert!(error.contains("1 does not know [[material]], expected 2"), "{error}");
+}
+
+#[test]
+fn a_raised_middle_bearing_takes_the_load_that_the_closed_form_gives_and_its_film_too() {
+    let height = 2e-5;
+    let film = "film = { kind = \"plain\", diameter_m = 0.1, length_m = 0.05, radial_clearance_m = 1e-4, viscosity_pa_s = 0.02 }";
+    let load = |elevation_m: f64| {
+        let text = [
+            HEAD,
+            SHAFT,
+            "[physics]\nshear_deformation = false\n",
+            &bearing("L", 0.0, CONSTANT),
+            &bearing("M", 0.5, &format!("elevation_m = {elevation_m}\n{film}")),
+            &bearing("R", 1.0, CONSTANT),
+            &PROBE.replace("\"A\"", "\"M\""),
+            PLANE,
+        ]
+        .concat();
+        let rotor = read(&text);
+        let Law::Film(law) = &rotor.bearing[1].law else { panic!("a film") };
+        law.load_n()
+    };
+    // a beam of 1 m on pins, lifted in its middle: 48 EI δ / L³
+    let bending = 2.06e11 * std::f64::consts::PI * 0.1_f64.powi(4) / 64.0;
+    let lift_n = 48.0 * bending * height;
+    let found = load(height) - load(0.0);
+    assert!((found / lift_n - 1.0).abs() < 1e-6, "{found} {lift_n}");
+}
+
+#[test]
+fn elevations_and_grades_are_of_schema_2_and_in_range() {
+    let raised = |m: f64| bearing("A", 0.1, &format!("elevation_m = {m}\n{CONSTANT}"));
+    let graded = |g: f64| {
+        format!("[[run]]\nname = \"a\"\n[rated]\nspeed_rpm = [1000, 3000]\nbalance_grade_mm_s = {g}\n")
+    };
+    for (example, expected) in [
+        (raised(150.0), "[[bearing]] \"A\" elevation_m: 150 is outside -0.1 to 0.1 m"),
+        (raised(f64::NAN), "elevation_m: NaN is outside"),
+        (graded(0.0), "[rated] balance_grade_mm_s: 0 is outside 0.05 to 5000 mm/s"),
+        (graded(-2.5), "balance_grade_mm_s: -2.5 is outside"),
+    ] {
+        let text = machine(&example).replace("NaN", "nan");
+        let error = rotor_file::parse("rotor.toml", &text).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    for example in [raised(1e-4), graded(2.5)] {
+        assert!(rotor_file::parse("rotor.toml", &machine(&example)).is_ok());
+        let old = machine(&example).replace("schema = 2", "schema = 1");
+        let error = rotor_file::parse("rotor.toml", &old).unwrap_err().to_string();
+        assert!(error.contains("schema: 1 does not know"), "{error}");
+    }
 }
 
 #[test]

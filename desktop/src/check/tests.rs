@@ -13,7 +13,7 @@ use crate::bearing::Law;
 use crate::bearing::constant::Coefficients;
 use crate::bearing::support::Pedestal;
 use crate::bearing::table::{Table, TableRow};
-use crate::machine::drawing::{Bearing, EffectEntry, Formulation, ParameterValue, Rotor};
+use crate::machine::drawing::{Bearing, EffectEntry, Formulation, ParameterValue, Rated, Rotor};
 use crate::measurement::{rad_s, rpm};
 use crate::model::Model;
 use crate::shaft::statics::mass_and_centre;
@@ -159,4 +159,33 @@ fn amplification_of_a_lightly_damped_rigid_shaft_is_one_over_twice_the_damping_r
         let amplification = 0.5 / zeta;
         assert!((needed - 17.0 * (1.0 - 1.0 / (amplification - 1.5))).abs() < 0.05);
     }
+}
+
+#[test]
+fn a_trial_is_twice_what_the_stated_grade_permits_and_without_one_twice_what_api_617_allows() {
+    let mut rotor = uniform_shaft();
+    let total_g_mm = |rotor: &Rotor| {
+        let (mass, centre) = mass_and_centre(rotor);
+        trials(rotor, mass, centre, 6000.0)[0].planes_kg_m.iter().sum::<C>().re * 1e6
+    };
+    let mass_kg = 7850.0 * std::f64::consts::PI * 0.025_f64.powi(2);
+    assert!((total_g_mm(&rotor) / (2.0 * 6350.0 * mass_kg / 6000.0) - 1.0).abs() < 1e-9);
+    rotor.rated = Some(Rated { speed_rpm: [500.0, 3000.0], balance_grade_mm_s: Some(6.3) });
+    let permitted_g_mm = 6.3 / (100.0 * std::f64::consts::PI) * mass_kg * 1e3;
+    assert!((total_g_mm(&rotor) / (2.0 * permitted_g_mm) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_raised_bearing_of_three_carries_more_in_the_check_by_the_closed_form() {
+    let mut rotor = uniform_shaft();
+    rotor.physics.shear_deformation = false;
+    let mut middle = rotor.bearing[0].clone();
+    (middle.name, middle.position_m) = ("M".into(), 0.5);
+    rotor.bearing.push(middle);
+    let load =
+        |rotor: &Rotor| super::check(rotor, Some([500.0, 2000.0])).unwrap().bearings[2].load_n.unwrap();
+    let level = load(&rotor);
+    rotor.bearing[2].elevation_m = 1e-5;
+    let bending = 2.08e11 * std::f64::consts::PI * 0.05_f64.powi(4) / 64.0;
+    assert!(((load(&rotor) - level) / (48.0 * bending * 1e-5) - 1.0).abs() < 1e-6);
 }

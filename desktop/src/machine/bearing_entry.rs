@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::drawing::Bearing;
+use super::drawing::{Bearing, is_default};
 use crate::bearing::Law;
 use crate::bearing::constant::{Coefficients, Constant, Learned};
 use crate::bearing::film::Film;
@@ -18,6 +18,8 @@ use crate::bearing::table::{Table, TableRow};
 pub(super) struct BearingEntry {
     name: String,
     position_m: f64,
+    #[serde(default, skip_serializing_if = "is_default")]
+    elevation_m: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     stiffness_n_m: Option<Coefficients>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -75,16 +77,23 @@ impl TryFrom<BearingEntry> for Bearing {
             return Err(format!("{key} has {} laws, give one of {LAWS}", laws.len()));
         }
         let law = laws.pop().ok_or_else(|| format!("{key} has no law, expected {LAWS}"))?;
-        Ok(Self { name: entry.name, position_m: entry.position_m, law, pedestal: entry.pedestal })
+        Ok(Self {
+            name: entry.name,
+            position_m: entry.position_m,
+            elevation_m: entry.elevation_m,
+            law,
+            pedestal: entry.pedestal,
+        })
     }
 }
 
 impl From<Bearing> for BearingEntry {
     fn from(bearing: Bearing) -> Self {
-        let Bearing { name, position_m, law, pedestal } = bearing;
+        let Bearing { name, position_m, elevation_m, law, pedestal } = bearing;
         let none = Self {
             name,
             position_m,
+            elevation_m,
             stiffness_n_m: None,
             damping_n_s_m: None,
             learned: None,

@@ -94,7 +94,7 @@ impl Default for Physics {
     }
 }
 
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
@@ -163,6 +163,9 @@ pub struct SearchBounds {
 pub struct Rated {
     /// Slowest and fastest speed that it may be run at, rpm: no advice goes beyond.
     pub speed_rpm: [f64; 2],
+    /// Balance quality grade G of ISO 21940-11 that it is balanced to, mm/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub balance_grade_mm_s: Option<f64>,
 }
 
 /// A rigid disk.
@@ -189,6 +192,8 @@ pub struct Bearing {
     pub name: String,
     /// Place on the shaft, m from the left end.
     pub position_m: f64,
+    /// Height of its centre above the straight line through the machine, m.
+    pub elevation_m: f64,
     /// How it holds the shaft.
     pub law: Law,
     /// What gives under it, if the drawing states it.
@@ -204,7 +209,7 @@ impl Bearing {
         damping_n_s_m: Coefficients,
     ) -> Self {
         let law = Law::Constant(Constant { stiffness_n_m, damping_n_s_m, learned: None });
-        Self { name: name.into(), position_m, law, pedestal: None }
+        Self { name: name.into(), position_m, elevation_m: 0.0, law, pedestal: None }
     }
 
     /// Its coefficients, if they are stated as constants.
@@ -353,6 +358,11 @@ impl Rotor {
         let places = || self.bearing.iter().map(|b| b.position_m);
         let (left, right) = (places().fold(f64::INFINITY, f64::min), places().fold(0.0, f64::max));
         if left < right { [left, right] } else { [0.0, self.length_m()] }
+    }
+
+    /// Height of each bearing above the straight line, in the order of the file, m.
+    pub fn elevations_m(&self) -> Vec<f64> {
+        self.bearing.iter().map(|b| b.elevation_m).collect()
     }
 
     /// Index of the bearing that a probe belongs to.

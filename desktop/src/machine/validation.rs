@@ -143,6 +143,7 @@ fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         if let Some(other) = rotor.bearing[..i].iter().find(|o| (o.position_m - b.position_m).abs() < 1e-6) {
             return c.fail(key("position_m"), format!("the bearing \"{}\" is at the same place", other.name));
         }
+        c.within(&key("elevation_m"), b.elevation_m, -0.1, 0.1, "m")?;
         b.law.as_law().check().or_else(|(name, what)| c.fail(key(&name), what))?;
         if let Some(p) = &b.pedestal {
             for axis in 0..2 {
@@ -151,7 +152,8 @@ fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
                 c.within(&key("pedestal.mass_kg"), p.mass_kg[axis], 0.0, 1e6, "kg")?;
             }
         }
-        let newer = b.pedestal.is_some() || b.constants().is_none_or(|k| k.learned.is_some());
+        let newer =
+            b.pedestal.is_some() || b.elevation_m != 0.0 || b.constants().is_none_or(|k| k.learned.is_some());
         if rotor.schema < 2 && newer {
             return c
                 .fail("schema", format!("{} does not know what {} has, expected 2", rotor.schema, key("")));
@@ -210,11 +212,18 @@ fn check_probes_and_planes(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
 }
 
 fn check_statistics(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
-    if let Some(Rated { speed_rpm: [slowest, fastest] }) = rotor.rated {
+    if let Some(Rated { speed_rpm: [slowest, fastest], balance_grade_mm_s }) = rotor.rated {
         c.within("[rated] speed_rpm", slowest, 0.0, 1e6, "rpm")?;
         c.within("[rated] speed_rpm", fastest, 1.0, 1e6, "rpm")?;
         if slowest >= fastest {
             return c.fail("[rated] speed_rpm", format!("[{slowest}, {fastest}] is not slowest and fastest"));
+        }
+        if let Some(grade) = balance_grade_mm_s {
+            c.within("[rated] balance_grade_mm_s", grade, 0.05, 5000.0, "mm/s")?;
+            if rotor.schema < 2 {
+                let what = format!("{} does not know [rated] balance_grade_mm_s, expected 2", rotor.schema);
+                return c.fail("schema", what);
+            }
         }
     }
     if let Some(n) = &rotor.noise {
