@@ -1,5 +1,5 @@
 //! `check` against ROSS 2.3.0 on the same mesh and coefficients: mass, static loads, critical speeds, damped
-//! modes and unbalance response of machines on two, three and four bearings.
+//! modes and unbalance response of machines on two, three and four bearings, one with a flexible coupling.
 
 use std::collections::BTreeMap;
 

@@ -28,7 +28,7 @@ fn on_its_mesh(rotor: &Rotor) -> System {
 fn critical_speeds_and_damped_modes_of_an_imported_rotor_are_those_of_ross() {
     let text = std::fs::read_to_string(repository("tests/data/ross/expected.json")).unwrap();
     let expected: Value = serde_json::from_str(&text).unwrap();
-    for name in ["constant.toml", "table.json", "supports.toml"] {
+    for name in ["constant.toml", "table.json", "supports.toml", "coupling.json"] {
         let system = on_its_mesh(&import(name).rotor);
         for set in expected[name]["modes"].as_array().unwrap() {
             let theirs = set["values"].as_array().unwrap();
@@ -63,6 +63,44 @@ fn tables_pedestals_seals_and_bores_are_carried_over_and_the_rest_is_said() {
     let pedestal = supports.rotor.bearing[0].pedestal.unwrap();
     assert_eq!((pedestal.stiffness_n_m, pedestal.mass_kg), ([5e7; 2], [4.0; 2]));
     assert!(supports.carried.iter().any(|c| c.contains("pedestal \"support\" under bearing \"A\"")));
+}
+
+#[test]
+fn a_coupling_element_is_carried_over_without_its_length_and_what_it_loses_is_said() {
+    let Imported { rotor, carried, left } = import("coupling.json");
+    let c = &rotor.coupling[0];
+    assert_eq!((c.name.as_str(), c.mass_kg, c.polar_inertia_kg_m2), ("discs", 5.0, 0.02));
+    let springs = c.flexibility.unwrap();
+    assert_eq!((springs.lateral_stiffness_n_m, springs.angular_stiffness_n_m_rad), (8e6, 9e3));
+    assert!(
+        (c.position_m - 0.9).abs() < 1e-12 && (rotor.length_m() - 1.9).abs() < 1e-12,
+        "no length of its own"
+    );
+    assert!(carried.iter().any(|s| s.contains("coupling \"discs\"")), "{carried:?}");
+    for part in ["0.12 m further left", "torsional stiffness"] {
+        assert!(left.iter().any(|s| s.contains(part)), "{part}: {left:?}");
+    }
+    let text = std::fs::read_to_string(repository("tests/data/ross/coupling.json")).unwrap();
+    for (from, to, expected) in [
+        ("\"kr_x\": 9000.0", "\"kr_x\": 0.0", "their mean was taken"),
+        ("\"m_r\": 2.5", "\"m_r\": 4.5", "halves that differ"),
+        ("\"cr_y\": 0.0", "\"cr_y\": 5.0", "the damping of a coupling has no counterpart"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let left = ross::parse("r.json", &text.replace(from, to), true).unwrap().left;
+        assert!(left.iter().any(|s| s.contains(expected)), "{expected}: {left:?}");
+    }
+    let parted =
+        text.replace("\"kt_x\": 8000000.0", "\"kt_x\": 0.0").replace("\"kt_y\": 8000000.0", "\"kt_y\": 0.0");
+    let error = ross::parse("r.json", &parted, true).unwrap_err().to_string();
+    assert!(error.contains("kt_x: is 0, expected a stiffness that joins"), "{error}");
+    let (before, fan) = text.split_at(text.find("DiskElement_fan").unwrap());
+    let hub = [before, &fan.replacen("\"n\": 6", "\"n\": 4", 1)].concat();
+    let Imported { rotor, left, .. } = ross::parse("r.json", &hub, true).unwrap();
+    assert!(
+        rotor.disk.len() == 1 && left.iter().any(|s| s.contains("add it to the coupling's mass")),
+        "{left:?}"
+    );
 }
 
 #[test]

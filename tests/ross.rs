@@ -8,7 +8,8 @@ use rotor_edge_desktop::measurement::rad_s;
 use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::shaft::assumed_modes;
 use rotor_edge_desktop::shaft::basis;
-use rotor_edge_desktop::shaft::structure::{ELEMENTS_PER_SEGMENT, mesh};
+use rotor_edge_desktop::shaft::mesh::Mesh;
+use rotor_edge_desktop::shaft::structure::ELEMENTS_PER_SEGMENT;
 use rotor_edge_desktop::unbalance::phasor_kg_m;
 use rotor_edge_tests::repository;
 use serde_json::Value;
@@ -59,7 +60,7 @@ fn worst_response(model: &Model, reference: &Value) -> f64 {
 fn mesh_is_the_one_ross_was_given() {
     for name in ROTORS {
         let (rotor, ross) = load(name);
-        let nodes = mesh(&rotor, ELEMENTS_PER_SEGMENT);
+        let nodes = Mesh::new(&rotor, ELEMENTS_PER_SEGMENT).nodes_m;
         let reference = numbers(&ross["mesh_m"]);
         assert_eq!(nodes.len(), reference.len(), "{name}");
         assert!(nodes.iter().zip(&reference).all(|(a, b)| (a - b).abs() < 1e-9), "{name}");

@@ -24,7 +24,7 @@ pub enum Error {
         /// What was expected there.
         expected: String,
     },
-    /// A row or column of a measurement file cannot be used.
+    /// A row or column of a file of measurements, or of a bearing's table, cannot be used.
     #[error("{file}: {place}: {expected}")]
     Measurement {
         /// The path as the user gave it.

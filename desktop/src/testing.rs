@@ -1,6 +1,8 @@
 //! Rotors for unit tests.
 
-use crate::machine::drawing::{Bearing, Coefficients, Disk, Mount, Physics, Plane, Probe, Rotor, Segment};
+use crate::machine::drawing::{
+    Bearing, Coefficients, Coupling, Disk, Flexibility, Mount, Physics, Plane, Probe, Rotor, Segment,
+};
 
 fn bearing(name: &str, position_m: f64, k: [f64; 2], c: [f64; 2]) -> Bearing {
     let direct = |[xx, yy]: [f64; 2]| Coefficients { xx, yy, xy: 0.0, yx: 0.0 };
@@ -46,6 +48,7 @@ pub fn uniform_shaft() -> Rotor {
         foundation: None,
         identify: None,
         shaft: vec![steel(1.0, 0.05)],
+        coupling: vec![],
         disk: vec![],
         bearing: vec![
             bearing("A", 0.0, [1e6, 1e6], [100.0, 100.0]),
@@ -81,6 +84,46 @@ pub fn sample_rotor() -> Rotor {
             bearing("A", 0.1, [1.8e8, 2.2e8], [1e5, 1.4e5]),
             bearing("B", 0.9, [3.2e8, 1.5e8], [1.1e5, 1.6e5]),
         ],
+        ..uniform_shaft()
+    }
+}
+
+/// Two spans on two bearings each, joined by a flexible coupling; a disk on each span.
+pub fn train() -> Rotor {
+    let disk = |name: &str, position_m, mass_kg| Disk {
+        name: name.into(),
+        position_m,
+        mass_kg,
+        diametral_inertia_kg_m2: 0.004 * mass_kg,
+        polar_inertia_kg_m2: 0.007 * mass_kg,
+    };
+    Rotor {
+        schema: 2,
+        name: "train".into(),
+        shaft: vec![steel(1.0, 0.06), steel(0.8, 0.05)],
+        coupling: vec![Coupling {
+            name: "C".into(),
+            position_m: 1.0,
+            flexibility: Some(Flexibility { lateral_stiffness_n_m: 4e6, angular_stiffness_n_m_rad: 2e4 }),
+            mass_kg: 6.0,
+            diametral_inertia_kg_m2: 0.02,
+            polar_inertia_kg_m2: 0.03,
+        }],
+        disk: vec![disk("motor", 0.45, 20.0), disk("fan", 1.5, 12.0)],
+        bearing: vec![
+            bearing("A", 0.05, [4e7, 5e7], [2e3, 3e3]),
+            bearing("B", 0.9, [5e7, 6e7], [2e3, 3e3]),
+            bearing("C", 1.1, [3e7, 4e7], [2e3, 3e3]),
+            bearing("D", 1.75, [4e7, 4e7], [2e3, 3e3]),
+        ],
+        probe: ["A", "B", "C", "D"]
+            .iter()
+            .zip([0.1, 0.85, 1.15, 1.7])
+            .flat_map(|(name, z)| {
+                [("X", 0.0), ("Y", 90.0)].map(|(axis, angle)| probe(&format!("{name}{axis}"), name, z, angle))
+            })
+            .collect(),
+        plane: vec![plane("motor", 0.45), plane("fan", 1.5)],
         ..uniform_shaft()
     }
 }

@@ -51,10 +51,14 @@ fn read(text: &str) -> Rotor {
 
 #[test]
 fn every_example_of_the_page_is_read_and_written_and_read_again_the_same() {
-    assert!(examples().len() >= 12, "the page has its examples");
+    assert!(examples().len() >= 17, "the page has its examples");
     let folder = tempfile::tempdir().unwrap();
+    let csv = PAGE.split("```csv\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    std::fs::write(folder.path().join("bearing-A.csv"), csv).unwrap();
     for (i, example) in examples().into_iter().enumerate() {
-        let rotor = read(&machine(example));
+        let drawn = folder.path().join("drawn.toml");
+        std::fs::write(&drawn, machine(example)).unwrap();
+        let rotor = rotor_file::read(&drawn).unwrap_or_else(|e| panic!("{e}\n{example}"));
         let path = folder.path().join(format!("{i}.toml"));
         rotor_file::write(&path, &rotor).unwrap();
         let again = rotor_file::read(&path).unwrap();
@@ -143,6 +147,208 @@ fn what_no_machine_can_be_is_refused_in_one_sentence_with_key_and_number() {
         assert!(error.contains(expected) && error.starts_with("rotor.toml"), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
+}
+
+#[test]
+fn a_table_in_a_file_is_the_table_in_the_rotor_s_file_and_missing_columns_are_zero() {
+    let folder = tempfile::tempdir().unwrap();
+    let csv = "speed_rpm, kxx, kyx, kyy, cxx, cyy\n1000, 1e8, -4e7, 1.5e8, 3e5, 4e5\n2000, 2e8, -5e7, 2.5e8, 2e5, 1e5\n";
+    std::fs::create_dir(folder.path().join("tables")).unwrap();
+    std::fs::write(folder.path().join("tables/a.csv"), csv).unwrap();
+    let path = folder.path().join("rotor.toml");
+    std::fs::write(&path, machine(&bearing("A", 0.1, "table_file = \"tables/a.csv\""))).unwrap();
+    let rows = "table = [{ speed_rpm = 1000, kxx = 1e8, kyx = -4e7, kyy = 1.5e8, cxx = 3e5, cyy = 4e5 }, \
+                { speed_rpm = 2000, kxx = 2e8, kyx = -5e7, kyy = 2.5e8, cxx = 2e5, cyy = 1e5 }]";
+    let inline = read(&machine(&bearing("A", 0.1, rows)));
+    assert_eq!(rotor_file::read(&path).unwrap(), inline);
+}
+
+#[test]
+fn a_table_s_file_that_cannot_be_used_is_told_with_file_and_row() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rotor.toml");
+    let law = "table_file = \"a.csv\"";
+    std::fs::write(&path, machine(&bearing("A", 0.1, law))).unwrap();
+    let said = || rotor_file::read(&path).unwrap_err().to_string();
+    assert!(said().contains("a.csv: cannot be read"), "{}", said());
+    let head = "speed_rpm,kxx,kyy,cxx,cyy\n";
+    for (csv, expected) in [
+        (String::new(), "header: the column speed_rpm is missing"),
+        ("speed_rpm,kxx,kyy,cxx\n".into(), "header: the column cyy is missing"),
+        ("speed_rpm,kxx,kyy,cxx,cyy,mxx\n".into(), "header: \"mxx\" is no column, expected speed_rpm,kxx"),
+        (format!("{head}1000,1e8,1e8,1e5,1e5\n"), "rows: a table needs two speeds at least, 1 given"),
+        (format!("{head}1000,1e8,1e8,1e5,1e5\n2000,1e8,soft,1e5,1e5\n"), "row 3: kyy \"soft\" is no number"),
+        (format!("{head}1000,1e8,1e8,1e5,1e5\n2000,1e8,1e5,1e5\n"), "row 3: expected 5 numbers"),
+        (format!("{head}1000,1e8,1e8,1e5,1e5\n2000,-1e8,1e8,1e5,1e5\n"), "row 3: kxx -100000000 is outside"),
+        (format!("{head}1000,nan,1e8,1e5,1e5\n2000,1e8,1e8,1e5,1e5\n"), "row 2: kxx NaN is outside"),
+        (
+            format!("{head}2000,1e8,1e8,1e5,1e5\n1000,1e8,1e8,1e5,1e5\n"),
+            "row 3: the speeds of a table must ascend",
+        ),
+    ] {
+        std::fs::write(folder.path().join("a.csv"), &csv).unwrap();
+        let error = said();
+        assert!(error.contains(&format!("a.csv: {expected}")), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    let error = rotor_file::parse("rotor.toml", &machine(&bearing("A", 0.1, law))).unwrap_err().to_string();
+    assert!(
+        error.contains("\"a.csv\" lies beside the rotor's file, which must be read from disk"),
+        "{error}"
+    );
+    std::fs::write(
+        folder.path().join("a.csv"),
+        format!("{head}1000,1e8,1e8,1e5,1e5\n2000,1e8,1e8,1e5,1e5\n"),
+    )
+    .unwrap();
+    assert!(rotor_file::read(&path).is_ok());
+    std::fs::write(&path, machine(&bearing("A", 0.1, &format!("{law}\n{CONSTANT}")))).unwrap();
+    assert!(said().contains("has 2 laws"), "{}", said());
+    std::fs::write(&path, machine(&bearing("A", 0.1, &format!("{law}\ntable = []")))).unwrap();
+    assert!(said().contains("has a table as well"), "{}", said());
+}
+
+const TITANIUM: &str = "[[material]]\nname = \"titanium\"\nyoungs_modulus_pa = 1.14e11\ndensity_kg_m3 = 4430\npoisson_ratio = 0.34\n";
+
+#[test]
+fn a_segment_has_the_numbers_of_the_material_that_it_names_and_is_of_steel_without_one() {
+    let segment = |more: &str| format!("[[shaft]]\nlength_m = 0.4\nouter_diameter_m = 0.1\n{more}\n");
+    let shaft = [segment(""), segment("material = \"titanium\""), segment("material = \"steel\"")].concat();
+    let rotor = read(&machine(&format!("{TITANIUM}{shaft}")));
+    let numbers = rotor.shaft.iter().map(|s| (s.youngs_modulus_pa, s.density_kg_m3, s.poisson_ratio));
+    let steel = (2.06e11, 7850.0, 0.3);
+    assert_eq!(numbers.collect::<Vec<_>>(), [steel, (1.14e11, 4430.0, 0.34), steel]);
+}
+
+#[test]
+fn materials_that_cannot_be_meant_are_refused_in_one_sentence() {
+    let segment = |more: &str| format!("[[shaft]]\nlength_m = 1.0\nouter_diameter_m = 0.1\n{more}\n");
+    let named = |more: &str| segment(&format!("material = \"titanium\"\n{more}"));
+    for (example, expected) in [
+        (
+            format!("{TITANIUM}{}", segment("material = \"brass\"")),
+            "there is no material \"brass\", expected one of \"titanium\", \"steel\"",
+        ),
+        (
+            format!("{TITANIUM}{}", named("density_kg_m3 = 4000")),
+            "has both material = \"titanium\" and density_kg_m3",
+        ),
+        (format!("{TITANIUM}{TITANIUM}{}", named("")), "the name \"titanium\" is used twice"),
+        (
+            format!("{}{}", TITANIUM.replace("1.14e11", "114"), named("")),
+            "[[material]] \"titanium\" youngs_modulus_pa: 114 is outside",
+        ),
+        (
+            format!("{}{}", TITANIUM.replace("density_kg_m3 = 4430\n", ""), named("")),
+            "missing field `density_kg_m3`",
+        ),
+        (format!("{}{}", TITANIUM.replace("4430", "\"light\""), named("")), "invalid type: string"),
+        (format!("{TITANIUM}{}", segment("material = 3")), "is no text"),
+    ] {
+        let error = rotor_file::parse("rotor.toml", &machine(&example)).unwrap_err().to_string();
+        assert!(error.contains(expected) && error.starts_with("rotor.toml"), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    let flat = machine("[[run]]\nname = \"a\"\n").replace(HEAD, &format!("{HEAD}material = 3\n"));
+    let error = rotor_file::parse("rotor.toml", &flat).unwrap_err().to_string();
+    assert!(error.contains("rotor.toml: line 3: material is no list"), "{error}");
+    let old = machine(&format!("{TITANIUM}{}", named(""))).replace("schema = 2", "schema = 1");
+    let error = rotor_file::parse("rotor.toml", &old).unwrap_err().to_string();
+    assert!(error.contains("1 does not know [[material]], expected 2"), "{error}");
+}
+
+#[test]
+fn a_raised_middle_bearing_takes_the_load_that_the_closed_form_gives_and_its_film_too() {
+    let height = 2e-5;
+    let film = "film = { kind = \"plain\", diameter_m = 0.1, length_m = 0.05, radial_clearance_m = 1e-4, viscosity_pa_s = 0.02 }";
+    let load = |elevation_m: f64| {
+        let text = [
+            HEAD,
+            SHAFT,
+            "[physics]\nshear_deformation = false\n",
+            &bearing("L", 0.0, CONSTANT),
+            &bearing("M", 0.5, &format!("elevation_m = {elevation_m}\n{film}")),
+            &bearing("R", 1.0, CONSTANT),
+            &PROBE.replace("\"A\"", "\"M\""),
+            PLANE,
+        ]
+        .concat();
+        let rotor = read(&text);
+        let Law::Film(law) = &rotor.bearing[1].law else { panic!("a film") };
+        law.load_n()
+    };
+    // a beam of 1 m on pins, lifted in its middle: 48 EI δ / L³
+    let bending = 2.06e11 * std::f64::consts::PI * 0.1_f64.powi(4) / 64.0;
+    let lift_n = 48.0 * bending * height;
+    let found = load(height) - load(0.0);
+    assert!((found / lift_n - 1.0).abs() < 1e-6, "{found} {lift_n}");
+}
+
+#[test]
+fn elevations_and_grades_are_of_schema_2_and_in_range() {
+    let raised = |m: f64| bearing("A", 0.1, &format!("elevation_m = {m}\n{CONSTANT}"));
+    let graded = |g: f64| {
+        format!("[[run]]\nname = \"a\"\n[rated]\nspeed_rpm = [1000, 3000]\nbalance_grade_mm_s = {g}\n")
+    };
+    for (example, expected) in [
+        (raised(150.0), "[[bearing]] \"A\" elevation_m: 150 is outside -0.1 to 0.1 m"),
+        (raised(f64::NAN), "elevation_m: NaN is outside"),
+        (graded(0.0), "[rated] balance_grade_mm_s: 0 is outside 0.05 to 5000 mm/s"),
+        (graded(-2.5), "balance_grade_mm_s: -2.5 is outside"),
+    ] {
+        let text = machine(&example).replace("NaN", "nan");
+        let error = rotor_file::parse("rotor.toml", &text).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    for example in [raised(1e-4), graded(2.5)] {
+        assert!(rotor_file::parse("rotor.toml", &machine(&example)).is_ok());
+        let old = machine(&example).replace("schema = 2", "schema = 1");
+        let error = rotor_file::parse("rotor.toml", &old).unwrap_err().to_string();
+        assert!(error.contains("schema: 1 does not know"), "{error}");
+    }
+}
+
+#[test]
+fn a_coupling_that_joins_nothing_or_shares_its_place_is_refused_in_one_sentence() {
+    let spans = "[[shaft]]\nlength_m = 0.6\nouter_diameter_m = 0.1\n[[shaft]]\nlength_m = 0.4\nouter_diameter_m = 0.1\n";
+    let coupling = |position_m: f64, keys: &str| {
+        format!("[[coupling]]\nname = \"C\"\nposition_m = {position_m}\n{keys}\n")
+    };
+    let flexible = "lateral_stiffness_n_m = 4e7\nangular_stiffness_n_m_rad = 3e4";
+    let with = |more: &str| format!("{spans}{}{more}", coupling(0.6, flexible));
+    assert!(rotor_file::parse("rotor.toml", &machine(&with(""))).is_ok());
+    let only = |keys: &str| format!("{spans}{}", coupling(0.6, keys));
+    for (example, expected) in [
+        (
+            format!("{spans}{}", coupling(0.0, flexible)),
+            "0 m joins nothing: [[shaft]] segments meet at 0.6 m",
+        ),
+        (format!("{spans}{}", coupling(1.0, flexible)), "1 m joins nothing"),
+        (format!("{spans}{}", coupling(1.7, flexible)), "1.7 m joins nothing"),
+        (format!("{spans}{}", coupling(0.55, "rigid = true")), "0.55 m joins nothing"),
+        (coupling(0.5, flexible), "0.5 m joins nothing: the shaft is one segment"),
+        (with(&coupling(0.6, flexible)), "the name \"C\" is used twice"),
+        (with(&coupling(0.6, flexible).replace("\"C\"", "\"D\"")), "the coupling \"C\" is at the same place"),
+        (only(""), "has no stiffness"),
+        (only("lateral_stiffness_n_m = 4e7"), "angular_stiffness_n_m_rad is missing"),
+        (only("angular_stiffness_n_m_rad = 3e4"), "lateral_stiffness_n_m is missing"),
+        (only(&format!("rigid = true\n{flexible}")), "is rigid and has a stiffness"),
+        (only(&flexible.replace("4e7", "-4e7")), "lateral_stiffness_n_m: -40000000 is outside"),
+        (only(&flexible.replace("3e4", "0")), "angular_stiffness_n_m_rad: 0 is outside"),
+        (only(&format!("{flexible}\nmass_kg = -3.0")), "mass_kg: -3 is outside"),
+        (
+            with("[[plane]]\nname = \"hub\"\nposition_m = 0.6\n"),
+            "[[plane]] \"hub\" position_m: 0.6 m is where",
+        ),
+        (with("[physics]\nbasis = \"free_free\"\n"), "have no kink"),
+    ] {
+        let error = rotor_file::parse("rotor.toml", &machine(&example)).unwrap_err().to_string();
+        assert!(error.contains(expected) && error.starts_with("rotor.toml"), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    let old = machine(&with("")).replace("schema = 2", "schema = 1");
+    let error = rotor_file::parse("rotor.toml", &old).unwrap_err().to_string();
+    assert!(error.contains("1 does not know [[coupling]], expected 2"), "{error}");
 }
 
 #[test]

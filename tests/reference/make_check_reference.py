@@ -40,12 +40,17 @@ def disk(name, z, m, i_d, i_p):
     return dict(name=name, position_m=z, mass_kg=m, diametral_inertia_kg_m2=i_d, polar_inertia_kg_m2=i_p)
 
 
-def machine(top_rpm, segments, disks, bearings, planes, steel=STEEL):
+def coupling(name, z, lateral, angular, m, i_d, i_p):
+    return dict(name=name, position_m=z, lateral_stiffness_n_m=lateral, angular_stiffness_n_m_rad=angular, mass_kg=m,
+                diametral_inertia_kg_m2=i_d, polar_inertia_kg_m2=i_p)
+
+
+def machine(top_rpm, segments, disks, bearings, planes, steel=STEEL, couplings=()):
     """segments: length, outer, inner diameter"""
     shaft = [dict(length_m=l, outer_diameter_m=o, inner_diameter_m=i, **steel) for l, o, i in segments]
     probes = [dict(name=f"{b['name']}{a}", bearing=b["name"], position_m=b["position_m"], angle_deg=t)
               for b in bearings for a, t in (("X", 45.0), ("Y", 135.0))]
-    return top_rpm, dict(shaft=shaft, disk=disks, bearing=bearings, probe=probes,
+    return top_rpm, dict(shaft=shaft, coupling=list(couplings), disk=disks, bearing=bearings, probe=probes,
                          plane=[dict(name=f"P{i + 1}", position_m=z) for i, z in enumerate(planes)])
 
 
@@ -95,6 +100,11 @@ def machines():
                                          bearing("2", 2.6, (9e8, 1.4e9, 2e8, -5e8), (1.7e6, 2.6e6, -2e5, -2e5)),
                                          bearing("3", 3.4, (1.1e9, 1.7e9, 3e8, -6e8), (2.0e6, 3.1e6, -3e5, -3e5)),
                                          bearing("4", 6.1, (1.0e9, 1.6e9, 3e8, -6e8), (1.9e6, 3.0e6, -3e5, -3e5))], [0.7, 1.95, 3.9, 5.5])
+    yield "coupled_train", machine(9000, uniform(1.2, 4, 0.09) + uniform(1.0, 4, 0.07, 0.02),
+                                   [disk("motor", 0.6, 60.0, 0.6, 0.9), disk("impeller", 1.65, 14.0, 0.08, 0.14), disk("overhung", 2.15, 9.0, 0.05, 0.09)],
+                                   [bearing("1", 0.1, (8e7, 1.1e8, 2e7, -3e7), (6e4, 9e4, 0.0, 0.0)), bearing("2", 1.08, (8e7, 1.2e8, 2e7, -3e7), (6e4, 9e4, 0.0, 0.0)),
+                                    bearing("3", 1.32, (5e7, 7e7, 1e7, -2e7), (3e4, 5e4, 0.0, 0.0)), bearing("4", 2.0, (5e7, 8e7, 1e7, -2e7), (3e4, 5e4, 0.0, 0.0))],
+                                   [0.4, 0.8, 1.65, 2.15], couplings=[coupling("discs", 1.2, 2.5e7, 6e4, 11.0, 0.06, 0.09)])
     yield "soft_mounts", machine(18000, uniform(0.5, 5, 0.08), [disk("drum", 0.25, 30.0, 0.35, 0.5)],
                                  [bearing("A", 0.05, iso(4e5), iso(150.0)), bearing("B", 0.45, iso(5e5), iso(150.0))], [0.15, 0.35])
     yield "stiff_mounts", machine(15000, uniform(1.0, 6, 0.09), [disk("drum", 0.45, 25.0, 0.2, 0.3)],
@@ -103,8 +113,8 @@ def machines():
 
 def toml_text(name, t):
     value = lambda v: json.dumps(v) if isinstance(v, str) else "{ " + ", ".join(f"{k} = {x!r}" for k, x in v.items()) + " }" if isinstance(v, dict) else repr(v)
-    lines = ["schema = 1", f'name = "{name.replace("_", " ")}"']
-    for key in ("shaft", "disk", "bearing", "probe", "plane"):
+    lines = [f"schema = {2 if t['coupling'] else 1}", f'name = "{name.replace("_", " ")}"']
+    for key in ("shaft", "coupling", "disk", "bearing", "probe", "plane"):
         for part in t[key]:
             lines += ["", f"[[{key}]]"] + [f"{k} = {value(v)}" for k, v in part.items()]
     return "\n".join(lines) + "\n"

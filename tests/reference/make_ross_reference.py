@@ -6,6 +6,8 @@ ROTORS  folder of rotor.toml files (any names, the project's format)
 OUT     folder that receives one JSON file for each, same stem
 --time  also time the 51-speed unbalance response of ROTORS/turbine.toml (median of 5)
 
+A flexible coupling is a CouplingElement between two nodes at its place; where its Id is zero ROSS puts Ip / 2.
+
 Mesh. Marks are all stated positions (disks, bearings, probes, planes, added unbalances) rounded to 1e-9 m. Every
 shaft segment is cut at the marks inside it; a piece of length p in a segment of length l is divided into
 ceil(p / (l/2) - 1e-9) equal elements. `mesh_m` in the JSON is the list of nodes that results.
@@ -55,6 +57,10 @@ def mesh(t):
             nodes += [a + (b - a) * i / n for i in range(1, n + 1)]
             segments += [g] * n
         start = end
+        for c in t.get("coupling", []):
+            if abs(c["position_m"] - end) < 1e-6 and "angular_stiffness_n_m_rad" in c:
+                nodes.append(end)
+                segments.append(c)
     return nodes, segments
 
 
@@ -62,11 +68,24 @@ def node(nodes, z):
     return min(range(len(nodes)), key=lambda i: abs(nodes[i] - z))
 
 
+def coupling(c, n, gyroscopic):
+    """Springs between its two nodes, half of the mass and inertias at either; its length is in none of its matrices,
+    only run_static divides by it"""
+    half = lambda key: c.get(key, 0.0) / 2
+    k, r = c["lateral_stiffness_n_m"], c["angular_stiffness_n_m_rad"]
+    m, i_d, i_p = half("mass_kg"), half("diametral_inertia_kg_m2"), half("polar_inertia_kg_m2") * gyroscopic
+    return rs.CouplingElement(m_l=m, m_r=m, Ip_l=i_p, Ip_r=i_p, Id_l=i_d, Id_r=i_d, kt_x=k, kt_y=k, kr_x=r, kr_y=r,
+                              L=1e-9, n=n, tag=c["name"])
+
+
 def build(t, gyroscopic=True, rotary_inertia=True, shear_deformation=True):
     nodes, segments = mesh(t)
     flags = dict(shear_effects=shear_deformation, rotary_inertia=rotary_inertia, gyroscopic=gyroscopic)
     shaft = []
     for i, g in enumerate(segments):
+        if "angular_stiffness_n_m_rad" in g:
+            shaft.append(coupling(g, i, gyroscopic))
+            continue
         E, nu = g["youngs_modulus_pa"], g["poisson_ratio"]
         steel = rs.Material(name="steel", rho=g["density_kg_m3"], E=E, G_s=E / (2 * (1 + nu)))
         inner, outer = g.get("inner_diameter_m", 0.0), g["outer_diameter_m"]

@@ -6,16 +6,21 @@
 //! gives it, between 30 % and 70 %. The grade is that of the worse bearing; a rotor with all of its
 //! unbalance in its centre of mass has `G = U Ω / m`.
 
-use nalgebra::{Complex, DVector};
+use nalgebra::Complex;
 
 use crate::machine::drawing::Rotor;
 use crate::measurement::rad_s;
-use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Structure};
+use crate::shaft::statics::mass_and_centre;
 
 type C = Complex<f64>;
 
 /// Smallest and largest part of the permissible unbalance at one bearing.
 const SHARES: [f64; 2] = [0.3, 0.7];
+
+/// Neighbouring grades of the standard are this far apart.
+const GRADE_STEP: f64 = 2.5;
+/// A machine that was balanced to its grade and neglected since is two or three grades worse.
+const WORST_GRADES: i32 = 3;
 
 /// Grade before and after, mm/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +31,19 @@ pub struct Grade {
     pub after_mm_s: f64,
     /// Of what may be left: two standard deviations of the estimate added at the worse bearing.
     pub after_at_most_mm_s: f64,
+}
+
+/// Unbalance that the grade of a machine's `[rated]` permits it at its fastest speed, g·mm; `None` without a grade.
+pub fn permissible_g_mm(rotor: &Rotor) -> Option<f64> {
+    let rated = rotor.rated?;
+    let grade_mm_s = rated.balance_grade_mm_s?;
+    Some(Rigid::of(rotor).permissible_kg_m(grade_mm_s, rated.speed_rpm[1]) * 1e6)
+}
+
+/// Largest unbalance that this makes plausible, g·mm: three grades of a factor of 2.5 above the permissible one, 15.6
+/// times it.
+pub fn largest_plausible_g_mm(rotor: &Rotor) -> Option<f64> {
+    permissible_g_mm(rotor).map(|permissible| permissible * GRADE_STEP.powi(WORST_GRADES))
 }
 
 /// A rotor as its bearings feel it.
@@ -42,14 +60,7 @@ pub struct Rigid {
 impl Rigid {
     /// Mass and centre of mass of a rotor with its disks.
     pub fn of(rotor: &Rotor) -> Self {
-        let structure = Structure::finite_elements(rotor, &rotor.physics, ELEMENTS_PER_SEGMENT);
-        let none = || DVector::zeros(structure.size());
-        let shifted = structure.stations.iter().fold(none(), |sum, s| sum + &s.displacement);
-        let tilted =
-            structure.stations.iter().fold(none(), |sum, s| sum + &s.displacement * s.position_m + &s.slope);
-        let carried = &structure.mass * &shifted;
-        let mass_kg = shifted.dot(&carried);
-        let centre_m = tilted.dot(&carried) / mass_kg;
+        let (mass_kg, centre_m) = mass_and_centre(rotor);
         let bearings_m = rotor.span_m();
         let span = bearings_m[1] - bearings_m[0];
         let second = ((centre_m - bearings_m[0]) / span).clamp(SHARES[0], SHARES[1]);

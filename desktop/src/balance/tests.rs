@@ -2,12 +2,12 @@ use nalgebra::{Complex, DVector};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use rand_distr::StandardNormal;
 
-use super::grade::Rigid;
+use super::grade::{Rigid, largest_plausible_g_mm, permissible_g_mm};
 use super::influence::from_trial_runs;
 use super::model::from_model;
 use super::weights::Allowed;
 use super::*;
-use crate::machine::drawing::{AddedUnbalance, Noise, Run};
+use crate::machine::drawing::{AddedUnbalance, Noise, Rated, Run};
 use crate::measurement::{Reading, rad_s};
 use crate::model::Model;
 use crate::testing::{sample_rotor, uniform_shaft};
@@ -231,4 +231,21 @@ fn permissible_unbalance_is_the_standards_example() {
     let rigid = Rigid::of(&uniform_shaft());
     let per_mass = rigid.permissible_kg_m(2.5, 3000.0) * G_MM / rigid.mass_kg;
     assert!((per_mass - 7.96).abs() < 0.01, "{per_mass}");
+}
+
+#[test]
+fn a_stated_grade_permits_its_eccentricity_times_the_mass_and_makes_three_grades_more_plausible() {
+    let mut rotor = uniform_shaft();
+    assert_eq!(permissible_g_mm(&rotor), None);
+    rotor.rated = Some(Rated { speed_rpm: [500.0, 3000.0], balance_grade_mm_s: None });
+    assert_eq!(largest_plausible_g_mm(&rotor), None);
+    rotor.rated = Some(Rated { speed_rpm: [500.0, 3000.0], balance_grade_mm_s: Some(2.5) });
+    // G 2.5 at 3000 rpm is 7.96 um, on a bar of 1 m x 50 mm of 15.4 kg
+    let mass_g = 7850e3 * std::f64::consts::PI * 0.025_f64.powi(2);
+    let eccentricity_mm = 2.5 / (100.0 * std::f64::consts::PI);
+    let permissible = permissible_g_mm(&rotor).unwrap();
+    assert!((permissible / (mass_g * eccentricity_mm) - 1.0).abs() < 1e-9, "{permissible}");
+    // G 2.5, 6.3, 16, 40
+    let ratio = largest_plausible_g_mm(&rotor).unwrap() / permissible;
+    assert!((ratio - 40.0 / 2.5).abs() < 0.5, "{ratio}");
 }

@@ -63,6 +63,30 @@ impl TableRow {
         }
     }
 
+    /// Whether it may come after this row.
+    pub(crate) fn follows(&self, before: &Self) -> Result<(), String> {
+        if self.speed_rpm > before.speed_rpm {
+            return Ok(());
+        }
+        Err(format!(
+            "the speeds of a table must ascend, {} rpm is followed by {} rpm",
+            before.speed_rpm, self.speed_rpm
+        ))
+    }
+
+    /// The column that no bearing can have, and what is wrong with it.
+    pub(crate) fn check(&self) -> Result<(), (String, String)> {
+        within("speed_rpm", self.speed_rpm, [0.0, 1e6], "rpm")?;
+        within("kxx", self.kxx, [1.0, 1e13], "N/m")?;
+        within("kyy", self.kyy, [1.0, 1e13], "N/m")?;
+        within("cxx", self.cxx, [0.0, 1e10], "N·s/m")?;
+        within("cyy", self.cyy, [0.0, 1e10], "N·s/m")?;
+        for (name, value) in [("kxy", self.kxy), ("kyx", self.kyx), ("cxy", self.cxy), ("cyx", self.cyx)] {
+            within(name, value, [-1e13, 1e13], "")?;
+        }
+        Ok(())
+    }
+
     fn speed_rad_s(&self) -> f64 {
         self.speed_rpm * std::f64::consts::PI / 30.0
     }
@@ -84,13 +108,8 @@ impl Table {
         if rows.len() < 2 {
             return Err(format!("a table needs two speeds at least, {} given", rows.len()));
         }
-        if let Some(pair) =
-            rows.windows(2).find(|p| p[0].speed_rpm >= p[1].speed_rpm || p[1].speed_rpm.is_nan())
-        {
-            return Err(format!(
-                "the speeds of a table must ascend, {} rpm is followed by {} rpm",
-                pair[0].speed_rpm, pair[1].speed_rpm
-            ));
+        for pair in rows.windows(2) {
+            pair[1].follows(&pair[0])?;
         }
         let speeds = rows.iter().map(TableRow::speed_rad_s).collect();
         let knots = Knots::new(speeds, rows.iter().map(TableRow::pair).collect(), Between::Monotone);
@@ -154,15 +173,7 @@ impl BearingLaw for Table {
 
     fn check(&self) -> Result<(), (String, String)> {
         for (i, r) in self.rows.iter().enumerate() {
-            let key = |name: &str| format!("table row {} {name}", i + 1);
-            within(&key("speed_rpm"), r.speed_rpm, [0.0, 1e6], "rpm")?;
-            within(&key("kxx"), r.kxx, [1.0, 1e13], "N/m")?;
-            within(&key("kyy"), r.kyy, [1.0, 1e13], "N/m")?;
-            within(&key("cxx"), r.cxx, [0.0, 1e10], "N·s/m")?;
-            within(&key("cyy"), r.cyy, [0.0, 1e10], "N·s/m")?;
-            for (name, value) in [("kxy", r.kxy), ("kyx", r.kyx), ("cxy", r.cxy), ("cyx", r.cyx)] {
-                within(&key(name), value, [-1e13, 1e13], "")?;
-            }
+            r.check().map_err(|(column, what)| (format!("table row {} {column}", i + 1), what))?;
         }
         Ok(())
     }

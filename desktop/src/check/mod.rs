@@ -113,7 +113,7 @@ pub fn check(rotor: &Rotor, running_rpm: Option<[f64; 2]>) -> Result<Check, Erro
     let system = System::new(&rotor)?;
     let range_rpm = running_rpm.unwrap_or_else(|| default_range_rpm(&rotor, &system));
     let [from, to] = range_rpm.map(rad_s);
-    let statics = statics(&rotor, &[]);
+    let statics = statics(&rotor, &rotor.elevations_m());
     let (mass_kg, centre_of_gravity_m) = match &statics {
         Ok(s) => (s.mass_kg, s.centre_of_gravity_m),
         Err(_) => crate::shaft::statics::mass_and_centre(&rotor),
@@ -137,6 +137,7 @@ pub fn check(rotor: &Rotor, running_rpm: Option<[f64; 2]>) -> Result<Check, Erro
         rotor: &rotor,
         system: &system,
         statics: statics.as_ref().ok(),
+        mass_kg,
         fastest_rpm: range_rpm[1],
         critical_rad_s: &critical_rad_s,
     };

@@ -33,6 +33,8 @@ pub struct Known<'a> {
     pub system: &'a System,
     /// Loads of the bearings, where the shaft can be held.
     pub statics: Option<&'a Statics>,
+    /// Mass of the shaft with all that it carries, kg.
+    pub mass_kg: f64,
     /// Fastest speed of interest, rpm.
     pub fastest_rpm: f64,
     /// Undamped critical speeds, rad/s.
@@ -306,10 +308,9 @@ fn probes_and_planes(known: &Known, all: &mut Vec<String>) {
             ));
         }
     }
-    let mass_kg = shaft_mass_kg(rotor) + rotor.disk.iter().map(|d| d.mass_kg).sum::<f64>();
     for p in &rotor.plane {
         let Some(unbalance) = p.unbalance_g_mm else { continue };
-        let grade_mm_s = unbalance * 1e-3 / mass_kg * rad_s(known.fastest_rpm);
+        let grade_mm_s = unbalance * 1e-3 / known.mass_kg * rad_s(known.fastest_rpm);
         if grade_mm_s > 250.0 {
             all.push(format!(
                 "[[plane]] \"{}\" unbalance_g_mm = {} is a balance quality of G {} at {} rpm; machines with probes run at G 1 \

@@ -1,5 +1,7 @@
 //! Against closed forms, and against the dense matrices of the model.
 
+mod couplings;
+
 use nalgebra::{Complex, DVector};
 
 use super::campbell::Campbell;
@@ -12,11 +14,11 @@ use crate::bearing::constant::Coefficients;
 use crate::bearing::foundation::{Foundation, FoundationMode};
 use crate::bearing::support::Pedestal;
 use crate::bearing::table::{Table, TableRow};
-use crate::machine::drawing::{Bearing, EffectEntry, Formulation, Mount, ParameterValue, Rotor};
+use crate::machine::drawing::{Bearing, EffectEntry, Formulation, Mount, ParameterValue, Rated, Rotor};
 use crate::measurement::{rad_s, rpm};
 use crate::model::Model;
 use crate::shaft::statics::mass_and_centre;
-use crate::testing::{sample_rotor, uniform_shaft};
+use crate::testing::{sample_rotor, train, uniform_shaft};
 
 type C = Complex<f64>;
 
@@ -48,7 +50,7 @@ fn with_effects() -> Rotor {
 
 #[test]
 fn response_equals_that_of_the_dense_model_with_effects_pedestals_and_the_printed_formulation() {
-    let mut machines = vec![with_effects(), with_effects(), with_effects()];
+    let mut machines = vec![with_effects(), with_effects(), with_effects(), train()];
     machines[1].bearing[0].pedestal =
         Some(Pedestal { stiffness_n_m: [4e8, 9e8], damping_n_s_m: [2e4, 1e4], mass_kg: [60.0, 90.0] });
     machines[1].schema = 2;
@@ -201,4 +203,33 @@ fn a_foundation_adds_its_mode_to_the_machine_s_and_a_stiff_one_leaves_them_as_th
     for (a, b) in lowest(&stiff).iter().zip(&off) {
         assert!((a.eigenvalue - b.eigenvalue).norm() < 1e-4 * b.eigenvalue.norm());
     }
+}
+
+#[test]
+fn a_trial_is_twice_what_the_stated_grade_permits_and_without_one_twice_what_api_617_allows() {
+    let mut rotor = uniform_shaft();
+    let total_g_mm = |rotor: &Rotor| {
+        let (mass, centre) = mass_and_centre(rotor);
+        trials(rotor, mass, centre, 6000.0)[0].planes_kg_m.iter().sum::<C>().re * 1e6
+    };
+    let mass_kg = 7850.0 * std::f64::consts::PI * 0.025_f64.powi(2);
+    assert!((total_g_mm(&rotor) / (2.0 * 6350.0 * mass_kg / 6000.0) - 1.0).abs() < 1e-9);
+    rotor.rated = Some(Rated { speed_rpm: [500.0, 3000.0], balance_grade_mm_s: Some(6.3) });
+    let permitted_g_mm = 6.3 / (100.0 * std::f64::consts::PI) * mass_kg * 1e3;
+    assert!((total_g_mm(&rotor) / (2.0 * permitted_g_mm) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_raised_bearing_of_three_carries_more_in_the_check_by_the_closed_form() {
+    let mut rotor = uniform_shaft();
+    rotor.physics.shear_deformation = false;
+    let mut middle = rotor.bearing[0].clone();
+    (middle.name, middle.position_m) = ("M".into(), 0.5);
+    rotor.bearing.push(middle);
+    let load =
+        |rotor: &Rotor| super::check(rotor, Some([500.0, 2000.0])).unwrap().bearings[2].load_n.unwrap();
+    let level = load(&rotor);
+    rotor.bearing[2].elevation_m = 1e-5;
+    let bending = 2.08e11 * std::f64::consts::PI * 0.05_f64.powi(4) / 64.0;
+    assert!(((load(&rotor) - level) / (48.0 * bending * 1e-5) - 1.0).abs() < 1e-6);
 }

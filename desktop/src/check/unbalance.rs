@@ -1,7 +1,8 @@
 //! Response to a trial unbalance, and what standards read off it: amplification factors and separation margins.
 //!
-//! The trial is twice the residual unbalance that API 617 allows, 2 · 6350 W/N g·mm for a weight of W kg at
-//! N rpm, which is the quality grade G 1.3 of ISO 21940-11; once in phase at all planes (static) and, where
+//! The trial is twice what the balance grade of the file's `[rated]` permits at the fastest rated speed, or without
+//! one twice the residual unbalance that API 617 allows, 2 · 6350 W/N g·mm for a weight of W kg at N rpm, which is
+//! the quality grade G 1.3 of ISO 21940-11; once in phase at all planes (static) and, where
 //! there are two or more, once with the planes on the two sides of the centre of gravity against each other
 //! (couple). Amplification factors are by the half-power points of the curve, `N₁ / (N₂ − N₁)` with the
 //! amplitude at 0.707 of the peak; the separation margin that a peak of factor A ≥ 2.5 needs is
@@ -10,6 +11,7 @@
 use nalgebra::{Complex, DVector, Vector2, Vector4};
 use rayon::prelude::*;
 
+use crate::balance::grade::permissible_g_mm;
 use crate::check::line::{Dampers, Nodes};
 use crate::check::modes::Mode;
 use crate::check::system::System;
@@ -21,8 +23,10 @@ use crate::model::terms::ProbeTerm;
 
 type C = Complex<f64>;
 
-/// Residual unbalance that API 617 allows, g·mm · rpm / kg, times two.
-const TRIAL_G_MM_RPM_PER_KG: f64 = 2.0 * 6350.0;
+/// Residual unbalance that API 617 allows, g·mm · rpm / kg.
+const API_G_MM_RPM_PER_KG: f64 = 6350.0;
+/// A trial is this many times what is allowed.
+const TRIAL: f64 = 2.0;
 /// Speeds of the curve, and extra ones around each lightly damped critical speed.
 const SPEEDS: usize = 240;
 const AROUND: usize = 24;
@@ -63,10 +67,11 @@ pub struct Response {
     pub peaks: Vec<Peak>,
 }
 
-/// The trials of a machine of this mass at its fastest speed.
+/// The trials of a machine of this mass; the fastest speed is that of a machine whose file states no grade.
 pub fn trials(rotor: &Rotor, mass_kg: f64, centre_m: f64, fastest_rpm: f64) -> Vec<Trial> {
     let count = rotor.plane.len().max(1) as f64;
-    let each_kg_m = TRIAL_G_MM_RPM_PER_KG * mass_kg / fastest_rpm / count * 1e-6;
+    let allowed_g_mm = permissible_g_mm(rotor).unwrap_or(API_G_MM_RPM_PER_KG * mass_kg / fastest_rpm);
+    let each_kg_m = TRIAL * allowed_g_mm / count * 1e-6;
     let sides: Vec<f64> =
         rotor.plane.iter().map(|p| if p.position_m < centre_m { 1.0 } else { -1.0 }).collect();
     let mut all = vec![Trial { name: "static", planes_kg_m: vec![C::from(each_kg_m); rotor.plane.len()] }];

@@ -44,6 +44,7 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
     remarks.extend(checks::assumed(rotor, &noise));
     let base = Base::fit(&fitter)?;
     checks::after(&base, rotor, readings, &noise)?;
+    remarks.extend(checks::beyond_grade(rotor, &base.fit.unknowns));
     let mut flat = base.fit.predicted_m.iter().copied();
     let predicted_m = readings
         .iter()

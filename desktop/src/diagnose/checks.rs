@@ -3,6 +3,7 @@
 use nalgebra::Complex;
 
 use super::Base;
+use crate::balance::grade::{largest_plausible_g_mm, permissible_g_mm};
 use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::{Effort, Fitter};
@@ -49,6 +50,21 @@ pub fn before(rotor: &Rotor, readings: &[Reading]) -> Result<Vec<String>, Error>
         }
     }
     Ok(remarks)
+}
+
+/// A plane whose unbalance is beyond what the balance grade of the file makes plausible.
+pub fn beyond_grade(rotor: &Rotor, unbalance_kg_m: &[Complex<f64>]) -> Option<String> {
+    let (permissible, largest) = (permissible_g_mm(rotor)?, largest_plausible_g_mm(rotor)?);
+    let sizes = rotor.plane.iter().zip(unbalance_kg_m).map(|(plane, u)| (plane, u.norm() * 1e6));
+    let (plane, found) = sizes.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (found > largest).then(|| {
+        format!(
+            "Plane {} would have {found:.0} g·mm, {:.0} times what [rated] balance_grade_mm_s permits the whole machine; one              long neglected has {:.0} times: doubt the probes' scale, the planes, or that this is unbalance.",
+            plane.name,
+            found / permissible,
+            largest / permissible
+        )
+    })
 }
 
 /// What was assumed of the noise where the rotor's file states none.
@@ -113,4 +129,25 @@ pub fn after(base: &Base, rotor: &Rotor, readings: &[Reading], noise: &Noise) ->
         )));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::drawing::Rated;
+    use crate::testing::sample_rotor;
+
+    #[test]
+    fn an_unbalance_is_doubted_beyond_three_grades_and_not_before() {
+        let mut rotor = sample_rotor();
+        let with = |rotor: &Rotor, g_mm: f64| {
+            beyond_grade(rotor, &[Complex::from(1e-5), Complex::new(0.0, g_mm * 1e-6)])
+        };
+        assert_eq!(with(&rotor, 1e9), None, "nothing is known without a grade");
+        rotor.rated = Some(Rated { speed_rpm: [1000.0, 11_000.0], balance_grade_mm_s: Some(2.5) });
+        let largest = largest_plausible_g_mm(&rotor).unwrap();
+        assert_eq!(with(&rotor, 0.99 * largest), None);
+        let doubt = with(&rotor, 2.0 * largest).unwrap();
+        assert!(doubt.contains("Plane 2 would have") && doubt.contains("31 times"), "{doubt}");
+    }
 }

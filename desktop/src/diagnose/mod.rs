@@ -159,6 +159,8 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
         Verdict::Undecided => advice::between_fits(&base, &tried, &ranking, &noise),
         _ => Vec::new(),
     };
+    let stands_on = if verdict == Verdict::Missing { tried.first().map(|t| &t.fit) } else { None };
+    remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&base.fit).unknowns));
     let candidates = tried
         .iter()
         .zip(&ranking.probabilities)

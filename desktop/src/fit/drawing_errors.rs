@@ -5,6 +5,7 @@ use nalgebra::{DVector, Matrix4, Vector4};
 use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::{Deviation, Deviations};
 use crate::receptance::plant::Force;
+use crate::shaft::mesh::Piece;
 use crate::shaft::nodal::{Row, Section, Shaft};
 
 /// Step in standard deviations for the change of an element: its matrices are smooth in its diameter.
@@ -128,15 +129,17 @@ fn element_changes(
         deviations.apply(rotor, &t).0
     };
     let (up, down) = (side(ELEMENT_STEP), side(-ELEMENT_STEP));
-    let changed = |(_, segment): &(usize, &usize)| up.shaft[**segment] != down.shaft[**segment];
+    let changed = |(_, piece): &(usize, &Piece)| match piece {
+        Piece::Segment(segment) => up.shaft[*segment] != down.shaft[*segment],
+        Piece::Coupling(_) => false,
+    };
     shaft
-        .segments()
+        .pieces()
         .iter()
         .enumerate()
         .filter(changed)
-        .map(|(number, segment)| {
-            let (a, b) =
-                (shaft.element(number, &up.shaft[*segment]), shaft.element(number, &down.shaft[*segment]));
+        .map(|(number, _)| {
+            let (a, b) = (shaft.element(number, &up), shaft.element(number, &down));
             let slope = |a: Matrix4<f64>, b: Matrix4<f64>| (a - b) / (2.0 * ELEMENT_STEP);
             let stiffness = slope(a.stiffness, b.stiffness);
             ElementChange {

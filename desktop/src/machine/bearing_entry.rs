@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::drawing::Bearing;
+use super::drawing::{Bearing, is_default};
 use crate::bearing::Law;
 use crate::bearing::constant::{Coefficients, Constant, Learned};
 use crate::bearing::film::Film;
@@ -18,6 +18,8 @@ use crate::bearing::table::{Table, TableRow};
 pub(super) struct BearingEntry {
     name: String,
     position_m: f64,
+    #[serde(default, skip_serializing_if = "is_default")]
+    elevation_m: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     stiffness_n_m: Option<Coefficients>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -26,6 +28,9 @@ pub(super) struct BearingEntry {
     learned: Option<Learned>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     table: Option<Vec<TableRow>>,
+    /// What [`super::table_file`] finds no folder for.
+    #[serde(default, skip_serializing)]
+    table_file: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     film: Option<Film>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -37,13 +42,20 @@ pub(super) struct BearingEntry {
 }
 
 /// The keys that make a law, for messages.
-const LAWS: &str = "stiffness_n_m with damping_n_s_m, table, film, squeeze_film or magnetic";
+const LAWS: &str = "stiffness_n_m with damping_n_s_m, table, table_file, film, squeeze_film or magnetic";
 
 impl TryFrom<BearingEntry> for Bearing {
     type Error = String;
 
     fn try_from(entry: BearingEntry) -> Result<Self, String> {
         let key = format!("[[bearing]] \"{}\"", entry.name);
+        if let Some(name) = entry.table_file {
+            let what = match entry.table {
+                Some(_) => "has a table as well, expected one of the two".to_string(),
+                None => format!("\"{name}\" lies beside the rotor's file, which must be read from disk"),
+            };
+            return Err(format!("{key} table_file: {what}"));
+        }
         let mut laws = Vec::new();
         if entry.stiffness_n_m.is_some() || entry.damping_n_s_m.is_some() || entry.learned.is_some() {
             let missing = |what: &str| format!("{key} {what} is missing");
@@ -65,20 +77,28 @@ impl TryFrom<BearingEntry> for Bearing {
             return Err(format!("{key} has {} laws, give one of {LAWS}", laws.len()));
         }
         let law = laws.pop().ok_or_else(|| format!("{key} has no law, expected {LAWS}"))?;
-        Ok(Self { name: entry.name, position_m: entry.position_m, law, pedestal: entry.pedestal })
+        Ok(Self {
+            name: entry.name,
+            position_m: entry.position_m,
+            elevation_m: entry.elevation_m,
+            law,
+            pedestal: entry.pedestal,
+        })
     }
 }
 
 impl From<Bearing> for BearingEntry {
     fn from(bearing: Bearing) -> Self {
-        let Bearing { name, position_m, law, pedestal } = bearing;
+        let Bearing { name, position_m, elevation_m, law, pedestal } = bearing;
         let none = Self {
             name,
             position_m,
+            elevation_m,
             stiffness_n_m: None,
             damping_n_s_m: None,
             learned: None,
             table: None,
+            table_file: None,
             film: None,
             squeeze_film: None,
             magnetic: None,

@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::bearing_entry::BearingEntry;
+pub use super::coupling::{Coupling, Flexibility};
+pub use super::segment::Segment;
 use crate::bearing::Law;
 pub use crate::bearing::constant::{Coefficients, Constant};
 use crate::bearing::foundation::{Footing, Foundation};
@@ -40,6 +42,9 @@ pub struct Rotor {
     pub identify: Option<SearchBounds>,
     /// Shaft segments from the left end.
     pub shaft: Vec<Segment>,
+    /// Couplings between spans.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub coupling: Vec<Coupling>,
     /// Rigid disks on the shaft.
     #[serde(default)]
     pub disk: Vec<Disk>,
@@ -93,7 +98,7 @@ impl Default for Physics {
     }
 }
 
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
@@ -156,47 +161,15 @@ pub struct SearchBounds {
     pub damping_n_s_m: [f64; 2],
 }
 
-/// One cylindrical piece of the shaft.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Segment {
-    /// Length along z, m.
-    pub length_m: f64,
-    /// Outer diameter, m.
-    pub outer_diameter_m: f64,
-    /// Bore, m; zero for a solid shaft.
-    #[serde(default)]
-    pub inner_diameter_m: f64,
-    /// Young's modulus, Pa.
-    #[serde(default = "steel_modulus_pa")]
-    pub youngs_modulus_pa: f64,
-    /// Density, kg/m³.
-    #[serde(default = "steel_density_kg_m3")]
-    pub density_kg_m3: f64,
-    /// Poisson's ratio.
-    #[serde(default = "steel_poisson_ratio")]
-    pub poisson_ratio: f64,
-}
-
-/// What a shaft is made of where its file does not say: carbon steel at room temperature.
-fn steel_modulus_pa() -> f64 {
-    2.06e11
-}
-
-fn steel_density_kg_m3() -> f64 {
-    7850.0
-}
-
-fn steel_poisson_ratio() -> f64 {
-    0.3
-}
-
 /// What the machine is made to do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rated {
     /// Slowest and fastest speed that it may be run at, rpm: no advice goes beyond.
     pub speed_rpm: [f64; 2],
+    /// Balance quality grade G of ISO 21940-11 that it is balanced to, mm/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub balance_grade_mm_s: Option<f64>,
 }
 
 /// A rigid disk.
@@ -223,6 +196,8 @@ pub struct Bearing {
     pub name: String,
     /// Place on the shaft, m from the left end.
     pub position_m: f64,
+    /// Height of its centre above the straight line through the machine, m.
+    pub elevation_m: f64,
     /// How it holds the shaft.
     pub law: Law,
     /// What gives under it, if the drawing states it.
@@ -238,7 +213,7 @@ impl Bearing {
         damping_n_s_m: Coefficients,
     ) -> Self {
         let law = Law::Constant(Constant { stiffness_n_m, damping_n_s_m, learned: None });
-        Self { name: name.into(), position_m, law, pedestal: None }
+        Self { name: name.into(), position_m, elevation_m: 0.0, law, pedestal: None }
     }
 
     /// Its coefficients, if they are stated as constants.
@@ -435,6 +410,11 @@ impl Rotor {
         let number = |name: &String| self.bearing.iter().position(|b| b.name == *name);
         let bearings = foundation.bearings.iter().filter_map(number).collect();
         Some(Footing { bearings, modes: foundation.mode.clone() })
+    }
+
+    /// Height of each bearing above the straight line, in the order of the file, m.
+    pub fn elevations_m(&self) -> Vec<f64> {
+        self.bearing.iter().map(|b| b.elevation_m).collect()
     }
 
     /// Index of the bearing that a probe belongs to.

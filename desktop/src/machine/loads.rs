@@ -4,7 +4,8 @@ use super::drawing::Rotor;
 use crate::bearing::Law;
 use crate::shaft::statics::statics;
 
-/// Gives every film whose file states no load its share of the weight: of a horizontal shaft on bearings in one line.
+/// Gives every film whose file states no load its share of the weight: of a horizontal shaft on bearings
+/// at their heights.
 /// Where statics has no answer the load stays unknown, which the checks of the machine tell.
 pub fn settle(rotor: &mut Rotor) {
     let waits = |law: &Law| matches!(law, Law::Film(film) if film.carries_weight());
@@ -13,7 +14,7 @@ pub fn settle(rotor: &mut Rotor) {
     if !drawn || !rotor.bearing.iter().any(|b| waits(&b.law)) {
         return;
     }
-    let Ok(found) = statics(rotor, &[]) else { return };
+    let Ok(found) = statics(rotor, &rotor.elevations_m()) else { return };
     for (bearing, load_n) in rotor.bearing.iter_mut().zip(found.load_n) {
         if let Law::Film(film) = &mut bearing.law
             && film.carries_weight()

@@ -2,11 +2,15 @@
 
 mod bearing_entry;
 pub mod bearings;
+mod coupling;
 pub mod drawing;
 mod loads;
+mod materials;
 pub mod place;
 pub mod ross;
 pub mod rotor_file;
+mod segment;
+mod table_file;
 pub mod terms;
 pub mod tolerance;
 mod validation;

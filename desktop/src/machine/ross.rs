@@ -1,10 +1,12 @@
 //! Rotors as ROSS writes them: the TOML or JSON of `Rotor.save`, version 2.3.0.
 //!
 //! A file of ROSS is a table of elements, each under the name of its class and its tag, joined by the numbers of
-//! their nodes. Every shaft element becomes a segment, so that a mesh of one element a segment is ROSS's own. What
-//! has no place in a drawing is not dropped in silence: [`Imported::left`] says it.
+//! their nodes. Every shaft element becomes a segment, so that a mesh of one element a segment is ROSS's own, and every
+//! coupling element a flexible coupling. What has no place in a drawing is not dropped in silence: [`Imported::left`]
+//! says it.
 
 mod element;
+mod line;
 
 use std::path::Path;
 
@@ -15,10 +17,11 @@ use crate::bearing::constant::Coefficients;
 use crate::bearing::support::Pedestal;
 use crate::bearing::table::{Table, TableRow};
 use crate::error::Error;
-use crate::machine::drawing::{Bearing, Disk, Mount, Physics, Plane, Probe, Rotor, Segment};
+use crate::machine::drawing::{Bearing, Disk, Mount, Plane, Probe, Rotor};
 use crate::machine::validation::{SCHEMA, check};
 use crate::measurement::rpm;
 use element::Element;
+use line::Line;
 
 /// The coefficients of a bearing element, in the order of a table's columns.
 const COLUMNS: [&str; 8] = ["kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"];
@@ -112,15 +115,17 @@ impl Import<'_> {
 
     fn rotor(&mut self, elements: &[Element]) -> Result<Rotor, Error> {
         let of = |class: &str| elements.iter().filter(|e| e.class == class).collect::<Vec<_>>();
-        let (shaft, physics) = self.shaft(of("ShaftElement"))?;
-        let mut nodes_m = vec![0.0];
-        nodes_m.extend(shaft.iter().scan(0.0, |end, s| {
-            *end += s.length_m;
-            Some(*end)
-        }));
+        let Line { shaft, coupling, nodes_m, physics } = self.line(elements)?;
         let mut disk = Vec::new();
         for e in of("DiskElement") {
             let mut d = self.disk(e, &nodes_m)?;
+            if let Some(c) = coupling.iter().find(|c| c.position_m == d.position_m) {
+                self.left.push(format!(
+                    "[{}]: a disk at coupling \"{}\"; add it to the coupling's mass",
+                    e.key, c.name
+                ));
+                continue;
+            }
             d.name = unique(&d.name, disk.iter().map(|d: &Disk| d.name.as_str()));
             disk.push(d);
         }
@@ -146,7 +151,9 @@ impl Import<'_> {
         }
         bearing.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
         for e in elements {
-            if !matches!(e.class, "ShaftElement" | "DiskElement" | "PointMass") && !e.is_bearing() {
+            if !matches!(e.class, "ShaftElement" | "CouplingElement" | "DiskElement" | "PointMass")
+                && !e.is_bearing()
+            {
                 self.left.push(format!("[{}]: a {} has no counterpart", e.key, e.class));
             }
         }
@@ -174,82 +181,13 @@ impl Import<'_> {
             foundation: None,
             identify: None,
             shaft,
+            coupling,
             disk,
             bearing,
             probe,
             plane,
             run: Vec::new(),
             effect: Vec::new(),
-        })
-    }
-
-    fn shaft(&mut self, mut elements: Vec<&Element>) -> Result<(Vec<Segment>, Physics), Error> {
-        let Some(first) = elements.first().copied() else {
-            return Err(Error::rotor(self.file, "[ShaftElement_…]", "there is none, expected a shaft"));
-        };
-        for e in &elements {
-            self.node(e, "n")?;
-        }
-        elements.sort_by_key(|e| e.values["n"].as_u64());
-        let mut segments = Vec::new();
-        for (i, e) in elements.iter().enumerate() {
-            let n = self.node(e, "n")?;
-            if n != i {
-                let what = format!(
-                    "is {n}, expected {i}: one element after the other, each from its node to the next"
-                );
-                return self.fail(e, "n", what);
-            }
-            segments.push(self.segment(e)?);
-        }
-        let flags = |name: &str| elements.iter().all(|e| e.flag(name) == first.flag(name));
-        for name in ["shear_effects", "rotary_inertia", "gyroscopic"] {
-            if !flags(name) {
-                self.left.push(format!(
-                    "{name} differs between shaft elements; all were taken as the first, {}",
-                    first.flag(name)
-                ));
-            }
-        }
-        let physics = Physics {
-            gyroscopic: first.flag("gyroscopic"),
-            rotary_inertia: first.flag("rotary_inertia"),
-            shear_deformation: first.flag("shear_effects"),
-            ..Physics::default()
-        };
-        self.carried.push(format!("{} shaft elements, a segment each", segments.len()));
-        Ok((segments, physics))
-    }
-
-    fn segment(&mut self, e: &Element) -> Result<Segment, Error> {
-        let Some(material) = e.values.get("material").and_then(Value::as_object) else {
-            return self.fail(e, "material", "is missing, expected a table with rho, E and G_s");
-        };
-        let of = |name: &str| match material.get(name).and_then(Value::as_f64) {
-            Some(value) => Ok(value),
-            None => self.fail(e, &format!("material.{name}"), "is missing or not a number"),
-        };
-        let (density_kg_m3, youngs_modulus_pa, shear_pa) = (of("rho")?, of("E")?, of("G_s")?);
-        let [idl, odl] = [self.number(e, "idl")?, self.number(e, "odl")?];
-        let [idr, odr] = [e.maybe("idr").unwrap_or(idl), e.maybe("odr").unwrap_or(odl)];
-        if idl != idr || odl != odr {
-            self.left.push(format!("[{}]: a cone; its mean diameters were taken", e.key));
-        }
-        for name in ["axial_force", "torque", "alpha", "beta"] {
-            if e.maybe(name).is_some_and(|v| v != 0.0) {
-                self.left.push(format!("[{}] {name}: has no counterpart", e.key));
-            }
-        }
-        if e.values.get("shear_method_calc").and_then(Value::as_str).is_some_and(|m| m != "cowper") {
-            self.left.push(format!("[{}] shear_method_calc: Cowper's coefficient is used", e.key));
-        }
-        Ok(Segment {
-            length_m: self.number(e, "L")?,
-            outer_diameter_m: 0.5 * (odl + odr),
-            inner_diameter_m: 0.5 * (idl + idr),
-            youngs_modulus_pa,
-            density_kg_m3,
-            poisson_ratio: youngs_modulus_pa / (2.0 * shear_pa) - 1.0,
         })
     }
 
@@ -320,7 +258,7 @@ impl Import<'_> {
             self.left
                 .push(format!("[{}]: a seal is drawn as a bearing, so the static loads count on it", e.key));
         }
-        Ok(Bearing { name: e.tag().into(), position_m, law, pedestal: None })
+        Ok(Bearing { name: e.tag().into(), position_m, elevation_m: 0.0, law, pedestal: None })
     }
 
     /// What a bearing that is linked to a node off the shaft stands on.

@@ -1,11 +1,15 @@
 //! Reading, checking and writing `rotor.toml`.
 
+use std::ops::Range;
 use std::path::Path;
+
+use serde::Deserialize;
+use toml::de::DeTable;
 
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
-use crate::machine::loads;
-use crate::machine::validation::check;
+use crate::machine::validation::{check, check_materials};
+use crate::machine::{loads, materials, table_file};
 
 /// Reads and checks a rotor.
 ///
@@ -13,7 +17,9 @@ use crate::machine::validation::check;
 /// One sentence with the file, the key and what was expected.
 pub fn read(path: &Path) -> Result<Rotor, Error> {
     let (file, text) = contents(path)?;
-    parse(&file, &text)
+    let rotor = from_toml(&file, &text, path.parent())?;
+    check(&file, &rotor)?;
+    Ok(rotor)
 }
 
 /// Reads a rotor whose trial weights may lack their angles: what those weights do is not known, so they
@@ -23,7 +29,7 @@ pub fn read(path: &Path) -> Result<Rotor, Error> {
 /// As [`read`] for everything else.
 pub fn read_allowing_unstated_angles(path: &Path) -> Result<(Rotor, Vec<String>), Error> {
     let (file, text) = contents(path)?;
-    let mut rotor = from_toml(&file, &text)?;
+    let mut rotor = from_toml(&file, &text, path.parent())?;
     let mut without = Vec::new();
     for run in &mut rotor.run {
         if run.added_unbalance.iter().any(|a| a.angle_deg.is_nan()) {
@@ -43,22 +49,33 @@ fn contents(path: &Path) -> Result<(String, String), Error> {
     Ok((file, text))
 }
 
-/// Parses and checks the text of a `rotor.toml`; `file` is only for messages.
+/// Parses and checks the text of a `rotor.toml`; `file` is only for messages, so nothing can lie beside it.
 ///
 /// # Errors
 /// As [`read`].
 pub fn parse(file: &str, text: &str) -> Result<Rotor, Error> {
-    let rotor = from_toml(file, text)?;
+    let rotor = from_toml(file, text, None)?;
     check(file, &rotor)?;
     Ok(rotor)
 }
 
-fn from_toml(file: &str, text: &str) -> Result<Rotor, Error> {
-    let mut rotor: Rotor = toml::from_str(text).map_err(|e| {
-        let line = e.span().map(|span| text[..span.start].matches('\n').count() + 1);
+fn from_toml(file: &str, text: &str, folder: Option<&Path>) -> Result<Rotor, Error> {
+    let at = |span: Option<Range<usize>>, what: &str| {
+        let line = span.map(|span| text[..span.start].matches('\n').count() + 1);
         let place = line.map_or_else(|| "text".into(), |n| format!("line {n}"));
-        Error::rotor(file, place, e.message().lines().next().unwrap_or("cannot be parsed"))
-    })?;
+        Error::rotor(file, place, what.lines().next().unwrap_or("cannot be parsed"))
+    };
+    let refused = |e: toml::de::Error| at(e.span(), e.message());
+    let mut root = DeTable::parse(text).map_err(refused)?;
+    let materials = materials::settle(root.get_mut()).map_err(|(span, what)| at(Some(span), &what))?;
+    check_materials(file, &materials)?;
+    let tables = folder.map_or_else(|| Ok(Vec::new()), |folder| table_file::texts(root.get_ref(), folder))?;
+    table_file::settle(root.get_mut(), &tables).map_err(refused)?;
+    let mut rotor = Rotor::deserialize(toml::Deserializer::from(root)).map_err(refused)?;
+    if rotor.schema < 2 && !materials.is_empty() {
+        let what = format!("{} does not know [[material]], expected 2", rotor.schema);
+        return Err(Error::rotor(file, "schema", what));
+    }
     loads::settle(&mut rotor);
     Ok(rotor)
 }

@@ -1,9 +1,12 @@
 //! What a machine must satisfy, whether it was read or built in code.
 
+mod couplings;
+
 use crate::bearing::Law;
 use crate::effects::entry;
 use crate::error::Error;
 use crate::machine::drawing::{EffectEntry, Rated, Rotor};
+use crate::machine::materials::Material;
 use crate::measurement::LOWEST_GAP_V;
 
 /// The newest layout of `rotor.toml`; older ones are read as well.
@@ -43,6 +46,13 @@ impl Checker<'_> {
         self.fail(key, format!("{value} is outside {} to {} {unit}", plain(low), plain(high)).trim_end())
     }
 
+    /// Young's modulus in Pa, density in kg/m³ and Poisson's ratio.
+    fn material(&self, key: &str, [modulus, density, poisson]: [f64; 3]) -> Result<(), Error> {
+        self.within(&format!("{key} youngs_modulus_pa"), modulus, 1e8, 1e13, "Pa")?;
+        self.within(&format!("{key} density_kg_m3"), density, 100.0, 30_000.0, "kg/m³")?;
+        self.within(&format!("{key} poisson_ratio"), poisson, -0.5, 0.499, "")
+    }
+
     fn on_shaft(&self, key: &str, position_m: f64, length_m: f64) -> Result<(), Error> {
         if position_m.is_finite() && (-1e-9..=length_m + 1e-9).contains(&position_m) {
             return Ok(());
@@ -75,6 +85,7 @@ pub fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
         c.within("fastest_rpm", fastest_rpm, 1.0, 1e6, "rpm")?;
     }
     check_shaft(&c, rotor)?;
+    couplings::check(&c, rotor)?;
     check_bearings(&c, rotor)?;
     check_foundation(&c, rotor)?;
     check_probes_and_planes(&c, rotor)?;
@@ -87,6 +98,17 @@ pub fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
     c.unique("[[effect]] kind and at", labels.iter().map(String::as_str))
 }
 
+/// Checks materials as the segments that are made of them, whose numbers they become.
+pub(super) fn check_materials(file: &str, materials: &[Material]) -> Result<(), Error> {
+    let c = Checker { file };
+    c.unique("[[material]] name", materials.iter().map(|m| m.name.as_str()))?;
+    for m in materials {
+        let numbers = [m.youngs_modulus_pa, m.density_kg_m3, m.poisson_ratio];
+        c.material(&format!("[[material]] \"{}\"", m.name), numbers)?;
+    }
+    Ok(())
+}
+
 fn check_shaft(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
     if rotor.shaft.is_empty() {
         return c.fail("[[shaft]]", "at least one segment is needed");
@@ -96,9 +118,8 @@ fn check_shaft(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         c.within(&key("length_m"), s.length_m, 1e-4, 50.0, "m")?;
         c.within(&key("outer_diameter_m"), s.outer_diameter_m, 1e-4, 10.0, "m")?;
         c.within(&key("inner_diameter_m"), s.inner_diameter_m, 0.0, s.outer_diameter_m * 0.999, "m")?;
-        c.within(&key("youngs_modulus_pa"), s.youngs_modulus_pa, 1e8, 1e13, "Pa")?;
-        c.within(&key("density_kg_m3"), s.density_kg_m3, 100.0, 30_000.0, "kg/m³")?;
-        c.within(&key("poisson_ratio"), s.poisson_ratio, -0.5, 0.499, "")?;
+        let numbers = [s.youngs_modulus_pa, s.density_kg_m3, s.poisson_ratio];
+        c.material(&format!("[[shaft]] {}", i + 1), numbers)?;
     }
     let length = rotor.length_m();
     c.unique("[[disk]] name", rotor.disk.iter().map(|d| d.name.as_str()))?;
@@ -125,6 +146,7 @@ fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         if let Some(other) = rotor.bearing[..i].iter().find(|o| (o.position_m - b.position_m).abs() < 1e-6) {
             return c.fail(key("position_m"), format!("the bearing \"{}\" is at the same place", other.name));
         }
+        c.within(&key("elevation_m"), b.elevation_m, -0.1, 0.1, "m")?;
         b.law.as_law().check().or_else(|(name, what)| c.fail(key(&name), what))?;
         if let Some(p) = &b.pedestal {
             for axis in 0..2 {
@@ -139,7 +161,8 @@ fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
                 "stands beside [foundation], whose modes have the pedestals in them; expected one of the two";
             return c.fail(key("pedestal"), what);
         }
-        let newer = b.pedestal.is_some() || b.constants().is_none_or(|k| k.learned.is_some());
+        let newer =
+            b.pedestal.is_some() || b.elevation_m != 0.0 || b.constants().is_none_or(|k| k.learned.is_some());
         if rotor.schema < 2 && newer {
             return c
                 .fail("schema", format!("{} does not know what {} has, expected 2", rotor.schema, key("")));
@@ -252,11 +275,18 @@ fn check_probes_and_planes(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
 }
 
 fn check_statistics(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
-    if let Some(Rated { speed_rpm: [slowest, fastest] }) = rotor.rated {
+    if let Some(Rated { speed_rpm: [slowest, fastest], balance_grade_mm_s }) = rotor.rated {
         c.within("[rated] speed_rpm", slowest, 0.0, 1e6, "rpm")?;
         c.within("[rated] speed_rpm", fastest, 1.0, 1e6, "rpm")?;
         if slowest >= fastest {
             return c.fail("[rated] speed_rpm", format!("[{slowest}, {fastest}] is not slowest and fastest"));
+        }
+        if let Some(grade) = balance_grade_mm_s {
+            c.within("[rated] balance_grade_mm_s", grade, 0.05, 5000.0, "mm/s")?;
+            if rotor.schema < 2 {
+                let what = format!("{} does not know [rated] balance_grade_mm_s, expected 2", rotor.schema);
+                return c.fail("schema", what);
+            }
         }
     }
     if let Some(n) = &rotor.noise {

@@ -7,7 +7,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::machine::drawing::Rotor;
-use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Station, Structure, mesh, segment_at};
+use crate::shaft::mesh::Mesh;
+use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Station, Structure, segment_at};
 
 /// Nodes and weights of the five-point Gauss–Legendre rule on −1 to 1.
 const GAUSS: [(f64, f64); 5] = [
@@ -70,7 +71,7 @@ pub fn structure(rotor: &Rotor, size: usize) -> Structure {
     let length_m = rotor.length_m();
     let zero = || DMatrix::<f64>::zeros(size, size);
     let (mut stiffness, mut mass, mut tilt_inertia) = (zero(), zero(), zero());
-    let nodes_m = mesh(rotor, 4 * ELEMENTS_PER_SEGMENT);
+    let Mesh { nodes_m, .. } = Mesh::new(rotor, 4 * ELEMENTS_PER_SEGMENT);
     for pair in nodes_m.windows(2) {
         let (mid, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));
         let s = segment_at(rotor, mid);
@@ -97,7 +98,7 @@ pub fn structure(rotor: &Rotor, size: usize) -> Structure {
         })
         .collect();
     let mut structure = Structure { stiffness, mass, polar_inertia, tilt_inertia, stations };
-    structure.attach_disks(rotor, &rotor.physics);
+    structure.attach_lumps(rotor, &rotor.physics);
     structure
 }
 

@@ -7,7 +7,7 @@
 
 use nalgebra::Matrix4;
 
-use crate::machine::drawing::{Physics, Segment};
+use crate::machine::drawing::{Coupling, Physics, Segment};
 
 /// Element matrices.
 pub struct Element {
@@ -96,6 +96,27 @@ pub fn element(segment: &Segment, length_m: f64, physics: &Physics) -> Element {
     let mass = if physics.rotary_inertia { translation + tilt } else { translation };
     let polar_inertia = if physics.gyroscopic { 2.0 * tilt } else { Matrix4::zeros() };
     Element { stiffness, mass, polar_inertia, tilt_inertia: tilt }
+}
+
+/// Matrices of a flexible coupling between two nodes at one place: springs between their displacements and between
+/// their slopes, half of its mass and inertias on either; no stiffness where it is rigid.
+pub fn joint(coupling: &Coupling, physics: &Physics) -> Element {
+    let between = |k: f64| [k, -k];
+    let springs = coupling.flexibility.as_ref();
+    let stiffness = beam_pattern(
+        between(springs.map_or(0.0, |f| f.lateral_stiffness_n_m)),
+        [0.0; 2],
+        between(springs.map_or(0.0, |f| f.angular_stiffness_n_m_rad)),
+    );
+    let halves = |mass: f64, inertia: f64| beam_pattern([0.5 * mass, 0.0], [0.0; 2], [0.5 * inertia, 0.0]);
+    // as those of a disk, its inertias count whether or not those of shaft sections do
+    let polar_kg_m2 = if physics.gyroscopic { coupling.polar_inertia_kg_m2 } else { 0.0 };
+    Element {
+        stiffness,
+        mass: halves(coupling.mass_kg, coupling.diametral_inertia_kg_m2),
+        polar_inertia: halves(0.0, polar_kg_m2),
+        tilt_inertia: halves(0.0, coupling.diametral_inertia_kg_m2),
+    }
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 pub mod assumed_modes;
 pub mod basis;
 pub mod elements;
+pub mod mesh;
 pub mod nodal;
 pub mod statics;
 pub mod structure;

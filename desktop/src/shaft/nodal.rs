@@ -11,8 +11,9 @@ use crate::machine::terms::half_sine;
 use crate::machine::tolerance::Offsets;
 use crate::model::Model;
 use crate::shaft::basis;
-use crate::shaft::elements::{Element, element, shear_parameter};
-use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, mesh};
+use crate::shaft::elements::{Element, shear_parameter};
+use crate::shaft::mesh::{Mesh, Piece};
+use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, lumps};
 
 /// Shape functions of a plane that fits are made on: far more than the controller's six, so that what
 /// they leave out is far below any noise.
@@ -63,13 +64,12 @@ pub struct Matrices {
 
 /// Mesh and shape functions of a drawing.
 pub struct Shaft {
-    nodes_m: Vec<f64>,
-    segments: Vec<usize>,
+    mesh: Mesh,
     /// Nodal coordinates × shape functions.
     pub basis: DMatrix<f64>,
     physics: Physics,
     half_sine: DVector<f64>,
-    spots: Vec<Section>,
+    sections: Vec<Section>,
 }
 
 impl Shaft {
@@ -90,19 +90,9 @@ impl Shaft {
 
     fn on(rotor: &Rotor, model: &Model, basis: DMatrix<f64>) -> Self {
         let physics = &rotor.physics;
-        let nodes_m = mesh(rotor, ELEMENTS_PER_SEGMENT);
-        let segments: Vec<usize> =
-            nodes_m.windows(2).map(|p| segment_of(rotor, 0.5 * (p[0] + p[1]))).collect();
-        let spots =
-            (0..nodes_m.len()).map(|node| section(rotor, physics, &nodes_m, &segments, node)).collect();
-        Self {
-            basis,
-            half_sine: half_sine(&model.structure, rotor),
-            physics: *physics,
-            nodes_m,
-            segments,
-            spots,
-        }
+        let mesh = Mesh::new(rotor, ELEMENTS_PER_SEGMENT);
+        let sections = (0..mesh.nodes_m.len()).map(|node| section(rotor, physics, &mesh, node)).collect();
+        Self { basis, half_sine: half_sine(&model.structure, rotor), physics: *physics, mesh, sections }
     }
 
     /// Switches of the beam theory.
@@ -110,9 +100,9 @@ impl Shaft {
         &self.physics
     }
 
-    /// Segment of each element.
-    pub fn segments(&self) -> &[usize] {
-        &self.segments
+    /// What each element is made of.
+    pub fn pieces(&self) -> &[Piece] {
+        &self.mesh.pieces
     }
 
     /// Nodal coordinates of the half sine that a bow is.
@@ -122,20 +112,20 @@ impl Shaft {
 
     /// The node nearest to a position; marks of the rotor are nodes.
     pub fn section(&self, position_m: f64) -> &Section {
-        let distance = |node: &usize| (self.nodes_m[*node] - position_m).abs();
-        let node = (0..self.nodes_m.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        &self.spots[node.unwrap_or(0)]
+        let nodes_m = &self.mesh.nodes_m;
+        let distance = |node: &usize| (nodes_m[*node] - position_m).abs();
+        let node = (0..nodes_m.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        &self.sections[node.unwrap_or(0)]
     }
 
     /// The right end.
     pub fn right_end(&self) -> &Section {
-        &self.spots[self.spots.len() - 1]
+        &self.sections[self.sections.len() - 1]
     }
 
-    /// Matrices of one element if it were cut from this segment.
-    pub fn element(&self, number: usize, segment: &Segment) -> Element {
-        let length_m = self.nodes_m[number + 1] - self.nodes_m[number];
-        let mut e = element(segment, length_m, &self.physics);
+    /// Matrices of one element of a rotor whose segments may differ from the drawing.
+    pub fn element(&self, number: usize, rotor: &Rotor) -> Element {
+        let mut e = self.mesh.element(number, rotor, &self.physics);
         if self.physics.formulation == Formulation::Printed2023 {
             // every response here is synchronous, so −Ω²N joins −Ω²M
             e.mass += e.tilt_inertia;
@@ -157,9 +147,8 @@ impl Shaft {
     /// the drawing.
     pub fn bow_force(&self, rotor: &Rotor) -> DVector<f64> {
         let mut force = DVector::zeros(self.half_sine.len());
-        for (i, segment) in self.segments.iter().enumerate() {
-            let part =
-                self.element(i, &rotor.shaft[*segment]).stiffness * self.half_sine.fixed_rows::<4>(2 * i);
+        for i in 0..self.mesh.pieces.len() {
+            let part = self.element(i, rotor).stiffness * self.half_sine.fixed_rows::<4>(2 * i);
             let mut rows = force.fixed_rows_mut::<4>(2 * i);
             rows += part;
         }
@@ -171,8 +160,8 @@ impl Shaft {
         let (rows, columns) = self.basis.shape();
         let zero = || DMatrix::zeros(rows, columns);
         let (mut stiffness, mut mass, mut polar) = (zero(), zero(), zero());
-        for (i, segment) in self.segments.iter().enumerate() {
-            let e = self.element(i, &rotor.shaft[*segment]);
+        for i in 0..self.mesh.pieces.len() {
+            let e = self.element(i, rotor);
             let shapes = self.basis.fixed_rows::<4>(2 * i);
             for (whole, part) in
                 [(&mut stiffness, e.stiffness), (&mut mass, e.mass), (&mut polar, e.polar_inertia)]
@@ -183,40 +172,36 @@ impl Shaft {
         }
         let project = |m: DMatrix<f64>| self.basis.tr_mul(&m);
         let (stiffness, mut mass, mut polar_inertia) = (project(stiffness), project(mass), project(polar));
-        for (i, disk) in rotor.disk.iter().enumerate() {
-            let section = self.section(disk.position_m);
+        for (i, lump) in lumps(rotor).enumerate() {
+            let section = self.section(lump.position_m);
+            // disks come first, and couplings have no offsets
             let offset_m = offsets.disk_m.get(i).copied().unwrap_or(0.0);
             let displacement = Self::along(&section.displacement_beside(offset_m), &self.basis);
             let tilt = Self::along(&section.tilt_beside(offset_m), &self.basis);
-            mass.ger(disk.mass_kg, &displacement, &displacement, 1.0);
-            mass.ger(disk.diametral_inertia_kg_m2 * self.tilt_share(), &tilt, &tilt, 1.0);
+            mass.ger(lump.mass_kg, &displacement, &displacement, 1.0);
+            mass.ger(lump.diametral_inertia_kg_m2 * self.tilt_share(), &tilt, &tilt, 1.0);
             if self.physics.gyroscopic {
-                polar_inertia.ger(disk.polar_inertia_kg_m2, &tilt, &tilt, 1.0);
+                polar_inertia.ger(lump.polar_inertia_kg_m2, &tilt, &tilt, 1.0);
             }
         }
         Matrices { stiffness, mass, polar_inertia }
     }
 }
 
-/// Number of the segment that covers a position.
-fn segment_of(rotor: &Rotor, position_m: f64) -> usize {
-    let ends = rotor.shaft.iter().scan(0.0, |end, s| {
-        *end += s.length_m;
-        Some(*end)
-    });
-    ends.take_while(|end| *end <= position_m).count().min(rotor.shaft.len() - 1)
-}
-
 /// A node as a place: how displacement and tilt change along the shaft is the mean of the elements on
-/// either side, as a force or moment at the node makes the two differ.
-fn section(rotor: &Rotor, physics: &Physics, nodes_m: &[f64], segments: &[usize], node: usize) -> Section {
-    let sides: Vec<usize> =
-        [node.checked_sub(1), Some(node)].into_iter().flatten().filter(|e| *e < segments.len()).collect();
+/// either side, as a force or moment at the node makes the two differ. A coupling is no element to move along.
+fn section(rotor: &Rotor, physics: &Physics, mesh: &Mesh, node: usize) -> Section {
+    let shaft = |element: usize| match mesh.pieces.get(element) {
+        Some(Piece::Segment(segment)) => Some((element, &rotor.shaft[*segment])),
+        _ => None,
+    };
+    let sides: Vec<(usize, &Segment)> =
+        [node.checked_sub(1), Some(node)].into_iter().flatten().filter_map(shaft).collect();
     let share = 1.0 / sides.len() as f64;
     let (mut displacement_rate, mut tilt_rate) = (vec![(2 * node + 1, 1.0)], Vec::new());
-    for e in sides {
-        let l = nodes_m[e + 1] - nodes_m[e];
-        let phi = shear_parameter(&rotor.shaft[segments[e]], l, physics);
+    for (e, segment) in sides {
+        let l = mesh.length_m(e);
+        let phi = shear_parameter(segment, l, physics);
         // β = (w₂ − w₁)/l − (ψ₁ + ψ₂)/2 splits into shear strain Φβ/(1 + Φ) and the bow of ψ
         let beta = [(2 * e, -1.0 / l), (2 * e + 1, -0.5), (2 * e + 2, 1.0 / l), (2 * e + 3, -0.5)];
         let towards = if e == node { 6.0 } else { -6.0 } / l;

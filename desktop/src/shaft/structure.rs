@@ -6,8 +6,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::machine::drawing::{Physics, Rotor};
-use crate::shaft::elements::element;
+use crate::machine::drawing::{Coupling, Disk, Physics, Rotor};
+use crate::shaft::mesh::Mesh;
 
 /// Pieces that each shaft segment is cut into at least.
 pub const ELEMENTS_PER_SEGMENT: usize = 2;
@@ -39,19 +39,20 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// Finite elements with a node at every mark and at least `per_segment` elements a segment.
+    /// Finite elements with a node at every mark, two at a flexible coupling, and at least `per_segment` elements a
+    /// segment.
     pub fn finite_elements(rotor: &Rotor, physics: &Physics, per_segment: usize) -> Self {
-        let nodes_m = mesh(rotor, per_segment);
-        let n = 2 * nodes_m.len();
+        let mesh = Mesh::new(rotor, per_segment);
+        let n = 2 * mesh.nodes_m.len();
         let mut s = Self {
             stiffness: DMatrix::zeros(n, n),
             mass: DMatrix::zeros(n, n),
             polar_inertia: DMatrix::zeros(n, n),
             tilt_inertia: DMatrix::zeros(n, n),
-            stations: Vec::with_capacity(nodes_m.len()),
+            stations: Vec::with_capacity(mesh.nodes_m.len()),
         };
-        for (i, pair) in nodes_m.windows(2).enumerate() {
-            let e = element(segment_at(rotor, 0.5 * (pair[0] + pair[1])), pair[1] - pair[0], physics);
+        for i in 0..mesh.pieces.len() {
+            let e = mesh.element(i, rotor, physics);
             for (whole, part) in [
                 (&mut s.stiffness, e.stiffness),
                 (&mut s.mass, e.mass),
@@ -63,22 +64,22 @@ impl Structure {
             }
         }
         let unit = |k: usize| DVector::from_fn(n, |row, _| f64::from(u8::from(row == k)));
-        for (i, &position_m) in nodes_m.iter().enumerate() {
+        for (i, &position_m) in mesh.nodes_m.iter().enumerate() {
             s.stations.push(Station { position_m, displacement: unit(2 * i), slope: unit(2 * i + 1) });
         }
-        s.attach_disks(rotor, physics);
+        s.attach_lumps(rotor, physics);
         s
     }
 
-    /// Adds the disks' masses and inertias at their stations.
-    pub(crate) fn attach_disks(&mut self, rotor: &Rotor, physics: &Physics) {
-        for disk in &rotor.disk {
-            let Station { displacement, slope, .. } = self.station(disk.position_m).clone();
-            self.mass.ger(disk.mass_kg, &displacement, &displacement, 1.0);
-            self.mass.ger(disk.diametral_inertia_kg_m2, &slope, &slope, 1.0);
-            self.tilt_inertia.ger(disk.diametral_inertia_kg_m2, &slope, &slope, 1.0);
+    /// Adds the masses and inertias of disks and rigid couplings at their stations.
+    pub(crate) fn attach_lumps(&mut self, rotor: &Rotor, physics: &Physics) {
+        for lump in lumps(rotor) {
+            let Station { displacement, slope, .. } = self.station(lump.position_m).clone();
+            self.mass.ger(lump.mass_kg, &displacement, &displacement, 1.0);
+            self.mass.ger(lump.diametral_inertia_kg_m2, &slope, &slope, 1.0);
+            self.tilt_inertia.ger(lump.diametral_inertia_kg_m2, &slope, &slope, 1.0);
             if physics.gyroscopic {
-                self.polar_inertia.ger(disk.polar_inertia_kg_m2, &slope, &slope, 1.0);
+                self.polar_inertia.ger(lump.polar_inertia_kg_m2, &slope, &slope, 1.0);
             }
         }
     }
@@ -88,7 +89,8 @@ impl Structure {
         self.stiffness.nrows()
     }
 
-    /// The station nearest to a position; marks of the rotor are stations exactly.
+    /// The station nearest to a position; marks of the rotor are stations exactly. Of the two at a flexible coupling it
+    /// is the left one.
     pub fn station(&self, position_m: f64) -> &Station {
         let right = self.stations.partition_point(|s| s.position_m < position_m);
         let candidates = &self.stations[right.saturating_sub(1)..(right + 1).min(self.stations.len())];
@@ -120,6 +122,32 @@ impl Structure {
     }
 }
 
+/// Mass and inertias at one place of the shaft.
+pub(crate) struct Lump {
+    pub(crate) position_m: f64,
+    pub(crate) mass_kg: f64,
+    pub(crate) diametral_inertia_kg_m2: f64,
+    pub(crate) polar_inertia_kg_m2: f64,
+}
+
+/// Disks in the order of the file, then rigid couplings; a flexible one is a piece of the mesh.
+pub(crate) fn lumps(rotor: &Rotor) -> impl Iterator<Item = Lump> {
+    let disk = |d: &Disk| Lump {
+        position_m: d.position_m,
+        mass_kg: d.mass_kg,
+        diametral_inertia_kg_m2: d.diametral_inertia_kg_m2,
+        polar_inertia_kg_m2: d.polar_inertia_kg_m2,
+    };
+    let coupling = |c: &Coupling| Lump {
+        position_m: c.position_m,
+        mass_kg: c.mass_kg,
+        diametral_inertia_kg_m2: c.diametral_inertia_kg_m2,
+        polar_inertia_kg_m2: c.polar_inertia_kg_m2,
+    };
+    let rigid = rotor.coupling.iter().filter(|c| c.flexibility.is_none());
+    rotor.disk.iter().map(disk).chain(rigid.map(coupling))
+}
+
 /// The segment that covers a position.
 pub(crate) fn segment_at(rotor: &Rotor, position_m: f64) -> &crate::machine::drawing::Segment {
     let mut end = 0.0;
@@ -131,28 +159,6 @@ pub(crate) fn segment_at(rotor: &Rotor, position_m: f64) -> &crate::machine::dra
             position_m < end
         })
         .unwrap_or_else(|| rotor.shaft.last().expect("a checked rotor has a segment"))
-}
-
-/// Node positions: every mark, every segment end, and no element longer than its segment's
-/// length over `per_segment`.
-pub fn mesh(rotor: &Rotor, per_segment: usize) -> Vec<f64> {
-    const MERGE_M: f64 = 1e-9;
-    let marks = rotor.marks_m();
-    let mut nodes = vec![0.0];
-    let mut left = 0.0;
-    for segment in &rotor.shaft {
-        let right = left + segment.length_m;
-        let longest = segment.length_m / per_segment as f64;
-        let mut from = left;
-        let inside = marks.iter().copied().filter(|m| *m > left + MERGE_M && *m < right - MERGE_M);
-        for to in inside.chain([right]) {
-            let pieces = ((to - from) / longest - 1e-9).ceil().max(1.0) as usize;
-            nodes.extend((1..=pieces).map(|k| from + (to - from) * k as f64 / pieces as f64));
-            from = to;
-        }
-        left = right;
-    }
-    nodes
 }
 
 #[cfg(test)]

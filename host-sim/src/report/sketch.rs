@@ -1,10 +1,10 @@
-//! The machine drawn to scale from its file: shaft, disks, bearings, probes, planes.
+//! The machine drawn to scale from its file: shaft, couplings, disks, bearings, probes, planes.
 
 use plotters::prelude::{PathElement, Polygon, Rectangle};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 
-use rotor_edge_desktop::machine::drawing::{Disk, Rotor};
+use rotor_edge_desktop::machine::drawing::{Coupling, Disk, Rotor};
 
 use super::canvas::{
     Drawn, FAINT, GRID, INK, Sheet, WIDTH_PX, anchored, line, model_colour, px, svg, text_width_px, write,
@@ -66,6 +66,7 @@ pub fn sketch(title: &str, rotor: &Rotor) -> String {
     let above = rows(&rotor.plane.iter().map(|p| (x(p.position_m), p.name.clone())).collect::<Vec<_>>());
     let mut named: Vec<(f64, String)> =
         rotor.bearing.iter().map(|b| (x(b.position_m), format!("▲ {}", b.name))).collect();
+    named.extend(rotor.coupling.iter().map(|c| (x(c.position_m), c.name.clone())));
     named.extend(rotor.disk.iter().map(|d| (x(d.position_m), d.name.clone())));
     named.extend(probe_places(rotor).into_iter().map(|(z, names)| (x(z), format!("↑ {names}"))));
     let below = rows(&named);
@@ -101,6 +102,9 @@ pub fn sketch(title: &str, rotor: &Rotor) -> String {
             }
             from += s.length_m;
         }
+        for c in &rotor.coupling {
+            coupling(sheet, [x(c.position_m), axis_px], 0.75 * per_m * diameter_m(rotor, c.position_m), c)?;
+        }
         let radius_px = |z: f64| 0.5 * per_m * diameter_m(rotor, z);
         for b in &rotor.bearing {
             let (at, top) = (x(b.position_m), axis_px + radius_px(b.position_m));
@@ -135,6 +139,17 @@ pub fn sketch(title: &str, rotor: &Rotor) -> String {
         }
         ruler(sheet, per_m, under_px + rows_of(&below) + 10.0)
     })
+}
+
+/// Two flanges of this height above the axis, apart where the coupling gives.
+fn coupling(sheet: &Sheet, [at, axis]: [f64; 2], half_px: f64, coupling: &Coupling) -> Drawn {
+    const FLANGE_PX: f64 = 3.0;
+    let gap = if coupling.flexibility.is_some() { 2.0 } else { 0.0 };
+    let size = [FLANGE_PX, 2.0 * half_px.max(FLANGE_PX)];
+    for left in [at - gap - FLANGE_PX, at + gap] {
+        boxed(sheet, [left, axis - 0.5 * size[1]], size, INK)?;
+    }
+    Ok(())
 }
 
 /// Probes by place.

@@ -5,6 +5,7 @@ usage: python make_ross_rotors.py OUT
 constant.toml   two bearings with constant coefficients, a cross-coupled seal and a hollow shaft
 table.json      two bearings with tables over speed, kxy and kyx among them
 supports.toml   a bearing on a support (n_link), which has no counterpart
+coupling.json   two shafts that a coupling element with a length joins
 expected.json   of each: critical speeds, undamped (dampers and antisymmetric stiffness out), rad/s, where the bearings
                 do not follow speed; damped eigenvalues at two speeds (knots of the tables), 1/s; from ROSS's matrices
 """
@@ -49,6 +50,18 @@ def supports():
     return rs.Rotor(elements, disks, bearings, point_mass_elements=[rs.PointMass(n=5, m=4.0, tag="pedestal")])
 
 
+def coupling():
+    left, right = shaft([0.3] * 3, [0.06] * 3), shaft([0.25] * 4, [0.05] * 4)
+    for n, e in enumerate(right):
+        e.n, e.n_l, e.n_r = 4 + n, 4 + n, 5 + n
+    joint = rs.CouplingElement(m_l=2.5, m_r=2.5, Ip_l=0.01, Ip_r=0.01, Id_l=0.006, Id_r=0.006, kt_x=8e6, kt_y=8e6, kt_z=1e6, kr_x=9e3,
+                               kr_y=9e3, kr_z=3e4, L=0.12, o_d=0.15, n=3, tag="discs")
+    disks = [rs.DiskElement(n=1, m=14.0, Id=0.06, Ip=0.1, tag="motor"), rs.DiskElement(n=6, m=9.0, Id=0.03, Ip=0.05, tag="fan")]
+    bearings = [rs.BearingElement(n=n, kxx=k, kyy=1.4 * k, cxx=900.0, cyy=1200.0, tag=f"bearing {n}")
+                for n, k in ((0, 4e7), (2, 5e7), (5, 3e7), (8, 4e7))]
+    return rs.Rotor(left + [joint] + right, disks, bearings)
+
+
 def lateral(rotor, W):
     shaft = 6 * len(rotor.nodes)
     keep = [6 * i + j for i in range(shaft // 6) for j in LATERAL]
@@ -76,7 +89,7 @@ if __name__ == "__main__":
     warnings.simplefilter("ignore")
     folder = Path(sys.argv[1])
     expected = {}
-    for name, make in (("constant.toml", constant), ("table.json", table), ("supports.toml", supports)):
+    for name, make in (("constant.toml", constant), ("table.json", table), ("supports.toml", supports), ("coupling.json", coupling)):
         (folder / name).unlink(missing_ok=True)
         rotor = make()
         rotor.save(folder / name)

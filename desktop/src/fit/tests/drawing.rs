@@ -30,14 +30,17 @@ pub(super) fn by_differences(
 }
 
 fn compare(chosen: &[&str], centre: f64) {
-    let rotor = machine();
-    let none = DVector::zeros(Fitter::new(&rotor, Data::default()).deviations.len());
-    let readings = measured(&rotor, &run_up(9), chosen, &none);
-    let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &readings));
+    compare_on(&machine(), chosen, centre);
+}
+
+fn compare_on(rotor: &Rotor, chosen: &[&str], centre: f64) {
+    let none = DVector::zeros(Fitter::new(rotor, Data::default()).deviations.len());
+    let readings = measured(rotor, &run_up(9), chosen, &none);
+    let fitter = Fitter::new(rotor, Data::new(rotor, &NOISE, &readings));
     let (h, x, _) = hypothesis(&fitter, chosen);
     let centre = none.map(|_| centre);
     let p = problem(&fitter, &h, &x, &centre);
-    let errors = DrawingErrors::new(&rotor, fitter.shaft(&rotor.physics), &fitter.deviations, &centre);
+    let errors = DrawingErrors::new(rotor, fitter.shaft(&rotor.physics), &fitter.deviations, &centre);
     let exact = p.deviation_derivative(&errors).unwrap();
     let expected = by_differences(&fitter, &h, &x, &p.solved().unwrap().unknowns, &centre);
     for j in 0..centre.len() {
@@ -57,6 +60,14 @@ fn response_per_error_of_the_drawing_equals_differences_for_a_plain_machine() {
 fn response_per_error_of_the_drawing_equals_differences_for_a_machine_with_everything() {
     let all: Vec<&str> = every_effect().iter().map(|e| e.0).filter(|e| *e != "nonlinear_stiffness").collect();
     compare(&all, 0.7);
+}
+
+#[test]
+fn response_per_error_of_the_drawing_equals_differences_for_a_shaft_parted_by_a_coupling() {
+    let mut rotor = machine();
+    rotor.coupling = train().coupling;
+    rotor.coupling[0].position_m = 0.8;
+    compare_on(&rotor, &["shaft_bow", "internal_damping"], 0.7);
 }
 
 #[test]

@@ -13,7 +13,7 @@ use super::search::Search;
 use crate::effects::{Place, find};
 use crate::machine::drawing::{AddedUnbalance, Noise, Rotor, Run, Tolerance};
 use crate::measurement::Reading;
-use crate::testing::sample_rotor;
+use crate::testing::{sample_rotor, train};
 use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;

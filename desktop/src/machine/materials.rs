@@ -1,0 +1,73 @@
+//! `[[material]]`: what shaft segments are made of, by name.
+//!
+//! A name stands for three numbers and for nothing else, so each segment gets its numbers before the machine is read.
+
+use std::ops::Range;
+
+use serde::Deserialize;
+use toml::de::{DeTable, DeValue};
+
+/// What a segment gets from its material.
+const NUMBERS: [&str; 3] = ["youngs_modulus_pa", "density_kg_m3", "poisson_ratio"];
+/// What a segment is made of that names no material.
+const USUAL: &str = "steel";
+
+/// A material as a file states it.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Material {
+    pub(super) name: String,
+    pub(super) youngs_modulus_pa: f64,
+    pub(super) density_kg_m3: f64,
+    pub(super) poisson_ratio: f64,
+}
+
+/// Takes the materials out of a file and puts their numbers into the segments that name them; returns them.
+pub(super) fn settle(root: &mut DeTable<'_>) -> Result<Vec<Material>, (Range<usize>, String)> {
+    let mut stated = Vec::new();
+    if let Some(list) = root.remove("material") {
+        let whole = list.span();
+        let DeValue::Array(list) = list.into_inner() else {
+            return Err((whole, "material is no list, expected [[material]]".into()));
+        };
+        for one in list {
+            let span = one.span();
+            let read = Material::deserialize(toml::de::ValueDeserializer::from(one.clone()));
+            let material = read.map_err(|e| (e.span().unwrap_or(span.clone()), e.message().into()))?;
+            stated.push((material, one.into_inner()));
+        }
+    }
+    let segments = root.get_mut("shaft").map(toml::Spanned::get_mut);
+    let Some(DeValue::Array(segments)) = segments else { return Ok(taken(stated)) };
+    for segment in segments.iter_mut().map(toml::Spanned::get_mut) {
+        let DeValue::Table(segment) = segment else { continue };
+        let Some(name) = segment.remove("material") else { continue };
+        let span = name.span();
+        let refused = |what: String| Err((span.clone(), what));
+        let Some(name) = name.get_ref().as_str() else {
+            return refused("material of a [[shaft]] is no text, expected the name of a [[material]]".into());
+        };
+        if let Some(own) = NUMBERS.iter().find(|key| segment.contains_key(**key)) {
+            return refused(format!(
+                "a [[shaft]] has both material = \"{name}\" and {own}, expected one of the two"
+            ));
+        }
+        match stated.iter().find(|(material, _)| material.name == name) {
+            Some((_, DeValue::Table(numbers))) => {
+                let all = numbers.iter().map(|(key, value)| (key.clone(), value.clone()));
+                segment.extend(all.filter(|(key, _)| NUMBERS.contains(&key.get_ref().as_ref())));
+            }
+            None if name == USUAL => {}
+            _ => {
+                let known: Vec<String> = stated.iter().map(|(m, _)| format!("\"{}\"", m.name)).collect();
+                let known = [known, vec![format!("\"{USUAL}\"")]].concat().join(", ");
+                return refused(format!("there is no material \"{name}\", expected one of {known}"));
+            }
+        }
+    }
+    Ok(taken(stated))
+}
+
+fn taken(stated: Vec<(Material, DeValue)>) -> Vec<Material> {
+    stated.into_iter().map(|(material, _)| material).collect()
+}

@@ -1,0 +1,93 @@
+//! Where the shaft is cut into finite elements, and what each of them is made of.
+
+use crate::machine::drawing::{Coupling, Physics, Rotor};
+use crate::shaft::elements::{Element, element, joint};
+
+/// Marks nearer to each other than this are one node, m.
+const MERGE_M: f64 = 1e-9;
+/// A coupling this near to where two segments meet is meant to be there, m.
+pub(crate) const SAME_PLACE_M: f64 = 1e-6;
+
+/// What joins a node to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Piece {
+    /// A length of shaft, by the number of its segment.
+    Segment(usize),
+    /// A flexible coupling, by its number; its two nodes are at one place.
+    Coupling(usize),
+}
+
+/// Nodes from left to right, and the pieces between them.
+#[derive(Debug, Clone)]
+pub struct Mesh {
+    /// Distance of each node from the left end, m; a flexible coupling has two nodes at its place.
+    pub nodes_m: Vec<f64>,
+    /// What joins each node to the next.
+    pub pieces: Vec<Piece>,
+}
+
+impl Mesh {
+    /// A node at every mark, at every end of a segment and on both sides of a flexible coupling, and no element longer
+    /// than its segment's length over `per_segment`.
+    pub fn new(rotor: &Rotor, per_segment: usize) -> Self {
+        let marks = rotor.marks_m();
+        let mut mesh = Self { nodes_m: vec![0.0], pieces: Vec::new() };
+        let mut left = 0.0;
+        for (number, segment) in rotor.shaft.iter().enumerate() {
+            let right = left + segment.length_m;
+            let longest = segment.length_m / per_segment as f64;
+            let mut from = left;
+            let inside = marks.iter().copied().filter(|m| *m > left + MERGE_M && *m < right - MERGE_M);
+            for to in inside.chain([right]) {
+                let count = ((to - from) / longest - 1e-9).ceil().max(1.0) as usize;
+                mesh.nodes_m.extend((1..=count).map(|k| from + (to - from) * k as f64 / count as f64));
+                mesh.pieces.resize(mesh.nodes_m.len() - 1, Piece::Segment(number));
+                from = to;
+            }
+            let here = |c: &Coupling| c.flexibility.is_some() && (c.position_m - right).abs() < SAME_PLACE_M;
+            if number + 1 < rotor.shaft.len()
+                && let Some(coupling) = rotor.coupling.iter().position(here)
+            {
+                mesh.nodes_m.push(right);
+                mesh.pieces.push(Piece::Coupling(coupling));
+            }
+            left = right;
+        }
+        mesh
+    }
+
+    /// Matrices of one piece of a rotor that has this mesh; its segments may differ from those that it was made for.
+    pub fn element(&self, number: usize, rotor: &Rotor, physics: &Physics) -> Element {
+        match self.pieces[number] {
+            Piece::Segment(segment) => element(&rotor.shaft[segment], self.length_m(number), physics),
+            Piece::Coupling(coupling) => joint(&rotor.coupling[coupling], physics),
+        }
+    }
+
+    /// Length of one piece, m; zero for a coupling.
+    pub fn length_m(&self, number: usize) -> f64 {
+        self.nodes_m[number + 1] - self.nodes_m[number]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shaft::structure::ELEMENTS_PER_SEGMENT;
+    use crate::testing::train;
+
+    #[test]
+    fn a_flexible_coupling_has_two_nodes_at_its_place_and_a_rigid_one_has_one() {
+        let mut rotor = train();
+        let place = rotor.coupling[0].position_m;
+        let there = |mesh: &Mesh| mesh.nodes_m.iter().filter(|z| (**z - place).abs() < 1e-9).count();
+        let flexible = Mesh::new(&rotor, ELEMENTS_PER_SEGMENT);
+        assert_eq!(there(&flexible), 2);
+        let at = flexible.pieces.iter().position(|p| *p == Piece::Coupling(0)).unwrap();
+        assert_eq!(flexible.length_m(at), 0.0);
+        rotor.coupling[0].flexibility = None;
+        let rigid = Mesh::new(&rotor, ELEMENTS_PER_SEGMENT);
+        assert_eq!(there(&rigid), 1);
+        assert_eq!(rigid.nodes_m.len() + 1, flexible.nodes_m.len());
+    }
+}
