@@ -128,3 +128,42 @@ fn what_is_no_rotor_of_ross_is_refused_in_one_sentence_and_nothing_is_written() 
     let message = refusal(&["import-rotor", "absent.json"]);
     assert_says(&message, &["absent.json", "cannot be read"]);
 }
+
+/// Two spans on two bearings each, joined where the first ends.
+fn coupled(coupling: &str) -> String {
+    let mut text = "schema = 2\nname = \"train\"\n".to_string();
+    text.push_str(&"[[shaft]]\nlength_m = 1.0\nouter_diameter_m = 0.08\n".repeat(2));
+    text.push_str(coupling);
+    for (name, position_m) in [("A", 0.1), ("B", 0.9), ("C", 1.1), ("D", 1.9)] {
+        text.push_str(&format!(
+            "[[bearing]]\nname = \"{name}\"\nposition_m = {position_m}\nstiffness_n_m = {{ xx = 1e8, yy = 1.2e8 }}\n\
+             damping_n_s_m = {{ xx = 1e4, yy = 1e4 }}\n\
+             [[probe]]\nname = \"{name}X\"\nbearing = \"{name}\"\nposition_m = {position_m}\nangle_deg = 0\n"
+        ));
+    }
+    text + "[[plane]]\nname = \"P\"\nposition_m = 0.5\n"
+}
+
+#[test]
+fn a_train_is_checked_and_drawn_with_its_coupling_and_one_that_joins_nothing_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let flexible = "lateral_stiffness_n_m = 5e7\nangular_stiffness_n_m_rad = 1e3\nmass_kg = 10\n";
+    let coupling = |z: f64| format!("[[coupling]]\nname = \"disc pack\"\nposition_m = {z}\n{flexible}");
+    let [soft, stiff] = ["1e3", "1e7"].map(|angular| {
+        let text = coupled(&coupling(1.0).replace("= 1e3", &format!("= {angular}")));
+        let all = json(&rotor_edge(&["check", &written(&folder, "train.toml", &text), "--json"]));
+        let bar_kg = 7850.0 * std::f64::consts::PI * 0.04_f64.powi(2) * 2.0;
+        assert!((all["mass_kg"].as_f64().unwrap() / (bar_kg + 10.0) - 1.0).abs() < 1e-9);
+        all["critical_speeds_rpm"][2].as_f64().unwrap()
+    });
+    assert!(soft < 0.9 * stiff, "{soft} {stiff}");
+    let train = written(&folder, "train.toml", &coupled(&coupling(1.0)));
+    let report = folder.path().join("report.html").display().to_string();
+    assert!(rotor_edge(&["check", &train, "--report", &report]).status.success());
+    assert!(std::fs::read_to_string(report).unwrap().contains("disc pack"));
+    let loose = written(&folder, "loose.toml", &coupled(&coupling(1.2)));
+    assert_says(
+        &refusal(&["check", &loose]),
+        &["loose.toml", "disc pack", "position_m", "1.2 m joins nothing"],
+    );
+}

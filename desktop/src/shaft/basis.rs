@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::machine::drawing::{BasisKind, Rotor};
 use crate::model::Model;
 use crate::shaft::assumed_modes;
+use crate::shaft::structure::Structure;
 
 /// Speeds, up to the fastest, at which the machine's responses are taken.
 const SPEEDS: usize = 12;
@@ -60,7 +61,8 @@ pub fn supported(model: &Model, size: usize) -> DMatrix<f64> {
             transposed.solve_upper_triangular(&mode).expect("the factor has a positive diagonal")
         })
         .collect();
-    let held = stiffness.cholesky().expect("a shaft on springs is stable");
+    let held = stiffness.clone().cholesky().or_else(|| (stiffness + anchored(structure)).cholesky());
+    let held = held.expect("a shaft on springs that is anchored as well is stable");
     for s in &model.supports {
         let mut shape = held.solve(&s.shape);
         // twice: Gram and Schmidt lose digits when a static shape is nearly a mode
@@ -154,6 +156,14 @@ fn worst_error(
     Ok(worst)
 }
 
+/// Springs at all masses, soft beside the shaft itself: they hold one that its supports leave free to turn, about its
+/// only bearing or at a coupling that is all but a hinge.
+fn anchored(structure: &Structure) -> DMatrix<f64> {
+    const SOFT: f64 = 1e-10;
+    let stiffest = structure.stiffness.diagonal().component_div(&structure.mass.diagonal()).max();
+    &structure.mass * (SOFT * stiffest)
+}
+
 /// Stiffness of the shaft on springs of its supports' mean stiffness.
 fn held_stiffness(model: &Model) -> DMatrix<f64> {
     let mut stiffness = model.structure.stiffness.clone();
@@ -168,7 +178,7 @@ fn held_stiffness(model: &Model) -> DMatrix<f64> {
 mod tests {
     use super::*;
     use crate::machine::drawing::{EffectEntry, ParameterValue, Rotor};
-    use crate::testing::sample_rotor;
+    use crate::testing::{sample_rotor, uniform_shaft};
 
     const FASTEST_RAD_S: f64 = 1200.0;
 
@@ -240,5 +250,17 @@ mod tests {
         let full = Model::finite_elements(&with_effects());
         let error = |size| worst(&full, &of_responses(&full, size, FASTEST_RAD_S).unwrap());
         assert!(error(8) < error(6) && error(12) < 1e-4);
+    }
+
+    #[test]
+    fn a_shaft_free_to_turn_about_its_only_bearing_has_shapes_of_unit_mass_at_any_thickness() {
+        for outer_diameter_m in [0.02, 0.05, 0.1, 0.3, 0.7, 1.5] {
+            let mut rotor = uniform_shaft();
+            rotor.shaft[0].outer_diameter_m = outer_diameter_m;
+            rotor.bearing.truncate(1);
+            let full = Model::finite_elements(&rotor);
+            let mass = full.projected(&supported(&full, 6)).structure.mass;
+            assert!((mass - DMatrix::identity(6, 6)).amax() < 1e-6, "{outer_diameter_m} m");
+        }
     }
 }
