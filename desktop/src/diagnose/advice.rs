@@ -3,12 +3,13 @@
 
 use nalgebra::{Complex, DVector};
 
+use super::answer::Advice;
+use super::as_file::as_file;
+use super::base::{Base, Tried};
 use super::rank::Ranking;
-use super::{Base, Tried, parameters};
-use crate::effects::entry;
 use crate::fit::data::sigma_m;
-use crate::fit::hypothesis::{Assumed, Hypothesis};
-use crate::fit::{Fit, starts_for};
+use crate::fit::hypothesis::Assumed;
+use crate::fit::starts_for;
 use crate::machine::drawing::{Mount, Noise, Probe, Rotor};
 use crate::measurement::rad_s;
 use crate::shaft::basis;
@@ -24,19 +25,6 @@ const SHAPES: usize = 20;
 const APART: f64 = 5.0;
 /// Repetitions above which a measurement is not worth making.
 const MOST_REPEATS: f64 = 30.0;
-
-/// A measurement that would tell rivals apart.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Advice {
-    /// What to measure.
-    pub measurement: String,
-    /// Distance of the two most alike rivals, in standard deviations over all its values.
-    pub separation_sd: f64,
-    /// Speed at which they differ most, rpm.
-    pub speed_rpm: f64,
-    /// How often to measure until their average tells the rivals apart.
-    pub repeats: usize,
-}
 
 struct Measurement {
     name: String,
@@ -101,24 +89,6 @@ fn advise(base: &Base, rivals: &[Rotor], noise: &Noise) -> Vec<Advice> {
     // measurements come in the order of their effort; the sort is stable
     advice.sort_by_key(|a| a.repeats);
     advice
-}
-
-/// A fitted hypothesis as the file of a rotor: bearings, planes and effects.
-pub fn as_file(with: &Hypothesis, fit: &Fit) -> Rotor {
-    let mut rotor = with.rotor.clone();
-    with.bearings.assign(&mut rotor, &fit.x);
-    for (plane, u) in rotor.plane.iter_mut().zip(&fit.unknowns) {
-        let [magnitude, angle] = g_mm_deg(*u);
-        (plane.unbalance_g_mm, plane.angle_deg) = (Some(magnitude), Some(angle));
-    }
-    let parts = parameters::split(with, fit);
-    rotor.effect = (with.effects.iter().zip(parts))
-        .map(|(a, (real, phasors))| {
-            entry::written(with.rotor, a.effect, a.place, &with.scales, &real, phasors)
-        })
-        .collect();
-    rotor.physics = with.terms(&fit.x).physics;
-    rotor
 }
 
 fn measurements(base: &Base, rotor: &Rotor) -> Vec<Measurement> {

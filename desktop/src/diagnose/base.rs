@@ -2,13 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::{Candidate, Diagnosis, Verdict, advice, evidence, parameters};
+use super::parameters;
 use crate::effects::{ALL, Effect, entry};
 use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::{Assumed, Hypothesis};
 use crate::fit::{Drawing, Effort, Fit, Fitter, starts_for};
-use crate::machine::drawing::Noise;
 
 /// Candidates whose drawing errors are settled together with them.
 const REFINED: usize = 10;
@@ -117,41 +116,6 @@ impl<'a> Base<'a> {
             .collect()
     }
 
-    /// The answer where bearings and planes alone use up what the data hold: anything is possible.
-    pub fn undecidable(&self, why: String, noise: Noise, remarks: Vec<String>) -> Diagnosis {
-        let rotor = self.fitter.rotor;
-        let possible = self.possible();
-        let error_before = self.relative_error(&self.fit);
-        // the prior, as the data add nothing to it
-        let probability = 0.5 / possible.len().max(1) as f64;
-        let candidate = |a: &Assumed| Candidate {
-            effect: a.effect.name(),
-            at: a.place.name(rotor).map(str::to_string),
-            probability,
-            delta_bic: 0.0,
-            error_after: error_before,
-            chi2_per_value: self.fit.chi2_per_value(),
-            parameters: Vec::new(),
-            disqualified: None,
-            evidence: "nothing, these data cannot show it.".into(),
-            knowledge: a.effect.knowledge(),
-        };
-        Diagnosis {
-            verdict: Verdict::Undecided,
-            summary: format!("{why}."),
-            error_before,
-            chi2_per_value: self.fit.chi2_per_value(),
-            nothing_missing: 0.5,
-            candidates: possible.iter().map(candidate).collect(),
-            indistinguishable: vec![possible.iter().map(|a| a.label(rotor)).collect()],
-            saturated: true,
-            held_out: None,
-            advice: advice::between_typical(self, &possible, &noise),
-            remarks,
-            noise,
-        }
-    }
-
     /// Every candidate on top of the model, strongest evidence first, those that physics rules out last.
     pub fn try_all(&self) -> Result<Vec<Tried>, Error> {
         let mut tried: Vec<Tried> =
@@ -204,23 +168,6 @@ impl<'a> Base<'a> {
         t.fit.covariance = self.fitter.covariance(&with, &t.fit, t.drawing(self))?;
         t.disqualified = parameters::beyond_physics(&parameters::of(&with, &t.fit));
         Ok(())
-    }
-
-    pub fn candidate(&self, t: &Tried, probability: f64) -> Candidate {
-        let rotor = self.fitter.rotor;
-        let with = self.hypothesis.with(t.assumed);
-        Candidate {
-            effect: t.assumed.effect.name(),
-            at: t.assumed.place.name(rotor).map(str::to_string),
-            probability,
-            delta_bic: t.delta_bic,
-            error_after: self.relative_error(&t.fit),
-            chi2_per_value: t.fit.chi2_per_value(),
-            parameters: parameters::of(&with, &t.fit),
-            disqualified: t.disqualified.clone(),
-            evidence: evidence::describe(self, t),
-            knowledge: t.assumed.effect.knowledge(),
-        }
     }
 
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²).

@@ -2,8 +2,9 @@
 
 use nalgebra::{Complex, DMatrix};
 
-use super::advice::as_file;
-use super::{Base, checks};
+use super::as_file::as_file;
+use super::base::Base;
+use super::checks;
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;

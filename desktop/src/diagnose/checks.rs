@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::Base;
+use super::base::Base;
 use crate::balance::grade::{largest_plausible_g_mm, permissible_g_mm};
 use crate::error::Error;
 use crate::fit::data::Data;

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::{Base, Tried};
+use super::base::{Base, Tried};
 
 type C = Complex<f64>;
 

@@ -1,6 +1,7 @@
 //! Does the best candidate predict speeds that it was not fitted to?
 
-use super::{Base, HeldOut, Tried};
+use super::answer::HeldOut;
+use super::base::{Base, Tried};
 use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Hypothesis;

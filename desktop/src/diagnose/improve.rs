@@ -1,8 +1,11 @@
 //! Adding effects to a model: one on request, or one after another until it is adequate.
 
-use super::advice::as_file;
+use super::answer::{Candidate, ENOUGH, RIVAL, SURE, Verdict};
+use super::as_file::as_file;
+use super::base::{Base, Tried, same};
+use super::diagnosis::diagnose;
 use super::rank::rank;
-use super::{Base, Candidate, RIVAL, SURE, Tried, Verdict, checks, diagnose, parameters, same};
+use super::{checks, parameters};
 use crate::effects::{Place, entry};
 use crate::error::Error;
 use crate::fit::Fitter;
@@ -16,8 +19,6 @@ use crate::measurement::Reading;
 const MOST_EFFECTS: usize = 4;
 /// Sets of effects that are followed side by side while none is enough.
 const BEAM: usize = 6;
-/// Standard deviations of χ² per value above one within which a fit is enough.
-pub const ENOUGH: f64 = 5.0;
 
 /// A model with an effect more.
 #[derive(Debug, Clone)]

@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
-use super::improve::ENOUGH;
-use super::{Base, HeldOut, RIVAL, SURE, Tried, Verdict};
+use super::answer::{ENOUGH, HeldOut, RIVAL, SURE, Verdict};
+use super::base::{Base, Tried};
 
 /// Speeds closer than this, relative, are one operating point.
 const SAME_SPEED: f64 = 0.01;

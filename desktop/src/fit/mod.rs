@@ -22,6 +22,7 @@ pub mod projection;
 mod queries;
 mod search;
 mod settle;
+mod supports;
 #[cfg(test)]
 mod tests;
 pub mod trial;

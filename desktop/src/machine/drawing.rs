@@ -6,13 +6,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::bearing_entry::BearingEntry;
+pub use super::bearing::Bearing;
 pub use super::coupling::{Coupling, Flexibility};
 pub use super::segment::Segment;
-use crate::bearing::Law;
 pub use crate::bearing::constant::{Coefficients, Constant};
 use crate::bearing::foundation::{Footing, Foundation};
-use crate::bearing::support::Pedestal;
 
 /// A rotor on its bearings, watched by proximity probes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -186,51 +184,6 @@ pub struct Disk {
     pub diametral_inertia_kg_m2: f64,
     /// Moment of inertia about the shaft's axis, kg·m².
     pub polar_inertia_kg_m2: f64,
-}
-
-/// A bearing: its place, and the law by which it holds the shaft.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "BearingEntry", into = "BearingEntry")]
-pub struct Bearing {
-    /// What it is called.
-    pub name: String,
-    /// Place on the shaft, m from the left end.
-    pub position_m: f64,
-    /// Height of its centre above the straight line through the machine, m.
-    pub elevation_m: f64,
-    /// How it holds the shaft.
-    pub law: Law,
-    /// What gives under it, if the drawing states it.
-    pub pedestal: Option<Pedestal>,
-}
-
-impl Bearing {
-    /// On rigid ground, with the same coefficients at every speed.
-    pub fn constant(
-        name: impl Into<String>,
-        position_m: f64,
-        stiffness_n_m: Coefficients,
-        damping_n_s_m: Coefficients,
-    ) -> Self {
-        let law = Law::Constant(Constant { stiffness_n_m, damping_n_s_m, learned: None });
-        Self { name: name.into(), position_m, elevation_m: 0.0, law, pedestal: None }
-    }
-
-    /// Its coefficients, if they are stated as constants.
-    pub fn constants(&self) -> Option<&Constant> {
-        match &self.law {
-            Law::Constant(law) => Some(law),
-            _ => None,
-        }
-    }
-
-    /// The same, to be changed.
-    pub fn constants_mut(&mut self) -> Option<&mut Constant> {
-        match &mut self.law {
-            Law::Constant(law) => Some(law),
-            _ => None,
-        }
-    }
 }
 
 /// A proximity probe that reads `x cos(angle) + y sin(angle)`.

@@ -1,6 +1,6 @@
 //! The machine as drawn: its file, how far it may be off, and the terms that it states.
 
-mod bearing_entry;
+mod bearing;
 pub mod bearings;
 mod coupling;
 pub mod drawing;

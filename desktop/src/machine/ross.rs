@@ -6,6 +6,7 @@
 //! says it.
 
 mod element;
+mod import;
 mod line;
 
 use std::path::Path;
@@ -21,6 +22,7 @@ use crate::machine::drawing::{Bearing, Disk, Mount, Plane, Probe, Rotor};
 use crate::machine::validation::{SCHEMA, check};
 use crate::measurement::rpm;
 use element::Element;
+use import::Import;
 use line::Line;
 
 /// The coefficients of a bearing element, in the order of a table's columns.
@@ -88,31 +90,7 @@ pub fn parse(file: &str, text: &str, is_json: bool) -> Result<Imported, Error> {
     Ok(Imported { rotor, carried: import.carried, left: import.left })
 }
 
-struct Import<'a> {
-    file: &'a str,
-    carried: Vec<String>,
-    left: Vec<String>,
-}
-
 impl Import<'_> {
-    fn fail<T>(&self, element: &Element, name: &str, expected: impl Into<String>) -> Result<T, Error> {
-        Err(Error::rotor(self.file, format!("[{}] {name}", element.key), expected))
-    }
-
-    fn number(&self, element: &Element, name: &str) -> Result<f64, Error> {
-        match element.maybe(name) {
-            Some(value) => Ok(value),
-            None => self.fail(element, name, "is missing or not a number"),
-        }
-    }
-
-    fn node(&self, element: &Element, name: &str) -> Result<usize, Error> {
-        match element.values.get(name).and_then(Value::as_u64) {
-            Some(node) => Ok(node as usize),
-            None => self.fail(element, name, "is missing or not the number of a node"),
-        }
-    }
-
     fn rotor(&mut self, elements: &[Element]) -> Result<Rotor, Error> {
         let of = |class: &str| elements.iter().filter(|e| e.class == class).collect::<Vec<_>>();
         let Line { shaft, coupling, nodes_m, physics } = self.line(elements)?;

@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use super::Import;
 use super::element::Element;
+use super::import::Import;
 use crate::error::Error;
 use crate::machine::drawing::{Coupling, Flexibility, Physics, Segment};
 

@@ -1,8 +1,7 @@
-//! `[[bearing]]` as a file has it: a name, a place, and the keys of exactly one law.
+//! A bearing, and `[[bearing]]` as a file has it: a name, a place, and the keys of exactly one law.
 
 use serde::{Deserialize, Serialize};
 
-use super::drawing::{Bearing, is_default};
 use crate::bearing::Law;
 use crate::bearing::constant::{Coefficients, Constant, Learned};
 use crate::bearing::film::Film;
@@ -12,13 +11,58 @@ use crate::bearing::squeeze_film::SqueezeFilm;
 use crate::bearing::support::Pedestal;
 use crate::bearing::table::{Table, TableRow};
 
+/// A bearing: its place, and the law by which it holds the shaft.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "BearingEntry", into = "BearingEntry")]
+pub struct Bearing {
+    /// What it is called.
+    pub name: String,
+    /// Place on the shaft, m from the left end.
+    pub position_m: f64,
+    /// Height of its centre above the straight line through the machine, m.
+    pub elevation_m: f64,
+    /// How it holds the shaft.
+    pub law: Law,
+    /// What gives under it, if the drawing states it.
+    pub pedestal: Option<Pedestal>,
+}
+
+impl Bearing {
+    /// On rigid ground, with the same coefficients at every speed.
+    pub fn constant(
+        name: impl Into<String>,
+        position_m: f64,
+        stiffness_n_m: Coefficients,
+        damping_n_s_m: Coefficients,
+    ) -> Self {
+        let law = Law::Constant(Constant { stiffness_n_m, damping_n_s_m, learned: None });
+        Self { name: name.into(), position_m, elevation_m: 0.0, law, pedestal: None }
+    }
+
+    /// Its coefficients, if they are stated as constants.
+    pub fn constants(&self) -> Option<&Constant> {
+        match &self.law {
+            Law::Constant(law) => Some(law),
+            _ => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn constants_mut(&mut self) -> Option<&mut Constant> {
+        match &mut self.law {
+            Law::Constant(law) => Some(law),
+            _ => None,
+        }
+    }
+}
+
 /// Every key that a bearing can have.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BearingEntry {
     name: String,
     position_m: f64,
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "is_level")]
     elevation_m: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     stiffness_n_m: Option<Coefficients>,
@@ -39,6 +83,10 @@ pub(super) struct BearingEntry {
     magnetic: Option<Magnetic>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pedestal: Option<Pedestal>,
+}
+
+fn is_level(elevation_m: &f64) -> bool {
+    *elevation_m == 0.0
 }
 
 /// The keys that make a law, for messages.

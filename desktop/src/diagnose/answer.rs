@@ -1,0 +1,124 @@
+//! What a diagnosis says.
+
+use super::parameters::FittedParameter;
+use crate::effects::Knowledge;
+use crate::machine::drawing::Noise;
+
+/// A claim needs this little probability that nothing is missing.
+pub const SURE: f64 = 0.05;
+/// A rival with less than this share of the best one's probability is ruled out.
+pub const RIVAL: f64 = 0.05;
+
+/// Standard deviations of χ² per value above one within which a fit is enough.
+pub const ENOUGH: f64 = 5.0;
+
+/// What the diagnosis says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The model describes the data to within their noise (and the drawing's tolerance).
+    Adequate,
+    /// One effect, at one place, is missing.
+    Missing,
+    /// Something is missing or may be, and the data cannot tell what.
+    Undecided,
+}
+
+impl Verdict {
+    /// In one word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::Missing => "missing",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// An effect at a place, fitted.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Name of the effect.
+    pub effect: &'static str,
+    /// Name of the bearing, disk or probe; `None` for the whole machine.
+    pub at: Option<String>,
+    /// Probability that this, and nothing else of the list or nothing at all, is what is missing.
+    pub probability: f64,
+    /// BIC of the model minus BIC with the effect: evidence for it.
+    pub delta_bic: f64,
+    /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) with the effect.
+    pub error_after: f64,
+    /// χ² per measured real number with the effect.
+    pub chi2_per_value: f64,
+    /// Its parameters.
+    pub parameters: Vec<FittedParameter>,
+    /// Why physics rules it out, if it does.
+    pub disqualified: Option<String>,
+    /// What was seen of it in these data.
+    pub evidence: String,
+    /// What an engineer should know of it.
+    pub knowledge: Knowledge,
+}
+
+impl Candidate {
+    /// `effect@place`, or the effect alone.
+    pub fn label(&self) -> String {
+        self.at.as_ref().map_or_else(|| self.effect.to_string(), |at| format!("{}@{at}", self.effect))
+    }
+
+    /// A paragraph for the engineer.
+    pub fn explanation(&self) -> String {
+        let k = &self.knowledge;
+        format!("{} Seen here: {} Usually: {} Inspect: {}", k.what, self.evidence, k.means, k.inspect)
+    }
+}
+
+/// Error on speeds that were left out of the fit, χ² per real number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeldOut {
+    /// Of the model.
+    pub before: f64,
+    /// Of the model with the best candidate.
+    pub after: f64,
+}
+
+/// The answer.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// In one word.
+    pub verdict: Verdict,
+    /// In one sentence.
+    pub summary: String,
+    /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) of the model at its best bearings and planes.
+    pub error_before: f64,
+    /// χ² per measured real number of the model.
+    pub chi2_per_value: f64,
+    /// Probability that nothing is missing.
+    pub nothing_missing: f64,
+    /// All candidates, most probable first.
+    pub candidates: Vec<Candidate>,
+    /// Groups of candidates (by label) that the data cannot tell apart, the best one's group first.
+    pub indistinguishable: Vec<Vec<String>>,
+    /// Whether bearings and planes alone use up what the data hold, so that nothing more can be found.
+    pub saturated: bool,
+    /// The check on left-out speeds, where there was something to check.
+    pub held_out: Option<HeldOut>,
+    /// What to measure next, where the data cannot decide.
+    pub advice: Vec<Advice>,
+    /// What was found odd in the data, one sentence each.
+    pub remarks: Vec<String>,
+    /// The noise that was gone by.
+    pub noise: Noise,
+}
+
+/// A measurement that would tell rivals apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Advice {
+    /// What to measure.
+    pub measurement: String,
+    /// Distance of the two most alike rivals, in standard deviations over all its values.
+    pub separation_sd: f64,
+    /// Speed at which they differ most, rpm.
+    pub speed_rpm: f64,
+    /// How often to measure until their average tells the rivals apart.
+    pub repeats: usize,
+}

@@ -1,0 +1,26 @@
+//! A fit as the file of a rotor.
+
+use super::parameters;
+use crate::effects::entry;
+use crate::fit::Fit;
+use crate::fit::hypothesis::Hypothesis;
+use crate::machine::drawing::Rotor;
+use crate::unbalance::g_mm_deg;
+
+/// A fitted hypothesis as the file of a rotor: bearings, planes and effects.
+pub fn as_file(with: &Hypothesis, fit: &Fit) -> Rotor {
+    let mut rotor = with.rotor.clone();
+    with.bearings.assign(&mut rotor, &fit.x);
+    for (plane, u) in rotor.plane.iter_mut().zip(&fit.unknowns) {
+        let [magnitude, angle] = g_mm_deg(*u);
+        (plane.unbalance_g_mm, plane.angle_deg) = (Some(magnitude), Some(angle));
+    }
+    let parts = parameters::split(with, fit);
+    rotor.effect = (with.effects.iter().zip(parts))
+        .map(|(a, (real, phasors))| {
+            entry::written(with.rotor, a.effect, a.place, &with.scales, &real, phasors)
+        })
+        .collect();
+    rotor.physics = with.terms(&fit.x).physics;
+    rotor
+}

@@ -1,0 +1,87 @@
+//! What holds the shaft of a problem in each row, and what probes on housings read of it.
+
+use nalgebra::{Complex, SVector};
+
+use super::problem::Problem;
+use crate::bearing::foundation::Held;
+use crate::bearing::support::SupportLaw;
+use crate::effects::Place;
+use crate::machine::terms::Terms;
+use crate::receptance::update::{Mounted, Supports};
+
+type C = Complex<f64>;
+
+impl<const D: usize> Problem<'_, D> {
+    /// Dynamic stiffness of one support in a row.
+    pub(super) fn stiffness(&self, place: Place, law: &SupportLaw, row: usize) -> nalgebra::Matrix2<C> {
+        law.dynamic_stiffness(self.data.rows[row].speed_rad_s, self.amplitude_m(place, row))
+    }
+
+    /// Amplitude that a support is taken at in a row, x and y.
+    fn amplitude_m(&self, place: Place, row: usize) -> [f64; 2] {
+        match (self.amplitudes, place) {
+            (Some(a), Place::Bearing(b)) => a[row][b].map(f64::sqrt),
+            _ => [0.0; 2],
+        }
+    }
+
+    /// Dynamic stiffness of all held places in a row.
+    pub(super) fn supports(&self, terms: &Terms, row: usize) -> Supports<D> {
+        let mut supports = Supports::<D>::zeros();
+        for (place, law) in &terms.supports {
+            if let Some(i) = self.held.iter().position(|h| h == place) {
+                let mut block = supports.fixed_view_mut::<2, 2>(2 * i, 2 * i);
+                block += self.stiffness(*place, law, row);
+            }
+        }
+        if let (Some(footing), Some(held)) = (&terms.foundation, self.on_foundation(terms, row)) {
+            // bearings are the first of the held places, so their numbers are the same
+            for (i, a) in footing.bearings.iter().enumerate() {
+                supports.fixed_view_mut::<2, D>(2 * a, 0).fill(C::from(0.0));
+                for (j, b) in footing.bearings.iter().enumerate() {
+                    let block = held.stiffness.fixed_view::<2, 2>(2 * i, 2 * j);
+                    supports.fixed_view_mut::<2, 2>(2 * a, 2 * b).copy_from(&block);
+                }
+            }
+        }
+        supports
+    }
+
+    /// How the bearings on a foundation hold the shaft in a row.
+    fn on_foundation(&self, terms: &Terms, row: usize) -> Option<Held> {
+        let footing = terms.foundation.as_ref()?;
+        let own = |b: &usize| self.stiffness(terms.supports[*b].0, &terms.supports[*b].1, row);
+        let own: Vec<_> = footing.bearings.iter().map(own).collect();
+        footing.held(self.data.rows[row].speed_rad_s, &own)
+    }
+
+    /// What the probes on housings read of them in a row.
+    pub(super) fn mounted(&self, terms: &Terms, row: usize) -> Vec<Mounted<D>> {
+        let rotor = self.hypothesis.rotor;
+        let on: Vec<(usize, usize)> =
+            (0..rotor.probe.len()).filter_map(|p| Some((p, terms.mount(rotor, p)?))).collect();
+        let common = if on.is_empty() { None } else { self.on_foundation(terms, row) };
+        let reading = |(probe, bearing): (usize, usize)| {
+            let (sin, cos) = self.plant.probe_angles_rad[probe].sin_cos();
+            let mut reading = SVector::zeros();
+            let foot = terms.foundation.as_ref().and_then(|f| f.bearings.iter().position(|b| *b == bearing));
+            if let (Some(foot), Some(footing), Some(held)) = (foot, &terms.foundation, &common) {
+                for (j, b) in footing.bearings.iter().enumerate() {
+                    for axis in 0..2 {
+                        let column = 2 * j + axis;
+                        reading[2 * b + axis] = held.housing[(2 * foot, column)] * cos
+                            + held.housing[(2 * foot + 1, column)] * sin;
+                    }
+                }
+            } else {
+                let (place, law) = &terms.supports[bearing];
+                let housing = law.housing(self.data.rows[row].speed_rad_s, self.amplitude_m(*place, row));
+                for axis in 0..2 {
+                    reading[2 * bearing + axis] = housing[(0, axis)] * cos + housing[(1, axis)] * sin;
+                }
+            }
+            Mounted { probe, reading }
+        };
+        on.into_iter().map(reading).collect()
+    }
+}
