@@ -118,11 +118,11 @@ def machines():
     yield "plain_compressor", machine(6500, *compressor(5, "plain_a", "plain_b"))
 
 
-def compressor(wheels, thrust_end, drive_end):
+def compressor(wheels, thrust_end, drive_end, diameter_m=0.1, wheel_kg=15.0):
     """on film bearings of ROSS's solvers"""
-    shaft = [(0.12, 0.07, 0.0), (0.12, 0.08, 0.0), *uniform(0.11 * (wheels + 1), 3, 0.1), (0.12, 0.08, 0.0), (0.12, 0.07, 0.0)]
+    shaft = [(0.12, 0.07, 0.0), (0.12, 0.08, 0.0), *uniform(0.11 * (wheels + 1), 3, diameter_m), (0.12, 0.08, 0.0), (0.12, 0.07, 0.0)]
     end = sum(length for length, _, _ in shaft)
-    disks = [disk(f"wheel {i + 1}", 0.35 + 0.11 * i, 15.0 - 0.5 * i, 0.09, 0.17) for i in range(wheels)]
+    disks = [disk(f"wheel {i + 1}", 0.35 + 0.11 * i, wheel_kg - 0.5 * i, 0.09, 0.17) for i in range(wheels)]
     bearings = [film_bearing("thrust end", 0.15, thrust_end), film_bearing("drive end", end - 0.15, drive_end)]
     return shaft, disks, bearings, [disks[0]["position_m"], disks[-1]["position_m"]]
 
@@ -132,8 +132,8 @@ def toml_text(name, t):
     rows = lambda v: "[" + "".join(f"\n  {row(x)}," for x in v) + "\n]"
     value = lambda v: json.dumps(v) if isinstance(v, str) else row(v) if isinstance(v, dict) else rows(v) if isinstance(v, list) else repr(v)
     lines = ["schema = 2" if any("table" in b for b in t["bearing"]) else "schema = 1", f'name = "{name.replace("_", " ")}"']
-    for key in ("shaft", "disk", "bearing", "probe", "plane"):
-        for part in t[key]:
+    for key in ("shaft", "disk", "bearing", "probe", "plane", "run"):
+        for part in t.get(key, []):
             lines += ["", f"[[{key}]]"] + [f"{k} = {value(v)}" for k, v in part.items()]
     return "\n".join(lines) + "\n"
 
