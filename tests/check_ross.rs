@@ -1,9 +1,11 @@
 //! `check` against ROSS 2.3.0 on the same mesh and coefficients: mass, static loads, critical speeds, damped
-//! modes and unbalance response of machines on two, three and four bearings, one with a flexible coupling.
+//! modes and unbalance response of machines on two, three and four bearings, one with a flexible coupling, and on film
+//! bearings with tables of ROSS's own solvers.
 
 use std::collections::BTreeMap;
 
 use nalgebra::Complex;
+use rotor_edge_desktop::bearing::Law;
 use rotor_edge_desktop::check::check;
 use rotor_edge_desktop::check::critical::critical_speeds;
 use rotor_edge_desktop::check::modes::{modes, roundness};
@@ -32,6 +34,11 @@ fn machines() -> BTreeMap<String, (Rotor, Value)> {
         }
     }
     assert!(all.len() >= 12, "a good dozen machines");
+    let on_tables = |rotor: &Rotor| rotor.bearing.iter().all(|b| matches!(b.law, Law::Table(_)));
+    assert!(
+        all.values().filter(|(rotor, _)| on_tables(rotor)).count() >= 2,
+        "two with films of ROSS's solvers"
+    );
     all
 }
 

@@ -7,6 +7,10 @@
 mod film;
 #[path = "machines/machine.rs"]
 mod machine;
+#[path = "machines/table.rs"]
+mod table_machines;
+#[path = "machines/train.rs"]
+mod train;
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;

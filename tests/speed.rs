@@ -20,9 +20,11 @@ use rotor_edge_core::track::Tracker;
 use rotor_edge_desktop::diagnose::diagnose;
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::shaft::basis;
+use rotor_edge_tests::repository;
 
 fn main() {
     divan::main();
@@ -114,6 +116,15 @@ fn core_node_start(bencher: Bencher) {
 fn diagnosis_of_a_run_up(bencher: Bencher) {
     let (rotor, _, _) = first_days();
     let runup = measurement::parse("run-up", sample::RUNUP_DAY_126, &rotor).unwrap();
+    bencher.bench(|| diagnose(black_box(&rotor), black_box(&runup)).unwrap());
+}
+
+/// One diagnosis of a train on four bearings: eight probes, six disks, 51 speeds; to reach: 3 s.
+#[divan::bench(sample_count = 5, args = ["nothing", "seal"])]
+fn diagnosis_of_a_train(bencher: Bencher, hides: &str) {
+    let folder = repository("tests/machines/train").join(hides);
+    let rotor = rotor_file::read(&folder.join("rotor.toml")).unwrap();
+    let runup = measurement::read(&folder.join("measured.csv"), &rotor).unwrap();
     bencher.bench(|| diagnose(black_box(&rotor), black_box(&runup)).unwrap());
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Verdict, diagnose};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
@@ -61,6 +62,15 @@ impl Machine {
         ((2.0 * variance / all).sqrt(), 0.5 * fourth.sqrt() / variance)
     }
 
+    /// Something is claimed, and first or in the group that the data cannot tell apart stands what hides.
+    pub fn is_named_by(&self, answer: &Diagnosis) -> bool {
+        let truth = self.truth_label();
+        let first = answer.candidates.first().map(Candidate::label);
+        let group = answer.indistinguishable.first();
+        answer.verdict != Verdict::Adequate
+            && (first.as_ref() == Some(&truth) || group.is_some_and(|g| g.contains(&truth)))
+    }
+
     /// The truth as `improve` names a set of effects.
     pub fn truth_label(&self) -> String {
         let mut labels: Vec<String> = self.truth.iter().map(Hidden::label).collect();
@@ -76,4 +86,13 @@ pub fn machines(set: &str) -> Vec<Machine> {
         std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path()).filter(|p| p.is_dir()).collect();
     cases.sort();
     cases.iter().map(|case| Machine::read(set, case)).collect()
+}
+
+/// All machines of a set, each with its diagnosis.
+pub fn diagnosed(set: &str) -> Vec<(Machine, Diagnosis)> {
+    let look = |m: Machine| {
+        let answer = diagnose(&m.rotor, &m.readings).unwrap_or_else(|e| panic!("{}: {e}", m.name));
+        (m, answer)
+    };
+    machines(set).into_iter().map(look).collect()
 }

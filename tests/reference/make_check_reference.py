@@ -1,9 +1,9 @@
 """Reference answers of ROSS 2.3.0 for `rotor-edge check`: mass, static loads, critical speeds, damped modes, response.
 
-usage: python make_check_reference.py OUT
+usage: python make_check_reference.py OUT [MACHINE...]
 
 Writes OUT/<machine>.toml, the drawing in the project's format, and OUT/<machine>.json, what ROSS says of it, for each
-of the machines in `MACHINES`. Mesh, conventions and how they were verified: make_ross_reference.py, whose builder and
+of `machines()`, or of those named. Mesh, conventions and how they were verified: make_ross_reference.py, whose builder and
 eigenvalues are used here.
 
 mass_kg, centre_of_gravity_m   Rotor.m and Rotor.CG
@@ -12,28 +12,43 @@ critical_speeds                roots of det(K - W^2 M + i W^2 G) = 0 with ROSS's
                                symmetric part of the bearings' stiffness, each with `forward`: the share of its
                                mode that turns forward, in the norm of M. For the machines in CONFIRMED ROSS's own
                                run_critical_speed must give the same, or the program stops.
+tables                         a bearing stated over speed has rows that ROSS's own film solvers gave (make_film_tables.py). At
+                               a speed between them it is scipy's PchipInterpolator (Fritsch and Butland), as at the
+                               nearest row outside, and ROSS is given what that says at each speed; a critical
+                               speed is where the pencil of the coefficients at a speed has that speed for a root
 modes                          eigenvalues at five speeds, with the least and the largest roundness of the orbits of
                                the nodes that move at least a twentieth of the largest: 2 Im(x conj y) / (|x|^2+|y|^2)
 response                       run_unbalance_response at the probes
 """
-import json, math, sys, tomllib
+import csv, json, math, sys, tomllib
 from pathlib import Path
 
 import numpy as np
 import ross as rs
-from scipy import linalg
+from scipy import interpolate, linalg, optimize
 
 from make_ross_reference import LATERAL, build, node, response, response_json, verify
 
 STEEL = dict(youngs_modulus_pa=2.06e11, density_kg_m3=7850.0, poisson_ratio=0.3)
 CONFIRMED = ("jeffcott", "thin_wheel", "orthotropic")  # by run_critical_speed, which takes its time
 COUNT = 10  # modes and critical speeds that are compared
+DIGITS = 12  # of what is written
+COLUMNS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 
 
 def bearing(name, z, k, c):
     """k, c: xx, yy, xy, yx"""
     keys = ("xx", "yy", "xy", "yx")
     return dict(name=name, position_m=z, stiffness_n_m=dict(zip(keys, k)), damping_n_s_m=dict(zip(keys, c)))
+
+
+def film_table(name):
+    with open(Path(__file__).parent / "film_tables" / f"{name}.csv") as rows:
+        return [{key: float(v) for key, v in row.items()} for row in csv.DictReader(rows)]
+
+
+def film_bearing(name, z, table):
+    return dict(name=name, position_m=z, table=film_table(table))
 
 
 def disk(name, z, m, i_d, i_p):
@@ -109,15 +124,45 @@ def machines():
                                  [bearing("A", 0.05, iso(4e5), iso(150.0)), bearing("B", 0.45, iso(5e5), iso(150.0))], [0.15, 0.35])
     yield "stiff_mounts", machine(15000, uniform(1.0, 6, 0.09), [disk("drum", 0.45, 25.0, 0.2, 0.3)],
                                   [bearing("A", 0.05, (4e9, 5e9, 0.0, 0.0), (1e4, 1e4, 0.0, 0.0)), bearing("B", 0.95, (4e9, 5e9, 0.0, 0.0), (1e4, 1e4, 0.0, 0.0))], [0.2, 0.7])
+    yield "tilting_pad_compressor", machine(13000, *compressor(7, "tilting_pad_a", "tilting_pad_b"))
+    yield "plain_compressor", machine(6500, *compressor(5, "plain_a", "plain_b"))
+
+
+def compressor(wheels, thrust_end, drive_end, diameter_m=0.1, wheel_kg=15.0):
+    """on film bearings of ROSS's solvers"""
+    shaft = [(0.12, 0.07, 0.0), (0.12, 0.08, 0.0), *uniform(0.11 * (wheels + 1), 3, diameter_m), (0.12, 0.08, 0.0), (0.12, 0.07, 0.0)]
+    end = sum(length for length, _, _ in shaft)
+    disks = [disk(f"wheel {i + 1}", 0.35 + 0.11 * i, wheel_kg - 0.5 * i, 0.09, 0.17) for i in range(wheels)]
+    bearings = [film_bearing("thrust end", 0.15, thrust_end), film_bearing("drive end", end - 0.15, drive_end)]
+    return shaft, disks, bearings, [disks[0]["position_m"], disks[-1]["position_m"]]
 
 
 def toml_text(name, t):
-    value = lambda v: json.dumps(v) if isinstance(v, str) else "{ " + ", ".join(f"{k} = {x!r}" for k, x in v.items()) + " }" if isinstance(v, dict) else repr(v)
-    lines = [f"schema = {2 if t['coupling'] else 1}", f'name = "{name.replace("_", " ")}"']
-    for key in ("shaft", "coupling", "disk", "bearing", "probe", "plane"):
-        for part in t[key]:
+    row = lambda v: "{ " + ", ".join(f"{k} = {x!r}" for k, x in v.items()) + " }"
+    rows = lambda v: "[" + "".join(f"\n  {row(x)}," for x in v) + "\n]"
+    value = lambda v: json.dumps(v) if isinstance(v, str) else row(v) if isinstance(v, dict) else rows(v) if isinstance(v, list) else repr(v)
+    newer = t["coupling"] or any("table" in b for b in t["bearing"])
+    lines = [f"schema = {2 if newer else 1}", f'name = "{name.replace("_", " ")}"']
+    for key in ("shaft", "coupling", "disk", "bearing", "probe", "plane", "run"):
+        for part in t.get(key, []):
             lines += ["", f"[[{key}]]"] + [f"{k} = {value(v)}" for k, v in part.items()]
     return "\n".join(lines) + "\n"
+
+
+def held(t, W):
+    """the machine with the coefficients that its tables have at a speed"""
+    def one(b):
+        if "table" not in b:
+            return b
+        rad_s = np.array([row["speed_rpm"] for row in b["table"]]) * math.pi / 30
+        at = np.clip(W, rad_s[0], rad_s[-1])
+        k = {c: float(interpolate.PchipInterpolator(rad_s, [row[c] for row in b["table"]])(at)) for c in COLUMNS}
+        return bearing(b["name"], b["position_m"], *([k[m + a] for a in ("xx", "yy", "xy", "yx")] for m in "kc"))
+    return dict(t, bearing=[one(b) for b in t["bearing"]])
+
+
+def built(t, W):
+    return build(held(t, W))[1]
 
 
 def lateral(rotor, W):
@@ -140,6 +185,31 @@ def critical_speeds(rotor):
         f, b = (np.real(v.conj() @ M @ v) for v in (f, b))
         out.append(dict(rad_s=float(mu[i] ** -0.5), forward=float(f / (f + b))))
     return out
+
+
+def undamped(t, W):
+    h = held(t, W)
+    return build(dict(h, bearing=[dict(b, damping_n_s_m=dict(xx=0.0, yy=0.0)) for b in h["bearing"]]))[1]
+
+
+def critical_speeds_over_tables(t, top):
+    """the roots that exceed the speed their coefficients belong to, order by order, until they no longer do"""
+    speeds = np.linspace(0.1, 4.0, 40) * top * math.pi / 30
+    all_at = [critical_speeds(undamped(t, W)) for W in speeds]
+    out = []
+    for k in range(COUNT):
+        off = lambda W: critical_speeds(undamped(t, W))[k]["rad_s"] / W - 1
+        signs = [here[k]["rad_s"] > W for here, W in zip(all_at, speeds)]
+        for i in (i for i in range(len(speeds) - 1) if signs[i] != signs[i + 1]):
+            W = optimize.brentq(off, speeds[i], speeds[i + 1], xtol=1e-9 * speeds[i], rtol=1e-12)
+            out.append(critical_speeds(undamped(t, W))[k])
+    return sorted(out, key=lambda c: c["rad_s"])
+
+
+def rounded(v):
+    if isinstance(v, dict):
+        return {k: rounded(x) for k, x in v.items()}
+    return [rounded(x) for x in v] if isinstance(v, list) else float(f"{v:.{DIGITS}g}") if isinstance(v, float) else v
 
 
 def modes(rotor, rpm):
@@ -167,30 +237,35 @@ def same_as_ross(name, rotor, ours):
 
 
 def reference(name, top, t):
-    nodes, rotor = build(t)
-    undamped = dict(t, bearing=[dict(b, damping_n_s_m=dict(xx=0.0, yy=0.0)) for b in t["bearing"]])
-    _, still = build(undamped)
-    critical = critical_speeds(still)
+    rad_s = lambda rpm: rpm * math.pi / 30
+    over_tables = any("table" in b for b in t["bearing"])
+    nodes, rotor = build(held(t, 0.0))
+    critical = critical_speeds_over_tables(t, top) if over_tables else critical_speeds(undamped(t, 0.0))
     if name in CONFIRMED:
-        same_as_ross(name, still, critical)
+        same_as_ross(name, undamped(t, 0.0), critical)
     unbalance = [(1e-6 * rotor.m * (1 + i), 40.0 - 100.0 * i) for i in range(len(t["plane"]))]
     rpm = np.linspace(0.05 * top, 1.2 * top, 24).tolist()
+    at_each = [response(t, nodes, built(t, rad_s(n)), [n], unbalance) for n in rpm] if over_tables else None
+    Y = np.concatenate(at_each, axis=1) if over_tables else response(t, nodes, rotor, rpm, unbalance)
     out = dict(made_by=f"ROSS {rs.__version__}, numpy {np.__version__}", top_rpm=top, mass_kg=float(rotor.m), centre_of_gravity_m=float(rotor.CG),
-               critical_speeds=critical, modes=[modes(rotor, f * top) for f in (0.1, 0.35, 0.6, 0.85, 1.1)],
-               response=response_json(t, response(t, nodes, rotor, rpm, unbalance), rpm, unbalance))
+               critical_speeds=critical, modes=[modes(built(t, rad_s(f * top)), f * top) for f in (0.1, 0.35, 0.6, 0.85, 1.1)],
+               response=response_json(t, Y, rpm, unbalance))
     rotor.run_static()
     at = lambda b: f"node_{node(nodes, b['position_m'])}"
     out["load_n"] = [float(rotor.bearing_forces_nodal[at(b)]) for b in t["bearing"]]
-    return out
+    return rounded(out)
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
+    if len(sys.argv) < 2:
         sys.exit(__doc__)
     verify()
     folder = Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
+    only = sys.argv[2:]
     for name, (top, t) in machines():
+        if only and name not in only:
+            continue
         text = toml_text(name, t)
         t = tomllib.loads(text)
         (folder / f"{name}.toml").write_text(text)

@@ -42,6 +42,17 @@ struct Found {
     shape: DVector<C>,
 }
 
+impl Found {
+    fn is_excited(&self) -> bool {
+        self.critical.forward > EXCITED
+    }
+
+    fn is_one_root_with(&self, other: &Self) -> bool {
+        let (own, others) = (self.critical.speed_rad_s, other.critical.speed_rad_s);
+        (others - own).abs() < ONE_ROOT * own
+    }
+}
+
 /// Forward critical speeds over the stiffness of all bearings, the same in both directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CriticalMap {
@@ -58,21 +69,26 @@ pub struct CriticalMap {
 ///
 /// Where a bearing changes with speed, each is the speed at which the machine held as at this speed has it.
 pub fn critical_speeds(system: &System, highest_rad_s: f64, fewest: usize) -> Vec<Critical> {
-    let at = |speed_rad_s: f64| excited(system, speed_rad_s);
-    let guesses = at(highest_rad_s);
-    let mut found = Vec::new();
-    for (order, guess) in guesses.iter().enumerate() {
+    let at = |speed_rad_s: f64| pencil(system, speed_rad_s);
+    let mut found: Vec<Found> = Vec::new();
+    // counted with those that unbalance does not excite: which these are changes with the speed bearings are held at
+    for (order, guess) in at(highest_rad_s).iter().enumerate() {
         let Some(settled) = settle(&at, order, guess) else { continue };
-        let critical = exact(system, settled);
-        if critical.speed_rad_s <= highest_rad_s || found.len() < fewest {
-            found.push(critical);
+        if found.last().is_some_and(|last| last.is_one_root_with(&settled)) {
+            continue;
         }
-        if found.last().is_some_and(|c: &Critical| c.speed_rad_s > highest_rad_s) && found.len() >= fewest {
+        let beyond = found.last().is_some_and(|last| last.critical.speed_rad_s > highest_rad_s);
+        if beyond && found.iter().filter(|f| f.is_excited()).count() >= fewest {
             break;
         }
+        found.push(settled);
     }
-    found.sort_by(|a, b| a.speed_rad_s.total_cmp(&b.speed_rad_s));
-    found
+    let mut critical: Vec<Critical> =
+        found.into_iter().filter(Found::is_excited).map(|f| exact(system, f)).collect();
+    critical.sort_by(|a, b| a.speed_rad_s.total_cmp(&b.speed_rad_s));
+    let within = critical.iter().filter(|c| c.speed_rad_s <= highest_rad_s).count();
+    critical.truncate(within.max(fewest));
+    critical
 }
 
 /// The `order`-th critical speed where the machine is held as at that very speed.
@@ -81,12 +97,14 @@ fn settle(at: &impl Fn(f64) -> Vec<Found>, order: usize, guess: &Found) -> Optio
     let mut last: Option<(f64, f64)> = None;
     for _ in 0..ROUNDS {
         let mut all = at(held);
-        if order >= all.len() {
-            return None;
-        }
-        let now = all.swap_remove(order);
+        let now = all.get(order)?;
         let off = now.critical.speed_rad_s - held;
         if off.abs() < 1e-10 * held {
+            let sharing = all.iter().filter(|f| f.is_one_root_with(now));
+            let (count, forward) = sharing.fold((0, 0.0), |(n, sum), f| (n + 1, sum + f.critical.forward));
+            let mut now = all.swap_remove(order);
+            now.shared = count > 1;
+            now.critical.forward = forward.min(1.0);
             return Some(now);
         }
         let next = match last {
@@ -112,22 +130,6 @@ fn exact(system: &System, found: Found) -> Critical {
         Some(Critical { speed_rad_s: lambda.im, forward })
     });
     on_line.unwrap_or(found.critical)
-}
-
-/// Those of the machine held as at `speed_rad_s` that unbalance excites.
-fn excited(system: &System, speed_rad_s: f64) -> Vec<Found> {
-    let mut all = pencil(system, speed_rad_s);
-    all.dedup_by(|b, a| {
-        let (first, second) = (&mut a.critical, &b.critical);
-        let shared = (second.speed_rad_s - first.speed_rad_s).abs() < ONE_ROOT * first.speed_rad_s;
-        if shared {
-            first.forward = (first.forward + second.forward).min(1.0);
-            a.shared = true;
-        }
-        shared
-    });
-    all.retain(|f| f.critical.forward > EXCITED);
-    all
 }
 
 /// The map: each bearing replaced by one stiffness.

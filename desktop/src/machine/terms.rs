@@ -50,8 +50,9 @@ impl Terms {
 
     /// The bearing on whose housing a probe is mounted, where that housing moves.
     pub fn mount(&self, rotor: &Rotor, probe: usize) -> Option<usize> {
-        let probe = &rotor.probe[probe];
-        let bearing = rotor.bearing_of(probe).filter(|_| probe.mount == Mount::Housing)?;
+        // asked for every probe at every speed: names are compared only where it matters
+        let probe = Some(&rotor.probe[probe]).filter(|p| p.mount == Mount::Housing)?;
+        let bearing = rotor.bearing_of(probe)?;
         let (_, law) = self.supports.iter().find(|(p, _)| *p == Place::Bearing(bearing))?;
         let stands = self.foundation.as_ref().is_some_and(|f| f.bearings.contains(&bearing));
         (stands || law.pedestal.is_some()).then_some(bearing)
