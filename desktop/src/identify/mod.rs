@@ -1,7 +1,7 @@
 //! Identification in two phases (Bera et al., Machines 2023, 11, 976): phase I finds the bearings and
 //! the unbalance of the first days, phase II follows the unbalance with the bearings held.
 //!
-//! Phase I searches with the engine of [`crate::fit`]; phase II is a convex programme of its own.
+//! Phase I searches with the engine of `fit`; phase II is a convex programme of its own.
 
 mod bearings;
 mod noise;
