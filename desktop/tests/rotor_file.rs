@@ -134,6 +134,10 @@ fn what_no_machine_can_be_is_refused_in_one_sentence_with_key_and_number() {
             format!("{}{PROBE}gap = {{ at_rest_v = -9.8 }}\n", bearing("A", 0.1, CONSTANT)),
             "\"AX\" gap: shows where a journal runs in a film",
         ),
+        (
+            film("").replace("film =", "coefficients_relative = 0.1\nfilm ="),
+            "is for coefficients that are stated",
+        ),
         (foundation("A\", \"C", 2), "[foundation] bearings: there is no bearing \"C\""),
         (foundation("A", 1), "1 given, a foundation joins two at least"),
         (foundation("A\", \"B", 3), "[foundation] mode 1 x: 3 numbers, expected one for each of 2 bearings"),
@@ -179,7 +183,10 @@ fn a_table_s_file_that_cannot_be_used_is_told_with_file_and_row() {
         (format!("{head}1000,1e8,1e8,1e5,1e5\n"), "rows: a table needs two speeds at least, 1 given"),
         (format!("{head}1000,1e8,1e8,1e5,1e5\n2000,1e8,soft,1e5,1e5\n"), "row 3: kyy \"soft\" is no number"),
         (format!("{head}1000,1e8,1e8,1e5,1e5\n2000,1e8,1e5,1e5\n"), "row 3: expected 5 numbers"),
-        (format!("{head}1000,1e8,1e8,1e5,1e5\n2000,-1e8,1e8,1e5,1e5\n"), "row 3: kxx -100000000 is outside"),
+        (
+            format!("{head}1000,1e8,1e8,1e5,1e5\n2000,-2e8,1e8,1e5,1e5\n"),
+            "row 3: kxx + kyy -100000000 is outside",
+        ),
         (format!("{head}1000,nan,1e8,1e5,1e5\n2000,1e8,1e8,1e5,1e5\n"), "row 2: kxx NaN is outside"),
         (
             format!("{head}2000,1e8,1e8,1e5,1e5\n1000,1e8,1e8,1e5,1e5\n"),

@@ -79,11 +79,11 @@ impl TableRow {
         within("speed_rpm", self.speed_rpm, [0.0, 1e6], "rpm")?;
         within("cxx", self.cxx, [0.0, 1e10], "N·s/m")?;
         within("cyy", self.cyy, [0.0, 1e10], "N·s/m")?;
-        // the film of an elliptical bearing can push the shaft further out across its load, but not in all directions
-        within("kxx + kyy", self.kxx + self.kyy, [1.0, 1e13], "N/m")?;
         for (name, value) in [("kxx", self.kxx), ("kxy", self.kxy), ("kyx", self.kyx), ("kyy", self.kyy)] {
             within(name, value, [-1e13, 1e13], "N/m")?;
         }
+        // the film of an elliptical bearing can push the shaft further out across its load, but not in all directions
+        within("kxx + kyy", self.kxx + self.kyy, [1.0, 1e13], "N/m")?;
         for (name, value) in [("cxy", self.cxy), ("cyx", self.cyx)] {
             within(name, value, [-1e10, 1e10], "N·s/m")?;
         }

@@ -6,6 +6,8 @@ use crate::bearing::Law;
 use crate::bearing::constant::{Coefficients, Constant, Learned};
 use crate::bearing::film::Film;
 use crate::bearing::film_law::FilmLaw;
+#[cfg(doc)]
+use crate::bearing::law::PRIOR_LOG_SD;
 use crate::bearing::magnetic::Magnetic;
 use crate::bearing::squeeze_film::SqueezeFilm;
 use crate::bearing::support::Pedestal;
@@ -23,11 +25,19 @@ pub struct Bearing {
     pub elevation_m: f64,
     /// How it holds the shaft.
     pub law: Law,
+    /// How far the coefficients that it states are trusted: a relative standard deviation; [`PRIOR_LOG_SD`] unless stated.
+    pub coefficients_relative: Option<f64>,
     /// What gives under it, if the drawing states it.
     pub pedestal: Option<Pedestal>,
 }
 
 impl Bearing {
+    /// On rigid ground, by a law.
+    pub fn by(name: impl Into<String>, position_m: f64, law: Law) -> Self {
+        let coefficients_relative = None;
+        Self { name: name.into(), position_m, elevation_m: 0.0, law, coefficients_relative, pedestal: None }
+    }
+
     /// On rigid ground, with the same coefficients at every speed.
     pub fn constant(
         name: impl Into<String>,
@@ -36,7 +46,7 @@ impl Bearing {
         damping_n_s_m: Coefficients,
     ) -> Self {
         let law = Law::Constant(Constant { stiffness_n_m, damping_n_s_m, learned: None });
-        Self { name: name.into(), position_m, elevation_m: 0.0, law, pedestal: None }
+        Self::by(name, position_m, law)
     }
 
     /// Its coefficients, if they are stated as constants.
@@ -64,6 +74,8 @@ pub(super) struct BearingEntry {
     position_m: f64,
     #[serde(default, skip_serializing_if = "is_level")]
     elevation_m: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    coefficients_relative: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     stiffness_n_m: Option<Coefficients>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -129,6 +141,7 @@ impl TryFrom<BearingEntry> for Bearing {
             name: entry.name,
             position_m: entry.position_m,
             elevation_m: entry.elevation_m,
+            coefficients_relative: entry.coefficients_relative,
             law,
             pedestal: entry.pedestal,
         })
@@ -137,11 +150,12 @@ impl TryFrom<BearingEntry> for Bearing {
 
 impl From<Bearing> for BearingEntry {
     fn from(bearing: Bearing) -> Self {
-        let Bearing { name, position_m, elevation_m, law, pedestal } = bearing;
+        let Bearing { name, position_m, elevation_m, law, coefficients_relative, pedestal } = bearing;
         let none = Self {
             name,
             position_m,
             elevation_m,
+            coefficients_relative,
             stiffness_n_m: None,
             damping_n_s_m: None,
             learned: None,

@@ -2,7 +2,7 @@
 
 use super::drawing::{Bearing, Rotor};
 use crate::bearing::Law;
-use crate::bearing::law::{LawUnknown, Role};
+use crate::bearing::law::{LawUnknown, PRIOR_LOG_SD, Role};
 use crate::bearing::support::{Pedestal, SupportLaw};
 
 /// A number of one bearing that data may decide.
@@ -29,8 +29,12 @@ impl Bearings {
     /// Those of a machine.
     pub fn of(rotor: &Rotor) -> Self {
         let each = |(bearing, b): (usize, &Bearing)| {
+            let trust = b.coefficients_relative.map_or(1.0, |relative| relative / PRIOR_LOG_SD);
             let own = b.law.as_law().unknowns().into_iter().enumerate();
-            own.map(move |(number, law)| (bearing, number, law)).collect::<Vec<_>>()
+            own.map(move |(number, law)| {
+                (bearing, number, LawUnknown { prior_sd: trust * law.prior_sd, ..law })
+            })
+            .collect::<Vec<_>>()
         };
         let mut all: Vec<(usize, usize, LawUnknown)> =
             rotor.bearing.iter().enumerate().flat_map(each).collect();
@@ -129,5 +133,19 @@ mod tests {
         let again = Bearings::of(&rotor).stated();
         assert!(x.iter().zip(&again).all(|(a, b)| (a - b).abs() < 1e-12));
         assert_eq!(bearings.supports(&x), Bearings::of(&rotor).supports(&again));
+    }
+
+    #[test]
+    fn coefficients_that_are_stated_to_a_tenth_may_move_by_a_tenth_and_others_by_a_half() {
+        let mut rotor = sample_rotor();
+        rotor.bearing[0].coefficients_relative = Some(0.1);
+        let sd = |bearing: usize| {
+            let all = Bearings::of(&rotor);
+            let own = all.unknowns().iter().filter(|u| u.bearing == bearing);
+            own.map(|u| u.law.prior_sd).collect::<Vec<f64>>()
+        };
+        assert!(
+            sd(0).iter().all(|sd| (sd - 0.1).abs() < 1e-12) && sd(1).iter().all(|sd| *sd == PRIOR_LOG_SD)
+        );
     }
 }

@@ -236,7 +236,7 @@ impl Import<'_> {
             self.left
                 .push(format!("[{}]: a seal is drawn as a bearing, so the static loads count on it", e.key));
         }
-        Ok(Bearing { name: e.tag().into(), position_m, elevation_m: 0.0, law, pedestal: None })
+        Ok(Bearing::by(e.tag(), position_m, law))
     }
 
     /// What a bearing that is linked to a node off the shaft stands on.

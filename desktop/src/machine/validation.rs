@@ -161,8 +161,17 @@ fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
                 "stands beside [foundation], whose modes have the pedestals in them; expected one of the two";
             return c.fail(key("pedestal"), what);
         }
-        let newer =
-            b.pedestal.is_some() || b.elevation_m != 0.0 || b.constants().is_none_or(|k| k.learned.is_some());
+        if let Some(relative) = b.coefficients_relative {
+            c.within(&key("coefficients_relative"), relative, 1e-3, 2.0, "(a relative standard deviation)")?;
+            if !matches!(&b.law, Law::Table(_)) && b.constants().is_none_or(|k| k.learned.is_some()) {
+                let what = "is for coefficients that are stated, as constants or in a table";
+                return c.fail(key("coefficients_relative"), what);
+            }
+        }
+        let newer = b.coefficients_relative.is_some()
+            || b.pedestal.is_some()
+            || b.elevation_m != 0.0
+            || b.constants().is_none_or(|k| k.learned.is_some());
         if rotor.schema < 2 && newer {
             return c
                 .fail("schema", format!("{} does not know what {} has, expected 2", rotor.schema, key("")));
