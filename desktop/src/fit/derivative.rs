@@ -79,8 +79,8 @@ impl<const D: usize> Problem<'_, D> {
     fn add_slopes_on_foundation(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
         let mut at = 0;
         for (r, row) in self.data.rows.iter().enumerate() {
-            let change = self.supports(up, r) - self.supports(down, r);
-            let force = change.unscale(2.0 * SLOPE_STEP) * now.motion[r];
+            let forces = |terms: &Terms| self.supports(terms, r).forces(&now.motion[r]);
+            let force = (forces(up) - forces(down)).unscale(2.0 * SLOPE_STEP);
             for v in &row.values {
                 slopes[at] -= now.terms.gains[v.probe] * now.responses[r].adjoint[v.probe].dot(&force);
                 at += 1;

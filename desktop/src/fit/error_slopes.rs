@@ -95,8 +95,8 @@ impl<'a> Snapshot<'a> {
         // forces are ½ (Fx ± iFy) forward and backward, their adjoints Fx ∓ iFy
         let circular = |x: C, y: C| [(x + I * y) * 0.5, (x - I * y) * 0.5];
         let adjoint_circular = |x: C, y: C| [x - I * y, x + I * y];
-        let held = supports * motion;
-        let adjoint_held: Vec<_> = adjoint.iter().map(|a| supports.tr_mul(a)).collect();
+        let held = supports.forces(motion);
+        let adjoint_held: Vec<_> = adjoint.iter().map(|a| supports.adjoint_forces(a)).collect();
         let spring = nominal(plant, speed_rad_s, damping);
         let excess = |i: usize, total: [C; 2], motion: [C; 2], spring: nalgebra::Matrix2<C>| {
             if places[i] < plant.bearings {

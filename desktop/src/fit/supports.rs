@@ -1,6 +1,6 @@
 //! What holds the shaft of a problem in each row, and what probes on housings read of it.
 
-use nalgebra::{Complex, SVector};
+use nalgebra::{Complex, SMatrix, SVector};
 
 use super::problem::Problem;
 use crate::bearing::foundation::Held;
@@ -27,24 +27,28 @@ impl<const D: usize> Problem<'_, D> {
 
     /// Dynamic stiffness of all held places in a row.
     pub(super) fn supports(&self, terms: &Terms, row: usize) -> Supports<D> {
-        let mut supports = Supports::<D>::zeros();
+        let mut own = SMatrix::<C, D, 2>::zeros();
         for (place, law) in &terms.supports {
             if let Some(i) = self.held.iter().position(|h| h == place) {
-                let mut block = supports.fixed_view_mut::<2, 2>(2 * i, 2 * i);
+                let mut block = own.fixed_view_mut::<2, 2>(2 * i, 0);
                 block += self.stiffness(*place, law, row);
             }
         }
-        if let (Some(footing), Some(held)) = (&terms.foundation, self.on_foundation(terms, row)) {
-            // bearings are the first of the held places, so their numbers are the same
-            for (i, a) in footing.bearings.iter().enumerate() {
-                supports.fixed_view_mut::<2, D>(2 * a, 0).fill(C::from(0.0));
-                for (j, b) in footing.bearings.iter().enumerate() {
-                    let block = held.stiffness.fixed_view::<2, 2>(2 * i, 2 * j);
-                    supports.fixed_view_mut::<2, 2>(2 * a, 2 * b).copy_from(&block);
-                }
+        let (Some(footing), Some(held)) = (&terms.foundation, self.on_foundation(terms, row)) else {
+            return Supports::apart(own);
+        };
+        let mut whole = SMatrix::<C, D, D>::zeros();
+        for at in (0..D).step_by(2) {
+            whole.fixed_view_mut::<2, 2>(at, at).copy_from(&own.fixed_view::<2, 2>(at, 0));
+        }
+        // bearings are the first of the held places, so their numbers are the same
+        for (i, a) in footing.bearings.iter().enumerate() {
+            for (j, b) in footing.bearings.iter().enumerate() {
+                let block = held.stiffness.fixed_view::<2, 2>(2 * i, 2 * j);
+                whole.fixed_view_mut::<2, 2>(2 * a, 2 * b).copy_from(&block);
             }
         }
-        supports
+        Supports::joined(&whole)
     }
 
     /// How the bearings on a foundation hold the shaft in a row.

@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::receptance::plant::{Force, Plant};
 use crate::receptance::update::{Receptances, Response, Supports};
 use crate::shaft::nodal::Shaft;
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, SMatrix};
 
 type C = Complex<f64>;
 
@@ -34,8 +34,8 @@ fn receptances(rotor: &Rotor, speed_rad_s: f64) -> Receptances<4> {
     Receptances::new(&plant, speed_rad_s, 0.0, &[0, 1], &columns)
 }
 
-fn bearings(model: &Model, speed_rad_s: f64) -> Supports<4> {
-    let mut all = Supports::<4>::zeros();
+fn bearings(model: &Model, speed_rad_s: f64) -> SMatrix<C, 4, 4> {
+    let mut all = SMatrix::<C, 4, 4>::zeros();
     for (i, s) in model.supports.iter().enumerate() {
         all.fixed_view_mut::<2, 2>(2 * i, 2 * i).copy_from(&s.law.dynamic_stiffness(speed_rad_s, [0.0; 2]));
     }
@@ -54,7 +54,11 @@ fn updated_receptances_equal_the_full_dynamic_stiffness_solution() {
         let rotor = rotor(name);
         let model = Model::finite_elements(&rotor);
         for speed in [150.0, 600.0, 1150.0] {
-            let fast = table(&receptances(&rotor, speed).respond(&bearings(&model, speed), &[]).unwrap());
+            let fast = table(
+                &receptances(&rotor, speed)
+                    .respond(&Supports::joined(&bearings(&model, speed)), &[])
+                    .unwrap(),
+            );
             let full = model.response(speed).unwrap().per_unbalance;
             let error = (&fast - &full).norm() / full.norm();
             assert!(error < 1e-8, "{name} at {speed} rad/s: {error:e}");
@@ -69,12 +73,14 @@ fn sensitivity_equals_finite_differences_at_each_bearing_and_from_one_to_the_oth
     let speed = 900.0;
     let receptances = receptances(&rotor, speed);
     let at = bearings(&model, speed);
-    let now = receptances.respond(&at, &[]).unwrap();
+    let now = receptances.respond(&Supports::joined(&at), &[]).unwrap();
     for row in 0..4 {
         for column in 0..4 {
-            let mut unit = Supports::<4>::zeros();
+            let mut unit = SMatrix::<C, 4, 4>::zeros();
             unit[(row, column)] = C::from(1.0);
-            let moved = |by: f64| table(&receptances.respond(&(at + unit * C::from(by)), &[]).unwrap());
+            let moved = |by: f64| {
+                table(&receptances.respond(&Supports::joined(&(at + unit * C::from(by))), &[]).unwrap())
+            };
             let step = 1e4;
             let slope = (moved(step) - moved(-step)) / C::from(2.0 * step);
             for p in 0..rotor.probe.len() {

@@ -12,9 +12,60 @@ use crate::receptance::plant::{Plant, loss};
 type C = Complex<f64>;
 const I: C = C::new(0.0, 1.0);
 
-/// Dynamic stiffness of all held places together: a 2 × 2 block in x and y each on the diagonal, and beside it what a
-/// common foundation carries from one to another.
-pub type Supports<const D: usize> = SMatrix<C, D, D>;
+/// Dynamic stiffness of all held places.
+#[derive(Debug, Clone)]
+pub struct Supports<const D: usize> {
+    /// Of each by itself: 2 × 2 in x and y, one below the other.
+    own: SMatrix<C, D, 2>,
+    /// What a common foundation carries from one to another; hardly any machine has one.
+    between: Option<Box<SMatrix<C, D, D>>>,
+}
+
+impl<const D: usize> Supports<D> {
+    /// Each by itself.
+    pub fn apart(own: SMatrix<C, D, 2>) -> Self {
+        Self { own, between: None }
+    }
+
+    /// All of them together.
+    pub fn joined(whole: &SMatrix<C, D, D>) -> Self {
+        let (mut own, mut between) = (SMatrix::<C, D, 2>::zeros(), *whole);
+        for at in (0..D).step_by(2) {
+            own.fixed_view_mut::<2, 2>(at, 0).copy_from(&whole.fixed_view::<2, 2>(at, at));
+            between.fixed_view_mut::<2, 2>(at, at).fill(C::from(0.0));
+        }
+        Self { own, between: Some(Box::new(between)) }
+    }
+
+    /// Force of each support for a motion of the held places.
+    pub fn forces(&self, motion: &SVector<C, D>) -> SVector<C, D> {
+        let own = SVector::from_fn(|i, _| {
+            let place = i / 2 * 2;
+            self.own[(i, 0)] * motion[place] + self.own[(i, 1)] * motion[place + 1]
+        });
+        self.between.as_ref().map_or(own, |between| own + **between * motion)
+    }
+
+    /// Force of each support for an adjoint motion: the dynamic stiffness transposed.
+    pub fn adjoint_forces(&self, adjoint: &SVector<C, D>) -> SVector<C, D> {
+        let own = SVector::from_fn(|i, _| {
+            let (place, axis) = (i / 2 * 2, i % 2);
+            self.own[(place, axis)] * adjoint[place] + self.own[(place + 1, axis)] * adjoint[place + 1]
+        });
+        self.between.as_ref().map_or(own, |between| own + between.tr_mul(adjoint))
+    }
+
+    /// Times receptances between the held places.
+    fn times(&self, held: &SMatrix<C, D, D>) -> SMatrix<C, D, D> {
+        let mut product = self.between.as_ref().map_or_else(SMatrix::zeros, |between| **between * held);
+        for at in (0..D).step_by(2) {
+            let block = self.own.fixed_view::<2, 2>(at, 0) * held.fixed_view::<2, D>(at, 0);
+            let mut rows = product.fixed_view_mut::<2, D>(at, 0);
+            rows += block;
+        }
+        product
+    }
+}
 
 /// What a probe on a housing reads of that housing, per motion of the held places; it shows the shaft's motion less this.
 #[derive(Debug, Clone, Copy)]
@@ -158,9 +209,9 @@ impl<const D: usize> Receptances<D> {
 
     /// Actual minus nominal dynamic stiffness.
     fn excess(&self, supports: &Supports<D>) -> Supports<D> {
-        let mut excess = *supports;
+        let mut excess = supports.clone();
         for place in 0..self.bearings {
-            let mut block = excess.fixed_view_mut::<2, 2>(2 * place, 2 * place);
+            let mut block = excess.own.fixed_view_mut::<2, 2>(2 * place, 0);
             block -= self.nominal;
         }
         excess
@@ -170,7 +221,7 @@ impl<const D: usize> Receptances<D> {
     /// machine is singular on them.
     pub fn respond(&self, supports: &Supports<D>, mounted: &[Mounted<D>]) -> Option<Response<D>> {
         let excess = self.excess(supports);
-        let inverse = (SMatrix::<C, D, D>::identity() + excess * self.held).try_inverse()?;
+        let inverse = (SMatrix::<C, D, D>::identity() + excess.times(&self.held)).try_inverse()?;
         let mut seen_from = self.probe_held.clone();
         less_housings(&mut seen_from, &self.held, mounted);
         let probes = seen_from.len();
@@ -181,7 +232,7 @@ impl<const D: usize> Receptances<D> {
             mounted: mounted.to_vec(),
         };
         for (motion, seen) in self.held_force.iter().zip(self.probe_force.chunks(probes)) {
-            let force = inverse * (excess * motion);
+            let force = inverse * excess.forces(motion);
             let column = response.probes.len();
             response.probes.extend(seen.iter().zip(&seen_from).map(|(y, q)| y - q.dot(&force)));
             for m in mounted {
@@ -195,12 +246,12 @@ impl<const D: usize> Receptances<D> {
 
     /// Forces of the actual supports beyond those of the nominal springs, for a motion of the held places.
     pub fn excess_forces(&self, supports: &Supports<D>, motion: &SVector<C, D>) -> SVector<C, D> {
-        self.excess(supports) * motion
+        self.excess(supports).forces(motion)
     }
 
     /// The same for an adjoint motion.
     pub fn excess_adjoint_forces(&self, supports: &Supports<D>, adjoint: &SVector<C, D>) -> SVector<C, D> {
-        self.excess(supports).tr_mul(adjoint)
+        self.excess(supports).adjoint_forces(adjoint)
     }
 
     /// Change at every probe per unit of damping inside the shaft, for a motion of the held places.
