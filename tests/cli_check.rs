@@ -167,3 +167,12 @@ fn a_train_is_checked_and_drawn_with_its_coupling_and_one_that_joins_nothing_is_
         &["loose.toml", "disc pack", "position_m", "1.2 m joins nothing"],
     );
 }
+
+#[test]
+fn films_that_push_the_shaft_out_across_their_load_have_no_undamped_critical_speed_and_check_says_why() {
+    let lemon =
+        format!("{}/../tests/machines/table/10-lemon-shaft_bow/rotor.toml", env!("CARGO_MANIFEST_DIR"));
+    let output = rotor_edge(&["check", &lemon]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_says(&text, &["None: without damping", "look at the damped modes", "log decrement"]);
+}

@@ -42,6 +42,8 @@ const SPEEDS: usize = 25;
 const FREQUENCIES: f64 = 2.0;
 /// Unbalance responses run to this many times the fastest speed, past any margin that is asked for.
 const BEYOND: f64 = 1.3;
+/// How far past its rated speeds a machine is looked at: beyond the margin that API 617 asks for.
+const PAST_RATED: f64 = 1.25;
 /// Without a stated speed the machine is looked at up to this many times its second critical speed.
 const PAST_SECOND: f64 = 1.3;
 
@@ -104,7 +106,7 @@ pub struct Check {
     pub warnings: Vec<String>,
 }
 
-/// Looks a machine over; `running_rpm` is the range it runs in, if that is known.
+/// Looks a machine over; `running_rpm` is the range it runs in, if it is not that of `[rated]`.
 ///
 /// # Errors
 /// If the shaft cannot be solved, as with a negative mass.
@@ -112,6 +114,7 @@ pub fn check(rotor: &Rotor, running_rpm: Option<[f64; 2]>) -> Result<Check, Erro
     let rotor = completed(rotor);
     let system = System::new(&rotor)?;
     let range_rpm = running_rpm.unwrap_or_else(|| default_range_rpm(&rotor, &system));
+    let running_rpm = running_rpm.or(rotor.rated.map(|rated| rated.speed_rpm));
     let [from, to] = range_rpm.map(rad_s);
     let statics = statics(&rotor, &rotor.elevations_m());
     let (mass_kg, centre_of_gravity_m) = match &statics {
@@ -197,9 +200,10 @@ fn completed(rotor: &Rotor) -> Rotor {
     rotor
 }
 
-/// Up to the fastest speed of the file, or past the second critical speed.
+/// Past the fastest speed that the machine is made for, up to the fastest of its data, or past the second critical speed.
 fn default_range_rpm(rotor: &Rotor, system: &System) -> [f64; 2] {
-    let to = rotor.fastest_rpm.unwrap_or_else(|| {
+    let rated = rotor.rated.map(|rated| PAST_RATED * rated.speed_rpm[1]);
+    let to = rated.or(rotor.fastest_rpm).unwrap_or_else(|| {
         let first = critical::critical_speeds(system, 0.0, 2);
         let second = first.last().map_or(1000.0, |c| rpm(c.speed_rad_s) * PAST_SECOND);
         let round = 10_f64.powf(second.log10().floor()) / 4.0;

@@ -233,3 +233,17 @@ fn a_raised_bearing_of_three_carries_more_in_the_check_by_the_closed_form() {
     let bending = 2.08e11 * std::f64::consts::PI * 0.05_f64.powi(4) / 64.0;
     assert!(((load(&rotor) - level) / (48.0 * bending * 1e-5) - 1.0).abs() < 1e-6);
 }
+
+#[test]
+fn a_machine_with_rated_speeds_is_looked_at_beyond_them_and_its_margins_are_to_them() {
+    let mut rotor = rigid(1e6, 500.0);
+    rotor.rated = Some(Rated { speed_rpm: [4000.0, 5000.0], balance_grade_mm_s: None });
+    let found = super::check(&rotor, None).unwrap();
+    assert_eq!(found.range_rpm[1], 6250.0);
+    let asked = super::check(&rotor, Some([4000.0, 5000.0])).unwrap();
+    let margins = |c: &super::Check| -> Vec<Option<[f64; 2]>> {
+        let all = c.responses.iter().flat_map(|(_, all)| all.iter().flat_map(|r| &r.peaks));
+        all.map(|p| p.margin_percent).collect()
+    };
+    assert!(margins(&asked).iter().any(Option::is_some) && margins(&found).iter().any(Option::is_some));
+}

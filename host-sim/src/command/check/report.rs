@@ -109,14 +109,22 @@ fn critical(found: &Check) -> Section {
         events: vec![(map.own_n_m.log10(), "as drawn".into())],
         ..Trend::default()
     };
+    let meant = "Without dampers and with the symmetric part of the bearings' stiffness. Unbalance excites a critical speed by \
+                 the share of its motion that turns forward.";
+    let mut paragraphs = vec![meant.to_string()];
+    let mut tables = Vec::new();
+    match text::no_critical_speed(found) {
+        Some(why) => paragraphs.push(why.into()),
+        None => tables.push(table(
+            "On the bearings as they are",
+            &text::CRITICAL_COLUMNS,
+            text::critical_rows(found),
+        )),
+    }
     Section {
         heading: "Undamped critical speeds".into(),
-        paragraphs: vec![
-            "Without dampers and with the symmetric part of the bearings' stiffness. Unbalance excites a critical speed \
-             by the share of its motion that turns forward."
-                .into(),
-        ],
-        tables: vec![table("On the bearings as they are", &text::CRITICAL_COLUMNS, text::critical_rows(found))],
+        paragraphs,
+        tables,
         figures: vec![figure(
             "Critical speed map",
             "Forward critical speeds if every bearing had this stiffness in all directions; where a curve is flat, the \

@@ -24,7 +24,10 @@ pub fn print(found: &Check, running: bool) {
     println!("\nBearings, coefficients at {} rpm (N/m, N·s/m)", number(to, 0));
     output::table(&BEARING_COLUMNS, &bearing_rows(found));
     println!("\nUndamped critical speeds");
-    output::table(&CRITICAL_COLUMNS, &critical_rows(found));
+    match no_critical_speed(found) {
+        Some(why) => println!("  {why}"),
+        None => output::table(&CRITICAL_COLUMNS, &critical_rows(found)),
+    }
     println!("\nDamped modes at {} rpm", number(to, 0));
     output::table(&MODE_COLUMNS, &mode_rows(found));
     println!("\n{}", stability(found));
@@ -81,6 +84,14 @@ fn scientific(value: f64) -> String {
 }
 
 pub const CRITICAL_COLUMNS: [&str; 3] = ["critical speed rpm", "turns forward", "damped, log decrement"];
+
+/// Why there is none, if there is none.
+pub fn no_critical_speed(found: &Check) -> Option<&'static str> {
+    found.critical.is_empty().then_some(
+        "None: without damping and without what does work on a closed orbit, the bearings would not hold the shaft, as \
+         films that push it out across the load; look at the damped modes.",
+    )
+}
 
 /// One row an undamped critical speed; beside it the log decrement of the damped mode that has its frequency there.
 pub fn critical_rows(found: &Check) -> Vec<Vec<String>> {
