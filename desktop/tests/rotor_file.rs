@@ -139,6 +139,14 @@ fn what_no_machine_can_be_is_refused_in_one_sentence_with_key_and_number() {
             "is for coefficients that are stated",
         ),
         (foundation("A\", \"C", 2), "[foundation] bearings: there is no bearing \"C\""),
+        (
+            foundation("A\", \"B", 2).replace(
+                "mode = [",
+                "table = [{ frequency_hz = 9.0, response = \"A.z\", force = \"A.x\", \
+             real_m_n = 1e-9, imaginary_m_n = 0.0 }]\nmode = [",
+            ),
+            "[foundation]: has modes and a table, expected one of the two",
+        ),
         (foundation("A", 1), "1 given, a foundation joins two at least"),
         (foundation("A\", \"B", 3), "[foundation] mode 1 x: 3 numbers, expected one for each of 2 bearings"),
         (bearing("A", 0.9, CONSTANT), "the bearing \"B\" is at the same place"),

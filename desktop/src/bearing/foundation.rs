@@ -1,25 +1,71 @@
 //! A foundation that several bearings stand on, and that carries the motion of each to the others.
 //!
-//! It is given by its modes, as an impact test or a finite-element model of it gives them: its flexibility between the
-//! feet of its bearings is `R(Ω) = Σ φφᵀ / m (ω² − Ω² + 2iζωΩ)`. With the bearings' own dynamic stiffness `Z` under the
+//! It is given by its modes, as a finite-element model of it gives them, its flexibility between the feet of its bearings
+//! being `R(Ω) = Σ φφᵀ / m (ω² − Ω² + 2iζωΩ)`; or by that flexibility over frequency, as an impact test gives it. With the bearings' own dynamic stiffness `Z` under the
 //! shaft, force and motion are `f = Z (x − R f)`, so that shaft and ground are joined by `(1 + Z R)⁻¹ Z`, and the feet
 //! move by `R (1 + Z R)⁻¹ Z x`. A foundation with no modes is rigid.
 
 use std::f64::consts::TAU;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Complex, DMatrix, Matrix2};
 use serde::{Deserialize, Serialize};
 
+use super::flexibility::{FlexibilityRow, FlexibilityTable};
+
 type C = Complex<f64>;
 
-/// A foundation as a file states it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A foundation as a file states it: by modes or by a table.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Foundation {
     /// Names of the bearings that stand on it, in the order of the modes' shapes.
     pub bearings: Vec<String>,
     /// Its modes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub mode: Vec<FoundationMode>,
+    /// Its flexibility over frequency.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub table: Vec<FlexibilityRow>,
+    /// The table made ready, once for all evaluations.
+    #[serde(skip)]
+    pub ready: Ready,
+}
+
+/// What follows from the rest and is made once.
+#[derive(Debug, Clone, Default)]
+pub struct Ready(OnceLock<Arc<FlexibilityTable>>);
+
+impl PartialEq for Ready {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Foundation {
+    /// What gives under its bearings.
+    ///
+    /// # Errors
+    /// As [`FlexibilityTable::new`].
+    pub fn give(&self) -> Result<Give, (usize, String)> {
+        if self.table.is_empty() {
+            return Ok(Give::Modes(self.mode.clone()));
+        }
+        if let Some(table) = self.ready.0.get() {
+            return Ok(Give::Table(table.clone()));
+        }
+        let table = Arc::new(FlexibilityTable::new(&self.table, &self.bearings)?);
+        Ok(Give::Table(self.ready.0.get_or_init(|| table).clone()))
+    }
+}
+
+/// How a foundation gives.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Give {
+    /// In modes.
+    Modes(Vec<FoundationMode>),
+    /// As measured.
+    Table(Arc<FlexibilityTable>),
 }
 
 /// A mode of a foundation.
@@ -63,8 +109,8 @@ impl FoundationMode {
 pub struct Footing {
     /// Numbers of the bearings that stand on it.
     pub bearings: Vec<usize>,
-    /// Its modes.
-    pub modes: Vec<FoundationMode>,
+    /// How it gives.
+    pub give: Give,
 }
 
 /// How bearings on a foundation hold the shaft: x and y of each in turn.
@@ -77,11 +123,23 @@ pub struct Held {
 }
 
 impl Footing {
+    /// Its modes, if it is given by them.
+    pub fn modes(&self) -> &[FoundationMode] {
+        match &self.give {
+            Give::Modes(modes) => modes,
+            Give::Table(_) => &[],
+        }
+    }
+
     /// Motion of the feet per force on them at running speed, m/N.
     pub fn flexibility(&self, speed_rad_s: f64) -> DMatrix<C> {
+        let modes = match &self.give {
+            Give::Modes(modes) => modes,
+            Give::Table(table) => return table.at(speed_rad_s),
+        };
         let size = 2 * self.bearings.len();
         let mut all = DMatrix::zeros(size, size);
-        for mode in &self.modes {
+        for mode in modes {
             let along = |i: usize| mode.shape(i / 2)[i % 2];
             let per_force = mode.flexibility(speed_rad_s);
             all += DMatrix::from_fn(size, size, |i, j| per_force * (along(i) * along(j)));
@@ -131,7 +189,7 @@ mod tests {
             })
             .collect();
         let natural = modes[0].natural_rad_s();
-        let footing = Footing { bearings: vec![0, 1], modes };
+        let footing = Footing { bearings: vec![0, 1], give: Give::Modes(modes) };
         let held = footing.held(speed, &bearings(speed)).unwrap();
         for (i, by) in [1.0, 1.7].into_iter().enumerate() {
             let pedestal = Pedestal::isotropic(mass * natural * natural, 2.0 * 0.02 * natural * mass, mass);
@@ -151,7 +209,7 @@ mod tests {
     fn what_bearings_push_into_a_foundation_equals_what_its_mode_takes_by_newton_s_law() {
         // one mode: m (ω² − Ω² + 2iζωΩ) q = φᵀ f, f = Z (x − φ q)
         let (speed, shape) = (700.0, mode(95.0, 800.0, [0.3, -0.2], [1.0, 0.7]));
-        let footing = Footing { bearings: vec![0, 1], modes: vec![shape.clone()] };
+        let footing = Footing { bearings: vec![0, 1], give: Give::Modes(vec![shape.clone()]) };
         let held = footing.held(speed, &bearings(speed)).unwrap();
         let motion = nalgebra::DVector::from_fn(4, |i, _| C::new(1e-5 * i as f64, -2e-5));
         let (force, feet) = (&held.stiffness * &motion, &held.housing * &motion);
@@ -165,6 +223,40 @@ mod tests {
         for (i, block) in bearings(speed).iter().enumerate() {
             let squeezed = motion.fixed_rows::<2>(2 * i) - feet.fixed_rows::<2>(2 * i);
             assert!((block * squeezed - force.fixed_rows::<2>(2 * i)).norm() < 1e-9 * force.norm());
+        }
+    }
+
+    #[test]
+    fn a_table_of_what_modes_give_holds_the_shaft_as_they_do() {
+        let names = ["A".to_string(), "B".to_string()];
+        let by_modes = Footing {
+            bearings: vec![0, 1],
+            give: Give::Modes(vec![
+                mode(95.0, 800.0, [0.3, -0.2], [1.0, 0.7]),
+                mode(140.0, 500.0, [1.0, 0.4], [0.1, 0.2]),
+            ]),
+        };
+        let place = |i: usize| format!("{}.{}", names[i / 2], ["x", "y"][i % 2]);
+        let rows = |hz: f64| {
+            let all = by_modes.flexibility(TAU * hz);
+            let row = move |(i, j): (usize, usize)| FlexibilityRow {
+                frequency_hz: hz,
+                response: place(i),
+                force: place(j),
+                real_m_n: all[(i, j)].re,
+                imaginary_m_n: all[(i, j)].im,
+            };
+            // one way is enough
+            (0..4).flat_map(|i| (0..=i).map(move |j| (i, j))).map(row).collect::<Vec<_>>()
+        };
+        let table = [rows(80.0), rows(100.0)].concat();
+        let measured = Foundation { bearings: names.to_vec(), table, ..Foundation::default() };
+        let by_table = Footing { bearings: vec![0, 1], give: measured.give().unwrap() };
+        for hz in [80.0, 100.0] {
+            let speed = TAU * hz;
+            let [a, b] = [&by_modes, &by_table].map(|f| f.held(speed, &bearings(speed)).unwrap());
+            assert!((&a.stiffness - &b.stiffness).norm() < 1e-9 * a.stiffness.norm());
+            assert!((&a.housing - &b.housing).norm() < 1e-9 * a.housing.norm());
         }
     }
 }

@@ -5,6 +5,7 @@ pub mod curve;
 pub mod film;
 pub mod film_curve;
 pub mod film_law;
+pub mod flexibility;
 pub mod foundation;
 pub mod law;
 pub mod magnetic;

@@ -7,6 +7,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector4};
 
+use crate::bearing::foundation::Footing;
 use crate::bearing::pair::Pair;
 use crate::bearing::support::{Pedestal, SupportLaw};
 use crate::check::line::{Line, Nodes};
@@ -152,20 +153,30 @@ impl System {
 
     /// Number of coordinates: of the shaft in x, in y, of pedestals, and of a foundation.
     pub fn size(&self) -> usize {
-        self.foundation + self.model.foundation.as_ref().map_or(0, |f| f.modes.len())
+        self.foundation + self.model.foundation.as_ref().map_or(0, |f| f.modes().len())
     }
 
     /// Motion of the foot of a support in x and y, where it stands on the foundation: of modes of unit mass.
     fn on_foundation(&self, support: usize) -> Option<[DVector<f64>; 2]> {
-        let footing = self.model.foundation.as_ref()?;
+        let footing = self.model.foundation.as_ref().filter(|f| !f.modes().is_empty())?;
         let foot = footing.bearings.iter().position(|s| *s == support)?;
         Some([0, 1].map(|axis| {
             let mut whole = DVector::zeros(self.size());
-            for (k, mode) in footing.modes.iter().enumerate() {
+            for (k, mode) in footing.modes().iter().enumerate() {
                 whole[self.foundation + k] = mode.shape(foot)[axis] / mode.modal_mass_kg.sqrt();
             }
             whole
         }))
+    }
+
+    /// How bearings on a foundation of which the flexibility was measured hold the shaft for motion at running speed; it is
+    /// taken for all motion, as what the foundation gives to other motion was not measured on a turning machine.
+    fn on_measured_foundation(&self, speed_rad_s: f64) -> Option<(&Footing, DMatrix<Complex<f64>>)> {
+        let footing = self.model.foundation.as_ref().filter(|f| f.modes().is_empty())?;
+        let at = speed_rad_s.max(SLOWEST_RAD_S);
+        let own = |s: &usize| self.model.supports[*s].law.dynamic_stiffness(at, [0.0; 2]);
+        let held = footing.held(at, &footing.bearings.iter().map(own).collect::<Vec<_>>())?;
+        Some((footing, held.stiffness))
     }
 
     /// The system turning at a speed.
@@ -185,9 +196,24 @@ impl System {
         stiffness.view_mut((n, 0), (n, n)).copy_from(&-circulation);
         damping.view_mut((0, n), (n, n)).copy_from(&gyroscopic);
         damping.view_mut((n, 0), (n, n)).copy_from(&-gyroscopic);
+        let measured = self.on_measured_foundation(speed_rad_s);
+        if let Some((footing, held)) = &measured {
+            let places =
+                footing.bearings.iter().flat_map(|s| self.directions(&self.model.supports[*s].shape));
+            let places: Vec<DVector<f64>> = places.collect();
+            for (i, a) in places.iter().enumerate() {
+                for (j, b) in places.iter().enumerate() {
+                    stiffness.ger(held[(i, j)].re, a, b, 1.0);
+                    damping.ger(held[(i, j)].im / speed_rad_s.max(SLOWEST_RAD_S), a, b, 1.0);
+                }
+            }
+        }
         for (i, support) in self.model.supports.iter().enumerate() {
             let own = self.pedestals.iter().find(|(s, _)| *s == i);
             let place = self.directions(&support.shape);
+            if measured.as_ref().is_some_and(|(footing, _)| footing.bearings.contains(&i)) {
+                continue;
+            }
             if let Some(foot) = self.on_foundation(i) {
                 let Pair { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
                 let between = [0, 1].map(|axis| &place[axis] - &foot[axis]);
@@ -213,7 +239,7 @@ impl System {
             add(&mut stiffness, &foot, &diagonal(pedestal.stiffness_n_m));
             add(&mut damping, &foot, &diagonal(pedestal.damping_n_s_m));
         }
-        for (k, mode) in self.model.foundation.iter().flat_map(|f| &f.modes).enumerate() {
+        for (k, mode) in self.model.foundation.iter().flat_map(Footing::modes).enumerate() {
             let at = self.foundation + k;
             stiffness[(at, at)] += mode.natural_rad_s().powi(2);
             damping[(at, at)] += 2.0 * mode.damping_ratio * mode.natural_rad_s();

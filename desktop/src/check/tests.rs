@@ -11,6 +11,7 @@ use super::system::System;
 use super::unbalance::{probes_at, responses, speeds_rad_s, trials};
 use crate::bearing::Law;
 use crate::bearing::constant::Coefficients;
+use crate::bearing::flexibility::FlexibilityRow;
 use crate::bearing::foundation::{Foundation, FoundationMode};
 use crate::bearing::support::Pedestal;
 use crate::bearing::table::{Table, TableRow};
@@ -169,8 +170,25 @@ fn on_foundation() -> Rotor {
     let bearings: Vec<String> = rotor.bearing.iter().map(|b| b.name.clone()).collect();
     let (x, y) = (vec![0.3, -0.2], vec![1.0, 0.6]);
     let mode = FoundationMode { frequency_hz: 90.0, damping_ratio: 0.04, modal_mass_kg: 400.0, x, y };
-    rotor.foundation = Some(Foundation { bearings, mode: vec![mode] });
+    rotor.foundation = Some(Foundation { bearings, mode: vec![mode], ..Foundation::default() });
     rotor.probe.iter_mut().for_each(|p| p.mount = Mount::Housing);
+    rotor
+}
+
+/// The flexibility of the foundation instead of its modes.
+fn measured(mut rotor: Rotor) -> Rotor {
+    let by_modes = rotor.footing().unwrap();
+    let foundation = rotor.foundation.as_mut().unwrap();
+    for frequency_hz in [20.0, 85.0, 95.0, 250.0] {
+        let all = by_modes.flexibility(std::f64::consts::TAU * frequency_hz);
+        let foot = |i: usize| format!("{}.{}", foundation.bearings[i / 2], ["x", "y"][i % 2]);
+        for (i, j) in (0..4).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+            let (real_m_n, imaginary_m_n) = (all[(i, j)].re, all[(i, j)].im);
+            let (response, force) = (foot(i), foot(j));
+            foundation.table.push(FlexibilityRow { frequency_hz, response, force, real_m_n, imaginary_m_n });
+        }
+    }
+    foundation.mode.clear();
     rotor
 }
 
@@ -179,9 +197,14 @@ fn response_on_a_foundation_with_coordinates_of_its_own_equals_that_with_its_fle
     let rotor = on_foundation();
     let planes = [C::new(2e-4, 1e-4), C::new(-1e-4, 3e-4)];
     let (system, dense) = (System::new(&rotor).unwrap(), Model::finite_elements(&rotor));
-    for speed in [200.0, 560.0, 1300.0] {
+    let measured = measured(rotor.clone());
+    let by_table = (System::new(&measured).unwrap(), Model::finite_elements(&measured));
+    for (speed, (system, dense)) in [200.0, 560.0, 1300.0]
+        .into_iter()
+        .flat_map(|s| [(s, (&system, &dense)), (s, (&by_table.0, &by_table.1))])
+    {
         let expected = dense.response(speed).unwrap().per_unbalance * DVector::from_row_slice(&planes);
-        let ours = DVector::from_vec(probes_at(&system, speed, &planes).unwrap());
+        let ours = DVector::from_vec(probes_at(system, speed, &planes).unwrap());
         // here no chain makes the reduced system exact
         assert!((ours - &expected).camax() < 1e-4 * expected.camax(), "{speed} rad/s");
     }

@@ -357,12 +357,12 @@ impl Rotor {
         b.pedestal.is_some() || self.foundation.as_ref().is_some_and(|f| f.bearings.contains(&b.name))
     }
 
-    /// The foundation under its bearings, by number.
+    /// The foundation under its bearings, by number; none if it is one that no machine can have.
     pub fn footing(&self) -> Option<Footing> {
         let foundation = self.foundation.as_ref()?;
         let number = |name: &String| self.bearing.iter().position(|b| b.name == *name);
         let bearings = foundation.bearings.iter().filter_map(number).collect();
-        Some(Footing { bearings, modes: foundation.mode.clone() })
+        Some(Footing { bearings, give: foundation.give().ok()? })
     }
 
     /// Height of each bearing above the straight line, in the order of the file, m.

@@ -1,6 +1,7 @@
 //! What a machine must satisfy, whether it was read or built in code.
 
 mod couplings;
+mod foundation;
 
 use crate::bearing::Law;
 use crate::effects::entry;
@@ -87,7 +88,7 @@ pub fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
     check_shaft(&c, rotor)?;
     couplings::check(&c, rotor)?;
     check_bearings(&c, rotor)?;
-    check_foundation(&c, rotor)?;
+    foundation::check(&c, rotor)?;
     check_probes_and_planes(&c, rotor)?;
     check_statistics(&c, rotor)?;
     for e in &rotor.effect {
@@ -175,46 +176,6 @@ fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         if rotor.schema < 2 && newer {
             return c
                 .fail("schema", format!("{} does not know what {} has, expected 2", rotor.schema, key("")));
-        }
-    }
-    Ok(())
-}
-
-fn check_foundation(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
-    let Some(foundation) = &rotor.foundation else { return Ok(()) };
-    if rotor.schema < 2 {
-        return c.fail("schema", format!("{} does not know [foundation], expected 2", rotor.schema));
-    }
-    let count = foundation.bearings.len();
-    if count < 2 {
-        return c.fail(
-            "[foundation] bearings",
-            format!("{count} given, a foundation joins two at least; one has a pedestal"),
-        );
-    }
-    c.unique("[foundation] bearings", foundation.bearings.iter().map(String::as_str))?;
-    for name in &foundation.bearings {
-        if !rotor.bearing.iter().any(|b| b.name == *name) {
-            return c.fail("[foundation] bearings", format!("there is no bearing \"{name}\""));
-        }
-    }
-    if foundation.mode.is_empty() {
-        return c
-            .fail("[foundation] mode", "is empty; a rigid foundation is what is meant without [foundation]");
-    }
-    for (i, m) in foundation.mode.iter().enumerate() {
-        let key = |name: &str| format!("[foundation] mode {} {name}", i + 1);
-        c.within(&key("frequency_hz"), m.frequency_hz, 0.1, 1e5, "Hz")?;
-        c.within(&key("damping_ratio"), m.damping_ratio, 0.0, 1.0, "")?;
-        c.within(&key("modal_mass_kg"), m.modal_mass_kg, 1e-3, 1e9, "kg")?;
-        for (name, shape) in [("x", &m.x), ("y", &m.y)] {
-            if shape.len() != count {
-                return c.fail(
-                    key(name),
-                    format!("{} numbers, expected one for each of {count} bearings", shape.len()),
-                );
-            }
-            shape.iter().try_for_each(|v| c.within(&key(name), *v, -1e3, 1e3, ""))?;
         }
     }
     Ok(())

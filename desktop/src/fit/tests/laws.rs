@@ -8,6 +8,7 @@ use super::super::drawing_errors::DrawingErrors;
 use super::*;
 use crate::bearing::Law;
 use crate::bearing::constant::{Coefficients, Constant, Learned};
+use crate::bearing::flexibility::FlexibilityRow;
 use crate::bearing::foundation::{Foundation, FoundationMode};
 use crate::bearing::support::Pedestal;
 use crate::bearing::table::{Table, TableRow};
@@ -83,6 +84,7 @@ fn on_foundation() -> Rotor {
             mode(60.0, [0.2, 0.1, -0.1], [1.0, 0.8, 0.5]),
             mode(110.0, [1.0, -0.4, 0.3], [-0.2, 0.1, 0.6]),
         ],
+        ..Foundation::default()
     });
     rotor.probe.iter_mut().for_each(|p| p.mount = Mount::Housing);
     rotor
@@ -93,9 +95,33 @@ fn four_bearings_by_three_laws_with_probes_on_a_housing_equal_full_finite_elemen
     equals_full_finite_elements(&train());
 }
 
+/// The same with the foundation's flexibility measured at a few frequencies instead.
+fn on_measured_foundation() -> Rotor {
+    let mut rotor = on_foundation();
+    let by_modes = rotor.footing().unwrap();
+    let foundation = rotor.foundation.as_mut().unwrap();
+    let foot = |i: usize| format!("{}.{}", foundation.bearings[i / 2], ["x", "y"][i % 2]);
+    for frequency_hz in [10.0, 60.0, 110.0, 200.0, 300.0] {
+        let all = by_modes.flexibility(std::f64::consts::TAU * frequency_hz);
+        let row = |(i, j): (usize, usize)| FlexibilityRow {
+            frequency_hz,
+            response: foot(i),
+            force: foot(j),
+            real_m_n: all[(i, j)].re,
+            imaginary_m_n: all[(i, j)].im,
+        };
+        let measured: Vec<FlexibilityRow> =
+            (0..6).flat_map(|i| (0..=i).map(move |j| (i, j))).map(row).collect();
+        foundation.table.extend(measured);
+    }
+    foundation.mode.clear();
+    rotor
+}
+
 #[test]
 fn bearings_on_a_common_foundation_equal_full_finite_elements_and_differ_from_those_on_rigid_ground() {
     equals_full_finite_elements(&on_foundation());
+    equals_full_finite_elements(&on_measured_foundation());
     let mut rigid = on_foundation();
     rigid.foundation = None;
     let read = |rotor: &Rotor| {
@@ -141,9 +167,13 @@ fn a_probe_on_a_housing_that_moves_reads_otherwise_than_one_on_the_ground() {
 #[test]
 fn derivative_equals_differences_for_every_law_for_housings_and_for_a_foundation() {
     let effects = &["pedestal", "seal", "nonlinear_stiffness", "internal_damping"][..];
-    for (chosen, mut rotor) in
-        [(&[][..], train()), (effects, train()), (&[][..], on_foundation()), (effects, on_foundation())]
-    {
+    for (chosen, mut rotor) in [
+        (&[][..], train()),
+        (effects, train()),
+        (&[][..], on_foundation()),
+        (effects, on_foundation()),
+        (effects, on_measured_foundation()),
+    ] {
         if chosen.contains(&"pedestal") {
             // the effect states what the drawing must not
             rotor.bearing[1].pedestal = None;
