@@ -10,15 +10,7 @@ use rotor_edge_core::reading::Reading;
 
 use super::log::Logged;
 use super::states::States;
-
-/// Something and when it was complete on the bus, µs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Timed<T> {
-    /// As the recording counts time.
-    pub time_us: u64,
-    /// What it is.
-    pub what: T,
-}
+pub use super::timed::Timed;
 
 /// The unbalance of the planes that a result has, g·mm.
 pub fn planes_of(result: &MonitorResult) -> &[Pair] {

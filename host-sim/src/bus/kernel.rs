@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 use rotor_edge_core::can::Frame;
 use socketcan::{CanFrame, CanSocket, EmbeddedFrame, Socket};
 
-use super::CanBus;
+use super::can_bus::CanBus;
 use super::wire::WireFrame;
 
 const INTERFACES: &str = "/sys/class/net";

@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 use rotor_edge_core::can::Frame;
 
-use super::CanBus;
+use super::can_bus::CanBus;
 
 /// One participant; every frame goes to all the others.
 pub struct LocalPort {

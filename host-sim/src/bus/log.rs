@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use anyhow::{Context, Result, bail};
 use rotor_edge_core::can::Frame;
 
-use super::CanBus;
+use super::can_bus::CanBus;
 use super::wire::{WireFrame, bytes_of_hex, number_of_hex, push_hex};
 
 /// Name of the bus in our own recordings.

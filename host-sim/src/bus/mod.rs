@@ -12,6 +12,7 @@
 //! | [`log`], [`decoded`] | recordings, and the readings and results in them |
 //! | [`counters`], [`states`] | a monitor's counters and states from its frames |
 
+mod can_bus;
 pub mod codec;
 pub mod counters;
 pub mod decoded;
@@ -27,61 +28,19 @@ pub mod spec;
 pub mod states;
 pub mod stream;
 pub mod text_client;
+mod timed;
 pub mod virtual_bus;
 pub mod wire;
 
-use std::time::Duration;
-
 use anyhow::Result;
-use rotor_edge_core::can::Frame;
 
+pub use can_bus::CanBus;
 pub use local::{LocalPort, local_bus};
 pub use spec::BusSpec;
 use spec::Line;
 use stream::{Serial, Tcp};
 use text_client::TextClient;
 pub use virtual_bus::{BusConfig, Port, Traffic, VirtualBus, frame_bits};
-
-/// One participant's place on a real bus.
-pub trait CanBus: Send {
-    /// Puts a frame on the bus.
-    ///
-    /// # Errors
-    /// If the bus is gone or takes nothing any more.
-    fn send(&mut self, frame: &Frame) -> Result<()>;
-
-    /// The next frame of another participant; `None` if none came in time. A timeout of zero only looks.
-    ///
-    /// # Errors
-    /// If the bus is gone.
-    fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>>;
-
-    /// Which bus this is, for messages.
-    fn description(&self) -> String;
-
-    /// Extended, remote and error frames, and what could not be read as a frame: none of it is ours.
-    fn passed_over(&self) -> u64 {
-        0
-    }
-}
-
-impl<B: CanBus + ?Sized> CanBus for Box<B> {
-    fn send(&mut self, frame: &Frame) -> Result<()> {
-        (**self).send(frame)
-    }
-
-    fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>> {
-        (**self).receive(timeout)
-    }
-
-    fn description(&self) -> String {
-        (**self).description()
-    }
-
-    fn passed_over(&self) -> u64 {
-        (**self).passed_over()
-    }
-}
 
 /// Joins the bus that `spec` names, such as `slcan:127.0.0.1:29537`.
 ///

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use rotor_edge_core::can::Message;
 use rotor_edge_core::state::Status;
 
-use super::decoded::Timed;
+use super::timed::Timed;
 
 /// The changes of state or reason that a monitor told, and its last word.
 #[derive(Debug, Clone, Default)]

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail};
 use rotor_edge_core::can::Frame;
 
-use super::CanBus;
+use super::can_bus::CanBus;
 use super::codec::{Decoder, Heard};
 use super::slcan::{self, Lines};
 use super::socketcand::{self, Messages};

@@ -5,7 +5,7 @@ use rotor_edge_core::can::Frame;
 use rotor_edge_core::node::{NodeConfig, Save};
 use rotor_edge_core::state::Reason;
 
-use super::Store;
+use super::store::Store;
 use crate::edge::EdgeNode;
 
 /// A node with its store.

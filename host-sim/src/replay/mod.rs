@@ -5,6 +5,7 @@
 //! desktop crate.
 
 pub mod check;
+mod config;
 pub mod live;
 mod mirror;
 mod simulated;
@@ -12,39 +13,15 @@ pub mod timing;
 
 use anyhow::Result;
 use rotor_edge_core::can::{Counters, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, MonitorResult};
-use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::state::Status;
 use rotor_edge_desktop::measurement::Reading;
 
+use crate::bus::Traffic;
 use crate::bus::states::States;
-use crate::bus::{BusConfig, Traffic};
 use crate::edge::Deployment;
+pub use config::ReplayConfig;
 use timing::Timing;
 pub use timing::day;
-
-/// Settings of a replay.
-#[derive(Debug, Clone)]
-pub struct ReplayConfig {
-    /// The controller; its age limit and its heartbeat follow the record's pace.
-    pub node: NodeConfig,
-    /// Age beyond which a verdict is none any more, s; from the record's pace if absent.
-    pub age_limit_s: Option<f32>,
-    /// Days before which the controller loses its power, and is back.
-    pub power_cuts_d: Vec<f64>,
-    /// The bus between host and controller.
-    pub bus: BusConfig,
-}
-
-impl Default for ReplayConfig {
-    fn default() -> Self {
-        Self {
-            node: NodeConfig::new(1),
-            age_limit_s: None,
-            power_cuts_d: Vec::new(),
-            bus: BusConfig::default(),
-        }
-    }
-}
 
 /// One reading that the controller answered.
 #[derive(Debug, Clone, Copy)]

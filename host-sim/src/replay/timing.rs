@@ -4,7 +4,7 @@ use rotor_edge_core::can::{NumberedReading, reading_frames};
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_desktop::measurement::Reading;
 
-use super::ReplayConfig;
+use super::config::ReplayConfig;
 use crate::bus::frame_bits;
 use crate::edge::Deployment;
 

@@ -2,8 +2,8 @@
 
 use nalgebra::Complex;
 
-use super::Curve;
 use super::canvas::{Axis, Entry, Legend, axes, curve, measured as circles, px, svg};
+use super::curve::Curve;
 use super::scale::Scale;
 
 const AMPLITUDE_PX: f64 = 165.0;

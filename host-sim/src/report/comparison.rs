@@ -1,9 +1,11 @@
 //! The report of `compare`: verdict, tables, and figures for every probe and bearing.
 
 mod figures;
+mod prediction;
 mod tables;
 
-use nalgebra::Complex;
+pub use prediction::Prediction;
+
 use rotor_edge_desktop::compare::{Comparison, SIGNIFICANCE, Verdict};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
@@ -11,15 +13,6 @@ use rotor_edge_desktop::measurement::Reading;
 use super::document::Section;
 use super::scale::{number, rpm, three_digits};
 use figures::Run;
-
-/// One model's answer to a measurement.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Prediction {
-    /// What legends call it: "model", or "with seal at disk 3".
-    pub label: String,
-    /// Phasor of every probe of every reading, m.
-    pub predicted_m: Vec<Vec<Complex<f64>>>,
-}
 
 /// Everything that `compare --report` shows.
 ///

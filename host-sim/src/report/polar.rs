@@ -5,12 +5,12 @@ use plotters::prelude::{Circle, PathElement, Polygon, Text};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 
-use super::Curve;
 use super::bode::peak_to_peak_um;
 use super::canvas::{
     Chart, Drawn, Entry, FAINT, GRID, INK, Legend, TEXT_PX, WIDTH_PX, anchored, curve, line,
     measured as circles, plain, px, svg, text_width_px, write,
 };
+use super::curve::Curve;
 use super::scale::{Scale, number};
 
 const DISK_PX: f64 = 360.0;

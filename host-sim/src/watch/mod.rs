@@ -10,6 +10,7 @@
 //! | [`view`] | all of it drawn |
 //! | [`terminal`] | the loop between bus, keys and terminal |
 
+mod lists;
 pub mod load;
 pub mod monitor;
 pub mod reasons;

@@ -2,7 +2,7 @@
 
 use rotor_edge_core::state::Reason;
 
-use super::words::{listed, probe_numbers};
+use super::lists::{listed, probe_numbers};
 
 /// What a reason means to somebody who watches.
 #[derive(Debug, Clone, PartialEq, Eq)]

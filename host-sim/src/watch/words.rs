@@ -3,6 +3,8 @@
 use rotor_edge_core::can::PROTOCOL_VERSION;
 use rotor_edge_core::state::{NodeState, Reason, Status};
 
+use super::lists::listed;
+pub use super::lists::probe_numbers;
 use super::monitor::Monitor;
 use super::reasons::{Why, why};
 
@@ -202,21 +204,6 @@ fn jumping(monitor: &Monitor) -> Option<String> {
 /// Bearings are counted from 1 where people read them.
 pub fn bearing_number(bearing: u8) -> u8 {
     bearing + 1
-}
-
-/// The numbers of the probes in a mask, from 1.
-pub fn probe_numbers(mask: u8) -> Vec<u8> {
-    (0..8).filter(|probe| mask >> probe & 1 == 1).map(|probe| probe + 1).collect()
-}
-
-/// Numbers as in "1, 2 and 3".
-pub(super) fn listed(numbers: &[u8]) -> String {
-    let words: Vec<String> = numbers.iter().map(u8::to_string).collect();
-    match words.split_last() {
-        Some((last, [])) => last.clone(),
-        Some((last, others)) => format!("{} and {last}", others.join(", ")),
-        None => String::new(),
-    }
 }
 
 fn readings(number: u16) -> String {

@@ -10,7 +10,7 @@ use rotor_edge_desktop::startup::series::{Direction, Run};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 use serde_json::{Map, Value, json};
 
-use super::Answer;
+use super::answer::Answer;
 use crate::command::diagnose;
 
 /// The whole object.

@@ -1,23 +1,22 @@
 //! `startup`: a single-disk rotor from its start-up, where the simple model holds, and where and why it
 //! fails.
 
+mod answer;
 mod json;
+mod report;
 pub mod text;
 
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use nalgebra::Complex;
 use rotor_edge_desktop::Error;
 use rotor_edge_desktop::machine::rotor_file;
-use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::startup::chain::{Chain, Stage, chain, simple_stages};
-use rotor_edge_desktop::startup::series::Run;
-use rotor_edge_desktop::startup::{Options, PAPER_CLEARANCE_UM, PAPER_SPEEDS_RPM, Startup, startup};
+use rotor_edge_desktop::startup::chain::{chain, simple_stages};
+use rotor_edge_desktop::startup::{Options, PAPER_CLEARANCE_UM, PAPER_SPEEDS_RPM, startup};
 
 use super::output;
-use crate::report::startup_sections;
+use answer::Answer;
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -53,52 +52,6 @@ pub fn range(text: &str) -> Result<[f64; 2], String> {
     match bounds {
         Some([from, to]) if 0.0 < from && from < to => Ok([from, to]),
         _ => Err(format!("\"{text}\" is not a range of speeds, expected for example 600..4200")),
-    }
-}
-
-/// A start-up, evaluated, and what the answers are measured in.
-pub struct Answer {
-    /// The readings.
-    pub readings: Vec<Reading>,
-    /// The simple model.
-    pub found: Startup,
-    /// The models, from the simple one on.
-    pub stages: Vec<Stage>,
-    /// The rotor model, where one could be fitted.
-    pub chain: Option<Chain>,
-    /// Clearance that errors are given in percent of, µm.
-    pub clearance_um: f64,
-    /// Whether nobody stated it.
-    pub clearance_assumed: bool,
-    /// Names of the bearings.
-    pub bearings: [String; 2],
-    /// Speeds of interest, rpm.
-    pub speeds_rpm: Vec<f64>,
-    /// Range that errors are summed up over, rpm.
-    pub range_rpm: [f64; 2],
-    /// Runs whose weights are not known.
-    pub unknown_weights: Vec<String>,
-    /// What could not be done or was assumed, one sentence each.
-    pub remarks: Vec<String>,
-}
-
-impl Answer {
-    /// An error in percent of the clearance.
-    pub fn percent(&self, error_m: f64) -> f64 {
-        error_m * 1e8 / self.clearance_um
-    }
-
-    /// The disk's own unbalance: of the last model in one plane, or of the two-degree model, kg·m.
-    pub fn own_kg_m(&self) -> Option<Complex<f64>> {
-        match self.chain.as_ref().map(|c| c.unbalance_kg_m.as_slice()) {
-            Some([(one, _)]) => Some(*one),
-            _ => self.found.own_kg_m.map(|own| own.unbalance_kg_m),
-        }
-    }
-
-    /// Whether the weights of a run are known.
-    pub fn is_known(&self, run: &Run) -> bool {
-        !self.unknown_weights.iter().any(|u| u == run.label())
     }
 }
 
@@ -157,7 +110,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         rotor_file::write(path, &chain.outcome.rotor)?;
     }
     if let Some(path) = &arguments.form.report {
-        output::report(path, &format!("{}: start-up", rotor.name), startup_sections(&answer))?;
+        output::report(path, &format!("{}: start-up", rotor.name), report::sections(&answer))?;
     }
     if arguments.form.json {
         return output::json(&json::of(&answer));

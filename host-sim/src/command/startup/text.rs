@@ -7,7 +7,7 @@ use rotor_edge_desktop::startup::estimate::{METHODS, Shift};
 use rotor_edge_desktop::startup::series::Direction;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 
-use super::Answer;
+use super::answer::Answer;
 use crate::command::{diagnose, output};
 
 /// A resonance changes if its slope over the amplitude squared is this many standard deviations from none.

@@ -5,9 +5,9 @@ use rotor_edge_desktop::compare::{Comparison, ProbePair, probe_pairs};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
-use super::Prediction;
-use crate::report::Curve;
+use super::prediction::Prediction;
 use crate::report::bode::{bode, peak_to_peak_um};
+use crate::report::curve::Curve;
 use crate::report::document::{Figure, Section, identifier};
 use crate::report::orbit::{OrbitPanel, orbit};
 use crate::report::polar::polar;

@@ -1,5 +1,8 @@
 //! `balance`: correction weights from the identified model and from the trial runs alone.
 
+mod answer;
+mod report;
+
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
@@ -13,7 +16,7 @@ use serde_json::{Value, json};
 
 use super::output;
 use super::startup::range;
-use crate::report::balance_sections;
+use answer::Answer;
 
 /// Chance of a misfit from noise alone below which it is not noise.
 const CHANCE: f64 = 1e-3;
@@ -47,22 +50,6 @@ pub struct Arguments {
     runout: output::Runout,
     #[command(flatten)]
     form: output::Form,
-}
-
-/// Weights by both ways, and how they are told.
-pub struct Answer {
-    /// Name of the way and what it gave.
-    pub ways: Vec<(&'static str, Balanced)>,
-    /// Names of the correction planes.
-    pub planes: Vec<String>,
-    /// Speeds at which vibration counts, rpm.
-    pub range_rpm: [f64; 2],
-    /// Speed of the grade, rpm.
-    pub service_rpm: f64,
-    /// Whether angles count against the rotation.
-    pub against_rotation: bool,
-    /// What could not be done, one sentence each.
-    pub remarks: Vec<String>,
 }
 
 /// Runs the command.
@@ -114,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         remarks,
     };
     if let Some(path) = &arguments.form.report {
-        output::report(path, &format!("{}: balance", rotor.name), balance_sections(&answer))?;
+        output::report(path, &format!("{}: balance", rotor.name), report::sections(&answer))?;
     }
     if arguments.form.json {
         return output::json(&answer.json());

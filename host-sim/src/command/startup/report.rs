@@ -6,22 +6,22 @@ use rotor_edge_desktop::measurement::{rad_s, rpm as to_rpm};
 use rotor_edge_desktop::startup::series::{Point, Run, series};
 use rotor_edge_desktop::unbalance::G_MM;
 
-use super::bode::bode_of;
-use super::orbit::{OrbitPanel, orbit};
-use super::scale::rpm;
-use super::trend::{Trend, trend};
-use super::wave::wave;
-use super::{Curve, Figure, Section, Table, identifier};
-use crate::command::startup::Answer;
-use crate::command::startup::text::{
+use super::answer::Answer;
+use super::text::{
     ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_rows, model_lines, own_lines, pk_pk, run_rows, shift_lines,
     stage_columns, stage_rows,
 };
+use crate::report::bode::bode_of;
+use crate::report::orbit::{OrbitPanel, orbit};
+use crate::report::scale::rpm;
+use crate::report::trend::{Trend, trend};
+use crate::report::wave::wave;
+use crate::report::{Curve, Figure, Section, Table, identifier};
 
 type C = Complex<f64>;
 
 /// All sections.
-pub fn startup_sections(answer: &Answer) -> Vec<Section> {
+pub fn sections(answer: &Answer) -> Vec<Section> {
     let mut sections = vec![summary(answer), bodes(answer), errors(answer)];
     sections.extend([orbits(answer), waves(answer)].into_iter().filter(|s| !s.figures.is_empty()));
     sections

@@ -1,11 +1,11 @@
 //! What `balance --report` says: the weights, and the vibration with and without them.
 
-use super::trend::{Trend, trend};
-use super::{Figure, Section, Table, identifier};
-use crate::command::balance::Answer;
+use super::answer::Answer;
+use crate::report::trend::{Trend, trend};
+use crate::report::{Figure, Section, Table, identifier};
 
 /// All sections.
-pub fn balance_sections(answer: &Answer) -> Vec<Section> {
+pub fn sections(answer: &Answer) -> Vec<Section> {
     let weights = Table {
         caption: format!(
             "Unbalance to add to the machine without trial weights; angles from the keyphasor mark, {}",

@@ -1,0 +1,47 @@
+//! What every bus can do.
+
+use std::time::Duration;
+
+use anyhow::Result;
+use rotor_edge_core::can::Frame;
+
+/// One participant's place on a real bus.
+pub trait CanBus: Send {
+    /// Puts a frame on the bus.
+    ///
+    /// # Errors
+    /// If the bus is gone or takes nothing any more.
+    fn send(&mut self, frame: &Frame) -> Result<()>;
+
+    /// The next frame of another participant; `None` if none came in time. A timeout of zero only looks.
+    ///
+    /// # Errors
+    /// If the bus is gone.
+    fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>>;
+
+    /// Which bus this is, for messages.
+    fn description(&self) -> String;
+
+    /// Extended, remote and error frames, and what could not be read as a frame: none of it is ours.
+    fn passed_over(&self) -> u64 {
+        0
+    }
+}
+
+impl<B: CanBus + ?Sized> CanBus for Box<B> {
+    fn send(&mut self, frame: &Frame) -> Result<()> {
+        (**self).send(frame)
+    }
+
+    fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>> {
+        (**self).receive(timeout)
+    }
+
+    fn description(&self) -> String {
+        (**self).description()
+    }
+
+    fn passed_over(&self) -> u64 {
+        (**self).passed_over()
+    }
+}

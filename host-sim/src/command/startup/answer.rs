@@ -1,0 +1,53 @@
+//! What `startup` answers.
+
+use nalgebra::Complex;
+use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::startup::Startup;
+use rotor_edge_desktop::startup::chain::{Chain, Stage};
+use rotor_edge_desktop::startup::series::Run;
+
+/// A start-up, evaluated, and what the answers are measured in.
+pub struct Answer {
+    /// The readings.
+    pub readings: Vec<Reading>,
+    /// The simple model.
+    pub found: Startup,
+    /// The models, from the simple one on.
+    pub stages: Vec<Stage>,
+    /// The rotor model, where one could be fitted.
+    pub chain: Option<Chain>,
+    /// Clearance that errors are given in percent of, µm.
+    pub clearance_um: f64,
+    /// Whether nobody stated it.
+    pub clearance_assumed: bool,
+    /// Names of the bearings.
+    pub bearings: [String; 2],
+    /// Speeds of interest, rpm.
+    pub speeds_rpm: Vec<f64>,
+    /// Range that errors are summed up over, rpm.
+    pub range_rpm: [f64; 2],
+    /// Runs whose weights are not known.
+    pub unknown_weights: Vec<String>,
+    /// What could not be done or was assumed, one sentence each.
+    pub remarks: Vec<String>,
+}
+
+impl Answer {
+    /// An error in percent of the clearance.
+    pub fn percent(&self, error_m: f64) -> f64 {
+        error_m * 1e8 / self.clearance_um
+    }
+
+    /// The disk's own unbalance: of the last model in one plane, or of the two-degree model, kg·m.
+    pub fn own_kg_m(&self) -> Option<Complex<f64>> {
+        match self.chain.as_ref().map(|c| c.unbalance_kg_m.as_slice()) {
+            Some([(one, _)]) => Some(*one),
+            _ => self.found.own_kg_m.map(|own| own.unbalance_kg_m),
+        }
+    }
+
+    /// Whether the weights of a run are known.
+    pub fn is_known(&self, run: &Run) -> bool {
+        !self.unknown_weights.iter().any(|u| u == run.label())
+    }
+}
