@@ -34,17 +34,23 @@ impl FilmCurve {
 
     /// Coefficients at running speed; beyond what the film is solved for, as at the nearest speed that it is.
     pub fn at(&self, speed_rad_s: f64) -> Pair {
-        let [slowest, fastest] = self.range_rad_s();
-        match self.state(speed_rad_s.clamp(slowest, fastest.max(slowest))) {
+        match self.nearest(speed_rad_s) {
             Ok(state) => Pair { stiffness: state.stiffness_n_m, damping: state.damping_n_s_m },
             Err(_) => Pair { stiffness: Matrix2::repeat(f64::NAN), damping: Matrix2::repeat(f64::NAN) },
         }
     }
 
-    /// Motion of the journal from where it lies still to where it runs, m; `None` where either is not known.
+    /// Motion of the journal from where it lies still to where it runs, m, beyond what the film is solved for as [`Self::at`]; `None`
+    /// where either is not known.
     pub fn risen_m(&self, speed_rad_s: f64) -> Option<Vector2<f64>> {
-        let state = self.state(speed_rad_s).ok()?;
+        let state = self.nearest(speed_rad_s).ok()?;
         Some(Vector2::new(state.x_m, state.y_m) - self.at_rest? * self.clearance_m)
+    }
+
+    /// Equilibrium at the nearest speed that the film is solved for.
+    fn nearest(&self, speed_rad_s: f64) -> Result<FilmState, Error> {
+        let [slowest, fastest] = self.range_rad_s();
+        self.state(speed_rad_s.clamp(slowest, fastest.max(slowest)))
     }
 
     /// Slowest and fastest speed that the film is solved for, rad/s.

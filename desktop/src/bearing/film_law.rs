@@ -197,4 +197,26 @@ mod tests {
         );
         assert!(plain().curve().state(fastest * 1.1).is_err());
     }
+
+    #[test]
+    fn a_journal_that_begins_to_turn_rises_and_goes_with_the_rotation_and_never_further_than_the_bore() {
+        let curve = plain().curve();
+        let mut last_m = 0.0;
+        for speed_rad_s in [50.0, 150.0, 450.0] {
+            let risen = curve.risen_m(speed_rad_s).unwrap();
+            // from the lowest point, 1e-4 m below the centre, towards the centre: up, and to +x, where x turns to y
+            assert!(risen.x > 0.0 && risen.y > last_m && risen.y < 1e-4, "{risen}");
+            last_m = risen.y;
+        }
+    }
+
+    #[test]
+    fn a_film_that_is_out_of_its_range_has_its_journal_where_the_range_ends() {
+        let curve = plain().curve();
+        let [slowest, fastest] = curve.range_rad_s();
+        for (beyond, end) in [(0.1 * slowest, slowest), (10.0 * fastest, fastest)] {
+            assert!(curve.state(beyond).is_err());
+            assert_eq!(curve.risen_m(beyond), curve.risen_m(end));
+        }
+    }
 }

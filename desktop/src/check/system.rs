@@ -175,7 +175,7 @@ impl System {
         let footing = self.model.foundation.as_ref().filter(|f| f.modes().is_empty())?;
         let at = speed_rad_s.max(SLOWEST_RAD_S);
         let own = |s: &usize| self.model.supports[*s].law.dynamic_stiffness(at, [0.0; 2]);
-        let held = footing.held(at, &footing.bearings.iter().map(own).collect::<Vec<_>>())?;
+        let held = footing.held(at, &footing.bearings.iter().map(own).collect::<Vec<_>>());
         Some((footing, held.stiffness))
     }
 

@@ -3,7 +3,7 @@
 
 use nalgebra::Complex;
 
-use super::centreline::{Risen, observed};
+use super::centreline::{JournalReading, observed};
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::unbalance::phasor_kg_m;
@@ -41,7 +41,7 @@ pub struct Data {
     /// In the order of the file.
     pub rows: Vec<Row>,
     /// What gap voltages say about the journals' places.
-    pub(super) centreline: Vec<Risen>,
+    pub(super) centreline: Vec<JournalReading>,
 }
 
 impl Data {

@@ -56,7 +56,7 @@ impl<const D: usize> Problem<'_, D> {
         let footing = terms.foundation.as_ref()?;
         let own = |b: &usize| self.stiffness(terms.supports[*b].0, &terms.supports[*b].1, row);
         let own: Vec<_> = footing.bearings.iter().map(own).collect();
-        footing.held(self.data.rows[row].speed_rad_s, &own)
+        Some(footing.held(self.data.rows[row].speed_rad_s, &own))
     }
 
     /// What the probes on housings read of them in a row.

@@ -362,7 +362,7 @@ impl Rotor {
         let foundation = self.foundation.as_ref()?;
         let number = |name: &String| self.bearing.iter().position(|b| b.name == *name);
         let bearings = foundation.bearings.iter().filter_map(number).collect();
-        Some(Footing { bearings, give: foundation.give().ok()? })
+        Some(Footing { bearings, compliance: foundation.compliance().ok()? })
     }
 
     /// Height of each bearing above the straight line, in the order of the file, m.
@@ -373,5 +373,17 @@ impl Rotor {
     /// Index of the bearing that a probe belongs to.
     pub fn bearing_of(&self, probe: &Probe) -> Option<usize> {
         self.bearing.iter().position(|b| b.name == probe.bearing)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Gap;
+
+    #[test]
+    fn a_shaft_a_tenth_of_a_millimetre_nearer_makes_a_gap_of_200_mv_per_mil_less_negative_by_787_mv() {
+        let gap: Gap = toml::from_str("at_rest_v = -10.0").unwrap();
+        assert!((gap.moved_m(-10.0 + 0.787) - 1e-4).abs() < 1e-12);
+        assert!((200e-3 / 25.4e-3 / gap.sensitivity_v_mm - 1.0).abs() < 1e-3);
     }
 }

@@ -163,7 +163,7 @@ impl Model {
     fn on_foundation(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> Option<Held> {
         let footing = self.foundation.as_ref()?;
         let own = |s: &usize| self.supports[*s].law.dynamic_stiffness(speed_rad_s, amplitudes_m[*s]);
-        footing.held(speed_rad_s, &footing.bearings.iter().map(own).collect::<Vec<_>>())
+        Some(footing.held(speed_rad_s, &footing.bearings.iter().map(own).collect::<Vec<_>>()))
     }
 
     /// Motion of the housing of a support in x and y, per motion of the shaft: that of the supports it depends on.

@@ -1,7 +1,5 @@
 //! `compare`: model against measurement.
 
-use std::path::PathBuf;
-
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::compare::{Comparison, Verdict};
@@ -13,19 +11,15 @@ use crate::report::{Prediction, comparison_sections};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The rotor, rotor.toml
-    rotor: PathBuf,
-    /// What was measured on it, measured.csv
-    data: PathBuf,
     #[command(flatten)]
-    runout: output::Runout,
+    measured: output::Measured,
     #[command(flatten)]
     form: output::Form,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data, &arguments.runout)?;
+    let (rotor, readings) = arguments.measured.read()?;
     let working = output::spinner("fitting bearings and planes");
     let best = best_fit(&rotor, &readings)?;
     working.finish_and_clear();
@@ -39,7 +33,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return output::json(&summary(&comparison, &best.remarks));
     }
     print(&comparison, &best.remarks);
-    let (rotor, data, runout) = (arguments.rotor.display(), arguments.data.display(), &arguments.runout);
+    let output::Measured { rotor, data, runout } = &arguments.measured;
+    let (rotor, data) = (rotor.display(), data.display());
     match comparison.verdict {
         Verdict::Adequate => {
             println!("\nNext: nothing is missing; follow the unbalance with rotor-edge replay.")

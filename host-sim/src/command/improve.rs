@@ -12,22 +12,18 @@ use super::output;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The rotor, rotor.toml
-    rotor: PathBuf,
-    /// What was measured on it, measured.csv
-    data: PathBuf,
+    #[command(flatten)]
+    measured: output::Measured,
     /// Where to write the better model
     #[arg(short, long)]
     output: PathBuf,
-    #[command(flatten)]
-    runout: output::Runout,
     #[command(flatten)]
     form: output::Form,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data, &arguments.runout)?;
+    let (rotor, readings) = arguments.measured.read()?;
     let outcome = improve(&rotor, &readings, |step| {
         if !arguments.form.json {
             print(step);
@@ -58,8 +54,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ),
         _ => println!(
             "Next: see what is left, and what to measure\n  rotor-edge diagnose {path} {}{}",
-            arguments.data.display(),
-            arguments.runout
+            arguments.measured.data.display(),
+            arguments.measured.runout
         ),
     }
     Ok(())

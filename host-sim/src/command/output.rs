@@ -32,6 +32,24 @@ pub fn read(rotor: &Path, data: &Path, runout: &Runout) -> Result<(Rotor, Vec<Re
     Ok((rotor, readings))
 }
 
+/// A machine and measurements of it, as most commands take them.
+#[derive(Debug, Args)]
+pub struct Measured {
+    /// The rotor, rotor.toml
+    pub rotor: PathBuf,
+    /// What was measured on it, measured.csv
+    pub data: PathBuf,
+    #[command(flatten)]
+    pub runout: Runout,
+}
+
+impl Measured {
+    /// Reads both.
+    pub fn read(&self) -> Result<(Rotor, Vec<Reading>)> {
+        read(&self.rotor, &self.data, &self.runout)
+    }
+}
+
 /// How the runout of the probes is known.
 #[derive(Debug, Default, Args)]
 pub struct Runout {

@@ -31,7 +31,7 @@ pub(super) fn check(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         (false, false) => return c.fail("[foundation]", "has modes and a table, expected one of the two"),
         _ => (),
     }
-    if let Err((row, what)) = foundation.give() {
+    if let Err((row, what)) = foundation.compliance() {
         let key =
             if row == 0 { "[foundation] table".into() } else { format!("[foundation] table row {row}") };
         return c.fail(key, what);

@@ -2,8 +2,6 @@
 
 pub mod report;
 
-use std::path::PathBuf;
-
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Verdict, diagnose};
@@ -14,22 +12,18 @@ use super::output;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The rotor, rotor.toml
-    rotor: PathBuf,
-    /// What was measured on it, measured.csv
-    data: PathBuf,
+    #[command(flatten)]
+    measured: output::Measured,
     /// Candidates to list
     #[arg(long, default_value_t = 8)]
     top: usize,
-    #[command(flatten)]
-    runout: output::Runout,
     #[command(flatten)]
     form: output::Form,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data, &arguments.runout)?;
+    let (rotor, readings) = arguments.measured.read()?;
     let working = output::spinner("diagnosing");
     let found = diagnose(&rotor, &readings)?;
     working.finish_and_clear();
@@ -103,7 +97,8 @@ fn print(found: &Diagnosis, top: usize) {
 }
 
 fn print_next(arguments: &Arguments, found: &Diagnosis) {
-    let (rotor, data, runout) = (arguments.rotor.display(), arguments.data.display(), &arguments.runout);
+    let output::Measured { rotor, data, runout } = &arguments.measured;
+    let (rotor, data) = (rotor.display(), data.display());
     match (found.verdict, found.candidates.first()) {
         (Verdict::Missing, Some(best)) => {
             println!(
