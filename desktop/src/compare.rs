@@ -18,6 +18,7 @@ use nalgebra::Complex;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use crate::inference::significance::SURE;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 
@@ -56,6 +57,8 @@ pub struct Comparison {
     pub neighbours: Neighbours,
     /// Noise, or physics.
     pub verdict: Verdict,
+    /// Probability that nothing is missing, where every known effect was weighed against it.
+    pub nothing_missing: Option<f64>,
     /// Every forward whirl appears backward: probes swapped, or phases with the wrong sign.
     pub reversed: bool,
     /// The value furthest from the model, in standard deviations; `None` if all were lost.
@@ -183,6 +186,7 @@ impl Comparison {
             degrees_of_freedom,
             chi2_p_value,
             neighbours,
+            nothing_missing: None,
             verdict: if fits { Verdict::Adequate } else { Verdict::Misses },
             reversed: reversal::reversed(&pairs, &values),
             worst: values.worst(rotor, readings),
@@ -192,6 +196,16 @@ impl Comparison {
             whirl: pairs.iter().map(|p| WhirlMisfit::new(rotor, p, &values)).collect(),
             standardised,
         }
+    }
+}
+
+impl Comparison {
+    /// The same with the verdict of a diagnosis, which knows that noise can be larger than stated and correlated: a model
+    /// misses if it is less probable than [`SURE`] that nothing is missing.
+    #[must_use]
+    pub fn judged_by(self, nothing_missing: f64) -> Self {
+        let verdict = if nothing_missing < SURE { Verdict::Misses } else { Verdict::Adequate };
+        Self { verdict, nothing_missing: Some(nothing_missing), ..self }
     }
 }
 

@@ -4,7 +4,7 @@
 use std::sync::OnceLock;
 
 use crate::machine::{Machine, diagnosed};
-use rotor_edge_desktop::diagnose::{Diagnosis, Verdict, add};
+use rotor_edge_desktop::diagnose::{Diagnosis, SURE, Verdict, add};
 
 /// Four hide; the smallest, under a tilting-pad bearing, is followed by what is learned of the bearings.
 const BOWS_NAMED: usize = 3;
@@ -14,16 +14,21 @@ fn found() -> &'static [(Machine, Diagnosis)] {
     FOUND.get_or_init(|| diagnosed("film"))
 }
 
+/// Whether an answer says that something is missing; that something may be is no claim.
+fn claims(answer: &Diagnosis) -> bool {
+    answer.verdict != Verdict::Adequate && answer.nothing_missing < SURE
+}
+
 #[test]
 fn nothing_is_claimed_on_a_film_machine_that_hides_nothing() {
     for (m, answer) in found().iter().filter(|(m, _)| m.truth.is_empty()) {
-        assert_eq!(answer.verdict, Verdict::Adequate, "{}: {}", m.name, answer.summary);
+        assert!(!claims(answer), "{}: {}", m.name, answer.summary);
     }
 }
 
 #[test]
 fn what_is_named_on_a_film_machine_is_there_or_in_a_group_that_holds_it() {
-    for (m, answer) in found().iter().filter(|(_, a)| a.verdict != Verdict::Adequate) {
+    for (m, answer) in found().iter().filter(|(_, a)| claims(a)) {
         assert!(m.is_named_by(answer), "{}: {}", m.name, answer.summary);
     }
 }

@@ -1,16 +1,12 @@
 //! What a diagnosis says.
 
+use super::determined::Determined;
 use super::parameters::FittedParameter;
+use super::unknown::UnknownCause;
 use crate::effects::Knowledge;
+use crate::inference::scatter::Scatter;
+pub use crate::inference::significance::{RIVAL, SURE};
 use crate::machine::drawing::Noise;
-
-/// A claim needs this little probability that nothing is missing.
-pub const SURE: f64 = 0.05;
-/// A rival with less than this share of the best one's probability is ruled out.
-pub const RIVAL: f64 = 0.05;
-
-/// Standard deviations of χ² per value above one within which a fit is enough.
-pub const ENOUGH: f64 = 5.0;
 
 /// What the diagnosis says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +17,10 @@ pub enum Verdict {
     Missing,
     /// Something is missing or may be, and the data cannot tell what.
     Undecided,
+    /// Something is missing that no known effect explains.
+    Unknown,
+    /// Noise explains the misfit, but the data do not determine what the model is used for.
+    NotDetermined,
 }
 
 impl Verdict {
@@ -30,6 +30,8 @@ impl Verdict {
             Self::Adequate => "adequate",
             Self::Missing => "missing",
             Self::Undecided => "undecided",
+            Self::Unknown => "unknown",
+            Self::NotDetermined => "not_determined",
         }
     }
 }
@@ -79,6 +81,8 @@ pub struct HeldOut {
     pub before: f64,
     /// Of the model with the best candidate.
     pub after: f64,
+    /// Whether the candidate predicts them worse, by more than chance.
+    pub worse: bool,
 }
 
 /// The answer.
@@ -106,8 +110,14 @@ pub struct Diagnosis {
     pub advice: Vec<Advice>,
     /// What was found odd in the data, one sentence each.
     pub remarks: Vec<String>,
-    /// The noise that was gone by.
+    /// The noise as stated.
     pub noise: Noise,
+    /// The noise over that, as the model that the verdict stands on leaves it.
+    pub scatter: Scatter,
+    /// What is known of a cause outside the list, where it is probable.
+    pub unknown: Option<UnknownCause>,
+    /// What the data say about the planes of the model as it is.
+    pub determined: Determined,
 }
 
 /// A measurement that would tell rivals apart.

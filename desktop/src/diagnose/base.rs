@@ -24,7 +24,7 @@ pub struct Tried {
 
 impl Tried {
     pub fn drawing<'t>(&'t self, base: &'t Base) -> &'t Drawing {
-        self.own_drawing.as_ref().unwrap_or(base.search().0)
+        self.own_drawing.as_ref().unwrap_or(&base.search.0)
     }
 }
 
@@ -34,9 +34,9 @@ pub struct Base<'a> {
     pub hypothesis: Hypothesis<'a>,
     pub drawing: Drawing,
     pub fit: Fit,
-    /// Where an inexact drawing is searched for candidates: its errors taken as linear around the drawing as
-    /// stated, for the most probable errors of a model that lacks something make up for what it lacks.
-    pub search: Option<(Drawing, Fit)>,
+    /// Where candidates are searched: noise as stated, errors of the drawing taken as linear around the drawing as
+    /// stated; for the most probable noise and errors of a model that lacks something make up for what it lacks.
+    pub search: (Drawing, Fit),
 }
 
 /// The model of a file as a hypothesis: its effects refitted along with bearings and planes.
@@ -80,15 +80,14 @@ impl<'a> Base<'a> {
         let x =
             rescaled(&Hypothesis { scales: fitter.scales(None), ..hypothesis.clone() }, &hypothesis, &rough);
         let mut fit = fitter.fit(&hypothesis, &[x], &drawing, Effort::Search, Some(&rough.amplitudes))?;
-        let mut search = None;
+        let around = fitter.around_the_stated(&hypothesis, &fit)?;
+        let start = [fit.x.clone()];
+        let there = fitter.fit(&hypothesis, &start, &around, Effort::Search, Some(&fit.amplitudes))?;
         if !fitter.drawing_is_exact() {
-            let around = fitter.around_the_stated(&hypothesis, &fit)?;
-            let start = [fit.x.clone()];
-            let there = fitter.fit(&hypothesis, &start, &around, Effort::Search, Some(&fit.amplitudes))?;
             (fit, drawing) = fitter.settled(&hypothesis, &fit, &drawing, Effort::Search)?;
-            search = Some((around, there));
         }
-        Ok(Self { fitter, hypothesis, drawing, fit, search })
+        let (fit, drawing) = fitter.under_own_scatter(&hypothesis, fit, drawing)?;
+        Ok(Self { fitter, hypothesis, drawing, fit, search: (around, there) })
     }
 
     /// Search coordinates of a candidate's fit in the scales that the file's hypothesis starts from.
@@ -121,42 +120,38 @@ impl<'a> Base<'a> {
         let mut tried: Vec<Tried> =
             self.possible().into_par_iter().filter_map(|a| self.attempt(a).ok()).collect();
         strongest_first(&mut tried);
-        if self.search.is_some() {
-            let many = REFINED.min(tried.len());
-            let (refined, rest) = tried.split_at_mut(many);
-            for t in refined.iter_mut() {
-                self.refine(t)?;
-            }
-            // behind those whose drawing errors were settled
-            let least = refined.iter().map(|t| t.delta_bic).fold(f64::INFINITY, f64::min);
-            rest.iter_mut().for_each(|t| t.delta_bic = t.delta_bic.min(least));
-            strongest_first(&mut tried);
-        }
-        for t in tried.iter_mut().take(REFINED) {
-            self.finish(t)?;
-        }
+        let many = REFINED.min(tried.len());
+        let (refined, rest) = tried.split_at_mut(many);
+        refined.par_iter_mut().try_for_each(|t| {
+            self.refine(t)?;
+            self.finish(t)
+        })?;
+        // behind those whose noise and drawing errors were settled
+        let least = refined.iter().map(|t| t.delta_bic).fold(f64::INFINITY, f64::min);
+        rest.iter_mut().for_each(|t| t.delta_bic = t.delta_bic.min(least));
         strongest_first(&mut tried);
         Ok(tried)
     }
 
-    /// Where candidates are searched: a drawing, and the model's fit on it.
-    pub fn search(&self) -> (&Drawing, &Fit) {
-        self.search.as_ref().map_or((&self.drawing, &self.fit), |(drawing, fit)| (drawing, fit))
-    }
-
     pub fn attempt(&self, assumed: Assumed) -> Result<Tried, Error> {
-        let (drawing, base) = self.search();
+        let (drawing, base) = &self.search;
         let with = self.hypothesis.with(assumed);
         let starts = starts_for(&self.hypothesis, base, assumed);
         let fit = self.fitter.fit(&with, &starts, drawing, Effort::Search, Some(&base.amplitudes))?;
-        let delta_bic = base.bic() - fit.bic();
+        let under_own = |fit: &Fit| self.fitter.cost_under_own_scatter(fit, drawing) + fit.occam();
+        let delta_bic = under_own(base) - under_own(&fit);
         Ok(Tried { assumed, delta_bic, fit, disqualified: None, own_drawing: None })
     }
 
-    /// Settles the drawing's errors together with a candidate.
+    /// Settles noise and drawing errors together with a candidate.
     pub fn refine(&self, t: &mut Tried) -> Result<(), Error> {
         let with = self.hypothesis.with(t.assumed);
-        let (fit, own) = self.fitter.settled(&with, &t.fit, self.search().0, Effort::Search)?;
+        let (fit, own) = if self.fitter.drawing_is_exact() {
+            (t.fit.clone(), self.fitter.exact_drawing())
+        } else {
+            self.fitter.settled(&with, &t.fit, &self.search.0, Effort::Search)?
+        };
+        let (fit, own) = self.fitter.under_own_scatter(&with, fit, own)?;
         t.delta_bic = self.fit.bic() - fit.bic();
         (t.fit, t.own_drawing) = (fit, Some(own));
         Ok(())
@@ -168,6 +163,12 @@ impl<'a> Base<'a> {
         t.fit.covariance = self.fitter.covariance(&with, &t.fit, t.drawing(self))?;
         t.disqualified = parameters::beyond_physics(&parameters::of(&with, &t.fit));
         Ok(())
+    }
+
+    /// The model's fit by which people are told how far it is off: the one that is closer in noise as stated, for where
+    /// something is missing the noise that is left is no measure.
+    pub fn closest(&self) -> &Fit {
+        if self.fit.stated_chi2 <= self.search.1.stated_chi2 { &self.fit } else { &self.search.1 }
     }
 
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²).

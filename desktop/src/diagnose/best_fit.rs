@@ -5,10 +5,12 @@ use nalgebra::{Complex, DMatrix};
 use super::as_file::as_file;
 use super::base::Base;
 use super::checks;
+use super::determined::Determined;
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::identify::assumed_noise;
+use crate::inference::scatter::Scatter;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 
@@ -23,6 +25,10 @@ pub struct BestFit {
     pub unbalance_kg_m: Vec<Complex<f64>>,
     /// Covariance of its real and imaginary parts, plane by plane.
     pub unbalance_covariance: DMatrix<f64>,
+    /// The same for people.
+    pub determined: Determined,
+    /// The noise over what is stated, as the model leaves it.
+    pub scatter: Scatter,
     /// χ² per measured real number.
     pub chi2_per_value: f64,
     /// Real numbers that were fitted.
@@ -44,7 +50,8 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
     checks::enough(&fitter)?;
     remarks.extend(checks::assumed(rotor, &noise));
     let base = Base::fit(&fitter)?;
-    checks::after(&base, rotor, readings, &noise)?;
+    checks::not_reversed(&base, rotor, readings, &noise)?;
+    checks::this_machine(rotor, base.relative_error(base.closest()))?;
     remarks.extend(checks::beyond_grade(rotor, &base.fit.unknowns));
     let mut flat = base.fit.predicted_m.iter().copied();
     let predicted_m = readings
@@ -59,12 +66,16 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
         || DMatrix::from_element(2 * planes, 2 * planes, f64::NAN),
         |c| c.view((first, first), (2 * planes, 2 * planes)).into_owned(),
     );
+    let names = rotor.plane.iter().map(|p| p.name.as_str());
+    let unbalance_kg_m = base.fit.unknowns[..planes].to_vec();
     Ok(BestFit {
+        determined: Determined::new(names, &unbalance_kg_m, &unbalance_covariance),
+        scatter: base.drawing.scatter(),
         rotor: fitter.corrected(fitted, &base.fit, &base.drawing),
         predicted_m,
-        unbalance_kg_m: base.fit.unknowns[..planes].to_vec(),
+        unbalance_kg_m,
         unbalance_covariance,
-        chi2_per_value: base.fit.chi2_per_value(),
+        chi2_per_value: base.closest().chi2_per_value(),
         free_parameters: base.hypothesis.size() + 2 * base.fit.unknowns.len(),
         noise,
         remarks,

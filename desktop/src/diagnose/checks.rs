@@ -4,6 +4,7 @@ use nalgebra::Complex;
 
 use super::base::Base;
 use crate::balance::grade::{largest_plausible_g_mm, permissible_g_mm};
+use crate::compare::{ProbePair, probe_pairs};
 use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::{Effort, Fitter};
@@ -94,12 +95,12 @@ pub fn enough(fitter: &Fitter) -> Result<(), Error> {
     )))
 }
 
-/// Checks against the fitted model: is every forward whirl measured backward, is it this machine?
+/// Whether every forward whirl is measured backward.
 ///
 /// # Errors
-/// If the phases are reversed, or the data look like another machine's.
-pub fn after(base: &Base, rotor: &Rotor, readings: &[Reading], noise: &Noise) -> Result<(), Error> {
-    if base.fit.chi2_per_value() < 2.0 {
+/// If the phases are reversed.
+pub fn not_reversed(base: &Base, rotor: &Rotor, readings: &[Reading], noise: &Noise) -> Result<(), Error> {
+    if base.closest().chi2_per_value() < 2.0 || !goes_backward(rotor, readings) {
         return Ok(());
     }
     let mirrored: Vec<Reading> = readings
@@ -107,28 +108,49 @@ pub fn after(base: &Base, rotor: &Rotor, readings: &[Reading], noise: &Noise) ->
         .map(|r| Reading { probes: r.probes.iter().map(|y| y.map(|y| y.conj())).collect(), ..r.clone() })
         .collect();
     let fitter = Fitter::new(rotor, Data::new(rotor, noise, &mirrored));
-    let start = [base.hypothesis_start(), base.fit.x.clone()];
-    let amplitudes = Some(&base.fit.amplitudes);
+    let start = [base.hypothesis_start(), base.search.1.x.clone()];
+    let amplitudes = Some(&base.search.1.amplitudes);
     // as stated: the most probable errors of a machine turned round mean nothing
     let drawing = fitter.exact_drawing();
     let reversed = fitter.fit(&base.hypothesis, &start, &drawing, Effort::Search, amplitudes);
-    if reversed.is_ok_and(|r| r.chi2 < 0.25 * base.fit.chi2) {
+    if reversed.is_ok_and(|r| r.chi2 < 0.25 * base.search.1.chi2) {
         return Err(Error::Unsuitable(
             "the phases are reversed: every forward whirl appears backward. Change the sign of all _sin_um columns, \
              or swap the X and Y probes"
                 .into(),
         ));
     }
-    let error = base.relative_error(&base.fit);
-    if error > ANOTHER_MACHINE {
-        return Err(Error::Unsuitable(format!(
-            "these look like the data of another machine: with bearings and unbalance free the model of \"{}\" still \
-             misses {:.0} % of the vibration",
-            rotor.name,
-            error * 100.0
-        )));
-    }
     Ok(())
+}
+
+/// Whether the shaft whirls against its rotation on the average of all readings and bearings, each bearing counted alike; it
+/// takes two probes that are not parallel to see that.
+fn goes_backward(rotor: &Rotor, readings: &[Reading]) -> bool {
+    let pairs = probe_pairs(rotor);
+    let excess = |pair: &ProbePair| -> f64 {
+        let whirl = |r: &Reading| Some(pair.whirl([r.probes[pair.probes[0]]?, r.probes[pair.probes[1]]?]));
+        let seen: Vec<[Complex<f64>; 2]> = readings.iter().filter_map(whirl).collect();
+        let energy = |way: usize| seen.iter().map(|w| w[way].norm_sqr()).sum::<f64>();
+        let (forward, backward) = (energy(0), energy(1));
+        (backward - forward) / (backward + forward).max(f64::MIN_POSITIVE)
+    };
+    pairs.iter().map(excess).sum::<f64>() > 0.0
+}
+
+/// Whether the best that a model can do is this machine at all.
+///
+/// # Errors
+/// If it misses most of the vibration.
+pub fn this_machine(rotor: &Rotor, relative_error: f64) -> Result<(), Error> {
+    if relative_error <= ANOTHER_MACHINE {
+        return Ok(());
+    }
+    Err(Error::Unsuitable(format!(
+        "these look like the data of another machine: with bearings and unbalance free the model of \"{}\" still misses \
+         {:.0} % of the vibration",
+        rotor.name,
+        relative_error * 100.0
+    )))
 }
 
 #[cfg(test)]

@@ -2,6 +2,10 @@
 
 use super::answer::{Candidate, Diagnosis, SURE, Verdict};
 use super::base::{Base, Tried};
+use super::determined::Determined;
+use super::rank::Ranking;
+use super::unknown::Unknown;
+use super::verdict::{Evidence, Said};
 use super::{advice, checks, evidence, held_out, parameters, rank};
 use crate::error::Error;
 use crate::fit::Fitter;
@@ -21,23 +25,34 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
     remarks.extend(checks::assumed(rotor, &noise));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     let base = Base::fit(&fitter)?;
-    checks::after(&base, rotor, readings, &noise)?;
+    checks::not_reversed(&base, rotor, readings, &noise)?;
+    let determined = Determined::by(&base, &base.hypothesis, &base.fit, &base.drawing)?;
     if let Some(why) = rank::saturation(&base) {
-        return Ok(base.undecidable(why, noise, remarks));
+        return Ok(base.undecidable(why, noise, remarks, determined));
     }
-    let tried = base.try_all()?;
-    let ranking = rank::rank(&base, &tried);
+    let Weighed { tried, unknown, ranking } = base.weighed()?;
     let held_out = match tried.first() {
         Some(best) if ranking.nothing_missing < SURE => Some(held_out::check(&base, best, readings, &noise)?),
         _ => None,
     };
-    let (verdict, summary) = rank::verdict(&base, &tried, &ranking, held_out);
+    let evidence = Evidence {
+        base: &base,
+        tried: &tried,
+        ranking: &ranking,
+        unknown: &unknown,
+        held_out,
+        determined: &determined,
+    };
+    let least = tried.iter().map(|t| base.relative_error(&t.fit)).fold(f64::INFINITY, f64::min);
+    checks::this_machine(rotor, least.min(base.relative_error(base.closest())))?;
+    let Said { verdict, summary, scatter, outside } = evidence.verdict()?;
     let advice = match verdict {
         Verdict::Undecided => advice::between_fits(&base, &tried, &ranking, &noise),
         _ => Vec::new(),
     };
     let stands_on = if verdict == Verdict::Missing { tried.first().map(|t| &t.fit) } else { None };
     remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&base.fit).unknowns));
+    let cause = (verdict == Verdict::Unknown || outside >= SURE).then(|| unknown.cause(outside));
     let candidates = tried
         .iter()
         .zip(&ranking.probabilities)
@@ -46,8 +61,8 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
     Ok(Diagnosis {
         verdict,
         summary,
-        error_before: base.relative_error(&base.fit),
-        chi2_per_value: base.fit.chi2_per_value(),
+        error_before: base.relative_error(base.closest()),
+        chi2_per_value: base.closest().chi2_per_value(),
         nothing_missing: ranking.nothing_missing,
         candidates,
         indistinguishable: ranking.groups,
@@ -56,12 +71,36 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
         advice,
         remarks,
         noise,
+        scatter,
+        unknown: cause,
+        determined,
     })
 }
 
+/// Every explanation of what a model misses, with its probability.
+pub struct Weighed {
+    pub tried: Vec<Tried>,
+    pub unknown: Unknown,
+    pub ranking: Ranking,
+}
+
 impl Base<'_> {
+    /// Known effects, an unknown force and nothing at all, weighed against one another.
+    pub fn weighed(&self) -> Result<Weighed, Error> {
+        let tried = self.try_all()?;
+        let unknown = Unknown::beside(self)?;
+        let ranking = rank::rank(self, &tried, Some(unknown.delta_bic));
+        Ok(Weighed { tried, unknown, ranking })
+    }
+
     /// The answer where bearings and planes alone use up what the data hold: anything is possible.
-    pub fn undecidable(&self, why: String, noise: Noise, remarks: Vec<String>) -> Diagnosis {
+    pub fn undecidable(
+        &self,
+        why: String,
+        noise: Noise,
+        remarks: Vec<String>,
+        determined: Determined,
+    ) -> Diagnosis {
         let rotor = self.fitter.rotor;
         let possible = self.possible();
         let error_before = self.relative_error(&self.fit);
@@ -92,6 +131,9 @@ impl Base<'_> {
             advice: advice::between_typical(self, &possible, &noise),
             remarks,
             noise,
+            scatter: self.drawing.scatter(),
+            unknown: None,
+            determined,
         }
     }
 
@@ -112,4 +154,15 @@ impl Base<'_> {
             knowledge: t.assumed.effect.knowledge(),
         }
     }
+}
+
+/// Probability that nothing is missing in a model: what [`diagnose`] goes by, without the words.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn nothing_missing(rotor: &Rotor, readings: &[Reading]) -> Result<f64, Error> {
+    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    let base = Base::fit(&fitter)?;
+    Ok(base.weighed()?.ranking.nothing_missing)
 }

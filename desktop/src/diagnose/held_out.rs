@@ -5,18 +5,21 @@ use super::base::{Base, Tried};
 use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Hypothesis;
-use crate::fit::{Effort, Fit, Fitter};
+use crate::fit::{Drawing, Effort, Fit, Fitter};
 use crate::machine::drawing::Noise;
 use crate::measurement::Reading;
 
+/// Standard deviations by which left-out readings must be predicted worse before an effect is doubted: 2 % of all right
+/// effects look that bad.
+const WORSE: f64 = 2.0;
 /// Blocks of neighbouring speeds that are left out in turn.
 const BLOCKS: usize = 4;
 
-/// χ² on left-out readings per real number, without and with the candidate; the drawing as it was found
-/// in the fit to all.
+/// χ² on left-out readings per real number, without and with the candidate, each on the drawing that was found with
+/// it in the fit to all.
 pub fn check(base: &Base, best: &Tried, readings: &[Reading], noise: &Noise) -> Result<HeldOut, Error> {
     let with = base.hypothesis.with(best.assumed);
-    let (mut before, mut after, mut values) = (0.0, 0.0, 0);
+    let (mut before, mut after) = (Vec::new(), Vec::new());
     for block in 0..BLOCKS {
         let part = |inside: bool| -> Vec<usize> {
             let blocked = |i: &usize| (i * 2 * BLOCKS / readings.len() % BLOCKS == block) == inside;
@@ -28,26 +31,29 @@ pub fn check(base: &Base, best: &Tried, readings: &[Reading], noise: &Noise) -> 
         };
         let (kept, left) = (part(false), part(true));
         let sides = [(fitter(&kept), kept), (fitter(&left), left)];
-        before += misfit(&sides, &base.hypothesis, &base.fit, base)?;
-        after += misfit(&sides, &with, &best.fit, base)?;
-        values += 2 * sides[1].0.data.count();
+        before.extend(misfits(&sides, &base.hypothesis, &base.fit, &base.drawing)?);
+        after.extend(misfits(&sides, &with, &best.fit, best.drawing(base))?);
     }
-    let per_value = |chi2: f64| chi2 / values.max(1) as f64;
-    Ok(HeldOut { before: per_value(before), after: per_value(after) })
+    let per_value = |all: &[f64]| all.iter().sum::<f64>() / all.len().max(1) as f64;
+    // a difference for each real number, and how far their sum would scatter if it were nothing
+    let differences = || after.iter().zip(&before).map(|(after, before)| after - before);
+    let scatter = differences().map(|d| d * d).sum::<f64>().sqrt();
+    let worse = differences().sum::<f64>() > WORSE * scatter;
+    Ok(HeldOut { before: per_value(&before), after: per_value(&after), worse })
 }
 
-/// χ² on the second side of a hypothesis fitted to the first.
-fn misfit(
+/// Squared misfits on the second side of a hypothesis fitted to the first.
+fn misfits(
     [(kept, kept_rows), (left, left_rows)]: &[(Fitter, Vec<usize>); 2],
     hypothesis: &Hypothesis,
     fit: &Fit,
-    base: &Base,
-) -> Result<f64, Error> {
+    drawing: &Drawing,
+) -> Result<Vec<f64>, Error> {
     let of = |rows: &[usize]| rows.iter().map(|r| fit.amplitudes[*r].clone()).collect::<Vec<_>>();
     let amplitudes = of(kept_rows);
     let start = [fit.x.clone()];
-    let mut refit = kept.fit(hypothesis, &start, &base.drawing.fixed(), Effort::Search, Some(&amplitudes))?;
+    let mut refit = kept.fit(hypothesis, &start, &kept.known(drawing), Effort::Search, Some(&amplitudes))?;
     // the supports' state at the left-out speeds, where they harden or soften
     refit.amplitudes = of(left_rows);
-    left.chi2_of(hypothesis, &refit, &base.drawing.fixed())
+    left.misfits_of(hypothesis, &refit, &left.known(drawing))
 }

@@ -1,10 +1,12 @@
 //! Adding effects to a model: one on request, or one after another until it is adequate.
 
-use super::answer::{Candidate, ENOUGH, RIVAL, SURE, Verdict};
+use super::answer::{Candidate, SURE, Verdict};
 use super::as_file::as_file;
-use super::base::{Base, Tried, same};
+use super::base::{Base, same};
+use super::determined::Determined;
 use super::diagnosis::diagnose;
-use super::rank::rank;
+use super::sets::{Set, best_set};
+use super::unknown::UnknownCause;
 use super::{checks, parameters};
 use crate::effects::{Place, entry};
 use crate::error::Error;
@@ -12,11 +14,10 @@ use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Assumed;
 use crate::identify::assumed_noise;
+use crate::inference::scatter::Scatter;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 
-/// Effects that `improve` adds at most: no machine hides more, and each needs data of its own.
-const MOST_EFFECTS: usize = 4;
 /// Sets of effects that are followed side by side while none is enough.
 const BEAM: usize = 6;
 
@@ -63,22 +64,21 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     checks::before(rotor, readings)?;
     checks::enough(&fitter)?;
     let base = Base::fit(&fitter)?;
-    checks::after(&base, rotor, readings, &noise)?;
+    checks::not_reversed(&base, rotor, readings, &noise)?;
     let switched_on = effect.places(rotor).is_empty() && place == Place::Machine;
     if switched_on || base.hypothesis.effects.iter().any(|e| same(e, &assumed)) {
         return Err(Error::Unsuitable(format!("{} is already in the model", assumed.label(rotor))));
     }
     let mut tried = base.attempt(assumed)?;
-    if !fitter.drawing_is_exact() {
-        base.refine(&mut tried)?;
-    }
+    base.refine(&mut tried)?;
     base.finish(&mut tried)?;
+    checks::this_machine(rotor, base.relative_error(&tried.fit).min(base.relative_error(base.closest())))?;
     let with = base.hypothesis.with(assumed);
     Ok(Improvement {
         rotor: fitter.corrected(as_file(&with, &tried.fit), &tried.fit, tried.drawing(&base)),
-        error_before: base.relative_error(&base.fit),
+        error_before: base.relative_error(base.closest()),
         error_after: base.relative_error(&tried.fit),
-        chi2_per_value: [base.fit.chi2_per_value(), tried.fit.chi2_per_value()],
+        chi2_per_value: [base.closest().chi2_per_value(), tried.fit.chi2_per_value()],
         added: base.candidate(&tried, f64::NAN),
     })
 }
@@ -100,14 +100,20 @@ pub struct Outcome {
     pub error_before: f64,
     /// χ² per measured real number of the model at the start.
     pub chi2_per_value_before: f64,
+    /// The noise over what is stated, as the new model leaves it.
+    pub scatter: Scatter,
+    /// What the data say about the new model's planes.
+    pub determined: Determined,
+    /// What is known of a cause outside the list, where it is probable.
+    pub unknown: Option<UnknownCause>,
 }
 
 /// Fits bearings and planes and adds effects until the model is adequate, or nothing that is left explains
 /// more than noise. Where rivals cannot be told apart the best of them is added: they predict this machine alike.
 ///
-/// Effects that hide together can mislead a search for one: as long as no single effect is enough, the
-/// best few are followed side by side, and the set that explains most is kept. `progress` hears of each
-/// effect of that set.
+/// As long as no single effect is enough, the best few sets are followed side by side, and the one that explains most
+/// is kept; `progress` hears of each effect of that set. Where an unknown force explains the data better than
+/// any set of effects, none is added.
 ///
 /// # Errors
 /// As [`super::diagnose`].
@@ -125,19 +131,27 @@ pub fn improve(
         candidates: at_start.candidates,
         error_before: at_start.error_before,
         chi2_per_value_before: at_start.chi2_per_value,
+        scatter: at_start.scatter,
+        determined: at_start.determined,
+        unknown: at_start.unknown,
     };
     if at_start.saturated {
         return Ok(outcome);
     }
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
-    if at_start.nothing_missing >= SURE {
+    let nothing_known =
+        matches!(at_start.verdict, Verdict::Unknown | Verdict::Adequate | Verdict::NotDetermined);
+    if nothing_known || at_start.nothing_missing >= SURE {
         let base = Base::fit(&fitter)?;
         outcome.rotor = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
         return Ok(outcome);
     }
     let own = rotor.effect.len();
-    let (mut best, rivals) = best_set(&fitter)?;
+    let start = Base::fit(&fitter)?;
+    let Some(Set { base: mut best, rivals, .. }) = best_set(&start, &start.try_all()?, BEAM)? else {
+        return Ok(outcome);
+    };
     best.fit.covariance = fitter.covariance(&best.hypothesis, &best.fit, &best.drawing)?;
     let joint = parameters::of_each(&best.hypothesis, &best.fit);
     let mut left: Vec<usize> = (own..best.hypothesis.effects.len()).collect();
@@ -160,60 +174,8 @@ pub fn improve(
     outcome.rotor = fitter.corrected(as_file(&best.hypothesis, &best.fit), &best.fit, &best.drawing);
     let now = diagnose(&outcome.rotor, readings)?;
     (outcome.verdict, outcome.summary, outcome.candidates) = (now.verdict, now.summary, now.candidates);
+    (outcome.scatter, outcome.determined, outcome.unknown) = (now.scatter, now.determined, now.unknown);
     Ok(outcome)
-}
-
-/// The smallest set of effects after which nothing is missing, and the sets that rival it.
-fn best_set<'a>(fitter: &'a Fitter<'a>) -> Result<(Base<'a>, Vec<String>), Error> {
-    let mut beam = vec![Base::fit(fitter)?];
-    let mut rivals = Vec::new();
-    for _ in 0..MOST_EFFECTS {
-        let tried: Result<Vec<Vec<Tried>>, Error> = beam.iter().map(Base::try_all).collect();
-        let tried = tried?;
-        if rank(&beam[0], &tried[0]).nothing_missing >= SURE {
-            break;
-        }
-        let allowed = |t: &&Tried| t.disqualified.is_none();
-        let children = tried
-            .iter()
-            .zip(&beam)
-            .flat_map(|(all, base)| all.iter().filter(allowed).map(move |t| (base, t)));
-        let mut children: Vec<(&Base, &Tried)> = children.collect();
-        children.sort_by(|a, b| a.1.fit.bic().total_cmp(&b.1.fit.bic()));
-        let mut seen: Vec<Vec<String>> = Vec::new();
-        children.retain(|(base, t)| {
-            let set = labels(base, t);
-            let new = !seen.contains(&set);
-            seen.push(set);
-            new
-        });
-        let Some((_, best)) = children.first() else { break };
-        let enough = best.fit.chi2_per_value() < 1.0 + ENOUGH * (2.0 / best.fit.values as f64).sqrt();
-        let near = best.fit.bic() + 2.0 * (1.0 / RIVAL).ln();
-        let equals: Vec<String> = children
-            .iter()
-            .filter(|(_, t)| t.fit.bic() < near)
-            .map(|(base, t)| labels(base, t).join(" + "))
-            .collect();
-        let width = if enough { 1 } else { BEAM };
-        let kept: Result<Vec<Base>, Error> = children
-            .iter()
-            .take(width)
-            .map(|(base, t)| Base::settle(fitter, base.hypothesis.with(t.assumed), base.scaled_for_file(t)))
-            .collect();
-        rivals = if equals.len() > 1 { equals } else { Vec::new() };
-        beam = kept?;
-        beam.sort_by(|a, b| a.fit.bic().total_cmp(&b.fit.bic()));
-    }
-    Ok((beam.swap_remove(0), rivals))
-}
-
-/// Labels of a base's effects and one more, sorted.
-fn labels(base: &Base, t: &Tried) -> Vec<String> {
-    let all = base.hypothesis.effects.iter().chain([&t.assumed]);
-    let mut labels: Vec<String> = all.map(|a| a.label(base.fitter.rotor)).collect();
-    labels.sort();
-    labels
 }
 
 /// The effect of a set that explains most on top of a model.

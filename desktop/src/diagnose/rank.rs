@@ -2,8 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use super::answer::{ENOUGH, HeldOut, RIVAL, SURE, Verdict};
+use super::answer::{RIVAL, SURE};
 use super::base::{Base, Tried};
+use crate::inference::scatter::Scatter;
 
 /// Speeds closer than this, relative, are one operating point.
 const SAME_SPEED: f64 = 0.01;
@@ -11,43 +12,63 @@ const SAME_SPEED: f64 = 0.01;
 /// see: moving along it by a whole standard deviation of the prior changes them by less than their noise.
 const VISIBLE: f64 = 1.0;
 
+/// Share of what may be missing that is not in the list: nineteen kinds cover most of what is known to happen.
+const OUTSIDE: f64 = 0.1;
+/// Label of a cause outside the list in a group that the data cannot tell apart.
+pub const NONE_OF_THESE: &str = "none of these";
+
 /// Probabilities and groups.
 pub struct Ranking {
     /// Of each candidate, in the order they were tried.
     pub probabilities: Vec<f64>,
     /// That nothing is missing.
     pub nothing_missing: f64,
+    /// That something outside the list is missing.
+    pub unknown: f64,
     /// Labels that the data cannot tell apart, the best one's group first.
     pub groups: Vec<Vec<String>>,
     /// How many of the first candidates rival the best.
     pub rivals: usize,
 }
 
-/// Prior: even odds that nothing is missing, one share of the other half for each candidate, so that looking
-/// in many places is paid for. An effect without parameters, switched off in `[physics]`, is there on every
-/// real shaft, and the question is only whether it shows: it starts from even odds too. Likelihood by BIC,
-/// `exp(−BIC/2)`.
-pub fn rank(base: &Base, tried: &[Tried]) -> Ranking {
+/// Prior: even odds that nothing is missing, one share of nine tenths of the other half for each candidate, so that
+/// looking in many places is paid for, and a tenth for something that is not in the list. An effect without
+/// parameters, switched off in `[physics]`, is there on every real shaft, and the question is only whether it
+/// shows: it starts from even odds too. Likelihood by BIC, `exp(−BIC/2)`; `unknown` is that of an unknown force over
+/// the model's.
+pub fn rank(base: &Base, tried: &[Tried], unknown: Option<f64>) -> Ranking {
     let allowed = |t: &&Tried| t.disqualified.is_none();
-    let places = tried.iter().filter(allowed).count().max(1) as f64;
-    let top = tried.iter().filter(allowed).map(|t| t.delta_bic).fold(0.0, f64::max);
+    let places = tried.len().max(1) as f64;
+    let known = tried.iter().filter(allowed).map(|t| t.delta_bic);
+    let top = known.chain(unknown).fold(0.0, f64::max);
     let nothing = (-0.5 * top).exp();
     let weight = |t: &Tried| {
         let switch = t.fit.effect_unknowns == base.fit.effect_unknowns;
-        let prior = if switch { 1.0 } else { 1.0 / places };
+        let prior = if switch { 1.0 } else { (1.0 - OUTSIDE) / places };
         if t.disqualified.is_some() { 0.0 } else { prior * (0.5 * (t.delta_bic - top)).exp() }
     };
     let weights: Vec<f64> = tried.iter().map(weight).collect();
-    let total = nothing + weights.iter().sum::<f64>();
+    let outside = unknown.map_or(0.0, |delta| OUTSIDE * (0.5 * (delta - top)).exp());
+    let total = nothing + outside + weights.iter().sum::<f64>();
     let probabilities: Vec<f64> = weights.iter().map(|w| w / total).collect();
     let best = probabilities.first().copied().unwrap_or(0.0);
     let rivals = probabilities.iter().take_while(|p| **p >= RIVAL * best && **p > 0.0).count();
-    let label = |t: &Tried| t.assumed.label(base.fitter.rotor);
     let nothing_missing = nothing / total;
-    let claimed = nothing_missing < SURE;
-    let groups =
-        if claimed && rivals > 1 { vec![tried[..rivals].iter().map(label).collect()] } else { Vec::new() };
-    Ranking { probabilities, nothing_missing, groups, rivals }
+    let unknown = outside / total;
+    let mut labels: Vec<String> =
+        tried[..rivals].iter().map(|t| t.assumed.label(base.fitter.rotor)).collect();
+    if unknown >= RIVAL * best {
+        labels.push(NONE_OF_THESE.to_string());
+    }
+    let claimed = nothing_missing < SURE && labels.len() > 1;
+    let groups = if claimed { vec![labels] } else { Vec::new() };
+    Ranking { probabilities, nothing_missing, unknown, groups, rivals }
+}
+
+/// Whether the noise that a model leaves can be the noise that was stated: within two standard deviations of how far
+/// that is trusted.
+pub fn explains(scatter: &Scatter, base: &Base) -> bool {
+    scatter.doubt(base.fitter.stated_log_sd()) <= 4.0 || scatter.scale < 1.0
 }
 
 /// A sentence if the data cannot hold more than bearings and planes: at so few operating points, the
@@ -101,65 +122,4 @@ pub fn saturation(base: &Base) -> Option<String> {
             if points.len() == 1 { "" } else { "s" },
         )
     })
-}
-
-/// The verdict, and why in one sentence.
-pub fn verdict(
-    base: &Base,
-    tried: &[Tried],
-    ranking: &Ranking,
-    held_out: Option<HeldOut>,
-) -> (Verdict, String) {
-    let misfit = base.fit.chi2_per_value();
-    // χ² per value of pure noise spreads by √(2/n)
-    let bearings = base.hypothesis.bearings.count();
-    let spread = (2.0 / (base.fit.values - bearings.min(base.fit.values - 1)) as f64).sqrt();
-    let (Some(best), true) =
-        (tried.first().filter(|t| t.disqualified.is_none()), ranking.nothing_missing < SURE)
-    else {
-        return if misfit > 1.0 + ENOUGH * spread {
-            let why = format!(
-                "The model misses (χ² per value {misfit:.2}), but no effect of the list explains it; \
-                 the noise may be larger than stated."
-            );
-            (Verdict::Undecided, why)
-        } else {
-            let sure = 100.0 * ranking.nothing_missing;
-            (
-                Verdict::Adequate,
-                format!(
-                    "The misfit is noise (χ² per value {misfit:.2}); nothing is missing, {sure:.0} % sure."
-                ),
-            )
-        };
-    };
-    let label = best.assumed.label(base.fitter.rotor);
-    let after = best.fit.chi2_per_value();
-    if after > 1.0 + ENOUGH * spread {
-        let why = format!(
-            "No single effect is enough: {label} explains most (χ² per value {misfit:.2} → {after:.2}); \
-             `improve` looks for several together."
-        );
-        return (Verdict::Undecided, why);
-    }
-    if let Some(h) = held_out
-        && h.after >= h.before
-    {
-        let why = format!(
-            "{label} fits best but does not predict speeds that were left out (χ² {:.2} before, {:.2} after).",
-            h.before, h.after
-        );
-        return (Verdict::Undecided, why);
-    }
-    if ranking.rivals > 1 {
-        let others = ranking.groups.first().map_or(0, Vec::len);
-        let why = format!(
-            "Something is missing; {label} fits best, but the data cannot tell it from {} other candidate{}.",
-            others - 1,
-            if others == 2 { "" } else { "s" }
-        );
-        return (Verdict::Undecided, why);
-    }
-    let sure = 100.0 * ranking.probabilities[0];
-    (Verdict::Missing, format!("{label} is missing, {sure:.1} % sure."))
 }

@@ -27,6 +27,8 @@ pub struct Value {
 /// One reading.
 #[derive(Debug, Clone)]
 pub struct Row {
+    /// Number of the run, in the order in which they come.
+    pub run: usize,
     /// Speed of rotation, rad/s.
     pub speed_rad_s: f64,
     /// Trial weights: position, m, and unbalance, kg·m.
@@ -47,11 +49,19 @@ pub struct Data {
 impl Data {
     /// Readings of a rotor with their noise.
     pub fn new(rotor: &Rotor, noise: &Noise, readings: &[Reading]) -> Self {
+        let mut runs: Vec<Option<&String>> = Vec::new();
         let rows = readings.iter().map(|reading| {
+            let name = reading.run.as_ref();
+            let known = runs.iter().position(|r| *r == name);
+            let number = known.unwrap_or_else(|| {
+                runs.push(name);
+                runs.len() - 1
+            });
             let run = rotor.run.iter().find(|r| Some(&r.name) == reading.run.as_ref());
             let weights = run.iter().flat_map(|r| &r.added_unbalance);
             let present = reading.probes.iter().enumerate().filter_map(|(probe, y)| y.map(|y| (probe, y)));
             Row {
+                run: number,
                 speed_rad_s: reading.speed_rad_s(),
                 added: weights.map(|a| (a.position_m, phasor_kg_m(a.magnitude_g_mm, a.angle_deg))).collect(),
                 values: present
@@ -74,6 +84,11 @@ impl Data {
     /// Every value, row by row.
     pub fn values(&self) -> impl Iterator<Item = &Value> {
         self.rows.iter().flat_map(|r| &r.values)
+    }
+
+    /// The series that each value belongs to: its run and its probe.
+    pub fn series(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.rows.iter().flat_map(|r| r.values.iter().map(|v| (r.run, v.probe)))
     }
 
     /// Fastest speed, rad/s.

@@ -63,7 +63,7 @@ impl Fields {
 }
 
 /// One row of the data, ready for every error.
-struct Snapshot<'a> {
+pub(super) struct Snapshot<'a> {
     plant: &'a Plant,
     speed_rad_s: f64,
     loss: C,
@@ -81,7 +81,7 @@ struct Snapshot<'a> {
 }
 
 impl<'a> Snapshot<'a> {
-    fn new<const D: usize>(problem: &'a Problem<D>, now: &Evaluated<D>, r: usize) -> Self {
+    pub(super) fn new<const D: usize>(problem: &'a Problem<D>, now: &Evaluated<D>, r: usize) -> Self {
         let plant = &*problem.plant;
         let (speed_rad_s, damping) = (problem.data.rows[r].speed_rad_s, now.terms.internal_damping_s);
         let mut sizes = vec![C::from(0.0); plant.forward.forces.ncols()];
@@ -189,6 +189,11 @@ impl<'a> Snapshot<'a> {
 
     fn probes(&self) -> usize {
         self.plant.probe_angles_rad.len()
+    }
+
+    /// What a probe shows, its gain left out, of a unit force that turns forward and of one that turns backward.
+    pub(super) fn under_force(&self, at: &Row, probe: usize) -> [C; 2] {
+        [self.forward.along(at, 1 + probe), self.backward.along(at, 1 + probe)]
     }
 
     /// Change at every probe, its gain left out.

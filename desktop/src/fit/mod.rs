@@ -20,12 +20,14 @@ pub mod hypothesis;
 pub mod problem;
 pub mod projection;
 mod queries;
+mod scattered;
 mod search;
 mod settle;
 mod supports;
 #[cfg(test)]
 mod tests;
 pub mod trial;
+pub mod unknown_force;
 pub mod whitening;
 
 use std::sync::{Arc, OnceLock};
@@ -34,6 +36,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::effects::{Place, Scales, entry};
 use crate::error::Error;
+use crate::inference::scatter::{ASSUMED_LOG_SD, STATED_LOG_SD, Scatter, Series};
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Physics, Rotor};
 use crate::machine::tolerance::Deviations;
@@ -46,7 +49,7 @@ use hypothesis::{Assumed, Hypothesis};
 use problem::Problem;
 use projection::Solved;
 use search::Search;
-use whitening::Whitening;
+use whitening::{Scattered, Whitening};
 
 type C = Complex<f64>;
 
@@ -71,14 +74,24 @@ fn theory(physics: &Physics) -> usize {
 pub struct Drawing {
     /// Deviations in standard deviations.
     deviation: DVector<f64>,
-    /// The correlated noise that other deviations amount to.
-    whitening: Option<Whitening>,
+    /// The correlated noise that scatter and other deviations amount to.
+    whitening: Whitening,
     plants: [OnceLock<Result<Arc<Plant>, Error>>; THEORIES],
 }
 
 impl Drawing {
-    fn new(deviation: DVector<f64>, whitening: Option<Whitening>) -> Self {
+    fn new(deviation: DVector<f64>, whitening: Whitening) -> Self {
         Self { deviation, whitening, plants: Default::default() }
+    }
+
+    /// The same drawing with another noise.
+    fn under(&self, whitening: Whitening) -> Self {
+        Self { deviation: self.deviation.clone(), whitening, plants: self.plants.clone() }
+    }
+
+    /// The scatter that fits on it go by.
+    pub fn scatter(&self) -> Scatter {
+        self.whitening.scatter()
     }
 }
 
@@ -89,8 +102,10 @@ pub struct Fit {
     pub x: Vec<f64>,
     /// Linear unknowns: planes (kg·m), then the effects' in their own units.
     pub unknowns: Vec<C>,
-    /// Squared misfit in standard deviations, drawing errors allowed for.
+    /// Squared misfit in standard deviations as they were found, drawing errors allowed for.
     pub chi2: f64,
+    /// The same in standard deviations as stated.
+    pub stated_chi2: f64,
     /// The same with the prior on the bearings and the spread of the drawing errors: minus twice the
     /// logarithm of the posterior density, up to a constant.
     pub cost: f64,
@@ -111,12 +126,22 @@ pub struct Fit {
 impl Fit {
     /// Bayesian information criterion (Schwarz 1978), up to a constant of the data and bearings.
     pub fn bic(&self) -> f64 {
-        self.cost + self.effect_unknowns as f64 * (self.values as f64).ln()
+        self.cost + self.occam()
     }
 
-    /// χ² per measured real number.
+    /// What the unknowns of the effects cost in it.
+    pub fn occam(&self) -> f64 {
+        self.effect_unknowns as f64 * (self.values as f64).ln()
+    }
+
+    /// Real numbers that were fitted.
+    fn unknown_count(&self) -> f64 {
+        (self.x.len() + 2 * self.unknowns.len()) as f64
+    }
+
+    /// χ² per measured real number, in noise as stated.
     pub fn chi2_per_value(&self) -> f64 {
-        self.chi2 / self.values as f64
+        self.stated_chi2 / self.values as f64
     }
 }
 
@@ -136,13 +161,24 @@ pub struct Fitter<'a> {
     /// What was measured.
     pub data: Data,
     deviations: Deviations,
+    /// The noise as stated, on the drawing as stated.
+    plain: Whitening,
     shafts: [OnceLock<Shaft>; THEORIES],
 }
 
 impl<'a> Fitter<'a> {
     /// Prepares measurements of a rotor.
     pub fn new(rotor: &'a Rotor, data: Data) -> Self {
-        Self { rotor, data, deviations: Deviations::of(rotor), shafts: Default::default() }
+        let values = 2 * data.count();
+        let used_up = Bearings::of(rotor).count() + 2 * rotor.plane.len();
+        let scattered = Scattered {
+            series: Arc::new(Series::new(data.series())),
+            scatter: Scatter::STATED,
+            free: values.saturating_sub(used_up).max(1) as f64,
+            stated_log_sd: if rotor.noise.is_some() { STATED_LOG_SD } else { ASSUMED_LOG_SD },
+        };
+        let plain = Whitening::new(DMatrix::zeros(values, 0), DVector::zeros(0), scattered);
+        Self { rotor, data, deviations: Deviations::of(rotor), plain, shafts: Default::default() }
     }
 
     /// Scales of the machine; `amplitude_m` at the bearings from a fit, where there is one.
@@ -165,7 +201,12 @@ impl<'a> Fitter<'a> {
 
     /// The drawing as stated, with no allowance for its errors.
     pub fn exact_drawing(&self) -> Drawing {
-        Drawing::new(DVector::zeros(self.deviations.len()), None)
+        Drawing::new(DVector::zeros(self.deviations.len()), self.plain.of_scatter())
+    }
+
+    /// How far the stated noise is trusted, standard deviation of the logarithm of its size.
+    pub fn stated_log_sd(&self) -> f64 {
+        self.plain.stated_log_sd()
     }
 
     /// Whether the drawing is taken as exact.
@@ -198,7 +239,7 @@ impl<'a> Fitter<'a> {
         hypothesis: &'p Hypothesis<'p>,
         plant: Arc<Plant>,
         amplitudes: Option<&'p Amplitudes>,
-        whitening: Option<&'p Whitening>,
+        whitening: &'p Whitening,
     ) -> Result<Box<dyn Search + 'p>, Error> {
         let at_rest = hypothesis.terms(&hypothesis.origin());
         let mut held: Vec<Place> = (0..self.rotor.bearing.len()).map(Place::Bearing).collect();
@@ -242,7 +283,7 @@ impl<'a> Fitter<'a> {
         let mut rounds = 0;
         loop {
             let mut problem =
-                self.problem(hypothesis, plant.clone(), amplitudes.as_ref(), drawing.whitening.as_ref())?;
+                self.problem(hypothesis, plant.clone(), amplitudes.as_ref(), &drawing.whitening)?;
             match &x {
                 Some(x) => problem.go_to(x),
                 None => scout(&mut *problem, starts),
@@ -272,12 +313,12 @@ impl<'a> Fitter<'a> {
         effort: Effort,
     ) -> Result<Fit, Error> {
         let solved = problem.solved().ok_or_else(singular)?;
-        let log_det = drawing.whitening.as_ref().map_or(0.0, |w| w.log_det);
         Ok(Fit {
             x: problem.x().to_vec(),
             unknowns: solved.unknowns.clone(),
             chi2: problem.chi2(),
-            cost: problem.cost() + log_det,
+            stated_chi2: drawing.whitening.stated_chi2(&solved.left),
+            cost: problem.cost() + drawing.whitening.cost(),
             values: 2 * self.data.count(),
             effect_unknowns: hypothesis.size() - hypothesis.bearings.count()
                 + 2 * hypothesis.unknowns().len(),
@@ -291,11 +332,9 @@ impl<'a> Fitter<'a> {
     /// The model at every value, m, with the drawing's errors at their most probable.
     fn predicted_m(&self, solved: &Solved, drawing: &Drawing) -> Vec<C> {
         let mut predicted_m = solved.predicted_m(&self.data);
-        if let Some(whitening) = &drawing.whitening {
-            let shift = whitening.shift(&whitening.estimate(&solved.left));
-            for (i, (m, v)) in predicted_m.iter_mut().zip(self.data.values()).enumerate() {
-                *m += C::new(shift[2 * i], shift[2 * i + 1]) * v.sigma_m;
-            }
+        let shift = drawing.whitening.shift(&drawing.whitening.estimate(&solved.left));
+        for (i, (m, v)) in predicted_m.iter_mut().zip(self.data.values()).enumerate() {
+            *m += C::new(shift[2 * i], shift[2 * i + 1]) * v.sigma_m;
         }
         predicted_m
     }

@@ -34,7 +34,7 @@ pub struct Problem<'a, const D: usize> {
     pub(super) unknowns: Vec<Column>,
     receptances: Vec<Receptances<D>>,
     pub(super) amplitudes: Option<&'a Amplitudes>,
-    whitening: Option<&'a Whitening>,
+    whitening: &'a Whitening,
     x: DVector<f64>,
     now: Option<Evaluated<D>>,
 }
@@ -80,7 +80,7 @@ impl<'a, const D: usize> Problem<'a, D> {
         plant: Arc<Plant>,
         held: Vec<Place>,
         amplitudes: Option<&'a Amplitudes>,
-        whitening: Option<&'a Whitening>,
+        whitening: &'a Whitening,
     ) -> Self {
         let rotor = hypothesis.rotor;
         let planes = rotor.plane.iter().map(|p| Column::Force {
@@ -283,9 +283,7 @@ impl<const D: usize> Search for Problem<'_, D> {
     fn covariance(&self) -> Option<DMatrix<f64>> {
         let linear = &self.now.as_ref()?.solved.columns;
         let mut outer = self.derivative()?;
-        if let Some(w) = self.whitening {
-            w.apply(&mut outer);
-        }
+        self.whitening.apply(&mut outer);
         let (n, width) = (outer.ncols(), linear.ncols());
         let mut whole = outer.resize_horizontally(n + width, 0.0);
         whole.columns_mut(n, width).copy_from(linear);
@@ -326,9 +324,7 @@ impl<const D: usize> Objective for Problem<'_, D> {
 impl<const D: usize> Problem<'_, D> {
     /// Normal equations for a derivative of the model by search coordinates and, after them, whatever else.
     fn equations(&self, mut model: DMatrix<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        if let Some(w) = self.whitening {
-            w.apply(&mut model);
-        }
+        self.whitening.apply(&mut model);
         let now = self.now.as_ref()?;
         let solved = &now.solved;
         solved.project(&mut model);

@@ -23,8 +23,8 @@ pub struct Solved {
 
 impl Solved {
     /// Solves for the unknowns; `None` if they cannot be told apart at all.
-    pub fn new(columns: DMatrix<f64>, target: DVector<f64>, whitening: Option<&Whitening>) -> Option<Self> {
-        let Some(whitening) = whitening else {
+    pub fn new(columns: DMatrix<f64>, target: DVector<f64>, whitening: &Whitening) -> Option<Self> {
+        if whitening.is_plain() {
             let normal = ridged_normal(&columns)?;
             let solution = normal.solve(&columns.tr_mul(&target));
             let weighted = target - &columns * &solution;
@@ -35,10 +35,10 @@ impl Solved {
                 columns,
                 normal,
             });
-        };
-        let (mut white, mut white_target) = (columns.clone(), target.clone());
+        }
+        let mut white = columns.clone();
         whitening.apply(&mut white);
-        whitening.apply_centred(&mut white_target);
+        let white_target = whitening.apply_centred(&target);
         let normal = ridged_normal(&white)?;
         let solution = normal.solve(&white.tr_mul(&white_target));
         let left = target - columns * &solution;

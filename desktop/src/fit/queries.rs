@@ -9,14 +9,12 @@ use super::{Drawing, Fit, Fitter, singular};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
-impl Drawing {
-    /// The same drawing with its errors taken as known.
-    pub fn fixed(&self) -> Self {
-        Self::new(self.deviation.clone(), None)
-    }
-}
-
 impl Fitter<'_> {
+    /// A drawing whose errors were found in other data, taken as known, with the noise as stated.
+    pub fn known(&self, drawing: &Drawing) -> Drawing {
+        Drawing::new(drawing.deviation.clone(), self.plain.of_scatter())
+    }
+
     /// Covariance of search coordinates, then of real and imaginary parts of the linear unknowns.
     ///
     /// # Errors
@@ -44,18 +42,23 @@ impl Fitter<'_> {
         sensitivity(&*self.at(hypothesis, fit, drawing)?).ok_or_else(singular)
     }
 
-    /// χ² of this data under a hypothesis fitted to other data.
+    /// Squared misfit of each real number of these data under a hypothesis fitted to other data.
     ///
     /// # Errors
     /// If the machine is singular at the fit.
-    pub fn chi2_of(&self, hypothesis: &Hypothesis, fit: &Fit, drawing: &Drawing) -> Result<f64, Error> {
+    pub fn misfits_of(
+        &self,
+        hypothesis: &Hypothesis,
+        fit: &Fit,
+        drawing: &Drawing,
+    ) -> Result<Vec<f64>, Error> {
         let problem = self.at(hypothesis, fit, drawing)?;
         let model = problem.weighted_model(&fit.x, &fit.unknowns).ok_or_else(singular)?;
         let measured = self.data.values().flat_map(|v| {
             let y = v.measured_m / v.sigma_m;
             [y.re, y.im]
         });
-        Ok(measured.zip(model.iter()).map(|(y, m)| (y - m).powi(2)).sum())
+        Ok(measured.zip(model.iter()).map(|(y, m)| (y - m).powi(2)).collect())
     }
 
     /// Amplitudes of a shaft that does not move: where a search over them begins.
@@ -65,8 +68,8 @@ impl Fitter<'_> {
 
     /// A rotor's file with the drawing's errors as a fit found them: what was built, not what was drawn.
     pub fn corrected(&self, rotor: Rotor, fit: &Fit, drawing: &Drawing) -> Rotor {
-        let Some(whitening) = &drawing.whitening else { return rotor };
-        let (mut built, offsets) = self.deviations.apply(&rotor, &whitening.estimate(&fit.weighted));
+        let found = drawing.whitening.estimate(&fit.weighted).resize_vertically(self.deviations.len(), 0.0);
+        let (mut built, offsets) = self.deviations.apply(&rotor, &found);
         let bearings = built.bearing.iter_mut().map(|b| &mut b.position_m).zip(offsets.bearing_m);
         let disks = built.disk.iter_mut().map(|d| &mut d.position_m).zip(offsets.disk_m);
         let probes = built.probe.iter_mut().map(|p| &mut p.position_m).zip(offsets.probe_m);
@@ -77,15 +80,14 @@ impl Fitter<'_> {
         built
     }
 
-    fn at<'p>(
+    pub(super) fn at<'p>(
         &'p self,
         hypothesis: &'p Hypothesis<'p>,
         fit: &'p Fit,
         drawing: &'p Drawing,
     ) -> Result<Box<dyn Search + 'p>, Error> {
         let plant = self.plant_of(drawing, &hypothesis.terms(&fit.x).physics)?;
-        let mut problem =
-            self.problem(hypothesis, plant, Some(&fit.amplitudes), drawing.whitening.as_ref())?;
+        let mut problem = self.problem(hypothesis, plant, Some(&fit.amplitudes), &drawing.whitening)?;
         problem.go_to(&fit.x);
         Ok(problem)
     }

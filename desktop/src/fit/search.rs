@@ -6,11 +6,19 @@ use super::data::Amplitudes;
 use super::descent::Stop;
 use super::drawing_errors::DrawingErrors;
 use super::projection::Solved;
+use crate::shaft::nodal::Row;
 
 type C = Complex<f64>;
 
+/// Forces at any place of the shaft.
+pub trait UnitForces {
+    /// What every value shows, in noise units, of a force of one newton at each of some places that turns forward, and
+    /// of one that turns backward.
+    fn under_unit_forces(&self, places: &[&Row]) -> Option<Vec<Vec<[C; 2]>>>;
+}
+
 /// A problem whatever the number of its held places.
-pub trait Search {
+pub trait Search: UnitForces {
     /// Moves to `x` and evaluates there.
     fn go_to(&mut self, x: &[f64]);
     /// Goes downhill from here.

@@ -52,6 +52,7 @@ impl Fitter<'_> {
             hypothesis,
             amplitudes: &fit.amplitudes,
             physics,
+            noise: &self.plain,
             at: DVector::zeros(0),
             now: None,
         };
@@ -85,21 +86,24 @@ impl Fitter<'_> {
         drawing: &Drawing,
     ) -> Result<(Vec<f64>, Drawing), Error> {
         if self.deviations.is_empty() {
-            return Ok((fit.x.clone(), self.exact_drawing()));
+            return Ok((fit.x.clone(), drawing.under(drawing.whitening.of_scatter())));
         }
         let physics = hypothesis.terms(&fit.x).physics;
+        let noise = drawing.whitening.of_scatter();
         let mut best = Joint {
             fitter: self,
             hypothesis,
             amplitudes: &fit.amplitudes,
             physics,
+            noise: &noise,
             at: DVector::zeros(0),
             now: None,
         };
         // what is linear around another drawing can foretell errors that no shaft can have
-        let foretold = drawing.whitening.as_ref().map(|w| w.estimate(&fit.weighted));
+        let foretold =
+            drawing.whitening.estimate(&fit.weighted).resize_vertically(self.deviations.len(), 0.0);
         let stated = DVector::zeros(self.deviations.len());
-        let values = foretold.into_iter().chain([drawing.deviation.clone(), stated]).map(|deviation| {
+        let values = [foretold, drawing.deviation.clone(), stated].into_iter().map(|deviation| {
             let at = fit.x.iter().chain(deviation.iter()).copied();
             let at = DVector::from_iterator(fit.x.len() + deviation.len(), at);
             best.move_to(&at);
@@ -119,6 +123,7 @@ struct Joint<'p> {
     hypothesis: &'p Hypothesis<'p>,
     amplitudes: &'p Amplitudes,
     physics: Physics,
+    noise: &'p Whitening,
     at: DVector<f64>,
     now: Option<Box<dyn Search + 'p>>,
 }
@@ -134,7 +139,8 @@ impl Joint<'_> {
         let (x, deviation) = self.parts();
         let now = self.now.as_ref().ok_or_else(singular)?;
         let jacobian = self.deviation_derivative(&**now, &deviation).ok_or_else(singular)?;
-        Ok((x, Drawing::new(deviation.clone(), Some(Whitening::new(jacobian, deviation)))))
+        let noise = self.noise.with(&jacobian).around(deviation.clone());
+        Ok((x, Drawing::new(deviation, noise)))
     }
 
     fn deviation_derivative(&self, now: &dyn Search, deviation: &DVector<f64>) -> Option<DMatrix<f64>> {
@@ -152,8 +158,9 @@ impl Objective for Joint<'_> {
         self.at = at.clone();
         let (x, deviation) = self.parts();
         let plant = self.fitter.plant(&deviation, &self.physics);
-        self.now =
-            plant.and_then(|p| self.fitter.problem(self.hypothesis, p, Some(self.amplitudes), None)).ok();
+        self.now = plant
+            .and_then(|p| self.fitter.problem(self.hypothesis, p, Some(self.amplitudes), self.noise))
+            .ok();
         if let Some(now) = &mut self.now {
             now.go_to(&x);
         }

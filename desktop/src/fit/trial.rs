@@ -45,7 +45,7 @@ impl Fitter<'_> {
         amplitudes: Option<&'p Amplitudes>,
     ) -> Result<Box<dyn Trial + 'p>, Error> {
         let plant = self.plant_of(drawing, &hypothesis.terms(&hypothesis.origin()).physics)?;
-        let problem = self.problem(hypothesis, plant, amplitudes, drawing.whitening.as_ref())?;
+        let problem = self.problem(hypothesis, plant, amplitudes, &drawing.whitening)?;
         Ok(Box::new(Anywhere { fitter: self, hypothesis, drawing, problem: RefCell::new(problem) }))
     }
 }

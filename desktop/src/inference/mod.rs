@@ -1,3 +1,5 @@
 //! How unknowns are searched.
 
 pub mod scale;
+pub mod scatter;
+pub mod significance;

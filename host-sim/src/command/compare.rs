@@ -3,10 +3,10 @@
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::compare::{Comparison, Verdict};
-use rotor_edge_desktop::diagnose::best_fit;
+use rotor_edge_desktop::diagnose::{BestFit, best_fit, nothing_missing};
 use serde_json::{Value, json};
 
-use super::output;
+use super::{entitled, output};
 use crate::report::{Prediction, comparison_sections};
 
 #[derive(Debug, Args)]
@@ -22,17 +22,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (rotor, readings) = arguments.measured.read()?;
     let working = output::spinner("fitting bearings and planes");
     let best = best_fit(&rotor, &readings)?;
+    let sure = nothing_missing(&rotor, &readings)?;
     working.finish_and_clear();
-    let comparison = Comparison::new(&rotor, &readings, &best.predicted_m, &best.noise, best.free_parameters);
+    let comparison = Comparison::new(&rotor, &readings, &best.predicted_m, &best.noise, best.free_parameters)
+        .judged_by(sure);
     if let Some(path) = &arguments.form.report {
-        let model = Prediction { label: "model".into(), predicted_m: best.predicted_m };
+        let model = Prediction { label: "model".into(), predicted_m: best.predicted_m.clone() };
         let sections = comparison_sections(&rotor, &readings, &[model], &comparison);
         output::report(path, &format!("{}: model against measurement", rotor.name), sections)?;
     }
     if arguments.form.json {
-        return output::json(&summary(&comparison, &best.remarks));
+        return output::json(&summary(&comparison, &best));
     }
-    print(&comparison, &best.remarks);
+    print(&comparison, &best);
     let output::Measured { rotor, data, runout } = &arguments.measured;
     let (rotor, data) = (rotor.display(), data.display());
     match comparison.verdict {
@@ -55,7 +57,7 @@ fn verdict(c: &Comparison) -> &'static str {
     }
 }
 
-fn print(c: &Comparison, remarks: &[String]) {
+fn print(c: &Comparison, best: &BestFit) {
     println!(
         "{}: error {:.2} %, χ² per value {:.2} (noise: 1), neighbouring speeds correlated by {:.2} (noise: 0)",
         verdict(c),
@@ -63,7 +65,7 @@ fn print(c: &Comparison, remarks: &[String]) {
         c.chi2_per_value,
         c.neighbours.correlation
     );
-    for remark in remarks {
+    for remark in &best.remarks {
         println!("  {remark}");
     }
     println!(
@@ -79,6 +81,8 @@ fn print(c: &Comparison, remarks: &[String]) {
             w.probe, w.speed_rpm, w.error_um, w.error_sigmas
         );
     }
+    println!("\n  {}", entitled::noise(&best.scatter));
+    entitled::planes(&best.determined).iter().for_each(|line| println!("  {line}"));
     println!("\n  probe        residual µm     error %   χ² per value");
     for p in &c.by_probe {
         println!(
@@ -101,7 +105,7 @@ fn print(c: &Comparison, remarks: &[String]) {
 }
 
 /// What `compare --json` prints.
-fn summary(c: &Comparison, remarks: &[String]) -> Value {
+fn summary(c: &Comparison, best: &BestFit) -> Value {
     let whirl = |p: &rotor_edge_desktop::compare::WhirlPart| json!({"measured_um": p.measured_um, "model_um": p.model_um, "error_um": p.error_um, "error_sigmas": p.error_sigmas});
     json!({
         "readings": c.readings,
@@ -112,6 +116,8 @@ fn summary(c: &Comparison, remarks: &[String]) -> Value {
         "chi2_p_value": c.chi2_p_value,
         "neighbours": {"correlation": c.neighbours.correlation, "z_score": c.neighbours.z_score, "p_value": c.neighbours.p_value},
         "verdict": verdict(c),
+        "noise": entitled::noise_json(&best.scatter),
+        "determined": entitled::determined_json(&best.determined),
         "reversed": c.reversed,
         "worst": c.worst.as_ref().map(|w| json!({
             "probe": w.probe, "speed_rpm": w.speed_rpm, "run": w.run, "error_um": w.error_um, "error_sigmas": w.error_sigmas,
@@ -128,6 +134,7 @@ fn summary(c: &Comparison, remarks: &[String]) -> Value {
         "whirl": c.whirl.iter().map(|w| json!({
             "bearing": w.bearing, "forward": whirl(&w.forward), "backward": whirl(&w.backward),
         })).collect::<Vec<_>>(),
-        "remarks": remarks,
+        "remarks": best.remarks,
+        "nothing_missing": c.nothing_missing,
     })
 }

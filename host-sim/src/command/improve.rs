@@ -8,7 +8,7 @@ use rotor_edge_desktop::diagnose::{Step, Verdict, improve};
 use serde_json::{Value, json};
 
 use super::diagnose::{self, report};
-use super::output;
+use super::{entitled, output};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -43,9 +43,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "steps": outcome.steps.iter().map(step_json).collect::<Vec<_>>(),
             "verdict": outcome.verdict.name(),
             "summary": outcome.summary,
+            "noise": entitled::noise_json(&outcome.scatter),
+            "determined": entitled::determined_json(&outcome.determined),
+            "unknown": outcome.unknown.as_ref().map(entitled::unknown_json),
         }));
     }
     println!("{}: {}", outcome.verdict.name(), outcome.summary);
+    println!("  {}", entitled::noise(&outcome.scatter));
+    entitled::planes(&outcome.determined).iter().for_each(|line| println!("  {line}"));
+    if let Some(cause) = &outcome.unknown {
+        println!("\n  {}", entitled::unknown(cause));
+    }
     let path = arguments.output.display();
     println!("\nWritten to {path}.");
     match outcome.verdict {

@@ -13,6 +13,7 @@ mod decode;
 mod deploy;
 mod deployable;
 mod diagnose;
+mod entitled;
 mod forecast;
 mod identify;
 mod import_rotor;

@@ -3,6 +3,7 @@
 mod drawing;
 mod laws;
 mod prediction;
+mod unknown;
 
 use nalgebra::{Complex, DVector};
 
@@ -115,7 +116,8 @@ fn measured(rotor: &Rotor, speeds_rpm: &[f64], chosen: &[&str], deviation: &DVec
     let fitter = Fitter::new(rotor, Data::new(rotor, &NOISE, &blank));
     let (h, x, unknowns) = hypothesis(&fitter, chosen);
     let plant = fitter.plant(deviation, &rotor.physics).unwrap();
-    let model = fitter.problem(&h, plant, None, None).unwrap().weighted_model(&x, &unknowns).unwrap();
+    let model =
+        fitter.problem(&h, plant, None, &fitter.plain).unwrap().weighted_model(&x, &unknowns).unwrap();
     let sigmas: Vec<f64> = fitter.data.values().map(|v| v.sigma_m).collect();
     for (i, value) in blank.iter_mut().flat_map(|r| r.probes.iter_mut()).enumerate() {
         *value = Some(C::new(model[2 * i], model[2 * i + 1]) * sigmas[i]);
@@ -135,7 +137,7 @@ fn problem<'p>(
     deviation: &DVector<f64>,
 ) -> Box<dyn Search + 'p> {
     let plant = fitter.plant(deviation, &h.terms(x).physics).unwrap();
-    let mut p = fitter.problem(h, plant, None, None).unwrap();
+    let mut p = fitter.problem(h, plant, None, &fitter.plain).unwrap();
     p.go_to(x);
     p
 }

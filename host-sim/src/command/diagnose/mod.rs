@@ -8,7 +8,7 @@ use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Verdict, diagnose};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::output;
+use super::{entitled, output};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -49,6 +49,11 @@ fn print(found: &Diagnosis, top: usize) {
         found.error_before * 100.0,
         found.chi2_per_value
     );
+    println!("  {}", entitled::noise(&found.scatter));
+    entitled::planes(&found.determined).iter().for_each(|line| println!("  {line}"));
+    if let Some(cause) = &found.unknown {
+        println!("\n  {}", entitled::unknown(cause));
+    }
     println!("\n  candidate                           probability   evidence   error after   χ² per value");
     for c in found.candidates.iter().take(top) {
         println!(
@@ -62,7 +67,7 @@ fn print(found: &Diagnosis, top: usize) {
         );
     }
     println!("  (evidence: BIC of the model minus BIC with the effect; above 10 is strong)");
-    let shown = found.verdict != Verdict::Adequate && !found.saturated;
+    let shown = matches!(found.verdict, Verdict::Missing | Verdict::Undecided) && !found.saturated;
     if let Some(best) = found.candidates.first().filter(|_| shown) {
         println!("\n{}", best.label());
         for p in parameter_lines(best) {
@@ -110,6 +115,14 @@ fn print_next(arguments: &Arguments, found: &Diagnosis) {
             "\nNext: measure, or add the first of the group, which predicts this machine as well as any\n  \
              rotor-edge improve {rotor} {data}{runout} -o better.toml"
         ),
+        (Verdict::NotDetermined, _) => println!(
+            "\nNext: measure what tells the planes apart: a run with a known trial weight in each, or speeds nearer to and \
+             beyond a resonance\n  rotor-edge balance {rotor} {data}{runout} says what corrections would leave"
+        ),
+        (Verdict::Unknown, _) => println!(
+            "\nNext: look at the machine where the force acts; see where the model misses with\n  rotor-edge compare {rotor} \
+             {data}{runout} --report compare.html"
+        ),
         (Verdict::Adequate, _) => {
             println!("\nNext: nothing is missing; follow the unbalance with rotor-edge replay.")
         }
@@ -150,6 +163,9 @@ struct Summary {
     held_out: Option<Value>,
     advice: Vec<Value>,
     remarks: Vec<String>,
+    noise: Value,
+    determined: Value,
+    unknown: Option<Value>,
 }
 
 impl Summary {
@@ -166,6 +182,9 @@ impl Summary {
             held_out: found.held_out.map(|h| json!({"before": h.before, "after": h.after})),
             advice: found.advice.iter().map(advice).collect(),
             remarks: found.remarks.clone(),
+            noise: entitled::noise_json(&found.scatter),
+            determined: entitled::determined_json(&found.determined),
+            unknown: found.unknown.as_ref().map(entitled::unknown_json),
         }
     }
 }

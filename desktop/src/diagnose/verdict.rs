@@ -1,0 +1,158 @@
+//! What the evidence entitles to, in one word and one sentence.
+
+use super::answer::{HeldOut, SURE, Verdict};
+use super::base::{Base, Tried};
+use super::determined::Determined;
+use super::rank::{Ranking, explains};
+use super::sets::{Set, best_set};
+use super::unknown::Unknown;
+use crate::error::Error;
+use crate::inference::scatter::Scatter;
+
+/// Sets that are followed side by side to see whether known effects together explain the data.
+const WIDTH: usize = 1;
+/// Share of the prior for something that no known effect is, over that for nothing more: see [`super::rank`].
+const OUTSIDE_ODDS: f64 = 0.1;
+
+/// Everything that was found out about a model.
+pub struct Evidence<'a, 'b> {
+    pub base: &'b Base<'a>,
+    pub tried: &'b [Tried],
+    pub ranking: &'b Ranking,
+    /// An unknown force beside the model.
+    pub unknown: &'b Unknown,
+    pub held_out: Option<HeldOut>,
+    /// What the data say about the planes of the model.
+    pub determined: &'b Determined,
+}
+
+/// In one word and one sentence, and the noise that it leaves.
+pub struct Said {
+    pub verdict: Verdict,
+    pub summary: String,
+    pub scatter: Scatter,
+    /// Probability that something outside the list is missing.
+    pub outside: f64,
+}
+
+impl<'a> Evidence<'a, '_> {
+    /// The verdict.
+    ///
+    /// # Errors
+    /// If the machine is singular.
+    pub fn verdict(&self) -> Result<Said, Error> {
+        let base = self.base;
+        let scatter = base.drawing.scatter();
+        let Ranking { nothing_missing, unknown, .. } = *self.ranking;
+        let say = |verdict, summary, scatter| Ok(Said { verdict, summary, scatter, outside: unknown });
+        let misfit = base.closest().chi2_per_value();
+        let sure = 100.0 * nothing_missing;
+        if nothing_missing >= SURE {
+            let noise = noise_in_words(&scatter, misfit);
+            if !explains(&scatter, base) {
+                let why = format!(
+                    "No effect of the list explains the misfit, and it is {:.1} times the stated noise: the noise is larger \
+                     than stated, or something is missing that is not in the list.",
+                    scatter.scale
+                );
+                let outside = nothing_missing + unknown;
+                return Ok(Said { verdict: Verdict::Unknown, summary: why, scatter, outside });
+            }
+            if let Some(doubt) = self.determined.doubt().filter(|_| nothing_missing >= 0.5) {
+                let why = format!(
+                    "It fits ({noise}; nothing is missing, {sure:.0} % sure), but does not determine what it is for: {doubt}."
+                );
+                return say(Verdict::NotDetermined, why, scatter);
+            }
+            return if nothing_missing >= 0.5 {
+                say(
+                    Verdict::Adequate,
+                    format!("The misfit is noise ({noise}); nothing is missing, {sure:.0} % sure."),
+                    scatter,
+                )
+            } else {
+                let why = format!("Something may be missing: {sure:.0} % for noise alone ({noise}).");
+                say(Verdict::Undecided, why, scatter)
+            };
+        }
+        let best =
+            self.tried.first().filter(|t| t.disqualified.is_none() && self.ranking.probabilities[0] > 0.0);
+        let Some(best) = best.filter(|_| unknown < 1.0 - SURE) else { return self.several_or_unknown() };
+        let left = best.drawing(base).scatter();
+        if unknown > self.ranking.probabilities[0] || !explains(&left, base) || !self.is_enough(best)? {
+            return self.several_or_unknown();
+        }
+        let label = best.assumed.label(base.fitter.rotor);
+        if let Some(h) = self.held_out
+            && h.worse
+        {
+            let why = format!(
+                "{label} fits best but does not predict speeds that were left out (χ² {:.2} before, {:.2} after).",
+                h.before, h.after
+            );
+            return say(Verdict::Undecided, why, left);
+        }
+        if let Some(group) = self.ranking.groups.first() {
+            let others = group.len() - 1;
+            let why = format!(
+                "Something is missing; {label} fits best, but the data cannot tell it from {others} other candidate{}.",
+                if others == 1 { "" } else { "s" }
+            );
+            return say(Verdict::Undecided, why, left);
+        }
+        let sure = 100.0 * self.ranking.probabilities[0];
+        say(Verdict::Missing, format!("{label} is missing, {sure:.1} % sure."), left)
+    }
+
+    /// Whether an unknown force beside a candidate explains no more than chance would let it.
+    fn is_enough(&self, best: &Tried) -> Result<bool, Error> {
+        let beside = Unknown::beside_candidate(self.base, best)?;
+        Ok(OUTSIDE_ODDS * (0.5 * beside.delta_bic).exp() < 1.0)
+    }
+
+    /// No single effect is enough: several together, or something that is not in the list.
+    fn several_or_unknown(&self) -> Result<Said, Error> {
+        let base = self.base;
+        let misfit = base.closest().chi2_per_value();
+        let mut outside = 1.0 - self.ranking.nothing_missing;
+        if let Some(Set { base: with, added, .. }) = best_set(base, self.tried, WIDTH)? {
+            let places = (self.tried.len().max(1) as f64).ln();
+            let delta = base.fit.bic() - with.fit.bic() - 2.0 * added as f64 * places;
+            let unknown = self.unknown.delta_bic + 2.0 * OUTSIDE_ODDS.ln();
+            let beside = Unknown::beside(&with)?;
+            let enough = OUTSIDE_ODDS * (0.5 * beside.delta_bic).exp() < 1.0;
+            let possible = enough && explains(&with.drawing.scatter(), base);
+            if possible {
+                outside *= (1.0 + (0.5 * (delta - unknown)).exp()).recip();
+            }
+            if possible && delta > unknown {
+                let all = &with.hypothesis.effects[base.hypothesis.effects.len()..];
+                let labels: Vec<String> = all.iter().map(|a| a.label(base.fitter.rotor)).collect();
+                let why = format!(
+                    "No single effect is enough: {} together explain it (χ² per value {misfit:.2} → {:.2}); `improve` adds \
+                     them.",
+                    labels.join(" and "),
+                    with.fit.chi2_per_value()
+                );
+                let scatter = with.drawing.scatter();
+                return Ok(Said { verdict: Verdict::Undecided, summary: why, scatter, outside });
+            }
+        }
+        let why = format!(
+            "Something is missing that no effect of the list explains, nor several together (χ² per value {misfit:.2})."
+        );
+        Ok(Said { verdict: Verdict::Unknown, summary: why, scatter: self.unknown.force.scatter, outside })
+    }
+}
+
+/// χ² and how the noise differs from what was stated, where it does.
+fn noise_in_words(scatter: &Scatter, chi2_per_value: f64) -> String {
+    let mut words = format!("χ² per value {chi2_per_value:.2}");
+    if (scatter.scale.ln()).abs() > 0.2 {
+        words += &format!(", {:.2} times the stated noise", scatter.scale);
+    }
+    if scatter.correlation > 0.3 {
+        words += &format!(", correlated from reading to reading by {:.2}", scatter.correlation);
+    }
+    words
+}

@@ -1,0 +1,18 @@
+//! When a probability entitles to a word: one policy for `compare`, `diagnose` and `improve`.
+//!
+//! Every explanation of a misfit (nothing but noise, each known effect at each place, an unknown force) gets a
+//! probability from its evidence and its prior. Words follow from these alone:
+//!
+//! | word | needs |
+//! |---|---|
+//! | something is missing (`misses`, `missing`, `undecided`) | nothing but noise is less probable than [`SURE`] |
+//! | `missing`, one effect named | no other explanation has [`RIVAL`] of its probability, and nothing more is needed beside it |
+//! | a group that cannot be told apart | the explanations that have |
+//! | `adequate` | nothing but noise is more probable than all else together |
+//!
+//! Between the last and the first lies "may be missing", which is `undecided`.
+
+/// A claim needs this little probability that nothing is missing.
+pub const SURE: f64 = 0.05;
+/// A rival with less than this share of the best one's probability is ruled out.
+pub const RIVAL: f64 = 0.05;

@@ -1,0 +1,88 @@
+//! What data entitle to, as commands say it: the noise as it was found, the planes with their intervals, a cause
+//! that no known effect is.
+
+use rotor_edge_desktop::diagnose::{Determined, Scatter, UnknownCause};
+use serde_json::{Value, json};
+
+/// The noise over what was stated, in one line.
+pub fn noise(scatter: &Scatter) -> String {
+    format!(
+        "noise as found: {:.2} times what is stated, correlated from reading to reading by {:.2}",
+        scatter.scale, scatter.correlation
+    )
+}
+
+/// Each plane with its 95 % interval, one line each.
+pub fn planes(determined: &Determined) -> Vec<String> {
+    let line = |p: &rotor_edge_desktop::diagnose::DeterminedPlane| {
+        let [low, high] = p.interval_95_g_mm;
+        let angle = if p.angle_95_deg < 90.0 {
+            format!("{:.0}° ± {:.0}°", p.angle_deg, p.angle_95_deg)
+        } else {
+            "any angle".to_string()
+        };
+        format!("plane {}: {:.0} g·mm ({low:.0} to {high:.0} with 95 %) at {angle}", p.name, p.unbalance_g_mm)
+    };
+    let mut lines: Vec<String> = determined.planes.iter().map(line).collect();
+    if determined.planes.len() > 1 {
+        lines.push(format!(
+            "condition of the planes: {:.1} (how much better their best-seen combination is known than the worst)",
+            determined.condition
+        ));
+    }
+    lines
+}
+
+/// A cause outside the list, in sentences.
+pub fn unknown(cause: &UnknownCause) -> String {
+    format!(
+        "A cause outside the list, {:.0} % sure: what is missing acts like a force near {:.3} m from the left end \
+         ({:.0} % sure of the place), {} whirl, {}, largest at {:.0} rpm with {:.3} N. What looks like that: {}.",
+        100.0 * cause.probability,
+        cause.position_m,
+        100.0 * cause.place_probability,
+        cause.whirl(),
+        cause.growth_in_words(),
+        cause.speed_rpm,
+        cause.force_n,
+        cause.looks_like()
+    )
+}
+
+/// `noise` of the JSON answers.
+pub fn noise_json(scatter: &Scatter) -> Value {
+    json!({"scale": scatter.scale, "correlation": scatter.correlation})
+}
+
+/// `determined` of the JSON answers.
+pub fn determined_json(determined: &Determined) -> Value {
+    let planes: Vec<Value> = (determined.planes.iter())
+        .map(|p| {
+            json!({
+                "name": p.name,
+                "unbalance_g_mm": p.unbalance_g_mm,
+                "angle_deg": p.angle_deg,
+                "interval_95": p.interval_95_g_mm,
+                "angle_95_deg": p.angle_95_deg,
+                "region": p.region,
+                "determined": p.is_determined(),
+            })
+        })
+        .collect();
+    json!({"planes": planes, "condition": [determined.condition]})
+}
+
+/// `unknown` of the JSON answers.
+pub fn unknown_json(cause: &UnknownCause) -> Value {
+    json!({
+        "position_m": cause.position_m,
+        "place_probability": cause.place_probability,
+        "probability": cause.probability,
+        "growth": cause.growth_in_words(),
+        "whirl": cause.whirl(),
+        "forward_share": cause.forward,
+        "speed_rpm": cause.speed_rpm,
+        "force_n": cause.force_n,
+        "looks_like": cause.looks_like(),
+    })
+}
