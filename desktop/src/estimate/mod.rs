@@ -22,6 +22,8 @@ pub mod prior;
 pub mod refutation;
 pub mod region;
 pub mod scatter;
+#[cfg(test)]
+mod tests;
 
 use nalgebra::{Complex, DVector};
 
