@@ -16,6 +16,7 @@
 //! | [`track`] | the unbalance of a long record, while bearings change |
 //! | [`prognosis`] | where the unbalance is going |
 //! | [`startup`] | a single-disk rotor from its start-up: the simple model, and where it fails |
+//! | [`estimate`](mod@estimate) | the unbalance of single runs from others with stated weights |
 //! | [`balance`] | correction weights from the model and from trial runs |
 //! | [`compare`], [`diagnose`] | where a model misses; which effect is missing, and adding it |
 //!
@@ -74,6 +75,7 @@ pub mod compare;
 pub mod diagnose;
 pub mod effects;
 mod error;
+pub mod estimate;
 mod fit;
 pub mod identify;
 mod inference;

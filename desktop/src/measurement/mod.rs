@@ -17,7 +17,7 @@ use crate::machine::drawing::Rotor;
 pub use reading::{Reading, phasor_m, rad_s, rpm};
 pub use slow_roll::{SlowRoll, runout_m};
 pub(crate) use table::LOWEST_GAP_V;
-use table::{rows, text_of};
+use table::{Unlisted, rows, text_of};
 pub use table::{write, write_probes};
 
 /// Reads a measurement of this rotor, less the slow roll that its file states.
@@ -34,7 +34,16 @@ pub fn read(path: &Path, rotor: &Rotor) -> Result<Vec<Reading>, Error> {
 /// As [`read`], and if the slow roll is not there.
 pub fn read_less(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec<Reading>, Error> {
     let (file, text) = text_of(path)?;
-    parse_less(&file, &text, rotor, slow_roll)
+    parse_less(&file, &text, rotor, slow_roll, Unlisted::Refused)
+}
+
+/// The same where runs that the rotor's file does not list are blind: what was added in them is sought.
+///
+/// # Errors
+/// As [`read_less`].
+pub fn read_with_blind_runs(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec<Reading>, Error> {
+    let (file, text) = text_of(path)?;
+    parse_less(&file, &text, rotor, slow_roll, Unlisted::Blind)
 }
 
 /// Parses the text of a measurement file; `file` is only for messages.
@@ -42,11 +51,17 @@ pub fn read_less(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec
 /// # Errors
 /// As [`read`].
 pub fn parse(file: &str, text: &str, rotor: &Rotor) -> Result<Vec<Reading>, Error> {
-    parse_less(file, text, rotor, &SlowRoll::Stated)
+    parse_less(file, text, rotor, &SlowRoll::Stated, Unlisted::Refused)
 }
 
-fn parse_less(file: &str, text: &str, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec<Reading>, Error> {
-    let readings = slow_roll.taken_off(file, rows(file, text, rotor, slow_roll.run())?, rotor)?;
+fn parse_less(
+    file: &str,
+    text: &str,
+    rotor: &Rotor,
+    slow_roll: &SlowRoll,
+    unlisted: Unlisted,
+) -> Result<Vec<Reading>, Error> {
+    let readings = slow_roll.taken_off(file, rows(file, text, rotor, slow_roll.run(), unlisted)?, rotor)?;
     within_films(file, &readings, rotor)?;
     Ok(readings)
 }

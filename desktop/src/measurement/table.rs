@@ -61,8 +61,23 @@ impl Columns {
     }
 }
 
-/// Every reading of a file; a run is known from the rotor's file, or is `slow_roll`.
-pub fn rows(file: &str, text: &str, rotor: &Rotor, slow_roll: Option<&str>) -> Result<Vec<Reading>, Error> {
+/// Whether runs may be in the data that the rotor's file does not list.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unlisted {
+    /// No: what was added in them is needed, and not known.
+    Refused,
+    /// Yes: what was added in them is sought.
+    Blind,
+}
+
+/// Every reading of a file; a run is known from the rotor's file, or is `slow_roll`, or may be `unlisted`.
+pub fn rows(
+    file: &str,
+    text: &str,
+    rotor: &Rotor,
+    slow_roll: Option<&str>,
+    unlisted: Unlisted,
+) -> Result<Vec<Reading>, Error> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let headers = reader.headers().map_err(|e| Error::measurement(file, "header", e.to_string()))?.clone();
     if headers.is_empty() {
@@ -79,6 +94,7 @@ pub fn rows(file: &str, text: &str, rotor: &Rotor, slow_roll: Option<&str>) -> R
         let line = record.position().map_or(0, csv::Position::line);
         let reading = row(file, line, &headers, &columns, &record)?;
         if let Some(run) = &reading.run
+            && unlisted == Unlisted::Refused
             && !rotor.run.is_empty()
             && slow_roll != Some(run)
             && !rotor.run.iter().any(|r| r.name == *run)

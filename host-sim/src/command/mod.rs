@@ -14,6 +14,7 @@ mod deploy;
 mod deployable;
 mod diagnose;
 mod entitled;
+mod estimate;
 mod forecast;
 mod identify;
 mod import_rotor;
@@ -62,6 +63,8 @@ enum Command {
     Improve(improve::Arguments),
     /// Phase I: bearings and unbalance of a machine's first days
     Identify(identify::Arguments),
+    /// The unbalance of each run relative to a base run, from runs with stated weights
+    Estimate(estimate::Arguments),
     /// Follow the unbalance of a long record while bearings change
     Track(Box<track::Arguments>),
     /// Where the unbalance of a track is going
@@ -105,6 +108,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Add(arguments)) => add::run(&arguments),
         Some(Command::Improve(arguments)) => improve::run(&arguments),
         Some(Command::Identify(arguments)) => identify::run(&arguments),
+        Some(Command::Estimate(arguments)) => estimate::run(&arguments),
         Some(Command::Track(arguments)) => track::run(&arguments),
         Some(Command::Forecast(arguments)) => forecast::run(&arguments),
         Some(Command::Node(arguments)) => node::run(&arguments),

@@ -69,8 +69,16 @@ impl fmt::Display for Runout {
 impl Runout {
     /// Reads a measurement, less the runout.
     pub fn read(&self, data: &Path, rotor: &Rotor) -> Result<Vec<Reading>> {
-        let slow_roll = self.slow_roll.as_deref().map_or(SlowRoll::Stated, SlowRoll::named);
-        Ok(measurement::read_less(data, rotor, &slow_roll)?)
+        Ok(measurement::read_less(data, rotor, &self.taken_off())?)
+    }
+
+    /// The same where runs that the rotor's file does not list are blind.
+    pub fn read_with_blind_runs(&self, data: &Path, rotor: &Rotor) -> Result<Vec<Reading>> {
+        Ok(measurement::read_with_blind_runs(data, rotor, &self.taken_off())?)
+    }
+
+    fn taken_off(&self) -> SlowRoll {
+        self.slow_roll.as_deref().map_or(SlowRoll::Stated, SlowRoll::named)
     }
 }
 

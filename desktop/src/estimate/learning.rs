@@ -1,0 +1,296 @@
+//! Influence of the planes learned from runs with stated weights.
+//!
+//! At every row `Y = Y₀ + H (U + δ) + ε`: U the stated weights, δ how far they are off in proportion to their size, ε what
+//! differs between mountings. Y₀ and H are Gaussian, their prior that of the model; sizes of δ and ε, and of the model's
+//! discrepancy, are those that make the runs most probable (expectation and maximisation: Dempster, Laird and Rubin 1977).
+
+use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
+
+use super::mounting::{Mounting, Mountings};
+use super::prior::Linear;
+use super::scatter::{GUESS_WEIGHT, Structure, circular, real};
+use crate::error::Error;
+
+type C = Complex<f64>;
+
+/// Guessed deviation of a weight from what is stated, relative: mass, radius and angle of a screw.
+const PLACEMENT: f64 = 0.02;
+/// Weight of that guess, in weights.
+const PLACEMENT_WEIGHT: f64 = 2.0;
+/// Weight of the guessed size of the discrepancy, in real numbers.
+const DISCREPANCY_WEIGHT: f64 = 8.0;
+/// The response of the base run may be this many times the largest level: as good as unknown.
+const BASE_SD: f64 = 100.0;
+
+/// One mounting as real numbers: real parts of its rows, then imaginary parts.
+#[derive(Debug, Clone)]
+pub struct Seen {
+    /// Numbers of the components that were measured.
+    pub at: Vec<usize>,
+    /// What they were, µm.
+    pub y: DVector<f64>,
+    /// Variance of the mean of the repeats.
+    repeat: DVector<f64>,
+}
+
+impl Seen {
+    /// A mounting of which everything is measured without end, and nothing moves.
+    pub fn complete(rows: usize) -> Self {
+        Self { at: (0..2 * rows).collect(), y: DVector::zeros(2 * rows), repeat: DVector::zeros(2 * rows) }
+    }
+
+    fn of(m: &Mounting, repeat_variance: &DVector<f64>) -> Self {
+        let rows = m.phasors.len();
+        let at: Vec<usize> = (0..2 * rows).filter(|i| m.phasors[i % rows].is_some()).collect();
+        let value = |i: usize| {
+            let y = m.phasors[i % rows].unwrap_or_default();
+            if i < rows { y.re } else { y.im }
+        };
+        let repeat = |i: usize| repeat_variance[i % rows] / m.repeats[i % rows].max(1) as f64;
+        Self {
+            y: DVector::from_iterator(at.len(), at.iter().map(|i| value(*i))),
+            repeat: DVector::from_iterator(at.len(), at.iter().map(|i| repeat(*i))),
+            at,
+        }
+    }
+}
+
+/// What is learned from, and what the model says beforehand.
+pub struct Learner {
+    /// Every mounting.
+    pub seen: Vec<Seen>,
+    /// Stated weights, g·mm.
+    pub stated: Vec<Option<Vec<C>>>,
+    linear: Linear,
+    structure: Structure,
+    largest_um: f64,
+}
+
+/// What was learned.
+#[derive(Debug, Clone)]
+pub struct Learned {
+    /// Y₀, then the influence of each plane; of each real parts, then imaginary parts.
+    pub state: DVector<f64>,
+    /// Its covariance.
+    pub covariance: DMatrix<f64>,
+    /// Covariance between mountings, in real form, µm².
+    pub scatter: DMatrix<f64>,
+    /// Parameters of the model, in standard deviations.
+    pub parameters: DVector<f64>,
+    /// Standard deviation of a weight, relative.
+    pub placement: f64,
+    sizes: DVector<f64>,
+    discrepancy: f64,
+    mountings: f64,
+    planes: usize,
+}
+
+impl Learned {
+    /// Number of complex rows.
+    pub fn rows(&self) -> usize {
+        self.scatter.nrows() / 2
+    }
+
+    /// Degrees of freedom of the size of the scatter: two of each mounting that the response of the base run and the
+    /// influence do not need, and two of each that the guess counts for.
+    pub fn freedom(&self) -> f64 {
+        2.0 * (GUESS_WEIGHT + (self.mountings - (1 + self.planes) as f64).max(0.0))
+    }
+
+    /// Influence of each plane, complex rows × planes, µm per g·mm.
+    pub fn influence(&self) -> DMatrix<C> {
+        let n = self.rows();
+        DMatrix::from_fn(n, self.planes, |i, j| {
+            let first = 2 * n * (1 + j) + i;
+            C::new(self.state[first], self.state[first + n])
+        })
+    }
+
+    /// What these weights do by the learned influence, and the covariance of a mounting's difference from it; `placed`
+    /// whether the weights may be off by what stated weights are.
+    pub fn predict(&self, seen: &Seen, weights: &[C], placed: bool) -> Prediction {
+        let design = design(weights, self.rows()).select_rows(&seen.at);
+        let mut covariance =
+            picked(&self.scatter, &seen.at) + &design * &self.covariance * design.transpose();
+        covariance += DMatrix::from_diagonal(&seen.repeat);
+        let per_weight = real(&self.influence()).select_rows(&seen.at);
+        if placed {
+            covariance += &per_weight * placement(weights, self.placement) * per_weight.transpose();
+        }
+        Prediction { mean: design * &self.state, covariance, per_weight }
+    }
+}
+
+/// What is expected of a mounting.
+pub struct Prediction {
+    /// Of its components, µm.
+    pub mean: DVector<f64>,
+    /// Of the difference.
+    pub covariance: DMatrix<f64>,
+    /// Components × real parts, then imaginary parts of the weights, µm per g·mm.
+    pub per_weight: DMatrix<f64>,
+}
+
+/// Components per state for these weights.
+fn design(weights: &[C], rows: usize) -> DMatrix<f64> {
+    let n = 2 * rows;
+    let mut design = DMatrix::zeros(n, n * (1 + weights.len()));
+    design.view_mut((0, 0), (n, n)).fill_with_identity();
+    for (j, u) in weights.iter().enumerate() {
+        for row in 0..rows {
+            let at = n * (1 + j) + row;
+            design[(row, at)] = u.re;
+            design[(row, at + rows)] = -u.im;
+            design[(rows + row, at)] = u.im;
+            design[(rows + row, at + rows)] = u.re;
+        }
+    }
+    design
+}
+
+/// Covariance of weights that are off in proportion to their size: real parts, then imaginary parts.
+pub fn placement(weights: &[C], relative: f64) -> DMatrix<f64> {
+    let p = weights.len();
+    DMatrix::from_diagonal(&DVector::from_fn(2 * p, |i, _| (relative * weights[i % p].norm()).powi(2)))
+}
+
+fn picked(matrix: &DMatrix<f64>, at: &[usize]) -> DMatrix<f64> {
+    matrix.select_rows(at).select_columns(at)
+}
+
+/// Cholesky factor of a covariance.
+pub fn factor(covariance: DMatrix<f64>) -> Result<Cholesky<f64, Dyn>, Error> {
+    let singular = || {
+        Error::Unsuitable("the scatter of the runs is singular: a probe shows the same in every run".into())
+    };
+    covariance.cholesky().ok_or_else(singular)
+}
+
+/// Sums over mountings, for the sizes.
+struct Expected {
+    /// Residuals' products, real form.
+    residuals: DMatrix<f64>,
+    /// Squared relative deviations of weights, and how many weights.
+    placed: [f64; 2],
+}
+
+impl Learner {
+    /// Mountings of a machine near a point of its model.
+    pub fn new(mountings: &Mountings, linear: Linear, structure: Structure) -> Self {
+        Self {
+            seen: mountings.runs.iter().map(|m| Seen::of(m, &mountings.repeat_variance)).collect(),
+            stated: mountings.runs.iter().map(|m| m.stated.clone()).collect(),
+            largest_um: mountings.levels_um().into_iter().fold(0.0, f64::max),
+            linear,
+            structure,
+        }
+    }
+
+    /// Learns in some rounds, each mounting with a weight between nothing and one; from what was learned before where given.
+    ///
+    /// # Errors
+    /// If a covariance is singular.
+    pub fn learn(&self, shares: &[f64], before: Option<&Learned>, rounds: usize) -> Result<Learned, Error> {
+        let (rows, planes) = self.linear.influence.shape();
+        let sizes = before.map_or_else(|| self.structure.guessed(), |b| b.sizes.clone());
+        let mut state = DVector::zeros(2 * rows * (1 + planes));
+        state.rows_mut(2 * rows, 2 * rows * planes).copy_from(&super::prior::stacked(&self.linear.influence));
+        let mut learned = Learned {
+            covariance: DMatrix::zeros(state.len(), state.len()),
+            state,
+            scatter: before.map_or_else(|| real(&self.structure.covariance(&sizes)), |b| b.scatter.clone()),
+            parameters: self.linear.parameters.clone(),
+            placement: before.map_or(PLACEMENT, |b| b.placement),
+            sizes,
+            discrepancy: before.map_or(1.0, |b| b.discrepancy),
+            mountings: shares.iter().sum(),
+            planes,
+        };
+        for _ in 0..rounds {
+            self.round(&mut learned, shares)?;
+        }
+        Ok(learned)
+    }
+
+    /// Prior covariance of the influence.
+    fn spread(&self, discrepancy: f64) -> DMatrix<f64> {
+        &self.linear.slopes * self.linear.slopes.transpose() + &self.linear.discrepancy * discrepancy
+    }
+
+    fn round(&self, learned: &mut Learned, shares: &[f64]) -> Result<(), Error> {
+        let n = 2 * learned.rows();
+        let spread = factor(self.spread(learned.discrepancy))?;
+        let mut precision = DMatrix::zeros(learned.state.len(), learned.state.len());
+        let free = 1.0 / (BASE_SD * self.largest_um).powi(2);
+        precision.view_mut((0, 0), (n, n)).fill_diagonal(free);
+        let inner = n * learned.planes;
+        precision.view_mut((n, n), (inner, inner)).copy_from(&spread.inverse());
+        let mut right = DVector::zeros(learned.state.len());
+        right.rows_mut(n, inner).copy_from(&spread.solve(&self.linear.mean));
+        let per_weight = real(&learned.influence());
+        let mut used = Vec::new();
+        for (k, stated) in self.stated.iter().enumerate() {
+            let (Some(weights), true) = (stated, shares[k] > 0.0) else { continue };
+            let seen = &self.seen[k];
+            let design = design(weights, n / 2).select_rows(&seen.at);
+            let per_weight = per_weight.select_rows(&seen.at);
+            let placed = placement(weights, learned.placement);
+            let mut covariance = picked(&learned.scatter, &seen.at) + DMatrix::from_diagonal(&seen.repeat);
+            covariance += &per_weight * &placed * per_weight.transpose();
+            let inverse = factor(covariance)?.inverse();
+            let weighted = design.tr_mul(&inverse) * shares[k];
+            precision += &weighted * &design;
+            right += weighted * &seen.y;
+            used.push((k, design, per_weight, placed, inverse));
+        }
+        let solved = factor(precision)?;
+        learned.state = solved.solve(&right);
+        learned.covariance = solved.inverse();
+        let mut sums = Expected { residuals: DMatrix::zeros(n, n), placed: [0.0; 2] };
+        for (k, design, per_weight, placed, inverse) in used {
+            let left = &self.seen[k].y - &design * &learned.state;
+            let seen = &left * left.transpose() + &design * &learned.covariance * design.transpose();
+            // of each cause the mean and the covariance, given what was seen
+            let cause = |prior: DMatrix<f64>, reads: DMatrix<f64>| {
+                let gain = reads.transpose() * &inverse;
+                &gain * &seen * gain.transpose() + prior - gain * reads
+            };
+            let whole = learned.scatter.clone();
+            let columns = whole.select_rows(&self.seen[k].at);
+            sums.residuals += cause(whole, columns) * shares[k];
+            let weights = self.stated[k].as_deref().unwrap_or_default();
+            let moved = cause(placed.clone(), &per_weight * &placed);
+            for (j, u) in weights.iter().enumerate().filter(|(_, u)| u.norm() > 0.0) {
+                let squares = moved[(j, j)] + moved[(weights.len() + j, weights.len() + j)];
+                sums.placed[0] += shares[k] * squares / u.norm_sqr();
+                sums.placed[1] += shares[k] * 2.0;
+            }
+        }
+        self.resize(learned, &spread, &sums);
+        Ok(())
+    }
+
+    /// Sizes of everything that is not known, by what the last round expects of them.
+    fn resize(&self, learned: &mut Learned, spread: &Cholesky<f64, Dyn>, sums: &Expected) {
+        let guess = 2.0 * PLACEMENT_WEIGHT;
+        let placed = (sums.placed[0] + guess * PLACEMENT * PLACEMENT) / (sums.placed[1] + guess);
+        learned.placement = placed.sqrt();
+        let scatter = circular(&sums.residuals);
+        learned.sizes = self.structure.sizes(&learned.sizes, &scatter, learned.mountings);
+        learned.scatter = real(&self.structure.with_residuals(&learned.sizes, &scatter, learned.mountings));
+        let n = 2 * learned.rows();
+        let inner = n * learned.planes;
+        let off = spread.solve(&(learned.state.rows(n, inner) - &self.linear.mean));
+        let posterior = learned.covariance.view((n, n), (inner, inner));
+        let unit = &self.linear.discrepancy;
+        let own = unit * learned.discrepancy;
+        // of the discrepancy, in units of its guess: mean and covariance given the influence, and that of the influence
+        let mean_square = off.dot(&(unit * &off)) * learned.discrepancy.powi(2);
+        let narrowed = spread.solve(&own).trace();
+        let through = spread.solve(&(posterior * spread.solve(&own))).trace() * learned.discrepancy;
+        let squares = mean_square + (inner as f64 - narrowed) * learned.discrepancy + through;
+        learned.discrepancy = (DISCREPANCY_WEIGHT + squares) / (DISCREPANCY_WEIGHT + inner as f64);
+        let moved = self.linear.slopes.tr_mul(&off);
+        learned.parameters = moved;
+    }
+}

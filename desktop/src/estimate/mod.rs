@@ -1,0 +1,208 @@
+//! The unbalance of each run relative to a base run, from runs of which the weights are stated.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`mounting`] | readings as runs at common speeds, repeats averaged |
+//! | [`prior`] | what the model says of the influence beforehand |
+//! | [`scatter`] | what differs between mountings |
+//! | [`learning`] | influence and scatter from the runs |
+//! | [`refutation`] | stated weights that cannot be true |
+//! | [`region`] | the unbalance of a run, with its region |
+//! | [`influence`] | plain influence coefficients beside |
+//! | [`condition`] | whether the planes are told apart, and what would |
+//!
+//! With few runs the physics decides, with many the data: the model is the mean of a Gaussian prior whose covariance comes from
+//! its own parameters and from a discrepancy in proportion to the response.
+
+pub mod condition;
+pub mod influence;
+pub mod learning;
+pub mod mounting;
+pub mod prior;
+pub mod refutation;
+pub mod region;
+pub mod scatter;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::{Complex, DVector};
+
+use crate::error::Error;
+use crate::machine::drawing::Rotor;
+use crate::measurement::Reading;
+use condition::Determined;
+use influence::Coefficients;
+use learning::{Learned, Learner};
+use mounting::Mountings;
+use prior::Machine;
+use refutation::{Judge, REFUTED, probability, without_each};
+use region::{PlaneEstimate, estimated};
+use scatter::Structure;
+
+type C = Complex<f64>;
+
+/// Points of the model around which it is taken as linear.
+const POINTS: usize = 8;
+/// After how many of them readings are moved to the common speeds.
+const MOVED: usize = 5;
+/// Rounds of learning at each.
+const LEARNING: usize = 3;
+/// Longest step of a parameter between them, standard deviations.
+const LONGEST_STEP: f64 = 1.5;
+
+/// What is asked.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// The run that the others are compared with; unless stated, the one without weights.
+    pub base: Option<String>,
+    /// Nothing is learned from the stated weights of the run that is estimated.
+    pub leave_one_out: bool,
+    /// All stated weights are taken as true.
+    pub trust_weights: bool,
+}
+
+/// The unbalance of a run relative to the base run.
+#[derive(Debug, Clone)]
+pub struct Estimate {
+    /// Name of the run.
+    pub run: String,
+    /// Speeds that it comes from, rpm.
+    pub speeds_rpm: Vec<f64>,
+    /// By the model and the runs, plane by plane.
+    pub planes: Vec<PlaneEstimate>,
+    /// By influence coefficients alone, g·mm; `None` where the runs do not determine them.
+    pub influence_g_mm: Option<Vec<C>>,
+    /// Stated weights, g·mm.
+    pub stated_g_mm: Option<Vec<C>>,
+}
+
+/// A run whose stated weights cannot be true.
+#[derive(Debug, Clone)]
+pub struct Refuted {
+    /// Name of the run.
+    pub run: String,
+    /// Probability that they are not true.
+    pub probability: f64,
+    /// What is stated, g·mm.
+    pub stated_g_mm: Vec<C>,
+    /// What was found without it, g·mm.
+    pub found_g_mm: Vec<C>,
+}
+
+/// What `estimate` answers.
+#[derive(Debug, Clone)]
+pub struct Estimates {
+    /// Name of the base run.
+    pub base: String,
+    /// Every run but the base, in the order of the data.
+    pub runs: Vec<Estimate>,
+    /// Whether the planes are told apart.
+    pub determined: Determined,
+    /// Runs whose stated weights cannot be true, least probable first.
+    pub refuted: Vec<Refuted>,
+    /// What was left out or is doubtful, one sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// Estimates the unbalance of every run relative to the base run.
+///
+/// # Errors
+/// One sentence if there is no base run, no stated run, or the model is singular.
+pub fn estimate(rotor: &Rotor, readings: &[Reading], options: &Options) -> Result<Estimates, Error> {
+    let measured = Mountings::of(rotor, readings, options.base.as_deref())?;
+    let machine = Machine::new(rotor, &measured.speeds_rad_s);
+    let base = measured.base;
+    let mut shares: Vec<f64> =
+        measured.runs.iter().map(|m| f64::from(u8::from(m.stated.is_some()))).collect();
+    let mut now = settled(rotor, &machine, &measured, &shares)?;
+    let judge = Judge::of(&now.learner, base).filter(|_| !options.trust_weights);
+    if let Some(judge) = &judge {
+        shares = judge.shares(&now.learner)?;
+        now = settled(rotor, &machine, &measured, &shares)?;
+    }
+    let Settled { learner, mountings, learned } = now;
+    let without = without_each(&learner, &learned, &shares, base)?;
+    let mut probabilities = vec![1.0; shares.len()];
+    if let Some(judge) = &judge {
+        for k in (0..shares.len()).filter(|k| *k != base) {
+            probabilities[k] = probability(judge.log_odds(&without[k], &learner, k)?);
+        }
+    }
+    let planes = rotor.plane.len();
+    let stated = || learner.stated.iter().flatten().flatten();
+    let largest_g_mm = stated().map(|u| u.norm()).fold(0.0, f64::max);
+    let found = |learned: &Learned, k: usize| estimated(learned, &learner.seen[k], planes, largest_g_mm);
+    let trusted: Vec<bool> = probabilities.iter().map(|p| *p >= REFUTED).collect();
+    let (mut runs, mut refuted) = (Vec::new(), Vec::new());
+    for (k, m) in mountings.runs.iter().enumerate().filter(|(k, _)| *k != base) {
+        let used: Vec<bool> =
+            (0..trusted.len()).map(|i| trusted[i] && !(options.leave_one_out && i == k)).collect();
+        let coefficients = Coefficients::of(&mountings, &used);
+        if !trusted[k] {
+            refuted.push(Refuted {
+                run: m.run.clone(),
+                probability: 1.0 - probabilities[k],
+                stated_g_mm: m.stated.clone().unwrap_or_default(),
+                found_g_mm: found(&without[k], k)?.into_iter().map(|p| p.unbalance_g_mm).collect(),
+            });
+        }
+        runs.push(Estimate {
+            run: m.run.clone(),
+            speeds_rpm: measured_rpm(m, mountings.probes),
+            planes: found(if options.leave_one_out { &without[k] } else { &learned }, k)?,
+            influence_g_mm: coefficients.and_then(|c| c.estimated(&m.phasors)),
+            stated_g_mm: m.stated.clone(),
+        });
+    }
+    refuted.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    let mut remarks = mountings.remarks.clone();
+    if judge.is_none() && !options.trust_weights {
+        remarks.push("The runs with stated weights are too few to tell a wrong weight by the others.".into());
+    }
+    Ok(Estimates {
+        base: mountings.runs[base].run.clone(),
+        determined: Determined::of(rotor, &machine, &mountings, &learned, largest_g_mm)?,
+        runs,
+        refuted,
+        remarks,
+    })
+}
+
+fn measured_rpm(m: &mounting::Mounting, probes: usize) -> Vec<f64> {
+    let seen = |row: &usize| m.phasors[*row].is_some();
+    let rows: Vec<usize> = (0..m.phasors.len()).filter(seen).collect();
+    let first = rows.chunk_by(|a, b| a / probes == b / probes).map(|rows| rows[0]);
+    first.map(|row| crate::measurement::rpm(m.speeds_rad_s[row])).collect()
+}
+
+/// Learned at the most probable parameters of the model.
+struct Settled {
+    learner: Learner,
+    /// With readings moved to the common speeds.
+    mountings: Mountings,
+    learned: Learned,
+}
+
+/// Moves the model to where these shares of the runs say, and readings to the common speeds by it.
+fn settled(rotor: &Rotor, machine: &Machine, measured: &Mountings, shares: &[f64]) -> Result<Settled, Error> {
+    let mut mountings = measured.clone();
+    let mut parameters = DVector::zeros(machine.parameters());
+    let mut before: Option<Learned> = None;
+    let mut points = 0;
+    loop {
+        let linear = machine.near(parameters.clone())?;
+        let structure = Structure::new(rotor, &linear.influence, &mountings.levels_um());
+        let learner = Learner::new(&mountings, linear, structure);
+        let learned = learner.learn(shares, before.as_ref(), LEARNING)?;
+        points += 1;
+        if points == POINTS {
+            return Ok(Settled { learner, mountings, learned });
+        }
+        let step = &learned.parameters - &parameters;
+        parameters += step.map(|d| d.clamp(-LONGEST_STEP, LONGEST_STEP));
+        before = Some(learned);
+        if points == MOVED {
+            mountings = measured.at_common_speeds(&machine.speed_slopes(&parameters)?);
+        }
+    }
+}

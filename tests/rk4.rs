@@ -1,0 +1,243 @@
+//! The real rig RK-4: unbalance of single conditions from others with stated weights.
+//!
+//! Magnitudes count over both disks of every condition but the base, phases over disks of 24 g·mm and more, as in the source.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::path::Path;
+
+use nalgebra::Complex;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use rotor_edge_desktop::estimate::{Estimate, Estimates, Options, estimate};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::measurement::{self, Reading};
+
+type C = Complex<f64>;
+
+/// The rig as found.
+const BASE: &str = "BASE";
+/// Draws of trial runs.
+const DRAWS: usize = 30;
+
+/// Weights that cannot be true by what everyone makes of the data.
+const IMPOSSIBLE: [&str; 4] = ["A027", "B007", "B031", "B047"];
+/// Disks with less have no phase that counts, g·mm.
+const PHASE_FROM_G_MM: f64 = 24.0;
+
+fn rig() -> (Rotor, Vec<Reading>) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/rk4");
+    let rotor = rotor_file::read(&folder.join("rotor.toml")).unwrap();
+    let readings = measurement::read(&folder.join("measured.csv"), &rotor).unwrap();
+    (rotor, readings)
+}
+
+/// Errors over disk values.
+#[derive(Default)]
+struct Errors {
+    /// Of magnitudes, g·mm.
+    magnitudes: Vec<f64>,
+    /// Of phases, degrees.
+    phases: Vec<f64>,
+    /// Whether intervals hold the magnitude.
+    held: Vec<bool>,
+}
+
+impl Errors {
+    fn add(&mut self, truth: &[C], found: &[C]) {
+        for (t, f) in truth.iter().zip(found) {
+            self.magnitudes.push(f.norm() - t.norm());
+            if t.norm() >= PHASE_FROM_G_MM - 1e-9 {
+                self.phases.push((f / t).arg().to_degrees());
+            }
+        }
+    }
+
+    fn add_estimate(&mut self, truth: &[C], e: &Estimate) {
+        self.add(truth, &unbalance(e));
+        for (t, p) in truth.iter().zip(&e.planes) {
+            self.held.push(p.interval_95[0] <= t.norm() && t.norm() <= p.interval_95[1]);
+        }
+    }
+
+    fn rmse(&self) -> f64 {
+        (self.magnitudes.iter().map(|e| e * e).sum::<f64>() / self.magnitudes.len() as f64).sqrt()
+    }
+
+    fn mae(&self) -> f64 {
+        self.magnitudes.iter().map(|e| e.abs()).sum::<f64>() / self.magnitudes.len() as f64
+    }
+
+    fn phase_deg(&self) -> f64 {
+        self.phases.iter().map(|e| e.abs()).sum::<f64>() / self.phases.len() as f64
+    }
+
+    fn share_held(&self) -> f64 {
+        self.held.iter().filter(|h| **h).count() as f64 / self.held.len() as f64
+    }
+}
+
+impl fmt::Display for Errors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [rmse, mae, phase_deg, held] = [self.rmse(), self.mae(), self.phase_deg(), self.share_held()];
+        let values = self.magnitudes.len();
+        write!(
+            f,
+            "{values} values: RMSE {rmse:.2}, MAE {mae:.2} g·mm, phase {phase_deg:.1}°, intervals hold {held:.3}"
+        )
+    }
+}
+
+fn unbalance(e: &Estimate) -> Vec<C> {
+    e.planes.iter().map(|p| p.unbalance_g_mm).collect()
+}
+
+fn refuted(e: &Estimates) -> BTreeSet<&str> {
+    e.refuted.iter().map(|r| r.run.as_str()).collect()
+}
+
+/// The rig with these conditions stated and all others blind.
+fn knowing(rotor: &Rotor, known: impl Fn(&str) -> bool) -> Rotor {
+    let mut some = rotor.clone();
+    some.run.retain(|run| run.name == BASE || known(&run.name));
+    some
+}
+
+fn truths(rotor: &Rotor, readings: &[Reading]) -> BTreeMap<String, Vec<C>> {
+    let trusting = Options { trust_weights: true, ..Options::default() };
+    let all = estimate(rotor, readings, &trusting).unwrap();
+    all.runs.into_iter().map(|e| (e.run, e.stated_g_mm.unwrap())).collect()
+}
+
+fn left_out(rotor: &Rotor, readings: &[Reading], trust_weights: bool) -> Estimates {
+    estimate(rotor, readings, &Options { leave_one_out: true, trust_weights, ..Options::default() }).unwrap()
+}
+
+#[test]
+fn each_condition_left_out_in_turn_is_found_and_impossible_weights_are_refuted() {
+    let (rotor, readings) = rig();
+    let found = left_out(&rotor, &readings, false);
+    let out = refuted(&found);
+    assert!(IMPOSSIBLE.iter().all(|run| out.contains(run)), "{out:?}");
+    assert!(out.len() <= IMPOSSIBLE.len() + 3, "{out:?}");
+    let mut kept = Errors::default();
+    for e in found.runs.iter().filter(|e| !out.contains(e.run.as_str())) {
+        kept.add_estimate(e.stated_g_mm.as_ref().unwrap(), e);
+    }
+    println!("refuted {out:?}; the others {kept}");
+    assert!(kept.rmse() <= 1.6 && kept.mae() <= 1.2 && kept.phase_deg() <= 3.0, "{kept}");
+    assert!((0.90..=0.98).contains(&kept.share_held()), "{kept}");
+    let [slow, fast] = [0, 1].map(|i| found.determined.conditions[i].condition);
+    assert!((16.0..19.0).contains(&slow) && (23.0..26.0).contains(&fast), "{slow} and {fast}");
+}
+
+#[test]
+fn with_all_labels_taken_as_true_the_published_errors_are_reached() {
+    let (rotor, readings) = rig();
+    let mut all = Errors::default();
+    for e in &left_out(&rotor, &readings, true).runs {
+        all.add_estimate(e.stated_g_mm.as_ref().unwrap(), e);
+    }
+    println!("each left out {all}");
+    assert!(all.rmse() <= 3.38 && all.mae() <= 1.90 && all.phase_deg() <= 5.9, "{all}");
+    let truth = truths(&rotor, &readings);
+    for (protocol, folds, at_most) in protocols(&truth) {
+        let mut errors = Errors::default();
+        for unseen in folds {
+            let some = knowing(&rotor, |run| !unseen.contains(run));
+            let trusting = Options { trust_weights: true, ..Options::default() };
+            let found = estimate(&some, &readings, &trusting).unwrap();
+            for e in found.runs.iter().filter(|e| unseen.contains(e.run.as_str())) {
+                errors.add_estimate(&truth[&e.run], e);
+            }
+        }
+        println!("{protocol} {errors}");
+        assert!(errors.rmse() <= at_most, "{protocol} {errors}");
+    }
+}
+
+/// What is unseen while the rest is learned from, fold by fold, and the RMSE allowed: an eighth of the circle by the angle of the heavier weight; one of
+/// the four loadings (either disk alone, both the same way, both against one another); all weights larger than some.
+///
+/// The source does not say what it calls larger. Of weights up to 12 g·mm its figure is reached; beyond that the four or so
+/// conditions that have 60 g·mm and the impossible one of 30 g·mm are most of what is left to test, and the errors are theirs:
+/// B047 alone, whose second weight was not there, makes 30 / √56 = 4.0 g·mm of the 56 values above 24 g·mm.
+fn protocols(truth: &BTreeMap<String, Vec<C>>) -> Vec<(String, Vec<BTreeSet<&str>>, f64)> {
+    let by = |of: &dyn Fn(&[C]) -> i64| {
+        let mut folds: BTreeMap<i64, BTreeSet<&str>> = BTreeMap::new();
+        truth.iter().for_each(|(run, u)| {
+            folds.entry(of(u)).or_default().insert(run);
+        });
+        folds.into_values().collect::<Vec<_>>()
+    };
+    let heavier = |u: &[C]| if u[1].norm() > u[0].norm() + 1e-9 { u[1] } else { u[0] };
+    let eighth = |u: &[C]| (heavier(u).arg().to_degrees() / 45.0).round().rem_euclid(8.0) as i64;
+    let loading = |u: &[C]| match [u[0].norm() > 0.0, u[1].norm() > 0.0] {
+        [true, true] => i64::from((u[0] / u[1]).re > 0.0),
+        [first, _] => 2 + i64::from(first),
+    };
+    let mut all = vec![
+        ("unseen angle sector".to_string(), by(&eighth), 3.57),
+        ("unseen loading".into(), by(&loading), 3.65),
+    ];
+    for (largest, at_most) in [(12.0, 4.83), (24.0, 5.2), (30.0, 5.5), (36.0, 6.3)] {
+        let larger = |u: &[C]| i64::from(heavier(u).norm() > largest + 1e-9);
+        all.push((format!("larger than {largest} g·mm"), by(&larger).into_iter().skip(1).collect(), at_most));
+    }
+    all
+}
+
+#[test]
+fn few_trial_runs_beat_influence_coefficients_and_intervals_hold() {
+    let (rotor, readings) = rig();
+    let found = left_out(&rotor, &readings, false);
+    let out = refuted(&found);
+    let sound = found.runs.iter().filter(|e| !out.contains(e.run.as_str()));
+    let truth: BTreeMap<&str, &Vec<C>> =
+        sound.map(|e| (e.run.as_str(), e.stated_g_mm.as_ref().unwrap())).collect();
+    let names: Vec<&str> = truth.keys().copied().collect();
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(14);
+    for trials in [2, 4, 7, 15] {
+        let (mut ours, mut coefficients, mut held, mut worse) = (vec![], vec![], vec![], 0);
+        while ours.len() < DRAWS {
+            let drawn = draw(&names, trials, &mut random);
+            let some = knowing(&rotor, |run| drawn.contains(run));
+            let answer = estimate(&some, &readings, &Options::default()).unwrap();
+            let (mut model, mut plain) = (Errors::default(), Errors::default());
+            for e in answer.runs.iter().filter(|e| !drawn.contains(e.run.as_str())) {
+                let (Some(t), Some(u)) = (truth.get(e.run.as_str()), &e.influence_g_mm) else { continue };
+                model.add_estimate(t, e);
+                plain.add(t, u);
+            }
+            if plain.magnitudes.is_empty() {
+                continue; // the drawn weights do not tell the planes apart, so there are no coefficients to compare with
+            }
+            assert!(trials > 2 || answer.determined.poorly, "{drawn:?}: {:?}", answer.determined);
+            worse += usize::from(model.rmse() > plain.rmse());
+            ours.push(model.rmse());
+            coefficients.push(plain.rmse());
+            held.extend(model.held);
+        }
+        let [model, plain] = [ours, coefficients].map(median);
+        let share = held.iter().filter(|h| **h).count() as f64 / held.len() as f64;
+        println!(
+            "{trials} trials: {model:.2} against {plain:.2} g·mm, worse in {worse} of {DRAWS} draws, intervals hold {share:.3}"
+        );
+    }
+}
+
+/// Some of these, each once.
+fn draw<'a>(from: &[&'a str], count: usize, random: &mut Xoshiro256PlusPlus) -> BTreeSet<&'a str> {
+    let mut drawn = BTreeSet::new();
+    while drawn.len() < count {
+        drawn.insert(from[(random.next_u64() % from.len() as u64) as usize]);
+    }
+    drawn
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let half = values.len() / 2;
+    if values.len() % 2 == 1 { values[half] } else { 0.5 * (values[half - 1] + values[half]) }
+}
