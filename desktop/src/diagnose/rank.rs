@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::answer::{ENOUGH, HeldOut, RIVAL, SURE, Verdict};
 use super::base::{Base, Tried};
+use crate::effects::Place;
 
 /// Speeds closer than this, relative, are one operating point.
 const SAME_SPEED: f64 = 0.01;
@@ -33,7 +34,7 @@ pub fn rank(base: &Base, tried: &[Tried]) -> Ranking {
     let top = tried.iter().filter(allowed).map(|t| t.delta_bic).fold(0.0, f64::max);
     let nothing = (-0.5 * top).exp();
     let weight = |t: &Tried| {
-        let switch = t.fit.effect_unknowns == base.fit.effect_unknowns;
+        let switch = t.assumed.place == Place::Machine && t.fit.effect_unknowns == base.fit.effect_unknowns;
         let prior = if switch { 1.0 } else { 1.0 / places };
         if t.disqualified.is_some() { 0.0 } else { prior * (0.5 * (t.delta_bic - top)).exp() }
     };
