@@ -1,12 +1,12 @@
 //! Adding effects to a model: one on request, or one after another until it is adequate.
 
-use super::answer::{Candidate, ENOUGH, RIVAL, SURE, Verdict};
+use super::answer::{Candidate, RIVAL, SURE, Verdict};
 use super::as_file::as_file;
 use super::base::{Base, Tried, same};
 use super::diagnosis::diagnose;
 use super::rank::rank;
 use super::{checks, parameters};
-use crate::effects::{Place, entry};
+use crate::effects::entry;
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
@@ -17,8 +17,9 @@ use crate::measurement::Reading;
 
 /// Effects that `improve` adds at most: no machine hides more, and each needs data of its own.
 const MOST_EFFECTS: usize = 4;
-/// Sets of effects that are followed side by side while none is enough.
-const BEAM: usize = 6;
+/// Sets of effects that are followed side by side, those that differ by a special case counted once. An effect that is
+/// not there can be enough for one step and stand in the way of those that are.
+const BEAM: usize = 8;
 
 /// A model with an effect more.
 #[derive(Debug, Clone)]
@@ -64,9 +65,9 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     checks::enough(&fitter)?;
     let base = Base::fit(&fitter)?;
     checks::after(&base, rotor, readings, &noise)?;
-    let switched_on = effect.places(rotor).is_empty() && place == Place::Machine;
-    if switched_on || base.hypothesis.effects.iter().any(|e| same(e, &assumed)) {
-        return Err(Error::Unsuitable(format!("{} is already in the model", assumed.label(rotor))));
+    let present = base.hypothesis.effects.iter().any(|e| same(e, &assumed));
+    if let Some(why) = present.then_some("is already in the model").or(effect.not_sought(rotor)) {
+        return Err(Error::Unsuitable(format!("{} {why}", assumed.label(rotor))));
     }
     let mut tried = base.attempt(assumed)?;
     if !fitter.drawing_is_exact() {
@@ -105,9 +106,8 @@ pub struct Outcome {
 /// Fits bearings and planes and adds effects until the model is adequate, or nothing that is left explains
 /// more than noise. Where rivals cannot be told apart the best of them is added: they predict this machine alike.
 ///
-/// Effects that hide together can mislead a search for one: as long as no single effect is enough, the
-/// best few are followed side by side, and the set that explains most is kept. `progress` hears of each
-/// effect of that set.
+/// Effects that hide together can mislead a search for one: the best few sets are followed side by side, and the one that
+/// explains most is kept. `progress` hears of each effect of that set.
 ///
 /// # Errors
 /// As [`super::diagnose`].
@@ -168,10 +168,12 @@ fn best_set<'a>(fitter: &'a Fitter<'a>) -> Result<(Base<'a>, Vec<String>), Error
     let mut beam = vec![Base::fit(fitter)?];
     let mut rivals = Vec::new();
     for _ in 0..MOST_EFFECTS {
-        let tried: Result<Vec<Vec<Tried>>, Error> = beam.iter().map(Base::try_all).collect();
-        let tried = tried?;
+        let mut tried = vec![beam[0].try_all()?];
         if rank(&beam[0], &tried[0]).nothing_missing >= SURE {
             break;
+        }
+        for base in &beam[1..] {
+            tried.push(base.try_all()?);
         }
         let allowed = |t: &&Tried| t.disqualified.is_none();
         let children = tried
@@ -188,17 +190,25 @@ fn best_set<'a>(fitter: &'a Fitter<'a>) -> Result<(Base<'a>, Vec<String>), Error
             new
         });
         let Some((_, best)) = children.first() else { break };
-        let enough = best.fit.chi2_per_value() < 1.0 + ENOUGH * (2.0 / best.fit.values as f64).sqrt();
         let near = best.fit.bic() + 2.0 * (1.0 / RIVAL).ln();
         let equals: Vec<String> = children
             .iter()
             .filter(|(_, t)| t.fit.bic() < near)
             .map(|(base, t)| labels(base, t).join(" + "))
             .collect();
-        let width = if enough { 1 } else { BEAM };
+        // a special case and what it is a case of lead the same way: together they count once
+        let mut ways: Vec<Vec<String>> = Vec::new();
+        let followed = children.iter().take_while(|(base, t)| {
+            let way = labels_of(base, t, |a| a.general_label(base.fitter.rotor));
+            if !ways.contains(&way) {
+                ways.push(way);
+            }
+            ways.len() <= BEAM
+        });
+        let many = followed.count();
+        children.truncate(many);
         let kept: Result<Vec<Base>, Error> = children
             .iter()
-            .take(width)
             .map(|(base, t)| Base::settle(fitter, base.hypothesis.with(t.assumed), base.scaled_for_file(t)))
             .collect();
         rivals = if equals.len() > 1 { equals } else { Vec::new() };
@@ -210,8 +220,12 @@ fn best_set<'a>(fitter: &'a Fitter<'a>) -> Result<(Base<'a>, Vec<String>), Error
 
 /// Labels of a base's effects and one more, sorted.
 fn labels(base: &Base, t: &Tried) -> Vec<String> {
+    labels_of(base, t, |a| a.label(base.fitter.rotor))
+}
+
+fn labels_of(base: &Base, t: &Tried, label: impl Fn(&Assumed) -> String) -> Vec<String> {
     let all = base.hypothesis.effects.iter().chain([&t.assumed]);
-    let mut labels: Vec<String> = all.map(|a| a.label(base.fitter.rotor)).collect();
+    let mut labels: Vec<String> = all.map(label).collect();
     labels.sort();
     labels
 }
