@@ -21,11 +21,11 @@ impl Effect for Rub {
     }
 
     fn parameters(&self, _: &Scales) -> Vec<Parameter> {
+        let any = f64::INFINITY;
         let positive =
-            |name, unit| Parameter { name, unit, scale: Scale::Logarithmic, bounds: [0.0, f64::INFINITY] };
-        // dry friction of metals does not exceed the normal force
-        let friction = Parameter { name: "mu", unit: "", scale: Scale::Linear(1.0), bounds: [0.0, 1.0] };
-        vec![positive("k", "N/m"), positive("clearance", "m"), friction]
+            |name, unit, most| Parameter { name, unit, scale: Scale::Logarithmic, bounds: [0.0, most] };
+        // friction always acts against the rotation, and of dry metals it does not exceed the normal force
+        vec![positive("k", "N/m", any), positive("clearance", "m", any), positive("mu", "", 1.0)]
     }
 
     fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {
