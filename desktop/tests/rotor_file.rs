@@ -1,6 +1,7 @@
 //! The page that describes `rotor.toml`, example by example, and what a machine's file is refused for.
 
 use rotor_edge_desktop::bearing::Law;
+use rotor_edge_desktop::effects::{ALL, Place, Scales};
 use rotor_edge_desktop::machine::drawing::{EffectEntry, Rotor};
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement;
@@ -64,6 +65,30 @@ fn every_example_of_the_page_is_read_and_written_and_read_again_the_same() {
         let again = rotor_file::read(&path).unwrap();
         assert_eq!(rotor, again, "{example}");
         assert!(Model::finite_elements(&rotor).response(600.0).is_ok(), "{example}");
+    }
+}
+
+#[test]
+fn the_page_s_table_lists_every_effect_once_with_its_parameters() {
+    let table = PAGE.split("| `kind`").nth(1).unwrap().split("\n\n").next().unwrap();
+    let quoted = |cell: &str| cell.split('`').skip(1).step_by(2).map(String::from).collect::<Vec<_>>();
+    let row = |row: &str| {
+        let cells: Vec<&str> = row.split('|').collect();
+        (quoted(cells[1]), quoted(cells[3]))
+    };
+    let rows: Vec<_> = table.lines().skip(2).map(row).collect();
+    let scales = Scales { stiffness_n_m: 1e8, fastest_rad_s: 1e3, reference_rad_s: 7e2, amplitude_m: 1e-5 };
+    let rotor = read(&machine(""));
+    for effect in ALL {
+        let listed: Vec<_> = rows.iter().filter(|(kinds, _)| kinds.contains(&effect.name().into())).collect();
+        let [(_, keys)] = listed[..] else { panic!("{} stands {} times", effect.name(), listed.len()) };
+        let real = effect.parameters(&scales).into_iter().map(|p| p.name);
+        let settings = effect.settings(&scales).into_iter().map(|(name, _)| name);
+        let place = effect.places(&rotor).first().copied().unwrap_or(Place::Machine);
+        let mut unknowns: Vec<&str> = effect.unknowns(&rotor, place).iter().map(|u| u.name).collect();
+        unknowns.dedup();
+        let taken: Vec<&str> = real.chain(settings).chain(unknowns).collect();
+        assert_eq!(&taken, keys, "{}", effect.name());
     }
 }
 

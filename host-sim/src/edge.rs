@@ -29,6 +29,16 @@ const SPEED_RANGE: [f64; 2] = [0.05, 1.3];
 /// in balance must be able to go out of balance.
 const UNBALANCE_FLOOR: f64 = 0.1;
 
+/// Effects that the desktop alone evaluates, and what to do instead.
+const LEFT_TO_THE_DESKTOP: [(&str, &str); 3] = [
+    ("speed_factor", "it takes the speed as it is read; correct the reading where it is made"),
+    ("rub", "its supports do not touch and let go; clear the rub first"),
+    (
+        "thermal_bow",
+        "it knows no run that the bow grows through; let the machine warm up, and give it a shaft_bow",
+    ),
+];
+
 /// A reduced desktop model together with the same model in the controller's form.
 pub struct Deployment {
     /// f64, for checking.
@@ -43,7 +53,8 @@ impl Deployment {
     /// Makes the model of an identified rotor, for machines that reach `fastest_rpm`.
     ///
     /// # Errors
-    /// If it has more probes or planes than controllers hold, its terms do not fit, or a foundation joins its supports.
+    /// If it has more probes or planes than controllers hold, its terms do not fit, a foundation joins its supports, or it has an effect
+    /// that no controller runs.
     pub fn new(rotor: &Rotor, fastest_rpm: f64) -> Result<Self> {
         if rotor.foundation.is_some() {
             bail!(
@@ -51,6 +62,11 @@ impl Deployment {
                  bearings a pedestal instead, if compare says that this will do",
                 rotor.name
             );
+        }
+        for (kind, instead) in LEFT_TO_THE_DESKTOP {
+            if rotor.effect.iter().any(|e| e.kind == kind) {
+                bail!("a controller does not run the effect {kind} of rotor \"{}\": {instead}", rotor.name);
+            }
         }
         let unbalance_kg_m = DVector::from_iterator(
             rotor.plane.len(),

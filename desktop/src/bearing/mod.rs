@@ -10,6 +10,7 @@ pub mod foundation;
 pub mod law;
 pub mod magnetic;
 pub mod pair;
+pub mod rub;
 pub mod squeeze_film;
 pub mod support;
 pub mod table;

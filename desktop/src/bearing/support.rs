@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::curve::Curve;
 use super::pair::Pair;
+use super::rub::Rub;
 
 type C = Complex<f64>;
 
@@ -26,6 +27,8 @@ pub struct SupportLaw {
     pub reference_rad_s: f64,
     /// κ of the describing function `k (1 + ¾ κ a²)` of a cubic spring, 1/m².
     pub hardening_per_m2: f64,
+    /// Contact beyond a clearance, if any.
+    pub rub: Option<Rub>,
     /// Elastic foundation in series, if any.
     pub pedestal: Option<Pedestal>,
 }
@@ -71,8 +74,14 @@ impl SupportLaw {
             stiffness_slope: 0.0,
             reference_rad_s: 0.0,
             hardening_per_m2: 0.0,
+            rub: None,
             pedestal: None,
         }
+    }
+
+    /// Whether its dynamic stiffness changes with the motion of the shaft.
+    pub fn depends_on_amplitude(&self) -> bool {
+        self.hardening_per_m2 != 0.0 || self.rub.is_some()
     }
 
     /// Stiffness and damping at running speed, of a shaft at rest in the bearing.
@@ -111,7 +120,7 @@ impl SupportLaw {
     /// Force per displacement at running speed, 2 × 2, N/m.
     ///
     /// `amplitude_m` is the zero-to-peak motion of the shaft here in x and y; it matters only to a
-    /// support that hardens or softens.
+    /// support that hardens or softens, or rubs.
     pub fn dynamic_stiffness(&self, speed_rad_s: f64, amplitude_m: [f64; 2]) -> Matrix2<C> {
         let bearing = self.without_pedestal(speed_rad_s, amplitude_m);
         match &self.pedestal {
@@ -131,6 +140,9 @@ impl SupportLaw {
         let Pair { mut stiffness, damping } = self.coefficients(speed_rad_s);
         for (axis, amplitude) in amplitude_m.into_iter().enumerate() {
             stiffness[(axis, axis)] *= 1.0 + 0.75 * self.hardening_per_m2 * amplitude * amplitude;
+        }
+        if let Some(rub) = &self.rub {
+            stiffness += rub.stiffness_n_m(amplitude_m);
         }
         let inertia = speed_rad_s.powi(2) * self.mass_kg;
         stiffness.map(C::from) + damping.map(|c| C::new(0.0, speed_rad_s * c))

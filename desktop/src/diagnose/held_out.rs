@@ -27,7 +27,8 @@ pub fn check(base: &Base, best: &Tried, readings: &[Reading], noise: &Noise) -> 
         };
         let fitter = |rows: &[usize]| {
             let chosen: Vec<Reading> = rows.iter().map(|i| readings[*i].clone()).collect();
-            Fitter::new(base.fitter.rotor, Data::new(base.fitter.rotor, noise, &chosen))
+            let data = Data::new(base.fitter.rotor, noise, &chosen).chosen_from(&base.fitter.data, rows);
+            Fitter::new(base.fitter.rotor, data)
         };
         let (kept, left) = (part(false), part(true));
         let sides = [(fitter(&kept), kept), (fitter(&left), left)];

@@ -4,11 +4,11 @@ use super::answer::{Candidate, SURE, Verdict};
 use super::as_file::as_file;
 use super::base::{Base, same};
 use super::determined::Determined;
-use super::diagnosis::diagnose;
-use super::sets::{Set, best_set};
+use super::diagnosis::{Weighed, diagnose};
+use super::sets::{Reach, Set, Together, together};
 use super::unknown::UnknownCause;
 use super::{checks, parameters};
-use crate::effects::{Place, entry};
+use crate::effects::entry;
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
@@ -18,8 +18,8 @@ use crate::inference::scatter::Scatter;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 
-/// Sets of effects that are followed side by side while none is enough.
-const BEAM: usize = 6;
+/// How far to look for several effects: no machine hides more than four, and each needs data of its own.
+const REACH: Reach = Reach { width: 8, effects: 4 };
 
 /// A model with an effect more.
 #[derive(Debug, Clone)]
@@ -65,9 +65,9 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     checks::enough(&fitter)?;
     let base = Base::fit(&fitter)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
-    let switched_on = effect.places(rotor).is_empty() && place == Place::Machine;
-    if switched_on || base.hypothesis.effects.iter().any(|e| same(e, &assumed)) {
-        return Err(Error::Unsuitable(format!("{} is already in the model", assumed.label(rotor))));
+    let present = base.hypothesis.effects.iter().any(|e| same(e, &assumed));
+    if let Some(why) = present.then_some("is already in the model").or(effect.not_sought(rotor)) {
+        return Err(Error::Unsuitable(format!("{} {why}", assumed.label(rotor))));
     }
     let mut tried = base.attempt(assumed)?;
     base.refine(&mut tried)?;
@@ -140,8 +140,7 @@ pub fn improve(
     }
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
-    let nothing_known =
-        matches!(at_start.verdict, Verdict::Unknown | Verdict::Adequate | Verdict::NotDetermined);
+    let nothing_known = matches!(at_start.verdict, Verdict::Adequate | Verdict::NotDetermined);
     if nothing_known || at_start.nothing_missing >= SURE {
         let base = Base::fit(&fitter)?;
         outcome.rotor = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
@@ -149,7 +148,10 @@ pub fn improve(
     }
     let own = rotor.effect.len();
     let start = Base::fit(&fitter)?;
-    let Some(Set { base: mut best, rivals, .. }) = best_set(&start, &start.try_all()?, BEAM)? else {
+    let Weighed { tried, unknown, .. } = start.weighed()?;
+    let Together { set, unknown_odds } = together(&start, &tried, &unknown, REACH)?;
+    let Some(Set { base: mut best, rivals, .. }) = set.filter(|_| unknown_odds < 1.0) else {
+        outcome.rotor = fitter.corrected(as_file(&start.hypothesis, &start.fit), &start.fit, &start.drawing);
         return Ok(outcome);
     };
     best.fit.covariance = fitter.covariance(&best.hypothesis, &best.fit, &best.drawing)?;

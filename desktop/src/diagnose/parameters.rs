@@ -53,7 +53,11 @@ pub fn of_each(with: &Hypothesis, fit: &Fit) -> Vec<Vec<FittedParameter>> {
         let unknowns = assumed.effect.unknowns(with.rotor, assumed.place);
         for (k, u) in unknowns.iter().enumerate() {
             let value: Complex<f64> = fit.unknowns[start + k];
-            let name = if unknowns.len() > 1 { format!("{} {}", u.name, k + 1) } else { u.name.to_string() };
+            let name = if unknowns.iter().filter(|other| other.name == u.name).count() > 1 {
+                format!("{} {}", u.name, k + 1)
+            } else {
+                u.name.to_string()
+            };
             let sd = variance(fit.x.len() + 2 * (start + k)).map(f64::sqrt);
             let bounds = [0.0, u.largest];
             all.push(FittedParameter { name, unit: u.unit, value: vec![value.re, value.im], sd, bounds });

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::answer::{RIVAL, SURE};
 use super::base::{Base, Tried};
+use crate::effects::Place;
 use crate::inference::scatter::Scatter;
 
 /// Speeds closer than this, relative, are one operating point.
@@ -13,7 +14,7 @@ const SAME_SPEED: f64 = 0.01;
 const VISIBLE: f64 = 1.0;
 
 /// Share of what may be missing that is not in the list: nineteen kinds cover most of what is known to happen.
-const OUTSIDE: f64 = 0.1;
+pub const OUTSIDE: f64 = 0.1;
 /// Label of a cause outside the list in a group that the data cannot tell apart.
 pub const NONE_OF_THESE: &str = "none of these";
 
@@ -43,7 +44,7 @@ pub fn rank(base: &Base, tried: &[Tried], unknown: Option<f64>) -> Ranking {
     let top = known.chain(unknown).fold(0.0, f64::max);
     let nothing = (-0.5 * top).exp();
     let weight = |t: &Tried| {
-        let switch = t.fit.effect_unknowns == base.fit.effect_unknowns;
+        let switch = t.assumed.place == Place::Machine && t.fit.effect_unknowns == base.fit.effect_unknowns;
         let prior = if switch { 1.0 } else { (1.0 - OUTSIDE) / places };
         if t.disqualified.is_some() { 0.0 } else { prior * (0.5 * (t.delta_bic - top)).exp() }
     };

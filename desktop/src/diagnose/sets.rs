@@ -5,11 +5,20 @@
 
 use super::answer::{RIVAL, SURE};
 use super::base::{Base, Tried};
-use super::rank::{explains, rank};
+use super::rank::{OUTSIDE, explains, rank};
+use super::unknown::Unknown;
 use crate::error::Error;
+use crate::fit::hypothesis::Assumed;
 
-/// Effects that are looked for at most: no machine hides more, and each needs data of its own.
-const MOST_EFFECTS: usize = 4;
+/// How far to look.
+#[derive(Debug, Clone, Copy)]
+pub struct Reach {
+    /// Sets that are followed side by side, those that differ by a special case counted once: an effect that is not there
+    /// can be enough for one step and stand in the way of those that are.
+    pub width: usize,
+    /// Effects that are looked for at most.
+    pub effects: usize,
+}
 
 /// A set of effects beside a model.
 pub struct Set<'a> {
@@ -22,15 +31,16 @@ pub struct Set<'a> {
     pub added: usize,
 }
 
-/// The smallest set of effects after which nothing is missing, or the best one that was reached; `width` sets are
-/// followed side by side. `None` if nothing can be added.
+/// The smallest set of effects after which nothing is missing, or the best one within reach; `None` if nothing can be
+/// added.
 ///
 /// # Errors
 /// If the machine is singular.
-pub fn best_set<'a>(base: &Base<'a>, tried: &[Tried], width: usize) -> Result<Option<Set<'a>>, Error> {
+fn best_set<'a>(base: &Base<'a>, tried: &[Tried], reach: Reach) -> Result<Option<Set<'a>>, Error> {
+    let Reach { width, effects } = reach;
     let Some(mut beam) = grown(&[(base, tried)], width)? else { return Ok(None) };
     let mut added = 1;
-    while added < MOST_EFFECTS {
+    while added < effects {
         let tried: Result<Vec<Vec<Tried>>, Error> = beam.sets.iter().map(Base::try_all).collect();
         let tried = tried?;
         if rank(&beam.sets[0], &tried[0], None).nothing_missing >= SURE {
@@ -43,6 +53,42 @@ pub fn best_set<'a>(base: &Base<'a>, tried: &[Tried], width: usize) -> Result<Op
         added += 1;
     }
     Ok(Some(Set { base: beam.sets.swap_remove(0), rivals: beam.rivals, added }))
+}
+
+/// Several effects together against something that no effect is.
+pub struct Together<'a> {
+    /// The effects, where they explain the data and nothing more is needed beside them.
+    pub set: Option<Set<'a>>,
+    /// Odds of something outside the list over them.
+    pub unknown_odds: f64,
+}
+
+/// Looks for several effects and weighs them against an unknown force: each effect pays for the places where it could
+/// sit, and the noise that is left must be what was stated.
+///
+/// # Errors
+/// If the machine is singular.
+pub fn together<'a>(
+    base: &Base<'a>,
+    tried: &[Tried],
+    unknown: &Unknown,
+    reach: Reach,
+) -> Result<Together<'a>, Error> {
+    let nothing = Together { set: None, unknown_odds: f64::INFINITY };
+    let Some(set) = best_set(base, tried, reach)? else { return Ok(nothing) };
+    let enough = is_enough(&Unknown::beside(&set.base)?) && explains(&set.base.drawing.scatter(), base);
+    if !enough {
+        return Ok(nothing);
+    }
+    let places = 2.0 * (tried.len().max(1) as f64).ln();
+    let delta = base.fit.bic() - set.base.fit.bic() - set.added as f64 * places;
+    let unknown_odds = OUTSIDE * (0.5 * (unknown.delta_bic - delta)).exp();
+    Ok(Together { set: Some(set), unknown_odds })
+}
+
+/// Whether an unknown force beside an explanation explains no more than chance would let it.
+pub fn is_enough(beside: &Unknown) -> bool {
+    OUTSIDE * (0.5 * beside.delta_bic).exp() < 1.0
 }
 
 /// Sets of one size.
@@ -67,17 +113,26 @@ fn grown<'a>(parents: &[(&Base<'a>, &[Tried])], width: usize) -> Result<Option<B
         seen.push(set);
         new
     });
-    let Some((parent, best)) = children.first() else { return Ok(None) };
-    let width = if explains(&best.drawing(parent).scatter(), parent) { 1 } else { width };
+    let Some((_, best)) = children.first() else { return Ok(None) };
     let near = best.fit.bic() + 2.0 * (1.0 / RIVAL).ln();
     let equals: Vec<String> = (children.iter())
         .filter(|(_, t)| t.fit.bic() < near)
         .map(|(base, t)| labels(base, t).join(" + "))
         .collect();
+    // a special case and what it is a case of lead the same way: together they count once
+    let mut ways: Vec<Vec<String>> = Vec::new();
+    let followed = children.iter().take_while(|(base, t)| {
+        let way = labels_of(base, t, |a| a.general_label(base.fitter.rotor));
+        if !ways.contains(&way) {
+            ways.push(way);
+        }
+        ways.len() <= width
+    });
+    let many = followed.count();
     let settle = |(base, t): &(&Base<'a>, &Tried)| {
         Base::settle(base.fitter, base.hypothesis.with(t.assumed), base.scaled_for_file(t))
     };
-    let kept: Result<Vec<Base>, Error> = children.iter().take(width).map(settle).collect();
+    let kept: Result<Vec<Base>, Error> = children.iter().take(many).map(settle).collect();
     let mut kept = kept?;
     kept.sort_by(|a, b| a.fit.bic().total_cmp(&b.fit.bic()));
     Ok(Some(Beam { sets: kept, rivals: if equals.len() > 1 { equals } else { Vec::new() } }))
@@ -85,8 +140,12 @@ fn grown<'a>(parents: &[(&Base<'a>, &[Tried])], width: usize) -> Result<Option<B
 
 /// Labels of a base's effects and one more, sorted.
 fn labels(base: &Base, t: &Tried) -> Vec<String> {
+    labels_of(base, t, |a| a.label(base.fitter.rotor))
+}
+
+fn labels_of(base: &Base, t: &Tried, label: impl Fn(&Assumed) -> String) -> Vec<String> {
     let all = base.hypothesis.effects.iter().chain([&t.assumed]);
-    let mut labels: Vec<String> = all.map(|a| a.label(base.fitter.rotor)).collect();
+    let mut labels: Vec<String> = all.map(label).collect();
     labels.sort();
     labels
 }

@@ -4,15 +4,13 @@ use super::answer::{HeldOut, SURE, Verdict};
 use super::base::{Base, Tried};
 use super::determined::Determined;
 use super::rank::{Ranking, explains};
-use super::sets::{Set, best_set};
+use super::sets::{Reach, Set, Together, is_enough, together};
 use super::unknown::Unknown;
 use crate::error::Error;
 use crate::inference::scatter::Scatter;
 
-/// Sets that are followed side by side to see whether known effects together explain the data.
-const WIDTH: usize = 1;
-/// Share of the prior for something that no known effect is, over that for nothing more: see [`super::rank`].
-const OUTSIDE_ODDS: f64 = 0.1;
+/// How far to look whether known effects together explain the data: `improve` looks further.
+const REACH: Reach = Reach { width: 1, effects: 2 };
 
 /// Everything that was found out about a model.
 pub struct Evidence<'a, 'b> {
@@ -79,7 +77,10 @@ impl<'a> Evidence<'a, '_> {
             self.tried.first().filter(|t| t.disqualified.is_none() && self.ranking.probabilities[0] > 0.0);
         let Some(best) = best.filter(|_| unknown < 1.0 - SURE) else { return self.several_or_unknown() };
         let left = best.drawing(base).scatter();
-        if unknown > self.ranking.probabilities[0] || !explains(&left, base) || !self.is_enough(best)? {
+        if unknown > self.ranking.probabilities[0]
+            || !explains(&left, base)
+            || !is_enough(&Unknown::beside_candidate(base, best)?)
+        {
             return self.several_or_unknown();
         }
         let label = best.assumed.label(base.fitter.rotor);
@@ -104,44 +105,34 @@ impl<'a> Evidence<'a, '_> {
         say(Verdict::Missing, format!("{label} is missing, {sure:.1} % sure."), left)
     }
 
-    /// Whether an unknown force beside a candidate explains no more than chance would let it.
-    fn is_enough(&self, best: &Tried) -> Result<bool, Error> {
-        let beside = Unknown::beside_candidate(self.base, best)?;
-        Ok(OUTSIDE_ODDS * (0.5 * beside.delta_bic).exp() < 1.0)
-    }
-
     /// No single effect is enough: several together, or something that is not in the list.
     fn several_or_unknown(&self) -> Result<Said, Error> {
         let base = self.base;
         let misfit = base.closest().chi2_per_value();
-        let mut outside = 1.0 - self.ranking.nothing_missing;
-        if let Some(Set { base: with, added, .. }) = best_set(base, self.tried, WIDTH)? {
-            let places = (self.tried.len().max(1) as f64).ln();
-            let delta = base.fit.bic() - with.fit.bic() - 2.0 * added as f64 * places;
-            let unknown = self.unknown.delta_bic + 2.0 * OUTSIDE_ODDS.ln();
-            let beside = Unknown::beside(&with)?;
-            let enough = OUTSIDE_ODDS * (0.5 * beside.delta_bic).exp() < 1.0;
-            let possible = enough && explains(&with.drawing.scatter(), base);
-            if possible {
-                outside *= (1.0 + (0.5 * (delta - unknown)).exp()).recip();
-            }
-            if possible && delta > unknown {
-                let all = &with.hypothesis.effects[base.hypothesis.effects.len()..];
-                let labels: Vec<String> = all.iter().map(|a| a.label(base.fitter.rotor)).collect();
-                let why = format!(
-                    "No single effect is enough: {} together explain it (χ² per value {misfit:.2} → {:.2}); `improve` adds \
-                     them.",
-                    labels.join(" and "),
-                    with.fit.chi2_per_value()
-                );
-                let scatter = with.drawing.scatter();
-                return Ok(Said { verdict: Verdict::Undecided, summary: why, scatter, outside });
-            }
+        let Together { set, unknown_odds } = together(base, self.tried, self.unknown, REACH)?;
+        let missing = 1.0 - self.ranking.nothing_missing;
+        let outside =
+            missing * if unknown_odds.is_finite() { unknown_odds / (1.0 + unknown_odds) } else { 1.0 };
+        if let Some(Set { base: with, .. }) = set.filter(|_| unknown_odds < 1.0) {
+            let all = &with.hypothesis.effects[base.hypothesis.effects.len()..];
+            let labels: Vec<String> = all.iter().map(|a| a.label(base.fitter.rotor)).collect();
+            let summary = format!(
+                "No single effect is enough: {} together explain it (χ² per value {misfit:.2} → {:.2}); `improve` adds them.",
+                labels.join(" and "),
+                with.fit.chi2_per_value()
+            );
+            return Ok(Said {
+                verdict: Verdict::Undecided,
+                summary,
+                scatter: with.drawing.scatter(),
+                outside,
+            });
         }
-        let why = format!(
-            "Something is missing that no effect of the list explains, nor several together (χ² per value {misfit:.2})."
+        let summary = format!(
+            "Something is missing that no effect of the list explains, nor {} together (χ² per value {misfit:.2}).",
+            REACH.effects
         );
-        Ok(Said { verdict: Verdict::Unknown, summary: why, scatter: self.unknown.force.scatter, outside })
+        Ok(Said { verdict: Verdict::Unknown, summary, scatter: self.unknown.force.scatter, outside })
     }
 }
 

@@ -11,6 +11,10 @@ impl Effect for CouplingForce {
         "coupling_force"
     }
 
+    fn general(&self) -> &'static str {
+        "coupling_misaligned"
+    }
+
     fn places(&self, _: &Rotor) -> Vec<Place> {
         vec![Place::Machine]
     }

@@ -29,7 +29,7 @@ impl Effect for CrossCoupledStiffness {
         vec![vec![0.02 * scales.stiffness_n_m], vec![-0.02 * scales.stiffness_n_m]]
     }
 
-    fn apply(&self, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
+    fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         let law = terms.bearing_mut(place);
         law.stiffness_n_m[(0, 1)] += parameters[0];
         law.stiffness_n_m[(1, 0)] -= parameters[0];

@@ -29,7 +29,7 @@ impl Effect for DiskMass {
         vec![vec![0.01 * mass], vec![-0.01 * mass]]
     }
 
-    fn apply(&self, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
+    fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         let law =
             SupportLaw { mass_kg: parameters[0], ..SupportLaw::linear(Matrix2::zeros(), Matrix2::zeros()) };
         terms.supports.push((place, law));

@@ -21,9 +21,9 @@ pub fn resolve(rotor: &Rotor, kind: &str, at: Option<&str>) -> Result<(&'static 
     everywhere.extend((0..rotor.bearing.len()).map(Place::Bearing));
     everywhere.extend((0..rotor.disk.len()).map(Place::Disk));
     everywhere.extend((0..rotor.probe.len()).map(Place::Probe));
-    // a switch that the file already has on offers no place, and is none the worse for it
-    let switch = effect.places(rotor).is_empty();
-    let offered = |p: &Place| effect.places(rotor).contains(p) || (switch && *p == Place::Machine);
+    // a file may state what is not sought on its machine
+    let stated = effect.not_sought(rotor).is_some();
+    let offered = |p: &Place| effect.places(rotor).contains(p) || (stated && *p == Place::Machine);
     if let Some(place) = everywhere.iter().find(|p| p.name(rotor) == at && offered(p)) {
         return Ok((effect, *place));
     }
@@ -34,6 +34,7 @@ pub fn resolve(rotor: &Rotor, kind: &str, at: Option<&str>) -> Result<(&'static 
         .map(|n| format!("\"{n}\""))
         .collect();
     Err(match (at, places.is_empty()) {
+        _ if !stated && effect.places(rotor).is_empty() => format!("{kind} has no place on this machine"),
         (Some(at), true) => format!("{kind} concerns the whole machine and has no place \"{at}\""),
         (Some(at), false) => format!("{kind} cannot sit at \"{at}\", expected one of {}", places.join(", ")),
         (None, _) => format!("{kind} needs a place, one of {}", places.join(", ")),
@@ -90,10 +91,9 @@ pub fn written(
         (Some(u), many) if matches!(u.pattern, Pattern::Runout(_)) => {
             all.insert(u.name.to_string(), ParameterValue::Phasors(many.iter().map(pair).collect()));
         }
-        (Some(u), [one, ..]) => {
-            all.insert(u.name.to_string(), ParameterValue::Phasor(pair(one)));
-        }
-        _ => {}
+        _ => all.extend(
+            unknowns.iter().zip(phasors).map(|(u, v)| (u.name.to_string(), ParameterValue::Phasor(pair(v)))),
+        ),
     }
     let at = place.name(rotor).map(str::to_string);
     EffectEntry { kind: effect.name().to_string(), at, parameters: all }
@@ -120,7 +120,7 @@ fn apply_all(rotor: &Rotor, terms: &mut Terms) {
     let scales = scales_of(rotor);
     for entry in &rotor.effect {
         let Ok((effect, place)) = resolve(rotor, &entry.kind, entry.at.as_deref()) else { continue };
-        effect.apply(place, &real_parameters(effect, entry, &scales), &scales, terms);
+        effect.apply(rotor, place, &real_parameters(effect, entry, &scales), &scales, terms);
         for u in effect.unknowns(rotor, place) {
             if let Some(value) = phasor(entry, u.name, u.pattern) {
                 add_unknown(&u, value, terms);

@@ -1,6 +1,6 @@
 //! Gyroscopic moments of disks and shaft.
 
-use super::{Effect, Knowledge, Place, Scales, unless};
+use super::{Effect, Knowledge, Place, Scales, switched_on, unless};
 use crate::machine::drawing::Rotor;
 use crate::machine::terms::Terms;
 
@@ -13,10 +13,14 @@ impl Effect for Gyroscopic {
     }
 
     fn places(&self, rotor: &Rotor) -> Vec<Place> {
-        unless(rotor.physics.gyroscopic)
+        unless(self.not_sought(rotor))
     }
 
-    fn apply(&self, _: Place, _: &[f64], _: &Scales, terms: &mut Terms) {
+    fn not_sought(&self, rotor: &Rotor) -> Option<&'static str> {
+        switched_on(rotor.physics.gyroscopic)
+    }
+
+    fn apply(&self, _: &Rotor, _: Place, _: &[f64], _: &Scales, terms: &mut Terms) {
         terms.physics.gyroscopic = true;
     }
 

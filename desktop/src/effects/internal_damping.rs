@@ -26,7 +26,7 @@ impl Effect for InternalDamping {
         vec![vec![0.01 / scales.fastest_rad_s]]
     }
 
-    fn apply(&self, _: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
+    fn apply(&self, _: &Rotor, _: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         terms.internal_damping_s = parameters[0];
     }
 

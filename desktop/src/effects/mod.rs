@@ -2,6 +2,7 @@
 //! and what an engineer should know of it. A new effect is a file of its own and a line in [`ALL`].
 
 mod coupling_force;
+mod coupling_misaligned;
 mod cross_coupled_stiffness;
 mod disk_mass;
 mod disk_skew;
@@ -9,16 +10,24 @@ pub mod entry;
 mod gyroscopic;
 mod hot_oil;
 mod internal_damping;
+mod keyphasor_offset;
+mod magnetic_pull;
 mod moved_load;
 mod nonlinear_stiffness;
 mod pedestal;
+mod pedestal_by_direction;
 mod probe_calibration;
+mod probe_reversed;
+mod probes_swapped;
 mod rotary_inertia;
+mod rub;
 mod runout;
 mod seal;
 mod shaft_bow;
 mod shear_deformation;
 mod speed_dependent_stiffness;
+mod speed_factor;
+mod thermal_bow;
 mod unbalance_plane;
 mod worn_clearance;
 
@@ -33,22 +42,31 @@ pub use crate::machine::place::{Pattern, Place};
 use crate::machine::terms::Terms;
 
 /// Every effect, in the order in which reports list them when nothing else decides.
-pub const ALL: [&dyn Effect; 19] = [
+pub const ALL: [&dyn Effect; 28] = [
     &gyroscopic::Gyroscopic,
     &shear_deformation::ShearDeformation,
     &rotary_inertia::RotaryInertia,
     &speed_dependent_stiffness::SpeedDependentStiffness,
     &pedestal::OnPedestal,
+    &pedestal_by_direction::PedestalByDirection,
     &cross_coupled_stiffness::CrossCoupledStiffness,
     &seal::Seal,
     &unbalance_plane::UnbalancePlane,
     &shaft_bow::ShaftBow,
+    &thermal_bow::ThermalBow,
     &disk_skew::DiskSkew,
     &runout::Runout,
     &probe_calibration::ProbeCalibration,
+    &probe_reversed::ProbeReversed,
+    &probes_swapped::ProbesSwapped,
+    &keyphasor_offset::KeyphasorOffset,
+    &speed_factor::SpeedFactor,
     &coupling_force::CouplingForce,
+    &coupling_misaligned::CouplingMisaligned,
     &disk_mass::DiskMass,
+    &magnetic_pull::MagneticPull,
     &nonlinear_stiffness::NonlinearStiffness,
+    &rub::Rub,
     &internal_damping::InternalDamping,
     &worn_clearance::WornClearance,
     &hot_oil::HotOil,
@@ -118,8 +136,20 @@ pub trait Effect: Sync {
     /// As in `[[effect]] kind` and on the command line.
     fn name(&self) -> &'static str;
 
+    /// The effect of which this one is a special case at the same place; itself if of none.
+    fn general(&self) -> &'static str {
+        self.name()
+    }
+
     /// Every place where the effect can sit on this rotor and does not yet by its `[physics]`.
     fn places(&self, rotor: &Rotor) -> Vec<Place>;
+
+    /// Why the effect of a whole machine is not sought on this rotor, though its file may state it: after its name, it
+    /// completes a sentence.
+    fn not_sought(&self, rotor: &Rotor) -> Option<&'static str> {
+        let _ = rotor;
+        None
+    }
 
     /// Parameters that are searched.
     fn parameters(&self, scales: &Scales) -> Vec<Parameter> {
@@ -146,8 +176,8 @@ pub trait Effect: Sync {
     }
 
     /// Changes supports, physics and probes; linear unknowns are added by [`Effect::unknowns`].
-    fn apply(&self, place: Place, parameters: &[f64], scales: &Scales, terms: &mut Terms) {
-        let _ = (place, parameters, scales, terms);
+    fn apply(&self, rotor: &Rotor, place: Place, parameters: &[f64], scales: &Scales, terms: &mut Terms) {
+        let _ = (rotor, place, parameters, scales, terms);
     }
 
     /// For the engineer.
@@ -193,7 +223,12 @@ fn disks(rotor: &Rotor) -> Vec<Place> {
     (0..rotor.disk.len()).map(Place::Disk).collect()
 }
 
-/// The whole machine, if a switch of `[physics]` is still off.
-fn unless(in_force: bool) -> Vec<Place> {
-    if in_force { Vec::new() } else { vec![Place::Machine] }
+/// The whole machine, unless something speaks against seeking the effect.
+fn unless(not_sought: Option<&str>) -> Vec<Place> {
+    if not_sought.is_some() { Vec::new() } else { vec![Place::Machine] }
+}
+
+/// What speaks against seeking a switch that is on.
+fn switched_on(in_force: bool) -> Option<&'static str> {
+    in_force.then_some("is already in the model")
 }

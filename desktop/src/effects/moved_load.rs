@@ -24,7 +24,7 @@ impl Effect for MovedLoad {
         vec![vec![1.5], vec![0.6], vec![2.5]]
     }
 
-    fn apply(&self, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
+    fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         if let (Some(film), &[factor]) = (film_mut(place, terms), parameters) {
             film.load_n *= factor;
         }

@@ -26,7 +26,7 @@ impl Effect for NonlinearStiffness {
         vec![vec![0.02 * unit], vec![-0.02 * unit]]
     }
 
-    fn apply(&self, _: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
+    fn apply(&self, _: &Rotor, _: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         for law in terms.bearings_mut() {
             law.hardening_per_m2 = parameters[0];
         }

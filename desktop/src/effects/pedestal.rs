@@ -13,10 +13,12 @@ impl Effect for OnPedestal {
         "pedestal"
     }
 
+    fn general(&self) -> &'static str {
+        "pedestal_by_direction"
+    }
+
     fn places(&self, rotor: &Rotor) -> Vec<Place> {
-        let mut places = bearings(rotor);
-        places.retain(|p| !matches!(p, Place::Bearing(i) if rotor.stands(*i)));
-        places
+        free_to_move(rotor)
     }
 
     fn parameters(&self, _: &Scales) -> Vec<Parameter> {
@@ -37,7 +39,7 @@ impl Effect for OnPedestal {
         starts
     }
 
-    fn apply(&self, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
+    fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         let &[stiffness_n_m, mass_kg, damping_n_s_m] = parameters else { return };
         terms.bearing_mut(place).pedestal = Some(Pedestal::isotropic(stiffness_n_m, damping_n_s_m, mass_kg));
     }
@@ -53,4 +55,11 @@ impl Effect for OnPedestal {
                       foot.",
         }
     }
+}
+
+/// Every bearing whose housing the drawing leaves on rigid ground.
+pub(super) fn free_to_move(rotor: &Rotor) -> Vec<Place> {
+    let mut places = bearings(rotor);
+    places.retain(|p| !matches!(p, Place::Bearing(i) if rotor.stands(*i)));
+    places
 }

@@ -34,7 +34,7 @@ impl Effect for Seal {
         vec![vec![0.02 * k, 0.05 * k, 0.02 * c], vec![0.02 * k, -0.05 * k, 0.02 * c]]
     }
 
-    fn apply(&self, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
+    fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         let &[k, q, c] = parameters else { return };
         let law = SupportLaw::linear(Matrix2::new(k, q, -q, k), Matrix2::identity() * c);
         terms.supports.push((place, law));

@@ -11,6 +11,10 @@ impl Effect for ShaftBow {
         "shaft_bow"
     }
 
+    fn general(&self) -> &'static str {
+        "thermal_bow"
+    }
+
     fn places(&self, _: &Rotor) -> Vec<Place> {
         vec![Place::Machine]
     }

@@ -1,6 +1,6 @@
 //! Shear flexibility of the shaft.
 
-use super::{Effect, Knowledge, Place, Scales, unless};
+use super::{Effect, Knowledge, Place, Scales, switched_on, unless};
 use crate::machine::drawing::Rotor;
 use crate::machine::terms::Terms;
 
@@ -13,10 +13,14 @@ impl Effect for ShearDeformation {
     }
 
     fn places(&self, rotor: &Rotor) -> Vec<Place> {
-        unless(rotor.physics.shear_deformation)
+        unless(self.not_sought(rotor))
     }
 
-    fn apply(&self, _: Place, _: &[f64], _: &Scales, terms: &mut Terms) {
+    fn not_sought(&self, rotor: &Rotor) -> Option<&'static str> {
+        switched_on(rotor.physics.shear_deformation)
+    }
+
+    fn apply(&self, _: &Rotor, _: Place, _: &[f64], _: &Scales, terms: &mut Terms) {
         terms.physics.shear_deformation = true;
     }
 

@@ -1,6 +1,6 @@
 //! Bearings that stiffen or soften with speed.
 
-use super::{Effect, Knowledge, Parameter, Place, Scale, Scales};
+use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, switched_on, unless};
 use crate::machine::drawing::Rotor;
 use crate::machine::terms::Terms;
 
@@ -13,7 +13,11 @@ impl Effect for SpeedDependentStiffness {
     }
 
     fn places(&self, rotor: &Rotor) -> Vec<Place> {
-        super::unless(rotor.bearing.iter().any(|b| b.law.as_law().follows_speed()))
+        unless(self.not_sought(rotor))
+    }
+
+    fn not_sought(&self, rotor: &Rotor) -> Option<&'static str> {
+        switched_on(rotor.bearing.iter().any(|b| b.law.as_law().follows_speed()))
     }
 
     fn parameters(&self, scales: &Scales) -> Vec<Parameter> {
@@ -26,7 +30,7 @@ impl Effect for SpeedDependentStiffness {
         vec![vec![0.05], vec![-0.05], vec![0.5], vec![-0.5]]
     }
 
-    fn apply(&self, _: Place, parameters: &[f64], scales: &Scales, terms: &mut Terms) {
+    fn apply(&self, _: &Rotor, _: Place, parameters: &[f64], scales: &Scales, terms: &mut Terms) {
         for law in terms.bearings_mut() {
             law.stiffness_slope = parameters[0];
             law.reference_rad_s = scales.reference_rad_s;

@@ -24,7 +24,7 @@ impl Effect for WornClearance {
         vec![vec![1.4], vec![2.0], vec![0.8]]
     }
 
-    fn apply(&self, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
+    fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         if let (Some(film), &[factor]) = (film_mut(place, terms), parameters) {
             film.clearance_m *= factor;
         }

@@ -46,7 +46,7 @@ pub fn observed(rotor: &Rotor, readings: &[Reading]) -> Vec<JournalReading> {
 pub fn residuals(observed: &[JournalReading], terms: &Terms) -> DVector<f64> {
     let residual = |seen: &JournalReading| {
         let Some(Curve::Film(film)) = &terms.supports[seen.bearing].1.curve else { return 0.0 };
-        let Some(place) = film.risen_m(seen.speed_rad_s) else { return 0.0 };
+        let Some(place) = film.risen_m(seen.speed_rad_s * terms.speed_factor) else { return 0.0 };
         let (sin, cos) = seen.angle_rad.sin_cos();
         (place.dot(&Vector2::new(cos, sin)) - seen.moved_m) / seen.sigma_m
     };

@@ -1,6 +1,8 @@
 //! Measurements made ready for fitting: what was measured where, how well, and under which known
 //! trial weights.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Complex;
 
 use super::centreline::{JournalReading, observed};
@@ -10,7 +12,8 @@ use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;
 
-/// Squared amplitudes at the bearings, x and y, m², for each row and bearing.
+/// Squared amplitudes of the shaft, x and y, m², for each row at every bearing, then at every disk; at a disk that nothing
+/// holds they are left at zero.
 pub type Amplitudes = Vec<Vec<[f64; 2]>>;
 
 /// One probe's value in one reading.
@@ -31,6 +34,8 @@ pub struct Row {
     pub run: usize,
     /// Speed of rotation, rad/s.
     pub speed_rad_s: f64,
+    /// How much of its run has passed, 0 to 1: by time where the readings state it, else by their order.
+    pub run_share: f64,
     /// Trial weights: position, m, and unbalance, kg·m.
     pub added: Vec<(f64, C)>,
     /// Values that were not lost.
@@ -50,7 +55,7 @@ impl Data {
     /// Readings of a rotor with their noise.
     pub fn new(rotor: &Rotor, noise: &Noise, readings: &[Reading]) -> Self {
         let mut runs: Vec<Option<&String>> = Vec::new();
-        let rows = readings.iter().map(|reading| {
+        let rows = readings.iter().zip(run_shares(readings)).map(|(reading, run_share)| {
             let name = reading.run.as_ref();
             let known = runs.iter().position(|r| *r == name);
             let number = known.unwrap_or_else(|| {
@@ -63,6 +68,7 @@ impl Data {
             Row {
                 run: number,
                 speed_rad_s: reading.speed_rad_s(),
+                run_share,
                 added: weights.map(|a| (a.position_m, phasor_kg_m(a.magnitude_g_mm, a.angle_deg))).collect(),
                 values: present
                     .map(|(probe, measured_m)| Value {
@@ -74,6 +80,12 @@ impl Data {
             }
         });
         Self { rows: rows.collect(), centreline: observed(rotor, readings) }
+    }
+
+    /// The same readings as parts of the runs that they were chosen from.
+    pub fn chosen_from(mut self, all: &Self, chosen: &[usize]) -> Self {
+        self.rows.iter_mut().zip(chosen).for_each(|(row, i)| row.run_share = all.rows[*i].run_share);
+        self
     }
 
     /// Complex values in all.
@@ -95,6 +107,25 @@ impl Data {
     pub fn fastest_rad_s(&self) -> f64 {
         self.rows.iter().map(|r| r.speed_rad_s).fold(0.0, f64::max)
     }
+}
+
+/// How much of its run has passed at each reading; at the only one of a run all of it.
+fn run_shares(readings: &[Reading]) -> Vec<f64> {
+    let mut runs: BTreeMap<Option<&str>, Vec<usize>> = BTreeMap::new();
+    for (i, reading) in readings.iter().enumerate() {
+        runs.entry(reading.run.as_deref()).or_default().push(i);
+    }
+    let mut shares = vec![1.0; readings.len()];
+    for rows in runs.values() {
+        let times: Option<Vec<f64>> = rows.iter().map(|i| readings[*i].time_d).collect();
+        let passed = times.unwrap_or_else(|| (0..rows.len()).map(|k| k as f64).collect());
+        let first = passed.iter().copied().fold(f64::INFINITY, f64::min);
+        let whole = passed.iter().copied().fold(f64::NEG_INFINITY, f64::max) - first;
+        for (i, at) in rows.iter().zip(&passed).filter(|_| whole > 0.0) {
+            shares[*i] = (at - first) / whole;
+        }
+    }
+    shares
 }
 
 /// Standard deviation of each component of a measured phasor, m.

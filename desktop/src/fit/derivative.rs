@@ -4,8 +4,10 @@
 use nalgebra::{Complex, DMatrix, Matrix2};
 
 use super::centreline;
+use super::data::{Row, Value};
 use super::problem::{Evaluated, Problem};
 use crate::machine::terms::Terms;
+use crate::receptance::update::Response;
 
 type C = Complex<f64>;
 
@@ -29,6 +31,7 @@ impl<const D: usize> Problem<'_, D> {
             self.add_support_slopes(now, &up, &down, &mut slopes);
             self.add_housing_slopes(now, &up, &down, &mut slopes);
             self.add_damping_slopes(now, &up, &down, &mut slopes);
+            self.add_speed_slopes(now, &up, &down, &mut slopes);
             self.add_gain_slopes(now, &up, &down, &mut slopes);
             for (k, (v, slope)) in self.data.values().zip(slopes).enumerate() {
                 (d[(2 * k, i)], d[(2 * k + 1, i)]) = (slope.re / v.sigma_m, slope.im / v.sigma_m);
@@ -62,12 +65,12 @@ impl<const D: usize> Problem<'_, D> {
             debug_assert_eq!(down.supports[k].0, *place, "a step does not move supports");
             let mut at = 0;
             for (r, row) in self.data.rows.iter().enumerate() {
-                let change = self.stiffness(*place, a, r) - self.stiffness(*place, b, r);
+                let change = self.stiffness(up, *place, a, r) - self.stiffness(down, *place, b, r);
                 let slope: Matrix2<C> = change.unscale(2.0 * SLOPE_STEP);
                 let force = slope * now.motion[r].fixed_rows::<2>(2 * held);
                 let adjoint = &now.responses[r].adjoint;
                 for v in &row.values {
-                    let seen = adjoint[v.probe].fixed_rows::<2>(2 * held).dot(&force);
+                    let seen = adjoint[now.terms.shows[v.probe]].fixed_rows::<2>(2 * held).dot(&force);
                     slopes[at] -= now.terms.gains[v.probe] * seen;
                     at += 1;
                 }
@@ -82,7 +85,8 @@ impl<const D: usize> Problem<'_, D> {
             let forces = |terms: &Terms| self.supports(terms, r).forces(&now.motion[r]);
             let force = (forces(up) - forces(down)).unscale(2.0 * SLOPE_STEP);
             for v in &row.values {
-                slopes[at] -= now.terms.gains[v.probe] * now.responses[r].adjoint[v.probe].dot(&force);
+                let seen = now.responses[r].adjoint[now.terms.shows[v.probe]].dot(&force);
+                slopes[at] -= now.terms.gains[v.probe] * seen;
                 at += 1;
             }
         }
@@ -96,9 +100,11 @@ impl<const D: usize> Problem<'_, D> {
         let mut at = 0;
         for (r, row) in self.data.rows.iter().enumerate() {
             for (a, b) in self.mounted(up, r).iter().zip(&self.mounted(down, r)) {
-                let Some(k) = row.values.iter().position(|v| v.probe == a.probe) else { continue };
+                let shown = |v: &Value| now.terms.shows[v.probe] == a.probe;
+                let Some(k) = row.values.iter().position(shown) else { continue };
                 let change = (a.reading - b.reading).dot(&now.motion[r]);
-                slopes[at + k] -= now.terms.gains[a.probe] * change.unscale(2.0 * SLOPE_STEP);
+                let gain = now.terms.gains[row.values[k].probe];
+                slopes[at + k] -= gain * change.unscale(2.0 * SLOPE_STEP);
             }
             at += row.values.len();
         }
@@ -112,7 +118,7 @@ impl<const D: usize> Problem<'_, D> {
         let places = self.places();
         let mut at = 0;
         for (r, row) in self.data.rows.iter().enumerate() {
-            let speed_and_damping = [row.speed_rad_s, now.terms.internal_damping_s];
+            let speed_and_damping = [self.speed_rad_s(&now.terms, r), now.terms.internal_damping_s];
             let supports = self.supports(&now.terms, r);
             let receptances = self.receptances_of(r, &now.terms);
             let (response, motion) = (&now.responses[r], &now.motion[r]);
@@ -125,7 +131,7 @@ impl<const D: usize> Problem<'_, D> {
                 motion,
             );
             for v in &row.values {
-                slopes[at] += now.terms.gains[v.probe] * change[v.probe] * slope;
+                slopes[at] += now.terms.gains[v.probe] * change[now.terms.shows[v.probe]] * slope;
                 at += 1;
             }
         }
@@ -135,23 +141,36 @@ impl<const D: usize> Problem<'_, D> {
         if up.gains == down.gains {
             return;
         }
-        let probes = up.gains.len();
-        let values = self
-            .data
-            .rows
-            .iter()
-            .zip(&now.responses)
-            .flat_map(|(row, r)| row.values.iter().map(move |v| (v, r)));
-        for (slope, (v, response)) in slopes.iter_mut().zip(values) {
-            let gain = (up.gains[v.probe] - down.gains[v.probe]) / (2.0 * SLOPE_STEP);
-            let known = response.probes[self.unknowns.len() * probes + v.probe];
-            let forced = now
-                .solved
-                .unknowns
-                .iter()
-                .enumerate()
-                .map(|(j, u)| u * response.probes[j * probes + v.probe]);
-            *slope += gain * forced.fold(known, |sum, y| sum + y);
+        let shown = self.shown(now, &now.responses);
+        for (slope, (v, shown)) in slopes.iter_mut().zip(self.data.values().zip(shown)) {
+            *slope += (up.gains[v.probe] - down.gains[v.probe]) / (2.0 * SLOPE_STEP) * shown;
         }
+    }
+
+    /// Another speed changes the receptances themselves: two whole responses.
+    fn add_speed_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+        if up.speed_factor == down.speed_factor {
+            return;
+        }
+        // at a critical speed without damping there is no slope
+        let (Some(above), Some(below)) = (self.respond(up), self.respond(down)) else { return };
+        let sides = self.shown(now, &above).into_iter().zip(self.shown(now, &below));
+        for (slope, (v, (above, below))) in slopes.iter_mut().zip(self.data.values().zip(sides)) {
+            *slope += now.terms.gains[v.probe] * (above - below) / (2.0 * SLOPE_STEP);
+        }
+    }
+
+    /// Motion that every value shows under the linear unknowns, gain and runout left out.
+    fn shown(&self, now: &Evaluated<D>, responses: &[Response<D>]) -> Vec<C> {
+        let probes = now.terms.shows.len();
+        let known = C::from(1.0);
+        let motion = |response: &Response<D>, probe: usize| -> C {
+            let sizes = now.solved.unknowns.iter().chain([&known]).enumerate();
+            sizes.map(|(j, size)| size * response.probes[j * probes + probe]).sum()
+        };
+        let of_row = |(row, response): (&Row, &Response<D>)| {
+            row.values.iter().map(|v| motion(response, now.terms.shows[v.probe])).collect::<Vec<C>>()
+        };
+        self.data.rows.iter().zip(responses).flat_map(of_row).collect()
     }
 }

@@ -29,7 +29,7 @@ impl<const D: usize> Problem<'_, D> {
             for (j, change) in errors.changes.iter().enumerate() {
                 let slopes = snapshot.slopes(change);
                 for (k, v) in row.values.iter().enumerate() {
-                    let slope = slopes[v.probe] * now.terms.gains[v.probe] / v.sigma_m;
+                    let slope = slopes[now.terms.shows[v.probe]] * now.terms.gains[v.probe] / v.sigma_m;
                     (d[(at + 2 * k, j)], d[(at + 2 * k + 1, j)]) = (slope.re, slope.im);
                 }
             }
@@ -83,10 +83,12 @@ pub(super) struct Snapshot<'a> {
 impl<'a> Snapshot<'a> {
     pub(super) fn new<const D: usize>(problem: &'a Problem<D>, now: &Evaluated<D>, r: usize) -> Self {
         let plant = &*problem.plant;
-        let (speed_rad_s, damping) = (problem.data.rows[r].speed_rad_s, now.terms.internal_damping_s);
+        let (speed_rad_s, damping) = (problem.speed_rad_s(&now.terms, r), now.terms.internal_damping_s);
         let mut sizes = vec![C::from(0.0); plant.forward.forces.ncols()];
         let known = C::from(1.0);
-        for (column, size) in problem.columns_of(r).iter().zip(now.solved.unknowns.iter().chain([&known])) {
+        for (column, size) in
+            problem.columns_of(r, speed_rad_s).iter().zip(now.solved.unknowns.iter().chain([&known]))
+        {
             column.iter().for_each(|(force, factor)| sizes[*force] += factor * size);
         }
         let (supports, places) = (problem.supports(&now.terms, r), problem.places());

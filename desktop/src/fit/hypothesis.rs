@@ -19,10 +19,16 @@ pub struct Assumed {
 impl Assumed {
     /// `effect@place`, or the effect alone where it concerns the whole machine.
     pub fn label(&self, rotor: &Rotor) -> String {
-        match self.place.name(rotor) {
-            Some(at) => format!("{}@{at}", self.effect.name()),
-            None => self.effect.name().to_string(),
-        }
+        self.labelled(self.effect.name(), rotor)
+    }
+
+    /// The same of the effect that this one is a special case of.
+    pub fn general_label(&self, rotor: &Rotor) -> String {
+        self.labelled(self.effect.general(), rotor)
+    }
+
+    fn labelled(&self, name: &str, rotor: &Rotor) -> String {
+        self.place.name(rotor).map_or_else(|| name.to_string(), |at| format!("{name}@{at}"))
     }
 }
 
@@ -81,7 +87,7 @@ impl<'a> Hypothesis<'a> {
         for assumed in &self.effects {
             let parameters = assumed.effect.parameters(&self.scales);
             let si: Vec<f64> = parameters.iter().zip(&x[at..]).map(|(p, v)| p.scale.to_si(*v)).collect();
-            assumed.effect.apply(assumed.place, &si, &self.scales, &mut terms);
+            assumed.effect.apply(self.rotor, assumed.place, &si, &self.scales, &mut terms);
             at += parameters.len();
         }
         terms

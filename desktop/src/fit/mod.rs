@@ -115,7 +115,7 @@ pub struct Fit {
     pub effect_unknowns: usize,
     /// Model at every value, m.
     pub predicted_m: Vec<C>,
-    /// Squared amplitudes at the bearings, m².
+    /// Squared amplitudes of the shaft, m².
     pub amplitudes: Amplitudes,
     /// Covariance of search coordinates and of real and imaginary parts of the linear unknowns.
     pub covariance: Option<DMatrix<f64>>,
@@ -186,8 +186,9 @@ impl<'a> Fitter<'a> {
         let laws = Bearings::of(self.rotor).drawn();
         let direct = laws.iter().map(|law| 0.5 * law.typical_stiffness_n_m().trace());
         let mean_square = base.map_or(1e-10, |fit| {
-            let all = fit.amplitudes.iter().flatten().flatten();
-            let count = fit.amplitudes.iter().flatten().count().max(1) * 2;
+            let at_bearings = fit.amplitudes.iter().flat_map(|row| &row[..laws.len()]);
+            let count = at_bearings.clone().count().max(1) * 2;
+            let all = at_bearings.flatten();
             (all.sum::<f64>() / count as f64).max(1e-18)
         });
         let fastest_rad_s = self.data.fastest_rad_s();
@@ -276,8 +277,11 @@ impl<'a> Fitter<'a> {
     ) -> Result<Fit, Error> {
         let terms = hypothesis.terms(&starts[0]);
         let plant = self.plant_of(drawing, &terms.physics)?;
-        let nonlinear = terms.supports.iter().any(|(_, law)| law.hardening_per_m2 != 0.0);
+        let nonlinear = terms.supports.iter().any(|(_, law)| law.depends_on_amplitude());
         let mut amplitudes = amplitudes.filter(|_| nonlinear).cloned();
+        if terms.supports.iter().any(|(_, law)| law.rub.is_some()) {
+            amplitudes = self.reaching_disks(hypothesis, &starts[0], plant.clone(), amplitudes)?;
+        }
         let mut x: Option<Vec<f64>> = None;
         let mut last_cost = f64::INFINITY;
         let mut rounds = 0;
@@ -288,8 +292,12 @@ impl<'a> Fitter<'a> {
                 Some(x) => problem.go_to(x),
                 None => scout(&mut *problem, starts),
             }
-            problem.descend(FINISH);
+            // while amplitudes still change there is no point in going to the end
+            problem.descend(if amplitudes.is_some() { SCOUT } else { FINISH });
             let settled = (last_cost - problem.cost()).abs() < 1e-3 || rounds >= AMPLITUDE_ROUNDS;
+            if settled {
+                problem.descend(FINISH);
+            }
             let fit = self.result(&*problem, hypothesis, drawing, effort)?;
             drop(problem);
             let Some(held) = amplitudes.as_mut().filter(|_| !settled) else { return Ok(fit) };
@@ -303,6 +311,27 @@ impl<'a> Fitter<'a> {
             x = Some(fit.x);
             rounds += 1;
         }
+    }
+
+    /// Amplitudes that were gathered before a disk was held, with those at that disk: nothing touches yet.
+    fn reaching_disks(
+        &self,
+        hypothesis: &Hypothesis,
+        start: &[f64],
+        plant: Arc<Plant>,
+        amplitudes: Option<Amplitudes>,
+    ) -> Result<Option<Amplitudes>, Error> {
+        let Some(mut known) = amplitudes else { return Ok(None) };
+        let mut problem = self.problem(hypothesis, plant, Some(&known), &self.plain)?;
+        problem.go_to(start);
+        let free = problem.amplitudes().ok_or_else(singular)?;
+        drop(problem);
+        for (known, free) in known.iter_mut().flatten().zip(free.into_iter().flatten()) {
+            if *known == [0.0; 2] {
+                *known = free;
+            }
+        }
+        Ok(Some(known))
     }
 
     fn result(
@@ -323,7 +352,7 @@ impl<'a> Fitter<'a> {
             effect_unknowns: hypothesis.size() - hypothesis.bearings.count()
                 + 2 * hypothesis.unknowns().len(),
             predicted_m: self.predicted_m(solved, drawing),
-            amplitudes: problem.bearing_amplitudes().ok_or_else(singular)?,
+            amplitudes: problem.amplitudes().ok_or_else(singular)?,
             covariance: if effort == Effort::Final { problem.covariance() } else { None },
             weighted: solved.left.clone(),
         })

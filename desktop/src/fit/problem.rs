@@ -106,28 +106,37 @@ impl<'a, const D: usize> Problem<'a, D> {
             amplitudes,
             whitening,
         };
-        problem.receptances = problem.receptances(0.0);
+        problem.receptances = problem.receptances(&Terms::drawn(rotor));
         problem
     }
 
     /// Number of each held place among the plant's.
     pub(super) fn places(&self) -> Vec<usize> {
-        let disks_after = self.hypothesis.rotor.bearing.len();
-        let number = |place: &Place| match place {
-            Place::Disk(i) => disks_after + i,
-            Place::Bearing(i) | Place::Probe(i) => *i,
-            Place::Machine => 0,
-        };
-        self.held.iter().map(number).collect()
+        self.held.iter().map(|place| self.number(*place)).collect()
     }
 
-    /// Force columns of a row: the unknowns' in turn, then the known trial weights.
-    pub(super) fn columns_of(&self, row: usize) -> Vec<Vec<(usize, C)>> {
+    /// Number of a place among the plant's.
+    pub(super) fn number(&self, place: Place) -> usize {
+        match place {
+            Place::Disk(i) => self.plant.bearings + i,
+            Place::Bearing(i) | Place::Probe(i) => i,
+            Place::Machine => 0,
+        }
+    }
+
+    /// The true speed in a row.
+    pub(super) fn speed_rad_s(&self, terms: &Terms, row: usize) -> f64 {
+        self.data.rows[row].speed_rad_s * terms.speed_factor
+    }
+
+    /// Force columns of a row at its true speed: the unknowns' in turn, then the known trial weights.
+    pub(super) fn columns_of(&self, row: usize, speed_rad_s: f64) -> Vec<Vec<(usize, C)>> {
         let row = &self.data.rows[row];
-        let w2 = row.speed_rad_s * row.speed_rad_s;
+        let w2 = speed_rad_s * speed_rad_s;
         let unknown = |column: &Column| match column {
             Column::Force { force, law, per_unit } => {
-                vec![(self.plant.column(*force), C::from(per_unit * law.factor(row.speed_rad_s)))]
+                let grown = if *force == Force::Pattern(Pattern::GrowingBow) { row.run_share } else { 1.0 };
+                vec![(self.plant.column(*force), C::from(per_unit * grown * law.factor(speed_rad_s)))]
             }
             Column::Runout { .. } => Vec::new(),
         };
@@ -136,18 +145,14 @@ impl<'a, const D: usize> Problem<'a, D> {
         self.unknowns.iter().map(unknown).chain([known]).collect()
     }
 
-    fn receptances(&self, internal_damping_s: f64) -> Vec<Receptances<D>> {
-        let places = self.places();
-        let at = |(r, row): (usize, &super::data::Row)| {
-            Receptances::new(&self.plant, row.speed_rad_s, internal_damping_s, &places, &self.columns_of(r))
-        };
-        self.data.rows.iter().enumerate().map(at).collect()
+    fn receptances(&self, terms: &Terms) -> Vec<Receptances<D>> {
+        (0..self.data.rows.len()).map(|row| self.receptances_of(row, terms)).collect()
     }
 
     /// The receptances of one row at the terms in force.
     pub(super) fn receptances_of(&self, row: usize, terms: &Terms) -> Receptances<D> {
-        let speed = self.data.rows[row].speed_rad_s;
-        Receptances::new(&self.plant, speed, terms.internal_damping_s, &self.places(), &self.columns_of(row))
+        let (speed, damping) = (self.speed_rad_s(terms, row), terms.internal_damping_s);
+        Receptances::new(&self.plant, speed, damping, &self.places(), &self.columns_of(row, speed))
     }
 
     /// Where the search is.
@@ -169,10 +174,11 @@ impl<'a, const D: usize> Problem<'a, D> {
     }
 
     /// The response of every row; `None` if the machine is singular.
-    fn respond(&self, terms: &Terms) -> Option<Vec<Response<D>>> {
-        // damping inside the shaft is the one parameter that changes the receptances themselves
-        let damped = (terms.internal_damping_s != 0.0).then(|| self.receptances(terms.internal_damping_s));
-        let receptances = damped.as_ref().unwrap_or(&self.receptances);
+    pub(super) fn respond(&self, terms: &Terms) -> Option<Vec<Response<D>>> {
+        // damping inside the shaft and another speed are all that changes the receptances themselves
+        let changed = terms.internal_damping_s != 0.0 || terms.speed_factor != 1.0;
+        let own = changed.then(|| self.receptances(terms));
+        let receptances = own.as_ref().unwrap_or(&self.receptances);
         let respond = |(r, all): (usize, &Receptances<D>)| {
             all.respond(&self.supports(terms, r), &self.mounted(terms, r))
         };
@@ -191,12 +197,13 @@ impl<'a, const D: usize> Problem<'a, D> {
             let at = 2 * i;
             let weight = v.sigma_m.recip();
             let gain = terms.gains[v.probe] * weight;
-            let known = response.probes[width * probes + v.probe] * gain + terms.runout_m[v.probe] * weight;
+            let shown = terms.shows[v.probe];
+            let known = response.probes[width * probes + shown] * gain + terms.runout_m[v.probe] * weight;
             let left = v.measured_m * weight - known;
             (target[at], target[at + 1]) = (left.re, left.im);
             for (j, column) in self.unknowns.iter().enumerate() {
                 let value = match column {
-                    Column::Force { .. } => response.probes[j * probes + v.probe] * gain,
+                    Column::Force { .. } => response.probes[j * probes + shown] * gain,
                     Column::Runout { probe, per_unit } if *probe == v.probe => C::from(per_unit * weight),
                     Column::Runout { .. } => continue,
                 };
@@ -245,10 +252,14 @@ impl<const D: usize> Search for Problem<'_, D> {
         self.chi2() + self.prior_cost()
     }
 
-    fn bearing_amplitudes(&self) -> Option<Amplitudes> {
-        let bearings = self.plant.bearings;
+    fn amplitudes(&self) -> Option<Amplitudes> {
+        let places = self.places();
         let at = |m: &SVector<C, D>| {
-            (0..bearings).map(|b| [m[2 * b].norm_sqr(), m[2 * b + 1].norm_sqr()]).collect()
+            let mut squared = vec![[0.0; 2]; self.plant.forward.held.ncols()];
+            for (i, place) in places.iter().enumerate() {
+                squared[*place] = [m[2 * i].norm_sqr(), m[2 * i + 1].norm_sqr()];
+            }
+            squared
         };
         Some(self.now.as_ref()?.motion.iter().map(at).collect())
     }

@@ -31,8 +31,8 @@ pub trait Search: UnitForces {
     fn chi2(&self) -> f64;
     /// Squared misfit with the prior on the bearings.
     fn cost(&self) -> f64;
-    /// Squared amplitude of the shaft at the bearings in every row, m².
-    fn bearing_amplitudes(&self) -> Option<Amplitudes>;
+    /// Squared amplitude of the shaft at its places in every row.
+    fn amplitudes(&self) -> Option<Amplitudes>;
     /// The model at `x` and these linear unknowns, in noise units.
     fn weighted_model(&self, x: &[f64], unknowns: &[C]) -> Option<DVector<f64>>;
     /// Change of the model at every value per search coordinate, weighted but not whitened or projected.

@@ -13,14 +13,20 @@ type C = Complex<f64>;
 
 impl<const D: usize> Problem<'_, D> {
     /// Dynamic stiffness of one support in a row.
-    pub(super) fn stiffness(&self, place: Place, law: &SupportLaw, row: usize) -> nalgebra::Matrix2<C> {
-        law.dynamic_stiffness(self.data.rows[row].speed_rad_s, self.amplitude_m(place, row))
+    pub(super) fn stiffness(
+        &self,
+        terms: &Terms,
+        place: Place,
+        law: &SupportLaw,
+        row: usize,
+    ) -> nalgebra::Matrix2<C> {
+        law.dynamic_stiffness(self.speed_rad_s(terms, row), self.amplitude_m(place, row))
     }
 
     /// Amplitude that a support is taken at in a row, x and y.
     fn amplitude_m(&self, place: Place, row: usize) -> [f64; 2] {
         match (self.amplitudes, place) {
-            (Some(a), Place::Bearing(b)) => a[row][b].map(f64::sqrt),
+            (Some(a), Place::Bearing(_) | Place::Disk(_)) => a[row][self.number(place)].map(f64::sqrt),
             _ => [0.0; 2],
         }
     }
@@ -31,7 +37,7 @@ impl<const D: usize> Problem<'_, D> {
         for (place, law) in &terms.supports {
             if let Some(i) = self.held.iter().position(|h| h == place) {
                 let mut block = own.fixed_view_mut::<2, 2>(2 * i, 0);
-                block += self.stiffness(*place, law, row);
+                block += self.stiffness(terms, *place, law, row);
             }
         }
         let (Some(footing), Some(held)) = (&terms.foundation, self.on_foundation(terms, row)) else {
@@ -54,9 +60,9 @@ impl<const D: usize> Problem<'_, D> {
     /// How the bearings on a foundation hold the shaft in a row.
     fn on_foundation(&self, terms: &Terms, row: usize) -> Option<Held> {
         let footing = terms.foundation.as_ref()?;
-        let own = |b: &usize| self.stiffness(terms.supports[*b].0, &terms.supports[*b].1, row);
+        let own = |b: &usize| self.stiffness(terms, terms.supports[*b].0, &terms.supports[*b].1, row);
         let own: Vec<_> = footing.bearings.iter().map(own).collect();
-        Some(footing.held(self.data.rows[row].speed_rad_s, &own))
+        Some(footing.held(self.speed_rad_s(terms, row), &own))
     }
 
     /// What the probes on housings read of them in a row.
@@ -79,7 +85,7 @@ impl<const D: usize> Problem<'_, D> {
                 }
             } else {
                 let (place, law) = &terms.supports[bearing];
-                let housing = law.housing(self.data.rows[row].speed_rad_s, self.amplitude_m(*place, row));
+                let housing = law.housing(self.speed_rad_s(terms, row), self.amplitude_m(*place, row));
                 for axis in 0..2 {
                     reading[2 * bearing + axis] = housing[(0, axis)] * cos + housing[(1, axis)] * sin;
                 }

@@ -33,7 +33,7 @@ pub fn summed_residual_um(data: &Data, predicted_m: &[Complex<f64>]) -> f64 {
 }
 
 impl Fitter<'_> {
-    /// A hypothesis for trying. Bearings that harden or soften are taken at the given `amplitudes`;
+    /// A hypothesis for trying. Supports that harden, soften or rub are taken at the given `amplitudes`;
     /// at rest if there are none.
     ///
     /// # Errors

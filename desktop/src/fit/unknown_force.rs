@@ -92,7 +92,10 @@ impl<const D: usize> UnitForces for Problem<'_, D> {
             let snapshot = Snapshot::new(self, now, r);
             seen.extend(row.values.iter().map(|v| {
                 let gain = now.terms.gains[v.probe] / v.sigma_m;
-                places.iter().map(|at| snapshot.under_force(at, v.probe).map(|y| y * gain)).collect()
+                places
+                    .iter()
+                    .map(|at| snapshot.under_force(at, now.terms.shows[v.probe]).map(|y| y * gain))
+                    .collect()
             }));
         }
         Some(seen)

@@ -56,18 +56,32 @@ pub enum Pattern {
     /// The force that holds the shaft straight against a half sine of this height between the
     /// bearings, m.
     Bow,
+    /// The same, growing evenly from nothing to this height while a run lasts, m.
+    GrowingBow,
     /// A force at the right end, N.
     RightEnd,
+    /// A moment on the tilt of the right end, N·m.
+    RightEndTilt,
     /// An offset of one probe at every speed, m.
     Runout(usize),
 }
 
 impl Pattern {
+    /// The pattern that has the same shape and does not grow while a run lasts.
+    pub fn shape(self) -> Self {
+        match self {
+            Self::GrowingBow => Self::Bow,
+            other => other,
+        }
+    }
+
     /// How the pattern grows with speed.
     pub fn law(self) -> SpeedLaw {
         match self {
             Self::DiskUnbalance(_) | Self::DiskTilt(_) => SpeedLaw::Squared,
-            Self::Bow | Self::RightEnd | Self::Runout(_) => SpeedLaw::Constant,
+            Self::Bow | Self::GrowingBow | Self::RightEnd | Self::RightEndTilt | Self::Runout(_) => {
+                SpeedLaw::Constant
+            }
         }
     }
 }

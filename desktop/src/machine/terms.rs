@@ -14,6 +14,8 @@ use crate::shaft::structure::{Station, Structure};
 pub struct Terms {
     /// Switches of the beam theory.
     pub physics: Physics,
+    /// True speed over that in the data.
+    pub speed_factor: f64,
     /// Viscous damping inside the shaft, as a multiple of its stiffness, s.
     pub internal_damping_s: f64,
     /// Bearings first, in the order of the file, then what effects add.
@@ -22,9 +24,11 @@ pub struct Terms {
     pub foundation: Option<Footing>,
     /// Rotating forces beside the planes that are sought: pattern and amplitude.
     pub forcings: Vec<(Pattern, Complex<f64>)>,
-    /// Gain of each probe.
+    /// The probe of the file whose motion each column of the data shows.
+    pub shows: Vec<usize>,
+    /// Gain of each column.
     pub gains: Vec<Complex<f64>>,
-    /// Runout of each probe, m.
+    /// Runout of each column, m.
     pub runout_m: Vec<Complex<f64>>,
 }
 
@@ -39,10 +43,12 @@ impl Terms {
         let place = |(i, law)| (Place::Bearing(i), law);
         Self {
             physics: rotor.physics,
+            speed_factor: 1.0,
             internal_damping_s: 0.0,
             supports: bearings.into_iter().enumerate().map(place).collect(),
             foundation: rotor.footing(),
             forcings: Vec::new(),
+            shows: (0..rotor.probe.len()).collect(),
             gains: vec![Complex::from(1.0); rotor.probe.len()],
             runout_m: vec![Complex::from(0.0); rotor.probe.len()],
         }
@@ -85,8 +91,9 @@ pub fn force_shape(pattern: Pattern, structure: &Structure, rotor: &Rotor) -> Op
     match pattern {
         Pattern::DiskUnbalance(i) => Some(structure.station(rotor.disk[i].position_m).displacement.clone()),
         Pattern::DiskTilt(i) => Some(structure.station(rotor.disk[i].position_m).slope.clone()),
-        Pattern::Bow => Some(&structure.stiffness * half_sine(structure, rotor)),
+        Pattern::Bow | Pattern::GrowingBow => Some(&structure.stiffness * half_sine(structure, rotor)),
         Pattern::RightEnd => structure.stations.last().map(|s| s.displacement.clone()),
+        Pattern::RightEndTilt => structure.stations.last().map(|s| s.slope.clone()),
         Pattern::Runout(_) => None,
     }
 }

@@ -13,13 +13,15 @@ use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Structure};
 use terms::{Forcing, ProbeTerm, Support};
 
 /// Fixed-point rounds over the amplitude at supports that harden or soften.
-const AMPLITUDE_ROUNDS: usize = 60;
+const AMPLITUDE_ROUNDS: usize = 300;
 
 /// A shaft with its terms, in whatever coordinates `structure` has.
 #[derive(Debug, Clone)]
 pub struct Model {
     /// The free shaft with its disks.
     pub structure: Structure,
+    /// True speed over the one that responses are asked for.
+    pub speed_factor: f64,
     /// Viscous damping inside the shaft, as a multiple of its stiffness, s.
     pub internal_damping_s: f64,
     /// Bearings first, in the order of the file.
@@ -79,14 +81,18 @@ impl Model {
             let shape = force_shape(*pattern, &structure, rotor)?;
             Some(Forcing { shape, amplitude: *amplitude, law: pattern.law() })
         });
-        let probes = rotor.probe.iter().enumerate().map(|(i, p)| ProbeTerm {
-            shape: shape(p.position_m),
-            angle_rad: p.angle_deg.to_radians(),
-            gain: terms.gains[i],
-            runout_m: terms.runout_m[i],
-            mount: terms.mount(rotor, i),
+        let probes = terms.shows.iter().enumerate().map(|(column, shown)| {
+            let probe = &rotor.probe[*shown];
+            ProbeTerm {
+                shape: shape(probe.position_m),
+                angle_rad: probe.angle_deg.to_radians(),
+                gain: terms.gains[column],
+                runout_m: terms.runout_m[column],
+                mount: terms.mount(rotor, *shown),
+            }
         });
         Self {
+            speed_factor: terms.speed_factor,
             internal_damping_s: terms.internal_damping_s,
             supports: supports.collect(),
             foundation: terms.foundation.clone(),
@@ -215,12 +221,18 @@ impl Model {
             .ok_or_else(|| Error::Unsuitable(format!("the model is singular at {speed_rad_s:.1} rad/s")))
     }
 
-    /// Response at one speed with the supports at the given amplitudes.
+    /// The speed at which the machine turns where the data state this one.
+    pub fn true_rad_s(&self, stated_rad_s: f64) -> f64 {
+        self.speed_factor * stated_rad_s
+    }
+
+    /// Response at a speed as data state it, with the supports at the given amplitudes.
     ///
     /// # Errors
     /// As [`Model::motion`].
     pub fn response_at(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> Result<Response, Error> {
         let n = self.structure.size();
+        let speed_rad_s = self.true_rad_s(speed_rad_s);
         let motion = self.motion(speed_rad_s, amplitudes_m)?;
         let x = motion.rows(0, n);
         let y = motion.rows(n, n);
@@ -274,7 +286,8 @@ impl Model {
         unbalance_kg_m: &DVector<Complex<f64>>,
     ) -> Result<Response, Error> {
         let mut amplitudes_m = vec![[0.0; 2]; self.supports.len()];
-        let nonlinear = self.supports.iter().any(|s| s.law.hardening_per_m2 != 0.0);
+        let (mut weight, mut last_change) = (0.5, f64::INFINITY);
+        let nonlinear = self.supports.iter().any(|s| s.law.depends_on_amplitude());
         for round in 0..AMPLITUDE_ROUNDS {
             let response = self.response_at(speed_rad_s, &amplitudes_m)?;
             if !nonlinear {
@@ -286,16 +299,21 @@ impl Model {
             for (k, m) in motion.iter().enumerate() {
                 let held = &mut amplitudes_m[k / 2][k % 2];
                 // relaxed: a softening support can otherwise hop between two branches
-                let relaxed = if round == 0 { m.norm() } else { 0.5 * (*held + m.norm()) };
+                let relaxed = if round == 0 { m.norm() } else { *held + weight * (m.norm() - *held) };
                 change = change.max((relaxed - *held).abs() / largest);
                 *held = relaxed;
             }
             if change < 1e-12 {
                 return Ok(response);
             }
+            if change > last_change {
+                // a contact is steep: smaller steps until they shrink
+                weight *= 0.7;
+            }
+            last_change = change;
         }
         let speed_rpm = speed_rad_s * 30.0 / std::f64::consts::PI;
-        Err(Error::Unsuitable(format!("the amplitude at the bearings does not settle at {speed_rpm:.0} rpm")))
+        Err(Error::Unsuitable(format!("the amplitude at the supports does not settle at {speed_rpm:.0} rpm")))
     }
 
     /// Eigenvalues (rad/s) of the machine turning at `spin_rad_s`, by rising absolute frequency; the

@@ -68,7 +68,7 @@ pub fn all_forces(rotor: &Rotor) -> Vec<Force> {
         forces.push(Force::Pattern(Pattern::DiskUnbalance(i)));
         forces.push(Force::Pattern(Pattern::DiskTilt(i)));
     }
-    forces.extend([Force::Pattern(Pattern::Bow), Force::Pattern(Pattern::RightEnd)]);
+    forces.extend([Pattern::Bow, Pattern::RightEnd, Pattern::RightEndTilt].map(Force::Pattern));
     forces
 }
 
@@ -83,8 +83,11 @@ fn force_row(force: Force, rotor: &Rotor, shaft: &Shaft, offsets: &Offsets) -> R
         }
         Force::Pattern(Pattern::DiskUnbalance(i)) => disk(i).0.displacement_beside(disk(i).1),
         Force::Pattern(Pattern::DiskTilt(i)) => disk(i).0.tilt_beside(disk(i).1),
-        Force::Pattern(Pattern::Bow) => shaft.bow_force(rotor).iter().copied().enumerate().collect(),
+        Force::Pattern(Pattern::Bow | Pattern::GrowingBow) => {
+            shaft.bow_force(rotor).iter().copied().enumerate().collect()
+        }
         Force::Pattern(Pattern::RightEnd) => shaft.right_end().displacement.clone(),
+        Force::Pattern(Pattern::RightEndTilt) => shaft.right_end().tilt.clone(),
         Force::Pattern(Pattern::Runout(_)) => Row::new(),
     }
 }
@@ -154,6 +157,10 @@ impl Plant {
 
     /// Number of the column of a force.
     pub fn column(&self, force: Force) -> usize {
+        let force = match force {
+            Force::Pattern(pattern) => Force::Pattern(pattern.shape()),
+            unbalance => unbalance,
+        };
         self.forces.iter().position(|f| *f == force).expect("all_forces lists every force of the rotor")
     }
 

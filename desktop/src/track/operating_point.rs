@@ -86,6 +86,7 @@ impl OperatingPoint {
     /// # Errors
     /// If it is singular there.
     pub fn new(model: &Model, speed_rad_s: f64) -> Result<Self, Error> {
+        let speed_rad_s = model.true_rad_s(speed_rad_s);
         let n = model.structure.size();
         let at_rest = vec![[0.0; 2]; model.supports.len()];
         let mut forces = DMatrix::<C>::zeros(2 * n, 4);

@@ -13,6 +13,8 @@ use crate::measurement::Reading;
 const FEWEST: usize = 10;
 /// A gap that is worth a remark, days.
 const LONG_GAP_D: f64 = 14.0;
+/// Effects whose supports depend on how far the shaft moves.
+const NONLINEAR: [&str; 2] = ["nonlinear_stiffness", "rub"];
 
 /// One reading.
 #[derive(Debug, Clone)]
@@ -78,9 +80,11 @@ pub fn check(rotor: &Rotor, record: &[Reading]) -> Result<Vec<String>, Error> {
             "the record has {complete} complete readings, tracking needs at least {FEWEST}"
         )));
     }
-    if rotor.effect.iter().any(|e| e.kind == "nonlinear_stiffness") {
-        let what = "tracking takes bearings as linear, and the rotor has nonlinear_stiffness; leave it out";
-        return Err(Error::Unsuitable(what.into()));
+    if let Some(nonlinear) = rotor.effect.iter().find(|e| NONLINEAR.contains(&e.kind.as_str())) {
+        let kind = &nonlinear.kind;
+        return Err(Error::Unsuitable(format!(
+            "tracking takes supports as linear, and the rotor has {kind}; leave it out"
+        )));
     }
     let mut remarks = checks::before(rotor, record)?;
     if complete < record.len() {

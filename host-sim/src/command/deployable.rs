@@ -83,4 +83,39 @@ mod tests {
         }
         assert!(add_runout(&mut rotor, &runout_m).unwrap_err().to_string().contains("already"));
     }
+
+    #[test]
+    fn an_effect_that_no_controller_runs_is_refused_by_its_name_and_those_that_change_readings_are_run() {
+        let (mut rotor, ..) = sample::load().unwrap();
+        for plane in &mut rotor.plane {
+            (plane.unbalance_g_mm, plane.angle_deg) = (Some(100.0), Some(0.0));
+        }
+        let real = |name: &str, value| (name.to_string(), ParameterValue::Real(value));
+        let stated = |kind: &str, at: Option<&str>, parameters: Vec<(String, ParameterValue)>| EffectEntry {
+            kind: kind.into(),
+            at: at.map(String::from),
+            parameters: parameters.into_iter().collect(),
+        };
+        let (bearing, disk) = (rotor.bearing[0].name.clone(), rotor.disk[0].name.clone());
+        let small = |name: &str| (name.to_string(), ParameterValue::Phasor([1e-6, 0.0]));
+        for left in [
+            stated("speed_factor", None, vec![real("factor", 1.1)]),
+            stated("rub", Some(&disk), vec![real("k", 1e6), real("clearance", 1e-4), real("mu", 0.1)]),
+            stated("thermal_bow", None, vec![small("cold"), small("growth")]),
+        ] {
+            rotor.effect = vec![left];
+            rotor.validate().unwrap();
+            let refused = Deployment::new(&rotor, 3600.0).err().unwrap().to_string();
+            assert!(refused.contains(&rotor.effect[0].kind), "{refused}");
+        }
+        rotor.effect = vec![
+            stated("probes_swapped", Some(&bearing), vec![]),
+            stated("keyphasor_offset", None, vec![real("phase", 0.5)]),
+        ];
+        rotor.validate().unwrap();
+        let [x, y] = [0, 1].map(|p| rotor.probe[p].angle_deg.to_radians().cos() as f32);
+        let edge = Deployment::new(&rotor, 3600.0).unwrap().edge;
+        assert_eq!([edge.probes[0].direction[0], edge.probes[1].direction[0]], [y, x]);
+        assert!(edge.probes.iter().all(|p| (p.gain[1] - 0.5_f32.sin()).abs() < 1e-6));
+    }
 }

@@ -1,9 +1,73 @@
-//! Derivatives by search coordinates against differences.
+//! Every effect: derivatives by search coordinates against differences, the response against full finite elements of a
+//! file that states the effect.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::data::Data;
+use super::super::data::{Amplitudes, Data};
 use super::*;
+use crate::effects::entry;
+use crate::model::Model;
+
+/// Motion at every place in the tests of this file, m: supports that depend on it are well away from rest.
+const AMPLITUDE_M: f64 = 4e-5;
+
+fn moved(fitter: &Fitter) -> Amplitudes {
+    let still = fitter.still();
+    still.into_iter().map(|row| vec![[AMPLITUDE_M * AMPLITUDE_M; 2]; row.len()]).collect()
+}
+
+/// The problem of a hypothesis at these amplitudes, evaluated at `x`.
+fn problem_at<'p>(
+    fitter: &'p Fitter<'p>,
+    h: &'p Hypothesis<'p>,
+    x: &[f64],
+    amplitudes: &'p Amplitudes,
+) -> Box<dyn Search + 'p> {
+    let plant = fitter.plant(&no_deviation(fitter), &h.terms(x).physics).unwrap();
+    let mut p = fitter.problem(h, plant, Some(amplitudes), &fitter.plain).unwrap();
+    p.go_to(x);
+    p
+}
+
+#[test]
+fn every_effect_as_a_file_states_it_responds_by_full_finite_elements_as_in_the_fit() {
+    let rotor = machine();
+    let mut blank = readings(&rotor, &run_up(6));
+    blank.truncate(6);
+    let mut data = Data::new(&rotor, &NOISE, &blank);
+    // a model knows no run that something grows through
+    data.rows.iter_mut().for_each(|row| row.run_share = 1.0);
+    let fitter = Fitter::new(&rotor, data);
+    for (name, place, parameters, values) in every_effect() {
+        let (mut h, _, unknowns) = hypothesis(&fitter, &[name]);
+        let effect = find(name).unwrap();
+        h.scales.reference_rad_s = 700.0;
+        let mut x = h.bearings.stated();
+        x.extend(effect.parameters(&h.scales).iter().zip(&parameters).map(|(p, v)| p.scale.from_si(*v)));
+        let amplitudes = moved(&fitter);
+        let p = problem_at(&fitter, &h, &x, &amplitudes);
+        let model = p.weighted_model(&x, &unknowns).unwrap();
+        let mut stated = rotor.clone();
+        stated.effect = vec![entry::written(&rotor, effect, place, &h.scales, &parameters, &values)];
+        let text = toml::to_string(&stated).unwrap();
+        let full = Model::finite_elements(&crate::machine::rotor_file::parse("stated.toml", &text).unwrap());
+        for (row, reading) in blank.iter().enumerate() {
+            let amplitudes_m = vec![[AMPLITUDE_M; 2]; full.supports.len()];
+            let response = full.response_at(reading.speed_rad_s(), &amplitudes_m).unwrap();
+            let expected = response.at(&DVector::from_vec(planes()));
+            for (probe, y) in expected.iter().enumerate() {
+                let at = 2 * (row * rotor.probe.len() + probe);
+                let sigma_m = fitter.data.rows[row].values[probe].sigma_m;
+                let got = C::new(model[at], model[at + 1]) * sigma_m;
+                assert!(
+                    (got - y).norm() < 1e-4 * expected.camax(),
+                    "{name}, {}: {got} {y}",
+                    reading.speed_rpm
+                );
+            }
+        }
+    }
+}
 
 #[test]
 fn derivative_equals_differences_for_every_effect() {
@@ -12,7 +76,8 @@ fn derivative_equals_differences_for_every_effect() {
         let blank = readings(&rotor, &run_up(7));
         let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &blank));
         let (h, x, _) = hypothesis(&fitter, &[name]);
-        let p = problem(&fitter, &h, &x, &no_deviation(&fitter));
+        let amplitudes = moved(&fitter);
+        let p = problem_at(&fitter, &h, &x, &amplitudes);
         let unknowns = &p.solved().unwrap().unknowns;
         let columns: Vec<DVector<f64>> = (0..x.len())
             .map(|i| {

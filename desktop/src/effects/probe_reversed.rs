@@ -1,0 +1,37 @@
+//! A probe whose signal has the wrong sign.
+
+use super::{Effect, Knowledge, Place, Scales};
+use crate::machine::drawing::Rotor;
+use crate::machine::terms::Terms;
+
+/// One probe shows the motion away from it as motion towards it: half a turn at every speed.
+pub struct ProbeReversed;
+
+impl Effect for ProbeReversed {
+    fn name(&self) -> &'static str {
+        "probe_reversed"
+    }
+
+    fn general(&self) -> &'static str {
+        "probe_calibration"
+    }
+
+    fn places(&self, rotor: &Rotor) -> Vec<Place> {
+        (0..rotor.probe.len()).map(Place::Probe).collect()
+    }
+
+    fn apply(&self, _: &Rotor, place: Place, _: &[f64], _: &Scales, terms: &mut Terms) {
+        if let Place::Probe(p) = place {
+            terms.gains[p] = -terms.gains[p];
+        }
+    }
+
+    fn knowledge(&self) -> Knowledge {
+        Knowledge {
+            what: "One probe shows the right motion with the wrong sign, half a turn off at every speed.",
+            means: "A probe on the other side of the shaft than the file says, or a signal inverted in wiring or in \
+                    the rack.",
+            inspect: "Which side of the shaft the probe looks from, the polarity of its channel, its angle in the file.",
+        }
+    }
+}

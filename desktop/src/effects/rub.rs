@@ -1,0 +1,54 @@
+//! A disk that touches what is around it.
+
+use nalgebra::Matrix2;
+
+use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, disks};
+use crate::bearing::rub::Rub as Contact;
+use crate::bearing::support::SupportLaw;
+use crate::machine::drawing::Rotor;
+use crate::machine::terms::Terms;
+
+/// Contact all round at one disk beyond a clearance, with friction.
+pub struct Rub;
+
+impl Effect for Rub {
+    fn name(&self) -> &'static str {
+        "rub"
+    }
+
+    fn places(&self, rotor: &Rotor) -> Vec<Place> {
+        disks(rotor)
+    }
+
+    fn parameters(&self, _: &Scales) -> Vec<Parameter> {
+        let any = f64::INFINITY;
+        let positive =
+            |name, unit, most| Parameter { name, unit, scale: Scale::Logarithmic, bounds: [0.0, most] };
+        // friction always acts against the rotation, and of dry metals it does not exceed the normal force
+        vec![positive("k", "N/m", any), positive("clearance", "m", any), positive("mu", "", 1.0)]
+    }
+
+    fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {
+        // between bearings a disk moves several times as far as the shaft at them
+        [1.0, 3.0, 10.0].map(|far| vec![0.1 * scales.stiffness_n_m, far * scales.amplitude_m, 0.15]).to_vec()
+    }
+
+    fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
+        let &[stiffness_n_m, clearance_m, friction] = parameters else { return };
+        let rub = Some(Contact { stiffness_n_m, clearance_m, friction });
+        terms
+            .supports
+            .push((place, SupportLaw { rub, ..SupportLaw::linear(Matrix2::zeros(), Matrix2::zeros()) }));
+    }
+
+    fn knowledge(&self) -> Knowledge {
+        Knowledge {
+            what: "The rotor touches the stator at one disk where it moves further than the clearance: held back there \
+                   and pushed against the rotation, near a resonance only, and more with more weight.",
+            means: "A seal, blade tip or oil guard with too little clearance, a casing that is distorted or has moved, \
+                    too large an unbalance or bow.",
+            inspect: "Rub marks and clearances at this disk; orbits that are flat on one side, whole multiples and \
+                      fractions of running speed in the spectrum.",
+        }
+    }
+}
