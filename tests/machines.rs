@@ -7,6 +7,8 @@
 mod film;
 #[path = "machines/machine.rs"]
 mod machine;
+#[path = "machines/noise.rs"]
+mod noise;
 #[path = "machines/table.rs"]
 mod table_machines;
 #[path = "machines/train.rs"]

@@ -1,0 +1,97 @@
+//! Noise that is not as stated: correlated from reading to reading, larger, smaller.
+
+use nalgebra::Complex;
+use rand_core::Rng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::SeedableRng;
+use rotor_edge_desktop::diagnose::{Verdict, best_fit, diagnose};
+use rotor_edge_desktop::measurement::Reading;
+
+use super::machine::{Machine, machines};
+
+/// Correlation of neighbouring readings.
+const CORRELATION: f64 = 0.8;
+/// Records made for each sound machine.
+const RECORDS: u64 = 2;
+/// How wrong a stated noise is made.
+const WRONG_BY: f64 = 1.5;
+
+/// Standard normal numbers, by the polar method (Marsaglia and Bray 1964).
+fn normal(random: &mut Xoshiro256PlusPlus) -> f64 {
+    let mut uniform = || 2.0 * (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 1.0;
+    loop {
+        let (u, v) = (uniform(), uniform());
+        let s = u * u + v * v;
+        if s > 0.0 && s < 1.0 {
+            return u * (-2.0 * s.ln() / s).sqrt();
+        }
+    }
+}
+
+/// What the model of a sound machine shows, with noise of the stated size that knows its neighbour.
+fn correlated(machine: &Machine, seed: u64) -> Vec<Reading> {
+    let fit = best_fit(&machine.rotor, &machine.readings).unwrap();
+    let noise = machine.rotor.noise.unwrap();
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut last: Vec<(Option<String>, Vec<Option<Complex<f64>>>)> = Vec::new();
+    let mut readings = machine.readings.clone();
+    for (reading, model) in readings.iter_mut().zip(&fit.predicted_m) {
+        if last.last().is_none_or(|(run, _)| *run != reading.run) {
+            last.push((reading.run.clone(), vec![None; model.len()]));
+        }
+        let Some((_, before)) = last.last_mut() else { unreachable!() };
+        for ((y, m), before) in
+            reading.probes.iter_mut().zip(model).zip(before).filter(|((y, _), _)| y.is_some())
+        {
+            let fresh = Complex::new(normal(&mut random), normal(&mut random));
+            let innovation = (1.0 - CORRELATION * CORRELATION).sqrt();
+            let e = before.map_or(fresh, |b: Complex<f64>| b * CORRELATION + fresh * innovation);
+            *before = Some(e);
+            *y = Some(m + e * (noise.relative * m.norm() + noise.floor_um * 1e-6));
+        }
+    }
+    readings
+}
+
+fn sound() -> Vec<Machine> {
+    ["single", "tolerance"].into_iter().flat_map(machines).filter(|m| m.truth.is_empty()).collect()
+}
+
+#[test]
+fn nothing_is_claimed_on_a_sound_machine_whose_noise_is_correlated_by_0_8() {
+    let mut records = 0;
+    for m in sound() {
+        for seed in 0..RECORDS {
+            let found = diagnose(&m.rotor, &correlated(&m, seed)).unwrap();
+            assert!(
+                !matches!(found.verdict, Verdict::Missing | Verdict::Unknown),
+                "{}, seed {seed}: {}",
+                m.name,
+                found.summary
+            );
+            assert!(found.scatter.correlation > 0.5, "{}: {:?}", m.name, found.scatter);
+            records += 1;
+        }
+    }
+    assert!(records >= 20, "{records} records");
+}
+
+#[test]
+fn a_noise_stated_wrong_by_half_either_way_changes_no_verdict() {
+    for m in ["single", "tolerance"].into_iter().flat_map(machines).step_by(5).chain(sound()) {
+        let verdict = |by: f64| {
+            let mut rotor = m.rotor.clone();
+            if let Some(noise) = &mut rotor.noise {
+                (noise.relative, noise.floor_um) = (noise.relative * by, noise.floor_um * by);
+            }
+            let found = diagnose(&rotor, &m.readings).unwrap();
+            let first =
+                found.candidates.first().map(|c| c.label()).filter(|_| found.verdict == Verdict::Missing);
+            (found.verdict, first)
+        };
+        let stated = verdict(1.0);
+        for by in [WRONG_BY, 1.0 / WRONG_BY] {
+            assert_eq!(verdict(by), stated, "{}, noise times {by:.2}", m.name);
+        }
+    }
+}
