@@ -1,5 +1,7 @@
 //! Noise that is not as stated: correlated from reading to reading, larger, smaller.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Complex;
 use rand_core::Rng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -33,21 +35,20 @@ fn correlated(machine: &Machine, seed: u64) -> Vec<Reading> {
     let fit = best_fit(&machine.rotor, &machine.readings).unwrap();
     let noise = machine.rotor.noise.unwrap();
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let mut last: Vec<(Option<String>, Vec<Option<Complex<f64>>>)> = Vec::new();
+    let mut last: BTreeMap<(Option<String>, usize), Complex<f64>> = BTreeMap::new();
+    let innovation = (1.0 - CORRELATION * CORRELATION).sqrt();
     let mut readings = machine.readings.clone();
     for (reading, model) in readings.iter_mut().zip(&fit.predicted_m) {
-        if last.last().is_none_or(|(run, _)| *run != reading.run) {
-            last.push((reading.run.clone(), vec![None; model.len()]));
-        }
-        let Some((_, before)) = last.last_mut() else { unreachable!() };
-        for ((y, m), before) in
-            reading.probes.iter_mut().zip(model).zip(before).filter(|((y, _), _)| y.is_some())
+        let run = reading.run.clone();
+        for (probe, (y, m)) in
+            reading.probes.iter_mut().zip(model).enumerate().filter(|(_, (y, _))| y.is_some())
         {
             let fresh = Complex::new(normal(&mut random), normal(&mut random));
-            let innovation = (1.0 - CORRELATION * CORRELATION).sqrt();
-            let e = before.map_or(fresh, |b: Complex<f64>| b * CORRELATION + fresh * innovation);
-            *before = Some(e);
-            *y = Some(m + e * (noise.relative * m.norm() + noise.floor_um * 1e-6));
+            let own = last.entry((run.clone(), probe));
+            let e = own
+                .and_modify(|before| *before = *before * CORRELATION + fresh * innovation)
+                .or_insert(fresh);
+            *y = Some(m + *e * (noise.relative * m.norm() + noise.floor_um * 1e-6));
         }
     }
     readings
