@@ -136,8 +136,12 @@ impl<'a> Base<'a> {
     pub fn attempt(&self, assumed: Assumed) -> Result<Tried, Error> {
         let (drawing, base) = &self.search;
         let with = self.hypothesis.with(assumed);
-        let starts = starts_for(&self.hypothesis, base, assumed);
-        let fit = self.fitter.fit(&with, &starts, drawing, Effort::Search, Some(&base.amplitudes))?;
+        let mut starts = starts_for(&self.hypothesis, base, assumed);
+        if self.hypothesis.effects.len() > self.fitter.rotor.effect.len() {
+            // with an effect in place the bearings are no longer driven off by what is missing: from there alone
+            starts = starts.into_iter().step_by(2).collect();
+        }
+        let fit = self.fitter.fit(&with, &starts, drawing, Effort::Rough, Some(&base.amplitudes))?;
         let under_own = |fit: &Fit| self.fitter.cost_under_own_scatter(fit, drawing) + fit.occam();
         let delta_bic = under_own(base) - under_own(&fit);
         Ok(Tried { assumed, delta_bic, fit, disqualified: None, own_drawing: None })
@@ -147,7 +151,10 @@ impl<'a> Base<'a> {
     pub fn refine(&self, t: &mut Tried) -> Result<(), Error> {
         let with = self.hypothesis.with(t.assumed);
         let (fit, own) = if self.fitter.drawing_is_exact() {
-            (t.fit.clone(), self.fitter.exact_drawing())
+            let start = [t.fit.x.clone()];
+            let drawing = self.fitter.exact_drawing();
+            let amplitudes = Some(&t.fit.amplitudes);
+            (self.fitter.fit(&with, &start, &drawing, Effort::Search, amplitudes)?, drawing)
         } else {
             self.fitter.settled(&with, &t.fit, &self.search.0, Effort::Search)?
         };

@@ -41,10 +41,12 @@ fn best_set<'a>(base: &Base<'a>, tried: &[Tried], reach: Reach) -> Result<Option
     let Some(mut beam) = grown(&[(base, tried)], width)? else { return Ok(None) };
     let mut added = 1;
     while added < effects {
-        let tried: Result<Vec<Vec<Tried>>, Error> = beam.sets.iter().map(Base::try_all).collect();
-        let tried = tried?;
+        let mut tried = vec![beam.sets[0].try_all()?];
         if rank(&beam.sets[0], &tried[0], None).nothing_missing >= SURE {
             break;
+        }
+        for set in &beam.sets[1..] {
+            tried.push(set.try_all()?);
         }
         let parents: Vec<(&Base, &[Tried])> =
             beam.sets.iter().zip(&tried).map(|(b, t)| (b, t.as_slice())).collect();

@@ -58,6 +58,7 @@ type C = Complex<f64>;
 const REFERENCE_SPEED: f64 = 0.7;
 /// Rounds over the amplitude at bearings that harden or soften.
 const AMPLITUDE_ROUNDS: usize = 20;
+const ROUGH_ROUNDS: usize = 4;
 /// Most held places that a hypothesis can have: twelve bearings and four disks.
 pub const MOST_HELD: usize = 16;
 /// Combinations of switches of the beam theory.
@@ -148,6 +149,9 @@ impl Fit {
 /// How thoroughly to search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
+    /// Like `Search`, with the amplitudes at supports that depend on them only roughly settled: to see which effects are
+    /// worth a closer look.
+    Rough,
     /// Short runs from every start, the best to the end.
     Search,
     /// Like `Search`, with the covariance.
@@ -239,7 +243,7 @@ impl<'a> Fitter<'a> {
         &'p self,
         hypothesis: &'p Hypothesis<'p>,
         plant: Arc<Plant>,
-        amplitudes: Option<&'p Amplitudes>,
+        amplitudes: Option<&Amplitudes>,
         whitening: &'p Whitening,
     ) -> Result<Box<dyn Search + 'p>, Error> {
         let at_rest = hypothesis.terms(&hypothesis.origin());
@@ -282,33 +286,29 @@ impl<'a> Fitter<'a> {
         if terms.supports.iter().any(|(_, law)| law.rub.is_some()) {
             amplitudes = self.reaching_disks(hypothesis, &starts[0], plant.clone(), amplitudes)?;
         }
-        let mut x: Option<Vec<f64>> = None;
+        let (rounds_at_most, settled_within) = match effort {
+            Effort::Rough => (ROUGH_ROUNDS, 1.0),
+            Effort::Search | Effort::Final => (AMPLITUDE_ROUNDS, 1e-3),
+        };
+        let mut problem = self.problem(hypothesis, plant, amplitudes.as_ref(), &drawing.whitening)?;
+        scout(&mut *problem, starts);
         let mut last_cost = f64::INFINITY;
         let mut rounds = 0;
         loop {
-            let mut problem =
-                self.problem(hypothesis, plant.clone(), amplitudes.as_ref(), &drawing.whitening)?;
-            match &x {
-                Some(x) => problem.go_to(x),
-                None => scout(&mut *problem, starts),
-            }
             // while amplitudes still change there is no point in going to the end
             problem.descend(if amplitudes.is_some() { SCOUT } else { FINISH });
-            let settled = (last_cost - problem.cost()).abs() < 1e-3 || rounds >= AMPLITUDE_ROUNDS;
-            if settled {
+            let settled = (last_cost - problem.cost()).abs() < settled_within || rounds >= rounds_at_most;
+            let Some(held) = amplitudes.as_mut().filter(|_| !settled) else {
                 problem.descend(FINISH);
-            }
-            let fit = self.result(&*problem, hypothesis, drawing, effort)?;
-            drop(problem);
-            let Some(held) = amplitudes.as_mut().filter(|_| !settled) else { return Ok(fit) };
-            last_cost = fit.cost;
+                return self.result(&*problem, hypothesis, drawing, effort);
+            };
+            last_cost = problem.cost();
             // relaxed: a softening support can otherwise hop between two branches
-            for (held, new) in
-                held.iter_mut().flatten().flatten().zip(fit.amplitudes.iter().flatten().flatten())
-            {
+            let new = problem.amplitudes().ok_or_else(singular)?;
+            for (held, new) in held.iter_mut().flatten().flatten().zip(new.iter().flatten().flatten()) {
                 *held = 0.3 * *held + 0.7 * new;
             }
-            x = Some(fit.x);
+            problem.hold(held);
             rounds += 1;
         }
     }

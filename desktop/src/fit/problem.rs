@@ -33,7 +33,7 @@ pub struct Problem<'a, const D: usize> {
     /// Complex unknowns: planes, then the effects' own.
     pub(super) unknowns: Vec<Column>,
     receptances: Vec<Receptances<D>>,
-    pub(super) amplitudes: Option<&'a Amplitudes>,
+    pub(super) amplitudes: Option<Amplitudes>,
     whitening: &'a Whitening,
     x: DVector<f64>,
     now: Option<Evaluated<D>>,
@@ -79,7 +79,7 @@ impl<'a, const D: usize> Problem<'a, D> {
         data: &'a Data,
         plant: Arc<Plant>,
         held: Vec<Place>,
-        amplitudes: Option<&'a Amplitudes>,
+        amplitudes: Option<&Amplitudes>,
         whitening: &'a Whitening,
     ) -> Self {
         let rotor = hypothesis.rotor;
@@ -103,7 +103,7 @@ impl<'a, const D: usize> Problem<'a, D> {
             data,
             plant,
             held,
-            amplitudes,
+            amplitudes: amplitudes.cloned(),
             whitening,
         };
         problem.receptances = problem.receptances(&Terms::drawn(rotor));
@@ -230,6 +230,11 @@ impl<'a, const D: usize> Problem<'a, D> {
 impl<const D: usize> Search for Problem<'_, D> {
     fn go_to(&mut self, x: &[f64]) {
         self.move_to(&DVector::from_column_slice(x));
+    }
+
+    fn hold(&mut self, amplitudes: &Amplitudes) {
+        self.amplitudes = Some(amplitudes.clone());
+        self.now = self.evaluate(self.x.as_slice());
     }
 
     fn descend(&mut self, stop: Stop) {

@@ -21,6 +21,8 @@ pub trait UnitForces {
 pub trait Search: UnitForces {
     /// Moves to `x` and evaluates there.
     fn go_to(&mut self, x: &[f64]);
+    /// Takes supports that depend on amplitudes at these, and evaluates anew.
+    fn hold(&mut self, amplitudes: &Amplitudes);
     /// Goes downhill from here.
     fn descend(&mut self, stop: Stop);
     /// Where the search is.

@@ -25,7 +25,7 @@ impl<const D: usize> Problem<'_, D> {
 
     /// Amplitude that a support is taken at in a row, x and y.
     fn amplitude_m(&self, place: Place, row: usize) -> [f64; 2] {
-        match (self.amplitudes, place) {
+        match (&self.amplitudes, place) {
             (Some(a), Place::Bearing(_) | Place::Disk(_)) => a[row][self.number(place)].map(f64::sqrt),
             _ => [0.0; 2],
         }
