@@ -52,10 +52,10 @@ pub fn rank(base: &Base, tried: &[Tried], unknown: Option<f64>) -> Ranking {
     let outside = unknown.map_or(0.0, |delta| OUTSIDE * (0.5 * (delta - top)).exp());
     let total = nothing + outside + weights.iter().sum::<f64>();
     let probabilities: Vec<f64> = weights.iter().map(|w| w / total).collect();
-    let best = probabilities.first().copied().unwrap_or(0.0);
+    let unknown = outside / total;
+    let best = probabilities.first().copied().unwrap_or(0.0).max(unknown);
     let rivals = probabilities.iter().take_while(|p| **p >= RIVAL * best && **p > 0.0).count();
     let nothing_missing = nothing / total;
-    let unknown = outside / total;
     let mut labels: Vec<String> =
         tried[..rivals].iter().map(|t| t.assumed.label(base.fitter.rotor)).collect();
     if unknown >= RIVAL * best {

@@ -21,7 +21,10 @@ pub fn planes(determined: &Determined) -> Vec<String> {
         } else {
             "any angle".to_string()
         };
-        format!("plane {}: {:.0} g·mm ({low:.0} to {high:.0} with 95 %) at {angle}", p.name, p.unbalance_g_mm)
+        format!(
+            "unbalance of {}: {:.0} g·mm ({low:.0} to {high:.0} with 95 %) at {angle}",
+            p.name, p.unbalance_g_mm
+        )
     };
     let mut lines: Vec<String> = determined.planes.iter().map(line).collect();
     if determined.planes.len() > 1 {
