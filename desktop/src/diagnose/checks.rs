@@ -60,7 +60,8 @@ pub fn beyond_grade(rotor: &Rotor, unbalance_kg_m: &[Complex<f64>]) -> Option<St
     let (plane, found) = sizes.max_by(|a, b| a.1.total_cmp(&b.1))?;
     (found > largest).then(|| {
         format!(
-            "Plane {} would have {found:.0} g·mm, {:.0} times what [rated] balance_grade_mm_s permits the whole machine; one              long neglected has {:.0} times: doubt the probes' scale, the planes, or that this is unbalance.",
+            "Plane {} would have {found:.0} g·mm, {:.0} times what [rated] balance_grade_mm_s permits the whole machine; one \
+             long neglected has {:.0} times: doubt the probes' scale, the planes, or that this is unbalance.",
             plane.name,
             found / permissible,
             largest / permissible

@@ -15,6 +15,9 @@ use crate::identify::assumed_noise;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 
+/// That nothing is missing, before there are data.
+const PRIOR: f64 = 0.5;
+
 /// Diagnoses a model against measurements.
 ///
 /// # Errors
@@ -103,16 +106,16 @@ impl Base<'_> {
     ) -> Diagnosis {
         let rotor = self.fitter.rotor;
         let possible = self.possible();
-        let error_before = self.relative_error(&self.fit);
+        let error_before = self.relative_error(self.closest());
         // the prior, as the data add nothing to it
-        let probability = 0.5 / possible.len().max(1) as f64;
+        let probability = (1.0 - PRIOR) / possible.len().max(1) as f64;
         let candidate = |a: &Assumed| Candidate {
             effect: a.effect.name(),
             at: a.place.name(rotor).map(str::to_string),
             probability,
             delta_bic: 0.0,
             error_after: error_before,
-            chi2_per_value: self.fit.chi2_per_value(),
+            chi2_per_value: self.closest().chi2_per_value(),
             parameters: Vec::new(),
             disqualified: None,
             evidence: "nothing, these data cannot show it.".into(),
@@ -122,8 +125,8 @@ impl Base<'_> {
             verdict: Verdict::Undecided,
             summary: format!("{why}."),
             error_before,
-            chi2_per_value: self.fit.chi2_per_value(),
-            nothing_missing: 0.5,
+            chi2_per_value: self.closest().chi2_per_value(),
+            nothing_missing: PRIOR,
             candidates: possible.iter().map(candidate).collect(),
             indistinguishable: vec![possible.iter().map(|a| a.label(rotor)).collect()],
             saturated: true,
@@ -156,7 +159,8 @@ impl Base<'_> {
     }
 }
 
-/// Probability that nothing is missing in a model: what [`diagnose`] goes by, without the words.
+/// Probability that nothing is missing in a model: what [`diagnose`] goes by, without the words. Where bearings and planes
+/// alone use up what the data hold it is the prior, even odds.
 ///
 /// # Errors
 /// As [`diagnose`].
@@ -164,5 +168,8 @@ pub fn nothing_missing(rotor: &Rotor, readings: &[Reading]) -> Result<f64, Error
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     let base = Base::fit(&fitter)?;
+    if rank::saturation(&base).is_some() {
+        return Ok(PRIOR);
+    }
     Ok(base.weighed()?.ranking.nothing_missing)
 }

@@ -13,7 +13,7 @@ const SAME_SPEED: f64 = 0.01;
 /// see: moving along it by a whole standard deviation of the prior changes them by less than their noise.
 const VISIBLE: f64 = 1.0;
 
-/// Share of what may be missing that is not in the list: nineteen kinds cover most of what is known to happen.
+/// Share of what may be missing that is not in the list, which covers most of what is known to happen.
 pub const OUTSIDE: f64 = 0.1;
 /// Label of a cause outside the list in a group that the data cannot tell apart.
 pub const NONE_OF_THESE: &str = "none of these";

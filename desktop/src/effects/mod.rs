@@ -213,6 +213,11 @@ fn film_mut(place: Place, terms: &mut Terms) -> Option<&mut FilmCurve> {
     }
 }
 
+/// A mass, stiffness or damping that is there, whatever its size.
+fn positive(name: &'static str, unit: &'static str) -> Parameter {
+    Parameter { name, unit, scale: Scale::Logarithmic, bounds: [0.0, f64::INFINITY] }
+}
+
 /// A factor on a number of a film, beyond what is usual.
 fn film_factor() -> Vec<Parameter> {
     vec![Parameter { name: "factor", unit: "", scale: Scale::Logarithmic, bounds: [0.2, 5.0] }]

@@ -1,6 +1,6 @@
 //! A bearing on a foundation that gives.
 
-use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, bearings};
+use super::{Effect, Knowledge, Parameter, Place, Scales, bearings, positive};
 use crate::bearing::support::Pedestal;
 use crate::machine::drawing::Rotor;
 use crate::machine::terms::Terms;
@@ -22,8 +22,6 @@ impl Effect for OnPedestal {
     }
 
     fn parameters(&self, _: &Scales) -> Vec<Parameter> {
-        let positive =
-            |name, unit| Parameter { name, unit, scale: Scale::Logarithmic, bounds: [0.0, f64::INFINITY] };
         vec![positive("k", "N/m"), positive("m", "kg"), positive("c", "N·s/m")]
     }
 

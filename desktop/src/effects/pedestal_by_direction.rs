@@ -1,7 +1,7 @@
 //! A housing that moves more in one direction than in the other.
 
 use super::pedestal::free_to_move;
-use super::{Effect, Knowledge, Parameter, Place, Scale, Scales};
+use super::{Effect, Knowledge, Parameter, Place, Scales, positive};
 use crate::bearing::support::Pedestal;
 use crate::machine::drawing::Rotor;
 use crate::machine::terms::Terms;
@@ -19,8 +19,6 @@ impl Effect for PedestalByDirection {
     }
 
     fn parameters(&self, _: &Scales) -> Vec<Parameter> {
-        let positive =
-            |name, unit| Parameter { name, unit, scale: Scale::Logarithmic, bounds: [0.0, f64::INFINITY] };
         vec![positive("kx", "N/m"), positive("ky", "N/m"), positive("m", "kg"), positive("c", "N·s/m")]
     }
 

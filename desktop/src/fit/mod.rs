@@ -6,6 +6,7 @@
 //! | [`problem`], `derivative` | the least-squares problem of one hypothesis |
 //! | [`projection`] | its linear unknowns, solved for exactly |
 //! | [`drawing_errors`], [`whitening`], `settle` | allowing for the drawing's errors |
+//! | `scattered`, [`unknown_force`] | the noise that a fit leaves; a force that no effect is |
 //! | `queries`, [`trial`] | uncertainty, sensitivity and misfit of a fit that is there, or anywhere else |
 //!
 //! [`Fitter`] holds what all hypotheses about one machine share.

@@ -41,6 +41,8 @@ pub struct Whitening {
     jacobian: DMatrix<f64>,
     /// Where the jacobian was taken, in standard deviations.
     centre: DVector<f64>,
+    /// Eigenvalues and eigenvectors of `JᵀJ`, scatter whitened.
+    values: DVector<f64>,
     vectors: DMatrix<f64>,
     shrink: DVector<f64>,
     /// ln det of the covariance in noise units.
@@ -62,7 +64,7 @@ impl Whitening {
         let shrink = values.map(|v| if v > 1e-9 { (1.0 - (1.0 + v).sqrt().recip()) / v } else { 0.5 });
         let own = scattered.series.log_det(&scattered.scatter, scattered.free);
         let allowed = values.iter().map(|v| (1.0 + v).ln()).sum::<f64>();
-        Self { scattered, stated, jacobian, centre, vectors, shrink, log_det: own + allowed }
+        Self { scattered, stated, jacobian, centre, values, vectors, shrink, log_det: own + allowed }
     }
 
     /// The same with another scatter.
@@ -156,12 +158,9 @@ impl Whitening {
         if self.jacobian.ncols() == 0 {
             return DVector::zeros(0);
         }
-        let mut information = self.jacobian.tr_mul(&self.jacobian);
-        for i in 0..information.nrows() {
-            information[(i, i)] += 1.0;
-        }
         let right = self.jacobian.tr_mul(&self.whitened_at_centre(residual).column(0));
-        information.cholesky().map_or_else(|| self.centre.clone(), |c| c.solve(&right))
+        let variances = self.values.map(|v| (1.0 + v).recip());
+        &self.vectors * self.vectors.tr_mul(&right).component_mul(&variances)
     }
 
     /// Squared weighted residuals of the drawing at `centre` and squared deviations, the deviations at their most
@@ -175,26 +174,17 @@ impl Whitening {
     /// residuals of the drawing at `centre`: a step of expectation maximisation (Dempster, Laird and Rubin 1977).
     pub fn growth(&self, residual: &DVector<f64>, count: usize) -> f64 {
         let deviations = self.estimate(residual);
-        let mut information = self.jacobian.tr_mul(&self.jacobian);
-        for i in 0..information.nrows() {
-            information[(i, i)] += 1.0;
-        }
-        let Some(factor) = information.cholesky() else { return 1.0 };
-        let covariance = factor.inverse();
+        let variance = |i: usize| -> f64 {
+            self.vectors.row(i).iter().zip(self.values.iter()).map(|(v, value)| v * v / (1.0 + value)).sum()
+        };
         let last = deviations.len() - count..deviations.len();
-        let squares: f64 = last.map(|i| deviations[i].powi(2) + covariance[(i, i)]).sum();
+        let squares: f64 = last.map(|i| deviations[i].powi(2) + variance(i)).sum();
         (squares / count as f64).sqrt()
     }
 
     /// Real numbers that the deviations use up, in all.
     pub fn used_up(&self) -> f64 {
-        if self.jacobian.ncols() == 0 {
-            return 0.0;
-        }
-        // 1 − 1/(1+λ) of each direction, by shrink s = (1 − (1+λ)^(−1/2))/λ of λ = |J v|²
-        let along =
-            (&self.jacobian * &self.vectors).column_iter().map(|c| c.norm_squared()).collect::<Vec<_>>();
-        along.iter().map(|v| v / (1.0 + v)).sum()
+        self.values.iter().map(|v| v / (1.0 + v)).sum()
     }
 
     /// The most probable scatter of weighted residuals of the drawing at `centre`, `used_up` of them by unknowns that

@@ -39,7 +39,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (rotor, data) = (rotor.display(), data.display());
     match comparison.verdict {
         Verdict::Adequate => {
-            println!("\nNext: nothing is missing; follow the unbalance with rotor-edge replay.")
+            println!(
+                "\nNext: noise explains it, {:.0} % sure; rotor-edge diagnose {rotor} {data}{runout} says whether it determines what \
+                 it is for",
+                100.0 * sure
+            )
         }
         Verdict::Misses => {
             println!(
