@@ -139,6 +139,32 @@ fn a_coupling_that_pushes_and_bends_the_shaft_is_found() {
 }
 
 #[test]
+fn a_coupling_at_the_left_end_is_found_there() {
+    is_found("coupling_force", Some("left end"), "n = [50.0, 20.0]");
+}
+
+#[test]
+fn a_bow_with_a_kink_is_found() {
+    is_found("bow_kink", None, "half = [4e-6, 3e-6], full = [2e-6, 2e-6]");
+}
+
+#[test]
+fn a_bent_shaft_turned_slowly_shows_its_sines_between_the_bearings() {
+    let bent = "[[effect]]\nkind = \"bow_kink\"\nparameters = { half = [1e-5, 0.0], full = [0.0, 4e-6] }";
+    let none = DVector::from_element(2, C::from(0.0));
+    let y = Model::finite_elements(&with(bent)).response_under(rad_s(1.0), &none).unwrap().at(&none);
+    // probes at 45° and 135°, 0.06 m inside bearings 1 m apart
+    for (probe, z) in [(0, 0.06), (2, 0.94)] {
+        let wave = |count: f64| (count * std::f64::consts::PI * z).sin();
+        let height = C::new(1e-5 * wave(1.0), 4e-6 * wave(2.0));
+        for (probe, angle_deg) in [(probe, 45.0_f64), (probe + 1, 135.0)] {
+            let shown = height * C::from_polar(1.0, -angle_deg.to_radians());
+            assert!((y[probe] - shown).norm() < 1e-3 * shown.norm(), "{} {shown}", y[probe]);
+        }
+    }
+}
+
+#[test]
 fn a_phase_reference_elsewhere_is_found_beside_a_trial_weight() {
     is_found("keyphasor_offset", None, "phase = 0.5");
 }

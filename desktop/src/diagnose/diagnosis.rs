@@ -55,7 +55,7 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
     };
     let stands_on = if verdict == Verdict::Missing { tried.first().map(|t| &t.fit) } else { None };
     remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&base.fit).unknowns));
-    let cause = (verdict == Verdict::Unknown || outside >= SURE).then(|| unknown.cause(outside));
+    let cause = (verdict == Verdict::Unknown || outside >= SURE).then(|| unknown.cause(&fitter, outside));
     let candidates = tried
         .iter()
         .zip(&ranking.probabilities)

@@ -30,4 +30,4 @@ pub use determined::{Determined, DeterminedPlane};
 pub use diagnosis::{diagnose, nothing_missing};
 pub use improve::{Improvement, Outcome, Step, add, improve};
 pub use parameters::FittedParameter;
-pub use unknown::{Growth, UnknownCause};
+pub use unknown::{EquivalentForce, Growth, Nature, UnknownCause};

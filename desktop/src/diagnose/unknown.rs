@@ -1,11 +1,11 @@
-//! None of these: an unknown force that explains the data better than any known effect.
+//! None of these: an unknown cause that explains the data better than any known effect.
 
 use nalgebra::Complex;
 
 use super::base::{Base, Tried};
 use crate::error::Error;
 use crate::fit::hypothesis::Hypothesis;
-use crate::fit::unknown_force::UnknownForce;
+use crate::fit::unknown::{Assumption, UnknownFit};
 use crate::fit::{Drawing, Fit, Fitter};
 use crate::measurement::rpm;
 
@@ -14,14 +14,14 @@ const REFINED: usize = 2;
 /// A share above this is "mostly".
 const MOSTLY: f64 = 0.75;
 
-/// An unknown force beside a model.
+/// An unknown cause beside a model.
 pub struct Unknown {
     /// The best of all.
-    pub force: UnknownForce,
+    pub best: UnknownFit,
     /// Evidence for it over the model alone, as [`Tried::delta_bic`]; that its place is not known is paid for.
     pub delta_bic: f64,
-    /// Probability of each place, m from the left end, if it is one.
-    pub places: Vec<(f64, f64)>,
+    /// Probability of each assumption, if it is one of them.
+    pub assumptions: Vec<(Assumption, f64)>,
 }
 
 /// How an unknown force depends on speed.
@@ -35,15 +35,35 @@ pub enum Growth {
     Peaked,
 }
 
-/// What is said of an unknown force.
+/// What an unknown cause is like.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Nature {
+    /// A force that depends on speed alone.
+    Force(EquivalentForce),
+    /// A dynamic stiffness at the bearings: a force that follows their motion.
+    Bearings(EquivalentForce),
+    /// The same at one place of the shaft.
+    Stiffness(EquivalentForce),
+    /// A drawing that is off: in what most, and by how much.
+    Drawing(String),
+}
+
+/// What is said of an unknown cause.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnknownCause {
-    /// Where it acts most probably, m from the left end.
+    /// What it is like.
+    pub nature: Nature,
+    /// Where it acts most, m from the left end.
     pub position_m: f64,
-    /// Probability that it is there and not elsewhere along the shaft.
+    /// Probability that it is of this kind and there, and not another or elsewhere along the shaft.
     pub place_probability: f64,
     /// Probability that something outside the list is missing.
     pub probability: f64,
+}
+
+/// The force on the shaft that an unknown cause amounts to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EquivalentForce {
     /// Its dependence on speed.
     pub growth: Growth,
     /// Share of its square that turns with the shaft.
@@ -79,60 +99,82 @@ impl Unknown {
         drawing: &Drawing,
         own_bic: f64,
     ) -> Result<Self, Error> {
-        let assumptions = fitter.unknown_forces();
+        let assumptions = fitter.unknown_causes();
         let screened = fitter.screened(hypothesis, fit, drawing, &assumptions)?;
         let mut order: Vec<usize> = (0..assumptions.len()).collect();
         order.sort_by(|a, b| screened[*a].total_cmp(&screened[*b]));
         let least = screened[order[0]];
         let weights: Vec<f64> = screened.iter().map(|cost| (0.5 * (least - cost)).exp()).collect();
         let total: f64 = weights.iter().sum();
-        let fits: Result<Vec<UnknownForce>, Error> = order
+        let fits: Result<Vec<UnknownFit>, Error> = order
             .iter()
             .take(REFINED)
-            .map(|i| fitter.with_unknown_force(hypothesis, fit, drawing, assumptions[*i]))
+            .map(|i| fitter.with_unknown(hypothesis, fit, drawing, &assumptions[*i]))
             .collect();
-        let force = fits?.into_iter().min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
-        let force = force.ok_or_else(|| Error::Unsuitable("the shaft has no place for a force".into()))?;
+        let best = fits?.into_iter().min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+        let best = best.ok_or_else(|| Error::Unsuitable("the shaft has no place for a force".into()))?;
         // its size is the one real number that was chosen for it; its freedom is paid for in its cost
-        let occam = (force.fit.values as f64).ln();
+        let occam = (best.fit.values as f64).ln();
         let averaged = 2.0 * (total / assumptions.len() as f64).ln();
-        let mut places: Vec<(f64, f64)> = Vec::new();
-        for (a, w) in assumptions.iter().zip(&weights) {
-            match places.iter_mut().find(|(z, _)| *z == a.position_m) {
-                Some((_, share)) => *share += w / total,
-                None => places.push((a.position_m, w / total)),
-            }
-        }
-        Ok(Self { delta_bic: own_bic - force.fit.bic() - occam + averaged, force, places })
+        let delta_bic = own_bic - best.fit.bic() - occam + averaged;
+        let shares = weights.iter().map(|w| w / total);
+        Ok(Self { delta_bic, best, assumptions: assumptions.into_iter().zip(shares).collect() })
     }
 
     /// In words and numbers.
-    pub fn cause(&self, probability: f64) -> UnknownCause {
-        let sizes: Vec<f64> = self.force.force_n.iter().map(size).collect();
-        let largest = (0..sizes.len()).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b])).unwrap_or(0);
-        let all: f64 = self.force.force_n.iter().flatten().map(|f| f.norm_sqr()).sum();
-        let forward: f64 = self.force.force_n.iter().map(|f| f[0].norm_sqr()).sum();
-        let position_m = self.force.assumption.position_m;
-        UnknownCause {
-            position_m,
-            place_probability: self.places.iter().find(|(z, _)| *z == position_m).map_or(0.0, |(_, p)| *p),
-            probability,
-            growth: growth(&self.force.knots_rad_s, &sizes),
+    pub fn cause(&self, fitter: &Fitter, probability: f64) -> UnknownCause {
+        let best = &self.best;
+        let alike = |a: &Assumption| match (a, &best.assumption) {
+            (Assumption::Force { position_m: a, .. }, Assumption::Force { position_m: b, .. }) => a == b,
+            (a, b) => a == b,
+        };
+        let place_probability = self.assumptions.iter().filter(|(a, _)| alike(a)).map(|(_, p)| p).sum();
+        let positions_m = best.assumption.positions_m();
+        let square = |place: &usize| -> f64 {
+            best.forces_n.iter().flat_map(|(_, all)| all[*place]).map(|f| f.norm_sqr()).sum()
+        };
+        let most = (0..positions_m.len()).max_by(|a, b| square(a).total_cmp(&square(b)));
+        let Some(place) = most else {
+            let (what, position_m) = fitter.worst_of_drawing(&best.unknowns);
+            return UnknownCause {
+                nature: Nature::Drawing(what),
+                position_m,
+                place_probability,
+                probability,
+            };
+        };
+        let force = EquivalentForce::of(best.forces_n.iter().map(|(w, all)| (*w, all[place])).collect());
+        let nature = match &best.assumption {
+            Assumption::Stiffness(all) if all.len() > 1 => Nature::Bearings(force),
+            Assumption::Stiffness(_) => Nature::Stiffness(force),
+            _ => Nature::Force(force),
+        };
+        UnknownCause { nature, position_m: positions_m[place], place_probability, probability }
+    }
+}
+
+impl EquivalentForce {
+    /// From its forward and backward part, N, at each speed, rad/s.
+    fn of(by_speed: Vec<(f64, [Complex<f64>; 2])>) -> Self {
+        let sizes: Vec<(f64, f64)> =
+            by_speed.iter().map(|(w, f)| (*w, f[0].norm().hypot(f[1].norm()))).collect();
+        let all: f64 = sizes.iter().map(|(_, size)| size * size).sum();
+        let forward: f64 = by_speed.iter().map(|(_, f)| f[0].norm_sqr()).sum();
+        let (speed_rad_s, force_n) =
+            sizes.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
+        Self {
+            growth: growth(&sizes),
             forward: forward / all.max(f64::MIN_POSITIVE),
-            speed_rpm: rpm(self.force.knots_rad_s[largest]),
-            force_n: sizes[largest],
+            speed_rpm: rpm(speed_rad_s),
+            force_n,
         }
     }
 }
 
-fn size(force: &[Complex<f64>; 2]) -> f64 {
-    force[0].norm().hypot(force[1].norm())
-}
-
 /// The power of speed that sizes follow best, by least squares of their logarithms, if they follow one.
-fn growth(speeds_rad_s: &[f64], sizes: &[f64]) -> Growth {
+fn growth(by_speed: &[(f64, f64)]) -> Growth {
     let points: Vec<(f64, f64)> =
-        speeds_rad_s.iter().zip(sizes).filter(|(_, f)| **f > 0.0).map(|(w, f)| (w.ln(), f.ln())).collect();
+        by_speed.iter().filter(|(_, f)| *f > 0.0).map(|(w, f)| (w.ln(), f.ln())).collect();
     let n = points.len().max(1) as f64;
     let (x, y) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
     let spread: f64 = points.iter().map(|p| (p.0 - x).powi(2)).sum();
@@ -149,7 +191,7 @@ fn growth(speeds_rad_s: &[f64], sizes: &[f64]) -> Growth {
     }
 }
 
-impl UnknownCause {
+impl EquivalentForce {
     /// How it turns, in a word or two.
     pub fn whirl(&self) -> &'static str {
         match self.forward {
@@ -168,8 +210,7 @@ impl UnknownCause {
         }
     }
 
-    /// Kinds of causes that look like that.
-    pub fn looks_like(&self) -> &'static str {
+    fn looks_like(&self) -> &'static str {
         match (self.growth, self.forward > MOSTLY) {
             (Growth::Constant, true) => {
                 "a bent or thermally bowed shaft, a misaligned coupling, a force from the driven machine"
@@ -190,6 +231,33 @@ impl UnknownCause {
     }
 }
 
+impl UnknownCause {
+    /// The force that it amounts to, unless it is the drawing that is off.
+    pub fn force(&self) -> Option<&EquivalentForce> {
+        match &self.nature {
+            Nature::Force(force) | Nature::Bearings(force) | Nature::Stiffness(force) => Some(force),
+            Nature::Drawing(_) => None,
+        }
+    }
+
+    /// Kinds of causes that look like that.
+    pub fn looks_like(&self) -> &'static str {
+        match &self.nature {
+            Nature::Force(force) => force.looks_like(),
+            Nature::Bearings(_) => {
+                "bearings whose coefficients follow speed in a way that constants do not, as oil films and tilting pads do: \
+                 state them as a film or a table; supports that resonate"
+            }
+            Nature::Stiffness(_) => {
+                "a further bearing or rest, a seal, a rub or a magnetic pull there that follows no law of the list"
+            }
+            Nature::Drawing(_) => {
+                "a dimension, mass or modulus that was drawn or typed wrong, a part that was changed after the drawing"
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -198,7 +266,7 @@ mod tests {
     fn growth_is_told_by_the_power_of_speed_and_a_peak_by_following_none() {
         let speeds: Vec<f64> = (1..=12).map(|k| 50.0 * f64::from(k)).collect();
         let of =
-            |size: &dyn Fn(f64) -> f64| growth(&speeds, &speeds.iter().map(|w| size(*w)).collect::<Vec<_>>());
+            |size: &dyn Fn(f64) -> f64| growth(&speeds.iter().map(|w| (*w, size(*w))).collect::<Vec<_>>());
         assert_eq!(of(&|w| 3.0 + 0.5 * (w * 0.1).sin()), Growth::Constant);
         assert_eq!(of(&|w| 1e-4 * w * w), Growth::Squared);
         assert_eq!(of(&|w| 1.0 / (1e-3 + (w / 300.0 - 1.0).powi(2))), Growth::Peaked);

@@ -131,7 +131,7 @@ impl<'a> Evidence<'a, '_> {
         let summary = format!(
             "Something is missing that no effect of the list explains, nor two together (χ² per value {misfit:.2})."
         );
-        Ok(Said { verdict: Verdict::Unknown, summary, scatter: self.unknown.force.scatter, outside })
+        Ok(Said { verdict: Verdict::Unknown, summary, scatter: self.unknown.best.scatter, outside })
     }
 }
 

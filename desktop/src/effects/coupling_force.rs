@@ -1,9 +1,9 @@
 //! A constant rotating force from the coupling.
 
-use super::{Effect, Knowledge, Pattern, Place, Unknown};
+use super::{Effect, Knowledge, Pattern, Place, Unknown, coupled_ends, end};
 use crate::machine::drawing::Rotor;
 
-/// A force at the right end that turns with the shaft and does not depend on speed.
+/// A force at the coupled end, the right one where no place says otherwise, that turns with the shaft and does not depend on speed.
 pub struct CouplingForce;
 
 impl Effect for CouplingForce {
@@ -16,11 +16,11 @@ impl Effect for CouplingForce {
     }
 
     fn places(&self, _: &Rotor) -> Vec<Place> {
-        vec![Place::Machine]
+        coupled_ends()
     }
 
-    fn unknowns(&self, _: &Rotor, _: Place) -> Vec<Unknown> {
-        let pattern = Pattern::RightEnd;
+    fn unknowns(&self, _: &Rotor, place: Place) -> Vec<Unknown> {
+        let pattern = Pattern::End(end(place));
         vec![Unknown { name: "n", unit: "N", pattern, per_unit: 1.0, largest: f64::INFINITY }]
     }
 

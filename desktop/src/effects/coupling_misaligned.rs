@@ -1,9 +1,9 @@
 //! A misaligned coupling: a force and a moment that turn with the shaft.
 
-use super::{Effect, Knowledge, Pattern, Place, Unknown};
+use super::{Effect, Knowledge, Pattern, Place, Unknown, coupled_ends, end};
 use crate::machine::drawing::Rotor;
 
-/// A force and a moment at the right end, both turning with the shaft and the same at every speed.
+/// A force and a moment at the coupled end, the right one where no place says otherwise, both turning with the shaft and the same at every speed.
 pub struct CouplingMisaligned;
 
 impl Effect for CouplingMisaligned {
@@ -12,12 +12,13 @@ impl Effect for CouplingMisaligned {
     }
 
     fn places(&self, _: &Rotor) -> Vec<Place> {
-        vec![Place::Machine]
+        coupled_ends()
     }
 
-    fn unknowns(&self, _: &Rotor, _: Place) -> Vec<Unknown> {
+    fn unknowns(&self, _: &Rotor, place: Place) -> Vec<Unknown> {
         let at = |name, unit, pattern| Unknown { name, unit, pattern, per_unit: 1.0, largest: f64::INFINITY };
-        vec![at("n", "N", Pattern::RightEnd), at("nm", "N·m", Pattern::RightEndTilt)]
+        let end = end(place);
+        vec![at("n", "N", Pattern::End(end)), at("nm", "N·m", Pattern::EndTilt(end))]
     }
 
     fn knowledge(&self) -> Knowledge {

@@ -17,7 +17,7 @@ pub fn resolve(rotor: &Rotor, kind: &str, at: Option<&str>) -> Result<(&'static 
         let names: Vec<&str> = super::ALL.iter().map(|e| e.name()).collect();
         return Err(format!("there is no effect \"{kind}\", expected one of {}", names.join(", ")));
     };
-    let mut everywhere = vec![Place::Machine];
+    let mut everywhere = vec![Place::Machine, Place::LeftEnd];
     everywhere.extend((0..rotor.bearing.len()).map(Place::Bearing));
     everywhere.extend((0..rotor.disk.len()).map(Place::Disk));
     everywhere.extend((0..rotor.probe.len()).map(Place::Probe));

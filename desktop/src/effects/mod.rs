@@ -1,6 +1,7 @@
 //! Physical effects that a model can lack: one file each, with its terms, its parameters and bounds,
 //! and what an engineer should know of it. A new effect is a file of its own and a line in [`ALL`].
 
+mod bow_kink;
 mod coupling_force;
 mod coupling_misaligned;
 mod cross_coupled_stiffness;
@@ -38,11 +39,11 @@ use crate::bearing::curve::Curve;
 use crate::bearing::film_curve::FilmCurve;
 pub use crate::inference::scale::Scale;
 use crate::machine::drawing::Rotor;
-pub use crate::machine::place::{Pattern, Place};
+pub use crate::machine::place::{End, Pattern, Place};
 use crate::machine::terms::Terms;
 
 /// Every effect, in the order in which reports list them when nothing else decides.
-pub const ALL: [&dyn Effect; 28] = [
+pub const ALL: [&dyn Effect; 29] = [
     &gyroscopic::Gyroscopic,
     &shear_deformation::ShearDeformation,
     &rotary_inertia::RotaryInertia,
@@ -54,6 +55,7 @@ pub const ALL: [&dyn Effect; 28] = [
     &unbalance_plane::UnbalancePlane,
     &shaft_bow::ShaftBow,
     &thermal_bow::ThermalBow,
+    &bow_kink::BowKink,
     &disk_skew::DiskSkew,
     &runout::Runout,
     &probe_calibration::ProbeCalibration,
@@ -226,6 +228,16 @@ fn film_factor() -> Vec<Parameter> {
 /// Every disk of a rotor.
 fn disks(rotor: &Rotor) -> Vec<Place> {
     (0..rotor.disk.len()).map(Place::Disk).collect()
+}
+
+/// The ends of the shaft that can be coupled: the right one is the machine's, as most are drawn with it there.
+fn coupled_ends() -> Vec<Place> {
+    vec![Place::Machine, Place::LeftEnd]
+}
+
+/// The end of the shaft at a place of [`coupled_ends`].
+fn end(place: Place) -> End {
+    if place == Place::LeftEnd { End::Left } else { End::Right }
 }
 
 /// The whole machine, unless something speaks against seeking the effect.

@@ -27,7 +27,7 @@ impl Effect for NonlinearStiffness {
     }
 
     fn apply(&self, _: &Rotor, _: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
-        for law in terms.bearings_mut() {
+        for (_, law) in terms.bearings_mut() {
             law.hardening_per_m2 = parameters[0];
         }
     }

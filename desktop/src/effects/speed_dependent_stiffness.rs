@@ -1,10 +1,10 @@
 //! Bearings that stiffen or soften with speed.
 
-use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, switched_on, unless};
+use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, bearings, switched_on, unless};
 use crate::machine::drawing::Rotor;
 use crate::machine::terms::Terms;
 
-/// `k(Ω) = k (1 + s (Ω/Ω_ref − 1))` for every bearing, where no law states how they follow speed.
+/// `k(Ω) = k (1 + s (Ω/Ω_ref − 1))` for every bearing or for one, where no law states how they follow speed.
 pub struct SpeedDependentStiffness;
 
 impl Effect for SpeedDependentStiffness {
@@ -13,7 +13,11 @@ impl Effect for SpeedDependentStiffness {
     }
 
     fn places(&self, rotor: &Rotor) -> Vec<Place> {
-        unless(self.not_sought(rotor))
+        let mut places = unless(self.not_sought(rotor));
+        if !places.is_empty() && rotor.bearing.len() > 1 {
+            places.extend(bearings(rotor));
+        }
+        places
     }
 
     fn not_sought(&self, rotor: &Rotor) -> Option<&'static str> {
@@ -30,9 +34,9 @@ impl Effect for SpeedDependentStiffness {
         vec![vec![0.05], vec![-0.05], vec![0.5], vec![-0.5]]
     }
 
-    fn apply(&self, _: &Rotor, _: Place, parameters: &[f64], scales: &Scales, terms: &mut Terms) {
-        for law in terms.bearings_mut() {
-            law.stiffness_slope = parameters[0];
+    fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], scales: &Scales, terms: &mut Terms) {
+        for (_, law) in terms.bearings_mut().filter(|(at, _)| place == Place::Machine || *at == place) {
+            law.stiffness_slope += parameters[0];
             law.reference_rad_s = scales.reference_rad_s;
         }
     }
@@ -43,7 +47,7 @@ impl Effect for SpeedDependentStiffness {
 
     fn knowledge(&self) -> Knowledge {
         Knowledge {
-            what: "The stiffness of all bearings changes with speed, so one value cannot place all resonances.",
+            what: "The stiffness of all bearings, or of this one, changes with speed, so one value cannot place all resonances.",
             means: "Fluid-film bearings: the film thins or thickens as load, oil temperature and speed change.",
             inspect: "Oil temperature and supply pressure over speed; compare with the bearing maker's coefficients.",
         }

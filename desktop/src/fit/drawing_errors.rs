@@ -3,6 +3,7 @@
 use nalgebra::{DVector, Matrix4, Vector4};
 
 use crate::machine::drawing::Rotor;
+use crate::machine::place::Pattern;
 use crate::machine::tolerance::{Deviation, Deviations};
 use crate::receptance::plant::Force;
 use crate::shaft::mesh::Piece;
@@ -17,8 +18,8 @@ pub(super) struct ElementChange {
     pub(super) stiffness: Matrix4<f64>,
     pub(super) mass: Matrix4<f64>,
     pub(super) polar_inertia: Matrix4<f64>,
-    /// Change of the force of unit bow.
-    pub(super) bow: Vector4<f64>,
+    /// Change of the force of each pattern that is a bent shaft, of unit height.
+    pub(super) bends: Vec<(Pattern, Vector4<f64>)>,
 }
 
 /// What one error of the drawing changes, per standard deviation.
@@ -142,12 +143,13 @@ fn element_changes(
             let (a, b) = (shaft.element(number, &up), shaft.element(number, &down));
             let slope = |a: Matrix4<f64>, b: Matrix4<f64>| (a - b) / (2.0 * ELEMENT_STEP);
             let stiffness = slope(a.stiffness, b.stiffness);
+            let force = |shape: &DVector<f64>| stiffness * shape.fixed_rows::<4>(2 * number);
             ElementChange {
                 number,
                 stiffness,
                 mass: slope(a.mass, b.mass),
                 polar_inertia: slope(a.polar_inertia, b.polar_inertia),
-                bow: stiffness * shaft.half_sine().fixed_rows::<4>(2 * number),
+                bends: shaft.bends().iter().map(|(pattern, shape)| (*pattern, force(shape))).collect(),
             }
         })
         .collect()

@@ -198,6 +198,11 @@ impl<'a> Snapshot<'a> {
         [self.forward.along(at, 1 + probe), self.backward.along(at, 1 + probe)]
     }
 
+    /// Motion of the shaft forward and backward, m.
+    pub(super) fn motion(&self, at: &Row) -> [C; 2] {
+        [self.forward.along(at, 0), self.backward.along(at, 0)]
+    }
+
     /// Change at every probe, its gain left out.
     fn slopes(&self, change: &Change) -> Vec<C> {
         let w2 = self.speed_rad_s * self.speed_rad_s;
@@ -259,7 +264,7 @@ impl<'a> Snapshot<'a> {
 
     fn element_slopes(&self, changes: &[ElementChange]) -> Vec<C> {
         let w2 = self.speed_rad_s * self.speed_rad_s;
-        let bow = self.sizes[self.plant.column(Force::Pattern(Pattern::Bow))];
+        let size = |pattern: Pattern| self.sizes[self.plant.column(Force::Pattern(pattern))];
         let mut slopes = vec![C::from(0.0); self.probes()];
         let times = |m: &Matrix4<f64>, v: &Vector4<C>| {
             Vector4::from_fn(|i, _| (0..4).map(|j| v[j] * m[(i, j)]).sum::<C>())
@@ -268,8 +273,10 @@ impl<'a> Snapshot<'a> {
             let forward = e.stiffness - (e.mass - e.polar_inertia) * w2;
             let backward = e.stiffness - (e.mass + e.polar_inertia) * w2;
             let mut ahead = times(&forward, &self.forward.element(e.number, 0));
-            if bow != C::from(0.0) {
-                ahead -= e.bow.map(|v| bow * v);
+            for (size, force) in e.bends.iter().map(|(pattern, force)| (size(*pattern), force)) {
+                if size != C::from(0.0) {
+                    ahead -= force.map(|v| size * v);
+                }
             }
             let motion = self.backward.element(e.number, 0);
             let mut behind = times(&backward, &motion);

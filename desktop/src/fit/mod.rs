@@ -6,7 +6,7 @@
 //! | [`problem`], `derivative` | the least-squares problem of one hypothesis |
 //! | [`projection`] | its linear unknowns, solved for exactly |
 //! | [`drawing_errors`], [`whitening`], `settle` | allowing for the drawing's errors |
-//! | `scattered`, [`unknown_force`] | the noise that a fit leaves; a force that no effect is |
+//! | `scattered`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
 //! | `queries`, [`trial`] | uncertainty, sensitivity and misfit of a fit that is there, or anywhere else |
 //!
 //! [`Fitter`] holds what all hypotheses about one machine share.
@@ -28,7 +28,7 @@ mod supports;
 #[cfg(test)]
 mod tests;
 pub mod trial;
-pub mod unknown_force;
+pub mod unknown;
 pub mod whitening;
 
 use std::sync::{Arc, OnceLock};
@@ -150,8 +150,8 @@ impl Fit {
 /// How thoroughly to search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
-    /// Like `Search`, with the amplitudes at supports that depend on them only roughly settled: to see which effects are
-    /// worth a closer look.
+    /// Like `Search`, with the search ended early and the amplitudes at supports that depend on them only roughly settled: to
+    /// see which effects are worth a closer look.
     Rough,
     /// Short runs from every start, the best to the end.
     Search,
@@ -287,9 +287,9 @@ impl<'a> Fitter<'a> {
         if terms.supports.iter().any(|(_, law)| law.rub.is_some()) {
             amplitudes = self.reaching_disks(hypothesis, &starts[0], plant.clone(), amplitudes)?;
         }
-        let (rounds_at_most, settled_within) = match effort {
-            Effort::Rough => (ROUGH_ROUNDS, 1.0),
-            Effort::Search | Effort::Final => (AMPLITUDE_ROUNDS, 1e-3),
+        let (rounds_at_most, settled_within, end) = match effort {
+            Effort::Rough => (ROUGH_ROUNDS, 1.0, ROUGH),
+            Effort::Search | Effort::Final => (AMPLITUDE_ROUNDS, 1e-3, FINISH),
         };
         let mut problem = self.problem(hypothesis, plant, amplitudes.as_ref(), &drawing.whitening)?;
         scout(&mut *problem, starts);
@@ -297,10 +297,10 @@ impl<'a> Fitter<'a> {
         let mut rounds = 0;
         loop {
             // while amplitudes still change there is no point in going to the end
-            problem.descend(if amplitudes.is_some() { SCOUT } else { FINISH });
+            problem.descend(if amplitudes.is_some() { SCOUT } else { end });
             let settled = (last_cost - problem.cost()).abs() < settled_within || rounds >= rounds_at_most;
             let Some(held) = amplitudes.as_mut().filter(|_| !settled) else {
-                problem.descend(FINISH);
+                problem.descend(end);
                 return self.result(&*problem, hypothesis, drawing, effort);
             };
             last_cost = problem.cost();
@@ -370,8 +370,9 @@ impl<'a> Fitter<'a> {
     }
 }
 
-/// A short run, and one to the end.
-const SCOUT: Stop = Stop { steps: 10, tolerance: 1e-6 };
+/// A short run, one to where a candidate is seen for what it is worth, and one to the end.
+const SCOUT: Stop = Stop { steps: 10, tolerance: 1e-4 };
+const ROUGH: Stop = Stop { steps: 100, tolerance: 1e-4 };
 const FINISH: Stop = Stop { steps: 200, tolerance: 1e-8 };
 
 /// Moves a problem to the best end of short runs from every start.

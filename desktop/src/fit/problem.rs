@@ -120,7 +120,7 @@ impl<'a, const D: usize> Problem<'a, D> {
         match place {
             Place::Disk(i) => self.plant.bearings + i,
             Place::Bearing(i) | Place::Probe(i) => i,
-            Place::Machine => 0,
+            Place::Machine | Place::LeftEnd => 0,
         }
     }
 

@@ -10,11 +10,19 @@ use crate::shaft::nodal::Row;
 
 type C = Complex<f64>;
 
+/// One value of the data and one place of the shaft.
+#[derive(Debug, Clone, Copy)]
+pub struct UnderForce {
+    /// What the value shows, in noise units, of a force of one newton there that turns forward, and of one backward.
+    pub shown: [C; 2],
+    /// Motion of the shaft there, m: forward, backward.
+    pub motion: [C; 2],
+}
+
 /// Forces at any place of the shaft.
 pub trait UnitForces {
-    /// What every value shows, in noise units, of a force of one newton at each of some places that turns forward, and
-    /// of one that turns backward.
-    fn under_unit_forces(&self, places: &[&Row]) -> Option<Vec<Vec<[C; 2]>>>;
+    /// Of every value, at each of some places.
+    fn under_unit_forces(&self, places: &[&Row]) -> Option<Vec<Vec<UnderForce>>>;
 }
 
 /// A problem whatever the number of its held places.

@@ -171,15 +171,16 @@ impl Whitening {
     }
 
     /// Factor on the last `count` deviations by which their standard deviation would fit them better, for weighted
-    /// residuals of the drawing at `centre`: a step of expectation maximisation (Dempster, Laird and Rubin 1977).
+    /// residuals of the drawing at `centre`: their squares over how many of them the data determine (MacKay 1992).
     pub fn growth(&self, residual: &DVector<f64>, count: usize) -> f64 {
         let deviations = self.estimate(residual);
         let variance = |i: usize| -> f64 {
             self.vectors.row(i).iter().zip(self.values.iter()).map(|(v, value)| v * v / (1.0 + value)).sum()
         };
         let last = deviations.len() - count..deviations.len();
-        let squares: f64 = last.map(|i| deviations[i].powi(2) + variance(i)).sum();
-        (squares / count as f64).sqrt()
+        let squares: f64 = last.clone().map(|i| deviations[i].powi(2)).sum();
+        let determined = count as f64 - last.map(variance).sum::<f64>();
+        (squares / determined.max(f64::MIN_POSITIVE)).sqrt().clamp(0.1, 10.0)
     }
 
     /// Real numbers that the deviations use up, in all.

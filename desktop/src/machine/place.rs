@@ -13,6 +13,8 @@ pub enum Place {
     Disk(usize),
     /// A probe, by its number in the file.
     Probe(usize),
+    /// The left end of the shaft.
+    LeftEnd,
 }
 
 impl Place {
@@ -23,6 +25,7 @@ impl Place {
             Self::Bearing(i) => Some(&rotor.bearing[i].name),
             Self::Disk(i) => Some(&rotor.disk[i].name),
             Self::Probe(i) => Some(&rotor.probe[i].name),
+            Self::LeftEnd => Some("left end"),
         }
     }
 }
@@ -46,6 +49,15 @@ impl SpeedLaw {
     }
 }
 
+/// An end of the shaft.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// At position 0.
+    Left,
+    /// At the length of the shaft.
+    Right,
+}
+
 /// A rotating pattern whose complex amplitude enters linearly and is solved for exactly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pattern {
@@ -58,10 +70,12 @@ pub enum Pattern {
     Bow,
     /// The same, growing evenly from nothing to this height while a run lasts, m.
     GrowingBow,
-    /// A force at the right end, N.
-    RightEnd,
-    /// A moment on the tilt of the right end, N·m.
-    RightEndTilt,
+    /// The force that holds the shaft straight against a full sine of this height between the bearings, m.
+    FullBow,
+    /// A force at an end, N.
+    End(End),
+    /// A moment on the tilt of an end, N·m.
+    EndTilt(End),
     /// An offset of one probe at every speed, m.
     Runout(usize),
 }
@@ -79,9 +93,12 @@ impl Pattern {
     pub fn law(self) -> SpeedLaw {
         match self {
             Self::DiskUnbalance(_) | Self::DiskTilt(_) => SpeedLaw::Squared,
-            Self::Bow | Self::GrowingBow | Self::RightEnd | Self::RightEndTilt | Self::Runout(_) => {
-                SpeedLaw::Constant
-            }
+            Self::Bow
+            | Self::GrowingBow
+            | Self::FullBow
+            | Self::End(_)
+            | Self::EndTilt(_)
+            | Self::Runout(_) => SpeedLaw::Constant,
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::bearing::foundation::Footing;
 use crate::bearing::support::SupportLaw;
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Mount, Physics, Rotor};
-use crate::machine::place::{Pattern, Place};
+use crate::machine::place::{End, Pattern, Place};
 use crate::shaft::structure::{Station, Structure};
 
 /// Supports, forcings and readings of a machine, by place.
@@ -71,8 +71,9 @@ impl Terms {
     }
 
     /// The laws of all bearings.
-    pub fn bearings_mut(&mut self) -> impl Iterator<Item = &mut SupportLaw> {
-        self.supports.iter_mut().filter(|(p, _)| matches!(p, Place::Bearing(_))).map(|(_, law)| law)
+    pub fn bearings_mut(&mut self) -> impl Iterator<Item = (Place, &mut SupportLaw)> {
+        let bearing = |(p, _): &&mut (Place, SupportLaw)| matches!(p, Place::Bearing(_));
+        self.supports.iter_mut().filter(bearing).map(|(p, law)| (*p, law))
     }
 }
 
@@ -81,6 +82,7 @@ pub fn position_m(rotor: &Rotor, place: Place) -> Option<f64> {
     match place {
         Place::Bearing(i) => Some(rotor.bearing[i].position_m),
         Place::Disk(i) => Some(rotor.disk[i].position_m),
+        Place::LeftEnd => Some(0.0),
         Place::Probe(_) | Place::Machine => None,
     }
 }
@@ -91,26 +93,37 @@ pub fn force_shape(pattern: Pattern, structure: &Structure, rotor: &Rotor) -> Op
     match pattern {
         Pattern::DiskUnbalance(i) => Some(structure.station(rotor.disk[i].position_m).displacement.clone()),
         Pattern::DiskTilt(i) => Some(structure.station(rotor.disk[i].position_m).slope.clone()),
-        Pattern::Bow | Pattern::GrowingBow => Some(&structure.stiffness * half_sine(structure, rotor)),
-        Pattern::RightEnd => structure.stations.last().map(|s| s.displacement.clone()),
-        Pattern::RightEndTilt => structure.stations.last().map(|s| s.slope.clone()),
+        Pattern::Bow | Pattern::GrowingBow => Some(&structure.stiffness * half_sines(1, structure, rotor)),
+        Pattern::FullBow => Some(&structure.stiffness * half_sines(2, structure, rotor)),
+        Pattern::End(end) => station(structure, end).map(|s| s.displacement.clone()),
+        Pattern::EndTilt(end) => station(structure, end).map(|s| s.slope.clone()),
         Pattern::Runout(_) => None,
     }
 }
 
-/// Coordinates of a half sine of unit height between the outermost bearings, continued beyond them.
-pub(crate) fn half_sine(structure: &Structure, rotor: &Rotor) -> DVector<f64> {
+fn station(structure: &Structure, end: End) -> Option<&Station> {
+    match end {
+        End::Left => structure.stations.first(),
+        End::Right => structure.stations.last(),
+    }
+}
+
+/// Coordinates of so many half sines of unit height between the outermost bearings, continued beyond them.
+pub(crate) fn half_sines(count: u32, structure: &Structure, rotor: &Rotor) -> DVector<f64> {
     let [left, right] = rotor.span_m();
-    let wave = std::f64::consts::PI / (right - left);
-    let height = |s: &Station| (wave * (s.position_m - left)).sin();
-    let slope = |s: &Station| wave * (wave * (s.position_m - left)).cos();
+    let wave = f64::from(count) * std::f64::consts::PI / (right - left);
+    coordinates(structure, |z| [(wave * (z - left)).sin(), wave * (wave * (z - left)).cos()])
+}
+
+/// Coordinates of a shape given by its height and slope at every station.
+fn coordinates(structure: &Structure, shape: impl Fn(f64) -> [f64; 2]) -> DVector<f64> {
     let stations = &structure.stations;
     if structure.size() == 2 * stations.len() {
-        let pairs = stations.iter().flat_map(|s| [height(s), slope(s)]);
+        let pairs = stations.iter().flat_map(|s| shape(s.position_m));
         return DVector::from_iterator(structure.size(), pairs);
     }
     // other shape functions come as near as they can, by least squares
     let shapes = DMatrix::from_fn(stations.len(), structure.size(), |i, k| stations[i].displacement[k]);
-    let target = DVector::from_iterator(stations.len(), stations.iter().map(height));
+    let target = DVector::from_iterator(stations.len(), stations.iter().map(|s| shape(s.position_m)[0]));
     shapes.svd(true, true).solve(&target, 1e-9).unwrap_or_else(|_| DVector::zeros(structure.size()))
 }

@@ -42,7 +42,25 @@ pub struct Offsets {
     pub plane_m: Vec<f64>,
 }
 
+/// What is usual of a drawing that states no tolerance: handbook values of moduli scatter by 2 %, weighed masses
+/// and turned diameters by less than computed inertias do.
+const USUAL: Tolerance = Tolerance {
+    modulus_relative: 0.02,
+    diameter_relative: 0.005,
+    mass_relative: 0.02,
+    inertia_relative: 0.05,
+    position_m: 0.0,
+};
+/// Usual error of a position over the length of the shaft.
+const USUAL_POSITION: f64 = 0.003;
+
 impl Deviations {
+    /// Those that are usual where no tolerance is stated.
+    pub fn usual(rotor: &Rotor) -> Self {
+        let position_m = USUAL_POSITION * rotor.length_m();
+        Self::of(&Rotor { tolerance: Some(Tolerance { position_m, ..USUAL }), ..rotor.clone() })
+    }
+
     /// The deviations of a rotor; none where the tolerance is zero.
     pub fn of(rotor: &Rotor) -> Self {
         let t: Tolerance = rotor.tolerance.unwrap_or_default();
@@ -69,6 +87,39 @@ impl Deviations {
     /// Whether the drawing is taken as exact.
     pub fn is_empty(&self) -> bool {
         self.kinds.is_empty()
+    }
+
+    /// The one farthest out in units of its standard deviation: in words, and where it is, m from the left end.
+    pub fn worst(&self, rotor: &Rotor, t: &DVector<f64>) -> (String, f64) {
+        let ((kind, sd), t) = (self.kinds.iter().zip(t.iter()))
+            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+            .expect("a drawing that is off is off in something");
+        let by = sd * t;
+        let percent = |what: String| format!("{what} differs from the drawing by {:+.1} %", 100.0 * by);
+        let moved =
+            |what: &str, name: &str| format!("{what} {name} sits {:+.1} mm from where it is drawn", 1e3 * by);
+        let disk = |i: usize| (&rotor.disk[i].name, rotor.disk[i].position_m);
+        match *kind {
+            Deviation::Modulus => (percent("Young's modulus".into()), 0.5 * rotor.length_m()),
+            Deviation::Diameter(i) => {
+                let start: f64 = rotor.shaft[..i].iter().map(|s| s.length_m).sum();
+                let end = start + rotor.shaft[i].length_m;
+                (percent(format!("the diameter from {start:.3} to {end:.3} m")), 0.5 * (start + end))
+            }
+            Deviation::DiskMass(i) => (percent(format!("the mass of {}", disk(i).0)), disk(i).1),
+            Deviation::DiskDiametralInertia(i) => {
+                (percent(format!("the diametral inertia of {}", disk(i).0)), disk(i).1)
+            }
+            Deviation::DiskPolarInertia(i) => {
+                (percent(format!("the polar inertia of {}", disk(i).0)), disk(i).1)
+            }
+            Deviation::DiskPosition(i) => (moved("disk", disk(i).0), disk(i).1),
+            Deviation::BearingPosition(i) => {
+                (moved("bearing", &rotor.bearing[i].name), rotor.bearing[i].position_m)
+            }
+            Deviation::ProbePosition(i) => (moved("probe", &rotor.probe[i].name), rotor.probe[i].position_m),
+            Deviation::PlanePosition(i) => (moved("plane", &rotor.plane[i].name), rotor.plane[i].position_m),
+        }
     }
 
     /// The rotor with its deviations at `t` standard deviations, and the positions that moved.

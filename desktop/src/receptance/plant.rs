@@ -8,7 +8,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
 
-use crate::effects::Pattern;
+use crate::effects::{End, Pattern};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::Offsets;
@@ -68,7 +68,8 @@ pub fn all_forces(rotor: &Rotor) -> Vec<Force> {
         forces.push(Force::Pattern(Pattern::DiskUnbalance(i)));
         forces.push(Force::Pattern(Pattern::DiskTilt(i)));
     }
-    forces.extend([Pattern::Bow, Pattern::RightEnd, Pattern::RightEndTilt].map(Force::Pattern));
+    let ends = [End::Left, End::Right].into_iter().flat_map(|end| [Pattern::End(end), Pattern::EndTilt(end)]);
+    forces.extend([Pattern::Bow, Pattern::FullBow].into_iter().chain(ends).map(Force::Pattern));
     forces
 }
 
@@ -83,11 +84,12 @@ fn force_row(force: Force, rotor: &Rotor, shaft: &Shaft, offsets: &Offsets) -> R
         }
         Force::Pattern(Pattern::DiskUnbalance(i)) => disk(i).0.displacement_beside(disk(i).1),
         Force::Pattern(Pattern::DiskTilt(i)) => disk(i).0.tilt_beside(disk(i).1),
-        Force::Pattern(Pattern::Bow | Pattern::GrowingBow) => {
-            shaft.bow_force(rotor).iter().copied().enumerate().collect()
+        Force::Pattern(pattern @ (Pattern::Bow | Pattern::GrowingBow | Pattern::FullBow)) => {
+            let bent = shaft.bent(pattern).expect("a shaft has every shape that it can be bent to");
+            shaft.straightening_force(rotor, bent).iter().copied().enumerate().collect()
         }
-        Force::Pattern(Pattern::RightEnd) => shaft.right_end().displacement.clone(),
-        Force::Pattern(Pattern::RightEndTilt) => shaft.right_end().tilt.clone(),
+        Force::Pattern(Pattern::End(end)) => shaft.end(end).displacement.clone(),
+        Force::Pattern(Pattern::EndTilt(end)) => shaft.end(end).tilt.clone(),
         Force::Pattern(Pattern::Runout(_)) => Row::new(),
     }
 }

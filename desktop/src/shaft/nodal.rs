@@ -7,7 +7,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::machine::drawing::{Formulation, Physics, Rotor, Segment};
-use crate::machine::terms::half_sine;
+use crate::machine::place::{End, Pattern};
+use crate::machine::terms::half_sines;
 use crate::machine::tolerance::Offsets;
 use crate::model::Model;
 use crate::shaft::basis;
@@ -68,7 +69,8 @@ pub struct Shaft {
     /// Nodal coordinates × shape functions.
     pub basis: DMatrix<f64>,
     physics: Physics,
-    half_sine: DVector<f64>,
+    /// Nodal coordinates of every pattern that is a bent shaft, of unit height.
+    bends: [(Pattern, DVector<f64>); 2],
     sections: Vec<Section>,
 }
 
@@ -92,7 +94,9 @@ impl Shaft {
         let physics = &rotor.physics;
         let mesh = Mesh::new(rotor, ELEMENTS_PER_SEGMENT);
         let sections = (0..mesh.nodes_m.len()).map(|node| section(rotor, physics, &mesh, node)).collect();
-        Self { basis, half_sine: half_sine(&model.structure, rotor), physics: *physics, mesh, sections }
+        let bend = |(pattern, count)| (pattern, half_sines(count, &model.structure, rotor));
+        let bends = [(Pattern::Bow, 1), (Pattern::FullBow, 2)].map(bend);
+        Self { basis, bends, physics: *physics, mesh, sections }
     }
 
     /// Switches of the beam theory.
@@ -105,9 +109,14 @@ impl Shaft {
         &self.mesh.pieces
     }
 
-    /// Nodal coordinates of the half sine that a bow is.
-    pub fn half_sine(&self) -> &DVector<f64> {
-        &self.half_sine
+    /// Every pattern that is a bent shaft, with the nodal coordinates of its shape at unit height.
+    pub fn bends(&self) -> &[(Pattern, DVector<f64>)] {
+        &self.bends
+    }
+
+    /// Nodal coordinates of the shape of a pattern, if it is a bent shaft.
+    pub fn bent(&self, pattern: Pattern) -> Option<&DVector<f64>> {
+        self.bends.iter().find(|(p, _)| *p == pattern.shape()).map(|(_, shape)| shape)
     }
 
     /// The node nearest to a position; marks of the rotor are nodes.
@@ -118,9 +127,12 @@ impl Shaft {
         &self.sections[node.unwrap_or(0)]
     }
 
-    /// The right end.
-    pub fn right_end(&self) -> &Section {
-        &self.sections[self.sections.len() - 1]
+    /// An end.
+    pub fn end(&self, end: End) -> &Section {
+        match end {
+            End::Left => &self.sections[0],
+            End::Right => &self.sections[self.sections.len() - 1],
+        }
     }
 
     /// Matrices of one element of a rotor whose segments may differ from the drawing.
@@ -143,12 +155,12 @@ impl Shaft {
         DVector::from_fn(shapes.ncols(), |j, _| row.iter().map(|(k, v)| v * shapes[(*k, j)]).sum())
     }
 
-    /// Generalized force of unit bow on the nodal coordinates of a rotor whose segments may differ from
-    /// the drawing.
-    pub fn bow_force(&self, rotor: &Rotor) -> DVector<f64> {
-        let mut force = DVector::zeros(self.half_sine.len());
+    /// The force on the nodal coordinates that holds a shaft bent to this shape straight; its segments may differ from the
+    /// drawing.
+    pub fn straightening_force(&self, rotor: &Rotor, bent: &DVector<f64>) -> DVector<f64> {
+        let mut force = DVector::zeros(bent.len());
         for i in 0..self.mesh.pieces.len() {
-            let part = self.element(i, rotor).stiffness * self.half_sine.fixed_rows::<4>(2 * i);
+            let part = self.element(i, rotor).stiffness * bent.fixed_rows::<4>(2 * i);
             let mut rows = force.fixed_rows_mut::<4>(2 * i);
             rows += part;
         }

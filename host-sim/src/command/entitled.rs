@@ -1,7 +1,7 @@
 //! What data entitle to, as commands say it: the noise as it was found, the planes with their intervals, a cause
 //! that no known effect is.
 
-use rotor_edge_desktop::diagnose::{Determined, Scatter, UnknownCause};
+use rotor_edge_desktop::diagnose::{Determined, EquivalentForce, Nature, Scatter, UnknownCause};
 use serde_json::{Value, json};
 
 /// The noise over what was stated, in one line.
@@ -38,16 +38,30 @@ pub fn planes(determined: &Determined) -> Vec<String> {
 
 /// A cause outside the list, in sentences.
 pub fn unknown(cause: &UnknownCause) -> String {
+    let acts = |as_what: &str, force: &EquivalentForce| {
+        format!(
+            "what is missing acts like {as_what}, most near {:.3} m from the left end ({:.0} % sure of that): {} whirl, {}, \
+             largest at {:.0} rpm with {:.3} N",
+            cause.position_m,
+            100.0 * cause.place_probability,
+            force.whirl(),
+            force.growth_in_words(),
+            force.speed_rpm,
+            force.force_n,
+        )
+    };
+    let what = match &cause.nature {
+        Nature::Force(force) => acts("a force", force),
+        Nature::Bearings(force) => acts("bearings that change with speed", force),
+        Nature::Stiffness(force) => acts("a support that the model lacks", force),
+        Nature::Drawing(what) => format!(
+            "the drawing is off by more than its tolerance ({:.0} % sure of that); most of all {what}",
+            100.0 * cause.place_probability
+        ),
+    };
     format!(
-        "A cause outside the list, {:.0} % sure: what is missing acts like a force near {:.3} m from the left end \
-         ({:.0} % sure of the place), {} whirl, {}, largest at {:.0} rpm with {:.3} N. What looks like that: {}.",
+        "A cause outside the list, {:.0} % sure: {what}. What looks like that: {}.",
         100.0 * cause.probability,
-        cause.position_m,
-        100.0 * cause.place_probability,
-        cause.whirl(),
-        cause.growth_in_words(),
-        cause.speed_rpm,
-        cause.force_n,
         cause.looks_like()
     )
 }
@@ -77,15 +91,24 @@ pub fn determined_json(determined: &Determined) -> Value {
 
 /// `unknown` of the JSON answers.
 pub fn unknown_json(cause: &UnknownCause) -> Value {
+    let (acts_like, drawing) = match &cause.nature {
+        Nature::Force(_) => ("force", None),
+        Nature::Bearings(_) => ("bearings", None),
+        Nature::Stiffness(_) => ("stiffness", None),
+        Nature::Drawing(what) => ("drawing", Some(what)),
+    };
+    let force = cause.force();
     json!({
+        "acts_like": acts_like,
+        "drawing": drawing,
         "position_m": cause.position_m,
         "place_probability": cause.place_probability,
         "probability": cause.probability,
-        "growth": cause.growth_in_words(),
-        "whirl": cause.whirl(),
-        "forward_share": cause.forward,
-        "speed_rpm": cause.speed_rpm,
-        "force_n": cause.force_n,
+        "growth": force.map(EquivalentForce::growth_in_words),
+        "whirl": force.map(EquivalentForce::whirl),
+        "forward_share": force.map(|f| f.forward),
+        "speed_rpm": force.map(|f| f.speed_rpm),
+        "force_n": force.map(|f| f.force_n),
         "looks_like": cause.looks_like(),
     })
 }
