@@ -13,6 +13,8 @@ pub enum Place {
     Disk(usize),
     /// A probe, by its number in the file.
     Probe(usize),
+    /// A run, by its number in the file.
+    Run(usize),
 }
 
 impl Place {
@@ -23,6 +25,7 @@ impl Place {
             Self::Bearing(i) => Some(&rotor.bearing[i].name),
             Self::Disk(i) => Some(&rotor.disk[i].name),
             Self::Probe(i) => Some(&rotor.probe[i].name),
+            Self::Run(i) => Some(&rotor.run[i].name),
         }
     }
 }
@@ -64,6 +67,13 @@ pub enum Pattern {
     RightEndTilt,
     /// An offset of one probe at every speed, m.
     Runout(usize),
+    /// Unbalance of a plane in the readings of one run alone, kg·m.
+    RunUnbalance {
+        /// Number of the run in the file.
+        run: usize,
+        /// Number of the plane in the file.
+        plane: usize,
+    },
 }
 
 impl Pattern {
@@ -75,10 +85,19 @@ impl Pattern {
         }
     }
 
+    /// Its number in a parameter that is a list of phasors; `None` where the parameter is one phasor.
+    pub fn in_list(self) -> Option<usize> {
+        match self {
+            Self::Runout(probe) => Some(probe),
+            Self::RunUnbalance { plane, .. } => Some(plane),
+            _ => None,
+        }
+    }
+
     /// How the pattern grows with speed.
     pub fn law(self) -> SpeedLaw {
         match self {
-            Self::DiskUnbalance(_) | Self::DiskTilt(_) => SpeedLaw::Squared,
+            Self::DiskUnbalance(_) | Self::DiskTilt(_) | Self::RunUnbalance { .. } => SpeedLaw::Squared,
             Self::Bow | Self::GrowingBow | Self::RightEnd | Self::RightEndTilt | Self::Runout(_) => {
                 SpeedLaw::Constant
             }

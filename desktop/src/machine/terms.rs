@@ -81,7 +81,7 @@ pub fn position_m(rotor: &Rotor, place: Place) -> Option<f64> {
     match place {
         Place::Bearing(i) => Some(rotor.bearing[i].position_m),
         Place::Disk(i) => Some(rotor.disk[i].position_m),
-        Place::Probe(_) | Place::Machine => None,
+        Place::Probe(_) | Place::Run(_) | Place::Machine => None,
     }
 }
 
@@ -94,6 +94,9 @@ pub fn force_shape(pattern: Pattern, structure: &Structure, rotor: &Rotor) -> Op
         Pattern::Bow | Pattern::GrowingBow => Some(&structure.stiffness * half_sine(structure, rotor)),
         Pattern::RightEnd => structure.stations.last().map(|s| s.displacement.clone()),
         Pattern::RightEndTilt => structure.stations.last().map(|s| s.slope.clone()),
+        Pattern::RunUnbalance { plane, .. } => {
+            Some(structure.station(rotor.plane[plane].position_m).displacement.clone())
+        }
         Pattern::Runout(_) => None,
     }
 }
