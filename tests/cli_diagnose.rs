@@ -3,6 +3,8 @@
 
 #[path = "cli/program.rs"]
 mod program;
+#[path = "cli/refuted.rs"]
+mod refuted;
 
 use std::path::PathBuf;
 use std::process::Command;

@@ -4,8 +4,8 @@ use nalgebra::DVector;
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
-use rotor_edge_desktop::diagnose::{Candidate, Verdict, diagnose};
-use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::diagnose::{Account, Candidate, Diagnosis, Verdict, best_fit, diagnose, improve};
+use rotor_edge_desktop::machine::drawing::{ParameterValue, Rotor};
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{Reading, rad_s};
 use rotor_edge_desktop::model::Model;
@@ -49,36 +49,45 @@ fn with(effect: &str) -> Rotor {
     rotor_file::parse("rotor.toml", &format!("{MACHINE}{effect}")).unwrap()
 }
 
-/// Both runs up to 9,000 rpm, through the bending resonance: run and speed.
-fn runs() -> Vec<(&'static str, f64)> {
-    let run_up = |run| (0..SPEEDS).map(move |k| (run, 2000.0 + 200.0 * f64::from(k)));
-    ["as found", "trial"].into_iter().flat_map(run_up).collect()
+/// Speeds of a run, up to 9,000 rpm, through the bending resonance.
+fn run_up() -> impl Iterator<Item = f64> {
+    (0..SPEEDS).map(|k| 2000.0 + 200.0 * f64::from(k))
+}
+
+fn own_unbalance() -> [C; 2] {
+    [phasor_kg_m(900.0, 30.0), phasor_kg_m(700.0, -80.0)]
+}
+
+/// What the probes show on the machine in a run with these unbalances in its planes.
+fn shown_with(rotor: &Rotor, unbalance: [C; 2], speeds_rpm: impl Iterator<Item = f64>) -> Vec<DVector<C>> {
+    let model = Model::finite_elements(rotor);
+    let unbalance = DVector::from_column_slice(&unbalance);
+    speeds_rpm.map(|rpm| model.response_under(rad_s(rpm), &unbalance).unwrap().at(&unbalance)).collect()
 }
 
 /// What the probes show on the machine with an effect.
 fn shown(effect: &str) -> Vec<DVector<C>> {
-    let model = Model::finite_elements(&with(effect));
-    let at = |(run, speed_rpm): (&str, f64)| {
-        let mut unbalance = DVector::from_vec(vec![phasor_kg_m(900.0, 30.0), phasor_kg_m(700.0, -80.0)]);
-        if run == "trial" {
-            unbalance[0] += phasor_kg_m(500.0, 70.0);
-        }
-        model.response_under(rad_s(speed_rpm), &unbalance).unwrap().at(&unbalance)
-    };
-    runs().into_iter().map(at).collect()
+    let own = own_unbalance();
+    let trial = [own[0] + phasor_kg_m(500.0, 70.0), own[1]];
+    [own, trial].into_iter().flat_map(|u| shown_with(&with(effect), u, run_up())).collect()
 }
 
-/// Readings of that with noise.
+/// Readings of that in both runs, with noise.
 fn measured(shown: &[DVector<C>], seed: u64) -> Vec<Reading> {
+    measured_in(&["as found", "trial"], shown, seed)
+}
+
+/// The same in these runs, one after the other.
+fn measured_in(runs: &[&str], shown: &[DVector<C>], seed: u64) -> Vec<Reading> {
     let mut random = StdRng::seed_from_u64(seed);
     let mut noisy = |y: &C| {
         let sigma = 0.01 * y.norm() + 0.05e-6;
         let mut part = || sigma * Distribution::<f64>::sample(&StandardNormal, &mut random);
         Some(y + C::new(part(), part()))
     };
-    let rows = runs().into_iter().zip(shown);
+    let rows = runs.iter().flat_map(|run| run_up().map(move |speed_rpm| (run, speed_rpm))).zip(shown);
     rows.map(|((run, speed_rpm), y)| Reading {
-        run: Some(run.into()),
+        run: Some(run.to_string()),
         speed_rpm,
         probes: y.iter().map(&mut noisy).collect(),
         ..Reading::default()
@@ -200,4 +209,131 @@ fn without_a_trial_weight_a_phase_reference_elsewhere_is_not_sought() {
     readings.truncate(SPEEDS as usize);
     let found = diagnose(&rotor, &readings).unwrap();
     assert!(found.candidates.iter().all(|c| c.effect != "keyphasor_offset"));
+}
+
+/// The machine with these runs in its file instead.
+fn with_runs(runs: &str) -> Rotor {
+    let (head, _) = MACHINE.split_once("run = [").unwrap();
+    rotor_file::parse("rotor.toml", &format!("{head}run = [{runs}]")).unwrap()
+}
+
+/// The machine as found, and with two trial weights that its file states.
+fn trials() -> Rotor {
+    with_runs(
+        r#"{ name = "as found" },
+        { name = "first", added_unbalance = [{ position_m = 0.45, magnitude_g_mm = 500, angle_deg = 70 }] },
+        { name = "second", added_unbalance = [{ position_m = 0.75, magnitude_g_mm = 600, angle_deg = -120 }] }"#,
+    )
+}
+
+/// What is said of that machine where the second weight is this one.
+fn with_second_weight(second: C, seed: u64) -> Diagnosis {
+    let own = own_unbalance();
+    let carried = [own, [own[0] + phasor_kg_m(500.0, 70.0), own[1]], [own[0], own[1] + second]];
+    let shown: Vec<_> = carried.into_iter().flat_map(|u| shown_with(&trials(), u, run_up())).collect();
+    diagnose(&trials(), &measured_in(&["as found", "first", "second"], &shown, seed)).unwrap()
+}
+
+#[track_caller]
+fn is_refuted(second: C, expected: impl Fn(Account) -> bool) {
+    let found = with_second_weight(second, 11);
+    assert_eq!(found.verdict, Verdict::Missing, "{}", found.summary);
+    assert_eq!(found.candidates[0].label(), "unbalance_of_run@second");
+    let [refuted] = &found.refuted[..] else { panic!("{:?}", found.refuted) };
+    assert!(refuted.run == "second" && refuted.probability > 0.95, "{refuted:?}");
+    let [left, right] = [0, 1].map(|plane| &refuted.weights[plane]);
+    assert_eq!(left.account, Some(Account::AsStated), "{}", refuted.words());
+    assert!(right.account.is_some_and(expected) && right.found.holds(second), "{}", refuted.words());
+}
+
+#[test]
+fn a_stated_weight_that_is_not_there_or_counted_against_the_rotation_is_named_as_such() {
+    let stated = phasor_kg_m(600.0, -120.0);
+    is_refuted(C::from(0.0), |account| account == Account::Missing);
+    is_refuted(stated.conj(), |account| account == Account::OtherSense);
+}
+
+#[test]
+fn a_stated_weight_in_another_hole_or_of_another_size_is_named_as_such() {
+    let stated = phasor_kg_m(600.0, -120.0);
+    is_refuted(
+        stated * C::from_polar(1.0, 0.5),
+        |account| matches!(account, Account::OtherHole(turned) if (turned - 0.5_f64.to_degrees()).abs() < 2.0),
+    );
+    is_refuted(
+        stated * 1.5,
+        |account| matches!(account, Account::Scaled(factor) if (factor - 1.5).abs() < 0.05),
+    );
+}
+
+#[test]
+fn runs_that_are_the_same_with_weights_as_stated_give_no_claim() {
+    for seed in 1..=3 {
+        let found = with_second_weight(phasor_kg_m(600.0, -120.0), seed);
+        assert_eq!(found.verdict, Verdict::Adequate, "{}", found.summary);
+        assert!(found.refuted.is_empty() && found.remarks.is_empty(), "{:?}", found.remarks);
+    }
+}
+
+#[test]
+fn with_two_runs_it_is_not_told_which_of_them_is_not_as_stated() {
+    let own = own_unbalance();
+    let shown: Vec<_> = [own, own].into_iter().flat_map(|u| shown_with(&with(""), u, run_up())).collect();
+    let found = diagnose(&with(""), &measured(&shown, 4)).unwrap();
+    assert_eq!(found.verdict, Verdict::Undecided, "{}", found.summary);
+    for label in ["unbalance_of_run@trial", "unbalance_of_run@as found"] {
+        assert!(found.indistinguishable[0].iter().any(|l| l == label), "{:?}", found.indistinguishable);
+    }
+    assert!(
+        found.refuted.is_empty() && found.remarks[0].contains("With unbalance_of_run@"),
+        "{:?}",
+        found.remarks
+    );
+}
+
+#[test]
+fn two_run_ups_that_differ_by_a_tenth_and_ten_degrees_are_told_and_the_better_file_is_adequate() {
+    let rotor = with_runs(r#"{ name = "cold" }, { name = "hot" }"#);
+    let own = own_unbalance();
+    let turn = C::from_polar(1.1, 10.0_f64.to_radians());
+    let carried = [own, own.map(|u| u * turn)];
+    let shown: Vec<_> = carried.into_iter().flat_map(|u| shown_with(&rotor, u, run_up())).collect();
+    let readings = measured_in(&["cold", "hot"], &shown, 8);
+    let found = diagnose(&rotor, &readings).unwrap();
+    assert_eq!(found.verdict, Verdict::Missing, "{}", found.summary);
+    let first = &found.candidates[0];
+    assert_eq!(first.label(), "unbalance_of_run@hot");
+    let values = (2 * 4 * readings.len()) as f64;
+    assert!((first.chi2_per_value - 1.0).abs() < 3.0 * (2.0 / values).sqrt(), "{}", first.chi2_per_value);
+    assert!(found.refuted.is_empty(), "no weight is stated");
+    let told = |r: &String| r.starts_with("Run hot carries") && r.ends_with("more than run cold.");
+    assert!(found.remarks.iter().any(told), "{:?}", found.remarks);
+
+    let better = improve(&rotor, &readings, |_| ()).unwrap();
+    assert_eq!(better.verdict, Verdict::Adequate, "{}", better.summary);
+    assert!(better.remarks.iter().any(told), "{:?}", better.remarks);
+    let [entry] = &better.rotor.effect[..] else { panic!("{:?}", better.rotor.effect) };
+    let Some(ParameterValue::Phasors(u)) = entry.parameters.get("u") else { panic!("{entry:?}") };
+    for (u, own) in u.iter().zip(own) {
+        let change = own * (turn - 1.0);
+        assert!((C::new(u[0], u[1]) - change).norm() < 0.1 * change.norm(), "{u:?} {change}");
+    }
+    let compared = best_fit(&better.rotor, &readings).unwrap();
+    assert!((compared.chi2_per_value - 1.0).abs() < 3.0 * (2.0 / values).sqrt());
+    // without the run that differs the rest is as it was, and what the file says of that run stays
+    let cold: Vec<Reading> = readings.into_iter().filter(|r| r.run.as_deref() == Some("cold")).collect();
+    assert_eq!(best_fit(&better.rotor, &cold).unwrap().rotor.effect, better.rotor.effect);
+}
+
+#[test]
+fn one_of_eight_runs_that_differs_is_told_even_where_left_out_speeds_are_all_of_that_run() {
+    let names = ["a", "b", "c", "d", "e", "f", "g", "h"];
+    let rotor = with_runs(&names.map(|name| format!("{{ name = \"{name}\" }}")).join(", "));
+    let own = own_unbalance();
+    let carried = names.map(|name| if name == "c" { own.map(|u| u * 1.2) } else { own });
+    let shown: Vec<_> = carried.into_iter().flat_map(|u| shown_with(&rotor, u, run_up())).collect();
+    let found = diagnose(&rotor, &measured_in(&names, &shown, 9)).unwrap();
+    assert_eq!(found.verdict, Verdict::Missing, "{}", found.summary);
+    assert_eq!(found.candidates[0].label(), "unbalance_of_run@c");
+    assert!(found.remarks.iter().any(|r| r.ends_with("more than the other runs.")), "{:?}", found.remarks);
 }

@@ -10,8 +10,9 @@ use rotor_edge_core::model::{
 use rotor_edge_core::node::Node;
 use rotor_edge_core::reading::{MAX_PROBES, ProbeVector, Reading};
 use rotor_edge_desktop as desktop;
-use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::place::SpeedLaw;
+use rotor_edge_desktop::effects::entry::resolve;
+use rotor_edge_desktop::machine::drawing::{EffectEntry, Rotor};
+use rotor_edge_desktop::machine::place::{Place, SpeedLaw};
 use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::unbalance::{G_MM, phasor_kg_m};
 
@@ -47,6 +48,8 @@ pub struct Deployment {
     pub edge: EdgeModel,
     /// Unbalance at the start, kg·m, one phasor a plane.
     pub unbalance_kg_m: DVector<Complex<f64>>,
+    /// Effects of single runs, `effect@run`, which are no part of the model: a controller knows no run.
+    pub left_out: Vec<String>,
 }
 
 impl Deployment {
@@ -98,7 +101,7 @@ impl Deployment {
     ) -> Result<Self> {
         let desktop = knots::straightened(desktop, measurement::rad_s(fastest_rpm));
         let edge = edge_model(&desktop, rotor, &unbalance_kg_m, fastest_rpm)?;
-        Ok(Self { desktop, edge, unbalance_kg_m })
+        Ok(Self { desktop, edge, unbalance_kg_m, left_out: of_single_runs(rotor) })
     }
 
     /// A measured reading as the controller gets it, its probes in the order of the rotor's file; lost probes stay lost.
@@ -147,6 +150,16 @@ fn edge_model(
         bail!("the controller would refuse this model: {refusal:?}");
     }
     Ok(edge)
+}
+
+/// The effects of a file that are those of one run, `effect@run`.
+fn of_single_runs(rotor: &Rotor) -> Vec<String> {
+    let of_a_run = |e: &&EffectEntry| {
+        let resolved = resolve(rotor, &e.kind, e.at.as_deref());
+        matches!(resolved, Ok((_, Place::Run(_))))
+    };
+    let label = |e: &EffectEntry| format!("{}@{}", e.kind, e.at.as_deref().unwrap_or_default());
+    rotor.effect.iter().filter(of_a_run).map(label).collect()
 }
 
 /// The bytes that are deployed.

@@ -2,6 +2,7 @@
 
 use super::determined::Determined;
 use super::parameters::FittedParameter;
+use super::runs::RefutedRun;
 use super::unknown::UnknownCause;
 use crate::effects::Knowledge;
 use crate::inference::scatter::Scatter;
@@ -118,6 +119,8 @@ pub struct Diagnosis {
     pub unknown: Option<UnknownCause>,
     /// What the data say about the planes of the model as it is.
     pub determined: Determined,
+    /// Runs whose stated weights are not true.
+    pub refuted: Vec<RefutedRun>,
 }
 
 /// A measurement that would tell rivals apart.

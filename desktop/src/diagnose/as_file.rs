@@ -4,10 +4,11 @@ use super::parameters;
 use crate::effects::entry;
 use crate::fit::Fit;
 use crate::fit::hypothesis::Hypothesis;
-use crate::machine::drawing::Rotor;
+use crate::machine::drawing::{EffectEntry, Rotor};
 use crate::unbalance::g_mm_deg;
 
-/// A fitted hypothesis as the file of a rotor: bearings, planes and effects.
+/// A fitted hypothesis as the file of a rotor: bearings, planes and effects. What the file states of runs that the data do
+/// not hold stays as it is.
 pub fn as_file(with: &Hypothesis, fit: &Fit) -> Rotor {
     let mut rotor = with.rotor.clone();
     with.bearings.assign(&mut rotor, &fit.x);
@@ -16,11 +17,13 @@ pub fn as_file(with: &Hypothesis, fit: &Fit) -> Rotor {
         (plane.unbalance_g_mm, plane.angle_deg) = (Some(magnitude), Some(angle));
     }
     let parts = parameters::split(with, fit);
-    rotor.effect = (with.effects.iter().zip(parts))
+    let fitted: Vec<EffectEntry> = (with.effects.iter().zip(parts))
         .map(|(a, (real, phasors))| {
             entry::written(with.rotor, a.effect, a.place, &with.scales, &real, phasors)
         })
         .collect();
+    rotor.effect.retain(|e| !fitted.iter().any(|f| (&f.kind, &f.at) == (&e.kind, &e.at)));
+    rotor.effect.extend(fitted);
     rotor.physics = with.terms(&fit.x).physics;
     rotor
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::parameters;
-use crate::effects::{ALL, Effect, entry};
+use crate::effects::{ALL, Effect, Place, entry};
 use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::{Assumed, Hypothesis};
@@ -32,6 +32,8 @@ impl Tried {
 pub struct Base<'a> {
     pub fitter: &'a Fitter<'a>,
     pub hypothesis: Hypothesis<'a>,
+    /// How many of its effects the file states.
+    pub stated: usize,
     pub drawing: Drawing,
     pub fit: Fit,
     /// Where candidates are searched: noise as stated, errors of the drawing taken as linear around the drawing as
@@ -39,13 +41,17 @@ pub struct Base<'a> {
     pub search: (Drawing, Fit),
 }
 
-/// The model of a file as a hypothesis: its effects refitted along with bearings and planes.
+/// The model of a file as a hypothesis: its effects refitted along with bearings and planes, but for those of runs that
+/// the data do not hold.
 fn of_file<'a>(fitter: &Fitter<'a>) -> Result<(Hypothesis<'a>, Vec<f64>), Error> {
     let rotor = fitter.rotor;
     let mut hypothesis = Hypothesis::drawn(rotor, fitter.scales(None));
     let mut x = hypothesis.bearings.stated();
     for e in &rotor.effect {
         let (effect, place) = entry::resolve(rotor, &e.kind, e.at.as_deref()).map_err(Error::Unsuitable)?;
+        if matches!(place, Place::Run(k) if !fitter.data.has_run(k)) {
+            continue;
+        }
         let values = entry::real_parameters(effect, e, &hypothesis.scales);
         let scaled = effect.parameters(&hypothesis.scales);
         x.extend(scaled.iter().zip(&values).map(|(p, v)| p.scale.from_si(*v)));
@@ -63,13 +69,15 @@ impl<'a> Base<'a> {
             [&hypothesis.bearings.shifted(bearings, stiffness, damping), effects].concat()
         };
         let starts = [x.clone(), shifted(0.35, -0.35), shifted(-0.35, 0.35)];
-        Self::settle(fitter, hypothesis, starts)
+        let stated = hypothesis.effects.len();
+        Self::settle(fitter, hypothesis, stated, starts)
     }
 
-    /// Fits a hypothesis from these starts, taking the drawing's errors anew around each fit.
+    /// Fits a hypothesis, of whose effects the file states the first so many, from these starts, taking the drawing's errors anew around each fit.
     pub fn settle(
         fitter: &'a Fitter<'a>,
         hypothesis: Hypothesis<'a>,
+        stated: usize,
         starts: impl AsRef<[Vec<f64>]>,
     ) -> Result<Self, Error> {
         let mut drawing = fitter.exact_drawing();
@@ -87,7 +95,7 @@ impl<'a> Base<'a> {
             (fit, drawing) = fitter.settled(&hypothesis, &fit, &drawing, Effort::Search)?;
         }
         let (fit, drawing) = fitter.under_own_scatter(&hypothesis, fit, drawing)?;
-        Ok(Self { fitter, hypothesis, drawing, fit, search: (around, there) })
+        Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
     }
 
     /// Search coordinates of a candidate's fit in the scales that the file's hypothesis starts from.
@@ -111,8 +119,18 @@ impl<'a> Base<'a> {
             .flat_map(|effect: &'static dyn Effect| {
                 effect.places(rotor).into_iter().map(move |place| Assumed { effect, place })
             })
-            .filter(|a| !present(a))
+            .filter(|a| !present(a) && self.is_seen(a))
             .collect()
+    }
+
+    /// Whether the data can hold an effect: one of a run needs readings of it and of another run that is as the planes
+    /// have it, or it would be the planes themselves.
+    fn is_seen(&self, a: &Assumed) -> bool {
+        let Place::Run(k) = a.place else { return true };
+        let differs = |run| self.hypothesis.effects.iter().any(|e| e.place == Place::Run(run));
+        let as_the_planes = |listed: Option<usize>| listed != Some(k) && !listed.is_some_and(differs);
+        let data = &self.fitter.data;
+        data.has_run(k) && data.rows.iter().any(|row| as_the_planes(row.listed))
     }
 
     /// Every candidate on top of the model, strongest evidence first, those that physics rules out last.
@@ -137,7 +155,7 @@ impl<'a> Base<'a> {
         let (drawing, base) = &self.search;
         let with = self.hypothesis.with(assumed);
         let mut starts = starts_for(&self.hypothesis, base, assumed);
-        if self.hypothesis.effects.len() > self.fitter.rotor.effect.len() {
+        if self.hypothesis.effects.len() > self.stated {
             // with an effect in place the bearings are no longer driven off by what is missing: from there alone
             starts = starts.into_iter().step_by(2).collect();
         }

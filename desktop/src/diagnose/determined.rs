@@ -61,6 +61,15 @@ impl DeterminedPlane {
         }
     }
 
+    /// Whether the region that holds it with 95 % holds this unbalance, kg·m.
+    pub fn holds(&self, unbalance_kg_m: Complex<f64>) -> bool {
+        let found_g_mm = Complex::from_polar(self.unbalance_g_mm, self.angle_deg.to_radians());
+        let [first, second, direction_deg] = self.region;
+        let off =
+            (unbalance_kg_m * G_MM - found_g_mm) * Complex::from_polar(1.0, -direction_deg.to_radians());
+        (off.re / first).hypot(off.im / second) <= 1.0
+    }
+
     /// Whether the data say on which side of the shaft its unbalance is, and that there is one.
     pub fn is_determined(&self) -> bool {
         self.region[0] < self.unbalance_g_mm
@@ -145,6 +154,14 @@ mod tests {
         assert!((half - 2.0 * RADIUS_95).abs() < 1e-9, "along its own direction");
         assert!((plane.angle_95_deg - (RADIUS_95 / 20.0).asin().to_degrees()).abs() < 1e-9);
         assert!(plane.is_determined());
+        let off =
+            |along: f64, across: f64| plane.holds(u + Complex::new(along, across) * turn_of(30.0) * 1e-6);
+        assert!(off(1.99 * RADIUS_95, 0.0) && !off(2.01 * RADIUS_95, 0.0));
+        assert!(off(0.0, -0.99 * RADIUS_95) && !off(0.0, -1.01 * RADIUS_95));
+    }
+
+    fn turn_of(angle_deg: f64) -> Complex<f64> {
+        Complex::from_polar(1.0, angle_deg.to_radians())
     }
 
     #[test]

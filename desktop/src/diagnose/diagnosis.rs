@@ -4,9 +4,10 @@ use super::answer::{Candidate, Diagnosis, SURE, Verdict};
 use super::base::{Base, Tried};
 use super::determined::Determined;
 use super::rank::Ranking;
+use super::runs::RunChange;
 use super::unknown::Unknown;
 use super::verdict::{Evidence, Said};
-use super::{advice, checks, evidence, held_out, parameters, rank};
+use super::{advice, checks, evidence, held_out, parameters, rank, runs};
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
@@ -55,6 +56,22 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
     };
     let stands_on = if verdict == Verdict::Missing { tried.first().map(|t| &t.fit) } else { None };
     remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&base.fit).unknowns));
+    let mut refuted = Vec::new();
+    if let Some(best) = tried.first() {
+        let changes = RunChange::beyond(&base, &base.hypothesis.with(best.assumed), &best.fit);
+        match verdict {
+            Verdict::Missing => {
+                let (not_true, others) = runs::told(&changes, ranking.probabilities[0]);
+                refuted = not_true;
+                remarks.extend(others);
+            }
+            Verdict::Undecided => {
+                let label = best.assumed.label(rotor);
+                remarks.extend(changes.iter().map(|c| format!("With {label}: {}", c.words())));
+            }
+            _ => {}
+        }
+    }
     let cause = (verdict == Verdict::Unknown || outside >= SURE).then(|| unknown.cause(&fitter, outside));
     let candidates = tried
         .iter()
@@ -77,6 +94,7 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
         scatter,
         unknown: cause,
         determined,
+        refuted,
     })
 }
 
@@ -137,6 +155,7 @@ impl Base<'_> {
             scatter: self.drawing.scatter(),
             unknown: None,
             determined,
+            refuted: Vec::new(),
         }
     }
 

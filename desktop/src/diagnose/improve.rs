@@ -5,9 +5,10 @@ use super::as_file::as_file;
 use super::base::{Base, same};
 use super::determined::Determined;
 use super::diagnosis::{Weighed, diagnose};
+use super::runs::{RefutedRun, RunChange};
 use super::sets::{Reach, Set, Together, together};
 use super::unknown::UnknownCause;
-use super::{checks, parameters};
+use super::{checks, parameters, runs};
 use crate::effects::entry;
 use crate::error::Error;
 use crate::fit::Fitter;
@@ -106,6 +107,10 @@ pub struct Outcome {
     pub determined: Determined,
     /// What is known of a cause outside the list, where it is probable.
     pub unknown: Option<UnknownCause>,
+    /// Runs whose stated weights are not true, by the effects that were added.
+    pub refuted: Vec<RefutedRun>,
+    /// What the added effects say of one run beside the others, one sentence each.
+    pub remarks: Vec<String>,
 }
 
 /// Fits bearings and planes and adds effects until the model is adequate, or nothing that is left explains
@@ -134,6 +139,8 @@ pub fn improve(
         scatter: at_start.scatter,
         determined: at_start.determined,
         unknown: at_start.unknown,
+        refuted: Vec::new(),
+        remarks: Vec::new(),
     };
     if at_start.saturated {
         return Ok(outcome);
@@ -146,7 +153,6 @@ pub fn improve(
         outcome.rotor = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
         return Ok(outcome);
     }
-    let own = rotor.effect.len();
     let start = Base::fit(&fitter)?;
     let Weighed { tried, unknown, .. } = start.weighed()?;
     let Together { set, unknown_odds } = together(&start, &tried, &unknown, REACH)?;
@@ -156,7 +162,10 @@ pub fn improve(
     };
     best.fit.covariance = fitter.covariance(&best.hypothesis, &best.fit, &best.drawing)?;
     let joint = parameters::of_each(&best.hypothesis, &best.fit);
-    let mut left: Vec<usize> = (own..best.hypothesis.effects.len()).collect();
+    let changes = RunChange::beyond(&start, &best.hypothesis, &best.fit);
+    // the effects of the set together against something that no effect is
+    (outcome.refuted, outcome.remarks) = runs::told(&changes, 1.0 / (1.0 + unknown_odds));
+    let mut left: Vec<usize> = (start.stated..best.hypothesis.effects.len()).collect();
     while !left.is_empty() {
         let set: Vec<Assumed> = left.iter().map(|i| best.hypothesis.effects[*i]).collect();
         let (k, better) = strongest(&outcome.rotor, readings, &set)?;

@@ -69,6 +69,12 @@ pub fn of_each(with: &Hypothesis, fit: &Fit) -> Vec<Vec<FittedParameter>> {
     each
 }
 
+/// Number of the first linear unknown of an effect, the planes' counted.
+pub fn first_unknown(with: &Hypothesis, effect: usize) -> usize {
+    let before = with.effects[..effect].iter().map(|a| a.effect.unknowns(with.rotor, a.place).len());
+    with.rotor.plane.len() + before.sum::<usize>()
+}
+
 /// Bearing coefficients and effect parameters of a fit in SI units, effect by effect.
 pub fn split<'f>(with: &Hypothesis, fit: &'f Fit) -> Vec<(Vec<f64>, &'f [Complex<f64>])> {
     let (mut at, mut unknown) = (with.bearings.count(), with.rotor.plane.len());

@@ -132,7 +132,7 @@ fn grown<'a>(parents: &[(&Base<'a>, &[Tried])], width: usize) -> Result<Option<B
     });
     let many = followed.count();
     let settle = |(base, t): &(&Base<'a>, &Tried)| {
-        Base::settle(base.fitter, base.hypothesis.with(t.assumed), base.scaled_for_file(t))
+        Base::settle(base.fitter, base.hypothesis.with(t.assumed), base.stated, base.scaled_for_file(t))
     };
     let kept: Result<Vec<Base>, Error> = children.iter().take(many).map(settle).collect();
     let mut kept = kept?;

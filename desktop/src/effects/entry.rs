@@ -21,6 +21,7 @@ pub fn resolve(rotor: &Rotor, kind: &str, at: Option<&str>) -> Result<(&'static 
     everywhere.extend((0..rotor.bearing.len()).map(Place::Bearing));
     everywhere.extend((0..rotor.disk.len()).map(Place::Disk));
     everywhere.extend((0..rotor.probe.len()).map(Place::Probe));
+    everywhere.extend((0..rotor.run.len()).map(Place::Run));
     // a file may state what is not sought on its machine
     let stated = effect.not_sought(rotor).is_some();
     let offered = |p: &Place| effect.places(rotor).contains(p) || (stated && *p == Place::Machine);
@@ -88,7 +89,7 @@ pub fn written(
     let pair = |v: &Complex<f64>| [v.re, v.im];
     let unknowns = effect.unknowns(rotor, place);
     match (unknowns.first(), phasors) {
-        (Some(u), many) if matches!(u.pattern, Pattern::Runout(_)) => {
+        (Some(u), many) if u.pattern.in_list().is_some() => {
             all.insert(u.name.to_string(), ParameterValue::Phasors(many.iter().map(pair).collect()));
         }
         _ => all.extend(
@@ -144,8 +145,8 @@ fn scales_of(rotor: &Rotor) -> Scales {
 }
 
 fn phasor(entry: &EffectEntry, name: &str, pattern: Pattern) -> Option<Complex<f64>> {
-    let pair = match (entry.parameters.get(name)?, pattern) {
-        (ParameterValue::Phasors(all), Pattern::Runout(probe)) => *all.get(probe)?,
+    let pair = match (entry.parameters.get(name)?, pattern.in_list()) {
+        (ParameterValue::Phasors(all), Some(number)) => *all.get(number)?,
         (ParameterValue::Phasor(pair), _) => *pair,
         _ => return None,
     };

@@ -29,6 +29,7 @@ mod shear_deformation;
 mod speed_dependent_stiffness;
 mod speed_factor;
 mod thermal_bow;
+mod unbalance_of_run;
 mod unbalance_plane;
 mod worn_clearance;
 
@@ -43,7 +44,7 @@ pub use crate::machine::place::{End, Pattern, Place};
 use crate::machine::terms::Terms;
 
 /// Every effect, in the order in which reports list them when nothing else decides.
-pub const ALL: [&dyn Effect; 29] = [
+pub const ALL: [&dyn Effect; 30] = [
     &gyroscopic::Gyroscopic,
     &shear_deformation::ShearDeformation,
     &rotary_inertia::RotaryInertia,
@@ -53,6 +54,7 @@ pub const ALL: [&dyn Effect; 29] = [
     &cross_coupled_stiffness::CrossCoupledStiffness,
     &seal::Seal,
     &unbalance_plane::UnbalancePlane,
+    &unbalance_of_run::UnbalanceOfRun,
     &shaft_bow::ShaftBow,
     &thermal_bow::ThermalBow,
     &bow_kink::BowKink,
@@ -186,11 +188,13 @@ pub trait Effect: Sync {
     fn knowledge(&self) -> Knowledge;
 }
 
-/// Adds the forcing or runout that a linear unknown of this size is.
+/// Adds the forcing or runout that a linear unknown of this size is; terms are those of every run, so what one run alone
+/// carries is none of them.
 pub(crate) fn add_unknown(unknown: &Unknown, value: Complex<f64>, terms: &mut Terms) {
     let amplitude = value * unknown.per_unit;
     match unknown.pattern {
         Pattern::Runout(probe) => terms.runout_m[probe] += amplitude,
+        Pattern::RunUnbalance { .. } => {}
         pattern => terms.forcings.push((pattern, amplitude)),
     }
 }

@@ -6,15 +6,14 @@ use nalgebra::{Complex, DVector};
 
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
+use crate::machine::weights::by_plane;
 use crate::measurement::Reading;
-use crate::unbalance::{G_MM, phasor_kg_m};
+use crate::unbalance::G_MM;
 
 type C = Complex<f64>;
 
 /// Neighbouring speeds further apart than this, relative, are two speeds of measurement.
 const SAME_SPEED: f64 = 0.005;
-/// Positions closer than this are one plane, m.
-const SAME_PLANE_M: f64 = 1e-6;
 /// Most rows: the unknowns grow with them, and neighbouring speeds of a run-up tell little more than one.
 const MOST_ROWS: usize = 24;
 
@@ -146,18 +145,12 @@ impl Mountings {
 /// Weights that the file states for a run, by plane, g·mm; `None` if it has no such run.
 fn weights(rotor: &Rotor, name: &str) -> Result<Option<Vec<C>>, Error> {
     let Some(run) = rotor.run.iter().find(|r| r.name == name) else { return Ok(None) };
-    let mut by_plane = vec![C::from(0.0); rotor.plane.len()];
-    for a in &run.added_unbalance {
-        let plane = rotor.plane.iter().position(|p| (p.position_m - a.position_m).abs() < SAME_PLANE_M);
-        let Some(plane) = plane else {
-            return Err(Error::Unsuitable(format!(
-                "run \"{name}\" has a weight at {} m, where the rotor's file has no [[plane]]",
-                a.position_m
-            )));
-        };
-        by_plane[plane] += phasor_kg_m(a.magnitude_g_mm, a.angle_deg) * G_MM;
-    }
-    Ok(Some(by_plane))
+    let outside = |z| {
+        let what = format!("run \"{name}\" has a weight at {z} m, where the rotor's file has no [[plane]]");
+        Error::Unsuitable(what)
+    };
+    let kg_m = by_plane(rotor, run).map_err(outside)?;
+    Ok(Some(kg_m.into_iter().map(|u| u * G_MM).collect()))
 }
 
 fn base_run(names: &[&str], stated: &[Option<Vec<C>>], wanted: Option<&str>) -> Result<usize, Error> {

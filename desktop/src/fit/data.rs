@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use nalgebra::Complex;
 
 use super::centreline::{JournalReading, observed};
+use crate::effects::Pattern;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::unbalance::phasor_kg_m;
@@ -32,6 +33,8 @@ pub struct Value {
 pub struct Row {
     /// Number of the run, in the order in which they come.
     pub run: usize,
+    /// Number of its `[[run]]` in the rotor's file, if it lists that run.
+    pub listed: Option<usize>,
     /// Speed of rotation, rad/s.
     pub speed_rad_s: f64,
     /// How much of its run has passed, 0 to 1: by time where the readings state it, else by their order.
@@ -40,6 +43,17 @@ pub struct Row {
     pub added: Vec<(f64, C)>,
     /// Values that were not lost.
     pub values: Vec<Value>,
+}
+
+impl Row {
+    /// How much of a pattern acts in this reading.
+    pub fn share_of(&self, pattern: Pattern) -> f64 {
+        match pattern {
+            Pattern::GrowingBow => self.run_share,
+            Pattern::RunUnbalance { run, .. } if self.listed != Some(run) => 0.0,
+            _ => 1.0,
+        }
+    }
 }
 
 /// All readings that are fitted together.
@@ -62,11 +76,12 @@ impl Data {
                 runs.push(name);
                 runs.len() - 1
             });
-            let run = rotor.run.iter().find(|r| Some(&r.name) == reading.run.as_ref());
-            let weights = run.iter().flat_map(|r| &r.added_unbalance);
+            let listed = rotor.run.iter().position(|r| Some(&r.name) == name);
+            let weights = listed.iter().flat_map(|k| &rotor.run[*k].added_unbalance);
             let present = reading.probes.iter().enumerate().filter_map(|(probe, y)| y.map(|y| (probe, y)));
             Row {
                 run: number,
+                listed,
                 speed_rad_s: reading.speed_rad_s(),
                 run_share,
                 added: weights.map(|a| (a.position_m, phasor_kg_m(a.magnitude_g_mm, a.angle_deg))).collect(),
@@ -86,6 +101,11 @@ impl Data {
     pub fn chosen_from(mut self, all: &Self, chosen: &[usize]) -> Self {
         self.rows.iter_mut().zip(chosen).for_each(|(row, i)| row.run_share = all.rows[*i].run_share);
         self
+    }
+
+    /// Whether there are readings of this `[[run]]`.
+    pub fn has_run(&self, listed: usize) -> bool {
+        self.rows.iter().any(|row| row.listed == Some(listed))
     }
 
     /// Complex values in all.

@@ -120,7 +120,7 @@ impl<'a, const D: usize> Problem<'a, D> {
         match place {
             Place::Disk(i) => self.plant.bearings + i,
             Place::Bearing(i) | Place::Probe(i) => i,
-            Place::Machine | Place::LeftEnd => 0,
+            Place::Machine | Place::LeftEnd | Place::Run(_) => 0,
         }
     }
 
@@ -135,8 +135,8 @@ impl<'a, const D: usize> Problem<'a, D> {
         let w2 = speed_rad_s * speed_rad_s;
         let unknown = |column: &Column| match column {
             Column::Force { force, law, per_unit } => {
-                let grown = if *force == Force::Pattern(Pattern::GrowingBow) { row.run_share } else { 1.0 };
-                vec![(self.plant.column(*force), C::from(per_unit * grown * law.factor(speed_rad_s)))]
+                let share = if let Force::Pattern(pattern) = force { row.share_of(*pattern) } else { 1.0 };
+                vec![(self.plant.column(*force), C::from(per_unit * share * law.factor(speed_rad_s)))]
             }
             Column::Runout { .. } => Vec::new(),
         };

@@ -302,7 +302,7 @@ fn unstated() -> f64 {
 pub struct EffectEntry {
     /// Name of the effect.
     pub kind: String,
-    /// Name of the bearing, disk or probe; absent for the whole machine.
+    /// Name of the bearing, disk, probe or run; absent for the whole machine.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<String>,
     /// Parameters by name, SI units.
@@ -318,7 +318,7 @@ pub enum ParameterValue {
     Real(f64),
     /// Real and imaginary part of a phasor.
     Phasor([f64; 2]),
-    /// A phasor for each probe.
+    /// A phasor for each probe or plane.
     Phasors(Vec<[f64; 2]>),
 }
 

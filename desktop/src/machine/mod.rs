@@ -14,3 +14,4 @@ mod table_file;
 pub mod terms;
 pub mod tolerance;
 mod validation;
+pub mod weights;

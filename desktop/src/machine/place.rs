@@ -15,6 +15,8 @@ pub enum Place {
     Probe(usize),
     /// The left end of the shaft.
     LeftEnd,
+    /// A run, by its number in the file.
+    Run(usize),
 }
 
 impl Place {
@@ -26,6 +28,7 @@ impl Place {
             Self::Disk(i) => Some(&rotor.disk[i].name),
             Self::Probe(i) => Some(&rotor.probe[i].name),
             Self::LeftEnd => Some("left end"),
+            Self::Run(i) => Some(&rotor.run[i].name),
         }
     }
 }
@@ -78,6 +81,13 @@ pub enum Pattern {
     EndTilt(End),
     /// An offset of one probe at every speed, m.
     Runout(usize),
+    /// Unbalance of a plane in the readings of one run alone, kg·m.
+    RunUnbalance {
+        /// Number of the run in the file.
+        run: usize,
+        /// Number of the plane in the file.
+        plane: usize,
+    },
 }
 
 impl Pattern {
@@ -89,10 +99,19 @@ impl Pattern {
         }
     }
 
+    /// Its number in a parameter that is a list of phasors; `None` where the parameter is one phasor.
+    pub fn in_list(self) -> Option<usize> {
+        match self {
+            Self::Runout(probe) => Some(probe),
+            Self::RunUnbalance { plane, .. } => Some(plane),
+            _ => None,
+        }
+    }
+
     /// How the pattern grows with speed.
     pub fn law(self) -> SpeedLaw {
         match self {
-            Self::DiskUnbalance(_) | Self::DiskTilt(_) => SpeedLaw::Squared,
+            Self::DiskUnbalance(_) | Self::DiskTilt(_) | Self::RunUnbalance { .. } => SpeedLaw::Squared,
             Self::Bow
             | Self::GrowingBow
             | Self::FullBow

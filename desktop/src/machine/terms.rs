@@ -83,7 +83,7 @@ pub fn position_m(rotor: &Rotor, place: Place) -> Option<f64> {
         Place::Bearing(i) => Some(rotor.bearing[i].position_m),
         Place::Disk(i) => Some(rotor.disk[i].position_m),
         Place::LeftEnd => Some(0.0),
-        Place::Probe(_) | Place::Machine => None,
+        Place::Probe(_) | Place::Run(_) | Place::Machine => None,
     }
 }
 
@@ -97,6 +97,9 @@ pub fn force_shape(pattern: Pattern, structure: &Structure, rotor: &Rotor) -> Op
         Pattern::FullBow => Some(&structure.stiffness * half_sines(2, structure, rotor)),
         Pattern::End(end) => station(structure, end).map(|s| s.displacement.clone()),
         Pattern::EndTilt(end) => station(structure, end).map(|s| s.slope.clone()),
+        Pattern::RunUnbalance { plane, .. } => {
+            Some(structure.station(rotor.plane[plane].position_m).displacement.clone())
+        }
         Pattern::Runout(_) => None,
     }
 }

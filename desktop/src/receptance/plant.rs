@@ -55,7 +55,7 @@ pub struct Plant {
     forces: Vec<Force>,
 }
 
-/// Every force column that some effect or run of this rotor can use.
+/// Every force column that some effect or run of this rotor can use, the planes' first.
 pub fn all_forces(rotor: &Rotor) -> Vec<Force> {
     let mut forces: Vec<Force> = rotor.plane.iter().map(|p| Force::UnbalanceAt(p.position_m)).collect();
     for added in rotor.run.iter().flat_map(|r| &r.added_unbalance) {
@@ -90,6 +90,9 @@ fn force_row(force: Force, rotor: &Rotor, shaft: &Shaft, offsets: &Offsets) -> R
         }
         Force::Pattern(Pattern::End(end)) => shaft.end(end).displacement.clone(),
         Force::Pattern(Pattern::EndTilt(end)) => shaft.end(end).tilt.clone(),
+        Force::Pattern(Pattern::RunUnbalance { plane, .. }) => {
+            force_row(Force::UnbalanceAt(rotor.plane[plane].position_m), rotor, shaft, offsets)
+        }
         Force::Pattern(Pattern::Runout(_)) => Row::new(),
     }
 }
@@ -160,6 +163,7 @@ impl Plant {
     /// Number of the column of a force.
     pub fn column(&self, force: Force) -> usize {
         let force = match force {
+            Force::Pattern(Pattern::RunUnbalance { plane, .. }) => return plane,
             Force::Pattern(pattern) => Force::Pattern(pattern.shape()),
             unbalance => unbalance,
         };

@@ -11,7 +11,7 @@ use super::judging::node_number;
 use super::{deployable, output};
 use crate::bus::BusSpec;
 use crate::deploy::{Authority, read_key};
-use crate::edge::encoded;
+use crate::edge::{Deployment, encoded};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -47,8 +47,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let node = node_number(arguments.node)?;
     let key = read_key(&arguments.key)?;
-    let model =
-        deployable::of_file(&arguments.rotor, arguments.fastest_rpm, arguments.slow_roll.as_deref())?.edge;
+    let Deployment { edge: model, left_out, .. } =
+        deployable::of_file(&arguments.rotor, arguments.fastest_rpm, arguments.slow_roll.as_deref())?;
     let bytes = encoded(&model)?;
     let mut bus = arguments.bus.open()?;
     let mut authority = Authority::new(key, node, arguments.counter)?;
@@ -70,6 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "bytes": bytes.len(),
             "counter": counter,
             "model_checksum": answer.model_checksum,
+            "left_out": left_out,
         }));
     }
     println!(
@@ -78,6 +79,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         bytes.len(),
         answer.model_checksum
     );
+    if !left_out.is_empty() {
+        println!("Left out, as a controller knows no run: {}", left_out.join(", "));
+    }
     println!("Next: watch the residual fall\n  rotor-edge watch --bus {}", arguments.bus);
     Ok(())
 }

@@ -64,6 +64,8 @@ pub fn of_sample(seed: u64) -> Result<Deployment> {
 
 #[cfg(test)]
 mod tests {
+    use rotor_edge_desktop::machine::drawing::Run;
+
     use super::*;
 
     #[test]
@@ -108,6 +110,15 @@ mod tests {
             let refused = Deployment::new(&rotor, 3600.0).err().unwrap().to_string();
             assert!(refused.contains(&rotor.effect[0].kind), "{refused}");
         }
+        let run = |name: &str| Run { name: name.into(), added_unbalance: Vec::new(), slow_roll: false };
+        let bare = Deployment::new(&Rotor { effect: Vec::new(), ..rotor.clone() }, 3600.0).unwrap();
+        assert!(bare.left_out.is_empty());
+        rotor.run = ["cold", "hot"].map(run).to_vec();
+        let u = ParameterValue::Phasors(vec![[1e-4, 0.0]; rotor.plane.len()]);
+        rotor.effect = vec![stated("unbalance_of_run", Some("hot"), vec![("u".into(), u)])];
+        rotor.validate().unwrap();
+        let of_all_runs = Deployment::new(&rotor, 3600.0).unwrap();
+        assert!(of_all_runs.edge.forcings.is_empty() && of_all_runs.left_out == ["unbalance_of_run@hot"]);
         rotor.effect = vec![
             stated("probes_swapped", Some(&bearing), vec![]),
             stated("keyphasor_offset", None, vec![real("phase", 0.5)]),

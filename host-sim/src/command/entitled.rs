@@ -1,7 +1,9 @@
 //! What data entitle to, as commands say it: the noise as it was found, the planes with their intervals, a cause
-//! that no known effect is.
+//! that no known effect is, runs whose weights are not as stated.
 
-use rotor_edge_desktop::diagnose::{Determined, EquivalentForce, Nature, Scatter, UnknownCause};
+use rotor_edge_desktop::diagnose::{
+    Account, Determined, EquivalentForce, FoundWeight, Nature, RefutedRun, Scatter, UnknownCause,
+};
 use serde_json::{Value, json};
 
 /// The noise over what was stated, in one line.
@@ -87,6 +89,36 @@ pub fn determined_json(determined: &Determined) -> Value {
         })
         .collect();
     json!({"planes": planes, "condition": [determined.condition]})
+}
+
+/// `refuted_runs` of the JSON answers.
+pub fn refuted_json(refuted: &[RefutedRun]) -> Value {
+    let stated = |w: &FoundWeight| {
+        json!({
+            "plane": w.found.name,
+            "magnitude_g_mm": w.stated_g_mm.norm(),
+            "angle_deg": w.stated_g_mm.arg().to_degrees(),
+        })
+    };
+    let found = |w: &FoundWeight| {
+        json!({
+            "plane": w.found.name,
+            "magnitude_g_mm": w.found.unbalance_g_mm,
+            "angle_deg": w.found.angle_deg,
+            "interval_95": w.found.interval_95_g_mm,
+            "angle_95_deg": w.found.angle_95_deg,
+            "account": w.account.map(Account::words),
+        })
+    };
+    let run = |r: &RefutedRun| {
+        json!({
+            "run": r.run,
+            "probability": r.probability,
+            "stated": r.weights.iter().map(stated).collect::<Vec<_>>(),
+            "found": r.weights.iter().map(found).collect::<Vec<_>>(),
+        })
+    };
+    refuted.iter().map(run).collect()
 }
 
 /// `unknown` of the JSON answers.

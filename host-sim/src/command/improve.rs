@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{Step, Verdict, improve};
+use rotor_edge_desktop::diagnose::{RefutedRun, Step, Verdict, improve};
 use serde_json::{Value, json};
 
 use super::diagnose::{self, report};
@@ -46,9 +46,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "noise": entitled::noise_json(&outcome.scatter),
             "determined": entitled::determined_json(&outcome.determined),
             "unknown": outcome.unknown.as_ref().map(entitled::unknown_json),
+            "refuted_runs": entitled::refuted_json(&outcome.refuted),
+            "remarks": outcome.remarks,
         }));
     }
     println!("{}: {}", outcome.verdict.name(), outcome.summary);
+    for line in outcome.refuted.iter().map(RefutedRun::words).chain(outcome.remarks.iter().cloned()) {
+        println!("  {line}");
+    }
     println!("  {}", entitled::noise(&outcome.scatter));
     entitled::planes(&outcome.determined).iter().for_each(|line| println!("  {line}"));
     if let Some(cause) = &outcome.unknown {

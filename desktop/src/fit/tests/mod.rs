@@ -81,6 +81,7 @@ fn every_effect() -> Vec<(&'static str, Place, Vec<f64>, Vec<C>)> {
         ("cross_coupled_stiffness", Place::Bearing(0), vec![2e7], vec![]),
         ("seal", d, vec![1e7, -5e6, 4e3], vec![]),
         ("unbalance_plane", Place::Disk(1), vec![], one(1e-4, -2e-4)),
+        ("unbalance_of_run", Place::Run(1), vec![], vec![C::new(1e-4, 3e-5), C::new(-5e-5, 2e-4)]),
         ("shaft_bow", Place::Machine, vec![], one(3e-6, 1e-6)),
         ("thermal_bow", Place::Machine, vec![], vec![C::new(2e-6, -1e-6), C::new(1e-6, 3e-6)]),
         ("disk_skew", d, vec![], one(1e-3, 2e-3)),

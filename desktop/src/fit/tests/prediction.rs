@@ -7,6 +7,7 @@ use super::super::data::{Amplitudes, Data};
 use super::*;
 use crate::effects::entry;
 use crate::model::Model;
+use crate::unbalance::g_mm_deg;
 
 /// Motion at every place in the tests of this file, m: supports that depend on it are well away from rest.
 const AMPLITUDE_M: f64 = 4e-5;
@@ -67,6 +68,30 @@ fn every_effect_as_a_file_states_it_responds_by_full_finite_elements_as_in_the_f
             }
         }
     }
+}
+
+#[test]
+fn an_unbalance_of_a_run_equals_weights_of_the_same_size_stated_for_that_run_to_rounding() {
+    let rotor = machine();
+    let blank = readings(&rotor, &run_up(7));
+    let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &blank));
+    let (h, x, unknowns) = hypothesis(&fitter, &["unbalance_of_run"]);
+    let mut stated = rotor.clone();
+    for (plane, u) in rotor.plane.iter().zip(&unknowns[planes().len()..]) {
+        let [magnitude_g_mm, angle_deg] = g_mm_deg(*u);
+        let weight = AddedUnbalance { position_m: plane.position_m, magnitude_g_mm, angle_deg };
+        stated.run[1].added_unbalance.push(weight);
+    }
+    let with_weights = Fitter::new(&stated, Data::new(&stated, &NOISE, &blank));
+    let (drawn, at, _) = hypothesis(&with_weights, &[]);
+    let model = |h: &Hypothesis, fitter: &Fitter, x: &[f64], unknowns: &[C]| {
+        problem(fitter, h, x, &no_deviation(fitter)).weighted_model(x, unknowns).unwrap()
+    };
+    let by_effect = model(&h, &fitter, &x, &unknowns);
+    let by_weights = model(&drawn, &with_weights, &at, &planes());
+    let as_found = model(&drawn, &with_weights, &at, &[C::from(0.0); 2]);
+    assert!((&by_effect - &by_weights).amax() < 1e-12 * by_weights.amax());
+    assert!((by_effect - as_found).amax() > 0.01 * by_weights.amax(), "there is something to compare");
 }
 
 #[test]

@@ -4,7 +4,7 @@ pub mod report;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Verdict, diagnose};
+use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, RefutedRun, Verdict, diagnose};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -41,8 +41,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 fn print(found: &Diagnosis, top: usize) {
     println!("{}: {}", found.verdict.name(), found.summary);
-    for remark in &found.remarks {
-        println!("  {remark}");
+    for line in found.refuted.iter().map(RefutedRun::words).chain(found.remarks.iter().cloned()) {
+        println!("  {line}");
     }
     println!(
         "\n  model as it is: error {:.2} %, χ² per value {:.2}",
@@ -166,6 +166,7 @@ struct Summary {
     noise: Value,
     determined: Value,
     unknown: Option<Value>,
+    refuted_runs: Value,
 }
 
 impl Summary {
@@ -185,6 +186,7 @@ impl Summary {
             noise: entitled::noise_json(&found.scatter),
             determined: entitled::determined_json(&found.determined),
             unknown: found.unknown.as_ref().map(entitled::unknown_json),
+            refuted_runs: entitled::refuted_json(&found.refuted),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What `diagnose --report` says: the candidates, the best one explained, before and after.
 
 use rotor_edge_desktop::compare::Comparison;
-use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, add, best_fit};
+use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, RefutedRun, add, best_fit};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
@@ -50,7 +50,7 @@ pub fn before_and_after(
 
 fn verdict(found: &Diagnosis) -> Section {
     let mut paragraphs = vec![found.summary.clone()];
-    paragraphs.extend(found.remarks.iter().cloned());
+    paragraphs.extend(found.refuted.iter().map(RefutedRun::words).chain(found.remarks.iter().cloned()));
     if let Some(best) = found.candidates.first().filter(|_| found.nothing_missing < 0.5) {
         paragraphs.push(format!("{}: {}", best.label(), best.explanation()));
     }

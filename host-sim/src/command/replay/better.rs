@@ -50,6 +50,7 @@ impl Better {
             .effect
             .iter()
             .map(|e| e.at.as_ref().map_or_else(|| e.kind.clone(), |at| format!("{}@{at}", e.kind)))
+            .filter(|label| !deployment.left_out.contains(label))
             .collect();
         let label =
             if kinds.is_empty() { "better model".into() } else { format!("with {}", kinds.join(", ")) };

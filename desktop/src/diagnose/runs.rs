@@ -1,0 +1,247 @@
+//! Runs compared with one another: what one carries beyond the others, and whether its stated weights can be true.
+
+use nalgebra::{Complex, DMatrix};
+
+use super::base::Base;
+use super::determined::DeterminedPlane;
+use super::parameters;
+use crate::effects::Place;
+use crate::fit::Fit;
+use crate::fit::hypothesis::Hypothesis;
+use crate::machine::weights::by_plane;
+use crate::unbalance::{G_MM, g_mm_deg};
+
+type C = Complex<f64>;
+
+/// A run whose stated weights are not what the data show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RefutedRun {
+    /// Name of the run.
+    pub run: String,
+    /// Probability that they are not as stated.
+    pub probability: f64,
+    /// What it has in each plane.
+    pub weights: Vec<FoundWeight>,
+}
+
+/// The weight of a plane in a run, as stated and as found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundWeight {
+    /// By the file, g·mm; zero where it states none.
+    pub stated_g_mm: C,
+    /// By the data, with what holds it with 95 %.
+    pub found: DeterminedPlane,
+    /// The simplest account of the difference that lies within that.
+    pub account: Option<Account>,
+}
+
+/// What can have become of a stated weight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Account {
+    /// Nothing.
+    AsStated,
+    /// It was not there.
+    Missing,
+    /// Its angle was counted against the rotation.
+    OtherSense,
+    /// As heavy as stated, turned by this angle, degrees.
+    OtherHole(f64),
+    /// Where it is stated, this many times as large.
+    Scaled(f64),
+}
+
+impl Account {
+    /// The simplest that the region of what was found allows.
+    fn of(stated_g_mm: C, found: &DeterminedPlane) -> Option<Self> {
+        let stated = stated_g_mm / G_MM;
+        let [size_g_mm, angle_deg] = g_mm_deg(stated);
+        let turned_deg = (found.angle_deg - angle_deg + 180.0).rem_euclid(360.0) - 180.0;
+        let [low, high] = found.interval_95_g_mm;
+        if found.holds(stated) {
+            Some(Self::AsStated)
+        } else if size_g_mm == 0.0 {
+            None
+        } else if found.holds(C::from(0.0)) {
+            Some(Self::Missing)
+        } else if found.holds(stated.conj()) {
+            Some(Self::OtherSense)
+        } else if (low..=high).contains(&size_g_mm) {
+            Some(Self::OtherHole(turned_deg))
+        } else if turned_deg.abs() <= found.angle_95_deg {
+            Some(Self::Scaled(found.unbalance_g_mm / size_g_mm))
+        } else {
+            None
+        }
+    }
+
+    /// In words.
+    pub fn words(self) -> String {
+        match self {
+            Self::AsStated => "as stated".into(),
+            Self::Missing => "it is missing altogether".into(),
+            Self::OtherSense => "its angle was counted the other way round".into(),
+            Self::OtherHole(turned_deg) => {
+                format!("it sits in another hole, {turned_deg:.0}° from where it is stated")
+            }
+            Self::Scaled(factor) => format!("it is {factor:.2} times as large, at the stated angle"),
+        }
+    }
+}
+
+impl FoundWeight {
+    fn words(&self) -> String {
+        let found = &self.found;
+        let [low, high] = found.interval_95_g_mm;
+        let stated = if self.stated_g_mm.norm() == 0.0 {
+            "none".to_string()
+        } else {
+            let angle_deg = self.stated_g_mm.arg().to_degrees();
+            format!("{:.0} g·mm at {angle_deg:.0}°", self.stated_g_mm.norm())
+        };
+        let account = self.account.map_or(String::new(), |r| format!(": {}", r.words()));
+        format!(
+            "in plane {} {stated} stated, {:.0} g·mm found ({low:.0} to {high:.0} with 95 %) at {}{account}",
+            found.name,
+            found.unbalance_g_mm,
+            angle(found)
+        )
+    }
+}
+
+impl RefutedRun {
+    /// For people, one sentence.
+    pub fn words(&self) -> String {
+        let each: Vec<String> = self.weights.iter().map(FoundWeight::words).collect();
+        let sure = 100.0 * self.probability;
+        format!("The stated weights of run {} are not true, {sure:.1} % sure: {}.", self.run, each.join("; "))
+    }
+}
+
+/// What one run carries in each plane beyond what the others and its stated weights say.
+pub struct RunChange {
+    run: String,
+    others: String,
+    change: Vec<DeterminedPlane>,
+    /// Whether the file states weights for it.
+    stated: bool,
+    /// What it has in each plane, where the file states weights for it and all of them are in planes.
+    weights: Option<Vec<FoundWeight>>,
+}
+
+impl RunChange {
+    /// Of every effect of a hypothesis that is one of a run and not of the base; its fit must have its covariance.
+    pub fn beyond(base: &Base, with: &Hypothesis, fit: &Fit) -> Vec<Self> {
+        let own = base.hypothesis.effects.len();
+        let numbers = own..with.effects.len();
+        numbers.filter_map(|effect| Self::of(base, with, fit, effect)).collect()
+    }
+
+    fn of(base: &Base, with: &Hypothesis, fit: &Fit, effect: usize) -> Option<Self> {
+        let Place::Run(number) = with.effects[effect].place else { return None };
+        let covariance = fit.covariance.as_ref()?;
+        let rotor = with.rotor;
+        let run = &rotor.run[number];
+        let first = parameters::first_unknown(with, effect);
+        let own = |plane: usize| -> (C, DMatrix<f64>) {
+            let at = fit.x.len() + 2 * (first + plane);
+            (fit.unknowns[first + plane], covariance.view((at, at), (2, 2)).into_owned())
+        };
+        let planes = || rotor.plane.iter().enumerate();
+        let found = |(i, plane): (usize, &crate::machine::drawing::Plane), stated: C| {
+            let (u, covariance) = own(i);
+            DeterminedPlane::new(&plane.name, stated + u, &covariance)
+        };
+        let stated = !run.added_unbalance.is_empty();
+        let weighted = by_plane(rotor, run).ok().filter(|_| stated);
+        let weights = weighted.map(|stated| {
+            let of = |(plane, stated): ((usize, _), &C)| {
+                let found = found(plane, *stated);
+                let stated_g_mm = stated * G_MM;
+                FoundWeight { account: Account::of(stated_g_mm, &found), stated_g_mm, found }
+            };
+            planes().zip(&stated).map(of).collect()
+        });
+        let mut others: Vec<&str> = Vec::new();
+        for listed in base.fitter.data.rows.iter().filter_map(|row| row.listed).filter(|k| *k != number) {
+            if !others.contains(&rotor.run[listed].name.as_str()) {
+                others.push(&rotor.run[listed].name);
+            }
+        }
+        Some(Self {
+            run: run.name.clone(),
+            others: match others[..] {
+                [one] => format!("run {one}"),
+                _ => "the other runs".into(),
+            },
+            change: planes().map(|plane| found(plane, C::from(0.0))).collect(),
+            stated,
+            weights,
+        })
+    }
+
+    /// One sentence on the difference.
+    pub fn words(&self) -> String {
+        let each: Vec<String> = (self.change.iter())
+            .map(|p| {
+                let [low, high] = p.interval_95_g_mm;
+                format!(
+                    "{:.0} g·mm ({low:.0} to {high:.0} with 95 %) at {} in plane {}",
+                    p.unbalance_g_mm,
+                    angle(p),
+                    p.name
+                )
+            })
+            .collect();
+        let stated = if self.stated { " and its stated weights say" } else { "" };
+        format!("Run {} carries {} more than {}{stated}.", self.run, each.join(" and "), self.others)
+    }
+
+    /// Its stated weights as refuted with this probability, where it has any.
+    fn refuted(&self, probability: f64) -> Option<RefutedRun> {
+        let weights = self.weights.clone()?;
+        Some(RefutedRun { run: self.run.clone(), probability, weights })
+    }
+}
+
+/// Changes that are there with this probability: runs whose stated weights they refute, and sentences on the others.
+pub fn told(changes: &[RunChange], probability: f64) -> (Vec<RefutedRun>, Vec<String>) {
+    let refuted = changes.iter().filter_map(|c| c.refuted(probability)).collect();
+    let others = changes.iter().filter(|c| c.weights.is_none()).map(RunChange::words).collect();
+    (refuted, others)
+}
+
+/// An angle with what holds it with 95 %.
+fn angle(plane: &DeterminedPlane) -> String {
+    if plane.angle_95_deg < 90.0 {
+        format!("{:.0}° ± {:.0}°", plane.angle_deg, plane.angle_95_deg)
+    } else {
+        "any angle".into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A weight found with 1 g·mm standard deviation in each component.
+    fn read(stated: [f64; 2], found: [f64; 2]) -> Option<Account> {
+        let polar = |[size, angle_deg]: [f64; 2]| C::from_polar(size, f64::to_radians(angle_deg));
+        let covariance = DMatrix::from_diagonal_element(2, 2, 1e-12);
+        Account::of(polar(stated), &DeterminedPlane::new("1", polar(found) / G_MM, &covariance))
+    }
+
+    #[test]
+    fn the_simplest_account_within_two_and_a_half_standard_deviations_is_given_and_none_beyond() {
+        let stated = [100.0, 70.0];
+        assert_eq!(read(stated, [101.0, 71.0]), Some(Account::AsStated));
+        assert_eq!(read(stated, [2.0, 160.0]), Some(Account::Missing));
+        assert_eq!(read(stated, [99.0, -70.5]), Some(Account::OtherSense));
+        let Some(Account::OtherHole(turned)) = read([100.0, 170.0], [101.0, -130.0]) else { panic!() };
+        assert!((turned - 60.0).abs() < 1e-9, "the short way round: {turned}");
+        let Some(Account::Scaled(factor)) = read(stated, [50.0, 70.5]) else { panic!() };
+        assert!((factor - 0.5).abs() < 1e-9);
+        assert_eq!(read(stated, [50.0, 100.0]), None);
+        assert_eq!(read([0.0, 0.0], [2.0, 10.0]), Some(Account::AsStated), "none stated, none found");
+        assert_eq!(read([0.0, 0.0], [20.0, 10.0]), None, "one that nobody stated");
+    }
+}
