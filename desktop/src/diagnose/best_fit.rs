@@ -44,6 +44,7 @@ pub struct BestFit {
 /// # Errors
 /// If a probe is dead or clipped, phases are reversed, or the data are another machine's.
 pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
+    let rotor = &rotor.as_stated();
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let mut remarks = checks::before(rotor, readings)?;
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));

@@ -23,6 +23,7 @@ const PRIOR: f64 = 0.5;
 /// # Errors
 /// If the data cannot be this machine's, a probe is dead, or there is too little to fit.
 pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error> {
+    let rotor = &rotor.as_stated();
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let mut remarks = checks::before(rotor, readings)?;
     remarks.extend(checks::assumed(rotor, &noise));
@@ -165,6 +166,7 @@ impl Base<'_> {
 /// # Errors
 /// As [`diagnose`].
 pub fn nothing_missing(rotor: &Rotor, readings: &[Reading]) -> Result<f64, Error> {
+    let rotor = &rotor.as_stated();
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     let base = Base::fit(&fitter)?;

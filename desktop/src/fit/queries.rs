@@ -69,14 +69,8 @@ impl Fitter<'_> {
     /// A rotor's file with the drawing's errors as a fit found them: what was built, not what was drawn.
     pub fn corrected(&self, rotor: Rotor, fit: &Fit, drawing: &Drawing) -> Rotor {
         let found = drawing.whitening.estimate(&fit.weighted).resize_vertically(self.deviations.len(), 0.0);
-        let (mut built, offsets) = self.deviations.apply(&rotor, &found);
-        let bearings = built.bearing.iter_mut().map(|b| &mut b.position_m).zip(offsets.bearing_m);
-        let disks = built.disk.iter_mut().map(|d| &mut d.position_m).zip(offsets.disk_m);
-        let probes = built.probe.iter_mut().map(|p| &mut p.position_m).zip(offsets.probe_m);
-        let planes = built.plane.iter_mut().map(|p| &mut p.position_m).zip(offsets.plane_m);
-        for (position_m, offset_m) in bearings.chain(disks).chain(probes).chain(planes) {
-            *position_m += offset_m;
-        }
+        let mut built = rotor;
+        self.deviations.build_into(&mut built, &found);
         built
     }
 

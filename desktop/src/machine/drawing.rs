@@ -134,7 +134,7 @@ pub struct Noise {
 }
 
 /// Standard deviations of what the drawing states.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tolerance {
     /// Young's modulus, relative.
@@ -147,6 +147,10 @@ pub struct Tolerance {
     pub inertia_relative: f64,
     /// Axial positions, m.
     pub position_m: f64,
+    /// How far a fit found the machine from its drawing, by what it is about, relative or in m; the file's numbers have it in
+    /// them already. Written by the tool; see [`Rotor::as_stated`].
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub found: BTreeMap<String, f64>,
 }
 
 /// Ranges that phase I searches for every bearing coefficient.

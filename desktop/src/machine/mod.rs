@@ -10,7 +10,10 @@ pub mod place;
 pub mod ross;
 pub mod rotor_file;
 mod segment;
+mod stated;
 mod table_file;
 pub mod terms;
 pub mod tolerance;
 mod validation;
+
+pub(crate) use validation::SCHEMA;

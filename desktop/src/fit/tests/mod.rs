@@ -39,6 +39,7 @@ fn machine() -> Rotor {
         mass_relative: 0.02,
         inertia_relative: 0.03,
         position_m: 0.001,
+        ..Tolerance::default()
     });
     rotor
 }
