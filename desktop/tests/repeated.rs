@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use rotor_edge_desktop::bearing::Law;
-use rotor_edge_desktop::diagnose::{add, improve};
+use rotor_edge_desktop::diagnose::{add, best_fit, diagnose, improve};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
@@ -85,4 +85,20 @@ fn improving_five_times_by_the_same_data_is_improving_once_with_an_effect_in_the
     let (drawn, readings) = machine("case-004");
     let first = add(&drawn, &readings, "pedestal", Some("NDE")).unwrap().rotor;
     assert_fixed_point(&drawn, &readings, &first);
+}
+
+#[test]
+fn a_model_that_remembers_its_noise_is_judged_as_before() {
+    let (mut rotor, readings) = machine("case-003");
+    let noise = rotor.noise.as_mut().unwrap();
+    (noise.relative, noise.floor_um) = (noise.relative / 1.5, noise.floor_um / 1.5);
+    let (before, verdict) =
+        (best_fit(&rotor, &readings).unwrap(), diagnose(&rotor, &readings).unwrap().verdict);
+    let written = reread(&before.rotor);
+    let remembered = written.noise.unwrap();
+    assert!((remembered.scale.unwrap() / 1.5 - 1.0).abs() < 0.2, "{remembered:?}");
+    let after = best_fit(&written, &readings).unwrap();
+    assert!((after.chi2_per_value / before.chi2_per_value - 1.0).abs() < 1e-3);
+    assert!((after.scatter.scale / before.scatter.scale - 1.0).abs() < 0.02);
+    assert_eq!(diagnose(&written, &readings).unwrap().verdict, verdict);
 }

@@ -123,14 +123,20 @@ pub enum Formulation {
     Printed2023,
 }
 
-/// Noise of each measured component: `relative · |Y| + floor_um`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// Noise of each measured component as it is stated: `relative · |Y| + floor_um`; and what a fit found of it.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
     /// Part that grows with the amplitude.
     pub relative: f64,
     /// Part that is always there, µm.
     pub floor_um: f64,
+    /// Its size over the stated one as it was found. Written by the tool.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
+    /// Correlation of neighbouring readings of one probe as it was found. Written by the tool.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correlation: Option<f64>,
 }
 
 /// Standard deviations of what the drawing states.

@@ -5,9 +5,17 @@
 //! counts the same data twice, and a fit repeated would drift away. So a fitted file keeps both, `stated` at each bearing and
 //! `[tolerance.found]`, and a fit begins by taking them apart again.
 
-use super::drawing::Rotor;
+use super::drawing::{Noise, Rotor};
 use super::loads;
 use super::tolerance::Deviation;
+use crate::inference::scatter::Scatter;
+
+impl Noise {
+    /// What a fit found over what is stated; as stated where there was none.
+    pub fn scatter(&self) -> Scatter {
+        Scatter { scale: self.scale.unwrap_or(1.0), correlation: self.correlation.unwrap_or(0.0) }
+    }
+}
 
 impl Rotor {
     /// Whether a fit has moved bearings or drawing away from what was stated of them.

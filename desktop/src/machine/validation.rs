@@ -6,6 +6,7 @@ mod foundation;
 use crate::bearing::Law;
 use crate::effects::entry;
 use crate::error::Error;
+use crate::inference::scatter::MOST_CORRELATED;
 use crate::machine::drawing::{EffectEntry, Rated, Rotor};
 use crate::machine::materials::Material;
 use crate::machine::tolerance::Deviation;
@@ -271,6 +272,12 @@ fn check_statistics(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
     if let Some(n) = &rotor.noise {
         c.within("[noise] relative", n.relative, 0.0, 1.0, "")?;
         c.within("[noise] floor_um", n.floor_um, 0.0, 1000.0, "µm")?;
+        c.within("[noise] scale", n.scale.unwrap_or(1.0), 1e-3, 1e3, "times the stated noise")?;
+        c.within("[noise] correlation", n.correlation.unwrap_or(0.0), 0.0, MOST_CORRELATED, "")?;
+        if rotor.schema < 2 && (n.scale.is_some() || n.correlation.is_some()) {
+            let what = format!("{} does not know [noise] scale and correlation, expected 2", rotor.schema);
+            return c.fail("schema", what);
+        }
         if n.relative == 0.0 && n.floor_um == 0.0 {
             return c.fail("[noise]", "relative and floor_um are both zero, at least one must be positive");
         }
