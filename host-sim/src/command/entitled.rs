@@ -27,7 +27,12 @@ pub fn planes(determined: &Determined) -> Vec<String> {
         )
     };
     let mut lines: Vec<String> = determined.planes.iter().map(line).collect();
-    if determined.planes.len() > 1 {
+    if determined.act_alike() {
+        lines.push(format!(
+            "the planes act alike (condition {:.0}): one combination of them is known that much better than another",
+            determined.condition
+        ));
+    } else if determined.planes.len() > 1 {
         lines.push(format!(
             "condition of the planes: {:.1} (how much better their best-seen combination is known than the worst)",
             determined.condition
