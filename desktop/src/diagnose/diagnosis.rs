@@ -54,6 +54,9 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
         Verdict::Undecided => advice::between_fits(&base, &tried, &ranking, &noise),
         _ => Vec::new(),
     };
+    if verdict == Verdict::Undecided && advice.is_empty() {
+        remarks.push(advice::another_kind(&base));
+    }
     let stands_on = if verdict == Verdict::Missing { tried.first().map(|t| &t.fit) } else { None };
     remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&base.fit).unknowns));
     let cause = (verdict == Verdict::Unknown || outside >= SURE).then(|| unknown.cause(outside));
@@ -107,6 +110,9 @@ impl Base<'_> {
     ) -> Diagnosis {
         let rotor = self.fitter.rotor;
         let possible = self.possible();
+        let advice = advice::between_typical(self, &possible, &noise);
+        let mut remarks = remarks;
+        remarks.extend(advice.is_empty().then(|| advice::another_kind(self)));
         let error_before = self.relative_error(self.closest());
         // the prior, as the data add nothing to it
         let probability = (1.0 - PRIOR) / possible.len().max(1) as f64;
@@ -132,7 +138,7 @@ impl Base<'_> {
             indistinguishable: vec![possible.iter().map(|a| a.label(rotor)).collect()],
             saturated: true,
             held_out: None,
-            advice: advice::between_typical(self, &possible, &noise),
+            advice,
             remarks,
             noise,
             scatter: self.drawing.scatter(),

@@ -94,10 +94,6 @@ fn print(found: &Diagnosis, top: usize) {
                 a.measurement, a.separation_sd, a.speed_rpm
             );
         }
-    } else if found.verdict == Verdict::Undecided {
-        println!(
-            "\nNo run-up, slow roll, trial weight or further probe that was tried would tell them apart well."
-        );
     }
 }
 
