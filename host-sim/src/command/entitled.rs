@@ -4,6 +4,8 @@
 use rotor_edge_desktop::diagnose::{Determined, Scatter, UnknownCause};
 use serde_json::{Value, json};
 
+use crate::report::Section;
+
 /// The noise over what was stated, in one line.
 pub fn noise(scatter: &Scatter) -> String {
     format!(
@@ -55,6 +57,20 @@ pub fn unknown(cause: &UnknownCause) -> String {
         cause.force_n,
         cause.looks_like()
     )
+}
+
+/// All of it as a section of a report.
+pub fn section(scatter: &Scatter, determined: &Determined, cause: Option<&UnknownCause>) -> Section {
+    let mut paragraphs: Vec<String> = cause.map(unknown).into_iter().collect();
+    paragraphs.push(sentence(&noise(scatter)));
+    paragraphs.extend(planes(determined).iter().map(|line| sentence(line)));
+    Section { heading: "What the data say for sure".into(), paragraphs, ..Section::default() }
+}
+
+/// A line as a sentence of its own.
+fn sentence(line: &str) -> String {
+    let mut letters = line.chars();
+    letters.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
 }
 
 /// `noise` of the JSON answers.
