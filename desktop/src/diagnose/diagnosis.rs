@@ -1,9 +1,11 @@
 //! The diagnosis of a model: every effect tried, ranked, and put into words.
 
 use super::answer::{Candidate, Diagnosis, SURE, Verdict};
+use super::as_file::as_file;
 use super::base::{Base, Tried};
 use super::determined::Determined;
 use super::rank::Ranking;
+use super::sweep::Sweep;
 use super::unknown::Unknown;
 use super::verdict::{Evidence, Said};
 use super::{advice, checks, evidence, held_out, parameters, rank};
@@ -49,12 +51,24 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
     };
     let least = tried.iter().map(|t| base.relative_error(&t.fit)).fold(f64::INFINITY, f64::min);
     checks::this_machine(rotor, least.min(base.relative_error(base.closest())))?;
-    let Said { verdict, summary, scatter, outside } = evidence.verdict()?;
+    let sweep = Sweep::of(&as_file(&base.hypothesis, &base.fit), readings, &noise);
+    let too_fast = match &sweep {
+        Some(sweep) if ranking.nothing_missing < SURE => lag_explains(sweep, rotor, readings)?,
+        _ => false,
+    };
+    let mut said = evidence.verdict()?;
+    if too_fast {
+        said.verdict = Verdict::Undecided;
+        said.summary =
+            "The misfit is that of a run too fast for a steady response; nothing is claimed.".into();
+    }
+    let Said { verdict, summary, scatter, outside } = said;
+    remarks.extend(sweep.map(|sweep| sweep.remark));
     let advice = match verdict {
-        Verdict::Undecided => advice::between_fits(&base, &tried, &ranking, &noise),
+        Verdict::Undecided if !too_fast => advice::between_fits(&base, &tried, &ranking, &noise),
         _ => Vec::new(),
     };
-    if verdict == Verdict::Undecided && advice.is_empty() {
+    if verdict == Verdict::Undecided && !too_fast && advice.is_empty() {
         remarks.push(advice::another_kind(&base));
     }
     let stands_on = if verdict == Verdict::Missing { tried.first().map(|t| &t.fit) } else { None };
@@ -74,6 +88,7 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
         candidates,
         indistinguishable: ranking.groups,
         saturated: false,
+        too_fast,
         held_out,
         advice,
         remarks,
@@ -82,6 +97,12 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
         unknown: cause,
         determined,
     })
+}
+
+/// Whether a run that swept too fast leaves nothing to be missed: so fast that no steady response can be had from it, or
+/// noise alone is left when its lag is taken off.
+fn lag_explains(sweep: &Sweep, rotor: &Rotor, readings: &[Reading]) -> Result<bool, Error> {
+    Ok(!sweep.small || nothing_missing(rotor, &sweep.taken_off(readings))? >= SURE)
 }
 
 /// Every explanation of what a model misses, with its probability.
@@ -137,6 +158,7 @@ impl Base<'_> {
             candidates: possible.iter().map(candidate).collect(),
             indistinguishable: vec![possible.iter().map(|a| a.label(rotor)).collect()],
             saturated: true,
+            too_fast: false,
             held_out: None,
             advice,
             remarks,

@@ -143,7 +143,7 @@ pub fn improve(
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     let nothing_known = matches!(at_start.verdict, Verdict::Adequate | Verdict::NotDetermined);
-    if nothing_known || at_start.nothing_missing >= SURE {
+    if nothing_known || at_start.too_fast || at_start.nothing_missing >= SURE {
         let base = Base::fit(&fitter)?;
         outcome.rotor = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
         return Ok(outcome);

@@ -20,6 +20,7 @@ mod improve;
 mod parameters;
 mod rank;
 mod sets;
+mod sweep;
 mod unknown;
 mod verdict;
 
