@@ -55,6 +55,15 @@ fn replay_json_has_the_keys_that_others_read() {
     assert_eq!(all["readings"], 451, "one of them without a probe");
     let e = &all["equivalence"];
     assert!(e["max_relative_feature_error"].as_f64().unwrap() <= 1e-5);
+    let unbalance = &all["unbalance"];
+    assert_eq!(unbalance["with_bearings"], true, "phase I was run: {unbalance}");
+    assert_eq!(unbalance["outdated"], true, "the last readings are flagged");
+    assert!(unbalance["time_d"].as_f64().unwrap() <= 126.0, "{unbalance}");
+    for plane in unbalance["determined"]["planes"].as_array().unwrap() {
+        let bound = |side: usize| plane["interval_95"][side].as_f64().unwrap();
+        let found = plane["unbalance_g_mm"].as_f64().unwrap();
+        assert!(bound(0) < found && found < bound(1), "{plane}");
+    }
     for key in ["max_residual_excess_um", "max_unbalance_difference_g_mm", "max_angle_difference_deg"] {
         assert!(e[key].is_f64(), "{key}");
     }
@@ -100,6 +109,9 @@ fn three_days_at_one_speed_leave_coefficients_open_and_the_program_says_which() 
     let found = json(&["identify", &rotor, &record, "-o", &new, "--json"]);
     let open = found["bearings"].as_array().unwrap().iter().filter(|b| b["identified"] == false).count();
     assert!(open >= 3, "one speed cannot fix eight coefficients: {found}");
+    for plane in found["determined"]["planes"].as_array().unwrap() {
+        assert!(plane["interval_95"][1].as_f64() > plane["unbalance_g_mm"].as_f64(), "{plane}");
+    }
 }
 
 #[test]

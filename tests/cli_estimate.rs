@@ -65,7 +65,12 @@ fn text_names_the_base_refuted_runs_and_what_would_help() {
     let says =
         ["beyond that of run BASE", "poorly determined", "would help", "weights of run B047 cannot be true"];
     assert_says(&text, &says);
-    assert!(std::fs::read_to_string(report).unwrap().contains("Unbalance by run"));
+    let page = std::fs::read_to_string(report).unwrap();
+    assert!(
+        page.contains("Unbalance by run")
+            && page.contains("regions-1")
+            && page.contains("estimated, with 95 %")
+    );
 }
 
 #[test]

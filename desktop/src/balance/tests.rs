@@ -25,7 +25,7 @@ fn own_kg_m() -> Vec<C> {
 /// A machine with a run without weights and one with a trial weight in each plane.
 fn machine() -> Rotor {
     let mut rotor = sample_rotor();
-    rotor.noise = Some(Noise { relative: 0.01, floor_um: 0.02 });
+    rotor.noise = Some(Noise { relative: 0.01, floor_um: 0.02, ..Noise::default() });
     let weight = |plane: usize, magnitude_g_mm: f64, angle_deg: f64| AddedUnbalance {
         position_m: rotor.plane[plane].position_m,
         magnitude_g_mm,
@@ -106,7 +106,7 @@ fn truly_left(rotor: &Rotor, plan: &Plan, weights: &[Weight]) -> f64 {
 #[test]
 fn without_noise_trial_runs_alone_give_the_opposite_of_the_hidden_unbalance() {
     let mut rotor = machine();
-    rotor.noise = Some(Noise { relative: 1e-9, floor_um: 1e-9 });
+    rotor.noise = Some(Noise { relative: 1e-9, floor_um: 1e-9, ..Noise::default() });
     let found = from_trial_runs(&rotor, &measured(&rotor, None), &plan(&[0, 1])).unwrap();
     for (w, own) in found.wanted_kg_m.iter().zip(own_kg_m()) {
         assert!((w + own).norm() < 1e-9 * own.norm());

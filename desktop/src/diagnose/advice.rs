@@ -11,7 +11,7 @@ use crate::fit::data::sigma_m;
 use crate::fit::hypothesis::Assumed;
 use crate::fit::starts_for;
 use crate::machine::drawing::{Mount, Noise, Probe, Rotor};
-use crate::measurement::rad_s;
+use crate::measurement::{rad_s, rpm};
 use crate::shaft::basis;
 use crate::unbalance::g_mm_deg;
 
@@ -25,6 +25,31 @@ const SHAPES: usize = 20;
 const APART: f64 = 5.0;
 /// Repetitions above which a measurement is not worth making.
 const MOST_REPEATS: f64 = 30.0;
+
+/// How far beyond the fastest measured speed advice goes where no rated speed is stated. What a machine was measured at it
+/// may run at, and the overspeed trip of a gas turbine is set at 105 % of the maximum continuous speed (API 616); other
+/// drivers' are no lower.
+const WITHIN_TRIP: f64 = 1.05;
+
+/// The fastest speed that is ever advised, rpm.
+pub fn reach_rpm(base: &Base) -> f64 {
+    let rated = base.fitter.rotor.rated.map(|rated| rated.speed_rpm[1]);
+    rated.unwrap_or_else(|| WITHIN_TRIP * rpm(base.fitter.data.fastest_rad_s()))
+}
+
+/// What to do where no measurement that was tried tells the rivals apart.
+pub fn another_kind(base: &Base) -> String {
+    let further = match base.fitter.rotor.rated {
+        Some(_) => "",
+        None => "; or state how fast the machine may run, [rated] speed_rpm, and faster run-ups are tried",
+    };
+    format!(
+        "Nothing that was tried up to {:.0} rpm tells the rivals apart: no run-up, slow roll, trial weight in a plane or pair of \
+         probes at a disk. It takes another kind of measurement: a trial weight where there is no plane, a probe elsewhere \
+         on the shaft or on a pedestal, the phase reference checked with a strobe{further}.",
+        reach_rpm(base)
+    )
+}
 
 struct Measurement {
     name: String,
@@ -67,13 +92,8 @@ fn advise(base: &Base, rivals: &[Rotor], noise: &Noise) -> Vec<Advice> {
     if rivals.len() < 2 {
         return Vec::new();
     }
-    let allowed = |m: &Measurement| {
-        let fastest = m.speeds_rpm.iter().fold(0.0_f64, |fastest, s| fastest.max(*s));
-        base.fitter.rotor.rated.is_none_or(|rated| fastest <= rated.speed_rpm[1])
-    };
     let mut advice: Vec<Advice> = measurements(base, base.fitter.rotor)
         .into_iter()
-        .filter(allowed)
         .filter_map(|m| {
             let (separation_sd, speed_rpm) = separation(base, rivals, &m, noise)?;
             // averaging n readings lowers the noise by √n
@@ -93,8 +113,7 @@ fn advise(base: &Base, rivals: &[Rotor], noise: &Noise) -> Vec<Advice> {
 
 fn measurements(base: &Base, rotor: &Rotor) -> Vec<Measurement> {
     let rows = &base.fitter.data.rows;
-    let rpm = |w: f64| w * 30.0 / std::f64::consts::PI;
-    let fastest = rpm(base.fitter.data.fastest_rad_s());
+    let fastest = rpm(base.fitter.data.fastest_rad_s()).min(reach_rpm(base));
     let slowest = rpm(rows.iter().map(|r| r.speed_rad_s).fold(f64::INFINITY, f64::min));
     let run_up: Vec<f64> =
         (1..=RUN_UP_SPEEDS).map(|k| fastest * (0.1 + 0.9 * k as f64 / RUN_UP_SPEEDS as f64)).collect();
@@ -109,15 +128,14 @@ fn measurements(base: &Base, rotor: &Rotor) -> Vec<Measurement> {
         all.push(plain(format!("a run-up from {:.0} to {fastest:.0} rpm", 0.1 * fastest), run_up.clone()));
         all.push(plain(format!("a second speed, {:.0} rpm", 0.6 * fastest), vec![0.6 * fastest]));
     }
-    if slowest > 0.5 * fastest {
-        let far: Vec<f64> =
-            (1..=RUN_UP_SPEEDS).map(|k| fastest * (1.0 + 9.0 * k as f64 / RUN_UP_SPEEDS as f64)).collect();
-        all.push(plain(format!("a run-up through the machine's resonances, beyond {fastest:.0} rpm"), far));
-    }
     all.push(plain(format!("a slow roll at {:.0} rpm", 0.3 * slowest), vec![0.3 * slowest]));
-    all.push(plain(format!("a run-up on to {:.0} rpm, if the machine allows it", 1.2 * fastest), {
-        (1..=5).map(|k| fastest * (1.0 + 0.04 * f64::from(k))).collect()
-    }));
+    let reach = reach_rpm(base);
+    if reach > fastest {
+        let further =
+            (1..=RUN_UP_SPEEDS).map(|k| fastest + (reach - fastest) * k as f64 / RUN_UP_SPEEDS as f64);
+        let name = format!("a run-up on to {reach:.0} rpm, if the machine allows it");
+        all.push(plain(name, further.collect()));
+    }
     for (i, plane) in rotor.plane.iter().enumerate() {
         let u = base.fit.unknowns[i];
         let weight = Complex::new(0.0, 1.0) * u;

@@ -105,6 +105,8 @@ pub struct Diagnosis {
     pub indistinguishable: Vec<Vec<String>>,
     /// Whether bearings and planes alone use up what the data hold, so that nothing more can be found.
     pub saturated: bool,
+    /// Whether the misfit is that of a run that swept too fast for a steady response.
+    pub too_fast: bool,
     /// The check on left-out speeds, where there was something to check.
     pub held_out: Option<HeldOut>,
     /// What to measure next, where the data cannot decide.

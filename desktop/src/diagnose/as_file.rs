@@ -4,13 +4,16 @@ use super::parameters;
 use crate::effects::entry;
 use crate::fit::Fit;
 use crate::fit::hypothesis::Hypothesis;
+use crate::machine::SCHEMA;
 use crate::machine::drawing::{EffectEntry, Rotor};
 use crate::unbalance::g_mm_deg;
 
-/// A fitted hypothesis as the file of a rotor: bearings, planes and effects. What the file states of runs that the data do
-/// not hold stays as it is.
+/// A fitted hypothesis as the file of a rotor: bearings, with what was stated of them, planes and effects. What the file
+/// states of runs that the data do not hold stays as it is.
 pub fn as_file(with: &Hypothesis, fit: &Fit) -> Rotor {
     let mut rotor = with.rotor.clone();
+    rotor.schema = rotor.schema.max(SCHEMA);
+    rotor.bearing.iter_mut().for_each(|b| b.stated = Some(b.law.clone()));
     with.bearings.assign(&mut rotor, &fit.x);
     for (plane, u) in rotor.plane.iter_mut().zip(&fit.unknowns) {
         let [magnitude, angle] = g_mm_deg(*u);

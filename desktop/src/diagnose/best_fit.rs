@@ -6,6 +6,7 @@ use super::as_file::as_file;
 use super::base::Base;
 use super::checks;
 use super::determined::Determined;
+use super::sweep::Sweep;
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
@@ -44,6 +45,7 @@ pub struct BestFit {
 /// # Errors
 /// If a probe is dead or clipped, phases are reversed, or the data are another machine's.
 pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
+    let rotor = &rotor.as_stated();
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let mut remarks = checks::before(rotor, readings)?;
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
@@ -59,6 +61,7 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
         .map(|r| r.probes.iter().map(|y| y.and_then(|_| flat.next()).unwrap_or_default()).collect())
         .collect();
     let fitted = as_file(&base.hypothesis, &base.fit);
+    remarks.extend(Sweep::of(&fitted, readings, &noise).map(|sweep| sweep.remark));
     let planes = rotor.plane.len();
     let covariance = fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
     let first = base.fit.x.len();

@@ -50,7 +50,26 @@ pub fn before(rotor: &Rotor, readings: &[Reading]) -> Result<Vec<String>, Error>
             remarks.push(format!("Probe {} lost {lost} of {} readings.", probe.name, readings.len()));
         }
     }
+    remarks.extend(one_direction(rotor));
     Ok(remarks)
+}
+
+/// What probes that look in one direction alone cannot tell, in one sentence for all of them.
+fn one_direction(rotor: &Rotor) -> Option<String> {
+    let pairs = probe_pairs(rotor);
+    let watched = |b: usize| rotor.probe.iter().any(|p| rotor.bearing_of(p) == Some(b));
+    let alone =
+        (0..rotor.bearing.len()).filter(|b| watched(*b) && pairs.iter().all(|pair| pair.bearing != *b));
+    let names: Vec<&str> = alone.map(|b| rotor.bearing[b].name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "At {} probes look in one direction alone. There forward and backward whirl are mixed, the bearing's stiffness in \
+             the other direction shows only through the shaft, and no second probe contradicts one that is off: cross-coupling, \
+             a pedestal or bearing that is stiffer one way, and probe faults (calibration, reversal, runout, exchanged probes) \
+             are hard to tell or not seen.",
+            names.join(", ")
+        )
+    })
 }
 
 /// A plane whose unbalance is beyond what the balance grade of the file makes plausible.
@@ -159,6 +178,21 @@ mod tests {
     use super::*;
     use crate::machine::drawing::Rated;
     use crate::testing::sample_rotor;
+
+    #[test]
+    fn what_one_direction_cannot_tell_is_said_once_and_of_two_probes_nothing() {
+        let mut rotor = sample_rotor();
+        assert_eq!(one_direction(&rotor), None);
+        rotor.probe.retain(|p| p.angle_deg == 0.0);
+        let all = one_direction(&rotor).unwrap();
+        assert!(all.contains("At A, B probes") && all.contains("forward and backward"), "{all}");
+        rotor.probe.truncate(1);
+        assert!(one_direction(&rotor).unwrap().contains("At A probes"));
+        rotor.probe = sample_rotor().probe;
+        // parallel probes are one direction
+        rotor.probe[3].angle_deg = 180.0;
+        assert!(one_direction(&rotor).unwrap().contains("At B probes"));
+    }
 
     #[test]
     fn an_unbalance_is_doubted_beyond_three_grades_and_not_before() {

@@ -115,10 +115,15 @@ impl Determined {
         Ok(Self::new(planes.iter().map(|p| p.name.as_str()), &fit.unknowns[..planes.len()], &covariance))
     }
 
+    /// Whether the data hardly tell the planes apart.
+    pub fn act_alike(&self) -> bool {
+        self.planes.len() > 1 && self.condition > ALIKE
+    }
+
     /// Why the model is not fit to balance by, in one clause; `None` if it is.
     pub fn doubt(&self) -> Option<String> {
         let open = self.planes.iter().find(|p| !p.is_determined())?;
-        let alike = if self.condition > ALIKE && self.planes.len() > 1 {
+        let alike = if self.act_alike() {
             format!(
                 "; the planes are poorly determined, as they act nearly alike (condition {:.0})",
                 self.condition

@@ -1,10 +1,12 @@
 //! The diagnosis of a model: every effect tried, ranked, and put into words.
 
 use super::answer::{Candidate, Diagnosis, SURE, Verdict};
+use super::as_file::as_file;
 use super::base::{Base, Tried};
 use super::determined::Determined;
 use super::rank::Ranking;
 use super::runs::RunChange;
+use super::sweep::Sweep;
 use super::unknown::Unknown;
 use super::verdict::{Evidence, Said};
 use super::{advice, checks, evidence, held_out, parameters, rank, runs};
@@ -24,6 +26,7 @@ const PRIOR: f64 = 0.5;
 /// # Errors
 /// If the data cannot be this machine's, a probe is dead, or there is too little to fit.
 pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error> {
+    let rotor = &rotor.as_stated();
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let mut remarks = checks::before(rotor, readings)?;
     remarks.extend(checks::assumed(rotor, &noise));
@@ -49,11 +52,26 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
     };
     let least = tried.iter().map(|t| base.relative_error(&t.fit)).fold(f64::INFINITY, f64::min);
     checks::this_machine(rotor, least.min(base.relative_error(base.closest())))?;
-    let Said { verdict, summary, scatter, outside } = evidence.verdict()?;
+    let sweep = Sweep::of(&as_file(&base.hypothesis, &base.fit), readings, &noise);
+    let too_fast = match &sweep {
+        Some(sweep) if ranking.nothing_missing < SURE => lag_explains(sweep, rotor, readings)?,
+        _ => false,
+    };
+    let mut said = evidence.verdict()?;
+    if too_fast {
+        said.verdict = Verdict::Undecided;
+        said.summary =
+            "The misfit is that of a run too fast for a steady response; nothing is claimed.".into();
+    }
+    let Said { verdict, summary, scatter, outside } = said;
+    remarks.extend(sweep.map(|sweep| sweep.remark));
     let advice = match verdict {
-        Verdict::Undecided => advice::between_fits(&base, &tried, &ranking, &noise),
+        Verdict::Undecided if !too_fast => advice::between_fits(&base, &tried, &ranking, &noise),
         _ => Vec::new(),
     };
+    if verdict == Verdict::Undecided && !too_fast && advice.is_empty() {
+        remarks.push(advice::another_kind(&base));
+    }
     let stands_on = if verdict == Verdict::Missing { tried.first().map(|t| &t.fit) } else { None };
     remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&base.fit).unknowns));
     let mut refuted = Vec::new();
@@ -65,7 +83,7 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
                 refuted = not_true;
                 remarks.extend(others);
             }
-            Verdict::Undecided => {
+            Verdict::Undecided if !too_fast => {
                 let label = best.assumed.label(rotor);
                 remarks.extend(changes.iter().map(|c| format!("With {label}: {}", c.words())));
             }
@@ -87,6 +105,7 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
         candidates,
         indistinguishable: ranking.groups,
         saturated: false,
+        too_fast,
         held_out,
         advice,
         remarks,
@@ -96,6 +115,12 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
         determined,
         refuted,
     })
+}
+
+/// Whether a run that swept too fast leaves nothing to be missed: so fast that no steady response can be had from it, or
+/// noise alone is left when its lag is taken off.
+fn lag_explains(sweep: &Sweep, rotor: &Rotor, readings: &[Reading]) -> Result<bool, Error> {
+    Ok(!sweep.small || nothing_missing(rotor, &sweep.taken_off(readings))? >= SURE)
 }
 
 /// Every explanation of what a model misses, with its probability.
@@ -124,6 +149,9 @@ impl Base<'_> {
     ) -> Diagnosis {
         let rotor = self.fitter.rotor;
         let possible = self.possible();
+        let advice = advice::between_typical(self, &possible, &noise);
+        let mut remarks = remarks;
+        remarks.extend(advice.is_empty().then(|| advice::another_kind(self)));
         let error_before = self.relative_error(self.closest());
         // the prior, as the data add nothing to it
         let probability = (1.0 - PRIOR) / possible.len().max(1) as f64;
@@ -148,8 +176,9 @@ impl Base<'_> {
             candidates: possible.iter().map(candidate).collect(),
             indistinguishable: vec![possible.iter().map(|a| a.label(rotor)).collect()],
             saturated: true,
+            too_fast: false,
             held_out: None,
-            advice: advice::between_typical(self, &possible, &noise),
+            advice,
             remarks,
             noise,
             scatter: self.drawing.scatter(),
@@ -184,6 +213,7 @@ impl Base<'_> {
 /// # Errors
 /// As [`diagnose`].
 pub fn nothing_missing(rotor: &Rotor, readings: &[Reading]) -> Result<f64, Error> {
+    let rotor = &rotor.as_stated();
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     let base = Base::fit(&fitter)?;

@@ -60,6 +60,7 @@ pub struct Step {
 pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) -> Result<Improvement, Error> {
     let (effect, place) = entry::resolve(rotor, kind, at).map_err(Error::Unsuitable)?;
     let assumed = Assumed { effect, place };
+    let rotor = &rotor.as_stated();
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     checks::before(rotor, readings)?;
@@ -145,10 +146,11 @@ pub fn improve(
     if at_start.saturated {
         return Ok(outcome);
     }
+    let rotor = &rotor.as_stated();
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     let nothing_known = matches!(at_start.verdict, Verdict::Adequate | Verdict::NotDetermined);
-    if nothing_known || at_start.nothing_missing >= SURE {
+    if nothing_known || at_start.too_fast || at_start.nothing_missing >= SURE {
         let base = Base::fit(&fitter)?;
         outcome.rotor = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
         return Ok(outcome);

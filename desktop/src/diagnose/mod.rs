@@ -21,6 +21,7 @@ mod parameters;
 mod rank;
 mod runs;
 mod sets;
+mod sweep;
 mod unknown;
 mod verdict;
 

@@ -7,6 +7,7 @@ use super::hypothesis::Hypothesis;
 use super::search::Search;
 use super::{Drawing, Fit, Fitter, singular};
 use crate::error::Error;
+use crate::inference::scatter::Scatter;
 use crate::machine::drawing::Rotor;
 
 impl Fitter<'_> {
@@ -66,16 +67,15 @@ impl Fitter<'_> {
         vec![vec![[0.0; 2]; self.rotor.bearing.len() + self.rotor.disk.len()]; self.data.rows.len()]
     }
 
-    /// A rotor's file with the drawing's errors as a fit found them: what was built, not what was drawn.
+    /// A rotor's file with noise and drawing's errors as a fit found them: what was built, not what was drawn. Noise that
+    /// nobody stated stays unstated.
     pub fn corrected(&self, rotor: Rotor, fit: &Fit, drawing: &Drawing) -> Rotor {
         let found = drawing.whitening.estimate(&fit.weighted).resize_vertically(self.deviations.len(), 0.0);
-        let (mut built, offsets) = self.deviations.apply(&rotor, &found);
-        let bearings = built.bearing.iter_mut().map(|b| &mut b.position_m).zip(offsets.bearing_m);
-        let disks = built.disk.iter_mut().map(|d| &mut d.position_m).zip(offsets.disk_m);
-        let probes = built.probe.iter_mut().map(|p| &mut p.position_m).zip(offsets.probe_m);
-        let planes = built.plane.iter_mut().map(|p| &mut p.position_m).zip(offsets.plane_m);
-        for (position_m, offset_m) in bearings.chain(disks).chain(probes).chain(planes) {
-            *position_m += offset_m;
+        let mut built = rotor;
+        self.deviations.build_into(&mut built, &found);
+        if let Some(noise) = &mut built.noise {
+            let Scatter { scale, correlation } = drawing.scatter();
+            (noise.scale, noise.correlation) = (Some(scale), Some(correlation));
         }
         built
     }

@@ -4,12 +4,14 @@ use super::data::Amplitudes;
 use super::hypothesis::Hypothesis;
 use super::{Drawing, Effort, Fit, Fitter};
 use crate::error::Error;
+use crate::inference::scatter::Scatter;
 
 /// Rounds of fit and scatter: each bends the other a little.
 const ROUNDS: usize = 3;
 
 impl Fitter<'_> {
-    /// Fits anew, from a fit, under the most probable scatter of its residuals.
+    /// Fits anew, from a fit, under the most probable scatter of its residuals. The search begins from what the rotor's file
+    /// remembers of an earlier one; the prior stays centred at the noise as stated, so that no data count twice.
     ///
     /// # Errors
     /// If the machine is singular at the fit.
@@ -20,8 +22,11 @@ impl Fitter<'_> {
         drawing: Drawing,
     ) -> Result<(Fit, Drawing), Error> {
         let (mut fit, mut drawing) = (fit, drawing);
+        let mut remembered = self.rotor.noise.map(|noise| noise.scatter()).filter(|s| *s != Scatter::STATED);
         for _ in 0..ROUNDS {
-            let (found, _) = drawing.whitening.most_probable_scatter(&fit.weighted, fit.unknown_count());
+            let most_probable =
+                || drawing.whitening.most_probable_scatter(&fit.weighted, fit.unknown_count()).0;
+            let found = remembered.take().unwrap_or_else(most_probable);
             if found.is_near(&drawing.scatter()) {
                 break;
             }

@@ -4,6 +4,7 @@
 //! Phase I searches with the engine of `fit`; phase II is a convex programme of its own.
 
 mod bearings;
+mod certainty;
 mod noise;
 mod phase_one;
 mod phase_two;
@@ -12,6 +13,7 @@ mod swarm;
 mod tests;
 
 pub use bearings::{BearingParameter, Identified};
+pub use certainty::{Found, noise_scale, unbalance_covariance};
 pub use noise::assumed_noise;
 pub use phase_one::{PhaseOne, PhaseOneConfig, identify};
 pub use phase_two::{Bounds, LeastResidual, least_residual};

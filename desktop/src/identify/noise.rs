@@ -15,7 +15,7 @@ pub fn assumed_noise(readings: &[Reading]) -> Noise {
         readings.iter().flat_map(|r| r.probes.iter().flatten()).map(|y| y.norm()).collect();
     sizes.sort_by(f64::total_cmp);
     let median_um = sizes.get(sizes.len() / 2).map_or(1.0, |m| m * 1e6);
-    Noise { relative: RELATIVE, floor_um: (RELATIVE * median_um).max(LEAST_FLOOR_UM) }
+    Noise { relative: RELATIVE, floor_um: (RELATIVE * median_um).max(LEAST_FLOOR_UM), ..Noise::default() }
 }
 
 #[cfg(test)]

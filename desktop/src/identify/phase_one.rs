@@ -55,6 +55,8 @@ pub struct PhaseOne {
     pub unbalance_kg_m: DVector<Complex<f64>>,
     /// Standard deviation of each plane's unbalance, relative to its magnitude, with the bearings open.
     pub unbalance_relative_sd: Vec<f64>,
+    /// Covariance of the bearings' search coordinates, then of real and imaginary parts of each plane's unbalance, kg·m.
+    pub covariance: DMatrix<f64>,
     /// Σ|f_model − f_measured| over all readings, µm.
     pub residual_um: f64,
     /// The same over Σ|f_measured|.
@@ -63,6 +65,20 @@ pub struct PhaseOne {
     pub chi2_per_value: f64,
     /// Summed residual where the swarm ended, µm.
     pub swarm_residual_um: f64,
+}
+
+impl PhaseOne {
+    /// Covariance of the bearings' search coordinates.
+    pub fn bearings_covariance(&self) -> DMatrix<f64> {
+        let count = self.bearings.len();
+        self.covariance.view((0, 0), (count, count)).into_owned()
+    }
+
+    /// Covariance of real and imaginary parts of the planes' unbalance, kg·m, with the bearings open.
+    pub fn unbalance_covariance(&self) -> DMatrix<f64> {
+        let (first, count) = (self.bearings.len(), 2 * self.unbalance_kg_m.len());
+        self.covariance.view((first, first), (count, count)).into_owned()
+    }
 }
 
 /// Identifies bearings and unbalance from readings of one machine in one state.
@@ -126,6 +142,7 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
         bearings: hypothesis.bearings.unknowns().iter().enumerate().map(parameter).collect(),
         unbalance_kg_m: DVector::from_column_slice(&fit.unknowns[..planes]),
         unbalance_relative_sd: unbalance_relative_sd(&fit, covariance, planes),
+        covariance: covariance.clone(),
         residual_um,
         residual_ratio: residual_um / summed_residual_um(&fitter.data, &silence),
         chi2_per_value: fit.chi2_per_value(),

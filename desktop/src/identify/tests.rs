@@ -24,7 +24,7 @@ fn guessed() -> Rotor {
         bearing.constants_mut().unwrap().damping_n_s_m.xx *= c[0];
         bearing.constants_mut().unwrap().damping_n_s_m.yy *= c[1];
     }
-    rotor.noise = Some(Noise { relative: 1e-4, floor_um: 1e-5 });
+    rotor.noise = Some(Noise { relative: 1e-4, floor_um: 1e-5, ..Noise::default() });
     rotor
 }
 
@@ -81,7 +81,8 @@ fn a_noiseless_run_up_gives_the_true_bearings_and_unbalance_back() {
 
 #[test]
 fn three_days_at_one_speed_leave_coefficients_near_their_start() {
-    let rotor = Rotor { noise: Some(Noise { relative: 0.02, floor_um: 0.03 }), ..guessed() };
+    let rotor =
+        Rotor { noise: Some(Noise { relative: 0.02, floor_um: 0.03, ..Noise::default() }), ..guessed() };
     let found = identify(&rotor, &three_days(), &PhaseOneConfig::default()).unwrap();
     let open: Vec<_> = found.bearings.iter().filter(|p| p.identified == Identified::StayedAtStart).collect();
     assert!(!open.is_empty(), "{:?}", found.bearings);
@@ -114,7 +115,8 @@ fn a_bound_that_excludes_the_truth_is_where_the_coefficient_ends() {
 
 #[test]
 fn residuals_are_those_of_the_model_with_the_identified_bearings_and_planes() {
-    let rotor = Rotor { noise: Some(Noise { relative: 0.02, floor_um: 0.03 }), ..guessed() };
+    let rotor =
+        Rotor { noise: Some(Noise { relative: 0.02, floor_um: 0.03, ..Noise::default() }), ..guessed() };
     let days = three_days();
     let found =
         identify(&rotor, &days, &PhaseOneConfig { particles: 6, iterations: 3, ..Default::default() });

@@ -17,7 +17,7 @@ pub const ASSUMED_LOG_SD: f64 = 1.1;
 /// Standard deviations of that trust beyond which it is no longer the noise that somebody stated: 1 % of all statements.
 const BELIEVABLE: f64 = 2.58;
 /// Largest correlation of what is still called noise: it loses half of itself in fourteen readings.
-const MOST_CORRELATED: f64 = 0.95;
+pub const MOST_CORRELATED: f64 = 0.95;
 /// Steps over the correlation in a search.
 const GRID: usize = 14;
 

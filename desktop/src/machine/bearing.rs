@@ -25,6 +25,8 @@ pub struct Bearing {
     pub elevation_m: f64,
     /// How it holds the shaft.
     pub law: Law,
+    /// The law as it was stated before `law` was fitted, where it was: the centre of its prior. Written by the tool.
+    pub stated: Option<Law>,
     /// How far the coefficients that it states are trusted: a relative standard deviation; [`PRIOR_LOG_SD`] unless stated.
     pub coefficients_relative: Option<f64>,
     /// What gives under it, if the drawing states it.
@@ -35,7 +37,15 @@ impl Bearing {
     /// On rigid ground, by a law.
     pub fn by(name: impl Into<String>, position_m: f64, law: Law) -> Self {
         let coefficients_relative = None;
-        Self { name: name.into(), position_m, elevation_m: 0.0, law, coefficients_relative, pedestal: None }
+        Self {
+            name: name.into(),
+            position_m,
+            elevation_m: 0.0,
+            law,
+            stated: None,
+            coefficients_relative,
+            pedestal: None,
+        }
     }
 
     /// On rigid ground, with the same coefficients at every speed.
@@ -95,6 +105,28 @@ pub(super) struct BearingEntry {
     magnetic: Option<Magnetic>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pedestal: Option<Pedestal>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    stated: Option<LawEntry>,
+}
+
+/// The keys of a law alone.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LawEntry {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    stiffness_n_m: Option<Coefficients>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    damping_n_s_m: Option<Coefficients>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    learned: Option<Learned>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    table: Option<Vec<TableRow>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    film: Option<Film>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    squeeze_film: Option<SqueezeFilm>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    magnetic: Option<Magnetic>,
 }
 
 fn is_level(elevation_m: &f64) -> bool {
@@ -103,6 +135,51 @@ fn is_level(elevation_m: &f64) -> bool {
 
 /// The keys that make a law, for messages.
 const LAWS: &str = "stiffness_n_m with damping_n_s_m, table, table_file, film, squeeze_film or magnetic";
+
+impl LawEntry {
+    /// The law that its keys make; `key` is where they are, for messages.
+    fn law(self, key: &str) -> Result<Law, String> {
+        let mut laws = Vec::new();
+        if self.stiffness_n_m.is_some() || self.damping_n_s_m.is_some() || self.learned.is_some() {
+            let missing = |what: &str| format!("{key} {what} is missing");
+            laws.push(Law::Constant(Constant {
+                stiffness_n_m: self.stiffness_n_m.ok_or_else(|| missing("stiffness_n_m"))?,
+                damping_n_s_m: self.damping_n_s_m.ok_or_else(|| missing("damping_n_s_m"))?,
+                learned: self.learned,
+            }));
+        }
+        if let Some(rows) = self.table {
+            laws.push(Law::Table(Table::new(rows).map_err(|what| format!("{key} table: {what}"))?));
+        }
+        if let Some(film) = self.film {
+            laws.push(Law::Film(FilmLaw::new(film).map_err(|e| format!("{key} {e}"))?));
+        }
+        laws.extend(self.squeeze_film.map(Law::SqueezeFilm));
+        laws.extend(self.magnetic.map(Law::Magnetic));
+        if laws.len() > 1 {
+            return Err(format!("{key} has {} laws, give one of {LAWS}", laws.len()));
+        }
+        laws.pop().ok_or_else(|| format!("{key} has no law, expected {LAWS}"))
+    }
+}
+
+impl From<Law> for LawEntry {
+    fn from(law: Law) -> Self {
+        let none = Self::default();
+        match law {
+            Law::Constant(Constant { stiffness_n_m, damping_n_s_m, learned }) => Self {
+                stiffness_n_m: Some(stiffness_n_m),
+                damping_n_s_m: Some(damping_n_s_m),
+                learned,
+                ..none
+            },
+            Law::Table(table) => Self { table: Some(table.rows().to_vec()), ..none },
+            Law::Film(law) => Self { film: Some(law.film().clone()), ..none },
+            Law::SqueezeFilm(damper) => Self { squeeze_film: Some(damper), ..none },
+            Law::Magnetic(magnets) => Self { magnetic: Some(magnets), ..none },
+        }
+    }
+}
 
 impl TryFrom<BearingEntry> for Bearing {
     type Error = String;
@@ -116,33 +193,24 @@ impl TryFrom<BearingEntry> for Bearing {
             };
             return Err(format!("{key} table_file: {what}"));
         }
-        let mut laws = Vec::new();
-        if entry.stiffness_n_m.is_some() || entry.damping_n_s_m.is_some() || entry.learned.is_some() {
-            let missing = |what: &str| format!("{key} {what} is missing");
-            laws.push(Law::Constant(Constant {
-                stiffness_n_m: entry.stiffness_n_m.ok_or_else(|| missing("stiffness_n_m"))?,
-                damping_n_s_m: entry.damping_n_s_m.ok_or_else(|| missing("damping_n_s_m"))?,
-                learned: entry.learned,
-            }));
-        }
-        if let Some(rows) = entry.table {
-            laws.push(Law::Table(Table::new(rows).map_err(|what| format!("{key} table: {what}"))?));
-        }
-        if let Some(film) = entry.film {
-            laws.push(Law::Film(FilmLaw::new(film).map_err(|e| format!("{key} {e}"))?));
-        }
-        laws.extend(entry.squeeze_film.map(Law::SqueezeFilm));
-        laws.extend(entry.magnetic.map(Law::Magnetic));
-        if laws.len() > 1 {
-            return Err(format!("{key} has {} laws, give one of {LAWS}", laws.len()));
-        }
-        let law = laws.pop().ok_or_else(|| format!("{key} has no law, expected {LAWS}"))?;
+        let own = LawEntry {
+            stiffness_n_m: entry.stiffness_n_m,
+            damping_n_s_m: entry.damping_n_s_m,
+            learned: entry.learned,
+            table: entry.table,
+            film: entry.film,
+            squeeze_film: entry.squeeze_film,
+            magnetic: entry.magnetic,
+        };
+        let law = own.law(&key)?;
+        let stated = entry.stated.map(|stated| stated.law(&format!("{key} stated"))).transpose()?;
         Ok(Self {
             name: entry.name,
             position_m: entry.position_m,
             elevation_m: entry.elevation_m,
             coefficients_relative: entry.coefficients_relative,
             law,
+            stated,
             pedestal: entry.pedestal,
         })
     }
@@ -150,33 +218,22 @@ impl TryFrom<BearingEntry> for Bearing {
 
 impl From<Bearing> for BearingEntry {
     fn from(bearing: Bearing) -> Self {
-        let Bearing { name, position_m, elevation_m, law, coefficients_relative, pedestal } = bearing;
-        let none = Self {
-            name,
-            position_m,
-            elevation_m,
-            coefficients_relative,
-            stiffness_n_m: None,
-            damping_n_s_m: None,
-            learned: None,
-            table: None,
+        let law = LawEntry::from(bearing.law);
+        Self {
+            name: bearing.name,
+            position_m: bearing.position_m,
+            elevation_m: bearing.elevation_m,
+            coefficients_relative: bearing.coefficients_relative,
+            stiffness_n_m: law.stiffness_n_m,
+            damping_n_s_m: law.damping_n_s_m,
+            learned: law.learned,
+            table: law.table,
             table_file: None,
-            film: None,
-            squeeze_film: None,
-            magnetic: None,
-            pedestal,
-        };
-        match law {
-            Law::Constant(Constant { stiffness_n_m, damping_n_s_m, learned }) => Self {
-                stiffness_n_m: Some(stiffness_n_m),
-                damping_n_s_m: Some(damping_n_s_m),
-                learned,
-                ..none
-            },
-            Law::Table(table) => Self { table: Some(table.rows().to_vec()), ..none },
-            Law::Film(law) => Self { film: Some(law.film().clone()), ..none },
-            Law::SqueezeFilm(damper) => Self { squeeze_film: Some(damper), ..none },
-            Law::Magnetic(magnets) => Self { magnetic: Some(magnets), ..none },
+            film: law.film,
+            squeeze_film: law.squeeze_film,
+            magnetic: law.magnetic,
+            pedestal: bearing.pedestal,
+            stated: bearing.stated.map(LawEntry::from),
         }
     }
 }

@@ -123,18 +123,24 @@ pub enum Formulation {
     Printed2023,
 }
 
-/// Noise of each measured component: `relative · |Y| + floor_um`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// Noise of each measured component as it is stated: `relative · |Y| + floor_um`; and what a fit found of it.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
     /// Part that grows with the amplitude.
     pub relative: f64,
     /// Part that is always there, µm.
     pub floor_um: f64,
+    /// Its size over the stated one as it was found. Written by the tool.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
+    /// Correlation of neighbouring readings of one probe as it was found. Written by the tool.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correlation: Option<f64>,
 }
 
 /// Standard deviations of what the drawing states.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tolerance {
     /// Young's modulus, relative.
@@ -147,6 +153,10 @@ pub struct Tolerance {
     pub inertia_relative: f64,
     /// Axial positions, m.
     pub position_m: f64,
+    /// How far a fit found the machine from its drawing, by what it is about, relative or in m; the file's numbers have it in
+    /// them already. Written by the tool; see [`Rotor::as_stated`].
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub found: BTreeMap<String, f64>,
 }
 
 /// Ranges that phase I searches for every bearing coefficient.

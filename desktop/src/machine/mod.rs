@@ -10,8 +10,11 @@ pub mod place;
 pub mod ross;
 pub mod rotor_file;
 mod segment;
+mod stated;
 mod table_file;
 pub mod terms;
 pub mod tolerance;
 mod validation;
 pub mod weights;
+
+pub(crate) use validation::SCHEMA;

@@ -23,6 +23,76 @@ pub(crate) enum Deviation {
     PlanePosition(usize),
 }
 
+impl Deviation {
+    /// Everything that may differ on a rotor, whatever its tolerances.
+    pub fn all(rotor: &Rotor) -> Vec<Self> {
+        let mut all = vec![Self::Modulus];
+        all.extend((0..rotor.shaft.len()).map(Self::Diameter));
+        for i in 0..rotor.disk.len() {
+            all.extend([
+                Self::DiskMass(i),
+                Self::DiskDiametralInertia(i),
+                Self::DiskPolarInertia(i),
+                Self::DiskPosition(i),
+            ]);
+        }
+        all.extend((0..rotor.bearing.len()).map(Self::BearingPosition));
+        all.extend((0..rotor.probe.len()).map(Self::ProbePosition));
+        all.extend((0..rotor.plane.len()).map(Self::PlanePosition));
+        all
+    }
+
+    /// As `[tolerance.found]` calls it.
+    pub fn name(self, rotor: &Rotor) -> String {
+        match self {
+            Self::Modulus => "shaft youngs_modulus".into(),
+            Self::Diameter(i) => format!("shaft {} outer_diameter", i + 1),
+            Self::DiskMass(i) => format!("disk {} mass", rotor.disk[i].name),
+            Self::DiskDiametralInertia(i) => format!("disk {} diametral_inertia", rotor.disk[i].name),
+            Self::DiskPolarInertia(i) => format!("disk {} polar_inertia", rotor.disk[i].name),
+            Self::DiskPosition(i) => format!("disk {} position_m", rotor.disk[i].name),
+            Self::BearingPosition(i) => format!("bearing {} position_m", rotor.bearing[i].name),
+            Self::ProbePosition(i) => format!("probe {} position_m", rotor.probe[i].name),
+            Self::PlanePosition(i) => format!("plane {} position_m", rotor.plane[i].name),
+        }
+    }
+
+    /// Its standard deviation, relative or in m.
+    fn sd(self, tolerance: &Tolerance) -> f64 {
+        match self {
+            Self::Modulus => tolerance.modulus_relative,
+            Self::Diameter(_) => tolerance.diameter_relative,
+            Self::DiskMass(_) => tolerance.mass_relative,
+            Self::DiskDiametralInertia(_) | Self::DiskPolarInertia(_) => tolerance.inertia_relative,
+            Self::DiskPosition(_)
+            | Self::BearingPosition(_)
+            | Self::ProbePosition(_)
+            | Self::PlanePosition(_) => tolerance.position_m,
+        }
+    }
+
+    /// Changes the numbers of a rotor: sizes by a factor, positions by an offset, m. Trial weights that sit in a plane
+    /// move with it.
+    pub fn change(self, rotor: &mut Rotor, factor: f64, offset_m: f64) {
+        match self {
+            Self::Modulus => rotor.shaft.iter_mut().for_each(|s| s.youngs_modulus_pa *= factor),
+            Self::Diameter(i) => rotor.shaft[i].outer_diameter_m *= factor,
+            Self::DiskMass(i) => rotor.disk[i].mass_kg *= factor,
+            Self::DiskDiametralInertia(i) => rotor.disk[i].diametral_inertia_kg_m2 *= factor,
+            Self::DiskPolarInertia(i) => rotor.disk[i].polar_inertia_kg_m2 *= factor,
+            Self::DiskPosition(i) => rotor.disk[i].position_m += offset_m,
+            Self::BearingPosition(i) => rotor.bearing[i].position_m += offset_m,
+            Self::ProbePosition(i) => rotor.probe[i].position_m += offset_m,
+            Self::PlanePosition(i) => {
+                let z = rotor.plane[i].position_m;
+                let weights = rotor.run.iter_mut().flat_map(|run| &mut run.added_unbalance);
+                weights.filter(|a| a.position_m == z).for_each(|a| a.position_m += offset_m);
+                rotor.plane[i].position_m += offset_m;
+            }
+        }
+    }
+}
+
 /// Everything that may differ, with its standard deviation.
 #[derive(Debug, Clone)]
 pub struct Deviations {
@@ -50,6 +120,7 @@ const USUAL: Tolerance = Tolerance {
     mass_relative: 0.02,
     inertia_relative: 0.05,
     position_m: 0.0,
+    found: std::collections::BTreeMap::new(),
 };
 /// Usual error of a position over the length of the shaft.
 const USUAL_POSITION: f64 = 0.003;
@@ -63,20 +134,9 @@ impl Deviations {
 
     /// The deviations of a rotor; none where the tolerance is zero.
     pub fn of(rotor: &Rotor) -> Self {
-        let t: Tolerance = rotor.tolerance.unwrap_or_default();
-        let mut kinds = vec![(Deviation::Modulus, t.modulus_relative)];
-        kinds.extend((0..rotor.shaft.len()).map(|i| (Deviation::Diameter(i), t.diameter_relative)));
-        for i in 0..rotor.disk.len() {
-            kinds.push((Deviation::DiskMass(i), t.mass_relative));
-            kinds.push((Deviation::DiskDiametralInertia(i), t.inertia_relative));
-            kinds.push((Deviation::DiskPolarInertia(i), t.inertia_relative));
-            kinds.push((Deviation::DiskPosition(i), t.position_m));
-        }
-        kinds.extend((0..rotor.bearing.len()).map(|i| (Deviation::BearingPosition(i), t.position_m)));
-        kinds.extend((0..rotor.probe.len()).map(|i| (Deviation::ProbePosition(i), t.position_m)));
-        kinds.extend((0..rotor.plane.len()).map(|i| (Deviation::PlanePosition(i), t.position_m)));
-        kinds.retain(|(_, sd)| *sd > 0.0);
-        Self { kinds }
+        let Some(tolerance) = &rotor.tolerance else { return Self { kinds: Vec::new() } };
+        let kinds = Deviation::all(rotor).into_iter().map(|kind| (kind, kind.sd(tolerance)));
+        Self { kinds: kinds.filter(|(_, sd)| *sd > 0.0).collect() }
     }
 
     /// How many there are.
@@ -133,18 +193,25 @@ impl Deviations {
         };
         for ((kind, sd), t) in self.kinds.iter().zip(t.iter()) {
             let by = sd * t;
-            match kind {
-                Deviation::Modulus => changed.shaft.iter_mut().for_each(|s| s.youngs_modulus_pa *= 1.0 + by),
-                Deviation::Diameter(i) => changed.shaft[*i].outer_diameter_m *= 1.0 + by,
-                Deviation::DiskMass(i) => changed.disk[*i].mass_kg *= 1.0 + by,
-                Deviation::DiskDiametralInertia(i) => changed.disk[*i].diametral_inertia_kg_m2 *= 1.0 + by,
-                Deviation::DiskPolarInertia(i) => changed.disk[*i].polar_inertia_kg_m2 *= 1.0 + by,
-                Deviation::BearingPosition(i) => offsets.bearing_m[*i] = by,
-                Deviation::DiskPosition(i) => offsets.disk_m[*i] = by,
-                Deviation::ProbePosition(i) => offsets.probe_m[*i] = by,
-                Deviation::PlanePosition(i) => offsets.plane_m[*i] = by,
+            match *kind {
+                Deviation::BearingPosition(i) => offsets.bearing_m[i] = by,
+                Deviation::DiskPosition(i) => offsets.disk_m[i] = by,
+                Deviation::ProbePosition(i) => offsets.probe_m[i] = by,
+                Deviation::PlanePosition(i) => offsets.plane_m[i] = by,
+                relative => relative.change(&mut changed, 1.0 + by, by),
             }
         }
         (changed, offsets)
+    }
+
+    /// The rotor's file with its deviations at `t` standard deviations in its numbers, and written down as found.
+    pub fn build_into(&self, rotor: &mut Rotor, t: &DVector<f64>) {
+        let Some(mut tolerance) = rotor.tolerance.take() else { return };
+        for ((kind, sd), t) in self.kinds.iter().zip(t.iter()) {
+            let by = sd * t;
+            kind.change(rotor, 1.0 + by, by);
+            tolerance.found.insert(kind.name(rotor), by);
+        }
+        rotor.tolerance = Some(tolerance);
     }
 }

@@ -6,8 +6,10 @@ mod foundation;
 use crate::bearing::Law;
 use crate::effects::entry;
 use crate::error::Error;
+use crate::inference::scatter::MOST_CORRELATED;
 use crate::machine::drawing::{EffectEntry, Rated, Rotor};
 use crate::machine::materials::Material;
+use crate::machine::tolerance::Deviation;
 use crate::measurement::LOWEST_GAP_V;
 
 /// The newest layout of `rotor.toml`; older ones are read as well.
@@ -94,6 +96,9 @@ pub fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
     for e in &rotor.effect {
         entry::check(rotor, e).or_else(|what| c.fail(format!("[[effect]] \"{}\"", e.kind), what))?;
     }
+    if rotor.is_fitted() {
+        check(file, &rotor.as_stated())?;
+    }
     let label = |e: &EffectEntry| format!("{}@{}", e.kind, e.at.as_deref().unwrap_or(""));
     let labels: Vec<String> = rotor.effect.iter().map(label).collect();
     c.unique("[[effect]] kind and at", labels.iter().map(String::as_str))
@@ -148,6 +153,11 @@ fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
             return c.fail(key("position_m"), format!("the bearing \"{}\" is at the same place", other.name));
         }
         c.within(&key("elevation_m"), b.elevation_m, -0.1, 0.1, "m")?;
+        let symbols = |law: &Law| law.as_law().unknowns().into_iter().map(|u| u.symbol).collect::<Vec<_>>();
+        if b.stated.as_ref().is_some_and(|stated| symbols(stated) != symbols(&b.law)) {
+            let what = "is a law with other unknowns than the one that was found; expected the same kind, or no `stated`";
+            return c.fail(key("stated"), what);
+        }
         b.law.as_law().check().or_else(|(name, what)| c.fail(key(&name), what))?;
         if let Some(p) = &b.pedestal {
             for axis in 0..2 {
@@ -173,7 +183,7 @@ fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
             || b.pedestal.is_some()
             || b.elevation_m != 0.0
             || b.constants().is_none_or(|k| k.learned.is_some());
-        if rotor.schema < 2 && newer {
+        if rotor.schema < 2 && (newer || b.stated.is_some()) {
             return c
                 .fail("schema", format!("{} does not know what {} has, expected 2", rotor.schema, key("")));
         }
@@ -262,6 +272,12 @@ fn check_statistics(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
     if let Some(n) = &rotor.noise {
         c.within("[noise] relative", n.relative, 0.0, 1.0, "")?;
         c.within("[noise] floor_um", n.floor_um, 0.0, 1000.0, "µm")?;
+        c.within("[noise] scale", n.scale.unwrap_or(1.0), 1e-3, 1e3, "times the stated noise")?;
+        c.within("[noise] correlation", n.correlation.unwrap_or(0.0), 0.0, MOST_CORRELATED, "")?;
+        if rotor.schema < 2 && (n.scale.is_some() || n.correlation.is_some()) {
+            let what = format!("{} does not know [noise] scale and correlation, expected 2", rotor.schema);
+            return c.fail("schema", what);
+        }
         if n.relative == 0.0 && n.floor_um == 0.0 {
             return c.fail("[noise]", "relative and floor_um are both zero, at least one must be positive");
         }
@@ -276,6 +292,18 @@ fn check_statistics(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
             c.within(key, value, 0.0, 0.5, "(a relative standard deviation)")?;
         }
         c.within("[tolerance] position_m", t.position_m, 0.0, 0.1, "m")?;
+        if rotor.schema < 2 && !t.found.is_empty() {
+            let what = format!("{} does not know [tolerance.found], expected 2", rotor.schema);
+            return c.fail("schema", what);
+        }
+        let known: Vec<String> = Deviation::all(rotor).into_iter().map(|d| d.name(rotor)).collect();
+        for (name, by) in &t.found {
+            let key = format!("[tolerance.found] \"{name}\"");
+            if !known.contains(name) {
+                return c.fail(key, format!("is of nothing here, expected one of {}", known.join(", ")));
+            }
+            c.within(&key, *by, -0.9, 9.0, "")?;
+        }
     }
     if let Some(b) = &rotor.identify {
         for (key, [low, high]) in

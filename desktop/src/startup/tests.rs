@@ -180,7 +180,7 @@ fn two_springs_in_series_are_taken_apart_again() {
 #[test]
 fn probes_at_any_angle_show_the_same_x_and_y() {
     let motion = [C::new(3e-6, -1e-6), C::new(-2e-6, 2e-6)];
-    let noise = Noise { relative: 0.0, floor_um: 0.1 };
+    let noise = Noise { relative: 0.0, floor_um: 0.1, ..Noise::default() };
     for angles in [[0.0, 90.0], [45.0, 135.0], [-30.0, 50.0]] {
         let rotor = kit(0.5, [0.0, 1.0], angles);
         let seen = rotor.probe.iter().map(|p| {

@@ -122,7 +122,7 @@ mod tests {
             }
         });
         let readings: Vec<_> = readings.collect();
-        let noise = crate::machine::drawing::Noise { relative: 0.02, floor_um: 0.03 };
+        let noise = crate::machine::drawing::Noise { relative: 0.02, floor_um: 0.03, ..Default::default() };
         record::days(&sample_rotor(), &noise, &readings).unwrap()
     }
 

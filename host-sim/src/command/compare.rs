@@ -28,7 +28,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .judged_by(sure);
     if let Some(path) = &arguments.form.report {
         let model = Prediction { label: "model".into(), predicted_m: best.predicted_m.clone() };
-        let sections = comparison_sections(&rotor, &readings, &[model], &comparison);
+        let mut sections = comparison_sections(&rotor, &readings, &[model], &comparison);
+        sections.insert(1, entitled::section(&best.scatter, &best.determined, None));
         output::report(path, &format!("{}: model against measurement", rotor.name), sections)?;
     }
     if arguments.form.json {

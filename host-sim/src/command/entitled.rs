@@ -6,6 +6,8 @@ use rotor_edge_desktop::diagnose::{
 };
 use serde_json::{Value, json};
 
+use crate::report::Section;
+
 /// The noise over what was stated, in one line.
 pub fn noise(scatter: &Scatter) -> String {
     format!(
@@ -29,7 +31,12 @@ pub fn planes(determined: &Determined) -> Vec<String> {
         )
     };
     let mut lines: Vec<String> = determined.planes.iter().map(line).collect();
-    if determined.planes.len() > 1 {
+    if determined.act_alike() {
+        lines.push(format!(
+            "the planes act alike (condition {:.0}): one combination of them is known that much better than another",
+            determined.condition
+        ));
+    } else if determined.planes.len() > 1 {
         lines.push(format!(
             "condition of the planes: {:.1} (how much better their best-seen combination is known than the worst)",
             determined.condition
@@ -66,6 +73,20 @@ pub fn unknown(cause: &UnknownCause) -> String {
         100.0 * cause.probability,
         cause.looks_like()
     )
+}
+
+/// All of it as a section of a report.
+pub fn section(scatter: &Scatter, determined: &Determined, cause: Option<&UnknownCause>) -> Section {
+    let mut paragraphs: Vec<String> = cause.map(unknown).into_iter().collect();
+    paragraphs.push(sentence(&noise(scatter)));
+    paragraphs.extend(planes(determined).iter().map(|line| sentence(line)));
+    Section { heading: "What the data say for sure".into(), paragraphs, ..Section::default() }
+}
+
+/// A line as a sentence of its own.
+fn sentence(line: &str) -> String {
+    let mut letters = line.chars();
+    letters.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
 }
 
 /// `noise` of the JSON answers.

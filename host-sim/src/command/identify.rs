@@ -5,15 +5,17 @@ use std::str::FromStr;
 
 use anyhow::{Result, bail};
 use clap::Args;
+use rotor_edge_desktop::diagnose::Determined;
 use rotor_edge_desktop::identify::{BearingParameter, Identified, PhaseOne, PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::diagnose::report;
-use super::output;
+use super::{entitled, output};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -133,11 +135,17 @@ pub fn print(found: &PhaseOne) {
             origin(p)
         );
     }
-    for ((plane, u), sd) in
-        found.rotor.plane.iter().zip(found.unbalance_kg_m.iter()).zip(&found.unbalance_relative_sd)
-    {
-        let [magnitude, angle] = g_mm_deg(*u);
-        println!("  plane {:<8} {magnitude:>9.1} g·mm at {angle:>6.1}° {:>12.1} %", plane.name, sd * 100.0);
+    match determined(found) {
+        Ok(determined) => entitled::planes(&determined).iter().for_each(|line| println!("  {line}")),
+        Err(why) => {
+            for (plane, u) in found.rotor.plane.iter().zip(found.unbalance_kg_m.iter()) {
+                let [magnitude, angle] = g_mm_deg(*u);
+                println!(
+                    "  unbalance of {}: {magnitude:.0} g·mm at {angle:.0}°; no interval: {why}",
+                    plane.name
+                );
+            }
+        }
     }
     println!("  residual {:.2} µm, {:.2} % of the features", found.residual_um, found.residual_ratio * 100.0);
     if found.bearings.iter().any(|p| p.identified == Identified::StayedAtStart) {
@@ -145,6 +153,16 @@ pub fn print(found: &PhaseOne) {
             "  Some coefficients stayed at their start: these data cannot tell them. A run-up can (--runup)."
         );
     }
+}
+
+/// The planes with their intervals, or why there are none.
+fn determined(found: &PhaseOne) -> Result<Determined, &'static str> {
+    let covariance = found.unbalance_covariance();
+    if covariance.iter().any(|v| !v.is_finite()) {
+        return Err("the data leave the planes open");
+    }
+    let names = found.rotor.plane.iter().map(|p| p.name.as_str());
+    Ok(Determined::new(names, found.unbalance_kg_m.as_slice(), &covariance))
 }
 
 fn origin(p: &BearingParameter) -> &'static str {
@@ -160,6 +178,7 @@ fn origin(p: &BearingParameter) -> &'static str {
 struct Summary {
     bearings: Vec<Coefficient>,
     planes: Vec<Plane>,
+    determined: Value,
     residual_um: f64,
     residual_ratio: f64,
     chi2_per_value: f64,
@@ -203,6 +222,8 @@ impl Summary {
                     Plane { name: plane.name.clone(), unbalance_g_mm, angle_deg, relative_sd: *sd }
                 })
                 .collect(),
+            determined: determined(found)
+                .map_or_else(|why| json!({"why": why}), |d| entitled::determined_json(&d)),
             residual_um: found.residual_um,
             residual_ratio: found.residual_ratio,
             chi2_per_value: found.chi2_per_value,

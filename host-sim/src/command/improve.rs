@@ -33,7 +33,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(path) = &arguments.form.report {
         let labels: Vec<String> = outcome.steps.iter().map(|s| s.added.label()).collect();
         let better = (!labels.is_empty()).then(|| (labels.join(" and "), outcome.rotor.clone()));
-        let sections = report::before_and_after(&rotor, &readings, better.as_ref())?;
+        let mut sections =
+            vec![entitled::section(&outcome.scatter, &outcome.determined, outcome.unknown.as_ref())];
+        sections.extend(report::before_and_after(&rotor, &readings, better.as_ref())?);
         output::report(path, &format!("{}: before and after", rotor.name), sections)?;
     }
     if arguments.form.json {

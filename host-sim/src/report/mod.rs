@@ -5,6 +5,7 @@
 //! | [`document`] | sections, tables, figures; the page around them |
 //! | [`comparison`] | what `compare --report` says |
 //! | [`bode`], [`polar`], [`orbit`] | one probe over speed; one bearing at one speed |
+//! | [`regions`] | unbalances with their regions |
 //! | [`residual_map`] | residual by speed and probe |
 //! | [`wave`] | one turn of the shaft over time |
 //! | [`sketch`], [`campbell`] | the machine to scale; its natural frequencies over speed |
@@ -24,6 +25,7 @@ pub mod curve;
 pub mod document;
 pub mod orbit;
 pub mod polar;
+pub mod regions;
 pub mod residual_map;
 pub mod scale;
 pub mod sketch;

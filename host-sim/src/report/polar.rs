@@ -13,9 +13,9 @@ use super::canvas::{
 use super::curve::Curve;
 use super::scale::{Scale, number};
 
-const DISK_PX: f64 = 360.0;
+pub(super) const DISK_PX: f64 = 360.0;
 /// Room for the angles around the outer circle, relative to its radius.
-const ROOM: f64 = 1.17;
+pub(super) const ROOM: f64 = 1.17;
 /// Speeds that are written beside the path.
 const SPEEDS: usize = 4;
 
@@ -36,7 +36,7 @@ pub fn polar(title: &str, measured: &[(f64, Complex<f64>)], models: &[Curve]) ->
         let (_, below) = sheet.split_vertically(px(legend.height_px));
         let (disk, foot) = below.split_vertically(px(DISK_PX));
         let mut chart = plain(&disk, &across, &up)?;
-        let mut written = grid(&mut chart, &radius, um_per_px)?;
+        let mut written = grid(&mut chart, &radius, um_per_px, Turn::Lag)?;
         for (i, model) in models.iter().enumerate() {
             curve(&mut chart, i, &model.points.iter().map(place).collect::<Vec<_>>())?;
         }
@@ -64,8 +64,26 @@ pub fn polar(title: &str, measured: &[(f64, Complex<f64>)], models: &[Curve]) ->
     })
 }
 
-/// Where a text is written, µm.
-struct Extent {
+/// Which way the angles around the outer circle grow.
+#[derive(Clone, Copy)]
+pub(super) enum Turn {
+    /// Against the rotation, clockwise: the lag of a motion.
+    Lag,
+    /// With the rotation: a place on the shaft.
+    WithRotation,
+}
+
+impl Turn {
+    fn sign(self) -> f64 {
+        match self {
+            Self::Lag => -1.0,
+            Self::WithRotation => 1.0,
+        }
+    }
+}
+
+/// Where a text is written, in the units of the plot.
+pub(super) struct Extent {
     across: [f64; 2],
     up: [f64; 2],
 }
@@ -90,10 +108,10 @@ impl Extent {
 }
 
 /// Circles with their radii, spokes with their angles, and which way the shaft turns; what it wrote where.
-fn grid(chart: &mut Chart, radius: &Scale, um_per_px: f64) -> Drawn<Vec<Extent>> {
+pub(super) fn grid(chart: &mut Chart, radius: &Scale, units_per_px: f64, angles: Turn) -> Drawn<Vec<Extent>> {
     let mut written = Vec::new();
     let mut write = |chart: &mut Chart, text: String, at: (f64, f64), colour: RGBColor, h: HPos| -> Drawn {
-        written.push(Extent::new(&text, at, h, um_per_px));
+        written.push(Extent::new(&text, at, h, units_per_px));
         chart.draw_series([Text::new(text, at, anchored(colour, h, VPos::Center))])?;
         Ok(())
     };
@@ -110,12 +128,12 @@ fn grid(chart: &mut Chart, radius: &Scale, um_per_px: f64) -> Drawn<Vec<Extent>>
         write(chart, radius.label(*r), (r * cos, r * sin), FAINT, HPos::Center)?;
     }
     let rim = radius.to;
-    for lag in (0..360).step_by(45) {
-        let (sin, cos) = (-f64::from(lag)).to_radians().sin_cos();
+    for angle in (0..360).step_by(45) {
+        let (sin, cos) = (angles.sign() * f64::from(angle)).to_radians().sin_cos();
         let spoke = vec![(0.0, 0.0), (rim * cos, rim * sin)];
         chart.draw_series([PathElement::new(spoke, line(GRID, 0.9))])?;
         let out = 1.09 * rim;
-        write(chart, format!("{lag}°"), (out * cos, out * sin), INK, HPos::Center)?;
+        write(chart, format!("{angle}°"), (out * cos, out * sin), INK, HPos::Center)?;
     }
     let turn = 1.28 * rim;
     let tip = 148;

@@ -19,7 +19,7 @@ use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;
 
-const NOISE: Noise = Noise { relative: 0.01, floor_um: 0.01 };
+const NOISE: Noise = Noise { relative: 0.01, floor_um: 0.01, scale: None, correlation: None };
 
 /// The sample rotor with two runs, one of them with a trial weight, and loose tolerances.
 fn machine() -> Rotor {
@@ -39,6 +39,7 @@ fn machine() -> Rotor {
         mass_relative: 0.02,
         inertia_relative: 0.03,
         position_m: 0.001,
+        ..Tolerance::default()
     });
     rotor
 }

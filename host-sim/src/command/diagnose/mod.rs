@@ -67,7 +67,8 @@ fn print(found: &Diagnosis, top: usize) {
         );
     }
     println!("  (evidence: BIC of the model minus BIC with the effect; above 10 is strong)");
-    let shown = matches!(found.verdict, Verdict::Missing | Verdict::Undecided) && !found.saturated;
+    let shown =
+        matches!(found.verdict, Verdict::Missing | Verdict::Undecided) && !found.saturated && !found.too_fast;
     if let Some(best) = found.candidates.first().filter(|_| shown) {
         println!("\n{}", best.label());
         for p in parameter_lines(best) {
@@ -94,10 +95,6 @@ fn print(found: &Diagnosis, top: usize) {
                 a.measurement, a.separation_sd, a.speed_rpm
             );
         }
-    } else if found.verdict == Verdict::Undecided {
-        println!(
-            "\nNo run-up, slow roll, trial weight or further probe that was tried would tell them apart well."
-        );
     }
 }
 
@@ -105,6 +102,9 @@ fn print_next(arguments: &Arguments, found: &Diagnosis) {
     let output::Measured { rotor, data, runout } = &arguments.measured;
     let (rotor, data) = (rotor.display(), data.display());
     match (found.verdict, found.candidates.first()) {
+        (Verdict::Undecided, _) if found.too_fast => {
+            println!("\nNext: measure a run-up again, no faster than said above.")
+        }
         (Verdict::Missing, Some(best)) => {
             println!(
                 "\nNext: add it\n  rotor-edge add {rotor} \"{}\" --data {data}{runout} -o better.toml",

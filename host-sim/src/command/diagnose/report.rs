@@ -5,6 +5,7 @@ use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, RefutedRun, add, best_f
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
+use crate::command::entitled;
 use crate::report::bars::{Bar, bars};
 use crate::report::{Figure, Prediction, Section, Table, comparison_sections};
 
@@ -23,7 +24,8 @@ pub fn sections(
     let best = found.candidates.first().filter(|c| c.disqualified.is_none() && c.delta_bic > 0.0);
     let better =
         best.map(|best| Ok((best.label(), add(rotor, readings, best.effect, best.at.as_deref())?.rotor)));
-    let mut sections = vec![verdict(found), candidates(found)];
+    let entitled = entitled::section(&found.scatter, &found.determined, found.unknown.as_ref());
+    let mut sections = vec![verdict(found), entitled, candidates(found)];
     sections.extend(before_and_after(rotor, readings, better.transpose()?.as_ref())?);
     Ok(sections)
 }

@@ -1,9 +1,10 @@
 //! What `estimate --report` says.
 
-use rotor_edge_desktop::estimate::Estimates;
+use rotor_edge_desktop::estimate::{Estimate, Estimates};
 
 use super::rows::{COLUMNS, rows};
-use crate::report::{Section, Table};
+use crate::report::regions::{Region, regions};
+use crate::report::{Figure, Section, Table};
 
 /// All sections.
 pub fn sections(found: &Estimates, planes: &[&str]) -> Vec<Section> {
@@ -16,5 +17,24 @@ pub fn sections(found: &Estimates, planes: &[&str]) -> Vec<Section> {
     paragraphs.extend(found.determined.words.iter().cloned());
     paragraphs.extend(super::refuted(found, planes));
     paragraphs.extend(found.remarks.iter().cloned());
-    vec![Section { heading: "Unbalance by run".into(), paragraphs, tables: vec![table], figures: vec![] }]
+    let figures = (0..planes.len()).map(|j| figure(found, j, planes[j])).collect();
+    vec![Section { heading: "Unbalance by run".into(), paragraphs, tables: vec![table], figures }]
+}
+
+fn figure(found: &Estimates, j: usize, plane: &str) -> Figure {
+    let region = |e: &Estimate| Region {
+        found: e.planes[j].unbalance_g_mm,
+        stated: e.stated_g_mm.as_ref().map(|stated| stated[j]),
+        semi_axes: e.planes[j].semi_axes_g_mm,
+        major_deg: e.planes[j].major_deg,
+    };
+    let title = format!("Unbalance in plane {plane}");
+    Figure {
+        id: format!("regions-{}", j + 1),
+        caption:
+            "Each run as estimated, in the ellipse that holds it with 95 %, and a line to what was stated."
+                .into(),
+        svg: regions(&title, &found.runs.iter().map(region).collect::<Vec<_>>()),
+        title,
+    }
 }

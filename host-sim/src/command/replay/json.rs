@@ -6,6 +6,7 @@ use rotor_edge_desktop::measurement::Reading;
 use serde::Serialize;
 use serde_json::Value;
 
+use super::unbalance;
 use crate::bus::decoded::planes_of;
 use crate::bus::states::name;
 use crate::replay::check::Equivalence;
@@ -21,6 +22,7 @@ pub struct Summary<'a> {
     states: Vec<StateSummary>,
     frames: Frames,
     counters: CounterSummary,
+    unbalance: Value,
     #[serde(skip_serializing_if = "Option::is_none")]
     better: Option<Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -113,7 +115,7 @@ struct CounterSummary {
 
 impl<'a> Summary<'a> {
     /// Everything a replay saw; `better` is what a better model made of the days after the event,
-    /// `answers` all of the controller's.
+    /// `answers` all of the controller's, `last` the planes on the last day that the model fits.
     pub fn of(
         rotor: &'a Rotor,
         played: &Replay,
@@ -121,6 +123,7 @@ impl<'a> Summary<'a> {
         raised: &[Flag],
         better: Option<Value>,
         answers: Option<Vec<AnswerSummary>>,
+        last: &unbalance::Last,
     ) -> Self {
         let (t, c) = (played.traffic, played.counters);
         Self {
@@ -163,6 +166,7 @@ impl<'a> Summary<'a> {
                 incomplete: c.incomplete,
                 stray: c.stray,
             },
+            unbalance: unbalance::json(last),
             better,
             answers,
         }

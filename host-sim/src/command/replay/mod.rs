@@ -3,6 +3,7 @@
 mod better;
 mod bus;
 mod json;
+mod unbalance;
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -171,6 +172,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     bar.finish_and_clear();
     let agreement = equivalence(&deployment, &config, &record, &played.answers)?;
     let raised = flags(&record, &played.answers);
+    let last = unbalance::last(identified, &deployment, &record, &played.answers, phase_one.as_ref())?;
     let better = arguments.better.as_deref().map(|path| {
         let since_d = arguments.since.or_else(|| raised.first().map(|f| f.since_d));
         Better::play(path, &record, since_d, fastest_rpm, &config)
@@ -183,11 +185,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.form.json {
         let before = better.as_ref().map(|b| b.summary(&record, &played));
         let answers = arguments.answers.then(|| answers(&record, &played));
-        output::json(&Summary::of(&rotor, &played, &agreement, &raised, before, answers))?;
+        output::json(&Summary::of(&rotor, &played, &agreement, &raised, before, answers, &last))?;
     } else {
         let job =
             Job { rotor: &rotor, record: &record, phase_one: phase_one.as_ref(), runup: runup.as_deref() };
         job.print(&arguments.over.label(), &config, &played, &agreement, &raised);
+        unbalance::print(&last);
         if let Some(better) = &better {
             better.print(&record, &played);
         }

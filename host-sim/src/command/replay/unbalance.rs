@@ -1,0 +1,105 @@
+//! The unbalance on the last day that the model fits, with what the record says of its certainty.
+
+use anyhow::Result;
+use nalgebra::{Complex, DVector};
+use rotor_edge_desktop::diagnose::Determined;
+use rotor_edge_desktop::identify::{Found, PhaseOne, assumed_noise, noise_scale, unbalance_covariance};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::unbalance::G_MM;
+use serde_json::{Value, json};
+
+use crate::bus::decoded::planes_of;
+use crate::command::entitled;
+use crate::edge::Deployment;
+use crate::replay::{Answer, day};
+
+/// The planes on one day.
+pub struct Known {
+    time_d: f64,
+    determined: Determined,
+    /// Size of the noise over the stated one, as the readings that the model fits show it.
+    noise_scale: f64,
+    /// Whether the bearings' uncertainty is in the intervals.
+    with_bearings: bool,
+    /// Whether readings follow that the model does not fit.
+    outdated: bool,
+}
+
+/// The planes with their intervals, or why there are none.
+pub type Last = Result<Known, String>;
+
+/// Of the last reading that the controller neither flagged nor suspected.
+///
+/// # Errors
+/// If the model is singular at a speed of the record.
+pub fn last(
+    rotor: &Rotor,
+    deployment: &Deployment,
+    record: &[Reading],
+    answers: &[Answer],
+    phase_one: Option<&PhaseOne>,
+) -> Result<Last> {
+    let fits = |answer: &&Answer| !answer.flagged() && !answer.suspicious();
+    let found = |answer: &Answer| Found {
+        reading: &record[answer.row],
+        unbalance_kg_m: DVector::from_iterator(
+            rotor.plane.len(),
+            planes_of(&answer.result).iter().map(|[x, y]| Complex::new(f64::from(*x), f64::from(*y)) / G_MM),
+        ),
+    };
+    let Some(answer) = answers.iter().rfind(fits) else {
+        return Ok(Err("the model fits no reading of this record".into()));
+    };
+    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(record));
+    let fitted: Vec<Found> = answers.iter().filter(fits).map(found).collect();
+    let scale = noise_scale(rotor, &deployment.desktop, &noise, &fitted)?;
+    let bearings = phase_one.map(PhaseOne::bearings_covariance);
+    let newest = found(answer);
+    let time_d = day(record, answer.row);
+    let Some(covariance) = unbalance_covariance(rotor, &newest, &noise, scale, bearings.as_ref())? else {
+        let why = format!("the reading of day {time_d:.0} has fewer numbers than the planes have unknowns");
+        return Ok(Err(why));
+    };
+    let names = rotor.plane.iter().map(|p| p.name.as_str());
+    Ok(Ok(Known {
+        time_d,
+        determined: Determined::new(names, newest.unbalance_kg_m.as_slice(), &covariance),
+        noise_scale: scale,
+        with_bearings: bearings.is_some(),
+        outdated: answers.last().is_some_and(|newest| !fits(&newest)),
+    }))
+}
+
+/// As a table.
+pub fn print(last: &Last) {
+    let known = match last {
+        Ok(known) => known,
+        Err(why) => return println!("\nNo interval of the unbalance: {why}."),
+    };
+    println!("\nUnbalance on day {:.0}, from one reading", known.time_d);
+    entitled::planes(&known.determined).iter().for_each(|line| println!("  {line}"));
+    let bearings = if known.with_bearings {
+        "and phase I's uncertainty of the bearings"
+    } else {
+        "alone: the bearings' uncertainty is not in the rotor's file"
+    };
+    println!("  from the noise, {:.2} times what is stated, {bearings}", known.noise_scale);
+    if known.outdated {
+        println!("  Later readings have no interval: the model does not fit them.");
+    }
+}
+
+/// For `--json`.
+pub fn json(last: &Last) -> Value {
+    match last {
+        Ok(known) => json!({
+            "time_d": known.time_d,
+            "determined": entitled::determined_json(&known.determined),
+            "noise_scale": known.noise_scale,
+            "with_bearings": known.with_bearings,
+            "outdated": known.outdated,
+        }),
+        Err(why) => json!({"why": why}),
+    }
+}
