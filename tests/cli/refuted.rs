@@ -1,6 +1,8 @@
 //! A stated weight that is not true, as a user is told of it.
 
-use nalgebra::DVector;
+use nalgebra::{Complex, DVector};
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
 use rotor_edge::sample;
 use rotor_edge_desktop::diagnose::best_fit;
 use rotor_edge_desktop::machine::rotor_file;
@@ -21,15 +23,25 @@ fn with_a_weight_left_off() -> Case {
     };
     let bare = rotor_file::parse("rotor.toml", sample::ROTOR).unwrap();
     let found = measurement::parse("data.csv", DAY_0, &bare).unwrap();
-    let model = Model::finite_elements(&best_fit(&bare, &found).unwrap().rotor);
-    let carrying = |run: &str, unbalance: [f64; 2]| -> Vec<Reading> {
-        let unbalance = DVector::from_iterator(2, unbalance.map(|g_mm| phasor_kg_m(g_mm, 40.0)));
-        let moved = |r: &Reading| {
-            let change = model.response(r.speed_rad_s()).unwrap().per_unbalance * &unbalance;
-            let probes = r.probes.iter().zip(&change).map(|(y, change)| y.map(|y| y + change)).collect();
-            Reading { run: Some(run.into()), probes, ..r.clone() }
+    let fitted = best_fit(&bare, &found).unwrap();
+    let model = Model::finite_elements(&fitted.rotor);
+    let noise = bare.noise.unwrap();
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(16);
+    // twelve equal shares add up to a normal law of unit spread
+    let mut normal =
+        || (0..12).map(|_| f64::from(random.next_u32()) / f64::from(u32::MAX)).sum::<f64>() - 6.0;
+    let mut carrying = |run: &str, unbalance: [f64; 2]| -> Vec<Reading> {
+        let added = DVector::from_iterator(2, unbalance.map(|g_mm| phasor_kg_m(g_mm, 40.0)));
+        let unbalance = DVector::from_column_slice(&fitted.unbalance_kg_m) + added;
+        let mut of = |r: &Reading| {
+            let shown = model.response(r.speed_rad_s()).unwrap().at(&unbalance);
+            let mut noisy = |y: &Complex<f64>| {
+                let sigma_m = noise.relative * y.norm() + noise.floor_um * 1e-6;
+                Some(y + Complex::new(normal(), normal()) * sigma_m)
+            };
+            Reading { run: Some(run.into()), probes: shown.iter().map(&mut noisy).collect(), ..r.clone() }
         };
-        found.iter().map(moved).collect()
+        found.iter().map(&mut of).collect()
     };
     let all =
         [carrying("as found", [0.0, 0.0]), carrying("in 15", [400.0, 0.0]), carrying("in 16", [0.0, 0.0])];

@@ -29,8 +29,10 @@ fn a_constant_force_at_the_coupled_end_is_found_in_law_size_and_sense() {
     let end = Assumption::Force { position_m: rotor.length_m(), law: SpeedLaw::Constant };
     let found = fitter.with_unknown(&h, &fit, &drawing, &end).unwrap();
     let (_, _, _, truth) = every_effect().into_iter().find(|e| e.0 == "coupling_force").unwrap();
-    // at speed a constant force is hardly more than a change of the unbalance
-    for (_, force_n) in &found.forces_n[..found.forces_n.len() / 3] {
+    // where it outweighs the unbalance; at speed it is hardly more than a change of it
+    let slow =
+        found.forces_n.iter().filter(|(speed_rad_s, _)| *speed_rad_s < 0.25 * fitter.data.fastest_rad_s());
+    for (_, force_n) in slow {
         let [forward, backward] = force_n[0];
         assert!((forward - truth[0]).norm() < 0.05 * truth[0].norm(), "{forward} for {}", truth[0]);
         assert!(backward.norm() < 0.05 * truth[0].norm(), "{backward}");
