@@ -9,6 +9,7 @@ use std::path::Path;
 use nalgebra::Complex;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use rotor_edge_desktop::diagnose::{Verdict, improve};
 use rotor_edge_desktop::estimate::{Estimate, Estimates, Options, estimate};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::machine::rotor_file;
@@ -240,4 +241,19 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let half = values.len() / 2;
     if values.len() % 2 == 1 { values[half] } else { 0.5 * (values[half - 1] + values[half]) }
+}
+
+/// Eight conditions of the rig, one of them with a weight that is not true.
+const EIGHT: [&str; 8] = [BASE, "A017", "A031", "B016", "B029", "B038", "B044", "B046"];
+
+#[test]
+fn what_no_physics_of_the_list_explains_is_said_to_be_unknown_and_nothing_absurd_is_added() {
+    let (mut rotor, mut readings) = rig();
+    let chosen = |run: &str| EIGHT.contains(&run);
+    rotor.run.retain(|r| chosen(&r.name));
+    readings.retain(|r| r.run.as_deref().is_some_and(chosen));
+    let outcome = improve(&rotor, &readings, |_| ()).unwrap();
+    assert_eq!(outcome.verdict, Verdict::Unknown, "{}", outcome.summary);
+    assert!(outcome.steps.is_empty() && outcome.rotor.effect.is_empty());
+    assert!(outcome.unknown.is_some_and(|cause| cause.probability > 0.95));
 }

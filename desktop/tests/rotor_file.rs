@@ -77,7 +77,13 @@ fn the_page_s_table_lists_every_effect_once_with_its_parameters() {
         (quoted(cells[1]), quoted(cells[3]))
     };
     let rows: Vec<_> = table.lines().skip(2).map(row).collect();
-    let scales = Scales { stiffness_n_m: 1e8, fastest_rad_s: 1e3, reference_rad_s: 7e2, amplitude_m: 1e-5 };
+    let scales = Scales {
+        stiffness_n_m: 1e8,
+        sagging_n_m: 0.0,
+        fastest_rad_s: 1e3,
+        reference_rad_s: 7e2,
+        amplitude_m: 1e-5,
+    };
     let rotor = read(&machine("[[run]]\nname = \"a\"\n[[run]]\nname = \"b\"\n"));
     for effect in ALL {
         let listed: Vec<_> = rows.iter().filter(|(kinds, _)| kinds.contains(&effect.name().into())).collect();

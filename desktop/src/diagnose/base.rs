@@ -186,8 +186,23 @@ impl<'a> Base<'a> {
     pub fn finish(&self, t: &mut Tried) -> Result<(), Error> {
         let with = self.hypothesis.with(t.assumed);
         t.fit.covariance = self.fitter.covariance(&with, &t.fit, t.drawing(self))?;
-        t.disqualified = parameters::beyond_physics(&parameters::of(&with, &t.fit));
+        t.disqualified = self.beyond_physics(&with, &t.fit);
         Ok(())
+    }
+
+    /// Why physics does not allow an effect that the file does not state.
+    fn beyond_physics(&self, with: &Hypothesis, fit: &Fit) -> Option<String> {
+        parameters::of_each(with, fit)[self.stated..].iter().find_map(|p| parameters::beyond_physics(p))
+    }
+
+    /// Whether physics allows every effect that the file does not state.
+    ///
+    /// # Errors
+    /// If the machine is singular at the fit.
+    pub fn is_physical(&self) -> Result<bool, Error> {
+        let mut fit = self.fit.clone();
+        fit.covariance = self.fitter.covariance(&self.hypothesis, &fit, &self.drawing)?;
+        Ok(self.beyond_physics(&self.hypothesis, &fit).is_none())
     }
 
     /// The model's fit by which people are told how far it is off: the one that is closer in noise as stated, for where

@@ -160,6 +160,14 @@ pub fn improve(
     let Together { set, unknown_odds } = together(&start, &tried, &unknown, REACH)?;
     let Some(Set { base: mut best, rivals, .. }) = set.filter(|_| unknown_odds < 1.0) else {
         outcome.rotor = fitter.corrected(as_file(&start.hypothesis, &start.fit), &start.fit, &start.drawing);
+        if outcome.verdict != Verdict::Unknown {
+            // the first look, which follows one set alone, found one that this wider one does not stand by
+            outcome.verdict = Verdict::Unknown;
+            outcome.summary = "Something is missing, and no set of known effects explains it that physics allows and the data \
+                               prefer to an unknown cause."
+                .into();
+            outcome.unknown = Some(unknown.cause(&fitter, 1.0 - at_start.nothing_missing));
+        }
         return Ok(outcome);
     };
     best.fit.covariance = fitter.covariance(&best.hypothesis, &best.fit, &best.drawing)?;
@@ -177,7 +185,8 @@ pub fn improve(
             error_after: if last { best.relative_error(&best.fit) } else { better.error_after },
             chi2_per_value: if last { best.fit.chi2_per_value() } else { better.chi2_per_value[1] },
             group: if last { rivals.clone() } else { Vec::new() },
-            added: Candidate { parameters: joint[index].clone(), ..better.added },
+            // what it would be without those still to come does not matter
+            added: Candidate { parameters: joint[index].clone(), disqualified: None, ..better.added },
             rotor: better.rotor.clone(),
         };
         progress(&step);

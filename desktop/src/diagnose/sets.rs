@@ -3,6 +3,8 @@
 //! Effects that hide together can mislead a search for one: the best few sets are followed side by side, each
 //! grown by one effect at a time, until nothing is missing beside the best.
 
+use rayon::prelude::*;
+
 use super::answer::{RIVAL, SURE};
 use super::base::{Base, Tried};
 use super::rank::{OUTSIDE, explains, rank};
@@ -66,7 +68,7 @@ pub struct Together<'a> {
 }
 
 /// Looks for several effects and weighs them against an unknown force: each effect pays for the places where it could
-/// sit, and the noise that is left must be what was stated.
+/// sit, the noise that is left must be what was stated, and every parameter one that physics allows.
 ///
 /// # Errors
 /// If the machine is singular.
@@ -78,7 +80,8 @@ pub fn together<'a>(
 ) -> Result<Together<'a>, Error> {
     let nothing = Together { set: None, unknown_odds: f64::INFINITY };
     let Some(set) = best_set(base, tried, reach)? else { return Ok(nothing) };
-    let enough = is_enough(&Unknown::beside(&set.base)?) && explains(&set.base.drawing.scatter(), base);
+    let explained = explains(&set.base.drawing.scatter(), base) && set.base.is_physical()?;
+    let enough = explained && is_enough(&Unknown::beside(&set.base)?);
     if !enough {
         return Ok(nothing);
     }
@@ -134,10 +137,16 @@ fn grown<'a>(parents: &[(&Base<'a>, &[Tried])], width: usize) -> Result<Option<B
     let settle = |(base, t): &(&Base<'a>, &Tried)| {
         Base::settle(base.fitter, base.hypothesis.with(t.assumed), base.stated, base.scaled_for_file(t))
     };
-    let kept: Result<Vec<Base>, Error> = children.iter().take(many).map(settle).collect();
+    let settled = |child| {
+        let base: Base = settle(child)?;
+        Ok((!base.is_physical()?, base))
+    };
+    let kept: Result<Vec<(bool, Base)>, Error> = children[..many].par_iter().map(settled).collect();
     let mut kept = kept?;
-    kept.sort_by(|a, b| a.fit.bic().total_cmp(&b.fit.bic()));
-    Ok(Some(Beam { sets: kept, rivals: if equals.len() > 1 { equals } else { Vec::new() } }))
+    // a set that physics does not allow can lead to one that it does, but is not the answer while there is another
+    kept.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.fit.bic().total_cmp(&b.1.fit.bic())));
+    let sets = kept.into_iter().map(|(_, base)| base).collect();
+    Ok(Some(Beam { sets, rivals: if equals.len() > 1 { equals } else { Vec::new() } }))
 }
 
 /// Labels of a base's effects and one more, sorted.

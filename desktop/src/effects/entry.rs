@@ -141,7 +141,13 @@ pub fn reference_rad_s(rotor: &Rotor) -> Option<f64> {
 /// Scales for parameters in SI units, where only the reference speed matters.
 fn scales_of(rotor: &Rotor) -> Scales {
     let reference_rad_s = reference_rad_s(rotor).unwrap_or(1.0);
-    Scales { stiffness_n_m: 1.0, fastest_rad_s: reference_rad_s, reference_rad_s, amplitude_m: 1.0 }
+    Scales {
+        stiffness_n_m: 1.0,
+        sagging_n_m: 0.0,
+        fastest_rad_s: reference_rad_s,
+        reference_rad_s,
+        amplitude_m: 1.0,
+    }
 }
 
 fn phasor(entry: &EffectEntry, name: &str, pattern: Pattern) -> Option<Complex<f64>> {

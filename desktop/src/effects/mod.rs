@@ -87,6 +87,8 @@ pub fn find(name: &str) -> Option<&'static dyn Effect> {
 pub struct Scales {
     /// Mean direct stiffness of the bearings, N/m.
     pub stiffness_n_m: f64,
+    /// Stiffness of a support that would sag out of line under its share of the rotor's weight, N/m.
+    pub sagging_n_m: f64,
     /// Fastest speed in the data, rad/s.
     pub fastest_rad_s: f64,
     /// Speed at which a stiffness that changes with speed is as stated, rad/s.
@@ -219,9 +221,14 @@ fn film_mut(place: Place, terms: &mut Terms) -> Option<&mut FilmCurve> {
     }
 }
 
-/// A mass, stiffness or damping that is there, whatever its size.
+/// A mass or damping that is there, whatever its size.
 fn positive(name: &'static str, unit: &'static str) -> Parameter {
     Parameter { name, unit, scale: Scale::Logarithmic, bounds: [0.0, f64::INFINITY] }
+}
+
+/// A stiffness that carries its share of the rotor.
+fn carrying(name: &'static str, scales: &Scales) -> Parameter {
+    Parameter { name, unit: "N/m", scale: Scale::Logarithmic, bounds: [scales.sagging_n_m, f64::INFINITY] }
 }
 
 /// A factor on a number of a film, beyond what is usual.

@@ -1,6 +1,6 @@
 //! A bearing on a foundation that gives.
 
-use super::{Effect, Knowledge, Parameter, Place, Scales, bearings, positive};
+use super::{Effect, Knowledge, Parameter, Place, Scales, bearings, carrying, positive};
 use crate::bearing::support::Pedestal;
 use crate::machine::drawing::Rotor;
 use crate::machine::terms::Terms;
@@ -21,8 +21,8 @@ impl Effect for OnPedestal {
         free_to_move(rotor)
     }
 
-    fn parameters(&self, _: &Scales) -> Vec<Parameter> {
-        vec![positive("k", "N/m"), positive("m", "kg"), positive("c", "N·s/m")]
+    fn parameters(&self, scales: &Scales) -> Vec<Parameter> {
+        vec![carrying("k", scales), positive("m", "kg"), positive("c", "N·s/m")]
     }
 
     fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {

@@ -1,7 +1,7 @@
 //! A housing that moves more in one direction than in the other.
 
 use super::pedestal::free_to_move;
-use super::{Effect, Knowledge, Parameter, Place, Scales, positive};
+use super::{Effect, Knowledge, Parameter, Place, Scales, carrying, positive};
 use crate::bearing::support::Pedestal;
 use crate::machine::drawing::Rotor;
 use crate::machine::terms::Terms;
@@ -18,8 +18,8 @@ impl Effect for PedestalByDirection {
         free_to_move(rotor)
     }
 
-    fn parameters(&self, _: &Scales) -> Vec<Parameter> {
-        vec![positive("kx", "N/m"), positive("ky", "N/m"), positive("m", "kg"), positive("c", "N·s/m")]
+    fn parameters(&self, scales: &Scales) -> Vec<Parameter> {
+        vec![carrying("kx", scales), carrying("ky", scales), positive("m", "kg"), positive("c", "N·s/m")]
     }
 
     fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {

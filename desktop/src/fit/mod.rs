@@ -43,6 +43,7 @@ use crate::machine::drawing::{Physics, Rotor};
 use crate::machine::tolerance::Deviations;
 use crate::receptance::plant::Plant;
 use crate::shaft::nodal::Shaft;
+use crate::shaft::statics::{GRAVITY_M_S2, mass_and_centre};
 use data::Amplitudes;
 use data::Data;
 use descent::Stop;
@@ -57,6 +58,8 @@ type C = Complex<f64>;
 /// Speed, relative to the fastest, at which a stiffness that changes with speed is stated: in the
 /// middle of a run-up, slope and stiffness are well apart.
 const REFERENCE_SPEED: f64 = 0.7;
+/// A support that gives more than this share of the shaft's length is not one that a machine is lined up on.
+const SAG: f64 = 0.01;
 /// Rounds over the amplitude at bearings that harden or soften.
 const AMPLITUDE_ROUNDS: usize = 20;
 const ROUGH_ROUNDS: usize = 4;
@@ -197,8 +200,10 @@ impl<'a> Fitter<'a> {
             (all.sum::<f64>() / count as f64).max(1e-18)
         });
         let fastest_rad_s = self.data.fastest_rad_s();
+        let weight_n = GRAVITY_M_S2 * mass_and_centre(self.rotor).0;
         Scales {
             stiffness_n_m: direct.sum::<f64>() / laws.len() as f64,
+            sagging_n_m: weight_n / (laws.len() as f64 * SAG * self.rotor.length_m()),
             fastest_rad_s,
             reference_rad_s: entry::reference_rad_s(self.rotor).unwrap_or(REFERENCE_SPEED * fastest_rad_s),
             amplitude_m: mean_square.sqrt(),
