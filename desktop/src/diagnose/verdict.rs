@@ -58,14 +58,16 @@ impl<'a> Evidence<'a, '_> {
             }
             if let Some(doubt) = self.determined.doubt().filter(|_| nothing_missing >= 0.5) {
                 let why = format!(
-                    "It fits ({noise}; nothing is missing, {sure:.0} % sure), but does not determine what it is for: {doubt}."
+                    "It fits ({noise}; nothing that these data would show is missing, {sure:.0} % sure), but does not determine what it is for: {doubt}."
                 );
                 return say(Verdict::NotDetermined, why, scatter);
             }
             return if nothing_missing >= 0.5 {
                 say(
                     Verdict::Adequate,
-                    format!("The misfit is noise ({noise}); nothing is missing, {sure:.0} % sure."),
+                    format!(
+                        "The misfit is noise ({noise}); nothing that these data would show is missing, {sure:.0} % sure."
+                    ),
                     scatter,
                 )
             } else {

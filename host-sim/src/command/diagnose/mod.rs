@@ -124,7 +124,7 @@ fn print_next(arguments: &Arguments, found: &Diagnosis) {
              {data}{runout} --report compare.html"
         ),
         (Verdict::Adequate, _) => {
-            println!("\nNext: nothing is missing; follow the unbalance with rotor-edge replay.")
+            println!("\nNext: follow the unbalance with rotor-edge replay.")
         }
         _ => println!(
             "\nNext: measure what is listed above, or see where the model misses with rotor-edge compare {rotor} {data}{runout}"

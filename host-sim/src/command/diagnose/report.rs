@@ -98,7 +98,7 @@ fn candidates(found: &Diagnosis) -> Section {
     Section {
         heading: "Candidates".into(),
         paragraphs: vec![format!(
-            "The model as it is: error {:.2} %, χ² per value {:.2}; with a probability of {} nothing is missing.",
+            "The model as it is: error {:.2} %, χ² per value {:.2}; with a probability of {} nothing is missing that these data would show.",
             found.error_before * 100.0,
             found.chi2_per_value,
             percent(found.nothing_missing)
