@@ -125,6 +125,15 @@ pub struct Diagnosis {
     pub refuted: Vec<RefutedRun>,
 }
 
+impl Diagnosis {
+    /// The candidate that is worth explaining: the one that is claimed, or the first of the rivals; none where nothing
+    /// is claimed of any.
+    pub fn named(&self) -> Option<&Candidate> {
+        let claimed = matches!(self.verdict, Verdict::Missing | Verdict::Undecided);
+        self.candidates.first().filter(|_| claimed && !self.saturated && !self.too_fast)
+    }
+}
+
 /// A measurement that would tell rivals apart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Advice {

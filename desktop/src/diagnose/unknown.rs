@@ -1,6 +1,7 @@
 //! None of these: an unknown cause that explains the data better than any known effect.
 
 use nalgebra::Complex;
+use rayon::prelude::*;
 
 use super::base::{Base, Tried};
 use crate::error::Error;
@@ -107,7 +108,7 @@ impl Unknown {
         let weights: Vec<f64> = screened.iter().map(|cost| (0.5 * (least - cost)).exp()).collect();
         let total: f64 = weights.iter().sum();
         let fits: Result<Vec<UnknownFit>, Error> = order
-            .iter()
+            .par_iter()
             .take(REFINED)
             .map(|i| fitter.with_unknown(hypothesis, fit, drawing, &assumptions[*i]))
             .collect();

@@ -8,6 +8,9 @@ use serde_json::{Value, json};
 
 use crate::report::Section;
 
+/// Label of a cause that no known effect is, among candidates.
+pub const OUTSIDE: &str = "a cause outside the list";
+
 /// The noise over what was stated, in one line.
 pub fn noise(scatter: &Scatter) -> String {
     format!(

@@ -27,7 +27,7 @@ type C = Complex<f64>;
 /// Rounds over size, noise and fit.
 const ROUNDS: usize = 5;
 /// Rounds over size and noise alone.
-const SCREENING_ROUNDS: usize = 6;
+const SCREENING_ROUNDS: usize = 4;
 
 /// An unknown cause found beside a hypothesis.
 #[derive(Debug, Clone)]
@@ -71,7 +71,7 @@ impl Fitter<'_> {
                 least = least.min(problem.cost() + with.cost());
                 size *= with.growth(left, response.ncols());
                 // the force first, or the noise takes all
-                if round > SCREENING_ROUNDS / 2 {
+                if round >= SCREENING_ROUNDS / 2 {
                     noise = noise.scattered(with.most_probable_scatter(left, fit.unknown_count()).0);
                 }
             }

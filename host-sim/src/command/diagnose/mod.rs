@@ -55,6 +55,9 @@ fn print(found: &Diagnosis, top: usize) {
         println!("\n  {}", entitled::unknown(cause));
     }
     println!("\n  candidate                           probability   evidence   error after   χ² per value");
+    if let Some(cause) = &found.unknown {
+        println!("  {:<36} {:>9.1} %", entitled::OUTSIDE, cause.probability * 100.0);
+    }
     for c in found.candidates.iter().take(top) {
         println!(
             "  {:<36} {:>9.1} % {:>10.1} {:>11.2} % {:>14.2}{}",
@@ -67,9 +70,7 @@ fn print(found: &Diagnosis, top: usize) {
         );
     }
     println!("  (evidence: BIC of the model minus BIC with the effect; above 10 is strong)");
-    let shown =
-        matches!(found.verdict, Verdict::Missing | Verdict::Undecided) && !found.saturated && !found.too_fast;
-    if let Some(best) = found.candidates.first().filter(|_| shown) {
+    if let Some(best) = found.named() {
         println!("\n{}", best.label());
         for p in parameter_lines(best) {
             println!("  {p}");

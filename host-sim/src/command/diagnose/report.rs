@@ -5,7 +5,7 @@ use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, RefutedRun, add, best_f
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
-use crate::command::entitled;
+use crate::command::entitled::{self, OUTSIDE};
 use crate::report::bars::{Bar, bars};
 use crate::report::{Figure, Prediction, Section, Table, comparison_sections};
 
@@ -21,7 +21,7 @@ pub fn sections(
     readings: &[Reading],
     found: &Diagnosis,
 ) -> Result<Vec<Section>, rotor_edge_desktop::Error> {
-    let best = found.candidates.first().filter(|c| c.disqualified.is_none() && c.delta_bic > 0.0);
+    let best = found.named().filter(|c| c.disqualified.is_none() && c.delta_bic > 0.0);
     let better =
         best.map(|best| Ok((best.label(), add(rotor, readings, best.effect, best.at.as_deref())?.rotor)));
     let entitled = entitled::section(&found.scatter, &found.determined, found.unknown.as_ref());
@@ -53,7 +53,7 @@ pub fn before_and_after(
 fn verdict(found: &Diagnosis) -> Section {
     let mut paragraphs = vec![found.summary.clone()];
     paragraphs.extend(found.refuted.iter().map(RefutedRun::words).chain(found.remarks.iter().cloned()));
-    if let Some(best) = found.candidates.first().filter(|_| found.nothing_missing < 0.5) {
+    if let Some(best) = found.named() {
         paragraphs.push(format!("{}: {}", best.label(), best.explanation()));
     }
     for group in &found.indistinguishable {
@@ -94,6 +94,17 @@ fn candidates(found: &Diagnosis) -> Section {
         let last = format!("{:.2}", c.chi2_per_value);
         [c.label()].into_iter().chain(numbers).chain([last]).collect::<Vec<_>>()
     };
+    let outside = found.unknown.as_ref().map(|cause| Bar {
+        label: OUTSIDE.into(),
+        share: cause.probability,
+        value: percent(cause.probability),
+        emphasised: true,
+    });
+    let none = || ["", "", ""].map(String::from);
+    let outside_row =
+        outside.iter().map(|bar| [bar.label.clone(), bar.value.clone()].into_iter().chain(none()).collect());
+    let rows = outside_row.chain(shown().map(row)).collect();
+    let bars_of_all: Vec<Bar> = outside.into_iter().chain(shown().map(bar)).collect();
     let columns = ["candidate", "probability", "evidence (ΔBIC)", "error after", "χ² per value"];
     Section {
         heading: "Candidates".into(),
@@ -106,7 +117,7 @@ fn candidates(found: &Diagnosis) -> Section {
         tables: vec![Table {
             caption: "Every effect at every place, the most probable first".into(),
             columns: columns.map(String::from).to_vec(),
-            rows: shown().map(row).collect(),
+            rows,
         }],
         figures: vec![Figure {
             id: "candidates".into(),
@@ -114,7 +125,7 @@ fn candidates(found: &Diagnosis) -> Section {
             caption:
                 "A long bar alone is a diagnosis; several alike are rivals that these data cannot tell apart."
                     .into(),
-            svg: bars("Probability of each candidate", &shown().map(bar).collect::<Vec<_>>()),
+            svg: bars("Probability of each candidate", &bars_of_all),
         }],
     }
 }
