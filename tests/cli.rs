@@ -27,6 +27,12 @@ impl Folder {
     }
 }
 
+/// The sample's drawing and first days in a folder, and the arguments that identify them.
+fn identify(folder: &Folder) -> Vec<String> {
+    let (rotor, record) = (folder.file("r.toml", sample::ROTOR), folder.file("c.csv", sample::RECORD));
+    ["identify", &rotor, &record, "-o"].map(String::from).to_vec()
+}
+
 /// Runs `replay` on these texts; the one sentence that it fails with.
 fn refusal(rotor: &str, record: &str) -> String {
     let folder = Folder::new();
@@ -199,6 +205,70 @@ fn missing_files_and_unwritable_outputs_are_named() {
 }
 
 #[test]
+fn what_is_read_is_not_overwritten_unless_forced_nor_a_device_nor_one_file_twice() {
+    let folder = Folder::new();
+    let arguments = identify(&folder);
+    let with = |more: &[&str]| {
+        let all: Vec<&str> = arguments.iter().map(String::as_str).chain(more.iter().copied()).collect();
+        rotor_edge(&all)
+    };
+    let said = |more: &[&str]| {
+        let refused = with(more);
+        assert_eq!(refused.status.code(), Some(1), "{more:?}");
+        String::from_utf8(refused.stderr).unwrap()
+    };
+    let rotor = arguments[1].as_str();
+    assert_says(&said(&[rotor]), &["r.toml: is read and would be overwritten", "--force"]);
+    assert_says(&said(&["/dev/null"]), &["/dev/null: cannot be written", "a device"]);
+    let new = folder.path("new.toml").display().to_string();
+    assert_says(&said(&[&new, "--report", &new]), &["new.toml", "one file, expected two"]);
+    assert_eq!(std::fs::read_to_string(rotor).unwrap(), sample::ROTOR);
+    assert!(with(&[rotor, "--force"]).status.success());
+    assert!(std::fs::read_to_string(rotor).unwrap().contains("unbalance_g_mm"));
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error_and_a_full_disk_under_the_output_is() {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let folder = Folder::new();
+    let rotor = folder.file("r.toml", sample::ROTOR);
+    let mut check = std::process::Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+    let refused = check.args(["check", &rotor]).stdout(full).output().unwrap();
+    assert_eq!(refused.status.code(), Some(1));
+    assert_says(&String::from_utf8(refused.stderr).unwrap(), &["standard output: cannot be written"]);
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut check = std::process::Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+    let unread = check.args(["check", &rotor]).stdout(writer).output().unwrap();
+    assert!(unread.status.success(), "{}", String::from_utf8_lossy(&unread.stderr));
+}
+
+#[test]
+fn completions_know_every_command_and_the_manual_has_a_page_of_each() {
+    let help = String::from_utf8(rotor_edge(&["--help"]).stdout).unwrap();
+    let listed = help.lines().skip_while(|l| *l != "Commands:").skip(1).take_while(|l| !l.is_empty());
+    // A description that a narrow terminal wraps goes on further to the right than a name begins.
+    let names = listed.filter_map(|l| l.strip_prefix("  ")).filter(|l| !l.starts_with(' '));
+    let commands: Vec<&str> =
+        names.filter_map(|l| l.split_whitespace().next()).filter(|c| *c != "help").collect();
+    assert!(commands.contains(&"improve"), "{commands:?}");
+    for shell in ["bash", "zsh", "fish"] {
+        let script = String::from_utf8(rotor_edge(&["completions", shell]).stdout).unwrap();
+        assert_says(&script, &commands);
+    }
+    let folder = Folder::new();
+    let target = folder.path("");
+    assert!(rotor_edge(&["manual", "--folder", &target.display().to_string()]).status.success());
+    assert!(std::fs::read_to_string(folder.path("rotor-edge.1")).unwrap().contains(".TH"));
+    for command in commands {
+        let page = std::fs::read_to_string(folder.path(&format!("rotor-edge-{command}.1"))).unwrap();
+        assert!(page.contains(".SH SYNOPSIS"), "{command}: {page}");
+    }
+    let nowhere = folder.path("none").display().to_string();
+    assert_says(&program::refusal(&["manual", "--folder", &nowhere]), &["there is no such folder"]);
+}
+
+#[test]
 fn wrong_usage_exits_with_2() {
     for arguments in
         [&["replay", "--rotor", "only.toml"][..], &["fly"], &["identify"], &["replay", "--node", "x"]]
@@ -218,6 +288,12 @@ fn a_node_number_that_does_not_exist_and_impossible_odds_are_refused() {
         assert_eq!(output.status.code(), Some(1), "{arguments:?}");
         assert_says(&String::from_utf8(output.stderr).unwrap(), &[says]);
     }
+}
+
+#[test]
+fn nothing_is_said_of_a_record_of_which_no_reading_arrived() {
+    let refused = program::refusal(&["replay", "--loss", "1"]);
+    assert_says(&refused, &["0 of ", "readings were evaluated", "nothing can be said"]);
 }
 
 #[test]

@@ -172,7 +172,7 @@ fn wrong_keys_missing_keys_and_absent_monitors_are_told_apart() {
     let attempt = |key: &str, node: &str| {
         refusal(&["deploy", &model, "--bus", &bus, "--key", key, "--node", node, "--json"])
     };
-    let _keyed = bench.monitor("slcan", &["--key", &right]);
+    let _keyed = bench.monitor("slcan", &["--key", &right, "--state", &bench.text("monitor.state")]);
     let _keyless = bench.monitor("slcan", &["--node", "2"]);
     assert_says(&attempt(&wrong, "1"), &["another key"]);
     assert_says(&attempt(&right, "2"), &["was given no key"]);
@@ -181,6 +181,15 @@ fn wrong_keys_missing_keys_and_absent_monitors_are_told_apart() {
     assert_says(&attempt(&bench.text("no.key"), "1"), &["no.key", "rotor-edge key"]);
     assert_says(&attempt(&bench.text("record.csv"), "1"), &["record.csv", "64 hexadecimal digits"]);
     assert_says(&refusal(&["key", "-o", &right]), &["right.key", "cannot be written"]);
+    let zeros = bench.text("zero.key");
+    std::fs::write(&zeros, "0".repeat(64)).unwrap();
+    assert_says(&attempt(&zeros, "1"), &["zero.key", "made at random"]);
+    let open = bench.text("open.key");
+    std::fs::copy(&right, &open).unwrap();
+    std::fs::set_permissions(&open, std::os::unix::fs::PermissionsExt::from_mode(0o622)).unwrap();
+    assert_says(&attempt(&open, "1"), &["open.key", "written by others"]);
+    let forgetful = rotor_edge(&["node", "--bus", &bus, "--key", &right]);
+    assert_eq!(forgetful.status.code(), Some(2), "a key needs a state");
     let unidentified = bench.text("rotor.toml");
     let refused = refusal(&["deploy", &unidentified, "--bus", &bus, "--key", &right]);
     assert_says(&refused, &["unbalance_g_mm is missing", "identify"]);

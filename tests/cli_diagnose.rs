@@ -164,8 +164,14 @@ fn json_has_the_keys_that_others_read() {
 #[test]
 fn the_loop_closes_on_the_sample() {
     let case = Case::sample();
-    let improved = json(&case.improve());
+    let page = case.folder.path().join("page.html").display().to_string();
+    let improved = json(&[&case.improve()[..], &["--report", &page]].concat());
     assert_eq!(improved["verdict"], "adequate", "{improved}");
+    let page = std::fs::read_to_string(&page).unwrap();
+    let heard =
+        ["What was found", "as it was", "Before and after", "Residual map before", "Residual map after"];
+    assert_says(&page, &heard);
+    assert_says(&page, &["SHA-256", &case.data, concat!("rotor-edge ", env!("CARGO_PKG_VERSION"))]);
     assert_eq!(improved["steps"].as_array().unwrap().len(), 1);
     assert_eq!(label(&improved["steps"][0]), "seal@disk 3");
     let written = std::fs::read_to_string(&case.new).unwrap();

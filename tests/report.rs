@@ -13,7 +13,7 @@ use nalgebra::Complex;
 use rotor_edge::command::check::report::sections;
 use rotor_edge::report::bars::{Bar, bars};
 use rotor_edge::report::trend::{Trend, trend};
-use rotor_edge::report::{Figure, Prediction, Section, comparison_sections, page};
+use rotor_edge::report::{Figure, Prediction, Section, before_and_after, comparison_sections, page};
 use rotor_edge::sample;
 use rotor_edge_desktop::check::check;
 use rotor_edge_desktop::compare::{Comparison, Verdict};
@@ -59,8 +59,11 @@ fn run_up_page() -> (Vec<Section>, Comparison) {
     let (old, new) = (fit(&rotor, &before), fit(&rotor, &after));
     let models = [predict("model", &new, &after), predict("model of day 0", &old, &after)];
     let noise = rotor.noise.unwrap();
-    let comparison = Comparison::new(&rotor, &after, &models[0].predicted_m, &noise, FREE_PARAMETERS);
-    (comparison_sections(&rotor, &after, &models, &comparison), comparison)
+    let [comparison, of_old] =
+        [0, 1].map(|i| Comparison::new(&rotor, &after, &models[i].predicted_m, &noise, FREE_PARAMETERS));
+    let mut sections = comparison_sections(&rotor, &after, &models, &comparison);
+    sections.push(before_and_after(&rotor, &after, "bearings of day 126", [&of_old, &comparison]));
+    (sections, comparison)
 }
 
 /// What is awkward to lay out: a record at one speed, lost readings, several runs, long names, one reading.

@@ -225,6 +225,8 @@ fn few_trial_runs_beat_influence_coefficients_and_intervals_hold() {
         println!(
             "{trials} trials: {model:.2} against {plain:.2} g·mm, worse in {worse} of {DRAWS} draws, intervals hold {share:.3}"
         );
+        assert!(worse == 0 && model <= if trials < 4 { 0.8 } else { 0.6 } * plain, "{model} {plain} {worse}");
+        assert!((0.90..=0.98).contains(&share), "{share}");
     }
 }
 
@@ -241,6 +243,26 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let half = values.len() / 2;
     if values.len() % 2 == 1 { values[half] } else { 0.5 * (values[half - 1] + values[half]) }
+}
+
+#[test]
+fn of_three_conditions_nothing_is_claimed_and_nothing_added() {
+    let (rotor, readings) = rig();
+    let names: Vec<&str> = rotor.run.iter().map(|r| r.name.as_str()).filter(|run| *run != BASE).collect();
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
+    for _ in 0..12 {
+        let drawn = draw(&names, 2, &mut random);
+        let some = knowing(&rotor, |run| drawn.contains(run));
+        let three: Vec<Reading> = readings
+            .iter()
+            .filter(|r| r.run.as_deref().is_some_and(|run| run == BASE || drawn.contains(run)))
+            .cloned()
+            .collect();
+        let outcome = improve(&some, &three, |_| ()).unwrap();
+        println!("{drawn:?} {:?} {} effects: {}", outcome.verdict, outcome.steps.len(), outcome.summary);
+        let claims = matches!(outcome.verdict, Verdict::Adequate | Verdict::Missing);
+        assert!(!claims && outcome.steps.is_empty(), "{drawn:?}: {}", outcome.summary);
+    }
 }
 
 /// Eight conditions of the rig, one of them with a weight that is not true.

@@ -2,6 +2,8 @@
 
 #[path = "cli/program.rs"]
 mod program;
+#[path = "track/refused.rs"]
+mod refused;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -194,6 +196,50 @@ fn a_disturbance_of_two_readings_is_left_out_and_gaps_of_weeks_are_remarked_on()
     assert!(remarks.contains("No reading from day 59 to day"), "{remarks}");
 }
 
+/// Share of the days on which the interval of each plane's size, and of its angle, holds the truth.
+fn held(case: &Case, track: &Value, days: impl Fn(f64) -> bool) -> [f64; 2] {
+    let truth = case.truth();
+    let (mut sizes, mut angles, mut count) = (0.0, 0.0, 0.0);
+    for e in track["estimates"].as_array().unwrap().iter().filter(|e| days(number(&e["time_d"]))) {
+        for j in 0..2 {
+            let plane = &e["interval_95"]["planes"][j];
+            let ends = |key: &str| [0, 1].map(|end| number(&plane[key][end]));
+            let of_day = &truth[&(number(&e["time_d"]) as i64)];
+            let ([low, high], [from, to]) = (ends("unbalance_g_mm"), ends("angle_deg"));
+            sizes += f64::from(u8::from((low..=high).contains(&of_day[2 * j])));
+            let off = (of_day[2 * j + 1] - 0.5 * (from + to) + 540.0).rem_euclid(360.0) - 180.0;
+            angles += f64::from(u8::from(off.abs() <= 0.5 * (to - from)));
+            count += 1.0;
+        }
+    }
+    [sizes / count, angles / count]
+}
+
+#[test]
+fn the_chains_of_bayes_meet_on_every_day_and_its_intervals_hold_the_unbalance_and_those_of_the_paper_do_neither()
+ {
+    for name in ["quiet", "disturbed", "one_bearing"] {
+        let case = Case::named(name);
+        let track = case.track("bayes", &[]);
+        let days = track["sampling"]["days"].as_array().unwrap();
+        assert_eq!(days.len(), track["estimates"].as_array().unwrap().len(), "{name}");
+        for day in days {
+            let [r_hat, bulk, tail] =
+                ["r_hat", "effective_samples", "effective_samples_tail"].map(|key| number(&day[key]));
+            assert!(r_hat <= 1.02 && bulk >= 200.0 && tail >= 100.0, "{name} {day}");
+        }
+        let [sizes, angles] = held(&case, &track, |_| true);
+        println!("{name}: sizes held on {sizes:.3} of the days, angles on {angles:.3}");
+        assert!(sizes >= 0.92 && angles >= 0.92, "{name}: {sizes} {angles}");
+        let paper = case.track("bayes", &["--paper"]);
+        assert!(number(&paper["sampling"]["median"]["r_hat"]) > 1.5, "{name}");
+        assert!(paper["sampling"]["adaptive_metropolis"]["r_hat"].is_number(), "{name}");
+        assert!(held(&case, &paper, |_| true)[1] < angles, "{name}");
+    }
+    let odd = refusal(&["track", "r.toml", "m.csv", "--method", "joint", "--paper"]);
+    assert!(odd.contains("--paper is for --method bayes"), "{odd}");
+}
+
 #[test]
 fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
     let case = Case::turbine();
@@ -229,64 +275,37 @@ fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
             assert!((0.5..=1.0).contains(&number(&forecast["coverage_95"][series][horizon])));
         }
     }
+    for by in ["arima", "naive", "drift"] {
+        let score = &forecast["scores"][by]["U_g"]["30"];
+        let [rmse, crps] = ["rmse", "crps"].map(|key| number(&score[key]));
+        // of a forecast that errs at random CRPS is 0.56 of the error at best
+        assert!(0.3 * rmse < crps && crps < rmse, "{by}: {rmse} {crps}");
+        assert!(["p5", "p50", "p95"].iter().all(|p| number(&score["pinball"][p]) > 0.0), "{score}");
+        assert!(number(&score["coverage_95"]) > 0.5 && number(&score["compared"]) > 100.0, "{score}");
+    }
     assert_eq!(forecast["forecast"].as_array().unwrap().len(), 60);
+    assert_eq!(forecast["limit"]["exceeded"], false);
+    assert_eq!(forecast["limit"]["chance_until"].as_array().unwrap().len(), 60);
     assert_eq!(forecast["against_naive"].as_array().unwrap().len(), 4);
     assert!(number(&forecast["limit"]["chance"]) <= 1.0);
     let page = std::fs::read_to_string(&fans).unwrap();
-    for part in ["Angle of the dynamic unbalance", "Root mean square error by days ahead", "95 % interval"] {
+    for part in [
+        "Angle of the dynamic unbalance",
+        "Root mean square error by days ahead",
+        "Continuous ranked probability score (CRPS) by days ahead",
+        "Pinball loss at 95 % by days ahead",
+        "95 % interval",
+        "Chance that the limit is reached",
+        "\nlimit\n",
+    ] {
         assert!(page.contains(part), "{part}");
     }
-}
-
-#[test]
-fn records_that_cannot_be_followed_are_refused_in_one_sentence() {
-    let case = Case::turbine();
-    let record = |name: &str, text: String| {
-        let path = case.path(name);
-        std::fs::write(&path, text).unwrap();
-        path
-    };
-    let track = |record: &str| refusal(&["track", &case.rotor, record, "--method", "adaptive"]);
-    let lines: Vec<&str> = sample::RECORD.lines().collect();
-    let part = |rows: std::ops::Range<usize>| [&lines[..1], &lines[rows]].concat().join("\n");
-    let few = track(&record("few.csv", part(1..7)));
-    assert!(few.contains("6 complete readings") && few.contains("at least 10"), "{few}");
-    let second = lines[1].split_once(',').unwrap().1;
-    let same: Vec<String> = (0..40).map(|day| format!("{day},{second}")).collect();
-    let constant = track(&record("constant.csv", format!("{}\n{}", lines[0], same.join("\n"))));
-    assert!(constant.contains("15X") && constant.contains("stuck"), "{constant}");
-    let after =
-        refusal(&["track", &case.rotor, &record("after.csv", part(130..200)), "--runup", &case.runup]);
-    assert!(after.contains("begins before the event"), "{after}");
-    let odd = refusal(&["track", &case.rotor, &case.record, "--growth", "0.5"]);
-    assert!(odd.contains("--growth") && odd.contains("at least 1"), "{odd}");
-    let later = refusal(&["track", &case.rotor, &case.record, "--later-runup", &case.runup]);
-    assert!(later.contains("--method joint"), "{later}");
-}
-
-#[test]
-fn tracks_that_cannot_be_forecast_are_refused_in_one_sentence() {
-    let case = Case::turbine();
-    let head = "time_d,static_g_mm,static_deg,dynamic_g_mm,dynamic_deg\n";
-    let track = |name: &str, rows: &mut dyn Iterator<Item = String>| {
-        let path = case.path(name);
-        std::fs::write(&path, format!("{head}{}", rows.collect::<String>())).unwrap();
-        path
-    };
-    let wave = |day: u32| format!("{day},{},10,20,{}\n", 400.0 + f64::from(day % 9), f64::from(day % 5));
-    let short = refusal(&["forecast", &track("short.csv", &mut (0..40).map(wave))]);
-    assert!(short.contains("40 days"), "{short}");
-    let gap = refusal(&["forecast", &track("gap.csv", &mut (0..100).chain(130..200).map(wave))]);
-    assert!(gap.contains("no estimate from day 99 to day 130"), "{gap}");
-    let constant = track("constant.csv", &mut (0..200).map(|day| format!("{day},400,10,20,30\n")));
-    let constant = refusal(&["forecast", &constant]);
-    assert!(constant.contains("U_g does not change"), "{constant}");
-    let long = track("long.csv", &mut (0..200).map(wave));
-    let order = refusal(&["forecast", &long, "--order", "30,1,3"]);
-    assert!(order.contains("ARIMA(30,1,3)") && order.contains("up to 8"), "{order}");
-    assert_eq!(rotor_edge(&["forecast", &long, "--order", "3,1"]).status.code(), Some(2));
-    if !cfg!(feature = "lstm") {
-        let lstm = refusal(&["forecast", &long, "--model", "lstm"]);
-        assert!(lstm.contains("--features lstm"), "{lstm}");
-    }
+    // the days of the limit are those of the track
+    let text = rotor_edge(&["forecast", &csv, "--model", "naive", "--limit", "10"]);
+    let text = String::from_utf8_lossy(&text.stdout).to_string();
+    assert!(text.contains("The limit of 10 g·mm static unbalance is exceeded already: day 4"), "{text}");
+    assert!(
+        text.contains("Continuous ranked probability score") && text.contains("Pinball loss at 5 %"),
+        "{text}"
+    );
 }

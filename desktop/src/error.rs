@@ -34,6 +34,9 @@ pub enum Error {
         /// What was expected there.
         expected: String,
     },
+    /// Phases were entered the wrong way round, lag as lead; whatever is made of them is wrong.
+    #[error("{0}")]
+    ReversedPhases(String),
     /// The data do not allow what was asked.
     #[error("{0}")]
     Unsuitable(String),

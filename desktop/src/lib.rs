@@ -10,6 +10,7 @@
 //! | [`model`] | supports, forcings and readings on a shaft; the response at running speed |
 //! | `receptance` | the same response by a small update of a shaft solved once |
 //! | [`measurement`] | measured 1x vibration, and `measured.csv` |
+//! | [`whole_file`] | files written whole or not at all |
 //! | [`unbalance`] | g·mm and degrees; static and dynamic parts |
 //! | `fit` | hypotheses fitted to measurements |
 //! | [`identify`] | bearings and unbalance from measurements: phase I and phase II |
@@ -72,6 +73,7 @@ pub mod balance;
 pub mod bearing;
 pub mod check;
 pub mod compare;
+mod cone;
 pub mod diagnose;
 pub mod effects;
 mod error;
@@ -90,5 +92,6 @@ pub mod startup;
 mod testing;
 pub mod track;
 pub mod unbalance;
+pub mod whole_file;
 
 pub use error::Error;

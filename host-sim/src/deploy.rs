@@ -288,10 +288,14 @@ fn no_monitor(bus: &mut dyn CanBus, node: u8) -> String {
     )
 }
 
+/// Bytes of a memory that nobody wrote a key to.
+const EMPTY: [u8; 2] = [0x00, 0xff];
+
 /// Reads a device's key: 64 hexadecimal digits.
 ///
 /// # Errors
-/// If the file is missing or holds something else.
+/// If the file is missing or holds something else, if it is an empty memory's, or if others than its owner may write
+/// it.
 pub fn read_key(path: &Path) -> Result<Key> {
     let text = std::fs::read_to_string(path).with_context(|| {
         format!("{}: cannot be read; `rotor-edge key -o FILE` makes a key", path.display())
@@ -300,7 +304,27 @@ pub fn read_key(path: &Path) -> Result<Key> {
     let Some(bytes) = bytes else {
         bail!("{}: expected a key of {} hexadecimal digits", path.display(), 2 * KEY_BYTES);
     };
+    if EMPTY.iter().any(|empty| bytes.iter().all(|byte| byte == empty)) {
+        bail!("{}: expected a key made at random, as `rotor-edge key -o FILE` makes it", path.display());
+    }
+    check_writers(path)?;
     Ok(Key(bytes))
+}
+
+/// Who can write a key can replace it by one of his own.
+#[cfg(unix)]
+fn check_writers(path: &Path) -> Result<()> {
+    use std::os::unix::fs::PermissionsExt as _;
+    const OTHERS_WRITE: u32 = 0o022;
+    if std::fs::metadata(path)?.permissions().mode() & OTHERS_WRITE != 0 {
+        bail!("{}: can be written by others than its owner; chmod 600 it, or make a new key", path.display());
+    }
+    Ok(())
+}
+
+#[cfg(not(unix))]
+fn check_writers(_: &Path) -> Result<()> {
+    Ok(())
 }
 
 /// Writes a new random key, readable by its owner alone; never over an old one.
@@ -317,5 +341,5 @@ pub fn write_new_key(path: &Path) -> Result<()> {
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
     let mut file = options.open(path).with_context(|| format!("{}: cannot be written", path.display()))?;
     writeln!(file, "{}", to_hex(&bytes))?;
-    Ok(())
+    Ok(file.sync_all()?)
 }

@@ -2,12 +2,11 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
 use rotor_edge::command::{self, Cli};
 
 fn main() -> ExitCode {
-    end_quietly_when_nobody_reads();
-    match command::run(Cli::parse()) {
+    end_when_nothing_can_be_printed();
+    match Cli::of_this_process().and_then(command::run) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("rotor-edge: {error:#}");
@@ -16,13 +15,18 @@ fn main() -> ExitCode {
     }
 }
 
-/// `rotor-edge … | head` closes the pipe early; that is no error of ours.
-fn end_quietly_when_nobody_reads() {
+/// `rotor-edge … | head` closes the pipe early, which is no error of ours; an output that takes nothing any more for
+/// another reason, as a full disk, is told.
+fn end_when_nothing_can_be_printed() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
-        let closed = info.payload().downcast_ref::<String>().is_some_and(|m| m.contains("Broken pipe"));
-        if closed {
-            std::process::exit(0);
+        let said = info.payload().downcast_ref::<String>();
+        if let Some(why) = said.and_then(|m| m.strip_prefix("failed printing to stdout: ")) {
+            if why.contains("Broken pipe") {
+                std::process::exit(0);
+            }
+            eprintln!("rotor-edge: standard output: cannot be written ({why})");
+            std::process::exit(1);
         }
         usual(info);
     }));

@@ -1,6 +1,6 @@
-//! Noise that is not as stated: correlated from reading to reading, larger, smaller.
+//! Noise that is not as stated: correlated from reading to reading, larger, smaller, and runs that do not repeat.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Complex;
 use rand_core::Rng;
@@ -54,6 +54,23 @@ fn correlated(machine: &Machine, seed: u64) -> Vec<Reading> {
     readings
 }
 
+/// The measured readings, the response of each run off by a factor of its own, alike at all probes.
+fn not_repeating(machine: &Machine, between_runs: f64, seed: u64) -> Vec<Reading> {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut factors: BTreeMap<Option<String>, Complex<f64>> = BTreeMap::new();
+    let mut readings = machine.readings.clone();
+    for reading in &mut readings {
+        let new = || 1.0 + Complex::new(normal(&mut random), normal(&mut random)) * between_runs;
+        let factor = *factors.entry(reading.run.clone()).or_insert_with(new);
+        reading.probes.iter_mut().flatten().for_each(|y| *y *= factor);
+    }
+    readings
+}
+
+fn runs(machine: &Machine) -> usize {
+    machine.readings.iter().map(|r| &r.run).collect::<BTreeSet<_>>().len()
+}
+
 fn sound() -> Vec<Machine> {
     ["single", "tolerance"].into_iter().flat_map(machines).filter(|m| m.truth.is_empty()).collect()
 }
@@ -95,4 +112,23 @@ fn a_noise_stated_wrong_by_half_either_way_changes_no_verdict() {
             assert_eq!(verdict(by), stated, "{}, noise times {by:.2}", m.name);
         }
     }
+}
+
+#[test]
+fn runs_of_a_sound_machine_that_repeat_to_one_percent_are_not_called_physics() {
+    let mut records = 0;
+    for m in sound().into_iter().filter(|m| runs(m) > 1) {
+        for seed in 0..RECORDS {
+            let found = diagnose(&m.rotor, &not_repeating(&m, 0.01, seed)).unwrap();
+            println!("{}: {:?} {}", m.name, found.scatter, found.summary);
+            assert!(
+                !matches!(found.verdict, Verdict::Missing | Verdict::Unknown),
+                "{}, seed {seed}: {}",
+                m.name,
+                found.summary
+            );
+            records += 1;
+        }
+    }
+    assert!(records >= 8, "{records} records");
 }

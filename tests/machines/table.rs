@@ -26,7 +26,8 @@ fn found() -> &'static [(Machine, Diagnosis)] {
 #[test]
 fn nothing_is_claimed_on_a_table_machine_that_hides_nothing() {
     for (m, answer) in found().iter().filter(|(m, _)| m.truth.is_empty()) {
-        assert_eq!(answer.verdict, Verdict::Adequate, "{}: {}", m.name, answer.summary);
+        let nothing = matches!(answer.verdict, Verdict::Adequate | Verdict::NotDetermined);
+        assert!(nothing, "{}: {}", m.name, answer.summary);
     }
 }
 

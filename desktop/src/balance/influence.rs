@@ -2,216 +2,275 @@
 //!
 //! At each speed the runs are `Y = Y₀ + Σ A U`, U the trial weights: least squares for Y₀, the machine
 //! without any, and A. Nothing of the machine needs to be known but that it is linear; where there are more
-//! runs than coefficients, χ² says whether it is.
+//! runs than coefficients, χ² says whether it is. Units are those of the trials: m and kg·m where they come with a rotor's file, else
+//! the data's own and g·mm.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::grade::{Grade, Rigid};
-use super::{AtSpeed, Balanced, LeastVibration, Misfit, NormalEquations, Plan, Squares};
+use super::sense::Sense;
+use super::speeds::Speeds;
+use super::{Misfit, NormalEquations};
 use crate::error::Error;
-use crate::identify::assumed_noise;
-use crate::machine::drawing::Rotor;
-use crate::measurement::{Reading, rpm};
-use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;
 
-/// Speeds closer than this, relative, are one.
-const SAME_SPEED: f64 = 0.005;
-/// Positions closer than this are one plane, m.
-const SAME_PLANE_M: f64 = 1e-6;
 /// Trial weights, scaled to one, that span less than this do not tell planes apart.
 const INDEPENDENT: f64 = 1e-3;
 
-/// Coefficients of one probe at one speed.
-struct Coefficients {
-    speed_rpm: f64,
-    /// The machine without weights, m.
-    before: C,
-    /// Per unbalance in each correction plane, m per kg·m.
-    per_weight: Vec<C>,
-    /// Covariance of both per component.
-    covariance: DMatrix<C>,
+/// What one probe read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Value {
+    /// Its phasor.
+    pub phasor: C,
+    /// Standard deviation of its components.
+    pub sigma: f64,
+}
+
+/// One reading under known weights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// Number of its run.
+    pub run: usize,
+    /// Number of its speed.
+    pub speed: usize,
+    /// Weights by place.
+    pub weights: Vec<C>,
+    /// By probe; `None` where the reading was lost.
+    pub probes: Vec<Option<Value>>,
 }
 
 /// Trial runs as equations.
-struct Trials {
-    /// Where trial weights sat, m: the correction planes first.
-    positions_m: Vec<f64>,
-    /// Weights of each reading by position, kg·m.
-    weights: Vec<Vec<C>>,
+#[derive(Debug, Clone)]
+pub struct Trials {
+    /// All readings.
+    pub readings: Vec<Trial>,
+    /// Names of the places where weights sat: the correction planes first.
+    pub places: Vec<String>,
+    /// How many of them are correction planes.
+    pub planes: usize,
+    /// Names of the probes.
+    pub probes: Vec<String>,
+    /// Their speeds.
+    pub speeds: Speeds,
+    /// Number of the run that the weights are to be added to; none for the machine without any weight.
+    pub onto: Option<usize>,
+}
+
+/// Coefficients of one probe at one speed.
+#[derive(Debug, Clone)]
+pub struct Coefficients {
+    /// Number of the probe.
+    pub probe: usize,
+    /// Mean speed of the runs, rpm.
+    pub speed_rpm: f64,
+    /// The machine that the weights are to be added to.
+    pub before: C,
+    /// Per unbalance in each correction plane.
+    pub per_weight: Vec<C>,
+    /// Covariance of both per component.
+    pub covariance: DMatrix<C>,
+}
+
+/// What trial runs give.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// By speed and probe.
+    pub coefficients: Vec<Coefficients>,
+    /// Of what the coefficients do not need; `None` if they need all.
+    pub misfit: Option<Misfit>,
+    /// Whether phases have the right sign.
+    pub sense: Sense,
+    /// Slowest and fastest of the speeds that were taken as one and lie furthest apart, rpm.
+    pub widest_rpm: [f64; 2],
+    /// Speeds that too few runs share, rpm.
+    pub left_out_rpm: Vec<f64>,
 }
 
 impl Trials {
-    fn of(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Self, Error> {
-        let added = |r: &Reading| {
-            let run = rotor.run.iter().find(|run| Some(&run.name) == r.run.as_ref());
-            run.map_or(&[][..], |run| &run.added_unbalance)
-        };
-        let mut positions_m = plan.positions_m(rotor);
-        for a in readings.iter().flat_map(added) {
-            if !positions_m.iter().any(|z| (z - a.position_m).abs() < SAME_PLANE_M) {
-                positions_m.push(a.position_m);
-            }
-        }
-        let at = |r: &Reading, z: f64| {
-            let here = added(r).iter().filter(|a| (a.position_m - z).abs() < SAME_PLANE_M);
-            here.map(|a| phasor_kg_m(a.magnitude_g_mm, a.angle_deg)).sum::<C>()
-        };
-        let weights: Vec<Vec<C>> =
-            readings.iter().map(|r| positions_m.iter().map(|z| at(r, *z)).collect()).collect();
-        for (k, plane) in plan.planes.iter().enumerate() {
-            if weights.iter().all(|w| w[k] == C::from(0.0)) {
-                return Err(Error::Unsuitable(format!(
-                    "no run has a trial weight in plane \"{}\", so its influence is not known; add a [[run]] with one",
-                    rotor.plane[*plane].name
-                )));
-            }
-        }
-        Ok(Self { positions_m, weights })
-    }
-
     fn unknowns(&self) -> usize {
-        1 + self.positions_m.len()
+        1 + self.places.len()
     }
 
     /// Largest trial weight, to scale the equations with.
-    fn largest_kg_m(&self) -> f64 {
-        self.weights.iter().flatten().map(|w| w.norm()).fold(f64::MIN_POSITIVE, f64::max)
+    fn largest(&self) -> f64 {
+        self.readings.iter().flat_map(|t| &t.weights).map(|w| w.norm()).fold(f64::MIN_POSITIVE, f64::max)
     }
-}
 
-/// Weights from trial runs alone.
-///
-/// # Errors
-/// One sentence if the trial runs do not hold the coefficients of the chosen planes.
-pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Balanced, Error> {
-    let trials = Trials::of(rotor, readings, plan)?;
-    let (coefficients, misfit) = coefficients(rotor, readings, plan, &trials)?;
-    let planes = plan.planes.len();
-    let per_weight = DMatrix::from_fn(coefficients.len(), planes, |i, j| coefficients[i].per_weight[j]);
-    let before = DVector::from_iterator(coefficients.len(), coefficients.iter().map(|c| c.before));
-    let mut equations = NormalEquations::of(&per_weight, &before);
-    // squares of measured coefficients are too large by their variance, which would make the weights too small
-    for c in &coefficients {
-        let excess = |j: usize, k: usize| 2.0 * c.covariance[(k, j + 1)];
-        for j in 0..planes {
-            equations.right[j] -= excess(j, 0);
-            (0..planes).for_each(|k| equations.matrix[(j, k)] -= excess(j, k + 1));
+    /// Coefficients of every probe at every speed that enough runs share.
+    ///
+    /// # Errors
+    /// One sentence if a correction plane has no trial weight, no speed has enough runs, or the phases are reversed.
+    pub fn fit(&self) -> Result<Fitted, Error> {
+        for (k, plane) in self.places.iter().enumerate().take(self.planes) {
+            if self.readings.iter().all(|t| t.weights[k] == C::from(0.0)) {
+                return Err(Error::Unsuitable(format!(
+                    "no run has a trial weight in plane \"{plane}\", so its influence is not known; measure a run with one and state it"
+                )));
+            }
         }
+        let mut fitted = Fitted {
+            coefficients: Vec::new(),
+            misfit: None,
+            sense: Sense::new(self.probes.len()),
+            widest_rpm: [1.0; 2],
+            left_out_rpm: Vec::new(),
+        };
+        let (mut chi2, mut freedom, mut dependent) = (0.0, 0, false);
+        for (speed, ends_rpm) in self.speeds.ends_rpm.iter().enumerate() {
+            let before = fitted.coefficients.len();
+            for probe in 0..self.probes.len() {
+                match self.at(speed, probe, &mut fitted.sense) {
+                    Row::Coefficients(found, chi2_here, freedom_here) => {
+                        fitted.coefficients.push(found);
+                        chi2 += chi2_here;
+                        freedom += freedom_here;
+                    }
+                    Row::Dependent => dependent = true,
+                    Row::TooFew => (),
+                }
+            }
+            let [slowest, fastest] = fitted.widest_rpm;
+            if fitted.coefficients.len() == before {
+                fitted.left_out_rpm.push(self.speeds.mean_rpm[speed]);
+            } else if ends_rpm[1] / ends_rpm[0] > fastest / slowest {
+                fitted.widest_rpm = *ends_rpm;
+            }
+        }
+        if fitted.coefficients.is_empty() {
+            return Err(Error::Unsuitable(self.why_none(dependent)));
+        }
+        fitted.sense.check(&self.probes)?;
+        fitted.misfit = (freedom > 0).then(|| Misfit { chi2_per_value: chi2 / freedom as f64, freedom });
+        Ok(fitted)
     }
-    let LeastVibration { weights_kg_m: wanted, inverse } = equations.solve()?;
-    let weights = plan.weights(wanted.as_slice());
-    let variance = |c: &Coefficients, w: &dyn Fn(usize) -> C| {
-        let v = DVector::from_fn(c.covariance.nrows(), |i, _| match i {
+
+    fn at(&self, speed: usize, probe: usize, sense: &mut Sense) -> Row {
+        let here = self.readings.iter().filter(|t| t.speed == speed);
+        let rows: Vec<(&Trial, Value)> = here.filter_map(|t| Some((t, t.probes[probe]?))).collect();
+        let unknowns = self.unknowns();
+        let of_onto = |t: &Trial| self.onto.is_none_or(|run| t.run == run);
+        if rows.len() < unknowns || !rows.iter().any(|(t, _)| of_onto(t)) {
+            return Row::TooFew;
+        }
+        let scale = self.largest();
+        let plain = DMatrix::from_fn(rows.len(), unknowns, |i, j| match j {
             0 => C::from(1.0),
-            i if i <= planes => w(i - 1),
-            _ => C::from(0.0),
+            _ => rows[i].0.weights[j - 1] / scale,
         });
-        (v.transpose() * &c.covariance * v.conjugate())[(0, 0)].re.max(0.0)
-    };
-    // how what is not known of the machine moves the weights that are best for it
-    let spread = DMatrix::from_fn(coefficients.len(), planes, |i, j| {
-        per_weight[(i, j)] * variance(&coefficients[i], &|k| wanted[k]).sqrt()
-    });
-    let moved = &inverse * (spread.adjoint() * &spread) * &inverse;
-    let sd_kg_m: Vec<f64> = (0..planes).map(|j| moved[(j, j)].re.max(0.0).sqrt()).collect();
-    let (mut vibration, mut all): (Vec<AtSpeed>, Squares) = Default::default();
-    for at_speed in coefficients.chunk_by(|a, b| a.speed_rpm == b.speed_rpm) {
-        let mut here = Squares::default();
-        for c in at_speed {
-            let placed = |k: usize| weights[k].unbalance_kg_m;
-            let after = (0..planes).fold(c.before, |sum, k| sum + c.per_weight[k] * placed(k));
-            let noise = [variance(c, &|_| C::from(0.0)), variance(c, &placed)].map(|v| 2.0 * v);
-            here.add([c.before.norm_sqr() - noise[0], after.norm_sqr() - noise[1], noise[1]], 1);
+        if plain.singular_values().min() < INDEPENDENT {
+            return Row::Dependent;
         }
-        vibration.push(here.at_speed(at_speed[0].speed_rpm));
-        all.add(here.m2, here.count);
+        let design = DMatrix::from_fn(rows.len(), unknowns, |i, j| plain[(i, j)] / rows[i].1.sigma);
+        let measured = DVector::from_iterator(rows.len(), rows.iter().map(|(_, y)| y.phasor / y.sigma));
+        let Some(inverse) = (design.adjoint() * &design).try_inverse() else { return Row::Dependent };
+        let solve = inverse * design.adjoint();
+        let left = &measured - &design * (&solve * &measured);
+        sense.add(probe, &design, &measured);
+        // what is told, as linear in the readings of unit variance
+        let planes = self.planes;
+        let onto = rows.iter().filter(|(t, _)| self.onto == Some(t.run)).count() as f64;
+        let told = DMatrix::from_fn(1 + planes, rows.len(), |i, j| match (i, self.onto) {
+            (0, None) => solve[(0, j)],
+            (0, Some(run)) if rows[j].0.run == run => C::from(rows[j].1.sigma / onto),
+            (0, Some(_)) => C::from(0.0),
+            _ => solve[(i, j)] / scale,
+        });
+        let values = &told * &measured;
+        let found = Coefficients {
+            probe,
+            speed_rpm: self.speeds.mean_rpm[speed],
+            before: values[0],
+            per_weight: values.iter().skip(1).copied().collect(),
+            covariance: &told * told.adjoint(),
+        };
+        Row::Coefficients(found, left.norm_squared(), 2 * (rows.len() - unknowns))
     }
-    let rigid = Rigid::of(rotor);
-    let positions = plan.positions_m(rotor);
-    let with = |u: Vec<C>| positions.iter().copied().zip(u).collect::<Vec<_>>();
-    let left = weights.iter().zip(wanted.iter()).map(|(w, u)| w.unbalance_kg_m - u).collect();
-    let after_mm_s = rigid.grade_mm_s(&with(left), plan.service_rpm);
-    let deviations: Vec<(f64, f64)> = positions.iter().copied().zip(sd_kg_m.iter().copied()).collect();
-    let grade = Grade {
-        before_mm_s: rigid.grade_mm_s(&with(wanted.iter().map(|u| -u).collect()), plan.service_rpm),
-        after_mm_s,
-        after_at_most_mm_s: after_mm_s + rigid.hidden_mm_s(&deviations, plan.service_rpm),
-    };
-    Ok(Balanced {
-        wanted_kg_m: wanted.iter().copied().collect(),
-        sd_kg_m,
-        weights,
-        vibration,
-        overall: all.overall(),
-        grade,
-        misfit,
-    })
+
+    /// Why no speed has coefficients.
+    fn why_none(&self, dependent: bool) -> String {
+        let places = self.places.len();
+        let planes = format!("{places} plane{}", if places == 1 { "" } else { "s" });
+        let unknowns = self.unknowns();
+        if dependent {
+            return format!(
+                "the trial weights do not tell the planes apart: {planes} need {unknowns} runs with independent trial weights at one \
+                 speed, as one run without weights and one with a weight in each plane"
+            );
+        }
+        let speeds = &self.speeds.mean_rpm;
+        let [slowest, fastest] = [speeds.first(), speeds.last()].map(|s| s.copied().unwrap_or(0.0));
+        let nearest = speeds.windows(2).map(|w| w[1] / w[0] - 1.0).fold(f64::INFINITY, f64::min);
+        let advice = match nearest {
+            near if near < 0.05 => format!(
+                "; the nearest of their speeds differ by {:.2} %, and up to {:.2} % are taken as one (--same-speed)",
+                100.0 * near,
+                100.0 * self.speeds.same
+            ),
+            _ => "; run all of them over the same speeds".into(),
+        };
+        format!(
+            "no speed between {slowest:.0} and {fastest:.0} rpm was measured in {unknowns} runs with independent trial weights, \
+             which {planes} need{advice}"
+        )
+    }
 }
 
-/// Coefficients of every probe at every speed that enough runs share, by speed; and the misfit
-/// of what the coefficients do not need.
-fn coefficients(
-    rotor: &Rotor,
-    readings: &[Reading],
-    plan: &Plan,
-    trials: &Trials,
-) -> Result<(Vec<Coefficients>, Option<Misfit>), Error> {
-    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
-    let [from, to] = plan.range_rpm;
-    let mut order: Vec<usize> =
-        (0..readings.len()).filter(|r| (from..=to).contains(&readings[*r].speed_rpm)).collect();
-    order.sort_by(|a, b| readings[*a].speed_rpm.total_cmp(&readings[*b].speed_rpm));
-    let scale = trials.largest_kg_m();
-    let unknowns = trials.unknowns();
-    let (mut all, mut chi2, mut freedom) = (Vec::new(), 0.0, 0);
-    let mut rest = order.as_slice();
-    while let Some(first) = rest.first() {
-        let speed_rad_s = readings[*first].speed_rad_s();
-        let same = |r: &&usize| readings[**r].speed_rad_s() <= speed_rad_s * (1.0 + SAME_SPEED);
-        let (group, others) = rest.split_at(rest.iter().take_while(same).count());
-        rest = others;
-        for probe in 0..rotor.probe.len() {
-            let rows: Vec<(usize, C)> =
-                group.iter().filter_map(|r| Some((*r, readings[*r].probes[probe]?))).collect();
-            if rows.len() < unknowns {
-                continue;
+/// What one probe's readings at one speed give.
+enum Row {
+    /// With χ² and the degrees of freedom.
+    Coefficients(Coefficients, f64, usize),
+    TooFew,
+    Dependent,
+}
+
+impl Coefficients {
+    /// Variance per component of the vibration under weights.
+    pub fn variance(&self, weights: &[C]) -> f64 {
+        let v = DVector::from_fn(self.covariance.nrows(), |i, _| match i {
+            0 => C::from(1.0),
+            i => weights[i - 1],
+        });
+        (v.transpose() * &self.covariance * v.conjugate())[(0, 0)].re.max(0.0)
+    }
+
+    /// The vibration under weights.
+    pub fn under(&self, weights: &[C]) -> C {
+        self.before + self.per_weight.iter().zip(weights).map(|(a, w)| a * w).sum::<C>()
+    }
+}
+
+/// Influence of every plane, a row a coefficient, and the vibration before.
+pub fn stacked(all: &[Coefficients]) -> (DMatrix<C>, DVector<C>) {
+    let planes = all.first().map_or(0, |c| c.per_weight.len());
+    let per_weight = DMatrix::from_fn(all.len(), planes, |i, j| all[i].per_weight[j]);
+    (per_weight, DVector::from_iterator(all.len(), all.iter().map(|c| c.before)))
+}
+
+/// Normal equations of the weights of least squares. Squares of measured coefficients are too large by their variance, which
+/// would make the weights too small: it is taken off.
+pub(super) fn normal_equations(all: &[Coefficients]) -> NormalEquations {
+    let (per_weight, before) = stacked(all);
+    let planes = per_weight.ncols();
+    let excess = |j: usize, k: usize| all.iter().map(|c| 2.0 * c.covariance[(k, j + 1)]).sum::<C>();
+    let matrix = DMatrix::from_fn(planes, planes, |j, k| excess(j, k + 1));
+    NormalEquations::of(&per_weight, &before).less(matrix, &DVector::from_fn(planes, |j, _| excess(j, 0)))
+}
+
+/// Standard deviation per component of weights of least squares: how what is not known of the machine moves the weights that
+/// are best for it. `inverse` is that of the normal matrix.
+pub(super) fn standard_deviations(all: &[Coefficients], inverse: &DMatrix<C>, weights: &[C]) -> Vec<f64> {
+    let planes = weights.len();
+    let mut middle = DMatrix::zeros(planes, planes);
+    for c in all {
+        let (moved, left) = (c.variance(weights), c.under(weights).norm_sqr());
+        for j in 0..planes {
+            for k in 0..planes {
+                // of the vibration, and of the direction along which what is left is projected
+                middle[(j, k)] +=
+                    c.per_weight[j].conj() * c.per_weight[k] * moved + c.covariance[(k + 1, j + 1)] * left;
             }
-            let sigma = |y: &C| noise.relative * y.norm() + noise.floor_um * 1e-6;
-            let equations = DMatrix::from_fn(rows.len(), unknowns, |i, j| {
-                let (row, y) = &rows[i];
-                let column = if j == 0 { C::from(1.0) } else { trials.weights[*row][j - 1] / scale };
-                column / sigma(y)
-            });
-            let measured = DVector::from_iterator(rows.len(), rows.iter().map(|(_, y)| y / sigma(y)));
-            let plain = DMatrix::from_fn(rows.len(), unknowns, |i, j| equations[(i, j)] * sigma(&rows[i].1));
-            if plain.svd(false, false).singular_values.min() < INDEPENDENT {
-                continue;
-            }
-            let Some(covariance) = (equations.adjoint() * &equations).try_inverse() else { continue };
-            let solution = &covariance * equations.adjoint() * &measured;
-            chi2 += (&measured - &equations * &solution).norm_squared();
-            freedom += 2 * (rows.len() - unknowns);
-            let size = |j: usize| if j == 0 { 1.0 } else { scale };
-            all.push(Coefficients {
-                speed_rpm: rpm(speed_rad_s),
-                before: solution[0],
-                per_weight: (0..plan.planes.len()).map(|k| solution[k + 1] / scale).collect(),
-                covariance: DMatrix::from_fn(unknowns, unknowns, |i, j| {
-                    covariance[(i, j)] / (size(i) * size(j))
-                }),
-            });
         }
     }
-    if all.is_empty() {
-        return Err(Error::Unsuitable(format!(
-            "no speed between {from:.0} and {to:.0} rpm was measured in {unknowns} runs with independent trial weights, \
-             which {} plane{} need; run all of them over the same speeds",
-            trials.positions_m.len(),
-            if trials.positions_m.len() == 1 { "" } else { "s" }
-        )));
-    }
-    let misfit = || Misfit { chi2_per_value: chi2 / freedom as f64, freedom };
-    Ok((all, (freedom > 0).then(misfit)))
+    let moved = inverse * middle * inverse;
+    (0..planes).map(|j| moved[(j, j)].re.max(0.0).sqrt()).collect()
 }

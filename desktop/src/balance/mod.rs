@@ -3,18 +3,29 @@
 //! | module | holds |
 //! |---|---|
 //! | [`model`] | weights that make the model's vibration least |
-//! | [`influence`] | the same from trial runs, without a model of the machine |
+//! | [`influence`] | influence coefficients of trial runs, without a model of the machine |
+//! | [`trial_runs`] | weights from them, for a rotor's file |
+//! | [`speeds`], [`sense`] | which readings are of one speed; whether phases have the right sign |
+//! | [`optimum`] | least squares, least largest vibration, and limits |
+//! | [`alone`] | weights of a machine that has no file |
+//! | [`places`] | fixed holes or blades |
 //! | [`weights`] | what can really be screwed in: radii and steps of mass |
 //! | [`grade`] | balance quality grade of ISO 21940-11 |
 //!
 //! All weights are for the machine without any trial weight. Angles are those of the unbalance they
 //! make: from the keyphasor mark, in the direction of rotation.
 
+pub mod alone;
 pub mod grade;
 pub mod influence;
 pub mod model;
+pub mod optimum;
+pub mod places;
+pub mod sense;
+pub mod speeds;
 #[cfg(test)]
 mod tests;
+pub mod trial_runs;
 pub mod weights;
 
 use nalgebra::{Complex, DMatrix, DVector};
@@ -39,6 +50,8 @@ pub struct Plan {
     pub range_rpm: [f64; 2],
     /// Speed at which the grade is stated, rpm.
     pub service_rpm: f64,
+    /// Speeds of runs that differ by no more than this, relative, are one.
+    pub same_speed: f64,
 }
 
 /// The machine at one speed, with and without the weights.
@@ -170,6 +183,8 @@ impl Plan {
 struct NormalEquations {
     matrix: DMatrix<C>,
     right: DVector<C>,
+    /// What noise had added to the matrix, and was taken off.
+    noise: DMatrix<C>,
 }
 
 /// Weights, and the inverse of the matrix that they solve.
@@ -180,22 +195,66 @@ struct LeastVibration {
 
 impl NormalEquations {
     fn of(per_weight: &DMatrix<C>, before: &DVector<C>) -> Self {
-        Self { matrix: per_weight.adjoint() * per_weight, right: per_weight.adjoint() * before }
+        let planes = per_weight.ncols();
+        Self {
+            matrix: per_weight.adjoint() * per_weight,
+            right: per_weight.adjoint() * before,
+            noise: DMatrix::zeros(planes, planes),
+        }
     }
 
-    fn solve(self) -> Result<LeastVibration, Error> {
-        let size = self.matrix.diagonal().map(|d| d.re.max(0.0).sqrt());
-        let scaled = self.matrix.map_with_location(|i, j, n| n / (size[i] * size[j]));
-        let values = scaled.clone().symmetric_eigenvalues();
-        if scaled.iter().any(|s| !s.re.is_finite()) || values.min() < ALIKE {
-            return Err(Error::Unsuitable(
+    /// Takes off what noise added.
+    fn less(mut self, matrix: DMatrix<C>, right: &DVector<C>) -> Self {
+        self.matrix -= &matrix;
+        self.right -= right;
+        self.noise += matrix;
+        self
+    }
+
+    /// The inverse of the matrix; `planes` are their names.
+    ///
+    /// # Errors
+    /// One sentence if a plane moves nothing, planes act alike, or noise hides what they do.
+    fn inverse(&self, planes: &[impl AsRef<str>]) -> Result<DMatrix<C>, Error> {
+        let unsuitable = |what: String| Err(Error::Unsuitable(what));
+        let name = |j: usize| format!("\"{}\"", planes[j].as_ref());
+        let shown = &self.matrix + &self.noise;
+        let size = shown.diagonal().map(|d| d.re.max(0.0).sqrt());
+        if let Some(j) = (0..size.len()).find(|j| size[*j].is_nan() || size[*j] <= 0.0) {
+            return unsuitable(format!("no weight in plane {} moves any probe", name(j)));
+        }
+        let scaled = |m: &DMatrix<C>| m.map_with_location(|i, j, n| n / (size[i] * size[j]));
+        if scaled(&shown).symmetric_eigenvalues().min() < ALIKE {
+            return unsuitable(
                 "the correction planes act alike on every probe at these speeds; choose fewer planes, or more speeds"
                     .into(),
-            ));
+            );
         }
-        let inverse =
-            self.matrix.try_inverse().ok_or_else(|| Error::Unsuitable("no plane moves any probe".into()))?;
-        Ok(LeastVibration { weights_kg_m: -(&inverse * self.right), inverse })
+        let without_noise = scaled(&self.matrix).symmetric_eigen();
+        if without_noise.eigenvalues.min() < ALIKE {
+            let hidden = (0..size.len()).find(|j| self.matrix[(*j, *j)].re < 0.5 * shown[(*j, *j)].re);
+            let least = without_noise.eigenvectors.column(without_noise.eigenvalues.imin());
+            return unsuitable(match hidden {
+                Some(j) => format!(
+                    "the noise hides what the trial weight in plane {} does; repeat with a larger trial weight, or with more readings",
+                    name(j)
+                ),
+                None => {
+                    let mixed = (0..size.len()).filter(|j| least[*j].norm() > 0.3).map(name);
+                    format!(
+                        "the noise hides in what the planes {} differ; repeat with larger trial weights or more readings, or choose fewer \
+                         planes",
+                        mixed.collect::<Vec<_>>().join(" and ")
+                    )
+                }
+            });
+        }
+        self.matrix.clone().try_inverse().ok_or_else(|| Error::Unsuitable("no plane moves any probe".into()))
+    }
+
+    fn solve(&self, planes: &[impl AsRef<str>]) -> Result<LeastVibration, Error> {
+        let inverse = self.inverse(planes)?;
+        Ok(LeastVibration { weights_kg_m: -(&inverse * &self.right), inverse })
     }
 }
 

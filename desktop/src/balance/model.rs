@@ -74,7 +74,8 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
         speeds_rad_s,
     };
     let without = machine.with(&vec![C::from(0.0); plan.planes.len()])?;
-    let Solved { wanted, inverse, per_weight } = solve(&machine)?;
+    let names: Vec<&str> = plan.planes.iter().map(|p| rotor.plane[*p].name.as_str()).collect();
+    let Solved { wanted, inverse, per_weight } = solve(&machine, &names)?;
     let weights = plan.weights(&wanted);
     let placed: Vec<C> = weights.iter().map(|w| w.unbalance_kg_m).collect();
     let left = machine.with(&placed)?;
@@ -113,7 +114,7 @@ struct Solved {
     per_weight: DMatrix<C>,
 }
 
-fn solve(machine: &Machine) -> Result<Solved, Error> {
+fn solve(machine: &Machine, planes: &[&str]) -> Result<Solved, Error> {
     let mut weights = vec![C::from(0.0); machine.planes.len()];
     let mut round = 0;
     loop {
@@ -124,7 +125,7 @@ fn solve(machine: &Machine) -> Result<Solved, Error> {
         // what the machine would do without the weights, its supports as they are with them
         let before = motion.column(0) - &per_weight * DVector::from_column_slice(&weights);
         let LeastVibration { weights_kg_m: next, inverse } =
-            NormalEquations::of(&per_weight, &before).solve()?;
+            NormalEquations::of(&per_weight, &before).solve(planes)?;
         let change: f64 = next.iter().zip(&weights).map(|(a, b)| (a - b).norm_sqr()).sum();
         round += 1;
         if change <= SETTLED.powi(2) * next.norm_squared() || round == ROUNDS {

@@ -3,11 +3,13 @@ use rand::{Rng, SeedableRng, rngs::StdRng};
 use rand_distr::StandardNormal;
 
 use super::grade::{Rigid, largest_plausible_g_mm, permissible_g_mm};
-use super::influence::from_trial_runs;
 use super::model::from_model;
+use super::speeds::SAME_SPEED;
+use super::trial_runs::from_trial_runs;
 use super::weights::Allowed;
 use super::*;
-use crate::machine::drawing::{AddedUnbalance, Noise, Rated, Run};
+use crate::machine::drawing::{AddedUnbalance, Noise, Rated, Run, Tolerance};
+use crate::machine::tolerance::Deviations;
 use crate::measurement::{Reading, rad_s};
 use crate::model::Model;
 use crate::testing::{sample_rotor, uniform_shaft};
@@ -81,6 +83,7 @@ fn plan(planes: &[usize]) -> Plan {
         allowed: vec![Allowed::default(); planes.len()],
         range_rpm: [0.0, 1e5],
         service_rpm: 8000.0,
+        same_speed: SAME_SPEED,
     }
 }
 
@@ -248,4 +251,21 @@ fn a_stated_grade_permits_its_eccentricity_times_the_mass_and_makes_three_grades
     // G 2.5, 6.3, 16, 40
     let ratio = largest_plausible_g_mm(&rotor).unwrap() / permissible;
     assert!((ratio - 40.0 / 2.5).abs() < 0.5, "{ratio}");
+}
+
+#[test]
+fn trial_weights_that_sit_in_a_plane_move_with_it_when_a_fit_corrects_the_drawing() {
+    let mut rotor = machine();
+    rotor.tolerance = Some(Tolerance { position_m: 0.002, ..Tolerance::default() });
+    // as a file may round it
+    rotor.run[1].added_unbalance[0].position_m += 4e-7;
+    let readings = measured(&machine(), None);
+    let drawn = from_trial_runs(&rotor, &readings, &plan(&[0, 1])).unwrap();
+    let deviations = Deviations::of(&rotor);
+    let t = DVector::from_fn(deviations.len(), |k, _| if k % 2 == 0 { 0.7 } else { -0.4 });
+    let before = rotor.plane[0].position_m;
+    deviations.build_into(&mut rotor, &t);
+    assert!((rotor.plane[0].position_m - before).abs() > 1e-4);
+    let moved = from_trial_runs(&rotor, &readings, &plan(&[0, 1])).unwrap();
+    assert_eq!(drawn.wanted_kg_m, moved.wanted_kg_m);
 }

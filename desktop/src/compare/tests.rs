@@ -7,7 +7,8 @@ use rand_distr::StandardNormal;
 use super::*;
 use crate::testing::uniform_shaft;
 
-const NOISE: Noise = Noise { relative: 0.0, floor_um: 0.1, scale: None, correlation: None };
+const NOISE: Noise =
+    Noise { relative: 0.0, floor_um: 0.1, scale: None, correlation: None, between_runs: None };
 const SPEEDS: usize = 50;
 
 /// Two standard normal numbers.
@@ -110,7 +111,13 @@ fn noise_alone_is_called_physics_at_the_nominal_rate() {
 #[test]
 fn correlation_does_not_depend_on_how_large_the_noise_is_said_to_be() {
     let readings = measured(5, [0.0; 4]);
-    let loud = Noise { relative: 0.0, floor_um: 10.0 * NOISE.floor_um, scale: None, correlation: None };
+    let loud = Noise {
+        relative: 0.0,
+        floor_um: 10.0 * NOISE.floor_um,
+        scale: None,
+        correlation: None,
+        between_runs: None,
+    };
     let as_stated = compare(&readings);
     let overstated = Comparison::new(&uniform_shaft(), &readings, &predicted(), &loud, 0);
     assert!((as_stated.neighbours.correlation - overstated.neighbours.correlation).abs() < 1e-12);

@@ -46,8 +46,8 @@ pub struct Candidate {
     pub at: Option<String>,
     /// Probability that this, and nothing else of the list or nothing at all, is what is missing.
     pub probability: f64,
-    /// BIC of the model minus BIC with the effect: evidence for it.
-    pub delta_bic: f64,
+    /// Evidence for it over the model: twice the logarithm of the Bayes factor.
+    pub support: f64,
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) with the effect.
     pub error_after: f64,
     /// χ² per measured real number with the effect.

@@ -16,7 +16,8 @@ const REFINED: usize = 10;
 pub struct Tried {
     pub assumed: Assumed,
     pub fit: Fit,
-    pub delta_bic: f64,
+    /// For it over the model: twice the logarithm of the Bayes factor.
+    pub evidence: f64,
     pub disqualified: Option<String>,
     /// The drawing's errors taken around this fit, where that was done.
     pub own_drawing: Option<Drawing>,
@@ -145,8 +146,8 @@ impl<'a> Base<'a> {
             self.finish(t)
         })?;
         // behind those whose noise and drawing errors were settled
-        let least = refined.iter().map(|t| t.delta_bic).fold(f64::INFINITY, f64::min);
-        rest.iter_mut().for_each(|t| t.delta_bic = t.delta_bic.min(least));
+        let least = refined.iter().map(|t| t.evidence).fold(f64::INFINITY, f64::min);
+        rest.iter_mut().for_each(|t| t.evidence = t.evidence.min(least));
         strongest_first(&mut tried);
         Ok(tried)
     }
@@ -160,9 +161,10 @@ impl<'a> Base<'a> {
             starts = starts.into_iter().step_by(2).collect();
         }
         let fit = self.fitter.fit(&with, &starts, drawing, Effort::Rough, Some(&base.amplitudes))?;
-        let under_own = |fit: &Fit| self.fitter.cost_under_own_scatter(fit, drawing) + fit.occam();
-        let delta_bic = under_own(base) - under_own(&fit);
-        Ok(Tried { assumed, delta_bic, fit, disqualified: None, own_drawing: None })
+        let under_own = |fit: &Fit| self.fitter.cost_under_own_scatter(fit, drawing);
+        let unknowns = fit.effect_unknowns - base.effect_unknowns;
+        let evidence = self.fitter.sizes.evidence(under_own(base) - under_own(&fit), unknowns);
+        Ok(Tried { assumed, evidence, fit, disqualified: None, own_drawing: None })
     }
 
     /// Settles noise and drawing errors together with a candidate.
@@ -177,7 +179,7 @@ impl<'a> Base<'a> {
             self.fitter.settled(&with, &t.fit, &self.search.0, Effort::Search)?
         };
         let (fit, own) = self.fitter.under_own_scatter(&with, fit, own)?;
-        t.delta_bic = self.fit.bic() - fit.bic();
+        t.evidence = self.fitter.evidence(&self.fit, &fit);
         (t.fit, t.own_drawing) = (fit, Some(own));
         Ok(())
     }
@@ -229,8 +231,8 @@ pub fn same(a: &Assumed, b: &Assumed) -> bool {
 }
 
 fn strongest_first(tried: &mut [Tried]) {
-    let key = |t: &Tried| if t.disqualified.is_some() { f64::NEG_INFINITY } else { t.delta_bic };
-    tried.sort_by(|a, b| key(b).total_cmp(&key(a)).then(b.delta_bic.total_cmp(&a.delta_bic)));
+    let key = |t: &Tried| if t.disqualified.is_some() { f64::NEG_INFINITY } else { t.evidence };
+    tried.sort_by(|a, b| key(b).total_cmp(&key(a)).then(b.evidence.total_cmp(&a.evidence)));
 }
 
 /// Search coordinates of a fit of `from` in the scales of `to`.

@@ -134,7 +134,7 @@ pub fn not_reversed(base: &Base, rotor: &Rotor, readings: &[Reading], noise: &No
     let drawing = fitter.exact_drawing();
     let reversed = fitter.fit(&base.hypothesis, &start, &drawing, Effort::Search, amplitudes);
     if reversed.is_ok_and(|r| r.chi2 < 0.25 * base.search.1.chi2) {
-        return Err(Error::Unsuitable(
+        return Err(Error::ReversedPhases(
             "the phases are reversed: every forward whirl appears backward. Change the sign of all _sin_um columns, \
              or swap the X and Y probes"
                 .into(),

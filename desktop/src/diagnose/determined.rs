@@ -120,17 +120,21 @@ impl Determined {
         self.planes.len() > 1 && self.condition > ALIKE
     }
 
+    /// That the planes act nearly alike, in one clause; `None` if they do not.
+    pub fn alike(&self) -> Option<String> {
+        self.act_alike().then(|| {
+            format!(
+                "the planes are poorly determined, as they act nearly alike (condition {0:.0}: by as many percent a \
+                 combination of them is off for each percent that the model is)",
+                self.condition
+            )
+        })
+    }
+
     /// Why the model is not fit to balance by, in one clause; `None` if it is.
     pub fn doubt(&self) -> Option<String> {
         let open = self.planes.iter().find(|p| !p.is_determined())?;
-        let alike = if self.act_alike() {
-            format!(
-                "; the planes are poorly determined, as they act nearly alike (condition {:.0})",
-                self.condition
-            )
-        } else {
-            String::new()
-        };
+        let alike = self.alike().map(|alike| format!("; {alike}")).unwrap_or_default();
         Some(format!(
             "the unbalance of plane {} is {:.0} g·mm give or take {:.0}{alike}",
             open.name, open.unbalance_g_mm, open.region[0]
@@ -182,6 +186,11 @@ mod tests {
         let both = Determined::new(["1", "2"], &u, &covariance);
         assert!((both.condition - 30.0).abs() < 1e-6);
         let doubt = both.doubt().unwrap();
-        assert!(doubt.contains("plane 1") && doubt.contains("nearly alike (condition 30)"), "{doubt}");
+        assert!(doubt.contains("plane 1") && doubt.contains("nearly alike (condition 30:"), "{doubt}");
+        let large = Determined::new(["1", "2"], &u.map(|u| 10.0 * u), &covariance);
+        assert!(large.planes.iter().all(DeterminedPlane::is_determined), "by noise alone");
+        assert!(
+            large.doubt().is_none() && large.alike().unwrap().starts_with("the planes are poorly determined")
+        );
     }
 }

@@ -5,7 +5,7 @@ use super::as_file::as_file;
 use super::base::{Base, Tried};
 use super::determined::Determined;
 use super::rank::Ranking;
-use super::runs::RunChange;
+use super::runs::{RefutedRun, RunChange};
 use super::sweep::Sweep;
 use super::unknown::Unknown;
 use super::verdict::{Evidence, Said};
@@ -28,28 +28,44 @@ const PRIOR: f64 = 0.5;
 pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error> {
     let rotor = &rotor.as_stated();
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    Ok(examine(&fitter, readings, noise)?.diagnosis)
+}
+
+/// A diagnosis with what it stands on.
+pub struct Examined<'a> {
+    pub diagnosis: Diagnosis,
+    pub base: Base<'a>,
+    /// Nothing where the data hold no more than bearings and planes.
+    pub weighed: Option<Weighed>,
+}
+
+/// Diagnoses the machine of a fitter, as it was stated before any fit, from the readings that it was made of.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn examine<'a>(
+    fitter: &'a Fitter<'a>,
+    readings: &[Reading],
+    noise: Noise,
+) -> Result<Examined<'a>, Error> {
+    let rotor = fitter.rotor;
     let mut remarks = checks::before(rotor, readings)?;
     remarks.extend(checks::assumed(rotor, &noise));
-    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
-    let base = Base::fit(&fitter)?;
+    let base = Base::fit(fitter)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     let determined = Determined::by(&base, &base.hypothesis, &base.fit, &base.drawing)?;
     if let Some(why) = rank::saturation(&base) {
-        return Ok(base.undecidable(why, noise, remarks, determined));
+        let diagnosis = base.undecidable(why, noise, remarks, determined);
+        return Ok(Examined { diagnosis, base, weighed: None });
     }
-    let Weighed { tried, unknown, ranking } = base.weighed()?;
+    let weighed = base.weighed()?;
+    let Weighed { tried, unknown, ranking } = &weighed;
     let held_out = match tried.first() {
         Some(best) if ranking.nothing_missing < SURE => Some(held_out::check(&base, best, readings, &noise)?),
         _ => None,
     };
-    let evidence = Evidence {
-        base: &base,
-        tried: &tried,
-        ranking: &ranking,
-        unknown: &unknown,
-        held_out,
-        determined: &determined,
-    };
+    let evidence = Evidence { base: &base, tried, ranking, unknown, held_out, determined: &determined };
     let least = tried.iter().map(|t| base.relative_error(&t.fit)).fold(f64::INFINITY, f64::min);
     checks::this_machine(rotor, least.min(base.relative_error(base.closest())))?;
     let sweep = Sweep::of(&as_file(&base.hypothesis, &base.fit), readings, &noise);
@@ -63,10 +79,13 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
         said.summary =
             "The misfit is that of a run too fast for a steady response; nothing is claimed.".into();
     }
-    let Said { verdict, summary, scatter, outside } = said;
+    let Said { verdict, mut summary, scatter, outside } = said;
+    if let Some(alike) = determined.alike().filter(|_| verdict != Verdict::NotDetermined) {
+        summary += &format!(" Besides, {alike}.");
+    }
     remarks.extend(sweep.map(|sweep| sweep.remark));
     let advice = match verdict {
-        Verdict::Undecided if !too_fast => advice::between_fits(&base, &tried, &ranking, &noise),
+        Verdict::Undecided if !too_fast => advice::between_fits(&base, tried, ranking, &noise),
         _ => Vec::new(),
     };
     if verdict == Verdict::Undecided && !too_fast && advice.is_empty() {
@@ -74,36 +93,25 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
     }
     let stands_on = if verdict == Verdict::Missing { tried.first().map(|t| &t.fit) } else { None };
     remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&base.fit).unknowns));
-    let mut refuted = Vec::new();
-    if let Some(best) = tried.first() {
-        let changes = RunChange::beyond(&base, &base.hypothesis.with(best.assumed), &best.fit);
-        match verdict {
-            Verdict::Missing => {
-                let (not_true, others) = runs::told(&changes, ranking.probabilities[0]);
-                refuted = not_true;
-                remarks.extend(others);
-            }
-            Verdict::Undecided if !too_fast => {
-                let label = best.assumed.label(rotor);
-                remarks.extend(changes.iter().map(|c| format!("With {label}: {}", c.words())));
-            }
-            _ => {}
-        }
-    }
-    let cause = (verdict == Verdict::Unknown || outside >= SURE).then(|| unknown.cause(&fitter, outside));
+    let (refuted, of_runs) = match tried.first() {
+        Some(best) if !too_fast => base.of_runs(best, verdict, ranking.probabilities[0]),
+        _ => (Vec::new(), Vec::new()),
+    };
+    remarks.extend(of_runs);
+    let cause = (verdict == Verdict::Unknown || outside >= SURE).then(|| unknown.cause(fitter, outside));
     let candidates = tried
         .iter()
         .zip(&ranking.probabilities)
         .map(|(t, probability)| base.candidate(t, *probability))
         .collect();
-    Ok(Diagnosis {
+    let diagnosis = Diagnosis {
         verdict,
         summary,
         error_before: base.relative_error(base.closest()),
         chi2_per_value: base.closest().chi2_per_value(),
         nothing_missing: ranking.nothing_missing,
         candidates,
-        indistinguishable: ranking.groups,
+        indistinguishable: ranking.groups.clone(),
         saturated: false,
         too_fast,
         held_out,
@@ -114,7 +122,8 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
         unknown: cause,
         determined,
         refuted,
-    })
+    };
+    Ok(Examined { diagnosis, base, weighed: Some(weighed) })
 }
 
 /// Whether a run that swept too fast leaves nothing to be missed: so fast that no steady response can be had from it, or
@@ -131,11 +140,25 @@ pub struct Weighed {
 }
 
 impl Base<'_> {
-    /// Known effects, an unknown force and nothing at all, weighed against one another.
+    /// What the best candidate says of one run beside the others: stated weights that it refutes, and remarks.
+    fn of_runs(&self, best: &Tried, verdict: Verdict, probability: f64) -> (Vec<RefutedRun>, Vec<String>) {
+        let changes = RunChange::beyond(self, &self.hypothesis.with(best.assumed), &best.fit);
+        match verdict {
+            Verdict::Missing => runs::told(&changes, probability),
+            Verdict::Undecided => {
+                let label = best.assumed.label(self.fitter.rotor);
+                let remark = |c: &RunChange| format!("With {label}: {}", c.words());
+                (Vec::new(), changes.iter().map(remark).collect())
+            }
+            _ => (Vec::new(), Vec::new()),
+        }
+    }
+
+    /// Known effects, an unknown cause and nothing at all, weighed against one another.
     pub fn weighed(&self) -> Result<Weighed, Error> {
         let tried = self.try_all()?;
         let unknown = Unknown::beside(self)?;
-        let ranking = rank::rank(self, &tried, Some(unknown.delta_bic));
+        let ranking = rank::rank(self, &tried, Some(unknown.evidence));
         Ok(Weighed { tried, unknown, ranking })
     }
 
@@ -159,7 +182,7 @@ impl Base<'_> {
             effect: a.effect.name(),
             at: a.place.name(rotor).map(str::to_string),
             probability,
-            delta_bic: 0.0,
+            support: 0.0,
             error_after: error_before,
             chi2_per_value: self.closest().chi2_per_value(),
             parameters: Vec::new(),
@@ -169,7 +192,8 @@ impl Base<'_> {
         };
         Diagnosis {
             verdict: Verdict::Undecided,
-            summary: format!("{why}."),
+            summary: [Some(why), determined.alike()].into_iter().flatten().collect::<Vec<_>>().join("; ")
+                + ".",
             error_before,
             chi2_per_value: self.closest().chi2_per_value(),
             nothing_missing: PRIOR,
@@ -196,7 +220,7 @@ impl Base<'_> {
             effect: t.assumed.effect.name(),
             at: t.assumed.place.name(rotor).map(str::to_string),
             probability,
-            delta_bic: t.delta_bic,
+            support: t.evidence,
             error_after: self.relative_error(&t.fit),
             chi2_per_value: t.fit.chi2_per_value(),
             parameters: parameters::of(&with, &t.fit),

@@ -4,7 +4,7 @@ use super::answer::{Candidate, SURE, Verdict};
 use super::as_file::as_file;
 use super::base::{Base, same};
 use super::determined::Determined;
-use super::diagnosis::{Weighed, diagnose};
+use super::diagnosis::{Examined, Weighed, diagnose, examine};
 use super::runs::{RefutedRun, RunChange};
 use super::sets::{Reach, Set, Together, together};
 use super::unknown::UnknownCause;
@@ -118,8 +118,8 @@ pub struct Outcome {
 /// more than noise. Where rivals cannot be told apart the best of them is added: they predict this machine alike.
 ///
 /// As long as no single effect is enough, the best few sets are followed side by side, and the one that explains most
-/// is kept; `progress` hears of each effect of that set. Where an unknown force explains the data better than
-/// any set of effects, none is added.
+/// is kept; `progress` hears of each effect of that set. Where an unknown cause explains the data better than
+/// any set of effects that physics allows, none is added.
 ///
 /// # Errors
 /// As [`super::diagnose`].
@@ -128,7 +128,10 @@ pub fn improve(
     readings: &[Reading],
     mut progress: impl FnMut(&Step),
 ) -> Result<Outcome, Error> {
-    let at_start = diagnose(rotor, readings)?;
+    let stated = rotor.as_stated();
+    let noise = stated.noise.unwrap_or_else(|| assumed_noise(readings));
+    let fitter = Fitter::new(&stated, Data::new(&stated, &noise, readings));
+    let Examined { diagnosis: at_start, base: start, weighed } = examine(&fitter, readings, noise)?;
     let mut outcome = Outcome {
         rotor: rotor.clone(),
         steps: Vec::new(),
@@ -143,21 +146,15 @@ pub fn improve(
         refuted: Vec::new(),
         remarks: Vec::new(),
     };
-    if at_start.saturated {
-        return Ok(outcome);
-    }
-    let rotor = &rotor.as_stated();
-    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
-    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    let Some(Weighed { tried, unknown, .. }) = weighed else { return Ok(outcome) };
     let nothing_known = matches!(at_start.verdict, Verdict::Adequate | Verdict::NotDetermined);
     if nothing_known || at_start.too_fast || at_start.nothing_missing >= SURE {
-        let base = Base::fit(&fitter)?;
-        outcome.rotor = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
+        outcome.rotor = fitter.corrected(as_file(&start.hypothesis, &start.fit), &start.fit, &start.drawing);
         return Ok(outcome);
     }
-    let start = Base::fit(&fitter)?;
-    let Weighed { tried, unknown, .. } = start.weighed()?;
-    let Together { set, unknown_odds } = together(&start, &tried, &unknown, REACH)?;
+    let together = together(&start, &tried, &unknown, REACH)?;
+    let outside = together.outside(1.0 - at_start.nothing_missing);
+    let Together { set, unknown_odds } = together;
     let Some(Set { base: mut best, rivals, .. }) = set.filter(|_| unknown_odds < 1.0) else {
         outcome.rotor = fitter.corrected(as_file(&start.hypothesis, &start.fit), &start.fit, &start.drawing);
         if outcome.verdict != Verdict::Unknown {
@@ -166,7 +163,7 @@ pub fn improve(
             outcome.summary = "Something is missing, and no set of known effects explains it that physics allows and the data \
                                prefer to an unknown cause."
                 .into();
-            outcome.unknown = Some(unknown.cause(&fitter, 1.0 - at_start.nothing_missing));
+            outcome.unknown = Some(unknown.cause(&fitter, outside));
         }
         return Ok(outcome);
     };

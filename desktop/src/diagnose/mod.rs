@@ -1,8 +1,8 @@
 //! Which physical effect is missing in a model?
 //!
 //! Every effect, at every place where it can sit, is fitted on top of the model with bearings and planes
-//! free, allowing for what the drawing's tolerances could have done. The fits are ranked by the Bayesian
-//! information criterion and turned into probabilities; the best must also predict speeds that it was
+//! free, allowing for what the drawing's tolerances could have done. The fits are ranked by their evidence
+//! (`inference::evidence`) and turned into probabilities; the best must also predict speeds that it was
 //! not fitted to. Where the data cannot decide, the answer says so, names the rivals, and says which
 //! measurement would tell them apart.
 

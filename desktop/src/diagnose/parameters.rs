@@ -92,10 +92,21 @@ pub fn split<'f>(with: &Hypothesis, fit: &'f Fit) -> Vec<(Vec<f64>, &'f [Complex
 
 /// Why physics does not allow these parameters: one lies outside its bounds by more than chance.
 pub fn beyond_physics(parameters: &[FittedParameter]) -> Option<String> {
+    outside_bounds(parameters, BEYOND)
+}
+
+/// Why these parameters of an effect that the file states are not to be relied on: the most probable value of one is none that
+/// physics allows, whatever its uncertainty.
+pub fn at_bounds(parameters: &[FittedParameter]) -> Option<String> {
+    outside_bounds(parameters, 0.0)
+}
+
+/// A parameter that lies outside its bounds by more than so many standard deviations.
+fn outside_bounds(parameters: &[FittedParameter], deviations: f64) -> Option<String> {
     parameters.iter().find_map(|p| {
         let size = p.value.iter().map(|v| v * v).sum::<f64>().sqrt();
         let value = if p.value.len() == 1 { p.value[0] } else { size };
-        let slack = BEYOND * p.sd.unwrap_or(0.0);
+        let slack = deviations * p.sd.unwrap_or(0.0).min(f64::MAX);
         let [low, high] = p.bounds;
         let bound = if value + slack < low {
             low

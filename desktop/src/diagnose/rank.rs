@@ -35,18 +35,21 @@ pub struct Ranking {
 /// Prior: even odds that nothing is missing, one share of nine tenths of the other half for each candidate, so that
 /// looking in many places is paid for, and a tenth for something that is not in the list. An effect without
 /// parameters, switched off in `[physics]`, is there on every real shaft, and the question is only whether it
-/// shows: it starts from even odds too. Likelihood by BIC, `exp(−BIC/2)`; `unknown` is that of an unknown force over
-/// the model's.
+/// shows: it starts from even odds too, where the data could show it at all. What the data say is the evidence of each, [`crate::inference::evidence`];
+/// `unknown` is that of an unknown cause.
 pub fn rank(base: &Base, tried: &[Tried], unknown: Option<f64>) -> Ranking {
     let allowed = |t: &&Tried| t.disqualified.is_none();
     let places = tried.len().max(1) as f64;
-    let known = tried.iter().filter(allowed).map(|t| t.delta_bic);
+    let known = tried.iter().filter(allowed).map(|t| t.evidence);
     let top = known.chain(unknown).fold(0.0, f64::max);
     let nothing = (-0.5 * top).exp();
     let weight = |t: &Tried| {
         let switch = t.assumed.place == Place::Machine && t.fit.effect_unknowns == base.fit.effect_unknowns;
+        if t.disqualified.is_some() || switch && !shows(t) {
+            return 0.0;
+        }
         let prior = if switch { 1.0 } else { (1.0 - OUTSIDE) / places };
-        if t.disqualified.is_some() { 0.0 } else { prior * (0.5 * (t.delta_bic - top)).exp() }
+        prior * (0.5 * (t.evidence - top)).exp()
     };
     let weights: Vec<f64> = tried.iter().map(weight).collect();
     let outside = unknown.map_or(0.0, |delta| OUTSIDE * (0.5 * (delta - top)).exp());
@@ -66,10 +69,17 @@ pub fn rank(base: &Base, tried: &[Tried], unknown: Option<f64>) -> Ranking {
     Ranking { probabilities, nothing_missing, unknown, groups, rivals }
 }
 
+/// Whether data like these would show an effect without parameters. There is no size to it: what speaks for it when it is there is
+/// about what speaks against it when it is not, so that little either way says that the data do not see it.
+fn shows(t: &Tried) -> bool {
+    t.evidence.abs() > -2.0 * SURE.ln()
+}
+
 /// Whether the noise that a model leaves can be the noise that was stated: within two standard deviations of how far
-/// that is trusted.
+/// that is trusted, and neither as correlated nor as different from run to run as noise can be.
 pub fn explains(scatter: &Scatter, base: &Base) -> bool {
-    scatter.doubt(base.fitter.stated_log_sd()) <= 4.0 || scatter.scale < 1.0
+    let of_size = scatter.doubt(base.fitter.stated_log_sd()) <= 4.0 || scatter.scale < 1.0;
+    of_size && !scatter.is_at_edge()
 }
 
 /// A sentence if the data cannot hold more than bearings and planes: at so few operating points, the

@@ -10,6 +10,7 @@ use super::base::{Base, Tried};
 use super::rank::{OUTSIDE, explains, rank};
 use super::unknown::Unknown;
 use crate::error::Error;
+use crate::fit::Fit;
 use crate::fit::hypothesis::Assumed;
 
 /// How far to look.
@@ -40,7 +41,7 @@ pub struct Set<'a> {
 /// If the machine is singular.
 fn best_set<'a>(base: &Base<'a>, tried: &[Tried], reach: Reach) -> Result<Option<Set<'a>>, Error> {
     let Reach { width, effects } = reach;
-    let Some(mut beam) = grown(&[(base, tried)], width)? else { return Ok(None) };
+    let Some(mut beam) = grown(base, &[(base, tried)], width)? else { return Ok(None) };
     let mut added = 1;
     while added < effects {
         let mut tried = vec![beam.sets[0].try_all()?];
@@ -52,7 +53,7 @@ fn best_set<'a>(base: &Base<'a>, tried: &[Tried], reach: Reach) -> Result<Option
         }
         let parents: Vec<(&Base, &[Tried])> =
             beam.sets.iter().zip(&tried).map(|(b, t)| (b, t.as_slice())).collect();
-        let Some(next) = grown(&parents, width)? else { break };
+        let Some(next) = grown(base, &parents, width)? else { break };
         beam = next;
         added += 1;
     }
@@ -67,7 +68,14 @@ pub struct Together<'a> {
     pub unknown_odds: f64,
 }
 
-/// Looks for several effects and weighs them against an unknown force: each effect pays for the places where it could
+impl Together<'_> {
+    /// Probability that something outside the list is missing, of that which is missing with this one.
+    pub fn outside(&self, missing: f64) -> f64 {
+        missing / (1.0 + self.unknown_odds.recip())
+    }
+}
+
+/// Looks for several effects and weighs them against an unknown cause: each effect pays for the places where it could
 /// sit, the noise that is left must be what was stated, and every parameter one that physics allows.
 ///
 /// # Errors
@@ -86,14 +94,14 @@ pub fn together<'a>(
         return Ok(nothing);
     }
     let places = 2.0 * (tried.len().max(1) as f64).ln();
-    let delta = base.fit.bic() - set.base.fit.bic() - set.added as f64 * places;
-    let unknown_odds = OUTSIDE * (0.5 * (unknown.delta_bic - delta)).exp();
+    let evidence = base.fitter.evidence(&base.fit, &set.base.fit) - set.added as f64 * places;
+    let unknown_odds = OUTSIDE * (0.5 * (unknown.evidence - evidence)).exp();
     Ok(Together { set: Some(set), unknown_odds })
 }
 
-/// Whether an unknown force beside an explanation explains no more than chance would let it.
+/// Whether an unknown cause beside an explanation explains no more than chance would let it.
 pub fn is_enough(beside: &Unknown) -> bool {
-    OUTSIDE * (0.5 * beside.delta_bic).exp() < 1.0
+    OUTSIDE * (0.5 * beside.evidence).exp() < 1.0
 }
 
 /// Sets of one size.
@@ -104,13 +112,18 @@ struct Beam<'a> {
     rivals: Vec<String>,
 }
 
-/// The best sets with one effect more.
-fn grown<'a>(parents: &[(&Base<'a>, &[Tried])], width: usize) -> Result<Option<Beam<'a>>, Error> {
+/// The best sets with one effect more, by their evidence over the model that all began from.
+fn grown<'a>(
+    start: &Base<'a>,
+    parents: &[(&Base<'a>, &[Tried])],
+    width: usize,
+) -> Result<Option<Beam<'a>>, Error> {
+    let evidence = |fit: &Fit| start.fitter.evidence(&start.fit, fit);
     let allowed = |t: &&Tried| t.disqualified.is_none();
     let mut children: Vec<(&Base, &Tried)> = (parents.iter())
         .flat_map(|(base, all)| all.iter().filter(allowed).map(move |t| (*base, t)))
         .collect();
-    children.sort_by(|a, b| a.1.fit.bic().total_cmp(&b.1.fit.bic()));
+    children.sort_by(|a, b| evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit)));
     let mut seen: Vec<Vec<String>> = Vec::new();
     children.retain(|(base, t)| {
         let set = labels(base, t);
@@ -119,9 +132,9 @@ fn grown<'a>(parents: &[(&Base<'a>, &[Tried])], width: usize) -> Result<Option<B
         new
     });
     let Some((_, best)) = children.first() else { return Ok(None) };
-    let near = best.fit.bic() + 2.0 * (1.0 / RIVAL).ln();
+    let near = evidence(&best.fit) + 2.0 * RIVAL.ln();
     let equals: Vec<String> = (children.iter())
-        .filter(|(_, t)| t.fit.bic() < near)
+        .filter(|(_, t)| evidence(&t.fit) > near)
         .map(|(base, t)| labels(base, t).join(" + "))
         .collect();
     // a special case and what it is a case of lead the same way: together they count once
@@ -144,7 +157,7 @@ fn grown<'a>(parents: &[(&Base<'a>, &[Tried])], width: usize) -> Result<Option<B
     let kept: Result<Vec<(bool, Base)>, Error> = children[..many].par_iter().map(settled).collect();
     let mut kept = kept?;
     // a set that physics does not allow can lead to one that it does, but is not the answer while there is another
-    kept.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.fit.bic().total_cmp(&b.1.fit.bic())));
+    kept.sort_by(|a, b| a.0.cmp(&b.0).then(evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit))));
     let sets = kept.into_iter().map(|(_, base)| base).collect();
     Ok(Some(Beam { sets, rivals: if equals.len() > 1 { equals } else { Vec::new() } }))
 }

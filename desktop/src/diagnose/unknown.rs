@@ -19,8 +19,8 @@ const MOSTLY: f64 = 0.75;
 pub struct Unknown {
     /// The best of all.
     pub best: UnknownFit,
-    /// Evidence for it over the model alone, as [`Tried::delta_bic`]; that its place is not known is paid for.
-    pub delta_bic: f64,
+    /// Evidence for it over the model alone, as [`Tried::evidence`]; that its place is not known is paid for.
+    pub evidence: f64,
     /// Probability of each assumption, if it is one of them.
     pub assumptions: Vec<(Assumption, f64)>,
 }
@@ -82,7 +82,7 @@ impl Unknown {
     /// If the machine is singular.
     pub fn beside(base: &Base) -> Result<Self, Error> {
         let (drawing, fit) = &base.search;
-        Self::of(base.fitter, &base.hypothesis, fit, drawing, base.fit.bic())
+        Self::of(base.fitter, &base.hypothesis, fit, drawing, &base.fit)
     }
 
     /// Beside a candidate.
@@ -90,7 +90,7 @@ impl Unknown {
     /// # Errors
     /// If the machine is singular.
     pub fn beside_candidate(base: &Base, t: &Tried) -> Result<Self, Error> {
-        Self::of(base.fitter, &base.hypothesis.with(t.assumed), &t.fit, t.drawing(base), t.fit.bic())
+        Self::of(base.fitter, &base.hypothesis.with(t.assumed), &t.fit, t.drawing(base), &t.fit)
     }
 
     fn of(
@@ -98,7 +98,7 @@ impl Unknown {
         hypothesis: &Hypothesis,
         fit: &Fit,
         drawing: &Drawing,
-        own_bic: f64,
+        own: &Fit,
     ) -> Result<Self, Error> {
         let assumptions = fitter.unknown_causes();
         let screened = fitter.screened(hypothesis, fit, drawing, &assumptions)?;
@@ -115,11 +115,11 @@ impl Unknown {
         let best = fits?.into_iter().min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
         let best = best.ok_or_else(|| Error::Unsuitable("the shaft has no place for a force".into()))?;
         // its size is the one real number that was chosen for it; its freedom is paid for in its cost
-        let occam = (best.fit.values as f64).ln();
+        let price = fitter.sizes.price_of_one(best.determined);
         let averaged = 2.0 * (total / assumptions.len() as f64).ln();
-        let delta_bic = own_bic - best.fit.bic() - occam + averaged;
+        let evidence = own.cost - best.fit.cost - price + averaged;
         let shares = weights.iter().map(|w| w / total);
-        Ok(Self { delta_bic, best, assumptions: assumptions.into_iter().zip(shares).collect() })
+        Ok(Self { evidence, best, assumptions: assumptions.into_iter().zip(shares).collect() })
     }
 
     /// In words and numbers.

@@ -3,6 +3,7 @@
 use super::answer::{HeldOut, SURE, Verdict};
 use super::base::{Base, Tried};
 use super::determined::Determined;
+use super::parameters;
 use super::rank::{Ranking, explains};
 use super::sets::{Reach, Set, Together, is_enough, together};
 use super::unknown::Unknown;
@@ -17,7 +18,7 @@ pub struct Evidence<'a, 'b> {
     pub base: &'b Base<'a>,
     pub tried: &'b [Tried],
     pub ranking: &'b Ranking,
-    /// An unknown force beside the model.
+    /// An unknown cause beside the model.
     pub unknown: &'b Unknown,
     pub held_out: Option<HeldOut>,
     /// What the data say about the planes of the model.
@@ -49,14 +50,14 @@ impl<'a> Evidence<'a, '_> {
             let noise = noise_in_words(&scatter, misfit);
             if !explains(&scatter, base) {
                 let why = format!(
-                    "No effect of the list explains the misfit, and it is {:.1} times the stated noise: the noise is larger \
-                     than stated, or something is missing that is not in the list.",
-                    scatter.scale
+                    "No effect of the list explains the misfit, and what is left ({}) is not the noise that was stated: that is \
+                     other than stated, or something is missing that is not in the list.",
+                    noise_in_words(&scatter, misfit)
                 );
                 let outside = nothing_missing + unknown;
                 return Ok(Said { verdict: Verdict::Unknown, summary: why, scatter, outside });
             }
-            if let Some(doubt) = self.determined.doubt().filter(|_| nothing_missing >= 0.5) {
+            if let Some(doubt) = self.doubt().filter(|_| nothing_missing >= 0.5) {
                 let why = format!(
                     "It fits ({noise}; nothing that these data would show is missing, {sure:.0} % sure), but does not determine what it is for: {doubt}."
                 );
@@ -107,14 +108,26 @@ impl<'a> Evidence<'a, '_> {
         say(Verdict::Missing, format!("{label} is missing, {sure:.1} % sure."), left)
     }
 
+    /// Why a model that fits is not to be used: its planes are not determined, or an effect that the file states is one that physics
+    /// does not allow.
+    fn doubt(&self) -> Option<String> {
+        let base = self.base;
+        let stated =
+            parameters::of_each(&base.hypothesis, &base.fit).into_iter().zip(&base.hypothesis.effects);
+        let mut absurd = stated.filter_map(|(parameters, effect)| {
+            let why = parameters::at_bounds(&parameters)?;
+            Some(format!("{} that the file states: {why}", effect.label(base.fitter.rotor)))
+        });
+        absurd.next().or_else(|| self.determined.doubt())
+    }
+
     /// No single effect is enough: several together, or something that is not in the list.
     fn several_or_unknown(&self) -> Result<Said, Error> {
         let base = self.base;
         let misfit = base.closest().chi2_per_value();
-        let Together { set, unknown_odds } = together(base, self.tried, self.unknown, REACH)?;
-        let missing = 1.0 - self.ranking.nothing_missing;
-        let outside =
-            missing * if unknown_odds.is_finite() { unknown_odds / (1.0 + unknown_odds) } else { 1.0 };
+        let together = together(base, self.tried, self.unknown, REACH)?;
+        let outside = together.outside(1.0 - self.ranking.nothing_missing);
+        let Together { set, unknown_odds } = together;
         if let Some(Set { base: with, .. }) = set.filter(|_| unknown_odds < 1.0) {
             let all = &with.hypothesis.effects[base.hypothesis.effects.len()..];
             let labels: Vec<String> = all.iter().map(|a| a.label(base.fitter.rotor)).collect();
@@ -142,6 +155,9 @@ fn noise_in_words(scatter: &Scatter, chi2_per_value: f64) -> String {
     let mut words = format!("χ² per value {chi2_per_value:.2}");
     if (scatter.scale.ln()).abs() > 0.2 {
         words += &format!(", {:.2} times the stated noise", scatter.scale);
+    }
+    if scatter.between_runs > 0.01 {
+        words += &format!(", {:.1} % of the response from run to run", 100.0 * scatter.between_runs);
     }
     if scatter.correlation > 0.3 {
         words += &format!(", correlated from reading to reading by {:.2}", scatter.correlation);

@@ -57,6 +57,12 @@ pub fn check(rotor: &Rotor, entry: &EffectEntry) -> Result<(), String> {
             _ => return Err(format!("the parameter {} is missing or not a number ({})", p.name, p.unit)),
         }
     }
+    for (name, _) in effect.settings(&scales) {
+        match entry.parameters.get(name) {
+            Some(ParameterValue::Real(v)) if *v > 0.0 && v.is_finite() => {}
+            _ => return Err(format!("the setting {name} is missing or not a positive number")),
+        }
+    }
     let unknowns = effect.unknowns(rotor, place);
     for u in &unknowns {
         known.push(u.name);

@@ -17,6 +17,7 @@ mod moved_load;
 mod nonlinear_stiffness;
 mod pedestal;
 mod pedestal_by_direction;
+pub mod physical;
 mod probe_calibration;
 mod probe_reversed;
 mod probes_swapped;

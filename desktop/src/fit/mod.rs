@@ -3,14 +3,16 @@
 //! | module | holds |
 //! |---|---|
 //! | [`data`], [`hypothesis`] | what was measured, what is unknown |
-//! | [`problem`], `derivative` | the least-squares problem of one hypothesis |
+//! | [`problem`], `derivative`, `optimum` | the least-squares problem of one hypothesis, and its solution |
 //! | [`projection`] | its linear unknowns, solved for exactly |
-//! | [`drawing_errors`], [`whitening`], `settle` | allowing for the drawing's errors |
-//! | `scattered`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
+//! | [`drawing_errors`], `allowance`, [`whitening`], `settle` | allowing for the drawing's errors |
+//! | `scattered`, `between_runs`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
 //! | `queries`, [`trial`] | uncertainty, sensitivity and misfit of a fit that is there, or anywhere else |
 //!
 //! [`Fitter`] holds what all hypotheses about one machine share.
 
+mod allowance;
+mod between_runs;
 mod centreline;
 pub mod data;
 mod derivative;
@@ -18,6 +20,7 @@ pub(crate) mod descent;
 pub mod drawing_errors;
 mod error_slopes;
 pub mod hypothesis;
+mod optimum;
 pub mod problem;
 pub mod projection;
 mod queries;
@@ -30,24 +33,27 @@ mod tests;
 pub mod trial;
 pub mod unknown;
 pub mod whitening;
+pub mod within;
 
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::effects::{Place, Scales, entry};
+use crate::effects::{Place, Scales, physical};
 use crate::error::Error;
+use crate::inference::evidence::Sizes;
 use crate::inference::scatter::{ASSUMED_LOG_SD, STATED_LOG_SD, Scatter, Series};
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Physics, Rotor};
+use crate::machine::terms::Terms;
 use crate::machine::tolerance::Deviations;
 use crate::receptance::plant::Plant;
 use crate::shaft::nodal::Shaft;
-use crate::shaft::statics::{GRAVITY_M_S2, mass_and_centre};
 use data::Amplitudes;
 use data::Data;
 use descent::Stop;
 use hypothesis::{Assumed, Hypothesis};
+pub use optimum::Fit;
 use problem::Problem;
 use projection::Solved;
 use search::Search;
@@ -55,11 +61,6 @@ use whitening::{Scattered, Whitening};
 
 type C = Complex<f64>;
 
-/// Speed, relative to the fastest, at which a stiffness that changes with speed is stated: in the
-/// middle of a run-up, slope and stiffness are well apart.
-const REFERENCE_SPEED: f64 = 0.7;
-/// A support that gives more than this share of the shaft's length is not one that a machine is lined up on.
-const SAG: f64 = 0.01;
 /// Rounds over the amplitude at bearings that harden or soften.
 const AMPLITUDE_ROUNDS: usize = 20;
 const ROUGH_ROUNDS: usize = 4;
@@ -100,56 +101,6 @@ impl Drawing {
     }
 }
 
-/// A hypothesis at its best fit.
-#[derive(Debug, Clone)]
-pub struct Fit {
-    /// Search coordinates at the optimum.
-    pub x: Vec<f64>,
-    /// Linear unknowns: planes (kg·m), then the effects' in their own units.
-    pub unknowns: Vec<C>,
-    /// Squared misfit in standard deviations as they were found, drawing errors allowed for.
-    pub chi2: f64,
-    /// The same in standard deviations as stated.
-    pub stated_chi2: f64,
-    /// The same with the prior on the bearings and the spread of the drawing errors: minus twice the
-    /// logarithm of the posterior density, up to a constant.
-    pub cost: f64,
-    /// Real numbers measured.
-    pub values: usize,
-    /// Unknowns of the effects: real numbers.
-    pub effect_unknowns: usize,
-    /// Model at every value, m.
-    pub predicted_m: Vec<C>,
-    /// Squared amplitudes of the shaft, m².
-    pub amplitudes: Amplitudes,
-    /// Covariance of search coordinates and of real and imaginary parts of the linear unknowns.
-    pub covariance: Option<DMatrix<f64>>,
-    /// Weighted residuals before drawing errors are allowed for.
-    weighted: DVector<f64>,
-}
-
-impl Fit {
-    /// Bayesian information criterion (Schwarz 1978), up to a constant of the data and bearings.
-    pub fn bic(&self) -> f64 {
-        self.cost + self.occam()
-    }
-
-    /// What the unknowns of the effects cost in it.
-    pub fn occam(&self) -> f64 {
-        self.effect_unknowns as f64 * (self.values as f64).ln()
-    }
-
-    /// Real numbers that were fitted.
-    fn unknown_count(&self) -> f64 {
-        (self.x.len() + 2 * self.unknowns.len()) as f64
-    }
-
-    /// χ² per measured real number, in noise as stated.
-    pub fn chi2_per_value(&self) -> f64 {
-        self.stated_chi2 / self.values as f64
-    }
-}
-
 /// How thoroughly to search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
@@ -169,6 +120,8 @@ pub struct Fitter<'a> {
     /// What was measured.
     pub data: Data,
     deviations: Deviations,
+    /// How large an effect can be.
+    pub sizes: Sizes,
     /// The noise as stated, on the drawing as stated.
     plain: Whitening,
     shafts: [OnceLock<Shaft>; THEORIES],
@@ -181,33 +134,33 @@ impl<'a> Fitter<'a> {
         let used_up = Bearings::of(rotor).count() + 2 * rotor.plane.len();
         let scattered = Scattered {
             series: Arc::new(Series::new(data.series())),
+            runs: Arc::new(DMatrix::zeros(values, 0)),
             scatter: Scatter::STATED,
             free: values.saturating_sub(used_up).max(1) as f64,
             stated_log_sd: if rotor.noise.is_some() { STATED_LOG_SD } else { ASSUMED_LOG_SD },
         };
         let plain = Whitening::new(DMatrix::zeros(values, 0), DVector::zeros(0), scattered);
-        Self { rotor, data, deviations: Deviations::of(rotor), plain, shafts: Default::default() }
+        let squares = data.values().map(|v| v.measured_m.norm_sqr() / (v.sigma_m * v.sigma_m)).sum();
+        let (deviations, sizes) = (Deviations::of(rotor), Sizes::up_to(squares));
+        Self { rotor, data, deviations, sizes, plain, shafts: Default::default() }
+    }
+
+    /// Evidence for the effects that a fit has beyond another of the same data: twice the logarithm of the Bayes factor.
+    pub fn evidence(&self, over: &Fit, fit: &Fit) -> f64 {
+        self.sizes.evidence(over.cost - fit.cost, fit.effect_unknowns - over.effect_unknowns)
     }
 
     /// Scales of the machine; `amplitude_m` at the bearings from a fit, where there is one.
     pub fn scales(&self, base: Option<&Fit>) -> Scales {
-        let laws = Bearings::of(self.rotor).drawn();
-        let direct = laws.iter().map(|law| 0.5 * law.typical_stiffness_n_m().trace());
+        let bearings = self.rotor.bearing.len();
         let mean_square = base.map_or(1e-10, |fit| {
-            let at_bearings = fit.amplitudes.iter().flat_map(|row| &row[..laws.len()]);
+            let at_bearings = fit.amplitudes.iter().flat_map(|row| &row[..bearings]);
             let count = at_bearings.clone().count().max(1) * 2;
             let all = at_bearings.flatten();
             (all.sum::<f64>() / count as f64).max(1e-18)
         });
-        let fastest_rad_s = self.data.fastest_rad_s();
-        let weight_n = GRAVITY_M_S2 * mass_and_centre(self.rotor).0;
-        Scales {
-            stiffness_n_m: direct.sum::<f64>() / laws.len() as f64,
-            sagging_n_m: weight_n / (laws.len() as f64 * SAG * self.rotor.length_m()),
-            fastest_rad_s,
-            reference_rad_s: entry::reference_rad_s(self.rotor).unwrap_or(REFERENCE_SPEED * fastest_rad_s),
-            amplitude_m: mean_square.sqrt(),
-        }
+        let drawn = Terms::drawn(self.rotor);
+        physical::scales(self.rotor, &drawn, self.data.fastest_rad_s(), mean_square.sqrt())
     }
 
     /// The drawing as stated, with no allowance for its errors.

@@ -74,8 +74,9 @@ impl Fitter<'_> {
         let mut built = rotor;
         self.deviations.build_into(&mut built, &found);
         if let Some(noise) = &mut built.noise {
-            let Scatter { scale, correlation } = drawing.scatter();
+            let Scatter { scale, correlation, between_runs } = drawing.scatter();
             (noise.scale, noise.correlation) = (Some(scale), Some(correlation));
+            noise.between_runs = Some(between_runs).filter(|between| *between > 0.0);
         }
         built
     }

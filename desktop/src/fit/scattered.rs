@@ -2,7 +2,8 @@
 
 use super::data::Amplitudes;
 use super::hypothesis::Hypothesis;
-use super::{Drawing, Effort, Fit, Fitter};
+use super::whitening::Whitening;
+use super::{Drawing, Effort, Fit, Fitter, between_runs};
 use crate::error::Error;
 use crate::inference::scatter::Scatter;
 
@@ -24,13 +25,13 @@ impl Fitter<'_> {
         let (mut fit, mut drawing) = (fit, drawing);
         let mut remembered = self.rotor.noise.map(|noise| noise.scatter()).filter(|s| *s != Scatter::STATED);
         for _ in 0..ROUNDS {
-            let most_probable =
-                || drawing.whitening.most_probable_scatter(&fit.weighted, fit.unknown_count()).0;
+            let about = self.about(&drawing.whitening, &fit);
+            let most_probable = || about.most_probable_scatter(&fit.weighted, fit.unknown_count()).0;
             let found = remembered.take().unwrap_or_else(most_probable);
             if found.is_near(&drawing.scatter()) {
                 break;
             }
-            drawing = drawing.under(drawing.whitening.scattered(found));
+            drawing = drawing.under(about.scattered(found));
             let amplitudes: Option<&Amplitudes> = Some(&fit.amplitudes);
             fit = self.fit(hypothesis, &[fit.x.clone()], &drawing, Effort::Search, amplitudes)?;
         }
@@ -40,6 +41,12 @@ impl Fitter<'_> {
     /// [`Fit::cost`] as it would be under the most probable scatter of its residuals, bearings and effects as they are.
     pub fn cost_under_own_scatter(&self, fit: &Fit, drawing: &Drawing) -> f64 {
         let prior = fit.cost - fit.chi2 - drawing.whitening.cost();
-        prior + drawing.whitening.most_probable_scatter(&fit.weighted, fit.unknown_count()).1
+        let about = self.about(&drawing.whitening, fit);
+        prior + about.most_probable_scatter(&fit.weighted, fit.unknown_count()).1
+    }
+
+    /// Noise whose scatter between runs is of what this fit predicts.
+    pub(super) fn about(&self, whitening: &Whitening, fit: &Fit) -> Whitening {
+        whitening.about(between_runs::columns(&self.data, &fit.predicted_m))
     }
 }

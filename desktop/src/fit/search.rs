@@ -3,7 +3,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::data::Amplitudes;
-use super::descent::Stop;
+use super::descent::{Objective, Stop};
 use super::drawing_errors::DrawingErrors;
 use super::projection::Solved;
 use crate::shaft::nodal::Row;
@@ -26,7 +26,7 @@ pub trait UnitForces {
 }
 
 /// A problem whatever the number of its held places.
-pub trait Search: UnitForces {
+pub trait Search: UnitForces + Objective {
     /// Moves to `x` and evaluates there.
     fn go_to(&mut self, x: &[f64]);
     /// Takes supports that depend on amplitudes at these, and evaluates anew.

@@ -1,5 +1,5 @@
 //! A hypothesis at points of somebody else's choosing: for searches without derivatives, and for a fit
-//! that had to be moved back inside its bounds.
+//! that has to stay inside bounds.
 
 use std::cell::RefCell;
 
@@ -9,7 +9,8 @@ use super::data::Amplitudes;
 use super::data::{Data, Value};
 use super::hypothesis::Hypothesis;
 use super::search::Search;
-use super::{Drawing, Effort, Fit, Fitter};
+use super::within::{Bounds, descend_within};
+use super::{Drawing, Effort, FINISH, Fit, Fitter};
 use crate::error::Error;
 
 /// A hypothesis, ready to be evaluated anywhere. The linear unknowns are solved for, weighted by the
@@ -18,11 +19,11 @@ pub trait Trial {
     /// [`summed_residual_um`] there; `None` if the machine is singular.
     fn summed_residual_um(&self, x: &[f64]) -> Option<f64>;
 
-    /// All about this point, covariance included, as if a fit had ended here.
+    /// The best fit inside these bounds that a search from this point finds.
     ///
     /// # Errors
-    /// If the machine is singular here.
-    fn fit(&self, x: &[f64]) -> Result<Fit, Error>;
+    /// If the machine is singular there.
+    fn fit_within(&self, start: &[f64], bounds: Bounds) -> Result<Fit, Error>;
 }
 
 /// Σ|u_c| + Σ|u_s| of the differences between the data and a model, µm: the objective of Bera et al.,
@@ -65,9 +66,9 @@ impl Trial for Anywhere<'_> {
         Some(summed_residual_um(&self.fitter.data, &problem.solved()?.predicted_m(&self.fitter.data)))
     }
 
-    fn fit(&self, x: &[f64]) -> Result<Fit, Error> {
+    fn fit_within(&self, start: &[f64], bounds: Bounds) -> Result<Fit, Error> {
         let mut problem = self.problem.borrow_mut();
-        problem.go_to(x);
+        descend_within(&mut **problem, start, bounds, FINISH);
         self.fitter.result(&**problem, self.hypothesis, self.drawing, Effort::Final)
     }
 }

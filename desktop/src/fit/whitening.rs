@@ -8,8 +8,10 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
+use super::allowance::Allowance;
+use super::between_runs::{self, Sought};
 use crate::inference::scatter::{Scatter, Series};
 
 /// The scatter of one set of data.
@@ -17,6 +19,8 @@ use crate::inference::scatter::{Scatter, Series};
 pub struct Scattered {
     /// Which value precedes which.
     pub series: Arc<Series>,
+    /// What a run that is off would change, [`between_runs::columns`].
+    pub runs: Arc<DMatrix<f64>>,
     /// Size and correlation.
     pub scatter: Scatter,
     /// Real numbers that bearings and planes do not use up.
@@ -26,25 +30,37 @@ pub struct Scattered {
 }
 
 impl Scattered {
-    fn whiten(&self, columns: &mut DMatrix<f64>) {
-        if self.scatter != Scatter::STATED {
+    /// Whitens what varies from reading to reading.
+    fn whiten_series(&self, columns: &mut DMatrix<f64>) {
+        if self.scatter.scale != 1.0 || self.scatter.correlation != 0.0 {
             self.series.whiten(&self.scatter, columns);
         }
+    }
+
+    fn whitened_runs(&self) -> DMatrix<f64> {
+        let mut runs = (*self.runs).clone();
+        self.whiten_series(&mut runs);
+        runs
+    }
+
+    fn between_runs(&self) -> Allowance {
+        if self.scatter.between_runs == 0.0 || self.runs.ncols() == 0 {
+            return Allowance::new(DMatrix::zeros(self.runs.nrows(), 0));
+        }
+        Allowance::new(self.whitened_runs() * self.scatter.between_runs)
     }
 }
 
 /// The correlated noise around deviations `centre`.
 pub struct Whitening {
     scattered: Scattered,
-    /// Weighted response per standard deviation of each deviation, before and after the scatter is whitened.
+    /// Between runs, readings whitened.
+    between: Allowance,
+    /// Weighted response per standard deviation of each deviation, as stated and with the scatter whitened.
     stated: DMatrix<f64>,
-    jacobian: DMatrix<f64>,
+    deviations: Allowance,
     /// Where the jacobian was taken, in standard deviations.
     centre: DVector<f64>,
-    /// Eigenvalues and eigenvectors of `JᵀJ`, scatter whitened.
-    values: DVector<f64>,
-    vectors: DMatrix<f64>,
-    shrink: DVector<f64>,
     /// ln det of the covariance in noise units.
     log_det: f64,
 }
@@ -52,19 +68,20 @@ pub struct Whitening {
 impl Whitening {
     /// From the response per standard deviation at `centre`.
     pub fn new(stated: DMatrix<f64>, centre: DVector<f64>, scattered: Scattered) -> Self {
+        let between = scattered.between_runs();
         let mut jacobian = stated.clone();
-        scattered.whiten(&mut jacobian);
-        let (values, vectors) = if jacobian.ncols() == 0 {
-            (DVector::zeros(0), DMatrix::zeros(0, 0))
-        } else {
-            let eigen = SymmetricEigen::new(jacobian.tr_mul(&jacobian));
-            (eigen.eigenvalues.map(|v| v.max(0.0)), eigen.eigenvectors)
-        };
-        // (1 + JJᵀ)^(−1/2) = 1 − J V diag((1 − (1+λ)^(−1/2)) / λ) Vᵀ Jᵀ
-        let shrink = values.map(|v| if v > 1e-9 { (1.0 - (1.0 + v).sqrt().recip()) / v } else { 0.5 });
+        scattered.whiten_series(&mut jacobian);
+        between.whiten(&mut jacobian);
+        let deviations = Allowance::new(jacobian);
         let own = scattered.series.log_det(&scattered.scatter, scattered.free);
-        let allowed = values.iter().map(|v| (1.0 + v).ln()).sum::<f64>();
-        Self { scattered, stated, jacobian, centre, values, vectors, shrink, log_det: own + allowed }
+        let log_det = own + between.log_det() + deviations.log_det();
+        Self { scattered, between, stated, deviations, centre, log_det }
+    }
+
+    /// The same beside another model, of which a run that is off would change this, [`between_runs::columns`].
+    pub fn about(&self, runs: DMatrix<f64>) -> Self {
+        let scattered = Scattered { runs: Arc::new(runs), ..self.scattered.clone() };
+        Self::new(self.stated.clone(), self.centre.clone(), scattered)
     }
 
     /// The same with another scatter.
@@ -100,7 +117,9 @@ impl Whitening {
 
     /// What the noise itself costs: ln det, and its departure from what was stated.
     pub fn cost(&self) -> f64 {
-        self.log_det + self.scattered.scatter.doubt(self.scattered.stated_log_sd)
+        let Scattered { scatter, stated_log_sd, runs, .. } = &self.scattered;
+        let of_runs = if runs.ncols() > 0 { between_runs::doubt(scatter) } else { 0.0 };
+        self.log_det + scatter.doubt(*stated_log_sd) + of_runs
     }
 
     /// How far the stated size is trusted.
@@ -110,30 +129,20 @@ impl Whitening {
 
     /// Whether there is nothing to whiten.
     pub fn is_plain(&self) -> bool {
-        self.jacobian.ncols() == 0 && self.scattered.scatter == Scatter::STATED
+        self.deviations.is_empty() && self.scattered.scatter == Scatter::STATED
     }
 
     /// Whitens every column.
     pub fn apply(&self, columns: &mut DMatrix<f64>) {
-        self.scattered.whiten(columns);
-        self.allow(columns);
-    }
-
-    fn allow(&self, columns: &mut DMatrix<f64>) {
-        if self.jacobian.ncols() == 0 {
-            return;
-        }
-        let mut inner = self.vectors.tr_mul(&self.jacobian.tr_mul(columns));
-        for (mut row, s) in inner.row_iter_mut().zip(self.shrink.iter()) {
-            row *= *s;
-        }
-        columns.gemm(-1.0, &self.jacobian, &(&self.vectors * inner), 1.0);
+        self.scattered.whiten_series(columns);
+        self.between.whiten(columns);
+        self.deviations.whiten(columns);
     }
 
     /// Whitens weighted residuals of the drawing at `centre`, as deviations are counted from the drawing.
     pub fn apply_centred(&self, residual: &DVector<f64>) -> DVector<f64> {
         let mut white = self.whitened_at_centre(residual);
-        self.allow(&mut white);
+        self.deviations.whiten(&mut white);
         white.column(0).into_owned()
     }
 
@@ -141,7 +150,8 @@ impl Whitening {
         let around =
             if self.centre.is_empty() { residual.clone() } else { residual + &self.stated * &self.centre };
         let mut white = DMatrix::from_columns(&[around]);
-        self.scattered.whiten(&mut white);
+        self.scattered.whiten_series(&mut white);
+        self.between.whiten(&mut white);
         white
     }
 
@@ -155,48 +165,63 @@ impl Whitening {
 
     /// Most probable deviations, in standard deviations, for weighted residuals of the drawing at `centre`.
     pub fn estimate(&self, residual: &DVector<f64>) -> DVector<f64> {
-        if self.jacobian.ncols() == 0 {
-            return DVector::zeros(0);
-        }
-        let right = self.jacobian.tr_mul(&self.whitened_at_centre(residual).column(0));
-        let variances = self.values.map(|v| (1.0 + v).recip());
-        &self.vectors * self.vectors.tr_mul(&right).component_mul(&variances)
+        self.deviations.estimate(&self.whitened_at_centre(residual).column(0).into_owned())
     }
 
-    /// Squared weighted residuals of the drawing at `centre` and squared deviations, the deviations at their most
+    /// Squared weighted residuals of the drawing at `centre`, squared deviations and errors between runs, the last two at their most
     /// probable.
     pub fn stated_chi2(&self, residual: &DVector<f64>) -> f64 {
         let deviations = self.estimate(residual);
-        (residual - self.shift(&deviations)).norm_squared() + deviations.norm_squared()
+        let mut left = residual - self.shift(&deviations);
+        let mut errors = DVector::zeros(0);
+        if !self.between.is_empty() {
+            errors = self.between.estimate(&self.whitened_series(&left));
+            left -= &*self.scattered.runs * (&errors * self.scattered.scatter.between_runs);
+        }
+        left.norm_squared() + deviations.norm_squared() + errors.norm_squared()
+    }
+
+    fn whitened_series(&self, residual: &DVector<f64>) -> DVector<f64> {
+        let mut white = DMatrix::from_columns(std::slice::from_ref(residual));
+        self.scattered.whiten_series(&mut white);
+        white.column(0).into_owned()
     }
 
     /// Factor on the last `count` deviations by which their standard deviation would fit them better, for weighted
     /// residuals of the drawing at `centre`: their squares over how many of them the data determine (MacKay 1992).
     pub fn growth(&self, residual: &DVector<f64>, count: usize) -> f64 {
         let deviations = self.estimate(residual);
-        let variance = |i: usize| -> f64 {
-            self.vectors.row(i).iter().zip(self.values.iter()).map(|(v, value)| v * v / (1.0 + value)).sum()
-        };
-        let last = deviations.len() - count..deviations.len();
-        let squares: f64 = last.clone().map(|i| deviations[i].powi(2)).sum();
-        let determined = count as f64 - last.map(variance).sum::<f64>();
-        (squares / determined.max(f64::MIN_POSITIVE)).sqrt().clamp(0.1, 10.0)
+        let squares = deviations.rows(deviations.len() - count, count).norm_squared();
+        (squares / self.determined(count).max(f64::MIN_POSITIVE)).sqrt().clamp(0.1, 10.0)
     }
 
-    /// Real numbers that the deviations use up, in all.
-    pub fn used_up(&self) -> f64 {
-        self.values.iter().map(|v| v / (1.0 + v)).sum()
+    /// How many of the last `count` deviations the data determine rather than their prior.
+    pub fn determined(&self, count: usize) -> f64 {
+        self.deviations.determined(count)
     }
 
     /// The most probable scatter of weighted residuals of the drawing at `centre`, `used_up` of them by unknowns that
     /// were fitted; and what residuals, deviations and noise cost with it, the deviations as they are.
     pub fn most_probable_scatter(&self, residual: &DVector<f64>, used_up: f64) -> (Scatter, f64) {
-        let Scattered { series, free, stated_log_sd, scatter } = &self.scattered;
+        let Scattered { series, runs, free, stated_log_sd, scatter } = &self.scattered;
         let deviations = self.estimate(residual);
         let left = residual - self.shift(&deviations);
-        let unused = (left.len() as f64 - used_up - self.used_up()).max(1.0);
-        let (found, cost) = series.most_probable(left.as_slice(), unused, *stated_log_sd);
-        let allowed = self.log_det - series.log_det(scatter, *free);
+        let unused = left.len() as f64 - used_up - self.deviations.used_up();
+        let of_series = |left: &DVector<f64>, unused: f64| {
+            series.most_probable(left.as_slice(), unused.max(1.0), *stated_log_sd)
+        };
+        let (found, cost) = if runs.ncols() == 0 {
+            of_series(&left, unused)
+        } else {
+            let sought = Sought::new(&self.scattered.whitened_runs(), &self.whitened_series(&left));
+            let tries = sought.tries().map(|t| {
+                let (found, cost) = of_series(&(&left - &**runs * &t.errors), unused - t.used_up);
+                (Scatter { between_runs: t.between_runs, ..found }, cost + t.cost)
+            });
+            let best = tries.min_by(|a, b| a.1.total_cmp(&b.1));
+            best.unwrap_or_else(|| of_series(&left, unused))
+        };
+        let allowed = self.log_det - series.log_det(scatter, *free) - self.between.log_det();
         (found, cost + deviations.norm_squared() + allowed)
     }
 }
@@ -206,7 +231,13 @@ mod tests {
     use super::*;
 
     fn of(series: Series, scatter: Scatter, values: usize) -> Scattered {
-        Scattered { series: Arc::new(series), scatter, free: 2.0 * values as f64, stated_log_sd: 0.4 }
+        Scattered {
+            series: Arc::new(series),
+            runs: Arc::new(DMatrix::zeros(2 * values, 0)),
+            scatter,
+            free: 2.0 * values as f64,
+            stated_log_sd: 0.4,
+        }
     }
 
     fn white(values: usize) -> Scattered {
@@ -214,19 +245,8 @@ mod tests {
     }
 
     #[test]
-    fn whitening_equals_the_inverse_square_root_of_the_covariance() {
-        let jacobian = DMatrix::from_fn(10, 3, |i, j| ((i * 3 + j * 7) as f64).sin());
-        let covariance = DMatrix::identity(10, 10) + &jacobian * jacobian.transpose();
-        let w = Whitening::new(jacobian, DVector::zeros(3), white(5));
-        let mut root = DMatrix::identity(10, 10);
-        w.apply(&mut root);
-        assert!((&root * &covariance * &root - DMatrix::identity(10, 10)).amax() < 1e-12);
-        assert!((w.log_det - covariance.determinant().ln()).abs() < 1e-10);
-    }
-
-    #[test]
     fn with_scatter_residuals_of_that_covariance_become_white() {
-        let scatter = Scatter { scale: 1.4, correlation: 0.7 };
+        let scatter = Scatter { scale: 1.4, correlation: 0.7, between_runs: 0.0 };
         let jacobian = DMatrix::from_fn(10, 3, |i, j| ((i * 3 + j * 7) as f64).sin());
         let of_scatter = DMatrix::from_fn(10, 10, |i, j| {
             let apart = (i / 2) as i32 - (j / 2) as i32;

@@ -125,7 +125,8 @@ mod tests {
     use rand::{Rng, SeedableRng};
     use rand_distr::StandardNormal;
 
-    const NOISE: Noise = Noise { relative: 0.0, floor_um: 0.1, scale: None, correlation: None };
+    const NOISE: Noise =
+        Noise { relative: 0.0, floor_um: 0.1, scale: None, correlation: None, between_runs: None };
 
     fn truth() -> DVector<C> {
         DVector::from_vec(vec![C::new(3e-4, -1e-4), C::new(-2e-4, 2.5e-4)])

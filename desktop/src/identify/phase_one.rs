@@ -19,6 +19,7 @@ use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::trial::summed_residual_um;
+use crate::fit::within::Bounds;
 use crate::fit::{Effort, Fit, Fitter};
 use crate::machine::bearings::BearingUnknown;
 use crate::machine::drawing::{Rotor, SearchBounds};
@@ -81,7 +82,8 @@ impl PhaseOne {
     }
 }
 
-/// Identifies bearings and unbalance from readings of one machine in one state.
+/// Identifies bearings and unbalance from readings of one machine in one state. Days in a row are not one state where
+/// bearings wander: what comes out is then some mean of theirs, and its covariance knows nothing of the wander.
 ///
 /// # Errors
 /// If there are too few values, or the machine is singular on every trial.
@@ -104,13 +106,14 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
     let (found, swarm_residual_um) = swarm::search(trial.as_ref(), &range, swarm)?;
     let starts = [found, range.clamped(&guess)];
     let free = fitter.fit(&hypothesis, &starts, &drawing, Effort::Final, Some(&fitter.still()))?;
-    let inside = range.clamped(&free.x);
-    let outside: Vec<bool> = inside.iter().zip(&free.x).map(|(inside, free)| inside != free).collect();
-    let fit = if outside.contains(&true) {
-        fitter.trial(&hypothesis, &drawing, Some(&free.amplitudes))?.fit(&inside)?
-    } else {
+    let fit = if range.clamped(&free.x) == free.x {
         free
+    } else {
+        // what a bound keeps a coefficient from doing, the others do for it as well as they can
+        let bounds = Bounds { low: &range.low, high: &range.high };
+        fitter.trial(&hypothesis, &drawing, Some(&free.amplitudes))?.fit_within(&free.x, bounds)?
     };
+    let at_bound = |i: usize| fit.x[i] <= range.low[i] || fit.x[i] >= range.high[i];
     let covariance = fit
         .covariance
         .as_ref()
@@ -120,7 +123,7 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
         let law = &u.law;
         let (value, start) = (law.scale.to_si(fit.x[i]), law.scale.to_si(guess[i]));
         let sd = covariance[(i, i)].sqrt();
-        let identified = match outside[i] {
+        let identified = match at_bound(i) {
             true => Identified::AtBound,
             false if sd < 0.5 * law.prior_sd => Identified::FromData,
             false => Identified::StayedAtStart,

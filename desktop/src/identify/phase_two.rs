@@ -10,11 +10,10 @@
 //! stays high although the model may still be right; a flag raised then is about the jump. A plane
 //! with next to no unbalance could never grow, so the bound has a floor.
 
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::SupportedConeT::{NonnegativeConeT, SecondOrderConeT};
-use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus};
+use clarabel::solver::SupportedConeT::NonnegativeConeT;
 use nalgebra::{Complex, DVector};
 
+use crate::cone::Programme;
 use crate::error::Error;
 use crate::model::Response;
 use crate::unbalance::G_MM;
@@ -64,7 +63,7 @@ pub fn least_residual(
     let features = 2 * measured_m.len();
     // unknowns: unbalance in g·mm (x, y a plane), then one slack in µm per feature
     let unknowns = 2 * planes + features;
-    let mut entries = Entries::default();
+    let mut programme = Programme::default();
     for (p, (y, fixed)) in measured_m.iter().zip(response.fixed.iter()).enumerate() {
         let target = (y - fixed) * 1e6;
         for (component, value) in [target.re, -target.im].into_iter().enumerate() {
@@ -73,71 +72,23 @@ pub fn least_residual(
                 for j in 0..planes {
                     let c = response.per_unbalance[(p, j)] * sign;
                     let row = if component == 0 { [c.re, -c.im] } else { [-c.im, -c.re] };
-                    entries.push(2 * j, row[0]);
-                    entries.push(2 * j + 1, row[1]);
+                    programme.push(2 * j, row[0]);
+                    programme.push(2 * j + 1, row[1]);
                 }
-                entries.push(slack, -1.0);
-                entries.end_row(sign * value);
+                programme.push(slack, -1.0);
+                programme.end_row(sign * value);
             }
         }
     }
-    let mut cones = vec![NonnegativeConeT(2 * features)];
+    programme.cones.push(NonnegativeConeT(2 * features));
     for (j, largest) in largest_kg_m.iter().enumerate().filter(|(_, largest)| largest.is_finite()) {
-        entries.end_row(largest * G_MM);
-        for axis in 0..2 {
-            entries.push(2 * j + axis, -1.0);
-            entries.end_row(0.0);
-        }
-        cones.push(SecondOrderConeT(3));
+        programme.bound_pair(2 * j, largest * G_MM);
     }
     let cost: Vec<f64> = (0..unknowns).map(|k| if k < 2 * planes { 0.0 } else { 1.0 }).collect();
-    let settings = DefaultSettingsBuilder::default()
-        .verbose(false)
-        .tol_gap_abs(1e-10)
-        .tol_gap_rel(1e-10)
-        .tol_feas(1e-10)
-        .build()
-        .map_err(|e| Error::Unsuitable(e.to_string()))?;
-    let (a, b) = entries.into_matrix(unknowns);
-    let free = CscMatrix::zeros((unknowns, unknowns));
-    let mut solver = DefaultSolver::new(&free, &cost, &a, &b, &cones, settings)
-        .map_err(|e| Error::Unsuitable(e.to_string()))?;
-    solver.solve();
-    if !matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved) {
-        let what = format!("phase II has no solution: {:?}", solver.solution.status);
-        return Err(Error::Unsuitable(what));
-    }
-    let x = &solver.solution.x;
+    let x = programme.solve("phase II", &cost)?;
     let unbalance_kg_m = DVector::from_fn(planes, |j, _| Complex::new(x[2 * j], x[2 * j + 1]) / G_MM);
     let residual_um = residual_um(&response.at(&unbalance_kg_m), measured_m);
     Ok(LeastResidual { unbalance_kg_m, residual_um })
-}
-
-/// A sparse matrix, written row by row.
-#[derive(Default)]
-struct Entries {
-    rows: Vec<usize>,
-    columns: Vec<usize>,
-    values: Vec<f64>,
-    right: Vec<f64>,
-}
-
-impl Entries {
-    fn push(&mut self, column: usize, value: f64) {
-        self.rows.push(self.right.len());
-        self.columns.push(column);
-        self.values.push(value);
-    }
-
-    fn end_row(&mut self, right: f64) {
-        self.right.push(right);
-    }
-
-    fn into_matrix(self, unknowns: usize) -> (CscMatrix<f64>, Vec<f64>) {
-        let matrix =
-            CscMatrix::new_from_triplets(self.right.len(), unknowns, self.rows, self.columns, self.values);
-        (matrix, self.right)
-    }
 }
 
 #[cfg(test)]

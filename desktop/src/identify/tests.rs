@@ -3,6 +3,9 @@
 use nalgebra::{Complex, DVector};
 
 use super::*;
+use crate::fit::Fitter;
+use crate::fit::data::Data;
+use crate::fit::hypothesis::Hypothesis;
 use crate::machine::drawing::{Noise, Rotor, SearchBounds};
 use crate::measurement::{Reading, rad_s};
 use crate::model::Model;
@@ -107,8 +110,20 @@ fn a_bound_that_excludes_the_truth_is_where_the_coefficient_ends() {
     for (_, p) in others {
         assert_eq!(p.identified, Identified::FromData, "{p:?}");
     }
+    // the others make up for it: better than at their own best without the bound
+    let noise = rotor.noise.unwrap();
+    let data = run_up();
+    let fitter = Fitter::new(&rotor, Data::new(&rotor, &noise, &data));
+    let hypothesis = Hypothesis::drawn(&rotor, fitter.scales(None));
+    let drawing = fitter.exact_drawing();
+    let free = identify(&rotor, &data, &PhaseOneConfig::default()).unwrap();
+    let mut clamped: Vec<f64> = free.bearings.iter().map(|p| p.value.ln()).collect();
+    clamped[2] = 2.8e8_f64.ln();
+    let trial = fitter.trial(&hypothesis, &drawing, None).unwrap();
+    let without = trial.summed_residual_um(&clamped).unwrap();
+    assert!(found.residual_um < 0.8 * without, "{} {without}", found.residual_um);
     // the rotor's own range is the same where the configuration gives none
-    let own = Rotor { identify: Some(bounds), ..rotor };
+    let own = Rotor { identify: Some(bounds), ..rotor.clone() };
     let again = identify(&own, &run_up(), &PhaseOneConfig::default()).unwrap();
     assert_eq!(again.bearings, found.bearings);
 }

@@ -18,6 +18,8 @@ pub const ASSUMED_LOG_SD: f64 = 1.1;
 const BELIEVABLE: f64 = 2.58;
 /// Largest correlation of what is still called noise: it loses half of itself in fourteen readings.
 pub const MOST_CORRELATED: f64 = 0.95;
+/// Largest scatter between runs, three times what is usual. Runs that differ by more differ in something that can be named.
+pub const MOST_BETWEEN_RUNS: f64 = 0.03;
 /// Steps over the correlation in a search.
 const GRID: usize = 14;
 
@@ -28,20 +30,30 @@ pub struct Scatter {
     pub scale: f64,
     /// Correlation of neighbouring readings of one probe.
     pub correlation: f64,
+    /// Standard deviation of each component of what the response of a run is off by, relative, alike at all probes; zero where there
+    /// is one run.
+    pub between_runs: f64,
 }
 
 impl Scatter {
     /// As stated, white.
-    pub const STATED: Self = Self { scale: 1.0, correlation: 0.0 };
+    pub const STATED: Self = Self { scale: 1.0, correlation: 0.0, between_runs: 0.0 };
 
     /// What departing from the stated size costs, minus twice the logarithm of its prior up to a constant.
     pub fn doubt(&self, stated_log_sd: f64) -> f64 {
         (self.scale.ln() / stated_log_sd).powi(2)
     }
 
+    /// Whether it is as correlated, or runs differ by as much, as what is still called noise can be: then it is not noise.
+    pub fn is_at_edge(&self) -> bool {
+        self.correlation > 0.999 * MOST_CORRELATED || self.between_runs > 0.999 * MOST_BETWEEN_RUNS
+    }
+
     /// Whether two are the same for all that a fit can notice.
     pub fn is_near(&self, other: &Self) -> bool {
-        (self.scale / other.scale).ln().abs() < 0.01 && (self.correlation - other.correlation).abs() < 0.01
+        (self.scale / other.scale).ln().abs() < 0.01
+            && (self.correlation - other.correlation).abs() < 0.01
+            && (self.between_runs - other.between_runs).abs() <= 0.2 * self.between_runs
     }
 }
 
@@ -75,7 +87,7 @@ impl Series {
     /// Turns residuals, or columns of a model, into ones whose noise is white and of unit size: two rows a
     /// value, real and imaginary part.
     pub fn whiten(&self, scatter: &Scatter, columns: &mut DMatrix<f64>) {
-        let Scatter { scale, correlation } = *scatter;
+        let Scatter { scale, correlation, .. } = *scatter;
         let innovation = (scale * (1.0 - correlation * correlation).sqrt()).recip();
         for mut column in columns.column_iter_mut() {
             // backwards, so that what went before is still as it was
@@ -105,7 +117,7 @@ impl Series {
         let at = |correlation: f64| {
             let squares = sums.whitened(correlation);
             let scale = scale_of(squares, free, stated_log_sd);
-            let scatter = Scatter { scale, correlation };
+            let scatter = Scatter { scale, correlation, ..Scatter::STATED };
             let own = self.log_det(&scatter, free) + scatter.doubt(stated_log_sd);
             (scatter, squares / (scale * scale) + own)
         };
@@ -205,7 +217,7 @@ mod tests {
 
     #[test]
     fn whitening_equals_the_inverse_root_of_the_autoregressions_covariance() {
-        let scatter = Scatter { scale: 1.7, correlation: 0.6 };
+        let scatter = Scatter { scale: 1.7, correlation: 0.6, between_runs: 0.0 };
         let series = Series::new([0, 1, 0, 0, 1]);
         let order: [i32; 5] = [0, 0, 1, 2, 1];
         let label = [0, 1, 0, 0, 1];
@@ -226,9 +238,9 @@ mod tests {
     #[test]
     fn scale_and_correlation_of_simulated_noise_are_found() {
         for truth in [
-            Scatter { scale: 1.0, correlation: 0.0 },
-            Scatter { scale: 1.5, correlation: 0.8 },
-            Scatter { scale: 0.7, correlation: 0.4 },
+            Scatter { scale: 1.0, correlation: 0.0, between_runs: 0.0 },
+            Scatter { scale: 1.5, correlation: 0.8, between_runs: 0.0 },
+            Scatter { scale: 0.7, correlation: 0.4, between_runs: 0.0 },
         ] {
             let (series, residuals) = simulated(&truth, 2000, 3);
             let (found, cost) = series.most_probable(&residuals, 8000.0, STATED_LOG_SD);

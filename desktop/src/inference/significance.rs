@@ -1,14 +1,14 @@
 //! When a probability entitles to a word: one policy for `compare`, `diagnose` and `improve`.
 //!
-//! Every explanation of a misfit (nothing but noise, each known effect at each place, an unknown force) gets a
-//! probability from its evidence and its prior. Words follow from these alone:
+//! Every explanation of a misfit (nothing but noise, each known effect at each place, an unknown cause) gets a
+//! probability from its evidence ([`super::evidence`]) and its prior (`diagnose::rank`). Words follow from these alone:
 //!
 //! | word | needs |
 //! |---|---|
 //! | something is missing (`misses`, `missing`, `undecided`) | nothing but noise is less probable than [`SURE`] |
 //! | `missing`, one effect named | no other explanation has [`RIVAL`] of its probability, and nothing more is needed beside it |
 //! | a group that cannot be told apart | the explanations that have |
-//! | `adequate` | nothing but noise is more probable than all else together |
+//! | `adequate` | nothing but noise is more probable than all else together, and what the model is for is determined |
 //!
 //! Between the last and the first lies "may be missing", which is `undecided`.
 

@@ -109,7 +109,7 @@ pub(super) struct BearingEntry {
     stated: Option<LawEntry>,
 }
 
-/// The keys of a law alone.
+/// The keys of a law alone. They stand in [`BearingEntry`] again, as serde lets unknown keys pass where one is flattened into it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LawEntry {

@@ -137,6 +137,9 @@ pub struct Noise {
     /// Correlation of neighbouring readings of one probe as it was found. Written by the tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correlation: Option<f64>,
+    /// Scatter between runs as it was found, relative to the response. Written by the tool.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub between_runs: Option<f64>,
 }
 
 /// Standard deviations of what the drawing states.

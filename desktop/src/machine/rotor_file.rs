@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::machine::validation::{check, check_materials};
 use crate::machine::{loads, materials, table_file};
+use crate::whole_file;
 
 /// Reads and checks a rotor.
 ///
@@ -88,8 +89,5 @@ pub fn write(path: &Path, rotor: &Rotor) -> Result<(), Error> {
     let file = path.display().to_string();
     check(&file, rotor)?;
     let text = toml::to_string(rotor).map_err(|e| Error::file(&file, e))?;
-    let partial = path.with_extension("toml.partial");
-    std::fs::write(&partial, text)
-        .and_then(|()| std::fs::rename(&partial, path))
-        .map_err(|e| Error::file(&file, format!("cannot be written ({e})")))
+    whole_file::write(path, text.as_bytes())
 }

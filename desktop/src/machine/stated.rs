@@ -13,7 +13,11 @@ use crate::inference::scatter::Scatter;
 impl Noise {
     /// What a fit found over what is stated; as stated where there was none.
     pub fn scatter(&self) -> Scatter {
-        Scatter { scale: self.scale.unwrap_or(1.0), correlation: self.correlation.unwrap_or(0.0) }
+        Scatter {
+            scale: self.scale.unwrap_or(1.0),
+            correlation: self.correlation.unwrap_or(0.0),
+            between_runs: self.between_runs.unwrap_or(0.0),
+        }
     }
 }
 

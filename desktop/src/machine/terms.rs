@@ -82,8 +82,7 @@ pub fn position_m(rotor: &Rotor, place: Place) -> Option<f64> {
     match place {
         Place::Bearing(i) => Some(rotor.bearing[i].position_m),
         Place::Disk(i) => Some(rotor.disk[i].position_m),
-        Place::LeftEnd => Some(0.0),
-        Place::Probe(_) | Place::Run(_) | Place::Machine => None,
+        Place::LeftEnd | Place::Probe(_) | Place::Run(_) | Place::Machine => None,
     }
 }
 

@@ -4,9 +4,9 @@ mod couplings;
 mod foundation;
 
 use crate::bearing::Law;
-use crate::effects::entry;
+use crate::effects::{entry, physical};
 use crate::error::Error;
-use crate::inference::scatter::MOST_CORRELATED;
+use crate::inference::scatter::{MOST_BETWEEN_RUNS, MOST_CORRELATED};
 use crate::machine::drawing::{EffectEntry, Rated, Rotor};
 use crate::machine::materials::Material;
 use crate::machine::tolerance::Deviation;
@@ -96,6 +96,10 @@ pub fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
     for e in &rotor.effect {
         entry::check(rotor, e).or_else(|what| c.fail(format!("[[effect]] \"{}\"", e.kind), what))?;
     }
+    let of = |kind: Option<String>| {
+        kind.map_or_else(|| "[[effect]]".into(), |kind| format!("[[effect]] \"{kind}\""))
+    };
+    physical::check(rotor).or_else(|(kind, what)| c.fail(of(kind), what))?;
     if rotor.is_fitted() {
         check(file, &rotor.as_stated())?;
     }
@@ -274,8 +278,12 @@ fn check_statistics(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         c.within("[noise] floor_um", n.floor_um, 0.0, 1000.0, "µm")?;
         c.within("[noise] scale", n.scale.unwrap_or(1.0), 1e-3, 1e3, "times the stated noise")?;
         c.within("[noise] correlation", n.correlation.unwrap_or(0.0), 0.0, MOST_CORRELATED, "")?;
-        if rotor.schema < 2 && (n.scale.is_some() || n.correlation.is_some()) {
-            let what = format!("{} does not know [noise] scale and correlation, expected 2", rotor.schema);
+        c.within("[noise] between_runs", n.between_runs.unwrap_or(0.0), 0.0, MOST_BETWEEN_RUNS, "")?;
+        if rotor.schema < 2 && (n.scale.is_some() || n.correlation.is_some() || n.between_runs.is_some()) {
+            let what = format!(
+                "{} does not know [noise] scale, correlation and between_runs, expected 2",
+                rotor.schema
+            );
             return c.fail("schema", what);
         }
         if n.relative == 0.0 && n.floor_um == 0.0 {

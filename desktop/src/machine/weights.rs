@@ -6,7 +6,7 @@ use super::drawing::{Rotor, Run};
 use crate::unbalance::phasor_kg_m;
 
 /// Positions closer than this are one plane, m.
-const SAME_PLANE_M: f64 = 1e-6;
+pub(crate) const SAME_PLANE_M: f64 = 1e-6;
 
 /// What a run has in each plane by its stated weights, kg·m.
 ///

@@ -3,8 +3,10 @@
 //! Columns `run` (optional), `time_d` (optional), `speed_rpm`, then `<probe>_cos_um` and
 //! `<probe>_sin_um` for every probe: zero-to-peak, `u(t) = cos · cos Ωt + sin · sin Ωt`, t = 0 at the
 //! keyphasor mark; and `<probe>_gap_v` (optional), the probe's mean voltage. An empty cell is a lost reading of that probe.
+//! Lines before the header that begin with `#` are comments.
 
 mod reading;
+pub(crate) mod sequence;
 mod slow_roll;
 mod table;
 
@@ -15,10 +17,11 @@ use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
 pub use reading::{Reading, phasor_m, rad_s, rpm};
-pub use slow_roll::{SlowRoll, runout_m};
-pub(crate) use table::LOWEST_GAP_V;
-use table::{Unlisted, rows, text_of};
-pub use table::{write, write_probes};
+pub use sequence::frozen;
+pub use slow_roll::{SlowRoll, less_runout, runout_m};
+pub use table::{LARGEST_UM, LOWEST_GAP_V, Series, write, write_exactly, write_probes};
+use table::{Unlisted, rows};
+pub(crate) use table::{ragged, text_of};
 
 /// Reads a measurement of this rotor, less the slow roll that its file states.
 ///
@@ -44,6 +47,16 @@ pub fn read_less(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec
 pub fn read_with_blind_runs(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec<Reading>, Error> {
     let (file, text) = text_of(path)?;
     parse_less(&file, &text, rotor, slow_roll, Unlisted::Blind)
+}
+
+/// Reads a measurement of a machine that has no file: probes, and the one unit of all of them, are what the columns say.
+/// `known` says why a run cannot be used.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_series(path: &Path, known: impl Fn(&str) -> Result<(), String>) -> Result<Series, Error> {
+    let (file, text) = text_of(path)?;
+    table::series(&file, &text, known)
 }
 
 /// Parses the text of a measurement file; `file` is only for messages.

@@ -60,27 +60,41 @@ impl SlowRoll {
         if let (Self::Run(name), true) = (self, rolls.is_empty()) {
             return Err(wrong(format!("\"{name}\" is neither a run of this file nor a file")));
         }
-        let fastest_rpm = |all: &[Reading]| all.iter().map(|r| r.speed_rpm).fold(0.0, f64::max);
-        if rest.is_empty() {
-            return Err(wrong("there is nothing but slow roll, expected a run".into()));
-        }
-        // at half the speed a quarter of the unbalance's force is still there
-        if fastest_rpm(&rolls) > fastest_rpm(&rest) / 2.0 {
-            let what =
-                "a slow roll turns at no more than half the fastest speed, or it shows more than runout";
-            return Err(wrong(format!("{} rpm of {}: {what}", fastest_rpm(&rolls), fastest_rpm(&rest))));
-        }
-        let runout_m = mean_m(file, &rolls, rotor)?;
-        for reading in &mut rest {
-            reading
-                .probes
-                .iter_mut()
-                .zip(&runout_m)
-                .filter_map(|(y, v)| Some((y.as_mut()?, v)))
-                .for_each(|(y, v)| *y -= v);
-        }
+        less_runout(file, &names(rotor), &rolls, &mut rest)?;
         Ok(rest)
     }
+}
+
+fn names(rotor: &Rotor) -> Vec<&str> {
+    rotor.probe.iter().map(|p| p.name.as_str()).collect()
+}
+
+/// Takes the mean of slow rolls off all other readings; the runout of each probe, m. `file` is only for messages.
+///
+/// # Errors
+/// If there is nothing else, the slow rolls turn too fast to show nothing but runout, or a probe has no reading in them.
+pub fn less_runout(
+    file: &str,
+    probes: &[&str],
+    rolls: &[Reading],
+    rest: &mut [Reading],
+) -> Result<Vec<Complex<f64>>, Error> {
+    let wrong = |what: String| Error::measurement(file, "slow roll", what);
+    let fastest_rpm = |all: &[Reading]| all.iter().map(|r| r.speed_rpm).fold(0.0, f64::max);
+    if rest.is_empty() {
+        return Err(wrong("there is nothing but slow roll, expected a run".into()));
+    }
+    // at half the speed a quarter of the unbalance's force is still there
+    if fastest_rpm(rolls) > fastest_rpm(rest) / 2.0 {
+        let what = "a slow roll turns at no more than half the fastest speed, or it shows more than runout";
+        return Err(wrong(format!("{} rpm of {}: {what}", fastest_rpm(rolls), fastest_rpm(rest))));
+    }
+    let runout_m = mean_m(file, rolls, probes)?;
+    for reading in rest {
+        let shown = reading.probes.iter_mut().zip(&runout_m);
+        shown.filter_map(|(y, v)| Some((y.as_mut()?, v))).for_each(|(y, v)| *y -= v);
+    }
+    Ok(runout_m)
 }
 
 /// Runout of every probe in a file that holds nothing but slow roll, m.
@@ -89,10 +103,10 @@ impl SlowRoll {
 /// As [`super::read`], and if a probe has no reading.
 pub fn runout_m(path: &Path, rotor: &Rotor) -> Result<Vec<Complex<f64>>, Error> {
     let (file, text) = text_of(path)?;
-    mean_m(&file, &rows(&file, &text, rotor, None, Unlisted::Refused)?, rotor)
+    mean_m(&file, &rows(&file, &text, rotor, None, Unlisted::Refused)?, &names(rotor))
 }
 
-fn mean_m(file: &str, rolls: &[Reading], rotor: &Rotor) -> Result<Vec<Complex<f64>>, Error> {
+fn mean_m(file: &str, rolls: &[Reading], probes: &[&str]) -> Result<Vec<Complex<f64>>, Error> {
     let of = |(i, name): (usize, &str)| {
         let seen: Vec<Complex<f64>> = rolls.iter().filter_map(|r| r.probes[i]).collect();
         if seen.is_empty() {
@@ -101,5 +115,5 @@ fn mean_m(file: &str, rolls: &[Reading], rotor: &Rotor) -> Result<Vec<Complex<f6
         }
         Ok(seen.iter().sum::<Complex<f64>>() / seen.len() as f64)
     };
-    rotor.probe.iter().map(|p| p.name.as_str()).enumerate().map(of).collect()
+    probes.iter().copied().enumerate().map(of).collect()
 }

@@ -7,10 +7,10 @@ use super::reading::{Reading, phasor_m};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
-/// No proximity probe measures more than this; a larger number is a wrong unit.
-const LARGEST_UM: f64 = 10_000.0;
-/// Supply of an eddy-current probe, with room.
-pub(crate) const LOWEST_GAP_V: f64 = -30.0;
+/// No proximity probe measures more than this, µm; a larger number is a wrong unit.
+pub const LARGEST_UM: f64 = 10_000.0;
+/// Supply of an eddy-current probe, with room, V.
+pub const LOWEST_GAP_V: f64 = -30.0;
 /// No rotor of this kind turns faster; a larger number is a wrong unit.
 const FASTEST_RPM: f64 = 500_000.0;
 
@@ -28,37 +28,80 @@ struct Columns {
     speed_rpm: usize,
     probes: Vec<[usize; 2]>,
     gaps: Vec<Option<usize>>,
+    unit: String,
+}
+
+/// What a file holds that names its probes itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Unit of the phasors, as the columns have it: `um`, `mm_s`, `m_s2`, …
+    pub unit: String,
+    /// Names of the probes, in the order of the columns.
+    pub probes: Vec<String>,
+    /// The rows; phasors in millionths of the unit, so in m where it is µm.
+    pub readings: Vec<Reading>,
 }
 
 impl Columns {
     fn find(file: &str, headers: &csv::StringRecord, rotor: &Rotor) -> Result<Self, Error> {
+        let names: Vec<&str> = rotor.probe.iter().map(|p| p.name.as_str()).collect();
+        Self::of_probes(file, headers, &names, "um", &format!("rotor \"{}\"", rotor.name))
+    }
+
+    /// The columns of probes of these names; `owner` is whose they are, for messages.
+    fn of_probes(
+        file: &str,
+        headers: &csv::StringRecord,
+        names: &[impl AsRef<str>],
+        unit: &str,
+        owner: &str,
+    ) -> Result<Self, Error> {
         let place = |name: &str| headers.iter().position(|h| h.trim() == name);
         let need = |name: &str| {
             place(name).ok_or_else(|| {
-                Error::measurement(
-                    file,
-                    "header",
-                    format!("the column {name} of rotor \"{}\" is missing", rotor.name),
-                )
+                Error::measurement(file, "header", format!("the column {name} of {owner} is missing"))
             })
         };
         let speed_rpm = need("speed_rpm")?;
         let mut probes = Vec::new();
-        for p in &rotor.probe {
-            probes.push([need(&format!("{}_cos_um", p.name))?, need(&format!("{}_sin_um", p.name))?]);
+        for name in names.iter().map(AsRef::as_ref) {
+            probes.push([need(&format!("{name}_cos_{unit}"))?, need(&format!("{name}_sin_{unit}"))?]);
         }
-        let gaps = rotor.probe.iter().map(|p| place(&format!("{}_gap_v", p.name))).collect();
-        let columns = Self { run: place("run"), time_d: place("time_d"), speed_rpm, probes, gaps };
+        let gaps = names.iter().map(|name| place(&format!("{}_gap_v", name.as_ref()))).collect();
+        let columns =
+            Self { run: place("run"), time_d: place("time_d"), speed_rpm, probes, gaps, unit: unit.into() };
         for (i, name) in headers.iter().enumerate() {
             let gaps = columns.gaps.iter().flatten();
             let known = columns.probes.iter().flatten().chain([&columns.speed_rpm]).chain(gaps);
             if !known.chain(columns.run.iter()).chain(columns.time_d.iter()).any(|k| *k == i) {
-                let what = format!("the column {name} belongs to no probe of rotor \"{}\"", rotor.name);
+                let what = format!("the column {name} belongs to no probe of {owner}");
                 return Err(Error::measurement(file, "header", what));
             }
         }
         Ok(columns)
     }
+}
+
+/// Names of the probes that a header has, and the one unit of all of them.
+fn probes_of(file: &str, headers: &csv::StringRecord) -> Result<(Vec<String>, String), Error> {
+    let (mut names, mut unit) = (Vec::new(), None::<String>);
+    for column in headers.iter().map(str::trim) {
+        let Some((name, of_column)) = column.rsplit_once("_cos_") else { continue };
+        if let Some(unit) = unit.as_ref().filter(|unit| *unit != of_column) {
+            let what = format!(
+                "the column {column} is in {of_column} and the ones before it in {unit}, expected one unit; vibration of several \
+                 units has no common size"
+            );
+            return Err(Error::measurement(file, "header", what));
+        }
+        names.push(name.to_string());
+        unit = Some(of_column.to_string());
+    }
+    let unit = unit.ok_or_else(|| {
+        let what = "no column is named <probe>_cos_<unit>, expected <probe>_cos_um and <probe>_sin_um for each probe";
+        Error::measurement(file, "header", what)
+    })?;
+    Ok((names, unit))
 }
 
 /// Whether runs may be in the data that the rotor's file does not list.
@@ -78,6 +121,39 @@ pub fn rows(
     slow_roll: Option<&str>,
     unlisted: Unlisted,
 ) -> Result<Vec<Reading>, Error> {
+    let known = |run: &str| {
+        unlisted == Unlisted::Blind
+            || rotor.run.is_empty()
+            || slow_roll == Some(run)
+            || rotor.run.iter().any(|r| r.name == run)
+    };
+    let known = |run: &str| match known(run) {
+        true => Ok(()),
+        false => {
+            Err(format!("the run \"{run}\" has no [[run]] in the rotor's file, so its weights are unknown"))
+        }
+    };
+    every_row(file, text, |headers| Columns::find(file, headers, rotor), known)
+}
+
+/// The same of a file that names its probes itself; `known` says why a run cannot be used.
+pub fn series(file: &str, text: &str, known: impl Fn(&str) -> Result<(), String>) -> Result<Series, Error> {
+    let (mut unit, mut probes) = Default::default();
+    let columns = |headers: &csv::StringRecord| {
+        (probes, unit) = probes_of(file, headers)?;
+        Columns::of_probes(file, headers, &probes, &unit, "this file")
+    };
+    let readings = every_row(file, text, columns, known)?;
+    Ok(Series { unit, probes, readings })
+}
+
+fn every_row(
+    file: &str,
+    text: &str,
+    columns: impl FnOnce(&csv::StringRecord) -> Result<Columns, Error>,
+    known: impl Fn(&str) -> Result<(), String>,
+) -> Result<Vec<Reading>, Error> {
+    let (comments, text) = after_comments(text);
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let headers = reader.headers().map_err(|e| Error::measurement(file, "header", e.to_string()))?.clone();
     if headers.is_empty() {
@@ -87,21 +163,14 @@ pub fn rows(
             "the file is empty, expected a header line and readings",
         ));
     }
-    let columns = Columns::find(file, &headers, rotor)?;
+    let columns = columns(&headers)?;
     let mut readings: Vec<Reading> = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(|e| ragged(file, &e))?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let record = record.map_err(|e| ragged(file, comments, &e))?;
+        let line = comments + record.position().map_or(0, csv::Position::line);
         let reading = row(file, line, &headers, &columns, &record)?;
-        if let Some(run) = &reading.run
-            && unlisted == Unlisted::Refused
-            && !rotor.run.is_empty()
-            && slow_roll != Some(run)
-            && !rotor.run.iter().any(|r| r.name == *run)
-        {
-            let what =
-                format!("the run \"{run}\" has no [[run]] in the rotor's file, so its weights are unknown");
-            return Err(Error::measurement(file, format!("row {line}"), what));
+        if let Some(run) = &reading.run {
+            known(run).map_err(|what| Error::measurement(file, format!("row {line}"), what))?;
         }
         if let (Some(last), Some(now)) = (readings.last().and_then(|r| r.time_d), reading.time_d)
             && now < last
@@ -117,10 +186,22 @@ pub fn rows(
     Ok(readings)
 }
 
-fn ragged(file: &str, error: &csv::Error) -> Error {
+/// Number of comment lines before the header, and what comes after them. A `#` further down is part of a run's name.
+fn after_comments(text: &str) -> (u64, &str) {
+    let mut rest = text.trim_start_matches('\u{feff}');
+    let mut comments = 0;
+    while rest.starts_with('#') {
+        rest = rest.split_once('\n').map_or("", |(_, rest)| rest);
+        comments += 1;
+    }
+    (comments, rest)
+}
+
+/// What is wrong with a table as a table, below so many lines of comments.
+pub(crate) fn ragged(file: &str, comments: u64, error: &csv::Error) -> Error {
     match error.kind() {
         csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
-            let line = pos.as_ref().map_or(0, csv::Position::line);
+            let line = comments + pos.as_ref().map_or(0, csv::Position::line);
             Error::measurement(file, format!("row {line}"), format!("{len} cells, expected {expected_len}"))
         }
         _ => Error::measurement(file, "text", error.to_string()),
@@ -150,13 +231,19 @@ fn row(
     };
     let at = |name: &str| format!("row {line}, column {name}");
     let speed_rpm = number(columns.speed_rpm)?
-        .filter(|speed| *speed > 0.0 && *speed <= FASTEST_RPM)
         .ok_or_else(|| Error::measurement(file, at("speed_rpm"), "expected a positive speed in rpm"))?;
+    if speed_rpm == 0.0 {
+        let what = "0 rpm: the machine stood still, which shows no unbalance; expected a positive speed in rpm, or no row";
+        return Err(Error::measurement(file, at("speed_rpm"), what));
+    }
+    if !(speed_rpm > 0.0 && speed_rpm <= FASTEST_RPM) {
+        return Err(Error::measurement(file, at("speed_rpm"), "expected a positive speed in rpm"));
+    }
     let mut probes = Vec::with_capacity(columns.probes.len());
     for [cos, sin] in &columns.probes {
         let pair = (number(*cos)?, number(*sin)?);
         let phasor = match pair {
-            (Some(c), Some(s)) if c.abs() > LARGEST_UM || s.abs() > LARGEST_UM => {
+            (Some(c), Some(s)) if columns.unit == "um" && c.abs().max(s.abs()) > LARGEST_UM => {
                 let name = headers.get(*cos).unwrap_or("?");
                 let what = format!("{} µm is more than a probe can see, expected µm", c.abs().max(s.abs()));
                 return Err(Error::measurement(file, at(name), what));
@@ -207,6 +294,30 @@ pub fn write_probes(
     probes: &[impl AsRef<str>],
     readings: &[Reading],
 ) -> Result<(), csv::Error> {
+    write_numbers(out, probes, readings, |um| format!("{um:.5}"), |v| format!("{v:.4}"))
+}
+
+/// The same with twelve digits of every number.
+///
+/// # Errors
+/// If the writer fails.
+pub fn write_exactly(
+    out: &mut impl Write,
+    probes: &[impl AsRef<str>],
+    readings: &[Reading],
+) -> Result<(), csv::Error> {
+    // through its decimal digits a number loses the binary ones behind them
+    let twelve = |x: f64| format!("{x:.11e}").parse().unwrap_or(x).to_string();
+    write_numbers(out, probes, readings, twelve, twelve)
+}
+
+fn write_numbers(
+    out: &mut impl Write,
+    probes: &[impl AsRef<str>],
+    readings: &[Reading],
+    um: impl Fn(f64) -> String,
+    volts: impl Fn(f64) -> String,
+) -> Result<(), csv::Error> {
     let with_run = readings.iter().any(|r| r.run.is_some());
     let with_gaps = readings.iter().any(|r| !r.gaps_v.is_empty());
     let with_time = readings.iter().any(|r| r.time_d.is_some());
@@ -229,13 +340,13 @@ pub fn write_probes(
         cells.push(r.speed_rpm.to_string());
         for y in &r.probes {
             match y {
-                Some(y) => cells.extend([format!("{:.5}", y.re * 1e6), format!("{:.5}", -y.im * 1e6)]),
+                Some(y) => cells.extend([um(y.re * 1e6), um(-y.im * 1e6)]),
                 None => cells.extend([String::new(), String::new()]),
             }
         }
         if with_gaps {
             let gap = |p: usize| r.gaps_v.get(p).copied().flatten();
-            cells.extend((0..probes.len()).map(|p| gap(p).map_or(String::new(), |v| format!("{v:.4}"))));
+            cells.extend((0..probes.len()).map(|p| gap(p).map_or(String::new(), &volts)));
         }
         writer.write_record(&cells)?;
     }

@@ -6,6 +6,7 @@
 //! | [`smooth`] | robust local regression |
 //! | [`arima`] | ARIMA by exact likelihood |
 //! | [`walk`] | forecasts from every day of the past, and what became of them |
+//! | [`scores`] | how far off they were, and whether they said how sure they are |
 //! | [`limit`] | days until a limit |
 //!
 //! A forecast from a day uses nothing of later days: smoothing is of the days until then, and so is
@@ -16,6 +17,7 @@ pub mod arima;
 pub mod limit;
 #[cfg(feature = "lstm")]
 pub mod lstm;
+pub mod scores;
 pub mod series;
 pub mod smooth;
 pub mod walk;

@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
+use nalgebra::Complex;
+
 use crate::error::Error;
+use crate::measurement::sequence::{frozen, moved_reference};
 
 /// Static and dynamic unbalance: magnitudes in g·mm and angles in degrees.
 pub const NAMES: [&str; 4] = ["U_g", "alpha_g", "U_d", "alpha_d"];
@@ -30,6 +33,13 @@ pub struct History {
     pub first_d: f64,
     /// The four series, of equal length.
     pub series: Vec<Series>,
+}
+
+impl History {
+    /// Last day.
+    pub fn last_d(&self) -> f64 {
+        self.first_d + self.series.first().map_or(0, |s| s.values.len().saturating_sub(1)) as f64
+    }
 }
 
 /// Reads what `track --csv` wrote.
@@ -78,8 +88,14 @@ pub fn parse(file: &str, text: &str) -> Result<History, Error> {
         };
         let at = number(time)?;
         if let Some(last) = times.last() {
-            if at <= *last {
-                let what = format!("time_d goes from {last} to {at}, expected ascending days");
+            if at == *last {
+                let what = format!(
+                    "day {at} is there twice, expected one estimate at a time; leave one of them out"
+                );
+                return Err(Error::measurement(file, format!("row {line}"), what));
+            }
+            if at < *last {
+                let what = format!("time_d goes back from {last} to {at}, expected ascending days");
                 return Err(Error::measurement(file, format!("row {line}"), what));
             }
             if at - last > LONGEST_GAP_D {
@@ -98,6 +114,7 @@ pub fn parse(file: &str, text: &str) -> Result<History, Error> {
     let Some(first_d) = times.first().copied() else {
         return Err(Error::measurement(file, "row 2", "there is no estimate, expected at least one"));
     };
+    sound(file, &times, &cells)?;
     for angles in [1, 3, 5, 7] {
         unwrap(&mut cells[angles]);
     }
@@ -111,6 +128,34 @@ pub fn parse(file: &str, text: &str) -> Result<History, Error> {
     let series =
         (0..4).map(|i| Series { name: NAMES[i], values: daily(&cells[i]), known: daily(&cells[i + 4]) });
     Ok(History { first_d, series: series.collect() })
+}
+
+/// Whether the estimates are of a machine over time: none that froze, no phase reference that was moved.
+fn sound(file: &str, times: &[f64], cells: &[Vec<f64>]) -> Result<(), Error> {
+    let phasor = |size: usize, k: usize| Complex::from_polar(cells[size][k], cells[size + 1][k].to_radians());
+    let estimates: Vec<[Complex<f64>; 2]> = (0..times.len()).map(|k| [phasor(0, k), phasor(2, k)]).collect();
+    let fault = |k: usize, what: String| Err(Error::measurement(file, format!("row {}", k + 2), what));
+    let of_static: Vec<Option<Complex<f64>>> = estimates.iter().map(|e| Some(e[0])).collect();
+    if let Some(stretch) = frozen(&of_static).filter(|stretch| stretch.len() < times.len()) {
+        let what = format!(
+            "the static unbalance is the same to the last digit until row {} (day {} to {}): its values froze, leave \
+             the rows out",
+            stretch.end + 1,
+            times[stretch.start],
+            times[stretch.end - 1]
+        );
+        return fault(stretch.start, what);
+    }
+    let estimates: Vec<&[Complex<f64>]> = estimates.iter().map(|e| e.as_slice()).collect();
+    if let Some((at, angle_deg)) = moved_reference(&estimates) {
+        let what = format!(
+            "from day {} on static and dynamic unbalance are turned by {angle_deg:.0}° while their sizes stay: the phase \
+             reference (keyphasor) was moved; turn the angles from there on back, or forecast from the later part alone",
+            times[at]
+        );
+        return fault(at, what);
+    }
+    Ok(())
 }
 
 /// Takes out jumps by whole turns.
@@ -159,6 +204,17 @@ mod tests {
         let refusal = |rows: &str| parse("t.csv", &format!("{HEAD}{rows}")).unwrap_err().to_string();
         assert!(refusal("0,1,1,1,1\n20,1,1,1,1\n").contains("row 3: no estimate from day 0 to day 20"));
         assert!(refusal("0,1,x,1,1\n").contains("row 2, column static_deg: \"x\" is not a number"));
+        assert!(refusal("0,1,1,1,1\n0,1,1,1,1\n").contains("row 3: day 0 is there twice"));
+        assert!(refusal("1,1,1,1,1\n0,1,1,1,1\n").contains("row 3: time_d goes back from 1 to 0"));
+        let froze: String = (0..9).map(|d| format!("{d},{},10,20,30\n", 400 + d.min(3))).collect();
+        assert!(
+            refusal(&froze)
+                .contains("row 5: the static unbalance is the same to the last digit until row 10")
+        );
+        let turned =
+            |d: u32| format!("{d},400,{},{},{}\n", d % 3 + 50 * (d / 12), 80 + d % 2, 7 + 50 * (d / 12));
+        let moved = refusal(&(0..24).map(turned).collect::<String>());
+        assert!(moved.contains("row 14: from day 12 on") && moved.contains("keyphasor"), "{moved}");
         assert!(refusal("").contains("there is no estimate"));
         assert!(parse("t.csv", "time_d\n").unwrap_err().to_string().contains("static_g_mm is missing"));
     }

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::arima::{Arima, Order};
+use super::scores::Score;
 use super::series::Series;
 use super::smooth::rlowess;
 use crate::error::Error;
@@ -12,6 +13,10 @@ const NEIGHBOURS: f64 = 21.0;
 const ROBUST_ITERATIONS: usize = 3;
 /// Orders that are tried around (3,1,3).
 const AROUND: [usize; 5] = [0, 1, 2, 3, 4];
+/// Days before a forecast that it may use: what was longer ago says nothing of the days to come that these do not.
+const LONGEST_PAST_D: usize = 730;
+/// Days that are forecast from at most, evenly spread over a longer track.
+const MOST_ORIGINS: usize = 730;
 /// Half of a 95 % interval, in standard deviations.
 const HALF: f64 = 1.96;
 
@@ -50,17 +55,6 @@ pub struct Ahead {
     pub mean: Vec<f64>,
     /// Their standard deviations.
     pub sd: Vec<f64>,
-}
-
-/// What became of a model's forecasts of one series.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Score {
-    /// Root mean square error at each horizon; NaN where nothing could be compared.
-    pub rmse: Vec<f64>,
-    /// Share of the outcomes inside the 95 % interval.
-    pub coverage: Vec<f64>,
-    /// Forecasts that could be compared.
-    pub count: Vec<usize>,
 }
 
 /// The smoothed past that a forecast is made from.
@@ -139,9 +133,10 @@ impl Fitted {
     }
 }
 
-/// What could be wrong beyond a model's own spread: how far its forecasts of the past were off, by horizon.
-#[derive(Debug, Clone, Default)]
-struct Misses(Vec<Vec<f64>>);
+/// What could be wrong beyond a model's own spread: number and sum of squares of what its forecasts of the past were off,
+/// by horizon.
+#[derive(Debug, Clone)]
+struct Misses(Vec<(usize, f64)>);
 
 impl Misses {
     /// Standard deviation of a forecast: the model's own, or what its forecasts were off so far if that is
@@ -149,15 +144,16 @@ impl Misses {
     fn widened(&self, own: &[f64]) -> Vec<f64> {
         const ENOUGH: usize = 20;
         let seen = |h: usize| {
-            let all = self.0.get(h).filter(|all| all.len() >= ENOUGH)?;
-            Some((all.iter().map(|e| e * e).sum::<f64>() / all.len() as f64).sqrt())
+            let (count, squares) = self.0.get(h).filter(|(count, _)| *count >= ENOUGH)?;
+            Some((squares / *count as f64).sqrt())
         };
         own.iter().enumerate().map(|(h, sd)| seen(h).map_or(*sd, |s| s.max(*sd))).collect()
     }
 }
 
-/// A model's forecasts of one series from each day on, the first from after `first` days: the score at the
-/// horizons, and the forecast from the last day with intervals as wide as the past showed them to be.
+/// A model's forecasts of one series from each day on, the first from after `first` days: the score at each
+/// horizon, and the forecast from the last day with intervals as wide as the past showed them to be. A forecast knows two
+/// years at most, and of a track that is much longer some days are passed over, so that the work grows no further.
 ///
 /// # Errors
 /// If the series is too short or does not change, or the order does not fit.
@@ -167,7 +163,7 @@ pub fn walk(
     first: usize,
     horizons: &[usize],
     days_ahead: usize,
-) -> Result<(Score, Ahead), Error> {
+) -> Result<(Vec<Score>, Ahead), Error> {
     let n = series.values.len();
     if n < first + 1 {
         return Err(Error::Unsuitable(format!(
@@ -188,50 +184,47 @@ pub fn walk(
         Model::Arima(None) => Model::Arima(Some(best_order(&smoothed(&series.known[..first])?)?)),
         other => other,
     };
-    let mut fitted: Option<Fitted> = None;
-    let mut misses = Misses(vec![Vec::new(); longest]);
-    let mut pending: Vec<(usize, Ahead)> = Vec::new();
-    let mut inside = vec![0_usize; horizons.len()];
-    let mut squares = vec![0.0; horizons.len()];
-    let mut count = vec![0_usize; horizons.len()];
+    let (mut fitted, mut fitted_at): (Option<Fitted>, usize) = (None, first);
+    let mut misses = Misses(vec![(0, 0.0); longest]);
+    // a forecast, the day after it was made, and how many days of it have come to pass
+    let mut pending: Vec<(usize, usize, Ahead)> = Vec::new();
+    let mut compared: Vec<Vec<([f64; 2], f64)>> = vec![Vec::new(); horizons.len()];
     let mut last = None;
-    for end in first..=n {
-        // what the newest day says of earlier forecasts
-        for (from, ahead) in &pending {
-            let h = end - from;
-            if h >= 1 && h <= longest {
-                misses.0[h - 1].push(series.values[end - 1] - ahead.mean[h - 1]);
+    let step = (n - first).div_ceil(MOST_ORIGINS).max(1);
+    // the last day is always one of them
+    for end in (first..=n).rev().step_by(step).collect::<Vec<_>>().into_iter().rev() {
+        // what the newest days say of earlier forecasts
+        for (from, past, ahead) in &mut pending {
+            let now = (end - *from).min(longest);
+            for h in *past..now {
+                let (count, squares) = &mut misses.0[h];
+                *squares += (series.values[*from + h] - ahead.mean[h]).powi(2);
+                *count += 1;
             }
+            *past = now;
         }
-        let past = smoothed(&series.known[..end])?;
-        if fitted.is_none() || (end - first).is_multiple_of(model.refit_every()) {
+        let past = smoothed(&series.known[end.saturating_sub(LONGEST_PAST_D)..end])?;
+        let period = |day: usize| (day - first) / model.refit_every();
+        if fitted.is_none() || period(end) != period(fitted_at) {
             fitted = Some(Fitted::new(model, &past, fitted.as_ref())?);
+            fitted_at = end;
         }
         let Some(now) = &fitted else { continue };
         let mut ahead = now.ahead(&past, longest)?;
         ahead.sd = misses.widened(&ahead.sd);
-        for (i, h) in horizons.iter().enumerate() {
-            if end + h <= n {
-                let error = series.values[end + h - 1] - ahead.mean[h - 1];
-                squares[i] += error * error;
-                inside[i] += usize::from(error.abs() <= HALF * ahead.sd[h - 1]);
-                count[i] += 1;
+        for (compared, h) in compared.iter_mut().zip(horizons) {
+            if let Some(outcome) = series.values.get(end + h - 1) {
+                compared.push(([ahead.mean[h - 1], ahead.sd[h - 1]], *outcome));
             }
         }
-        pending.retain(|(from, _)| end - from < longest);
-        pending.push((end, ahead.clone()));
+        pending.retain(|(from, ..)| end - from < longest);
+        pending.push((end, 0, ahead.clone()));
         last = Some(ahead);
     }
-    let share = |sum: f64, n: usize| if n > 0 { sum / n as f64 } else { f64::NAN };
-    let score = Score {
-        rmse: squares.iter().zip(&count).map(|(s, n)| share(*s, *n).sqrt()).collect(),
-        coverage: inside.iter().zip(&count).map(|(i, n)| share(*i as f64, *n)).collect(),
-        count,
-    };
     let mut ahead = last.ok_or_else(|| Error::Unsuitable("there is nothing to forecast from".into()))?;
     ahead.mean.truncate(days_ahead);
     ahead.sd.truncate(days_ahead);
-    Ok((score, ahead))
+    Ok((compared.iter().map(|c| Score::of(c)).collect(), ahead))
 }
 
 /// Ends of the 95 % interval.
@@ -250,10 +243,10 @@ mod tests {
     #[test]
     fn a_straight_line_is_foretold_by_drift_but_not_by_naive() {
         let line = series((0..200).map(|i| 400.0 + 0.5 * f64::from(i)).collect());
-        let rmse = |model| walk(&line, model, 90, &[1, 30], 60).unwrap().0.rmse;
-        let stays = rmse(Model::Naive)[1];
+        let rmse = |model| walk(&line, model, 90, &[1, 30], 60).unwrap().0[1].rmse;
+        let stays = rmse(Model::Naive);
         assert!((stays - 15.0).abs() < 0.1, "{stays}");
-        assert!(rmse(Model::Drift)[1] < 0.1);
+        assert!(rmse(Model::Drift) < 0.1);
     }
 
     #[test]
@@ -279,8 +272,21 @@ mod tests {
                 level
             })
             .collect();
-        let score = walk(&series(walked), Model::Naive, 90, &[7, 30], 30).unwrap().0;
-        assert!(score.coverage.iter().all(|c| (0.8..=1.0).contains(c)), "{:?}", score.coverage);
+        let scores = walk(&series(walked), Model::Naive, 90, &[7, 30], 30).unwrap().0;
+        assert!(scores.iter().all(|s| (0.8..=1.0).contains(&s.coverage)), "{scores:?}");
+    }
+
+    #[test]
+    fn a_track_of_years_is_judged_from_some_of_its_days_and_by_the_same_scores() {
+        let wave = |i: usize| 400.0 + 30.0 * (i as f64 / 17.0).sin() + 0.5 * ((i * i) % 7) as f64;
+        let scores = |days: usize| {
+            let all = walk(&series((0..days).map(wave).collect()), Model::Naive, 90, &[7], 60).unwrap().0;
+            (all[0].rmse, all[0].count)
+        };
+        let ((short, every), (long, some)) = (scores(800), scores(3000));
+        assert_eq!(every, 800 - 90 - 6);
+        assert!((700..=730).contains(&some), "{some}");
+        assert!((long / short - 1.0).abs() < 0.05, "{short} {long}");
     }
 
     #[test]

@@ -16,11 +16,16 @@ pub enum Method {
     Fixed,
     /// Re-identification after a jump of the residual.
     Adaptive,
-    /// Metropolis sampling, daily and after a jump.
+    /// Bearings and unbalance sampled, daily and after a jump.
     Bayes,
     /// All days together.
     Joint,
 }
+
+/// Proposals of a chain and day after which the chains mostly agree.
+pub const PROPOSALS: usize = 400;
+/// The paper's.
+pub const PROPOSALS_AS_PRINTED: usize = 200;
 
 /// Settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,8 +38,10 @@ pub struct Config {
     pub growth: f64,
     /// The file's bearings and planes are identified already: no phase I.
     pub identified: bool,
-    /// Proposals of each chain of a day.
+    /// Proposals of each chain of a day; [`PROPOSALS`] is usual, and the paper's [`PROPOSALS_AS_PRINTED`].
     pub proposals: usize,
+    /// [`Method::Bayes`] as it was printed: a random walk in bearings and unbalance together.
+    pub paper: bool,
     /// Seed of everything random.
     pub seed: u64,
 }
@@ -44,7 +51,15 @@ impl Config {
     pub fn new(method: Method) -> Self {
         let rise = if method == Method::Bayes { 0.3 } else { 0.5 };
         let thresholds = Thresholds { rise, ..Thresholds::default() };
-        Self { method, thresholds, growth: 1.2, identified: false, proposals: 200, seed: 1 }
+        Self {
+            method,
+            thresholds,
+            growth: 1.2,
+            identified: false,
+            proposals: PROPOSALS,
+            paper: false,
+            seed: 1,
+        }
     }
 }
 

@@ -11,8 +11,10 @@
 //! The paper takes the case of least residual, found by a swarm. Here each case is fitted to its optimum,
 //! and a case that contains another never has a larger residual: case 4 would always win, although a few
 //! days at one speed hold eight numbers and it has twelve unknowns. So a case with more unknowns has to
-//! earn them: the winner is the least residual by Schwarz's criterion for exponentially distributed
-//! errors, `n ln e + k ln n`, n features and k unknowns; all four residuals are reported.
+//! earn them: the winner is the least by Schwarz's criterion for exponentially distributed errors. Of n
+//! features with the density `exp(−|r|/b)/2b` the likelihood is greatest at `b = e/n`, and minus twice its
+//! logarithm is there `2n ln(2e/n) + 2n`; what differs between cases is `2n ln e`, and k unknowns cost
+//! `k ln n` (Schwarz 1978, Annals of Statistics 6, 461). All four residuals are reported.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -41,7 +43,7 @@ pub struct CaseFit {
     pub logs: Logs,
     /// Unbalance of each plane, kg·m.
     pub unbalance_kg_m: Vec<C>,
-    /// `n ln e + k ln n`.
+    /// `2n ln e + k ln n`, e in µm.
     pub criterion: f64,
 }
 
@@ -90,8 +92,14 @@ fn fit(case: u8, days: &[&Day], before: &Before, logs: &[usize], planes: &[usize
     let residual_um = days.iter().map(shown).sum::<Option<f64>>()?;
     let values: usize = days.iter().map(|d| 2 * d.measured_m.len()).sum();
     let unknowns = at.x.len();
-    let criterion = values as f64 * residual_um.ln() + unknowns as f64 * (values as f64).ln();
+    let criterion = criterion(residual_um, values, unknowns);
     Some(CaseFit { case, residual_um, unknowns, logs: logs_found, unbalance_kg_m, criterion })
+}
+
+/// Schwarz's criterion but for what depends on the number of features alone.
+fn criterion(residual_um: f64, features: usize, unknowns: usize) -> f64 {
+    let n = features as f64;
+    2.0 * n * residual_um.ln() + unknowns as f64 * n.ln()
 }
 
 /// Squared misfit in noise units with the weak prior on bearings; unknowns are changes of logarithms, then
@@ -183,5 +191,32 @@ impl Objective for Misfit<'_> {
             slope[k] += self.x[k] * PRIOR_LOG_SD.powi(-2);
         }
         Some((gram, slope))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use statrs::distribution::{Continuous, Laplace};
+
+    #[test]
+    fn the_criterion_ranks_as_the_greatest_likelihood_of_the_density_itself_does() {
+        // Schwarz's criterion of residuals, by the density at the best of many widths
+        let by_density = |residuals_um: &[f64], unknowns: f64| {
+            let minus_log = |width: f64| {
+                let density = Laplace::new(0.0, width).unwrap();
+                -residuals_um.iter().map(|r| density.ln_pdf(*r)).sum::<f64>()
+            };
+            let least = (1..4000).map(|k| minus_log(1e-3 * f64::from(k))).fold(f64::INFINITY, f64::min);
+            2.0 * least + unknowns * (residuals_um.len() as f64).ln()
+        };
+        let residuals = |size: f64| -> Vec<f64> {
+            (0..24).map(|k| size * (f64::from(k) * 1.7).sin() * (1.0 + f64::from(k % 5))).collect()
+        };
+        let [few, many] = [(residuals(0.8), 4), (residuals(0.5), 12)];
+        let sum = |r: &[f64]| r.iter().map(|r| r.abs()).sum::<f64>();
+        let ours = criterion(sum(&many.0), 24, many.1) - criterion(sum(&few.0), 24, few.1);
+        let theirs = by_density(&many.0, 12.0) - by_density(&few.0, 4.0);
+        assert!((ours - theirs).abs() < 1e-3, "{ours} {theirs}");
     }
 }

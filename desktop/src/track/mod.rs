@@ -9,36 +9,37 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | `faults` | records that are refused, with the row that shows why |
 //! | `record`, `operating_point` | readings, each with the machine solved at its speed |
 //! | `answer` | how a record is followed, and what is said of each reading |
 //! | [`monitor`], `step` | residual and level; an event or a wander |
 //! | `daily` | phase I, phase II, and the two methods that are made of them |
 //! | `cases`, `adaptive` | the four cases of a re-identification |
-//! | `chains`, `bayes` | samplers and their quality; the two loops |
+//! | `bayes` | bearings and unbalance sampled; the paper's form, and one whose chains meet |
 //! | `joint` | all days together |
 
 mod adaptive;
 mod answer;
 mod bayes;
 mod cases;
-mod chains;
 mod coefficients;
 mod daily;
+mod faults;
 mod joint;
 pub mod monitor;
 mod operating_point;
-mod posterior;
 mod record;
 mod step;
 
-pub use answer::{Cause, Config, Estimate, Flag, Interval, Method, Reidentified, Spread};
-pub use bayes::Sampling;
+pub use answer::{
+    Cause, Config, Estimate, Flag, Interval, Method, PROPOSALS, PROPOSALS_AS_PRINTED, Reidentified, Spread,
+};
+pub use bayes::sampling::{Quality, Sample, Sampler, Sampling};
 pub use cases::CaseFit;
-pub use chains::Quality;
+pub use faults::check as check_record;
 pub use joint::{Constant, Event, Joint, Later, Scope};
 pub use monitor::{Residual, Thresholds};
 pub use operating_point::Logs;
-pub use posterior::Sample;
 
 use crate::error::Error;
 use crate::identify::PhaseOne;
@@ -59,8 +60,8 @@ pub struct Track {
     pub flags: Vec<Flag>,
     /// Re-identifications in order.
     pub reidentified: Vec<Reidentified>,
-    /// First day of bearings that were identified anew without a run-up since: near one speed an effect that
-    /// the file lacks reads as other bearings, and no interval knows of that.
+    /// First day of a changed machine without a run-up since: near one speed an effect that the file lacks reads as
+    /// other bearings.
     pub undiagnosed_since_d: Option<f64>,
     /// The same readings with bearings constant: what every method is measured by.
     pub fixed: Vec<Estimate>,
@@ -116,7 +117,8 @@ pub fn track(
         Method::Fixed => fixed.clone(),
         Method::Adaptive => tracking.adaptive(progress),
         Method::Bayes => {
-            let (run, found) = tracking.bayes(progress);
+            let (run, found) =
+                if config.paper { tracking.bayes_as_printed(progress) } else { tracking.bayes(progress) };
             sampling = found;
             run
         }
@@ -126,8 +128,18 @@ pub fn track(
             run
         }
     };
+    let mut remarks = tracking.remarks;
+    if joint.as_ref().is_some_and(|j| !j.settled) {
+        remarks.push(
+            "How bearings and unbalance move had not been learned to the end when the rounds for it ran out: intervals \
+             may be off."
+                .into(),
+        );
+    }
+    let events = joint.iter().flat_map(|j| &j.events).filter(|e| e.scope.is_of_model()).map(|e| e.time_d);
+    let changed = run.reidentified.iter().map(|r| r.since_d).chain(events);
     let undiagnosed =
-        run.reidentified.iter().map(|r| r.since_d).find(|since| later.iter().all(|l| l.time_d < *since));
+        changed.filter(|since| later.iter().all(|l| l.time_d < *since)).min_by(|a, b| a.total_cmp(b));
     Ok(Track {
         method: config.method,
         undiagnosed_since_d: undiagnosed,
@@ -139,6 +151,6 @@ pub fn track(
         event_d,
         sampling,
         joint,
-        remarks: tracking.remarks,
+        remarks,
     })
 }

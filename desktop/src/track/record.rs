@@ -2,6 +2,7 @@
 
 use nalgebra::Complex;
 
+use super::faults;
 use super::operating_point::{OperatingPoint, model};
 use crate::diagnose::checks;
 use crate::error::Error;
@@ -87,6 +88,7 @@ pub fn check(rotor: &Rotor, record: &[Reading]) -> Result<Vec<String>, Error> {
         )));
     }
     let mut remarks = checks::before(rotor, record)?;
+    faults::check("the record", rotor, record)?;
     if complete < record.len() {
         remarks.push(format!("{} of {} readings lost a probe.", record.len() - complete, record.len()));
     }

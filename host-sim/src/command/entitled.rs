@@ -13,8 +13,13 @@ pub const OUTSIDE: &str = "a cause outside the list";
 
 /// The noise over what was stated, in one line.
 pub fn noise(scatter: &Scatter) -> String {
+    let between = if scatter.between_runs > 0.0 {
+        format!(", and {:.2} % of the response from run to run", 100.0 * scatter.between_runs)
+    } else {
+        String::new()
+    };
     format!(
-        "noise as found: {:.2} times what is stated, correlated from reading to reading by {:.2}",
+        "noise as found: {:.2} times what is stated, correlated from reading to reading by {:.2}{between}",
         scatter.scale, scatter.correlation
     )
 }
@@ -94,7 +99,7 @@ fn sentence(line: &str) -> String {
 
 /// `noise` of the JSON answers.
 pub fn noise_json(scatter: &Scatter) -> Value {
-    json!({"scale": scatter.scale, "correlation": scatter.correlation})
+    json!({"scale": scatter.scale, "correlation": scatter.correlation, "between_runs": scatter.between_runs})
 }
 
 /// `determined` of the JSON answers.

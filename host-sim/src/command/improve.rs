@@ -1,14 +1,16 @@
 //! `improve`: diagnose and add until adequate.
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{RefutedRun, Step, Verdict, improve};
+use rotor_edge_desktop::diagnose::{Outcome, RefutedRun, Step, Verdict, improve};
 use serde_json::{Value, json};
 
 use super::diagnose::{self, report};
 use super::{entitled, output};
+use crate::report::{Section, Table};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -26,15 +28,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (rotor, readings) = arguments.measured.read()?;
     let outcome = improve(&rotor, &readings, |step| {
         if !arguments.form.json {
-            print(step);
+            // nobody may be reading, and the model is to be written all the same
+            let _ = std::io::stdout().write_all(told(step).as_bytes());
         }
     })?;
     output::model(&arguments.output, &outcome.rotor, &readings)?;
     if let Some(path) = &arguments.form.report {
         let labels: Vec<String> = outcome.steps.iter().map(|s| s.added.label()).collect();
         let better = (!labels.is_empty()).then(|| (labels.join(" and "), outcome.rotor.clone()));
-        let mut sections =
-            vec![entitled::section(&outcome.scatter, &outcome.determined, outcome.unknown.as_ref())];
+        let entitled = entitled::section(&outcome.scatter, &outcome.determined, outcome.unknown.as_ref());
+        let mut sections = vec![found(&outcome), entitled];
         sections.extend(report::before_and_after(&rotor, &readings, better.as_ref())?);
         output::report(path, &format!("{}: before and after", rotor.name), sections)?;
     }
@@ -76,19 +79,50 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-fn print(step: &Step) {
-    println!(
-        "+ {:<36} error {:.2} %, χ² per value {:.2}",
+/// The verdict, and how the error fell with every effect.
+fn found(outcome: &Outcome) -> Section {
+    let lines = outcome.refuted.iter().map(RefutedRun::words).chain(outcome.remarks.iter().cloned());
+    let added =
+        |s: &Step| format!("{}: {}.", s.added.label(), diagnose::parameter_lines(&s.added).join("; "));
+    let lines = lines.chain(outcome.steps.iter().map(added));
+    let row = |what: String, error: f64, chi2: f64| {
+        vec![what, format!("{:.2}", 100.0 * error), format!("{chi2:.2}")]
+    };
+    let before = row("as it was".into(), outcome.error_before, outcome.chi2_per_value_before);
+    let steps = outcome
+        .steps
+        .iter()
+        .map(|s| row(format!("with {}", s.added.label()), s.error_after, s.chi2_per_value));
+    Section {
+        heading: "What was found".into(),
+        paragraphs: [format!("{}: {}", outcome.verdict.name(), outcome.summary)]
+            .into_iter()
+            .chain(lines)
+            .collect(),
+        tables: vec![Table {
+            caption: "The error as effects are added, one after the other, of the fit that is closest in noise as stated".into(),
+            columns: ["model", "error, %", "χ² per value (noise: 1)"].map(String::from).to_vec(),
+            rows: std::iter::once(before).chain(steps).collect(),
+        }],
+        figures: Vec::new(),
+    }
+}
+
+/// A step in words, a line each.
+fn told(step: &Step) -> String {
+    let mut text = format!(
+        "+ {:<36} error {:.2} %, χ² per value {:.2}\n",
         step.added.label(),
         step.error_after * 100.0,
         step.chi2_per_value
     );
     for line in diagnose::parameter_lines(&step.added) {
-        println!("    {line}");
+        text += &format!("    {line}\n");
     }
     if !step.group.is_empty() {
-        println!("    the data cannot tell apart: {}", step.group.join(", "));
+        text += &format!("    the data cannot tell apart: {}\n", step.group.join(", "));
     }
+    text
 }
 
 fn step_json(step: &Step) -> Value {

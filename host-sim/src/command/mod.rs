@@ -8,6 +8,7 @@ mod bus;
 pub mod check;
 mod commanding;
 mod compare;
+mod completions;
 mod dbc;
 mod decode;
 mod deploy;
@@ -17,22 +18,26 @@ mod entitled;
 mod estimate;
 mod forecast;
 mod identify;
+mod import;
 mod import_rotor;
 mod improve;
 mod judging;
 mod key;
+mod manual;
 mod node;
 mod output;
+mod provenance;
 mod replay;
 mod setting;
 pub mod startup;
 mod stop;
+mod targets;
 mod thresholds;
 mod track;
 mod watch;
 
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 /// Unbalance of a rotor from its 1x vibration, at the machine's edge and on the desk.
 ///
@@ -43,6 +48,25 @@ use clap::{Parser, Subcommand};
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
+    /// Overwrite a file that is read as well; with import, any that exists
+    #[arg(long, global = true)]
+    force: bool,
+}
+
+impl Cli {
+    /// The command line of this process, whose files can be written; one that makes no sense ends it with a hint and exit
+    /// code 2.
+    ///
+    /// # Errors
+    /// If what it names to be written cannot be.
+    pub fn of_this_process() -> Result<Self> {
+        let matches = Self::command().get_matches();
+        let cli = Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+        if let Some((_, arguments)) = matches.subcommand() {
+            targets::check(arguments, cli.force)?;
+        }
+        Ok(cli)
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -51,6 +75,8 @@ enum Command {
     Replay(Box<replay::Arguments>),
     /// Look a machine over by its drawing alone: loads, critical speeds, modes, unbalance response, doubtful numbers
     Check(check::Arguments),
+    /// Measurements from exports of other systems: CSV, TSV, xlsx, xls, ods; shows what it takes each column for
+    Import(Box<import::Arguments>),
     /// A drawing from a rotor that ROSS saved, and what could not be carried over
     ImportRotor(import_rotor::Arguments),
     /// Hold a model against measurements: where it misses, and whether that is noise or physics
@@ -90,7 +116,11 @@ enum Command {
     /// A single-disk rotor from its start-up: the simple model, where it fails, and which effects mend it
     Startup(startup::Arguments),
     /// Correction weights, from the identified model and from trial runs alone
-    Balance(balance::Arguments),
+    Balance(Box<balance::Arguments>),
+    /// Completions of the command line, for a shell
+    Completions(completions::Arguments),
+    /// The manual as pages for `man`
+    Manual(manual::Arguments),
 }
 
 /// Runs what the command line asks for.
@@ -102,6 +132,7 @@ pub fn run(cli: Cli) -> Result<()> {
         None => replay::run(&replay::Arguments::sample()),
         Some(Command::Replay(arguments)) => replay::run(&arguments),
         Some(Command::Check(arguments)) => check::run(&arguments),
+        Some(Command::Import(arguments)) => import::run(&arguments, cli.force),
         Some(Command::ImportRotor(arguments)) => import_rotor::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
@@ -122,5 +153,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Decode(arguments)) => decode::run(&arguments),
         Some(Command::Startup(arguments)) => startup::run(&arguments),
         Some(Command::Balance(arguments)) => balance::run(&arguments),
+        Some(Command::Completions(arguments)) => completions::run(&arguments, Cli::command()),
+        Some(Command::Manual(arguments)) => manual::run(&arguments, Cli::command()),
     }
 }

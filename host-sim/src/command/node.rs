@@ -31,8 +31,8 @@ pub struct Arguments {
     /// Highest speed that the machine reaches; that of the data the rotor was fitted to if absent
     #[arg(long, requires = "rotor")]
     fastest_rpm: Option<f64>,
-    /// The monitor's key; without one it takes no commands
-    #[arg(long)]
+    /// The monitor's key; without one it takes no commands, and with one it must remember the counter of those it took
+    #[arg(long, requires = "state")]
     key: Option<PathBuf>,
     /// Where a deployed model, thresholds, the counter of commands and what the monitor learns survive a restart
     #[arg(long)]

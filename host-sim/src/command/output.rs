@@ -4,14 +4,16 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading, SlowRoll};
+use rotor_edge_desktop::whole_file;
 use serde::Serialize;
 
+use super::provenance;
 use crate::report::{Section, page};
 
 /// The form in which a command answers.
@@ -129,15 +131,12 @@ pub fn spinner(what: &str) -> ProgressBar {
 }
 
 /// Writes a report, whole or not at all.
-pub fn report(path: &Path, title: &str, sections: Vec<Section>) -> Result<()> {
+pub fn report(path: &Path, title: &str, mut sections: Vec<Section>) -> Result<()> {
+    sections.push(provenance::section(path));
     file(path, page(title, sections).as_bytes())
 }
 
 /// Writes a file, whole or not at all.
 pub fn file(path: &Path, contents: &[u8]) -> Result<()> {
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(".partial");
-    std::fs::write(&partial, contents)
-        .and_then(|()| std::fs::rename(&partial, path))
-        .with_context(|| format!("{}: cannot be written", path.display()))
+    Ok(whole_file::write(path, contents)?)
 }

@@ -13,13 +13,12 @@
 //! cannot be read is taken for the present time in milliseconds, so that no recorded command is accepted again. The first
 //! saving over a damaged file leaves a copy of it beside, with `.damaged` at its name's end.
 
-use std::fs::File;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 use rotor_edge_core::state::Reason;
+use rotor_edge_desktop::whole_file;
 
 const NAME: &str = "rotor-edge monitor";
 /// The last version before this one: counter without a checksum, and a model of its time.
@@ -141,25 +140,11 @@ impl Store {
                 std::fs::copy(path, copy)?;
                 self.damaged = false;
             }
-            write_whole(path, kept.text().as_bytes())?;
+            whole_file::write(path, kept.text().as_bytes())?;
         }
         self.kept = kept;
         Ok(())
     }
-}
-
-/// Written beside the old file under a name of its own, flushed to the disk, renamed over it, and the folder flushed too.
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(path)?;
-    // where folders can be opened, a rename is on the disk when they are flushed
-    if cfg!(unix) {
-        File::open(folder)?.sync_all()?;
-    }
-    Ok(())
 }
 
 impl Kept {

@@ -38,12 +38,37 @@ pub fn comparison_sections(
                 .into(),
         ],
         tables: tables::places(comparison),
-        figures: runs.iter().map(|run| run.residual_map(rotor, readings, comparison)).collect(),
+        figures: runs.iter().map(|run| run.residual_map("", rotor, readings, comparison)).collect(),
     });
     for run in &runs {
         sections.extend(run.sections(rotor, readings, models, comparison));
     }
     sections
+}
+
+/// What became of the misfit: numbers and maps of two models beside each other.
+pub fn before_and_after(
+    rotor: &Rotor,
+    readings: &[Reading],
+    after: &str,
+    [before, then]: [&Comparison; 2],
+) -> Section {
+    let runs = Run::of(readings);
+    let maps = |run: &Run| {
+        [(" before", before), (" after", then)].map(|(of, c)| run.residual_map(of, rotor, readings, c))
+    };
+    Section {
+        heading: "Before and after".into(),
+        paragraphs: vec![format!(
+            "With {after} the model is {} % off where it was {} %, and χ² per value is {} where it was {} and noise gives 1.",
+            three_digits(100.0 * then.relative_error),
+            three_digits(100.0 * before.relative_error),
+            three_digits(then.chi2_per_value),
+            three_digits(before.chi2_per_value),
+        )],
+        tables: vec![tables::change(before, then)],
+        figures: runs.iter().flat_map(maps).collect(),
+    }
 }
 
 /// The verdict in sentences.

@@ -5,7 +5,7 @@
 //! | [`document`] | sections, tables, figures; the page around them |
 //! | [`comparison`] | what `compare --report` says |
 //! | [`bode`], [`polar`], [`orbit`] | one probe over speed; one bearing at one speed |
-//! | [`regions`] | unbalances with their regions |
+//! | [`regions`], [`weights`] | unbalances with their regions; correction weights |
 //! | [`residual_map`] | residual by speed and probe |
 //! | [`wave`] | one turn of the shaft over time |
 //! | [`sketch`], [`campbell`] | the machine to scale; its natural frequencies over speed |
@@ -31,8 +31,9 @@ pub mod scale;
 pub mod sketch;
 pub mod trend;
 pub mod wave;
+pub mod weights;
 
-pub use comparison::{Prediction, comparison_sections};
+pub use comparison::{Prediction, before_and_after, comparison_sections};
 
 pub use curve::Curve;
 pub use document::{Figure, Section, Table, identifier, page};

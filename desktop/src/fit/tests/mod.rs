@@ -19,7 +19,8 @@ use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;
 
-const NOISE: Noise = Noise { relative: 0.01, floor_um: 0.01, scale: None, correlation: None };
+const NOISE: Noise =
+    Noise { relative: 0.01, floor_um: 0.01, scale: None, correlation: None, between_runs: None };
 
 /// The sample rotor with two runs, one of them with a trial weight, and loose tolerances.
 fn machine() -> Rotor {

@@ -1,4 +1,4 @@
-//! An unknown force against one that is known.
+//! Unknown causes against ones that are known.
 
 use super::*;
 use crate::fit::Effort;
@@ -48,7 +48,48 @@ fn a_machine_that_hides_nothing_is_explained_no_better_with_an_unknown_force() {
     let h = Hypothesis::drawn(&rotor, fitter.scales(None));
     let drawing = fitter.exact_drawing();
     let fit = fitter.fit(&h, &[h.bearings.stated()], &drawing, Effort::Search, None).unwrap();
-    let own = fitter.cost_under_own_scatter(&fit, &drawing);
     let with = fitter.screened(&h, &fit, &drawing, &fitter.unknown_causes()).unwrap();
+    let own = fitter.under_own_scatter(&h, fit, drawing).unwrap().0.cost;
     assert!(with.iter().all(|cost| cost - own > -1.0), "{own}: {with:?}");
+}
+
+/// Every assumption by its cost, the least first, beside the machine as drawn.
+fn ranked(drawn: &Rotor, readings: &[Reading]) -> Vec<(f64, Assumption)> {
+    let fitter = Fitter::new(drawn, Data::new(drawn, &NOISE, readings));
+    let h = Hypothesis::drawn(drawn, fitter.scales(None));
+    let drawing = fitter.exact_drawing();
+    let fit = fitter.fit(&h, &[h.bearings.stated()], &drawing, Effort::Search, None).unwrap();
+    let all = fitter.unknown_causes();
+    let costs = fitter.screened(&h, &fit, &drawing, &all).unwrap();
+    let mut ranked: Vec<(f64, Assumption)> = costs.into_iter().zip(all).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked
+}
+
+#[test]
+fn bearings_that_stiffen_with_speed_look_like_a_dynamic_stiffness_at_the_bearings() {
+    let mut rotor = machine();
+    rotor.tolerance = None;
+    let data = measured(&rotor, &run_up(40), &["speed_dependent_stiffness"], &DVector::zeros(0));
+    let ranked = ranked(&rotor, &data);
+    let bearings: Vec<f64> = rotor.bearing.iter().map(|b| b.position_m).collect();
+    assert_eq!(ranked[0].1, Assumption::Stiffness(bearings), "{ranked:?}");
+}
+
+#[test]
+fn a_modulus_off_by_less_than_shifts_a_resonance_looks_like_a_drawing_that_is_off_and_is_named() {
+    let mut built = machine();
+    built.tolerance = None;
+    let mut drawn = built.clone();
+    drawn.shaft.iter_mut().for_each(|s| s.youngs_modulus_pa /= 1.004);
+    let data = measured(&built, &run_up(40), &[], &DVector::zeros(0));
+    let ranked = ranked(&drawn, &data);
+    assert_eq!(ranked[0].1, Assumption::Drawing, "{ranked:?}");
+    let fitter = Fitter::new(&drawn, Data::new(&drawn, &NOISE, &data));
+    let h = Hypothesis::drawn(&drawn, fitter.scales(None));
+    let drawing = fitter.exact_drawing();
+    let fit = fitter.fit(&h, &[h.bearings.stated()], &drawing, Effort::Search, None).unwrap();
+    let found = fitter.with_unknown(&h, &fit, &drawing, &Assumption::Drawing).unwrap();
+    let (what, _) = fitter.worst_of_drawing(&found.unknowns);
+    assert!(what.starts_with("Young's modulus differs from the drawing by +"), "{what}");
 }

@@ -53,3 +53,40 @@ impl Functions {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn speeds() -> impl Iterator<Item = f64> {
+        (0..=40).map(|k| 100.0 + 10.0 * f64::from(k))
+    }
+
+    #[test]
+    fn knots_add_up_to_one_at_every_speed_and_each_is_one_at_its_own() {
+        let functions = Functions::knots(speeds());
+        for w in speeds() {
+            assert!((functions.at(w).iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        }
+        let Functions::Knots(knots) = &functions else { panic!() };
+        assert_eq!(knots.len(), MOST_KNOTS);
+        for (k, w) in knots.iter().enumerate() {
+            assert!((functions.at(*w)[k] - 1.0).abs() < 1e-12);
+        }
+        // three points a knot
+        let Functions::Knots(few) = Functions::knots(speeds().take(7)) else { panic!() };
+        assert_eq!(few.len(), 2);
+    }
+
+    #[test]
+    fn smooth_functions_are_orthogonal_over_the_range_and_one_at_its_end() {
+        let functions = Functions::smooth(speeds());
+        assert!(functions.at(500.0).iter().all(|f| (f - 1.0).abs() < 1e-12));
+        let count = 40_000;
+        let mean = |i: usize, j: usize| {
+            let at = |k| functions.at(100.0 + 400.0 * (f64::from(k) + 0.5) / f64::from(count));
+            (0..count).map(|k| at(k)[i] * at(k)[j]).sum::<f64>() / f64::from(count)
+        };
+        assert!(mean(0, 1).abs().max(mean(0, 2).abs()).max(mean(1, 2).abs()) < 1e-8);
+    }
+}

@@ -40,6 +40,8 @@ pub struct UnknownFit {
     pub scatter: Scatter,
     /// Most probable values of the real unknowns.
     pub unknowns: DVector<f64>,
+    /// How many of them the data determine rather than their prior.
+    pub determined: f64,
     /// Speed of each reading, rad/s, and the force at each place then, N: forward, backward.
     pub forces_n: Vec<(f64, Vec<[C; 2]>)>,
 }
@@ -61,7 +63,7 @@ impl Fitter<'_> {
         let plant = self.plant_of(drawing, &hypothesis.terms(&fit.x).physics)?;
         let cost = |Shown { response, .. }: &Shown| {
             let mut size = first_size(fit, response);
-            let mut noise = drawing.whitening.scattered(Scatter::STATED);
+            let mut noise = self.about(&drawing.whitening, fit).scattered(Scatter::STATED);
             let mut least = f64::INFINITY;
             for round in 0..SCREENING_ROUNDS {
                 let with = noise.with(&(response * size));
@@ -92,7 +94,7 @@ impl Fitter<'_> {
         assumption: &Assumption,
     ) -> Result<UnknownFit, Error> {
         let mut fit = fit.clone();
-        let mut noise = drawing.whitening.scattered(Scatter::STATED);
+        let mut noise = self.about(&drawing.whitening, &fit).scattered(Scatter::STATED);
         let mut size: Option<f64> = None;
         let mut best: Option<UnknownFit> = None;
         for round in 0..ROUNDS {
@@ -144,6 +146,7 @@ fn found(assumption: &Assumption, shown: &Shown, size: f64, fit: &Fit, whitening
         fit: fit.clone(),
         scatter: whitening.scatter(),
         forces_n: shown.forces.iter().map(at).collect(),
+        determined: whitening.determined(count),
         unknowns,
     }
 }

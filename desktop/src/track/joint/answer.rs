@@ -2,7 +2,8 @@
 
 use nalgebra::Complex;
 
-use super::state::Scope;
+use super::scope::Scope;
+use crate::track::answer::Interval;
 use crate::track::operating_point::Logs;
 
 type C = Complex<f64>;
@@ -10,11 +11,14 @@ type C = Complex<f64>;
 /// An event, and how sure it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// First day of the new state.
+    /// Most probable first day of the new state.
     pub time_d: f64,
+    /// Where that day is with 95 % probability; both ends are days with a reading.
+    pub interval_d: Interval,
     /// What it changed.
     pub scope: Scope,
-    /// Logarithm of how much more probable the record is with it.
+    /// Logarithm of how much more probable the record is with it, on average over every day and every scope
+    /// that were tried: by chance alone it is above `e` in at most `exp(−e)` of records.
     pub evidence: f64,
 }
 
@@ -44,6 +48,8 @@ pub struct Joint {
     pub left_out_d: Vec<f64>,
     /// Effects that a later run-up showed, by label.
     pub effects: Vec<String>,
+    /// Whether the likelihood had stopped rising when the learning of wander and drift ended.
+    pub settled: bool,
     /// Unbalance of each estimate as it was known on its day, kg·m: what a forecast may use.
     pub known_then_kg_m: Vec<Vec<C>>,
 }

@@ -1,49 +1,62 @@
 //! What all days together say, as the estimates, flags and re-identifications of a track.
 
-use nalgebra::{Complex, DVector};
+use nalgebra::Complex;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::answer::{Constant, Joint};
+use super::coordinate::Coordinate;
 use super::kalman::Gaussian;
 use super::passes::Problem;
+use super::scope::Scope;
 use super::search::Found;
-use super::state::{Layout, Scope};
+use super::state::Layout;
 use crate::track::answer::{Cause, Flag, Interval, Reidentified, Spread};
 use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD, coefficient};
 use crate::track::daily::{Run, Tracking};
+use crate::track::monitor::Residual;
 use crate::track::operating_point::Logs;
 
 type C = Complex<f64>;
 
 /// Half of a 95 % interval, in standard deviations.
 const HALF: f64 = 1.96;
+/// Share of the probability that an interval leaves out at either end.
+const TAIL: f64 = 0.025;
+/// Halvings by which a quantile is found.
+const HALVINGS: usize = 40;
 
 impl Tracking<'_> {
     /// What was found, as estimates.
     pub(super) fn estimates(&self, problem: &Problem, found: &Found, effects: Vec<String>) -> (Run, Joint) {
-        let layout = problem.layout;
+        let layout = &problem.layout;
         let mut run = Run::default();
         let mut known_then_kg_m = Vec::new();
-        let scaled = |x: &DVector<f64>| -> Vec<C> {
-            layout.unbalance(x).iter().map(|u| u * problem.unit_kg_m).collect()
-        };
         for (k, day) in problem.own() {
             let state = &found.smoothed[k];
-            let Some(mut estimate) = self.estimate(day, &layout.logs(&state.mean), scaled(&state.mean))
+            let Some(mut estimate) =
+                self.estimate(day, &layout.logs(&state.mean), layout.unbalance(&state.mean))
             else {
                 continue;
             };
-            estimate.spread = Some(spread(layout, state, problem.unit_kg_m));
+            let factors = layout.factor(&state.mean);
+            estimate.calculated_m.iter_mut().zip(factors).for_each(|(y, factor)| *y *= factor);
+            estimate.residual = Residual::new(&estimate.calculated_m, &day.measured_m, &self.bearing_of);
+            let rivals = found.rivals.iter().map(|(weight, states)| (*weight, &states[k]));
+            estimate.spread = Some(spread(layout, state, rivals.collect()));
             estimate.suspicious = found.pass.impossible[k];
-            known_then_kg_m.push(scaled(&found.pass.filtered[k].mean));
+            known_then_kg_m.push(layout.unbalance(&found.pass.visits[k].filtered.mean));
             run.estimates.push(estimate);
         }
         for (event, k) in found.events.iter().zip(&found.at) {
-            let [before, after] = [k - 1, *k].map(|k| layout.constant_logs(&found.smoothed[k].mean));
-            let suspect = suspect(event.scope, &before, &after);
-            let of_model = event.scope.bearings.contains(&true);
-            let cause = if of_model { Cause::Model } else { Cause::Unbalance };
+            let states = [k - 1, *k].map(|k| &found.smoothed[k].mean);
+            let [before, after] = states.map(|x| layout.constant_logs(x));
+            let suspect = match event.scope.elsewhere {
+                true => self.most_changed(states.map(|x| layout.factor(x))),
+                false => suspect(event.scope, &before, &after),
+            };
+            let cause = if event.scope.is_of_model() { Cause::Model } else { Cause::Unbalance };
             run.flags.push(Flag { since_d: event.time_d, time_d: event.time_d, suspect, cause });
-            if of_model {
+            if event.scope.bearings.contains(&true) {
                 let both = event.scope.bearings == [true; 2];
                 run.reidentified.push(Reidentified {
                     since_d: event.time_d,
@@ -66,7 +79,7 @@ impl Tracking<'_> {
             };
             (problem.epochs[k].time_d, logs.iter().zip(&sd).map(of).collect())
         });
-        let settled = &found.motion.push / (1.0 - found.motion.keep.powi(2));
+        let settled = found.motion.settled();
         let joint = Joint {
             constants: constants.collect(),
             wander: std::array::from_fn(|i| settled[(i, i)].sqrt()),
@@ -78,9 +91,19 @@ impl Tracking<'_> {
                 .collect(),
             events: found.events.clone(),
             effects,
+            settled: found.settled,
             known_then_kg_m,
         };
         (run, joint)
+    }
+
+    /// The bearing whose probes' factors changed most.
+    fn most_changed(&self, [before, after]: [Vec<C>; 2]) -> usize {
+        let mut changes = vec![0.0; self.rotor.bearing.len()];
+        for ((b, before), after) in self.bearing_of.iter().zip(before).zip(after) {
+            changes[*b] += (after / before).ln().norm_sqr();
+        }
+        (0..changes.len()).max_by(|a, b| changes[*a].total_cmp(&changes[*b])).unwrap_or_default()
     }
 }
 
@@ -97,28 +120,108 @@ fn suspect(scope: Scope, before: &Logs, after: &Logs) -> usize {
     }
 }
 
-/// Intervals of a state.
-fn spread(layout: Layout, state: &Gaussian, unit_kg_m: f64) -> Spread {
-    let (logs, sd) = (layout.logs(&state.mean), layout.logs_sd(&state.covariance));
-    let linearised_at = |at: f64, sd: f64| Interval { low: at - HALF * sd, high: at + HALF * sd };
-    let along = |j: usize, turn: f64| {
-        // standard deviation of the plane's unbalance along its own direction, or across it
-        let u = C::from_polar(1.0, layout.unbalance(&state.mean)[j].arg() + turn);
-        let c = |a: usize, b: usize| state.covariance[(2 * j + a, 2 * j + b)];
-        let variance = u.re * u.re * c(0, 0) + 2.0 * u.re * u.im * c(0, 1) + u.im * u.im * c(1, 1);
-        variance.max(0.0).sqrt()
+/// Intervals of a state, and of what it would be under other explanations: each with how probable it is beside
+/// the state's own.
+fn spread(layout: &Layout, state: &Gaussian, rivals: Vec<(f64, &Gaussian)>) -> Spread {
+    let all: Vec<(f64, &Gaussian)> = std::iter::once((1.0, state)).chain(rivals).collect();
+    let sds: Vec<(f64, Logs, Logs)> =
+        all.iter().map(|(w, s)| (*w, layout.logs(&s.mean), layout.logs_sd(&s.covariance))).collect();
+    let log = |i: usize| {
+        interval(&sds.iter().map(|(w, at, sd)| Part { weight: *w, at: at[i], sd: sd[i] }).collect::<Vec<_>>())
     };
-    let planes = 0..layout.planes;
-    let size = |j: usize| layout.unbalance(&state.mean)[j].norm();
-    let angle = |j: usize| layout.unbalance(&state.mean)[j].arg();
-    Spread {
-        logs: std::array::from_fn(|i| linearised_at(logs[i], sd[i])),
-        magnitude_kg_m: planes
-            .clone()
-            .map(|j| linearised_at(size(j) * unit_kg_m, along(j, 0.0) * unit_kg_m))
-            .collect(),
-        angle_rad: planes
-            .map(|j| linearised_at(angle(j), along(j, std::f64::consts::FRAC_PI_2) / size(j).max(1e-9)))
-            .collect(),
+    let planes = 0..layout.planes.len();
+    let (magnitude_kg_m, angle_rad) = planes.map(|j| plane(layout, &all, j)).unzip();
+    Spread { logs: std::array::from_fn(log), magnitude_kg_m, angle_rad }
+}
+
+/// Intervals of a plane's size, kg·m, and angle, rad, around the first state's.
+fn plane(layout: &Layout, states: &[(f64, &Gaussian)], j: usize) -> (Interval, Interval) {
+    let own = layout.coordinate(&states[0].1.mean, j);
+    let angle = layout.planes[j].unbalance(own).arg();
+    let (mut sizes, mut angles) = (Vec::new(), Vec::new());
+    for (weight, state) in states.iter().copied() {
+        let z = layout.coordinate(&state.mean, j);
+        let unbalance = layout.planes[j].unbalance(z);
+        let c = |a: usize, b: usize| state.covariance[(2 * j + a, 2 * j + b)];
+        // along a direction of the coordinate
+        let sd = |d: C| {
+            let variance = d.re * d.re * c(0, 0) + 2.0 * d.re * d.im * c(0, 1) + d.im * d.im * c(1, 1);
+            variance.max(0.0).sqrt()
+        };
+        // turned the short way from the first state's
+        let turned = angle + (unbalance * C::from_polar(1.0, -angle)).arg();
+        let (size, turn) = match layout.planes[j] {
+            Coordinate::Relative { start } => {
+                (Part { weight, at: start.norm().ln() + z.re, sd: sd(C::from(1.0)) }, sd(C::i()))
+            }
+            Coordinate::Absolute { size: scale, .. } => {
+                let along = C::from_polar(scale, unbalance.arg());
+                let turn = sd(C::i() * along) / unbalance.norm().max(f64::MIN_POSITIVE);
+                // the angle of an unbalance that may be zero is anything
+                (Part { weight, at: unbalance.norm(), sd: sd(along) }, turn.min(std::f64::consts::PI / HALF))
+            }
+        };
+        sizes.push(size);
+        angles.push(Part { weight, at: turned, sd: turn });
+    }
+    let size = interval(&sizes);
+    let size = match layout.planes[j] {
+        Coordinate::Relative { .. } => Interval { low: size.low.exp(), high: size.high.exp() },
+        Coordinate::Absolute { .. } => size,
+    };
+    (size, interval(&angles))
+}
+
+/// One of several explanations: how probable it is beside the others, and where it puts a number.
+struct Part {
+    weight: f64,
+    at: f64,
+    sd: f64,
+}
+
+/// Central 95 % interval of a mixture of Gaussians.
+fn interval(parts: &[Part]) -> Interval {
+    if let [one] = parts {
+        return Interval { low: one.at - HALF * one.sd, high: one.at + HALF * one.sd };
+    }
+    let standard = Normal::standard();
+    let total: f64 = parts.iter().map(|p| p.weight).sum();
+    let below = |x: f64| {
+        let part = |p: &Part| p.weight * standard.cdf((x - p.at) / p.sd.max(f64::MIN_POSITIVE));
+        parts.iter().map(part).sum::<f64>() / total
+    };
+    let ends = parts.iter().flat_map(|p| [p.at - 2.0 * HALF * p.sd, p.at + 2.0 * HALF * p.sd]);
+    let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    let quantile = |share: f64| {
+        let (mut low, mut high) = (low, high);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            *(if below(middle) < share { &mut low } else { &mut high }) = middle;
+        }
+        0.5 * (low + high)
+    };
+    Interval { low: quantile(TAIL), high: quantile(1.0 - TAIL) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mixture_of_one_thing_twice_is_that_thing() {
+        let part = |weight: f64| Part { weight, at: 3.0, sd: 0.5 };
+        let both = interval(&[part(1.0), part(0.2)]);
+        assert!(
+            (both.low - (3.0 - HALF * 0.5)).abs() < 1e-3 && (both.high - (3.0 + HALF * 0.5)).abs() < 1e-3
+        );
+    }
+
+    #[test]
+    fn a_mixture_reaches_as_far_as_an_explanation_that_is_not_ruled_out() {
+        let own = Part { weight: 1.0, at: 0.0, sd: 0.1 };
+        let [likely, unlikely] = [0.5, 1e-3].map(|weight| Part { weight, at: 2.0, sd: 0.1 });
+        let own_again = || Part { weight: 1.0, at: 0.0, sd: 0.1 };
+        assert!(interval(&[own, likely]).high > 2.0);
+        assert!(interval(&[own_again(), unlikely]).high < 0.3);
     }
 }

@@ -1,4 +1,9 @@
 //! A linear Gaussian filter and its smoother, for a state of any size.
+//!
+//! The smoother goes back along the filter's innovations with the score `r` and the information `N` of what came
+//! later (de Jong 1989, "Smoothing and interpolation with the state-space model"): with `a`, `P` what was
+//! predicted, the smoothed state is `a + P r` with covariance `P − P N P`. No covariance is inverted, and the
+//! same two numbers say how much a shock at that time would have explained.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -14,28 +19,71 @@ pub struct Gaussian {
 /// One step in time: `x → F x + noise of covariance Q`.
 #[derive(Debug, Clone)]
 pub struct Step {
-    /// F.
-    pub transition: DMatrix<f64>,
+    /// Diagonal of F.
+    pub keep: DVector<f64>,
+    /// What F has beside it: to, from, and how much.
+    pub reach: Vec<(usize, usize, f64)>,
     /// Q.
     pub noise: DMatrix<f64>,
+}
+
+impl Step {
+    /// `F M`.
+    fn forward(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut moved = m.clone();
+        for mut column in moved.column_iter_mut() {
+            let before = column.clone_owned();
+            column.component_mul_assign(&self.keep);
+            for (to, from, share) in &self.reach {
+                column[*to] += share * before[*from];
+            }
+        }
+        moved
+    }
+
+    /// `Fᵀ M`.
+    fn back(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut moved = m.clone();
+        for mut column in moved.column_iter_mut() {
+            let before = column.clone_owned();
+            column.component_mul_assign(&self.keep);
+            for (to, from, share) in &self.reach {
+                column[*from] += share * before[*to];
+            }
+        }
+        moved
+    }
+
+    /// `F x` of a state.
+    fn moved(&self, x: &DVector<f64>) -> DVector<f64> {
+        let mut moved = x.component_mul(&self.keep);
+        self.reach.iter().for_each(|(to, from, share)| moved[*to] += share * x[*from]);
+        moved
+    }
 }
 
 impl Gaussian {
     /// A step later.
     pub fn predicted(&self, step: &Step) -> Self {
+        let half = step.forward(&self.covariance).transpose();
+        Self { mean: step.moved(&self.mean), covariance: symmetric(step.forward(&half) + &step.noise) }
+    }
+
+    /// With what came later.
+    pub fn smoothed(&self, later: &Later) -> Self {
+        let seen = &later.information * &self.covariance;
         Self {
-            mean: &step.transition * &self.mean,
-            covariance: symmetric(
-                &step.transition * &self.covariance * step.transition.transpose() + &step.noise,
-            ),
+            mean: &self.mean + &self.covariance * &later.score,
+            covariance: symmetric(&self.covariance - &self.covariance * seen),
         }
     }
 }
 
 /// A measurement held against a prediction: `y = C x + noise`, and what was measured minus `C mean`.
-pub struct Innovation<'a> {
-    slope: &'a DMatrix<f64>,
-    left: DVector<f64>,
+pub struct Innovation {
+    slope: DMatrix<f64>,
+    /// `S⁻¹ (y − C mean)` with S the innovation's covariance.
+    weighed: DVector<f64>,
     factor: Cholesky<f64, Dyn>,
     /// Squared innovation in its own standard deviations.
     pub squared: f64,
@@ -43,61 +91,97 @@ pub struct Innovation<'a> {
     pub log_det: f64,
 }
 
-impl<'a> Innovation<'a> {
+impl Innovation {
     /// `None` if the covariance is not positive definite, which noise rules out.
     pub fn new(
         prior: &Gaussian,
-        slope: &'a DMatrix<f64>,
-        left: DVector<f64>,
+        slope: DMatrix<f64>,
+        left: &DVector<f64>,
         variance: &DVector<f64>,
     ) -> Option<Self> {
-        let mut spread = slope * &prior.covariance * slope.transpose();
+        let mut spread = &slope * &prior.covariance * slope.transpose();
         for (i, v) in variance.iter().enumerate() {
             spread[(i, i)] += v;
         }
         let factor = symmetric(spread).cholesky()?;
-        let squared = left.dot(&factor.solve(&left));
+        let weighed = factor.solve(left);
         let log_det = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-        Some(Self { slope, left, factor, squared, log_det })
+        Some(Self { slope, squared: left.dot(&weighed), weighed, factor, log_det })
     }
 
     /// The state with this measurement.
     pub fn update(&self, prior: &Gaussian) -> Gaussian {
-        let seen = self.slope * &prior.covariance;
-        let gain = self.factor.solve(&seen).transpose();
-        Gaussian {
-            mean: &prior.mean + &gain * &self.left,
-            covariance: symmetric(&prior.covariance - gain * seen),
-        }
+        let seen = &self.slope * &prior.covariance;
+        let mean = &prior.mean + seen.tr_mul(&self.weighed);
+        let gain = self.factor.solve(&seen);
+        Gaussian { mean, covariance: symmetric(&prior.covariance - seen.tr_mul(&gain)) }
+    }
+
+    /// What is later than the state before this measurement, from what is later than the state after it.
+    fn before(&self, prior: &Gaussian, later: &Later) -> Later {
+        // with K the gain, r ← Cᵀ S⁻¹ e + (1 − K C)ᵀ r and N ← Cᵀ S⁻¹ C + (1 − K C)ᵀ N (1 − K C)
+        let gain = self.factor.solve(&(&self.slope * &prior.covariance)).transpose();
+        let score = &later.score + self.slope.tr_mul(&(&self.weighed - gain.tr_mul(&later.score)));
+        let half = &later.information - (&later.information * &gain) * &self.slope;
+        let rest = &half - self.slope.tr_mul(&gain.tr_mul(&half));
+        let own = self.slope.tr_mul(&self.factor.solve(&self.slope));
+        Later { score, information: symmetric(rest + own) }
     }
 }
 
-/// Smoothed states, and for each but the last the covariance of the next state with it.
-///
-/// `filtered[k]` is the state at `k` with everything measured until then, `steps[k]` leads from `k` to
-/// `k + 1` (Rauch, Tung and Striebel 1965).
-pub fn smooth(filtered: &[Gaussian], steps: &[Step]) -> (Vec<Gaussian>, Vec<DMatrix<f64>>) {
-    let mut smoothed = vec![filtered[filtered.len() - 1].clone()];
-    let mut cross = Vec::new();
-    for (now, step) in filtered.iter().zip(steps).rev() {
-        let next = &smoothed[smoothed.len() - 1];
-        let predicted = now.predicted(step);
-        let Some(factor) = predicted.covariance.clone().cholesky() else {
-            // a prediction without any spread has nothing to learn from what came later
-            cross.push(DMatrix::zeros(now.mean.len(), now.mean.len()));
-            smoothed.push(now.clone());
-            continue;
-        };
-        let gain = factor.solve(&(&step.transition * &now.covariance)).transpose();
-        let mean = &now.mean + &gain * (&next.mean - predicted.mean);
-        let change = &next.covariance - predicted.covariance;
-        let covariance = symmetric(&now.covariance + &gain * change * gain.transpose());
-        cross.push(&next.covariance * gain.transpose());
-        smoothed.push(Gaussian { mean, covariance });
+/// What later measurements say of a state: derivative of their log likelihood by it, and its information.
+#[derive(Debug, Clone)]
+pub struct Later {
+    /// r.
+    pub score: DVector<f64>,
+    /// N.
+    pub information: DMatrix<f64>,
+}
+
+/// What the filter did at one time.
+pub struct Visit {
+    /// The state before its measurements.
+    pub predicted: Gaussian,
+    /// The measurements, each with the state before it.
+    pub seen: Vec<(Gaussian, Innovation)>,
+    /// The state after them.
+    pub filtered: Gaussian,
+}
+
+/// What is later than each visit's prediction; `steps[k]` leads from visit `k` to `k + 1`.
+pub fn later(visits: &[Visit], steps: &[Step]) -> Vec<Later> {
+    let size = visits[0].filtered.mean.len();
+    let mut at = Later { score: DVector::zeros(size), information: DMatrix::zeros(size, size) };
+    let mut all = Vec::with_capacity(visits.len());
+    for (k, visit) in visits.iter().enumerate().rev() {
+        if let Some(step) = steps.get(k) {
+            let half = step.back(&at.information).transpose();
+            at = Later {
+                score: step.back(&DMatrix::from_columns(&[at.score])).column(0).into_owned(),
+                information: symmetric(step.back(&half)),
+            };
+        }
+        for (prior, innovation) in visit.seen.iter().rev() {
+            at = innovation.before(prior, &at);
+        }
+        all.push(at.clone());
     }
-    smoothed.reverse();
-    cross.reverse();
-    (smoothed, cross)
+    all.reverse();
+    all
+}
+
+/// Covariance of the smoothed state after a step with the one before it, of the `size` components from `at` on.
+pub fn across(
+    before: &Visit,
+    step: &Step,
+    after: &Visit,
+    later: &Later,
+    at: usize,
+    size: usize,
+) -> DMatrix<f64> {
+    let moved = step.forward(&before.filtered.covariance.columns(at, size).into_owned());
+    let seen = &later.information * &moved;
+    moved.rows(at, size) - after.predicted.covariance.rows(at, size) * seen
 }
 
 fn symmetric(m: DMatrix<f64>) -> DMatrix<f64> {
@@ -114,21 +198,25 @@ mod tests {
         let (q, r, measured) = (0.3, 0.5, [1.0, 1.4, 0.2, 0.9, 2.0]);
         let n = measured.len();
         let one = |v: f64| DMatrix::from_element(1, 1, v);
-        let step = Step { transition: one(1.0), noise: one(q) };
+        let step = Step { keep: DVector::from_element(1, 1.0), reach: Vec::new(), noise: one(q) };
         let mut at = Gaussian { mean: DVector::zeros(1), covariance: one(4.0) };
-        let slope = one(1.0);
-        let (mut filtered, mut log_likelihood) = (Vec::new(), 0.0);
+        let (mut visits, mut log_likelihood) = (Vec::new(), 0.0);
         for (k, y) in measured.iter().enumerate() {
             if k > 0 {
                 at = at.predicted(&step);
             }
+            let predicted = at.clone();
             let left = DVector::from_element(1, y - at.mean[0]);
-            let innovation = Innovation::new(&at, &slope, left, &DVector::from_element(1, r)).unwrap();
+            let innovation = Innovation::new(&at, one(1.0), &left, &DVector::from_element(1, r)).unwrap();
             log_likelihood -= 0.5 * (innovation.squared + innovation.log_det);
             at = innovation.update(&at);
-            filtered.push(at.clone());
+            let seen = vec![(predicted.clone(), innovation)];
+            visits.push(Visit { predicted, seen, filtered: at.clone() });
         }
-        let (smoothed, cross) = smooth(&filtered, &vec![step; n - 1]);
+        let steps = vec![step; n - 1];
+        let later = later(&visits, &steps);
+        let smoothed: Vec<Gaussian> =
+            visits.iter().zip(&later).map(|(v, l)| v.predicted.smoothed(l)).collect();
         // prior covariance of all five states, and of what is measured
         let prior = DMatrix::from_fn(n, n, |i, j| 4.0 + q * i.min(j) as f64);
         let all = &prior + DMatrix::identity(n, n) * r;
@@ -141,9 +229,62 @@ mod tests {
             assert!((smoothed[k].covariance[(0, 0)] - covariance[(k, k)]).abs() < 1e-12);
         }
         for k in 0..n - 1 {
-            assert!((cross[k][(0, 0)] - covariance[(k + 1, k)]).abs() < 1e-12);
+            let cross = across(&visits[k], &steps[k], &visits[k + 1], &later[k + 1], 0, 1);
+            assert!((cross[(0, 0)] - covariance[(k + 1, k)]).abs() < 1e-12);
         }
         let expected = -0.5 * (y.dot(&all.clone().cholesky().unwrap().solve(&y)) + all.determinant().ln());
         assert!((log_likelihood - expected).abs() < 1e-10);
+    }
+
+    /// Position and rate, the position measured twice: the smoother against a prior of both times.
+    #[test]
+    fn a_rate_that_reaches_a_position_is_smoothed_as_the_joint_gaussian_has_it() {
+        let step = Step {
+            keep: DVector::from_row_slice(&[1.0, 0.8]),
+            reach: vec![(0, 1, 0.9)],
+            noise: DMatrix::from_diagonal(&DVector::from_row_slice(&[0.1, 0.2])),
+        };
+        let transition = DMatrix::from_row_slice(2, 2, &[1.0, 0.9, 0.0, 0.8]);
+        let start = Gaussian { mean: DVector::zeros(2), covariance: DMatrix::identity(2, 2) * 2.0 };
+        let measured = [0.7, -1.1];
+        let mut at = start.clone();
+        let mut visits = Vec::new();
+        for (k, y) in measured.iter().enumerate() {
+            if k > 0 {
+                at = at.predicted(&step);
+            }
+            let predicted = at.clone();
+            let slope = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+            let left = DVector::from_element(1, y - at.mean[0]);
+            let innovation = Innovation::new(&at, slope, &left, &DVector::from_element(1, 0.5)).unwrap();
+            at = innovation.update(&at);
+            visits.push(Visit {
+                seen: vec![(predicted.clone(), innovation)],
+                predicted,
+                filtered: at.clone(),
+            });
+        }
+        let later = later(&visits, std::slice::from_ref(&step));
+        let first = visits[0].predicted.smoothed(&later[0]);
+        let moved = &transition * &start.covariance;
+        let second = &moved * transition.transpose() + &step.noise;
+        let mut both = DMatrix::zeros(4, 4);
+        both.view_mut((0, 0), (2, 2)).copy_from(&start.covariance);
+        both.view_mut((2, 0), (2, 2)).copy_from(&moved);
+        both.view_mut((0, 2), (2, 2)).copy_from(&moved.transpose());
+        both.view_mut((2, 2), (2, 2)).copy_from(&second);
+        let seen = DMatrix::from_row_slice(2, 4, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+        let spread = &seen * &both * seen.transpose() + DMatrix::identity(2, 2) * 0.5;
+        let gain = &both * seen.transpose() * spread.try_inverse().unwrap();
+        let mean = &gain * DVector::from_row_slice(&measured);
+        let covariance = &both - &gain * &seen * &both;
+        for i in 0..2 {
+            assert!((first.mean[i] - mean[i]).abs() < 1e-12);
+            for j in 0..2 {
+                assert!((first.covariance[(i, j)] - covariance[(i, j)]).abs() < 1e-12);
+            }
+        }
+        let cross = across(&visits[0], &step, &visits[1], &later[1], 0, 2);
+        assert!((cross - covariance.view((2, 0), (2, 2))).amax() < 1e-12);
     }
 }

@@ -12,22 +12,28 @@
 //! bearings of one day, and the unbalance of one day is nearly that of the next. What even this leaves
 //! open keeps its prior, and [`Joint::constants`] says which.
 //!
-//! Events are steps of the features ([`super::step`]), or three readings in a row that the filter finds
-//! impossible; when each took place and what it changed is what makes the record most probable. A single
-//! impossible reading is left out: a passing disturbance teaches nothing.
+//! Events are steps of the features ([`super::step`]), three readings in a row that the filter finds impossible, or
+//! shocks that would explain enough to pay for everything tried (`scan`); when each took place is what makes the
+//! record most probable, what it changed is what does so when each explanation is worked out by itself. Explanations
+//! that are not ruled out widen the intervals. A single impossible reading is left out: a passing disturbance
+//! teaches nothing.
 
 mod answer;
+mod coordinate;
 mod estimates;
 mod kalman;
 mod learn;
+mod motion;
 mod passes;
+mod scan;
+mod scope;
 mod search;
 mod state;
 
 use nalgebra::{Complex, DVector};
 
 pub use answer::{Constant, Event, Joint};
-pub use state::Scope;
+pub use scope::Scope;
 
 use super::answer::Estimate;
 use super::daily::{Run, Tracking};
@@ -37,8 +43,10 @@ use crate::diagnose::{Step as Added, improve};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
+use coordinate::{Coordinate, size};
+use learn::Learning;
 use passes::{Epoch, Problem};
-use search::Window;
+use search::History;
 use state::Layout;
 
 type C = Complex<f64>;
@@ -66,65 +74,80 @@ impl Tracking<'_> {
         let start = self.adaptive(&mut |_, _| ());
         let begun = self.phase_one.as_ref().map_or_else(|| self.rotor.clone(), |p| p.rotor.clone());
         let mut problem = self.problem(&begun, runup)?;
-        let mut linearised_at = self.first_guess(&problem, &start);
-        let mut windows = self.steps(&problem);
+        let linearised_at = self.first_guess(&mut problem, &start);
+        let singular = || Error::Unsuitable("the machine is singular on the bearings of the record".into());
+        let mut learning = Learning::new(progress);
+        let windows = self.steps(problem.own().map(|(k, _)| k));
+        let mut history = History::new(windows, linearised_at);
+        problem.find_events(&mut history, &mut learning).ok_or_else(singular)?;
         let mut effects = Vec::new();
         for l in later {
-            let before = |w: &&mut Window| problem.epochs[w.likely].time_d <= l.time_d;
-            let Some(window) = windows.iter_mut().rfind(before) else {
-                return Err(Error::Unsuitable(format!(
+            // days before the event are described without the effect, so that it can be nowhere else
+            let since = history.hold(|k| problem.epochs[k].time_d <= l.time_d).ok_or_else(|| {
+                Error::Unsuitable(format!(
                     "nothing changed before the later run-up of day {}: expected one that was taken after an event",
                     l.time_d
-                )));
-            };
-            // days before it are described without the effect, so that it can be nowhere else
-            window.epochs = window.likely..window.likely + 1;
-            let since = window.likely;
+                ))
+            })?;
             let found = improve(&begun, l.readings, |_: &Added| ())?;
             effects.extend(found.steps.iter().map(|s| s.added.label()));
-            self.describe_anew(&mut problem, &mut linearised_at, &found.rotor, since, l)?;
+            self.describe_anew(&mut problem, &mut history.linearised_at, &found.rotor, since, l)?;
         }
-        let singular = || Error::Unsuitable("the machine is singular on the bearings of the record".into());
-        let found = problem.search(windows, linearised_at, progress).ok_or_else(singular)?;
+        if !later.is_empty() {
+            problem.find_events(&mut history, &mut learning).ok_or_else(singular)?;
+        }
+        let found = problem.conclude(history, &mut learning).ok_or_else(singular)?;
         Ok(self.estimates(&problem, &found, effects))
     }
 
     fn problem(&self, begun: &Rotor, runup: &[Reading]) -> Result<Problem, Error> {
-        let layout = Layout { planes: self.rotor.plane.len() };
-        let unit_kg_m = self.unbalance_kg_m.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
         let own = self.days.iter().map(|d| Epoch { time_d: d.time_d, own: Some(d.clone()), beside: vec![] });
         let mut epochs: Vec<Epoch> = own.collect();
         epochs[0].beside = record::days(begun, &self.noise, runup)?;
         let mut gaps: Vec<f64> = epochs.windows(2).map(|w| w[1].time_d - w[0].time_d).collect();
         gaps.retain(|g| *g > 0.0);
         gaps.sort_by(f64::total_cmp);
+        let begin = |start: &C| Coordinate::new(*start, &[], start.norm());
         Ok(Problem {
-            layout,
+            layout: Layout {
+                planes: self.unbalance_kg_m.iter().map(begin).collect(),
+                probes: self.rotor.probe.len(),
+                has_factors: true,
+            },
             noise: self.noise,
-            unit_kg_m,
             pace_d: gaps.get(gaps.len() / 2).copied().unwrap_or(1.0),
             epochs,
             // without a run-up phase I's bearings are little more than the file's: the prior is the file's
             guess: if runup.is_empty() { logs_of(self.rotor) } else { self.logs },
-            unbalance: self.unbalance_kg_m.iter().map(|u| u / unit_kg_m).collect(),
+            described: Vec::new(),
         })
     }
 
-    /// States to linearise around at first: the bearings of method 2, and its unbalance smoothed.
-    fn first_guess(&self, problem: &Problem, start: &Run) -> Vec<DVector<f64>> {
+    /// States to linearise around at first, the bearings of method 2 and its unbalance smoothed; and by that the
+    /// coordinates in which the unbalance drifts.
+    fn first_guess(&self, problem: &mut Problem, start: &Run) -> Vec<DVector<f64>> {
         const BESIDE: usize = 7;
         let all = &start.estimates;
-        let of = |epoch: &Epoch| {
-            let k = all.partition_point(|e| e.time_d < epoch.time_d).min(all.len() - 1);
+        let index = |epoch: &Epoch| all.partition_point(|e| e.time_d < epoch.time_d).min(all.len() - 1);
+        let mean = |k: usize, j: usize| {
             let near = &all[k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(all.len())];
             let same: Vec<&Estimate> = near.iter().filter(|e| e.logs == all[k].logs).collect();
-            let mean = |j: usize| {
-                same.iter().map(|e| e.unbalance_kg_m[j]).sum::<C>() / (same.len() as f64 * problem.unit_kg_m)
-            };
-            let unbalance: Vec<C> = (0..problem.layout.planes).map(mean).collect();
-            problem.layout.at(&all[k].logs, &unbalance)
+            same.iter().map(|e| e.unbalance_kg_m[j]).sum::<C>() / same.len() as f64
         };
-        problem.epochs.iter().map(of).collect()
+        let planes = 0..self.unbalance_kg_m.len();
+        let path = |j: usize| problem.epochs.iter().map(|e| mean(index(e), j)).collect::<Vec<C>>();
+        let paths: Vec<Vec<C>> = planes.map(path).collect();
+        let largest = paths.iter().map(|p| size(p)).fold(0.0, f64::max);
+        let starts = self.unbalance_kg_m.iter().zip(&paths);
+        problem.layout.planes = starts.map(|(u, path)| Coordinate::new(*u, path, largest)).collect();
+        let mut coordinates = vec![C::from(0.0); paths.len()];
+        let of = |(k, epoch): (usize, &Epoch)| {
+            for (j, z) in coordinates.iter_mut().enumerate() {
+                *z = problem.layout.planes[j].of(paths[j][k], *z);
+            }
+            problem.layout.at(&all[index(epoch)].logs, &coordinates)
+        };
+        problem.epochs.iter().enumerate().map(of).collect()
     }
 
     /// Puts a model with other effects under the days from an epoch on, and a run-up beside its day.
@@ -138,11 +161,14 @@ impl Tracking<'_> {
     ) -> Result<(), Error> {
         let model = super::operating_point::model(rotor);
         let logs = logs_of(rotor);
+        problem.described.push(since);
         for (epoch, point) in problem.epochs.iter_mut().zip(linearised_at).skip(since) {
             if let Some(day) = &mut epoch.own {
                 day.point = super::operating_point::OperatingPoint::new(&model, day.speed_rad_s)?;
             }
-            *point = problem.layout.at(&logs, &problem.layout.unbalance(point));
+            let planes = 0..problem.layout.planes.len();
+            let coordinates: Vec<C> = planes.map(|j| problem.layout.coordinate(point, j)).collect();
+            *point = problem.layout.at(&logs, &coordinates);
         }
         let distance = |e: &Epoch| (e.time_d - later.time_d).abs();
         let epochs = &mut problem.epochs[since..];

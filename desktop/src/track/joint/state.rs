@@ -2,138 +2,143 @@
 //!
 //! | part | numbers | from day to day |
 //! |---|---|---|
-//! | unbalance `u` | two a plane | moves by its rate |
-//! | its rate `v` | two a plane | fades over days, pushed at random |
+//! | coordinate `z` of the unbalance ([`Coordinate`]) | two a plane | moves by its rate |
+//! | its rate | two a plane | fades over days, pushed at random |
 //! | bearings `m` | eight logarithms | constant, but for events |
 //! | wander `w` of the bearings | eight logarithms | returns to zero over days, pushed at random |
+//! | factor of each probe | two a probe | one, but for events elsewhere than at the bearings |
 //!
-//! The bearings of a day are `m + w`. Unbalance is in units of the larger plane's at the start.
+//! The bearings of a day are `m + w`. A probe's factor `exp(d)`, complex, says how much more of the unbalance it shows
+//! than the bearings let through: near one speed, and as long as both planes go on about alike, that is all that can
+//! be seen of a support or a force that the model lacks.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::coordinate::Coordinate;
 use super::kalman::{Gaussian, Step};
-use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD};
+use super::motion::Motion;
+use super::passes::Change;
+use super::scope::Scope;
+use crate::machine::drawing::Noise;
+use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD, coefficient};
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
 type C = Complex<f64>;
 
-/// Standard deviation of the wander's daily push before anything is learned.
-const FIRST_PUSH: f64 = 0.03;
-/// The same of the unbalance's rate, in units of the unbalance.
-const FIRST_RATE_PUSH: f64 = 0.002;
-/// Days in which wander and rate fade, before anything is learned.
-const FIRST_DAYS: f64 = 10.0;
-/// Standard deviation of the unbalance at the start and of its jump at an event, in units of itself.
+/// Standard deviation of the logarithm of a probe's factor after an event elsewhere: as wide as that of a bearing
+/// coefficient.
+const FACTOR_SD: f64 = 0.5;
+/// Standard deviation of the unbalance's coordinate at the start, and of its jump at an event.
 const START_SD: f64 = 0.5;
 const JUMP_SD: f64 = 0.3;
 
-/// How wander and unbalance move; learned from the record.
+/// Where each part of the state is, and in what the planes' unbalance is stated.
 #[derive(Debug, Clone)]
-pub struct Motion {
-    /// Covariance of the wander's daily push.
-    pub push: DMatrix<f64>,
-    /// What is left of the wander after a day.
-    pub keep: f64,
-    /// Variance of the rate's daily push.
-    pub rate_push: f64,
-    /// What is left of the rate after a day.
-    pub rate_keep: f64,
-}
-
-impl Default for Motion {
-    fn default() -> Self {
-        Self {
-            push: DMatrix::identity(COEFFICIENTS, COEFFICIENTS) * FIRST_PUSH.powi(2),
-            keep: (-1.0 / FIRST_DAYS).exp(),
-            rate_push: FIRST_RATE_PUSH.powi(2),
-            rate_keep: (-1.0 / FIRST_DAYS).exp(),
-        }
-    }
-}
-
-/// What an event may have changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Scope {
-    /// Each bearing.
-    pub bearings: [bool; 2],
-    /// The unbalance.
-    pub unbalance: bool,
-}
-
-impl Scope {
-    /// Everything that an event can be.
-    pub const ALL: [Self; 7] = [
-        Self { bearings: [false, false], unbalance: true },
-        Self { bearings: [true, false], unbalance: false },
-        Self { bearings: [false, true], unbalance: false },
-        Self { bearings: [true, false], unbalance: true },
-        Self { bearings: [false, true], unbalance: true },
-        Self { bearings: [true, true], unbalance: false },
-        Self { bearings: [true, true], unbalance: true },
-    ];
-}
-
-/// Where each part of the state is.
-#[derive(Debug, Clone, Copy)]
 pub struct Layout {
-    /// Planes.
-    pub planes: usize,
+    /// One a plane.
+    pub planes: Vec<Coordinate>,
+    /// Number of probes.
+    pub probes: usize,
+    /// Whether the probes' factors are part of the state; where no event moves them they stay one, and cost half of the
+    /// time.
+    pub has_factors: bool,
+}
+
+/// A reading as linear in the state around a point, of the components that were not lost.
+pub struct Linear {
+    /// µm per unit of the state.
+    pub slope: DMatrix<f64>,
+    /// What was measured minus what the point shows, µm.
+    pub left: DVector<f64>,
+    /// Variance of the noise, µm².
+    pub variance: DVector<f64>,
 }
 
 impl Layout {
     /// Real numbers of the unbalance.
-    pub fn flat(self) -> usize {
-        2 * self.planes
+    pub fn flat(&self) -> usize {
+        2 * self.planes.len()
     }
 
-    fn bearings(self) -> usize {
+    fn bearings(&self) -> usize {
         2 * self.flat()
     }
 
     /// First of the wander.
-    pub fn wander(self) -> usize {
+    pub fn wander(&self) -> usize {
         self.bearings() + COEFFICIENTS
     }
 
-    /// Length of the state.
-    pub fn size(self) -> usize {
+    fn factors(&self) -> usize {
         self.wander() + COEFFICIENTS
     }
 
+    /// Length of the state.
+    pub fn size(&self) -> usize {
+        self.factors() + if self.has_factors { 2 * self.probes } else { 0 }
+    }
+
+    /// The same for events that move no factor.
+    pub fn for_changes(&self, changes: &[Change]) -> Self {
+        Self { has_factors: changes.iter().any(|(_, scope)| scope.elsewhere), ..self.clone() }
+    }
+
+    /// Factor of each probe.
+    pub fn factor(&self, x: &DVector<f64>) -> Vec<C> {
+        let at = |p: usize| self.factors() + 2 * p;
+        let of =
+            |p: usize| if self.has_factors { C::new(x[at(p)], x[at(p) + 1]).exp() } else { C::from(1.0) };
+        (0..self.probes).map(of).collect()
+    }
+
+    /// A state with these factors instead of its own.
+    pub fn with_factor(&self, mut x: DVector<f64>, factor: &[C]) -> DVector<f64> {
+        for (p, f) in factor.iter().enumerate() {
+            let d = f.ln();
+            (x[self.factors() + 2 * p], x[self.factors() + 2 * p + 1]) = (d.re, d.im);
+        }
+        x
+    }
+
     /// Bearings of a state.
-    pub fn logs(self, x: &DVector<f64>) -> Logs {
+    pub fn logs(&self, x: &DVector<f64>) -> Logs {
         std::array::from_fn(|i| x[self.bearings() + i] + x[self.wander() + i])
     }
 
     /// Constant part of the bearings.
-    pub fn constant_logs(self, x: &DVector<f64>) -> Logs {
+    pub fn constant_logs(&self, x: &DVector<f64>) -> Logs {
         std::array::from_fn(|i| x[self.bearings() + i])
     }
 
     /// Standard deviations of the constant part.
-    pub fn constant_sd(self, covariance: &DMatrix<f64>) -> Logs {
+    pub fn constant_sd(&self, covariance: &DMatrix<f64>) -> Logs {
         std::array::from_fn(|i| covariance[(self.bearings() + i, self.bearings() + i)].max(0.0).sqrt())
     }
 
     /// Standard deviations of the bearings.
-    pub fn logs_sd(self, covariance: &DMatrix<f64>) -> Logs {
+    pub fn logs_sd(&self, covariance: &DMatrix<f64>) -> Logs {
         std::array::from_fn(|i| {
             let (m, w) = (self.bearings() + i, self.wander() + i);
             (covariance[(m, m)] + covariance[(w, w)] + 2.0 * covariance[(m, w)]).max(0.0).sqrt()
         })
     }
 
-    /// Unbalance of a state in its units.
-    pub fn unbalance(self, x: &DVector<f64>) -> Vec<C> {
-        (0..self.planes).map(|j| C::new(x[2 * j], x[2 * j + 1])).collect()
+    /// Coordinate of a plane's unbalance.
+    pub fn coordinate(&self, x: &DVector<f64>, plane: usize) -> C {
+        C::new(x[2 * plane], x[2 * plane + 1])
     }
 
-    /// The state with these bearings and this unbalance, without wander or rate.
-    pub fn at(self, logs: &Logs, unbalance: &[C]) -> DVector<f64> {
+    /// Unbalance of a state, kg·m.
+    pub fn unbalance(&self, x: &DVector<f64>) -> Vec<C> {
+        self.planes.iter().enumerate().map(|(j, c)| c.unbalance(self.coordinate(x, j))).collect()
+    }
+
+    /// The state with these bearings and this unbalance (coordinates), without wander or rate.
+    pub fn at(&self, logs: &Logs, coordinates: &[C]) -> DVector<f64> {
         let mut x = DVector::zeros(self.size());
-        for (j, u) in unbalance.iter().enumerate() {
-            (x[2 * j], x[2 * j + 1]) = (u.re, u.im);
+        for (j, z) in coordinates.iter().enumerate() {
+            (x[2 * j], x[2 * j + 1]) = (z.re, z.im);
         }
         for (i, log) in logs.iter().enumerate() {
             x[self.bearings() + i] = *log;
@@ -146,14 +151,14 @@ impl Layout {
     /// Here readings are linearised, not at the day's own wander: constants that make the features more
     /// sensitive need less wander to explain the same readings, and if the sensitivity followed the estimated
     /// wander, hundreds of days would pull the constants that way.
-    pub fn at_rest(self, mut x: DVector<f64>) -> DVector<f64> {
+    pub fn at_rest(&self, mut x: DVector<f64>) -> DVector<f64> {
         x.rows_mut(self.wander(), COEFFICIENTS).fill(0.0);
         x
     }
 
     /// What is known before any reading: bearings as the file guesses them, the unbalance about as phase I
     /// found it.
-    pub fn start(self, logs: &Logs, unbalance: &[C], motion: &Motion) -> Gaussian {
+    pub fn start(&self, logs: &Logs, motion: &Motion) -> Gaussian {
         let mut covariance = DMatrix::zeros(self.size(), self.size());
         for i in 0..self.flat() {
             covariance[(i, i)] = START_SD.powi(2);
@@ -163,59 +168,64 @@ impl Layout {
         for i in 0..COEFFICIENTS {
             covariance[(self.bearings() + i, self.bearings() + i)] = PRIOR_LOG_SD.powi(2);
         }
-        let settled = &motion.push / (1.0 - motion.keep.powi(2));
         let at = self.wander();
-        covariance.view_mut((at, at), (COEFFICIENTS, COEFFICIENTS)).copy_from(&settled);
-        Gaussian { mean: self.at(logs, unbalance), covariance }
+        covariance.view_mut((at, at), (COEFFICIENTS, COEFFICIENTS)).copy_from(&motion.settled());
+        Gaussian { mean: self.at(logs, &vec![C::from(0.0); self.planes.len()]), covariance }
     }
 
-    /// From one time to one `days` later, with an event in between or none.
-    pub fn step(self, days: f64, motion: &Motion, event: Option<Scope>) -> Step {
-        let mut transition = DMatrix::identity(self.size(), self.size());
-        let mut noise = DMatrix::zeros(self.size(), self.size());
-        let fade = |keep: f64| (keep.powf(days), (1.0 - keep.powf(2.0 * days)) / (1.0 - keep * keep));
-        let ((rate_keep, rate_gain), (keep, gain)) = (fade(motion.rate_keep), fade(motion.keep));
-        // a fading rate moves the unbalance by its sum over the days
-        let reach = (1.0 - rate_keep) / (1.0 - motion.rate_keep);
-        for i in 0..self.flat() {
-            transition[(i, self.flat() + i)] = reach;
-            transition[(self.flat() + i, self.flat() + i)] = rate_keep;
-            noise[(self.flat() + i, self.flat() + i)] = motion.rate_push * rate_gain;
+    /// What an event of this scope may change: components of the state, and the variance of each one's jump.
+    pub fn jump(&self, scope: Scope) -> Vec<(usize, f64)> {
+        let bearings = (0..COEFFICIENTS).filter(|i| scope.bearings[coefficient(*i).0]);
+        let unbalance = (0..self.flat()).filter(|_| scope.unbalance);
+        let factors = (self.factors()..self.size()).filter(|_| scope.elsewhere);
+        bearings
+            .map(|i| (self.bearings() + i, PRIOR_LOG_SD.powi(2)))
+            .chain(unbalance.map(|i| (i, JUMP_SD.powi(2))))
+            .chain(factors.map(|i| (i, FACTOR_SD.powi(2))))
+            .collect()
+    }
+
+    /// From one time to one `paces` later, with an event in between or none. Where the machine is `described` anew
+    /// in between, its description takes in what no bearing stood for before.
+    pub fn step(&self, paces: f64, motion: &Motion, event: Option<Scope>, described: bool) -> Step {
+        let (size, flat) = (self.size(), self.flat());
+        let mut keep = DVector::from_element(size, 1.0);
+        let mut noise = DMatrix::zeros(size, size);
+        let fade = |keep: f64| (keep.powf(paces), (1.0 - keep.powf(2.0 * paces)) / (1.0 - keep * keep));
+        let ((rate_keep, rate_gain), (wander_keep, gain)) = (fade(motion.rate_keep), fade(motion.keep));
+        for i in 0..flat {
+            keep[flat + i] = rate_keep;
+            noise[(flat + i, flat + i)] = motion.rate_push * rate_gain;
             // pushes between two readings far apart move the unbalance as well
-            noise[(i, i)] = motion.rate_push * rate_gain * (days - 1.0).max(0.0).powi(2) / 3.0 + 1e-12;
+            noise[(i, i)] = motion.rate_push * rate_gain * (paces - 1.0).max(0.0).powi(2) / 3.0;
         }
-        for i in 0..COEFFICIENTS {
-            transition[(self.wander() + i, self.wander() + i)] = keep;
-            noise[(self.bearings() + i, self.bearings() + i)] = 1e-12;
-        }
+        // a fading rate moves the unbalance by its sum over the time
+        let reach = (1.0 - rate_keep) / (1.0 - motion.rate_keep);
+        keep.rows_mut(self.wander(), COEFFICIENTS).fill(wander_keep);
         let at = self.wander();
         noise.view_mut((at, at), (COEFFICIENTS, COEFFICIENTS)).copy_from(&(&motion.push * gain));
-        if let Some(scope) = event {
-            for i in
-                (0..COEFFICIENTS).filter(|i| scope.bearings[crate::track::coefficients::coefficient(*i).0])
-            {
-                noise[(self.bearings() + i, self.bearings() + i)] += PRIOR_LOG_SD.powi(2);
-            }
-            for i in (0..self.flat()).filter(|_| scope.unbalance) {
-                noise[(i, i)] += JUMP_SD.powi(2);
-            }
+        if described {
+            keep.rows_mut(self.factors(), size - self.factors()).fill(0.0);
         }
-        Step { transition, noise }
+        for (i, variance) in event.iter().flat_map(|scope| self.jump(*scope)) {
+            noise[(i, i)] += variance;
+        }
+        Step { keep, reach: (0..flat).map(|i| (i, flat + i, reach)).collect(), noise }
     }
 
-    /// A reading as linear in the state around a point: slope, what was measured minus what the point
-    /// shows (µm), and the variance of the noise, of the components that were not lost.
-    pub fn linear(
-        self,
-        day: &Day,
-        linearised_at: &DVector<f64>,
-        unit_kg_m: f64,
-        noise: &crate::machine::drawing::Noise,
-    ) -> Option<(DMatrix<f64>, DVector<f64>, DVector<f64>)> {
+    /// What the probes show of a state, m; `None` if the machine is singular there.
+    pub fn shown(&self, day: &Day, x: &DVector<f64>) -> Option<Vec<C>> {
+        let motion = day.point.on(&self.logs(x))?;
+        Some(motion.at(&self.unbalance(x)).iter().zip(self.factor(x)).map(|(y, f)| y * f).collect())
+    }
+
+    /// A reading around a point; `None` if the machine is singular there.
+    pub fn linear(&self, day: &Day, linearised_at: &DVector<f64>, noise: &Noise) -> Option<Linear> {
         let logs = self.logs(linearised_at);
-        let unbalance: Vec<C> = self.unbalance(linearised_at).iter().map(|u| u * unit_kg_m).collect();
+        let unbalance = self.unbalance(linearised_at);
         let motion = day.point.on(&logs)?;
-        let shown = motion.at(&unbalance);
+        let factor = self.factor(linearised_at);
+        let shown: Vec<C> = motion.at(&unbalance).iter().zip(&factor).map(|(y, f)| y * f).collect();
         let slopes = day.point.slopes(&logs, &motion, &unbalance);
         let seen: Vec<usize> = (0..shown.len()).filter(|p| day.measured_m[*p].is_some()).collect();
         let mut slope = DMatrix::zeros(2 * seen.len(), self.size());
@@ -225,14 +235,18 @@ impl Layout {
             let mut set = |column: usize, y: C| {
                 (slope[(2 * row, column)], slope[(2 * row + 1, column)]) = (y.re * 1e6, y.im * 1e6);
             };
-            for j in 0..self.planes {
-                let per = motion.probes[j * shown.len() + p] * unit_kg_m;
-                set(2 * j, per);
-                set(2 * j + 1, C::i() * per);
+            for (j, plane) in self.planes.iter().enumerate() {
+                let per = motion.probes[j * shown.len() + p] * plane.slope(self.coordinate(linearised_at, j));
+                set(2 * j, per * factor[p]);
+                set(2 * j + 1, C::i() * per * factor[p]);
             }
             for (i, y) in slopes[p].iter().enumerate() {
-                set(self.bearings() + i, *y);
-                set(self.wander() + i, *y);
+                set(self.bearings() + i, *y * factor[p]);
+                set(self.wander() + i, *y * factor[p]);
+            }
+            if self.has_factors {
+                set(self.factors() + 2 * p, shown[p]);
+                set(self.factors() + 2 * p + 1, C::i() * shown[p]);
             }
             let difference = (day.measured_m[p].unwrap_or_default() - shown[p]) * 1e6;
             (left[2 * row], left[2 * row + 1]) = (difference.re, difference.im);
@@ -240,6 +254,6 @@ impl Layout {
             let sigma_um = noise.relative * shown[p].norm() * 1e6 + noise.floor_um;
             (variance[2 * row], variance[2 * row + 1]) = (sigma_um * sigma_um, sigma_um * sigma_um);
         }
-        Some((slope, left, variance))
+        Some(Linear { slope, left, variance })
     }
 }

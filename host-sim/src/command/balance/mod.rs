@@ -1,14 +1,17 @@
-//! `balance`: correction weights from the identified model and from the trial runs alone.
+//! `balance`: correction weights from the identified model and from the trial runs alone; without a rotor's file from those.
 
 mod answer;
 mod report;
+mod trial_only;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::Args;
-use rotor_edge_desktop::balance::influence::from_trial_runs;
+use rotor_edge_desktop::Error;
 use rotor_edge_desktop::balance::model::from_model;
+use rotor_edge_desktop::balance::speeds::SAME_SPEED;
+use rotor_edge_desktop::balance::trial_runs::from_trial_runs;
 use rotor_edge_desktop::balance::weights::Allowed;
 use rotor_edge_desktop::balance::{Balanced, Plan};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
@@ -25,9 +28,11 @@ const CHANCE: f64 = 1e-3;
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// The rotor, best as `improve` or `startup` wrote it, rotor.toml
-    rotor: PathBuf,
+    #[arg(required_unless_present = "trial_only")]
+    rotor: Option<PathBuf>,
     /// Its runs with trial weights, measured.csv
-    data: PathBuf,
+    #[arg(required_unless_present = "trial_only")]
+    data: Option<PathBuf>,
     /// Planes to put weights into [default: all]
     #[arg(long, value_delimiter = ',')]
     planes: Vec<String>,
@@ -40,12 +45,17 @@ pub struct Arguments {
     /// Speeds at which vibration counts, rpm, as in 600..4200 [default: all that were measured]
     #[arg(long, value_parser = range)]
     range: Option<[f64; 2]>,
+    /// Speeds of runs that differ by no more than this, relative, are one
+    #[arg(long, value_name = "RELATIVE", default_value_t = SAME_SPEED)]
+    same_speed: f64,
     /// Speed at which the balance grade is stated, rpm [default: the fastest that was measured]
-    #[arg(long)]
+    #[arg(long, conflicts_with = "trial_only")]
     service_rpm: Option<f64>,
     /// Count angles against the rotation, as the degree marks of many couplings do
     #[arg(long)]
     against_rotation: bool,
+    #[command(flatten)]
+    alone: trial_only::Options,
     #[command(flatten)]
     runout: output::Runout,
     #[command(flatten)]
@@ -62,7 +72,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             bail!("{name} must be a positive number, not {value}");
         }
     }
-    let (rotor, readings) = output::read(&arguments.rotor, &arguments.data, &arguments.runout)?;
+    if !(0.0..0.5).contains(&arguments.same_speed) {
+        bail!("--same-speed must be from 0 to 0.5, as in 0.01 for 1 %, not {}", arguments.same_speed);
+    }
+    match (&arguments.rotor, &arguments.data) {
+        (Some(rotor), Some(data)) => by_rotor(rotor, data, arguments),
+        _ => trial_only::run(arguments),
+    }
+}
+
+fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments) -> Result<()> {
+    let (rotor, readings) = output::read(rotor, data, &arguments.runout)?;
     let speeds = || readings.iter().map(|r| r.speed_rpm);
     let fastest_rpm = speeds().fold(0.0, f64::max);
     let planes = Plan::planes_named(&rotor, &arguments.planes)?;
@@ -71,6 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         allowed: vec![allowed; planes.len()],
         range_rpm: arguments.range.unwrap_or([speeds().fold(f64::INFINITY, f64::min), fastest_rpm]),
         service_rpm: arguments.service_rpm.unwrap_or(fastest_rpm),
+        same_speed: arguments.same_speed,
         planes,
     };
     let working = output::spinner("fitting the model");
@@ -86,11 +107,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 remarks.extend(doubt(name, &found));
                 ways.push((name, found));
             }
+            // by whatever way it shows, all others are as wrong
+            Err(why @ Error::ReversedPhases(_)) => bail!("{}: no weights: {why}", data.display()),
             Err(why) => remarks.push(format!("No weights by the {name}: {why}.")),
         }
     }
     if ways.is_empty() {
-        bail!("{}: {}", arguments.data.display(), remarks.join(" "));
+        bail!("{}: {}", data.display(), remarks.join(" "));
     }
     let answer = Answer {
         ways,

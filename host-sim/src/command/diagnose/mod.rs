@@ -63,13 +63,13 @@ fn print(found: &Diagnosis, top: usize) {
             "  {:<36} {:>9.1} % {:>10.1} {:>11.2} % {:>14.2}{}",
             c.label(),
             c.probability * 100.0,
-            c.delta_bic,
+            c.support,
             c.error_after * 100.0,
             c.chi2_per_value,
             if c.disqualified.is_some() { "   ruled out" } else { "" }
         );
     }
-    println!("  (evidence: BIC of the model minus BIC with the effect; above 10 is strong)");
+    println!("  (evidence: twice the logarithm of the odds over the model alone; above 10 is strong)");
     if let Some(best) = found.named() {
         println!("\n{}", best.label());
         for p in parameter_lines(best) {
@@ -215,7 +215,7 @@ pub fn candidate_json(c: &Candidate) -> Value {
         "effect": c.effect,
         "at": c.at,
         "probability": c.probability,
-        "delta_bic": c.delta_bic,
+        "delta_bic": c.support,
         "error_after": c.error_after,
         "chi2_per_value": c.chi2_per_value,
         "parameters": parameters,

@@ -7,7 +7,7 @@ use rotor_edge_desktop::measurement::Reading;
 
 use crate::command::entitled::{self, OUTSIDE};
 use crate::report::bars::{Bar, bars};
-use crate::report::{Figure, Prediction, Section, Table, comparison_sections};
+use crate::report::{self, Figure, Prediction, Section, Table, comparison_sections};
 
 /// Candidates that are drawn.
 const DRAWN: usize = 10;
@@ -21,7 +21,7 @@ pub fn sections(
     readings: &[Reading],
     found: &Diagnosis,
 ) -> Result<Vec<Section>, rotor_edge_desktop::Error> {
-    let best = found.named().filter(|c| c.disqualified.is_none() && c.delta_bic > 0.0);
+    let best = found.named().filter(|c| c.disqualified.is_none() && c.support > 0.0);
     let better =
         best.map(|best| Ok((best.label(), add(rotor, readings, best.effect, best.at.as_deref())?.rotor)));
     let entitled = entitled::section(&found.scatter, &found.determined, found.unknown.as_ref());
@@ -43,11 +43,15 @@ pub fn before_and_after(
     let comparison =
         Comparison::new(rotor, readings, &before.predicted_m, &before.noise, before.free_parameters);
     let mut models = vec![Prediction { label: "model".into(), predicted_m: before.predicted_m }];
+    let mut sections = Vec::new();
     if let Some((label, better)) = better {
         let after = best_fit(better, readings)?;
+        let then = Comparison::new(better, readings, &after.predicted_m, &after.noise, after.free_parameters);
+        sections.push(report::before_and_after(rotor, readings, label, [&comparison, &then]));
         models.push(Prediction { label: format!("with {label}"), predicted_m: after.predicted_m });
     }
-    Ok(comparison_sections(rotor, readings, &models, &comparison))
+    sections.extend(comparison_sections(rotor, readings, &models, &comparison));
+    Ok(sections)
 }
 
 fn verdict(found: &Diagnosis) -> Section {
@@ -86,11 +90,8 @@ fn candidates(found: &Diagnosis) -> Section {
         emphasised: c.probability >= 0.05,
     };
     let row = |c: &Candidate| {
-        let numbers = [
-            percent(c.probability),
-            format!("{:.1}", c.delta_bic),
-            format!("{:.2} %", c.error_after * 100.0),
-        ];
+        let numbers =
+            [percent(c.probability), format!("{:.1}", c.support), format!("{:.2} %", c.error_after * 100.0)];
         let last = format!("{:.2}", c.chi2_per_value);
         [c.label()].into_iter().chain(numbers).chain([last]).collect::<Vec<_>>()
     };
@@ -105,7 +106,7 @@ fn candidates(found: &Diagnosis) -> Section {
         outside.iter().map(|bar| [bar.label.clone(), bar.value.clone()].into_iter().chain(none()).collect());
     let rows = outside_row.chain(shown().map(row)).collect();
     let bars_of_all: Vec<Bar> = outside.into_iter().chain(shown().map(bar)).collect();
-    let columns = ["candidate", "probability", "evidence (ΔBIC)", "error after", "χ² per value"];
+    let columns = ["candidate", "probability", "evidence (2 ln of odds)", "error after", "χ² per value"];
     Section {
         heading: "Candidates".into(),
         paragraphs: vec![format!(

@@ -1,6 +1,8 @@
 //! `forecast`: where the unbalance of a track is going.
 
+mod json;
 mod report;
+mod text;
 
 use std::path::PathBuf;
 
@@ -11,10 +13,10 @@ use rotor_edge_desktop::balance::grade::Rigid;
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::prognosis::arima::Order;
 use rotor_edge_desktop::prognosis::limit::{Reached, reached};
-use rotor_edge_desktop::prognosis::series::{self, History, Series};
-use rotor_edge_desktop::prognosis::walk::{Ahead, Model, Score, interval, walk};
+use rotor_edge_desktop::prognosis::scores::Score;
+use rotor_edge_desktop::prognosis::series::{self, Series};
+use rotor_edge_desktop::prognosis::walk::{Ahead, Model, walk};
 use rotor_edge_desktop::unbalance::G_MM;
-use serde_json::{Map, Value, json};
 
 use super::output;
 
@@ -88,8 +90,8 @@ fn order(text: &str) -> Result<Order, String> {
 pub struct Forecast<'a> {
     /// The series.
     pub series: &'a Series,
-    /// Model, naive, drift.
-    pub scores: [Score; 3],
+    /// Model, naive, drift, each at every horizon.
+    pub scores: [Vec<Score>; 3],
     /// By the model.
     pub ahead: Ahead,
 }
@@ -125,9 +127,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         output::report(path, "Forecast of the unbalance", sections)?;
     }
     if arguments.form.json {
-        return output::json(&summary(arguments, &history, &forecasts, limit.as_ref()));
+        return output::json(&json::summary(arguments, &history, &forecasts, limit.as_ref()));
     }
-    print(arguments, &forecasts, limit.as_ref());
+    text::print(arguments, &history, &forecasts, limit.as_ref());
     Ok(())
 }
 
@@ -157,14 +159,59 @@ fn one<'a>(series: &'a Series, arguments: &Arguments) -> Result<Forecast<'a>> {
 }
 
 #[cfg(feature = "lstm")]
-fn lstm(series: &Series, arguments: &Arguments) -> Result<(Score, Ahead)> {
+fn lstm(series: &Series, arguments: &Arguments) -> Result<(Vec<Score>, Ahead)> {
     let model = Model::Lstm { seed: arguments.seed };
     Ok(walk(series, model, arguments.first, &arguments.horizons, arguments.days)?)
 }
 
 #[cfg(not(feature = "lstm"))]
-fn lstm(_: &Series, _: &Arguments) -> Result<(Score, Ahead)> {
+fn lstm(_: &Series, _: &Arguments) -> Result<(Vec<Score>, Ahead)> {
     bail!("this build has no LSTM; build it with `cargo build --release --features lstm` and run again")
+}
+
+/// What forecasts are scored by: title, figure, and whether that is a share of one.
+type Scored = (&'static str, fn(&Score) -> f64, bool);
+const SCORES: [Scored; 6] = [
+    ("Root mean square error", |s| s.rmse, false),
+    ("Continuous ranked probability score (CRPS)", |s| s.crps, false),
+    ("Pinball loss at 5 %", |s| s.pinball[0], false),
+    ("Pinball loss at 50 %", |s| s.pinball[1], false),
+    ("Pinball loss at 95 %", |s| s.pinball[2], false),
+    ("Share of outcomes inside the 95 % interval", |s| s.coverage, true),
+];
+
+/// What the limit comes to, in one sentence; days as the track counts them.
+pub fn limit_in_words(limit: &Reached, last_d: f64) -> String {
+    let head = format!("The limit of {:.0} g·mm static unbalance", limit.limit_g_mm);
+    if limit.already() {
+        return format!(
+            "{head} is exceeded already: day {last_d:.0}, the last of the track, has {:.0} g·mm.",
+            limit.now_g_mm
+        );
+    }
+    let day = |share: usize| match limit.days[share] {
+        Some(days) => format!("on day {:.0}", last_d + days),
+        None => "not within the forecast".to_string(),
+    };
+    format!(
+        "{head} is reached within {} days with {:.0} %: with a chance of 5 % {}, of 50 % {}, of 95 % {}.",
+        limit.until.len(),
+        100.0 * limit.chance(),
+        day(0),
+        day(2),
+        day(4)
+    )
+}
+
+/// Names of the methods whose forecasts are scored, each once, with its place among a forecast's scores.
+pub fn methods(model: &str) -> Vec<(usize, &str)> {
+    let names = [model, "naive", "drift"];
+    names.into_iter().enumerate().filter(|(k, name)| *k == 0 || *name != model).collect()
+}
+
+/// Unit of a series.
+pub fn unit(series: &Series) -> &'static str {
+    if series.name.starts_with('U') { "g·mm" } else { "°" }
 }
 
 /// Where the model is better than the naive forecast, in words.
@@ -173,10 +220,10 @@ pub fn against_naive(forecasts: &[Forecast], horizons: &[usize]) -> Vec<String> 
         let (mut better, mut worse) = (Vec::new(), Vec::new());
         for f in forecasts {
             let [own, naive, _] = &f.scores;
-            if own.count[i] == 0 {
+            if own[i].count == 0 {
                 continue;
             }
-            if own.rmse[i] < naive.rmse[i] { better.push(f.series.name) } else { worse.push(f.series.name) }
+            if own[i].rmse < naive[i].rmse { better.push(f.series.name) } else { worse.push(f.series.name) }
         }
         match (better.is_empty(), worse.is_empty()) {
             (true, true) => format!("At {h} days nothing can be compared: the track is too short."),
@@ -190,103 +237,4 @@ pub fn against_naive(forecasts: &[Forecast], horizons: &[usize]) -> Vec<String> 
         }
     };
     horizons.iter().enumerate().map(one).collect()
-}
-
-fn number(value: f64) -> Value {
-    if value.is_finite() { json!(value) } else { Value::Null }
-}
-
-fn summary(
-    arguments: &Arguments,
-    history: &History,
-    forecasts: &[Forecast],
-    limit: Option<&Reached>,
-) -> Value {
-    let by_horizon = |values: &[f64]| -> Value {
-        let pairs = arguments.horizons.iter().zip(values);
-        pairs.map(|(h, v)| (h.to_string(), number(*v))).collect::<Map<_, _>>().into()
-    };
-    let by_series = |value: &dyn Fn(&Forecast) -> Value| -> Value {
-        forecasts.iter().map(|f| (f.series.name.to_string(), value(f))).collect::<Map<_, _>>().into()
-    };
-    let last_d = history.first_d + forecasts[0].series.values.len() as f64 - 1.0;
-    let day = |k: usize| {
-        let mut all = Map::new();
-        all.insert("time_d".into(), json!(last_d + k as f64 + 1.0));
-        for f in forecasts {
-            let [low, high] = interval(f.ahead.mean[k], f.ahead.sd[k]);
-            all.insert(f.series.name.into(), json!({ "value": f.ahead.mean[k], "low": low, "high": high }));
-        }
-        Value::from(all)
-    };
-    json!({
-        "model": arguments.model.name(),
-        "rmse": by_series(&|f| by_horizon(&f.scores[0].rmse)),
-        "baselines": {
-            "naive": by_series(&|f| by_horizon(&f.scores[1].rmse)),
-            "drift": by_series(&|f| by_horizon(&f.scores[2].rmse)),
-        },
-        "coverage_95": by_series(&|f| by_horizon(&f.scores[0].coverage)),
-        "compared": by_series(&|f| {
-            let counts: Vec<f64> = f.scores[0].count.iter().map(|c| *c as f64).collect();
-            by_horizon(&counts)
-        }),
-        "against_naive": against_naive(forecasts, &arguments.horizons),
-        "forecast": (0..arguments.days).map(day).collect::<Vec<_>>(),
-        "limit": limit.map(|r| json!({
-            "limit_g_mm": r.limit_g_mm,
-            "chance": r.chance,
-            "days": { "p10": r.days[0], "p50": r.days[1], "p90": r.days[2] },
-        })),
-    })
-}
-
-fn print(arguments: &Arguments, forecasts: &[Forecast], limit: Option<&Reached>) {
-    println!("Root mean square error of forecasts made on every day of the past after {}", arguments.first);
-    print!("  {:<10} {:<8}", "series", "model");
-    arguments.horizons.iter().for_each(|h| print!(" {:>9}", format!("{h} d")));
-    println!();
-    for f in forecasts {
-        let unit = if f.series.name.starts_with('U') { "g·mm" } else { "°" };
-        let names = [arguments.model.name(), "naive", "drift"];
-        for (k, (name, score)) in names.iter().zip(&f.scores).enumerate() {
-            if k > 0 && *name == names[0] {
-                continue;
-            }
-            let label = if k == 0 { format!("{}, {unit}", f.series.name) } else { String::new() };
-            print!("  {label:<12} {name:<6}");
-            score.rmse.iter().for_each(|e| match e.is_finite() {
-                true => print!(" {e:>9.2}"),
-                false => print!(" {:>9}", "–"),
-            });
-            println!();
-        }
-    }
-    println!("\nShare of outcomes inside the 95 % interval");
-    for f in forecasts {
-        print!("  {:<19}", f.series.name);
-        f.scores[0].coverage.iter().for_each(|c| match c.is_finite() {
-            true => print!(" {:>7.1} %", 100.0 * c),
-            false => print!(" {:>9}", "–"),
-        });
-        println!();
-    }
-    println!();
-    against_naive(forecasts, &arguments.horizons).iter().for_each(|line| println!("{line}"));
-    println!("\nIn {} days", arguments.days);
-    for f in forecasts {
-        let k = arguments.days - 1;
-        let [low, high] = interval(f.ahead.mean[k], f.ahead.sd[k]);
-        println!("  {:<8} {:>9.1}, between {low:.1} and {high:.1} with 95 %", f.series.name, f.ahead.mean[k]);
-    }
-    if let Some(r) = limit {
-        println!("\nThe limit of {:.0} g·mm static unbalance", r.limit_g_mm);
-        println!("  is reached within {} days with {:.0} %", arguments.days, 100.0 * r.chance);
-        for (share, days) in ["one in ten", "one in two", "nine in ten"].iter().zip(r.days) {
-            match days {
-                Some(days) => println!("  {share} by day {days:.0} from now"),
-                None => println!("  {share} not within the forecast"),
-            }
-        }
-    }
 }

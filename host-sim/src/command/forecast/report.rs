@@ -1,10 +1,10 @@
-//! What `forecast --report` says: the table of errors and the fans.
+//! What `forecast --report` says: the tables of scores, the fans and the limit.
 
 use rotor_edge_desktop::prognosis::limit::Reached;
 use rotor_edge_desktop::prognosis::series::History;
 use rotor_edge_desktop::prognosis::walk::interval;
 
-use super::{Forecast, against_naive};
+use super::{Forecast, SCORES, Scored, against_naive, limit_in_words, methods, unit};
 use crate::report::scale::three_digits;
 use crate::report::trend::{Trend, trend};
 use crate::report::{Figure, Section, Table};
@@ -12,7 +12,7 @@ use crate::report::{Figure, Section, Table};
 /// Days of the past that a fan shows.
 const PAST: usize = 180;
 
-/// Errors at each horizon, and a fan for each series.
+/// Scores at each horizon, a fan for each series, and when the limit is reached.
 pub fn sections(
     history: &History,
     forecasts: &[Forecast],
@@ -21,68 +21,75 @@ pub fn sections(
     limit: Option<&Reached>,
 ) -> Vec<Section> {
     let mut paragraphs = vec![
-        "Every day of the past was forecast from as if it were the last; the errors are of those forecasts."
+        "Every day of the past was forecast from as if it were the last; the errors are of those forecasts. CRPS and \
+         pinball loss are small only for a forecast that is near and says how sure it is."
             .to_string(),
     ];
     paragraphs.extend(against_naive(forecasts, horizons));
-    if let Some(r) = limit {
-        let half = r.days[1].map_or("not within the forecast".into(), |d| format!("by {d:.0} days from now"));
-        paragraphs.push(format!(
-            "The limit of {:.0} g·mm is reached within the forecast with {:.0} %; one chance in two {half}.",
-            r.limit_g_mm,
-            100.0 * r.chance
-        ));
-    }
-    let figures = forecasts.iter().map(|f| fan(history, f, model)).collect();
-    let tables = vec![errors(forecasts, horizons, model), coverage(forecasts, horizons)];
+    paragraphs.extend(limit.map(|limit| limit_in_words(limit, history.last_d())));
+    // the limit is of the static unbalance, the first of the series
+    let drawn = |i: usize| limit.filter(|_| i == 0).map(|limit| limit.limit_g_mm);
+    let fans = forecasts.iter().enumerate().map(|(i, f)| fan(history, f, model, drawn(i)));
+    let passage = limit.filter(|limit| !limit.already()).map(|limit| first_passage(history, limit));
+    let figures = fans.chain(passage).collect();
+    let tables = SCORES.map(|scored| scores(forecasts, horizons, model, scored)).to_vec();
     vec![Section { heading: "Forecast".into(), paragraphs, tables, figures }]
 }
 
-fn days_ahead(horizons: &[usize]) -> impl Iterator<Item = String> {
-    horizons.iter().map(|h| format!("{h} d"))
-}
-
-/// A finite value, or a dash where nothing could be compared.
-fn cells(values: &[f64], text: impl Fn(f64) -> String) -> impl Iterator<Item = String> {
-    values.iter().map(move |v| if v.is_finite() { text(*v) } else { "–".into() })
-}
-
-/// Errors of the model, naive and drift.
-fn errors(forecasts: &[Forecast], horizons: &[usize], model: &str) -> Table {
-    let shown = if model == "naive" { 1..3 } else { 0..3 };
-    let row = |(f, k): (&Forecast, usize)| {
-        let unit = if f.series.name.starts_with('U') { "g·mm" } else { "°" };
-        let by = [model, "naive", "drift"][k].to_string();
-        [format!("{}, {unit}", f.series.name), by]
+/// One score of every method at every horizon.
+fn scores(forecasts: &[Forecast], horizons: &[usize], model: &str, scored: Scored) -> Table {
+    let (title, of, share) = scored;
+    let cell = |value: f64| match (value.is_finite(), share) {
+        (false, _) => "–".to_string(),
+        (true, false) => three_digits(value),
+        (true, true) => format!("{:.1} %", 100.0 * value),
+    };
+    let row = |(f, (k, name)): (&Forecast, (usize, &str))| {
+        let cells = f.scores[k].iter().map(|s| cell(of(s)));
+        [format!("{}, {}", f.series.name, unit(f.series)), name.to_string()]
             .into_iter()
-            .chain(cells(&f.scores[k].rmse, three_digits))
+            .chain(cells)
             .collect()
     };
+    let rows = forecasts.iter().flat_map(|f| methods(model).into_iter().map(move |m| (f, m)));
     Table {
-        caption: "Root mean square error by days ahead".into(),
+        caption: format!("{title} by days ahead"),
         columns: ["series", "forecast by"]
             .map(String::from)
             .into_iter()
-            .chain(days_ahead(horizons))
+            .chain(horizons.iter().map(|h| format!("{h} d")))
             .collect(),
-        rows: forecasts.iter().flat_map(|f| shown.clone().map(move |k| (f, k))).map(row).collect(),
+        rows: rows.map(row).collect(),
     }
 }
 
-/// How often the model's interval held what came.
-fn coverage(forecasts: &[Forecast], horizons: &[usize]) -> Table {
-    let row = |f: &Forecast| {
-        let shares = cells(&f.scores[0].coverage, |c| format!("{:.1} %", 100.0 * c));
-        [f.series.name.to_string()].into_iter().chain(shares).collect()
-    };
-    Table {
-        caption: "Share of outcomes inside the model's 95 % interval".into(),
-        columns: ["series".to_string()].into_iter().chain(days_ahead(horizons)).collect(),
-        rows: forecasts.iter().map(row).collect(),
+/// How the chance grows that the limit is reached.
+fn first_passage(history: &History, limit: &Reached) -> Figure {
+    let title = "Chance that the limit is reached".to_string();
+    let day = |k: usize| history.last_d() + k as f64 + 1.0;
+    let chance = limit.until.iter().enumerate().map(|(k, chance)| (day(k), 100.0 * chance)).collect();
+    let told = [(0, "5 %"), (2, "50 %"), (4, "95 %")];
+    let events = told
+        .iter()
+        .filter_map(|(share, word)| Some((history.last_d() + limit.days[*share]?, word.to_string())));
+    Figure {
+        id: "limit-reached".into(),
+        caption: format!("Until each day, for {:.0} g·mm static unbalance.", limit.limit_g_mm),
+        svg: trend(
+            &title,
+            &Trend {
+                along: "time, days".into(),
+                quantity: "chance, %".into(),
+                curves: vec![("reached until then".into(), chance)],
+                events: events.collect(),
+                ..Trend::default()
+            },
+        ),
+        title,
     }
 }
 
-fn fan(history: &History, f: &Forecast, model: &str) -> Figure {
+fn fan(history: &History, f: &Forecast, model: &str, limit_g_mm: Option<f64>) -> Figure {
     let n = f.series.values.len();
     let day = |k: usize| history.first_d + k as f64;
     let past = (n.saturating_sub(PAST)..n).map(|k| (day(k), f.series.values[k])).collect();
@@ -90,6 +97,13 @@ fn fan(history: &History, f: &Forecast, model: &str) -> Figure {
         (0..f.ahead.mean.len()).map(|k| (day(n + k), value(k))).collect::<Vec<_>>()
     };
     let end = |k: usize, side: usize| interval(f.ahead.mean[k], f.ahead.sd[k])[side];
+    let mut curves = vec![
+        (format!("forecast, {model}"), ahead(&|k| f.ahead.mean[k])),
+        ("lower end".into(), ahead(&|k| end(k, 0))),
+        ("upper end".into(), ahead(&|k| end(k, 1))),
+    ];
+    let ends = [day(n.saturating_sub(PAST)), day(n + f.ahead.mean.len()) - 1.0];
+    curves.extend(limit_g_mm.map(|limit| ("limit".to_string(), ends.map(|at| (at, limit)).to_vec())));
     let magnitude = f.series.name.starts_with('U');
     let kind = if f.series.name.ends_with("_g") { "static" } else { "dynamic" };
     let title = format!("{} of the {kind} unbalance", if magnitude { "Size" } else { "Angle" });
@@ -105,11 +119,7 @@ fn fan(history: &History, f: &Forecast, model: &str) -> Figure {
                 along: "time, days".into(),
                 quantity: quantity.into(),
                 measured: Some(("estimates".into(), past)),
-                curves: vec![
-                    (format!("forecast, {model}"), ahead(&|k| f.ahead.mean[k])),
-                    ("lower end".into(), ahead(&|k| end(k, 0))),
-                    ("upper end".into(), ahead(&|k| end(k, 1))),
-                ],
+                curves,
                 ..Trend::default()
             },
         ),

@@ -170,6 +170,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let played =
         arguments.over.play(&deployment, &record, &config, |row| bar.set_position(row as u64 + 1))?;
     bar.finish_and_clear();
+    if played.answers.is_empty() {
+        bail!(
+            "0 of {} readings were evaluated: nothing can be said of the model or of the machine ({} frames sent, {} lost)",
+            record.len(),
+            played.traffic.sent,
+            played.traffic.lost
+        );
+    }
     let agreement = equivalence(&deployment, &config, &record, &played.answers)?;
     let raised = flags(&record, &played.answers);
     let last = unbalance::last(identified, &deployment, &record, &played.answers, phase_one.as_ref())?;
@@ -306,7 +314,11 @@ impl Job<'_> {
     fn print_flags(&self, played: &Replay, raised: &[Flag]) {
         println!("\nDoes the model still fit?");
         let Some(first) = raised.first() else {
-            println!("  No flag: the model fits every reading.");
+            println!(
+                "  No flag in {} of {} readings that were evaluated.",
+                played.answers.len(),
+                self.record.len()
+            );
             return;
         };
         let ratio = |rows: std::ops::Range<f64>| {

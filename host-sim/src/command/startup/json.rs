@@ -163,7 +163,7 @@ fn improved(answer: &Answer) -> Option<Value> {
         value
     };
     let planes: Vec<Value> = chain.unbalance_kg_m.iter().map(|(u, sd)| unbalance(*u, *sd)).collect();
-    let bow = chain.bow().map(|b| json!({ "delta_bic": b.delta_bic, "probability": b.probability }));
+    let bow = chain.bow().map(|b| json!({ "delta_bic": b.support, "probability": b.probability }));
     Some(json!({
         "verdict": outcome.verdict.name(),
         "summary": outcome.summary,

@@ -282,7 +282,7 @@ pub fn own_lines(answer: &Answer) -> Vec<String> {
         lines.push(format!(
             "A shaft bow, which would pull the same at every speed where own unbalance grows with Ω², is not supported \
              (evidence {:+.1}, {:.1} % probable).",
-            bow.delta_bic,
+            bow.support,
             100.0 * bow.probability
         ));
     }

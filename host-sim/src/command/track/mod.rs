@@ -2,6 +2,7 @@
 
 mod output;
 mod report;
+mod sampling;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -11,10 +12,15 @@ use clap::{Args, ValueEnum};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::track::{self, Cause, Config, Later, Method, Thresholds, Track};
+use rotor_edge_desktop::track::{
+    self, Cause, Config, Later, Method, PROPOSALS_AS_PRINTED, Thresholds, Track,
+};
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 
 use super::output as shared;
+
+/// A bound on growth that is wider than this in a day is none.
+const LARGEST_GROWTH: f64 = 100.0;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -38,9 +44,13 @@ pub struct Arguments {
     /// Write every estimate as CSV; `forecast` reads it
     #[arg(long)]
     csv: Option<PathBuf>,
-    /// Proposals of each chain of a day, of bayes
-    #[arg(long, default_value_t = 200)]
-    proposals: usize,
+    /// With --method bayes, the paper's random walk in bearings and unbalance together, whose chains do not meet
+    #[arg(long)]
+    paper: bool,
+    /// Proposals of each chain of a day, of bayes, and that many more where the chains do not agree [default: 400, with
+    /// --paper 200]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(20..))]
+    proposals: Option<u16>,
     /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -88,14 +98,15 @@ struct Flagging {
 impl Arguments {
     fn config(&self) -> Result<Config> {
         let f = &self.flagging;
-        for (name, value, least) in [
-            ("--growth", f.growth, 1.0),
-            ("--rise", f.rise.unwrap_or(0.5), 0.0),
-            ("--ratio-limit", f.ratio_limit, 0.0),
-            ("--ratio-floor", f.ratio_floor, 0.0),
+        for (name, value, from, to) in [
+            ("--growth", f.growth, 1.0, LARGEST_GROWTH),
+            ("--rise", f.rise.unwrap_or(0.5), 0.0, f64::MAX),
+            ("--ratio-limit", f.ratio_limit, 0.0, f64::MAX),
+            ("--ratio-floor", f.ratio_floor, 0.0, f64::MAX),
         ] {
-            if !value.is_finite() || value < least {
-                bail!("{name} {value}: expected a number of at least {least}");
+            if !(from..=to).contains(&value) {
+                let most = if to < f64::MAX { format!(" and at most {to}") } else { String::new() };
+                bail!("{name} {value}: expected a number of at least {from}{most}");
             }
         }
         let method = match self.method {
@@ -104,7 +115,11 @@ impl Arguments {
             Way::Bayes => Method::Bayes,
             Way::Joint => Method::Joint,
         };
+        if self.paper && method != Method::Bayes {
+            bail!("--paper is for --method bayes; the other methods have one form");
+        }
         let usual = Config::new(method);
+        let usual_proposals = if self.paper { PROPOSALS_AS_PRINTED } else { usual.proposals };
         let thresholds = Thresholds {
             rise: f.rise.unwrap_or(usual.thresholds.rise),
             ratio_limit: f.ratio_limit,
@@ -116,7 +131,8 @@ impl Arguments {
             thresholds,
             growth: f.growth,
             identified: self.identified,
-            proposals: self.proposals.max(10),
+            proposals: self.proposals.map_or(usual_proposals, usize::from),
+            paper: self.paper,
             seed: self.seed,
             ..usual
         })
@@ -128,6 +144,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let config = arguments.config()?;
     let rotor = rotor_file::read(&arguments.rotor)?;
     let record = arguments.runout.read(&arguments.record, &rotor)?;
+    track::check_record(&arguments.record.display().to_string(), &rotor, &record)?;
     let runup = match &arguments.runup {
         Some(path) => arguments.runout.read(path, &rotor)?,
         None => Vec::new(),
@@ -199,7 +216,7 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
     }
     println!("\nFlags");
     if followed.flags.is_empty() {
-        println!("  None: the model fits every reading.");
+        println!("  None in {} readings.", followed.estimates.len());
     }
     for flag in &followed.flags {
         let bearing = &rotor.bearing[flag.suspect].name;
@@ -232,27 +249,27 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
         percent(whole),
         percent(after)
     );
-    if let Some(s) = &followed.sampling {
-        println!("\nSampling, {} chains of {} proposals a day; medians over days", s.chains, s.proposals);
-        println!("  sampler                 accepted   effective samples   R-hat");
-        for (name, q) in ["Metropolis", "adaptive Metropolis"].into_iter().zip(&s.quality) {
-            println!("  {name:<22} {:>8.1} % {:>17.1} {:>9.3}", 100.0 * q.acceptance, q.effective, q.r_hat);
-        }
+    if let Some(sampling) = &followed.sampling {
+        sampling::print(sampling);
     }
     if let Some(joint) = &followed.joint {
         output::print_joint(rotor, joint);
     }
     if let Some(last) = followed.estimates.last() {
         println!("\nOn day {:.0}", last.time_d);
-        let line = |what: &str, u| {
+        let line = |what: &str, u, sure: String| {
             let [magnitude, angle] = g_mm_deg(u);
-            println!("  {what:<16} {magnitude:>8.1} g·mm at {angle:>6.1}°");
+            println!("  {what:<16} {magnitude:>8.1} g·mm at {angle:>6.1}°{sure}");
         };
-        for (plane, u) in rotor.plane.iter().zip(&last.unbalance_kg_m) {
-            line(&format!("plane {}", plane.name), *u);
+        for (j, (plane, u)) in rotor.plane.iter().zip(&last.unbalance_kg_m).enumerate() {
+            let sure = last.spread.as_ref().map_or(String::new(), |spread| output::plane_interval(spread, j));
+            line(&format!("plane {}", plane.name), *u, sure);
         }
         let [fixed, couple] = static_and_dynamic(&last.unbalance_kg_m);
-        line("static", fixed);
-        line("dynamic", couple);
+        line("static", fixed, String::new());
+        line("dynamic", couple, String::new());
+        if last.spread.is_none() {
+            println!("  How sure these are this method does not say; --method joint and bayes do.");
+        }
     }
 }

@@ -5,9 +5,13 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use nalgebra::Complex;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::track::{Cause, Estimate, Flag, Joint, Method, Reidentified, Scope, Spread, Track};
+use rotor_edge_desktop::track::{
+    Cause, Estimate, Event, Flag, Interval, Joint, Method, Reidentified, Scope, Spread, Track,
+};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 use serde_json::{Value, json};
+
+use super::sampling;
 
 /// Names of the eight coefficients, in the order of phase I.
 pub fn coefficient_names(rotor: &Rotor) -> Vec<String> {
@@ -45,11 +49,22 @@ fn planes(rotor: &Rotor, unbalance_kg_m: &[Complex<f64>]) -> Vec<Value> {
 }
 
 /// What an event changed, in words.
-fn scope_name(rotor: &Rotor, scope: Scope) -> String {
+pub fn scope_name(rotor: &Rotor, scope: Scope) -> String {
     let bearings = rotor.bearing.iter().zip(scope.bearings).filter(|(_, changed)| *changed);
     let mut parts: Vec<String> = bearings.map(|(b, _)| format!("bearing {}", b.name)).collect();
     parts.extend(scope.unbalance.then(|| "the unbalance".to_string()));
+    parts.extend(scope.elsewhere.then(|| "the machine between its bearings".to_string()));
     parts.join(" and ")
+}
+
+/// When an event took place, and how sure that is.
+pub fn when(event: &Event) -> String {
+    let Interval { low, high } = event.interval_d;
+    if low == high {
+        format!("day {:.0}", event.time_d)
+    } else {
+        format!("day {:.0} (95 %: {low:.0} to {high:.0})", event.time_d)
+    }
 }
 
 /// What the joint method learned, for people.
@@ -57,7 +72,7 @@ pub fn print_joint(rotor: &Rotor, joint: &Joint) {
     println!("\nEvents");
     for e in &joint.events {
         let changed = scope_name(rotor, e.scope);
-        println!("  day {:.0}: {changed} changed (log evidence {:.0})", e.time_d, e.evidence);
+        println!("  {}: {changed} changed (log evidence {:.0})", when(e), e.evidence);
     }
     if joint.events.is_empty() {
         println!("  None.");
@@ -88,7 +103,14 @@ pub fn print_joint(rotor: &Rotor, joint: &Joint) {
 /// The same for programs.
 fn joint_json(rotor: &Rotor, joint: &Joint) -> Value {
     let names = coefficient_names(rotor);
-    let event = |e: &rotor_edge_desktop::track::Event| json!({ "time_d": e.time_d, "changed": scope_name(rotor, e.scope), "log_evidence": e.evidence });
+    let event = |e: &Event| {
+        json!({
+            "time_d": e.time_d,
+            "interval_95_d": [e.interval_d.low, e.interval_d.high],
+            "changed": scope_name(rotor, e.scope),
+            "log_evidence": e.evidence,
+        })
+    };
     let state = |(since_d, constants): &(f64, Vec<rotor_edge_desktop::track::Constant>)| {
         let one = |(name, c): (&String, &rotor_edge_desktop::track::Constant)| json!({ "name": name, "value": c.log.exp(), "relative_sd": c.sd, "from_data": c.from_data });
         json!({ "since_d": since_d, "bearings": names.iter().zip(constants).map(one).collect::<Vec<_>>() })
@@ -126,17 +148,7 @@ pub fn summary(rotor: &Rotor, track: &Track) -> Value {
         "flags": track.flags.iter().map(|f| flag(rotor, f)).collect::<Vec<_>>(),
         "reidentified": track.reidentified.iter().map(|r| reidentified(rotor, r)).collect::<Vec<_>>(),
         "estimates": track.estimates.iter().map(|e| estimate(rotor, e)).collect::<Vec<_>>(),
-        "sampling": track.sampling.as_ref().map(|s| {
-            let quality = |q: &rotor_edge_desktop::track::Quality| {
-                json!({ "acceptance": q.acceptance, "effective_samples": q.effective, "r_hat": q.r_hat })
-            };
-            json!({
-                "proposals": s.proposals,
-                "chains": s.chains,
-                "metropolis": quality(&s.quality[0]),
-                "adaptive_metropolis": quality(&s.quality[1]),
-            })
-        }),
+        "sampling": track.sampling.as_ref().map(sampling::json),
         "joint": track.joint.as_ref().map(|j| joint_json(rotor, j)),
         "undiagnosed_since_d": track.undiagnosed_since_d,
         "remarks": track.remarks,
@@ -145,12 +157,16 @@ pub fn summary(rotor: &Rotor, track: &Track) -> Value {
 
 /// What an event leaves open until a run-up has been seen, if it does.
 pub fn undiagnosed(track: &Track) -> Option<String> {
-    track.undiagnosed_since_d.map(|since| {
-        format!(
-            "What changed on day {since:.0} is taken to be bearings. Near one speed an effect that the file lacks looks \
-             the same, and the unbalance may then be off by more than its interval; a run-up since then would tell."
-        )
-    })
+    let since = track.undiagnosed_since_d?;
+    let mut events = track.joint.iter().flat_map(|joint| &joint.events);
+    let taken_as = if events.any(|e| e.time_d == since && e.scope.elsewhere) {
+        "is nothing that bearings or unbalance explain, as a seal or a bow would be. The unbalance is taken to go on from \
+         where it was; a run-up since then would tell what it is."
+    } else {
+        "is taken to be bearings. Near one speed an effect that the file lacks looks the same, and the unbalance may then \
+         be off by more than its interval; a run-up since then would tell."
+    };
+    Some(format!("What changed on day {since:.0} {taken_as}"))
 }
 
 fn flag(rotor: &Rotor, flag: &Flag) -> Value {
@@ -226,6 +242,12 @@ fn interval_json(rotor: &Rotor, spread: &Spread) -> Value {
 fn plane_ends(spread: &Spread, plane: usize) -> [[f64; 2]; 2] {
     let (size, angle) = (spread.magnitude_kg_m[plane], spread.angle_rad[plane]);
     [[size.low.max(0.0) * G_MM, size.high * G_MM], [angle.low.to_degrees(), angle.high.to_degrees()]]
+}
+
+/// The same in words.
+pub fn plane_interval(spread: &Spread, plane: usize) -> String {
+    let [[from, to], [first, last]] = plane_ends(spread, plane);
+    format!("   (95 %: {from:.1} to {to:.1}, {first:.0}° to {last:.0}°)")
 }
 
 /// Writes every estimate, whole or not at all.

@@ -2,26 +2,23 @@
 
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::track::{Estimate, Interval, Reidentified, Track};
+use rotor_edge_desktop::track::{Estimate, Event, Interval, Reidentified, Track};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 
-use super::output::{coefficient_names, method_name, undiagnosed};
-use crate::report::bars::{Bar, bars};
+use super::output::{coefficient_names, method_name, scope_name, undiagnosed, when};
+use super::sampling;
 use crate::report::scale::three_digits;
 use crate::report::trend::{Trend, trend};
 use crate::report::{Figure, Section, Table, identifier};
-
-/// Classes of a histogram.
-const CLASSES: usize = 10;
 
 type Points = Vec<(f64, f64)>;
 
 /// All sections.
 pub fn sections(rotor: &Rotor, record: &[Reading], track: &Track) -> Vec<Section> {
-    let mut sections = vec![residuals(track), features(rotor, record, track), unbalance(rotor, track)];
+    let mut sections = vec![residuals(rotor, track), features(rotor, record, track), unbalance(rotor, track)];
     sections.push(parameters(rotor, track));
     if let Some(sampling) = &track.sampling {
-        sections.push(histograms(rotor, sampling));
+        sections.push(sampling::section(rotor, sampling));
     }
     sections
 }
@@ -32,7 +29,9 @@ fn over_time(estimates: &[Estimate], value: impl Fn(&Estimate) -> f64) -> Points
 
 /// A figure over time with the record's flags and re-identifications.
 fn figure(track: &Track, title: &str, quantity: &str, caption: &str, parts: Trend) -> Figure {
-    let events = track.reidentified.iter().map(|r| (r.since_d, "new bearings".to_string()));
+    let elsewhere = track.joint.iter().flat_map(|joint| &joint.events).filter(|e| e.scope.elsewhere);
+    let elsewhere = elsewhere.map(|e| (e.time_d, "no bearing explains".to_string()));
+    let events = track.reidentified.iter().map(|r| (r.since_d, "new bearings".to_string())).chain(elsewhere);
     let drawn = Trend {
         along: "time, days".into(),
         quantity: quantity.into(),
@@ -43,7 +42,7 @@ fn figure(track: &Track, title: &str, quantity: &str, caption: &str, parts: Tren
     Figure { id: identifier(title), title: title.into(), caption: caption.into(), svg: trend(title, &drawn) }
 }
 
-fn residuals(track: &Track) -> Section {
+fn residuals(rotor: &Rotor, track: &Track) -> Section {
     let name = method_name(track.method);
     let mut curves = vec![(name.to_string(), over_time(&track.estimates, |e| e.residual.e_um))];
     if name != "fixed" {
@@ -60,10 +59,13 @@ fn residuals(track: &Track) -> Section {
         percent(after)
     )];
     paragraphs.extend(track.remarks.iter().cloned().chain(undiagnosed(track)));
+    let found = track.joint.as_ref().filter(|joint| !joint.events.is_empty());
+    let found = found.map(|joint| events(rotor, &joint.events));
+    let cases = track.reidentified.iter().filter(|r| !r.cases.is_empty()).map(cases);
     Section {
         heading: "Does the model fit?".into(),
         paragraphs,
-        tables: track.reidentified.iter().filter(|r| !r.cases.is_empty()).map(cases).collect(),
+        tables: found.into_iter().chain(cases).collect(),
         figures: vec![
             figure(
                 track,
@@ -87,6 +89,17 @@ fn residuals(track: &Track) -> Section {
                 Trend { curves: ratio, ..Trend::default() },
             ),
         ],
+    }
+}
+
+/// What happened, and how sure that is.
+fn events(rotor: &Rotor, events: &[Event]) -> Table {
+    let row = |e: &Event| vec![when(e), scope_name(rotor, e.scope), format!("{:.0}", e.evidence)];
+    Table {
+        caption: "Events: first day of the new state, and the logarithm of how much more probable the record is with it"
+            .into(),
+        columns: ["when", "what changed", "log evidence"].map(String::from).to_vec(),
+        rows: events.iter().map(row).collect(),
     }
 }
 
@@ -232,72 +245,5 @@ fn parameters(rotor: &Rotor, track: &Track) -> Section {
         tables: table.into_iter().collect(),
         figures: figures.collect(),
         ..Section::default()
-    }
-}
-
-/// Where the samples of the last day lie.
-fn histograms(rotor: &Rotor, sampling: &rotor_edge_desktop::track::Sampling) -> Section {
-    let draw = |title: String, unit: &str, values: Vec<f64>| {
-        let (low, high) =
-            values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-        let width = ((high - low) / CLASSES as f64).max(f64::MIN_POSITIVE);
-        let mut counts = [0_usize; CLASSES];
-        for v in &values {
-            counts[(((v - low) / width) as usize).min(CLASSES - 1)] += 1;
-        }
-        let most = counts.iter().copied().max().unwrap_or(1).max(1) as f64;
-        let bar = |(i, count): (usize, &usize)| Bar {
-            label: format!(
-                "{} to {} {unit}",
-                three_digits(low + width * i as f64),
-                three_digits(low + width * (i + 1) as f64)
-            ),
-            share: *count as f64 / most,
-            value: format!("{:.1} %", 100.0 * *count as f64 / values.len() as f64),
-            emphasised: true,
-        };
-        Figure {
-            id: identifier(&format!("posterior {title}")),
-            svg: bars(&title, &counts.iter().enumerate().map(bar).collect::<Vec<_>>()),
-            title,
-            caption: "Posterior of the last day. As wide as its prior where one speed cannot tell.".into(),
-        }
-    };
-    let names = coefficient_names(rotor);
-    let mut figures: Vec<Figure> = (0..names.len())
-        .map(|i| {
-            let (unit, factor) = if i < names.len() / 2 { ("MN/m", 1e-6) } else { ("kN·s/m", 1e-3) };
-            draw(names[i].clone(), unit, sampling.last.iter().map(|s| s.logs[i].exp() * factor).collect())
-        })
-        .collect();
-    for (j, plane) in rotor.plane.iter().enumerate() {
-        let part = |k: usize| sampling.last.iter().map(|s| g_mm_deg(s.unbalance_kg_m[j])[k]).collect();
-        figures.push(draw(format!("U of plane {}", plane.name), "g·mm", part(0)));
-        figures.push(draw(format!("α of plane {}", plane.name), "°", part(1)));
-    }
-    let quality = |name: &str, q: &rotor_edge_desktop::track::Quality| {
-        vec![
-            name.to_string(),
-            format!("{:.1} %", 100.0 * q.acceptance),
-            format!("{:.1}", q.effective),
-            format!("{:.3}", q.r_hat),
-        ]
-    };
-    Section {
-        heading: "Sampling".into(),
-        paragraphs: vec![format!(
-            "{} chains of {} proposals a day. R-hat well above 1 says that the chains have not met: the mean of a day \
-             depends on where they began.",
-            sampling.chains, sampling.proposals
-        )],
-        tables: vec![Table {
-            caption: "Quality of the samples, median over days".into(),
-            columns: ["sampler", "accepted", "effective samples", "R-hat"].map(String::from).to_vec(),
-            rows: vec![
-                quality("Metropolis", &sampling.quality[0]),
-                quality("adaptive Metropolis", &sampling.quality[1]),
-            ],
-        }],
-        figures,
     }
 }

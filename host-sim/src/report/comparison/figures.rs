@@ -238,8 +238,14 @@ impl Run {
         whole.into_iter().filter(|row| chosen.contains(row)).collect()
     }
 
-    /// Residual of all probes along the run.
-    pub fn residual_map(&self, rotor: &Rotor, readings: &[Reading], comparison: &Comparison) -> Figure {
+    /// Residual of all probes along the run, `of` one model.
+    pub fn residual_map(
+        &self,
+        of: &str,
+        rotor: &Rotor,
+        readings: &[Reading],
+        comparison: &Comparison,
+    ) -> Figure {
         let columns: Vec<&[usize]> = self.rows.chunks(self.rows.len().div_ceil(MOST_COLUMNS)).collect();
         let middle = |rows: &&[usize]| {
             rows.iter().map(|row| self.place(readings, *row)).sum::<f64>() / rows.len() as f64
@@ -263,7 +269,7 @@ impl Run {
                        of both components. One dark row is a probe or what is beside it; dark columns are a \
                        resonance."
                 .into();
-        self.figure("Residual", "map", caption, |title| residual_map(title, &map))
+        self.figure("Residual", &format!("map{of}"), caption, |title| residual_map(title, &map))
     }
 }
 

@@ -32,6 +32,28 @@ pub fn summary(c: &Comparison) -> Table {
     table("Model against measurement", &["", "here", "noise alone"], rows)
 }
 
+/// Two models of the same data, and every probe of each.
+pub fn change(before: &Comparison, after: &Comparison) -> Table {
+    let row = |name: String, of: &dyn Fn(&Comparison) -> String, noise: &str| {
+        vec![name, of(before), of(after), noise.to_string()]
+    };
+    let mut rows = vec![
+        row("Relative error, %".into(), &|c| percent(c.relative_error), ""),
+        row("χ² per value".into(), &|c| three_digits(c.chi2_per_value), "1"),
+        row("Correlation of neighbouring speeds".into(), &|c| number(c.neighbours.correlation, 2), "0"),
+        row("Residual, mean of a reading, µm".into(), &|c| three_digits(c.residual_um.mean), ""),
+    ];
+    rows.extend(before.by_probe.iter().enumerate().map(|(i, p)| {
+        let of = |c: &Comparison| c.by_probe.get(i).map_or(String::new(), |p| percent(p.relative_error));
+        row(format!("Probe {}, relative error, %", p.probe), &of, "")
+    }));
+    table(
+        "The most probable fit of both models against the measurement",
+        &["", "before", "after", "noise alone"],
+        rows,
+    )
+}
+
 /// Probes, whirl and runs.
 pub fn places(c: &Comparison) -> Vec<Table> {
     let mut tables = vec![by_probe(c)];

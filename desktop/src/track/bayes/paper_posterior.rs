@@ -1,4 +1,4 @@
-//! What one reading or a few say of bearings and unbalance: the density that the chains of method 3 sample.
+//! What one reading or a few say of bearings and unbalance: the density that the chains of the printed method sample.
 //!
 //! Coordinates are the logarithms of the bearings, in units of the daily range, and the deviation of the
 //! unbalance from its best for these bearings, in its own standard deviations. The density is the same,
@@ -9,25 +9,17 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rayon::prelude::*;
 
-use super::answer::{Interval, Spread};
-use super::chains::{Chain, Sampler, mean};
-use super::operating_point::Logs;
-use super::record::Day;
+use super::random_walk::{Chain, Sampler, mean};
+use super::sampling::{Sample, spread};
+use crate::track::answer::Spread;
 use crate::track::coefficients::COEFFICIENTS;
+use crate::track::operating_point::Logs;
+use crate::track::record::Day;
 
 type C = Complex<f64>;
 
 /// A chain begins inside its bounds, at most at this share of the way to them.
 const INSIDE: f64 = 0.9;
-
-/// One sample.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Sample {
-    /// Logarithms of the bearing coefficients.
-    pub logs: Logs,
-    /// Unbalance of each plane, kg·m.
-    pub unbalance_kg_m: Vec<C>,
-}
 
 /// The posterior of some readings with common bearings and unbalance.
 pub struct Posterior<'a> {
@@ -153,24 +145,7 @@ impl<'a> Posterior<'a> {
         let all: Vec<Sample> =
             chains.iter().flat_map(|c| &c.samples).filter_map(|x| self.sample(x)).collect();
         let centre = self.sample(&mean(chains))?;
-        let interval = |value: &dyn Fn(&Sample) -> f64| {
-            let mut values: Vec<f64> = all.iter().map(value).collect();
-            values.sort_by(f64::total_cmp);
-            let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
-            Interval { low: at(0.025), high: at(0.975) }
-        };
-        let planes = centre.unbalance_kg_m.len();
-        let spread = Spread {
-            logs: std::array::from_fn(|i| interval(&|s| s.logs[i])),
-            magnitude_kg_m: (0..planes).map(|j| interval(&|s| s.unbalance_kg_m[j].norm())).collect(),
-            angle_rad: (0..planes)
-                .map(|j| {
-                    let middle = centre.unbalance_kg_m[j];
-                    let turned = interval(&|s| (s.unbalance_kg_m[j] * middle.conj()).arg());
-                    Interval { low: middle.arg() + turned.low, high: middle.arg() + turned.high }
-                })
-                .collect(),
-        };
+        let spread = spread(&centre, &all);
         Some((centre, spread, all))
     }
 }

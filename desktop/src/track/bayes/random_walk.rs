@@ -1,10 +1,11 @@
-//! Markov chains: the Metropolis sampler of Sensors 2024, 24, 8123, an adaptive one to hold beside it, and
-//! how good their samples are.
+//! Random walks: the Metropolis sampler of Sensors 2024, 24, 8123, and an adaptive one to hold beside it.
 
 use nalgebra::{DMatrix, DVector};
 use rand::Rng;
 use rand::rngs::StdRng;
 use rand_distr::StandardNormal;
+
+use super::sampling::Quality;
 
 /// Share of a chain that is thrown away at its beginning.
 const BURN_IN: f64 = 0.25;
@@ -38,17 +39,6 @@ pub struct Chain {
     pub samples: Vec<DVector<f64>>,
     /// Share of all proposals that was accepted.
     pub acceptance: f64,
-}
-
-/// How good some chains are.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quality {
-    /// Share of proposals accepted.
-    pub acceptance: f64,
-    /// Effective number of independent samples of the worst coordinate, all chains together.
-    pub effective: f64,
-    /// Potential scale reduction of the worst coordinate (split chains; 1 when they agree).
-    pub r_hat: f64,
 }
 
 /// Acceptance that the step aims at, the optimum in many dimensions.
@@ -132,52 +122,13 @@ pub fn mean(chains: &[Chain]) -> DVector<f64> {
     all().fold(zero, |sum, s| sum + s) / all().count() as f64
 }
 
-/// Quality of chains of equal length (Gelman and others 2013, section 11).
-pub fn quality(chains: &[Chain]) -> Quality {
+/// Quality of chains of equal length, by their worst coordinate.
+pub fn quality(chains: &[Chain]) -> Option<Quality> {
     let acceptance = chains.iter().map(|c| c.acceptance).sum::<f64>() / chains.len() as f64;
-    let dimensions = chains[0].samples[0].len();
-    let (mut effective, mut r_hat) = (f64::INFINITY, 1.0_f64);
-    for k in 0..dimensions {
-        let coordinate: Vec<Vec<f64>> =
-            chains.iter().map(|c| c.samples.iter().map(|s| s[k]).collect()).collect();
-        let (e, r) = of_coordinate(&coordinate);
-        (effective, r_hat) = (effective.min(e), r_hat.max(r));
-    }
-    Quality { acceptance, effective, r_hat }
-}
-
-/// Effective number of samples (Geyer's initial positive sequence) and split R-hat.
-fn of_coordinate(chains: &[Vec<f64>]) -> (f64, f64) {
-    let halves: Vec<&[f64]> = chains.iter().flat_map(|c| c[..c.len() / 2 * 2].chunks(c.len() / 2)).collect();
-    let n = halves[0].len() as f64;
-    let mean = |c: &[f64]| c.iter().sum::<f64>() / c.len() as f64;
-    let means: Vec<f64> = halves.iter().map(|c| mean(c)).collect();
-    let grand = mean(&means);
-    let between = n * means.iter().map(|m| (m - grand).powi(2)).sum::<f64>() / (means.len() as f64 - 1.0);
-    let squares = |c: &[f64], m: f64| c.iter().map(|x| (x - m).powi(2)).sum::<f64>() / (n - 1.0);
-    let within = halves.iter().zip(&means).map(|(c, m)| squares(c, *m)).sum::<f64>() / means.len() as f64;
-    if within <= 0.0 {
-        return (halves.len() as f64, f64::INFINITY);
-    }
-    let pooled = (n - 1.0) / n * within + between / n;
-    let correlation = |lag: usize| {
-        let one = |c: &&[f64]| {
-            (lag..c.len()).map(|t| (c[t] - c[t - lag]).powi(2)).sum::<f64>() / (c.len() - lag) as f64
-        };
-        1.0 - halves.iter().map(one).sum::<f64>() / halves.len() as f64 / (2.0 * pooled)
-    };
-    let mut sum = 0.0;
-    let mut lag = 1;
-    while lag + 1 < halves[0].len() {
-        let pair = correlation(lag) + correlation(lag + 1);
-        if pair < 0.0 {
-            break;
-        }
-        sum += pair;
-        lag += 2;
-    }
-    let total = n * halves.len() as f64;
-    ((total / (1.0 + 2.0 * sum)).min(total), (pooled / within).sqrt())
+    let coordinate = |k: usize| chains.iter().map(|c| c.samples.iter().map(|s| s[k]).collect()).collect();
+    let coordinates: Vec<Vec<Vec<f64>>> =
+        (0..chains.first()?.samples.first()?.len()).map(coordinate).collect();
+    Quality::of(acceptance, &coordinates)
 }
 
 #[cfg(test)]
@@ -217,28 +168,15 @@ mod tests {
             assert!((moment(0, 0) - 1.0).abs() < 0.2, "{proposal:?} {}", moment(0, 0));
             assert!((moment(1, 1) / 0.04 - 1.0).abs() < 0.2, "{proposal:?}");
             assert!((moment(0, 1) / 0.18 - 1.0).abs() < 0.2, "{proposal:?}");
-            assert!(quality(&chains).r_hat < 1.05, "{proposal:?} {:?}", quality(&chains));
+            let quality = quality(&chains).unwrap();
+            assert!(quality.r_hat < 1.05, "{proposal:?} {quality:?}");
         }
     }
 
     #[test]
     fn what_was_learned_makes_more_of_as_many_proposals() {
-        let [plain, adaptive] =
-            [Proposal::Metropolis, Proposal::AdaptiveMetropolis].map(|p| quality(&run(p)).effective);
+        let [plain, adaptive] = [Proposal::Metropolis, Proposal::AdaptiveMetropolis]
+            .map(|p| quality(&run(p)).unwrap().effective_bulk);
         assert!(adaptive > 1.5 * plain, "{adaptive} {plain}");
-    }
-
-    #[test]
-    fn independent_samples_are_all_effective_and_chains_apart_are_told() {
-        let mut random = StdRng::seed_from_u64(1);
-        let mut chain = |at: f64| Chain {
-            samples: (0..1000)
-                .map(|_| DVector::from_element(1, at + random.sample::<f64, _>(StandardNormal)))
-                .collect(),
-            acceptance: 1.0,
-        };
-        let good = quality(&[chain(0.0), chain(0.0)]);
-        assert!(good.effective > 1500.0 && good.r_hat < 1.01, "{good:?}");
-        assert!(quality(&[chain(0.0), chain(3.0)]).r_hat > 1.5);
     }
 }

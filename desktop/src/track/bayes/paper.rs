@@ -1,4 +1,4 @@
-//! Method 3: Bayesian updating in two loops.
+//! Bayesian updating in two loops as it was printed (Bera et al., Sensors 2024, 24, 8123).
 //!
 //! Each day a Metropolis sampler moves through bearings and unbalance, from yesterday's mean on: the prior
 //! is uniform, in the range that bearings wander in around what was last identified, and as far as the
@@ -15,14 +15,15 @@
 
 use nalgebra::{Complex, DVector};
 
-use super::adaptive::Jump;
-use super::answer::{Cause, Estimate, Reidentified};
-use super::chains::{Chain, Proposal, Quality, Sampler, quality};
-use super::daily::{Run, Tracking, WANDER, Watch};
-use super::operating_point::Logs;
-use super::posterior::{Posterior, Sample};
-use super::record::Day;
+use super::paper_posterior::Posterior;
+use super::random_walk::{Chain, Proposal, Sampler, quality};
+use super::sampling::{self, Sampling, median};
+use crate::track::adaptive::Jump;
+use crate::track::answer::{Cause, Estimate, Reidentified};
 use crate::track::coefficients::{COEFFICIENTS, coefficient};
+use crate::track::daily::{Run, Tracking, WANDER, Watch};
+use crate::track::operating_point::Logs;
+use crate::track::record::Day;
 
 type C = Complex<f64>;
 
@@ -37,19 +38,6 @@ const ROUNDS: usize = 12;
 const LONGER: usize = 5;
 /// Every so many days the other sampler has a go at the same target.
 const COMPARED_EVERY: usize = 10;
-
-/// What the sampling was worth.
-#[derive(Debug, Clone)]
-pub struct Sampling {
-    /// Proposals of each chain and day.
-    pub proposals: usize,
-    /// Chains a day.
-    pub chains: usize,
-    /// Median over days, of the paper's sampler and of adaptive Metropolis on the same days.
-    pub quality: [Quality; 2],
-    /// Samples of the last day: what the histograms show.
-    pub last: Vec<Sample>,
-}
 
 /// What carries on from day to day.
 struct State {
@@ -75,8 +63,8 @@ impl State {
 }
 
 impl Tracking<'_> {
-    /// Daily sampling, and a wide search after every flag.
-    pub fn bayes(&self, progress: &mut dyn FnMut(usize, usize)) -> (Run, Option<Sampling>) {
+    /// Daily sampling by a random walk from yesterday's mean on, and a wide search after every flag.
+    pub fn bayes_as_printed(&self, progress: &mut dyn FnMut(usize, usize)) -> (Run, Option<Sampling>) {
         let dimensions = COEFFICIENTS + 2 * self.unbalance_kg_m.len();
         let mut state = State {
             identified: self.logs,
@@ -88,23 +76,25 @@ impl Tracking<'_> {
         };
         let mut other = Sampler::new(Proposal::AdaptiveMetropolis, dimensions);
         let mut run = Run::default();
-        let (mut qualities, mut last) = ([Vec::new(), Vec::new()], Vec::new());
+        let (mut qualities, mut adaptive, mut last) = (Vec::new(), Vec::new(), Vec::new());
         let days: Vec<&Day> = self.complete().collect();
         for (k, day) in days.iter().enumerate() {
             progress(k + 1, days.len());
             let Some(target) = self.daily_target(&days[k..=k], &state) else { continue };
-            let Some(start) = target.start([0.0; COEFFICIENTS]) else { continue };
-            let starts = vec![start; CHAINS];
+            let starts: Vec<DVector<f64>> = (0..CHAINS).filter_map(|c| target.start(dispersed(c))).collect();
+            if starts.len() < CHAINS {
+                continue;
+            }
             let seed = self.config.seed.wrapping_add(k as u64);
             let chains = target.chains(&state.sampler, &starts, self.config.proposals, seed);
             let Some((centre, spread, samples)) = target.sum_up(&chains) else { continue };
             if k % COMPARED_EVERY == 0 {
                 let beside = target.chains(&other, &starts, self.config.proposals, seed);
                 other.learn(&beside);
-                qualities[1].push(quality(&beside));
+                adaptive.extend(quality(&beside));
             }
             drop(target);
-            qualities[0].push(quality(&chains));
+            qualities.extend(quality(&chains).map(|quality| (day.time_d, quality)));
             state.sampler.learn(&chains);
             let Some(mut estimate) = self.estimate(day, &centre.logs, centre.unbalance_kg_m) else {
                 continue;
@@ -119,13 +109,15 @@ impl Tracking<'_> {
             run.estimates.push(estimate);
             last = samples;
             if let Some(suspect) = raised {
-                self.search_widely(&days[..=k], suspect, &mut state, &mut run);
+                self.search_widely_as_printed(&days[..=k], suspect, &mut state, &mut run);
             }
         }
-        let sampling = medians(&qualities).map(|quality| Sampling {
+        let sampling = (!qualities.is_empty()).then(|| Sampling {
+            sampler: sampling::Sampler::Metropolis,
             proposals: self.config.proposals,
             chains: CHAINS,
-            quality,
+            days: qualities,
+            adaptive: median(adaptive.iter()),
             last,
         });
         (run, sampling)
@@ -145,7 +137,7 @@ impl Tracking<'_> {
     }
 
     /// The second loop, on the readings that raised a flag.
-    fn search_widely(&self, days: &[&Day], suspect: usize, state: &mut State, run: &mut Run) {
+    fn search_widely_as_printed(&self, days: &[&Day], suspect: usize, state: &mut State, run: &mut Run) {
         let persistence = self.config.thresholds.persistence.max(1);
         let streak = &days[days.len() - persistence..];
         let begun = run.estimates.len() - streak.len();
@@ -153,7 +145,7 @@ impl Tracking<'_> {
         let jump = self.jump(streak, &state.logs, &state.watch, &now);
         let found = match jump {
             Jump::Explains(_) => None,
-            _ => self.widely(streak, suspect, state, run),
+            _ => self.widely_as_printed(streak, suspect, state, run),
         };
         let known = if let Jump::Helps(free) = &jump { free } else { &now };
         let cause = match (found.filter(|(after, _)| self.better(after, known)), jump) {
@@ -183,7 +175,7 @@ impl Tracking<'_> {
     }
 
     /// Bearings in the whole range that describe a streak, and its phase II on them.
-    fn widely(
+    fn widely_as_printed(
         &self,
         streak: &[&Day],
         suspect: usize,
@@ -224,6 +216,14 @@ impl Tracking<'_> {
     }
 }
 
+/// Bearings on which a chain of a day begins, in the units of its step: the chains begin apart, or that they agree would
+/// say nothing.
+fn dispersed(k: usize) -> [f64; COEFFICIENTS] {
+    std::array::from_fn(
+        |i| if (i + k).is_multiple_of(2) { 1.0 } else { -1.0 } * if k < 2 { 1.0 } else { 2.0 },
+    )
+}
+
 /// Bearings on which a chain of the second loop begins: the suspect stiffer or softer, more or less damped.
 fn spread_start(k: usize, suspect: usize) -> [f64; COEFFICIENTS] {
     std::array::from_fn(|i| {
@@ -232,20 +232,4 @@ fn spread_start(k: usize, suspect: usize) -> [f64; COEFFICIENTS] {
         let size = if up { 1.0 } else { -1.0 };
         if bearing == suspect { size } else { 0.0 }
     })
-}
-
-fn medians(qualities: &[Vec<Quality>; 2]) -> Option<[Quality; 2]> {
-    let median = |all: &[Quality], value: &dyn Fn(&Quality) -> f64| {
-        let mut values: Vec<f64> = all.iter().map(value).collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied()
-    };
-    let one = |all: &[Quality]| {
-        Some(Quality {
-            acceptance: median(all, &|q| q.acceptance)?,
-            effective: median(all, &|q| q.effective)?,
-            r_hat: median(all, &|q| q.r_hat)?,
-        })
-    };
-    Some([one(&qualities[0])?, one(&qualities[1])?])
 }

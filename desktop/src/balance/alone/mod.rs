@@ -1,0 +1,301 @@
+//! Correction weights of a machine that has no file: trial runs and their weights, or earlier coefficients and one run.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`stated`] | the trial weights |
+//! | [`runs`] | trial runs as equations, and what their repeats say of the noise |
+//! | [`library`] | influence coefficients as they are kept for a machine |
+//! | [`doubts`] | what speaks against believing the weights |
+//!
+//! Weights are in g·mm, angles from the keyphasor mark with the rotation; vibration is in the unit of the data, zero to peak.
+
+pub mod doubts;
+pub mod library;
+pub mod runs;
+pub mod stated;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::{Complex, DMatrix, DVector};
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
+use rand_distr::StandardNormal;
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
+
+use super::NormalEquations;
+use super::influence::{Coefficients, normal_equations, stacked, standard_deviations};
+use super::optimum::{Criterion, least_largest, least_squares_within};
+use super::places::{Filling, Holes, fillings, together};
+use super::weights::Allowed;
+use crate::error::Error;
+
+type C = Complex<f64>;
+
+/// Draws that show how far noise moves weights where there is no formula.
+const DRAWS: usize = 200;
+
+/// What is asked for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Request {
+    /// Planes to put weights into, by name; all if none are named.
+    pub planes: Vec<String>,
+    /// What is made least.
+    pub criterion: Criterion,
+    /// Largest weight of a plane, g·mm; without a name of every plane that is not named.
+    pub limits: Vec<(Option<String>, f64)>,
+    /// Radii and steps of mass.
+    pub allowed: Allowed,
+    /// Fixed places, if weights cannot sit anywhere.
+    pub holes: Option<Holes>,
+    /// Speeds at which vibration counts, rpm; all if not stated.
+    pub range_rpm: Option<[f64; 2]>,
+    /// Speeds that differ by no more than this, relative, are one.
+    pub same_speed: f64,
+    /// Standard deviation of a reading's components, if it is stated: relative to its size, and in its unit.
+    pub noise: Option<[f64; 2]>,
+    /// Run that the weights are to be added to, as it is; none for the machine without any weight.
+    pub onto: Option<String>,
+}
+
+impl Request {
+    /// Numbers of the planes to use among those that are known.
+    fn planes_of(&self, known: &[String]) -> Result<Vec<usize>, Error> {
+        let limited = self.limits.iter().filter_map(|(plane, _)| plane.as_ref());
+        if let Some(unknown) = self.planes.iter().chain(limited).find(|name| !known.contains(name)) {
+            let known: Vec<String> = known.iter().map(|name| format!("\"{name}\"")).collect();
+            let what = format!("there is no plane \"{unknown}\", expected one of {}", known.join(", "));
+            return Err(Error::Unsuitable(what));
+        }
+        let wanted = |j: &usize| self.planes.is_empty() || self.planes.contains(&known[*j]);
+        Ok((0..known.len()).filter(wanted).collect())
+    }
+
+    fn limit_g_mm(&self, plane: &str) -> f64 {
+        let of = |name: Option<&str>| {
+            self.limits.iter().find(|(p, _)| p.as_deref() == name).map(|(_, g_mm)| *g_mm)
+        };
+        of(Some(plane)).or_else(|| of(None)).unwrap_or(f64::INFINITY)
+    }
+}
+
+/// How the noise is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Basis {
+    /// As stated.
+    Stated,
+    /// From what runs miss each other by beyond the coefficients, in so many real values.
+    Runs(usize),
+    /// From readings of one run at one speed, in so many real values: what runs differ by is not in it.
+    Readings(usize),
+    /// Not at all.
+    Unknown,
+}
+
+impl Basis {
+    /// Values that it rests on; none without limit.
+    fn freedom(self) -> Option<f64> {
+        match self {
+            Self::Runs(values) | Self::Readings(values) => Some(values as f64),
+            Self::Stated | Self::Unknown => None,
+        }
+    }
+
+    /// How many standard deviations hold a component with 95 %.
+    fn of_a_component(self) -> f64 {
+        match self.freedom() {
+            Some(values) => StudentsT::new(0.0, 1.0, values).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975)),
+            None => Normal::standard().inverse_cdf(0.975),
+        }
+    }
+
+    /// How many standard deviations of a component hold a vector with 95 %.
+    fn of_a_vector(self) -> f64 {
+        match self.freedom() {
+            Some(values) => {
+                FisherSnedecor::new(2.0, values).map_or(f64::INFINITY, |f| (2.0 * f.inverse_cdf(0.95)).sqrt())
+            }
+            None => (-2.0 * 0.05_f64.ln()).sqrt(),
+        }
+    }
+}
+
+/// A machine as its influence coefficients describe it.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    /// By speed and probe, of the planes in use.
+    pub coefficients: Vec<Coefficients>,
+    /// Names of the probes.
+    pub probes: Vec<String>,
+    /// Names of the planes in use.
+    pub planes: Vec<String>,
+    /// Unit of the vibration, as the columns have it.
+    pub unit: String,
+    /// How the noise is known; the covariances are zero if it is not.
+    pub basis: Basis,
+    /// What was noticed while they were found.
+    pub doubts: Vec<String>,
+}
+
+/// The weight of one plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlaneWeight {
+    /// Name of the plane.
+    pub plane: String,
+    /// What is best, g·mm.
+    pub wanted_g_mm: C,
+    /// Interval of its magnitude with 95 %, g·mm, and half that of its angle, degrees, 180 for any angle; `None` if the noise is
+    /// not known.
+    pub interval_95: Option<([f64; 2], f64)>,
+    /// What is put there.
+    pub filling: Filling,
+}
+
+/// One probe at one speed, with and without the weights that are put there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Left {
+    /// Name of the probe.
+    pub probe: String,
+    /// Speed, rpm.
+    pub speed_rpm: f64,
+    /// Amplitude without the weights, zero to peak, in the unit of the data.
+    pub before: f64,
+    /// With them.
+    pub after: f64,
+    /// With them with 95 %; `None` if the noise is not known.
+    pub after_at_most: Option<f64>,
+}
+
+/// The answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Correction {
+    /// By plane.
+    pub weights: Vec<PlaneWeight>,
+    /// By speed and probe.
+    pub left: Vec<Left>,
+    /// Unit of the vibration, as the columns have it.
+    pub unit: String,
+    /// How the noise is known.
+    pub basis: Basis,
+    /// What speaks against believing it, one sentence each.
+    pub doubts: Vec<String>,
+}
+
+/// The best weights of a machine.
+///
+/// # Errors
+/// One sentence if planes act alike, or noise hides what they do.
+pub fn correct(machine: &Machine, request: &Request) -> Result<Correction, Error> {
+    let all = &machine.coefficients;
+    let limits: Vec<f64> = machine.planes.iter().map(|p| request.limit_g_mm(p)).collect();
+    let (per_weight, before) = stacked(all);
+    let equations = normal_equations(all);
+    let inverse = equations.inverse(&machine.planes)?;
+    let wanted = best(request.criterion, &equations, (&per_weight, &before), &limits)?;
+    let free = request.criterion == Criterion::LeastSquares
+        && wanted.iter().zip(&limits).all(|(w, limit)| w.norm() < limit * (1.0 - 1e-6));
+    let sd = match machine.basis {
+        Basis::Unknown => None,
+        _ if free => Some(standard_deviations(all, &inverse, wanted.as_slice())),
+        _ => Some(scatter(all, request.criterion, &limits, &wanted)?),
+    };
+    let ways: Vec<Vec<Filling>> = wanted
+        .iter()
+        .zip(&limits)
+        .map(|(w, limit)| fillings(*w, &request.allowed, request.holes.as_ref(), *limit))
+        .collect();
+    let chosen = together(&ways, |w| request.criterion.cost(&per_weight, &before, w));
+    let placed: Vec<C> = chosen.iter().map(Filling::sum_g_mm).collect();
+    let left: Vec<Left> = all
+        .iter()
+        .map(|c| {
+            let after = c.under(&placed).norm();
+            let bound = c.variance(&placed).sqrt() * machine.basis.of_a_vector();
+            Left {
+                probe: machine.probes[c.probe].clone(),
+                speed_rpm: c.speed_rpm,
+                before: c.before.norm(),
+                after,
+                after_at_most: (machine.basis != Basis::Unknown).then_some(after + bound),
+            }
+        })
+        .collect();
+    let quantile = machine.basis.of_a_component();
+    let interval = |w: C, sd: f64| {
+        let (size, half) = (w.norm(), quantile * sd);
+        let half_deg = if half < size { (half / size).asin().to_degrees() } else { 180.0 };
+        ([(size - half).max(0.0), size + half], half_deg)
+    };
+    let weights: Vec<PlaneWeight> = (0..machine.planes.len())
+        .map(|j| PlaneWeight {
+            plane: machine.planes[j].clone(),
+            wanted_g_mm: wanted[j],
+            interval_95: sd.as_ref().map(|sd| interval(wanted[j], sd[j])),
+            filling: chosen[j].clone(),
+        })
+        .collect();
+    let mut doubts = machine.doubts.clone();
+    doubts.extend(doubts::alike(&equations, &machine.planes));
+    doubts.extend(doubts::at_limit(&weights, &limits));
+    doubts.extend(doubts::worse(&left, &machine.unit));
+    Ok(Correction { weights, left, unit: machine.unit.clone(), basis: machine.basis, doubts })
+}
+
+/// The optimum by a criterion, within limits.
+fn best(
+    criterion: Criterion,
+    equations: &NormalEquations,
+    (per_weight, before): (&DMatrix<C>, &DVector<C>),
+    limits: &[f64],
+) -> Result<DVector<C>, Error> {
+    match criterion {
+        Criterion::MinMax => least_largest(per_weight, before, limits),
+        Criterion::LeastSquares => {
+            let inverse = equations.matrix.clone().try_inverse();
+            let free = -(inverse.ok_or_else(|| Error::Unsuitable("the planes act alike".into()))?
+                * &equations.right);
+            match free.iter().zip(limits).all(|(w, limit)| w.norm() <= *limit) {
+                true => Ok(free),
+                false => least_squares_within(equations, limits),
+            }
+        }
+    }
+}
+
+/// Standard deviation per component of weights that no formula gives: coefficients are drawn as noise would have them.
+fn scatter(
+    all: &[Coefficients],
+    criterion: Criterion,
+    limits: &[f64],
+    wanted: &DVector<C>,
+) -> Result<Vec<f64>, Error> {
+    let roots: Vec<DMatrix<C>> = all
+        .iter()
+        .map(|c| {
+            // a covariance may lack a rank where two values come from one reading
+            let jitter = 1e-12 * c.covariance.trace().re.max(f64::MIN_POSITIVE);
+            let size = c.covariance.nrows();
+            let firm = &c.covariance + DMatrix::identity(size, size) * C::from(jitter);
+            firm.cholesky().map_or_else(|| DMatrix::zeros(size, size), |root| root.l())
+        })
+        .collect();
+    let mut random = StdRng::seed_from_u64(1);
+    let mut squares = vec![0.0; wanted.len()];
+    for _ in 0..DRAWS {
+        let drawn: Vec<Coefficients> = (all.iter().zip(&roots))
+            .map(|(c, root)| {
+                let mut normal = || random.sample::<f64, _>(StandardNormal);
+                let off = root * DVector::from_fn(root.nrows(), |_, _| C::new(normal(), normal()));
+                let per_weight = c.per_weight.iter().zip(off.iter().skip(1)).map(|(a, d)| a + d).collect();
+                Coefficients { before: c.before + off[0], per_weight, ..c.clone() }
+            })
+            .collect();
+        let (per_weight, before) = stacked(&drawn);
+        let equations = NormalEquations::of(&per_weight, &before);
+        let found = best(criterion, &equations, (&per_weight, &before), limits)?;
+        squares
+            .iter_mut()
+            .zip(found.iter().zip(wanted.iter()))
+            .for_each(|(s, (a, b))| *s += (a - b).norm_sqr());
+    }
+    Ok(squares.into_iter().map(|s| (0.5 * s / DRAWS as f64).sqrt()).collect())
+}

@@ -1,0 +1,103 @@
+//! Weights from the trial runs of a rotor's file alone, with its noise and its grade.
+
+use nalgebra::Complex;
+
+use super::grade::{Grade, Rigid};
+use super::influence::{Trial, Trials, Value, normal_equations, standard_deviations};
+use super::speeds::Speeds;
+use super::{AtSpeed, Balanced, LeastVibration, Plan, Squares};
+use crate::error::Error;
+use crate::identify::assumed_noise;
+use crate::machine::drawing::Rotor;
+use crate::machine::weights::SAME_PLANE_M;
+use crate::measurement::Reading;
+use crate::unbalance::phasor_kg_m;
+
+type C = Complex<f64>;
+
+/// The runs as equations, in m and kg·m.
+fn trials(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Trials {
+    let run = |r: &Reading| rotor.run.iter().position(|run| Some(&run.name) == r.run.as_ref());
+    let added = |r: &Reading| run(r).map_or(&[][..], |run| &rotor.run[run].added_unbalance);
+    let mut positions_m = plan.positions_m(rotor);
+    for a in readings.iter().flat_map(added) {
+        if !positions_m.iter().any(|z| (z - a.position_m).abs() < SAME_PLANE_M) {
+            positions_m.push(a.position_m);
+        }
+    }
+    let weight = |r: &Reading, z: f64| {
+        let here = added(r).iter().filter(|a| (a.position_m - z).abs() < SAME_PLANE_M);
+        here.map(|a| phasor_kg_m(a.magnitude_g_mm, a.angle_deg)).sum::<C>()
+    };
+    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let value = |phasor: C| Value { phasor, sigma: noise.relative * phasor.norm() + noise.floor_um * 1e-6 };
+    let [from, to] = plan.range_rpm;
+    let within = || readings.iter().filter(|r| (from..=to).contains(&r.speed_rpm));
+    let run_number = |r: &Reading| run(r).unwrap_or(rotor.run.len());
+    let at: Vec<(usize, f64)> = within().map(|r| (run_number(r), r.speed_rpm)).collect();
+    let speeds = Speeds::new(&at, plan.same_speed);
+    let trial = |(r, speed): (&Reading, &usize)| Trial {
+        run: run_number(r),
+        speed: *speed,
+        weights: positions_m.iter().map(|z| weight(r, *z)).collect(),
+        probes: r.probes.iter().map(|y| y.map(value)).collect(),
+    };
+    let place = |(k, z): (usize, &f64)| match plan.planes.get(k) {
+        Some(plane) => rotor.plane[*plane].name.clone(),
+        None => format!("at {z} m"),
+    };
+    Trials {
+        readings: within().zip(&speeds.of).map(trial).collect(),
+        places: positions_m.iter().enumerate().map(place).collect(),
+        planes: plan.planes.len(),
+        probes: rotor.probe.iter().map(|p| p.name.clone()).collect(),
+        speeds,
+        onto: None,
+    }
+}
+
+/// Weights from trial runs alone.
+///
+/// # Errors
+/// One sentence if the trial runs do not hold the coefficients of the chosen planes, or contradict the sign of the phases.
+pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Balanced, Error> {
+    let fitted = trials(rotor, readings, plan).fit()?;
+    let coefficients = &fitted.coefficients;
+    let names: Vec<&str> = plan.planes.iter().map(|p| rotor.plane[*p].name.as_str()).collect();
+    let LeastVibration { weights_kg_m: wanted, inverse } = normal_equations(coefficients).solve(&names)?;
+    let weights = plan.weights(wanted.as_slice());
+    let sd_kg_m = standard_deviations(coefficients, &inverse, wanted.as_slice());
+    let placed: Vec<C> = weights.iter().map(|w| w.unbalance_kg_m).collect();
+    let none = vec![C::from(0.0); placed.len()];
+    let (mut vibration, mut all): (Vec<AtSpeed>, Squares) = Default::default();
+    for at_speed in coefficients.chunk_by(|a, b| a.speed_rpm == b.speed_rpm) {
+        let mut here = Squares::default();
+        for c in at_speed {
+            let noise = [c.variance(&none), c.variance(&placed)].map(|v| 2.0 * v);
+            let after = c.under(&placed).norm_sqr();
+            here.add([c.before.norm_sqr() - noise[0], after - noise[1], noise[1]], 1);
+        }
+        vibration.push(here.at_speed(at_speed[0].speed_rpm));
+        all.add(here.m2, here.count);
+    }
+    let rigid = Rigid::of(rotor);
+    let positions = plan.positions_m(rotor);
+    let with = |u: Vec<C>| positions.iter().copied().zip(u).collect::<Vec<_>>();
+    let left = placed.iter().zip(wanted.iter()).map(|(w, u)| w - u).collect();
+    let after_mm_s = rigid.grade_mm_s(&with(left), plan.service_rpm);
+    let deviations: Vec<(f64, f64)> = positions.iter().copied().zip(sd_kg_m.iter().copied()).collect();
+    let grade = Grade {
+        before_mm_s: rigid.grade_mm_s(&with(wanted.iter().map(|u| -u).collect()), plan.service_rpm),
+        after_mm_s,
+        after_at_most_mm_s: after_mm_s + rigid.hidden_mm_s(&deviations, plan.service_rpm),
+    };
+    Ok(Balanced {
+        wanted_kg_m: wanted.iter().copied().collect(),
+        sd_kg_m,
+        weights,
+        vibration,
+        overall: all.overall(),
+        grade,
+        misfit: fitted.misfit,
+    })
+}

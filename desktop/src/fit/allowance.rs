@@ -1,0 +1,97 @@
+//! Linear errors with a Gaussian prior, allowed for as correlated noise.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+/// Noise of unit size and, beside it, errors of unit standard deviation that act through a jacobian J: covariance `1 + J Jᵀ`.
+pub struct Allowance {
+    jacobian: DMatrix<f64>,
+    /// Eigenvalues and eigenvectors of `JᵀJ`.
+    values: DVector<f64>,
+    vectors: DMatrix<f64>,
+    shrink: DVector<f64>,
+}
+
+impl Allowance {
+    /// For errors that act through this jacobian.
+    pub fn new(jacobian: DMatrix<f64>) -> Self {
+        let (values, vectors) = if jacobian.ncols() == 0 {
+            (DVector::zeros(0), DMatrix::zeros(0, 0))
+        } else {
+            let eigen = SymmetricEigen::new(jacobian.tr_mul(&jacobian));
+            (eigen.eigenvalues.map(|v| v.max(0.0)), eigen.eigenvectors)
+        };
+        // (1 + JJᵀ)^(−1/2) = 1 − J V diag((1 − (1+λ)^(−1/2)) / λ) Vᵀ Jᵀ
+        let shrink = values.map(|v| if v > 1e-9 { (1.0 - (1.0 + v).sqrt().recip()) / v } else { 0.5 });
+        Self { jacobian, values, vectors, shrink }
+    }
+
+    /// Whether nothing is allowed for.
+    pub fn is_empty(&self) -> bool {
+        self.jacobian.ncols() == 0
+    }
+
+    /// `(1 + J Jᵀ)^(−1/2)` of every column.
+    pub fn whiten(&self, columns: &mut DMatrix<f64>) {
+        if self.is_empty() {
+            return;
+        }
+        let mut inner = self.vectors.tr_mul(&self.jacobian.tr_mul(columns));
+        for (mut row, s) in inner.row_iter_mut().zip(self.shrink.iter()) {
+            row *= *s;
+        }
+        columns.gemm(-1.0, &self.jacobian, &(&self.vectors * inner), 1.0);
+    }
+
+    /// ln det of the covariance.
+    pub fn log_det(&self) -> f64 {
+        self.values.iter().map(|v| (1.0 + v).ln()).sum()
+    }
+
+    /// Most probable errors for residuals.
+    pub fn estimate(&self, residual: &DVector<f64>) -> DVector<f64> {
+        if self.is_empty() {
+            return DVector::zeros(0);
+        }
+        let right = self.vectors.tr_mul(&self.jacobian.tr_mul(residual));
+        &self.vectors * right.component_mul(&self.values.map(|v| (1.0 + v).recip()))
+    }
+
+    /// Real numbers that the errors use up.
+    pub fn used_up(&self) -> f64 {
+        self.values.iter().map(|v| v / (1.0 + v)).sum()
+    }
+
+    /// How many of the last `count` errors the data determine rather than their prior.
+    pub fn determined(&self, count: usize) -> f64 {
+        let variance = |i: usize| -> f64 {
+            self.vectors.row(i).iter().zip(self.values.iter()).map(|(v, value)| v * v / (1.0 + value)).sum()
+        };
+        let all = self.vectors.nrows();
+        count as f64 - (all - count..all).map(variance).sum::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whitening_equals_the_inverse_square_root_of_the_covariance() {
+        let jacobian = DMatrix::from_fn(10, 3, |i, j| ((i * 3 + j * 7) as f64).sin());
+        let covariance = DMatrix::identity(10, 10) + &jacobian * jacobian.transpose();
+        let allowance = Allowance::new(jacobian);
+        let mut root = DMatrix::identity(10, 10);
+        allowance.whiten(&mut root);
+        assert!((&root * &covariance * &root - DMatrix::identity(10, 10)).amax() < 1e-12);
+        assert!((allowance.log_det() - covariance.determinant().ln()).abs() < 1e-10);
+    }
+
+    #[test]
+    fn estimate_recovers_errors_that_the_data_show_and_their_number() {
+        let jacobian = DMatrix::from_fn(40, 2, |i, j| 30.0 * ((i + 1) as f64 * (j + 1) as f64 * 0.3).sin());
+        let truth = DVector::from_vec(vec![0.8, -1.4]);
+        let allowance = Allowance::new(jacobian.clone());
+        assert!((allowance.estimate(&(jacobian * &truth)) - truth).amax() < 1e-3);
+        assert!((allowance.used_up() - 2.0).abs() < 1e-3 && (allowance.determined(1) - 1.0).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,129 @@
+//! Chains of one target from dispersed starts, until they agree.
+
+use nalgebra::{DMatrix, DVector, SVector};
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+use rayon::prelude::*;
+
+use super::independence::{Student, Walker};
+use super::marginal::{Bearings, Given, LogCovariance, Marginal};
+use super::sampling::{Quality, Sample};
+use crate::track::coefficients::COEFFICIENTS;
+use crate::track::operating_point::Logs;
+
+/// Independent chains, and how much further out than its proposals each starts.
+pub const CHAINS: usize = 4;
+const DISPERSED: f64 = 2.0;
+/// Share of a chain's first proposals that does not count.
+const BURN_IN: f64 = 0.2;
+/// Chains go on until they agree this well and are worth that many samples (Vehtari and others 2021, section 4).
+const AGREED: f64 = 1.01;
+const ENOUGH: f64 = 400.0;
+/// Most rounds of proposals with one distribution, and how often one is made anew from what was sampled so far.
+const ROUNDS: usize = 4;
+const RENEWALS: usize = 3;
+/// What a distribution made from samples is widened by, as a variance: they have seen less of the tails than there is.
+const WIDENED: f64 = 1.3;
+
+/// All chains of some readings.
+pub struct Drawn {
+    /// Samples of all chains.
+    pub samples: Vec<Sample>,
+    /// What they are worth.
+    pub quality: Quality,
+}
+
+/// A chain and what it has seen.
+struct Chain {
+    walker: Walker<Given>,
+    samples: Vec<Sample>,
+}
+
+/// Samples a target, with so many proposals of each chain in a round; `starts` are logarithms relative to the prior's
+/// mean from which the most probable bearings are sought. `None` if the machine is singular there.
+pub fn draw(target: &Marginal, starts: &[Logs], proposals: usize, seed: u64) -> Option<Drawn> {
+    let mut student = target.proposals(starts)?;
+    let mut drawn = None;
+    for renewal in 0..RENEWALS {
+        let seed = seed.wrapping_mul(0x9e37_79b9).wrapping_add(renewal as u64);
+        let found = with_proposals(target, &student, proposals, seed)?;
+        let enough = agreed(&found.quality);
+        if !enough {
+            student = learned(target, &found.samples)?;
+        }
+        drawn = Some(found);
+        if enough {
+            break;
+        }
+    }
+    drawn
+}
+
+fn agreed(quality: &Quality) -> bool {
+    quality.r_hat <= AGREED && quality.effective_bulk.min(quality.effective_tail) >= ENOUGH
+}
+
+/// Chains with proposals of one distribution.
+fn with_proposals(target: &Marginal, student: &Student, proposals: usize, seed: u64) -> Option<Drawn> {
+    let density = |z: &DVector<f64>| target.log_density(z);
+    let start = |chain: u64| {
+        let random = StdRng::seed_from_u64(seed.wrapping_mul(0x9e37_79b9).wrapping_add(chain));
+        let walker = Walker::start(student, DISPERSED, random, &density)?;
+        Some(Chain { walker, samples: Vec::new() })
+    };
+    let mut chains: Vec<Chain> = (0..CHAINS as u64).map(start).collect::<Option<_>>()?;
+    let mut left_out = (BURN_IN * proposals as f64) as usize;
+    let mut quality = None;
+    for _ in 0..ROUNDS {
+        chains.par_iter_mut().for_each(|Chain { walker, samples }| {
+            walker.go(student, proposals, &density, &mut |given, random| {
+                samples.push(Sample { logs: given.logs, unbalance_kg_m: given.draw(random) });
+            });
+            samples.drain(..left_out);
+        });
+        left_out = 0;
+        let acceptance = chains.iter().map(|c| c.walker.acceptance()).sum::<f64>() / CHAINS as f64;
+        let now = Quality::of(acceptance, &quantities(&chains))?;
+        quality = Some(now);
+        if agreed(&now) {
+            break;
+        }
+    }
+    let samples = chains.into_iter().flat_map(|c| c.samples).collect();
+    Some(Drawn { samples, quality: quality? })
+}
+
+/// Proposals as wide as what was sampled.
+fn learned(target: &Marginal, samples: &[Sample]) -> Option<Student> {
+    let seen = moments(samples);
+    let off: Logs = std::array::from_fn(|i| seen.logs[i] - target.centre()[i]);
+    let scale = target.whitened(&seen.covariance)? * WIDENED;
+    Student::new(
+        target.coordinates(&off)?,
+        DMatrix::from_fn(COEFFICIENTS, COEFFICIENTS, |i, j| scale[(i, j)]),
+    )
+}
+
+/// Mean and covariance of the bearings that were sampled.
+pub fn moments(samples: &[Sample]) -> Bearings {
+    let count = samples.len() as f64;
+    let mean = samples.iter().map(|s| SVector::from(s.logs)).sum::<SVector<f64, COEFFICIENTS>>() / count;
+    let outer = |s: &Sample| {
+        let off = SVector::from(s.logs) - mean;
+        off * off.transpose()
+    };
+    let covariance = samples.iter().map(outer).sum::<LogCovariance>() / count;
+    Bearings { logs: mean.into(), covariance }
+}
+
+/// Everything that was sampled: logarithms of the bearings, then both parts of each plane's unbalance.
+fn quantities(chains: &[Chain]) -> Vec<Vec<Vec<f64>>> {
+    let of = |value: &dyn Fn(&Sample) -> f64| -> Vec<Vec<f64>> {
+        chains.iter().map(|c| c.samples.iter().map(value).collect()).collect()
+    };
+    let planes = chains.iter().flat_map(|c| c.samples.first()).map(|s| s.unbalance_kg_m.len()).min();
+    let bearings = (0..COEFFICIENTS).map(|i| of(&|s| s.logs[i]));
+    let unbalance = (0..planes.unwrap_or(0))
+        .flat_map(|j| [of(&|s| s.unbalance_kg_m[j].re), of(&|s| s.unbalance_kg_m[j].im)]);
+    bearings.chain(unbalance).collect()
+}

@@ -1,0 +1,154 @@
+//! Independence Metropolis: every proposal is drawn anew from one distribution that covers the target.
+//!
+//! A chain forgets where it was with every proposal that is accepted, where a random walk in as many directions
+//! needs hundreds. The proposals follow Student's distribution: where the target has longer tails than a
+//! Gaussian, a chain of Gaussian proposals stays for ages once it is there (Mengersen and Tweedie 1996, Annals
+//! of Statistics 24, 101).
+
+use nalgebra::{DMatrix, DVector};
+use rand::Rng;
+use rand::rngs::StdRng;
+use rand_distr::{ChiSquared, Distribution, StandardNormal};
+
+/// Degrees of freedom of the proposals.
+const FREEDOM: f64 = 8.0;
+
+/// A multivariate Student distribution.
+#[derive(Debug, Clone)]
+pub struct Student {
+    centre: DVector<f64>,
+    /// Lower factor of its scale matrix.
+    factor: DMatrix<f64>,
+    squares: ChiSquared<f64>,
+}
+
+/// A point, and the logarithm of the density that it was drawn with, but for a constant.
+struct Drawn {
+    x: DVector<f64>,
+    log_density: f64,
+}
+
+impl Student {
+    /// Around a point, with a scale matrix; `None` if that is not positive definite.
+    pub fn new(centre: DVector<f64>, scale: DMatrix<f64>) -> Option<Self> {
+        let squares = ChiSquared::new(FREEDOM).ok()?;
+        Some(Self { centre, factor: scale.cholesky()?.unpack(), squares })
+    }
+
+    /// A point drawn with its scale times `width`; its density is that of the distribution itself.
+    fn draw(&self, width: f64, random: &mut StdRng) -> Drawn {
+        let n = self.centre.len();
+        let shrunk = (self.squares.sample(random) / FREEDOM).sqrt();
+        let standard = DVector::from_fn(n, |_, _| width * random.sample::<f64, _>(StandardNormal) / shrunk);
+        let log_density = -0.5 * (FREEDOM + n as f64) * (standard.norm_squared() / FREEDOM).ln_1p();
+        Drawn { x: &self.centre + &self.factor * standard, log_density }
+    }
+}
+
+/// Logarithm of a density, and what is known where it was asked for; nothing where there is no density.
+pub type Target<'t, T> = dyn Fn(&DVector<f64>) -> Option<(f64, T)> + 't;
+
+/// A chain where it stands; `T` is what is known of the target there.
+pub struct Walker<T> {
+    random: StdRng,
+    /// Logarithm of target over proposal.
+    log_weight: f64,
+    at: T,
+    accepted: usize,
+    proposed: usize,
+}
+
+impl<T> Walker<T> {
+    /// Starts from a point drawn `width` times as far out as a proposal is; `None` if no
+    /// start has a density.
+    pub fn start(proposals: &Student, width: f64, mut random: StdRng, target: &Target<T>) -> Option<Self> {
+        const TRIES: usize = 100;
+        (0..TRIES).find_map(|_| {
+            let start = proposals.draw(width, &mut random);
+            let (height, at) = target(&start.x)?;
+            let log_weight = height - start.log_density;
+            Some(Self { random: random.clone(), log_weight, at, accepted: 0, proposed: 0 })
+        })
+    }
+
+    /// Goes on by a number of proposals, and shows each place where it then stands.
+    pub fn go(
+        &mut self,
+        proposals: &Student,
+        count: usize,
+        target: &Target<T>,
+        see: &mut dyn FnMut(&T, &mut StdRng),
+    ) {
+        for _ in 0..count {
+            let drawn = proposals.draw(1.0, &mut self.random);
+            let lot = self.random.random_range(f64::MIN_POSITIVE..1.0).ln();
+            if let Some((height, at)) = target(&drawn.x)
+                && height - drawn.log_density - self.log_weight >= lot
+            {
+                (self.log_weight, self.at) = (height - drawn.log_density, at);
+                self.accepted += 1;
+            }
+            see(&self.at, &mut self.random);
+        }
+        self.proposed += count;
+    }
+
+    /// Share of its proposals that was accepted.
+    pub fn acceptance(&self) -> f64 {
+        self.accepted as f64 / self.proposed.max(1) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::track::bayes::sampling::Quality;
+    use rand::SeedableRng;
+
+    /// A Gaussian of means 1 and −2, standard deviations 1 and 0.2, correlated by 0.9.
+    fn target(x: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
+        let (a, b, rho) = (x[0] - 1.0, (x[1] + 2.0) / 0.2, 0.9);
+        Some((-0.5 * (a * a - 2.0 * rho * a * b + b * b) / (1.0 - rho * rho), x.clone()))
+    }
+
+    #[test]
+    fn moments_of_a_gaussian_are_its_own_though_the_proposals_are_off_and_the_chains_agree() {
+        let centre = DVector::from_vec(vec![0.6, -2.1]);
+        let scale = DMatrix::from_row_slice(2, 2, &[1.3, 0.15, 0.15, 0.05]);
+        let proposals = Student::new(centre, scale).unwrap();
+        let chain = |seed: u64| {
+            let mut walker = Walker::start(&proposals, 2.0, StdRng::seed_from_u64(seed), &target).unwrap();
+            let mut seen: Vec<DVector<f64>> = Vec::new();
+            walker.go(&proposals, 10_000, &target, &mut |x, _| seen.push(x.clone()));
+            (seen, walker.acceptance())
+        };
+        let (chains, acceptance): (Vec<_>, Vec<_>) = (0..4).map(chain).unzip();
+        let all = || chains.iter().flatten();
+        let mean = all().sum::<DVector<f64>>() / 40_000.0;
+        let moment =
+            |i: usize, j: usize| all().map(|x| (x[i] - mean[i]) * (x[j] - mean[j])).sum::<f64>() / 40_000.0;
+        // some 15,000 independent samples: three standard deviations of a mean are 0.025
+        assert!((mean[0] - 1.0).abs() < 0.03 && (mean[1] + 2.0).abs() < 0.006, "{mean}");
+        assert!((moment(0, 0) - 1.0).abs() < 0.05, "{}", moment(0, 0));
+        assert!((moment(1, 1) / 0.04 - 1.0).abs() < 0.05, "{}", moment(1, 1));
+        assert!((moment(0, 1) / 0.18 - 1.0).abs() < 0.05, "{}", moment(0, 1));
+        let quantities: Vec<Vec<Vec<f64>>> =
+            (0..2).map(|i| chains.iter().map(|c| c.iter().map(|x| x[i]).collect()).collect()).collect();
+        let quality = Quality::of(acceptance.iter().sum::<f64>() / 4.0, &quantities).unwrap();
+        assert!(quality.r_hat < 1.005 && quality.effective_bulk > 8000.0, "{quality:?}");
+    }
+
+    #[test]
+    fn what_has_no_density_is_never_visited() {
+        let above = |x: &DVector<f64>| (x[0] > 0.0).then(|| (-0.5 * x[0] * x[0], x[0]));
+        let proposals = Student::new(DVector::zeros(1), DMatrix::identity(1, 1)).unwrap();
+        let mut walker = Walker::start(&proposals, 2.0, StdRng::seed_from_u64(1), &above).unwrap();
+        let (mut sum, mut least) = (0.0, f64::INFINITY);
+        walker.go(&proposals, 20_000, &above, &mut |x, _| {
+            sum += x;
+            least = least.min(*x);
+        });
+        // mean of half a Gaussian: √(2/π)
+        assert!(least > 0.0 && (sum / 20_000.0 - 0.798).abs() < 0.03, "{}", sum / 20_000.0);
+    }
+}

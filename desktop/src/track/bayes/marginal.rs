@@ -1,0 +1,311 @@
+//! What readings say of the bearings, with the unbalance integrated.
+//!
+//! On given bearings the readings are linear in the planes' unbalance, `y = A u + noise`, so that u is Gaussian
+//! there: with columns and readings in noise units, its precision is `N = AᴴA` and its mean `û = N⁻¹Aᴴy`, and what
+//! is left for the bearings is `exp(−½|y − Aû|²)/det N` times their prior. Coordinates z are those in which the
+//! prior is a standard Gaussian, `logs = centre + L z`.
+//!
+//! Where nothing is known of the unbalance, no size of it is more probable than another by factors: a prior flat
+//! in u itself would prefer large unbalance on bearings that show little of it.
+
+use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn, SMatrix, SVector};
+use rand::Rng;
+use rand::rngs::StdRng;
+use rand_distr::StandardNormal;
+
+use super::independence::Student;
+use crate::fit::descent::{Objective, Stop, descend};
+use crate::track::coefficients::COEFFICIENTS;
+use crate::track::operating_point::Logs;
+use crate::track::record::Day;
+
+type C = Complex<f64>;
+/// Covariance of the logarithms of the bearing coefficients.
+pub type LogCovariance = SMatrix<f64, COEFFICIENTS, COEFFICIENTS>;
+
+const STOP: Stop = Stop { steps: 60, tolerance: 1e-6 };
+
+/// What is believed of bearings.
+#[derive(Debug, Clone)]
+pub struct Bearings {
+    /// Most probable logarithms of their coefficients.
+    pub logs: Logs,
+    /// Their covariance.
+    pub covariance: LogCovariance,
+}
+
+/// The density of the bearings of some readings with common bearings and unbalance.
+pub struct Marginal<'a> {
+    days: &'a [&'a Day],
+    centre: Logs,
+    factor: LogCovariance,
+    /// Each plane's unbalance and its standard deviation in each direction, kg·m; nothing known of it if absent.
+    unbalance: Option<&'a [(C, f64)]>,
+    planes: usize,
+}
+
+/// The unbalance on certain bearings.
+pub struct Given {
+    /// The bearings.
+    pub logs: Logs,
+    /// Its mean, kg·m.
+    pub unbalance_kg_m: DVector<C>,
+    precision: Cholesky<C, Dyn>,
+}
+
+impl Given {
+    /// An unbalance drawn from its Gaussian, kg·m.
+    pub fn draw(&self, random: &mut StdRng) -> Vec<C> {
+        let mut part = || random.sample::<f64, _>(StandardNormal);
+        let mut drawn = DVector::from_fn(self.unbalance_kg_m.len(), |_, _| C::new(part(), part()));
+        // the factor of a Cholesky decomposition has no zero on its diagonal
+        self.precision.l_dirty().ad_solve_lower_triangular_mut(&mut drawn);
+        drawn += &self.unbalance_kg_m;
+        drawn.as_slice().to_vec()
+    }
+
+    /// Logarithm of the determinant of the precision.
+    fn log_det(&self) -> f64 {
+        2.0 * self.precision.l_dirty().diagonal().iter().map(|d| d.re.ln()).sum::<f64>()
+    }
+
+    /// Logarithm of the prior that knows no size: minus that of the mean square of every plane's unbalance.
+    fn log_scale_free(&self) -> f64 {
+        let inverse = self.precision.inverse();
+        let square = |(j, u): (usize, &C)| u.norm_sqr() + 2.0 * inverse[(j, j)].re;
+        -self.unbalance_kg_m.iter().enumerate().map(square).map(f64::ln).sum::<f64>()
+    }
+}
+
+/// Readings on certain bearings in noise units: what is left of them for the planes, and what the planes show.
+struct System {
+    columns: DMatrix<C>,
+    target: DVector<C>,
+}
+
+impl<'a> Marginal<'a> {
+    /// Of these readings, for bearings of which this is believed before. `None` if that is no covariance.
+    pub fn new(
+        days: &'a [&'a Day],
+        planes: usize,
+        before: &Bearings,
+        unbalance: Option<&'a [(C, f64)]>,
+    ) -> Option<Self> {
+        let factor = before.covariance.cholesky()?.unpack();
+        Some(Self { days, centre: before.logs, factor, unbalance, planes })
+    }
+
+    /// Logarithms of the bearings that are most probable before.
+    pub fn centre(&self) -> &Logs {
+        &self.centre
+    }
+
+    /// Coordinates of bearings that are off from the centre by these logarithms.
+    pub fn coordinates(&self, off: &Logs) -> Option<DVector<f64>> {
+        let z = self.factor.solve_lower_triangular(&SVector::from(*off))?;
+        Some(DVector::from_column_slice(z.as_slice()))
+    }
+
+    /// A covariance of logarithms in these coordinates.
+    pub fn whitened(&self, covariance: &LogCovariance) -> Option<LogCovariance> {
+        let half = self.factor.solve_lower_triangular(covariance)?;
+        self.factor.solve_lower_triangular(&half.transpose())
+    }
+
+    fn logs(&self, z: &DVector<f64>) -> Logs {
+        let moved = self.factor * SVector::<f64, COEFFICIENTS>::from_column_slice(z.as_slice());
+        std::array::from_fn(|i| self.centre[i] + moved[i])
+    }
+
+    fn rows(&self) -> usize {
+        let measured: usize = self.days.iter().map(|d| d.measured_m.iter().flatten().count()).sum();
+        measured + self.unbalance.map_or(0, <[_]>::len)
+    }
+
+    fn system(&self, logs: &Logs) -> Option<System> {
+        let rows = self.rows();
+        let (mut columns, mut target) = (DMatrix::zeros(rows, self.planes), DVector::zeros(rows));
+        let mut row = 0;
+        for day in self.days {
+            let shown = day.point.on(logs)?.probes;
+            let count = day.measured_m.len();
+            for (p, y) in day.measured_m.iter().enumerate() {
+                let Some(y) = y else { continue };
+                target[row] = (y - shown[self.planes * count + p]) / day.sigma_m[p];
+                for j in 0..self.planes {
+                    columns[(row, j)] = shown[j * count + p] / day.sigma_m[p];
+                }
+                row += 1;
+            }
+        }
+        for (j, (was, sd)) in self.unbalance.into_iter().flatten().enumerate() {
+            (columns[(row, j)], target[row]) = (C::from(1.0 / sd), was / *sd);
+            row += 1;
+        }
+        Some(System { columns, target })
+    }
+
+    /// The unbalance on these bearings, and the squared misfit in noise units that it leaves.
+    pub fn given(&self, logs: &Logs) -> Option<(Given, f64)> {
+        let System { columns, target } = self.system(logs)?;
+        let precision = columns.ad_mul(&columns).cholesky()?;
+        let right = columns.ad_mul(&target);
+        let unbalance_kg_m = precision.solve(&right);
+        let misfit = target.norm_squared() - right.dotc(&unbalance_kg_m).re;
+        Some((Given { logs: *logs, unbalance_kg_m, precision }, misfit))
+    }
+
+    /// Logarithm of the density, but for a constant, and the unbalance there; nothing where the machine is singular.
+    pub fn log_density(&self, z: &DVector<f64>) -> Option<(f64, Given)> {
+        let (given, misfit) = self.given(&self.logs(z))?;
+        let sizes = if self.unbalance.is_none() { given.log_scale_free() } else { 0.0 };
+        Some((sizes - 0.5 * (misfit + z.norm_squared()) - given.log_det(), given))
+    }
+
+    /// Proposals around the most probable bearings that searches from these logarithms relative to the prior's find,
+    /// as wide as the density is there.
+    pub fn proposals(&self, starts: &[Logs]) -> Option<Student> {
+        let from = |start: &Logs| {
+            let mut profile = Profile { of: self, z: self.coordinates(start)? };
+            descend(&mut profile, STOP);
+            let (height, _) = self.log_density(&profile.z)?;
+            Some((height, profile))
+        };
+        let (_, best) = starts.iter().filter_map(from).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (gram, _) = best.normal_equations()?;
+        Student::new(best.z, gram.try_inverse()?)
+    }
+}
+
+/// Misfit and prior with the best unbalance for each bearings: what the density is but for its determinants, whose
+/// change is small beside it.
+struct Profile<'m, 'a> {
+    of: &'m Marginal<'a>,
+    z: DVector<f64>,
+}
+
+impl Objective for Profile<'_, '_> {
+    fn position(&self) -> DVector<f64> {
+        self.z.clone()
+    }
+
+    fn move_to(&mut self, x: &DVector<f64>) {
+        self.z = x.clone();
+    }
+
+    fn value(&self) -> f64 {
+        let found = self.of.given(&self.of.logs(&self.z));
+        found.map_or(f64::INFINITY, |(_, misfit)| misfit + self.z.norm_squared())
+    }
+
+    /// Variable projection (Kaufman 1975): slopes at the best unbalance, less what the unbalance takes up of them.
+    fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let logs = self.of.logs(&self.z);
+        let System { columns, target } = self.of.system(&logs)?;
+        let precision = columns.ad_mul(&columns).cholesky()?;
+        let unbalance = precision.solve(&columns.ad_mul(&target));
+        let mut slopes = DMatrix::<C>::zeros(target.len(), COEFFICIENTS);
+        let mut row = 0;
+        for day in self.of.days {
+            let motion = day.point.on(&logs)?;
+            let of_probes = day.point.slopes(&logs, &motion, unbalance.as_slice());
+            for (p, of_probe) in of_probes.iter().enumerate() {
+                if day.measured_m[p].is_some() {
+                    for (i, slope) in of_probe.iter().enumerate() {
+                        slopes[(row, i)] = slope / day.sigma_m[p];
+                    }
+                    row += 1;
+                }
+            }
+        }
+        let taken_up = precision.solve(&columns.ad_mul(&slopes));
+        let free = (slopes - &columns * taken_up) * self.of.factor.map(C::from);
+        let left = &columns * unbalance - target;
+        let n = COEFFICIENTS;
+        let gram = free.ad_mul(&free).map(|g| g.re);
+        let slope = free.ad_mul(&left).map(|s| s.re);
+        let gram = DMatrix::from_fn(n, n, |i, j| gram[(i, j)] + f64::from(u8::from(i == j)));
+        Some((gram, DVector::from_fn(n, |i, _| slope[i] + self.z[i])))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::drawing::Noise;
+    use crate::measurement::Reading;
+    use crate::testing::sample_rotor;
+    use crate::track::operating_point::logs_of;
+    use crate::track::record;
+    use rand::SeedableRng;
+
+    /// A reading of the sample machine with some unbalance.
+    fn day() -> Day {
+        let rotor = sample_rotor();
+        let noise = Noise { relative: 0.02, floor_um: 0.03, ..Noise::default() };
+        let mut reading =
+            Reading { speed_rpm: 9000.0, probes: vec![Some(C::new(1e-5, 0.0)); 4], ..Reading::default() };
+        let still = record::days(&rotor, &noise, std::slice::from_ref(&reading)).unwrap().remove(0);
+        let shown = still.point.on(&logs_of(&rotor)).unwrap().at(&[C::new(3e-4, 1e-4), C::new(-2e-4, 2e-4)]);
+        reading.probes = shown.into_iter().map(Some).collect();
+        record::days(&rotor, &noise, &[reading]).unwrap().remove(0)
+    }
+
+    fn before() -> Bearings {
+        let mut covariance = LogCovariance::identity() * 0.04;
+        covariance[(0, 1)] = 0.02;
+        covariance[(1, 0)] = 0.02;
+        Bearings { logs: logs_of(&sample_rotor()), covariance }
+    }
+
+    #[test]
+    fn with_the_unbalance_integrated_the_density_is_that_of_readings_whose_covariance_has_the_unbalance_in_it()
+     {
+        let (day, before) = (day(), before());
+        let (days, known) = ([&day], [(C::new(2.5e-4, 0.0), 1e-4), (C::new(-1e-4, 1e-4), 5e-5)]);
+        let target = Marginal::new(&days, 2, &before, Some(&known)).unwrap();
+        let directly = |z: &DVector<f64>| {
+            let logs = target.logs(z);
+            let shown = day.point.on(&logs).unwrap();
+            let mean = shown.at(&known.map(|(u, _)| u));
+            let columns = DMatrix::from_fn(4, 2, |p, j| shown.probes[4 * j + p] * known[j].1);
+            let noise =
+                DMatrix::from_fn(4, 4, |p, q| C::from(if p == q { day.sigma_m[p].powi(2) } else { 0.0 }));
+            let covariance = (&columns * columns.adjoint() + noise).cholesky().unwrap();
+            let off = DVector::from_fn(4, |p, _| day.all_m()[p] - mean[p]);
+            let log_det = 2.0 * covariance.l().diagonal().iter().map(|d| d.re.ln()).sum::<f64>();
+            -0.5 * (off.dotc(&covariance.solve(&off)).re + z.norm_squared()) - log_det
+        };
+        let points = [DVector::zeros(8), DVector::from_fn(8, |i, _| 0.4 * (i as f64 - 3.0))];
+        let ours: Vec<f64> = points.iter().map(|z| target.log_density(z).unwrap().0).collect();
+        let difference = ours[1] - ours[0];
+        let expected = directly(&points[1]) - directly(&points[0]);
+        assert!((difference - expected).abs() < 1e-6 * expected.abs(), "{difference} {expected}");
+        let z = target.coordinates(&std::array::from_fn(|i| target.logs(&points[1])[i] - before.logs[i]));
+        assert!((z.unwrap() - &points[1]).amax() < 1e-12, "coordinates and logarithms are inverses");
+    }
+
+    #[test]
+    fn what_is_drawn_on_given_bearings_has_the_mean_and_the_variance_of_weighted_least_squares() {
+        let (day, before) = (day(), before());
+        let days = [&day];
+        let target = Marginal::new(&days, 2, &before, None).unwrap();
+        let (given, misfit) = target.given(&before.logs).unwrap();
+        assert!(misfit < 1e-9, "the bearings are the true ones: {misfit}");
+        let mut random = StdRng::seed_from_u64(1);
+        let drawn: Vec<Vec<C>> = (0..20_000).map(|_| given.draw(&mut random)).collect();
+        let System { columns, .. } = target.system(&before.logs).unwrap();
+        let covariance = columns.ad_mul(&columns).try_inverse().unwrap();
+        for j in 0..2 {
+            let mean = drawn.iter().map(|u| u[j]).sum::<C>() / 20_000.0;
+            let sd = covariance[(j, j)].re.sqrt();
+            assert!((mean - [C::new(3e-4, 1e-4), C::new(-2e-4, 2e-4)][j]).norm() < 0.05 * sd, "{mean}");
+            let variance = drawn.iter().map(|u| (u[j] - mean).re.powi(2)).sum::<f64>() / 20_000.0;
+            assert!((variance.sqrt() / sd - 1.0).abs() < 0.03, "{} {sd}", variance.sqrt());
+        }
+        let cross =
+            drawn.iter().map(|u| (u[0] - given.unbalance_kg_m[0]) * (u[1] - given.unbalance_kg_m[1]).conj());
+        let cross = cross.sum::<C>() / 40_000.0;
+        assert!((cross - covariance[(0, 1)]).norm() < 0.05 * covariance[(0, 1)].norm(), "{cross}");
+    }
+}

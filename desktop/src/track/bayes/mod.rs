@@ -1,0 +1,18 @@
+//! Method 3: bearings and unbalance sampled every day, and widely after an event (Bera et al., Sensors 2024, 24, 8123).
+//!
+//! | module | holds |
+//! |---|---|
+//! | `days` | the two loops: every day, and in the whole range after a flag |
+//! | `marginal` | what readings say of the bearings, with the unbalance integrated |
+//! | `independence`, `chains` | the sampler; its chains from dispersed starts, until they agree |
+//! | [`sampling`] | samples, and how good they are |
+//! | `paper`, `paper_posterior`, `random_walk` | the method as it was printed |
+
+mod chains;
+mod days;
+mod independence;
+mod marginal;
+mod paper;
+mod paper_posterior;
+mod random_walk;
+pub mod sampling;

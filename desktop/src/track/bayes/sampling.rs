@@ -1,0 +1,120 @@
+//! Samples of bearings and unbalance, where they lie, and what they are worth.
+
+use nalgebra::Complex;
+
+use crate::inference::convergence::Convergence;
+use crate::track::answer::{Interval, Spread};
+use crate::track::operating_point::Logs;
+
+type C = Complex<f64>;
+
+/// One sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sample {
+    /// Logarithms of the bearing coefficients.
+    pub logs: Logs,
+    /// Unbalance of each plane, kg·m.
+    pub unbalance_kg_m: Vec<C>,
+}
+
+/// What drew the samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sampler {
+    /// Proposals from a Student distribution around the most probable bearings, the unbalance integrated.
+    Independence,
+    /// The paper's random walk in bearings and unbalance, of one step size.
+    Metropolis,
+}
+
+/// How good the samples of a day are, by the worst of all that was sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// Share of proposals accepted.
+    pub acceptance: f64,
+    /// Potential scale reduction; 1 when the chains agree.
+    pub r_hat: f64,
+    /// Independent samples that a mean is worth, all chains together.
+    pub effective_bulk: f64,
+    /// Independent samples that the ends of an interval are worth.
+    pub effective_tail: f64,
+}
+
+impl Quality {
+    /// Of quantities that were sampled, each in one row a chain.
+    pub fn of(acceptance: f64, quantities: &[Vec<Vec<f64>>]) -> Option<Self> {
+        let Convergence { r_hat, effective_bulk, effective_tail } = Convergence::worst(quantities)?;
+        Some(Self { acceptance, r_hat, effective_bulk, effective_tail })
+    }
+}
+
+/// What the sampling was worth.
+#[derive(Debug, Clone)]
+pub struct Sampling {
+    /// What drew the samples.
+    pub sampler: Sampler,
+    /// Proposals of each chain and day; where the chains did not agree after that many, that many more, and so on.
+    pub proposals: usize,
+    /// Chains a day.
+    pub chains: usize,
+    /// Each day, days since the record began.
+    pub days: Vec<(f64, Quality)>,
+    /// Median over the days on which adaptive Metropolis sampled beside the paper's random walk.
+    pub adaptive: Option<Quality>,
+    /// Samples of the last day: what the histograms show.
+    pub last: Vec<Sample>,
+}
+
+impl Sampling {
+    /// Median over days, of each figure by itself.
+    pub fn median(&self) -> Option<Quality> {
+        median(self.days.iter().map(|(_, quality)| quality))
+    }
+
+    /// The worst day, of each figure by itself.
+    pub fn worst(&self) -> Option<Quality> {
+        let all = self.days.iter().map(|(_, quality)| *quality);
+        all.reduce(|a, b| Quality {
+            acceptance: a.acceptance.min(b.acceptance),
+            r_hat: a.r_hat.max(b.r_hat),
+            effective_bulk: a.effective_bulk.min(b.effective_bulk),
+            effective_tail: a.effective_tail.min(b.effective_tail),
+        })
+    }
+}
+
+/// Median of each figure by itself.
+pub fn median<'a>(all: impl Iterator<Item = &'a Quality>) -> Option<Quality> {
+    let all: Vec<&Quality> = all.collect();
+    let of = |figure: fn(&Quality) -> f64| {
+        let mut values: Vec<f64> = all.iter().map(|q| figure(q)).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied()
+    };
+    Some(Quality {
+        acceptance: of(|q| q.acceptance)?,
+        r_hat: of(|q| q.r_hat)?,
+        effective_bulk: of(|q| q.effective_bulk)?,
+        effective_tail: of(|q| q.effective_tail)?,
+    })
+}
+
+/// Intervals of 95 % that samples show; angles are counted from those of `middle`.
+pub fn spread(middle: &Sample, samples: &[Sample]) -> Spread {
+    let interval = |value: &dyn Fn(&Sample) -> f64| {
+        let mut values: Vec<f64> = samples.iter().map(value).collect();
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
+        Interval { low: at(0.025), high: at(0.975) }
+    };
+    let planes = 0..middle.unbalance_kg_m.len();
+    let angle = |j: usize| {
+        let middle = middle.unbalance_kg_m[j];
+        let turned = interval(&|s| (s.unbalance_kg_m[j] * middle.conj()).arg());
+        Interval { low: middle.arg() + turned.low, high: middle.arg() + turned.high }
+    };
+    Spread {
+        logs: std::array::from_fn(|i| interval(&|s| s.logs[i])),
+        magnitude_kg_m: planes.clone().map(|j| interval(&|s| s.unbalance_kg_m[j].norm())).collect(),
+        angle_rad: planes.map(angle).collect(),
+    }
+}

@@ -1,0 +1,107 @@
+//! How wander and unbalance move, and the same as plain numbers.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::track::coefficients::COEFFICIENTS;
+
+/// Standard deviation of the wander's daily push before anything is learned.
+const FIRST_PUSH: f64 = 0.03;
+/// The same of the rate of the unbalance's coordinate.
+const FIRST_RATE_PUSH: f64 = 0.002;
+/// Days in which wander and rate fade, before anything is learned.
+const FIRST_DAYS: f64 = 10.0;
+/// How wander and unbalance move; learned from the record.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// Covariance of the wander's daily push.
+    pub push: DMatrix<f64>,
+    /// What is left of the wander after a day.
+    pub keep: f64,
+    /// Variance of the rate's daily push.
+    pub rate_push: f64,
+    /// What is left of the rate after a day.
+    pub rate_keep: f64,
+}
+
+impl Motion {
+    /// Covariance of a wander that has gone on for long.
+    pub fn settled(&self) -> DMatrix<f64> {
+        &self.push / (1.0 - self.keep.powi(2))
+    }
+
+    /// As numbers of which any are a motion, but for how slowly it may fade: logarithms of variances, the rest of
+    /// the push's Cholesky factor, log odds of what is kept.
+    pub fn numbers(&self) -> Option<DVector<f64>> {
+        let factor = self.push.clone().cholesky()?.unpack();
+        let odds = |keep: f64| (keep / (1.0 - keep)).ln();
+        let push = (0..COEFFICIENTS)
+            .flat_map(|i| (0..=i).map(move |j| (i, j)))
+            .map(|(i, j)| if i == j { factor[(i, i)].ln() } else { factor[(i, j)] / factor[(i, i)] });
+        let rest = [odds(self.keep), self.rate_push.ln(), odds(self.rate_keep)];
+        Some(DVector::from_iterator(COEFFICIENTS * (COEFFICIENTS + 1) / 2 + rest.len(), push.chain(rest)))
+    }
+
+    /// The motion of such numbers.
+    pub fn of_numbers(numbers: &DVector<f64>) -> Self {
+        let mut factor = DMatrix::zeros(COEFFICIENTS, COEFFICIENTS);
+        let mut next = numbers.iter().copied();
+        let mut one = || next.next().unwrap_or_default();
+        for i in 0..COEFFICIENTS {
+            let row: Vec<f64> = (0..=i).map(|_| one()).collect();
+            for j in 0..=i {
+                factor[(i, j)] = if i == j { row[i].exp() } else { row[j] * row[i].exp() };
+            }
+        }
+        let kept_of =
+            |odds: f64, slowest: f64| (1.0 / (1.0 + (-odds).exp())).clamp(LEAST_KEPT, kept(slowest));
+        let keep = kept_of(one(), SLOWEST_WANDER);
+        let rate_push = one().exp();
+        Self { push: &factor * factor.transpose(), keep, rate_push, rate_keep: kept_of(one(), SLOWEST_RATE) }
+    }
+}
+
+/// Readings in which the wander fades at the slowest. Bearings that went elsewhere over months and
+/// unbalance that grew over months look alike at one speed; months are taken as the unbalance's.
+pub const SLOWEST_WANDER: f64 = 20.0;
+/// The same of the unbalance's rate.
+pub const SLOWEST_RATE: f64 = 100.0;
+
+/// What fades faster than this in a day is no longer told from noise.
+pub const LEAST_KEPT: f64 = 0.05;
+
+/// Share that is left after a day of what fades over so many readings.
+pub fn kept(readings: f64) -> f64 {
+    (-1.0 / readings).exp()
+}
+
+impl Default for Motion {
+    fn default() -> Self {
+        Self {
+            push: DMatrix::identity(COEFFICIENTS, COEFFICIENTS) * FIRST_PUSH.powi(2),
+            keep: kept(FIRST_DAYS),
+            rate_push: FIRST_RATE_PUSH.powi(2),
+            rate_keep: kept(FIRST_DAYS),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_a_motion_give_it_back() {
+        let mixed = DMatrix::from_fn(COEFFICIENTS, COEFFICIENTS, |i, j| ((3 * i + 5 * j) % 7) as f64 * 0.01);
+        let push = &mixed * mixed.transpose() + DMatrix::identity(COEFFICIENTS, COEFFICIENTS) * 1e-4;
+        let motion = Motion { push, keep: 0.8, rate_push: 3e-6, rate_keep: 0.97 };
+        let again = Motion::of_numbers(&motion.numbers().unwrap());
+        assert!((&again.push - &motion.push).amax() < 1e-12);
+        for (ours, theirs) in [
+            (again.keep, motion.keep),
+            (again.rate_push, motion.rate_push),
+            (again.rate_keep, motion.rate_keep),
+        ] {
+            assert!((ours / theirs - 1.0).abs() < 1e-12, "{ours} {theirs}");
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! What an event may be.
+
+use crate::track::coefficients::COEFFICIENTS;
+
+/// What an event may have changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Scope {
+    /// Each bearing.
+    pub bearings: [bool; 2],
+    /// The unbalance.
+    pub unbalance: bool,
+    /// Something between the bearings that near one speed no bearing can stand for: a seal that begins to act, a
+    /// bow. The unbalance itself is then taken to go on as it was.
+    pub elsewhere: bool,
+}
+
+impl Scope {
+    /// Everything that an event can be.
+    pub const ALL: [Self; 8] = [
+        Self::new([false, false], true),
+        Self::new([true, false], false),
+        Self::new([false, true], false),
+        Self::new([true, false], true),
+        Self::new([false, true], true),
+        Self::new([true, true], false),
+        Self::new([true, true], true),
+        Self { elsewhere: true, ..Self::new([false, false], false) },
+    ];
+
+    const fn new(bearings: [bool; 2], unbalance: bool) -> Self {
+        Self { bearings, unbalance, elsewhere: false }
+    }
+
+    /// Real numbers that such an event is free in, of a machine with so many planes.
+    pub fn freedom(self, planes: usize) -> usize {
+        let bearings = self.bearings.iter().filter(|b| **b).count();
+        bearings * COEFFICIENTS / 2 + if self.unbalance { 2 * planes } else { 0 }
+    }
+
+    /// Whether the model of the machine has to change with it.
+    pub fn is_of_model(self) -> bool {
+        self.elsewhere || self.bearings.contains(&true)
+    }
+}

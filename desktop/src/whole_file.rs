@@ -1,0 +1,132 @@
+//! Files that are written whole or not at all, and that are on the disk once that is said.
+
+use std::fs::{File, Permissions};
+use std::io::{self, Write as _};
+use std::path::Path;
+
+use crate::error::Error;
+
+/// Readable by all that the user's mask lets read.
+const USUAL_MODE: u32 = 0o666;
+
+/// Writes beside the old file under a name of its own, flushes that to the disk, renames it over the old one, and flushes
+/// the folder: whenever the power goes, the old file is there or the new one.
+///
+/// # Errors
+/// As [`check_target`], and if the disk takes it not.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    check_target(path)?;
+    replace(path, bytes)
+        .map_err(|e| Error::file(&path.display().to_string(), format!("cannot be written ({e})")))
+}
+
+/// Whether a file can be written there: its folder exists, and what bears its name, if anything does, is a file and
+/// neither a device nor a link.
+///
+/// # Errors
+/// One sentence that says what is there instead.
+pub fn check_target(path: &Path) -> Result<(), Error> {
+    let refused = |what: String| Err(Error::file(&path.display().to_string(), what));
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return refused(format!("cannot be written (there is no folder {})", folder.display()));
+    }
+    match std::fs::symlink_metadata(path) {
+        Ok(there) if there.is_symlink() => {
+            let to = std::fs::read_link(path).unwrap_or_default();
+            refused(format!("cannot be written (it is a link to {}, expected the file itself)", to.display()))
+        }
+        Ok(there) if there.is_dir() => refused("cannot be written (it is a folder)".into()),
+        Ok(there) if !there.is_file() => {
+            refused("cannot be written (it is a device, expected a file)".into())
+        }
+        _ => Ok(()),
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let folder = folder_of(path);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".rotor-edge-").suffix(".partial");
+    let before = std::fs::metadata(path).ok().map(|there| there.permissions());
+    if let Some(mode) = before.clone().or_else(usual_permissions) {
+        builder.permissions(mode);
+    }
+    let mut file = builder.tempfile_in(folder)?;
+    // the user's mask may have narrowed what the old file allowed
+    if let Some(permissions) = before {
+        file.as_file().set_permissions(permissions)?;
+    }
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(path)?;
+    // where folders can be opened, a rename is on the disk when they are flushed
+    if cfg!(unix) {
+        File::open(folder)?.sync_all()?;
+    }
+    Ok(())
+}
+
+#[cfg(unix)]
+fn usual_permissions() -> Option<Permissions> {
+    Some(std::os::unix::fs::PermissionsExt::from_mode(USUAL_MODE))
+}
+
+#[cfg(not(unix))]
+fn usual_permissions() -> Option<Permissions> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_replaced_and_nothing_else_is_left_in_the_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rotor.toml");
+        write(&path, b"one").unwrap();
+        write(&path, b"two").unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"two");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_new_file_can_be_read_by_others_as_the_mask_says_and_an_old_one_stays_as_private_as_it_was() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+        let (path, usual) = (folder.path().join("new"), folder.path().join("usual"));
+        write(&path, b"one").unwrap();
+        std::fs::write(&usual, b"one").unwrap();
+        assert_eq!(mode(&path), mode(&usual));
+        std::fs::set_permissions(&path, Permissions::from_mode(0o600)).unwrap();
+        write(&path, b"two").unwrap();
+        assert_eq!(mode(&path), 0o600);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_devices_folders_and_folders_that_are_not_there_are_refused_and_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        std::fs::write(&file, b"kept").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        for (path, says) in [
+            (link.as_path(), "a link to"),
+            (Path::new("/dev/null"), "a device"),
+            (folder.path(), "a folder"),
+            (&folder.path().join("none").join("x"), "there is no folder"),
+        ] {
+            let refused = write(path, b"new").unwrap_err().to_string();
+            assert!(refused.contains(says), "{refused}");
+        }
+        assert_eq!(std::fs::read(&file).unwrap(), b"kept");
+        assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+    }
+}

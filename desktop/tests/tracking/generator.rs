@@ -1,0 +1,312 @@
+//! Long records whose truth is known, made on the full finite-element model: tracking itself works on shape
+//! functions and on bearings by update, so that neither is checked by itself.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use nalgebra::{Complex, DVector};
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rotor_edge_desktop::machine::drawing::{EffectEntry, ParameterValue, Rotor};
+use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::measurement::{Reading, rad_s};
+use rotor_edge_desktop::model::Model;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+type C = Complex<f64>;
+
+/// Scatter of a machine's bearings about its file's, as logarithms.
+const BEARINGS_SD: f64 = 0.15;
+/// Daily scatter of the unbalance's logarithm (rad of its angle), and the days over which it is smooth.
+const DRIFT_SD: f64 = 0.0035;
+const ANGLE_SD: f64 = 0.006;
+const SMOOTH_DAYS: usize = 9;
+/// Share of days without a reading.
+const MISSING: f64 = 0.02;
+/// Speeds of a run-up.
+const RUNUP_SPEEDS: usize = 51;
+
+/// What happens on one day and stays.
+#[derive(Debug, Clone, Copy)]
+pub enum Change {
+    /// Factors on stiffness and damping of a bearing, along x and y.
+    Bearing { index: usize, stiffness: [f64; 2], damping: [f64; 2] },
+    /// A seal at a disk begins to act: direct and cross-coupled stiffness as a share of a bearing's.
+    Seal { disk: usize, direct: f64, cross: f64 },
+    /// A plane's unbalance is multiplied.
+    Jump { plane: usize, factor: C },
+    /// The shaft bends, m.
+    Bow { height_m: f64 },
+}
+
+/// A machine that records are made for.
+#[derive(Debug, Clone, Copy)]
+pub struct Machine {
+    pub name: &'static str,
+    file: &'static str,
+    speed_rpm: f64,
+    /// Smallest unbalance of a plane at the start, g·mm; the largest is two thirds more.
+    size_g_mm: f64,
+}
+
+pub const TURBINE: Machine =
+    Machine { name: "turbine", file: "records/rotor.toml", speed_rpm: 11_000.0, size_g_mm: 300.0 };
+pub const COMPRESSOR: Machine = Machine {
+    name: "compressor",
+    file: "machines/single/case-015/rotor.toml",
+    speed_rpm: 9_000.0,
+    size_g_mm: 600.0,
+};
+pub const PUMP: Machine = Machine {
+    name: "pump",
+    file: "machines/single/case-013/rotor.toml",
+    speed_rpm: 6_500.0,
+    size_g_mm: 400.0,
+};
+
+/// How the second plane's unbalance goes along.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Course {
+    /// As the first's: it grows and drifts.
+    Grows,
+    /// In a straight line through zero to the other side.
+    ThroughZero,
+    /// A hundredth of what it would be.
+    AlmostNothing,
+}
+
+/// What a record is made by.
+#[derive(Debug, Clone, Copy)]
+pub struct Plan {
+    pub machine: Machine,
+    pub seed: u64,
+    pub days: usize,
+    /// Standard deviation of each bearing's wander, as a logarithm.
+    pub wander: [f64; 2],
+    /// Growth of the unbalance's logarithm from the first day to the last is drawn up to this.
+    pub growth: f64,
+    pub course: Course,
+    pub event: Option<(usize, Change)>,
+}
+
+impl Plan {
+    /// Nothing happens; bearings wander by a tenth.
+    pub fn quiet(machine: Machine, seed: u64) -> Self {
+        Self {
+            machine,
+            seed,
+            days: 460,
+            wander: [0.11, 0.085],
+            growth: 0.6,
+            course: Course::Grows,
+            event: None,
+        }
+    }
+}
+
+/// A record, its run-ups, and the truth.
+pub struct Record {
+    pub rotor: Rotor,
+    pub readings: Vec<Reading>,
+    pub runup: Vec<Reading>,
+    /// Of the day after the event, and that day.
+    pub later: Option<(f64, Vec<Reading>)>,
+    /// Unbalance of each plane on each day, kg·m.
+    pub unbalance_kg_m: Vec<Vec<C>>,
+}
+
+struct Random {
+    bits: Xoshiro256PlusPlus,
+    normal: Normal,
+}
+
+impl Random {
+    fn new(seed: u64) -> Self {
+        Self { bits: Xoshiro256PlusPlus::seed_from_u64(seed), normal: Normal::standard() }
+    }
+
+    fn uniform(&mut self) -> f64 {
+        (self.bits.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.uniform()
+    }
+
+    fn normal(&mut self) -> f64 {
+        let inside = self.uniform().clamp(1e-15, 1.0 - 1e-15);
+        self.normal.inverse_cdf(inside)
+    }
+
+    /// Sum over the days of a smooth random rate of this standard deviation.
+    fn drift(&mut self, days: usize, sd: f64) -> Vec<f64> {
+        let window: Vec<f64> =
+            (1..=SMOOTH_DAYS).map(|i| 1.0 - (TAU * i as f64 / (SMOOTH_DAYS + 1) as f64).cos()).collect();
+        let norm = window.iter().map(|w| w * w).sum::<f64>().sqrt();
+        let pushes: Vec<f64> = (0..days + SMOOTH_DAYS).map(|_| self.normal()).collect();
+        let rate = |d: usize| window.iter().zip(&pushes[d..]).map(|(w, p)| w * p).sum::<f64>() * sd / norm;
+        let mut at = 0.0;
+        (0..days)
+            .map(|d| {
+                at += rate(d);
+                at
+            })
+            .collect()
+    }
+
+    /// A process that returns to zero over ten days, of this standard deviation.
+    fn wander(&mut self, days: usize, sd: f64) -> Vec<f64> {
+        let keep = (-0.1_f64).exp();
+        let mut at = 0.0;
+        (0..days)
+            .map(|_| {
+                at = keep * at + (1.0 - keep * keep).sqrt() * sd * self.normal();
+                at
+            })
+            .collect()
+    }
+}
+
+/// One bearing over the record: its own constants, and how each axis follows the load and the temperature.
+struct Bearing {
+    stiffness: [f64; 2],
+    damping: [f64; 2],
+    wander: Vec<f64>,
+    /// Change of each logarithm (k_xx k_yy c_xx c_yy) per unit of the wander.
+    along: [f64; 4],
+}
+
+impl Plan {
+    /// The record.
+    pub fn make(&self) -> Record {
+        let mut random = Random::new(self.seed);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests").join(self.machine.file);
+        let rotor = rotor_file::read(&path).unwrap();
+        let bearings: Vec<Bearing> = (0..2).map(|b| self.bearing(&rotor, b, &mut random)).collect();
+        let mut planes: Vec<Vec<C>> = rotor.plane.iter().map(|_| self.plane(&mut random)).collect();
+        for (day, u) in planes[1].iter_mut().enumerate() {
+            *u *= match self.course {
+                Course::Grows => 1.0,
+                Course::ThroughZero => 1.0 - 2.0 * day as f64 / self.days as f64,
+                Course::AlmostNothing => 0.01,
+            };
+        }
+        let jump = |plane: usize, day: usize| match self.event {
+            Some((from, Change::Jump { plane: p, factor })) if p == plane && day >= from => factor,
+            _ => C::from(1.0),
+        };
+        let of_day = |day: usize| planes.iter().enumerate().map(|(j, u)| u[day] * jump(j, day)).collect();
+        let unbalance_kg_m: Vec<Vec<C>> = (0..self.days).map(of_day).collect();
+        let mut readings = Vec::new();
+        for day in 0..self.days {
+            if random.uniform() < MISSING {
+                continue;
+            }
+            let speed_rpm = self.machine.speed_rpm * (1.0 + 0.0023 * random.normal());
+            let machine = Model::finite_elements(&self.state(&rotor, &bearings, day));
+            let probes = measured(&machine, &rotor, speed_rpm, &unbalance_kg_m[day], &mut random);
+            readings.push(Reading { time_d: Some(day as f64), speed_rpm, probes, ..Reading::default() });
+        }
+        let mut runup = |day: usize| -> Vec<Reading> {
+            let machine = Model::finite_elements(&self.state(&rotor, &bearings, day));
+            let speed =
+                |i: usize| self.machine.speed_rpm * (0.15 + 0.9 * i as f64 / (RUNUP_SPEEDS - 1) as f64);
+            (0..RUNUP_SPEEDS)
+                .map(|i| Reading {
+                    run: Some(format!("day {day}")),
+                    speed_rpm: speed(i),
+                    probes: measured(&machine, &rotor, speed(i), &unbalance_kg_m[day], &mut random),
+                    ..Reading::default()
+                })
+                .collect()
+        };
+        let (first, later) = (runup(0), self.event.map(|(day, _)| ((day + 1) as f64, runup(day + 1))));
+        Record { rotor, readings, runup: first, later, unbalance_kg_m }
+    }
+
+    fn bearing(&self, rotor: &Rotor, index: usize, random: &mut Random) -> Bearing {
+        let own = rotor.bearing[index].constants().unwrap();
+        let mut scattered = |c: [f64; 2]| c.map(|c| c * (BEARINGS_SD * random.normal()).exp());
+        let stiffness = scattered([own.stiffness_n_m.xx, own.stiffness_n_m.yy]);
+        let damping = scattered([own.damping_n_s_m.xx, own.damping_n_s_m.yy]);
+        let along = [
+            random.between(0.8, 1.2),
+            random.between(0.8, 1.2),
+            -random.between(0.7, 1.5),
+            -random.between(0.7, 1.5),
+        ];
+        Bearing { stiffness, damping, wander: random.wander(self.days, self.wander[index]), along }
+    }
+
+    fn plane(&self, random: &mut Random) -> Vec<C> {
+        let size = self.machine.size_g_mm * random.between(1.0, 5.0 / 3.0) * 1e-6;
+        let (start_rad, growth) = (TAU * random.uniform(), random.between(self.growth / 6.0, self.growth));
+        let logs = random.drift(self.days, DRIFT_SD);
+        let angles = random.drift(self.days, ANGLE_SD);
+        let of_day = |(day, (log, angle)): (usize, (&f64, &f64))| {
+            let grown = log + growth * day as f64 / self.days as f64;
+            C::from_polar(size * grown.exp(), start_rad + angle)
+        };
+        logs.iter().zip(&angles).enumerate().map(of_day).collect()
+    }
+
+    /// The machine of a day.
+    fn state(&self, rotor: &Rotor, bearings: &[Bearing], day: usize) -> Rotor {
+        let mut rotor = rotor.clone();
+        for (i, b) in bearings.iter().enumerate() {
+            let law = rotor.bearing[i].constants_mut().unwrap();
+            let [kx, ky, cx, cy] = b.along.map(|per| (per * b.wander[day]).exp());
+            (law.stiffness_n_m.xx, law.stiffness_n_m.yy) = (b.stiffness[0] * kx, b.stiffness[1] * ky);
+            (law.damping_n_s_m.xx, law.damping_n_s_m.yy) = (b.damping[0] * cx, b.damping[1] * cy);
+        }
+        match self.event {
+            Some((from, change)) if day >= from => apply(change, &mut rotor, bearings),
+            _ => {}
+        }
+        rotor
+    }
+}
+
+fn apply(change: Change, rotor: &mut Rotor, bearings: &[Bearing]) {
+    match change {
+        Change::Bearing { index, stiffness, damping } => {
+            let law = rotor.bearing[index].constants_mut().unwrap();
+            law.stiffness_n_m.xx *= stiffness[0];
+            law.stiffness_n_m.yy *= stiffness[1];
+            law.damping_n_s_m.xx *= damping[0];
+            law.damping_n_s_m.yy *= damping[1];
+        }
+        Change::Seal { disk, direct, cross } => {
+            let (k, c) = (bearings[1].stiffness[0], bearings[1].damping[0]);
+            let parameters = [("k", direct * k), ("q", cross * k), ("c", direct * c)];
+            rotor.effect.push(EffectEntry {
+                kind: "seal".into(),
+                at: Some(rotor.disk[disk].name.clone()),
+                parameters: parameters.map(|(name, v)| (name.into(), ParameterValue::Real(v))).into(),
+            });
+        }
+        Change::Bow { height_m } => rotor.effect.push(EffectEntry {
+            kind: "shaft_bow".into(),
+            at: None,
+            parameters: [("m".into(), ParameterValue::Phasor([height_m, 0.3 * height_m]))].into(),
+        }),
+        Change::Jump { .. } => {}
+    }
+}
+
+/// What the probes show at a speed, with the noise that the rotor's file states.
+fn measured(
+    machine: &Model,
+    rotor: &Rotor,
+    speed_rpm: f64,
+    unbalance_kg_m: &[C],
+    random: &mut Random,
+) -> Vec<Option<C>> {
+    let noise = rotor.noise.unwrap();
+    let shown = machine.response(rad_s(speed_rpm)).unwrap().at(&DVector::from_row_slice(unbalance_kg_m));
+    let disturbed = |y: &C| {
+        let sd_m = noise.relative * y.norm() + noise.floor_um * 1e-6;
+        Some(y + C::new(random.normal(), random.normal()) * sd_m)
+    };
+    shown.iter().map(disturbed).collect()
+}

@@ -1,0 +1,148 @@
+//! What an estimate is worth against the truth.
+
+use rotor_edge_desktop::track::{Config, Estimate, Event, Interval, Later, Method, Track, track};
+
+use super::generator::{Plan, Record};
+
+/// Half of a 95 % interval, in standard deviations.
+const HALF: f64 = 1.96;
+/// Unbalance at which errors are told, g·mm: the built-in sample's.
+const SAMPLE_G_MM: f64 = 627.0;
+
+/// What the estimates of some days are worth.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Score {
+    pub days: usize,
+    /// Share of 95 % intervals of a plane's size that hold the truth.
+    pub coverage: f64,
+    /// Error of the logarithm of each plane's size in its own standard deviations, averaged over the days.
+    pub z: [f64; 2],
+    /// Vector error of the planes (rms), g·mm where they are 627 g·mm.
+    pub rms_g_mm: f64,
+}
+
+/// The scores of many records.
+#[derive(Debug, Clone, Copy)]
+pub struct Summary {
+    pub records: usize,
+    pub coverage: f64,
+    pub least_coverage: f64,
+    /// Mean over records and planes, and root mean square.
+    pub mean_z: f64,
+    pub rms_z: f64,
+    pub rms_g_mm: f64,
+}
+
+impl Summary {
+    pub fn of(scores: impl Iterator<Item = Score>) -> Self {
+        let all: Vec<Score> = scores.collect();
+        let mean = |of: &dyn Fn(&Score) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+        Self {
+            records: all.len(),
+            coverage: mean(&|s| s.coverage),
+            least_coverage: all.iter().map(|s| s.coverage).fold(1.0, f64::min),
+            mean_z: mean(&|s| (s.z[0] + s.z[1]) / 2.0),
+            rms_z: mean(&|s| (s.z[0].powi(2) + s.z[1].powi(2)) / 2.0).sqrt(),
+            rms_g_mm: mean(&|s| s.rms_g_mm.powi(2)).sqrt(),
+        }
+    }
+}
+
+impl std::fmt::Display for Summary {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{} records: {:.1} % of days, least {:.1} %, z {:.2} (rms {:.2}), {:.1} g·mm",
+            self.records,
+            100.0 * self.coverage,
+            100.0 * self.least_coverage,
+            self.mean_z,
+            self.rms_z,
+            self.rms_g_mm
+        )
+    }
+}
+
+/// A record followed, and its truth.
+pub struct Judged {
+    plan: Plan,
+    track: Track,
+    pub before: Score,
+    pub after: Option<Score>,
+}
+
+impl Judged {
+    /// By method joint, with the later run-up or without.
+    pub fn new(plan: &Plan, record: &Record, with_later: bool) -> Self {
+        let later: Vec<Later> = match &record.later {
+            Some((time_d, readings)) if with_later => vec![Later { time_d: *time_d, readings }],
+            _ => Vec::new(),
+        };
+        let config = Config::new(Method::Joint);
+        let followed = track(&record.rotor, &record.readings, &record.runup, &later, &config, &mut |_, _| ());
+        let track = followed.unwrap_or_else(|e| panic!("{plan:?}: {e}"));
+        let event_d = plan.event.map_or(f64::INFINITY, |(day, _)| day as f64);
+        let before = score(record, &track.estimates, |day| day < event_d);
+        let after = plan.event.map(|_| score(record, &track.estimates, |day| day >= event_d));
+        Self { plan: *plan, track, before, after }
+    }
+
+    pub fn seed(&self) -> u64 {
+        self.plan.seed
+    }
+
+    pub fn events(&self) -> &[Event] {
+        self.track.joint.as_ref().map_or(&[], |joint| &joint.events)
+    }
+
+    /// One event, and the true day inside its interval; days without a reading are passed over.
+    pub fn finds_its_event(&self) -> bool {
+        let Some((day, _)) = self.plan.event else { return self.events().is_empty() };
+        let first = self.track.estimates.iter().map(|e| e.time_d).find(|d| *d >= day as f64);
+        let holds = |e: &Event| first.is_some_and(|d| e.interval_d.low <= d && d <= e.interval_d.high);
+        matches!(self.events(), [one] if holds(one))
+    }
+
+    /// Everything about it in one line.
+    pub fn line(&self) -> String {
+        let part = |s: &Score| {
+            let [a, b] = s.z;
+            format!("{:>5.1} %, z {a:>5.2} {b:>5.2}, {:>5.1} g·mm", 100.0 * s.coverage, s.rms_g_mm)
+        };
+        let event = |e: &Event| {
+            let Interval { low, high } = e.interval_d;
+            format!(" day {} ({low} to {high}), evidence {:.0}: {:?}", e.time_d, e.evidence, e.scope)
+        };
+        format!(
+            "{:<10} {} before {} after {}{}",
+            self.plan.machine.name,
+            self.plan.seed,
+            part(&self.before),
+            self.after.as_ref().map_or("–".into(), part),
+            self.events().iter().map(event).collect::<String>()
+        )
+    }
+}
+
+fn score(record: &Record, estimates: &[Estimate], days: impl Fn(f64) -> bool) -> Score {
+    let mut score = Score::default();
+    let (mut held, mut squares, mut sizes) = (0.0, 0.0, 0.0);
+    for e in estimates.iter().filter(|e| days(e.time_d)) {
+        let spread = e.spread.as_ref().unwrap();
+        score.days += 1;
+        for (j, truth) in record.unbalance_kg_m[e.time_d as usize].iter().enumerate() {
+            let interval = spread.magnitude_kg_m[j];
+            held += f64::from(u8::from(interval.low <= truth.norm() && truth.norm() <= interval.high));
+            let size = e.unbalance_kg_m[j].norm();
+            let sd = (interval.high.ln() - interval.low.max(1e-3 * size).ln()) / (2.0 * HALF);
+            score.z[j] += (size / truth.norm()).ln() / sd;
+            squares += (e.unbalance_kg_m[j] - truth).norm_sqr();
+            sizes += truth.norm();
+        }
+    }
+    let (days, all) = (score.days as f64, 2.0 * score.days as f64);
+    score.coverage = held / all;
+    score.z = score.z.map(|z| z / days);
+    score.rms_g_mm = (squares / all).sqrt() / (sizes / all) * SAMPLE_G_MM;
+    score
+}

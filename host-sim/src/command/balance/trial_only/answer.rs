@@ -1,0 +1,193 @@
+//! What `balance --trial-only` answers, in words and tables.
+
+use nalgebra::Complex;
+use rotor_edge_desktop::balance::alone::{Basis, Correction, Left, PlaneWeight};
+use rotor_edge_desktop::balance::optimum::Criterion;
+use rotor_edge_desktop::balance::places::Piece;
+use rotor_edge_desktop::unbalance::static_and_dynamic;
+
+use crate::command::output;
+
+/// The answer, and how it is told.
+pub struct Answer {
+    pub correction: Correction,
+    pub criterion: Criterion,
+    /// Run that the weights are added to.
+    pub onto: Option<String>,
+    /// Whether angles count against the rotation.
+    pub against_rotation: bool,
+    /// Whether earlier coefficients were used.
+    pub coefficients: bool,
+}
+
+impl Answer {
+    /// Columns of the table of weights.
+    pub const WEIGHTS: [&str; 3] = ["plane", "unbalance to add, g·mm", "angle"];
+    /// Columns of the table of vibration.
+    pub const LEFT: [&str; 5] = ["probe", "speed, rpm", "before", "after", "after, at most (95 %)"];
+
+    /// The direction in which angles count.
+    pub fn direction(&self) -> &'static str {
+        if self.against_rotation { "against the rotation" } else { "with the rotation" }
+    }
+
+    /// An angle as it is told, degrees from 0 to 360.
+    pub fn told_deg(&self, unbalance: Complex<f64>) -> f64 {
+        let with_deg = unbalance.arg().to_degrees();
+        let angle_deg = if self.against_rotation { -with_deg } else { with_deg };
+        // an angle of −1e-15 is 0, not 360
+        (angle_deg.rem_euclid(360.0) * 1e9).round() / 1e9 % 360.0
+    }
+
+    /// Unit of the vibration as people write it.
+    pub fn unit(&self) -> &str {
+        match self.correction.unit.as_str() {
+            "um" => "µm",
+            "mm_s" => "mm/s",
+            "m_s2" => "m/s²",
+            other => other,
+        }
+    }
+
+    /// What the weights are for.
+    pub fn title(&self) -> String {
+        let to = match (&self.onto, self.coefficients) {
+            (Some(run), _) => format!("to add to what run \"{run}\" has"),
+            (None, true) => "to add to the machine as it was measured, by earlier coefficients".into(),
+            (None, false) => "for the machine without trial weights".into(),
+        };
+        let least = match self.criterion {
+            Criterion::LeastSquares => "least squares",
+            Criterion::MinMax => "the largest vibration least",
+        };
+        format!("Correction weights {to}, {least}; angles from the keyphasor mark, {}", self.direction())
+    }
+
+    /// Rows of the table of weights.
+    pub fn weight_rows(&self) -> Vec<[String; 3]> {
+        let row = |w: &PlaneWeight| {
+            let (size, angle_deg) = (w.wanted_g_mm.norm(), self.told_deg(w.wanted_g_mm));
+            match w.interval_95 {
+                Some(([from, to], half_deg)) => [
+                    w.plane.clone(),
+                    format!("{} ({} to {} with 95 %)", digits(size), digits(from), digits(to)),
+                    match half_deg < 180.0 {
+                        true => format!("{angle_deg:.1}° ± {half_deg:.1}°"),
+                        false => format!("{angle_deg:.1}°, any with 95 %"),
+                    },
+                ],
+                None => [w.plane.clone(), digits(size), format!("{angle_deg:.1}°")],
+            }
+        };
+        self.correction.weights.iter().map(row).collect()
+    }
+
+    /// What to do, one line a plane.
+    pub fn shop_lines(&self) -> Vec<String> {
+        let line = |w: &PlaneWeight| {
+            let kept = w.filling.pieces.iter().filter(|p| p.unbalance_g_mm.norm() > 0.0);
+            let pieces: Vec<String> = kept.map(|p| self.piece(p)).collect();
+            match pieces.is_empty() {
+                true => format!("{}: add nothing.", w.plane),
+                false => format!("{}: add {}.", w.plane, pieces.join(", and ")),
+            }
+        };
+        self.correction.weights.iter().map(line).collect()
+    }
+
+    fn piece(&self, piece: &Piece) -> String {
+        let size = match piece.mass_and_radius {
+            Some([mass_g, radius_mm]) => format!("{} g at {radius_mm} mm", plain(mass_g)),
+            None => format!("{} g·mm", plain(piece.unbalance_g_mm.norm())),
+        };
+        let hole = piece.hole.map_or(String::new(), |hole| format!(" in hole {hole}"));
+        format!("{size}{hole}, at {:.0}° {}", self.told_deg(piece.unbalance_g_mm), self.direction())
+    }
+
+    /// Static part and couple of the weights, of two planes.
+    pub fn static_and_couple(&self) -> Option<[Complex<f64>; 2]> {
+        let wanted: Vec<Complex<f64>> = self.correction.weights.iter().map(|w| w.wanted_g_mm).collect();
+        (wanted.len() == 2).then(|| static_and_dynamic(&wanted))
+    }
+
+    /// The same in words, and what the weights do.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        if let Some([all, couple]) = self.static_and_couple() {
+            let told = |u: Complex<f64>| format!("{} g·mm at {:.1}°", digits(u.norm()), self.told_deg(u));
+            lines.push(format!(
+                "Static: {} in all. Couple: {} in plane {}, its opposite in plane {}.",
+                told(all),
+                told(couple),
+                self.correction.weights[0].plane,
+                self.correction.weights[1].plane
+            ));
+        }
+        let left = &self.correction.left;
+        let rms = |of: fn(&Left) -> f64| {
+            (left.iter().map(|l| of(l).powi(2)).sum::<f64>() / left.len() as f64).sqrt()
+        };
+        let most = |of: fn(&Left) -> f64| left.iter().map(of).fold(0.0, f64::max);
+        lines.push(format!(
+            "Vibration, {} zero to peak, with the weights that are put in: {} becomes {} root mean square, {} becomes {} at most.",
+            self.unit(),
+            digits(rms(|l| l.before)),
+            digits(rms(|l| l.after)),
+            digits(most(|l| l.before)),
+            digits(most(|l| l.after))
+        ));
+        lines.push(match self.correction.basis {
+            Basis::Stated => "Intervals from the stated noise.".into(),
+            Basis::Runs(values) => {
+                format!("Intervals from what the runs miss each other by ({values} values beyond the coefficients).")
+            }
+            Basis::Readings(values) => format!("Intervals from repeated readings ({values} values)."),
+            Basis::Unknown => "No intervals: the noise is not known.".into(),
+        });
+        lines
+    }
+
+    /// Rows of the table of vibration.
+    pub fn left_rows(&self) -> Vec<[String; 5]> {
+        let row = |l: &Left| {
+            let at_most = l.after_at_most.map_or("–".into(), digits);
+            [l.probe.clone(), format!("{:.0}", l.speed_rpm), digits(l.before), digits(l.after), at_most]
+        };
+        self.correction.left.iter().map(row).collect()
+    }
+
+    /// Prints it.
+    pub fn print(&self) {
+        /// More rows than this say nothing to a reader; they are in the JSON and the report.
+        const MOST_ROWS: usize = 40;
+        println!("{}", self.title());
+        output::table(&Self::WEIGHTS, &self.weight_rows());
+        println!();
+        self.shop_lines().iter().for_each(|line| println!("{line}"));
+        println!();
+        let rows = self.left_rows();
+        if rows.len() <= MOST_ROWS {
+            output::table(&Self::LEFT, &rows);
+        }
+        self.lines().iter().for_each(|line| println!("{line}"));
+        if !self.correction.doubts.is_empty() {
+            println!();
+        }
+        self.correction.doubts.iter().for_each(|doubt| println!("{doubt}"));
+    }
+}
+
+/// Four digits that count.
+pub fn digits(value: f64) -> String {
+    let before = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    format!("{value:.*}", (3 - before).clamp(0, 6) as usize)
+}
+
+/// The same without zeros at the end.
+fn plain(value: f64) -> String {
+    let text = digits(value);
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').into(),
+        false => text,
+    }
+}

@@ -1,0 +1,169 @@
+//! `balance --trial-only`: correction weights without a rotor's file.
+
+mod answer;
+mod json;
+mod report;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use rotor_edge_desktop::balance::alone::library::Library;
+use rotor_edge_desktop::balance::alone::stated::Weights;
+use rotor_edge_desktop::balance::alone::{Machine, Request, correct, runs};
+use rotor_edge_desktop::balance::optimum::Criterion;
+use rotor_edge_desktop::balance::places::{Holes, MOST};
+use rotor_edge_desktop::balance::weights::Allowed;
+use rotor_edge_desktop::measurement;
+
+use super::Arguments;
+use crate::command::output;
+use answer::Answer;
+
+/// Most holes of a plane.
+const MOST_HOLES: usize = 120;
+
+/// What the command line asks where there is no rotor's file.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// Without a rotor's file: runs with trial weights, measured.csv, amplitudes in any one unit (<probe>_cos_<unit>)
+    #[arg(long, value_name = "DATA", conflicts_with_all = ["rotor", "data"])]
+    trial_only: Option<PathBuf>,
+    /// Weights of each run: run,plane,magnitude_g_mm,angle_deg; a run without any is the base
+    #[arg(long, value_name = "FILE", requires = "trial_only", conflicts_with = "coefficients")]
+    weights: Option<PathBuf>,
+    /// Influence coefficients that were kept of the machine: one run is enough then
+    #[arg(long, value_name = "FILE", requires = "trial_only")]
+    coefficients: Option<PathBuf>,
+    /// Keep the influence coefficients of these runs for the next time
+    #[arg(long, value_name = "FILE", requires = "weights")]
+    write_coefficients: Option<PathBuf>,
+    /// Trim: the weights to add to what this run has, by its vibration [default: to the machine without trial weights]
+    #[arg(long, value_name = "RUN", requires = "weights")]
+    onto: Option<String>,
+    /// Make the largest vibration least instead of the sum of squares
+    #[arg(long, requires = "trial_only")]
+    min_max: bool,
+    /// Largest weight of a plane, g·mm: of all, or by plane as in A=300,B=200
+    #[arg(long, value_name = "[PLANE=]X", value_delimiter = ',', value_parser = limit, requires = "trial_only")]
+    largest_g_mm: Vec<(Option<String>, f64)>,
+    /// Weights go into this many holes or blades, evenly around each plane
+    #[arg(long, value_name = "N", requires = "trial_only", value_parser = clap::value_parser!(u64).range(2..=MOST_HOLES as u64))]
+    holes: Option<u64>,
+    /// Angle of hole 1, degrees; numbers grow as angles do
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        requires = "holes",
+        allow_negative_numbers = true
+    )]
+    first_hole_deg: f64,
+    /// Most holes that one plane's weight is split over
+    #[arg(long, value_name = "N", default_value_t = 2, requires = "holes", value_parser = clap::value_parser!(u64).range(1..=MOST as u64))]
+    split: u64,
+    /// Standard deviation of a reading's components, relative to it [default: from repeats]
+    #[arg(long, value_name = "RELATIVE", requires = "trial_only")]
+    noise_relative: Option<f64>,
+    /// The same that is always there, in the unit of the data
+    #[arg(long, value_name = "X", requires = "trial_only")]
+    noise_floor: Option<f64>,
+}
+
+/// A largest weight, of every plane or of one.
+fn limit(text: &str) -> Result<(Option<String>, f64), String> {
+    let (plane, number) = match text.rsplit_once('=') {
+        Some((plane, number)) => (Some(plane.trim().to_string()), number),
+        None => (None, text),
+    };
+    match number.trim().parse() {
+        Ok(g_mm) if g_mm > 0.0 && f64::is_finite(g_mm) => Ok((plane, g_mm)),
+        _ => Err(format!("\"{number}\" is not a positive number of g·mm")),
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let options = &arguments.alone;
+    let Some(data) = &options.trial_only else { bail!("expected a rotor and its data, or --trial-only") };
+    if !arguments.runout.to_string().is_empty() {
+        bail!("--slow-roll needs a rotor's file; without one, take the slow roll off the data before");
+    }
+    let request = request(arguments)?;
+    let machine = machine(data, arguments, &request)?;
+    let correction = correct(&machine, &request).with_context(|| data.display().to_string())?;
+    let answer = Answer {
+        correction,
+        criterion: request.criterion,
+        onto: options.onto.clone(),
+        against_rotation: arguments.against_rotation,
+        coefficients: options.coefficients.is_some(),
+    };
+    if let Some(path) = &arguments.form.report {
+        let title = format!("{}: balance", data.file_stem().unwrap_or_default().to_string_lossy());
+        output::report(path, &title, report::sections(&answer))?;
+    }
+    match arguments.form.json {
+        true => output::json(&json::json(&answer))?,
+        false => answer.print(),
+    }
+    Ok(())
+}
+
+/// The machine by its trial runs, which are kept if that is wanted, or by what was kept of it.
+fn machine(data: &Path, arguments: &Arguments, request: &Request) -> Result<Machine> {
+    let options = &arguments.alone;
+    let of_data = || data.display().to_string();
+    match (&options.weights, &options.coefficients) {
+        (Some(weights), _) => {
+            let weights = Weights::read(weights, arguments.against_rotation)?;
+            let series = runs::read(data, &weights)?;
+            let machine = runs::machine(&series, &weights, request).with_context(of_data)?;
+            if let Some(path) = &options.write_coefficients {
+                let library = Library::of(&machine, vec![of_data(), weights.file.clone()]);
+                output::file(path, library.text()?.as_bytes())?;
+            }
+            Ok(machine)
+        }
+        (None, Some(coefficients)) => {
+            let library = Library::read(coefficients)?;
+            let series = measurement::read_series(data, |_| Ok(()))?;
+            library.machine(&series, request).with_context(of_data)
+        }
+        (None, None) => bail!(
+            "--trial-only needs the trial weights (--weights FILE) or earlier coefficients of the machine (--coefficients FILE)"
+        ),
+    }
+}
+
+fn request(arguments: &Arguments) -> Result<Request> {
+    let options = &arguments.alone;
+    let noise = [options.noise_relative, options.noise_floor];
+    for (name, value) in ["--noise-relative", "--noise-floor"].iter().zip(noise) {
+        if value.is_some_and(|v| !(v >= 0.0 && v.is_finite())) {
+            bail!("{name} must be a number from 0 on");
+        }
+    }
+    let stated = noise.iter().any(Option::is_some).then(|| noise.map(|v| v.unwrap_or(0.0)));
+    if stated.is_some_and(|[relative, floor]| relative + floor == 0.0) {
+        bail!("the noise is stated as 0, expected --noise-relative or --noise-floor above 0");
+    }
+    let turn = if arguments.against_rotation { -1.0 } else { 1.0 };
+    let holes = options.holes.map(|count| Holes {
+        count: count as usize,
+        first_deg: turn * options.first_hole_deg,
+        against_rotation: arguments.against_rotation,
+        most: options.split as usize,
+    });
+    Ok(Request {
+        planes: arguments.planes.clone(),
+        criterion: if options.min_max { Criterion::MinMax } else { Criterion::LeastSquares },
+        limits: options.largest_g_mm.clone(),
+        allowed: Allowed { radii_mm: arguments.radii_mm.clone(), step_g: arguments.step_g },
+        holes,
+        range_rpm: arguments.range,
+        same_speed: arguments.same_speed,
+        noise: stated,
+        onto: options.onto.clone(),
+    })
+}

@@ -1,0 +1,43 @@
+//! What `balance --trial-only --report` says: the weights on a polar plot, and the vibration with and without them.
+
+use super::answer::Answer;
+use crate::report::weights::{Weight, weights};
+use crate::report::{Figure, Section, Table, identifier};
+
+/// All sections.
+pub fn sections(answer: &Answer) -> Vec<Section> {
+    let found = &answer.correction;
+    let cells = |rows: Vec<Vec<String>>, columns: &[&str], caption: String| Table {
+        caption,
+        columns: columns.iter().map(|c| (*c).to_string()).collect(),
+        rows,
+    };
+    let wanted = answer.weight_rows().into_iter().map(Vec::from).collect();
+    let left = answer.left_rows().into_iter().map(Vec::from).collect();
+    let title = "Weights around the shaft";
+    let drawn: Vec<Weight> = found
+        .weights
+        .iter()
+        .map(|w| Weight {
+            plane: w.plane.clone(),
+            wanted: w.wanted_g_mm,
+            placed: w.filling.pieces.iter().map(|p| p.unbalance_g_mm).collect(),
+        })
+        .collect();
+    let figure = Figure {
+        id: identifier(title),
+        svg: weights(title, &drawn, answer.against_rotation),
+        title: title.into(),
+        caption: "Lines: the unbalance to add in each plane; circles: what is put in.".into(),
+    };
+    let mut paragraphs = answer.shop_lines();
+    paragraphs.extend(answer.lines());
+    paragraphs.extend(found.doubts.iter().cloned());
+    let vibration = format!("Vibration, {} zero to peak", answer.unit());
+    vec![Section {
+        heading: "Weights".into(),
+        paragraphs,
+        tables: vec![cells(wanted, &Answer::WEIGHTS, answer.title()), cells(left, &Answer::LEFT, vibration)],
+        figures: vec![figure],
+    }]
+}

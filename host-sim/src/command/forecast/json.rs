@@ -1,0 +1,79 @@
+//! What `forecast --json` prints.
+
+use rotor_edge_desktop::prognosis::limit::Reached;
+use rotor_edge_desktop::prognosis::scores::Score;
+use rotor_edge_desktop::prognosis::series::History;
+use rotor_edge_desktop::prognosis::walk::interval;
+use serde_json::{Map, Value, json};
+
+use super::{Arguments, Forecast, against_naive, methods};
+
+fn number(value: f64) -> Value {
+    if value.is_finite() { json!(value) } else { Value::Null }
+}
+
+/// All about one horizon.
+fn score(s: &Score) -> Value {
+    let [low, middle, high] = s.pinball.map(number);
+    json!({
+        "rmse": number(s.rmse),
+        "crps": number(s.crps),
+        "pinball": { "p5": low, "p50": middle, "p95": high },
+        "coverage_95": number(s.coverage),
+        "compared": s.count,
+    })
+}
+
+/// When the limit is reached; days from the last of the track on.
+fn reached(limit: &Reached) -> Value {
+    let [p5, p10, p50, p90, p95] = limit.days;
+    json!({
+        "limit_g_mm": limit.limit_g_mm,
+        "now_g_mm": limit.now_g_mm,
+        "exceeded": limit.already(),
+        "chance": limit.chance(),
+        "chance_until": limit.until,
+        "days": { "p5": p5, "p10": p10, "p50": p50, "p90": p90, "p95": p95 },
+    })
+}
+
+/// One object.
+pub fn summary(
+    arguments: &Arguments,
+    history: &History,
+    forecasts: &[Forecast],
+    limit: Option<&Reached>,
+) -> Value {
+    let by_horizon = |scores: &[Score], of: &dyn Fn(&Score) -> Value| -> Value {
+        let pairs = arguments.horizons.iter().zip(scores);
+        pairs.map(|(h, s)| (h.to_string(), of(s))).collect::<Map<_, _>>().into()
+    };
+    let by_series = |method: usize, of: &dyn Fn(&Score) -> Value| -> Value {
+        let one = |f: &Forecast| (f.series.name.to_string(), by_horizon(&f.scores[method], of));
+        forecasts.iter().map(one).collect::<Map<_, _>>().into()
+    };
+    let rmse = |s: &Score| number(s.rmse);
+    let last_d = history.last_d();
+    let day = |k: usize| {
+        let mut all = Map::new();
+        all.insert("time_d".into(), json!(last_d + k as f64 + 1.0));
+        for f in forecasts {
+            let [low, high] = interval(f.ahead.mean[k], f.ahead.sd[k]);
+            all.insert(f.series.name.into(), json!({ "value": f.ahead.mean[k], "low": low, "high": high }));
+        }
+        Value::from(all)
+    };
+    let model = arguments.model.name();
+    let scores = methods(model).into_iter().map(|(k, name)| (name.to_string(), by_series(k, &score)));
+    json!({
+        "model": model,
+        "rmse": by_series(0, &rmse),
+        "baselines": { "naive": by_series(1, &rmse), "drift": by_series(2, &rmse) },
+        "coverage_95": by_series(0, &|s| number(s.coverage)),
+        "compared": by_series(0, &|s| number(s.count as f64)),
+        "scores": scores.collect::<Map<_, _>>(),
+        "against_naive": against_naive(forecasts, &arguments.horizons),
+        "forecast": (0..arguments.days).map(day).collect::<Vec<_>>(),
+        "limit": limit.map(reached),
+    })
+}

@@ -1,0 +1,50 @@
+//! What `forecast` prints for people.
+
+use rotor_edge_desktop::prognosis::limit::Reached;
+use rotor_edge_desktop::prognosis::scores::Score;
+use rotor_edge_desktop::prognosis::series::History;
+use rotor_edge_desktop::prognosis::walk::interval;
+
+use super::{Arguments, Forecast, SCORES, against_naive, limit_in_words, methods, unit};
+
+/// One score of every method at every horizon.
+fn table(arguments: &Arguments, forecasts: &[Forecast], title: &str, of: fn(&Score) -> f64, share: bool) {
+    println!("{title}");
+    print!("  {:<13} {:<6}", "series", "model");
+    arguments.horizons.iter().for_each(|h| print!(" {:>9}", format!("{h} d")));
+    println!();
+    for f in forecasts {
+        for (k, name) in methods(arguments.model.name()) {
+            let unit = if share { String::new() } else { format!(", {}", unit(f.series)) };
+            let label = if k == 0 { format!("{}{unit}", f.series.name) } else { String::new() };
+            print!("  {label:<13} {name:<6}");
+            for value in f.scores[k].iter().map(of) {
+                match (value.is_finite(), share) {
+                    (false, _) => print!(" {:>9}", "–"),
+                    (true, false) => print!(" {value:>9.2}"),
+                    (true, true) => print!(" {:>7.1} %", 100.0 * value),
+                }
+            }
+            println!();
+        }
+    }
+    println!();
+}
+
+/// Scores of the past, the forecast, and the limit.
+pub fn print(arguments: &Arguments, history: &History, forecasts: &[Forecast], limit: Option<&Reached>) {
+    println!("Forecasts made on every day of the past after {}, and what became of them\n", arguments.first);
+    for (title, of, share) in SCORES {
+        table(arguments, forecasts, title, of, share);
+    }
+    against_naive(forecasts, &arguments.horizons).iter().for_each(|line| println!("{line}"));
+    println!("\nIn {} days", arguments.days);
+    for f in forecasts {
+        let k = arguments.days - 1;
+        let [low, high] = interval(f.ahead.mean[k], f.ahead.sd[k]);
+        println!("  {:<8} {:>9.1}, between {low:.1} and {high:.1} with 95 %", f.series.name, f.ahead.mean[k]);
+    }
+    if let Some(limit) = limit {
+        println!("\n{}", limit_in_words(limit, history.last_d()));
+    }
+}

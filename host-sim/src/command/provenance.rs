@@ -1,0 +1,50 @@
+//! Where a report comes from: the program, the day, the command line, and every file that it names.
+
+use std::path::Path;
+
+use jiff::Timestamp;
+use sha2::{Digest as _, Sha256};
+
+use crate::node::to_hex;
+use crate::report::{Section, Table};
+
+/// The last section of a report that is written to `own`.
+pub fn section(own: &Path) -> Section {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    // a path may stand by itself or behind an option's equals sign
+    let paths = words.iter().map(|word| word.rsplit_once('=').map_or(word.as_str(), |(_, path)| path));
+    let files = paths.filter(|path| Path::new(path) != own).filter_map(|path| {
+        // a file that was written just now is as much a part of it as one that was read
+        let bytes = std::fs::read(path).ok()?;
+        Some(vec![path.to_string(), bytes.len().to_string(), to_hex(&Sha256::digest(&bytes))])
+    });
+    let table = Table {
+        caption: "Files".into(),
+        columns: ["file", "bytes", "SHA-256"].map(String::from).to_vec(),
+        rows: files.collect(),
+    };
+    let now = Timestamp::now().strftime("%Y-%m-%d %H:%M UTC");
+    Section {
+        heading: "Where this comes from".into(),
+        paragraphs: vec![
+            format!("rotor-edge {}, {now}.", env!("CARGO_PKG_VERSION")),
+            format!("Command: rotor-edge {}", words.iter().map(|w| quoted(w)).collect::<Vec<_>>().join(" ")),
+            "An unbalance at angle α pulls along x cos α + y sin α at the moment of the keyphasor's mark, x turning into y. A \
+             residual is the sum over all probes of |model − measurement| per component, zero to peak; figures say themselves \
+             where an amplitude is peak to peak."
+                .into(),
+        ],
+        tables: if table.rows.is_empty() { Vec::new() } else { vec![table] },
+        figures: Vec::new(),
+    }
+}
+
+/// As a shell takes it for one word.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./=:,@%+".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}

@@ -1,0 +1,200 @@
+//! What is said of the samples of `bayes`: how good they are, day by day, and where those of the last day lie.
+
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::track::{Quality, Sampler, Sampling};
+use rotor_edge_desktop::unbalance::g_mm_deg;
+use serde_json::{Value, json};
+
+use super::output::coefficient_names;
+use crate::report::bars::{Bar, bars};
+use crate::report::scale::three_digits;
+use crate::report::trend::{Trend, trend};
+use crate::report::{Figure, Section, Table, identifier};
+
+/// Classes of a histogram.
+const CLASSES: usize = 10;
+/// R-hat above which a day's chains are said not to have met.
+const NOT_MET: f64 = 1.02;
+
+fn name(sampler: Sampler) -> &'static str {
+    match sampler {
+        Sampler::Independence => "independence Metropolis",
+        Sampler::Metropolis => "Metropolis",
+    }
+}
+
+/// What each line of the table is about, with its figures.
+fn lines(sampling: &Sampling) -> Vec<(String, Quality)> {
+    let own = name(sampling.sampler);
+    let rows = [
+        (format!("{own}, median day"), sampling.median()),
+        (format!("{own}, worst of all days"), sampling.worst()),
+        ("adaptive Metropolis, median day".to_string(), sampling.adaptive),
+    ];
+    rows.into_iter().filter_map(|(what, quality)| Some((what, quality?))).collect()
+}
+
+/// Whether the chains met, in one sentence.
+fn met(sampling: &Sampling) -> String {
+    let apart: Vec<f64> =
+        sampling.days.iter().filter(|(_, q)| q.r_hat > NOT_MET).map(|(day, _)| *day).collect();
+    match apart[..] {
+        [] => format!("The chains met on every day: R-hat is {NOT_MET} or less."),
+        [first, ..] => format!(
+            "On {} of {} days, the first of them day {first:.0}, the chains did not meet (R-hat above {NOT_MET}): the mean \
+             of such a day depends on where they began.",
+            apart.len(),
+            sampling.days.len()
+        ),
+    }
+}
+
+/// For people.
+pub fn print(sampling: &Sampling) {
+    println!("\nSampling, {} chains of {} proposals a day", sampling.chains, sampling.proposals);
+    println!("  {:<42} {:>8} {:>7}   effective samples: bulk, tails", "sampler", "accepted", "R-hat");
+    for (what, q) in lines(sampling) {
+        println!(
+            "  {what:<42} {:>6.1} % {:>7.3}   {:>23.0} {:>6.0}",
+            100.0 * q.acceptance,
+            q.r_hat,
+            q.effective_bulk,
+            q.effective_tail
+        );
+    }
+    println!("  {}", met(sampling));
+}
+
+fn quality(q: &Quality) -> Value {
+    json!({
+        "acceptance": q.acceptance,
+        "effective_samples": q.effective_bulk,
+        "effective_samples_tail": q.effective_tail,
+        "r_hat": q.r_hat,
+    })
+}
+
+/// For programs.
+pub fn json(sampling: &Sampling) -> Value {
+    let day = |(time_d, q): &(f64, Quality)| {
+        let mut value = quality(q);
+        value["time_d"] = json!(time_d);
+        value
+    };
+    let median = sampling.median().as_ref().map(quality);
+    let mut value = json!({
+        "sampler": name(sampling.sampler),
+        "proposals": sampling.proposals,
+        "chains": sampling.chains,
+        "median": median,
+        "worst": sampling.worst().as_ref().map(quality),
+        "days": sampling.days.iter().map(day).collect::<Vec<_>>(),
+    });
+    if sampling.sampler == Sampler::Metropolis {
+        value["metropolis"] = json!(median);
+        value["adaptive_metropolis"] = json!(sampling.adaptive.as_ref().map(quality));
+    }
+    value
+}
+
+/// Figures over days.
+fn over_days(sampling: &Sampling) -> [Figure; 2] {
+    let over = |figure: fn(&Quality) -> f64| {
+        sampling.days.iter().map(|(day, q)| (*day, figure(q))).collect::<Vec<_>>()
+    };
+    let draw = |title: &str, quantity: &str, caption: &str, curves| Figure {
+        id: identifier(title),
+        title: title.into(),
+        caption: caption.into(),
+        svg: trend(
+            title,
+            &Trend { along: "time, days".into(), quantity: quantity.into(), curves, ..Trend::default() },
+        ),
+    };
+    [
+        draw(
+            "R-hat",
+            "R-hat",
+            "1 when the chains of a day agree; above 1.02 its mean depends on where they began.",
+            vec![("R-hat".into(), over(|q| q.r_hat))],
+        ),
+        draw(
+            "Effective samples",
+            "effective samples",
+            "Independent samples that a day's mean (bulk) and the ends of its intervals (tails) are worth.",
+            vec![("bulk".into(), over(|q| q.effective_bulk)), ("tails".into(), over(|q| q.effective_tail))],
+        ),
+    ]
+}
+
+/// Where the samples of the last day lie.
+fn histograms(rotor: &Rotor, sampling: &Sampling) -> Vec<Figure> {
+    let draw = |title: String, unit: &str, values: Vec<f64>| {
+        let (low, high) =
+            values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let width = ((high - low) / CLASSES as f64).max(f64::MIN_POSITIVE);
+        let mut counts = [0_usize; CLASSES];
+        for v in &values {
+            counts[(((v - low) / width) as usize).min(CLASSES - 1)] += 1;
+        }
+        let most = counts.iter().copied().max().unwrap_or(1).max(1) as f64;
+        let bar = |(i, count): (usize, &usize)| Bar {
+            label: format!(
+                "{} to {} {unit}",
+                three_digits(low + width * i as f64),
+                three_digits(low + width * (i + 1) as f64)
+            ),
+            share: *count as f64 / most,
+            value: format!("{:.1} %", 100.0 * *count as f64 / values.len() as f64),
+            emphasised: true,
+        };
+        Figure {
+            id: identifier(&format!("posterior {title}")),
+            svg: bars(&title, &counts.iter().enumerate().map(bar).collect::<Vec<_>>()),
+            title,
+            caption: "Posterior of the last day. As wide as its prior where one speed cannot tell.".into(),
+        }
+    };
+    let names = coefficient_names(rotor);
+    let mut figures: Vec<Figure> = (0..names.len())
+        .map(|i| {
+            let (unit, factor) = if i < names.len() / 2 { ("MN/m", 1e-6) } else { ("kN·s/m", 1e-3) };
+            draw(names[i].clone(), unit, sampling.last.iter().map(|s| s.logs[i].exp() * factor).collect())
+        })
+        .collect();
+    for (j, plane) in rotor.plane.iter().enumerate() {
+        let part = |k: usize| sampling.last.iter().map(|s| g_mm_deg(s.unbalance_kg_m[j])[k]).collect();
+        figures.push(draw(format!("U of plane {}", plane.name), "g·mm", part(0)));
+        figures.push(draw(format!("α of plane {}", plane.name), "°", part(1)));
+    }
+    figures
+}
+
+/// For the report.
+pub fn section(rotor: &Rotor, sampling: &Sampling) -> Section {
+    let row = |(what, q): (String, Quality)| {
+        vec![
+            what,
+            format!("{:.1} %", 100.0 * q.acceptance),
+            format!("{:.3}", q.r_hat),
+            format!("{:.0}", q.effective_bulk),
+            format!("{:.0}", q.effective_tail),
+        ]
+    };
+    let columns = ["sampler", "accepted", "R-hat", "effective samples, bulk", "tails"];
+    Section {
+        heading: "Sampling".into(),
+        paragraphs: vec![format!(
+            "{} chains of {} proposals a day, from starts of their own. {}",
+            sampling.chains,
+            sampling.proposals,
+            met(sampling)
+        )],
+        tables: vec![Table {
+            caption: "Quality of the samples".into(),
+            columns: columns.map(String::from).to_vec(),
+            rows: lines(sampling).into_iter().map(row).collect(),
+        }],
+        figures: over_days(sampling).into_iter().chain(histograms(rotor, sampling)).collect(),
+    }
+}

@@ -1,0 +1,67 @@
+//! What a file holds before anybody knows what it means: rows of cells.
+
+use jiff::civil::DateTime;
+
+/// One cell.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    Empty,
+    Text(String),
+    Number(f64),
+    /// A calendar time without a zone, as spreadsheets have them.
+    Time(DateTime),
+}
+
+impl Cell {
+    /// Text without space around it; nothing is an empty cell.
+    pub fn text(text: &str) -> Self {
+        let text = text.trim_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
+        if text.is_empty() { Self::Empty } else { Self::Text(text.into()) }
+    }
+
+    pub fn as_text(&self) -> Option<&str> {
+        match self {
+            Self::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        *self == Self::Empty
+    }
+}
+
+/// One row, with its number in the file, from 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    pub number: usize,
+    pub cells: Vec<Cell>,
+}
+
+impl Row {
+    pub fn cell(&self, column: usize) -> &Cell {
+        self.cells.get(column).unwrap_or(&Cell::Empty)
+    }
+
+    pub fn is_blank(&self) -> bool {
+        self.cells.iter().all(Cell::is_empty)
+    }
+}
+
+/// A sheet of a workbook, or a text file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sheet {
+    pub file: String,
+    /// Its name, in a workbook.
+    pub name: Option<String>,
+    /// What stands between its cells, in a text.
+    pub separator: Option<char>,
+    pub rows: Vec<Row>,
+}
+
+impl Sheet {
+    /// As messages begin: the file, and the sheet if there are sheets.
+    pub fn place(&self) -> String {
+        self.name.as_ref().map_or(self.file.clone(), |name| format!("{}: sheet \"{name}\"", self.file))
+    }
+}

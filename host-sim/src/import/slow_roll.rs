@@ -1,0 +1,73 @@
+//! The runout of the probes, as an export shows it: in a row of the first file, a run, or another file.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use nalgebra::Complex;
+use rotor_edge_desktop::measurement::{Reading, less_runout};
+
+use super::gathered;
+use super::mapping::Mapping;
+use super::record::{Record, Sample};
+
+/// Takes it off all other readings, and leaves its own out; the runout, µm.
+///
+/// # Errors
+/// One sentence if it is neither a run of the files nor a file nor a row, or turns too fast.
+pub fn take_off(
+    record: &mut Record,
+    slow_roll: &str,
+    files: &[PathBuf],
+    of_rotor: Option<&[String]>,
+    mapping: &Mapping,
+) -> Result<Vec<Complex<f64>>> {
+    let place = files[0].display().to_string();
+    let path = Path::new(slow_roll);
+    let rolls = if path.is_file() {
+        let alone = gathered(&[path.to_path_buf()], of_rotor, &of_another_file(mapping))?.record;
+        aligned(&alone, record, slow_roll)?
+    } else {
+        let is_run = record.samples.iter().any(|s| s.run.as_deref() == Some(slow_roll));
+        let row = slow_roll.parse::<usize>().ok().filter(|_| !is_run);
+        let slow =
+            |s: &Sample| row.map_or(s.run.as_deref() == Some(slow_roll), |row| s.table == 0 && s.row == row);
+        let (rolls, rest) = std::mem::take(&mut record.samples).into_iter().partition(slow);
+        record.samples = rest;
+        rolls
+    };
+    if rolls.is_empty() {
+        bail!("{place}: --slow-roll \"{slow_roll}\" is neither a run, nor a row with a reading, nor a file");
+    }
+    let rolls: Vec<Reading> = rolls.iter().map(|s| s.reading(None)).collect();
+    let mut rest: Vec<Reading> = record.samples.iter().map(|s| s.reading(None)).collect();
+    let probes: Vec<&str> = record.probes.iter().map(String::as_str).collect();
+    let runout_m = less_runout(&place, &probes, &rolls, &mut rest)?;
+    for (sample, less) in record.samples.iter_mut().zip(rest) {
+        sample.probes = less.probes.iter().map(|y| y.map(|y| y * 1e6)).collect();
+    }
+    Ok(runout_m.into_iter().map(|y| y * 1e6).collect())
+}
+
+/// The same conventions, without what is of the measured files alone.
+fn of_another_file(mapping: &Mapping) -> Mapping {
+    Mapping {
+        phase_shift: Vec::new(),
+        slow_roll: None,
+        runs_from_files: false,
+        keep_stale: true,
+        ..mapping.clone()
+    }
+}
+
+/// Readings of another file with the probes in the order of the record.
+fn aligned(other: &Record, record: &Record, file: &str) -> Result<Vec<Sample>> {
+    let mut order = Vec::new();
+    for name in &record.probes {
+        match other.probes.iter().position(|p| p == name) {
+            Some(at) => order.push(at),
+            None => bail!("{file}: slow roll: there is no reading of probe {name}, so its runout is unknown"),
+        }
+    }
+    let sample = |s: &Sample| Sample { probes: order.iter().map(|at| s.probes[*at]).collect(), ..s.clone() };
+    Ok(other.samples.iter().map(sample).collect())
+}

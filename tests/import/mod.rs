@@ -1,0 +1,4 @@
+//! What tests of imports share.
+
+pub mod exports;
+pub mod truth;
