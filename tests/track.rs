@@ -275,7 +275,7 @@ fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
             assert!((0.5..=1.0).contains(&number(&forecast["coverage_95"][series][horizon])));
         }
     }
-    for by in ["arima", "naive", "drift"] {
+    for by in ["arima", "state", "naive", "drift"] {
         let score = &forecast["scores"][by]["U_g"]["30"];
         let [rmse, crps] = ["rmse", "crps"].map(|key| number(&score[key]));
         // of a forecast that errs at random CRPS is 0.56 of the error at best
@@ -300,6 +300,11 @@ fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
     ] {
         assert!(page.contains(part), "{part}");
     }
+    // what the filter knew is the first choice where the track holds it
+    let first = rotor_edge(&["forecast", &csv, "--json"]);
+    let first: Value = serde_json::from_slice(&first.stdout).unwrap();
+    assert_eq!(first["model"], "state");
+    assert_eq!(first["scores"]["state"], forecast["scores"]["state"]);
     // the days of the limit are those of the track
     let text = rotor_edge(&["forecast", &csv, "--model", "naive", "--limit", "10"]);
     let text = String::from_utf8_lossy(&text.stdout).to_string();

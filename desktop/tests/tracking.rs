@@ -11,6 +11,8 @@ use std::sync::OnceLock;
 use generator::{COMPRESSOR, Change, Course, Machine, PUMP, Plan, TURBINE};
 use nalgebra::Complex;
 use rayon::prelude::*;
+use rotor_edge_desktop::prognosis::scores::Score as ForecastScore;
+use rotor_edge_desktop::prognosis::walk::{By, Model};
 use score::{Judged, Score, Summary};
 
 /// A third of the wander that a record has otherwise.
@@ -99,6 +101,32 @@ fn on_quiet_records_intervals_hold_the_truth_on_92_to_99_percent_of_days_and_no_
     assert!((0.92..=0.99).contains(&s.coverage), "{}", s.coverage);
     assert!(s.least_coverage >= 0.6, "{}", s.least_coverage);
     assert!(s.mean_z.abs() <= 0.3, "{}", s.mean_z);
+}
+
+#[test]
+fn forecasts_from_the_filters_state_say_how_sure_they_are_and_score_better_than_naive_and_drift() {
+    let horizons = [30, 60];
+    let of = |by: By| -> Vec<ForecastScore> {
+        quiet().par_iter().flat_map_iter(|j| j.forecasts(by, &horizons)).collect()
+    };
+    let [state, naive, drift] = [By::State, Model::Naive.into(), Model::Drift.into()].map(of);
+    let mean_ratio = |others: &[ForecastScore], score: fn(&ForecastScore) -> f64| {
+        let logs = state.iter().zip(others).map(|(own, other)| (score(own) / score(other)).ln());
+        (logs.sum::<f64>() / state.len() as f64).exp()
+    };
+    let crps = [&naive, &drift].map(|others| mean_ratio(others, |s| s.crps));
+    let coverage = state.iter().map(|s| s.coverage).sum::<f64>() / state.len() as f64;
+    let worse = state.iter().zip(&naive).filter(|(own, naive)| own.rmse > 1.05 * naive.rmse).count();
+    println!(
+        "CRPS over naive {:.3}, over drift {:.3}; coverage {coverage:.3}; worse than naive in {worse} of {}",
+        crps[0],
+        crps[1],
+        state.len()
+    );
+    assert!(crps[0] < 0.95 && crps[1] < 0.95, "{crps:?}");
+    assert!((0.9..=0.98).contains(&coverage), "{coverage}");
+    // rms more than 5 % above that of "it stays as it is"
+    assert!(20 * worse <= state.len(), "{worse} of {}", state.len());
 }
 
 #[test]

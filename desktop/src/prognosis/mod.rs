@@ -4,6 +4,8 @@
 //! |---|---|
 //! | [`series`] | static and dynamic unbalance of a track, a value a day |
 //! | [`smooth`] | robust local regression |
+//! | [`known`] | the columns of a track that hold what its filter knew on each day |
+//! | [`outlook`] | what a filter knew of a number on a day, and what that says of the days to come |
 //! | [`arima`] | ARIMA by exact likelihood |
 //! | [`walk`] | forecasts from every day of the past, and what became of them |
 //! | [`scores`] | how far off they were, and whether they said how sure they are |
@@ -14,9 +16,11 @@
 //! beside every model: one that does not beat them is worth nothing, and that is said.
 
 pub mod arima;
+pub mod known;
 pub mod limit;
 #[cfg(feature = "lstm")]
 pub mod lstm;
+pub mod outlook;
 pub mod scores;
 pub mod series;
 pub mod smooth;

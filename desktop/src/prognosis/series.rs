@@ -4,14 +4,14 @@ use std::path::Path;
 
 use nalgebra::Complex;
 
+use super::known::{KNOWN, Places};
+use super::outlook::Outlook;
 use crate::error::Error;
 use crate::measurement::sequence::{frozen, moved_reference};
 
 /// Static and dynamic unbalance: magnitudes in g·mm and angles in degrees.
 pub const NAMES: [&str; 4] = ["U_g", "alpha_g", "U_d", "alpha_d"];
-const COLUMNS: [&str; 4] = ["static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"];
-/// Prefix of the columns with what was known on the day itself, where the estimates know the future.
-const KNOWN: &str = "known_";
+pub(super) const COLUMNS: [&str; 4] = ["static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"];
 /// Days without an estimate that a straight line may bridge.
 const LONGEST_GAP_D: f64 = 7.0;
 
@@ -24,6 +24,8 @@ pub struct Series {
     pub values: Vec<f64>,
     /// What was known on each day: what forecasts may use.
     pub known: Vec<f64>,
+    /// The state of the filter on each day, of a track whose method has one.
+    pub outlooks: Option<Vec<Outlook>>,
 }
 
 /// A track as read from CSV.
@@ -72,6 +74,8 @@ pub fn parse(file: &str, text: &str) -> Result<History, Error> {
         .zip(&values)
         .map(|(name, own)| find(&format!("{KNOWN}{name}")).unwrap_or(*own))
         .collect();
+    let outlook_places = Places::find(find);
+    let mut outlooks: Vec<[Outlook; 4]> = Vec::new();
     let mut times: Vec<f64> = Vec::new();
     let mut cells: Vec<Vec<f64>> = vec![Vec::new(); 8];
     for record in reader.records() {
@@ -110,6 +114,13 @@ pub fn parse(file: &str, text: &str) -> Result<History, Error> {
         for (all, column) in cells.iter_mut().zip(values.iter().chain(&known)) {
             all.push(number(*column)?);
         }
+        if let Some(places) = &outlook_places {
+            let out_of_range = |column: usize| {
+                let place = format!("row {line}, column {}", headers.get(column).unwrap_or("?"));
+                Error::measurement(file, place, "is out of range, expected what `track --csv` wrote")
+            };
+            outlooks.push(places.read(number, out_of_range)?);
+        }
     }
     let Some(first_d) = times.first().copied() else {
         return Err(Error::measurement(file, "row 2", "there is no estimate, expected at least one"));
@@ -125,8 +136,16 @@ pub fn parse(file: &str, text: &str) -> Result<History, Error> {
         right[0].iter_mut().for_each(|v| *v += turn);
     }
     let daily = |values: &[f64]| every_day(&times, values);
-    let series =
-        (0..4).map(|i| Series { name: NAMES[i], values: daily(&cells[i]), known: daily(&cells[i + 4]) });
+    let series = (0..4).map(|i| {
+        let known = &cells[i + 4];
+        let own = || outlooks.iter().zip(known).map(|(of_day, level)| Outlook { level: *level, ..of_day[i] });
+        Series {
+            name: NAMES[i],
+            values: daily(&cells[i]),
+            known: daily(known),
+            outlooks: outlook_places.as_ref().map(|_| kept_up(&times, &own().collect::<Vec<_>>())),
+        }
+    });
     Ok(History { first_d, series: series.collect() })
 }
 
@@ -166,12 +185,27 @@ fn unwrap(angles_deg: &mut [f64]) {
     }
 }
 
+/// Whole days from the first time to the last.
+fn whole_days(times: &[f64]) -> impl Iterator<Item = f64> {
+    let days = (times[times.len() - 1] - times[0] + 1e-9).floor() as usize;
+    let first = times[0];
+    (0..=days).map(move |day| first + day as f64)
+}
+
+/// What was known on each whole day: the newest until then, moved on over days without one.
+fn kept_up(times: &[f64], outlooks: &[Outlook]) -> Vec<Outlook> {
+    let on = |at: f64| {
+        let newest = times.partition_point(|t| *t <= at + 1e-9).saturating_sub(1);
+        let days = (at - times[newest]).round() as usize;
+        (0..days).fold(outlooks[newest], |outlook, _| outlook.next_day())
+    };
+    whole_days(times).map(on).collect()
+}
+
 /// A value for each whole day from the first on, straight lines in between.
 fn every_day(times: &[f64], values: &[f64]) -> Vec<f64> {
-    let days = (times[times.len() - 1] - times[0] + 1e-9).floor() as usize;
-    (0..=days)
-        .map(|day| {
-            let at = times[0] + day as f64;
+    whole_days(times)
+        .map(|at| {
             let right = times.partition_point(|t| *t < at - 1e-9).min(times.len() - 1);
             let left = right.saturating_sub(1);
             let width = times[right] - times[left];

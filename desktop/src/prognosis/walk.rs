@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::arima::{Arima, Order};
+use super::outlook::Outlook;
 use super::scores::Score;
 use super::series::Series;
 use super::smooth::rlowess;
@@ -20,7 +21,22 @@ const MOST_ORIGINS: usize = 730;
 /// Half of a 95 % interval, in standard deviations.
 const HALF: f64 = 1.96;
 
-/// What a forecast is made with.
+/// What a forecast is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum By {
+    /// The state of the filter that followed the record, moved on.
+    State,
+    /// The smoothed past, by a model that is fitted to it.
+    Model(Model),
+}
+
+impl From<Model> for By {
+    fn from(model: Model) -> Self {
+        Self::Model(model)
+    }
+}
+
+/// A model of the past.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Model {
     /// It stays as it is.
@@ -133,6 +149,48 @@ impl Fitted {
     }
 }
 
+/// Makes forecasts from one day after another.
+enum Forecaster<'a> {
+    /// Of a filter's state on each day.
+    State(&'a [Outlook]),
+    /// By a model that is fitted to the smoothed past now and then, from the first day on.
+    Fitted { model: Model, first: usize, fitted: Option<(Fitted, usize)> },
+}
+
+impl<'a> Forecaster<'a> {
+    fn new(by: By, series: &'a Series, first: usize) -> Result<Self, Error> {
+        match (by, &series.outlooks) {
+            (By::State, Some(outlooks)) => Ok(Self::State(outlooks)),
+            (By::State, None) => Err(Error::Unsuitable(
+                "the track does not hold the state of a filter, expected one of `track --method joint --csv`"
+                    .into(),
+            )),
+            // the order is chosen on the first days and kept: days to come have no say
+            (By::Model(Model::Arima(None)), _) => {
+                let order = best_order(&smoothed(&series.known[..first])?)?;
+                Ok(Self::Fitted { model: Model::Arima(Some(order)), first, fitted: None })
+            }
+            (By::Model(model), _) => Ok(Self::Fitted { model, first, fitted: None }),
+        }
+    }
+
+    /// From the `end` first days of a series.
+    fn ahead(&mut self, series: &Series, end: usize, days: usize) -> Result<Ahead, Error> {
+        match self {
+            Self::State(outlooks) => Ok(outlooks[end - 1].ahead(days)),
+            Self::Fitted { model, first, fitted } => {
+                let past = smoothed(&series.known[end.saturating_sub(LONGEST_PAST_D)..end])?;
+                let period = |day: usize| (day - *first) / model.refit_every();
+                let now = match fitted.take() {
+                    Some((now, at)) if period(at) == period(end) => (now, at),
+                    near => (Fitted::new(*model, &past, near.as_ref().map(|(near, _)| near))?, end),
+                };
+                fitted.insert(now).0.ahead(&past, days)
+            }
+        }
+    }
+}
+
 /// What could be wrong beyond a model's own spread: number and sum of squares of what its forecasts of the past were off,
 /// by horizon.
 #[derive(Debug, Clone)]
@@ -151,7 +209,7 @@ impl Misses {
     }
 }
 
-/// A model's forecasts of one series from each day on, the first from after `first` days: the score at each
+/// Forecasts of one series from each day on, the first from after `first` days: the score at each
 /// horizon, and the forecast from the last day with intervals as wide as the past showed them to be. A forecast knows two
 /// years at most, and of a track that is much longer some days are passed over, so that the work grows no further.
 ///
@@ -159,7 +217,7 @@ impl Misses {
 /// If the series is too short or does not change, or the order does not fit.
 pub fn walk(
     series: &Series,
-    model: Model,
+    by: impl Into<By>,
     first: usize,
     horizons: &[usize],
     days_ahead: usize,
@@ -179,12 +237,7 @@ pub fn walk(
         )));
     }
     let longest = horizons.iter().copied().max().unwrap_or(1).max(days_ahead);
-    let model = match model {
-        // the order is chosen on the first days and kept: days to come have no say
-        Model::Arima(None) => Model::Arima(Some(best_order(&smoothed(&series.known[..first])?)?)),
-        other => other,
-    };
-    let (mut fitted, mut fitted_at): (Option<Fitted>, usize) = (None, first);
+    let mut forecaster = Forecaster::new(by.into(), series, first)?;
     let mut misses = Misses(vec![(0, 0.0); longest]);
     // a forecast, the day after it was made, and how many days of it have come to pass
     let mut pending: Vec<(usize, usize, Ahead)> = Vec::new();
@@ -203,14 +256,7 @@ pub fn walk(
             }
             *past = now;
         }
-        let past = smoothed(&series.known[end.saturating_sub(LONGEST_PAST_D)..end])?;
-        let period = |day: usize| (day - first) / model.refit_every();
-        if fitted.is_none() || period(end) != period(fitted_at) {
-            fitted = Some(Fitted::new(model, &past, fitted.as_ref())?);
-            fitted_at = end;
-        }
-        let Some(now) = &fitted else { continue };
-        let mut ahead = now.ahead(&past, longest)?;
+        let mut ahead = forecaster.ahead(series, end, longest)?;
         ahead.sd = misses.widened(&ahead.sd);
         for (compared, h) in compared.iter_mut().zip(horizons) {
             if let Some(outcome) = series.values.get(end + h - 1) {
@@ -237,7 +283,7 @@ mod tests {
     use super::*;
 
     fn series(values: Vec<f64>) -> Series {
-        Series { name: "U_g", known: values.clone(), values }
+        Series { name: "U_g", known: values.clone(), values, outlooks: None }
     }
 
     #[test]

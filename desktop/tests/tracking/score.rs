@@ -1,6 +1,11 @@
 //! What an estimate is worth against the truth.
 
+use rotor_edge_desktop::prognosis::scores::Score as ForecastScore;
+use rotor_edge_desktop::prognosis::walk::{By, walk};
+use rotor_edge_desktop::prognosis::{known, series};
 use rotor_edge_desktop::track::{Config, Estimate, Event, Interval, Later, Method, Track, track};
+
+use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 
 use super::generator::{Plan, Record};
 
@@ -101,6 +106,25 @@ impl Judged {
         let first = self.track.estimates.iter().map(|e| e.time_d).find(|d| *d >= day as f64);
         let holds = |e: &Event| first.is_some_and(|d| e.interval_d.low <= d && d <= e.interval_d.high);
         matches!(self.events(), [one] if holds(one))
+    }
+
+    /// Scores of forecasts from each day on, of each of the four series and of each at every horizon.
+    pub fn forecasts(&self, by: By, horizons: &[usize]) -> Vec<ForecastScore> {
+        let history = series::parse("track.csv", &self.csv()).unwrap();
+        history.series.iter().flat_map(|s| walk(s, by, 90, horizons, 1).unwrap().0).collect()
+    }
+
+    /// The columns of its track that a forecast reads.
+    fn csv(&self) -> String {
+        let head = ["time_d", "static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"].map(String::from);
+        let mut lines = vec![[&head[..], &known::header()].concat().join(",")];
+        let joint = self.track.joint.as_ref().unwrap();
+        for (e, outlooks) in self.track.estimates.iter().zip(&joint.known_then) {
+            let estimated = static_and_dynamic(&e.unbalance_kg_m).into_iter().flat_map(g_mm_deg);
+            let cells = [e.time_d].into_iter().chain(estimated).map(|value| value.to_string());
+            lines.push(cells.chain(known::cells(outlooks)).collect::<Vec<_>>().join(","));
+        }
+        lines.join("\n")
     }
 
     /// Everything about it in one line.

@@ -1,12 +1,9 @@
 //! What all days together say.
 
-use nalgebra::Complex;
-
 use super::scope::Scope;
+use crate::prognosis::outlook::Outlook;
 use crate::track::answer::Interval;
 use crate::track::operating_point::Logs;
-
-type C = Complex<f64>;
 
 /// An event, and how sure it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +47,7 @@ pub struct Joint {
     pub effects: Vec<String>,
     /// Whether the likelihood had stopped rising when the learning of wander and drift ended.
     pub settled: bool,
-    /// Unbalance of each estimate as it was known on its day, kg·m: what a forecast may use.
-    pub known_then_kg_m: Vec<Vec<C>>,
+    /// What was known on the day of each estimate of the static unbalance's size (g·mm) and angle (degrees), and of the
+    /// dynamic one's: what a forecast may use.
+    pub known_then: Vec<[Outlook; 4]>,
 }

@@ -30,7 +30,7 @@ impl Tracking<'_> {
     pub(super) fn estimates(&self, problem: &Problem, found: &Found, effects: Vec<String>) -> (Run, Joint) {
         let layout = &problem.layout;
         let mut run = Run::default();
-        let mut known_then_kg_m = Vec::new();
+        let mut known_then = Vec::new();
         for (k, day) in problem.own() {
             let state = &found.smoothed[k];
             let Some(mut estimate) =
@@ -44,7 +44,7 @@ impl Tracking<'_> {
             let rivals = found.rivals.iter().map(|(weight, states)| (*weight, &states[k]));
             estimate.spread = Some(spread(layout, state, rivals.collect()));
             estimate.suspicious = found.pass.impossible[k];
-            known_then_kg_m.push(layout.unbalance(&found.pass.visits[k].filtered.mean));
+            known_then.push(layout.outlooks(&found.pass.visits[k].filtered, &found.motion, problem.pace_d));
             run.estimates.push(estimate);
         }
         for (event, k) in found.events.iter().zip(&found.at) {
@@ -92,7 +92,7 @@ impl Tracking<'_> {
             events: found.events.clone(),
             effects,
             settled: found.settled,
-            known_then_kg_m,
+            known_then,
         };
         (run, joint)
     }

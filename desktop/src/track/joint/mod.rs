@@ -24,6 +24,7 @@ mod estimates;
 mod kalman;
 mod learn;
 mod motion;
+mod outlook;
 mod passes;
 mod scan;
 mod scope;

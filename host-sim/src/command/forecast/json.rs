@@ -6,7 +6,7 @@ use rotor_edge_desktop::prognosis::series::History;
 use rotor_edge_desktop::prognosis::walk::interval;
 use serde_json::{Map, Value, json};
 
-use super::{Arguments, Forecast, against_naive, methods};
+use super::{Arguments, DRIFT, Forecast, Kind, against_naive};
 
 fn number(value: f64) -> Value {
     if value.is_finite() { json!(value) } else { Value::Null }
@@ -40,6 +40,7 @@ fn reached(limit: &Reached) -> Value {
 /// One object.
 pub fn summary(
     arguments: &Arguments,
+    model: &str,
     history: &History,
     forecasts: &[Forecast],
     limit: Option<&Reached>,
@@ -48,8 +49,8 @@ pub fn summary(
         let pairs = arguments.horizons.iter().zip(scores);
         pairs.map(|(h, s)| (h.to_string(), of(s))).collect::<Map<_, _>>().into()
     };
-    let by_series = |method: usize, of: &dyn Fn(&Score) -> Value| -> Value {
-        let one = |f: &Forecast| (f.series.name.to_string(), by_horizon(&f.scores[method], of));
+    let by_series = |method: &str, of: &dyn Fn(&Score) -> Value| -> Value {
+        let one = |f: &Forecast| (f.series.name.to_string(), by_horizon(f.of(method), of));
         forecasts.iter().map(one).collect::<Map<_, _>>().into()
     };
     let rmse = |s: &Score| number(s.rmse);
@@ -63,14 +64,14 @@ pub fn summary(
         }
         Value::from(all)
     };
-    let model = arguments.model.name();
-    let scores = methods(model).into_iter().map(|(k, name)| (name.to_string(), by_series(k, &score)));
+    let methods = forecasts.first().map_or(&[][..], |f| &f.scores);
+    let scores = methods.iter().map(|(name, _)| (name.to_string(), by_series(name, &score)));
     json!({
         "model": model,
-        "rmse": by_series(0, &rmse),
-        "baselines": { "naive": by_series(1, &rmse), "drift": by_series(2, &rmse) },
-        "coverage_95": by_series(0, &|s| number(s.coverage)),
-        "compared": by_series(0, &|s| number(s.count as f64)),
+        "rmse": by_series(model, &rmse),
+        "baselines": { "naive": by_series(Kind::Naive.name(), &rmse), "drift": by_series(DRIFT, &rmse) },
+        "coverage_95": by_series(model, &|s| number(s.coverage)),
+        "compared": by_series(model, &|s| number(s.count as f64)),
         "scores": scores.collect::<Map<_, _>>(),
         "against_naive": against_naive(forecasts, &arguments.horizons),
         "forecast": (0..arguments.days).map(day).collect::<Vec<_>>(),

@@ -15,7 +15,7 @@ use rotor_edge_desktop::prognosis::arima::Order;
 use rotor_edge_desktop::prognosis::limit::{Reached, reached};
 use rotor_edge_desktop::prognosis::scores::Score;
 use rotor_edge_desktop::prognosis::series::{self, Series};
-use rotor_edge_desktop::prognosis::walk::{Ahead, Model, walk};
+use rotor_edge_desktop::prognosis::walk::{Ahead, By, Model, walk};
 use rotor_edge_desktop::unbalance::G_MM;
 
 use super::output;
@@ -24,9 +24,10 @@ use super::output;
 pub struct Arguments {
     /// A track, as `track --csv` writes it
     track: PathBuf,
-    /// What the forecast is made with; naive and drift are printed beside it
-    #[arg(long, value_enum, default_value_t = Kind::Arima)]
-    model: Kind,
+    /// What the forecast is made with; naive and drift are printed beside it, and state where the track holds one
+    /// [default: state where the track holds one, else arima]
+    #[arg(long, value_enum)]
+    model: Option<Kind>,
     /// Order p,d,q of arima; the best by Akaike's criterion if absent
     #[arg(long, value_parser = order)]
     order: Option<Order>,
@@ -60,6 +61,8 @@ pub struct Arguments {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Kind {
+    /// The state of the filter that followed the record, moved on; of `track --method joint`
+    State,
     /// ARIMA by exact likelihood
     Arima,
     /// A recurrent network; needs a build with `--features lstm`
@@ -71,6 +74,7 @@ enum Kind {
 impl Kind {
     fn name(self) -> &'static str {
         match self {
+            Self::State => "state",
             Self::Arima => "arima",
             Self::Lstm => "lstm",
             Self::Naive => "naive",
@@ -86,14 +90,26 @@ fn order(text: &str) -> Result<Order, String> {
     }
 }
 
-/// One series, scored and forecast by the model asked for, naive and drift.
+/// One series, scored and forecast by the model asked for, and scored by others.
 pub struct Forecast<'a> {
     /// The series.
     pub series: &'a Series,
-    /// Model, naive, drift, each at every horizon.
-    pub scores: [Vec<Score>; 3],
+    /// Name of each method, the model's first, and its scores at every horizon.
+    pub scores: Vec<(&'static str, Vec<Score>)>,
     /// By the model.
     pub ahead: Ahead,
+}
+
+impl Forecast<'_> {
+    /// The model's own scores.
+    pub fn own(&self) -> &[Score] {
+        &self.scores[0].1
+    }
+
+    /// The scores of a method by its name; none if it was not tried.
+    pub fn of(&self, method: &str) -> &[Score] {
+        self.scores.iter().find(|(name, _)| *name == method).map_or(&[], |(_, scores)| scores)
+    }
 }
 
 /// Runs the command.
@@ -106,9 +122,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let history = series::read(&arguments.track)?;
     let limit_g_mm = limit_g_mm(arguments)?;
+    let has_state = history.series.iter().all(|s| s.outlooks.is_some());
+    let model = arguments.model.unwrap_or(if has_state { Kind::State } else { Kind::Arima });
     let working = output::spinner("forecasts of the past");
     // refused for the first series that cannot be forecast, whichever is ready first
-    let forecasts: Vec<Result<Forecast>> = history.series.par_iter().map(|s| one(s, arguments)).collect();
+    let forecasts: Vec<Result<Forecast>> =
+        history.series.par_iter().map(|s| one(s, model, arguments)).collect();
     working.finish_and_clear();
     let forecasts = forecasts.into_iter().collect::<Result<Vec<Forecast>>>()?;
     let limit = limit_g_mm.map(|limit| {
@@ -117,17 +136,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         reached(&magnitude.ahead, now, limit, arguments.seed)
     });
     if let Some(path) = &arguments.form.report {
-        let sections = report::sections(
-            &history,
-            &forecasts,
-            &arguments.horizons,
-            arguments.model.name(),
-            limit.as_ref(),
-        );
+        let sections =
+            report::sections(&history, &forecasts, &arguments.horizons, model.name(), limit.as_ref());
         output::report(path, "Forecast of the unbalance", sections)?;
     }
     if arguments.form.json {
-        return output::json(&json::summary(arguments, &history, &forecasts, limit.as_ref()));
+        return output::json(&json::summary(arguments, model.name(), &history, &forecasts, limit.as_ref()));
     }
     text::print(arguments, &history, &forecasts, limit.as_ref());
     Ok(())
@@ -146,16 +160,23 @@ fn limit_g_mm(arguments: &Arguments) -> Result<Option<f64>> {
     arguments.limit.map(|limit| positive("--limit", limit)).transpose()
 }
 
-fn one<'a>(series: &'a Series, arguments: &Arguments) -> Result<Forecast<'a>> {
-    let score = |model| walk(series, model, arguments.first, &arguments.horizons, arguments.days);
-    let (naive, stays) = score(Model::Naive)?;
-    let (drift, _) = score(Model::Drift)?;
-    let (own, ahead) = match arguments.model {
-        Kind::Naive => (naive.clone(), stays),
-        Kind::Arima => score(Model::Arima(arguments.order))?,
+fn one<'a>(series: &'a Series, model: Kind, arguments: &Arguments) -> Result<Forecast<'a>> {
+    let score = |by: By| walk(series, by, arguments.first, &arguments.horizons, arguments.days);
+    let (own, ahead) = match model {
+        Kind::State => score(By::State)?,
+        Kind::Naive => score(Model::Naive.into())?,
+        Kind::Arima => score(Model::Arima(arguments.order).into())?,
         Kind::Lstm => lstm(series, arguments)?,
     };
-    Ok(Forecast { series, scores: [own, naive, drift], ahead })
+    let state = series.outlooks.is_some().then_some((Kind::State.name(), By::State));
+    let baselines = [(Kind::Naive.name(), Model::Naive.into()), (DRIFT, Model::Drift.into())];
+    let mut scores = vec![(model.name(), own)];
+    for (name, by) in state.into_iter().chain(baselines) {
+        if name != model.name() {
+            scores.push((name, score(by)?.0));
+        }
+    }
+    Ok(Forecast { series, scores, ahead })
 }
 
 #[cfg(feature = "lstm")]
@@ -168,6 +189,9 @@ fn lstm(series: &Series, arguments: &Arguments) -> Result<(Vec<Score>, Ahead)> {
 fn lstm(_: &Series, _: &Arguments) -> Result<(Vec<Score>, Ahead)> {
     bail!("this build has no LSTM; build it with `cargo build --release --features lstm` and run again")
 }
+
+/// The forecast that goes on as on average until then.
+const DRIFT: &str = "drift";
 
 /// What forecasts are scored by: title, figure, and whether that is a share of one.
 type Scored = (&'static str, fn(&Score) -> f64, bool);
@@ -203,12 +227,6 @@ pub fn limit_in_words(limit: &Reached, last_d: f64) -> String {
     )
 }
 
-/// Names of the methods whose forecasts are scored, each once, with its place among a forecast's scores.
-pub fn methods(model: &str) -> Vec<(usize, &str)> {
-    let names = [model, "naive", "drift"];
-    names.into_iter().enumerate().filter(|(k, name)| *k == 0 || *name != model).collect()
-}
-
 /// Unit of a series.
 pub fn unit(series: &Series) -> &'static str {
     if series.name.starts_with('U') { "g·mm" } else { "°" }
@@ -219,7 +237,7 @@ pub fn against_naive(forecasts: &[Forecast], horizons: &[usize]) -> Vec<String> 
     let one = |(i, h): (usize, &usize)| {
         let (mut better, mut worse) = (Vec::new(), Vec::new());
         for f in forecasts {
-            let [own, naive, _] = &f.scores;
+            let (own, naive) = (f.own(), f.of(Kind::Naive.name()));
             if own[i].count == 0 {
                 continue;
             }

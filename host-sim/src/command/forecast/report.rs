@@ -1,10 +1,11 @@
 //! What `forecast --report` says: the tables of scores, the fans and the limit.
 
 use rotor_edge_desktop::prognosis::limit::Reached;
+use rotor_edge_desktop::prognosis::scores::Score;
 use rotor_edge_desktop::prognosis::series::History;
 use rotor_edge_desktop::prognosis::walk::interval;
 
-use super::{Forecast, SCORES, Scored, against_naive, limit_in_words, methods, unit};
+use super::{Forecast, SCORES, Scored, against_naive, limit_in_words, unit};
 use crate::report::scale::three_digits;
 use crate::report::trend::{Trend, trend};
 use crate::report::{Figure, Section, Table};
@@ -32,26 +33,26 @@ pub fn sections(
     let fans = forecasts.iter().enumerate().map(|(i, f)| fan(history, f, model, drawn(i)));
     let passage = limit.filter(|limit| !limit.already()).map(|limit| first_passage(history, limit));
     let figures = fans.chain(passage).collect();
-    let tables = SCORES.map(|scored| scores(forecasts, horizons, model, scored)).to_vec();
+    let tables = SCORES.map(|scored| scores(forecasts, horizons, scored)).to_vec();
     vec![Section { heading: "Forecast".into(), paragraphs, tables, figures }]
 }
 
 /// One score of every method at every horizon.
-fn scores(forecasts: &[Forecast], horizons: &[usize], model: &str, scored: Scored) -> Table {
+fn scores(forecasts: &[Forecast], horizons: &[usize], scored: Scored) -> Table {
     let (title, of, share) = scored;
     let cell = |value: f64| match (value.is_finite(), share) {
         (false, _) => "–".to_string(),
         (true, false) => three_digits(value),
         (true, true) => format!("{:.1} %", 100.0 * value),
     };
-    let row = |(f, (k, name)): (&Forecast, (usize, &str))| {
-        let cells = f.scores[k].iter().map(|s| cell(of(s)));
+    let row = |(f, (name, scores)): (&Forecast, &(&str, Vec<Score>))| {
+        let cells = scores.iter().map(|s| cell(of(s)));
         [format!("{}, {}", f.series.name, unit(f.series)), name.to_string()]
             .into_iter()
             .chain(cells)
             .collect()
     };
-    let rows = forecasts.iter().flat_map(|f| methods(model).into_iter().map(move |m| (f, m)));
+    let rows = forecasts.iter().flat_map(|f| f.scores.iter().map(move |m| (f, m)));
     Table {
         caption: format!("{title} by days ahead"),
         columns: ["series", "forecast by"]

@@ -5,7 +5,7 @@ use rotor_edge_desktop::prognosis::scores::Score;
 use rotor_edge_desktop::prognosis::series::History;
 use rotor_edge_desktop::prognosis::walk::interval;
 
-use super::{Arguments, Forecast, SCORES, against_naive, limit_in_words, methods, unit};
+use super::{Arguments, Forecast, SCORES, against_naive, limit_in_words, unit};
 
 /// One score of every method at every horizon.
 fn table(arguments: &Arguments, forecasts: &[Forecast], title: &str, of: fn(&Score) -> f64, share: bool) {
@@ -14,11 +14,11 @@ fn table(arguments: &Arguments, forecasts: &[Forecast], title: &str, of: fn(&Sco
     arguments.horizons.iter().for_each(|h| print!(" {:>9}", format!("{h} d")));
     println!();
     for f in forecasts {
-        for (k, name) in methods(arguments.model.name()) {
+        for (k, (name, scores)) in f.scores.iter().enumerate() {
             let unit = if share { String::new() } else { format!(", {}", unit(f.series)) };
             let label = if k == 0 { format!("{}{unit}", f.series.name) } else { String::new() };
             print!("  {label:<13} {name:<6}");
-            for value in f.scores[k].iter().map(of) {
+            for value in scores.iter().map(of) {
                 match (value.is_finite(), share) {
                     (false, _) => print!(" {:>9}", "–"),
                     (true, false) => print!(" {value:>9.2}"),

@@ -180,7 +180,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     print(&rotor, &record, &followed);
     println!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
     match &arguments.csv {
-        Some(path) => println!("Next: rotor-edge forecast {} --model arima", path.display()),
+        Some(path) => println!("Next: rotor-edge forecast {}", path.display()),
         None => println!("Next: the same with --csv TRACK.csv, for `rotor-edge forecast`."),
     }
     if followed.undiagnosed_since_d.is_some() {

@@ -2,13 +2,15 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use nalgebra::Complex;
 use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::prognosis::known;
 use rotor_edge_desktop::track::{
     Cause, Estimate, Event, Flag, Interval, Joint, Method, Reidentified, Scope, Spread, Track,
 };
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
+use rotor_edge_desktop::whole_file;
 use serde_json::{Value, json};
 
 use super::sampling;
@@ -255,13 +257,13 @@ pub fn plane_interval(spread: &Spread, plane: usize) -> String {
 /// # Errors
 /// If the file cannot be written.
 pub fn csv(path: &Path, rotor: &Rotor, track: &Track) -> Result<()> {
-    let known_then = track.joint.as_ref().map(|j| j.known_then_kg_m.as_slice());
+    let known_then = track.joint.as_ref().map(|j| j.known_then.as_slice());
     let mut head = header(rotor);
     let spreads = track.estimates.iter().any(|e| e.spread.is_some());
     if spreads {
         head.extend(interval_header(rotor));
     }
-    head.extend(known_then.iter().flat_map(|_| STATIC_DYNAMIC.map(|name| format!("known_{name}"))));
+    head.extend(known_then.iter().flat_map(|_| known::header()));
     let mut text = head.join(",");
     text.push('\n');
     for (i, e) in track.estimates.iter().enumerate() {
@@ -270,14 +272,11 @@ pub fn csv(path: &Path, rotor: &Rotor, track: &Track) -> Result<()> {
             cells.extend(interval_cells(rotor, e.spread.as_ref()));
         }
         // the joint method's estimates know the days that came after; a forecast must not
-        cells.extend(known_then.iter().flat_map(|known| static_dynamic_cells(&known[i])));
+        cells.extend(known_then.iter().flat_map(|known| known::cells(&known[i])));
         text.push_str(&cells.join(","));
         text.push('\n');
     }
-    let partial = path.with_extension("csv.partial");
-    std::fs::write(&partial, text)
-        .and_then(|()| std::fs::rename(&partial, path))
-        .with_context(|| format!("{}: cannot be written", path.display()))
+    Ok(whole_file::write(path, text.as_bytes())?)
 }
 
 const STATIC_DYNAMIC: [&str; 4] = ["static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"];

@@ -1,0 +1,144 @@
+//! What the filter knew on a day of static and dynamic unbalance, and of where they were going.
+
+use nalgebra::{Complex, DVector};
+
+use super::kalman::Gaussian;
+use super::motion::Motion;
+use super::state::Layout;
+use crate::prognosis::outlook::Outlook;
+use crate::unbalance::{G_MM, static_and_dynamic};
+
+type C = Complex<f64>;
+
+impl Layout {
+    /// Size (g·mm) and angle (degrees) of the static and of the dynamic unbalance, linear in the state around its mean;
+    /// `pace_d` is the days between two readings, in which the state's rate is stated.
+    pub fn outlooks(&self, state: &Gaussian, motion: &Motion, pace_d: f64) -> [Outlook; 4] {
+        let kept = motion.rate_keep.powf(1.0 / pace_d);
+        // what a rate of one a reading moves in a day
+        let reach = (1.0 - kept) / (1.0 - motion.rate_keep);
+        let gain = (1.0 - kept.powi(2)) / (1.0 - motion.rate_keep.powi(2));
+        let flat = self.flat();
+        let part = |a: usize, b: usize| state.covariance.view((a, b), (flat, flat));
+        let of = |level: f64, slope: DVector<f64>| {
+            let variance = |a: usize, b: usize| slope.dot(&(part(a, b) * &slope));
+            let (level_sd, per_d_sd) =
+                (variance(0, 0).max(0.0).sqrt(), reach * variance(flat, flat).max(0.0).sqrt());
+            let both = level_sd * per_d_sd;
+            Outlook {
+                level,
+                per_d: reach * slope.dot(&state.mean.rows(flat, flat)),
+                level_sd,
+                per_d_sd,
+                correlation: if both > 0.0 {
+                    (reach * variance(0, flat) / both).clamp(-1.0, 1.0)
+                } else {
+                    0.0
+                },
+                kept,
+                push_sd: reach * slope.norm() * (motion.rate_push * gain).sqrt(),
+            }
+        };
+        let [fixed, couple] = static_and_dynamic(&self.unbalance(&state.mean));
+        let [of_static, of_dynamic] = self.split_slopes(&state.mean);
+        let size = |u: C, slopes: &[C]| {
+            let towards = if u.norm() > 0.0 { u.conj() / u.norm() } else { C::from(1.0) };
+            of(u.norm() * G_MM, real(slopes, |s| (towards * s).re * G_MM))
+        };
+        // the angle of nothing is anything, and is told as if it were of the least that a number can be
+        let angle = |u: C, slopes: &[C]| {
+            let u = if u.norm() > 0.0 { u } else { C::from(f64::MIN_POSITIVE.sqrt()) };
+            of(u.arg().to_degrees(), real(slopes, |s| (s / u).im.to_degrees()))
+        };
+        [
+            size(fixed, &of_static),
+            angle(fixed, &of_static),
+            size(couple, &of_dynamic),
+            angle(couple, &of_dynamic),
+        ]
+    }
+
+    /// Static and dynamic unbalance by each plane's coordinate, kg·m.
+    fn split_slopes(&self, x: &DVector<f64>) -> [Vec<C>; 2] {
+        let slope = |j: usize| self.planes[j].slope(self.coordinate(x, j));
+        let planes = self.planes.len();
+        let alone = |j: usize| {
+            let mut one = vec![C::from(0.0); planes];
+            one[j] = slope(j);
+            static_and_dynamic(&one)
+        };
+        [0, 1].map(|which| (0..planes).map(|j| alone(j)[which]).collect())
+    }
+}
+
+/// A derivative by complex coordinates as one by their real and imaginary parts.
+fn real(slopes: &[C], of: impl Fn(C) -> f64) -> DVector<f64> {
+    let parts = slopes.iter().flat_map(|s| [of(*s), of(C::i() * s)]);
+    DVector::from_iterator(2 * slopes.len(), parts)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::super::coordinate::Coordinate;
+    use super::*;
+    use crate::track::coefficients::COEFFICIENTS;
+
+    fn layout() -> Layout {
+        let planes = [C::new(3e-4, -1e-4), C::new(-2e-4, 4e-4)];
+        Layout {
+            planes: planes.iter().map(|u| Coordinate::new(*u, &[*u], u.norm())).collect(),
+            probes: 4,
+            has_factors: false,
+        }
+    }
+
+    fn motion() -> Motion {
+        Motion { rate_push: 4e-6, rate_keep: 0.8, ..Motion::default() }
+    }
+
+    /// Forecasts of the four numbers against the filter's own prediction of its state and differences of the numbers.
+    #[test]
+    fn outlooks_go_where_the_filters_own_prediction_goes() {
+        let (layout, motion) = (layout(), motion());
+        let size = layout.size();
+        let mixed = DMatrix::from_fn(size, size, |i, j| 1e-3 * (((5 * i + 3 * j) % 11) as f64 - 5.0));
+        let mut mean = layout.at(&[0.0; COEFFICIENTS], &[C::new(0.05, 0.1), C::new(-0.1, 0.2)]);
+        (0..4).for_each(|i| mean[4 + i] = 1e-5 * (i as f64 - 1.5));
+        let state = Gaussian { mean, covariance: &mixed * mixed.transpose() };
+        let numbers = |x: &DVector<f64>| {
+            let [s, d] = static_and_dynamic(&layout.unbalance(x));
+            [s.norm() * G_MM, s.arg().to_degrees(), d.norm() * G_MM, d.arg().to_degrees()]
+        };
+        let mut later = state.clone();
+        let step = layout.step(1.0, &motion, None, false);
+        (0..30).for_each(|_| later = later.predicted(&step));
+        let (then, expected) = (layout.outlooks(&state, &motion, 1.0), numbers(&later.mean));
+        for (k, outlook) in then.iter().enumerate() {
+            let slope = DVector::from_fn(4, |i, _| {
+                let mut near = [state.mean.clone(), state.mean.clone()];
+                (near[0][i], near[1][i]) = (near[0][i] - 1e-6, near[1][i] + 1e-6);
+                (numbers(&near[1])[k] - numbers(&near[0])[k]) / 2e-6
+            });
+            let ahead = outlook.ahead(30);
+            assert!((ahead.mean[29] - expected[k]).abs() < 1e-3 * expected[k].abs(), "{k}: {ahead:?}");
+            let sd = slope.dot(&(later.covariance.view((0, 0), (4, 4)) * &slope)).sqrt();
+            assert!((ahead.sd[29] / sd - 1.0).abs() < 1e-6, "{k}: {} {sd}", ahead.sd[29]);
+        }
+    }
+
+    #[test]
+    fn a_rate_is_the_same_whether_it_is_read_every_day_or_every_second() {
+        let layout = layout();
+        let mut mean = layout.at(&[0.0; COEFFICIENTS], &[C::from(0.0); 2]);
+        mean[4] = 2e-3;
+        let state = Gaussian { mean, covariance: DMatrix::zeros(layout.size(), layout.size()) };
+        let every_second = Motion { rate_keep: 0.64, ..motion() };
+        // 2e-3 in two days of which the second has four fifths of the first
+        let [slow, ..] = layout.outlooks(&state, &every_second, 2.0);
+        let [fast, ..] = layout.outlooks(&state, &motion(), 1.0);
+        assert!((slow.kept - 0.8).abs() < 1e-12);
+        assert!((slow.per_d - fast.per_d / 1.8).abs() < 1e-12);
+    }
+}
