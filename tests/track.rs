@@ -244,9 +244,22 @@ fn the_chains_of_bayes_meet_on_every_day_and_its_intervals_hold_the_unbalance_an
 fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
     let case = Case::turbine();
     let (csv, report) = (case.path("track.csv"), case.path("track.html"));
-    case.track("joint", &["--csv", &csv, "--report", &report]);
+    let begin = ["--begin", "2024-03-01T06:00+01:00"];
+    let track = case.track("joint", &[&["--csv", &csv, "--report", &report], &begin[..]].concat());
+    assert_eq!(track["begin"], "2024-03-01T05:00:00Z");
+    assert!(
+        track["joint"]["events"][0]["time"].as_str().unwrap().starts_with("2024-07-0"),
+        "{}",
+        track["joint"]
+    );
     let page = std::fs::read_to_string(&report).unwrap();
-    for heading in ["Does the model fit?", "Calculated and measured features", "Unbalance", "Bearings"] {
+    for heading in [
+        "days from 2024-03-01 05:00 UTC",
+        "Does the model fit?",
+        "Calculated and measured features",
+        "Unbalance",
+        "Bearings",
+    ] {
         assert!(page.contains(heading), "{heading}");
     }
     let fans = case.path("forecast.html");
@@ -284,6 +297,7 @@ fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
         assert!(number(&score["coverage_95"]) > 0.5 && number(&score["compared"]) > 100.0, "{score}");
     }
     assert_eq!(forecast["forecast"].as_array().unwrap().len(), 60);
+    assert_eq!(forecast["forecast"][0]["time"], "2025-06-03T05:00:00Z");
     assert_eq!(forecast["limit"]["exceeded"], false);
     assert_eq!(forecast["limit"]["chance_until"].as_array().unwrap().len(), 60);
     assert_eq!(forecast["against_naive"].as_array().unwrap().len(), 4);
@@ -308,7 +322,9 @@ fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
     // the days of the limit are those of the track
     let text = rotor_edge(&["forecast", &csv, "--model", "naive", "--limit", "10"]);
     let text = String::from_utf8_lossy(&text.stdout).to_string();
-    assert!(text.contains("The limit of 10 g·mm static unbalance is exceeded already: day 4"), "{text}");
+    let exceeded =
+        "static unbalance is exceeded already: the last of the track, day 458, 2025-06-02 05:00 UTC, has";
+    assert!(text.contains(exceeded), "{text}");
     assert!(
         text.contains("Continuous ranked probability score") && text.contains("Pinball loss at 5 %"),
         "{text}"

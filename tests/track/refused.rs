@@ -20,6 +20,13 @@ fn records_that_cannot_be_followed_are_refused_in_one_sentence() {
     assert!(wide.contains("--growth") && wide.contains("at most 100"), "{wide}");
     let few = track(&record("few.csv", part(1..7)));
     assert!(few.contains("6 complete readings") && few.contains("at least 10"), "{few}");
+    let begin = |record: &str, begin: &str| rotor_edge(&["track", &case.rotor, record, "--begin", begin]);
+    let said = |output: std::process::Output| String::from_utf8(output.stderr).unwrap();
+    let odd = said(begin(&case.record, "yesterday"));
+    assert!(odd.contains("yesterday\" is no moment, expected one as in 2024-03-01"), "{odd}");
+    let undated: Vec<&str> = lines.iter().take(60).map(|line| line.split_once(',').unwrap().1).collect();
+    let undated = said(begin(&record("undated.csv", undated.join("\n")), "2024-03-01"));
+    assert!(undated.contains("undated.csv: there is no column time_d"), "{undated}");
     let second = lines[1].split_once(',').unwrap().1;
     let same: Vec<String> = (0..40).map(|day| format!("{day},{second}")).collect();
     let constant = track(&record("constant.csv", format!("{}\n{}", lines[0], same.join("\n"))));

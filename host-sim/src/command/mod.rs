@@ -9,6 +9,7 @@ pub mod check;
 mod commanding;
 mod compare;
 mod completions;
+mod dates;
 mod dbc;
 mod decode;
 mod deploy;

@@ -1,5 +1,7 @@
 //! Moments as exports write them.
 
+use std::str::FromStr;
+
 use clap::ValueEnum;
 use jiff::civil::{Date, DateTime, Time};
 use jiff::tz::TimeZone;
@@ -21,6 +23,9 @@ pub enum DateOrder {
     DayFirst,
     MonthFirst,
 }
+
+/// Behind a moment whose zone nobody stated.
+const LOCAL: &str = " local time";
 
 /// No moment of any unit is a larger number.
 const LARGEST: f64 = 1e15;
@@ -51,12 +56,25 @@ impl Moment {
 
     /// As people write it; nothing if it is no calendar time.
     pub fn calendar(self) -> Option<String> {
+        let zone = if matches!(self, Self::Local(_)) { LOCAL } else { "" };
+        self.iso().map(|text| format!("{text}{zone}"))
+    }
+
+    /// In ISO 8601, in UTC where the zone is known; nothing if it is no calendar time.
+    pub fn iso(self) -> Option<String> {
         let written = |ns: i128| Timestamp::from_nanosecond(ns).ok().map(|t| t.to_string());
         match self {
             Self::Zoned(ns) => written(ns),
-            Self::Local(ns) => written(ns).map(|text| format!("{} local time", text.trim_end_matches('Z'))),
+            Self::Local(ns) => written(ns).map(|text| text.trim_end_matches('Z').to_string()),
             Self::Elapsed(_) => None,
         }
+    }
+
+    /// Date, hour and minute.
+    pub fn to_the_minute(self) -> Option<String> {
+        let text = self.iso()?.replacen('T', " ", 1);
+        let zone = if matches!(self, Self::Zoned(_)) { " UTC" } else { "" };
+        Some(format!("{}{zone}", text.get(..16)?))
     }
 
     /// The moment of a clock on the wall.
@@ -71,6 +89,18 @@ impl Moment {
             Self::Zoned(start) => Self::Zoned(start + ns),
             Self::Local(start) => Self::Local(start + ns),
             Self::Elapsed(start) => Self::Elapsed(start + days),
+        }
+    }
+}
+
+/// What [`Moment::calendar`] has written.
+impl FromStr for Moment {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<Self, ()> {
+        match of_text(text.trim().trim_end_matches(LOCAL), None) {
+            Read::Moment(moment) => Ok(moment),
+            _ => Err(()),
         }
     }
 }

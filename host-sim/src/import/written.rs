@@ -12,6 +12,9 @@ use super::mapping::{MARK, Mapping};
 use super::record::Sample;
 use super::target::{Rule, Target};
 
+/// Before the moment from which a record's days count, in its header comment.
+pub const COUNTS_FROM: &str = "time_d counts from ";
+
 impl Sample {
     /// As a reading, with days since `start`.
     pub fn reading(&self, start: Option<Moment>) -> Reading {
@@ -75,7 +78,7 @@ impl Imported {
             self.lost()
         )?;
         if let Some(start) = self.start.and_then(Moment::calendar) {
-            writeln!(head, "# # time_d counts from {start}")?;
+            writeln!(head, "# # {COUNTS_FROM}{start}")?;
         }
         for (name, y) in self.record.probes.iter().zip(self.runout_um.iter().flatten()) {
             writeln!(head, "# # taken off {name}: cos {} µm, sin {} µm", y.re, -y.im)?;

@@ -6,6 +6,7 @@ use rotor_edge_desktop::prognosis::series::History;
 use rotor_edge_desktop::prognosis::walk::interval;
 use serde_json::{Map, Value, json};
 
+use super::super::dates::Dates;
 use super::{Arguments, DRIFT, Forecast, Kind, against_naive};
 
 fn number(value: f64) -> Value {
@@ -44,6 +45,7 @@ pub fn summary(
     history: &History,
     forecasts: &[Forecast],
     limit: Option<&Reached>,
+    dates: Dates,
 ) -> Value {
     let by_horizon = |scores: &[Score], of: &dyn Fn(&Score) -> Value| -> Value {
         let pairs = arguments.horizons.iter().zip(scores);
@@ -57,7 +59,9 @@ pub fn summary(
     let last_d = history.last_d();
     let day = |k: usize| {
         let mut all = Map::new();
-        all.insert("time_d".into(), json!(last_d + k as f64 + 1.0));
+        let time_d = last_d + k as f64 + 1.0;
+        all.insert("time_d".into(), json!(time_d));
+        all.insert("time".into(), json!(dates.iso(time_d)));
         for f in forecasts {
             let [low, high] = interval(f.ahead.mean[k], f.ahead.sd[k]);
             all.insert(f.series.name.into(), json!({ "value": f.ahead.mean[k], "low": low, "high": high }));

@@ -4,9 +4,9 @@ mod json;
 mod report;
 mod text;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::{Context as _, Result, bail};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use rotor_edge_desktop::balance::grade::Rigid;
@@ -14,10 +14,11 @@ use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::prognosis::arima::Order;
 use rotor_edge_desktop::prognosis::limit::{Reached, reached};
 use rotor_edge_desktop::prognosis::scores::Score;
-use rotor_edge_desktop::prognosis::series::{self, Series};
+use rotor_edge_desktop::prognosis::series::{self, History, Series};
 use rotor_edge_desktop::prognosis::walk::{Ahead, By, Model, walk};
 use rotor_edge_desktop::unbalance::G_MM;
 
+use super::dates::Dates;
 use super::output;
 
 #[derive(Debug, Args)]
@@ -120,7 +121,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.first < 30 {
         bail!("--first {}: expected at least 30 days to learn from", arguments.first);
     }
-    let history = series::read(&arguments.track)?;
+    let (history, dates) = read(&arguments.track)?;
     let limit_g_mm = limit_g_mm(arguments)?;
     let has_state = history.series.iter().all(|s| s.outlooks.is_some());
     let model = arguments.model.unwrap_or(if has_state { Kind::State } else { Kind::Arima });
@@ -137,14 +138,29 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     });
     if let Some(path) = &arguments.form.report {
         let sections =
-            report::sections(&history, &forecasts, &arguments.horizons, model.name(), limit.as_ref());
+            report::sections(&history, &forecasts, &arguments.horizons, model.name(), limit.as_ref(), dates);
         output::report(path, "Forecast of the unbalance", sections)?;
     }
     if arguments.form.json {
-        return output::json(&json::summary(arguments, model.name(), &history, &forecasts, limit.as_ref()));
+        return output::json(&json::summary(
+            arguments,
+            model.name(),
+            &history,
+            &forecasts,
+            limit.as_ref(),
+            dates,
+        ));
     }
-    text::print(arguments, &history, &forecasts, limit.as_ref());
+    text::print(arguments, &history, &forecasts, limit.as_ref(), dates);
     Ok(())
+}
+
+/// A track, and when its days are.
+fn read(path: &Path) -> Result<(History, Dates)> {
+    let history = series::read(path)?;
+    let text =
+        std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    Ok((history, Dates::of_track(&text)))
 }
 
 fn limit_g_mm(arguments: &Arguments) -> Result<Option<f64>> {
@@ -205,20 +221,21 @@ const SCORES: [Scored; 6] = [
 ];
 
 /// What the limit comes to, in one sentence; days as the track counts them.
-pub fn limit_in_words(limit: &Reached, last_d: f64) -> String {
+pub fn limit_in_words(limit: &Reached, last_d: f64, dates: Dates) -> String {
     let head = format!("The limit of {:.0} g·mm static unbalance", limit.limit_g_mm);
     if limit.already() {
         return format!(
-            "{head} is exceeded already: day {last_d:.0}, the last of the track, has {:.0} g·mm.",
+            "{head} is exceeded already: the last of the track, {}, has {:.0} g·mm.",
+            dates.day(last_d),
             limit.now_g_mm
         );
     }
     let day = |share: usize| match limit.days[share] {
-        Some(days) => format!("on day {:.0}", last_d + days),
+        Some(days) => format!("on {}", dates.day(last_d + days)),
         None => "not within the forecast".to_string(),
     };
     format!(
-        "{head} is reached within {} days with {:.0} %: with a chance of 5 % {}, of 50 % {}, of 95 % {}.",
+        "{head} is reached within {} days with {:.0} %: with a chance of 5 % {}; of 50 % {}; of 95 % {}.",
         limit.until.len(),
         100.0 * limit.chance(),
         day(0),

@@ -5,6 +5,7 @@ use rotor_edge_desktop::prognosis::scores::Score;
 use rotor_edge_desktop::prognosis::series::History;
 use rotor_edge_desktop::prognosis::walk::interval;
 
+use super::super::dates::Dates;
 use super::{Forecast, SCORES, Scored, against_naive, limit_in_words, unit};
 use crate::report::scale::three_digits;
 use crate::report::trend::{Trend, trend};
@@ -20,6 +21,7 @@ pub fn sections(
     horizons: &[usize],
     model: &str,
     limit: Option<&Reached>,
+    dates: Dates,
 ) -> Vec<Section> {
     let mut paragraphs = vec![
         "Every day of the past was forecast from as if it were the last; the errors are of those forecasts. CRPS and \
@@ -27,11 +29,11 @@ pub fn sections(
             .to_string(),
     ];
     paragraphs.extend(against_naive(forecasts, horizons));
-    paragraphs.extend(limit.map(|limit| limit_in_words(limit, history.last_d())));
+    paragraphs.extend(limit.map(|limit| limit_in_words(limit, history.last_d(), dates)));
     // the limit is of the static unbalance, the first of the series
     let drawn = |i: usize| limit.filter(|_| i == 0).map(|limit| limit.limit_g_mm);
-    let fans = forecasts.iter().enumerate().map(|(i, f)| fan(history, f, model, drawn(i)));
-    let passage = limit.filter(|limit| !limit.already()).map(|limit| first_passage(history, limit));
+    let fans = forecasts.iter().enumerate().map(|(i, f)| fan(history, f, model, drawn(i), dates));
+    let passage = limit.filter(|limit| !limit.already()).map(|limit| first_passage(history, limit, dates));
     let figures = fans.chain(passage).collect();
     let tables = SCORES.map(|scored| scores(forecasts, horizons, scored)).to_vec();
     vec![Section { heading: "Forecast".into(), paragraphs, tables, figures }]
@@ -65,7 +67,7 @@ fn scores(forecasts: &[Forecast], horizons: &[usize], scored: Scored) -> Table {
 }
 
 /// How the chance grows that the limit is reached.
-fn first_passage(history: &History, limit: &Reached) -> Figure {
+fn first_passage(history: &History, limit: &Reached, dates: Dates) -> Figure {
     let title = "Chance that the limit is reached".to_string();
     let day = |k: usize| history.last_d() + k as f64 + 1.0;
     let chance = limit.until.iter().enumerate().map(|(k, chance)| (day(k), 100.0 * chance)).collect();
@@ -79,7 +81,7 @@ fn first_passage(history: &History, limit: &Reached) -> Figure {
         svg: trend(
             &title,
             &Trend {
-                along: "time, days".into(),
+                along: dates.axis(),
                 quantity: "chance, %".into(),
                 curves: vec![("reached until then".into(), chance)],
                 events: events.collect(),
@@ -90,7 +92,7 @@ fn first_passage(history: &History, limit: &Reached) -> Figure {
     }
 }
 
-fn fan(history: &History, f: &Forecast, model: &str, limit_g_mm: Option<f64>) -> Figure {
+fn fan(history: &History, f: &Forecast, model: &str, limit_g_mm: Option<f64>, dates: Dates) -> Figure {
     let n = f.series.values.len();
     let day = |k: usize| history.first_d + k as f64;
     let past = (n.saturating_sub(PAST)..n).map(|k| (day(k), f.series.values[k])).collect();
@@ -117,7 +119,7 @@ fn fan(history: &History, f: &Forecast, model: &str, limit_g_mm: Option<f64>) ->
         svg: trend(
             &title,
             &Trend {
-                along: "time, days".into(),
+                along: dates.axis(),
                 quantity: quantity.into(),
                 measured: Some(("estimates".into(), past)),
                 curves,

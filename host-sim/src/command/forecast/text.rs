@@ -5,6 +5,7 @@ use rotor_edge_desktop::prognosis::scores::Score;
 use rotor_edge_desktop::prognosis::series::History;
 use rotor_edge_desktop::prognosis::walk::interval;
 
+use super::super::dates::Dates;
 use super::{Arguments, Forecast, SCORES, against_naive, limit_in_words, unit};
 
 /// One score of every method at every horizon.
@@ -32,19 +33,25 @@ fn table(arguments: &Arguments, forecasts: &[Forecast], title: &str, of: fn(&Sco
 }
 
 /// Scores of the past, the forecast, and the limit.
-pub fn print(arguments: &Arguments, history: &History, forecasts: &[Forecast], limit: Option<&Reached>) {
+pub fn print(
+    arguments: &Arguments,
+    history: &History,
+    forecasts: &[Forecast],
+    limit: Option<&Reached>,
+    dates: Dates,
+) {
     println!("Forecasts made on every day of the past after {}, and what became of them\n", arguments.first);
     for (title, of, share) in SCORES {
         table(arguments, forecasts, title, of, share);
     }
     against_naive(forecasts, &arguments.horizons).iter().for_each(|line| println!("{line}"));
-    println!("\nIn {} days", arguments.days);
+    println!("\nIn {} days, on {}", arguments.days, dates.day(history.last_d() + arguments.days as f64));
     for f in forecasts {
         let k = arguments.days - 1;
         let [low, high] = interval(f.ahead.mean[k], f.ahead.sd[k]);
         println!("  {:<8} {:>9.1}, between {low:.1} and {high:.1} with 95 %", f.series.name, f.ahead.mean[k]);
     }
     if let Some(limit) = limit {
-        println!("\n{}", limit_in_words(limit, history.last_d()));
+        println!("\n{}", limit_in_words(limit, history.last_d(), dates));
     }
 }

@@ -17,7 +17,9 @@ use rotor_edge_desktop::track::{
 };
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 
+use super::dates::{Dates, moment};
 use super::output as shared;
+use crate::import::calendar::Moment;
 
 /// A bound on growth that is wider than this in a day is none.
 const LARGEST_GROWTH: f64 = 100.0;
@@ -51,6 +53,10 @@ pub struct Arguments {
     /// --paper 200]
     #[arg(long, value_parser = clap::value_parser!(u16).range(20..))]
     proposals: Option<u16>,
+    /// When day 0 of the record was, as in 2024-03-01T06:00+01:00: days are then told with their dates
+    /// [default: what the record's header comment says]
+    #[arg(long, value_parser = moment)]
+    begin: Option<Moment>,
     /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -145,6 +151,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let rotor = rotor_file::read(&arguments.rotor)?;
     let record = arguments.runout.read(&arguments.record, &rotor)?;
     track::check_record(&arguments.record.display().to_string(), &rotor, &record)?;
+    let dates = Dates::of(arguments.begin, &arguments.record)?;
+    if !dates.is_unknown() && record[0].time_d.is_none() {
+        let file = arguments.record.display();
+        bail!("{file}: there is no column time_d, expected one that counts the days from --begin on");
+    }
     let runup = match &arguments.runup {
         Some(path) => arguments.runout.read(path, &rotor)?,
         None => Vec::new(),
@@ -168,16 +179,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     bar.finish_and_clear();
     let followed = followed?;
     if let Some(path) = &arguments.csv {
-        output::csv(path, &rotor, &followed)?;
+        output::csv(path, &rotor, &followed, dates)?;
     }
     if let Some(path) = &arguments.form.report {
-        let sections = report::sections(&rotor, &record, &followed);
+        let sections = report::sections(&rotor, &record, &followed, dates);
         shared::report(path, &format!("{}: the unbalance followed", rotor.name), sections)?;
     }
     if arguments.form.json {
-        return shared::json(&output::summary(&rotor, &followed));
+        return shared::json(&output::summary(&rotor, &followed, dates));
     }
-    print(&rotor, &record, &followed);
+    print(&rotor, &record, &followed, dates);
     println!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
     match &arguments.csv {
         Some(path) => println!("Next: rotor-edge forecast {}", path.display()),
@@ -208,7 +219,7 @@ fn later_runup(path: &Path, rotor: &Rotor, runout: &shared::Runout) -> Result<(f
     }
 }
 
-fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
+fn print(rotor: &Rotor, record: &[Reading], followed: &Track, dates: Dates) {
     let name = output::method_name(followed.method);
     println!("{}: {} readings, method {name}", rotor.name, record.len());
     for remark in &followed.remarks {
@@ -224,10 +235,10 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
             Cause::Model => format!("the model stopped fitting; suspect bearing {bearing}"),
             Cause::Unbalance => "the unbalance jumped, the model still fits".to_string(),
         };
-        println!("  day {:.0}, since day {:.0}: {cause}", flag.time_d, flag.since_d);
+        println!("  {}, since day {:.0}: {cause}", dates.day(flag.time_d), flag.since_d);
     }
     for r in &followed.reidentified {
-        println!("\nRe-identified on day {:.0}", r.time_d);
+        println!("\nRe-identified on {}", dates.day(r.time_d));
         for c in &r.cases {
             let taken = if c.case == r.case { "   taken" } else { "" };
             println!(
@@ -236,7 +247,7 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
             );
         }
     }
-    if let Some(open) = output::undiagnosed(followed) {
+    if let Some(open) = output::undiagnosed(followed, dates) {
         println!("  {open}");
     }
     let [whole, after] = followed.reduction();
@@ -253,10 +264,10 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track) {
         sampling::print(sampling);
     }
     if let Some(joint) = &followed.joint {
-        output::print_joint(rotor, joint);
+        output::print_joint(rotor, joint, dates);
     }
     if let Some(last) = followed.estimates.last() {
-        println!("\nOn day {:.0}", last.time_d);
+        println!("\nOn {}", dates.day(last.time_d));
         let line = |what: &str, u, sure: String| {
             let [magnitude, angle] = g_mm_deg(u);
             println!("  {what:<16} {magnitude:>8.1} g·mm at {angle:>6.1}°{sure}");

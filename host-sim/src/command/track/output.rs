@@ -13,6 +13,7 @@ use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 use rotor_edge_desktop::whole_file;
 use serde_json::{Value, json};
 
+use super::super::dates::{Dates, TIME};
 use super::sampling;
 
 /// Names of the eight coefficients, in the order of phase I.
@@ -60,21 +61,21 @@ pub fn scope_name(rotor: &Rotor, scope: Scope) -> String {
 }
 
 /// When an event took place, and how sure that is.
-pub fn when(event: &Event) -> String {
+pub fn when(event: &Event, dates: Dates) -> String {
     let Interval { low, high } = event.interval_d;
     if low == high {
-        format!("day {:.0}", event.time_d)
+        dates.day(event.time_d)
     } else {
-        format!("day {:.0} (95 %: {low:.0} to {high:.0})", event.time_d)
+        format!("{} (95 %: {low:.0} to {high:.0})", dates.day(event.time_d))
     }
 }
 
 /// What the joint method learned, for people.
-pub fn print_joint(rotor: &Rotor, joint: &Joint) {
+pub fn print_joint(rotor: &Rotor, joint: &Joint, dates: Dates) {
     println!("\nEvents");
     for e in &joint.events {
         let changed = scope_name(rotor, e.scope);
-        println!("  {}: {changed} changed (log evidence {:.0})", when(e), e.evidence);
+        println!("  {}: {changed} changed (log evidence {:.0})", when(e, dates), e.evidence);
     }
     if joint.events.is_empty() {
         println!("  None.");
@@ -89,7 +90,7 @@ pub fn print_joint(rotor: &Rotor, joint: &Joint) {
     println!("\nBearings: constant part, ± %, and wander that fades in {:.1} days", joint.wander_days);
     let names = coefficient_names(rotor);
     for (since, constants) in &joint.constants {
-        println!("  from day {since:.0}");
+        println!("  from {}", dates.day(*since));
         for ((name, c), wander) in names.iter().zip(constants).zip(&joint.wander) {
             let origin = if c.from_data { "the data" } else { "its prior, the data do not tell" };
             println!(
@@ -103,11 +104,12 @@ pub fn print_joint(rotor: &Rotor, joint: &Joint) {
 }
 
 /// The same for programs.
-fn joint_json(rotor: &Rotor, joint: &Joint) -> Value {
+fn joint_json(rotor: &Rotor, joint: &Joint, dates: Dates) -> Value {
     let names = coefficient_names(rotor);
     let event = |e: &Event| {
         json!({
             "time_d": e.time_d,
+            "time": dates.iso(e.time_d),
             "interval_95_d": [e.interval_d.low, e.interval_d.high],
             "changed": scope_name(rotor, e.scope),
             "log_evidence": e.evidence,
@@ -129,7 +131,7 @@ fn joint_json(rotor: &Rotor, joint: &Joint) -> Value {
 }
 
 /// What `track --json` prints.
-pub fn summary(rotor: &Rotor, track: &Track) -> Value {
+pub fn summary(rotor: &Rotor, track: &Track, dates: Dates) -> Value {
     let sum: f64 = track.estimates.iter().map(|e| e.residual.e_um).sum();
     let ratio = |keep: &dyn Fn(&&Estimate) -> bool| {
         let kept: Vec<f64> = track.estimates.iter().filter(keep).map(|e| e.residual.ratio()).collect();
@@ -145,20 +147,21 @@ pub fn summary(rotor: &Rotor, track: &Track) -> Value {
             "before_event": ratio(&|e| e.time_d < event_d),
             "after_event": ratio(&|e| e.time_d >= event_d),
         },
+        "begin": dates.iso(0.0),
         "event_d": track.event_d,
         "reduction_against_fixed": { "whole": whole, "after_event": after_event },
-        "flags": track.flags.iter().map(|f| flag(rotor, f)).collect::<Vec<_>>(),
+        "flags": track.flags.iter().map(|f| flag(rotor, f, dates)).collect::<Vec<_>>(),
         "reidentified": track.reidentified.iter().map(|r| reidentified(rotor, r)).collect::<Vec<_>>(),
-        "estimates": track.estimates.iter().map(|e| estimate(rotor, e)).collect::<Vec<_>>(),
+        "estimates": track.estimates.iter().map(|e| estimate(rotor, e, dates)).collect::<Vec<_>>(),
         "sampling": track.sampling.as_ref().map(sampling::json),
-        "joint": track.joint.as_ref().map(|j| joint_json(rotor, j)),
+        "joint": track.joint.as_ref().map(|j| joint_json(rotor, j, dates)),
         "undiagnosed_since_d": track.undiagnosed_since_d,
         "remarks": track.remarks,
     })
 }
 
 /// What an event leaves open until a run-up has been seen, if it does.
-pub fn undiagnosed(track: &Track) -> Option<String> {
+pub fn undiagnosed(track: &Track, dates: Dates) -> Option<String> {
     let since = track.undiagnosed_since_d?;
     let mut events = track.joint.iter().flat_map(|joint| &joint.events);
     let taken_as = if events.any(|e| e.time_d == since && e.scope.elsewhere) {
@@ -168,10 +171,10 @@ pub fn undiagnosed(track: &Track) -> Option<String> {
         "is taken to be bearings. Near one speed an effect that the file lacks looks the same, and the unbalance may then \
          be off by more than its interval; a run-up since then would tell."
     };
-    Some(format!("What changed on day {since:.0} {taken_as}"))
+    Some(format!("What changed on {} {taken_as}", dates.day(since)))
 }
 
-fn flag(rotor: &Rotor, flag: &Flag) -> Value {
+fn flag(rotor: &Rotor, flag: &Flag, dates: Dates) -> Value {
     let cause = match flag.cause {
         Cause::Model => "model",
         Cause::Unbalance => "unbalance",
@@ -179,6 +182,7 @@ fn flag(rotor: &Rotor, flag: &Flag) -> Value {
     json!({
         "since_d": flag.since_d,
         "time_d": flag.time_d,
+        "time": dates.iso(flag.time_d),
         "suspect": rotor.bearing[flag.suspect].name,
         "cause": cause,
     })
@@ -213,10 +217,11 @@ fn bearings(rotor: &Rotor, logs: &[f64]) -> Value {
         .into()
 }
 
-fn estimate(rotor: &Rotor, e: &Estimate) -> Value {
+fn estimate(rotor: &Rotor, e: &Estimate, dates: Dates) -> Value {
     let [fixed, couple] = static_and_dynamic(&e.unbalance_kg_m);
     json!({
         "time_d": e.time_d,
+        "time": dates.iso(e.time_d),
         "planes": planes(rotor, &e.unbalance_kg_m),
         "static": vector(fixed),
         "dynamic": vector(couple),
@@ -256,9 +261,12 @@ pub fn plane_interval(spread: &Spread, plane: usize) -> String {
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn csv(path: &Path, rotor: &Rotor, track: &Track) -> Result<()> {
+pub fn csv(path: &Path, rotor: &Rotor, track: &Track, dates: Dates) -> Result<()> {
     let known_then = track.joint.as_ref().map(|j| j.known_then.as_slice());
     let mut head = header(rotor);
+    if !dates.is_unknown() {
+        head.insert(1, TIME.into());
+    }
     let spreads = track.estimates.iter().any(|e| e.spread.is_some());
     if spreads {
         head.extend(interval_header(rotor));
@@ -268,6 +276,9 @@ pub fn csv(path: &Path, rotor: &Rotor, track: &Track) -> Result<()> {
     text.push('\n');
     for (i, e) in track.estimates.iter().enumerate() {
         let mut cells = row(e);
+        if let Some(time) = dates.iso(e.time_d) {
+            cells.insert(1, time);
+        }
         if spreads {
             cells.extend(interval_cells(rotor, e.spread.as_ref()));
         }

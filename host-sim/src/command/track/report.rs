@@ -5,6 +5,7 @@ use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::track::{Estimate, Event, Interval, Reidentified, Track};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 
+use super::super::dates::Dates;
 use super::output::{coefficient_names, method_name, scope_name, undiagnosed, when};
 use super::sampling;
 use crate::report::scale::three_digits;
@@ -14,9 +15,9 @@ use crate::report::{Figure, Section, Table, identifier};
 type Points = Vec<(f64, f64)>;
 
 /// All sections.
-pub fn sections(rotor: &Rotor, record: &[Reading], track: &Track) -> Vec<Section> {
-    let mut sections = vec![residuals(rotor, track), features(rotor, record, track), unbalance(rotor, track)];
-    sections.push(parameters(rotor, track));
+pub fn sections(rotor: &Rotor, record: &[Reading], track: &Track, dates: Dates) -> Vec<Section> {
+    let mut sections = vec![residuals(rotor, track, dates), features(rotor, record, track, dates)];
+    sections.extend([unbalance(rotor, track, dates), parameters(rotor, track, dates)]);
     if let Some(sampling) = &track.sampling {
         sections.push(sampling::section(rotor, sampling));
     }
@@ -28,12 +29,12 @@ fn over_time(estimates: &[Estimate], value: impl Fn(&Estimate) -> f64) -> Points
 }
 
 /// A figure over time with the record's flags and re-identifications.
-fn figure(track: &Track, title: &str, quantity: &str, caption: &str, parts: Trend) -> Figure {
+fn figure(track: &Track, dates: Dates, title: &str, quantity: &str, caption: &str, parts: Trend) -> Figure {
     let elsewhere = track.joint.iter().flat_map(|joint| &joint.events).filter(|e| e.scope.elsewhere);
     let elsewhere = elsewhere.map(|e| (e.time_d, "no bearing explains".to_string()));
     let events = track.reidentified.iter().map(|r| (r.since_d, "new bearings".to_string())).chain(elsewhere);
     let drawn = Trend {
-        along: "time, days".into(),
+        along: dates.axis(),
         quantity: quantity.into(),
         events: events.collect(),
         flags: track.flags.iter().map(|f| f.time_d).collect(),
@@ -42,7 +43,7 @@ fn figure(track: &Track, title: &str, quantity: &str, caption: &str, parts: Tren
     Figure { id: identifier(title), title: title.into(), caption: caption.into(), svg: trend(title, &drawn) }
 }
 
-fn residuals(rotor: &Rotor, track: &Track) -> Section {
+fn residuals(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
     let name = method_name(track.method);
     let mut curves = vec![(name.to_string(), over_time(&track.estimates, |e| e.residual.e_um))];
     if name != "fixed" {
@@ -58,10 +59,10 @@ fn residuals(rotor: &Rotor, track: &Track) -> Section {
         percent(whole),
         percent(after)
     )];
-    paragraphs.extend(track.remarks.iter().cloned().chain(undiagnosed(track)));
+    paragraphs.extend(track.remarks.iter().cloned().chain(undiagnosed(track, dates)));
     let found = track.joint.as_ref().filter(|joint| !joint.events.is_empty());
-    let found = found.map(|joint| events(rotor, &joint.events));
-    let cases = track.reidentified.iter().filter(|r| !r.cases.is_empty()).map(cases);
+    let found = found.map(|joint| events(rotor, &joint.events, dates));
+    let cases = track.reidentified.iter().filter(|r| !r.cases.is_empty()).map(|r| cases(r, dates));
     Section {
         heading: "Does the model fit?".into(),
         paragraphs,
@@ -69,6 +70,7 @@ fn residuals(rotor: &Rotor, track: &Track) -> Section {
         figures: vec![
             figure(
                 track,
+                dates,
                 "Residual",
                 "residual e, µm",
                 "A step up that stays is an event; marks below are flags.",
@@ -76,6 +78,7 @@ fn residuals(rotor: &Rotor, track: &Track) -> Section {
             ),
             figure(
                 track,
+                dates,
                 "Feature sum",
                 "feature sum f, µm",
                 "How much the machine moves.",
@@ -83,6 +86,7 @@ fn residuals(rotor: &Rotor, track: &Track) -> Section {
             ),
             figure(
                 track,
+                dates,
                 "Residual over feature sum",
                 "e/f, %",
                 "Above a third the model is wrong, whatever it was before.",
@@ -93,8 +97,8 @@ fn residuals(rotor: &Rotor, track: &Track) -> Section {
 }
 
 /// What happened, and how sure that is.
-fn events(rotor: &Rotor, events: &[Event]) -> Table {
-    let row = |e: &Event| vec![when(e), scope_name(rotor, e.scope), format!("{:.0}", e.evidence)];
+fn events(rotor: &Rotor, events: &[Event], dates: Dates) -> Table {
+    let row = |e: &Event| vec![when(e, dates), scope_name(rotor, e.scope), format!("{:.0}", e.evidence)];
     Table {
         caption: "Events: first day of the new state, and the logarithm of how much more probable the record is with it"
             .into(),
@@ -104,7 +108,7 @@ fn events(rotor: &Rotor, events: &[Event]) -> Table {
 }
 
 /// The four cases of a re-identification.
-fn cases(r: &Reidentified) -> Table {
+fn cases(r: &Reidentified, dates: Dates) -> Table {
     let row = |c: &rotor_edge_desktop::track::CaseFit| {
         let taken = if c.case == r.case { "taken" } else { "" };
         let numbers =
@@ -113,14 +117,14 @@ fn cases(r: &Reidentified) -> Table {
         name.into_iter().chain(numbers).chain([taken.to_string()]).collect()
     };
     Table {
-        caption: format!("Re-identification on day {:.0}: the four cases", r.time_d),
+        caption: format!("Re-identification on {}: the four cases", dates.day(r.time_d)),
         columns: ["case", "residual, µm", "unknowns", "criterion", ""].map(String::from).to_vec(),
         rows: r.cases.iter().map(row).collect(),
     }
 }
 
 /// Calculated against measured features, the two probes of each bearing.
-fn features(rotor: &Rotor, record: &[Reading], track: &Track) -> Section {
+fn features(rotor: &Rotor, record: &[Reading], track: &Track, dates: Dates) -> Section {
     let mut figures = Vec::new();
     for (p, probe) in rotor.probe.iter().enumerate() {
         for (part, sign) in [("cos", false), ("sin", true)] {
@@ -133,6 +137,7 @@ fn features(rotor: &Rotor, record: &[Reading], track: &Track) -> Section {
             let calculated = over_time(&track.estimates, |e| take(&e.calculated_m[p]));
             figures.push(figure(
                 track,
+                dates,
                 &format!("{} {part}", probe.name),
                 "feature, µm",
                 &format!("Bearing {}: calculated against measured.", probe.bearing),
@@ -173,7 +178,7 @@ fn scaled(interval: Interval, factor: f64) -> Interval {
 }
 
 /// U and α of each plane, static and dynamic.
-fn unbalance(rotor: &Rotor, track: &Track) -> Section {
+fn unbalance(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
     let mut figures = Vec::new();
     for (j, plane) in rotor.plane.iter().enumerate() {
         let size = with_ends(
@@ -189,8 +194,22 @@ fn unbalance(rotor: &Rotor, track: &Track) -> Section {
             |e| Some(scaled(e.spread.as_ref()?.angle_rad[j], 180.0 / std::f64::consts::PI)),
         );
         let caption = "Dashed: 95 % interval, where the method states one.";
-        figures.push(figure(track, &format!("Unbalance of plane {}", plane.name), "U, g·mm", caption, size));
-        figures.push(figure(track, &format!("Angle of plane {}", plane.name), "α, degrees", caption, angle));
+        figures.push(figure(
+            track,
+            dates,
+            &format!("Unbalance of plane {}", plane.name),
+            "U, g·mm",
+            caption,
+            size,
+        ));
+        figures.push(figure(
+            track,
+            dates,
+            &format!("Angle of plane {}", plane.name),
+            "α, degrees",
+            caption,
+            angle,
+        ));
     }
     for (k, kind) in ["static", "dynamic"].iter().enumerate() {
         for (part, what, quantity) in [(0, "Size", "unbalance, g·mm"), (1, "Angle", "angle, degrees")] {
@@ -198,6 +217,7 @@ fn unbalance(rotor: &Rotor, track: &Track) -> Section {
             let curves = vec![(kind.to_string(), over_time(&track.estimates, value))];
             figures.push(figure(
                 track,
+                dates,
                 &format!("{what} of the {kind} unbalance"),
                 quantity,
                 "Static: sum of the planes. Dynamic: half their difference, at the first plane.",
@@ -209,7 +229,7 @@ fn unbalance(rotor: &Rotor, track: &Track) -> Section {
 }
 
 /// Bearing coefficients over time, and what the data say of them.
-fn parameters(rotor: &Rotor, track: &Track) -> Section {
+fn parameters(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
     let names = coefficient_names(rotor);
     let figures = names.iter().enumerate().map(|(i, name)| {
         let (unit, factor) = if i < names.len() / 2 { ("MN/m", 1e-6) } else { ("kN·s/m", 1e-3) };
@@ -221,6 +241,7 @@ fn parameters(rotor: &Rotor, track: &Track) -> Section {
         let title = format!("Coefficient {}", name.replace('_', " "));
         figure(
             track,
+            dates,
             &title,
             &format!("{name}, {unit}"),
             "Dashed: 95 % interval, where the method states one.",

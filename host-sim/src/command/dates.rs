@@ -1,0 +1,99 @@
+//! Days of a record as dates of the calendar.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use crate::import::calendar::{Moment, Read, of_text};
+use crate::import::written::COUNTS_FROM;
+
+/// Column of a track with each estimate's moment.
+pub const TIME: &str = "time";
+
+/// When day 0 was, where somebody said so.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Dates(Option<Moment>);
+
+/// The moment that a text on the command line is.
+pub fn moment(text: &str) -> Result<Moment, String> {
+    match of_text(text, None) {
+        Read::Moment(moment) => Ok(moment),
+        _ => Err(format!("\"{text}\" is no moment, expected one as in 2024-03-01T06:00+01:00")),
+    }
+}
+
+impl Dates {
+    /// As stated, or as the header comment of a record says.
+    ///
+    /// # Errors
+    /// If the record cannot be read.
+    pub fn of(stated: Option<Moment>, record: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(record)
+            .with_context(|| format!("{}: cannot be read", record.display()))?;
+        let comments = text.lines().take_while(|line| line.starts_with('#'));
+        let said = comments.filter_map(|line| line.split_once(COUNTS_FROM)?.1.parse().ok());
+        Ok(Self(stated.or(said.last())))
+    }
+
+    /// As the first estimate of a track has it.
+    pub fn of_track(text: &str) -> Self {
+        let first = || -> Option<Moment> {
+            let mut reader = csv::Reader::from_reader(text.as_bytes());
+            let headers = reader.headers().ok()?.clone();
+            let row = reader.records().next()?.ok()?;
+            let cell = |name: &str| row.get(headers.iter().position(|h| h.trim() == name)?);
+            let day: f64 = cell("time_d")?.trim().parse().ok()?;
+            Some(cell(TIME)?.trim().parse::<Moment>().ok()?.later(-day))
+        };
+        Self(first())
+    }
+
+    /// Whether nobody said when day 0 was.
+    pub fn is_unknown(self) -> bool {
+        self.0.is_none()
+    }
+
+    /// A day's moment in ISO 8601, in UTC or, of a clock whose zone nobody stated, without one.
+    pub fn iso(self, time_d: f64) -> Option<String> {
+        self.0?.later(time_d).iso()
+    }
+
+    /// A day in words.
+    pub fn day(self, time_d: f64) -> String {
+        let date = self.0.and_then(|start| start.later(time_d).to_the_minute());
+        date.map_or(format!("day {time_d:.0}"), |date| format!("day {time_d:.0}, {date}"))
+    }
+
+    /// What the axis of time is.
+    pub fn axis(self) -> String {
+        let from = self.0.and_then(Moment::to_the_minute);
+        from.map_or("time, days".into(), |from| format!("time, days from {from}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_day_is_told_with_its_date_in_utc_where_the_start_is_known() {
+        let dates = Dates(Some(moment("2024-03-01T06:00+01:00").unwrap()));
+        assert_eq!(dates.day(125.0), "day 125, 2024-07-04 05:00 UTC");
+        assert_eq!(dates.iso(0.5).unwrap(), "2024-03-01T17:00:00Z");
+        assert_eq!(Dates::default().day(125.4), "day 125");
+        assert_eq!(Dates(Some(moment("2024-03-01 06:00").unwrap())).day(1.0), "day 1, 2024-03-02 06:00");
+        assert!(moment("yesterday").unwrap_err().contains("expected one as in 2024-03-01T06:00+01:00"));
+    }
+
+    #[test]
+    fn a_track_and_a_record_say_when_day_0_was() {
+        let dates = Dates::of_track("time_d,time,x\n10,2024-03-11T05:00:00Z,1\n");
+        assert_eq!(dates.iso(0.0).unwrap(), "2024-03-01T05:00:00Z");
+        assert!(Dates::of_track("time_d,x\n10,1\n").is_unknown());
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), format!("# # {COUNTS_FROM}2024-03-01T05:00:00Z\ntime_d\n")).unwrap();
+        assert_eq!(Dates::of(None, file.path()).unwrap().day(0.0), "day 0, 2024-03-01 05:00 UTC");
+        let local = moment("2020-01-01").unwrap();
+        assert_eq!(Dates::of(Some(local), file.path()).unwrap().iso(0.0).unwrap(), "2020-01-01T00:00:00");
+    }
+}
