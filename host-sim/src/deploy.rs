@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use rotor_edge_core::can::isotp::{IsoTp, Progress, TransferError};
 use rotor_edge_core::can::{Frame, Message, TYPE_TO_HOST, TYPE_TO_NODE, frame_id};
 use rotor_edge_core::command::{
@@ -21,8 +21,13 @@ use crate::node::{from_hex, to_hex};
 const PATIENCE: Duration = Duration::from_millis(2);
 /// Longest time a monitor may take to check, store and answer.
 const ANSWER_TIME: Duration = Duration::from_secs(5);
-/// Times that a monitor which says nothing at all is asked.
-const ATTEMPTS: usize = 2;
+/// Times that a command is sent, and that a monitor which says nothing at all is asked.
+const ATTEMPTS: usize = 20;
+const SILENT_ATTEMPTS: usize = 2;
+/// Wait after a transfer that broke off: the monitor gives up on it, and on its own answer, after a second.
+const BACK_OFF: Duration = Duration::from_millis(1_050);
+/// Wait for an answer with the right code after one without it.
+const DOUBT_TIME: Duration = Duration::from_millis(500);
 /// Longest wait for a sign of life.
 pub const HEARTBEAT_TIME: Duration = Duration::from_secs(3);
 
@@ -86,7 +91,8 @@ impl Authority {
     }
 }
 
-/// Sends a command to `node` and waits for its answer; `progress` hears how many bytes are on their way.
+/// Sends a command to `node` and waits for its answer; `progress` hears how many bytes are on their way. A transfer that
+/// breaks off is made again: the command keeps its number, so that it is carried out once.
 ///
 /// # Errors
 /// If nobody answers, or the monitor refuses: why, and what to do.
@@ -104,31 +110,74 @@ pub fn command(
         bail!("the command has {} bytes, more than a monitor takes", body.len());
     };
     let request = &request[..length];
-    // a monitor that has just started listens before it speaks
-    for _ in 0..ATTEMPTS {
-        if let Some(answer) = transfer(bus, node, request, &mut progress)? {
-            return judge(node, counter, Answer::decode(&answer, request, key));
+    let (mut silent, mut unconfirmed, mut broken) = (0, 0, None);
+    for attempt in 0..ATTEMPTS {
+        match transfer(bus, node, request, key, &mut progress)? {
+            // what was sent before got across, and its answer did not
+            Heard::Answer(Some((answer, true)))
+                if attempt > 0 && answer.outcome == Outcome::Replayed && answer.counter == counter =>
+            {
+                return Ok(Answer { outcome: Outcome::Accepted, ..answer });
+            }
+            Heard::Answer(Some((answer, false))) if answer.outcome != Outcome::NoKey && unconfirmed == 0 => {
+                unconfirmed += 1;
+            }
+            Heard::Answer(answer) => return judge(node, counter, answer),
+            Heard::Nothing if silent == SILENT_ATTEMPTS - 1 => bail!(
+                "monitor {node} does not answer on {}: is it on this bus, under this number? (`rotor-edge watch` shows \
+                 who is)",
+                bus.description()
+            ),
+            // a monitor that has just started listens before it speaks
+            Heard::Nothing => silent += 1,
+            Heard::Broken(error) => {
+                broken = Some(error);
+                quiet(bus, BACK_OFF)?;
+            }
         }
     }
+    let why = broken.map_or("its answers were not to be trusted".into(), |error| format!("{error:?}"));
     bail!(
-        "monitor {node} does not answer on {}: is it on this bus, under this number? (`rotor-edge watch` shows who is)",
-        bus.description()
+        "{ATTEMPTS} transfers to monitor {node} broke off, the last because of {why}: the bus loses frames. Whether the command \
+         was carried out is not known; the same with --counter {counter} does no harm"
     )
 }
 
-/// Sends a request; the bytes of the answer, or `None` if nothing at all was heard of the monitor.
+/// What became of one transfer.
+enum Heard {
+    /// An answer, and whether it bears the code of our key; `None` if it is of another version of the protocol.
+    Answer(Option<(Answer, bool)>),
+    /// It broke off.
+    Broken(TransferError),
+    /// Nothing at all of the monitor.
+    Nothing,
+}
+
+/// Lets what is still on its way pass.
+fn quiet(bus: &mut dyn CanBus, time: Duration) -> Result<()> {
+    let started = Instant::now();
+    while started.elapsed() < time {
+        bus.receive(PATIENCE)?;
+    }
+    Ok(())
+}
+
+/// Sends a request and waits for the answer to it; one that bears no code of our key may be another's or of an earlier
+/// request, and counts only if none follows.
 fn transfer(
     bus: &mut dyn CanBus,
     node: u8,
     request: &[u8],
+    key: &Key,
     progress: &mut impl FnMut(usize),
-) -> Result<Option<Vec<u8>>> {
+) -> Result<Heard> {
     let mut link = IsoTp::<ANSWER_BYTES, MAX_REQUEST_BYTES>::new();
     let started = Instant::now();
     let now_us = || started.elapsed().as_micros() as u64;
-    let broken = |e: TransferError| anyhow!("the transfer to monitor {node} broke off: {e:?}; try again");
-    link.send(now_us(), request).map_err(broken)?;
-    let (mut sent, mut heard_any) = (0, false);
+    if let Err(error) = link.send(now_us(), request) {
+        return Ok(Heard::Broken(error));
+    }
+    let (mut sent, mut heard_any, mut doubtful) = (0, false, None);
     while started.elapsed() < ANSWER_TIME {
         while let Some(payload) = link.poll(now_us()) {
             let frame = Frame::standard(frame_id(TYPE_TO_NODE, node), &payload);
@@ -141,17 +190,27 @@ fn transfer(
             heard_any = true;
             match link.receive(now_us(), frame.bytes()) {
                 Progress::None => {}
-                Progress::Complete => return Ok(Some(link.message().to_vec())),
-                Progress::Broken(e) => return Err(broken(e)),
+                Progress::Complete => match Answer::decode(link.message(), request, key) {
+                    Some((answer, false)) => {
+                        doubtful.get_or_insert((answer, Instant::now()));
+                    }
+                    answer => return Ok(Heard::Answer(answer)),
+                },
+                Progress::Broken(error) => return Ok(Heard::Broken(error)),
             }
         }
+        if let Some((answer, since)) = doubtful
+            && since.elapsed() > DOUBT_TIME
+        {
+            return Ok(Heard::Answer(Some((answer, false))));
+        }
         match link.check_time(now_us()) {
-            Err(e) if heard_any => return Err(broken(e)),
-            Err(_) => return Ok(None),
+            Err(error) if heard_any => return Ok(Heard::Broken(error)),
+            Err(_) => return Ok(Heard::Nothing),
             Ok(_) => {}
         }
     }
-    bail!("monitor {node} took the command and did not answer in {} s", ANSWER_TIME.as_secs())
+    Ok(Heard::Broken(TransferError::Timeout))
 }
 
 fn judge(node: u8, counter: u64, answer: Option<(Answer, bool)>) -> Result<Answer> {

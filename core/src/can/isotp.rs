@@ -2,6 +2,9 @@
 //!
 //! Nothing here sends: payloads and times come in, payloads to send come out of [`IsoTp::poll`]. One [`IsoTp`] is one end
 //! of a pair of identifiers, so that a request and its answer may overlap.
+//!
+//! The standard breaks a message off when a frame comes twice. Gateways do repeat frames, so here the frame that came last
+//! is passed over when it comes again, byte for byte.
 
 use heapless::Vec;
 
@@ -23,7 +26,7 @@ const FIRST_BYTES: usize = 6;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TransferError {
-    /// A consecutive frame is missing, repeated or out of order.
+    /// A consecutive frame is missing or out of order.
     Sequence,
     /// The other end fell silent.
     Timeout,
@@ -194,7 +197,13 @@ impl<const RX: usize> Incoming<RX> {
     }
 
     fn first(&mut self, time_us: u64, length: usize, data: &[u8]) -> Progress {
-        let interrupted = matches!(self.stage, Receiving::Open { .. });
+        let interrupted = match self.stage {
+            Receiving::Open { length: begun, .. } if begun == length && self.bytes.as_slice() == data => {
+                return Progress::None;
+            }
+            Receiving::Open { .. } => true,
+            _ => false,
+        };
         if length <= SINGLE_BYTES || data.len() != FIRST_BYTES {
             return Progress::None;
         }
@@ -212,6 +221,10 @@ impl<const RX: usize> Incoming<RX> {
         let Receiving::Open { length, index, left_in_block, .. } = self.stage else {
             return Progress::None;
         };
+        let came_last = index.wrapping_sub(1) & 0xf;
+        if number == came_last && self.bytes.len() > FIRST_BYTES && self.bytes.ends_with(data) {
+            return Progress::None;
+        }
         let missing = length.saturating_sub(self.bytes.len());
         let part = missing.min(SINGLE_BYTES);
         let Some(data) = data.get(..part) else {

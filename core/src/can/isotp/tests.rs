@@ -98,13 +98,38 @@ fn exchange_all(bytes: &[u8], drop: impl Fn(usize) -> bool) -> (usize, Option<Ve
 }
 
 #[test]
-fn a_repeated_or_missing_consecutive_frame_breaks_the_message() {
-    for numbers in [[1, 1], [1, 3], [2, 3]] {
+fn a_missing_consecutive_frame_breaks_the_message_and_so_does_another_one_of_the_same_number() {
+    for numbers in [[1, 3], [2, 3]] {
         let mut node = Node::new();
         node.receive(0, &[0x10, 30, 1, 2, 3, 4, 5, 6]);
         let progress = numbers.map(|number| node.receive(0, &[0x20 | number, 0, 0, 0, 0, 0, 0, 0]));
         assert!(progress.contains(&Progress::Broken(TransferError::Sequence)), "{numbers:?}");
         assert!(node.message().is_empty());
+    }
+    let mut node = Node::new();
+    node.receive(0, &[0x10, 30, 1, 2, 3, 4, 5, 6]);
+    node.receive(0, &[0x21, 0, 0, 0, 0, 0, 0, 0]);
+    let other = node.receive(0, &[0x21, 0, 0, 0, 0, 0, 0, 1]);
+    assert_eq!(other, Progress::Broken(TransferError::Sequence));
+}
+
+#[test]
+fn a_message_of_which_every_frame_comes_twice_arrives_once() {
+    for length in 1..=60 {
+        let (mut host, mut node) = (Host::new(), Node::new());
+        host.send(0, &message(length)).unwrap();
+        let mut whole = 0;
+        for time_us in 0..20 {
+            while let Some(payload) = host.poll(time_us) {
+                let both = [(); 2].map(|()| node.receive(time_us, &payload));
+                assert!(!both.iter().any(|p| matches!(p, Progress::Broken(_))), "{length}: {both:?}");
+                whole += usize::from(both.contains(&Progress::Complete));
+            }
+            while let Some(payload) = node.poll(time_us) {
+                let _ = [(); 2].map(|()| host.receive(time_us, &payload));
+            }
+        }
+        assert_eq!((whole, node.message()), (1, message(length).as_slice()), "{length}");
     }
 }
 
