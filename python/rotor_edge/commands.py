@@ -7,28 +7,39 @@ their next step, the others when they are done."""
 import json
 import os
 from pathlib import Path
-from typing import Any, Literal, Sequence, Union
+from typing import Any, Literal, Sequence
 
-from .answers import Addition, Balance, Check, Comparison, Diagnosis, Forecast, Identification, ImportedRotor, Improvement
+from .answers import (
+    Addition,
+    Balance,
+    Check,
+    Comparison,
+    Diagnosis,
+    Forecast,
+    Identification,
+    ImportedRotor,
+    Improvement,
+)
 from .answers import Track, TrialBalance
 from .desk import Progress, desk
-from .inputs import DataLike, Path_, RotorLike, read_rotor
+from .inputs import DataLike, FilePath, RotorLike, read_rotor
+from .record import R
 
 Range = tuple[float, float]
 """From and to, both included."""
 
 
-def _range(bounds: "Range | None") -> "str | None":
+def _range(bounds: Range | None) -> str | None:
     return None if bounds is None else f"{bounds[0]}..{bounds[1]}"
 
 
-def _answer(kind: Any, command: str, *inputs: Any, **options: Any) -> Any:
+def _answer(kind: type[R], command: str, *inputs: Any, **options: Any) -> R:
     with desk() as place:
         answer = place.ask(command, *inputs, **options)
     return kind.of(json.loads(answer), json=answer)
 
 
-def _model(kind: Any, command: str, *inputs: Any, output: "Path_ | None", **options: Any) -> Any:
+def _model(kind: type[R], command: str, *inputs: Any, output: FilePath | None, **options: Any) -> R:
     """A command that writes a rotor: to be kept, or for the answer alone."""
     with desk() as place:
         path = place / "better.toml" if output is None else os.fspath(output)
@@ -36,21 +47,21 @@ def _model(kind: Any, command: str, *inputs: Any, output: "Path_ | None", **opti
         return kind.of(json.loads(answer), json=answer, rotor=read_rotor(path))
 
 
-def check(rotor: RotorLike, *, rpm: "Range | None" = None) -> Check:
+def check(rotor: RotorLike, *, rpm: Range | None = None) -> Check:
     """What a machine's drawing alone says: loads, critical speeds, modes, unbalance response, doubtful numbers.
 
     rpm: speeds that the machine runs at, rpm; margins are given to them."""
     return _answer(Check, "check", rotor, rpm=_range(rpm))
 
 
-def compare(rotor: RotorLike, data: DataLike, *, slow_roll: "DataLike | None" = None) -> Comparison:
+def compare(rotor: RotorLike, data: DataLike, *, slow_roll: DataLike | None = None) -> Comparison:
     """Holds a model against measurements: where it misses, and whether that is noise or physics.
 
     slow_roll: a run of the data, or data of its own, to take off every reading."""
     return _answer(Comparison, "compare", rotor, data, slow_roll=slow_roll)
 
 
-def diagnose(rotor: RotorLike, data: DataLike, *, slow_roll: "DataLike | None" = None) -> Diagnosis:
+def diagnose(rotor: RotorLike, data: DataLike, *, slow_roll: DataLike | None = None) -> Diagnosis:
     """Says which physical effect is missing in a model, or which measurement would tell.
 
     slow_roll: a run of the data, or data of its own, to take off every reading."""
@@ -62,8 +73,8 @@ def add(
     effect: str,
     data: DataLike,
     *,
-    output: "Path_ | None" = None,
-    slow_roll: "DataLike | None" = None,
+    output: FilePath | None = None,
+    slow_roll: DataLike | None = None,
 ) -> Addition:
     """Fits one effect together with bearings and planes; the better model is the answer's ``rotor``.
 
@@ -75,9 +86,9 @@ def improve(
     rotor: RotorLike,
     data: DataLike,
     *,
-    output: "Path_ | None" = None,
-    slow_roll: "DataLike | None" = None,
-    progress: "Progress | None" = None,
+    output: FilePath | None = None,
+    slow_roll: DataLike | None = None,
+    progress: Progress | None = None,
 ) -> Improvement:
     """Diagnoses and adds until the model is adequate; the better model is the answer's ``rotor``.
 
@@ -90,10 +101,10 @@ def identify(
     record: DataLike,
     *,
     days: Range = (0, 2),
-    runup: "DataLike | None" = None,
+    runup: DataLike | None = None,
     seed: int = 1,
-    output: "Path_ | None" = None,
-    slow_roll: "DataLike | None" = None,
+    output: FilePath | None = None,
+    slow_roll: DataLike | None = None,
 ) -> Identification:
     """Phase I: bearings and unbalance of a machine's first days; the identified rotor is the answer's ``rotor``.
 
@@ -106,20 +117,20 @@ def track(
     rotor: RotorLike,
     record: DataLike,
     *,
-    runup: "DataLike | None" = None,
+    runup: DataLike | None = None,
     later_runup: Sequence[DataLike] = (),
     method: Literal["fixed", "adaptive", "bayes", "joint"] = "adaptive",
     identified: bool = False,
     paper: bool = False,
-    proposals: "int | None" = None,
+    proposals: int | None = None,
     seed: int = 1,
-    rise: "float | None" = None,
-    ratio_limit: "float | None" = None,
-    ratio_floor: "float | None" = None,
-    persistence: "int | None" = None,
-    growth: "float | None" = None,
-    slow_roll: "DataLike | None" = None,
-    progress: "Progress | None" = None,
+    rise: float | None = None,
+    ratio_limit: float | None = None,
+    ratio_floor: float | None = None,
+    persistence: int | None = None,
+    growth: float | None = None,
+    slow_roll: DataLike | None = None,
+    progress: Progress | None = None,
 ) -> Track:
     """Follows the unbalance of a long record while bearings change.
 
@@ -149,17 +160,17 @@ def track(
 
 
 def forecast(
-    track: "Path_ | Track",
+    track: FilePath | Track,
     *,
     model: str = "arima",
-    order: "tuple[int, int, int] | None" = None,
-    horizons: "Sequence[int] | None" = None,
-    first: "int | None" = None,
-    days: "int | None" = None,
-    limit: "float | None" = None,
-    grade: "float | None" = None,
-    rotor: "RotorLike | None" = None,
-    rpm: "float | None" = None,
+    order: tuple[int, int, int] | None = None,
+    horizons: Sequence[int] | None = None,
+    first: int | None = None,
+    days: int | None = None,
+    limit: float | None = None,
+    grade: float | None = None,
+    rotor: RotorLike | None = None,
+    rpm: float | None = None,
     seed: int = 1,
 ) -> Forecast:
     """Where the unbalance of a track is going, beside naive forecasts.
@@ -188,12 +199,12 @@ def balance(
     *,
     planes: Sequence[str] = (),
     radii_mm: Sequence[float] = (),
-    step_g: "float | None" = None,
-    range_rpm: "Range | None" = None,
-    same_speed: "float | None" = None,
-    service_rpm: "float | None" = None,
+    step_g: float | None = None,
+    range_rpm: Range | None = None,
+    same_speed: float | None = None,
+    service_rpm: float | None = None,
     against_rotation: bool = False,
-    slow_roll: "DataLike | None" = None,
+    slow_roll: DataLike | None = None,
 ) -> Balance:
     """Correction weights, from the identified model and from trial runs alone.
 
@@ -216,22 +227,22 @@ def balance(
 def balance_by_trials(
     data: DataLike,
     *,
-    weights: "DataLike | None" = None,
-    coefficients: "Path_ | None" = None,
-    write_coefficients: "Path_ | None" = None,
-    onto: "str | None" = None,
+    weights: DataLike | None = None,
+    coefficients: FilePath | None = None,
+    write_coefficients: FilePath | None = None,
+    onto: str | None = None,
     min_max: bool = False,
-    largest_g_mm: "float | dict[str, float] | None" = None,
+    largest_g_mm: float | dict[str, float] | None = None,
     planes: Sequence[str] = (),
     radii_mm: Sequence[float] = (),
-    step_g: "float | None" = None,
-    holes: "int | None" = None,
-    split: "int | None" = None,
-    first_hole_deg: "float | None" = None,
-    range_rpm: "Range | None" = None,
-    same_speed: "float | None" = None,
-    noise_relative: "float | None" = None,
-    noise_floor: "float | None" = None,
+    step_g: float | None = None,
+    holes: int | None = None,
+    split: int | None = None,
+    first_hole_deg: float | None = None,
+    range_rpm: Range | None = None,
+    same_speed: float | None = None,
+    noise_relative: float | None = None,
+    noise_floor: float | None = None,
     against_rotation: bool = False,
 ) -> TrialBalance:
     """Correction weights of a machine that has no file (``balance --trial-only``), from runs with trial weights.
@@ -241,10 +252,9 @@ def balance_by_trials(
     largest_g_mm: of a plane, g·mm, one for all or by plane. holes: so many around each plane, hole 1 at first_hole_deg, a
     weight in at most ``split`` of them. noise_relative, noise_floor: standard deviation of a component, relative and in the
     data's unit. The rest as for ``balance``."""
+    largest: Any = largest_g_mm
     if isinstance(largest_g_mm, dict):
-        largest: "Union[float, str, None]" = ",".join(f"{plane}={most}" for plane, most in largest_g_mm.items())
-    else:
-        largest = largest_g_mm
+        largest = [f"{plane}={most}" for plane, most in largest_g_mm.items()]
     options = {
         "trial_only": data,
         "weights": weights,
@@ -268,7 +278,7 @@ def balance_by_trials(
     return _answer(TrialBalance, "balance", **options)
 
 
-def import_rotor(rotor: Any, *, output: "Path_ | None" = None) -> ImportedRotor:
+def import_rotor(rotor: Any, *, output: FilePath | None = None) -> ImportedRotor:
     """A drawing from a rotor of ROSS: a file that it saved, or a ``ross.Rotor``, which is then saved for the moment."""
     with desk() as place:
         saved = rotor

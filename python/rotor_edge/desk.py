@@ -2,14 +2,16 @@
 
 import os
 from contextlib import contextmanager
+from numbers import Real
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Callable, Iterator, Optional
+from typing import Any, Callable, Iterator
 
 from . import _native
+from .answers import Track
 from .inputs import Rotor, as_csv
 
-Progress = Callable[[int, Optional[int]], object]
+Progress = Callable[[int, int | None], object]
 """Called with the steps that are done, and of how many where that is known."""
 
 
@@ -24,13 +26,13 @@ class Desk:
 
     def word(self, value: Any) -> str:
         """A value as a word of the command line; what is no file yet becomes one."""
-        if isinstance(value, (str, int, float)):
+        if isinstance(value, (str, Real)):
             return str(value)
         if isinstance(value, os.PathLike):
-            return os.fspath(value)
+            return str(os.fspath(value))
         if isinstance(value, Rotor):
             return self._file("rotor", ".toml", value.text)
-        if hasattr(value, "csv"):
+        if isinstance(value, Track):
             return self._file("track", ".csv", value.csv)
         return self._file("measured", ".csv", as_csv(value))
 
@@ -42,7 +44,7 @@ class Desk:
         path.write_text(text, encoding="utf-8")
         return str(path)
 
-    def ask(self, command: str, *inputs: Any, progress: "Progress | None" = None, **options: Any) -> str:
+    def ask(self, command: str, *inputs: Any, progress: Progress | None = None, **options: Any) -> str:
         """The JSON that ``rotor-edge command --json`` prints. An option that is None or False is left out, one that is True
         has no value, a list is given word by word."""
         words = [command, "--json"]

@@ -7,12 +7,14 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Mapping, Union
+from typing import Any, Mapping, Protocol
 
 import numpy as np
 
 from . import _native
 from .record import as_html
+
+FilePath = str | os.PathLike[str]
 
 
 @dataclass(frozen=True)
@@ -38,9 +40,9 @@ class Rotor:
     @property
     def name(self) -> str:
         """What the machine is called in reports."""
-        return self.drawing["name"]
+        return str(self.drawing["name"])
 
-    def write(self, path: "str | os.PathLike[str]") -> None:
+    def write(self, path: FilePath) -> None:
         """Writes the file."""
         Path(path).write_text(self.text, encoding="utf-8")
 
@@ -91,20 +93,30 @@ class Measurement:
         return as_html("Measurement", [*rows, ("speed_rpm", f"{slowest:g} to {fastest:g}")])
 
 
-Path_ = Union[str, "os.PathLike[str]"]
-RotorLike = Union[Path_, Rotor]
+class Frame(Protocol):
+    """What data frames have in common."""
+
+    @property
+    def columns(self) -> Any:
+        """Names of the columns."""
+
+    def __getitem__(self, name: str, /) -> Any:
+        """A column."""
+
+
+RotorLike = FilePath | Rotor
 """A file, or a rotor in memory."""
-DataLike = Union[Path_, Measurement, Mapping[str, Any], Any]
+DataLike = FilePath | Measurement | Mapping[str, Any] | np.ndarray | Frame
 """A file, a measurement, or its columns by name: a dictionary of arrays, a structured array, a data frame."""
 
 
-def read_rotor(path: Path_) -> Rotor:
+def read_rotor(path: FilePath) -> Rotor:
     """Reads and checks a ``rotor.toml``."""
     text, drawing = _native.rotor(os.fspath(path))
     return Rotor(text, json.loads(drawing))
 
 
-def read_measurement(path: Path_, rotor: "Path_ | None" = None) -> Measurement:
+def read_measurement(path: FilePath, rotor: FilePath | None = None) -> Measurement:
     """Reads and checks a ``measured.csv``; with the file of a rotor, one whose probes and runs are that rotor's.
 
     Slow rolls stay in it: commands take them off."""
@@ -131,7 +143,9 @@ def as_csv(data: Any) -> str:
     cells = [np.asarray(columns[name]).tolist() for name in names]
     for name, column in zip(names, cells):
         if len(column) != len(cells[0]):
-            raise _native.Error(f"column {name}: {len(column)} values, expected {len(cells[0])} as in column {names[0]}")
+            raise _native.Error(
+                f"column {name}: {len(column)} values, expected {len(cells[0])} as in column {names[0]}"
+            )
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(names)
@@ -146,7 +160,9 @@ def _names(columns: Any) -> list[str]:
     if names is None and isinstance(columns, Mapping):
         names = columns
     if names is None:
-        raise TypeError(f"{type(columns).__name__} has no named columns; expected a path, a measurement or columns by name")
+        raise TypeError(
+            f"{type(columns).__name__} has no named columns; expected a path, a measurement or columns by name"
+        )
     return list(names)
 
 

@@ -4,10 +4,11 @@ import html
 import json
 from dataclasses import dataclass, field, fields
 from functools import cache
-from typing import Any, Mapping, Union, get_args, get_origin, get_type_hints
+from typing import Any, Callable, Mapping, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+R = TypeVar("R", bound="Record")
 Array = np.ndarray
 """Numbers; one that is not there is not a number."""
 
@@ -17,7 +18,7 @@ class Record:
     """Part of an answer; its fields are the keys of the command line's JSON."""
 
     @classmethod
-    def of(cls, found: Mapping[str, Any], **more: Any):
+    def of(cls: type[R], found: Mapping[str, Any], **more: Any) -> R:
         """The record of a JSON object, with what the object does not hold."""
         held = {name: _converted(hint, found.get(name)) for name, hint in _hints(cls).items() if name not in more}
         return cls(**{name: value for name, value in held.items() if name in found}, **more)
@@ -32,7 +33,7 @@ class Answer(Record):
 
     def as_dict(self) -> dict[str, Any]:
         """The whole JSON object."""
-        return json.loads(self.json)
+        return dict(json.loads(self.json))
 
     def _told(self) -> list[tuple[str, str]]:
         shown = (f.name for f in fields(self) if f.name not in ("json", "csv"))
@@ -59,7 +60,7 @@ def _brief(value: Any) -> str:
     return text
 
 
-_hints = cache(get_type_hints)
+_hints: Callable[[type], dict[str, Any]] = cache(get_type_hints)
 
 
 def _converted(hint: Any, value: Any) -> Any:
