@@ -11,8 +11,7 @@ from typing import Any, Mapping, Protocol
 
 import numpy as np
 
-from . import _native
-from .record import as_html
+from . import _native, tables
 
 FilePath = str | os.PathLike[str]
 
@@ -50,8 +49,8 @@ class Rotor:
         return f"Rotor({self.name!r})"
 
     def _repr_html_(self) -> str:
-        parts = [(name, str(len(part))) for name, part in self.drawing.items() if isinstance(part, list)]
-        return as_html(self.name, parts)
+        parts = [(name, len(part)) for name, part in self.drawing.items() if isinstance(part, list)]
+        return tables.of_pairs(self.name, parts)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -89,8 +88,8 @@ class Measurement:
 
     def _repr_html_(self) -> str:
         slowest, fastest = self.speed_rpm.min(), self.speed_rpm.max()
-        rows = [("readings", str(len(self))), ("probes", ", ".join(self.probes))]
-        return as_html("Measurement", [*rows, ("speed_rpm", f"{slowest:g} to {fastest:g}")])
+        speeds = ("speed_rpm", f"{slowest:g} to {fastest:g}")
+        return tables.of_pairs("Measurement", [("readings", len(self)), ("probes", self.probes), speeds])
 
 
 class Frame(Protocol):

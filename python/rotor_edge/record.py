@@ -1,12 +1,13 @@
 """Frozen records, made from JSON objects by their annotations."""
 
-import html
 import json
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, Callable, Mapping, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
+
+from . import tables
 
 R = TypeVar("R", bound="Record")
 Array = np.ndarray
@@ -28,36 +29,26 @@ class Record:
 class Answer(Record):
     """What a command answers."""
 
-    json: str = field(kw_only=True, default="")
+    json: str = field(kw_only=True, default="", repr=False)
     """The JSON object, letter by letter as the command line prints it."""
 
     def as_dict(self) -> dict[str, Any]:
         """The whole JSON object."""
         return dict(json.loads(self.json))
 
-    def _told(self) -> list[tuple[str, str]]:
-        shown = (f.name for f in fields(self) if f.name not in ("json", "csv"))
-        return [(name, _brief(getattr(self, name))) for name in shown]
-
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={value}' for name, value in self._told())})"
+        return f"{type(self).__name__}({', '.join(f'{name}={_brief(value)}' for name, value in tables.shown(self))})"
 
     def _repr_html_(self) -> str:
-        return as_html(type(self).__name__, self._told())
-
-
-def as_html(caption: str, rows: list[tuple[str, str]]) -> str:
-    """A table of names and values."""
-    cells = (f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>" for name, value in rows)
-    return f"<table><caption>{html.escape(caption)}</caption>{''.join(cells)}</table>"
+        return tables.of_pairs(type(self).__name__, tables.shown(self))
 
 
 def _brief(value: Any) -> str:
-    """A value in one line; of long ones, how long they are."""
+    """A value in one line; of long ones, what they are."""
     text = repr(value)
-    if isinstance(value, (tuple, dict, Array)) and len(text) > 80:
-        return f"<{len(value)} of them>"
-    return text
+    if len(text) <= 80 or isinstance(value, str):
+        return text
+    return f"<{len(value)} of them>" if isinstance(value, (tuple, dict, Array)) else f"{type(value).__name__}(…)"
 
 
 _hints: Callable[[type], dict[str, Any]] = cache(get_type_hints)

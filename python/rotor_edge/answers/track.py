@@ -148,7 +148,7 @@ class Track(Answer):
     joint: Joint | None
     undiagnosed_since_d: float | None
     remarks: tuple[str, ...]
-    csv: str = field(kw_only=True)
+    csv: str = field(kw_only=True, repr=False)
     """Every estimate as a table, the file that ``forecast`` reads."""
 
     @property
