@@ -162,7 +162,7 @@ def track(
 def forecast(
     track: FilePath | Track,
     *,
-    model: str = "arima",
+    model: Literal["state", "arima", "naive"] | None = None,
     order: tuple[int, int, int] | None = None,
     horizons: Sequence[int] | None = None,
     first: int | None = None,
@@ -175,9 +175,9 @@ def forecast(
 ) -> Forecast:
     """Where the unbalance of a track is going, beside naive forecasts.
 
-    model: arima or naive. order: p, d, q of arima. horizons: days ahead at which forecasts of the past are scored. first: days
-    after which the first of them is made. days: that are forecast. limit: static unbalance at which something has to be done,
-    g·mm; or grade: the same as a balance quality grade, mm/s, with rotor and rpm."""
+    model: if None, state where the track is one of joint, else arima. order: p, d, q of arima. horizons: days ahead at which
+    forecasts of the past are scored. first: days after which the first of them is made. days: that are forecast. limit: static
+    unbalance at which something has to be done, g·mm; or grade: the same as a balance quality grade, mm/s, with rotor and rpm."""
     options = {
         "model": model,
         "order": order and ",".join(map(str, order)),

@@ -112,6 +112,9 @@ def test_track_by_all_days_together(printed):
     answer = rotor_edge.track(rotor, record, runup=runup, method="joint")
     assert answer.json == printed("track", rotor, record, "--runup", runup, "--method", "joint")
     assert_whole(answer)
+    ahead = rotor_edge.forecast(answer)
+    assert_whole(ahead)
+    assert ahead.model == "state"
     assert answer.estimates[0].interval_95.planes[0].unbalance_g_mm.shape == (2,)
 
 

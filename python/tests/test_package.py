@@ -1,5 +1,6 @@
-"""What is handed out: the example in the README, the wheel, the source distribution."""
+"""What is handed out: the example in the README, the notebook, the wheel, the source distribution."""
 
+import json
 import os
 import re
 import shutil
@@ -22,6 +23,24 @@ def test_the_example_runs(tmp_path, monkeypatch, capsys):
     exec(compile(example, "README.md", "exec"), {})
     assert capsys.readouterr().out.endswith("adequate ['seal']\n")
     assert (tmp_path / "better.toml").exists()
+
+
+def test_the_notebook_tells_its_story(monkeypatch):
+    """Its cells, one after the other, where it lies; a notebook without outputs is all code."""
+    cells = json.loads((ROOT / "python" / "story.ipynb").read_text(encoding="utf-8"))["cells"]
+    assert not any(cell.get("outputs") for cell in cells)
+    monkeypatch.chdir(ROOT / "python")
+    told = {}
+    for cell in cells:
+        if cell["cell_type"] == "code":
+            exec(compile("".join(cell["source"]), "story.ipynb", "exec"), told)
+    assert (told["compared"].verdict, told["diagnosis"].verdict, told["better"].verdict) == (
+        "misses",
+        "missing",
+        "adequate",
+    )
+    assert (told["best"].effect, told["best"].at, told["followed"].flags[0].since_d) == ("seal", "disk 3", 125)
+    assert "<td>seal</td>" in told["better"]._repr_html_()
 
 
 @pytest.mark.skipif(DIST is None, reason="python/test builds them")
