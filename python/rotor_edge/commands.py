@@ -6,6 +6,7 @@ their next step, the others when they are done."""
 
 import json
 import os
+from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal, Sequence
 
@@ -120,6 +121,7 @@ def track(
     runup: DataLike | None = None,
     later_runup: Sequence[DataLike] = (),
     method: Literal["fixed", "adaptive", "bayes", "joint"] = "adaptive",
+    begin: str | datetime | None = None,
     identified: bool = False,
     paper: bool = False,
     proposals: int | None = None,
@@ -134,14 +136,16 @@ def track(
 ) -> Track:
     """Follows the unbalance of a long record while bearings change.
 
-    runup: one in the state of the first days. later_runup: ones after an event, for joint. identified: no phase I. paper and
-    proposals: of bayes. rise, ratio_limit, ratio_floor, persistence: when a reading is suspicious (relative to the level, of the
-    features) and when that is a flag (readings in a row). growth: largest of a plane relative to the day before. progress: called
-    with the steps that are done and about how many there are: readings, of joint rounds of learning; fixed tells none."""
+    runup: one in the state of the first days. later_runup: ones after an event, for joint. begin: when day 0 was, then days have
+    dates. identified: no phase I. paper and proposals: of bayes. rise, ratio_limit, ratio_floor, persistence: when a reading is
+    suspicious (relative to the level, of the features) and when that is a flag (readings in a row). growth: largest of a plane
+    relative to the day before. progress: called with the steps that are done and about how many there are:
+    readings, of joint rounds of learning; fixed tells none."""
     options = {
         "runup": runup,
         "later_runup": list(later_runup),
         "method": method,
+        "begin": begin.isoformat() if isinstance(begin, datetime) else begin,
         "identified": identified,
         "paper": paper,
         "proposals": proposals,

@@ -14,6 +14,8 @@ import numpy as np
 from . import _native, tables
 
 FilePath = str | os.PathLike[str]
+TEXTS = ("run", "time")
+"""Columns that hold no numbers."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,8 @@ def read_rotor(path: FilePath) -> Rotor:
 def read_measurement(path: FilePath, rotor: FilePath | None = None) -> Measurement:
     """Reads and checks a ``measured.csv``; with the file of a rotor, one whose probes and runs are that rotor's.
 
-    Slow rolls stay in it: commands take them off."""
+    Slow rolls stay in it: commands take them off. When day 0 was, as a comment in the file may say, does not: ``track`` takes it
+    as ``begin``."""
     text = _native.measurement(os.fspath(path), None if rotor is None else os.fspath(rotor))
     return Measurement(columns_of(text))
 
@@ -130,7 +133,7 @@ def columns_of(text: str) -> dict[str, np.ndarray]:
 
 
 def _column(name: str, cells: tuple[str, ...]) -> np.ndarray:
-    if name == "run":
+    if name in TEXTS:
         return np.array(cells)
     return np.array([float(cell) if cell else np.nan for cell in cells])
 

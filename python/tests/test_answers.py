@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from datetime import datetime, timedelta, timezone
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from rotor_edge.record import Record
 
 ROTOR, RECORD = TURBINE / "rotor.toml", TURBINE / "record.csv"
 RUNUP, LATER = TURBINE / "runup-day000.csv", TURBINE / "runup-day126.csv"
+BEGIN = datetime(2024, 3, 1, 6, tzinfo=timezone(timedelta(hours=1)))
 
 
 def plain(value):
@@ -97,13 +99,16 @@ def test_identify(printed, tmp_path):
 
 def test_track_and_its_progress(printed, tmp_path):
     table, steps = tmp_path / "track.csv", []
-    answer = rotor_edge.track(ROTOR, RECORD, runup=RUNUP, growth=1.3, progress=lambda *step: steps.append(step))
-    words = ["track", ROTOR, RECORD, "--runup", RUNUP, "--growth", "1.3", "--csv", table]
+    answer = rotor_edge.track(
+        ROTOR, RECORD, runup=RUNUP, growth=1.3, begin=BEGIN, progress=lambda *step: steps.append(step)
+    )
+    words = ["track", ROTOR, RECORD, "--runup", RUNUP, "--growth", "1.3", "--begin", BEGIN.isoformat(), "--csv", table]
     assert answer.json == printed(*words)
     assert answer.csv == table.read_text()
     assert_whole(answer)
     assert steps[-1][0] == steps[-1][1] and steps == sorted(steps)
     assert len(answer.columns["static_g_mm"]) == len(answer.estimates)
+    assert answer.columns["time"][0] == answer.estimates[0].time and answer.begin == "2024-03-01T05:00:00Z"
 
 
 def test_track_by_all_days_together(printed):

@@ -48,5 +48,5 @@ class Forecast(Answer):
     """By model, series and days ahead: rmse, crps, pinball, coverage_95, compared."""
     against_naive: tuple[str, ...]
     forecast: tuple[dict[str, Any], ...]
-    """A day each: time_d, and value, low and high (95 %) of every series."""
+    """A day each: time_d, time (ISO 8601, if known), and value, low and high (95 %) of every series."""
     limit: Limit | None

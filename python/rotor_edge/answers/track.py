@@ -31,6 +31,8 @@ class Flag(Record):
 
     since_d: float
     time_d: float
+    time: str | None
+    """The same as a date (ISO 8601), where it is known when day 0 was."""
     suspect: str
     cause: str
 
@@ -81,6 +83,7 @@ class Estimate(Record):
     """A day."""
 
     time_d: float
+    time: str | None
     planes: tuple[PlaneUnbalance, ...]
     static: Unbalance
     dynamic: Unbalance
@@ -95,6 +98,7 @@ class Event(Record):
     """Something that changed the machine."""
 
     time_d: float
+    time: str | None
     interval_95_d: Array
     changed: str
     log_evidence: float
@@ -135,6 +139,8 @@ class Track(Answer):
     """The unbalance of a long record while bearings change."""
 
     method: str
+    begin: str | None
+    """When day 0 was (ISO 8601)."""
     readings: int
     residual_um: Residual
     residual_ratio: AroundEvent
