@@ -8,7 +8,7 @@ use rotor_edge_desktop::diagnose::add;
 use serde_json::json;
 
 use super::diagnose::{self, report};
-use super::output;
+use super::output::{self, Json};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -29,7 +29,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments) -> Result<Json> {
     let (rotor, readings) = output::read(&arguments.rotor, &arguments.data, &arguments.runout)?;
     let (kind, at) = match arguments.effect.split_once('@') {
         Some((kind, at)) => (kind, Some(at)),
@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let candidate = diagnose::candidate_json(&better.added);
     if arguments.form.json {
-        return output::json(&json!({
+        return output::as_json(&json!({
             "error_before": better.error_before,
             "error_after": better.error_after,
             "chi2_per_value_before": better.chi2_per_value[0],
@@ -71,5 +71,5 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         arguments.data.display(),
         arguments.runout
     );
-    Ok(())
+    Ok(None)
 }

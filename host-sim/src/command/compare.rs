@@ -6,7 +6,9 @@ use rotor_edge_desktop::compare::{Comparison, Verdict};
 use rotor_edge_desktop::diagnose::{BestFit, best_fit, nothing_missing};
 use serde_json::{Value, json};
 
-use super::{entitled, output};
+use super::entitled;
+use super::listener::Listener;
+use super::output::{self, Json};
 use crate::report::{Prediction, comparison_sections};
 
 #[derive(Debug, Args)]
@@ -18,9 +20,9 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
-    let working = output::spinner("fitting bearings and planes");
+    let working = listener.spinner("fitting bearings and planes");
     let best = best_fit(&rotor, &readings)?;
     let sure = nothing_missing(&rotor, &readings)?;
     working.finish_and_clear();
@@ -33,7 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         output::report(path, &format!("{}: model against measurement", rotor.name), sections)?;
     }
     if arguments.form.json {
-        return output::json(&summary(&comparison, &best));
+        return output::as_json(&summary(&comparison, &best));
     }
     print(&comparison, &best);
     let output::Measured { rotor, data, runout } = &arguments.measured;
@@ -52,7 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             )
         }
     }
-    Ok(())
+    Ok(None)
 }
 
 fn verdict(c: &Comparison) -> &'static str {

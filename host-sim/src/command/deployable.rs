@@ -9,6 +9,7 @@ use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement;
 
 use super::identify::{self, Days};
+use super::listener::Listener;
 use crate::edge::Deployment;
 use crate::sample;
 
@@ -57,7 +58,7 @@ fn add_runout(rotor: &mut Rotor, runout_m: &[Complex<f64>]) -> Result<()> {
 pub fn of_sample(seed: u64) -> Result<Deployment> {
     let (rotor, record, runup) = sample::load()?;
     let days = Days::FIRST_THREE.select(&record)?;
-    let found = identify::phase_one(&rotor, &days, Some(&runup), seed)?;
+    let found = identify::phase_one(&rotor, &days, Some(&runup), seed, Listener::Terminal)?;
     let fastest_rpm = record.iter().chain(&runup).map(|r| r.speed_rpm).fold(0.0, f64::max);
     Deployment::new(&found.rotor, fastest_rpm)
 }

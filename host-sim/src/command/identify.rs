@@ -15,7 +15,9 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::diagnose::report;
-use super::{entitled, output};
+use super::entitled;
+use super::listener::Listener;
+use super::output::{self, Json};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -88,21 +90,27 @@ impl FromStr for Days {
 }
 
 /// Phase I on chosen days and perhaps a run-up.
-pub fn phase_one(rotor: &Rotor, days: &[&Reading], runup: Option<&[Reading]>, seed: u64) -> Result<PhaseOne> {
+pub fn phase_one(
+    rotor: &Rotor,
+    days: &[&Reading],
+    runup: Option<&[Reading]>,
+    seed: u64,
+    listener: Listener,
+) -> Result<PhaseOne> {
     let readings: Vec<Reading> = days.iter().copied().chain(runup.unwrap_or_default()).cloned().collect();
-    let working = output::spinner("phase I");
+    let working = listener.spinner("phase I");
     let found = identify(rotor, &readings, &PhaseOneConfig { seed, ..PhaseOneConfig::default() });
     working.finish_and_clear();
     Ok(found?)
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let rotor = rotor_file::read(&arguments.rotor)?;
     let record = arguments.runout.read(&arguments.record, &rotor)?;
     let runup = arguments.runup.as_deref().map(|path| arguments.runout.read(path, &rotor)).transpose()?;
     let days = arguments.days.select(&record)?;
-    let found = phase_one(&rotor, &days, runup.as_deref(), arguments.seed)?;
+    let found = phase_one(&rotor, &days, runup.as_deref(), arguments.seed, listener)?;
     let readings: Vec<Reading> = days.iter().copied().chain(runup.iter().flatten()).cloned().collect();
     output::model(&arguments.output, &found.rotor, &readings)?;
     if let Some(path) = &arguments.form.report {
@@ -110,14 +118,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         output::report(path, &format!("{}: identified", rotor.name), sections)?;
     }
     if arguments.form.json {
-        return output::json(&Summary::of(&found));
+        return output::as_json(&Summary::of(&found));
     }
     print(&found);
     println!(
         "\nWritten to {}. Next: rotor-edge replay --identified --rotor {0} --record …",
         arguments.output.display()
     );
-    Ok(())
+    Ok(None)
 }
 
 /// Identified bearings and planes as a table.

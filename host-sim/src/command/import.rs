@@ -7,7 +7,7 @@ use clap::Args;
 use rotor_edge_desktop::machine::rotor_file;
 use serde_json::{Value, json};
 
-use super::output;
+use super::output::{self, Json};
 use crate::import::calendar::{DateOrder, Moment};
 use crate::import::mapping::Mapping;
 use crate::import::number::Decimal;
@@ -155,7 +155,7 @@ impl Arguments {
 }
 
 /// Runs the command; `forced` writes over files that exist.
-pub fn run(arguments: &Arguments, forced: bool) -> Result<()> {
+pub fn run(arguments: &Arguments, forced: bool) -> Result<Json> {
     arguments.refuse_what_exists(forced)?;
     let mapping = arguments.mapping()?;
     let rotor = arguments.rotor.as_deref().map(rotor_file::read).transpose()?;
@@ -172,14 +172,14 @@ pub fn run(arguments: &Arguments, forced: bool) -> Result<()> {
         }
     }
     if arguments.json {
-        return output::json(&answer(&imported, written.then_some(&arguments.output)));
+        return output::as_json(&answer(&imported, written.then_some(&arguments.output)));
     }
     if written {
         println!("\nWritten to {}, with this mapping in its first lines.", arguments.output.display());
     } else {
         println!("\nNothing was written.");
     }
-    Ok(())
+    Ok(None)
 }
 
 /// Unit of what a column becomes.

@@ -7,7 +7,7 @@ use clap::Args;
 use rotor_edge_desktop::machine::{ross, rotor_file};
 use serde_json::json;
 
-use super::output;
+use super::output::{self, Json};
 
 /// Where the drawing goes when nobody says.
 const OUTPUT: &str = "rotor.toml";
@@ -26,7 +26,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments) -> Result<Json> {
     let path = arguments.output.as_deref().unwrap_or(Path::new(OUTPUT));
     if arguments.output.is_none() && path.exists() {
         bail!("{OUTPUT}: exists already, expected another name with -o");
@@ -34,7 +34,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let imported = ross::read(&arguments.file)?;
     rotor_file::write(path, &imported.rotor)?;
     if arguments.json {
-        return output::json(&json!({
+        return output::as_json(&json!({
             "rotor": path,
             "carried": imported.carried,
             "left": imported.left,
@@ -49,5 +49,5 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         println!("  {sentence}");
     }
     println!("\nNext: look it over\n  rotor-edge check {}", path.display());
-    Ok(())
+    Ok(None)
 }

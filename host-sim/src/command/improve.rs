@@ -9,7 +9,9 @@ use rotor_edge_desktop::diagnose::{Outcome, RefutedRun, Step, Verdict, improve};
 use serde_json::{Value, json};
 
 use super::diagnose::{self, report};
-use super::{entitled, output};
+use super::entitled;
+use super::listener::Listener;
+use super::output::{self, Json};
 use crate::report::{Section, Table};
 
 #[derive(Debug, Args)]
@@ -24,9 +26,12 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
+    let mut added = 0;
     let outcome = improve(&rotor, &readings, |step| {
+        added += 1;
+        listener.step(added, None);
         if !arguments.form.json {
             // nobody may be reading, and the model is to be written all the same
             let _ = std::io::stdout().write_all(told(step).as_bytes());
@@ -42,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         output::report(path, &format!("{}: before and after", rotor.name), sections)?;
     }
     if arguments.form.json {
-        return output::json(&json!({
+        return output::as_json(&json!({
             "error_before": outcome.error_before,
             "chi2_per_value_before": outcome.chi2_per_value_before,
             "steps": outcome.steps.iter().map(step_json).collect::<Vec<_>>(),
@@ -76,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             arguments.measured.runout
         ),
     }
-    Ok(())
+    Ok(None)
 }
 
 /// The verdict, and how the error fell with every effect.

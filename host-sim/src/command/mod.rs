@@ -14,6 +14,7 @@ mod dbc;
 mod decode;
 mod deploy;
 mod deployable;
+mod desk;
 mod diagnose;
 mod entitled;
 mod estimate;
@@ -24,6 +25,7 @@ mod import_rotor;
 mod improve;
 mod judging;
 mod key;
+mod listener;
 mod manual;
 mod node;
 mod output;
@@ -35,10 +37,15 @@ mod stop;
 mod targets;
 mod thresholds;
 mod track;
+mod usage;
 mod watch;
 
-use anyhow::Result;
+use std::ffi::OsString;
+
+use anyhow::{Result, anyhow};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+
+pub use listener::Listener;
 
 /// Unbalance of a rotor from its 1x vibration, at the machine's edge and on the desk.
 ///
@@ -74,28 +81,8 @@ impl Cli {
 enum Command {
     /// Play a record over a virtual CAN bus into the controller's core and check every result
     Replay(Box<replay::Arguments>),
-    /// Look a machine over by its drawing alone: loads, critical speeds, modes, unbalance response, doubtful numbers
-    Check(check::Arguments),
-    /// Measurements from exports of other systems: CSV, TSV, xlsx, xls, ods; shows what it takes each column for
-    Import(Box<import::Arguments>),
-    /// A drawing from a rotor that ROSS saved, and what could not be carried over
-    ImportRotor(import_rotor::Arguments),
-    /// Hold a model against measurements: where it misses, and whether that is noise or physics
-    Compare(compare::Arguments),
-    /// Say which physical effect is missing in a model, or which measurement would tell
-    Diagnose(diagnose::Arguments),
-    /// Fit one effect together with bearings and planes and write the better model
-    Add(add::Arguments),
-    /// Diagnose and add until the model is adequate
-    Improve(improve::Arguments),
-    /// Phase I: bearings and unbalance of a machine's first days
-    Identify(identify::Arguments),
-    /// The unbalance of each run relative to a base run, from runs with stated weights
-    Estimate(estimate::Arguments),
-    /// Follow the unbalance of a long record while bearings change
-    Track(Box<track::Arguments>),
-    /// Where the unbalance of a track is going
-    Forecast(forecast::Arguments),
+    #[command(flatten)]
+    Desk(desk::Command),
     /// Run a monitor on a real bus: the controller's core, as firmware runs it
     Node(node::Arguments),
     /// Send a model to a monitor, authenticated and checked before it takes effect
@@ -114,14 +101,30 @@ enum Command {
     Dbc(dbc::Arguments),
     /// Readings and results from a recorded candump log
     Decode(decode::Arguments),
-    /// A single-disk rotor from its start-up: the simple model, where it fails, and which effects mend it
-    Startup(startup::Arguments),
-    /// Correction weights, from the identified model and from trial runs alone
-    Balance(Box<balance::Arguments>),
     /// Completions of the command line, for a shell
     Completions(completions::Arguments),
     /// The manual as pages for `man`
     Manual(manual::Arguments),
+}
+
+/// The JSON object that a command of the desk prints, for programs that are no shell: `words` are those of the command
+/// line behind the program's name, with `--json` among them.
+///
+/// # Errors
+/// The sentence that the command line would say.
+pub fn object(words: impl IntoIterator<Item = OsString>, listener: Listener) -> Result<String> {
+    let words = std::iter::once("rotor-edge".into()).chain(words);
+    let refused = |error: clap::Error| anyhow!(usage::sentence(&error.to_string()));
+    let matches = Cli::command().try_get_matches_from(words).map_err(refused)?;
+    let cli = Cli::from_arg_matches(&matches).map_err(refused)?;
+    if let Some((_, arguments)) = matches.subcommand() {
+        targets::check(arguments, cli.force)?;
+    }
+    let printed = match cli.command {
+        Some(Command::Desk(command)) => command.run(cli.force, listener)?,
+        _ => None,
+    };
+    printed.ok_or_else(|| anyhow!("expected --json and a command that reads files alone"))
 }
 
 /// Runs what the command line asks for.
@@ -132,17 +135,12 @@ pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         None => replay::run(&replay::Arguments::sample()),
         Some(Command::Replay(arguments)) => replay::run(&arguments),
-        Some(Command::Check(arguments)) => check::run(&arguments),
-        Some(Command::Import(arguments)) => import::run(&arguments, cli.force),
-        Some(Command::ImportRotor(arguments)) => import_rotor::run(&arguments),
-        Some(Command::Compare(arguments)) => compare::run(&arguments),
-        Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
-        Some(Command::Add(arguments)) => add::run(&arguments),
-        Some(Command::Improve(arguments)) => improve::run(&arguments),
-        Some(Command::Identify(arguments)) => identify::run(&arguments),
-        Some(Command::Estimate(arguments)) => estimate::run(&arguments),
-        Some(Command::Track(arguments)) => track::run(&arguments),
-        Some(Command::Forecast(arguments)) => forecast::run(&arguments),
+        Some(Command::Desk(command)) => {
+            if let Some(object) = command.run(cli.force, Listener::Terminal)? {
+                println!("{object}");
+            }
+            Ok(())
+        }
         Some(Command::Node(arguments)) => node::run(&arguments),
         Some(Command::Deploy(arguments)) => deploy::run(&arguments),
         Some(Command::Thresholds(arguments)) => thresholds::run(&arguments),
@@ -152,8 +150,6 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Watch(arguments)) => watch::run(&arguments),
         Some(Command::Dbc(arguments)) => dbc::run(&arguments),
         Some(Command::Decode(arguments)) => decode::run(&arguments),
-        Some(Command::Startup(arguments)) => startup::run(&arguments),
-        Some(Command::Balance(arguments)) => balance::run(&arguments),
         Some(Command::Completions(arguments)) => completions::run(&arguments, Cli::command()),
         Some(Command::Manual(arguments)) => manual::run(&arguments, Cli::command()),
     }

@@ -90,6 +90,14 @@ pub fn model(path: &Path, rotor: &Rotor, readings: &[Reading]) -> Result<()> {
     Ok(rotor_file::write(path, &Rotor { fastest_rpm: Some(fastest_rpm), ..rotor.clone() })?)
 }
 
+/// What a command leaves to be printed: one JSON object where that was asked for; text it has printed itself.
+pub type Json = Option<String>;
+
+/// One JSON object, to be printed by whoever ran the command.
+pub fn as_json(value: &impl Serialize) -> Result<Json> {
+    Ok(Some(serde_json::to_string_pretty(value)?))
+}
+
 /// Prints one JSON object on standard output.
 pub fn json(value: &impl Serialize) -> Result<()> {
     println!("{}", serde_json::to_string_pretty(value)?);

@@ -17,7 +17,8 @@ use rotor_edge_desktop::balance::{Balanced, Plan};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 use serde_json::{Value, json};
 
-use super::output;
+use super::listener::Listener;
+use super::output::{self, Json};
 use super::startup::range;
 use answer::Answer;
 
@@ -63,7 +64,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let positive = |v: &f64| *v > 0.0 && v.is_finite();
     let stated = [("--step-g", arguments.step_g), ("--service-rpm", arguments.service_rpm)];
     let stated = stated.into_iter().filter_map(|(name, value)| Some((name, value?)));
@@ -76,12 +77,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         bail!("--same-speed must be from 0 to 0.5, as in 0.01 for 1 %, not {}", arguments.same_speed);
     }
     match (&arguments.rotor, &arguments.data) {
-        (Some(rotor), Some(data)) => by_rotor(rotor, data, arguments),
+        (Some(rotor), Some(data)) => by_rotor(rotor, data, arguments, listener),
         _ => trial_only::run(arguments),
     }
 }
 
-fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments) -> Result<()> {
+fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = output::read(rotor, data, &arguments.runout)?;
     let speeds = || readings.iter().map(|r| r.speed_rpm);
     let fastest_rpm = speeds().fold(0.0, f64::max);
@@ -94,7 +95,7 @@ fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments) -> Result<()> {
         same_speed: arguments.same_speed,
         planes,
     };
-    let working = output::spinner("fitting the model");
+    let working = listener.spinner("fitting the model");
     let tried = [
         ("identified model", from_model(&rotor, &readings, &plan)),
         ("trial runs alone", from_trial_runs(&rotor, &readings, &plan)),
@@ -127,10 +128,10 @@ fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments) -> Result<()> {
         output::report(path, &format!("{}: balance", rotor.name), report::sections(&answer))?;
     }
     if arguments.form.json {
-        return output::json(&answer.json());
+        return output::as_json(&answer.json());
     }
     answer.print();
-    Ok(())
+    Ok(None)
 }
 
 /// What speaks against believing a way.

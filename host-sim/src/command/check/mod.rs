@@ -11,7 +11,9 @@ use clap::Args;
 use rotor_edge_desktop::check::check;
 use rotor_edge_desktop::machine::rotor_file;
 
-use super::{output, startup};
+use super::listener::Listener;
+use super::output::{self, Json};
+use super::startup;
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -26,21 +28,21 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let rotor = rotor_file::read(&arguments.rotor)?;
-    let working = output::spinner("modes and responses");
+    let working = listener.spinner("modes and responses");
     let found = check(&rotor, arguments.rpm)?;
     working.finish_and_clear();
     if let Some(path) = &arguments.form.report {
         output::report(path, &format!("{}: what its drawing says", rotor.name), report::sections(&found))?;
     }
     if arguments.form.json {
-        return output::json(&json::of(&found));
+        return output::as_json(&json::of(&found));
     }
     text::print(&found, arguments.rpm.is_some());
     println!(
         "\nNext: hold the model against measurements\n  rotor-edge compare {} measured.csv",
         arguments.rotor.display()
     );
-    Ok(())
+    Ok(None)
 }

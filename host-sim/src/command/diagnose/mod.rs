@@ -8,7 +8,9 @@ use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, RefutedRun, Verdict, di
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::{entitled, output};
+use super::entitled;
+use super::listener::Listener;
+use super::output::{self, Json};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -22,9 +24,9 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
-    let working = output::spinner("diagnosing");
+    let working = listener.spinner("diagnosing");
     let found = diagnose(&rotor, &readings)?;
     working.finish_and_clear();
     if let Some(path) = &arguments.form.report {
@@ -32,11 +34,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         output::report(path, &format!("{}: what is missing in the model", rotor.name), sections)?;
     }
     if arguments.form.json {
-        return output::json(&Summary::of(&found));
+        return output::as_json(&Summary::of(&found));
     }
     print(&found, arguments.top);
     print_next(arguments, &found);
-    Ok(())
+    Ok(None)
 }
 
 fn print(found: &Diagnosis, top: usize) {

@@ -9,7 +9,8 @@ use clap::Args;
 use rotor_edge_desktop::estimate::{Estimates, Options, estimate};
 use rotor_edge_desktop::machine::rotor_file;
 
-use super::output;
+use super::listener::Listener;
+use super::output::{self, Json};
 use rows::{COLUMNS, rows};
 
 #[derive(Debug, Args)]
@@ -30,7 +31,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let rotor = rotor_file::read(&arguments.measured.rotor)?;
     let data = &arguments.measured.data;
     let readings = arguments.measured.runout.read_with_blind_runs(data, &rotor)?;
@@ -39,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         leave_one_out: arguments.leave_one_out,
         trust_weights: arguments.trust_weights,
     };
-    let working = output::spinner("learning from the runs");
+    let working = listener.spinner("learning from the runs");
     let found = estimate(&rotor, &readings, &options).with_context(|| data.display().to_string());
     working.finish_and_clear();
     let found = found?;
@@ -52,10 +53,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         )?;
     }
     if arguments.form.json {
-        return output::json(&json::json(&found, &planes));
+        return output::as_json(&json::json(&found, &planes));
     }
     print(&found, &planes);
-    Ok(())
+    Ok(None)
 }
 
 /// How the angles and magnitudes of the table are meant.

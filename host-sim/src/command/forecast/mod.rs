@@ -19,7 +19,8 @@ use rotor_edge_desktop::prognosis::walk::{Ahead, By, Model, walk};
 use rotor_edge_desktop::unbalance::G_MM;
 
 use super::dates::Dates;
-use super::output;
+use super::listener::Listener;
+use super::output::{self, Json};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -114,7 +115,7 @@ impl Forecast<'_> {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if arguments.horizons.is_empty() || arguments.horizons.contains(&0) || arguments.days == 0 {
         bail!("--horizons and --days: expected whole days of at least 1");
     }
@@ -125,7 +126,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let limit_g_mm = limit_g_mm(arguments)?;
     let has_state = history.series.iter().all(|s| s.outlooks.is_some());
     let model = arguments.model.unwrap_or(if has_state { Kind::State } else { Kind::Arima });
-    let working = output::spinner("forecasts of the past");
+    let working = listener.spinner("forecasts of the past");
     // refused for the first series that cannot be forecast, whichever is ready first
     let forecasts: Vec<Result<Forecast>> =
         history.series.par_iter().map(|s| one(s, model, arguments)).collect();
@@ -142,7 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         output::report(path, "Forecast of the unbalance", sections)?;
     }
     if arguments.form.json {
-        return output::json(&json::summary(
+        return output::as_json(&json::summary(
             arguments,
             model.name(),
             &history,
@@ -152,7 +153,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     }
     text::print(arguments, &history, &forecasts, limit.as_ref(), dates);
-    Ok(())
+    Ok(None)
 }
 
 /// A track, and when its days are.

@@ -17,6 +17,7 @@ use rotor_edge_desktop::measurement::Reading;
 
 use super::identify::{self, Days};
 use super::judging::Judging;
+use super::listener::Listener;
 use super::output;
 use crate::bus::BusConfig;
 use crate::bus::states::name;
@@ -160,7 +161,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         true => None,
         false => {
             let days = Days::FIRST_THREE.select(&record)?;
-            Some(identify::phase_one(&rotor, &days, runup.as_deref(), arguments.judging.seed)?)
+            Some(identify::phase_one(
+                &rotor,
+                &days,
+                runup.as_deref(),
+                arguments.judging.seed,
+                Listener::Terminal,
+            )?)
         }
     };
     let identified = phase_one.as_ref().map_or(&rotor, |p| &p.rotor);

@@ -15,7 +15,8 @@ use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::startup::chain::{chain, simple_stages};
 use rotor_edge_desktop::startup::{Options, PAPER_CLEARANCE_UM, PAPER_SPEEDS_RPM, startup};
 
-use super::output;
+use super::listener::Listener;
+use super::output::{self, Json};
 use answer::Answer;
 
 /// What the command line asks of the command.
@@ -56,7 +57,7 @@ pub fn range(text: &str) -> Result<[f64; 2], String> {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     for (name, value) in [("--clearance-um", arguments.clearance_um), ("--mass-kg", arguments.mass_kg)] {
         if value.is_some_and(|v| !(v > 0.0 && v.is_finite())) {
             bail!("{name} must be a positive number");
@@ -65,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (rotor, unknown_weights) = rotor_file::read_allowing_unstated_angles(&arguments.rotor)?;
     let readings = arguments.runout.read(&arguments.data, &rotor)?;
     let options = Options { mass_kg: arguments.mass_kg, unknown_weights };
-    let working = output::spinner("start-up");
+    let working = listener.spinner("start-up");
     let found = startup(&rotor, &readings, &options)
         .map_err(|e| Error::Unsuitable(format!("{}: {e}", arguments.data.display())))?;
     working.set_message("diagnosis");
@@ -113,7 +114,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         output::report(path, &format!("{}: start-up", rotor.name), report::sections(&answer))?;
     }
     if arguments.form.json {
-        return output::json(&json::of(&answer));
+        return output::as_json(&json::of(&answer));
     }
     text::print(&answer);
     if let Some(path) = &arguments.output {
@@ -124,5 +125,5 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             arguments.runout
         );
     }
-    Ok(())
+    Ok(None)
 }

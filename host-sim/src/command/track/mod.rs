@@ -18,7 +18,8 @@ use rotor_edge_desktop::track::{
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 
 use super::dates::{Dates, moment};
-use super::output as shared;
+use super::listener::Listener;
+use super::output::{self as shared, Json};
 use crate::import::calendar::Moment;
 
 /// A bound on growth that is wider than this in a day is none.
@@ -146,7 +147,7 @@ impl Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let config = arguments.config()?;
     let rotor = rotor_file::read(&arguments.rotor)?;
     let record = arguments.runout.read(&arguments.record, &rotor)?;
@@ -171,10 +172,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let later: Vec<Later> =
         later.iter().map(|(time_d, readings)| Later { time_d: *time_d, readings }).collect();
     let begun = Instant::now();
-    let bar = shared::progress("track", record.len());
+    let bar = listener.progress("track", record.len());
     let followed = track::track(&rotor, &record, &runup, &later, &config, &mut |done, of| {
         bar.set_length(of as u64);
         bar.set_position(done as u64);
+        listener.step(done, Some(of));
     });
     bar.finish_and_clear();
     let followed = followed?;
@@ -186,7 +188,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         shared::report(path, &format!("{}: the unbalance followed", rotor.name), sections)?;
     }
     if arguments.form.json {
-        return shared::json(&output::summary(&rotor, &followed, dates));
+        return shared::as_json(&output::summary(&rotor, &followed, dates));
     }
     print(&rotor, &record, &followed, dates);
     println!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
@@ -199,7 +201,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "      and with --method joint --later-runup RUNUP.csv, once there is a run-up since the event."
         );
     }
-    Ok(())
+    Ok(None)
 }
 
 /// A run-up and its day.

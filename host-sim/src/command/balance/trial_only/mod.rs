@@ -17,7 +17,7 @@ use rotor_edge_desktop::balance::weights::Allowed;
 use rotor_edge_desktop::measurement;
 
 use super::Arguments;
-use crate::command::output;
+use crate::command::output::{self, Json};
 use answer::Answer;
 
 /// Most holes of a plane.
@@ -83,7 +83,7 @@ fn limit(text: &str) -> Result<(Option<String>, f64), String> {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments) -> Result<Json> {
     let options = &arguments.alone;
     let Some(data) = &options.trial_only else { bail!("expected a rotor and its data, or --trial-only") };
     if !arguments.runout.to_string().is_empty() {
@@ -103,11 +103,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let title = format!("{}: balance", data.file_stem().unwrap_or_default().to_string_lossy());
         output::report(path, &title, report::sections(&answer))?;
     }
-    match arguments.form.json {
-        true => output::json(&json::json(&answer))?,
-        false => answer.print(),
+    if arguments.form.json {
+        return output::as_json(&json::json(&answer));
     }
-    Ok(())
+    answer.print();
+    Ok(None)
 }
 
 /// The machine by its trial runs, which are kept if that is wanted, or by what was kept of it.

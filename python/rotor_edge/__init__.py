@@ -1,0 +1,45 @@
+"""Unbalance of a rotor from its 1x vibration, and which physics its model lacks.
+
+>>> import rotor_edge
+>>> found = rotor_edge.compare("rotor.toml", "measured.csv")    # doctest: +SKIP
+>>> found.verdict                                               # doctest: +SKIP
+'misses'
+"""
+
+from . import answers
+from ._native import Error, __version__
+from .commands import (
+    add,
+    balance,
+    balance_by_trials,
+    check,
+    compare,
+    diagnose,
+    forecast,
+    identify,
+    import_rotor,
+    improve,
+    track,
+)
+from .inputs import Measurement, Rotor, read_measurement, read_rotor
+
+__all__ = [
+    "Error",
+    "Measurement",
+    "Rotor",
+    "__version__",
+    "add",
+    "answers",
+    "balance",
+    "balance_by_trials",
+    "check",
+    "compare",
+    "diagnose",
+    "forecast",
+    "identify",
+    "import_rotor",
+    "improve",
+    "read_measurement",
+    "read_rotor",
+    "track",
+]

@@ -1,0 +1,138 @@
+"""What ``balance`` answers."""
+
+from dataclasses import dataclass
+
+from ..record import Answer, Array, Record
+
+
+@dataclass(frozen=True, eq=False)
+class Weight(Record):
+    """A weight to add, wanted and as it can be placed."""
+
+    plane: str
+    unbalance_g_mm: float
+    sd_g_mm: float
+    angle_deg: float
+    angle_sd_deg: float
+    mass_g: float | None
+    radius_mm: float | None
+    placed_g_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class Vibration(Record):
+    """Root mean square over probes and speeds, µm zero to peak."""
+
+    before: float
+    after: float
+    after_sd: float
+    reduction: float
+
+
+@dataclass(frozen=True, eq=False)
+class VibrationAtSpeed(Record):
+    """The same at a speed."""
+
+    speed_rpm: float
+    before_um: float
+    after_um: float
+    after_sd_um: float
+
+
+@dataclass(frozen=True, eq=False)
+class Grade(Record):
+    """Balance quality grade of ISO 21940-11, mm/s."""
+
+    before: float
+    after: float
+    after_at_most: float
+
+
+@dataclass(frozen=True, eq=False)
+class Way(Record):
+    """Weights by one way: the identified model, or trial runs alone."""
+
+    by: str
+    weights: tuple[Weight, ...]
+    vibration_um: Vibration
+    by_speed: tuple[VibrationAtSpeed, ...]
+    grade_mm_s: Grade
+    chi2_per_value: float | None
+    chance: float | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Balance(Answer):
+    """Correction weights of a machine that has a file."""
+
+    angles: str
+    """In which direction they count."""
+    range_rpm: Array
+    service_rpm: float
+    ways: tuple[Way, ...]
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Vector(Record):
+    """An unbalance and where it is."""
+
+    magnitude_g_mm: float
+    angle_deg: float
+
+
+@dataclass(frozen=True, eq=False)
+class Piece(Vector):
+    """A weight as it is put in."""
+
+    hole: int | None
+    mass_g: float | None
+    radius_mm: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class TrialWeight(Vector):
+    """The weight of a plane; intervals in g·mm and degrees either way."""
+
+    plane: str
+    interval_95: Array | None
+    angle_95_deg: float | None
+    placed: tuple[Piece, ...]
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Left(Record):
+    """Vibration of a probe at a speed; without a unit in the name it is in the unit of the data."""
+
+    probe: str
+    speed_rpm: float
+    before_um: float | None
+    after_um: float | None
+    after_at_most_um: float | None
+    before: float
+    after: float
+    after_at_most: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class StaticCouple(Record):
+    """Static part and couple of the weights of two planes."""
+
+    static: Vector
+    couple: Vector
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TrialBalance(Answer):
+    """Correction weights of a machine that has no file."""
+
+    angles: str
+    unit: str
+    criterion: str
+    onto: str | None
+    noise: str
+    weights: tuple[TrialWeight, ...]
+    static_couple: StaticCouple | None
+    left: tuple[Left, ...]
+    doubts: tuple[str, ...]

@@ -1,0 +1,112 @@
+"""What ``check`` answers."""
+
+from dataclasses import dataclass
+
+from ..record import Answer, Array, Record
+from .shared import PlaneUnbalance
+
+
+@dataclass(frozen=True, eq=False)
+class Mode(Record):
+    """A damped mode at a speed."""
+
+    speed_rpm: float
+    frequency_rpm: float
+    log_decrement: float
+    whirl: str
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalSpeedMap(Record):
+    """Forward critical speeds if every bearing had this stiffness."""
+
+    stiffness_n_m: Array
+    own_n_m: float
+    """Mean stiffness as drawn."""
+    speeds_rpm: tuple[Array, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityThreshold(Record):
+    """Where the machine becomes unstable."""
+
+    speed_rpm: float
+    frequency_rpm: float
+    from_the_first: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Coefficients(Record):
+    """A bearing at a speed: k in N/m, c in N·s/m."""
+
+    speed_rpm: float
+    kxx: float
+    kxy: float
+    kyx: float
+    kyy: float
+    cxx: float
+    cxy: float
+    cyx: float
+    cyy: float
+    eccentricity_ratio: float | None
+    attitude_deg: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedBearing(Record):
+    """A bearing, its static load and what it is over speed."""
+
+    name: str
+    load_n: float | None
+    eccentricity_ratio: float | None
+    attitude_deg: float | None
+    coefficients: tuple[Coefficients, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Peak(Record):
+    """A resonance; margins are in percent of its speed."""
+
+    speed_rpm: float
+    amplitude_um: float
+    amplification: float | None
+    margin_percent: float | None
+    needed_percent: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class ProbePeaks(Record):
+    """Resonances that a probe sees."""
+
+    name: str
+    peaks: tuple[Peak, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class TrialResponse(Record):
+    """The response to an assumed unbalance."""
+
+    trial: str
+    planes: tuple[PlaneUnbalance, ...]
+    probes: tuple[ProbePeaks, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Check(Answer):
+    """What a machine's drawing alone says."""
+
+    name: str
+    mass_kg: float
+    centre_of_gravity_m: float
+    largest_sag_m: float | None
+    range_rpm: Array
+    critical_speeds_rpm: Array
+    critical_speeds_forward: Array
+    """The share of the motion that turns forward."""
+    damped_critical_speeds: tuple[Mode, ...]
+    critical_speed_map: CriticalSpeedMap
+    modes: tuple[Mode, ...]
+    stability_threshold: StabilityThreshold | None
+    bearings: tuple[CheckedBearing, ...]
+    unbalance: tuple[TrialResponse, ...]
+    warnings: tuple[str, ...]

@@ -1,0 +1,113 @@
+"""What ``diagnose``, ``add`` and ``improve`` answer."""
+
+from dataclasses import dataclass, field
+
+from ..inputs import Rotor
+from ..record import Answer, Record
+from .shared import Determined, Noise, Parameters, RefutedRun, UnknownCause
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate(Record):
+    """An effect at a place, as the data would have it."""
+
+    effect: str
+    at: str | None
+    probability: float
+    delta_bic: float
+    """Twice the logarithm of the odds over the model alone."""
+    error_after: float
+    chi2_per_value: float
+    parameters: Parameters
+    uncertainty: Parameters
+    """Standard deviations."""
+    units: dict[str, str] | None
+    disqualified: str | None
+    """Why physics rules it out."""
+    explanation: str
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut(Record):
+    """χ² per value at speeds that were left out, without and with the effect."""
+
+    before: float
+    after: float
+
+
+@dataclass(frozen=True, eq=False)
+class Advice(Record):
+    """A measurement that would tell rivals apart."""
+
+    measurement: str
+    separation_sd: float
+    speed_rpm: float
+    repeats: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Answer):
+    """Which effect is missing; ``verdict`` is adequate, not_determined, missing, undecided or unknown."""
+
+    verdict: str
+    summary: str
+    error_before: float
+    chi2_per_value: float
+    nothing_missing: float
+    candidates: tuple[Candidate, ...]
+    indistinguishable: tuple[tuple[str, ...], ...]
+    held_out: HeldOut | None
+    advice: tuple[Advice, ...]
+    remarks: tuple[str, ...]
+    noise: Noise
+    determined: Determined
+    unknown: UnknownCause | None
+    refuted_runs: tuple[RefutedRun, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Addition(Answer):
+    """A model with an effect more."""
+
+    error_before: float
+    error_after: float
+    chi2_per_value_before: float
+    chi2_per_value_after: float
+    parameters: Parameters
+    uncertainty: Parameters
+    units: dict[str, str]
+    disqualified: str | None
+    rotor: Rotor = field(kw_only=True)
+    """The better model."""
+
+
+@dataclass(frozen=True, eq=False)
+class Step(Record):
+    """An effect that was added."""
+
+    effect: str
+    at: str | None
+    error_after: float
+    chi2_per_value: float
+    group: tuple[str, ...]
+    """Sets of effects that explain the data as well."""
+    parameters: Parameters
+    uncertainty: Parameters
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Improvement(Answer):
+    """A model with all the effects that the data ask for; verdicts are those of a diagnosis."""
+
+    error_before: float
+    chi2_per_value_before: float
+    steps: tuple[Step, ...]
+    verdict: str
+    summary: str
+    noise: Noise
+    determined: Determined
+    unknown: UnknownCause | None
+    refuted_runs: tuple[RefutedRun, ...]
+    remarks: tuple[str, ...]
+    rotor: Rotor = field(kw_only=True)
+    """The better model."""

@@ -1,0 +1,163 @@
+"""What ``track`` answers."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..inputs import columns_of
+from ..record import Answer, Array, Record
+from .compare import Residual
+from .shared import PlaneUnbalance, Unbalance
+
+
+@dataclass(frozen=True, eq=False)
+class AroundEvent(Record):
+    """Mean residual, of the features."""
+
+    before_event: float | None
+    after_event: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction(Record):
+    """By how much the residual is smaller than with constant bearings."""
+
+    whole: float | None
+    after_event: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Flag(Record):
+    """A residual that stayed high; ``cause`` is model or unbalance."""
+
+    since_d: float
+    time_d: float
+    time: str | None
+    """The same as a date (ISO 8601), where it is known when day 0 was."""
+    suspect: str
+    cause: str
+
+
+@dataclass(frozen=True, eq=False)
+class Case(Record):
+    """One of the ways in which bearings may have changed."""
+
+    case: int
+    residual_um: float
+    unknowns: int
+    criterion: float
+    bearings: dict[str, float]
+    planes: tuple[PlaneUnbalance, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Reidentified(Record):
+    """Bearings that were identified anew, N/m and N·s/m."""
+
+    since_d: float
+    time_d: float
+    case: int
+    bearing: str
+    bearings: dict[str, float]
+    cases: tuple[Case, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneInterval(Record):
+    """Ends of a plane's 95 % interval."""
+
+    name: str
+    unbalance_g_mm: Array
+    angle_deg: Array
+
+
+@dataclass(frozen=True, eq=False)
+class EstimateInterval(Record):
+    """Ends of the 95 % intervals of an estimate; bearings in N/m and N·s/m."""
+
+    planes: tuple[PlaneInterval, ...]
+    bearings: dict[str, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate(Record):
+    """A day."""
+
+    time_d: float
+    time: str | None
+    planes: tuple[PlaneUnbalance, ...]
+    static: Unbalance
+    dynamic: Unbalance
+    residual_um: float
+    residual_ratio: float
+    flagged: bool
+    interval_95: EstimateInterval | None
+
+
+@dataclass(frozen=True, eq=False)
+class Event(Record):
+    """Something that changed the machine."""
+
+    time_d: float
+    time: str | None
+    interval_95_d: Array
+    changed: str
+    log_evidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class Constant(Record):
+    """The constant part of a coefficient, N/m or N·s/m."""
+
+    name: str
+    value: float
+    relative_sd: float
+    from_data: bool
+
+
+@dataclass(frozen=True, eq=False)
+class State(Record):
+    """Bearings from a day on."""
+
+    since_d: float
+    bearings: tuple[Constant, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Joint(Record):
+    """What all days together say."""
+
+    events: tuple[Event, ...]
+    states: tuple[State, ...]
+    wander_relative_sd: dict[str, float]
+    wander_days: float
+    left_out_d: Array
+    effects: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Track(Answer):
+    """The unbalance of a long record while bearings change."""
+
+    method: str
+    begin: str | None
+    """When day 0 was (ISO 8601)."""
+    readings: int
+    residual_um: Residual
+    residual_ratio: AroundEvent
+    event_d: float | None
+    reduction_against_fixed: Reduction
+    flags: tuple[Flag, ...]
+    reidentified: tuple[Reidentified, ...]
+    estimates: tuple[Estimate, ...]
+    sampling: dict[str, Any] | None
+    """How good the samples of bayes are."""
+    joint: Joint | None
+    undiagnosed_since_d: float | None
+    remarks: tuple[str, ...]
+    csv: str = field(kw_only=True, repr=False)
+    """Every estimate as a table, the file that ``forecast`` reads."""
+
+    @property
+    def columns(self) -> dict[str, Array]:
+        """The same table as arrays by name."""
+        return columns_of(self.csv)

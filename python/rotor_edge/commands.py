@@ -1,0 +1,294 @@
+"""The commands, a function each: the same words, the same answer and the same refusals as on the command line.
+
+Where a rotor or data are expected, a file's path or what is in memory serves. Work is done with the interpreter released; it can be
+interrupted by Ctrl-C at any time, and then ends in the background: ``track`` and ``improve``, which tell their ``progress``, at
+their next step, the others when they are done."""
+
+import json
+import os
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Literal, Sequence
+
+from .answers import (
+    Addition,
+    Balance,
+    Check,
+    Comparison,
+    Diagnosis,
+    Forecast,
+    Identification,
+    ImportedRotor,
+    Improvement,
+)
+from .answers import Track, TrialBalance
+from .desk import Progress, desk
+from .inputs import DataLike, FilePath, RotorLike, read_rotor
+from .record import R
+
+Range = tuple[float, float]
+"""From and to, both included."""
+
+
+def _range(bounds: Range | None) -> str | None:
+    return None if bounds is None else f"{bounds[0]}..{bounds[1]}"
+
+
+def _answer(kind: type[R], command: str, *inputs: Any, **options: Any) -> R:
+    with desk() as place:
+        answer = place.ask(command, *inputs, **options)
+    return kind.of(json.loads(answer), json=answer)
+
+
+def _model(kind: type[R], command: str, *inputs: Any, output: FilePath | None, **options: Any) -> R:
+    """A command that writes a rotor: to be kept, or for the answer alone."""
+    with desk() as place:
+        path = place / "better.toml" if output is None else os.fspath(output)
+        answer = place.ask(command, *inputs, output=path, **options)
+        return kind.of(json.loads(answer), json=answer, rotor=read_rotor(path))
+
+
+def check(rotor: RotorLike, *, rpm: Range | None = None) -> Check:
+    """What a machine's drawing alone says: loads, critical speeds, modes, unbalance response, doubtful numbers.
+
+    rpm: speeds that the machine runs at, rpm; margins are given to them."""
+    return _answer(Check, "check", rotor, rpm=_range(rpm))
+
+
+def compare(rotor: RotorLike, data: DataLike, *, slow_roll: DataLike | None = None) -> Comparison:
+    """Holds a model against measurements: where it misses, and whether that is noise or physics.
+
+    slow_roll: a run of the data, or data of its own, to take off every reading."""
+    return _answer(Comparison, "compare", rotor, data, slow_roll=slow_roll)
+
+
+def diagnose(rotor: RotorLike, data: DataLike, *, slow_roll: DataLike | None = None) -> Diagnosis:
+    """Says which physical effect is missing in a model, or which measurement would tell.
+
+    slow_roll: a run of the data, or data of its own, to take off every reading."""
+    return _answer(Diagnosis, "diagnose", rotor, data, slow_roll=slow_roll)
+
+
+def add(
+    rotor: RotorLike,
+    effect: str,
+    data: DataLike,
+    *,
+    output: FilePath | None = None,
+    slow_roll: DataLike | None = None,
+) -> Addition:
+    """Fits one effect together with bearings and planes; the better model is the answer's ``rotor``.
+
+    effect: its name and where it sits, as in ``seal@disk 3``. output: where to write the model as well."""
+    return _model(Addition, "add", rotor, effect, output=output, data=data, slow_roll=slow_roll)
+
+
+def improve(
+    rotor: RotorLike,
+    data: DataLike,
+    *,
+    output: FilePath | None = None,
+    slow_roll: DataLike | None = None,
+    progress: Progress | None = None,
+) -> Improvement:
+    """Diagnoses and adds until the model is adequate; the better model is the answer's ``rotor``.
+
+    output: where to write the model as well. progress: called with the number of effects added, and None."""
+    return _model(Improvement, "improve", rotor, data, output=output, slow_roll=slow_roll, progress=progress)
+
+
+def identify(
+    rotor: RotorLike,
+    record: DataLike,
+    *,
+    days: Range = (0, 2),
+    runup: DataLike | None = None,
+    seed: int = 1,
+    output: FilePath | None = None,
+    slow_roll: DataLike | None = None,
+) -> Identification:
+    """Phase I: bearings and unbalance of a machine's first days; the identified rotor is the answer's ``rotor``.
+
+    days: those that are used; rows where the record has no days. runup: one in the same state of the machine."""
+    options = {"days": _range(days), "runup": runup, "seed": seed, "slow_roll": slow_roll}
+    return _model(Identification, "identify", rotor, record, output=output, **options)
+
+
+def track(
+    rotor: RotorLike,
+    record: DataLike,
+    *,
+    runup: DataLike | None = None,
+    later_runup: Sequence[DataLike] = (),
+    method: Literal["fixed", "adaptive", "bayes", "joint"] = "adaptive",
+    begin: str | datetime | None = None,
+    identified: bool = False,
+    paper: bool = False,
+    proposals: int | None = None,
+    seed: int = 1,
+    rise: float | None = None,
+    ratio_limit: float | None = None,
+    ratio_floor: float | None = None,
+    persistence: int | None = None,
+    growth: float | None = None,
+    slow_roll: DataLike | None = None,
+    progress: Progress | None = None,
+) -> Track:
+    """Follows the unbalance of a long record while bearings change.
+
+    runup: one in the state of the first days. later_runup: ones after an event, for joint. begin: when day 0 was, then days have
+    dates. identified: no phase I. paper and proposals: of bayes. rise, ratio_limit, ratio_floor, persistence: when a reading is
+    suspicious (relative to the level, of the features) and when that is a flag (readings in a row). growth: largest of a plane
+    relative to the day before. progress: called with the steps that are done and about how many there are:
+    readings, of joint rounds of learning; fixed tells none."""
+    options = {
+        "runup": runup,
+        "later_runup": list(later_runup),
+        "method": method,
+        "begin": begin.isoformat() if isinstance(begin, datetime) else begin,
+        "identified": identified,
+        "paper": paper,
+        "proposals": proposals,
+        "seed": seed,
+        "rise": rise,
+        "ratio_limit": ratio_limit,
+        "ratio_floor": ratio_floor,
+        "persistence": persistence,
+        "growth": growth,
+        "slow_roll": slow_roll,
+    }
+    with desk() as place:
+        table = place / "estimates.csv"
+        answer = place.ask("track", rotor, record, csv=table, progress=progress, **options)
+        return Track.of(json.loads(answer), json=answer, csv=Path(table).read_text(encoding="utf-8"))
+
+
+def forecast(
+    track: FilePath | Track,
+    *,
+    model: Literal["state", "arima", "naive"] | None = None,
+    order: tuple[int, int, int] | None = None,
+    horizons: Sequence[int] | None = None,
+    first: int | None = None,
+    days: int | None = None,
+    limit: float | None = None,
+    grade: float | None = None,
+    rotor: RotorLike | None = None,
+    rpm: float | None = None,
+    seed: int = 1,
+) -> Forecast:
+    """Where the unbalance of a track is going, beside naive forecasts.
+
+    model: if None, state where the track is one of joint, else arima. order: p, d, q of arima. horizons: days ahead at which
+    forecasts of the past are scored. first: days after which the first of them is made. days: that are forecast. limit: static
+    unbalance at which something has to be done, g·mm; or grade: the same as a balance quality grade, mm/s, with rotor and rpm."""
+    options = {
+        "model": model,
+        "order": order and ",".join(map(str, order)),
+        "horizons": horizons and ",".join(map(str, horizons)),
+        "first": first,
+        "days": days,
+        "limit": limit,
+        "grade": grade,
+        "rotor": rotor,
+        "rpm": rpm,
+        "seed": seed,
+    }
+    return _answer(Forecast, "forecast", track, **options)
+
+
+def balance(
+    rotor: RotorLike,
+    data: DataLike,
+    *,
+    planes: Sequence[str] = (),
+    radii_mm: Sequence[float] = (),
+    step_g: float | None = None,
+    range_rpm: Range | None = None,
+    same_speed: float | None = None,
+    service_rpm: float | None = None,
+    against_rotation: bool = False,
+    slow_roll: DataLike | None = None,
+) -> Balance:
+    """Correction weights, from the identified model and from trial runs alone.
+
+    planes: to put weights into, all if none. radii_mm: at which they can sit, mm; step_g: they come in multiples of this, g.
+    range_rpm: speeds at which vibration counts, rpm. same_speed: speeds of runs that differ by no more are one, relative.
+    service_rpm: speed of the balance grade, rpm. against_rotation: so angles count."""
+    options = {
+        "planes": list(planes),
+        "radii_mm": list(radii_mm),
+        "step_g": step_g,
+        "range": _range(range_rpm),
+        "same_speed": same_speed,
+        "service_rpm": service_rpm,
+        "against_rotation": against_rotation,
+        "slow_roll": slow_roll,
+    }
+    return _answer(Balance, "balance", rotor, data, **options)
+
+
+def balance_by_trials(
+    data: DataLike,
+    *,
+    weights: DataLike | None = None,
+    coefficients: FilePath | None = None,
+    write_coefficients: FilePath | None = None,
+    onto: str | None = None,
+    min_max: bool = False,
+    largest_g_mm: float | dict[str, float] | None = None,
+    planes: Sequence[str] = (),
+    radii_mm: Sequence[float] = (),
+    step_g: float | None = None,
+    holes: int | None = None,
+    split: int | None = None,
+    first_hole_deg: float | None = None,
+    range_rpm: Range | None = None,
+    same_speed: float | None = None,
+    noise_relative: float | None = None,
+    noise_floor: float | None = None,
+    against_rotation: bool = False,
+) -> TrialBalance:
+    """Correction weights of a machine that has no file (``balance --trial-only``), from runs with trial weights.
+
+    weights: ``run``, ``plane``, ``magnitude_g_mm``, ``angle_deg`` of each. coefficients: a file of influence coefficients that
+    write_coefficients kept. onto: a run to whose weights these are added. min_max: the largest vibration least.
+    largest_g_mm: of a plane, g·mm, one for all or by plane. holes: so many around each plane, hole 1 at first_hole_deg, a
+    weight in at most ``split`` of them. noise_relative, noise_floor: standard deviation of a component, relative and in the
+    data's unit. The rest as for ``balance``."""
+    largest: Any = largest_g_mm
+    if isinstance(largest_g_mm, dict):
+        largest = [f"{plane}={most}" for plane, most in largest_g_mm.items()]
+    options = {
+        "trial_only": data,
+        "weights": weights,
+        "coefficients": coefficients,
+        "write_coefficients": write_coefficients,
+        "onto": onto,
+        "min_max": min_max,
+        "largest_g_mm": largest,
+        "planes": list(planes),
+        "radii_mm": list(radii_mm),
+        "step_g": step_g,
+        "holes": holes,
+        "split": split,
+        "first_hole_deg": first_hole_deg,
+        "range": _range(range_rpm),
+        "same_speed": same_speed,
+        "noise_relative": noise_relative,
+        "noise_floor": noise_floor,
+        "against_rotation": against_rotation,
+    }
+    return _answer(TrialBalance, "balance", **options)
+
+
+def import_rotor(rotor: Any, *, output: FilePath | None = None) -> ImportedRotor:
+    """A drawing from a rotor of ROSS: a file that it saved, or a ``ross.Rotor``, which is then saved for the moment."""
+    with desk() as place:
+        saved = rotor
+        if not isinstance(rotor, (str, os.PathLike)):
+            saved = place / "ross.toml"
+            rotor.save(saved)
+        path = place / "rotor.toml" if output is None else os.fspath(output)
+        answer = place.ask("import-rotor", saved, output=path)
+        return ImportedRotor.of(json.loads(answer), json=answer, rotor=read_rotor(path))
