@@ -16,6 +16,7 @@ mod deployable;
 mod diagnose;
 mod entitled;
 mod estimate;
+mod extract;
 mod forecast;
 mod identify;
 mod import;
@@ -48,7 +49,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
-    /// Overwrite a file that is read as well; with import, any that exists
+    /// Overwrite a file that is read as well; with import and extract, any that exists
     #[arg(long, global = true)]
     force: bool,
 }
@@ -77,6 +78,8 @@ enum Command {
     Check(check::Arguments),
     /// Measurements from exports of other systems: CSV, TSV, xlsx, xls, ods; shows what it takes each column for
     Import(Box<import::Arguments>),
+    /// 1x readings from raw samples of probes and keyphasor (CSV, WAV, npy, npz), by the controller's own extraction
+    Extract(Box<extract::Arguments>),
     /// A drawing from a rotor that ROSS saved, and what could not be carried over
     ImportRotor(import_rotor::Arguments),
     /// Hold a model against measurements: where it misses, and whether that is noise or physics
@@ -133,6 +136,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Replay(arguments)) => replay::run(&arguments),
         Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Import(arguments)) => import::run(&arguments, cli.force),
+        Some(Command::Extract(arguments)) => extract::run(&arguments, cli.force),
         Some(Command::ImportRotor(arguments)) => import_rotor::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
