@@ -351,6 +351,7 @@ fn what_cannot_be_right_is_refused_in_one_sentence_and_nothing_is_overwritten() 
         ("a.wav", b"no wave", "a.wav: cannot be read as WAV"),
         ("a.npy", b"no array", "a.npy: cannot be read as a NumPy array"),
         ("a.npz", b"no archive", "a.npz: cannot be read as a NumPy archive"),
+        ("twice.csv", b"a,a,kph\n1,1,1\n", "twice.csv: two channels are called a"),
         ("empty.csv", b"a,kph\n", "there is no sample"),
     ] {
         assert_says(&refused(&folder, &folder.write(name, bytes), &DC), &[says]);
@@ -359,6 +360,7 @@ fn what_cannot_be_right_is_refused_in_one_sentence_and_nothing_is_overwritten() 
         (&[][..], "expected --mv-um"),
         (&["--mv-um", "-7.87", "--keyphasor", "7X"], "--keyphasor: no channel is \"7X\", there are 15X"),
         (&["--mv-um", "-7.87", "--keyphasor", "15X", "--channel", "15X=2"], "cannot be the probe 15X"),
+        (&["--mv-um", "-7.87", "--channel", "15X=1", "--channel", "15X=2"], "--channel 15X: is stated twice"),
         (&["--mv-um", "-7.87", "--bin-rpm", "0"], "--bin-rpm: expected a positive number"),
         (&["--mv-um", "-7.87", "--full-scale", "10"], "--full-scale"),
         (&["--mv-um", "-7.87", "--gap-v", "-2", "-18"], "--gap-v"),

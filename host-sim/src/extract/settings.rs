@@ -138,6 +138,10 @@ impl Settings {
                 false => bail!("--mv-um: the channels are no voltages, expected no sensitivity"),
             }
         }
+        let is_again = |i: usize| self.channel[..i].iter().any(|other| other.probe == self.channel[i].probe);
+        if let Some(i) = (0..self.channel.len()).find(|i| is_again(*i)) {
+            bail!("--channel {}: is stated twice, expected one channel", self.channel[i].probe);
+        }
         let [lowest, highest] = self.gap_range_v();
         if self.has_gap() && !(LOWEST_GAP_V <= lowest && lowest < highest && highest <= 0.0) {
             bail!(

@@ -33,7 +33,10 @@ pub fn read(path: &Path) -> Result<Waveform> {
     let Some(first) = waveform.channels.first().filter(|c| c.samples.len() > 0) else {
         bail!("{file}: there is no sample, expected those of the probes and of the keyphasor");
     };
-    for channel in &waveform.channels {
+    for (i, channel) in waveform.channels.iter().enumerate() {
+        if waveform.channels[..i].iter().any(|other| other.name == channel.name) {
+            bail!("{file}: two channels are called {}, expected a name for each", channel.name);
+        }
         let (len, expected) = (channel.samples.len(), first.samples.len());
         if len != expected {
             bail!(
