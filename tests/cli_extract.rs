@@ -288,6 +288,10 @@ fn a_run_up_is_cut_into_bins_of_speed() {
     }
     // a hundredth of a degree is 2e-4
     assert!((0..4).all(|probe| miss(&binned, probe, Recording::phasor_um(probe)) < 2e-4));
+    let report = folder.text("report.html");
+    run(&folder, &file, &[&DC[..], &["--revolutions", "4", "--report", &report]].concat());
+    let page = std::fs::read_to_string(report).unwrap();
+    assert_says(&page, &["id=\"speed-over-time\"", "id=\"probe-15x\"", "id=\"probe-16y\"", "SHA-256"]);
     let too_fast = refused(&folder, &file, &["--mv-um", "-7.87", "--largest-drift", "0.0001"]);
     assert_says(&too_fast, &["every reading is lost", "the speed changed too much within the window"]);
 }

@@ -1,5 +1,7 @@
 //! `extract`: raw samples to 1x readings.
 
+mod report;
+
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -9,7 +11,7 @@ use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement;
 use serde_json::{Value, json};
 
-use super::output;
+use super::output::{self, Form};
 use crate::extract::settings::Settings;
 use crate::extract::{Extracted, extract};
 
@@ -26,9 +28,8 @@ pub struct Arguments {
     rotor: Option<PathBuf>,
     #[command(flatten)]
     settings: Settings,
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    form: Form,
 }
 
 /// Runs the command; `forced` writes over a file that exists.
@@ -41,7 +42,11 @@ pub fn run(arguments: &Arguments, forced: bool) -> Result<()> {
     busy.finish_and_clear();
     let extracted = extracted?;
     output::file(&arguments.output, &measured(&extracted, arguments)?)?;
-    if arguments.json {
+    if let Some(path) = &arguments.form.report {
+        let title = format!("1x readings of {}", arguments.waveforms.display());
+        output::report(path, &title, report::sections(&extracted, account(&extracted, arguments)))?;
+    }
+    if arguments.form.json {
         return output::json(&answer(&extracted, arguments));
     }
     show(&extracted, arguments);
