@@ -6,7 +6,8 @@ use clap::Subcommand;
 use super::listener::Listener;
 use super::output::Json;
 use super::{
-    add, balance, check, compare, diagnose, estimate, forecast, identify, import, import_rotor, improve,
+    add, balance, check, compare, diagnose, estimate, extract, forecast, identify, import, import_rotor,
+    improve,
 };
 use super::{startup, track};
 
@@ -16,6 +17,8 @@ pub enum Command {
     Check(check::Arguments),
     /// Measurements from exports of other systems: CSV, TSV, xlsx, xls, ods; shows what it takes each column for
     Import(Box<import::Arguments>),
+    /// 1x readings from raw samples of probes and keyphasor (CSV, WAV, npy, npz), by the controller's own extraction
+    Extract(Box<extract::Arguments>),
     /// A drawing from a rotor that ROSS saved, and what could not be carried over
     ImportRotor(import_rotor::Arguments),
     /// Hold a model against measurements: where it misses, and whether that is noise or physics
@@ -46,6 +49,7 @@ impl Command {
         match self {
             Self::Check(arguments) => check::run(arguments, listener),
             Self::Import(arguments) => import::run(arguments, forced),
+            Self::Extract(arguments) => extract::run(arguments, forced, listener),
             Self::ImportRotor(arguments) => import_rotor::run(arguments),
             Self::Compare(arguments) => compare::run(arguments, listener),
             Self::Diagnose(arguments) => diagnose::run(arguments, listener),

@@ -142,21 +142,12 @@ impl Arguments {
             None => stated,
         })
     }
-
-    fn refuse_what_exists(&self, forced: bool) -> Result<()> {
-        if forced || self.dry_run {
-            return Ok(());
-        }
-        match std::iter::once(&self.output).chain(&self.write_mapping).find(|path| path.exists()) {
-            Some(path) => bail!("{}: exists already, expected another name or --force", path.display()),
-            None => Ok(()),
-        }
-    }
 }
 
 /// Runs the command; `forced` writes over files that exist.
 pub fn run(arguments: &Arguments, forced: bool) -> Result<Json> {
-    arguments.refuse_what_exists(forced)?;
+    let targets = std::iter::once(&arguments.output).chain(&arguments.write_mapping);
+    output::refuse_what_exists(targets, forced || arguments.dry_run)?;
     let mapping = arguments.mapping()?;
     let rotor = arguments.rotor.as_deref().map(rotor_file::read).transpose()?;
     let probes: Option<Vec<String>> = rotor.map(|r| r.probe.iter().map(|p| p.name.clone()).collect());

@@ -18,6 +18,7 @@ mod desk;
 mod diagnose;
 mod entitled;
 mod estimate;
+mod extract;
 mod forecast;
 mod identify;
 mod import;
@@ -56,7 +57,7 @@ pub use listener::Listener;
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
-    /// Overwrite a file that is read as well; with import, any that exists
+    /// Overwrite a file that is read as well; with import and extract, any that exists
     #[arg(long, global = true)]
     force: bool,
 }

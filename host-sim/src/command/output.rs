@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use rotor_edge_desktop::machine::drawing::Rotor;
@@ -136,6 +136,14 @@ pub fn spinner(what: &str) -> ProgressBar {
     bar.set_message(what.to_string());
     bar.enable_steady_tick(Duration::from_millis(120));
     bar
+}
+
+/// Whether a command that never writes over a file may write these; `forced` if it may in any case.
+pub fn refuse_what_exists<'a>(targets: impl IntoIterator<Item = &'a PathBuf>, forced: bool) -> Result<()> {
+    match targets.into_iter().find(|path| !forced && path.exists()) {
+        Some(path) => bail!("{}: exists already, expected another name or --force", path.display()),
+        None => Ok(()),
+    }
 }
 
 /// Writes a report, whole or not at all.

@@ -9,7 +9,7 @@ pub struct Probes {
     /// Of the rotor, if one was given.
     pub of_rotor: Option<Vec<String>>,
     /// Words of the headers that are probes although they look like an order: `2X` beside `2Y`.
-    pairs: Vec<String>,
+    pub pairs: Vec<String>,
 }
 
 impl Probes {

@@ -1,0 +1,138 @@
+//! `extract`: raw samples to 1x readings.
+
+mod report;
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::measurement;
+use serde_json::{Value, json};
+
+use super::listener::Listener;
+use super::output::{self, Form, Json};
+use crate::extract::settings::Settings;
+use crate::extract::{Extracted, extract};
+
+/// What the command line asks of the command.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Samples of probes and keyphasor: .csv (a header, a row a sample, `time_s` or --rate-hz), .wav, .npy, .npz
+    waveforms: PathBuf,
+    /// Where to write the readings
+    #[arg(short, long, default_value = "measured.csv")]
+    output: PathBuf,
+    /// Take the probes of this rotor, and their names
+    #[arg(long)]
+    rotor: Option<PathBuf>,
+    #[command(flatten)]
+    settings: Settings,
+    #[command(flatten)]
+    form: Form,
+}
+
+/// Runs the command; `forced` writes over a file that exists.
+pub fn run(arguments: &Arguments, forced: bool, listener: Listener) -> Result<Json> {
+    output::refuse_what_exists([&arguments.output], forced)?;
+    let rotor = arguments.rotor.as_deref().map(rotor_file::read).transpose()?;
+    let probes: Option<Vec<String>> = rotor.map(|r| r.probe.iter().map(|p| p.name.clone()).collect());
+    let busy = listener.spinner(&format!("extracting {}", arguments.waveforms.display()));
+    let extracted = extract(&arguments.waveforms, probes.as_deref(), &arguments.settings);
+    busy.finish_and_clear();
+    let extracted = extracted?;
+    output::file(&arguments.output, &measured(&extracted, arguments)?)?;
+    if let Some(path) = &arguments.form.report {
+        let title = format!("1x readings of {}", arguments.waveforms.display());
+        output::report(path, &title, report::sections(&extracted, account(&extracted, arguments)))?;
+    }
+    if arguments.form.json {
+        return output::as_json(&answer(&extracted, arguments));
+    }
+    show(&extracted, arguments);
+    Ok(None)
+}
+
+/// The whole file; in its first lines, what made it.
+fn measured(extracted: &Extracted, arguments: &Arguments) -> Result<Vec<u8>> {
+    let mut head = format!("# extracted from {}\n", arguments.waveforms.display());
+    for line in account(extracted, arguments) {
+        writeln!(head, "# {line}")?;
+    }
+    let mut file = head.into_bytes();
+    let names: Vec<&str> = extracted.probes.iter().map(|(probe, _)| probe.as_str()).collect();
+    measurement::write_exactly(&mut file, &names, &extracted.readings)?;
+    Ok(file)
+}
+
+/// Lowest and highest, rpm.
+fn speed_range_rpm(extracted: &Extracted) -> [f64; 2] {
+    let speeds = || extracted.readings.iter().map(|r| r.speed_rpm);
+    [speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max)]
+}
+
+/// What was done, in sentences.
+fn account(extracted: &Extracted, arguments: &Arguments) -> Vec<String> {
+    let settings = &arguments.settings;
+    let Extracted { readings, rate_hz, duration_s, .. } = extracted;
+    let [lowest, highest] = speed_range_rpm(extracted);
+    let (key, threshold) = &extracted.keyphasor;
+    let probes: Vec<String> =
+        extracted.probes.iter().map(|(p, channel)| format!("{p} is {channel}")).collect();
+    let way = if settings.keyphasor.falling { "falls" } else { "rises" };
+    let unit = if settings.unit.is_voltage() { "mV" } else { "of the unit" };
+    let mut lines = vec![
+        format!(
+            "{} readings from {lowest:.1} to {highest:.1} rpm, {duration_s:.3} s at {rate_hz} Hz",
+            readings.len()
+        ),
+        format!("t = 0 where channel {key} {way} through {threshold:.6}; probe {}", probes.join(", ")),
+        format!(
+            "windows of {} turns; a count of the core's converter is {:.6} {unit}",
+            settings.revolutions,
+            extracted.count * settings.unit.mv()
+        ),
+    ];
+    if settings.keyphasor.pulses > 1 {
+        lines.push(format!(
+            "{} pulses a turn, the first of the file at t = 0: phases of two files cannot be compared",
+            settings.keyphasor.pulses
+        ));
+    }
+    if extracted.missed_pulses > 0 {
+        lines.push(format!("{} pulses of the tacho did not come", extracted.missed_pulses));
+    }
+    if let Some(at_s) = extracted.reference_lost_s {
+        lines.push(format!("at {at_s:.3} s the tacho had paused for a turn: phases are unknown from there on, and no reading was taken"));
+    }
+    lines.extend(extracted.losses.iter().map(|loss| format!("lost: {loss}")));
+    lines
+}
+
+fn show(extracted: &Extracted, arguments: &Arguments) {
+    for line in account(extracted, arguments) {
+        println!("{line}");
+    }
+    println!("\nWritten to {}.", arguments.output.display());
+}
+
+fn answer(extracted: &Extracted, arguments: &Arguments) -> Value {
+    let losses: Vec<Value> = (extracted.losses.iter())
+        .map(|loss| json!({"why": loss.why, "probe": loss.probe, "windows": loss.windows, "first_s": loss.first_s}))
+        .collect();
+    let (key, threshold) = &extracted.keyphasor;
+    json!({
+        "measured": arguments.output,
+        "rate_hz": extracted.rate_hz,
+        "duration_s": extracted.duration_s,
+        "keyphasor": {"channel": key, "threshold": threshold, "missed_pulses": extracted.missed_pulses,
+            "reference_lost_s": extracted.reference_lost_s},
+        "channels": extracted.probes.iter().map(|(p, c)| json!({"probe": p, "channel": c})).collect::<Vec<_>>(),
+        "count": extracted.count,
+        "readings": extracted.readings.len(),
+        "speeds": extracted.readings.iter().map(|r| r.speed_rpm).collect::<Vec<_>>(),
+        "lost": extracted.losses.iter().map(|loss| loss.windows).sum::<usize>(),
+        "losses": losses,
+    })
+}

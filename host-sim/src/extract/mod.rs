@@ -1,0 +1,145 @@
+//! Raw samples of probes and keyphasor, made into 1x readings by the core's own extraction: `rotor-edge extract`.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `format` | a kind of file each: bytes in, a `waveform` out |
+//! | `settings`, `unit` | what the owner states: channels, units, keyphasor, windows |
+//! | `channels` | which channel is which probe |
+//! | `counts` | numbers as counts of a 16-bit converter, and where they are clipped |
+//! | `marks` | the keyphasor's marks, or those of a tacho's pulses |
+//! | `windows` | the core's [`Extractor`](rotor_edge_core::extraction::Extractor), four probes at a time |
+//! | `readings` | its windows as readings, integrated and binned, and what was lost |
+
+mod channels;
+mod counts;
+mod format;
+mod marks;
+pub(crate) mod readings;
+pub(crate) mod settings;
+pub(crate) mod unit;
+mod waveform;
+mod windows;
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use rotor_edge_core::extraction::ExtractionConfig;
+use rotor_edge_desktop::measurement::Reading;
+
+use counts::Converted;
+use readings::{Loss, losses};
+use settings::Settings;
+use waveform::Waveform;
+
+/// Counts of half a 16-bit converter's range.
+const HALF_RANGE: f64 = 32_768.0;
+
+/// What a file became.
+#[derive(Debug)]
+pub struct Extracted {
+    /// Samples a second of each channel.
+    pub rate_hz: f64,
+    /// Length of the recording, s.
+    pub duration_s: f64,
+    /// The keyphasor's channel, and where it was passed, in its unit.
+    pub keyphasor: (String, f64),
+    /// The probes and their channels.
+    pub probes: Vec<(String, String)>,
+    /// A count of the core's converter in the channels' unit: numbers that were none were rounded to it.
+    pub count: f64,
+    /// One a window, or one a bin.
+    pub readings: Vec<Reading>,
+    /// Readings that are lost, by reason.
+    pub losses: Vec<Loss>,
+    /// Pulses of a tacho that did not come.
+    pub missed_pulses: usize,
+    /// When it was no longer known which pulse of the turn is which, s.
+    pub reference_lost_s: Option<f64>,
+}
+
+/// Extracts the 1x vectors of a file; `of_rotor` are the probes of a rotor, if one is given.
+///
+/// # Errors
+/// One sentence with the file, the place in it and the option that would help.
+pub fn extract(path: &Path, of_rotor: Option<&[String]>, settings: &Settings) -> Result<Extracted> {
+    settings.check()?;
+    let waveform = format::read(path)?;
+    let file = &waveform.file;
+    let rate_hz = rate_hz(&waveform, settings)?;
+    let unit_per_number = unit_per_number(&waveform, settings)?;
+    let key = channels::keyphasor(&waveform, settings)?;
+    let assigned = channels::probes(&waveform, key, of_rotor, settings)?;
+    let marks = marks::marks(file, key, unit_per_number, &settings.keyphasor)?;
+    let converted = Converted::of_probes(&assigned.iter().map(|a| &a.channel.samples).collect::<Vec<_>>());
+    let count = converted.step * unit_per_number;
+    let zero_mv = (converted.zero * unit_per_number * settings.unit.mv()) as f32;
+    let config = ExtractionConfig {
+        sample_rate_hz: rate_hz as f32,
+        mv_per_count: (count * settings.unit.mv()) as f32,
+        gap_range_mv: settings.gap_range_mv().map(|mv| mv - zero_mv),
+        rails: [i16::MIN, i16::MAX],
+        revolutions: settings.revolutions,
+        largest_drift: settings.largest_drift,
+        longest_turn_s: (60.0 / settings.slowest_rpm) as f32,
+        ..ExtractionConfig::new()
+    };
+    let mv_um: Vec<f32> = assigned.iter().map(|a| a.mv_um).collect();
+    let windows = windows::windows(&config, &mv_um, &converted.counts, &marks.all);
+    let names: Vec<String> = assigned.iter().map(|a| a.probe.clone()).collect();
+    let losses = losses(&windows, &names, rate_hz);
+    let readings = readings::readings(&windows, rate_hz, 1e-3 * f64::from(zero_mv), settings);
+    let seconds = |sample: usize| sample as f64 / rate_hz;
+    if readings.is_empty() {
+        refuse(file, marks.all.len(), &losses, settings)?;
+    }
+    Ok(Extracted {
+        rate_hz,
+        duration_s: seconds(waveform.len()),
+        keyphasor: (key.name.clone(), marks.threshold),
+        probes: assigned.iter().map(|a| (a.probe.clone(), a.channel.name.clone())).collect(),
+        count,
+        readings,
+        losses,
+        missed_pulses: marks.missed,
+        reference_lost_s: marks.reference_lost.map(seconds),
+    })
+}
+
+fn rate_hz(waveform: &Waveform, settings: &Settings) -> Result<f64> {
+    let file = &waveform.file;
+    let rate_hz = settings.rate_hz.or(waveform.rate_hz);
+    let rate_hz = rate_hz.with_context(|| format!("{file}: does not say its rate, expected --rate-hz"))?;
+    if !(rate_hz > 0.0 && rate_hz.is_finite()) {
+        bail!("{file}: has a rate of {rate_hz} Hz, expected a positive one or --rate-hz");
+    }
+    Ok(rate_hz)
+}
+
+/// What a number of the file stands for, in the unit.
+fn unit_per_number(waveform: &Waveform, settings: &Settings) -> Result<f64> {
+    let file = &waveform.file;
+    match (waveform.is_of_counts, settings.full_scale) {
+        (true, Some(full_scale)) => Ok(full_scale / HALF_RANGE),
+        (true, None) => {
+            bail!("{file}: holds counts, expected --full-scale with what 32768 of them stand for")
+        }
+        (false, None) => Ok(1.0),
+        (false, Some(_)) => bail!("--full-scale: {file} holds numbers in their unit and no counts"),
+    }
+}
+
+/// Says why there is no reading at all.
+fn refuse(file: &str, marks: usize, losses: &[Loss], settings: &Settings) -> Result<()> {
+    if losses.is_empty() {
+        bail!(
+            "{file}: {marks} marks make no window of {} turns, expected fewer --revolutions",
+            settings.revolutions
+        );
+    }
+    let help = match losses.iter().any(|loss| loss.why == readings::OPEN) {
+        true => "; expected another --gap-v or --mv-um, or --ac for channels without a gap voltage",
+        false => "",
+    };
+    let all: Vec<String> = losses.iter().map(ToString::to_string).collect();
+    bail!("{file}: every reading is lost: {}{help}", all.join(", "))
+}

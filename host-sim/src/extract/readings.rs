@@ -1,0 +1,160 @@
+//! Windows as readings, and what became of those that are none.
+
+use std::fmt;
+
+use nalgebra::Complex;
+use rotor_edge_core::reading::Keyphasor;
+use rotor_edge_desktop::measurement::Reading;
+
+use super::settings::Settings;
+use super::windows::{Seen, Window};
+
+const SECONDS_A_DAY: f64 = 86_400.0;
+
+/// Readings that are lost for one reason.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loss {
+    pub why: &'static str,
+    /// The probe that lost them; nothing where all did.
+    pub probe: Option<String>,
+    pub windows: usize,
+    /// When the first of them ended, s from the beginning of the file.
+    pub first_s: f64,
+}
+
+impl fmt::Display for Loss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let of = self.probe.as_ref().map_or(String::new(), |probe| format!(" of probe {probe}"));
+        let windows = if self.windows == 1 { "window" } else { "windows" };
+        write!(f, "{} {windows}{of} ({}, first at {:.3} s)", self.windows, self.why, self.first_s)
+    }
+}
+
+pub const OUT_OF_STEP: &str = "a mark came too early or too late";
+pub const DRIFT: &str = "the speed changed too much within the window";
+pub const NO_MARK: &str = "no mark for the longest turn";
+pub const CLIPPED: &str = "clipped";
+pub const OPEN: &str = "gap voltage out of range";
+
+/// All losses, those of windows first.
+pub fn losses(windows: &[Window], probes: &[String], rate_hz: f64) -> Vec<Loss> {
+    let mut all: Vec<Loss> = Vec::new();
+    let mut lose = |why: &'static str, probe: Option<&String>, sample: usize| match all
+        .iter_mut()
+        .find(|loss| loss.why == why && loss.probe.as_ref() == probe)
+    {
+        Some(loss) => loss.windows += 1,
+        None => all.push(Loss { why, probe: probe.cloned(), windows: 1, first_s: sample as f64 / rate_hz }),
+    };
+    for window in windows {
+        match window.keyphasor {
+            Keyphasor::Missing => lose(NO_MARK, None, window.sample),
+            Keyphasor::Unsteady if window.drift.is_finite() => lose(DRIFT, None, window.sample),
+            Keyphasor::Unsteady => lose(OUT_OF_STEP, None, window.sample),
+            Keyphasor::Locked | Keyphasor::NotStated => {
+                for (probe, seen) in probes.iter().zip(&window.probes) {
+                    if seen.is_clipped {
+                        lose(CLIPPED, Some(probe), window.sample);
+                    } else if seen.is_open {
+                        lose(OPEN, Some(probe), window.sample);
+                    }
+                }
+            }
+        }
+    }
+    all.sort_by_key(|loss| loss.probe.is_some());
+    all
+}
+
+/// The windows that show a probe at least, integrated to displacement, at the time of their middle; `zero_v` is what no
+/// count stands for, V.
+pub fn readings(windows: &[Window], rate_hz: f64, zero_v: f64, settings: &Settings) -> Vec<Reading> {
+    let usable = windows.iter().filter(|w| w.keyphasor.is_usable());
+    let each = usable.map(|window| {
+        let speed_rpm = f64::from(window.speed_rpm);
+        let half_s = 30.0 * f64::from(settings.revolutions) / speed_rpm;
+        Reading {
+            run: settings.run.clone(),
+            time_d: Some((window.sample as f64 / rate_hz - half_s) / SECONDS_A_DAY),
+            speed_rpm,
+            probes: window.probes.iter().map(|seen| displacement_m(seen, speed_rpm, settings)).collect(),
+            gaps_v: match settings.has_gap() {
+                true => window.probes.iter().map(|seen| gap_v(seen, zero_v)).collect(),
+                false => Vec::new(),
+            },
+        }
+    });
+    let shown: Vec<Reading> = each.filter(|r| r.probes.iter().any(Option::is_some)).collect();
+    match settings.bin_rpm {
+        Some(bin_rpm) => binned(&shown, bin_rpm),
+        None => shown,
+    }
+}
+
+fn displacement_m(seen: &Seen, speed_rpm: f64, settings: &Settings) -> Option<Complex<f64>> {
+    let vector = Some(seen.vector).filter(|v| v.is_finite())?;
+    let phasor = Complex::new(f64::from(vector.cos_um), -f64::from(vector.sin_um));
+    let um = settings.unit.integral(speed_rpm).map_or(phasor, |integral| phasor * integral);
+    Some(um * 1e-6)
+}
+
+/// A voltage that nobody can believe is none.
+fn gap_v(seen: &Seen, zero_v: f64) -> Option<f64> {
+    (!seen.is_open && !seen.is_clipped).then_some(zero_v + f64::from(seen.gap_v))
+}
+
+/// Readings that follow one another within `bin_rpm` of the first of them, each probe's mean over those that show it.
+fn binned(readings: &[Reading], bin_rpm: f64) -> Vec<Reading> {
+    let mut bins = Vec::new();
+    let mut rest = readings;
+    while let Some(first) = rest.first() {
+        let is_near = |r: &&Reading| (r.speed_rpm - first.speed_rpm).abs() <= bin_rpm;
+        let (bin, others) = rest.split_at(rest.iter().take_while(is_near).count());
+        bins.push(mean_of(bin));
+        rest = others;
+    }
+    bins
+}
+
+fn mean_of(bin: &[Reading]) -> Reading {
+    let first = &bin[0];
+    let each = |values: &dyn Fn(&Reading) -> Option<f64>| {
+        let (sum, number) = bin.iter().filter_map(values).fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
+        (number > 0.0).then_some(sum / number)
+    };
+    let part = |probe: usize, of: fn(&Complex<f64>) -> f64| each(&|r| r.probes[probe].as_ref().map(of));
+    Reading {
+        run: first.run.clone(),
+        time_d: each(&|r| r.time_d),
+        speed_rpm: each(&|r| Some(r.speed_rpm)).unwrap_or(first.speed_rpm),
+        probes: (0..first.probes.len())
+            .map(|p| Some(Complex::new(part(p, |y| y.re)?, part(p, |y| y.im)?)))
+            .collect(),
+        gaps_v: (0..first.gaps_v.len()).map(|p| each(&|r| r.gaps_v[p])).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bin_is_the_mean_of_what_each_probe_shows_and_begins_anew_when_the_speed_left_it() {
+        let reading = |speed_rpm: f64, y: Option<f64>| Reading {
+            time_d: Some(speed_rpm / 1000.0),
+            speed_rpm,
+            probes: vec![y.map(|y| Complex::new(y, 2.0 * y)), Some(Complex::new(1.0, 0.0))],
+            gaps_v: vec![Some(-y.unwrap_or(8.0)), None],
+            ..Reading::default()
+        };
+        let all =
+            [(1000.0, Some(1.0)), (1004.0, None), (1008.0, Some(3.0)), (1020.0, Some(5.0)), (1002.0, None)]
+                .map(|(speed_rpm, y)| reading(speed_rpm, y));
+        let bins = binned(&all, 10.0);
+        let speeds: Vec<f64> = bins.iter().map(|bin| bin.speed_rpm).collect();
+        assert_eq!(speeds, [1004.0, 1020.0, 1002.0]);
+        assert_eq!(bins[0].probes, [Some(Complex::new(2.0, 4.0)), Some(Complex::new(1.0, 0.0))]);
+        assert_eq!((bins[0].gaps_v[0], bins[0].time_d), (Some(-4.0), Some(1.004)));
+        assert_eq!(bins[2].probes[0], None);
+    }
+}

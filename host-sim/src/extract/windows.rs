@@ -1,0 +1,92 @@
+//! The core's extraction over a whole recording, four probes at a time.
+
+use std::array;
+
+use rayon::prelude::*;
+use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, PROBES};
+use rotor_edge_core::reading::{Keyphasor, ProbeVector};
+
+use super::marks::Mark;
+
+/// One probe in one window.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen {
+    pub vector: ProbeVector,
+    /// Mean voltage above that of no count, V.
+    pub gap_v: f32,
+    pub is_clipped: bool,
+    pub is_open: bool,
+}
+
+/// What the core says of one window.
+#[derive(Debug, Clone)]
+pub struct Window {
+    /// The sample with which it ended.
+    pub sample: usize,
+    pub speed_rpm: f32,
+    pub keyphasor: Keyphasor,
+    pub drift: f32,
+    pub probes: Vec<Seen>,
+}
+
+/// All windows of all probes; `mv_um` and `counts` go by probe.
+pub fn windows(
+    config: &ExtractionConfig,
+    mv_um: &[f32],
+    counts: &[impl AsRef<[i16]> + Sync],
+    marks: &[Mark],
+) -> Vec<Window> {
+    let groups: Vec<_> = counts.chunks(PROBES).zip(mv_um.chunks(PROBES)).collect();
+    let run = |(counts, mv_um): &(&[_], &[f32])| of_group(config, mv_um, counts, marks);
+    let extracted: Vec<Vec<(usize, Extraction)>> = groups.par_iter().map(run).collect();
+    // windows go by the marks alone, so those of all groups are the same
+    (0..extracted[0].len())
+        .map(|w| {
+            let (sample, first) = extracted[0][w];
+            let of_group = |g: usize| {
+                let found = extracted[g][w].1;
+                (0..groups[g].0.len()).map(move |probe| seen(&found, probe))
+            };
+            Window {
+                sample,
+                speed_rpm: first.reading.speed_rpm,
+                keyphasor: first.keyphasor,
+                drift: first.drift,
+                probes: (0..groups.len()).flat_map(of_group).collect(),
+            }
+        })
+        .collect()
+}
+
+fn seen(found: &Extraction, probe: usize) -> Seen {
+    Seen {
+        vector: found.reading.probes()[probe],
+        gap_v: found.reading.gaps_v()[probe],
+        is_clipped: found.clipped >> probe & 1 == 1,
+        is_open: found.open >> probe & 1 == 1,
+    }
+}
+
+fn of_group(
+    config: &ExtractionConfig,
+    mv_um: &[f32],
+    counts: &[impl AsRef<[i16]>],
+    marks: &[Mark],
+) -> Vec<(usize, Extraction)> {
+    let config = ExtractionConfig {
+        scale_mv_um: array::from_fn(|probe| mv_um.get(probe).copied().unwrap_or(1.0)),
+        ..*config
+    };
+    let samples = counts[0].as_ref().len();
+    // a channel that is not there shows what the first does
+    let channels: [&[i16]; PROBES] = array::from_fn(|probe| counts.get(probe).unwrap_or(&counts[0]).as_ref());
+    let mut extractor = Extractor::new();
+    let mut coming = marks.iter().peekable();
+    let mut found = Vec::new();
+    for sample in 0..samples {
+        let mark = coming.next_if(|mark| mark.sample == sample).map(|mark| mark.age);
+        let result = extractor.push(&config, channels.map(|counts| counts[sample]), mark);
+        found.extend(result.map(|extraction| (sample, extraction)));
+    }
+    found
+}

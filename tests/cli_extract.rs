@@ -1,0 +1,380 @@
+//! `extract` as a user meets it: waveforms become the readings that the controller would send, or are refused.
+
+#[path = "extract/mod.rs"]
+mod extract;
+#[path = "import/truth.rs"]
+#[allow(dead_code, reason = "a part is used")]
+mod folder;
+#[path = "cli/program.rs"]
+mod program;
+
+use std::f64::consts::TAU;
+
+use extract::{NAMES, Recording, least_squares_um};
+use folder::{Folder, measured};
+use nalgebra::Complex;
+use program::{assert_says, json, refusal, rotor_edge};
+use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, KeyphasorDetector};
+use rotor_edge_core::reading::Keyphasor;
+use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::measurement::{self, Reading};
+
+const DC: [&str; 2] = ["--mv-um", "-7.87"];
+
+/// What an extraction prints and writes.
+fn run(folder: &Folder, file: &str, options: &[&str]) -> (serde_json::Value, Vec<Reading>) {
+    let output = folder.text("measured.csv");
+    let answer =
+        json(&rotor_edge(&[&["extract", file, "-o", &output, "--json", "--force"], options].concat()));
+    let (_, readings) = measured(&folder.path("measured.csv"));
+    assert_eq!(answer["readings"], readings.len());
+    (answer, readings)
+}
+
+/// The one sentence that an extraction fails with, which leaves nothing behind.
+#[track_caller]
+fn refused(folder: &Folder, file: &str, options: &[&str]) -> String {
+    let before = folder.names();
+    let output = folder.text("out.csv");
+    let says = refusal(&[&["extract", file, "-o", &output], options].concat());
+    assert_eq!(folder.names(), before, "nothing half-written");
+    says
+}
+
+/// The largest distance of a probe's readings from a phasor, relative.
+fn miss(readings: &[Reading], probe: usize, expected_um: Complex<f64>) -> f64 {
+    let far = |r: &Reading| (1e6 * r.probes[probe].unwrap() - expected_um).norm() / expected_um.norm();
+    readings.iter().map(far).fold(0.0, f64::max)
+}
+
+/// All that the core makes of counts by itself; the last channel is the keyphasor.
+fn by_hand(
+    config: &ExtractionConfig,
+    frames: &[[i16; 5]],
+    threshold: i16,
+    hysteresis: i16,
+) -> Vec<Extraction> {
+    let mut detector = KeyphasorDetector::new(threshold, hysteresis);
+    let mut extractor = Extractor::new();
+    let push = |[a, b, c, d, key]: &[i16; 5]| extractor.push(config, [*a, *b, *c, *d], detector.push(*key));
+    frames.iter().filter_map(push).collect()
+}
+
+#[test]
+fn counts_of_a_wav_become_to_the_bit_what_the_core_makes_of_them_also_of_more_than_four_probes() {
+    let folder = Folder::new();
+    let recording = Recording::default();
+    let (full_scale_v, count_v) = (24.0, 24.0 / 32_768.0);
+    let frames: Vec<[i16; 5]> = (0..recording.samples())
+        .map(|n| {
+            let volts = |probe: usize| recording.volts(probe, n);
+            [volts(0), volts(1), volts(2), volts(3), recording.key(n)].map(|v| (v / count_v).round() as i16)
+        })
+        .collect();
+    let spec = hound::WavSpec {
+        channels: 7,
+        sample_rate: 20_000,
+        bits_per_sample: 16,
+        sample_format: hound::SampleFormat::Int,
+    };
+    let mut writer = hound::WavWriter::create(folder.path("a.wav"), spec).unwrap();
+    for [a, b, c, d, key] in &frames {
+        // the fifth and the sixth show what the second and the third show
+        [a, b, c, d, b, c, key].into_iter().for_each(|count| writer.write_sample(*count).unwrap());
+    }
+    writer.finalize().unwrap();
+    let options = ["--full-scale", "24", "--keyphasor", "7", "--threshold", "-6", "--hysteresis", "1"];
+    let (answer, readings) = run(&folder, &folder.text("a.wav"), &[&DC[..], &options].concat());
+    let config = ExtractionConfig {
+        mv_per_count: (1000.0 * full_scale_v / 32_768.0) as f32,
+        rails: [i16::MIN, i16::MAX],
+        ..ExtractionConfig::new()
+    };
+    let known = by_hand(&config, &frames, (-6.0 / count_v).round() as i16, (1.0 / count_v).round() as i16);
+    assert!(known.len() > 5 && known.iter().all(|e| e.keyphasor == Keyphasor::Locked));
+    assert_eq!((readings.len(), &answer["lost"]), (known.len(), &0.into()));
+    for (reading, known) in readings.iter().zip(&known) {
+        assert_eq!((reading.speed_rpm as f32).to_bits(), known.reading.speed_rpm.to_bits());
+        for (probe, same) in [0, 1, 2, 3, 1, 2].into_iter().enumerate() {
+            let (y, expected) = (1e6 * reading.probes[probe].unwrap(), known.reading.probes()[same]);
+            assert_eq!((y.re as f32).to_bits(), expected.cos_um.to_bits());
+            assert_eq!((-y.im as f32).to_bits(), expected.sin_um.to_bits());
+            let gap_v = reading.gaps_v[probe].unwrap();
+            assert_eq!((gap_v as f32).to_bits(), known.reading.gaps_v()[same].to_bits());
+        }
+    }
+}
+
+#[test]
+fn a_csv_of_volts_gives_the_least_squares_fit_and_cos_and_sin_as_the_closed_form_has_them() {
+    let folder = Folder::new();
+    let recording = Recording::default();
+    let file = folder.write("a.csv", recording.csv());
+    let (answer, readings) = run(&folder, &file, &DC);
+    assert!(readings.len() > 5);
+    assert_eq!(answer["channels"][1], serde_json::json!({"probe": "15Y", "channel": "15Y"}));
+    for probe in 0..4 {
+        let expected = Recording::phasor_um(probe);
+        let fitted = least_squares_um(&recording, probe);
+        assert!((fitted - expected).norm() < 1e-9 * expected.norm());
+        // 16 bits over the range that the channels use, 1.4 V, are 0.003 µm a count
+        assert!(miss(&readings, probe, fitted) < 1e-5, "{probe}: {:.1e}", miss(&readings, probe, fitted));
+        let gap_v = readings[0].gaps_v[probe].unwrap();
+        assert!((gap_v - Recording::GAP_V).abs() < 1e-4, "{gap_v}");
+    }
+    for reading in &readings {
+        assert!((reading.speed_rpm / recording.speed_rpm - 1.0).abs() < 1e-6);
+    }
+    // a window of 16 turns, its middle 8 turns before its end, from the second mark on
+    let turn_d = 60.0 / recording.speed_rpm / 86_400.0;
+    let [first, second] = [&readings[0], &readings[1]].map(|r| r.time_d.unwrap());
+    assert!(((second - first) / (16.0 * turn_d) - 1.0).abs() < 1e-3);
+    assert!(first > 8.0 * turn_d && first < 11.0 * turn_d);
+}
+
+#[test]
+fn arrays_of_numpy_give_what_the_csv_of_the_same_numbers_gives() {
+    use npyz::WriterBuilder as _;
+    let folder = Folder::new();
+    let recording = Recording::default();
+    let csv = folder.write("a.csv", recording.csv());
+    let known = run(&folder, &csv, &DC).1;
+    let array = |shape: &[u64], values: Vec<f64>| {
+        let mut bytes = Vec::new();
+        let mut writer =
+            npyz::WriteOptions::new().default_dtype().shape(shape).writer(&mut bytes).begin_nd().unwrap();
+        writer.extend(values).unwrap();
+        writer.finish().unwrap();
+        bytes
+    };
+    let samples = recording.samples();
+    let row =
+        |n: usize| [0, 1, 2, 3].map(|probe| recording.volts(probe, n)).into_iter().chain([recording.key(n)]);
+    let npy = folder.write("a.npy", array(&[samples as u64, 5], (0..samples).flat_map(row).collect()));
+    let numbered = ["--rate-hz", "20000", "--keyphasor", "5"];
+    let as_npy = run(&folder, &npy, &[&DC[..], &numbered].concat());
+    assert_eq!(as_npy.0["channels"][3]["probe"], "4");
+    let file = std::fs::File::create(folder.path("a.npz")).unwrap();
+    let mut archive = zip::ZipWriter::new(file);
+    let mut add = |name: &str, shape: &[u64], values: Vec<f64>| {
+        archive.start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default()).unwrap();
+        std::io::Write::write_all(&mut archive, &array(shape, values)).unwrap();
+    };
+    let all = |value: &dyn Fn(usize) -> f64| (0..samples).map(value).collect::<Vec<_>>();
+    for probe in 0..4 {
+        add(NAMES[probe], &[samples as u64], all(&|n| recording.volts(probe, n)));
+    }
+    add("kph", &[samples as u64], all(&|n| recording.key(n)));
+    add("rate_hz", &[], vec![20_000.0]);
+    archive.finish().unwrap();
+    let as_npz = run(&folder, &folder.text("a.npz"), &DC);
+    assert_eq!(as_npz.0["channels"][3]["probe"], "16Y");
+    for readings in [as_npy.1, as_npz.1] {
+        assert_eq!(readings.len(), known.len());
+        for (reading, known) in readings.iter().zip(&known) {
+            assert_eq!((&reading.probes, &reading.gaps_v), (&known.probes, &known.gaps_v));
+        }
+    }
+}
+
+#[test]
+fn ac_coupled_channels_are_open_unless_the_owner_says_what_they_are() {
+    let folder = Folder::new();
+    let recording = Recording::default();
+    let without_gap = |_: f64, row: &mut [f64; 5]| row[..4].iter_mut().for_each(|v| *v -= Recording::GAP_V);
+    let file = folder.write("a.csv", recording.csv_with(without_gap));
+    let says = refused(&folder, &file, &DC);
+    assert_says(&says, &["a.csv: every reading is lost", "probe 15X (gap voltage out of range", "--ac"]);
+    let (answer, readings) = run(&folder, &file, &["--mv-um", "-7.87", "--ac"]);
+    assert_eq!(answer["lost"], 0);
+    assert!(miss(&readings, 2, Recording::phasor_um(2)) < 1e-5);
+    let text = std::fs::read_to_string(folder.path("measured.csv")).unwrap();
+    assert!(!text.contains("gap_v"), "{text}");
+}
+
+#[test]
+fn velocities_and_accelerations_are_integrated_and_micrometres_stay_as_they_are() {
+    let folder = Folder::new();
+    let recording = Recording::default();
+    let omega = TAU * recording.speed_rpm / 60.0;
+    let i = Complex::<f64>::i();
+    for (unit, factor) in [
+        ("um", Complex::from(1.0)),
+        ("mm/s", i * omega * 1e-3),
+        ("m/s2", Complex::from(-omega * omega * 1e-6)),
+        ("g", Complex::from(-omega * omega * 1e-6 / 9.806_65)),
+    ] {
+        let in_unit = |turns: f64, row: &mut [f64; 5]| {
+            for (probe, value) in row[..4].iter_mut().enumerate() {
+                let y = factor * Recording::phasor_um(probe);
+                *value = (y * Complex::from_polar(1.0, TAU * turns)).re;
+            }
+        };
+        let file = folder.write("a.csv", recording.csv_with(in_unit));
+        let (_, readings) = run(&folder, &file, &["--unit", unit]);
+        for probe in 0..4 {
+            let miss = miss(&readings, probe, Recording::phasor_um(probe));
+            assert!(miss < 1e-5, "{unit}, probe {probe}: {miss:.1e}");
+        }
+        assert_says(&refused(&folder, &file, &["--unit", unit, "--mv-um", "8"]), &["--mv-um", "no voltages"]);
+    }
+}
+
+#[test]
+fn a_tacho_keeps_its_place_in_the_turn_over_a_missing_pulse() {
+    let folder = Folder::new();
+    let recording = Recording { speed_rpm: 1000.0, seconds: 4.0, ..Recording::default() };
+    let eight = |turns: f64, row: &mut [f64; 5]| {
+        let is_missing = (10.45..10.55).contains(&turns);
+        row[4] = if is_missing { -10.0 } else { Recording::pulse(8.0 * turns) };
+    };
+    let file = folder.write("a.csv", recording.csv_with(eight));
+    let (answer, readings) = run(&folder, &file, &["--mv-um", "-7.87", "--pulses", "8"]);
+    assert_eq!((&answer["keyphasor"]["missed_pulses"], &answer["lost"]), (&1.into(), &0.into()));
+    assert!(readings.len() >= 3);
+    // the recording begins at 0.37 of a turn, and the first pulse is at 3/8
+    let turned = Complex::from_polar(1.0, TAU * 3.0 / 8.0);
+    for probe in 0..4 {
+        let miss = miss(&readings, probe, Recording::phasor_um(probe) * turned);
+        assert!(miss < 1e-5, "{probe}: {miss:.1e}");
+    }
+}
+
+#[test]
+fn lost_marks_and_clipped_channels_cost_their_own_readings_which_are_counted_and_named() {
+    let folder = Folder::new();
+    let recording = Recording::default();
+    let skips_one = |turns: f64, row: &mut [f64; 5]| {
+        if (49.7..50.7).contains(&turns) {
+            row[4] = -10.0;
+        }
+    };
+    let whole = run(&folder, &folder.write("a.csv", recording.csv()), &DC).1.len();
+    let file = folder.write("a.csv", recording.csv_with(skips_one));
+    let (answer, readings) = run(&folder, &file, &DC);
+    assert_eq!((answer["lost"].as_u64(), readings.len()), (Some(1), whole - 1), "{answer}");
+    assert_says(answer["losses"][0]["why"].as_str().unwrap(), &["a mark came too early or too late"]);
+    assert!((0..4).all(|probe| miss(&readings, probe, Recording::phasor_um(probe)) < 1e-5));
+
+    // small at first, then cut at −9.7 V
+    let cut = |turns: f64, row: &mut [f64; 5]| {
+        row[1] = if turns > 100.0 { row[1].max(-9.7) } else { -9.5 + 0.2 * (row[1] + 9.5) }
+    };
+    let file = folder.write("a.csv", recording.csv_with(cut));
+    let (answer, readings) = run(&folder, &file, &DC);
+    let (why, probe) = (&answer["losses"][0]["why"], &answer["losses"][0]["probe"]);
+    assert_eq!(
+        (why.as_str(), probe.as_str(), answer["losses"].as_array().unwrap().len()),
+        (Some("clipped"), Some("15Y"), 1)
+    );
+    let lost = readings.iter().filter(|r| r.probes[1].is_none()).count();
+    assert_eq!((answer["lost"].as_u64(), readings.len()), (Some(lost as u64), whole));
+    assert!(lost > whole / 3 && lost < whole);
+    assert!([0, 2, 3].iter().all(|probe| miss(&readings, *probe, Recording::phasor_um(*probe)) < 1e-5));
+}
+
+#[test]
+fn a_run_up_is_cut_into_bins_of_speed() {
+    let folder = Folder::new();
+    let recording = Recording { speed_rpm: 2000.0, rise_rpm_s: 100.0, seconds: 4.0, ..Recording::default() };
+    let file = folder.write("a.csv", recording.csv());
+    let all = run(&folder, &file, &[&DC[..], &["--revolutions", "4"]].concat()).1;
+    let binned = run(&folder, &file, &[&DC[..], &["--revolutions", "4", "--bin-rpm", "50"]].concat()).1;
+    assert!(all.len() > 30 && (7..=8).contains(&binned.len()), "{} {}", all.len(), binned.len());
+    // the last bin ends with the file
+    for pair in binned[..binned.len() - 1].windows(2) {
+        assert!((40.0..70.0).contains(&(pair[1].speed_rpm - pair[0].speed_rpm)));
+        assert!(pair[1].time_d > pair[0].time_d);
+    }
+    // a hundredth of a degree is 2e-4
+    assert!((0..4).all(|probe| miss(&binned, probe, Recording::phasor_um(probe)) < 2e-4));
+    let report = folder.text("report.html");
+    run(&folder, &file, &[&DC[..], &["--revolutions", "4", "--report", &report]].concat());
+    let page = std::fs::read_to_string(report).unwrap();
+    assert_says(&page, &["id=\"speed-over-time\"", "id=\"probe-15x\"", "id=\"probe-16y\"", "SHA-256"]);
+    let too_fast = refused(&folder, &file, &["--mv-um", "-7.87", "--largest-drift", "0.0001"]);
+    assert_says(&too_fast, &["every reading is lost", "the speed changed too much within the window"]);
+}
+
+#[test]
+fn the_probes_of_a_rotor_get_their_channels_by_name_or_as_stated_and_compare_reads_the_result() {
+    let folder = Folder::new();
+    let rotor_path = folder.write("rotor.toml", rotor_edge::sample::ROTOR);
+    let rotor = rotor_file::read(rotor_path.as_ref()).unwrap();
+    let recording = Recording::default();
+    let text = recording.csv().replacen("15X,15Y,16X,16Y", "BRG 15X,BRG 15Y,a,spare", 1);
+    let file = folder.write("a.csv", text);
+    let of_rotor = [&DC[..], &["--rotor", &rotor_path, "--channel", "16Y=4"]].concat();
+    assert_says(
+        &refused(&folder, &file, &of_rotor),
+        &["a.csv: no channel is named as the probe 16X", "spare"],
+    );
+    let stated = [&of_rotor[..], &["--channel", "16X=spare"]].concat();
+    run(&folder, &file, &stated);
+    let readings = measurement::read(&folder.path("measured.csv"), &rotor).unwrap();
+    for (probe, shown) in [0, 1, 3, 2].into_iter().enumerate() {
+        assert!(miss(&readings, probe, Recording::phasor_um(shown)) < 1e-5, "{}", rotor.probe[probe].name);
+    }
+    // a vibration that is the same at every speed is refused by compare
+    let run_up = Recording { rise_rpm_s: 100.0, ..recording };
+    let grows = |turns: f64, row: &mut [f64; 5]| {
+        row[..4].iter_mut().for_each(|v| *v += (*v - Recording::GAP_V) * 1e-3 * turns);
+    };
+    let growing = folder.write("run-up.csv", run_up.csv_with(grows));
+    run(&folder, &growing, &[&DC[..], &["--rotor", &rotor_path]].concat());
+    json(&rotor_edge(&["compare", &rotor_path, &folder.text("measured.csv"), "--json"]));
+    let wrong = [&stated[..], &["--channel", "17X=a"]].concat();
+    assert_says(&refused(&folder, &file, &wrong), &["--channel 17X", "15X, 15Y, 16X, 16Y"]);
+}
+
+#[test]
+fn what_cannot_be_right_is_refused_in_one_sentence_and_nothing_is_overwritten() {
+    let folder = Folder::new();
+    let recording = Recording { seconds: 0.2, ..Recording::default() };
+    let good = folder.write("a.csv", recording.csv());
+    let still = folder.write("still.csv", recording.csv_with(|_, row| row[4] = -10.0));
+    let says = refused(&folder, &still, &DC);
+    assert_says(
+        &says,
+        &["still.csv: there is no keyphasor: channel kph stays between -10.0", "expected a mark a turn"],
+    );
+    let beyond = [&DC[..], &["--threshold", "-1"]].concat();
+    assert_says(&refused(&folder, &good, &beyond), &["there is no keyphasor", "-1.0"]);
+    let text = recording.csv();
+    let words = folder.write("words.csv", text.replacen("\n0.00005,", "\n0.00005,n/a", 1));
+    assert_says(&refused(&folder, &words, &DC), &["words.csv: row 3, column 15X: \"n/a", "is not a number"]);
+    let short = folder.write("short.csv", text.lines().take(400).collect::<Vec<_>>().join("\n"));
+    assert_says(&refused(&folder, &short, &DC), &["make no window of 16 turns", "--revolutions"]);
+    for (name, bytes, says) in [
+        (
+            "a.tdms",
+            &b"TDSm"[..],
+            "a.tdms: the extension says no kind of waveforms that is read, expected one of .csv, .wav",
+        ),
+        ("a", b"x", "the extension says no kind"),
+        ("a.wav", b"no wave", "a.wav: cannot be read as WAV"),
+        ("a.npy", b"no array", "a.npy: cannot be read as a NumPy array"),
+        ("a.npz", b"no archive", "a.npz: cannot be read as a NumPy archive"),
+        ("twice.csv", b"a,a,kph\n1,1,1\n", "twice.csv: two channels are called a"),
+        ("empty.csv", b"a,kph\n", "there is no sample"),
+    ] {
+        assert_says(&refused(&folder, &folder.write(name, bytes), &DC), &[says]);
+    }
+    for (options, says) in [
+        (&[][..], "expected --mv-um"),
+        (&["--mv-um", "-7.87", "--keyphasor", "7X"], "--keyphasor: no channel is \"7X\", there are 15X"),
+        (&["--mv-um", "-7.87", "--keyphasor", "15X", "--channel", "15X=2"], "cannot be the probe 15X"),
+        (&["--mv-um", "-7.87", "--channel", "15X=1", "--channel", "15X=2"], "--channel 15X: is stated twice"),
+        (&["--mv-um", "-7.87", "--bin-rpm", "0"], "--bin-rpm: expected a positive number"),
+        (&["--mv-um", "-7.87", "--full-scale", "10"], "--full-scale"),
+        (&["--mv-um", "-7.87", "--gap-v", "-2", "-18"], "--gap-v"),
+    ] {
+        assert_says(&refused(&folder, &good, options), &[says]);
+    }
+    let output = folder.write("kept.csv", "kept");
+    let again = refusal(&["extract", &good, "-o", &output, "--mv-um", "-7.87"]);
+    assert_says(&again, &["kept.csv: exists already", "--force"]);
+    let onto_itself = refusal(&["extract", &good, "-o", &good, "--mv-um", "-7.87"]);
+    assert_says(&onto_itself, &["a.csv: is read and would be overwritten"]);
+    assert_eq!(std::fs::read(&output).unwrap(), b"kept");
+}
