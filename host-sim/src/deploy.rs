@@ -111,11 +111,18 @@ pub fn command(
     };
     let request = &request[..length];
     let (mut silent, mut unconfirmed, mut broken) = (0, 0, None);
-    for attempt in 0..ATTEMPTS {
-        match transfer(bus, node, request, key, &mut progress)? {
+    // whether an earlier attempt was sent to its end: then the number may have been taken by ourselves
+    let (mut was_sent, mut is_sent) = (false, false);
+    for _ in 0..ATTEMPTS {
+        was_sent |= is_sent;
+        let mut told = |bytes: usize| {
+            is_sent |= bytes == request.len();
+            progress(bytes);
+        };
+        match transfer(bus, node, request, key, &mut told)? {
             // what was sent before got across, and its answer did not
             Heard::Answer(Some((answer, true)))
-                if attempt > 0 && answer.outcome == Outcome::Replayed && answer.counter == counter =>
+                if was_sent && answer.outcome == Outcome::Replayed && answer.counter == counter =>
             {
                 return Ok(Answer { outcome: Outcome::Accepted, ..answer });
             }
@@ -342,7 +349,7 @@ pub fn await_status(bus: &mut dyn CanBus, node: u8) -> Result<Status> {
 
 fn no_monitor(bus: &mut dyn CanBus, node: u8) -> String {
     format!(
-        "no monitor {node} on {}: start one with `rotor-edge node --bus …`, or see who is there with `rotor-edge watch`",
+        "no monitor {node} on {}: start one with `rotor-edge node --bus BUS --rotor ROTOR.toml`, or see who is there with `rotor-edge watch`",
         bus.description()
     )
 }
