@@ -122,8 +122,9 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     }
     print(&found);
     println!(
-        "\nWritten to {}. Next: rotor-edge replay --identified --rotor {0} --record …",
-        arguments.output.display()
+        "\nWritten to {}. Next: rotor-edge replay --identified --rotor {0} --record {}",
+        arguments.output.display(),
+        arguments.record.display()
     );
     Ok(None)
 }

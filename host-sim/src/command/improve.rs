@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     println!("\nWritten to {path}.");
     match outcome.verdict {
         Verdict::Adequate => println!(
-            "Next: send it to the controller, here the simulated one\n  rotor-edge replay --identified --rotor {path} --record …"
+            "Next: play a record of days to it on the simulated controller\n  rotor-edge replay --identified --rotor {path} --record RECORD.csv"
         ),
         _ => println!(
             "Next: see what is left, and what to measure\n  rotor-edge diagnose {path} {}{}",
