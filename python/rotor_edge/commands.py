@@ -8,7 +8,9 @@ import json
 import os
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Literal, Sequence
+from typing import Any, Literal, Mapping, Sequence
+
+import numpy as np
 
 from .answers import (
     Addition,
@@ -16,6 +18,7 @@ from .answers import (
     Check,
     Comparison,
     Diagnosis,
+    Extraction,
     Forecast,
     Identification,
     ImportedRotor,
@@ -23,7 +26,7 @@ from .answers import (
 )
 from .answers import Track, TrialBalance
 from .desk import Progress, desk
-from .inputs import DataLike, FilePath, RotorLike, read_rotor
+from .inputs import DataLike, FilePath, RotorLike, read_measurement, read_rotor
 from .record import R
 
 Range = tuple[float, float]
@@ -280,6 +283,69 @@ def balance_by_trials(
         "against_rotation": against_rotation,
     }
     return _answer(TrialBalance, "balance", **options)
+
+
+def extract(
+    waveforms: FilePath | Mapping[str, Any],
+    *,
+    rate_hz: float | None = None,
+    rotor: RotorLike | None = None,
+    channels: Mapping[str, str | int] | None = None,
+    unit: Literal["V", "mV", "um", "mm/s", "m/s2", "g"] = "V",
+    mv_um: float | Mapping[str, float] | None = None,
+    full_scale: float | None = None,
+    ac: bool = False,
+    keyphasor: str | int | None = None,
+    threshold: float | None = None,
+    hysteresis: float | None = None,
+    falling: bool = False,
+    pulses: int = 1,
+    revolutions: int | None = None,
+    largest_drift: float | None = None,
+    slowest_rpm: float | None = None,
+    bin_rpm: float | None = None,
+    run: str | None = None,
+    output: FilePath | None = None,
+) -> Extraction:
+    """1x readings from raw samples of probes and keyphasor, by the controller's own extraction; they are the answer's
+    ``measurement``.
+
+    waveforms: a .csv, .wav, .npy or .npz file, or an array of samples by channel. rate_hz: samples a second, where no file says
+    it. rotor: whose probes are meant. channels: of probes that are called otherwise. unit: of the probes' channels; accelerations
+    and velocities are integrated at 1x. mv_um: sensitivity, mV/µm, one for all or by probe; negative where the voltage falls
+    with the gap. full_scale: what 32768 counts stand for. ac: there is no gap voltage. threshold, hysteresis, falling: where in the
+    keyphasor's channel the mark is, in its unit. pulses: in a turn, of a tacho. revolutions, largest_drift (relative):
+    of a window. slowest_rpm: without a mark for a turn at this speed the keyphasor is missing. bin_rpm: one reading for the
+    windows within so many rpm. run: its name. output: where to write the readings as well."""
+    by_probe = mv_um if isinstance(mv_um, Mapping) else None
+    options: dict[str, Any] = {
+        "rate_hz": rate_hz,
+        "rotor": rotor,
+        "channel": [f"{probe}={channel}" for probe, channel in (channels or {}).items()],
+        "unit": unit,
+        "mv_um": mv_um if by_probe is None else [f"{probe}={one}" for probe, one in by_probe.items()],
+        "full_scale": full_scale,
+        "ac": ac,
+        "keyphasor": keyphasor,
+        "threshold": threshold,
+        "hysteresis": hysteresis,
+        "falling": falling,
+        "pulses": pulses,
+        "revolutions": revolutions,
+        "largest_drift": largest_drift,
+        "slowest_rpm": slowest_rpm,
+        "bin_rpm": bin_rpm,
+        "run": run,
+    }
+    with desk() as place:
+        samples: Any = waveforms
+        if isinstance(waveforms, Mapping):
+            samples = place / "waveforms.npz"
+            arrays: dict[str, Any] = {name: np.asarray(channel) for name, channel in waveforms.items()}
+            np.savez(samples, **arrays)
+        path = place / "measured.csv" if output is None else os.fspath(output)
+        answer = place.ask("extract", samples, output=path, **options)
+        return Extraction.of(json.loads(answer), json=answer, measurement=read_measurement(path))
 
 
 def import_rotor(rotor: Any, *, output: FilePath | None = None) -> ImportedRotor:

@@ -38,7 +38,15 @@ def test_other_threads_go_on_during_work():
     assert longest < (ended - begun) / 4
 
 
-def test_ctrl_c_ends_the_waiting_at_once():
+@pytest.fixture
+def ctrl_c():
+    """A process in the background may have been begun with Ctrl-C ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_ends_the_waiting_at_once(ctrl_c):
     timer = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGINT])
     timer.start()
     begun = time.perf_counter()

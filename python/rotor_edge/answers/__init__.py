@@ -7,6 +7,7 @@ from .balance import Balance, TrialBalance
 from .check import Check
 from .compare import Comparison
 from .diagnose import Addition, Diagnosis, Improvement
+from .extract import Extraction
 from .forecast import Forecast
 from .identify import Identification
 from .imported import ImportedRotor
@@ -18,6 +19,7 @@ __all__ = [
     "Check",
     "Comparison",
     "Diagnosis",
+    "Extraction",
     "Forecast",
     "Identification",
     "ImportedRotor",

@@ -1,0 +1,56 @@
+"""What ``extract`` answers."""
+
+from dataclasses import dataclass, field
+
+from ..inputs import Measurement
+from ..record import Answer, Array, Record
+
+
+@dataclass(frozen=True, eq=False)
+class ExtractedKeyphasor(Record):
+    """The channel of the phase reference."""
+
+    channel: str
+    threshold: float
+    """Where the channel was passed, in its unit."""
+    missed_pulses: int
+    reference_lost_s: float | None
+    """From when on nobody knows which pulse of a tacho is which."""
+
+
+@dataclass(frozen=True, eq=False)
+class ExtractedChannel(Record):
+    """A probe and the channel that it was read from."""
+
+    probe: str
+    channel: str
+
+
+@dataclass(frozen=True, eq=False)
+class Loss(Record):
+    """Windows that are lost for one reason; of one probe, or of all."""
+
+    why: str
+    probe: str | None
+    windows: int
+    first_s: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Extraction(Answer):
+    """1x readings from raw samples, by the controller's own extraction."""
+
+    measured: str
+    rate_hz: float
+    duration_s: float
+    keyphasor: ExtractedKeyphasor
+    channels: tuple[ExtractedChannel, ...]
+    count: float
+    """A count of the core's converter in the channels' unit."""
+    readings: int
+    speeds: Array
+    """Of each reading, rpm."""
+    lost: int
+    losses: tuple[Loss, ...]
+    measurement: Measurement = field(kw_only=True)
+    """The readings."""
