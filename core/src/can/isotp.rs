@@ -3,8 +3,9 @@
 //! Nothing here sends: payloads and times come in, payloads to send come out of [`IsoTp::poll`]. One [`IsoTp`] is one end
 //! of a pair of identifiers, so that a request and its answer may overlap.
 //!
-//! The standard breaks a message off when a frame comes twice. Gateways do repeat frames, so here the frame that came last
-//! is passed over when it comes again, byte for byte.
+//! The standard breaks a message off when a frame comes twice. Gateways do repeat frames, so here the consecutive frame that
+//! came last is passed over when it comes again, byte for byte, and a first frame that comes again is answered again: its
+//! sender may not have heard the flow control.
 
 use heapless::Vec;
 
@@ -197,13 +198,8 @@ impl<const RX: usize> Incoming<RX> {
     }
 
     fn first(&mut self, time_us: u64, length: usize, data: &[u8]) -> Progress {
-        let interrupted = match self.stage {
-            Receiving::Open { length: begun, .. } if begun == length && self.bytes.as_slice() == data => {
-                return Progress::None;
-            }
-            Receiving::Open { .. } => true,
-            _ => false,
-        };
+        let comes_again = |begun: usize| begun == length && self.bytes.as_slice() == data;
+        let interrupted = matches!(self.stage, Receiving::Open { length: begun, .. } if !comes_again(begun));
         if length <= SINGLE_BYTES || data.len() != FIRST_BYTES {
             return Progress::None;
         }

@@ -114,6 +114,18 @@ fn a_missing_consecutive_frame_breaks_the_message_and_so_does_another_one_of_the
 }
 
 #[test]
+fn a_first_frame_that_comes_again_is_answered_again_and_another_one_interrupts() {
+    let mut node = Node::new();
+    let first = [0x10, 30, 1, 2, 3, 4, 5, 6];
+    for time_us in [0, TIMEOUT_US] {
+        assert_eq!(node.receive(time_us, &first), Progress::None);
+        assert_eq!(node.poll(time_us).unwrap()[..2], [0x30, BLOCK_SIZE]);
+    }
+    let other = node.receive(TIMEOUT_US, &[0x10, 30, 1, 2, 3, 4, 5, 7]);
+    assert_eq!(other, Progress::Broken(TransferError::Interrupted));
+}
+
+#[test]
 fn a_message_of_which_every_frame_comes_twice_arrives_once() {
     for length in 1..=60 {
         let (mut host, mut node) = (Host::new(), Node::new());
