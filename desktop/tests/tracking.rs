@@ -8,7 +8,7 @@ mod score;
 
 use std::sync::OnceLock;
 
-use generator::{COMPRESSOR, Change, Course, Machine, PUMP, Plan, TURBINE};
+use generator::{COMPRESSOR, Change, Course, Machine, PUMP, Plan, Schedule, TURBINE};
 use nalgebra::Complex;
 use rayon::prelude::*;
 use rotor_edge_desktop::prognosis::scores::Score as ForecastScore;
@@ -164,4 +164,41 @@ fn an_unbalance_that_passes_through_zero_and_one_that_is_almost_nothing_are_foll
         assert!(judged.events().is_empty(), "{}", judged.line());
         assert!(judged.before.coverage >= 0.85 && judged.before.rms_g_mm < 120.0, "{}", judged.line());
     }
+}
+
+/// Quiet records as plants have them.
+fn as_in_plants(change: impl Fn(Plan) -> Plan + Sync) -> Vec<Judged> {
+    let plans = (0..2).flat_map(|seed| [TURBINE, COMPRESSOR, PUMP].map(|m| Plan::quiet(m, 700 + seed)));
+    judged(plans.map(|plan| (change(plan), false)).collect())
+}
+
+/// That intervals hold, no event is claimed, and how good it was.
+fn holds(name: &str, all: &[Judged]) {
+    let s = summary(name, all, all.iter().map(|j| j.before));
+    for j in all {
+        assert!(j.events().is_empty(), "{name}: {}", j.line());
+    }
+    assert!(s.coverage >= 0.9 && s.least_coverage >= 0.6, "{name}: {s}");
+}
+
+#[test]
+fn readings_minutes_to_days_apart_are_followed_and_no_event_is_claimed() {
+    holds("irregular", &as_in_plants(|plan| Plan { schedule: Schedule::Irregular, days: 200, ..plan }));
+}
+
+#[test]
+fn changes_of_speed_are_no_events_and_two_speeds_on_one_day_are_used() {
+    holds("speeds", &as_in_plants(|plan| Plan { schedule: Schedule::Speeds, ..plan }));
+}
+
+#[test]
+fn stops_of_weeks_and_lost_probes_widen_the_intervals_and_are_no_events() {
+    holds("stops", &as_in_plants(|plan| Plan { schedule: Schedule::Stops, lost: 0.05, ..plan }));
+}
+
+#[test]
+fn a_weight_that_was_set_within_the_record_is_no_event_and_its_jump_is_in_the_estimates() {
+    let weight = Complex::from_polar(2.5e-4, 1.0);
+    let all = as_in_plants(|plan| Plan { shot: Some((200, 0, weight)), ..plan });
+    holds("balancing shot", &all);
 }

@@ -160,6 +160,16 @@ impl<'a> Tracking<'a> {
         })
     }
 
+    /// Estimates of what was beside the weights of each reading's run, as what was in the machine with them.
+    pub fn with_weights(&self, mut estimates: Vec<Estimate>) -> Vec<Estimate> {
+        for estimate in &mut estimates {
+            let day = self.days.binary_search_by_key(&estimate.row, |day| day.row).ok();
+            let weights = day.iter().flat_map(|k| &self.days[*k].weights_kg_m);
+            estimate.unbalance_kg_m.iter_mut().zip(weights).for_each(|(u, weight)| *u += weight);
+        }
+        estimates
+    }
+
     /// Largest unbalance of each plane after what it last was.
     pub fn largest_kg_m(&self, day: &Day, last: &[C], at_d: f64) -> Vec<f64> {
         // the bound is for a day; a gap gives the unbalance that much longer to grow

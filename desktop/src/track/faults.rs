@@ -2,15 +2,13 @@
 
 use nalgebra::Complex;
 
-use super::record::time_d;
+use super::record::{same_speed, time_d};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 use crate::measurement::sequence::{frozen, moved_reference};
 
-/// Speeds further apart than this, relative, are not compared, as the response itself turns; nor are readings further
-/// apart than this, days: bearings wander.
-const SAME_SPEED: f64 = 0.01;
+/// Readings further apart than this, days, are not compared: bearings wander.
 const FAR_D: f64 = 3.0;
 
 /// The row of a file that has a header and then every reading.
@@ -60,7 +58,7 @@ pub fn check(file: &str, rotor: &Rotor, record: &[Reading]) -> Result<(), Error>
     let complete: Vec<(usize, f64, Vec<Complex<f64>>)> =
         record.iter().enumerate().filter_map(whole).collect();
     let steady = |a: &(usize, f64, Vec<_>), b: &(usize, f64, Vec<_>)| {
-        (a.1 - b.1).abs() <= SAME_SPEED * a.1 && day(b.0) - day(a.0) <= FAR_D
+        same_speed(a.1, b.1) && day(b.0) - day(a.0) <= FAR_D
     };
     for stretch in complete.chunk_by(steady) {
         let phasors: Vec<&[Complex<f64>]> = stretch.iter().map(|(_, _, y)| y.as_slice()).collect();

@@ -128,6 +128,8 @@ pub fn track(
             run
         }
     };
+    let estimates = tracking.with_weights(run.estimates);
+    let fixed = tracking.with_weights(fixed.estimates);
     let mut remarks = tracking.remarks;
     if joint.as_ref().is_some_and(|j| !j.settled) {
         remarks.push(
@@ -144,10 +146,10 @@ pub fn track(
         method: config.method,
         undiagnosed_since_d: undiagnosed,
         phase_one: tracking.phase_one,
-        estimates: run.estimates,
+        estimates,
         flags: run.flags,
         reidentified: run.reidentified,
-        fixed: fixed.estimates,
+        fixed,
         event_d,
         sampling,
         joint,

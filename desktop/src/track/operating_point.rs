@@ -136,6 +136,20 @@ impl OperatingPoint {
         })
     }
 
+    /// The same with weights in the planes (kg·m) that are known: what is asked for in them is then beside these.
+    pub fn with_weights(mut self, weights_kg_m: &[C]) -> Self {
+        let (planes, probes) = (weights_kg_m.len(), self.probe_held.len());
+        for (j, weight) in weights_kg_m.iter().enumerate() {
+            let force = self.held_force[j] * *weight;
+            self.held_force[planes] += force;
+            for p in 0..probes {
+                let shown = self.probe_force[j * probes + p] * weight;
+                self.probe_force[planes * probes + p] += shown;
+            }
+        }
+        self
+    }
+
     /// Dynamic stiffness of a bearing with these coefficients.
     fn stiffness(&self, bearing: usize, logs: &Logs) -> Matrix2<C> {
         let mut law = self.laws[bearing].clone();
@@ -267,9 +281,23 @@ mod tests {
     }
 
     #[test]
+    fn known_weights_are_unbalance_beside_what_is_asked_for_on_any_bearings() {
+        let (_, logs) = changed();
+        let weights = [C::new(5e-5, 2e-5), C::new(-3e-5, 1e-5)];
+        let without = OperatingPoint::new(&model(&sample_rotor()), SPEED).unwrap();
+        let together: Vec<C> = unbalance().iter().zip(&weights).map(|(u, w)| u + w).collect();
+        let expected = without.on(&logs).unwrap().at(&together);
+        let shown = without.with_weights(&weights).on(&logs).unwrap().at(&unbalance());
+        for (y, expected) in shown.iter().zip(&expected) {
+            assert!((y - expected).norm() < 1e-12 * expected.norm());
+        }
+    }
+
+    #[test]
     fn slopes_equal_differences() {
         let (_, logs) = changed();
-        let point = OperatingPoint::new(&model(&sample_rotor()), SPEED).unwrap();
+        let weights = [C::new(5e-5, 2e-5), C::new(-3e-5, 1e-5)];
+        let point = OperatingPoint::new(&model(&sample_rotor()), SPEED).unwrap().with_weights(&weights);
         let slopes = point.slopes(&logs, &point.on(&logs).unwrap(), &unbalance());
         for i in 0..COEFFICIENTS {
             let beside = |step: f64| {

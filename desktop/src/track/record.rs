@@ -9,9 +9,16 @@ use crate::error::Error;
 use crate::fit::data::sigma_m;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
+use crate::unbalance::phasor_kg_m;
+
+type C = Complex<f64>;
 
 /// Fewest complete readings that can be tracked: phase I takes three, an event needs a before and an after.
 const FEWEST: usize = 10;
+/// Speeds further apart than this, relative, are not compared.
+const SAME_SPEED: f64 = 0.01;
+/// Places closer than this are the same.
+const SAME_PLACE_M: f64 = 1e-6;
 /// A gap that is worth a remark, days.
 const LONG_GAP_D: f64 = 14.0;
 /// Effects whose supports depend on how far the shaft moves.
@@ -26,17 +33,19 @@ pub struct Day {
     pub time_d: f64,
     /// Speed of rotation, rad/s.
     pub speed_rad_s: f64,
-    /// The machine at this speed.
+    /// The machine at this speed, with the weights of its run in the planes.
     pub point: OperatingPoint,
+    /// These weights, a trial or a balancing shot, kg·m: one a plane. The unbalance that is sought is beside them.
+    pub weights_kg_m: Vec<C>,
     /// Phasor of each probe, m; `None` where it was lost.
-    pub measured_m: Vec<Option<Complex<f64>>>,
+    pub measured_m: Vec<Option<C>>,
     /// Standard deviation of each component, m; of no meaning where the reading was lost.
     pub sigma_m: Vec<f64>,
 }
 
 impl Day {
     /// All probes of a complete reading; lost ones as zero.
-    pub fn all_m(&self) -> Vec<Complex<f64>> {
+    pub fn all_m(&self) -> Vec<C> {
         self.measured_m.iter().map(|y| y.unwrap_or_default()).collect()
     }
 
@@ -44,6 +53,11 @@ impl Day {
     pub fn is_complete(&self) -> bool {
         self.measured_m.iter().all(Option::is_some)
     }
+}
+
+/// Whether two speeds are close enough for their readings to be compared as they are: the response turns with speed.
+pub fn same_speed(one: f64, other: f64) -> bool {
+    (one - other).abs() <= SAME_SPEED * one.abs()
 }
 
 /// The day of a reading.
@@ -54,20 +68,40 @@ pub fn time_d(row: usize, reading: &Reading) -> f64 {
 /// Solves every reading that has a value on the model of this rotor.
 ///
 /// # Errors
-/// If the machine is singular at one of the speeds.
+/// If the machine is singular at one of the speeds, or a run's weight is in no plane.
 pub fn days(rotor: &Rotor, noise: &Noise, record: &[Reading]) -> Result<Vec<Day>, Error> {
     let model = model(rotor);
     let day = |(row, r): (usize, &Reading)| {
+        let weights_kg_m = weights_kg_m(rotor, r)?;
         Ok(Day {
             row,
             time_d: time_d(row, r),
             speed_rad_s: r.speed_rad_s(),
-            point: OperatingPoint::new(&model, r.speed_rad_s())?,
+            point: OperatingPoint::new(&model, r.speed_rad_s())?.with_weights(&weights_kg_m),
+            weights_kg_m,
             measured_m: r.probes.clone(),
             sigma_m: r.probes.iter().map(|y| sigma_m(noise, y.unwrap_or_default())).collect(),
         })
     };
     record.iter().enumerate().filter(|(_, r)| r.probes.iter().any(Option::is_some)).map(day).collect()
+}
+
+/// Weights that the rotor's file states for a reading's run, a plane each.
+fn weights_kg_m(rotor: &Rotor, reading: &Reading) -> Result<Vec<C>, Error> {
+    let mut weights = vec![C::from(0.0); rotor.plane.len()];
+    let stated = rotor.run.iter().find(|run| Some(&run.name) == reading.run.as_ref());
+    for added in stated.iter().flat_map(|run| &run.added_unbalance) {
+        let plane = rotor.plane.iter().position(|p| (p.position_m - added.position_m).abs() < SAME_PLACE_M);
+        let Some(plane) = plane else {
+            let run = reading.run.as_deref().unwrap_or_default();
+            let at = added.position_m;
+            return Err(Error::Unsuitable(format!(
+                "run \"{run}\" has a weight at {at} m, where no plane is; a record is followed with weights in planes"
+            )));
+        };
+        weights[plane] += phasor_kg_m(added.magnitude_g_mm, added.angle_deg);
+    }
+    Ok(weights)
 }
 
 /// Checks a record and says what is odd but usable.

@@ -9,10 +9,12 @@
 //! to day have the covariance `q + 2r`, and the difference of two means of n following readings has
 //! `q (2n² + 1)/(3n) + 2r/n`: at most `(2n² + 1)/(3n)` times as much.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::record::Day;
+use super::record::{Day, same_speed};
+
+type C = Complex<f64>;
 
 /// Chance that a wander is taken for a step, at one test.
 const CHANCE: f64 = 1e-5;
@@ -21,12 +23,23 @@ const SPARE: usize = 8;
 /// Readings further apart than this say nothing of the changes from day to day.
 const FAR_D: f64 = 3.0;
 
-/// Changes of the features from day to day.
+/// Changes of the features from reading to reading, of each speed by itself.
 #[derive(Debug, Clone, Default)]
 pub struct Steps {
-    outer: Option<DMatrix<f64>>,
+    speeds: Vec<AtSpeed>,
+}
+
+/// Those of one speed.
+#[derive(Debug, Clone)]
+struct AtSpeed {
+    /// Mean of all its readings'.
+    speed_rad_s: f64,
+    readings: f64,
+    outer: DMatrix<f64>,
+    /// Changes between readings with the same weights that were seen, and the days that they took together.
     count: usize,
-    last: Option<(f64, DVector<f64>)>,
+    days: f64,
+    last: (f64, Vec<C>, DVector<f64>),
 }
 
 /// All features of a reading, µm.
@@ -43,53 +56,95 @@ fn mean_um(days: &[&Day]) -> DVector<f64> {
 }
 
 impl Steps {
+    fn at(&self, day: &Day) -> Option<&AtSpeed> {
+        self.speeds.iter().find(|s| same_speed(s.speed_rad_s, day.speed_rad_s))
+    }
+
     /// Learns from a reading, whatever it is; a change that is itself a step counts as large as the largest
     /// that is none.
     pub fn learn(&mut self, day: &Day) {
-        let now = features_um(day);
-        if let Some((at_d, last)) = &self.last
-            && day.time_d - at_d <= FAR_D
-        {
-            let change = &now - last;
-            let excess =
-                self.squared(&change, 1.0).map_or(1.0, |(squared, limit)| (squared / limit).max(1.0));
-            let outer = self.outer.get_or_insert_with(|| DMatrix::zeros(now.len(), now.len()));
-            outer.ger(1.0 / excess, &change, &change, 1.0);
-            self.count += 1;
+        let own = self.speeds.iter_mut().find(|s| same_speed(s.speed_rad_s, day.speed_rad_s));
+        match own {
+            Some(own) => own.learn(day),
+            None => self.speeds.push(AtSpeed::new(day)),
         }
-        self.last = Some((day.time_d, now));
     }
 
-    /// T² of a change whose covariance is `factor` times that of a day's, and its limit; `None` as long as
-    /// too little has been seen.
-    fn squared(&self, change: &DVector<f64>, factor: f64) -> Option<(f64, f64)> {
-        let outer = self.outer.as_ref()?;
-        if self.count < outer.nrows() + SPARE {
-            return None;
-        }
-        let (p, count) = (outer.nrows() as f64, self.count as f64);
-        let spread = outer * (factor / count);
-        let squared = change.dot(&spread.cholesky()?.solve(change));
-        let quantile = FisherSnedecor::new(p, count - p).ok()?.inverse_cdf(1.0 - CHANCE);
-        Some((squared, quantile * p * count / (count - p)))
-    }
-
-    /// T² of the change from one reading to the next, of its limit; zero as long as too little has been seen.
+    /// T² of the change from one reading to the next, of its limit; zero where speed or weights were changed, and as long
+    /// as too little has been seen.
     pub fn excess(&self, before: &Day, after: &Day) -> f64 {
-        let squared = self.squared(&(features_um(after) - features_um(before)), 1.0);
+        if !same_speed(before.speed_rad_s, after.speed_rad_s) || before.weights_kg_m != after.weights_kg_m {
+            return 0.0;
+        }
+        let change = features_um(after) - features_um(before);
+        let squared = self.at(after).and_then(|s| s.squared(&change, 1.0));
         squared.map_or(0.0, |(squared, limit)| squared / limit)
     }
 
-    /// Whether the last `n` of these readings stepped away from the `n` before them; `None` as long as too
-    /// little has been seen to say.
+    /// Whether the last `n` of these readings at the newest's speed stepped away from the `n` before them; `None` as long
+    /// as too little has been seen with the same weights to say.
     pub fn stepped(&self, days: &[&Day], n: usize) -> Option<bool> {
-        let before = days.len().checked_sub(2 * n)?;
-        let (before, after) = days[before..].split_at(n);
-        let apart = (after[0].time_d - before[n - 1].time_d).max(1.0);
+        let own = self.at(days.last()?)?;
+        let same = days.iter().rev().filter(|d| same_speed(own.speed_rad_s, d.speed_rad_s));
+        let same: Vec<&Day> = same.take(2 * n).copied().collect();
+        let newest = &same.first()?.weights_kg_m;
+        if same.len() < 2 * n || same.iter().any(|d| d.weights_kg_m != *newest) {
+            return None;
+        }
+        let (after, before) = same.split_at(n);
+        let apart = ((after[n - 1].time_d - before[0].time_d) / own.usual_d()).max(1.0);
         let n = n as f64;
         let factor = (2.0 * n * n + 1.0) / (3.0 * n) * apart;
-        let (squared, limit) = self.squared(&(mean_um(after) - mean_um(before)), factor)?;
+        let (squared, limit) = own.squared(&(mean_um(after) - mean_um(before)), factor)?;
         Some(squared > limit)
+    }
+}
+
+impl AtSpeed {
+    fn new(day: &Day) -> Self {
+        let size = 2 * day.measured_m.len();
+        Self {
+            speed_rad_s: day.speed_rad_s,
+            readings: 1.0,
+            outer: DMatrix::zeros(size, size),
+            count: 0,
+            days: 0.0,
+            last: (day.time_d, day.weights_kg_m.clone(), features_um(day)),
+        }
+    }
+
+    fn learn(&mut self, day: &Day) {
+        let now = features_um(day);
+        let apart_d = day.time_d - self.last.0;
+        if apart_d <= FAR_D && day.weights_kg_m == self.last.1 {
+            let change = &now - &self.last.2;
+            let excess =
+                self.squared(&change, 1.0).map_or(1.0, |(squared, limit)| (squared / limit).max(1.0));
+            self.outer.ger(1.0 / excess, &change, &change, 1.0);
+            self.count += 1;
+            self.days += apart_d;
+        }
+        self.readings += 1.0;
+        self.speed_rad_s += (day.speed_rad_s - self.speed_rad_s) / self.readings;
+        self.last = (day.time_d, day.weights_kg_m.clone(), now);
+    }
+
+    /// Days that a change took, on average.
+    fn usual_d(&self) -> f64 {
+        (self.days / self.count.max(1) as f64).max(f64::MIN_POSITIVE)
+    }
+
+    /// T² of a change whose covariance is `factor` times that of a usual one, and its limit; `None` as long as
+    /// too little has been seen.
+    fn squared(&self, change: &DVector<f64>, factor: f64) -> Option<(f64, f64)> {
+        if self.count < self.outer.nrows() + SPARE {
+            return None;
+        }
+        let (p, count) = (self.outer.nrows() as f64, self.count as f64);
+        let spread = &self.outer * (factor / count);
+        let squared = change.dot(&spread.cholesky()?.solve(change));
+        let quantile = FisherSnedecor::new(p, count - p).ok()?.inverse_cdf(1.0 - CHANCE);
+        Some((squared, quantile * p * count / (count - p)))
     }
 }
 
@@ -149,5 +204,21 @@ mod tests {
     #[test]
     fn a_jump_of_twelve_daily_changes_is_a_step_when_three_readings_have_seen_it() {
         assert!(steps_found(&wandering(12.0, 3)).contains(&202));
+    }
+
+    #[test]
+    fn a_change_of_speed_or_of_weights_is_no_step_and_a_jump_at_the_second_speed_is_one() {
+        let mut days = wandering(0.0, 4);
+        for day in &mut days[120..] {
+            day.speed_rad_s *= 0.8;
+            day.measured_m.iter_mut().flatten().for_each(|y| *y *= 1.7);
+        }
+        for day in &mut days[80..] {
+            day.weights_kg_m[0] = C::from(1e-4);
+            day.measured_m.iter_mut().flatten().for_each(|y| *y += C::from(4e-5));
+        }
+        assert_eq!(steps_found(&days), Vec::<usize>::new());
+        days[200..].iter_mut().for_each(|day| day.measured_m[1].iter_mut().for_each(|y| y.re += 4e-5));
+        assert!(steps_found(&days).contains(&202));
     }
 }

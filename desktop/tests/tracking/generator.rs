@@ -7,10 +7,11 @@ use std::path::Path;
 use nalgebra::{Complex, DVector};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rotor_edge_desktop::machine::drawing::{EffectEntry, ParameterValue, Rotor};
+use rotor_edge_desktop::machine::drawing::{AddedUnbalance, EffectEntry, ParameterValue, Rotor, Run};
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{Reading, rad_s};
 use rotor_edge_desktop::model::Model;
+use rotor_edge_desktop::unbalance::g_mm_deg;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 type C = Complex<f64>;
@@ -75,6 +76,19 @@ pub enum Course {
     AlmostNothing,
 }
 
+/// When readings are taken, and at what speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Schedule {
+    /// Once a day at one speed.
+    Daily,
+    /// From twenty minutes to three days apart.
+    Irregular,
+    /// As the load asks: for some days at a time at one of three speeds, and at two on the day of a change.
+    Speeds,
+    /// With stops of some days to some weeks.
+    Stops,
+}
+
 /// What a record is made by.
 #[derive(Debug, Clone, Copy)]
 pub struct Plan {
@@ -87,6 +101,11 @@ pub struct Plan {
     pub growth: f64,
     pub course: Course,
     pub event: Option<(usize, Change)>,
+    pub schedule: Schedule,
+    /// Share of a probe's readings that are lost.
+    pub lost: f64,
+    /// A weight is set into a plane on a day, kg·m, and the rotor's file says so.
+    pub shot: Option<(usize, usize, C)>,
 }
 
 impl Plan {
@@ -100,6 +119,9 @@ impl Plan {
             growth: 0.6,
             course: Course::Grows,
             event: None,
+            schedule: Schedule::Daily,
+            lost: 0.0,
+            shot: None,
         }
     }
 }
@@ -111,7 +133,7 @@ pub struct Record {
     pub runup: Vec<Reading>,
     /// Of the day after the event, and that day.
     pub later: Option<(f64, Vec<Reading>)>,
-    /// Unbalance of each plane on each day, kg·m.
+    /// Unbalance of each plane at each reading, kg·m.
     pub unbalance_kg_m: Vec<Vec<C>>,
 }
 
@@ -155,16 +177,60 @@ impl Random {
     }
 
     /// A process that returns to zero over ten days, of this standard deviation.
-    fn wander(&mut self, days: usize, sd: f64) -> Vec<f64> {
-        let keep = (-0.1_f64).exp();
-        let mut at = 0.0;
-        (0..days)
-            .map(|_| {
-                at = keep * at + (1.0 - keep * keep).sqrt() * sd * self.normal();
-                at
-            })
-            .collect()
+    fn wander(&mut self, moments: &[Moment], sd: f64) -> Vec<f64> {
+        let (mut at, mut last_d) = (0.0, -1.0);
+        let mut step = |moment: &Moment| {
+            let keep = ((last_d - moment.time_d) / 10.0).exp();
+            at = keep * at + (1.0 - keep * keep).sqrt() * sd * self.normal();
+            last_d = moment.time_d;
+            at
+        };
+        moments.iter().map(&mut step).collect()
     }
+
+    /// When the machine is looked at, and how fast it turns then.
+    fn moments(&mut self, plan: &Plan) -> Vec<Moment> {
+        let last_d = plan.days as f64;
+        let daily = |day: usize| Moment { time_d: day as f64, speed: 1.0 };
+        let mut all = Vec::new();
+        match plan.schedule {
+            Schedule::Daily => all.extend((0..plan.days).map(daily)),
+            Schedule::Irregular => {
+                let mut time_d = 0.0;
+                while time_d < last_d {
+                    all.push(Moment { time_d, speed: 1.0 });
+                    time_d += (0.014_f64.ln() + 214_f64.ln() * self.uniform()).exp();
+                }
+            }
+            Schedule::Speeds => {
+                let (mut speed, mut until) = (1.0, 30.0);
+                for day in 0..plan.days {
+                    let time_d = day as f64;
+                    all.push(Moment { time_d, speed });
+                    if time_d >= until {
+                        speed = [0.8, 0.9, 1.0][self.between(0.0, 2.999) as usize];
+                        all.push(Moment { time_d: time_d + 0.3, speed });
+                        until += self.between(5.0, 25.0).round();
+                    }
+                }
+            }
+            Schedule::Stops => {
+                let mut day = 0;
+                while day < plan.days {
+                    let runs = self.between(20.0, 90.0) as usize;
+                    all.extend((day..(day + runs).min(plan.days)).map(daily));
+                    day += runs + self.between(4.0, 30.0) as usize;
+                }
+            }
+        }
+        all
+    }
+}
+
+/// A time of the record, days since it began, and the speed then as a share of the machine's.
+struct Moment {
+    time_d: f64,
+    speed: f64,
 }
 
 /// One bearing over the record: its own constants, and how each axis follows the load and the temperature.
@@ -181,8 +247,9 @@ impl Plan {
     pub fn make(&self) -> Record {
         let mut random = Random::new(self.seed);
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests").join(self.machine.file);
-        let rotor = rotor_file::read(&path).unwrap();
-        let bearings: Vec<Bearing> = (0..2).map(|b| self.bearing(&rotor, b, &mut random)).collect();
+        let mut rotor = rotor_file::read(&path).unwrap();
+        let moments = random.moments(self);
+        let bearings: Vec<Bearing> = (0..2).map(|b| self.bearing(&rotor, b, &moments, &mut random)).collect();
         let mut planes: Vec<Vec<C>> = rotor.plane.iter().map(|_| self.plane(&mut random)).collect();
         for (day, u) in planes[1].iter_mut().enumerate() {
             *u *= match self.course {
@@ -191,40 +258,80 @@ impl Plan {
                 Course::AlmostNothing => 0.01,
             };
         }
-        let jump = |plane: usize, day: usize| match self.event {
-            Some((from, Change::Jump { plane: p, factor })) if p == plane && day >= from => factor,
+        // between two days the drift goes straight on
+        let drifted = |u: &[C], time_d: f64| {
+            let day = (time_d as usize).min(self.days - 1);
+            u[day] + (u[(day + 1).min(self.days - 1)] - u[day]) * time_d.fract()
+        };
+        let jump = |plane: usize, time_d: f64| match self.event {
+            Some((from, Change::Jump { plane: p, factor })) if p == plane && time_d >= from as f64 => factor,
             _ => C::from(1.0),
         };
-        let of_day = |day: usize| planes.iter().enumerate().map(|(j, u)| u[day] * jump(j, day)).collect();
-        let unbalance_kg_m: Vec<Vec<C>> = (0..self.days).map(of_day).collect();
-        let mut readings = Vec::new();
-        for day in 0..self.days {
+        let shot = |plane: usize, time_d: f64| match self.shot {
+            Some((from, p, weight)) if p == plane && time_d >= from as f64 => weight,
+            _ => C::from(0.0),
+        };
+        let unbalance_at = |time_d: f64| -> Vec<C> {
+            let of = |(j, u): (usize, &Vec<C>)| drifted(u, time_d) * jump(j, time_d) + shot(j, time_d);
+            planes.iter().enumerate().map(of).collect()
+        };
+        let (mut readings, mut unbalance_kg_m) = (Vec::new(), Vec::new());
+        for (k, moment) in moments.iter().enumerate() {
             if random.uniform() < MISSING {
                 continue;
             }
-            let speed_rpm = self.machine.speed_rpm * (1.0 + 0.0023 * random.normal());
-            let machine = Model::finite_elements(&self.state(&rotor, &bearings, day));
-            let probes = measured(&machine, &rotor, speed_rpm, &unbalance_kg_m[day], &mut random);
-            readings.push(Reading { time_d: Some(day as f64), speed_rpm, probes, ..Reading::default() });
+            let speed_rpm = self.machine.speed_rpm * moment.speed * (1.0 + 0.0023 * random.normal());
+            let machine = Model::finite_elements(&self.state(&rotor, &bearings, k, moment.time_d));
+            let unbalance = unbalance_at(moment.time_d);
+            let mut probes = measured(&machine, &rotor, speed_rpm, &unbalance, &mut random);
+            if self.lost > 0.0 {
+                probes.iter_mut().filter(|_| random.uniform() < self.lost).for_each(|y| *y = None);
+            }
+            let run = self.shot.map(|(from, ..)| run_name(moment.time_d >= from as f64).into());
+            readings.push(Reading {
+                run,
+                time_d: Some(moment.time_d),
+                speed_rpm,
+                probes,
+                ..Reading::default()
+            });
+            unbalance_kg_m.push(unbalance);
         }
         let mut runup = |day: usize| -> Vec<Reading> {
-            let machine = Model::finite_elements(&self.state(&rotor, &bearings, day));
+            let k = moments.iter().position(|m| m.time_d >= day as f64).unwrap();
+            let machine = Model::finite_elements(&self.state(&rotor, &bearings, k, day as f64));
             let speed =
                 |i: usize| self.machine.speed_rpm * (0.15 + 0.9 * i as f64 / (RUNUP_SPEEDS - 1) as f64);
+            let unbalance = unbalance_at(day as f64);
+            let run = if self.shot.is_some() { run_name(false).into() } else { format!("day {day}") };
             (0..RUNUP_SPEEDS)
                 .map(|i| Reading {
-                    run: Some(format!("day {day}")),
+                    run: Some(run.clone()),
                     speed_rpm: speed(i),
-                    probes: measured(&machine, &rotor, speed(i), &unbalance_kg_m[day], &mut random),
+                    probes: measured(&machine, &rotor, speed(i), &unbalance, &mut random),
                     ..Reading::default()
                 })
                 .collect()
         };
         let (first, later) = (runup(0), self.event.map(|(day, _)| ((day + 1) as f64, runup(day + 1))));
+        if let Some((_, plane, weight)) = self.shot {
+            let [magnitude_g_mm, angle_deg] = g_mm_deg(weight);
+            let position_m = rotor.plane[plane].position_m;
+            let weights = [vec![], vec![AddedUnbalance { position_m, magnitude_g_mm, angle_deg }]];
+            rotor.run = [false, true]
+                .into_iter()
+                .zip(weights)
+                .map(|(after, added_unbalance)| Run {
+                    name: run_name(after).into(),
+                    added_unbalance,
+                    slow_roll: false,
+                })
+                .collect();
+        }
         Record { rotor, readings, runup: first, later, unbalance_kg_m }
     }
 
-    fn bearing(&self, rotor: &Rotor, index: usize, random: &mut Random) -> Bearing {
+    fn bearing(&self, rotor: &Rotor, index: usize, moments: &[Moment], random: &mut Random) -> Bearing {
         let own = rotor.bearing[index].constants().unwrap();
         let mut scattered = |c: [f64; 2]| c.map(|c| c * (BEARINGS_SD * random.normal()).exp());
         let stiffness = scattered([own.stiffness_n_m.xx, own.stiffness_n_m.yy]);
@@ -235,7 +342,7 @@ impl Plan {
             -random.between(0.7, 1.5),
             -random.between(0.7, 1.5),
         ];
-        Bearing { stiffness, damping, wander: random.wander(self.days, self.wander[index]), along }
+        Bearing { stiffness, damping, wander: random.wander(moments, self.wander[index]), along }
     }
 
     fn plane(&self, random: &mut Random) -> Vec<C> {
@@ -250,21 +357,26 @@ impl Plan {
         logs.iter().zip(&angles).enumerate().map(of_day).collect()
     }
 
-    /// The machine of a day.
-    fn state(&self, rotor: &Rotor, bearings: &[Bearing], day: usize) -> Rotor {
+    /// The machine at the `k`th moment, which is at this time.
+    fn state(&self, rotor: &Rotor, bearings: &[Bearing], k: usize, time_d: f64) -> Rotor {
         let mut rotor = rotor.clone();
         for (i, b) in bearings.iter().enumerate() {
             let law = rotor.bearing[i].constants_mut().unwrap();
-            let [kx, ky, cx, cy] = b.along.map(|per| (per * b.wander[day]).exp());
+            let [kx, ky, cx, cy] = b.along.map(|per| (per * b.wander[k]).exp());
             (law.stiffness_n_m.xx, law.stiffness_n_m.yy) = (b.stiffness[0] * kx, b.stiffness[1] * ky);
             (law.damping_n_s_m.xx, law.damping_n_s_m.yy) = (b.damping[0] * cx, b.damping[1] * cy);
         }
         match self.event {
-            Some((from, change)) if day >= from => apply(change, &mut rotor, bearings),
+            Some((from, change)) if time_d >= from as f64 => apply(change, &mut rotor, bearings),
             _ => {}
         }
         rotor
     }
+}
+
+/// Name of the runs before and after a weight was set.
+fn run_name(after: bool) -> &'static str {
+    if after { "balanced" } else { "as found" }
 }
 
 fn apply(change: Change, rotor: &mut Rotor, bearings: &[Bearing]) {

@@ -154,7 +154,7 @@ fn score(record: &Record, estimates: &[Estimate], days: impl Fn(f64) -> bool) ->
     for e in estimates.iter().filter(|e| days(e.time_d)) {
         let spread = e.spread.as_ref().unwrap();
         score.days += 1;
-        for (j, truth) in record.unbalance_kg_m[e.time_d as usize].iter().enumerate() {
+        for (j, truth) in record.unbalance_kg_m[e.row].iter().enumerate() {
             let interval = spread.magnitude_kg_m[j];
             held += f64::from(u8::from(interval.low <= truth.norm() && truth.norm() <= interval.high));
             let size = e.unbalance_kg_m[j].norm();

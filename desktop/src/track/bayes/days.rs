@@ -122,7 +122,7 @@ impl Tracking<'_> {
                 state.logs = near;
             }
             qualities.push((day.time_d, drawn.quality));
-            last = drawn.samples;
+            last = drawn.samples.iter().map(|s| s.with_weights(&day.weights_kg_m)).collect();
             state.last_d = day.time_d;
             state.watched.push(watched);
             run.estimates.push(estimate);
@@ -149,7 +149,9 @@ impl Tracking<'_> {
         let (given, _) = target.given(&moments(&drawn.samples).logs)?;
         let middle = Sample { logs: given.logs, unbalance_kg_m: given.unbalance_kg_m.as_slice().to_vec() };
         let mut estimate = self.estimate(day, &middle.logs, middle.unbalance_kg_m.clone())?;
-        estimate.spread = Some(spread(&middle, &drawn.samples));
+        let with_weights = |s: &Sample| s.with_weights(&day.weights_kg_m);
+        let samples: Vec<Sample> = drawn.samples.iter().map(with_weights).collect();
+        estimate.spread = Some(spread(&with_weights(&middle), &samples));
         Some((estimate, drawn))
     }
 

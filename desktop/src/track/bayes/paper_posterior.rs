@@ -140,12 +140,13 @@ impl<'a> Posterior<'a> {
         starts.par_iter().enumerate().map(one).collect()
     }
 
-    /// Mean of the samples in their own coordinates, and where they lie.
+    /// Mean of the samples in their own coordinates; and the samples with the weights of the first day, and where they lie.
     pub fn sum_up(&self, chains: &[Chain]) -> Option<(Sample, Spread, Vec<Sample>)> {
-        let all: Vec<Sample> =
-            chains.iter().flat_map(|c| &c.samples).filter_map(|x| self.sample(x)).collect();
+        let weights_kg_m = &self.days.first()?.weights_kg_m;
+        let own = chains.iter().flat_map(|c| &c.samples).filter_map(|x| self.sample(x));
+        let all: Vec<Sample> = own.map(|s| s.with_weights(weights_kg_m)).collect();
         let centre = self.sample(&mean(chains))?;
-        let spread = spread(&centre, &all);
+        let spread = spread(&centre.with_weights(weights_kg_m), &all);
         Some((centre, spread, all))
     }
 }

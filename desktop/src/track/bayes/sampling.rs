@@ -17,6 +17,14 @@ pub struct Sample {
     pub unbalance_kg_m: Vec<C>,
 }
 
+impl Sample {
+    /// The same with these weights in the planes, kg·m.
+    pub fn with_weights(&self, weights_kg_m: &[C]) -> Self {
+        let sums = self.unbalance_kg_m.iter().zip(weights_kg_m).map(|(u, w)| u + w);
+        Self { logs: self.logs, unbalance_kg_m: sums.collect() }
+    }
+}
+
 /// What drew the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sampler {

@@ -42,9 +42,10 @@ impl Tracking<'_> {
             estimate.calculated_m.iter_mut().zip(factors).for_each(|(y, factor)| *y *= factor);
             estimate.residual = Residual::new(&estimate.calculated_m, &day.measured_m, &self.bearing_of);
             let rivals = found.rivals.iter().map(|(weight, states)| (*weight, &states[k]));
-            estimate.spread = Some(spread(layout, state, rivals.collect()));
+            estimate.spread = Some(spread(layout, state, rivals.collect(), &day.weights_kg_m));
             estimate.suspicious = found.pass.impossible[k];
-            known_then.push(layout.outlooks(&found.pass.visits[k].filtered, &found.motion, problem.pace_d));
+            let filtered = &found.pass.visits[k].filtered;
+            known_then.push(layout.outlooks(filtered, &day.weights_kg_m, &found.motion, problem.pace_d));
             run.estimates.push(estimate);
         }
         for (event, k) in found.events.iter().zip(&found.at) {
@@ -121,27 +122,28 @@ fn suspect(scope: Scope, before: &Logs, after: &Logs) -> usize {
 }
 
 /// Intervals of a state, and of what it would be under other explanations: each with how probable it is beside
-/// the state's own.
-fn spread(layout: &Layout, state: &Gaussian, rivals: Vec<(f64, &Gaussian)>) -> Spread {
+/// the state's own; with these weights in the planes (kg·m).
+fn spread(layout: &Layout, state: &Gaussian, rivals: Vec<(f64, &Gaussian)>, weights_kg_m: &[C]) -> Spread {
     let all: Vec<(f64, &Gaussian)> = std::iter::once((1.0, state)).chain(rivals).collect();
     let sds: Vec<(f64, Logs, Logs)> =
         all.iter().map(|(w, s)| (*w, layout.logs(&s.mean), layout.logs_sd(&s.covariance))).collect();
     let log = |i: usize| {
         interval(&sds.iter().map(|(w, at, sd)| Part { weight: *w, at: at[i], sd: sd[i] }).collect::<Vec<_>>())
     };
-    let planes = 0..layout.planes.len();
-    let (magnitude_kg_m, angle_rad) = planes.map(|j| plane(layout, &all, j)).unzip();
+    let weights = weights_kg_m.iter().enumerate();
+    let (magnitude_kg_m, angle_rad) = weights.map(|(j, weight)| plane(layout, &all, j, *weight)).unzip();
     Spread { logs: std::array::from_fn(log), magnitude_kg_m, angle_rad }
 }
 
-/// Intervals of a plane's size, kg·m, and angle, rad, around the first state's.
-fn plane(layout: &Layout, states: &[(f64, &Gaussian)], j: usize) -> (Interval, Interval) {
+/// Intervals of a plane's size, kg·m, and angle, rad, around the first state's, with a weight in the plane.
+fn plane(layout: &Layout, states: &[(f64, &Gaussian)], j: usize, weight: C) -> (Interval, Interval) {
     let own = layout.coordinate(&states[0].1.mean, j);
-    let angle = layout.planes[j].unbalance(own).arg();
+    let angle = (layout.planes[j].unbalance(own) + weight).arg();
+    let is_relative = matches!(layout.planes[j], Coordinate::Relative { .. }) && weight == C::from(0.0);
     let (mut sizes, mut angles) = (Vec::new(), Vec::new());
-    for (weight, state) in states.iter().copied() {
+    for (share, state) in states.iter().copied() {
         let z = layout.coordinate(&state.mean, j);
-        let unbalance = layout.planes[j].unbalance(z);
+        let unbalance = layout.planes[j].unbalance(z) + weight;
         let c = |a: usize, b: usize| state.covariance[(2 * j + a, 2 * j + b)];
         // along a direction of the coordinate
         let sd = |d: C| {
@@ -150,24 +152,21 @@ fn plane(layout: &Layout, states: &[(f64, &Gaussian)], j: usize) -> (Interval, I
         };
         // turned the short way from the first state's
         let turned = angle + (unbalance * C::from_polar(1.0, -angle)).arg();
-        let (size, turn) = match layout.planes[j] {
-            Coordinate::Relative { start } => {
-                (Part { weight, at: start.norm().ln() + z.re, sd: sd(C::from(1.0)) }, sd(C::i()))
-            }
-            Coordinate::Absolute { size: scale, .. } => {
-                let along = C::from_polar(scale, unbalance.arg());
-                let turn = sd(C::i() * along) / unbalance.norm().max(f64::MIN_POSITIVE);
-                // the angle of an unbalance that may be zero is anything
-                (Part { weight, at: unbalance.norm(), sd: sd(along) }, turn.min(std::f64::consts::PI / HALF))
-            }
+        let (at, size_sd, turn_sd) = if is_relative {
+            (unbalance.norm().ln(), sd(C::from(1.0)), sd(C::i()))
+        } else {
+            let along = layout.planes[j].slope(z).conj() * C::from_polar(1.0, unbalance.arg());
+            let turn_sd = sd(C::i() * along) / unbalance.norm().max(f64::MIN_POSITIVE);
+            // the angle of an unbalance that may be zero is anything
+            (unbalance.norm(), sd(along), turn_sd.min(std::f64::consts::PI / HALF))
         };
-        sizes.push(size);
-        angles.push(Part { weight, at: turned, sd: turn });
+        sizes.push(Part { weight: share, at, sd: size_sd });
+        angles.push(Part { weight: share, at: turned, sd: turn_sd });
     }
     let size = interval(&sizes);
-    let size = match layout.planes[j] {
-        Coordinate::Relative { .. } => Interval { low: size.low.exp(), high: size.high.exp() },
-        Coordinate::Absolute { .. } => size,
+    let size = match is_relative {
+        true => Interval { low: size.low.exp(), high: size.high.exp() },
+        false => Interval { low: size.low.max(0.0), ..size },
     };
     (size, interval(&angles))
 }

@@ -4,15 +4,19 @@
 //! is guessed far ahead along their way (SQUAREM: Varadhan and Roland 2008, "Simple and globally convergent methods for
 //! accelerating the convergence of any EM algorithm", scheme S3); where that overshoots, the second counts.
 
+use argmin::core::{CostFunction, Executor};
+use argmin::solver::brent::BrentOpt;
 use nalgebra::{DMatrix, DVector};
 
 use super::kalman::{Gaussian, across};
-use super::motion::{LEAST_KEPT, Motion, SLOWEST_RATE, SLOWEST_WANDER, kept};
+use super::motion::{LEAST_KEPT, Motion, SLOWEST_RATE_D, SLOWEST_WANDER_D, kept};
 use super::passes::{Change, Problem};
 use crate::track::coefficients::COEFFICIENTS;
 
-/// Days that the first guess of a motion counts for.
-const GUESS_DAYS: f64 = 2.0;
+/// Pushes that the first guess of a motion counts for.
+const GUESS_PUSHES: f64 = 2.0;
+/// Trials in the search of what is left after a pace, at most.
+const MOST_TRIALS: u64 = 60;
 
 /// Three rounds that together gain less than this, in nats of the record's likelihood, are the last: before the
 /// events are known, and of the whole.
@@ -63,7 +67,7 @@ impl<'a> Learning<'a> {
         for _ in 0..MOST_ROUNDS / 3 {
             let (_, first, states) = self.round(problem, motion, changes, linearised_at)?;
             let (reached, second, states) = self.round(problem, &first, changes, &states)?;
-            let ahead = ahead(motion, &first, &second).unwrap_or_else(|| second.clone());
+            let ahead = ahead(motion, &first, &second, problem.pace_d).unwrap_or_else(|| second.clone());
             let guessed = self.round(problem, &ahead, changes, &states);
             let now = match guessed.filter(|g| g.0 >= reached - OVERSHOT_NATS) {
                 Some((tried, third, there)) => {
@@ -99,7 +103,7 @@ impl<'a> Learning<'a> {
 }
 
 /// Where two rounds lead if they go on as they did.
-fn ahead(from: &Motion, first: &Motion, second: &Motion) -> Option<Motion> {
+fn ahead(from: &Motion, first: &Motion, second: &Motion, pace_d: f64) -> Option<Motion> {
     let (from, first, second) = (from.numbers()?, first.numbers()?, second.numbers()?);
     let step = &first - &from;
     let turn = second - &first - &step;
@@ -107,7 +111,7 @@ fn ahead(from: &Motion, first: &Motion, second: &Motion) -> Option<Motion> {
         return None;
     }
     let reach = (step.norm() / turn.norm()).max(1.0);
-    Some(Motion::of_numbers(&(from + step * (2.0 * reach) + turn * (reach * reach))))
+    Some(Motion::of_numbers(&(from + step * (2.0 * reach) + turn * (reach * reach)), pace_d))
 }
 
 impl Problem {
@@ -129,59 +133,159 @@ impl Problem {
         let mut rate = Moments::new(layout.flat(), layout.flat());
         for k in 1..smoothed.len() {
             let paces = (self.epochs[k].time_d - self.epochs[k - 1].time_d) / self.pace_d;
-            if (paces - 1.0).abs() < 0.1 && !changes.iter().any(|(at, _)| *at == k) {
+            if !changes.iter().any(|(at, _)| *at == k) {
                 for part in [&mut wander, &mut rate] {
                     let (from, step, to) = (&pass.visits[k - 1], &pass.steps[k - 1], &pass.visits[k]);
                     let cross = across(from, step, to, &later[k], part.at, part.size);
-                    part.add(&smoothed[k], &smoothed[k - 1], &cross);
+                    part.add(&smoothed[k], &smoothed[k - 1], &cross, paces);
                 }
             }
         }
-        let first = Motion::default();
-        let (keep, push) = wander.fit(&motion.push, &first.push, kept(SLOWEST_WANDER));
+        let first = Motion::first(self.pace_d);
+        let (keep, push) = wander.fit(&motion.push, &first.push, kept(SLOWEST_WANDER_D, self.pace_d));
         let now = DMatrix::identity(rate.size, rate.size) * motion.rate_push;
         let prior = DMatrix::identity(rate.size, rate.size) * first.rate_push;
-        let (rate_keep, rate_push) = rate.fit(&now, &prior, kept(SLOWEST_RATE));
+        let (rate_keep, rate_push) = rate.fit(&now, &prior, kept(SLOWEST_RATE_D, self.pace_d));
         let learned = Motion { push, keep, rate_push: rate_push.trace() / rate.size as f64, rate_keep };
         let whole = |g: Gaussian| self.layout.at_rest(g.mean.resize_vertically(self.layout.size(), 0.0));
         Some((pass.log_likelihood, learned, smoothed.into_iter().map(whole).collect()))
     }
 }
 
-/// Second moments of a part of the state, of a day and the day before.
+/// Second moments of a part of the state, of each reading and the one before.
 struct Moments {
     at: usize,
     size: usize,
-    count: f64,
-    now: DMatrix<f64>,
-    both: DMatrix<f64>,
-    before: DMatrix<f64>,
+    pairs: Vec<Pair<DMatrix<f64>>>,
+}
+
+/// Second moments of two readings, and the paces between them.
+struct Pair<T> {
+    paces: f64,
+    now: T,
+    both: T,
+    before: T,
+}
+
+impl<T> Pair<T> {
+    /// What is left between the two where `keep` is left after a pace, and the variance of all pushes between them over
+    /// that of one pace.
+    fn fade(&self, keep: f64) -> (f64, f64) {
+        (keep.powf(self.paces), (1.0 - keep.powf(2.0 * self.paces)) / (1.0 - keep * keep))
+    }
 }
 
 impl Moments {
     fn new(at: usize, size: usize) -> Self {
-        let zero = || DMatrix::zeros(size, size);
-        Self { at, size, count: 0.0, now: zero(), both: zero(), before: zero() }
+        Self { at, size, pairs: Vec::new() }
     }
 
-    fn add(&mut self, now: &Gaussian, before: &Gaussian, cross: &DMatrix<f64>) {
+    fn add(&mut self, now: &Gaussian, before: &Gaussian, cross: &DMatrix<f64>, paces: f64) {
         let (at, size) = (self.at, self.size);
         let part = |m: &DMatrix<f64>| m.view((at, at), (size, size)).into_owned();
         let (x, y) = (now.mean.rows(at, size), before.mean.rows(at, size));
-        self.now += part(&now.covariance) + x * x.transpose();
-        self.both += cross + x * y.transpose();
-        self.before += part(&before.covariance) + y * y.transpose();
-        self.count += 1.0;
+        self.pairs.push(Pair {
+            paces,
+            now: part(&now.covariance) + x * x.transpose(),
+            both: cross + x * y.transpose(),
+            before: part(&before.covariance) + y * y.transpose(),
+        });
     }
 
-    /// What is left after a day, at most `most`, and the covariance of the push.
+    /// What is left after a pace, at most `most`, with pushes of this covariance; and the covariance of the push with
+    /// that.
     fn fit(&self, push: &DMatrix<f64>, guess: &DMatrix<f64>, most: f64) -> (f64, DMatrix<f64>) {
-        let weigh = |m: &DMatrix<f64>| {
-            push.clone().cholesky().map_or_else(|| m.trace(), |factor| factor.solve(m).trace())
-        };
-        let keep = (weigh(&self.both) / weigh(&self.before)).clamp(LEAST_KEPT, most);
-        let left = &self.now - (&self.both + self.both.transpose()) * keep + &self.before * (keep * keep);
-        let push = (left + guess * GUESS_DAYS) / (self.count + GUESS_DAYS);
+        let keep = self.keep(push, most);
+        let mut left = guess * GUESS_PUSHES;
+        for pair in &self.pairs {
+            let (kept, gain) = pair.fade(keep);
+            let moved =
+                &pair.now - (&pair.both + pair.both.transpose()) * kept + &pair.before * (kept * kept);
+            left += moved / gain;
+        }
+        let push = left / (self.pairs.len() as f64 + GUESS_PUSHES);
         (keep, (&push + push.transpose()) * 0.5)
+    }
+
+    /// What is most probably left after a pace.
+    fn keep(&self, push: &DMatrix<f64>, most: f64) -> f64 {
+        let factor = push.clone().cholesky();
+        let weigh = |m: &DMatrix<f64>| factor.as_ref().map_or_else(|| m.trace(), |f| f.solve(m).trace());
+        let weighed = |pair: &Pair<DMatrix<f64>>| Pair {
+            paces: pair.paces,
+            now: weigh(&pair.now),
+            both: weigh(&pair.both),
+            before: weigh(&pair.before),
+        };
+        let fading = Fading { size: self.size as f64, pairs: self.pairs.iter().map(weighed).collect() };
+        let found = Executor::new(fading, BrentOpt::new(LEAST_KEPT, most))
+            .configure(|state| state.max_iters(MOST_TRIALS))
+            .run();
+        found.ok().and_then(|found| found.state.best_param).unwrap_or(most)
+    }
+}
+
+/// Pairs of readings, their moments weighed by the push's precision.
+struct Fading {
+    size: f64,
+    pairs: Vec<Pair<f64>>,
+}
+
+impl CostFunction for Fading {
+    type Param = f64;
+    type Output = f64;
+
+    /// Minus twice the logarithm of the pairs' likelihood where so much is left after a pace, on average over the states
+    /// that the record allows; up to a constant.
+    fn cost(&self, keep: &f64) -> Result<f64, argmin::core::Error> {
+        let of = |pair: &Pair<f64>| {
+            let (kept, gain) = pair.fade(*keep);
+            self.size * gain.ln() + (pair.now - 2.0 * kept * pair.both + kept * kept * pair.before) / gain
+        };
+        Ok(self.pairs.iter().map(of).sum())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pairs of one number, in order: now, both, before.
+    fn moments(pairs: &[(f64, [f64; 3])]) -> Moments {
+        let one = |v: f64| DMatrix::from_element(1, 1, v);
+        let pair = |(paces, [now, both, before]): &(f64, [f64; 3])| Pair {
+            paces: *paces,
+            now: one(*now),
+            both: one(*both),
+            before: one(*before),
+        };
+        Moments { at: 0, size: 1, pairs: pairs.iter().map(pair).collect() }
+    }
+
+    #[test]
+    fn of_readings_a_pace_apart_what_is_kept_is_the_regression_of_each_on_the_one_before() {
+        let pairs = [(1.0, [1.1, 0.7, 0.9]), (1.0, [0.8, 0.5, 1.2]), (1.0, [1.5, 1.2, 1.1])];
+        let one = DMatrix::from_element(1, 1, 0.3);
+        let (keep, push) = moments(&pairs).fit(&one, &one, 0.99);
+        let expected: f64 = 2.4 / 3.2;
+        assert!((keep - expected).abs() < 1e-6, "{keep}");
+        let left = 3.4 - 2.0 * expected * 2.4 + expected * expected * 3.2;
+        assert!((push[(0, 0)] - (left + 0.3 * GUESS_PUSHES) / (3.0 + GUESS_PUSHES)).abs() < 1e-6);
+    }
+
+    /// Moments as they are expected of a process that keeps 0.8 of itself over a pace and is pushed by 0.36.
+    #[test]
+    fn a_process_is_learned_from_readings_minutes_and_days_apart() {
+        let (keep, settled) = (0.8_f64, 1.0);
+        let pair = |paces: f64| (paces, [settled, settled * keep.powf(paces), settled]);
+        let pairs: Vec<_> =
+            [0.01, 0.1, 0.3, 1.0, 2.5, 6.0].into_iter().cycle().take(6_000).map(pair).collect();
+        let all = moments(&pairs);
+        let (mut found, mut push) = (0.0, DMatrix::from_element(1, 1, 1.0));
+        for _ in 0..50 {
+            (found, push) = all.fit(&push, &DMatrix::from_element(1, 1, 1.0), 0.99);
+        }
+        assert!((found - keep).abs() < 1e-3, "{found}");
+        assert!((push[(0, 0)] / (1.0 - keep * keep) - settled).abs() < 1e-2, "{push}");
     }
 }

@@ -46,6 +46,7 @@ use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 use coordinate::{Coordinate, size};
 use learn::Learning;
+use motion::Motion;
 use passes::{Epoch, Problem};
 use search::History;
 use state::Layout;
@@ -79,7 +80,7 @@ impl Tracking<'_> {
         let singular = || Error::Unsuitable("the machine is singular on the bearings of the record".into());
         let mut learning = Learning::new(progress);
         let windows = self.steps(problem.own().map(|(k, _)| k));
-        let mut history = History::new(windows, linearised_at);
+        let mut history = History::new(Motion::first(problem.pace_d), windows, linearised_at);
         problem.find_events(&mut history, &mut learning).ok_or_else(singular)?;
         let mut effects = Vec::new();
         for l in later {
@@ -165,7 +166,8 @@ impl Tracking<'_> {
         problem.described.push(since);
         for (epoch, point) in problem.epochs.iter_mut().zip(linearised_at).skip(since) {
             if let Some(day) = &mut epoch.own {
-                day.point = super::operating_point::OperatingPoint::new(&model, day.speed_rad_s)?;
+                let point = super::operating_point::OperatingPoint::new(&model, day.speed_rad_s)?;
+                day.point = point.with_weights(&day.weights_kg_m);
             }
             let planes = 0..problem.layout.planes.len();
             let coordinates: Vec<C> = planes.map(|j| problem.layout.coordinate(point, j)).collect();

@@ -4,26 +4,39 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::track::coefficients::COEFFICIENTS;
 
-/// Standard deviation of the wander's daily push before anything is learned.
+/// Standard deviation of the wander's push in a day before anything is learned.
 const FIRST_PUSH: f64 = 0.03;
-/// The same of the rate of the unbalance's coordinate.
+/// The same of the rate of the unbalance's coordinate, per day.
 const FIRST_RATE_PUSH: f64 = 0.002;
 /// Days in which wander and rate fade, before anything is learned.
 const FIRST_DAYS: f64 = 10.0;
+
 /// How wander and unbalance move; learned from the record.
 #[derive(Debug, Clone)]
 pub struct Motion {
-    /// Covariance of the wander's daily push.
+    /// Covariance of the wander's push in a pace: the days between two readings, as a rule.
     pub push: DMatrix<f64>,
-    /// What is left of the wander after a day.
+    /// What is left of the wander after a pace.
     pub keep: f64,
-    /// Variance of the rate's daily push.
+    /// Variance of the push of the rate, which is stated per pace.
     pub rate_push: f64,
-    /// What is left of the rate after a day.
+    /// What is left of the rate after a pace.
     pub rate_keep: f64,
 }
 
 impl Motion {
+    /// Before anything is learned, of readings with this pace: the same wander and drift in a day at any pace.
+    pub fn first(pace_d: f64) -> Self {
+        let [keep, daily] = [pace_d, 1.0].map(|days| kept(FIRST_DAYS, days));
+        let gain = (1.0 - keep.powi(2)) / (1.0 - daily.powi(2));
+        Self {
+            push: DMatrix::identity(COEFFICIENTS, COEFFICIENTS) * (FIRST_PUSH.powi(2) * gain),
+            keep,
+            rate_push: (FIRST_RATE_PUSH * pace_d).powi(2) * gain,
+            rate_keep: keep,
+        }
+    }
+
     /// Covariance of a wander that has gone on for long.
     pub fn settled(&self) -> DMatrix<f64> {
         &self.push / (1.0 - self.keep.powi(2))
@@ -41,8 +54,8 @@ impl Motion {
         Some(DVector::from_iterator(COEFFICIENTS * (COEFFICIENTS + 1) / 2 + rest.len(), push.chain(rest)))
     }
 
-    /// The motion of such numbers.
-    pub fn of_numbers(numbers: &DVector<f64>) -> Self {
+    /// The motion of such numbers, of readings with this pace.
+    pub fn of_numbers(numbers: &DVector<f64>, pace_d: f64) -> Self {
         let mut factor = DMatrix::zeros(COEFFICIENTS, COEFFICIENTS);
         let mut next = numbers.iter().copied();
         let mut one = || next.next().unwrap_or_default();
@@ -52,37 +65,26 @@ impl Motion {
                 factor[(i, j)] = if i == j { row[i].exp() } else { row[j] * row[i].exp() };
             }
         }
-        let kept_of =
-            |odds: f64, slowest: f64| (1.0 / (1.0 + (-odds).exp())).clamp(LEAST_KEPT, kept(slowest));
-        let keep = kept_of(one(), SLOWEST_WANDER);
+        let kept_of = |odds: f64, most: f64| (1.0 / (1.0 + (-odds).exp())).clamp(LEAST_KEPT, most);
+        let keep = kept_of(one(), kept(SLOWEST_WANDER_D, pace_d));
         let rate_push = one().exp();
-        Self { push: &factor * factor.transpose(), keep, rate_push, rate_keep: kept_of(one(), SLOWEST_RATE) }
+        let rate_keep = kept_of(one(), kept(SLOWEST_RATE_D, pace_d));
+        Self { push: &factor * factor.transpose(), keep, rate_push, rate_keep }
     }
 }
 
-/// Readings in which the wander fades at the slowest. Bearings that went elsewhere over months and
+/// Days in which the wander fades at the slowest. Bearings that went elsewhere over months and
 /// unbalance that grew over months look alike at one speed; months are taken as the unbalance's.
-pub const SLOWEST_WANDER: f64 = 20.0;
+pub const SLOWEST_WANDER_D: f64 = 20.0;
 /// The same of the unbalance's rate.
-pub const SLOWEST_RATE: f64 = 100.0;
+pub const SLOWEST_RATE_D: f64 = 100.0;
 
-/// What fades faster than this in a day is no longer told from noise.
+/// What fades faster than this in a pace is no longer told from noise.
 pub const LEAST_KEPT: f64 = 0.05;
 
-/// Share that is left after a day of what fades over so many readings.
-pub fn kept(readings: f64) -> f64 {
-    (-1.0 / readings).exp()
-}
-
-impl Default for Motion {
-    fn default() -> Self {
-        Self {
-            push: DMatrix::identity(COEFFICIENTS, COEFFICIENTS) * FIRST_PUSH.powi(2),
-            keep: kept(FIRST_DAYS),
-            rate_push: FIRST_RATE_PUSH.powi(2),
-            rate_keep: kept(FIRST_DAYS),
-        }
-    }
+/// Share that is left after some days of what fades to 1/e over so many; never less than can be told from noise.
+pub fn kept(fades_d: f64, days: f64) -> f64 {
+    (-days / fades_d).exp().max(LEAST_KEPT)
 }
 
 #[cfg(test)]
@@ -94,7 +96,7 @@ mod tests {
         let mixed = DMatrix::from_fn(COEFFICIENTS, COEFFICIENTS, |i, j| ((3 * i + 5 * j) % 7) as f64 * 0.01);
         let push = &mixed * mixed.transpose() + DMatrix::identity(COEFFICIENTS, COEFFICIENTS) * 1e-4;
         let motion = Motion { push, keep: 0.8, rate_push: 3e-6, rate_keep: 0.97 };
-        let again = Motion::of_numbers(&motion.numbers().unwrap());
+        let again = Motion::of_numbers(&motion.numbers().unwrap(), 1.0);
         assert!((&again.push - &motion.push).amax() < 1e-12);
         for (ours, theirs) in [
             (again.keep, motion.keep),
@@ -102,6 +104,20 @@ mod tests {
             (again.rate_keep, motion.rate_keep),
         ] {
             assert!((ours / theirs - 1.0).abs() < 1e-12, "{ours} {theirs}");
+        }
+    }
+
+    #[test]
+    fn the_first_motion_wanders_and_drifts_as_far_in_ten_days_at_any_pace() {
+        let variance =
+            |keep: f64, push: f64, paces: f64| push * (1.0 - keep.powf(2.0 * paces)) / (1.0 - keep * keep);
+        let daily = Motion::first(1.0);
+        for pace_d in [0.01, 0.25, 2.0] {
+            let other = Motion::first(pace_d);
+            let wander = variance(other.keep, other.push[(0, 0)], 10.0 / pace_d);
+            assert!((wander / variance(daily.keep, daily.push[(0, 0)], 10.0) - 1.0).abs() < 1e-9);
+            let rate = variance(other.rate_keep, other.rate_push, 10.0 / pace_d) / pace_d.powi(2);
+            assert!((rate / variance(daily.rate_keep, daily.rate_push, 10.0) - 1.0).abs() < 1e-9);
         }
     }
 }

@@ -11,9 +11,15 @@ use crate::unbalance::{G_MM, static_and_dynamic};
 type C = Complex<f64>;
 
 impl Layout {
-    /// Size (g·mm) and angle (degrees) of the static and of the dynamic unbalance, linear in the state around its mean;
-    /// `pace_d` is the days between two readings, in which the state's rate is stated.
-    pub fn outlooks(&self, state: &Gaussian, motion: &Motion, pace_d: f64) -> [Outlook; 4] {
+    /// Size (g·mm) and angle (degrees) of the static and of the dynamic unbalance with these weights in the planes (kg·m),
+    /// linear in the state around its mean; `pace_d` is the days between two readings, in which the state's rate is stated.
+    pub fn outlooks(
+        &self,
+        state: &Gaussian,
+        weights_kg_m: &[C],
+        motion: &Motion,
+        pace_d: f64,
+    ) -> [Outlook; 4] {
         let kept = motion.rate_keep.powf(1.0 / pace_d);
         // what a rate of one a reading moves in a day
         let reach = (1.0 - kept) / (1.0 - motion.rate_keep);
@@ -39,7 +45,9 @@ impl Layout {
                 push_sd: reach * slope.norm() * (motion.rate_push * gain).sqrt(),
             }
         };
-        let [fixed, couple] = static_and_dynamic(&self.unbalance(&state.mean));
+        let own = self.unbalance(&state.mean);
+        let sums: Vec<C> = own.iter().zip(weights_kg_m).map(|(u, weight)| u + weight).collect();
+        let [fixed, couple] = static_and_dynamic(&sums);
         let [of_static, of_dynamic] = self.split_slopes(&state.mean);
         let size = |u: C, slopes: &[C]| {
             let towards = if u.norm() > 0.0 { u.conj() / u.norm() } else { C::from(1.0) };
@@ -95,7 +103,7 @@ mod tests {
     }
 
     fn motion() -> Motion {
-        Motion { rate_push: 4e-6, rate_keep: 0.8, ..Motion::default() }
+        Motion { rate_push: 4e-6, rate_keep: 0.8, ..Motion::first(1.0) }
     }
 
     /// Forecasts of the four numbers against the filter's own prediction of its state and differences of the numbers.
@@ -107,14 +115,16 @@ mod tests {
         let mut mean = layout.at(&[0.0; COEFFICIENTS], &[C::new(0.05, 0.1), C::new(-0.1, 0.2)]);
         (0..4).for_each(|i| mean[4 + i] = 1e-5 * (i as f64 - 1.5));
         let state = Gaussian { mean, covariance: &mixed * mixed.transpose() };
+        let weights = [C::new(5e-5, 0.0), C::new(0.0, -4e-5)];
         let numbers = |x: &DVector<f64>| {
-            let [s, d] = static_and_dynamic(&layout.unbalance(x));
+            let sums: Vec<C> = layout.unbalance(x).iter().zip(&weights).map(|(u, w)| u + w).collect();
+            let [s, d] = static_and_dynamic(&sums);
             [s.norm() * G_MM, s.arg().to_degrees(), d.norm() * G_MM, d.arg().to_degrees()]
         };
         let mut later = state.clone();
         let step = layout.step(1.0, &motion, None, false);
         (0..30).for_each(|_| later = later.predicted(&step));
-        let (then, expected) = (layout.outlooks(&state, &motion, 1.0), numbers(&later.mean));
+        let (then, expected) = (layout.outlooks(&state, &weights, &motion, 1.0), numbers(&later.mean));
         for (k, outlook) in then.iter().enumerate() {
             let slope = DVector::from_fn(4, |i, _| {
                 let mut near = [state.mean.clone(), state.mean.clone()];
@@ -136,8 +146,8 @@ mod tests {
         let state = Gaussian { mean, covariance: DMatrix::zeros(layout.size(), layout.size()) };
         let every_second = Motion { rate_keep: 0.64, ..motion() };
         // 2e-3 in two days of which the second has four fifths of the first
-        let [slow, ..] = layout.outlooks(&state, &every_second, 2.0);
-        let [fast, ..] = layout.outlooks(&state, &motion(), 1.0);
+        let [slow, ..] = layout.outlooks(&state, &[C::from(0.0); 2], &every_second, 2.0);
+        let [fast, ..] = layout.outlooks(&state, &[C::from(0.0); 2], &motion(), 1.0);
         assert!((slow.kept - 0.8).abs() < 1e-12);
         assert!((slow.per_d - fast.per_d / 1.8).abs() < 1e-12);
     }

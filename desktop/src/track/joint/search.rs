@@ -105,10 +105,10 @@ impl Taken {
 }
 
 impl History {
-    /// Nothing learned, and an event of everything in each of these windows.
-    pub fn new(windows: Vec<Window>, linearised_at: Vec<DVector<f64>>) -> Self {
+    /// Nothing learned but a motion to begin with, and an event of everything in each of these windows.
+    pub fn new(motion: Motion, windows: Vec<Window>, linearised_at: Vec<DVector<f64>>) -> Self {
         Self {
-            motion: Motion::default(),
+            motion,
             linearised_at,
             events: windows.iter().map(|w| Taken::new(w.likely)).collect(),
             tried: windows.into_iter().map(|w| w.epochs).collect(),
