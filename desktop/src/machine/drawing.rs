@@ -357,6 +357,11 @@ impl Rotor {
         marks
     }
 
+    /// Places of the planes, m.
+    pub fn plane_positions_m(&self) -> Vec<f64> {
+        self.plane.iter().map(|p| p.position_m).collect()
+    }
+
     /// From the first bearing along the shaft to the last, m; the whole shaft where there are not two.
     pub fn span_m(&self) -> [f64; 2] {
         let places = || self.bearing.iter().map(|b| b.position_m);

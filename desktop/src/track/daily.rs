@@ -96,6 +96,7 @@ impl<'a> Tracking<'a> {
             remarks,
             unbalance_kg_m,
         };
+        tracking.check_planes()?;
         tracking.check_start(runup)?;
         Ok(tracking)
     }

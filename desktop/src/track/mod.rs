@@ -12,6 +12,7 @@
 //! | `faults` | records that are refused, with the row that shows why |
 //! | `record`, `operating_point` | readings, each with the machine solved at its speed |
 //! | `answer` | how a record is followed, and what is said of each reading |
+//! | `planes` | records refused whose planes one reading cannot tell apart |
 //! | [`monitor`], `step` | residual and level; an event or a wander |
 //! | `daily` | phase I, phase II, and the two methods that are made of them |
 //! | `cases`, `adaptive` | the four cases of a re-identification |
@@ -28,6 +29,7 @@ mod faults;
 mod joint;
 pub mod monitor;
 mod operating_point;
+mod planes;
 mod record;
 mod step;
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use nalgebra::{Complex, DVector};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rotor_edge_desktop::machine::drawing::{AddedUnbalance, EffectEntry, ParameterValue, Rotor, Run};
+use rotor_edge_desktop::machine::drawing::{AddedUnbalance, EffectEntry, ParameterValue, Plane, Rotor, Run};
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{Reading, rad_s};
 use rotor_edge_desktop::model::Model;
@@ -89,6 +89,17 @@ pub enum Schedule {
     Stops,
 }
 
+/// Where the machine has unbalance, and its file planes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Planes {
+    /// In the two that its file states.
+    Stated,
+    /// In the first of them.
+    First,
+    /// In a third as well, at this share of the shaft's length.
+    Further(f64),
+}
+
 /// What a record is made by.
 #[derive(Debug, Clone, Copy)]
 pub struct Plan {
@@ -106,6 +117,7 @@ pub struct Plan {
     pub lost: f64,
     /// A weight is set into a plane on a day, kg·m, and the rotor's file says so.
     pub shot: Option<(usize, usize, C)>,
+    pub planes: Planes,
 }
 
 impl Plan {
@@ -122,6 +134,7 @@ impl Plan {
             schedule: Schedule::Daily,
             lost: 0.0,
             shot: None,
+            planes: Planes::Stated,
         }
     }
 }
@@ -248,10 +261,18 @@ impl Plan {
         let mut random = Random::new(self.seed);
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests").join(self.machine.file);
         let mut rotor = rotor_file::read(&path).unwrap();
+        match self.planes {
+            Planes::Stated => {}
+            Planes::First => rotor.plane.truncate(1),
+            Planes::Further(share) => {
+                let (name, position_m) = (format!("at {share}"), share * rotor.length_m());
+                rotor.plane.push(Plane { name, position_m, ..rotor.plane[0].clone() });
+            }
+        }
         let moments = random.moments(self);
         let bearings: Vec<Bearing> = (0..2).map(|b| self.bearing(&rotor, b, &moments, &mut random)).collect();
         let mut planes: Vec<Vec<C>> = rotor.plane.iter().map(|_| self.plane(&mut random)).collect();
-        for (day, u) in planes[1].iter_mut().enumerate() {
+        for (day, u) in planes.iter_mut().skip(1).take(1).flatten().enumerate() {
             *u *= match self.course {
                 Course::Grows => 1.0,
                 Course::ThroughZero => 1.0 - 2.0 * day as f64 / self.days as f64,

@@ -1,5 +1,6 @@
 //! What an estimate is worth against the truth.
 
+use rotor_edge_desktop::Error;
 use rotor_edge_desktop::prognosis::scores::Score as ForecastScore;
 use rotor_edge_desktop::prognosis::walk::{By, walk};
 use rotor_edge_desktop::prognosis::{known, series};
@@ -15,13 +16,13 @@ const HALF: f64 = 1.96;
 const SAMPLE_G_MM: f64 = 627.0;
 
 /// What the estimates of some days are worth.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Score {
     pub days: usize,
     /// Share of 95 % intervals of a plane's size that hold the truth.
     pub coverage: f64,
     /// Error of the logarithm of each plane's size in its own standard deviations, averaged over the days.
-    pub z: [f64; 2],
+    pub z: Vec<f64>,
     /// Vector error of the planes (rms), g·mm where they are 627 g·mm.
     pub rms_g_mm: f64,
 }
@@ -46,8 +47,8 @@ impl Summary {
             records: all.len(),
             coverage: mean(&|s| s.coverage),
             least_coverage: all.iter().map(|s| s.coverage).fold(1.0, f64::min),
-            mean_z: mean(&|s| (s.z[0] + s.z[1]) / 2.0),
-            rms_z: mean(&|s| (s.z[0].powi(2) + s.z[1].powi(2)) / 2.0).sqrt(),
+            mean_z: mean(&|s| s.z.iter().sum::<f64>() / s.z.len() as f64),
+            rms_z: mean(&|s| s.z.iter().map(|z| z * z).sum::<f64>() / s.z.len() as f64).sqrt(),
             rms_g_mm: mean(&|s| s.rms_g_mm.powi(2)).sqrt(),
         }
     }
@@ -71,25 +72,25 @@ impl std::fmt::Display for Summary {
 /// A record followed, and its truth.
 pub struct Judged {
     plan: Plan,
+    positions_m: Vec<f64>,
     track: Track,
     pub before: Score,
     pub after: Option<Score>,
 }
 
 impl Judged {
-    /// By method joint, with the later run-up or without.
-    pub fn new(plan: &Plan, record: &Record, with_later: bool) -> Self {
+    /// By method joint, with the later run-up or without; or why it cannot be followed.
+    pub fn new(plan: &Plan, record: &Record, with_later: bool) -> Result<Self, Error> {
         let later: Vec<Later> = match &record.later {
             Some((time_d, readings)) if with_later => vec![Later { time_d: *time_d, readings }],
             _ => Vec::new(),
         };
         let config = Config::new(Method::Joint);
-        let followed = track(&record.rotor, &record.readings, &record.runup, &later, &config, &mut |_, _| ());
-        let track = followed.unwrap_or_else(|e| panic!("{plan:?}: {e}"));
+        let track = track(&record.rotor, &record.readings, &record.runup, &later, &config, &mut |_, _| ())?;
         let event_d = plan.event.map_or(f64::INFINITY, |(day, _)| day as f64);
         let before = score(record, &track.estimates, |day| day < event_d);
         let after = plan.event.map(|_| score(record, &track.estimates, |day| day >= event_d));
-        Self { plan: *plan, track, before, after }
+        Ok(Self { plan: *plan, positions_m: record.rotor.plane_positions_m(), track, before, after })
     }
 
     pub fn seed(&self) -> u64 {
@@ -120,7 +121,8 @@ impl Judged {
         let mut lines = vec![[&head[..], &known::header()].concat().join(",")];
         let joint = self.track.joint.as_ref().unwrap();
         for (e, outlooks) in self.track.estimates.iter().zip(&joint.known_then) {
-            let estimated = static_and_dynamic(&e.unbalance_kg_m).into_iter().flat_map(g_mm_deg);
+            let estimated =
+                static_and_dynamic(&self.positions_m, &e.unbalance_kg_m).into_iter().flat_map(g_mm_deg);
             let cells = [e.time_d].into_iter().chain(estimated).map(|value| value.to_string());
             lines.push(cells.chain(known::cells(outlooks)).collect::<Vec<_>>().join(","));
         }
@@ -130,8 +132,8 @@ impl Judged {
     /// Everything about it in one line.
     pub fn line(&self) -> String {
         let part = |s: &Score| {
-            let [a, b] = s.z;
-            format!("{:>5.1} %, z {a:>5.2} {b:>5.2}, {:>5.1} g·mm", 100.0 * s.coverage, s.rms_g_mm)
+            let z: Vec<String> = s.z.iter().map(|z| format!("{z:>5.2}")).collect();
+            format!("{:>5.1} %, z {}, {:>5.1} g·mm", 100.0 * s.coverage, z.join(" "), s.rms_g_mm)
         };
         let event = |e: &Event| {
             let Interval { low, high } = e.interval_d;
@@ -149,7 +151,8 @@ impl Judged {
 }
 
 fn score(record: &Record, estimates: &[Estimate], days: impl Fn(f64) -> bool) -> Score {
-    let mut score = Score::default();
+    let planes = record.rotor.plane.len();
+    let mut score = Score { z: vec![0.0; planes], ..Score::default() };
     let (mut held, mut squares, mut sizes) = (0.0, 0.0, 0.0);
     for e in estimates.iter().filter(|e| days(e.time_d)) {
         let spread = e.spread.as_ref().unwrap();
@@ -164,9 +167,9 @@ fn score(record: &Record, estimates: &[Estimate], days: impl Fn(f64) -> bool) ->
             sizes += truth.norm();
         }
     }
-    let (days, all) = (score.days as f64, 2.0 * score.days as f64);
+    let (days, all) = (score.days as f64, (planes * score.days) as f64);
     score.coverage = held / all;
-    score.z = score.z.map(|z| z / days);
+    score.z.iter_mut().for_each(|z| *z /= days);
     score.rms_g_mm = (squares / all).sqrt() / (sizes / all) * SAMPLE_G_MM;
     score
 }

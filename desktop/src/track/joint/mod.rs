@@ -113,6 +113,7 @@ impl Tracking<'_> {
         Ok(Problem {
             layout: Layout {
                 planes: self.unbalance_kg_m.iter().map(begin).collect(),
+                positions_m: self.rotor.plane_positions_m(),
                 probes: self.rotor.probe.len(),
                 has_factors: true,
             },

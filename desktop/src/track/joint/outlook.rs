@@ -47,7 +47,7 @@ impl Layout {
         };
         let own = self.unbalance(&state.mean);
         let sums: Vec<C> = own.iter().zip(weights_kg_m).map(|(u, weight)| u + weight).collect();
-        let [fixed, couple] = static_and_dynamic(&sums);
+        let [fixed, couple] = static_and_dynamic(&self.positions_m, &sums);
         let [of_static, of_dynamic] = self.split_slopes(&state.mean);
         let size = |u: C, slopes: &[C]| {
             let towards = if u.norm() > 0.0 { u.conj() / u.norm() } else { C::from(1.0) };
@@ -73,7 +73,7 @@ impl Layout {
         let alone = |j: usize| {
             let mut one = vec![C::from(0.0); planes];
             one[j] = slope(j);
-            static_and_dynamic(&one)
+            static_and_dynamic(&self.positions_m, &one)
         };
         [0, 1].map(|which| (0..planes).map(|j| alone(j)[which]).collect())
     }
@@ -97,6 +97,7 @@ mod tests {
         let planes = [C::new(3e-4, -1e-4), C::new(-2e-4, 4e-4)];
         Layout {
             planes: planes.iter().map(|u| Coordinate::new(*u, &[*u], u.norm())).collect(),
+            positions_m: vec![0.12, 0.92],
             probes: 4,
             has_factors: false,
         }
@@ -118,7 +119,7 @@ mod tests {
         let weights = [C::new(5e-5, 0.0), C::new(0.0, -4e-5)];
         let numbers = |x: &DVector<f64>| {
             let sums: Vec<C> = layout.unbalance(x).iter().zip(&weights).map(|(u, w)| u + w).collect();
-            let [s, d] = static_and_dynamic(&sums);
+            let [s, d] = static_and_dynamic(&layout.positions_m, &sums);
             [s.norm() * G_MM, s.arg().to_degrees(), d.norm() * G_MM, d.arg().to_degrees()]
         };
         let mut later = state.clone();

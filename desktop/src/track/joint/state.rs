@@ -38,6 +38,8 @@ const JUMP_SD: f64 = 0.3;
 pub struct Layout {
     /// One a plane.
     pub planes: Vec<Coordinate>,
+    /// Where the planes are, m.
+    pub positions_m: Vec<f64>,
     /// Number of probes.
     pub probes: usize,
     /// Whether the probes' factors are part of the state; where no event moves them they stay one, and cost half of the

@@ -278,7 +278,7 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track, dates: Dates) {
             let sure = last.spread.as_ref().map_or(String::new(), |spread| output::plane_interval(spread, j));
             line(&format!("plane {}", plane.name), *u, sure);
         }
-        let [fixed, couple] = static_and_dynamic(&last.unbalance_kg_m);
+        let [fixed, couple] = static_and_dynamic(&rotor.plane_positions_m(), &last.unbalance_kg_m);
         line("static", fixed, String::new());
         line("dynamic", couple, String::new());
         if last.spread.is_none() {

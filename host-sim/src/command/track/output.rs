@@ -218,7 +218,7 @@ fn bearings(rotor: &Rotor, logs: &[f64]) -> Value {
 }
 
 fn estimate(rotor: &Rotor, e: &Estimate, dates: Dates) -> Value {
-    let [fixed, couple] = static_and_dynamic(&e.unbalance_kg_m);
+    let [fixed, couple] = static_and_dynamic(&rotor.plane_positions_m(), &e.unbalance_kg_m);
     json!({
         "time_d": e.time_d,
         "time": dates.iso(e.time_d),
@@ -275,7 +275,7 @@ pub fn csv(path: &Path, rotor: &Rotor, track: &Track, dates: Dates) -> Result<()
     let mut text = head.join(",");
     text.push('\n');
     for (i, e) in track.estimates.iter().enumerate() {
-        let mut cells = row(e);
+        let mut cells = row(rotor, e);
         if let Some(time) = dates.iso(e.time_d) {
             cells.insert(1, time);
         }
@@ -297,10 +297,6 @@ fn vector_cells(u: Complex<f64>) -> [String; 2] {
     [format!("{magnitude:.4}"), format!("{angle:.4}")]
 }
 
-fn static_dynamic_cells(unbalance_kg_m: &[Complex<f64>]) -> Vec<String> {
-    static_and_dynamic(unbalance_kg_m).into_iter().flat_map(vector_cells).collect()
-}
-
 fn header(rotor: &Rotor) -> Vec<String> {
     let mut names = vec!["time_d".to_string()];
     names.extend(rotor.plane.iter().flat_map(|p| [format!("{}_g_mm", p.name), format!("{}_deg", p.name)]));
@@ -313,10 +309,11 @@ fn header(rotor: &Rotor) -> Vec<String> {
     names
 }
 
-fn row(e: &Estimate) -> Vec<String> {
+fn row(rotor: &Rotor, e: &Estimate) -> Vec<String> {
     let mut cells = vec![e.time_d.to_string()];
     cells.extend(e.unbalance_kg_m.iter().flat_map(|u| vector_cells(*u)));
-    cells.extend(static_dynamic_cells(&e.unbalance_kg_m));
+    let split = static_and_dynamic(&rotor.plane_positions_m(), &e.unbalance_kg_m);
+    cells.extend(split.into_iter().flat_map(vector_cells));
     cells.extend([format!("{:.5}", e.residual.e_um), format!("{:.6}", e.residual.ratio())]);
     cells.extend([e.suspicious, e.flagged].map(|b| u8::from(b).to_string()));
     cells.extend(e.logs.iter().map(|log| format!("{:.6e}", log.exp())));

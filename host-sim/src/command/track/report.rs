@@ -213,14 +213,15 @@ fn unbalance(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
     }
     for (k, kind) in ["static", "dynamic"].iter().enumerate() {
         for (part, what, quantity) in [(0, "Size", "unbalance, g·mm"), (1, "Angle", "angle, degrees")] {
-            let value = |e: &Estimate| g_mm_deg(static_and_dynamic(&e.unbalance_kg_m)[k])[part];
+            let split = |e: &Estimate| static_and_dynamic(&rotor.plane_positions_m(), &e.unbalance_kg_m);
+            let value = |e: &Estimate| g_mm_deg(split(e)[k])[part];
             let curves = vec![(kind.to_string(), over_time(&track.estimates, value))];
             figures.push(figure(
                 track,
                 dates,
                 &format!("{what} of the {kind} unbalance"),
                 quantity,
-                "Static: sum of the planes. Dynamic: half their difference, at the first plane.",
+                "Static: sum of the planes. Dynamic: half the difference of the first and the last, at the first.",
                 Trend { curves, ..Trend::default() },
             ));
         }

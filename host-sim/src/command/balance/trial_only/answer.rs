@@ -107,7 +107,7 @@ impl Answer {
     /// Static part and couple of the weights, of two planes.
     pub fn static_and_couple(&self) -> Option<[Complex<f64>; 2]> {
         let wanted: Vec<Complex<f64>> = self.correction.weights.iter().map(|w| w.wanted_g_mm).collect();
-        (wanted.len() == 2).then(|| static_and_dynamic(&wanted))
+        (wanted.len() == 2).then(|| static_and_dynamic(&[0.0, 1.0], &wanted))
     }
 
     /// The same in words, and what the weights do.

@@ -1,0 +1,112 @@
+//! Can one reading tell the unbalance of every plane from that of the others?
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::daily::Tracking;
+use super::operating_point::Logs;
+use super::record::Day;
+use crate::error::Error;
+use crate::unbalance::G_MM;
+
+type C = Complex<f64>;
+
+/// Half of a 95 % interval, in standard deviations.
+const HALF: f64 = 1.96;
+/// Noise of this share of the least unbalance that can explain a reading leaves nothing to follow: what a day tells is
+/// then known to no better than a half.
+const MOST_NOISE: f64 = 0.5;
+
+impl Tracking<'_> {
+    /// Whether a reading can tell the planes apart: noise must look like much less unbalance than it takes to explain
+    /// what was read.
+    ///
+    /// # Errors
+    /// If it does, with both figures.
+    pub(super) fn check_planes(&self) -> Result<(), Error> {
+        let least = |day| {
+            let told = PlanesTold::new(day, &self.logs, self.rotor.plane.len())?;
+            Some((told.noise_kg_m / told.explains_kg_m, told))
+        };
+        let best = self.complete().filter_map(least).min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, told)) = best.filter(|(ratio, _)| *ratio > MOST_NOISE) else { return Ok(()) };
+        let names: Vec<&str> = self.rotor.plane.iter().map(|p| p.name.as_str()).collect();
+        let why = match (told.noise_kg_m * G_MM, told.explains_kg_m * G_MM) {
+            (noise, explains) if noise.is_finite() => {
+                format!(
+                    "noise alone looks like up to {noise:.0} g·mm, where {explains:.0} g·mm explain the reading"
+                )
+            }
+            _ => format!("there are {} probes", self.rotor.probe.len()),
+        };
+        Err(Error::Unsuitable(format!(
+            "one reading cannot tell the unbalance of planes {} apart: {why}; keep the planes in which the machine is \
+             balanced",
+            names.join(", ")
+        )))
+    }
+}
+
+/// What a reading tells of the unbalance of all planes together, on given bearings.
+struct PlanesTold {
+    /// What noise looks like at most, with 95 % probability, in the direction that is told worst; no end of it where planes are
+    /// more than probes.
+    noise_kg_m: f64,
+    /// The least that can explain the reading.
+    explains_kg_m: f64,
+}
+
+impl PlanesTold {
+    fn new(day: &Day, logs: &Logs, planes: usize) -> Option<Self> {
+        let response = day.point.on(logs)?.response(planes);
+        let weigh = |p: usize| C::from(day.sigma_m[p].recip());
+        let slope = &response.per_unbalance;
+        let weighed = DMatrix::from_fn(slope.nrows(), planes, |p, j| slope[(p, j)] * weigh(p));
+        let left = DVector::from_vec(day.all_m()) - &response.fixed;
+        let read = DVector::from_fn(left.len(), |p, _| left[p] * weigh(p)).norm();
+        let told = weighed.singular_values();
+        let least = if slope.nrows() < planes { 0.0 } else { told.min() };
+        Some(Self { noise_kg_m: HALF / least, explains_kg_m: read / told.max() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::drawing::{Noise, Plane};
+    use crate::measurement::Reading;
+    use crate::model::Model;
+    use crate::testing::sample_rotor;
+    use crate::track::operating_point::logs_of;
+    use crate::track::record::days;
+
+    /// What a reading of the sample with further planes tells.
+    fn told(further_m: &[f64]) -> PlanesTold {
+        let mut rotor = sample_rotor();
+        for z in further_m {
+            let name = format!("at {z}");
+            rotor.plane.push(Plane { name, position_m: *z, ..rotor.plane[0].clone() });
+        }
+        let planes = rotor.plane.len();
+        let unbalance = DVector::from_fn(planes, |j, _| C::from(if j < 2 { 4e-4 } else { 0.0 }));
+        let shown = Model::finite_elements(&rotor).response(1100.0).unwrap().at(&unbalance);
+        let reading = Reading {
+            speed_rpm: 1100.0 * 30.0 / std::f64::consts::PI,
+            probes: shown.iter().copied().map(Some).collect(),
+            ..Reading::default()
+        };
+        let noise = Noise { relative: 0.02, floor_um: 0.03, ..Noise::default() };
+        let day = days(&rotor, &noise, &[reading]).unwrap().remove(0);
+        PlanesTold::new(&day, &logs_of(&rotor), planes).unwrap()
+    }
+
+    #[test]
+    fn two_planes_are_told_apart_two_at_one_place_are_not_and_five_by_four_probes_never() {
+        let two = told(&[]);
+        assert!(two.noise_kg_m < 0.3 * two.explains_kg_m, "{} {}", two.noise_kg_m, two.explains_kg_m);
+        // no unbalance smaller than what was there by more than both planes can help each other
+        assert!(two.explains_kg_m > 1e-4 && two.explains_kg_m < 6e-4, "{}", two.explains_kg_m);
+        let same_place = told(&[sample_rotor().plane[0].position_m + 1e-3]);
+        assert!(same_place.noise_kg_m > same_place.explains_kg_m);
+        assert!(told(&[0.3, 0.5, 0.7]).noise_kg_m.is_infinite());
+    }
+}
