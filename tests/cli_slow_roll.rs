@@ -74,6 +74,20 @@ fn a_slow_roll_of_the_same_file_or_of_another_gives_what_probes_without_runout_g
 }
 
 #[test]
+fn a_fault_of_a_record_with_slow_roll_in_it_is_told_with_the_row_of_the_file() {
+    let scratched = Scratched::new();
+    let rotor = scratched.path("rotor.toml");
+    let mut record = scratched.runup[..12].to_vec();
+    record.iter_mut().enumerate().for_each(|(day, r)| r.time_d = Some(day as f64));
+    record[7].time_d = Some(6.0);
+    let slow = scratched.slow.iter().map(|r| Reading { time_d: Some(0.0), ..r.clone() });
+    let file = scratched.write("record.csv", &slow.chain(record).collect::<Vec<_>>());
+    // after the header, two rows of slow roll and seven others
+    let error = refusal(&["track", &rotor, &file, "--slow-roll", "turning gear"]);
+    assert_says(&error, &["row 11", "day 6 is there twice"]);
+}
+
+#[test]
 fn a_slow_roll_that_is_not_there_or_too_fast_is_refused_in_one_sentence() {
     let scratched = Scratched::new();
     let rotor = scratched.path("rotor.toml");

@@ -108,6 +108,7 @@ pub fn measured(path: &std::path::Path) -> (Vec<String>, Vec<Reading>) {
         let phasor =
             |p: &String| Some(phasor_m(number(&format!("{p}_cos_um"))?, number(&format!("{p}_sin_um"))?));
         Reading {
+            row: None,
             run: at("run").map(|i| cells[i].to_string()),
             time_d: number("time_d"),
             speed_rpm: number("speed_rpm").unwrap(),

@@ -5,6 +5,8 @@ use nalgebra::Complex;
 /// One row: all probes at one speed.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Reading {
+    /// Row of the file that it was read from, comments and the header counted.
+    pub row: Option<usize>,
     /// Name of the run, if the file has them.
     pub run: Option<String>,
     /// Days since the record began, if the file has them.

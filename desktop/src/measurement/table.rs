@@ -273,7 +273,7 @@ fn row(
         None => None,
     };
     let run = columns.run.and_then(|c| record.get(c)).map(|s| s.trim().to_string());
-    Ok(Reading { run, time_d, speed_rpm, probes, gaps_v })
+    Ok(Reading { row: usize::try_from(line).ok(), run, time_d, speed_rpm, probes, gaps_v })
 }
 
 /// Writes readings in the same layout as they are read.

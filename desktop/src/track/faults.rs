@@ -11,18 +11,14 @@ use crate::measurement::sequence::{frozen, moved_reference};
 /// Readings further apart than this, days, are not compared: bearings wander.
 const FAR_D: f64 = 3.0;
 
-/// The row of a file that has a header and then every reading.
-fn row(index: usize) -> usize {
-    index + 2
-}
-
-/// Checks times, frozen values and the phase reference of a record; `file` is for messages, and so are its rows, of a
-/// file with every reading after the header.
+/// Checks times, frozen values and the phase reference of a record; `file` is for messages. Rows are those of the file that
+/// the readings were read from, or of one that has a header and then every reading.
 ///
 /// # Errors
 /// The first fault that is found, in one sentence that names the row and what to do about it.
 pub fn check(file: &str, rotor: &Rotor, record: &[Reading]) -> Result<(), Error> {
     let day = |index: usize| time_d(index, &record[index]);
+    let row = |index: usize| record[index].row.unwrap_or(index + 2);
     let fault =
         |index: usize, what: String| Err(Error::measurement(file, format!("row {}", row(index)), what));
     for next in 1..record.len() {

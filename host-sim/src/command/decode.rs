@@ -112,6 +112,7 @@ fn readings(recorded: &[Timed<reading::Reading>], start_us: u64, name: &str) -> 
         let time_d = timed.time_us.saturating_sub(start_us) as f64 / US_A_DAY;
         let gaps_v = timed.what.gaps_v().iter().map(|v| v.is_finite().then(|| shortest(*v)));
         Reading {
+            row: None,
             run: None,
             // to a microsecond and no further
             time_d: Some((time_d * 1e11).round() / 1e11),

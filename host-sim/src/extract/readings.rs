@@ -74,6 +74,7 @@ pub fn readings(windows: &[Window], rate_hz: f64, zero_v: f64, settings: &Settin
         let speed_rpm = f64::from(window.speed_rpm);
         let half_s = 30.0 * f64::from(settings.revolutions) / speed_rpm;
         Reading {
+            row: None,
             run: settings.run.clone(),
             time_d: Some((window.sample as f64 / rate_hz - half_s) / SECONDS_A_DAY),
             speed_rpm,
@@ -124,6 +125,7 @@ fn mean_of(bin: &[Reading]) -> Reading {
     };
     let part = |probe: usize, of: fn(&Complex<f64>) -> f64| each(&|r| r.probes[probe].as_ref().map(of));
     Reading {
+        row: None,
         run: first.run.clone(),
         time_d: each(&|r| r.time_d),
         speed_rpm: each(&|r| Some(r.speed_rpm)).unwrap_or(first.speed_rpm),

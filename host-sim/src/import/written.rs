@@ -20,6 +20,7 @@ impl Sample {
     pub fn reading(&self, start: Option<Moment>) -> Reading {
         let gaps = self.gaps_v.iter().any(Option::is_some);
         Reading {
+            row: None,
             run: self.run.clone(),
             time_d: self.when.zip(start).and_then(|(when, start)| when.days_since(start)),
             speed_rpm: self.speed_rpm,
