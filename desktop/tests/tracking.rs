@@ -226,3 +226,27 @@ fn a_third_plane_is_followed_where_a_reading_tells_it_from_the_others_and_refuse
 fn one_plane_is_followed() {
     holds("one plane", &as_in_plants(|plan| Plan { planes: Planes::First, ..plan }));
 }
+
+#[test]
+fn what_was_known_on_each_day_holds_the_truth_and_an_event_is_known_within_days() {
+    let quiet = Plan { days: 150, ..Plan::quiet(TURBINE, 800) };
+    let harder = Change::Bearing { index: 1, stiffness: [1.6, 0.7], damping: [0.6, 1.3] };
+    let event = Plan { days: 150, ..with(COMPRESSOR, 801, 100, harder) };
+    for plan in [quiet, event] {
+        let record = plan.make();
+        let then = Judged::as_known_then(&plan, &record, 5).unwrap();
+        println!("as known then {}", then.line());
+        assert!(then.before.coverage >= 0.85, "{}", then.line());
+        let whole = Judged::new(&plan, &record, false).unwrap();
+        assert_eq!(then.last(), whole.last());
+        let flagged_d: Vec<f64> = then.flags().iter().map(|f| f.time_d).collect();
+        match plan.event {
+            None => assert!(flagged_d.is_empty(), "{flagged_d:?}"),
+            // every fifth reading is asked
+            Some((day, _)) => {
+                let day = day as f64;
+                assert!(matches!(flagged_d[..], [at] if (day..=day + 10.0).contains(&at)), "{flagged_d:?}");
+            }
+        }
+    }
+}

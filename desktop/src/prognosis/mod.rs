@@ -10,12 +10,14 @@
 //! | [`walk`] | forecasts from every day of the past, and what became of them |
 //! | [`scores`] | how far off they were, and whether they said how sure they are |
 //! | [`limit`] | days until a limit |
+//! | [`events`] | how probable it is that something ends the forecast |
 //!
 //! A forecast from a day uses nothing of later days: smoothing is of the days until then, and so is
 //! everything that is fitted. The naive forecast (it stays) and the drift (it goes on as on average) stand
 //! beside every model: one that does not beat them is worth nothing, and that is said.
 
 pub mod arima;
+pub mod events;
 pub mod known;
 pub mod limit;
 #[cfg(feature = "lstm")]

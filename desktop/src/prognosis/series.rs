@@ -12,6 +12,8 @@ use crate::measurement::sequence::{frozen, moved_reference};
 /// Static and dynamic unbalance: magnitudes in g·mm and angles in degrees.
 pub const NAMES: [&str; 4] = ["U_g", "alpha_g", "U_d", "alpha_d"];
 pub(super) const COLUMNS: [&str; 4] = ["static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"];
+/// The column that is 1 on the first estimate after an event, else 0.
+pub const EVENT: &str = "event";
 /// Days without an estimate that a straight line may bridge.
 const LONGEST_GAP_D: f64 = 7.0;
 
@@ -35,6 +37,8 @@ pub struct History {
     pub first_d: f64,
     /// The four series, of equal length.
     pub series: Vec<Series>,
+    /// Events that its method found, of a track that says.
+    pub events: Option<usize>,
 }
 
 impl History {
@@ -75,6 +79,8 @@ pub fn parse(file: &str, text: &str) -> Result<History, Error> {
         .map(|(name, own)| find(&format!("{KNOWN}{name}")).unwrap_or(*own))
         .collect();
     let outlook_places = Places::find(find);
+    let event = find(EVENT);
+    let mut events = 0;
     let mut outlooks: Vec<[Outlook; 4]> = Vec::new();
     let mut times: Vec<f64> = Vec::new();
     let mut cells: Vec<Vec<f64>> = vec![Vec::new(); 8];
@@ -111,6 +117,9 @@ pub fn parse(file: &str, text: &str) -> Result<History, Error> {
             }
         }
         times.push(at);
+        if let Some(column) = event {
+            events += usize::from(number(column)? != 0.0);
+        }
         for (all, column) in cells.iter_mut().zip(values.iter().chain(&known)) {
             all.push(number(*column)?);
         }
@@ -146,7 +155,7 @@ pub fn parse(file: &str, text: &str) -> Result<History, Error> {
             outlooks: outlook_places.as_ref().map(|_| kept_up(&times, &own().collect::<Vec<_>>())),
         }
     });
-    Ok(History { first_d, series: series.collect() })
+    Ok(History { first_d, series: series.collect(), events: event.map(|_| events) })
 }
 
 /// Whether the estimates are of a machine over time: none that froze, no phase reference that was moved.

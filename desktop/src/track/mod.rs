@@ -18,9 +18,11 @@
 //! | `cases`, `adaptive` | the four cases of a re-identification |
 //! | `bayes` | bearings and unbalance sampled; the paper's form, and one whose chains meet |
 //! | `joint` | all days together |
+//! | `as_known` | the same as it would have gone day by day |
 
 mod adaptive;
 mod answer;
+mod as_known;
 mod bayes;
 mod cases;
 mod coefficients;
@@ -36,6 +38,7 @@ mod step;
 pub use answer::{
     Cause, Config, Estimate, Flag, Interval, Method, PROPOSALS, PROPOSALS_AS_PRINTED, Reidentified, Spread,
 };
+pub use as_known::as_known_then;
 pub use bayes::sampling::{Quality, Sample, Sampler, Sampling};
 pub use cases::CaseFit;
 pub use faults::check as check_record;

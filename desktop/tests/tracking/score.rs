@@ -4,7 +4,9 @@ use rotor_edge_desktop::Error;
 use rotor_edge_desktop::prognosis::scores::Score as ForecastScore;
 use rotor_edge_desktop::prognosis::walk::{By, walk};
 use rotor_edge_desktop::prognosis::{known, series};
-use rotor_edge_desktop::track::{Config, Estimate, Event, Interval, Later, Method, Track, track};
+use rotor_edge_desktop::track::{
+    Config, Estimate, Event, Flag, Interval, Later, Method, Track, as_known_then, track,
+};
 
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 
@@ -87,10 +89,30 @@ impl Judged {
         };
         let config = Config::new(Method::Joint);
         let track = track(&record.rotor, &record.readings, &record.runup, &later, &config, &mut |_, _| ())?;
+        Ok(Self::of(plan, record, track))
+    }
+
+    /// Every so manyth reading as it was known on its day.
+    pub fn as_known_then(plan: &Plan, record: &Record, every: usize) -> Result<Self, Error> {
+        let config = Config::new(Method::Joint);
+        let Record { rotor, readings, runup, .. } = record;
+        let track = as_known_then(rotor, readings, runup, &[], &config, every, &mut |_, _| ())?;
+        Ok(Self::of(plan, record, track))
+    }
+
+    fn of(plan: &Plan, record: &Record, track: Track) -> Self {
         let event_d = plan.event.map_or(f64::INFINITY, |(day, _)| day as f64);
         let before = score(record, &track.estimates, |day| day < event_d);
         let after = plan.event.map(|_| score(record, &track.estimates, |day| day >= event_d));
-        Ok(Self { plan: *plan, positions_m: record.rotor.plane_positions_m(), track, before, after })
+        Self { plan: *plan, positions_m: record.rotor.plane_positions_m(), track, before, after }
+    }
+
+    pub fn last(&self) -> Option<&Estimate> {
+        self.track.estimates.last()
+    }
+
+    pub fn flags(&self) -> &[Flag] {
+        &self.track.flags
     }
 
     pub fn seed(&self) -> u64 {

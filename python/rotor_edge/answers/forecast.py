@@ -49,4 +49,6 @@ class Forecast(Answer):
     against_naive: tuple[str, ...]
     forecast: tuple[dict[str, Any], ...]
     """A day each: time_d, time (ISO 8601, if known), and value, low and high (95 %) of every series."""
+    event_chance: float | None
+    """Chance of an event, which would end the forecast, within its days; None where the track does not say."""
     limit: Limit | None

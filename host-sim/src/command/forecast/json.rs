@@ -7,7 +7,7 @@ use rotor_edge_desktop::prognosis::walk::interval;
 use serde_json::{Map, Value, json};
 
 use super::super::dates::Dates;
-use super::{Arguments, DRIFT, Forecast, Kind, against_naive};
+use super::{Arguments, DRIFT, Forecast, Kind, against_naive, event_chance};
 
 fn number(value: f64) -> Value {
     if value.is_finite() { json!(value) } else { Value::Null }
@@ -79,6 +79,7 @@ pub fn summary(
         "scores": scores.collect::<Map<_, _>>(),
         "against_naive": against_naive(forecasts, &arguments.horizons),
         "forecast": (0..arguments.days).map(day).collect::<Vec<_>>(),
+        "event_chance": event_chance(history, arguments.days),
         "limit": limit.map(reached),
     })
 }

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use rotor_edge_desktop::balance::grade::Rigid;
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::prognosis::arima::Order;
+use rotor_edge_desktop::prognosis::events;
 use rotor_edge_desktop::prognosis::limit::{Reached, reached};
 use rotor_edge_desktop::prognosis::scores::Score;
 use rotor_edge_desktop::prognosis::series::{self, History, Series};
@@ -242,6 +243,23 @@ pub fn limit_in_words(limit: &Reached, last_d: f64, dates: Dates) -> String {
         day(0),
         day(2),
         day(4)
+    )
+}
+
+/// Chance of an event within the days that are forecast, of a track that says which it had.
+fn event_chance(history: &History, days: usize) -> Option<f64> {
+    let seen_d = history.last_d() - history.first_d + 1.0;
+    history.events.map(|seen| events::chance(seen, seen_d, days as f64))
+}
+
+/// The same in one sentence.
+fn event_in_words(history: &History, days: usize, chance: f64) -> String {
+    format!(
+        "An event at a bearing, a seal or the unbalance would end this; {} in {:.0} days make one within {days} days {:.0} % \
+         probable.",
+        history.events.unwrap_or_default(),
+        history.last_d() - history.first_d + 1.0,
+        100.0 * chance
     )
 }
 

@@ -6,7 +6,7 @@ use rotor_edge_desktop::prognosis::series::History;
 use rotor_edge_desktop::prognosis::walk::interval;
 
 use super::super::dates::Dates;
-use super::{Arguments, Forecast, SCORES, against_naive, limit_in_words, unit};
+use super::{Arguments, Forecast, SCORES, against_naive, event_chance, event_in_words, limit_in_words, unit};
 
 /// One score of every method at every horizon.
 fn table(arguments: &Arguments, forecasts: &[Forecast], title: &str, of: fn(&Score) -> f64, share: bool) {
@@ -50,6 +50,9 @@ pub fn print(
         let k = arguments.days - 1;
         let [low, high] = interval(f.ahead.mean[k], f.ahead.sd[k]);
         println!("  {:<8} {:>9.1}, between {low:.1} and {high:.1} with 95 %", f.series.name, f.ahead.mean[k]);
+    }
+    if let Some(chance) = event_chance(history, arguments.days) {
+        println!("  {}", event_in_words(history, arguments.days, chance));
     }
     if let Some(limit) = limit {
         println!("\n{}", limit_in_words(limit, history.last_d(), dates));

@@ -4,6 +4,7 @@ mod output;
 mod report;
 mod sampling;
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -58,6 +59,10 @@ pub struct Arguments {
     /// [default: what the record's header comment says]
     #[arg(long, value_parser = moment)]
     begin: Option<Moment>,
+    /// With --method joint, every so manyth reading with what was known on its day, not what later days say of it; each is
+    /// a record followed from its beginning
+    #[arg(long, value_name = "EVERY")]
+    as_known_then: Option<NonZeroUsize>,
     /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -171,13 +176,22 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         .collect::<Result<_>>()?;
     let later: Vec<Later> =
         later.iter().map(|(time_d, readings)| Later { time_d: *time_d, readings }).collect();
+    if arguments.as_known_then.is_some() && config.method != Method::Joint {
+        bail!("--as-known-then is for --method joint; of the other methods every estimate is one of its day");
+    }
     let begun = Instant::now();
     let bar = listener.progress("track", record.len());
-    let followed = track::track(&rotor, &record, &runup, &later, &config, &mut |done, of| {
+    let mut progress = |done, of| {
         bar.set_length(of as u64);
         bar.set_position(done as u64);
         listener.step(done, Some(of));
-    });
+    };
+    let followed = match arguments.as_known_then {
+        Some(every) => {
+            track::as_known_then(&rotor, &record, &runup, &later, &config, every.get(), &mut progress)
+        }
+        None => track::track(&rotor, &record, &runup, &later, &config, &mut progress),
+    };
     bar.finish_and_clear();
     let followed = followed?;
     if let Some(path) = &arguments.csv {
@@ -191,6 +205,12 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         return shared::as_json(&output::summary(&rotor, &followed, dates));
     }
     print(&rotor, &record, &followed, dates);
+    if arguments.as_known_then.is_some() {
+        println!(
+            "\nThe estimates are those of {} readings as each was known on its day.",
+            followed.estimates.len()
+        );
+    }
     println!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
     match &arguments.csv {
         Some(path) => println!("Next: rotor-edge forecast {}", path.display()),

@@ -6,6 +6,7 @@ use anyhow::Result;
 use nalgebra::Complex;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::prognosis::known;
+use rotor_edge_desktop::prognosis::series::EVENT;
 use rotor_edge_desktop::track::{
     Cause, Estimate, Event, Flag, Interval, Joint, Method, Reidentified, Scope, Spread, Track,
 };
@@ -275,7 +276,9 @@ pub fn csv(path: &Path, rotor: &Rotor, track: &Track, dates: Dates) -> Result<()
     let mut text = head.join(",");
     text.push('\n');
     for (i, e) in track.estimates.iter().enumerate() {
-        let mut cells = row(rotor, e);
+        let before_d = if i == 0 { f64::NEG_INFINITY } else { track.estimates[i - 1].time_d };
+        let is_event = track.flags.iter().any(|f| before_d < f.since_d && f.since_d <= e.time_d);
+        let mut cells = row(rotor, e, is_event);
         if let Some(time) = dates.iso(e.time_d) {
             cells.insert(1, time);
         }
@@ -301,7 +304,7 @@ fn header(rotor: &Rotor) -> Vec<String> {
     let mut names = vec!["time_d".to_string()];
     names.extend(rotor.plane.iter().flat_map(|p| [format!("{}_g_mm", p.name), format!("{}_deg", p.name)]));
     names.extend(STATIC_DYNAMIC.map(String::from));
-    names.extend(["residual_um", "residual_ratio", "suspicious", "flagged"].map(String::from));
+    names.extend(["residual_um", "residual_ratio", "suspicious", "flagged", EVENT].map(String::from));
     names.extend(coefficient_names(rotor));
     names.extend(
         rotor.probe.iter().flat_map(|p| [format!("{}_cos_um", p.name), format!("{}_sin_um", p.name)]),
@@ -309,13 +312,13 @@ fn header(rotor: &Rotor) -> Vec<String> {
     names
 }
 
-fn row(rotor: &Rotor, e: &Estimate) -> Vec<String> {
+fn row(rotor: &Rotor, e: &Estimate, is_event: bool) -> Vec<String> {
     let mut cells = vec![e.time_d.to_string()];
     cells.extend(e.unbalance_kg_m.iter().flat_map(|u| vector_cells(*u)));
     let split = static_and_dynamic(&rotor.plane_positions_m(), &e.unbalance_kg_m);
     cells.extend(split.into_iter().flat_map(vector_cells));
     cells.extend([format!("{:.5}", e.residual.e_um), format!("{:.6}", e.residual.ratio())]);
-    cells.extend([e.suspicious, e.flagged].map(|b| u8::from(b).to_string()));
+    cells.extend([e.suspicious, e.flagged, is_event].map(|b| u8::from(b).to_string()));
     cells.extend(e.logs.iter().map(|log| format!("{:.6e}", log.exp())));
     cells.extend(
         e.calculated_m.iter().flat_map(|y| [format!("{:.5}", y.re * 1e6), format!("{:.5}", -y.im * 1e6)]),
