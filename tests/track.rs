@@ -8,8 +8,9 @@ mod refused;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use program::{refusal, rotor_edge};
+use program::{json, refusal, rotor_edge};
 use rotor_edge::sample;
+use rotor_edge_desktop::measurement::{self, Reading};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -319,6 +320,10 @@ fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
     let first: Value = serde_json::from_slice(&first.stdout).unwrap();
     assert_eq!(first["model"], "state");
     assert_eq!(first["scores"]["state"], forecast["scores"]["state"]);
+    // one event in the 459 days of the track, 60 ahead
+    let events = track["joint"]["events"].as_array().unwrap().len();
+    let chance = 1.0 - (459.0_f64 / 519.0).powf(events as f64 + 0.5);
+    assert!((number(&forecast["event_chance"]) - chance).abs() < 1e-9, "{forecast}");
     // the days of the limit are those of the track
     let text = rotor_edge(&["forecast", &csv, "--model", "naive", "--limit", "10"]);
     let text = String::from_utf8_lossy(&text.stdout).to_string();
@@ -329,4 +334,44 @@ fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
         text.contains("Continuous ranked probability score") && text.contains("Pinball loss at 5 %"),
         "{text}"
     );
+    assert!(text.contains(&format!("{events} in 459 days make one within 60 days")), "{text}");
+}
+
+#[test]
+fn a_weight_that_the_file_states_for_a_run_is_in_the_estimates_and_one_in_no_plane_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (rotor, record, _) = sample::load().unwrap();
+    let named: Vec<Reading> =
+        record[..40].iter().map(|r| Reading { run: Some("found".into()), ..r.clone() }).collect();
+    let mut bytes = Vec::new();
+    measurement::write(&mut bytes, &rotor, &named).unwrap();
+    std::fs::write(path("m.csv"), bytes).unwrap();
+    let unbalance = |position_m: f64, magnitude_g_mm: f64| {
+        let run = format!(
+            "\n[[run]]\nname = \"found\"\nadded_unbalance = [{{ position_m = {position_m}, magnitude_g_mm = \
+             {magnitude_g_mm}, angle_deg = 30.0 }}]\n"
+        );
+        std::fs::write(path("r.toml"), sample::ROTOR.to_owned() + &run).unwrap();
+        rotor_edge(&[
+            "track",
+            &path("r.toml"),
+            &path("m.csv"),
+            "--method",
+            "fixed",
+            "--growth",
+            "50",
+            "--json",
+        ])
+    };
+    let plane_m = rotor.plane[0].position_m;
+    let [light, heavy] = [1e-3, 200.0].map(|g_mm| json(&unbalance(plane_m, g_mm)));
+    // what the readings show is the machine with the weight, whatever was there before it
+    for (a, b) in light["estimates"].as_array().unwrap().iter().zip(heavy["estimates"].as_array().unwrap()) {
+        let [a, b] = [a, b].map(|e| number(&e["planes"][0]["unbalance_g_mm"]));
+        assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
+    }
+    let nowhere = unbalance(plane_m + 0.05, 200.0);
+    let told = String::from_utf8_lossy(&nowhere.stderr).to_string();
+    assert!(!nowhere.status.success() && told.contains("run \"found\" has a weight at"), "{told}");
 }

@@ -128,6 +128,7 @@ def track(
     identified: bool = False,
     paper: bool = False,
     proposals: int | None = None,
+    as_known_then: int | None = None,
     seed: int = 1,
     rise: float | None = None,
     ratio_limit: float | None = None,
@@ -140,9 +141,10 @@ def track(
     """Follows the unbalance of a long record while bearings change.
 
     runup: one in the state of the first days. later_runup: ones after an event, for joint. begin: when day 0 was, then days have
-    dates. identified: no phase I. paper and proposals: of bayes. rise, ratio_limit, ratio_floor, persistence: when a reading is
-    suspicious (relative to the level, of the features) and when that is a flag (readings in a row). growth: largest of a plane
-    relative to the day before. progress: called with the steps that are done and about how many there are:
+    dates. identified: no phase I. paper and proposals: of bayes. as_known_then: of joint, every so manyth
+    reading with what was known on its day. rise, ratio_limit, ratio_floor, persistence: when a reading is suspicious (relative
+    to the level, of the features) and when that is a flag (readings in a row). growth: largest of a plane relative to the day
+    before. progress: called with the steps that are done and about how many there are:
     readings, of joint rounds of learning; fixed tells none."""
     options = {
         "runup": runup,
@@ -152,6 +154,7 @@ def track(
         "identified": identified,
         "paper": paper,
         "proposals": proposals,
+        "as_known_then": as_known_then,
         "seed": seed,
         "rise": rise,
         "ratio_limit": ratio_limit,
