@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 
 use extract::{NAMES, Recording, least_squares_um};
 use folder::{Folder, measured};
+use hound::SampleFormat;
 use nalgebra::Complex;
 use program::{assert_says, json, refusal, rotor_edge};
 use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, KeyphasorDetector};
@@ -20,6 +21,24 @@ use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
 
 const DC: [&str; 2] = ["--mv-um", "-7.87"];
+/// Written by SciPy, see tests/reference/make_mat.py.
+const VOLTS_MAT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/extract/volts.mat");
+const COUNTS_MAT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/extract/counts.mat");
+/// Of 16 bits over 24 V either way.
+const COUNT_V: f64 = 24.0 / 32_768.0;
+
+/// A WAV of five channels at 20 kHz.
+fn write_wav<S: hound::Sample>(
+    path: &str,
+    bits_per_sample: u16,
+    samples: impl Iterator<Item = S>,
+    sample_format: SampleFormat,
+) {
+    let spec = hound::WavSpec { channels: 5, sample_rate: 20_000, bits_per_sample, sample_format };
+    let mut writer = hound::WavWriter::create(path, spec).unwrap();
+    samples.for_each(|sample| writer.write_sample(sample).unwrap());
+    writer.finalize().unwrap();
+}
 
 /// What an extraction prints and writes.
 fn run(folder: &Folder, file: &str, options: &[&str]) -> (serde_json::Value, Vec<Reading>) {
@@ -64,7 +83,7 @@ fn by_hand(
 fn counts_of_a_wav_become_to_the_bit_what_the_core_makes_of_them_also_of_more_than_four_probes() {
     let folder = Folder::new();
     let recording = Recording::default();
-    let (full_scale_v, count_v) = (24.0, 24.0 / 32_768.0);
+    let (full_scale_v, count_v) = (24.0, COUNT_V);
     let frames: Vec<[i16; 5]> = (0..recording.samples())
         .map(|n| {
             let volts = |probe: usize| recording.volts(probe, n);
@@ -75,7 +94,7 @@ fn counts_of_a_wav_become_to_the_bit_what_the_core_makes_of_them_also_of_more_th
         channels: 7,
         sample_rate: 20_000,
         bits_per_sample: 16,
-        sample_format: hound::SampleFormat::Int,
+        sample_format: SampleFormat::Int,
     };
     let mut writer = hound::WavWriter::create(folder.path("a.wav"), spec).unwrap();
     for [a, b, c, d, key] in &frames {
@@ -173,6 +192,62 @@ fn arrays_of_numpy_give_what_the_csv_of_the_same_numbers_gives() {
         assert_eq!(readings.len(), known.len());
         for (reading, known) in readings.iter().zip(&known) {
             assert_eq!((&reading.probes, &reading.gaps_v), (&known.probes, &known.gaps_v));
+        }
+    }
+}
+
+#[test]
+fn what_scipy_saved_as_mat_gives_the_vectors_that_it_was_made_of_and_counts_in_it_what_a_wav_of_them_gives() {
+    let folder = Folder::new();
+    let options = |more: &[&'static str]| [&DC[..], &["--revolutions", "4"], more].concat();
+    let named = ["15X=Brg15X", "15Y=Brg15Y", "16X=Brg16X", "16Y=Brg16Y"];
+    let channels: Vec<&str> = named.iter().flat_map(|stated| ["--channel", stated]).collect();
+    let (answer, readings) = run(&folder, VOLTS_MAT, &options(&channels));
+    assert_eq!((&answer["rate_hz"], readings.len()), (&20_000.0.into(), 1));
+    for probe in 0..4 {
+        // single precision of 9.5 V is 1e-6 of the 0.4 V that vibrate
+        let miss = miss(&readings, probe, Recording::phasor_um(probe));
+        assert!(miss < 1e-5, "{probe}: {miss:.1e}");
+    }
+    let recording = Recording { seconds: 0.05, ..Recording::default() };
+    let frames =
+        |n| [0, 1, 2, 3].map(|probe| recording.volts(probe, n)).into_iter().chain([recording.key(n)]);
+    let wav = folder.text("counts.wav");
+    let counts = (0..recording.samples()).flat_map(frames).map(|v| (v / COUNT_V).round() as i32);
+    write_wav(&wav, 16, counts, SampleFormat::Int);
+    let of_counts = ["--full-scale", "24", "--rate-hz", "20000", "--keyphasor"];
+    let from_wav = run(&folder, &wav, &options(&[&of_counts[..], &["5"]].concat())).1;
+    let from_mat = run(&folder, COUNTS_MAT, &options(&[&of_counts[..], &["ch.5"]].concat())).1;
+    assert_eq!((from_mat.len(), &from_mat), (1, &from_wav));
+}
+
+#[test]
+fn wav_of_24_bits_and_of_fractions_gives_what_csv_gives_to_their_own_resolution() {
+    let folder = Folder::new();
+    let recording = Recording { seconds: 0.3, ..Recording::default() };
+    let known = run(&folder, &folder.write("a.csv", recording.csv()), &DC).1;
+    let options = [&DC[..], &["--full-scale", "24", "--keyphasor", "5"]].concat();
+    let row = |n| [0, 1, 2, 3].map(|probe| recording.volts(probe, n)).into_iter().chain([recording.key(n)]);
+    let all = || (0..recording.samples()).flat_map(row);
+    let wav = folder.text("a.wav");
+    write_wav(&wav, 24, all().map(|v| (v / 24.0 * f64::from(1 << 23)).round() as i32), SampleFormat::Int);
+    let of_24_bits = run(&folder, &wav, &options).1;
+    let floats = folder.text("floats.wav");
+    write_wav(&floats, 32, all().map(|v| (v / 24.0) as f32), SampleFormat::Float);
+    let of_floats = run(&folder, &floats, &options).1;
+    for (readings, resolution_v) in
+        [(of_24_bits, 24.0 / f64::from(1 << 23)), (of_floats, 24.0 * 2.0_f64.powi(-25))]
+    {
+        assert_eq!(readings.len(), known.len());
+        for (reading, known) in readings.iter().zip(&known) {
+            for probe in 0..4 {
+                let um = 1e6 * (reading.probes[probe].unwrap() - known.probes[probe].unwrap()).norm();
+                // a step of the file and one of the 16 bits over the 1.4 V of the channels
+                let step_um = 1e3 * (resolution_v + 1.4 / 64_000.0) / Recording::MV_UM.abs();
+                assert!(um < step_um, "{um} {step_um}");
+                let gap_v = reading.gaps_v[probe].unwrap() - known.gaps_v[probe].unwrap();
+                assert!(gap_v.abs() < resolution_v + 1.4 / 64_000.0, "{gap_v}");
+            }
         }
     }
 }
@@ -345,6 +420,8 @@ fn what_cannot_be_right_is_refused_in_one_sentence_and_nothing_is_overwritten() 
     assert_says(&refused(&folder, &words, &DC), &["words.csv: row 3, column 15X: \"n/a", "is not a number"]);
     let short = folder.write("short.csv", text.lines().take(400).collect::<Vec<_>>().join("\n"));
     assert_says(&refused(&folder, &short, &DC), &["make no window of 16 turns", "--revolutions"]);
+    let whole_mat = std::fs::read(VOLTS_MAT).unwrap();
+    let hdf5_mat = [&whole_mat[..124], b"\x00\x02IM", &[0; 400]].concat();
     for (name, bytes, says) in [
         (
             "a.tdms",
@@ -355,6 +432,9 @@ fn what_cannot_be_right_is_refused_in_one_sentence_and_nothing_is_overwritten() 
         ("a.wav", b"no wave", "a.wav: cannot be read as WAV"),
         ("a.npy", b"no array", "a.npy: cannot be read as a NumPy array"),
         ("a.npz", b"no archive", "a.npz: cannot be read as a NumPy archive"),
+        ("a.mat", &hdf5_mat, "a.mat: is no MATLAB file of level 5 (7.3 is another)"),
+        ("cut.mat", &whole_mat[..whole_mat.len() - 9], "cut.mat: cannot be read as a MATLAB file"),
+        ("text.mat", &whole_mat[..128], "text.mat: holds no array of real numbers"),
         ("twice.csv", b"a,a,kph\n1,1,1\n", "twice.csv: two channels are called a"),
         ("empty.csv", b"a,kph\n", "there is no sample"),
     ] {

@@ -310,8 +310,8 @@ def extract(
     """1x readings from raw samples of probes and keyphasor, by the controller's own extraction; they are the answer's
     ``measurement``.
 
-    waveforms: a .csv, .wav, .npy or .npz file, or an array of samples by channel. rate_hz: samples a second, where no file says
-    it. rotor: whose probes are meant. channels: of probes that are called otherwise. unit: of the probes' channels; accelerations
+    waveforms: a .csv, .wav, .npy, .npz or .mat file, or an array of samples by channel. rate_hz: samples a second, where no file
+    says it. rotor: whose probes are meant. channels: of probes that are called otherwise. unit: of the probes' channels; accelerations
     and velocities are integrated at 1x. mv_um: sensitivity, mV/µm, one for all or by probe; negative where the voltage falls
     with the gap. full_scale: what 32768 counts stand for. ac: there is no gap voltage. threshold, hysteresis, falling: where in the
     keyphasor's channel the mark is, in its unit. pulses: in a turn, of a tacho. revolutions, largest_drift (relative):

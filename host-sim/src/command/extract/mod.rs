@@ -19,7 +19,7 @@ use crate::extract::{Extracted, extract};
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Samples of probes and keyphasor: .csv (a header, a row a sample, `time_s` or --rate-hz), .wav, .npy, .npz
+    /// Samples of probes and keyphasor: .csv (a header, a row a sample, `time_s` or --rate-hz), .wav, .npy, .npz, .mat
     waveforms: PathBuf,
     /// Where to write the readings
     #[arg(short, long, default_value = "measured.csv")]
