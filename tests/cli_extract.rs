@@ -131,7 +131,7 @@ fn a_csv_of_volts_gives_the_least_squares_fit_and_cos_and_sin_as_the_closed_form
     let file = folder.write("a.csv", recording.csv());
     let (answer, readings) = run(&folder, &file, &DC);
     assert!(readings.len() > 5);
-    assert_eq!(answer["channels"][1], serde_json::json!({"probe": "15Y", "channel": "15Y"}));
+    assert_eq!(answer["files"][0]["channels"][1], serde_json::json!({"probe": "15Y", "channel": "15Y"}));
     for probe in 0..4 {
         let expected = Recording::phasor_um(probe);
         let fitted = least_squares_um(&recording, probe);
@@ -172,7 +172,7 @@ fn arrays_of_numpy_give_what_the_csv_of_the_same_numbers_gives() {
     let npy = folder.write("a.npy", array(&[samples as u64, 5], (0..samples).flat_map(row).collect()));
     let numbered = ["--rate-hz", "20000", "--keyphasor", "5"];
     let as_npy = run(&folder, &npy, &[&DC[..], &numbered].concat());
-    assert_eq!(as_npy.0["channels"][3]["probe"], "4");
+    assert_eq!(as_npy.0["files"][0]["channels"][3]["probe"], "4");
     let file = std::fs::File::create(folder.path("a.npz")).unwrap();
     let mut archive = zip::ZipWriter::new(file);
     let mut add = |name: &str, shape: &[u64], values: Vec<f64>| {
@@ -187,7 +187,7 @@ fn arrays_of_numpy_give_what_the_csv_of_the_same_numbers_gives() {
     add("rate_hz", &[], vec![20_000.0]);
     archive.finish().unwrap();
     let as_npz = run(&folder, &folder.text("a.npz"), &DC);
-    assert_eq!(as_npz.0["channels"][3]["probe"], "16Y");
+    assert_eq!(as_npz.0["files"][0]["channels"][3]["probe"], "16Y");
     for readings in [as_npy.1, as_npz.1] {
         assert_eq!(readings.len(), known.len());
         for (reading, known) in readings.iter().zip(&known) {
@@ -203,7 +203,7 @@ fn what_scipy_saved_as_mat_gives_the_vectors_that_it_was_made_of_and_counts_in_i
     let named = ["15X=Brg15X", "15Y=Brg15Y", "16X=Brg16X", "16Y=Brg16Y"];
     let channels: Vec<&str> = named.iter().flat_map(|stated| ["--channel", stated]).collect();
     let (answer, readings) = run(&folder, VOLTS_MAT, &options(&channels));
-    assert_eq!((&answer["rate_hz"], readings.len()), (&20_000.0.into(), 1));
+    assert_eq!((&answer["files"][0]["rate_hz"], readings.len()), (&20_000.0.into(), 1));
     for probe in 0..4 {
         // single precision of 9.5 V is 1e-6 of the 0.4 V that vibrate
         let miss = miss(&readings, probe, Recording::phasor_um(probe));
@@ -305,7 +305,7 @@ fn a_tacho_keeps_its_place_in_the_turn_over_a_missing_pulse() {
     };
     let file = folder.write("a.csv", recording.csv_with(eight));
     let (answer, readings) = run(&folder, &file, &["--mv-um", "-7.87", "--pulses", "8"]);
-    assert_eq!((&answer["keyphasor"]["missed_pulses"], &answer["lost"]), (&1.into(), &0.into()));
+    assert_eq!((&answer["files"][0]["keyphasor"]["missed_pulses"], &answer["lost"]), (&1.into(), &0.into()));
     assert!(readings.len() >= 3);
     // the recording begins at 0.37 of a turn, and the first pulse is at 3/8
     let turned = Complex::from_polar(1.0, TAU * 3.0 / 8.0);
@@ -328,7 +328,10 @@ fn lost_marks_and_clipped_channels_cost_their_own_readings_which_are_counted_and
     let file = folder.write("a.csv", recording.csv_with(skips_one));
     let (answer, readings) = run(&folder, &file, &DC);
     assert_eq!((answer["lost"].as_u64(), readings.len()), (Some(1), whole - 1), "{answer}");
-    assert_says(answer["losses"][0]["why"].as_str().unwrap(), &["a mark came too early or too late"]);
+    assert_says(
+        answer["files"][0]["losses"][0]["why"].as_str().unwrap(),
+        &["a mark came too early or too late"],
+    );
     assert!((0..4).all(|probe| miss(&readings, probe, Recording::phasor_um(probe)) < 1e-5));
 
     // small at first, then cut at −9.7 V
@@ -337,9 +340,9 @@ fn lost_marks_and_clipped_channels_cost_their_own_readings_which_are_counted_and
     };
     let file = folder.write("a.csv", recording.csv_with(cut));
     let (answer, readings) = run(&folder, &file, &DC);
-    let (why, probe) = (&answer["losses"][0]["why"], &answer["losses"][0]["probe"]);
+    let (why, probe) = (&answer["files"][0]["losses"][0]["why"], &answer["files"][0]["losses"][0]["probe"]);
     assert_eq!(
-        (why.as_str(), probe.as_str(), answer["losses"].as_array().unwrap().len()),
+        (why.as_str(), probe.as_str(), answer["files"][0]["losses"].as_array().unwrap().len()),
         (Some("clipped"), Some("15Y"), 1)
     );
     let lost = readings.iter().filter(|r| r.probes[1].is_none()).count();
@@ -369,6 +372,65 @@ fn a_run_up_is_cut_into_bins_of_speed() {
     assert_says(&page, &["id=\"speed-over-time\"", "id=\"probe-15x\"", "id=\"probe-16y\"", "SHA-256"]);
     let too_fast = refused(&folder, &file, &["--mv-um", "-7.87", "--largest-drift", "0.0001"]);
     assert_says(&too_fast, &["every reading is lost", "the speed changed too much within the window"]);
+}
+
+#[test]
+fn windows_that_drift_are_counted_and_with_the_option_that_is_named_none_is_lost() {
+    let folder = Folder::new();
+    let recording = Recording { speed_rpm: 2500.0, rise_rpm_s: 100.0, rate_hz: 5000.0, seconds: 8.0 };
+    let file = folder.write("a.csv", recording.csv());
+    let (answer, _) = run(&folder, &file, &DC);
+    let drifted = &answer["files"][0]["drifted"];
+    // from the first turn of sixteen to the last, 15 turns of 24 ms
+    let first_change = 15.0 * 100.0 * 60.0 / 2500.0 / 2500.0;
+    let largest = drifted["largest"].as_f64().unwrap();
+    assert!((0.9 * first_change..1.1 * first_change).contains(&largest), "{largest} {first_change}");
+    assert_eq!(drifted["windows"], answer["lost"]);
+    let shown = std::fs::read_to_string(folder.path("measured.csv")).unwrap();
+    let turns = (16.0 * 0.01 / largest).floor();
+    let windows = format!("within {} of {} windows", drifted["windows"], drifted["of"]);
+    assert_says(&shown, &[&windows, &format!("--revolutions {turns} keeps them")]);
+    let all_lost = refused(&folder, &file, &[&DC[..], &["--largest-drift", "0.001"]].concat());
+    assert_says(&all_lost, &["every reading is lost", "--largest-drift 0.01", " keeps them"]);
+    let (fewer, _) = run(&folder, &file, &[&DC[..], &["--revolutions", &turns.to_string()]].concat());
+    assert_eq!((&fewer["lost"], &fewer["files"][0]["drifted"]), (&0.into(), &serde_json::Value::Null));
+}
+
+#[test]
+fn files_that_follow_one_another_are_runs_each_with_the_vectors_that_it_has_alone() {
+    let folder = Folder::new();
+    let recordings = [11_000.0, 9_000.0].map(|speed_rpm| Recording { speed_rpm, ..Recording::default() });
+    let [first, second] = [0, 1].map(|i| folder.write(["first.csv", "second.csv"][i], recordings[i].csv()));
+    let alone = [&first, &second].map(|file| run(&folder, file, &DC).1);
+    let (answer, together) = run(&folder, &first, &[&[second.as_str()], &DC[..]].concat());
+    assert_eq!(
+        (&answer["files"][1]["run"], &answer["files"][1]["readings"]),
+        (&"second".into(), &alone[1].len().into())
+    );
+    let names = |name: &'static str, of: &[Reading]| vec![Some(name.to_string()); of.len()];
+    let runs: Vec<_> = together.iter().map(|r| r.run.clone()).collect();
+    assert_eq!(runs, [names("first", &alone[0]), names("second", &alone[1])].concat());
+    for (i, (reading, known)) in together.iter().zip(alone.iter().flatten()).enumerate() {
+        assert_eq!((&reading.probes, &reading.gaps_v), (&known.probes, &known.gaps_v));
+        let begins_d = if i < alone[0].len() { 0.0 } else { 1.0 / 86_400.0 };
+        assert!((reading.time_d.unwrap() - known.time_d.unwrap() - begins_d).abs() < 1e-10);
+    }
+    let report = folder.text("report.html");
+    let named = ["--run", "as found", "--run", "trial", "--report", &report];
+    let (_, readings) = run(&folder, &first, &[&[second.as_str()], &DC[..], &named].concat());
+    assert_eq!(readings.last().unwrap().run.as_deref(), Some("trial"));
+    let page = std::fs::read_to_string(report).unwrap();
+    // in the account, in the command line, and in the legend of each probe's figure
+    assert!(["as found", "trial"].iter().all(|run| page.matches(run).count() == 6), "{page}");
+
+    let other = folder.write("other.csv", recordings[1].csv().replacen("15X", "7X", 1));
+    for (more, says) in [
+        (&[first.as_str()][..], "two runs are called first, expected --run with a name for each file"),
+        (&[&second, "--run", "a"], "--run: names 1 runs, expected one for each of the 2 files"),
+        (&[&other], "other.csv: has the probes 7X, 15Y, 16X, 16Y, expected 15X, 15Y, 16X, 16Y as in"),
+    ] {
+        assert_says(&refused(&folder, &first, &[more, &DC[..]].concat()), &[says]);
+    }
 }
 
 #[test]
