@@ -4,6 +4,7 @@
 mod program;
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use program::{assert_says, rotor_edge};
 use rotor_edge::sample;
@@ -232,13 +233,13 @@ fn a_reader_that_goes_away_is_no_error_and_a_full_disk_under_the_output_is() {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let folder = Folder::new();
     let rotor = folder.file("r.toml", sample::ROTOR);
-    let mut check = std::process::Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+    let mut check = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
     let refused = check.args(["check", &rotor]).stdout(full).output().unwrap();
     assert_eq!(refused.status.code(), Some(1));
     assert_says(&String::from_utf8(refused.stderr).unwrap(), &["standard output: cannot be written"]);
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
-    let mut check = std::process::Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+    let mut check = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
     let unread = check.args(["check", &rotor]).stdout(writer).output().unwrap();
     assert!(unread.status.success(), "{}", String::from_utf8_lossy(&unread.stderr));
 }
@@ -266,6 +267,22 @@ fn completions_know_every_command_and_the_manual_has_a_page_of_each() {
     }
     let nowhere = folder.path("none").display().to_string();
     assert_says(&program::refusal(&["manual", "--folder", &nowhere]), &["there is no such folder"]);
+}
+
+#[test]
+fn the_version_ends_with_the_commit_that_git_names_where_this_is_a_clone() {
+    let shown = String::from_utf8(rotor_edge(&["--version"]).stdout).unwrap();
+    let repository = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let plain = concat!("rotor-edge ", env!("CARGO_PKG_VERSION"));
+    if !repository.join(".git").exists() {
+        return assert_eq!(shown.trim_end(), plain);
+    }
+    let git =
+        |words: &[&str]| Command::new("git").current_dir(repository).args(words).output().unwrap().stdout;
+    let commit = String::from_utf8(git(&["log", "-1", "--format=%H"])).unwrap();
+    let named =
+        shown.trim_end().strip_prefix(plain).and_then(|rest| rest.strip_prefix(" (")?.strip_suffix(')'));
+    assert!(named.is_some_and(|named| named.len() >= 12 && commit.starts_with(named)), "{shown}: {commit}");
 }
 
 #[test]

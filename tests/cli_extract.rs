@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 
 use extract::{NAMES, Recording, least_squares_um};
 use folder::{Folder, measured};
+use hound::SampleFormat;
 use nalgebra::Complex;
 use program::{assert_says, json, refusal, rotor_edge};
 use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, KeyphasorDetector};
@@ -20,6 +21,24 @@ use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
 
 const DC: [&str; 2] = ["--mv-um", "-7.87"];
+/// Written by SciPy, see tests/reference/make_mat.py.
+const VOLTS_MAT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/extract/volts.mat");
+const COUNTS_MAT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/extract/counts.mat");
+/// Of 16 bits over 24 V either way.
+const COUNT_V: f64 = 24.0 / 32_768.0;
+
+/// A WAV of five channels at 20 kHz.
+fn write_wav<S: hound::Sample>(
+    path: &str,
+    bits_per_sample: u16,
+    samples: impl Iterator<Item = S>,
+    sample_format: SampleFormat,
+) {
+    let spec = hound::WavSpec { channels: 5, sample_rate: 20_000, bits_per_sample, sample_format };
+    let mut writer = hound::WavWriter::create(path, spec).unwrap();
+    samples.for_each(|sample| writer.write_sample(sample).unwrap());
+    writer.finalize().unwrap();
+}
 
 /// What an extraction prints and writes.
 fn run(folder: &Folder, file: &str, options: &[&str]) -> (serde_json::Value, Vec<Reading>) {
@@ -64,7 +83,7 @@ fn by_hand(
 fn counts_of_a_wav_become_to_the_bit_what_the_core_makes_of_them_also_of_more_than_four_probes() {
     let folder = Folder::new();
     let recording = Recording::default();
-    let (full_scale_v, count_v) = (24.0, 24.0 / 32_768.0);
+    let (full_scale_v, count_v) = (24.0, COUNT_V);
     let frames: Vec<[i16; 5]> = (0..recording.samples())
         .map(|n| {
             let volts = |probe: usize| recording.volts(probe, n);
@@ -75,7 +94,7 @@ fn counts_of_a_wav_become_to_the_bit_what_the_core_makes_of_them_also_of_more_th
         channels: 7,
         sample_rate: 20_000,
         bits_per_sample: 16,
-        sample_format: hound::SampleFormat::Int,
+        sample_format: SampleFormat::Int,
     };
     let mut writer = hound::WavWriter::create(folder.path("a.wav"), spec).unwrap();
     for [a, b, c, d, key] in &frames {
@@ -112,7 +131,7 @@ fn a_csv_of_volts_gives_the_least_squares_fit_and_cos_and_sin_as_the_closed_form
     let file = folder.write("a.csv", recording.csv());
     let (answer, readings) = run(&folder, &file, &DC);
     assert!(readings.len() > 5);
-    assert_eq!(answer["channels"][1], serde_json::json!({"probe": "15Y", "channel": "15Y"}));
+    assert_eq!(answer["files"][0]["channels"][1], serde_json::json!({"probe": "15Y", "channel": "15Y"}));
     for probe in 0..4 {
         let expected = Recording::phasor_um(probe);
         let fitted = least_squares_um(&recording, probe);
@@ -153,7 +172,7 @@ fn arrays_of_numpy_give_what_the_csv_of_the_same_numbers_gives() {
     let npy = folder.write("a.npy", array(&[samples as u64, 5], (0..samples).flat_map(row).collect()));
     let numbered = ["--rate-hz", "20000", "--keyphasor", "5"];
     let as_npy = run(&folder, &npy, &[&DC[..], &numbered].concat());
-    assert_eq!(as_npy.0["channels"][3]["probe"], "4");
+    assert_eq!(as_npy.0["files"][0]["channels"][3]["probe"], "4");
     let file = std::fs::File::create(folder.path("a.npz")).unwrap();
     let mut archive = zip::ZipWriter::new(file);
     let mut add = |name: &str, shape: &[u64], values: Vec<f64>| {
@@ -168,11 +187,67 @@ fn arrays_of_numpy_give_what_the_csv_of_the_same_numbers_gives() {
     add("rate_hz", &[], vec![20_000.0]);
     archive.finish().unwrap();
     let as_npz = run(&folder, &folder.text("a.npz"), &DC);
-    assert_eq!(as_npz.0["channels"][3]["probe"], "16Y");
+    assert_eq!(as_npz.0["files"][0]["channels"][3]["probe"], "16Y");
     for readings in [as_npy.1, as_npz.1] {
         assert_eq!(readings.len(), known.len());
         for (reading, known) in readings.iter().zip(&known) {
             assert_eq!((&reading.probes, &reading.gaps_v), (&known.probes, &known.gaps_v));
+        }
+    }
+}
+
+#[test]
+fn what_scipy_saved_as_mat_gives_the_vectors_that_it_was_made_of_and_counts_in_it_what_a_wav_of_them_gives() {
+    let folder = Folder::new();
+    let options = |more: &[&'static str]| [&DC[..], &["--revolutions", "4"], more].concat();
+    let named = ["15X=Brg15X", "15Y=Brg15Y", "16X=Brg16X", "16Y=Brg16Y"];
+    let channels: Vec<&str> = named.iter().flat_map(|stated| ["--channel", stated]).collect();
+    let (answer, readings) = run(&folder, VOLTS_MAT, &options(&channels));
+    assert_eq!((&answer["files"][0]["rate_hz"], readings.len()), (&20_000.0.into(), 1));
+    for probe in 0..4 {
+        // single precision of 9.5 V is 1e-6 of the 0.4 V that vibrate
+        let miss = miss(&readings, probe, Recording::phasor_um(probe));
+        assert!(miss < 1e-5, "{probe}: {miss:.1e}");
+    }
+    let recording = Recording { seconds: 0.05, ..Recording::default() };
+    let frames =
+        |n| [0, 1, 2, 3].map(|probe| recording.volts(probe, n)).into_iter().chain([recording.key(n)]);
+    let wav = folder.text("counts.wav");
+    let counts = (0..recording.samples()).flat_map(frames).map(|v| (v / COUNT_V).round() as i32);
+    write_wav(&wav, 16, counts, SampleFormat::Int);
+    let of_counts = ["--full-scale", "24", "--rate-hz", "20000", "--keyphasor"];
+    let from_wav = run(&folder, &wav, &options(&[&of_counts[..], &["5"]].concat())).1;
+    let from_mat = run(&folder, COUNTS_MAT, &options(&[&of_counts[..], &["ch.5"]].concat())).1;
+    assert_eq!((from_mat.len(), &from_mat), (1, &from_wav));
+}
+
+#[test]
+fn wav_of_24_bits_and_of_fractions_gives_what_csv_gives_to_their_own_resolution() {
+    let folder = Folder::new();
+    let recording = Recording { seconds: 0.3, ..Recording::default() };
+    let known = run(&folder, &folder.write("a.csv", recording.csv()), &DC).1;
+    let options = [&DC[..], &["--full-scale", "24", "--keyphasor", "5"]].concat();
+    let row = |n| [0, 1, 2, 3].map(|probe| recording.volts(probe, n)).into_iter().chain([recording.key(n)]);
+    let all = || (0..recording.samples()).flat_map(row);
+    let wav = folder.text("a.wav");
+    write_wav(&wav, 24, all().map(|v| (v / 24.0 * f64::from(1 << 23)).round() as i32), SampleFormat::Int);
+    let of_24_bits = run(&folder, &wav, &options).1;
+    let floats = folder.text("floats.wav");
+    write_wav(&floats, 32, all().map(|v| (v / 24.0) as f32), SampleFormat::Float);
+    let of_floats = run(&folder, &floats, &options).1;
+    for (readings, resolution_v) in
+        [(of_24_bits, 24.0 / f64::from(1 << 23)), (of_floats, 24.0 * 2.0_f64.powi(-25))]
+    {
+        assert_eq!(readings.len(), known.len());
+        for (reading, known) in readings.iter().zip(&known) {
+            for probe in 0..4 {
+                let um = 1e6 * (reading.probes[probe].unwrap() - known.probes[probe].unwrap()).norm();
+                // a step of the file and one of the 16 bits over the 1.4 V of the channels
+                let step_um = 1e3 * (resolution_v + 1.4 / 64_000.0) / Recording::MV_UM.abs();
+                assert!(um < step_um, "{um} {step_um}");
+                let gap_v = reading.gaps_v[probe].unwrap() - known.gaps_v[probe].unwrap();
+                assert!(gap_v.abs() < resolution_v + 1.4 / 64_000.0, "{gap_v}");
+            }
         }
     }
 }
@@ -230,7 +305,7 @@ fn a_tacho_keeps_its_place_in_the_turn_over_a_missing_pulse() {
     };
     let file = folder.write("a.csv", recording.csv_with(eight));
     let (answer, readings) = run(&folder, &file, &["--mv-um", "-7.87", "--pulses", "8"]);
-    assert_eq!((&answer["keyphasor"]["missed_pulses"], &answer["lost"]), (&1.into(), &0.into()));
+    assert_eq!((&answer["files"][0]["keyphasor"]["missed_pulses"], &answer["lost"]), (&1.into(), &0.into()));
     assert!(readings.len() >= 3);
     // the recording begins at 0.37 of a turn, and the first pulse is at 3/8
     let turned = Complex::from_polar(1.0, TAU * 3.0 / 8.0);
@@ -253,7 +328,10 @@ fn lost_marks_and_clipped_channels_cost_their_own_readings_which_are_counted_and
     let file = folder.write("a.csv", recording.csv_with(skips_one));
     let (answer, readings) = run(&folder, &file, &DC);
     assert_eq!((answer["lost"].as_u64(), readings.len()), (Some(1), whole - 1), "{answer}");
-    assert_says(answer["losses"][0]["why"].as_str().unwrap(), &["a mark came too early or too late"]);
+    assert_says(
+        answer["files"][0]["losses"][0]["why"].as_str().unwrap(),
+        &["a mark came too early or too late"],
+    );
     assert!((0..4).all(|probe| miss(&readings, probe, Recording::phasor_um(probe)) < 1e-5));
 
     // small at first, then cut at −9.7 V
@@ -262,9 +340,9 @@ fn lost_marks_and_clipped_channels_cost_their_own_readings_which_are_counted_and
     };
     let file = folder.write("a.csv", recording.csv_with(cut));
     let (answer, readings) = run(&folder, &file, &DC);
-    let (why, probe) = (&answer["losses"][0]["why"], &answer["losses"][0]["probe"]);
+    let (why, probe) = (&answer["files"][0]["losses"][0]["why"], &answer["files"][0]["losses"][0]["probe"]);
     assert_eq!(
-        (why.as_str(), probe.as_str(), answer["losses"].as_array().unwrap().len()),
+        (why.as_str(), probe.as_str(), answer["files"][0]["losses"].as_array().unwrap().len()),
         (Some("clipped"), Some("15Y"), 1)
     );
     let lost = readings.iter().filter(|r| r.probes[1].is_none()).count();
@@ -294,6 +372,65 @@ fn a_run_up_is_cut_into_bins_of_speed() {
     assert_says(&page, &["id=\"speed-over-time\"", "id=\"probe-15x\"", "id=\"probe-16y\"", "SHA-256"]);
     let too_fast = refused(&folder, &file, &["--mv-um", "-7.87", "--largest-drift", "0.0001"]);
     assert_says(&too_fast, &["every reading is lost", "the speed changed too much within the window"]);
+}
+
+#[test]
+fn windows_that_drift_are_counted_and_with_the_option_that_is_named_none_is_lost() {
+    let folder = Folder::new();
+    let recording = Recording { speed_rpm: 2500.0, rise_rpm_s: 100.0, rate_hz: 5000.0, seconds: 8.0 };
+    let file = folder.write("a.csv", recording.csv());
+    let (answer, _) = run(&folder, &file, &DC);
+    let drifted = &answer["files"][0]["drifted"];
+    // from the first turn of sixteen to the last, 15 turns of 24 ms
+    let first_change = 15.0 * 100.0 * 60.0 / 2500.0 / 2500.0;
+    let largest = drifted["largest"].as_f64().unwrap();
+    assert!((0.9 * first_change..1.1 * first_change).contains(&largest), "{largest} {first_change}");
+    assert_eq!(drifted["windows"], answer["lost"]);
+    let shown = std::fs::read_to_string(folder.path("measured.csv")).unwrap();
+    let turns = (16.0 * 0.01 / largest).floor();
+    let windows = format!("within {} of {} windows", drifted["windows"], drifted["of"]);
+    assert_says(&shown, &[&windows, &format!("--revolutions {turns} keeps them")]);
+    let all_lost = refused(&folder, &file, &[&DC[..], &["--largest-drift", "0.001"]].concat());
+    assert_says(&all_lost, &["every reading is lost", "--largest-drift 0.01", " keeps them"]);
+    let (fewer, _) = run(&folder, &file, &[&DC[..], &["--revolutions", &turns.to_string()]].concat());
+    assert_eq!((&fewer["lost"], &fewer["files"][0]["drifted"]), (&0.into(), &serde_json::Value::Null));
+}
+
+#[test]
+fn files_that_follow_one_another_are_runs_each_with_the_vectors_that_it_has_alone() {
+    let folder = Folder::new();
+    let recordings = [11_000.0, 9_000.0].map(|speed_rpm| Recording { speed_rpm, ..Recording::default() });
+    let [first, second] = [0, 1].map(|i| folder.write(["first.csv", "second.csv"][i], recordings[i].csv()));
+    let alone = [&first, &second].map(|file| run(&folder, file, &DC).1);
+    let (answer, together) = run(&folder, &first, &[&[second.as_str()], &DC[..]].concat());
+    assert_eq!(
+        (&answer["files"][1]["run"], &answer["files"][1]["readings"]),
+        (&"second".into(), &alone[1].len().into())
+    );
+    let names = |name: &'static str, of: &[Reading]| vec![Some(name.to_string()); of.len()];
+    let runs: Vec<_> = together.iter().map(|r| r.run.clone()).collect();
+    assert_eq!(runs, [names("first", &alone[0]), names("second", &alone[1])].concat());
+    for (i, (reading, known)) in together.iter().zip(alone.iter().flatten()).enumerate() {
+        assert_eq!((&reading.probes, &reading.gaps_v), (&known.probes, &known.gaps_v));
+        let begins_d = if i < alone[0].len() { 0.0 } else { 1.0 / 86_400.0 };
+        assert!((reading.time_d.unwrap() - known.time_d.unwrap() - begins_d).abs() < 1e-10);
+    }
+    let report = folder.text("report.html");
+    let named = ["--run", "as found", "--run", "trial", "--report", &report];
+    let (_, readings) = run(&folder, &first, &[&[second.as_str()], &DC[..], &named].concat());
+    assert_eq!(readings.last().unwrap().run.as_deref(), Some("trial"));
+    let page = std::fs::read_to_string(report).unwrap();
+    // in the account, in the command line, and in the legend of each probe's figure
+    assert!(["as found", "trial"].iter().all(|run| page.matches(run).count() == 6), "{page}");
+
+    let other = folder.write("other.csv", recordings[1].csv().replacen("15X", "7X", 1));
+    for (more, says) in [
+        (&[first.as_str()][..], "two runs are called first, expected --run with a name for each file"),
+        (&[&second, "--run", "a"], "--run: names 1 runs, expected one for each of the 2 files"),
+        (&[&other], "other.csv: has the probes 7X, 15Y, 16X, 16Y, expected 15X, 15Y, 16X, 16Y as in"),
+    ] {
+        assert_says(&refused(&folder, &first, &[more, &DC[..]].concat()), &[says]);
+    }
 }
 
 #[test]
@@ -345,6 +482,8 @@ fn what_cannot_be_right_is_refused_in_one_sentence_and_nothing_is_overwritten() 
     assert_says(&refused(&folder, &words, &DC), &["words.csv: row 3, column 15X: \"n/a", "is not a number"]);
     let short = folder.write("short.csv", text.lines().take(400).collect::<Vec<_>>().join("\n"));
     assert_says(&refused(&folder, &short, &DC), &["make no window of 16 turns", "--revolutions"]);
+    let whole_mat = std::fs::read(VOLTS_MAT).unwrap();
+    let hdf5_mat = [&whole_mat[..124], b"\x00\x02IM", &[0; 400]].concat();
     for (name, bytes, says) in [
         (
             "a.tdms",
@@ -355,6 +494,9 @@ fn what_cannot_be_right_is_refused_in_one_sentence_and_nothing_is_overwritten() 
         ("a.wav", b"no wave", "a.wav: cannot be read as WAV"),
         ("a.npy", b"no array", "a.npy: cannot be read as a NumPy array"),
         ("a.npz", b"no archive", "a.npz: cannot be read as a NumPy archive"),
+        ("a.mat", &hdf5_mat, "a.mat: is no MATLAB file of level 5 (7.3 is another)"),
+        ("cut.mat", &whole_mat[..whole_mat.len() - 9], "cut.mat: cannot be read as a MATLAB file"),
+        ("text.mat", &whole_mat[..128], "text.mat: holds no array of real numbers"),
         ("twice.csv", b"a,a,kph\n1,1,1\n", "twice.csv: two channels are called a"),
         ("empty.csv", b"a,kph\n", "there is no sample"),
     ] {

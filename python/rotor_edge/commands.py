@@ -289,7 +289,7 @@ def balance_by_trials(
 
 
 def extract(
-    waveforms: FilePath | Mapping[str, Any],
+    waveforms: FilePath | Mapping[str, Any] | Sequence[FilePath],
     *,
     rate_hz: float | None = None,
     rotor: RotorLike | None = None,
@@ -307,19 +307,20 @@ def extract(
     largest_drift: float | None = None,
     slowest_rpm: float | None = None,
     bin_rpm: float | None = None,
-    run: str | None = None,
+    run: str | Sequence[str] | None = None,
     output: FilePath | None = None,
 ) -> Extraction:
     """1x readings from raw samples of probes and keyphasor, by the controller's own extraction; they are the answer's
     ``measurement``.
 
-    waveforms: a .csv, .wav, .npy or .npz file, or an array of samples by channel. rate_hz: samples a second, where no file says
-    it. rotor: whose probes are meant. channels: of probes that are called otherwise. unit: of the probes' channels; accelerations
+    waveforms: a .csv, .wav, .npy, .npz or .mat file, or an array of samples by channel; several files are runs, one after
+    another. rate_hz: samples a second, where no file
+    says it. rotor: whose probes are meant. channels: of probes that are called otherwise. unit: of the probes' channels; accelerations
     and velocities are integrated at 1x. mv_um: sensitivity, mV/µm, one for all or by probe; negative where the voltage falls
     with the gap. full_scale: what 32768 counts stand for. ac: there is no gap voltage. threshold, hysteresis, falling: where in the
     keyphasor's channel the mark is, in its unit. pulses: in a turn, of a tacho. revolutions, largest_drift (relative):
     of a window. slowest_rpm: without a mark for a turn at this speed the keyphasor is missing. bin_rpm: one reading for the
-    windows within so many rpm. run: its name. output: where to write the readings as well."""
+    windows within so many rpm. run: its name, or those of several. output: where to write the readings as well."""
     by_probe = mv_um if isinstance(mv_um, Mapping) else None
     options: dict[str, Any] = {
         "rate_hz": rate_hz,
@@ -341,13 +342,17 @@ def extract(
         "run": run,
     }
     with desk() as place:
-        samples: Any = waveforms
+        files: list[Any]
         if isinstance(waveforms, Mapping):
-            samples = place / "waveforms.npz"
+            files = [place / "waveforms.npz"]
             arrays: dict[str, Any] = {name: np.asarray(channel) for name, channel in waveforms.items()}
-            np.savez(samples, **arrays)
+            np.savez(files[0], **arrays)
+        elif isinstance(waveforms, (str, os.PathLike)):
+            files = [waveforms]
+        else:
+            files = list(waveforms)
         path = place / "measured.csv" if output is None else os.fspath(output)
-        answer = place.ask("extract", samples, output=path, **options)
+        answer = place.ask("extract", *files, output=path, **options)
         return Extraction.of(json.loads(answer), json=answer, measurement=read_measurement(path))
 
 

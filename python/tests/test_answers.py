@@ -203,6 +203,9 @@ def test_extract_from_samples_in_memory_and_from_their_file(printed, tmp_path):
     again = rotor_edge.extract(samples, rate_hz=rate_hz, mv_um={"15X": -7.87, "15Y": -7.87})
     for column in ["15X_cos_um", "15Y_sin_um"]:
         assert np.array_equal(again.measurement[column], answer.measurement[column])
+    several = rotor_edge.extract([file, file], rate_hz=rate_hz, mv_um=-7.87, run=["as found", "trial"])
+    assert [of.run for of in several.files] == ["as found", "trial"]
+    assert several.readings == 2 * answer.readings and set(several.measurement["run"]) == {"as found", "trial"}
     # the probe's voltage falls as the shaft comes nearer
     assert np.allclose(answer.measurement["15X_cos_um"], 10, atol=0.01)
     with pytest.raises(rotor_edge.Error, match="no channel is called keyphasor"):

@@ -53,7 +53,7 @@ pub use listener::Listener;
 /// Without a command, the main job runs on the built-in sample: 460 days of a turbine, played over a
 /// virtual CAN bus into the controller's core, every result checked against the full-precision model.
 #[derive(Debug, Parser)]
-#[command(version)]
+#[command(version = env!("ROTOR_EDGE_VERSION"))]
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,

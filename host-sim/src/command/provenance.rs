@@ -27,7 +27,7 @@ pub fn section(own: &Path) -> Section {
     Section {
         heading: "Where this comes from".into(),
         paragraphs: vec![
-            format!("rotor-edge {}, {now}.", env!("CARGO_PKG_VERSION")),
+            format!("rotor-edge {}, {now}.", env!("ROTOR_EDGE_VERSION")),
             format!("Command: rotor-edge {}", words.iter().map(|w| quoted(w)).collect::<Vec<_>>().join(" ")),
             "An unbalance at angle α pulls along x cos α + y sin α at the moment of the keyphasor's mark, x turning into y. A \
              residual is the sum over all probes of |model − measurement| per component, zero to peak; figures say themselves \

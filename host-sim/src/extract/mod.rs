@@ -20,14 +20,14 @@ pub(crate) mod unit;
 mod waveform;
 mod windows;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use rotor_edge_core::extraction::ExtractionConfig;
 use rotor_edge_desktop::measurement::Reading;
 
 use counts::Converted;
-use readings::{Loss, losses};
+use readings::{Drifted, Loss, Recorded, losses};
 use settings::Settings;
 use waveform::Waveform;
 
@@ -37,6 +37,10 @@ const HALF_RANGE: f64 = 32_768.0;
 /// What a file became.
 #[derive(Debug)]
 pub struct Extracted {
+    /// Name of the file.
+    pub file: String,
+    /// Its run, if it has a name.
+    pub run: Option<String>,
     /// Samples a second of each channel.
     pub rate_hz: f64,
     /// Length of the recording, s.
@@ -51,18 +55,48 @@ pub struct Extracted {
     pub readings: Vec<Reading>,
     /// Readings that are lost, by reason.
     pub losses: Vec<Loss>,
+    /// Those among them that are lost because the speed changed.
+    pub drifted: Option<Drifted>,
     /// Pulses of a tacho that did not come.
     pub missed_pulses: usize,
     /// When it was no longer known which pulse of the turn is which, s.
     pub reference_lost_s: Option<f64>,
 }
 
-/// Extracts the 1x vectors of a file; `of_rotor` are the probes of a rotor, if one is given.
+/// Extracts the 1x vectors of files that were recorded one after another, each a run of its own; `of_rotor` are the probes of
+/// a rotor, if one is given.
 ///
 /// # Errors
 /// One sentence with the file, the place in it and the option that would help.
-pub fn extract(path: &Path, of_rotor: Option<&[String]>, settings: &Settings) -> Result<Extracted> {
+pub fn extract(
+    paths: &[PathBuf],
+    of_rotor: Option<&[String]>,
+    settings: &Settings,
+) -> Result<Vec<Extracted>> {
     settings.check()?;
+    let mut all: Vec<Extracted> = Vec::new();
+    for (path, run) in paths.iter().zip(settings.runs(paths)?) {
+        let begins_s = all.iter().map(|before| before.duration_s).sum();
+        let extracted = of_file(path, run, begins_s, of_rotor, settings)?;
+        let names = |of: &Extracted| of.probes.iter().map(|(p, _)| p.as_str()).collect::<Vec<_>>().join(", ");
+        if let Some(first) = all.first()
+            && names(first) != names(&extracted)
+        {
+            let (file, expected) = (&extracted.file, &first.file);
+            bail!("{file}: has the probes {}, expected {} as in {expected}", names(&extracted), names(first));
+        }
+        all.push(extracted);
+    }
+    Ok(all)
+}
+
+fn of_file(
+    path: &Path,
+    run: Option<String>,
+    begins_s: f64,
+    of_rotor: Option<&[String]>,
+    settings: &Settings,
+) -> Result<Extracted> {
     let waveform = format::read(path)?;
     let file = &waveform.file;
     let rate_hz = rate_hz(&waveform, settings)?;
@@ -87,12 +121,16 @@ pub fn extract(path: &Path, of_rotor: Option<&[String]>, settings: &Settings) ->
     let windows = windows::windows(&config, &mv_um, &converted.counts, &marks.all);
     let names: Vec<String> = assigned.iter().map(|a| a.probe.clone()).collect();
     let losses = losses(&windows, &names, rate_hz);
-    let readings = readings::readings(&windows, rate_hz, 1e-3 * f64::from(zero_mv), settings);
+    let drifted = readings::drifted(&windows);
+    let recorded = Recorded { run: run.as_deref(), begins_s, rate_hz, zero_v: 1e-3 * f64::from(zero_mv) };
+    let readings = readings::readings(&windows, &recorded, settings);
     let seconds = |sample: usize| sample as f64 / rate_hz;
     if readings.is_empty() {
-        refuse(file, marks.all.len(), &losses, settings)?;
+        refuse(file, marks.all.len(), &losses, drifted, settings)?;
     }
     Ok(Extracted {
+        file: file.clone(),
+        run,
         rate_hz,
         duration_s: seconds(waveform.len()),
         keyphasor: (key.name.clone(), marks.threshold),
@@ -100,6 +138,7 @@ pub fn extract(path: &Path, of_rotor: Option<&[String]>, settings: &Settings) ->
         count,
         readings,
         losses,
+        drifted,
         missed_pulses: marks.missed,
         reference_lost_s: marks.reference_lost.map(seconds),
     })
@@ -129,7 +168,13 @@ fn unit_per_number(waveform: &Waveform, settings: &Settings) -> Result<f64> {
 }
 
 /// Says why there is no reading at all.
-fn refuse(file: &str, marks: usize, losses: &[Loss], settings: &Settings) -> Result<()> {
+fn refuse(
+    file: &str,
+    marks: usize,
+    losses: &[Loss],
+    drifted: Option<Drifted>,
+    settings: &Settings,
+) -> Result<()> {
     if losses.is_empty() {
         bail!(
             "{file}: {marks} marks make no window of {} turns, expected fewer --revolutions",
@@ -137,8 +182,10 @@ fn refuse(file: &str, marks: usize, losses: &[Loss], settings: &Settings) -> Res
         );
     }
     let help = match losses.iter().any(|loss| loss.why == readings::OPEN) {
-        true => "; expected another --gap-v or --mv-um, or --ac for channels without a gap voltage",
-        false => "",
+        true => "; expected another --gap-v or --mv-um, or --ac for channels without a gap voltage".into(),
+        false => drifted.map_or(String::new(), |d| {
+            format!("; {}", d.advice(settings.revolutions, settings.largest_drift))
+        }),
     };
     let all: Vec<String> = losses.iter().map(ToString::to_string).collect();
     bail!("{file}: every reading is lost: {}{help}", all.join(", "))

@@ -66,21 +66,66 @@ pub fn losses(windows: &[Window], probes: &[String], rate_hz: f64) -> Vec<Loss> 
     all
 }
 
-/// The windows that show a probe at least, integrated to displacement, at the time of their middle; `zero_v` is what no
-/// count stands for, V.
-pub fn readings(windows: &[Window], rate_hz: f64, zero_v: f64, settings: &Settings) -> Vec<Reading> {
+/// What all readings of a file have in common.
+pub struct Recorded<'a> {
+    pub run: Option<&'a str>,
+    /// When the file begins, s.
+    pub begins_s: f64,
+    pub rate_hz: f64,
+    /// What no count stands for, V.
+    pub zero_v: f64,
+}
+
+/// Windows whose speed changed too much.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drifted {
+    pub windows: usize,
+    /// Of so many.
+    pub of: usize,
+    /// The largest change in one of them, relative.
+    pub largest: f64,
+}
+
+/// Those that are lost for drift, if any.
+pub fn drifted(windows: &[Window]) -> Option<Drifted> {
+    let lost = windows.iter().filter(|w| w.keyphasor == Keyphasor::Unsteady && w.drift.is_finite());
+    let changes: Vec<f64> = lost.map(|w| f64::from(w.drift.abs())).collect();
+    let largest = changes.iter().copied().reduce(f64::max)?;
+    Some(Drifted { windows: changes.len(), of: windows.len(), largest })
+}
+
+impl Drifted {
+    /// How many there are, and which option keeps them: a window of fewer turns changes less in proportion.
+    pub fn advice(&self, revolutions: u16, largest_drift: f32) -> String {
+        let turns = (f64::from(revolutions) * f64::from(largest_drift) / self.largest).floor();
+        let option = match turns >= 2.0 {
+            true => format!("--revolutions {turns}"),
+            false => format!("--largest-drift {}", (1e3 * self.largest).ceil() / 1e3),
+        };
+        let Self { windows, of, largest } = self;
+        let percent = 100.0 * largest;
+        format!(
+            "the speed changed by up to {percent:.1} % within {windows} of {of} windows; {option} keeps them"
+        )
+    }
+}
+
+/// The windows that show a probe at least, integrated to displacement, at the time of their middle.
+pub fn readings(windows: &[Window], recorded: &Recorded, settings: &Settings) -> Vec<Reading> {
     let usable = windows.iter().filter(|w| w.keyphasor.is_usable());
     let each = usable.map(|window| {
         let speed_rpm = f64::from(window.speed_rpm);
         let half_s = 30.0 * f64::from(settings.revolutions) / speed_rpm;
         Reading {
             row: None,
-            run: settings.run.clone(),
-            time_d: Some((window.sample as f64 / rate_hz - half_s) / SECONDS_A_DAY),
+            run: recorded.run.map(str::to_string),
+            time_d: Some(
+                (recorded.begins_s + window.sample as f64 / recorded.rate_hz - half_s) / SECONDS_A_DAY,
+            ),
             speed_rpm,
             probes: window.probes.iter().map(|seen| displacement_m(seen, speed_rpm, settings)).collect(),
             gaps_v: match settings.has_gap() {
-                true => window.probes.iter().map(|seen| gap_v(seen, zero_v)).collect(),
+                true => window.probes.iter().map(|seen| gap_v(seen, recorded.zero_v)).collect(),
                 false => Vec::new(),
             },
         }

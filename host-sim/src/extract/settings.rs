@@ -1,5 +1,6 @@
 //! What the owner of the waveforms states of them.
 
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use anyhow::{Error, Result, bail};
@@ -47,9 +48,9 @@ pub struct Settings {
     /// One reading for the windows that follow one another within so many rpm: their mean; without it, one a window
     #[arg(long, value_name = "RPM")]
     pub bin_rpm: Option<f64>,
-    /// Name of the run
+    /// Name of the run, once for each file; without it, several files are called as they are
     #[arg(long)]
-    pub run: Option<String>,
+    pub run: Vec<String>,
 }
 
 /// Where in the keyphasor's channel the mark is.
@@ -149,6 +150,26 @@ impl Settings {
             );
         }
         Ok(())
+    }
+
+    /// The name of each file's run.
+    ///
+    /// # Errors
+    /// If there are not as many names as files, or two are alike.
+    pub fn runs(&self, files: &[PathBuf]) -> Result<Vec<Option<String>>> {
+        let stem = |file: &PathBuf| file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let names: Vec<String> = match (files, self.run.is_empty()) {
+            ([_], true) => return Ok(vec![None]),
+            (_, true) => files.iter().map(stem).collect(),
+            (_, false) => self.run.clone(),
+        };
+        if names.len() != files.len() {
+            bail!("--run: names {} runs, expected one for each of the {} files", names.len(), files.len());
+        }
+        if let Some(i) = (0..names.len()).find(|i| names[..*i].contains(&names[*i])) {
+            bail!("two runs are called {}, expected --run with a name for each file", names[i]);
+        }
+        Ok(names.into_iter().map(Some).collect())
     }
 
     /// Whether the mean of a channel is a gap voltage.

@@ -36,11 +36,22 @@ class Loss(Record):
     first_s: float
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Extraction(Answer):
-    """1x readings from raw samples, by the controller's own extraction."""
+@dataclass(frozen=True, eq=False)
+class Drifted(Record):
+    """Windows that are lost because the speed changed too much within them."""
 
-    measured: str
+    windows: int
+    of: int
+    largest: float
+    """The largest change, relative."""
+
+
+@dataclass(frozen=True, eq=False)
+class ExtractedFile(Record):
+    """What one file held."""
+
+    file: str
+    run: str | None
     rate_hz: float
     duration_s: float
     keyphasor: ExtractedKeyphasor
@@ -48,9 +59,19 @@ class Extraction(Answer):
     count: float
     """A count of the core's converter in the channels' unit."""
     readings: int
+    losses: tuple[Loss, ...]
+    drifted: Drifted | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Extraction(Answer):
+    """1x readings from raw samples, by the controller's own extraction."""
+
+    measured: str
+    readings: int
     speeds: Array
     """Of each reading, rpm."""
     lost: int
-    losses: tuple[Loss, ...]
+    files: tuple[ExtractedFile, ...]
     measurement: Measurement = field(kw_only=True)
     """The readings."""

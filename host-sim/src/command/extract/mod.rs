@@ -8,19 +8,22 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::machine::rotor_file;
-use rotor_edge_desktop::measurement;
+use rotor_edge_desktop::measurement::{self, Reading};
 use serde_json::{Value, json};
 
 use super::listener::Listener;
 use super::output::{self, Form, Json};
+use crate::extract::readings::Drifted;
 use crate::extract::settings::Settings;
 use crate::extract::{Extracted, extract};
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Samples of probes and keyphasor: .csv (a header, a row a sample, `time_s` or --rate-hz), .wav, .npy, .npz
-    waveforms: PathBuf,
+    /// Samples of probes and keyphasor: .csv (a header, a row a sample, `time_s` or --rate-hz), .wav, .npy, .npz, .mat; of
+    /// several files, each is a run, and begins when the one before it ended
+    #[arg(required = true)]
+    waveforms: Vec<PathBuf>,
     /// Where to write the readings
     #[arg(short, long, default_value = "measured.csv")]
     output: PathBuf,
@@ -38,13 +41,13 @@ pub fn run(arguments: &Arguments, forced: bool, listener: Listener) -> Result<Js
     output::refuse_what_exists([&arguments.output], forced)?;
     let rotor = arguments.rotor.as_deref().map(rotor_file::read).transpose()?;
     let probes: Option<Vec<String>> = rotor.map(|r| r.probe.iter().map(|p| p.name.clone()).collect());
-    let busy = listener.spinner(&format!("extracting {}", arguments.waveforms.display()));
+    let busy = listener.spinner(&format!("extracting {}", arguments.names()));
     let extracted = extract(&arguments.waveforms, probes.as_deref(), &arguments.settings);
     busy.finish_and_clear();
     let extracted = extracted?;
     output::file(&arguments.output, &measured(&extracted, arguments)?)?;
     if let Some(path) = &arguments.form.report {
-        let title = format!("1x readings of {}", arguments.waveforms.display());
+        let title = format!("1x readings of {}", arguments.names());
         output::report(path, &title, report::sections(&extracted, account(&extracted, arguments)))?;
     }
     if arguments.form.json {
@@ -54,35 +57,46 @@ pub fn run(arguments: &Arguments, forced: bool, listener: Listener) -> Result<Js
     Ok(None)
 }
 
+impl Arguments {
+    fn names(&self) -> String {
+        self.waveforms.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(", ")
+    }
+}
+
 /// The whole file; in its first lines, what made it.
-fn measured(extracted: &Extracted, arguments: &Arguments) -> Result<Vec<u8>> {
-    let mut head = format!("# extracted from {}\n", arguments.waveforms.display());
+fn measured(extracted: &[Extracted], arguments: &Arguments) -> Result<Vec<u8>> {
+    let mut head = String::new();
     for line in account(extracted, arguments) {
         writeln!(head, "# {line}")?;
     }
     let mut file = head.into_bytes();
-    let names: Vec<&str> = extracted.probes.iter().map(|(probe, _)| probe.as_str()).collect();
-    measurement::write_exactly(&mut file, &names, &extracted.readings)?;
+    let names: Vec<&str> = extracted[0].probes.iter().map(|(probe, _)| probe.as_str()).collect();
+    measurement::write_exactly(&mut file, &names, &readings(extracted).cloned().collect::<Vec<_>>())?;
     Ok(file)
 }
 
-/// Lowest and highest, rpm.
-fn speed_range_rpm(extracted: &Extracted) -> [f64; 2] {
-    let speeds = || extracted.readings.iter().map(|r| r.speed_rpm);
-    [speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max)]
+fn readings(extracted: &[Extracted]) -> impl Iterator<Item = &Reading> {
+    extracted.iter().flat_map(|file| &file.readings)
 }
 
 /// What was done, in sentences.
-fn account(extracted: &Extracted, arguments: &Arguments) -> Vec<String> {
+fn account(extracted: &[Extracted], arguments: &Arguments) -> Vec<String> {
+    extracted.iter().flat_map(|file| of_file(file, arguments)).collect()
+}
+
+fn of_file(extracted: &Extracted, arguments: &Arguments) -> Vec<String> {
     let settings = &arguments.settings;
-    let Extracted { readings, rate_hz, duration_s, .. } = extracted;
-    let [lowest, highest] = speed_range_rpm(extracted);
+    let Extracted { file, readings, rate_hz, duration_s, .. } = extracted;
+    let speeds = || readings.iter().map(|r| r.speed_rpm);
+    let (lowest, highest) = (speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max));
     let (key, threshold) = &extracted.keyphasor;
     let probes: Vec<String> =
         extracted.probes.iter().map(|(p, channel)| format!("{p} is {channel}")).collect();
     let way = if settings.keyphasor.falling { "falls" } else { "rises" };
     let unit = if settings.unit.is_voltage() { "mV" } else { "of the unit" };
+    let run = extracted.run.as_ref().map_or(String::new(), |run| format!(", run {run}"));
     let mut lines = vec![
+        format!("extracted from {file}{run}"),
         format!(
             "{} readings from {lowest:.1} to {highest:.1} rpm, {duration_s:.3} s at {rate_hz} Hz",
             readings.len()
@@ -107,23 +121,38 @@ fn account(extracted: &Extracted, arguments: &Arguments) -> Vec<String> {
         lines.push(format!("at {at_s:.3} s the tacho had paused for a turn: phases are unknown from there on, and no reading was taken"));
     }
     lines.extend(extracted.losses.iter().map(|loss| format!("lost: {loss}")));
+    let advice = |drifted: Drifted| drifted.advice(settings.revolutions, settings.largest_drift);
+    lines.extend(extracted.drifted.map(advice));
     lines
 }
 
-fn show(extracted: &Extracted, arguments: &Arguments) {
+fn show(extracted: &[Extracted], arguments: &Arguments) {
     for line in account(extracted, arguments) {
         println!("{line}");
     }
     println!("\nWritten to {}.", arguments.output.display());
 }
 
-fn answer(extracted: &Extracted, arguments: &Arguments) -> Value {
+fn answer(extracted: &[Extracted], arguments: &Arguments) -> Value {
+    let lost = |of: &Extracted| of.losses.iter().map(|loss| loss.windows).sum::<usize>();
+    json!({
+        "measured": arguments.output,
+        "readings": readings(extracted).count(),
+        "speeds": readings(extracted).map(|r| r.speed_rpm).collect::<Vec<_>>(),
+        "lost": extracted.iter().map(lost).sum::<usize>(),
+        "files": extracted.iter().map(answer_of_file).collect::<Vec<_>>(),
+    })
+}
+
+fn answer_of_file(extracted: &Extracted) -> Value {
     let losses: Vec<Value> = (extracted.losses.iter())
         .map(|loss| json!({"why": loss.why, "probe": loss.probe, "windows": loss.windows, "first_s": loss.first_s}))
         .collect();
+    let drifted = extracted.drifted.map(|d| json!({"windows": d.windows, "of": d.of, "largest": d.largest}));
     let (key, threshold) = &extracted.keyphasor;
     json!({
-        "measured": arguments.output,
+        "file": extracted.file,
+        "run": extracted.run,
         "rate_hz": extracted.rate_hz,
         "duration_s": extracted.duration_s,
         "keyphasor": {"channel": key, "threshold": threshold, "missed_pulses": extracted.missed_pulses,
@@ -131,8 +160,7 @@ fn answer(extracted: &Extracted, arguments: &Arguments) -> Value {
         "channels": extracted.probes.iter().map(|(p, c)| json!({"probe": p, "channel": c})).collect::<Vec<_>>(),
         "count": extracted.count,
         "readings": extracted.readings.len(),
-        "speeds": extracted.readings.iter().map(|r| r.speed_rpm).collect::<Vec<_>>(),
-        "lost": extracted.losses.iter().map(|loss| loss.windows).sum::<usize>(),
         "losses": losses,
+        "drifted": drifted,
     })
 }

@@ -1,5 +1,7 @@
 //! The kinds of files with waveforms, a file each.
 
+mod arrays;
+mod matlab;
 mod numpy;
 mod text;
 mod wav;
@@ -14,8 +16,13 @@ use super::waveform::{Channel, Samples, Waveform};
 type Format = fn(file: &str, bytes: &[u8]) -> Result<Waveform>;
 
 /// What the extension says, and who reads it.
-const FORMATS: [(&str, Format); 4] =
-    [("csv", text::read), ("wav", wav::read), ("npy", numpy::read_array), ("npz", numpy::read_archive)];
+const FORMATS: [(&str, Format); 5] = [
+    ("csv", text::read),
+    ("wav", wav::read),
+    ("npy", numpy::read_array),
+    ("npz", numpy::read_archive),
+    ("mat", matlab::read),
+];
 
 /// Reads a file whose extension says its kind.
 ///

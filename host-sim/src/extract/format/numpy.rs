@@ -6,53 +6,33 @@ use anyhow::{Context, Result, bail};
 use npyz::{DType, NpyFile, Order, TypeChar};
 use zip::ZipArchive;
 
-use super::super::waveform::{Channel, Samples, Waveform};
-use super::numbered;
+use super::super::waveform::{Samples, Waveform};
+use super::arrays::{Array, of_named, of_one};
 
 /// One array: samples of a channel, or channels beside one another.
 pub fn read_array(file: &str, bytes: &[u8]) -> Result<Waveform> {
-    waveform(file, None, numbered(columns(file, bytes)?))
+    of_one(file, &array(file, bytes)?)
 }
 
-/// Arrays with names; a column of one that has several is `name.1`, `name.2` and so on. A single number `rate_hz` is the
-/// rate.
+/// Arrays with names.
 pub fn read_archive(file: &str, bytes: &[u8]) -> Result<Waveform> {
     let wrong = || format!("{file}: cannot be read as a NumPy archive");
     let mut archive = ZipArchive::new(Cursor::new(bytes)).with_context(wrong)?;
-    let (mut channels, mut rate_hz) = (Vec::new(), None);
+    let mut arrays = Vec::new();
     for i in 0..archive.len() {
         let mut entry = archive.by_index(i).with_context(wrong)?;
         let Some(name) = entry.name().with_context(wrong)?.strip_suffix(".npy").map(str::to_string) else {
             continue;
         };
-        let mut array = Vec::new();
-        entry.read_to_end(&mut array).with_context(wrong)?;
-        let columns = columns(&format!("{file}: array {name}"), &array)?;
-        if let ("rate_hz", [Samples::Values(values)]) = (name.as_str(), &columns[..])
-            && let [rate] = values[..]
-        {
-            rate_hz = Some(rate);
-            continue;
-        }
-        let several = columns.len() > 1;
-        for (column, samples) in columns.into_iter().enumerate() {
-            let name = if several { format!("{name}.{}", column + 1) } else { name.clone() };
-            channels.push(Channel { number: channels.len() + 1, name, samples });
-        }
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).with_context(wrong)?;
+        let numbers = array(&format!("{file}: array {name}"), &bytes)?;
+        arrays.push((name, numbers));
     }
-    waveform(file, rate_hz, channels)
+    of_named(file, &arrays)
 }
 
-fn waveform(file: &str, rate_hz: Option<f64>, channels: Vec<Channel>) -> Result<Waveform> {
-    let counts = channels.iter().filter(|c| matches!(c.samples, Samples::Counts(_))).count();
-    if ![0, channels.len()].contains(&counts) {
-        bail!("{file}: some channels hold counts (i2) and others do not, expected one kind");
-    }
-    Ok(Waveform { file: file.into(), rate_hz, is_of_counts: counts > 0, channels })
-}
-
-/// The channels of an array: its longer side is time.
-fn columns(place: &str, bytes: &[u8]) -> Result<Vec<Samples>> {
+fn array(place: &str, bytes: &[u8]) -> Result<Array> {
     let wrong = || format!("{place}: cannot be read as a NumPy array");
     let array = NpyFile::new(bytes).with_context(wrong)?;
     let shape: Vec<usize> = array.shape().iter().map(|side| *side as usize).collect();
@@ -74,25 +54,11 @@ fn columns(place: &str, bytes: &[u8]) -> Result<Vec<Samples>> {
         (TypeChar::Float, 8) => Samples::Values(array.into_vec().with_context(wrong)?),
         _ => bail!("{place}: holds {kind}, expected i2, i4, f4 or f8"),
     };
-    let [samples, channels] = [rows.max(width), rows.min(width)];
-    // whether numbers of one channel follow one another in the file
-    let is_channel_by_channel = is_by_rows == (rows < width);
-    let pick = |c: usize| -> Samples {
-        let strides = if is_channel_by_channel { [samples, 1] } else { [1, channels] };
-        match &all {
-            Samples::Counts(all) => Samples::Counts(picked(all, c * strides[0], strides[1], samples)),
-            Samples::Values(all) => Samples::Values(picked(all, c * strides[0], strides[1], samples)),
-        }
-    };
-    Ok((0..channels).map(pick).collect())
+    Ok(Array { all, rows, width, is_by_rows })
 }
 
 fn values<T: Into<f64>>(all: Vec<T>) -> Samples {
     Samples::Values(all.into_iter().map(Into::into).collect())
-}
-
-fn picked<T: Copy>(all: &[T], from: usize, step: usize, number: usize) -> Vec<T> {
-    all.iter().skip(from).step_by(step).take(number).copied().collect()
 }
 
 #[cfg(test)]
@@ -120,7 +86,7 @@ mod tests {
             ([2, 3], Order::Fortran, by_sample),
             ([3, 2], Order::Fortran, by_channel),
         ] {
-            let columns = columns("a.npy", &written(&shape, order, values)).unwrap();
+            let columns = array("a.npy", &written(&shape, order, values)).unwrap().columns();
             let [Samples::Values(a), Samples::Values(b)] = &columns[..] else { panic!("{columns:?}") };
             assert_eq!((&a[..], &b[..]), (&by_channel[..3], &by_channel[3..]));
         }
