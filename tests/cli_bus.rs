@@ -247,11 +247,21 @@ fn a_bus_that_cannot_start_says_why_and_leaves_an_older_recording_alone() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_recording_that_cannot_go_on_ends_the_bus_with_the_reason() {
+fn a_recording_that_cannot_go_on_is_told_at_once_and_at_the_end_and_the_bus_goes_on() {
     let mut shared = Shared::start(&["--record", "/dev/full"]);
-    shared.join("slcan").send(&frame(1, 1)).unwrap();
-    assert_eq!(shared.program.wait().unwrap().code(), Some(1));
-    assert_says(&shared.rest_said(), &["/dev/full: the recording cannot be written any more"]);
+    let (mut from, mut to) = (shared.join("slcan"), shared.join("slcan"));
+    from.send(&frame(1, 1)).unwrap();
+    let mut said = String::new();
+    shared.stderr.as_mut().unwrap().read_line(&mut said).unwrap();
+    assert_says(&said, &["the recording ends here, and the bus goes on", "No space left"]);
+    assert_eq!(hear(&mut *to), frame(1, 1));
+    for number in 2..5 {
+        from.send(&frame(1, number)).unwrap();
+        assert_eq!(hear(&mut *to), frame(1, number));
+    }
+    let (code, said) = shared.end(Signal::SIGTERM);
+    assert_eq!(code, Some(1));
+    assert_says(&said, &["/dev/full: the recording ended before the bus"]);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Faults on the bus, swept: what is detected, what is lost, and that nothing wrong ever comes out.
 
+#[path = "faults/courier.rs"]
+mod courier;
 #[path = "faults/deployment.rs"]
 mod deployment;
 #[path = "faults/disturbances.rs"]

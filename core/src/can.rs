@@ -9,7 +9,8 @@
 //! | 32 | heartbeat | 29 | result end |
 //! | 33 | state | 48, 49 | ISO-TP to the node, to the host |
 //! | 34 to 43 | counters, two each | 62 | version |
-//! | 44 | model | 63 | version query |
+//! | 44 | model | 50 to 53 | commands and answers in [numbered parts](parts) |
+//! | | | 63 | version query |
 //!
 //! A reading has as many vectors as the machine has probes, and gap voltages only if some are stated; a result has as
 //! many unbalances as the model has planes. The same as a DBC file: `rotor-edge.dbc` beside this crate's manifest; tests
@@ -24,6 +25,7 @@ mod counters;
 mod frame;
 pub mod isotp;
 mod message;
+pub mod parts;
 mod result;
 pub mod slcan;
 #[cfg(test)]
@@ -36,8 +38,9 @@ pub use counters::{COUNTER_PAIRS, Counters};
 pub use frame::{BROADCAST_NODE, Frame, MAX_NODE, frame_id};
 pub use message::{
     CanError, FLAG_FLAGGED, FLAG_SUSPICIOUS, GAP_NOT_STATED_MV, Message, OLDEST_PROTOCOL_VERSION,
-    PROTOCOL_VERSION, TYPE_HEARTBEAT, TYPE_MODEL, TYPE_READING_END, TYPE_READING_START, TYPE_RESULT_END,
-    TYPE_STATE, TYPE_STATUS, TYPE_TO_HOST, TYPE_TO_NODE, TYPE_VERSION, TYPE_VERSION_QUERY, flag_at_bound,
+    PROTOCOL_VERSION, TYPE_ANSWER_PART, TYPE_HEARTBEAT, TYPE_HELD, TYPE_MODEL, TYPE_OFFER, TYPE_PART,
+    TYPE_READING_END, TYPE_READING_START, TYPE_RESULT_END, TYPE_STATE, TYPE_STATUS, TYPE_TO_HOST,
+    TYPE_TO_NODE, TYPE_VERSION, TYPE_VERSION_QUERY, flag_at_bound,
 };
 pub use result::{MAX_RESULT_FRAMES, MonitorResult, ResultAssembler, result_frames};
 

@@ -12,8 +12,8 @@
 //! The code of a request covers the words `rotor-edge request` and all bytes before it, that of an answer the words
 //! `rotor-edge answer`, all bytes before it and the code of the request: neither can be taken for the other, and an answer
 //! belongs to one request. The counter of a request must exceed every one the node has accepted, restarts included, by at
-//! most [`MAX_COUNTER_STEP`], so that no number locks commands out. Each travels as one ISO-TP message. Measurement frames
-//! need no key.
+//! most [`MAX_COUNTER_STEP`], so that no number locks commands out. Each travels as one ISO-TP message or in
+//! [numbered parts](crate::can::parts). Measurement frames need no key.
 
 use heapless::Vec;
 use hmac::{Hmac, KeyInit, Mac};

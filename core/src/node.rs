@@ -25,6 +25,8 @@ mod fault_tests;
 mod keeper;
 mod monitor;
 mod ownership;
+#[cfg(all(test, feature = "command"))]
+mod parts_tests;
 #[cfg(test)]
 mod simulation;
 #[cfg(test)]
@@ -41,7 +43,7 @@ use heapless::Deque;
 
 use crate::can::{
     Assembler, BROADCAST_NODE, COUNTER_PAIRS, Counters, Frame, MAX_NODE, MAX_RESULT_FRAMES, Message,
-    NumberedReading, TYPE_TO_NODE, result_frames,
+    NumberedReading, TYPE_OFFER, TYPE_PART, TYPE_TO_NODE, result_frames,
 };
 #[cfg(feature = "command")]
 use crate::command::{CODE_BYTES, HEAD_BYTES, MAX_REQUEST_BYTES};
@@ -164,13 +166,22 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 // What waits here would meet the other one's frames on the wire.
                 self.queue.clear();
             }
-        } else if frame.message_type() == TYPE_TO_NODE {
-            self.transfer(time_us, frame.bytes());
-        } else if let Some(reading) = self.assembler.receive(self.config.reading_timeout_us, time_us, frame) {
-            self.evaluate(time_us, &reading);
+        } else {
+            match frame.message_type() {
+                TYPE_TO_NODE => self.transfer(time_us, frame.bytes()),
+                TYPE_OFFER => self.offered(frame.bytes()),
+                TYPE_PART => self.part(time_us, frame.bytes()),
+                _ => self.take_up(time_us, frame),
+            }
         }
         self.keeper.poll(time_us);
         self.announce(time_us);
+    }
+
+    fn take_up(&mut self, time_us: u64, frame: &Frame) {
+        if let Some(reading) = self.assembler.receive(self.config.reading_timeout_us, time_us, frame) {
+            self.evaluate(time_us, &reading);
+        }
     }
 
     /// Time-outs, transfers, age of the evidence and heartbeat; to be called from the start on, at [`Node::poll_at`] or

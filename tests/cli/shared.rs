@@ -29,13 +29,13 @@ pub struct Shared {
 
 impl Shared {
     pub fn start(more: &[&str]) -> Self {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
-            .args(["bus", "--json", "--slcan", "0", "--socketcand", "0"])
-            .args(more)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+        program.args(["bus", "--json", "--slcan", "0", "--socketcand", "0"]).args(more);
+        Self::of(program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap())
+    }
+
+    /// A bus that prints where it is, as JSON.
+    pub fn of(mut program: Child) -> Self {
         let mut text = String::new();
         for line in BufReader::new(program.stdout.take().unwrap()).lines() {
             let line = line.unwrap();

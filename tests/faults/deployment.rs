@@ -14,17 +14,17 @@ use rotor_edge_core::node::{NodeConfig, Save};
 use crate::machine;
 use crate::scene::{HOST, MONITOR, NODE};
 
-const KEY: Key = Key([0x42; 32]);
+pub const KEY: Key = Key([0x42; 32]);
 
-struct Lab {
-    old: EdgeModel,
-    better: EdgeModel,
-    node: EdgeNode,
-    now_us: u64,
+pub struct Lab {
+    pub old: EdgeModel,
+    pub better: EdgeModel,
+    pub node: EdgeNode,
+    pub now_us: u64,
 }
 
 impl Lab {
-    fn new() -> Self {
+    pub fn new() -> Self {
         let (old, _) = machine(1);
         let mut better = old.clone();
         better.supports[1].mass_kg += 2.0;
@@ -41,12 +41,12 @@ impl Lab {
     }
 
     /// Polls the node, and stores what it wants stored.
-    fn poll(&mut self, time_us: u64) {
+    pub fn poll(&mut self, time_us: u64) {
         self.node.poll(time_us);
         store_all(&mut self.node, time_us);
     }
 
-    fn request(&self, key: &Key, node: u8, counter: u64) -> Vec<u8> {
+    pub fn request(&self, key: &Key, node: u8, counter: u64) -> Vec<u8> {
         let (mut body, mut request) = (vec![0; EdgeModel::max_size_bytes()], vec![0; MAX_REQUEST_BYTES]);
         let length = self.better.encode(&mut body).unwrap();
         let command = Command::Deploy;

@@ -8,8 +8,7 @@ use std::io::{BufRead, Write};
 
 use rotor_edge::bus::counters::NAMES;
 use rotor_edge_core::can::{
-    CanError, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, Message, PROTOCOL_VERSION, TYPE_TO_HOST, TYPE_TO_NODE,
-    flag_at_bound,
+    CanError, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, Message, PROTOCOL_VERSION, flag_at_bound,
 };
 use rotor_edge_core::state::Status;
 use serde_json::{Map, Value, json};
@@ -30,8 +29,7 @@ fn main() -> std::io::Result<()> {
 fn protocol() -> Value {
     let is_known = |message_type: &u8| {
         let frame = Frame::full(*message_type, 0, [0; 8]);
-        [TYPE_TO_NODE, TYPE_TO_HOST].contains(message_type)
-            || Message::decode(&frame) != Err(CanError::UnknownType)
+        frame.is_transfer() || Message::decode(&frame) != Err(CanError::UnknownType)
     };
     json!({ "version": PROTOCOL_VERSION, "types": (0..64).filter(is_known).collect::<Vec<u8>>() })
 }

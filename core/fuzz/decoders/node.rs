@@ -70,8 +70,7 @@ impl Run {
         let mut number = 0;
         while let Some(frame) = self.node.transmit() {
             assert_eq!(frame.node(), NODE);
-            let is_transfer = frame.message_type() == TYPE_TO_HOST;
-            assert!(is_transfer || Message::decode(&frame).is_ok(), "{frame:?}");
+            assert!(frame.is_transfer() || Message::decode(&frame).is_ok(), "{frame:?}");
             number += 1;
         }
         assert!(number <= QUEUE_FRAMES);

@@ -2,7 +2,10 @@
 
 use embedded_can::{Id, StandardId};
 
-use super::message::{TYPE_HEARTBEAT, TYPE_MODEL, TYPE_RESULT_END, TYPE_STATUS, TYPE_TO_HOST, TYPE_VERSION};
+use super::message::{
+    TYPE_ANSWER_PART, TYPE_HEARTBEAT, TYPE_HELD, TYPE_MODEL, TYPE_RESULT_END, TYPE_STATUS, TYPE_TO_HOST,
+    TYPE_TO_NODE, TYPE_VERSION,
+};
 
 /// Highest number of a node.
 pub const MAX_NODE: u8 = 30;
@@ -78,8 +81,17 @@ impl Frame {
     pub(crate) fn is_from_node(&self) -> bool {
         matches!(
             self.message_type(),
-            TYPE_STATUS..=TYPE_RESULT_END | TYPE_HEARTBEAT..=TYPE_MODEL | TYPE_TO_HOST | TYPE_VERSION
+            TYPE_STATUS..=TYPE_RESULT_END
+                | TYPE_HEARTBEAT..=TYPE_MODEL
+                | TYPE_TO_HOST
+                | TYPE_HELD..=TYPE_ANSWER_PART
+                | TYPE_VERSION
         )
+    }
+
+    /// It carries a command or an answer, in either way: no [`Message`](super::Message) of its own.
+    pub fn is_transfer(&self) -> bool {
+        (TYPE_TO_NODE..=TYPE_ANSWER_PART).contains(&self.message_type())
     }
 
     /// The bytes it carries.

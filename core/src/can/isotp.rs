@@ -39,6 +39,8 @@ pub enum TransferError {
     FlowControl,
     /// A message is still being sent.
     Busy,
+    /// The parts do not make the message that was offered.
+    Checksum,
 }
 
 /// What a received payload led to.
@@ -121,6 +123,19 @@ impl<const RX: usize, const TX: usize> IsoTp<RX, TX> {
             Receiving::Complete => &self.incoming.bytes,
             _ => &[],
         }
+    }
+
+    /// Room for a message that comes in another way; one that is under way in this way is lost.
+    #[cfg(feature = "command")]
+    pub(crate) fn buffer(&mut self) -> &mut Vec<u8, RX> {
+        self.incoming.stage = Receiving::Idle;
+        &mut self.incoming.bytes
+    }
+
+    /// What stands there.
+    #[cfg(feature = "command")]
+    pub(crate) fn buffered(&self) -> &[u8] {
+        &self.incoming.bytes
     }
 
     /// Gives up on an end that fell silent; to be called often while a message is under way.

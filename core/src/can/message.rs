@@ -39,6 +39,14 @@ pub const TYPE_MODEL: u8 = 44;
 pub const TYPE_TO_NODE: u8 = 48;
 /// Type of the ISO-TP frames from a node.
 pub const TYPE_TO_HOST: u8 = 49;
+/// Type of an [`Offer`](super::parts::Offer).
+pub const TYPE_OFFER: u8 = 50;
+/// Type of a part of a request.
+pub const TYPE_PART: u8 = 51;
+/// Type of what is [`Held`](super::parts::Held).
+pub const TYPE_HELD: u8 = 52;
+/// Type of a part of an answer.
+pub const TYPE_ANSWER_PART: u8 = 53;
 /// Type of [`Message::Version`].
 pub const TYPE_VERSION: u8 = 62;
 /// Type of [`Message::VersionQuery`].

@@ -1,8 +1,11 @@
 //! From a transferred message to a command carried out, stored first.
 
+use heapless::Vec;
+
 use super::{Node, Save};
 use crate::can::isotp::{IsoTp, Progress};
-use crate::can::{Counters, Frame, TYPE_TO_HOST};
+use crate::can::parts::{BURST_PARTS, Held, Offer, answer_part, parts_of};
+use crate::can::{Counters, Frame, TYPE_ANSWER_PART, TYPE_HELD, TYPE_TO_HOST};
 use crate::command::{
     ANSWER_BYTES, Answer, CODE_BYTES, Command, Detail, HEAD_BYTES, MAX_REQUEST_BYTES, Outcome, Request,
     open_request,
@@ -24,13 +27,17 @@ struct Pending {
 #[derive(Debug, Clone)]
 pub(super) struct Desk {
     link: IsoTp<MAX_REQUEST_BYTES, ANSWER_BYTES>,
+    /// What is put together from parts in the link's buffer, while nothing came over the link itself.
+    offer: Option<Offer>,
+    /// The answer to what was offered, for as often as it is asked for.
+    answer: Vec<u8, ANSWER_BYTES>,
     last_counter: u64,
     pending: Option<Pending>,
 }
 
 impl Desk {
     pub fn new() -> Self {
-        Self { link: IsoTp::new(), last_counter: 0, pending: None }
+        Self { link: IsoTp::new(), offer: None, answer: Vec::new(), last_counter: 0, pending: None }
     }
 
     /// While a command waits to be stored, its connection stands still.
@@ -135,12 +142,47 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         if self.desk.pending.is_some() || !self.may_send() {
             return;
         }
+        self.desk.offer = None;
         match self.desk.link.receive(time_us, payload) {
             Progress::None => {}
             Progress::Broken(_) => self.count(|c| &mut c.broken),
             Progress::Complete => self.open(time_us),
         }
         self.pump(time_us);
+    }
+
+    /// A request in parts is offered: what is held of it, and the answer once there is one.
+    pub(super) fn offered(&mut self, payload: &[u8]) {
+        let offer =
+            Offer::decode(payload).filter(|o| (1..=MAX_REQUEST_BYTES).contains(&usize::from(o.length)));
+        let Some(offer) = offer.filter(|_| self.desk.pending.is_none() && self.may_send()) else { return };
+        let desk = &mut self.desk;
+        if !desk.offer.is_some_and(|before| before.is_of(&offer)) {
+            desk.offer = Some(offer);
+            desk.answer.clear();
+            desk.link.buffer().clear();
+        }
+        let Offer { wanted, round, crc32, .. } = offer;
+        let parts = parts_of(desk.link.buffered().len()) as u16;
+        let held = Held { parts, answer_bytes: desk.answer.len() as u8, round, crc32 }.encode();
+        let numbers = (0..BURST_PARTS as u8).filter_map(|place| wanted.checked_add(place));
+        let answer = numbers.filter_map(|number| answer_part(&desk.answer, number, round));
+        let frames = core::iter::once((TYPE_HELD, held)).chain(answer.map(|part| (TYPE_ANSWER_PART, part)));
+        for (message_type, payload) in frames {
+            // without room, the host asks again
+            let _ = self.queue.push_back(Frame::full(message_type, self.config.node, payload));
+        }
+    }
+
+    /// A part of the request that was offered.
+    pub(super) fn part(&mut self, time_us: u64, payload: &[u8]) {
+        let desk = &mut self.desk;
+        let Some(offer) = desk.offer.filter(|_| desk.pending.is_none()) else { return };
+        match offer.take(desk.link.buffer(), payload) {
+            Progress::None => {}
+            Progress::Broken(_) => self.count(|c| &mut c.broken),
+            Progress::Complete => self.open(time_us),
+        }
     }
 
     /// Time-outs of a transfer, and frames that have become due.
@@ -153,7 +195,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     fn open(&mut self, time_us: u64) {
         let Self { config, desk, .. } = &*self;
-        let opened = open_request(desk.link.message(), config.key.as_ref(), config.node, desk.last_counter);
+        let opened = open_request(desk.message(), config.key.as_ref(), config.node, desk.last_counter);
         let Request { command, counter, body } = match opened {
             Ok(request) => request,
             Err(outcome) => return self.conclude(time_us, outcome, Detail::None),
@@ -179,7 +221,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     fn conclude(&mut self, time_us: u64, outcome: Outcome, detail: Detail) {
         self.count(|c| counter_of(c, outcome));
-        let request = self.desk.link.message();
+        let request = self.desk.message();
         let command = request.get(1).copied().unwrap_or_default();
         let asks = outcome == Outcome::Accepted && command == Command::GetThresholds as u8;
         let answer = Answer {
@@ -192,6 +234,10 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             thresholds: asks.then_some(self.config.thresholds),
         };
         let bytes = answer.encode(request, self.config.key.as_ref());
+        if self.desk.offer.is_some() {
+            self.desk.answer = bytes;
+            return;
+        }
         // An answer that is still on its way belongs to a host that fell silent: it goes first, until its time is up.
         let _ = self.desk.link.send(time_us, &bytes);
         self.pump(time_us);
@@ -211,9 +257,14 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 }
 
 impl Desk {
+    /// The request last received, in either way.
+    fn message(&self) -> &[u8] {
+        if self.offer.is_some() { self.link.buffered() } else { self.link.message() }
+    }
+
     /// The body of the request last received; its head and code were checked when it was opened.
     fn body(&self) -> &[u8] {
-        let message = self.link.message();
+        let message = self.message();
         let end = message.len().saturating_sub(CODE_BYTES);
         message.get(HEAD_BYTES..end).unwrap_or_default()
     }

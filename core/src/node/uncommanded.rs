@@ -34,5 +34,9 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     pub(super) fn transfer(&mut self, _: u64, _: &[u8]) {}
 
+    pub(super) fn offered(&mut self, _: &[u8]) {}
+
+    pub(super) fn part(&mut self, _: u64, _: &[u8]) {}
+
     pub(super) fn poll_transfer(&mut self, _: u64) {}
 }

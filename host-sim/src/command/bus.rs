@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::output;
 use crate::bus::load::{Load, MONITORS, READINGS_A_SECOND, frames_a_second, loads};
-use crate::bus::server::{Counts, Ending, Server};
+use crate::bus::server::{Counts, Server};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -43,10 +43,12 @@ struct Opened {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (ending, ended) = channel();
-    let asked = ending.clone();
     // nobody is left to be told if this end of the channel is gone
-    ctrlc::set_handler(move || drop(asked.send(Ending::Asked))).context("signals cannot be caught")?;
-    let server = Server::start(arguments.slcan, arguments.socketcand, arguments.record.as_deref(), &ending)?;
+    let end = move || {
+        let _ = ending.send(());
+    };
+    ctrlc::set_handler(end).context("signals cannot be caught")?;
+    let server = Server::start(arguments.slcan, arguments.socketcand, arguments.record.as_deref())?;
     let opened = Opened {
         slcan_port: server.slcan_port,
         socketcand_port: server.socketcand_port,
@@ -62,16 +64,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     } else {
         opened.print();
     }
-    let ending = ended.recv().context("the bus")?;
+    ended.recv().context("the bus")?;
     let summary = summary(&server.counts());
     if arguments.json {
-        eprintln!("{summary}");
+        server.tell_last(summary);
     } else {
         println!("\n{summary}");
     }
-    match (ending, &arguments.record) {
-        (Ending::Recording(e), Some(path)) => {
-            bail!("{}: the recording cannot be written any more ({e})", path.display())
+    match (server.take_log_error(), &arguments.record) {
+        (Some(e), Some(path)) => {
+            bail!(
+                "{}: the recording ended before the bus, it could not be written any more ({e})",
+                path.display()
+            )
         }
         _ => Ok(()),
     }
@@ -112,8 +117,9 @@ impl Opened {
 }
 
 fn summary(counts: &Counts) -> String {
-    let Counts { clients, frames, dropped, refused } = counts;
+    let Counts { clients, frames, dropped, refused, turned_away } = counts;
     format!(
-        "{frames} frames of {clients} clients; {dropped} copies dropped for clients that did not read; {refused} lines refused"
+        "{frames} frames of {clients} clients; {dropped} copies dropped for clients that did not read; {refused} lines refused; \
+         {turned_away} connections turned away"
     )
 }

@@ -25,7 +25,7 @@ pub mod words;
 
 use std::collections::BTreeMap;
 
-use rotor_edge_core::can::{BROADCAST_NODE, Frame, Message, TYPE_TO_HOST, TYPE_TO_NODE};
+use rotor_edge_core::can::{BROADCAST_NODE, Frame, Message};
 
 use load::Load;
 use monitor::Monitor;
@@ -72,7 +72,7 @@ impl Watch {
                     }
                 }
             }
-            Err(_) if [TYPE_TO_NODE, TYPE_TO_HOST].contains(&frame.message_type()) => {}
+            Err(_) if frame.is_transfer() => {}
             Err(_) => self.foreign += 1,
         }
     }

@@ -7,6 +7,7 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use rotor_edge_core::can::isotp::IsoTp;
+use rotor_edge_core::can::parts::{Held, Offer, answer_part, parts_of, request_part};
 use rotor_edge_core::can::slcan::{Decoder, Line, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
@@ -186,6 +187,18 @@ fn command() {
         let _ = black_box((link.check_time(black_box(0)), link.poll(black_box(0)), link.is_sending()));
     }
     black_box(Answer::decode(link.message(), request, &key));
+    in_parts(request);
+}
+
+/// The host's side of a request in numbered parts.
+fn in_parts(request: &[u8]) {
+    black_box(Offer::new(request).map(|offer| offer.encode()));
+    for _ in 0..black_box(100) {
+        black_box(request_part(request, black_box(0)));
+        black_box(answer_part(request, black_box(0), black_box(0)));
+        black_box((Offer::decode(black_box(&[0; 8])), Held::decode(black_box(&[0; 8]))));
+        black_box(parts_of(black_box(0)));
+    }
 }
 
 /// Arbitrary samples and marks.

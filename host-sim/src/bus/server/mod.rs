@@ -3,22 +3,25 @@
 
 mod dialect;
 mod hub;
+mod opening;
+mod teller;
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender};
 use std::thread;
 use std::time::Duration;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 
 use super::codec::{Decoder, Heard};
 use super::log::LogWriter;
 use dialect::{Answer, Dialect, Slcan, Socketcand};
 pub use hub::Counts;
-use hub::{Hub, Number, Outgoing};
+use hub::{Hub, MAX_CLIENTS, Number, Outgoing};
+use opening::Opening;
+use teller::Teller;
 
 /// Bytes handed to the network at once, about.
 const PACKET_BYTES: usize = 16_384;
@@ -26,19 +29,21 @@ const PACKET_BYTES: usize = 16_384;
 const READ_BYTES: usize = 65_536;
 /// Before the next client is let in when one could not be.
 const CROWDED_PAUSE: Duration = Duration::from_millis(10);
-
-/// Why the bus ends.
-#[derive(Debug)]
-pub enum Ending {
-    /// It was asked to.
-    Asked,
-    /// The recording cannot be written any more.
-    Recording(io::Error),
-}
+/// What a thread of one client may use.
+const STACK_BYTES: usize = 256 * 1024;
+/// A client that takes nothing for so long is closed.
+const STUCK_TIME: Duration = Duration::from_secs(30);
+/// A client that says nothing for so long before it joins the bus is closed.
+const SILENT_TIME: Duration = Duration::from_secs(60);
+/// Why a client may be turned away.
+const NO_THREAD: &str = "this machine has no thread for it";
+/// What a browser is told.
+const NOT_HTTP: &[u8] = b"HTTP/1.1 400 Bad Request\r\nConnection: close\r\nContent-Length: 0\r\n\r\n";
 
 /// A running server; it ends with the program.
 pub struct Server {
     hub: Arc<Hub>,
+    teller: Teller,
     /// Where SLCAN is served.
     pub slcan_port: u16,
     /// Where socketcand is served.
@@ -47,29 +52,34 @@ pub struct Server {
 
 impl Server {
     /// Serves on these ports of this machine, 0 for any that is free, and records if there is a file to record in.
-    /// A recording that cannot go on is told to `ending`.
     ///
     /// # Errors
-    /// If a port or the file cannot be had.
-    pub fn start(
-        slcan_port: u16,
-        socketcand_port: u16,
-        record: Option<&Path>,
-        ending: &Sender<Ending>,
-    ) -> Result<Self> {
+    /// If a port, the file or a thread cannot be had.
+    pub fn start(slcan_port: u16, socketcand_port: u16, record: Option<&Path>) -> Result<Self> {
         let (slcan, socketcand) = (listen(slcan_port, "--slcan")?, listen(socketcand_port, "--socketcand")?);
         // with the ports at hand: a bus that cannot start must not empty an older recording
         let log = record.map(LogWriter::create).transpose()?;
-        let hub = Arc::new(Hub::new(log));
+        let teller = Teller::start();
+        let hub = Arc::new(Hub::new(log, teller.clone()));
         let ports = (slcan.local_addr()?.port(), socketcand.local_addr()?.port());
-        accept::<Slcan>(slcan, Arc::clone(&hub), ending.clone());
-        accept::<Socketcand>(socketcand, Arc::clone(&hub), ending.clone());
-        Ok(Self { hub, slcan_port: ports.0, socketcand_port: ports.1 })
+        accept::<Slcan>(slcan, Arc::clone(&hub))?;
+        accept::<Socketcand>(socketcand, Arc::clone(&hub))?;
+        Ok(Self { hub, teller, slcan_port: ports.0, socketcand_port: ports.1 })
     }
 
     /// What happened so far.
     pub fn counts(&self) -> Counts {
         self.hub.counts()
+    }
+
+    /// Why the recording ended before the bus.
+    pub fn take_log_error(&self) -> Option<io::Error> {
+        self.hub.take_log_error()
+    }
+
+    /// Says the last sentence on standard error, after what the bus had to say.
+    pub fn tell_last(&self, sentence: String) {
+        self.teller.tell_last(sentence);
     }
 }
 
@@ -86,34 +96,47 @@ fn listen(port: u16, option: &str) -> Result<TcpListener> {
     }
 }
 
-fn accept<D: Dialect>(listener: TcpListener, hub: Arc<Hub>, ending: Sender<Ending>) {
-    thread::spawn(move || {
+fn accept<D: Dialect>(listener: TcpListener, hub: Arc<Hub>) -> Result<()> {
+    let accept = move || {
         for stream in listener.incoming() {
-            match stream {
-                Ok(stream) => {
-                    let (hub, ending) = (Arc::clone(&hub), ending.clone());
-                    thread::spawn(move || serve::<D>(&hub, &stream, &ending));
-                }
-                // a client that was gone before it was let in, or too many of them
-                Err(_) => thread::sleep(CROWDED_PAUSE),
+            // a client that was gone before it was let in, or too many of them
+            let Ok(stream) = stream else {
+                thread::sleep(CROWDED_PAUSE);
+                continue;
+            };
+            let served = Arc::clone(&hub);
+            let builder = thread::Builder::new().stack_size(STACK_BYTES);
+            if builder.spawn(move || serve::<D>(&served, &stream)).is_err() {
+                hub.turn_away(NO_THREAD);
+                thread::sleep(CROWDED_PAUSE);
             }
         }
-    });
+    };
+    thread::Builder::new().spawn(accept).context("this machine has no thread for the bus")?;
+    Ok(())
 }
 
 /// One client from its coming to its going.
-fn serve<D: Dialect>(hub: &Hub, stream: &TcpStream, ending: &Sender<Ending>) {
+fn serve<D: Dialect>(hub: &Hub, mut stream: &TcpStream) {
     let name = stream.peer_addr().map_or(D::NAME.into(), |peer| format!("{} client {peer}", D::NAME));
-    let (number, outgoing) = hub.enter(name);
+    let times = stream.set_read_timeout(Some(SILENT_TIME)).and(stream.set_write_timeout(Some(STUCK_TIME)));
+    let Some(number) = hub.enter(name).filter(|_| times.is_ok()) else {
+        hub.turn_away(&format!("there are {MAX_CLIENTS} clients already"));
+        let _ = stream.write_all(D::REFUSAL.as_bytes());
+        return;
+    };
     hub.answer(number, D::GREETING);
     thread::scope(|scope| {
-        scope.spawn(move || {
+        let send = || {
             // whatever ends the sending ends the client
-            let _ = send::<D>(stream, &outgoing);
+            let _ = send::<D>(hub, stream, number);
             let _ = stream.shutdown(Shutdown::Both);
-        });
-        if let Err(Ended::Recording(e)) = hear::<D>(hub, stream, number) {
-            let _ = ending.send(Ending::Recording(e));
+        };
+        if thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, send).is_ok() {
+            // whatever ends the hearing too
+            let _ = hear::<D>(hub, stream, number);
+        } else {
+            hub.turn_away(NO_THREAD);
         }
         hub.leave(number);
         // a sender that is stuck with a client that never reads comes free
@@ -121,12 +144,11 @@ fn serve<D: Dialect>(hub: &Hub, stream: &TcpStream, ending: &Sender<Ending>) {
     });
 }
 
-fn send<D: Dialect>(mut stream: &TcpStream, outgoing: &Receiver<Outgoing>) -> io::Result<()> {
+fn send<D: Dialect>(hub: &Hub, mut stream: &TcpStream, number: Number) -> io::Result<()> {
     stream.set_nodelay(true)?;
-    let mut packet = Vec::new();
-    while let Ok(first) = outgoing.recv() {
-        let mut next = Some(first);
-        while let Some(item) = next {
+    let (mut items, mut packet) = (Vec::new(), Vec::new());
+    while hub.take(number, &mut items) {
+        for item in items.drain(..) {
             match item {
                 Outgoing::Frame(time_us, frame) => D::encode(&frame, time_us, &mut packet),
                 Outgoing::Answer(text) | Outgoing::Joined(text) => {
@@ -138,7 +160,10 @@ fn send<D: Dialect>(mut stream: &TcpStream, outgoing: &Receiver<Outgoing>) -> io
                     }
                 }
             }
-            next = if packet.len() < PACKET_BYTES { outgoing.try_recv().ok() } else { None };
+            if packet.len() >= PACKET_BYTES {
+                stream.write_all(&packet)?;
+                packet.clear();
+            }
         }
         stream.write_all(&packet)?;
         packet.clear();
@@ -146,23 +171,13 @@ fn send<D: Dialect>(mut stream: &TcpStream, outgoing: &Receiver<Outgoing>) -> io
     Ok(())
 }
 
-enum Ended {
-    /// The client is gone.
-    Client,
-    Recording(io::Error),
-}
-
-fn hear<D: Dialect>(hub: &Hub, mut stream: &TcpStream, number: Number) -> Result<(), Ended> {
+/// Ends with an error when the client is gone, or is to go.
+fn hear<D: Dialect>(hub: &Hub, mut stream: &TcpStream, number: Number) -> io::Result<()> {
     let (mut dialect, mut decoder) = (D::default(), D::Decoder::default());
     let mut buffer = vec![0; READ_BYTES];
+    let mut length = first_bytes(hub, stream, &mut buffer)?;
     let mut frames = Vec::new();
     loop {
-        let length = match stream.read(&mut buffer) {
-            Ok(0) => return Err(Ended::Client),
-            Ok(length) => length,
-            Err(e) if e.kind() == ErrorKind::Interrupted => continue,
-            Err(_) => return Err(Ended::Client),
-        };
         for heard in buffer[..length].iter().filter_map(|byte| decoder.push(*byte)) {
             let answer = match heard {
                 Heard::Frame(frame) if dialect.may_send() => {
@@ -172,7 +187,7 @@ fn hear<D: Dialect>(hub: &Hub, mut stream: &TcpStream, number: Number) -> Result
                 Heard::Frame(_) | Heard::Garbage => Answer::Refuse(D::REFUSAL),
                 Heard::Text(text) => {
                     // what was sent before a command counts before it
-                    hub.publish(number, &frames).map_err(Ended::Recording)?;
+                    hub.publish(number, &frames);
                     frames.clear();
                     dialect.command(&text)
                 }
@@ -188,7 +203,43 @@ fn hear<D: Dialect>(hub: &Hub, mut stream: &TcpStream, number: Number) -> Result
                 }
             }
         }
-        hub.publish(number, &frames).map_err(Ended::Recording)?;
+        hub.publish(number, &frames);
         frames.clear();
+        length = loop {
+            match stream.read(&mut buffer) {
+                Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
+                Ok(length) => break length,
+                Err(e) if e.kind() == ErrorKind::Interrupted => {}
+                // who listens may be silent
+                Err(e) if is_timeout(&e) && hub.is_joined(number) => {}
+                Err(e) => return Err(e),
+            }
+        };
     }
+}
+
+/// Reads until it is clear that the client is no browser.
+fn first_bytes(hub: &Hub, mut stream: &TcpStream, buffer: &mut [u8]) -> io::Result<usize> {
+    let mut length = 0;
+    loop {
+        match opening::judge(&buffer[..length]) {
+            Opening::Other => return Ok(length),
+            Opening::Http => {
+                hub.turn_away("it spoke HTTP");
+                stream.write_all(NOT_HTTP)?;
+                return Err(ErrorKind::InvalidData.into());
+            }
+            Opening::Undecided => match stream.read(&mut buffer[length..]) {
+                Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
+                Ok(more) => length += more,
+                Err(e) if e.kind() == ErrorKind::Interrupted => {}
+                Err(e) => return Err(e),
+            },
+        }
+    }
+}
+
+/// The two kinds that systems have for it.
+fn is_timeout(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
 }

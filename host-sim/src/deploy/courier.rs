@@ -1,0 +1,165 @@
+//! A request on its way to a monitor in numbered parts, and its answer on the way back. Nothing here sends: frames and times
+//! come in, frames to send come out.
+
+use std::collections::VecDeque;
+
+use rotor_edge_core::can::parts::{BURST_PARTS, Held, Offer, PART_BYTES, parts_of, request_part};
+use rotor_edge_core::can::{Frame, TYPE_ANSWER_PART, TYPE_HELD, TYPE_OFFER, TYPE_PART, frame_id};
+
+/// Wait for what an offer asks for, doubled with each that was in vain up to the longest, µs.
+const PATIENCE_US: u64 = 100_000;
+const LONGEST_US: u64 = 800_000;
+/// Wait before an answer that is not there yet is asked for again, µs.
+const NOT_YET_US: u64 = 20_000;
+/// Longest time a monitor may take to check and store a request, µs.
+const ANSWER_US: u64 = 5_000_000;
+/// Offers in vain to a monitor that was never heard, after which it does not know this way or is not there.
+const UNHEARD_OFFERS: u32 = 5;
+/// Offers in vain to one that was heard, about eleven seconds.
+const SILENT_OFFERS: u32 = 16;
+/// Offers that any request is worth, and four more for each of its parts: a monitor that forgets again and again is given up.
+const LEAST_OFFERS: usize = 512;
+
+/// How a request stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Standing {
+    /// It goes on.
+    UnderWay,
+    /// The monitor was never heard.
+    Unheard,
+    /// It was heard, and fell silent, or forgot the request again and again.
+    Lost,
+}
+
+/// One request and its answer.
+#[derive(Debug)]
+pub struct Courier<'a> {
+    request: &'a [u8],
+    node: u8,
+    offer: Offer,
+    due_us: u64,
+    queue: VecDeque<Frame>,
+    offers: usize,
+    silent: u32,
+    is_heard: bool,
+    held: usize,
+    whole_since_us: Option<u64>,
+    was_forgotten: bool,
+    answer_bytes: usize,
+    answer: Vec<u8>,
+}
+
+impl<'a> Courier<'a> {
+    /// A request to `node`; `None` if it is longer than any message in parts.
+    pub fn new(time_us: u64, node: u8, request: &'a [u8]) -> Option<Self> {
+        Some(Self {
+            request,
+            node,
+            offer: Offer::new(request)?,
+            due_us: time_us,
+            queue: VecDeque::new(),
+            offers: 0,
+            silent: 0,
+            is_heard: false,
+            held: 0,
+            whole_since_us: None,
+            was_forgotten: false,
+            answer_bytes: 0,
+            answer: Vec::new(),
+        })
+    }
+
+    /// Bytes that the monitor is known to hold.
+    pub fn held_bytes(&self) -> usize {
+        (self.held * PART_BYTES).min(self.request.len())
+    }
+
+    /// The monitor held the whole request and then did not any more: it may have carried it out before.
+    pub fn was_forgotten(&self) -> bool {
+        self.was_forgotten
+    }
+
+    /// How the request stands.
+    pub fn standing(&self, time_us: u64) -> Standing {
+        let parts = parts_of(self.request.len());
+        let is_overdue = self.whole_since_us.is_some_and(|since_us| time_us > since_us + ANSWER_US);
+        let silent = if time_us >= self.due_us { self.silent } else { 0 };
+        match (self.is_heard, silent) {
+            (false, UNHEARD_OFFERS..) => Standing::Unheard,
+            (true, SILENT_OFFERS..) => Standing::Lost,
+            _ if is_overdue || self.offers > LEAST_OFFERS + 4 * parts => Standing::Lost,
+            _ => Standing::UnderWay,
+        }
+    }
+
+    /// The next frame to send, if one is due.
+    pub fn poll(&mut self, time_us: u64) -> Option<Frame> {
+        if self.queue.is_empty() && time_us >= self.due_us {
+            self.ask(time_us);
+        }
+        self.queue.pop_front()
+    }
+
+    /// Takes a frame; the answer, once it is whole.
+    pub fn receive(&mut self, time_us: u64, frame: &Frame) -> Option<&[u8]> {
+        if frame.raw_id() == frame_id(TYPE_HELD, self.node) {
+            if let Some(held) = Held::decode(frame.bytes()) {
+                self.take_held(time_us, held);
+            }
+        } else if frame.raw_id() == frame_id(TYPE_ANSWER_PART, self.node) {
+            self.take_answer(frame.bytes());
+        }
+        (self.answer_bytes > 0 && self.answer.len() == self.answer_bytes).then_some(self.answer.as_slice())
+    }
+
+    /// The answer was not one: it is asked for from its beginning.
+    pub fn distrust(&mut self, time_us: u64) {
+        (self.answer_bytes, self.due_us) = (0, time_us);
+        self.answer.clear();
+    }
+
+    fn ask(&mut self, time_us: u64) {
+        self.offer.round = self.offer.round.wrapping_add(1);
+        self.offer.wanted = (self.answer.len() / PART_BYTES) as u8;
+        self.queue.push_back(Frame::full(TYPE_OFFER, self.node, self.offer.encode()));
+        self.due_us = time_us + (PATIENCE_US << self.silent.min(8)).min(LONGEST_US);
+        self.offers += 1;
+        self.silent += 1;
+    }
+
+    fn take_held(&mut self, time_us: u64, held: Held) {
+        // of another round: repeated, or overtaken by a later offer
+        if (held.round, held.crc32) != (self.offer.round, self.offer.crc32) || self.silent == 0 {
+            return;
+        }
+        (self.is_heard, self.silent) = (true, 0);
+        let parts = parts_of(self.request.len());
+        let was_whole = self.whole_since_us.is_some();
+        self.held = usize::from(held.parts).min(parts);
+        if self.held < parts {
+            self.was_forgotten |= was_whole;
+            self.whole_since_us = None;
+            self.distrust(time_us);
+            let next = (self.held..parts).take(BURST_PARTS);
+            let burst = next.filter_map(|number| request_part(self.request, number as u16));
+            self.queue.extend(burst.map(|part| Frame::full(TYPE_PART, self.node, part)));
+            return;
+        }
+        self.whole_since_us.get_or_insert(time_us);
+        self.answer_bytes = usize::from(held.answer_bytes);
+        let wait_us = if self.answer_bytes == 0 { NOT_YET_US } else { PATIENCE_US };
+        self.due_us = time_us + wait_us;
+    }
+
+    fn take_answer(&mut self, payload: &[u8]) {
+        let [number, round, data @ ..] = payload else { return };
+        let missing = self.answer_bytes.saturating_sub(self.answer.len());
+        let is_next = usize::from(*number) * PART_BYTES == self.answer.len() && *round == self.offer.round;
+        if is_next && let Some(data) = data.get(..missing.min(PART_BYTES)) {
+            self.answer.extend_from_slice(data);
+            if self.answer.len().is_multiple_of(PART_BYTES * BURST_PARTS) {
+                self.due_us = 0;
+            }
+        }
+    }
+}
