@@ -150,8 +150,7 @@ fn exchange(bencher: Bencher, mut from: impl CanBus, mut to: impl CanBus) {
 }
 
 fn exchange_over_server(bencher: Bencher, spec: impl Fn(&Server) -> String) {
-    let (ending, _ended) = std::sync::mpsc::channel();
-    let server = Server::start(0, 0, None, &ending).unwrap();
+    let server = Server::start(0, 0, None).unwrap();
     let join = || open(&spec(&server)).unwrap();
     exchange(bencher, join(), join());
 }
