@@ -12,6 +12,7 @@ use chromium::{Chromium, Measured};
 use nalgebra::Complex;
 use rotor_edge::command::check::report::sections;
 use rotor_edge::report::bars::{Bar, bars};
+use rotor_edge::report::centreline::centreline;
 use rotor_edge::report::trend::{Trend, trend};
 use rotor_edge::report::{Figure, Prediction, Section, before_and_after, comparison_sections, page};
 use rotor_edge::sample;
@@ -130,7 +131,19 @@ fn other_figures() -> Vec<Figure> {
         caption: "What the figure says.".into(),
         svg,
     };
+    let spiral = |turns: f64| {
+        let at = |k: i32| (0.1 * f64::from(k), turns * f64::from(k) / 40.0);
+        (0..200)
+            .map(at)
+            .map(|(radius_um, angle)| (radius_um * angle.cos(), radius_um * angle.sin()))
+            .collect()
+    };
+    let runs = [
+        ("as found: 600 to 11,000 rpm".into(), spiral(1.0)),
+        ("trial: 600 to 11,000 rpm".into(), spiral(-0.3)),
+    ];
     vec![
+        figure("centreline", "Centreline at 15", centreline("Centreline at 15", &runs)),
         figure("trend", "Residual before and after", trend("Residual before and after", &drawn)),
         figure("bars", "Candidates", bars("Candidates", &candidates)),
     ]

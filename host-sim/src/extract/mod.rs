@@ -47,8 +47,8 @@ pub struct Extracted {
     pub duration_s: f64,
     /// The keyphasor's channel, and where it was passed, in its unit.
     pub keyphasor: (String, f64),
-    /// The probes and their channels.
-    pub probes: Vec<(String, String)>,
+    /// The probes in the order of the readings.
+    pub probes: Vec<Probe>,
     /// A count of the core's converter in the channels' unit: numbers that were none were rounded to it.
     pub count: f64,
     /// One a window, or one a bin.
@@ -61,6 +61,17 @@ pub struct Extracted {
     pub missed_pulses: usize,
     /// When it was no longer known which pulse of the turn is which, s.
     pub reference_lost_s: Option<f64>,
+}
+
+/// A probe as it was recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probe {
+    /// Its name.
+    pub name: String,
+    /// The name of its channel.
+    pub channel: String,
+    /// Sensitivity, mV/µm; 1 where the channel is no voltage.
+    pub mv_um: f64,
 }
 
 /// Extracts the 1x vectors of files that were recorded one after another, each a run of its own; `of_rotor` are the probes of
@@ -78,7 +89,7 @@ pub fn extract(
     for (path, run) in paths.iter().zip(settings.runs(paths)?) {
         let begins_s = all.iter().map(|before| before.duration_s).sum();
         let extracted = of_file(path, run, begins_s, of_rotor, settings)?;
-        let names = |of: &Extracted| of.probes.iter().map(|(p, _)| p.as_str()).collect::<Vec<_>>().join(", ");
+        let names = |of: &Extracted| of.probes.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
         if let Some(first) = all.first()
             && names(first) != names(&extracted)
         {
@@ -134,7 +145,13 @@ fn of_file(
         rate_hz,
         duration_s: seconds(waveform.len()),
         keyphasor: (key.name.clone(), marks.threshold),
-        probes: assigned.iter().map(|a| (a.probe.clone(), a.channel.name.clone())).collect(),
+        probes: (assigned.iter())
+            .map(|a| Probe {
+                name: a.probe.clone(),
+                channel: a.channel.name.clone(),
+                mv_um: f64::from(a.mv_um),
+            })
+            .collect(),
         count,
         readings,
         losses,

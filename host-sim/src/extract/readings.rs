@@ -80,8 +80,7 @@ pub struct Recorded<'a> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drifted {
     pub windows: usize,
-    /// Of so many.
-    pub of: usize,
+    pub in_all: usize,
     /// The largest change in one of them, relative.
     pub largest: f64,
 }
@@ -91,7 +90,7 @@ pub fn drifted(windows: &[Window]) -> Option<Drifted> {
     let lost = windows.iter().filter(|w| w.keyphasor == Keyphasor::Unsteady && w.drift.is_finite());
     let changes: Vec<f64> = lost.map(|w| f64::from(w.drift.abs())).collect();
     let largest = changes.iter().copied().reduce(f64::max)?;
-    Some(Drifted { windows: changes.len(), of: windows.len(), largest })
+    Some(Drifted { windows: changes.len(), in_all: windows.len(), largest })
 }
 
 impl Drifted {
@@ -102,10 +101,10 @@ impl Drifted {
             true => format!("--revolutions {turns}"),
             false => format!("--largest-drift {}", (1e3 * self.largest).ceil() / 1e3),
         };
-        let Self { windows, of, largest } = self;
+        let Self { windows, in_all, largest } = self;
         let percent = 100.0 * largest;
         format!(
-            "the speed changed by up to {percent:.1} % within {windows} of {of} windows; {option} keeps them"
+            "the speed changed by up to {percent:.1} % within {windows} of {in_all} windows; {option} keeps them"
         )
     }
 }

@@ -31,6 +31,8 @@ const TOP_PX: f64 = 8.0;
 const BETWEEN_LABELS_PX: f64 = 3.0;
 /// Room for the labels and the name of the axis below, px.
 const NAMED_PX: f64 = 40.0;
+/// Room around what a plane shows, relative to it.
+const ROOM: f64 = 1.12;
 const UNITS_PER_PX: f64 = 4.0;
 /// plotters writes a font of size s as s / 1.24.
 const PLOTTERS_FONT: f64 = 1.24;
@@ -206,6 +208,18 @@ pub(super) fn axes<'a>(sheet: &Sheet<'a>, x: &Axis, y: &Axis) -> Drawn<Chart<'a>
         .y_desc(y.name.unwrap_or_default())
         .draw()?;
     Ok(chart)
+}
+
+/// Axes along x and y in which a micrometre is as long to the right as upwards, with room for `reach_um` to every side, on a
+/// sheet of this size.
+pub(super) fn plane<'a>(sheet: &Sheet<'a>, reach_um: f64, size_px: [f64; 2]) -> Drawn<Chart<'a>> {
+    let reach_um = ROOM * reach_um;
+    let name = Some("y, µm");
+    let aspect = Axis { scale: &Scale::symmetric(reach_um, 4), name }.aspect_beside(size_px);
+    let stretch = (1.0 / aspect).max(1.0);
+    let up = Scale::symmetric(reach_um * stretch, 5);
+    let across = Scale::symmetric(reach_um * stretch * aspect, 4);
+    axes(sheet, &Axis { scale: &across, name: Some("x, µm") }, &Axis { scale: &up, name })
 }
 
 /// Coordinates on the whole of a sheet, without axes.

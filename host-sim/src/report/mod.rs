@@ -5,6 +5,7 @@
 //! | [`document`] | sections, tables, figures; the page around them |
 //! | [`comparison`] | what `compare --report` says |
 //! | [`bode`], [`polar`], [`orbit`] | one probe over speed; one bearing at one speed |
+//! | [`centreline`] | where the shaft runs in a bearing |
 //! | [`regions`], [`weights`] | unbalances with their regions; correction weights |
 //! | [`residual_map`] | residual by speed and probe |
 //! | [`wave`] | one turn of the shaft over time |
@@ -20,6 +21,7 @@ pub mod bars;
 pub mod bode;
 pub mod campbell;
 pub mod canvas;
+pub mod centreline;
 pub mod comparison;
 pub mod curve;
 pub mod document;

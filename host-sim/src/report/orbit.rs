@@ -6,10 +6,10 @@ use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 
 use super::canvas::{
-    Axis, Chart, Drawn, Entry, INK, Legend, Sheet, TEXT_PX, WIDTH_PX, anchored, axes, curve, line,
-    model_colour, px, svg, write,
+    Chart, Drawn, Entry, INK, Legend, Sheet, TEXT_PX, WIDTH_PX, anchored, curve, line, model_colour, plane,
+    px, svg, write,
 };
-use super::scale::{Scale, rpm};
+use super::scale::rpm;
 
 /// Points of a drawn orbit.
 const POINTS: usize = 90;
@@ -18,8 +18,6 @@ const COLUMNS: usize = 2;
 const PANEL_PX: f64 = 240.0;
 /// Room above a panel's axes for speed and direction.
 const HEAD_PX: f64 = 3.3 * TEXT_PX;
-/// Room around the largest orbit, relative to it.
-const ROOM: f64 = 1.12;
 /// Where along the turn the arrow sits: away from the keyphasor dot.
 const ARROW_AT: f64 = 0.3;
 
@@ -57,16 +55,8 @@ impl OrbitPanel {
         write(sheet, whirl, [centre + 18.0, 2.4 * TEXT_PX], head(VPos::Center))?;
         let (_, below) = sheet.split_vertically(px(HEAD_PX));
         let all = std::iter::once(&self.measured_m).chain(&self.models_m).flatten();
-        let reach = ROOM * all.map(|p| 1e6 * p.norm()).fold(f64::MIN_POSITIVE, f64::max);
-        let up = Scale::symmetric(reach, 4);
-        let y = Axis { scale: &up, name: Some("y, µm") };
-        let aspect = y.aspect_beside([WIDTH_PX / COLUMNS as f64, PANEL_PX - HEAD_PX]);
-        // one micrometre is as long to the right as upwards
-        let stretch = (1.0 / aspect).max(1.0);
-        let up = Scale::symmetric(reach * stretch, 5);
-        let across = Scale::symmetric(reach * stretch * aspect, 4);
-        let y = Axis { scale: &up, name: y.name };
-        let mut chart = axes(&below, &Axis { scale: &across, name: Some("x, µm") }, &y)?;
+        let reach = all.map(|p| 1e6 * p.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        let mut chart = plane(&below, reach, [WIDTH_PX / COLUMNS as f64, PANEL_PX - HEAD_PX])?;
         for (i, model) in self.models_m.iter().enumerate() {
             curve(&mut chart, i, &path(*model))?;
             marks(&mut chart, *model, reach, model_colour(i))?;

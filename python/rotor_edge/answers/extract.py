@@ -41,7 +41,7 @@ class Drifted(Record):
     """Windows that are lost because the speed changed too much within them."""
 
     windows: int
-    of: int
+    in_all: int
     largest: float
     """The largest change, relative."""
 

@@ -1,5 +1,6 @@
 //! `extract`: raw samples to 1x readings.
 
+mod pairs;
 mod report;
 
 use std::fmt::Write as _;
@@ -40,7 +41,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, forced: bool, listener: Listener) -> Result<Json> {
     output::refuse_what_exists([&arguments.output], forced)?;
     let rotor = arguments.rotor.as_deref().map(rotor_file::read).transpose()?;
-    let probes: Option<Vec<String>> = rotor.map(|r| r.probe.iter().map(|p| p.name.clone()).collect());
+    let probes: Option<Vec<String>> =
+        rotor.as_ref().map(|r| r.probe.iter().map(|p| p.name.clone()).collect());
     let busy = listener.spinner(&format!("extracting {}", arguments.names()));
     let extracted = extract(&arguments.waveforms, probes.as_deref(), &arguments.settings);
     busy.finish_and_clear();
@@ -48,7 +50,11 @@ pub fn run(arguments: &Arguments, forced: bool, listener: Listener) -> Result<Js
     output::file(&arguments.output, &measured(&extracted, arguments)?)?;
     if let Some(path) = &arguments.form.report {
         let title = format!("1x readings of {}", arguments.names());
-        output::report(path, &title, report::sections(&extracted, account(&extracted, arguments)))?;
+        output::report(
+            path,
+            &title,
+            report::sections(&extracted, rotor.as_ref(), account(&extracted, arguments)),
+        )?;
     }
     if arguments.form.json {
         return output::as_json(&answer(&extracted, arguments));
@@ -70,7 +76,7 @@ fn measured(extracted: &[Extracted], arguments: &Arguments) -> Result<Vec<u8>> {
         writeln!(head, "# {line}")?;
     }
     let mut file = head.into_bytes();
-    let names: Vec<&str> = extracted[0].probes.iter().map(|(probe, _)| probe.as_str()).collect();
+    let names: Vec<&str> = extracted[0].probes.iter().map(|probe| probe.name.as_str()).collect();
     measurement::write_exactly(&mut file, &names, &readings(extracted).cloned().collect::<Vec<_>>())?;
     Ok(file)
 }
@@ -91,7 +97,7 @@ fn of_file(extracted: &Extracted, arguments: &Arguments) -> Vec<String> {
     let (lowest, highest) = (speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max));
     let (key, threshold) = &extracted.keyphasor;
     let probes: Vec<String> =
-        extracted.probes.iter().map(|(p, channel)| format!("{p} is {channel}")).collect();
+        extracted.probes.iter().map(|p| format!("{} is {}", p.name, p.channel)).collect();
     let way = if settings.keyphasor.falling { "falls" } else { "rises" };
     let unit = if settings.unit.is_voltage() { "mV" } else { "of the unit" };
     let run = extracted.run.as_ref().map_or(String::new(), |run| format!(", run {run}"));
@@ -148,7 +154,8 @@ fn answer_of_file(extracted: &Extracted) -> Value {
     let losses: Vec<Value> = (extracted.losses.iter())
         .map(|loss| json!({"why": loss.why, "probe": loss.probe, "windows": loss.windows, "first_s": loss.first_s}))
         .collect();
-    let drifted = extracted.drifted.map(|d| json!({"windows": d.windows, "of": d.of, "largest": d.largest}));
+    let drifted =
+        extracted.drifted.map(|d| json!({"windows": d.windows, "in_all": d.in_all, "largest": d.largest}));
     let (key, threshold) = &extracted.keyphasor;
     json!({
         "file": extracted.file,
@@ -157,7 +164,7 @@ fn answer_of_file(extracted: &Extracted) -> Value {
         "duration_s": extracted.duration_s,
         "keyphasor": {"channel": key, "threshold": threshold, "missed_pulses": extracted.missed_pulses,
             "reference_lost_s": extracted.reference_lost_s},
-        "channels": extracted.probes.iter().map(|(p, c)| json!({"probe": p, "channel": c})).collect::<Vec<_>>(),
+        "channels": extracted.probes.iter().map(|p| json!({"probe": p.name, "channel": p.channel})).collect::<Vec<_>>(),
         "count": extracted.count,
         "readings": extracted.readings.len(),
         "losses": losses,

@@ -1,15 +1,25 @@
 //! What `extract --report` writes.
 
+use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
+use super::pairs::{Pair, pairs};
 use super::readings;
-use crate::extract::Extracted;
+use crate::extract::{Extracted, Probe};
 use crate::report::bode::bode;
+use crate::report::centreline::centreline;
+use crate::report::orbit::{OrbitPanel, orbit};
+use crate::report::scale::rpm;
 use crate::report::trend::{Trend, trend};
 use crate::report::{Curve, Figure, Section, Table, identifier};
 
+/// Orbits of a run, at most.
+const ORBITS: usize = 4;
+/// Speeds that differ by less are one, relative.
+const ONE_SPEED: f64 = 0.02;
+
 /// The whole report; `account` is what was done, in sentences.
-pub fn sections(extracted: &[Extracted], account: Vec<String>) -> Vec<Section> {
+pub fn sections(extracted: &[Extracted], rotor: Option<&Rotor>, account: Vec<String>) -> Vec<Section> {
     let each = extracted.iter().flat_map(|of| of.losses.iter().map(|loss| (&of.file, loss)));
     let losses = each.map(|(file, loss)| {
         let probe = loss.probe.clone().unwrap_or_else(|| "all".into());
@@ -29,7 +39,85 @@ pub fn sections(extracted: &[Extracted], account: Vec<String>) -> Vec<Section> {
         figures: probes.map(|probe| of_probe(extracted, probe)).collect(),
         ..Section::default()
     };
-    vec![readings, bodes]
+    let pairs = pairs(rotor, &extracted[0].probes);
+    let orbits = Section {
+        heading: "Orbits".into(),
+        paragraphs: vec![seen_along(
+            rotor,
+            "The path of the shaft's centre at 1x; dots where the keyphasor's mark is.",
+        )],
+        figures: pairs
+            .iter()
+            .flat_map(|pair| extracted.iter().filter_map(move |of| orbits_of(pair, of)))
+            .collect(),
+        ..Section::default()
+    };
+    let centrelines = Section {
+        heading: "Shaft centreline".into(),
+        paragraphs: vec![seen_along(
+            rotor,
+            "Where the mean gap voltages say that the shaft's centre was, from where it was in the first reading (dot).",
+        )],
+        figures: pairs.iter().filter_map(|pair| centreline_of(pair, extracted)).collect(),
+        ..Section::default()
+    };
+    let paths = [orbits, centrelines].into_iter().filter(|section| !section.figures.is_empty());
+    [readings, bodes].into_iter().chain(paths).collect()
+}
+
+fn seen_along(rotor: Option<&Rotor>, what: &str) -> String {
+    let axes = match rotor {
+        Some(_) => "Seen along the shaft, by the angles of the probes.",
+        None => "x and y are the directions of the probes; with --rotor, those of the machine.",
+    };
+    format!("{what} {axes}")
+}
+
+/// At up to four speeds from the lowest to the highest.
+fn orbits_of(pair: &Pair, of: &Extracted) -> Option<Figure> {
+    let mut panels: Vec<OrbitPanel> = (of.readings.iter())
+        .filter_map(|r| {
+            let measured_m = pair.phasors_m(r)?;
+            Some(OrbitPanel { speed_rpm: r.speed_rpm, measured_m, models_m: Vec::new() })
+        })
+        .collect();
+    panels.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
+    let [lowest, highest] = [panels.first()?, panels.last()?].map(|panel| panel.speed_rpm);
+    let steps = if highest > lowest * (1.0 + ONE_SPEED) { ORBITS - 1 } else { 0 };
+    let nearest = |step: usize| {
+        let wanted = lowest + (highest - lowest) * step as f64 / steps.max(1) as f64;
+        let off = |panel: &&OrbitPanel| (panel.speed_rpm - wanted).abs();
+        panels.iter().min_by(|a, b| off(a).total_cmp(&off(b))).cloned()
+    };
+    let mut chosen: Vec<OrbitPanel> = (0..=steps).filter_map(nearest).collect();
+    chosen.dedup();
+    let run = of.run.as_ref().map_or(String::new(), |run| format!(", run {run}"));
+    let title = format!("Orbits at {}{run}", pair.name);
+    Some(Figure {
+        id: identifier(&title),
+        svg: orbit(&title, &[], &chosen),
+        caption: "Each panel has its own scale.".into(),
+        title,
+    })
+}
+
+fn centreline_of(pair: &Pair, extracted: &[Extracted]) -> Option<Figure> {
+    let first = readings(extracted).next()?;
+    let run = |of: &Extracted| {
+        let place = |r: &Reading| pair.moved_um(first, r, &of.probes).map(|[x, y]| (x, y));
+        let places: Vec<_> = of.readings.iter().filter_map(place).collect();
+        let [from, to] = [of.readings.first()?, of.readings.last()?].map(|r| rpm(r.speed_rpm));
+        let named = of.run.as_ref().map_or(String::new(), |run| format!("{run}: "));
+        (!places.is_empty()).then(|| (format!("{named}{from} to {to}"), places))
+    };
+    let runs: Vec<_> = extracted.iter().filter_map(run).collect();
+    let title = format!("Centreline at {}", pair.name);
+    (!runs.is_empty()).then(|| Figure {
+        id: identifier(&title),
+        svg: centreline(&title, &runs),
+        caption: "Positive as the vibration of each probe is.".into(),
+        title,
+    })
 }
 
 fn speed(extracted: &[Extracted]) -> Figure {
@@ -58,7 +146,7 @@ fn of_probe(extracted: &[Extracted], probe: usize) -> Figure {
         Some(Curve { label: of.run.clone()?, points })
     };
     let runs: Vec<Curve> = extracted.iter().filter_map(curve).collect();
-    let (name, channel) = &extracted[0].probes[probe];
+    let Probe { name, channel, .. } = &extracted[0].probes[probe];
     let title = format!("Probe {name}");
     Figure {
         id: identifier(&title),
