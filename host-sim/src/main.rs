@@ -9,7 +9,7 @@ fn main() -> ExitCode {
     match Cli::of_this_process().and_then(command::run) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("rotor-edge: {error:#}");
+            eprintln!("rotor-edge: {}", command::shown(&error));
             ExitCode::FAILURE
         }
     }

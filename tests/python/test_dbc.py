@@ -164,7 +164,7 @@ def test_the_file_of_a_monitor_has_its_identifiers_and_the_same_signals(core, no
                 assert getattr(signal, attribute) == getattr(expected, attribute), (own.name, signal.name, attribute)
     # what this file encodes, the core takes for a frame of that monitor
     for own in of_node.messages:
-        if own.name not in ISO_TP:
+        if own.name not in TRANSFER:
             data = own.encode({signal.name: usual(signal, place) for place, signal in enumerate(own.signals)})
             heard = core(f"{own.frame_id:03X}#{data.hex().upper()}")
             assert (heard["name"], heard["node"]) == (own.name, node)

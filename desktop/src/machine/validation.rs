@@ -69,6 +69,10 @@ impl Checker<'_> {
             if name.is_empty() {
                 return self.fail(key, "a name must not be empty");
             }
+            // a terminal would obey them
+            if name.contains(char::is_control) {
+                return self.fail(key, "a name must not hold control characters");
+            }
             if !seen.insert(name) {
                 return self.fail(key, format!("the name \"{name}\" is used twice"));
             }

@@ -273,6 +273,9 @@ fn row(
         None => None,
     };
     let run = columns.run.and_then(|c| record.get(c)).map(|s| s.trim().to_string());
+    if run.iter().any(|run| run.contains(char::is_control)) {
+        return Err(Error::measurement(file, at("run"), "a name must not hold control characters"));
+    }
     Ok(Reading { row: usize::try_from(line).ok(), run, time_d, speed_rpm, probes, gaps_v })
 }
 

@@ -47,6 +47,7 @@ use anyhow::{Result, anyhow};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 pub use listener::Listener;
+pub use usage::shown;
 
 /// Unbalance of a rotor from its 1x vibration, at the machine's edge and on the desk.
 ///
@@ -122,7 +123,9 @@ pub fn object(words: impl IntoIterator<Item = OsString>, listener: Listener) -> 
         targets::check(arguments, cli.force)?;
     }
     let printed = match cli.command {
-        Some(Command::Desk(command)) => command.run(cli.force, listener)?,
+        Some(Command::Desk(command)) => {
+            command.run(cli.force, listener).map_err(|error| anyhow!(shown(&error)))?
+        }
         _ => None,
     };
     printed.ok_or_else(|| anyhow!("expected --json and a command that reads files alone"))
