@@ -44,6 +44,7 @@ pub struct Courier<'a> {
     is_heard: bool,
     held: usize,
     whole_since_us: Option<u64>,
+    was_sent: bool,
     was_forgotten: bool,
     answer_bytes: usize,
     answer: Vec<u8>,
@@ -63,6 +64,7 @@ impl<'a> Courier<'a> {
             is_heard: false,
             held: 0,
             whole_since_us: None,
+            was_sent: false,
             was_forgotten: false,
             answer_bytes: 0,
             answer: Vec::new(),
@@ -74,7 +76,7 @@ impl<'a> Courier<'a> {
         (self.held * PART_BYTES).min(self.request.len())
     }
 
-    /// The monitor held the whole request and then did not any more: it may have carried it out before.
+    /// The whole request was sent, and later the monitor did not hold it: it may have carried it out and started anew.
     pub fn was_forgotten(&self) -> bool {
         self.was_forgotten
     }
@@ -134,10 +136,10 @@ impl<'a> Courier<'a> {
         }
         (self.is_heard, self.silent) = (true, 0);
         let parts = parts_of(self.request.len());
-        let was_whole = self.whole_since_us.is_some();
         self.held = usize::from(held.parts).min(parts);
         if self.held < parts {
-            self.was_forgotten |= was_whole;
+            self.was_forgotten |= self.was_sent;
+            self.was_sent |= self.held + BURST_PARTS >= parts;
             self.whole_since_us = None;
             self.distrust(time_us);
             let next = (self.held..parts).take(BURST_PARTS);
@@ -160,6 +162,37 @@ impl<'a> Courier<'a> {
             if self.answer.len().is_multiple_of(PART_BYTES * BURST_PARTS) {
                 self.due_us = 0;
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hold(courier: &mut Courier, time_us: u64, parts: u16) {
+        while courier.poll(time_us).is_some() {}
+        let Offer { round, crc32, .. } = courier.offer;
+        let held = Held { parts, answer_bytes: 0, round, crc32 };
+        courier.receive(time_us, &Frame::full(TYPE_HELD, 1, held.encode()));
+    }
+
+    #[test]
+    fn a_request_may_be_carried_out_once_all_of_it_was_sent_and_is_not_held() {
+        let request = [7; 100];
+        for (told, expected) in [
+            (&[0, 8, 16][..], false),
+            (&[0, 8, 17], false),
+            (&[0, 0, 0], false),
+            // its power went before it said that it held the last part, or after
+            (&[0, 8, 16, 0], true),
+            (&[0, 8, 16, 17, 0], true),
+        ] {
+            let mut courier = Courier::new(0, 1, &request).unwrap();
+            for (second, parts) in (0..).zip(told) {
+                hold(&mut courier, second * 1_000_000, *parts);
+            }
+            assert_eq!(courier.was_forgotten(), expected, "{told:?}");
         }
     }
 }
