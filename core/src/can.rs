@@ -13,8 +13,8 @@
 //! | | | 63 | version query |
 //!
 //! A reading has as many vectors as the machine has probes, and gap voltages only if some are stated; a result has as
-//! many unbalances as the model has planes. The same as a DBC file: `rotor-edge.dbc` beside this crate's manifest; tests
-//! hold the two against each other.
+//! many unbalances as the model has planes. The same as a DBC file: [`DBC`], which is `rotor-edge.dbc` beside this crate's
+//! manifest; tests hold the two against each other.
 //!
 //! Identifier = type·32 + node: a lower type wins the bus whatever the node, and the frames of one reading have rising
 //! identifiers in the order of sending. All numbers are little endian.
@@ -43,6 +43,9 @@ pub use message::{
     TYPE_TO_NODE, TYPE_VERSION, TYPE_VERSION_QUERY, flag_at_bound,
 };
 pub use result::{MAX_RESULT_FRAMES, MonitorResult, ResultAssembler, result_frames};
+
+/// The frames of node 0 as a DBC file, for CAN tools.
+pub const DBC: &str = include_str!("../rotor-edge.dbc");
 
 /// zlib's CRC-32 (Python: `binascii.crc32`) over whole payloads.
 pub(crate) fn crc32<'a>(payloads: impl Iterator<Item = &'a [u8; 8]>) -> u32 {

@@ -4,13 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_core::can::MAX_NODE;
+use rotor_edge_core::can::{DBC, MAX_NODE};
 use serde_json::json;
 
 use super::output;
 
-/// The protocol as monitor 0 speaks it.
-const OF_NODE_0: &str = include_str!("../../../core/rotor-edge.dbc");
 /// What its comment says of other monitors.
 const SHOWN: &str = "this file shows the identifiers of monitor 0. For monitor n add n, or mask received identifiers with 0x7E0.";
 
@@ -52,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 fn of_node(node: u8) -> String {
     let of_this =
         format!("this file shows the identifiers of monitor {node}. The low five bits are its number.");
-    let lines = OF_NODE_0.lines().map(|line| moved(line, node));
+    let lines = DBC.lines().map(|line| moved(line, node));
     let mut text: String = lines.flat_map(|line| [line, "\n".into()]).collect();
     if node > 0 {
         text = text.replace(SHOWN, &of_this);
@@ -80,10 +78,10 @@ mod tests {
 
     #[test]
     fn of_monitor_0_it_is_the_file_itself_and_of_others_no_identifier_stays() {
-        assert_eq!(of_node(0), OF_NODE_0);
-        assert!(OF_NODE_0.contains(SHOWN));
+        assert_eq!(of_node(0), DBC);
+        assert!(DBC.contains(SHOWN));
         let text = of_node(30);
-        for (before, after) in OF_NODE_0.lines().zip(text.lines()) {
+        for (before, after) in DBC.lines().zip(text.lines()) {
             let numbers = |line: &str| -> Vec<u16> {
                 line.split(' ').take(4).filter_map(|word| word.parse().ok()).collect()
             };
