@@ -50,7 +50,7 @@ fn hear(bus: &mut dyn CanBus) -> Frame {
 
 fn recorded(path: &Path) -> Vec<Frame> {
     let lines = LogReader::open(path).unwrap();
-    lines.map(|line| line.unwrap().frame.unwrap().ours().unwrap()).collect()
+    lines.map(|line| line.unwrap().whole().unwrap().frame.unwrap().ours().unwrap()).collect()
 }
 
 #[test]
@@ -374,6 +374,18 @@ fn a_recording_becomes_the_record_it_came_from_and_the_controllers_own_results()
     }
     let text = String::from_utf8(rotor_edge(&["decode", &log]).stdout).unwrap();
     assert_says(&text, &["Node 4: 451 readings", "FLAGGED, bearing 2"]);
+    // a loss of power cuts a line, and the next one begins behind it
+    let whole = std::fs::read_to_string(&log).unwrap();
+    let (first, rest) = whole.split_at(whole.len() / 2);
+    std::fs::write(&log, format!("{first}#{rest}")).unwrap();
+    let torn = json(&rotor_edge(&["decode", &log, "--json"]));
+    assert_eq!(torn["torn"], 1);
+    let readings = torn["nodes"][0]["readings"].as_u64().unwrap();
+    assert!((450..=451).contains(&readings), "{readings}");
+    assert_says(
+        &String::from_utf8_lossy(&rotor_edge(&["decode", &log]).stdout),
+        &["Torn lines beside them, passed over: 1"],
+    );
 }
 
 #[test]
@@ -409,7 +421,7 @@ fn logs_that_cannot_be_used_are_refused_with_the_row_and_what_was_expected() {
     };
     let foreign = "(1.0) can0 7E8#0641000BE3E81300\n(1.1) can0 18DAF110#02\n";
     assert_says(&refused(foreign), &["x.log: a log of another protocol", "none of its 2 frames"]);
-    assert_says(&refused(&format!("{foreign}nonsense\n")), &["x.log, row 3: \"nonsense\"", "candump log"]);
+    assert_says(&refused("nonsense\n"), &["x.log, row 1: \"nonsense\"", "candump log"]);
     assert_says(&refused(""), &["x.log: the log holds no frame"]);
     assert!(!folder.path("x.csv").exists());
     assert_says(&refusal(&["decode", &folder.text("none.log")]), &["none.log: cannot be read"]);

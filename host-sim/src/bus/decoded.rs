@@ -8,7 +8,7 @@ use rotor_edge_core::model::Pair;
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::Reading;
 
-use super::log::Logged;
+use super::log::{Line, Logged};
 use super::states::States;
 pub use super::timed::Timed;
 
@@ -62,10 +62,12 @@ impl NodeRecord {
 pub struct Decoded {
     /// By number.
     pub nodes: BTreeMap<u8, NodeRecord>,
-    /// Lines of the log.
+    /// Whole lines of the log.
     pub frames: u64,
     /// Of these, messages of our protocol.
     pub ours: u64,
+    /// Lines that were torn, by a loss of power for one, and passed over.
+    pub torn: u64,
     /// Time of the first line, µs.
     pub start_us: u64,
     channel: Option<String>,
@@ -75,11 +77,21 @@ impl Decoded {
     /// Puts a log together; `name` is for messages.
     ///
     /// # Errors
-    /// One sentence if a line is wrong, if nothing in the log is ours, or if it holds several buses.
-    pub fn of(log: impl Iterator<Item = Result<Logged>>, name: &str) -> Result<Self> {
+    /// One sentence if no more lines are whole than torn, if nothing in the log is ours, or if it holds several buses.
+    pub fn of(log: impl Iterator<Item = Result<Line>>, name: &str) -> Result<Self> {
         let mut all = Self::default();
-        for logged in log {
-            all.take(logged?, name)?;
+        let mut first_torn = None;
+        for line in log {
+            match line? {
+                Line::Whole(logged) => all.take(logged, name)?,
+                Line::Torn(why) => {
+                    all.torn += 1;
+                    first_torn.get_or_insert(why);
+                }
+            }
+        }
+        if let Some(why) = first_torn.filter(|_| all.torn >= all.frames) {
+            bail!(why);
         }
         all.nodes.retain(|_, record| record.is_ours());
         match (all.frames, all.nodes.is_empty()) {
@@ -127,14 +139,14 @@ mod tests {
         Reading::new(9000.0, &[vector; 4]).unwrap()
     }
 
-    fn logged(frames: impl IntoIterator<Item = (&'static str, Frame)>) -> Vec<Result<Logged>> {
+    fn logged(frames: impl IntoIterator<Item = (&'static str, Frame)>) -> Vec<Result<Line>> {
         let line = |(row, (channel, frame)): (u64, (&str, Frame))| {
-            Ok(Logged {
+            Ok(Line::Whole(Logged {
                 row,
                 time_us: 1_000 * row,
                 channel: channel.into(),
                 frame: Some(WireFrame::from(&frame)),
-            })
+            }))
         };
         (1..).zip(frames).map(line).collect()
     }
@@ -143,7 +155,7 @@ mod tests {
         reading_frames(node, &NumberedReading::new(sequence, reading(number)))
     }
 
-    fn refusal(log: Vec<Result<Logged>>) -> String {
+    fn refusal(log: Vec<Result<Line>>) -> String {
         Decoded::of(log.into_iter(), "x.log").unwrap_err().to_string()
     }
 
@@ -160,6 +172,18 @@ mod tests {
         let found: Vec<_> = all.nodes.values().map(of_node).collect();
         let expected = [(11_000, 1), (12_000, 2)].map(|(time_us, n)| (time_us, reading(n).probes().to_vec()));
         assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn torn_lines_cost_themselves_alone_unless_there_are_as_many_as_whole_ones() {
+        let torn = || Ok(Line::Torn("x.log, row 3: torn".into()));
+        let mut log = logged(frames(1, 7, 1).into_iter().chain(frames(1, 8, 2)).map(|frame| ("can0", frame)));
+        log.insert(2, torn());
+        let all = Decoded::of(log.into_iter(), "x.log").unwrap();
+        assert_eq!((all.torn, all.nodes[&1].readings.len()), (1, 2));
+        let mut half = logged(frames(1, 7, 1).into_iter().map(|frame| ("can0", frame)));
+        half.extend((0..6).map(|_| torn()));
+        assert_eq!(refusal(half), "x.log, row 3: torn");
     }
 
     #[test]

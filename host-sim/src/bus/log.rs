@@ -5,7 +5,7 @@ use std::io::{self, BufRead, BufReader, Write};
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use rotor_edge_core::can::Frame;
 
 use super::can_bus::CanBus;
@@ -109,6 +109,25 @@ pub struct Logged {
     pub frame: Option<WireFrame>,
 }
 
+/// A line of a log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Line {
+    /// As a recorder writes it.
+    Whole(Logged),
+    /// Of no recorder: cut when the power went, or damaged. What it says, and what was expected, in one sentence.
+    Torn(String),
+}
+
+impl Line {
+    /// What a whole one holds.
+    pub fn whole(self) -> Option<Logged> {
+        match self {
+            Self::Whole(logged) => Some(logged),
+            Self::Torn(_) => None,
+        }
+    }
+}
+
 /// Reads a log line by line.
 pub struct LogReader<R> {
     input: R,
@@ -134,7 +153,18 @@ impl<R: BufRead> LogReader<R> {
         Self { input, name, row: 0 }
     }
 
-    fn next_line(&mut self) -> Result<Option<Logged>> {
+    fn torn(&self, line: &str) -> Line {
+        let quoted: String = line.trim().chars().take(QUOTED_CHARACTERS).collect();
+        Line::Torn(format!(
+            "{}, row {}: \"{}\" is no line of a candump log, expected such as (1700000000.123456) can0 123#0102; \
+             python-can's can_logconvert makes one of ASC and BLF files",
+            self.name,
+            self.row,
+            quoted.escape_debug()
+        ))
+    }
+
+    fn next_line(&mut self) -> Result<Option<Line>> {
         loop {
             let mut line = Vec::new();
             let number = self.input.read_until(b'\n', &mut line);
@@ -146,23 +176,13 @@ impl<R: BufRead> LogReader<R> {
             if line.trim().is_empty() {
                 continue;
             }
-            let Some(logged) = parse(self.row, &line) else {
-                let quoted: String = line.trim().chars().take(QUOTED_CHARACTERS).collect();
-                bail!(
-                    "{}, row {}: \"{}\" is no line of a candump log, expected such as (1700000000.123456) can0 123#0102; \
-                     python-can's can_logconvert makes one of ASC and BLF files",
-                    self.name,
-                    self.row,
-                    quoted.escape_debug()
-                );
-            };
-            return Ok(Some(logged));
+            return Ok(Some(parse(self.row, &line).map_or_else(|| self.torn(&line), Line::Whole)));
         }
     }
 }
 
 impl<R: BufRead> Iterator for LogReader<R> {
-    type Item = Result<Logged>;
+    type Item = Result<Line>;
 
     fn next(&mut self) -> Option<Self::Item> {
         self.next_line().transpose()
@@ -271,7 +291,12 @@ mod tests {
     use crate::bus::wire::testing::any_frame;
 
     fn read(text: &str) -> Result<Vec<Logged>> {
-        LogReader::new(text.as_bytes(), "test.log".into()).collect()
+        let lines = LogReader::new(text.as_bytes(), "test.log".into());
+        let whole = |line: Result<Line>| match line? {
+            Line::Whole(logged) => Ok(logged),
+            Line::Torn(why) => Err(anyhow::Error::msg(why)),
+        };
+        lines.map(whole).collect()
     }
 
     proptest! {
@@ -338,7 +363,8 @@ mod tests {
         near.receive(Duration::ZERO).unwrap();
         near.send(&frame(3)).unwrap();
         // not yet dropped: a killed program leaves as much
-        let lines: Vec<_> = LogReader::open(&path).unwrap().map(Result::unwrap).collect();
+        let lines: Vec<_> =
+            LogReader::open(&path).unwrap().map(|line| line.unwrap().whole().unwrap()).collect();
         let ids: Vec<_> = lines.iter().map(|l| l.frame.unwrap().id()).collect();
         assert_eq!(ids, [1, 2, 3]);
         assert!(lines.windows(2).all(|pair| pair[0].time_us <= pair[1].time_us));

@@ -138,6 +138,7 @@ fn shortest(value: f32) -> f64 {
 struct Summary {
     frames: u64,
     ours: u64,
+    torn: u64,
     nodes: Vec<Node>,
 }
 
@@ -167,7 +168,7 @@ struct Counters {
 impl Summary {
     fn of(all: &Decoded) -> Self {
         let nodes = all.nodes.iter().map(|(number, record)| Node::of(*number, record, all.start_us));
-        Self { frames: all.frames, ours: all.ours, nodes: nodes.collect() }
+        Self { frames: all.frames, ours: all.ours, torn: all.torn, nodes: nodes.collect() }
     }
 }
 
@@ -196,6 +197,9 @@ impl Node {
 
 fn print(summary: &Summary, written: Option<&Path>) -> Result<()> {
     println!("{} frames, {} of them of rotor-edge", summary.frames, summary.ours);
+    if summary.torn > 0 {
+        println!("Torn lines beside them, passed over: {}", summary.torn);
+    }
     for node in &summary.nodes {
         let c = &node.counters;
         println!(
