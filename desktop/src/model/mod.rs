@@ -9,7 +9,7 @@ use crate::effects::entry;
 use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
 use crate::machine::terms::{force_shape, position_m};
-use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Structure};
+use crate::shaft::structure::{Structure, elements_per_segment};
 use terms::{Forcing, ProbeTerm, Support};
 
 /// Fixed-point rounds over the amplitude at supports that harden or soften.
@@ -63,7 +63,7 @@ impl Response {
 impl Model {
     /// The rotor on finite elements, bearings and all.
     pub fn finite_elements(rotor: &Rotor) -> Self {
-        Self::on(Structure::finite_elements(rotor, &rotor.physics, ELEMENTS_PER_SEGMENT), rotor)
+        Self::on(Structure::finite_elements(rotor, &rotor.physics, elements_per_segment(rotor)), rotor)
     }
 
     /// Attaches the rotor's bearings, effects, planes and probes to a structure.

@@ -8,13 +8,13 @@
 //! with effects bends under forces that no mode was chosen for, a bow or a skew moment; these shapes are
 //! chosen for them, and for bearings that are softer or stiffer than stated.
 
-use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::error::Error;
 use crate::machine::drawing::{BasisKind, Rotor};
 use crate::model::Model;
-use crate::shaft::assumed_modes;
 use crate::shaft::structure::Structure;
+use crate::shaft::{assumed_modes, modes};
 
 /// Speeds, up to the fastest, at which the machine's responses are taken.
 const SPEEDS: usize = 12;
@@ -46,23 +46,9 @@ pub fn supported(model: &Model, size: usize) -> DMatrix<f64> {
     assert!(size > statics, "{size} shape functions cannot hold {statics} static shapes and a mode");
     let structure = &model.structure;
     let stiffness = held_stiffness(model);
-    let factor = structure.mass.clone().cholesky().expect("the mass of a shaft is positive definite").l();
-    let half = factor.solve_lower_triangular(&stiffness).expect("the factor has a positive diagonal");
-    let whole = factor.solve_lower_triangular(&half.transpose()).expect("the factor has a positive diagonal");
-    let eigen = SymmetricEigen::new(whole);
-    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-    let transposed = factor.transpose();
-    let mut columns: Vec<DVector<f64>> = order
-        .iter()
-        .take(size - statics)
-        .map(|k| {
-            let mode = eigen.eigenvectors.column(*k).into_owned();
-            transposed.solve_upper_triangular(&mode).expect("the factor has a positive diagonal")
-        })
-        .collect();
-    let held = stiffness.clone().cholesky().or_else(|| (stiffness + anchored(structure)).cholesky());
+    let held = stiffness.clone().cholesky().or_else(|| (&stiffness + anchored(structure)).cholesky());
     let held = held.expect("a shaft on springs that is anchored as well is stable");
+    let mut columns = modes::lowest(&stiffness, &structure.mass, &held, size - statics);
     for s in &model.supports {
         let mut shape = held.solve(&s.shape);
         // twice: Gram and Schmidt lose digits when a static shape is nearly a mode

@@ -4,6 +4,7 @@ pub mod assumed_modes;
 pub mod basis;
 pub mod elements;
 pub mod mesh;
+mod modes;
 pub mod nodal;
 pub mod statics;
 pub mod structure;

@@ -14,7 +14,7 @@ use crate::model::Model;
 use crate::shaft::basis;
 use crate::shaft::elements::{Element, shear_parameter};
 use crate::shaft::mesh::{Mesh, Piece};
-use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, lumps};
+use crate::shaft::structure::{elements_per_segment, lumps};
 
 /// Shape functions of a plane that fits are made on: far more than the controller's six, so that what
 /// they leave out is far below any noise.
@@ -92,7 +92,7 @@ impl Shaft {
 
     fn on(rotor: &Rotor, model: &Model, basis: DMatrix<f64>) -> Self {
         let physics = &rotor.physics;
-        let mesh = Mesh::new(rotor, ELEMENTS_PER_SEGMENT);
+        let mesh = Mesh::new(rotor, elements_per_segment(rotor));
         let sections = (0..mesh.nodes_m.len()).map(|node| section(rotor, physics, &mesh, node)).collect();
         let bend = |(pattern, count)| (pattern, half_sines(count, &model.structure, rotor));
         let bends = [(Pattern::Bow, 1), (Pattern::FullBow, 2)].map(bend);

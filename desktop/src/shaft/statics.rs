@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
-use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Structure};
+use crate::shaft::structure::{Structure, elements_per_segment};
 
 /// Standard acceleration of gravity, m/s² (3rd CGPM, 1901).
 pub const GRAVITY_M_S2: f64 = 9.806_65;
@@ -64,7 +64,7 @@ pub fn statics(rotor: &Rotor, elevation_m: &[f64]) -> Result<Statics, Error> {
         }
     }
 
-    let structure = Structure::finite_elements(rotor, &rotor.physics, ELEMENTS_PER_SEGMENT);
+    let structure = Structure::finite_elements(rotor, &rotor.physics, elements_per_segment(rotor));
     let (line_mass, mass_kg, centre_of_gravity_m) = weighed(&structure);
     let weight = -GRAVITY_M_S2 * &line_mass;
 
@@ -85,7 +85,7 @@ pub fn statics(rotor: &Rotor, elevation_m: &[f64]) -> Result<Statics, Error> {
 
 /// Mass, kg, and its centre from the left end, m.
 pub fn mass_and_centre(rotor: &Rotor) -> (f64, f64) {
-    let structure = Structure::finite_elements(rotor, &rotor.physics, ELEMENTS_PER_SEGMENT);
+    let structure = Structure::finite_elements(rotor, &rotor.physics, elements_per_segment(rotor));
     let (_, mass_kg, centre_m) = weighed(&structure);
     (mass_kg, centre_m)
 }

@@ -9,8 +9,15 @@ use nalgebra::{DMatrix, DVector};
 use crate::machine::drawing::{Coupling, Disk, Physics, Rotor};
 use crate::shaft::mesh::Mesh;
 
-/// Pieces that each shaft segment is cut into at least.
+/// Pieces that each segment of a shaft of few is cut into at least.
 pub const ELEMENTS_PER_SEGMENT: usize = 2;
+/// Segments from which on each is one piece: they are shorter then than any mode of interest has a use for.
+const MANY_SEGMENTS: usize = 100;
+
+/// Pieces that each segment of this shaft is cut into at least.
+pub fn elements_per_segment(rotor: &Rotor) -> usize {
+    if rotor.shaft.len() < MANY_SEGMENTS { ELEMENTS_PER_SEGMENT } else { 1 }
+}
 
 /// A place on the shaft and how the coordinates move it.
 #[derive(Debug, Clone)]
