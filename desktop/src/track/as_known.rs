@@ -63,6 +63,10 @@ pub fn as_known_then(
     }
     take(&whole, count - 1);
     progress(asked.len() + 1, asked.len() + 1);
+    whole.remarks.push(format!(
+        "Each of the {} estimates is what was known on its day, of the record until then.",
+        estimates.len()
+    ));
     whole.fixed.retain(|fixed| estimates.iter().any(|e| e.row == fixed.row));
     (whole.estimates, whole.flags) = (estimates, flags);
     if let Some(joint) = &mut whole.joint {

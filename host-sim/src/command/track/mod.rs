@@ -205,12 +205,6 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         return shared::as_json(&output::summary(&rotor, &followed, dates));
     }
     print(&rotor, &record, &followed, dates);
-    if arguments.as_known_then.is_some() {
-        println!(
-            "\nThe estimates are those of {} readings as each was known on its day.",
-            followed.estimates.len()
-        );
-    }
     println!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
     match &arguments.csv {
         Some(path) => println!("Next: rotor-edge forecast {}", path.display()),
