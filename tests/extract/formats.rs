@@ -1,0 +1,131 @@
+//! The same samples in files of every kind that is read.
+
+use super::*;
+
+#[test]
+fn a_csv_of_volts_gives_the_least_squares_fit_and_cos_and_sin_as_the_closed_form_has_them() {
+    let folder = Folder::new();
+    let recording = Recording::default();
+    let file = folder.write("a.csv", recording.csv());
+    let (answer, readings) = run(&folder, &file, &DC);
+    assert!(readings.len() > 5);
+    assert_eq!(answer["files"][0]["channels"][1], serde_json::json!({"probe": "15Y", "channel": "15Y"}));
+    for probe in 0..4 {
+        let expected = Recording::phasor_um(probe);
+        let fitted = least_squares_um(&recording, probe);
+        assert!((fitted - expected).norm() < 1e-9 * expected.norm());
+        // 16 bits over the range that the channels use, 1.4 V, are 0.003 µm a count
+        assert!(miss(&readings, probe, fitted) < 1e-5, "{probe}: {:.1e}", miss(&readings, probe, fitted));
+        let gap_v = readings[0].gaps_v[probe].unwrap();
+        assert!((gap_v - Recording::GAP_V).abs() < 1e-4, "{gap_v}");
+    }
+    for reading in &readings {
+        assert!((reading.speed_rpm / recording.speed_rpm - 1.0).abs() < 1e-6);
+    }
+    // a window of 16 turns, its middle 8 turns before its end, from the second mark on
+    let turn_d = 60.0 / recording.speed_rpm / 86_400.0;
+    let [first, second] = [&readings[0], &readings[1]].map(|r| r.time_d.unwrap());
+    assert!(((second - first) / (16.0 * turn_d) - 1.0).abs() < 1e-3);
+    assert!(first > 8.0 * turn_d && first < 11.0 * turn_d);
+}
+
+#[test]
+fn arrays_of_numpy_give_what_the_csv_of_the_same_numbers_gives() {
+    use npyz::WriterBuilder as _;
+    let folder = Folder::new();
+    let recording = Recording::default();
+    let csv = folder.write("a.csv", recording.csv());
+    let known = run(&folder, &csv, &DC).1;
+    let array = |shape: &[u64], values: Vec<f64>| {
+        let mut bytes = Vec::new();
+        let mut writer =
+            npyz::WriteOptions::new().default_dtype().shape(shape).writer(&mut bytes).begin_nd().unwrap();
+        writer.extend(values).unwrap();
+        writer.finish().unwrap();
+        bytes
+    };
+    let samples = recording.samples();
+    let row =
+        |n: usize| [0, 1, 2, 3].map(|probe| recording.volts(probe, n)).into_iter().chain([recording.key(n)]);
+    let npy = folder.write("a.npy", array(&[samples as u64, 5], (0..samples).flat_map(row).collect()));
+    let numbered = ["--rate-hz", "20000", "--keyphasor", "5"];
+    let as_npy = run(&folder, &npy, &[&DC[..], &numbered].concat());
+    assert_eq!(as_npy.0["files"][0]["channels"][3]["probe"], "4");
+    let file = std::fs::File::create(folder.path("a.npz")).unwrap();
+    let mut archive = zip::ZipWriter::new(file);
+    let mut add = |name: &str, shape: &[u64], values: Vec<f64>| {
+        archive.start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default()).unwrap();
+        std::io::Write::write_all(&mut archive, &array(shape, values)).unwrap();
+    };
+    let all = |value: &dyn Fn(usize) -> f64| (0..samples).map(value).collect::<Vec<_>>();
+    for probe in 0..4 {
+        add(NAMES[probe], &[samples as u64], all(&|n| recording.volts(probe, n)));
+    }
+    add("kph", &[samples as u64], all(&|n| recording.key(n)));
+    add("rate_hz", &[], vec![20_000.0]);
+    archive.finish().unwrap();
+    let as_npz = run(&folder, &folder.text("a.npz"), &DC);
+    assert_eq!(as_npz.0["files"][0]["channels"][3]["probe"], "16Y");
+    for readings in [as_npy.1, as_npz.1] {
+        assert_eq!(readings.len(), known.len());
+        for (reading, known) in readings.iter().zip(&known) {
+            assert_eq!((&reading.probes, &reading.gaps_v), (&known.probes, &known.gaps_v));
+        }
+    }
+}
+
+#[test]
+fn what_scipy_saved_as_mat_gives_the_vectors_that_it_was_made_of_and_counts_in_it_what_a_wav_of_them_gives() {
+    let folder = Folder::new();
+    let options = |more: &[&'static str]| [&DC[..], &["--revolutions", "4"], more].concat();
+    let named = ["15X=Brg15X", "15Y=Brg15Y", "16X=Brg16X", "16Y=Brg16Y"];
+    let channels: Vec<&str> = named.iter().flat_map(|stated| ["--channel", stated]).collect();
+    let (answer, readings) = run(&folder, VOLTS_MAT, &options(&channels));
+    assert_eq!((&answer["files"][0]["rate_hz"], readings.len()), (&20_000.0.into(), 1));
+    for probe in 0..4 {
+        // single precision of 9.5 V is 1e-6 of the 0.4 V that vibrate
+        let miss = miss(&readings, probe, Recording::phasor_um(probe));
+        assert!(miss < 1e-5, "{probe}: {miss:.1e}");
+    }
+    let recording = Recording { seconds: 0.05, ..Recording::default() };
+    let frames =
+        |n| [0, 1, 2, 3].map(|probe| recording.volts(probe, n)).into_iter().chain([recording.key(n)]);
+    let wav = folder.text("counts.wav");
+    let counts = (0..recording.samples()).flat_map(frames).map(|v| (v / COUNT_V).round() as i32);
+    write_wav(&wav, 16, counts, SampleFormat::Int);
+    let of_counts = ["--full-scale", "24", "--rate-hz", "20000", "--keyphasor"];
+    let from_wav = run(&folder, &wav, &options(&[&of_counts[..], &["5"]].concat())).1;
+    let from_mat = run(&folder, COUNTS_MAT, &options(&[&of_counts[..], &["ch.5"]].concat())).1;
+    assert_eq!((from_mat.len(), &from_mat), (1, &from_wav));
+}
+
+#[test]
+fn wav_of_24_bits_and_of_fractions_gives_what_csv_gives_to_their_own_resolution() {
+    let folder = Folder::new();
+    let recording = Recording { seconds: 0.3, ..Recording::default() };
+    let known = run(&folder, &folder.write("a.csv", recording.csv()), &DC).1;
+    let options = [&DC[..], &["--full-scale", "24", "--keyphasor", "5"]].concat();
+    let row = |n| [0, 1, 2, 3].map(|probe| recording.volts(probe, n)).into_iter().chain([recording.key(n)]);
+    let all = || (0..recording.samples()).flat_map(row);
+    let wav = folder.text("a.wav");
+    write_wav(&wav, 24, all().map(|v| (v / 24.0 * f64::from(1 << 23)).round() as i32), SampleFormat::Int);
+    let of_24_bits = run(&folder, &wav, &options).1;
+    let floats = folder.text("floats.wav");
+    write_wav(&floats, 32, all().map(|v| (v / 24.0) as f32), SampleFormat::Float);
+    let of_floats = run(&folder, &floats, &options).1;
+    for (readings, resolution_v) in
+        [(of_24_bits, 24.0 / f64::from(1 << 23)), (of_floats, 24.0 * 2.0_f64.powi(-25))]
+    {
+        assert_eq!(readings.len(), known.len());
+        for (reading, known) in readings.iter().zip(&known) {
+            for probe in 0..4 {
+                let um = 1e6 * (reading.probes[probe].unwrap() - known.probes[probe].unwrap()).norm();
+                // a step of the file and one of the 16 bits over the 1.4 V of the channels
+                let step_um = 1e3 * (resolution_v + 1.4 / 64_000.0) / Recording::MV_UM.abs();
+                assert!(um < step_um, "{um} {step_um}");
+                let gap_v = reading.gaps_v[probe].unwrap() - known.gaps_v[probe].unwrap();
+                assert!(gap_v.abs() < resolution_v + 1.4 / 64_000.0, "{gap_v}");
+            }
+        }
+    }
+}
