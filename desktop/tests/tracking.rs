@@ -3,6 +3,8 @@
 
 #[path = "tracking/generator.rs"]
 mod generator;
+#[path = "tracking/random.rs"]
+mod random;
 #[path = "tracking/score.rs"]
 mod score;
 
