@@ -40,7 +40,7 @@ impl Tracking<'_> {
         };
         Err(Error::Unsuitable(format!(
             "one reading cannot tell the unbalance of planes {} apart: {why}; keep the planes in which the machine is \
-             balanced",
+             balanced, or follow readings that stand further out of the noise",
             names.join(", ")
         )))
     }
