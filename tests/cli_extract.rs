@@ -1,5 +1,7 @@
 //! `extract` as a user meets it: waveforms become the readings that the controller would send, or are refused.
 
+#[path = "extract/beside.rs"]
+mod beside;
 #[path = "extract/mod.rs"]
 mod extract;
 #[path = "import/truth.rs"]

@@ -20,7 +20,8 @@ pub struct Mark {
 }
 
 impl Mark {
-    fn at(self) -> f64 {
+    /// Samples since the first.
+    pub fn at(self) -> f64 {
         self.sample as f64 - f64::from(self.age)
     }
 }

@@ -9,13 +9,17 @@
 //! | `marks` | the keyphasor's marks, or those of a tacho's pulses |
 //! | `windows` | the core's [`Extractor`](rotor_edge_core::extraction::Extractor), four probes at a time |
 //! | `readings` | its windows as readings, integrated and binned, and what was lost |
+//! | `sweep` | bins of a run-up as if each speed had been held |
+//! | `orders` | spectra by order, and 2x vectors |
 
 mod channels;
 mod counts;
 mod format;
 mod marks;
+pub(crate) mod orders;
 pub(crate) mod readings;
 pub(crate) mod settings;
+pub(crate) mod sweep;
 pub(crate) mod unit;
 mod waveform;
 mod windows;
@@ -27,8 +31,10 @@ use rotor_edge_core::extraction::ExtractionConfig;
 use rotor_edge_desktop::measurement::Reading;
 
 use counts::Converted;
+use orders::{FEWEST_TURNS, Spectrum, Turning};
 use readings::{Drifted, Loss, Recorded, losses};
 use settings::Settings;
+use sweep::Compensated;
 use waveform::Waveform;
 
 /// Counts of half a 16-bit converter's range.
@@ -53,6 +59,12 @@ pub struct Extracted {
     pub count: f64,
     /// One a window, or one a bin.
     pub readings: Vec<Reading>,
+    /// The same at twice the running speed, if they were asked for.
+    pub two_x: Vec<Reading>,
+    /// Spectra by order, if they were asked for.
+    pub spectra: Vec<Spectrum>,
+    /// What was taken off for the change of speed, if it was asked for.
+    pub compensated: Option<Compensated>,
     /// Readings that are lost, by reason.
     pub losses: Vec<Loss>,
     /// Those among them that are lost because the speed changed.
@@ -74,6 +86,15 @@ pub struct Probe {
     pub mv_um: f64,
 }
 
+/// What is wanted beside 1x.
+#[derive(Debug, Clone, Copy)]
+pub struct Beside {
+    /// The vectors at twice the running speed.
+    pub two_x: bool,
+    /// Spectra.
+    pub spectra: bool,
+}
+
 /// Extracts the 1x vectors of files that were recorded one after another, each a run of its own; `of_rotor` are the probes of
 /// a rotor, if one is given.
 ///
@@ -83,12 +104,16 @@ pub fn extract(
     paths: &[PathBuf],
     of_rotor: Option<&[String]>,
     settings: &Settings,
+    beside: Beside,
 ) -> Result<Vec<Extracted>> {
     settings.check()?;
+    if beside.two_x && settings.revolutions < FEWEST_TURNS {
+        bail!("--revolutions {}: expected {FEWEST_TURNS} at least for 2x", settings.revolutions);
+    }
     let mut all: Vec<Extracted> = Vec::new();
     for (path, run) in paths.iter().zip(settings.runs(paths)?) {
         let begins_s = all.iter().map(|before| before.duration_s).sum();
-        let extracted = of_file(path, run, begins_s, of_rotor, settings)?;
+        let extracted = of_file(path, run, begins_s, of_rotor, settings, beside)?;
         let names = |of: &Extracted| of.probes.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
         if let Some(first) = all.first()
             && names(first) != names(&extracted)
@@ -107,6 +132,7 @@ fn of_file(
     begins_s: f64,
     of_rotor: Option<&[String]>,
     settings: &Settings,
+    beside: Beside,
 ) -> Result<Extracted> {
     let waveform = format::read(path)?;
     let file = &waveform.file;
@@ -134,11 +160,29 @@ fn of_file(
     let losses = losses(&windows, &names, rate_hz);
     let drifted = readings::drifted(&windows);
     let recorded = Recorded { run: run.as_deref(), begins_s, rate_hz, zero_v: 1e-3 * f64::from(zero_mv) };
-    let readings = readings::readings(&windows, &recorded, settings);
+    let each = readings::readings(&windows, &recorded, settings);
+    let bins = |readings: &[Reading]| match settings.bin_rpm {
+        Some(bin_rpm) => readings::bins(readings, bin_rpm).into_iter().map(readings::mean_of).collect(),
+        None => readings.to_vec(),
+    };
+    let (readings, compensated) = match settings.bin_rpm.filter(|_| settings.compensate_rate) {
+        Some(bin_rpm) => {
+            let bins = readings::bins(&each, bin_rpm);
+            let (steady, done) = sweep::steady(&each, &bins, bin_rpm, settings.revolutions);
+            (steady, Some(done))
+        }
+        None => (bins(&each), None),
+    };
     let seconds = |sample: usize| sample as f64 / rate_hz;
     if readings.is_empty() {
         refuse(file, marks.all.len(), &losses, drifted, settings)?;
     }
+    let turning = Turning { probes: &assigned, marks: &marks.all, rate_hz, unit_per_number, settings };
+    let two_x = match beside.two_x {
+        true => bins(&readings::readings_of(&windows, turning.two_x(&windows), &recorded, settings)),
+        false => Vec::new(),
+    };
+    let spectra = if beside.spectra { turning.spectra(&windows) } else { Vec::new() };
     Ok(Extracted {
         file: file.clone(),
         run,
@@ -154,6 +198,9 @@ fn of_file(
             .collect(),
         count,
         readings,
+        two_x,
+        spectra,
+        compensated,
         losses,
         drifted,
         missed_pulses: marks.missed,

@@ -109,10 +109,42 @@ impl Drifted {
     }
 }
 
-/// The windows that show a probe at least, integrated to displacement, at the time of their middle.
+/// The 1x vectors of the windows that show a probe at least, integrated to displacement, and their gap voltages.
 pub fn readings(windows: &[Window], recorded: &Recorded, settings: &Settings) -> Vec<Reading> {
-    let usable = windows.iter().filter(|w| w.keyphasor.is_usable());
-    let each = usable.map(|window| {
+    let of_window = |window: &Window| {
+        let speed_rpm = f64::from(window.speed_rpm);
+        let gaps_v = match settings.has_gap() {
+            true => window.probes.iter().map(|seen| gap_v(seen, recorded.zero_v)).collect(),
+            false => Vec::new(),
+        };
+        (window.probes.iter().map(|seen| displacement_m(seen, speed_rpm, settings)).collect(), gaps_v)
+    };
+    shown(windows.iter().map(|window| (window, of_window(window))), recorded, settings)
+}
+
+/// The same of other vectors, µm, which go by window and probe.
+pub fn readings_of(
+    windows: &[Window],
+    vectors_um: Vec<Vec<Option<Complex<f64>>>>,
+    recorded: &Recorded,
+    settings: &Settings,
+) -> Vec<Reading> {
+    let in_m = |vectors: Vec<Option<Complex<f64>>>| vectors.into_iter().map(|y| Some(1e-6 * y?)).collect();
+    let each = windows.iter().zip(vectors_um).map(|(window, vectors)| (window, (in_m(vectors), Vec::new())));
+    shown(each, recorded, settings)
+}
+
+/// Vectors of probes, m, and their gap voltages, V.
+type Values = (Vec<Option<Complex<f64>>>, Vec<Option<f64>>);
+
+/// Those that show a probe at least, at the time of the middle of their window.
+fn shown<'a>(
+    each: impl Iterator<Item = (&'a Window, Values)>,
+    recorded: &Recorded,
+    settings: &Settings,
+) -> Vec<Reading> {
+    let usable = each.filter(|(window, _)| window.keyphasor.is_usable());
+    let each = usable.map(|(window, (probes, gaps_v))| {
         let speed_rpm = f64::from(window.speed_rpm);
         let half_s = 30.0 * f64::from(settings.revolutions) / speed_rpm;
         Reading {
@@ -122,18 +154,11 @@ pub fn readings(windows: &[Window], recorded: &Recorded, settings: &Settings) ->
                 (recorded.begins_s + window.sample as f64 / recorded.rate_hz - half_s) / SECONDS_A_DAY,
             ),
             speed_rpm,
-            probes: window.probes.iter().map(|seen| displacement_m(seen, speed_rpm, settings)).collect(),
-            gaps_v: match settings.has_gap() {
-                true => window.probes.iter().map(|seen| gap_v(seen, recorded.zero_v)).collect(),
-                false => Vec::new(),
-            },
+            probes,
+            gaps_v,
         }
     });
-    let shown: Vec<Reading> = each.filter(|r| r.probes.iter().any(Option::is_some)).collect();
-    match settings.bin_rpm {
-        Some(bin_rpm) => binned(&shown, bin_rpm),
-        None => shown,
-    }
+    each.filter(|r| r.probes.iter().any(Option::is_some)).collect()
 }
 
 fn displacement_m(seen: &Seen, speed_rpm: f64, settings: &Settings) -> Option<Complex<f64>> {
@@ -148,20 +173,21 @@ fn gap_v(seen: &Seen, zero_v: f64) -> Option<f64> {
     (!seen.is_open && !seen.is_clipped).then_some(zero_v + f64::from(seen.gap_v))
 }
 
-/// Readings that follow one another within `bin_rpm` of the first of them, each probe's mean over those that show it.
-fn binned(readings: &[Reading], bin_rpm: f64) -> Vec<Reading> {
+/// Readings that follow one another within `bin_rpm` of the first of them.
+pub fn bins(readings: &[Reading], bin_rpm: f64) -> Vec<&[Reading]> {
     let mut bins = Vec::new();
     let mut rest = readings;
     while let Some(first) = rest.first() {
         let is_near = |r: &&Reading| (r.speed_rpm - first.speed_rpm).abs() <= bin_rpm;
         let (bin, others) = rest.split_at(rest.iter().take_while(is_near).count());
-        bins.push(mean_of(bin));
+        bins.push(bin);
         rest = others;
     }
     bins
 }
 
-fn mean_of(bin: &[Reading]) -> Reading {
+/// Each probe's mean over the readings that show it.
+pub fn mean_of(bin: &[Reading]) -> Reading {
     let first = &bin[0];
     let each = |values: &dyn Fn(&Reading) -> Option<f64>| {
         let (sum, number) = bin.iter().filter_map(values).fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
@@ -196,7 +222,7 @@ mod tests {
         let all =
             [(1000.0, Some(1.0)), (1004.0, None), (1008.0, Some(3.0)), (1020.0, Some(5.0)), (1002.0, None)]
                 .map(|(speed_rpm, y)| reading(speed_rpm, y));
-        let bins = binned(&all, 10.0);
+        let bins: Vec<Reading> = bins(&all, 10.0).into_iter().map(mean_of).collect();
         let speeds: Vec<f64> = bins.iter().map(|bin| bin.speed_rpm).collect();
         assert_eq!(speeds, [1004.0, 1020.0, 1002.0]);
         assert_eq!(bins[0].probes, [Some(Complex::new(2.0, 4.0)), Some(Complex::new(1.0, 0.0))]);

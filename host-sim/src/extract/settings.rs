@@ -48,6 +48,10 @@ pub struct Settings {
     /// One reading for the windows that follow one another within so many rpm: their mean; without it, one a window
     #[arg(long, value_name = "RPM")]
     pub bin_rpm: Option<f64>,
+    /// Take off what the change of speed does to the response: the vectors are then those of a speed held in the middle of
+    /// each bin, to first order
+    #[arg(long, requires = "bin_rpm")]
+    pub compensate_rate: bool,
     /// Name of the run, once for each file; without it, several files are called as they are
     #[arg(long)]
     pub run: Vec<String>,

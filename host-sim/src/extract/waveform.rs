@@ -40,6 +40,14 @@ impl Samples {
         }
     }
 
+    /// The number at a place.
+    pub fn at(&self, place: usize) -> f64 {
+        match self {
+            Self::Counts(counts) => f64::from(counts[place]),
+            Self::Values(values) => values[place],
+        }
+    }
+
     /// Lowest and highest number.
     pub fn extremes(&self) -> [f64; 2] {
         let ends = |all: &mut dyn Iterator<Item = f64>| {

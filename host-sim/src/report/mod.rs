@@ -8,6 +8,7 @@
 //! | [`centreline`] | where the shaft runs in a bearing |
 //! | [`regions`], [`weights`] | unbalances with their regions; correction weights |
 //! | [`residual_map`] | residual by speed and probe |
+//! | [`cascade`] | spectra over speed or time |
 //! | [`wave`] | one turn of the shaft over time |
 //! | [`sketch`], [`campbell`] | the machine to scale; its natural frequencies over speed |
 //! | [`trend`], [`bars`] | anything over time; anything ranked |
@@ -21,6 +22,7 @@ pub mod bars;
 pub mod bode;
 pub mod campbell;
 pub mod canvas;
+pub mod cascade;
 pub mod centreline;
 pub mod comparison;
 pub mod curve;

@@ -2,6 +2,7 @@
 
 mod pairs;
 mod report;
+mod spectra;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -16,7 +17,8 @@ use super::listener::Listener;
 use super::output::{self, Form, Json};
 use crate::extract::readings::Drifted;
 use crate::extract::settings::Settings;
-use crate::extract::{Extracted, extract};
+use crate::extract::sweep::Compensated;
+use crate::extract::{Beside, Extracted, extract};
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -28,6 +30,9 @@ pub struct Arguments {
     /// Where to write the readings
     #[arg(short, long, default_value = "measured.csv")]
     output: PathBuf,
+    /// Write the vectors at twice the running speed too, in a file of the same columns
+    #[arg(long, value_name = "FILE")]
+    two_x: Option<PathBuf>,
     /// Take the probes of this rotor, and their names
     #[arg(long)]
     rotor: Option<PathBuf>,
@@ -39,15 +44,21 @@ pub struct Arguments {
 
 /// Runs the command; `forced` writes over a file that exists.
 pub fn run(arguments: &Arguments, forced: bool, listener: Listener) -> Result<Json> {
-    output::refuse_what_exists([&arguments.output], forced)?;
+    output::refuse_what_exists([&arguments.output].into_iter().chain(&arguments.two_x), forced)?;
     let rotor = arguments.rotor.as_deref().map(rotor_file::read).transpose()?;
     let probes: Option<Vec<String>> =
         rotor.as_ref().map(|r| r.probe.iter().map(|p| p.name.clone()).collect());
     let busy = listener.spinner(&format!("extracting {}", arguments.names()));
-    let extracted = extract(&arguments.waveforms, probes.as_deref(), &arguments.settings);
+    let beside = Beside { two_x: arguments.two_x.is_some(), spectra: arguments.form.report.is_some() };
+    let extracted = extract(&arguments.waveforms, probes.as_deref(), &arguments.settings, beside);
     busy.finish_and_clear();
     let extracted = extracted?;
-    output::file(&arguments.output, &measured(&extracted, arguments)?)?;
+    let of_1x = extracted.iter().flat_map(|file| &file.readings);
+    output::file(&arguments.output, &measured(&extracted, of_1x, "1x", arguments)?)?;
+    if let Some(path) = &arguments.two_x {
+        let of_2x = extracted.iter().flat_map(|file| &file.two_x);
+        output::file(path, &measured(&extracted, of_2x, "2x, phase from the same mark", arguments)?)?;
+    }
     if let Some(path) = &arguments.form.report {
         let title = format!("1x readings of {}", arguments.names());
         output::report(
@@ -69,15 +80,20 @@ impl Arguments {
     }
 }
 
-/// The whole file; in its first lines, what made it.
-fn measured(extracted: &[Extracted], arguments: &Arguments) -> Result<Vec<u8>> {
-    let mut head = String::new();
+/// The whole file; in its first lines, what it holds and what made it.
+fn measured<'a>(
+    extracted: &[Extracted],
+    readings: impl Iterator<Item = &'a Reading>,
+    holds: &str,
+    arguments: &Arguments,
+) -> Result<Vec<u8>> {
+    let mut head = format!("# vectors of {holds}\n");
     for line in account(extracted, arguments) {
         writeln!(head, "# {line}")?;
     }
     let mut file = head.into_bytes();
     let names: Vec<&str> = extracted[0].probes.iter().map(|probe| probe.name.as_str()).collect();
-    measurement::write_exactly(&mut file, &names, &readings(extracted).cloned().collect::<Vec<_>>())?;
+    measurement::write_exactly(&mut file, &names, &readings.cloned().collect::<Vec<_>>())?;
     Ok(file)
 }
 
@@ -126,6 +142,16 @@ fn of_file(extracted: &Extracted, arguments: &Arguments) -> Vec<String> {
     if let Some(at_s) = extracted.reference_lost_s {
         lines.push(format!("at {at_s:.3} s the tacho had paused for a turn: phases are unknown from there on, and no reading was taken"));
     }
+    if let Some(Compensated { bins, left, largest_um, at_rpm }) = extracted.compensated {
+        lines.push(format!(
+            "{} of {bins} bins are as if their speed had been held; the largest change is {largest_um:.3} µm at {at_rpm:.0} \
+             rpm",
+            bins - left
+        ));
+        if left > 0 {
+            lines.push(format!("{left} bins stay as measured: too few readings around them; fewer --revolutions or a larger --bin-rpm give more"));
+        }
+    }
     lines.extend(extracted.losses.iter().map(|loss| format!("lost: {loss}")));
     let advice = |drifted: Drifted| drifted.advice(settings.revolutions, settings.largest_drift);
     lines.extend(extracted.drifted.map(advice));
@@ -136,13 +162,15 @@ fn show(extracted: &[Extracted], arguments: &Arguments) {
     for line in account(extracted, arguments) {
         println!("{line}");
     }
-    println!("\nWritten to {}.", arguments.output.display());
+    let also = arguments.two_x.as_ref().map_or(String::new(), |path| format!(", 2x to {}", path.display()));
+    println!("\nWritten to {}{also}.", arguments.output.display());
 }
 
 fn answer(extracted: &[Extracted], arguments: &Arguments) -> Value {
     let lost = |of: &Extracted| of.losses.iter().map(|loss| loss.windows).sum::<usize>();
     json!({
         "measured": arguments.output,
+        "two_x": arguments.two_x,
         "readings": readings(extracted).count(),
         "speeds": readings(extracted).map(|r| r.speed_rpm).collect::<Vec<_>>(),
         "lost": extracted.iter().map(lost).sum::<usize>(),
@@ -169,5 +197,7 @@ fn answer_of_file(extracted: &Extracted) -> Value {
         "readings": extracted.readings.len(),
         "losses": losses,
         "drifted": drifted,
+        "compensated": extracted.compensated.map(|c| json!({"bins": c.bins, "left": c.left,
+            "largest_um": c.largest_um, "at_rpm": c.at_rpm})),
     })
 }

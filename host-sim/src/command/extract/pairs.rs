@@ -14,7 +14,7 @@ const LEAST_SPAN: f64 = 0.3;
 pub struct Pair {
     /// The place that they see.
     pub name: String,
-    probes: [usize; 2],
+    pub probes: [usize; 2],
     /// What makes x and y of what the two show.
     to_xy: Matrix2<f64>,
 }
@@ -54,8 +54,17 @@ impl Pair {
     /// The 1x phasors along x and y, m.
     pub fn phasors_m(&self, reading: &Reading) -> Option<[Complex<f64>; 2]> {
         let [a, b] = self.probes;
-        let shown = Vector2::new(reading.probes[a]?, reading.probes[b]?);
-        Some((self.to_xy.map(Complex::from) * shown).into())
+        Some(self.along_xy(reading.probes[a]?, reading.probes[b]?))
+    }
+
+    /// What the two probes show, along x and y.
+    pub fn along_xy(&self, a: Complex<f64>, b: Complex<f64>) -> [Complex<f64>; 2] {
+        (self.to_xy.map(Complex::from) * Vector2::new(a, b)).into()
+    }
+
+    /// Whether this probe is one of the two.
+    pub fn has(&self, probe: usize) -> bool {
+        self.probes.contains(&probe)
     }
 
     /// How far the mean place is from that of `first`, along x and y, µm, in the sense in which vibration counts positive.

@@ -4,7 +4,7 @@ use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
 use super::pairs::{Pair, pairs};
-use super::readings;
+use super::{readings, spectra};
 use crate::extract::{Extracted, Probe};
 use crate::report::bode::bode;
 use crate::report::centreline::centreline;
@@ -62,7 +62,8 @@ pub fn sections(extracted: &[Extracted], rotor: Option<&Rotor>, account: Vec<Str
         ..Section::default()
     };
     let paths = [orbits, centrelines].into_iter().filter(|section| !section.figures.is_empty());
-    [readings, bodes].into_iter().chain(paths).collect()
+    let spectra = spectra::section(extracted, &pairs);
+    [readings, bodes].into_iter().chain(paths).chain(spectra).collect()
 }
 
 fn seen_along(rotor: Option<&Rotor>, what: &str) -> String {

@@ -50,9 +50,15 @@ fn array(place: &str, bytes: &[u8]) -> Result<Array> {
     let all = match (kind.type_char(), kind.size_field()) {
         (TypeChar::Int, 2) => Samples::Counts(array.into_vec().with_context(wrong)?),
         (TypeChar::Int, 4) => values(array.into_vec::<i32>().with_context(wrong)?),
+        (TypeChar::Int, 8) => {
+            // a sample rate, or samples on a machine of 64 bits
+            Samples::Values(
+                array.into_vec::<i64>().with_context(wrong)?.into_iter().map(|n| n as f64).collect(),
+            )
+        }
         (TypeChar::Float, 4) => values(array.into_vec::<f32>().with_context(wrong)?),
         (TypeChar::Float, 8) => Samples::Values(array.into_vec().with_context(wrong)?),
-        _ => bail!("{place}: holds {kind}, expected i2, i4, f4 or f8"),
+        _ => bail!("{place}: holds {kind}, expected i2, i4, i8, f4 or f8"),
     };
     Ok(Array { all, rows, width, is_by_rows })
 }
