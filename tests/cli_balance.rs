@@ -177,6 +177,39 @@ fn velocity_is_balanced_as_it_is_and_has_no_amplitude_in_um() {
 }
 
 #[test]
+fn a_rotors_file_takes_holes_limits_and_min_max_too() {
+    let kit = |file: &str| {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("sample/kit").join(file).display().to_string()
+    };
+    let (rotor, data) = (kit("rotor.toml"), kit("startup.csv"));
+    let answer = |more: &[&str]| json(&rotor_edge(&[&["balance", &rotor, &data, "--json"], more].concat()));
+    let placed = |answer: &Value| -> Vec<Value> {
+        let ways = answer["ways"].as_array().unwrap();
+        assert_eq!(ways.len(), 2, "{answer}");
+        let weights = ways.iter().flat_map(|way| way["weights"].as_array().unwrap());
+        weights.flat_map(|w| w["placed"].as_array().unwrap()).cloned().collect()
+    };
+    let in_holes = placed(&answer(&["--holes", "8", "--radii-mm", "30", "--split", "1"]));
+    let used: Vec<u64> = in_holes.iter().map(|p| p["hole"].as_u64().unwrap()).collect();
+    assert!(used.iter().all(|hole| (1..=8).contains(hole)) && !used.is_empty());
+    let taken = used[0].to_string();
+    let elsewhere = placed(&answer(&["--holes", "8", "--radii-mm", "30", "--split", "1", "--taken", &taken]));
+    assert!(elsewhere.iter().all(|p| p["hole"].as_u64().unwrap() != used[0]), "{taken}: {elsewhere:?}");
+    for more in [&["--largest-g-mm", "5"][..], &["--largest-g-mm", "5", "--min-max"]] {
+        let sizes: Vec<f64> =
+            placed(&answer(more)).iter().map(|p| p["magnitude_g_mm"].as_f64().unwrap()).collect();
+        assert!(
+            sizes.iter().all(|size| *size <= 5.0 + 1e-6) && sizes.iter().any(|size| *size > 4.9),
+            "{sizes:?}"
+        );
+    }
+    let said = refusal(&["balance", &rotor, &data, "--holes", "8", "--taken", "9"]);
+    assert_says(&said, &["there is no hole 9, expected 1 to 8"]);
+    let said = refusal(&["balance", &rotor, &data, "--largest-g-mm", "nowhere=3"]);
+    assert_says(&said, &["there is no plane \"nowhere\""]);
+}
+
+#[test]
 fn reversed_phases_give_no_weights_with_a_rotors_file_or_without() {
     assert_says(
         &one_sentence(&Machine::new("um", true).run(&[])),

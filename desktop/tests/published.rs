@@ -10,6 +10,7 @@ use rotor_edge_desktop::balance::alone::library::Library;
 use rotor_edge_desktop::balance::alone::stated::Weights;
 use rotor_edge_desktop::balance::alone::{Basis, Correction, Request, correct, runs};
 use rotor_edge_desktop::balance::optimum::Criterion;
+use rotor_edge_desktop::balance::wanted::Wanted;
 use rotor_edge_desktop::measurement::{Reading, Series};
 use serde::Deserialize;
 
@@ -72,7 +73,8 @@ impl Digits {
 
 fn request(criterion: Criterion, limit: Option<f64>) -> Request {
     let limits = limit.map(|limit| (None, limit)).into_iter().collect();
-    Request { criterion, limits, same_speed: 0.01, ..Request::default() }
+    let wanted = Wanted { criterion, limits, ..Wanted::default() };
+    Request { wanted, same_speed: 0.01, ..Request::default() }
 }
 
 fn series(probes: usize, runs: &[(&str, Vec<C>)]) -> Series {

@@ -5,10 +5,11 @@
 //! | [`model`] | weights that make the model's vibration least |
 //! | [`influence`] | influence coefficients of trial runs, without a model of the machine |
 //! | [`trial_runs`] | weights from them, for a rotor's file |
-//! | [`speeds`], [`sense`] | which readings are of one speed; whether phases have the right sign |
+//! | [`speeds`], [`interpolated`], [`sense`] | which readings are of one speed; runs at unlike speeds; whether phases have the right sign |
 //! | [`optimum`] | least squares, least largest vibration, and limits |
 //! | [`alone`] | weights of a machine that has no file |
 //! | [`places`] | fixed holes or blades |
+//! | [`wanted`], [`scatter`] | what weights are to do and may be; how far noise moves them |
 //! | [`weights`] | what can really be screwed in: radii and steps of mass |
 //! | [`grade`] | balance quality grade of ISO 21940-11 |
 //!
@@ -18,14 +19,17 @@
 pub mod alone;
 pub mod grade;
 pub mod influence;
+mod interpolated;
 pub mod model;
 pub mod optimum;
 pub mod places;
+mod scatter;
 pub mod sense;
 pub mod speeds;
 #[cfg(test)]
 mod tests;
 pub mod trial_runs;
+pub mod wanted;
 pub mod weights;
 
 use nalgebra::{Complex, DMatrix, DVector};
@@ -33,9 +37,11 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
+use crate::unbalance::G_MM;
 
 use grade::Grade;
-use weights::{Allowed, Weight};
+use places::Filling;
+use wanted::{Wanted, no_plane};
 
 type C = Complex<f64>;
 
@@ -44,14 +50,16 @@ type C = Complex<f64>;
 pub struct Plan {
     /// Numbers of the correction planes among the rotor's.
     pub planes: Vec<usize>,
-    /// What fits into each of them.
-    pub allowed: Vec<Allowed>,
+    /// What weights are to do and may be.
+    pub wanted: Wanted,
     /// Speeds at which vibration counts, rpm.
     pub range_rpm: [f64; 2],
     /// Speed at which the grade is stated, rpm.
     pub service_rpm: f64,
     /// Speeds of runs that differ by no more than this, relative, are one.
     pub same_speed: f64,
+    /// Whether trial runs at unlike speeds are interpolated.
+    pub interpolate: bool,
 }
 
 /// The machine at one speed, with and without the weights.
@@ -74,8 +82,8 @@ pub struct Balanced {
     pub wanted_kg_m: Vec<C>,
     /// Standard deviation of its components, kg·m.
     pub sd_kg_m: Vec<f64>,
-    /// What comes nearest with the allowed radii and steps.
-    pub weights: Vec<Weight>,
+    /// What is put into each plane.
+    pub placed: Vec<Filling>,
     /// Vibration before and after, by speed.
     pub vibration: Vec<AtSpeed>,
     /// The same over all speeds.
@@ -85,6 +93,8 @@ pub struct Balanced {
     /// Misfit of what the weights come from: the model's, or that of trial runs beyond what the coefficients
     /// need; `None` where nothing is left to judge by.
     pub misfit: Option<Misfit>,
+    /// What was done to the readings, one sentence each.
+    pub remarks: Vec<String>,
 }
 
 /// χ² with its degrees of freedom.
@@ -157,9 +167,31 @@ impl Plan {
         self.planes.iter().map(|p| rotor.plane[*p].position_m).collect()
     }
 
-    /// The weights that come nearest to these unbalances.
-    fn weights(&self, wanted_kg_m: &[C]) -> Vec<Weight> {
-        wanted_kg_m.iter().zip(&self.allowed).map(|(u, allowed)| allowed.nearest(*u)).collect()
+    /// Names of the correction planes.
+    fn names<'a>(&self, rotor: &'a Rotor) -> Vec<&'a str> {
+        self.planes.iter().map(|p| rotor.plane[*p].name.as_str()).collect()
+    }
+
+    /// Largest unbalance of each plane, kg·m.
+    fn limits_kg_m(&self, names: &[&str]) -> Vec<f64> {
+        names.iter().map(|name| self.wanted.limit_g_mm(name) / G_MM).collect()
+    }
+
+    /// What is put into the planes to come near what is best, and the unbalances that it makes, kg·m; the vibration is
+    /// `before + per_weight · unbalance`.
+    fn placed(
+        &self,
+        names: &[&str],
+        best_kg_m: &[C],
+        per_weight: &DMatrix<C>,
+        before: &DVector<C>,
+    ) -> (Vec<Filling>, Vec<C>) {
+        let best_g_mm: Vec<C> = best_kg_m.iter().map(|u| u * G_MM).collect();
+        let in_kg_m = |g_mm: &[C]| g_mm.iter().map(|u| u / G_MM).collect::<Vec<C>>();
+        let cost = |g_mm: &[C]| self.wanted.criterion.cost(per_weight, before, &in_kg_m(g_mm));
+        let fillings = self.wanted.placed(names, &best_g_mm, cost);
+        let sums: Vec<C> = fillings.iter().map(Filling::sum_g_mm).collect();
+        (fillings, in_kg_m(&sums))
     }
 
     /// The planes of these names, in the order of the file; all if there are none.
@@ -167,12 +199,9 @@ impl Plan {
     /// # Errors
     /// One sentence if there is no such plane.
     pub fn planes_named(rotor: &Rotor, names: &[String]) -> Result<Vec<usize>, Error> {
-        let known: Vec<String> = rotor.plane.iter().map(|p| format!("\"{}\"", p.name)).collect();
-        if let Some(unknown) = names.iter().find(|n| !rotor.plane.iter().any(|p| p.name == **n)) {
-            return Err(Error::Unsuitable(format!(
-                "there is no plane \"{unknown}\", expected one of {}",
-                known.join(", ")
-            )));
+        let known: Vec<String> = rotor.plane.iter().map(|p| p.name.clone()).collect();
+        if let Some(unknown) = names.iter().find(|name| !known.contains(name)) {
+            return Err(Error::Unsuitable(no_plane(unknown, &known)));
         }
         let wanted = |p: &usize| names.is_empty() || names.contains(&rotor.plane[*p].name);
         Ok((0..rotor.plane.len()).filter(wanted).collect())
@@ -185,12 +214,6 @@ struct NormalEquations {
     right: DVector<C>,
     /// What noise had added to the matrix, and was taken off.
     noise: DMatrix<C>,
-}
-
-/// Weights, and the inverse of the matrix that they solve.
-struct LeastVibration {
-    weights_kg_m: DVector<C>,
-    inverse: DMatrix<C>,
 }
 
 impl NormalEquations {
@@ -250,11 +273,6 @@ impl NormalEquations {
             });
         }
         self.matrix.clone().try_inverse().ok_or_else(|| Error::Unsuitable("no plane moves any probe".into()))
-    }
-
-    fn solve(&self, planes: &[impl AsRef<str>]) -> Result<LeastVibration, Error> {
-        let inverse = self.inverse(planes)?;
-        Ok(LeastVibration { weights_kg_m: -(&inverse * &self.right), inverse })
     }
 }
 

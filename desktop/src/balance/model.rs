@@ -4,7 +4,9 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::grade::{Grade, Rigid};
-use super::{AtSpeed, Balanced, LeastVibration, Misfit, NormalEquations, Plan, Squares};
+use super::optimum::best;
+use super::scatter::{drawn, is_free};
+use super::{AtSpeed, Balanced, Misfit, NormalEquations, Plan, Squares};
 use crate::diagnose::best_fit;
 use crate::error::Error;
 use crate::machine::drawing::{Plane, Rotor};
@@ -74,10 +76,10 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
         speeds_rad_s,
     };
     let without = machine.with(&vec![C::from(0.0); plan.planes.len()])?;
-    let names: Vec<&str> = plan.planes.iter().map(|p| rotor.plane[*p].name.as_str()).collect();
-    let Solved { wanted, inverse, per_weight } = solve(&machine, &names)?;
-    let weights = plan.weights(&wanted);
-    let placed: Vec<C> = weights.iter().map(|w| w.unbalance_kg_m).collect();
+    let names = plan.names(rotor);
+    let (limits, criterion) = (plan.limits_kg_m(&names), plan.wanted.criterion);
+    let Solved { wanted, inverse, per_weight, before } = solve(&machine, plan, &names)?;
+    let (fillings, placed) = plan.placed(&names, &wanted, &per_weight, &before);
     let left = machine.with(&placed)?;
     let probes = rotor.probe.len();
     let (mut vibration, mut all): (Vec<AtSpeed>, Squares) = Default::default();
@@ -90,18 +92,33 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
     }
     // what is not known of the own unbalance, as the correction planes have to follow it
     let own = stacked(&left, |at| at.per_unbalance.clone());
-    let follow = &inverse * per_weight.adjoint() * own;
-    let sd_kg_m: Vec<f64> = (0..plan.planes.len())
-        .map(|j| (0.5 * spread(&follow.rows(j, 1).into_owned(), &fit.unbalance_covariance)).sqrt())
-        .collect();
+    let sd_kg_m = match is_free(criterion, &wanted, &limits) {
+        true => {
+            let follow = &inverse * per_weight.adjoint() * own;
+            let sd = |j| (0.5 * spread(&follow.rows(j, 1).into_owned(), &fit.unbalance_covariance)).sqrt();
+            (0..plan.planes.len()).map(sd).collect()
+        }
+        false => {
+            let root = root(&fit.unbalance_covariance);
+            drawn(&wanted, |normal| {
+                let unit: Vec<C> = (0..own.ncols()).map(|_| normal()).collect();
+                let off =
+                    &root * DVector::from_iterator(2 * unit.len(), unit.iter().flat_map(|u| [u.re, u.im]));
+                let off = DVector::from_fn(unit.len(), |j, _| C::new(off[2 * j], off[2 * j + 1]));
+                let moved = &before + &own * off;
+                best(criterion, &NormalEquations::of(&per_weight, &moved), (&per_weight, &moved), &limits)
+            })?
+        }
+    };
     Ok(Balanced {
         grade: grades(&fit.rotor, plan, &machine, &placed, &sd_kg_m),
         wanted_kg_m: wanted,
         sd_kg_m,
-        weights,
+        placed: fillings,
         vibration,
         overall: all.overall(),
         misfit: Some(Misfit { chi2_per_value: fit.chi2_per_value, freedom: values }),
+        remarks: Vec::new(),
     })
 }
 
@@ -112,9 +129,12 @@ struct Solved {
     inverse: DMatrix<C>,
     /// Influence of the correction planes.
     per_weight: DMatrix<C>,
+    /// The machine without weights, its supports as they are with them.
+    before: DVector<C>,
 }
 
-fn solve(machine: &Machine, planes: &[&str]) -> Result<Solved, Error> {
+fn solve(machine: &Machine, plan: &Plan, names: &[&str]) -> Result<Solved, Error> {
+    let limits = plan.limits_kg_m(names);
     let mut weights = vec![C::from(0.0); machine.planes.len()];
     let mut round = 0;
     loop {
@@ -122,14 +142,14 @@ fn solve(machine: &Machine, planes: &[&str]) -> Result<Solved, Error> {
         let per_weight = stacked(&there, |at| at.per_unbalance.select_columns(&machine.planes));
         let motion =
             stacked(&there, |at| DMatrix::from_column_slice(at.motion.len(), 1, at.motion.as_slice()));
-        // what the machine would do without the weights, its supports as they are with them
         let before = motion.column(0) - &per_weight * DVector::from_column_slice(&weights);
-        let LeastVibration { weights_kg_m: next, inverse } =
-            NormalEquations::of(&per_weight, &before).solve(planes)?;
+        let equations = NormalEquations::of(&per_weight, &before);
+        let inverse = equations.inverse(names)?;
+        let next = best(plan.wanted.criterion, &equations, (&per_weight, &before), &limits)?;
         let change: f64 = next.iter().zip(&weights).map(|(a, b)| (a - b).norm_sqr()).sum();
         round += 1;
         if change <= SETTLED.powi(2) * next.norm_squared() || round == ROUNDS {
-            return Ok(Solved { wanted: next.iter().copied().collect(), inverse, per_weight });
+            return Ok(Solved { wanted: next.iter().copied().collect(), inverse, per_weight, before });
         }
         weights = next.iter().copied().collect();
     }
@@ -146,6 +166,12 @@ fn stacked(all: &[At], of: impl Fn(&At) -> DMatrix<C>) -> DMatrix<C> {
         at += part.nrows();
     }
     whole
+}
+
+/// A root of a covariance, which may lack a rank.
+fn root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    let eigen = covariance.clone().symmetric_eigen();
+    eigen.eigenvectors * DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()))
 }
 
 /// Sum over rows of the variance of `map · U`, with the covariance of real and imaginary parts of U.

@@ -34,6 +34,27 @@ impl Criterion {
     }
 }
 
+/// The optimum by a criterion, no weight longer than its limit.
+pub(super) fn best(
+    criterion: Criterion,
+    equations: &NormalEquations,
+    (per_weight, before): (&DMatrix<C>, &DVector<C>),
+    limits: &[f64],
+) -> Result<DVector<C>, Error> {
+    match criterion {
+        Criterion::MinMax => least_largest(per_weight, before, limits),
+        Criterion::LeastSquares => {
+            let inverse = equations.matrix.clone().try_inverse();
+            let free = -(inverse.ok_or_else(|| Error::Unsuitable("the planes act alike".into()))?
+                * &equations.right);
+            match free.iter().zip(limits).all(|(w, limit)| w.norm() <= *limit) {
+                true => Ok(free),
+                false => least_squares_within(equations, limits),
+            }
+        }
+    }
+}
+
 /// Weights that make the largest of `|before + per_weight · w|` least, none longer than its limit.
 ///
 /// # Errors
@@ -73,7 +94,7 @@ pub fn least_largest(
 }
 
 /// Weights of least squares, none longer than its limit.
-pub(super) fn least_squares_within(equations: &NormalEquations, limits: &[f64]) -> Result<DVector<C>, Error> {
+fn least_squares_within(equations: &NormalEquations, limits: &[f64]) -> Result<DVector<C>, Error> {
     let NormalEquations { matrix, right, .. } = equations;
     let planes = right.len();
     // unknowns of the size of one: each weight by what it does, all by the largest

@@ -58,10 +58,17 @@ impl Filling {
     }
 }
 
-/// Ways to come near what is wanted in one plane within its limit, g·mm, nearest first; there is always one.
-pub fn fillings(wanted_g_mm: C, allowed: &Allowed, holes: Option<&Holes>, limit_g_mm: f64) -> Vec<Filling> {
+/// Ways to come near what is wanted in one plane within its limit, g·mm, nearest first; there is always one. `taken` are the
+/// numbers of holes that cannot be used.
+pub fn fillings(
+    wanted_g_mm: C,
+    allowed: &Allowed,
+    holes: Option<&Holes>,
+    taken: &[usize],
+    limit_g_mm: f64,
+) -> Vec<Filling> {
     let Some(holes) = holes else { return vec![anywhere(wanted_g_mm, allowed, limit_g_mm)] };
-    let sets = subsets(holes, allowed, wanted_g_mm);
+    let sets = subsets(holes, taken, allowed, wanted_g_mm);
     let mut all: Vec<Filling> = sets.iter().flat_map(|set| split(wanted_g_mm, set)).collect();
     all.push(Filling::default());
     all.retain(|f| f.sum_g_mm().norm() <= limit_g_mm * (1.0 + 1e-9));
@@ -140,7 +147,7 @@ impl Place {
 }
 
 /// Every choice of one to `most` holes on the side of the weight that is wanted, each at each radius.
-fn subsets(holes: &Holes, allowed: &Allowed, wanted: C) -> Vec<Vec<Place>> {
+fn subsets(holes: &Holes, taken: &[usize], allowed: &Allowed, wanted: C) -> Vec<Vec<Place>> {
     let turn = if holes.against_rotation { -360.0 } else { 360.0 } / holes.count as f64;
     let radii: Vec<Option<f64>> = match allowed.radii_mm.as_slice() {
         [] => vec![None],
@@ -152,10 +159,16 @@ fn subsets(holes: &Holes, allowed: &Allowed, wanted: C) -> Vec<Vec<Place>> {
         radius_mm,
         step_g: allowed.step_g,
     };
-    // farther away, weights mostly work against each other
-    let aside_deg = SIDE_DEG.max(turn.abs());
+    // farther away, weights mostly work against each other; and where holes are taken, so far that some are left
+    let is_free = |k: &usize| !taken.contains(&(k + 1));
+    let off = |k: usize| (place(k, None).direction * wanted.conj()).arg().to_degrees().abs();
+    let mut off_deg: Vec<f64> = (0..holes.count).filter(is_free).map(off).collect();
+    off_deg.sort_by(f64::total_cmp);
+    let second_deg = off_deg.get(1).or(off_deg.first()).copied().unwrap_or(0.0);
+    let aside_deg = SIDE_DEG.max(turn.abs()).max(second_deg + 1e-9);
     let beside = |p: &Place| (p.direction * wanted.conj()).arg().to_degrees().abs() <= aside_deg;
     let places: Vec<Place> = (0..holes.count)
+        .filter(is_free)
         .flat_map(|k| radii.iter().map(move |r| (k, *r)))
         .map(|(k, r)| place(k, r))
         .filter(beside)
@@ -182,6 +195,7 @@ fn split(wanted: C, places: &[Place]) -> Vec<Filling> {
     let along = |p: &Place, of: C| (of * p.direction.conj()).re;
     let filling = |pieces: Vec<Piece>| Filling { pieces };
     match places {
+        [one] if along(one, wanted) < 0.0 => Vec::new(),
         [one] => one.near(along(one, wanted)).into_iter().map(|s| filling(vec![one.piece(s)])).collect(),
         [a, b] => {
             let across = (a.direction.conj() * b.direction).im;
@@ -226,13 +240,13 @@ mod tests {
     #[test]
     fn a_vector_between_two_holes_is_split_over_them_and_one_at_a_hole_stays_whole() {
         let holes = Holes { count: 8, first_deg: 10.0, against_rotation: false, most: 2 };
-        let best = &fillings(polar(100.0, 77.5), &Allowed::default(), Some(&holes), f64::INFINITY)[0];
+        let best = &fillings(polar(100.0, 77.5), &Allowed::default(), Some(&holes), &[], f64::INFINITY)[0];
         assert_eq!(best.pieces.iter().map(|p| p.hole.unwrap()).collect::<Vec<_>>(), [2, 3]);
         assert!((best.sum_g_mm() - polar(100.0, 77.5)).norm() < 1e-9);
-        let at = &fillings(polar(100.0, 55.0), &Allowed::default(), Some(&holes), f64::INFINITY)[0];
+        let at = &fillings(polar(100.0, 55.0), &Allowed::default(), Some(&holes), &[], f64::INFINITY)[0];
         assert_eq!(at.pieces.iter().filter(|p| p.unbalance_g_mm.norm() > 1e-6).count(), 1);
         let back = Holes { against_rotation: true, ..holes };
-        let other = &fillings(polar(100.0, 55.0), &Allowed::default(), Some(&back), f64::INFINITY)[0];
+        let other = &fillings(polar(100.0, 55.0), &Allowed::default(), Some(&back), &[], f64::INFINITY)[0];
         assert_eq!(other.pieces[0].hole, Some(8), "10°, −35°, … 55°");
     }
 
@@ -242,7 +256,7 @@ mod tests {
         let wanted = polar(183.0, 71.0);
         for most in [2, 3] {
             let holes = Holes { count: 12, first_deg: 0.0, against_rotation: false, most };
-            let found = &fillings(wanted, &allowed, Some(&holes), f64::INFINITY)[0];
+            let found = &fillings(wanted, &allowed, Some(&holes), &[], f64::INFINITY)[0];
             // those within 60° of the direction
             let at = |k: usize| polar(25.0, 30.0 * (k + 1) as f64);
             let (mut least, steps) = (f64::INFINITY, 10);
@@ -267,17 +281,39 @@ mod tests {
     }
 
     #[test]
+    fn holes_that_are_taken_are_left_out_however_far_the_next_ones_are() {
+        let holes = Holes { count: 6, first_deg: 0.0, against_rotation: false, most: 2 };
+        let numbers = |taken: &[usize]| {
+            let best =
+                &fillings(polar(100.0, 70.0), &Allowed::default(), Some(&holes), taken, f64::INFINITY)[0];
+            let off = (best.sum_g_mm() - polar(100.0, 70.0)).norm();
+            (best.pieces.iter().map(|p| p.hole.unwrap()).collect::<Vec<_>>(), off)
+        };
+        assert_eq!(numbers(&[]).0, [2, 3]);
+        // between 0° and 120°, and between 0° and 180° there is none but 0° itself
+        assert_eq!(numbers(&[2]).0, [1, 3]);
+        assert!(numbers(&[2]).1 < 1e-9);
+        let (left, off) = numbers(&[2, 3]);
+        assert_eq!(left, [1]);
+        assert!((off - 100.0 * 70.0_f64.to_radians().sin()).abs() < 1e-9);
+        assert!(numbers(&[1, 2, 3, 4, 5, 6]).0.is_empty());
+    }
+
+    #[test]
     fn planes_are_filled_together_so_that_one_makes_good_what_another_cannot() {
         let holes = Holes { count: 4, first_deg: 0.0, against_rotation: false, most: 1 };
         let allowed = Allowed { radii_mm: vec![1.0], step_g: Some(10.0) };
         let wanted = [C::from(14.0), C::from(14.0)];
-        let ways = wanted.map(|w| fillings(w, &allowed, Some(&holes), f64::INFINITY));
+        let ways = wanted.map(|w| fillings(w, &allowed, Some(&holes), &[], f64::INFINITY));
         // only the sum counts: 28 is 10 + 20 or 20 + 10, not 10 + 10
         let best = together(&ways, |w| (w[0] + w[1] - 28.0).norm_sqr());
         assert!((best.iter().map(Filling::sum_g_mm).sum::<C>() - 30.0).norm() < 1e-9);
-        assert!(fillings(wanted[0], &allowed, Some(&holes), 9.0)[0].pieces.is_empty(), "the limit is kept");
+        assert!(
+            fillings(wanted[0], &allowed, Some(&holes), &[], 9.0)[0].pieces.is_empty(),
+            "the limit is kept"
+        );
         let steps = Allowed { radii_mm: vec![3.0, 4.0], step_g: Some(2.0) };
-        let anywhere = &fillings(polar(15.9, 20.0), &steps, None, 15.9)[0];
+        let anywhere = &fillings(polar(15.9, 20.0), &steps, None, &[], 15.9)[0];
         assert!((anywhere.sum_g_mm() - polar(12.0, 20.0)).norm() < 1e-9, "2 g at 4 mm more would be 16");
     }
 }

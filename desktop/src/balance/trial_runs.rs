@@ -3,9 +3,12 @@
 use nalgebra::Complex;
 
 use super::grade::{Grade, Rigid};
-use super::influence::{Trial, Trials, Value, normal_equations, standard_deviations};
+use super::influence::{Trial, Trials, Value, normal_equations, stacked};
+use super::interpolated::{Interpolated, interpolated};
+use super::optimum::best;
+use super::scatter::of_coefficients;
 use super::speeds::Speeds;
-use super::{AtSpeed, Balanced, LeastVibration, Plan, Squares};
+use super::{AtSpeed, Balanced, Plan, Squares};
 use crate::error::Error;
 use crate::identify::assumed_noise;
 use crate::machine::drawing::Rotor;
@@ -61,13 +64,19 @@ fn trials(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Trials {
 /// # Errors
 /// One sentence if the trial runs do not hold the coefficients of the chosen planes, or contradict the sign of the phases.
 pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Balanced, Error> {
+    let common = plan.interpolate.then(|| interpolated(readings)).transpose()?;
+    let readings = common.as_ref().map_or(readings, |common| &common.readings);
+    let remarks = common.iter().map(Interpolated::remark).collect();
     let fitted = trials(rotor, readings, plan).fit()?;
     let coefficients = &fitted.coefficients;
-    let names: Vec<&str> = plan.planes.iter().map(|p| rotor.plane[*p].name.as_str()).collect();
-    let LeastVibration { weights_kg_m: wanted, inverse } = normal_equations(coefficients).solve(&names)?;
-    let weights = plan.weights(wanted.as_slice());
-    let sd_kg_m = standard_deviations(coefficients, &inverse, wanted.as_slice());
-    let placed: Vec<C> = weights.iter().map(|w| w.unbalance_kg_m).collect();
+    let names = plan.names(rotor);
+    let (limits, criterion) = (plan.limits_kg_m(&names), plan.wanted.criterion);
+    let equations = normal_equations(coefficients);
+    let inverse = equations.inverse(&names)?;
+    let (per_weight, before) = stacked(coefficients);
+    let wanted = best(criterion, &equations, (&per_weight, &before), &limits)?;
+    let sd_kg_m = of_coefficients(coefficients, criterion, &limits, &inverse, wanted.as_slice())?;
+    let (fillings, placed) = plan.placed(&names, wanted.as_slice(), &per_weight, &before);
     let none = vec![C::from(0.0); placed.len()];
     let (mut vibration, mut all): (Vec<AtSpeed>, Squares) = Default::default();
     for at_speed in coefficients.chunk_by(|a, b| a.speed_rpm == b.speed_rpm) {
@@ -94,10 +103,11 @@ pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Resu
     Ok(Balanced {
         wanted_kg_m: wanted.iter().copied().collect(),
         sd_kg_m,
-        weights,
+        placed: fillings,
         vibration,
         overall: all.overall(),
         grade,
         misfit: fitted.misfit,
+        remarks,
     })
 }

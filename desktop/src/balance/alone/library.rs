@@ -138,7 +138,7 @@ impl Library {
                 series.unit, self.unit
             ));
         }
-        let means = Means::of(series, request)?;
+        let means = Means::of(&series.readings, series.probes.len(), request)?;
         let planes = request.planes_of(&self.planes)?;
         let sigma_um = |y: C, count: usize, level: f64| match (request.noise, means.within) {
             (Some([relative, floor]), _) => Some((relative * y.norm() + floor) / (count as f64).sqrt()),

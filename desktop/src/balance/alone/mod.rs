@@ -16,41 +16,31 @@ pub mod stated;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::{Complex, DMatrix, DVector};
-use rand::rngs::StdRng;
-use rand::{Rng, SeedableRng};
-use rand_distr::StandardNormal;
+use nalgebra::Complex;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
-use super::NormalEquations;
-use super::influence::{Coefficients, normal_equations, stacked, standard_deviations};
-use super::optimum::{Criterion, least_largest, least_squares_within};
-use super::places::{Filling, Holes, fillings, together};
-use super::weights::Allowed;
+use super::influence::{Coefficients, normal_equations, stacked};
+use super::optimum::best;
+use super::places::Filling;
+use super::scatter::of_coefficients;
+use super::wanted::{Wanted, no_plane};
 use crate::error::Error;
 
 type C = Complex<f64>;
-
-/// Draws that show how far noise moves weights where there is no formula.
-const DRAWS: usize = 200;
 
 /// What is asked for.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Request {
     /// Planes to put weights into, by name; all if none are named.
     pub planes: Vec<String>,
-    /// What is made least.
-    pub criterion: Criterion,
-    /// Largest weight of a plane, g·mm; without a name of every plane that is not named.
-    pub limits: Vec<(Option<String>, f64)>,
-    /// Radii and steps of mass.
-    pub allowed: Allowed,
-    /// Fixed places, if weights cannot sit anywhere.
-    pub holes: Option<Holes>,
+    /// What weights are to do and may be.
+    pub wanted: Wanted,
     /// Speeds at which vibration counts, rpm; all if not stated.
     pub range_rpm: Option<[f64; 2]>,
     /// Speeds that differ by no more than this, relative, are one.
     pub same_speed: f64,
+    /// Whether runs at unlike speeds are interpolated.
+    pub interpolate: bool,
     /// Standard deviation of a reading's components, if it is stated: relative to its size, and in its unit.
     pub noise: Option<[f64; 2]>,
     /// Run that the weights are to be added to, as it is; none for the machine without any weight.
@@ -60,21 +50,12 @@ pub struct Request {
 impl Request {
     /// Numbers of the planes to use among those that are known.
     fn planes_of(&self, known: &[String]) -> Result<Vec<usize>, Error> {
-        let limited = self.limits.iter().filter_map(|(plane, _)| plane.as_ref());
-        if let Some(unknown) = self.planes.iter().chain(limited).find(|name| !known.contains(name)) {
-            let known: Vec<String> = known.iter().map(|name| format!("\"{name}\"")).collect();
-            let what = format!("there is no plane \"{unknown}\", expected one of {}", known.join(", "));
-            return Err(Error::Unsuitable(what));
+        if let Some(unknown) = self.planes.iter().find(|name| !known.contains(name)) {
+            return Err(Error::Unsuitable(no_plane(unknown, known)));
         }
+        self.wanted.check(known)?;
         let wanted = |j: &usize| self.planes.is_empty() || self.planes.contains(&known[*j]);
         Ok((0..known.len()).filter(wanted).collect())
-    }
-
-    fn limit_g_mm(&self, plane: &str) -> f64 {
-        let of = |name: Option<&str>| {
-            self.limits.iter().find(|(p, _)| p.as_deref() == name).map(|(_, g_mm)| *g_mm)
-        };
-        of(Some(plane)).or_else(|| of(None)).unwrap_or(f64::INFINITY)
     }
 }
 
@@ -186,24 +167,18 @@ pub struct Correction {
 /// One sentence if planes act alike, or noise hides what they do.
 pub fn correct(machine: &Machine, request: &Request) -> Result<Correction, Error> {
     let all = &machine.coefficients;
-    let limits: Vec<f64> = machine.planes.iter().map(|p| request.limit_g_mm(p)).collect();
+    let limits: Vec<f64> = machine.planes.iter().map(|p| request.wanted.limit_g_mm(p)).collect();
     let (per_weight, before) = stacked(all);
     let equations = normal_equations(all);
     let inverse = equations.inverse(&machine.planes)?;
-    let wanted = best(request.criterion, &equations, (&per_weight, &before), &limits)?;
-    let free = request.criterion == Criterion::LeastSquares
-        && wanted.iter().zip(&limits).all(|(w, limit)| w.norm() < limit * (1.0 - 1e-6));
+    let criterion = request.wanted.criterion;
+    let wanted = best(criterion, &equations, (&per_weight, &before), &limits)?;
     let sd = match machine.basis {
         Basis::Unknown => None,
-        _ if free => Some(standard_deviations(all, &inverse, wanted.as_slice())),
-        _ => Some(scatter(all, request.criterion, &limits, &wanted)?),
+        _ => Some(of_coefficients(all, criterion, &limits, &inverse, wanted.as_slice())?),
     };
-    let ways: Vec<Vec<Filling>> = wanted
-        .iter()
-        .zip(&limits)
-        .map(|(w, limit)| fillings(*w, &request.allowed, request.holes.as_ref(), *limit))
-        .collect();
-    let chosen = together(&ways, |w| request.criterion.cost(&per_weight, &before, w));
+    let cost = |weights: &[C]| criterion.cost(&per_weight, &before, weights);
+    let chosen = request.wanted.placed(&machine.planes, wanted.as_slice(), cost);
     let placed: Vec<C> = chosen.iter().map(Filling::sum_g_mm).collect();
     let left: Vec<Left> = all
         .iter()
@@ -238,64 +213,4 @@ pub fn correct(machine: &Machine, request: &Request) -> Result<Correction, Error
     doubts.extend(doubts::at_limit(&weights, &limits));
     doubts.extend(doubts::worse(&left, &machine.unit));
     Ok(Correction { weights, left, unit: machine.unit.clone(), basis: machine.basis, doubts })
-}
-
-/// The optimum by a criterion, within limits.
-fn best(
-    criterion: Criterion,
-    equations: &NormalEquations,
-    (per_weight, before): (&DMatrix<C>, &DVector<C>),
-    limits: &[f64],
-) -> Result<DVector<C>, Error> {
-    match criterion {
-        Criterion::MinMax => least_largest(per_weight, before, limits),
-        Criterion::LeastSquares => {
-            let inverse = equations.matrix.clone().try_inverse();
-            let free = -(inverse.ok_or_else(|| Error::Unsuitable("the planes act alike".into()))?
-                * &equations.right);
-            match free.iter().zip(limits).all(|(w, limit)| w.norm() <= *limit) {
-                true => Ok(free),
-                false => least_squares_within(equations, limits),
-            }
-        }
-    }
-}
-
-/// Standard deviation per component of weights that no formula gives: coefficients are drawn as noise would have them.
-fn scatter(
-    all: &[Coefficients],
-    criterion: Criterion,
-    limits: &[f64],
-    wanted: &DVector<C>,
-) -> Result<Vec<f64>, Error> {
-    let roots: Vec<DMatrix<C>> = all
-        .iter()
-        .map(|c| {
-            // a covariance may lack a rank where two values come from one reading
-            let jitter = 1e-12 * c.covariance.trace().re.max(f64::MIN_POSITIVE);
-            let size = c.covariance.nrows();
-            let firm = &c.covariance + DMatrix::identity(size, size) * C::from(jitter);
-            firm.cholesky().map_or_else(|| DMatrix::zeros(size, size), |root| root.l())
-        })
-        .collect();
-    let mut random = StdRng::seed_from_u64(1);
-    let mut squares = vec![0.0; wanted.len()];
-    for _ in 0..DRAWS {
-        let drawn: Vec<Coefficients> = (all.iter().zip(&roots))
-            .map(|(c, root)| {
-                let mut normal = || random.sample::<f64, _>(StandardNormal);
-                let off = root * DVector::from_fn(root.nrows(), |_, _| C::new(normal(), normal()));
-                let per_weight = c.per_weight.iter().zip(off.iter().skip(1)).map(|(a, d)| a + d).collect();
-                Coefficients { before: c.before + off[0], per_weight, ..c.clone() }
-            })
-            .collect();
-        let (per_weight, before) = stacked(&drawn);
-        let equations = NormalEquations::of(&per_weight, &before);
-        let found = best(criterion, &equations, (&per_weight, &before), limits)?;
-        squares
-            .iter_mut()
-            .zip(found.iter().zip(wanted.iter()))
-            .for_each(|(s, (a, b))| *s += (a - b).norm_sqr());
-    }
-    Ok(squares.into_iter().map(|s| (0.5 * s / DRAWS as f64).sqrt()).collect())
 }

@@ -8,6 +8,7 @@ use nalgebra::{Complex, DMatrix};
 use super::stated::Weights;
 use super::{Basis, Machine, Request, doubts};
 use crate::balance::influence::{Trial, Trials, Value};
+use crate::balance::interpolated::{Interpolated, interpolated};
 use crate::balance::speeds::Speeds;
 use crate::error::Error;
 use crate::measurement::{Reading, Series, read_series};
@@ -59,10 +60,10 @@ pub(super) struct Means {
 }
 
 impl Means {
-    pub fn of(series: &Series, request: &Request) -> Result<Self, Error> {
+    pub fn of(readings: &[Reading], probes: usize, request: &Request) -> Result<Self, Error> {
         let [from, to] = request.range_rpm.unwrap_or([0.0, f64::INFINITY]);
         let readings: Vec<&Reading> =
-            series.readings.iter().filter(|r| (from..=to).contains(&r.speed_rpm)).collect();
+            readings.iter().filter(|r| (from..=to).contains(&r.speed_rpm)).collect();
         if readings.is_empty() {
             return Err(Error::Unsuitable(format!("there is no reading between {from:.0} and {to:.0} rpm")));
         }
@@ -83,7 +84,6 @@ impl Means {
         for ((reading, (run, _)), speed) in readings.iter().zip(&at).zip(&speeds.of) {
             together.entry((*speed, *run)).or_default().push(reading);
         }
-        let probes = series.probes.len();
         // phasors of a series are in millionths of its unit
         let seen = |all: &[&Reading], p: usize| -> Vec<C> {
             all.iter().filter_map(|r| r.probes[p]).map(|y| y * 1e6).collect()
@@ -152,7 +152,9 @@ enum Noise {
 /// # Errors
 /// One sentence if the runs do not hold the coefficients of the planes, or contradict the sign of the phases.
 pub fn machine(series: &Series, weights: &Weights, request: &Request) -> Result<Machine, Error> {
-    let means = Means::of(series, request)?;
+    let common = request.interpolate.then(|| interpolated(&series.readings)).transpose()?;
+    let readings = common.as_ref().map_or(&series.readings, |common| &common.readings);
+    let means = Means::of(readings, series.probes.len(), request)?;
     let mut places = request.planes_of(&weights.planes)?;
     let planes = places.len();
     // weights in planes that are not to be used act all the same
@@ -211,7 +213,8 @@ pub fn machine(series: &Series, weights: &Weights, request: &Request) -> Result<
             c.covariance = DMatrix::zeros(1 + planes, 1 + planes);
         }
     }
-    let doubts = doubts::of_runs(&trials, &fitted, basis, scatter.map_or(0.0, |(relative, _)| relative));
+    let mut doubts: Vec<String> = common.iter().map(Interpolated::remark).collect();
+    doubts.extend(doubts::of_runs(&trials, &fitted, basis, scatter.map_or(0.0, |(relative, _)| relative)));
     Ok(Machine {
         coefficients: fitted.coefficients,
         probes: series.probes.clone(),

@@ -6,6 +6,7 @@ use rand_distr::StandardNormal;
 use super::library::Library;
 use super::stated::Weights;
 use super::*;
+use crate::balance::optimum::Criterion;
 use crate::balance::speeds::SAME_SPEED;
 use crate::measurement::{Reading, Series};
 
@@ -86,7 +87,8 @@ fn speeds_of_a_balancing_course_are_one_with_a_remark_and_refused_with_the_cause
 fn intervals_of_weights_and_bounds_of_what_is_left_hold_with_95_percent_by_least_squares_min_max_and_limits()
 {
     const DRAWS: u64 = 300;
-    let min_max = Request { criterion: Criterion::MinMax, ..request() };
+    let min_max =
+        Request { wanted: Wanted { criterion: Criterion::MinMax, ..Wanted::default() }, ..request() };
     for (name, request, draws) in [
         ("least squares", request(), DRAWS),
         ("stated noise", Request { noise: Some([0.02, 0.0]), ..request() }, DRAWS),

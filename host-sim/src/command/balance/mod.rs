@@ -1,6 +1,7 @@
 //! `balance`: correction weights from the identified model and from the trial runs alone; without a rotor's file from those.
 
 mod answer;
+mod fitting;
 mod report;
 mod trial_only;
 
@@ -10,9 +11,9 @@ use anyhow::{Result, bail};
 use clap::Args;
 use rotor_edge_desktop::Error;
 use rotor_edge_desktop::balance::model::from_model;
+use rotor_edge_desktop::balance::places::{Filling, Piece};
 use rotor_edge_desktop::balance::speeds::SAME_SPEED;
 use rotor_edge_desktop::balance::trial_runs::from_trial_runs;
-use rotor_edge_desktop::balance::weights::Allowed;
 use rotor_edge_desktop::balance::{Balanced, Plan};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 use serde_json::{Value, json};
@@ -37,18 +38,17 @@ pub struct Arguments {
     /// Planes to put weights into [default: all]
     #[arg(long, value_delimiter = ',')]
     planes: Vec<String>,
-    /// Radii at which weights can sit, mm [default: the unbalance alone is given]
-    #[arg(long, value_delimiter = ',')]
-    radii_mm: Vec<f64>,
-    /// Weights come in multiples of this, g
-    #[arg(long, requires = "radii_mm")]
-    step_g: Option<f64>,
+    #[command(flatten)]
+    fitting: fitting::Fitting,
     /// Speeds at which vibration counts, rpm, as in 600..4200 [default: all that were measured]
     #[arg(long, value_parser = range)]
     range: Option<[f64; 2]>,
     /// Speeds of runs that differ by no more than this, relative, are one
     #[arg(long, value_name = "RELATIVE", default_value_t = SAME_SPEED)]
     same_speed: f64,
+    /// Trial runs at unlike speeds, as run-ups, are interpolated to the speeds of the one with the fewest
+    #[arg(long, conflicts_with = "coefficients")]
+    interpolate: bool,
     /// Speed at which the balance grade is stated, rpm [default: the fastest that was measured]
     #[arg(long, conflicts_with = "trial_only")]
     service_rpm: Option<f64>,
@@ -65,13 +65,8 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
-    let positive = |v: &f64| *v > 0.0 && v.is_finite();
-    let stated = [("--step-g", arguments.step_g), ("--service-rpm", arguments.service_rpm)];
-    let stated = stated.into_iter().filter_map(|(name, value)| Some((name, value?)));
-    for (name, value) in stated.chain(arguments.radii_mm.iter().map(|r| ("--radii-mm", *r))) {
-        if !positive(&value) {
-            bail!("{name} must be a positive number, not {value}");
-        }
+    if let Some(value) = arguments.service_rpm.filter(|v| !(*v > 0.0 && v.is_finite())) {
+        bail!("--service-rpm must be a positive number, not {value}");
     }
     if !(0.0..0.5).contains(&arguments.same_speed) {
         bail!("--same-speed must be from 0 to 0.5, as in 0.01 for 1 %, not {}", arguments.same_speed);
@@ -87,12 +82,14 @@ fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments, listener: Listener
     let speeds = || readings.iter().map(|r| r.speed_rpm);
     let fastest_rpm = speeds().fold(0.0, f64::max);
     let planes = Plan::planes_named(&rotor, &arguments.planes)?;
-    let allowed = Allowed { radii_mm: arguments.radii_mm.clone(), step_g: arguments.step_g };
+    let wanted = arguments.fitting.wanted(arguments.against_rotation)?;
+    wanted.check(&rotor.plane.iter().map(|plane| plane.name.clone()).collect::<Vec<_>>())?;
     let plan = Plan {
-        allowed: vec![allowed; planes.len()],
+        wanted,
         range_rpm: arguments.range.unwrap_or([speeds().fold(f64::INFINITY, f64::min), fastest_rpm]),
         service_rpm: arguments.service_rpm.unwrap_or(fastest_rpm),
         same_speed: arguments.same_speed,
+        interpolate: arguments.interpolate,
         planes,
     };
     let working = listener.spinner("fitting the model");
@@ -105,7 +102,7 @@ fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments, listener: Listener
     for (name, found) in tried {
         match found {
             Ok(found) => {
-                remarks.extend(doubt(name, &found));
+                remarks.extend(found.remarks.iter().cloned().chain(doubt(name, &found)));
                 ways.push((name, found));
             }
             // by whatever way it shows, all others are as wrong
@@ -164,19 +161,34 @@ impl Answer {
         let mut rows = Vec::new();
         for (way, found) in &self.ways {
             for (plane, weight) in self.weights(found).into_iter().enumerate() {
-                let mass = weight
-                    .mass_and_radius
-                    .map_or("–".into(), |[mass_g, radius_mm]| format!("{mass_g:.3} g at {radius_mm} mm"));
                 rows.push([
                     (*way).to_string(),
                     self.planes[plane].clone(),
                     format!("{:.3} ± {:.3}", weight.wanted_g_mm, weight.sd_g_mm),
                     format!("{:.1}° ± {:.1}°", weight.angle_deg, weight.angle_sd_deg),
-                    mass,
+                    self.pieces(weight.filling),
                 ]);
             }
         }
         rows
+    }
+
+    /// What is put in, in words.
+    fn pieces(&self, filling: &Filling) -> String {
+        let piece = |p: &Piece| {
+            let mass =
+                p.mass_and_radius.map(|[mass_g, radius_mm]| format!("{mass_g:.3} g at {radius_mm} mm"));
+            match (mass, p.hole) {
+                (Some(mass), Some(hole)) => format!("{mass} in hole {hole}"),
+                (Some(mass), None) => mass,
+                (None, Some(hole)) => format!("{:.3} g·mm in hole {hole}", p.unbalance_g_mm.norm()),
+                (None, None) => "–".into(),
+            }
+        };
+        match &filling.pieces[..] {
+            [] => "nothing".into(),
+            pieces => pieces.iter().map(piece).collect::<Vec<_>>().join(", "),
+        }
     }
 
     /// What the weights do, one sentence a way.
@@ -207,21 +219,23 @@ impl Answer {
         )
     }
 
-    fn weights(&self, found: &Balanced) -> Vec<Told> {
-        let told = |((wanted, weight), sd): ((&_, &rotor_edge_desktop::balance::weights::Weight), &f64)| {
+    fn weights<'a>(&self, found: &'a Balanced) -> Vec<Told<'a>> {
+        let told = |((wanted, filling), sd): ((&_, &'a Filling), &f64)| {
             let [wanted_g_mm, with_deg] = g_mm_deg(*wanted);
             let sd_g_mm = sd * G_MM;
-            let angle_deg = if self.against_rotation { -with_deg } else { with_deg };
             Told {
                 wanted_g_mm,
                 sd_g_mm,
-                angle_deg: angle_deg.rem_euclid(360.0),
+                angle_deg: told_deg(with_deg, self.against_rotation),
                 angle_sd_deg: (sd_g_mm / wanted_g_mm).atan().to_degrees(),
-                placed_g_mm: weight.unbalance_kg_m.norm() * G_MM,
-                mass_and_radius: weight.mass_and_radius,
+                filling,
             }
         };
-        found.wanted_kg_m.iter().zip(&found.weights).zip(&found.sd_kg_m).map(told).collect()
+        found.wanted_kg_m.iter().zip(&found.placed).zip(&found.sd_kg_m).map(told).collect()
+    }
+
+    fn placed(&self, piece: &Piece) -> Value {
+        placed(piece, told_deg(piece.unbalance_g_mm.arg().to_degrees(), self.against_rotation))
     }
 
     fn print(&self) {
@@ -250,9 +264,10 @@ impl Answer {
                     "sd_g_mm": w.sd_g_mm,
                     "angle_deg": w.angle_deg,
                     "angle_sd_deg": w.angle_sd_deg,
-                    "mass_g": w.mass_and_radius.map(|[mass_g, _]| mass_g),
-                    "radius_mm": w.mass_and_radius.map(|[_, radius_mm]| radius_mm),
-                    "placed_g_mm": w.placed_g_mm,
+                    "mass_g": w.mass_and_radius().map(|[mass_g, _]| mass_g),
+                    "radius_mm": w.mass_and_radius().map(|[_, radius_mm]| radius_mm),
+                    "placed_g_mm": w.filling.sum_g_mm().norm(),
+                    "placed": w.filling.pieces.iter().map(|p| self.placed(p)).collect::<Vec<_>>(),
                 })).collect::<Vec<_>>(),
                 "vibration_um": {
                     "before": found.overall.before_m * 1e6,
@@ -285,12 +300,39 @@ impl Answer {
     }
 }
 
+/// An angle with the rotation as it is told, degrees from 0 to 360.
+fn told_deg(with_deg: f64, against_rotation: bool) -> f64 {
+    let angle_deg = if against_rotation { -with_deg } else { with_deg };
+    // an angle of −1e-15 is 0, not 360
+    (angle_deg.rem_euclid(360.0) * 1e9).round() / 1e9 % 360.0
+}
+
+/// A weight in its place as JSON has it.
+fn placed(piece: &Piece, angle_deg: f64) -> Value {
+    json!({
+        "hole": piece.hole,
+        "magnitude_g_mm": piece.unbalance_g_mm.norm(),
+        "angle_deg": angle_deg,
+        "mass_g": piece.mass_and_radius.map(|[mass_g, _]| mass_g),
+        "radius_mm": piece.mass_and_radius.map(|[_, radius_mm]| radius_mm),
+    })
+}
+
 /// A weight as it is told.
-struct Told {
+struct Told<'a> {
     wanted_g_mm: f64,
     sd_g_mm: f64,
     angle_deg: f64,
     angle_sd_deg: f64,
-    placed_g_mm: f64,
-    mass_and_radius: Option<[f64; 2]>,
+    filling: &'a Filling,
+}
+
+impl Told<'_> {
+    /// Of one piece; none where a weight is split, or no radius is known.
+    fn mass_and_radius(&self) -> Option<[f64; 2]> {
+        match &self.filling.pieces[..] {
+            [one] => one.mass_and_radius,
+            _ => None,
+        }
+    }
 }

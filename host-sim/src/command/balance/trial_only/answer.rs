@@ -6,6 +6,7 @@ use rotor_edge_desktop::balance::optimum::Criterion;
 use rotor_edge_desktop::balance::places::Piece;
 use rotor_edge_desktop::unbalance::static_and_dynamic;
 
+use crate::command::balance::told_deg;
 use crate::command::output;
 
 /// The answer, and how it is told.
@@ -33,10 +34,7 @@ impl Answer {
 
     /// An angle as it is told, degrees from 0 to 360.
     pub fn told_deg(&self, unbalance: Complex<f64>) -> f64 {
-        let with_deg = unbalance.arg().to_degrees();
-        let angle_deg = if self.against_rotation { -with_deg } else { with_deg };
-        // an angle of −1e-15 is 0, not 360
-        (angle_deg.rem_euclid(360.0) * 1e9).round() / 1e9 % 360.0
+        told_deg(unbalance.arg().to_degrees(), self.against_rotation)
     }
 
     /// Unit of the vibration as people write it.

@@ -7,6 +7,7 @@ use rotor_edge_desktop::balance::places::Piece;
 use serde_json::{Value, json};
 
 use super::answer::Answer;
+use crate::command::balance::placed;
 
 /// µm of the units of displacement.
 fn um_of(unit: &str) -> Option<f64> {
@@ -23,15 +24,7 @@ fn um_of(unit: &str) -> Option<f64> {
 pub fn json(answer: &Answer) -> Value {
     let found = &answer.correction;
     let vector = |u: Complex<f64>| json!({"magnitude_g_mm": u.norm(), "angle_deg": answer.told_deg(u)});
-    let piece = |p: &Piece| {
-        json!({
-            "hole": p.hole,
-            "magnitude_g_mm": p.unbalance_g_mm.norm(),
-            "angle_deg": answer.told_deg(p.unbalance_g_mm),
-            "mass_g": p.mass_and_radius.map(|[mass_g, _]| mass_g),
-            "radius_mm": p.mass_and_radius.map(|[_, radius_mm]| radius_mm),
-        })
-    };
+    let piece = |p: &Piece| placed(p, answer.told_deg(p.unbalance_g_mm));
     let weight = |(w, line): (&PlaneWeight, &String)| {
         json!({
             "plane": w.plane,

@@ -11,17 +11,11 @@ use clap::Args;
 use rotor_edge_desktop::balance::alone::library::Library;
 use rotor_edge_desktop::balance::alone::stated::Weights;
 use rotor_edge_desktop::balance::alone::{Machine, Request, correct, runs};
-use rotor_edge_desktop::balance::optimum::Criterion;
-use rotor_edge_desktop::balance::places::{Holes, MOST};
-use rotor_edge_desktop::balance::weights::Allowed;
 use rotor_edge_desktop::measurement;
 
 use super::Arguments;
 use crate::command::output::{self, Json};
 use answer::Answer;
-
-/// Most holes of a plane.
-const MOST_HOLES: usize = 120;
 
 /// What the command line asks where there is no rotor's file.
 #[derive(Debug, Args)]
@@ -41,45 +35,12 @@ pub struct Options {
     /// Trim: the weights to add to what this run has, by its vibration [default: to the machine without trial weights]
     #[arg(long, value_name = "RUN", requires = "weights")]
     onto: Option<String>,
-    /// Make the largest vibration least instead of the sum of squares
-    #[arg(long, requires = "trial_only")]
-    min_max: bool,
-    /// Largest weight of a plane, g·mm: of all, or by plane as in A=300,B=200
-    #[arg(long, value_name = "[PLANE=]X", value_delimiter = ',', value_parser = limit, requires = "trial_only")]
-    largest_g_mm: Vec<(Option<String>, f64)>,
-    /// Weights go into this many holes or blades, evenly around each plane
-    #[arg(long, value_name = "N", requires = "trial_only", value_parser = clap::value_parser!(u64).range(2..=MOST_HOLES as u64))]
-    holes: Option<u64>,
-    /// Angle of hole 1, degrees; numbers grow as angles do
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 0.0,
-        requires = "holes",
-        allow_negative_numbers = true
-    )]
-    first_hole_deg: f64,
-    /// Most holes that one plane's weight is split over
-    #[arg(long, value_name = "N", default_value_t = 2, requires = "holes", value_parser = clap::value_parser!(u64).range(1..=MOST as u64))]
-    split: u64,
     /// Standard deviation of a reading's components, relative to it [default: from repeats]
     #[arg(long, value_name = "RELATIVE", requires = "trial_only")]
     noise_relative: Option<f64>,
     /// The same that is always there, in the unit of the data
     #[arg(long, value_name = "X", requires = "trial_only")]
     noise_floor: Option<f64>,
-}
-
-/// A largest weight, of every plane or of one.
-fn limit(text: &str) -> Result<(Option<String>, f64), String> {
-    let (plane, number) = match text.rsplit_once('=') {
-        Some((plane, number)) => (Some(plane.trim().to_string()), number),
-        None => (None, text),
-    };
-    match number.trim().parse() {
-        Ok(g_mm) if g_mm > 0.0 && f64::is_finite(g_mm) => Ok((plane, g_mm)),
-        _ => Err(format!("\"{number}\" is not a positive number of g·mm")),
-    }
 }
 
 /// Runs the command.
@@ -94,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     let correction = correct(&machine, &request).with_context(|| data.display().to_string())?;
     let answer = Answer {
         correction,
-        criterion: request.criterion,
+        criterion: request.wanted.criterion,
         onto: options.onto.clone(),
         against_rotation: arguments.against_rotation,
         coefficients: options.coefficients.is_some(),
@@ -148,21 +109,12 @@ fn request(arguments: &Arguments) -> Result<Request> {
     if stated.is_some_and(|[relative, floor]| relative + floor == 0.0) {
         bail!("the noise is stated as 0, expected --noise-relative or --noise-floor above 0");
     }
-    let turn = if arguments.against_rotation { -1.0 } else { 1.0 };
-    let holes = options.holes.map(|count| Holes {
-        count: count as usize,
-        first_deg: turn * options.first_hole_deg,
-        against_rotation: arguments.against_rotation,
-        most: options.split as usize,
-    });
     Ok(Request {
         planes: arguments.planes.clone(),
-        criterion: if options.min_max { Criterion::MinMax } else { Criterion::LeastSquares },
-        limits: options.largest_g_mm.clone(),
-        allowed: Allowed { radii_mm: arguments.radii_mm.clone(), step_g: arguments.step_g },
-        holes,
+        wanted: arguments.fitting.wanted(arguments.against_rotation)?,
         range_rpm: arguments.range,
         same_speed: arguments.same_speed,
+        interpolate: arguments.interpolate,
         noise: stated,
         onto: options.onto.clone(),
     })
