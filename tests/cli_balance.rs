@@ -195,11 +195,11 @@ fn a_rotors_file_takes_holes_limits_and_min_max_too() {
     let taken = used[0].to_string();
     let elsewhere = placed(&answer(&["--holes", "8", "--radii-mm", "30", "--split", "1", "--taken", &taken]));
     assert!(elsewhere.iter().all(|p| p["hole"].as_u64().unwrap() != used[0]), "{taken}: {elsewhere:?}");
-    for more in [&["--largest-g-mm", "5"][..], &["--largest-g-mm", "5", "--min-max"]] {
+    for more in [&["--largest-g-mm", "2"][..], &["--largest-g-mm", "2", "--min-max"]] {
         let sizes: Vec<f64> =
             placed(&answer(more)).iter().map(|p| p["magnitude_g_mm"].as_f64().unwrap()).collect();
         assert!(
-            sizes.iter().all(|size| *size <= 5.0 + 1e-6) && sizes.iter().any(|size| *size > 4.9),
+            sizes.iter().all(|size| *size <= 2.0 + 1e-6) && sizes.iter().any(|size| *size > 1.99),
             "{sizes:?}"
         );
     }

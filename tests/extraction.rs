@@ -12,7 +12,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 const RATE_HZ: f64 = 20_000.0;
 const UM_PER_COUNT: f64 = 0.05;
-const README: &str = include_str!("../README.md");
+const PAGE: &str = include_str!("../docs/extraction.md");
 
 fn config(revolutions: u16) -> ExtractionConfig {
     ExtractionConfig {
@@ -138,5 +138,9 @@ fn error_against_revolutions_and_noise_stays_at_the_theoretical_bound() {
         );
     }
     println!("{table}");
-    assert_eq!(README.split("<!-- extraction -->\n").nth(1), Some(table.as_str()), "the table in the README");
+    assert_eq!(
+        PAGE.split("<!-- extraction -->\n").nth(1),
+        Some(table.as_str()),
+        "the table in docs/extraction.md"
+    );
 }

@@ -19,7 +19,7 @@ use rotor_edge_core::reading::Reading;
 use scene::{Disturbance, Outcome, Quiet, play};
 
 const TABLE: &str = include_str!("faults/table.md");
-const README: &str = include_str!("../README.md");
+const PAGE: &str = include_str!("../docs/can-bus.md");
 
 /// The sample turbine's model and its record, the lost readings left out, over and over.
 pub fn machine(readings: usize) -> (EdgeModel, Vec<Reading>) {
@@ -87,7 +87,7 @@ fn sweep_of_faults_gives_the_recorded_outcomes_and_no_wrong_result() {
     }
     println!("{table}");
     assert_eq!(table, TABLE, "tests/faults/table.md holds other outcomes; look at each before replacing it");
-    assert_eq!(README.split("<!-- faults -->\n").nth(1), Some(TABLE), "the table in the README");
+    assert_eq!(PAGE.split("<!-- faults -->\n").nth(1), Some(TABLE), "the table in docs/can-bus.md");
 }
 
 #[test]

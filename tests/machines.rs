@@ -1,7 +1,7 @@
 //! The given machines: is the hidden effect found, is nothing claimed where nothing hides, and do the
 //! fitted parameters and errors deserve their stated uncertainty?
 //!
-//! The table of the README comes from here; `readme_table_is_current` prints it anew when it differs.
+//! The table of docs/diagnosis.md comes from here; `the_table_in_the_docs_is_current` prints it anew when it differs.
 
 #[path = "machines/film.rs"]
 mod film;
@@ -287,7 +287,7 @@ fn sets() -> &'static Sets {
     })
 }
 
-/// The table of the README.
+/// The table of docs/diagnosis.md.
 fn table(sets: &Sets) -> String {
     let mut lines = vec![
         format!("| | {} | to reach |", sets.all().map(|s| s.title).join(" | ")),
@@ -390,11 +390,12 @@ fn stated_intervals_hold_the_truth() {
 }
 
 #[test]
-fn readme_table_is_current() {
-    let readme = std::fs::read_to_string(repository("README.md")).unwrap();
+fn the_table_in_the_docs_is_current() {
+    let page = std::fs::read_to_string(repository("docs/diagnosis.md")).unwrap();
     let table = table(sets());
-    let marked = readme.split("<!-- machines -->").nth(1).expect("two <!-- machines --> in README.md").trim();
-    assert!(marked == table, "paste this between the <!-- machines --> of README.md:\n\n{table}\n");
+    let marked =
+        page.split("<!-- machines -->").nth(1).expect("two <!-- machines --> in docs/diagnosis.md").trim();
+    assert!(marked == table, "paste this between the <!-- machines --> of docs/diagnosis.md:\n\n{table}\n");
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod desk;
 mod diagnose;
 mod entitled;
 mod estimate;
+mod explain;
 mod extract;
 mod forecast;
 mod identify;
@@ -103,6 +104,8 @@ enum Command {
     Dbc(dbc::Arguments),
     /// Readings and results from a recorded candump log
     Decode(decode::Arguments),
+    /// What a word of this program means: a verdict, an effect, a state, a term
+    Explain(explain::Arguments),
     /// Completions of the command line, for a shell
     Completions(completions::Arguments),
     /// The manual as pages for `man`
@@ -154,6 +157,12 @@ pub fn run(cli: Cli) -> Result<()> {
         Some(Command::Watch(arguments)) => watch::run(&arguments),
         Some(Command::Dbc(arguments)) => dbc::run(&arguments),
         Some(Command::Decode(arguments)) => decode::run(&arguments),
+        Some(Command::Explain(arguments)) => {
+            if let Some(object) = explain::run(&arguments)? {
+                println!("{object}");
+            }
+            Ok(())
+        }
         Some(Command::Completions(arguments)) => completions::run(&arguments, Cli::command()),
         Some(Command::Manual(arguments)) => manual::run(&arguments, Cli::command()),
     }

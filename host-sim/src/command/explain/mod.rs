@@ -1,0 +1,170 @@
+//! `explain`: what a word of the program means, and what to do when it says it.
+
+mod words;
+
+use anyhow::{Result, bail};
+use clap::Args;
+use rotor_edge_core::state::Reason;
+use rotor_edge_desktop::effects::{self, Effect, Knowledge};
+use serde_json::json;
+
+use super::output::{self, Json};
+use crate::bus::states::name;
+use crate::watch::reasons::{Why, why};
+use words::{Kind, WORDS, Word};
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The word, such as seal, residual or undecided [default: list all words]
+    word: Vec<String>,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is said of a word.
+struct Explained {
+    name: String,
+    kind: &'static str,
+    paragraphs: Vec<String>,
+    next: &'static str,
+}
+
+/// Prints the explanation, or the list of words.
+pub fn run(arguments: &Arguments) -> Result<Json> {
+    if arguments.word.is_empty() {
+        return Ok(list(arguments.json));
+    }
+    let asked = arguments.word.join(" ");
+    let Some(found) = explained(&asked) else { bail!("{}", not_known(&asked)) };
+    if arguments.json {
+        return output::as_json(&json!({
+            "word": found.name, "kind": found.kind, "means": found.paragraphs, "next": found.next,
+        }));
+    }
+    println!("{} ({})\n", found.name, found.kind);
+    found.paragraphs.iter().for_each(|paragraph| println!("{paragraph}"));
+    if !found.next.is_empty() {
+        println!("\nWhat to do: {}", found.next);
+    }
+    Ok(None)
+}
+
+/// Letters and digits alone, so that spelling does not matter.
+fn plain(word: &str) -> String {
+    word.to_lowercase().chars().filter(|c| c.is_alphanumeric() || matches!(c, '%' | '/' | '²')).collect()
+}
+
+fn explained(asked: &str) -> Option<Explained> {
+    // an effect's place is no part of its name
+    let asked = plain(asked.split('@').next().unwrap_or_default());
+    let effect = effects::ALL.into_iter().find(|e| plain(e.name()) == asked);
+    let is_it = |w: &&Word| plain(w.name) == asked || w.also.iter().any(|also| plain(also) == asked);
+    let reason = || Reason::ALL.into_iter().find(|reason| plain(&name(reason)) == asked);
+    let word = WORDS.iter().find(is_it).map(of_word);
+    word.or_else(|| effect.map(of_effect)).or_else(|| reason().map(of_reason))
+}
+
+fn of_effect(effect: &dyn Effect) -> Explained {
+    let Knowledge { what, means, inspect } = effect.knowledge();
+    let paragraphs = [what, means].map(String::from).to_vec();
+    Explained { name: effect.name().into(), kind: "physical effect", paragraphs, next: inspect }
+}
+
+fn of_reason(reason: Reason) -> Explained {
+    let Why { what, next } = why(reason, 0);
+    let paragraphs = vec![format!("Of a monitor's state: {what}.")];
+    Explained { name: name(reason), kind: "reason of a state", paragraphs, next }
+}
+
+fn of_word(word: &Word) -> Explained {
+    Explained {
+        name: word.name.into(),
+        kind: kind(word.kind),
+        paragraphs: vec![word.what.into()],
+        next: word.next,
+    }
+}
+
+fn kind(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Verdict => "verdict of a diagnosis",
+        Kind::State => "state of a monitor",
+        Kind::Term => "term",
+    }
+}
+
+fn not_known(asked: &str) -> String {
+    let asked = plain(asked);
+    let all = WORDS.iter().map(|w| w.name).chain(effects::ALL.into_iter().map(|e| e.name()));
+    let near: Vec<&str> =
+        all.filter(|name| plain(name).contains(&asked) || asked.contains(&plain(name))).collect();
+    match near.is_empty() {
+        true => "there is no such word; `rotor-edge explain` lists those that there are".to_string(),
+        false => format!("there is no such word, expected one of {}", near.join(", ")),
+    }
+}
+
+fn list(as_json: bool) -> Json {
+    let of = |wanted: Kind| {
+        WORDS.iter().filter(|w| w.kind == wanted).map(|w| w.name.to_string()).collect::<Vec<_>>()
+    };
+    let effects: Vec<String> = effects::ALL.into_iter().map(|e| e.name().to_string()).collect();
+    let reasons: Vec<String> = Reason::ALL.into_iter().map(name).collect();
+    let groups = [
+        ("verdicts", of(Kind::Verdict)),
+        ("states", of(Kind::State)),
+        ("reasons", reasons),
+        ("terms", of(Kind::Term)),
+        ("effects", effects),
+    ];
+    if as_json {
+        let all: serde_json::Map<_, _> =
+            groups.iter().map(|(name, words)| ((*name).to_string(), json!(words))).collect();
+        return Some(serde_json::Value::Object(all).to_string());
+    }
+    for (name, words) in groups {
+        println!("{name}: {}\n", words.join(", "));
+    }
+    println!("Next: rotor-edge explain residual");
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use rotor_edge_core::state::NodeState;
+
+    use super::*;
+
+    #[test]
+    fn every_effect_verdict_and_state_is_explained_and_no_name_means_two_things() {
+        let mut names: Vec<String> = WORDS
+            .iter()
+            .flat_map(|w| std::iter::once(w.name).chain(w.also.iter().copied()))
+            .chain(effects::ALL.into_iter().map(|e| e.name()))
+            .map(plain)
+            .collect();
+        for name in &names {
+            let found = explained(name).unwrap();
+            assert!(found.paragraphs.iter().all(|p| p.ends_with('.')), "{name}");
+        }
+        names.sort();
+        assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
+        let is_there =
+            |name: String, kind: Kind| WORDS.iter().any(|w| w.kind == kind && plain(w.name) == plain(&name));
+        assert!(NodeState::ALL.iter().all(|state| is_there(format!("{state:?}"), Kind::State)));
+        for verdict in ["adequate", "missing", "undecided", "unknown", "not_determined"] {
+            assert!(is_there(verdict.into(), Kind::Verdict), "{verdict}");
+        }
+    }
+
+    #[test]
+    fn an_effect_is_found_with_its_place_and_a_word_that_is_not_there_is_told_with_those_near_it() {
+        assert_eq!(explained("seal@disk 3").unwrap().name, "seal");
+        assert_eq!(explained("Shaft bow").unwrap().name, "shaft_bow");
+        assert_eq!(explained("e/f").unwrap().name, "residual");
+        assert_eq!(explained("no_redundancy").unwrap().kind, "reason of a state");
+        assert!(not_known("bow").contains("shaft_bow, thermal_bow, bow_kink"));
+        assert!(not_known("teapot").contains("lists those that there are"));
+    }
+}
