@@ -15,14 +15,15 @@ from .commands import (
     check,
     compare,
     diagnose,
-    extract,
+    estimate,
     forecast,
     identify,
-    import_rotor,
     improve,
+    startup,
     track,
 )
 from .inputs import Measurement, Rotor, read_measurement, read_rotor
+from .readers import extract, import_, import_rotor
 
 __all__ = [
     "Error",
@@ -36,12 +37,15 @@ __all__ = [
     "check",
     "compare",
     "diagnose",
+    "estimate",
     "extract",
     "forecast",
     "identify",
+    "import_",
     "import_rotor",
     "improve",
     "read_measurement",
     "read_rotor",
+    "startup",
     "track",
 ]

@@ -7,10 +7,12 @@ from .balance import Balance, TrialBalance
 from .check import Check
 from .compare import Comparison
 from .diagnose import Addition, Diagnosis, Improvement
+from .estimate import Estimates
 from .extract import Extraction
 from .forecast import Forecast
 from .identify import Identification
-from .imported import ImportedRotor
+from .imported import Import, ImportedRotor
+from .startup import Startup
 from .track import Track
 
 __all__ = [
@@ -19,11 +21,14 @@ __all__ = [
     "Check",
     "Comparison",
     "Diagnosis",
+    "Estimates",
     "Extraction",
     "Forecast",
     "Identification",
+    "Import",
     "ImportedRotor",
     "Improvement",
+    "Startup",
     "Track",
     "TrialBalance",
 ]
