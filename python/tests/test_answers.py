@@ -235,24 +235,24 @@ def test_extract_from_samples_in_memory_and_from_their_file(printed, tmp_path):
     samples = {
         "kph": ((turns % 1) < 0.1) * 5.0,
         # 10 µm at the mark, 20 µm a quarter of a turn behind it
-        "15X": -10 - 7.87e-3 * 10 * np.cos(2 * np.pi * turns),
-        "15Y": -9 - 7.87e-3 * 20 * np.sin(2 * np.pi * turns),
+        "15X": -10 + 7.87e-3 * 10 * np.cos(2 * np.pi * turns),
+        "15Y": -9 + 7.87e-3 * 20 * np.sin(2 * np.pi * turns),
     }
     file, output = tmp_path / "samples.npz", tmp_path / "measured.csv"
     np.savez(file, **samples)
-    answer = rotor_edge.extract(file, rate_hz=rate_hz, mv_um=-7.87, output=output)
-    words = ["extract", file, "--rate-hz", rate_hz, "--mv-um=-7.87", "-o", output, "--force"]
+    answer = rotor_edge.extract(file, rate_hz=rate_hz, mv_um=7.87, output=output)
+    words = ["extract", file, "--rate-hz", rate_hz, "--mv-um=7.87", "-o", output, "--force"]
     assert answer.json == printed(*words)
     assert_whole(answer)
     assert answer.readings == len(answer.speeds) > 1 and answer.lost == 0
     assert np.allclose(answer.speeds, 3000, rtol=1e-5)
-    again = rotor_edge.extract(samples, rate_hz=rate_hz, mv_um={"15X": -7.87, "15Y": -7.87})
+    again = rotor_edge.extract(samples, rate_hz=rate_hz, mv_um={"15X": 7.87, "15Y": 7.87})
     for column in ["15X_cos_um", "15Y_sin_um"]:
         assert np.array_equal(again.measurement[column], answer.measurement[column])
-    several = rotor_edge.extract([file, file], rate_hz=rate_hz, mv_um=-7.87, run=["as found", "trial"])
+    several = rotor_edge.extract([file, file], rate_hz=rate_hz, mv_um=7.87, run=["as found", "trial"])
     assert [of.run for of in several.files] == ["as found", "trial"]
     assert several.readings == 2 * answer.readings and set(several.measurement["run"]) == {"as found", "trial"}
-    # the probe's voltage falls as the shaft comes nearer
+    # the probe's voltage rises as the shaft comes nearer
     assert np.allclose(answer.measurement["15X_cos_um"], 10, atol=0.01)
     with pytest.raises(rotor_edge.Error, match="no channel is called keyphasor"):
-        rotor_edge.extract({"15X": samples["15X"]}, rate_hz=rate_hz, mv_um=-7.87)
+        rotor_edge.extract({"15X": samples["15X"]}, rate_hz=rate_hz, mv_um=7.87)
