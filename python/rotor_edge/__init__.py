@@ -24,11 +24,13 @@ from .commands import (
 )
 from .inputs import Measurement, Rotor, read_measurement, read_rotor
 from .readers import extract, import_, import_rotor
+from .tracker import Tracker
 
 __all__ = [
     "Error",
     "Measurement",
     "Rotor",
+    "Tracker",
     "__version__",
     "add",
     "answers",

@@ -37,12 +37,11 @@ def extract(
     ``measurement``.
 
     waveforms: a .csv, .wav, .npy, .npz or .mat file, or an array of samples by channel; several files are runs, one after
-    another. rate_hz: samples a second, where no file
-    says it. rotor: whose probes are meant. channels: of probes that are called otherwise. unit: of the probes' channels; accelerations
-    and velocities are integrated at 1x. mv_um: sensitivity, mV per µm that the shaft comes nearer, one for all or by
-    probe: 7.87 (200 mV/mil) of an eddy-current probe. full_scale: what 32768 counts stand for. ac: there is no gap voltage. threshold, hysteresis, falling: where in the
-    keyphasor's channel the mark is, in its unit. pulses: in a turn, of a tacho. revolutions, largest_drift (relative):
-    of a window. slowest_rpm: without a mark for a turn at this speed the keyphasor is missing. bin_rpm: one reading for the
+    another. rate_hz: samples a second, where no file says it. rotor: whose probes are meant. channels: of probes that are called
+    otherwise. unit: of the probes' channels; accelerations and velocities are integrated at 1x. mv_um: sensitivity, mV per µm that
+    the shaft comes nearer, one for all or by probe: 7.87 (200 mV/mil) of an eddy-current probe. full_scale: what 32768 counts stand
+    for. ac: there is no gap voltage. threshold, hysteresis, falling: where in the keyphasor's channel the mark is, in its unit.
+    pulses: in a turn, of a tacho. revolutions, largest_drift (relative): of a window. slowest_rpm: without a mark for a turn at this speed the keyphasor is missing. bin_rpm: one reading for the
     windows within so many rpm. run: its name, or those of several. output: where to write the readings as well."""
     by_probe = mv_um if isinstance(mv_um, Mapping) else None
     options: dict[str, Any] = {

@@ -38,6 +38,7 @@ mod stop;
 mod targets;
 mod thresholds;
 mod track;
+pub mod tracker;
 mod usage;
 mod watch;
 

@@ -14,6 +14,7 @@ from .identify import Identification
 from .imported import Import, ImportedRotor
 from .startup import Startup
 from .track import Track
+from .tracker import Monitored, TrackerResult
 
 __all__ = [
     "Addition",
@@ -28,7 +29,9 @@ __all__ = [
     "Import",
     "ImportedRotor",
     "Improvement",
+    "Monitored",
     "Startup",
     "Track",
+    "TrackerResult",
     "TrialBalance",
 ]
