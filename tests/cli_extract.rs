@@ -11,6 +11,8 @@ mod folder;
 mod formats;
 #[path = "cli/program.rs"]
 mod program;
+#[path = "extract/sign.rs"]
+mod sign;
 
 use std::f64::consts::TAU;
 
@@ -24,7 +26,7 @@ use rotor_edge_core::reading::Keyphasor;
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
 
-const DC: [&str; 2] = ["--mv-um", "-7.87"];
+const DC: [&str; 2] = ["--mv-um", "7.87"];
 /// Written by SciPy, see tests/reference/make_mat.py.
 const VOLTS_MAT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/extract/volts.mat");
 const COUNTS_MAT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/extract/counts.mat");
@@ -136,7 +138,7 @@ fn ac_coupled_channels_are_open_unless_the_owner_says_what_they_are() {
     let file = folder.write("a.csv", recording.csv_with(without_gap));
     let says = refused(&folder, &file, &DC);
     assert_says(&says, &["a.csv: every reading is lost", "probe 15X (gap voltage out of range", "--ac"]);
-    let (answer, readings) = run(&folder, &file, &["--mv-um", "-7.87", "--ac"]);
+    let (answer, readings) = run(&folder, &file, &["--mv-um", "7.87", "--ac"]);
     assert_eq!(answer["lost"], 0);
     assert!(miss(&readings, 2, Recording::phasor_um(2)) < 1e-5);
     let text = std::fs::read_to_string(folder.path("measured.csv")).unwrap();
@@ -180,7 +182,7 @@ fn a_tacho_keeps_its_place_in_the_turn_over_a_missing_pulse() {
         row[4] = if is_missing { -10.0 } else { Recording::pulse(8.0 * turns) };
     };
     let file = folder.write("a.csv", recording.csv_with(eight));
-    let (answer, readings) = run(&folder, &file, &["--mv-um", "-7.87", "--pulses", "8"]);
+    let (answer, readings) = run(&folder, &file, &["--mv-um", "7.87", "--pulses", "8"]);
     assert_eq!((&answer["files"][0]["keyphasor"]["missed_pulses"], &answer["lost"]), (&1.into(), &0.into()));
     assert!(readings.len() >= 3);
     // the recording begins at 0.37 of a turn, and the first pulse is at 3/8
@@ -250,7 +252,7 @@ fn a_run_up_is_cut_into_bins_of_speed() {
         &page,
         &["id=\"orbits-at-15x-and-15y\"", "id=\"orbits-at-16x-and-16y\"", "id=\"centreline-at-15x-and-15y\""],
     );
-    let too_fast = refused(&folder, &file, &["--mv-um", "-7.87", "--largest-drift", "0.0001"]);
+    let too_fast = refused(&folder, &file, &["--mv-um", "7.87", "--largest-drift", "0.0001"]);
     assert_says(&too_fast, &["every reading is lost", "the speed changed too much within the window"]);
 }
 
@@ -385,19 +387,19 @@ fn what_cannot_be_right_is_refused_in_one_sentence_and_nothing_is_overwritten() 
     }
     for (options, says) in [
         (&[][..], "expected --mv-um"),
-        (&["--mv-um", "-7.87", "--keyphasor", "7X"], "--keyphasor: no channel is \"7X\", there are 15X"),
-        (&["--mv-um", "-7.87", "--keyphasor", "15X", "--channel", "15X=2"], "cannot be the probe 15X"),
-        (&["--mv-um", "-7.87", "--channel", "15X=1", "--channel", "15X=2"], "--channel 15X: is stated twice"),
-        (&["--mv-um", "-7.87", "--bin-rpm", "0"], "--bin-rpm: expected a positive number"),
-        (&["--mv-um", "-7.87", "--full-scale", "10"], "--full-scale"),
-        (&["--mv-um", "-7.87", "--gap-v", "-2", "-18"], "--gap-v"),
+        (&["--mv-um", "7.87", "--keyphasor", "7X"], "--keyphasor: no channel is \"7X\", there are 15X"),
+        (&["--mv-um", "7.87", "--keyphasor", "15X", "--channel", "15X=2"], "cannot be the probe 15X"),
+        (&["--mv-um", "7.87", "--channel", "15X=1", "--channel", "15X=2"], "--channel 15X: is stated twice"),
+        (&["--mv-um", "7.87", "--bin-rpm", "0"], "--bin-rpm: expected a positive number"),
+        (&["--mv-um", "7.87", "--full-scale", "10"], "--full-scale"),
+        (&["--mv-um", "7.87", "--gap-v", "-2", "-18"], "--gap-v"),
     ] {
         assert_says(&refused(&folder, &good, options), &[says]);
     }
     let output = folder.write("kept.csv", "kept");
-    let again = refusal(&["extract", &good, "-o", &output, "--mv-um", "-7.87"]);
+    let again = refusal(&["extract", &good, "-o", &output, "--mv-um", "7.87"]);
     assert_says(&again, &["kept.csv: exists already", "--force"]);
-    let onto_itself = refusal(&["extract", &good, "-o", &good, "--mv-um", "-7.87"]);
+    let onto_itself = refusal(&["extract", &good, "-o", &good, "--mv-um", "7.87"]);
     assert_says(&onto_itself, &["a.csv: is read and would be overwritten"]);
     assert_eq!(std::fs::read(&output).unwrap(), b"kept");
 }

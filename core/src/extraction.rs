@@ -40,7 +40,8 @@ pub struct ExtractionConfig {
     pub sample_rate_hz: f32,
     /// Converter's step, mV at the probe.
     pub mv_per_count: f32,
-    /// Sensitivity of each probe, mV/µm; negative where the voltage falls with the gap.
+    /// Sensitivity of each probe, mV per µm that the shaft comes nearer: 7.87 of an eddy-current probe (200 mV/mil), whose
+    /// negative voltage rises then.
     pub scale_mv_um: [f32; PROBES],
     /// Gap voltages of a probe in order, mV: lowest and highest.
     pub gap_range_mv: [f32; 2],
@@ -55,13 +56,13 @@ pub struct ExtractionConfig {
 }
 
 impl ExtractionConfig {
-    /// Usual settings: 20 kHz, 12 bits over 24 V below zero, probes of −7.87 mV/µm gapped between −2 and −18 V, 16 turns,
+    /// Usual settings: 20 kHz, 12 bits over 24 V below zero, probes of 7.87 mV/µm gapped between −2 and −18 V, 16 turns,
     /// 1 % drift, 100 rpm at least.
     pub fn new() -> Self {
         Self {
             sample_rate_hz: 20_000.0,
             mv_per_count: 24_000.0 / 4096.0,
-            scale_mv_um: [-7.87; PROBES],
+            scale_mv_um: [7.87; PROBES],
             gap_range_mv: [-18_000.0, -2_000.0],
             rails: [-4096, 0],
             revolutions: 16,
@@ -131,13 +132,13 @@ enum Stage {
 ///
 /// ```
 /// use rotor_edge_core::extraction::{Extractor, ExtractionConfig};
-/// // 3000 rpm, 400 samples a turn, each mark on a sample; 10 µm zero-to-peak that peaks at the mark
-/// let config = ExtractionConfig { scale_mv_um: [-8.0; 4], ..ExtractionConfig::new() };
+/// // 3000 rpm, 400 samples a turn, each mark on a sample; 10 µm zero-to-peak, nearest to the probes at the mark
+/// let config = ExtractionConfig { scale_mv_um: [8.0; 4], ..ExtractionConfig::new() };
 /// let mut extractor = Extractor::new();
 /// let mut found = None;
 /// for n in 0..20 * 400 {
 ///     let angle = core::f32::consts::TAU * (n % 400) as f32 / 400.0;
-///     let mv = -10_000.0 - 8.0 * 10.0 * angle.cos();
+///     let mv = -10_000.0 + 8.0 * 10.0 * angle.cos();
 ///     let mark = (n % 400 == 0).then_some(0.0);
 ///     found = found.or(extractor.push(&config, [(mv / config.mv_per_count).round() as i16; 4], mark));
 /// }

@@ -15,19 +15,22 @@ from .commands import (
     check,
     compare,
     diagnose,
-    extract,
+    estimate,
     forecast,
     identify,
-    import_rotor,
     improve,
+    startup,
     track,
 )
 from .inputs import Measurement, Rotor, read_measurement, read_rotor
+from .readers import extract, import_, import_rotor
+from .tracker import Tracker
 
 __all__ = [
     "Error",
     "Measurement",
     "Rotor",
+    "Tracker",
     "__version__",
     "add",
     "answers",
@@ -36,12 +39,15 @@ __all__ = [
     "check",
     "compare",
     "diagnose",
+    "estimate",
     "extract",
     "forecast",
     "identify",
+    "import_",
     "import_rotor",
     "improve",
     "read_measurement",
     "read_rotor",
+    "startup",
     "track",
 ]

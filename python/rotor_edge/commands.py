@@ -1,16 +1,14 @@
 """The commands, a function each: the same words, the same answer and the same refusals as on the command line.
 
 Where a rotor or data are expected, a file's path or what is in memory serves. Work is done with the interpreter released; it can be
-interrupted by Ctrl-C at any time, and then ends in the background: ``track`` and ``improve``, which tell their ``progress``, at
-their next step, the others when they are done."""
+interrupted by Ctrl-C at any time, and then ends in the background: ``track``, ``improve`` and ``startup``, which tell their
+``progress``, at their next step, the others when they are done."""
 
 import json
 import os
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Literal, Mapping, Sequence
-
-import numpy as np
+from typing import Any, Literal, Sequence
 
 from .answers import (
     Addition,
@@ -18,15 +16,16 @@ from .answers import (
     Check,
     Comparison,
     Diagnosis,
-    Extraction,
+    Estimates,
     Forecast,
     Identification,
-    ImportedRotor,
     Improvement,
+    Startup,
+    Track,
+    TrialBalance,
 )
-from .answers import Track, TrialBalance
 from .desk import Progress, desk
-from .inputs import DataLike, FilePath, RotorLike, read_measurement, read_rotor
+from .inputs import DataLike, FilePath, RotorLike, read_rotor
 from .record import R
 
 Range = tuple[float, float]
@@ -117,6 +116,29 @@ def identify(
     return _model(Identification, "identify", rotor, record, output=output, **options)
 
 
+def estimate(
+    rotor: RotorLike,
+    data: DataLike,
+    *,
+    base: str | None = None,
+    leave_one_out: bool = False,
+    trust_weights: bool = False,
+    slow_roll: DataLike | None = None,
+) -> Estimates:
+    """The unbalance of each run beyond a base run's, from runs with stated weights (``[[run]]`` in the rotor's file).
+
+    base: the run that the others are compared with; if None the one without weights. leave_one_out: a run's own stated weights
+    are never used for it. trust_weights: all stated weights are true. slow_roll: a run of the data, or data of its own, to take
+    off every reading."""
+    options = {
+        "base": base,
+        "leave_one_out": leave_one_out,
+        "trust_weights": trust_weights,
+        "slow_roll": slow_roll,
+    }
+    return _answer(Estimates, "estimate", rotor, data, **options)
+
+
 def track(
     rotor: RotorLike,
     record: DataLike,
@@ -203,6 +225,41 @@ def forecast(
     return _answer(Forecast, "forecast", track, **options)
 
 
+def startup(
+    rotor: RotorLike,
+    data: DataLike,
+    *,
+    clearance_um: float | None = None,
+    mass_kg: float | None = None,
+    speeds_rpm: Sequence[float] | None = None,
+    range_rpm: Range | None = None,
+    improved: bool = True,
+    output: FilePath | None = None,
+    slow_roll: DataLike | None = None,
+    progress: Progress | None = None,
+) -> Startup:
+    """A single-disk rotor from its start-up: the simple two-degree model, where it fails, and which effects mend it.
+
+    clearance_um: of the bearings, µm, that errors are given in percent of; 127 (5 mil) if None. mass_kg: of the two-degree model,
+    kg, the disk's if None. speeds_rpm: at which errors are given. range_rpm: in which they are summed up. improved: the improved
+    model is the answer's ``rotor``, and a start-up that no rotor model can be fitted to is refused; if False there is none, and the
+    two-degree model alone is an answer. output: where to write the improved model as well. slow_roll: a run of the data, or data
+    of its own, to take off every reading. progress: called with the number of effects added, and None."""
+    options: dict[str, Any] = {
+        "clearance_um": clearance_um,
+        "mass_kg": mass_kg,
+        "speeds": speeds_rpm and ",".join(map(str, speeds_rpm)),
+        "range": _range(range_rpm),
+        "slow_roll": slow_roll,
+        "progress": progress,
+    }
+    if improved or output is not None:
+        return _model(Startup, "startup", rotor, data, output=output, **options)
+    with desk() as place:
+        answer = place.ask("startup", rotor, data, **options)
+    return Startup.of(json.loads(answer), json=answer, rotor=None)
+
+
 def balance(
     rotor: RotorLike,
     data: DataLike,
@@ -286,83 +343,3 @@ def balance_by_trials(
         "against_rotation": against_rotation,
     }
     return _answer(TrialBalance, "balance", **options)
-
-
-def extract(
-    waveforms: FilePath | Mapping[str, Any] | Sequence[FilePath],
-    *,
-    rate_hz: float | None = None,
-    rotor: RotorLike | None = None,
-    channels: Mapping[str, str | int] | None = None,
-    unit: Literal["V", "mV", "um", "mm/s", "m/s2", "g"] = "V",
-    mv_um: float | Mapping[str, float] | None = None,
-    full_scale: float | None = None,
-    ac: bool = False,
-    keyphasor: str | int | None = None,
-    threshold: float | None = None,
-    hysteresis: float | None = None,
-    falling: bool = False,
-    pulses: int = 1,
-    revolutions: int | None = None,
-    largest_drift: float | None = None,
-    slowest_rpm: float | None = None,
-    bin_rpm: float | None = None,
-    run: str | Sequence[str] | None = None,
-    output: FilePath | None = None,
-) -> Extraction:
-    """1x readings from raw samples of probes and keyphasor, by the controller's own extraction; they are the answer's
-    ``measurement``.
-
-    waveforms: a .csv, .wav, .npy, .npz or .mat file, or an array of samples by channel; several files are runs, one after
-    another. rate_hz: samples a second, where no file
-    says it. rotor: whose probes are meant. channels: of probes that are called otherwise. unit: of the probes' channels; accelerations
-    and velocities are integrated at 1x. mv_um: sensitivity, mV/µm, one for all or by probe; negative where the voltage falls
-    with the gap. full_scale: what 32768 counts stand for. ac: there is no gap voltage. threshold, hysteresis, falling: where in the
-    keyphasor's channel the mark is, in its unit. pulses: in a turn, of a tacho. revolutions, largest_drift (relative):
-    of a window. slowest_rpm: without a mark for a turn at this speed the keyphasor is missing. bin_rpm: one reading for the
-    windows within so many rpm. run: its name, or those of several. output: where to write the readings as well."""
-    by_probe = mv_um if isinstance(mv_um, Mapping) else None
-    options: dict[str, Any] = {
-        "rate_hz": rate_hz,
-        "rotor": rotor,
-        "channel": [f"{probe}={channel}" for probe, channel in (channels or {}).items()],
-        "unit": unit,
-        "mv_um": mv_um if by_probe is None else [f"{probe}={one}" for probe, one in by_probe.items()],
-        "full_scale": full_scale,
-        "ac": ac,
-        "keyphasor": keyphasor,
-        "threshold": threshold,
-        "hysteresis": hysteresis,
-        "falling": falling,
-        "pulses": pulses,
-        "revolutions": revolutions,
-        "largest_drift": largest_drift,
-        "slowest_rpm": slowest_rpm,
-        "bin_rpm": bin_rpm,
-        "run": run,
-    }
-    with desk() as place:
-        files: list[Any]
-        if isinstance(waveforms, Mapping):
-            files = [place / "waveforms.npz"]
-            arrays: dict[str, Any] = {name: np.asarray(channel) for name, channel in waveforms.items()}
-            np.savez(files[0], **arrays)
-        elif isinstance(waveforms, (str, os.PathLike)):
-            files = [waveforms]
-        else:
-            files = list(waveforms)
-        path = place / "measured.csv" if output is None else os.fspath(output)
-        answer = place.ask("extract", *files, output=path, **options)
-        return Extraction.of(json.loads(answer), json=answer, measurement=read_measurement(path))
-
-
-def import_rotor(rotor: Any, *, output: FilePath | None = None) -> ImportedRotor:
-    """A drawing from a rotor of ROSS: a file that it saved, or a ``ross.Rotor``, which is then saved for the moment."""
-    with desk() as place:
-        saved = rotor
-        if not isinstance(rotor, (str, os.PathLike)):
-            saved = place / "ross.toml"
-            rotor.save(saved)
-        path = place / "rotor.toml" if output is None else os.fspath(output)
-        answer = place.ask("import-rotor", saved, output=path)
-        return ImportedRotor.of(json.loads(answer), json=answer, rotor=read_rotor(path))

@@ -5,12 +5,13 @@ from contextlib import contextmanager
 from numbers import Real
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Callable, Iterator
+from typing import Any, Callable, Iterator, TypeVar
 
 from . import _native
 from .answers import Track
 from .inputs import Rotor, as_csv
 
+R = TypeVar("R")
 Progress = Callable[[int, int | None], object]
 """Called with the steps that are done, and of how many where that is known."""
 
@@ -56,8 +57,12 @@ class Desk:
                 values = value if isinstance(value, (list, tuple)) else [value]
                 words += [f"{option}={self.word(one)}" for one in values]
         words += ["--", *map(self.word, inputs)]
+        return self.own(_native.answer, words, progress)
+
+    def own(self, function: Callable[..., R], *arguments: Any) -> R:
+        """Calls a function that reads files on this desk."""
         try:
-            return _native.answer(words, progress)
+            return function(*arguments)
         except _native.Error as error:
             # where a file in memory lies for now tells its owner nothing
             raise _native.Error(str(error).replace(self._folder + os.sep, "")) from None

@@ -85,13 +85,25 @@ class Measurement:
         """Phasors ``cos − i sin``, µm zero to peak: a row a reading, a column a probe."""
         return np.column_stack([self[f"{p}_cos_um"] - 1j * self[f"{p}_sin_um"] for p in self.probes])
 
+    @property
+    def gaps_v(self) -> np.ndarray | None:
+        """Gap voltages, V: a row a reading, a column a probe, not a number where none was read; None if there are none at all."""
+        columns = [self.columns.get(f"{p}_gap_v") for p in self.probes]
+        if all(column is None for column in columns):
+            return None
+        missing = np.full(len(self), np.nan)
+        return np.column_stack([missing if column is None else column for column in columns])
+
     def __repr__(self) -> str:
         return f"Measurement({len(self)} readings of {', '.join(self.probes)})"
 
     def _repr_html_(self) -> str:
         slowest, fastest = self.speed_rpm.min(), self.speed_rpm.max()
-        speeds = ("speed_rpm", f"{slowest:g} to {fastest:g}")
-        return tables.of_pairs("Measurement", [("readings", len(self)), ("probes", self.probes), speeds])
+        pairs = [("readings", len(self)), ("probes", self.probes), ("speed_rpm", f"{slowest:g} to {fastest:g}")]
+        gaps_v = self.gaps_v
+        if gaps_v is not None and np.isfinite(gaps_v).any():
+            pairs.append(("gap_v", f"{np.nanmin(gaps_v):g} to {np.nanmax(gaps_v):g}"))
+        return tables.of_pairs("Measurement", pairs)
 
 
 class Frame(Protocol):
@@ -142,7 +154,7 @@ def as_csv(data: Any) -> str:
     """The text of the file that columns would be read from."""
     columns = data.columns if isinstance(data, Measurement) else data
     names = _names(columns)
-    cells = [np.asarray(columns[name]).tolist() for name in names]
+    cells = [_cells(np.asarray(columns[name])) for name in names]
     for name, column in zip(names, cells):
         if len(column) != len(cells[0]):
             raise _native.Error(
@@ -153,6 +165,13 @@ def as_csv(data: Any) -> str:
     writer.writerow(names)
     writer.writerows([_cell(value) for value in row] for row in zip(*cells))
     return text.getvalue()
+
+
+def _cells(column: np.ndarray) -> list[Any]:
+    """Moments as text: in an array they are numbers of nobody knows which unit."""
+    if column.dtype.kind != "M":
+        return list(column.tolist())
+    return [None if moment == "NaT" else moment for moment in np.datetime_as_string(column).tolist()]
 
 
 def _names(columns: Any) -> list[str]:

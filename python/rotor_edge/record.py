@@ -16,13 +16,15 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Part of an answer; its fields are the keys of the command line's JSON."""
+    """Part of an answer; its fields are the keys of the command line's JSON, those that are words of Python with a ``_`` behind."""
 
     @classmethod
     def of(cls: type[R], found: Mapping[str, Any], **more: Any) -> R:
         """The record of a JSON object, with what the object does not hold."""
-        held = {name: _converted(hint, found.get(name)) for name, hint in _hints(cls).items() if name not in more}
-        return cls(**{name: value for name, value in held.items() if name in found}, **more)
+        held = {name: (name.removesuffix("_"), hint) for name, hint in _hints(cls).items() if name not in more}
+        return cls(
+            **{name: _converted(hint, found[key]) for name, (key, hint) in held.items() if key in found}, **more
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)

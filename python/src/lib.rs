@@ -1,6 +1,7 @@
 //! The desk's commands for Python: words in, the JSON object of the command line out. What is around it is in `rotor_edge/`.
 
 mod files;
+mod tracker;
 mod watched;
 
 use pyo3::prelude::*;
@@ -16,6 +17,9 @@ mod _native {
     use rotor_edge::command;
 
     use crate::{files, watched};
+
+    #[pymodule_export]
+    use crate::tracker::Monitor;
 
     create_exception!(
         rotor_edge,
@@ -44,7 +48,7 @@ mod _native {
         said(py.detach(|| files::measurement(&path, rotor.as_deref())))
     }
 
-    fn said<T>(result: anyhow::Result<T>) -> PyResult<T> {
+    pub fn said<T>(result: anyhow::Result<T>) -> PyResult<T> {
         result.map_err(|error| Error::new_err(format!("{error:#}")))
     }
 

@@ -19,7 +19,7 @@ BEGIN = datetime(2024, 3, 1, 6, tzinfo=timezone(timedelta(hours=1)))
 def plain(value):
     """A dataclass as the JSON it was made from."""
     if isinstance(value, Record):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        return {f.name.removesuffix("_"): plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, dict):
         return {name: plain(part) for name, part in value.items()}
     if isinstance(value, (tuple, list)):
@@ -135,6 +135,52 @@ def test_forecast_of_a_track_in_memory_and_of_its_file(printed, tmp_path):
     assert answer.limit.limit_g_mm == 900 and len(answer.forecast) == 20
 
 
+def test_estimate(printed):
+    rig = ROOT / "tests" / "rigs" / "rk4"
+    answer = rotor_edge.estimate(rig / "rotor.toml", rig / "measured.csv")
+    assert answer.json == printed("estimate", rig / "rotor.toml", rig / "measured.csv")
+    assert_whole(answer)
+    assert len(answer.estimates) == 84 and answer.refuted_runs[0].found[0].name
+    assert answer.estimates[0].planes[0].region.covariance_g2_mm2.shape == (2, 2)
+    rotor, data = KIT / "rotor.toml", KIT / "startup.csv"
+    alone = rotor_edge.estimate(rotor, data, base="0 g", leave_one_out=True)
+    assert alone.json == printed("estimate", rotor, data, "--base", "0 g", "--leave-one-out")
+
+
+def test_startup_tells_its_progress_and_gives_the_better_model(printed, tmp_path):
+    ours, theirs, steps = tmp_path / "ours.toml", tmp_path / "theirs.toml", []
+    answer = rotor_edge.startup(
+        KIT / "rotor.toml",
+        KIT / "startup.csv",
+        clearance_um=120,
+        speeds_rpm=(1000, 3600),
+        range_rpm=(600, 4000),
+        output=ours,
+        progress=lambda *step: steps.append(step),
+    )
+    words = ["startup", KIT / "rotor.toml", KIT / "startup.csv", "--clearance-um", "120", "--speeds", "1000,3600"]
+    assert answer.json == printed(*words, "--range", "600..4000", "-o", theirs)
+    assert ours.read_bytes() == theirs.read_bytes() and answer.rotor == rotor_edge.read_rotor(theirs)
+    assert_whole(answer)
+    assert steps == [(k + 1, None) for k in range(len(answer.improved.effects))]
+    assert answer.runs[0].half_power["IB x"].half_power_rpm.shape == (2,)
+
+
+def test_a_start_up_without_a_rotor_model_is_refused_or_answered_without_one(printed, refused, tmp_path):
+    """Where no weight has an angle, no run is left to fit a rotor model to."""
+    rotor, data = tmp_path / "rotor.toml", tmp_path / "startup.csv"
+    rotor.write_text((KIT / "rotor.toml").read_text().replace("angle_deg = 0.000\n", ""))
+    lines = (KIT / "startup.csv").read_text().splitlines()
+    data.write_text("\n".join([lines[0], *(line for line in lines if line.startswith("0.4 g,"))]) + "\n")
+    answer = rotor_edge.startup(rotor, data, improved=False)
+    assert answer.json == printed("startup", rotor, data)
+    assert_whole(answer)
+    assert answer.rotor is None and answer.improved is None
+    with pytest.raises(rotor_edge.Error) as error:
+        rotor_edge.startup(rotor, data)
+    assert str(error.value) == refused("startup", rotor, data, "-o", tmp_path / "better.toml")
+
+
 def test_balance(printed):
     answer = rotor_edge.balance(KIT / "rotor.toml", KIT / "startup.csv", radii_mm=[30, 40], step_g=0.05)
     words = ["balance", KIT / "rotor.toml", KIT / "startup.csv", "--radii-mm", "30,40", "--step-g", "0.05"]
@@ -189,24 +235,24 @@ def test_extract_from_samples_in_memory_and_from_their_file(printed, tmp_path):
     samples = {
         "kph": ((turns % 1) < 0.1) * 5.0,
         # 10 µm at the mark, 20 µm a quarter of a turn behind it
-        "15X": -10 - 7.87e-3 * 10 * np.cos(2 * np.pi * turns),
-        "15Y": -9 - 7.87e-3 * 20 * np.sin(2 * np.pi * turns),
+        "15X": -10 + 7.87e-3 * 10 * np.cos(2 * np.pi * turns),
+        "15Y": -9 + 7.87e-3 * 20 * np.sin(2 * np.pi * turns),
     }
     file, output = tmp_path / "samples.npz", tmp_path / "measured.csv"
     np.savez(file, **samples)
-    answer = rotor_edge.extract(file, rate_hz=rate_hz, mv_um=-7.87, output=output)
-    words = ["extract", file, "--rate-hz", rate_hz, "--mv-um=-7.87", "-o", output, "--force"]
+    answer = rotor_edge.extract(file, rate_hz=rate_hz, mv_um=7.87, output=output)
+    words = ["extract", file, "--rate-hz", rate_hz, "--mv-um=7.87", "-o", output, "--force"]
     assert answer.json == printed(*words)
     assert_whole(answer)
     assert answer.readings == len(answer.speeds) > 1 and answer.lost == 0
     assert np.allclose(answer.speeds, 3000, rtol=1e-5)
-    again = rotor_edge.extract(samples, rate_hz=rate_hz, mv_um={"15X": -7.87, "15Y": -7.87})
+    again = rotor_edge.extract(samples, rate_hz=rate_hz, mv_um={"15X": 7.87, "15Y": 7.87})
     for column in ["15X_cos_um", "15Y_sin_um"]:
         assert np.array_equal(again.measurement[column], answer.measurement[column])
-    several = rotor_edge.extract([file, file], rate_hz=rate_hz, mv_um=-7.87, run=["as found", "trial"])
+    several = rotor_edge.extract([file, file], rate_hz=rate_hz, mv_um=7.87, run=["as found", "trial"])
     assert [of.run for of in several.files] == ["as found", "trial"]
     assert several.readings == 2 * answer.readings and set(several.measurement["run"]) == {"as found", "trial"}
-    # the probe's voltage falls as the shaft comes nearer
+    # the probe's voltage rises as the shaft comes nearer
     assert np.allclose(answer.measurement["15X_cos_um"], 10, atol=0.01)
     with pytest.raises(rotor_edge.Error, match="no channel is called keyphasor"):
-        rotor_edge.extract({"15X": samples["15X"]}, rate_hz=rate_hz, mv_um=-7.87)
+        rotor_edge.extract({"15X": samples["15X"]}, rate_hz=rate_hz, mv_um=7.87)

@@ -54,6 +54,22 @@ def test_a_lost_reading_is_no_number_and_stays_lost(tmp_path):
     assert np.isnan(rotor_edge.read_measurement(path)["15X_cos_um"]).sum() == 1
 
 
+def test_gap_voltages_are_read_and_taken(tmp_path):
+    lines = [line for line in RUNUP.read_text().splitlines() if not line.startswith("#")]
+    gaps = ["16X_gap_v", *["-9.5", "", *["-9.25"] * (len(lines) - 3)]]
+    path = tmp_path / "gaps.csv"
+    path.write_text("\n".join(f"{line},{gap}" for line, gap in zip(lines, gaps)) + "\n")
+    data = rotor_edge.read_measurement(path, ROTOR)
+    assert data.probes == ("15X", "15Y", "16X", "16Y") and data.gaps_v.shape == (len(data), 4)
+    assert np.array_equal(data.gaps_v[:3, 2], [-9.5, np.nan, -9.25], equal_nan=True)
+    assert np.isnan(data.gaps_v[:, [0, 1, 3]]).all() and "-9.5 to -9.25" in data._repr_html_()
+    assert rotor_edge.read_measurement(RUNUP).gaps_v is None
+    assert rotor_edge.compare(ROTOR, data).json == rotor_edge.compare(ROTOR, path).json
+    columns = {**data.columns, "16X_gap_v": np.full(len(data), 9.5)}
+    with pytest.raises(rotor_edge.Error, match="9.5 is no gap voltage, expected -30 to 0 V"):
+        rotor_edge.compare(ROTOR, columns)
+
+
 def test_a_rotor_is_its_text(tmp_path):
     rotor = rotor_edge.read_rotor(ROTOR)
     rotor.write(tmp_path / "rotor.toml")

@@ -25,7 +25,7 @@ pub const NAMES: [&str; 4] = ["15X", "15Y", "16X", "16Y"];
 
 impl Recording {
     pub const GAP_V: f64 = -9.5;
-    pub const MV_UM: f64 = -7.87;
+    pub const MV_UM: f64 = 7.87;
 
     pub fn samples(&self) -> usize {
         (self.seconds * self.rate_hz) as usize

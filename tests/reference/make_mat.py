@@ -9,7 +9,7 @@ import numpy as np
 from scipy.io import savemat
 
 SPEED_RPM, RATE_HZ, SAMPLES = 11_000.0, 20_000.0, 1000
-GAP_V, MV_UM, COUNT_V = -9.5, -7.87, 24.0 / 32_768.0
+GAP_V, MV_UM, COUNT_V = -9.5, 7.87, 24.0 / 32_768.0
 PLACE = Path(__file__).parent.parent / "extract"
 
 turns = 0.37 + np.arange(SAMPLES) / RATE_HZ * SPEED_RPM / 60.0

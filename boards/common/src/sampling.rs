@@ -35,7 +35,7 @@ pub struct SamplingConfig {
     pub conversion_us: f32,
     /// The same at all inputs.
     pub level: LevelShift,
-    /// Sensitivity of each probe, mV/µm; negative where the voltage falls with the gap.
+    /// Sensitivity of each probe, mV per µm that the shaft comes nearer: 7.87 of an eddy-current probe (200 mV/mil).
     pub scale_mv_um: [f32; PROBES],
     /// Lowest and highest gap voltage of a probe that is connected and in its range, mV.
     pub gap_range_mv: [f32; 2],

@@ -5,7 +5,7 @@ import math
 from .timeline import SECOND_NS
 
 PROBE_OHM, REFERENCE_OHM, REFERENCE_V = 100_000.0, 13_700.0, 3.3
-SCALE_V_UM = -7.87e-3
+SCALE_V_UM = 7.87e-3
 PROBE_PINS = ("PA0", "PA1", "PC1", "PC0")
 KEYPHASOR_PIN = "PC2"
 COMPARATOR_PIN = ("B", 10)

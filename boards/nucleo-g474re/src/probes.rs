@@ -53,7 +53,7 @@ const CONFIG: SamplingConfig = SamplingConfig {
     scan_us: 1_000_000 / RATE_HZ,
     conversion_us: CONVERSION_US,
     level: LevelShift { probe_ohm: 100_000.0, reference_ohm: 13_700.0, reference_mv: 3_300.0 },
-    scale_mv_um: [-7.87; PROBES],
+    scale_mv_um: [7.87; PROBES],
     gap_range_mv: [-18_000.0, -2_000.0],
     mark_mv: -12_000.0,
     hysteresis_mv: 2_000.0,

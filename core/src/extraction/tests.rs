@@ -87,7 +87,7 @@ fn a_pure_sine_is_found_to_the_rounding_of_counts_for_any_samples_in_a_turn() {
             for result in results {
                 let speed = f64::from(result.reading.speed_rpm);
                 assert!((speed / (60.0 * 20_000.0 / period) - 1.0).abs() < 1e-6);
-                assert!((result.gap_mv[1] + 787.0).abs() < 1.0, "100 µm away at −7.87 mV/µm");
+                assert!((result.gap_mv[1] - 787.0).abs() < 1.0, "100 µm nearer at 7.87 mV/µm");
                 assert_eq!((result.keyphasor, result.clipped, result.open), (Keyphasor::Locked, 0, 0));
             }
         }
@@ -178,7 +178,7 @@ fn a_mark_that_shakes_costs_no_more_than_its_own_phase() {
         let count = (angle.cos() * 50.0 * 7.87 / f64::from(config.mv_per_count)).round() as i16;
         if let Some(result) = extractor.push(&config, [count; PROBES], mark) {
             let v = result.reading.probes()[0];
-            let (re, im) = (f64::from(-v.cos_um), f64::from(-v.sin_um));
+            let (re, im) = (f64::from(v.cos_um), f64::from(v.sin_um));
             worst = worst.max(im.atan2(re).to_degrees().abs());
         }
     }

@@ -83,7 +83,7 @@ impl Judging {
                 bail!("{name} {value}: expected a number of at least {least}");
             }
         }
-        let mut thresholds = Thresholds {
+        let thresholds = Thresholds {
             rise: self.rise,
             ratio_limit: self.ratio_limit,
             ratio_floor: self.ratio_floor,
@@ -92,12 +92,20 @@ impl Judging {
             age_limit_s: self.age_limit_s.unwrap_or(Thresholds::DEFAULT.age_limit_s),
             ..Thresholds::DEFAULT
         };
-        for setting in &self.set {
-            setting.apply(&mut thresholds)?;
-        }
-        if let Err(error) = thresholds.check() {
-            bail!("the thresholds cannot be: {}", out_of_bounds(error));
-        }
-        Ok(thresholds)
+        checked(thresholds, &self.set)
     }
+}
+
+/// Thresholds with what was set, if that can be.
+///
+/// # Errors
+/// Which threshold there is not, or is out of its bounds.
+pub fn checked(mut thresholds: Thresholds, set: &[Setting]) -> Result<Thresholds> {
+    for setting in set {
+        setting.apply(&mut thresholds)?;
+    }
+    if let Err(error) = thresholds.check() {
+        bail!("the thresholds cannot be: {}", out_of_bounds(error));
+    }
+    Ok(thresholds)
 }

@@ -39,6 +39,7 @@ mod stop;
 mod targets;
 mod thresholds;
 mod track;
+pub mod tracker;
 mod usage;
 mod watch;
 

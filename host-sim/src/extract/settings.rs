@@ -22,7 +22,9 @@ pub struct Settings {
     /// Unit of the probes' channels; accelerations and velocities are integrated at 1x
     #[arg(long, default_value = "V")]
     pub unit: Unit,
-    /// Sensitivity of the probes, or of one, mV/µm: negative where the voltage falls with the gap (200 mV/mil is 7.874)
+    /// Sensitivity of the probes, or of one, mV per µm that the shaft comes nearer: 7.87 (200 mV/mil) of an eddy-current
+    /// probe, whose negative voltage rises then, as `sensitivity_v_mm` in the rotor's file; the angles of its probes are the
+    /// directions to them
     #[arg(long, value_name = "[PROBE=]MV_UM", allow_hyphen_values = true)]
     pub mv_um: Vec<Sensitivity>,
     /// What 32768 counts stand for, in the unit; for WAV and integer arrays
@@ -112,9 +114,9 @@ impl FromStr for Sensitivity {
         let (probe, number) = text.rsplit_once('=').map_or((None, text), |(p, n)| (Some(p.trim()), n));
         match number.trim().parse::<f32>() {
             Ok(mv_um) if mv_um.is_normal() => Ok(Self { probe: probe.map(str::to_string), mv_um }),
-            _ => bail!(
-                "\"{text}\": expected a sensitivity in mV/µm other than zero, such as -7.87 or 15X=-7.87"
-            ),
+            _ => {
+                bail!("\"{text}\": expected a sensitivity in mV/µm other than zero, such as 7.87 or 15X=7.87")
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! A monitor as a process: the controller's core on a real bus, with a file in place of flash.
 
+mod bench;
 mod clock;
 mod controller;
 mod store;
@@ -12,6 +13,7 @@ use rotor_edge_core::can::{Counters, Message};
 
 use crate::bus::CanBus;
 use crate::bus::states::States;
+pub use bench::Bench;
 pub use clock::{Clock, PlayedTime, RealTime};
 pub use controller::Controller;
 pub use store::Store;

@@ -7,11 +7,14 @@ from .balance import Balance, TrialBalance
 from .check import Check
 from .compare import Comparison
 from .diagnose import Addition, Diagnosis, Improvement
+from .estimate import Estimates
 from .extract import Extraction
 from .forecast import Forecast
 from .identify import Identification
-from .imported import ImportedRotor
+from .imported import Import, ImportedRotor
+from .startup import Startup
 from .track import Track
+from .tracker import Monitored, TrackerResult
 
 __all__ = [
     "Addition",
@@ -19,11 +22,16 @@ __all__ = [
     "Check",
     "Comparison",
     "Diagnosis",
+    "Estimates",
     "Extraction",
     "Forecast",
     "Identification",
+    "Import",
     "ImportedRotor",
     "Improvement",
+    "Monitored",
+    "Startup",
     "Track",
+    "TrackerResult",
     "TrialBalance",
 ]

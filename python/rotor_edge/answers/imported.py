@@ -1,9 +1,9 @@
-"""What ``import-rotor`` answers."""
+"""What ``import`` and ``import-rotor`` answer."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from ..inputs import Rotor
-from ..record import Answer
+from ..inputs import Measurement, Rotor
+from ..record import Answer, Array, Record
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -13,3 +13,68 @@ class ImportedRotor(Answer):
     rotor: Rotor
     carried: tuple[str, ...]
     left: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedColumn(Record):
+    """A column, counted from 1, and what it was taken for: its unit, and what makes µm zero to peak, degrees of lag, rpm or V."""
+
+    file: str
+    column: int
+    from_: str
+    to: str
+    unit: str
+    factor: float
+
+
+@dataclass(frozen=True, eq=False)
+class LeftColumn(Record):
+    """A column that is not needed, or not understood."""
+
+    column: int
+    from_: str
+    why: str
+
+
+@dataclass(frozen=True, eq=False)
+class MarkedValues(Record):
+    """Values that are lost, by what was wrong with them."""
+
+    no_measurement: int
+    stale: int
+    outliers: int
+
+
+@dataclass(frozen=True, eq=False)
+class SkippedRows(Record):
+    """Rows that are no readings."""
+
+    standstill: int
+    without_speed: int
+    other_machines: int
+    other_points: int
+    no_data: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Import(Answer):
+    """Readings from exports of another system, and what its columns were taken for."""
+
+    measured: str | None
+    columns: tuple[ImportedColumn, ...]
+    left: tuple[LeftColumn, ...]
+    rows: int
+    lost: int
+    """Values of single probes."""
+    marked: MarkedValues
+    turned: int
+    """Readings that were turned back to the phase reference before."""
+    skipped: SkippedRows
+    sorted: bool
+    """Whether the rows had to be sorted by time."""
+    start: str | None
+    """When day 0 was, local to the export."""
+    runout_um: tuple[Array, ...] | None
+    """Taken off each probe: cosine and sine, µm."""
+    measurement: Measurement | None = field(kw_only=True)
+    """The readings; None if nothing was to be written."""

@@ -130,6 +130,14 @@ fn of_file(extracted: &Extracted, arguments: &Arguments) -> Vec<String> {
             extracted.count * settings.unit.mv()
         ),
     ];
+    let inverted: Vec<&str> =
+        extracted.probes.iter().filter(|p| p.mv_um < 0.0).map(|p| p.name.as_str()).collect();
+    if !inverted.is_empty() {
+        lines.push(format!(
+            "negative sensitivity of {}: right only where the channel is inverted, else its angles are 180° off",
+            inverted.join(", ")
+        ));
+    }
     if settings.keyphasor.pulses > 1 {
         lines.push(format!(
             "{} pulses a turn, the first of the file at t = 0: phases of two files cannot be compared",

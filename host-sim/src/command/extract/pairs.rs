@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     fn probes(names: &[&str]) -> Vec<Probe> {
-        let probe = |name: &&str| Probe { name: name.to_string(), channel: "1".into(), mv_um: -8.0 };
+        let probe = |name: &&str| Probe { name: name.to_string(), channel: "1".into(), mv_um: 8.0 };
         names.iter().map(probe).collect()
     }
 
@@ -105,11 +105,11 @@ mod tests {
         let [found_x, found_y] = found[0].phasors_m(&reading([-9.0, -9.0])).unwrap();
         assert!((found_x - x).norm() < 1e-18 && (found_y - y).norm() < 1e-18);
         assert_eq!(found[1].phasors_m(&reading([-9.0, -9.0])), None);
-        // 50 µm along x: 0.4 V less of 8 mV/µm at 0°, and √½ of it at 45° and −√½ at 135°
-        let fell_v = 0.4 * 0.5_f64.sqrt();
+        // 50 µm along x: 0.4 V more of 8 mV/µm at 0°, and √½ of it at 45° and −√½ at 135°
+        let rose_v = 0.4 * 0.5_f64.sqrt();
         let moved = found[0].moved_um(
             &reading([-9.0, -9.0]),
-            &reading([-9.0 - fell_v, -9.0 + fell_v]),
+            &reading([-9.0 + rose_v, -9.0 - rose_v]),
             &probes(&["15X", "15Y"]),
         );
         let [x_um, y_um] = moved.unwrap();

@@ -1,17 +1,15 @@
 //! `replay --json`.
 
-use rotor_edge_core::model::Pair;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use serde::Serialize;
 use serde_json::Value;
 
 use super::unbalance;
-use crate::bus::decoded::planes_of;
 use crate::bus::states::name;
 use crate::replay::check::Equivalence;
+use crate::replay::told::Told;
 use crate::replay::{Answer, Flag, Replay, day};
-use crate::watch::words::{bearing_number, probe_numbers};
 
 /// What `replay --json` prints.
 #[derive(Serialize)]
@@ -34,17 +32,8 @@ pub struct Summary<'a> {
 pub struct AnswerSummary {
     row: usize,
     time_d: f64,
-    unbalance_g_mm: Vec<Pair>,
-    static_g_mm: Pair,
-    dynamic_g_mm: Pair,
-    e_um: f32,
-    ratio: f32,
-    flags: u8,
-    suspect: Option<u8>,
-    streak: u16,
-    probes_used: Vec<u8>,
-    floor_um: f32,
-    level_um: f32,
+    #[serde(flatten)]
+    told: Told,
 }
 
 /// All answers of a replay.
@@ -52,17 +41,7 @@ pub fn answers(record: &[Reading], played: &Replay) -> Vec<AnswerSummary> {
     let summary = |Answer { row, result }: &Answer| AnswerSummary {
         row: *row,
         time_d: day(record, *row),
-        unbalance_g_mm: planes_of(result).to_vec(),
-        static_g_mm: result.static_g_mm,
-        dynamic_g_mm: result.dynamic_g_mm,
-        e_um: result.e_um,
-        ratio: result.ratio,
-        flags: result.flags,
-        suspect: result.suspect.map(bearing_number),
-        streak: result.streak,
-        probes_used: probe_numbers(result.used_mask),
-        floor_um: result.floor_um,
-        level_um: result.level_um,
+        told: Told::of(result),
     };
     played.answers.iter().map(summary).collect()
 }

@@ -70,7 +70,12 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let found = startup(&rotor, &readings, &options)
         .map_err(|e| Error::Unsuitable(format!("{}: {e}", arguments.data.display())))?;
     working.set_message("diagnosis");
-    let tried = chain(&rotor, &readings, &found, &options, |label| working.set_message(format!("+ {label}")));
+    let mut added = 0;
+    let tried = chain(&rotor, &readings, &found, &options, |label| {
+        added += 1;
+        listener.step(added, None);
+        working.set_message(format!("+ {label}"));
+    });
     working.finish_and_clear();
     let mut remarks = found.remarks.clone();
     if arguments.clearance_um.is_none() {
