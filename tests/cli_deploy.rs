@@ -64,6 +64,31 @@ fn a_model_deployed_to_a_monitor_gives_its_numbers_and_is_still_there_after_a_cu
 }
 
 #[test]
+fn a_model_of_another_machine_is_refused_unless_told_and_the_improved_one_of_the_same_is_taken() {
+    let bench = Bench::new();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let identified = bench.text("identified.toml");
+    let (_running, _) = bench.node("slcan", &["--key", &key, "--state", &state]);
+    let deploy = |more: &[&str]| bench.to_monitor("deploy", &[more, &["--json"]].concat());
+    assert_eq!(json(&deploy(&[&identified]))["outcome"], "accepted", "nothing is held yet");
+
+    let improved = bench.text("improved.toml");
+    let bowed = ["add", &identified, "shaft_bow", "--data", &bench.text("runup.csv"), "-o", &improved];
+    assert!(rotor_edge(&bowed).status.success());
+    assert_eq!(json(&deploy(&[&improved]))["outcome"], "accepted", "the same machine, found better");
+    let held = bench.seen()["model_checksum"].clone();
+
+    let text = std::fs::read_to_string(&identified).unwrap();
+    let other = bench.text("other.toml");
+    std::fs::write(&other, text.replacen("name = \"turbine\"", "name = \"turbine\"\nserial = \"2\"", 1))
+        .unwrap();
+    assert_says(&one_sentence(&deploy(&[&other])), &["the model of another machine", "--another-machine"]);
+    assert_eq!(bench.seen()["model_checksum"], held, "the old one stays");
+    assert_eq!(json(&deploy(&[&other, "--another-machine"]))["outcome"], "accepted");
+    assert_says(&one_sentence(&deploy(&[&identified])), &["--another-machine"]);
+}
+
+#[test]
 fn wrong_keys_missing_keys_and_absent_monitors_are_told_apart() {
     let bench = Bench::new();
     bench.guess();
@@ -122,7 +147,7 @@ fn a_state_file_of_another_schema_or_a_damaged_one_keeps_its_counter_and_can_be_
     };
     for (text, reason) in [
         ("rotor-edge monitor 1\ncounter 41\nmodel 010000000600\n", "schema"),
-        ("rotor-edge monitor 1\ncounter 41\nmodel 02000000060402ffff\n", "damaged"),
+        ("rotor-edge monitor 1\ncounter 41\nmodel 03000000060402ffff\n", "damaged"),
         ("rotor-edge monitor 1\ncounter 41\nmod", "damaged"),
     ] {
         std::fs::write(&state, text).unwrap();
