@@ -2,6 +2,7 @@
 
 mod clock;
 mod controller;
+mod seal;
 mod store;
 
 use std::sync::atomic::{AtomicBool, Ordering};
