@@ -64,6 +64,31 @@ fn a_model_deployed_to_a_monitor_gives_its_numbers_and_is_still_there_after_a_cu
 }
 
 #[test]
+fn a_model_of_another_machine_is_refused_unless_told_and_the_improved_one_of_the_same_is_taken() {
+    let bench = Bench::new();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let identified = bench.text("identified.toml");
+    let (_running, _) = bench.node("slcan", &["--key", &key, "--state", &state]);
+    let deploy = |more: &[&str]| bench.to_monitor("deploy", &[more, &["--json"]].concat());
+    assert_eq!(json(&deploy(&[&identified]))["outcome"], "accepted", "nothing is held yet");
+
+    let improved = bench.text("improved.toml");
+    let bowed = ["add", &identified, "shaft_bow", "--data", &bench.text("runup.csv"), "-o", &improved];
+    assert!(rotor_edge(&bowed).status.success());
+    assert_eq!(json(&deploy(&[&improved]))["outcome"], "accepted", "the same machine, found better");
+    let held = bench.seen()["model_checksum"].clone();
+
+    let text = std::fs::read_to_string(&identified).unwrap();
+    let other = bench.text("other.toml");
+    std::fs::write(&other, text.replacen("name = \"turbine\"", "name = \"turbine\"\nserial = \"2\"", 1))
+        .unwrap();
+    assert_says(&one_sentence(&deploy(&[&other])), &["the model of another machine", "--another-machine"]);
+    assert_eq!(bench.seen()["model_checksum"], held, "the old one stays");
+    assert_eq!(json(&deploy(&[&other, "--another-machine"]))["outcome"], "accepted");
+    assert_says(&one_sentence(&deploy(&[&identified])), &["--another-machine"]);
+}
+
+#[test]
 fn wrong_keys_missing_keys_and_absent_monitors_are_told_apart() {
     let bench = Bench::new();
     bench.guess();
@@ -113,40 +138,53 @@ fn a_monitor_that_was_given_no_model_judges_nothing_until_one_is_deployed() {
 }
 
 #[test]
-fn a_state_file_of_another_schema_or_a_damaged_one_keeps_its_counter_and_can_be_deployed_to() {
+fn a_damaged_state_file_lets_no_recorded_command_in_and_can_be_deployed_to() {
     let bench = Bench::new();
     let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
-    let node = || bench.node("slcan", &["--key", &key, "--state", &state]);
-    let deploy = |counter: &str| {
-        bench.to_monitor("deploy", &[&bench.text("identified.toml"), "--counter", counter, "--json"])
+    let deploy = |more: &[&str]| {
+        bench.to_monitor("deploy", &[&[&bench.text("identified.toml"), "--json"], more].concat())
     };
-    for (text, reason) in [
-        ("rotor-edge monitor 1\ncounter 41\nmodel 010000000600\n", "schema"),
-        ("rotor-edge monitor 1\ncounter 41\nmodel 02000000060402ffff\n", "damaged"),
-        ("rotor-edge monitor 1\ncounter 41\nmod", "damaged"),
+    // the last one is whole but for its code
+    for text in [
+        "not a state at all",
+        "rotor-edge monitor 2\ncounter 41",
+        "rotor-edge monitor 1\ncounter 41\nmodel 03\n",
     ] {
         std::fs::write(&state, text).unwrap();
-        let (running, line) = node();
+        let (running, line) = bench.node("slcan", &["--key", &key, "--state", &state]);
         assert_says(&line, &["without a model"]);
         let seen = bench.seen();
-        assert_eq!((&seen["state"], &seen["reason"]), (&"no_model".into(), &reason.into()), "{text}");
-        assert_says(&one_sentence(&deploy("41")), &["has accepted command 41 already"]);
-        assert_eq!(json(&deploy("42"))["outcome"], "accepted");
+        assert_eq!((&seen["state"], &seen["reason"]), (&"no_model".into(), &"damaged".into()), "{text}");
+        // no command that was ever recorded can be above the present time
+        assert_says(&one_sentence(&deploy(&["--counter", "1000"])), &["has accepted command"]);
+        assert_eq!(json(&deploy(&[]))["outcome"], "accepted");
+        assert_eq!(std::fs::read_to_string(format!("{state}.damaged")).unwrap(), text);
         drop(running);
-        let (_again, line) = node();
+        let (_again, line) = bench.node("slcan", &["--key", &key, "--state", &state]);
         assert_says(&line, &["with the model deployed last"]);
-        assert_says(&one_sentence(&deploy("42")), &["has accepted command 42 already"]);
     }
-    std::fs::write(&state, "not a state at all").unwrap();
-    let (_running, _) = node();
-    assert_eq!(bench.seen()["reason"], "damaged");
-    // no command that was ever recorded can be above the present time
-    assert_says(&one_sentence(&deploy("1000")), &["has accepted command"]);
+}
+
+#[test]
+fn a_state_file_of_another_monitor_or_key_or_one_that_was_changed_starts_nothing() {
+    let bench = Bench::new();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let (running, _) = bench.node("slcan", &["--key", &key, "--state", &state]);
     assert_eq!(
-        json(&bench.to_monitor("deploy", &[&bench.text("identified.toml"), "--json"]))["outcome"],
+        json(&bench.to_monitor("deploy", &[&bench.text("identified.toml"), "--counter", "5000", "--json"]))["outcome"],
         "accepted"
     );
-    assert_eq!(std::fs::read_to_string(format!("{state}.damaged")).unwrap(), "not a state at all");
+    drop(running);
+    let bus = bench.bus.spec("slcan");
+    let start = |key: &str, node: &str| {
+        refusal(&["node", "--bus", bus, "--key", key, "--state", &state, "--node", node])
+    };
+    let told = ["monitor.state: is not the state of this monitor"];
+    assert_says(&start(&key, "2"), &told);
+    assert_says(&start(&bench.text("wrong.key"), "1"), &told);
+    let whole = std::fs::read_to_string(&state).unwrap();
+    std::fs::write(&state, whole.replacen("counter 5000", "counter 4000", 1)).unwrap();
+    assert_says(&start(&key, "1"), &told);
 }
 
 #[test]

@@ -101,10 +101,10 @@ fn counters_of_protocol_3_have_their_places() {
 }
 
 #[test]
-fn a_model_of_schema_2_is_read_as_it_was_written() {
-    let bytes = hex(include_str!("wire/model-2.hex"));
+fn a_model_of_schema_3_is_read_as_it_was_written() {
+    let bytes = hex(include_str!("wire/model-3.hex"));
     let model = Model::<2, 4, 2>::decode(&bytes).unwrap();
-    assert_eq!(model.mass[(0, 1)], 3.0);
+    assert_eq!((model.machine, model.mass[(0, 1)]), ([0xc0, 0xff, 0xee, 0x01], 3.0));
     assert_eq!((model.planes[1][1], model.internal_damping_s), (0.6, 1e-6));
     let support = &model.supports[1];
     assert_eq!((support.stiffness_n_m[1][1], support.damping_n_s_m[0][0]), (5e6, 300.0));

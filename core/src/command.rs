@@ -6,8 +6,8 @@
 //!          u8 detail, u8 asked, u8 held, u8 0, body, 16 bytes HMAC-SHA-256
 //! ```
 //!
-//! Little endian. The body of a request is the model of [`Command::Deploy`] or the thresholds of
-//! [`Command::SetThresholds`], otherwise empty; that of an answer the thresholds that [`Command::GetThresholds`] asked for.
+//! Little endian. The body of a request is the model of [`Command::Deploy`] and [`Command::DeployAnother`] or the
+//! thresholds of [`Command::SetThresholds`], otherwise empty; that of an answer the thresholds that [`Command::GetThresholds`] asked for.
 //!
 //! The code of a request covers the words `rotor-edge request` and all bytes before it, that of an answer the words
 //! `rotor-edge answer`, all bytes before it and the code of the request: neither can be taken for the other, and an answer
@@ -91,12 +91,27 @@ pub enum Command {
     SetThresholds = 4,
     /// Tell the [`Thresholds`].
     GetThresholds = 5,
+    /// [`Command::Deploy`], also where the model held is of another machine.
+    DeployAnother = 6,
 }
 
 impl Command {
+    const ALL: [Self; 6] = [
+        Self::Deploy,
+        Self::Restart,
+        Self::Acknowledge,
+        Self::SetThresholds,
+        Self::GetThresholds,
+        Self::DeployAnother,
+    ];
+
     fn from_byte(byte: u8) -> Option<Self> {
-        let all = [Self::Deploy, Self::Restart, Self::Acknowledge, Self::SetThresholds, Self::GetThresholds];
-        all.into_iter().find(|command| *command as u8 == byte)
+        Self::ALL.into_iter().find(|command| *command as u8 == byte)
+    }
+
+    /// It brings a model.
+    pub(crate) fn is_deployment(self) -> bool {
+        matches!(self, Self::Deploy | Self::DeployAnother)
     }
 }
 
@@ -124,6 +139,8 @@ pub enum Outcome {
     Counter = 7,
     /// The thresholds are refused; see [`Detail::Thresholds`].
     Thresholds = 8,
+    /// The model held is of another machine, and the command is not [`Command::DeployAnother`].
+    Machine = 9,
 }
 
 /// Why an answer is a refusal, in detail.
@@ -148,7 +165,7 @@ pub enum Detail {
 }
 
 impl Outcome {
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::Accepted,
         Self::Malformed,
         Self::NoKey,
@@ -158,6 +175,7 @@ impl Outcome {
         Self::Storage,
         Self::Counter,
         Self::Thresholds,
+        Self::Machine,
     ];
 
     /// Only who has the key is told the counter.

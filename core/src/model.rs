@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::reading::ProbeVector;
 
 /// Version of the deployed format. It rises whenever a field is added, removed or changes its meaning.
-pub const MODEL_SCHEMA: u32 = 2;
+pub const MODEL_SCHEMA: u32 = 3;
 
 /// Planes whose unbalance is tracked, at most.
 pub const MAX_PLANES: usize = 4;
@@ -42,6 +42,9 @@ pub type Pair = [f32; 2];
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Model<const N: usize, const PROBES: usize, const PLANES: usize> {
+    /// Which machine it is of: the same for every model of one machine, whatever was found of it meanwhile. A monitor that
+    /// holds a model takes those of its machine alone, unless it is told.
+    pub machine: [u8; 4],
     /// Stiffness of the free shaft, N/m; symmetric. Supports come as terms.
     pub stiffness: SMatrix<f32, N, N>,
     /// Mass, kg; symmetric.

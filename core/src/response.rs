@@ -85,7 +85,7 @@ impl<const PLANES: usize> Linear<PLANES> {
 /// // a disk of 10 kg on two springs of 5e6 N/m: far above resonance it moves by −U/m
 /// # let one = SVector::from([1.0]);
 /// # let model = Model::<1, 2, 1> {
-/// #     stiffness: Matrix1::new(0.0), mass: Matrix1::new(10.0), polar_inertia: Matrix1::new(0.0),
+/// #     machine: [0; 4], stiffness: Matrix1::new(0.0), mass: Matrix1::new(10.0), polar_inertia: Matrix1::new(0.0),
 /// #     internal_damping_s: 0.0, planes: [one].into_iter().collect(),
 /// #     supports: [Support::isotropic(one, 5e6, 100.0), Support::isotropic(one, 5e6, 100.0)].into_iter().collect(),
 /// #     knots: Default::default(), forcings: Default::default(),

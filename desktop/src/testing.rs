@@ -40,6 +40,7 @@ pub fn uniform_shaft() -> Rotor {
     Rotor {
         schema: 1,
         name: "uniform".into(),
+        serial: None,
         fastest_rpm: None,
         physics: Physics::default(),
         noise: None,

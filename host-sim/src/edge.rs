@@ -129,6 +129,7 @@ fn edge_model(
     let probe_terms = model.probes.iter().zip(&rotor.probe);
     let (tables, knots) = knots::tables(model);
     let edge = Model {
+        machine: rotor.identity(),
         stiffness: matrix(&model.structure.stiffness),
         mass: matrix(&model.structure.mass),
         polar_inertia: matrix(&model.structure.polar_inertia),

@@ -125,6 +125,7 @@ fn without_crc32(mut bytes: Vec<u8>) -> Vec<u8> {
 fn models() -> Vec<Named> {
     let plain = machine();
     let mut rich = Model::<2, 8, 4> {
+        machine: plain.machine,
         stiffness: plain.stiffness,
         mass: plain.mass,
         polar_inertia: plain.polar_inertia,

@@ -60,8 +60,8 @@ def floats(*numbers):
     return struct.pack(f"<{len(numbers)}f", *numbers)
 
 
-def model_2():
-    """Schema 2, two shapes, three probes, two planes, every kind of term once; postcard: lists and variants with a varint,
+def model_3():
+    """Schema 3, two shapes, three probes, two planes, every kind of term once; postcard: lists and variants with a varint,
     options with a byte."""
     def support(place, k, table, pedestal):
         head = floats(1, place, k, 0, 0, k, 300, 0, 0, 300, 0.5, 0.25, 600)
@@ -73,7 +73,7 @@ def model_2():
     def probe(place, c, s, bearing, mount):
         return floats(1, place, c, s, 1, 0, 0.5, -0.5) + bytes([bearing]) + mount
 
-    body = floats(1e3, 0, 0, 2e3) + floats(60, 3, 3, 20) + floats(0, 0, 0, 4) + floats(1e-6)
+    body = bytes([0xC0, 0xFF, 0xEE, 0x01]) + floats(1e3, 0, 0, 2e3) + floats(60, 3, 3, 20) + floats(0, 0, 0, 4) + floats(1e-6)
     body += b"\x02" + floats(1, -0.5) + floats(1, 0.6)
     body += b"\x02" + support(-1, 6e6, b"\x00", b"\x00")
     body += support(1, 5e6, b"\x01\x00\x02", b"\x01" + floats(1e8, 2e8, 1e4, 2e4, 3, 4))
@@ -81,7 +81,7 @@ def model_2():
     body += b"\x02" + floats(1, 0.1, 7, -8) + b"\x00" + floats(1, 0.2, 9, 10) + b"\x01"
     body += b"\x03" + probe(-0.9, 1, 0, 0, b"\x00") + probe(-0.9, 0, 1, 0, b"\x00") + probe(0.9, 1, 0, 1, b"\x01\x01")
     body += b"\x02" + floats(30, 40, -10, 20) + floats(5) + floats(0.0625, 0.25) + floats(600, 12000)
-    return struct.pack("<IBBB", 2, 2, 3, 2) + body + struct.pack("<I", zlib.crc32(body))
+    return struct.pack("<IBBB", 3, 2, 3, 2) + body + struct.pack("<I", zlib.crc32(body))
 
 
 def thresholds_1():
@@ -112,7 +112,7 @@ def answer_2():
 def main(folder):
     text = "".join(f"{number:03X}#{payload.hex().upper()}\n" for number, payload in protocol_3())
     (folder / "protocol-3.txt").write_text(text)
-    for name, data in [("model-2", model_2()), ("request-2", request_2()), ("refusal-2", refusal_2()), ("answer-2", answer_2())]:
+    for name, data in [("model-3", model_3()), ("request-2", request_2()), ("refusal-2", refusal_2()), ("answer-2", answer_2())]:
         lines = [data[i : i + 32].hex() for i in range(0, len(data), 32)]
         (folder / f"{name}.hex").write_text("\n".join(lines) + "\n")
 

@@ -13,6 +13,7 @@ pub fn model() -> MachineModel {
     let at = |place: f32| Vector2::new(1.0, place);
     let probe = |place, direction, bearing| Probe::plain(at(place), direction, bearing);
     Model {
+        machine: *b"P-1 ",
         stiffness: Matrix2::zeros(),
         mass: Matrix2::new(60.0, 3.0, 3.0, 20.0),
         polar_inertia: Matrix2::new(0.0, 0.0, 0.0, 4.0),

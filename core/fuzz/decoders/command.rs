@@ -19,7 +19,8 @@ pub fn any_command(byte: u8) -> Command {
         1 => Command::Restart,
         2 => Command::Acknowledge,
         3 => Command::SetThresholds,
-        _ => Command::GetThresholds,
+        4 => Command::GetThresholds,
+        _ => Command::DeployAnother,
     }
 }
 

@@ -25,6 +25,7 @@ pub fn machine() -> SmallModel {
     };
     let probes = [(-0.9, [1.0, 0.0], 0), (-0.9, [0.0, 1.0], 0), (0.9, [1.0, 0.0], 1), (0.9, [0.0, 1.0], 1)];
     Model {
+        machine: *b"fuzz",
         stiffness: Matrix2::zeros(),
         mass: Matrix2::new(60.0, 3.0, 3.0, 20.0),
         polar_inertia: Matrix2::new(0.0, 0.0, 0.0, 4.0),

@@ -93,7 +93,7 @@ impl Run {
         let command = any_command(bytes.u8());
         let counter = self.node.command_counter().saturating_add(bytes.u8().into());
         let own = match command {
-            Command::Deploy => encoded(&machine()),
+            Command::Deploy | Command::DeployAnother => encoded(&machine()),
             Command::SetThresholds => self.node.thresholds().encode().to_vec(),
             _ => Vec::new(),
         };

@@ -52,6 +52,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     /// Bytes of the largest model of these sizes; a buffer of that size always suffices for [`Model::encode`].
     pub const fn max_size_bytes() -> usize {
         let shape = N * F32;
+        let machine = 4;
         let shaft = 3 * N * N * F32 + F32;
         let support = shape + (4 + 4 + 4) * F32 + (MARK + 2) + (MARK + 6 * F32);
         let knot = (1 + 4 + 4) * F32;
@@ -60,7 +61,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         let plane = shape + 2 * F32;
         let terms = MAX_SUPPORTS * support + MAX_KNOTS * knot + MAX_FORCINGS * forcing;
         let lists = 6 * MARK + PLANES * plane + PROBES * probe;
-        HEAD_BYTES + shaft + terms + lists + (1 + 2 + 2) * F32 + 4
+        HEAD_BYTES + machine + shaft + terms + lists + (1 + 2 + 2) * F32 + 4
     }
 
     /// What the model in these bytes needs of the firmware; `None` if they are too few or of another schema.
@@ -116,19 +117,22 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         decoded
     }
 
-    /// Whether [`Model::decode`] would take these bytes; the model that is tried is on the stack only as long.
+    /// Which machine these bytes are of, if [`Model::decode`] would take them; the model that is tried is on the stack only
+    /// as long.
     ///
     /// Errors: those of [`Model::decode`].
     #[inline(never)]
     #[cfg(feature = "can")]
-    pub(crate) fn verify<C: Numerics<N, PROBES, PLANES>>(bytes: &[u8]) -> Result<(), ModelError> {
+    pub(crate) fn verify<C: Numerics<N, PROBES, PLANES>>(bytes: &[u8]) -> Result<[u8; 4], ModelError> {
         let mut model = Self::EMPTY;
         model.read(bytes)?;
-        model.check_by::<C>()
+        model.check_by::<C>()?;
+        Ok(model.machine)
     }
 
     /// No terms, and nothing that could be checked.
     pub(crate) const EMPTY: Self = Self {
+        machine: [0; 4],
         stiffness: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
         mass: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
         polar_inertia: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
@@ -163,8 +167,8 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
             return Err(ModelError::Planes);
         }
         let body = bytes.get(HEAD_BYTES..).unwrap_or_default();
-        let mut rest = body;
         let Self {
+            machine,
             stiffness,
             mass,
             polar_inertia,
@@ -179,6 +183,9 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
             noise,
             speed_range_rpm,
         } = self;
+        let mut rest;
+        (*machine, rest) =
+            body.split_first_chunk().map(|(first, rest)| (*first, rest)).ok_or(ModelError::Encoding)?;
         take(&mut rest, stiffness)?;
         take(&mut rest, mass)?;
         take(&mut rest, polar_inertia)?;

@@ -14,6 +14,7 @@ pub(crate) fn rigid_rotor() -> Model<2, 4, 2> {
     };
     let probes = [(-0.9, [1.0, 0.0], 0), (-0.9, [0.0, 1.0], 0), (0.95, [1.0, 0.0], 1), (0.95, [0.0, 1.0], 1)];
     Model {
+        machine: *b"unit",
         stiffness: Matrix2::zeros(),
         mass: Matrix2::new(60.0, 3.0, 3.0, 20.0),
         polar_inertia: Matrix2::new(0.0, 0.0, 0.0, 4.0),
@@ -45,6 +46,7 @@ fn full() -> Full {
     diagonal[(0, 1)] = 0.25;
     diagonal[(1, 0)] = 0.25;
     Model {
+        machine: [4, 3, 2, 1],
         stiffness: diagonal * 1e8,
         mass: diagonal * 30.0,
         polar_inertia: diagonal,

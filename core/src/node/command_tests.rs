@@ -38,6 +38,23 @@ fn a_deployed_model_is_stored_then_used_then_confirmed() {
 }
 
 #[test]
+fn a_model_of_another_machine_is_refused_unless_the_command_says_so_and_any_is_taken_where_there_is_none() {
+    let others = TestModel { machine: *b"next", ..better() };
+    let (mut node, mut store) = (node(), Store::default());
+    let refused = answer(&mut node, &mut store, 0, &deploy(&others, 5));
+    assert_eq!((refused.outcome, refused.model_checksum), (Outcome::Machine, rigid_rotor().checksum()));
+    assert_eq!((node.model(), node.command_counter(), store.savings), (Some(&rigid_rotor()), 0, 0));
+    assert_eq!(node.counters().refused, 1);
+    let told = request(Command::DeployAnother, 5, &encoded(&others));
+    assert_eq!(answer(&mut node, &mut store, 0, &told).outcome, Outcome::Accepted);
+    assert_eq!((node.model(), store.model), (Some(&others), Some(encoded(&others))));
+    assert_eq!(outcome(&mut node, &deploy(&better(), 6)), Outcome::Machine, "the new one is held now");
+
+    let mut bare = TestNode::new(config()).unwrap();
+    assert_eq!(outcome(&mut bare, &deploy(&others, 1)), Outcome::Accepted);
+}
+
+#[test]
 fn until_it_is_stored_the_old_model_stays_and_readings_go_on() {
     let mut node = node();
     let mut broken = Store { fails: true, ..Store::default() };
@@ -102,6 +119,7 @@ fn a_model_larger_than_the_firmware_is_refused_with_both_numbers() {
     let (mut node, mut store) = (node(), Store::default());
     let small = rigid_rotor();
     let mut large = Model::<2, 8, 4> {
+        machine: small.machine,
         stiffness: small.stiffness,
         mass: small.mass,
         polar_inertia: small.polar_inertia,

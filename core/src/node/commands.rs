@@ -69,7 +69,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             }
             Some(Pending { command, counter, .. }) => {
                 let body = self.pending_body();
-                let model = (command == Command::Deploy).then_some(body);
+                let model = command.is_deployment().then_some(body);
                 let set = (command == Command::SetThresholds).then_some(body);
                 Some(Save::Command { counter, model, thresholds: set.and_then(|set| set.try_into().ok()) })
             }
@@ -99,7 +99,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         self.desk.last_counter = pending.counter;
         let body = self.desk.body();
         let detail = match pending.command {
-            Command::Deploy => self
+            Command::Deploy | Command::DeployAnother => self
                 .monitor
                 .decode::<C>(body)
                 .err()
@@ -121,7 +121,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             }
             Command::Acknowledge | Command::GetThresholds => None,
         };
-        if pending.command == Command::Deploy {
+        if pending.command.is_deployment() {
             self.keeper.changed_much(time_us);
         }
         let (outcome, detail) = detail.unwrap_or((Outcome::Accepted, Detail::None));
@@ -201,9 +201,15 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             Err(outcome) => return self.conclude(time_us, outcome, Detail::None),
         };
         let refused = match command {
-            Command::Deploy => Model::<SHAPES, PROBES, PLANES>::verify::<C>(body)
-                .err()
-                .map(|error| refusal::<SHAPES, PROBES, PLANES>(body, error)),
+            Command::Deploy | Command::DeployAnother => {
+                match Model::<SHAPES, PROBES, PLANES>::verify::<C>(body) {
+                    Ok(machine) if command == Command::Deploy && self.is_of_another(machine) => {
+                        Some((Outcome::Machine, Detail::None))
+                    }
+                    Ok(_) => None,
+                    Err(error) => Some(refusal::<SHAPES, PROBES, PLANES>(body, error)),
+                }
+            }
             Command::SetThresholds => {
                 Thresholds::decode(body).err().map(|error| (Outcome::Thresholds, Detail::Thresholds(error)))
             }
@@ -217,6 +223,10 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             }
             None => self.desk.pending = Some(Pending { command, counter, is_counted: false }),
         }
+    }
+
+    fn is_of_another(&self, machine: [u8; 4]) -> bool {
+        self.model().is_some_and(|model| model.machine != machine)
     }
 
     fn conclude(&mut self, time_us: u64, outcome: Outcome, detail: Detail) {
@@ -275,9 +285,12 @@ fn counter_of(counters: &mut Counters, outcome: Outcome) -> &mut u32 {
         Outcome::Accepted => &mut counters.accepted,
         Outcome::Forged => &mut counters.forged,
         Outcome::Replayed | Outcome::Counter => &mut counters.replayed,
-        Outcome::Malformed | Outcome::NoKey | Outcome::Model | Outcome::Storage | Outcome::Thresholds => {
-            &mut counters.refused
-        }
+        Outcome::Malformed
+        | Outcome::NoKey
+        | Outcome::Model
+        | Outcome::Storage
+        | Outcome::Thresholds
+        | Outcome::Machine => &mut counters.refused,
     }
 }
 

@@ -14,6 +14,7 @@ fn jeffcott(k: f32, c: f32) -> Model<1, 4, 1> {
     let one = SVector::from([1.0]);
     let directions = [[1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0, 1.0]];
     Model {
+        machine: [0; 4],
         stiffness: Matrix1::zeros(),
         mass: Matrix1::new(10.0),
         polar_inertia: Matrix1::zeros(),

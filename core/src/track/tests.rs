@@ -138,6 +138,7 @@ fn roomy() -> Model<2, 8, 4> {
         Probe::plain(at(f32::from(number) / 4.0 - 0.9), [angle.cos(), angle.sin()], number / 4)
     };
     Model {
+        machine: small.machine,
         stiffness: small.stiffness,
         mass: small.mass,
         polar_inertia: small.polar_inertia,

@@ -20,6 +20,9 @@ pub struct Rotor {
     pub schema: u32,
     /// What the machine is called in reports.
     pub name: String,
+    /// The machine's own number, which no other has; see [`Rotor::identity`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
     /// Fastest speed in the data that bearings, planes and effects were fitted to, rpm; written by the tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fastest_rpm: Option<f64>,

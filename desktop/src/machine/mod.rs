@@ -4,6 +4,7 @@ mod bearing;
 pub mod bearings;
 mod coupling;
 pub mod drawing;
+mod identity;
 mod loads;
 mod materials;
 pub mod place;

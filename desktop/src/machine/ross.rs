@@ -151,6 +151,7 @@ impl Import<'_> {
         Ok(Rotor {
             schema: SCHEMA,
             name: stem.unwrap_or_else(|| "rotor".into()),
+            serial: None,
             fastest_rpm: None,
             physics,
             noise: None,

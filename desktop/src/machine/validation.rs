@@ -91,6 +91,7 @@ pub fn check(file: &str, rotor: &Rotor) -> Result<(), Error> {
     if let Some(fastest_rpm) = rotor.fastest_rpm {
         c.within("fastest_rpm", fastest_rpm, 1.0, 1e6, "rpm")?;
     }
+    c.unique("serial", rotor.serial.as_deref().into_iter())?;
     check_shaft(&c, rotor)?;
     couplings::check(&c, rotor)?;
     check_bearings(&c, rotor)?;

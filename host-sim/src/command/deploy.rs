@@ -38,6 +38,9 @@ pub struct Arguments {
     /// Also begin a new record: forget the unbalance last found and start from the model's
     #[arg(long)]
     restart: bool,
+    /// Deploy it also if the monitor holds the model of another machine
+    #[arg(long)]
+    another_machine: bool,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
@@ -55,7 +58,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let counter = authority.counter();
     let bar = output::progress("deploy", bytes.len());
     let sent = |bytes| bar.set_position(bytes as u64);
-    let answer = authority.command(&mut *bus, Command::Deploy, &bytes, sent)?;
+    let command = if arguments.another_machine { Command::DeployAnother } else { Command::Deploy };
+    let answer = authority.command(&mut *bus, command, &bytes, sent)?;
     if arguments.restart {
         authority.command(&mut *bus, Command::Restart, &[], |_| ())?;
     }

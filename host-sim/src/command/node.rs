@@ -48,7 +48,11 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let key = arguments.key.as_deref().map(read_key).transpose()?;
     let config = NodeConfig { key, seed: random()?, ..arguments.judging.config()? };
-    let mut store = arguments.state.as_deref().map_or_else(|| Ok(Store::in_memory()), Store::open)?;
+    let mut store = match (&arguments.state, key) {
+        (None, _) => Store::in_memory(),
+        (Some(path), None) => Store::open(path)?,
+        (Some(path), Some(key)) => Store::sealed(path, key, config.node)?,
+    };
     let initial = match &arguments.rotor {
         Some(path) => Some(deployable::of_file(path, arguments.fastest_rpm, None)?),
         None if arguments.sample => Some(deployable::of_sample(arguments.judging.seed)?),

@@ -36,6 +36,11 @@ pub(super) fn judge(node: u8, counter: u64, answer: Option<(Answer, bool)>) -> R
         Outcome::Model => {
             format!("monitor {node} refuses the model{}; the old one stays", why_model(answer.detail))
         }
+        Outcome::Machine => format!(
+            "monitor {node} holds the model of another machine (by its serial, or else by its name, the pieces of its shaft \
+             and what its disks, bearings and probes are called), which stays; if the monitor watches this machine now, \
+             give --another-machine"
+        ),
         Outcome::Thresholds => {
             let which = match answer.detail {
                 Detail::Thresholds(error) => out_of_bounds(error),

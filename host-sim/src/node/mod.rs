@@ -3,6 +3,7 @@
 mod bench;
 mod clock;
 mod controller;
+mod seal;
 mod store;
 
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -7,18 +7,23 @@
 //! model 02000000…              bytes as hexadecimal digits, each with a checksum of its own inside; nothing if there is none
 //! thresholds 01…
 //! memory 01…
+//! code 5be1…                   with a key alone: its code over the monitor's number and all lines before
 //! ```
 //!
-//! Whatever the file holds, the monitor starts: what cannot be read is missing and the monitor says so. A counter that
-//! cannot be read is taken for the present time in milliseconds, so that no recorded command is accepted again. The first
-//! saving over a damaged file leaves a copy of it beside, with `.damaged` at its name's end.
+//! A file with a code that is not of this key and this monitor is refused. Whatever else the file holds, the monitor starts:
+//! what cannot be read is missing and the monitor says so. A counter that cannot be read is taken for the present time in
+//! milliseconds, so that no recorded command is accepted again. The first saving over a damaged file leaves a copy of it
+//! beside, with `.damaged` at its name's end.
 
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
+use rotor_edge_core::command::Key;
 use rotor_edge_core::state::Reason;
 use rotor_edge_desktop::whole_file;
+
+use super::seal::Seal;
 
 const NAME: &str = "rotor-edge monitor";
 /// The last version before this one: counter without a checksum, and a model of its time.
@@ -38,6 +43,7 @@ struct Kept {
 #[derive(Debug)]
 pub struct Store {
     path: Option<PathBuf>,
+    seal: Option<Seal>,
     kept: Kept,
     /// In place of a model that was never stored.
     initial: Option<Vec<u8>>,
@@ -48,21 +54,43 @@ impl Store {
     /// Forgets everything with the process.
     pub fn in_memory() -> Self {
         let kept = Kept { counter: 0, model: Err(Reason::NothingStored), thresholds: None, memory: None };
-        Self { path: None, kept, initial: None, damaged: false }
+        Self { path: None, seal: None, kept, initial: None, damaged: false }
     }
 
-    /// Reads the file; a missing one is a monitor that was never deployed to.
+    /// Reads the file of a monitor without a key; a missing one is a monitor that was never deployed to.
     ///
     /// # Errors
     /// If the file is there and the system does not let it be read.
     pub fn open(path: &Path) -> Result<Self> {
-        let mut store = Self { path: Some(path.to_path_buf()), ..Self::in_memory() };
+        Self::read(path, None)
+    }
+
+    /// Reads the file of a monitor that takes commands. One without a code, as it is after damage or where it was written
+    /// without a key, counts as damaged throughout.
+    ///
+    /// # Errors
+    /// As [`Self::open`], and if the code in it is not of this key and this monitor.
+    pub fn sealed(path: &Path, key: Key, node: u8) -> Result<Self> {
+        Self::read(path, Some(Seal::new(key, node)))
+    }
+
+    fn read(path: &Path, seal: Option<Seal>) -> Result<Self> {
+        let mut store = Self { path: Some(path.to_path_buf()), seal, ..Self::in_memory() };
         let bytes = match std::fs::read(path) {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(store),
             bytes => bytes.with_context(|| format!("{}: cannot be read", path.display()))?,
         };
-        store.kept = Kept::parse(&String::from_utf8_lossy(&bytes));
-        store.damaged = bytes != store.kept.text().as_bytes();
+        let text = String::from_utf8_lossy(&bytes);
+        store.kept = match seal.map(|seal| seal.confirms(&text)) {
+            None | Some(Some(true)) => Kept::parse(&text),
+            Some(None) => Kept::parse(""),
+            Some(Some(false)) => bail!(
+                "{}: is not the state of this monitor: another number's, another key's, or changed since; give the right \
+                 file, or begin another with a new key",
+                path.display()
+            ),
+        };
+        store.damaged = bytes != store.text(&store.kept).as_bytes();
         Ok(store)
     }
 
@@ -140,10 +168,18 @@ impl Store {
                 std::fs::copy(path, copy)?;
                 self.damaged = false;
             }
-            whole_file::write(path, kept.text().as_bytes())?;
+            whole_file::write(path, self.text(&kept).as_bytes())?;
         }
         self.kept = kept;
         Ok(())
+    }
+
+    fn text(&self, kept: &Kept) -> String {
+        let text = kept.text();
+        match self.seal {
+            Some(seal) => seal.close(&text),
+            None => text,
+        }
     }
 }
 
@@ -291,6 +327,27 @@ mod tests {
         store.save_memory(&[1]).unwrap();
         let copy = folder.path().join("monitor.state.damaged");
         assert_eq!(std::fs::read(copy).unwrap(), b"\xff\x00 something else");
+    }
+
+    #[test]
+    fn a_sealed_state_is_of_one_key_and_one_number_unchanged_and_without_its_code_it_counts_as_damaged() {
+        let (_folder, path) = folder();
+        let key = Key([3; 32]);
+        let open = |key, node| Store::sealed(&path, key, node);
+        open(key, 1).unwrap().save_command(7, Some(&[1, 2]), None).unwrap();
+        let again = open(key, 1).unwrap();
+        assert_eq!((again.counter(), again.model()), (7, Ok(&[1, 2][..])));
+        let whole = std::fs::read_to_string(&path).unwrap();
+        for (key, node) in [(key, 2), (Key([4; 32]), 1)] {
+            let refused = open(key, node).unwrap_err().to_string();
+            assert!(refused.contains("not the state of this monitor"), "{refused}");
+        }
+        std::fs::write(&path, whole.replace("model 0102", "model 0103")).unwrap();
+        assert!(open(key, 1).is_err(), "another model");
+        std::fs::write(&path, whole.split_once("code").unwrap().0).unwrap();
+        let bare = open(key, 1).unwrap();
+        assert_eq!(bare.model(), Err(Reason::Damaged), "who cuts the code off gains nothing");
+        assert!(bare.counter() > 1_600_000_000_000);
     }
 
     #[test]

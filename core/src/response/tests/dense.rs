@@ -220,6 +220,7 @@ fn machine(random: &mut Random) -> Machine {
     let planes: heapless::Vec<SVector<f32, N>, 4> =
         (0..1 + random.between(0.0, 4.0) as usize).map(|_| shape(random)).collect();
     Machine {
+        machine: [0; 4],
         stiffness: coupled(random, bending, 0.05),
         mass: coupled(random, mass, 0.1),
         polar_inertia: coupled(random, inertia, 0.1),
