@@ -1,4 +1,56 @@
 //! What a bearing's law states and what it leaves to the data.
+//!
+//! # Example
+//! A rubber ring, stiffer by its dynamic factor and with a loss factor; data may decide its stiffness:
+//!
+//! ```
+//! use nalgebra::Matrix2;
+//! use rotor_edge_desktop::bearing::law::{BearingLaw, LawUnknown, PRIOR_LOG_SD, Role};
+//! use rotor_edge_desktop::bearing::support::SupportLaw;
+//! use rotor_edge_desktop::effects::Scale;
+//!
+//! struct RubberRing {
+//!     stiffness_n_m: f64,
+//!     damping_n_s_m: f64,
+//! }
+//!
+//! impl BearingLaw for RubberRing {
+//!     fn unknowns(&self) -> Vec<LawUnknown> {
+//!         vec![LawUnknown {
+//!             symbol: "k".into(),
+//!             unit: "N/m",
+//!             role: Role::Stiffness,
+//!             scale: Scale::Logarithmic,
+//!             stated: self.stiffness_n_m.ln(),
+//!             prior_sd: PRIOR_LOG_SD,
+//!         }]
+//!     }
+//!
+//!     fn support(&self, x: &[f64]) -> SupportLaw {
+//!         let stiffness = Matrix2::identity() * x[0].exp();
+//!         SupportLaw::linear(stiffness, Matrix2::identity() * self.damping_n_s_m)
+//!     }
+//!
+//!     fn assign(&mut self, x: &[f64]) {
+//!         self.stiffness_n_m = x[0].exp();
+//!     }
+//!
+//!     fn check(&self) -> Result<(), (String, String)> {
+//!         match self.stiffness_n_m > 0.0 && self.damping_n_s_m >= 0.0 {
+//!             true => Ok(()),
+//!             false => Err(("rubber.stiffness_n_m".into(), "expected a positive number".into())),
+//!         }
+//!     }
+//! }
+//!
+//! let mut ring = RubberRing { stiffness_n_m: 2e6, damping_n_s_m: 300.0 };
+//! assert!((ring.coefficients(314.0).stiffness[(0, 0)] - 2e6).abs() < 1e-3);
+//! // the data say twice as stiff
+//! ring.assign(&[ring.unknowns()[0].stated + 2.0_f64.ln()]);
+//! assert!((ring.coefficients(314.0).stiffness[(1, 1)] / 4e6 - 1.0).abs() < 1e-12);
+//! assert!(ring.check().is_ok());
+//! assert!(RubberRing { stiffness_n_m: -1.0, ..ring }.check().is_err());
+//! ```
 
 use super::pair::Pair;
 use super::support::SupportLaw;

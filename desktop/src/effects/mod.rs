@@ -1,5 +1,75 @@
 //! Physical effects that a model can lack: one file each, with its terms, its parameters and bounds,
 //! and what an engineer should know of it. A new effect is a file of its own and a line in [`ALL`].
+//!
+//! # Example
+//! Brushes that rub on a disk, as a damper on the ground:
+//!
+//! ```
+//! use nalgebra::Matrix2;
+//! use rotor_edge_desktop::bearing::support::SupportLaw;
+//! use rotor_edge_desktop::effects::{Effect, Knowledge, Parameter, Place, Scale, Scales};
+//! use rotor_edge_desktop::machine::drawing::Rotor;
+//! use rotor_edge_desktop::machine::rotor_file;
+//! use rotor_edge_desktop::machine::terms::Terms;
+//!
+//! struct Brushes;
+//!
+//! impl Effect for Brushes {
+//!     fn name(&self) -> &'static str {
+//!         "brushes"
+//!     }
+//!
+//!     fn places(&self, rotor: &Rotor) -> Vec<Place> {
+//!         (0..rotor.disk.len()).map(Place::Disk).collect()
+//!     }
+//!
+//!     fn parameters(&self, _: &Scales) -> Vec<Parameter> {
+//!         vec![Parameter { name: "c", unit: "N·s/m", scale: Scale::Logarithmic, bounds: [0.0, f64::INFINITY] }]
+//!     }
+//!
+//!     fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {
+//!         vec![vec![0.02 * scales.stiffness_n_m / scales.fastest_rad_s]]
+//!     }
+//!
+//!     fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
+//!         let &[c] = parameters else { return };
+//!         terms.supports.push((place, SupportLaw::linear(Matrix2::zeros(), Matrix2::identity() * c)));
+//!     }
+//!
+//!     fn knowledge(&self) -> Knowledge {
+//!         Knowledge {
+//!             what: "Brushes on a disk damp its motion.",
+//!             means: "An earthing brush that is pressed too hard.",
+//!             inspect: "The brushes' springs and wear.",
+//!         }
+//!     }
+//! }
+//!
+//! let rotor = rotor_file::parse("fan.toml", r#"
+//!     schema = 2
+//!     name = "fan"
+//!     shaft = [{ length_m = 1.0, outer_diameter_m = 0.06 }]
+//!     disk = [{ name = "wheel", position_m = 0.5, mass_kg = 12.0, diametral_inertia_kg_m2 = 0.06, polar_inertia_kg_m2 = 0.11 }]
+//!     plane = [{ name = "wheel", position_m = 0.5 }]
+//!     probe = [{ name = "X", bearing = "A", position_m = 0.15, angle_deg = 0 }]
+//!     bearing = [
+//!         { name = "A", position_m = 0.1, stiffness_n_m = { xx = 4e7, yy = 4e7 }, damping_n_s_m = { xx = 2e4, yy = 2e4 } },
+//!         { name = "B", position_m = 0.9, stiffness_n_m = { xx = 4e7, yy = 4e7 }, damping_n_s_m = { xx = 2e4, yy = 2e4 } },
+//!     ]
+//! "#)?;
+//! let scales = Scales {
+//!     stiffness_n_m: 4e7, sagging_n_m: 1e5, fastest_rad_s: 600.0, reference_rad_s: 600.0, amplitude_m: 1e-5,
+//! };
+//! let mut terms = Terms::drawn(&rotor);
+//! let place = Brushes.places(&rotor)[0];
+//! Brushes.apply(&rotor, place, &Brushes.starts(&scales)[0], &scales, &mut terms);
+//! // beside the two bearings, i Ω c on the diagonal of the dynamic stiffness, and nothing beside it
+//! let (_, law) = &terms.supports[2];
+//! let z = law.dynamic_stiffness(100.0, [0.0; 2]);
+//! assert!(z[(0, 0)].re.abs() < 1e-6 && (z[(0, 0)].im - 100.0 * 0.02 * 4e7 / 600.0).abs() < 1e-3);
+//! assert_eq!(z[(0, 1)].norm(), 0.0);
+//! # Ok::<(), rotor_edge_desktop::Error>(())
+//! ```
 
 mod bow_kink;
 mod coupling_force;
