@@ -16,15 +16,6 @@ fn main() {
     };
     let commit = commit.map_or(String::new(), |commit| format!(" ({commit})"));
     println!("cargo::rustc-env=ROTOR_EDGE_VERSION={}{commit}", env!("CARGO_PKG_VERSION"));
-    strip();
-}
-
-/// `cargo install` of a packed crate knows no profile of the workspace, and would leave 7 MB of symbols in the program.
-fn strip() {
-    let is = |key: &str, value: &str| std::env::var(key).is_ok_and(|found| found == value);
-    if is("PROFILE", "release") && is("DEBUG", "false") && is("CARGO_CFG_TARGET_OS", "linux") {
-        println!("cargo::rustc-link-arg-bins=-s");
-    }
 }
 
 fn packed() -> Option<String> {
