@@ -1,5 +1,7 @@
 //! The formats that are read, a file each.
 
+#[cfg(feature = "parquet")]
+mod parquet;
 mod spreadsheet;
 mod text;
 
@@ -13,7 +15,12 @@ use super::sheet::Sheet;
 type Format = fn(file: &str, bytes: &[u8]) -> Result<Option<Vec<Sheet>>>;
 
 /// All of them, in the order in which they are tried.
-const FORMATS: [Format; 2] = [spreadsheet::read, text::read];
+const FORMATS: &[Format] = &[
+    spreadsheet::read,
+    #[cfg(feature = "parquet")]
+    parquet::read,
+    text::read,
+];
 
 /// The sheets of a file, by what it holds, whatever it is called.
 ///
@@ -30,5 +37,7 @@ pub fn read(path: &Path) -> Result<Vec<Sheet>> {
             return Ok(sheets);
         }
     }
-    bail!("{file}: is neither text nor a workbook, expected CSV, TSV, xlsx, xls or ods")
+    bail!(
+        "{file}: is neither text nor a workbook, expected CSV, TSV, xlsx, xls, ods or Parquet (if built with it)"
+    )
 }
