@@ -34,6 +34,21 @@ impl Shared {
         Self::of(program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap())
     }
 
+    /// The bus again, on the ports that it had.
+    pub fn restart(&mut self) {
+        let port = |name: &str| self.opened[name].to_string();
+        let (slcan, socketcand) = (port("slcan_port"), port("socketcand_port"));
+        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+        program.args(["bus", "--json", "--slcan", &slcan, "--socketcand", &socketcand]);
+        *self = Self::of(program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap());
+    }
+
+    /// Ends it without a word to anybody.
+    pub fn kill(&mut self) {
+        self.program.kill().unwrap();
+        self.program.wait().unwrap();
+    }
+
     /// A bus that prints where it is, as JSON.
     pub fn of(mut program: Child) -> Self {
         let mut text = String::new();

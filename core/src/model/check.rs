@@ -100,6 +100,11 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         let at =
             |speed| C::response(self, speed, &SupportAmplitudes::default()).map_err(|_| ModelError::Response);
         let (here, beside) = (at(speed_rad_s)?, at(speed_rad_s * (1.0 + SPEED_STEP))?);
+        // what is finite for a gram millimetre may not be for the unbalance that is there
+        let mut shown = here.vectors(&self.initial_unbalance_g_mm);
+        if !shown.all(|vector| vector.cos_um.is_finite() && vector.sin_um.is_finite()) {
+            return Err(ModelError::Response);
+        }
         let response = largest(influences(&here));
         let change = largest(influences(&here).zip(influences(&beside)).map(|(here, beside)| here - beside));
         if change <= LARGEST_CHANGE * response { Ok(()) } else { Err(ModelError::IllConditioned) }

@@ -8,6 +8,9 @@ use super::{Effect, Pattern, Place, Scales, add_unknown, find};
 use crate::machine::drawing::{EffectEntry, ParameterValue, Rotor};
 use crate::machine::terms::Terms;
 
+/// No shaft turns faster; the settings of effects are speeds.
+const FASTEST_RAD_S: f64 = 1e6;
+
 /// The effect and place that a kind and a name stand for.
 ///
 /// # Errors
@@ -59,7 +62,7 @@ pub fn check(rotor: &Rotor, entry: &EffectEntry) -> Result<(), String> {
     }
     for (name, _) in effect.settings(&scales) {
         match entry.parameters.get(name) {
-            Some(ParameterValue::Real(v)) if *v > 0.0 && v.is_finite() => {}
+            Some(ParameterValue::Real(v)) if *v > 0.0 && *v <= FASTEST_RAD_S => {}
             _ => return Err(format!("the setting {name} is missing or not a positive number")),
         }
     }
@@ -156,7 +159,8 @@ fn scales_of(rotor: &Rotor) -> Scales {
     }
 }
 
-fn phasor(entry: &EffectEntry, name: &str, pattern: Pattern) -> Option<Complex<f64>> {
+/// What an entry states of a linear unknown, if it is a finite number.
+pub(super) fn phasor(entry: &EffectEntry, name: &str, pattern: Pattern) -> Option<Complex<f64>> {
     let pair = match (entry.parameters.get(name)?, pattern.in_list()) {
         (ParameterValue::Phasors(all), Some(number)) => *all.get(number)?,
         (ParameterValue::Phasor(pair), _) => *pair,

@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::{Parameter, Place, Scale, Scales, entry};
+use super::{Parameter, Place, Scale, Scales, Unknown, entry};
 use crate::bearing::support::SupportLaw;
 use crate::machine::drawing::Rotor;
 use crate::machine::terms::{Terms, position_m};
@@ -57,10 +57,14 @@ pub fn check(rotor: &Rotor) -> Result<(), (Option<String>, String)> {
     let scales = scales_of_file(rotor, &drawn);
     for e in &rotor.effect {
         let own = |what: String| (Some(e.kind.clone()), what);
-        let (effect, _) = entry::resolve(rotor, &e.kind, e.at.as_deref()).map_err(own)?;
+        let (effect, place) = entry::resolve(rotor, &e.kind, e.at.as_deref()).map_err(own)?;
         let values = entry::real_parameters(effect, e, &scales);
         for (p, value) in effect.parameters(&scales).iter().zip(values) {
             allowed(p, value).map_err(own)?;
+        }
+        for u in effect.unknowns(rotor, place) {
+            let size = entry::phasor(e, u.name, u.pattern).map_or(0.0, nalgebra::Complex::norm);
+            carried(rotor, &u, size).map_err(own)?;
         }
     }
     let terms = entry::terms_of(rotor);
@@ -69,16 +73,45 @@ pub fn check(rotor: &Rotor) -> Result<(), (Option<String>, String)> {
 
 fn allowed(p: &Parameter, value: f64) -> Result<(), String> {
     let [low, high] = p.bounds;
-    let (range, size) = match p.scale {
-        Scale::Linear(size) => ([low - SLACK * size.abs(), high + SLACK * size.abs()], size.abs()),
-        Scale::Logarithmic => ([low * (1.0 - SLACK), high * (1.0 + SLACK)], f64::INFINITY),
+    let (range, largest) = match p.scale {
+        Scale::Linear(size) => ([low - SLACK * size.abs(), high + SLACK * size.abs()], BEYOND * size.abs()),
+        Scale::Logarithmic => ([low * (1.0 - SLACK), high * (1.0 + SLACK)], largest_on_earth(p.unit)),
     };
     let is_positive = p.scale != Scale::Logarithmic || value > 0.0;
-    if range[0] <= value && value <= range[1] && value.abs() <= BEYOND * size && is_positive {
+    if range[0] <= value && value <= range[1] && value.abs() <= largest && is_positive {
         return Ok(());
     }
-    let (from, to) = (low.max(-BEYOND * size), high.min(BEYOND * size));
+    let (from, to) = (low.max(-largest), high.min(largest));
     Err(format!("the parameter {} is {value:e}, expected {from:.3e} to {to:.3e} {}", p.name, p.unit))
+}
+
+/// What no machine on earth has of a unit: far more than a fit of what is as good as rigid ends with.
+fn largest_on_earth(unit: &str) -> f64 {
+    match unit {
+        "N/m" => 1e15,
+        "N·s/m" => 1e12,
+        "kg" => 1e8,
+        "m" | "s" => 10.0,
+        _ => f64::INFINITY,
+    }
+}
+
+/// A linear unknown stays below what its effect allows, or below what this machine could carry: a force so many times its
+/// weight, an unbalance of all its mass a shaft's length off the axis.
+fn carried(rotor: &Rotor, unknown: &Unknown, size: f64) -> Result<(), String> {
+    let (mass_kg, length_m) = (mass_and_centre(rotor).0, rotor.length_m());
+    let by_machine = match unknown.unit {
+        "kg·m" => mass_kg * length_m,
+        "N" => BEYOND * GRAVITY_M_S2 * mass_kg,
+        "N·m" => BEYOND * GRAVITY_M_S2 * mass_kg * length_m,
+        _ => f64::INFINITY,
+    };
+    let largest = unknown.largest.min(by_machine);
+    if size <= largest * (1.0 + SLACK) {
+        return Ok(());
+    }
+    let (name, unit) = (unknown.name, unknown.unit);
+    Err(format!("the parameter {name} is {size:e}, expected at most {largest:.3e} {unit}"))
 }
 
 /// No disk is lighter than nothing.

@@ -15,6 +15,9 @@ use crate::measurement::LOWEST_GAP_V;
 /// The newest layout of `rotor.toml`; older ones are read as well.
 pub const SCHEMA: u32 = 2;
 
+/// Most that a bearing's coefficients may be, stated or sought.
+const STIFFEST_N_M: f64 = 1e13;
+const MOST_DAMPING_N_S_M: f64 = 1e10;
 /// Most bearings of one shaft.
 const MOST_BEARINGS: usize = 12;
 /// Most planes in which unbalance is sought.
@@ -170,8 +173,14 @@ fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         b.law.as_law().check().or_else(|(name, what)| c.fail(key(&name), what))?;
         if let Some(p) = &b.pedestal {
             for axis in 0..2 {
-                c.within(&key("pedestal.stiffness_n_m"), p.stiffness_n_m[axis], 1.0, 1e13, "N/m")?;
-                c.within(&key("pedestal.damping_n_s_m"), p.damping_n_s_m[axis], 0.0, 1e10, "N·s/m")?;
+                c.within(&key("pedestal.stiffness_n_m"), p.stiffness_n_m[axis], 1.0, STIFFEST_N_M, "N/m")?;
+                c.within(
+                    &key("pedestal.damping_n_s_m"),
+                    p.damping_n_s_m[axis],
+                    0.0,
+                    MOST_DAMPING_N_S_M,
+                    "N·s/m",
+                )?;
                 c.within(&key("pedestal.mass_kg"), p.mass_kg[axis], 0.0, 1e6, "kg")?;
             }
         }
@@ -319,10 +328,12 @@ fn check_statistics(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         }
     }
     if let Some(b) = &rotor.identify {
-        for (key, [low, high]) in
-            [("[identify] stiffness_n_m", b.stiffness_n_m), ("[identify] damping_n_s_m", b.damping_n_s_m)]
-        {
-            if !(low > 0.0 && low < high && high.is_finite()) {
+        for (key, [low, high], most, unit) in [
+            ("[identify] stiffness_n_m", b.stiffness_n_m, STIFFEST_N_M, "N/m"),
+            ("[identify] damping_n_s_m", b.damping_n_s_m, MOST_DAMPING_N_S_M, "N·s/m"),
+        ] {
+            c.within(key, high, 0.0, most, unit)?;
+            if !(low > 0.0 && low < high) {
                 return c.fail(key, format!("[{low}, {high}] is not a range of positive numbers"));
             }
         }

@@ -8,6 +8,7 @@
 //! | [`kernel`] | SocketCAN |
 //! | [`slcan`], [`socketcand`] | two text protocols; [`codec`] is what they share, [`wire`] every frame they carry |
 //! | [`stream`], [`text_client`] | TCP and serial ports, and joining a bus by them |
+//! | [`reconnecting`] | joining it again when its server comes back |
 //! | [`server`], [`load`] | the shared bus that needs no kernel, and how many monitors wires carry |
 //! | [`log`], [`decoded`] | recordings, and the readings and results in them |
 //! | [`counters`], [`states`] | a monitor's counters and states from its frames |
@@ -21,6 +22,7 @@ pub mod kernel;
 pub mod load;
 pub mod local;
 pub mod log;
+pub mod reconnecting;
 pub mod server;
 pub mod slcan;
 pub mod socketcand;

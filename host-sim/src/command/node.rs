@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(initial) = initial {
         store = store.with_initial_model(encoded(&initial.edge)?);
     }
-    let mut bus = arguments.bus.open()?;
+    let mut bus = arguments.bus.open_lasting(output::tell)?;
     let stop = stop::on_signal()?;
     let is_deployed = store.is_deployed();
     let mut controller = Controller::start(config, store, 0)?;

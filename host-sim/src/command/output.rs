@@ -1,6 +1,7 @@
 //! What commands print: tables for people, one JSON object for programs, progress for the patient.
 
 use std::fmt;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -25,6 +26,11 @@ pub struct Form {
     /// Write the figures as one HTML page that needs no network
     #[arg(long)]
     pub report: Option<PathBuf>,
+}
+
+/// Tells what happens meanwhile on standard error; that nobody may be there to read it stops nothing.
+pub fn tell(what: &str) {
+    let _ = writeln!(std::io::stderr(), "rotor-edge: {what}");
 }
 
 /// A rotor and what was measured on it.

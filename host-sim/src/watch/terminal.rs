@@ -73,9 +73,11 @@ pub fn show(
     let mut screen = Screen::default();
     let started = Instant::now();
     while !stop.load(Ordering::Relaxed) && time.is_none_or(|time| started.elapsed() < time) {
+        // a bus that is gone says so in its name
+        let place = Place { bus: bus.description(), ..*place };
         terminal
             .0
-            .draw(|frame| draw(frame, watch, &screen, place))
+            .draw(|frame| draw(frame, watch, &screen, &place))
             .context("the terminal cannot be drawn on")?;
         listen(bus, watch, started, PICTURE_TIME)?;
         for key in keys.try_iter() {

@@ -56,7 +56,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if !arguments.json {
         require_terminal()?;
     }
-    let mut bus = arguments.bus.open()?;
+    // a line of text would tear the picture, which names the bus and says so itself
+    let tell = if arguments.json { output::tell } else { |_: &str| {} };
+    let mut bus = arguments.bus.open_lasting(tell)?;
     if let Some(path) = &arguments.record {
         bus = Box::new(Recorded::new(bus, path)?);
     }
