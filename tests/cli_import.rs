@@ -36,6 +36,26 @@ fn refused(folder: &Folder, file: &str, options: &[&str]) -> String {
     says
 }
 
+#[cfg(feature = "parquet")]
+#[test]
+fn what_a_data_frame_saved_imports_with_its_times_units_and_lost_rows() {
+    let folder = Folder::new();
+    let export = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/import/export.parquet");
+    let output = folder.text("measured.csv");
+    let answer = run(&[export], &output, &[]);
+    assert_eq!((&answer["rows"], &answer["lost"]), (&40.into(), &4.into()), "{answer}");
+    let (probes, readings) = measured(&folder.path("measured.csv"));
+    assert_eq!(probes, ["15X", "15Y", "16X", "16Y"]);
+    // 2.39 mil pk-pk are 30.353 µm zero to peak, a lag of 41.95°
+    let last = readings[39].probes[0].unwrap() * 1e6;
+    assert!(
+        (last.norm() - 2.39 * 12.7).abs() < 1e-6 && (last.arg().to_degrees() + 41.95).abs() < 1e-6,
+        "{last}"
+    );
+    assert!((readings[39].time_d.unwrap() - 39.0 / 24.0).abs() < 1e-9);
+    assert_eq!(readings[7].probes, [None; 4]);
+}
+
 #[test]
 fn twelve_exports_import_at_the_first_try_and_their_readings_are_those_they_were_made_of() {
     let folder = Folder::new();
@@ -386,6 +406,10 @@ fn bad_input_is_refused_in_one_sentence_with_its_place_and_nothing_is_written() 
     }
     let picture = folder.write("picture.csv", b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR");
     assert_says(&refused(&folder, &picture, &[]), &["picture.csv", "neither text nor a workbook"]);
+    if cfg!(not(feature = "parquet")) {
+        let parquet = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/import/export.parquet");
+        assert_says(&refused(&folder, parquet, &[]), &["is Parquet", "--features parquet"]);
+    }
     let archive = folder.write("archive.xlsx", b"PK\x03\x04 and nothing else");
     assert_says(&refused(&folder, &archive, &[]), &["archive.xlsx", "cannot be read as a workbook"]);
     assert_says(&refused(&folder, &folder.text("none.csv"), &[]), &["none.csv", "cannot be read"]);

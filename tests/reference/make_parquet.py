@@ -14,7 +14,7 @@ lost = rows == 7
 amplitude_mil = 2.0 + 0.01 * rows
 frame = pd.DataFrame({
     "Timestamp": pd.date_range("2026-03-01 06:00", periods=ROWS, freq="1h", tz="UTC"),
-    "Tag": pd.Categorical(["K-101"] * ROWS),
+    "Machine": pd.Categorical(["K-101"] * ROWS),
     "Speed [rpm]": (11_000 + rows % 3).astype(np.int32),
     "load_mw": (30.0 + 0.1 * rows).astype(np.float32),
 })

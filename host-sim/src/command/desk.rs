@@ -17,7 +17,7 @@ pub enum Command {
     Check(check::Arguments),
     /// Measurements from exports of other systems: CSV, TSV, xlsx, xls, ods; shows what it takes each column for
     Import(Box<import::Arguments>),
-    /// 1x readings from raw samples of probes and keyphasor (CSV, WAV, npy, npz), by the controller's own extraction
+    /// 1x readings from raw samples of probes and keyphasor (CSV, WAV, npy, npz, mat), by the controller's own extraction
     Extract(Box<extract::Arguments>),
     /// A drawing from a rotor that ROSS saved, and what could not be carried over
     ImportRotor(import_rotor::Arguments),

@@ -32,12 +32,15 @@ pub fn read(path: &Path) -> Result<Vec<Sheet>> {
     if bytes.is_empty() {
         bail!("{file}: is empty, expected a table of measurements");
     }
+    if cfg!(not(feature = "parquet")) && bytes.starts_with(b"PAR1") {
+        bail!(
+            "{file}: is Parquet, which this program was built without, expected CSV, or a program built with --features parquet"
+        );
+    }
     for format in FORMATS {
         if let Some(sheets) = format(&file, &bytes)? {
             return Ok(sheets);
         }
     }
-    bail!(
-        "{file}: is neither text nor a workbook, expected CSV, TSV, xlsx, xls, ods or Parquet (if built with it)"
-    )
+    bail!("{file}: is neither text nor a workbook, expected CSV, TSV, xlsx, xls or ods")
 }
