@@ -282,10 +282,10 @@ pub const WORDS: &[Word] = &[
     ),
     word(
         Kind::Term,
-        "runout",
-        &["slow roll"],
-        "What a probe shows though the shaft's centre stands still: its track is not round, or magnetic. It is measured \
-         at slow roll, where unbalance does nothing yet.",
+        "slow roll",
+        &[],
+        "A speed at which unbalance does nothing yet: what a probe shows then is its runout, a track that is not round or \
+         is magnetic.",
         "Take it off with `--slow-roll`.",
     ),
     word(
