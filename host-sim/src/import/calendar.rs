@@ -86,8 +86,8 @@ impl Moment {
     pub fn later(self, days: f64) -> Self {
         let ns = (days * DAY_NS).round() as i128;
         match self {
-            Self::Zoned(start) => Self::Zoned(start + ns),
-            Self::Local(start) => Self::Local(start + ns),
+            Self::Zoned(start) => Self::Zoned(start.saturating_add(ns)),
+            Self::Local(start) => Self::Local(start.saturating_add(ns)),
             Self::Elapsed(start) => Self::Elapsed(start + days),
         }
     }
@@ -194,7 +194,9 @@ pub fn clock(words: &[&str]) -> Option<(f64, bool)> {
             _ => return None,
         }
     }
-    let fits = parts.next().is_none() && hours <= 24.0 && minutes < 60.0 && seconds < 61.0;
+    let fits =
+        (0.0..=24.0).contains(&hours) && (0.0..60.0).contains(&minutes) && (0.0..61.0).contains(&seconds);
+    let fits = fits && parts.next().is_none();
     fits.then_some((3600.0 * hours + 60.0 * minutes + seconds, utc))
 }
 
@@ -312,5 +314,16 @@ mod tests {
         let (day, month) = (DateOrder::DayFirst, DateOrder::MonthFirst);
         assert_ne!(of_text("03/04/2024", Some(day)), of_text("03/04/2024", Some(month)));
         assert_eq!(of_text("stopped", None), Read::Nothing);
+    }
+
+    #[test]
+    fn clocks_that_no_day_has_and_steps_beyond_all_time_are_no_moment_and_no_fault() {
+        for clock in ["-1e300:00", "25:00", "10:-5", "10:nan", "nan:10", "1e300:00", "10:61:1e300"] {
+            assert_eq!(of_text(&format!("2024-03-05 {clock}"), None), Read::Nothing, "{clock}");
+        }
+        let Read::Moment(moment) = of_text("2024-03-05 14:30", None) else { panic!() };
+        for days in [1e300, -1e300, f64::INFINITY] {
+            assert_ne!(moment.later(days), moment);
+        }
     }
 }
