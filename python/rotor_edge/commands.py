@@ -8,7 +8,7 @@ import json
 import os
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Literal, Sequence
+from typing import Any, Literal, Mapping, Sequence
 
 from .answers import (
     Addition,
@@ -30,6 +30,10 @@ from .record import R
 
 Range = tuple[float, float]
 """From and to, both included."""
+ByPlane = float | Mapping[str, float]
+"""One for all planes, or of each by name."""
+Holes = Sequence[int] | Mapping[str, Sequence[int]]
+"""Numbers of holes, of all planes or of each by name."""
 
 
 def _range(bounds: Range | None) -> str | None:
@@ -267,8 +271,15 @@ def balance(
     planes: Sequence[str] = (),
     radii_mm: Sequence[float] = (),
     step_g: float | None = None,
+    min_max: bool = False,
+    largest_g_mm: ByPlane | None = None,
+    holes: int | None = None,
+    taken: Holes = (),
+    split: int | None = None,
+    first_hole_deg: float | None = None,
     range_rpm: Range | None = None,
     same_speed: float | None = None,
+    interpolate: bool = False,
     service_rpm: float | None = None,
     against_rotation: bool = False,
     slow_roll: DataLike | None = None,
@@ -276,14 +287,16 @@ def balance(
     """Correction weights, from the identified model and from trial runs alone.
 
     planes: to put weights into, all if none. radii_mm: at which they can sit, mm; step_g: they come in multiples of this, g.
-    range_rpm: speeds at which vibration counts, rpm. same_speed: speeds of runs that differ by no more are one, relative.
-    service_rpm: speed of the balance grade, rpm. against_rotation: so angles count."""
+    min_max: the largest vibration least. largest_g_mm: of a plane, g·mm, one for all or by plane. holes: so many around each plane,
+    hole 1 at first_hole_deg, a weight in at most ``split`` of them and in none of ``taken``, of all planes or by plane. range_rpm:
+    speeds at which vibration counts, rpm. same_speed: speeds of runs that differ by no more are one, relative. interpolate: runs at
+    unlike speeds. service_rpm: speed of the balance grade, rpm. against_rotation: so angles count."""
     options = {
         "planes": list(planes),
-        "radii_mm": list(radii_mm),
-        "step_g": step_g,
+        **_wanted(radii_mm, step_g, min_max, largest_g_mm, holes, taken, split, first_hole_deg),
         "range": _range(range_rpm),
         "same_speed": same_speed,
+        "interpolate": interpolate,
         "service_rpm": service_rpm,
         "against_rotation": against_rotation,
         "slow_roll": slow_roll,
@@ -298,16 +311,18 @@ def balance_by_trials(
     coefficients: FilePath | None = None,
     write_coefficients: FilePath | None = None,
     onto: str | None = None,
-    min_max: bool = False,
-    largest_g_mm: float | dict[str, float] | None = None,
     planes: Sequence[str] = (),
     radii_mm: Sequence[float] = (),
     step_g: float | None = None,
+    min_max: bool = False,
+    largest_g_mm: ByPlane | None = None,
     holes: int | None = None,
+    taken: Holes = (),
     split: int | None = None,
     first_hole_deg: float | None = None,
     range_rpm: Range | None = None,
     same_speed: float | None = None,
+    interpolate: bool = False,
     noise_relative: float | None = None,
     noise_floor: float | None = None,
     against_rotation: bool = False,
@@ -315,31 +330,51 @@ def balance_by_trials(
     """Correction weights of a machine that has no file (``balance --trial-only``), from runs with trial weights.
 
     weights: ``run``, ``plane``, ``magnitude_g_mm``, ``angle_deg`` of each. coefficients: a file of influence coefficients that
-    write_coefficients kept. onto: a run to whose weights these are added. min_max: the largest vibration least.
-    largest_g_mm: of a plane, g·mm, one for all or by plane. holes: so many around each plane, hole 1 at first_hole_deg, a
-    weight in at most ``split`` of them. noise_relative, noise_floor: standard deviation of a component, relative and in the
-    data's unit. The rest as for ``balance``."""
-    largest: Any = largest_g_mm
-    if isinstance(largest_g_mm, dict):
-        largest = [f"{plane}={most}" for plane, most in largest_g_mm.items()]
+    write_coefficients kept. onto: a run to whose weights these are added. noise_relative, noise_floor: standard deviation of a
+    component, relative and in the data's unit. The rest as for ``balance``."""
     options = {
         "trial_only": data,
         "weights": weights,
         "coefficients": coefficients,
         "write_coefficients": write_coefficients,
         "onto": onto,
-        "min_max": min_max,
-        "largest_g_mm": largest,
         "planes": list(planes),
-        "radii_mm": list(radii_mm),
-        "step_g": step_g,
-        "holes": holes,
-        "split": split,
-        "first_hole_deg": first_hole_deg,
+        **_wanted(radii_mm, step_g, min_max, largest_g_mm, holes, taken, split, first_hole_deg),
         "range": _range(range_rpm),
         "same_speed": same_speed,
+        "interpolate": interpolate,
         "noise_relative": noise_relative,
         "noise_floor": noise_floor,
         "against_rotation": against_rotation,
     }
     return _answer(TrialBalance, "balance", **options)
+
+
+def _wanted(
+    radii_mm: Sequence[float],
+    step_g: float | None,
+    min_max: bool,
+    largest_g_mm: ByPlane | None,
+    holes: int | None,
+    taken: Holes,
+    split: int | None,
+    first_hole_deg: float | None,
+) -> dict[str, Any]:
+    """Options of both ways to balance."""
+    largest: Any = largest_g_mm
+    if isinstance(largest_g_mm, Mapping):
+        largest = [f"{plane}={most}" for plane, most in largest_g_mm.items()]
+    if isinstance(taken, Mapping):
+        full = [f"{plane}={hole}" for plane, of_plane in taken.items() for hole in of_plane]
+    else:
+        full = [str(hole) for hole in taken]
+    return {
+        "radii_mm": list(radii_mm),
+        "step_g": step_g,
+        "min_max": min_max,
+        "largest_g_mm": largest,
+        "holes": holes,
+        "taken": full,
+        "split": split,
+        "first_hole_deg": first_hole_deg,
+    }

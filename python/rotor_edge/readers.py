@@ -30,6 +30,8 @@ def extract(
     largest_drift: float | None = None,
     slowest_rpm: float | None = None,
     bin_rpm: float | None = None,
+    compensate_rate: bool = False,
+    two_x: bool = False,
     run: str | Sequence[str] | None = None,
     output: FilePath | None = None,
 ) -> Extraction:
@@ -41,8 +43,10 @@ def extract(
     otherwise. unit: of the probes' channels; accelerations and velocities are integrated at 1x. mv_um: sensitivity, mV per µm that
     the shaft comes nearer, one for all or by probe: 7.87 (200 mV/mil) of an eddy-current probe. full_scale: what 32768 counts stand
     for. ac: there is no gap voltage. threshold, hysteresis, falling: where in the keyphasor's channel the mark is, in its unit.
-    pulses: in a turn, of a tacho. revolutions, largest_drift (relative): of a window. slowest_rpm: without a mark for a turn at this speed the keyphasor is missing. bin_rpm: one reading for the
-    windows within so many rpm. run: its name, or those of several. output: where to write the readings as well."""
+    pulses: in a turn, of a tacho. revolutions, largest_drift (relative): of a window. slowest_rpm: without a mark for a turn at this
+    speed the keyphasor is missing. bin_rpm: one reading for the windows within so many rpm; compensate_rate: as if each of these
+    speeds had been held. two_x: the vectors at twice the running speed too, ``measurement_2x``. run: its name, or those of several.
+    output: where to write the readings as well."""
     by_probe = mv_um if isinstance(mv_um, Mapping) else None
     options: dict[str, Any] = {
         "rate_hz": rate_hz,
@@ -61,6 +65,7 @@ def extract(
         "largest_drift": largest_drift,
         "slowest_rpm": slowest_rpm,
         "bin_rpm": bin_rpm,
+        "compensate_rate": compensate_rate,
         "run": run,
     }
     with desk() as place:
@@ -74,8 +79,10 @@ def extract(
         else:
             files = list(waveforms)
         path = place / "measured.csv" if output is None else os.fspath(output)
-        answer = place.ask("extract", *files, output=path, **options)
-        return Extraction.of(json.loads(answer), json=answer, measurement=read_measurement(path))
+        second = place / "two_x.csv" if two_x else None
+        answer = place.ask("extract", *files, output=path, two_x=second, **options)
+        at_2x = None if second is None else read_measurement(second)
+        return Extraction.of(json.loads(answer), json=answer, measurement=read_measurement(path), measurement_2x=at_2x)
 
 
 def import_(

@@ -45,7 +45,7 @@ def assert_whole(answer):
         else:
             assert fields == found, at
 
-    beside = {"json", "csv", "rotor", "measurement"}
+    beside = {"json", "csv", "rotor", "measurement", "measurement_2x"}
     fields = {name: value for name, value in plain(answer).items() if name not in beside}
     found = {name: value for name, value in answer.as_dict().items() if name not in beside}
     compare(fields, found, type(answer).__name__)
@@ -188,6 +188,19 @@ def test_balance(printed):
     assert_whole(answer)
 
 
+def test_balance_with_holes_of_which_some_are_taken(printed):
+    plane = rotor_edge.read_rotor(KIT / "rotor.toml").drawing["plane"][0]["name"]
+    answer = rotor_edge.balance(
+        KIT / "rotor.toml", KIT / "startup.csv", holes=16, taken={plane: [1, 2]}, largest_g_mm={plane: 40}, min_max=True
+    )
+    options = ["--holes=16", f"--taken={plane}=1", f"--taken={plane}=2", f"--largest-g-mm={plane}=40", "--min-max"]
+    assert answer.json == printed("balance", KIT / "rotor.toml", KIT / "startup.csv", *options)
+    assert_whole(answer)
+    weight = answer.ways[0].weights[0]
+    assert weight.placed and {piece.hole for piece in weight.placed}.isdisjoint({1, 2})
+    assert weight.unbalance_g_mm <= 40 * (1 + 1e-9)
+
+
 def test_balance_without_a_file(printed, tmp_path):
     """Two planes of a linear machine; a column of weights is as good as a file of them."""
     influence = np.array([[0.05 - 0.02j, 0.01j], [0.02 + 0.01j, 0.06 - 0.03j]])
@@ -254,5 +267,9 @@ def test_extract_from_samples_in_memory_and_from_their_file(printed, tmp_path):
     assert several.readings == 2 * answer.readings and set(several.measurement["run"]) == {"as found", "trial"}
     # the probe's voltage rises as the shaft comes nearer
     assert np.allclose(answer.measurement["15X_cos_um"], 10, atol=0.01)
+    swept = rotor_edge.extract(file, rate_hz=rate_hz, mv_um=7.87, two_x=True, bin_rpm=50, compensate_rate=True)
+    assert_whole(swept)
+    # there is nothing at twice the speed
+    assert np.allclose(swept.measurement_2x["15X_cos_um"], 0, atol=0.01) and answer.measurement_2x is None
     with pytest.raises(rotor_edge.Error, match="no channel is called keyphasor"):
         rotor_edge.extract({"15X": samples["15X"]}, rate_hz=rate_hz, mv_um=7.87)

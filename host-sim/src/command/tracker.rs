@@ -26,7 +26,7 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// A monitor with the model of a rotor's file, as [`deployable::of_file`] makes it; `settings` are thresholds as
+    /// A monitor with the model of a rotor's file, as `rotor-edge deploy` makes it; `settings` are thresholds as
     /// `rotor-edge thresholds` names them, `seed` is that of the particle swarm.
     ///
     /// # Errors

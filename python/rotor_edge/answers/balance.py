@@ -6,6 +6,23 @@ from ..record import Answer, Array, Record
 
 
 @dataclass(frozen=True, eq=False)
+class Vector(Record):
+    """An unbalance and where it is."""
+
+    magnitude_g_mm: float
+    angle_deg: float
+
+
+@dataclass(frozen=True, eq=False)
+class Piece(Vector):
+    """A weight as it is put in."""
+
+    hole: int | None
+    mass_g: float | None
+    radius_mm: float | None
+
+
+@dataclass(frozen=True, eq=False)
 class Weight(Record):
     """A weight to add, wanted and as it can be placed."""
 
@@ -17,6 +34,7 @@ class Weight(Record):
     mass_g: float | None
     radius_mm: float | None
     placed_g_mm: float
+    placed: tuple[Piece, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,23 +89,6 @@ class Balance(Answer):
     service_rpm: float
     ways: tuple[Way, ...]
     remarks: tuple[str, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Vector(Record):
-    """An unbalance and where it is."""
-
-    magnitude_g_mm: float
-    angle_deg: float
-
-
-@dataclass(frozen=True, eq=False)
-class Piece(Vector):
-    """A weight as it is put in."""
-
-    hole: int | None
-    mass_g: float | None
-    radius_mm: float | None
 
 
 @dataclass(frozen=True, eq=False)

@@ -47,6 +47,17 @@ class Drifted(Record):
 
 
 @dataclass(frozen=True, eq=False)
+class Compensated(Record):
+    """What the change of speed did to the response, taken off."""
+
+    bins: int
+    left: int
+    """Bins that are as they were measured."""
+    largest_um: float
+    at_rpm: float
+
+
+@dataclass(frozen=True, eq=False)
 class ExtractedFile(Record):
     """What one file held."""
 
@@ -61,6 +72,7 @@ class ExtractedFile(Record):
     readings: int
     losses: tuple[Loss, ...]
     drifted: Drifted | None
+    compensated: Compensated | None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,6 +80,7 @@ class Extraction(Answer):
     """1x readings from raw samples, by the controller's own extraction."""
 
     measured: str
+    two_x: str | None
     readings: int
     speeds: Array
     """Of each reading, rpm."""
@@ -75,3 +88,5 @@ class Extraction(Answer):
     files: tuple[ExtractedFile, ...]
     measurement: Measurement = field(kw_only=True)
     """The readings."""
+    measurement_2x: Measurement | None = field(kw_only=True)
+    """The vectors at twice the running speed, if they were wanted."""
