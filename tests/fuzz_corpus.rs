@@ -1,15 +1,21 @@
-//! The corpus of the core's fuzz targets, replayed by the same functions on the stable compiler; its seeds follow the
-//! formats, and `ROTOR_EDGE_WRITE_SEEDS=1` writes them anew.
+//! The corpus of the core's fuzz targets, replayed by the same functions on the stable compiler, and mutations of it:
+//! `ROTOR_EDGE_MUTATIONS=10000000 cargo test --release -p rotor-edge-tests --test fuzz_corpus` makes so many of each target's.
+//! Seeds follow the formats, and `ROTOR_EDGE_WRITE_SEEDS=1` writes them anew.
 
 #[path = "../core/fuzz/decoders/mod.rs"]
 mod decoders;
+#[path = "fuzz/mutation.rs"]
+mod mutation;
 #[path = "fuzz/seeds.rs"]
 mod seeds;
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::panic::{catch_unwind, resume_unwind};
 use std::path::PathBuf;
 
+use rand_core::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
 use rotor_edge_tests::repository;
 
 fn folder(target: &str) -> PathBuf {
@@ -29,6 +35,22 @@ fn the_whole_corpus_and_every_cut_of_its_seeds_are_taken_without_a_panic() {
             decode(&bytes);
             if name.starts_with(seeds::PREFIX) {
                 (0..bytes.len()).step_by(1 + bytes.len() / 40).for_each(|length| decode(&bytes[..length]));
+            }
+        }
+    }
+}
+
+#[test]
+fn mutations_of_the_corpus_are_taken_without_a_panic() {
+    let number: usize = std::env::var("ROTOR_EDGE_MUTATIONS").map_or(2_000, |text| text.parse().unwrap());
+    for (target, decode) in decoders::ALL {
+        let seeds: Vec<Vec<u8>> = corpus(target).into_values().collect();
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(17);
+        for seed in seeds.iter().cycle().take(number) {
+            let bytes = mutation::mutated(seed, &mut random);
+            if let Err(panic) = catch_unwind(|| decode(&bytes)) {
+                println!("{target} by {bytes:02x?}");
+                resume_unwind(panic);
             }
         }
     }

@@ -74,6 +74,7 @@ pub mod bearing;
 pub mod check;
 pub mod compare;
 mod cone;
+mod decomposition;
 pub mod diagnose;
 pub mod effects;
 mod error;

@@ -10,6 +10,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::sense::Sense;
 use super::speeds::Speeds;
 use super::{Misfit, NormalEquations};
+use crate::decomposition::singular_values;
 use crate::error::Error;
 
 type C = Complex<f64>;
@@ -157,7 +158,7 @@ impl Trials {
             0 => C::from(1.0),
             _ => rows[i].0.weights[j - 1] / scale,
         });
-        if plain.singular_values().min() < INDEPENDENT {
+        if singular_values(plain.clone()).min() < INDEPENDENT {
             return Row::Dependent;
         }
         let design = DMatrix::from_fn(rows.len(), unknowns, |i, j| plain[(i, j)] / rows[i].1.sigma);

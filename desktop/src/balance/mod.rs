@@ -35,6 +35,7 @@ pub mod weights;
 use nalgebra::{Complex, DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use crate::decomposition::hermitian;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::unbalance::G_MM;
@@ -247,13 +248,13 @@ impl NormalEquations {
             return unsuitable(format!("no weight in plane {} moves any probe", name(j)));
         }
         let scaled = |m: &DMatrix<C>| m.map_with_location(|i, j, n| n / (size[i] * size[j]));
-        if scaled(&shown).symmetric_eigenvalues().min() < ALIKE {
+        if hermitian(scaled(&shown)).eigenvalues.min() < ALIKE {
             return unsuitable(
                 "the correction planes act alike on every probe at these speeds; choose fewer planes, or more speeds"
                     .into(),
             );
         }
-        let without_noise = scaled(&self.matrix).symmetric_eigen();
+        let without_noise = hermitian(scaled(&self.matrix));
         if without_noise.eigenvalues.min() < ALIKE {
             let hidden = (0..size.len()).find(|j| self.matrix[(*j, *j)].re < 0.5 * shown[(*j, *j)].re);
             let least = without_noise.eigenvectors.column(without_noise.eigenvalues.imin());

@@ -7,6 +7,7 @@ use super::grade::{Grade, Rigid};
 use super::optimum::best;
 use super::scatter::{drawn, is_free};
 use super::{AtSpeed, Balanced, Misfit, NormalEquations, Plan, Squares};
+use crate::decomposition::hermitian;
 use crate::diagnose::best_fit;
 use crate::error::Error;
 use crate::machine::drawing::{Plane, Rotor};
@@ -170,7 +171,7 @@ fn stacked(all: &[At], of: impl Fn(&At) -> DMatrix<C>) -> DMatrix<C> {
 
 /// A root of a covariance, which may lack a rank.
 fn root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
-    let eigen = covariance.clone().symmetric_eigen();
+    let eigen = hermitian(covariance.clone());
     eigen.eigenvectors * DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()))
 }
 

@@ -4,10 +4,11 @@
 //! (its antisymmetric part). Motion at running speed then obeys `(K + iΩ²G − Ω²M) q = 0`, a Hermitian pencil
 //! `(M − iG) q = μ K q` with μ = 1/Ω²: every critical speed at once, where stiffness does not depend on speed.
 
-use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::check::line::{Dampers, eigenpair};
 use crate::check::system::System;
+use crate::decomposition::hermitian;
 
 type C = Complex<f64>;
 
@@ -163,7 +164,7 @@ fn forward(system: &System, speed_rad_s: f64, stiffness_n_m: f64) -> Vec<f64> {
     let Some(factor) = stiffness.cholesky().map(|c| c.l()) else { return Vec::new() };
     let solve = |m: &DMatrix<f64>| factor.solve_lower_triangular(m).expect("a Cholesky factor is regular");
     let whole = solve(&solve(&inertia).transpose());
-    let mu = SymmetricEigen::new((&whole + whole.transpose()) * 0.5).eigenvalues;
+    let mu = hermitian((&whole + whole.transpose()) * 0.5).eigenvalues;
     let mut speeds: Vec<f64> = mu.iter().filter(|mu| **mu > 0.0).map(|mu| mu.sqrt().recip()).collect();
     speeds.sort_by(f64::total_cmp);
     speeds.truncate(CURVES);
@@ -182,7 +183,7 @@ fn pencil(system: &System, speed_rad_s: f64) -> Vec<Found> {
     inertia.view_mut((n, 0), (n, n)).copy_from(&turning);
     let solve = |m: &DMatrix<C>| factor.solve_lower_triangular(m).expect("a Cholesky factor is regular");
     let whole = solve(&solve(&inertia).adjoint());
-    let eigen = SymmetricEigen::new((&whole + whole.adjoint()).unscale(2.0));
+    let eigen = hermitian((&whole + whole.adjoint()).unscale(2.0));
     let modes = factor.adjoint();
     let mut all: Vec<Found> = eigen
         .eigenvalues

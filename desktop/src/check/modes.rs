@@ -9,6 +9,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::check::line::{Dampers, eigenpair};
 use crate::check::system::{Matrices, System};
+use crate::decomposition;
 use crate::error::Error;
 
 type C = Complex<f64>;
@@ -117,7 +118,7 @@ pub fn likeness(a: &Mode, b: &Mode) -> f64 {
         / (a.coordinates.norm_squared() * b.coordinates.norm_squared())
 }
 
-/// All eigenvalues of the system at a speed.
+/// All eigenvalues of the system at a speed; none where they cannot be found.
 fn eigenvalues(matrices: &Matrices) -> Vec<C> {
     let n = matrices.stiffness.nrows();
     // velocities in units of the highest frequency, or rounding of K swamps the low modes
@@ -126,7 +127,7 @@ fn eigenvalues(matrices: &Matrices) -> Vec<C> {
     state.view_mut((0, n), (n, n)).fill_diagonal(scale);
     state.view_mut((n, 0), (n, n)).copy_from(&(&matrices.stiffness * (-1.0 / scale)));
     state.view_mut((n, n), (n, n)).copy_from(&-&matrices.damping);
-    state.complex_eigenvalues().iter().copied().collect()
+    decomposition::eigenvalues(state).unwrap_or_default()
 }
 
 /// The eigenpair next to a guess.

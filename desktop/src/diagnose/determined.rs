@@ -1,8 +1,9 @@
 //! Whether data determine what a model is used for: the unbalance of its planes.
 
-use nalgebra::{Complex, DMatrix, SymmetricEigen};
+use nalgebra::{Complex, DMatrix};
 
 use super::base::Base;
+use crate::decomposition::hermitian;
 use crate::error::Error;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Drawing, Fit};
@@ -34,7 +35,7 @@ pub struct DeterminedPlane {
 impl DeterminedPlane {
     /// From a phasor and the 2 × 2 covariance of its parts, kg·m.
     pub fn new(name: &str, unbalance_kg_m: Complex<f64>, covariance: &DMatrix<f64>) -> Self {
-        let eigen = SymmetricEigen::new(covariance.clone());
+        let eigen = hermitian(covariance.clone());
         let first = usize::from(eigen.eigenvalues[1] > eigen.eigenvalues[0]);
         let axis = |i: usize| RADIUS_95 * G_MM * eigen.eigenvalues[i].max(0.0).sqrt();
         let direction = eigen.eigenvectors.column(first);
@@ -95,7 +96,7 @@ impl Determined {
         let own = |i: usize| covariance.view((2 * i, 2 * i), (2, 2)).into_owned();
         let planes = names.into_iter().zip(unbalance_kg_m).enumerate();
         let planes = planes.map(|(i, (name, u))| DeterminedPlane::new(name, *u, &own(i))).collect();
-        let variances = SymmetricEigen::new(covariance.clone()).eigenvalues;
+        let variances = hermitian(covariance.clone()).eigenvalues;
         let (least, most) = (variances.min(), variances.max());
         let condition = if least > 0.0 { (most / least).sqrt() } else { f64::INFINITY };
         Self { planes, condition }

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::answer::{RIVAL, SURE};
 use super::base::{Base, Tried};
+use crate::decomposition::singular_values;
 use crate::effects::Place;
 use crate::inference::scatter::Scatter;
 
@@ -121,7 +122,7 @@ pub fn saturation(base: &Base) -> Option<String> {
         let sum: f64 = full.map(|r| sensitivity[(first_of_row[*r] + within, j)]).sum();
         sum / (rows.len() as f64).sqrt()
     });
-    let rank = averaged.svd(false, false).singular_values.iter().filter(|s| **s > VISIBLE).count();
+    let rank = singular_values(averaged).iter().filter(|s| **s > VISIBLE).count();
     let unknown = sensitivity.ncols();
     (rank + 2 >= directions || points.len() < 3).then(|| {
         format!(

@@ -8,6 +8,7 @@ use nalgebra::{Complex, DMatrix};
 use super::learning::{Learned, Seen, factor};
 use super::mounting::Mountings;
 use super::prior::Machine;
+use crate::decomposition::{hermitian, singular_values};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::measurement::{rad_s, rpm};
@@ -98,7 +99,7 @@ fn ratio(matrix: DMatrix<C>) -> f64 {
     if matrix.nrows() < matrix.ncols() {
         return f64::NAN;
     }
-    let values = matrix.singular_values();
+    let values = singular_values(matrix);
     values.max() / values.min()
 }
 
@@ -131,7 +132,7 @@ fn worst(learned: &Learned, rows: usize, planes: usize, largest_g_mm: f64) -> Re
     let precision = known.per_weight.tr_mul(&weighted);
     let singular = Worst { sd_g_mm: f64::INFINITY, by_influence: 1.0 };
     let Some(inverse) = precision.try_inverse() else { return Ok(singular) };
-    let eigen = inverse.clone().symmetric_eigen();
+    let eigen = hermitian(inverse.clone());
     let at = eigen.eigenvalues.imax();
     let variance = eigen.eigenvalues[at];
     let gain = weighted * inverse * eigen.eigenvectors.column(at);

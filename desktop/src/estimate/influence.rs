@@ -3,6 +3,7 @@
 use nalgebra::{Complex, DMatrix};
 
 use super::mounting::Mountings;
+use crate::decomposition::svd;
 
 type C = Complex<f64>;
 
@@ -37,7 +38,7 @@ impl Coefficients {
                 _ => here[i].0[j - 1] / largest,
             });
             let measured = DMatrix::from_fn(here.len(), 1, |i, _| here[i].1);
-            let svd = equations.svd(true, true);
+            let svd = svd(equations)?;
             let least = INDEPENDENT * svd.singular_values.max();
             if svd.singular_values.min() < least {
                 return None;
@@ -61,7 +62,7 @@ impl Coefficients {
         let measured = DMatrix::from_fn(rows.len(), 1, |i, _| {
             phasors[rows[i]].unwrap_or_default() - self.0[(rows[i], 0)]
         });
-        let solution = per_weight.svd(true, true).solve(&measured, f64::MIN_POSITIVE).ok()?;
+        let solution = svd(per_weight)?.solve(&measured, f64::MIN_POSITIVE).ok()?;
         Some(solution.iter().copied().collect())
     }
 }

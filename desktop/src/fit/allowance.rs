@@ -1,6 +1,7 @@
 //! Linear errors with a Gaussian prior, allowed for as correlated noise.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use crate::decomposition::hermitian;
+use nalgebra::{DMatrix, DVector};
 
 /// Noise of unit size and, beside it, errors of unit standard deviation that act through a jacobian J: covariance `1 + J Jᵀ`.
 pub struct Allowance {
@@ -17,7 +18,7 @@ impl Allowance {
         let (values, vectors) = if jacobian.ncols() == 0 {
             (DVector::zeros(0), DMatrix::zeros(0, 0))
         } else {
-            let eigen = SymmetricEigen::new(jacobian.tr_mul(&jacobian));
+            let eigen = hermitian(jacobian.tr_mul(&jacobian));
             (eigen.eigenvalues.map(|v| v.max(0.0)), eigen.eigenvectors)
         };
         // (1 + JJᵀ)^(−1/2) = 1 − J V diag((1 − (1+λ)^(−1/2)) / λ) Vᵀ Jᵀ

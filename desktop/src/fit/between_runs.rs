@@ -8,9 +8,10 @@
 
 use std::cmp::Ordering;
 
-use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::data::Data;
+use crate::decomposition::hermitian;
 use crate::inference::scatter::{MOST_BETWEEN_RUNS, Scatter};
 
 /// Usual scatter between runs: on the rig of `tests/rk4.rs` mountings repeat to about one percent.
@@ -76,7 +77,7 @@ pub struct Try {
 impl Sought {
     /// From columns and residuals whose noise is white and of unit size.
     pub fn new(columns: &DMatrix<f64>, residual: &DVector<f64>) -> Self {
-        let eigen = SymmetricEigen::new(columns.tr_mul(columns));
+        let eigen = hermitian(columns.tr_mul(columns));
         let seen = eigen.eigenvectors.tr_mul(&columns.tr_mul(residual));
         Self { values: eigen.eigenvalues.map(|v| v.max(0.0)), vectors: eigen.eigenvectors, seen }
     }

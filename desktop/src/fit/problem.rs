@@ -16,6 +16,7 @@ use super::hypothesis::Hypothesis;
 use super::projection::Solved;
 use super::search::Search;
 use super::whitening::Whitening;
+use crate::decomposition::pseudo_inverse;
 use crate::effects::{Pattern, Place};
 use crate::machine::place::SpeedLaw;
 use crate::machine::terms::Terms;
@@ -313,7 +314,7 @@ impl<const D: usize> Search for Problem<'_, D> {
         // in units of each parameter's own information, so that rounding is judged fairly
         let scale = information.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 1.0 });
         let scaled = DMatrix::from_fn(n + width, n + width, |i, j| information[(i, j)] * scale[i] * scale[j]);
-        let inverse = scaled.pseudo_inverse(1e-12).ok()?;
+        let inverse = pseudo_inverse(scaled, 1e-12)?;
         Some(DMatrix::from_fn(n + width, n + width, |i, j| inverse[(i, j)] * scale[i] * scale[j]))
     }
 }

@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::decomposition::pseudo_inverse;
 use crate::error::Error;
 use crate::fit::data::sigma_m;
 use crate::inference::scatter::{ASSUMED_LOG_SD, STATED_LOG_SD, Series};
@@ -62,7 +63,7 @@ pub fn noise_scale(rotor: &Rotor, model: &Model, noise: &Noise, readings: &[Foun
     let (mut residuals, mut free) = (Vec::new(), 0.0);
     for found in readings {
         let (columns, target) = found.system(&found.response(model)?, noise);
-        let Some(inverse) = columns.clone().pseudo_inverse(1e-12).ok() else { continue };
+        let Some(inverse) = pseudo_inverse(columns.clone(), 1e-12) else { continue };
         residuals.extend_from_slice((&target - &columns * (inverse * &target)).as_slice());
         free += columns.nrows().saturating_sub(columns.ncols()) as f64;
     }
@@ -184,7 +185,7 @@ mod tests {
         let shown = DVector::from_iterator(4, reading.probes.iter().flatten().copied());
         let response = Model::finite_elements(&wrong).response(reading.speed_rad_s()).unwrap();
         let estimate =
-            response.per_unbalance.clone().pseudo_inverse(1e-12).unwrap() * (shown - &response.fixed);
+            pseudo_inverse(response.per_unbalance.clone(), 1e-12).unwrap() * (shown - &response.fixed);
         let error = estimate - truth();
         let error = DVector::from_vec(error.iter().flat_map(|u| [u.re, u.im]).collect());
         let mut of_bearings = DMatrix::zeros(laws.count(), laws.count());

@@ -4,6 +4,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::bearing::foundation::Footing;
 use crate::bearing::support::SupportLaw;
+use crate::decomposition::svd;
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Mount, Physics, Rotor};
 use crate::machine::place::{End, Pattern, Place};
@@ -127,5 +128,6 @@ fn coordinates(structure: &Structure, shape: impl Fn(f64) -> [f64; 2]) -> DVecto
     // other shape functions come as near as they can, by least squares
     let shapes = DMatrix::from_fn(stations.len(), structure.size(), |i, k| stations[i].displacement[k]);
     let target = DVector::from_iterator(stations.len(), stations.iter().map(|s| shape(s.position_m)[0]));
-    shapes.svd(true, true).solve(&target, 1e-9).unwrap_or_else(|_| DVector::zeros(structure.size()))
+    let nearest = svd(shapes).and_then(|svd| svd.solve(&target, 1e-9).ok());
+    nearest.unwrap_or_else(|| DVector::zeros(structure.size()))
 }

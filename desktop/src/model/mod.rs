@@ -5,6 +5,7 @@ pub mod terms;
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector2};
 
 use crate::bearing::foundation::{Footing, Held};
+use crate::decomposition::eigenvalues;
 use crate::effects::entry;
 use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
@@ -363,7 +364,8 @@ impl Model {
         state.view_mut((0, 2 * n), (2 * n, 2 * n)).fill_diagonal(scale);
         state.view_mut((2 * n, 0), (2 * n, 2 * n)).copy_from(&(-k / scale));
         state.view_mut((2 * n, 2 * n), (2 * n, 2 * n)).copy_from(&-c);
-        let mut values: Vec<_> = state.complex_eigenvalues().iter().copied().collect();
+        let mut values = eigenvalues(state)
+            .ok_or_else(|| Error::Unsuitable("the eigenvalues of the model are not found".into()))?;
         values.sort_by(|a, b| a.im.abs().total_cmp(&b.im.abs()));
         Ok(values)
     }

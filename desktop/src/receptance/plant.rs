@@ -6,8 +6,9 @@
 //! modes. Damping inside the shaft changes only the backward sense, by the factor `1 + 2iΩη` on the
 //! stiffness, and keeps the same modes.
 
-use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
+use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::decomposition::hermitian;
 use crate::effects::{End, Pattern};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
@@ -132,7 +133,7 @@ impl Plant {
         let sense = |sign: f64| {
             let inertia = &matrices.mass - &matrices.polar_inertia * sign;
             let whole = solve(&solve(&inertia).transpose());
-            let eigen = SymmetricEigen::new((&whole + whole.transpose()) * 0.5);
+            let eigen = hermitian((&whole + whole.transpose()) * 0.5);
             let shapes = &unit * &eigen.eigenvectors;
             let participation = |rows: &[Row]| {
                 let columns: Vec<DVector<f64>> = rows.iter().map(|row| Shaft::along(row, &shapes)).collect();

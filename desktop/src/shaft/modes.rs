@@ -4,7 +4,8 @@
 //! coordinates; of a large one a few shapes are bent under their own inertia again and again until they are the lowest modes
 //! (subspace iteration: Bathe and Wilson 1973, "Solution methods for eigenvalue problems in structural mechanics").
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
+use crate::decomposition::hermitian;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Coordinates up to which all modes are solved for: about a second.
 const SMALL: usize = 400;
@@ -37,7 +38,7 @@ fn solved(stiffness: &DMatrix<f64>, mass: &DMatrix<f64>, count: usize) -> (Vec<f
     let factor = mass.clone().cholesky().expect("the mass of a shaft is positive definite").l();
     let half = factor.solve_lower_triangular(stiffness).expect("the factor has a positive diagonal");
     let whole = factor.solve_lower_triangular(&half.transpose()).expect("the factor has a positive diagonal");
-    let eigen = SymmetricEigen::new(whole);
+    let eigen = hermitian(whole);
     let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
     let transposed = factor.transpose();

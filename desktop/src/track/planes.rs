@@ -5,6 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::daily::Tracking;
 use super::operating_point::Logs;
 use super::record::Day;
+use crate::decomposition::singular_values;
 use crate::error::Error;
 use crate::unbalance::G_MM;
 
@@ -63,7 +64,7 @@ impl PlanesTold {
         let weighed = DMatrix::from_fn(slope.nrows(), planes, |p, j| slope[(p, j)] * weigh(p));
         let left = DVector::from_vec(day.all_m()) - &response.fixed;
         let read = DVector::from_fn(left.len(), |p, _| left[p] * weigh(p)).norm();
-        let told = weighed.singular_values();
+        let told = singular_values(weighed);
         let least = if slope.nrows() < planes { 0.0 } else { told.min() };
         Some(Self { noise_kg_m: HALF / least, explains_kg_m: read / told.max() })
     }

@@ -36,10 +36,11 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
         None => (arguments.effect.as_str(), None),
     };
     let better = add(&rotor, &readings, kind, at)?;
-    output::model(&arguments.output, &better.rotor, &readings)?;
-    if let Some(path) = &arguments.form.report {
-        let after = (better.added.label(), better.rotor.clone());
-        let sections = report::before_and_after(&rotor, &readings, Some(&after))?;
+    let after = (better.added.label(), better.rotor.clone());
+    let sections = || report::before_and_after(&rotor, &readings, Some(&after));
+    let page = arguments.form.report.as_ref().map(|_| sections()).transpose()?;
+    output::model_of_its_data(&arguments.output, &better.rotor, &readings)?;
+    if let (Some(path), Some(sections)) = (&arguments.form.report, page) {
         output::report(path, &format!("{}: before and after", rotor.name), sections)?;
     }
     let candidate = diagnose::candidate_json(&better.added);

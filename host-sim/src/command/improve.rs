@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::diagnose::{Outcome, RefutedRun, Step, Verdict, improve};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::measurement::Reading;
 use serde_json::{Value, json};
 
 use super::diagnose::{self, report};
@@ -37,13 +39,9 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
             let _ = std::io::stdout().write_all(told(step).as_bytes());
         }
     })?;
-    output::model(&arguments.output, &outcome.rotor, &readings)?;
-    if let Some(path) = &arguments.form.report {
-        let labels: Vec<String> = outcome.steps.iter().map(|s| s.added.label()).collect();
-        let better = (!labels.is_empty()).then(|| (labels.join(" and "), outcome.rotor.clone()));
-        let entitled = entitled::section(&outcome.scatter, &outcome.determined, outcome.unknown.as_ref());
-        let mut sections = vec![found(&outcome), entitled];
-        sections.extend(report::before_and_after(&rotor, &readings, better.as_ref())?);
+    let page = arguments.form.report.as_ref().map(|_| sections(&rotor, &readings, &outcome)).transpose()?;
+    output::model_of_its_data(&arguments.output, &outcome.rotor, &readings)?;
+    if let (Some(path), Some(sections)) = (&arguments.form.report, page) {
         output::report(path, &format!("{}: before and after", rotor.name), sections)?;
     }
     if arguments.form.json {
@@ -82,6 +80,15 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         ),
     }
     Ok(None)
+}
+
+fn sections(rotor: &Rotor, readings: &[Reading], outcome: &Outcome) -> Result<Vec<Section>> {
+    let labels: Vec<String> = outcome.steps.iter().map(|s| s.added.label()).collect();
+    let better = (!labels.is_empty()).then(|| (labels.join(" and "), outcome.rotor.clone()));
+    let entitled = entitled::section(&outcome.scatter, &outcome.determined, outcome.unknown.as_ref());
+    let mut sections = vec![found(outcome), entitled];
+    sections.extend(report::before_and_after(rotor, readings, better.as_ref())?);
+    Ok(sections)
 }
 
 /// The verdict, and how the error fell with every effect.

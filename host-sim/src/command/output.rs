@@ -8,6 +8,7 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use rotor_edge_desktop::diagnose::best_fit;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading, SlowRoll};
@@ -88,6 +89,14 @@ impl Runout {
     fn taken_off(&self) -> SlowRoll {
         self.slow_roll.as_deref().map_or(SlowRoll::Stated, SlowRoll::named)
     }
+}
+
+/// Writes a model that its own data do not refuse, as [`model`] does.
+pub fn model_of_its_data(path: &Path, rotor: &Rotor, readings: &[Reading]) -> Result<()> {
+    if let Err(why) = best_fit(rotor, readings) {
+        bail!("no model is written, for its own data refuse it: {why}");
+    }
+    model(path, rotor, readings)
 }
 
 /// Writes a model that was fitted to `readings`, whole or not at all.

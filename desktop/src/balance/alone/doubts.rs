@@ -3,6 +3,7 @@
 use super::{Basis, Left, PlaneWeight};
 use crate::balance::NormalEquations;
 use crate::balance::influence::{Fitted, Trials};
+use crate::decomposition::hermitian;
 
 /// Planes whose effects have a condition above this are poorly determined.
 const POORLY: f64 = 10.0;
@@ -97,7 +98,7 @@ fn small(trials: &Trials, fitted: &Fitted) -> Vec<String> {
 /// Planes that act nearly alike.
 pub(super) fn alike(equations: &NormalEquations, planes: &[String]) -> Option<String> {
     let size = equations.matrix.diagonal().map(|d| d.re.max(0.0).sqrt());
-    let scaled = equations.matrix.map_with_location(|i, j, n| n / (size[i] * size[j])).symmetric_eigen();
+    let scaled = hermitian(equations.matrix.map_with_location(|i, j, n| n / (size[i] * size[j])));
     let condition = (scaled.eigenvalues.max() / scaled.eigenvalues.min()).sqrt();
     let least = scaled.eigenvectors.column(scaled.eigenvalues.imin());
     let mixed: Vec<&str> =
