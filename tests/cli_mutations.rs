@@ -7,6 +7,8 @@ mod mutation;
 #[path = "cli/program.rs"]
 mod program;
 
+use std::f64::consts::PI;
+use std::fmt::Write;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
@@ -22,23 +24,24 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 const PATIENCE: Duration = Duration::from_secs(300);
 
 /// Commands with their inputs, and how often in a round: those that take a second or more seldom.
-const COMMANDS: [(&str, usize); 17] = [
+const COMMANDS: [(&str, usize); 18] = [
     ("check kit.toml", 8),
     ("check turbine.toml", 8),
-    ("compare kit.toml startup.csv", 6),
-    ("compare turbine.toml runup.csv", 8),
-    ("import mils.csv --output out.csv", 6),
-    ("import semicolons.csv --output out.csv", 6),
-    ("import exported.xlsx --output out.csv", 6),
-    ("extract turns.csv --mv-um=7.87 --output out.csv", 4),
-    ("extract turns.wav --mv-um=7.87 --full-scale=10 --output out.csv", 4),
-    ("extract turns.npz --mv-um=7.87 --rate-hz=20000 --output out.csv", 4),
-    ("decode heartbeats.log --output out.csv", 6),
-    ("forecast track.csv --method naive", 4),
-    ("balance kit.toml startup.csv", 2),
-    ("estimate kit.toml startup.csv", 2),
-    ("identify turbine.toml record.csv --days 0..2 --output out.toml", 1),
-    ("track turbine.toml record.csv --method fast", 1),
+    ("compare kit.toml startup.csv", 2),
+    ("compare turbine.toml runup.csv", 6),
+    ("import mils.csv --lag --output out.csv", 8),
+    ("import semicolons.csv --lag --output out.csv", 8),
+    ("import exported.xlsx --lag --output out.csv", 8),
+    ("extract turns.csv --mv-um=7.87 --output out.csv", 6),
+    ("extract turns.wav --mv-um=7.87 --full-scale=10 --keyphasor=3 --revolutions=2 --output out.csv", 6),
+    ("extract turns.npz --mv-um=7.87 --rate-hz=20000 --revolutions=2 --output out.csv", 6),
+    ("decode heartbeats.log", 8),
+    ("forecast track.csv --model naive", 6),
+    ("balance kit.toml startup.csv", 4),
+    ("estimate kit.toml startup.csv", 4),
+    ("identify turbine.toml record.csv --days 0..2 --output out.toml", 2),
+    ("track turbine.toml record.csv --method fixed", 2),
+    ("track turbine.toml record.csv --method joint", 2),
     ("improve turbine.toml runup.csv --output out.toml", 1),
 ];
 
@@ -59,11 +62,11 @@ fn seed(name: &str) -> Vec<u8> {
         "mils.csv" => corpus("export/seed-mils"),
         "semicolons.csv" => corpus("export/seed-semicolons"),
         "exported.xlsx" => corpus("spreadsheet/seed-exported"),
-        "turns.csv" => corpus("waveform_csv/seed-turns"),
+        "turns.csv" => return turns(),
         "turns.wav" => corpus("waveform_wav/seed-turns"),
         "turns.npz" => corpus("waveform_npz/seed-turns"),
         "heartbeats.log" => corpus("log/seed-heartbeats"),
-        "track.csv" => corpus("history/seed-track"),
+        "track.csv" => return track(),
         _ => panic!("{name}"),
     };
     let bytes = fs::read(path).unwrap();
@@ -73,6 +76,28 @@ fn seed(name: &str) -> Vec<u8> {
         return lines.flatten().copied().collect();
     }
     bytes
+}
+
+/// 45 turns of a shaft, 20 samples each.
+fn turns() -> Vec<u8> {
+    let mut text = String::from("time_s,15X,15Y,keyphasor\n");
+    for n in 0..900 {
+        let [cos, sin] = [f64::cos, f64::sin].map(|of| -9.0 + 0.1 * of(f64::from(n) * PI / 10.0));
+        let mark = if n % 20 < 3 { -2 } else { -10 };
+        writeln!(text, "{},{cos},{sin},{mark}", f64::from(n) / 2000.0).unwrap();
+    }
+    text.into_bytes()
+}
+
+/// 120 days of unbalances that grow and sway.
+fn track() -> Vec<u8> {
+    let mut text = String::from("time_d,static_g_mm,static_deg,dynamic_g_mm,dynamic_deg\n");
+    for day in 0..120 {
+        let [week, month] = [7, 30].map(|days| f64::from(day % days));
+        writeln!(text, "{day},{},{},{},{}", 100.0 + 0.3 * month, 40.0 + week, 50.0 + week, 70.0 - month)
+            .unwrap();
+    }
+    text.into_bytes()
 }
 
 /// The files that a command reads.
