@@ -47,6 +47,7 @@ pub struct BestFit {
 pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
     let rotor = &rotor.as_stated();
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    checks::not_too_many(readings)?;
     let mut remarks = checks::before(rotor, readings)?;
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     checks::enough(&fitter)?;

@@ -16,6 +16,8 @@ use crate::measurement::Reading;
 const STUCK: f64 = 1e-6;
 /// Readings at one and the same largest amplitude that make a probe clipped.
 const CLIPPED_READINGS: usize = 4;
+/// A fit takes some milliseconds for each reading: these are minutes.
+const MOST_READINGS: usize = 20_000;
 /// Relative error at which a model with its bearings free describes some other machine.
 const ANOTHER_MACHINE: f64 = 0.8;
 
@@ -99,6 +101,22 @@ pub fn assumed(rotor: &Rotor, noise: &Noise) -> Option<String> {
     })
 }
 
+/// Whether a fit would end while somebody waits for it.
+///
+/// # Errors
+/// If there are more readings than [`MOST_READINGS`].
+pub fn not_too_many(readings: &[Reading]) -> Result<(), Error> {
+    let number = readings.len();
+    if number <= MOST_READINGS {
+        return Ok(());
+    }
+    Err(Error::Unsuitable(format!(
+        "{number} readings, and a fit takes {MOST_READINGS} at most: give one in {} of them, for readings of one run at one \
+         speed say the same",
+        number.div_ceil(MOST_READINGS)
+    )))
+}
+
 /// More must be measured than bearings and planes have unknowns, or any model fits.
 ///
 /// # Errors
@@ -178,6 +196,14 @@ mod tests {
     use super::*;
     use crate::machine::drawing::Rated;
     use crate::testing::sample_rotor;
+
+    #[test]
+    fn more_readings_than_a_fit_takes_are_refused_with_how_many_to_leave_out() {
+        let reading = Reading { speed_rpm: 1000.0, ..Reading::default() };
+        assert_eq!(not_too_many(&vec![reading.clone(); MOST_READINGS]), Ok(()));
+        let why = not_too_many(&vec![reading; 50 * MOST_READINGS]).unwrap_err().to_string();
+        assert!(why.contains("1000000 readings") && why.contains("one in 50"), "{why}");
+    }
 
     #[test]
     fn what_one_direction_cannot_tell_is_said_once_and_of_two_probes_nothing() {

@@ -50,6 +50,7 @@ pub fn examine<'a>(
     noise: Noise,
 ) -> Result<Examined<'a>, Error> {
     let rotor = fitter.rotor;
+    checks::not_too_many(readings)?;
     let mut remarks = checks::before(rotor, readings)?;
     remarks.extend(checks::assumed(rotor, &noise));
     let base = Base::fit(fitter)?;

@@ -63,6 +63,7 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     let rotor = &rotor.as_stated();
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    checks::not_too_many(readings)?;
     checks::before(rotor, readings)?;
     checks::enough(&fitter)?;
     let base = Base::fit(&fitter)?;
