@@ -51,7 +51,8 @@ pub fn run(
     if answer.model_checksum != new.checksum {
         bail!("monitor {node} tries another model than was sent, and takes the model before back by itself");
     }
-    let during = listen(bus, node, time, Some(new), |since| show(time + since))?;
+    let during = listen(bus, node, time, Some(new), |since| show(time + since))
+        .context("the trial was given up, and the monitor takes the model before back by itself")?;
     let verdict = match during.model {
         Some(told) if told != new => bail!(
             "monitor {node} started anew during the trial and holds the model before again; try once more"
