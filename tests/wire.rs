@@ -78,7 +78,7 @@ fn frames_of_protocol_3_mean_what_they_meant_and_are_written_so_again() {
         Message::Counters { pair, values: [first, first + 1] }
     }));
     expected.extend([
-        Message::Model { checksum: 0xdead_beef, probes: 5, planes: 3 },
+        Message::Model { checksum: 0xdead_beef, probes: 5, planes: 3, on_trial: false },
         Message::Version { protocol: 3, oldest: 3, model_schema: 2, shapes: 6, probes: 8, planes: 4 },
         Message::VersionQuery,
     ]);

@@ -49,7 +49,8 @@ fn turn<C: Can>(node: &mut Node<2, 4, 2>, bus: &mut C, flash: &mut Flash, time_u
                 flash.memory = memory.to_vec();
                 true
             }
-            // A board that takes commands stores counter, model and thresholds here; this one has no key.
+            // A board that takes commands stores counter, model and thresholds here, and starts anew when
+            // `Node::is_trial_over` says so; this one has no key.
             _ => false,
         };
         node.saved(time_us, stored);

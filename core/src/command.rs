@@ -6,8 +6,9 @@
 //!          u8 detail, u8 asked, u8 held, u8 0, body, 16 bytes HMAC-SHA-256
 //! ```
 //!
-//! Little endian. The body of a request is the model of [`Command::Deploy`] and [`Command::DeployAnother`] or the
-//! thresholds of [`Command::SetThresholds`], otherwise empty; that of an answer the thresholds that [`Command::GetThresholds`] asked for.
+//! Little endian. The body of a request is the model of [`Command::Deploy`] and [`Command::DeployAnother`], a u32 of seconds
+//! and the model of [`Command::Trial`], or the thresholds of [`Command::SetThresholds`], otherwise empty; that of an answer the
+//! thresholds that [`Command::GetThresholds`] asked for.
 //!
 //! The code of a request covers the words `rotor-edge request` and all bytes before it, that of an answer the words
 //! `rotor-edge answer`, all bytes before it and the code of the request: neither can be taken for the other, and an answer
@@ -32,6 +33,8 @@ pub const CODE_BYTES: usize = 16;
 pub const HEAD_BYTES: usize = 12;
 /// Bytes of the longest answer.
 pub const ANSWER_BYTES: usize = ANSWER_HEAD_BYTES + THRESHOLDS_BYTES + CODE_BYTES;
+/// Bytes before the model in the body of [`Command::Trial`].
+pub const TRIAL_BYTES: usize = 4;
 /// Longest request: room for a model of six shapes, eight probes and four planes with every list full, so that a node
 /// that holds fewer can say so.
 pub const MAX_REQUEST_BYTES: usize = 2640;
@@ -93,25 +96,37 @@ pub enum Command {
     GetThresholds = 5,
     /// [`Command::Deploy`], also where the model held is of another machine.
     DeployAnother = 6,
+    /// Change to the model in the body for so many seconds, without storing it: [`Command::Deploy`] of the same bytes within
+    /// this time confirms it, otherwise what was stored comes back.
+    Trial = 7,
 }
 
 impl Command {
-    const ALL: [Self; 6] = [
+    const ALL: [Self; 7] = [
         Self::Deploy,
         Self::Restart,
         Self::Acknowledge,
         Self::SetThresholds,
         Self::GetThresholds,
         Self::DeployAnother,
+        Self::Trial,
     ];
 
     fn from_byte(byte: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|command| *command as u8 == byte)
     }
 
-    /// It brings a model.
-    pub(crate) fn is_deployment(self) -> bool {
-        matches!(self, Self::Deploy | Self::DeployAnother)
+    /// The model that it brings, if any, and for how many seconds that is on trial. A body without them brings an empty model,
+    /// which is refused as any that is cut short.
+    pub(crate) fn model(self, body: &[u8]) -> Option<(&[u8], Option<u32>)> {
+        match self {
+            Self::Deploy | Self::DeployAnother => Some((body, None)),
+            Self::Trial => {
+                let (seconds, model) = body.split_first_chunk::<TRIAL_BYTES>().unwrap_or((&[0; 4], &[]));
+                Some((model, Some(u32::from_le_bytes(*seconds))))
+            }
+            Self::Restart | Self::Acknowledge | Self::SetThresholds | Self::GetThresholds => None,
+        }
     }
 }
 

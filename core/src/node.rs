@@ -10,7 +10,9 @@
 //!    [`Node::to_save`] and [`Node::saved`] until nothing is to be saved, [`Node::transmit`] until nothing is to be sent.
 //!
 //! What is to be stored comes as [`Save`]: the counter of a command together with what the command brings, or the memory.
-//! They may be stored in different places; within one [`Save`], all or nothing. A board sends readings under its node's
+//! They may be stored in different places; within one [`Save`], all or nothing. A model on trial is not stored: when
+//! `Node::is_trial_over` says so, the board starts anew as after a loss of power, and the node begins this life with the model
+//! before. A board sends readings under its node's
 //! number only while [`Node::may_send`].
 
 #[cfg(all(test, feature = "command"))]
@@ -33,6 +35,8 @@ mod simulation;
 mod testing;
 #[cfg(test)]
 mod tests;
+#[cfg(all(test, feature = "command"))]
+mod trial_tests;
 #[cfg(not(feature = "command"))]
 mod uncommanded;
 mod voice;
@@ -46,7 +50,7 @@ use crate::can::{
     NumberedReading, TYPE_OFFER, TYPE_PART, TYPE_TO_NODE, result_frames,
 };
 #[cfg(feature = "command")]
-use crate::command::{CODE_BYTES, HEAD_BYTES, MAX_REQUEST_BYTES};
+use crate::command::{CODE_BYTES, HEAD_BYTES, MAX_REQUEST_BYTES, TRIAL_BYTES};
 use crate::judge::Verdict;
 use crate::memory::Memory;
 use crate::model::{Model, ModelError};
@@ -101,7 +105,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         const {
             #[cfg(feature = "command")]
             assert!(
-                HEAD_BYTES + Model::<SHAPES, PROBES, PLANES>::max_size_bytes() + CODE_BYTES
+                HEAD_BYTES + TRIAL_BYTES + Model::<SHAPES, PROBES, PLANES>::max_size_bytes() + CODE_BYTES
                     <= MAX_REQUEST_BYTES
             );
             assert!(
@@ -138,7 +142,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     /// Takes up the stored model, or why there is none; a model that cannot be used is a reason too, which is returned.
     /// Without a model the node says [`NodeState::NoModel`] and the reason.
     pub fn load(&mut self, stored: Result<&[u8], Reason>) -> Result<(), Reason> {
-        let loaded = stored.and_then(|bytes| self.monitor.decode::<C>(bytes).map_err(why_no_model));
+        let loaded = stored.and_then(|bytes| self.monitor.decode::<C>(bytes, false).map_err(why_no_model));
         if let Err(reason) = loaded {
             self.monitor.lack(reason);
         }
@@ -205,23 +209,28 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     /// When [`Node::poll`] has something to do next, µs; it may lie in the past.
     pub fn poll_at(&self) -> u64 {
-        let heartbeat_us = self.may_send().then_some(self.next_heartbeat_us);
-        [
-            heartbeat_us,
+        let waits = !self.queue.is_full();
+        let mut earliest_us = if self.may_send() {
+            self.next_heartbeat_us.min(self.desk.poll_at().filter(|_| waits).unwrap_or(u64::MAX))
+        } else {
+            u64::MAX
+        };
+        for at_us in [
             self.assembler.poll_at(self.config.reading_timeout_us),
             self.ownership.poll_at(),
             self.keeper.poll_at(),
-            self.desk.poll_at().filter(|_| self.may_send() && !self.queue.is_full()),
+            self.desk.trial_until_us(),
             self.outdated_at(),
-        ]
-        .into_iter()
-        .flatten()
-        .min()
-        .unwrap_or(u64::MAX)
+        ] {
+            earliest_us = earliest_us.min(at_us.unwrap_or(u64::MAX));
+        }
+        earliest_us
     }
 
+    /// The memory of a model on trial is not stored: that of the model before would be lost.
     fn memory_to_save(&self) -> Option<Save<'_>> {
-        let is_wanted = self.keeper.is_wanted() && self.model().is_some();
+        let is_on_trial = self.desk.trial_until_us().is_some();
+        let is_wanted = self.keeper.is_wanted() && self.model().is_some() && !is_on_trial;
         is_wanted.then(|| Save::Memory(self.monitor.memory(&self.monitor.judge).encode()))
     }
 

@@ -74,7 +74,7 @@ fn messages() -> Vec<Named> {
         Message::ResultEnd { sequence: 1, frames: 7, crc32: 77 },
         Message::State(status),
         Message::Counters { pair: COUNTER_PAIRS as u8 - 1, values: [1, u32::MAX] },
-        Message::Model { checksum: 1, probes: 4, planes: 2 },
+        Message::Model { checksum: 1, probes: 4, planes: 2, on_trial: true },
         Message::VersionQuery,
     ];
     let name = |number: usize| format!("{number:02}");

@@ -131,8 +131,11 @@ fn signals(message: &Message) -> (String, Value) {
             let names = NAMES[usize::from(pair)].map(capitalised);
             (format!("Counters{}", pair + 1), names.into_iter().zip(values.map(Value::from)).collect())
         }
-        Message::Model { checksum, probes, planes } => {
-            ("Model".into(), json!({ "Checksum": checksum, "Probes": probes, "Planes": planes }))
+        Message::Model { checksum, probes, planes, on_trial } => {
+            let signals = json!({
+                "Checksum": checksum, "Probes": probes, "Planes": planes, "OnTrial": u8::from(on_trial),
+            });
+            ("Model".into(), signals)
         }
         Message::Version { protocol, oldest, model_schema, shapes, probes, planes } => {
             let signals = json!({

@@ -41,6 +41,9 @@ fn main() -> ! {
         if time_us >= monitor.node.poll_at() {
             monitor.poll(time_us, true);
         }
+        if monitor.node.is_trial_over(time_us) {
+            cortex_m::peripheral::SCB::sys_reset();
+        }
         while let Some(byte) = UART0.read() {
             wire.take(&mut monitor, byte);
         }

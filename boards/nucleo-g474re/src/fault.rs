@@ -6,6 +6,7 @@ use core::panic::PanicInfo;
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
+use defmt::intern;
 use embassy_stm32::pac;
 
 use crate::state::STATE_START;
@@ -34,6 +35,8 @@ pub enum Cause {
     CrystalBack,
     /// The converter stopped.
     Converter,
+    /// The model on trial was not confirmed.
+    TrialOver,
 }
 
 #[derive(Clone, Copy)]
@@ -79,16 +82,18 @@ pub fn report() {
     if mark != MARK {
         return;
     }
+    // Interned, their letters are in the log's table and not in flash.
     let cause = match cause {
-        1 => "a panic in line",
-        2 => "a fault of the processor at",
-        3 => "an interrupt that nobody handles, number",
-        4 => "flash that cannot be read at",
-        5 => "the crystal, which stopped:",
-        6 => "the crystal, which swings again:",
-        _ => "the converter, which stopped:",
+        1 => intern!("a panic in line"),
+        2 => intern!("a fault of the processor at"),
+        3 => intern!("an interrupt that nobody handles, number"),
+        4 => intern!("flash that cannot be read at"),
+        5 => intern!("the crystal, which stopped:"),
+        6 => intern!("the crystal, which swings again:"),
+        7 => intern!("the converter, which stopped:"),
+        _ => intern!("a trial, whose model was not confirmed:"),
     };
-    defmt::error!("the program ended by {} {:#x} {=[u8]:a}", cause, detail, name);
+    defmt::error!("the program ended by {=istr} {:#x} {=[u8]:a}", cause, detail, name);
 }
 
 #[panic_handler]

@@ -104,6 +104,9 @@ async fn main(spawner: embassy_executor::Spawner) {
         if time_us >= monitor.node.poll_at() {
             monitor.poll(time_us, !supply::is_low());
         }
+        if monitor.node.is_trial_over(time_us) {
+            fault::stop(Cause::TrialOver, 0);
+        }
         progress.polled(time_us);
         bus.poll(time_us);
         light.set_level(light::is_on(Sign::State(monitor.node.status(time_us).state), time_us).into());

@@ -1,5 +1,6 @@
 //! The supply: why the chip started, and whether it will last long enough to write flash.
 
+use defmt::intern;
 use embassy_stm32::pac;
 
 /// The detector's threshold, about 2.9 V: what is left above the 1.71 V that flash needs must carry a save, 50 ms.
@@ -15,13 +16,13 @@ pub fn start() {
     });
     let causes = pac::RCC.csr().read();
     for (is_set, cause) in [
-        (causes.borrstf(), "brown-out or power-on"),
-        (causes.iwdgrstf(), "the watchdog: the program hung"),
-        (causes.sftrstf(), "the program itself"),
-        (causes.pinrstf(), "the reset pin"),
+        (causes.borrstf(), intern!("brown-out or power-on")),
+        (causes.iwdgrstf(), intern!("the watchdog: the program hung")),
+        (causes.sftrstf(), intern!("the program itself")),
+        (causes.pinrstf(), intern!("the reset pin")),
     ] {
         if is_set {
-            defmt::info!("reset by {}", cause);
+            defmt::info!("reset by {=istr}", cause);
         }
     }
     pac::RCC.csr().modify(|causes| causes.set_rmvf(true));

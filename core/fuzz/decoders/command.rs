@@ -14,13 +14,14 @@ pub const NODE: u8 = 3;
 
 /// One of the commands there are.
 pub fn any_command(byte: u8) -> Command {
-    match byte % 5 {
+    match byte % 7 {
         0 => Command::Deploy,
         1 => Command::Restart,
         2 => Command::Acknowledge,
         3 => Command::SetThresholds,
         4 => Command::GetThresholds,
-        _ => Command::DeployAnother,
+        5 => Command::DeployAnother,
+        _ => Command::Trial,
     }
 }
 

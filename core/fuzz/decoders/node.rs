@@ -94,6 +94,7 @@ impl Run {
         let counter = self.node.command_counter().saturating_add(bytes.u8().into());
         let own = match command {
             Command::Deploy | Command::DeployAnother => encoded(&machine()),
+            Command::Trial => [&[5, 0, 0, 0][..], &encoded(&machine())].concat(),
             Command::SetThresholds => self.node.thresholds().encode().to_vec(),
             _ => Vec::new(),
         };

@@ -58,8 +58,8 @@ impl Message {
                 let pair = pair.min(COUNTER_PAIRS as u8 - 1);
                 (TYPE_COUNTERS + pair, join(first.to_le_bytes(), second.to_le_bytes()))
             }
-            Self::Model { checksum, probes, planes } => {
-                (TYPE_MODEL, join(checksum.to_le_bytes(), [probes, planes, 0, 0]))
+            Self::Model { checksum, probes, planes, on_trial } => {
+                (TYPE_MODEL, join(checksum.to_le_bytes(), [probes, planes, on_trial.into(), 0]))
             }
             Self::Version { protocol, oldest, model_schema, shapes, probes, planes } => {
                 (TYPE_VERSION, join([protocol, oldest, model_schema, shapes], [probes, planes, 0, 0]))
@@ -139,7 +139,7 @@ impl Message {
                 suspect: (d >> CAUSE_BITS).checked_sub(1),
                 age_s: pair[1],
             }),
-            TYPE_MODEL => Self::Model { checksum: words[0], probes: e, planes: f },
+            TYPE_MODEL => Self::Model { checksum: words[0], probes: e, planes: f, on_trial: g & 1 != 0 },
             TYPE_VERSION => {
                 Self::Version { protocol: a, oldest: b, model_schema: c, shapes: d, probes: e, planes: f }
             }

@@ -159,7 +159,10 @@ impl<const RX: usize, const TX: usize> IsoTp<RX, TX> {
             Sending::Block { next_us, .. } => Some(next_us),
             Sending::Begin => Some(0),
         };
-        [received, sent].into_iter().flatten().min()
+        match (received, sent) {
+            (Some(received), Some(sent)) => Some(received.min(sent)),
+            _ => received.or(sent),
+        }
     }
 
     /// The next payload to send, if one is due.

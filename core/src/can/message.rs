@@ -181,7 +181,8 @@ pub enum Message {
         /// They.
         values: [u32; 2],
     },
-    /// Which model is in use. u32 checksum, u8 probes, u8 planes, u16 reserved; all zero without one.
+    /// Which model is in use. u32 checksum, u8 probes, u8 planes, u8 on trial (its lowest bit; the others reserved), u8
+    /// reserved; all zero without one.
     Model {
         /// [`Model::checksum`](crate::model::Model::checksum).
         checksum: u32,
@@ -189,6 +190,8 @@ pub enum Message {
         probes: u8,
         /// Its planes.
         planes: u8,
+        /// It is on trial: used, not stored, and replaced by the one before unless it is confirmed.
+        on_trial: bool,
     },
     /// Answer to the query. Six u8, then u16 reserved. No version changes it.
     Version {

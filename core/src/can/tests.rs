@@ -80,7 +80,7 @@ fn every_message() -> Vec<Message> {
         Message::Residual { e_um: 7.0, ratio: 0.125 },
         Message::Limits { floor_um: 8.0, level_um: 9.5 },
         Message::ResultEnd { sequence: 7, frames: 6, crc32: 0x8765_4321 },
-        Message::Model { checksum: 0x89ab_cdef, probes: 8, planes: 4 },
+        Message::Model { checksum: 0x89ab_cdef, probes: 8, planes: 4, on_trial: true },
         Message::Version { protocol: 3, oldest: 3, model_schema: 2, shapes: 6, probes: 4, planes: 2 },
         Message::VersionQuery,
     ];

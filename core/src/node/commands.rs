@@ -33,11 +33,25 @@ pub(super) struct Desk {
     answer: Vec<u8, ANSWER_BYTES>,
     last_counter: u64,
     pending: Option<Pending>,
+    /// Until when the model is on trial, if it is.
+    trial_until_us: Option<u64>,
 }
 
 impl Desk {
     pub fn new() -> Self {
-        Self { link: IsoTp::new(), offer: None, answer: Vec::new(), last_counter: 0, pending: None }
+        Self {
+            link: IsoTp::new(),
+            offer: None,
+            answer: Vec::new(),
+            last_counter: 0,
+            pending: None,
+            trial_until_us: None,
+        }
+    }
+
+    /// Until when the model in use is on trial, if it is.
+    pub fn trial_until_us(&self) -> Option<u64> {
+        self.trial_until_us
     }
 
     /// While a command waits to be stored, its connection stands still.
@@ -59,6 +73,11 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         self.desk.last_counter
     }
 
+    /// The model on trial was not confirmed in time: the board starts anew from what is stored, as after a loss of power.
+    pub fn is_trial_over(&self, time_us: u64) -> bool {
+        self.desk.trial_until_us.is_some_and(|until_us| time_us >= until_us)
+    }
+
     /// What is to be stored now. The board stores it and calls [`Node::saved`], until there is nothing more.
     pub fn to_save(&self) -> Option<Save<'_>> {
         match self.desk.pending {
@@ -68,10 +87,11 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 Some(Save::Memory(self.monitor.memory(&acknowledged).encode()))
             }
             Some(Pending { command, counter, .. }) => {
-                let body = self.pending_body();
-                let model = command.is_deployment().then_some(body);
+                let body = self.desk.body();
+                let model = command.model(body).filter(|(_, trial_s)| trial_s.is_none());
                 let set = (command == Command::SetThresholds).then_some(body);
-                Some(Save::Command { counter, model, thresholds: set.and_then(|set| set.try_into().ok()) })
+                let thresholds = set.and_then(|set| set.try_into().ok());
+                Some(Save::Command { counter, model: model.map(|(model, _)| model), thresholds })
             }
             None => self.memory_to_save(),
         }
@@ -97,35 +117,33 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             return self.conclude(time_us, Outcome::Storage, Detail::None);
         }
         self.desk.last_counter = pending.counter;
+        let is_on_trial = self.desk.trial_until_us.is_some();
         let body = self.desk.body();
-        let detail = match pending.command {
-            Command::Deploy | Command::DeployAnother => self
-                .monitor
-                .decode::<C>(body)
-                .err()
-                .map(|error| refusal::<SHAPES, PROBES, PLANES>(body, error)),
-            Command::SetThresholds => match Thresholds::decode(body) {
-                Ok(thresholds) => {
-                    self.config.thresholds = thresholds;
-                    None
+        // What the message brings was checked when it was opened.
+        match pending.command {
+            Command::Deploy | Command::DeployAnother | Command::Trial => {
+                if let Some((model, trial_s)) = pending.command.model(body) {
+                    let _ = self.monitor.decode::<C>(model, is_on_trial);
+                    self.desk.trial_until_us =
+                        trial_s.map(|trial_s| time_us.saturating_add(u64::from(trial_s) * 1_000_000));
+                    self.keeper.changed_much(time_us);
                 }
-                Err(error) => Some((Outcome::Thresholds, Detail::Thresholds(error))),
-            },
-            Command::Restart => {
-                self.restart(time_us);
-                None
             }
+            Command::SetThresholds => {
+                if let Ok(thresholds) = Thresholds::decode(body) {
+                    self.config.thresholds = thresholds;
+                }
+            }
+            Command::Restart => self.restart(time_us),
+            // The stored memory is that of the model before, whose flag stays up.
+            Command::Acknowledge if is_on_trial => self.monitor.judge.acknowledge(),
             Command::Acknowledge if self.model().is_some() => {
                 self.desk.pending = Some(Pending { is_counted: true, ..pending });
                 return;
             }
-            Command::Acknowledge | Command::GetThresholds => None,
-        };
-        if pending.command.is_deployment() {
-            self.keeper.changed_much(time_us);
+            Command::Acknowledge | Command::GetThresholds => {}
         }
-        let (outcome, detail) = detail.unwrap_or((Outcome::Accepted, Detail::None));
-        self.conclude(time_us, outcome, detail);
+        self.conclude(time_us, Outcome::Accepted, Detail::None);
     }
 
     fn end_acknowledge(&mut self, time_us: u64, stored: bool) {
@@ -200,20 +218,18 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             Ok(request) => request,
             Err(outcome) => return self.conclude(time_us, outcome, Detail::None),
         };
-        let refused = match command {
-            Command::Deploy | Command::DeployAnother => {
-                match Model::<SHAPES, PROBES, PLANES>::verify::<C>(body) {
-                    Ok(machine) if command == Command::Deploy && self.is_of_another(machine) => {
-                        Some((Outcome::Machine, Detail::None))
-                    }
-                    Ok(_) => None,
-                    Err(error) => Some(refusal::<SHAPES, PROBES, PLANES>(body, error)),
+        let refused = match (command.model(body), command) {
+            (Some((model, _)), _) => match Model::<SHAPES, PROBES, PLANES>::verify::<C>(model) {
+                Ok(machine) if command != Command::DeployAnother && self.is_of_another(machine) => {
+                    Some((Outcome::Machine, Detail::None))
                 }
-            }
-            Command::SetThresholds => {
+                Ok(_) => None,
+                Err(error) => Some(refusal::<SHAPES, PROBES, PLANES>(model, error)),
+            },
+            (None, Command::SetThresholds) => {
                 Thresholds::decode(body).err().map(|error| (Outcome::Thresholds, Detail::Thresholds(error)))
             }
-            Command::Restart | Command::Acknowledge | Command::GetThresholds => None,
+            (None, _) => None,
         };
         match refused {
             Some((outcome, detail)) => self.conclude(time_us, outcome, detail),
@@ -251,10 +267,6 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         // An answer that is still on its way belongs to a host that fell silent: it goes first, until its time is up.
         let _ = self.desk.link.send(time_us, &bytes);
         self.pump(time_us);
-    }
-
-    fn pending_body(&self) -> &[u8] {
-        self.desk.body()
     }
 
     fn pump(&mut self, time_us: u64) {

@@ -15,6 +15,10 @@ impl Desk {
     pub fn poll_at(&self) -> Option<u64> {
         None
     }
+
+    pub fn trial_until_us(&self) -> Option<u64> {
+        None
+    }
 }
 
 impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<SHAPES, PROBES, PLANES>>

@@ -38,7 +38,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             Message::Heartbeat { version: PROTOCOL_VERSION, state, reason, missing_mask, readings };
         let (probes, planes) =
             self.model().map_or((0, 0), |model| (model.probes.len() as u8, model.planes.len() as u8));
-        let model = Message::Model { checksum: self.monitor.checksum(), probes, planes };
+        let on_trial = self.desk.trial_until_us().is_some();
+        let model = Message::Model { checksum: self.monitor.checksum(), probes, planes, on_trial };
         let pairs = (0..).zip(counters.pairs()).map(|(pair, values)| Message::Counters { pair, values });
         let messages = [heartbeat, Message::State(status)].into_iter().chain(pairs).chain([model]);
         if self.queue_all::<HEARTBEAT_FRAMES>(messages.map(|message| message.encode(node))) {

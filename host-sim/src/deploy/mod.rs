@@ -4,6 +4,7 @@ mod answer;
 mod courier;
 mod key;
 mod transfer;
+pub mod trial;
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 

@@ -12,6 +12,7 @@ use crate::edge::EdgeNode;
 pub struct Controller {
     node: EdgeNode,
     store: Store,
+    config: NodeConfig,
     lacks_model: Option<Reason>,
     last_us: u64,
 }
@@ -34,7 +35,7 @@ impl Controller {
             node.restore(memory);
         }
         node.poll(time_us);
-        Ok(Self { node, store, lacks_model, last_us: time_us })
+        Ok(Self { node, store, config, lacks_model, last_us: time_us })
     }
 
     /// Why it started without a model.
@@ -68,6 +69,9 @@ impl Controller {
         self.node.poll(due_us);
         self.last_us = due_us;
         self.keep(due_us);
+        if self.node.is_trial_over(due_us) {
+            self.cut_power(self.config, due_us).expect("settings that it has started with before");
+        }
         Some(due_us)
     }
 

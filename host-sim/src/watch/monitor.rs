@@ -49,6 +49,8 @@ pub struct ModelInUse {
     pub probes: u8,
     /// Its planes.
     pub planes: u8,
+    /// It is on trial: the one before comes back unless it is confirmed.
+    pub on_trial: bool,
 }
 
 /// Another model took over.
@@ -116,8 +118,8 @@ impl Monitor {
                 self.hear_status(Timed { what, ..before }, time_us);
             }
             Message::State(what) => self.hear_status(Timed { time_us, what }, time_us),
-            Message::Model { checksum, probes, planes } => {
-                self.hear_model(time_us, ModelInUse { checksum, probes, planes });
+            Message::Model { checksum, probes, planes, on_trial } => {
+                self.hear_model(time_us, ModelInUse { checksum, probes, planes, on_trial });
             }
             Message::Version { protocol, oldest, model_schema, shapes, probes, planes } => {
                 self.version = Some(Version { protocol, oldest, model_schema, shapes, probes, planes });

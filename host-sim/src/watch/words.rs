@@ -80,9 +80,17 @@ impl Words {
             );
         }
         match monitor.status() {
-            Some(status) => Self::of_status(node, monitor, status, now_us),
+            Some(status) => Self::of_status(node, monitor, status, now_us).with_trial(monitor),
             None => Self::new(Level::Idle, "heard", "it has not told its state yet", ""),
         }
+    }
+
+    fn with_trial(mut self, monitor: &Monitor) -> Self {
+        if monitor.model().is_some_and(|model| model.on_trial) {
+            self.state
+                .push_str("; its model is on trial, and the one before comes back unless it is confirmed");
+        }
+        self
     }
 
     fn of_status(node: u8, monitor: &Monitor, status: &Status, now_us: u64) -> Self {

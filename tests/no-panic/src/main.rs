@@ -141,6 +141,7 @@ fn frames(model: Model) {
             black_box(frame);
         }
         black_box((node.counters(), node.estimate(), node.verdict(), node.status(black_box(0))));
+        black_box(node.is_trial_over(black_box(0)));
         black_box((node.poll_at(), node.may_send(), node.model(), node.thresholds(), node.command_counter()));
     }
     let _ = black_box(node.replace_model(black_box(0), model));

@@ -311,3 +311,26 @@ fn a_cut_anywhere_loses_no_flag_lowers_no_counter_and_leaves_the_old_state_or_th
         assert!(cuts >= 15, "{event:?}: {cuts} cuts");
     }
 }
+
+#[test]
+fn a_model_on_trial_is_never_in_flash_and_its_counter_and_what_was_learned_before_are() {
+    let mut board = tracking();
+    let before = board.checksum();
+    let body = [&60_u32.to_le_bytes()[..], BETTER].concat();
+    assert_eq!(board.command(Command::Trial, 6, &body, true), Some(Outcome::Accepted));
+    assert_ne!(board.checksum(), before);
+    board.read(&reading(), 59);
+    assert!(!board.monitor.node.is_trial_over(board.time_us));
+    board.read(&reading(), 1);
+    assert!(board.monitor.node.is_trial_over(board.time_us));
+    let (mut again, start) = Board::start(board.stop());
+    assert_eq!(start, Start { counter: 6, model: Ok(()), has_thresholds: false, is_remembered: true });
+    assert_eq!(again.checksum(), before);
+    assert_eq!(again.command(Command::Trial, 6, &body, true), Some(Outcome::Replayed));
+
+    assert_eq!(again.command(Command::Trial, 7, &body, true), Some(Outcome::Accepted));
+    assert_eq!(again.deploy(8, BETTER), Some(Outcome::Accepted));
+    let (confirmed, start) = Board::start(again.stop());
+    assert_eq!((start.counter, start.model), (8, Ok(())));
+    assert_ne!(confirmed.checksum(), before);
+}

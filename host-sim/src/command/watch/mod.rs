@@ -44,7 +44,8 @@ pub struct Arguments {
     seconds: Option<Duration>,
 }
 
-fn seconds(text: &str) -> Result<Duration> {
+/// A time above zero, of a command line.
+pub fn seconds(text: &str) -> Result<Duration> {
     let seconds: Option<f64> = text.parse().ok().filter(|seconds| *seconds > 0.0);
     let time = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
     time.ok_or_else(|| anyhow!("expected a number of seconds above 0, such as 10 or 0.5"))

@@ -12,7 +12,7 @@ use super::{PLANE_COLOURS, titled};
 use crate::bus::counters::named;
 use crate::bus::decoded::Timed;
 use crate::report::scale::{number, three_digits};
-use crate::watch::monitor::{Monitor, Replacement};
+use crate::watch::monitor::{ModelInUse, Monitor, Replacement};
 use crate::watch::words::{bearing_number, span};
 
 /// Room for the numbers of a result.
@@ -43,7 +43,7 @@ pub fn draw(frame: &mut Frame, area: Rect, monitor: &Monitor, now_us: u64) {
         lines.push(entry("results", format!("{rate}{age} ago")));
     }
     if let Some(in_use) = monitor.model() {
-        lines.push(entry("model", model(in_use.checksum, monitor.replacements().last(), now_us)));
+        lines.push(entry("model", model(&in_use, monitor.replacements().last(), now_us)));
     }
     if let Some(version) = monitor.version() {
         let text = format!("{}, {} shapes", version.protocol, version.shapes);
@@ -96,8 +96,10 @@ fn unbalance([x, y]: [f32; 2]) -> String {
     }
 }
 
-fn model(checksum: u32, replaced: Option<&Timed<Replacement>>, now_us: u64) -> String {
+fn model(in_use: &ModelInUse, replaced: Option<&Timed<Replacement>>, now_us: u64) -> String {
+    let checksum = in_use.checksum;
     match replaced {
+        _ if in_use.on_trial => format!("{checksum:08x}, on trial"),
         Some(timed) => format!("{checksum:08x}, new {} ago", span(now_us.saturating_sub(timed.time_us))),
         None => format!("{checksum:08x}"),
     }

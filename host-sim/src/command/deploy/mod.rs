@@ -1,6 +1,9 @@
-//! `deploy`: a model to a monitor, over the bus.
+//! `deploy`: a model to a monitor, over the bus, for good or on trial.
+
+mod trial;
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use anyhow::{Result, anyhow};
 use clap::Args;
@@ -8,10 +11,12 @@ use rotor_edge_core::command::Command;
 use serde_json::json;
 
 use super::judging::node_number;
+use super::watch::seconds;
 use super::{deployable, output};
 use crate::bus::BusSpec;
 use crate::deploy::{Authority, read_key};
 use crate::edge::{Deployment, encoded};
+use trial::Candidate;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -41,6 +46,10 @@ pub struct Arguments {
     /// Deploy it also if the monitor holds the model of another machine
     #[arg(long)]
     another_machine: bool,
+    /// Try it for so many seconds, after listening to the model before for as long, and keep it only if its residual is no
+    /// worse; the monitor takes the model before back otherwise, by itself if this program ends early
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with_all = ["restart", "another_machine"])]
+    trial: Option<Duration>,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
@@ -55,6 +64,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let bytes = encoded(&model)?;
     let mut bus = arguments.bus.open()?;
     let mut authority = Authority::new(key, node, arguments.counter)?;
+    if let Some(time) = arguments.trial {
+        let candidate = Candidate { bytes, checksum: model.checksum(), left_out };
+        return trial::run(arguments, &mut authority, &mut *bus, &candidate, time);
+    }
     let counter = authority.counter();
     let bar = output::progress("deploy", bytes.len());
     let sent = |bytes| bar.set_position(bytes as u64);
