@@ -12,8 +12,7 @@
 //! What is to be stored comes as [`Save`]: the counter of a command together with what the command brings, or the memory.
 //! They may be stored in different places; within one [`Save`], all or nothing. A model on trial is not stored: when
 //! `Node::is_trial_over` says so, the board starts anew as after a loss of power, and the node begins this life with the model
-//! before. A board sends readings under its node's
-//! number only while [`Node::may_send`].
+//! before. A board sends readings under its node's number only while [`Node::may_send`].
 
 #[cfg(all(test, feature = "command"))]
 mod command_tests;
