@@ -27,6 +27,10 @@ mod monitor;
 mod ownership;
 #[cfg(all(test, feature = "command"))]
 mod parts_tests;
+#[cfg(all(test, feature = "seal"))]
+mod seal_tests;
+#[cfg(feature = "seal")]
+mod sealed;
 #[cfg(test)]
 mod simulation;
 #[cfg(test)]
@@ -35,6 +39,8 @@ mod testing;
 mod tests;
 #[cfg(not(feature = "command"))]
 mod uncommanded;
+#[cfg(not(feature = "seal"))]
+mod unsealed;
 mod voice;
 
 use core::marker::PhantomData;
@@ -61,8 +67,12 @@ use keeper::Keeper;
 pub use keeper::Save;
 use monitor::{Evaluated, Monitor};
 use ownership::{Due, Ownership};
+#[cfg(feature = "seal")]
+use sealed::Seals;
 #[cfg(not(feature = "command"))]
 use uncommanded::Desk;
+#[cfg(not(feature = "seal"))]
+use unsealed::Seals;
 
 /// Frames waiting to be sent, at most.
 pub const QUEUE_FRAMES: usize = 32;
@@ -82,6 +92,7 @@ pub struct Node<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C
     ownership: Ownership,
     keeper: Keeper,
     desk: Desk,
+    seals: Seals,
     next_heartbeat_us: u64,
     announced: Status,
     /// Whether the evidence was too old when that was last looked at.
@@ -119,6 +130,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             ownership: Ownership::new(config.listen_us, config.heartbeat_period_us, config.seed),
             keeper: Keeper::default(),
             desk: Desk::new(),
+            seals: Seals::new(),
             next_heartbeat_us: 0,
             announced: Status::default(),
             outdated: false,
@@ -162,7 +174,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         }
         if frame.is_from_node() {
             self.count(|c| &mut c.conflicts);
-            if self.ownership.heard_other(time_us) {
+            // A seal tells the node's readings and words from anybody's: it need not fall silent for whoever uses its number.
+            if !self.is_sealed() && self.ownership.heard_other(time_us) {
                 // What waits here would meet the other one's frames on the wire.
                 self.queue.clear();
             }
@@ -171,6 +184,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 TYPE_TO_NODE => self.transfer(time_us, frame.bytes()),
                 TYPE_OFFER => self.offered(frame.bytes()),
                 TYPE_PART => self.part(time_us, frame.bytes()),
+                _ if self.is_sealed() => self.take_sealed(time_us, frame),
                 _ => self.take_up(time_us, frame),
             }
         }
@@ -330,7 +344,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 } else {
                     self.keeper.changed(time_us, self.config.memory_period_us);
                 }
-                self.queue_all::<MAX_RESULT_FRAMES>(result_frames(self.config.node, &result));
+                self.tell::<MAX_RESULT_FRAMES>(result_frames(self.config.node, &result));
             }
         }
     }
