@@ -58,7 +58,7 @@ pub fn run_with_own_monitor(
         let served = scope.spawn(|| serve(monitor, &mut controller, &clock, &stop));
         clock.set(config.node.listen_us);
         let begin = |time_us| clock.set(time_us);
-        let played = play(host, deployment, record, config, &timing, None, begin, progress);
+        let played = play(host, deployment, record, config, None, begin, progress);
         stop.store(true, Ordering::Relaxed);
         let served: Served = served.join().map_err(|_| anyhow!("the monitor's thread ended early"))??;
         let Played { answers, sent, mut received, .. } = played?;
@@ -99,7 +99,7 @@ pub fn run_with_foreign_monitor(
         let before = counters(host, config.node.node)?;
         let timing = Timing::of(deployment, record, config);
         let mut sealer = authority.sealer();
-        let played = play(host, deployment, record, config, &timing, Some(&mut sealer), |_| (), progress)?;
+        let played = play(host, deployment, record, config, Some(&mut sealer), |_| (), progress)?;
         let counters = counters::since(&before, &counters(host, config.node.node)?);
         let traffic = Traffic {
             sent: played.sent,
@@ -137,12 +137,12 @@ fn play(
     deployment: &Deployment,
     record: &[Reading],
     config: &ReplayConfig,
-    timing: &Timing,
     mut sealer: Option<&mut Sealer>,
     begin: impl Fn(u64),
     mut progress: impl FnMut(usize),
 ) -> Result<Played> {
     let node = config.node.node;
+    let timing = Timing::of(deployment, record, config);
     let received = await_heartbeat(host, node)?;
     let mut results = ResultAssembler::new();
     let mut mirror = Mirror::new(&deployment.edge, settings(config, record));
