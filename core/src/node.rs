@@ -71,8 +71,6 @@ use ownership::{Due, Ownership};
 use sealed::Seals;
 #[cfg(not(feature = "command"))]
 use uncommanded::Desk;
-#[cfg(not(feature = "seal"))]
-use unsealed::Seals;
 
 /// Frames waiting to be sent, at most.
 pub const QUEUE_FRAMES: usize = 32;
@@ -92,6 +90,7 @@ pub struct Node<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C
     ownership: Ownership,
     keeper: Keeper,
     desk: Desk,
+    #[cfg(feature = "seal")]
     seals: Seals,
     next_heartbeat_us: u64,
     announced: Status,
@@ -130,6 +129,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             ownership: Ownership::new(config.listen_us, config.heartbeat_period_us, config.seed),
             keeper: Keeper::default(),
             desk: Desk::new(),
+            #[cfg(feature = "seal")]
             seals: Seals::new(),
             next_heartbeat_us: 0,
             announced: Status::default(),

@@ -6,16 +6,6 @@ use super::Save;
 use crate::can::Frame;
 use crate::numerics::Numerics;
 
-/// No reading waits for a seal.
-#[derive(Debug, Clone)]
-pub(super) struct Seals;
-
-impl Seals {
-    pub fn new() -> Self {
-        Self
-    }
-}
-
 impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<SHAPES, PROBES, PLANES>>
     Node<SHAPES, PROBES, PLANES, C>
 {
