@@ -168,6 +168,7 @@ pub struct Store {
     pub model: Option<Vec<u8>>,
     pub thresholds: Option<Vec<u8>>,
     pub memory: Option<Vec<u8>>,
+    #[cfg(feature = "seal")]
     pub freshness: u64,
     pub savings: usize,
     pub fails: bool,
