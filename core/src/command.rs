@@ -58,7 +58,7 @@ impl core::fmt::Debug for Key {
 }
 
 impl Key {
-    fn mac(&self, parts: [&[u8]; 3]) -> Option<Hmac<Sha256>> {
+    pub(crate) fn mac(&self, parts: [&[u8]; 3]) -> Option<Hmac<Sha256>> {
         let mut mac = Hmac::<Sha256>::new_from_slice(&self.0).ok()?;
         for part in parts {
             mac.update(part);

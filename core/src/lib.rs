@@ -32,8 +32,9 @@
 //! Errors are flat and `Copy`; a value refused leaves the state as it was. Equal inputs give equal bits.
 //!
 //! # Features
-//! `can` (default): [`can`] and [`node`]. `command` (default): [`command`], and deployments to a node. `defmt`:
-//! `defmt::Format` for what firmware logs. Without any of them the rest is there, for firmware with another bus or none.
+//! `can` (default): [`can`] and [`node`]. `command` (default): [`command`], and deployments to a node. `seal`:
+//! readings and results with a code and a freshness. `defmt`: `defmt::Format` for what firmware logs. Without any of them the
+//! rest is there, for firmware with another bus or none.
 //!
 //! # Dependencies, and where each earns its place
 //! - `nalgebra`: fixed-size matrices and vectors of a model, with their serde ([`model`], [`response`]); products and

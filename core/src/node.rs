@@ -28,6 +28,10 @@ mod monitor;
 mod ownership;
 #[cfg(all(test, feature = "command"))]
 mod parts_tests;
+#[cfg(all(test, feature = "seal"))]
+mod seal_tests;
+#[cfg(feature = "seal")]
+mod sealed;
 #[cfg(test)]
 mod simulation;
 #[cfg(test)]
@@ -38,6 +42,8 @@ mod tests;
 mod trial_tests;
 #[cfg(not(feature = "command"))]
 mod uncommanded;
+#[cfg(not(feature = "seal"))]
+mod unsealed;
 mod voice;
 
 use core::marker::PhantomData;
@@ -64,6 +70,8 @@ use keeper::Keeper;
 pub use keeper::Save;
 use monitor::{Evaluated, Monitor};
 use ownership::{Due, Ownership};
+#[cfg(feature = "seal")]
+use sealed::Seals;
 #[cfg(not(feature = "command"))]
 use uncommanded::Desk;
 
@@ -85,6 +93,8 @@ pub struct Node<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C
     ownership: Ownership,
     keeper: Keeper,
     desk: Desk,
+    #[cfg(feature = "seal")]
+    seals: Seals,
     next_heartbeat_us: u64,
     announced: Status,
     /// Whether the evidence was too old when that was last looked at.
@@ -122,6 +132,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             ownership: Ownership::new(config.listen_us, config.heartbeat_period_us, config.seed),
             keeper: Keeper::default(),
             desk: Desk::new(),
+            #[cfg(feature = "seal")]
+            seals: Seals::new(),
             next_heartbeat_us: 0,
             announced: Status::default(),
             outdated: false,
@@ -165,7 +177,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         }
         if frame.is_from_node() {
             self.count(|c| &mut c.conflicts);
-            if self.ownership.heard_other(time_us) {
+            // A seal tells the node's readings and words from anybody's: it need not fall silent for whoever uses its number.
+            if !self.is_sealed() && self.ownership.heard_other(time_us) {
                 // What waits here would meet the other one's frames on the wire.
                 self.queue.clear();
             }
@@ -174,6 +187,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 TYPE_TO_NODE => self.transfer(time_us, frame.bytes()),
                 TYPE_OFFER => self.offered(frame.bytes()),
                 TYPE_PART => self.part(time_us, frame.bytes()),
+                _ if self.is_sealed() => self.take_sealed(time_us, frame),
                 _ => self.take_up(time_us, frame),
             }
         }
@@ -338,7 +352,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 } else {
                     self.keeper.changed(time_us, self.config.memory_period_us);
                 }
-                self.queue_all::<MAX_RESULT_FRAMES>(result_frames(self.config.node, &result));
+                self.tell::<MAX_RESULT_FRAMES>(result_frames(self.config.node, &result));
             }
         }
     }

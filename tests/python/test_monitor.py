@@ -118,7 +118,7 @@ def test_other_nodes_and_foreign_frames_are_left_alone(node, desk):
     for frame in monitor.reading(NODE, 0, speed_rpm, probes):
         frame.is_extended_id = True
         bus.send(frame)
-    for message_type in [0, 7, 30, 45, 61]:
+    for message_type in [0, 7, 47, 54, 61]:
         frame = monitor.message("VersionQuery", NODE)
         frame.arbitration_id = message_type * 32 + NODE
         bus.send(frame)

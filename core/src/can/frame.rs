@@ -6,6 +6,8 @@ use super::message::{
     TYPE_ANSWER_PART, TYPE_HEARTBEAT, TYPE_HELD, TYPE_MODEL, TYPE_RESULT_END, TYPE_STATUS, TYPE_TO_HOST,
     TYPE_TO_NODE, TYPE_VERSION,
 };
+#[cfg(feature = "seal")]
+use super::seal::{TYPE_READING_CODE, TYPE_READING_FRESHNESS, TYPE_TOLD_CODE, TYPE_TOLD_FRESHNESS};
 
 /// Highest number of a node.
 pub const MAX_NODE: u8 = 30;
@@ -79,6 +81,10 @@ impl Frame {
 
     /// Only a monitor with this node number sends frames of this type.
     pub(crate) fn is_from_node(&self) -> bool {
+        #[cfg(feature = "seal")]
+        if matches!(self.message_type(), TYPE_TOLD_FRESHNESS | TYPE_TOLD_CODE) {
+            return true;
+        }
         matches!(
             self.message_type(),
             TYPE_STATUS..=TYPE_RESULT_END
@@ -86,6 +92,15 @@ impl Frame {
                 | TYPE_TO_HOST
                 | TYPE_HELD..=TYPE_ANSWER_PART
                 | TYPE_VERSION
+        )
+    }
+
+    /// It is half a seal, in either way: no [`Message`](super::Message) of its own.
+    #[cfg(feature = "seal")]
+    pub fn is_seal(&self) -> bool {
+        matches!(
+            self.message_type(),
+            TYPE_READING_FRESHNESS | TYPE_READING_CODE | TYPE_TOLD_FRESHNESS | TYPE_TOLD_CODE
         )
     }
 

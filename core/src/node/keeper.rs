@@ -20,6 +20,9 @@ pub enum Save<'a> {
     },
     /// What the node has learned of the machine, for [`Node::restore`](super::Node::restore).
     Memory(MemoryBytes),
+    /// How fresh a reading must be after a restart, for [`Node::restore_freshness`](super::Node::restore_freshness).
+    #[cfg(feature = "seal")]
+    Freshness(u64),
 }
 
 #[derive(Debug, Clone, Copy, Default)]

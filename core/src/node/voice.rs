@@ -22,7 +22,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     /// Whether the queue had room for it.
     pub(super) fn tell_state(&mut self, time_us: u64) -> bool {
         let status = self.status(time_us);
-        let told = self.queue_all::<1>([Message::State(status).encode(self.config.node)]);
+        let told = self.tell::<1>([Message::State(status).encode(self.config.node)]);
         if told {
             self.announced = status;
         }
@@ -42,7 +42,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         let model = Message::Model { checksum: self.monitor.checksum(), probes, planes, on_trial };
         let pairs = (0..).zip(counters.pairs()).map(|(pair, values)| Message::Counters { pair, values });
         let messages = [heartbeat, Message::State(status)].into_iter().chain(pairs).chain([model]);
-        if self.queue_all::<HEARTBEAT_FRAMES>(messages.map(|message| message.encode(node))) {
+        if self.tell::<HEARTBEAT_FRAMES>(messages.map(|message| message.encode(node))) {
             self.announced = status;
         }
     }

@@ -9,6 +9,7 @@ use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::Reading;
 
 use super::log::{Line, Logged};
+use super::seals::{Checker, Refused};
 use super::states::States;
 pub use super::timed::Timed;
 
@@ -71,6 +72,7 @@ pub struct Decoded {
     /// Time of the first line, µs.
     pub start_us: u64,
     channel: Option<String>,
+    checker: Option<Checker>,
 }
 
 impl Decoded {
@@ -79,7 +81,19 @@ impl Decoded {
     /// # Errors
     /// One sentence if no more lines are whole than torn, if nothing in the log is ours, or if it holds several buses.
     pub fn of(log: impl Iterator<Item = Result<Line>>, name: &str) -> Result<Self> {
-        let mut all = Self::default();
+        Self::checked(log, name, None)
+    }
+
+    /// The same; of the checker's monitor only what bears a right seal.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn checked(
+        log: impl Iterator<Item = Result<Line>>,
+        name: &str,
+        checker: Option<Checker>,
+    ) -> Result<Self> {
+        let mut all = Self { checker, ..Self::default() };
         let mut first_torn = None;
         for line in log {
             match line? {
@@ -96,11 +110,19 @@ impl Decoded {
         all.nodes.retain(|_, record| record.is_ours());
         match (all.frames, all.nodes.is_empty()) {
             (0, _) => bail!("{name}: the log holds no frame"),
+            (_, true) if all.refused().is_some_and(|refused| refused.any()) => {
+                bail!("{name}: nothing in the log bears a right seal; {}", all.refused().unwrap_or_default())
+            }
             (frames, true) => bail!(
                 "{name}: a log of another protocol: none of its {frames} frames completes a reading, a result or a heartbeat of rotor-edge"
             ),
             _ => Ok(all),
         }
+    }
+
+    /// What was not believed; `None` where no seals were checked.
+    pub fn refused(&self) -> Option<Refused> {
+        self.checker.as_ref().map(Checker::refused)
     }
 
     fn take(&mut self, logged: Logged, name: &str) -> Result<()> {
@@ -109,7 +131,7 @@ impl Decoded {
         }
         self.frames += 1;
         let Some(frame) = logged.frame.and_then(|frame| frame.ours()) else { return Ok(()) };
-        if Message::decode(&frame).is_err() {
+        if Message::decode(&frame).is_err() && !frame.is_seal() {
             return Ok(());
         }
         self.ours += 1;
@@ -121,7 +143,10 @@ impl Decoded {
                 logged.channel
             );
         }
-        self.nodes.entry(frame.node()).or_default().take(frame.node(), logged.time_us, &frame);
+        let believed = self.checker.as_mut().map_or(vec![frame], |c| c.take(logged.time_us, &frame));
+        for frame in &believed {
+            self.nodes.entry(frame.node()).or_default().take(frame.node(), logged.time_us, frame);
+        }
         Ok(())
     }
 }

@@ -23,6 +23,7 @@ pub mod load;
 pub mod local;
 pub mod log;
 pub mod reconnecting;
+pub mod seals;
 pub mod server;
 pub mod slcan;
 pub mod socketcand;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use nalgebra::Complex;
 use rotor_edge_core::reading::{self, ProbeVector};
 use rotor_edge_desktop::machine::rotor_file;
@@ -14,23 +14,29 @@ use super::answer::{Answer, Change, changes};
 use super::output;
 use crate::bus::decoded::{Decoded, NodeRecord, Timed};
 use crate::bus::log::LogReader;
+use crate::bus::seals::{Checker, Refused};
 use crate::bus::states::name;
+use crate::deploy::read_key;
 
 const US_A_DAY: f64 = 86_400e6;
 
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("of_node").multiple(true))]
 pub struct Arguments {
     /// The recording, a candump log
     log: PathBuf,
     /// Write the readings as measured.csv
-    #[arg(short, long)]
+    #[arg(short, long, group = "of_node")]
     output: Option<PathBuf>,
     /// The rotor whose probes' names the columns get; probe1, probe2 and so on if absent
     #[arg(long, requires = "output")]
     rotor: Option<PathBuf>,
-    /// The node whose readings are written, if the log holds several
-    #[arg(long, requires = "output")]
+    /// The node whose readings are written, if the log holds several, or whose key is given
+    #[arg(long, requires = "of_node")]
     node: Option<u8>,
+    /// The key of that node: believe what bears its seal alone (see `node --sealed`)
+    #[arg(long, requires = "node", group = "of_node")]
+    key: Option<PathBuf>,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
@@ -39,7 +45,9 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let name = arguments.log.display().to_string();
-    let all = Decoded::of(LogReader::open(&arguments.log)?, &name)?;
+    let key = arguments.key.as_deref().map(read_key).transpose()?;
+    let checker = key.zip(arguments.node).map(|(key, node)| Checker::new(key, node));
+    let all = Decoded::checked(LogReader::open(&arguments.log)?, &name, checker)?;
     if let Some(path) = &arguments.output {
         let recorded = readings_of(&all, arguments.node, &name)?;
         let names = probe_names(recorded, arguments.rotor.as_deref(), &name)?;
@@ -139,6 +147,8 @@ struct Summary {
     frames: u64,
     ours: u64,
     torn: u64,
+    /// What was not believed; null without a key.
+    refused: Option<Refused>,
     nodes: Vec<Node>,
 }
 
@@ -168,7 +178,8 @@ struct Counters {
 impl Summary {
     fn of(all: &Decoded) -> Self {
         let nodes = all.nodes.iter().map(|(number, record)| Node::of(*number, record, all.start_us));
-        Self { frames: all.frames, ours: all.ours, torn: all.torn, nodes: nodes.collect() }
+        let Decoded { frames, ours, torn, .. } = *all;
+        Self { frames, ours, torn, refused: all.refused(), nodes: nodes.collect() }
     }
 }
 
@@ -199,6 +210,9 @@ fn print(summary: &Summary, written: Option<&Path>) -> Result<()> {
     println!("{} frames, {} of them of rotor-edge", summary.frames, summary.ours);
     if summary.torn > 0 {
         println!("Torn lines beside them, passed over: {}", summary.torn);
+    }
+    if let Some(refused) = &summary.refused {
+        println!("With the key, {refused}");
     }
     for node in &summary.nodes {
         let c = &node.counters;

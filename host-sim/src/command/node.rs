@@ -16,6 +16,9 @@ use crate::edge::encoded;
 use crate::node::{Controller, RealTime, Store, serve};
 use crate::watch::reasons::why;
 
+/// So long after a restart no reading is taken, at most; a disk bears to be written every half of it, which flash does not.
+const FRESHNESS_RESERVE_US: u64 = 10_000_000;
+
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// The bus to join, such as slcan:127.0.0.1:29537, socketcand:127.0.0.1:29536 or socketcan:vcan0
@@ -37,6 +40,9 @@ pub struct Arguments {
     /// Where a deployed model, thresholds, the counter of commands and what the monitor learns survive a restart
     #[arg(long)]
     state: Option<PathBuf>,
+    /// Take readings with a right seal alone, made with the key, and seal results and states (see SECURITY.md)
+    #[arg(long, requires = "key")]
+    sealed: bool,
     #[command(flatten)]
     judging: Judging,
     /// Print one JSON object when it ends, instead of text
@@ -47,7 +53,13 @@ pub struct Arguments {
 /// Runs the command until it is told to stop.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let key = arguments.key.as_deref().map(read_key).transpose()?;
-    let config = NodeConfig { key, seed: random()?, ..arguments.judging.config()? };
+    let config = NodeConfig {
+        key,
+        sealed: arguments.sealed,
+        freshness_reserve: FRESHNESS_RESERVE_US,
+        seed: random()?,
+        ..arguments.judging.config()?
+    };
     let mut store = match (&arguments.state, key) {
         (None, _) => Store::in_memory(),
         (Some(path), None) => Store::open(path)?,
@@ -74,7 +86,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             (None, true) => "with the model deployed last".into(),
             (None, false) => "with the model it was started with".into(),
         };
-        let key = if key.is_some() { "commands need its key" } else { "it has no key and takes no commands" };
+        let key = match (key, arguments.sealed) {
+            (Some(_), true) => "commands and readings need its key",
+            (Some(_), false) => "commands need its key",
+            (None, _) => "it has no key and takes no commands",
+        };
         println!("Monitor {} listens on {} {model}; {key}. Ctrl-C ends it.", config.node, bus.description());
     }
     let served = serve(&mut *bus, &mut controller, &RealTime::start(), &stop)?;

@@ -15,6 +15,7 @@ use rotor_edge_core::state::{NodeState, Status};
 use rotor_edge_core::thresholds::Thresholds;
 
 use crate::bus::CanBus;
+use crate::bus::seals::Sealer;
 pub use answer::out_of_bounds;
 pub use courier::{Courier, Standing};
 pub use key::{read_key, write_new_key};
@@ -52,6 +53,11 @@ impl Authority {
     /// Which monitor.
     pub fn node(&self) -> u8 {
         self.node
+    }
+
+    /// Seals readings for the monitor.
+    pub fn sealer(&self) -> Sealer {
+        Sealer::new(self.key, self.node)
     }
 
     /// Number of the next command.

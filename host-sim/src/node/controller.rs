@@ -6,6 +6,7 @@ use rotor_edge_core::node::{NodeConfig, Save};
 use rotor_edge_core::state::Reason;
 
 use super::store::Store;
+use crate::bus::seals::present_us;
 use crate::edge::EdgeNode;
 
 /// A node with its store.
@@ -26,6 +27,9 @@ impl Controller {
         let mut node =
             EdgeNode::new(config).map_err(|e| anyhow!("the controller refuses to start: {e:?}"))?;
         node.restore_counter(store.counter());
+        if config.sealed {
+            node.restore_freshness(store.freshness().unwrap_or_else(present_us));
+        }
         if let Some(thresholds) = store.thresholds() {
             // those of another version are none: the settings stay, and `thresholds` shows them
             let _ = node.restore_thresholds(thresholds);
@@ -94,6 +98,7 @@ impl Controller {
                     self.store.save_command(counter, model, thresholds.as_ref().map(|bytes| &bytes[..]))
                 }
                 Save::Memory(memory) => self.store.save_memory(&memory),
+                Save::Freshness(freshness) => self.store.save_freshness(freshness),
             };
             self.node.saved(time_us, stored.is_ok());
         }

@@ -1,5 +1,5 @@
 //! What survives a loss of power, in one file that is always whole: the counter of commands, the deployed model, the
-//! thresholds and the monitor's memory.
+//! thresholds, the monitor's memory and how fresh sealed readings were.
 //!
 //! ```text
 //! rotor-edge monitor 2
@@ -7,6 +7,7 @@
 //! model 02000000…              bytes as hexadecimal digits, each with a checksum of its own inside; nothing if there is none
 //! thresholds 01…
 //! memory 01…
+//! freshness 17… 5e0b6f19       only if it takes sealed readings alone; as the counter
 //! code 5be1…                   with a key alone: its code over the monitor's number and all lines before
 //! ```
 //!
@@ -37,6 +38,7 @@ struct Kept {
     model: Result<Vec<u8>, Reason>,
     thresholds: Option<Vec<u8>>,
     memory: Option<Vec<u8>>,
+    freshness: Option<u64>,
 }
 
 /// The stored state of one monitor: in a file, or only as long as the process lives.
@@ -53,7 +55,13 @@ pub struct Store {
 impl Store {
     /// Forgets everything with the process.
     pub fn in_memory() -> Self {
-        let kept = Kept { counter: 0, model: Err(Reason::NothingStored), thresholds: None, memory: None };
+        let kept = Kept {
+            counter: 0,
+            model: Err(Reason::NothingStored),
+            thresholds: None,
+            memory: None,
+            freshness: None,
+        };
         Self { path: None, seal: None, kept, initial: None, damaged: false }
     }
 
@@ -132,6 +140,11 @@ impl Store {
         self.kept.memory.as_deref()
     }
 
+    /// How fresh a reading must be; nothing if that was never stored, or is damaged.
+    pub fn freshness(&self) -> Option<u64> {
+        self.kept.freshness
+    }
+
     /// Stores what a command brings, and its counter: all, or nothing.
     ///
     /// # Errors
@@ -160,6 +173,14 @@ impl Store {
         self.replace(Kept { memory: Some(memory.to_vec()), ..self.kept.clone() })
     }
 
+    /// Stores how fresh a reading must be after a restart.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn save_freshness(&mut self, freshness: u64) -> Result<()> {
+        self.replace(Kept { freshness: Some(freshness), ..self.kept.clone() })
+    }
+
     fn replace(&mut self, kept: Kept) -> Result<()> {
         if let Some(path) = &self.path {
             if self.damaged {
@@ -185,11 +206,16 @@ impl Store {
 
 impl Kept {
     fn text(&self) -> String {
-        let digits = self.counter.to_string();
+        let checked = |number: u64| {
+            let digits = number.to_string();
+            format!("{digits} {:08x}", crc32(digits.as_bytes()))
+        };
+        let freshness =
+            self.freshness.map_or(String::new(), |fresh| format!("freshness {}\n", checked(fresh)));
         let hex = |bytes: Option<&Vec<u8>>| bytes.map_or(String::new(), |bytes| to_hex(bytes));
         format!(
-            "{FIRST_LINE}\ncounter {digits} {:08x}\nmodel {}\nthresholds {}\nmemory {}\n",
-            crc32(digits.as_bytes()),
+            "{FIRST_LINE}\ncounter {}\nmodel {}\nthresholds {}\nmemory {}\n{freshness}",
+            checked(self.counter),
             hex(self.model.as_ref().ok()),
             hex(self.thresholds.as_ref()),
             hex(self.memory.as_ref())
@@ -221,6 +247,7 @@ impl Kept {
             model,
             thresholds: bytes("thresholds ").flatten(),
             memory: bytes("memory ").flatten(),
+            freshness: field("freshness ").and_then(checked_counter),
         }
     }
 }

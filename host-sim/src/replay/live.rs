@@ -12,6 +12,7 @@ use rotor_edge_desktop::measurement::Reading;
 use super::mirror::Mirror;
 use super::timing::{Timing, settings};
 use super::{Answer, Replay, ReplayConfig, changes, row_of};
+use crate::bus::seals::Sealer;
 use crate::bus::states::States;
 use crate::bus::{CanBus, Traffic, counters};
 use crate::deploy::{Authority, await_heartbeat};
@@ -56,7 +57,8 @@ pub fn run_with_own_monitor(
     std::thread::scope(|scope| {
         let served = scope.spawn(|| serve(monitor, &mut controller, &clock, &stop));
         clock.set(config.node.listen_us);
-        let played = play(host, deployment, record, config, &timing, |time_us| clock.set(time_us), progress);
+        let begin = |time_us| clock.set(time_us);
+        let played = play(host, deployment, record, config, None, begin, progress);
         stop.store(true, Ordering::Relaxed);
         let served: Served = served.join().map_err(|_| anyhow!("the monitor's thread ended early"))??;
         let Played { answers, sent, mut received, .. } = played?;
@@ -96,7 +98,8 @@ pub fn run_with_foreign_monitor(
         authority.command(host, Command::Restart, &[], |_| ())?;
         let before = counters(host, config.node.node)?;
         let timing = Timing::of(deployment, record, config);
-        let played = play(host, deployment, record, config, &timing, |_| (), progress)?;
+        let mut sealer = authority.sealer();
+        let played = play(host, deployment, record, config, Some(&mut sealer), |_| (), progress)?;
         let counters = counters::since(&before, &counters(host, config.node.node)?);
         let traffic = Traffic {
             sent: played.sent,
@@ -128,17 +131,18 @@ fn compressed(thresholds: &Thresholds) -> Thresholds {
     }
 }
 
-/// Sends each reading and waits for its answer, if it gets one; `begin` hears when each is judged by the record's clock.
+/// Sends each reading, with its seal if there is a key, and waits for its answer, if it gets one; `begin` hears when each is judged by the record's clock.
 fn play(
     host: &mut dyn CanBus,
     deployment: &Deployment,
     record: &[Reading],
     config: &ReplayConfig,
-    timing: &Timing,
+    mut sealer: Option<&mut Sealer>,
     begin: impl Fn(u64),
     mut progress: impl FnMut(usize),
 ) -> Result<Played> {
     let node = config.node.node;
+    let timing = Timing::of(deployment, record, config);
     let received = await_heartbeat(host, node)?;
     let mut results = ResultAssembler::new();
     let mut mirror = Mirror::new(&deployment.edge, settings(config, record));
@@ -148,8 +152,10 @@ fn play(
         let reading = deployment.reading(measured);
         let judged_us = timing.judged_us(row);
         begin(judged_us);
-        for frame in reading_frames(node, &NumberedReading::new(row as u16, reading)) {
-            host.send(&frame)?;
+        let frames = reading_frames(node, &NumberedReading::new(row as u16, reading));
+        let seal = sealer.as_mut().map(|sealer| sealer.seal(&frames));
+        for frame in frames.iter().chain(seal.iter().flatten()) {
+            host.send(frame)?;
             played.sent += 1;
         }
         let is_answered = mirror.judge(judged_us, &reading).is_some();

@@ -27,6 +27,7 @@ use std::collections::BTreeMap;
 
 use rotor_edge_core::can::{BROADCAST_NODE, Frame, Message};
 
+use crate::bus::seals::Checker;
 use load::Load;
 use monitor::Monitor;
 
@@ -40,6 +41,7 @@ pub struct Watch {
     foreign: u64,
     now_us: u64,
     questions: Vec<Frame>,
+    checker: Option<Checker>,
 }
 
 impl Watch {
@@ -53,7 +55,14 @@ impl Watch {
             foreign: 0,
             now_us: 0,
             questions: vec![Message::VersionQuery.encode(only.unwrap_or(BROADCAST_NODE))],
+            checker: None,
         }
+    }
+
+    /// Believes of one monitor only what bears a right seal: readings, results, heartbeats and states.
+    pub fn checking(mut self, checker: Checker) -> Self {
+        self.checker = Some(checker);
+        self
     }
 
     /// Takes a frame heard at `time_us` since the start.
@@ -61,6 +70,17 @@ impl Watch {
         self.pass(time_us);
         self.frames += 1;
         self.load.take(time_us, frame);
+        match &mut self.checker {
+            Some(checker) if checker.node() == frame.node() => {
+                let believed = checker.take(time_us, frame);
+                self.monitors.entry(frame.node()).or_default().refuse(checker.refused());
+                believed.iter().for_each(|frame| self.hear(time_us, frame));
+            }
+            _ => self.hear(time_us, frame),
+        }
+    }
+
+    fn hear(&mut self, time_us: u64, frame: &Frame) {
         let node = frame.node();
         match Message::decode(frame) {
             Ok((BROADCAST_NODE, _) | (_, Message::VersionQuery)) => {}
@@ -72,7 +92,7 @@ impl Watch {
                     }
                 }
             }
-            Err(_) if frame.is_transfer() => {}
+            Err(_) if frame.is_transfer() || frame.is_seal() => {}
             Err(_) => self.foreign += 1,
         }
     }

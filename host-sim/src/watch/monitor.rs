@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use crate::bus::counters;
 use crate::bus::decoded::Timed;
+use crate::bus::seals::Refused;
 
 /// Results remembered.
 pub const HISTORY: usize = 1_000;
@@ -96,6 +97,7 @@ pub struct Monitor {
     readings: Assembler,
     reading: Option<Timed<NumberedReading>>,
     unanswered: u32,
+    refused: Option<Refused>,
 }
 
 impl Monitor {
@@ -179,6 +181,16 @@ impl Monitor {
         keep(&mut self.arrivals, RATE_RESULTS, time_us);
     }
 
+    /// It is believed by its seals, and so much was not.
+    pub(super) fn refuse(&mut self, refused: Refused) {
+        self.refused = Some(refused);
+    }
+
+    /// What was heard under its number and not believed; `None` where no seals are checked.
+    pub fn refused(&self) -> Option<Refused> {
+        self.refused
+    }
+
     pub(super) fn clear(&mut self) {
         self.history.clear();
     }
@@ -187,6 +199,7 @@ impl Monitor {
     pub(super) fn is_known(&self) -> bool {
         let known = |version| (OLDEST_PROTOCOL_VERSION..=PROTOCOL_VERSION).contains(&version);
         self.last.is_some()
+            || self.refused.is_some_and(|refused| refused.any())
             || self.reading.is_some()
             || self.heartbeat_version.is_some_and(known)
             || self.version.is_some_and(|version| Some(version.protocol) == self.heartbeat_version)

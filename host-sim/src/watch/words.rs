@@ -7,9 +7,11 @@ use super::lists::listed;
 pub use super::lists::probe_numbers;
 use super::monitor::Monitor;
 use super::reasons::{Why, why};
+use crate::bus::seals::Refused;
 
 /// Readings without an answer that are no coincidence.
 const MOST_UNANSWERED: u32 = 3;
+const FORGER: &str = "if the refused ones grow in number: find who else sends under its number";
 /// Results in a row at the bound that are no coincidence. Under a model that no longer fits, the sample's results are at
 /// it by scatter in 6 % of the readings, three in a row then in 0.02 %; while a jump is followed, all are.
 const LEAST_AT_BOUND: u16 = 3;
@@ -47,6 +49,25 @@ impl Words {
 
     /// Of monitor `node`; the most urgent first.
     pub fn of(node: u8, monitor: &Monitor, now_us: u64) -> Self {
+        let words = Self::of_believed(node, monitor, now_us);
+        match monitor.refused().filter(Refused::any) {
+            Some(refused) if monitor.heard_us().is_none() => Self::new(
+                Level::Alarm,
+                "UNSEALED",
+                format!("nothing under its number bears a right seal; {refused}"),
+                "start it with `node --sealed`, give the right key, or find who else sends under its number",
+            ),
+            Some(refused) => Self {
+                level: if words.level == Level::Alarm { Level::Alarm } else { Level::Attention },
+                state: format!("{}; {refused}", words.state),
+                next: if words.next.is_empty() { FORGER.into() } else { words.next },
+                ..words
+            },
+            None => words,
+        }
+    }
+
+    fn of_believed(node: u8, monitor: &Monitor, now_us: u64) -> Self {
         if let Some(version) = monitor.foreign_version() {
             return Self::new(
                 Level::Alarm,

@@ -8,6 +8,8 @@ use core::panic::PanicInfo;
 
 use rotor_edge_core::can::isotp::IsoTp;
 use rotor_edge_core::can::parts::{Held, Offer, answer_part, parts_of, request_part};
+#[cfg(feature = "seal")]
+use rotor_edge_core::can::seal::{Direction, Gate, Group, seal};
 use rotor_edge_core::can::slcan::{Decoder, Line, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
@@ -50,6 +52,8 @@ extern "C" fn main() -> i32 {
         frames(model);
     }
     receive_result();
+    #[cfg(feature = "seal")]
+    seals();
     command();
     extraction();
     lines();
@@ -114,9 +118,13 @@ fn judgement(reading: &Reading) {
 /// A node among arbitrary frames at arbitrary times, started from arbitrary bytes, its model replaced meanwhile.
 fn frames(model: Model) {
     let config = NodeConfig { key: Some(Key(black_box([0; 32]))), ..NodeConfig::new(black_box(0)) };
+    #[cfg(feature = "seal")]
+    let config = NodeConfig { sealed: black_box(true), freshness_reserve: black_box(0), ..config };
     let Ok(mut node) = Node::<6, 4, 2>::new(black_box(config)) else {
         return;
     };
+    #[cfg(feature = "seal")]
+    node.restore_freshness(black_box(0));
     node.restore_counter(black_box(0));
     let _ = black_box(node.restore_thresholds(black_box(&[0; 64])));
     let _ = black_box(node.load(black_box(Err(Reason::NothingStored))));
@@ -134,6 +142,10 @@ fn frames(model: Model) {
             Some(Save::Memory(memory)) => {
                 black_box(memory);
             }
+            #[cfg(feature = "seal")]
+            Some(Save::Freshness(freshness)) => {
+                black_box(freshness);
+            }
             None => {}
         }
         node.saved(black_box(0), black_box(true));
@@ -147,6 +159,23 @@ fn frames(model: Model) {
     let _ = black_box(node.replace_model(black_box(0), model));
     node.restart(black_box(0));
     black_box(node);
+}
+
+/// A gate among arbitrary frames.
+#[cfg(feature = "seal")]
+fn seals() {
+    let (key, direction) = (Key(black_box([0; 32])), black_box(Direction::ToHost));
+    let mut gate = Gate::new(direction, black_box(0));
+    let mut group = Group::new();
+    for _ in 0..black_box(100) {
+        if let Some(frame) = any_frame() {
+            let _ = group.push(frame);
+            let _ = black_box(gate.receive(&key, black_box(0), black_box(0), &frame));
+        }
+        gate.raise(black_box(0));
+        black_box((gate.last(), direction.covers(black_box(0))));
+    }
+    black_box(seal(&key, direction, black_box(0), black_box(0), &group));
 }
 
 fn receive_result() {
@@ -205,7 +234,8 @@ fn in_parts(request: &[u8]) {
 /// Arbitrary samples and marks.
 fn extraction() {
     let config = black_box(ExtractionConfig::new());
-    let (mut detector, mut extractor) = (KeyphasorDetector::new(black_box(0), black_box(0)), Extractor::new());
+    let (mut detector, mut extractor) =
+        (KeyphasorDetector::new(black_box(0), black_box(0)), Extractor::new());
     for _ in 0..black_box(100) {
         let mark = detector.push(black_box(0));
         black_box(extractor.push(&config, black_box([0; 4]), black_box(mark)));

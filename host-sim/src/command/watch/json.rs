@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::bus::counters::named;
+use crate::bus::seals::Refused;
 use crate::bus::states::name;
 use crate::command::answer::Answer;
 use crate::watch::Watch;
@@ -51,6 +52,8 @@ struct Node {
     /// Its own, in the order of its heartbeat.
     counters: Option<Map<String, Value>>,
     damaged_results: u16,
+    /// What was not believed; null without a key.
+    refused: Option<Refused>,
     model_checksum: Option<String>,
     model_probes: Option<u8>,
     model_planes: Option<u8>,
@@ -145,6 +148,7 @@ impl Node {
             version: monitor.version(),
             counters: monitor.counters().map(|c| named(c).map(|(n, c)| (n.into(), c.into())).collect()),
             damaged_results: monitor.damaged(),
+            refused: monitor.refused(),
             model_checksum: monitor.model().map(|model| checksum(model.checksum)),
             model_probes: monitor.model().map(|model| model.probes),
             model_planes: monitor.model().map(|model| model.planes),

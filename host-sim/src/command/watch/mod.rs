@@ -12,8 +12,10 @@ use rotor_edge_core::can::MAX_NODE;
 
 use super::{output, stop};
 use crate::bus::log::Recorded;
+use crate::bus::seals::Checker;
 use crate::bus::spec::BIT_RATES;
 use crate::bus::{BusConfig, BusSpec, CanBus};
+use crate::deploy::read_key;
 use crate::watch::Watch;
 use crate::watch::terminal::{listen, require_terminal, show};
 use crate::watch::view::Place;
@@ -30,6 +32,9 @@ pub struct Arguments {
     /// Watch this monitor alone; all if absent
     #[arg(long, value_parser = clap::value_parser!(u8).range(0..=i64::from(MAX_NODE)))]
     node: Option<u8>,
+    /// The key of that monitor: believe what bears its seal alone (see `node --sealed`)
+    #[arg(long, requires = "node")]
+    key: Option<PathBuf>,
     /// Bits a second on the bus, for its load; that of the bus's name, else 500000
     #[arg(long)]
     bit_rate: Option<u32>,
@@ -54,6 +59,7 @@ pub fn seconds(text: &str) -> Result<Duration> {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let place = Place { bus: arguments.bus.to_string(), bit_rate: bit_rate(arguments)? };
+    let key = arguments.key.as_deref().map(read_key).transpose()?;
     if !arguments.json {
         require_terminal()?;
     }
@@ -65,6 +71,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let stop = stop::on_signal()?;
     let mut watch = Watch::new(arguments.node);
+    if let Some((key, node)) = key.zip(arguments.node) {
+        watch = watch.checking(Checker::new(key, node));
+    }
     if !arguments.json {
         return show(&mut *bus, &mut watch, &place, arguments.seconds, &stop);
     }

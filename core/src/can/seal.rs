@@ -1,0 +1,265 @@
+//! Seals: two frames after a group of frames that say who sent the group, and when.
+//!
+//! A group is a reading (towards a node) or what a node tells at once: a result, a heartbeat with all that follows it, or a
+//! state alone. The first frame of the seal holds the number of frames in the group (u8) and its freshness (56 bits), a
+//! number that only grows: microseconds since 1970 suit. The second holds the left eight bytes of an HMAC-SHA-256, by the
+//! device's key, over the words `rotor-edge seal` and then, of every frame of the group and of the seal's first, the
+//! identifier (u16, which has the direction and the node in it) and the eight bytes, in rising order of identifier.
+//!
+//! Who knows of no seals passes these frames over.
+//!
+//! ```
+//! use rotor_edge_core::can::seal::{Direction, Gate, SealError, seal};
+//! use rotor_edge_core::can::{NumberedReading, reading_frames};
+//! use rotor_edge_core::command::Key;
+//! use rotor_edge_core::reading::{ProbeVector, Reading};
+//! let (key, node) = (Key([7; 32]), 3);
+//! let reading = Reading::new(9000.0, &[ProbeVector { cos_um: 1.0, sin_um: 2.0 }; 4]).unwrap();
+//! let frames = reading_frames(node, &NumberedReading::new(1, reading));
+//! let sealed: Vec<_> = frames.iter().copied().chain(seal(&key, Direction::ToNode, node, 1000, &frames)).collect();
+//! let mut gate = Gate::new(Direction::ToNode, 999);
+//! let mut hear = |time_us| sealed.iter().map(|frame| gate.receive(&key, 200_000, time_us, frame)).last();
+//! assert_eq!(hear(0), Some(Ok(Some(frames.clone().into_iter().collect()))));
+//! // a recording of it
+//! assert_eq!(hear(50_000), Some(Err(SealError::Replayed)));
+//! ```
+
+use heapless::Vec;
+use hmac::{Hmac, Mac};
+use sha2::Sha256;
+
+use super::counters::COUNTER_PAIRS;
+use super::frame::Frame;
+use super::message::{
+    TYPE_HEARTBEAT, TYPE_MODEL, TYPE_READING_END, TYPE_READING_START, TYPE_RESULT_END, TYPE_STATE,
+    TYPE_STATUS,
+};
+use crate::command::Key;
+
+/// Type of the first frame of a reading's seal.
+pub const TYPE_READING_FRESHNESS: u8 = 30;
+/// Type of the second.
+pub const TYPE_READING_CODE: u8 = 31;
+/// Type of the first frame of the seal on what a node tells.
+pub const TYPE_TOLD_FRESHNESS: u8 = 45;
+/// Type of the second.
+pub const TYPE_TOLD_CODE: u8 = 46;
+
+/// Frames of a seal.
+pub const SEAL_FRAMES: usize = 2;
+/// Frames of a group, at most: those of a heartbeat.
+pub const MAX_GROUP_FRAMES: usize = COUNTER_PAIRS + 3;
+/// Greatest freshness: the year 4253 in microseconds.
+pub const MAX_FRESHNESS: u64 = (1 << 56) - 1;
+
+const DOMAIN: &[u8] = b"rotor-edge seal";
+/// One for each type that can be in a group, in either direction.
+const SLOTS: usize = (TYPE_MODEL - TYPE_STATUS) as usize + 1;
+
+/// The frames of a group, in rising order of identifier.
+pub type Group = Vec<Frame, MAX_GROUP_FRAMES>;
+
+/// Which way sealed frames travel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Direction {
+    /// Readings.
+    ToNode,
+    /// Results, heartbeats and states.
+    ToHost,
+}
+
+/// Why a group is not taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum SealError {
+    /// Frames are missing, those of the seal among them, or they took too long.
+    Incomplete,
+    /// The code is not one made with this key over these frames.
+    Forged,
+    /// The code is right and its freshness not above the last one.
+    Replayed,
+}
+
+impl Direction {
+    /// Types of the seal's two frames.
+    fn types(self) -> [u8; SEAL_FRAMES] {
+        match self {
+            Self::ToNode => [TYPE_READING_FRESHNESS, TYPE_READING_CODE],
+            Self::ToHost => [TYPE_TOLD_FRESHNESS, TYPE_TOLD_CODE],
+        }
+    }
+
+    /// Least type of a group.
+    fn first(self) -> u8 {
+        match self {
+            Self::ToNode => TYPE_READING_START,
+            Self::ToHost => TYPE_STATUS,
+        }
+    }
+
+    /// Whether frames of this type count only with a seal.
+    pub fn covers(self, message_type: u8) -> bool {
+        match self {
+            Self::ToNode => (TYPE_READING_START..=TYPE_READING_END).contains(&message_type),
+            Self::ToHost => {
+                matches!(message_type, TYPE_STATUS..=TYPE_RESULT_END | TYPE_HEARTBEAT..=TYPE_MODEL)
+            }
+        }
+    }
+}
+
+/// The two frames that seal a group for or of `node`, to be sent after it; `group` in rising order of identifier. Of the
+/// freshness, 56 bits count.
+pub fn seal(
+    key: &Key,
+    direction: Direction,
+    node: u8,
+    freshness: u64,
+    group: &[Frame],
+) -> [Frame; SEAL_FRAMES] {
+    let [first, second] = direction.types();
+    let [a, b, c, d, e, f, g, _] = freshness.to_le_bytes();
+    let head = Frame::full(first, node, [group.len() as u8, a, b, c, d, e, f, g]);
+    let full = mac(key, group, &head).map(|mac| <[u8; 32]>::from(mac.finalize().into_bytes()));
+    let code = full.unwrap_or_default().first_chunk().copied().unwrap_or_default();
+    [head, Frame::full(second, node, code)]
+}
+
+/// As many as a group can have.
+pub(crate) fn grouped<'a>(frames: impl Iterator<Item = &'a Frame>) -> Group {
+    let mut group = Group::new();
+    for frame in frames {
+        let _ = group.push(*frame);
+    }
+    group
+}
+
+/// Over a group and its seal's first frame.
+fn mac(key: &Key, group: &[Frame], head: &Frame) -> Option<Hmac<Sha256>> {
+    let mut mac = key.mac([DOMAIN, &[], &[]])?;
+    for frame in group.iter().chain([head]) {
+        mac.update(&frame.raw_id().to_le_bytes());
+        mac.update(frame.bytes());
+    }
+    Some(mac)
+}
+
+/// Holds the frames of one node in one direction back until their seal is there.
+#[derive(Debug, Clone)]
+pub struct Gate {
+    direction: Direction,
+    /// By their type.
+    frames: [Option<Frame>; SLOTS],
+    head: Option<Frame>,
+    since_us: u64,
+    last: u64,
+}
+
+impl Gate {
+    /// Takes what is fresher than `last`.
+    pub fn new(direction: Direction, last: u64) -> Self {
+        Self { direction, frames: [None; SLOTS], head: None, since_us: 0, last }
+    }
+
+    /// The greatest freshness that was taken.
+    pub fn last(&self) -> u64 {
+        self.last
+    }
+
+    /// Takes nothing up to this freshness any more.
+    pub fn raise(&mut self, last: u64) {
+        self.last = self.last.max(last);
+    }
+
+    /// Takes one frame of the node: a whole group, when this frame is its seal's last. Frames that need no seal are passed
+    /// over. One wrong seal and the group is gone: whoever guesses has one attempt for each.
+    ///
+    /// Errors: [`SealError`], and nothing else has changed.
+    pub fn receive(
+        &mut self,
+        key: &Key,
+        timeout_us: u64,
+        time_us: u64,
+        frame: &Frame,
+    ) -> Result<Option<Group>, SealError> {
+        let Some(payload) = frame.full_payload() else { return Ok(None) };
+        let [first, second] = self.direction.types();
+        match frame.message_type() {
+            kind if kind == second => self.close(key, timeout_us, time_us, payload),
+            kind if kind == first => {
+                self.head = Some(*frame);
+                Ok(None)
+            }
+            kind if self.direction.covers(kind) => self.put(time_us, frame),
+            _ => Ok(None),
+        }
+    }
+
+    fn put(&mut self, time_us: u64, frame: &Frame) -> Result<Option<Group>, SealError> {
+        let place = usize::from(frame.message_type().wrapping_sub(self.direction.first()));
+        let mut before = Ok(None);
+        if self.begins_with(frame.message_type()) && self.frames.get(place) != Some(&Some(*frame)) {
+            if self.frames.iter().any(Option::is_some) {
+                before = Err(SealError::Incomplete);
+            }
+            self.clear();
+            self.since_us = time_us;
+        }
+        if let Some(place) = self.frames.get_mut(place) {
+            *place = Some(*frame);
+        }
+        before
+    }
+
+    /// Whether a frame of this type opens a group. A state does unless it follows its heartbeat.
+    fn begins_with(&self, message_type: u8) -> bool {
+        let is_in_heartbeat =
+            || self.frames.iter().flatten().any(|frame| frame.message_type() == TYPE_HEARTBEAT);
+        match message_type {
+            TYPE_READING_START | TYPE_STATUS | TYPE_HEARTBEAT => true,
+            TYPE_STATE => !is_in_heartbeat(),
+            _ => false,
+        }
+    }
+
+    fn clear(&mut self) {
+        (self.frames, self.head) = ([None; SLOTS], None);
+    }
+
+    fn close(
+        &mut self,
+        key: &Key,
+        timeout_us: u64,
+        time_us: u64,
+        code: &[u8; 8],
+    ) -> Result<Option<Group>, SealError> {
+        let group = grouped(self.frames.iter().flatten());
+        let head = self.head;
+        self.clear();
+        if group.is_empty() {
+            // the seal once more
+            return Ok(None);
+        }
+        let head = head.ok_or(SealError::Incomplete)?;
+        let &[frames, a, b, c, d, e, f, g] = head.full_payload().ok_or(SealError::Incomplete)?;
+        let is_late = time_us.saturating_sub(self.since_us) > timeout_us;
+        if usize::from(frames) != group.len() || is_late {
+            return Err(SealError::Incomplete);
+        }
+        // in constant time
+        if mac(key, &group, &head).is_none_or(|mac| mac.verify_truncated_left(code).is_err()) {
+            return Err(SealError::Forged);
+        }
+        let freshness = u64::from_le_bytes([a, b, c, d, e, f, g, 0]);
+        if freshness <= self.last {
+            return Err(SealError::Replayed);
+        }
+        self.last = freshness;
+        Ok(Some(group))
+    }
+}
+
+#[cfg(test)]
+mod tests;
