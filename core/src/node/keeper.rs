@@ -20,8 +20,7 @@ pub enum Save<'a> {
     },
     /// What the node has learned of the machine, for [`Node::restore`](super::Node::restore).
     Memory(MemoryBytes),
-    /// How fresh a reading must be after a restart, for [`Node::restore_freshness`](super::Node::restore_freshness).
-    #[cfg(feature = "seal")]
+    /// How fresh a reading must be after a restart, for `Node::restore_freshness`. Only with the feature `seal`.
     Freshness(u64),
 }
 

@@ -168,7 +168,6 @@ pub struct Store {
     pub model: Option<Vec<u8>>,
     pub thresholds: Option<Vec<u8>>,
     pub memory: Option<Vec<u8>>,
-    #[cfg(feature = "seal")]
     pub freshness: u64,
     pub savings: usize,
     pub fails: bool,
@@ -201,7 +200,6 @@ impl Store {
                 }
             }
             Save::Memory(memory) => self.memory = Some(memory.to_vec()),
-            #[cfg(feature = "seal")]
             Save::Freshness(freshness) => self.freshness = *freshness,
         }
     }

@@ -142,7 +142,6 @@ fn frames(model: Model) {
             Some(Save::Memory(memory)) => {
                 black_box(memory);
             }
-            #[cfg(feature = "seal")]
             Some(Save::Freshness(freshness)) => {
                 black_box(freshness);
             }
