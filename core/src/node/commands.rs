@@ -81,7 +81,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     /// What is to be stored now. The board stores it and calls [`Node::saved`], until there is nothing more.
     pub fn to_save(&self) -> Option<Save<'_>> {
         match self.desk.pending {
-            Some(Pending { is_counted: true, .. }) => {
+            Some(Pending { is_counted: true, .. }) if self.model().is_some() => {
                 let mut acknowledged = self.monitor.judge;
                 acknowledged.acknowledge();
                 Some(Save::Memory(self.monitor.memory(&acknowledged).encode()))
