@@ -145,6 +145,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             return false;
         }
         let tracker = Tracker::resume(model, &memory.unbalance_g_mm);
+        self.forget();
         self.growth = Growth::resume(&memory.most_g_mm, tracker.last_g_mm());
         self.tracker = Some(tracker);
         self.judge = memory.judge();
