@@ -5,11 +5,11 @@
 //! | [`model`] | weights that make the model's vibration least |
 //! | [`influence`] | influence coefficients of trial runs, without a model of the machine |
 //! | [`trial_runs`] | weights from them, for a rotor's file |
-//! | [`speeds`], [`interpolated`], [`sense`] | which readings are of one speed; runs at unlike speeds; whether phases have the right sign |
+//! | [`speeds`], `interpolated`, [`sense`] | which readings are of one speed; runs at unlike speeds; whether phases have the right sign |
 //! | [`optimum`] | least squares, least largest vibration, and limits |
 //! | [`alone`] | weights of a machine that has no file |
 //! | [`places`] | fixed holes or blades |
-//! | [`wanted`], [`scatter`] | what weights are to do and may be; how far noise moves them |
+//! | [`wanted`], `scatter` | what weights are to do and may be; how far noise moves them |
 //! | [`weights`] | what can really be screwed in: radii and steps of mass |
 //! | [`grade`] | balance quality grade of ISO 21940-11 |
 //!
