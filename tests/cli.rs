@@ -427,3 +427,14 @@ fn the_protocol_of_any_monitor_is_written_as_a_dbc_file() {
     let nowhere = folder.path("no/folder/x.dbc").display().to_string();
     assert_says(&program::refusal(&["dbc", "-o", &nowhere]), &["x.dbc", "cannot be written"]);
 }
+
+#[test]
+fn a_track_of_planes_with_commas_in_their_names_is_forecast() {
+    let folder = Folder::new();
+    let rotor = folder.file("r.toml", &sample::ROTOR.replace("\"15\"", "\"1,5\""));
+    let (record, track) = (folder.file("c.csv", sample::RECORD), folder.path("t.csv").display().to_string());
+    let tracked = rotor_edge(&["track", &rotor, &record, "--method", "fixed", "--csv", &track]);
+    assert!(tracked.status.success(), "{}", String::from_utf8_lossy(&tracked.stderr));
+    let forecast = rotor_edge(&["forecast", &track, "--model", "naive"]);
+    assert!(forecast.status.success(), "{}", String::from_utf8_lossy(&forecast.stderr));
+}

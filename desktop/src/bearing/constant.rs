@@ -123,11 +123,16 @@ impl Constant {
     }
 
     /// Standard deviation of a cross-coupled term, in units of the direct ones. A file that states such terms states
-    /// them as well as the direct ones; one that states none says that there are none, unless they are to be learned.
+    /// them as well as the direct ones; one that states none, or some that rounding of the direct ones hides, says that there are
+    /// none, unless they are to be learned.
     fn cross_sd(&self, column: usize) -> f64 {
         let of = if column < 4 { &self.stiffness_n_m } else { &self.damping_n_s_m };
         let stated = PRIOR_LOG_SD * of.xy.abs().max(of.yx.abs()) / self.unit(column);
-        if self.learned.is_some() { stated.max(PRIOR_LOG_SD) } else { stated }
+        match self.learned {
+            Some(_) => stated.max(PRIOR_LOG_SD),
+            None if stated > f64::EPSILON => stated,
+            None => 0.0,
+        }
     }
 
     /// Columns that data may decide.
@@ -284,6 +289,19 @@ mod tests {
         assert_eq!(symbols(&plain), ["k_xx", "k_yy", "c_xx", "c_yy"]);
         assert_eq!(symbols(&Constant { learned: None, ..film() }).len(), 8);
         assert_eq!(symbols(&film()).len(), 24);
+    }
+
+    #[test]
+    fn cross_terms_that_rounding_of_the_direct_ones_hides_are_not_open_and_those_beyond_it_are() {
+        let with = |yx: f64| Constant {
+            stiffness_n_m: Coefficients { xx: 1e7, yy: 1e7, xy: 0.0, yx },
+            damping_n_s_m: Coefficients { xx: 1e3, yy: 1e3, ..Coefficients::default() },
+            learned: None,
+        };
+        assert_eq!(with(1e-300).unknowns().len(), 4);
+        let seen = with(1.0).unknowns();
+        assert_eq!(seen.len(), 6);
+        assert!(seen.iter().all(|u| u.prior_sd.powi(-2).is_finite()));
     }
 
     #[test]

@@ -233,7 +233,7 @@ impl Kept {
         let bytes = |name: &str| field(name).filter(|hex| !hex.is_empty()).map(from_hex);
         let counter = match (text.lines().next(), field("counter ")) {
             (Some(BEFORE), Some(number)) => number.parse().ok(),
-            (_, Some(number)) => checked_counter(number),
+            (_, Some(number)) => checked_number(number),
             (_, None) => None,
         };
         let model = match bytes("model ") {
@@ -247,12 +247,12 @@ impl Kept {
             model,
             thresholds: bytes("thresholds ").flatten(),
             memory: bytes("memory ").flatten(),
-            freshness: field("freshness ").and_then(checked_counter),
+            freshness: field("freshness ").and_then(checked_number),
         }
     }
 }
 
-fn checked_counter(text: &str) -> Option<u64> {
+fn checked_number(text: &str) -> Option<u64> {
     let (digits, code) = text.split_once(' ')?;
     let is_right = u32::from_str_radix(code, 16) == Ok(crc32(digits.as_bytes()));
     digits.parse().ok().filter(|_| is_right)

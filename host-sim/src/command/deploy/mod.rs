@@ -10,11 +10,9 @@ use clap::Args;
 use rotor_edge_core::command::Command;
 use serde_json::json;
 
-use super::judging::node_number;
+use super::commanding::Commanding;
 use super::watch::seconds;
 use super::{deployable, output};
-use crate::bus::BusSpec;
-use crate::deploy::{Authority, read_key};
 use crate::edge::{Deployment, encoded};
 use trial::Candidate;
 
@@ -22,18 +20,8 @@ use trial::Candidate;
 pub struct Arguments {
     /// The better model, rotor.toml as `identify`, `add` or `improve` wrote it
     rotor: PathBuf,
-    /// The bus, such as slcan:127.0.0.1:29537, socketcand:127.0.0.1:29536 or socketcan:vcan0
-    #[arg(long)]
-    bus: BusSpec,
-    /// The monitor's number, 0 to 30
-    #[arg(long, default_value_t = 1)]
-    node: u8,
-    /// The monitor's key
-    #[arg(long)]
-    key: PathBuf,
-    /// Number of this command, above all earlier ones; milliseconds since 1970 if absent
-    #[arg(long)]
-    counter: Option<u64>,
+    #[command(flatten)]
+    monitor: Commanding,
     /// Highest speed that the machine reaches; that of the data the rotor was fitted to if absent
     #[arg(long)]
     fastest_rpm: Option<f64>,
@@ -57,13 +45,12 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let node = node_number(arguments.node)?;
-    let key = read_key(&arguments.key)?;
+    let mut authority = arguments.monitor.authority()?;
+    let node = authority.node();
     let Deployment { edge: model, left_out, .. } =
         deployable::of_file(&arguments.rotor, arguments.fastest_rpm, arguments.slow_roll.as_deref())?;
     let bytes = encoded(&model)?;
-    let mut bus = arguments.bus.open()?;
-    let mut authority = Authority::new(key, node, arguments.counter)?;
+    let mut bus = arguments.monitor.open()?;
     if let Some(time) = arguments.trial {
         let candidate = Candidate { bytes, checksum: model.checksum(), left_out };
         return trial::run(arguments, &mut authority, &mut *bus, &candidate, time);
@@ -99,6 +86,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if !left_out.is_empty() {
         println!("Left out, as a controller knows no run: {}", left_out.join(", "));
     }
-    println!("Next: watch the residual fall\n  rotor-edge watch --bus {}", arguments.bus);
+    println!("Next: watch the residual fall\n  rotor-edge watch --bus {}", arguments.monitor.bus);
     Ok(())
 }

@@ -273,8 +273,8 @@ pub fn csv(path: &Path, rotor: &Rotor, track: &Track, dates: Dates) -> Result<()
         head.extend(interval_header(rotor));
     }
     head.extend(known_then.iter().flat_map(|_| known::header()));
-    let mut text = head.join(",");
-    text.push('\n');
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(&head)?;
     for (i, e) in track.estimates.iter().enumerate() {
         let before_d = if i == 0 { f64::NEG_INFINITY } else { track.estimates[i - 1].time_d };
         let is_event = track.flags.iter().any(|f| before_d < f.since_d && f.since_d <= e.time_d);
@@ -287,10 +287,9 @@ pub fn csv(path: &Path, rotor: &Rotor, track: &Track, dates: Dates) -> Result<()
         }
         // the joint method's estimates know the days that came after; a forecast must not
         cells.extend(known_then.iter().flat_map(|known| known::cells(&known[i])));
-        text.push_str(&cells.join(","));
-        text.push('\n');
+        writer.write_record(&cells)?;
     }
-    Ok(whole_file::write(path, text.as_bytes())?)
+    Ok(whole_file::write(path, &writer.into_inner()?)?)
 }
 
 const STATIC_DYNAMIC: [&str; 4] = ["static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"];
