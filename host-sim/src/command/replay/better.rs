@@ -113,16 +113,14 @@ pub fn trends(
         curves
     };
     let figure = |id: String, title: String, quantity: &str, caption: &str, curves| Figure {
-        svg: trend(
-            &title,
-            &Trend {
-                along: "time, days".into(),
-                quantity: quantity.into(),
-                curves,
-                flags: raised.iter().map(|f| f.time_d).collect(),
-                ..Trend::default()
-            },
-        ),
+        drawing: trend(&Trend {
+            along: "time, days".into(),
+            quantity: quantity.into(),
+            curves,
+            flags: raised.iter().map(|f| f.time_d).collect(),
+            ..Trend::default()
+        })
+        .into(),
         id,
         title,
         caption: caption.into(),
