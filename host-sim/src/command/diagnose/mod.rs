@@ -13,6 +13,7 @@ use serde_json::{Map, Value, json};
 use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};
+use super::quantity::quantity;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -142,16 +143,15 @@ fn next(arguments: &Arguments, found: &Diagnosis) -> (String, Option<String>) {
 
 /// Parameters with their uncertainty, one line each.
 pub fn parameter_lines(candidate: &Candidate) -> Vec<String> {
-    let line = |p: &rotor_edge_desktop::diagnose::FittedParameter| {
-        let value = match p.value.as_slice() {
-            [re, im] => {
-                let (size, angle) = (re.hypot(*im), im.atan2(*re).to_degrees());
-                format!("{size:.4e} {} at {angle:.1}°", p.unit)
-            }
-            other => format!("{:.4e} {}", other.first().copied().unwrap_or(f64::NAN), p.unit),
-        };
-        let sd = p.sd.map_or(String::new(), |sd| format!(" ± {sd:.1e}"));
-        format!("{} = {value}{sd}", p.name)
+    let line = |p: &rotor_edge_desktop::diagnose::FittedParameter| match p.value.as_slice() {
+        [re, im] => {
+            let (size, angle) = (re.hypot(*im), im.atan2(*re).to_degrees());
+            format!("{} = {} at {angle:.1}°", p.name, quantity(size, p.sd, p.unit))
+        }
+        other => {
+            let value = other.first().copied().unwrap_or(f64::NAN);
+            format!("{} = {}", p.name, quantity(value, p.sd, p.unit))
+        }
     };
     let mut lines: Vec<String> = candidate.parameters.iter().map(line).collect();
     lines.extend(candidate.disqualified.clone());

@@ -13,6 +13,10 @@ use crate::report::trend::{Trend, trend};
 /// √χ² of two components that noise exceeds in one case of twenty.
 const NOISE_95: f64 = 2.4477;
 
+/// Diameters, µm: of the circle that model and measurement are apart, and of that which noise makes in 19 of 20 readings,
+/// where it is known.
+type Error = (f64, Option<f64>);
+
 /// Of every probe, and of the forward and backward whirl at every bearing, all models in one figure each.
 pub fn figures(run: &Run, rotor: &Rotor, readings: &[Reading], models: &[Model]) -> Vec<Figure> {
     let probes = (0..rotor.probe.len()).map(|probe| {
@@ -33,14 +37,14 @@ pub fn figures(run: &Run, rotor: &Rotor, readings: &[Reading], models: &[Model])
     probes.chain(whirls).collect()
 }
 
-/// Diameter of the circle that model and measurement are apart in one sense of whirl, µm, and of that which noise makes.
+/// In one sense of whirl.
 fn whirl_error(
     pair: &ProbePair,
     way: usize,
     model: &Model,
     readings: &[Reading],
     row: usize,
-) -> Option<(f64, Option<f64>)> {
+) -> Option<Error> {
     let read = |probe: usize| readings[row].probes[probe];
     let [a, b] = pair.probes;
     let off = |probe: usize| Some(model.prediction.predicted_m[row][probe] - read(probe)?);
@@ -59,7 +63,7 @@ fn figure(
     of: &str,
     readings: &[Reading],
     models: &[Model],
-    error: &dyn Fn(&Model, usize) -> Option<(f64, Option<f64>)>,
+    error: &dyn Fn(&Model, usize) -> Option<Error>,
 ) -> Figure {
     let along = |model: &Model| {
         let at = |row: &usize| Some((run.place(readings, *row), error(model, *row)?));

@@ -245,7 +245,7 @@ function sample({ kind, index }) {
   const shape = svg.appendChild(document.createElementNS("http://www.w3.org/2000/svg", isLine ? "line" : "circle"));
   const attributes = isLine ? { x1: 0, x2: 26, y1: 6, y2: 6 } : { cx: 13, cy: 6, r: 3.2 };
   if (isLine && kind === "model" && index % 4) attributes["stroke-dasharray"] = DASHES[index % 4].join(" ");
-  if (kind === "band") attributes["stroke-width"] = 8;
+  if (kind === "band") shape.classList.add("band");
   if (["dots", "marks", "flags"].includes(kind)) shape.classList.add("full");
   for (const [name, value] of Object.entries(attributes)) shape.setAttribute(name, value);
   return svg;
