@@ -115,7 +115,7 @@ fn the_text_says_what_to_do_in_which_hole_with_masses_in_steps_and_the_report_dr
         &["A: add ", " g at 2 mm in hole 8, at 210° with the rotation", "hole 9, at 240°", "Static:"],
     );
     let page = std::fs::read_to_string(page).unwrap();
-    assert_says(&page, &["Weights around the shaft", "in hole 8", "<svg"]);
+    assert_says(&page, &["Weights around the shaft", "in hole 8", "<figure"]);
     let stepped = json(&machine.run(&["--holes", "12", "--radii-mm", "2", "--step-g", "0.5", "--json"]));
     for piece in stepped["weights"].as_array().unwrap().iter().flat_map(|w| w["placed"].as_array().unwrap()) {
         let steps = piece["mass_g"].as_f64().unwrap() / 0.5;

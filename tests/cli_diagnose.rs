@@ -169,7 +169,7 @@ fn the_loop_closes_on_the_sample() {
     assert_eq!(improved["verdict"], "adequate", "{improved}");
     let page = std::fs::read_to_string(&page).unwrap();
     let heard =
-        ["What was found", "as it was", "Before and after", "Residual map before", "Residual map after"];
+        ["What is wrong", "How much better", "as it was", "Residual map before", "Residual map after"];
     assert_says(&page, &heard);
     assert_says(&page, &["SHA-256", &case.data, concat!("rotor-edge ", env!("CARGO_PKG_VERSION"))]);
     assert_eq!(improved["steps"].as_array().unwrap().len(), 1);

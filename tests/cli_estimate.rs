@@ -67,9 +67,7 @@ fn text_names_the_base_refuted_runs_and_what_would_help() {
     assert_says(&text, &says);
     let page = std::fs::read_to_string(report).unwrap();
     assert!(
-        page.contains("Unbalance by run")
-            && page.contains("regions-1")
-            && page.contains("estimated, with 95 %")
+        page.contains("Unbalance by run") && page.contains("regions-1") && page.contains("\"name\":\"95 %\"")
     );
 }
 

@@ -302,9 +302,9 @@ fn files_that_follow_one_another_are_runs_each_with_the_vectors_that_it_has_alon
     let (_, readings) = run(&folder, &first, &[&[second.as_str()], &DC[..], &named].concat());
     assert_eq!(readings.last().unwrap().run.as_deref(), Some("trial"));
     let page = std::fs::read_to_string(report).unwrap();
-    // in the legend of each probe's figure
-    let legend = |run: &str| page.matches(&format!("\n{run}\n")).count();
-    assert_eq!([legend("as found"), legend("trial")], [4, 4]);
+    // amplitude and lag in the figure of each probe
+    let curves = |run: &str| page.matches(&format!("\"name\":\"{run}\"")).count();
+    assert_eq!([curves("as found"), curves("trial")], [8, 8]);
 
     let other = folder.write("other.csv", recordings[1].csv().replacen("15X", "7X", 1));
     for (more, says) in [

@@ -16,6 +16,7 @@ use rotor_edge::bus::seals::Sealer;
 use rotor_edge::deploy::{read_key, write_new_key};
 use rotor_edge::edge::Deployment;
 use rotor_edge::sample;
+use rotor_edge_core::can::seal::TYPE_TOLD_CODE;
 use rotor_edge_core::can::{
     FLAG_FLAGGED, Frame, Message, MonitorResult, NumberedReading, ResultAssembler, TYPE_HEARTBEAT,
     reading_frames, result_frames,
@@ -121,6 +122,8 @@ fn a_forger_neither_silences_a_sealed_monitor_nor_misleads_who_watches_it() {
         send(&mut *host, &sealed);
         let answer = answer(&mut *host, PATIENCE).expect("an answer to each sealed reading");
         assert_eq!(answer.sequence, sequence);
+        // between a result and its seal, a forged frame would cost it
+        hear(&mut *host, PATIENCE, |frame| frame.message_type() == TYPE_TOLD_CODE).expect("its seal");
         send(&mut *forger, &forged(reading, &answer));
         send(&mut *forger, &sealed);
         recorded.push(sealed);

@@ -92,8 +92,8 @@ fn a_better_model_is_confirmed_and_survives_power_and_a_worse_one_is_taken_back(
     assert!(during < 0.5 * before, "{told}");
     let better = checksum(&bench);
     assert_ne!(better, worse);
-    drop(running);
-    let _running = monitor(&bench, "worse.toml");
+    assert_says(&running.said(), &[" is on trial; unless it is confirmed", " was confirmed and is stored."]);
+    let running = monitor(&bench, "worse.toml");
     assert_eq!(checksum(&bench), better, "it is stored");
 
     let refused = try_out("worse.toml", &[]);
@@ -107,6 +107,10 @@ fn a_better_model_is_confirmed_and_survives_power_and_a_worse_one_is_taken_back(
     // nobody who recorded the trial can begin it again
     let replayed = try_out("worse.toml", &["--counter", &told["counter"].to_string()]);
     assert_says(&one_sentence(&replayed), &["has accepted command"]);
+    let said = running.said();
+    assert_eq!(said.matches(" is on trial").count(), 2, "{said}");
+    let back = format!("model {}, the one before, is in use again", better.as_str().unwrap());
+    assert_eq!(said.matches(&back).count(), 2, "{said}");
 }
 
 #[test]

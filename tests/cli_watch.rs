@@ -88,7 +88,8 @@ fn beside_a_monitor<T>(bus: &Shared, model: EdgeModel, work: impl FnOnce() -> T)
     let store = Store::in_memory().with_initial_model(encoded(&model).unwrap());
     let mut controller = Controller::start(NodeConfig::new(NODE), store, 0).unwrap();
     std::thread::scope(|scope| {
-        let served = scope.spawn(|| serve(&mut *port, &mut controller, &RealTime::start(), &stop).unwrap());
+        let served =
+            scope.spawn(|| serve(&mut *port, &mut controller, &RealTime::start(), &stop, |_, _| ()).unwrap());
         let result = work();
         stop.store(true, Ordering::Relaxed);
         served.join().unwrap();

@@ -49,7 +49,8 @@ fn beside_a_monitor<T>(
     let mut controller = Controller::start(config, store, 0).unwrap();
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
-        let served = scope.spawn(|| serve(&mut monitor, &mut controller, &RealTime::start(), &stop).unwrap());
+        let served = scope
+            .spawn(|| serve(&mut monitor, &mut controller, &RealTime::start(), &stop, |_, _| ()).unwrap());
         // a test that fails must not wait for the monitor for ever
         let ends = Ends(&stop);
         let result = work(&mut host);

@@ -311,7 +311,7 @@ fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
         "Pinball loss at 95 % by days ahead",
         "95 % interval",
         "Chance that the limit is reached",
-        "\nlimit\n",
+        "\"name\":\"limit\"",
     ] {
         assert!(page.contains(part), "{part}");
     }

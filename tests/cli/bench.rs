@@ -2,9 +2,9 @@
 
 #![allow(dead_code, reason = "each test uses a part")]
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
 
 use rotor_edge::sample;
 use serde_json::Value;
@@ -20,12 +20,25 @@ pub struct Bench {
 }
 
 /// A running monitor; killed without warning when dropped, as by a cut in power.
-pub struct Monitor(Child);
+pub struct Monitor {
+    program: Child,
+    stdout: BufReader<ChildStdout>,
+}
 
 impl Drop for Monitor {
     fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+impl Monitor {
+    /// Everything that it has said since it joined the bus; it ends.
+    pub fn said(mut self) -> String {
+        self.program.kill().unwrap();
+        let mut text = String::new();
+        self.stdout.read_to_string(&mut text).unwrap();
+        text
     }
 }
 
@@ -71,9 +84,10 @@ impl Bench {
             .spawn()
             .unwrap();
         let mut line = String::new();
-        BufReader::new(program.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let mut stdout = BufReader::new(program.stdout.take().unwrap());
+        stdout.read_line(&mut line).unwrap();
         assert_says(&line, &["Monitor", "listens on"]);
-        (Monitor(program), line)
+        (Monitor { program, stdout }, line)
     }
 
     /// What `watch` hears of the monitor.

@@ -22,7 +22,8 @@ const LOAD_LOG_SD: f64 = 0.1;
 /// An oil film that carries a known load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmLaw {
-    film: Film,
+    /// As its file states it.
+    pub film: Film,
     table: Arc<FilmTable>,
     at_rest: Option<Vector2<f64>>,
     /// From the file, or what the shaft's weight puts on the bearing; not a number while nobody has said.

@@ -108,7 +108,7 @@ pub fn examine<'a>(
     let diagnosis = Diagnosis {
         verdict,
         summary,
-        error_before: base.relative_error(base.closest()),
+        error_before: base.relative_error(&base.fit),
         chi2_per_value: base.closest().chi2_per_value(),
         nothing_missing: ranking.nothing_missing,
         candidates,
@@ -176,7 +176,7 @@ impl Base<'_> {
         let advice = advice::between_typical(self, &possible, &noise);
         let mut remarks = remarks;
         remarks.extend(advice.is_empty().then(|| advice::another_kind(self)));
-        let error_before = self.relative_error(self.closest());
+        let error_before = self.relative_error(&self.fit);
         // the prior, as the data add nothing to it
         let probability = (1.0 - PRIOR) / possible.len().max(1) as f64;
         let candidate = |a: &Assumed| Candidate {

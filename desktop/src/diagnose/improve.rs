@@ -79,7 +79,7 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     let with = base.hypothesis.with(assumed);
     Ok(Improvement {
         rotor: fitter.corrected(as_file(&with, &tried.fit), &tried.fit, tried.drawing(&base)),
-        error_before: base.relative_error(base.closest()),
+        error_before: base.relative_error(&base.fit),
         error_after: base.relative_error(&tried.fit),
         chi2_per_value: [base.closest().chi2_per_value(), tried.fit.chi2_per_value()],
         added: base.candidate(&tried, f64::NAN),
@@ -97,6 +97,8 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// Why, in one sentence.
     pub summary: String,
+    /// What the first diagnosis tried, most probable first.
+    pub candidates_before: Vec<Candidate>,
     /// What the last diagnosis tried on top and did not add, most probable first.
     pub candidates: Vec<Candidate>,
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) of the model at the start.
@@ -138,6 +140,7 @@ pub fn improve(
         steps: Vec::new(),
         verdict: at_start.verdict,
         summary: at_start.summary.clone(),
+        candidates_before: at_start.candidates.clone(),
         candidates: at_start.candidates,
         error_before: at_start.error_before,
         chi2_per_value_before: at_start.chi2_per_value,

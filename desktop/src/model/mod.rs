@@ -1,5 +1,6 @@
 //! A rotor model: a shaft plus supports, forcings and readings; and its response at running speed.
 
+pub mod deflection;
 pub mod terms;
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector2};
@@ -286,13 +287,22 @@ impl Model {
         speed_rad_s: f64,
         unbalance_kg_m: &DVector<Complex<f64>>,
     ) -> Result<Response, Error> {
+        Ok(self.settled_under(speed_rad_s, unbalance_kg_m)?.0)
+    }
+
+    /// The response, and the motion at each support in x and y that it was found at, m.
+    fn settled_under(
+        &self,
+        speed_rad_s: f64,
+        unbalance_kg_m: &DVector<Complex<f64>>,
+    ) -> Result<(Response, Vec<[f64; 2]>), Error> {
         let mut amplitudes_m = vec![[0.0; 2]; self.supports.len()];
         let (mut weight, mut last_change) = (0.5, f64::INFINITY);
         let nonlinear = self.supports.iter().any(|s| s.law.depends_on_amplitude());
         for round in 0..AMPLITUDE_ROUNDS {
             let response = self.response_at(speed_rad_s, &amplitudes_m)?;
             if !nonlinear {
-                return Ok(response);
+                return Ok((response, amplitudes_m));
             }
             let motion = &response.support_per_unbalance * unbalance_kg_m + &response.support_fixed;
             let mut change = 0.0_f64;
@@ -305,7 +315,7 @@ impl Model {
                 *held = relaxed;
             }
             if change < 1e-12 {
-                return Ok(response);
+                return Ok((response, amplitudes_m));
             }
             if change > last_change {
                 // a contact is steep: smaller steps until they shrink

@@ -50,9 +50,64 @@ fn each(left: &Counters, right: &Counters, of_two: fn(u32, u32) -> u32) -> Count
     result
 }
 
+/// Counters since they are listened to, over wraps and over restarts of the monitor.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Totals {
+    last: Counters,
+    sums: [u64; 1 + 2 * COUNTER_PAIRS],
+}
+
+impl Totals {
+    /// Takes what one frame tells; other messages change nothing.
+    pub fn take(&mut self, message: &Message) {
+        let before = self.last;
+        take(&mut self.last, message);
+        let now = named(&self.last).zip(named(&before));
+        for (sum, ((_, after), (_, before))) in self.sums.iter_mut().zip(now) {
+            *sum += u64::from(passed(before, after));
+        }
+    }
+
+    /// As the monitor told them last.
+    pub fn told(&self) -> &Counters {
+        &self.last
+    }
+
+    /// Every counter with its name, the readings first.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, u64)> {
+        named(&self.last).zip(self.sums).map(|((name, _), sum)| (name, sum))
+    }
+}
+
+/// What was counted between two frames. Whichever way round is shorter is what happened (RFC 1982): forward, over the
+/// top if need be; or back, which no counter goes, so that it began again.
+fn passed(before: u32, after: u32) -> u32 {
+    let ahead = after.wrapping_sub(before);
+    if ahead < 1 << 31 { ahead } else { after }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn totals_go_on_over_a_wrap_and_over_a_restart() {
+        let mut totals = Totals::default();
+        let mut tell = |lost: u32| {
+            totals.take(&Message::Counters { pair: 0, values: [lost, 7] });
+            totals.named().nth(1).unwrap()
+        };
+        assert_eq!(tell(5), ("lost", 5));
+        // not half the way round: so many frames cannot have been lost between two heartbeats, but it is no restart
+        assert_eq!(tell(2_000_000_000), ("lost", 2_000_000_000));
+        assert_eq!(tell(4_000_000_000), ("lost", 4_000_000_000));
+        assert_eq!(tell(u32::MAX), ("lost", u64::from(u32::MAX)));
+        assert_eq!(tell(4), ("lost", u64::from(u32::MAX) + 5), "over the top");
+        assert_eq!(tell(4), ("lost", u64::from(u32::MAX) + 5), "heard twice");
+        assert_eq!(tell(1), ("lost", u64::from(u32::MAX) + 6), "a restart, and one lost since");
+        assert_eq!(totals.told().lost, 1);
+        assert_eq!(totals.named().nth(2).unwrap(), ("rejected", 7));
+    }
 
     #[test]
     fn names_belong_to_their_counters_and_differences_survive_a_wrap() {

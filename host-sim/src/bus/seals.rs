@@ -1,12 +1,16 @@
 //! Readings with a seal, and frames that count only with theirs.
 
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::collections::VecDeque;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use anyhow::Result;
 use rotor_edge_core::can::Frame;
 use rotor_edge_core::can::seal::{Direction, Gate, SEAL_FRAMES, SealError, seal};
 use rotor_edge_core::command::Key;
 use rotor_edge_core::node::NodeConfig;
 use serde::Serialize;
+
+use super::CanBus;
 
 /// This machine's clock, µs since 1970.
 pub fn present_us() -> u64 {
@@ -113,5 +117,121 @@ impl Checker {
             }
         }
         believed
+    }
+}
+
+/// A bus on which one monitor's words count only under its seal, from its first right seal on: a monitor that seals nothing is
+/// believed as it is.
+pub struct Believing<'a> {
+    bus: &'a mut dyn CanBus,
+    checker: Checker,
+    is_sealed: bool,
+    believed: VecDeque<Frame>,
+    since: Instant,
+}
+
+impl<'a> Believing<'a> {
+    /// With the monitor's key.
+    pub fn new(bus: &'a mut dyn CanBus, checker: Checker) -> Self {
+        Self { bus, checker, is_sealed: false, believed: VecDeque::new(), since: Instant::now() }
+    }
+
+    /// What was not believed of a monitor that seals.
+    pub fn refused(&self) -> Refused {
+        if self.is_sealed { self.checker.refused() } else { Refused::default() }
+    }
+}
+
+impl CanBus for Believing<'_> {
+    fn send(&mut self, frame: &Frame) -> Result<()> {
+        self.bus.send(frame)
+    }
+
+    fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>> {
+        if let Some(frame) = self.believed.pop_front() {
+            return Ok(Some(frame));
+        }
+        let Some(frame) = self.bus.receive(timeout)? else { return Ok(None) };
+        let believed = self.checker.take(self.since.elapsed().as_micros() as u64, &frame);
+        if self.is_sealed {
+            self.believed.extend(believed);
+            return Ok(self.believed.pop_front());
+        }
+        // what this seal covers has been passed on already
+        self.is_sealed = frame.is_seal() && !believed.is_empty();
+        Ok(Some(frame))
+    }
+
+    fn description(&self) -> String {
+        self.bus.description()
+    }
+
+    fn passed_over(&self) -> u64 {
+        self.bus.passed_over()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rotor_edge_core::can::Message;
+    use rotor_edge_core::state::{NodeState, Status};
+
+    use super::*;
+
+    const KEY: Key = Key([7; rotor_edge_core::command::KEY_BYTES]);
+    const NODE: u8 = 3;
+
+    /// Frames as they come, then silence.
+    struct Script(VecDeque<Frame>);
+
+    impl CanBus for Script {
+        fn send(&mut self, _: &Frame) -> Result<()> {
+            Ok(())
+        }
+
+        fn receive(&mut self, _: Duration) -> Result<Option<Frame>> {
+            Ok(self.0.pop_front())
+        }
+
+        fn description(&self) -> String {
+            "a script".into()
+        }
+    }
+
+    fn state(state: NodeState) -> Frame {
+        Message::State(Status { state, ..Status::default() }).encode(NODE)
+    }
+
+    /// A state with its seal.
+    fn sealed(what: NodeState, freshness: u64) -> Vec<Frame> {
+        let frame = state(what);
+        let seal = seal(&KEY, Direction::ToHost, NODE, freshness, &[frame]);
+        std::iter::once(frame).chain(seal).collect()
+    }
+
+    /// States that were passed on, and what was refused.
+    fn heard(frames: Vec<Frame>) -> (Vec<NodeState>, Refused) {
+        let count = frames.len();
+        let mut script = Script(frames.into());
+        let mut bus = Believing::new(&mut script, Checker::new(KEY, NODE));
+        let mut states = Vec::new();
+        for _ in 0..2 * count {
+            let Some(frame) = bus.receive(Duration::ZERO).unwrap() else { continue };
+            if let Ok((_, Message::State(status))) = Message::decode(&frame) {
+                states.push(status.state);
+            }
+        }
+        (states, bus.refused())
+    }
+
+    #[test]
+    fn after_its_first_seal_a_monitor_is_believed_under_its_seal_alone_and_one_without_seals_as_it_is() {
+        let forged = state(NodeState::Flagged);
+        let genuine = [sealed(NodeState::Learning, 1), sealed(NodeState::Tracking, 2)];
+        let with_forgeries = [&genuine[0][..], &[forged], &genuine[1], &genuine[0]].concat();
+        let (states, refused) = heard(with_forgeries);
+        assert_eq!(states, [NodeState::Learning, NodeState::Tracking]);
+        assert!(refused.replayed == 1 && refused.any(), "{refused:?}");
+        assert_eq!(heard(vec![forged]), (vec![NodeState::Flagged], Refused::default()));
     }
 }

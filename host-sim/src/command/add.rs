@@ -7,7 +7,8 @@ use clap::Args;
 use rotor_edge_desktop::diagnose::add;
 use serde_json::json;
 
-use super::diagnose::{self, report};
+use super::diagnose::report::{self, Fitted};
+use super::diagnose::{self, machine};
 use super::output::{self, Json};
 
 #[derive(Debug, Args)]
@@ -36,8 +37,11 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
         None => (arguments.effect.as_str(), None),
     };
     let better = add(&rotor, &readings, kind, at)?;
-    let after = (better.added.label(), better.rotor.clone());
-    let sections = || report::before_and_after(&rotor, &readings, Some(&after));
+    let sections = || -> Result<_, rotor_edge_desktop::Error> {
+        let before = Fitted::new("as it was", &rotor, &readings)?;
+        let after = Fitted::new(format!("with {}", machine::words(&better.added)), &better.rotor, &readings)?;
+        Ok(report::compared(&rotor, &readings, &[before, after]))
+    };
     let page = arguments.form.report.as_ref().map(|_| sections()).transpose()?;
     output::model_of_its_data(&arguments.output, &better.rotor, &readings)?;
     if let (Some(path), Some(sections)) = (&arguments.form.report, page) {

@@ -3,13 +3,14 @@
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::compare::{Comparison, Verdict};
-use rotor_edge_desktop::diagnose::{BestFit, best_fit, nothing_missing};
+use rotor_edge_desktop::diagnose::{BestFit, nothing_missing};
 use serde_json::{Value, json};
 
+use super::diagnose::report::{self, Fitted};
+use super::diagnose::story;
 use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};
-use crate::report::{Prediction, comparison_sections};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -23,38 +24,38 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
     let working = listener.spinner("fitting bearings and planes");
-    let best = best_fit(&rotor, &readings)?;
+    let mut fit = Fitted::new("model", &rotor, &readings)?;
     let sure = nothing_missing(&rotor, &readings)?;
     working.finish_and_clear();
-    let comparison = Comparison::new(&rotor, &readings, &best.predicted_m, &best.noise, best.free_parameters)
-        .judged_by(sure);
+    fit.model.comparison = fit.model.comparison.judged_by(sure);
+    let (words, command) = next(arguments, fit.model.comparison.verdict, sure);
     if let Some(path) = &arguments.form.report {
-        let model = Prediction { label: "model".into(), predicted_m: best.predicted_m.clone() };
-        let mut sections = comparison_sections(&rotor, &readings, &[model], &comparison);
-        sections.insert(1, entitled::section(&best.scatter, &best.determined, None));
-        output::report(path, &format!("{}: model against measurement", rotor.name), sections)?;
+        let story = story::of_model(&readings, &fit, sure, (words.clone(), Some(command.clone())));
+        let mut sections = report::compared(&rotor, &readings, std::slice::from_ref(&fit));
+        sections.push(entitled::section(&fit.best.scatter, &fit.best.determined, None));
+        output::story(path, &format!("{}: model against measurement", rotor.name), Some(&story), sections)?;
     }
+    let Fitted { best, model } = fit;
+    let comparison = model.comparison;
     if arguments.form.json {
         return output::as_json(&summary(&comparison, &best));
     }
     print(&comparison, &best);
-    let output::Measured { rotor, data, runout } = &arguments.measured;
-    let (rotor, data) = (rotor.display(), data.display());
-    match comparison.verdict {
-        Verdict::Adequate => {
-            println!(
-                "\nNext: noise explains it, {:.0} % sure; rotor-edge diagnose {rotor} {data}{runout} says whether it determines what \
-                 it is for",
-                100.0 * sure
-            )
-        }
-        Verdict::Misses => {
-            println!(
-                "\nNext: learn which physical effect is missing\n  rotor-edge diagnose {rotor} {data}{runout}"
-            )
-        }
-    }
+    println!("\nNext: {words}\n  {command}");
     Ok(None)
+}
+
+/// What to do, and the command for it.
+fn next(arguments: &Arguments, verdict: Verdict, sure: f64) -> (String, String) {
+    let output::Measured { rotor, data, runout } = &arguments.measured;
+    let words = match verdict {
+        Verdict::Adequate => format!(
+            "noise explains it, {:.0} % sure; whether the data determine what the model is for is said by",
+            100.0 * sure
+        ),
+        Verdict::Misses => "learn which physical effect is missing".into(),
+    };
+    (words, format!("rotor-edge diagnose {} {}{runout}", rotor.display(), data.display()))
 }
 
 fn verdict(c: &Comparison) -> &'static str {

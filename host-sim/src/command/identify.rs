@@ -14,7 +14,7 @@ use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::diagnose::report;
+use super::diagnose::report::{self, Fitted};
 use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};
@@ -114,7 +114,8 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let readings: Vec<Reading> = days.iter().copied().chain(runup.iter().flatten()).cloned().collect();
     output::model(&arguments.output, &found.rotor, &readings)?;
     if let Some(path) = &arguments.form.report {
-        let sections = report::before_and_after(&found.rotor, &readings, None)?;
+        let fit = Fitted::new("as identified", &found.rotor, &readings)?;
+        let sections = report::compared(&found.rotor, &readings, &[fit]);
         output::report(path, &format!("{}: identified", rotor.name), sections)?;
     }
     if arguments.form.json {

@@ -10,11 +10,12 @@ use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use serde_json::{Value, json};
 
-use super::diagnose::{self, report};
+use super::diagnose::report::{self, Fitted};
+use super::diagnose::{self, machine, story};
 use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};
-use crate::report::{Section, Table};
+use crate::report::{Section, Story, Table};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -39,10 +40,12 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
             let _ = std::io::stdout().write_all(told(step).as_bytes());
         }
     })?;
-    let page = arguments.form.report.as_ref().map(|_| sections(&rotor, &readings, &outcome)).transpose()?;
+    let next = next(arguments, outcome.verdict);
+    let page =
+        arguments.form.report.as_ref().map(|_| page(&rotor, &readings, &outcome, &next)).transpose()?;
     output::model_of_its_data(&arguments.output, &outcome.rotor, &readings)?;
-    if let (Some(path), Some(sections)) = (&arguments.form.report, page) {
-        output::report(path, &format!("{}: before and after", rotor.name), sections)?;
+    if let (Some(path), Some((story, sections))) = (&arguments.form.report, page) {
+        output::story(path, &format!("{}: before and after", rotor.name), Some(&story), sections)?;
     }
     if arguments.form.json {
         return output::as_json(&json!({
@@ -67,55 +70,71 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if let Some(cause) = &outcome.unknown {
         println!("\n  {}", entitled::unknown(cause));
     }
-    let path = arguments.output.display();
-    println!("\nWritten to {path}.");
-    match outcome.verdict {
-        Verdict::Adequate => println!(
-            "Next: play a record of days to it on the simulated controller\n  rotor-edge replay --identified --rotor {path} --record RECORD.csv"
-        ),
-        _ => println!(
-            "Next: see what is left, and what to measure\n  rotor-edge diagnose {path} {}{}",
-            arguments.measured.data.display(),
-            arguments.measured.runout
-        ),
-    }
+    let (words, command) = next;
+    println!("\nWritten to {}.\nNext: {words}\n  {command}", arguments.output.display());
     Ok(None)
 }
 
-fn sections(rotor: &Rotor, readings: &[Reading], outcome: &Outcome) -> Result<Vec<Section>> {
-    let labels: Vec<String> = outcome.steps.iter().map(|s| s.added.label()).collect();
-    let better = (!labels.is_empty()).then(|| (labels.join(" and "), outcome.rotor.clone()));
-    let entitled = entitled::section(&outcome.scatter, &outcome.determined, outcome.unknown.as_ref());
-    let mut sections = vec![found(outcome), entitled];
-    sections.extend(report::before_and_after(rotor, readings, better.as_ref())?);
-    Ok(sections)
+/// What to do, and the command for it.
+fn next(arguments: &Arguments, verdict: Verdict) -> (String, String) {
+    let path = arguments.output.display();
+    match verdict {
+        Verdict::Adequate => (
+            "play a record of days to it on the simulated controller".into(),
+            format!("rotor-edge replay --identified --rotor {path} --record RECORD.csv"),
+        ),
+        _ => (
+            "see what is left, and what to measure".into(),
+            format!(
+                "rotor-edge diagnose {path} {}{}",
+                arguments.measured.data.display(),
+                arguments.measured.runout
+            ),
+        ),
+    }
 }
 
-/// The verdict, and how the error fell with every effect.
+fn page(
+    rotor: &Rotor,
+    readings: &[Reading],
+    outcome: &Outcome,
+    (words, command): &(String, String),
+) -> Result<(Story, Vec<Section>)> {
+    let mut fits = vec![Fitted::new("as it was", rotor, readings)?];
+    for step in &outcome.steps {
+        fits.push(Fitted::new(format!("with {}", machine::words(&step.added)), &step.rotor, readings)?);
+    }
+    let story = story::of_improvement(outcome, readings, &fits, (words.clone(), Some(command.clone())));
+    let mut sections = vec![found(outcome)];
+    if fits.len() > 2 {
+        fits.drain(1..fits.len() - 1);
+    }
+    sections.extend(report::compared(rotor, readings, &fits));
+    sections.push(entitled::section(&outcome.scatter, &outcome.determined, outcome.unknown.as_ref()));
+    Ok((story, sections))
+}
+
+/// The verdict, and what was added.
 fn found(outcome: &Outcome) -> Section {
     let lines = outcome.refuted.iter().map(RefutedRun::words).chain(outcome.remarks.iter().cloned());
-    let added =
-        |s: &Step| format!("{}: {}.", s.added.label(), diagnose::parameter_lines(&s.added).join("; "));
-    let lines = lines.chain(outcome.steps.iter().map(added));
-    let row = |what: String, error: f64, chi2: f64| {
-        vec![what, format!("{:.2}", 100.0 * error), format!("{chi2:.2}")]
+    let seen = outcome.steps.iter().map(|s| format!("{}: {}", s.added.label(), s.added.explanation()));
+    let row = |s: &Step| {
+        let line = |line: String| vec![s.added.label(), line];
+        diagnose::parameter_lines(&s.added).into_iter().map(line).collect::<Vec<_>>()
     };
-    let before = row("as it was".into(), outcome.error_before, outcome.chi2_per_value_before);
-    let steps = outcome
-        .steps
-        .iter()
-        .map(|s| row(format!("with {}", s.added.label()), s.error_after, s.chi2_per_value));
+    let added = Table {
+        caption: "What was added, each with its parameters ± one standard deviation".into(),
+        columns: ["effect", "parameter"].map(String::from).to_vec(),
+        rows: outcome.steps.iter().flat_map(row).collect(),
+    };
     Section {
         heading: "What was found".into(),
         paragraphs: [format!("{}: {}", outcome.verdict.name(), outcome.summary)]
             .into_iter()
             .chain(lines)
+            .chain(seen)
             .collect(),
-        tables: vec![Table {
-            caption: "The error as effects are added, one after the other, of the fit that is closest in noise as stated".into(),
-            columns: ["model", "error, %", "χ² per value (noise: 1)"].map(String::from).to_vec(),
-            rows: std::iter::once(before).chain(steps).collect(),
-        }],
+        tables: if added.rows.is_empty() { Vec::new() } else { vec![added] },
         figures: Vec::new(),
     }
 }

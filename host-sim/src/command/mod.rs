@@ -32,6 +32,7 @@ mod manual;
 mod node;
 mod output;
 mod provenance;
+mod quantity;
 mod replay;
 mod setting;
 pub mod startup;

@@ -1,5 +1,6 @@
 //! `node`: a monitor on a real bus.
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
@@ -13,7 +14,7 @@ use crate::bus::BusSpec;
 use crate::bus::counters::named;
 use crate::deploy::read_key;
 use crate::edge::encoded;
-use crate::node::{Controller, RealTime, Store, serve};
+use crate::node::{Controller, ModelChange, RealTime, Store, serve};
 use crate::watch::reasons::why;
 
 /// So long after a restart no reading is taken, at most; a disk bears to be written every half of it, which flash does not.
@@ -93,7 +94,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         };
         println!("Monitor {} listens on {} {model}; {key}. Ctrl-C ends it.", config.node, bus.description());
     }
-    let served = serve(&mut *bus, &mut controller, &RealTime::start(), &stop)?;
+    let tell = |change: ModelChange, checksum: u32| {
+        if !arguments.json {
+            // a monitor does not end because nobody reads what it says any more
+            let _ = writeln!(std::io::stdout(), "{}", change.words(checksum));
+        }
+    };
+    let served = serve(&mut *bus, &mut controller, &RealTime::start(), &stop, tell)?;
     let c = served.counters;
     if arguments.json {
         let mut counters: serde_json::Map<_, _> =

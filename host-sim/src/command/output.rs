@@ -16,7 +16,7 @@ use rotor_edge_desktop::whole_file;
 use serde::Serialize;
 
 use super::provenance;
-use crate::report::{Section, page};
+use crate::report::{Section, Story, page};
 
 /// The form in which a command answers.
 #[derive(Debug, Args)]
@@ -162,9 +162,14 @@ pub fn refuse_what_exists<'a>(targets: impl IntoIterator<Item = &'a PathBuf>, fo
 }
 
 /// Writes a report, whole or not at all.
-pub fn report(path: &Path, title: &str, mut sections: Vec<Section>) -> Result<()> {
+pub fn report(path: &Path, title: &str, sections: Vec<Section>) -> Result<()> {
+    story(path, title, None, sections)
+}
+
+/// Writes a report that begins with a story, whole or not at all.
+pub fn story(path: &Path, title: &str, story: Option<&Story>, mut sections: Vec<Section>) -> Result<()> {
     sections.push(provenance::section(path));
-    file(path, page(title, sections).as_bytes())
+    file(path, page(title, story, &sections).as_bytes())
 }
 
 /// Writes a file, whole or not at all.

@@ -15,7 +15,7 @@ use rotor_edge_core::state::{NodeState, Status};
 use rotor_edge_core::thresholds::Thresholds;
 
 use crate::bus::CanBus;
-use crate::bus::seals::Sealer;
+use crate::bus::seals::{Checker, Sealer};
 pub use answer::out_of_bounds;
 pub use courier::{Courier, Standing};
 pub use key::{read_key, write_new_key};
@@ -58,6 +58,11 @@ impl Authority {
     /// Seals readings for the monitor.
     pub fn sealer(&self) -> Sealer {
         Sealer::new(self.key, self.node)
+    }
+
+    /// Believes what the monitor says under its seal.
+    pub fn checker(&self) -> Checker {
+        Checker::new(self.key, self.node)
     }
 
     /// Number of the next command.

@@ -36,9 +36,52 @@ pub struct Served {
     pub sent: u64,
     /// Frames it heard.
     pub received: u64,
+    /// Checksum of the model that its last heartbeat told, and whether that is on trial.
+    model: Option<(u32, bool)>,
 }
 
-/// Runs a monitor on `bus` until `stop`, and a little longer for frames that are under way.
+/// What became of a monitor's model, as its heartbeats tell it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ModelChange {
+    /// Another is in use and stays.
+    Deployed,
+    /// Another is tried.
+    OnTrial,
+    /// The one on trial stays.
+    Confirmed,
+    /// The one before the trial is in use again.
+    TakenBack,
+}
+
+impl ModelChange {
+    /// From one heartbeat's checksum and whether it is on trial to the next's.
+    fn between(before: (u32, bool), now: (u32, bool)) -> Option<Self> {
+        match (before, now) {
+            ((_, false), (_, true)) => Some(Self::OnTrial),
+            ((old, true), (new, false)) if old == new => Some(Self::Confirmed),
+            ((_, true), (_, false)) => Some(Self::TakenBack),
+            ((old, _), (new, _)) if old != new => Some(if now.1 { Self::OnTrial } else { Self::Deployed }),
+            _ => None,
+        }
+    }
+
+    /// In one sentence.
+    pub fn words(self, checksum: u32) -> String {
+        match self {
+            Self::Deployed => format!("Model {checksum:08x} was deployed and is stored."),
+            Self::OnTrial => format!(
+                "Model {checksum:08x} is on trial; unless it is confirmed, the one before is taken back."
+            ),
+            Self::Confirmed => format!("Model {checksum:08x} was confirmed and is stored."),
+            Self::TakenBack => format!(
+                "The trial is over without a confirmation: model {checksum:08x}, the one before, is in use again."
+            ),
+        }
+    }
+}
+
+/// Runs a monitor on `bus` until `stop`, and a little longer for frames that are under way; `tell` hears what becomes of its
+/// model, with the checksum of the one in use.
 ///
 /// # Errors
 /// If the bus fails.
@@ -47,8 +90,10 @@ pub fn serve(
     controller: &mut Controller,
     clock: &impl Clock,
     stop: &AtomicBool,
+    mut tell: impl FnMut(ModelChange, u32),
 ) -> Result<Served> {
     let mut served = Served::default();
+    let mut model = None;
     let mut stopped: Option<Instant> = None;
     while stopped.is_none_or(|stopped| stopped.elapsed() < AFTER_STOP) {
         let heard = bus.receive(PATIENCE)?;
@@ -68,6 +113,12 @@ pub fn serve(
             None if stopped.is_some() => break,
             None => {}
         }
+        if let Some(now) = served.model
+            && let Some(before) = model.replace(now)
+            && let Some(change) = ModelChange::between(before, now)
+        {
+            tell(change, now.0);
+        }
     }
     served.counters = controller.node().counters();
     Ok(served)
@@ -80,8 +131,27 @@ impl Served {
             self.sent += 1;
             if let Ok((_, message)) = Message::decode(&frame) {
                 self.states.take(time_us, &message);
+                if let Message::Model { checksum, on_trial, .. } = message {
+                    self.model = Some((checksum, on_trial));
+                }
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trial_that_is_confirmed_is_told_from_one_that_is_taken_back_and_from_a_deployment() {
+        let between = ModelChange::between;
+        assert_eq!(between((1, false), (2, true)), Some(ModelChange::OnTrial));
+        assert_eq!(between((2, true), (2, false)), Some(ModelChange::Confirmed));
+        assert_eq!(between((2, true), (1, false)), Some(ModelChange::TakenBack));
+        assert_eq!(between((2, true), (3, true)), Some(ModelChange::OnTrial));
+        assert_eq!(between((1, false), (2, false)), Some(ModelChange::Deployed));
+        assert_eq!(between((1, false), (1, false)), None);
     }
 }

@@ -1,13 +1,6 @@
 //! Horizontal bars: anything ranked, such as the probabilities of candidates.
 
-use plotters::prelude::Rectangle;
-use plotters::style::Color;
-use plotters::style::text_anchor::{HPos, VPos};
-
-use super::canvas::{FAINT, GRID, INK, TEXT_PX, WIDTH_PX, anchored, line, model_colour, px, svg, write};
-
-const ROW_PX: f64 = 38.0;
-const SIDE_PX: f64 = 8.0;
+use maud::html;
 
 /// One bar.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,27 +13,28 @@ pub struct Bar {
     pub value: String,
     /// Drawn in full colour; others are faint.
     pub emphasised: bool,
+    /// What of it is not to be had away, of the longest possible 1; hatched.
+    pub floor: Option<f64>,
 }
 
 /// Bars in the order given, each under its own label so that long names fit a phone.
-pub fn bars(title: &str, bars: &[Bar]) -> String {
-    let whole = WIDTH_PX - 2.0 * SIDE_PX;
-    svg(title, ROW_PX * bars.len().max(1) as f64 + 4.0, |sheet| {
-        for (row, bar) in bars.iter().enumerate() {
-            let top = ROW_PX * row as f64 + 4.0;
-            let text = |h| anchored(INK, h, VPos::Top);
-            write(sheet, &bar.label, [SIDE_PX, top], text(HPos::Left))?;
-            write(sheet, &bar.value, [WIDTH_PX - SIDE_PX, top], text(HPos::Right))?;
-            let from = top + 1.35 * TEXT_PX;
-            let corners = |share: f64| {
-                let to = SIDE_PX + whole * share.clamp(0.0, 1.0);
-                [(px(SIDE_PX), px(from)), (px(to), px(from + 11.0))]
-            };
-            sheet.draw(&Rectangle::new(corners(1.0), GRID.mix(0.5).filled()))?;
-            let colour = if bar.emphasised { model_colour(0) } else { FAINT };
-            sheet.draw(&Rectangle::new(corners(bar.share), colour.filled()))?;
-            sheet.draw(&Rectangle::new(corners(1.0), line(FAINT, 0.5)))?;
+pub fn bars(bars: &[Bar]) -> maud::Markup {
+    html! {
+        ul class="bars" {
+            @for bar in bars {
+                li class=[bar.emphasised.then_some("emphasised")] {
+                    span { (bar.label) }
+                    span { (bar.value) }
+                    div {
+                        div style=(width(bar.share)) {}
+                        @if let Some(floor) = bar.floor { i style=(width(floor)) {} }
+                    }
+                }
+            }
         }
-        Ok(())
-    })
+    }
+}
+
+fn width(share: f64) -> String {
+    format!("width:{:.2}%", 100.0 * share.clamp(0.0, 1.0))
 }

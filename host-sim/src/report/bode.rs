@@ -2,53 +2,47 @@
 
 use nalgebra::Complex;
 
-use super::canvas::{Axis, Entry, Legend, axes, curve, measured as circles, px, svg};
+use super::chart::{Axis, Chart, Column, Look, Panel};
 use super::curve::Curve;
-use super::scale::Scale;
 
-const AMPLITUDE_PX: f64 = 165.0;
-const PHASE_PX: f64 = 175.0;
+const AMPLITUDE_PX: f64 = 180.0;
+const PHASE_PX: f64 = 210.0;
 
 /// Amplitude above, phase lag below with later phases further down, over speed in rpm.
-pub fn bode(title: &str, measured: &[(f64, Complex<f64>)], models: &[Curve]) -> String {
-    bode_of("measured", title, measured, models)
+pub fn bode(measured: &[(f64, Complex<f64>)], models: &[Curve]) -> Chart {
+    bode_of("measured", measured, models)
 }
 
 /// The same with another name for what the circles show.
-pub fn bode_of(
-    circles_show: &str,
-    title: &str,
-    measured: &[(f64, Complex<f64>)],
-    models: &[Curve],
-) -> String {
-    let models_entries = models.iter().enumerate().map(|(i, m)| Entry::Model(i, &m.label));
-    let legend = Legend::new(std::iter::once(Entry::Measured(circles_show)).chain(models_entries));
-    let everything = || measured.iter().chain(models.iter().flat_map(|m| &m.points));
-    let speed = Scale::around(everything().map(|(s, _)| *s), 6);
-    let amplitude = Scale::from_zero(everything().map(|(_, y)| peak_to_peak_um(*y)), 4);
+pub fn bode_of(circles_show: &str, measured: &[(f64, Complex<f64>)], models: &[Curve]) -> Chart {
     let first_deg = calmest_turn(measured, models);
-    let ticks = (0..=4).map(|quarter| first_deg + 90.0 * f64::from(quarter)).collect();
-    let lag = Scale { from: first_deg + 360.0, to: first_deg, ticks };
-    svg(title, legend.height_px + AMPLITUDE_PX + PHASE_PX, |sheet| {
-        legend.draw(sheet)?;
-        let (_, below) = sheet.split_vertically(px(legend.height_px));
-        let (upper, lower) = below.split_vertically(px(AMPLITUDE_PX));
-        let y = Axis { scale: &amplitude, name: Some("µm pk-pk") };
-        let mut chart = axes(&upper, &Axis { scale: &speed, name: None }, &y)?;
-        for (i, model) in models.iter().enumerate() {
-            let points: Vec<_> = model.points.iter().map(|(s, y)| (*s, peak_to_peak_um(*y))).collect();
-            curve(&mut chart, i, &points)?;
-        }
-        circles(&mut chart, measured.iter().map(|(s, y)| (*s, peak_to_peak_um(*y))))?;
-        let x = Axis { scale: &speed, name: Some("speed, rpm") };
-        let mut chart = axes(&lower, &x, &Axis { scale: &lag, name: Some("phase lag, °") })?;
-        for (i, model) in models.iter().enumerate() {
-            for piece in lag_pieces(&model.points, first_deg) {
-                curve(&mut chart, i, &piece)?;
-            }
-        }
-        circles(&mut chart, measured.iter().map(|(s, y)| (*s, lag_deg(*y, first_deg))))
-    })
+    let lag = Axis {
+        from: Some(first_deg + 360.0),
+        to: Some(first_deg),
+        step: Some(90.0),
+        ..Axis::named("phase lag, °")
+    };
+    let upper = Panel { y: Axis::from_zero("µm pk-pk"), height_px: AMPLITUDE_PX, ..Panel::default() };
+    let lower = Panel { x: Axis::named("speed, rpm"), y: lag, height_px: PHASE_PX, ..Panel::default() };
+    let mut chart = Chart { panels: vec![upper, lower], columns: 1, shares_x: true, ..Chart::default() };
+    let [speed, amplitude, lag] = columns();
+    let above = [speed.clone(), amplitude.clone(), lag.clone()];
+    let below = [speed, lag, amplitude];
+    let point = |(s, y): &(f64, Complex<f64>)| [*s, peak_to_peak_um(*y), lag_deg(*y, first_deg)];
+    for (i, model) in models.iter().enumerate() {
+        chart.draw(0, &model.label, Look::Model(i), &above, model.points.iter().map(point));
+        let pieces = lag_pieces(&model.points, first_deg);
+        chart.draw(1, &model.label, Look::Model(i), &below, pieces);
+    }
+    chart.draw(0, circles_show, Look::Measured, &above, measured.iter().map(point));
+    let turned = measured.iter().map(point).map(|[s, high, lag]| [s, lag, high]);
+    chart.draw(1, circles_show, Look::Measured, &below, turned);
+    chart
+}
+
+/// What is told of a phasor.
+pub(super) fn columns() -> [Column; 3] {
+    [Column::key("speed", "rpm"), Column::new("amplitude", "µm pk-pk"), Column::new("phase lag", "°")]
 }
 
 /// Amplitude as the industry gives it.
@@ -57,7 +51,7 @@ pub(super) fn peak_to_peak_um(y: Complex<f64>) -> f64 {
 }
 
 /// Phase lag from the keyphasor mark to the peak, in the turn that begins at `first_deg`.
-fn lag_deg(y: Complex<f64>, first_deg: f64) -> f64 {
+pub(super) fn lag_deg(y: Complex<f64>, first_deg: f64) -> f64 {
     (-y.arg().to_degrees() - first_deg).rem_euclid(360.0) + first_deg
 }
 
@@ -75,27 +69,24 @@ fn calmest_turn(measured: &[(f64, Complex<f64>)], models: &[Curve]) -> f64 {
     [0.0, -90.0, -180.0, -270.0].into_iter().min_by_key(all_jumps).unwrap_or(0.0)
 }
 
-/// The lag over speed, in one piece for each turn: cut where it leaves the axis.
-fn lag_pieces(points: &[(f64, Complex<f64>)], first_deg: f64) -> Vec<Vec<(f64, f64)>> {
+/// Speed, lag and amplitude of a curve, with a gap wherever the lag leaves the axis at one end and enters at the other.
+fn lag_pieces(points: &[(f64, Complex<f64>)], first_deg: f64) -> Vec<Vec<f64>> {
     let last_deg = first_deg + 360.0;
-    let mut pieces = vec![Vec::new()];
-    let mut last: Option<(f64, f64)> = None;
+    let mut rows: Vec<Vec<f64>> = Vec::new();
     for (speed, y) in points {
         let now = lag_deg(*y, first_deg);
-        if let Some((speed_before, before)) = last
+        if let Some([speed_before, before, high]) = rows.last().map(|row| [row[0], row[1], row[2]])
             && (now - before).abs() > 180.0
         {
             let (leaves, enters) = if now < before { (last_deg, first_deg) } else { (first_deg, last_deg) };
             let whole = 360.0 - (now - before).abs();
             let share = if whole > 0.0 { (leaves - before).abs() / whole } else { 0.0 };
             let at = speed_before + (speed - speed_before) * share;
-            pieces.last_mut().expect("one piece to begin with").push((at, leaves));
-            pieces.push(vec![(at, enters)]);
+            rows.extend([vec![at, leaves, high], vec![at, f64::NAN, f64::NAN], vec![at, enters, high]]);
         }
-        pieces.last_mut().expect("one piece to begin with").push((*speed, now));
-        last = Some((*speed, now));
+        rows.push(vec![*speed, now, peak_to_peak_um(*y)]);
     }
-    pieces
+    rows
 }
 
 #[cfg(test)]
@@ -119,10 +110,11 @@ mod tests {
             .enumerate()
             .map(|(i, lag)| (i as f64, Complex::from_polar(1.0, -lag.to_radians())))
             .collect();
-        let pieces = lag_pieces(&points, 0.0);
-        let ends: Vec<_> = pieces.iter().map(|p| (p[0].1.round(), p[p.len() - 1].1.round())).collect();
+        let rows = lag_pieces(&points, 0.0);
+        let pieces: Vec<_> = rows.split(|row| row[1].is_nan()).collect();
+        let ends: Vec<_> = pieces.iter().map(|p| (p[0][1].round(), p[p.len() - 1][1].round())).collect();
         assert_eq!(ends, [(300.0, 360.0), (0.0, 0.0), (360.0, 350.0)]);
-        assert!((pieces[1][0].0 - 1.5).abs() < 1e-9, "halfway from 340° to 380°");
+        assert!((pieces[1][0][0] - 1.5).abs() < 1e-9, "halfway from 340° to 380°");
     }
     #[test]
     fn a_lag_around_zero_is_drawn_in_one_piece() {
@@ -130,7 +122,7 @@ mod tests {
             .map(|i| (f64::from(i), Complex::from_polar(1.0, -(f64::from(i) - 10.0).to_radians())))
             .collect();
         let first_deg = calmest_turn(&points, &[]);
-        assert_eq!((first_deg, lag_pieces(&points, first_deg).len()), (-90.0, 1));
+        assert_eq!((first_deg, lag_pieces(&points, first_deg).len()), (-90.0, points.len()));
         assert_eq!(calmest_turn(&points[11..], &[]), 0.0);
     }
 }

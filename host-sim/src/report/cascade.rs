@@ -1,12 +1,8 @@
 //! Cascade: spectra one above the other, over speed, or as a waterfall over time.
 
-use plotters::prelude::{LineSeries, PathElement, Text};
-use plotters::style::text_anchor::{HPos, VPos};
+use super::chart::{Anchor, Axis, Chart, Column, Look, Panel};
 
-use super::canvas::{Axis, FAINT, anchored, axes, line, model_colour, svg};
-use super::scale::Scale;
-
-const HEIGHT_PX: f64 = 420.0;
+const HEIGHT_PX: f64 = 440.0;
 /// Height of the tallest peak, relative to the axis.
 const TALLEST: f64 = 0.22;
 /// What is lower than this beside the tallest peak is drawn as the foot of its line.
@@ -24,34 +20,37 @@ pub struct Trace {
 }
 
 /// The diagram; `up` names the axis upwards, with its unit, and `multiples` of the running speed are marked.
-pub fn cascade(title: &str, up: &str, traces: &[Trace], multiples: &[f64]) -> String {
+pub fn cascade(up: &str, traces: &[Trace], multiples: &[f64]) -> Chart {
     let tallest = tallest_um(traces);
-    let frequencies = traces.iter().flat_map(|t| t.lines.first().into_iter().chain(t.lines.last()));
-    let x = Scale::around(frequencies.map(|l| l.0), 6);
-    let mut y = Scale::around(traces.iter().map(|t| t.at), 6);
-    y.to += (y.to - y.from) * TALLEST / (1.0 - TALLEST);
-    let um = TALLEST * (y.to - y.from) / tallest.max(f64::MIN_POSITIVE);
-    svg(title, HEIGHT_PX, |sheet| {
-        let frequency = Axis { scale: &x, name: Some("frequency, cpm") };
-        let mut chart = axes(sheet, &frequency, &Axis { scale: &y, name: Some(up) })?;
-        for multiple in multiples {
-            let along: Vec<_> = traces.iter().map(|t| (multiple * t.speed_rpm, t.at)).collect();
-            let Some(top) = along.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a }) else {
-                continue;
-            };
-            let up = (top.0, y.to - 0.06 * (y.to - y.from));
-            chart.draw_series([PathElement::new(vec![top, up], line(FAINT, 0.75))])?;
-            chart.draw_series(LineSeries::new(along, line(FAINT, 0.75)))?;
-            let label = anchored(FAINT, HPos::Center, VPos::Bottom);
-            chart.draw_series([Text::new(named(*multiple), up, label)])?;
-        }
-        for trace in traces {
-            let points = visible(&trace.lines, VISIBLE * tallest);
-            let lifted = points.into_iter().map(|(frequency, high)| (frequency, trace.at + um * high));
-            chart.draw_series(LineSeries::new(lifted, line(model_colour(0), 1.0)))?;
-        }
-        Ok(())
-    })
+    let feet = || traces.iter().map(|t| t.at);
+    let (lowest, highest) = (feet().fold(f64::INFINITY, f64::min), feet().fold(f64::NEG_INFINITY, f64::max));
+    let rise = if highest > lowest { (highest - lowest) * TALLEST / (1.0 - TALLEST) } else { 1.0 };
+    let um = rise / tallest.max(f64::MIN_POSITIVE);
+    let y = Axis { from: Some(lowest), to: Some(highest + 1.12 * rise), ..Axis::named(up) };
+    let mut chart =
+        Chart::of(Panel { x: Axis::named("frequency, cpm"), y, height_px: HEIGHT_PX, ..Panel::default() });
+    for multiple in multiples {
+        let along: Vec<_> = traces.iter().map(|t| [multiple * t.speed_rpm, t.at]).collect();
+        let Some(top) = along.iter().copied().reduce(|a, b| if b[1] > a[1] { b } else { a }) else {
+            continue;
+        };
+        let up = [top[0], highest + 1.04 * rise];
+        chart.ground(0, Look::Faint, along);
+        chart.ground(0, Look::Faint, [top, up]);
+        chart.write(0, Anchor::Centre, [(up, named(*multiple))]);
+    }
+    let columns = [
+        Column::new("frequency", "cpm"),
+        Column::new("drawn at", ""),
+        Column::new("amplitude", "µm pk-pk"),
+        Column::new("speed", "rpm"),
+    ];
+    for trace in traces {
+        let points = visible(&trace.lines, VISIBLE * tallest);
+        let lifted = points.into_iter().map(|(cpm, high)| [cpm, trace.at + um * high, high, trace.speed_rpm]);
+        chart.draw(0, "spectrum", Look::Model(0), &columns, lifted);
+    }
+    chart
 }
 
 /// The highest line of all, µm peak to peak.

@@ -1,5 +1,6 @@
 //! The report of `compare`: verdict, tables, and figures for every probe and bearing.
 
+mod errors;
 mod figures;
 mod prediction;
 mod tables;
@@ -14,65 +15,93 @@ use super::document::Section;
 use super::scale::{number, rpm, three_digits};
 use figures::Run;
 
-/// Everything that `compare --report` shows.
-///
-/// `models[0]` is the model that `comparison` judged; others are drawn beside it.
-pub fn comparison_sections(
-    rotor: &Rotor,
-    readings: &[Reading],
-    models: &[Prediction],
-    comparison: &Comparison,
-) -> Vec<Section> {
-    let runs = Run::of(readings);
-    let mut sections = vec![Section {
-        heading: "Verdict".into(),
-        paragraphs: verdict(comparison),
-        tables: vec![tables::summary(comparison)],
-        figures: vec![],
-    }];
-    sections.push(Section {
-        heading: "Where it fails".into(),
-        paragraphs: vec![
-            "χ² per value is 1 where noise explains the misfit. Neighbouring speeds that are correlated by \
-             more than about 3 σ are physics: noise does not know its neighbour."
-                .into(),
-        ],
-        tables: tables::places(comparison),
-        figures: runs.iter().map(|run| run.residual_map("", rotor, readings, comparison)).collect(),
-    });
-    for run in &runs {
-        sections.extend(run.sections(rotor, readings, models, comparison));
+/// A model of the data, and what it leaves of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// What it says.
+    pub prediction: Prediction,
+    /// How far that is from the measurement.
+    pub comparison: Comparison,
+}
+
+impl Model {
+    /// Standard deviation of a component of a probe's reading as this model leaves it, m; `None` where the reading was lost.
+    fn sd_m(&self, readings: &[Reading], row: usize, probe: usize) -> Option<f64> {
+        let off_m = (self.prediction.predicted_m[row][probe] - readings[row].probes[probe]?).norm();
+        let sigmas = self.comparison.standardised[row][probe]?.norm();
+        (sigmas > 0.0).then(|| off_m / sigmas)
     }
+}
+
+/// Relative error that noise alone leaves, as this model sees it: sqrt(Σ 2 sd² / Σ|Y|²).
+pub fn noise_error(model: &Model, readings: &[Reading]) -> f64 {
+    let (mut noise, mut signal) = (0.0, 0.0);
+    for (row, reading) in readings.iter().enumerate() {
+        for (probe, y) in reading.probes.iter().enumerate() {
+            let (Some(y), Some(sd)) = (y, model.sd_m(readings, row, probe)) else { continue };
+            noise += 2.0 * sd * sd;
+            signal += y.norm_sqr();
+        }
+    }
+    if signal > 0.0 { (noise / signal).sqrt() } else { 0.0 }
+}
+
+/// Where models fail, what they say of every probe, and the numbers: of one model, or of one before and after.
+///
+/// The first model is the one that is judged; the last is the better one.
+pub fn comparison_sections(rotor: &Rotor, readings: &[Reading], models: &[Model]) -> Vec<Section> {
+    let runs = Run::of(readings);
+    let mut sections = vec![places(rotor, readings, models, &runs)];
+    for run in &runs {
+        sections.extend(run.sections(rotor, readings, models));
+    }
+    sections.extend(numbers(models));
     sections
 }
 
-/// What became of the misfit: numbers and maps of two models beside each other.
-pub fn before_and_after(
-    rotor: &Rotor,
-    readings: &[Reading],
-    after: &str,
-    [before, then]: [&Comparison; 2],
-) -> Section {
-    let runs = Run::of(readings);
-    let maps = |run: &Run| {
-        [(" before", before), (" after", then)].map(|(of, c)| run.residual_map(of, rotor, readings, c))
+/// Errors over speed beside the noise, and the maps of all models beside each other.
+fn places(rotor: &Rotor, readings: &[Reading], models: &[Model], runs: &[Run]) -> Section {
+    let of = |i: usize| match (models.len(), i) {
+        (1, _) => "",
+        (_, 0) => " before",
+        _ => " after",
     };
+    let figures = runs.iter().flat_map(|run| {
+        let errors = errors::figures(run, rotor, readings, models);
+        let map = |(i, m): (usize, &Model)| run.residual_map(of(i), rotor, readings, &m.comparison);
+        errors.into_iter().chain(models.iter().enumerate().map(map)).collect::<Vec<_>>()
+    });
     Section {
-        heading: "Before and after".into(),
-        paragraphs: vec![format!(
-            "With {after} the model is {} % off where it was {} %, and χ² per value is {} where it was {} and noise gives 1.",
-            three_digits(100.0 * then.relative_error),
-            three_digits(100.0 * before.relative_error),
-            three_digits(then.chi2_per_value),
-            three_digits(before.chi2_per_value),
-        )],
-        tables: vec![tables::change(before, then)],
-        figures: runs.iter().flat_map(maps).collect(),
+        heading: "Where it fails".into(),
+        paragraphs: vec![
+            "A model that misses physics leaves the band of the noise, and neighbouring speeds together: noise does not know its \
+             neighbour."
+                .into(),
+        ],
+        tables: Vec::new(),
+        figures: figures.collect(),
     }
 }
 
+/// The verdict on the first model in its numbers, and every table.
+fn numbers(models: &[Model]) -> Vec<Section> {
+    let Some(first) = models.first() else { return Vec::new() };
+    let mut tables = match models {
+        [before, .., after] => vec![tables::change(&before.comparison, &after.comparison)],
+        _ => vec![tables::summary(&first.comparison)],
+    };
+    tables.extend(tables::places(&first.comparison));
+    let heading = if models.len() > 1 { "The model before, in numbers" } else { "The model in numbers" };
+    vec![Section {
+        heading: heading.into(),
+        paragraphs: verdict(&first.comparison),
+        tables,
+        figures: Vec::new(),
+    }]
+}
+
 /// The verdict in sentences.
-fn verdict(c: &Comparison) -> Vec<String> {
+pub fn verdict(c: &Comparison) -> Vec<String> {
     let mut said = vec![match c.verdict {
         Verdict::Adequate => format!(
             "The model is adequate: noise explains its misfit of {} %. χ² per value is {} where noise \

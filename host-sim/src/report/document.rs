@@ -1,10 +1,26 @@
 //! Sections, tables and figures, and the page around them.
 
-use maud::{DOCTYPE, PreEscaped, html};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use sha2::{Digest as _, Sha256};
+
+use super::chart::Chart;
+use super::story::Story;
 
 const STYLE: &str = include_str!("style.css");
-/// The browser refuses to fetch anything at all.
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
+/// The library that draws, and what uses it.
+const SCRIPTS: [&str; 2] = [
+    include_str!("library/echarts.js"),
+    concat!("\"use strict\";\n", include_str!("script/options.js"), include_str!("script/page.js")),
+];
+
+/// The browser fetches nothing at all, and runs nothing but the page's own scripts.
+fn policy() -> String {
+    let hash = |script: &str| format!("'sha256-{}'", STANDARD.encode(Sha256::digest(script)));
+    let scripts = SCRIPTS.map(hash).join(" ");
+    format!("default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src {scripts}")
+}
 
 /// A part of a report under its own heading.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -29,7 +45,28 @@ pub struct Figure {
     /// What to look for.
     pub caption: String,
     /// The drawing, from a builder of this module.
-    pub svg: String,
+    pub drawing: Drawing,
+}
+
+/// What a figure shows.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Drawing {
+    /// Drawn by the page's script.
+    Chart(Chart),
+    /// Drawn already.
+    Markup(String),
+}
+
+impl From<Chart> for Drawing {
+    fn from(chart: Chart) -> Self {
+        Self::Chart(chart)
+    }
+}
+
+impl From<Markup> for Drawing {
+    fn from(markup: Markup) -> Self {
+        Self::Markup(markup.into_string())
+    }
 }
 
 /// A table; the first column holds names, the others numbers.
@@ -49,14 +86,22 @@ pub fn identifier(text: &str) -> String {
     words.collect::<Vec<_>>().join("-").to_lowercase()
 }
 
+impl Figure {
+    /// A figure that is called by its title.
+    pub fn new(title: impl Into<String>, caption: impl Into<String>, drawing: impl Into<Drawing>) -> Self {
+        let title = title.into();
+        Self { id: identifier(&title), title, caption: caption.into(), drawing: drawing.into() }
+    }
+}
+
 /// A whole HTML file that needs nothing but itself.
-pub fn page(title: &str, sections: Vec<Section>) -> String {
+pub fn page(title: &str, story: Option<&Story>, sections: &[Section]) -> String {
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta http-equiv="Content-Security-Policy" content=(policy());
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 link rel="icon" href="data:,";
                 title { (title) }
@@ -64,16 +109,20 @@ pub fn page(title: &str, sections: Vec<Section>) -> String {
             }
             body {
                 h1 { (title) }
+                @if let Some(story) = story { (story.markup()) }
                 @if sections.len() > 1 {
                     nav aria-label="Contents" {
                         ul {
-                            @for s in &sections {
+                            @for s in sections {
                                 li { a href={ "#section-" (identifier(&s.heading)) } { (s.heading) } }
                             }
                         }
                     }
                 }
-                @for s in &sections { (s.markup()) }
+                @for s in sections { (s.markup()) }
+                @if story.is_some() || sections.iter().any(Section::is_drawn) {
+                    @for script in SCRIPTS { script { (PreEscaped(script)) } }
+                }
             }
         }
     };
@@ -81,7 +130,12 @@ pub fn page(title: &str, sections: Vec<Section>) -> String {
 }
 
 impl Section {
-    fn markup(&self) -> maud::Markup {
+    /// Whether the page's script draws something of it.
+    fn is_drawn(&self) -> bool {
+        self.figures.iter().any(|f| matches!(f.drawing, Drawing::Chart(_)))
+    }
+
+    fn markup(&self) -> Markup {
         html! {
             section {
                 h2 id={ "section-" (identifier(&self.heading)) } { (self.heading) }
@@ -98,10 +152,13 @@ impl Section {
 }
 
 impl Figure {
-    fn markup(&self) -> maud::Markup {
+    pub(super) fn markup(&self) -> Markup {
         html! {
-            figure id=(self.id) {
-                (PreEscaped(&self.svg))
+            figure id=(self.id) class=[matches!(self.drawing, Drawing::Chart(_)).then_some("drawn")] {
+                @match &self.drawing {
+                    Drawing::Markup(markup) => (PreEscaped(markup)),
+                    Drawing::Chart(chart) => (chart.markup(&self.title)),
+                }
                 figcaption { b { (self.title) "." } " " (self.caption) }
             }
         }
@@ -109,7 +166,7 @@ impl Figure {
 }
 
 impl Table {
-    fn markup(&self) -> maud::Markup {
+    fn markup(&self) -> Markup {
         html! {
             div class="table" {
                 table {
@@ -140,8 +197,8 @@ mod tests {
             }],
             figures: vec![],
         };
-        let text = page("1 < 2", vec![section]);
-        assert!(!text.contains("<script") && !text.contains("<td><b>"));
+        let text = page("1 < 2", None, &[section]);
+        assert!(!text.contains("<script") && !text.contains("<td><b>"), "no figure, no script");
         assert!(text.contains("a &amp; b") && text.contains("<title>1 &lt; 2</title>"));
     }
 

@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`document`] | sections, tables, figures; the page around them |
+//! | [`story`] | the first screen of a page |
 //! | [`comparison`] | what `compare --report` says |
 //! | [`bode`], [`polar`], [`orbit`] | one probe over speed; one bearing at one speed |
 //! | [`centreline`] | where the shaft runs in a bearing |
@@ -10,34 +11,41 @@
 //! | [`residual_map`] | residual by speed and probe |
 //! | [`cascade`] | spectra over speed or time |
 //! | [`wave`] | one turn of the shaft over time |
+//! | [`chart`] | what a figure is made of |
 //! | [`sketch`], [`campbell`] | the machine to scale; its natural frequencies over speed |
 //! | [`trend`], [`bars`] | anything over time; anything ranked |
 //!
-//! A file needs nothing but itself: figures are inline SVG, there is no script, and its own content
-//! policy forbids the browser to fetch anything. Every figure is drawn for a width of
-//! [`canvas::WIDTH_PX`], a phone's, so that its text is as large as the text around it; a screen shows
-//! two of them side by side.
+//! A file needs nothing but itself: figures are numbers in it, drawn by a library inside it (`library/`,
+//! made of Apache ECharts) as `script/` says, and its own content policy forbids the browser to fetch
+//! anything or to run anything else.
+//!
+//! Of the libraries that draw in a page, uPlot is the smallest (51 kB) but has neither vectors to save nor
+//! planes of equal units; Plotly's basic bundle (1.19 MB) is heavier than a whole page may be with its
+//! numbers; ECharts comes to 0.59 MB with what is used of it.
 
 pub mod bars;
 pub mod bode;
 pub mod campbell;
-pub mod canvas;
 pub mod cascade;
 pub mod centreline;
+pub mod chart;
 pub mod comparison;
 pub mod curve;
 pub mod document;
+mod ground;
 pub mod orbit;
 pub mod polar;
 pub mod regions;
 pub mod residual_map;
 pub mod scale;
 pub mod sketch;
+pub mod story;
 pub mod trend;
 pub mod wave;
 pub mod weights;
 
-pub use comparison::{Prediction, before_and_after, comparison_sections};
+pub use comparison::{Model, Prediction, comparison_sections, noise_error, verdict};
 
 pub use curve::Curve;
-pub use document::{Figure, Section, Table, identifier, page};
+pub use document::{Drawing, Figure, Section, Table, identifier, page};
+pub use story::Story;

@@ -1,23 +1,17 @@
 //! Orbits: the path of the shaft's centre at one bearing, once around.
 
 use nalgebra::Complex;
-use plotters::prelude::{Circle, Polygon};
-use plotters::style::text_anchor::{HPos, VPos};
-use plotters::style::{Color, RGBColor};
 
-use super::canvas::{
-    Chart, Drawn, Entry, INK, Legend, Sheet, TEXT_PX, WIDTH_PX, anchored, curve, line, model_colour, plane,
-    px, svg, write,
-};
+use super::chart::{Chart, Column, Look, Panel};
 use super::scale::rpm;
 
 /// Points of a drawn orbit.
 const POINTS: usize = 90;
 /// Panels side by side.
 const COLUMNS: usize = 2;
-const PANEL_PX: f64 = 240.0;
-/// Room above a panel's axes for speed and direction.
-const HEAD_PX: f64 = 3.3 * TEXT_PX;
+const PANEL_PX: f64 = 265.0;
+/// Room around the largest orbit, relative to it.
+const ROOM: f64 = 1.15;
 /// Where along the turn the arrow sits: away from the keyphasor dot.
 const ARROW_AT: f64 = 0.3;
 
@@ -34,37 +28,43 @@ pub struct OrbitPanel {
 
 /// Measured and model orbits at some speeds, looking along z: x to the right, y up, the shaft turns
 /// counter-clockwise; dots where the keyphasor fires, arrows in the direction of precession.
-pub fn orbit(title: &str, model_labels: &[&str], panels: &[OrbitPanel]) -> String {
-    let model_entries = model_labels.iter().enumerate().map(|(i, label)| Entry::Model(i, label));
-    let legend = Legend::new(std::iter::once(Entry::MeasuredLine("measured")).chain(model_entries));
-    let rows = panels.len().div_ceil(COLUMNS).max(1);
-    svg(title, legend.height_px + rows as f64 * PANEL_PX, |sheet| {
-        legend.draw(sheet)?;
-        let (_, below) = sheet.split_vertically(px(legend.height_px));
-        let places = below.split_evenly((rows, COLUMNS));
-        panels.iter().zip(&places).try_for_each(|(panel, place)| panel.draw(place))
-    })
+pub fn orbit(model_labels: &[&str], panels: &[OrbitPanel]) -> Chart {
+    let paper = panels.iter().map(|panel| {
+        let all = std::iter::once(&panel.measured_m).chain(&panel.models_m).flatten();
+        let reach_um = ROOM * all.map(|p| 1e6 * p.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        let head = vec![rpm(panel.speed_rpm), direction(panel.measured_m).name().into()];
+        Panel { head, ..Panel::plane(["x, µm", "y, µm"], reach_um, PANEL_PX) }
+    });
+    let mut chart = Chart { panels: paper.collect(), columns: COLUMNS.min(panels.len()), ..Chart::default() };
+    for (at, panel) in panels.iter().enumerate() {
+        for (i, (model, label)) in panel.models_m.iter().zip(model_labels).enumerate() {
+            path(&mut chart, at, label, *model, [Look::Model(i), Look::Dots(i), Look::Arrows(Some(i))]);
+        }
+        path(
+            &mut chart,
+            at,
+            "measured",
+            panel.measured_m,
+            [Look::MeasuredLine, Look::Marks, Look::Arrows(None)],
+        );
+    }
+    chart
 }
 
-impl OrbitPanel {
-    fn draw(&self, sheet: &Sheet) -> Drawn {
-        let centre = WIDTH_PX / COLUMNS as f64 / 2.0;
-        let head = |v| anchored(INK, HPos::Center, v);
-        write(sheet, &rpm(self.speed_rpm), [centre + 18.0, 1.2 * TEXT_PX], head(VPos::Center))?;
-        let whirl = direction(self.measured_m).name();
-        write(sheet, whirl, [centre + 18.0, 2.4 * TEXT_PX], head(VPos::Center))?;
-        let (_, below) = sheet.split_vertically(px(HEAD_PX));
-        let all = std::iter::once(&self.measured_m).chain(&self.models_m).flatten();
-        let reach = all.map(|p| 1e6 * p.norm()).fold(f64::MIN_POSITIVE, f64::max);
-        let mut chart = plane(&below, reach, [WIDTH_PX / COLUMNS as f64, PANEL_PX - HEAD_PX])?;
-        for (i, model) in self.models_m.iter().enumerate() {
-            curve(&mut chart, i, &path(*model))?;
-            marks(&mut chart, *model, reach, model_colour(i))?;
-        }
-        let ring = path(self.measured_m);
-        chart.draw_series(plotters::prelude::LineSeries::new(ring, line(INK, 1.4)))?;
-        marks(&mut chart, self.measured_m, reach, INK)
-    }
+/// An orbit with its dot and its arrow.
+fn path(chart: &mut Chart, panel: usize, name: &str, xy: [Complex<f64>; 2], [line, dot, arrow]: [Look; 3]) {
+    let columns =
+        [Column::new("x", "µm"), Column::new("y", "µm"), Column::new("turned since the keyphasor mark", "°")];
+    let rows = (0..=POINTS).map(|i| i as f64 / POINTS as f64).map(|turn| {
+        let (x, y) = at(xy, turn);
+        [x, y, 360.0 * turn]
+    });
+    chart.draw(panel, name, line, &columns, rows);
+    let (x, y) = at(xy, 0.0);
+    chart.draw(panel, name, dot, &columns, [[x, y, 0.0]]);
+    let ((x, y), (ahead_x, ahead_y)) = (at(xy, ARROW_AT), at(xy, ARROW_AT + 0.01));
+    let heading_deg = (ahead_y - y).atan2(ahead_x - x).to_degrees();
+    chart.draw(panel, name, arrow, &[], [[x, y, heading_deg]]);
 }
 
 /// Which way the shaft's centre goes around.
@@ -93,22 +93,6 @@ fn direction([x, y]: [Complex<f64>; 2]) -> Direction {
 fn at([x, y]: [Complex<f64>; 2], turn: f64) -> (f64, f64) {
     let turned = Complex::from_polar(1e6, std::f64::consts::TAU * turn);
     ((x * turned).re, (y * turned).re)
-}
-
-fn path(xy: [Complex<f64>; 2]) -> Vec<(f64, f64)> {
-    (0..=POINTS).map(|i| at(xy, i as f64 / POINTS as f64)).collect()
-}
-
-/// The dot at the keyphasor mark and an arrow head in the direction of travel.
-fn marks(chart: &mut Chart, xy: [Complex<f64>; 2], reach_um: f64, colour: RGBColor) -> Drawn {
-    chart.draw_series([Circle::new(at(xy, 0.0), px(3.4), colour.filled())])?;
-    let ((x, y), (ahead_x, ahead_y)) = (at(xy, ARROW_AT), at(xy, ARROW_AT + 0.01));
-    let (dx, dy) = (ahead_x - x, ahead_y - y);
-    let size = 0.07 * reach_um / dx.hypot(dy).max(f64::MIN_POSITIVE);
-    let (dx, dy) = (dx * size, dy * size);
-    let head = vec![(x + dx, y + dy), (x - dx - dy, y - dy + dx), (x - dx + dy, y - dy - dx)];
-    chart.draw_series([Polygon::new(head, colour.filled())])?;
-    Ok(())
 }
 
 #[cfg(test)]

@@ -1,16 +1,10 @@
 //! Unbalances of one plane with their regions, beside what was stated of them.
 
 use nalgebra::Complex;
-use plotters::prelude::{Circle, PathElement};
-use plotters::style::Color;
-use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{
-    Entry, FAINT, Legend, TEXT_PX, WIDTH_PX, anchored, line, measured as circles, model_colour, plain, px,
-    svg, write,
-};
-use super::polar::{DISK_PX, ROOM, Turn, grid};
-use super::scale::Scale;
+use super::chart::{Chart, Look};
+use super::ground::{Turn, polar_paper};
+use super::weights::{unbalance_columns, unbalance_row};
 
 /// Points of an ellipse.
 const POINTS: usize = 60;
@@ -28,43 +22,30 @@ pub struct Region {
 }
 
 impl Region {
-    fn edge(&self) -> Vec<(f64, f64)> {
+    fn edge(&self) -> Vec<Complex<f64>> {
         let turn = Complex::from_polar(1.0, self.major_deg.to_radians());
         let at = |k: usize| {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / POINTS as f64).sin_cos();
-            let point = self.found + turn * Complex::new(self.semi_axes[0] * cos, self.semi_axes[1] * sin);
-            (point.re, point.im)
+            self.found + turn * Complex::new(self.semi_axes[0] * cos, self.semi_axes[1] * sin)
         };
         (0..=POINTS).map(at).collect()
     }
 }
 
 /// All estimates of a plane; angles count with the rotation from the keyphasor mark, which is to the right.
-pub fn regions(title: &str, all: &[Region]) -> String {
-    let legend = Legend::new([Entry::Measured("stated"), Entry::Model(0, "estimated, with 95 %")]);
-    let sizes = |r: &Region| r.edge().into_iter().map(|(x, y)| x.hypot(y)).collect::<Vec<_>>();
-    let stated = all.iter().filter_map(|r| r.stated);
-    let radius = Scale::from_zero(all.iter().flat_map(sizes).chain(stated.clone().map(|u| u.norm())), 4);
-    let reach = ROOM * radius.to;
-    let across = Scale { from: -reach * WIDTH_PX / DISK_PX, to: reach * WIDTH_PX / DISK_PX, ticks: vec![] };
-    let up = Scale { from: -reach, to: reach, ticks: vec![] };
-    svg(title, legend.height_px + DISK_PX + TEXT_PX, |sheet| {
-        legend.draw(sheet)?;
-        let (_, below) = sheet.split_vertically(px(legend.height_px));
-        let (disk, foot) = below.split_vertically(px(DISK_PX));
-        let mut chart = plain(&disk, &across, &up)?;
-        grid(&mut chart, &radius, 2.0 * reach / DISK_PX, Turn::WithRotation)?;
-        let colour = model_colour(0);
-        for region in all {
-            chart.draw_series([PathElement::new(region.edge(), line(colour, 1.2))])?;
-            let found = (region.found.re, region.found.im);
-            chart.draw_series([Circle::new(found, px(1.8), colour.filled())])?;
-            let off = region.stated.map(|u| PathElement::new(vec![found, (u.re, u.im)], line(FAINT, 0.8)));
-            chart.draw_series(off)?;
-        }
-        circles(&mut chart, stated.map(|u| (u.re, u.im)))?;
-        write(&foot, "g·mm", [8.0, TEXT_PX - 4.0], anchored(FAINT, HPos::Left, VPos::Bottom))
-    })
+pub fn regions(all: &[Region]) -> Chart {
+    let stated = || all.iter().filter_map(|r| r.stated);
+    let sizes = all.iter().flat_map(Region::edge).chain(stated()).map(|u| u.norm());
+    let (mut chart, _) = polar_paper(sizes, "g·mm", Turn::WithRotation);
+    let columns = unbalance_columns();
+    for region in all {
+        chart.draw(0, "95 %", Look::Model(0), &columns, region.edge().into_iter().map(unbalance_row));
+        let off = region.stated.map(|u| [region.found, u].map(|u| [u.re, u.im]));
+        chart.ground(0, Look::Faint, off.into_iter().flatten());
+    }
+    chart.draw(0, "estimated", Look::Dots(0), &columns, all.iter().map(|r| unbalance_row(r.found)));
+    chart.draw(0, "stated", Look::Measured, &columns, stated().map(unbalance_row));
+    chart
 }
 
 #[cfg(test)]
@@ -76,7 +57,7 @@ mod tests {
         let region =
             Region { found: Complex::new(3.0, 4.0), stated: None, semi_axes: [2.0, 1.0], major_deg: 90.0 };
         let edge = region.edge();
-        assert!((edge[0].0 - 3.0).abs() < 1e-12 && (edge[0].1 - 6.0).abs() < 1e-12);
-        assert!((edge[POINTS / 4].0 - 2.0).abs() < 1e-12 && (edge[POINTS / 4].1 - 4.0).abs() < 1e-12);
+        assert!((edge[0].re - 3.0).abs() < 1e-12 && (edge[0].im - 6.0).abs() < 1e-12);
+        assert!((edge[POINTS / 4].re - 2.0).abs() < 1e-12 && (edge[POINTS / 4].im - 4.0).abs() < 1e-12);
     }
 }

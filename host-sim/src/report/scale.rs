@@ -37,16 +37,14 @@ impl Scale {
         Self { from, to, ticks: (first..=last).map(|i| i as f64 * step).collect() }
     }
 
-    /// As far to one side of zero as to the other.
-    pub fn symmetric(reach: f64, about_ticks: usize) -> Self {
-        let step = round_step(2.0 * reach / about_ticks as f64);
-        let steps = (reach / step).floor() as i64;
-        Self { from: -reach, to: reach, ticks: (-steps..=steps).map(|i| i as f64 * step).collect() }
+    /// Between two ticks.
+    pub fn step(&self) -> f64 {
+        self.ticks.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min).min(self.to - self.from)
     }
 
     /// A tick, with as many decimals as tell it from the next.
     pub fn label(&self, tick: f64) -> String {
-        let step = self.ticks.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+        let step = self.step();
         let decimals = (0..6).find(|d| {
             let scaled = step * 10_f64.powi(*d);
             (scaled - scaled.round()).abs() < 1e-6 * scaled.abs()
@@ -86,6 +84,16 @@ pub fn three_digits(value: f64) -> String {
     }
 }
 
+/// A number with so many digits at most; what is not finite is left as it is.
+pub fn round_to(value: f64, digits: i32) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return value;
+    }
+    let unit = 10_f64.powi(digits - 1 - value.abs().log10().floor() as i32);
+    let rounded = (value * unit).round() / unit;
+    if rounded.is_finite() { rounded } else { value }
+}
+
 /// A speed with its unit.
 pub fn rpm(speed_rpm: f64) -> String {
     format!("{} rpm", number(speed_rpm, 0))
@@ -102,9 +110,9 @@ mod tests {
         let s = Scale::around([1500.0, 11_500.0].into_iter(), 5);
         assert!(s.from < 1500.0 && s.to > 11_500.0);
         assert_eq!(s.ticks, [2500.0, 5000.0, 7500.0, 10_000.0]);
-        let s = Scale::symmetric(0.34, 4);
+        let s = Scale::around([-0.34, 0.34].into_iter(), 4);
         let labels: Vec<String> = s.ticks.iter().map(|t| s.label(*t)).collect();
-        assert_eq!((s.to, labels), (0.34, ["−0.2", "0.0", "0.2"].map(String::from).to_vec()));
+        assert_eq!(labels, ["−0.2", "0.0", "0.2"]);
     }
 
     #[test]

@@ -1,15 +1,12 @@
 //! The machine drawn to scale from its file: shaft, couplings, disks, bearings, probes, planes.
 
-use plotters::prelude::{PathElement, Polygon, Rectangle};
-use plotters::style::text_anchor::{HPos, VPos};
-use plotters::style::{Color, RGBColor};
+use maud::{Markup, html};
 
 use rotor_edge_desktop::machine::drawing::{Coupling, Disk, Rotor};
 
-use super::canvas::{
-    Drawn, FAINT, GRID, INK, Sheet, WIDTH_PX, anchored, line, model_colour, px, svg, text_width_px, write,
-};
-
+/// Width that the drawing is made for, a phone's, so that its text is as large as the text around it.
+const WIDTH_PX: f64 = 400.0;
+const TEXT_PX: f64 = 12.5;
 const SIDE_PX: f64 = 14.0;
 const ROW_PX: f64 = 17.0;
 /// Highest that the machine is drawn; one with large disks is drawn smaller.
@@ -17,7 +14,19 @@ const TALLEST_PX: f64 = 220.0;
 /// A disk of no width is still seen.
 const THINNEST_PX: f64 = 3.0;
 const BEARING_PX: f64 = 12.0;
-const STEEL: RGBColor = RGBColor(205, 212, 218);
+/// What is marked stands in a ring of this radius.
+const MARK_PX: f64 = 9.0;
+
+/// A place of the machine that the page speaks of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mark {
+    /// Along the shaft, m.
+    pub position_m: f64,
+    /// What is said of it.
+    pub text: String,
+    /// Whether it is what the page is about; others are faint.
+    pub is_main: bool,
+}
 
 /// Radius and width, m, of a uniform solid disk of these inertias; a disk without inertia has neither.
 fn disk_size_m(d: &Disk) -> [f64; 2] {
@@ -30,27 +39,58 @@ fn disk_size_m(d: &Disk) -> [f64; 2] {
     [radius2.sqrt(), width2.max(0.0).sqrt()]
 }
 
-/// Names under the machine: place, text, and the row in which it does not meet another.
-fn rows(names: &[(f64, String)]) -> Vec<(f64, String, usize)> {
+/// A name beside the machine, in a row in which it does not meet another.
+struct Name {
+    at_px: f64,
+    text: String,
+    is_main: bool,
+    row: usize,
+}
+
+impl Name {
+    fn written(&self, y_px: f64) -> Markup {
+        let class = self.is_main.then_some("main");
+        html! {
+            text class=[class] x=(place(self.at_px)) y=(place(y_px)) text-anchor="middle" dominant-baseline="central" {
+                (self.text)
+            }
+        }
+    }
+}
+
+/// How wide a text is at most in a reader's font, px: as in the widest usual ones, Verdana and DejaVu Sans.
+fn text_width_px(text: &str) -> f64 {
+    let width_em = |c: char| match c {
+        'f' | 'i' | 'j' | 'l' | 't' | ' ' | '.' | ',' | ':' | ';' | '\'' | '|' | '/' => 0.40,
+        'r' | 'I' | 's' | '(' | ')' | '-' | '°' | '·' => 0.55,
+        'm' | 'w' | 'M' | 'W' | '%' | '–' => 1.08,
+        'A'..='Z' | '−' | '+' | '=' | '<' | '>' => 0.84,
+        _ => 0.65,
+    };
+    TEXT_PX * text.chars().map(width_em).sum::<f64>()
+}
+
+/// Names by place, each in the first row in which it does not meet another.
+fn rows(names: &[(f64, String, bool)]) -> Vec<Name> {
     let mut sorted: Vec<_> = names.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut ends: Vec<f64> = Vec::new();
     let mut placed = Vec::new();
-    for (at, text) in sorted {
-        let half = 0.5 * text_width_px(&text);
-        let at = at.clamp(half.min(0.5 * WIDTH_PX) + 2.0, (WIDTH_PX - half - 2.0).max(0.5 * WIDTH_PX));
-        let row = ends.iter().position(|end| at - half > end + 4.0).unwrap_or(ends.len());
+    for (at, text, is_main) in sorted {
+        let half = 0.5 * text_width_px(&text) * if is_main { 1.1 } else { 1.0 };
+        let at_px = at.clamp(half.min(0.5 * WIDTH_PX) + 2.0, (WIDTH_PX - half - 2.0).max(0.5 * WIDTH_PX));
+        let row = ends.iter().position(|end| at_px - half > end + 4.0).unwrap_or(ends.len());
         if row == ends.len() {
             ends.push(0.0);
         }
-        ends[row] = at + half;
-        placed.push((at, text, row));
+        ends[row] = at_px + half;
+        placed.push(Name { at_px, text, is_main, row });
     }
     placed
 }
 
-/// Draws a machine; lengths and diameters in one scale.
-pub fn sketch(title: &str, rotor: &Rotor) -> String {
+/// Draws a machine with its marks; lengths and diameters in one scale.
+pub fn sketch(title: &str, rotor: &Rotor, marks: &[Mark]) -> Markup {
     let sizes: Vec<[f64; 2]> = rotor.disk.iter().map(disk_size_m).collect();
     let ends = |(d, [_, width]): (&Disk, &[f64; 2])| [d.position_m - 0.5 * width, d.position_m + 0.5 * width];
     let (mut left, mut right) = (0.0_f64, rotor.length_m());
@@ -63,93 +103,62 @@ pub fn sketch(title: &str, rotor: &Rotor) -> String {
     let middle_px = 0.5 * (WIDTH_PX - per_m * (right - left));
     let x = |z: f64| middle_px + per_m * (z - left);
     let half_px = (per_m * tallest_m).max(30.0);
-    let above = rows(&rotor.plane.iter().map(|p| (x(p.position_m), p.name.clone())).collect::<Vec<_>>());
-    let mut named: Vec<(f64, String)> =
-        rotor.bearing.iter().map(|b| (x(b.position_m), format!("▲ {}", b.name))).collect();
-    named.extend(rotor.coupling.iter().map(|c| (x(c.position_m), c.name.clone())));
-    named.extend(rotor.disk.iter().map(|d| (x(d.position_m), d.name.clone())));
-    named.extend(probe_places(rotor).into_iter().map(|(z, names)| (x(z), format!("↑ {names}"))));
+    let planes = rotor.plane.iter().map(|p| (x(p.position_m), format!("plane {}", p.name), false));
+    let marked = marks.iter().map(|m| (x(m.position_m), m.text.clone(), m.is_main));
+    let above = rows(&planes.chain(marked).collect::<Vec<_>>());
+    let mut named: Vec<(f64, String, bool)> =
+        rotor.bearing.iter().map(|b| (x(b.position_m), format!("▲ {}", b.name), false)).collect();
+    named.extend(rotor.coupling.iter().map(|c| (x(c.position_m), c.name.clone(), false)));
+    named.extend(rotor.disk.iter().map(|d| (x(d.position_m), d.name.clone(), false)));
+    named.extend(probe_places(rotor).into_iter().map(|(z, names)| (x(z), format!("↑ {names}"), false)));
     let below = rows(&named);
-    let rows_of =
-        |all: &[(f64, String, usize)]| all.iter().map(|r| r.2 + 1).max().unwrap_or(0) as f64 * ROW_PX;
+    let rows_of = |all: &[Name]| all.iter().map(|r| r.row + 1).max().unwrap_or(0) as f64 * ROW_PX;
     let axis_px = rows_of(&above) + 8.0 + half_px;
     let under_px = axis_px + half_px + BEARING_PX + 8.0;
-    svg(title, under_px + rows_of(&below) + 24.0, |sheet| {
-        for p in &rotor.plane {
-            dashed(sheet, [x(p.position_m), rows_of(&above) + 2.0], under_px - 6.0)?;
-        }
-        for (d, [radius, width]) in rotor.disk.iter().zip(&sizes) {
-            let half = [0.5 * (per_m * width).max(THINNEST_PX), (per_m * radius).max(THINNEST_PX)];
-            boxed(
-                sheet,
-                [x(d.position_m) - half[0], axis_px - half[1]],
-                half.map(|h| 2.0 * h),
-                model_colour(0),
-            )?;
-        }
-        let mut from = 0.0;
-        for s in &rotor.shaft {
-            let outer = per_m * s.outer_diameter_m;
-            boxed(sheet, [x(from), axis_px - 0.5 * outer], [per_m * s.length_m, outer], STEEL)?;
-            let bore = per_m * s.inner_diameter_m;
-            if bore > 0.0 {
-                boxed(
-                    sheet,
-                    [x(from), axis_px - 0.5 * bore],
-                    [per_m * s.length_m, bore],
-                    RGBColor(255, 255, 255),
-                )?;
+    let height_px = under_px + rows_of(&below) + 24.0;
+    let radius_px = |z: f64| 0.5 * per_m * diameter_m(rotor, z);
+    let mut from_m = 0.0;
+    let pieces = rotor.shaft.iter().map(|s| {
+        let at = x(from_m);
+        from_m += s.length_m;
+        (at, per_m * s.length_m, [s.outer_diameter_m, s.inner_diameter_m].map(|d| per_m * d))
+    });
+    html! {
+        svg class="sketch" viewBox={ "0 0 " (WIDTH_PX) " " (place(height_px)) } role="img" aria-label=(title) {
+            title { (title) }
+            @for p in &rotor.plane {
+                (stroke("plane", [[x(p.position_m), rows_of(&above) + 2.0], [x(p.position_m), under_px - 6.0]]))
             }
-            from += s.length_m;
+            @for (d, [radius, width]) in rotor.disk.iter().zip(&sizes) {
+                @let half = [0.5 * (per_m * width).max(THINNEST_PX), (per_m * radius).max(THINNEST_PX)];
+                (boxed("disk", [x(d.position_m) - half[0], axis_px - half[1]], half.map(|h| 2.0 * h)))
+            }
+            @for (at, length, [outer, bore]) in pieces {
+                (boxed("shaft", [at, axis_px - 0.5 * outer], [length, outer]))
+                @if bore > 0.0 { (boxed("bore", [at, axis_px - 0.5 * bore], [length, bore])) }
+            }
+            @for c in &rotor.coupling { (coupling([x(c.position_m), axis_px], 0.75 * per_m * diameter_m(rotor, c.position_m), c)) }
+            @for b in &rotor.bearing { (triangle([x(b.position_m), axis_px + radius_px(b.position_m)])) }
+            @for (z, _) in probe_places(rotor) { (probe([x(z), axis_px - radius_px(z)])) }
+            @for m in marks {
+                @let class = if m.is_main { "mark main" } else { "mark" };
+                circle class=(class) cx=(place(x(m.position_m))) cy=(place(axis_px)) r=(MARK_PX) {}
+            }
+            @for name in &above { (name.written(ROW_PX * (name.row as f64 + 0.5))) }
+            @for name in &below { (name.written(under_px + ROW_PX * (name.row as f64 + 0.5))) }
+            (ruler(per_m, under_px + rows_of(&below) + 10.0))
         }
-        for c in &rotor.coupling {
-            coupling(sheet, [x(c.position_m), axis_px], 0.75 * per_m * diameter_m(rotor, c.position_m), c)?;
-        }
-        let radius_px = |z: f64| 0.5 * per_m * diameter_m(rotor, z);
-        for b in &rotor.bearing {
-            let (at, top) = (x(b.position_m), axis_px + radius_px(b.position_m));
-            let corners = [
-                (at, top),
-                (at - 0.6 * BEARING_PX, top + BEARING_PX),
-                (at + 0.6 * BEARING_PX, top + BEARING_PX),
-            ];
-            let corners = corners.map(|(a, b)| (px(a), px(b)));
-            sheet.draw(&Polygon::new(corners.to_vec(), model_colour(1).filled()))?;
-        }
-        for (z, _) in probe_places(rotor) {
-            let (at, top) = (x(z), axis_px - radius_px(z));
-            let path = |ends: [(f64, f64); 2]| {
-                PathElement::new(ends.map(|(a, b)| (px(a), px(b))).to_vec(), line(model_colour(2), 1.6))
-            };
-            sheet.draw(&path([(at, top - 2.0), (at, top - 16.0)]))?;
-            sheet.draw(&path([(at, top - 2.0), (at - 3.5, top - 7.0)]))?;
-            sheet.draw(&path([(at, top - 2.0), (at + 3.5, top - 7.0)]))?;
-        }
-        for (at, text, row) in &above {
-            write(
-                sheet,
-                text,
-                [*at, ROW_PX * (*row as f64 + 0.5)],
-                anchored(INK, HPos::Center, VPos::Center),
-            )?;
-        }
-        for (at, text, row) in &below {
-            let down = under_px + ROW_PX * (*row as f64 + 0.5);
-            write(sheet, text, [*at, down], anchored(INK, HPos::Center, VPos::Center))?;
-        }
-        ruler(sheet, per_m, under_px + rows_of(&below) + 10.0)
-    })
+    }
 }
 
 /// Two flanges of this height above the axis, apart where the coupling gives.
-fn coupling(sheet: &Sheet, [at, axis]: [f64; 2], half_px: f64, coupling: &Coupling) -> Drawn {
+fn coupling([at, axis]: [f64; 2], half_px: f64, coupling: &Coupling) -> Markup {
     const FLANGE_PX: f64 = 3.0;
     let gap = if coupling.flexibility.is_some() { 2.0 } else { 0.0 };
     let size = [FLANGE_PX, 2.0 * half_px.max(FLANGE_PX)];
-    for left in [at - gap - FLANGE_PX, at + gap] {
-        boxed(sheet, [left, axis - 0.5 * size[1]], size, INK)?;
+    html! {
+        @for left in [at - gap - FLANGE_PX, at + gap] { (boxed("flange", [left, axis - 0.5 * size[1]], size)) }
     }
-    Ok(())
 }
 
 /// Probes by place.
@@ -173,37 +182,50 @@ fn diameter_m(rotor: &Rotor, position_m: f64) -> f64 {
     here.or(rotor.shaft.last()).map_or(0.0, |s| s.outer_diameter_m)
 }
 
-fn boxed(sheet: &Sheet, corner_px: [f64; 2], size_px: [f64; 2], colour: RGBColor) -> Drawn {
-    let corners = [
-        (px(corner_px[0]), px(corner_px[1])),
-        (px(corner_px[0] + size_px[0]), px(corner_px[1] + size_px[1])),
-    ];
-    sheet.draw(&Rectangle::new(corners, colour.mix(0.55).filled()))?;
-    Ok(sheet.draw(&Rectangle::new(corners, line(FAINT, 0.8)))?)
+/// A coordinate as it is written.
+fn place(px: f64) -> String {
+    format!("{px:.1}")
 }
 
-fn dashed(sheet: &Sheet, [at, from]: [f64; 2], to: f64) -> Drawn {
-    let mut y = from;
-    while y < to {
-        let ends = vec![(px(at), px(y)), (px(at), px((y + 4.0).min(to)))];
-        sheet.draw(&PathElement::new(ends, line(FAINT, 1.0)))?;
-        y += 8.0;
+fn boxed(class: &str, corner_px: [f64; 2], size_px: [f64; 2]) -> Markup {
+    let [x, y] = corner_px.map(place);
+    let [width, height] = size_px.map(place);
+    html! { rect class=(class) x=(x) y=(y) width=(width) height=(height) {} }
+}
+
+fn stroke(class: &str, [from, to]: [[f64; 2]; 2]) -> Markup {
+    let [[x1, y1], [x2, y2]] = [from, to].map(|end| end.map(place));
+    html! { line class=(class) x1=(x1) y1=(y1) x2=(x2) y2=(y2) {} }
+}
+
+/// A bearing under the shaft.
+fn triangle([at, top]: [f64; 2]) -> Markup {
+    let foot = [-0.6, 0.6].map(|side| format!(" {:.1},{:.1}", at + side * BEARING_PX, top + BEARING_PX));
+    html! { polygon class="bearing" points={ (place(at)) "," (place(top)) (foot[0]) (foot[1]) } {} }
+}
+
+/// An arrow towards the shaft.
+fn probe([at, top]: [f64; 2]) -> Markup {
+    let tip = [at, top - 2.0];
+    html! {
+        (stroke("probe", [tip, [at, top - 16.0]]))
+        (stroke("probe", [tip, [at - 3.5, top - 7.0]]))
+        (stroke("probe", [tip, [at + 3.5, top - 7.0]]))
     }
-    Ok(())
 }
 
 /// A bar of a round length, with its length.
-fn ruler(sheet: &Sheet, per_m: f64, at_px: f64) -> Drawn {
+fn ruler(per_m: f64, at_px: f64) -> Markup {
     let longest_m = 0.4 * WIDTH_PX / per_m;
     let decade = 10_f64.powf(longest_m.log10().floor());
     let length_m =
         [5.0, 2.0, 1.0].into_iter().map(|s| s * decade).find(|l| *l <= longest_m).unwrap_or(decade);
-    let ends = [(SIDE_PX, at_px), (SIDE_PX + per_m * length_m, at_px)].map(|(a, b)| (px(a), px(b)));
-    sheet.draw(&PathElement::new(ends.to_vec(), line(INK, 2.0)))?;
-    sheet.draw(&PathElement::new(ends.to_vec(), line(GRID, 0.5)))?;
+    let end = SIDE_PX + per_m * length_m;
     let text = if length_m < 0.1 { format!("{:.0} mm", length_m * 1e3) } else { format!("{length_m} m") };
-    let beside = [SIDE_PX + per_m * length_m + 6.0, at_px];
-    write(sheet, &text, beside, anchored(INK, HPos::Left, VPos::Center))
+    html! {
+        (stroke("ruler", [[SIDE_PX, at_px], [end, at_px]]))
+        text x=(place(end + 6.0)) y=(place(at_px)) dominant-baseline="central" { (text) }
+    }
 }
 
 #[cfg(test)]
@@ -226,8 +248,9 @@ mod tests {
 
     #[test]
     fn names_that_would_meet_stand_in_different_rows() {
-        let names = [(100.0, "bearing one".into()), (110.0, "bearing two".into()), (300.0, "far".into())];
-        let placed: Vec<usize> = rows(&names).iter().map(|r| r.2).collect();
+        let names = [(100.0, "bearing one"), (110.0, "bearing two"), (300.0, "far")];
+        let names = names.map(|(at, name)| (at, name.to_string(), false));
+        let placed: Vec<usize> = rows(&names).iter().map(|r| r.row).collect();
         assert_eq!(placed, [0, 1, 0]);
     }
 }

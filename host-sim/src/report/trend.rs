@@ -1,15 +1,9 @@
 //! Anything over time: curves, measured points, events and flags.
 
-use plotters::prelude::{PathElement, Polygon, Text};
-use plotters::style::Color;
-use plotters::style::text_anchor::{HPos, VPos};
-
-use super::canvas::{
-    Axis, Entry, FAINT, INK, Legend, anchored, axes, curve, line, measured as circles, px, svg,
-};
+use super::chart::{Anchor, Axis, Chart, Column, Look, Panel};
 use super::scale::Scale;
 
-const HEIGHT_PX: f64 = 230.0;
+const HEIGHT_PX: f64 = 260.0;
 /// Words of events stand above the curves, each lower than the one before, in this many rows.
 const WORD_ROWS: usize = 3;
 /// Height of such a row, relative to the axis.
@@ -26,6 +20,8 @@ pub struct Trend {
     pub measured: Option<(String, Vec<(f64, f64)>)>,
     /// Named curves.
     pub curves: Vec<(String, Vec<(f64, f64)>)>,
+    /// A named band around the first curve: place, lower and upper end.
+    pub band: Option<(String, Vec<[f64; 3]>)>,
     /// Vertical lines with a word each: what happened then.
     pub events: Vec<(f64, String)>,
     /// Marks on the lower axis: when a flag was raised.
@@ -33,52 +29,54 @@ pub struct Trend {
 }
 
 /// A time series with its events.
-pub fn trend(title: &str, trend: &Trend) -> String {
-    let circle_entry = trend.measured.iter().map(|(label, _)| Entry::Measured(label));
-    let curve_entries = trend.curves.iter().enumerate().map(|(i, (label, _))| Entry::Model(i, label));
-    let legend = Legend::new(circle_entry.chain(curve_entries));
+pub fn trend(trend: &Trend) -> Chart {
     let points = || {
         let measured = trend.measured.iter().flat_map(|(_, points)| points);
         measured.chain(trend.curves.iter().flat_map(|(_, points)| points))
     };
+    let edges = || trend.band.iter().flat_map(|(_, rows)| rows.iter().flat_map(|r| [r[1], r[2]]));
     let events = trend.events.iter().map(|(at, _)| *at);
     let x = Scale::around(points().map(|p| p.0).chain(events).chain(trend.flags.iter().copied()), 6);
-    let values = || points().map(|p| p.1);
+    let values = || points().map(|p| p.1).chain(edges());
     // angles and features go below zero; then the axis goes around them
-    let mut y = match values().any(|v| v < 0.0) {
+    let y = match values().any(|v| v < 0.0) {
         true => Scale::around(values(), 4),
         false => Scale::from_zero(values(), 4),
     };
     let rows = trend.events.len().min(WORD_ROWS);
-    let words_from = y.to;
-    y.to = y.from + (y.to - y.from) / (1.0 - WORD_ROW * rows as f64);
-    let word_at = |i: usize| y.to - (y.to - words_from) * (i % WORD_ROWS) as f64 / rows as f64;
-    svg(title, legend.height_px + HEIGHT_PX, |sheet| {
-        legend.draw(sheet)?;
-        let (_, below) = sheet.split_vertically(px(legend.height_px));
-        let (along, quantity) = (Some(trend.along.as_str()), Some(trend.quantity.as_str()));
-        let mut chart = axes(&below, &Axis { scale: &x, name: along }, &Axis { scale: &y, name: quantity })?;
-        for (i, (at, word, late)) in placed_words(&trend.events, &x).into_iter().enumerate() {
-            let up = word_at(i);
-            chart.draw_series([PathElement::new(vec![(at, y.from), (at, up)], line(FAINT, 1.2))])?;
-            let aside = 0.012 * (x.to - x.from);
-            let (h, aside) = if late { (HPos::Right, -aside) } else { (HPos::Left, aside) };
-            let style = anchored(INK, h, VPos::Top);
-            chart.draw_series([Text::new(word, (at + aside, up), style)])?;
-        }
-        if let Some((_, points)) = &trend.measured {
-            circles(&mut chart, points.iter().copied())?;
-        }
-        for (i, (_, points)) in trend.curves.iter().enumerate() {
-            curve(&mut chart, i, points)?;
-        }
-        let (half, height) = (0.012 * (x.to - x.from), 0.055 * (y.to - y.from));
-        for at in &trend.flags {
-            let mark = vec![(*at, y.from + height), (at - half, y.from), (at + half, y.from)];
-            chart.draw_series([Polygon::new(mark, INK.filled())])?;
-        }
-        Ok(())
-    })
+    let room = y.from + (y.to - y.from) / (1.0 - WORD_ROW * rows as f64);
+    let step = y.step();
+    let (bottom, top) = ((y.from / step).floor() * step, (room / step).ceil() * step);
+    let word_at = |i: usize| top - (top - y.to) * ((i % WORD_ROWS) as f64 + 0.5) / rows as f64;
+    let upward = Axis { from: Some(bottom), to: Some(top), step: Some(step), ..Axis::named(&trend.quantity) };
+    let mut chart = Chart::of(Panel {
+        x: Axis::named(&trend.along),
+        y: upward,
+        height_px: HEIGHT_PX,
+        ..Panel::default()
+    });
+    for (i, (at, word, late)) in placed_words(&trend.events, &x).into_iter().enumerate() {
+        chart.ground(0, Look::Faint, [[at, bottom], [at, word_at(i)]]);
+        let anchor = if late { Anchor::Right } else { Anchor::Left };
+        chart.write(0, anchor, [([at, word_at(i)], word)]);
+    }
+    let columns = [Column::of_axis(&trend.along), Column::of_axis(&trend.quantity)];
+    let pairs = |points: &[(f64, f64)]| points.iter().map(|(x, y)| [*x, *y]).collect::<Vec<_>>();
+    if let Some((name, rows)) = &trend.band {
+        let columns = [columns[0].clone(), Column::new("from", ""), Column::new("to", "")];
+        chart.draw(0, name, Look::Band(0), &columns, rows.iter().copied());
+    }
+    if let Some((label, points)) = &trend.measured {
+        chart.draw(0, label, Look::Measured, &columns, pairs(points));
+    }
+    for (i, (label, points)) in trend.curves.iter().enumerate() {
+        chart.draw(0, label, Look::Model(i), &columns, pairs(points));
+    }
+    if !trend.flags.is_empty() {
+        let columns = [columns[0].clone()];
+        chart.draw(0, "flag", Look::Flags, &columns, trend.flags.iter().map(|at| [*at, bottom]));
+    }
+    chart
 }
 
 /// Events from the highest row down, and whether a word stands to the left of its line: in an order in

@@ -11,7 +11,7 @@ use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::state::{NodeState, Reason, Status};
 use serde::Serialize;
 
-use crate::bus::counters;
+use crate::bus::counters::Totals;
 use crate::bus::decoded::Timed;
 use crate::bus::seals::Refused;
 
@@ -86,7 +86,7 @@ pub struct Monitor {
     version: Option<Version>,
     status: Option<Timed<Status>>,
     conflict_us: Option<u64>,
-    counters: Counters,
+    totals: Totals,
     model: Option<ModelInUse>,
     replacements: VecDeque<Timed<Replacement>>,
     results: ResultAssembler,
@@ -108,7 +108,7 @@ impl Monitor {
             return false;
         }
         self.heard_us = Some(time_us);
-        counters::take(&mut self.counters, message);
+        self.totals.take(message);
         match *message {
             Message::Heartbeat { version, state, reason, missing_mask, .. } => {
                 self.heartbeats += 1;
@@ -265,7 +265,12 @@ impl Monitor {
 
     /// As it counts itself; `None` before its first heartbeat.
     pub fn counters(&self) -> Option<&Counters> {
-        (self.heartbeats > 0).then_some(&self.counters)
+        self.totals().map(Totals::told)
+    }
+
+    /// What it has counted since it is listened to; `None` before its first heartbeat.
+    pub fn totals(&self) -> Option<&Totals> {
+        (self.heartbeats > 0).then_some(&self.totals)
     }
 
     /// Results begun and never completed, or with a wrong checksum.

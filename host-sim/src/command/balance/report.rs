@@ -26,7 +26,7 @@ pub fn sections(answer: &Answer) -> Vec<Section> {
         Trend { along: "speed, rpm".into(), quantity: "µm zero to peak".into(), curves, ..Trend::default() };
     let figure = Figure {
         id: identifier(title),
-        svg: trend(title, &drawn),
+        drawing: trend(&drawn).into(),
         title: title.into(),
         caption: "Root mean square over the probes; with weights as predicted.".into(),
     };

@@ -11,7 +11,7 @@ use crate::report::campbell::{Branch, campbell};
 use crate::report::scale::{number, three_digits};
 use crate::report::sketch::sketch;
 use crate::report::trend::{Trend, trend};
-use crate::report::{Curve, Figure, Section, Table, identifier};
+use crate::report::{Curve, Figure, Section, Table};
 
 /// Speed in rpm and phasor in m.
 type Point = (f64, Complex<f64>);
@@ -34,10 +34,6 @@ pub fn sections(found: &Check) -> Vec<Section> {
     all
 }
 
-fn figure(title: &str, caption: &str, svg: String) -> Figure {
-    Figure { id: identifier(title), title: title.into(), caption: caption.into(), svg }
-}
-
 fn table(caption: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Table {
     let columns = columns.iter().map(|c| c.to_string()).collect();
     Table { caption: caption.into(), columns, rows }
@@ -51,27 +47,24 @@ fn machine(found: &Check) -> Section {
         found.centre_of_gravity_m,
         number(found.range_rpm[0], 0),
     )];
-    let mut figures = vec![figure(
+    let mut figures = vec![Figure::new(
         "Machine",
         "To scale. Disks have the radius and width of a uniform disk of their mass and inertias; triangles are bearings, \
          arrows probes, dashed lines planes.",
-        sketch("Machine", &found.rotor),
+        sketch("Machine", &found.rotor, &[]),
     )];
     match &found.statics {
         Ok(s) => {
             let sag = s.position_m.iter().zip(&s.sag_m).map(|(z, sag)| (*z, -sag * 1e6)).collect();
-            figures.push(figure(
+            figures.push(Figure::new(
                 "Static line",
                 "The shaft at rest under its own weight on rigid bearings in one line.",
-                trend(
-                    "Static line",
-                    &Trend {
-                        along: "along the shaft, m".into(),
-                        quantity: "height, µm".into(),
-                        curves: vec![("shaft".into(), sag)],
-                        ..Trend::default()
-                    },
-                ),
+                trend(&Trend {
+                    along: "along the shaft, m".into(),
+                    quantity: "height, µm".into(),
+                    curves: vec![("shaft".into(), sag)],
+                    ..Trend::default()
+                }),
             ));
         }
         Err(why) => paragraphs.push(format!("Static loads are not known: {why}.")),
@@ -125,11 +118,11 @@ fn critical(found: &Check) -> Section {
         heading: "Undamped critical speeds".into(),
         paragraphs,
         tables,
-        figures: vec![figure(
+        figures: vec![Figure::new(
             "Critical speed map",
             "Forward critical speeds if every bearing had this stiffness in all directions; where a curve is flat, the \
              bearings are stiffer than the shaft and their damping does little.",
-            trend("Critical speed map", &drawn),
+            trend(&drawn),
         )],
     }
 }
@@ -173,12 +166,11 @@ fn modes(found: &Check) -> Section {
         paragraphs: vec![text::stability(found)],
         tables: vec![table(&caption, &text::MODE_COLUMNS, text::mode_rows(found))],
         figures: vec![
-            figure(
+            Figure::new(
                 "Campbell diagram",
                 "Damped natural frequencies over speed, by their sense of whirl; the straight line is the speed itself. \
                  Circles mark damped critical speeds.",
                 campbell(
-                    "Campbell diagram",
                     &campbell_branches,
                     &found
                         .damped_critical
@@ -187,10 +179,10 @@ fn modes(found: &Check) -> Section {
                         .collect::<Vec<_>>(),
                 ),
             ),
-            figure(
+            Figure::new(
                 "Log decrement",
                 "Of the least damped modes; below zero the machine is unstable.",
-                trend("Log decrement", &drawn),
+                trend(&drawn),
             ),
         ],
     }
@@ -223,7 +215,7 @@ fn shapes(found: &Check) -> Section {
             capital(m.whirl.name()),
             three_digits(m.log_decrement())
         );
-        figure(&title, &caption, trend(&title, &drawn))
+        Figure::new(title, caption, trend(&drawn))
     };
     Section {
         heading: "Mode shapes".into(),
@@ -289,7 +281,7 @@ fn unbalance(found: &Check, trial: &str) -> Section {
         .iter()
         .map(|(bearing, curves, circles)| {
             let title = format!("Bearing {bearing}, {trial}");
-            figure(&title, "Amplitude and phase lag over speed.", bode_of("maximum", &title, circles, curves))
+            Figure::new(title, "Amplitude and phase lag over speed.", bode_of("maximum", circles, curves))
         })
         .collect();
     let each = found.responses.iter().find(|(t, _)| t.name == trial);

@@ -13,6 +13,7 @@ use serde_json::json;
 use super::commanding::Commanding;
 use super::watch::seconds;
 use super::{deployable, output};
+use crate::bus::seals::Believing;
 use crate::edge::{Deployment, encoded};
 use trial::Candidate;
 
@@ -53,7 +54,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut bus = arguments.monitor.open()?;
     if let Some(time) = arguments.trial {
         let candidate = Candidate { bytes, checksum: model.checksum(), left_out };
-        return trial::run(arguments, &mut authority, &mut *bus, &candidate, time);
+        let mut bus = Believing::new(&mut *bus, authority.checker());
+        let told = trial::run(arguments, &mut authority, &mut bus, &candidate, time);
+        let refused = bus.refused();
+        if refused.any() {
+            output::tell(&format!("frames of monitor {node} {refused}"));
+        }
+        return told;
     }
     let counter = authority.counter();
     let bar = output::progress("deploy", bytes.len());

@@ -1,6 +1,8 @@
 //! `diagnose`: which physical effect is missing.
 
+pub mod machine;
 pub mod report;
+pub mod story;
 
 use anyhow::Result;
 use clap::Args;
@@ -11,6 +13,7 @@ use serde_json::{Map, Value, json};
 use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};
+use super::quantity::quantity;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -30,14 +33,16 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let found = diagnose(&rotor, &readings)?;
     working.finish_and_clear();
     if let Some(path) = &arguments.form.report {
-        let sections = report::sections(&rotor, &readings, &found)?;
-        output::report(path, &format!("{}: what is missing in the model", rotor.name), sections)?;
+        let (story, sections) = report::page(&rotor, &readings, &found, next(arguments, &found))?;
+        let title = format!("{}: what is missing in the model", rotor.name);
+        output::story(path, &title, Some(&story), sections)?;
     }
     if arguments.form.json {
         return output::as_json(&Summary::of(&found));
     }
     print(&found, arguments.top);
-    print_next(arguments, &found);
+    let (words, command) = next(arguments, &found);
+    println!("\nNext: {words}{}", command.map_or(String::new(), |command| format!("\n  {command}")));
     Ok(None)
 }
 
@@ -101,52 +106,52 @@ fn print(found: &Diagnosis, top: usize) {
     }
 }
 
-fn print_next(arguments: &Arguments, found: &Diagnosis) {
+/// What to do, and the command for it.
+fn next(arguments: &Arguments, found: &Diagnosis) -> (String, Option<String>) {
     let output::Measured { rotor, data, runout } = &arguments.measured;
     let (rotor, data) = (rotor.display(), data.display());
+    let with = |words: &str, command: String| (words.to_string(), Some(format!("rotor-edge {command}")));
     match (found.verdict, found.candidates.first()) {
         (Verdict::Undecided, _) if found.too_fast => {
-            println!("\nNext: measure a run-up again, no faster than said above.")
+            ("measure a run-up again, no faster than said above.".into(), None)
         }
         (Verdict::Missing, Some(best)) => {
-            println!(
-                "\nNext: add it\n  rotor-edge add {rotor} \"{}\" --data {data}{runout} -o better.toml",
-                best.label()
-            );
+            with("add it", format!("add {rotor} \"{}\" --data {data}{runout} -o better.toml", best.label()))
         }
-        (Verdict::Undecided, Some(_)) if !found.saturated && !found.indistinguishable.is_empty() => println!(
-            "\nNext: measure, or add the first of the group, which predicts this machine as well as any\n  \
-             rotor-edge improve {rotor} {data}{runout} -o better.toml"
+        (Verdict::Undecided, Some(_)) if !found.saturated && !found.indistinguishable.is_empty() => with(
+            "measure, or add the first of the group, which predicts this machine as well as any",
+            format!("improve {rotor} {data}{runout} -o better.toml"),
         ),
-        (Verdict::NotDetermined, _) => println!(
-            "\nNext: measure what tells the planes apart: a run with a known trial weight in each, or speeds nearer to and \
-             beyond a resonance\n  rotor-edge balance {rotor} {data}{runout} says what corrections would leave"
+        (Verdict::NotDetermined, _) => with(
+            "measure what tells the planes apart: a run with a known trial weight in each, or speeds nearer to and beyond a \
+             resonance; what corrections would leave is said by",
+            format!("balance {rotor} {data}{runout}"),
         ),
-        (Verdict::Unknown, _) => println!(
-            "\nNext: look at the machine where the force acts; see where the model misses with\n  rotor-edge compare {rotor} \
-             {data}{runout} --report compare.html"
+        (Verdict::Unknown, _) => with(
+            "look at the machine where the force acts; see where the model misses",
+            format!("compare {rotor} {data}{runout} --report compare.html"),
         ),
         (Verdict::Adequate, _) => {
-            println!("\nNext: follow the unbalance with rotor-edge replay.")
+            with("follow the unbalance through a record of days", format!("track {rotor} RECORD.csv"))
         }
-        _ => println!(
-            "\nNext: measure what is listed above, or see where the model misses with rotor-edge compare {rotor} {data}{runout}"
+        _ => with(
+            "measure what is listed above, or see where the model misses",
+            format!("compare {rotor} {data}{runout}"),
         ),
     }
 }
 
 /// Parameters with their uncertainty, one line each.
 pub fn parameter_lines(candidate: &Candidate) -> Vec<String> {
-    let line = |p: &rotor_edge_desktop::diagnose::FittedParameter| {
-        let value = match p.value.as_slice() {
-            [re, im] => {
-                let (size, angle) = (re.hypot(*im), im.atan2(*re).to_degrees());
-                format!("{size:.4e} {} at {angle:.1}°", p.unit)
-            }
-            other => format!("{:.4e} {}", other.first().copied().unwrap_or(f64::NAN), p.unit),
-        };
-        let sd = p.sd.map_or(String::new(), |sd| format!(" ± {sd:.1e}"));
-        format!("{} = {value}{sd}", p.name)
+    let line = |p: &rotor_edge_desktop::diagnose::FittedParameter| match p.value.as_slice() {
+        [re, im] => {
+            let (size, angle) = (re.hypot(*im), im.atan2(*re).to_degrees());
+            format!("{} = {} at {angle:.1}°", p.name, quantity(size, p.sd, p.unit))
+        }
+        other => {
+            let value = other.first().copied().unwrap_or(f64::NAN);
+            format!("{} = {}", p.name, quantity(value, p.sd, p.unit))
+        }
     };
     let mut lines: Vec<String> = candidate.parameters.iter().map(line).collect();
     lines.extend(candidate.disqualified.clone());

@@ -1,57 +1,70 @@
 //! What `diagnose --report` says: the candidates, the best one explained, before and after.
 
 use rotor_edge_desktop::compare::Comparison;
-use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, RefutedRun, add, best_fit};
+use rotor_edge_desktop::diagnose::{BestFit, Candidate, Diagnosis, RefutedRun, add, best_fit};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
+use super::{machine, story};
 use crate::command::entitled::{self, OUTSIDE};
 use crate::report::bars::{Bar, bars};
-use crate::report::{self, Figure, Prediction, Section, Table, comparison_sections};
+use crate::report::{Figure, Model, Prediction, Section, Story, Table, comparison_sections};
 
 /// Candidates that are drawn.
 const DRAWN: usize = 10;
 
-/// All sections of a diagnosis' report.
+/// A model fitted to the data.
+pub struct Fitted {
+    /// With what it leaves of them.
+    pub model: Model,
+    /// The fit.
+    pub best: BestFit,
+}
+
+impl Fitted {
+    /// Fits the model of a file.
+    ///
+    /// # Errors
+    /// If it cannot be fitted.
+    pub fn new(
+        label: impl Into<String>,
+        rotor: &Rotor,
+        readings: &[Reading],
+    ) -> Result<Self, rotor_edge_desktop::Error> {
+        let best = best_fit(rotor, readings)?;
+        let comparison =
+            Comparison::new(rotor, readings, &best.predicted_m, &best.noise, best.free_parameters);
+        let prediction = Prediction { label: label.into(), predicted_m: best.predicted_m.clone() };
+        Ok(Self { model: Model { prediction, comparison }, best })
+    }
+}
+
+/// The page of a diagnosis.
 ///
 /// # Errors
 /// If the model, or the model with the best candidate, cannot be fitted again.
-pub fn sections(
+pub fn page(
     rotor: &Rotor,
     readings: &[Reading],
     found: &Diagnosis,
-) -> Result<Vec<Section>, rotor_edge_desktop::Error> {
+    next: (String, Option<String>),
+) -> Result<(Story, Vec<Section>), rotor_edge_desktop::Error> {
     let best = found.named().filter(|c| c.disqualified.is_none() && c.support > 0.0);
-    let better =
-        best.map(|best| Ok((best.label(), add(rotor, readings, best.effect, best.at.as_deref())?.rotor)));
+    let mut fits = vec![Fitted::new("model", rotor, readings)?];
+    if let Some(best) = best {
+        let better = add(rotor, readings, best.effect, best.at.as_deref())?.rotor;
+        fits.push(Fitted::new(format!("with {}", machine::words(best)), &better, readings)?);
+    }
     let entitled = entitled::section(&found.scatter, &found.determined, found.unknown.as_ref());
-    let mut sections = vec![verdict(found), entitled, candidates(found)];
-    sections.extend(before_and_after(rotor, readings, better.transpose()?.as_ref())?);
-    Ok(sections)
+    let mut sections = vec![verdict(found), candidates(found), entitled];
+    sections.extend(compared(rotor, readings, &fits));
+    Ok((story::of_diagnosis(found, readings, &fits, next), sections))
 }
 
-/// The comparison of a model with the data, and of a better one, by label, beside it.
-///
-/// # Errors
-/// If one of them cannot be fitted.
-pub fn before_and_after(
-    rotor: &Rotor,
-    readings: &[Reading],
-    better: Option<&(String, Rotor)>,
-) -> Result<Vec<Section>, rotor_edge_desktop::Error> {
-    let before = best_fit(rotor, readings)?;
-    let comparison =
-        Comparison::new(rotor, readings, &before.predicted_m, &before.noise, before.free_parameters);
-    let mut models = vec![Prediction { label: "model".into(), predicted_m: before.predicted_m }];
-    let mut sections = Vec::new();
-    if let Some((label, better)) = better {
-        let after = best_fit(better, readings)?;
-        let then = Comparison::new(better, readings, &after.predicted_m, &after.noise, after.free_parameters);
-        sections.push(report::before_and_after(rotor, readings, label, [&comparison, &then]));
-        models.push(Prediction { label: format!("with {label}"), predicted_m: after.predicted_m });
-    }
-    sections.extend(comparison_sections(rotor, readings, &models, &comparison));
-    Ok(sections)
+/// Where models fail, before and after.
+pub fn compared(rotor: &Rotor, readings: &[Reading], fits: &[Fitted]) -> Vec<Section> {
+    let models: Vec<Model> = fits.iter().map(|fit| fit.model.clone()).collect();
+    comparison_sections(rotor, readings, &models)
 }
 
 fn verdict(found: &Diagnosis) -> Section {
@@ -88,6 +101,7 @@ fn candidates(found: &Diagnosis) -> Section {
         share: c.probability,
         value: percent(c.probability),
         emphasised: c.probability >= 0.05,
+        floor: None,
     };
     let row = |c: &Candidate| {
         let numbers =
@@ -100,6 +114,7 @@ fn candidates(found: &Diagnosis) -> Section {
         share: cause.probability,
         value: percent(cause.probability),
         emphasised: true,
+        floor: None,
     });
     let none = || ["", "", ""].map(String::from);
     let outside_row =
@@ -126,7 +141,7 @@ fn candidates(found: &Diagnosis) -> Section {
             caption:
                 "A long bar alone is a diagnosis; several alike are rivals that these data cannot tell apart."
                     .into(),
-            svg: bars("Probability of each candidate", &bars_of_all),
+            drawing: bars(&bars_of_all).into(),
         }],
     }
 }

@@ -34,7 +34,7 @@ fn figure(found: &Estimates, j: usize, plane: &str) -> Figure {
         caption:
             "Each run as estimated, in the ellipse that holds it with 95 %, and a line to what was stated."
                 .into(),
-        svg: regions(&title, &found.runs.iter().map(region).collect::<Vec<_>>()),
+        drawing: regions(&found.runs.iter().map(region).collect::<Vec<_>>()).into(),
         title,
     }
 }

@@ -96,7 +96,7 @@ fn orbits_of(pair: &Pair, of: &Extracted) -> Option<Figure> {
     let title = format!("Orbits at {}{run}", pair.name);
     Some(Figure {
         id: identifier(&title),
-        svg: orbit(&title, &[], &chosen),
+        drawing: orbit(&[], &chosen).into(),
         caption: "Each panel has its own scale.".into(),
         title,
     })
@@ -115,7 +115,7 @@ fn centreline_of(pair: &Pair, extracted: &[Extracted]) -> Option<Figure> {
     let title = format!("Centreline at {}", pair.name);
     (!runs.is_empty()).then(|| Figure {
         id: identifier(&title),
-        svg: centreline(&title, &runs),
+        drawing: centreline(&runs).into(),
         caption: "Positive as the vibration of each probe is.".into(),
         title,
     })
@@ -134,7 +134,7 @@ fn speed(extracted: &[Extracted]) -> Figure {
         id: identifier(title),
         title: title.into(),
         caption: "A gap is where readings were lost.".into(),
-        svg: trend(title, &over_time),
+        drawing: trend(&over_time).into(),
     }
 }
 
@@ -154,7 +154,7 @@ fn of_probe(extracted: &[Extracted], probe: usize) -> Figure {
         caption: format!(
             "Channel {channel}: amplitude, and phase lag behind the keyphasor's mark, over speed."
         ),
-        svg: bode(&title, &points, &runs),
+        drawing: bode(&points, &runs).into(),
         title,
     }
 }

@@ -85,7 +85,7 @@ fn figure(
     let up = if is_run { "speed, rpm" } else { "time, s" };
     Some(Figure {
         id: identifier(&title),
-        svg: cascade(&title, up, &traces, multiples),
+        drawing: cascade(up, &traces, multiples).into(),
         caption: format!(
             "Each spectrum stands on its own foot, all to one scale; the tallest line is {} µm peak to peak.",
             three_digits(tallest_um(&traces))

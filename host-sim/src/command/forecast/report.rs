@@ -78,16 +78,14 @@ fn first_passage(history: &History, limit: &Reached, dates: Dates) -> Figure {
     Figure {
         id: "limit-reached".into(),
         caption: format!("Until each day, for {:.0} g·mm static unbalance.", limit.limit_g_mm),
-        svg: trend(
-            &title,
-            &Trend {
-                along: dates.axis(),
-                quantity: "chance, %".into(),
-                curves: vec![("reached until then".into(), chance)],
-                events: events.collect(),
-                ..Trend::default()
-            },
-        ),
+        drawing: trend(&Trend {
+            along: dates.axis(),
+            quantity: "chance, %".into(),
+            curves: vec![("reached until then".into(), chance)],
+            events: events.collect(),
+            ..Trend::default()
+        })
+        .into(),
         title,
     }
 }
@@ -100,11 +98,8 @@ fn fan(history: &History, f: &Forecast, model: &str, limit_g_mm: Option<f64>, da
         (0..f.ahead.mean.len()).map(|k| (day(n + k), value(k))).collect::<Vec<_>>()
     };
     let end = |k: usize, side: usize| interval(f.ahead.mean[k], f.ahead.sd[k])[side];
-    let mut curves = vec![
-        (format!("forecast, {model}"), ahead(&|k| f.ahead.mean[k])),
-        ("lower end".into(), ahead(&|k| end(k, 0))),
-        ("upper end".into(), ahead(&|k| end(k, 1))),
-    ];
+    let mut curves = vec![(format!("forecast, {model}"), ahead(&|k| f.ahead.mean[k]))];
+    let band = (0..f.ahead.mean.len()).map(|k| [day(n + k), end(k, 0), end(k, 1)]).collect();
     let ends = [day(n.saturating_sub(PAST)), day(n + f.ahead.mean.len()) - 1.0];
     curves.extend(limit_g_mm.map(|limit| ("limit".to_string(), ends.map(|at| (at, limit)).to_vec())));
     let magnitude = f.series.name.starts_with('U');
@@ -116,16 +111,15 @@ fn fan(history: &History, f: &Forecast, model: &str, limit_g_mm: Option<f64>, da
         caption: format!(
             "The estimates, the forecast by {model} and its 95 % interval, as wide as forecasts of the past were off."
         ),
-        svg: trend(
-            &title,
-            &Trend {
-                along: dates.axis(),
-                quantity: quantity.into(),
-                measured: Some(("estimates".into(), past)),
-                curves,
-                ..Trend::default()
-            },
-        ),
+        drawing: trend(&Trend {
+            along: dates.axis(),
+            quantity: quantity.into(),
+            measured: Some(("estimates".into(), past)),
+            band: Some(("95 % interval".into(), band)),
+            curves,
+            ..Trend::default()
+        })
+        .into(),
         title,
     }
 }

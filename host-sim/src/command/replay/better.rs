@@ -11,7 +11,9 @@ use serde_json::{Value, json};
 use crate::edge::Deployment;
 use crate::replay::{self, Answer, Flag, Replay, ReplayConfig, day, flags};
 use crate::report::trend::{Trend, trend};
-use crate::report::{Figure, Section};
+use crate::report::{Figure, Section, Table};
+
+use super::fit::Fit;
 
 /// A better model's answers from one day on.
 pub struct Better {
@@ -67,6 +69,17 @@ impl Better {
         [mean(&before.answers), mean(&self.answers)]
     }
 
+    /// The table for people, before and after.
+    fn table(&self, record: &[Reading], before: &Replay) -> Table {
+        let [was, is] = self.ratios(record, before);
+        let row = |label: &str, ratio: f64| vec![label.to_string(), format!("{:.1}", 100.0 * ratio)];
+        Table {
+            caption: format!("Residual from day {:.0} on, of the features", self.since_d),
+            columns: ["model", "residual, %"].map(String::from).to_vec(),
+            rows: vec![row("as it was", was), row(&self.label, is)],
+        }
+    }
+
     /// The table, before and after.
     pub fn print(&self, record: &[Reading], before: &Replay) {
         let [was, is] = self.ratios(record, before);
@@ -113,16 +126,14 @@ pub fn trends(
         curves
     };
     let figure = |id: String, title: String, quantity: &str, caption: &str, curves| Figure {
-        svg: trend(
-            &title,
-            &Trend {
-                along: "time, days".into(),
-                quantity: quantity.into(),
-                curves,
-                flags: raised.iter().map(|f| f.time_d).collect(),
-                ..Trend::default()
-            },
-        ),
+        drawing: trend(&Trend {
+            along: "time, days".into(),
+            quantity: quantity.into(),
+            curves,
+            flags: raised.iter().map(|f| f.time_d).collect(),
+            ..Trend::default()
+        })
+        .into(),
         id,
         title,
         caption: caption.into(),
@@ -147,5 +158,8 @@ pub fn trends(
             }),
         ));
     }
-    vec![Section { heading: "Replay".into(), figures, ..Section::default() }]
+    let fit = Fit::of(record, &played.answers, raised);
+    let tables = better.map(|b| b.table(record, played)).into_iter().collect();
+    let paragraphs = fit.words(played.answers.len(), record.len());
+    vec![Section { heading: "Does the model still fit?".into(), paragraphs, tables, figures }]
 }

@@ -8,7 +8,9 @@ use rotor_edge_desktop::measurement::Reading;
 
 use crate::bus::BusSpec;
 use crate::bus::log::{LogWriter, Recorded};
+use crate::bus::seals::Believing;
 use crate::bus::wire::WireFrame;
+use crate::command::output;
 use crate::deploy::{Authority, read_key};
 use crate::edge::Deployment;
 use crate::replay::live::{run_with_foreign_monitor, run_with_own_monitor};
@@ -53,7 +55,14 @@ impl Over {
         match &self.key {
             Some(path) => {
                 let mut authority = Authority::new(read_key(path)?, config.node.node, None)?;
-                run_with_foreign_monitor(&mut *host, &mut authority, deployment, record, config, progress)
+                let mut host = Believing::new(&mut *host, authority.checker());
+                let replay =
+                    run_with_foreign_monitor(&mut host, &mut authority, deployment, record, config, progress);
+                let refused = host.refused();
+                if refused.any() {
+                    output::tell(&format!("frames of monitor {} {refused}", config.node.node));
+                }
+                replay
             }
             None => {
                 let mut monitor = spec.open()?;

@@ -2,6 +2,7 @@
 
 mod better;
 mod bus;
+mod fit;
 mod json;
 mod unbalance;
 
@@ -29,6 +30,7 @@ use crate::sample;
 use crate::watch::words::{probe_numbers, span};
 use better::{Better, trends};
 use bus::Over;
+use fit::Fit;
 use json::{Summary, answers};
 
 const DAY_S: f64 = 86_400.0;
@@ -210,7 +212,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             better.print(&record, &played);
         }
         println!("\nThe whole replay took {:.2} s.", begun.elapsed().as_secs_f64());
-        job.print_next(arguments, &raised);
+        job.print_next(arguments, &played, &raised);
     }
     agreement.verdict()
 }
@@ -320,31 +322,8 @@ impl Job<'_> {
 
     fn print_flags(&self, played: &Replay, raised: &[Flag]) {
         println!("\nDoes the model still fit?");
-        let Some(first) = raised.first() else {
-            println!(
-                "  No flag in {} of {} readings that were evaluated.",
-                played.answers.len(),
-                self.record.len()
-            );
-            return;
-        };
-        let ratio = |rows: std::ops::Range<f64>| {
-            let inside = played.answers.iter().filter(|a| rows.contains(&self.day(a.row)));
-            let ratios: Vec<f64> = inside.map(|a| f64::from(a.result.ratio)).collect();
-            ratios.iter().sum::<f64>() / ratios.len().max(1) as f64
-        };
-        if first.since_d > self.day(0) {
-            println!(
-                "  Until day {:.0} the residual is {:.1} % of the features.",
-                first.since_d - 1.0,
-                100.0 * ratio(f64::MIN..first.since_d)
-            );
-        }
-        println!(
-            "  From day {:.0} on it is {:.1} %: the model stopped fitting.",
-            first.since_d,
-            100.0 * ratio(first.since_d..f64::MAX)
-        );
+        let fit = Fit::of(self.record, &played.answers, raised);
+        fit.words(played.answers.len(), self.record.len()).iter().for_each(|line| println!("  {line}"));
         for flag in raised {
             let suspect = flag.suspect.and_then(|b| self.rotor.bearing.get(b));
             let suspect = suspect.map_or("no bearing", |bearing| &bearing.name);
@@ -356,9 +335,15 @@ impl Job<'_> {
     }
 
     /// Which command to run next.
-    fn print_next(&self, arguments: &Arguments, raised: &[Flag]) {
+    fn print_next(&self, arguments: &Arguments, played: &Replay, raised: &[Flag]) {
+        let fit = Fit::of(self.record, &played.answers, raised);
         match (raised.first(), &arguments.rotor, &arguments.record) {
             (None, ..) => println!("Next: nothing to do; replay again when there are new readings."),
+            (Some(_), Some(rotor), Some(record)) if matches!(fit, Fit::BeganOn { .. }) => println!(
+                "Next: follow the unbalance from that day on\n  rotor-edge track {} {}",
+                rotor.display(),
+                record.display()
+            ),
             (Some(_), Some(rotor), Some(_)) => println!(
                 "Next: learn which physical effect is missing, from a run-up of the machine as it is now\n  \
                  rotor-edge improve {} RUNUP.csv -o better.toml",

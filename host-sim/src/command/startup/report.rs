@@ -16,7 +16,7 @@ use crate::report::orbit::{OrbitPanel, orbit};
 use crate::report::scale::rpm;
 use crate::report::trend::{Trend, trend};
 use crate::report::wave::wave;
-use crate::report::{Curve, Figure, Section, Table, identifier};
+use crate::report::{Curve, Figure, Section, Table};
 
 type C = Complex<f64>;
 
@@ -25,10 +25,6 @@ pub fn sections(answer: &Answer) -> Vec<Section> {
     let mut sections = vec![summary(answer), bodes(answer), errors(answer)];
     sections.extend([orbits(answer), waves(answer)].into_iter().filter(|s| !s.figures.is_empty()));
     sections
-}
-
-fn figure(title: String, caption: &str, draw: impl FnOnce(&str) -> String) -> Figure {
-    Figure { id: identifier(&title), svg: draw(&title), title, caption: caption.into() }
 }
 
 fn summary(answer: &Answer) -> Section {
@@ -81,9 +77,11 @@ fn bodes(answer: &Answer) -> Section {
             .collect();
         let curves: Vec<Curve> = found.runs.iter().map(curve).collect();
         let caption = "Every run as measured; circles: the peak and both half-power points of each.";
-        figure(format!("Bode {}", direction.label), caption, |title| {
-            bode_of("identified points", title, &marks, &curves)
-        })
+        Figure::new(
+            format!("Bode {}", direction.label),
+            caption,
+            bode_of("identified points", &marks, &curves),
+        )
     };
     let mut paragraphs = vec!["Amplitude above, phase lag below, for every added mass.".to_string()];
     paragraphs.extend(shift_lines(answer));
@@ -116,7 +114,7 @@ fn per_unbalance(answer: &Answer, d: usize, own_kg_m: C) -> Figure {
         ..Trend::default()
     };
     let caption = "Amplitude over own and added unbalance together: on a linear machine the curves are one.";
-    figure(format!("Per unbalance {}", direction.label), caption, |title| trend(title, &drawn))
+    Figure::new(format!("Per unbalance {}", direction.label), caption, trend(&drawn))
 }
 
 /// The motion between two readings.
@@ -180,7 +178,7 @@ fn errors(answer: &Answer) -> Section {
                 .into(),
         ],
         tables: answer.speeds_rpm.iter().map(|s| table(*s)).filter(|t| !t.rows.is_empty()).collect(),
-        figures: vec![figure("Error by speed".into(), caption, |title| trend(title, &drawn))],
+        figures: vec![Figure::new("Error by speed", caption, trend(&drawn))],
     }
 }
 
@@ -207,8 +205,7 @@ fn orbits(answer: &Answer) -> Section {
                 continue;
             }
             let title = format!("Orbits at {bearing}, run {}", run.label());
-            figures
-                .push(figure(title, "Each panel has its own scale.", |title| orbit(title, &labels, &panels)));
+            figures.push(Figure::new(title, "Each panel has its own scale.", orbit(&labels, &panels)));
         }
     }
     let text = "The path of the shaft's centre, seen along the shaft; dots where the keyphasor fires.";
@@ -232,7 +229,7 @@ fn waves(answer: &Answer) -> Section {
                 |(label, stage): (&'static str, usize)| Some((label, answer.stages[stage].motion[row][d]?));
             let said: Vec<(&str, C)> = models(answer).into_iter().filter_map(says).collect();
             let title = format!("Time wave {}, {}", direction.label, rpm(answer.readings[row].speed_rpm));
-            figures.push(figure(title, "One turn of the shaft.", |title| wave(title, seen, &said)));
+            figures.push(Figure::new(title, "One turn of the shaft.", wave(seen, &said)));
         }
     }
     let text = format!("Run {}, the one with the largest mass.", run.label());

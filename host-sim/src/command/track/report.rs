@@ -40,7 +40,12 @@ fn figure(track: &Track, dates: Dates, title: &str, quantity: &str, caption: &st
         flags: track.flags.iter().map(|f| f.time_d).collect(),
         ..parts
     };
-    Figure { id: identifier(title), title: title.into(), caption: caption.into(), svg: trend(title, &drawn) }
+    Figure {
+        id: identifier(title),
+        title: title.into(),
+        caption: caption.into(),
+        drawing: trend(&drawn).into(),
+    }
 }
 
 fn residuals(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
@@ -152,25 +157,17 @@ fn features(rotor: &Rotor, record: &[Reading], track: &Track, dates: Dates) -> S
     Section { heading: "Calculated and measured features".into(), figures, ..Section::default() }
 }
 
-/// A curve with the ends of its interval, where there is one.
+/// A curve in its interval, where there is one.
 fn with_ends(
     track: &Track,
     name: &str,
     value: impl Fn(&Estimate) -> f64,
     ends: impl Fn(&Estimate) -> Option<Interval>,
 ) -> Trend {
-    let mut curves = vec![(name.to_string(), over_time(&track.estimates, value))];
-    for (label, upper) in [("lower end", false), ("upper end", true)] {
-        let of = |e: &Estimate| {
-            let ends = ends(e)?;
-            Some((e.time_d, if upper { ends.high } else { ends.low }))
-        };
-        let points: Points = track.estimates.iter().filter_map(of).collect();
-        if !points.is_empty() {
-            curves.push((label.into(), points));
-        }
-    }
-    Trend { curves, ..Trend::default() }
+    let curves = vec![(name.to_string(), over_time(&track.estimates, value))];
+    let of = |e: &Estimate| ends(e).map(|ends| [e.time_d, ends.low, ends.high]);
+    let band: Vec<_> = track.estimates.iter().filter_map(of).collect();
+    Trend { curves, band: (!band.is_empty()).then(|| ("95 % interval".into(), band)), ..Trend::default() }
 }
 
 fn scaled(interval: Interval, factor: f64) -> Interval {
@@ -193,7 +190,7 @@ fn unbalance(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
             |e| g_mm_deg(e.unbalance_kg_m[j])[1],
             |e| Some(scaled(e.spread.as_ref()?.angle_rad[j], 180.0 / std::f64::consts::PI)),
         );
-        let caption = "Dashed: 95 % interval, where the method states one.";
+        let caption = "Band: 95 % interval, where the method states one.";
         figures.push(figure(
             track,
             dates,
@@ -245,7 +242,7 @@ fn parameters(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
             dates,
             &title,
             &format!("{name}, {unit}"),
-            "Dashed: 95 % interval, where the method states one.",
+            "Band: 95 % interval, where the method states one.",
             trend,
         )
     });

@@ -106,10 +106,13 @@ fn over_days(sampling: &Sampling) -> [Figure; 2] {
         id: identifier(title),
         title: title.into(),
         caption: caption.into(),
-        svg: trend(
-            title,
-            &Trend { along: "time, days".into(), quantity: quantity.into(), curves, ..Trend::default() },
-        ),
+        drawing: trend(&Trend {
+            along: "time, days".into(),
+            quantity: quantity.into(),
+            curves,
+            ..Trend::default()
+        })
+        .into(),
     };
     [
         draw(
@@ -147,10 +150,11 @@ fn histograms(rotor: &Rotor, sampling: &Sampling) -> Vec<Figure> {
             share: *count as f64 / most,
             value: format!("{:.1} %", 100.0 * *count as f64 / values.len() as f64),
             emphasised: true,
+            floor: None,
         };
         Figure {
             id: identifier(&format!("posterior {title}")),
-            svg: bars(&title, &counts.iter().enumerate().map(bar).collect::<Vec<_>>()),
+            drawing: bars(&counts.iter().enumerate().map(bar).collect::<Vec<_>>()).into(),
             title,
             caption: "Posterior of the last day. As wide as its prior where one speed cannot tell.".into(),
         }

@@ -5,7 +5,6 @@ use rotor_edge_core::state::Reason;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::bus::counters::named;
 use crate::bus::seals::Refused;
 use crate::bus::states::name;
 use crate::command::answer::Answer;
@@ -146,7 +145,7 @@ impl Node {
             heard_seconds_ago: monitor.heard_us().map(|heard_us| seconds(now_us - heard_us)),
             heartbeats: monitor.heartbeats(),
             version: monitor.version(),
-            counters: monitor.counters().map(|c| named(c).map(|(n, c)| (n.into(), c.into())).collect()),
+            counters: monitor.totals().map(|t| t.named().map(|(n, c)| (n.into(), c.into())).collect()),
             damaged_results: monitor.damaged(),
             refused: monitor.refused(),
             model_checksum: monitor.model().map(|model| checksum(model.checksum)),

@@ -5,10 +5,11 @@ use rotor_edge_desktop::compare::{Comparison, ProbePair, probe_pairs};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
-use super::prediction::Prediction;
+use super::Model;
 use crate::report::bode::{bode, peak_to_peak_um};
+use crate::report::chart::Chart;
 use crate::report::curve::Curve;
-use crate::report::document::{Figure, Section, identifier};
+use crate::report::document::{Figure, Section};
 use crate::report::orbit::{OrbitPanel, orbit};
 use crate::report::polar::polar;
 use crate::report::residual_map::{ResidualMap, residual_map};
@@ -57,25 +58,32 @@ impl Run {
         runs
     }
 
+    /// Rows of its readings, in its order.
+    pub fn rows(&self) -> &[usize] {
+        &self.rows
+    }
+
     /// "Bode" or "Bode, run day 126".
     fn named(&self, what: &str) -> String {
         self.name.as_ref().map_or_else(|| what.to_string(), |run| format!("{what}, run {run}"))
     }
 
-    fn figure(&self, kind: &str, place: &str, caption: String, draw: impl FnOnce(&str) -> String) -> Figure {
-        let title = self.named(&format!("{kind} {place}"));
-        Figure { id: identifier(&title), svg: draw(&title), title, caption }
+    /// A figure of this run, which points at the same reading as the others of it.
+    pub fn figure(&self, kind: &str, place: &str, caption: String, chart: Chart) -> Figure {
+        let group = Some(self.name.clone().unwrap_or_default());
+        Figure::new(self.named(&format!("{kind} {place}")), caption, Chart { group, ..chart })
     }
 
     /// Where a reading lies along the run: speed in rpm, or days.
-    fn place(&self, readings: &[Reading], row: usize) -> f64 {
+    pub fn place(&self, readings: &[Reading], row: usize) -> f64 {
         match self.over {
             Over::Speed => readings[row].speed_rpm,
             Over::Time => readings[row].time_d.unwrap_or(row as f64),
         }
     }
 
-    fn along(&self, readings: &[Reading]) -> String {
+    /// Name and unit of that.
+    pub fn along(&self, readings: &[Reading]) -> String {
         let dated = self.rows.iter().all(|row| readings[*row].time_d.is_some());
         match self.over {
             Over::Speed => "speed, rpm",
@@ -86,13 +94,7 @@ impl Run {
     }
 
     /// Bode, polar and orbits over speed; amplitudes over time where there is one speed.
-    pub fn sections(
-        &self,
-        rotor: &Rotor,
-        readings: &[Reading],
-        models: &[Prediction],
-        comparison: &Comparison,
-    ) -> Vec<Section> {
+    pub fn sections(&self, rotor: &Rotor, readings: &[Reading], models: &[Model]) -> Vec<Section> {
         let section = |what: &str, text: &str, figures: Vec<Figure>| Section {
             heading: self.named(what),
             paragraphs: vec![text.into()],
@@ -115,10 +117,8 @@ impl Run {
                         clockwise. A loop is a resonance; a constant shift of all circles is runout or bow.";
             sections.push(section("Polar", text, figures));
         }
-        let orbits: Vec<Figure> = probe_pairs(rotor)
-            .iter()
-            .filter_map(|pair| self.orbits(rotor, readings, models, comparison, pair))
-            .collect();
+        let orbits: Vec<Figure> =
+            probe_pairs(rotor).iter().filter_map(|pair| self.orbits(rotor, readings, models, pair)).collect();
         if !orbits.is_empty() {
             let text = "The path of the shaft's centre, seen along the shaft with x to the right and y up; the \
                         shaft turns counter-clockwise. Dots: where the keyphasor fires. Arrows: direction of \
@@ -133,33 +133,39 @@ impl Run {
         self.rows.iter().filter_map(point).collect()
     }
 
-    fn curves(&self, readings: &[Reading], models: &[Prediction], probe: usize) -> Vec<Curve> {
-        let points = |m: &Prediction| {
-            let point = |row: &usize| (self.place(readings, *row), m.predicted_m[*row][probe]);
+    fn curves(&self, readings: &[Reading], models: &[Model], probe: usize) -> Vec<Curve> {
+        let points = |m: &Model| {
+            let point = |row: &usize| (self.place(readings, *row), m.prediction.predicted_m[*row][probe]);
             self.rows.iter().map(point).collect()
         };
-        models.iter().map(|m| Curve { label: m.label.clone(), points: points(m) }).collect()
+        models.iter().map(|m| Curve { label: m.prediction.label.clone(), points: points(m) }).collect()
     }
 
-    fn bode(&self, rotor: &Rotor, readings: &[Reading], models: &[Prediction], probe: usize) -> Figure {
+    fn bode(&self, rotor: &Rotor, readings: &[Reading], models: &[Model], probe: usize) -> Figure {
         let caption =
             "Amplitude above; phase lag below, later further down. A resonance is a peak with a lag \
                        that grows by about 180°."
                 .into();
-        self.figure("Bode", &rotor.probe[probe].name, caption, |title| {
-            bode(title, &self.measured(readings, probe), &self.curves(readings, models, probe))
-        })
+        self.figure(
+            "Bode",
+            &rotor.probe[probe].name,
+            caption,
+            bode(&self.measured(readings, probe), &self.curves(readings, models, probe)),
+        )
     }
 
-    fn polar(&self, rotor: &Rotor, readings: &[Reading], models: &[Prediction], probe: usize) -> Figure {
+    fn polar(&self, rotor: &Rotor, readings: &[Reading], models: &[Model], probe: usize) -> Figure {
         let caption =
             "Phasor over speed, µm pk-pk against phase lag; the rotation is counter-clockwise.".into();
-        self.figure("Polar", &rotor.probe[probe].name, caption, |title| {
-            polar(title, &self.measured(readings, probe), &self.curves(readings, models, probe))
-        })
+        self.figure(
+            "Polar",
+            &rotor.probe[probe].name,
+            caption,
+            polar(&self.measured(readings, probe), &self.curves(readings, models, probe)),
+        )
     }
 
-    fn trend(&self, rotor: &Rotor, readings: &[Reading], models: &[Prediction], probe: usize) -> Figure {
+    fn trend(&self, rotor: &Rotor, readings: &[Reading], models: &[Model], probe: usize) -> Figure {
         let amplitude = |points: Vec<(f64, Complex<f64>)>| {
             points.into_iter().map(|(at, y)| (at, peak_to_peak_um(y))).collect::<Vec<_>>()
         };
@@ -175,22 +181,22 @@ impl Run {
             ..Trend::default()
         };
         let caption = "Amplitude of the 1x vibration.".into();
-        self.figure("Amplitude", &rotor.probe[probe].name, caption, |title| trend(title, &drawn))
+        self.figure("Amplitude", &rotor.probe[probe].name, caption, trend(&drawn))
     }
 
     fn orbits(
         &self,
         rotor: &Rotor,
         readings: &[Reading],
-        models: &[Prediction],
-        comparison: &Comparison,
+        models: &[Model],
         pair: &ProbePair,
     ) -> Option<Figure> {
+        let comparison = &models.first()?.comparison;
         let rows = self.telling(readings, comparison, pair);
         let panel = |row: &usize| {
             let [a, b] = pair.probes;
             let read = [readings[*row].probes[a]?, readings[*row].probes[b]?];
-            let modelled = |m: &Prediction| pair.xy([m.predicted_m[*row][a], m.predicted_m[*row][b]]);
+            let modelled = |m: &Model| pair.xy([a, b].map(|probe| m.prediction.predicted_m[*row][probe]));
             Some(OrbitPanel {
                 speed_rpm: readings[*row].speed_rpm,
                 measured_m: pair.xy(read),
@@ -199,13 +205,13 @@ impl Run {
         };
         let panels: Vec<OrbitPanel> = rows.iter().filter_map(panel).collect();
         let worst = self.worst(comparison, pair, &rows)?;
-        let labels: Vec<&str> = models.iter().map(|m| m.label.as_str()).collect();
+        let labels: Vec<&str> = models.iter().map(|m| m.prediction.label.as_str()).collect();
         let caption = format!(
             "Each panel has its own scale. The model is furthest off at {}.",
             rpm(readings[worst].speed_rpm)
         );
         let place = format!("at bearing {}", rotor.bearing[pair.bearing].name);
-        Some(self.figure("Orbits", &place, caption, |title| orbit(title, &labels, &panels)))
+        Some(self.figure("Orbits", &place, caption, orbit(&labels, &panels)))
     }
 
     /// Of these rows, the one furthest from the model.
@@ -269,7 +275,7 @@ impl Run {
                        of both components. One dark row is a probe or what is beside it; dark columns are a \
                        resonance."
                 .into();
-        self.figure("Residual", &format!("map{of}"), caption, |title| residual_map(title, &map))
+        self.figure("Residual", &format!("map{of}"), caption, residual_map(&map))
     }
 }
 

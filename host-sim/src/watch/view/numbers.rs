@@ -9,7 +9,6 @@ use rotor_edge_core::can::{Keyphasor, MonitorResult};
 
 use super::list::percent;
 use super::{PLANE_COLOURS, titled};
-use crate::bus::counters::named;
 use crate::bus::decoded::Timed;
 use crate::report::scale::{number, three_digits};
 use crate::watch::monitor::{ModelInUse, Monitor, Replacement};
@@ -111,14 +110,15 @@ fn entry(name: &str, value: String) -> Line<'static> {
 
 /// Draws the counters: all if there is room, else those that are not zero.
 pub fn counters(frame: &mut Frame, area: Rect, node: u8, monitor: &Monitor) {
-    let Some(c) = monitor.counters() else { return };
+    let Some(totals) = monitor.totals() else { return };
     let of_commands = ["accepted", "refused", "forged", "replayed", "broken"];
-    let all: Vec<(String, u32)> = named(c)
+    let all: Vec<(String, u64)> = totals
+        .named()
         .map(|(name, n)| (if of_commands.contains(&name) { format!("cmd {name}") } else { name.into() }, n))
-        .chain([("damaged results".into(), u32::from(monitor.damaged()))])
+        .chain([("damaged results".into(), u64::from(monitor.damaged()))])
         .collect();
     let rows = usize::from(area.height.saturating_sub(1));
-    let row = |(name, number): (String, u32)| Line::from(format!("{name:<COUNTER_COLUMNS$}{number:>7}"));
+    let row = |(name, number): (String, u64)| Line::from(format!("{name:<COUNTER_COLUMNS$}{number:>7}"));
     let mut lines: Vec<Line> = if all.len() <= rows {
         all.into_iter().map(row).collect()
     } else {

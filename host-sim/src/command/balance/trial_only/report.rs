@@ -26,7 +26,7 @@ pub fn sections(answer: &Answer) -> Vec<Section> {
         .collect();
     let figure = Figure {
         id: identifier(title),
-        svg: weights(title, &drawn, answer.against_rotation),
+        drawing: weights(&drawn, answer.against_rotation).into(),
         title: title.into(),
         caption: "Lines: the unbalance to add in each plane; circles: what is put in.".into(),
     };

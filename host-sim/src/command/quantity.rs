@@ -1,0 +1,57 @@
+//! Quantities in the units of the trade, with their uncertainty, as people write them.
+
+use crate::report::scale::number;
+
+/// Digits of a value whose uncertainty is not known.
+const DIGITS: i32 = 4;
+/// Digits of an uncertainty.
+const SD_DIGITS: i32 = 2;
+
+/// Such as "16.8 ± 11.0 MN/m": lengths in µm, unbalances in g·mm, angles in degrees, others with a prefix.
+pub fn quantity(value: f64, sd: Option<f64>, unit: &str) -> String {
+    let (factor, unit) = match unit {
+        "m" => (1e6, "µm".to_string()),
+        "kg·m" => (1e6, "g·mm".into()),
+        "rad" => (180.0 / std::f64::consts::PI, "°".into()),
+        "N" | "N/m" | "N·s/m" | "Pa·s" | "s" => prefixed(value, unit),
+        _ => (1.0, unit.to_string()),
+    };
+    let (value, sd) = (value * factor, sd.map(|sd| sd * factor).filter(|sd| sd.is_finite() && *sd > 0.0));
+    let exponent = |v: f64| if v == 0.0 { 0 } else { v.abs().log10().floor() as i32 };
+    let decimals = match sd {
+        Some(sd) => SD_DIGITS - 1 - exponent(sd),
+        None => DIGITS - 1 - exponent(value),
+    };
+    let written = |v: f64| number(v, decimals.clamp(0, 9) as usize);
+    let space = if unit.is_empty() { "" } else { " " };
+    match sd {
+        Some(sd) => format!("{} ± {}{space}{unit}", written(value), written(sd)),
+        None => format!("{}{space}{unit}", written(value)),
+    }
+}
+
+/// The prefix with which a value has one to three digits before its point.
+fn prefixed(value: f64, unit: &str) -> (f64, String) {
+    const PREFIXES: [(i32, &str); 6] = [(9, "G"), (6, "M"), (3, "k"), (0, ""), (-3, "m"), (-6, "µ")];
+    let size = value.abs();
+    let fits = PREFIXES.iter().find(|(power, _)| size >= 10_f64.powi(*power));
+    let (power, prefix) = fits.filter(|_| size > 0.0).copied().unwrap_or((0, ""));
+    (10_f64.powi(-power), format!("{prefix}{unit}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_have_the_units_of_the_trade_and_the_digits_of_their_uncertainty() {
+        let written = |value, sd, unit| quantity(value, sd, unit);
+        assert_eq!(written(1.6807e7, Some(1.1e7), "N/m"), "17 ± 11 MN/m");
+        assert_eq!(written(1.1058e4, Some(3.6e3), "N·s/m"), "11.1 ± 3.6 kN·s/m");
+        assert_eq!(written(-2.5e-5, Some(1.2e-7), "m"), "−25.00 ± 0.12 µm");
+        assert_eq!(written(5.4e-4, None, "kg·m"), "540.0 g·mm");
+        assert_eq!(written(0.5, Some(0.0), "rad"), "28.65 °");
+        assert_eq!(written(1.25, Some(0.031), ""), "1.250 ± 0.031");
+        assert_eq!(written(0.0, None, "N/m"), "0.000 N/m");
+    }
+}

@@ -1,0 +1,53 @@
+// Uses a figure as a reader would, and leaves what was seen as JSON in the page around its frame.
+const breath = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
+const labels = (chart) => [...chart.querySelectorAll("text")].map((t) => t.textContent);
+
+async function use() {
+  while (document.documentElement.dataset.drawn !== "true") await breath(50);
+  const figure = document.getElementById(FIGURE);
+  const chart = figure.querySelector(".chart");
+  const mouse = (kind, at, more = {}) => chart.querySelector("svg").dispatchEvent(
+    new (kind === "wheel" ? WheelEvent : MouseEvent)(kind, { clientX: at.x, clientY: at.y, bubbles: true, cancelable: true, view: window, ...more }));
+  // the last circle that was measured
+  const numbers = JSON.parse(figure.querySelector("script").textContent);
+  const measured = numbers.series.findLastIndex((s) => s.look.kind === "measured" && s.panel === 0);
+  const last = numbers.series[measured].rows.at(-1);
+  const ring = [...chart.querySelectorAll("path")].filter((p) => p.getAttribute("transform")?.startsWith("matrix(3,") && p.getAttribute("fill") === "none");
+  const box = ring.map((p) => p.getBoundingClientRect()).reduce((a, b) => (b.left > a.left || (b.left === a.left && b.top < a.top) ? b : a));
+  const at = { x: box.left + box.width / 2, y: box.top + box.height / 2 };
+  mouse("mousemove", at);
+  await breath(300);
+  const hover = [...chart.querySelectorAll("div")].map((d) => d.innerText).find((t) => t?.includes("measured")) ?? "";
+  const others = document.querySelectorAll("figure.drawn").length;
+
+  const before = labels(chart);
+  const button = (text) => [...figure.querySelectorAll(".tools button")].find((b) => b.textContent === text);
+  button("zoom").click();
+  mouse("wheel", at, { deltaY: -600, wheelDeltaY: 600 });
+  await breath(300);
+  const zoomed = labels(chart);
+  button("reset").click();
+  await breath(300);
+  const reset = labels(chart);
+
+  mouse("mouseout", { x: 0, y: 0 });
+  const lines = () => [...chart.querySelectorAll("svg path")].filter((p) => Number(p.getAttribute("stroke-width")) === 1.9).length;
+  const all = lines();
+  figure.querySelector(".legend button").click();
+  await breath(300);
+  const without = lines();
+
+  chart.focus();
+  chart.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true }));
+  await breath(300);
+  const said = figure.querySelector(".said").textContent;
+  figure.querySelector(".numbers summary").click();
+  await breath(300);
+  const rows = figure.querySelectorAll(".numbers tbody tr").length;
+
+  const pre = parent.document.createElement("pre");
+  pre.id = "measured";
+  pre.textContent = JSON.stringify({ last, hover, others, before, zoomed, reset, all, without, said, rows });
+  parent.document.body.append(pre);
+}
+addEventListener("load", use);
