@@ -15,6 +15,7 @@ use super::diagnose::{self, machine, story};
 use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};
+use crate::command::shell;
 use crate::report::{Section, Story, Table};
 
 #[derive(Debug, Args)]
@@ -77,7 +78,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
 
 /// What to do, and the command for it.
 fn next(arguments: &Arguments, verdict: Verdict) -> (String, String) {
-    let path = arguments.output.display();
+    let path = shell::path(&arguments.output);
     match verdict {
         Verdict::Adequate => (
             "play a record of days to it on the simulated controller".into(),
@@ -87,7 +88,7 @@ fn next(arguments: &Arguments, verdict: Verdict) -> (String, String) {
             "see what is left, and what to measure".into(),
             format!(
                 "rotor-edge diagnose {path} {}{}",
-                arguments.measured.data.display(),
+                shell::path(&arguments.measured.data),
                 arguments.measured.runout
             ),
         ),

@@ -17,6 +17,7 @@ use rotor_edge_desktop::startup::{Options, PAPER_CLEARANCE_UM, PAPER_SPEEDS_RPM,
 
 use super::listener::Listener;
 use super::output::{self, Json};
+use crate::command::shell;
 use answer::Answer;
 
 /// What the command line asks of the command.
@@ -124,9 +125,10 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     text::print(&answer);
     if let Some(path) = &arguments.output {
         println!(
-            "\nImproved model written to {}. Next: rotor-edge balance {0} {}{}",
+            "\nImproved model written to {}. Next: rotor-edge balance {} {}{}",
             path.display(),
-            arguments.data.display(),
+            shell::path(path),
+            shell::path(&arguments.data),
             arguments.runout
         );
     }
