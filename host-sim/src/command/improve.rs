@@ -33,14 +33,18 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
     let mut added = 0;
+    let working = listener.spinner("every effect at every place, alone and together");
     let outcome = improve(&rotor, &readings, |step| {
+        working.finish_and_clear();
         added += 1;
         listener.step(added, None);
         if !arguments.form.json {
             // nobody may be reading, and the model is to be written all the same
             let _ = std::io::stdout().write_all(told(step).as_bytes());
         }
-    })?;
+    });
+    working.finish_and_clear();
+    let outcome = outcome?;
     let next = next(arguments, outcome.verdict);
     let page =
         arguments.form.report.as_ref().map(|_| page(&rotor, &readings, &outcome, &next)).transpose()?;
