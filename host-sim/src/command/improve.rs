@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{Outcome, RefutedRun, Step, Verdict, improve};
+use rotor_edge_desktop::diagnose::{Outcome, RefutedRun, Step, Verdict, improve_telling};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use serde_json::{Value, json};
@@ -33,8 +33,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
     let mut added = 0;
-    let working = listener.spinner("every effect at every place, alone and together");
-    let outcome = improve(&rotor, &readings, |step| {
+    let (working, hear) = listener.search("effects and sets of them tried");
+    let outcome = improve_telling(&rotor, &readings, &hear, |step| {
         working.finish_and_clear();
         added += 1;
         listener.step(added, None);

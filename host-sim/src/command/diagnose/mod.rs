@@ -6,7 +6,7 @@ pub mod story;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, RefutedRun, Verdict, diagnose};
+use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, RefutedRun, Verdict, diagnose_telling};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -30,8 +30,8 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
-    let working = listener.spinner("diagnosing");
-    let found = diagnose(&rotor, &readings)?;
+    let (working, told) = listener.search("effects tried");
+    let found = diagnose_telling(&rotor, &readings, &told)?;
     working.finish_and_clear();
     if let Some(path) = &arguments.form.report {
         let (story, sections) = report::page(&rotor, &readings, &found, next(arguments, &found))?;

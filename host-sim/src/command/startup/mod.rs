@@ -70,9 +70,10 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let working = listener.spinner("start-up");
     let found = startup(&rotor, &readings, &options)
         .map_err(|e| Error::Unsuitable(format!("{}: {e}", arguments.data.display())))?;
-    working.set_message("diagnosis");
+    working.finish_and_clear();
+    let (working, hear) = listener.search("effects and sets of them tried");
     let mut added = 0;
-    let tried = chain(&rotor, &readings, &found, &options, |label| {
+    let tried = chain(&rotor, &readings, &found, &options, &hear, |label| {
         added += 1;
         listener.step(added, None);
         working.set_message(format!("+ {label}"));
