@@ -251,6 +251,15 @@ fn who_points_at_a_figure_reads_its_numbers_and_who_zooms_sees_another_range() {
     assert!(seen.rows > 100, "{} rows", seen.rows);
 }
 
+#[test]
+fn a_print_holds_what_the_script_has_drawn() {
+    let Some(browser) = Chromium::find() else { return };
+    let text = page("Run-up", None, &run_up_page().0);
+    let bare = text.replace("</style>", ".chart svg { display: none; }</style>");
+    let [with, without] = [&text, &bare].map(|page| browser.print_bytes(page));
+    assert!(with > 2 * without, "{with} bytes, {without} without figures");
+}
+
 fn assert_whole(name: &str, seen: &Measured, width_px: u32, figures: &[Figure]) {
     assert_eq!(seen.width, f64::from(width_px), "{name}: the browser took another width");
     assert_eq!(seen.fetched, Vec::<String>::new(), "{name}");

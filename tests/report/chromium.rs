@@ -167,6 +167,14 @@ impl Chromium {
         self.open(page, &[&format!("--print-to-pdf={file}"), "--no-pdf-header-footer"], &Look::default());
     }
 
+    /// Size of the page as it is printed, as PDF.
+    pub fn print_bytes(&self, page: &str) -> usize {
+        let file = self.folder.path().join("print.pdf");
+        let print = format!("--print-to-pdf={}", file.display());
+        self.open(page, &[&print, "--no-pdf-header-footer"], &Look { is_dark: true, fonts: None });
+        std::fs::read(file).unwrap().len()
+    }
+
     fn open(&self, page: &str, arguments: &[&str], look: &Look) -> Output {
         let run = tempfile::tempdir_in(self.folder.path()).unwrap();
         let file = run.path().join("page.html");

@@ -136,13 +136,22 @@ impl<'a> Base<'a> {
 
     /// Every candidate on top of the model, strongest evidence first, those that physics rules out last.
     pub fn try_all(&self) -> Result<Vec<Tried>, Error> {
-        let mut tried: Vec<Tried> =
-            self.possible().into_par_iter().filter_map(|a| self.attempt(a).ok()).collect();
+        let possible = self.possible();
+        let progress = &self.fitter.progress;
+        let many = REFINED.min(possible.len());
+        progress.plan(possible.len() + many);
+        let attempt = |a| {
+            let tried = self.attempt(a).ok();
+            progress.step();
+            tried
+        };
+        let mut tried: Vec<Tried> = possible.into_par_iter().filter_map(attempt).collect();
         strongest_first(&mut tried);
-        let many = REFINED.min(tried.len());
+        let many = many.min(tried.len());
         let (refined, rest) = tried.split_at_mut(many);
         refined.par_iter_mut().try_for_each(|t| {
             self.refine(t)?;
+            progress.step();
             self.finish(t)
         })?;
         // behind those whose noise and drawing errors were settled

@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Assumed;
+use crate::fit::progress::Told;
 use crate::identify::assumed_noise;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
@@ -26,9 +27,17 @@ const PRIOR: f64 = 0.5;
 /// # Errors
 /// If the data cannot be this machine's, a probe is dead, or there is too little to fit.
 pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error> {
+    diagnose_telling(rotor, readings, &|_, _| ())
+}
+
+/// The same for somebody who waits: `told` hears how many fits are done, of how many that are planned so far.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_telling(rotor: &Rotor, readings: &[Reading], told: Told) -> Result<Diagnosis, Error> {
     let rotor = &rotor.as_stated();
     let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
-    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings)).telling(told);
     Ok(examine(&fitter, readings, noise)?.diagnosis)
 }
 

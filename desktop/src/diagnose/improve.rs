@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Assumed;
+use crate::fit::progress::Told;
 use crate::identify::assumed_noise;
 use crate::inference::scatter::Scatter;
 use crate::machine::drawing::Rotor;
@@ -126,14 +127,23 @@ pub struct Outcome {
 ///
 /// # Errors
 /// As [`super::diagnose`].
-pub fn improve(
+pub fn improve(rotor: &Rotor, readings: &[Reading], progress: impl FnMut(&Step)) -> Result<Outcome, Error> {
+    improve_telling(rotor, readings, &|_, _| (), progress)
+}
+
+/// The same for somebody who waits: `told` hears how many fits are done, of how many that are planned so far.
+///
+/// # Errors
+/// As [`improve`].
+pub fn improve_telling(
     rotor: &Rotor,
     readings: &[Reading],
+    told: Told,
     mut progress: impl FnMut(&Step),
 ) -> Result<Outcome, Error> {
     let stated = rotor.as_stated();
     let noise = stated.noise.unwrap_or_else(|| assumed_noise(readings));
-    let fitter = Fitter::new(&stated, Data::new(&stated, &noise, readings));
+    let fitter = Fitter::new(&stated, Data::new(&stated, &noise, readings)).telling(told);
     let Examined { diagnosis: at_start, base: start, weighed } = examine(&fitter, readings, noise)?;
     let mut outcome = Outcome {
         rotor: rotor.clone(),

@@ -22,6 +22,7 @@ mod error_slopes;
 pub mod hypothesis;
 mod optimum;
 pub mod problem;
+pub mod progress;
 pub mod projection;
 mod queries;
 mod scattered;
@@ -55,6 +56,7 @@ use descent::Stop;
 use hypothesis::{Assumed, Hypothesis};
 pub use optimum::Fit;
 use problem::Problem;
+use progress::{Progress, Told};
 use projection::Solved;
 use search::Search;
 use whitening::{Scattered, Whitening};
@@ -125,6 +127,8 @@ pub struct Fitter<'a> {
     /// The noise as stated, on the drawing as stated.
     plain: Whitening,
     shafts: [OnceLock<Shaft>; THEORIES],
+    /// How far a search by this is.
+    pub progress: Progress<'a>,
 }
 
 impl<'a> Fitter<'a> {
@@ -142,7 +146,20 @@ impl<'a> Fitter<'a> {
         let plain = Whitening::new(DMatrix::zeros(values, 0), DVector::zeros(0), scattered);
         let squares = data.values().map(|v| v.measured_m.norm_sqr() / (v.sigma_m * v.sigma_m)).sum();
         let (deviations, sizes) = (Deviations::of(rotor), Sizes::up_to(squares));
-        Self { rotor, data, deviations, sizes, plain, shafts: Default::default() }
+        Self {
+            rotor,
+            data,
+            deviations,
+            sizes,
+            plain,
+            shafts: Default::default(),
+            progress: Progress::default(),
+        }
+    }
+
+    /// The same for a search that somebody waits for.
+    pub fn telling(self, told: Told<'a>) -> Self {
+        Self { progress: Progress::telling(told), ..self }
     }
 
     /// Evidence for the effects that a fit has beyond another of the same data: twice the logarithm of the Bayes factor.

@@ -4,8 +4,9 @@ use nalgebra::Complex;
 
 use super::two_degree::Motion;
 use super::{Options, Startup, two_degree};
-use crate::diagnose::{Candidate, Outcome, best_fit, improve};
+use crate::diagnose::{Candidate, Outcome, best_fit, improve_telling};
 use crate::error::Error;
+use crate::fit::progress::Told;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 
@@ -56,15 +57,17 @@ pub fn simple_stages(found: &Startup, readings: &[Reading], options: &Options) -
     stages
 }
 
-/// Fits and improves the rotor model on the runs whose weights are known.
+/// Fits and improves the rotor model on the runs whose weights are known; `told` hears how far the search is, `progress` of each
+/// effect.
 ///
 /// # Errors
-/// As [`improve`], or if no run is left.
+/// As [`improve`](crate::diagnose::improve), or if no run is left.
 pub fn chain(
     rotor: &Rotor,
     readings: &[Reading],
     found: &Startup,
     options: &Options,
+    told: Told,
     mut progress: impl FnMut(&str),
 ) -> Result<Chain, Error> {
     let unknown = |r: &Reading| r.run.as_ref().is_some_and(|run| options.unknown_weights.contains(run));
@@ -89,7 +92,7 @@ pub fn chain(
     let mut stages = simple_stages(found, readings, options);
     let (stage, mut unbalance_kg_m) = fitted(rotor, "rotor model, bearings and own unbalance fitted".into())?;
     stages.push(stage);
-    let outcome = improve(rotor, &kept, |step| progress(&step.added.label()))?;
+    let outcome = improve_telling(rotor, &kept, told, |step| progress(&step.added.label()))?;
     let mut rotors: Vec<&Rotor> = outcome.steps.iter().map(|s| &s.rotor).collect();
     if let Some(last) = rotors.last_mut() {
         *last = &outcome.rotor;

@@ -50,7 +50,11 @@ fn each(left: &Counters, right: &Counters, of_two: fn(u32, u32) -> u32) -> Count
     result
 }
 
-/// Counters since they are listened to, over wraps and over restarts of the monitor.
+/// More than a bus can carry between two heartbeats, and in half an hour in which none is heard.
+const MOST_BETWEEN: u32 = 1 << 24;
+
+/// Counters over wraps and over restarts of the monitor, from its own count at the first heartbeat that is heard on. A restart
+/// after which it has counted beyond what it was before the next heartbeat looks like none.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Totals {
     last: Counters,
@@ -79,11 +83,11 @@ impl Totals {
     }
 }
 
-/// What was counted between two frames. Whichever way round is shorter is what happened (RFC 1982): forward, over the
-/// top if need be; or back, which no counter goes, so that it began again.
+/// What was counted between two frames. A counter that is lower than before went over the top if that is near, and began again
+/// if not.
 fn passed(before: u32, after: u32) -> u32 {
     let ahead = after.wrapping_sub(before);
-    if ahead < 1 << 31 { ahead } else { after }
+    if after >= before || ahead < MOST_BETWEEN { ahead } else { after }
 }
 
 #[cfg(test)]
@@ -98,14 +102,15 @@ mod tests {
             totals.named().nth(1).unwrap()
         };
         assert_eq!(tell(5), ("lost", 5));
-        // not half the way round: so many frames cannot have been lost between two heartbeats, but it is no restart
         assert_eq!(tell(2_000_000_000), ("lost", 2_000_000_000));
         assert_eq!(tell(4_000_000_000), ("lost", 4_000_000_000));
         assert_eq!(tell(u32::MAX), ("lost", u64::from(u32::MAX)));
         assert_eq!(tell(4), ("lost", u64::from(u32::MAX) + 5), "over the top");
         assert_eq!(tell(4), ("lost", u64::from(u32::MAX) + 5), "heard twice");
         assert_eq!(tell(1), ("lost", u64::from(u32::MAX) + 6), "a restart, and one lost since");
-        assert_eq!(totals.told().lost, 1);
+        assert_eq!(tell(3_000_000_001), ("lost", u64::from(u32::MAX) + 3_000_000_006));
+        assert_eq!(tell(2), ("lost", u64::from(u32::MAX) + 3_000_000_008), "a restart far below the top");
+        assert_eq!(totals.told().lost, 2);
         assert_eq!(totals.named().nth(2).unwrap(), ("rejected", 7));
     }
 

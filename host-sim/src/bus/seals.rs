@@ -12,6 +12,9 @@ use serde::Serialize;
 
 use super::CanBus;
 
+/// Longest wait for a frame.
+const PATIENCE: Duration = Duration::from_millis(20);
+
 /// This machine's clock, µs since 1970.
 pub fn present_us() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_micros() as u64)
@@ -120,8 +123,8 @@ impl Checker {
     }
 }
 
-/// A bus on which one monitor's words count only under its seal, from its first right seal on: a monitor that seals nothing is
-/// believed as it is.
+/// A bus on which one monitor's words count only under its seal, if it seals: it is listened to for a heartbeat before
+/// anything of it counts. A monitor that seals nothing is believed as it is.
 pub struct Believing<'a> {
     bus: &'a mut dyn CanBus,
     checker: Checker,
@@ -131,9 +134,17 @@ pub struct Believing<'a> {
 }
 
 impl<'a> Believing<'a> {
-    /// With the monitor's key.
-    pub fn new(bus: &'a mut dyn CanBus, checker: Checker) -> Self {
-        Self { bus, checker, is_sealed: false, believed: VecDeque::new(), since: Instant::now() }
+    /// With the monitor's key; listens for a seal for this time.
+    ///
+    /// # Errors
+    /// If the bus fails.
+    pub fn listen(bus: &'a mut dyn CanBus, checker: Checker, time: Duration) -> Result<Self> {
+        let mut own =
+            Self { bus, checker, is_sealed: false, believed: VecDeque::new(), since: Instant::now() };
+        while !own.is_sealed && own.since.elapsed() < time {
+            own.receive(PATIENCE)?;
+        }
+        Ok(own)
     }
 
     /// What was not believed of a monitor that seals.
@@ -210,10 +221,10 @@ mod tests {
     }
 
     /// States that were passed on, and what was refused.
-    fn heard(frames: Vec<Frame>) -> (Vec<NodeState>, Refused) {
+    fn heard(frames: Vec<Frame>, time: Duration) -> (Vec<NodeState>, Refused) {
         let count = frames.len();
         let mut script = Script(frames.into());
-        let mut bus = Believing::new(&mut script, Checker::new(KEY, NODE));
+        let mut bus = Believing::listen(&mut script, Checker::new(KEY, NODE), time).unwrap();
         let mut states = Vec::new();
         for _ in 0..2 * count {
             let Some(frame) = bus.receive(Duration::ZERO).unwrap() else { continue };
@@ -228,10 +239,14 @@ mod tests {
     fn after_its_first_seal_a_monitor_is_believed_under_its_seal_alone_and_one_without_seals_as_it_is() {
         let forged = state(NodeState::Flagged);
         let genuine = [sealed(NodeState::Learning, 1), sealed(NodeState::Tracking, 2)];
-        let with_forgeries = [&genuine[0][..], &[forged], &genuine[1], &genuine[0]].concat();
-        let (states, refused) = heard(with_forgeries);
-        assert_eq!(states, [NodeState::Learning, NodeState::Tracking]);
+        let with_forgeries = [&[forged], &genuine[0][..], &[forged], &genuine[1], &genuine[0]].concat();
+        let (states, refused) = heard(with_forgeries, Duration::from_secs(1));
+        assert_eq!(
+            states,
+            [NodeState::Tracking],
+            "what came before the first seal is not believed, and with it that"
+        );
         assert!(refused.replayed == 1 && refused.any(), "{refused:?}");
-        assert_eq!(heard(vec![forged]), (vec![NodeState::Flagged], Refused::default()));
+        assert_eq!(heard(vec![forged], Duration::ZERO), (vec![NodeState::Flagged], Refused::default()));
     }
 }

@@ -10,6 +10,7 @@ use serde_json::json;
 use super::diagnose::report::{self, Fitted};
 use super::diagnose::{self, machine};
 use super::output::{self, Json};
+use crate::command::shell;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -71,9 +72,10 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     );
     println!("  χ² per value   {:>8.2}    →  {:.2}", better.chi2_per_value[0], better.chi2_per_value[1]);
     println!(
-        "\nWritten to {0}. Next: is anything else missing?\n  rotor-edge diagnose {0} {1}{2}",
+        "\nWritten to {}. Next: is anything else missing?\n  rotor-edge diagnose {} {}{}",
         arguments.output.display(),
-        arguments.data.display(),
+        shell::path(&arguments.output),
+        shell::path(&arguments.data),
         arguments.runout
     );
     Ok(None)

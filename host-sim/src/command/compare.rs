@@ -11,6 +11,7 @@ use super::diagnose::story;
 use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};
+use crate::command::shell;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -55,7 +56,7 @@ fn next(arguments: &Arguments, verdict: Verdict, sure: f64) -> (String, String) 
         ),
         Verdict::Misses => "learn which physical effect is missing".into(),
     };
-    (words, format!("rotor-edge diagnose {} {}{runout}", rotor.display(), data.display()))
+    (words, format!("rotor-edge diagnose {} {}{runout}", shell::path(rotor), shell::path(data)))
 }
 
 fn verdict(c: &Comparison) -> &'static str {

@@ -18,6 +18,7 @@ use super::diagnose::report::{self, Fitted};
 use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};
+use crate::command::shell;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -123,9 +124,10 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     }
     print(&found);
     println!(
-        "\nWritten to {}. Next: rotor-edge replay --identified --rotor {0} --record {}",
+        "\nWritten to {}. Next: rotor-edge replay --identified --rotor {} --record {}",
         arguments.output.display(),
-        arguments.record.display()
+        shell::path(&arguments.output),
+        shell::path(&arguments.record)
     );
     Ok(None)
 }

@@ -8,6 +8,7 @@ use rotor_edge_desktop::machine::{ross, rotor_file};
 use serde_json::json;
 
 use super::output::{self, Json};
+use crate::command::shell;
 
 /// Where the drawing goes when nobody says.
 const OUTPUT: &str = "rotor.toml";
@@ -48,6 +49,6 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     for sentence in &imported.left {
         println!("  {sentence}");
     }
-    println!("\nNext: look it over\n  rotor-edge check {}", path.display());
+    println!("\nNext: look it over\n  rotor-edge check {}", shell::path(path));
     Ok(None)
 }

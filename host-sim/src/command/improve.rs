@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{Outcome, RefutedRun, Step, Verdict, improve};
+use rotor_edge_desktop::diagnose::{Outcome, RefutedRun, Step, Verdict, improve_telling};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use serde_json::{Value, json};
@@ -15,6 +15,7 @@ use super::diagnose::{self, machine, story};
 use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};
+use crate::command::shell;
 use crate::report::{Section, Story, Table};
 
 #[derive(Debug, Args)]
@@ -32,14 +33,18 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
     let mut added = 0;
-    let outcome = improve(&rotor, &readings, |step| {
+    let (working, hear) = listener.search("effects and sets of them tried");
+    let outcome = improve_telling(&rotor, &readings, &hear, |step| {
+        working.finish_and_clear();
         added += 1;
         listener.step(added, None);
         if !arguments.form.json {
             // nobody may be reading, and the model is to be written all the same
             let _ = std::io::stdout().write_all(told(step).as_bytes());
         }
-    })?;
+    });
+    working.finish_and_clear();
+    let outcome = outcome?;
     let next = next(arguments, outcome.verdict);
     let page =
         arguments.form.report.as_ref().map(|_| page(&rotor, &readings, &outcome, &next)).transpose()?;
@@ -77,7 +82,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
 
 /// What to do, and the command for it.
 fn next(arguments: &Arguments, verdict: Verdict) -> (String, String) {
-    let path = arguments.output.display();
+    let path = shell::path(&arguments.output);
     match verdict {
         Verdict::Adequate => (
             "play a record of days to it on the simulated controller".into(),
@@ -87,7 +92,7 @@ fn next(arguments: &Arguments, verdict: Verdict) -> (String, String) {
             "see what is left, and what to measure".into(),
             format!(
                 "rotor-edge diagnose {path} {}{}",
-                arguments.measured.data.display(),
+                shell::path(&arguments.measured.data),
                 arguments.measured.runout
             ),
         ),

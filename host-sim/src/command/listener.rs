@@ -30,6 +30,17 @@ impl Listener<'_> {
         }
     }
 
+    /// Work of which more and more is planned, and what is to hear of it: `(done, planned)`.
+    pub fn search(self, what: &str) -> (ProgressBar, impl Fn(usize, usize) + Sync) {
+        let bar = self.progress(what, 1);
+        let told = bar.clone();
+        let tell = move |done: usize, planned: usize| {
+            told.set_length(planned as u64);
+            told.set_position(done as u64);
+        };
+        (bar, tell)
+    }
+
     /// So many steps are done; a person sees that on the bar.
     pub fn step(self, done: usize, of: Option<usize>) {
         if let Self::Program(told) = self {

@@ -35,6 +35,7 @@ mod provenance;
 mod quantity;
 mod replay;
 mod setting;
+mod shell;
 pub mod startup;
 mod stop;
 mod targets;

@@ -15,7 +15,7 @@ use rotor_edge_desktop::measurement::{self, Reading, SlowRoll};
 use rotor_edge_desktop::whole_file;
 use serde::Serialize;
 
-use super::provenance;
+use super::{provenance, shell};
 use crate::report::{Section, Story, page};
 
 /// The form in which a command answers.
@@ -71,7 +71,9 @@ pub struct Runout {
 impl fmt::Display for Runout {
     /// As it continues a command line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.slow_roll.as_ref().map_or(Ok(()), |slow_roll| write!(f, " --slow-roll {slow_roll:?}"))
+        self.slow_roll
+            .as_ref()
+            .map_or(Ok(()), |slow_roll| write!(f, " --slow-roll {}", shell::word(slow_roll)))
     }
 }
 
@@ -148,6 +150,9 @@ pub fn progress(what: &str, steps: usize) -> ProgressBar {
 /// A sign of life for work of unknown length.
 pub fn spinner(what: &str) -> ProgressBar {
     let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}, {elapsed}") {
+        bar.set_style(style);
+    }
     bar.set_message(what.to_string());
     bar.enable_steady_tick(Duration::from_millis(120));
     bar
@@ -169,7 +174,9 @@ pub fn report(path: &Path, title: &str, sections: Vec<Section>) -> Result<()> {
 /// Writes a report that begins with a story, whole or not at all.
 pub fn story(path: &Path, title: &str, story: Option<&Story>, mut sections: Vec<Section>) -> Result<()> {
     sections.push(provenance::section(path));
-    file(path, page(title, story, &sections).as_bytes())
+    file(path, page(title, story, &sections).as_bytes())?;
+    tell(&format!("{} holds the report; open it in a browser", path.display()));
+    Ok(())
 }
 
 /// Writes a file, whole or not at all.

@@ -5,6 +5,7 @@ use std::path::Path;
 use jiff::Timestamp;
 use sha2::{Digest as _, Sha256};
 
+use super::shell;
 use crate::node::to_hex;
 use crate::report::{Section, Table};
 
@@ -28,7 +29,7 @@ pub fn section(own: &Path) -> Section {
         heading: "Where this comes from".into(),
         paragraphs: vec![
             format!("rotor-edge {}, {now}.", env!("ROTOR_EDGE_VERSION")),
-            format!("Command: rotor-edge {}", words.iter().map(|w| quoted(w)).collect::<Vec<_>>().join(" ")),
+            format!("Command: rotor-edge {}", words.iter().map(|w| shell::word(w)).collect::<Vec<_>>().join(" ")),
             "An unbalance at angle α pulls along x cos α + y sin α at the moment of the keyphasor's mark, x turning into y. A \
              residual is the sum over all probes of |model − measurement| per component, zero to peak; figures say themselves \
              where an amplitude is peak to peak."
@@ -36,15 +37,5 @@ pub fn section(own: &Path) -> Section {
         ],
         tables: if table.rows.is_empty() { Vec::new() } else { vec![table] },
         figures: Vec::new(),
-    }
-}
-
-/// As a shell takes it for one word.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "-_./=:,@%+".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        word.into()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
     }
 }

@@ -14,6 +14,7 @@ use rotor_edge_desktop::machine::rotor_file;
 use super::listener::Listener;
 use super::output::{self, Json};
 use super::startup;
+use crate::command::shell;
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -42,7 +43,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     text::print(&found, arguments.rpm.is_some());
     println!(
         "\nNext: hold the model against measurements\n  rotor-edge compare {} measured.csv",
-        arguments.rotor.display()
+        shell::path(&arguments.rotor)
     );
     Ok(None)
 }

@@ -14,6 +14,7 @@ use super::commanding::Commanding;
 use super::watch::seconds;
 use super::{deployable, output};
 use crate::bus::seals::Believing;
+use crate::deploy::HEARTBEAT_TIME;
 use crate::edge::{Deployment, encoded};
 use trial::Candidate;
 
@@ -54,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut bus = arguments.monitor.open()?;
     if let Some(time) = arguments.trial {
         let candidate = Candidate { bytes, checksum: model.checksum(), left_out };
-        let mut bus = Believing::new(&mut *bus, authority.checker());
+        let mut bus = Believing::listen(&mut *bus, authority.checker(), HEARTBEAT_TIME)?;
         let told = trial::run(arguments, &mut authority, &mut bus, &candidate, time);
         let refused = bus.refused();
         if refused.any() {

@@ -6,7 +6,7 @@ pub mod story;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, RefutedRun, Verdict, diagnose};
+use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, RefutedRun, Verdict, diagnose_telling};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -14,6 +14,7 @@ use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};
 use super::quantity::quantity;
+use crate::command::shell;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -29,8 +30,8 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
-    let working = listener.spinner("diagnosing");
-    let found = diagnose(&rotor, &readings)?;
+    let (working, told) = listener.search("effects tried");
+    let found = diagnose_telling(&rotor, &readings, &told)?;
     working.finish_and_clear();
     if let Some(path) = &arguments.form.report {
         let (story, sections) = report::page(&rotor, &readings, &found, next(arguments, &found))?;
@@ -109,15 +110,16 @@ fn print(found: &Diagnosis, top: usize) {
 /// What to do, and the command for it.
 fn next(arguments: &Arguments, found: &Diagnosis) -> (String, Option<String>) {
     let output::Measured { rotor, data, runout } = &arguments.measured;
-    let (rotor, data) = (rotor.display(), data.display());
+    let (rotor, data) = (shell::path(rotor), shell::path(data));
     let with = |words: &str, command: String| (words.to_string(), Some(format!("rotor-edge {command}")));
     match (found.verdict, found.candidates.first()) {
         (Verdict::Undecided, _) if found.too_fast => {
             ("measure a run-up again, no faster than said above.".into(), None)
         }
-        (Verdict::Missing, Some(best)) => {
-            with("add it", format!("add {rotor} \"{}\" --data {data}{runout} -o better.toml", best.label()))
-        }
+        (Verdict::Missing, Some(best)) => with(
+            "add it",
+            format!("add {rotor} {} --data {data}{runout} -o better.toml", shell::word(&best.label())),
+        ),
         (Verdict::Undecided, Some(_)) if !found.saturated && !found.indistinguishable.is_empty() => with(
             "measure, or add the first of the group, which predicts this machine as well as any",
             format!("improve {rotor} {data}{runout} -o better.toml"),

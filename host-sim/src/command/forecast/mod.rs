@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
 use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
 use rayon::prelude::*;
 use rotor_edge_desktop::balance::grade::Rigid;
 use rotor_edge_desktop::machine::rotor_file;
@@ -127,10 +128,11 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let limit_g_mm = limit_g_mm(arguments)?;
     let has_state = history.series.iter().all(|s| s.outlooks.is_some());
     let model = arguments.model.unwrap_or(if has_state { Kind::State } else { Kind::Arima });
-    let working = listener.spinner("forecasts of the past");
+    let ways: usize = history.series.iter().map(|s| 1 + baselines(s, model).count()).sum();
+    let working = listener.progress("series forecast by each method", ways);
     // refused for the first series that cannot be forecast, whichever is ready first
     let forecasts: Vec<Result<Forecast>> =
-        history.series.par_iter().map(|s| one(s, model, arguments)).collect();
+        history.series.par_iter().map(|s| one(s, model, arguments, &working)).collect();
     working.finish_and_clear();
     let forecasts = forecasts.into_iter().collect::<Result<Vec<Forecast>>>()?;
     let limit = limit_g_mm.map(|limit| {
@@ -178,7 +180,19 @@ fn limit_g_mm(arguments: &Arguments) -> Result<Option<f64>> {
     arguments.limit.map(|limit| positive("--limit", limit)).transpose()
 }
 
-fn one<'a>(series: &'a Series, model: Kind, arguments: &Arguments) -> Result<Forecast<'a>> {
+/// What a model is held against: the filter's own state where the track holds it, "it stays" and "it goes on".
+fn baselines(series: &Series, model: Kind) -> impl Iterator<Item = (&'static str, By)> {
+    let state = series.outlooks.is_some().then_some((Kind::State.name(), By::State));
+    let others = [(Kind::Naive.name(), Model::Naive.into()), (DRIFT, Model::Drift.into())];
+    state.into_iter().chain(others).filter(move |(name, _)| *name != model.name())
+}
+
+fn one<'a>(
+    series: &'a Series,
+    model: Kind,
+    arguments: &Arguments,
+    working: &ProgressBar,
+) -> Result<Forecast<'a>> {
     let score = |by: By| walk(series, by, arguments.first, &arguments.horizons, arguments.days);
     let (own, ahead) = match model {
         Kind::State => score(By::State)?,
@@ -186,13 +200,11 @@ fn one<'a>(series: &'a Series, model: Kind, arguments: &Arguments) -> Result<For
         Kind::Arima => score(Model::Arima(arguments.order).into())?,
         Kind::Lstm => lstm(series, arguments)?,
     };
-    let state = series.outlooks.is_some().then_some((Kind::State.name(), By::State));
-    let baselines = [(Kind::Naive.name(), Model::Naive.into()), (DRIFT, Model::Drift.into())];
+    working.inc(1);
     let mut scores = vec![(model.name(), own)];
-    for (name, by) in state.into_iter().chain(baselines) {
-        if name != model.name() {
-            scores.push((name, score(by)?.0));
-        }
+    for (name, by) in baselines(series, model) {
+        scores.push((name, score(by)?.0));
+        working.inc(1);
     }
     Ok(Forecast { series, scores, ahead })
 }

@@ -11,7 +11,7 @@ use crate::bus::log::{LogWriter, Recorded};
 use crate::bus::seals::Believing;
 use crate::bus::wire::WireFrame;
 use crate::command::output;
-use crate::deploy::{Authority, read_key};
+use crate::deploy::{Authority, HEARTBEAT_TIME, read_key};
 use crate::edge::Deployment;
 use crate::replay::live::{run_with_foreign_monitor, run_with_own_monitor};
 use crate::replay::{self, Replay, ReplayConfig};
@@ -55,7 +55,7 @@ impl Over {
         match &self.key {
             Some(path) => {
                 let mut authority = Authority::new(read_key(path)?, config.node.node, None)?;
-                let mut host = Believing::new(&mut *host, authority.checker());
+                let mut host = Believing::listen(&mut *host, authority.checker(), HEARTBEAT_TIME)?;
                 let replay =
                     run_with_foreign_monitor(&mut host, &mut authority, deployment, record, config, progress);
                 let refused = host.refused();

@@ -22,6 +22,7 @@ use super::listener::Listener;
 use super::output;
 use crate::bus::BusConfig;
 use crate::bus::states::name;
+use crate::command::shell;
 use crate::edge::Deployment;
 use crate::replay::check::{Equivalence, equivalence};
 use crate::replay::timing::age_limit_s;
@@ -341,13 +342,13 @@ impl Job<'_> {
             (None, ..) => println!("Next: nothing to do; replay again when there are new readings."),
             (Some(_), Some(rotor), Some(record)) if matches!(fit, Fit::BeganOn { .. }) => println!(
                 "Next: follow the unbalance from that day on\n  rotor-edge track {} {}",
-                rotor.display(),
-                record.display()
+                shell::path(rotor),
+                shell::path(record)
             ),
             (Some(_), Some(rotor), Some(_)) => println!(
                 "Next: learn which physical effect is missing, from a run-up of the machine as it is now\n  \
                  rotor-edge improve {} RUNUP.csv -o better.toml",
-                rotor.display()
+                shell::path(rotor)
             ),
             (Some(_), ..) if arguments.better.is_some() => {
                 println!("Next: look at it, with --report replay.html.")

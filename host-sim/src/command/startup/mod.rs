@@ -17,6 +17,7 @@ use rotor_edge_desktop::startup::{Options, PAPER_CLEARANCE_UM, PAPER_SPEEDS_RPM,
 
 use super::listener::Listener;
 use super::output::{self, Json};
+use crate::command::shell;
 use answer::Answer;
 
 /// What the command line asks of the command.
@@ -69,9 +70,10 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let working = listener.spinner("start-up");
     let found = startup(&rotor, &readings, &options)
         .map_err(|e| Error::Unsuitable(format!("{}: {e}", arguments.data.display())))?;
-    working.set_message("diagnosis");
+    working.finish_and_clear();
+    let (working, hear) = listener.search("effects and sets of them tried");
     let mut added = 0;
-    let tried = chain(&rotor, &readings, &found, &options, |label| {
+    let tried = chain(&rotor, &readings, &found, &options, &hear, |label| {
         added += 1;
         listener.step(added, None);
         working.set_message(format!("+ {label}"));
@@ -124,9 +126,10 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     text::print(&answer);
     if let Some(path) = &arguments.output {
         println!(
-            "\nImproved model written to {}. Next: rotor-edge balance {0} {}{}",
+            "\nImproved model written to {}. Next: rotor-edge balance {} {}{}",
             path.display(),
-            arguments.data.display(),
+            shell::path(path),
+            shell::path(&arguments.data),
             arguments.runout
         );
     }

@@ -21,6 +21,7 @@ use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 use super::dates::{Dates, moment};
 use super::listener::Listener;
 use super::output::{self as shared, Json};
+use crate::command::shell;
 use crate::import::calendar::Moment;
 
 /// A bound on growth that is wider than this in a day is none.
@@ -207,7 +208,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     print(&rotor, &record, &followed, dates);
     println!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
     match &arguments.csv {
-        Some(path) => println!("Next: rotor-edge forecast {}", path.display()),
+        Some(path) => println!("Next: rotor-edge forecast {}", shell::path(path)),
         None => println!("Next: the same with --csv TRACK.csv, for `rotor-edge forecast`."),
     }
     if followed.undiagnosed_since_d.is_some() {

@@ -26,7 +26,8 @@ class Drawn {
     option.legend.data = [...new Set(option.series.map((s) => s.name))];
     if (this.isZooming) option.dataZoom.forEach((zoom) => Object.assign(zoom, { zoomOnMouseWheel: true, moveOnMouseMove: true }));
     this.engine.setOption(option, { notMerge: true });
-    this.place.dataset.drawn = "true";
+    // paper is of another width than the screen
+    this.place.querySelector("svg").setAttribute("viewBox", `0 0 ${this.engine.getWidth()} ${this.engine.getHeight()}`);
   }
 
   seriesOf(id) {
