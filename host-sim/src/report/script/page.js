@@ -242,7 +242,7 @@ function sample({ kind, index }) {
   svg.setAttribute("viewBox", "0 0 26 12");
   svg.setAttribute("aria-hidden", "true");
   svg.classList.add(index === null || index === undefined ? "measured" : `model-${index % 4}`);
-  const isLine = ["model", "measured_line", "band"].includes(kind);
+  const isLine = ["model", "measured_line", "band", "faint"].includes(kind);
   const shape = svg.appendChild(document.createElementNS("http://www.w3.org/2000/svg", isLine ? "line" : "circle"));
   const attributes = isLine ? { x1: 0, x2: 26, y1: 6, y2: 6 } : { cx: 13, cy: 6, r: 3.2 };
   if (isLine && kind === "model" && index % 4) attributes["stroke-dasharray"] = DASHES[index % 4].join(" ");
