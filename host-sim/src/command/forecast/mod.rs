@@ -276,6 +276,17 @@ fn event_in_words(history: &History, days: usize, chance: f64) -> String {
 }
 
 /// Unit of a series.
+/// A series in words; its name is that of its column.
+pub fn words(series: &Series) -> &'static str {
+    match series.name {
+        "U_g" => "static size",
+        "alpha_g" => "static angle",
+        "U_d" => "dynamic size",
+        "alpha_d" => "dynamic angle",
+        other => other,
+    }
+}
+
 pub fn unit(series: &Series) -> &'static str {
     if series.name.starts_with('U') { "g·mm" } else { "°" }
 }
@@ -289,7 +300,11 @@ pub fn against_naive(forecasts: &[Forecast], horizons: &[usize]) -> Vec<String> 
             if own[i].count == 0 {
                 continue;
             }
-            if own[i].rmse < naive[i].rmse { better.push(f.series.name) } else { worse.push(f.series.name) }
+            if own[i].rmse < naive[i].rmse {
+                better.push(words(f.series))
+            } else {
+                worse.push(words(f.series))
+            }
         }
         match (better.is_empty(), worse.is_empty()) {
             (true, true) => format!("At {h} days nothing can be compared: the track is too short."),

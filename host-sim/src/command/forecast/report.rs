@@ -6,7 +6,7 @@ use rotor_edge_desktop::prognosis::series::History;
 use rotor_edge_desktop::prognosis::walk::interval;
 
 use super::super::dates::Dates;
-use super::{Forecast, SCORES, Scored, against_naive, limit_in_words, unit};
+use super::{Forecast, SCORES, Scored, against_naive, limit_in_words, unit, words};
 use crate::report::scale::three_digits;
 use crate::report::trend::{Trend, trend};
 use crate::report::{Figure, Section, Table};
@@ -23,20 +23,29 @@ pub fn sections(
     limit: Option<&Reached>,
     dates: Dates,
 ) -> Vec<Section> {
-    let mut paragraphs = vec![
+    let mut scored = vec![
         "Every day of the past was forecast from as if it were the last; the errors are of those forecasts. CRPS and \
          pinball loss are small only for a forecast that is near and says how sure it is."
             .to_string(),
     ];
-    paragraphs.extend(against_naive(forecasts, horizons));
-    paragraphs.extend(limit.map(|limit| limit_in_words(limit, history.last_d(), dates)));
+    scored.extend(against_naive(forecasts, horizons));
+    let reached = limit.map(|limit| limit_in_words(limit, history.last_d(), dates));
     // the limit is of the static unbalance, the first of the series
     let drawn = |i: usize| limit.filter(|_| i == 0).map(|limit| limit.limit_g_mm);
     let fans = forecasts.iter().enumerate().map(|(i, f)| fan(history, f, model, drawn(i), dates));
     let passage = limit.filter(|limit| !limit.already()).map(|limit| first_passage(history, limit, dates));
     let figures = fans.chain(passage).collect();
     let tables = SCORES.map(|scored| scores(forecasts, horizons, scored)).to_vec();
-    vec![Section { heading: "Forecast".into(), paragraphs, tables, figures }]
+    let section = |heading: &str, paragraphs, tables, figures| Section {
+        heading: heading.into(),
+        paragraphs,
+        tables,
+        figures,
+    };
+    vec![
+        section("Forecast", reached.into_iter().collect(), Vec::new(), figures),
+        section("How good such forecasts were", scored, tables, Vec::new()),
+    ]
 }
 
 /// One score of every method at every horizon.
@@ -49,7 +58,7 @@ fn scores(forecasts: &[Forecast], horizons: &[usize], scored: Scored) -> Table {
     };
     let row = |(f, (name, scores)): (&Forecast, &(&str, Vec<Score>))| {
         let cells = scores.iter().map(|s| cell(of(s)));
-        [format!("{}, {}", f.series.name, unit(f.series)), name.to_string()]
+        [format!("{}, {}", words(f.series), unit(f.series)), name.to_string()]
             .into_iter()
             .chain(cells)
             .collect()

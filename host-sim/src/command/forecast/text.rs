@@ -6,19 +6,21 @@ use rotor_edge_desktop::prognosis::series::History;
 use rotor_edge_desktop::prognosis::walk::interval;
 
 use super::super::dates::Dates;
-use super::{Arguments, Forecast, SCORES, against_naive, event_chance, event_in_words, limit_in_words, unit};
+use super::{
+    Arguments, Forecast, SCORES, against_naive, event_chance, event_in_words, limit_in_words, unit, words,
+};
 
 /// One score of every method at every horizon.
 fn table(arguments: &Arguments, forecasts: &[Forecast], title: &str, of: fn(&Score) -> f64, share: bool) {
     println!("{title}");
-    print!("  {:<13} {:<6}", "series", "model");
+    print!("  {:<20} {:<6}", "series", "model");
     arguments.horizons.iter().for_each(|h| print!(" {:>9}", format!("{h} d")));
     println!();
     for f in forecasts {
         for (k, (name, scores)) in f.scores.iter().enumerate() {
             let unit = if share { String::new() } else { format!(", {}", unit(f.series)) };
-            let label = if k == 0 { format!("{}{unit}", f.series.name) } else { String::new() };
-            print!("  {label:<13} {name:<6}");
+            let label = if k == 0 { format!("{}{unit}", words(f.series)) } else { String::new() };
+            print!("  {label:<20} {name:<6}");
             for value in scores.iter().map(of) {
                 match (value.is_finite(), share) {
                     (false, _) => print!(" {:>9}", "–"),
@@ -49,12 +51,22 @@ pub fn print(
     for f in forecasts {
         let k = arguments.days - 1;
         let [low, high] = interval(f.ahead.mean[k], f.ahead.sd[k]);
-        println!("  {:<8} {:>9.1}, between {low:.1} and {high:.1} with 95 %", f.series.name, f.ahead.mean[k]);
+        println!(
+            "  {:<14} {:>9.1}, between {low:.1} and {high:.1} with 95 %",
+            words(f.series),
+            f.ahead.mean[k]
+        );
     }
     if let Some(chance) = event_chance(history, arguments.days) {
         println!("  {}", event_in_words(history, arguments.days, chance));
     }
-    if let Some(limit) = limit {
-        println!("\n{}", limit_in_words(limit, history.last_d(), dates));
+    match limit {
+        Some(limit) => println!(
+            "\n{}\nNext: have correction weights ready before then, with rotor-edge balance",
+            limit_in_words(limit, history.last_d(), dates)
+        ),
+        None => println!(
+            "\nNext: say at which static unbalance in g·mm the machine has to be balanced, with --limit, and read when that is"
+        ),
     }
 }

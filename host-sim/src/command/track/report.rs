@@ -54,7 +54,7 @@ fn residuals(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
     if name != "fixed" {
         curves.push(("bearings constant".into(), over_time(&track.fixed, |e| e.residual.e_um)));
     }
-    let sums = vec![("feature sum f".into(), over_time(&track.estimates, |e| e.residual.f_um))];
+    let sums = vec![("feature sum".into(), over_time(&track.estimates, |e| e.residual.f_um))];
     let ratio = vec![(name.to_string(), over_time(&track.estimates, |e| 100.0 * e.residual.ratio()))];
     let percent = |r: Option<f64>| r.map_or("–".to_string(), |r| format!("{:.2} %", 100.0 * r));
     let [whole, after] = track.reduction();
@@ -77,7 +77,7 @@ fn residuals(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
                 track,
                 dates,
                 "Residual",
-                "residual e, µm",
+                "residual, µm",
                 "A step up that stays is an event; marks below are flags.",
                 Trend { curves, ..Trend::default() },
             ),
@@ -85,7 +85,7 @@ fn residuals(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
                 track,
                 dates,
                 "Feature sum",
-                "feature sum f, µm",
+                "feature sum, µm",
                 "How much the machine moves.",
                 Trend { curves: sums, ..Trend::default() },
             ),
@@ -93,7 +93,7 @@ fn residuals(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
                 track,
                 dates,
                 "Residual over feature sum",
-                "e/f, %",
+                "residual / feature sum, %",
                 "Above a third the model is wrong, whatever it was before.",
                 Trend { curves: ratio, ..Trend::default() },
             ),
