@@ -1,5 +1,7 @@
 //! `rotor-edge node --sealed` and `watch --key` beside a forger: real programs on a real bus.
 
+#[path = "cli/bench.rs"]
+mod bench;
 #[path = "cli/program.rs"]
 mod program;
 #[path = "cli/shared.rs"]
@@ -7,12 +9,15 @@ mod shared;
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::{Duration, Instant};
 
+use bench::Bench;
 use nix::sys::signal::Signal;
 use program::{assert_says, json, refusal, rotor_edge};
-use rotor_edge::bus::CanBus;
 use rotor_edge::bus::seals::Sealer;
+use rotor_edge::bus::{CanBus, open};
 use rotor_edge::deploy::{read_key, write_new_key};
 use rotor_edge::edge::Deployment;
 use rotor_edge::sample;
@@ -174,6 +179,43 @@ fn a_forger_neither_silences_a_sealed_monitor_nor_misleads_who_watches_it() {
     assert!(is_answered, "the sender is heard again after the reserve");
     child.kill().unwrap();
     child.wait().unwrap();
+}
+
+#[test]
+fn a_replay_to_a_sealed_monitor_takes_no_answer_that_is_made_up() {
+    let bench = Bench::new();
+    let [rotor, record, key, state] =
+        ["identified.toml", "record.csv", "right.key", "sealed.state"].map(|name| bench.text(name));
+    let words = ["--rotor", &rotor, "--sealed", "--key", &key, "--state", &state];
+    let _monitor = bench.node("slcan", &words);
+    let mut forger = open(bench.bus.spec("slcan")).unwrap();
+    let is_over = AtomicBool::new(false);
+    let played = thread::scope(|scope| {
+        scope.spawn(|| {
+            let mut results = ResultAssembler::new();
+            while !is_over.load(Ordering::Relaxed) {
+                let Some(frame) = forger.receive(Duration::from_millis(5)).unwrap() else { continue };
+                let answer = results.receive(&frame).filter(|answer| answer.sequence % 10 == 9);
+                if let Some(answer) = answer {
+                    // before the monitor has had the next reading
+                    let flags = FLAG_FLAGGED;
+                    let next = MonitorResult { sequence: answer.sequence + 1, flags, ratio: 9.0, ..answer };
+                    send(&mut *forger, &result_frames(1, &next));
+                }
+            }
+        });
+        let to_it = ["--identified", "--rotor", &rotor, "--record", &record, "--external", "--key", &key];
+        let bus = ["replay", "--json", "--answers", "--bus", bench.bus.spec("slcan")];
+        let played = rotor_edge(&[&bus[..], &to_it].concat());
+        is_over.store(true, Ordering::Relaxed);
+        played
+    });
+    let told = json(&played);
+    let ratios: Vec<f64> =
+        told["answers"].as_array().unwrap().iter().map(|a| a["ratio"].as_f64().unwrap()).collect();
+    assert!(ratios.len() > 300, "{}", ratios.len());
+    assert!(ratios.iter().all(|ratio| *ratio < 1.0), "{ratios:?}");
+    assert_says(&String::from_utf8_lossy(&played.stderr), &["frames of monitor 1 refused: "]);
 }
 
 #[test]
