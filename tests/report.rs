@@ -193,7 +193,7 @@ fn the_turbine_before_the_change_is_adequate() {
 #[test]
 fn a_page_names_no_address_to_fetch_from_and_stays_small() {
     let (sections, _) = run_up_page();
-    let text = page("Comparison", None, &sections);
+    let text = page("Comparison", None, &sections, |_| Vec::new());
     for address in
         ["<script src", "@import", "url(http", "<link rel=\"stylesheet", "<img src", "fetch(\"http"]
     {
@@ -213,7 +213,8 @@ fn reports_are_whole_in_a_browser_on_a_screen_and_on_a_phone() {
     ];
     for (name, sections) in pages {
         let figures: Vec<Figure> = sections.iter().flat_map(|s| s.figures.clone()).collect();
-        let text = page(&format!("Report {name}"), None, &sections);
+        let words = |_: &str| vec![("residual".to_string(), "What the model does not explain. ".repeat(9))];
+        let text = page(&format!("Report {name}"), None, &sections, words);
         browser.keep(name, &text, &[SCREEN_PX, PHONE_PX]);
         assert_eq!(browser.console(&text), Vec::<String>::new(), "{name}");
         for look in looks() {
@@ -238,7 +239,7 @@ fn looks() -> Vec<Look> {
 #[test]
 fn who_points_at_a_figure_reads_its_numbers_and_who_zooms_sees_another_range() {
     let Some(browser) = Chromium::find() else { return };
-    let text = page("Run-up", None, &run_up_page().0);
+    let text = page("Run-up", None, &run_up_page().0, |_| Vec::new());
     let seen = browser.used(&text, "bode-15x-run-day-126");
     let [speed, amplitude] = [seen.last[0], seen.last[1]];
     assert!(seen.hover.contains(&format!("speed {}", number(speed, 0))), "{seen:?}");
@@ -248,13 +249,15 @@ fn who_points_at_a_figure_reads_its_numbers_and_who_zooms_sees_another_range() {
     assert_eq!(seen.before, seen.reset, "a reset takes it back");
     assert!(seen.without < seen.all, "{seen:?}");
     assert!(seen.said.starts_with("model: speed 1,500 rpm, amplitude"), "{}", seen.said);
+    let first = "1,500 rpm".to_string();
+    assert!(!seen.unpointed.contains(&first) && seen.pointed.contains(&first), "an orbit follows: {seen:?}");
     assert!(seen.rows > 100, "{} rows", seen.rows);
 }
 
 #[test]
 fn a_print_holds_what_the_script_has_drawn() {
     let Some(browser) = Chromium::find() else { return };
-    let text = page("Run-up", None, &run_up_page().0);
+    let text = page("Run-up", None, &run_up_page().0, |_| Vec::new());
     let bare = text.replace("</style>", ".chart svg { display: none; }</style>");
     let [with, without] = [&text, &bare].map(|page| browser.print_bytes(page));
     assert!(with > 2 * without, "{with} bytes, {without} without figures");
@@ -284,7 +287,7 @@ fn assert_whole(name: &str, seen: &Measured, width_px: u32, figures: &[Figure]) 
 #[test]
 fn the_browser_check_sees_an_error_and_a_page_may_not_fetch() {
     let Some(browser) = Chromium::find() else { return };
-    let text = page("Broken", None, &[]);
+    let text = page("Broken", None, &[], |_| Vec::new());
     let fetching = text.replace("</body>", "<img src=\"http://example.invalid/x.png\"></body>");
     let logged = browser.console(&fetching);
     assert!(logged.iter().any(|l| l.contains("Content Security Policy")), "{logged:?}");

@@ -71,6 +71,9 @@ pub struct Used {
     pub last: Vec<f64>,
     /// What stood beside the pointer at that point.
     pub hover: String,
+    /// All texts of the first figure of orbits, before anything was pointed at and at that first point.
+    pub unpointed: Vec<String>,
+    pub pointed: Vec<String>,
     /// All texts of the figure, before, zoomed, and after a reset.
     pub before: Vec<String>,
     pub zoomed: Vec<String>,

@@ -1,5 +1,7 @@
 // Uses a figure as a reader would, and leaves what was seen as JSON in the page around its frame.
 const breath = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
+// a busy machine takes its time
+const until = async (holds) => { for (let i = 0; i < 30 && !holds(); i += 1) await breath(100); };
 const labels = (chart) => [...chart.querySelectorAll("text")].map((t) => t.textContent);
 
 async function use() {
@@ -15,39 +17,44 @@ async function use() {
   const ring = [...chart.querySelectorAll("path")].filter((p) => p.getAttribute("transform")?.startsWith("matrix(3,") && p.getAttribute("fill") === "none");
   const box = ring.map((p) => p.getBoundingClientRect()).reduce((a, b) => (b.left > a.left || (b.left === a.left && b.top < a.top) ? b : a));
   const at = { x: box.left + box.width / 2, y: box.top + box.height / 2 };
+  const orbits = () => labels(document.querySelector("figure[id^=orbits]"));
+  const unpointed = orbits();
   mouse("mousemove", at);
-  await breath(300);
-  const hover = [...chart.querySelectorAll("div")].map((d) => d.innerText).find((t) => t?.includes("measured")) ?? "";
+  const beside = () => [...chart.querySelectorAll("div")].map((d) => d.innerText).find((t) => t?.includes("measured"));
+  await until(beside);
+  const hover = beside() ?? "";
   const others = document.querySelectorAll("figure.drawn").length;
 
   const before = labels(chart);
   const button = (text) => [...figure.querySelectorAll(".tools button")].find((b) => b.textContent === text);
   button("zoom").click();
   mouse("wheel", at, { deltaY: -600, wheelDeltaY: 600 });
-  await breath(300);
+  await until(() => `${labels(chart)}` !== `${before}`);
   const zoomed = labels(chart);
   button("reset").click();
-  await breath(300);
+  await until(() => `${labels(chart)}` === `${before}`);
   const reset = labels(chart);
 
   mouse("mouseout", { x: 0, y: 0 });
   const lines = () => [...chart.querySelectorAll("svg path")].filter((p) => Number(p.getAttribute("stroke-width")) === 1.9).length;
   const all = lines();
   figure.querySelector(".legend button").click();
-  await breath(300);
+  await until(() => lines() < all);
   const without = lines();
 
   chart.focus();
   chart.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true }));
-  await breath(300);
+  await until(() => `${orbits()}` !== `${unpointed}`);
+  const pointed = orbits();
   const said = figure.querySelector(".said").textContent;
   figure.querySelector(".numbers summary").click();
-  await breath(300);
-  const rows = figure.querySelectorAll(".numbers tbody tr").length;
+  const numbered = () => figure.querySelectorAll(".numbers tbody tr").length;
+  await until(numbered);
+  const rows = numbered();
 
   const pre = parent.document.createElement("pre");
   pre.id = "measured";
-  pre.textContent = JSON.stringify({ last, hover, others, before, zoomed, reset, all, without, said, rows });
+  pre.textContent = JSON.stringify({ last, hover, unpointed, pointed, others, before, zoomed, reset, all, without, said, rows });
   parent.document.body.append(pre);
 }
 addEventListener("load", use);

@@ -85,8 +85,8 @@ fn next(arguments: &Arguments, verdict: Verdict) -> (String, String) {
     let path = shell::path(&arguments.output);
     match verdict {
         Verdict::Adequate => (
-            "play a record of days to it on the simulated controller".into(),
-            format!("rotor-edge replay --identified --rotor {path} --record RECORD.csv"),
+            "follow the unbalance through a record of days".into(),
+            format!("rotor-edge track {path} RECORD.csv"),
         ),
         _ => (
             "see what is left, and what to measure".into(),

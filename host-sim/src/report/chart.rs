@@ -24,6 +24,21 @@ pub struct Chart {
     pub group: Option<String>,
     /// Drawn in this order.
     pub series: Vec<Series>,
+    /// What the first panel of orbits shows for each reading of the group; empty where it stays as it is.
+    pub turns: Vec<Turn>,
+}
+
+/// The orbits of one reading.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Turn {
+    /// What tells the reading from the others, as the key columns of the other figures do.
+    pub key: f64,
+    /// Lines above the panel.
+    pub head: Vec<String>,
+    /// How far the axes reach to every side.
+    pub reach: f64,
+    /// Real and imaginary part of the phasors along x and y, of every path in the order in which they are drawn.
+    pub paths: Vec<Vec<f64>>,
 }
 
 /// One pair of axes.

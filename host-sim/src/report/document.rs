@@ -94,8 +94,28 @@ impl Figure {
     }
 }
 
-/// A whole HTML file that needs nothing but itself.
-pub fn page(title: &str, story: Option<&Story>, sections: &[Section]) -> String {
+/// A whole HTML file that needs nothing but itself. `glossary` says which words of its text are to be explained, and how.
+pub fn page(
+    title: &str,
+    story: Option<&Story>,
+    sections: &[Section],
+    glossary: impl Fn(&str) -> Vec<(String, String)>,
+) -> String {
+    let body = html! {
+        @if let Some(story) = story { (story.markup()) }
+        @if sections.len() > 1 {
+            nav aria-label="Contents" {
+                ul {
+                    @for s in sections {
+                        li { a href={ "#section-" (identifier(&s.heading)) } { (s.heading) } }
+                    }
+                }
+            }
+        }
+        @for s in sections { (s.markup()) }
+    };
+    let body = body.into_string();
+    let words = glossary(&body);
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
@@ -109,17 +129,13 @@ pub fn page(title: &str, story: Option<&Story>, sections: &[Section]) -> String 
             }
             body {
                 h1 { (title) }
-                @if let Some(story) = story { (story.markup()) }
-                @if sections.len() > 1 {
-                    nav aria-label="Contents" {
-                        ul {
-                            @for s in sections {
-                                li { a href={ "#section-" (identifier(&s.heading)) } { (s.heading) } }
-                            }
-                        }
+                (PreEscaped(body))
+                @if !words.is_empty() {
+                    details class="glossary" {
+                        summary { "What the words mean" }
+                        dl { @for (word, meaning) in &words { dt { (word) } dd { (meaning) } } }
                     }
                 }
-                @for s in sections { (s.markup()) }
                 @if story.is_some() || sections.iter().any(Section::is_drawn) {
                     @for script in SCRIPTS { script { (PreEscaped(script)) } }
                 }
@@ -197,7 +213,7 @@ mod tests {
             }],
             figures: vec![],
         };
-        let text = page("1 < 2", None, &[section]);
+        let text = page("1 < 2", None, &[section], |_| Vec::new());
         assert!(!text.contains("<script") && !text.contains("<td><b>"), "no figure, no script");
         assert!(text.contains("a &amp; b") && text.contains("<title>1 &lt; 2</title>"));
     }

@@ -2,8 +2,8 @@
 
 use nalgebra::Complex;
 
-use super::chart::{Chart, Column, Look, Panel};
-use super::scale::rpm;
+use super::chart::{Chart, Column, Look, Panel, Turn};
+use super::scale::{round_to, rpm};
 
 /// Points of a drawn orbit.
 const POINTS: usize = 90;
@@ -26,14 +26,40 @@ pub struct OrbitPanel {
     pub models_m: Vec<[Complex<f64>; 2]>,
 }
 
+impl OrbitPanel {
+    /// Room to every side, µm.
+    fn reach_um(&self) -> f64 {
+        let all = std::iter::once(&self.measured_m).chain(&self.models_m).flatten();
+        ROOM * all.map(|p| 1e6 * p.norm()).fold(f64::MIN_POSITIVE, f64::max)
+    }
+
+    fn head(&self) -> Vec<String> {
+        vec![rpm(self.speed_rpm), direction(self.measured_m).name().into()]
+    }
+
+    /// As what the first panel shows for a reader who points at this place of another figure.
+    fn turn(&self, key: f64) -> Turn {
+        let micrometres = |xy: &[Complex<f64>; 2]| {
+            xy.map(|p| [p.re, p.im]).as_flattened().iter().map(|v| round_to(1e6 * v, 5)).collect()
+        };
+        let paths = self.models_m.iter().chain([&self.measured_m]).map(micrometres).collect();
+        Turn { key, head: self.head(), reach: round_to(self.reach_um(), 5), paths }
+    }
+}
+
+/// Orbits of which the first follows a pointer in the other figures of its run. `readings` are all that it may show with
+/// their places along the run; the first panel is one of them, until somebody points.
+pub fn following(model_labels: &[&str], panels: &[OrbitPanel], readings: &[(f64, OrbitPanel)]) -> Chart {
+    let turns = readings.iter().map(|(key, panel)| panel.turn(*key)).collect();
+    Chart { turns, ..orbit(model_labels, panels) }
+}
+
 /// Measured and model orbits at some speeds, looking along z: x to the right, y up, the shaft turns
 /// counter-clockwise; dots where the keyphasor fires, arrows in the direction of precession.
 pub fn orbit(model_labels: &[&str], panels: &[OrbitPanel]) -> Chart {
     let paper = panels.iter().map(|panel| {
-        let all = std::iter::once(&panel.measured_m).chain(&panel.models_m).flatten();
-        let reach_um = ROOM * all.map(|p| 1e6 * p.norm()).fold(f64::MIN_POSITIVE, f64::max);
-        let head = vec![rpm(panel.speed_rpm), direction(panel.measured_m).name().into()];
-        Panel { head, ..Panel::plane(["x, µm", "y, µm"], reach_um, PANEL_PX) }
+        let plane = Panel::plane(["x, µm", "y, µm"], panel.reach_um(), PANEL_PX);
+        Panel { head: panel.head(), ..plane }
     });
     let mut chart = Chart { panels: paper.collect(), columns: COLUMNS.min(panels.len()), ..Chart::default() };
     for (at, panel) in panels.iter().enumerate() {

@@ -65,6 +65,22 @@ fn explained(asked: &str) -> Option<Explained> {
     word.or_else(|| effect.map(of_effect)).or_else(|| reason().map(of_reason))
 }
 
+/// The words of a text that a newcomer may not know, with what they mean.
+pub fn said_in(text: &str) -> Vec<(String, String)> {
+    let spaced = |text: &str| {
+        let words: Vec<String> = text.split(|c: char| !c.is_alphanumeric()).map(str::to_lowercase).collect();
+        format!(" {} ", words.into_iter().filter(|w| !w.is_empty()).collect::<Vec<_>>().join(" "))
+    };
+    let text = spaced(text);
+    // a letter alone is rarely the one that is meant
+    let is_said = |name: &str| name.len() > 1 && text.contains(&spaced(name));
+    let words = WORDS.iter().filter(|w| w.kind != Kind::State);
+    let words =
+        words.filter(|w| std::iter::once(&w.name).chain(w.also).any(|name| is_said(name))).map(of_word);
+    let effects = effects::ALL.into_iter().filter(|e| is_said(e.name())).map(of_effect);
+    words.chain(effects).map(|found| (found.name.replace('_', " "), found.paragraphs.join(" "))).collect()
+}
+
 fn of_effect(effect: &dyn Effect) -> Explained {
     let Knowledge { what, means, inspect } = effect.knowledge();
     let paragraphs = [what, means].map(String::from).to_vec();
@@ -156,6 +172,17 @@ mod tests {
         for verdict in ["adequate", "missing", "undecided", "unknown", "not_determined"] {
             assert!(is_there(verdict.into(), Kind::Verdict), "{verdict}");
         }
+    }
+
+    #[test]
+    fn a_text_has_the_words_that_it_says_explained_and_no_others() {
+        let words = |text: &str| said_in(text).into_iter().map(|(word, _)| word).collect::<Vec<_>>();
+        assert_eq!(
+            words("<td>Residual</td> of a shaft_bow@2, 12 µm pk-pk"),
+            ["pk-pk", "residual", "shaft bow"]
+        );
+        assert_eq!(words("e/f beyond the sealing ring"), ["residual"]);
+        assert!(words("a rubber duck").is_empty());
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::report::bode::{bode, peak_to_peak_um};
 use crate::report::chart::Chart;
 use crate::report::curve::Curve;
 use crate::report::document::{Figure, Section};
-use crate::report::orbit::{OrbitPanel, orbit};
+use crate::report::orbit::{OrbitPanel, following};
 use crate::report::polar::polar;
 use crate::report::residual_map::{ResidualMap, residual_map};
 use crate::report::scale::rpm;
@@ -20,8 +20,8 @@ use crate::report::trend::{Trend, trend};
 const ONE_SPEED: f64 = 0.1;
 /// Columns of a heat map; more readings than this are gathered.
 const MOST_COLUMNS: usize = 60;
-/// Orbits of one bearing.
-const ORBITS: usize = 4;
+/// Orbits of one bearing beside the one that follows a pointer.
+const ORBITS_BESIDE: usize = 3;
 
 /// Readings of one run, by ascending speed, or by time at one speed.
 pub struct Run {
@@ -192,7 +192,6 @@ impl Run {
         pair: &ProbePair,
     ) -> Option<Figure> {
         let comparison = &models.first()?.comparison;
-        let rows = self.telling(readings, comparison, pair);
         let panel = |row: &usize| {
             let [a, b] = pair.probes;
             let read = [readings[*row].probes[a]?, readings[*row].probes[b]?];
@@ -203,15 +202,19 @@ impl Run {
                 models_m: models.iter().map(modelled).collect(),
             })
         };
-        let panels: Vec<OrbitPanel> = rows.iter().filter_map(panel).collect();
-        let worst = self.worst(comparison, pair, &rows)?;
+        let all: Vec<(f64, OrbitPanel)> =
+            self.rows.iter().filter_map(|row| Some((self.place(readings, *row), panel(row)?))).collect();
+        let worst = self.worst(comparison, pair, &self.whole(readings, pair))?;
+        let beside = self.telling(readings, pair, worst);
+        let panels: Vec<OrbitPanel> = std::iter::once(&worst).chain(&beside).filter_map(panel).collect();
         let labels: Vec<&str> = models.iter().map(|m| m.prediction.label.as_str()).collect();
         let caption = format!(
-            "Each panel has its own scale. The model is furthest off at {}.",
+            "Each panel has its own scale. The first follows a pointer in the run's other figures; it begins at {}, where the \
+             model is furthest off.",
             rpm(readings[worst].speed_rpm)
         );
         let place = format!("at bearing {}", rotor.bearing[pair.bearing].name);
-        Some(self.figure("Orbits", &place, caption, orbit(&labels, &panels)))
+        Some(self.figure("Orbits", &place, caption, following(&labels, &panels, &all)))
     }
 
     /// Of these rows, the one furthest from the model.
@@ -221,23 +224,23 @@ impl Run {
             .max_by(|a, b| misfit(comparison, pair, *a).total_cmp(&misfit(comparison, pair, *b)))
     }
 
-    /// Rows worth an orbit, in the order of the run: the worst, the largest, the last, the middle.
-    fn telling(&self, readings: &[Reading], comparison: &Comparison, pair: &ProbePair) -> Vec<usize> {
-        let whole: Vec<usize> = self
-            .rows
-            .iter()
-            .copied()
-            .filter(|row| pair.probes.iter().all(|p| readings[*row].probes[*p].is_some()))
-            .collect();
+    /// Rows with readings of both probes.
+    fn whole(&self, readings: &[Reading], pair: &ProbePair) -> Vec<usize> {
+        let is_whole = |row: &usize| pair.probes.iter().all(|p| readings[*row].probes[*p].is_some());
+        self.rows.iter().copied().filter(is_whole).collect()
+    }
+
+    /// Rows worth an orbit beside the worst, in the order of the run: the largest, the last, the middle.
+    fn telling(&self, readings: &[Reading], pair: &ProbePair, worst: usize) -> Vec<usize> {
+        let whole = self.whole(readings, pair);
         let size = |row: usize| -> f64 {
             pair.probes.iter().filter_map(|p| readings[row].probes[*p]).map(|y| y.norm_sqr()).sum()
         };
         let largest = whole.iter().copied().max_by(|a, b| size(*a).total_cmp(&size(*b)));
-        let first_choice = [self.worst(comparison, pair, &whole), largest, whole.last().copied()];
         let evenly = [0.5, 0.75, 0.25].map(|share| whole.get((share * whole.len() as f64) as usize).copied());
         let mut chosen: Vec<usize> = Vec::new();
-        for row in first_choice.into_iter().chain(evenly).flatten() {
-            if chosen.len() < ORBITS && !chosen.contains(&row) {
+        for row in [largest, whole.last().copied()].into_iter().chain(evenly).flatten() {
+            if chosen.len() < ORBITS_BESIDE && row != worst && !chosen.contains(&row) {
                 chosen.push(row);
             }
         }

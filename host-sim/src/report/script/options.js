@@ -17,6 +17,8 @@ const DASHES = ["solid", [7, 3], [2.5, 2.5], [12, 4]];
 const CLASSES = [0, 1.5, 2.5, 4, 8, 16];
 const TEXT_PX = 12.5;
 const HEAD_PX = 17;
+// Under the lines above a panel: half of a number beside its upper end.
+const HEAD_GAP_PX = 7;
 const MARGIN_PX = { left: 64, right: 16, top: 10, named: 44, bare: 14 };
 
 // A number as people write it: four digits, or all before the point.
@@ -30,7 +32,8 @@ function gridOf(chart, index, width_px) {
   const panel = chart.panels[index];
   const row = Math.floor(index / chart.columns);
   const heightOf = (r) => Math.max(...chart.panels.slice(r * chart.columns, (r + 1) * chart.columns).map((p) => p.height_px));
-  let top = MARGIN_PX.top + HEAD_PX * panel.head.length;
+  const head_px = panel.head.length ? HEAD_PX * panel.head.length + HEAD_GAP_PX : 0;
+  let top = MARGIN_PX.top + head_px;
   for (let r = 0; r < row; r += 1) top += heightOf(r);
   const cell_px = width_px / chart.columns;
   const left_px = panel.y.is_hidden ? 8 : leftOf(chart, index);
@@ -39,7 +42,7 @@ function gridOf(chart, index, width_px) {
     left: (index % chart.columns) * cell_px + left_px,
     width: cell_px - left_px - (panel.y.is_hidden ? 8 : MARGIN_PX.right),
     top,
-    height: heightOf(row) - MARGIN_PX.top - HEAD_PX * panel.head.length - bottom_px,
+    height: heightOf(row) - MARGIN_PX.top - head_px - bottom_px,
     outerBoundsMode: "none",
   };
 }
@@ -206,7 +209,7 @@ function chartOptions(chart, theme, width_px, hover) {
     animation: false,
     textStyle: { fontFamily: getComputedStyle(document.body).fontFamily, color: theme.ink },
     title: chart.panels.flatMap((panel, i) => panel.head.map((text, k) => ({
-      text, left: grids[i].left + grids[i].width / 2, top: grids[i].top - HEAD_PX * (panel.head.length - k), textAlign: "center",
+      text, left: grids[i].left + grids[i].width / 2, top: grids[i].top - HEAD_GAP_PX - HEAD_PX * (panel.head.length - k), textAlign: "center",
       padding: 0, textStyle: { color: theme.ink, fontSize: TEXT_PX, fontWeight: "normal" },
     }))),
     grid: grids,

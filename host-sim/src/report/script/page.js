@@ -1,6 +1,8 @@
 // What a reader can do with the figures: point, zoom, leave series out, take figures and numbers along.
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const figures = [];
+// Where along an orbit its arrow sits.
+const ARROW_AT_DEG = 108;
 
 class Drawn {
   constructor(element) {
@@ -162,6 +164,7 @@ class Drawn {
   mark(at) {
     this.engine.dispatchAction({ type: "downplay" });
     if (at === null) return;
+    if (this.chart.turns.length) this.turn(this.chart.turns.reduce((best, t) => (Math.abs(t.key - at) < Math.abs(best.key - at) ? t : best)));
     this.chart.series.forEach((series, id) => {
       const key = series.columns.findIndex((c) => c.is_key);
       if (key < 0 || !series.rows.length) return;
@@ -169,6 +172,28 @@ class Drawn {
       const nearest = series.rows.reduce((best, _, i) => (off(i) < off(best) ? i : best), 0);
       this.engine.dispatchAction({ type: "highlight", seriesId: `${id}`, dataIndex: nearest });
     });
+  }
+
+  // Draws another reading's orbits in the first panel: of each path a line, the keyphasor's dot and an arrow.
+  turn({ head, reach, paths }) {
+    const [panel] = this.chart.panels;
+    if (`${panel.head}` === `${head}`) return;
+    Object.assign(panel, { head });
+    panel.x.to = reach;
+    panel.y.to = reach;
+    const drawn = this.chart.series.filter((s) => s.panel === 0 && s.name);
+    paths.forEach(([a, b, c, d], i) => {
+      const [line, dot, arrow] = drawn.slice(3 * i, 3 * i + 3);
+      const centre = (turned_deg) => {
+        const [cos, sin] = [Math.cos((turned_deg * Math.PI) / 180), Math.sin((turned_deg * Math.PI) / 180)];
+        return [a * cos - b * sin, c * cos - d * sin];
+      };
+      line.rows = line.rows.map(([, , turned_deg]) => [...centre(turned_deg), turned_deg]);
+      dot.rows = [[...centre(0), 0]];
+      const [[x, y], [ahead_x, ahead_y]] = [centre(ARROW_AT_DEG), centre(ARROW_AT_DEG + 1)];
+      arrow.rows = [[x, y, (Math.atan2(ahead_y - y, ahead_x - x) * 180) / Math.PI]];
+    });
+    this.draw();
   }
 
   // Arrows walk from point to point and say what is there; plus, minus and 0 zoom.
