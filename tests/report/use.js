@@ -1,7 +1,12 @@
 // Uses a figure as a reader would, and leaves what was seen as JSON in the page around its frame.
 const breath = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
-// a busy machine takes its time
-const until = async (holds) => { for (let i = 0; i < 30 && !holds(); i += 1) await breath(100); };
+// a browser without a screen draws no frames by itself when it is busy
+const until = async (holds) => {
+  for (let i = 0; i < 30 && !holds(); i += 1) {
+    figures.forEach((f) => f.engine.getZr().flush());
+    await breath(100);
+  }
+};
 const labels = (chart) => [...chart.querySelectorAll("text")].map((t) => t.textContent);
 
 async function use() {
