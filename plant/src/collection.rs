@@ -1,0 +1,65 @@
+//! From a stream into a store. What is acknowledged is committed; what comes twice is stored once.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use anyhow::Result;
+
+use crate::keeper::Keeper;
+use crate::stream::Stream;
+
+/// Items that are committed together, at most.
+const MOST_TOGETHER: usize = 2_000;
+/// How long items are waited for.
+const TOGETHER: Duration = Duration::from_millis(500);
+/// Wait before a server that is gone is asked again.
+const AGAIN: Duration = Duration::from_secs(1);
+
+/// What came of it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Totals {
+    /// Items that are stored.
+    pub stored: u64,
+    /// Messages that are no items and were set aside.
+    pub strange: u64,
+}
+
+/// Collects until `stop` rises. `name` is that of the durable consumer; `tell` hears what a person should know.
+///
+/// # Errors
+/// If the consumer cannot be made, or the store takes nothing any more: what is not stored stays in the stream.
+pub fn run(
+    stream: &Stream,
+    name: &str,
+    store: &mut dyn Keeper,
+    stop: &AtomicBool,
+    tell: fn(&str),
+) -> Result<Totals> {
+    let consumer = stream.consumer(name)?;
+    let mut totals = Totals::default();
+    let mut is_gone = false;
+    while !stop.load(Ordering::Relaxed) {
+        let mut refused = None;
+        let taken = stream.next(&consumer, MOST_TOGETHER, TOGETHER, |items| {
+            store.put(items).inspect_err(|error| refused = Some(format!("{error:#}")))
+        });
+        match taken {
+            Ok(taken) => {
+                if std::mem::take(&mut is_gone) {
+                    tell(&format!("{} is back", stream.description()));
+                }
+                totals.stored += taken.items as u64;
+                totals.strange += taken.strange.len() as u64;
+                taken.strange.iter().for_each(|why| tell(&format!("set aside: {why}")));
+            }
+            Err(error) if refused.is_some() => return Err(error),
+            Err(error) => {
+                if !std::mem::replace(&mut is_gone, true) {
+                    tell(&format!("{error:#}; trying again"));
+                }
+                std::thread::sleep(AGAIN);
+            }
+        }
+    }
+    Ok(totals)
+}

@@ -1,0 +1,35 @@
+//! `collect`: a stream into a file.
+
+use anyhow::{Result, bail};
+use clap::Args;
+
+use super::{Place, on_signal, tell};
+use crate::collection::run as collect;
+use crate::keeper::Keeper as _;
+use crate::stream::Stream;
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The server, nats://HOST:PORT
+    #[arg(long, value_parser = Place::of)]
+    from: Place,
+    /// The file, made if there is none
+    #[arg(long, value_parser = Place::of)]
+    store: Place,
+    /// Name of this collection on the server: each gets every item once
+    #[arg(long, default_value = "store")]
+    name: String,
+}
+
+/// Runs the command until it is told to stop.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let Place::Server(address) = &arguments.from else { bail!("--from: expected nats://HOST:PORT") };
+    let Place::File(_) = &arguments.store else { bail!("--store: expected a file") };
+    let stop = on_signal()?;
+    let mut store = arguments.store.open()?;
+    let stream = Stream::open(address)?;
+    tell(&format!("From {} to {}; Ctrl-C ends it.", stream.description(), store.description()));
+    let totals = collect(&stream, &arguments.name, &mut *store, &stop, tell)?;
+    println!("{} items stored, {} messages set aside.", totals.stored, totals.strange);
+    Ok(())
+}

@@ -1,0 +1,88 @@
+//! The command line: `gateway`, `collect`, `status`.
+
+mod collect;
+mod gateway;
+mod status;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Context, Result};
+use clap::{Parser, Subcommand};
+
+use crate::keeper::Keeper;
+use crate::store::Store;
+use crate::stream::Stream;
+
+/// Keeps what the monitors of a plant's CAN buses tell, in a file or over NATS JetStream.
+#[derive(Debug, Parser)]
+#[command(version)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// From CAN buses to a file or a NATS server: readings, results, states and heartbeats
+    Gateway(gateway::Arguments),
+    /// From a NATS server to a file
+    Collect(collect::Arguments),
+    /// The last word of every monitor in a file
+    Status(status::Arguments),
+}
+
+/// Runs what the command line asks for.
+///
+/// # Errors
+/// One sentence.
+pub fn run(cli: Cli) -> Result<()> {
+    match cli.command {
+        Command::Gateway(arguments) => gateway::run(&arguments),
+        Command::Collect(arguments) => collect::run(&arguments),
+        Command::Status(arguments) => status::run(&arguments),
+    }
+}
+
+/// Where items go or come from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Place {
+    File(PathBuf),
+    Server(String),
+}
+
+impl Place {
+    /// As a command line names it.
+    fn of(text: &str) -> Result<Self, String> {
+        match text.split_once(':') {
+            Some(("nats" | "tls" | "ws" | "wss", _)) => Ok(Self::Server(text.into())),
+            Some(("sqlite", path)) => Ok(Self::File(path.into())),
+            Some((scheme, rest)) if rest.starts_with("//") => {
+                Err(format!("{scheme} is no place that is known, expected nats://HOST:PORT or a file"))
+            }
+            _ => Ok(Self::File(text.into())),
+        }
+    }
+
+    fn open(&self) -> Result<Box<dyn Keeper>> {
+        Ok(match self {
+            Self::File(path) => Box::new(Store::open(path)?),
+            Self::Server(address) => Box::new(Stream::open(address)?),
+        })
+    }
+}
+
+/// Rises with Ctrl-C or SIGTERM.
+fn on_signal() -> Result<Arc<AtomicBool>> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let raised = Arc::clone(&flag);
+    ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed)).context("no handler for Ctrl-C")?;
+    Ok(flag)
+}
+
+/// To a person, on standard error; nobody may be reading.
+fn tell(sentence: &str) {
+    use std::io::Write as _;
+    let _ = writeln!(std::io::stderr(), "{sentence}");
+}

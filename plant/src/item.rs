@@ -1,0 +1,297 @@
+//! One thing that a monitor told, or was told, and what makes it that one and no other.
+
+use rotor_edge::bus::decoded::planes_of;
+use rotor_edge::bus::states::name;
+use rotor_edge_core::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult, NumberedReading};
+use rotor_edge_core::model::Pair;
+use rotor_edge_core::state::{NodeState, Reason, Status};
+use serde::{Deserialize, Serialize};
+
+/// Version of what is kept and sent; a reader refuses newer ones.
+pub const SCHEMA: u32 = 1;
+
+/// One monitor of the plant.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Source {
+    /// Name of the plant.
+    pub plant: String,
+    /// Name of the bus in it.
+    pub bus: String,
+    /// Number of the monitor on the bus.
+    pub node: u8,
+}
+
+/// One thing of one monitor. Two with the same source, kind, epoch and sequence are the same.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Item {
+    /// [`SCHEMA`] of who wrote it.
+    pub schema: u32,
+    /// Whose it is.
+    pub source: Source,
+    /// Grows when the monitor's numbers begin again.
+    pub epoch: u64,
+    /// Number within the epoch.
+    pub sequence: u16,
+    /// The gateway's clock when it was complete, µs since 1970.
+    pub time_us: i64,
+    /// Whether that clock was behind what it had said before, or before this program was written.
+    pub is_clock_doubtful: bool,
+    /// What it is.
+    pub body: Body,
+}
+
+/// What was told.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Body {
+    /// To the monitor.
+    Reading(Reading),
+    /// By the monitor, of a reading with the same epoch and sequence.
+    Result(Evaluated),
+    /// By the monitor when it changed.
+    State(State),
+    /// By the monitor every few seconds.
+    Heartbeat(Heartbeat),
+}
+
+/// A number that may be missing: the protocol's NaN.
+type Told = Option<f32>;
+
+fn told(value: f32) -> Told {
+    value.is_finite().then_some(value)
+}
+
+fn pair([cos, sin]: Pair) -> [Told; 2] {
+    [told(cos), told(sin)]
+}
+
+/// A 1x reading.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// Speed, rpm.
+    pub speed_rpm: Told,
+    /// What is known of the phase reference, as `locked`.
+    pub keyphasor: String,
+    /// Cosine and sine of each probe, µm zero to peak; none of a probe that was lost.
+    pub probes_um: Vec<[Told; 2]>,
+    /// Gap voltage of each probe, none where it is not stated.
+    pub gaps_v: Vec<Told>,
+}
+
+/// What a monitor made of a reading.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Evaluated {
+    /// The residual was too large.
+    pub is_suspicious: bool,
+    /// The flag was up.
+    pub is_flagged: bool,
+    /// Suspected bearing, from 1.
+    pub suspect: Option<u8>,
+    /// Why it was suspicious.
+    pub reason: String,
+    /// Suspicious readings in a row.
+    pub streak: u16,
+    /// Rows of the reading less unknowns; zero: the residual says nothing.
+    pub redundancy: u8,
+    /// Bit i set: probe i was used.
+    pub used_mask: u8,
+    /// Cosine and sine of the unbalance of each plane, g·mm.
+    pub planes_g_mm: Vec<[Told; 2]>,
+    /// Static unbalance, g·mm.
+    pub static_g_mm: [Told; 2],
+    /// Dynamic unbalance, g·mm.
+    pub dynamic_g_mm: [Told; 2],
+    /// Residual, µm.
+    pub residual_um: Told,
+    /// Residual over the sum of the features.
+    pub ratio: Told,
+    /// Residual below which nothing is suspicious, µm.
+    pub floor_um: Told,
+    /// Residual above which a rise counts, µm.
+    pub level_um: Told,
+}
+
+/// What a monitor said of itself.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// What it was doing, as `tracking`.
+    pub state: String,
+    /// Why.
+    pub reason: String,
+    /// Bit i set: probe i was missing.
+    pub missing_mask: u8,
+    /// Why the flag was raised that is up.
+    pub cause: String,
+    /// Bearing suspected then, from 1.
+    pub suspect: Option<u8>,
+    /// Time since the last reading that was judged, s; none if there was none.
+    pub age_s: Told,
+}
+
+/// A sign of life.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Heartbeat {
+    /// Version of the protocol that it speaks.
+    pub protocol: u8,
+    /// What it was doing.
+    pub state: String,
+    /// Why.
+    pub reason: String,
+    /// Readings that it evaluated since it started.
+    pub readings: u32,
+}
+
+impl Body {
+    /// As columns and subjects name it.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Reading(_) => Kind::Reading,
+            Self::Result(_) => Kind::Result,
+            Self::State(_) => Kind::State,
+            Self::Heartbeat(_) => Kind::Heartbeat,
+        }
+    }
+}
+
+/// What an item is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Kind {
+    /// A reading.
+    Reading,
+    /// A result.
+    Result,
+    /// A state.
+    State,
+    /// A heartbeat.
+    Heartbeat,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Reading, Self::Result, Self::State, Self::Heartbeat];
+
+    /// Name of its table and of its part of a subject.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reading => "reading",
+            Self::Result => "result",
+            Self::State => "state",
+            Self::Heartbeat => "heartbeat",
+        }
+    }
+}
+
+impl Item {
+    /// Source, kind, epoch and sequence in one word: the same for the same item, another for any other.
+    pub fn id(&self) -> String {
+        let Source { plant, bus, node } = &self.source;
+        let kind = self.body.kind().name();
+        // lengths, for names may hold anything
+        format!("{}:{plant}:{}:{bus}:{node}:{kind}:{}:{}", plant.len(), bus.len(), self.epoch, self.sequence)
+    }
+}
+
+/// A name as a word of ASCII letters, digits and hyphens, as subjects and files take it; other names make other words.
+pub fn plain_word(name: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-';
+    name.chars().map(|c| if is_plain(c) { c.to_string() } else { format!("_{:x}_", u32::from(c)) }).collect()
+}
+
+impl From<&NumberedReading> for Reading {
+    fn from(numbered: &NumberedReading) -> Self {
+        let reading = &numbered.reading;
+        Self {
+            speed_rpm: told(reading.speed_rpm),
+            keyphasor: name(numbered.keyphasor),
+            probes_um: reading.probes().iter().map(|p| pair([p.cos_um, p.sin_um])).collect(),
+            gaps_v: reading.gaps_v().iter().map(|v| told(*v)).collect(),
+        }
+    }
+}
+
+impl From<&MonitorResult> for Evaluated {
+    fn from(result: &MonitorResult) -> Self {
+        Self {
+            is_suspicious: result.flags & FLAG_SUSPICIOUS != 0,
+            is_flagged: result.flags & FLAG_FLAGGED != 0,
+            suspect: result.suspect.map(|bearing| bearing + 1),
+            reason: name(result.reason),
+            streak: result.streak,
+            redundancy: result.redundancy,
+            used_mask: result.used_mask,
+            planes_g_mm: planes_of(result).iter().map(|plane| pair(*plane)).collect(),
+            static_g_mm: pair(result.static_g_mm),
+            dynamic_g_mm: pair(result.dynamic_g_mm),
+            residual_um: told(result.e_um),
+            ratio: told(result.ratio),
+            floor_um: told(result.floor_um),
+            level_um: told(result.level_um),
+        }
+    }
+}
+
+impl From<&Status> for State {
+    fn from(status: &Status) -> Self {
+        Self {
+            state: name(status.state),
+            reason: name(status.reason),
+            missing_mask: status.missing_mask,
+            cause: name(status.cause),
+            suspect: status.suspect.map(|bearing| bearing + 1),
+            age_s: told(status.age_s),
+        }
+    }
+}
+
+impl Heartbeat {
+    /// Of what a heartbeat carries.
+    pub fn new(protocol: u8, state: NodeState, reason: Reason, readings: u32) -> Self {
+        Self { protocol, state: name(state), reason: name(reason), readings }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rotor_edge_core::reading::{ProbeVector, Reading as Measured};
+
+    use super::*;
+
+    fn item(plant: &str, bus: &str) -> Item {
+        let vector = ProbeVector { cos_um: 0.1, sin_um: -3.3e-7 };
+        let reading = Measured::new(8_999.7, &[vector, ProbeVector::LOST]).unwrap();
+        let reading = reading.with_gaps_v(&[-9.6]);
+        Item {
+            schema: SCHEMA,
+            source: Source { plant: plant.into(), bus: bus.into(), node: 7 },
+            epoch: 3,
+            sequence: 12,
+            time_us: 1_700_000_000_123_456,
+            is_clock_doubtful: false,
+            body: Body::Reading((&NumberedReading::new(12, reading)).into()),
+        }
+    }
+
+    #[test]
+    fn an_item_comes_back_from_its_text_to_the_bit() {
+        let sent = item("north", "can0");
+        let text = serde_json::to_string(&sent).unwrap();
+        assert_eq!(serde_json::from_str::<Item>(&text).unwrap(), sent, "{text}");
+        let Body::Reading(reading) = sent.body else { panic!() };
+        assert_eq!(reading.probes_um, [[Some(0.1), Some(-3.3e-7)], [None, None]]);
+        assert_eq!(&reading.gaps_v[..2], [Some(-9.6), None]);
+    }
+
+    #[test]
+    fn names_become_words_that_no_wildcard_and_no_other_name_makes() {
+        assert_eq!(plain_word("can-0"), "can-0");
+        assert_eq!(plain_word("socketcand:127.0.0.1"), "socketcand_3a_127_2e_0_2e_0_2e_1");
+        assert_ne!(plain_word("a_2e_b"), plain_word("a.b"));
+        assert!(!plain_word("> *\u{e4}\n/").contains(['>', '*', ' ', '\n', '.', '/']));
+    }
+
+    #[test]
+    fn names_that_run_into_each_other_make_no_equal_ids() {
+        assert_ne!(item("a:1", "b").id(), item("a", "1:b").id());
+        assert_eq!(item("a", "b").id(), item("a", "b").id());
+    }
+}

@@ -1,0 +1,23 @@
+//! What the monitors of a plant tell, kept: from CAN buses into a file, or over NATS JetStream into one.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`item`] | one thing that was told, and its identity |
+//! | [`numbering`] | numbers of 16 bits as an epoch and a number within it |
+//! | [`hearing`] | frames of a bus, put together into items |
+//! | [`keeper`] | what keeps items: they are durable when it returns |
+//! | [`store`] | an SQLite file with its schema |
+//! | [`stream`] | a stream of NATS JetStream |
+//! | [`gateway`] | buses into a keeper |
+//! | [`collection`] | a stream into a store |
+//! | [`command`] | the command line |
+
+pub mod collection;
+pub mod command;
+pub mod gateway;
+pub mod hearing;
+pub mod item;
+pub mod keeper;
+pub mod numbering;
+pub mod store;
+pub mod stream;

@@ -1,0 +1,155 @@
+//! An SQLite file. What is committed is on the disk: `synchronous` is full, and the journal is written ahead.
+
+mod rows;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use rusqlite::{Connection, OptionalExtension as _, params_from_iter};
+
+use crate::item::{Item, Kind, Source};
+use crate::keeper::Keeper;
+use crate::numbering::Last;
+
+/// Each takes a store from the version of its place to the next.
+const MIGRATIONS: [&str; 1] = [include_str!("schema.sql")];
+/// Says that a file is one of ours.
+const APPLICATION_ID: i32 = 0x726f_746f;
+/// Wait for another program that writes, ms.
+const BUSY_MS: u32 = 10_000;
+
+/// Items in a file.
+pub struct Store {
+    connection: Connection,
+    name: String,
+    sources: HashMap<Source, i64>,
+}
+
+impl Store {
+    /// Opens a store, makes it if there is none, and brings an older one up to date.
+    ///
+    /// # Errors
+    /// One sentence if the file is no store, or one of a newer version.
+    pub fn open(path: &Path) -> Result<Self> {
+        let name = path.display().to_string();
+        let mut connection = Connection::open(path).with_context(|| format!("{name}: cannot be opened"))?;
+        prepare(&mut connection)
+            .with_context(|| format!("{name}: is no store of rotor-edge-plant that can be used"))?;
+        Ok(Self { connection, name, sources: HashMap::new() })
+    }
+
+    /// Rows of each kind, for tests and `status`.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub fn count(&self, kind: Kind) -> Result<u64> {
+        let sql = format!("SELECT count(*) FROM {}", kind.name());
+        Ok(self.connection.query_row(&sql, [], |row| row.get::<_, i64>(0))?.unsigned_abs())
+    }
+
+    /// The last word of every monitor.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub fn newest(&self) -> Result<Vec<rows::Newest>> {
+        let mut statement = self.connection.prepare("SELECT * FROM newest ORDER BY plant, bus, node")?;
+        let all = statement.query_map([], rows::Newest::of)?;
+        Ok(all.collect::<rusqlite::Result<_>>()?)
+    }
+}
+
+fn prepare(connection: &mut Connection) -> Result<()> {
+    connection.busy_timeout(std::time::Duration::from_millis(BUSY_MS.into()))?;
+    let number = |c: &Connection, name: &str| c.pragma_query_value(None, name, |row| row.get::<_, i32>(0));
+    let (version, application) = (number(connection, "user_version")?, number(connection, "application_id")?);
+    let is_new = version == 0
+        && application == 0
+        && connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get::<_, i64>(0))? == 0;
+    if !is_new && application != APPLICATION_ID {
+        bail!("it is a database of another program");
+    }
+    let newest = MIGRATIONS.len() as i32;
+    if version > newest {
+        bail!(
+            "its version is {version} and this program knows {newest}; use the program that wrote it, or a newer one"
+        );
+    }
+    connection.pragma_update(None, "journal_mode", "wal")?;
+    connection.pragma_update(None, "synchronous", "full")?;
+    connection.pragma_update(None, "foreign_keys", true)?;
+    let step = connection.transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)?;
+    // another program may have done it meanwhile
+    let version = number(&step, "user_version")?;
+    for migration in MIGRATIONS.iter().skip(usize::try_from(version).unwrap_or(0)) {
+        step.execute_batch(migration)?;
+    }
+    step.pragma_update(None, "user_version", newest)?;
+    step.pragma_update(None, "application_id", APPLICATION_ID)?;
+    Ok(step.commit()?)
+}
+
+impl Keeper for Store {
+    fn last(&mut self, plant: &str, bus: &str) -> Result<Vec<(u8, Kind, Last)>> {
+        let mut all = Vec::new();
+        for kind in Kind::ALL {
+            let sql = format!(
+                "SELECT s.node, t.epoch, t.sequence, t.time_us FROM source s JOIN {0} t ON t.source = s.id AND (t.epoch, t.sequence) = \
+                 (SELECT epoch, sequence FROM {0} WHERE source = s.id ORDER BY epoch DESC, sequence DESC LIMIT 1) \
+                 WHERE s.plant = ? AND s.bus = ?",
+                kind.name()
+            );
+            let mut statement = self.connection.prepare(&sql)?;
+            let row = |row: &rusqlite::Row| {
+                let epoch = row.get::<_, i64>(1)?.unsigned_abs();
+                Ok((row.get(0)?, kind, Last { epoch, sequence: row.get(2)?, time_us: row.get(3)? }))
+            };
+            for last in statement.query_map([plant, bus], row)? {
+                all.push(last?);
+            }
+        }
+        Ok(all)
+    }
+
+    fn put(&mut self, items: &[Item]) -> Result<()> {
+        let transaction = self.connection.transaction().with_context(|| self.name.clone())?;
+        let mut added: HashMap<&Source, i64> = HashMap::new();
+        for item in items {
+            let source = match self.sources.get(&item.source).or_else(|| added.get(&item.source)) {
+                Some(id) => *id,
+                None => {
+                    let id = source_id(&transaction, &item.source).with_context(|| self.name.clone())?;
+                    added.insert(&item.source, id);
+                    id
+                }
+            };
+            let values = rows::values(source, item);
+            let places = vec!["?"; values.len()].join(", ");
+            let sql = format!("INSERT OR IGNORE INTO {} VALUES ({places})", item.body.kind().name());
+            let mut statement = transaction.prepare_cached(&sql)?;
+            statement.execute(params_from_iter(values)).with_context(|| self.name.clone())?;
+        }
+        transaction.commit().with_context(|| self.name.clone())?;
+        // only what is committed may be remembered
+        self.sources.extend(added.into_iter().map(|(source, id)| (source.clone(), id)));
+        Ok(())
+    }
+
+    fn description(&self) -> String {
+        self.name.clone()
+    }
+}
+
+fn source_id(connection: &Connection, source: &Source) -> rusqlite::Result<i64> {
+    let Source { plant, bus, node } = source;
+    let find = "SELECT id FROM source WHERE plant = ? AND bus = ? AND node = ?";
+    let there = connection.query_row(find, (plant, bus, node), |row| row.get(0)).optional()?;
+    there.map_or_else(
+        || {
+            connection
+                .execute("INSERT INTO source (plant, bus, node) VALUES (?, ?, ?)", (plant, bus, node))?;
+            Ok(connection.last_insert_rowid())
+        },
+        Ok,
+    )
+}

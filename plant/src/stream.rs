@@ -1,0 +1,210 @@
+//! A stream of NATS JetStream: a gateway publishes to its own server, whose leaf node sends on what it has stored.
+//!
+//! An item is a message on `rotor_edge.PLANT.BUS.NODE.KIND`, a JSON object. Its id makes the server store it once within
+//! [`DUPLICATES`]; whoever collects it knows it by source, kind, epoch and sequence for ever.
+
+use std::time::Duration;
+
+use anyhow::{Context as _, Result, anyhow};
+use async_nats::jetstream::consumer::{AckPolicy, PullConsumer, pull};
+use async_nats::jetstream::message::{AckKind, PublishMessage};
+use async_nats::jetstream::stream::{Config, StorageType};
+use async_nats::jetstream::{self, Context};
+use async_nats::{Client, ConnectOptions};
+use futures_util::{TryStreamExt as _, future};
+use tokio::runtime::{Builder, Runtime};
+
+use crate::item::{Item, Kind, SCHEMA, plain_word};
+use crate::keeper::Keeper;
+use crate::numbering::Last;
+
+/// Name of the stream.
+pub const STREAM: &str = "ROTOR_EDGE";
+/// How long the server remembers ids.
+pub const DUPLICATES: Duration = Duration::from_secs(3_600);
+/// How long a server may take to answer.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// A message that is not acknowledged by then is handed out again; one that was stored meanwhile is stored once.
+const ACKNOWLEDGED_WITHIN: Duration = Duration::from_secs(5);
+/// Messages handed out and not acknowledged, at most.
+const MOST_PENDING: i64 = 20_000;
+
+/// A connection to the stream.
+pub struct Stream {
+    runtime: Runtime,
+    client: Client,
+    context: Context,
+    stream: jetstream::stream::Stream,
+    name: String,
+}
+
+impl Stream {
+    /// Connects, and makes the stream if there is none.
+    ///
+    /// # Errors
+    /// One sentence if there is no server, if it wants other credentials, or if it has no JetStream.
+    pub fn open(address: &str) -> Result<Self> {
+        let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
+        let (client, context, stream) = runtime
+            .block_on(async {
+                let options = ConnectOptions::new().name("rotor-edge-plant").connection_timeout(PATIENCE);
+                let client = options.connect(address).await?;
+                let mut context = jetstream::new(client.clone());
+                context.set_timeout(PATIENCE);
+                let config = Config {
+                    name: STREAM.into(),
+                    subjects: vec!["rotor_edge.>".into()],
+                    storage: StorageType::File,
+                    duplicate_window: DUPLICATES,
+                    ..Config::default()
+                };
+                let stream = context.get_or_create_stream(config).await?;
+                anyhow::Ok((client, context, stream))
+            })
+            .with_context(|| format!("{address}: no NATS server with JetStream that lets us in"))?;
+        Ok(Self { runtime, client, context, stream, name: address.into() })
+    }
+
+    /// A durable consumer of all items: what one process takes under a `name`, another under it does not get.
+    ///
+    /// # Errors
+    /// If the server refuses it.
+    pub fn consumer(&self, name: &str) -> Result<PullConsumer> {
+        let config = pull::Config {
+            durable_name: Some(name.into()),
+            ack_policy: AckPolicy::Explicit,
+            ack_wait: ACKNOWLEDGED_WITHIN,
+            max_ack_pending: MOST_PENDING,
+            ..pull::Config::default()
+        };
+        self.runtime
+            .block_on(self.stream.get_or_create_consumer(name, config))
+            .with_context(|| format!("{}: consumer {name}", self.name))
+    }
+
+    /// Items that come within a time, at most so many; `take` has kept them when it returns, and then they are acknowledged.
+    /// Messages that are no items are set aside and counted.
+    ///
+    /// # Errors
+    /// If the server is gone, or those of `take`.
+    pub fn next(
+        &self,
+        consumer: &PullConsumer,
+        most: usize,
+        within: Duration,
+        take: impl FnOnce(&[Item]) -> Result<()>,
+    ) -> Result<Taken> {
+        let messages: Vec<_> = self
+            .runtime
+            .block_on(async {
+                consumer.fetch().max_messages(most).expires(within).messages().await?.try_collect().await
+            })
+            .map_err(|error: async_nats::Error| anyhow!("{}: {error}", self.name))?;
+        let (mut items, mut strange) = (Vec::with_capacity(messages.len()), Vec::new());
+        let mut known = Vec::with_capacity(messages.len());
+        for message in &messages {
+            match item_of(&message.payload) {
+                Ok(item) => {
+                    items.push(item);
+                    known.push(message);
+                }
+                Err(why) => strange.push((message, why)),
+            }
+        }
+        take(&items)?;
+        self.runtime
+            .block_on(async {
+                for message in known {
+                    message.ack().await?;
+                }
+                for (message, _) in &strange {
+                    message.ack_with(AckKind::Term).await?;
+                }
+                Ok(self.client.flush().await?)
+            })
+            .map_err(|error: async_nats::Error| anyhow!("{}: {error}", self.name))?;
+        let strange = strange.into_iter().map(|(_, why)| why).collect();
+        Ok(Taken { items: items.len(), strange })
+    }
+}
+
+/// What [`Stream::next`] took.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Taken {
+    /// Items.
+    pub items: usize,
+    /// Why other messages are none, each a sentence.
+    pub strange: Vec<String>,
+}
+
+fn item_of(payload: &[u8]) -> Result<Item, String> {
+    #[derive(serde::Deserialize)]
+    struct Versioned {
+        schema: u32,
+    }
+    let versioned: Versioned =
+        serde_json::from_slice(payload).map_err(|e| format!("a message that is no item ({e})"))?;
+    if versioned.schema > SCHEMA {
+        let newer = versioned.schema;
+        return Err(format!("an item of version {newer}, this program knows {SCHEMA}; update it"));
+    }
+    serde_json::from_slice(payload).map_err(|e| format!("a message that is no item ({e})"))
+}
+
+fn subject(item: &Item) -> String {
+    let source = &item.source;
+    format!("{}.{}.{}", bus_subject(&source.plant, &source.bus), source.node, item.body.kind().name())
+}
+
+fn bus_subject(plant: &str, bus: &str) -> String {
+    format!("rotor_edge.{}.{}", plain_word(plant), plain_word(bus))
+}
+
+impl Keeper for Stream {
+    fn last(&mut self, plant: &str, bus: &str) -> Result<Vec<(u8, Kind, Last)>> {
+        let of_bus = format!("{}.>", bus_subject(plant, bus));
+        let found = self.runtime.block_on(async {
+            let subjects: Vec<(String, usize)> =
+                self.stream.info_with_subjects(of_bus).await?.try_collect().await?;
+            let mut all = Vec::new();
+            for (subject, _) in subjects {
+                let message = self.stream.get_last_raw_message_by_subject(&subject).await?;
+                let item = item_of(&message.payload).map_err(|why| anyhow!("{subject}: {why}"))?;
+                let last = Last { epoch: item.epoch, sequence: item.sequence, time_us: item.time_us };
+                all.push((item.source.node, item.body.kind(), last));
+            }
+            anyhow::Ok(all)
+        });
+        found.with_context(|| self.name.clone())
+    }
+
+    fn put(&mut self, items: &[Item]) -> Result<()> {
+        let sent = self.runtime.block_on(async {
+            let mut answers = Vec::with_capacity(items.len());
+            for item in items {
+                let message =
+                    PublishMessage::build().payload(serde_json::to_vec(item)?.into()).message_id(item.id());
+                answers.push(self.context.send_publish(subject(item), message).await?.into_future());
+            }
+            future::try_join_all(answers).await?;
+            anyhow::Ok(())
+        });
+        sent.with_context(|| self.name.clone())
+    }
+
+    fn description(&self) -> String {
+        self.name.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn newer_items_and_other_messages_are_told_from_each_other() {
+        assert!(item_of(br#"{"schema": 9}"#).unwrap_err().contains("version 9"));
+        assert!(item_of(b"hello").unwrap_err().contains("no item"));
+        assert!(item_of(br#"{"schema": 1}"#).unwrap_err().contains("no item"));
+    }
+}

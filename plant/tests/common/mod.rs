@@ -1,0 +1,216 @@
+//! A bus with monitors that nobody is, the program, and a NATS server.
+
+#![allow(dead_code, reason = "each test uses a part")]
+
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use rotor_edge::bus::server::Server;
+use rotor_edge::bus::{CanBus, open};
+use rotor_edge_core::can::{MonitorResult, NumberedReading, reading_frames, result_frames};
+use rotor_edge_core::reading::{ProbeVector, Reading};
+use rotor_edge_core::state::Reason;
+
+/// Far longer than anything here takes, on a busy machine too.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Waits until something holds.
+#[track_caller]
+pub fn until(what: &str, mut holds: impl FnMut() -> bool) {
+    let begun = Instant::now();
+    while !holds() {
+        assert!(begun.elapsed() < PATIENCE, "{what} did not come");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// A bus, and who sends on it what probes see and what monitors answer.
+pub struct Bus {
+    server: Server,
+    sender: Box<dyn CanBus>,
+}
+
+impl Bus {
+    pub fn start() -> Self {
+        let server = Server::start(0, 0, None).unwrap();
+        let sender = open(&format!("slcan:127.0.0.1:{}", server.slcan_port)).unwrap();
+        Self { server, sender }
+    }
+
+    pub fn spec(&self) -> String {
+        format!("socketcand:127.0.0.1:{}/vcan0", self.server.socketcand_port)
+    }
+
+    /// Waits until so many have joined beside the sender.
+    pub fn wait_for(&self, clients: u64) {
+        until("a client", || self.server.counts().clients > clients);
+    }
+
+    /// A reading of a monitor and its result.
+    pub fn say(&mut self, node: u8, sequence: u16) {
+        let numbered = NumberedReading::new(sequence, reading(node, sequence));
+        for frame in &reading_frames(node, &numbered) {
+            self.sender.send(frame).unwrap();
+        }
+        for frame in &result_frames(node, &result(node, sequence)) {
+            self.sender.send(frame).unwrap();
+        }
+    }
+}
+
+/// Another one for every number, with numbers that no decimal of a few digits is.
+pub fn reading(node: u8, sequence: u16) -> Reading {
+    let vector = |probe: u8| ProbeVector {
+        cos_um: f32::from(sequence) / 7.0 + f32::from(probe),
+        sin_um: -f32::from(node) / 3.0,
+    };
+    Reading::new(3_000.0 + f32::from(sequence) / 9.0, &[0, 1, 2, 3].map(vector)).unwrap()
+}
+
+pub fn result(node: u8, sequence: u16) -> MonitorResult {
+    let part = f32::from(sequence) / 11.0;
+    MonitorResult {
+        sequence,
+        flags: 0,
+        suspect: None,
+        redundancy: 4,
+        streak: 0,
+        used_mask: 15,
+        reason: Reason::None,
+        planes: 2,
+        unbalance_g_mm: [[part, 1.0], [2.0, f32::from(node)], [0.0; 2], [0.0; 2]],
+        static_g_mm: [part, 3.0],
+        dynamic_g_mm: [4.0, 5.0],
+        e_um: part,
+        ratio: 0.01,
+        floor_um: 1.0,
+        level_um: 2.0,
+    }
+}
+
+/// The program while it runs.
+pub struct Program(pub Child);
+
+impl Program {
+    pub fn start(arguments: &[&str]) -> Self {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge-plant"));
+        program.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self(program.spawn().unwrap())
+    }
+
+    pub fn kill(mut self) {
+        self.0.kill().unwrap();
+        self.0.wait().unwrap();
+    }
+
+    /// Ends it as a person would: exit code, standard output and standard error.
+    pub fn end(mut self) -> (Option<i32>, String, String) {
+        kill(Pid::from_raw(self.0.id() as i32), Signal::SIGTERM).unwrap();
+        let [mut out, mut err] = [String::new(), String::new()];
+        self.0.stdout.take().unwrap().read_to_string(&mut out).unwrap();
+        self.0.stderr.take().unwrap().read_to_string(&mut err).unwrap();
+        (self.0.wait().unwrap().code(), out, err)
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        // a test that failed leaves nothing behind
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+pub fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rotor-edge-plant"))
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+/// The one sentence that it fails with.
+#[track_caller]
+pub fn refusal(arguments: &[&str]) -> String {
+    let output = run(arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert_eq!(said.trim_end().lines().count(), 1, "one sentence: {said}");
+    said
+}
+
+/// A NATS server with JetStream; `None` where there is none and none
+/// can be installed, which CI does not allow.
+pub struct Nats {
+    program: Option<Child>,
+    found: PathBuf,
+    folder: tempfile::TempDir,
+    pub port: u16,
+}
+
+impl Nats {
+    pub fn start() -> Option<Self> {
+        let Some(found) = nats_server() else {
+            assert!(std::env::var_os("CI").is_none(), "nats-server is missing");
+            eprintln!("NOT RUN: NATS, for want of nats-server (Debian: nats-server)");
+            return None;
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = free.local_addr().unwrap().port();
+        let store = folder.path().join("store");
+        let settings = format!(
+            "listen: \"127.0.0.1:{port}\"\njetstream {{ store_dir: {:?} }}\n",
+            store.display().to_string()
+        );
+        std::fs::write(folder.path().join("nats.conf"), settings).unwrap();
+        drop(free);
+        let mut nats = Self { program: None, found, folder, port };
+        nats.restart();
+        Some(nats)
+    }
+
+    pub fn address(&self) -> String {
+        format!("nats://127.0.0.1:{}", self.port)
+    }
+
+    pub fn kill(&mut self) {
+        if let Some(mut program) = self.program.take() {
+            program.kill().unwrap();
+            program.wait().unwrap();
+        }
+    }
+
+    pub fn restart(&mut self) {
+        let mut program = Command::new(&self.found);
+        program
+            .arg("-c")
+            .arg(self.folder.path().join("nats.conf"))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
+        self.program = Some(program.spawn().unwrap());
+        until("the NATS server", || std::net::TcpStream::connect(("127.0.0.1", self.port)).is_ok());
+    }
+}
+
+impl Drop for Nats {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+fn nats_server() -> Option<PathBuf> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let folders =
+        || std::env::split_paths(&path).chain([PathBuf::from("/usr/sbin"), PathBuf::from("/usr/bin")]);
+    let find = || folders().map(|folder| folder.join("nats-server")).find(|file| file.is_file());
+    find().or_else(|| {
+        let install = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.ci/install");
+        Command::new(install).arg("plant").status().ok().filter(std::process::ExitStatus::success)?;
+        find()
+    })
+}

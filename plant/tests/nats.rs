@@ -1,0 +1,119 @@
+//! Buses over NATS JetStream into a file: stored is what was sent, once, through kills of the server and of who collects.
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::path::Path;
+
+use common::{Bus, Nats, Program, refusal, until};
+use rusqlite::Connection;
+
+const NODES: [u8; 3] = [1, 2, 9];
+
+fn gateway(bus: &Bus, name: &str, nats: &Nats) -> Program {
+    let bus_ = format!("{name}={}", bus.spec());
+    Program::start(&["gateway", "--plant", "north", "--bus", &bus_, "--to", &nats.address()])
+}
+
+fn collect(nats: &Nats, path: &Path) -> Program {
+    Program::start(&["collect", "--from", &nats.address(), "--store", path.to_str().unwrap()])
+}
+
+fn rows(path: &Path, table: &str) -> usize {
+    let there = Connection::open(path)
+        .and_then(|c| c.query_row(&format!("SELECT count(*) FROM {table}"), [], |row| row.get::<_, i64>(0)));
+    there.unwrap_or(0) as usize
+}
+
+#[test]
+fn stored_is_what_was_sent_through_kills_of_server_collector_and_gateway() {
+    const SENT: u16 = 1_000;
+    let Some(mut nats) = Nats::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plant.db");
+    let mut buses = [Bus::start(), Bus::start()];
+    let names = ["hall1", "hall.2 >"];
+    let mut gateways: Vec<Program> =
+        buses.iter().zip(names).map(|(bus, name)| gateway(bus, name, &nats)).collect();
+    buses.iter().for_each(|bus| bus.wait_for(1));
+    let mut collector = Some(collect(&nats, &path));
+    let all = usize::from(SENT) * NODES.len() * buses.len();
+    for sequence in 0..SENT {
+        for bus in &mut buses {
+            NODES.iter().for_each(|node| bus.say(*node, sequence));
+        }
+        match sequence {
+            200 | 700 => collector.take().unwrap().kill(),
+            250 | 750 => collector = Some(collect(&nats, &path)),
+            400 => nats.kill(),
+            // what is heard meanwhile waits in the gateways
+            450 => nats.restart(),
+            _ => std::thread::sleep(std::time::Duration::from_millis(1)),
+        }
+        if sequence == 600 {
+            // what is acknowledged survives a gateway; what it was about to send does not
+            let so_far = (usize::from(sequence) + 1) * NODES.len() * buses.len();
+            until("what was sent so far", || rows(&path, "result") == so_far);
+            gateways.remove(0).kill();
+            gateways.insert(0, gateway(&buses[0], names[0], &nats));
+            buses[0].wait_for(2);
+        }
+    }
+    until("every reading", || rows(&path, "reading") == all);
+    until("every result", || rows(&path, "result") == all);
+    for gateway in gateways {
+        let (code, _, err) = gateway.end();
+        assert_eq!(code, Some(0), "{err}");
+    }
+    let (code, _, err) = collector.unwrap().end();
+    assert_eq!(code, Some(0), "{err}");
+    let connection = Connection::open(&path).unwrap();
+    let sql = "SELECT plant, bus, node, epoch, sequence FROM reading JOIN source ON source = id";
+    let mut statement = connection.prepare(sql).unwrap();
+    let stored: BTreeSet<(String, String, u8, i64, u16)> = statement
+        .query_map([], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?, row.get(4)?)))
+        .unwrap()
+        .map(Result::unwrap)
+        .collect();
+    let expected = names.iter().flat_map(|bus| {
+        let of_node = move |node: &u8| {
+            let node = *node;
+            (0..SENT).map(move |s| ("north".to_string(), (*bus).to_string(), node, 0, s))
+        };
+        NODES.iter().flat_map(of_node)
+    });
+    assert!(stored == expected.collect(), "{} of {all} readings, or others", stored.len());
+}
+
+#[test]
+fn what_is_no_item_is_set_aside_and_told_and_the_rest_is_stored() {
+    let Some(nats) = Nats::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plant.db");
+    let mut bus = Bus::start();
+    let gateway = gateway(&bus, "hall1", &nats);
+    bus.wait_for(1);
+    let mut raw = TcpStream::connect(("127.0.0.1", nats.port)).unwrap();
+    raw.write_all(b"CONNECT {\"verbose\":true}\r\nPUB rotor_edge.x 5\r\nhello\r\nPUB rotor_edge.x 13\r\n{\"schema\": 7}\r\n").unwrap();
+    let mut answer = Vec::new();
+    while !answer.ends_with(b"+OK\r\n+OK\r\n+OK\r\n") {
+        let mut some = [0; 256];
+        let length = raw.read(&mut some).unwrap();
+        answer.extend_from_slice(&some[..length]);
+    }
+    bus.say(3, 5);
+    let collector = collect(&nats, &path);
+    until("the reading", || rows(&path, "result") == 1);
+    let (code, out, err) = collector.end();
+    assert_eq!((code, out.as_str()), (Some(0), "2 items stored, 2 messages set aside.\n"), "{err}");
+    assert!(
+        err.contains("set aside: a message that is no item") && err.contains("an item of version 7"),
+        "{err}"
+    );
+    assert_eq!(gateway.end().0, Some(0));
+    let (from, store) = (nats.address(), path.display().to_string());
+    assert!(refusal(&["collect", "--from", &store, "--store", &store]).contains("expected nats://"));
+    assert!(refusal(&["collect", "--from", &from, "--store", &from]).contains("expected a file"));
+}
