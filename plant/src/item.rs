@@ -42,7 +42,7 @@ pub struct Item {
 
 /// What was told.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[serde(rename_all = "snake_case")]
 pub enum Body {
     /// To the monitor.
     Reading(Reading),

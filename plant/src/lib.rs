@@ -10,10 +10,12 @@
 //! | [`stream`] | a stream of NATS JetStream |
 //! | [`gateway`] | buses into a keeper |
 //! | [`collection`] | a stream into a store |
+//! | [`fleet`] | jobs over many machines, their queue and who works on them |
 //! | [`command`] | the command line |
 
 pub mod collection;
 pub mod command;
+pub mod fleet;
 pub mod gateway;
 pub mod hearing;
 pub mod item;

@@ -147,7 +147,7 @@ fn what_is_no_store_or_a_newer_one_is_refused_and_left_as_it_is() {
     Connection::open(&newer).unwrap().pragma_update(None, "user_version", 99).unwrap();
     let said = refusal(&["gateway", "--bus", &spec, "--to", &to(&newer)]);
     assert!(
-        said.contains("newer.db") && said.contains("its version is 99 and this program knows 1"),
+        said.contains("newer.db") && said.contains("its version is 99 and this program knows 2"),
         "{said}"
     );
     let other = folder.path().join("other.db");
@@ -170,6 +170,24 @@ fn what_is_no_store_or_a_newer_one_is_refused_and_left_as_it_is() {
     let said = refusal(&["gateway", "--bus", &spec, "--to", "nats://127.0.0.1:1"]);
     assert!(said.contains("no NATS server with JetStream"), "{said}");
     assert!(refusal(&["status", &to(&folder.path().join("none.db"))]).contains("is not there"));
+}
+
+#[test]
+fn a_store_of_the_first_version_is_brought_up_to_date_with_all_that_is_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("old.db");
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch(include_str!("../src/store/schema.sql")).unwrap();
+    old.execute("INSERT INTO source (plant, bus, node) VALUES ('north', 'hall1', 3)", []).unwrap();
+    old.pragma_update(None, "user_version", 1).unwrap();
+    old.pragma_update(None, "application_id", 0x726f_746f).unwrap();
+    drop(old);
+    drop(Store::open(&path).unwrap());
+    let now = Connection::open(&path).unwrap();
+    let kept: u8 = now.query_row("SELECT node FROM source", [], |row| row.get(0)).unwrap();
+    let jobs: u32 = now.query_row("SELECT count(*) FROM job", [], |row| row.get(0)).unwrap();
+    let version: u32 = now.pragma_query_value(None, "user_version", |row| row.get(0)).unwrap();
+    assert_eq!((kept, jobs, version), (3, 0, 2));
 }
 
 #[test]

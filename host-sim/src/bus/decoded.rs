@@ -19,6 +19,11 @@ pub fn planes_of(result: &MonitorResult) -> &[Pair] {
     &result.unbalance_g_mm[..planes]
 }
 
+/// The decimal number that was meant: the shortest that is this f32.
+pub fn shortest(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or_else(|_| f64::from(value))
+}
+
 /// All that one node was told and said.
 #[derive(Debug, Clone, Default)]
 pub struct NodeRecord {

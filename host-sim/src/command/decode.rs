@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::answer::{Answer, Change, changes};
 use super::output;
-use crate::bus::decoded::{Decoded, NodeRecord, Timed};
+use crate::bus::decoded::{Decoded, NodeRecord, Timed, shortest};
 use crate::bus::log::LogReader;
 use crate::bus::seals::{Checker, Refused};
 use crate::bus::states::name;
@@ -134,11 +134,6 @@ fn readings(recorded: &[Timed<reading::Reading>], start_us: u64, name: &str) -> 
 
 fn phasor(vector: &ProbeVector) -> Option<Complex<f64>> {
     vector.is_finite().then(|| phasor_m(shortest(vector.cos_um), shortest(vector.sin_um)))
-}
-
-/// The decimal number that was meant: the shortest that is this f32.
-fn shortest(value: f32) -> f64 {
-    value.to_string().parse().unwrap_or_else(|_| f64::from(value))
 }
 
 /// What `decode --json` prints.

@@ -1,6 +1,7 @@
-//! The command line: `gateway`, `collect`, `status`.
+//! The command line: `gateway`, `collect`, `status`; `machine`, `fleet`, `worker`.
 
 mod collect;
+mod fleet;
 mod gateway;
 mod status;
 
@@ -31,6 +32,12 @@ enum Command {
     Collect(collect::Arguments),
     /// The last word of every monitor in a file
     Status(status::Arguments),
+    /// State which machine a monitor watches
+    Machine(fleet::Machine),
+    /// Ask for a command of the desk over many machines, and see what became of it
+    Fleet(fleet::Fleet),
+    /// Do what was asked for; any number of these may run
+    Worker(fleet::Worker),
 }
 
 /// Runs what the command line asks for.
@@ -42,6 +49,9 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Gateway(arguments) => gateway::run(&arguments),
         Command::Collect(arguments) => collect::run(&arguments),
         Command::Status(arguments) => status::run(&arguments),
+        Command::Machine(arguments) => fleet::machine(&arguments),
+        Command::Fleet(arguments) => fleet::fleet(&arguments),
+        Command::Worker(arguments) => fleet::work(&arguments),
     }
 }
 

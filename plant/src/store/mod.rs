@@ -13,7 +13,7 @@ use crate::keeper::Keeper;
 use crate::numbering::Last;
 
 /// Each takes a store from the version of its place to the next.
-const MIGRATIONS: [&str; 1] = [include_str!("schema.sql")];
+const MIGRATIONS: [&str; 2] = [include_str!("schema.sql"), include_str!("fleet.sql")];
 /// Says that a file is one of ours.
 const APPLICATION_ID: i32 = 0x726f_746f;
 /// Wait for another program that writes, ms.
@@ -37,6 +37,11 @@ impl Store {
         prepare(&mut connection)
             .with_context(|| format!("{name}: is no store of rotor-edge-plant that can be used"))?;
         Ok(Self { connection, name, sources: HashMap::new() })
+    }
+
+    /// For the jobs of the fleet.
+    pub(crate) fn connection(&mut self) -> &mut Connection {
+        &mut self.connection
     }
 
     /// Rows of each kind, for tests and `status`.
@@ -78,6 +83,9 @@ fn prepare(connection: &mut Connection) -> Result<()> {
     connection.pragma_update(None, "journal_mode", "wal")?;
     connection.pragma_update(None, "synchronous", "full")?;
     connection.pragma_update(None, "foreign_keys", true)?;
+    if version == newest {
+        return Ok(());
+    }
     let step = connection.transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)?;
     // another program may have done it meanwhile
     let version = number(&step, "user_version")?;
