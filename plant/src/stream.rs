@@ -3,6 +3,7 @@
 //! An item is a message on `rotor_edge.PLANT.BUS.NODE.KIND`, a JSON object. Its id makes the server store it once within
 //! [`DUPLICATES`]; whoever collects it knows it by source, kind, epoch and sequence for ever.
 
+use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context as _, Result, anyhow};
@@ -10,7 +11,7 @@ use async_nats::jetstream::consumer::{AckPolicy, PullConsumer, pull};
 use async_nats::jetstream::message::{AckKind, PublishMessage};
 use async_nats::jetstream::stream::{Config, StorageType};
 use async_nats::jetstream::{self, Context};
-use async_nats::{Client, ConnectOptions};
+use async_nats::{Client, ConnectOptions, ServerAddr};
 use futures_util::{TryStreamExt as _, future};
 use tokio::runtime::{Builder, Runtime};
 
@@ -39,16 +40,28 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// Connects, and makes the stream if there is none.
+    /// Connects, with a file of credentials if the server wants one, and makes the stream if there is none.
     ///
     /// # Errors
     /// One sentence if there is no server, if it wants other credentials, or if it has no JetStream.
-    pub fn open(address: &str) -> Result<Self> {
+    pub fn open(address: &str, credentials: Option<&Path>) -> Result<Self> {
+        let name = shown(address);
         let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let (client, context, stream) = runtime
             .block_on(async {
-                let options = ConnectOptions::new().name("rotor-edge-plant").connection_timeout(PATIENCE);
-                let client = options.connect(address).await?;
+                let options = match credentials {
+                    Some(file) => ConnectOptions::with_credentials_file(file)
+                        .await
+                        .with_context(|| format!("{}: no file of credentials", file.display()))?,
+                    None => ConnectOptions::new(),
+                };
+                let options = options.name("rotor-edge-plant").connection_timeout(PATIENCE);
+                let server: ServerAddr = address.parse()?;
+                let options = match (server.username(), server.password()) {
+                    (Some(name), Some(password)) => options.user_and_password(name.into(), password.into()),
+                    _ => options,
+                };
+                let client = options.connect(server).await?;
                 let mut context = jetstream::new(client.clone());
                 context.set_timeout(PATIENCE);
                 let config = Config {
@@ -61,8 +74,8 @@ impl Stream {
                 let stream = context.get_or_create_stream(config).await?;
                 anyhow::Ok((client, context, stream))
             })
-            .with_context(|| format!("{address}: no NATS server with JetStream that lets us in"))?;
-        Ok(Self { runtime, client, context, stream, name: address.into() })
+            .with_context(|| format!("{name}: no NATS server with JetStream that lets us in"))?;
+        Ok(Self { runtime, client, context, stream, name })
     }
 
     /// A durable consumer of all items: what one process takes under a `name`, another under it does not get.
@@ -137,6 +150,15 @@ pub struct Taken {
     pub strange: Vec<String>,
 }
 
+/// An address as it may be printed: without the name and the password that may be in it.
+fn shown(address: &str) -> String {
+    match (address.split_once("://"), address.rsplit_once('@')) {
+        (Some((scheme, _)), Some((_, host))) => format!("{scheme}://{host}"),
+        (None, Some((_, host))) => host.into(),
+        _ => address.into(),
+    }
+}
+
 fn item_of(payload: &[u8]) -> Result<Item, String> {
     #[derive(serde::Deserialize)]
     struct Versioned {
@@ -200,6 +222,12 @@ impl Keeper for Stream {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_password_is_not_shown() {
+        assert_eq!(shown("nats://gateway:s3c@ret@10.0.0.1:4222"), "nats://10.0.0.1:4222");
+        assert_eq!(shown("nats://10.0.0.1:4222"), "nats://10.0.0.1:4222");
+    }
 
     #[test]
     fn newer_items_and_other_messages_are_told_from_each_other() {

@@ -117,3 +117,22 @@ fn what_is_no_item_is_set_aside_and_told_and_the_rest_is_stored() {
     assert!(refusal(&["collect", "--from", &store, "--store", &store]).contains("expected nats://"));
     assert!(refusal(&["collect", "--from", &from, "--store", &from]).contains("expected a file"));
 }
+
+#[test]
+fn a_server_that_wants_a_password_is_told_from_one_that_is_not_there_and_the_password_is_not_shown() {
+    let Some(nats) = Nats::start_with("authorization { user: gateway, password: s3cret }\n") else { return };
+    let bus = Bus::start();
+    let spec = bus.spec();
+    let said = refusal(&["gateway", "--bus", &spec, "--to", &nats.address()]);
+    assert!(said.contains("authorization"), "{said}");
+    let wrong = format!("nats://gateway:wr0ng@127.0.0.1:{}", nats.port);
+    let said = refusal(&["gateway", "--bus", &spec, "--to", &wrong]);
+    assert!(said.contains("authorization") && !said.contains("wr0ng"), "{said}");
+    let said = refusal(&["gateway", "--bus", &spec, "--to", &nats.address(), "--credentials", "none.creds"]);
+    assert!(said.contains("none.creds: no file of credentials"), "{said}");
+    let right = format!("nats://gateway:s3cret@127.0.0.1:{}", nats.port);
+    let gateway = Program::start(&["gateway", "--bus", &spec, "--to", &right]);
+    bus.wait_for(1);
+    let (code, _, err) = gateway.end();
+    assert_eq!((code, err.contains("s3cret")), (Some(0), false), "{err}");
+}

@@ -1,5 +1,7 @@
 //! `collect`: a stream into a file.
 
+use std::path::PathBuf;
+
 use anyhow::{Result, bail};
 use clap::Args;
 
@@ -19,6 +21,9 @@ pub struct Arguments {
     /// Name of this collection on the server: each gets every item once
     #[arg(long, default_value = "store")]
     name: String,
+    /// What the server lets us in by: a file of NATS credentials
+    #[arg(long, value_name = "FILE")]
+    credentials: Option<PathBuf>,
 }
 
 /// Runs the command until it is told to stop.
@@ -26,8 +31,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let Place::Server(address) = &arguments.from else { bail!("--from: expected nats://HOST:PORT") };
     let Place::File(_) = &arguments.store else { bail!("--store: expected a file") };
     let stop = on_signal()?;
-    let mut store = arguments.store.open()?;
-    let stream = Stream::open(address)?;
+    let mut store = arguments.store.open(None)?;
+    let stream = Stream::open(address, arguments.credentials.as_deref())?;
     tell(&format!("From {} to {}; Ctrl-C ends it.", stream.description(), store.description()));
     let totals = collect(&stream, &arguments.name, &mut *store, &stop, tell)?;
     println!("{} items stored, {} messages set aside.", totals.stored, totals.strange);

@@ -22,6 +22,9 @@ pub struct Arguments {
     /// Where to: a file, made if there is none, or nats://HOST:PORT
     #[arg(long, value_parser = Place::of)]
     to: Place,
+    /// What the server lets us in by: a file of NATS credentials
+    #[arg(long, value_name = "FILE")]
+    credentials: Option<PathBuf>,
 }
 
 fn named(text: &str) -> Result<Named, String> {
@@ -36,14 +39,14 @@ fn named(text: &str) -> Result<Named, String> {
 
 /// Runs the command until it is told to stop.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let Arguments { plant, bus: buses, to } = arguments;
+    let Arguments { plant, bus: buses, to, credentials } = arguments;
     for (i, bus) in buses.iter().enumerate() {
         if buses[..i].iter().any(|other| other.name == bus.name) {
             bail!("two buses are called {}, expected NAME=BUS with a name for each", bus.name);
         }
     }
     let stop = on_signal()?;
-    let mut keeper = to.open()?;
+    let mut keeper = to.open(credentials.as_deref())?;
     let _locks = match to {
         Place::File(path) => {
             buses.iter().map(|bus| lock(path, plant, &bus.name)).collect::<Result<Vec<_>>>()?

@@ -5,7 +5,7 @@ mod fleet;
 mod gateway;
 mod status;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -75,10 +75,10 @@ impl Place {
         }
     }
 
-    fn open(&self) -> Result<Box<dyn Keeper>> {
+    fn open(&self, credentials: Option<&Path>) -> Result<Box<dyn Keeper>> {
         Ok(match self {
             Self::File(path) => Box::new(Store::open(path)?),
-            Self::Server(address) => Box::new(Stream::open(address)?),
+            Self::Server(address) => Box::new(Stream::open(address, credentials)?),
         })
     }
 }

@@ -133,7 +133,10 @@ impl Keeper for Store {
             };
             let values = rows::values(source, item);
             let places = vec!["?"; values.len()].join(", ");
-            let sql = format!("INSERT OR IGNORE INTO {} VALUES ({places})", item.body.kind().name());
+            let table = item.body.kind().name();
+            let sql = format!(
+                "INSERT INTO {table} VALUES ({places}) ON CONFLICT (source, epoch, sequence) DO NOTHING"
+            );
             let mut statement = transaction.prepare_cached(&sql)?;
             statement.execute(params_from_iter(values)).with_context(|| self.name.clone())?;
         }

@@ -154,6 +154,11 @@ pub struct Nats {
 
 impl Nats {
     pub fn start() -> Option<Self> {
+        Self::start_with("")
+    }
+
+    /// With more settings.
+    pub fn start_with(more: &str) -> Option<Self> {
         let Some(found) = nats_server() else {
             assert!(std::env::var_os("CI").is_none(), "nats-server is missing");
             eprintln!("NOT RUN: NATS, for want of nats-server (Debian: nats-server)");
@@ -164,7 +169,7 @@ impl Nats {
         let port = free.local_addr().unwrap().port();
         let store = folder.path().join("store");
         let settings = format!(
-            "listen: \"127.0.0.1:{port}\"\njetstream {{ store_dir: {:?} }}\n",
+            "listen: \"127.0.0.1:{port}\"\njetstream {{ store_dir: {:?} }}\n{more}",
             store.display().to_string()
         );
         std::fs::write(folder.path().join("nats.conf"), settings).unwrap();
