@@ -11,6 +11,7 @@
 //! | [`gateway`] | buses into a keeper |
 //! | [`collection`] | a stream into a store |
 //! | [`fleet`] | jobs over many machines, their queue and who works on them |
+//! | [`live`] | a page of all monitors, and numbers for Prometheus |
 //! | [`command`] | the command line |
 
 pub mod collection;
@@ -20,6 +21,7 @@ pub mod gateway;
 pub mod hearing;
 pub mod item;
 pub mod keeper;
+pub mod live;
 pub mod numbering;
 pub mod store;
 pub mod stream;

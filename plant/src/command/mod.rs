@@ -1,8 +1,9 @@
-//! The command line: `gateway`, `collect`, `status`; `machine`, `fleet`, `worker`.
+//! The command line: `gateway`, `collect`, `status`; `machine`, `fleet`, `worker`; `serve`.
 
 mod collect;
 mod fleet;
 mod gateway;
+mod serve;
 mod status;
 
 use std::path::{Path, PathBuf};
@@ -38,6 +39,8 @@ enum Command {
     Fleet(fleet::Fleet),
     /// Do what was asked for; any number of these may run
     Worker(fleet::Worker),
+    /// A live page of all monitors, and numbers for Prometheus
+    Serve(serve::Arguments),
 }
 
 /// Runs what the command line asks for.
@@ -52,6 +55,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Machine(arguments) => fleet::machine(&arguments),
         Command::Fleet(arguments) => fleet::fleet(&arguments),
         Command::Worker(arguments) => fleet::work(&arguments),
+        Command::Serve(arguments) => serve::run(&arguments),
     }
 }
 

@@ -12,6 +12,8 @@ use crate::item::{Item, Kind, Source};
 use crate::keeper::Keeper;
 use crate::numbering::Last;
 
+pub use rows::Newest;
+
 /// Each takes a store from the version of its place to the next.
 const MIGRATIONS: [&str; 2] = [include_str!("schema.sql"), include_str!("fleet.sql")];
 /// Says that a file is one of ours.
@@ -57,9 +59,9 @@ impl Store {
     ///
     /// # Errors
     /// If the file cannot be read.
-    pub fn newest(&self) -> Result<Vec<rows::Newest>> {
+    pub fn newest(&self) -> Result<Vec<Newest>> {
         let mut statement = self.connection.prepare("SELECT * FROM newest ORDER BY plant, bus, node")?;
-        let all = statement.query_map([], rows::Newest::of)?;
+        let all = statement.query_map([], Newest::of)?;
         Ok(all.collect::<rusqlite::Result<_>>()?)
     }
 }

@@ -1,0 +1,112 @@
+//! What a person who walks past wants to know of each monitor, the worst first.
+
+use rotor_edge::bus::states::name;
+use rotor_edge::watch::reasons::{Why, why};
+use rotor_edge_core::node::NodeConfig;
+use rotor_edge_core::state::Reason;
+use serde::Serialize;
+
+use crate::store::Newest;
+
+/// Heartbeats missed after which a monitor is silent.
+const QUIET_PERIODS: u64 = 3;
+/// States from the worst to the best; what is not listed stands at the beginning.
+const ORDER: [&str; 10] = [
+    "conflict",
+    "flagged",
+    "silent",
+    "blind",
+    "stale",
+    "suspicious",
+    "no_model",
+    "waiting",
+    "learning",
+    "tracking",
+];
+
+/// One monitor at a glance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Glance {
+    /// Its last word.
+    #[serde(flatten)]
+    pub newest: Newest,
+    /// Its state now: what it said of itself, or `silent` where it says nothing any more.
+    pub state_now: String,
+    /// Why, in words, and what to do about it.
+    pub why: String,
+    /// Since its last sign of life, s; none if there was none, and never below zero.
+    pub age_s: Option<f64>,
+}
+
+/// All of them as they are at a time, the worst first.
+pub fn all(newest: &[Newest], now_us: i64) -> Vec<Glance> {
+    let mut all: Vec<Glance> = newest.iter().map(|one| of(one, now_us)).collect();
+    let place = |glance: &Glance| ORDER.iter().position(|state| *state == glance.state_now);
+    all.sort_by_key(|glance| place(glance).map_or(0, |place| place + 1));
+    all
+}
+
+fn of(newest: &Newest, now_us: i64) -> Glance {
+    let quiet_us = (QUIET_PERIODS * NodeConfig::new(0).heartbeat_period_us) as i64;
+    let age_us = newest.heard_us.map(|heard_us| now_us - heard_us);
+    let is_silent = age_us.is_none_or(|age_us| age_us > quiet_us);
+    let state = newest.state.as_deref().unwrap_or("silent");
+    let reason = Reason::ALL.into_iter().find(|reason| Some(name(reason)) == newest.reason);
+    let Why { what, next } = why(reason.unwrap_or(Reason::None), 0);
+    let why = match (is_silent, reason) {
+        (true, _) => {
+            format!("nothing is heard of it; it was {state}: see its supply, its bus and the gateway")
+        }
+        (false, Some(Reason::None) | None) => String::new(),
+        (false, Some(_)) if next.is_empty() => what,
+        (false, Some(_)) => format!("{what}: {next}"),
+    };
+    let state_now = if is_silent { "silent" } else { state }.into();
+    // commands stand in backticks, which a terminal's readers know
+    let why = why.replace('`', "");
+    Glance { newest: newest.clone(), state_now, why, age_s: age_us.map(|us| us.max(0) as f64 * 1e-6) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(node: u8, state: &str, reason: &str, heard_us: i64) -> Newest {
+        Newest {
+            plant: "north".into(),
+            bus: "hall1".into(),
+            node,
+            heard_us: Some(heard_us),
+            state: Some(state.into()),
+            reason: Some(reason.into()),
+            result_us: None,
+            flagged: None,
+            suspect: None,
+            residual_um: None,
+            ratio: None,
+        }
+    }
+
+    #[test]
+    fn the_worst_stands_first_and_silence_is_no_health() {
+        let now_us = 100_000_000;
+        let newest = [
+            told(1, "tracking", "none", now_us - 1_000_000),
+            told(2, "tracking", "none", now_us - 4_000_000),
+            told(3, "flagged", "rise", now_us),
+            told(4, "blind", "keyphasor", now_us + 1_000_000),
+            Newest { heard_us: None, state: None, ..told(5, "", "none", 0) },
+        ];
+        let seen = all(&newest, now_us);
+        let shown: Vec<(u8, &str)> = seen.iter().map(|g| (g.newest.node, g.state_now.as_str())).collect();
+        assert_eq!(shown, [(3, "flagged"), (2, "silent"), (5, "silent"), (4, "blind"), (1, "tracking")]);
+        assert!(
+            seen[0].why.starts_with("the residual rose above its level: record a run-up"),
+            "{}",
+            seen[0].why
+        );
+        assert!(seen[1].why.contains("it was tracking"));
+        assert_eq!((seen[3].age_s, seen[2].age_s), (Some(0.0), None), "a clock that is ahead");
+        assert_eq!(seen[4].why, "");
+    }
+}
