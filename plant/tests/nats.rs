@@ -52,10 +52,13 @@ fn stored_is_what_was_sent_through_kills_of_server_collector_and_gateway() {
             450 => nats.restart(),
             _ => std::thread::sleep(std::time::Duration::from_millis(1)),
         }
-        if sequence == 600 {
-            // what is acknowledged survives a gateway; what it was about to send does not
+        // a bus keeps 16,384 frames for who reads late, and a busy machine reads late: no more than that between two of these
+        if [150, 350, 600, 850].contains(&sequence) {
             let so_far = (usize::from(sequence) + 1) * NODES.len() * buses.len();
             until("what was sent so far", || rows(&path, "result") == so_far);
+        }
+        if sequence == 600 {
+            // what is acknowledged survives a gateway; what it was about to send would not
             gateways.remove(0).kill();
             gateways.insert(0, gateway(&buses[0], names[0], &nats));
             buses[0].wait_for(2);
