@@ -58,6 +58,8 @@ pub fn run(
         let bus = spec.open_lasting(tell)?;
         joined.push((bus, Hearing::new(plant, name, keeper.last(plant, name)?)));
     }
+    let names: Vec<&str> = buses.iter().map(|bus| bus.name.as_str()).collect();
+    tell(&format!("From {} of {plant} to {}; Ctrl-C ends it.", names.join(", "), keeper.description()));
     let (heard, to_keep) = channel();
     let backlog = &Backlog::default();
     std::thread::scope(|scope| {

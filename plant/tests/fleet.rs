@@ -123,7 +123,7 @@ fn two_workers_answer_what_the_desk_answers_and_the_same_job_twice_is_one() {
     let workers = [(); 2].map(|()| Program::start(&["worker", plant.path(), "--once"]));
     until("three answers", || plant.jobs().iter().filter(|job| job["state"] == "done").count() == 3);
     for mut worker in workers {
-        assert!(worker.0.wait().unwrap().success());
+        assert!(worker.child.wait().unwrap().success());
     }
     let folder = plant.folder.path();
     let expected = desk("track", &folder.join("rotor.toml"), &folder.join("data.csv"));

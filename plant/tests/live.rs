@@ -39,7 +39,7 @@ fn served(path: &Path) -> (Program, String) {
     let mut program = Program::start(&["serve", path.to_str().unwrap(), "--listen", "127.0.0.1:0"]);
     let mut line = String::new();
     // the rest of what it says is nothing
-    BufReader::new(program.0.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+    BufReader::new(program.child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
     let address = line.strip_prefix("http://").and_then(|rest| rest.split('/').next()).expect(&line);
     (program, address.to_string())
 }

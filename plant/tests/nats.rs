@@ -14,7 +14,7 @@ const NODES: [u8; 3] = [1, 2, 9];
 
 fn gateway(bus: &Bus, name: &str, nats: &Nats) -> Program {
     let bus_ = format!("{name}={}", bus.spec());
-    Program::start(&["gateway", "--plant", "north", "--bus", &bus_, "--to", &nats.address()])
+    Program::start(&["gateway", "--plant", "north", "--bus", &bus_, "--to", &nats.address()]).listening()
 }
 
 fn collect(nats: &Nats, path: &Path) -> Program {
@@ -37,7 +37,6 @@ fn stored_is_what_was_sent_through_kills_of_server_collector_and_gateway() {
     let names = ["hall1", "hall.2 >"];
     let mut gateways: Vec<Program> =
         buses.iter().zip(names).map(|(bus, name)| gateway(bus, name, &nats)).collect();
-    buses.iter().for_each(|bus| bus.wait_for(1));
     let mut collector = Some(collect(&nats, &path));
     let all = usize::from(SENT) * NODES.len() * buses.len();
     for sequence in 0..SENT {
@@ -61,7 +60,6 @@ fn stored_is_what_was_sent_through_kills_of_server_collector_and_gateway() {
             // what is acknowledged survives a gateway; what it was about to send would not
             gateways.remove(0).kill();
             gateways.insert(0, gateway(&buses[0], names[0], &nats));
-            buses[0].wait_for(2);
         }
     }
     until("every reading", || rows(&path, "reading") == all);
@@ -97,7 +95,6 @@ fn what_is_no_item_is_set_aside_and_told_and_the_rest_is_stored() {
     let path = folder.path().join("plant.db");
     let mut bus = Bus::start();
     let gateway = gateway(&bus, "hall1", &nats);
-    bus.wait_for(1);
     let mut raw = TcpStream::connect(("127.0.0.1", nats.port)).unwrap();
     raw.write_all(b"CONNECT {\"verbose\":true}\r\nPUB rotor_edge.x 5\r\nhello\r\nPUB rotor_edge.x 13\r\n{\"schema\": 7}\r\n").unwrap();
     let mut answer = Vec::new();
@@ -134,8 +131,7 @@ fn a_server_that_wants_a_password_is_told_from_one_that_is_not_there_and_the_pas
     let said = refusal(&["gateway", "--bus", &spec, "--to", &nats.address(), "--credentials", "none.creds"]);
     assert!(said.contains("none.creds: no file of credentials"), "{said}");
     let right = format!("nats://gateway:s3cret@127.0.0.1:{}", nats.port);
-    let gateway = Program::start(&["gateway", "--bus", &spec, "--to", &right]);
-    bus.wait_for(1);
+    let gateway = Program::start(&["gateway", "--bus", &spec, "--to", &right]).listening();
     let (code, _, err) = gateway.end();
     assert_eq!((code, err.contains("s3cret")), (Some(0), false), "{err}");
 }

@@ -53,8 +53,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
         Place::Server(_) => Vec::new(),
     };
-    let names: Vec<&str> = buses.iter().map(|bus| bus.name.as_str()).collect();
-    tell(&format!("From {} of {plant} to {}; Ctrl-C ends it.", names.join(", "), keeper.description()));
     let totals = listen(plant, buses, &mut *keeper, &stop, tell)?;
     println!("{} items kept.", totals.kept);
     match totals.lost {

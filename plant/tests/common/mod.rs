@@ -2,9 +2,9 @@
 
 #![allow(dead_code, reason = "each test uses a part")]
 
-use std::io::Read as _;
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, ChildStderr, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use nix::sys::signal::{Signal, kill};
@@ -43,11 +43,6 @@ impl Bus {
 
     pub fn spec(&self) -> String {
         format!("socketcand:127.0.0.1:{}/vcan0", self.server.socketcand_port)
-    }
-
-    /// Waits until so many have joined beside the sender.
-    pub fn wait_for(&self, clients: u64) {
-        until("a client", || self.server.counts().clients > clients);
     }
 
     /// A reading of a monitor and its result.
@@ -93,35 +88,55 @@ pub fn result(node: u8, sequence: u16) -> MonitorResult {
 }
 
 /// The program while it runs.
-pub struct Program(pub Child);
+pub struct Program {
+    pub child: Child,
+    errors: BufReader<ChildStderr>,
+}
 
 impl Program {
     pub fn start(arguments: &[&str]) -> Self {
         let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge-plant"));
-        program.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        Self(program.spawn().unwrap())
+        program.args(arguments);
+        Self::of(program)
+    }
+
+    pub fn of(mut command: Command) -> Self {
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let errors = BufReader::new(child.stderr.take().unwrap());
+        Self { child, errors }
+    }
+
+    /// When it has said that it listens: what is sent from now on is heard.
+    pub fn listening(mut self) -> Self {
+        let mut line = String::new();
+        while !line.contains("Ctrl-C ends it") {
+            line.clear();
+            assert!(self.errors.read_line(&mut line).unwrap() > 0, "it ended");
+        }
+        self
     }
 
     pub fn kill(mut self) {
-        self.0.kill().unwrap();
-        self.0.wait().unwrap();
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
     }
 
-    /// Ends it as a person would: exit code, standard output and standard error.
+    /// Ends it as a person would: exit code, standard output and what else it said on standard error.
     pub fn end(mut self) -> (Option<i32>, String, String) {
-        kill(Pid::from_raw(self.0.id() as i32), Signal::SIGTERM).unwrap();
+        kill(Pid::from_raw(self.child.id() as i32), Signal::SIGTERM).unwrap();
         let [mut out, mut err] = [String::new(), String::new()];
-        self.0.stdout.take().unwrap().read_to_string(&mut out).unwrap();
-        self.0.stderr.take().unwrap().read_to_string(&mut err).unwrap();
-        (self.0.wait().unwrap().code(), out, err)
+        self.child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
+        self.errors.read_to_string(&mut err).unwrap();
+        (self.child.wait().unwrap().code(), out, err)
     }
 }
 
 impl Drop for Program {
     fn drop(&mut self) {
         // a test that failed leaves nothing behind
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 
