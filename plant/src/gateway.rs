@@ -17,7 +17,7 @@ use crate::keeper::Keeper;
 const TOGETHER: Duration = Duration::from_millis(200);
 /// and at most so many at once.
 const MOST_TOGETHER: usize = 2_000;
-/// Items that wait in memory while the keeper takes none: some 100 MB, a minute of 300 monitors and a quarter.
+/// Items that wait in memory while the keeper takes none: some 100 MB, seven minutes of a bus with 30 monitors.
 const MOST_WAITING: usize = 250_000;
 /// Wait before the keeper is asked again.
 const AGAIN: Duration = Duration::from_secs(1);
