@@ -31,7 +31,7 @@ use tokio::net::TcpListener;
 use tokio::runtime::Builder;
 use tokio::sync::watch;
 
-use crate::store::Store;
+use crate::store::{Newest, Store};
 use glance::Glance;
 
 /// Between two looks into the store: half of what a reader may wait.
@@ -52,7 +52,9 @@ pub fn serve(
     stop: &AtomicBool,
     opened: impl FnOnce(SocketAddr),
 ) -> Result<()> {
-    let (tell, seen) = watch::channel(Arc::new(look(&mut Store::open(&store)?)?));
+    let store = Store::open(&store)?;
+    let mut newest = store.newest()?;
+    let (tell, seen) = watch::channel(Arc::new(at_present(&newest)));
     let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
     let listener = runtime
         .block_on(TcpListener::bind(address))
@@ -67,21 +69,21 @@ pub fn serve(
         .route("/metrics", get(numbers))
         .with_state(seen);
     runtime.spawn(async move { axum::serve(listener, routes).await });
-    let mut store = Store::open(&store)?;
     while !stop.load(Ordering::Relaxed) {
         std::thread::sleep(LOOK);
-        // a store that is busy for once is looked into a second later; ages tell how old the page is
-        if let Ok(all) = look(&mut store) {
-            tell.send_replace(Arc::new(all));
+        // while a store cannot be read, what was told last grows old, and everybody falls silent
+        if let Ok(now) = store.newest() {
+            newest = now;
         }
+        tell.send_replace(Arc::new(at_present(&newest)));
     }
     // whoever still listens is not waited for
     runtime.shutdown_background();
     Ok(())
 }
 
-fn look(store: &mut Store) -> Result<Vec<Glance>> {
-    Ok(glance::all(&store.newest()?, Timestamp::now().as_microsecond()))
+fn at_present(newest: &[Newest]) -> Vec<Glance> {
+    glance::all(newest, Timestamp::now().as_microsecond())
 }
 
 async fn whole_page(State(seen): State<Seen>) -> impl IntoResponse {
