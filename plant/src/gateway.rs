@@ -217,6 +217,10 @@ mod tests {
     }
 
     impl Keeper for Moody {
+        fn claim(&mut self, _: &str, _: &str) -> Result<()> {
+            Ok(())
+        }
+
         fn last(&mut self, _: &str, _: &str) -> Result<Vec<(u8, Kind, Last)>> {
             Ok(Vec::new())
         }

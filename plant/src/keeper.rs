@@ -7,6 +7,12 @@ use crate::numbering::Last;
 
 /// Keeps items for good.
 pub trait Keeper: Send {
+    /// Has a bus for this gateway alone, as long as this lives: two that call a bus alike would number its items twice.
+    ///
+    /// # Errors
+    /// One sentence if another gateway keeps it.
+    fn claim(&mut self, plant: &str, bus: &str) -> Result<()>;
+
     /// The last number that is kept of each monitor of a plant's bus, by kind.
     ///
     /// # Errors
@@ -21,4 +27,9 @@ pub trait Keeper: Send {
 
     /// What it is, for messages.
     fn description(&self) -> String;
+}
+
+/// What a second gateway for a bus is told.
+pub fn is_kept(place: &str, plant: &str, bus: &str) -> String {
+    format!("another gateway keeps bus {bus} of {plant} in {place}; end it, or give one of them another name")
 }

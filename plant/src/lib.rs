@@ -7,6 +7,7 @@
 //! | [`hearing`] | frames of a bus, put together into items |
 //! | [`keeper`] | what keeps items: they are durable when it returns |
 //! | [`store`] | an SQLite file with its schema |
+//! | [`database`] | a PostgreSQL database with the same schema |
 //! | [`stream`] | a stream of NATS JetStream |
 //! | [`gateway`] | buses into a keeper |
 //! | [`collection`] | a stream into a store |
@@ -16,6 +17,7 @@
 
 pub mod collection;
 pub mod command;
+pub mod database;
 pub mod fleet;
 pub mod gateway;
 pub mod hearing;

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use common::{Bus, Program, reading, refusal, result, run, until};
 use rotor_edge_plant::item::Kind;
-use rotor_edge_plant::store::Store;
+use rotor_edge_plant::store::{Store, VERSION};
 use rusqlite::Connection;
 
 const NODE: u8 = 7;
@@ -141,7 +141,8 @@ fn what_is_no_store_or_a_newer_one_is_refused_and_left_as_it_is() {
     Connection::open(&newer).unwrap().pragma_update(None, "user_version", 99).unwrap();
     let said = refusal(&["gateway", "--bus", &spec, "--to", &to(&newer)]);
     assert!(
-        said.contains("newer.db") && said.contains("its version is 99 and this program knows 2"),
+        said.contains("newer.db")
+            && said.contains(&format!("its version is 99 and this program knows {VERSION};")),
         "{said}"
     );
     let other = folder.path().join("other.db");
@@ -180,8 +181,8 @@ fn a_store_of_the_first_version_is_brought_up_to_date_with_all_that_is_in_it() {
     let now = Connection::open(&path).unwrap();
     let kept: u8 = now.query_row("SELECT node FROM source", [], |row| row.get(0)).unwrap();
     let jobs: u32 = now.query_row("SELECT count(*) FROM job", [], |row| row.get(0)).unwrap();
-    let version: u32 = now.pragma_query_value(None, "user_version", |row| row.get(0)).unwrap();
-    assert_eq!((kept, jobs, version), (3, 0, 2));
+    let version: i32 = now.pragma_query_value(None, "user_version", |row| row.get(0)).unwrap();
+    assert_eq!((kept, jobs, version), (3, 0, VERSION));
 }
 
 #[test]

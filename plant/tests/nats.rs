@@ -7,7 +7,8 @@ use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::Path;
 
-use common::{Bus, Nats, Program, refusal, until};
+use common::nats::Nats;
+use common::{Bus, Program, refusal, until};
 use rusqlite::Connection;
 
 const NODES: [u8; 3] = [1, 2, 9];
@@ -96,7 +97,7 @@ fn what_is_no_item_is_set_aside_and_told_and_the_rest_is_stored() {
     let mut bus = Bus::start();
     let gateway = gateway(&bus, "hall1", &nats);
     let mut raw = TcpStream::connect(("127.0.0.1", nats.port)).unwrap();
-    raw.write_all(b"CONNECT {\"verbose\":true}\r\nPUB rotor_edge.x 5\r\nhello\r\nPUB rotor_edge.x 13\r\n{\"schema\": 7}\r\n").unwrap();
+    raw.write_all(b"CONNECT {\"verbose\":true}\r\nPUB rotor_edge.north.hall1.x 5\r\nhello\r\nPUB rotor_edge.north.hall1.x 13\r\n{\"schema\": 7}\r\n").unwrap();
     let mut answer = Vec::new();
     while !answer.ends_with(b"+OK\r\n+OK\r\n+OK\r\n") {
         let mut some = [0; 256];
@@ -115,12 +116,16 @@ fn what_is_no_item_is_set_aside_and_told_and_the_rest_is_stored() {
     assert_eq!(gateway.end().0, Some(0));
     let (from, store) = (nats.address(), path.display().to_string());
     assert!(refusal(&["collect", "--from", &store, "--store", &store]).contains("expected nats://"));
-    assert!(refusal(&["collect", "--from", &from, "--store", &from]).contains("expected a file"));
+    assert!(
+        refusal(&["collect", "--from", &from, "--store", &from]).contains("expected a file or postgres://")
+    );
 }
 
 #[test]
 fn a_server_that_wants_a_password_is_told_from_one_that_is_not_there_and_the_password_is_not_shown() {
-    let Some(nats) = Nats::start_with("authorization { user: gateway, password: s3cret }\n") else { return };
+    let Some(nats) = Nats::start_with("authorization { user: gateway, password: s3cret }\n", "") else {
+        return;
+    };
     let bus = Bus::start();
     let spec = bus.spec();
     let said = refusal(&["gateway", "--bus", &spec, "--to", &nats.address()]);

@@ -1,4 +1,4 @@
-//! `collect`: a stream into a file.
+//! `collect`: a stream into a file or a database.
 
 use std::path::PathBuf;
 
@@ -15,12 +15,15 @@ pub struct Arguments {
     /// The server, nats://HOST:PORT
     #[arg(long, value_parser = Place::of)]
     from: Place,
-    /// The file, made if there is none
+    /// The file, made if there is none, or postgres://NAME@HOST/DATABASE
     #[arg(long, value_parser = Place::of)]
     store: Place,
     /// Name of this collection on the server: each gets every item once
     #[arg(long, default_value = "store")]
     name: String,
+    /// A leaf node of the server, by its JetStream domain, several times if need be: what its gateways published is fetched [default: what is published to the server itself]
+    #[arg(long, value_name = "DOMAIN")]
+    leaf: Vec<String>,
     /// What the server lets us in by: a file of NATS credentials
     #[arg(long, value_name = "FILE")]
     credentials: Option<PathBuf>,
@@ -29,10 +32,12 @@ pub struct Arguments {
 /// Runs the command until it is told to stop.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let Place::Server(address) = &arguments.from else { bail!("--from: expected nats://HOST:PORT") };
-    let Place::File(_) = &arguments.store else { bail!("--store: expected a file") };
+    if matches!(arguments.store, Place::Server(_)) {
+        bail!("--store: expected a file or postgres://NAME@HOST/DATABASE");
+    }
     let stop = on_signal()?;
     let mut store = arguments.store.open(None)?;
-    let stream = Stream::open(address, arguments.credentials.as_deref())?;
+    let stream = Stream::open(address, arguments.credentials.as_deref(), &arguments.leaf)?;
     tell(&format!("From {} to {}; Ctrl-C ends it.", stream.description(), store.description()));
     let totals = collect(&stream, &arguments.name, &mut *store, &stop, tell)?;
     println!("{} items stored, {} messages set aside.", totals.stored, totals.strange);

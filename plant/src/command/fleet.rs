@@ -1,4 +1,4 @@
-//! `machine`, `fleet` and `worker`: commands over many machines.
+//! `machine` and `fleet`: commands over many machines.
 
 use std::path::{Path, PathBuf};
 
@@ -7,12 +7,17 @@ use clap::{Args, Subcommand};
 use jiff::Timestamp;
 use serde_json::{Value, json};
 
-use super::{on_signal, tell};
-use crate::fleet::machines::{chosen, path_of, state};
-use crate::fleet::queue::{Command, Listed, ask, cancel, list};
+use super::{Place, on_signal, opened, tell};
+use crate::fleet::machines::{Machine as StatedMachine, chosen, path_of, state};
+use crate::fleet::queue::{Listed, ask, cancel, list};
 use crate::fleet::record::whole;
-use crate::fleet::worker::{self, short};
-use crate::store::Store;
+use crate::fleet::server as jobs;
+use crate::fleet::summary::{self, Change, better, in_a_word};
+use crate::fleet::task::Command;
+use crate::fleet::worker::{now_us, short};
+use crate::stream::server::Server;
+
+const US_A_DAY: f64 = 86_400e6;
 
 #[derive(Debug, Args)]
 pub struct Machine {
@@ -33,11 +38,57 @@ pub struct Fleet {
 #[derive(Debug, Subcommand)]
 enum Action {
     /// Ask for the unbalance of each machine from day to day
-    Track(Asked),
+    Track {
+        #[command(flatten)]
+        asked: Asked,
+        /// How `rotor-edge track` follows the record
+        #[arg(long, default_value = "adaptive", value_parser = ["fixed", "adaptive", "bayes", "joint"])]
+        method: String,
+    },
+    /// Ask where the unbalance of each machine is going
+    Forecast {
+        #[command(flatten)]
+        asked: Asked,
+        /// Static unbalance at which something has to be done, g·mm
+        #[arg(long)]
+        limit: Option<f64>,
+    },
     /// Ask which physical effect is missing in each model
     Diagnose(Asked),
     /// Ask for a better model of each machine
     Improve(Asked),
+    /// Send the better models that `improve` found to their monitors
+    Deploy {
+        /// The file
+        store: PathBuf,
+        /// PLANT, PLANT/BUS or PLANT/BUS/NODE, several times if need be [default: every machine with a better model]
+        only: Vec<String>,
+        /// Try each for so many seconds and keep it only if its residual is no worse
+        #[arg(long, value_name = "SECONDS")]
+        trial: Option<f64>,
+    },
+    /// Which machines changed, what is missing in each model, which models to deploy
+    Summary {
+        /// The file
+        store: PathBuf,
+        /// Days up to now that are looked at
+        #[arg(long, default_value_t = 7.0)]
+        days: f64,
+        /// Print one JSON object instead of text
+        #[arg(long)]
+        json: bool,
+    },
+    /// Share the jobs of this file with the workers of a server, and bring their answers home
+    Share {
+        /// The file
+        store: PathBuf,
+        /// The server, nats://HOST:PORT
+        #[arg(long = "with", value_parser = Place::of)]
+        server: Place,
+        /// What the server lets us in by: a file of NATS credentials
+        #[arg(long, value_name = "FILE")]
+        credentials: Option<PathBuf>,
+    },
     /// What became of the jobs
     Status {
         /// The file
@@ -70,23 +121,6 @@ struct Asked {
     to: Option<Timestamp>,
 }
 
-#[derive(Debug, Args)]
-pub struct Worker {
-    /// The file
-    store: PathBuf,
-    /// End when nothing is left to do
-    #[arg(long)]
-    once: bool,
-}
-
-/// A store that is there.
-fn opened(store: &Path) -> Result<Store> {
-    if !store.is_file() {
-        bail!("{}: is not there; a gateway or a collection makes it", store.display());
-    }
-    Store::open(store)
-}
-
 /// States a machine.
 pub fn machine(arguments: &Machine) -> Result<()> {
     let Machine { store, monitor, rotor } = arguments;
@@ -104,12 +138,18 @@ pub fn machine(arguments: &Machine) -> Result<()> {
 /// Asks, lists or cancels.
 pub fn fleet(arguments: &Fleet) -> Result<()> {
     match &arguments.action {
-        Action::Track(asked) => enqueue(Command::Track, asked),
-        Action::Diagnose(asked) => enqueue(Command::Diagnose, asked),
-        Action::Improve(asked) => enqueue(Command::Improve, asked),
+        Action::Track { asked, method } => enqueue(Command::Track, Some(method), asked),
+        Action::Forecast { asked, limit } => {
+            enqueue(Command::Forecast, limit.map(|limit| limit.to_string()).as_deref(), asked)
+        }
+        Action::Diagnose(asked) => enqueue(Command::Diagnose, None, asked),
+        Action::Improve(asked) => enqueue(Command::Improve, None, asked),
+        Action::Deploy { store, only, trial } => deploy(store, only, *trial),
+        Action::Summary { store, days, json } => summarize(store, *days, *json),
+        Action::Share { store, server, credentials } => share(store, server, credentials.as_deref()),
         Action::Status { store, json } => status(&list(opened(store)?.connection())?, *json),
         Action::Cancel { store, job } => {
-            match cancel(opened(store)?.connection(), job, Timestamp::now().as_microsecond())? {
+            match cancel(opened(store)?.connection(), job, now_us())? {
                 0 => bail!("{}: no job {job} waits or runs", store.display()),
                 jobs => println!("{jobs} cancelled."),
             }
@@ -118,21 +158,109 @@ pub fn fleet(arguments: &Fleet) -> Result<()> {
     }
 }
 
-fn enqueue(command: Command, asked: &Asked) -> Result<()> {
+fn enqueue(command: Command, option: Option<&str>, asked: &Asked) -> Result<()> {
     let mut store = opened(&asked.store)?;
     let (mut new, mut old) = (0, 0);
     for machine in chosen(&mut store, &asked.only)? {
         let (first, last) = whole(&mut store, machine.id).with_context(|| path_of(&machine.source))?;
         let from_us = asked.from.map_or(first, Timestamp::as_microsecond);
         let to_us = asked.to.map_or(last, Timestamp::as_microsecond);
-        let now_us = Timestamp::now().as_microsecond();
-        match ask(store.connection(), &machine, command, (from_us, to_us), now_us)? {
+        match ask(store.connection(), &machine, (command, option), (from_us, to_us), now_us())? {
             true => new += 1,
             false => old += 1,
         }
     }
     let there = if old > 0 { format!(", {old} were asked for before") } else { String::new() };
     println!("{new} new jobs{there}.\nNext: rotor-edge-plant worker {} --once", asked.store.display());
+    Ok(())
+}
+
+/// Asks for the deployment of each better model; a machine that was named and has none is an error, and then nothing is asked.
+fn deploy(path: &Path, only: &[String], trial_s: Option<f64>) -> Result<()> {
+    let mut store = opened(path)?;
+    let mut to_deploy = Vec::new();
+    for machine in chosen(&mut store, only)? {
+        match better(store.connection(), &machine)? {
+            Some(found) if found.verdict == "adequate" => {
+                to_deploy.push(StatedMachine { rotor: found.model, ..machine });
+            }
+            Some(found) if !only.is_empty() => {
+                bail!(
+                    "{}: the better model is not adequate yet but {}",
+                    path_of(&machine.source),
+                    found.verdict
+                )
+            }
+            None if !only.is_empty() => {
+                bail!(
+                    "{}: no better model of it was found; fleet improve looks for one",
+                    path_of(&machine.source)
+                )
+            }
+            _ => {}
+        }
+    }
+    let (mut new, now_us) = (0, now_us());
+    let option = trial_s.map(|seconds| seconds.to_string());
+    for machine in &to_deploy {
+        // each time anew: what was deployed before may have been replaced since
+        new += usize::from(ask(
+            store.connection(),
+            machine,
+            (Command::Deploy, option.as_deref()),
+            (now_us, now_us),
+            now_us,
+        )?);
+    }
+    println!(
+        "{new} models to deploy.\nNext, where the bus and the keys are: rotor-edge-plant worker {} --plant PLANT --bus NAME=BUS --keys FOLDER --once",
+        path.display()
+    );
+    Ok(())
+}
+
+fn summarize(path: &Path, days: f64, as_json: bool) -> Result<()> {
+    let from_us = now_us() - (days * US_A_DAY) as i64;
+    let lines = summary::all(opened(path)?.connection(), from_us)?;
+    if as_json {
+        println!("{}", serde_json::to_string_pretty(&json!({ "days": days, "machines": lines }))?);
+        return Ok(());
+    }
+    for (change, title) in
+        [(Change::Changed, "changed"), (Change::CannotTell, "cannot be told"), (Change::NoFlag, "no flag")]
+    {
+        let of_change: Vec<_> = lines.iter().filter(|line| line.change == change).collect();
+        if !of_change.is_empty() {
+            println!("{}, {} of {} monitors in {days} days:", title, of_change.len(), lines.len());
+            for line in of_change {
+                println!(
+                    "  {:<24} {}\n  {:<24} missing: {}",
+                    path_of(&line.source),
+                    line.why,
+                    "",
+                    line.missing
+                );
+            }
+            println!();
+        }
+    }
+    match lines.iter().filter(|line| line.is_to_deploy).count() {
+        0 => println!("No better model waits to be deployed."),
+        better => {
+            println!("{better} better models wait.\nNext: rotor-edge-plant fleet deploy {}", path.display())
+        }
+    }
+    Ok(())
+}
+
+fn share(path: &Path, server: &Place, credentials: Option<&Path>) -> Result<()> {
+    let Place::Server(address) = server else { bail!("--with: expected nats://HOST:PORT") };
+    let stop = on_signal()?;
+    drop(opened(path)?);
+    let server = Server::connect(address, credentials)?;
+    tell(&format!("Jobs of {} are shared at {}; Ctrl-C ends it.", path.display(), server.name));
+    let ended = jobs::share(&server, path, &stop, tell)?;
+    println!("{ended} jobs ended.\nNext: rotor-edge-plant fleet status {}", path.display());
     Ok(())
 }
 
@@ -162,46 +290,12 @@ fn status(jobs: &[Listed], as_json: bool) -> Result<()> {
     for job in jobs {
         let time = job.seconds.map_or("–".into(), |s| format!("{s:.1} s"));
         let (id, command, monitor) = (short(&job.id), &job.command, path_of(&job.source));
-        println!("{id:<11} {command:<9} {monitor:<24} {:<10} {time:>8}  {}", job.state, in_a_word(job));
+        println!("{id:<11} {command:<9} {monitor:<24} {:<10} {time:>8}  {}", job.state, told(job));
     }
     Ok(())
 }
 
-/// What a person wants to know of an answer first.
-fn in_a_word(job: &Listed) -> String {
-    let text = job.answer.as_deref().unwrap_or_default();
-    let Ok(answer) = serde_json::from_str::<Value>(text) else { return text.into() };
-    let verdict = answer["verdict"].as_str();
-    match job.command.as_str() {
-        "track" => {
-            let number = |key: &str| answer[key].as_array().map_or(0, Vec::len);
-            format!("{} days, {} flags", number("estimates"), number("flags"))
-        }
-        "improve" => {
-            let added: Vec<&str> = answer["steps"]
-                .as_array()
-                .into_iter()
-                .flatten()
-                .filter_map(|s| s["effect"].as_str())
-                .collect();
-            format!(
-                "{}; added: {}",
-                verdict.unwrap_or("–"),
-                if added.is_empty() { "nothing".into() } else { added.join(", ") }
-            )
-        }
-        _ => match answer["candidates"][0]["effect"].as_str() {
-            Some(effect) if verdict == Some("missing") => format!("missing: {effect}"),
-            _ => verdict.unwrap_or("–").into(),
-        },
-    }
-}
-
-/// Works on jobs.
-pub fn work(arguments: &Worker) -> Result<()> {
-    let stop = on_signal()?;
-    drop(opened(&arguments.store)?);
-    let ended = worker::run(&arguments.store, arguments.once, &stop, tell)?;
-    println!("{ended} jobs ended.\nNext: rotor-edge-plant fleet status {}", arguments.store.display());
-    Ok(())
+fn told(job: &Listed) -> String {
+    let answer = job.answer.as_deref().unwrap_or_default();
+    Command::of(&job.command).map_or_else(|| answer.into(), |command| in_a_word(command, answer))
 }

@@ -5,14 +5,18 @@ mod fleet;
 mod gateway;
 mod serve;
 mod status;
+mod worker;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::{Parser, Subcommand};
+use rotor_edge::bus::BusSpec;
 
+use crate::database::Database;
+use crate::gateway::Named;
 use crate::keeper::Keeper;
 use crate::store::Store;
 use crate::stream::Stream;
@@ -27,9 +31,9 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// From CAN buses to a file or a NATS server: readings, results, states and heartbeats
+    /// From CAN buses to a file, a database or a NATS server: readings, results, states and heartbeats
     Gateway(gateway::Arguments),
-    /// From a NATS server to a file
+    /// From a NATS server to a file or a database
     Collect(collect::Arguments),
     /// The last word of every monitor in a file
     Status(status::Arguments),
@@ -38,7 +42,7 @@ enum Command {
     /// Ask for a command of the desk over many machines, and see what became of it
     Fleet(fleet::Fleet),
     /// Do what was asked for; any number of these may run
-    Worker(fleet::Worker),
+    Worker(worker::Arguments),
     /// A live page of all monitors, and numbers for Prometheus
     Serve(serve::Arguments),
 }
@@ -54,7 +58,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Status(arguments) => status::run(&arguments),
         Command::Machine(arguments) => fleet::machine(&arguments),
         Command::Fleet(arguments) => fleet::fleet(&arguments),
-        Command::Worker(arguments) => fleet::work(&arguments),
+        Command::Worker(arguments) => worker::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),
     }
 }
@@ -64,6 +68,7 @@ pub fn run(cli: Cli) -> Result<()> {
 enum Place {
     File(PathBuf),
     Server(String),
+    Database(String),
 }
 
 impl Place {
@@ -71,10 +76,11 @@ impl Place {
     fn of(text: &str) -> Result<Self, String> {
         match text.split_once(':') {
             Some(("nats" | "tls" | "ws" | "wss", _)) => Ok(Self::Server(text.into())),
+            Some(("postgres" | "postgresql", _)) => Ok(Self::Database(text.into())),
             Some(("sqlite", path)) => Ok(Self::File(path.into())),
-            Some((scheme, rest)) if rest.starts_with("//") => {
-                Err(format!("{scheme} is no place that is known, expected nats://HOST:PORT or a file"))
-            }
+            Some((scheme, rest)) if rest.starts_with("//") => Err(format!(
+                "{scheme} is no place that is known, expected nats://HOST:PORT, postgres://NAME@HOST/DATABASE or a file"
+            )),
             _ => Ok(Self::File(text.into())),
         }
     }
@@ -82,9 +88,29 @@ impl Place {
     fn open(&self, credentials: Option<&Path>) -> Result<Box<dyn Keeper>> {
         Ok(match self {
             Self::File(path) => Box::new(Store::open(path)?),
-            Self::Server(address) => Box::new(Stream::open(address, credentials)?),
+            Self::Database(address) => Box::new(Database::open(address)?),
+            Self::Server(address) => Box::new(Stream::open(address, credentials, &[])?),
         })
     }
+}
+
+/// A bus with its name in the plant.
+fn named(text: &str) -> Result<Named, String> {
+    let (name, spec) = match text.split_once('=') {
+        // a bit rate has an equals sign too
+        Some((name, spec)) if !name.contains(':') => (name, spec),
+        _ => (text, text),
+    };
+    let spec: BusSpec = spec.parse().map_err(|error: anyhow::Error| format!("{error:#}"))?;
+    Ok(Named { name: name.into(), spec })
+}
+
+/// A store that is there.
+fn opened(store: &Path) -> Result<Store> {
+    if !store.is_file() {
+        bail!("{}: is not there; a gateway or a collection makes it", store.display());
+    }
+    Store::open(store)
 }
 
 /// Rises with Ctrl-C or SIGTERM.

@@ -70,7 +70,8 @@ pub fn chosen(store: &mut Store, choices: &[String]) -> Result<Vec<Machine>> {
     Ok(all)
 }
 
-fn sources(connection: &Connection) -> Result<Vec<(i64, Source)>> {
+/// Every monitor that was heard, with its number in the store.
+pub(super) fn sources(connection: &Connection) -> Result<Vec<(i64, Source)>> {
     let mut statement =
         connection.prepare("SELECT id, plant, bus, node FROM source ORDER BY plant, bus, node")?;
     let row = |row: &rusqlite::Row| {

@@ -2,11 +2,12 @@
 //! lease runs out and the job goes to another. An answer counts only while the lease does, so each job has one.
 
 use anyhow::Result;
-use rusqlite::{Connection, OptionalExtension as _, TransactionBehavior};
+use rusqlite::{Connection, TransactionBehavior};
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
 use super::machines::Machine;
+use super::task::{Command, Ended, Hands, squeezed};
 use crate::item::Source;
 
 /// How long a worker may be silent, µs.
@@ -14,54 +15,23 @@ pub const LEASE_US: i64 = 9_000_000;
 /// A job that was begun so often and never ended is set aside.
 pub const MOST_TRIES: u32 = 3;
 
-/// A command of the desk that a fleet is run through.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Command {
-    /// The unbalance over the days of the period.
-    Track,
-    /// Which physical effect is missing.
-    Diagnose,
-    /// Add effects until the model is adequate.
-    Improve,
-}
-
-impl Command {
-    /// As the command line calls it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Track => "track",
-            Self::Diagnose => "diagnose",
-            Self::Improve => "improve",
-        }
-    }
-
-    fn of(name: &str) -> Option<Self> {
-        [Self::Track, Self::Diagnose, Self::Improve].into_iter().find(|command| command.name() == name)
-    }
-}
-
-/// What there is to do.
+/// A job as the store has it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Job {
     /// Made of everything else and of the version of the program.
     pub id: String,
     /// The command.
     pub command: Command,
+    /// What is said to it, as [`Task::option`](super::task::Task::option).
+    pub option: Option<String>,
     /// Number of the monitor's source in the store.
-    pub source: i64,
+    pub source_id: i64,
+    /// The monitor.
+    pub source: Source,
     /// First and last moment of the readings, µs since 1970.
     pub period_us: (i64, i64),
     /// The drawing.
     pub rotor: String,
-}
-
-/// What became of a job.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Ended {
-    /// It has an answer, a JSON object, and perhaps a better drawing.
-    Done(String, Option<String>),
-    /// It cannot be done, for a reason in one sentence.
-    Failed(String),
 }
 
 /// A job as `fleet status` lists it.
@@ -93,7 +63,7 @@ pub struct Listed {
 pub fn ask(
     connection: &Connection,
     machine: &Machine,
-    command: Command,
+    (command, option): (Command, Option<&str>),
     period_us: (i64, i64),
     now_us: i64,
 ) -> Result<bool> {
@@ -105,43 +75,64 @@ pub fn ask(
         period_us.1.to_string(),
         version.to_string(),
         machine.rotor.clone(),
+        option.unwrap_or_default().into(),
     ];
     let id: String = Sha256::digest(parts.join("\0")).iter().map(|byte| format!("{byte:02x}")).collect();
-    let sql = "INSERT OR IGNORE INTO job (id, command, source, from_us, to_us, rotor, version, state, asked_us) \
-               VALUES (?, ?, ?, ?, ?, ?, ?, 'waiting', ?)";
-    let row = (id, command.name(), machine.id, period_us.0, period_us.1, &machine.rotor, version, now_us);
+    let sql = "INSERT OR IGNORE INTO job (id, command, source, from_us, to_us, rotor, version, state, asked_us, option) \
+               VALUES (?, ?, ?, ?, ?, ?, ?, 'waiting', ?, ?)";
+    let row =
+        (id, command.name(), machine.id, period_us.0, period_us.1, &machine.rotor, version, now_us, option);
     Ok(connection.execute(sql, row)? > 0)
 }
 
-/// Takes the job that waits longest, or whose worker is silent. One that was begun too often is set aside first: it may be
-/// what kills workers.
+/// Of a row of `job j JOIN source s`.
+pub(super) const COLUMNS: &str =
+    "j.id, j.command, j.option, j.source, j.from_us, j.to_us, j.rotor, s.plant, s.bus, s.node";
+
+pub(super) fn job(row: &rusqlite::Row) -> rusqlite::Result<Job> {
+    let name: String = row.get(1)?;
+    Ok(Job {
+        id: row.get(0)?,
+        command: Command::of(&name).ok_or(rusqlite::Error::InvalidQuery)?,
+        option: row.get(2)?,
+        source_id: row.get(3)?,
+        period_us: (row.get(4)?, row.get(5)?),
+        rotor: row.get(6)?,
+        source: Source { plant: row.get(7)?, bus: row.get(8)?, node: row.get(9)? },
+    })
+}
+
+/// Takes the job for these hands that waits longest, or whose worker is silent. One that was begun too often is set aside
+/// first: it may be what kills workers.
 ///
 /// # Errors
 /// If the store cannot be read or takes nothing.
-pub fn take(connection: &mut Connection, worker: &str, now_us: i64) -> Result<Option<Job>> {
+pub fn take(connection: &mut Connection, worker: &str, hands: &Hands, now_us: i64) -> Result<Option<Job>> {
     let step = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
     step.execute(
         "UPDATE job SET state = 'aside', ended_us = ?1, answer = 'it was begun ' || tries || ' times and never ended' \
          WHERE state = 'running' AND lease_us < ?1 AND tries >= ?2",
         (now_us, MOST_TRIES),
     )?;
-    let sql = "SELECT id, command, source, from_us, to_us, rotor FROM job \
-               WHERE state = 'waiting' OR (state = 'running' AND lease_us < ?) ORDER BY asked_us, id LIMIT 1";
-    let row = |row: &rusqlite::Row| {
-        let name: String = row.get(1)?;
-        let command = Command::of(&name).ok_or(rusqlite::Error::InvalidQuery)?;
-        let period_us = (row.get(3)?, row.get(4)?);
-        Ok(Job { id: row.get(0)?, command, source: row.get(2)?, period_us, rotor: row.get(5)? })
+    let sql = format!(
+        "SELECT {COLUMNS} FROM job j JOIN source s ON s.id = j.source \
+         WHERE j.state = 'waiting' OR (j.state = 'running' AND j.lease_us < ?) ORDER BY j.asked_us, j.id"
+    );
+    let taken = {
+        let mut statement = step.prepare(&sql)?;
+        let mut all = statement.query_map([now_us], job)?;
+        let is_for_us =
+            |job: &rusqlite::Result<Job>| job.as_ref().is_ok_and(|job| hands.takes(job.command, &job.source));
+        all.find(is_for_us).transpose()?
     };
-    let job = step.query_row(sql, [now_us], row).optional()?;
-    if let Some(job) = &job {
+    if let Some(job) = &taken {
         step.execute(
             "UPDATE job SET state = 'running', tries = tries + 1, worker = ?, lease_us = ?, begun_us = ? WHERE id = ?",
             (worker, now_us + LEASE_US, now_us, &job.id),
         )?;
     }
     step.commit()?;
-    Ok(job)
+    Ok(taken)
 }
 
 /// Goes on with a job; false if it is not this worker's any more.
@@ -153,17 +144,33 @@ pub fn renew(connection: &Connection, worker: &str, id: &str, now_us: i64) -> Re
     Ok(connection.execute(sql, (now_us + LEASE_US, id, worker))? > 0)
 }
 
-/// Ends a job; false if it is not this worker's any more, and then its answer is dropped.
+/// Ends a job; false if it is not this worker's any more, and then its answer is dropped. A model that was deployed is its
+/// machine's drawing from now on.
 ///
 /// # Errors
 /// If the store takes nothing.
-pub fn end(connection: &Connection, worker: &str, id: &str, ended: &Ended, now_us: i64) -> Result<bool> {
-    let (state, answer, model) = match ended {
-        Ended::Done(answer, model) => ("done", answer, model.as_ref()),
-        Ended::Failed(why) => ("failed", why, None),
+pub fn end(connection: &mut Connection, worker: &str, id: &str, ended: &Ended, now_us: i64) -> Result<bool> {
+    let (state, answer, model, report) = match ended {
+        Ended::Done { answer, model, report } => ("done", answer, model.as_ref(), report.as_ref()),
+        Ended::Failed(why) => ("failed", why, None, None),
+        Ended::Aside(why) => ("aside", why, None, None),
     };
+    let step = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
     let sql = "UPDATE job SET state = ?, answer = ?, model = ?, ended_us = ? WHERE id = ? AND worker = ? AND state = 'running'";
-    Ok(connection.execute(sql, (state, answer, model, now_us, id, worker))? > 0)
+    if step.execute(sql, (state, answer, model, now_us, id, worker))? == 0 {
+        return Ok(false);
+    }
+    if let Some(report) = report {
+        let sql = "INSERT OR REPLACE INTO report (source, command, job, page) SELECT source, command, id, ?2 FROM job WHERE id = ?1";
+        step.execute(sql, (id, squeezed(report.as_bytes())?))?;
+    }
+    step.execute(
+        "UPDATE machine SET rotor = j.rotor FROM job j \
+         WHERE j.id = ? AND j.command = 'deploy' AND j.state = 'done' AND machine.source = j.source",
+        [id],
+    )?;
+    step.commit()?;
+    Ok(true)
 }
 
 /// Cancels jobs that are not ended and whose id begins so; how many.
@@ -176,13 +183,17 @@ pub fn cancel(connection: &Connection, id: &str, now_us: i64) -> Result<usize> {
     Ok(connection.execute(sql, (now_us, id))?)
 }
 
-/// Whether a job waits or is worked on.
+/// Whether a job for these hands waits or is worked on.
 ///
 /// # Errors
 /// If the store cannot be read.
-pub fn is_busy(connection: &Connection) -> Result<bool> {
-    let sql = "SELECT EXISTS (SELECT 1 FROM job WHERE state IN ('waiting', 'running'))";
-    Ok(connection.query_row(sql, [], |row| row.get(0))?)
+pub fn is_busy(connection: &Connection, hands: &Hands) -> Result<bool> {
+    let sql = format!(
+        "SELECT {COLUMNS} FROM job j JOIN source s ON s.id = j.source WHERE j.state IN ('waiting', 'running')"
+    );
+    let mut statement = connection.prepare(&sql)?;
+    let mut all = statement.query_map([], job)?;
+    Ok(all.any(|job| job.is_ok_and(|job| hands.takes(job.command, &job.source))))
 }
 
 /// All jobs, in the order in which they were asked for.
@@ -226,13 +237,13 @@ mod tests {
             let sql = "INSERT INTO source (plant, bus, node) VALUES ('north', 'hall1', ?)";
             store.connection().execute(sql, [node]).unwrap();
             let machine = Machine { id: i64::from(node) + 1, source, rotor: "drawing".into() };
-            let asked =
-                ask(store.connection(), &machine, Command::Track, PERIOD_US, i64::from(node)).unwrap();
+            let asked = ask(store.connection(), &machine, (Command::Track, None), PERIOD_US, i64::from(node))
+                .unwrap();
             assert!(asked);
-            let again = ask(store.connection(), &machine, Command::Track, PERIOD_US, 99).unwrap();
+            let again = ask(store.connection(), &machine, (Command::Track, None), PERIOD_US, 99).unwrap();
             assert!(!again, "the same job twice is one");
             assert!(
-                ask(store.connection(), &machine, Command::Track, (0, 1), 1_000).unwrap(),
+                ask(store.connection(), &machine, (Command::Track, None), (0, 1), 1_000).unwrap(),
                 "another period"
             );
             let newest = list(store.connection()).unwrap().pop().unwrap();
@@ -250,13 +261,13 @@ mod tests {
     fn a_job_of_a_silent_worker_goes_to_another_and_its_answer_counts_once() {
         let (_folder, mut store) = queue(1);
         let queue = store.connection();
-        let job = take(queue, "a", 100).unwrap().unwrap();
-        assert_eq!(take(queue, "b", 100 + LEASE_US).unwrap(), None, "the lease lasts");
+        let job = take(queue, "a", &Hands::default(), 100).unwrap().unwrap();
+        assert_eq!(take(queue, "b", &Hands::default(), 100 + LEASE_US).unwrap(), None, "the lease lasts");
         assert!(renew(queue, "a", &job.id, 200).unwrap());
-        assert_eq!(take(queue, "b", 200 + LEASE_US).unwrap(), None, "renewed");
-        assert_eq!(take(queue, "b", 201 + LEASE_US).unwrap(), Some(job.clone()));
+        assert_eq!(take(queue, "b", &Hands::default(), 200 + LEASE_US).unwrap(), None, "renewed");
+        assert_eq!(take(queue, "b", &Hands::default(), 201 + LEASE_US).unwrap(), Some(job.clone()));
         assert!(!renew(queue, "a", &job.id, 300).unwrap());
-        let done = Ended::Done("{}".into(), None);
+        let done = Ended::Done { answer: "{}".into(), model: None, report: None };
         assert!(!end(queue, "a", &job.id, &done, 400).unwrap(), "it is b's");
         assert!(end(queue, "b", &job.id, &done, 400).unwrap());
         assert!(!end(queue, "b", &job.id, &done, 500).unwrap(), "once");
@@ -267,15 +278,15 @@ mod tests {
     fn a_job_that_kills_its_workers_is_set_aside_and_the_others_are_done() {
         let (_folder, mut store) = queue(2);
         let queue = store.connection();
-        let bad = take(queue, "a", 0).unwrap().unwrap();
-        let good = take(queue, "b", 0).unwrap().unwrap();
+        let bad = take(queue, "a", &Hands::default(), 0).unwrap().unwrap();
+        let good = take(queue, "b", &Hands::default(), 0).unwrap().unwrap();
         assert!(end(queue, "b", &good.id, &Ended::Failed("no reading".into()), 1).unwrap());
         for try_ in 1..i64::from(MOST_TRIES) {
-            assert_eq!(take(queue, "c", try_ * 2 * LEASE_US).unwrap().unwrap().id, bad.id);
+            assert_eq!(take(queue, "c", &Hands::default(), try_ * 2 * LEASE_US).unwrap().unwrap().id, bad.id);
         }
-        assert!(is_busy(queue).unwrap());
-        assert_eq!(take(queue, "c", 99 * LEASE_US).unwrap(), None);
-        assert!(!is_busy(queue).unwrap());
+        assert!(is_busy(queue, &Hands::default()).unwrap());
+        assert_eq!(take(queue, "c", &Hands::default(), 99 * LEASE_US).unwrap(), None);
+        assert!(!is_busy(queue, &Hands::default()).unwrap());
         assert_eq!(states(&mut store), [("aside".to_string(), 3), ("failed".to_string(), 1)]);
     }
 
@@ -283,9 +294,12 @@ mod tests {
     fn what_is_cancelled_is_not_begun_and_not_ended() {
         let (_folder, mut store) = queue(2);
         let queue = store.connection();
-        let running = take(queue, "a", 0).unwrap().unwrap();
+        let running = take(queue, "a", &Hands::default(), 0).unwrap().unwrap();
         assert_eq!(cancel(queue, "", 5).unwrap(), 2);
-        assert!(!end(queue, "a", &running.id, &Ended::Done("{}".into(), None), 6).unwrap());
-        assert_eq!(take(queue, "a", 7).unwrap(), None);
+        assert!(
+            !end(queue, "a", &running.id, &Ended::Done { answer: "{}".into(), model: None, report: None }, 6)
+                .unwrap()
+        );
+        assert_eq!(take(queue, "a", &Hands::default(), 7).unwrap(), None);
     }
 }

@@ -1,24 +1,22 @@
-//! Takes jobs and does them with the desk's own commands.
+//! Takes jobs of a store and does them.
 
-use std::ffi::OsString;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use jiff::Timestamp;
-use rotor_edge::command::{Listener, object};
 use rotor_edge_desktop::machine::rotor_file;
 
-use super::queue::{self, Command, Ended, Job};
+use super::queue::{self, Job};
 use super::record::{Period, csv};
+use super::task::{Command, Ended, Hands, Task};
 use crate::store::Store;
 
 /// Between two looks for a job.
 const LOOK: Duration = Duration::from_millis(300);
 /// Between two renewals of a lease.
-const RENEW: Duration = Duration::from_micros(queue::LEASE_US as u64 / 6);
+pub const RENEW: Duration = Duration::from_micros(queue::LEASE_US as u64 / 6);
 /// `track` follows a machine from day to day.
 const US_A_DAY: i64 = 86_400_000_000;
 
@@ -26,29 +24,34 @@ const US_A_DAY: i64 = 86_400_000_000;
 ///
 /// # Errors
 /// If the store cannot be read or takes nothing.
-pub fn run(store: &Path, is_once: bool, stop: &AtomicBool, tell: fn(&str)) -> Result<u64> {
+pub fn run(store: &Path, hands: &Hands, is_once: bool, stop: &AtomicBool, tell: fn(&str)) -> Result<u64> {
     let mut queue = Store::open(store)?;
-    let worker = format!("{}-{}", std::process::id(), Timestamp::now().as_microsecond());
+    let worker = format!("{}-{}", std::process::id(), now_us());
     let mut ended = 0;
     while !stop.load(Ordering::Relaxed) {
-        let Some(job) = queue::take(queue.connection(), &worker, now_us())? else {
-            if is_once && !queue::is_busy(queue.connection())? {
+        let Some(job) = queue::take(queue.connection(), &worker, hands, now_us())? else {
+            if is_once && !queue::is_busy(queue.connection(), hands)? {
                 break;
             }
             std::thread::sleep(LOOK);
             continue;
         };
-        let answer = while_renewing(store, &worker, &job, || done(&mut queue, &job))?;
+        let answer = while_renewing(store, &worker, &job, || match task_of(&mut queue, &job) {
+            Ok(task) => task.done(hands),
+            Err(error) => Ended::Failed(format!("{error:#}")),
+        })?;
         if queue::end(queue.connection(), &worker, &job.id, &answer, now_us())? {
             ended += 1;
         } else {
-            tell(&format!(
-                "job {} was cancelled or is another worker's by now; its answer is dropped",
-                short(&job.id)
-            ));
+            tell(&dropped(&job.id));
         }
     }
     Ok(ended)
+}
+
+/// What a person is told of an answer that nobody waits for.
+pub fn dropped(id: &str) -> String {
+    format!("job {} was cancelled or is another worker's by now; its answer is dropped", short(id))
 }
 
 /// The first digits of an id, enough for people.
@@ -56,7 +59,8 @@ pub fn short(id: &str) -> &str {
     id.get(..10).unwrap_or(id)
 }
 
-fn now_us() -> i64 {
+/// µs since 1970.
+pub fn now_us() -> i64 {
     Timestamp::now().as_microsecond()
 }
 
@@ -77,32 +81,28 @@ fn while_renewing<T>(store: &Path, worker: &str, job: &Job, work: impl FnOnce() 
     })
 }
 
-fn done(store: &mut Store, job: &Job) -> Ended {
-    let tried = catch_unwind(AssertUnwindSafe(|| answer(store, job)));
-    match tried {
-        Ok(Ok((answer, model))) => Ended::Done(answer, model),
-        Ok(Err(error)) => Ended::Failed(format!("{error:#}")),
-        Err(_) => Ended::Failed("it panicked, which is a fault of the program".into()),
+/// A job with the readings that it is about.
+///
+/// # Errors
+/// One sentence if there are none.
+pub fn task_of(store: &mut Store, job: &Job) -> Result<Task> {
+    let mut data = String::new();
+    if job.command != Command::Deploy {
+        let folder = tempfile::tempdir()?;
+        let drawing = folder.path().join("rotor.toml");
+        std::fs::write(&drawing, &job.rotor)?;
+        let probes: Vec<String> =
+            rotor_file::read(&drawing)?.probe.iter().map(|probe| probe.name.clone()).collect();
+        let every_us = if job.command.is_daily() { US_A_DAY } else { 0 };
+        let (from_us, to_us) = job.period_us;
+        data = String::from_utf8(csv(store, job.source_id, Period { from_us, to_us, every_us }, &probes)?)?;
     }
-}
-
-/// What the command says of the machine's readings, and what it wrote.
-fn answer(store: &mut Store, job: &Job) -> Result<(String, Option<String>)> {
-    let folder = tempfile::tempdir().context("a folder for the job")?;
-    let file = |name: &str| folder.path().join(name);
-    std::fs::write(file("rotor.toml"), &job.rotor)?;
-    let rotor = rotor_file::read(&file("rotor.toml"))?;
-    let probes: Vec<String> = rotor.probe.iter().map(|probe| probe.name.clone()).collect();
-    let every_us = if job.command == Command::Track { US_A_DAY } else { 0 };
-    let (from_us, to_us) = job.period_us;
-    std::fs::write(file("data.csv"), csv(store, job.source, Period { from_us, to_us, every_us }, &probes)?)?;
-    let mut words: Vec<OsString> =
-        vec![job.command.name().into(), file("rotor.toml").into(), file("data.csv").into()];
-    if job.command == Command::Improve {
-        words.extend(["-o".into(), file("better.toml").into()]);
-    }
-    words.push("--json".into());
-    let answer = object(words, Listener::Program(&|_, _| {}))?;
-    let model = (job.command == Command::Improve).then(|| std::fs::read_to_string(file("better.toml")));
-    Ok((answer, model.transpose()?))
+    Ok(Task {
+        id: job.id.clone(),
+        command: job.command,
+        option: job.option.clone(),
+        source: job.source.clone(),
+        rotor: job.rotor.clone(),
+        data,
+    })
 }

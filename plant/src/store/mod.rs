@@ -1,21 +1,25 @@
 //! An SQLite file. What is committed is on the disk: `synchronous` is full, and the journal is written ahead.
 
-mod rows;
+pub(crate) mod rows;
 
 use std::collections::HashMap;
+use std::fs::{File, TryLockError};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use rusqlite::{Connection, OptionalExtension as _, params_from_iter};
 
-use crate::item::{Item, Kind, Source};
-use crate::keeper::Keeper;
+use crate::item::{Item, Kind, Source, plain_word};
+use crate::keeper::{Keeper, is_kept};
 use crate::numbering::Last;
 
 pub use rows::Newest;
 
 /// Each takes a store from the version of its place to the next.
-const MIGRATIONS: [&str; 2] = [include_str!("schema.sql"), include_str!("fleet.sql")];
+pub(crate) const MIGRATIONS: [&str; 3] =
+    [include_str!("schema.sql"), include_str!("fleet.sql"), include_str!("plant.sql")];
+/// The version of a store that this program writes.
+pub const VERSION: i32 = MIGRATIONS.len() as i32;
 /// Says that a file is one of ours.
 const APPLICATION_ID: i32 = 0x726f_746f;
 /// Wait for another program that writes, ms.
@@ -26,6 +30,8 @@ pub struct Store {
     connection: Connection,
     name: String,
     sources: HashMap<Source, i64>,
+    /// One a bus that this gateway keeps.
+    locks: Vec<File>,
 }
 
 impl Store {
@@ -38,7 +44,7 @@ impl Store {
         let mut connection = Connection::open(path).with_context(|| format!("{name}: cannot be opened"))?;
         prepare(&mut connection)
             .with_context(|| format!("{name}: is no store of rotor-edge-plant that can be used"))?;
-        Ok(Self { connection, name, sources: HashMap::new() })
+        Ok(Self { connection, name, sources: HashMap::new(), locks: Vec::new() })
     }
 
     /// For the jobs of the fleet.
@@ -76,16 +82,15 @@ fn prepare(connection: &mut Connection) -> Result<()> {
     if !is_new && application != APPLICATION_ID {
         bail!("it is a database of another program");
     }
-    let newest = MIGRATIONS.len() as i32;
-    if version > newest {
+    if version > VERSION {
         bail!(
-            "its version is {version} and this program knows {newest}; use the program that wrote it, or a newer one"
+            "its version is {version} and this program knows {VERSION}; use the program that wrote it, or a newer one"
         );
     }
     connection.pragma_update(None, "journal_mode", "wal")?;
     connection.pragma_update(None, "synchronous", "full")?;
     connection.pragma_update(None, "foreign_keys", true)?;
-    if version == newest {
+    if version == VERSION {
         return Ok(());
     }
     let step = connection.transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)?;
@@ -94,12 +99,25 @@ fn prepare(connection: &mut Connection) -> Result<()> {
     for migration in MIGRATIONS.iter().skip(usize::try_from(version).unwrap_or(0)) {
         step.execute_batch(migration)?;
     }
-    step.pragma_update(None, "user_version", newest)?;
+    step.pragma_update(None, "user_version", VERSION)?;
     step.pragma_update(None, "application_id", APPLICATION_ID)?;
     Ok(step.commit()?)
 }
 
 impl Keeper for Store {
+    fn claim(&mut self, plant: &str, bus: &str) -> Result<()> {
+        let path = format!("{}-{}-{}.lock", self.name, plain_word(plant), plain_word(bus));
+        let file = File::create(&path).with_context(|| format!("{path}: cannot be made"))?;
+        match file.try_lock() {
+            Ok(()) => self.locks.push(file),
+            Err(TryLockError::WouldBlock) => bail!(is_kept(&self.name, plant, bus)),
+            Err(TryLockError::Error(error)) => {
+                return Err(error).with_context(|| format!("{path}: cannot be locked"));
+            }
+        }
+        Ok(())
+    }
+
     fn last(&mut self, plant: &str, bus: &str) -> Result<Vec<(u8, Kind, Last)>> {
         let mut all = Vec::new();
         for kind in Kind::ALL {

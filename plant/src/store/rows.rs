@@ -71,7 +71,7 @@ fn pairs(given: &[[Option<f32>; 2]], columns: usize) -> impl Iterator<Item = Val
 }
 
 /// In the order of the columns of the item's table.
-pub(super) fn values(source: i64, item: &Item) -> Vec<Value> {
+pub(crate) fn values(source: i64, item: &Item) -> Vec<Value> {
     let optional = |number: Option<u8>| number.map_or(Value::Null, integer);
     // an epoch is counted up from zero
     let epoch = Value::Integer(item.epoch as i64);

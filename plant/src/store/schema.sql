@@ -99,8 +99,8 @@ CREATE VIEW flag AS
 SELECT plant, bus, node, time_us, flagged, suspect, reason FROM (
     SELECT
         s.plant, s.bus, s.node, r.time_us, r.flagged, r.suspect, r.reason,
-        lag(r.flagged, 1, 0) OVER (PARTITION BY r.source ORDER BY r.epoch, r.sequence) AS before
-    FROM result r JOIN source s ON s.id = r.source)
+        coalesce(lag(r.flagged) OVER (PARTITION BY r.source ORDER BY r.epoch, r.sequence), 0) AS before
+    FROM result r JOIN source s ON s.id = r.source) AS told
 WHERE flagged <> before;
 
 -- How much of each hour is there.
@@ -109,4 +109,4 @@ SELECT
     s.plant, s.bus, s.node, r.time_us / 3600000000 * 3600000000 AS hour_us, count(*) AS readings,
     count(DISTINCT r.time_us / 60000000) AS minutes
 FROM reading r JOIN source s ON s.id = r.source
-GROUP BY r.source, hour_us;
+GROUP BY s.id, hour_us;

@@ -2,6 +2,11 @@
 
 #![allow(dead_code, reason = "each test uses a part")]
 
+pub mod database;
+pub mod nats;
+pub mod plant;
+pub mod wire;
+
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, Output, Stdio};
@@ -109,10 +114,9 @@ impl Program {
 
     /// When it has said that it listens: what is sent from now on is heard.
     pub fn listening(mut self) -> Self {
-        let mut line = String::new();
-        while !line.contains("Ctrl-C ends it") {
-            line.clear();
-            assert!(self.errors.read_line(&mut line).unwrap() > 0, "it ended");
+        let mut said = String::new();
+        while !said.contains("Ctrl-C ends it") {
+            assert!(self.errors.read_line(&mut said).unwrap() > 0, "it ended: {said}");
         }
         self
     }
@@ -140,6 +144,30 @@ impl Drop for Program {
     }
 }
 
+/// A program of Debian's; `None` where there is none and none can be installed, which CI does not allow.
+pub fn installed(name: &str, folders: &[&str]) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let find = || {
+        let all = std::env::split_paths(&path).chain(folders.iter().map(PathBuf::from));
+        all.map(|folder| folder.join(name)).find(|file| file.is_file())
+    };
+    let found = find().or_else(|| {
+        let install = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.ci/install");
+        Command::new(install).arg("plant").status().ok().filter(std::process::ExitStatus::success)?;
+        find()
+    });
+    if found.is_none() {
+        assert!(std::env::var_os("CI").is_none(), "{name} is missing");
+        eprintln!("NOT RUN, for want of {name} (.ci/install plant)");
+    }
+    found
+}
+
+/// A port that nobody listens at.
+pub fn free_port() -> u16 {
+    std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
+}
+
 pub fn run(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_rotor-edge-plant"))
         .args(arguments)
@@ -156,81 +184,4 @@ pub fn refusal(arguments: &[&str]) -> String {
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert_eq!(said.trim_end().lines().count(), 1, "one sentence: {said}");
     said
-}
-
-/// A NATS server with JetStream; `None` where there is none and none
-/// can be installed, which CI does not allow.
-pub struct Nats {
-    program: Option<Child>,
-    found: PathBuf,
-    folder: tempfile::TempDir,
-    pub port: u16,
-}
-
-impl Nats {
-    pub fn start() -> Option<Self> {
-        Self::start_with("")
-    }
-
-    /// With more settings.
-    pub fn start_with(more: &str) -> Option<Self> {
-        let Some(found) = nats_server() else {
-            assert!(std::env::var_os("CI").is_none(), "nats-server is missing");
-            eprintln!("NOT RUN: NATS, for want of nats-server (Debian: nats-server)");
-            return None;
-        };
-        let folder = tempfile::tempdir().unwrap();
-        let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-        let port = free.local_addr().unwrap().port();
-        let store = folder.path().join("store");
-        let settings = format!(
-            "listen: \"127.0.0.1:{port}\"\njetstream {{ store_dir: {:?} }}\n{more}",
-            store.display().to_string()
-        );
-        std::fs::write(folder.path().join("nats.conf"), settings).unwrap();
-        drop(free);
-        let mut nats = Self { program: None, found, folder, port };
-        nats.restart();
-        Some(nats)
-    }
-
-    pub fn address(&self) -> String {
-        format!("nats://127.0.0.1:{}", self.port)
-    }
-
-    pub fn kill(&mut self) {
-        if let Some(mut program) = self.program.take() {
-            program.kill().unwrap();
-            program.wait().unwrap();
-        }
-    }
-
-    pub fn restart(&mut self) {
-        let mut program = Command::new(&self.found);
-        program
-            .arg("-c")
-            .arg(self.folder.path().join("nats.conf"))
-            .stdout(Stdio::null())
-            .stderr(Stdio::null());
-        self.program = Some(program.spawn().unwrap());
-        until("the NATS server", || std::net::TcpStream::connect(("127.0.0.1", self.port)).is_ok());
-    }
-}
-
-impl Drop for Nats {
-    fn drop(&mut self) {
-        self.kill();
-    }
-}
-
-fn nats_server() -> Option<PathBuf> {
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    let folders =
-        || std::env::split_paths(&path).chain([PathBuf::from("/usr/sbin"), PathBuf::from("/usr/bin")]);
-    let find = || folders().map(|folder| folder.join("nats-server")).find(|file| file.is_file());
-    find().or_else(|| {
-        let install = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.ci/install");
-        Command::new(install).arg("plant").status().ok().filter(std::process::ExitStatus::success)?;
-        find()
-    })
 }

@@ -3,28 +3,30 @@
 //! An item is a message on `rotor_edge.PLANT.BUS.NODE.KIND`, a JSON object. Its id makes the server store it once within
 //! [`DUPLICATES`]; whoever collects it knows it by source, kind, epoch and sequence for ever.
 
+mod claim;
+pub mod server;
+
 use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context as _, Result, anyhow};
+use async_nats::jetstream;
 use async_nats::jetstream::consumer::{AckPolicy, PullConsumer, pull};
 use async_nats::jetstream::message::{AckKind, PublishMessage};
-use async_nats::jetstream::stream::{Config, StorageType};
-use async_nats::jetstream::{self, Context};
-use async_nats::{Client, ConnectOptions, ServerAddr};
+use async_nats::jetstream::stream::{Config, External, Source as Leaf, StorageType};
 use futures_util::{TryStreamExt as _, future};
-use tokio::runtime::{Builder, Runtime};
 
 use crate::item::{Item, Kind, SCHEMA, plain_word};
 use crate::keeper::Keeper;
 use crate::numbering::Last;
+use server::{Server, refused};
 
 /// Name of the stream.
 pub const STREAM: &str = "ROTOR_EDGE";
+/// Name of the stream of what leaf nodes store; a server takes one that feeds on its own name for a circle.
+const HUB_STREAM: &str = "ROTOR_EDGE_HUB";
 /// How long the server remembers ids.
 pub const DUPLICATES: Duration = Duration::from_secs(3_600);
-/// How long a server may take to answer.
-const PATIENCE: Duration = Duration::from_secs(5);
 /// A message that is not acknowledged by then is handed out again; one that was stored meanwhile is stored once.
 const ACKNOWLEDGED_WITHIN: Duration = Duration::from_secs(5);
 /// Messages handed out and not acknowledged, at most.
@@ -32,50 +34,58 @@ const MOST_PENDING: i64 = 20_000;
 
 /// A connection to the stream.
 pub struct Stream {
-    runtime: Runtime,
-    client: Client,
-    context: Context,
+    server: Server,
     stream: jetstream::stream::Stream,
-    name: String,
 }
 
 impl Stream {
-    /// Connects, with a file of credentials if the server wants one, and makes the stream if there is none.
+    /// Connects, with a file of credentials if the server wants one, and makes the stream if there is none: of what gateways
+    /// publish to this server, or of the streams of its leaf nodes, each the JetStream domain of one.
     ///
     /// # Errors
     /// One sentence if there is no server, if it wants other credentials, or if it has no JetStream.
-    pub fn open(address: &str, credentials: Option<&Path>) -> Result<Self> {
-        let name = shown(address);
-        let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
-        let (client, context, stream) = runtime
-            .block_on(async {
-                let options = match credentials {
-                    Some(file) => ConnectOptions::with_credentials_file(file)
-                        .await
-                        .with_context(|| format!("{}: no file of credentials", file.display()))?,
-                    None => ConnectOptions::new(),
-                };
-                let options = options.name("rotor-edge-plant").connection_timeout(PATIENCE);
-                let server: ServerAddr = address.parse()?;
-                let options = match (server.username(), server.password()) {
-                    (Some(name), Some(password)) => options.user_and_password(name.into(), password.into()),
-                    _ => options,
-                };
-                let client = options.connect(server).await?;
-                let mut context = jetstream::new(client.clone());
-                context.set_timeout(PATIENCE);
-                let config = Config {
-                    name: STREAM.into(),
-                    subjects: vec!["rotor_edge.>".into()],
-                    storage: StorageType::File,
-                    duplicate_window: DUPLICATES,
-                    ..Config::default()
-                };
-                let stream = context.get_or_create_stream(config).await?;
-                anyhow::Ok((client, context, stream))
-            })
-            .with_context(|| format!("{name}: no NATS server with JetStream that lets us in"))?;
-        Ok(Self { runtime, client, context, stream, name })
+    pub fn open(address: &str, credentials: Option<&Path>, leaves: &[String]) -> Result<Self> {
+        let server = Server::connect(address, credentials)?;
+        let config = Config {
+            name: STREAM.into(),
+            storage: StorageType::File,
+            duplicate_window: DUPLICATES,
+            ..Config::default()
+        };
+        let stream = server.wait(async {
+            if leaves.is_empty() {
+                return anyhow::Ok(server.context.get_or_create_stream(config).await?);
+            }
+            let of_leaf = |domain: &String| Leaf {
+                name: STREAM.into(),
+                external: Some(External { api_prefix: format!("$JS.{domain}.API"), delivery_prefix: None }),
+                ..Leaf::default()
+            };
+            let sources = Some(leaves.iter().map(of_leaf).collect());
+            let config = Config { name: HUB_STREAM.into(), sources, ..config };
+            server.context.create_or_update_stream(config).await?;
+            Ok(server.context.get_stream(HUB_STREAM).await?)
+        });
+        let stream = stream.with_context(|| refused(&server.name))?;
+        Ok(Self { server, stream })
+    }
+
+    /// Has the stream of this server take what a gateway publishes of a bus, and only that: what passes by on its way between
+    /// servers that are joined is the stream of another.
+    fn take_from(&self, bus: &str) -> Result<()> {
+        let subject = format!("{bus}.>");
+        let taken = self.server.wait(async {
+            loop {
+                let mut config = self.server.context.get_stream(STREAM).await?.cached_info().config.clone();
+                if config.subjects.contains(&subject) {
+                    return anyhow::Ok(());
+                }
+                // seen to have come of it the next time round: another gateway may do the same at this moment
+                config.subjects.push(subject.clone());
+                self.server.context.update_stream(config).await?;
+            }
+        });
+        taken.with_context(|| self.server.name.clone())
     }
 
     /// A durable consumer of all items: what one process takes under a `name`, another under it does not get.
@@ -90,9 +100,9 @@ impl Stream {
             max_ack_pending: MOST_PENDING,
             ..pull::Config::default()
         };
-        self.runtime
-            .block_on(self.stream.get_or_create_consumer(name, config))
-            .with_context(|| format!("{}: consumer {name}", self.name))
+        self.server
+            .wait(self.stream.get_or_create_consumer(name, config))
+            .with_context(|| format!("{}: consumer {name}", self.server.name))
     }
 
     /// Items that come within a time, at most so many; `take` has kept them when it returns, and then they are acknowledged.
@@ -108,11 +118,11 @@ impl Stream {
         take: impl FnOnce(&[Item]) -> Result<()>,
     ) -> Result<Taken> {
         let messages: Vec<_> = self
-            .runtime
-            .block_on(async {
+            .server
+            .wait(async {
                 consumer.fetch().max_messages(most).expires(within).messages().await?.try_collect().await
             })
-            .map_err(|error: async_nats::Error| anyhow!("{}: {error}", self.name))?;
+            .map_err(|error: async_nats::Error| anyhow!("{}: {error}", self.server.name))?;
         let (mut items, mut strange) = (Vec::with_capacity(messages.len()), Vec::new());
         let mut known = Vec::with_capacity(messages.len());
         for message in &messages {
@@ -125,17 +135,17 @@ impl Stream {
             }
         }
         take(&items)?;
-        self.runtime
-            .block_on(async {
+        self.server
+            .wait(async {
                 for message in known {
                     message.ack().await?;
                 }
                 for (message, _) in &strange {
                     message.ack_with(AckKind::Term).await?;
                 }
-                Ok(self.client.flush().await?)
+                Ok(self.server.client.flush().await?)
             })
-            .map_err(|error: async_nats::Error| anyhow!("{}: {error}", self.name))?;
+            .map_err(|error: async_nats::Error| anyhow!("{}: {error}", self.server.name))?;
         let strange = strange.into_iter().map(|(_, why)| why).collect();
         Ok(Taken { items: items.len(), strange })
     }
@@ -148,15 +158,6 @@ pub struct Taken {
     pub items: usize,
     /// Why other messages are none, each a sentence.
     pub strange: Vec<String>,
-}
-
-/// An address as it may be printed: without the name and the password that may be in it.
-fn shown(address: &str) -> String {
-    match (address.split_once("://"), address.rsplit_once('@')) {
-        (Some((scheme, _)), Some((_, host))) => format!("{scheme}://{host}"),
-        (None, Some((_, host))) => host.into(),
-        _ => address.into(),
-    }
 }
 
 fn item_of(payload: &[u8]) -> Result<Item, String> {
@@ -183,9 +184,14 @@ fn bus_subject(plant: &str, bus: &str) -> String {
 }
 
 impl Keeper for Stream {
+    fn claim(&mut self, plant: &str, bus: &str) -> Result<()> {
+        claim::claim(&self.server, plant, bus)?;
+        self.take_from(&bus_subject(plant, bus))
+    }
+
     fn last(&mut self, plant: &str, bus: &str) -> Result<Vec<(u8, Kind, Last)>> {
         let of_bus = format!("{}.>", bus_subject(plant, bus));
-        let found = self.runtime.block_on(async {
+        let found = self.server.wait(async {
             let subjects: Vec<(String, usize)> =
                 self.stream.info_with_subjects(of_bus).await?.try_collect().await?;
             let mut all = Vec::new();
@@ -197,37 +203,31 @@ impl Keeper for Stream {
             }
             anyhow::Ok(all)
         });
-        found.with_context(|| self.name.clone())
+        found.with_context(|| self.server.name.clone())
     }
 
     fn put(&mut self, items: &[Item]) -> Result<()> {
-        let sent = self.runtime.block_on(async {
+        let sent = self.server.wait(async {
             let mut answers = Vec::with_capacity(items.len());
             for item in items {
                 let message =
                     PublishMessage::build().payload(serde_json::to_vec(item)?.into()).message_id(item.id());
-                answers.push(self.context.send_publish(subject(item), message).await?.into_future());
+                answers.push(self.server.context.send_publish(subject(item), message).await?.into_future());
             }
             future::try_join_all(answers).await?;
             anyhow::Ok(())
         });
-        sent.with_context(|| self.name.clone())
+        sent.with_context(|| self.server.name.clone())
     }
 
     fn description(&self) -> String {
-        self.name.clone()
+        self.server.name.clone()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_password_is_not_shown() {
-        assert_eq!(shown("nats://gateway:s3c@ret@10.0.0.1:4222"), "nats://10.0.0.1:4222");
-        assert_eq!(shown("nats://10.0.0.1:4222"), "nats://10.0.0.1:4222");
-    }
 
     #[test]
     fn newer_items_and_other_messages_are_told_from_each_other() {

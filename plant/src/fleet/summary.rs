@@ -1,0 +1,178 @@
+//! What a plant wants to know: which machines changed, what is missing in each model, which models to deploy.
+
+use anyhow::Result;
+use rotor_edge::bus::states::name;
+use rotor_edge_core::state::NodeState;
+use rusqlite::{Connection, OptionalExtension as _};
+use serde::Serialize;
+use serde_json::Value;
+
+use super::machines::{Machine, sources};
+use super::task::Command;
+use crate::item::Source;
+
+/// What is known of one machine.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Line {
+    /// Its monitor.
+    #[serde(flatten)]
+    pub source: Source,
+    /// Whether something changed in the time.
+    pub change: Change,
+    /// What says so, or why nothing can.
+    pub why: String,
+    /// What is missing in its model, or what to do to know.
+    pub missing: String,
+    /// Whether a better model waits to be deployed.
+    pub is_to_deploy: bool,
+}
+
+/// What the time shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Change {
+    /// A flag rose, or the monitor could not judge any more.
+    Changed,
+    /// Nothing was judged: it may have changed.
+    CannotTell,
+    /// Readings were judged and raised no flag.
+    NoFlag,
+}
+
+/// A better model of a machine than the one that it is stated to have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Better {
+    /// The drawing.
+    pub model: String,
+    /// What was added.
+    pub effects: Vec<String>,
+    /// What `improve` said at the end.
+    pub verdict: String,
+}
+
+/// Every monitor that was heard, over the time since `from_us`: what changed first.
+///
+/// # Errors
+/// If the store cannot be read.
+pub fn all(connection: &Connection, from_us: i64) -> Result<Vec<Line>> {
+    let mut all = Vec::new();
+    for (id, source) in sources(connection)? {
+        let (change, why) = change(connection, id, from_us)?;
+        let sql = "SELECT rotor FROM machine WHERE source = ?";
+        let rotor: Option<String> = connection.query_row(sql, [id], |row| row.get(0)).optional()?;
+        let (missing, is_to_deploy) = match rotor {
+            None => ("its machine is not stated: rotor-edge-plant machine".into(), false),
+            Some(rotor) => missing(connection, &Machine { id, source: source.clone(), rotor })?,
+        };
+        all.push(Line { source, change, why, missing, is_to_deploy });
+    }
+    all.sort_by_key(|line| line.change);
+    Ok(all)
+}
+
+fn change(connection: &Connection, id: i64, from_us: i64) -> Result<(Change, String)> {
+    let count = |sql: &str| connection.query_row(sql, (id, from_us), |row| row.get::<_, i64>(0));
+    let results = count("SELECT count(*) FROM result WHERE source = ? AND time_us >= ?")?;
+    // where no row is left over for it, a residual says nothing
+    let judged = count("SELECT count(*) FROM result WHERE source = ? AND time_us >= ? AND redundancy > 0")?;
+    let risen = count(
+        "SELECT count(*) FROM (SELECT flagged, time_us, coalesce(lag(flagged) OVER (ORDER BY epoch, sequence), 0) AS before \
+         FROM result WHERE source = ?) WHERE flagged > before AND time_us >= ?",
+    )?;
+    let is_up = connection
+        .query_row(
+            "SELECT flagged, suspect, reason FROM result WHERE source = ? AND time_us >= ? ORDER BY epoch DESC, sequence DESC LIMIT 1",
+            (id, from_us),
+            |row| Ok((row.get::<_, bool>(0)?, row.get::<_, Option<u8>>(1)?, row.get::<_, String>(2)?)),
+        )
+        .optional()?;
+    if let Some((true, suspect, _)) = is_up {
+        let at = suspect.map_or_else(String::new, |bearing| format!(", at bearing {bearing}"));
+        return Ok((Change::Changed, format!("its flag is up{at}")));
+    }
+    if risen > 0 {
+        return Ok((Change::Changed, format!("its flag rose {risen} times and is down again")));
+    }
+    let lost: Option<(String, String)> = connection
+        .query_row(
+            "SELECT state, reason FROM heartbeat WHERE source = ? AND time_us >= ? ORDER BY epoch DESC, sequence DESC LIMIT 1",
+            (id, from_us),
+            |row| Ok((row.get(0)?, row.get(1)?)),
+        )
+        .optional()?;
+    if let Some((state, reason)) = &lost
+        && [NodeState::Blind, NodeState::Stale, NodeState::Conflict].iter().any(|lost| name(lost) == *state)
+    {
+        return Ok((Change::Changed, format!("it cannot judge any more: {state}, {reason}")));
+    }
+    Ok(match (results, judged) {
+        (0, _) if lost.is_none() => (Change::CannotTell, "nothing was heard of it".into()),
+        (0, _) => (Change::CannotTell, "no reading was judged: see what sends it readings".into()),
+        (_, 0) => {
+            (Change::CannotTell, "no reading had a row left over for a residual: see its probes".into())
+        }
+        _ => (Change::NoFlag, format!("{judged} of {results} readings had a residual, and no flag rose")),
+    })
+}
+
+/// What is missing in the model that a machine is stated to have, and whether a better one waits.
+fn missing(connection: &Connection, machine: &Machine) -> Result<(String, bool)> {
+    if let Some(better) = better(connection, machine)? {
+        let effects = better.effects.join(", ");
+        return Ok((format!("{effects}; with that {}", better.verdict), better.verdict == "adequate"));
+    }
+    let sql = "SELECT answer FROM job WHERE source = ? AND rotor = ? AND state = 'done' AND command IN ('diagnose', 'improve') \
+               ORDER BY ended_us DESC LIMIT 1";
+    let answer =
+        connection.query_row(sql, (machine.id, &machine.rotor), |row| row.get::<_, String>(0)).optional()?;
+    let Some(answer) = answer else {
+        return Ok(("not asked yet: rotor-edge-plant fleet diagnose".into(), false));
+    };
+    Ok((in_a_word(Command::Diagnose, &answer), false))
+}
+
+/// The newest better model that `improve` made of the one that a machine is stated to have.
+///
+/// # Errors
+/// If the store cannot be read.
+pub fn better(connection: &Connection, machine: &Machine) -> Result<Option<Better>> {
+    let sql = "SELECT answer, model FROM job WHERE source = ? AND rotor = ? AND state = 'done' AND command = 'improve' \
+               AND model IS NOT NULL ORDER BY ended_us DESC LIMIT 1";
+    let row = |row: &rusqlite::Row| Ok((row.get::<_, String>(0)?, row.get::<_, String>(1)?));
+    let Some((answer, model)) = connection.query_row(sql, (machine.id, &machine.rotor), row).optional()?
+    else {
+        return Ok(None);
+    };
+    let answer: Value = serde_json::from_str(&answer)?;
+    let effects = effects(&answer);
+    let verdict = answer["verdict"].as_str().unwrap_or_default().into();
+    Ok((!effects.is_empty()).then_some(Better { model, effects, verdict }))
+}
+
+fn effects(improved: &Value) -> Vec<String> {
+    let steps = improved["steps"].as_array().into_iter().flatten();
+    steps.filter_map(|step| step["effect"].as_str().map(Into::into)).collect()
+}
+
+/// What a person wants to know of an answer first.
+pub fn in_a_word(command: Command, answer: &str) -> String {
+    let Ok(answer) = serde_json::from_str::<Value>(answer) else { return answer.into() };
+    let verdict = answer["verdict"].as_str().unwrap_or("–");
+    let number = |key: &str| answer[key].as_array().map_or(0, Vec::len);
+    match command {
+        Command::Track => format!("{} days, {} flags", number("estimates"), number("flags")),
+        Command::Improve => {
+            let added = effects(&answer);
+            format!(
+                "{verdict}; added: {}",
+                if added.is_empty() { "nothing".into() } else { added.join(", ") }
+            )
+        }
+        Command::Deploy => "the monitor runs it".into(),
+        Command::Forecast => answer["model"].as_str().map_or("made".into(), |model| format!("by {model}")),
+        Command::Diagnose => match answer["candidates"][0]["effect"].as_str() {
+            Some(effect) if verdict == "missing" => format!("missing: {effect}"),
+            _ => verdict.into(),
+        },
+    }
+}
