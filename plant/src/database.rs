@@ -11,7 +11,7 @@ use rusqlite::types::Value;
 use crate::item::{Item, Kind, Source};
 use crate::keeper::{Keeper, is_kept};
 use crate::numbering::Last;
-use crate::store::{MIGRATIONS, rows};
+use crate::store::{MIGRATIONS, VERSION, rows};
 
 /// Of whoever brings the schema up to date.
 const MIGRATING: i64 = 0x726f_746f;
@@ -100,17 +100,16 @@ fn prepare(client: &mut Client) -> Result<()> {
     step.batch_execute("CREATE TABLE IF NOT EXISTS rotor_edge (version INTEGER NOT NULL)")?;
     let version =
         step.query_opt("SELECT version FROM rotor_edge", &[])?.map_or(0, |row| row.get::<_, i32>(0));
-    let newest = MIGRATIONS.len() as i32;
-    if version > newest {
+    if version > VERSION {
         bail!(
-            "its version is {version} and this program knows {newest}; use the program that wrote it, or a newer one"
+            "its version is {version} and this program knows {VERSION}; use the program that wrote it, or a newer one"
         );
     }
     for migration in MIGRATIONS.iter().skip(usize::try_from(version).unwrap_or(0)) {
         step.batch_execute(&translated(migration))?;
     }
-    if version < newest {
-        step.batch_execute(&format!("DELETE FROM rotor_edge; INSERT INTO rotor_edge VALUES ({newest})"))?;
+    if version < VERSION {
+        step.batch_execute(&format!("DELETE FROM rotor_edge; INSERT INTO rotor_edge VALUES ({VERSION})"))?;
     }
     Ok(step.commit()?)
 }

@@ -85,7 +85,11 @@ impl Postgres {
         }
     }
 
+    /// Starts it again if it was killed.
     pub fn restart(&mut self) {
+        if self.program.is_some() {
+            return;
+        }
         let mut program = self.command(&self.found);
         program.arg("-D").arg(self.data()).args(["-h", "127.0.0.1", "-p", &self.port.to_string(), "-k", ""]);
         // a group of its own, and what a killed one left of its shared memory may take a moment to go

@@ -58,7 +58,11 @@ impl Nats {
         }
     }
 
+    /// Starts it again if it was killed.
     pub fn restart(&mut self) {
+        if self.program.is_some() {
+            return;
+        }
         let mut program = Command::new(&self.found);
         program
             .arg("-c")
