@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use anyhow::Result;
 
+use crate::item::Item;
 use crate::keeper::Keeper;
 use crate::stream::Stream;
 
@@ -24,10 +25,11 @@ pub struct Totals {
     pub strange: u64,
 }
 
-/// Collects until `stop` rises. `name` is that of the durable consumer; `tell` hears what a person should know.
+/// Collects until `stop` rises. `name` is that of the durable consumer; `tell` hears what a person should know. A server or a
+/// store that is gone is asked again.
 ///
 /// # Errors
-/// If the consumer cannot be made, or the store takes nothing any more: what is not stored stays in the stream.
+/// If the consumer cannot be made, or the store takes nothing when `stop` rises: what is not stored stays in the stream.
 pub fn run(
     stream: &Stream,
     name: &str,
@@ -39,9 +41,9 @@ pub fn run(
     let mut totals = Totals::default();
     let mut is_gone = false;
     while !stop.load(Ordering::Relaxed) {
-        let mut refused = None;
+        let mut is_refused = false;
         let taken = stream.next(&consumer, MOST_TOGETHER, TOGETHER, |items| {
-            store.put(items).inspect_err(|error| refused = Some(format!("{error:#}")))
+            keep(store, items, stop, tell).inspect_err(|_| is_refused = true)
         });
         match taken {
             Ok(taken) => {
@@ -52,7 +54,7 @@ pub fn run(
                 totals.strange += taken.strange.len() as u64;
                 taken.strange.iter().for_each(|why| tell(&format!("set aside: {why}")));
             }
-            Err(error) if refused.is_some() => return Err(error),
+            Err(error) if is_refused => return Err(error),
             Err(error) => {
                 if !std::mem::replace(&mut is_gone, true) {
                     tell(&format!("{error:#}; trying again"));
@@ -62,4 +64,25 @@ pub fn run(
         }
     }
     Ok(totals)
+}
+
+/// Puts items until the store takes them. The server hands them out again meanwhile; those are stored once.
+fn keep(store: &mut dyn Keeper, items: &[Item], stop: &AtomicBool, tell: fn(&str)) -> Result<()> {
+    if items.is_empty() {
+        return Ok(());
+    }
+    let mut is_refused = false;
+    while let Err(error) = store.put(items) {
+        if stop.load(Ordering::Relaxed) {
+            return Err(error.context("what is not stored stays in the stream"));
+        }
+        if !std::mem::replace(&mut is_refused, true) {
+            tell(&format!("{} takes nothing ({error:#}); trying again", store.description()));
+        }
+        std::thread::sleep(AGAIN);
+    }
+    if is_refused {
+        tell(&format!("{} takes items again", store.description()));
+    }
+    Ok(())
 }

@@ -103,10 +103,14 @@ impl Plant {
             5 => self.postgres.restart(),
             _ => {}
         }
+        self.restart_collections();
+    }
+
+    /// As a service manager would: one that began while its server was away has ended by itself.
+    fn restart_collections(&mut self) {
         for number in 0..2 {
             let is_over = |program: &mut Program| program.child.try_wait().unwrap().is_some();
             if self.collections[number].as_mut().is_none_or(is_over) {
-                // as a service manager would
                 self.collections[number] = Some(self.collection(number));
             }
         }
@@ -154,8 +158,14 @@ fn stored_is_what_was_sent_through_kills_of_everything_between() {
     }
     let all = usize::from(readings) * NODES.count() * 3;
     for table in ["reading", "result"] {
-        until("every row of the file", || rows(&plant.file(), table) == all);
-        until("every row of the database", || plant.postgres.rows(table) == all);
+        until("every row of the file", || {
+            plant.restart_collections();
+            rows(&plant.file(), table) == all
+        });
+        until("every row of the database", || {
+            plant.restart_collections();
+            plant.postgres.rows(table) == all
+        });
     }
     is_what_was_sent(&plant, readings);
 }

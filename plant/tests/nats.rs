@@ -7,6 +7,7 @@ use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::Path;
 
+use common::database::Postgres;
 use common::nats::Nats;
 use common::{Bus, Program, refusal, until};
 use rusqlite::Connection;
@@ -87,6 +88,26 @@ fn stored_is_what_was_sent_through_kills_of_server_collector_and_gateway() {
         NODES.iter().flat_map(of_node)
     });
     assert!(stored == expected.collect(), "{} of {all} readings, or others", stored.len());
+}
+
+#[test]
+fn a_database_that_was_gone_is_asked_again_by_the_collection_that_lost_it() {
+    let (Some(nats), Some(mut postgres)) = (Nats::start(), Postgres::start()) else { return };
+    let mut bus = Bus::start();
+    let gateway = gateway(&bus, "hall1", &nats);
+    let arguments = ["collect", "--from", &nats.address(), "--store", &postgres.address()];
+    let collector = Program::start(&arguments).listening();
+    for sequence in 0..3 {
+        bus.say(1, sequence);
+        until("the reading in the database", || postgres.rows("result") == usize::from(sequence) + 1);
+        // a connection that was lost is noticed at the next item only
+        postgres.kill();
+        postgres.restart();
+    }
+    let (code, out, err) = collector.end();
+    assert_eq!((code, out.as_str()), (Some(0), "6 items stored, 0 messages set aside.\n"), "{err}");
+    assert_eq!(err.matches("takes items again").count(), err.matches("takes nothing").count(), "{err}");
+    assert_eq!(gateway.end().0, Some(0));
 }
 
 #[test]
