@@ -12,7 +12,7 @@ use crate::fleet::machines::{Machine as StatedMachine, chosen, path_of, state};
 use crate::fleet::queue::{Listed, ask, cancel, list};
 use crate::fleet::record::whole;
 use crate::fleet::server as jobs;
-use crate::fleet::summary::{self, Change, better, in_a_word};
+use crate::fleet::summary::{self, Change, better};
 use crate::fleet::task::Command;
 use crate::fleet::worker::{now_us, short};
 use crate::stream::server::Server;
@@ -290,12 +290,7 @@ fn status(jobs: &[Listed], as_json: bool) -> Result<()> {
     for job in jobs {
         let time = job.seconds.map_or("–".into(), |s| format!("{s:.1} s"));
         let (id, command, monitor) = (short(&job.id), &job.command, path_of(&job.source));
-        println!("{id:<11} {command:<9} {monitor:<24} {:<10} {time:>8}  {}", job.state, told(job));
+        println!("{id:<11} {command:<9} {monitor:<24} {:<10} {time:>8}  {}", job.state, job.in_a_word());
     }
     Ok(())
-}
-
-fn told(job: &Listed) -> String {
-    let answer = job.answer.as_deref().unwrap_or_default();
-    Command::of(&job.command).map_or_else(|| answer.into(), |command| in_a_word(command, answer))
 }

@@ -28,10 +28,7 @@ pub fn path_of(source: &Source) -> String {
 /// # Errors
 /// One sentence if no such monitor was heard, or if the drawing is none or needs other files.
 pub fn state(store: &mut Store, path: &str, rotor: &str) -> Result<()> {
-    let folder = tempfile::tempdir()?;
-    let alone = folder.path().join("rotor.toml");
-    std::fs::write(&alone, rotor)?;
-    rotor_file::read(&alone).context("the drawing, which must need no other file")?;
+    rotor_file::parse("rotor.toml", rotor).context("the drawing, which must need no other file")?;
     let all = sources(store.connection())?;
     let Some((id, _)) = all.iter().find(|(_, source)| path_of(source) == path) else {
         let known: Vec<String> = all.iter().map(|(_, source)| path_of(source)).collect();

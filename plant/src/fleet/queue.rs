@@ -7,6 +7,7 @@ use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
 use super::machines::Machine;
+use super::summary::in_a_word;
 use super::task::{Command, Ended, Hands, squeezed};
 use crate::item::Source;
 
@@ -34,7 +35,7 @@ pub struct Job {
     pub rotor: String,
 }
 
-/// A job as `fleet status` lists it.
+/// A job as it is listed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Listed {
     /// Its id.
@@ -54,6 +55,8 @@ pub struct Listed {
     pub answer: Option<String>,
     /// The better drawing, of improve.
     pub model: Option<String>,
+    /// Whether its page is kept: it is the newest of its command and machine.
+    pub has_report: bool,
 }
 
 /// Asks for a command over a period of a machine; false if the same was asked for before.
@@ -201,10 +204,35 @@ pub fn is_busy(connection: &Connection, hands: &Hands) -> Result<bool> {
 /// # Errors
 /// If the store cannot be read.
 pub fn list(connection: &Connection) -> Result<Vec<Listed>> {
-    let mut statement = connection.prepare(
-        "SELECT j.id, j.command, s.plant, s.bus, s.node, j.state, j.tries, j.ended_us - j.begun_us, j.answer, j.model \
-         FROM job j JOIN source s ON s.id = j.source ORDER BY j.asked_us, j.id",
-    )?;
+    listed(connection, "ORDER BY j.asked_us, j.id", [])
+}
+
+/// The newest jobs, of all machines or of that of one source.
+///
+/// # Errors
+/// If the store cannot be read.
+pub fn newest(connection: &Connection, source: Option<i64>, most: u32) -> Result<Vec<Listed>> {
+    let of_source = "WHERE ?1 IS NULL OR j.source = ?1 ORDER BY j.asked_us DESC, j.id LIMIT ?2";
+    listed(connection, of_source, (source, most))
+}
+
+/// How many jobs there are in each state.
+///
+/// # Errors
+/// If the store cannot be read.
+pub fn numbers(connection: &Connection) -> Result<Vec<(String, u32)>> {
+    let mut statement =
+        connection.prepare("SELECT state, count(*) FROM job GROUP BY state ORDER BY state")?;
+    let all = statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?;
+    Ok(all.collect::<rusqlite::Result<_>>()?)
+}
+
+fn listed(connection: &Connection, which: &str, parameters: impl rusqlite::Params) -> Result<Vec<Listed>> {
+    let mut statement = connection.prepare(&format!(
+        "SELECT j.id, j.command, s.plant, s.bus, s.node, j.state, j.tries, j.ended_us - j.begun_us, j.answer, j.model, r.job IS NOT NULL \
+         FROM job j JOIN source s ON s.id = j.source \
+         LEFT JOIN report r ON r.source = j.source AND r.command = j.command AND r.job = j.id {which}"
+    ))?;
     let row = |row: &rusqlite::Row| {
         Ok(Listed {
             id: row.get(0)?,
@@ -215,9 +243,18 @@ pub fn list(connection: &Connection) -> Result<Vec<Listed>> {
             seconds: row.get::<_, Option<i64>>(7)?.map(|us| us as f64 * 1e-6),
             answer: row.get(8)?,
             model: row.get(9)?,
+            has_report: row.get(10)?,
         })
     };
-    Ok(statement.query_map([], row)?.collect::<rusqlite::Result<_>>()?)
+    Ok(statement.query_map(parameters, row)?.collect::<rusqlite::Result<_>>()?)
+}
+
+impl Listed {
+    /// What a person wants to know of its answer first.
+    pub fn in_a_word(&self) -> String {
+        let answer = self.answer.as_deref().unwrap_or_default();
+        Command::of(&self.command).map_or_else(|| answer.into(), |command| in_a_word(command, answer))
+    }
 }
 
 #[cfg(test)]

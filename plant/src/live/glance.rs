@@ -1,11 +1,14 @@
 //! What a person who walks past wants to know of each monitor, the worst first.
 
+use std::collections::HashMap;
+
 use rotor_edge::bus::states::name;
 use rotor_edge::watch::reasons::{Why, why};
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::state::Reason;
 use serde::Serialize;
 
+use super::alarm::{Acknowledged, Key};
 use crate::store::Newest;
 
 /// Heartbeats missed after which a monitor is silent.
@@ -24,6 +27,9 @@ const ORDER: [&str; 10] = [
     "tracking",
 ];
 
+/// States in which nobody is needed.
+const CALM: [&str; 3] = ["waiting", "learning", "tracking"];
+
 /// One monitor at a glance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Glance {
@@ -36,17 +42,25 @@ pub struct Glance {
     pub why: String,
     /// Since its last sign of life, s; none if there was none, and never below zero.
     pub age_s: Option<f64>,
+    /// Whether somebody is needed.
+    pub is_alarm: bool,
+    /// Since when it is in this state, µs since 1970: when it told so, or was heard last; 0 if that was not heard.
+    pub since_us: i64,
+    /// Who has seen it in this state since then.
+    pub acknowledged: Option<Acknowledged>,
 }
 
-/// All of them as they are at a time, the worst first.
-pub fn all(newest: &[Newest], now_us: i64) -> Vec<Glance> {
-    let mut all: Vec<Glance> = newest.iter().map(|one| of(one, now_us)).collect();
+/// All of them as they are at a time, the worst first; of those in one state, first what nobody has seen.
+pub fn all(newest: &[Newest], acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -> Vec<Glance> {
+    let mut all: Vec<Glance> = newest.iter().map(|one| of(one, acknowledged, now_us)).collect();
     let place = |glance: &Glance| ORDER.iter().position(|state| *state == glance.state_now);
-    all.sort_by_key(|glance| place(glance).map_or(0, |place| place + 1));
+    all.sort_by_key(|glance| {
+        (place(glance).map_or(0, |place| place + 1), glance.is_alarm && glance.acknowledged.is_some())
+    });
     all
 }
 
-fn of(newest: &Newest, now_us: i64) -> Glance {
+fn of(newest: &Newest, acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -> Glance {
     let quiet_us = (QUIET_PERIODS * NodeConfig::new(0).heartbeat_period_us) as i64;
     let age_us = newest.heard_us.map(|heard_us| now_us - heard_us);
     let is_silent = age_us.is_none_or(|age_us| age_us > quiet_us);
@@ -61,10 +75,20 @@ fn of(newest: &Newest, now_us: i64) -> Glance {
         (false, Some(_)) if next.is_empty() => what,
         (false, Some(_)) => format!("{what}: {next}"),
     };
-    let state_now = if is_silent { "silent" } else { state }.into();
+    let state_now: String = if is_silent { "silent" } else { state }.into();
+    let since_us = if is_silent { newest.heard_us } else { newest.since_us }.unwrap_or(0);
+    let acknowledged = acknowledged.get(&(newest.source, state_now.clone(), since_us)).cloned();
     // commands stand in backticks, which a terminal's readers know
     let why = why.replace('`', "");
-    Glance { newest: newest.clone(), state_now, why, age_s: age_us.map(|us| us.max(0) as f64 * 1e-6) }
+    Glance {
+        newest: newest.clone(),
+        is_alarm: !CALM.contains(&state_now.as_str()),
+        state_now,
+        why,
+        age_s: age_us.map(|us| us.max(0) as f64 * 1e-6),
+        since_us,
+        acknowledged,
+    }
 }
 
 #[cfg(test)]
@@ -73,6 +97,8 @@ mod tests {
 
     fn told(node: u8, state: &str, reason: &str, heard_us: i64) -> Newest {
         Newest {
+            source: i64::from(node),
+            since_us: (state == "flagged").then_some(7),
             plant: "north".into(),
             bus: "hall1".into(),
             node,
@@ -94,19 +120,32 @@ mod tests {
             told(1, "tracking", "none", now_us - 1_000_000),
             told(2, "tracking", "none", now_us - 4_000_000),
             told(3, "flagged", "rise", now_us),
+            told(6, "flagged", "rise", now_us),
             told(4, "blind", "keyphasor", now_us + 1_000_000),
             Newest { heard_us: None, state: None, ..told(5, "", "none", 0) },
         ];
-        let seen = all(&newest, now_us);
+        let ada = || Acknowledged { who: "Ada".into(), time_us: 8 };
+        let earlier = (2, "silent".to_string(), 1);
+        let acknowledged = HashMap::from([((3, "flagged".to_string(), 7), ada()), (earlier, ada())]);
+        let seen = all(&newest, &acknowledged, now_us);
         let shown: Vec<(u8, &str)> = seen.iter().map(|g| (g.newest.node, g.state_now.as_str())).collect();
-        assert_eq!(shown, [(3, "flagged"), (2, "silent"), (5, "silent"), (4, "blind"), (1, "tracking")]);
+        assert_eq!(
+            shown,
+            [(6, "flagged"), (3, "flagged"), (2, "silent"), (5, "silent"), (4, "blind"), (1, "tracking")]
+        );
         assert!(
             seen[0].why.starts_with("the residual rose above its level: record a run-up"),
             "{}",
             seen[0].why
         );
-        assert!(seen[1].why.contains("it was tracking"));
-        assert_eq!((seen[3].age_s, seen[2].age_s), (Some(0.0), None), "a clock that is ahead");
-        assert_eq!(seen[4].why, "");
+        assert!(seen[2].why.contains("it was tracking"));
+        assert_eq!((seen[4].age_s, seen[3].age_s), (Some(0.0), None), "a clock that is ahead");
+        assert_eq!(seen[5].why, "");
+        let who = |glance: &Glance| glance.acknowledged.as_ref().map(|seen| seen.who.clone());
+        assert_eq!(seen.iter().map(who).collect::<Vec<_>>()[..3], [None, Some("Ada".into()), None]);
+        assert_eq!(
+            seen.iter().map(|g| g.is_alarm).collect::<Vec<_>>(),
+            [true, true, true, true, true, false]
+        );
     }
 }

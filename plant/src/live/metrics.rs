@@ -12,11 +12,16 @@ fn label(value: &str) -> String {
 /// One metric: name, what it is, and its value for a monitor that has one.
 type Metric = (&'static str, &'static str, fn(&Glance) -> Option<f64>);
 
-const METRICS: [Metric; 5] = [
+const METRICS: [Metric; 6] = [
     ("rotor_edge_age_seconds", "Since the last sign of life.", |g| g.age_s),
     ("rotor_edge_silent", "1 if nothing is heard any more.", |g| {
         Some(f64::from(u8::from(g.state_now == "silent")))
     }),
+    (
+        "rotor_edge_acknowledged",
+        "1 if somebody has seen the state that it is in and that needs somebody.",
+        |g| g.is_alarm.then(|| f64::from(u8::from(g.acknowledged.is_some()))),
+    ),
     ("rotor_edge_flagged", "1 if the flag was up in the last result.", |g| {
         g.newest.flagged.map(|flagged| f64::from(u8::from(flagged)))
     }),

@@ -1,17 +1,29 @@
-//! A page of all monitors that follows what a store holds, and numbers for Prometheus. It reads and never writes.
+//! Pages that follow what a store holds, and numbers for Prometheus. They read; only who has the token of the server may say
+//! that an alarm was seen.
 //!
 //! | path | answer |
 //! |---|---|
-//! | `/` | the page, whole without its script |
-//! | `/events` | the table of the page again, as a server-sent event whenever it changes |
+//! | `/` | all monitors, the worst first |
+//! | `/machine/PLANT/BUS/NODE` | one of them; names as [`plain_word`](crate::item::plain_word) writes them |
+//! | … `/figures?hours=24` | its trends and orbits |
+//! | … `/report/COMMAND` | the newest page that a job made of it |
+//! | … `/acknowledge` | takes who has seen its alarm |
+//! | `/jobs` | what was asked of the fleet |
+//! | … `/events` | what is live of a page again, as a server-sent event whenever it changes |
 //! | `/monitors` | every monitor's last word as JSON |
 //! | `/metrics` | the same for Prometheus |
 
+pub mod alarm;
 pub mod glance;
+mod history;
+mod jobs;
+mod machine;
 mod metrics;
 mod page;
+mod served;
+mod trends;
 
-use std::convert::Infallible;
+use std::collections::HashMap;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,91 +32,97 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use axum::Router;
-use axum::extract::State;
 use axum::http::header;
-use axum::response::sse::{Event, KeepAlive, Sse};
-use axum::response::{Html, IntoResponse};
-use axum::routing::get;
-use futures_util::{Stream, stream};
+use axum::routing::{get, post};
 use jiff::Timestamp;
 use tokio::net::TcpListener;
 use tokio::runtime::Builder;
 use tokio::sync::watch;
 
 use crate::store::{Newest, Store};
+use alarm::{Acknowledged, Key};
 use glance::Glance;
+use served::Served;
 
-/// Between two looks into the store: half of what a reader may wait.
-const LOOK: Duration = Duration::from_secs(1);
-/// The page may do nothing but show itself and listen here.
-const POLICY: &str =
-    "default-src 'none'; style-src 'self'; script-src 'self'; connect-src 'self'; img-src data:";
+/// Between two looks into the store: a quarter of what a reader may wait.
+const LOOK: Duration = Duration::from_millis(500);
+/// Threads that read the store for pages, so that many readers leave the machine to others.
+const READERS: usize = 4;
 
-type Seen = watch::Receiver<Arc<Vec<Glance>>>;
-
-/// Serves until `stop` rises. `opened` hears where, once that is known.
+/// Serves until `stop` rises. Who knows the `token` may acknowledge alarms; without one nobody may. `opened` hears where, once
+/// that is known.
 ///
 /// # Errors
 /// If the store cannot be read at first, or the address not be had.
 pub fn serve(
-    store: PathBuf,
+    path: PathBuf,
     address: SocketAddr,
+    token: Option<&str>,
     stop: &AtomicBool,
     opened: impl FnOnce(SocketAddr),
 ) -> Result<()> {
-    let store = Store::open(&store)?;
-    let mut newest = store.newest()?;
-    let (tell, seen) = watch::channel(Arc::new(at_present(&newest)));
-    let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
+    let store = Store::open_to_read(&path)?;
+    let mut told = Told::read(&store)?;
+    let (tell, seen) = watch::channel(Arc::new(told.at_present()));
+    let runtime =
+        Builder::new_multi_thread().worker_threads(1).max_blocking_threads(READERS).enable_all().build()?;
     let listener = runtime
         .block_on(TcpListener::bind(address))
         .with_context(|| format!("{address}: cannot be listened at"))?;
     opened(listener.local_addr()?);
-    let routes = Router::new()
-        .route("/", get(whole_page))
-        .route("/page.css", get(|| async { ([(header::CONTENT_TYPE, "text/css")], page::STYLE) }))
-        .route("/page.js", get(|| async { ([(header::CONTENT_TYPE, "text/javascript")], page::SCRIPT) }))
-        .route("/events", get(events))
-        .route("/monitors", get(monitors))
-        .route("/metrics", get(numbers))
-        .with_state(seen);
+    let routes = routes(Served::new(seen, path, token));
     runtime.spawn(async move { axum::serve(listener, routes).await });
     while !stop.load(Ordering::Relaxed) {
         std::thread::sleep(LOOK);
         // while a store cannot be read, what was told last grows old, and everybody falls silent
-        if let Ok(now) = store.newest() {
-            newest = now;
+        if let Ok(now) = Told::read(&store) {
+            told = now;
         }
-        tell.send_replace(Arc::new(at_present(&newest)));
+        tell.send_replace(Arc::new(told.at_present()));
     }
     // whoever still listens is not waited for
     runtime.shutdown_background();
     Ok(())
 }
 
-fn at_present(newest: &[Newest]) -> Vec<Glance> {
-    glance::all(newest, Timestamp::now().as_microsecond())
+fn routes(served: Served) -> Router {
+    let style = || async { ([(header::CONTENT_TYPE, "text/css")], page::STYLE) };
+    let script = || async { ([(header::CONTENT_TYPE, "text/javascript")], page::SCRIPT) };
+    const MACHINE: &str = "/machine/{plant}/{bus}/{node}";
+    let of_machine = |rest: &str| format!("{MACHINE}/{rest}");
+    Router::new()
+        .route("/", get(served::monitors))
+        .route("/events", get(served::monitors_events))
+        .route("/jobs", get(served::jobs))
+        .route("/jobs/events", get(served::jobs_events))
+        .route(MACHINE, get(served::machine))
+        .route(&of_machine("events"), get(served::machine_events))
+        .route(&of_machine("figures"), get(served::figures))
+        .route(&of_machine("report/{command}"), get(served::report))
+        .route(&of_machine("acknowledge"), post(served::acknowledge))
+        .route("/monitors", get(served::as_json))
+        .route("/metrics", get(served::numbers))
+        .route("/page.css", get(style))
+        .route("/page.js", get(script))
+        .with_state(served)
 }
 
-async fn whole_page(State(seen): State<Seen>) -> impl IntoResponse {
-    let page = page::whole(&seen.borrow());
-    ([(header::CONTENT_SECURITY_POLICY, POLICY)], Html(page))
+/// What a store said last.
+struct Told {
+    newest: Vec<Newest>,
+    acknowledged: HashMap<Key, Acknowledged>,
 }
 
-async fn events(State(seen): State<Seen>) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
-    let next = |mut seen: Seen| async move {
-        seen.changed().await.ok()?;
-        let table = page::table(&seen.borrow_and_update()).into_string();
-        Some((Ok(Event::default().data(table)), seen))
-    };
-    Sse::new(stream::unfold(seen, next)).keep_alive(KeepAlive::default())
+impl Told {
+    fn read(store: &Store) -> Result<Self> {
+        Ok(Self { newest: store.newest()?, acknowledged: alarm::acknowledged(store.reading())? })
+    }
+
+    fn at_present(&self) -> Vec<Glance> {
+        glance::all(&self.newest, &self.acknowledged, now_us())
+    }
 }
 
-async fn monitors(State(seen): State<Seen>) -> impl IntoResponse {
-    let text = serde_json::to_string(&**seen.borrow()).unwrap_or_default();
-    ([(header::CONTENT_TYPE, "application/json")], text)
-}
-
-async fn numbers(State(seen): State<Seen>) -> impl IntoResponse {
-    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4")], metrics::text(&seen.borrow()))
+fn now_us() -> i64 {
+    Timestamp::now().as_microsecond()
 }

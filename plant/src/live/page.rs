@@ -1,16 +1,19 @@
-//! The page.
+//! What pages have in common, and the one of all monitors.
 
+use jiff::Timestamp;
 use maud::{DOCTYPE, Markup, html};
 
+use super::alarm::Acknowledged;
 use super::glance::Glance;
+use crate::item::plain_word;
 
 /// Its look.
 pub const STYLE: &str = include_str!("page.css");
-/// Replaces the table by what it is told.
+/// Replaces what is live by what it is told.
 pub const SCRIPT: &str = include_str!("page.js");
 
-/// The whole page, as it is at this moment.
-pub fn whole(all: &[Glance]) -> String {
+/// A whole page as it is at this moment: what `events` tells anew, and what stays `beside` it.
+pub fn whole(title: &str, events: &str, live: &Markup, beside: &Markup) -> String {
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
@@ -18,14 +21,16 @@ pub fn whole(all: &[Glance]) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 link rel="icon" href="data:,";
-                link rel="stylesheet" href="page.css";
-                title { "Monitors" }
+                link rel="stylesheet" href="/page.css";
+                title { (title) }
             }
-            body {
-                h1 { "Monitors" }
+            body data-events=(events) {
+                nav { a href="/" { "Monitors" } " " a href="/jobs" { "Jobs" } }
+                h1 { (title) }
                 p id="link" role="status" { "The page as it was loaded." }
-                main id="monitors" { (table(all)) }
-                script src="page.js" {}
+                main id="live" { (live) }
+                (beside)
+                script src="/page.js" {}
             }
         }
     };
@@ -33,7 +38,7 @@ pub fn whole(all: &[Glance]) -> String {
 }
 
 /// All monitors, the worst first, and how many are in each state.
-pub fn table(all: &[Glance]) -> Markup {
+pub fn monitors(all: &[Glance], now_us: i64) -> Markup {
     let mut states: Vec<(&str, usize)> = Vec::new();
     for glance in all {
         match states.iter_mut().find(|(state, _)| *state == glance.state_now) {
@@ -44,16 +49,18 @@ pub fn table(all: &[Glance]) -> Markup {
     html! {
         @if all.is_empty() { p { "Nothing was heard of any monitor yet." } }
         ul class="states" { @for (state, number) in states { li class=(state) { b { (number) } " " (said(state)) } } }
-        table {
+        table class="monitors" {
             thead { tr { @for name in ["plant", "bus", "node", "state", "residual", "heard", ""] { th scope="col" { (name) } } } }
             tbody {
                 @for glance in all {
+                    @let newest = &glance.newest;
                     tr class=(glance.state_now) {
-                        td { (glance.newest.plant) } td { (glance.newest.bus) } td { (glance.newest.node) }
+                        td { (newest.plant) } td { (newest.bus) }
+                        td { a href=(path(&newest.plant, &newest.bus, newest.node)) { (newest.node) } }
                         td class="state" { (said(&glance.state_now)) }
-                        td { (glance.newest.ratio.map_or("–".into(), |ratio| format!("{:.1} %", 100.0 * ratio))) }
+                        td { (newest.ratio.map_or("–".into(), |ratio| format!("{:.1} %", 100.0 * ratio))) }
                         td { (glance.age_s.map_or("never".into(), ago)) }
-                        td { (glance.why) }
+                        td { (glance.why) (seen(glance.acknowledged.as_ref(), now_us)) }
                     }
                 }
             }
@@ -61,8 +68,28 @@ pub fn table(all: &[Glance]) -> Markup {
     }
 }
 
-fn said(state: &str) -> String {
-    state.replace('_', " ")
+/// Where the page of a monitor is.
+pub fn path(plant: &str, bus: &str, node: u8) -> String {
+    format!("/machine/{}/{}/{node}", plain_word(plant), plain_word(bus))
+}
+
+/// Who has seen it.
+pub fn seen(acknowledged: Option<&Acknowledged>, now_us: i64) -> Markup {
+    html! {
+        @if let Some(seen) = acknowledged {
+            " " span class="seen" { "seen by " (seen.who) ", " (ago_us(now_us, seen.time_us)) }
+        }
+    }
+}
+
+/// A word of the protocol as people say it.
+pub fn said(word: &str) -> String {
+    word.replace('_', " ")
+}
+
+/// How long ago that was.
+pub fn ago_us(now_us: i64, then_us: i64) -> String {
+    ago((now_us - then_us).max(0) as f64 * 1e-6)
 }
 
 fn ago(age_s: f64) -> String {
@@ -74,6 +101,12 @@ fn ago(age_s: f64) -> String {
     }
 }
 
+/// A moment as people write it.
+pub fn moment(time_us: i64) -> String {
+    let told = Timestamp::from_microsecond(time_us).map(|time| time.strftime("%F %T UTC").to_string());
+    told.unwrap_or_else(|_| "an impossible time".into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,10 +115,13 @@ mod tests {
     fn ages_are_told_in_the_unit_that_fits() {
         let told = [0.4, 59.0, 61.0, 7_300.0, 180_000.0].map(ago);
         assert_eq!(told, ["0 s ago", "59 s ago", "1 min ago", "2 h ago", "2 days ago"]);
+        assert_eq!(ago_us(5, 9), "0 s ago", "a clock that is ahead");
+        assert_eq!(moment(1_700_000_000_000_000), "2023-11-14 22:13:20 UTC");
+        assert_eq!(moment(i64::MAX), "an impossible time");
     }
 
     #[test]
     fn a_plant_without_monitors_says_so() {
-        assert!(whole(&[]).contains("Nothing was heard of any monitor yet."));
+        assert!(monitors(&[], 0).into_string().contains("Nothing was heard of any monitor yet."));
     }
 }

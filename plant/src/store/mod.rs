@@ -47,6 +47,21 @@ impl Store {
         Ok(Self { connection, name, sources: HashMap::new(), locks: Vec::new() })
     }
 
+    /// Opens a store that is there, and never writes into it.
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn open_to_read(path: &Path) -> Result<Self> {
+        let store = Self::open(path)?;
+        store.connection.pragma_update(None, "query_only", true)?;
+        Ok(store)
+    }
+
+    /// To look at what there is.
+    pub(crate) fn reading(&self) -> &Connection {
+        &self.connection
+    }
+
     /// For the jobs of the fleet.
     pub(crate) fn connection(&mut self) -> &mut Connection {
         &mut self.connection

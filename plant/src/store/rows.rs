@@ -13,6 +13,8 @@ const PLANES: usize = 4;
 /// A row of the view `newest`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Newest {
+    /// Number of its source in the store.
+    pub source: i64,
     /// Name of the plant.
     pub plant: String,
     /// Name of the bus.
@@ -25,6 +27,8 @@ pub struct Newest {
     pub state: Option<String>,
     /// Why.
     pub reason: Option<String>,
+    /// When it told that it came into this state, µs since 1970; none if that was not heard.
+    pub since_us: Option<i64>,
     /// Its last result, µs since 1970.
     pub result_us: Option<i64>,
     /// Whether the flag was up then.
@@ -40,12 +44,14 @@ pub struct Newest {
 impl Newest {
     pub(super) fn of(row: &Row) -> rusqlite::Result<Self> {
         Ok(Self {
+            source: row.get("source")?,
             plant: row.get("plant")?,
             bus: row.get("bus")?,
             node: row.get("node")?,
             heard_us: row.get("heard_us")?,
             state: row.get("state")?,
             reason: row.get("reason")?,
+            since_us: row.get("since_us")?,
             result_us: row.get("result_us")?,
             flagged: row.get("flagged")?,
             suspect: row.get("suspect")?,
