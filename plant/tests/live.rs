@@ -197,6 +197,7 @@ fn the_page_of_a_machine_shows_what_is_known_of_it_and_takes_who_has_seen_its_al
     assert_eq!(form(since_us, "Ada+%3CL%3E", "correct+horse+battery").0, "303");
     until("who has seen it", || monitor()["acknowledged"]["who"] == "Ada <L>");
     assert!(asked(&address, "GET /").1.contains("seen by Ada &lt;L&gt;"));
+    assert!(!asked(&address, &format!("GET {page}")).1.contains("data-state"), "nothing is left to be seen");
 
     let (_program, address) = served(path, &[]);
     let (code, said) = posted(&address, &to, &format!("state=flagged&since_us={since_us}&who=Ben&token="));

@@ -60,7 +60,12 @@ pub fn name(who: &str) -> Option<&str> {
 
 /// The alarm of a monitor that needs somebody.
 pub fn of(glance: &Glance) -> Option<Key> {
-    glance.is_alarm.then(|| (glance.newest.source, glance.state_now.clone(), glance.since_us))
+    glance.is_alarm.then(|| (glance.newest.source, glance.state_now.clone(), glance.state_since_us))
+}
+
+/// The same while nobody has seen it.
+pub fn unseen(glance: &Glance) -> Option<Key> {
+    of(glance).filter(|_| glance.acknowledged.is_none())
 }
 
 #[cfg(test)]

@@ -45,7 +45,7 @@ pub struct Glance {
     /// Whether somebody is needed.
     pub is_alarm: bool,
     /// Since when it is in this state, µs since 1970: when it told so, or was heard last; 0 if that was not heard.
-    pub since_us: i64,
+    pub state_since_us: i64,
     /// Who has seen it in this state since then.
     pub acknowledged: Option<Acknowledged>,
 }
@@ -76,8 +76,8 @@ fn of(newest: &Newest, acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -
         (false, Some(_)) => format!("{what}: {next}"),
     };
     let state_now: String = if is_silent { "silent" } else { state }.into();
-    let since_us = if is_silent { newest.heard_us } else { newest.since_us }.unwrap_or(0);
-    let acknowledged = acknowledged.get(&(newest.source, state_now.clone(), since_us)).cloned();
+    let state_since_us = if is_silent { newest.heard_us } else { newest.since_us }.unwrap_or(0);
+    let acknowledged = acknowledged.get(&(newest.source, state_now.clone(), state_since_us)).cloned();
     // commands stand in backticks, which a terminal's readers know
     let why = why.replace('`', "");
     Glance {
@@ -86,7 +86,7 @@ fn of(newest: &Newest, acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -
         state_now,
         why,
         age_s: age_us.map(|us| us.max(0) as f64 * 1e-6),
-        since_us,
+        state_since_us,
         acknowledged,
     }
 }

@@ -51,6 +51,10 @@ impl Nats {
         format!("nats://127.0.0.1:{}", self.port)
     }
 
+    pub fn process(&self) -> u32 {
+        self.program.as_ref().unwrap().id()
+    }
+
     pub fn kill(&mut self) {
         if let Some(mut program) = self.program.take() {
             program.kill().unwrap();
