@@ -1,4 +1,4 @@
-//! What the monitors of a plant tell, kept: from CAN buses into a file, or over NATS JetStream into one.
+//! What the monitors of a plant tell, kept: from CAN buses into a file or a database, at once or over NATS JetStream.
 //!
 //! | module | holds |
 //! |---|---|
@@ -11,13 +11,15 @@
 //! | [`stream`] | a stream of NATS JetStream |
 //! | [`gateway`] | buses into a keeper |
 //! | [`collection`] | a stream into a store |
+//! | [`export`] | a file's days as Parquet |
 //! | [`fleet`] | jobs over many machines, their queue and who works on them |
-//! | [`live`] | a page of all monitors, and numbers for Prometheus |
+//! | [`live`] | pages of monitors, machines and jobs, and numbers for Prometheus |
 //! | [`command`] | the command line |
 
 pub mod collection;
 pub mod command;
 pub mod database;
+pub mod export;
 pub mod fleet;
 pub mod gateway;
 pub mod hearing;

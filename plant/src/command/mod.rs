@@ -1,6 +1,7 @@
-//! The command line: `gateway`, `collect`, `status`; `machine`, `fleet`, `worker`; `serve`.
+//! The command line: `gateway`, `collect`, `status`, `export`; `machine`, `fleet`, `worker`; `serve`.
 
 mod collect;
+mod export;
 mod fleet;
 mod gateway;
 mod serve;
@@ -37,13 +38,15 @@ enum Command {
     Collect(collect::Arguments),
     /// The last word of every monitor in a file
     Status(status::Arguments),
+    /// Write a file's days as Parquet, for notebooks and data lakes
+    Export(export::Arguments),
     /// State which machine a monitor watches
     Machine(fleet::Machine),
     /// Ask for a command of the desk over many machines, and see what became of it
     Fleet(fleet::Fleet),
     /// Do what was asked for; any number of these may run
     Worker(worker::Arguments),
-    /// A live page of all monitors, and numbers for Prometheus
+    /// Live pages of all monitors, machines and jobs, and numbers for Prometheus
     Serve(serve::Arguments),
 }
 
@@ -56,6 +59,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Gateway(arguments) => gateway::run(&arguments),
         Command::Collect(arguments) => collect::run(&arguments),
         Command::Status(arguments) => status::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Machine(arguments) => fleet::machine(&arguments),
         Command::Fleet(arguments) => fleet::fleet(&arguments),
         Command::Worker(arguments) => worker::run(&arguments),

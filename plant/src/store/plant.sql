@@ -25,9 +25,11 @@ CREATE TABLE acknowledged (
     PRIMARY KEY (source, state, since_us)
 ) STRICT, WITHOUT ROWID;
 
--- What a page shows over a time, and what a job reads.
+-- What a page shows over a time, what a job reads, what a day's file holds.
 CREATE INDEX reading_time ON reading (source, time_us);
 CREATE INDEX result_time ON result (source, time_us);
+CREATE INDEX state_time ON state (source, time_us);
+CREATE INDEX heartbeat_time ON heartbeat (source, time_us);
 
 -- One row a monitor: its last word, and when it came into its state, where it told: the first after the last other state.
 DROP VIEW newest;
