@@ -6,10 +6,12 @@ use std::collections::BTreeSet;
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::Path;
+use std::process::Stdio;
 
 use common::database::Postgres;
 use common::nats::Nats;
-use common::{Bus, Program, refusal, until};
+use common::{Bus, Program, free_port, installed, refusal, until};
+use rotor_edge_plant::item::{Body, Evaluated, Item};
 use rusqlite::Connection;
 
 const NODES: [u8; 3] = [1, 2, 9];
@@ -160,4 +162,36 @@ fn a_server_that_wants_a_password_is_told_from_one_that_is_not_there_and_the_pas
     let gateway = Program::start(&["gateway", "--bus", &spec, "--to", &right]).listening();
     let (code, _, err) = gateway.end();
     assert_eq!((code, err.contains("s3cret")), (Some(0), false), "{err}");
+}
+
+#[test]
+fn a_program_that_speaks_mqtt_hears_results_on_their_topic() {
+    let port = free_port();
+    let more = format!("server_name: hall\nmqtt {{ listen: \"127.0.0.1:{port}\" }}\n");
+    let (Some(nats), Some(client)) = (Nats::start_with(&more, ""), installed("mosquitto_sub", &["/usr/bin"]))
+    else {
+        return;
+    };
+    let mut bus = Bus::start();
+    let gateway = gateway(&bus, "hall.1", &nats);
+    let mut command = std::process::Command::new(client);
+    // with its topic in front; ends by itself after one message
+    let topics = "rotor_edge/north/+/3/result";
+    command.args(["-h", "127.0.0.1", "-p", &port.to_string(), "-t", topics, "-v", "-C", "1"]);
+    let mut client = command.stdout(Stdio::piped()).spawn().unwrap();
+    let mut sequence = 0;
+    // it hears what is told after it has come
+    until("a message", || {
+        bus.say(9, sequence);
+        bus.say(3, sequence);
+        sequence += 1;
+        client.try_wait().unwrap().is_some()
+    });
+    let said = std::io::read_to_string(client.stdout.take().unwrap()).unwrap();
+    let (topic, message) = said.split_once(' ').unwrap();
+    assert_eq!(topic, "rotor_edge/north/hall_2e_1/3/result");
+    let item: Item = serde_json::from_str(message).unwrap();
+    assert_eq!((item.source.bus.as_str(), item.source.node), ("hall.1", 3));
+    assert_eq!(item.body, Body::Result(Evaluated::from(&common::result(3, item.sequence))));
+    assert_eq!(gateway.end().0, Some(0));
 }
