@@ -2,10 +2,14 @@
 
 use std::process::ExitCode;
 
-use rotor_edge::command::{self, Cli};
+use rotor_edge::command::{self, Cli, extension};
 
 fn main() -> ExitCode {
     end_when_nothing_can_be_printed();
+    let words: Vec<_> = std::env::args_os().skip(1).collect();
+    if let Some(code) = extension::run(&words) {
+        return code;
+    }
     match Cli::of_this_process().and_then(command::run) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

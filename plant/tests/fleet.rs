@@ -1,8 +1,12 @@
 //! Commands of the desk over many machines: what workers answer is what the desk answers, once, whoever is killed.
+//!
+//! `ROTOR_EDGE_JOBS=1000` asks for so many joint jobs over 60 days each.
 
 mod common;
 
+use std::ffi::OsString;
 use std::path::Path;
+use std::time::Instant;
 
 use common::plant::Plant;
 use common::{Program, refusal, run, until};
@@ -71,6 +75,47 @@ fn the_job_of_a_killed_worker_is_done_by_another_within_its_lease() {
         assert_eq!(job["answer"]["verdict"], expected["verdict"]);
         assert!(job["model"].as_str().unwrap().contains("kind = \"seal\""), "the better drawing");
     }
+}
+
+#[test]
+fn two_workers_do_joint_jobs_as_two_processes_of_the_desk_would() {
+    let jobs: usize = std::env::var("ROTOR_EDGE_JOBS").map_or(4, |number| number.parse().unwrap());
+    let machines = jobs.min(250);
+    let plant = Plant::of_days(0..machines as u8, 60);
+    let folder = plant.folder.path();
+    let [rotor, data] = ["rotor.toml", "data.csv"].map(|name| folder.join(name));
+    let pure = Instant::now();
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                let words = || ["track", "--method", "joint", "--json"].map(OsString::from);
+                for _ in 0..jobs / 2 {
+                    let words = words().into_iter().chain([rotor.clone().into(), data.clone().into()]);
+                    object(words, Listener::Program(&|_, _| {})).unwrap();
+                }
+            });
+        }
+    });
+    let pure_s = pure.elapsed().as_secs_f64();
+    // other ends of the period make other jobs of the same days
+    for minute in 0..jobs / machines {
+        let to = format!("2027-01-01T00:{minute:02}Z");
+        plant.says(&["fleet", "track", plant.path(), "--method", "joint", "--to", &to], "new jobs");
+    }
+    let begun = Instant::now();
+    let workers = [(); 2].map(|()| Program::start(&["worker", plant.path(), "--once"]));
+    for mut worker in workers {
+        assert!(worker.child.wait().unwrap().success());
+    }
+    let took_s = begun.elapsed().as_secs_f64();
+    let all = plant.jobs();
+    assert_eq!(all.len(), jobs / machines * machines);
+    assert!(all.iter().all(|job| job["state"] == "done" && job["tries"] == 1));
+    println!("{jobs} joint jobs on two workers: {took_s:.1} s, {:.3} of their pure time", took_s / pure_s);
+    let mut seconds: Vec<f64> = all.iter().map(|job| job["seconds"].as_f64().unwrap()).collect();
+    seconds.sort_by(f64::total_cmp);
+    let at = |share: f64| seconds[((seconds.len() - 1) as f64 * share) as usize];
+    println!("a job: median {:.3} s, 99 % {:.3} s, longest {:.3} s", at(0.5), at(0.99), at(1.0));
 }
 
 #[test]

@@ -19,6 +19,7 @@ mod diagnose;
 mod entitled;
 mod estimate;
 mod explain;
+pub mod extension;
 mod extract;
 mod forecast;
 mod identify;
