@@ -22,9 +22,15 @@ fn a_program_on_the_path_is_run_with_the_rest_of_the_words_and_its_exit_code_is_
     script("rotor-edge-check");
     let run = |words: &[&str]| {
         let path = std::env::join_paths(
-            [folder.path().to_path_buf()].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap())),
+            [folder.path().to_path_buf()]
+                .into_iter()
+                .chain(std::env::split_paths(&std::env::var_os("PATH").unwrap())),
         );
-        Command::new(env!("CARGO_BIN_EXE_rotor-edge")).args(words).env("PATH", path.unwrap()).output().unwrap()
+        Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+            .args(words)
+            .env("PATH", path.unwrap())
+            .output()
+            .unwrap()
     };
     let output = run(&["hello", "a", "--b c"]);
     assert_eq!((output.status.code(), output.stdout.as_slice()), (Some(7), b"said: a --b c\n".as_slice()));

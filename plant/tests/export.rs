@@ -1,4 +1,5 @@
-//! `export`: a day is a file, whole or not at all, with the store's numbers to the bit.
+//! `export`: a day is a file, whole or not at all, with the store's numbers to the bit. `forget`: what is old goes, and what
+//! says where numbers go on stays.
 
 mod common;
 
@@ -9,7 +10,7 @@ use common::{reading, refusal, result, run};
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use parquet::record::RowAccessor as _;
 use rotor_edge_core::can::NumberedReading;
-use rotor_edge_plant::item::{Body, Evaluated, Item, Reading, SCHEMA, Source};
+use rotor_edge_plant::item::{Body, Evaluated, Item, Kind, Reading, SCHEMA, Source};
 use rotor_edge_plant::keeper::Keeper as _;
 use rotor_edge_plant::store::Store;
 
@@ -79,4 +80,30 @@ fn a_day_is_a_file_with_the_numbers_of_the_store_and_is_written_again_when_it_go
     assert_eq!(exported(&path, &days), "1 files written with 2 rows, 3 left as they were.\n");
     let said = refusal(&["export", path.to_str().unwrap(), path.to_str().unwrap()]);
     assert!(said.contains("cannot be made"), "{said}");
+}
+
+#[test]
+fn what_is_older_than_a_day_goes_and_the_last_of_each_monitor_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plant.db");
+    let mut store = Store::open(&path).unwrap();
+    for (sequence, hour) in (0..48).enumerate() {
+        store.put(&told(1, sequence as u16, BEGIN_US + hour * DAY_US / 24)).unwrap();
+    }
+    // it fell silent on the first day
+    store.put(&told(2, 5, BEGIN_US)).unwrap();
+    store.put(&told(2, 6, BEGIN_US + 1)).unwrap();
+    let forget = |more: &[&str]| {
+        let words = [&["forget", path.to_str().unwrap(), "--before", "2026-03-02"], more].concat();
+        String::from_utf8(run(&words).stdout).unwrap()
+    };
+    assert!(forget(&["--only", "result"]).contains("25 of result"));
+    assert_eq!(store.count(Kind::Reading).unwrap(), 50, "of one kind alone");
+    let said = forget(&[]);
+    assert!(said.contains("25 of reading") && said.contains(" 0 of result"), "{said}");
+    let last = store.last("north", "hall \"1\"").unwrap();
+    let mut numbers: Vec<_> = last.iter().map(|(node, _, last)| (*node, last.sequence)).collect();
+    numbers.sort();
+    assert_eq!(numbers, [(1, 47), (1, 47), (2, 6), (2, 6)]);
+    assert_eq!(store.count(Kind::Reading).unwrap(), 25);
 }

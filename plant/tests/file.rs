@@ -6,6 +6,8 @@ use std::path::Path;
 use std::process::Command;
 
 use common::{Bus, Program, reading, refusal, result, run, until};
+use rotor_edge_core::can::{Message, PROTOCOL_VERSION};
+use rotor_edge_core::state::{NodeState, Reason};
 use rotor_edge_plant::item::Kind;
 use rotor_edge_plant::store::{Store, VERSION};
 use rusqlite::Connection;
@@ -186,12 +188,31 @@ fn a_store_of_the_first_version_is_brought_up_to_date_with_all_that_is_in_it() {
 }
 
 #[test]
-fn every_command_line_of_the_page_is_one_that_the_program_takes() {
+fn a_monitor_of_another_protocol_is_told_of_once_and_what_it_tells_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plant.db");
+    let mut bus = Bus::start();
+    let gateway = gateway(&bus, &path);
+    let version = PROTOCOL_VERSION + 1;
+    let state = NodeState::Tracking;
+    let told = Message::Heartbeat { version, state, reason: Reason::None, missing_mask: 0, readings: 1 };
+    (0..3).for_each(|_| bus.send(&told.encode(NODE)));
+    until("its heartbeats", || count(&path, Kind::Heartbeat) == 3);
+    let (code, _, err) = gateway.end();
+    let said =
+        format!("monitor {NODE} speaks version {version} of the protocol, this gateway {PROTOCOL_VERSION}");
+    assert_eq!((code, err.matches(&said).count()), (Some(0), 1), "{err}");
+}
+
+#[test]
+fn every_command_line_of_the_pages_is_one_that_the_program_takes() {
     use clap::Parser as _;
-    let page =
-        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/plant.md")).unwrap();
-    let lines: Vec<&str> = page.lines().filter(|line| line.starts_with("rotor-edge-plant ")).collect();
-    assert!(lines.len() > 3);
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+    let pages =
+        ["plant.md", "plant-at-scale.md"].map(|page| std::fs::read_to_string(docs.join(page)).unwrap());
+    let lines = pages.iter().flat_map(|page| page.lines());
+    let lines: Vec<&str> = lines.filter(|line| line.starts_with("rotor-edge-plant ")).collect();
+    assert!(lines.len() > 15);
     for line in lines {
         rotor_edge_plant::command::Cli::try_parse_from(line.split(' '))
             .unwrap_or_else(|e| panic!("{line}: {e}"));

@@ -12,6 +12,7 @@ use common::database::Postgres;
 use common::nats::Nats;
 use common::{Bus, Program, free_port, installed, refusal, until};
 use rotor_edge_plant::item::{Body, Evaluated, Item};
+use rotor_edge_plant::stream::server::Server;
 use rusqlite::Connection;
 
 const NODES: [u8; 3] = [1, 2, 9];
@@ -162,6 +163,68 @@ fn a_server_that_wants_a_password_is_told_from_one_that_is_not_there_and_the_pas
     let gateway = Program::start(&["gateway", "--bus", &spec, "--to", &right]).listening();
     let (code, _, err) = gateway.end();
     assert_eq!((code, err.contains("s3cret")), (Some(0), false), "{err}");
+}
+
+#[test]
+fn a_server_forgets_what_is_older_than_it_was_told_and_that_stays_so() {
+    let Some(nats) = Nats::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (store, address) = (folder.path().join("plant.db").display().to_string(), nats.address());
+    let bus = Bus::start();
+    let spec = bus.spec();
+    let server = Server::connect(&address, None).unwrap();
+    let days = || {
+        let stream = server.wait(server.context.get_stream("ROTOR_EDGE")).unwrap();
+        stream.cached_info().config.max_age.as_secs_f64() / 86_400.0
+    };
+    let runs = |words: &[&str], expected: f64| {
+        let program = Program::start(words).listening();
+        assert_eq!(days(), expected, "{words:?}");
+        assert_eq!(program.end().0, Some(0));
+    };
+    runs(&["gateway", "--bus", &spec, "--to", &address], 0.0);
+    runs(&["gateway", "--bus", &spec, "--to", &address, "--keep-days", "0.5"], 0.5);
+    runs(&["collect", "--from", &address, "--store", &store, "--keep-days", "3"], 3.0);
+    runs(&["gateway", "--bus", &spec, "--to", &address], 3.0);
+    let said = refusal(&["gateway", "--bus", &spec, "--to", &store, "--keep-days", "3"]);
+    assert!(said.contains("--keep-days is for a NATS server"), "{said}");
+    let short = common::run(&["gateway", "--bus", &spec, "--to", &address, "--keep-days", "0.01"]);
+    assert!(String::from_utf8_lossy(&short.stderr).contains("expected days, at least 0.05"));
+}
+
+/// What docs/plant-at-scale.md says of a gateway that may speak for its own bus alone.
+fn permissions() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/plant-at-scale.md");
+    let page = std::fs::read_to_string(path).unwrap();
+    let (_, rest) = page.split_once("```\nauthorization").unwrap();
+    format!("authorization{}", rest.split_once("```").unwrap().0)
+}
+
+#[test]
+fn a_gateway_may_speak_for_its_own_bus_alone_with_the_permissions_of_the_page() {
+    let Some(nats) = Nats::start_with(&permissions(), "") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plant.db");
+    let mut bus = Bus::start();
+    let address = |user: &str| format!("nats://{user}@127.0.0.1:{}", nats.port);
+    let words = |named: &str| {
+        ["gateway", "--plant", "north", "--bus", named, "--to", &address("hall3:hall3-secret")]
+            .map(String::from)
+    };
+    let hall4 = words(&format!("hall4={}", bus.spec()));
+    let said = refusal(&hall4.each_ref().map(String::as_str));
+    assert!(said.contains("lets nobody with these credentials speak for bus hall4 of north"), "{said}");
+    let hall3 = words(&format!("hall3={}", bus.spec()));
+    let gateway = Program::start(&hall3.each_ref().map(String::as_str)).listening();
+    bus.say(1, 0);
+    let from = address("collect:collect-secret");
+    let collector = Program::start(&["collect", "--from", &from, "--store", path.to_str().unwrap()]);
+    until("the reading", || rows(&path, "result") == 1);
+    assert_eq!(collector.end().0, Some(0));
+    // the last numbers are asked for
+    assert_eq!(gateway.end().0, Some(0));
+    let gateway = Program::start(&hall3.each_ref().map(String::as_str)).listening();
+    assert_eq!(gateway.end().0, Some(0));
 }
 
 #[test]

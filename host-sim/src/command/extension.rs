@@ -42,6 +42,7 @@ fn given_way_to(command: &mut Command) -> io::Result<ExitCode> {
 fn found(name: &str) -> Option<PathBuf> {
     let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.join(name)));
     let path = std::env::var_os("PATH");
-    let on_path = std::env::split_paths(path.as_deref().unwrap_or(OsStr::new(""))).map(|folder| folder.join(name));
+    let on_path =
+        std::env::split_paths(path.as_deref().unwrap_or(OsStr::new(""))).map(|folder| folder.join(name));
     beside.into_iter().chain(on_path).find(|program| program.is_file())
 }

@@ -1,11 +1,12 @@
 //! `collect`: a stream into a file or a database.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use anyhow::{Result, bail};
 use clap::Args;
 
-use super::{Place, on_signal, tell};
+use super::{Place, days, on_signal, tell};
 use crate::collection::run as collect;
 use crate::keeper::Keeper as _;
 use crate::stream::Stream;
@@ -27,6 +28,9 @@ pub struct Arguments {
     /// What the server lets us in by: a file of NATS credentials
     #[arg(long, value_name = "FILE")]
     credentials: Option<PathBuf>,
+    /// The server forgets what is older, collected or not [default: it keeps everything]
+    #[arg(long, value_name = "DAYS", value_parser = days)]
+    keep_days: Option<Duration>,
 }
 
 /// Runs the command until it is told to stop.
@@ -38,6 +42,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let stop = on_signal()?;
     let mut store = arguments.store.open(None)?;
     let stream = Stream::open(address, arguments.credentials.as_deref(), &arguments.leaf)?;
+    if let Some(time) = arguments.keep_days {
+        stream.keep_for(time)?;
+    }
     tell(&format!("From {} to {}; Ctrl-C ends it.", stream.description(), store.description()));
     let totals = collect(&stream, &arguments.name, &mut *store, &stop, tell)?;
     println!("{} items stored, {} messages set aside.", totals.stored, totals.strange);

@@ -1,12 +1,15 @@
 //! `gateway`: CAN buses into a file or a stream.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use anyhow::{Result, bail};
 use clap::Args;
 
-use super::{Place, named, on_signal, tell};
+use super::{Place, days, named, on_signal, tell};
 use crate::gateway::{Named, run as listen};
+use crate::keeper::Keeper;
+use crate::stream::Stream;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -22,18 +25,29 @@ pub struct Arguments {
     /// What the server lets us in by: a file of NATS credentials
     #[arg(long, value_name = "FILE")]
     credentials: Option<PathBuf>,
+    /// The NATS server forgets what is older, collected or not [default: it keeps everything]
+    #[arg(long, value_name = "DAYS", value_parser = days)]
+    keep_days: Option<Duration>,
 }
 
 /// Runs the command until it is told to stop.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let Arguments { plant, bus: buses, to, credentials } = arguments;
+    let Arguments { plant, bus: buses, to, credentials, keep_days } = arguments;
     for (i, bus) in buses.iter().enumerate() {
         if buses[..i].iter().any(|other| other.name == bus.name) {
             bail!("two buses are called {}, expected NAME=BUS with a name for each", bus.name);
         }
     }
     let stop = on_signal()?;
-    let mut keeper = to.open(credentials.as_deref())?;
+    let mut keeper: Box<dyn Keeper> = match (to, keep_days) {
+        (Place::Server(address), Some(time)) => {
+            let stream = Stream::open(address, credentials.as_deref(), &[])?;
+            stream.keep_for(*time)?;
+            Box::new(stream)
+        }
+        (_, Some(_)) => bail!("--keep-days is for a NATS server; rotor-edge-plant forget is for a file"),
+        _ => to.open(credentials.as_deref())?,
+    };
     for bus in buses {
         keeper.claim(plant, &bus.name)?;
     }

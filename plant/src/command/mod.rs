@@ -1,8 +1,9 @@
-//! The command line: `gateway`, `collect`, `status`, `export`; `machine`, `fleet`, `worker`; `serve`.
+//! The command line: `gateway`, `collect`, `status`, `export`, `forget`; `machine`, `fleet`, `worker`; `serve`.
 
 mod collect;
 mod export;
 mod fleet;
+mod forget;
 mod gateway;
 mod serve;
 mod status;
@@ -11,6 +12,7 @@ mod worker;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use clap::{Parser, Subcommand};
@@ -40,6 +42,8 @@ enum Command {
     Status(status::Arguments),
     /// Write a file's days as Parquet, for notebooks and data lakes
     Export(export::Arguments),
+    /// Remove what is older than a day from a file
+    Forget(forget::Arguments),
     /// State which machine a monitor watches
     Machine(fleet::Machine),
     /// Ask for a command of the desk over many machines, and see what became of it
@@ -60,6 +64,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Collect(arguments) => collect::run(&arguments),
         Command::Status(arguments) => status::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
+        Command::Forget(arguments) => forget::run(&arguments),
         Command::Machine(arguments) => fleet::machine(&arguments),
         Command::Fleet(arguments) => fleet::fleet(&arguments),
         Command::Worker(arguments) => worker::run(&arguments),
@@ -107,6 +112,15 @@ fn named(text: &str) -> Result<Named, String> {
     };
     let spec: BusSpec = spec.parse().map_err(|error: anyhow::Error| format!("{error:#}"))?;
     Ok(Named { name: name.into(), spec })
+}
+
+/// Shortest time that a server may keep what it has: a collection is restarted within it.
+const SHORTEST_KEPT: Duration = Duration::from_secs(3_600);
+
+/// Days after which a server forgets.
+fn days(text: &str) -> Result<Duration, String> {
+    let days = text.parse::<f64>().ok().and_then(|days| Duration::try_from_secs_f64(days * 86_400.0).ok());
+    days.filter(|time| *time >= SHORTEST_KEPT).ok_or_else(|| "expected days, at least 0.05".into())
 }
 
 /// A store that is there.

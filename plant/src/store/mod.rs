@@ -25,6 +25,9 @@ const APPLICATION_ID: i32 = 0x726f_746f;
 /// Wait for another program that writes, ms.
 const BUSY_MS: u32 = 10_000;
 
+/// What is removed in one step: an hour of one monitor, µs.
+const FORGOTTEN_TOGETHER_US: i64 = 3_600_000_000;
+
 /// Items in a file.
 pub struct Store {
     connection: Connection,
@@ -60,6 +63,34 @@ impl Store {
     /// To look at what there is.
     pub(crate) fn reading(&self) -> &Connection {
         &self.connection
+    }
+
+    /// Removes what is older than a moment; how many rows. The last of each monitor stays, for it says where its numbers go on. It
+    /// is done in small steps, between which others write.
+    ///
+    /// # Errors
+    /// If the file takes nothing; what is removed until then is.
+    pub fn forget(&mut self, kind: Kind, before_us: i64) -> Result<usize> {
+        let table = kind.name();
+        let last = "(SELECT epoch, sequence FROM {table} WHERE source = ?1 ORDER BY epoch DESC, sequence DESC LIMIT 1)";
+        let old =
+            format!("source = ?1 AND time_us < ?2 AND (epoch, sequence) <> {last}").replace("{table}", table);
+        let first = format!("SELECT time_us FROM {table} WHERE {old} ORDER BY time_us LIMIT 1");
+        let remove = format!("DELETE FROM {table} WHERE {old}");
+        let mut statement = self.connection.prepare("SELECT id FROM source")?;
+        let sources: Vec<i64> =
+            statement.query_map([], |row| row.get(0))?.collect::<rusqlite::Result<_>>()?;
+        let mut rows = 0;
+        for source in sources {
+            let oldest = || {
+                self.connection.query_row(&first, [source, before_us], |row| row.get::<_, i64>(0)).optional()
+            };
+            while let Some(first_us) = oldest()? {
+                let until_us = before_us.min(first_us.saturating_add(FORGOTTEN_TOGETHER_US));
+                rows += self.connection.execute(&remove, [source, until_us])?;
+            }
+        }
+        Ok(rows)
     }
 
     /// For the jobs of the fleet.

@@ -16,7 +16,7 @@ const ANSWERED_WITHIN: Duration = Duration::from_millis(500);
 /// Keeps a bus as long as the connection lives.
 ///
 /// # Errors
-/// One sentence if another gateway does.
+/// One sentence if another gateway does, or if the server carries nothing about this bus for us.
 pub fn claim(server: &Server, plant: &str, bus: &str) -> Result<()> {
     let subject = format!("rotor_edge_gateway.{}.{}", plain_word(plant), plain_word(bus));
     // of two that begin at once the earlier stays
@@ -36,17 +36,24 @@ pub fn claim(server: &Server, plant: &str, bus: &str) -> Result<()> {
         let mut answers = server.client.subscribe(inbox.clone()).await?;
         server.client.publish_with_reply(subject, inbox, "".into()).await?;
         server.client.flush().await?;
-        let mut earliest = me.clone();
+        let mut earliest: Option<String> = None;
         let listening = async {
             while let Some(answer) = answers.next().await {
                 let other = String::from_utf8_lossy(&answer.payload).into_owned();
-                earliest = earliest.clone().min(other);
+                earliest = Some(earliest.take().map_or(other.clone(), |earliest| earliest.min(other)));
             }
         };
         // it ends by its time: who answers last is not known
         let _ = tokio::time::timeout(ANSWERED_WITHIN, listening).await;
         anyhow::Ok(earliest)
     })?;
+    // its own answer comes back to it, unless the server carries neither
+    let Some(earliest) = earliest else {
+        bail!(
+            "{}: lets nobody with these credentials speak for bus {bus} of {plant}; see its permissions",
+            server.name
+        );
+    };
     if earliest < me {
         bail!(is_kept(&server.name, plant, bus));
     }

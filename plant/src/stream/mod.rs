@@ -25,8 +25,9 @@ use server::{Server, refused};
 pub const STREAM: &str = "ROTOR_EDGE";
 /// Name of the stream of what leaf nodes store; a server takes one that feeds on its own name for a circle.
 const HUB_STREAM: &str = "ROTOR_EDGE_HUB";
-/// How long the server remembers ids.
-pub const DUPLICATES: Duration = Duration::from_secs(3_600);
+/// How long the server remembers ids, which takes some 300 bytes of its memory each. What is sent again later than that is in
+/// the stream twice, and stored once.
+pub const DUPLICATES: Duration = Duration::from_secs(120);
 /// A message that is not acknowledged by then is handed out again; one that was stored meanwhile is stored once.
 const ACKNOWLEDGED_WITHIN: Duration = Duration::from_secs(5);
 /// Messages handed out and not acknowledged, at most.
@@ -61,13 +62,30 @@ impl Stream {
                 external: Some(External { api_prefix: format!("$JS.{domain}.API"), delivery_prefix: None }),
                 ..Leaf::default()
             };
-            let sources = Some(leaves.iter().map(of_leaf).collect());
-            let config = Config { name: HUB_STREAM.into(), sources, ..config };
+            // what somebody else has set of it stays
+            let known =
+                server.context.get_stream(HUB_STREAM).await.map(|hub| hub.cached_info().config.clone());
+            let config = known.unwrap_or(Config { name: HUB_STREAM.into(), ..config });
+            let config = Config { sources: Some(leaves.iter().map(of_leaf).collect()), ..config };
             server.context.create_or_update_stream(config).await?;
             Ok(server.context.get_stream(HUB_STREAM).await?)
         });
         let stream = stream.with_context(|| refused(&server.name))?;
         Ok(Self { server, stream })
+    }
+
+    /// Has the server forget what is older, collected or not; without this it keeps everything.
+    ///
+    /// # Errors
+    /// If the server refuses it.
+    pub fn keep_for(&self, time: Duration) -> Result<()> {
+        let name = &self.stream.cached_info().config.name;
+        let kept = self.server.wait(async {
+            let config = self.server.context.get_stream(name).await?.cached_info().config.clone();
+            self.server.context.update_stream(Config { max_age: time, ..config }).await?;
+            anyhow::Ok(())
+        });
+        kept.with_context(|| self.server.name.clone())
     }
 
     /// Has the stream of this server take what a gateway publishes of a bus, and only that: what passes by on its way between

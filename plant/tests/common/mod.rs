@@ -16,7 +16,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use rotor_edge::bus::server::Server;
 use rotor_edge::bus::{CanBus, open};
-use rotor_edge_core::can::{MonitorResult, NumberedReading, reading_frames, result_frames};
+use rotor_edge_core::can::{Frame, MonitorResult, NumberedReading, reading_frames, result_frames};
 use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_core::state::Reason;
 
@@ -50,14 +50,18 @@ impl Bus {
         format!("socketcand:127.0.0.1:{}/vcan0", self.server.socketcand_port)
     }
 
+    pub fn send(&mut self, frame: &Frame) {
+        self.sender.send(frame).unwrap();
+    }
+
     /// A reading of a monitor and its result.
     pub fn say(&mut self, node: u8, sequence: u16) {
         let numbered = NumberedReading::new(sequence, reading(node, sequence));
         for frame in &reading_frames(node, &numbered) {
-            self.sender.send(frame).unwrap();
+            self.send(frame);
         }
         for frame in &result_frames(node, &result(node, sequence)) {
-            self.sender.send(frame).unwrap();
+            self.send(frame);
         }
     }
 }

@@ -1,0 +1,38 @@
+//! `forget`: old days go from a file.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use jiff::civil::Date;
+use jiff::tz::TimeZone;
+
+use super::opened;
+use crate::item::Kind;
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The file that a gateway or a collection writes
+    store: PathBuf,
+    /// The first day that stays, as 2026-03-01 (UTC)
+    #[arg(long, value_name = "DAY")]
+    before: Date,
+    /// Forget of one kind alone
+    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(Kind::ALL.map(Kind::name)))]
+    only: Option<String>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let mut store = opened(&arguments.store)?;
+    let before_us = arguments.before.to_zoned(TimeZone::UTC)?.timestamp().as_microsecond();
+    for kind in Kind::ALL {
+        if arguments.only.as_ref().is_none_or(|only| only == kind.name()) {
+            println!("{:>12} of {}", store.forget(kind, before_us)?, kind.name());
+        }
+    }
+    println!(
+        "are forgotten; the last of each monitor stays. The file is as large as before, and what is free in it is used again."
+    );
+    Ok(())
+}
