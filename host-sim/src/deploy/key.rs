@@ -51,14 +51,22 @@ fn check_writers(_: &Path) -> Result<()> {
 /// # Errors
 /// If there is such a file, or it cannot be written.
 pub fn write_new_key(path: &Path) -> Result<()> {
-    use std::io::Write as _;
     let mut bytes = [0; KEY_BYTES];
     getrandom::fill(&mut bytes).context("the system gives no random numbers")?;
+    write_secret(path, &to_hex(&bytes))
+}
+
+/// Writes a line into a new file that its owner alone reads.
+///
+/// # Errors
+/// If the file exists or cannot be written.
+pub fn write_secret(path: &Path, line: &str) -> Result<()> {
+    use std::io::Write as _;
     let mut options = std::fs::OpenOptions::new();
     options.write(true).create_new(true);
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
     let mut file = options.open(path).with_context(|| format!("{}: cannot be written", path.display()))?;
-    writeln!(file, "{}", to_hex(&bytes))?;
+    writeln!(file, "{line}")?;
     Ok(file.sync_all()?)
 }

@@ -18,7 +18,7 @@ use crate::bus::CanBus;
 use crate::bus::seals::{Checker, Sealer};
 pub use answer::out_of_bounds;
 pub use courier::{Courier, Standing};
-pub use key::{read_key, write_new_key};
+pub use key::{read_key, write_new_key, write_secret};
 pub use transfer::command;
 
 /// Longest wait for a frame before the clock is looked at.

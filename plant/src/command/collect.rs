@@ -1,6 +1,5 @@
 //! `collect`: a stream into a file or a database.
 
-use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Result, bail};
@@ -10,6 +9,7 @@ use super::{Place, days, on_signal, tell};
 use crate::collection::run as collect;
 use crate::keeper::Keeper as _;
 use crate::stream::Stream;
+use crate::stream::access::Access;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -25,9 +25,8 @@ pub struct Arguments {
     /// A leaf node of the server, by its JetStream domain, several times if need be: what its gateways published is fetched [default: what is published to the server itself]
     #[arg(long, value_name = "DOMAIN")]
     leaf: Vec<String>,
-    /// What the server lets us in by: a file of NATS credentials
-    #[arg(long, value_name = "FILE")]
-    credentials: Option<PathBuf>,
+    #[command(flatten)]
+    access: Access,
     /// The server forgets what is older, collected or not [default: it keeps everything]
     #[arg(long, value_name = "DAYS", value_parser = days)]
     keep_days: Option<Duration>,
@@ -40,8 +39,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         bail!("--store: expected a file or postgres://NAME@HOST/DATABASE");
     }
     let stop = on_signal()?;
-    let mut store = arguments.store.open(None)?;
-    let stream = Stream::open(address, arguments.credentials.as_deref(), &arguments.leaf)?;
+    let mut store = arguments.store.open(&arguments.access)?;
+    let stream = Stream::open(address, &arguments.access, &arguments.leaf)?;
     if let Some(time) = arguments.keep_days {
         stream.keep_for(time)?;
     }

@@ -15,6 +15,7 @@ use crate::fleet::server as jobs;
 use crate::fleet::summary::{self, Change, better};
 use crate::fleet::task::Command;
 use crate::fleet::worker::{now_us, short};
+use crate::stream::access::Access;
 use crate::stream::server::Server;
 
 const US_A_DAY: f64 = 86_400e6;
@@ -85,9 +86,8 @@ enum Action {
         /// The server, nats://HOST:PORT
         #[arg(long = "with", value_parser = Place::of)]
         server: Place,
-        /// What the server lets us in by: a file of NATS credentials
-        #[arg(long, value_name = "FILE")]
-        credentials: Option<PathBuf>,
+        #[command(flatten)]
+        access: Access,
     },
     /// What became of the jobs
     Status {
@@ -146,7 +146,7 @@ pub fn fleet(arguments: &Fleet) -> Result<()> {
         Action::Improve(asked) => enqueue(Command::Improve, None, asked),
         Action::Deploy { store, only, trial } => deploy(store, only, *trial),
         Action::Summary { store, days, json } => summarize(store, *days, *json),
-        Action::Share { store, server, credentials } => share(store, server, credentials.as_deref()),
+        Action::Share { store, server, access } => share(store, server, access),
         Action::Status { store, json } => status(&list(opened(store)?.connection())?, *json),
         Action::Cancel { store, job } => {
             match cancel(opened(store)?.connection(), job, now_us())? {
@@ -253,11 +253,11 @@ fn summarize(path: &Path, days: f64, as_json: bool) -> Result<()> {
     Ok(())
 }
 
-fn share(path: &Path, server: &Place, credentials: Option<&Path>) -> Result<()> {
+fn share(path: &Path, server: &Place, access: &Access) -> Result<()> {
     let Place::Server(address) = server else { bail!("--with: expected nats://HOST:PORT") };
     let stop = on_signal()?;
     drop(opened(path)?);
-    let server = Server::connect(address, credentials)?;
+    let server = Server::connect(address, access)?;
     tell(&format!("Jobs of {} are shared at {}; Ctrl-C ends it.", path.display(), server.name));
     let ended = jobs::share(&server, path, &stop, tell)?;
     println!("{ended} jobs ended.\nNext: rotor-edge-plant fleet status {}", path.display());

@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use jiff::civil::Date;
 use jiff::tz::TimeZone;
+use rotor_edge::command::Listener;
 
 use super::opened;
 use crate::item::Kind;
@@ -28,7 +29,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let before_us = arguments.before.to_zoned(TimeZone::UTC)?.timestamp().as_microsecond();
     for kind in Kind::ALL {
         if arguments.only.as_ref().is_none_or(|only| only == kind.name()) {
-            println!("{:>12} of {}", store.forget(kind, before_us)?, kind.name());
+            let shown = Listener::Terminal.spinner(&format!("looking for old rows of {}", kind.name()));
+            let rows = store.forget(kind, before_us)?;
+            shown.finish_and_clear();
+            println!("{rows:>12} of {}", kind.name());
         }
     }
     println!(

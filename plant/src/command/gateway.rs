@@ -1,6 +1,5 @@
 //! `gateway`: CAN buses into a file or a stream.
 
-use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Result, bail};
@@ -10,6 +9,7 @@ use super::{Place, days, named, on_signal, tell};
 use crate::gateway::{Named, run as listen};
 use crate::keeper::Keeper;
 use crate::stream::Stream;
+use crate::stream::access::Access;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -22,9 +22,8 @@ pub struct Arguments {
     /// Where to: a file, made if there is none, nats://HOST:PORT or postgres://NAME@HOST/DATABASE
     #[arg(long, value_parser = Place::of)]
     to: Place,
-    /// What the server lets us in by: a file of NATS credentials
-    #[arg(long, value_name = "FILE")]
-    credentials: Option<PathBuf>,
+    #[command(flatten)]
+    access: Access,
     /// The NATS server forgets what is older, collected or not [default: it keeps everything]
     #[arg(long, value_name = "DAYS", value_parser = days)]
     keep_days: Option<Duration>,
@@ -32,7 +31,7 @@ pub struct Arguments {
 
 /// Runs the command until it is told to stop.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let Arguments { plant, bus: buses, to, credentials, keep_days } = arguments;
+    let Arguments { plant, bus: buses, to, access, keep_days } = arguments;
     for (i, bus) in buses.iter().enumerate() {
         if buses[..i].iter().any(|other| other.name == bus.name) {
             bail!("two buses are called {}, expected NAME=BUS with a name for each", bus.name);
@@ -41,12 +40,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let stop = on_signal()?;
     let mut keeper: Box<dyn Keeper> = match (to, keep_days) {
         (Place::Server(address), Some(time)) => {
-            let stream = Stream::open(address, credentials.as_deref(), &[])?;
+            let stream = Stream::open(address, access, &[])?;
             stream.keep_for(*time)?;
             Box::new(stream)
         }
         (_, Some(_)) => bail!("--keep-days is for a NATS server; rotor-edge-plant forget is for a file"),
-        _ => to.open(credentials.as_deref())?,
+        _ => to.open(access)?,
     };
     for bus in buses {
         keeper.claim(plant, &bus.name)?;

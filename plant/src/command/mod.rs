@@ -1,10 +1,11 @@
-//! The command line: `gateway`, `collect`, `status`, `export`, `forget`; `machine`, `fleet`, `worker`; `serve`.
+//! The command line: `gateway`, `collect`, `nkey`, `status`, `export`, `forget`; `machine`, `fleet`, `worker`; `serve`.
 
 mod collect;
 mod export;
 mod fleet;
 mod forget;
 mod gateway;
+mod nkey;
 mod serve;
 mod status;
 mod worker;
@@ -23,6 +24,7 @@ use crate::gateway::Named;
 use crate::keeper::Keeper;
 use crate::store::Store;
 use crate::stream::Stream;
+use crate::stream::access::Access;
 
 /// Keeps what the monitors of a plant's CAN buses tell, in a file or over NATS JetStream.
 #[derive(Debug, Parser)]
@@ -50,6 +52,8 @@ enum Command {
     Fleet(fleet::Fleet),
     /// Do what was asked for; any number of these may run
     Worker(worker::Arguments),
+    /// A secret that a NATS server lets one program in by
+    Nkey(nkey::Arguments),
     /// Live pages of all monitors, machines and jobs, and numbers for Prometheus
     Serve(serve::Arguments),
 }
@@ -68,6 +72,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Machine(arguments) => fleet::machine(&arguments),
         Command::Fleet(arguments) => fleet::fleet(&arguments),
         Command::Worker(arguments) => worker::run(&arguments),
+        Command::Nkey(arguments) => nkey::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),
     }
 }
@@ -94,11 +99,11 @@ impl Place {
         }
     }
 
-    fn open(&self, credentials: Option<&Path>) -> Result<Box<dyn Keeper>> {
+    fn open(&self, access: &Access) -> Result<Box<dyn Keeper>> {
         Ok(match self {
             Self::File(path) => Box::new(Store::open(path)?),
             Self::Database(address) => Box::new(Database::open(address)?),
-            Self::Server(address) => Box::new(Stream::open(address, credentials, &[])?),
+            Self::Server(address) => Box::new(Stream::open(address, access, &[])?),
         })
     }
 }

@@ -9,6 +9,7 @@ use super::{Place, named, on_signal, opened, tell};
 use crate::fleet::task::{Hands, keys_in};
 use crate::fleet::{server, worker};
 use crate::gateway::Named;
+use crate::stream::access::Access;
 use crate::stream::server::Server;
 
 #[derive(Debug, Args)]
@@ -28,14 +29,13 @@ pub struct Arguments {
     /// Keys of the monitors, a folder with BUS/NODE.key
     #[arg(long, value_name = "FOLDER", requires = "bus")]
     keys: Option<PathBuf>,
-    /// What the server lets us in by: a file of NATS credentials
-    #[arg(long, value_name = "FILE")]
-    credentials: Option<PathBuf>,
+    #[command(flatten)]
+    access: Access,
 }
 
 /// Runs the command until it is told to stop, or until nothing is left.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let Arguments { from, once, bus, plant, keys, credentials } = arguments;
+    let Arguments { from, once, bus, plant, keys, access } = arguments;
     let keys = keys.as_deref().map(keys_in).transpose()?.unwrap_or_default();
     let hands = Hands { plant: plant.clone(), buses: bus.clone(), keys };
     let stop = on_signal()?;
@@ -45,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             worker::run(path, &hands, *once, &stop, tell)?
         }
         Place::Server(address) => {
-            let server = Server::connect(address, credentials.as_deref())?;
+            let server = Server::connect(address, access)?;
             server::work(&server, &hands, *once, &stop, tell)?
         }
         Place::Database(_) => bail!("jobs are in a file or at nats://HOST:PORT, not in a database"),

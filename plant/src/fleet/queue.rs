@@ -15,6 +15,8 @@ use crate::item::Source;
 pub const LEASE_US: i64 = 9_000_000;
 /// A job that was begun so often and never ended is set aside.
 pub const MOST_TRIES: u32 = 3;
+/// The version whose answers this program gives.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// A job as the store has it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,6 +35,19 @@ pub struct Job {
     pub period_us: (i64, i64),
     /// The drawing.
     pub rotor: String,
+    /// Version of the program whose answer is asked for.
+    pub version: String,
+    /// When it was asked for last, µs since 1970.
+    pub asked_us: i64,
+}
+
+impl Job {
+    /// Whether it is for these hands, and for a program of this version: another one's answer may be another. A model is the
+    /// same whoever sends it.
+    fn is_for(&self, hands: &Hands) -> bool {
+        hands.takes(self.command, &self.source)
+            && (self.command == Command::Deploy || self.version == VERSION)
+    }
 }
 
 /// A job as it is listed.
@@ -47,6 +62,8 @@ pub struct Listed {
     pub source: Source,
     /// waiting, running, done, failed, aside or cancelled.
     pub state: String,
+    /// Version of the program whose answer is asked for.
+    pub version: String,
     /// How often it was begun.
     pub tries: u32,
     /// Time from its last begin to its end, s.
@@ -59,7 +76,8 @@ pub struct Listed {
     pub has_report: bool,
 }
 
-/// Asks for a command over a period of a machine; false if the same was asked for before.
+/// Asks for a command over a period of a machine; false if the same was asked for before, and is done or will be. What has no
+/// answer and will get none is begun anew.
 ///
 /// # Errors
 /// If the store takes nothing.
@@ -70,27 +88,27 @@ pub fn ask(
     period_us: (i64, i64),
     now_us: i64,
 ) -> Result<bool> {
-    let version = env!("CARGO_PKG_VERSION");
     let parts = [
         command.name().into(),
         machine.id.to_string(),
         period_us.0.to_string(),
         period_us.1.to_string(),
-        version.to_string(),
+        VERSION.into(),
         machine.rotor.clone(),
         option.unwrap_or_default().into(),
     ];
     let id: String = Sha256::digest(parts.join("\0")).iter().map(|byte| format!("{byte:02x}")).collect();
-    let sql = "INSERT OR IGNORE INTO job (id, command, source, from_us, to_us, rotor, version, state, asked_us, option) \
-               VALUES (?, ?, ?, ?, ?, ?, ?, 'waiting', ?, ?)";
+    let sql = "INSERT INTO job (id, command, source, from_us, to_us, rotor, version, state, asked_us, option) \
+               VALUES (?, ?, ?, ?, ?, ?, ?, 'waiting', ?, ?) \
+               ON CONFLICT (id) DO UPDATE SET state = 'waiting', asked_us = excluded.asked_us, tries = 0, worker = NULL, \
+               lease_us = NULL, begun_us = NULL, ended_us = NULL, answer = NULL WHERE state IN ('failed', 'aside', 'cancelled')";
     let row =
-        (id, command.name(), machine.id, period_us.0, period_us.1, &machine.rotor, version, now_us, option);
+        (id, command.name(), machine.id, period_us.0, period_us.1, &machine.rotor, VERSION, now_us, option);
     Ok(connection.execute(sql, row)? > 0)
 }
 
 /// Of a row of `job j JOIN source s`.
-pub(super) const COLUMNS: &str =
-    "j.id, j.command, j.option, j.source, j.from_us, j.to_us, j.rotor, s.plant, s.bus, s.node";
+pub(super) const COLUMNS: &str = "j.id, j.command, j.option, j.source, j.from_us, j.to_us, j.rotor, s.plant, s.bus, s.node, j.version, j.asked_us";
 
 pub(super) fn job(row: &rusqlite::Row) -> rusqlite::Result<Job> {
     let name: String = row.get(1)?;
@@ -102,6 +120,8 @@ pub(super) fn job(row: &rusqlite::Row) -> rusqlite::Result<Job> {
         period_us: (row.get(4)?, row.get(5)?),
         rotor: row.get(6)?,
         source: Source { plant: row.get(7)?, bus: row.get(8)?, node: row.get(9)? },
+        version: row.get(10)?,
+        asked_us: row.get(11)?,
     })
 }
 
@@ -144,9 +164,7 @@ fn first(
     );
     let mut statement = connection.prepare_cached(&sql)?;
     let mut all = statement.query_map(parameters, job)?;
-    let is_for_us =
-        |job: &rusqlite::Result<Job>| job.as_ref().is_ok_and(|job| hands.takes(job.command, &job.source));
-    Ok(all.find(is_for_us).transpose()?)
+    Ok(all.find(|job| job.as_ref().is_ok_and(|job| job.is_for(hands))).transpose()?)
 }
 
 /// Goes on with a job; false if it is not this worker's any more.
@@ -207,7 +225,7 @@ pub fn is_busy(connection: &Connection, hands: &Hands) -> Result<bool> {
     );
     let mut statement = connection.prepare(&sql)?;
     let mut all = statement.query_map([], job)?;
-    Ok(all.any(|job| job.is_ok_and(|job| hands.takes(job.command, &job.source))))
+    Ok(all.any(|job| job.is_ok_and(|job| job.is_for(hands))))
 }
 
 /// All jobs, in the order in which they were asked for.
@@ -240,7 +258,7 @@ pub fn numbers(connection: &Connection) -> Result<Vec<(String, u32)>> {
 
 fn listed(connection: &Connection, which: &str, parameters: impl rusqlite::Params) -> Result<Vec<Listed>> {
     let mut statement = connection.prepare(&format!(
-        "SELECT j.id, j.command, s.plant, s.bus, s.node, j.state, j.tries, j.ended_us - j.begun_us, j.answer, j.model, r.job IS NOT NULL \
+        "SELECT j.id, j.command, s.plant, s.bus, s.node, j.state, j.tries, j.ended_us - j.begun_us, j.answer, j.model, r.job IS NOT NULL, j.version \
          FROM job j JOIN source s ON s.id = j.source \
          LEFT JOIN report r ON r.source = j.source AND r.command = j.command AND r.job = j.id {which}"
     ))?;
@@ -255,6 +273,7 @@ fn listed(connection: &Connection, which: &str, parameters: impl rusqlite::Param
             answer: row.get(8)?,
             model: row.get(9)?,
             has_report: row.get(10)?,
+            version: row.get(11)?,
         })
     };
     Ok(statement.query_map(parameters, row)?.collect::<rusqlite::Result<_>>()?)
@@ -263,6 +282,9 @@ fn listed(connection: &Connection, which: &str, parameters: impl rusqlite::Param
 impl Listed {
     /// What a person wants to know of its answer first.
     pub fn in_a_word(&self) -> String {
+        if self.state == "waiting" && self.version != VERSION && self.command != Command::Deploy.name() {
+            return format!("for a worker of version {}, and this is {VERSION}", self.version);
+        }
         let answer = self.answer.as_deref().unwrap_or_default();
         Command::of(&self.command).map_or_else(|| answer.into(), |command| in_a_word(command, answer))
     }
@@ -336,6 +358,36 @@ mod tests {
         assert_eq!(take(queue, "c", &Hands::default(), 99 * LEASE_US).unwrap(), None);
         assert!(!is_busy(queue, &Hands::default()).unwrap());
         assert_eq!(states(&mut store), [("aside".to_string(), 3), ("failed".to_string(), 1)]);
+    }
+
+    #[test]
+    fn what_has_no_answer_is_begun_anew_when_it_is_asked_for_again_and_what_has_one_is_not() {
+        let (_folder, mut store) = queue(2);
+        let queue = store.connection();
+        let hands = Hands::default();
+        let mut asked_again = |ended: &Ended, at_us| {
+            let job = take(queue, "a", &hands, at_us).unwrap().unwrap();
+            assert!(end(queue, "a", &job.id, ended, at_us).unwrap());
+            let machine = Machine { id: job.source_id, source: job.source, rotor: job.rotor };
+            ask(queue, &machine, (job.command, None), job.period_us, at_us + 1).unwrap()
+        };
+        assert!(asked_again(&Ended::Failed("no reading in this time".into()), 10));
+        // the other one has waited for longer
+        assert!(!asked_again(&Ended::Done { answer: "{}".into(), model: None, report: None }, 20));
+        let again = take(queue, "b", &hands, 30).unwrap().unwrap();
+        assert_eq!(again.asked_us, 11);
+        assert_eq!(states(&mut store), [("done".to_string(), 1), ("running".to_string(), 1)]);
+    }
+
+    #[test]
+    fn an_answer_is_that_of_the_version_that_was_asked() {
+        let (_folder, mut store) = queue(1);
+        let queue = store.connection();
+        queue.execute("UPDATE job SET version = '99.1.0' WHERE state = 'waiting'", []).unwrap();
+        assert_eq!(take(queue, "a", &Hands::default(), 10).unwrap(), None);
+        assert!(!is_busy(queue, &Hands::default()).unwrap());
+        let waiting = list(queue).unwrap().into_iter().find(|job| job.state == "waiting").unwrap();
+        assert!(waiting.in_a_word().starts_with("for a worker of version 99.1.0"), "{}", waiting.in_a_word());
     }
 
     #[test]

@@ -9,6 +9,8 @@ use rusqlite::Row;
 use crate::store::Store;
 
 const US_A_DAY: f64 = 86_400e6;
+/// Readings that a job takes: ten times what a fit does, and not more than a host has memory for.
+const MOST_READINGS: usize = 200_000;
 /// Of a row, in pairs of cosine and sine.
 const COLUMNS: &str = "p1_cos_um, p1_sin_um, p2_cos_um, p2_sin_um, p3_cos_um, p3_sin_um, p4_cos_um, p4_sin_um, \
                        p5_cos_um, p5_sin_um, p6_cos_um, p6_sin_um, p7_cos_um, p7_sin_um, p8_cos_um, p8_sin_um";
@@ -56,11 +58,15 @@ pub fn csv(store: &mut Store, source: i64, period: Period, probes: &[String]) ->
         let Some(reading) = reading(row, number, period.from_us)? else { continue };
         let stretch =
             if period.every_us > 0 { (time_us - period.from_us) / period.every_us } else { time_us };
+        let is_full = readings.len() == MOST_READINGS;
         match readings.last_mut() {
             Some((last, kept)) if period.every_us > 0 && *last == stretch => {
                 if kept.complete().is_none() && reading.complete().is_some() {
                     *kept = reading;
                 }
+            }
+            _ if is_full => {
+                bail!("more than {MOST_READINGS} readings in this time; ask for less of it: --from, --to")
             }
             _ => readings.push((stretch, reading)),
         }

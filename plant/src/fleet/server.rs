@@ -3,14 +3,15 @@
 //!
 //! | stream | subjects | holds |
 //! |---|---|---|
-//! | `ROTOR_EDGE_JOBS` | `rotor_edge_jobs.desk.ID`, `rotor_edge_jobs.deploy.PLANT.BUS.ID` | a task, and whose it is |
+//! | `ROTOR_EDGE_JOBS` | `rotor_edge_jobs.desk.VERSION.ID`, `rotor_edge_jobs.deploy.PLANT.BUS.ID` | a task, and whose it is |
 //! | `ROTOR_EDGE_ANSWERS` | `rotor_edge_answers.FILE.ID` | what came of it |
 
+use std::collections::HashSet;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Context as _, Result, anyhow, bail};
 use async_nats::jetstream::consumer::{AckPolicy, PullConsumer, pull};
 use async_nats::jetstream::message::{AckKind, PublishMessage};
 use async_nats::jetstream::stream::{Config, RetentionPolicy, StorageType};
@@ -21,7 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use super::queue::{self, COLUMNS, Job, MOST_TRIES};
 use super::task::{Command, Ended, Hands, Task, packed, unpacked};
-use super::worker::{RENEW, dropped, now_us, task_of};
+use super::worker::{RENEW, Shown, dropped, now_us, task_of};
 use crate::item::plain_word;
 use crate::store::Store;
 use crate::stream::DUPLICATES;
@@ -52,8 +53,13 @@ struct Answer {
 fn subject(task: &Task) -> String {
     match task.command {
         Command::Deploy => format!("{}.{}", deployments(&task.source.plant, &task.source.bus), task.id),
-        _ => format!("rotor_edge_jobs.desk.{}", task.id),
+        _ => format!("{}.{}", desk_commands(&task.version), task.id),
     }
+}
+
+/// Another version's answer may be another.
+fn desk_commands(version: &str) -> String {
+    format!("rotor_edge_jobs.desk.{}", plain_word(version))
 }
 
 fn deployments(plant: &str, bus: &str) -> String {
@@ -109,18 +115,21 @@ pub fn work(server: &Server, hands: &Hands, is_once: bool, stop: &AtomicBool, te
                 all.push(consumer(&jobs, &name, filter).await?);
             }
             if all.is_empty() {
-                all.push(consumer(&jobs, "desk", "rotor_edge_jobs.desk.*".into()).await?);
+                let name = format!("desk_{}", plain_word(queue::VERSION));
+                all.push(consumer(&jobs, &name, format!("{}.*", desk_commands(queue::VERSION))).await?);
             }
             anyhow::Ok(all)
         })
         .with_context(|| refused(&server.name))?;
-    let mut ended = 0;
+    let (shown, mut ended) = (Shown::new(), 0);
     while !stop.load(Ordering::Relaxed) {
         let (mut busy, before) = (false, ended);
         for consumer in &mut consumers {
             let step = server.wait(async {
                 for message in fetched(consumer, 1).await.map_err(|error| anyhow!("{error}"))? {
-                    ended += u64::from(one(server, hands, message, tell).await?);
+                    let doing = |task: &Task| shown.doing(ended, task.command, &task.source);
+                    ended += u64::from(one(server, hands, message, doing, tell).await?);
+                    shown.waiting(ended);
                 }
                 let info = consumer.info().await?;
                 anyhow::Ok(info.num_pending > 0 || info.num_ack_pending > 0)
@@ -128,7 +137,7 @@ pub fn work(server: &Server, hands: &Hands, is_once: bool, stop: &AtomicBool, te
             match step {
                 Ok(is_busy) => busy |= is_busy,
                 Err(error) => {
-                    tell(&format!("{}: {error:#}; trying again", server.name));
+                    shown.while_hidden(|| tell(&format!("{}: {error:#}; trying again", server.name)));
                     std::thread::sleep(AGAIN);
                     busy = true;
                 }
@@ -142,7 +151,13 @@ pub fn work(server: &Server, hands: &Hands, is_once: bool, stop: &AtomicBool, te
 }
 
 /// Does one; whether it was one. It is the server's again when this worker is silent for a lease.
-async fn one(server: &Server, hands: &Hands, message: Message, tell: fn(&str)) -> Result<bool> {
+async fn one(
+    server: &Server,
+    hands: &Hands,
+    message: Message,
+    doing: impl Fn(&Task),
+    tell: fn(&str),
+) -> Result<bool> {
     let failed = |error: async_nats::Error| anyhow!("{error}");
     let Sent { home, task } = match unpacked(&message.payload) {
         Ok(sent) => sent,
@@ -152,7 +167,11 @@ async fn one(server: &Server, hands: &Hands, message: Message, tell: fn(&str)) -
             return Ok(false);
         }
     };
-    let tries = message.info().map_err(failed)?.delivered;
+    let (tries, place) = {
+        let info = message.info().map_err(failed)?;
+        (info.delivered, info.stream_sequence)
+    };
+    doing(&task);
     let id = task.id.clone();
     let ended = if tries > i64::from(MOST_TRIES) {
         Ended::Aside(format!("it was begun {MOST_TRIES} times and never ended"))
@@ -169,18 +188,40 @@ async fn one(server: &Server, hands: &Hands, message: Message, tell: fn(&str)) -
             }
         }
     };
-    let mut bytes = packed(&Answer { id: id.clone(), ended: ended.clone() })?;
-    let most = server.client.server_info().max_payload;
-    if let Ended::Done { answer, model, report: Some(_) } = ended
-        && bytes.len() > most
-    {
-        // a page is for people, who can have it made again
-        let ended = Ended::Done { answer, model, report: None };
-        bytes = packed(&Answer { id: id.clone(), ended })?;
-    }
-    publish(server, format!("rotor_edge_answers.{home}.{id}"), &id, bytes).await?;
+    let bytes = small_enough(server, &id, ended)?;
+    // the same delivered again gives the same answer; the same asked for again gives one of its own
+    publish(server, format!("rotor_edge_answers.{home}.{id}"), &format!("{id}:{place}"), bytes).await?;
     message.double_ack().await.map_err(failed)?;
     Ok(true)
+}
+
+/// An answer that the server takes: without its page if need be, which people can have made again.
+fn small_enough(server: &Server, id: &str, ended: Ended) -> Result<Vec<u8>> {
+    let whole = packed(&Answer { id: id.into(), ended: ended.clone() })?;
+    let Some(why) = too_large(server, whole.len()) else { return Ok(whole) };
+    let less = match ended {
+        Ended::Done { answer, model, report: Some(_) } => {
+            packed(&Answer { id: id.into(), ended: Ended::Done { answer, model, report: None } })?
+        }
+        _ => whole,
+    };
+    match too_large(server, less.len()) {
+        None => Ok(less),
+        Some(_) => packed(&Answer { id: id.into(), ended: Ended::Failed(format!("its answer is {why}")) }),
+    }
+}
+
+/// Why the server would not take so many bytes.
+fn too_large(server: &Server, bytes: usize) -> Option<String> {
+    let most = server.client.server_info().max_payload;
+    let mb = |bytes: usize| bytes as f64 / (1 << 20) as f64;
+    (bytes > most).then(|| {
+        format!(
+            "{:.1} MB, and the server takes {:.1} at once (max_payload in its settings)",
+            mb(bytes),
+            mb(most)
+        )
+    })
 }
 
 /// Shares the jobs of a store and brings their answers home until `stop` rises; how many came.
@@ -232,11 +273,22 @@ fn round(
     is_all: bool,
     tell: fn(&str),
 ) -> Result<u64, Gone> {
+    let there =
+        if is_all { server.wait(known(jobs, home, server)).map_err(Gone::Server)? } else { HashSet::new() };
     for job in to_share(store.connection(), is_all).map_err(Gone::Store)? {
-        match task_of(store, &job) {
-            Ok(task) => {
-                let (id, subject) = (task.id.clone(), subject(&task));
-                let bytes = packed(&Sent { home: home.into(), task }).map_err(Gone::Store)?;
+        if there.contains(&job.id) {
+            continue;
+        }
+        let message = task_of(store, &job).and_then(|task| {
+            let subject = subject(&task);
+            let bytes = packed(&Sent { home: home.into(), task })?;
+            too_large(server, bytes.len()).map_or(Ok((subject, bytes)), |why| {
+                bail!("its readings are {why}; ask for less time: --from, --to")
+            })
+        });
+        match message {
+            Ok((subject, bytes)) => {
+                let id = format!("{}:{}", job.id, job.asked_us);
                 server.wait(publish(server, subject, &id, bytes)).map_err(Gone::Server)?;
             }
             Err(error) => {
@@ -271,6 +323,19 @@ fn round(
     Ok(ended)
 }
 
+/// Jobs that the server has, or their answers: they are not sent to it again.
+async fn known(jobs: &stream::Stream, home: &str, server: &Server) -> Result<HashSet<String>> {
+    let answers = server.context.get_stream(ANSWERS).await?;
+    let mut all = HashSet::new();
+    for (of, subjects) in
+        [(jobs, "rotor_edge_jobs.>".to_string()), (&answers, format!("rotor_edge_answers.{home}.*"))]
+    {
+        let subjects: Vec<(String, usize)> = of.info_with_subjects(subjects).await?.try_collect().await?;
+        all.extend(subjects.iter().filter_map(|(subject, _)| Some(subject.rsplit_once('.')?.1.to_string())));
+    }
+    Ok(all)
+}
+
 /// Jobs that wait, which are the server's from now on, and if it is `all` those that are the server's already.
 fn to_share(connection: &mut Connection, is_all: bool) -> Result<Vec<Job>> {
     let now_us = now_us();
@@ -295,8 +360,8 @@ fn to_take_back(connection: &Connection) -> Result<Vec<(String, String)>> {
     );
     let mut statement = connection.prepare(&sql)?;
     let of = |job: Job| {
-        let Job { id, command, option, source, rotor, .. } = job;
-        let task = Task { id: id.clone(), command, option, source, rotor, data: String::new() };
+        let Job { id, version, command, option, source, rotor, .. } = job;
+        let task = Task { id: id.clone(), version, command, option, source, rotor, data: String::new() };
         (id, subject(&task))
     };
     let jobs = statement.query_map([SHARED], queue::job)?;

@@ -65,6 +65,8 @@ impl Command {
 pub struct Task {
     /// Of its job.
     pub id: String,
+    /// Version of the program whose answer is asked for.
+    pub version: String,
     /// The command.
     pub command: Command,
     /// `track`: its method. `forecast`: the limit, g·mm. `deploy`: the time of its trial, s.
@@ -236,6 +238,7 @@ mod tests {
     fn a_task_comes_back_from_what_is_sent_and_other_bytes_do_not() {
         let task = Task {
             id: "1".into(),
+            version: "0.1.0".into(),
             command: Command::Forecast,
             option: Some("3.5".into()),
             source: source(),

@@ -5,12 +5,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::Result;
+use indicatif::ProgressBar;
 use jiff::Timestamp;
+use rotor_edge::command::Listener;
 use rotor_edge_desktop::machine::rotor_file;
 
+use super::machines::path_of;
 use super::queue::{self, Job};
 use super::record::{Period, csv};
 use super::task::{Command, Ended, Hands, Task};
+use crate::item::Source;
 use crate::store::Store;
 
 /// Between two looks for a job.
@@ -27,7 +31,7 @@ const US_A_DAY: i64 = 86_400_000_000;
 pub fn run(store: &Path, hands: &Hands, is_once: bool, stop: &AtomicBool, tell: fn(&str)) -> Result<u64> {
     let mut queue = Store::open(store)?;
     let worker = format!("{}-{}", std::process::id(), now_us());
-    let mut ended = 0;
+    let (shown, mut ended) = (Shown::new(), 0);
     while !stop.load(Ordering::Relaxed) {
         let Some(job) = queue::take(queue.connection(), &worker, hands, now_us())? else {
             if is_once && !queue::is_busy(queue.connection(), hands)? {
@@ -36,6 +40,7 @@ pub fn run(store: &Path, hands: &Hands, is_once: bool, stop: &AtomicBool, tell: 
             std::thread::sleep(LOOK);
             continue;
         };
+        shown.doing(ended, job.command, &job.source);
         let answer = while_renewing(store, &worker, &job, || match task_of(&mut queue, &job) {
             Ok(task) => task.done(hands),
             Err(error) => Ended::Failed(format!("{error:#}")),
@@ -43,10 +48,51 @@ pub fn run(store: &Path, hands: &Hands, is_once: bool, stop: &AtomicBool, tell: 
         if queue::end(queue.connection(), &worker, &job.id, &answer, now_us())? {
             ended += 1;
         } else {
-            tell(&dropped(&job.id));
+            shown.while_hidden(|| tell(&dropped(&job.id)));
         }
+        shown.waiting(ended);
     }
     Ok(ended)
+}
+
+/// What a person sees of a worker, on a terminal alone.
+pub struct Shown(ProgressBar);
+
+impl Shown {
+    /// Of a worker that has just begun.
+    pub fn new() -> Self {
+        let shown = Self(Listener::Terminal.spinner(""));
+        shown.waiting(0);
+        shown
+    }
+
+    /// That it looks for a job.
+    pub fn waiting(&self, ended: u64) {
+        self.0.set_message(format!("{ended} jobs ended; waiting for one"));
+    }
+
+    /// What it does.
+    pub fn doing(&self, ended: u64, command: Command, source: &Source) {
+        self.0.reset_elapsed();
+        self.0.set_message(format!("{ended} jobs ended; {} of {}", command.name(), path_of(source)));
+    }
+
+    /// Says something where the line was.
+    pub fn while_hidden(&self, say: impl FnOnce()) {
+        self.0.suspend(say);
+    }
+}
+
+impl Default for Shown {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
 }
 
 /// What a person is told of an answer that nobody waits for.
@@ -99,6 +145,7 @@ pub fn task_of(store: &mut Store, job: &Job) -> Result<Task> {
     }
     Ok(Task {
         id: job.id.clone(),
+        version: job.version.clone(),
         command: job.command,
         option: job.option.clone(),
         source: job.source.clone(),

@@ -3,10 +3,10 @@
 //! An item is a message on `rotor_edge.PLANT.BUS.NODE.KIND`, a JSON object. Its id makes the server store it once within
 //! [`DUPLICATES`]; whoever collects it knows it by source, kind, epoch and sequence for ever.
 
+pub mod access;
 mod claim;
 pub mod server;
 
-use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context as _, Result, anyhow};
@@ -19,6 +19,7 @@ use futures_util::{TryStreamExt as _, future};
 use crate::item::{Item, Kind, SCHEMA, plain_word};
 use crate::keeper::Keeper;
 use crate::numbering::Last;
+use access::Access;
 use server::{Server, refused};
 
 /// Name of the stream.
@@ -40,13 +41,13 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// Connects, with a file of credentials if the server wants one, and makes the stream if there is none: of what gateways
+    /// Connects, and makes the stream if there is none: of what gateways
     /// publish to this server, or of the streams of its leaf nodes, each the JetStream domain of one.
     ///
     /// # Errors
     /// One sentence if there is no server, if it wants other credentials, or if it has no JetStream.
-    pub fn open(address: &str, credentials: Option<&Path>, leaves: &[String]) -> Result<Self> {
-        let server = Server::connect(address, credentials)?;
+    pub fn open(address: &str, access: &Access, leaves: &[String]) -> Result<Self> {
+        let server = Server::connect(address, access)?;
         let config = Config {
             name: STREAM.into(),
             storage: StorageType::File,

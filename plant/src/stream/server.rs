@@ -1,13 +1,14 @@
 //! A connection to a NATS server with JetStream.
 
 use std::future::Future;
-use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context as _, Result};
 use async_nats::jetstream::{self, Context};
-use async_nats::{Client, ConnectOptions, ServerAddr};
+use async_nats::{Client, ServerAddr};
 use tokio::runtime::{Builder, Runtime};
+
+use super::access::Access;
 
 /// How long a server may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -24,20 +25,15 @@ pub struct Server {
 }
 
 impl Server {
-    /// Connects, with a file of credentials if the server wants one.
+    /// Connects.
     ///
     /// # Errors
-    /// One sentence if there is no server, or if it wants other credentials.
-    pub fn connect(address: &str, credentials: Option<&Path>) -> Result<Self> {
+    /// One sentence if there is no server, if it wants other credentials, or if it is not who it should be.
+    pub fn connect(address: &str, access: &Access) -> Result<Self> {
         let name = shown(address);
         let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
+        let options = access.options()?;
         let connected = runtime.block_on(async {
-            let options = match credentials {
-                Some(file) => ConnectOptions::with_credentials_file(file)
-                    .await
-                    .with_context(|| format!("{}: no file of credentials", file.display()))?,
-                None => ConnectOptions::new(),
-            };
             let options = options.name("rotor-edge-plant").connection_timeout(PATIENCE);
             let server: ServerAddr = address.parse()?;
             let options = match (server.username(), server.password()) {

@@ -117,9 +117,14 @@ impl Program {
     }
 
     /// When it has said that it listens: what is sent from now on is heard.
-    pub fn listening(mut self) -> Self {
+    pub fn listening(self) -> Self {
+        self.saying("Ctrl-C ends it")
+    }
+
+    /// When it has said this.
+    pub fn saying(mut self, words: &str) -> Self {
         let mut said = String::new();
-        while !said.contains("Ctrl-C ends it") {
+        while !said.contains(words) {
             assert!(self.errors.read_line(&mut said).unwrap() > 0, "it ended: {said}");
         }
         self

@@ -1,5 +1,6 @@
 //! NATS servers with JetStream: alone, or as a hub with leaf nodes.
 
+use std::io::{BufRead as _, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
@@ -8,6 +9,7 @@ use super::{free_port, installed, until};
 pub struct Nats {
     program: Option<Child>,
     found: PathBuf,
+    disk: Option<Disk>,
     folder: tempfile::TempDir,
     pub port: u16,
 }
@@ -28,9 +30,31 @@ impl Nats {
             store.display().to_string()
         );
         std::fs::write(folder.path().join("nats.conf"), settings).unwrap();
-        let mut nats = Self { program: None, found, folder, port };
+        let mut nats = Self { program: None, found, disk: None, folder, port };
         nats.restart();
         Some(nats)
+    }
+
+    /// One whose files are on a disk of so many MB; none where nobody may make such a disk, which CI does not allow.
+    pub fn on_a_disk_of(megabytes: u32) -> Option<Self> {
+        let mut nats = Self::start()?;
+        nats.kill();
+        let store = nats.folder.path().join("store");
+        std::fs::remove_dir_all(&store).unwrap();
+        std::fs::create_dir(&store).unwrap();
+        nats.disk = Disk::at(store, megabytes);
+        if nats.disk.is_none() {
+            assert!(std::env::var_os("CI").is_none(), "no disk can be made");
+            eprintln!("NOT RUN, for want of a small disk (unshare, mount)");
+            return None;
+        }
+        nats.restart();
+        Some(nats)
+    }
+
+    /// Its disk is larger from now on.
+    pub fn extend_to(&self, megabytes: u32) {
+        self.disk.as_ref().unwrap().extend_to(megabytes);
     }
 
     /// One that leaf nodes join at a port.
@@ -67,7 +91,14 @@ impl Nats {
         if self.program.is_some() {
             return;
         }
-        let mut program = Command::new(&self.found);
+        let mut program = self.disk.as_ref().map_or_else(
+            || Command::new(&self.found),
+            |disk| {
+                let mut inside = disk.inside();
+                inside.arg(&self.found);
+                inside
+            },
+        );
         program
             .arg("-c")
             .arg(self.folder.path().join("nats.conf"))
@@ -75,6 +106,50 @@ impl Nats {
             .stderr(Stdio::null());
         self.program = Some(program.spawn().unwrap());
         until("the NATS server", || std::net::TcpStream::connect(("127.0.0.1", self.port)).is_ok());
+    }
+}
+
+/// A small disk in memory, in a view of the file system that only those have who enter it.
+struct Disk {
+    holder: Child,
+    path: PathBuf,
+}
+
+impl Disk {
+    fn at(path: PathBuf, megabytes: u32) -> Option<Self> {
+        let script =
+            format!("mount -t tmpfs -o size={megabytes}m none \"$0\" && echo mounted && exec sleep 3600");
+        let mut holder = Command::new("unshare")
+            .args(["--map-root-user", "--mount", "sh", "-c", &script])
+            .arg(&path)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .ok()?;
+        let mut said = String::new();
+        BufReader::new(holder.stdout.take().unwrap()).read_line(&mut said).unwrap();
+        let disk = Self { holder, path };
+        (said == "mounted\n").then_some(disk)
+    }
+
+    /// What is run by somebody who sees the disk.
+    fn inside(&self) -> Command {
+        let mut command = Command::new("nsenter");
+        let process = self.holder.id().to_string();
+        command.args(["--target", &process, "--user", "--mount", "--preserve-credentials"]);
+        command
+    }
+
+    fn extend_to(&self, megabytes: u32) {
+        let size = format!("remount,size={megabytes}m");
+        assert!(self.inside().args(["mount", "-o", &size]).arg(&self.path).status().unwrap().success());
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        let _ = self.holder.kill();
+        let _ = self.holder.wait();
     }
 }
 
