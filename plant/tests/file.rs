@@ -207,9 +207,9 @@ fn a_monitor_of_another_protocol_is_told_of_once_and_what_it_tells_is_kept() {
 #[test]
 fn every_command_line_of_the_pages_is_one_that_the_program_takes() {
     use clap::Parser as _;
-    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
-    let pages =
-        ["plant.md", "plant-at-scale.md"].map(|page| std::fs::read_to_string(docs.join(page)).unwrap());
+    let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let pages = ["README.md", "docs/plant.md", "docs/plant-at-scale.md"];
+    let pages = pages.map(|page| std::fs::read_to_string(project.join(page)).unwrap());
     let lines = pages.iter().flat_map(|page| page.lines());
     let lines: Vec<&str> = lines.filter(|line| line.starts_with("rotor-edge-plant ")).collect();
     assert!(lines.len() > 15);
