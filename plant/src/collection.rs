@@ -10,7 +10,7 @@ use crate::keeper::Keeper;
 use crate::stream::Stream;
 
 /// Items that are committed together, at most.
-const MOST_TOGETHER: usize = 2_000;
+const MOST_TOGETHER: usize = 10_000;
 /// How long items are waited for.
 const TOGETHER: Duration = Duration::from_millis(500);
 /// Wait before a server that is gone is asked again.
