@@ -7,7 +7,7 @@ pub mod access;
 mod claim;
 pub mod server;
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, anyhow};
 use async_nats::jetstream;
@@ -31,6 +31,8 @@ const HUB_STREAM: &str = "ROTOR_EDGE_HUB";
 pub const DUPLICATES: Duration = Duration::from_secs(120);
 /// A message that is not acknowledged by then is handed out again; one that was stored meanwhile is stored once.
 const ACKNOWLEDGED_WITHIN: Duration = Duration::from_secs(5);
+/// Between two fetches of what is taken together.
+const BETWEEN: Duration = Duration::from_millis(50);
 /// Messages handed out and not acknowledged, at most.
 const MOST_PENDING: i64 = 20_000;
 
@@ -136,12 +138,10 @@ impl Stream {
         within: Duration,
         take: impl FnOnce(&[Item]) -> Result<()>,
     ) -> Result<Taken> {
-        let messages: Vec<_> = self
+        let messages = self
             .server
-            .wait(async {
-                consumer.fetch().max_messages(most).expires(within).messages().await?.try_collect().await
-            })
-            .map_err(|error: async_nats::Error| anyhow!("{}: {error}", self.server.name))?;
+            .wait(gathered(consumer, most, within))
+            .map_err(|error| anyhow!("{}: {error}", self.server.name))?;
         let (mut items, mut strange) = (Vec::with_capacity(messages.len()), Vec::new());
         let mut known = Vec::with_capacity(messages.len());
         for message in &messages {
@@ -168,6 +168,28 @@ impl Stream {
         let strange = strange.into_iter().map(|(_, why)| why).collect();
         Ok(Taken { items: items.len(), strange })
     }
+}
+
+/// Messages that come within a time, at most so many. One fetch ends with what is there at once, and many small groups cost a
+/// store far more than a few.
+async fn gathered(
+    consumer: &PullConsumer,
+    most: usize,
+    within: Duration,
+) -> Result<Vec<jetstream::Message>, async_nats::Error> {
+    let until = Instant::now() + within;
+    let mut all: Vec<jetstream::Message> = Vec::new();
+    while all.len() < most {
+        let left = until.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            break;
+        }
+        let some =
+            consumer.fetch().max_messages(most - all.len()).expires(left.max(BETWEEN)).messages().await?;
+        all.extend(some.try_collect::<Vec<_>>().await?);
+        tokio::time::sleep(BETWEEN.min(left)).await;
+    }
+    Ok(all)
 }
 
 /// What [`Stream::next`] took.
