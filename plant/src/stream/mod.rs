@@ -14,7 +14,7 @@ use async_nats::jetstream;
 use async_nats::jetstream::consumer::{AckPolicy, PullConsumer, pull};
 use async_nats::jetstream::message::{AckKind, PublishMessage};
 use async_nats::jetstream::stream::{Config, External, Source as Leaf, StorageType};
-use futures_util::{TryStreamExt as _, future};
+use futures_util::{StreamExt as _, TryStreamExt as _, future};
 
 use crate::item::{Item, Kind, SCHEMA, plain_word};
 use crate::keeper::Keeper;
@@ -184,9 +184,13 @@ async fn gathered(
         if left.is_zero() {
             break;
         }
-        let some =
+        let mut some =
             consumer.fetch().max_messages(most - all.len()).expires(left.max(BETWEEN)).messages().await?;
-        all.extend(some.try_collect::<Vec<_>>().await?);
+        // a server that does not say that this was all would be waited for, for seconds
+        let wait = || until.saturating_duration_since(Instant::now()) + BETWEEN;
+        while let Ok(Some(message)) = tokio::time::timeout(wait(), some.next()).await {
+            all.push(message?);
+        }
         tokio::time::sleep(BETWEEN.min(left)).await;
     }
     Ok(all)
