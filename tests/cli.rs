@@ -274,12 +274,12 @@ fn the_version_ends_with_the_commit_that_git_names_where_this_is_a_clone() {
     let shown = String::from_utf8(rotor_edge(&["--version"]).stdout).unwrap();
     let repository = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let plain = concat!("rotor-edge ", env!("CARGO_PKG_VERSION"));
-    if !repository.join(".git").exists() {
+    let head = Command::new("git").current_dir(repository).args(["log", "-1", "--format=%H"]).output();
+    // a machine may have the clone and no git, and a copy without its history may lie in another's repository
+    let Some(head) = head.ok().filter(|_| repository.join(".git").exists()) else {
         return assert_eq!(shown.trim_end(), plain);
-    }
-    let git =
-        |words: &[&str]| Command::new("git").current_dir(repository).args(words).output().unwrap().stdout;
-    let commit = String::from_utf8(git(&["log", "-1", "--format=%H"])).unwrap();
+    };
+    let commit = String::from_utf8(head.stdout).unwrap();
     let named =
         shown.trim_end().strip_prefix(plain).and_then(|rest| rest.strip_prefix(" (")?.strip_suffix(')'));
     assert!(named.is_some_and(|named| named.len() >= 12 && commit.starts_with(named)), "{shown}: {commit}");
