@@ -65,15 +65,9 @@ fn of(newest: &Newest, acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -
     let age_us = newest.heard_us.map(|heard_us| now_us - heard_us);
     let is_silent = age_us.is_none_or(|age_us| age_us > quiet_us);
     let state = newest.state.as_deref().unwrap_or("silent");
-    let reason = Reason::ALL.into_iter().find(|reason| Some(name(reason)) == newest.reason);
-    let Why { what, next } = why(reason.unwrap_or(Reason::None), 0);
-    let why = match (is_silent, reason) {
-        (true, _) => {
-            format!("nothing is heard of it; it was {state}: see its supply, its bus and the gateway")
-        }
-        (false, Some(Reason::None) | None) => String::new(),
-        (false, Some(_)) if next.is_empty() => what,
-        (false, Some(_)) => format!("{what}: {next}"),
+    let why = match is_silent {
+        true => format!("nothing is heard of it; it was {state}: see its supply, its bus and the gateway"),
+        false => in_words(newest),
     };
     let state_now: String = if is_silent { "silent" } else { state }.into();
     let state_since_us = if is_silent { newest.heard_us } else { newest.since_us }.unwrap_or(0);
@@ -91,6 +85,24 @@ fn of(newest: &Newest, acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -
     }
 }
 
+/// What its reason means and what to do about it; of one that is flagged, what raised the flag and at which bearing, and what is
+/// the matter now if that is something else.
+fn in_words(newest: &Newest) -> String {
+    let meant = |word: &Option<String>| {
+        Reason::ALL.into_iter().find(|reason| *reason != Reason::None && Some(name(reason)) == *word)
+    };
+    let [reason, cause] = [&newest.reason, &newest.cause].map(meant);
+    let is_flagged = newest.state.as_deref() == Some("flagged");
+    let Some(told) = cause.filter(|_| is_flagged).or(reason) else { return String::new() };
+    let Why { what, next } = why(told, 0);
+    let suspect = newest.suspect.filter(|_| is_flagged);
+    let suspect = suspect.map_or(String::new(), |bearing| format!(", suspect bearing {bearing}"));
+    let present = reason.filter(|reason| *reason != told);
+    let present = present.map_or(String::new(), |reason| format!("; at present {}", why(reason, 0).what));
+    let next = if next.is_empty() { String::new() } else { format!(": {next}") };
+    format!("{what}{suspect}{present}{next}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -105,6 +117,7 @@ mod tests {
             heard_us: Some(heard_us),
             state: Some(state.into()),
             reason: Some(reason.into()),
+            cause: None,
             result_us: None,
             flagged: None,
             suspect: None,
@@ -147,5 +160,23 @@ mod tests {
             seen.iter().map(|g| g.is_alarm).collect::<Vec<_>>(),
             [true, true, true, true, true, false]
         );
+    }
+    #[test]
+    fn of_a_flag_one_is_told_what_raised_it_at_which_bearing_and_what_is_the_matter_now() {
+        let risen = Newest { suspect: Some(2), cause: Some("rise".into()), ..told(3, "flagged", "rise", 0) };
+        assert_eq!(
+            in_words(&risen),
+            "the residual rose above its level, suspect bearing 2: record a run-up and run `rotor-edge improve`"
+        );
+        let stopped = Newest { reason: Some("age".into()), ..risen.clone() };
+        let words = in_words(&stopped);
+        assert!(
+            words.starts_with(
+                "the residual rose above its level, suspect bearing 2; at present the last judged reading is too old: "
+            ),
+            "{words}"
+        );
+        let later = Newest { state: Some("tracking".into()), reason: Some("none".into()), ..risen };
+        assert_eq!(in_words(&later), "", "a cause is one of the flag");
     }
 }

@@ -16,8 +16,12 @@ use crate::numbering::Last;
 pub use rows::Newest;
 
 /// Each takes a store from the version of its place to the next.
-pub(crate) const MIGRATIONS: [&str; 3] =
-    [include_str!("schema.sql"), include_str!("fleet.sql"), include_str!("plant.sql")];
+pub(crate) const MIGRATIONS: [&str; 4] = [
+    include_str!("schema.sql"),
+    include_str!("fleet.sql"),
+    include_str!("plant.sql"),
+    include_str!("cause.sql"),
+];
 /// The version of a store that this program writes.
 pub const VERSION: i32 = MIGRATIONS.len() as i32;
 /// Says that a file is one of ours.

@@ -27,6 +27,8 @@ pub struct Newest {
     pub state: Option<String>,
     /// Why.
     pub reason: Option<String>,
+    /// What raised its flag, as it told when its state changed last.
+    pub cause: Option<String>,
     /// When it told that it came into this state, µs since 1970; none if that was not heard.
     pub since_us: Option<i64>,
     /// Its last result, µs since 1970.
@@ -51,6 +53,7 @@ impl Newest {
             heard_us: row.get("heard_us")?,
             state: row.get("state")?,
             reason: row.get("reason")?,
+            cause: row.get("cause")?,
             since_us: row.get("since_us")?,
             result_us: row.get("result_us")?,
             flagged: row.get("flagged")?,
