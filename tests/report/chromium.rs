@@ -187,7 +187,8 @@ impl Chromium {
         let mut command = Command::new("timeout");
         if let Some(fonts) = &look.fonts {
             let config = run.path().join("fonts.conf");
-            let cache = run.path().join("fonts").display().to_string();
+            // read once for all pages
+            let cache = self.folder.path().join("fonts").display().to_string();
             let fonts = fonts.display();
             std::fs::write(
                 &config,

@@ -107,7 +107,7 @@ enum Fitted {
     },
     Arima(Arima),
     #[cfg(feature = "lstm")]
-    Lstm(super::lstm::Network),
+    Lstm(Box<super::lstm::Network>),
 }
 
 impl Fitted {
@@ -129,7 +129,7 @@ impl Fitted {
                 Ok(Self::Arima(Arima::fit(past, order, near)?))
             }
             #[cfg(feature = "lstm")]
-            Model::Lstm { seed } => Ok(Self::Lstm(super::lstm::Network::train(past, seed)?)),
+            Model::Lstm { seed } => Ok(Self::Lstm(Box::new(super::lstm::Network::train(past, seed)?))),
         }
     }
 
