@@ -161,6 +161,7 @@ mod tests {
             [true, true, true, true, true, false]
         );
     }
+
     #[test]
     fn of_a_flag_one_is_told_what_raised_it_at_which_bearing_and_what_is_the_matter_now() {
         let risen = Newest { suspect: Some(2), cause: Some("rise".into()), ..told(3, "flagged", "rise", 0) };
