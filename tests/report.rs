@@ -211,10 +211,10 @@ fn reports_are_whole_in_a_browser_on_a_screen_and_on_a_phone() {
         ("check", check_page("host-sim/sample/turbine/rotor.toml")),
         ("check of a train", check_page("tests/reference/check/four_bearing_train.toml")),
     ];
-    let is_whole = |name: &str, sections: &[Section]| {
+    for (name, sections) in pages {
         let figures: Vec<Figure> = sections.iter().flat_map(|s| s.figures.clone()).collect();
         let words = |_: &str| vec![("residual".to_string(), "What the model does not explain. ".repeat(9))];
-        let text = page(&format!("Report {name}"), None, sections, words);
+        let text = page(&format!("Report {name}"), None, &sections, words);
         browser.keep(name, &text, &[SCREEN_PX, PHONE_PX]);
         assert_eq!(browser.console(&text), Vec::<String>::new(), "{name}");
         for look in looks() {
@@ -223,13 +223,7 @@ fn reports_are_whole_in_a_browser_on_a_screen_and_on_a_phone() {
                 assert_whole(&at, &browser.measure(&text, width_px, &look), width_px, &figures);
             }
         }
-    };
-    // a browser a page, for each waits most of its time
-    std::thread::scope(|scope| {
-        for (name, sections) in &pages {
-            scope.spawn(|| is_whole(name, sections));
-        }
-    });
+    }
 }
 
 /// Light and dark, with each set of fonts alone, or with the machine's own where none is there.

@@ -125,14 +125,14 @@ fn flagged() -> Plant {
     let mut store = Store::open(Path::new(plant.path())).unwrap();
     let state = State {
         state: "flagged".into(),
-        reason: "rise".into(),
+        reason: "age".into(),
         missing_mask: 0,
-        cause: "reading".into(),
+        cause: "rise".into(),
         suspect: Some(2),
         age_s: None,
     };
     let heartbeat = |state: &str| {
-        let (state, reason) = (state.into(), "rise".into());
+        let (state, reason) = (state.into(), "age".into());
         Body::Heartbeat(Heartbeat { protocol: 1, state, reason, readings: 7 })
     };
     let item = |body| Item {
@@ -158,9 +158,13 @@ fn the_page_of_a_machine_shows_what_is_known_of_it_and_takes_who_has_seen_its_al
     let page = "/machine/north/hall1/1";
 
     let (_, shown) = asked(&address, &format!("GET {page}"));
-    for expected in
-        ["the residual rose above its level", "at bearing 2", "40 days, 0 flags", "Last reading", "15X"]
-    {
+    for expected in [
+        "the residual rose above its level, suspect bearing 2; at present the last judged reading is too old",
+        "at bearing 2",
+        "40 days, 0 flags",
+        "Last reading",
+        "15X",
+    ] {
         assert!(shown.contains(expected), "{expected} is not in {shown}");
     }
     assert!(asked(&address, "GET /").1.contains(page), "the page of all leads to it");

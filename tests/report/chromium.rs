@@ -188,8 +188,7 @@ impl Chromium {
         let mut command = Command::new("timeout");
         if let Some(fonts) = &look.fonts {
             let config = run.path().join("fonts.conf");
-            // read once for all pages
-            let cache = self.folder.path().join("fonts").display().to_string();
+            let cache = run.path().join("fonts").display().to_string();
             let fonts = fonts.display();
             std::fs::write(
                 &config,

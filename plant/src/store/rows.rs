@@ -35,7 +35,7 @@ pub struct Newest {
     pub result_us: Option<i64>,
     /// Whether the flag was up then.
     pub flagged: Option<bool>,
-    /// Bearing suspected then, from 1.
+    /// Bearing suspected then, from 1; where that result suspects none, the one of its last change of state.
     pub suspect: Option<u8>,
     /// Residual then, µm.
     pub residual_um: Option<f64>,
