@@ -1,0 +1,8 @@
+//! The desktop crate against published figures, other programs and machines made for it.
+
+mod effects;
+mod films;
+mod published;
+mod repeated;
+mod rotor_file;
+mod tracking;

@@ -1,0 +1,253 @@
+//! Monitors on a shared bus as a user runs them: `node`, `deploy`, `key`, and `replay` over each interface.
+
+use crate::bench::Bench;
+use crate::program::{assert_says, json, one_sentence, refusal, rotor_edge};
+use serde_json::Value;
+
+#[test]
+fn replay_over_slcan_and_socketcand_gives_the_same_numbers_as_in_process_to_the_bit() {
+    let bench = Bench::new();
+    let here = json(&rotor_edge(&["replay", "--json", "--answers"]));
+    assert_eq!(here["answers"].as_array().unwrap().len(), 451);
+    for kind in ["slcan", "socketcand"] {
+        let there = bench.play(kind, &[]);
+        for key in ["answers", "flags", "states", "equivalence", "counters"] {
+            assert_eq!(there[key], here[key], "{key} over {kind}");
+        }
+        assert_eq!(there["frames"]["lost"], 0, "{kind}");
+    }
+}
+
+#[test]
+fn a_model_deployed_to_a_monitor_gives_its_numbers_and_is_still_there_after_a_cut_in_power() {
+    let bench = Bench::new();
+    bench.guess();
+    let (model, key, state) =
+        (bench.text("identified.toml"), bench.text("right.key"), bench.text("monitor.state"));
+    let node = |bench: &Bench| bench.monitor("slcan", &["--key", &key, "--state", &state]);
+    let deploy = |counter: &str| {
+        let bus = bench.bus.spec("socketcand");
+        vec!["deploy".to_string(), model.clone(), "--bus".into(), bus.into(), "--key".into(), key.clone()]
+            .into_iter()
+            .chain(["--counter".into(), counter.into()])
+            .collect::<Vec<_>>()
+    };
+    let run = |arguments: &[String]| rotor_edge(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    let external = ["--external", "--key", &key];
+    let expected = json(&rotor_edge(&["replay", "--json", "--answers"]))["answers"].clone();
+    let from_file = |bench: &Bench| {
+        let (rotor, record) = (bench.text("identified.toml"), bench.text("record.csv"));
+        let identified = ["--identified", "--rotor", &rotor, "--record", &record];
+        bench.play("socketcand", &[&identified[..], &external[..]].concat())["answers"].clone()
+    };
+
+    let running = node(&bench);
+    let done = run(&[deploy("5"), vec!["--json".into()]].concat());
+    let told = json(&done);
+    assert_eq!((&told["outcome"], &told["counter"]), (&"accepted".into(), &5.into()));
+    let first = from_file(&bench);
+    assert_eq!(first, expected, "over a monitor in real time, to the bit");
+    drop(running);
+
+    let _running = node(&bench);
+    let replayed = run(&deploy("5"));
+    assert_eq!(replayed.status.code(), Some(1));
+    assert_says(&String::from_utf8(replayed.stderr).unwrap(), &["has accepted command", "--counter"]);
+    assert_eq!(from_file(&bench), first, "the deployed model is still there");
+}
+
+#[test]
+fn a_model_of_another_machine_is_refused_unless_told_and_the_improved_one_of_the_same_is_taken() {
+    let bench = Bench::new();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let identified = bench.text("identified.toml");
+    let (_running, _) = bench.node("slcan", &["--key", &key, "--state", &state]);
+    let deploy = |more: &[&str]| bench.to_monitor("deploy", &[more, &["--json"]].concat());
+    assert_eq!(json(&deploy(&[&identified]))["outcome"], "accepted", "nothing is held yet");
+
+    let improved = bench.text("improved.toml");
+    let bowed = ["add", &identified, "shaft_bow", "--data", &bench.text("runup.csv"), "-o", &improved];
+    assert!(rotor_edge(&bowed).status.success());
+    assert_eq!(json(&deploy(&[&improved]))["outcome"], "accepted", "the same machine, found better");
+    let held = bench.seen()["model_checksum"].clone();
+
+    let text = std::fs::read_to_string(&identified).unwrap();
+    let other = bench.text("other.toml");
+    std::fs::write(&other, text.replacen("name = \"turbine\"", "name = \"turbine\"\nserial = \"2\"", 1))
+        .unwrap();
+    assert_says(&one_sentence(&deploy(&[&other])), &["the model of another machine", "--another-machine"]);
+    assert_eq!(bench.seen()["model_checksum"], held, "the old one stays");
+    assert_eq!(json(&deploy(&[&other, "--another-machine"]))["outcome"], "accepted");
+    assert_says(&one_sentence(&deploy(&[&identified])), &["--another-machine"]);
+}
+
+#[test]
+fn wrong_keys_missing_keys_and_absent_monitors_are_told_apart() {
+    let bench = Bench::new();
+    bench.guess();
+    let (model, right, wrong) =
+        (bench.text("identified.toml"), bench.text("right.key"), bench.text("wrong.key"));
+    let bus = bench.bus.spec("slcan").to_string();
+    let attempt = |key: &str, node: &str| {
+        refusal(&["deploy", &model, "--bus", &bus, "--key", key, "--node", node, "--json"])
+    };
+    let _keyed = bench.monitor("slcan", &["--key", &right, "--state", &bench.text("monitor.state")]);
+    let _keyless = bench.monitor("slcan", &["--node", "2"]);
+    assert_says(&attempt(&wrong, "1"), &["another key"]);
+    assert_says(&attempt(&right, "2"), &["was given no key"]);
+    assert_says(&attempt(&right, "3"), &["monitor 3 does not answer", "rotor-edge watch"]);
+    assert_says(&attempt(&right, "31"), &["0 to 30"]);
+    assert_says(&attempt(&bench.text("no.key"), "1"), &["no.key", "rotor-edge key"]);
+    assert_says(&attempt(&bench.text("record.csv"), "1"), &["record.csv", "64 hexadecimal digits"]);
+    assert_says(&refusal(&["key", "-o", &right]), &["right.key", "cannot be written"]);
+    let zeros = bench.text("zero.key");
+    std::fs::write(&zeros, "0".repeat(64)).unwrap();
+    assert_says(&attempt(&zeros, "1"), &["zero.key", "made at random"]);
+    let open = bench.text("open.key");
+    std::fs::copy(&right, &open).unwrap();
+    std::fs::set_permissions(&open, std::os::unix::fs::PermissionsExt::from_mode(0o622)).unwrap();
+    assert_says(&attempt(&open, "1"), &["open.key", "written by others"]);
+    let forgetful = rotor_edge(&["node", "--bus", &bus, "--key", &right]);
+    assert_eq!(forgetful.status.code(), Some(2), "a key needs a state");
+    let unidentified = bench.text("rotor.toml");
+    let refused = refusal(&["deploy", &unidentified, "--bus", &bus, "--key", &right]);
+    assert_says(&refused, &["unbalance_g_mm is missing", "identify"]);
+}
+
+#[test]
+fn a_monitor_that_was_given_no_model_judges_nothing_until_one_is_deployed() {
+    let bench = Bench::new();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let (_running, line) = bench.node("slcan", &["--key", &key, "--state", &state]);
+    assert_says(&line, &["without a model"]);
+    let seen = bench.seen();
+    assert_eq!((&seen["state"], &seen["reason"]), (&"no_model".into(), &"nothing_stored".into()));
+    assert_eq!(seen["model_checksum"], Value::Null);
+    let told = json(&bench.to_monitor("deploy", &[&bench.text("identified.toml"), "--json"]));
+    assert_eq!(told["outcome"], "accepted");
+    let seen = bench.seen();
+    assert_eq!((&seen["state"], &seen["reason"]), (&"waiting".into(), &"no_reading".into()));
+    assert_eq!((&seen["model_probes"], &seen["model_planes"]), (&4.into(), &2.into()));
+}
+
+#[test]
+fn a_damaged_state_file_lets_no_recorded_command_in_and_can_be_deployed_to() {
+    let bench = Bench::new();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let deploy = |more: &[&str]| {
+        bench.to_monitor("deploy", &[&[&bench.text("identified.toml"), "--json"], more].concat())
+    };
+    // the last one is whole but for its code
+    for text in [
+        "not a state at all",
+        "rotor-edge monitor 2\ncounter 41",
+        "rotor-edge monitor 1\ncounter 41\nmodel 03\n",
+    ] {
+        std::fs::write(&state, text).unwrap();
+        let (running, line) = bench.node("slcan", &["--key", &key, "--state", &state]);
+        assert_says(&line, &["without a model"]);
+        let seen = bench.seen();
+        assert_eq!((&seen["state"], &seen["reason"]), (&"no_model".into(), &"damaged".into()), "{text}");
+        // no command that was ever recorded can be above the present time
+        assert_says(&one_sentence(&deploy(&["--counter", "1000"])), &["has accepted command"]);
+        assert_eq!(json(&deploy(&[]))["outcome"], "accepted");
+        assert_eq!(std::fs::read_to_string(format!("{state}.damaged")).unwrap(), text);
+        drop(running);
+        let (_again, line) = bench.node("slcan", &["--key", &key, "--state", &state]);
+        assert_says(&line, &["with the model deployed last"]);
+    }
+}
+
+#[test]
+fn a_state_file_of_another_monitor_or_key_or_one_that_was_changed_starts_nothing() {
+    let bench = Bench::new();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let (running, _) = bench.node("slcan", &["--key", &key, "--state", &state]);
+    assert_eq!(
+        json(&bench.to_monitor("deploy", &[&bench.text("identified.toml"), "--counter", "5000", "--json"]))["outcome"],
+        "accepted"
+    );
+    drop(running);
+    let bus = bench.bus.spec("slcan");
+    let start = |key: &str, node: &str| {
+        refusal(&["node", "--bus", bus, "--key", key, "--state", &state, "--node", node])
+    };
+    let told = ["monitor.state: is not the state of this monitor"];
+    assert_says(&start(&key, "2"), &told);
+    assert_says(&start(&bench.text("wrong.key"), "1"), &told);
+    let whole = std::fs::read_to_string(&state).unwrap();
+    std::fs::write(&state, whole.replacen("counter 5000", "counter 4000", 1)).unwrap();
+    assert_says(&start(&key, "1"), &told);
+}
+
+#[test]
+fn thresholds_are_read_and_set_over_the_bus_survive_a_cut_in_power_and_need_the_key() {
+    let bench = Bench::new();
+    bench.guess();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let node = || bench.monitor("slcan", &["--key", &key, "--state", &state]);
+    let running = node();
+    let before = json(&bench.to_monitor("thresholds", &["--json"]));
+    assert_eq!((&before["set"], &before["thresholds"]["rise"]), (&false.into(), &0.5.into()));
+    let text = String::from_utf8(bench.to_monitor("thresholds", &["--set", "rise=0.8"]).stdout).unwrap();
+    assert_says(&text, &["Monitor 1 judges by", "rise", "0.8", "(was 0.5)"]);
+    let set = ["--set", "persistence_s=30", "--set", "gap_range_v=-16,-4.5", "--json"];
+    let after = json(&bench.to_monitor("thresholds", &set));
+    assert_eq!(after["thresholds"]["rise"], 0.8, "one at a time");
+    drop(running);
+    let _running = node();
+    let kept = json(&bench.to_monitor("thresholds", &["--json"]))["thresholds"].clone();
+    assert_eq!(kept, after["thresholds"]);
+    assert_eq!(kept["gap_range_v"], serde_json::json!([-16.0, -4.5]));
+    let restored = json(&bench.to_monitor("thresholds", &["--defaults", "--json"]));
+    assert_eq!(restored["thresholds"], before["thresholds"]);
+
+    let refused = |set: &str| one_sentence(&bench.to_monitor("thresholds", &["--set", set]));
+    assert_says(&refused("rise=-1"), &["rise is to be from 0 to 100", "nothing was sent"]);
+    assert_says(&refused("height=1"), &["no threshold height", "persistence_s"]);
+    let (bus, wrong) = (bench.bus.spec("slcan"), bench.text("wrong.key"));
+    let forged = refusal(&["thresholds", "--bus", bus, "--key", &wrong, "--set", "rise=0.1"]);
+    assert_says(&forged, &["another key"]);
+    assert_eq!(json(&bench.to_monitor("thresholds", &["--json"]))["thresholds"], before["thresholds"]);
+}
+
+#[test]
+fn a_flag_stays_up_over_a_cut_in_power_until_it_is_acknowledged_with_the_key() {
+    let bench = Bench::new();
+    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
+    let identified = bench.text("identified.toml");
+    // each reading of the record counts by itself, however fast it is sent
+    let fast = ["average_s=0", "persistence_s=0", "growth_s=1.25e-6", "level_s=1.25e-5", "learning_s=0"];
+    let fast: Vec<&str> = fast.iter().flat_map(|set| ["--set", set]).collect();
+    let node = || {
+        let more = [&["--rotor", &identified, "--key", &key, "--state", &state], &fast[..]].concat();
+        bench.node("slcan", &more).0
+    };
+    let running = node();
+    assert_says(&one_sentence(&bench.to_monitor("acknowledge", &[])), &["monitor 1 holds no flag"]);
+    let record = bench.text("record.csv");
+    let identified_record = ["--identified", "--rotor", &identified, "--record", &record];
+    let external = ["--external", "--key", &key];
+    bench.play("slcan", &[&identified_record[..], &external[..]].concat());
+    let flagged = |seen: &Value| {
+        assert_eq!(seen["state"], "flagged");
+        assert_eq!((&seen["latched"]["cause"], &seen["latched"]["suspect"]), (&"rise".into(), &2.into()));
+        assert_says(seen["next"].as_str().unwrap(), &["rotor-edge acknowledge"]);
+    };
+    flagged(&bench.seen());
+    drop(running);
+    let running = node();
+    flagged(&bench.seen());
+    let (bus, wrong) = (bench.bus.spec("slcan"), bench.text("wrong.key"));
+    assert_says(&refusal(&["acknowledge", "--bus", bus, "--key", &wrong]), &["another key"]);
+    flagged(&bench.seen());
+    let told = json(&bench.to_monitor("acknowledge", &["--json"]));
+    assert_eq!(
+        (&told["cause"], &told["suspect"], &told["state"]),
+        (&"rise".into(), &2.into(), &"waiting".into())
+    );
+    assert_eq!(bench.seen()["latched"], Value::Null);
+    drop(running);
+    let _running = node();
+    assert_eq!(bench.seen()["latched"], Value::Null, "acknowledged for good");
+}

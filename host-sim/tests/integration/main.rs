@@ -1,0 +1,29 @@
+//! The program as its users meet it.
+
+mod absurd;
+mod balance;
+mod bench;
+mod bus;
+mod chaos;
+mod check;
+mod cli;
+mod crowd;
+mod deploy;
+mod diagnose;
+mod docs;
+mod estimate;
+mod extension;
+mod extract;
+mod import;
+mod large;
+mod mutations;
+mod power;
+mod program;
+mod reconnect;
+mod seal;
+mod shared;
+mod slow_roll;
+mod startup;
+mod track;
+mod trial;
+mod watch;

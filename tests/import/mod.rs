@@ -1,4 +1,0 @@
-//! What tests of imports share.
-
-pub mod exports;
-pub mod truth;

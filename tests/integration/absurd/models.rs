@@ -1,0 +1,84 @@
+//! Deployed models whose checksum is right and whose numbers are not.
+
+use rotor_edge::edge::{Deployment, EdgeModel, encoded};
+use rotor_edge::sample;
+use rotor_edge_core::response::{SupportAmplitudes, response};
+
+use super::values::Dice;
+
+fn model() -> EdgeModel {
+    let (mut rotor, ..) = sample::load().unwrap();
+    for plane in &mut rotor.plane {
+        (plane.unbalance_g_mm, plane.angle_deg) = (Some(500.0), Some(40.0));
+    }
+    Deployment::new(&rotor, 11_500.0).unwrap().edge
+}
+
+/// Every number of a model.
+fn numbers(model: &mut EdgeModel) -> Vec<&mut f32> {
+    let mut all: Vec<&mut f32> = Vec::new();
+    for matrix in [&mut model.stiffness, &mut model.mass, &mut model.polar_inertia] {
+        all.extend(matrix.iter_mut());
+    }
+    all.extend([&mut model.internal_damping_s, &mut model.unbalance_floor_g_mm]);
+    all.extend([&mut model.noise.relative, &mut model.noise.floor_um]);
+    all.extend(&mut model.speed_range_rpm);
+    all.extend(model.initial_unbalance_g_mm.iter_mut().flatten());
+    all.extend(model.planes.iter_mut().flat_map(|shape| shape.iter_mut()));
+    for support in &mut model.supports {
+        all.extend(support.shape.iter_mut());
+        all.extend(support.stiffness_n_m.iter_mut().flatten());
+        all.extend(support.damping_n_s_m.iter_mut().flatten());
+        all.extend([&mut support.mass_kg, &mut support.stiffness_slope]);
+        all.extend([&mut support.reference_speed_rad_s, &mut support.hardening_per_um2]);
+    }
+    for probe in &mut model.probes {
+        all.extend(probe.shape.iter_mut());
+        all.extend(probe.direction.iter_mut().chain(&mut probe.gain).chain(&mut probe.runout_um));
+    }
+    all
+}
+
+/// What `Model::check` documents, and a finite response over the whole range.
+fn assert_sound(model: &EdgeModel, what: &str) {
+    let [lowest, highest] = model.speed_range_rpm;
+    assert!(0.0 < lowest && lowest <= highest && highest.is_finite(), "{what}: {lowest} to {highest} rpm");
+    assert!((0.0..1.0).contains(&model.noise.relative) && model.noise.floor_um >= 0.0, "{what}");
+    assert!(model.unbalance_floor_g_mm >= 0.0, "{what}");
+    assert!(model.mass.diagonal().iter().all(|mass| *mass > 0.0), "{what}");
+    for share in [0.0, 0.5, 1.0] {
+        let speed = (lowest + share * (highest - lowest)) * std::f32::consts::PI / 30.0;
+        let response =
+            response(model, speed, &SupportAmplitudes::default()).unwrap_or_else(|e| panic!("{what}: {e:?}"));
+        for vector in response.vectors(&model.initial_unbalance_g_mm) {
+            assert!(vector.cos_um.is_finite() && vector.sin_um.is_finite(), "{what}: {vector:?}");
+        }
+    }
+}
+
+#[test]
+fn a_model_with_one_absurd_number_is_refused_or_still_answers_within_what_is_documented() {
+    const MODELS: usize = 2000;
+    let mut dice = Dice::new();
+    let whole = model();
+    assert_eq!(EdgeModel::decode(&encoded(&whole).unwrap()), Ok(whole.clone()));
+    let mut refused = 0;
+    for _ in 0..MODELS {
+        let mut model = whole.clone();
+        let mut all = numbers(&mut model);
+        let (count, place) = (all.len(), dice.below(all.len()));
+        let absurd = match dice.below(6) {
+            0 => f32::NAN,
+            1 => f32::INFINITY,
+            2 => -*all[place],
+            _ => dice.huge(10.0, 38.0) as f32,
+        };
+        *all[place] = absurd;
+        match EdgeModel::decode(&encoded(&model).unwrap()) {
+            Ok(taken) => assert_sound(&taken, &format!("number {place} of {count} is {absurd:e}")),
+            Err(_) => refused += 1,
+        }
+    }
+    println!("{refused} of {MODELS} absurd models refused, the others answer with finite numbers");
+    assert!(refused > MODELS / 2, "{refused}");
+}

@@ -1,0 +1,15 @@
+//! A train of two spans on four bearings, with and without a seal that the drawing lacks.
+
+use super::machine::diagnosed;
+use rotor_edge_desktop::diagnose::Verdict;
+
+#[test]
+fn a_train_that_hides_nothing_is_adequate_and_its_hidden_seal_is_named() {
+    for (m, answer) in diagnosed("train") {
+        if m.truth.is_empty() {
+            assert_eq!(answer.verdict, Verdict::Adequate, "{}: {}", m.name, answer.summary);
+        } else {
+            assert!(m.is_named_by(&answer), "{}: {}", m.name, answer.summary);
+        }
+    }
+}

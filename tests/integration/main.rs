@@ -1,0 +1,20 @@
+//! Tests across the crates: core against desktop, desktop against ROSS, what stands on both.
+
+mod absurd;
+mod check_ross;
+mod conventions;
+mod equivalence;
+mod extraction;
+mod faults;
+mod firmware;
+mod forecast;
+mod fuzz_corpus;
+mod fuzz_readers;
+mod import_ross;
+mod live;
+mod machines;
+mod readers;
+mod report;
+mod rk4;
+mod ross;
+mod wire;
