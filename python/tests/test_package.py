@@ -43,6 +43,7 @@ def test_the_notebook_tells_its_story(monkeypatch):
     assert "<td>seal</td>" in told["better"]._repr_html_()
 
 
+@pytest.mark.whole
 @pytest.mark.skipif(DIST is None, reason="python/test builds them")
 def test_wheel_and_source_hold_what_they_need():
     (wheel,), (source,) = Path(DIST).glob("*.whl"), Path(DIST).glob("*.tar.gz")

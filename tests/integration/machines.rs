@@ -3,11 +3,7 @@
 //!
 //! The table of docs/diagnosis.md comes from here; `the_table_in_the_docs_is_current` prints it anew when it differs.
 
-mod film;
 mod machine;
-mod noise;
-mod table_machines;
-mod train;
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -252,44 +248,48 @@ impl Set {
     }
 }
 
-struct Sets {
-    single: Set,
-    tolerance: Set,
-    double: Set,
-}
-
-impl Sets {
-    fn all(&self) -> [&Set; 3] {
-        [&self.single, &self.tolerance, &self.double]
-    }
-}
-
-/// Every machine, looked at once for all tests.
-fn sets() -> &'static Sets {
-    static SETS: OnceLock<Sets> = OnceLock::new();
-    SETS.get_or_init(|| {
-        let sets = Sets {
-            single: Set::new("one effect", "single", diagnosed),
-            tolerance: Set::new("one effect, inexact drawing", "tolerance", diagnosed),
-            double: Set::new("two effects", "double", improved),
-        };
-        for set in sets.all() {
-            println!("\n{}; median time {:.2?} a machine", set.title, set.median_time());
-            set.found.iter().for_each(|f| println!("  {f}"));
-        }
-        println!("\n{}", table(&sets));
-        sets
+/// The machines of each set, looked at once for all tests.
+fn looked_at(
+    once: &'static OnceLock<Set>,
+    title: &'static str,
+    folder: &str,
+    find: fn(&Machine) -> Found,
+) -> &'static Set {
+    once.get_or_init(|| {
+        let set = Set::new(title, folder, find);
+        println!("\n{}; median time {:.2?} a machine", set.title, set.median_time());
+        set.found.iter().for_each(|f| println!("  {f}"));
+        set
     })
 }
 
+fn single() -> &'static Set {
+    static SET: OnceLock<Set> = OnceLock::new();
+    looked_at(&SET, "one effect", "single", diagnosed)
+}
+
+fn tolerance() -> &'static Set {
+    static SET: OnceLock<Set> = OnceLock::new();
+    looked_at(&SET, "one effect, inexact drawing", "tolerance", diagnosed)
+}
+
+fn double() -> &'static Set {
+    static SET: OnceLock<Set> = OnceLock::new();
+    looked_at(&SET, "two effects", "double", improved)
+}
+
+fn all_sets() -> [&'static Set; 3] {
+    [single(), tolerance(), double()]
+}
+
 /// The table of docs/diagnosis.md.
-fn table(sets: &Sets) -> String {
+fn table() -> String {
     let mut lines = vec![
-        format!("| | {} | to reach |", sets.all().map(|s| s.title).join(" | ")),
+        format!("| | {} | to reach |", all_sets().map(|s| s.title).join(" | ")),
         "|---|---|---|---|---|".to_string(),
     ];
     let mut row = |what: &str, cell: &dyn Fn(&Set) -> String, reach: &str| {
-        lines.push(format!("| {what} | {} | {reach} |", sets.all().map(cell).join(" | ")));
+        lines.push(format!("| {what} | {} | {reach} |", all_sets().map(cell).join(" | ")));
     };
     let counted = |holding: usize, all: usize| {
         if all == 0 { "–".to_string() } else { format!("{holding} of {all}") }
@@ -344,70 +344,86 @@ fn table(sets: &Sets) -> String {
 
 #[test]
 fn one_hidden_effect_is_named_first_or_in_its_group() {
-    let set = &sets().single;
+    let set = single();
     set.assert_share("right", 0.97, set.hiding(), Found::right);
 }
 
-#[test]
-fn one_hidden_effect_is_found_though_the_drawing_is_inexact() {
-    let set = &sets().tolerance;
-    set.assert_share("right", 0.90, set.hiding(), Found::right);
-}
+/// What only `tests/all` runs.
+mod slow {
+    mod film;
+    mod noise;
+    mod table_machines;
+    mod train;
 
-#[test]
-fn two_hidden_effects_are_both_found() {
-    let set = &sets().double;
-    set.assert_share("both found", 0.85, set.hiding(), Found::right);
-}
+    use super::*;
 
-#[test]
-fn nothing_is_claimed_where_nothing_hides() {
-    let quiet = |f: &Found| f.verdict == Verdict::Adequate;
-    let Sets { single, tolerance, .. } = sets();
-    single.assert_share("nothing claimed", 0.98, single.hiding_none(), quiet);
-    tolerance.assert_share("nothing claimed", 0.93, tolerance.hiding_none(), quiet);
-}
-
-#[test]
-fn with_the_effect_added_only_noise_is_left() {
-    for set in sets().all() {
-        set.assert_share("χ² per value near 1", 1.0, set.found.iter(), Found::chi2_is_near);
-        set.assert_share("error near the noise's own", 1.0, set.found.iter(), Found::error_is_near);
+    #[test]
+    fn one_hidden_effect_is_found_though_the_drawing_is_inexact() {
+        let set = tolerance();
+        set.assert_share("right", 0.90, set.hiding(), Found::right);
     }
-}
 
-#[test]
-fn stated_intervals_hold_the_truth() {
-    let all: Vec<&(String, f64)> = sets().all().into_iter().flat_map(Set::parameters).collect();
-    let outside: Vec<_> = all.iter().filter(|(_, off)| off.is_nan() || *off > NINETY_FIVE).collect();
-    let share = 1.0 - outside.len() as f64 / all.len() as f64;
-    assert!(share >= 0.90, "{:.1} % of {}; not {outside:?}", 100.0 * share, all.len());
-}
+    #[test]
+    fn two_hidden_effects_are_both_found() {
+        let set = double();
+        set.assert_share("both found", 0.85, set.hiding(), Found::right);
+    }
 
-#[test]
-fn the_table_in_the_docs_is_current() {
-    let page = std::fs::read_to_string(repository("docs/diagnosis.md")).unwrap();
-    let table = table(sets());
-    let marked =
-        page.split("<!-- machines -->").nth(1).expect("two <!-- machines --> in docs/diagnosis.md").trim();
-    assert!(marked == table, "paste this between the <!-- machines --> of docs/diagnosis.md:\n\n{table}\n");
-}
+    #[test]
+    fn nothing_is_claimed_where_nothing_hides() {
+        let quiet = |f: &Found| f.verdict == Verdict::Adequate;
+        let (single, tolerance) = (single(), tolerance());
+        single.assert_share("nothing claimed", 0.98, single.hiding_none(), quiet);
+        tolerance.assert_share("nothing claimed", 0.93, tolerance.hiding_none(), quiet);
+    }
 
-#[test]
-fn phases_reversed_are_recognised_on_every_machine() {
-    let all = ["single", "tolerance", "double"].into_iter().flat_map(machines);
-    let missed = all.filter_map(|m| {
-        let mirrored = |r: &Reading| Reading {
-            probes: r.probes.iter().map(|y| y.map(|y| y.conj())).collect(),
-            ..r.clone()
-        };
-        let mirrored: Vec<Reading> = m.readings.iter().map(mirrored).collect();
-        match diagnose(&m.rotor, &mirrored) {
-            Err(e) if e.to_string().contains("reversed") => None,
-            Err(e) => Some(format!("\n  {}, {}: {e}", m.name, m.truth_label())),
-            Ok(d) => Some(format!("\n  {}, {}: {}", m.name, m.truth_label(), d.summary)),
+    #[test]
+    fn with_the_effect_added_only_noise_is_left() {
+        for set in all_sets() {
+            set.assert_share("χ² per value near 1", 1.0, set.found.iter(), Found::chi2_is_near);
+            set.assert_share("error near the noise's own", 1.0, set.found.iter(), Found::error_is_near);
         }
-    });
-    let missed: Vec<String> = missed.collect();
-    assert!(missed.is_empty(), "{} were not:{}", missed.len(), missed.concat());
+    }
+
+    #[test]
+    fn stated_intervals_hold_the_truth() {
+        let all: Vec<&(String, f64)> = all_sets().into_iter().flat_map(Set::parameters).collect();
+        let outside: Vec<_> = all.iter().filter(|(_, off)| off.is_nan() || *off > NINETY_FIVE).collect();
+        let share = 1.0 - outside.len() as f64 / all.len() as f64;
+        assert!(share >= 0.90, "{:.1} % of {}; not {outside:?}", 100.0 * share, all.len());
+    }
+
+    #[test]
+    fn the_table_in_the_docs_is_current() {
+        let page = std::fs::read_to_string(repository("docs/diagnosis.md")).unwrap();
+        let table = table();
+        let marked = page
+            .split("<!-- machines -->")
+            .nth(1)
+            .expect("two <!-- machines --> in docs/diagnosis.md")
+            .trim();
+        assert!(
+            marked == table,
+            "paste this between the <!-- machines --> of docs/diagnosis.md:\n\n{table}\n"
+        );
+    }
+
+    #[test]
+    fn phases_reversed_are_recognised_on_every_machine() {
+        let all = ["single", "tolerance", "double"].into_iter().flat_map(machines);
+        let missed = all.filter_map(|m| {
+            let mirrored = |r: &Reading| Reading {
+                probes: r.probes.iter().map(|y| y.map(|y| y.conj())).collect(),
+                ..r.clone()
+            };
+            let mirrored: Vec<Reading> = m.readings.iter().map(mirrored).collect();
+            match diagnose(&m.rotor, &mirrored) {
+                Err(e) if e.to_string().contains("reversed") => None,
+                Err(e) => Some(format!("\n  {}, {}: {e}", m.name, m.truth_label())),
+                Ok(d) => Some(format!("\n  {}, {}: {}", m.name, m.truth_label(), d.summary)),
+            }
+        });
+        let missed: Vec<String> = missed.collect();
+        assert!(missed.is_empty(), "{} were not:{}", missed.len(), missed.concat());
+    }
 }

@@ -201,30 +201,6 @@ fn a_page_names_no_address_to_fetch_from_and_stays_small() {
     assert!(text.len() < MOST_BYTES, "{} bytes", text.len());
 }
 
-#[test]
-fn reports_are_whole_in_a_browser_on_a_screen_and_on_a_phone() {
-    let Some(browser) = Chromium::find() else { return };
-    let pages = [
-        ("run-up", run_up_page().0),
-        ("awkward", awkward_page()),
-        ("check", check_page("host-sim/sample/turbine/rotor.toml")),
-        ("check of a train", check_page("tests/reference/check/four_bearing_train.toml")),
-    ];
-    for (name, sections) in pages {
-        let figures: Vec<Figure> = sections.iter().flat_map(|s| s.figures.clone()).collect();
-        let words = |_: &str| vec![("residual".to_string(), "What the model does not explain. ".repeat(9))];
-        let text = page(&format!("Report {name}"), None, &sections, words);
-        browser.keep(name, &text, &[SCREEN_PX, PHONE_PX]);
-        assert_eq!(browser.console(&text), Vec::<String>::new(), "{name}");
-        for look in looks() {
-            for width_px in [SCREEN_PX, PHONE_PX] {
-                let at = format!("{name}, {look:?}");
-                assert_whole(&at, &browser.measure(&text, width_px, &look), width_px, &figures);
-            }
-        }
-    }
-}
-
 /// Light and dark, with each set of fonts alone, or with the machine's own where none is there.
 fn looks() -> Vec<Look> {
     let sets =
@@ -256,15 +232,6 @@ fn who_points_at_a_figure_reads_its_numbers_and_who_zooms_sees_another_range() {
     assert!(seen.rows > 100, "{} rows", seen.rows);
 }
 
-#[test]
-fn a_print_holds_what_the_script_has_drawn() {
-    let Some(browser) = Chromium::find() else { return };
-    let text = page("Run-up", None, &run_up_page().0, |_| Vec::new());
-    let bare = text.replace("</style>", ".chart svg { display: none; }</style>");
-    let [with, without] = [&text, &bare].map(|page| browser.print_bytes(page));
-    assert!(with > 2 * without, "{with} bytes, {without} without figures");
-}
-
 fn assert_whole(name: &str, seen: &Measured, width_px: u32, figures: &[Figure]) {
     assert_eq!(seen.width, f64::from(width_px), "{name}: the browser took another width");
     assert_eq!(seen.fetched, Vec::<String>::new(), "{name}");
@@ -293,4 +260,43 @@ fn the_browser_check_sees_an_error_and_a_page_may_not_fetch() {
     let fetching = text.replace("</body>", "<img src=\"http://example.invalid/x.png\"></body>");
     let logged = browser.console(&fetching);
     assert!(logged.iter().any(|l| l.contains("Content Security Policy")), "{logged:?}");
+}
+
+/// What only `tests/all` runs.
+mod slow {
+    use super::*;
+
+    #[test]
+    fn reports_are_whole_in_a_browser_on_a_screen_and_on_a_phone() {
+        let Some(browser) = Chromium::find() else { return };
+        let pages = [
+            ("run-up", run_up_page().0),
+            ("awkward", awkward_page()),
+            ("check", check_page("host-sim/sample/turbine/rotor.toml")),
+            ("check of a train", check_page("tests/reference/check/four_bearing_train.toml")),
+        ];
+        for (name, sections) in pages {
+            let figures: Vec<Figure> = sections.iter().flat_map(|s| s.figures.clone()).collect();
+            let words =
+                |_: &str| vec![("residual".to_string(), "What the model does not explain. ".repeat(9))];
+            let text = page(&format!("Report {name}"), None, &sections, words);
+            browser.keep(name, &text, &[SCREEN_PX, PHONE_PX]);
+            assert_eq!(browser.console(&text), Vec::<String>::new(), "{name}");
+            for look in looks() {
+                for width_px in [SCREEN_PX, PHONE_PX] {
+                    let at = format!("{name}, {look:?}");
+                    assert_whole(&at, &browser.measure(&text, width_px, &look), width_px, &figures);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_print_holds_what_the_script_has_drawn() {
+        let Some(browser) = Chromium::find() else { return };
+        let text = page("Run-up", None, &run_up_page().0, |_| Vec::new());
+        let bare = text.replace("</style>", ".chart svg { display: none; }</style>");
+        let [with, without] = [&text, &bare].map(|page| browser.print_bytes(page));
+        assert!(with > 2 * without, "{with} bytes, {without} without figures");
+    }
 }

@@ -133,31 +133,6 @@ fn each_condition_left_out_in_turn_is_found_and_impossible_weights_are_refuted()
     assert!((16.0..19.0).contains(&slow) && (23.0..26.0).contains(&fast), "{slow} and {fast}");
 }
 
-#[test]
-fn with_all_labels_taken_as_true_the_published_errors_are_reached() {
-    let (rotor, readings) = rig();
-    let mut all = Errors::default();
-    for e in &left_out(&rotor, &readings, true).runs {
-        all.add_estimate(e.stated_g_mm.as_ref().unwrap(), e);
-    }
-    println!("each left out {all}");
-    assert!(all.rmse() <= 3.38 && all.mae() <= 1.90 && all.phase_deg() <= 5.9, "{all}");
-    let truth = truths(&rotor, &readings);
-    for (protocol, folds, at_most) in protocols(&truth) {
-        let mut errors = Errors::default();
-        for unseen in folds {
-            let some = knowing(&rotor, |run| !unseen.contains(run));
-            let trusting = Options { trust_weights: true, ..Options::default() };
-            let found = estimate(&some, &readings, &trusting).unwrap();
-            for e in found.runs.iter().filter(|e| unseen.contains(e.run.as_str())) {
-                errors.add_estimate(&truth[&e.run], e);
-            }
-        }
-        println!("{protocol} {errors}");
-        assert!(errors.rmse() <= at_most, "{protocol} {errors}");
-    }
-}
-
 /// What is unseen while the rest is learned from, fold by fold, and the RMSE allowed: an eighth of the circle by the angle of the heavier weight; one of
 /// the four loadings (either disk alone, both the same way, both against one another); all weights larger than some.
 ///
@@ -189,47 +164,6 @@ fn protocols(truth: &BTreeMap<String, Vec<C>>) -> Vec<(String, Vec<BTreeSet<&str
     all
 }
 
-#[test]
-fn few_trial_runs_beat_influence_coefficients_and_intervals_hold() {
-    let (rotor, readings) = rig();
-    let found = left_out(&rotor, &readings, false);
-    let out = refuted(&found);
-    let sound = found.runs.iter().filter(|e| !out.contains(e.run.as_str()));
-    let truth: BTreeMap<&str, &Vec<C>> =
-        sound.map(|e| (e.run.as_str(), e.stated_g_mm.as_ref().unwrap())).collect();
-    let names: Vec<&str> = truth.keys().copied().collect();
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(14);
-    for trials in [2, 4, 7, 15] {
-        let (mut ours, mut coefficients, mut held, mut worse) = (vec![], vec![], vec![], 0);
-        while ours.len() < DRAWS {
-            let drawn = draw(&names, trials, &mut random);
-            let some = knowing(&rotor, |run| drawn.contains(run));
-            let answer = estimate(&some, &readings, &Options::default()).unwrap();
-            let (mut model, mut plain) = (Errors::default(), Errors::default());
-            for e in answer.runs.iter().filter(|e| !drawn.contains(e.run.as_str())) {
-                let (Some(t), Some(u)) = (truth.get(e.run.as_str()), &e.influence_g_mm) else { continue };
-                model.add_estimate(t, e);
-                plain.add(t, u);
-            }
-            if plain.magnitudes.is_empty() {
-                continue; // the drawn weights do not tell the planes apart, so there are no coefficients to compare with
-            }
-            assert!(trials > 2 || answer.determined.poorly, "{drawn:?}: {:?}", answer.determined);
-            worse += usize::from(model.rmse() > plain.rmse());
-            ours.push(model.rmse());
-            coefficients.push(plain.rmse());
-            held.extend(model.held);
-        }
-        let [model, plain] = [ours, coefficients].map(median);
-        let share = held.iter().filter(|h| **h).count() as f64 / held.len() as f64;
-        println!(
-            "{trials} trials: {model:.2} against {plain:.2} g·mm, worse in {worse} of {DRAWS} draws, intervals hold {share:.3}"
-        );
-        assert!(worse == 0 && model <= if trials < 4 { 0.8 } else { 0.6 } * plain, "{model} {plain} {worse}");
-        assert!((0.90..=0.98).contains(&share), "{share}");
-    }
-}
-
 /// Some of these, each once.
 fn draw<'a>(from: &[&'a str], count: usize, random: &mut Xoshiro256PlusPlus) -> BTreeSet<&'a str> {
     let mut drawn = BTreeSet::new();
@@ -245,37 +179,111 @@ fn median(mut values: Vec<f64>) -> f64 {
     if values.len() % 2 == 1 { values[half] } else { 0.5 * (values[half - 1] + values[half]) }
 }
 
-#[test]
-fn of_three_conditions_nothing_is_claimed_and_nothing_added() {
-    let (rotor, readings) = rig();
-    let names: Vec<&str> = rotor.run.iter().map(|r| r.name.as_str()).filter(|run| *run != BASE).collect();
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
-    for _ in 0..12 {
-        let drawn = draw(&names, 2, &mut random);
-        let some = knowing(&rotor, |run| drawn.contains(run));
-        let three: Vec<Reading> = readings
-            .iter()
-            .filter(|r| r.run.as_deref().is_some_and(|run| run == BASE || drawn.contains(run)))
-            .cloned()
-            .collect();
-        let outcome = improve(&some, &three, |_| ()).unwrap();
-        println!("{drawn:?} {:?} {} effects: {}", outcome.verdict, outcome.steps.len(), outcome.summary);
-        let claims = matches!(outcome.verdict, Verdict::Adequate | Verdict::Missing);
-        assert!(!claims && outcome.steps.is_empty(), "{drawn:?}: {}", outcome.summary);
-    }
-}
-
 /// Eight conditions of the rig, one of them with a weight that is not true.
 const EIGHT: [&str; 8] = [BASE, "A017", "A031", "B016", "B029", "B038", "B044", "B046"];
 
-#[test]
-fn what_no_physics_of_the_list_explains_is_said_to_be_unknown_and_nothing_absurd_is_added() {
-    let (mut rotor, mut readings) = rig();
-    let chosen = |run: &str| EIGHT.contains(&run);
-    rotor.run.retain(|r| chosen(&r.name));
-    readings.retain(|r| r.run.as_deref().is_some_and(chosen));
-    let outcome = improve(&rotor, &readings, |_| ()).unwrap();
-    assert_eq!(outcome.verdict, Verdict::Unknown, "{}", outcome.summary);
-    assert!(outcome.steps.is_empty() && outcome.rotor.effect.is_empty());
-    assert!(outcome.unknown.is_some_and(|cause| cause.probability > 0.95));
+/// What only `tests/all` runs.
+mod slow {
+    use super::*;
+
+    #[test]
+    fn of_three_conditions_nothing_is_claimed_and_nothing_added() {
+        let (rotor, readings) = rig();
+        let names: Vec<&str> = rotor.run.iter().map(|r| r.name.as_str()).filter(|run| *run != BASE).collect();
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
+        for _ in 0..12 {
+            let drawn = draw(&names, 2, &mut random);
+            let some = knowing(&rotor, |run| drawn.contains(run));
+            let three: Vec<Reading> = readings
+                .iter()
+                .filter(|r| r.run.as_deref().is_some_and(|run| run == BASE || drawn.contains(run)))
+                .cloned()
+                .collect();
+            let outcome = improve(&some, &three, |_| ()).unwrap();
+            println!("{drawn:?} {:?} {} effects: {}", outcome.verdict, outcome.steps.len(), outcome.summary);
+            let claims = matches!(outcome.verdict, Verdict::Adequate | Verdict::Missing);
+            assert!(!claims && outcome.steps.is_empty(), "{drawn:?}: {}", outcome.summary);
+        }
+    }
+
+    #[test]
+    fn what_no_physics_of_the_list_explains_is_said_to_be_unknown_and_nothing_absurd_is_added() {
+        let (mut rotor, mut readings) = rig();
+        let chosen = |run: &str| EIGHT.contains(&run);
+        rotor.run.retain(|r| chosen(&r.name));
+        readings.retain(|r| r.run.as_deref().is_some_and(chosen));
+        let outcome = improve(&rotor, &readings, |_| ()).unwrap();
+        assert_eq!(outcome.verdict, Verdict::Unknown, "{}", outcome.summary);
+        assert!(outcome.steps.is_empty() && outcome.rotor.effect.is_empty());
+        assert!(outcome.unknown.is_some_and(|cause| cause.probability > 0.95));
+    }
+
+    #[test]
+    fn few_trial_runs_beat_influence_coefficients_and_intervals_hold() {
+        let (rotor, readings) = rig();
+        let found = left_out(&rotor, &readings, false);
+        let out = refuted(&found);
+        let sound = found.runs.iter().filter(|e| !out.contains(e.run.as_str()));
+        let truth: BTreeMap<&str, &Vec<C>> =
+            sound.map(|e| (e.run.as_str(), e.stated_g_mm.as_ref().unwrap())).collect();
+        let names: Vec<&str> = truth.keys().copied().collect();
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(14);
+        for trials in [2, 4, 7, 15] {
+            let (mut ours, mut coefficients, mut held, mut worse) = (vec![], vec![], vec![], 0);
+            while ours.len() < DRAWS {
+                let drawn = draw(&names, trials, &mut random);
+                let some = knowing(&rotor, |run| drawn.contains(run));
+                let answer = estimate(&some, &readings, &Options::default()).unwrap();
+                let (mut model, mut plain) = (Errors::default(), Errors::default());
+                for e in answer.runs.iter().filter(|e| !drawn.contains(e.run.as_str())) {
+                    let (Some(t), Some(u)) = (truth.get(e.run.as_str()), &e.influence_g_mm) else { continue };
+                    model.add_estimate(t, e);
+                    plain.add(t, u);
+                }
+                if plain.magnitudes.is_empty() {
+                    continue; // the drawn weights do not tell the planes apart, so there are no coefficients to compare with
+                }
+                assert!(trials > 2 || answer.determined.poorly, "{drawn:?}: {:?}", answer.determined);
+                worse += usize::from(model.rmse() > plain.rmse());
+                ours.push(model.rmse());
+                coefficients.push(plain.rmse());
+                held.extend(model.held);
+            }
+            let [model, plain] = [ours, coefficients].map(median);
+            let share = held.iter().filter(|h| **h).count() as f64 / held.len() as f64;
+            println!(
+                "{trials} trials: {model:.2} against {plain:.2} g·mm, worse in {worse} of {DRAWS} draws, intervals hold {share:.3}"
+            );
+            assert!(
+                worse == 0 && model <= if trials < 4 { 0.8 } else { 0.6 } * plain,
+                "{model} {plain} {worse}"
+            );
+            assert!((0.90..=0.98).contains(&share), "{share}");
+        }
+    }
+
+    #[test]
+    fn with_all_labels_taken_as_true_the_published_errors_are_reached() {
+        let (rotor, readings) = rig();
+        let mut all = Errors::default();
+        for e in &left_out(&rotor, &readings, true).runs {
+            all.add_estimate(e.stated_g_mm.as_ref().unwrap(), e);
+        }
+        println!("each left out {all}");
+        assert!(all.rmse() <= 3.38 && all.mae() <= 1.90 && all.phase_deg() <= 5.9, "{all}");
+        let truth = truths(&rotor, &readings);
+        for (protocol, folds, at_most) in protocols(&truth) {
+            let mut errors = Errors::default();
+            for unseen in folds {
+                let some = knowing(&rotor, |run| !unseen.contains(run));
+                let trusting = Options { trust_weights: true, ..Options::default() };
+                let found = estimate(&some, &readings, &trusting).unwrap();
+                for e in found.runs.iter().filter(|e| unseen.contains(e.run.as_str())) {
+                    errors.add_estimate(&truth[&e.run], e);
+                }
+            }
+            println!("{protocol} {errors}");
+            assert!(errors.rmse() <= at_most, "{protocol} {errors}");
+        }
+    }
 }

@@ -167,6 +167,7 @@ def better_model(wire, better, key):
     return fake.request[12:-16]
 
 
+@pytest.mark.quick
 def test_a_model_sent_by_an_independent_sender_is_used(better_model, better, node, other, desk, tmp_path):
     link, bus = other(TO_NODE, TO_HOST), node.wire.join()
 

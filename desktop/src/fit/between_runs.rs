@@ -14,7 +14,7 @@ use super::data::Data;
 use crate::decomposition::hermitian;
 use crate::inference::scatter::{MOST_BETWEEN_RUNS, Scatter};
 
-/// Usual scatter between runs: on the rig of `tests/rk4.rs` mountings repeat to about one percent.
+/// Usual scatter between runs: on the rig of `tests/integration/rk4.rs` mountings repeat to about one percent.
 const USUAL: f64 = 0.01;
 /// How far that carries over to another machine: a factor of two, one standard deviation of the logarithm.
 const USUAL_LOG_SD: f64 = 0.7;

@@ -92,73 +92,6 @@ fn summary(name: &str, all: &[Judged], scores: impl Iterator<Item = Score>) -> S
 }
 
 #[test]
-fn in_twenty_quiet_records_no_event_is_found() {
-    let claimed: Vec<String> = quiet().iter().filter(|j| !j.events().is_empty()).map(Judged::line).collect();
-    assert!(claimed.is_empty(), "{claimed:#?}");
-}
-
-#[test]
-fn on_quiet_records_intervals_hold_the_truth_on_92_to_99_percent_of_days_and_no_plane_is_off_one_way() {
-    let s = summary("quiet", quiet(), quiet().iter().map(|j| j.before.clone()));
-    assert!((0.92..=0.99).contains(&s.coverage), "{}", s.coverage);
-    assert!(s.least_coverage >= 0.6, "{}", s.least_coverage);
-    assert!(s.mean_z.abs() <= 0.3, "{}", s.mean_z);
-}
-
-#[test]
-fn forecasts_from_the_filters_state_say_how_sure_they_are_and_score_better_than_naive_and_drift() {
-    let horizons = [30, 60];
-    let of = |by: By| -> Vec<ForecastScore> {
-        quiet().par_iter().flat_map_iter(|j| j.forecasts(by, &horizons)).collect()
-    };
-    let [state, naive, drift] = [By::State, Model::Naive.into(), Model::Drift.into()].map(of);
-    let mean_ratio = |others: &[ForecastScore], score: fn(&ForecastScore) -> f64| {
-        let logs = state.iter().zip(others).map(|(own, other)| (score(own) / score(other)).ln());
-        (logs.sum::<f64>() / state.len() as f64).exp()
-    };
-    let crps = [&naive, &drift].map(|others| mean_ratio(others, |s| s.crps));
-    let coverage = state.iter().map(|s| s.coverage).sum::<f64>() / state.len() as f64;
-    let worse = state.iter().zip(&naive).filter(|(own, naive)| own.rmse > 1.05 * naive.rmse).count();
-    println!(
-        "CRPS over naive {:.3}, over drift {:.3}; coverage {coverage:.3}; worse than naive in {worse} of {}",
-        crps[0],
-        crps[1],
-        state.len()
-    );
-    assert!(crps[0] < 0.95 && crps[1] < 0.95, "{crps:?}");
-    assert!((0.9..=0.97).contains(&coverage), "{coverage}");
-    // rms more than 5 % above that of "it stays as it is"
-    assert!(20 * worse <= state.len(), "{worse} of {}", state.len());
-}
-
-#[test]
-fn every_event_is_found_and_its_interval_of_days_holds_the_truth() {
-    for j in described() {
-        assert!(j.finds_its_event(), "{}", j.line());
-    }
-}
-
-#[test]
-fn after_a_seal_or_a_bow_that_no_run_up_has_shown_the_intervals_are_as_wide_as_the_ignorance_is() {
-    let after =
-        summary("after a seal or a bow", elsewhere(), elsewhere().iter().filter_map(|j| j.after.clone()));
-    assert!(after.coverage >= 0.85, "{after:?}");
-    // 502 is a seal too weak to be seen, 504 one that is found twice
-    for j in elsewhere().iter().filter(|j| ![502, 504].contains(&j.seed())) {
-        assert!(j.finds_its_event(), "{}", j.line());
-    }
-}
-
-#[test]
-fn before_and_after_an_event_of_bearing_or_unbalance_the_intervals_hold() {
-    let before = summary("before", described(), described().iter().map(|j| j.before.clone()));
-    assert!(before.coverage >= 0.9 && before.least_coverage >= 0.6, "{before:?}");
-    let after = Summary::of(described().iter().filter_map(|j| j.after.clone()));
-    println!("after, {after}");
-    assert!(after.coverage >= 0.88 && after.least_coverage >= 0.6, "{after:?}");
-}
-
-#[test]
 fn an_unbalance_that_passes_through_zero_and_one_that_is_almost_nothing_are_followed() {
     for course in [Course::ThroughZero, Course::AlmostNothing] {
         let plan = Plan { course, ..Plan::quiet(TURBINE, 600) };
@@ -185,25 +118,8 @@ fn holds(name: &str, all: &[Judged]) {
 }
 
 #[test]
-fn readings_minutes_to_days_apart_are_followed_and_no_event_is_claimed() {
-    holds("irregular", &as_in_plants(|plan| Plan { schedule: Schedule::Irregular, days: 200, ..plan }));
-}
-
-#[test]
 fn changes_of_speed_are_no_events_and_two_speeds_on_one_day_are_used() {
     holds("speeds", &as_in_plants(|plan| Plan { schedule: Schedule::Speeds, ..plan }));
-}
-
-#[test]
-fn stops_of_weeks_and_lost_probes_widen_the_intervals_and_are_no_events() {
-    holds("stops", &as_in_plants(|plan| Plan { schedule: Schedule::Stops, lost: 0.05, ..plan }));
-}
-
-#[test]
-fn a_weight_that_was_set_within_the_record_is_no_event_and_its_jump_is_in_the_estimates() {
-    let weight = Complex::from_polar(2.5e-4, 1.0);
-    let all = as_in_plants(|plan| Plan { shot: Some((200, 0, weight)), ..plan });
-    holds("balancing shot", &all);
 }
 
 #[test]
@@ -226,25 +142,118 @@ fn one_plane_is_followed() {
     holds("one plane", &as_in_plants(|plan| Plan { planes: Planes::First, ..plan }));
 }
 
-#[test]
-fn what_was_known_on_each_day_holds_the_truth_and_an_event_is_known_within_days() {
-    let quiet = Plan { days: 150, ..Plan::quiet(TURBINE, 800) };
-    let harder = Change::Bearing { index: 1, stiffness: [1.6, 0.7], damping: [0.6, 1.3] };
-    let event = Plan { days: 150, ..with(COMPRESSOR, 801, 100, harder) };
-    for plan in [quiet, event] {
-        let record = plan.make();
-        let then = Judged::as_known_then(&plan, &record, 5).unwrap();
-        println!("as known then {}", then.line());
-        assert!(then.before.coverage >= 0.85, "{}", then.line());
-        let whole = Judged::new(&plan, &record, false).unwrap();
-        assert_eq!(then.last(), whole.last());
-        let flagged_d: Vec<f64> = then.flags().iter().map(|f| f.time_d).collect();
-        match plan.event {
-            None => assert!(flagged_d.is_empty(), "{flagged_d:?}"),
-            // every fifth reading is asked
-            Some((day, _)) => {
-                let day = day as f64;
-                assert!(matches!(flagged_d[..], [at] if (day..=day + 10.0).contains(&at)), "{flagged_d:?}");
+/// What only `tests/all` runs.
+mod slow {
+    use super::*;
+
+    #[test]
+    fn in_twenty_quiet_records_no_event_is_found() {
+        let claimed: Vec<String> =
+            quiet().iter().filter(|j| !j.events().is_empty()).map(Judged::line).collect();
+        assert!(claimed.is_empty(), "{claimed:#?}");
+    }
+
+    #[test]
+    fn on_quiet_records_intervals_hold_the_truth_on_92_to_99_percent_of_days_and_no_plane_is_off_one_way() {
+        let s = summary("quiet", quiet(), quiet().iter().map(|j| j.before.clone()));
+        assert!((0.92..=0.99).contains(&s.coverage), "{}", s.coverage);
+        assert!(s.least_coverage >= 0.6, "{}", s.least_coverage);
+        assert!(s.mean_z.abs() <= 0.3, "{}", s.mean_z);
+    }
+
+    #[test]
+    fn forecasts_from_the_filters_state_say_how_sure_they_are_and_score_better_than_naive_and_drift() {
+        let horizons = [30, 60];
+        let of = |by: By| -> Vec<ForecastScore> {
+            quiet().par_iter().flat_map_iter(|j| j.forecasts(by, &horizons)).collect()
+        };
+        let [state, naive, drift] = [By::State, Model::Naive.into(), Model::Drift.into()].map(of);
+        let mean_ratio = |others: &[ForecastScore], score: fn(&ForecastScore) -> f64| {
+            let logs = state.iter().zip(others).map(|(own, other)| (score(own) / score(other)).ln());
+            (logs.sum::<f64>() / state.len() as f64).exp()
+        };
+        let crps = [&naive, &drift].map(|others| mean_ratio(others, |s| s.crps));
+        let coverage = state.iter().map(|s| s.coverage).sum::<f64>() / state.len() as f64;
+        let worse = state.iter().zip(&naive).filter(|(own, naive)| own.rmse > 1.05 * naive.rmse).count();
+        println!(
+            "CRPS over naive {:.3}, over drift {:.3}; coverage {coverage:.3}; worse than naive in {worse} of {}",
+            crps[0],
+            crps[1],
+            state.len()
+        );
+        assert!(crps[0] < 0.95 && crps[1] < 0.95, "{crps:?}");
+        assert!((0.9..=0.97).contains(&coverage), "{coverage}");
+        // rms more than 5 % above that of "it stays as it is"
+        assert!(20 * worse <= state.len(), "{worse} of {}", state.len());
+    }
+
+    #[test]
+    fn every_event_is_found_and_its_interval_of_days_holds_the_truth() {
+        for j in described() {
+            assert!(j.finds_its_event(), "{}", j.line());
+        }
+    }
+
+    #[test]
+    fn after_a_seal_or_a_bow_that_no_run_up_has_shown_the_intervals_are_as_wide_as_the_ignorance_is() {
+        let after =
+            summary("after a seal or a bow", elsewhere(), elsewhere().iter().filter_map(|j| j.after.clone()));
+        assert!(after.coverage >= 0.85, "{after:?}");
+        // 502 is a seal too weak to be seen, 504 one that is found twice
+        for j in elsewhere().iter().filter(|j| ![502, 504].contains(&j.seed())) {
+            assert!(j.finds_its_event(), "{}", j.line());
+        }
+    }
+
+    #[test]
+    fn before_and_after_an_event_of_bearing_or_unbalance_the_intervals_hold() {
+        let before = summary("before", described(), described().iter().map(|j| j.before.clone()));
+        assert!(before.coverage >= 0.9 && before.least_coverage >= 0.6, "{before:?}");
+        let after = Summary::of(described().iter().filter_map(|j| j.after.clone()));
+        println!("after, {after}");
+        assert!(after.coverage >= 0.88 && after.least_coverage >= 0.6, "{after:?}");
+    }
+
+    #[test]
+    fn readings_minutes_to_days_apart_are_followed_and_no_event_is_claimed() {
+        holds("irregular", &as_in_plants(|plan| Plan { schedule: Schedule::Irregular, days: 200, ..plan }));
+    }
+
+    #[test]
+    fn stops_of_weeks_and_lost_probes_widen_the_intervals_and_are_no_events() {
+        holds("stops", &as_in_plants(|plan| Plan { schedule: Schedule::Stops, lost: 0.05, ..plan }));
+    }
+
+    #[test]
+    fn a_weight_that_was_set_within_the_record_is_no_event_and_its_jump_is_in_the_estimates() {
+        let weight = Complex::from_polar(2.5e-4, 1.0);
+        let all = as_in_plants(|plan| Plan { shot: Some((200, 0, weight)), ..plan });
+        holds("balancing shot", &all);
+    }
+
+    #[test]
+    fn what_was_known_on_each_day_holds_the_truth_and_an_event_is_known_within_days() {
+        let quiet = Plan { days: 150, ..Plan::quiet(TURBINE, 800) };
+        let harder = Change::Bearing { index: 1, stiffness: [1.6, 0.7], damping: [0.6, 1.3] };
+        let event = Plan { days: 150, ..with(COMPRESSOR, 801, 100, harder) };
+        for plan in [quiet, event] {
+            let record = plan.make();
+            let then = Judged::as_known_then(&plan, &record, 5).unwrap();
+            println!("as known then {}", then.line());
+            assert!(then.before.coverage >= 0.85, "{}", then.line());
+            let whole = Judged::new(&plan, &record, false).unwrap();
+            assert_eq!(then.last(), whole.last());
+            let flagged_d: Vec<f64> = then.flags().iter().map(|f| f.time_d).collect();
+            match plan.event {
+                None => assert!(flagged_d.is_empty(), "{flagged_d:?}"),
+                // every fifth reading is asked
+                Some((day, _)) => {
+                    let day = day as f64;
+                    assert!(
+                        matches!(flagged_d[..], [at] if (day..=day + 10.0).contains(&at)),
+                        "{flagged_d:?}"
+                    );
+                }
             }
         }
     }

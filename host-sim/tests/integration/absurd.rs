@@ -35,29 +35,6 @@ fn scaled(factor: f64) -> String {
 }
 
 #[test]
-fn amplitudes_in_mil_mm_and_m_neither_panic_nor_make_a_machine_that_cannot_be() {
-    let folder = Folder::new();
-    let rotor = folder.file("r.toml", sample::ROTOR);
-    for factor in [1.0 / 25.4, 1e-3, 1e-6, 25.4, 1e3, 1e6] {
-        let data = folder.file("d.csv", &scaled(factor));
-        let new = folder.0.path().join("new.toml");
-        let output = rotor_edge(&["improve", &rotor, &data, "-o", &new.display().to_string()]);
-        if output.status.success() {
-            // what is written is a machine that the next command takes
-            let again = rotor_edge(&["compare", &new.display().to_string(), &data]);
-            assert!(again.status.success(), "{factor}: {}", String::from_utf8_lossy(&again.stderr));
-            std::fs::remove_file(new).unwrap();
-        } else {
-            assert_eq!(output.status.code(), Some(1), "{factor}");
-            one_sentence(&output);
-            assert!(!new.exists(), "{factor}: refused, and yet written");
-        }
-        let balanced = rotor_edge(&["balance", &rotor, &data]);
-        assert!(matches!(balanced.status.code(), Some(0 | 1)), "{factor}: {balanced:?}");
-    }
-}
-
-#[test]
 fn growth_beyond_numbers_is_refused() {
     let folder = Folder::new();
     let (rotor, record) = (folder.file("r.toml", sample::ROTOR), folder.file("d.csv", sample::RECORD));
@@ -85,5 +62,33 @@ fn bytes_that_command_a_terminal_reach_it_from_no_file() {
             "{}",
             String::from_utf8_lossy(&all).escape_debug()
         );
+    }
+}
+
+/// What only `tests/all` runs.
+mod slow {
+    use super::*;
+
+    #[test]
+    fn amplitudes_in_mil_mm_and_m_neither_panic_nor_make_a_machine_that_cannot_be() {
+        let folder = Folder::new();
+        let rotor = folder.file("r.toml", sample::ROTOR);
+        for factor in [1.0 / 25.4, 1e-3, 1e-6, 25.4, 1e3, 1e6] {
+            let data = folder.file("d.csv", &scaled(factor));
+            let new = folder.0.path().join("new.toml");
+            let output = rotor_edge(&["improve", &rotor, &data, "-o", &new.display().to_string()]);
+            if output.status.success() {
+                // what is written is a machine that the next command takes
+                let again = rotor_edge(&["compare", &new.display().to_string(), &data]);
+                assert!(again.status.success(), "{factor}: {}", String::from_utf8_lossy(&again.stderr));
+                std::fs::remove_file(new).unwrap();
+            } else {
+                assert_eq!(output.status.code(), Some(1), "{factor}");
+                one_sentence(&output);
+                assert!(!new.exists(), "{factor}: refused, and yet written");
+            }
+            let balanced = rotor_edge(&["balance", &rotor, &data]);
+            assert!(matches!(balanced.status.code(), Some(0 | 1)), "{factor}: {balanced:?}");
+        }
     }
 }

@@ -284,37 +284,6 @@ fn reversed_phases_are_recognised() {
 }
 
 #[test]
-fn the_data_of_another_machine_are_recognised() {
-    let renamed =
-        PUMP_DATA.replace("NDEX", "IBX").replace("NDEY", "IBY").replace("DEX", "OBX").replace("DEY", "OBY");
-    Case::new(KIT, &renamed).refused_by_all("seal@disk 1", &["another machine", "kit"]);
-    let renamed =
-        KIT_DATA.replace("IBX", "15X").replace("IBY", "15Y").replace("OBX", "16X").replace("OBY", "16Y");
-    Case::new(sample::ROTOR, &renamed).refused_by_all("seal@disk 1", &["another machine", "turbine"]);
-}
-
-#[test]
-fn the_data_of_a_similar_machine_are_not_explained() {
-    let compressor = include_str!("../../../tests/machines/single/case-008/measured.csv");
-    let fan = include_str!("../../../tests/machines/single/case-009/measured.csv");
-    for (data, probes) in [
-        (compressor, ["1X", "1Y", "2X", "2Y"]),
-        (fan, ["NDEX", "NDEY", "DEX", "DEY"]),
-        (PUMP_DATA, ["NDEX", "NDEY", "DEX", "DEY"]),
-    ] {
-        let (header, rows) = data.split_once('\n').unwrap();
-        let header = probes
-            .iter()
-            .zip(SAMPLE_PROBES)
-            .fold(format!(",{header}"), |h, (from, to)| h.replace(&format!(",{from}_"), &format!(",{to}_")));
-        let case = Case::new(sample::ROTOR, &format!("{}\n{rows}", &header[1..]));
-        let verdict = json(&case.diagnose())["verdict"].clone();
-        assert!(verdict == "undecided" || verdict == "unknown", "{verdict}");
-        assert_eq!(json(&case.compare())["verdict"], "misses");
-    }
-}
-
-#[test]
 fn a_reader_that_stops_reading_is_no_failure() {
     let case = Case::sample();
     let (reader, writer) = std::io::pipe().unwrap();
@@ -402,4 +371,42 @@ fn wrong_usage_exits_with_2() {
         assert!(output.stdout.is_empty());
     }
     assert!(!case.new_exists());
+}
+
+/// What only `tests/all` runs.
+mod slow {
+    use super::*;
+
+    #[test]
+    fn the_data_of_a_similar_machine_are_not_explained() {
+        let compressor = include_str!("../../../tests/machines/single/case-008/measured.csv");
+        let fan = include_str!("../../../tests/machines/single/case-009/measured.csv");
+        for (data, probes) in [
+            (compressor, ["1X", "1Y", "2X", "2Y"]),
+            (fan, ["NDEX", "NDEY", "DEX", "DEY"]),
+            (PUMP_DATA, ["NDEX", "NDEY", "DEX", "DEY"]),
+        ] {
+            let (header, rows) = data.split_once('\n').unwrap();
+            let header = probes.iter().zip(SAMPLE_PROBES).fold(format!(",{header}"), |h, (from, to)| {
+                h.replace(&format!(",{from}_"), &format!(",{to}_"))
+            });
+            let case = Case::new(sample::ROTOR, &format!("{}\n{rows}", &header[1..]));
+            let verdict = json(&case.diagnose())["verdict"].clone();
+            assert!(verdict == "undecided" || verdict == "unknown", "{verdict}");
+            assert_eq!(json(&case.compare())["verdict"], "misses");
+        }
+    }
+
+    #[test]
+    fn the_data_of_another_machine_are_recognised() {
+        let renamed = PUMP_DATA
+            .replace("NDEX", "IBX")
+            .replace("NDEY", "IBY")
+            .replace("DEX", "OBX")
+            .replace("DEY", "OBY");
+        Case::new(KIT, &renamed).refused_by_all("seal@disk 1", &["another machine", "kit"]);
+        let renamed =
+            KIT_DATA.replace("IBX", "15X").replace("IBY", "15Y").replace("OBX", "16X").replace("OBY", "16Y");
+        Case::new(sample::ROTOR, &renamed).refused_by_all("seal@disk 1", &["another machine", "turbine"]);
+    }
 }

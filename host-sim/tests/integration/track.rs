@@ -113,49 +113,6 @@ fn vector(magnitude: f64, angle_deg: f64) -> [f64; 2] {
 }
 
 #[test]
-fn every_method_reaches_its_residual_on_the_sample_and_the_table_shows_what_it_says_of_the_unbalance() {
-    let case = Case::turbine();
-    println!("method      residual µm   less by   after event   unbalance error before, after, g·mm");
-    for (method, least) in METHODS.into_iter().zip([0.0, 0.5512, 0.7448, 0.7448]) {
-        let track = case.track(method, &[]);
-        let reduction = &track["reduction_against_fixed"];
-        let (whole, after) = (number(&reduction["whole"]), number(&reduction["after_event"]));
-        let [[a, b], [c, d]] = [false, true]
-            .map(|after_event| case.unbalance_error_g_mm(&track, |day| (day >= 125.0) == after_event));
-        println!(
-            "{method:<12} {:>8.3} {:>10.2} % {:>10.2} %   {a:>6.1} {b:>6.1}   {c:>6.1} {d:>6.1}",
-            number(&track["residual_um"]["mean"]),
-            100.0 * whole,
-            100.0 * after
-        );
-        assert!(whole >= least && after >= least, "{method}: {whole} {after}");
-        assert_eq!(track["event_d"], 125.0, "{method}");
-        // method 1 identifies nothing anew, so it claims nothing of the new state
-        let open = if method == "fixed" { Value::Null } else { 125.0.into() };
-        assert_eq!(track["undiagnosed_since_d"], open, "{method}");
-    }
-}
-
-#[test]
-fn a_run_up_after_the_event_makes_the_joint_estimate_right_and_not_only_small_in_residual() {
-    let case = Case::turbine();
-    let later = case.path("later.csv");
-    std::fs::write(&later, sample::RUNUP_DAY_126).unwrap();
-    let track = case.track("joint", &["--later-runup", &later]);
-    assert_eq!(track["joint"]["effects"][0], "seal@disk 3");
-    assert_eq!(track["reidentified"][0]["bearing"], "16");
-    assert_eq!(track["undiagnosed_since_d"], Value::Null);
-    let fixed = case.track("fixed", &[]);
-    for after_event in [false, true] {
-        let error = |t: &Value| case.unbalance_error_g_mm(t, |day| (day >= 125.0) == after_event);
-        let (ours, constant) = (error(&track), error(&fixed));
-        for (ours, constant) in ours.iter().zip(constant) {
-            assert!(*ours < 0.5 * constant, "after the event: {after_event}; {ours} {constant}");
-        }
-    }
-}
-
-#[test]
 fn an_event_at_the_other_bearing_is_found_on_its_day_and_the_residual_is_the_noise() {
     let case = Case::named("one_bearing");
     let adaptive = case.track("adaptive", &[]);
@@ -170,28 +127,6 @@ fn an_event_at_the_other_bearing_is_found_on_its_day_and_the_residual_is_the_noi
     assert_eq!(joint["joint"]["events"][0]["changed"], "bearing 15");
     let ratio = number(&joint["residual_um"]["mean"]) / case.noise_um(&joint);
     assert!(ratio < 1.15, "{ratio}");
-}
-
-#[test]
-fn without_an_event_nothing_is_identified_anew_by_any_method() {
-    for name in ["quiet", "disturbed"] {
-        let case = Case::named(name);
-        for method in METHODS {
-            let track = case.track(method, &[]);
-            assert_eq!(track["reidentified"], serde_json::json!([]), "{name} {method}");
-            assert_eq!(track["event_d"], Value::Null, "{name} {method}");
-            assert_eq!(track["undiagnosed_since_d"], Value::Null, "{name} {method}");
-        }
-    }
-}
-
-#[test]
-fn a_disturbance_of_two_readings_is_left_out_and_gaps_of_weeks_are_remarked_on() {
-    let track = Case::named("disturbed").track("joint", &[]);
-    let left_out: Vec<f64> = track["joint"]["left_out_d"].as_array().unwrap().iter().map(number).collect();
-    assert!(left_out.contains(&150.0) && left_out.contains(&151.0), "{left_out:?}");
-    let remarks = track["remarks"].to_string();
-    assert!(remarks.contains("No reading from day 59 to day"), "{remarks}");
 }
 
 /// Share of the days on which the interval of each plane's size, and of its angle, holds the truth.
@@ -211,127 +146,6 @@ fn held(case: &Case, track: &Value, days: impl Fn(f64) -> bool) -> [f64; 2] {
         }
     }
     [sizes / count, angles / count]
-}
-
-#[test]
-fn the_chains_of_bayes_meet_on_every_day_and_its_intervals_hold_the_unbalance_and_those_of_the_paper_do_neither()
- {
-    for name in ["quiet", "disturbed", "one_bearing"] {
-        let case = Case::named(name);
-        let track = case.track("bayes", &[]);
-        let days = track["sampling"]["days"].as_array().unwrap();
-        assert_eq!(days.len(), track["estimates"].as_array().unwrap().len(), "{name}");
-        for day in days {
-            let [r_hat, bulk, tail] =
-                ["r_hat", "effective_samples", "effective_samples_tail"].map(|key| number(&day[key]));
-            assert!(r_hat <= 1.02 && bulk >= 200.0 && tail >= 100.0, "{name} {day}");
-        }
-        let [sizes, angles] = held(&case, &track, |_| true);
-        println!("{name}: sizes held on {sizes:.3} of the days, angles on {angles:.3}");
-        assert!(sizes >= 0.92 && angles >= 0.92, "{name}: {sizes} {angles}");
-        let paper = case.track("bayes", &["--paper"]);
-        assert!(number(&paper["sampling"]["median"]["r_hat"]) > 1.5, "{name}");
-        assert!(paper["sampling"]["adaptive_metropolis"]["r_hat"].is_number(), "{name}");
-        assert!(held(&case, &paper, |_| true)[1] < angles, "{name}");
-    }
-    let odd = refusal(&["track", "r.toml", "m.csv", "--method", "joint", "--paper"]);
-    assert!(odd.contains("--paper is for --method bayes"), "{odd}");
-}
-
-#[test]
-fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
-    let case = Case::turbine();
-    let (csv, report) = (case.path("track.csv"), case.path("track.html"));
-    let begin = ["--begin", "2024-03-01T06:00+01:00"];
-    let track = case.track("joint", &[&["--csv", &csv, "--report", &report], &begin[..]].concat());
-    assert_eq!(track["begin"], "2024-03-01T05:00:00Z");
-    assert!(
-        track["joint"]["events"][0]["time"].as_str().unwrap().starts_with("2024-07-0"),
-        "{}",
-        track["joint"]
-    );
-    let page = std::fs::read_to_string(&report).unwrap();
-    for heading in [
-        "days from 2024-03-01 05:00 UTC",
-        "Does the model fit?",
-        "Calculated and measured features",
-        "Unbalance",
-        "Bearings",
-    ] {
-        assert!(page.contains(heading), "{heading}");
-    }
-    let fans = case.path("forecast.html");
-    let output = rotor_edge(&[
-        "forecast",
-        &csv,
-        "--model",
-        "arima",
-        "--order",
-        "1,1,1",
-        "--horizons",
-        "1,7,30,60",
-        "--limit",
-        "900",
-        "--json",
-        "--report",
-        &fans,
-    ]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let forecast: Value = serde_json::from_slice(&output.stdout).unwrap();
-    for series in ["U_g", "alpha_g", "U_d", "alpha_d"] {
-        for horizon in ["1", "7", "30", "60"] {
-            for by in [&forecast["rmse"], &forecast["baselines"]["naive"], &forecast["baselines"]["drift"]] {
-                assert!(number(&by[series][horizon]) > 0.0, "{series} {horizon}");
-            }
-            assert!((0.5..=1.0).contains(&number(&forecast["coverage_95"][series][horizon])));
-        }
-    }
-    for by in ["arima", "state", "naive", "drift"] {
-        let score = &forecast["scores"][by]["U_g"]["30"];
-        let [rmse, crps] = ["rmse", "crps"].map(|key| number(&score[key]));
-        // of a forecast that errs at random CRPS is 0.56 of the error at best
-        assert!(0.3 * rmse < crps && crps < rmse, "{by}: {rmse} {crps}");
-        assert!(["p5", "p50", "p95"].iter().all(|p| number(&score["pinball"][p]) > 0.0), "{score}");
-        assert!(number(&score["coverage_95"]) > 0.5 && number(&score["compared"]) > 100.0, "{score}");
-    }
-    assert_eq!(forecast["forecast"].as_array().unwrap().len(), 60);
-    assert_eq!(forecast["forecast"][0]["time"], "2025-06-03T05:00:00Z");
-    assert_eq!(forecast["limit"]["exceeded"], false);
-    assert_eq!(forecast["limit"]["chance_until"].as_array().unwrap().len(), 60);
-    assert_eq!(forecast["against_naive"].as_array().unwrap().len(), 4);
-    assert!(number(&forecast["limit"]["chance"]) <= 1.0);
-    let page = std::fs::read_to_string(&fans).unwrap();
-    for part in [
-        "Angle of the dynamic unbalance",
-        "Root mean square error by days ahead",
-        "Continuous ranked probability score (CRPS) by days ahead",
-        "Pinball loss at 95 % by days ahead",
-        "95 % interval",
-        "Chance that the limit is reached",
-        "\"name\":\"limit\"",
-    ] {
-        assert!(page.contains(part), "{part}");
-    }
-    // what the filter knew is the first choice where the track holds it
-    let first = rotor_edge(&["forecast", &csv, "--json"]);
-    let first: Value = serde_json::from_slice(&first.stdout).unwrap();
-    assert_eq!(first["model"], "state");
-    assert_eq!(first["scores"]["state"], forecast["scores"]["state"]);
-    // one event in the 459 days of the track, 60 ahead
-    let events = track["joint"]["events"].as_array().unwrap().len();
-    let chance = 1.0 - (459.0_f64 / 519.0).powf(events as f64 + 0.5);
-    assert!((number(&forecast["event_chance"]) - chance).abs() < 1e-9, "{forecast}");
-    // the days of the limit are those of the track
-    let text = rotor_edge(&["forecast", &csv, "--model", "naive", "--limit", "10"]);
-    let text = String::from_utf8_lossy(&text.stdout).to_string();
-    let exceeded =
-        "static unbalance is exceeded already: the last of the track, day 458, 2025-06-02 05:00 UTC, has";
-    assert!(text.contains(exceeded), "{text}");
-    assert!(
-        text.contains("Continuous ranked probability score") && text.contains("Pinball loss at 5 %"),
-        "{text}"
-    );
-    assert!(text.contains(&format!("{events} in 459 days make one within 60 days")), "{text}");
 }
 
 #[test]
@@ -371,4 +185,198 @@ fn a_weight_that_the_file_states_for_a_run_is_in_the_estimates_and_one_in_no_pla
     let nowhere = unbalance(plane_m + 0.05, 200.0);
     let told = String::from_utf8_lossy(&nowhere.stderr).to_string();
     assert!(!nowhere.status.success() && told.contains("run \"found\" has a weight at"), "{told}");
+}
+
+/// What only `tests/all` runs.
+mod slow {
+    use super::*;
+
+    #[test]
+    fn every_method_reaches_its_residual_on_the_sample_and_the_table_shows_what_it_says_of_the_unbalance() {
+        let case = Case::turbine();
+        println!("method      residual µm   less by   after event   unbalance error before, after, g·mm");
+        for (method, least) in METHODS.into_iter().zip([0.0, 0.5512, 0.7448, 0.7448]) {
+            let track = case.track(method, &[]);
+            let reduction = &track["reduction_against_fixed"];
+            let (whole, after) = (number(&reduction["whole"]), number(&reduction["after_event"]));
+            let [[a, b], [c, d]] = [false, true]
+                .map(|after_event| case.unbalance_error_g_mm(&track, |day| (day >= 125.0) == after_event));
+            println!(
+                "{method:<12} {:>8.3} {:>10.2} % {:>10.2} %   {a:>6.1} {b:>6.1}   {c:>6.1} {d:>6.1}",
+                number(&track["residual_um"]["mean"]),
+                100.0 * whole,
+                100.0 * after
+            );
+            assert!(whole >= least && after >= least, "{method}: {whole} {after}");
+            assert_eq!(track["event_d"], 125.0, "{method}");
+            // method 1 identifies nothing anew, so it claims nothing of the new state
+            let open = if method == "fixed" { Value::Null } else { 125.0.into() };
+            assert_eq!(track["undiagnosed_since_d"], open, "{method}");
+        }
+    }
+
+    #[test]
+    fn without_an_event_nothing_is_identified_anew_by_any_method() {
+        for name in ["quiet", "disturbed"] {
+            let case = Case::named(name);
+            for method in METHODS {
+                let track = case.track(method, &[]);
+                assert_eq!(track["reidentified"], serde_json::json!([]), "{name} {method}");
+                assert_eq!(track["event_d"], Value::Null, "{name} {method}");
+                assert_eq!(track["undiagnosed_since_d"], Value::Null, "{name} {method}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_chains_of_bayes_meet_on_every_day_and_its_intervals_hold_the_unbalance_and_those_of_the_paper_do_neither()
+     {
+        for name in ["quiet", "disturbed", "one_bearing"] {
+            let case = Case::named(name);
+            let track = case.track("bayes", &[]);
+            let days = track["sampling"]["days"].as_array().unwrap();
+            assert_eq!(days.len(), track["estimates"].as_array().unwrap().len(), "{name}");
+            for day in days {
+                let [r_hat, bulk, tail] =
+                    ["r_hat", "effective_samples", "effective_samples_tail"].map(|key| number(&day[key]));
+                assert!(r_hat <= 1.02 && bulk >= 200.0 && tail >= 100.0, "{name} {day}");
+            }
+            let [sizes, angles] = held(&case, &track, |_| true);
+            println!("{name}: sizes held on {sizes:.3} of the days, angles on {angles:.3}");
+            assert!(sizes >= 0.92 && angles >= 0.92, "{name}: {sizes} {angles}");
+            let paper = case.track("bayes", &["--paper"]);
+            assert!(number(&paper["sampling"]["median"]["r_hat"]) > 1.5, "{name}");
+            assert!(paper["sampling"]["adaptive_metropolis"]["r_hat"].is_number(), "{name}");
+            assert!(held(&case, &paper, |_| true)[1] < angles, "{name}");
+        }
+        let odd = refusal(&["track", "r.toml", "m.csv", "--method", "joint", "--paper"]);
+        assert!(odd.contains("--paper is for --method bayes"), "{odd}");
+    }
+
+    #[test]
+    fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
+        let case = Case::turbine();
+        let (csv, report) = (case.path("track.csv"), case.path("track.html"));
+        let begin = ["--begin", "2024-03-01T06:00+01:00"];
+        let track = case.track("joint", &[&["--csv", &csv, "--report", &report], &begin[..]].concat());
+        assert_eq!(track["begin"], "2024-03-01T05:00:00Z");
+        assert!(
+            track["joint"]["events"][0]["time"].as_str().unwrap().starts_with("2024-07-0"),
+            "{}",
+            track["joint"]
+        );
+        let page = std::fs::read_to_string(&report).unwrap();
+        for heading in [
+            "days from 2024-03-01 05:00 UTC",
+            "Does the model fit?",
+            "Calculated and measured features",
+            "Unbalance",
+            "Bearings",
+        ] {
+            assert!(page.contains(heading), "{heading}");
+        }
+        let fans = case.path("forecast.html");
+        let output = rotor_edge(&[
+            "forecast",
+            &csv,
+            "--model",
+            "arima",
+            "--order",
+            "1,1,1",
+            "--horizons",
+            "1,7,30,60",
+            "--limit",
+            "900",
+            "--json",
+            "--report",
+            &fans,
+        ]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let forecast: Value = serde_json::from_slice(&output.stdout).unwrap();
+        for series in ["U_g", "alpha_g", "U_d", "alpha_d"] {
+            for horizon in ["1", "7", "30", "60"] {
+                for by in
+                    [&forecast["rmse"], &forecast["baselines"]["naive"], &forecast["baselines"]["drift"]]
+                {
+                    assert!(number(&by[series][horizon]) > 0.0, "{series} {horizon}");
+                }
+                assert!((0.5..=1.0).contains(&number(&forecast["coverage_95"][series][horizon])));
+            }
+        }
+        for by in ["arima", "state", "naive", "drift"] {
+            let score = &forecast["scores"][by]["U_g"]["30"];
+            let [rmse, crps] = ["rmse", "crps"].map(|key| number(&score[key]));
+            // of a forecast that errs at random CRPS is 0.56 of the error at best
+            assert!(0.3 * rmse < crps && crps < rmse, "{by}: {rmse} {crps}");
+            assert!(["p5", "p50", "p95"].iter().all(|p| number(&score["pinball"][p]) > 0.0), "{score}");
+            assert!(number(&score["coverage_95"]) > 0.5 && number(&score["compared"]) > 100.0, "{score}");
+        }
+        assert_eq!(forecast["forecast"].as_array().unwrap().len(), 60);
+        assert_eq!(forecast["forecast"][0]["time"], "2025-06-03T05:00:00Z");
+        assert_eq!(forecast["limit"]["exceeded"], false);
+        assert_eq!(forecast["limit"]["chance_until"].as_array().unwrap().len(), 60);
+        assert_eq!(forecast["against_naive"].as_array().unwrap().len(), 4);
+        assert!(number(&forecast["limit"]["chance"]) <= 1.0);
+        let page = std::fs::read_to_string(&fans).unwrap();
+        for part in [
+            "Angle of the dynamic unbalance",
+            "Root mean square error by days ahead",
+            "Continuous ranked probability score (CRPS) by days ahead",
+            "Pinball loss at 95 % by days ahead",
+            "95 % interval",
+            "Chance that the limit is reached",
+            "\"name\":\"limit\"",
+        ] {
+            assert!(page.contains(part), "{part}");
+        }
+        // what the filter knew is the first choice where the track holds it
+        let first = rotor_edge(&["forecast", &csv, "--json"]);
+        let first: Value = serde_json::from_slice(&first.stdout).unwrap();
+        assert_eq!(first["model"], "state");
+        assert_eq!(first["scores"]["state"], forecast["scores"]["state"]);
+        // one event in the 459 days of the track, 60 ahead
+        let events = track["joint"]["events"].as_array().unwrap().len();
+        let chance = 1.0 - (459.0_f64 / 519.0).powf(events as f64 + 0.5);
+        assert!((number(&forecast["event_chance"]) - chance).abs() < 1e-9, "{forecast}");
+        // the days of the limit are those of the track
+        let text = rotor_edge(&["forecast", &csv, "--model", "naive", "--limit", "10"]);
+        let text = String::from_utf8_lossy(&text.stdout).to_string();
+        let exceeded =
+            "static unbalance is exceeded already: the last of the track, day 458, 2025-06-02 05:00 UTC, has";
+        assert!(text.contains(exceeded), "{text}");
+        assert!(
+            text.contains("Continuous ranked probability score") && text.contains("Pinball loss at 5 %"),
+            "{text}"
+        );
+        assert!(text.contains(&format!("{events} in 459 days make one within 60 days")), "{text}");
+    }
+
+    #[test]
+    fn a_run_up_after_the_event_makes_the_joint_estimate_right_and_not_only_small_in_residual() {
+        let case = Case::turbine();
+        let later = case.path("later.csv");
+        std::fs::write(&later, sample::RUNUP_DAY_126).unwrap();
+        let track = case.track("joint", &["--later-runup", &later]);
+        assert_eq!(track["joint"]["effects"][0], "seal@disk 3");
+        assert_eq!(track["reidentified"][0]["bearing"], "16");
+        assert_eq!(track["undiagnosed_since_d"], Value::Null);
+        let fixed = case.track("fixed", &[]);
+        for after_event in [false, true] {
+            let error = |t: &Value| case.unbalance_error_g_mm(t, |day| (day >= 125.0) == after_event);
+            let (ours, constant) = (error(&track), error(&fixed));
+            for (ours, constant) in ours.iter().zip(constant) {
+                assert!(*ours < 0.5 * constant, "after the event: {after_event}; {ours} {constant}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_disturbance_of_two_readings_is_left_out_and_gaps_of_weeks_are_remarked_on() {
+        let track = Case::named("disturbed").track("joint", &[]);
+        let left_out: Vec<f64> =
+            track["joint"]["left_out_d"].as_array().unwrap().iter().map(number).collect();
+        assert!(left_out.contains(&150.0) && left_out.contains(&151.0), "{left_out:?}");
+        let remarks = track["remarks"].to_string();
+        assert!(remarks.contains("No reading from day 59 to day"), "{remarks}");
+    }
 }

@@ -42,83 +42,6 @@ fn two_workers_answer_what_the_desk_answers_and_the_same_job_twice_is_one() {
 }
 
 #[test]
-fn the_job_of_a_killed_worker_is_done_by_another_within_its_lease() {
-    // a minute of readings, a second apart: all of them are used
-    let plant = Plant::of(1..3, sample::RUNUP_DAY_126, |row, _| row as i64 * 1_000_000);
-    plant.says(&["fleet", "improve", plant.path(), "north"], "2 new jobs.");
-    let first = Program::start(&["worker", plant.path()]);
-    until("a job that runs", || plant.has_state("running"));
-    first.kill();
-    let was_running = plant.has_state("running");
-    plant.says(&["worker", plant.path(), "--once"], "jobs ended.");
-    let jobs = plant.jobs();
-    let tries: u64 = jobs.iter().map(|job| job["tries"].as_u64().unwrap()).sum();
-    assert_eq!(tries, 2 + u64::from(was_running));
-    let folder = plant.folder.path();
-    let better = folder.join("better.toml");
-    let data = folder.join("data.csv");
-    let words = [
-        "improve".into(),
-        folder.join("rotor.toml").into(),
-        data.into(),
-        "-o".into(),
-        better.clone().into(),
-        "--json".into(),
-    ];
-    let expected: Value =
-        serde_json::from_str(&object(words, Listener::Program(&|_, _| {})).unwrap()).unwrap();
-    for job in &jobs {
-        assert_eq!(job["state"], "done", "{job}");
-        assert_eq!(job["answer"]["steps"][0]["effect"], "seal");
-        assert_eq!(job["answer"]["verdict"], expected["verdict"]);
-        assert!(job["model"].as_str().unwrap().contains("kind = \"seal\""), "the better drawing");
-    }
-}
-
-#[test]
-fn two_workers_do_joint_jobs_as_two_processes_of_the_desk_would() {
-    let jobs: usize = std::env::var("ROTOR_EDGE_JOBS").map_or(4, |number| number.parse().unwrap());
-    let machines = jobs.min(250);
-    let plant = Plant::of_days(0..machines as u8, 60);
-    let folder = plant.folder.path();
-    let [rotor, data] = ["rotor.toml", "data.csv"].map(|name| folder.join(name));
-    // as many as tell the time of one
-    let alone = jobs.min(40);
-    let pure = Instant::now();
-    std::thread::scope(|scope| {
-        for _ in 0..2 {
-            scope.spawn(|| {
-                let words = || ["track", "--method", "joint", "--json"].map(OsString::from);
-                for _ in 0..alone / 2 {
-                    let words = words().into_iter().chain([rotor.clone().into(), data.clone().into()]);
-                    object(words, Listener::Program(&|_, _| {})).unwrap();
-                }
-            });
-        }
-    });
-    let pure_s = pure.elapsed().as_secs_f64() * jobs as f64 / alone as f64;
-    // other ends of the period make other jobs of the same days
-    for minute in 0..jobs / machines {
-        let to = format!("2027-01-01T00:{minute:02}Z");
-        plant.says(&["fleet", "track", plant.path(), "--method", "joint", "--to", &to], "new jobs");
-    }
-    let begun = Instant::now();
-    let workers = [(); 2].map(|()| Program::start(&["worker", plant.path(), "--once"]));
-    for mut worker in workers {
-        assert!(worker.child.wait().unwrap().success());
-    }
-    let took_s = begun.elapsed().as_secs_f64();
-    let all = plant.jobs();
-    assert_eq!(all.len(), jobs / machines * machines);
-    assert!(all.iter().all(|job| job["state"] == "done" && job["tries"] == 1));
-    println!("{jobs} joint jobs on two workers: {took_s:.1} s, {:.3} of their pure time", took_s / pure_s);
-    let mut seconds: Vec<f64> = all.iter().map(|job| job["seconds"].as_f64().unwrap()).collect();
-    seconds.sort_by(f64::total_cmp);
-    let at = |share: f64| seconds[((seconds.len() - 1) as f64 * share) as usize];
-    println!("a job: median {:.3} s, 99 % {:.3} s, longest {:.3} s", at(0.5), at(0.99), at(1.0));
-}
-
-#[test]
 fn what_cannot_be_asked_or_done_is_one_sentence() {
     let plant = Plant::of_days(1..2, 3);
     let path = plant.path();
@@ -141,4 +64,89 @@ fn what_cannot_be_asked_or_done_is_one_sentence() {
         (&jobs[0]["state"], &jobs[0]["answer"]),
         (&"failed".into(), &"no reading in this time".into())
     );
+}
+
+/// What only `tests/all` runs.
+mod slow {
+    use super::*;
+
+    #[test]
+    fn the_job_of_a_killed_worker_is_done_by_another_within_its_lease() {
+        // a minute of readings, a second apart: all of them are used
+        let plant = Plant::of(1..3, sample::RUNUP_DAY_126, |row, _| row as i64 * 1_000_000);
+        plant.says(&["fleet", "improve", plant.path(), "north"], "2 new jobs.");
+        let first = Program::start(&["worker", plant.path()]);
+        until("a job that runs", || plant.has_state("running"));
+        first.kill();
+        let was_running = plant.has_state("running");
+        plant.says(&["worker", plant.path(), "--once"], "jobs ended.");
+        let jobs = plant.jobs();
+        let tries: u64 = jobs.iter().map(|job| job["tries"].as_u64().unwrap()).sum();
+        assert_eq!(tries, 2 + u64::from(was_running));
+        let folder = plant.folder.path();
+        let better = folder.join("better.toml");
+        let data = folder.join("data.csv");
+        let words = [
+            "improve".into(),
+            folder.join("rotor.toml").into(),
+            data.into(),
+            "-o".into(),
+            better.clone().into(),
+            "--json".into(),
+        ];
+        let expected: Value =
+            serde_json::from_str(&object(words, Listener::Program(&|_, _| {})).unwrap()).unwrap();
+        for job in &jobs {
+            assert_eq!(job["state"], "done", "{job}");
+            assert_eq!(job["answer"]["steps"][0]["effect"], "seal");
+            assert_eq!(job["answer"]["verdict"], expected["verdict"]);
+            assert!(job["model"].as_str().unwrap().contains("kind = \"seal\""), "the better drawing");
+        }
+    }
+
+    #[test]
+    fn two_workers_do_joint_jobs_as_two_processes_of_the_desk_would() {
+        let jobs: usize = std::env::var("ROTOR_EDGE_JOBS").map_or(4, |number| number.parse().unwrap());
+        let machines = jobs.min(250);
+        let plant = Plant::of_days(0..machines as u8, 60);
+        let folder = plant.folder.path();
+        let [rotor, data] = ["rotor.toml", "data.csv"].map(|name| folder.join(name));
+        // as many as tell the time of one
+        let alone = jobs.min(40);
+        let pure = Instant::now();
+        std::thread::scope(|scope| {
+            for _ in 0..2 {
+                scope.spawn(|| {
+                    let words = || ["track", "--method", "joint", "--json"].map(OsString::from);
+                    for _ in 0..alone / 2 {
+                        let words = words().into_iter().chain([rotor.clone().into(), data.clone().into()]);
+                        object(words, Listener::Program(&|_, _| {})).unwrap();
+                    }
+                });
+            }
+        });
+        let pure_s = pure.elapsed().as_secs_f64() * jobs as f64 / alone as f64;
+        // other ends of the period make other jobs of the same days
+        for minute in 0..jobs / machines {
+            let to = format!("2027-01-01T00:{minute:02}Z");
+            plant.says(&["fleet", "track", plant.path(), "--method", "joint", "--to", &to], "new jobs");
+        }
+        let begun = Instant::now();
+        let workers = [(); 2].map(|()| Program::start(&["worker", plant.path(), "--once"]));
+        for mut worker in workers {
+            assert!(worker.child.wait().unwrap().success());
+        }
+        let took_s = begun.elapsed().as_secs_f64();
+        let all = plant.jobs();
+        assert_eq!(all.len(), jobs / machines * machines);
+        assert!(all.iter().all(|job| job["state"] == "done" && job["tries"] == 1));
+        println!(
+            "{jobs} joint jobs on two workers: {took_s:.1} s, {:.3} of their pure time",
+            took_s / pure_s
+        );
+        let mut seconds: Vec<f64> = all.iter().map(|job| job["seconds"].as_f64().unwrap()).collect();
+        seconds.sort_by(f64::total_cmp);
+        let at = |share: f64| seconds[((seconds.len() - 1) as f64 * share) as usize];
+        println!("a job: median {:.3} s, 99 % {:.3} s, longest {:.3} s", at(0.5), at(0.99), at(1.0));
+    }
 }

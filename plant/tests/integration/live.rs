@@ -279,35 +279,40 @@ fn in_a_browser(folder: &tempfile::TempDir, address: &str) -> Option<(String, Ve
     Some((String::from_utf8_lossy(&output.stdout).into_owned(), logged))
 }
 
-#[test]
-fn a_browser_shows_every_monitor_of_500_and_logs_no_error() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("plant.db");
-    let mut store = Store::open(&path).unwrap();
-    let items = |plant: usize| {
-        (0..125).map(move |node| Item {
-            schema: SCHEMA,
-            source: Source { plant: format!("plant {plant}"), bus: "hall1".into(), node },
-            epoch: 0,
-            sequence: 0,
-            time_us: ahead_us(),
-            is_clock_doubtful: false,
-            body: Body::Heartbeat(Heartbeat {
-                protocol: 1,
-                state: "tracking".into(),
-                reason: "none".into(),
-                readings: 7,
-            }),
-        })
-    };
-    store.put(&(0..4).flat_map(items).collect::<Vec<_>>()).unwrap();
-    let (_program, address) = served(&path, &[]);
-    let Some((shown, logged)) = in_a_browser(&folder, &format!("http://{address}/")) else { return };
-    assert_eq!(shown.matches("<tr class=").count(), 500);
-    assert!(
-        shown.contains("plant 3") && shown.contains("<b>500</b>"),
-        "{}",
-        &shown[..shown.len().min(2_000)]
-    );
-    assert!(logged.is_empty(), "{logged:?}");
+/// What only `tests/all` runs.
+mod slow {
+    use super::*;
+
+    #[test]
+    fn a_browser_shows_every_monitor_of_500_and_logs_no_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let mut store = Store::open(&path).unwrap();
+        let items = |plant: usize| {
+            (0..125).map(move |node| Item {
+                schema: SCHEMA,
+                source: Source { plant: format!("plant {plant}"), bus: "hall1".into(), node },
+                epoch: 0,
+                sequence: 0,
+                time_us: ahead_us(),
+                is_clock_doubtful: false,
+                body: Body::Heartbeat(Heartbeat {
+                    protocol: 1,
+                    state: "tracking".into(),
+                    reason: "none".into(),
+                    readings: 7,
+                }),
+            })
+        };
+        store.put(&(0..4).flat_map(items).collect::<Vec<_>>()).unwrap();
+        let (_program, address) = served(&path, &[]);
+        let Some((shown, logged)) = in_a_browser(&folder, &format!("http://{address}/")) else { return };
+        assert_eq!(shown.matches("<tr class=").count(), 500);
+        assert!(
+            shown.contains("plant 3") && shown.contains("<b>500</b>"),
+            "{}",
+            &shown[..shown.len().min(2_000)]
+        );
+        assert!(logged.is_empty(), "{logged:?}");
+    }
 }

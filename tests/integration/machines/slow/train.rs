@@ -1,6 +1,6 @@
 //! A train of two spans on four bearings, with and without a seal that the drawing lacks.
 
-use super::machine::diagnosed;
+use crate::machines::machine::diagnosed;
 use rotor_edge_desktop::diagnose::Verdict;
 
 #[test]

@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use super::machine::{Machine, diagnosed};
+use crate::machines::machine::{Machine, diagnosed};
 use rotor_edge_desktop::diagnose::{Diagnosis, SURE, Verdict, add};
 
 /// Four hide; the smallest, under a tilting-pad bearing, is followed by what is learned of the bearings.

@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use super::machine::{Machine, diagnosed, machines};
+use crate::machines::machine::{Machine, diagnosed, machines};
 use rotor_edge_desktop::diagnose::{Diagnosis, Verdict, diagnose};
 
 /// Of sixteen; 90 % would be fifteen. What is missed:

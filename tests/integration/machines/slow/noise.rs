@@ -9,7 +9,7 @@ use rand_xoshiro::rand_core::SeedableRng;
 use rotor_edge_desktop::diagnose::{Verdict, best_fit, diagnose};
 use rotor_edge_desktop::measurement::Reading;
 
-use super::machine::{Machine, machines};
+use crate::machines::machine::{Machine, machines};
 
 /// Correlation of neighbouring readings.
 const CORRELATION: f64 = 0.8;

@@ -1,0 +1,3 @@
+//! What only `tests/all` runs.
+
+mod live;
