@@ -147,6 +147,7 @@ def test_estimate(printed):
     assert alone.json == printed("estimate", rotor, data, "--base", "0 g", "--leave-one-out")
 
 
+@pytest.mark.whole
 def test_startup_tells_its_progress_and_gives_the_better_model(printed, tmp_path):
     ours, theirs, steps = tmp_path / "ours.toml", tmp_path / "theirs.toml", []
     answer = rotor_edge.startup(
