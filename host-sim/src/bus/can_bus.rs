@@ -1,9 +1,16 @@
 //! What every bus can do.
 
-use std::time::Duration;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use rotor_edge_core::can::Frame;
+
+/// Time since the first call in this process. It never goes back.
+pub fn monotonic() -> Duration {
+    static START: OnceLock<Instant> = OnceLock::new();
+    START.get_or_init(Instant::now).elapsed()
+}
 
 /// One participant's place on a real bus.
 pub trait CanBus: Send {
@@ -26,6 +33,11 @@ pub trait CanBus: Send {
     fn passed_over(&self) -> u64 {
         0
     }
+
+    /// Time on this bus since an arbitrary start: simulated on a simulated bus. It never goes back.
+    fn now(&self) -> Duration {
+        monotonic()
+    }
 }
 
 impl<B: CanBus + ?Sized> CanBus for Box<B> {
@@ -43,5 +55,9 @@ impl<B: CanBus + ?Sized> CanBus for Box<B> {
 
     fn passed_over(&self) -> u64 {
         (**self).passed_over()
+    }
+
+    fn now(&self) -> Duration {
+        (**self).now()
     }
 }

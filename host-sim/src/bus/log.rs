@@ -280,6 +280,10 @@ impl<B: CanBus> CanBus for Recorded<B> {
     fn passed_over(&self) -> u64 {
         self.bus.passed_over()
     }
+
+    fn now(&self) -> Duration {
+        self.bus.now()
+    }
 }
 
 #[cfg(test)]

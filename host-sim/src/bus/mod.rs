@@ -37,7 +37,7 @@ pub mod wire;
 
 use anyhow::Result;
 
-pub use can_bus::CanBus;
+pub use can_bus::{CanBus, monotonic};
 pub use local::{LocalPort, local_bus};
 pub use spec::BusSpec;
 use spec::Line;

@@ -1,11 +1,11 @@
 //! A bus by TCP whose server may go away and come back: whoever is on it stays what it is, and joins again.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::Result;
 use rotor_edge_core::can::Frame;
 
-use super::can_bus::CanBus;
+use super::can_bus::{CanBus, monotonic};
 use super::spec::{BusSpec, Line};
 
 /// Wait before the first attempt to join again; it doubles with every one that fails.
@@ -13,15 +13,38 @@ const FIRST_WAIT: Duration = Duration::from_millis(200);
 /// Longest wait between two attempts.
 const LONGEST_WAIT: Duration = Duration::from_secs(5);
 
-/// Makes a connection.
-type Join = Box<dyn FnMut() -> Result<Box<dyn CanBus>> + Send>;
+/// Makes a connection, and passes the time until the next attempt.
+pub trait Join: Send {
+    /// Joins the bus.
+    ///
+    /// # Errors
+    /// If the bus is not there.
+    fn join(&mut self) -> Result<Box<dyn CanBus>>;
+
+    /// As [`CanBus::now`], also while there is no connection.
+    fn now(&self) -> Duration {
+        monotonic()
+    }
+
+    /// Waits without a connection.
+    fn wait(&mut self, time: Duration) {
+        std::thread::sleep(time);
+    }
+}
+
+impl<F: FnMut() -> Result<Box<dyn CanBus>> + Send> Join for F {
+    fn join(&mut self) -> Result<Box<dyn CanBus>> {
+        self()
+    }
+}
+
 /// Is told of an outage when it begins and when it ends.
 pub type Tell = fn(&str);
 
 /// A bus that is joined again when it fails. Meanwhile nothing is heard, and what is sent is lost, as on an unplugged wire.
 pub struct Reconnecting {
-    join: Join,
-    tell: Tell,
+    join: Box<dyn Join>,
+    tell: Box<dyn FnMut(&str) + Send>,
     name: String,
     link: Link,
     /// By connections that are gone.
@@ -30,7 +53,7 @@ pub struct Reconnecting {
 
 enum Link {
     Up(Box<dyn CanBus>),
-    Down { next: Instant, wait: Duration },
+    Down { next: Duration, wait: Duration },
 }
 
 impl BusSpec {
@@ -44,28 +67,34 @@ impl BusSpec {
             return Ok(bus);
         }
         let spec = self.clone();
-        Ok(Box::new(Reconnecting::new(bus, Box::new(move || spec.open()), tell)))
+        Ok(Box::new(Reconnecting::new(bus, move || spec.open(), tell)))
     }
 }
 
 impl Reconnecting {
-    fn new(bus: Box<dyn CanBus>, join: Join, tell: Tell) -> Self {
-        Self { join, tell, name: bus.description(), link: Link::Up(bus), passed_over: 0 }
+    /// Begins with a connection; `tell` hears when an outage begins and when it ends.
+    pub fn new(
+        bus: Box<dyn CanBus>,
+        join: impl Join + 'static,
+        tell: impl FnMut(&str) + Send + 'static,
+    ) -> Self {
+        let name = bus.description();
+        Self { join: Box::new(join), tell: Box::new(tell), name, link: Link::Up(bus), passed_over: 0 }
     }
 
     fn lost(&mut self) {
         self.passed_over = self.passed_over();
-        self.link = Link::Down { next: Instant::now() + FIRST_WAIT, wait: FIRST_WAIT };
+        self.link = Link::Down { next: self.now() + FIRST_WAIT, wait: FIRST_WAIT };
         (self.tell)(&format!("the bus {} is gone; trying again", self.name));
     }
 
     fn try_again(&mut self, wait: Duration) {
-        if let Ok(bus) = (self.join)() {
+        if let Ok(bus) = self.join.join() {
             self.link = Link::Up(bus);
             (self.tell)(&format!("the bus {} is back", self.name));
         } else {
             let wait = (2 * wait).min(LONGEST_WAIT);
-            self.link = Link::Down { next: Instant::now() + wait, wait };
+            self.link = Link::Down { next: self.now() + wait, wait };
         }
     }
 }
@@ -87,11 +116,11 @@ impl CanBus for Reconnecting {
                 Err(_) => self.lost(),
             },
             Link::Down { next, wait } => {
-                let (left, wait) = (next.saturating_duration_since(Instant::now()), *wait);
+                let (left, wait) = (next.saturating_sub(self.join.now()), *wait);
                 if left.is_zero() {
                     self.try_again(wait);
                 } else {
-                    std::thread::sleep(left.min(timeout));
+                    self.join.wait(left.min(timeout));
                 }
             }
         }
@@ -110,6 +139,10 @@ impl CanBus for Reconnecting {
             Link::Up(bus) => self.passed_over + bus.passed_over(),
             Link::Down { .. } => self.passed_over,
         }
+    }
+
+    fn now(&self) -> Duration {
+        self.join.now()
     }
 }
 
@@ -143,32 +176,50 @@ mod tests {
         }
     }
 
-    static SAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
+    /// Nobody listens at two attempts; time passes only in waiting.
+    struct Absent {
+        attempts: Arc<AtomicUsize>,
+        now: Duration,
+    }
+
+    impl Join for Absent {
+        fn join(&mut self) -> Result<Box<dyn CanBus>> {
+            match self.attempts.fetch_add(1, Ordering::Relaxed) {
+                0 | 1 => bail!("nobody listens"),
+                _ => Ok(Box::new(Torn)),
+            }
+        }
+
+        fn now(&self) -> Duration {
+            self.now
+        }
+
+        fn wait(&mut self, time: Duration) {
+            self.now += time;
+        }
+    }
 
     #[test]
-    fn attempts_are_further_and_further_apart_and_each_outage_is_told_once() {
-        let attempts = Arc::new(AtomicUsize::new(0));
-        let counted = attempts.clone();
-        let join: Join = Box::new(move || match counted.fetch_add(1, Ordering::Relaxed) {
-            0 | 1 => bail!("nobody listens"),
-            _ => Ok(Box::new(Torn)),
-        });
-        let mut bus = Reconnecting::new(Box::new(Torn), join, |said| SAID.lock().unwrap().push(said.into()));
-        let begun = Instant::now();
+    fn reconnecting_waits_double_and_each_outage_is_told_once() {
+        let (attempts, said) = (Arc::new(AtomicUsize::new(0)), Arc::new(Mutex::new(Vec::new())));
+        let join = Absent { attempts: attempts.clone(), now: Duration::ZERO };
+        let told = said.clone();
+        let tell = move |words: &str| told.lock().unwrap().push(words.to_string());
+        let mut bus = Reconnecting::new(Box::new(Torn), join, tell);
         let up = |bus: &Reconnecting| bus.description() == "torn";
         bus.send(&Frame::standard(1, &[]).unwrap()).unwrap();
         assert!(!up(&bus));
         while !up(&bus) {
             bus.send(&Frame::standard(1, &[]).unwrap()).unwrap();
             assert_eq!(bus.receive(Duration::from_millis(5)).unwrap(), None);
-            assert!(begun.elapsed() < Duration::from_secs(20));
+            assert!(bus.now() < Duration::from_secs(20));
         }
         // 0.2 s, 0.4 s, 0.8 s
-        assert!(begun.elapsed() >= 7 * FIRST_WAIT, "{:?}", begun.elapsed());
+        assert_eq!(bus.now(), 7 * FIRST_WAIT);
         assert_eq!(attempts.load(Ordering::Relaxed), 3);
-        assert_eq!(*SAID.lock().unwrap(), ["the bus torn is gone; trying again", "the bus torn is back"]);
+        assert_eq!(*said.lock().unwrap(), ["the bus torn is gone; trying again", "the bus torn is back"]);
         bus.receive(Duration::ZERO).unwrap();
         assert_eq!(bus.passed_over(), 6, "by both connections");
-        assert_eq!(SAID.lock().unwrap().len(), 3, "another outage");
+        assert_eq!(said.lock().unwrap().len(), 3, "another outage");
     }
 }

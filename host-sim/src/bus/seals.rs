@@ -1,7 +1,7 @@
 //! Readings with a seal, and frames that count only with theirs.
 
 use std::collections::VecDeque;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Result;
 use rotor_edge_core::can::Frame;
@@ -36,7 +36,12 @@ impl Sealer {
 
     /// What is to follow these frames of a reading: fresher than all before, and by this machine's clock.
     pub fn seal(&mut self, reading: &[Frame]) -> [Frame; SEAL_FRAMES] {
-        self.last = present_us().max(self.last + 1);
+        self.seal_at(present_us(), reading)
+    }
+
+    /// The same by a clock that shows `time_us` since 1970.
+    pub fn seal_at(&mut self, time_us: u64, reading: &[Frame]) -> [Frame; SEAL_FRAMES] {
+        self.last = time_us.max(self.last + 1);
         seal(&self.key, Direction::ToNode, self.node, self.last, reading)
     }
 }
@@ -130,7 +135,7 @@ pub struct Believing<'a> {
     checker: Checker,
     is_sealed: bool,
     believed: VecDeque<Frame>,
-    since: Instant,
+    since: Duration,
 }
 
 impl<'a> Believing<'a> {
@@ -139,9 +144,9 @@ impl<'a> Believing<'a> {
     /// # Errors
     /// If the bus fails.
     pub fn listen(bus: &'a mut dyn CanBus, checker: Checker, time: Duration) -> Result<Self> {
-        let mut own =
-            Self { bus, checker, is_sealed: false, believed: VecDeque::new(), since: Instant::now() };
-        while !own.is_sealed && own.since.elapsed() < time {
+        let since = bus.now();
+        let mut own = Self { bus, checker, is_sealed: false, believed: VecDeque::new(), since };
+        while !own.is_sealed && own.now() - own.since < time {
             own.receive(PATIENCE)?;
         }
         Ok(own)
@@ -163,7 +168,8 @@ impl CanBus for Believing<'_> {
             return Ok(Some(frame));
         }
         let Some(frame) = self.bus.receive(timeout)? else { return Ok(None) };
-        let believed = self.checker.take(self.since.elapsed().as_micros() as u64, &frame);
+        let time_us = (self.now() - self.since).as_micros() as u64;
+        let believed = self.checker.take(time_us, &frame);
         if self.is_sealed {
             self.believed.extend(believed);
             return Ok(self.believed.pop_front());
@@ -179,6 +185,10 @@ impl CanBus for Believing<'_> {
 
     fn passed_over(&self) -> u64 {
         self.bus.passed_over()
+    }
+
+    fn now(&self) -> Duration {
+        self.bus.now()
     }
 }
 

@@ -1,7 +1,7 @@
 //! A request and its answer across a bus that may lose frames: in numbered parts, or as one ISO-TP message where a monitor's
 //! firmware does not know those.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use rotor_edge_core::can::isotp::{IsoTp, Progress, TransferError};
@@ -56,6 +56,10 @@ pub fn command(
     }
 }
 
+fn since_us(bus: &dyn CanBus, started: Duration) -> u64 {
+    (bus.now() - started).as_micros() as u64
+}
+
 fn unknown(counter: u64) -> String {
     format!(
         "Whether the command was carried out is not known; the same with --counter {counter} does no harm"
@@ -80,21 +84,20 @@ fn in_parts(
     counter: u64,
     progress: &mut impl FnMut(usize),
 ) -> Result<InParts> {
-    let started = Instant::now();
-    let now_us = || started.elapsed().as_micros() as u64;
-    let mut courier = Courier::new(now_us(), node, request).context("a request of less than 64 kB")?;
+    let started = bus.now();
+    let mut courier = Courier::new(0, node, request).context("a request of less than 64 kB")?;
     let mut doubts = 0;
     loop {
-        match courier.standing(now_us()) {
+        match courier.standing(since_us(bus, started)) {
             Standing::UnderWay => {}
             Standing::Unheard => return Ok(InParts::Unheard),
             Standing::Lost => return Ok(InParts::Lost),
         }
-        while let Some(frame) = courier.poll(now_us()) {
+        while let Some(frame) = courier.poll(since_us(bus, started)) {
             bus.send(&frame)?;
         }
         let Some(frame) = bus.receive(PATIENCE)? else { continue };
-        let Some(answer) = courier.receive(now_us(), &frame) else {
+        let Some(answer) = courier.receive(since_us(bus, started), &frame) else {
             progress(courier.held_bytes());
             continue;
         };
@@ -109,7 +112,7 @@ fn in_parts(
             }
             Some((answer, false)) if answer.outcome != Outcome::NoKey && doubts < DOUBTS => {
                 doubts += 1;
-                courier.distrust(now_us());
+                courier.distrust(since_us(bus, started));
             }
             answer => return Ok(InParts::Answer(answer)),
         }
@@ -176,8 +179,8 @@ enum Heard {
 
 /// Lets what is still on its way pass.
 fn quiet(bus: &mut dyn CanBus, time: Duration) -> Result<()> {
-    let started = Instant::now();
-    while started.elapsed() < time {
+    let end = bus.now() + time;
+    while bus.now() < end {
         bus.receive(PATIENCE)?;
     }
     Ok(())
@@ -193,14 +196,13 @@ fn transfer(
     progress: &mut impl FnMut(usize),
 ) -> Result<Heard> {
     let mut link = IsoTp::<ANSWER_BYTES, MAX_REQUEST_BYTES>::new();
-    let started = Instant::now();
-    let now_us = || started.elapsed().as_micros() as u64;
-    if let Err(error) = link.send(now_us(), request) {
+    let started = bus.now();
+    if let Err(error) = link.send(0, request) {
         return Ok(Heard::Broken(error));
     }
     let (mut sent, mut heard_any, mut doubtful) = (0, false, None);
-    while started.elapsed() < ANSWER_TIME {
-        while let Some(payload) = link.poll(now_us()) {
+    while bus.now() - started < ANSWER_TIME {
+        while let Some(payload) = link.poll(since_us(bus, started)) {
             let frame = Frame::standard(frame_id(TYPE_TO_NODE, node), &payload);
             bus.send(&frame.context("a node number from 0 to 30")?)?;
             sent += payload.len() - 1;
@@ -209,11 +211,11 @@ fn transfer(
         let heard = bus.receive(PATIENCE)?;
         if let Some(frame) = heard.filter(|f| f.raw_id() == frame_id(TYPE_TO_HOST, node)) {
             heard_any = true;
-            match link.receive(now_us(), frame.bytes()) {
+            match link.receive(since_us(bus, started), frame.bytes()) {
                 Progress::None => {}
                 Progress::Complete => match Answer::decode(link.message(), request, key) {
                     Some((answer, false)) => {
-                        doubtful.get_or_insert((answer, Instant::now()));
+                        doubtful.get_or_insert((answer, bus.now()));
                     }
                     answer => return Ok(Heard::Answer(answer)),
                 },
@@ -221,11 +223,11 @@ fn transfer(
             }
         }
         if let Some((answer, since)) = doubtful
-            && since.elapsed() > DOUBT_TIME
+            && bus.now() - since > DOUBT_TIME
         {
             return Ok(Heard::Answer(Some((answer, false))));
         }
-        match link.check_time(now_us()) {
+        match link.check_time(since_us(bus, started)) {
             Err(error) if heard_any => return Ok(Heard::Broken(error)),
             Err(_) => return Ok(Heard::Nothing),
             Ok(_) => {}

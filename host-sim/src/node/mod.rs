@@ -7,7 +7,7 @@ mod seal;
 mod store;
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::Result;
 use rotor_edge_core::can::{Counters, Message};
@@ -94,11 +94,11 @@ pub fn serve(
 ) -> Result<Served> {
     let mut served = Served::default();
     let mut model = None;
-    let mut stopped: Option<Instant> = None;
-    while stopped.is_none_or(|stopped| stopped.elapsed() < AFTER_STOP) {
+    let mut stopped: Option<Duration> = None;
+    while stopped.is_none_or(|stopped| bus.now() - stopped < AFTER_STOP) {
         let heard = bus.receive(PATIENCE)?;
         if stop.load(Ordering::Relaxed) {
-            stopped.get_or_insert_with(Instant::now);
+            stopped.get_or_insert_with(|| bus.now());
         }
         let now_us = clock.now_us();
         while let Some(due_us) = controller.poll_next(now_us) {

@@ -1,7 +1,7 @@
 //! A record, played over a real bus: one reading, its answer, the next reading.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use rotor_edge_core::can::{Counters, Message, NumberedReading, ResultAssembler, TYPE_MODEL, reading_frames};
@@ -159,9 +159,9 @@ fn play(
             played.sent += 1;
         }
         let is_answered = mirror.judge(judged_us, &reading).is_some();
-        let begun = Instant::now();
+        let end = host.now() + ANSWER_TIME;
         let mut answer = None;
-        while is_answered && answer.is_none() && begun.elapsed() < ANSWER_TIME {
+        while is_answered && answer.is_none() && host.now() < end {
             let Some(frame) = host.receive(PATIENCE)? else { continue };
             played.received += 1;
             if frame.node() == node {
@@ -188,9 +188,9 @@ fn play(
 fn counters(host: &mut dyn CanBus, node: u8) -> Result<Counters> {
     await_heartbeat(host, node)?;
     let mut counters = Counters::default();
-    let begun = Instant::now();
+    let end = host.now() + ANSWER_TIME;
     let mut complete = false;
-    while !complete && begun.elapsed() < ANSWER_TIME {
+    while !complete && host.now() < end {
         let Some(frame) = host.receive(PATIENCE)?.filter(|frame| frame.node() == node) else { continue };
         if let Ok((_, message)) = Message::decode(&frame) {
             counters::take(&mut counters, &message);

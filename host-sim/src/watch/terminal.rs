@@ -3,7 +3,7 @@
 use std::io::{IsTerminal, stdin, stdout};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use ratatui::DefaultTerminal;
@@ -34,24 +34,25 @@ pub fn require_terminal() -> Result<()> {
     Ok(())
 }
 
-/// Hears everything on the bus for `time`, and asks what is to be asked; at least one look at the bus.
+/// Hears everything on the bus for `time`, and asks what is to be asked; at least one look at the bus. Times count from
+/// `started` of the bus's clock.
 ///
 /// # Errors
 /// If the bus is gone.
-pub fn listen(bus: &mut dyn CanBus, watch: &mut Watch, started: Instant, time: Duration) -> Result<()> {
-    let begun = Instant::now();
+pub fn listen(bus: &mut dyn CanBus, watch: &mut Watch, started: Duration, time: Duration) -> Result<()> {
+    let begun = bus.now();
     loop {
         for question in watch.questions() {
             bus.send(&question)?;
         }
-        let left = time.saturating_sub(begun.elapsed());
+        let left = time.saturating_sub(bus.now() - begun);
         let heard = bus.receive(left.min(PATIENCE))?;
-        let now_us = started.elapsed().as_micros() as u64;
+        let now_us = (bus.now() - started).as_micros() as u64;
         match heard {
             Some(frame) => watch.receive(now_us, &frame),
             None => watch.pass(now_us),
         }
-        if begun.elapsed() >= time {
+        if bus.now() - begun >= time {
             return Ok(());
         }
     }
@@ -71,8 +72,8 @@ pub fn show(
     let mut terminal = Restored::begin()?;
     let keys = keys();
     let mut screen = Screen::default();
-    let started = Instant::now();
-    while !stop.load(Ordering::Relaxed) && time.is_none_or(|time| started.elapsed() < time) {
+    let started = bus.now();
+    while !stop.load(Ordering::Relaxed) && time.is_none_or(|time| bus.now() - started < time) {
         // a bus that is gone says so in its name
         let place = Place { bus: bus.description(), ..*place };
         terminal

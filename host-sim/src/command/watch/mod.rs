@@ -4,7 +4,7 @@ mod json;
 
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Result, anyhow, bail};
 use clap::Args;
@@ -77,11 +77,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if !arguments.json {
         return show(&mut *bus, &mut watch, &place, arguments.seconds, &stop);
     }
-    let started = Instant::now();
-    let left =
-        || arguments.seconds.map_or(LOOK, |seconds| seconds.saturating_sub(started.elapsed()).min(LOOK));
-    while !stop.load(Ordering::Relaxed) && !left().is_zero() {
-        listen(&mut *bus, &mut watch, started, left())?;
+    let started = bus.now();
+    let left = |now: Duration| {
+        arguments.seconds.map_or(LOOK, |seconds| seconds.saturating_sub(now - started).min(LOOK))
+    };
+    while !stop.load(Ordering::Relaxed) && !left(bus.now()).is_zero() {
+        let time = left(bus.now());
+        listen(&mut *bus, &mut watch, started, time)?;
     }
     if let Some(node) = arguments.node.filter(|node| watch.monitor(*node).is_none()) {
         bail!(
