@@ -1,15 +1,14 @@
 //! `acknowledge`: lowers the flag that a monitor holds up.
 
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
 use clap::Args;
-use rotor_edge_core::command::Command;
-use rotor_edge_core::state::{Reason, Status};
+use rotor_edge_core::state::Status;
 use serde_json::json;
 
 use super::commanding::Commanding;
 use super::output;
 use crate::bus::states::name;
-use crate::deploy::await_status;
+use crate::deploy::acknowledge;
 use crate::watch::reasons::why;
 use crate::watch::words::bearing_number;
 
@@ -27,17 +26,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut authority = arguments.monitor.authority()?;
     let node = authority.node();
     let mut bus = arguments.monitor.open()?;
-    let before = await_status(&mut *bus, node)?;
-    if before.cause == Reason::None {
-        bail!(
-            "monitor {node} holds no flag; it is {}: {}",
-            name(before.state),
-            why(before.reason, before.missing_mask).what
-        );
-    }
-    authority.command(&mut *bus, Command::Acknowledge, &[], |_| ())?;
-    let now =
-        await_status(&mut *bus, node).context("the flag was acknowledged, but the monitor fell silent")?;
+    let [before, now] = acknowledge(&mut authority, &mut *bus)?;
     if arguments.json {
         return output::json(&json!({
             "node": node,

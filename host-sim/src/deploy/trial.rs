@@ -1,6 +1,8 @@
 //! A model on trial: what the residuals said before it, what they say with it, and which of the two is to stay.
 
-use std::time::{Duration, Instant};
+mod run;
+
+use std::time::Duration;
 
 use anyhow::{Result, bail};
 use rotor_edge_core::can::{Message, MonitorResult, ResultAssembler};
@@ -9,6 +11,7 @@ use rotor_edge_core::state::Reason;
 
 use super::{Authority, HEARTBEAT_TIME, PATIENCE, no_monitor};
 use crate::bus::CanBus;
+pub use run::{Candidate, TrialResult, run};
 
 /// Consecutive parts, equal in readings, that a time is divided into: readings near each other are alike, so that they
 /// count as one part's median, and not each.
@@ -49,13 +52,13 @@ pub fn listen(
     expected: Option<Told>,
     mut progress: impl FnMut(Duration),
 ) -> Result<Heard> {
-    let started = Instant::now();
+    let started = bus.now();
     let mut results = ResultAssembler::new();
     let mut heard = Heard { ratios: Vec::new(), model: expected };
     let (mut changed, mut is_there) = (false, false);
     // a heartbeat at least, however short the time
-    while !changed && started.elapsed() < if is_there { time } else { time.max(HEARTBEAT_TIME) } {
-        progress(started.elapsed());
+    while !changed && bus.now() - started < if is_there { time } else { time.max(HEARTBEAT_TIME) } {
+        progress(bus.now() - started);
         let Some(frame) = bus.receive(PATIENCE)? else { continue };
         if frame.node() != node {
             continue;
@@ -136,8 +139,8 @@ pub fn end(authority: &mut Authority, bus: &mut dyn CanBus, model: &[u8], old: T
     // a monitor that does not hear this ends the trial by its own clock
     let heard = authority.command(bus, Command::Trial, &body(LAST_S, model), |_| ()).is_ok();
     let grace = if heard { Duration::ZERO } else { Duration::from_secs(GRACE_S.into()) };
-    let started = Instant::now();
-    while started.elapsed() < RETURN_TIME + grace {
+    let end = bus.now() + RETURN_TIME + grace;
+    while bus.now() < end {
         let Some(frame) = bus.receive(PATIENCE)? else { continue };
         if let Ok((from, Message::Model { checksum, on_trial, .. })) = Message::decode(&frame)
             && (from, Told { checksum, on_trial }) == (authority.node(), old)

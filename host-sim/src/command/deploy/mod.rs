@@ -15,8 +15,8 @@ use super::watch::seconds;
 use super::{deployable, output};
 use crate::bus::seals::Believing;
 use crate::deploy::HEARTBEAT_TIME;
+use crate::deploy::trial::Candidate;
 use crate::edge::{Deployment, encoded};
-use trial::Candidate;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -54,9 +54,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let bytes = encoded(&model)?;
     let mut bus = arguments.monitor.open()?;
     if let Some(time) = arguments.trial {
-        let candidate = Candidate { bytes, checksum: model.checksum(), left_out };
+        let candidate = Candidate { bytes, checksum: model.checksum() };
         let mut bus = Believing::listen(&mut *bus, authority.checker(), HEARTBEAT_TIME)?;
-        let told = trial::run(arguments, &mut authority, &mut bus, &candidate, time);
+        let told = trial::try_out(arguments, &mut authority, &mut bus, &candidate, &left_out, time);
         let refused = bus.refused();
         if refused.any() {
             output::tell(&format!("frames of monitor {node} {refused}"));

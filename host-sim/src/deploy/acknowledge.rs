@@ -1,0 +1,29 @@
+//! A monitor's flag, lowered.
+
+use anyhow::{Context, Result, bail};
+use rotor_edge_core::command::Command;
+use rotor_edge_core::state::{Reason, Status};
+
+use super::{Authority, await_status};
+use crate::bus::CanBus;
+use crate::bus::states::name;
+use crate::watch::reasons::why;
+
+/// Lowers the flag that a monitor holds up; its status before and after.
+///
+/// # Errors
+/// If it holds no flag, refuses the command or says nothing.
+pub fn acknowledge(authority: &mut Authority, bus: &mut dyn CanBus) -> Result<[Status; 2]> {
+    let node = authority.node();
+    let before = await_status(bus, node)?;
+    if before.cause == Reason::None {
+        bail!(
+            "monitor {node} holds no flag; it is {}: {}",
+            name(before.state),
+            why(before.reason, before.missing_mask).what
+        );
+    }
+    authority.command(bus, Command::Acknowledge, &[], |_| ())?;
+    let now = await_status(bus, node).context("the flag was acknowledged, but the monitor fell silent")?;
+    Ok([before, now])
+}
