@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`virtual_bus`] | arbitration, loss and delay in simulated time, for `replay` and sweeps |
+//! | [`simulated`] | several programs on it, with a clock that none of them waits for |
 //! | [`local`] | several participants in one process, in real time |
 //! | [`spec`] | what `--bus` takes |
 //! | [`kernel`] | SocketCAN |
@@ -25,6 +26,7 @@ pub mod log;
 pub mod reconnecting;
 pub mod seals;
 pub mod server;
+pub mod simulated;
 pub mod slcan;
 pub mod socketcand;
 pub mod spec;

@@ -61,6 +61,7 @@ struct Participant {
     /// Arrival time and frame, ascending.
     incoming: VecDeque<(u64, Frame)>,
     is_off: bool,
+    has_left: bool,
 }
 
 /// Several participants on one wire.
@@ -90,6 +91,12 @@ impl VirtualBus {
         }
     }
 
+    /// Another participant.
+    pub fn join(&mut self) -> Port {
+        self.participants.push(Participant::default());
+        self.participants.len() - 1
+    }
+
     /// Simulated time, µs.
     pub fn now_us(&self) -> u64 {
         self.now_us
@@ -113,6 +120,13 @@ impl VirtualBus {
         participant.is_off = true;
     }
 
+    /// A participant hears nothing any more; what it has queued is still sent.
+    pub fn leave(&mut self, port: Port) {
+        let participant = &mut self.participants[port];
+        participant.incoming.clear();
+        participant.has_left = true;
+    }
+
     /// Puts it back.
     pub fn switch_on(&mut self, port: Port) {
         self.participants[port].is_off = false;
@@ -132,8 +146,10 @@ impl VirtualBus {
         self.now_us += duration_us;
         self.traffic.busy_us += duration_us;
         self.traffic.sent += 1;
-        for receiver in (0..self.participants.len()).filter(|r| *r != port) {
-            self.deliver(receiver, frame);
+        for receiver in 0..self.participants.len() {
+            if receiver != port && !self.participants[receiver].has_left {
+                self.deliver(receiver, frame);
+            }
         }
         Some(frame)
     }
@@ -185,9 +201,15 @@ impl VirtualBus {
         incoming.pop_front()
     }
 
+    /// Whether a frame has arrived at a participant and was not received yet.
+    pub fn has_arrived(&self, port: Port) -> bool {
+        self.participants[port].incoming.front().is_some_and(|(arrival_us, _)| *arrival_us <= self.now_us)
+    }
+
     /// When the next copy that is under way arrives anywhere.
     pub fn next_arrival_us(&self) -> Option<u64> {
-        self.participants.iter().filter_map(|p| p.incoming.front().map(|(arrival_us, _)| *arrival_us)).min()
+        let arrivals = self.participants.iter().filter_map(|p| p.incoming.front().map(|(at, _)| *at));
+        arrivals.filter(|arrival_us| *arrival_us > self.now_us).min()
     }
 
     /// Moves the clock of an idle bus on.
