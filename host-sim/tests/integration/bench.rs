@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test uses a part")]
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdout, Command, Output, Stdio};
 
@@ -33,11 +33,12 @@ impl Drop for Monitor {
 }
 
 impl Monitor {
-    /// Everything that it has said since it joined the bus; it ends.
-    pub fn said(mut self) -> String {
-        self.program.kill().unwrap();
+    /// Everything that it says until a line with this in it.
+    pub fn said_until(mut self, last: &str) -> String {
         let mut text = String::new();
-        self.stdout.read_to_string(&mut text).unwrap();
+        while !text.contains(last) {
+            assert!(self.stdout.read_line(&mut text).unwrap() > 0, "{last:?} is missing in: {text}");
+        }
         text
     }
 }
@@ -88,13 +89,6 @@ impl Bench {
         stdout.read_line(&mut line).unwrap();
         assert_says(&line, &["Monitor", "listens on"]);
         (Monitor { program, stdout }, line)
-    }
-
-    /// What `watch` hears of the monitor.
-    pub fn seen(&self) -> Value {
-        let bus = self.bus.spec("slcan");
-        let all = json(&rotor_edge(&["watch", "--bus", bus, "--json", "--node", "1", "--seconds", "1.5"]));
-        all["monitors"][0].clone()
     }
 
     /// A command to monitor 1.

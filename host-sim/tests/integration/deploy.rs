@@ -1,8 +1,8 @@
-//! Monitors on a shared bus as a user runs them: `node`, `deploy`, `key`, and `replay` over each interface.
+//! Monitors on a shared bus as a user runs them: `node`, `deploy`, `key`, and `replay` over each interface. What takes time is
+//! in `simulated/deployment.rs` and `simulated/flag.rs`.
 
 use crate::bench::Bench;
 use crate::program::{assert_says, json, one_sentence, refusal, rotor_edge};
-use serde_json::Value;
 
 #[test]
 fn replay_over_slcan_and_socketcand_gives_the_same_numbers_as_in_process_to_the_bit() {
@@ -19,45 +19,29 @@ fn replay_over_slcan_and_socketcand_gives_the_same_numbers_as_in_process_to_the_
 }
 
 #[test]
-fn a_model_deployed_to_a_monitor_gives_its_numbers_and_is_still_there_after_a_cut_in_power() {
+fn deployment_by_real_programs_survives_a_power_cut() {
     let bench = Bench::new();
     bench.guess();
-    let (model, key, state) =
-        (bench.text("identified.toml"), bench.text("right.key"), bench.text("monitor.state"));
-    let node = |bench: &Bench| bench.monitor("slcan", &["--key", &key, "--state", &state]);
-    let deploy = |counter: &str| {
+    let [model, key, state, guess] =
+        ["identified.toml", "right.key", "monitor.state", "rotor-of-node.toml"].map(|name| bench.text(name));
+    let node = || bench.node("slcan", &["--rotor", &guess, "--key", &key, "--state", &state]);
+    let deploy = |more: &[&str]| {
         let bus = bench.bus.spec("socketcand");
-        vec!["deploy".to_string(), model.clone(), "--bus".into(), bus.into(), "--key".into(), key.clone()]
-            .into_iter()
-            .chain(["--counter".into(), counter.into()])
-            .collect::<Vec<_>>()
+        rotor_edge(&[&["deploy", &model, "--bus", bus, "--key", &key, "--counter"], more].concat())
     };
-    let run = |arguments: &[String]| rotor_edge(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
-    let external = ["--external", "--key", &key];
-    let expected = json(&rotor_edge(&["replay", "--json", "--answers"]))["answers"].clone();
-    let from_file = |bench: &Bench| {
-        let (rotor, record) = (bench.text("identified.toml"), bench.text("record.csv"));
-        let identified = ["--identified", "--rotor", &rotor, "--record", &record];
-        bench.play("socketcand", &[&identified[..], &external[..]].concat())["answers"].clone()
-    };
-
-    let running = node(&bench);
-    let done = run(&[deploy("5"), vec!["--json".into()]].concat());
-    let told = json(&done);
+    let (running, line) = node();
+    assert_says(&line, &["with the model it was started with"]);
+    let told = json(&deploy(&["5", "--json"]));
     assert_eq!((&told["outcome"], &told["counter"]), (&"accepted".into(), &5.into()));
-    let first = from_file(&bench);
-    assert_eq!(first, expected, "over a monitor in real time, to the bit");
-    drop(running);
-
-    let _running = node(&bench);
-    let replayed = run(&deploy("5"));
-    assert_eq!(replayed.status.code(), Some(1));
-    assert_says(&String::from_utf8(replayed.stderr).unwrap(), &["has accepted command", "--counter"]);
-    assert_eq!(from_file(&bench), first, "the deployed model is still there");
+    let deployed = format!("Model {:08x} was deployed", told["model_checksum"].as_u64().unwrap());
+    assert_says(&running.said_until(" was deployed"), &[&deployed]);
+    let (_running, line) = node();
+    assert_says(&line, &["with the model deployed last"]);
+    assert_says(&one_sentence(&deploy(&["5"])), &["has accepted command", "--counter"]);
 }
 
 #[test]
-fn a_model_of_another_machine_is_refused_unless_told_and_the_improved_one_of_the_same_is_taken() {
+fn model_of_another_machine_is_refused_unless_told() {
     let bench = Bench::new();
     let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
     let identified = bench.text("identified.toml");
@@ -69,20 +53,18 @@ fn a_model_of_another_machine_is_refused_unless_told_and_the_improved_one_of_the
     let bowed = ["add", &identified, "shaft_bow", "--data", &bench.text("runup.csv"), "-o", &improved];
     assert!(rotor_edge(&bowed).status.success());
     assert_eq!(json(&deploy(&[&improved]))["outcome"], "accepted", "the same machine, found better");
-    let held = bench.seen()["model_checksum"].clone();
 
     let text = std::fs::read_to_string(&identified).unwrap();
     let other = bench.text("other.toml");
     std::fs::write(&other, text.replacen("name = \"turbine\"", "name = \"turbine\"\nserial = \"2\"", 1))
         .unwrap();
     assert_says(&one_sentence(&deploy(&[&other])), &["the model of another machine", "--another-machine"]);
-    assert_eq!(bench.seen()["model_checksum"], held, "the old one stays");
     assert_eq!(json(&deploy(&[&other, "--another-machine"]))["outcome"], "accepted");
     assert_says(&one_sentence(&deploy(&[&identified])), &["--another-machine"]);
 }
 
 #[test]
-fn wrong_keys_missing_keys_and_absent_monitors_are_told_apart() {
+fn wrong_keys_and_missing_keys_are_told_apart() {
     let bench = Bench::new();
     bench.guess();
     let (model, right, wrong) =
@@ -95,7 +77,6 @@ fn wrong_keys_missing_keys_and_absent_monitors_are_told_apart() {
     let _keyless = bench.monitor("slcan", &["--node", "2"]);
     assert_says(&attempt(&wrong, "1"), &["another key"]);
     assert_says(&attempt(&right, "2"), &["was given no key"]);
-    assert_says(&attempt(&right, "3"), &["monitor 3 does not answer", "rotor-edge watch"]);
     assert_says(&attempt(&right, "31"), &["0 to 30"]);
     assert_says(&attempt(&bench.text("no.key"), "1"), &["no.key", "rotor-edge key"]);
     assert_says(&attempt(&bench.text("record.csv"), "1"), &["record.csv", "64 hexadecimal digits"]);
@@ -115,23 +96,7 @@ fn wrong_keys_missing_keys_and_absent_monitors_are_told_apart() {
 }
 
 #[test]
-fn a_monitor_that_was_given_no_model_judges_nothing_until_one_is_deployed() {
-    let bench = Bench::new();
-    let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
-    let (_running, line) = bench.node("slcan", &["--key", &key, "--state", &state]);
-    assert_says(&line, &["without a model"]);
-    let seen = bench.seen();
-    assert_eq!((&seen["state"], &seen["reason"]), (&"no_model".into(), &"nothing_stored".into()));
-    assert_eq!(seen["model_checksum"], Value::Null);
-    let told = json(&bench.to_monitor("deploy", &[&bench.text("identified.toml"), "--json"]));
-    assert_eq!(told["outcome"], "accepted");
-    let seen = bench.seen();
-    assert_eq!((&seen["state"], &seen["reason"]), (&"waiting".into(), &"no_reading".into()));
-    assert_eq!((&seen["model_probes"], &seen["model_planes"]), (&4.into(), &2.into()));
-}
-
-#[test]
-fn a_damaged_state_file_lets_no_recorded_command_in_and_can_be_deployed_to() {
+fn damaged_state_file_lets_no_recorded_command_in() {
     let bench = Bench::new();
     let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
     let deploy = |more: &[&str]| {
@@ -146,8 +111,6 @@ fn a_damaged_state_file_lets_no_recorded_command_in_and_can_be_deployed_to() {
         std::fs::write(&state, text).unwrap();
         let (running, line) = bench.node("slcan", &["--key", &key, "--state", &state]);
         assert_says(&line, &["without a model"]);
-        let seen = bench.seen();
-        assert_eq!((&seen["state"], &seen["reason"]), (&"no_model".into(), &"damaged".into()), "{text}");
         // no command that was ever recorded can be above the present time
         assert_says(&one_sentence(&deploy(&["--counter", "1000"])), &["has accepted command"]);
         assert_eq!(json(&deploy(&[]))["outcome"], "accepted");
@@ -212,42 +175,14 @@ fn thresholds_are_read_and_set_over_the_bus_survive_a_cut_in_power_and_need_the_
 }
 
 #[test]
-fn a_flag_stays_up_over_a_cut_in_power_until_it_is_acknowledged_with_the_key() {
+fn thresholds_set_at_the_start_of_a_node_are_told_over_the_bus() {
     let bench = Bench::new();
+    bench.guess();
     let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
-    let identified = bench.text("identified.toml");
-    // each reading of the record counts by itself, however fast it is sent
-    let fast = ["average_s=0", "persistence_s=0", "growth_s=1.25e-6", "level_s=1.25e-5", "learning_s=0"];
-    let fast: Vec<&str> = fast.iter().flat_map(|set| ["--set", set]).collect();
-    let node = || {
-        let more = [&["--rotor", &identified, "--key", &key, "--state", &state], &fast[..]].concat();
-        bench.node("slcan", &more).0
-    };
-    let running = node();
+    let set = ["--set", "average_s=0", "--set", "growth_s=1.25e-6", "--set", "learning_s=0"];
+    let _running = bench.monitor("slcan", &[&["--key", &key, "--state", &state], &set[..]].concat());
+    let thresholds = json(&bench.to_monitor("thresholds", &["--json"]))["thresholds"].clone();
+    let told = ["average_s", "growth_s", "learning_s"].map(|name| thresholds[name].as_f64().unwrap());
+    assert_eq!(told, [0.0, 1.25e-6, 0.0]);
     assert_says(&one_sentence(&bench.to_monitor("acknowledge", &[])), &["monitor 1 holds no flag"]);
-    let record = bench.text("record.csv");
-    let identified_record = ["--identified", "--rotor", &identified, "--record", &record];
-    let external = ["--external", "--key", &key];
-    bench.play("slcan", &[&identified_record[..], &external[..]].concat());
-    let flagged = |seen: &Value| {
-        assert_eq!(seen["state"], "flagged");
-        assert_eq!((&seen["latched"]["cause"], &seen["latched"]["suspect"]), (&"rise".into(), &2.into()));
-        assert_says(seen["next"].as_str().unwrap(), &["rotor-edge acknowledge"]);
-    };
-    flagged(&bench.seen());
-    drop(running);
-    let running = node();
-    flagged(&bench.seen());
-    let (bus, wrong) = (bench.bus.spec("slcan"), bench.text("wrong.key"));
-    assert_says(&refusal(&["acknowledge", "--bus", bus, "--key", &wrong]), &["another key"]);
-    flagged(&bench.seen());
-    let told = json(&bench.to_monitor("acknowledge", &["--json"]));
-    assert_eq!(
-        (&told["cause"], &told["suspect"], &told["state"]),
-        (&"rise".into(), &2.into(), &"waiting".into())
-    );
-    assert_eq!(bench.seen()["latched"], Value::Null);
-    drop(running);
-    let _running = node();
-    assert_eq!(bench.seen()["latched"], Value::Null, "acknowledged for good");
 }

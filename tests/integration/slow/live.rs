@@ -1,15 +1,18 @@
-//! The main job over buses in real time: same numbers to the bit as in simulated time, and deployment to a live monitor.
+//! The main job over a bus in real time gives the same numbers to the bit as in simulated time; and deployment to a monitor
+//! that is at work, on a simulated clock.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rotor_edge::bus::CanBus;
 use rotor_edge::bus::local::local_bus;
+use rotor_edge::bus::simulated::SimulatedBus;
+use rotor_edge::bus::{BusConfig, CanBus};
 use rotor_edge::deploy::{Authority, await_heartbeat, command};
 use rotor_edge::edge::{Deployment, EdgeModel, encoded};
-use rotor_edge::node::{Controller, RealTime, Served, Store, serve};
+use rotor_edge::node::{Controller, Served, Store, serve};
 use rotor_edge::replay::live::{run_with_foreign_monitor, run_with_own_monitor};
 use rotor_edge::replay::{self, ReplayConfig};
 use rotor_edge::sample;
@@ -28,35 +31,25 @@ fn machine() -> (Deployment, Vec<Reading>) {
     (Deployment::new(&rotor, 11_500.0).unwrap(), record)
 }
 
-/// Raises its flag when it goes.
-struct Ends<'a>(&'a AtomicBool);
-
-impl Drop for Ends<'_> {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-}
-
-/// Runs a monitor with a key beside `host`'s work on the same bus.
+/// Runs a monitor with a key beside the work of a host on the same simulated bus.
 fn beside_a_monitor<T>(
     model: &EdgeModel,
     store: Store,
     work: impl FnOnce(&mut dyn CanBus) -> T,
 ) -> (T, Served) {
-    let [mut host, mut monitor] = <[_; 2]>::try_from(local_bus(2)).ok().unwrap();
+    let bus = SimulatedBus::new(BusConfig::default());
     let config = NodeConfig { key: Some(KEY), ..NodeConfig::new(1) };
     let store = store.with_initial_model(encoded(model).unwrap());
-    let mut controller = Controller::start(config, store, 0).unwrap();
-    let stop = AtomicBool::new(false);
-    std::thread::scope(|scope| {
-        let served = scope
-            .spawn(|| serve(&mut monitor, &mut controller, &RealTime::start(), &stop, |_, _| ()).unwrap());
-        // a test that fails must not wait for the monitor for ever
-        let ends = Ends(&stop);
-        let result = work(&mut host);
-        drop(ends);
-        (result, served.join().unwrap())
-    })
+    let stop = Arc::new(AtomicBool::new(false));
+    let stopped = stop.clone();
+    let monitor = bus.start(move |mut port| {
+        let mut controller = Controller::start(config, store, 0).unwrap();
+        let clock = port.clock();
+        serve(&mut port, &mut controller, &clock, &stopped, |_, _| ()).unwrap()
+    });
+    let result = work(&mut bus.join());
+    stop.store(true, Ordering::Relaxed);
+    (result, monitor.end())
 }
 
 #[test]
@@ -177,6 +170,10 @@ impl CanBus for Faulty<'_> {
 
     fn description(&self) -> String {
         self.bus.description()
+    }
+
+    fn now(&self) -> Duration {
+        self.bus.now()
     }
 }
 

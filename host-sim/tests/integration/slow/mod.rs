@@ -1,3 +1,5 @@
-//! What only `tests/all` runs.
+//! Real programs in real time for longer than a quick run should take: only `tests/all` runs these.
 
+mod chaos;
+mod crowd;
 mod large;
