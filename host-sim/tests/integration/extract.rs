@@ -19,8 +19,8 @@ use rotor_edge_desktop::measurement::{self, Reading};
 
 const DC: [&str; 2] = ["--mv-um", "7.87"];
 /// Written by SciPy, see tests/reference/make_mat.py.
-const VOLTS_MAT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/integration/extract/volts.mat");
-const COUNTS_MAT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/integration/extract/counts.mat");
+const VOLTS_MAT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/extract/volts.mat");
+const COUNTS_MAT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/extract/counts.mat");
 /// Of 16 bits over 24 V either way.
 const COUNT_V: f64 = 24.0 / 32_768.0;
 

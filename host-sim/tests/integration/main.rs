@@ -13,6 +13,7 @@ mod docs;
 mod estimate;
 mod extension;
 mod extract;
+mod golden;
 mod import;
 mod mutations;
 mod power;
