@@ -1,11 +1,9 @@
 //! The corpus of the core's fuzz targets, replayed by the same functions on the stable compiler, and mutations of it:
-//! `ROTOR_EDGE_MUTATIONS=10000000 cargo test --release -p rotor-edge-tests --test fuzz_corpus` makes so many of each target's.
+//! `ROTOR_EDGE_MUTATIONS=10000000 cargo test --release -p rotor-edge-tests --test integration fuzz_corpus::` makes so many of each target's.
 //! Seeds follow the formats, and `ROTOR_EDGE_WRITE_SEEDS=1` writes them anew.
 
 #[path = "../../core/fuzz/decoders/mod.rs"]
 mod decoders;
-#[path = "../fuzz/mutation.rs"]
-mod mutation;
 mod seeds;
 
 use std::collections::BTreeMap;
@@ -46,7 +44,7 @@ fn mutations_of_the_corpus_are_taken_without_a_panic() {
         let seeds: Vec<Vec<u8>> = corpus(target).into_values().collect();
         let mut random = Xoshiro256PlusPlus::seed_from_u64(17);
         for seed in seeds.iter().cycle().take(number) {
-            let bytes = mutation::mutated(seed, &mut random);
+            let bytes = crate::mutation::mutated(seed, &mut random);
             if let Err(panic) = catch_unwind(|| decode(&bytes)) {
                 println!("{target} by {bytes:02x?}");
                 resume_unwind(panic);

@@ -1,9 +1,7 @@
 //! The corpus of the fuzz targets for files, replayed by the same functions on the stable compiler, and mutations of it:
-//! `ROTOR_EDGE_MUTATIONS=100000 cargo test --release -p rotor-edge-tests --test fuzz_readers` makes so many of each target's.
+//! `ROTOR_EDGE_MUTATIONS=100000 cargo test --release -p rotor-edge-tests --test integration fuzz_readers::` makes so many of each target's.
 //! One that fails is written to `target/fuzz-failures`.
 
-#[path = "../fuzz/mutation.rs"]
-mod mutation;
 #[path = "../../host-sim/fuzz/readers/mod.rs"]
 mod readers;
 
@@ -50,7 +48,7 @@ fn the_corpus_and_mutations_of_it_are_read_or_refused_in_one_sentence() {
         }
         for number in 0..number {
             let seed = &seeds[number as usize % seeds.len()];
-            let bytes = mutation::mutated(seed, &mut random);
+            let bytes = crate::mutation::mutated(seed, &mut random);
             failed += u64::from(!takes(target, seeds.len() as u64 + number, read, &bytes));
         }
     }

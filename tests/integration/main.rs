@@ -12,6 +12,7 @@ mod fuzz_corpus;
 mod fuzz_readers;
 mod import_ross;
 mod machines;
+mod mutation;
 mod readers;
 mod report;
 mod rk4;

@@ -90,6 +90,9 @@ def first_readings(number, folder):
 def desk(tmp_path_factory):
     """Made once for a session; `run` hands what it made to the emulated machine, which is slow."""
     folder = Path(os.environ.get("ROTOR_EDGE_DESK") or tmp_path_factory.mktemp("desk"))
+    # tests side by side make it side by side
+    folder = folder / os.environ.get("PYTEST_XDIST_WORKER", "gw0")
+    folder.mkdir(exist_ok=True)
     rotor, answers = folder / "identified.toml", folder / "answers.json"
     if not answers.exists():
         runup = SAMPLE / "runup-day000.csv"

@@ -1,8 +1,8 @@
 //! Damaged files given to the real program, one of a command's inputs at a time: each is taken, or refused in one sentence.
-//! `ROTOR_EDGE_MUTATIONS=50000 cargo test --release -p rotor-edge --test cli_mutations` makes so many; one that fails is kept in
+//! `ROTOR_EDGE_MUTATIONS=50000 cargo test --release -p rotor-edge --test integration mutations::` makes so many; one that fails is kept in
 //! `target/fuzz-failures`.
 
-#[path = "../../../tests/fuzz/mutation.rs"]
+#[path = "../../../tests/integration/mutation.rs"]
 mod mutation;
 
 use std::f64::consts::PI;
