@@ -3,7 +3,7 @@
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_core::state::Status;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::commanding::Commanding;
 use super::output;
@@ -28,13 +28,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut bus = arguments.monitor.open()?;
     let [before, now] = acknowledge(&mut authority, &mut *bus)?;
     if arguments.json {
-        return output::json(&json!({
-            "node": node,
-            "cause": name(before.cause),
-            "suspect": before.suspect.map(bearing_number),
-            "state": name(now.state),
-            "reason": name(now.reason),
-        }));
+        return output::json(&summary(node, &before, &now));
     }
     let Status { cause, suspect, .. } = before;
     let suspect =
@@ -46,4 +40,31 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     );
     println!("What still misfits will be flagged again.");
     Ok(())
+}
+
+/// The flag that was lowered, and the state since, for programs.
+fn summary(node: u8, before: &Status, now: &Status) -> Value {
+    json!({
+        "node": node,
+        "cause": name(before.cause),
+        "suspect": before.suspect.map(bearing_number),
+        "state": name(now.state),
+        "reason": name(now.reason),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use rotor_edge_core::state::{NodeState, Reason};
+
+    use super::*;
+
+    #[test]
+    fn acknowledged_flag_is_told_with_cause_bearing_and_new_state() {
+        let before = Status { cause: Reason::Rise, suspect: Some(1), ..Status::default() };
+        let now = Status { state: NodeState::Waiting, reason: Reason::NoReading, ..Status::default() };
+        let expected =
+            json!({"node": 4, "cause": "rise", "suspect": 2, "state": "waiting", "reason": "no_reading"});
+        assert_eq!(summary(4, &before, &now), expected);
+    }
 }

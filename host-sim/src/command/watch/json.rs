@@ -206,3 +206,49 @@ fn seconds(time_us: u64) -> f64 {
 fn checksum(checksum: u32) -> String {
     format!("{checksum:08x}")
 }
+
+#[cfg(test)]
+mod tests {
+    use rotor_edge_core::can::{Message, PROTOCOL_VERSION};
+    use rotor_edge_core::state::{NodeState, Status};
+
+    use super::*;
+
+    /// What is printed of monitor 1 after a heartbeat, its state and its model.
+    fn printed(status: Status, model: Message) -> Value {
+        let Status { state, reason, missing_mask, .. } = status;
+        let heartbeat =
+            Message::Heartbeat { version: PROTOCOL_VERSION, state, reason, missing_mask, readings: 0 };
+        let mut watch = Watch::new(Some(1));
+        for (time_us, message) in (0..).zip([heartbeat, Message::State(status), model]) {
+            watch.receive(time_us, &message.encode(1));
+        }
+        let place = Place { bus: "x".into(), bit_rate: 500_000 };
+        serde_json::to_value(Summary::of(&watch, &place, 0)).unwrap()["monitors"][0].clone()
+    }
+
+    #[test]
+    fn latched_flag_is_printed_with_its_cause_bearing_and_next_step() {
+        let (state, cause) = (NodeState::Flagged, Reason::Rise);
+        let flagged = Status { state, cause, reason: cause, suspect: Some(1), ..Status::default() };
+        let model = Message::Model { checksum: 0x1f, probes: 4, planes: 2, on_trial: true };
+        let monitor = printed(flagged, model);
+        assert_eq!(monitor["state"], "flagged");
+        assert_eq!(monitor["latched"], serde_json::json!({"cause": "rise", "suspect": 2}));
+        assert!(monitor["next"].as_str().unwrap().contains("rotor-edge acknowledge --node 1"), "{monitor}");
+        assert!(monitor["says"].as_str().unwrap().contains("its model is on trial"), "{monitor}");
+        assert_eq!(monitor["model_checksum"], "0000001f");
+        let told = ["model_on_trial", "model_probes", "model_planes"].map(|name| monitor[name].clone());
+        assert_eq!(told, [Value::from(true), 4.into(), 2.into()]);
+    }
+
+    #[test]
+    fn monitor_without_a_model_is_printed_with_its_reason() {
+        let (state, reason) = (NodeState::NoModel, Reason::NothingStored);
+        let model = Message::Model { checksum: 0, probes: 0, planes: 0, on_trial: false };
+        let monitor = printed(Status { state, reason, ..Status::default() }, model);
+        assert_eq!((&monitor["state"], &monitor["reason"]), (&"no_model".into(), &"nothing_stored".into()));
+        let absent = ["latched", "model_checksum", "model_on_trial"].map(|name| monitor[name].is_null());
+        assert_eq!(absent, [true; 3]);
+    }
+}
