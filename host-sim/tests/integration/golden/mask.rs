@@ -18,7 +18,7 @@ fn mask_line(line: &str) -> String {
     line
 }
 
-/// ` (f8abf8708cb4), …` without the commit.
+/// ` (0123456789ab), …` without the commit.
 fn mask_commit(tail: &str) -> String {
     match tail.strip_prefix(" (").and_then(|rest| rest.split_once(')')) {
         Some((commit, rest)) if commit.chars().all(|c| c.is_ascii_hexdigit()) => rest.to_string(),
@@ -26,7 +26,7 @@ fn mask_commit(tail: &str) -> String {
     }
 }
 
-/// `, 2026-11-25 09:36 UTC.` as `, <time>.`
+/// `, 2024-01-02 03:04 UTC.` as `, <time>.`
 fn mask_time(tail: String) -> String {
     let digits = |part: &str| part.chars().all(|c| c.is_ascii_digit() || "-: ".contains(c));
     match tail.strip_prefix(", ").and_then(|rest| rest.split_once(" UTC")) {
@@ -56,10 +56,10 @@ mod tests {
     #[test]
     fn version_commit_and_time_are_masked() {
         let version = env!("CARGO_PKG_VERSION");
-        let line = format!("rotor-edge {version} (f8abf8708cb4), 2026-11-25 09:36 UTC.\n");
+        let line = format!("rotor-edge {version} (0123456789ab), 2024-01-02 03:04 UTC.\n");
         assert_eq!(masked(&line), "rotor-edge <version>, <time>.\n");
         assert_eq!(
-            masked(&format!("rotor-edge {version}, 2026-11-25 09:36 UTC.")),
+            masked(&format!("rotor-edge {version}, 2024-01-02 03:04 UTC.")),
             "rotor-edge <version>, <time>."
         );
         assert_eq!(masked("Day 0 was 2024-03-01 06:00 UTC."), "Day 0 was 2024-03-01 06:00 UTC.");
