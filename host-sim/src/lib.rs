@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`bus`] | CAN buses, simulated and real |
+//! | [`clock`] | where a monitor's time comes from |
 //! | [`node`] | a monitor as a process: the core on a real bus |
 //! | [`watch`] | what a listener learns of all monitors on a bus, and a terminal that shows it |
 //! | [`deploy`] | commands to a monitor over a real bus |
@@ -15,6 +16,7 @@
 //! | [`command`] | one file a command: arguments in, table or JSON out |
 
 pub mod bus;
+pub mod clock;
 pub mod command;
 pub mod deploy;
 pub mod edge;

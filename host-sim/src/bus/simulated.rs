@@ -18,7 +18,7 @@ use rotor_edge_core::can::Frame;
 use super::can_bus::CanBus;
 use super::reconnecting::Join;
 use super::virtual_bus::{BusConfig, Port, VirtualBus};
-use crate::node::Clock;
+use crate::clock::Clock;
 
 /// Index of the main program.
 const MAIN: usize = 0;

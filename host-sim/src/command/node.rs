@@ -12,9 +12,10 @@ use super::judging::Judging;
 use super::{deployable, output, stop};
 use crate::bus::BusSpec;
 use crate::bus::counters::named;
+use crate::clock::RealTime;
 use crate::deploy::read_key;
 use crate::edge::encoded;
-use crate::node::{Controller, ModelChange, RealTime, Store, serve};
+use crate::node::{Controller, ModelChange, Store, serve};
 use crate::watch::reasons::why;
 
 /// So long after a restart no reading is taken, at most; a disk bears to be written every half of it, which flash does not.

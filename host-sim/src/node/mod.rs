@@ -1,7 +1,6 @@
 //! A monitor as a process: the controller's core on a real bus, with a file in place of flash.
 
 mod bench;
-mod clock;
 mod controller;
 mod seal;
 mod store;
@@ -14,8 +13,9 @@ use rotor_edge_core::can::{Counters, Message};
 
 use crate::bus::CanBus;
 use crate::bus::states::States;
+use crate::clock::Clock;
 pub use bench::Bench;
-pub use clock::{Clock, PlayedTime, RealTime};
+
 pub use controller::Controller;
 pub use store::Store;
 pub(crate) use store::{from_hex, to_hex};

@@ -15,9 +15,10 @@ use super::{Answer, Replay, ReplayConfig, changes, row_of};
 use crate::bus::seals::Sealer;
 use crate::bus::states::States;
 use crate::bus::{CanBus, Traffic, counters};
+use crate::clock::PlayedTime;
 use crate::deploy::{Authority, await_heartbeat};
 use crate::edge::{Deployment, encoded};
-use crate::node::{Controller, PlayedTime, Served, Store, serve};
+use crate::node::{Controller, Served, Store, serve};
 
 /// Longest time a monitor may take for a reading.
 const ANSWER_TIME: Duration = Duration::from_secs(2);

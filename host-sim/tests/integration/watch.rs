@@ -10,8 +10,9 @@ use crate::program::{assert_says, refusal, rotor_edge};
 use crate::shared::{PATIENCE, Shared, signal};
 use nix::sys::signal::Signal;
 use rotor_edge::bus::CanBus;
+use rotor_edge::clock::RealTime;
 use rotor_edge::edge::{Deployment, EdgeModel, encoded};
-use rotor_edge::node::{Controller, RealTime, Store, serve};
+use rotor_edge::node::{Controller, Store, serve};
 use rotor_edge::sample;
 use rotor_edge_core::can::{
     Message, MonitorResult, NumberedReading, PROTOCOL_VERSION, ResultAssembler, reading_frames,
