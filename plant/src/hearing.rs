@@ -158,6 +158,10 @@ mod tests {
             let mut hearing = Hearing::new("north", "can0", kept);
             assert_eq!(reading(&mut hearing, 8, NOW_US)[0].epoch, 2);
             assert_eq!(reading(&mut hearing, 7, NOW_US), [], "late");
+            // one of them ended a whole round of numbers before the other
+            let kept = [(5, kinds[0], last(2, 7)), (5, kinds[1], last(1, 6))];
+            let mut hearing = Hearing::new("north", "can0", kept);
+            assert_eq!(reading(&mut hearing, 8, NOW_US)[0].epoch, 2);
         }
     }
 

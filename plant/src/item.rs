@@ -282,6 +282,12 @@ mod tests {
     }
 
     #[test]
+    fn suspect_bearing_of_a_state_counts_from_one() {
+        let status = Status { suspect: Some(1), ..Status::default() };
+        assert_eq!(State::from(&status).suspect, Some(2));
+    }
+
+    #[test]
     fn names_become_words_that_no_wildcard_and_no_other_name_makes() {
         assert_eq!(plain_word("can-0"), "can-0");
         assert_eq!(plain_word("socketcand:127.0.0.1"), "socketcand_3a_127_2e_0_2e_0_2e_1");

@@ -62,6 +62,12 @@ fn tables_pedestals_seals_and_bores_are_carried_over_and_the_rest_is_said() {
     assert_eq!(supports.rotor.bearing.len(), 2);
     let pedestal = supports.rotor.bearing[0].pedestal.unwrap();
     assert_eq!((pedestal.stiffness_n_m, pedestal.mass_kg), ([5e7; 2], [4.0; 2]));
+    // the file has 100 N·s/m both ways; with another number along y, each is carried over to its own direction
+    assert_eq!(pedestal.damping_n_s_m, [100.0; 2]);
+    let text = std::fs::read_to_string(repository("tests/data/ross/supports.toml")).unwrap();
+    let uneven =
+        ross::parse("uneven.toml", &text.replace("cyy = [ 100.0,]", "cyy = [ 700.0,]"), false).unwrap();
+    assert_eq!(uneven.rotor.bearing[0].pedestal.unwrap().damping_n_s_m, [100.0, 700.0]);
     assert!(supports.carried.iter().any(|c| c.contains("pedestal \"support\" under bearing \"A\"")));
 }
 

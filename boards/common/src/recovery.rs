@@ -79,6 +79,16 @@ mod tests {
     }
 
     #[test]
+    fn waits_double_in_a_fault_long_after_the_start() {
+        let mut recovery = Recovery::new();
+        let begins_us = 2 * HEALED_US;
+        let times = (0..begins_us + 5_000_000).step_by(10_000);
+        let joins: Vec<u64> = times.filter(|&t| recovery.poll(t, t >= begins_us)).collect();
+        let waits: Vec<u64> = joins.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        assert!(waits.len() >= 4 && waits.windows(2).all(|pair| pair[1] > pair[0]), "{waits:?}");
+    }
+
+    #[test]
     fn a_bus_without_faults_is_never_joined_again_and_a_healed_one_starts_over() {
         assert!(joins(60_000_000, |_| false).is_empty());
         let mut recovery = Recovery::new();

@@ -10,7 +10,7 @@ use super::speeds::SAME_SPEED;
 use super::trial_runs::from_trial_runs;
 use super::weights::Allowed;
 use super::*;
-use crate::machine::drawing::{AddedUnbalance, Noise, Rated, Run, Tolerance};
+use crate::machine::drawing::{AddedUnbalance, Disk, Noise, Rated, Run, Tolerance};
 use crate::machine::tolerance::Deviations;
 use crate::measurement::{Reading, rad_s};
 use crate::model::Model;
@@ -317,6 +317,26 @@ fn grade_of_unbalance_in_the_centre_of_mass_is_u_omega_over_m_and_a_couple_count
     assert!((central - 1.0).abs() < 1e-9, "{central}");
     let couple = [(0.0, C::from(mass * 0.5e-6)), (1.0, C::from(-mass * 0.5e-6))];
     assert!((rigid.grade_mm_s(&couple, 30_000.0 / std::f64::consts::PI) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn grade_shares_follow_the_centre_of_mass() {
+    // ISO 21940-11: the permissible unbalance is divided so that an unbalance in the plane of the centre of mass uses up
+    // the shares of both bearings alike; from a heavy disk at 0.4 of the span on
+    let mut rotor = uniform_shaft();
+    rotor.disk.push(Disk {
+        name: "heavy".into(),
+        position_m: 0.4,
+        mass_kg: 200.0,
+        polar_inertia_kg_m2: 1.0,
+        diametral_inertia_kg_m2: 0.5,
+    });
+    let rigid = Rigid::of(&rotor);
+    let shaft_kg = 7850.0 * std::f64::consts::PI * 0.05_f64.powi(2) / 4.0;
+    let centre_m = (0.4 * 200.0 + 0.5 * shaft_kg) / (200.0 + shaft_kg);
+    let unbalance = C::from(rigid.mass_kg * 1e-6);
+    let grade = rigid.grade_mm_s(&[(centre_m, unbalance)], 30_000.0 / std::f64::consts::PI);
+    assert!((grade - 1.0).abs() < 1e-9, "{grade}");
 }
 
 #[test]

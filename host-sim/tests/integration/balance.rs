@@ -174,6 +174,19 @@ fn velocity_is_balanced_as_it_is_and_has_no_amplitude_in_um() {
 }
 
 #[test]
+fn grade_is_proportional_to_the_service_speed() {
+    let kit = |file: &str| {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("sample/kit").join(file).display().to_string()
+    };
+    let (rotor, data) = (kit("rotor.toml"), kit("startup.csv"));
+    let [slow, fast] = ["1500", "3000"]
+        .map(|rpm| json(&rotor_edge(&["balance", &rotor, &data, "--json", "--service-rpm", rpm])));
+    // G = e Ω (ISO 21940-11)
+    let grade = |answer: &Value| answer["ways"][0]["grade_mm_s"]["before"].as_f64().unwrap();
+    assert!((grade(&fast) / grade(&slow) - 2.0).abs() < 1e-9, "{} {}", grade(&slow), grade(&fast));
+}
+
+#[test]
 fn a_rotors_file_takes_holes_limits_and_min_max_too() {
     let kit = |file: &str| {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("sample/kit").join(file).display().to_string()

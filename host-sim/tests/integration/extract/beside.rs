@@ -18,7 +18,7 @@ const TWO_X_LAG: f64 = 0.7;
 #[test]
 fn vectors_of_2x_are_found_whatever_1x_3x_and_the_gap_are() {
     let folder = Folder::new();
-    for (speed_rpm, rise_rpm_s) in [(11_000.0, 0.0), (3_011.7, 40.0)] {
+    for (speed_rpm, rise_rpm_s) in [(11_000.0, 0.0), (3_011.7, 40.0), (3_011.7, 90.0)] {
         let recording = Recording { speed_rpm, rise_rpm_s, ..Recording::default() };
         let with_harmonics = |turns: f64, row: &mut [f64; 5]| {
             let um = TWO_X_UM * (2.0 * TAU * turns - TWO_X_LAG).cos() + 8.0 * (3.0 * TAU * turns).sin();
