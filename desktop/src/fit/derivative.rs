@@ -15,7 +15,7 @@ type C = Complex<f64>;
 /// matrices, good to ten digits.
 const SLOPE_STEP: f64 = 1e-5;
 
-impl<const D: usize> Problem<'_, D> {
+impl Problem<'_> {
     /// Change of the model at every value per search coordinate, the linear unknowns held, in noise units.
     pub(super) fn derivative(&self) -> Option<DMatrix<f64>> {
         let now = self.evaluated()?;
@@ -55,7 +55,7 @@ impl<const D: usize> Problem<'_, D> {
         d
     }
 
-    fn add_support_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+    fn add_support_slopes(&self, now: &Evaluated, up: &Terms, down: &Terms, slopes: &mut [C]) {
         if now.terms.foundation.is_some() && up.supports != down.supports {
             return self.add_slopes_on_foundation(now, up, down, slopes);
         }
@@ -70,7 +70,7 @@ impl<const D: usize> Problem<'_, D> {
                 let force = slope * now.motion[r].fixed_rows::<2>(2 * held);
                 let adjoint = &now.responses[r].adjoint;
                 for v in &row.values {
-                    let seen = adjoint[now.terms.shows[v.probe]].fixed_rows::<2>(2 * held).dot(&force);
+                    let seen = adjoint.column(now.terms.shows[v.probe]).fixed_rows::<2>(2 * held).dot(&force);
                     slopes[at] -= now.terms.gains[v.probe] * seen;
                     at += 1;
                 }
@@ -79,13 +79,13 @@ impl<const D: usize> Problem<'_, D> {
     }
 
     /// A foundation passes a change at one bearing on to all.
-    fn add_slopes_on_foundation(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+    fn add_slopes_on_foundation(&self, now: &Evaluated, up: &Terms, down: &Terms, slopes: &mut [C]) {
         let mut at = 0;
         for (r, row) in self.data.rows.iter().enumerate() {
             let forces = |terms: &Terms| self.supports(terms, r).forces(&now.motion[r]);
             let force = (forces(up) - forces(down)).unscale(2.0 * SLOPE_STEP);
             for v in &row.values {
-                let seen = now.responses[r].adjoint[now.terms.shows[v.probe]].dot(&force);
+                let seen = now.responses[r].adjoint.column(now.terms.shows[v.probe]).dot(&force);
                 slopes[at] -= now.terms.gains[v.probe] * seen;
                 at += 1;
             }
@@ -93,7 +93,7 @@ impl<const D: usize> Problem<'_, D> {
     }
 
     /// What a probe on a housing reads of it changes with bearing and pedestal, whatever the shaft does.
-    fn add_housing_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+    fn add_housing_slopes(&self, now: &Evaluated, up: &Terms, down: &Terms, slopes: &mut [C]) {
         if up.supports == down.supports {
             return;
         }
@@ -102,7 +102,7 @@ impl<const D: usize> Problem<'_, D> {
             for (a, b) in self.mounted(up, r).iter().zip(&self.mounted(down, r)) {
                 let shown = |v: &Value| now.terms.shows[v.probe] == a.probe;
                 let Some(k) = row.values.iter().position(shown) else { continue };
-                let change = (a.reading - b.reading).dot(&now.motion[r]);
+                let change = (&a.reading - &b.reading).dot(&now.motion[r]);
                 let gain = now.terms.gains[row.values[k].probe];
                 slopes[at + k] -= gain * change.unscale(2.0 * SLOPE_STEP);
             }
@@ -110,7 +110,7 @@ impl<const D: usize> Problem<'_, D> {
         }
     }
 
-    fn add_damping_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+    fn add_damping_slopes(&self, now: &Evaluated, up: &Terms, down: &Terms, slopes: &mut [C]) {
         let slope = (up.internal_damping_s - down.internal_damping_s) / (2.0 * SLOPE_STEP);
         if slope == 0.0 {
             return;
@@ -137,7 +137,7 @@ impl<const D: usize> Problem<'_, D> {
         }
     }
 
-    fn add_gain_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+    fn add_gain_slopes(&self, now: &Evaluated, up: &Terms, down: &Terms, slopes: &mut [C]) {
         if up.gains == down.gains {
             return;
         }
@@ -148,7 +148,7 @@ impl<const D: usize> Problem<'_, D> {
     }
 
     /// Another speed changes the receptances themselves: two whole responses.
-    fn add_speed_slopes(&self, now: &Evaluated<D>, up: &Terms, down: &Terms, slopes: &mut [C]) {
+    fn add_speed_slopes(&self, now: &Evaluated, up: &Terms, down: &Terms, slopes: &mut [C]) {
         if up.speed_factor == down.speed_factor {
             return;
         }
@@ -161,14 +161,14 @@ impl<const D: usize> Problem<'_, D> {
     }
 
     /// Motion that every value shows under the linear unknowns, gain and runout left out.
-    fn shown(&self, now: &Evaluated<D>, responses: &[Response<D>]) -> Vec<C> {
+    fn shown(&self, now: &Evaluated, responses: &[Response]) -> Vec<C> {
         let probes = now.terms.shows.len();
         let known = C::from(1.0);
-        let motion = |response: &Response<D>, probe: usize| -> C {
+        let motion = |response: &Response, probe: usize| -> C {
             let sizes = now.solved.unknowns.iter().chain([&known]).enumerate();
             sizes.map(|(j, size)| size * response.probes[j * probes + probe]).sum()
         };
-        let of_row = |(row, response): (&Row, &Response<D>)| {
+        let of_row = |(row, response): (&Row, &Response)| {
             row.values.iter().map(|v| motion(response, now.terms.shows[v.probe])).collect::<Vec<C>>()
         };
         self.data.rows.iter().zip(responses).flat_map(of_row).collect()

@@ -5,19 +5,19 @@
 //! motion for a unit of that probe. Both come from the modes of the plant and the forces of the supports;
 //! what is left is a sum over the few finite elements or places that the error concerns.
 
-use nalgebra::{Complex, DMatrix, Matrix4, Vector4};
+use nalgebra::{Complex, DMatrix, DVectorView, Matrix4, Vector4};
 
 use super::drawing_errors::{Change, DrawingErrors, ElementChange};
 use super::problem::{Evaluated, Problem};
 use crate::effects::Pattern;
 use crate::receptance::plant::{Force, Plant, Sense, loss};
-use crate::receptance::update::nominal;
+use crate::receptance::update::{Mounted, nominal};
 use crate::shaft::nodal::Row;
 
 type C = Complex<f64>;
 const I: C = C::new(0.0, 1.0);
 
-impl<const D: usize> Problem<'_, D> {
+impl Problem<'_> {
     /// Change of the model at every value per standard deviation of each error, the linear unknowns held,
     /// in noise units; the problem's plant must be that of the same drawing.
     pub(super) fn error_derivative(&self, errors: &DrawingErrors) -> Option<DMatrix<f64>> {
@@ -36,6 +36,17 @@ impl<const D: usize> Problem<'_, D> {
             at += 2 * row.values.len();
         }
         Some(d)
+    }
+
+    /// Size of each force of the plant in a row.
+    fn sizes(&self, now: &Evaluated, row: usize, speed_rad_s: f64) -> Vec<C> {
+        let mut sizes = vec![C::from(0.0); self.plant.forward.forces.ncols()];
+        let known = C::from(1.0);
+        let columns = self.columns_of(row, speed_rad_s);
+        for (column, size) in columns.iter().zip(now.solved.unknowns.iter().chain([&known])) {
+            column.iter().for_each(|(force, factor)| sizes[*force] += factor * size);
+        }
+        sizes
     }
 }
 
@@ -62,6 +73,63 @@ impl Fields {
     }
 }
 
+/// Forces of one sense of whirl that the fields come from.
+struct Acting<'a> {
+    /// Number of each held place among the plant's.
+    places: &'a [usize],
+    /// Forces at the held places, places × fields.
+    held: DMatrix<C>,
+    /// Of each force of the plant, in the motion's field.
+    sizes: &'a [C],
+    /// Of each probe in its adjoint's field: a unit force in its direction.
+    probes: Vec<C>,
+}
+
+impl Fields {
+    /// From the modes of a sense and their motion per unit of force.
+    fn new(sense: &Sense, gains: &[C], acting: &Acting) -> Self {
+        let mut modal = DMatrix::zeros(gains.len(), 2 * acting.held.ncols());
+        let mut add = |field: usize, participation: DVectorView<f64>, factor: C| {
+            if factor != C::from(0.0) {
+                modal.column_mut(2 * field).axpy(factor.re, &participation, 1.0);
+                modal.column_mut(2 * field + 1).axpy(factor.im, &participation, 1.0);
+            }
+        };
+        for (force, size) in acting.sizes.iter().enumerate() {
+            add(0, sense.forces.column(force), *size);
+        }
+        for (probe, unit) in acting.probes.iter().enumerate() {
+            add(1 + probe, sense.probes.column(probe), *unit);
+        }
+        for (field, forces) in acting.held.column_iter().enumerate() {
+            for (place, force) in acting.places.iter().zip(&forces) {
+                add(field, sense.held.column(*place), *force);
+            }
+        }
+        for (mode, gain) in gains.iter().enumerate() {
+            for field in 0..acting.held.ncols() {
+                let v = C::new(modal[(mode, 2 * field)], modal[(mode, 2 * field + 1)]) * gain;
+                (modal[(mode, 2 * field)], modal[(mode, 2 * field + 1)]) = (v.re, v.im);
+            }
+        }
+        Self(&sense.shapes * modal)
+    }
+}
+
+/// Forward and backward parts of forces in x and y at each place in turn.
+fn circular<'a>(forces: impl Iterator<Item = &'a C>) -> Vec<[C; 2]> {
+    pairs(forces).map(|[x, y]| [(x + I * y) * 0.5, (x - I * y) * 0.5]).collect()
+}
+
+/// The same of adjoint forces, whose products with motions are the sum of both senses.
+fn adjoint_circular<'a>(forces: impl Iterator<Item = &'a C>) -> Vec<[C; 2]> {
+    pairs(forces).map(|[x, y]| [x - I * y, x + I * y]).collect()
+}
+
+fn pairs<'a>(mut values: impl Iterator<Item = &'a C>) -> impl Iterator<Item = [C; 2]> {
+    std::iter::from_fn(move || Some([*values.next()?, *values.next()?]))
+}
+
 /// One row of the data, ready for every error.
 pub(super) struct Snapshot<'a> {
     plant: &'a Plant,
@@ -81,110 +149,49 @@ pub(super) struct Snapshot<'a> {
 }
 
 impl<'a> Snapshot<'a> {
-    pub(super) fn new<const D: usize>(problem: &'a Problem<D>, now: &Evaluated<D>, r: usize) -> Self {
+    pub(super) fn new(problem: &'a Problem, now: &Evaluated, r: usize) -> Self {
         let plant = &*problem.plant;
         let (speed_rad_s, damping) = (problem.speed_rad_s(&now.terms, r), now.terms.internal_damping_s);
-        let mut sizes = vec![C::from(0.0); plant.forward.forces.ncols()];
-        let known = C::from(1.0);
-        for (column, size) in
-            problem.columns_of(r, speed_rad_s).iter().zip(now.solved.unknowns.iter().chain([&known]))
-        {
-            column.iter().for_each(|(force, factor)| sizes[*force] += factor * size);
-        }
         let (supports, places) = (problem.supports(&now.terms, r), problem.places());
         let (motion, adjoint) = (&now.motion[r], &now.responses[r].adjoint);
-        let mounted = problem.mounted(&now.terms, r);
-        // forces are ½ (Fx ± iFy) forward and backward, their adjoints Fx ∓ iFy
-        let circular = |x: C, y: C| [(x + I * y) * 0.5, (x - I * y) * 0.5];
-        let adjoint_circular = |x: C, y: C| [x - I * y, x + I * y];
-        let held = supports.forces(motion);
-        let adjoint_held: Vec<_> = adjoint.iter().map(|a| supports.adjoint_forces(a)).collect();
-        let spring = nominal(plant, speed_rad_s, damping);
-        let excess = |i: usize, total: [C; 2], motion: [C; 2], spring: nalgebra::Matrix2<C>| {
-            if places[i] < plant.bearings {
-                let n = spring * nalgebra::Vector2::from(motion);
-                [total[0] - n[0], total[1] - n[1]]
-            } else {
-                total
+        let reading = |on: &Mounted| (on.probe, adjoint_circular(on.reading.iter()));
+        let readings: Vec<_> = problem.mounted(&now.terms, r).iter().map(reading).collect();
+        let excess = supports.excess(&nominal(plant, speed_rad_s, damping), plant.bearings);
+        let beyond = circular(excess.forces(motion).iter());
+        let of_columns =
+            |m: &DMatrix<C>| -> Vec<_> { m.column_iter().map(|c| adjoint_circular(c.iter())).collect() };
+        let adjoint_beyond = of_columns(&excess.adjoint_forces(adjoint));
+        let held = |sense: usize| {
+            let mut held = DMatrix::zeros(places.len(), 1 + adjoint.ncols());
+            for i in 0..places.len() {
+                held[(i, 0)] = -beyond[i][sense];
+                for (probe, adjoint) in adjoint_beyond.iter().enumerate() {
+                    held[(i, 1 + probe)] = -adjoint[i][sense];
+                }
+                for (probe, reading) in &readings {
+                    held[(i, 1 + probe)] -= reading[i][sense];
+                }
             }
+            held
         };
-        let count = places.len();
-        let pair = |v: &nalgebra::SVector<C, D>, i: usize| [v[2 * i], v[2 * i + 1]];
-        let beyond: Vec<[C; 2]> = (0..count)
-            .map(|i| {
-                let [x, y] = excess(i, pair(&held, i), pair(motion, i), spring);
-                circular(x, y)
-            })
-            .collect();
-        let beyond_adjoint: Vec<Vec<[C; 2]>> = (0..adjoint.len())
-            .map(|p| {
-                let at = |i| {
-                    let [x, y] =
-                        excess(i, pair(&adjoint_held[p], i), pair(&adjoint[p], i), spring.transpose());
-                    adjoint_circular(x, y)
-                };
-                (0..count).map(at).collect()
-            })
-            .collect();
-        let fields = |sense: &Sense, gains: &[C], which: usize| {
-            let n = gains.len();
-            let mut modal = DMatrix::zeros(n, 2 * (1 + adjoint.len()));
-            let mut add = |field: usize, column: &[f64], factor: C| {
-                for (k, v) in column.iter().enumerate() {
-                    modal[(k, 2 * field)] += v * factor.re;
-                    modal[(k, 2 * field + 1)] += v * factor.im;
-                }
-            };
-            let column = |m: &'a DMatrix<f64>, j: usize| &m.as_slice()[j * n..(j + 1) * n];
-            if which == 0 {
-                for (f, size) in sizes.iter().enumerate().filter(|(_, s)| **s != C::from(0.0)) {
-                    add(0, column(&plant.forward.forces, f), *size);
-                }
-            }
-            let m: &'a Sense = if which == 0 { &plant.forward } else { &plant.backward };
-            for (i, place) in places.iter().enumerate() {
-                add(0, column(&m.held, *place), -beyond[i][which]);
-            }
-            for (p, angle) in plant.probe_angles_rad.iter().enumerate() {
-                let sign = if which == 0 { -1.0 } else { 1.0 };
-                add(1 + p, column(&m.probes, p), C::from_polar(1.0, sign * angle));
-                for on in mounted.iter().filter(|on| on.probe == p) {
-                    for (i, place) in places.iter().enumerate() {
-                        let read = adjoint_circular(on.reading[2 * i], on.reading[2 * i + 1])[which];
-                        add(1 + p, column(&m.held, *place), -read);
-                    }
-                }
-                for (i, place) in places.iter().enumerate() {
-                    add(1 + p, column(&m.held, *place), -beyond_adjoint[p][i][which]);
-                }
-            }
-            for (k, gain) in gains.iter().enumerate() {
-                for field in 0..=adjoint.len() {
-                    let v = C::new(modal[(k, 2 * field)], modal[(k, 2 * field + 1)]) * gain;
-                    (modal[(k, 2 * field)], modal[(k, 2 * field + 1)]) = (v.re, v.im);
-                }
-            }
-            Fields(&sense.shapes * modal)
+        let sizes = problem.sizes(now, r, speed_rad_s);
+        let along = |sign: f64| plant.probe_angles_rad.iter().map(move |a| C::from_polar(1.0, sign * a));
+        let forward = Acting { places: &places, held: held(0), sizes: &sizes, probes: along(-1.0).collect() };
+        // forces that turn with the shaft have no backward part
+        let backward = Acting { places: &places, held: held(1), sizes: &[], probes: along(1.0).collect() };
+        let read_of = |(probe, reading): &(usize, Vec<[C; 2]>)| {
+            places.iter().zip(reading).map(|(place, read)| (*probe, *place, *read)).collect::<Vec<_>>()
         };
         Self {
             plant,
             speed_rad_s,
             loss: loss(speed_rad_s, damping),
-            forward: fields(&plant.forward, &plant.forward_gains(speed_rad_s), 0),
-            backward: fields(&plant.backward, &plant.backward_gains(speed_rad_s, damping), 1),
-            held: (0..count).map(|i| circular(held[2 * i], held[2 * i + 1])).collect(),
-            adjoint_held: adjoint_held
-                .iter()
-                .map(|a| (0..count).map(|i| adjoint_circular(a[2 * i], a[2 * i + 1])).collect())
-                .collect(),
+            forward: Fields::new(&plant.forward, &plant.forward_gains(speed_rad_s), &forward),
+            backward: Fields::new(&plant.backward, &plant.backward_gains(speed_rad_s, damping), &backward),
+            held: circular(supports.forces(motion).iter()),
+            adjoint_held: of_columns(&supports.adjoint_forces(adjoint)),
+            mounted: readings.iter().flat_map(read_of).collect(),
             sizes,
-            mounted: mounted
-                .iter()
-                .flat_map(|on| {
-                    let read = |i: usize| adjoint_circular(on.reading[2 * i], on.reading[2 * i + 1]);
-                    places.iter().enumerate().map(move |(i, place)| (on.probe, *place, read(i)))
-                })
-                .collect(),
             places,
         }
     }

@@ -26,7 +26,6 @@ pub mod progress;
 pub mod projection;
 mod queries;
 mod scattered;
-mod search;
 mod settle;
 mod supports;
 #[cfg(test)]
@@ -58,7 +57,6 @@ pub use optimum::Fit;
 use problem::Problem;
 use progress::{Progress, Told};
 use projection::Solved;
-use search::Search;
 use whitening::{Scattered, Whitening};
 
 type C = Complex<f64>;
@@ -66,8 +64,6 @@ type C = Complex<f64>;
 /// Rounds over the amplitude at bearings that harden or soften.
 const AMPLITUDE_ROUNDS: usize = 20;
 const ROUGH_ROUNDS: usize = 4;
-/// Most held places that a hypothesis can have: twelve bearings and four disks.
-pub const MOST_HELD: usize = 16;
 /// Combinations of switches of the beam theory.
 const THEORIES: usize = 8;
 
@@ -212,16 +208,13 @@ impl<'a> Fitter<'a> {
     }
 
     /// A hypothesis against the data, on a plant.
-    ///
-    /// # Errors
-    /// If the hypothesis holds the shaft at too many places.
     fn problem<'p>(
         &'p self,
         hypothesis: &'p Hypothesis<'p>,
         plant: Arc<Plant>,
         amplitudes: Option<&Amplitudes>,
         whitening: &'p Whitening,
-    ) -> Result<Box<dyn Search + 'p>, Error> {
+    ) -> Problem<'p> {
         let at_rest = hypothesis.terms(&hypothesis.origin());
         let mut held: Vec<Place> = (0..self.rotor.bearing.len()).map(Place::Bearing).collect();
         for (place, _) in &at_rest.supports {
@@ -229,24 +222,13 @@ impl<'a> Fitter<'a> {
                 held.push(*place);
             }
         }
-        let data = &self.data;
-        // room for a few sizes: what is not needed stays empty
-        Ok(match held.len() {
-            ..=2 => Box::new(Problem::<4>::new(hypothesis, data, plant, held, amplitudes, whitening)),
-            3 => Box::new(Problem::<6>::new(hypothesis, data, plant, held, amplitudes, whitening)),
-            4 => Box::new(Problem::<8>::new(hypothesis, data, plant, held, amplitudes, whitening)),
-            5..=6 => Box::new(Problem::<12>::new(hypothesis, data, plant, held, amplitudes, whitening)),
-            7..=MOST_HELD => {
-                Box::new(Problem::<32>::new(hypothesis, data, plant, held, amplitudes, whitening))
-            }
-            more => return Err(Error::Unsuitable(format!("{more} held places are more than {MOST_HELD}"))),
-        })
+        Problem::new(hypothesis, &self.data, plant, held, amplitudes, whitening)
     }
 
     /// Fits a hypothesis from several starting points (search coordinates).
     ///
     /// # Errors
-    /// If the machine is singular from every start, or the hypothesis holds the shaft at too many places.
+    /// If the machine is singular from every start.
     pub fn fit(
         &self,
         hypothesis: &Hypothesis,
@@ -266,8 +248,8 @@ impl<'a> Fitter<'a> {
             Effort::Rough => (ROUGH_ROUNDS, 1.0, ROUGH),
             Effort::Search | Effort::Final => (AMPLITUDE_ROUNDS, 1e-3, FINISH),
         };
-        let mut problem = self.problem(hypothesis, plant, amplitudes.as_ref(), &drawing.whitening)?;
-        scout(&mut *problem, starts);
+        let mut problem = self.problem(hypothesis, plant, amplitudes.as_ref(), &drawing.whitening);
+        scout(&mut problem, starts);
         let mut last_cost = f64::INFINITY;
         let mut rounds = 0;
         loop {
@@ -276,7 +258,7 @@ impl<'a> Fitter<'a> {
             let settled = (last_cost - problem.cost()).abs() < settled_within || rounds >= rounds_at_most;
             let Some(held) = amplitudes.as_mut().filter(|_| !settled) else {
                 problem.descend(end);
-                return self.result(&*problem, hypothesis, drawing, effort);
+                return self.result(&problem, hypothesis, drawing, effort);
             };
             last_cost = problem.cost();
             // relaxed: a softening support can otherwise hop between two branches
@@ -298,7 +280,7 @@ impl<'a> Fitter<'a> {
         amplitudes: Option<Amplitudes>,
     ) -> Result<Option<Amplitudes>, Error> {
         let Some(mut known) = amplitudes else { return Ok(None) };
-        let mut problem = self.problem(hypothesis, plant, Some(&known), &self.plain)?;
+        let mut problem = self.problem(hypothesis, plant, Some(&known), &self.plain);
         problem.go_to(start);
         let free = problem.amplitudes().ok_or_else(singular)?;
         drop(problem);
@@ -312,7 +294,7 @@ impl<'a> Fitter<'a> {
 
     fn result(
         &self,
-        problem: &dyn Search,
+        problem: &Problem,
         hypothesis: &Hypothesis,
         drawing: &Drawing,
         effort: Effort,
@@ -351,7 +333,7 @@ const ROUGH: Stop = Stop { steps: 100, tolerance: 1e-4 };
 const FINISH: Stop = Stop { steps: 200, tolerance: 1e-8 };
 
 /// Moves a problem to the best end of short runs from every start.
-fn scout(problem: &mut dyn Search, starts: &[Vec<f64>]) {
+fn scout(problem: &mut Problem, starts: &[Vec<f64>]) {
     if let [start] = starts {
         return problem.go_to(start);
     }

@@ -7,14 +7,13 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Complex, DMatrix, DVector, SVector};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::centreline;
 use super::data::{Amplitudes, Data};
 use super::descent::{Objective, Stop, descend};
 use super::hypothesis::Hypothesis;
 use super::projection::Solved;
-use super::search::Search;
 use super::whitening::Whitening;
 use crate::decomposition::pseudo_inverse;
 use crate::effects::{Pattern, Place};
@@ -26,18 +25,18 @@ use crate::receptance::update::{Receptances, Response};
 type C = Complex<f64>;
 
 /// A hypothesis against data, ready for evaluation.
-pub struct Problem<'a, const D: usize> {
+pub struct Problem<'a> {
     pub(super) hypothesis: &'a Hypothesis<'a>,
     pub(super) data: &'a Data,
     pub(super) plant: Arc<Plant>,
     pub(super) held: Vec<Place>,
     /// Complex unknowns: planes, then the effects' own.
     pub(super) unknowns: Vec<Column>,
-    receptances: Vec<Receptances<D>>,
+    receptances: Vec<Receptances>,
     pub(super) amplitudes: Option<Amplitudes>,
     whitening: &'a Whitening,
     x: DVector<f64>,
-    now: Option<Evaluated<D>>,
+    now: Option<Evaluated>,
 }
 
 /// A linear unknown.
@@ -62,18 +61,18 @@ pub enum Column {
 }
 
 /// Everything at one point of the search.
-pub struct Evaluated<const D: usize> {
+pub struct Evaluated {
     /// The linear unknowns and the residuals.
     pub solved: Solved,
     /// The response of each row.
-    pub responses: Vec<Response<D>>,
+    pub responses: Vec<Response>,
     /// Motion of the held places in each row.
-    pub motion: Vec<SVector<C, D>>,
+    pub motion: Vec<DVector<C>>,
     /// What the terms were.
     pub terms: Terms,
 }
 
-impl<'a, const D: usize> Problem<'a, D> {
+impl<'a> Problem<'a> {
     /// Prepares a hypothesis on a plant.
     pub fn new(
         hypothesis: &'a Hypothesis<'a>,
@@ -146,12 +145,12 @@ impl<'a, const D: usize> Problem<'a, D> {
         self.unknowns.iter().map(unknown).chain([known]).collect()
     }
 
-    fn receptances(&self, terms: &Terms) -> Vec<Receptances<D>> {
+    fn receptances(&self, terms: &Terms) -> Vec<Receptances> {
         (0..self.data.rows.len()).map(|row| self.receptances_of(row, terms)).collect()
     }
 
     /// The receptances of one row at the terms in force.
-    pub(super) fn receptances_of(&self, row: usize, terms: &Terms) -> Receptances<D> {
+    pub(super) fn receptances_of(&self, row: usize, terms: &Terms) -> Receptances {
         let (speed, damping) = (self.speed_rad_s(terms, row), terms.internal_damping_s);
         Receptances::new(&self.plant, speed, damping, &self.places(), &self.columns_of(row, speed))
     }
@@ -162,7 +161,7 @@ impl<'a, const D: usize> Problem<'a, D> {
     }
 
     /// The evaluation there; `None` if the machine is singular.
-    pub fn evaluated(&self) -> Option<&Evaluated<D>> {
+    pub fn evaluated(&self) -> Option<&Evaluated> {
         self.now.as_ref()
     }
 
@@ -170,24 +169,23 @@ impl<'a, const D: usize> Problem<'a, D> {
     pub fn prior_cost(&self) -> f64 {
         let prior: f64 = self.hypothesis.bearings.prior_residuals(self.x.as_slice()).map(|r| r * r).sum();
         let centreline =
-            |now: &Evaluated<D>| centreline::residuals(&self.data.centreline, &now.terms).norm_squared();
+            |now: &Evaluated| centreline::residuals(&self.data.centreline, &now.terms).norm_squared();
         prior + self.now.as_ref().map_or(0.0, centreline)
     }
 
     /// The response of every row; `None` if the machine is singular.
-    pub(super) fn respond(&self, terms: &Terms) -> Option<Vec<Response<D>>> {
+    pub(super) fn respond(&self, terms: &Terms) -> Option<Vec<Response>> {
         // damping inside the shaft and another speed are all that changes the receptances themselves
         let changed = terms.internal_damping_s != 0.0 || terms.speed_factor != 1.0;
         let own = changed.then(|| self.receptances(terms));
         let receptances = own.as_ref().unwrap_or(&self.receptances);
-        let respond = |(r, all): (usize, &Receptances<D>)| {
-            all.respond(&self.supports(terms, r), &self.mounted(terms, r))
-        };
+        let respond =
+            |(r, all): (usize, &Receptances)| all.respond(&self.supports(terms, r), &self.mounted(terms, r));
         receptances.iter().enumerate().map(respond).collect()
     }
 
     /// The response as a linear system in the linear unknowns, weighted by the noise: columns and target.
-    fn linear_system(&self, terms: &Terms, responses: &[Response<D>]) -> (DMatrix<f64>, DVector<f64>) {
+    fn linear_system(&self, terms: &Terms, responses: &[Response]) -> (DMatrix<f64>, DVector<f64>) {
         let (count, width) = (self.data.count(), self.unknowns.len());
         let probes = terms.gains.len();
         let mut columns = DMatrix::zeros(2 * count, 2 * width);
@@ -215,52 +213,54 @@ impl<'a, const D: usize> Problem<'a, D> {
         (columns, target)
     }
 
-    fn evaluate(&self, x: &[f64]) -> Option<Evaluated<D>> {
+    fn evaluate(&self, x: &[f64]) -> Option<Evaluated> {
         let terms = self.hypothesis.terms(x);
         let responses = self.respond(&terms)?;
         let (columns, target) = self.linear_system(&terms, &responses);
         let solved = Solved::new(columns, target, self.whitening)?;
-        let total = |response: &Response<D>| {
-            let forced = solved.unknowns.iter().zip(&response.held).map(|(u, h)| h * *u);
-            forced.fold(response.held[self.unknowns.len()], |sum, h| sum + h)
-        };
+        let sizes = solved.unknowns.iter().copied().chain([C::from(1.0)]);
+        let sizes = DVector::from_iterator(self.unknowns.len() + 1, sizes);
+        let total = |response: &Response| &response.held * &sizes;
         Some(Evaluated { motion: responses.iter().map(total).collect(), solved, responses, terms })
     }
 }
 
-impl<const D: usize> Search for Problem<'_, D> {
-    fn go_to(&mut self, x: &[f64]) {
+impl Problem<'_> {
+    /// Moves to `x` and evaluates there.
+    pub(super) fn go_to(&mut self, x: &[f64]) {
         self.move_to(&DVector::from_column_slice(x));
     }
 
-    fn hold(&mut self, amplitudes: &Amplitudes) {
+    /// Takes supports that depend on amplitudes at these, and evaluates anew.
+    pub(super) fn hold(&mut self, amplitudes: &Amplitudes) {
         self.amplitudes = Some(amplitudes.clone());
         self.now = self.evaluate(self.x.as_slice());
     }
 
-    fn descend(&mut self, stop: Stop) {
+    /// Goes downhill from here.
+    pub(super) fn descend(&mut self, stop: Stop) {
         descend(self, stop);
     }
 
-    fn x(&self) -> &[f64] {
-        self.x.as_slice()
-    }
-
-    fn solved(&self) -> Option<&Solved> {
+    /// The linear unknowns there; `None` if the machine is singular.
+    pub(super) fn solved(&self) -> Option<&Solved> {
         self.now.as_ref().map(|n| &n.solved)
     }
 
-    fn chi2(&self) -> f64 {
+    /// Squared misfit in standard deviations, without the prior.
+    pub(super) fn chi2(&self) -> f64 {
         self.now.as_ref().map_or(f64::INFINITY, |n| n.solved.weighted.norm_squared())
     }
 
-    fn cost(&self) -> f64 {
+    /// Squared misfit with the prior on the bearings.
+    pub(super) fn cost(&self) -> f64 {
         self.chi2() + self.prior_cost()
     }
 
-    fn amplitudes(&self) -> Option<Amplitudes> {
+    /// Squared amplitude of the shaft at its places in every row.
+    pub(super) fn amplitudes(&self) -> Option<Amplitudes> {
         let places = self.places();
-        let at = |m: &SVector<C, D>| {
+        let at = |m: &DVector<C>| {
             let mut squared = vec![[0.0; 2]; self.plant.forward.held.ncols()];
             for (i, place) in places.iter().enumerate() {
                 squared[*place] = [m[2 * i].norm_sqr(), m[2 * i + 1].norm_sqr()];
@@ -270,7 +270,8 @@ impl<const D: usize> Search for Problem<'_, D> {
         Some(self.now.as_ref()?.motion.iter().map(at).collect())
     }
 
-    fn weighted_model(&self, x: &[f64], unknowns: &[C]) -> Option<DVector<f64>> {
+    /// The model at `x` and these linear unknowns, in noise units.
+    pub(super) fn weighted_model(&self, x: &[f64], unknowns: &[C]) -> Option<DVector<f64>> {
         let terms = self.hypothesis.terms(x);
         let (columns, target) = self.linear_system(&terms, &self.respond(&terms)?);
         let flat = DVector::from_iterator(2 * unknowns.len(), unknowns.iter().flat_map(|u| [u.re, u.im]));
@@ -281,15 +282,12 @@ impl<const D: usize> Search for Problem<'_, D> {
         Some(DVector::from_iterator(target.len(), measured) - target + columns * flat)
     }
 
-    fn raw_derivative(&self) -> Option<DMatrix<f64>> {
-        self.derivative()
-    }
-
-    fn deviation_derivative(&self, errors: &super::drawing_errors::DrawingErrors) -> Option<DMatrix<f64>> {
-        self.error_derivative(errors)
-    }
-
-    fn joint_normal_equations(&self, further: &DMatrix<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    /// `JᵀJ` and `Jᵀr` of the weighted residuals and the prior on the bearings, for the search coordinates and
+    /// further unknowns with this derivative of the model; what the linear unknowns can follow is out.
+    pub(super) fn joint_normal_equations(
+        &self,
+        further: &DMatrix<f64>,
+    ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let own = self.derivative()?;
         let (n, count) = (own.ncols(), further.ncols());
         let mut model = own.resize_horizontally(n + count, 0.0);
@@ -297,7 +295,9 @@ impl<const D: usize> Search for Problem<'_, D> {
         self.equations(model)
     }
 
-    fn covariance(&self) -> Option<DMatrix<f64>> {
+    /// Covariance of everything: search coordinates first, then real and imaginary parts of the linear
+    /// unknowns. From the information in the data and in the prior.
+    pub(super) fn covariance(&self) -> Option<DMatrix<f64>> {
         let linear = &self.now.as_ref()?.solved.columns;
         let mut outer = self.derivative()?;
         self.whitening.apply(&mut outer);
@@ -319,7 +319,7 @@ impl<const D: usize> Search for Problem<'_, D> {
     }
 }
 
-impl<const D: usize> Objective for Problem<'_, D> {
+impl Objective for Problem<'_> {
     fn position(&self) -> DVector<f64> {
         self.x.clone()
     }
@@ -338,7 +338,7 @@ impl<const D: usize> Objective for Problem<'_, D> {
     }
 }
 
-impl<const D: usize> Problem<'_, D> {
+impl Problem<'_> {
     /// Normal equations for a derivative of the model by search coordinates and, after them, whatever else.
     fn equations(&self, mut model: DMatrix<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
         self.whitening.apply(&mut model);

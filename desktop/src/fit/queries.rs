@@ -4,7 +4,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::data::Amplitudes;
 use super::hypothesis::Hypothesis;
-use super::search::Search;
+use super::problem::Problem;
 use super::{Drawing, Fit, Fitter, singular};
 use crate::error::Error;
 use crate::inference::scatter::Scatter;
@@ -40,7 +40,7 @@ impl Fitter<'_> {
         fit: &Fit,
         drawing: &Drawing,
     ) -> Result<DMatrix<f64>, Error> {
-        sensitivity(&*self.at(hypothesis, fit, drawing)?).ok_or_else(singular)
+        sensitivity(&self.at(hypothesis, fit, drawing)?).ok_or_else(singular)
     }
 
     /// Squared misfit of each real number of these data under a hypothesis fitted to other data.
@@ -86,17 +86,17 @@ impl Fitter<'_> {
         hypothesis: &'p Hypothesis<'p>,
         fit: &'p Fit,
         drawing: &'p Drawing,
-    ) -> Result<Box<dyn Search + 'p>, Error> {
+    ) -> Result<Problem<'p>, Error> {
         let plant = self.plant_of(drawing, &hypothesis.terms(&fit.x).physics)?;
-        let mut problem = self.problem(hypothesis, plant, Some(&fit.amplitudes), &drawing.whitening)?;
+        let mut problem = self.problem(hypothesis, plant, Some(&fit.amplitudes), &drawing.whitening);
         problem.go_to(&fit.x);
         Ok(problem)
     }
 }
 
 /// Derivative by search coordinates, then per real and imaginary part of each linear unknown.
-fn sensitivity(problem: &dyn Search) -> Option<DMatrix<f64>> {
-    let outer = problem.raw_derivative()?;
+fn sensitivity(problem: &Problem) -> Option<DMatrix<f64>> {
+    let outer = problem.derivative()?;
     let unknowns = &problem.solved()?.unknowns;
     let none = vec![Complex::from(0.0); unknowns.len()];
     let at_rest = problem.weighted_model(problem.x(), &none)?;

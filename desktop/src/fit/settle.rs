@@ -10,7 +10,7 @@ use super::data::Amplitudes;
 use super::descent::{Objective, Stop, descend};
 use super::drawing_errors::DrawingErrors;
 use super::hypothesis::Hypothesis;
-use super::search::Search;
+use super::problem::Problem;
 use super::whitening::Whitening;
 use super::{Drawing, Effort, Fit, Fitter, singular};
 use crate::error::Error;
@@ -125,7 +125,7 @@ struct Joint<'p> {
     physics: Physics,
     noise: &'p Whitening,
     at: DVector<f64>,
-    now: Option<Box<dyn Search + 'p>>,
+    now: Option<Problem<'p>>,
 }
 
 impl Joint<'_> {
@@ -138,14 +138,14 @@ impl Joint<'_> {
     fn linear(&self) -> Result<(Vec<f64>, Drawing), Error> {
         let (x, deviation) = self.parts();
         let now = self.now.as_ref().ok_or_else(singular)?;
-        let jacobian = self.deviation_derivative(&**now, &deviation).ok_or_else(singular)?;
+        let jacobian = self.deviation_derivative(now, &deviation).ok_or_else(singular)?;
         let noise = self.noise.with(&jacobian).around(deviation.clone());
         Ok((x, Drawing::new(deviation, noise)))
     }
 
-    fn deviation_derivative(&self, now: &dyn Search, deviation: &DVector<f64>) -> Option<DMatrix<f64>> {
+    fn deviation_derivative(&self, now: &Problem, deviation: &DVector<f64>) -> Option<DMatrix<f64>> {
         let (rotor, shaft) = (self.fitter.rotor, self.fitter.shaft(&self.physics));
-        now.deviation_derivative(&DrawingErrors::new(rotor, shaft, &self.fitter.deviations, deviation))
+        now.error_derivative(&DrawingErrors::new(rotor, shaft, &self.fitter.deviations, deviation))
     }
 }
 
@@ -158,9 +158,8 @@ impl Objective for Joint<'_> {
         self.at = at.clone();
         let (x, deviation) = self.parts();
         let plant = self.fitter.plant(&deviation, &self.physics);
-        self.now = plant
-            .and_then(|p| self.fitter.problem(self.hypothesis, p, Some(self.amplitudes), self.noise))
-            .ok();
+        let problem = |p| self.fitter.problem(self.hypothesis, p, Some(self.amplitudes), self.noise);
+        self.now = plant.ok().map(problem);
         if let Some(now) = &mut self.now {
             now.go_to(&x);
         }
@@ -172,7 +171,7 @@ impl Objective for Joint<'_> {
 
     fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let (now, (x, deviation)) = (self.now.as_ref()?, self.parts());
-        let by_error = self.deviation_derivative(&**now, &deviation)?;
+        let by_error = self.deviation_derivative(now, &deviation)?;
         let (mut gram, mut slope) = now.joint_normal_equations(&by_error)?;
         for (j, t) in deviation.iter().enumerate() {
             gram[(x.len() + j, x.len() + j)] += 1.0;

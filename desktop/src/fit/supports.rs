@@ -1,6 +1,6 @@
 //! What holds the shaft of a problem in each row, and what probes on housings read of it.
 
-use nalgebra::{Complex, SMatrix, SVector};
+use nalgebra::{Complex, DMatrix, DVector, Matrix2};
 
 use super::problem::Problem;
 use crate::bearing::foundation::Held;
@@ -11,15 +11,9 @@ use crate::receptance::update::{Mounted, Supports};
 
 type C = Complex<f64>;
 
-impl<const D: usize> Problem<'_, D> {
+impl Problem<'_> {
     /// Dynamic stiffness of one support in a row.
-    pub(super) fn stiffness(
-        &self,
-        terms: &Terms,
-        place: Place,
-        law: &SupportLaw,
-        row: usize,
-    ) -> nalgebra::Matrix2<C> {
+    pub(super) fn stiffness(&self, terms: &Terms, place: Place, law: &SupportLaw, row: usize) -> Matrix2<C> {
         law.dynamic_stiffness(self.speed_rad_s(terms, row), self.amplitude_m(place, row))
     }
 
@@ -32,20 +26,19 @@ impl<const D: usize> Problem<'_, D> {
     }
 
     /// Dynamic stiffness of all held places in a row.
-    pub(super) fn supports(&self, terms: &Terms, row: usize) -> Supports<D> {
-        let mut own = SMatrix::<C, D, 2>::zeros();
+    pub(super) fn supports(&self, terms: &Terms, row: usize) -> Supports {
+        let mut own = vec![Matrix2::zeros(); self.held.len()];
         for (place, law) in &terms.supports {
             if let Some(i) = self.held.iter().position(|h| h == place) {
-                let mut block = own.fixed_view_mut::<2, 2>(2 * i, 0);
-                block += self.stiffness(terms, *place, law, row);
+                own[i] += self.stiffness(terms, *place, law, row);
             }
         }
         let (Some(footing), Some(held)) = (&terms.foundation, self.on_foundation(terms, row)) else {
             return Supports::apart(own);
         };
-        let mut whole = SMatrix::<C, D, D>::zeros();
-        for at in (0..D).step_by(2) {
-            whole.fixed_view_mut::<2, 2>(at, at).copy_from(&own.fixed_view::<2, 2>(at, 0));
+        let mut whole = DMatrix::zeros(2 * own.len(), 2 * own.len());
+        for (i, own) in own.iter().enumerate() {
+            whole.fixed_view_mut::<2, 2>(2 * i, 2 * i).copy_from(own);
         }
         // bearings are the first of the held places, so their numbers are the same
         for (i, a) in footing.bearings.iter().enumerate() {
@@ -54,7 +47,7 @@ impl<const D: usize> Problem<'_, D> {
                 whole.fixed_view_mut::<2, 2>(2 * a, 2 * b).copy_from(&block);
             }
         }
-        Supports::joined(&whole)
+        Supports::joined(whole)
     }
 
     /// How the bearings on a foundation hold the shaft in a row.
@@ -66,14 +59,14 @@ impl<const D: usize> Problem<'_, D> {
     }
 
     /// What the probes on housings read of them in a row.
-    pub(super) fn mounted(&self, terms: &Terms, row: usize) -> Vec<Mounted<D>> {
+    pub(super) fn mounted(&self, terms: &Terms, row: usize) -> Vec<Mounted> {
         let rotor = self.hypothesis.rotor;
         let on: Vec<(usize, usize)> =
             (0..rotor.probe.len()).filter_map(|p| Some((p, terms.mount(rotor, p)?))).collect();
         let common = if on.is_empty() { None } else { self.on_foundation(terms, row) };
         let reading = |(probe, bearing): (usize, usize)| {
             let (sin, cos) = self.plant.probe_angles_rad[probe].sin_cos();
-            let mut reading = SVector::zeros();
+            let mut reading = DVector::zeros(2 * self.held.len());
             let foot = terms.foundation.as_ref().and_then(|f| f.bearings.iter().position(|b| *b == bearing));
             if let (Some(foot), Some(footing), Some(held)) = (foot, &terms.foundation, &common) {
                 for (j, b) in footing.bearings.iter().enumerate() {

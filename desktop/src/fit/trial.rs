@@ -8,23 +8,10 @@ use nalgebra::Complex;
 use super::data::Amplitudes;
 use super::data::{Data, Value};
 use super::hypothesis::Hypothesis;
-use super::search::Search;
+use super::problem::Problem;
 use super::within::{Bounds, descend_within};
 use super::{Drawing, Effort, FINISH, Fit, Fitter};
 use crate::error::Error;
-
-/// A hypothesis, ready to be evaluated anywhere. The linear unknowns are solved for, weighted by the
-/// noise; search coordinates are those of [`Hypothesis`].
-pub trait Trial {
-    /// [`summed_residual_um`] there; `None` if the machine is singular.
-    fn summed_residual_um(&self, x: &[f64]) -> Option<f64>;
-
-    /// The best fit inside these bounds that a search from this point finds.
-    ///
-    /// # Errors
-    /// If the machine is singular there.
-    fn fit_within(&self, start: &[f64], bounds: Bounds) -> Result<Fit, Error>;
-}
 
 /// Σ|u_c| + Σ|u_s| of the differences between the data and a model, µm: the objective of Bera et al.,
 /// Machines 2023, 11, 976.
@@ -34,41 +21,47 @@ pub fn summed_residual_um(data: &Data, predicted_m: &[Complex<f64>]) -> f64 {
 }
 
 impl Fitter<'_> {
-    /// A hypothesis for trying. Supports that harden, soften or rub are taken at the given `amplitudes`;
-    /// at rest if there are none.
+    /// A hypothesis to be evaluated at any point. Supports that harden, soften or rub are taken at the given `amplitudes`; at
+    /// rest if there are none.
     ///
     /// # Errors
-    /// If the shaft cannot be solved, or the hypothesis holds it at too many places.
+    /// If the shaft cannot be solved.
     pub fn trial<'p>(
         &'p self,
         hypothesis: &'p Hypothesis<'p>,
         drawing: &'p Drawing,
         amplitudes: Option<&'p Amplitudes>,
-    ) -> Result<Box<dyn Trial + 'p>, Error> {
+    ) -> Result<FreeProblem<'p>, Error> {
         let plant = self.plant_of(drawing, &hypothesis.terms(&hypothesis.origin()).physics)?;
-        let problem = self.problem(hypothesis, plant, amplitudes, &drawing.whitening)?;
-        Ok(Box::new(Anywhere { fitter: self, hypothesis, drawing, problem: RefCell::new(problem) }))
+        let problem = self.problem(hypothesis, plant, amplitudes, &drawing.whitening);
+        Ok(FreeProblem { fitter: self, hypothesis, drawing, problem: RefCell::new(problem) })
     }
 }
 
-/// A problem that is moved by whoever asks.
-struct Anywhere<'p> {
+/// A hypothesis, ready to be evaluated at any point. The linear unknowns are solved for, weighted by the noise; search
+/// coordinates are those of [`Hypothesis`].
+pub struct FreeProblem<'p> {
     fitter: &'p Fitter<'p>,
     hypothesis: &'p Hypothesis<'p>,
     drawing: &'p Drawing,
-    problem: RefCell<Box<dyn Search + 'p>>,
+    problem: RefCell<Problem<'p>>,
 }
 
-impl Trial for Anywhere<'_> {
-    fn summed_residual_um(&self, x: &[f64]) -> Option<f64> {
+impl FreeProblem<'_> {
+    /// [`summed_residual_um`] there; `None` if the machine is singular.
+    pub fn summed_residual_um(&self, x: &[f64]) -> Option<f64> {
         let mut problem = self.problem.borrow_mut();
         problem.go_to(x);
         Some(summed_residual_um(&self.fitter.data, &problem.solved()?.predicted_m(&self.fitter.data)))
     }
 
-    fn fit_within(&self, start: &[f64], bounds: Bounds) -> Result<Fit, Error> {
+    /// The best fit inside these bounds that a search from this point finds.
+    ///
+    /// # Errors
+    /// If the machine is singular there.
+    pub fn fit_within(&self, start: &[f64], bounds: Bounds) -> Result<Fit, Error> {
         let mut problem = self.problem.borrow_mut();
-        descend_within(&mut **problem, start, bounds, FINISH);
-        self.fitter.result(&**problem, self.hypothesis, self.drawing, Effort::Final)
+        descend_within(&mut problem, start, bounds, FINISH);
+        self.fitter.result(&problem, self.hypothesis, self.drawing, Effort::Final)
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::descent::{Objective, Stop, descend};
-use super::search::Search;
+use super::problem::Problem;
 
 /// Lowest and highest search coordinate of every unknown.
 #[derive(Debug, Clone, Copy)]
@@ -16,18 +16,18 @@ pub struct Bounds<'b> {
 
 /// Goes downhill from `start`; an unknown that would leave the range is held at its end while the others go on, and
 /// is let go when the way down leads inside again.
-pub fn descend_within(problem: &mut dyn Search, start: &[f64], bounds: Bounds, stop: Stop) {
-    let mut within = Within { problem, bounds };
+pub fn descend_within(problem: &mut Problem, start: &[f64], bounds: Bounds, stop: Stop) {
+    let mut within = BoundedProblem { problem, bounds };
     within.move_to(&DVector::from_column_slice(start));
     descend(&mut within, stop);
 }
 
-struct Within<'p, 'b> {
-    problem: &'p mut dyn Search,
-    bounds: Bounds<'b>,
+struct BoundedProblem<'a, 'p> {
+    problem: &'a mut Problem<'p>,
+    bounds: Bounds<'a>,
 }
 
-impl Objective for Within<'_, '_> {
+impl Objective for BoundedProblem<'_, '_> {
     fn position(&self) -> DVector<f64> {
         self.problem.position()
     }

@@ -103,7 +103,7 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
 
     let trial = fitter.trial(&hypothesis, &drawing, None)?;
     let swarm = Swarm { particles: config.particles, iterations: config.iterations, seed: config.seed };
-    let (found, swarm_residual_um) = swarm::search(trial.as_ref(), &range, swarm)?;
+    let (found, swarm_residual_um) = swarm::search(&trial, &range, swarm)?;
     let starts = [found, range.clamped(&guess)];
     let free = fitter.fit(&hypothesis, &starts, &drawing, Effort::Final, Some(&fitter.still()))?;
     let fit = if range.clamped(&free.x) == free.x {

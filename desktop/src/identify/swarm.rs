@@ -7,7 +7,7 @@ use rand::rngs::StdRng;
 
 use super::bearings::Range;
 use crate::error::Error;
-use crate::fit::trial::Trial;
+use crate::fit::trial::FreeProblem;
 
 /// How it searches.
 #[derive(Debug, Clone, Copy)]
@@ -20,9 +20,9 @@ pub struct Swarm {
     pub seed: u64,
 }
 
-struct Cost<'a>(&'a dyn Trial);
+struct Cost<'a, 'p>(&'a FreeProblem<'p>);
 
-impl CostFunction for Cost<'_> {
+impl CostFunction for Cost<'_, '_> {
     type Param = Vec<f64>;
     type Output = f64;
 
@@ -36,7 +36,7 @@ impl CostFunction for Cost<'_> {
 ///
 /// # Errors
 /// If the machine is singular at every particle.
-pub fn search(trial: &dyn Trial, range: &Range, swarm: Swarm) -> Result<(Vec<f64>, f64), Error> {
+pub fn search(trial: &FreeProblem, range: &Range, swarm: Swarm) -> Result<(Vec<f64>, f64), Error> {
     let solver = ParticleSwarm::new((range.low.clone(), range.high.clone()), swarm.particles)
         .with_rng_generator(StdRng::seed_from_u64(swarm.seed));
     let result = Executor::new(Cost(trial), solver)

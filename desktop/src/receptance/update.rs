@@ -5,7 +5,10 @@
 //! nominal springs and `Δ` the actual minus the nominal dynamic stiffness, the machine's response is
 //! `Y = Y₀ − Q (1 + ΔH)⁻¹ Δ H₀` (Sherman–Morrison–Woodbury).
 
-use nalgebra::{Complex, DMatrix, Matrix2, SMatrix, SVector};
+use nalgebra::allocator::Allocator;
+use nalgebra::{
+    Complex, DMatrix, DVector, DVectorView, DefaultAllocator, Dim, Dyn, Matrix, Matrix2, OMatrix, Storage,
+};
 
 use crate::receptance::plant::{Plant, loss};
 
@@ -14,98 +17,114 @@ const I: C = C::new(0.0, 1.0);
 
 /// Dynamic stiffness of all held places.
 #[derive(Debug, Clone)]
-pub struct Supports<const D: usize> {
-    /// Of each by itself: 2 × 2 in x and y, one below the other.
-    own: SMatrix<C, D, 2>,
-    /// What a common foundation carries from one to another; hardly any machine has one.
-    between: Option<Box<SMatrix<C, D, D>>>,
+pub struct Supports {
+    /// Of each by itself, in x and y.
+    own: Vec<Matrix2<C>>,
+    /// From one to another through a common foundation, D × D; hardly any machine has one.
+    between: Option<DMatrix<C>>,
 }
 
-impl<const D: usize> Supports<D> {
+impl Supports {
     /// Each by itself.
-    pub fn apart(own: SMatrix<C, D, 2>) -> Self {
+    pub fn apart(own: Vec<Matrix2<C>>) -> Self {
         Self { own, between: None }
     }
 
-    /// All of them together.
-    pub fn joined(whole: &SMatrix<C, D, D>) -> Self {
-        let (mut own, mut between) = (SMatrix::<C, D, 2>::zeros(), *whole);
-        for at in (0..D).step_by(2) {
-            own.fixed_view_mut::<2, 2>(at, 0).copy_from(&whole.fixed_view::<2, 2>(at, at));
-            between.fixed_view_mut::<2, 2>(at, at).fill(C::from(0.0));
-        }
-        Self { own, between: Some(Box::new(between)) }
-    }
-
-    /// Force of each support for a motion of the held places.
-    pub fn forces(&self, motion: &SVector<C, D>) -> SVector<C, D> {
-        let own = SVector::from_fn(|i, _| {
-            let place = i / 2 * 2;
-            self.own[(i, 0)] * motion[place] + self.own[(i, 1)] * motion[place + 1]
+    /// All of them together, D × D.
+    pub fn joined(whole: DMatrix<C>) -> Self {
+        let mut between = whole;
+        let own = (0..between.nrows()).step_by(2).map(|at| {
+            let mut block = between.fixed_view_mut::<2, 2>(at, at);
+            let own = block.clone_owned();
+            block.fill(C::from(0.0));
+            own
         });
-        self.between.as_ref().map_or(own, |between| own + **between * motion)
+        Self { own: own.collect(), between: Some(between) }
     }
 
-    /// Force of each support for an adjoint motion: the dynamic stiffness transposed.
-    pub fn adjoint_forces(&self, adjoint: &SVector<C, D>) -> SVector<C, D> {
-        let own = SVector::from_fn(|i, _| {
-            let (place, axis) = (i / 2 * 2, i % 2);
-            self.own[(place, axis)] * adjoint[place] + self.own[(place + 1, axis)] * adjoint[place + 1]
-        });
-        self.between.as_ref().map_or(own, |between| own + between.tr_mul(adjoint))
+    /// Actual minus nominal dynamic stiffness, the bearings being the first of the held places.
+    pub fn excess(&self, nominal: &Matrix2<C>, bearings: usize) -> Self {
+        let mut excess = self.clone();
+        excess.own[..bearings].iter_mut().for_each(|own| *own -= nominal);
+        excess
     }
 
-    /// Times receptances between the held places.
-    fn times(&self, held: &SMatrix<C, D, D>) -> SMatrix<C, D, D> {
-        let mut product = self.between.as_ref().map_or_else(SMatrix::zeros, |between| **between * held);
-        for at in (0..D).step_by(2) {
-            let block = self.own.fixed_view::<2, 2>(at, 0) * held.fixed_view::<2, D>(at, 0);
-            let mut rows = product.fixed_view_mut::<2, D>(at, 0);
-            rows += block;
+    /// Force of each support for motions of the held places, one a column.
+    pub fn forces<K: Dim, S: Storage<C, Dyn, K>>(&self, motions: &Matrix<C, Dyn, K, S>) -> OMatrix<C, Dyn, K>
+    where
+        DefaultAllocator: Allocator<Dyn, K>,
+    {
+        let mut forces = motions.clone_owned();
+        for mut motion in forces.column_iter_mut() {
+            for (place, own) in self.own.iter().enumerate() {
+                let (x, y) = (motion[2 * place], motion[2 * place + 1]);
+                motion[2 * place] = own[(0, 0)] * x + own[(0, 1)] * y;
+                motion[2 * place + 1] = own[(1, 0)] * x + own[(1, 1)] * y;
+            }
         }
-        product
+        match &self.between {
+            Some(between) => forces + between * motions,
+            None => forces,
+        }
+    }
+
+    /// Force of each support for adjoint motions: the dynamic stiffness transposed.
+    pub fn adjoint_forces<K: Dim, S: Storage<C, Dyn, K>>(
+        &self,
+        adjoints: &Matrix<C, Dyn, K, S>,
+    ) -> OMatrix<C, Dyn, K>
+    where
+        DefaultAllocator: Allocator<Dyn, K>,
+    {
+        let transposed = Self {
+            own: self.own.iter().map(Matrix2::transpose).collect(),
+            between: self.between.as_ref().map(DMatrix::transpose),
+        };
+        transposed.forces(adjoints)
     }
 }
 
 /// What a probe on a housing reads of that housing, per motion of the held places; it shows the shaft's motion less this.
-#[derive(Debug, Clone, Copy)]
-pub struct Mounted<const D: usize> {
+#[derive(Debug, Clone)]
+pub struct Mounted {
     /// Number of the probe.
     pub probe: usize,
     /// Per motion of each held place in x and in y.
-    pub reading: SVector<C, D>,
+    pub reading: DVector<C>,
 }
 
 /// Receptances at one speed, for the held places and force columns of one hypothesis.
-pub struct Receptances<const D: usize> {
+pub struct Receptances {
     /// Nominal spring at a bearing.
     nominal: Matrix2<C>,
     /// How many of the held places are bearings.
     bearings: usize,
-    held: SMatrix<C, D, D>,
-    probe_held: Vec<SVector<C, D>>,
-    /// Columns in turn.
-    held_force: Vec<SVector<C, D>>,
+    held: DMatrix<C>,
+    /// D × probes.
+    probe_held: DMatrix<C>,
+    /// D × columns.
+    held_force: DMatrix<C>,
     /// Columns in turn, probes within.
     probe_force: Vec<C>,
 }
 
 /// Forward or backward part of receptances between held places, and from them to probes.
-struct Whirl<const D: usize> {
-    held: SMatrix<C, D, D>,
-    probe_held: Vec<SVector<C, D>>,
+struct Whirl {
+    held: DMatrix<C>,
+    /// D × probes.
+    probe_held: DMatrix<C>,
 }
 
 /// The machine on its actual supports at one speed.
-pub struct Response<const D: usize> {
+pub struct Response {
     /// Motion at each probe under each column: columns in turn, probes within.
     pub probes: Vec<C>,
-    /// Motion of the held places under each column.
-    pub held: Vec<SVector<C, D>>,
-    /// Motion at each probe per unit of force at a held place; what derivatives need.
-    pub adjoint: Vec<SVector<C, D>>,
+    /// Motion of the held places under each column, D × columns.
+    pub held: DMatrix<C>,
+    /// Motion at each probe per unit of force at a held place, D × probes; derivatives need it.
+    pub adjoint: DMatrix<C>,
     /// Probes on housings.
-    mounted: Vec<Mounted<D>>,
+    mounted: Vec<Mounted>,
 }
 
 /// A 2 × 2 matrix in x and y that is `value` for one sense of whirl and nothing for the other; `turn` is
@@ -123,7 +142,7 @@ fn column(m: &DMatrix<f64>, j: usize) -> &[f64] {
     &m.as_slice()[j * m.nrows()..(j + 1) * m.nrows()]
 }
 
-impl<const D: usize> Whirl<D> {
+impl Whirl {
     /// From modal gains of one sense.
     fn new(
         gains: &[C],
@@ -133,7 +152,8 @@ impl<const D: usize> Whirl<D> {
         angles_rad: &[f64],
         turn: C,
     ) -> Self {
-        let mut whirl = Self { held: SMatrix::zeros(), probe_held: Vec::with_capacity(angles_rad.len()) };
+        let d = 2 * places.len();
+        let mut whirl = Self { held: DMatrix::zeros(d, d), probe_held: DMatrix::zeros(d, angles_rad.len()) };
         for (i, a) in places.iter().enumerate() {
             for (j, b) in places.iter().enumerate().skip(i) {
                 let block = of_whirl(over_modes(gains, column(held, *a), column(held, *b)), turn);
@@ -144,12 +164,11 @@ impl<const D: usize> Whirl<D> {
         for (p, angle) in angles_rad.iter().enumerate() {
             // x cos + y sin of a motion with y = turn · x
             let reading = C::from(angle.cos()) + turn * angle.sin();
-            let mut row = SVector::zeros();
+            let mut row = whirl.probe_held.column_mut(p);
             for (i, place) in places.iter().enumerate() {
                 let seen = over_modes(gains, column(probes, p), column(held, *place)) * reading * 0.5;
                 (row[2 * i], row[2 * i + 1]) = (seen, -turn * seen);
             }
-            whirl.probe_held.push(row);
         }
         whirl
     }
@@ -165,7 +184,7 @@ impl<const D: usize> Whirl<D> {
     }
 }
 
-impl<const D: usize> Receptances<D> {
+impl Receptances {
     /// At one speed, with viscous damping inside the shaft; `places` are the held ones by number (bearings,
     /// then disks), and a column is a sum of forces with complex factors.
     pub fn new(
@@ -176,23 +195,21 @@ impl<const D: usize> Receptances<D> {
         columns: &[Vec<(usize, C)>],
     ) -> Self {
         let gains = plant.forward_gains(speed_rad_s);
-        let mut both = Whirl::<D>::forward(plant, &gains, places);
+        let mut both = Whirl::forward(plant, &gains, places);
         let backward = Whirl::backward(plant, &plant.backward_gains(speed_rad_s, internal_damping_s), places);
         both.held += backward.held;
-        both.probe_held.iter_mut().zip(backward.probe_held).for_each(|(a, b)| *a += b);
+        both.probe_held += backward.probe_held;
         let s = &plant.forward;
-        let mut held_force = Vec::with_capacity(columns.len());
+        let mut held_force = DMatrix::zeros(2 * places.len(), columns.len());
         let mut probe_force = Vec::with_capacity(columns.len() * plant.probe_angles_rad.len());
         let total = |forces: &[(usize, C)], place: &[f64]| -> C {
             forces.iter().map(|(f, factor)| over_modes(&gains, place, column(&s.forces, *f)) * factor).sum()
         };
-        for forces in columns {
-            let mut motion = SVector::zeros();
+        for (forces, mut motion) in columns.iter().zip(held_force.column_iter_mut()) {
             for (i, place) in places.iter().enumerate() {
                 let x = total(forces, column(&s.held, *place));
                 (motion[2 * i], motion[2 * i + 1]) = (x, -I * x);
             }
-            held_force.push(motion);
             let angles = plant.probe_angles_rad.iter().enumerate();
             probe_force
                 .extend(angles.map(|(p, a)| total(forces, column(&s.probes, p)) * C::from_polar(1.0, -a)));
@@ -207,51 +224,29 @@ impl<const D: usize> Receptances<D> {
         }
     }
 
-    /// Actual minus nominal dynamic stiffness.
-    fn excess(&self, supports: &Supports<D>) -> Supports<D> {
-        let mut excess = supports.clone();
-        for place in 0..self.bearings {
-            let mut block = excess.own.fixed_view_mut::<2, 2>(2 * place, 0);
-            block -= self.nominal;
-        }
-        excess
-    }
-
     /// The response with these dynamic stiffnesses at the held places, with some probes on housings; `None` if the
     /// machine is singular on them.
-    pub fn respond(&self, supports: &Supports<D>, mounted: &[Mounted<D>]) -> Option<Response<D>> {
-        let excess = self.excess(supports);
-        let inverse = (SMatrix::<C, D, D>::identity() + excess.times(&self.held)).try_inverse()?;
+    pub fn respond(&self, supports: &Supports, mounted: &[Mounted]) -> Option<Response> {
+        let excess = supports.excess(&self.nominal, self.bearings);
+        let d = self.held.nrows();
+        let inverse = (DMatrix::identity(d, d) + excess.forces(&self.held)).try_inverse()?;
         let mut seen_from = self.probe_held.clone();
         less_housings(&mut seen_from, &self.held, mounted);
-        let probes = seen_from.len();
+        let probes = seen_from.ncols();
+        let forces = &inverse * excess.forces(&self.held_force);
+        let seen = seen_from.tr_mul(&forces);
         let mut response = Response {
-            probes: Vec::with_capacity(self.probe_force.len()),
-            held: Vec::with_capacity(self.held_force.len()),
-            adjoint: Vec::with_capacity(probes),
+            probes: self.probe_force.iter().zip(seen.iter()).map(|(free, held)| free - held).collect(),
+            held: &self.held_force - &self.held * &forces,
+            adjoint: inverse.tr_mul(&seen_from),
             mounted: mounted.to_vec(),
         };
-        for (motion, seen) in self.held_force.iter().zip(self.probe_force.chunks(probes)) {
-            let force = inverse * excess.forces(motion);
-            let column = response.probes.len();
-            response.probes.extend(seen.iter().zip(&seen_from).map(|(y, q)| y - q.dot(&force)));
+        for (column, motion) in self.held_force.column_iter().enumerate() {
             for m in mounted {
-                response.probes[column + m.probe] -= m.reading.dot(motion);
+                response.probes[column * probes + m.probe] -= m.reading.dot(&motion);
             }
-            response.held.push(motion - self.held * force);
         }
-        response.adjoint.extend(seen_from.iter().map(|q| inverse.tr_mul(q)));
         Some(response)
-    }
-
-    /// Forces of the actual supports beyond those of the nominal springs, for a motion of the held places.
-    pub fn excess_forces(&self, supports: &Supports<D>, motion: &SVector<C, D>) -> SVector<C, D> {
-        self.excess(supports).forces(motion)
-    }
-
-    /// The same for an adjoint motion.
-    pub fn excess_adjoint_forces(&self, supports: &Supports<D>, adjoint: &SVector<C, D>) -> SVector<C, D> {
-        self.excess(supports).adjoint_forces(adjoint)
     }
 
     /// Change at every probe per unit of damping inside the shaft, for a motion of the held places.
@@ -260,39 +255,36 @@ impl<const D: usize> Receptances<D> {
         plant: &Plant,
         [speed_rad_s, internal_damping_s]: [f64; 2],
         places: &[usize],
-        supports: &Supports<D>,
-        response: &Response<D>,
-        motion: &SVector<C, D>,
+        supports: &Supports,
+        response: &Response,
+        motion: &DVector<C>,
     ) -> Vec<C> {
         let slope = I * (2.0 * speed_rad_s);
         let gains = plant.backward_gains(speed_rad_s, internal_damping_s);
         let gain_slopes: Vec<C> = gains.iter().map(|g| -slope * g * g).collect();
-        let mut change = Whirl::<D>::backward(plant, &gain_slopes, places);
+        let mut change = Whirl::backward(plant, &gain_slopes, places);
         less_housings(&mut change.probe_held, &change.held, &response.mounted);
         let nominal_slope = of_whirl(slope * plant.nominal_n_m, I);
-        let force = self.excess_forces(supports, motion);
-        let moved = change.held * force;
-        let per_probe = |(adjoint, q): (&SVector<C, D>, &SVector<C, D>)| {
-            let nominal: C = (0..self.bearings)
-                .map(|b| {
-                    let (a, m) = (adjoint.fixed_rows::<2>(2 * b), motion.fixed_rows::<2>(2 * b));
-                    a.dot(&(nominal_slope * m))
-                })
-                .sum();
-            self.excess_adjoint_forces(supports, adjoint).dot(&moved) - q.dot(&force) + nominal
+        let excess = supports.excess(&self.nominal, self.bearings);
+        let force = excess.forces(motion);
+        let moved = change.held * &force;
+        let nominal_at = |adjoint: &DVectorView<C>, bearing: usize| -> C {
+            let at = 2 * bearing;
+            adjoint.fixed_rows::<2>(at).dot(&(nominal_slope * motion.fixed_rows::<2>(at)))
         };
-        response.adjoint.iter().zip(&change.probe_held).map(per_probe).collect()
+        let per_probe = |(adjoint, q): (DVectorView<C>, DVectorView<C>)| {
+            let nominal: C = (0..self.bearings).map(|bearing| nominal_at(&adjoint, bearing)).sum();
+            excess.adjoint_forces(&adjoint).dot(&moved) - q.dot(&force) + nominal
+        };
+        response.adjoint.column_iter().zip(change.probe_held.column_iter()).map(per_probe).collect()
     }
 }
 
 /// Takes from what each probe sees of forces at the held places what the housings under them move.
-fn less_housings<const D: usize>(
-    seen: &mut [SVector<C, D>],
-    held: &SMatrix<C, D, D>,
-    mounted: &[Mounted<D>],
-) {
+fn less_housings(seen: &mut DMatrix<C>, held: &DMatrix<C>, mounted: &[Mounted]) {
     for m in mounted {
-        seen[m.probe] -= held.tr_mul(&m.reading);
+        let mut seen = seen.column_mut(m.probe);
+        seen -= held.tr_mul(&m.reading);
     }
 }
 

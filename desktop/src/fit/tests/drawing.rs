@@ -41,7 +41,7 @@ fn compare_on(rotor: &Rotor, chosen: &[&str], centre: f64) {
     let centre = none.map(|_| centre);
     let p = problem(&fitter, &h, &x, &centre);
     let errors = DrawingErrors::new(rotor, fitter.shaft(&rotor.physics), &fitter.deviations, &centre);
-    let exact = p.deviation_derivative(&errors).unwrap();
+    let exact = p.error_derivative(&errors).unwrap();
     let expected = by_differences(&fitter, &h, &x, &p.solved().unwrap().unknowns, &centre);
     for j in 0..centre.len() {
         let (e, d) = (exact.column(j), expected.column(j));

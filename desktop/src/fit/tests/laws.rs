@@ -190,7 +190,7 @@ fn derivative_equals_differences_for_every_law_for_housings_and_for_a_foundation
         };
         let columns: Vec<DVector<f64>> =
             (0..x.len()).map(|i| (side(i, 1e-4) - side(i, -1e-4)) / 2e-4).collect();
-        let (exact, expected) = (p.raw_derivative().unwrap(), DMatrix::from_columns(&columns));
+        let (exact, expected) = (p.derivative().unwrap(), DMatrix::from_columns(&columns));
         for j in 0..x.len() {
             let (e, d) = (exact.column(j), expected.column(j));
             assert!((e - d).norm() < 1e-5 * d.norm() + 1e-7, "{chosen:?} {j}: {} {}", e.norm(), d.norm());
@@ -210,7 +210,7 @@ fn drawing_errors_equal_differences(rotor: &Rotor) {
     let (h, x, _) = hypothesis(&fitter, &[]);
     let p = problem(&fitter, &h, &x, &none);
     let errors = DrawingErrors::new(rotor, fitter.shaft(&rotor.physics), &fitter.deviations, &none);
-    let exact = p.deviation_derivative(&errors).unwrap();
+    let exact = p.error_derivative(&errors).unwrap();
     let expected = drawing::by_differences(&fitter, &h, &x, &p.solved().unwrap().unknowns, &none);
     for j in 0..none.len() {
         let (e, d) = (exact.column(j), expected.column(j));

@@ -10,7 +10,7 @@ use nalgebra::{Complex, DVector};
 use super::Fitter;
 use super::data::Data;
 use super::hypothesis::{Assumed, Hypothesis};
-use super::search::Search;
+use super::problem::Problem;
 use crate::effects::{Place, find};
 use crate::machine::drawing::{AddedUnbalance, Noise, Rotor, Run, Tolerance};
 use crate::measurement::Reading;
@@ -129,8 +129,7 @@ fn measured(rotor: &Rotor, speeds_rpm: &[f64], chosen: &[&str], deviation: &DVec
     let fitter = Fitter::new(rotor, Data::new(rotor, &NOISE, &blank));
     let (h, x, unknowns) = hypothesis(&fitter, chosen);
     let plant = fitter.plant(deviation, &rotor.physics).unwrap();
-    let model =
-        fitter.problem(&h, plant, None, &fitter.plain).unwrap().weighted_model(&x, &unknowns).unwrap();
+    let model = fitter.problem(&h, plant, None, &fitter.plain).weighted_model(&x, &unknowns).unwrap();
     let sigmas: Vec<f64> = fitter.data.values().map(|v| v.sigma_m).collect();
     for (i, value) in blank.iter_mut().flat_map(|r| r.probes.iter_mut()).enumerate() {
         *value = Some(C::new(model[2 * i], model[2 * i + 1]) * sigmas[i]);
@@ -148,9 +147,9 @@ fn problem<'p>(
     h: &'p Hypothesis<'p>,
     x: &[f64],
     deviation: &DVector<f64>,
-) -> Box<dyn Search + 'p> {
+) -> Problem<'p> {
     let plant = fitter.plant(deviation, &h.terms(x).physics).unwrap();
-    let mut p = fitter.problem(h, plant, None, &fitter.plain).unwrap();
+    let mut p = fitter.problem(h, plant, None, &fitter.plain);
     p.go_to(x);
     p
 }

@@ -8,7 +8,6 @@ use crate::fit::drawing_errors::DrawingErrors;
 use crate::fit::error_slopes::Snapshot;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::problem::Problem;
-use crate::fit::search::{UnderForce, UnitForces};
 use crate::fit::{Drawing, Fit, Fitter, singular};
 use crate::machine::place::SpeedLaw;
 use crate::shaft::nodal::Row;
@@ -37,6 +36,15 @@ pub struct Shown {
     pub response: DMatrix<f64>,
     /// Force on the shaft for each reading: its speed, and terms by complex unknown.
     pub forces: Vec<(f64, Vec<Term>)>,
+}
+
+/// One value of the data and one place of the shaft.
+#[derive(Debug, Clone, Copy)]
+struct UnderForce {
+    /// What the value shows, in noise units, of a force of one newton there that turns forward, and of one backward.
+    shown: [C; 2],
+    /// Motion of the shaft there, m: forward, backward.
+    motion: [C; 2],
 }
 
 /// The force that a complex unknown is.
@@ -74,7 +82,8 @@ impl Assumption {
     }
 }
 
-impl<const D: usize> UnitForces for Problem<'_, D> {
+impl Problem<'_> {
+    /// Of every value, at each of some places.
     fn under_unit_forces(&self, places: &[&Row]) -> Option<Vec<Vec<UnderForce>>> {
         let now = self.evaluated()?;
         let mut seen = Vec::with_capacity(self.data.count());
@@ -137,7 +146,7 @@ impl Fitter<'_> {
                 let deviations = self.suspected_deviations();
                 let centre = drawing.deviation.clone().resize_vertically(deviations.len(), 0.0);
                 let errors = DrawingErrors::new(self.rotor, shaft, &deviations, &centre);
-                let response = problem.deviation_derivative(&errors).ok_or_else(singular)?;
+                let response = problem.error_derivative(&errors).ok_or_else(singular)?;
                 return Ok(Shown { response, forces: Vec::new() });
             }
             let numbers: Vec<usize> = a.positions_m().iter().filter_map(number).collect();

@@ -67,7 +67,7 @@ impl Fitter<'_> {
             let mut least = f64::INFINITY;
             for round in 0..SCREENING_ROUNDS {
                 let with = noise.with(&(response * size));
-                let mut problem = self.problem(hypothesis, plant.clone(), Some(&fit.amplitudes), &with)?;
+                let mut problem = self.problem(hypothesis, plant.clone(), Some(&fit.amplitudes), &with);
                 problem.go_to(&fit.x);
                 let left = &problem.solved().ok_or_else(singular)?.left;
                 least = least.min(problem.cost() + with.cost());
