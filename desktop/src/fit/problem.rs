@@ -47,14 +47,11 @@ pub enum Column {
     Force {
         /// Of unit size.
         force: Force,
-        /// Its dependence on speed.
         law: SpeedLaw,
         /// Force per unit of the unknown.
         per_unit: f64,
     },
-    /// What one probe adds.
     Runout {
-        /// Number of the probe.
         probe: usize,
         /// Runout per unit of the unknown, m.
         per_unit: f64,
@@ -69,7 +66,6 @@ pub struct Evaluated<const D: usize> {
     pub responses: Vec<Response<D>>,
     /// Motion of the held places in each row.
     pub motion: Vec<SVector<C, D>>,
-    /// What the terms were.
     pub terms: Terms,
 }
 
@@ -156,7 +152,6 @@ impl<'a, const D: usize> Problem<'a, D> {
         Receptances::new(&self.plant, speed, damping, &self.places(), &self.columns_of(row, speed))
     }
 
-    /// Where the search is.
     pub fn x(&self) -> &[f64] {
         self.x.as_slice()
     }

@@ -31,9 +31,7 @@ pub trait Search: UnitForces + Objective {
     fn go_to(&mut self, x: &[f64]);
     /// Takes supports that depend on amplitudes at these, and evaluates anew.
     fn hold(&mut self, amplitudes: &Amplitudes);
-    /// Goes downhill from here.
     fn descend(&mut self, stop: Stop);
-    /// Where the search is.
     fn x(&self) -> &[f64];
     /// The linear unknowns there; `None` if the machine is singular.
     fn solved(&self) -> Option<&Solved>;
