@@ -22,12 +22,10 @@ pub struct Supports<const D: usize> {
 }
 
 impl<const D: usize> Supports<D> {
-    /// Each by itself.
     pub fn apart(own: SMatrix<C, D, 2>) -> Self {
         Self { own, between: None }
     }
 
-    /// All of them together.
     pub fn joined(whole: &SMatrix<C, D, D>) -> Self {
         let (mut own, mut between) = (SMatrix::<C, D, 2>::zeros(), *whole);
         for at in (0..D).step_by(2) {
@@ -70,7 +68,6 @@ impl<const D: usize> Supports<D> {
 /// What a probe on a housing reads of that housing, per motion of the held places; it shows the shaft's motion less this.
 #[derive(Debug, Clone, Copy)]
 pub struct Mounted<const D: usize> {
-    /// Number of the probe.
     pub probe: usize,
     /// Per motion of each held place in x and in y.
     pub reading: SVector<C, D>,
