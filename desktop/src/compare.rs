@@ -37,11 +37,9 @@ const MOST_SPEEDS: usize = 60;
 /// Measured against predicted phasors, with everything that `compare` says about them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Rows of the measurement.
     pub readings: usize,
     /// Measured components: two for each probe of each reading that was not lost.
     pub values: usize,
-    /// Residual of all components.
     pub residual_um: Residual,
     /// Σ|residual| over Σ|measured component|.
     pub residual_ratio: f64,
@@ -55,7 +53,6 @@ pub struct Comparison {
     pub chi2_p_value: f64,
     /// Structure of the residual over speed.
     pub neighbours: Neighbours,
-    /// Noise, or physics.
     pub verdict: Verdict,
     /// Probability that nothing is missing, where every known effect was weighed against it.
     pub nothing_missing: Option<f64>,
@@ -80,7 +77,6 @@ pub struct Comparison {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// Noise explains the misfit.
     Adequate,
     /// It does not: physics is missing.
     Misses,
@@ -98,9 +94,7 @@ pub struct Residual {
 /// Where model and measurement are furthest apart.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Worst {
-    /// The probe.
     pub probe: String,
-    /// The speed, rpm.
     pub speed_rpm: f64,
     /// The run, if the measurement names them.
     pub run: Option<String>,
@@ -110,31 +104,25 @@ pub struct Worst {
     pub error_sigmas: f64,
 }
 
-/// Misfit at one probe.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ProbeMisfit {
-    /// The probe.
     pub probe: String,
     /// Σ(|Re| + |Im|), µm.
     pub residual_um: f64,
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²).
     pub relative_error: f64,
-    /// χ² per component.
     pub chi2_per_value: f64,
 }
 
-/// Misfit of one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunMisfit {
     /// The run; `None` for readings without one.
     pub run: Option<String>,
-    /// Readings in it.
     pub readings: usize,
     /// Σ(|Re| + |Im|), µm.
     pub residual_um: f64,
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²).
     pub relative_error: f64,
-    /// χ² per component.
     pub chi2_per_value: f64,
 }
 
@@ -145,11 +133,9 @@ pub struct SpeedMisfit {
     pub run: Option<String>,
     /// The speed, or the mean of the gathered speeds, rpm.
     pub speed_rpm: f64,
-    /// Readings gathered here.
     pub readings: usize,
     /// Σ(|Re| + |Im|), µm.
     pub residual_um: f64,
-    /// χ² per component.
     pub chi2_per_value: f64,
 }
 

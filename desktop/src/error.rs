@@ -21,7 +21,6 @@ pub enum Error {
         file: String,
         /// The key, as it would be written in the file.
         key: String,
-        /// What was expected there.
         expected: String,
     },
     /// A row or column of a file of measurements, or of a bearing's table, cannot be used.
@@ -31,7 +30,6 @@ pub enum Error {
         file: String,
         /// The row or column.
         place: String,
-        /// What was expected there.
         expected: String,
     },
     /// Phases were entered the wrong way round, lag as lead; whatever is made of them is wrong.

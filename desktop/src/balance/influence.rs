@@ -18,10 +18,9 @@ type C = Complex<f64>;
 /// Trial weights, scaled to one, that span less than this do not tell planes apart.
 const INDEPENDENT: f64 = 1e-3;
 
-/// What one probe read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Value {
-    /// Its phasor.
+    /// In m with a rotor's file, else in the data's own unit.
     pub phasor: C,
     /// Standard deviation of its components.
     pub sigma: f64,
@@ -30,28 +29,22 @@ pub struct Value {
 /// One reading under known weights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trial {
-    /// Number of its run.
     pub run: usize,
-    /// Number of its speed.
     pub speed: usize,
-    /// Weights by place.
+    /// By place; in kg·m with a rotor's file, else in g·mm.
     pub weights: Vec<C>,
     /// By probe; `None` where the reading was lost.
     pub probes: Vec<Option<Value>>,
 }
 
-/// Trial runs as equations.
 #[derive(Debug, Clone)]
 pub struct Trials {
-    /// All readings.
     pub readings: Vec<Trial>,
     /// Names of the places where weights sat: the correction planes first.
     pub places: Vec<String>,
     /// How many of them are correction planes.
     pub planes: usize,
-    /// Names of the probes.
     pub probes: Vec<String>,
-    /// Their speeds.
     pub speeds: Speeds,
     /// Number of the run that the weights are to be added to; none for the machine without any weight.
     pub onto: Option<usize>,
@@ -60,7 +53,6 @@ pub struct Trials {
 /// Coefficients of one probe at one speed.
 #[derive(Debug, Clone)]
 pub struct Coefficients {
-    /// Number of the probe.
     pub probe: usize,
     /// Mean speed of the runs, rpm.
     pub speed_rpm: f64,
@@ -72,7 +64,6 @@ pub struct Coefficients {
     pub covariance: DMatrix<C>,
 }
 
-/// What trial runs give.
 #[derive(Debug, Clone)]
 pub struct Fitted {
     /// By speed and probe.
@@ -234,7 +225,7 @@ impl Coefficients {
         (v.transpose() * &self.covariance * v.conjugate())[(0, 0)].re.max(0.0)
     }
 
-    /// The vibration under weights.
+    /// `Y₀ + Σ A U`, in the unit of the trials.
     pub fn under(&self, weights: &[C]) -> C {
         self.before + self.per_weight.iter().zip(weights).map(|(a, w)| a * w).sum::<C>()
     }

@@ -19,7 +19,6 @@ const WIDEST_STEP: f64 = 0.05;
 /// All runs at the speeds of one.
 #[derive(Debug, Clone)]
 pub struct Interpolated {
-    /// The readings.
     pub readings: Vec<Reading>,
     /// The run whose speeds they have.
     pub run: String,

@@ -66,7 +66,6 @@ pub struct Plan {
 /// The machine at one speed, with and without the weights.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtSpeed {
-    /// The speed, rpm.
     pub speed_rpm: f64,
     /// Root mean square over the probes of the amplitude, zero to peak, m.
     pub before_m: f64,
@@ -118,9 +117,7 @@ impl Misfit {
 /// Vibration over all speeds and probes, root mean square of amplitudes, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Overall {
-    /// Without the weights.
     pub before_m: f64,
-    /// With them.
     pub after_m: f64,
     /// How far off that may be: standard deviation of the motion left.
     pub after_sd_m: f64,

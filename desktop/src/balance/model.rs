@@ -126,7 +126,7 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
 /// Weights, and what they were solved with where they are in place.
 struct Solved {
     wanted: Vec<C>,
-    /// Of the normal matrix.
+    /// Inverse of the normal matrix.
     inverse: DMatrix<C>,
     /// Influence of the correction planes.
     per_weight: DMatrix<C>,

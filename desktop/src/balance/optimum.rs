@@ -13,7 +13,6 @@ use crate::error::Error;
 
 type C = Complex<f64>;
 
-/// What is made least.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Criterion {
     /// The sum of squared amplitudes.

@@ -19,7 +19,6 @@ pub const MOST: usize = 3;
 /// Places evenly around a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Holes {
-    /// How many.
     pub count: usize,
     /// Angle of number 1, degrees with the rotation.
     pub first_deg: f64,
@@ -34,7 +33,6 @@ pub struct Holes {
 pub struct Piece {
     /// Number of the hole; none where any angle is allowed.
     pub hole: Option<usize>,
-    /// Unbalance, g·mm.
     pub unbalance_g_mm: C,
     /// Mass in g and radius in mm; none where no radius is stated.
     pub mass_and_radius: Option<[f64; 2]>,
@@ -43,7 +41,6 @@ pub struct Piece {
 /// Weights that together make one plane's unbalance.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Filling {
-    /// Each in its place.
     pub pieces: Vec<Piece>,
 }
 

@@ -12,7 +12,6 @@ type C = Complex<f64>;
 /// What is made least, and what fits into the planes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Wanted {
-    /// What is made least.
     pub criterion: Criterion,
     /// Largest weight of a plane, g·mm; without a name of every plane that is not named.
     pub limits: Vec<(Option<String>, f64)>,

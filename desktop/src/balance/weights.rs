@@ -6,7 +6,6 @@ use crate::unbalance::G_MM;
 
 type C = Complex<f64>;
 
-/// What a plane allows.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Allowed {
     /// Radii at which weights can sit, mm; none if the unbalance alone is asked for.

@@ -22,14 +22,10 @@ const CURVATURE_SD: f64 = 0.5 * SLOPE_SD * SLOPE_SD;
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Coefficients {
-    /// Direct, x.
     pub xx: f64,
-    /// Direct, y.
     pub yy: f64,
-    /// Cross-coupled, x from y.
     #[serde(default)]
     pub xy: f64,
-    /// Cross-coupled, y from x.
     #[serde(default)]
     pub yx: f64,
 }
@@ -55,12 +51,9 @@ impl Coefficients {
     }
 }
 
-/// Linear stiffness and damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Constant {
-    /// Stiffness, N/m.
     pub stiffness_n_m: Coefficients,
-    /// Damping, N·s/m.
     pub damping_n_s_m: Coefficients,
     /// Change with the logarithm of the speed, for a bearing whose coefficients follow it in a way nobody stated.
     pub learned: Option<Learned>,

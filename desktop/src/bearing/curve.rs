@@ -19,15 +19,12 @@ pub enum Curve {
     Logarithmic {
         /// At the reference; change per unit of the logarithm; per its square.
         terms: [Pair; 3],
-        /// Ω_ref, rad/s.
         reference_rad_s: f64,
     },
-    /// An oil film.
     Film(FilmCurve),
 }
 
 impl Curve {
-    /// At running speed.
     pub fn at(&self, speed_rad_s: f64) -> Pair {
         match self {
             Self::Knots { knots, factors } => knots.at(speed_rad_s).map(factors, |v, f| v * f),
@@ -115,7 +112,6 @@ impl Knots {
         self.speeds_rad_s[self.speeds_rad_s.len() - 1]
     }
 
-    /// At one speed.
     pub fn at(&self, speed_rad_s: f64) -> Pair {
         let above = self.speeds_rad_s.partition_point(|s| *s < speed_rad_s);
         if above == 0 || above == self.speeds_rad_s.len() {

@@ -17,9 +17,7 @@ pub struct FilmCurve {
     pub(super) at_rest: Option<Vector2<f64>>,
     /// Of the machined pad or lobe, m.
     pub clearance_m: f64,
-    /// Of the oil, Pa·s.
     pub viscosity_pa_s: f64,
-    /// Static load, N.
     pub load_n: f64,
 }
 

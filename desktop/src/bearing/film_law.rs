@@ -59,7 +59,6 @@ impl FilmLaw {
         &self.film
     }
 
-    /// Static load, N.
     pub fn load_n(&self) -> f64 {
         self.load_n
     }

@@ -9,11 +9,10 @@ type C = Complex<f64>;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FlexibilityRow {
-    /// Frequency, Hz.
     pub frequency_hz: f64,
     /// What moves: the bearing's name and a direction, as in `A.x`.
     pub response: String,
-    /// What is pushed, alike.
+    /// Where the force acts, written like `response`.
     pub force: String,
     /// In phase with the force, m/N.
     pub real_m_n: f64,

@@ -21,10 +21,8 @@ type C = Complex<f64>;
 pub struct Foundation {
     /// Names of the bearings that stand on it, in the order of the modes' shapes.
     pub bearings: Vec<String>,
-    /// Its modes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub mode: Vec<FoundationMode>,
-    /// Its flexibility over frequency.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub table: Vec<FlexibilityRow>,
     /// The table made ready, once for all evaluations.
@@ -59,12 +57,10 @@ impl Foundation {
     }
 }
 
-/// How a foundation gives.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Compliance {
-    /// In modes.
     Modes(Vec<FoundationMode>),
-    /// As measured.
+    /// Measured flexibility over frequency.
     Table(Arc<FlexibilityTable>),
 }
 
@@ -72,9 +68,7 @@ pub enum Compliance {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FoundationMode {
-    /// Natural frequency, Hz.
     pub frequency_hz: f64,
-    /// Share of critical damping.
     #[serde(default)]
     pub damping_ratio: f64,
     /// Modal mass for the shape as it is stated, kg.
@@ -86,7 +80,6 @@ pub struct FoundationMode {
 }
 
 impl FoundationMode {
-    /// Natural frequency, rad/s.
     pub fn natural_rad_s(&self) -> f64 {
         TAU * self.frequency_hz
     }
@@ -109,7 +102,6 @@ impl FoundationMode {
 pub struct Footing {
     /// Numbers of the bearings that stand on it.
     pub bearings: Vec<usize>,
-    /// How it gives.
     pub compliance: Compliance,
 }
 

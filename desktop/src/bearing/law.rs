@@ -67,7 +67,6 @@ pub enum Role {
     Stiffness,
     /// A direct damping, or a factor on it.
     Damping,
-    /// Anything else.
     Other,
 }
 
@@ -78,9 +77,7 @@ pub struct LawUnknown {
     pub symbol: String,
     /// SI unit.
     pub unit: &'static str,
-    /// What it does.
     pub role: Role,
-    /// How it is searched.
     pub scale: Scale,
     /// What the file states, as a search coordinate.
     pub stated: f64,
@@ -139,7 +136,6 @@ pub(super) const COLUMNS: [(&str, bool); 8] = [
     ("c_yy", true),
 ];
 
-/// Role of a column.
 pub(super) fn role(column: usize) -> Role {
     match (COLUMNS[column].1, column < 4) {
         (true, true) => Role::Stiffness,

@@ -27,13 +27,10 @@ use table::Table;
 pub enum Law {
     /// Eight coefficients, the same at every speed or learned over speed.
     Constant(Constant),
-    /// Eight coefficients over speed.
     Table(Table),
     /// An oil film, from its geometry.
     Film(FilmLaw),
-    /// A squeeze-film damper.
     SqueezeFilm(SqueezeFilm),
-    /// Magnets.
     Magnetic(Magnetic),
 }
 

@@ -12,12 +12,10 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Nothing.
     pub fn zeros() -> Self {
         Self { stiffness: Matrix2::zeros(), damping: Matrix2::zeros() }
     }
 
-    /// Factors of one.
     pub fn ones() -> Self {
         Self { stiffness: Matrix2::repeat(1.0), damping: Matrix2::repeat(1.0) }
     }
@@ -36,7 +34,6 @@ impl Pair {
         matrix[(i % 4 / 2, i % 2)]
     }
 
-    /// Sets that column.
     pub fn set_column(&mut self, i: usize, value: f64) {
         let matrix = if i < 4 { &mut self.stiffness } else { &mut self.damping };
         matrix[(i % 4 / 2, i % 2)] = value;

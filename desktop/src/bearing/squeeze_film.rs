@@ -32,13 +32,10 @@ pub struct SqueezeFilm {
     pub diameter_m: f64,
     /// Of the land along the shaft, m.
     pub length_m: f64,
-    /// m.
     pub radial_clearance_m: f64,
-    /// Of the oil, Pa·s.
     pub viscosity_pa_s: f64,
     /// Whether oil leaves at the ends.
     pub ends: DamperEnds,
-    /// Whether the film cavitates.
     pub film: DamperFilm,
     /// Radius of the orbit by the clearance; 0 for small motion.
     #[serde(default)]
@@ -54,7 +51,6 @@ pub struct SqueezeFilm {
 pub enum DamperEnds {
     /// At ambient pressure.
     Open,
-    /// Sealed.
     Closed,
 }
 

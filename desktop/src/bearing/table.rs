@@ -15,7 +15,6 @@ use crate::inference::scale::Scale;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableRow {
-    /// Speed of rotation, rpm.
     pub speed_rpm: f64,
     /// Stiffness, force in x per motion in x, N/m.
     pub kxx: f64,
@@ -119,7 +118,6 @@ impl Table {
         Ok(Self { rows, knots: Arc::new(knots) })
     }
 
-    /// As stated.
     pub fn rows(&self) -> &[TableRow] {
         &self.rows
     }

@@ -20,7 +20,6 @@ const ONE_ROOT: f64 = 1e-8;
 /// Stiffnesses in the map, and the decades they span on either side of the bearings' own.
 const STEPS: usize = 25;
 const DECADES: f64 = 2.0;
-/// Curves in the map.
 const CURVES: usize = 4;
 /// Speed-dependent bearings are met by this many rounds of the secant at most.
 const ROUNDS: usize = 60;
@@ -28,7 +27,6 @@ const ROUNDS: usize = 60;
 /// An undamped critical speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Critical {
-    /// The speed, rad/s.
     pub speed_rad_s: f64,
     /// Share of its mode that turns forward, by kinetic energy: 1 on bearings that are alike in all
     /// directions, about a half for motion to and fro.
@@ -120,7 +118,7 @@ fn settle(at: &impl Fn(f64) -> Vec<Found>, order: usize, guess: &Found) -> Optio
     None
 }
 
-/// On all finite elements.
+/// Refined on all finite elements; `found` unchanged where that fails.
 fn exact(system: &System, found: Found) -> Critical {
     let on_line = system.line().and_then(|line| {
         // motion at running speed: λ = iΩ

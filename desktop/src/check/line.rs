@@ -18,7 +18,6 @@ pub type Nodes = Vec<Vector4<C>>;
 /// How the chain is looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dampers {
-    /// As they are.
     In,
     /// Without dampers and without what does work on a closed orbit.
     Out,

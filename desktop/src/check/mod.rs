@@ -50,11 +50,8 @@ const PAST_SECOND: f64 = 1.3;
 /// What the bearing does at a speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtSpeed {
-    /// Speed, rpm.
     pub speed_rpm: f64,
-    /// Stiffness, N/m.
     pub stiffness_n_m: Coefficients,
-    /// Damping, N·s/m.
     pub damping_n_s_m: Coefficients,
     /// Eccentricity over clearance of the shaft in the film; `None` for a bearing without one.
     pub eccentricity_ratio: Option<f64>,
@@ -62,10 +59,8 @@ pub struct AtSpeed {
     pub attitude_deg: Option<f64>,
 }
 
-/// A bearing over speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BearingCheck {
-    /// Its name.
     pub name: String,
     /// Static load, N; `None` where the shaft's weight cannot be shared out.
     pub load_n: Option<f64>,
@@ -82,13 +77,11 @@ pub struct Check {
     pub range_rpm: [f64; 2],
     /// Loads and sag; `Err` with the reason where the weight cannot be shared out.
     pub statics: Result<Statics, Error>,
-    /// Mass, kg.
     pub mass_kg: f64,
     /// Centre of gravity from the left end, m.
     pub centre_of_gravity_m: f64,
     /// Places along the shaft that modes are given at, m.
     pub stations_m: Vec<f64>,
-    /// Undamped critical speeds.
     pub critical: Vec<Critical>,
     /// Their map over bearing stiffness.
     pub map: CriticalMap,

@@ -37,7 +37,6 @@ pub enum Whirl {
 }
 
 impl Whirl {
-    /// As it is written.
     pub fn name(self) -> &'static str {
         match self {
             Self::Forward => "forward",
@@ -50,15 +49,12 @@ impl Whirl {
 /// A damped mode at a speed.
 #[derive(Debug, Clone)]
 pub struct Mode {
-    /// Speed of rotation, rad/s.
     pub speed_rad_s: f64,
     /// `λ = σ + iω`: the motion goes as `Re(q e^{λt})`, rad/s.
     pub eigenvalue: C,
     /// Motion of each station in x, the largest displacement of all being 1.
     pub x: Vec<C>,
-    /// And in y.
     pub y: Vec<C>,
-    /// Sense of the orbits.
     pub whirl: Whirl,
     coordinates: DVector<C>,
 }

@@ -27,7 +27,6 @@ const SLOW_RPM: f64 = 500.0;
 
 /// What a check knows besides the drawing.
 pub struct Known<'a> {
-    /// The drawing.
     pub rotor: &'a Rotor,
     /// The machine as a system.
     pub system: &'a System,
@@ -41,7 +40,6 @@ pub struct Known<'a> {
     pub critical_rad_s: &'a [f64],
 }
 
-/// Every sentence.
 pub fn warnings(known: &Known) -> Vec<String> {
     let mut all = Vec::new();
     shaft(known.rotor, &mut all);

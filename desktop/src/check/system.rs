@@ -31,7 +31,7 @@ pub struct System {
     pedestals: Vec<(usize, usize)>,
     /// Place of the first coordinate of a common foundation's modes.
     foundation: usize,
-    /// All finite elements.
+    /// Model of all finite elements, not reduced.
     full: Model,
     /// Nodal coordinates of each coordinate of a plane.
     shapes: DMatrix<f64>,
@@ -124,7 +124,7 @@ impl System {
         self.line.as_ref()
     }
 
-    /// All finite elements.
+    /// Model of all finite elements, not reduced.
     pub fn full(&self) -> &Model {
         &self.full
     }

@@ -59,11 +59,9 @@ pub struct Peak {
 /// One probe's answer to one trial.
 #[derive(Debug, Clone)]
 pub struct Response {
-    /// Name of the probe.
     pub probe: String,
     /// Speed in rpm and phasor in m.
     pub points: Vec<(f64, C)>,
-    /// Maxima.
     pub peaks: Vec<Peak>,
 }
 
@@ -179,7 +177,6 @@ pub fn responses(
     Ok(rotor.probe.iter().enumerate().map(of).collect())
 }
 
-/// Maxima of a curve.
 fn peaks(points: &[(f64, C)], running_rpm: Option<[f64; 2]>) -> Vec<Peak> {
     let curve: Vec<(f64, f64)> = points.iter().map(|(s, y)| (*s, y.norm())).collect();
     let mut found = Vec::new();

@@ -19,7 +19,6 @@ pub struct Neighbours {
     pub z_score: f64,
     /// Chance that noise alone makes a correlation this large.
     pub p_value: f64,
-    /// Each run and probe.
     pub series: Vec<SeriesNeighbours>,
 }
 
@@ -28,7 +27,6 @@ pub struct Neighbours {
 pub struct SeriesNeighbours {
     /// The run, if the measurement names them.
     pub run: Option<String>,
-    /// The probe.
     pub probe: String,
     /// Lag-one correlation.
     pub correlation: f64,

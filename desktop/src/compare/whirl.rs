@@ -15,9 +15,7 @@ const LEAST_ANGLE_DEG: f64 = 5.0;
 /// Two probes of one bearing that together see x and y.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbePair {
-    /// Index of the bearing.
     pub bearing: usize,
-    /// Indices of the probes.
     pub probes: [usize; 2],
     /// x and y (rows) from the two probes (columns).
     to_xy: [[f64; 2]; 2],
@@ -92,20 +90,17 @@ pub(super) struct SeenWhirl {
 /// Forward and backward whirl at one bearing.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WhirlMisfit {
-    /// The bearing.
     pub bearing: String,
-    /// Its two probes.
     pub probes: [String; 2],
     /// Whirl in the direction of rotation.
     pub forward: WhirlPart,
-    /// Whirl against it.
     pub backward: WhirlPart,
 }
 
 /// One direction of whirl; radii and errors are root mean squares over the readings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WhirlPart {
-    /// Measured radius, µm.
+    /// Measured radius of the circle, µm.
     pub measured_um: f64,
     /// Radius in the model, µm.
     pub model_um: f64,

@@ -9,7 +9,6 @@ use crate::inference::scatter::Scatter;
 pub use crate::inference::significance::{RIVAL, SURE};
 use crate::machine::drawing::Noise;
 
-/// What the diagnosis says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// The model describes the data to within their noise (and the drawing's tolerance).
@@ -25,7 +24,6 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// In one word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Adequate => "adequate",
@@ -40,7 +38,6 @@ impl Verdict {
 /// An effect at a place, fitted.
 #[derive(Debug, Clone)]
 pub struct Candidate {
-    /// Name of the effect.
     pub effect: &'static str,
     /// Name of the bearing, disk or probe; `None` for the whole machine.
     pub at: Option<String>,
@@ -52,7 +49,6 @@ pub struct Candidate {
     pub error_after: f64,
     /// χ² per measured real number with the effect.
     pub chi2_per_value: f64,
-    /// Its parameters.
     pub parameters: Vec<FittedParameter>,
     /// Why physics rules it out, if it does.
     pub disqualified: Option<String>,
@@ -78,7 +74,7 @@ impl Candidate {
 /// Error on speeds that were left out of the fit, χ² per real number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldOut {
-    /// Of the model.
+    /// Error of the model alone.
     pub before: f64,
     /// Of the model with the best candidate.
     pub after: f64,
@@ -86,12 +82,9 @@ pub struct HeldOut {
     pub worse: bool,
 }
 
-/// The answer.
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
-    /// In one word.
     pub verdict: Verdict,
-    /// In one sentence.
     pub summary: String,
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) of the model at its best bearings and planes.
     pub error_before: f64,
@@ -137,7 +130,6 @@ impl Diagnosis {
 /// A measurement that would tell rivals apart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Advice {
-    /// What to measure.
     pub measurement: String,
     /// Distance of the two most alike rivals, in standard deviations over all its values.
     pub separation_sd: f64,

@@ -26,7 +26,7 @@ pub struct BestFit {
     pub unbalance_kg_m: Vec<Complex<f64>>,
     /// Covariance of its real and imaginary parts, plane by plane.
     pub unbalance_covariance: DMatrix<f64>,
-    /// The same for people.
+    /// Unbalance of each plane in g·mm and degrees, with 95 % intervals.
     pub determined: Determined,
     /// The noise over what is stated, as the model leaves it.
     pub scatter: Scatter,

@@ -18,11 +18,9 @@ const ALIKE: f64 = 10.0;
 /// What data say about the unbalance of one plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeterminedPlane {
-    /// Its name.
     pub name: String,
-    /// Magnitude, g·mm.
     pub unbalance_g_mm: f64,
-    /// Angle, degrees.
+    /// From the keyphasor mark, in the direction of rotation, −180 to 180 degrees.
     pub angle_deg: f64,
     /// The magnitude lies between these with 95 %, g·mm.
     pub interval_95_g_mm: [f64; 2],
@@ -80,7 +78,6 @@ impl DeterminedPlane {
 /// What data say about all planes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Determined {
-    /// Each plane.
     pub planes: Vec<DeterminedPlane>,
     /// How much better the best-seen combination of planes is known than the worst.
     pub condition: f64,

@@ -30,7 +30,6 @@ pub struct Improvement {
     pub rotor: Rotor,
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) before.
     pub error_before: f64,
-    /// The same after.
     pub error_after: f64,
     /// χ² per measured real number before and after.
     pub chi2_per_value: [f64; 2],
@@ -38,7 +37,6 @@ pub struct Improvement {
     pub added: Candidate,
 }
 
-/// One step of `improve`.
 #[derive(Debug, Clone)]
 pub struct Step {
     /// The effect that was added, its parameters as fitted together with all the others.
@@ -90,13 +88,11 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
 /// What `improve` made of a model.
 #[derive(Debug, Clone)]
 pub struct Outcome {
-    /// The new file.
     pub rotor: Rotor,
     /// Effects in the order in which they were found.
     pub steps: Vec<Step>,
-    /// The last diagnosis.
     pub verdict: Verdict,
-    /// Why, in one sentence.
+    /// The reason for the verdict, in one sentence.
     pub summary: String,
     /// What the first diagnosis tried, most probable first.
     pub candidates_before: Vec<Candidate>,

@@ -19,11 +19,10 @@ pub const OUTSIDE: f64 = 0.1;
 /// Label of a cause outside the list in a group that the data cannot tell apart.
 pub const NONE_OF_THESE: &str = "none of these";
 
-/// Probabilities and groups.
 pub struct Ranking {
     /// Of each candidate, in the order they were tried.
     pub probabilities: Vec<f64>,
-    /// That nothing is missing.
+    /// Probability that nothing is missing.
     pub nothing_missing: f64,
     /// That something outside the list is missing.
     pub unknown: f64,

@@ -16,7 +16,6 @@ type C = Complex<f64>;
 /// A run whose stated weights are not what the data show.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefutedRun {
-    /// Name of the run.
     pub run: String,
     /// Probability that they are not as stated.
     pub probability: f64,
@@ -38,9 +37,7 @@ pub struct FoundWeight {
 /// What can have become of a stated weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Account {
-    /// Nothing.
     AsStated,
-    /// It was not there.
     Missing,
     /// Its angle was counted against the rotation.
     OtherSense,
@@ -74,7 +71,6 @@ impl Account {
         }
     }
 
-    /// In words.
     pub fn words(self) -> String {
         match self {
             Self::AsStated => "as stated".into(),
@@ -109,7 +105,6 @@ impl FoundWeight {
 }
 
 impl RefutedRun {
-    /// For people, one sentence.
     pub fn words(&self) -> String {
         let each: Vec<String> = self.weights.iter().map(FoundWeight::words).collect();
         let sure = 100.0 * self.probability;

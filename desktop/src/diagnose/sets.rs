@@ -13,7 +13,6 @@ use crate::error::Error;
 use crate::fit::Fit;
 use crate::fit::hypothesis::Assumed;
 
-/// How far to look.
 #[derive(Debug, Clone, Copy)]
 pub struct Reach {
     /// Sets that are followed side by side, those that differ by a special case counted once: an effect that is not there
@@ -25,7 +24,7 @@ pub struct Reach {
 
 /// A set of effects beside a model.
 pub struct Set<'a> {
-    /// The model with them.
+    /// The model with the effects of the set.
     pub base: Base<'a>,
     /// What it was when the last one was added: labels of the sets that explain the data as well, this one included;
     /// empty if there are none.

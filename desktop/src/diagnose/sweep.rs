@@ -36,7 +36,6 @@ pub struct Sweep {
     lag_m: Vec<Vec<C>>,
     /// Whether it is small enough to be taken off.
     pub small: bool,
-    /// In one sentence.
     pub remark: String,
 }
 

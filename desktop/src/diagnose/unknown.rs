@@ -17,7 +17,6 @@ const MOSTLY: f64 = 0.75;
 
 /// An unknown cause beside a model.
 pub struct Unknown {
-    /// The best of all.
     pub best: UnknownFit,
     /// Evidence for it over the model alone, as [`Tried::evidence`]; that its place is not known is paid for.
     pub evidence: f64,
@@ -52,7 +51,6 @@ pub enum Nature {
 /// What is said of an unknown cause.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnknownCause {
-    /// What it is like.
     pub nature: Nature,
     /// Where it acts most, m from the left end.
     pub position_m: f64,
@@ -65,13 +63,12 @@ pub struct UnknownCause {
 /// The force on the shaft that an unknown cause amounts to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EquivalentForce {
-    /// Its dependence on speed.
     pub growth: Growth,
     /// Share of its square that turns with the shaft.
     pub forward: f64,
     /// Speed at which it is largest, rpm.
     pub speed_rpm: f64,
-    /// Its size there, N.
+    /// Its magnitude at `speed_rpm`, N.
     pub force_n: f64,
 }
 
@@ -122,7 +119,6 @@ impl Unknown {
         Ok(Self { evidence, best, assumptions: assumptions.into_iter().zip(shares).collect() })
     }
 
-    /// In words and numbers.
     pub fn cause(&self, fitter: &Fitter, probability: f64) -> UnknownCause {
         let best = &self.best;
         let alike = |a: &Assumption| match (a, &best.assumption) {

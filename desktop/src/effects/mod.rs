@@ -175,7 +175,6 @@ pub struct Parameter {
     pub name: &'static str,
     /// SI unit.
     pub unit: &'static str,
-    /// How it is searched.
     pub scale: Scale,
     /// Smallest and largest value that physics allows.
     pub bounds: [f64; 2],
@@ -189,7 +188,6 @@ pub struct Unknown {
     pub name: &'static str,
     /// SI unit of the parameter.
     pub unit: &'static str,
-    /// What it drives.
     pub pattern: Pattern,
     /// Pattern amplitude per unit of the parameter.
     pub per_unit: f64,
@@ -200,11 +198,9 @@ pub struct Unknown {
 /// What an engineer should know of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Knowledge {
-    /// What the effect is.
     pub what: &'static str,
     /// What it usually means on a machine.
     pub means: &'static str,
-    /// What to inspect.
     pub inspect: &'static str,
 }
 
@@ -228,7 +224,7 @@ pub trait Effect: Sync {
         None
     }
 
-    /// Parameters that are searched.
+    /// Parameters that enter nonlinearly, so that they are searched.
     fn parameters(&self, scales: &Scales) -> Vec<Parameter> {
         let _ = scales;
         Vec::new()
@@ -257,7 +253,6 @@ pub trait Effect: Sync {
         let _ = (rotor, place, parameters, scales, terms);
     }
 
-    /// For the engineer.
     fn knowledge(&self) -> Knowledge;
 }
 

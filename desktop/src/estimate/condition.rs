@@ -24,7 +24,7 @@ const POOR: f64 = 0.25;
 const WORTH: f64 = 1.3;
 /// Speeds tried for advice, relative to the fastest that was measured, where the file does not say what the machine is rated for.
 const TRIED: [f64; 2] = [0.5, 1.25];
-/// How many.
+/// Number of speeds tried for advice.
 const SPEEDS: usize = 16;
 
 /// Condition number of the influence matrix.

@@ -27,7 +27,7 @@ const BASE_SD: f64 = 100.0;
 pub struct Seen {
     /// Numbers of the components that were measured.
     pub at: Vec<usize>,
-    /// What they were, µm.
+    /// Measured components in the order of `at`, µm.
     pub y: DVector<f64>,
     /// Variance of the mean of the repeats.
     repeat: DVector<f64>,
@@ -57,21 +57,18 @@ impl Seen {
 
 /// What is learned from, and what the model says beforehand.
 pub struct Learner {
-    /// Every mounting.
     pub seen: Vec<Seen>,
-    /// Stated weights, g·mm.
+    /// Stated weights by mounting and plane, g·mm; `None` for a blind run.
     pub stated: Vec<Option<Vec<C>>>,
     linear: Linear,
     structure: Structure,
     largest_um: f64,
 }
 
-/// What was learned.
 #[derive(Debug, Clone)]
 pub struct Learned {
     /// Y₀, then the influence of each plane; of each real parts, then imaginary parts.
     pub state: DVector<f64>,
-    /// Its covariance.
     pub covariance: DMatrix<f64>,
     /// Covariance between mountings, in real form, µm².
     pub scatter: DMatrix<f64>,
@@ -123,9 +120,9 @@ impl Learned {
 
 /// What is expected of a mounting.
 pub struct Prediction {
-    /// Of its components, µm.
+    /// Expected components of the mounting, µm.
     pub mean: DVector<f64>,
-    /// Of the difference.
+    /// Covariance of the measurement minus `mean`, µm².
     pub covariance: DMatrix<f64>,
     /// Components × real parts, then imaginary parts of the weights, µm per g·mm.
     pub per_weight: DMatrix<f64>,

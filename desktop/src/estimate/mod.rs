@@ -50,7 +50,6 @@ const LEARNING: usize = 3;
 /// Longest step of a parameter between them, standard deviations.
 const LONGEST_STEP: f64 = 1.5;
 
-/// What is asked.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
     /// The run that the others are compared with; unless stated, the one without weights.
@@ -64,7 +63,6 @@ pub struct Options {
 /// The unbalance of a run relative to the base run.
 #[derive(Debug, Clone)]
 pub struct Estimate {
-    /// Name of the run.
     pub run: String,
     /// Speeds that it comes from, rpm.
     pub speeds_rpm: Vec<f64>,
@@ -72,24 +70,20 @@ pub struct Estimate {
     pub planes: Vec<PlaneEstimate>,
     /// By influence coefficients alone, g·mm; `None` where the runs do not determine them.
     pub influence_g_mm: Option<Vec<C>>,
-    /// Stated weights, g·mm.
     pub stated_g_mm: Option<Vec<C>>,
 }
 
 /// A run whose stated weights cannot be true.
 #[derive(Debug, Clone)]
 pub struct Refuted {
-    /// Name of the run.
     pub run: String,
     /// Probability that they are not true.
     pub probability: f64,
-    /// What is stated, g·mm.
     pub stated_g_mm: Vec<C>,
     /// What was found without it, g·mm.
     pub found_g_mm: Vec<C>,
 }
 
-/// What `estimate` answers.
 #[derive(Debug, Clone)]
 pub struct Estimates {
     /// Name of the base run.

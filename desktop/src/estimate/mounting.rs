@@ -17,10 +17,9 @@ const SAME_SPEED: f64 = 0.005;
 /// Most rows: the unknowns grow with them, and neighbouring speeds of a run-up tell little more than one.
 const MOST_ROWS: usize = 24;
 
-/// One run.
+/// The readings of one run, averaged at each speed.
 #[derive(Debug, Clone)]
 pub struct Mounting {
-    /// Its name.
     pub run: String,
     /// Stated weight in each plane, g·mm; `None` for a blind run.
     pub stated: Option<Vec<C>>,
@@ -41,7 +40,6 @@ pub struct Mountings {
     pub base: usize,
     /// Common speeds, rad/s, ascending.
     pub speeds_rad_s: Vec<f64>,
-    /// Number of probes.
     pub probes: usize,
     /// Variance of a component of one reading about the mean of its mounting, µm², by row.
     pub repeat_variance: DVector<f64>,
@@ -99,7 +97,6 @@ impl Mountings {
         whole.without_empty()
     }
 
-    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.speeds_rad_s.len() * self.probes
     }

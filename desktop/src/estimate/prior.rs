@@ -38,7 +38,7 @@ pub struct Machine<'a> {
 /// The model near one point of its parameters.
 #[derive(Debug, Clone)]
 pub struct Linear {
-    /// The point.
+    /// The point of linearisation, in standard deviations.
     pub parameters: DVector<f64>,
     /// Influence there: rows × planes, µm per g·mm.
     pub influence: DMatrix<C>,

@@ -105,7 +105,6 @@ impl Judge {
     }
 }
 
-/// Of log odds.
 pub fn probability(log_odds: f64) -> f64 {
     1.0 / (1.0 + (-log_odds).exp())
 }

@@ -15,7 +15,6 @@ const EXPECTED: f64 = 10.0;
 /// Probability of intervals and regions.
 const PROBABILITY: f64 = 0.95;
 
-/// Unbalance of one plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneEstimate {
     /// Beyond the base run, g·mm.

@@ -23,7 +23,6 @@ const LEAST_UM: f64 = 3e-3;
 /// Probes whose directions differ by less than this look the same way, degrees.
 const SAME_DIRECTION_DEG: f64 = 20.0;
 
-/// The structure, by part.
 #[derive(Debug, Clone)]
 pub struct Structure {
     parts: Vec<DMatrix<C>>,
@@ -68,7 +67,7 @@ impl Structure {
         Self { parts }
     }
 
-    /// Sizes as guessed.
+    /// Sizes before anything is learned: 1 for each part.
     pub fn guessed(&self) -> DVector<f64> {
         DVector::from_element(self.parts.len(), 1.0)
     }

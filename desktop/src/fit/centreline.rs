@@ -18,7 +18,6 @@ pub struct JournalReading {
     angle_rad: f64,
     /// Towards the probe, from where the journal lay still, m.
     moved_m: f64,
-    /// Standard deviation, m.
     sigma_m: f64,
 }
 

@@ -20,22 +20,18 @@ pub type Amplitudes = Vec<Vec<[f64; 2]>>;
 /// One probe's value in one reading.
 #[derive(Debug, Clone, Copy)]
 pub struct Value {
-    /// Number of the probe.
     pub probe: usize,
-    /// What it showed, m.
     pub measured_m: C,
     /// Standard deviation of each component, m.
     pub sigma_m: f64,
 }
 
-/// One reading.
 #[derive(Debug, Clone)]
 pub struct Row {
     /// Number of the run, in the order in which they come.
     pub run: usize,
     /// Number of its `[[run]]` in the rotor's file, if it lists that run.
     pub listed: Option<usize>,
-    /// Speed of rotation, rad/s.
     pub speed_rad_s: f64,
     /// How much of its run has passed, 0 to 1: by time where the readings state it, else by their order.
     pub run_share: f64,
@@ -123,7 +119,6 @@ impl Data {
         self.rows.iter().flat_map(|r| r.values.iter().map(|v| (r.run, v.probe)))
     }
 
-    /// Fastest speed, rad/s.
     pub fn fastest_rad_s(&self) -> f64 {
         self.rows.iter().map(|r| r.speed_rad_s).fold(0.0, f64::max)
     }

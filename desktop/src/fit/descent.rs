@@ -9,9 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// What is descended: a sum of squares over unknowns.
 pub trait Objective {
-    /// Where it stands.
     fn position(&self) -> DVector<f64>;
-    /// Goes elsewhere.
     fn move_to(&mut self, x: &DVector<f64>);
     /// The sum of squares there; infinite where there is none.
     fn value(&self) -> f64;
@@ -19,10 +17,9 @@ pub trait Objective {
     fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)>;
 }
 
-/// When to stop.
 #[derive(Debug, Clone, Copy)]
 pub struct Stop {
-    /// Most steps.
+    /// Maximum number of steps.
     pub steps: usize,
     /// Change of the sum of squares, relative, that ends it.
     pub tolerance: f64,

@@ -38,12 +38,10 @@ pub(super) enum Change {
         tilt: [Row; 2],
         inertia: [f64; 3],
     },
-    /// A bearing moves.
     Bearing {
         number: usize,
         rate: Row,
     },
-    /// A probe moves.
     Probe {
         number: usize,
         rate: Row,

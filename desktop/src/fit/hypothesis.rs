@@ -10,9 +10,7 @@ use crate::machine::terms::Terms;
 /// An effect at its place.
 #[derive(Clone, Copy)]
 pub struct Assumed {
-    /// The effect.
     pub effect: &'static dyn Effect,
-    /// Where it sits.
     pub place: Place,
 }
 
@@ -39,14 +37,12 @@ pub struct Hypothesis<'a> {
     pub rotor: &'a Rotor,
     /// Its bearings, and what data may decide about them.
     pub bearings: Arc<Bearings>,
-    /// Sizes for scaling.
     pub scales: Scales,
     /// What it is assumed to have beside.
     pub effects: Vec<Assumed>,
 }
 
 impl<'a> Hypothesis<'a> {
-    /// The machine as drawn.
     pub fn drawn(rotor: &'a Rotor, scales: Scales) -> Self {
         Self { rotor, bearings: Arc::new(Bearings::of(rotor)), scales, effects: Vec::new() }
     }

@@ -99,7 +99,6 @@ impl Drawing {
     }
 }
 
-/// How thoroughly to search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
     /// Like `Search`, with the search ended early and the amplitudes at supports that depend on them only roughly settled: to
@@ -115,7 +114,6 @@ pub enum Effort {
 pub struct Fitter<'a> {
     /// The machine as its file states it.
     pub rotor: &'a Rotor,
-    /// What was measured.
     pub data: Data,
     deviations: Deviations,
     /// How large an effect can be.

@@ -39,21 +39,16 @@ pub struct Problem<'a> {
     now: Option<Evaluated>,
 }
 
-/// A linear unknown.
 #[derive(Debug, Clone, Copy)]
 pub enum Column {
     /// The size of a force.
     Force {
-        /// Of unit size.
         force: Force,
-        /// Its dependence on speed.
         law: SpeedLaw,
         /// Force per unit of the unknown.
         per_unit: f64,
     },
-    /// What one probe adds.
     Runout {
-        /// Number of the probe.
         probe: usize,
         /// Runout per unit of the unknown, m.
         per_unit: f64,
@@ -68,7 +63,6 @@ pub struct Evaluated {
     pub responses: Vec<Response>,
     /// Motion of the held places in each row.
     pub motion: Vec<DVector<C>>,
-    /// What the terms were.
     pub terms: Terms,
 }
 
@@ -155,7 +149,6 @@ impl<'a> Problem<'a> {
         Receptances::new(&self.plant, speed, damping, &self.places(), &self.columns_of(row, speed))
     }
 
-    /// Where the search is.
     pub fn x(&self) -> &[f64] {
         self.x.as_slice()
     }
@@ -237,7 +230,6 @@ impl Problem<'_> {
         self.now = self.evaluate(self.x.as_slice());
     }
 
-    /// Goes downhill from here.
     pub(super) fn descend(&mut self, stop: Stop) {
         descend(self, stop);
     }

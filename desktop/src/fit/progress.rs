@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Hears how many fits are done, of how many that are planned so far.
 pub type Told<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
-/// Counts fits.
 #[derive(Default)]
 pub struct Progress<'a> {
     done: AtomicUsize,
@@ -14,7 +13,6 @@ pub struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    /// Tells of every fit.
     pub fn telling(told: Told<'a>) -> Self {
         Self { told: Some(told), ..Self::default() }
     }
@@ -24,7 +22,6 @@ impl<'a> Progress<'a> {
         self.planned.fetch_add(fits, Ordering::Relaxed);
     }
 
-    /// One is done.
     pub fn step(&self) {
         let done = 1 + self.done.fetch_add(1, Ordering::Relaxed);
         if let Some(told) = self.told {

@@ -21,7 +21,6 @@ pub struct Scattered {
     pub series: Arc<Series>,
     /// What a run that is off would change, [`between_runs::columns`].
     pub runs: Arc<DMatrix<f64>>,
-    /// Size and correlation.
     pub scatter: Scatter,
     /// Real numbers that bearings and planes do not use up.
     pub free: f64,
@@ -90,7 +89,7 @@ impl Whitening {
         Self::new(self.stated.clone(), self.centre.clone(), scattered)
     }
 
-    /// The scatter alone.
+    /// The same without deviations of the drawing.
     pub fn of_scatter(&self) -> Self {
         let rows = self.stated.nrows();
         Self::new(DMatrix::zeros(rows, 0), DVector::zeros(0), self.scattered.clone())
@@ -132,7 +131,6 @@ impl Whitening {
         self.deviations.is_empty() && self.scattered.scatter == Scatter::STATED
     }
 
-    /// Whitens every column.
     pub fn apply(&self, columns: &mut DMatrix<f64>) {
         self.scattered.whiten_series(columns);
         self.between.whiten(columns);

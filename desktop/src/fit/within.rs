@@ -8,9 +8,7 @@ use super::problem::Problem;
 /// Lowest and highest search coordinate of every unknown.
 #[derive(Debug, Clone, Copy)]
 pub struct Bounds<'b> {
-    /// Lowest.
     pub low: &'b [f64],
-    /// Highest.
     pub high: &'b [f64],
 }
 

@@ -18,16 +18,13 @@ pub enum Identified {
     AtBound,
 }
 
-/// One identified bearing coefficient.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BearingParameter {
-    /// The bearing.
     pub bearing: String,
     /// `k_xx`, `k_yy`, `c_xx`, `c_yy`, or what else the law leaves open.
     pub symbol: String,
     /// SI unit.
     pub unit: &'static str,
-    /// Value.
     pub value: f64,
     /// Where the search began.
     pub start: f64,
@@ -40,9 +37,7 @@ pub struct BearingParameter {
 /// Lowest and highest search coordinate of everything that data may decide about the bearings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Range {
-    /// Lowest.
     pub low: Vec<f64>,
-    /// Highest.
     pub high: Vec<f64>,
 }
 

@@ -23,7 +23,6 @@ const STEP: f64 = 0.01;
 
 /// A reading, and the planes' unbalance that phase II found in it, kg·m.
 pub struct Found<'a> {
-    /// What was measured.
     pub reading: &'a Reading,
     /// One phasor a plane, kg·m.
     pub unbalance_kg_m: DVector<C>,

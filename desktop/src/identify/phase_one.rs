@@ -26,14 +26,10 @@ use crate::machine::drawing::{Rotor, SearchBounds};
 use crate::measurement::Reading;
 use crate::unbalance::g_mm_deg;
 
-/// Settings of phase I.
 #[derive(Debug, Clone, Copy)]
 pub struct PhaseOneConfig {
-    /// Particles of the swarm.
     pub particles: usize,
-    /// Moves of every particle.
     pub iterations: u64,
-    /// Seed of the swarm.
     pub seed: u64,
     /// Search range; the rotor's `[identify]`, or 2.5 times either way around its guess, if absent.
     pub bounds: Option<SearchBounds>,
@@ -45,7 +41,6 @@ impl Default for PhaseOneConfig {
     }
 }
 
-/// Result of phase I.
 #[derive(Debug, Clone)]
 pub struct PhaseOne {
     /// The rotor with its identified bearings and planes.
@@ -60,7 +55,7 @@ pub struct PhaseOne {
     pub covariance: DMatrix<f64>,
     /// Σ|f_model − f_measured| over all readings, µm.
     pub residual_um: f64,
-    /// The same over Σ|f_measured|.
+    /// `residual_um` over Σ|f_measured|.
     pub residual_ratio: f64,
     /// χ² per measured component, noise-weighted.
     pub chi2_per_value: f64,

@@ -9,14 +9,10 @@ use super::bearings::Range;
 use crate::error::Error;
 use crate::fit::trial::FreeProblem;
 
-/// How it searches.
 #[derive(Debug, Clone, Copy)]
 pub struct Swarm {
-    /// Particles.
     pub particles: usize,
-    /// Rounds.
     pub iterations: u64,
-    /// Of the random numbers.
     pub seed: u64,
 }
 

@@ -17,7 +17,6 @@ use crate::bearing::table::{Table, TableRow};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "BearingEntry", into = "BearingEntry")]
 pub struct Bearing {
-    /// What it is called.
     pub name: String,
     /// Place on the shaft, m from the left end.
     pub position_m: f64,

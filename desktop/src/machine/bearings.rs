@@ -10,7 +10,6 @@ use crate::bearing::support::{Pedestal, SupportLaw};
 pub struct BearingUnknown {
     /// Number of the bearing in the file.
     pub bearing: usize,
-    /// What it is.
     pub law: LawUnknown,
 }
 
@@ -26,7 +25,6 @@ pub struct Bearings {
 }
 
 impl Bearings {
-    /// Those of a machine.
     pub fn of(rotor: &Rotor) -> Self {
         let each = |(bearing, b): (usize, &Bearing)| {
             let trust = b.coefficients_relative.map_or(1.0, |relative| relative / PRIOR_LOG_SD);
@@ -57,7 +55,6 @@ impl Bearings {
         self.unknowns.len()
     }
 
-    /// What they are.
     pub fn unknowns(&self) -> &[BearingUnknown] {
         &self.unknowns
     }

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "CouplingEntry", into = "CouplingEntry")]
 pub struct Coupling {
-    /// What it is called.
     pub name: String,
     /// Place on the shaft, m from the left end: where two segments meet.
     pub position_m: f64,

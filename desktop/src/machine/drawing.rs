@@ -43,7 +43,6 @@ pub struct Rotor {
     pub identify: Option<SearchBounds>,
     /// Shaft segments from the left end.
     pub shaft: Vec<Segment>,
-    /// Couplings between spans.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coupling: Vec<Coupling>,
     /// Rigid disks on the shaft.
@@ -55,7 +54,6 @@ pub struct Rotor {
     /// What several bearings stand on together.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub foundation: Option<Foundation>,
-    /// Proximity probes.
     #[serde(default)]
     pub probe: Vec<Probe>,
     /// Planes in which the unbalance is sought.
@@ -186,15 +184,12 @@ pub struct Rated {
     pub balance_grade_mm_s: Option<f64>,
 }
 
-/// A rigid disk.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Disk {
-    /// What it is called.
     pub name: String,
     /// Place on the shaft, m from the left end.
     pub position_m: f64,
-    /// Mass, kg.
     pub mass_kg: f64,
     /// Moment of inertia about a diameter, kg·m².
     pub diametral_inertia_kg_m2: f64,
@@ -208,7 +203,7 @@ pub struct Disk {
 pub struct Probe {
     /// Its name, also the prefix of its columns in a measurement file.
     pub name: String,
-    /// The bearing beside it.
+    /// Name of the bearing beside the probe.
     pub bearing: String,
     /// Place on the shaft, m from the left end.
     pub position_m: f64,
@@ -268,7 +263,6 @@ pub enum Mount {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plane {
-    /// What it is called.
     pub name: String,
     /// Place on the shaft, m from the left end.
     pub position_m: f64,
@@ -286,7 +280,6 @@ pub struct Plane {
 pub struct Run {
     /// As in the `run` column of the measurements.
     pub name: String,
-    /// Trial weights.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub added_unbalance: Vec<AddedUnbalance>,
     /// Turned so slowly that nothing but runout shows: its mean is taken off every other reading.
@@ -300,7 +293,6 @@ pub struct Run {
 pub struct AddedUnbalance {
     /// Place on the shaft, m from the left end.
     pub position_m: f64,
-    /// Mass times radius, g·mm.
     pub magnitude_g_mm: f64,
     /// From the keyphasor mark, in the direction of rotation, degrees.
     #[serde(default = "unstated")]
@@ -316,7 +308,6 @@ fn unstated() -> f64 {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EffectEntry {
-    /// Name of the effect.
     pub kind: String,
     /// Name of the bearing, disk, probe or run; absent for the whole machine.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -330,7 +321,6 @@ pub struct EffectEntry {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum ParameterValue {
-    /// A real number.
     Real(f64),
     /// Real and imaginary part of a phasor.
     Phasor([f64; 2]),

@@ -2,7 +2,6 @@
 
 use crate::machine::drawing::Rotor;
 
-/// Where an effect sits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
     /// The machine as a whole.

@@ -6,20 +6,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Segment {
-    /// Length along z, m.
     pub length_m: f64,
-    /// Outer diameter, m.
     pub outer_diameter_m: f64,
     /// Bore, m; zero for a solid shaft.
     #[serde(default)]
     pub inner_diameter_m: f64,
-    /// Young's modulus, Pa.
     #[serde(default = "steel_modulus_pa")]
     pub youngs_modulus_pa: f64,
-    /// Density, kg/m³.
     #[serde(default = "steel_density_kg_m3")]
     pub density_kg_m3: f64,
-    /// Poisson's ratio.
     #[serde(default = "steel_poisson_ratio")]
     pub poisson_ratio: f64,
 }

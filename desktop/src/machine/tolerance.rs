@@ -105,13 +105,9 @@ pub struct Deviations {
 /// Positions that differ from the drawing, m; empty for as drawn.
 #[derive(Debug, Clone, Default)]
 pub struct Offsets {
-    /// Bearings.
     pub bearing_m: Vec<f64>,
-    /// Disks.
     pub disk_m: Vec<f64>,
-    /// Probes.
     pub probe_m: Vec<f64>,
-    /// Planes.
     pub plane_m: Vec<f64>,
 }
 
@@ -142,7 +138,6 @@ impl Deviations {
         Self { kinds: kinds.filter(|(_, sd)| *sd > 0.0).collect() }
     }
 
-    /// How many there are.
     pub fn len(&self) -> usize {
         self.kinds.len()
     }

@@ -11,7 +11,6 @@ pub struct Reading {
     pub run: Option<String>,
     /// Days since the record began, if the file has them.
     pub time_d: Option<f64>,
-    /// Speed of rotation, rpm.
     pub speed_rpm: f64,
     /// Phasor `cos − i sin` of each probe, m; `None` where the reading was lost.
     pub probes: Vec<Option<Complex<f64>>>,
@@ -20,7 +19,6 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Speed of rotation, rad/s.
     pub fn speed_rad_s(&self) -> f64 {
         rad_s(self.speed_rpm)
     }
@@ -31,12 +29,10 @@ impl Reading {
     }
 }
 
-/// rpm to rad/s.
 pub fn rad_s(speed_rpm: f64) -> f64 {
     speed_rpm * std::f64::consts::PI / 30.0
 }
 
-/// rad/s to rpm.
 pub fn rpm(speed_rad_s: f64) -> f64 {
     speed_rad_s * 30.0 / std::f64::consts::PI
 }

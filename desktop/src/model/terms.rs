@@ -22,7 +22,6 @@ pub struct Forcing {
     pub shape: DVector<f64>,
     /// Phasor of the force in x: N, or kg·m for a force that grows with speed squared.
     pub amplitude: Complex<f64>,
-    /// Dependence on speed.
     pub law: SpeedLaw,
 }
 

@@ -13,9 +13,9 @@ use rand::{Rng, SeedableRng};
 
 use crate::error::Error;
 
-/// Largest p and q.
+/// Largest p and q that are supported.
 const LARGEST: usize = 8;
-/// Largest d.
+/// Largest d that is supported.
 const MOST_DIFFERENCES: usize = 2;
 /// Random starts of a search, and how many of the best ends are followed to the end.
 const STARTS: usize = 12;
@@ -23,7 +23,6 @@ const FINISHED: usize = 3;
 /// Change of the filter's variance below which it is taken as settled.
 const SETTLED: f64 = 1e-12;
 
-/// p, d and q.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Order {
     /// Autoregressive terms.
@@ -59,11 +58,8 @@ impl Order {
 /// A model with its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arima {
-    /// p, d and q.
     pub order: Order,
-    /// Autoregressive coefficients.
     pub ar: Vec<f64>,
-    /// Moving-average coefficients.
     pub ma: Vec<f64>,
     /// Variance of the shocks.
     pub variance: f64,
@@ -81,7 +77,6 @@ struct Filtered {
     spread: DMatrix<f64>,
 }
 
-/// d-th differences.
 fn differences(series: &[f64], d: usize) -> Vec<f64> {
     (0..d).fold(series.to_vec(), |s, _| s.windows(2).map(|w| w[1] - w[0]).collect())
 }
@@ -195,7 +190,6 @@ impl Arima {
         Ok(fitted)
     }
 
-    /// From unbounded coordinates.
     fn from_free(order: Order, free: &[f64]) -> Self {
         let (ar, ma) = free.split_at(order.p);
         let ma = coefficients(ma).into_iter().map(|c| -c).collect();

@@ -12,7 +12,6 @@ const BESIDE: [&str; 5] = ["per_d", "sd", "per_d_sd", "correlation", "push_sd"];
 /// Share of a movement that is left after a day.
 const KEPT: &str = "known_kept_per_d";
 
-/// Names of the columns.
 pub fn header() -> Vec<String> {
     let of = |name: &str| {
         let beside = BESIDE.iter().map(move |part| format!("{KNOWN}{name}_{part}"));
@@ -21,7 +20,6 @@ pub fn header() -> Vec<String> {
     COLUMNS.iter().flat_map(|name| of(name)).chain([KEPT.to_string()]).collect()
 }
 
-/// Their cells.
 pub fn cells(known: &[Outlook; 4]) -> Vec<String> {
     let of = |o: &Outlook| [o.level, o.per_d, o.level_sd, o.per_d_sd, o.correlation, o.push_sd];
     let numbers = known.iter().flat_map(of).chain([known[0].kept]);

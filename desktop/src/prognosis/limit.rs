@@ -6,7 +6,7 @@ use rand_distr::StandardNormal;
 
 use super::walk::Ahead;
 
-/// Paths that are drawn.
+/// Number of simulated paths.
 const PATHS: usize = 4000;
 /// Shares of the paths for which the days are told.
 pub const SHARES: [f64; 5] = [0.05, 0.1, 0.5, 0.9, 0.95];
@@ -14,7 +14,6 @@ pub const SHARES: [f64; 5] = [0.05, 0.1, 0.5, 0.9, 0.95];
 /// When the limit is reached.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reached {
-    /// The limit, g·mm.
     pub limit_g_mm: f64,
     /// The unbalance of the last day, g·mm.
     pub now_g_mm: f64,

@@ -21,7 +21,6 @@ const LEARNING_RATE: f64 = 0.01;
 /// Fewest windows to learn from.
 const FEWEST: usize = 20;
 
-/// A trained network.
 #[derive(Clone)]
 pub struct Network {
     lstm: LSTM,

@@ -6,7 +6,6 @@ use super::walk::Ahead;
 /// filter's unbalance as one of its sizes or angles sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outlook {
-    /// The number.
     pub level: f64,
     /// What it moves by in the day to come.
     pub per_d: f64,
@@ -14,7 +13,7 @@ pub struct Outlook {
     pub level_sd: f64,
     /// Of what it moves by.
     pub per_d_sd: f64,
-    /// Correlation of both errors.
+    /// Correlation of the errors of `level` and `per_d`.
     pub correlation: f64,
     /// Share of the movement that is left after a day.
     pub kept: f64,
@@ -44,7 +43,6 @@ impl Outlook {
         }
     }
 
-    /// The days to come.
     pub fn ahead(&self, days: usize) -> Ahead {
         let all: Vec<Self> =
             std::iter::successors(Some(self.next_day()), |s| Some(s.next_day())).take(days).collect();

@@ -29,7 +29,6 @@ pub fn pinball(level: f64, quantile: f64, outcome: f64) -> f64 {
 /// What became of a method's forecasts of one series at one horizon. Not a number where nothing could be compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
-    /// Root mean square error.
     pub rmse: f64,
     /// Mean continuous ranked probability score, in the series' unit.
     pub crps: f64,

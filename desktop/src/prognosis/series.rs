@@ -33,7 +33,6 @@ pub struct Series {
 /// A track as read from CSV.
 #[derive(Debug, Clone, PartialEq)]
 pub struct History {
-    /// First day.
     pub first_d: f64,
     /// The four series, of equal length.
     pub series: Vec<Series>,
@@ -42,7 +41,6 @@ pub struct History {
 }
 
 impl History {
-    /// Last day.
     pub fn last_d(&self) -> f64 {
         self.first_d + self.series.first().map_or(0, |s| s.values.len().saturating_sub(1)) as f64
     }

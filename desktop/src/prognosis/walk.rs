@@ -67,9 +67,7 @@ impl Model {
 /// Expected values and standard deviations of the days to come.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ahead {
-    /// Expected values.
     pub mean: Vec<f64>,
-    /// Their standard deviations.
     pub sd: Vec<f64>,
 }
 

@@ -37,7 +37,6 @@ pub struct Sense {
     pub held: DMatrix<f64>,
     /// Of probes, their direction left out.
     pub probes: DMatrix<f64>,
-    /// Of forces.
     pub forces: DMatrix<f64>,
 }
 
@@ -45,13 +44,10 @@ pub struct Sense {
 pub struct Plant {
     /// Nominal spring at each bearing, N/m.
     pub nominal_n_m: f64,
-    /// Direction of each probe.
     pub probe_angles_rad: Vec<f64>,
     /// Number of bearings: the first of the held places.
     pub bearings: usize,
-    /// Forward whirl.
     pub forward: Sense,
-    /// Backward whirl.
     pub backward: Sense,
     forces: Vec<Force>,
 }

@@ -25,7 +25,6 @@ pub struct Supports {
 }
 
 impl Supports {
-    /// Each by itself.
     pub fn apart(own: Vec<Matrix2<C>>) -> Self {
         Self { own, between: None }
     }
@@ -87,7 +86,6 @@ impl Supports {
 /// What a probe on a housing reads of that housing, per motion of the held places; it shows the shaft's motion less this.
 #[derive(Debug, Clone)]
 pub struct Mounted {
-    /// Number of the probe.
     pub probe: usize,
     /// Per motion of each held place in x and in y.
     pub reading: DVector<C>,
@@ -123,7 +121,6 @@ pub struct Response {
     pub held: DMatrix<C>,
     /// Motion at each probe per unit of force at a held place, D × probes; derivatives need it.
     pub adjoint: DMatrix<C>,
-    /// Probes on housings.
     mounted: Vec<Mounted>,
 }
 

@@ -9,7 +9,6 @@ use nalgebra::Matrix4;
 
 use crate::machine::drawing::{Coupling, Physics, Segment};
 
-/// Element matrices.
 pub struct Element {
     /// Stiffness, N/m and consistent units for slopes.
     pub stiffness: Matrix4<f64>,

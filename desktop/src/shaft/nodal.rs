@@ -26,7 +26,6 @@ pub type Row = Vec<(usize, f64)>;
 /// A place on the shaft, as sums over nodal coordinates.
 #[derive(Debug, Clone)]
 pub struct Section {
-    /// Displacement there.
     pub displacement: Row,
     /// Tilt of the section there.
     pub tilt: Row,
@@ -57,9 +56,7 @@ fn beside(value: &Row, rate: &Row, offset_m: f64) -> Row {
 pub struct Matrices {
     /// Stiffness of the free shaft.
     pub stiffness: DMatrix<f64>,
-    /// Mass.
     pub mass: DMatrix<f64>,
-    /// Polar inertia.
     pub polar_inertia: DMatrix<f64>,
 }
 
@@ -127,7 +124,6 @@ impl Shaft {
         &self.sections[node.unwrap_or(0)]
     }
 
-    /// An end.
     pub fn end(&self, end: End) -> &Section {
         match end {
             End::Left => &self.sections[0],

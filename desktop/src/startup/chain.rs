@@ -23,7 +23,6 @@ pub struct Stage {
     pub chi2_per_value: Option<f64>,
 }
 
-/// What the chain found.
 #[derive(Debug, Clone)]
 pub struct Chain {
     /// From the simple model to the last.

@@ -19,7 +19,6 @@ const LEAST_SPREAD: f64 = 0.9;
 /// Natural speed and damping with the covariance that the noise gives them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
-    /// The estimate.
     pub modal: Modal,
     /// Covariance of natural speed (rad/s) and damping ratio.
     pub covariance: Matrix2<f64>,
@@ -76,16 +75,13 @@ impl Found {
 /// One run along one direction, estimated three ways; a sentence where a way is closed.
 #[derive(Debug, Clone)]
 pub struct Seen {
-    /// Peak and half-power points.
     pub half_power: Result<(HalfPower, Found), String>,
-    /// The circle.
     pub circle: Result<Found, String>,
     /// The two-degree model at all speeds.
     pub least_squares: Result<LeastSquares, String>,
 }
 
 impl Seen {
-    /// Evaluates a series.
     pub fn of(points: &[Point]) -> Self {
         Self {
             half_power: half_power(points)
@@ -106,7 +102,7 @@ impl Seen {
 }
 
 impl LeastSquares {
-    /// Without the force.
+    /// Natural speed and damping, without the force.
     fn found(&self) -> Found {
         let variances = Vector2::new(self.natural_rad_s.sd.powi(2), self.damping_ratio.sd.powi(2));
         Found { modal: self.modal(), covariance: Matrix2::from_diagonal(&variances) }
@@ -134,9 +130,7 @@ pub fn unseen(runs: &[Run], directions: &[Direction], seen: &[Vec<Seen>]) -> Vec
 /// What natural speed and damping mean for a mass on a shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// Natural speed, rad/s.
     pub natural_rad_s: Value,
-    /// Damping ratio.
     pub damping_ratio: Value,
     /// Equivalent viscous damping `2 ζ m ω`, N·s/m.
     pub damping_n_s_m: Value,
@@ -228,11 +222,8 @@ impl Line {
 /// the damping ratio changes and the natural speed may hardly do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shift {
-    /// Natural speed, rad/s.
     pub natural_rad_s: Line,
-    /// Damping ratio.
     pub damping_ratio: Line,
-    /// The largest peak, m.
     pub largest_m: f64,
 }
 
@@ -260,7 +251,6 @@ impl Shift {
 /// The disk's own unbalance as the two-degree model sees it, over directions and runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Own {
-    /// The unbalance, kg·m.
     pub unbalance_kg_m: C,
     /// Standard deviation of each component: what the noise and the directions' differences make it.
     pub sd_kg_m: f64,

@@ -15,9 +15,7 @@ const TYPICAL_DAMPING: f64 = 0.1;
 /// The two-degree model fitted to a start-up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeastSquares {
-    /// Natural speed, rad/s.
     pub natural_rad_s: Value,
-    /// Damping ratio.
     pub damping_ratio: Value,
     /// Unbalance per mass, `U/m` as felt along the direction, m.
     pub eccentricity_m: C,
@@ -28,7 +26,6 @@ pub struct LeastSquares {
 }
 
 impl LeastSquares {
-    /// Both at their best.
     pub fn modal(&self) -> Modal {
         Modal { natural_rad_s: self.natural_rad_s.value, damping_ratio: self.damping_ratio.value }
     }

@@ -44,9 +44,7 @@ pub const PAPER_SPEEDS_RPM: [f64; 2] = [1000.0, 3600.0];
 /// Natural speed and damping ratio of one oscillator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Modal {
-    /// Natural speed, rad/s.
     pub natural_rad_s: f64,
-    /// Damping ratio.
     pub damping_ratio: f64,
 }
 
@@ -61,9 +59,7 @@ impl Modal {
 /// A number with its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Value {
-    /// The number.
     pub value: f64,
-    /// Its standard deviation.
     pub sd: f64,
 }
 
@@ -85,7 +81,6 @@ pub struct Startup {
     pub spring: ShaftSpring,
     /// Where the shaft is seen.
     pub directions: Vec<Direction>,
-    /// The runs.
     pub runs: Vec<Run>,
     /// Estimates of each run along each direction.
     pub seen: Vec<Vec<Seen>>,

@@ -14,7 +14,6 @@ type C = Complex<f64>;
 pub struct Direction {
     /// `IB x`, or the probe's name where a bearing has one alone.
     pub label: String,
-    /// Number of the bearing.
     pub bearing: usize,
     /// From +x, in the direction of rotation, rad.
     pub angle_rad: f64,
@@ -71,7 +70,6 @@ pub fn directions(rotor: &Rotor) -> Vec<Direction> {
     all
 }
 
-/// One start-up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
     /// As in the file; `None` where it has no runs.
@@ -121,9 +119,7 @@ impl Run {
 /// A measured motion at one speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// Speed, rad/s.
     pub speed_rad_s: f64,
-    /// Motion, m.
     pub motion_m: C,
     /// Standard deviation of each component, m.
     pub sigma_m: f64,

@@ -134,15 +134,11 @@ impl Startup {
 /// How far a model is off in one run at one bearing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorAt {
-    /// Number of the run.
     pub run: usize,
-    /// Number of the bearing.
     pub bearing: usize,
-    /// Number of the reading.
     pub row: usize,
     /// Measured amplitudes along the bearing's directions, zero to peak, m.
     pub measured_m: Vec<f64>,
-    /// Predicted ones.
     pub predicted_m: Vec<f64>,
     /// Largest distance of the two orbits at the same moment, m.
     pub error_m: f64,

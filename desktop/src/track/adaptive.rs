@@ -23,11 +23,9 @@ struct State {
 
 /// Whether a jump of the unbalance is what raised a flag.
 pub enum Jump {
-    /// It explains the readings.
     Explains(Vec<Estimate>),
     /// It lowers the residual, but leaves it suspicious.
     Helps(Vec<Estimate>),
-    /// It does not.
     None,
 }
 

@@ -18,16 +18,15 @@ pub enum Method {
     Adaptive,
     /// Bearings and unbalance sampled, daily and after a jump.
     Bayes,
-    /// All days together.
+    /// All days are estimated together.
     Joint,
 }
 
 /// Proposals of a chain and day after which the chains mostly agree.
 pub const PROPOSALS: usize = 400;
-/// The paper's.
+/// Number of proposals in the paper.
 pub const PROPOSALS_AS_PRINTED: usize = 200;
 
-/// Settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Config {
     /// How the record is followed.
@@ -42,7 +41,6 @@ pub struct Config {
     pub proposals: usize,
     /// [`Method::Bayes`] as it was printed: a random walk in bearings and unbalance together.
     pub paper: bool,
-    /// Seed of everything random.
     pub seed: u64,
 }
 
@@ -66,7 +64,6 @@ impl Config {
 /// What is said of one reading.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
-    /// Row of the record.
     pub row: usize,
     /// Days since the record began.
     pub time_d: f64,
@@ -86,16 +83,12 @@ pub struct Estimate {
     pub flagged: bool,
 }
 
-/// Ends of an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
-    /// Lower end.
     pub low: f64,
-    /// Upper end.
     pub high: f64,
 }
 
-/// Intervals of one reading.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {
     /// Logarithms of the bearing coefficients.
@@ -137,9 +130,7 @@ pub struct Reidentified {
     pub time_d: f64,
     /// The case that was taken, 1 to 4; 0 where the method knows no cases.
     pub case: u8,
-    /// The suspect bearing.
     pub bearing: usize,
-    /// All four cases.
     pub cases: Vec<CaseFit>,
     /// Logarithms of the new coefficients.
     pub logs: Logs,

@@ -30,7 +30,6 @@ const STOP: Stop = Stop { steps: 60, tolerance: 1e-8 };
 const STARTS: [[f64; 2]; 7] =
     [[1.0, 1.0], [0.6, 1.0], [1.7, 1.0], [1.0, 0.6], [1.0, 1.7], [0.5, 0.5], [2.0, 2.0]];
 
-/// One case, fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseFit {
     /// 1 to 4.

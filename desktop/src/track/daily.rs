@@ -38,7 +38,6 @@ pub struct Tracking<'a> {
     pub days: Vec<Day>,
     pub phase_one: Option<PhaseOne>,
     pub remarks: Vec<String>,
-    /// Bearing of each probe.
     pub bearing_of: Vec<usize>,
     /// Where the bearings start, and the planes.
     pub logs: Logs,
@@ -201,7 +200,7 @@ impl<'a> Tracking<'a> {
         streak.iter().map(one).collect()
     }
 
-    /// Method 1.
+    /// Method 1: the bearings are constant.
     pub fn fixed(&self, progress: &mut dyn FnMut(usize, usize)) -> Run {
         let mut run = Run::default();
         let mut watch = Watch::new(self.config);

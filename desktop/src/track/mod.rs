@@ -52,18 +52,14 @@ use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 use daily::Tracking;
 
-/// A record followed.
 #[derive(Debug, Clone)]
 pub struct Track {
-    /// What was done.
     pub method: Method,
     /// Phase I, unless the file was identified.
     pub phase_one: Option<PhaseOne>,
     /// One for each reading that could be used.
     pub estimates: Vec<Estimate>,
-    /// Flags in order.
     pub flags: Vec<Flag>,
-    /// Re-identifications in order.
     pub reidentified: Vec<Reidentified>,
     /// First day of a changed machine without a run-up since: near one speed an effect that the file lacks reads as
     /// other bearings.

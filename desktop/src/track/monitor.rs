@@ -71,7 +71,6 @@ pub struct Verdict {
     pub suspect: usize,
 }
 
-/// Memory of the residuals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Monitor {
     thresholds: Thresholds,

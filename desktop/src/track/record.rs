@@ -27,11 +27,9 @@ const NONLINEAR: [&str; 2] = ["nonlinear_stiffness", "rub"];
 /// One reading.
 #[derive(Debug, Clone)]
 pub struct Day {
-    /// Row of the record.
     pub row: usize,
     /// Days since the record began; the row where the record has no days.
     pub time_d: f64,
-    /// Speed of rotation, rad/s.
     pub speed_rad_s: f64,
     /// The machine at this speed, with the weights of its run in the planes.
     pub point: OperatingPoint,

@@ -29,7 +29,7 @@ pub struct Steps {
     speeds: Vec<AtSpeed>,
 }
 
-/// Those of one speed.
+/// Changes of the features at one speed.
 #[derive(Debug, Clone)]
 struct AtSpeed {
     /// Mean of all its readings'.

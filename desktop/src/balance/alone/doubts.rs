@@ -120,7 +120,6 @@ pub(super) fn at_limit(weights: &[PlaneWeight], limits: &[f64]) -> Option<String
         .then(|| format!("At their largest weight: {}; more would leave less vibration.", held.join(", ")))
 }
 
-/// Probes that get worse.
 pub(super) fn worse(left: &[Left], unit: &str) -> Option<String> {
     let grows = |l: &&Left| l.after > l.before * (1.0 + 1e-9);
     let worst =

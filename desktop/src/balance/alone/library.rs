@@ -13,7 +13,6 @@ use crate::measurement::{Series, text_of};
 
 type C = Complex<f64>;
 
-/// Schema of the file.
 const SCHEMA: u32 = 1;
 
 /// A complex number as `[real, imaginary]`.

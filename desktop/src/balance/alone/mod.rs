@@ -28,7 +28,6 @@ use crate::error::Error;
 
 type C = Complex<f64>;
 
-/// What is asked for.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Request {
     /// Planes to put weights into, by name; all if none are named.
@@ -62,13 +61,11 @@ impl Request {
 /// How the noise is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Basis {
-    /// As stated.
     Stated,
     /// From what runs miss each other by beyond the coefficients, in so many real values.
     Runs(usize),
     /// From readings of one run at one speed, in so many real values: what runs differ by is not in it.
     Readings(usize),
-    /// Not at all.
     Unknown,
 }
 
@@ -105,7 +102,6 @@ impl Basis {
 pub struct Machine {
     /// By speed and probe, of the planes in use.
     pub coefficients: Vec<Coefficients>,
-    /// Names of the probes.
     pub probes: Vec<String>,
     /// Names of the planes in use.
     pub planes: Vec<String>,
@@ -120,36 +116,29 @@ pub struct Machine {
 /// The weight of one plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneWeight {
-    /// Name of the plane.
     pub plane: String,
-    /// What is best, g·mm.
+    /// Optimal unbalance, before it is split into pieces, g·mm.
     pub wanted_g_mm: C,
     /// Interval of its magnitude with 95 %, g·mm, and half that of its angle, degrees, 180 for any angle; `None` if the noise is
     /// not known.
     pub interval_95: Option<([f64; 2], f64)>,
-    /// What is put there.
     pub filling: Filling,
 }
 
 /// One probe at one speed, with and without the weights that are put there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Left {
-    /// Name of the probe.
     pub probe: String,
-    /// Speed, rpm.
     pub speed_rpm: f64,
     /// Amplitude without the weights, zero to peak, in the unit of the data.
     pub before: f64,
-    /// With them.
     pub after: f64,
     /// With them with 95 %; `None` if the noise is not known.
     pub after_at_most: Option<f64>,
 }
 
-/// The answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correction {
-    /// By plane.
     pub weights: Vec<PlaneWeight>,
     /// By speed and probe.
     pub left: Vec<Left>,

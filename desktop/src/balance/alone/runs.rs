@@ -51,7 +51,6 @@ pub(super) struct Mean {
 pub(super) struct Means {
     pub all: Vec<Mean>,
     pub speeds: Speeds,
-    /// Names of the runs.
     pub runs: Vec<String>,
     /// Root mean square of each probe at each speed over the runs.
     levels: Vec<Vec<f64>>,

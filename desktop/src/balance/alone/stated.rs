@@ -14,7 +14,6 @@ const COLUMNS: [&str; 4] = ["run", "plane", "magnitude_g_mm", "angle_deg"];
 /// The full set of weights of every run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Weights {
-    /// Name of the file.
     pub file: String,
     /// Planes, in the order in which they are named.
     pub planes: Vec<String>,

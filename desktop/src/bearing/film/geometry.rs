@@ -24,7 +24,6 @@ pub(super) struct Shape {
 pub(super) enum Surface {
     /// A full circle, fed where the film is widest.
     Plain,
-    /// Arcs that stand still.
     Fixed(Vec<Arc>),
     /// Arcs that tilt about a pivot behind them.
     Tilting(Vec<Arc>),

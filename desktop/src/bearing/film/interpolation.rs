@@ -34,7 +34,6 @@ impl<const N: usize> Monotone<N> {
         Self { x, y, slope }
     }
 
-    /// The knots' range.
     pub(super) fn range(&self) -> [f64; 2] {
         [self.x[0], self.x[self.x.len() - 1]]
     }

@@ -26,7 +26,7 @@ pub(super) struct JournalFilm {
     /// Loss of force per displacement, and per velocity, at running speed.
     pub(super) stiffness: Matrix2<f64>,
     pub(super) damping: Matrix2<f64>,
-    /// Thinnest film.
+    /// Thinnest film in units of the pad clearance.
     pub(super) thinnest: f64,
 }
 

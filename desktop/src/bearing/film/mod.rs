@@ -44,9 +44,8 @@ pub use viscosity::viscosity_pa_s;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Film {
-    /// The family.
     pub kind: FilmKind,
-    /// Of the journal, m.
+    /// Diameter of the journal, m.
     pub diameter_m: f64,
     /// Of the film along the shaft, m.
     pub length_m: f64,
@@ -89,7 +88,6 @@ pub struct Film {
     pub groove_arc_deg: Option<f64>,
 }
 
-/// Families of oil-film bearings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FilmKind {
@@ -106,7 +104,7 @@ pub enum FilmKind {
     TiltingPad,
 }
 
-/// Where the load points.
+/// Direction of the load relative to the pads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PadLoad {

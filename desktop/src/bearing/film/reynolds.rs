@@ -34,7 +34,7 @@ pub(super) struct Pad {
 /// What the film of a pad does, in units of 6 μ Ω R L (R/c)² for forces.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PadFilm {
-    /// Force on the journal.
+    /// Force on the journal in x and y.
     pub(super) force: [f64; 2],
     /// Loss of force in x (row 0) and y per motion of the journal in x and y.
     pub(super) stiffness: Matrix2<f64>,

@@ -9,7 +9,7 @@ use crate::error::Error;
 /// Equilibrium and coefficients of a film in machine axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmState {
-    /// Sommerfeld number.
+    /// S = μ N L D / W (R/c)², N in revolutions per second.
     pub sommerfeld: f64,
     /// Distance of the journal from the bearing's centre by the pad clearance.
     pub eccentricity_ratio: f64,
@@ -36,9 +36,9 @@ pub struct FilmState {
 /// Derivatives of a film's coefficients and place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmSlope {
-    /// Of the stiffness, N/m.
+    /// In N/m per unit of the logarithm.
     pub stiffness_n_m: Matrix2<f64>,
-    /// Of the damping, N·s/m.
+    /// In N·s/m per unit of the logarithm.
     pub damping_n_s_m: Matrix2<f64>,
     /// Of the journal's place, m.
     pub x_m: f64,

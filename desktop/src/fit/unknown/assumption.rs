@@ -50,7 +50,6 @@ struct UnderForce {
 /// The force that a complex unknown is.
 #[derive(Debug, Clone, Copy)]
 pub struct Term {
-    /// Number of the place.
     pub place: usize,
     /// 0 forward, 1 backward.
     pub sense: usize,

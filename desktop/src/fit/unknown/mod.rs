@@ -32,7 +32,6 @@ const SCREENING_ROUNDS: usize = 4;
 /// An unknown cause found beside a hypothesis.
 #[derive(Debug, Clone)]
 pub struct UnknownFit {
-    /// What was assumed.
     pub assumption: Assumption,
     /// The hypothesis fitted anew beside it; its cost includes the freedom of what was assumed.
     pub fit: Fit,

@@ -6,9 +6,7 @@ use serde_json::{Map, Value};
 pub struct Element<'a> {
     /// Its name in the file: class and tag.
     pub key: &'a str,
-    /// Name of its class.
     pub class: &'a str,
-    /// What the file states.
     pub values: &'a Map<String, Value>,
 }
 

@@ -7,7 +7,6 @@ use crate::error::Error;
 
 /// What is being carried over.
 pub struct Import<'a> {
-    /// For messages.
     pub file: &'a str,
     /// What was, one line each.
     pub carried: Vec<String>,

@@ -27,9 +27,7 @@ const WIDENED: f64 = 1.3;
 
 /// All chains of some readings.
 pub struct Drawn {
-    /// Samples of all chains.
     pub samples: Vec<Sample>,
-    /// What they are worth.
     pub quality: Quality,
 }
 

@@ -13,7 +13,6 @@ use rand_distr::{ChiSquared, Distribution, StandardNormal};
 /// Degrees of freedom of the proposals.
 const FREEDOM: f64 = 8.0;
 
-/// A multivariate Student distribution.
 #[derive(Debug, Clone)]
 pub struct Student {
     centre: DVector<f64>,

@@ -30,7 +30,6 @@ const STOP: Stop = Stop { steps: 60, tolerance: 1e-6 };
 pub struct Bearings {
     /// Most probable logarithms of their coefficients.
     pub logs: Logs,
-    /// Their covariance.
     pub covariance: LogCovariance,
 }
 
@@ -46,7 +45,7 @@ pub struct Marginal<'a> {
 
 /// The unbalance on certain bearings.
 pub struct Given {
-    /// The bearings.
+    /// Logarithms of the bearing coefficients.
     pub logs: Logs,
     /// Its mean, kg·m.
     pub unbalance_kg_m: DVector<C>,

@@ -27,7 +27,7 @@ use crate::track::record::Day;
 
 type C = Complex<f64>;
 
-/// Independent chains a day.
+/// Independent chains for each day.
 const CHAINS: usize = 4;
 /// Size of the bearings' coordinates.
 const UNIT: f64 = 0.1;

@@ -27,7 +27,6 @@ pub struct Posterior<'a> {
     centre: &'a Logs,
     /// Size of the bearings' coordinates.
     unit: f64,
-    /// Lowest and highest logarithm.
     range: [Logs; 2],
     /// Where each plane's unbalance was, and how far from there it may be, kg·m.
     around: Vec<(C, f64)>,

@@ -12,7 +12,6 @@ const BURN_IN: f64 = 0.25;
 /// Optimal scale of a proposal's covariance is this over the number of dimensions (Roberts and others 1997).
 const OPTIMAL: f64 = 2.38 * 2.38;
 
-/// How proposals are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Proposal {
     /// A random walk of one step size in all coordinates, adapted to the acceptance rate.
@@ -35,7 +34,6 @@ pub struct Sampler {
 /// Samples after burn-in.
 #[derive(Debug, Clone)]
 pub struct Chain {
-    /// One row a sample.
     pub samples: Vec<DVector<f64>>,
     /// Share of all proposals that was accepted.
     pub acceptance: f64,
@@ -115,7 +113,6 @@ impl Sampler {
     }
 }
 
-/// Mean of all samples.
 pub fn mean(chains: &[Chain]) -> DVector<f64> {
     let all = || chains.iter().flat_map(|c| &c.samples);
     let zero = DVector::zeros(chains[0].samples[0].len());

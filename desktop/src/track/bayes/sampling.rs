@@ -8,7 +8,6 @@ use crate::track::operating_point::Logs;
 
 type C = Complex<f64>;
 
-/// One sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
     /// Logarithms of the bearing coefficients.
@@ -25,7 +24,6 @@ impl Sample {
     }
 }
 
-/// What drew the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sampler {
     /// Proposals from a Student distribution around the most probable bearings, the unbalance integrated.
@@ -37,7 +35,6 @@ pub enum Sampler {
 /// How good the samples of a day are, by the worst of all that was sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
-    /// Share of proposals accepted.
     pub acceptance: f64,
     /// Potential scale reduction; 1 when the chains agree.
     pub r_hat: f64,
@@ -58,11 +55,9 @@ impl Quality {
 /// What the sampling was worth.
 #[derive(Debug, Clone)]
 pub struct Sampling {
-    /// What drew the samples.
     pub sampler: Sampler,
     /// Proposals of each chain and day; where the chains did not agree after that many, that many more, and so on.
     pub proposals: usize,
-    /// Chains a day.
     pub chains: usize,
     /// Each day, days since the record began.
     pub days: Vec<(f64, Quality)>,

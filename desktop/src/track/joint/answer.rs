@@ -12,7 +12,6 @@ pub struct Event {
     pub time_d: f64,
     /// Where that day is with 95 % probability; both ends are days with a reading.
     pub interval_d: Interval,
-    /// What it changed.
     pub scope: Scope,
     /// Logarithm of how much more probable the record is with it, on average over every day and every scope
     /// that were tried: by chance alone it is above `e` in at most `exp(−e)` of records.
@@ -33,7 +32,6 @@ pub struct Constant {
 /// What method 4 learned beside its estimates.
 #[derive(Debug, Clone)]
 pub struct Joint {
-    /// Events in order.
     pub events: Vec<Event>,
     /// The bearings' constants: first day of a state, and the eight coefficients.
     pub constants: Vec<(f64, Vec<Constant>)>,

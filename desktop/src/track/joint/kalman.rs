@@ -7,12 +7,9 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Mean and covariance.
 #[derive(Debug, Clone)]
 pub struct Gaussian {
-    /// Mean.
     pub mean: DVector<f64>,
-    /// Covariance.
     pub covariance: DMatrix<f64>,
 }
 
@@ -23,7 +20,7 @@ pub struct Step {
     pub keep: DVector<f64>,
     /// What F has beside it: to, from, and how much.
     pub reach: Vec<(usize, usize, f64)>,
-    /// Q.
+    /// Covariance Q of the noise.
     pub noise: DMatrix<f64>,
 }
 
@@ -63,13 +60,11 @@ impl Step {
 }
 
 impl Gaussian {
-    /// A step later.
     pub fn predicted(&self, step: &Step) -> Self {
         let half = step.forward(&self.covariance).transpose();
         Self { mean: step.moved(&self.mean), covariance: symmetric(step.forward(&half) + &step.noise) }
     }
 
-    /// With what came later.
     pub fn smoothed(&self, later: &Later) -> Self {
         let seen = &later.information * &self.covariance;
         Self {
@@ -132,9 +127,9 @@ impl Innovation {
 /// What later measurements say of a state: derivative of their log likelihood by it, and its information.
 #[derive(Debug, Clone)]
 pub struct Later {
-    /// r.
+    /// Score r: derivative of the log likelihood.
     pub score: DVector<f64>,
-    /// N.
+    /// Information N of the later measurements.
     pub information: DMatrix<f64>,
 }
 
@@ -144,7 +139,6 @@ pub struct Visit {
     pub predicted: Gaussian,
     /// The measurements, each with the state before it.
     pub seen: Vec<(Gaussian, Innovation)>,
-    /// The state after them.
     pub filtered: Gaussian,
 }
 

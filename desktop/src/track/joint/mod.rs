@@ -58,7 +58,6 @@ type C = Complex<f64>;
 pub struct Later<'a> {
     /// Days since the record began.
     pub time_d: f64,
-    /// The run-up.
     pub readings: &'a [Reading],
 }
 

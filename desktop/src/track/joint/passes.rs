@@ -70,12 +70,10 @@ impl Pass {
         later(&self.visits, &self.steps)
     }
 
-    /// The smoothed states.
     pub fn smoothed(&self, later: &[Later]) -> Vec<Gaussian> {
         self.visits.par_iter().zip(later).map(|(v, l)| v.predicted.smoothed(l)).collect()
     }
 
-    /// Their means.
     pub fn smoothed_means(&self, later: &[Later]) -> Vec<DVector<f64>> {
         let mean = |(v, l): (&Visit, &Later)| &v.predicted.mean + &v.predicted.covariance * &l.score;
         self.visits.iter().zip(later).map(mean).collect()

@@ -5,9 +5,7 @@ use crate::track::coefficients::COEFFICIENTS;
 /// What an event may have changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Scope {
-    /// Each bearing.
     pub bearings: [bool; 2],
-    /// The unbalance.
     pub unbalance: bool,
     /// Something between the bearings that near one speed no bearing can stand for: a seal that begins to act, a
     /// bow. The unbalance itself is then taken to go on as it was.

@@ -31,7 +31,6 @@ const MOVES: usize = 5;
 /// not known.
 const WHOLE: Scope = Scope { bearings: [true; 2], unbalance: true, elsewhere: false };
 
-/// The most probable history.
 pub struct Found {
     pub motion: Motion,
     pub pass: Pass,
@@ -39,7 +38,7 @@ pub struct Found {
     /// The same under other explanations of an event, each with how probable it is beside this one.
     pub rivals: Vec<(f64, Vec<Gaussian>)>,
     pub events: Vec<Event>,
-    /// Their epochs.
+    /// Epoch of each event.
     pub at: Vec<usize>,
     /// The likelihood had stopped rising when the learning ended.
     pub settled: bool,
@@ -74,7 +73,6 @@ struct Taken {
 /// Another explanation of an event.
 #[derive(Debug, Clone, Copy)]
 enum Rival {
-    /// It changed something else.
     Scope(Scope),
     /// It changed something that the model lacks, so that no reading since tells of the unbalance: that went on as it
     /// may have.
@@ -134,7 +132,6 @@ impl History {
 }
 
 impl Tracking<'_> {
-    /// Steps of the features.
     pub(super) fn steps(&self, epochs: impl Iterator<Item = usize>) -> Vec<Window> {
         let all: Vec<(usize, &Day)> = epochs.zip(&self.days).filter(|(_, d)| d.is_complete()).collect();
         let days: Vec<&Day> = all.iter().map(|(_, d)| *d).collect();

@@ -36,11 +36,9 @@ const JUMP_SD: f64 = 0.3;
 /// Where each part of the state is, and in what the planes' unbalance is stated.
 #[derive(Debug, Clone)]
 pub struct Layout {
-    /// One a plane.
     pub planes: Vec<Coordinate>,
     /// Where the planes are, m.
     pub positions_m: Vec<f64>,
-    /// Number of probes.
     pub probes: usize,
     /// Whether the probes' factors are part of the state; where no event moves them they stay one, and cost half of the
     /// time.
@@ -67,7 +65,7 @@ impl Layout {
         2 * self.flat()
     }
 
-    /// First of the wander.
+    /// Index of the wander's first coordinate.
     pub fn wander(&self) -> usize {
         self.bearings() + COEFFICIENTS
     }
@@ -76,7 +74,6 @@ impl Layout {
         self.wander() + COEFFICIENTS
     }
 
-    /// Length of the state.
     pub fn size(&self) -> usize {
         self.factors() + if self.has_factors { 2 * self.probes } else { 0 }
     }
@@ -86,7 +83,6 @@ impl Layout {
         Self { has_factors: changes.iter().any(|(_, scope)| scope.elsewhere), ..self.clone() }
     }
 
-    /// Factor of each probe.
     pub fn factor(&self, x: &DVector<f64>) -> Vec<C> {
         let at = |p: usize| self.factors() + 2 * p;
         let of =
@@ -103,7 +99,7 @@ impl Layout {
         x
     }
 
-    /// Bearings of a state.
+    /// Logarithms of the bearing coefficients, wander included.
     pub fn logs(&self, x: &DVector<f64>) -> Logs {
         std::array::from_fn(|i| x[self.bearings() + i] + x[self.wander() + i])
     }
