@@ -10,6 +10,14 @@ use super::rub::Rub;
 
 type C = Complex<f64>;
 
+/// Whether dampers act.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dampers {
+    In,
+    /// Without dampers and without what does work on a closed orbit.
+    Out,
+}
+
 /// How a support answers the motion of its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SupportLaw {
@@ -53,11 +61,12 @@ impl Pedestal {
         Self { stiffness_n_m: [stiffness_n_m; 2], damping_n_s_m: [damping_n_s_m; 2], mass_kg: [mass_kg; 2] }
     }
 
-    /// `k + iΩc − Ω²m` along x and y, N/m.
-    pub fn dynamic_stiffness(&self, speed_rad_s: f64) -> Matrix2<C> {
+    /// `k + λc + λ²m` along x and y for motion `e^{λt}`, N/m.
+    pub fn dynamic_stiffness(&self, lambda: C) -> Matrix2<C> {
         let along = |axis: usize| {
-            let stiffness = self.stiffness_n_m[axis] - speed_rad_s.powi(2) * self.mass_kg[axis];
-            C::new(stiffness, speed_rad_s * self.damping_n_s_m[axis])
+            C::from(self.stiffness_n_m[axis])
+                + lambda * self.damping_n_s_m[axis]
+                + lambda * lambda * self.mass_kg[axis]
         };
         Matrix2::new(along(0), C::from(0.0), C::from(0.0), along(1))
     }
@@ -122,31 +131,44 @@ impl SupportLaw {
     /// `amplitude_m` is the zero-to-peak motion of the shaft here in x and y; it matters only to a
     /// support that hardens or softens, or rubs.
     pub fn dynamic_stiffness(&self, speed_rad_s: f64, amplitude_m: [f64; 2]) -> Matrix2<C> {
-        let bearing = self.without_pedestal(speed_rad_s, amplitude_m);
-        match &self.pedestal {
-            Some(pedestal) => in_series(bearing, pedestal.dynamic_stiffness(speed_rad_s)),
-            None => bearing,
+        self.held(C::new(0.0, speed_rad_s), speed_rad_s, amplitude_m, Dampers::In)
+    }
+
+    /// Force per displacement `e^{λt}` of a shaft that turns at this speed, 2 × 2, N/m.
+    pub fn held(&self, lambda: C, speed_rad_s: f64, amplitude_m: [f64; 2], dampers: Dampers) -> Matrix2<C> {
+        let mut pair = self.coefficients(speed_rad_s);
+        let mut pedestal = self.pedestal;
+        if dampers == Dampers::Out {
+            pair.stiffness = (pair.stiffness + pair.stiffness.transpose()) * 0.5;
+            pair.damping = Matrix2::zeros();
+            pedestal.iter_mut().for_each(|p| p.damping_n_s_m = [0.0; 2]);
         }
+        let bearing = self.without_pedestal(pair, lambda, amplitude_m);
+        let held = match &pedestal {
+            Some(pedestal) => in_series(bearing, pedestal.dynamic_stiffness(lambda)),
+            None => bearing,
+        };
+        held + Matrix2::identity() * (lambda * lambda * self.mass_kg)
     }
 
     /// Motion of the housing per motion of the shaft, `(Zb + Zp)⁻¹ Zb`: zero on rigid ground.
     pub fn housing(&self, speed_rad_s: f64, amplitude_m: [f64; 2]) -> Matrix2<C> {
         let Some(pedestal) = &self.pedestal else { return Matrix2::zeros() };
-        let bearing = self.without_pedestal(speed_rad_s, amplitude_m);
-        inverse(bearing + pedestal.dynamic_stiffness(speed_rad_s)) * bearing
+        let lambda = C::new(0.0, speed_rad_s);
+        let bearing = self.without_pedestal(self.coefficients(speed_rad_s), lambda, amplitude_m);
+        inverse(bearing + pedestal.dynamic_stiffness(lambda)) * bearing
     }
 
-    fn without_pedestal(&self, speed_rad_s: f64, amplitude_m: [f64; 2]) -> Matrix2<C> {
-        let Pair { mut stiffness, damping } = self.coefficients(speed_rad_s);
+    /// Spring and damper of the bearing alone at an amplitude.
+    fn without_pedestal(&self, pair: Pair, lambda: C, amplitude_m: [f64; 2]) -> Matrix2<C> {
+        let Pair { mut stiffness, damping } = pair;
         for (axis, amplitude) in amplitude_m.into_iter().enumerate() {
             stiffness[(axis, axis)] *= 1.0 + 0.75 * self.hardening_per_m2 * amplitude * amplitude;
         }
         if let Some(rub) = &self.rub {
             stiffness += rub.stiffness_n_m(amplitude_m);
         }
-        let inertia = speed_rad_s.powi(2) * self.mass_kg;
-        stiffness.map(C::from) + damping.map(|c| C::new(0.0, speed_rad_s * c))
-            - Matrix2::identity() * C::from(inertia)
+        stiffness.map(C::from) + damping.map(|c| lambda * c)
     }
 }
 
@@ -210,7 +232,7 @@ mod tests {
         let alone = bearing().dynamic_stiffness(800.0, [0.0; 2]);
         let on = SupportLaw { pedestal: Some(pedestal), ..bearing() };
         let (series, housing) = (on.dynamic_stiffness(800.0, [0.0; 2]), on.housing(800.0, [0.0; 2]));
-        let through_pedestal = pedestal.dynamic_stiffness(800.0) * housing;
+        let through_pedestal = pedestal.dynamic_stiffness(C::new(0.0, 800.0)) * housing;
         let through_film = alone * (Matrix2::identity() - housing);
         assert!((through_pedestal - series).norm() < 1e-12 * series.norm());
         assert!((through_film - series).norm() < 1e-9 * series.norm());

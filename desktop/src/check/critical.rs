@@ -6,9 +6,10 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::check::line::{Dampers, eigenpair};
+use crate::bearing::support::Dampers;
 use crate::check::system::System;
 use crate::decomposition::hermitian;
+use crate::model::chain::eigenpair;
 
 type C = Complex<f64>;
 

@@ -13,7 +13,6 @@
 
 pub mod campbell;
 pub mod critical;
-pub mod line;
 pub mod modes;
 pub mod plausibility;
 pub mod system;

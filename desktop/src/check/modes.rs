@@ -7,10 +7,11 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::check::line::{Dampers, eigenpair};
+use crate::bearing::support::Dampers;
 use crate::check::system::{Matrices, System};
 use crate::decomposition;
 use crate::error::Error;
+use crate::model::chain::eigenpair;
 
 type C = Complex<f64>;
 

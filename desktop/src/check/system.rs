@@ -2,7 +2,7 @@
 //! unit mass.
 //!
 //! The shaft is taken on `MODES` modes of each plane on its bearings and on the static shape of each
-//! support, which finds every mode; each is then made exact on all finite elements (see [`crate::check::line`]). A
+//! support, which finds every mode; each is then made exact on all finite elements (see [`crate::model::chain`]). A
 //! pedestal with a mass has coordinates of its own, and so has each mode of a foundation.
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector4};
@@ -10,10 +10,10 @@ use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector4};
 use crate::bearing::foundation::Footing;
 use crate::bearing::pair::Pair;
 use crate::bearing::support::{Pedestal, SupportLaw};
-use crate::check::line::{Line, Nodes};
 use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
 use crate::model::Model;
+use crate::model::chain::{Line, Nodes};
 use crate::shaft::basis;
 
 /// Modes of the shaft on its bearings that the system is made of, in each plane.
@@ -31,8 +31,8 @@ pub struct System {
     pedestals: Vec<(usize, usize)>,
     /// Place of the first coordinate of a common foundation's modes.
     foundation: usize,
-    /// Model of all finite elements, not reduced.
-    full: Model,
+    /// Model of all finite elements, not reduced, for motion at running speed.
+    forced: Model,
     /// Nodal coordinates of each coordinate of a plane.
     shapes: DMatrix<f64>,
     line: Option<Line>,
@@ -84,6 +84,7 @@ impl System {
     /// As [`System::new`].
     pub fn of(mut full: Model, formulation: Formulation) -> Result<Self, Error> {
         let printed = formulation == Formulation::Printed2023;
+        let forced = full.clone();
         if printed {
             full.structure.mass -= &full.structure.tilt_inertia;
         }
@@ -116,7 +117,7 @@ impl System {
         }
         // a foundation joins places far from each other, which no chain does
         let line = if full.foundation.is_some() { None } else { Line::new(&full, printed) };
-        Ok(Self { model, printed, pedestals, foundation: end, full, shapes, line })
+        Ok(Self { model, printed, pedestals, foundation: end, forced, shapes, line })
     }
 
     /// All finite elements as a chain, where they are one.
@@ -124,9 +125,9 @@ impl System {
         self.line.as_ref()
     }
 
-    /// Model of all finite elements, not reduced.
-    pub fn full(&self) -> &Model {
-        &self.full
+    /// Model of all finite elements, not reduced, for motion at running speed.
+    pub fn forced(&self) -> &Model {
+        &self.forced
     }
 
     /// Nodal motion of a motion in the coordinates of the system.

@@ -8,18 +8,16 @@
 //! amplitude at 0.707 of the peak; the separation margin that a peak of factor A ≥ 2.5 needs is
 //! `17 (1 − 1/(A − 1.5))` percent below the running range and 10 more above it (API 617, lateral analysis).
 
-use nalgebra::{Complex, DVector, Vector2, Vector4};
+use nalgebra::{Complex, DVector};
 use rayon::prelude::*;
 
 use crate::balance::grade::permissible_g_mm;
-use crate::check::line::{Dampers, Nodes};
+
 use crate::check::modes::Mode;
 use crate::check::system::System;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::measurement::rpm;
-use crate::model::Model;
-use crate::model::terms::ProbeTerm;
 
 type C = Complex<f64>;
 
@@ -103,55 +101,9 @@ pub fn speeds_rad_s(fastest_rad_s: f64, critical: &[Mode]) -> Vec<f64> {
 /// # Errors
 /// If the machine is singular at this speed: an undamped critical speed.
 pub fn probes_at(system: &System, speed_rad_s: f64, planes_kg_m: &[C]) -> Result<Vec<C>, Error> {
-    let singular = || Error::Unsuitable(format!("the machine is singular at {:.1} rpm", rpm(speed_rad_s)));
-    let pulls = planes_kg_m.iter().map(|unbalance| unbalance * (speed_rad_s * speed_rad_s));
-    let lambda = C::new(0.0, speed_rad_s);
-    let turned = |force: C| C::new(force.im, -force.re);
-    // on all finite elements where they are a chain, which is exact and faster than the reduced system
-    if let Some(line) = system.line() {
-        let full = system.full();
-        let mut force: Nodes = vec![Vector4::zeros(); full.structure.stations.len()];
-        for (shape, pull) in full.planes.iter().zip(pulls) {
-            for (k, s) in shape.iter().enumerate().filter(|(_, s)| **s != 0.0) {
-                force[k / 2][k % 2] += pull * *s;
-                force[k / 2][2 + k % 2] += turned(pull) * *s;
-            }
-        }
-        let motion = line.at(lambda, speed_rad_s, Dampers::In).solve(&force).ok_or_else(singular)?;
-        let along = |shape: &DVector<f64>, axis: usize| {
-            let moving = shape.iter().enumerate().filter(|(_, s)| **s != 0.0);
-            moving.map(|(k, s)| motion[k / 2][2 * axis + k % 2] * *s).sum::<C>()
-        };
-        let moves = |shape: &DVector<f64>| Vector2::new(along(shape, 0), along(shape, 1));
-        return Ok(full.probes.iter().map(|p| reading(full, p, speed_rad_s, &moves)).collect());
-    }
-    let n = system.model.structure.size();
-    let mut force = DVector::<C>::zeros(system.size());
-    for (shape, pull) in system.model.planes.iter().zip(pulls) {
-        for k in 0..n {
-            force[k] += pull * shape[k];
-            force[n + k] += turned(pull) * shape[k];
-        }
-    }
-    let motion = system.at(speed_rad_s).dynamic_stiffness(lambda).lu().solve(&force).ok_or_else(singular)?;
-    let along = |shape: &DVector<f64>, from: usize| (0..n).map(|k| motion[from + k] * shape[k]).sum::<C>();
-    let moves = |shape: &DVector<f64>| Vector2::new(along(shape, 0), along(shape, n));
-    Ok(system.model.probes.iter().map(|p| reading(&system.model, p, speed_rad_s, &moves)).collect())
-}
-
-/// What a probe shows, `moves` being the motion of a place in x and y; a surface that is out of round is no part of
-/// a response.
-fn reading(
-    model: &Model,
-    probe: &ProbeTerm,
-    speed_rad_s: f64,
-    moves: &impl Fn(&DVector<f64>) -> Vector2<C>,
-) -> C {
-    let at_rest = vec![[0.0; 2]; model.supports.len()];
-    let housings = probe.mount.map_or(vec![], |s| model.housing(s, speed_rad_s, &at_rest));
-    let housing = housings.iter().map(|(s, per_motion)| per_motion * moves(&model.supports[*s].shape));
-    let seen = moves(&probe.shape) - housing.sum::<Vector2<C>>();
-    probe.gain * (seen.x * probe.angle_rad.cos() + seen.y * probe.angle_rad.sin())
+    let model = system.forced();
+    let response = model.turning_at(speed_rad_s, &vec![[0.0; 2]; model.supports.len()])?;
+    Ok((response.per_unbalance * DVector::from_column_slice(planes_kg_m)).iter().copied().collect())
 }
 
 /// Every probe's response to a trial over these speeds, with its peaks.

@@ -1,17 +1,21 @@
 //! A rotor model: a shaft plus supports, forcings and readings; and its response at running speed.
 
+pub mod banded;
+pub mod chain;
 pub mod deflection;
 pub mod terms;
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector2};
 
 use crate::bearing::foundation::{Footing, Held};
+use crate::bearing::support::Dampers;
 use crate::decomposition::eigenvalues;
 use crate::effects::entry;
 use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
 use crate::machine::terms::{force_shape, position_m};
 use crate::shaft::structure::{Structure, elements_per_segment};
+use chain::Line;
 use terms::{Forcing, ProbeTerm, Support};
 
 /// Fixed-point rounds over the amplitude at supports that harden or soften.
@@ -217,10 +221,62 @@ impl Model {
         for f in &self.forcings {
             add(self.planes.len(), &f.shape, f.amplitude * f.law.factor(speed_rad_s));
         }
-        self.dynamic_stiffness(speed_rad_s, amplitudes_m)
-            .lu()
-            .solve(&columns)
-            .ok_or_else(|| Error::Unsuitable(format!("the model is singular at {speed_rad_s:.1} rad/s")))
+        let solved = match Line::new(self, false) {
+            Some(line) => self.solve_on_chain(&line, speed_rad_s, amplitudes_m, &columns),
+            None => self.dynamic_stiffness(speed_rad_s, amplitudes_m).lu().solve(&columns),
+        };
+        solved.ok_or_else(|| Error::Unsuitable(format!("the model is singular at {speed_rad_s:.1} rad/s")))
+    }
+
+    /// Coordinates `[p; r]` under forces on all finite elements; `None` if the model is singular.
+    ///
+    /// A foundation joins places that are far from each other: it is put on the shaft on rigid pedestals as an update of their
+    /// dynamic stiffness (Sherman–Morrison–Woodbury).
+    fn solve_on_chain(
+        &self,
+        line: &Line,
+        speed_rad_s: f64,
+        amplitudes_m: &[[f64; 2]],
+        forces: &DMatrix<Complex<f64>>,
+    ) -> Option<DMatrix<Complex<f64>>> {
+        let n = self.structure.size();
+        // node by node: two coordinates in x, two in y
+        let place =
+            |row: usize| if row < n { row / 2 * 4 + row % 2 } else { (row - n) / 2 * 4 + 2 + row % 2 };
+        let mut chain = line.shaft(Complex::new(0.0, speed_rad_s), speed_rad_s, Dampers::In);
+        let own: Vec<Matrix2<Complex<f64>>> = self
+            .supports
+            .iter()
+            .zip(amplitudes_m)
+            .map(|(support, amplitude_m)| support.law.dynamic_stiffness(speed_rad_s, *amplitude_m))
+            .collect();
+        let nodes: Vec<usize> = line.nodes().collect();
+        nodes.iter().zip(&own).for_each(|(node, own)| chain.hold(*node, own));
+        let factors = chain.factor()?;
+        let mut motion = DMatrix::zeros(2 * n, forces.ncols());
+        for row in 0..2 * n {
+            motion.row_mut(place(row)).copy_from(&forces.row(row));
+        }
+        factors.solve(&mut motion);
+        if let Some(held) = self.on_foundation(speed_rad_s, amplitudes_m) {
+            let mut change = held.stiffness;
+            for (i, support) in self.footing().iter().enumerate() {
+                let mut block = change.fixed_view_mut::<2, 2>(2 * i, 2 * i);
+                block -= own[*support];
+            }
+            let feet: Vec<usize> =
+                self.footing().iter().flat_map(|s| [4 * nodes[*s], 4 * nodes[*s] + 2]).collect();
+            let mut per_force = DMatrix::zeros(2 * n, feet.len());
+            feet.iter().enumerate().for_each(|(j, row)| per_force[(*row, j)] = Complex::from(1.0));
+            factors.solve(&mut per_force);
+            let update = DMatrix::identity(feet.len(), feet.len()) + &change * per_force.select_rows(&feet);
+            let force = update.lu().solve(&(change * motion.select_rows(&feet)))?;
+            motion -= per_force * force;
+        }
+        motion
+            .iter()
+            .all(|v| v.is_finite())
+            .then(|| DMatrix::from_fn(2 * n, forces.ncols(), |row, column| motion[(place(row), column)]))
     }
 
     /// The speed at which the machine turns where the data state this one.
@@ -233,8 +289,15 @@ impl Model {
     /// # Errors
     /// As [`Model::motion`].
     pub fn response_at(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> Result<Response, Error> {
+        self.turning_at(self.true_rad_s(speed_rad_s), amplitudes_m)
+    }
+
+    /// The same at the true speed.
+    ///
+    /// # Errors
+    /// As [`Model::motion`].
+    pub fn turning_at(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> Result<Response, Error> {
         let n = self.structure.size();
-        let speed_rad_s = self.true_rad_s(speed_rad_s);
         let motion = self.motion(speed_rad_s, amplitudes_m)?;
         let x = motion.rows(0, n);
         let y = motion.rows(n, n);

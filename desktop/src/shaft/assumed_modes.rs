@@ -97,7 +97,7 @@ pub fn structure(rotor: &Rotor, size: usize) -> Structure {
             Station { position_m, displacement: at.displacement, slope: at.slope }
         })
         .collect();
-    let mut structure = Structure { stiffness, mass, polar_inertia, tilt_inertia, stations };
+    let mut structure = Structure { stiffness, mass, polar_inertia, tilt_inertia, stations, is_chain: false };
     structure.attach_lumps(rotor, &rotor.physics);
     structure
 }

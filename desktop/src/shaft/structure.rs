@@ -43,6 +43,8 @@ pub struct Structure {
     pub tilt_inertia: DMatrix<f64>,
     /// Places on the shaft, ascending.
     pub stations: Vec<Station>,
+    /// Whether coordinates are displacement and slope of each station in turn, joined to those of its neighbours only.
+    pub is_chain: bool,
 }
 
 impl Structure {
@@ -57,6 +59,7 @@ impl Structure {
             polar_inertia: DMatrix::zeros(n, n),
             tilt_inertia: DMatrix::zeros(n, n),
             stations: Vec::with_capacity(mesh.nodes_m.len()),
+            is_chain: true,
         };
         for i in 0..mesh.pieces.len() {
             let e = mesh.element(i, rotor, physics);
@@ -116,6 +119,7 @@ impl Structure {
             mass: project(&self.mass),
             polar_inertia: project(&self.polar_inertia),
             tilt_inertia: project(&self.tilt_inertia),
+            is_chain: false,
             stations: self
                 .stations
                 .iter()
