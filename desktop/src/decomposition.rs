@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn a_matrix_that_is_not_finite_has_no_decomposition_and_does_not_hang() {
+    fn non_finite_matrix_has_no_decomposition_and_terminates() {
         for value in [f64::NAN, f64::INFINITY] {
             let mut matrix = DMatrix::<f64>::identity(4, 4);
             matrix[(1, 2)] = value;

@@ -97,7 +97,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_new_file_can_be_read_by_others_as_the_mask_says_and_an_old_one_stays_as_private_as_it_was() {
+    fn new_file_follows_umask_and_old_file_keeps_its_mode() {
         use std::os::unix::fs::PermissionsExt as _;
         let folder = tempfile::tempdir().unwrap();
         let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
@@ -112,7 +112,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn links_devices_folders_and_folders_that_are_not_there_are_refused_and_left_alone() {
+    fn links_devices_and_folders_are_refused_and_unchanged() {
         let folder = tempfile::tempdir().unwrap();
         let (file, link) = (folder.path().join("file"), folder.path().join("link"));
         std::fs::write(&file, b"kept").unwrap();

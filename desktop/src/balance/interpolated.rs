@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_at_other_speeds_is_found_between_its_own_and_is_off_by_about_what_is_said() {
+    fn interpolated_run_error_matches_estimated_error() {
         let all = [run("base", 2500.0, 30.0, 1.0), run("trial", 2507.0, 23.0, 2.0)].concat();
         let found = interpolated(&all).unwrap();
         assert_eq!(found.run, "base");
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_without_common_speeds_are_refused_and_wide_gaps_stay_empty() {
+    fn interpolation_without_overlap_or_over_wide_gap_is_refused() {
         let apart = [run("base", 1000.0, 1.0, 1.0), run("trial", 2500.0, 30.0, 2.0)].concat();
         assert!(interpolated(&apart).unwrap_err().to_string().contains("expected run-ups that overlap"));
         let wide = [run("base", 2500.0, 30.0, 1.0), run("trial", 2400.0, 500.0, 2.0)].concat();

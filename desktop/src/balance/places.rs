@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vector_between_two_holes_is_split_over_them_and_one_at_a_hole_stays_whole() {
+    fn vector_between_two_holes_is_split_and_at_a_hole_is_not() {
         let holes = Holes { count: 8, first_deg: 10.0, against_rotation: false, most: 2 };
         let best = &fillings(polar(100.0, 77.5), &Allowed::default(), Some(&holes), &[], f64::INFINITY)[0];
         assert_eq!(best.pieces.iter().map(|p| p.hole.unwrap()).collect::<Vec<_>>(), [2, 3]);
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn masses_in_steps_are_the_best_of_every_combination_of_two_and_of_three_holes() {
+    fn stepped_masses_equal_exhaustive_search_of_2_and_3_holes() {
         let allowed = Allowed { radii_mm: vec![50.0], step_g: Some(0.5) };
         let wanted = polar(183.0, 71.0);
         for most in [2, 3] {
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn holes_that_are_taken_are_left_out_however_far_the_next_ones_are() {
+    fn taken_holes_are_excluded_at_any_distance() {
         let holes = Holes { count: 6, first_deg: 0.0, against_rotation: false, most: 2 };
         let numbers = |taken: &[usize]| {
             let best =
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn planes_are_filled_together_so_that_one_makes_good_what_another_cannot() {
+    fn filling_planes_jointly_compensates_rounding_of_one_plane() {
         let holes = Holes { count: 4, first_deg: 0.0, against_rotation: false, most: 1 };
         let allowed = Allowed { radii_mm: vec![1.0], step_g: Some(10.0) };
         let wanted = [C::from(14.0), C::from(14.0)];

@@ -69,7 +69,7 @@ mod tests {
     use super::groups;
 
     #[test]
-    fn speeds_of_a_balancing_course_are_one_and_steps_of_a_run_up_are_not() {
+    fn nearby_run_speeds_form_one_group_and_run_up_steps_do_not() {
         let course = [(0, 1445.7), (1, 1453.9), (2, 1450.0)];
         assert_eq!(groups(&course, 0.01), [vec![0, 2, 1]]);
         assert_eq!(groups(&course, 0.005).len(), 2);

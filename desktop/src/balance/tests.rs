@@ -110,7 +110,7 @@ fn truly_left(rotor: &Rotor, plan: &Plan, weights: &[Filling]) -> f64 {
 }
 
 #[test]
-fn without_noise_trial_runs_alone_give_the_opposite_of_the_hidden_unbalance() {
+fn trial_runs_without_noise_give_negative_hidden_unbalance() {
     let mut rotor = machine();
     rotor.noise = Some(Noise { relative: 1e-9, floor_um: 1e-9, ..Noise::default() });
     let found = from_trial_runs(&rotor, &measured(&rotor, None), &plan(&[0, 1])).unwrap();
@@ -122,7 +122,7 @@ fn without_noise_trial_runs_alone_give_the_opposite_of_the_hidden_unbalance() {
 }
 
 #[test]
-fn both_ways_take_away_95_percent_of_the_true_vibration_in_one_shot_under_noise() {
+fn both_methods_remove_95_percent_of_vibration_under_noise() {
     let rotor = machine();
     let readings = measured(&rotor, Some(3));
     // the file's bearings are guesses
@@ -151,7 +151,7 @@ fn both_ways_take_away_95_percent_of_the_true_vibration_in_one_shot_under_noise(
 }
 
 #[test]
-fn the_stated_uncertainty_of_weights_is_what_repeated_noise_scatters_them_by() {
+fn weight_sd_equals_scatter_over_repeated_noise() {
     const DRAWS: u64 = 25;
     let rotor = machine();
     let (mut sum, mut count) = (0.0, 0.0);
@@ -168,7 +168,7 @@ fn the_stated_uncertainty_of_weights_is_what_repeated_noise_scatters_them_by() {
 }
 
 #[test]
-fn the_stated_uncertainty_holds_for_weights_at_a_limit_and_for_those_of_the_least_largest_vibration() {
+fn weight_sd_holds_at_weight_limit_and_for_min_max() {
     const DRAWS: u64 = 12;
     let rotor = machine();
     // the first plane needs 900 g·mm and may have 600
@@ -198,7 +198,7 @@ fn the_stated_uncertainty_holds_for_weights_at_a_limit_and_for_those_of_the_leas
 }
 
 #[test]
-fn weights_of_a_rotors_file_go_into_the_holes_that_are_free_within_the_limit() {
+fn weights_go_into_free_holes_within_limit() {
     let rotor = machine();
     let holes = Holes { count: 12, first_deg: 0.0, against_rotation: false, most: 2 };
     let first = rotor.plane[0].name.clone();
@@ -230,7 +230,7 @@ fn weights_of_a_rotors_file_go_into_the_holes_that_are_free_within_the_limit() {
 }
 
 #[test]
-fn run_ups_at_unlike_speeds_are_interpolated_and_balance_as_those_at_equal_ones() {
+fn run_ups_at_unequal_speeds_balance_when_interpolated() {
     let rotor = machine();
     let mut readings = measured(&rotor, None);
     let model = Model::finite_elements(&rotor);
@@ -256,7 +256,7 @@ fn run_ups_at_unlike_speeds_are_interpolated_and_balance_as_those_at_equal_ones(
 }
 
 #[test]
-fn one_plane_does_what_one_plane_can_and_both_ways_agree_on_what_is_left() {
+fn one_plane_residual_agrees_between_both_methods() {
     let rotor = machine();
     let readings = measured(&rotor, Some(4));
     let plan = plan(&[0]);
@@ -270,7 +270,7 @@ fn one_plane_does_what_one_plane_can_and_both_ways_agree_on_what_is_left() {
 }
 
 #[test]
-fn a_plane_without_a_trial_weight_or_runs_over_other_speeds_cannot_be_answered_from_trial_runs() {
+fn runs_without_trial_weight_or_common_speeds_are_refused() {
     let mut rotor = machine();
     let readings = measured(&rotor, Some(5));
     let alone: Vec<Reading> =
@@ -307,7 +307,7 @@ fn weights_come_in_steps_at_the_radius_that_fits_best() {
 }
 
 #[test]
-fn grade_of_unbalance_in_the_centre_of_mass_is_u_omega_over_m_and_a_couple_counts_too() {
+fn grade_of_central_or_couple_unbalance_is_u_omega_over_m() {
     let rotor = uniform_shaft();
     let rigid = Rigid::of(&rotor);
     let mass = 7850.0 * std::f64::consts::PI * 0.05_f64.powi(2) / 4.0;
@@ -348,7 +348,7 @@ fn permissible_unbalance_is_the_standards_example() {
 }
 
 #[test]
-fn a_stated_grade_permits_its_eccentricity_times_the_mass_and_makes_three_grades_more_plausible() {
+fn permissible_unbalance_is_grade_eccentricity_times_mass() {
     let mut rotor = uniform_shaft();
     assert_eq!(permissible_g_mm(&rotor), None);
     rotor.rated = Some(Rated { speed_rpm: [500.0, 3000.0], balance_grade_mm_s: None });
@@ -365,7 +365,7 @@ fn a_stated_grade_permits_its_eccentricity_times_the_mass_and_makes_three_grades
 }
 
 #[test]
-fn trial_weights_that_sit_in_a_plane_move_with_it_when_a_fit_corrects_the_drawing() {
+fn trial_weights_in_plane_move_with_fitted_plane() {
     let mut rotor = machine();
     rotor.tolerance = Some(Tolerance { position_m: 0.002, ..Tolerance::default() });
     // as a file may round it

@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_without_cross_terms_leaves_the_four_direct_ones_open_and_one_with_them_all_eight() {
+    fn free_coefficients_are_direct_only_without_cross_terms() {
         let direct = |k: f64| Coefficients { xx: k, yy: 2.0 * k, ..Coefficients::default() };
         let plain = Constant { stiffness_n_m: direct(1e7), damping_n_s_m: direct(1e3), learned: None };
         let symbols = |law: &Constant| law.unknowns().into_iter().map(|u| u.symbol).collect::<Vec<_>>();
@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn cross_terms_that_rounding_of_the_direct_ones_hides_are_not_open_and_those_beyond_it_are() {
+    fn cross_terms_below_rounding_of_direct_terms_stay_fixed() {
         let with = |yx: f64| Constant {
             stiffness_n_m: Coefficients { xx: 1e7, yy: 1e7, xy: 0.0, yx },
             damping_n_s_m: Coefficients { xx: 1e3, yy: 1e3, ..Coefficients::default() },
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn at_what_the_file_states_the_support_is_the_file_s_at_every_speed() {
+    fn support_at_stated_values_equals_file_at_every_speed() {
         for law in [film(), Constant { learned: None, ..film() }] {
             for speed in [300.0, 628.0, 1100.0] {
                 let at = law.support(&stated(&law)).coefficients(speed);
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bearing_without_damping_is_drawn_without_it_though_its_search_starts_from_a_trace() {
+    fn undamped_bearing_is_drawn_undamped_and_searched_damped() {
         let direct = |k: f64| Coefficients { xx: k, yy: k, ..Coefficients::default() };
         let law = Constant { stiffness_n_m: direct(1e7), damping_n_s_m: direct(0.0), learned: None };
         assert_eq!(law.drawn().damping_n_s_m, Matrix2::zeros());

@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn every_knot_is_met_and_nothing_overshoots_between_or_leaves_outside() {
+    fn curve_meets_knots_and_never_overshoots_or_extrapolates() {
         let values = [1.0, 1.1, 5.0, 5.0, 2.0, 9.0];
         for between in [Between::Straight, Between::Monotone] {
             let k = knots(&values, between);
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_logarithmic_curve_has_its_value_slope_and_curvature_at_the_reference() {
+    fn logarithmic_curve_has_value_slope_and_curvature_at_reference() {
         let column = |k: f64| Pair::from_columns(|i| k * (3.0 + i as f64));
         let terms = [column(100.0), column(-9.0), column(2.0)];
         let curve = Curve::Logarithmic { terms, reference_rad_s: 300.0 };

@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_assigned_is_what_the_support_had_and_the_oil_is_then_stated_by_its_viscosity() {
+    fn assigned_film_equals_its_support_and_states_viscosity() {
         let mut law = plain();
         let x = [1.3e-4_f64.ln(), 0.02_f64.ln(), 2500.0_f64.ln()];
         let before = law.support(&x).coefficients(500.0);
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn a_journal_that_begins_to_turn_rises_and_goes_with_the_rotation_and_never_further_than_the_bore() {
+    fn journal_rises_with_speed_along_rotation_within_the_bore() {
         let curve = plain().curve();
         let mut last_m = 0.0;
         for speed_rad_s in [50.0, 150.0, 450.0] {
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_film_that_is_out_of_its_range_has_its_journal_where_the_range_ends() {
+    fn journal_outside_film_range_stays_at_end_of_range() {
         let curve = plain().curve();
         let [slowest, fastest] = curve.range_rad_s();
         for (beyond, end) in [(0.1 * slowest, slowest), (10.0 * fastest, fastest)] {

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_is_met_at_its_frequencies_and_straight_between_and_holds_both_ways() {
+    fn flexibility_between_frequencies_is_linear_and_symmetric() {
         let names = ["A".to_string(), "B".to_string()];
         let rows = [
             row(20.0, "A.y", "A.y", 4e-9),

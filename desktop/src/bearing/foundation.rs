@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_that_moves_alone_on_each_of_its_modes_is_a_pedestal_with_its_mass_spring_and_damper() {
+    fn foot_with_own_modes_equals_pedestal() {
         let (mass, speed) = (200.0, 900.0);
         let at = |i: usize, axis: usize| f64::from(u8::from(i == axis));
         let modes: Vec<FoundationMode> = (0..4)
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn what_bearings_push_into_a_foundation_equals_what_its_mode_takes_by_newton_s_law() {
+    fn foundation_mode_force_balance_equals_newtons_law() {
         // one mode: m (ω² − Ω² + 2iζωΩ) q = φᵀ f, f = Z (x − φ q)
         let (speed, shape) = (700.0, mode(95.0, 800.0, [0.3, -0.2], [1.0, 0.7]));
         let footing = Footing { bearings: vec![0, 1], compliance: Compliance::Modes(vec![shape.clone()]) };

@@ -36,7 +36,7 @@ mod tests {
     const RUB: Rub = Rub { stiffness_n_m: 4e6, clearance_m: 1e-4, friction: 0.2 };
 
     #[test]
-    fn on_a_circle_the_contact_pushes_in_with_k_times_the_overlap_and_back_with_friction_times_that() {
+    fn rub_force_on_circle_is_k_times_overlap_plus_friction() {
         let radius_m = 1.6e-4;
         for angle in [0.0_f64, 0.7, 2.5, -1.1] {
             let (sin, cos) = angle.sin_cos();
@@ -49,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn within_the_clearance_nothing_touches_and_far_beyond_it_the_whole_stiffness_holds() {
+    fn rub_stiffness_is_zero_in_clearance_and_full_far_beyond() {
         assert_eq!(RUB.stiffness_n_m([0.9e-4; 2]), Matrix2::zeros());
         let far = RUB.stiffness_n_m([1.0; 2]);
         assert!((far.m11 / 4e6 - 1.0).abs() < 1e-3 && (far.m21 / 8e5 - 1.0).abs() < 1e-3);

@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn one_speed_and_speeds_that_do_not_ascend_are_refused_with_their_numbers() {
+    fn single_or_non_ascending_speeds_are_refused() {
         assert!(Table::new(vec![row(1000.0)]).unwrap_err().contains("1 given"));
         let wrong = Table::new(vec![row(1000.0), row(3000.0), row(2000.0)]).unwrap_err();
         assert!(wrong.contains("3000 rpm is followed by 2000 rpm"), "{wrong}");
@@ -216,8 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_direct_stiffness_may_be_negative_as_an_elliptical_bearing_s_across_its_load_but_not_the_mean_of_both()
-     {
+    fn direct_stiffness_may_be_negative_but_not_the_mean() {
         let across =
             |kxx: f64| Table::new(vec![row(1000.0), TableRow { kxx, ..row(2000.0) }]).unwrap().check();
         let along = row(2000.0).kyy;

@@ -50,7 +50,7 @@ fn with_effects() -> Rotor {
 }
 
 #[test]
-fn response_equals_that_of_the_dense_model_with_effects_pedestals_and_the_printed_formulation() {
+fn response_with_effects_and_pedestals_equals_dense_model() {
     let mut machines = vec![with_effects(), with_effects(), with_effects(), train()];
     machines[1].bearing[0].pedestal =
         Some(Pedestal { stiffness_n_m: [4e8, 9e8], damping_n_s_m: [2e4, 1e4], mass_kg: [60.0, 90.0] });
@@ -81,7 +81,7 @@ fn eigenvalues_equal_those_of_the_dense_model_with_a_seal() {
 }
 
 #[test]
-fn a_rigid_shaft_on_pedestals_with_mass_has_the_two_frequencies_of_two_masses_on_springs() {
+fn rigid_shaft_on_pedestals_has_two_mass_spring_frequencies() {
     let (k, kp, mp) = (2e4, 5e4, 12.0);
     let mut rotor = rigid(k, 0.0);
     rotor.bearing.iter_mut().for_each(|b| b.pedestal = Some(Pedestal::isotropic(kp, 0.0, mp)));
@@ -98,7 +98,7 @@ fn a_rigid_shaft_on_pedestals_with_mass_has_the_two_frequencies_of_two_masses_on
 }
 
 #[test]
-fn critical_speed_of_a_rigid_shaft_is_the_root_of_stiffness_over_mass_also_where_stiffness_follows_speed() {
+fn rigid_shaft_critical_speed_is_sqrt_of_stiffness_over_mass() {
     let mut rotor = rigid(1e4, 5.0);
     let mass = mass_and_centre(&rotor).0;
     let first = critical_speeds(&System::new(&rotor).unwrap(), 1000.0, 1)[0].clone();
@@ -117,7 +117,7 @@ fn critical_speed_of_a_rigid_shaft_is_the_root_of_stiffness_over_mass_also_where
 }
 
 #[test]
-fn cross_coupling_that_grows_with_speed_destabilises_where_it_equals_damping_times_frequency() {
+fn instability_onset_is_where_cross_coupling_equals_damping() {
     // k_xy = q Ω = −k_yx on a rigid shaft: unstable from q Ω = c ω₀ on
     let (k, c, q) = (1e4, 4.0, 0.36);
     let mut rotor = rigid(k, c);
@@ -139,7 +139,7 @@ fn cross_coupling_that_grows_with_speed_destabilises_where_it_equals_damping_tim
 }
 
 #[test]
-fn amplification_of_a_lightly_damped_rigid_shaft_is_one_over_twice_the_damping_ratio() {
+fn amplification_of_light_damping_is_one_over_two_zeta() {
     let zeta = 0.02;
     let k = 1e4;
     let mass = mass_and_centre(&rigid(k, 0.0)).0;
@@ -193,7 +193,7 @@ fn measured(mut rotor: Rotor) -> Rotor {
 }
 
 #[test]
-fn response_on_a_foundation_with_coordinates_of_its_own_equals_that_with_its_flexibility_in_the_bearings() {
+fn response_on_modal_or_tabled_foundation_equals_dense_model() {
     let rotor = on_foundation();
     let planes = [C::new(2e-4, 1e-4), C::new(-1e-4, 3e-4)];
     let (system, dense) = (System::new(&rotor).unwrap(), Model::finite_elements(&rotor));
@@ -211,7 +211,7 @@ fn response_on_a_foundation_with_coordinates_of_its_own_equals_that_with_its_fle
 }
 
 #[test]
-fn a_foundation_adds_its_mode_to_the_machine_s_and_a_stiff_one_leaves_them_as_they_are() {
+fn foundation_adds_its_mode_and_stiff_one_changes_nothing() {
     let lowest = |rotor: &Rotor| modes(&System::new(rotor).unwrap(), 400.0, 0.0, 4).unwrap();
     let on = lowest(&on_foundation());
     let mut rigid = on_foundation();
@@ -229,7 +229,7 @@ fn a_foundation_adds_its_mode_to_the_machine_s_and_a_stiff_one_leaves_them_as_th
 }
 
 #[test]
-fn a_trial_is_twice_what_the_stated_grade_permits_and_without_one_twice_what_api_617_allows() {
+fn trial_unbalance_is_twice_stated_grade_or_api_617() {
     let mut rotor = uniform_shaft();
     let total_g_mm = |rotor: &Rotor| {
         let (mass, centre) = mass_and_centre(rotor);
@@ -243,7 +243,7 @@ fn a_trial_is_twice_what_the_stated_grade_permits_and_without_one_twice_what_api
 }
 
 #[test]
-fn a_raised_bearing_of_three_carries_more_in_the_check_by_the_closed_form() {
+fn raised_middle_bearing_load_equals_closed_form() {
     let mut rotor = uniform_shaft();
     rotor.physics.shear_deformation = false;
     let mut middle = rotor.bearing[0].clone();
@@ -258,7 +258,7 @@ fn a_raised_bearing_of_three_carries_more_in_the_check_by_the_closed_form() {
 }
 
 #[test]
-fn a_machine_with_rated_speeds_is_looked_at_beyond_them_and_its_margins_are_to_them() {
+fn rated_speeds_set_searched_range_and_separation_margins() {
     let mut rotor = rigid(1e6, 500.0);
     rotor.rated = Some(Rated { speed_rpm: [4000.0, 5000.0], balance_grade_mm_s: None });
     let found = super::check(&rotor, None).unwrap();

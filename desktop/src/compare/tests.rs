@@ -109,7 +109,7 @@ fn noise_alone_is_called_physics_at_the_nominal_rate() {
 }
 
 #[test]
-fn correlation_does_not_depend_on_how_large_the_noise_is_said_to_be() {
+fn residual_correlation_is_independent_of_stated_noise() {
     let readings = measured(5, [0.0; 4]);
     let loud = Noise {
         relative: 0.0,
@@ -144,7 +144,7 @@ fn a_runout_of_three_sigma_is_found_at_its_probe() {
 }
 
 #[test]
-fn structure_is_found_where_the_noise_is_overstated_and_chi2_is_blind() {
+fn residual_structure_is_found_with_overstated_noise() {
     let mut readings = measured(3, [0.0; 4]);
     for (row, r) in readings.iter_mut().enumerate() {
         let smooth = C::from_polar(0.5e-7, 0.2 * row as f64);
@@ -180,7 +180,7 @@ fn parallel_probes_are_no_pair() {
 }
 
 #[test]
-fn a_forward_circle_has_no_backward_whirl_and_noise_alone_gives_one_sigma() {
+fn forward_circle_has_no_backward_whirl_and_one_sigma_noise() {
     let c = compare(&measured(11, [0.0; 4]));
     let w = &c.whirl[0];
     assert_eq!((w.bearing.as_str(), w.probes[1].as_str()), ("A", "AY"));
@@ -193,7 +193,7 @@ fn a_forward_circle_has_no_backward_whirl_and_noise_alone_gives_one_sigma() {
 }
 
 #[test]
-fn reversed_phases_and_exchanged_probes_are_seen_and_a_right_record_is_not() {
+fn reversed_phases_and_swapped_probes_are_detected() {
     let right = measured(1, [0.0; 4]);
     assert!(!compare(&right).reversed);
     let mut conjugate = right.clone();

@@ -198,7 +198,7 @@ mod tests {
     use crate::testing::sample_rotor;
 
     #[test]
-    fn more_readings_than_a_fit_takes_are_refused_with_how_many_to_leave_out() {
+    fn too_many_readings_are_refused_with_a_thinning_factor() {
         let reading = Reading { speed_rpm: 1000.0, ..Reading::default() };
         assert_eq!(not_too_many(&vec![reading.clone(); MOST_READINGS]), Ok(()));
         let why = not_too_many(&vec![reading; 50 * MOST_READINGS]).unwrap_err().to_string();
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_one_direction_cannot_tell_is_said_once_and_of_two_probes_nothing() {
+    fn single_direction_limits_are_remarked_once() {
         let mut rotor = sample_rotor();
         assert_eq!(one_direction(&rotor), None);
         rotor.probe.retain(|p| p.angle_deg == 0.0);

@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn planes_that_act_alike_are_known_by_their_sum_and_told_as_such() {
+    fn planes_with_same_effect_are_determined_by_their_sum() {
         // sum known to 1 g·mm, difference to 30
         let (sum, difference) = (0.5e-12, 450e-12);
         let covariance = DMatrix::from_fn(4, 4, |i, j| match (i % 2 == j % 2, i == j) {

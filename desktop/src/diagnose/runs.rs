@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn the_simplest_account_within_two_and_a_half_standard_deviations_is_given_and_none_beyond() {
+    fn simplest_account_within_2_5_sd_is_chosen_and_none_beyond() {
         let stated = [100.0, 70.0];
         assert_eq!(read(stated, [101.0, 71.0]), Some(Account::AsStated));
         assert_eq!(read(stated, [2.0, 160.0]), Some(Account::Missing));

@@ -242,7 +242,7 @@ plane = [{ name = "mass", position_m = 0.2, unbalance_g_mm = 500, angle_deg = 40
     }
 
     #[test]
-    fn the_lag_is_that_of_a_mass_integrated_over_time_to_the_second_order() {
+    fn sweep_lag_equals_time_integration_to_second_order() {
         let rotor = machine();
         let steady = |w: f64| {
             let u = phasor_kg_m(500.0, 40.0) / MASS_KG;
@@ -263,7 +263,7 @@ plane = [{ name = "mass", position_m = 0.2, unbalance_g_mm = 500, angle_deg = 40
     }
 
     #[test]
-    fn a_mass_swept_slowly_is_adequate_and_swept_fast_is_remarked_and_claimed_nothing_of() {
+    fn slow_sweep_is_adequate_and_fast_sweep_claims_no_cause() {
         let rotor = machine();
         let slow = diagnose(&rotor, &readings(0.5, true)).unwrap();
         assert_eq!(slow.verdict, Verdict::Adequate, "{}", slow.summary);

@@ -260,7 +260,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn growth_is_told_by_the_power_of_speed_and_a_peak_by_following_none() {
+    fn growth_is_classified_as_constant_squared_or_peaked() {
         let speeds: Vec<f64> = (1..=12).map(|k| 50.0 * f64::from(k)).collect();
         let of =
             |size: &dyn Fn(f64) -> f64| growth(&speeds.iter().map(|w| (*w, size(*w))).collect::<Vec<_>>());

@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_no_machine_has_are_refused_with_what_was_expected() {
+    fn unphysical_parameters_are_refused_with_expected_range() {
         let disk = &sample_rotor().disk[0].name;
         let (bearing, probe) = (&sample_rotor().bearing[0].name, &sample_rotor().probe[0].name);
         for (effect, says) in [
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_machine_may_have_and_a_little_beyond_a_bound_by_chance_passes() {
+    fn plausible_parameters_and_small_excesses_are_accepted() {
         let disk = &sample_rotor().disk[0].name;
         let probe = &sample_rotor().probe[0].name;
         for effect in [

@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_round_region_of_unit_deviation_has_the_textbook_radius_and_interval() {
+    fn round_unit_region_has_chi_square_radius_and_interval() {
         let estimate = PlaneEstimate::new(C::new(0.0, 10.0), Matrix2::identity(), 1e6);
         // chi-square of two degrees of freedom: -2 ln 0.05
         let radius = (-2.0 * 0.05_f64.ln()).sqrt();
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interval_begins_at_nothing_exactly_where_the_region_holds_the_origin() {
+    fn interval_starts_at_zero_only_if_region_holds_origin() {
         let low = |size: f64| PlaneEstimate::new(C::from(size), Matrix2::identity(), 1e6).interval_95[0];
         assert!(low(2.44) == 0.0 && low(2.46) > 0.0);
     }

@@ -65,7 +65,7 @@ fn stated(known: &[&str]) -> Rotor {
 }
 
 #[test]
-fn without_noise_a_blind_run_is_found_through_a_probe_that_is_off() {
+fn blind_run_without_noise_is_found_with_miscalibrated_probe() {
     let rotor = stated(&["base", "one", "two", "both"]);
     let readings = measured(&rotor, &RUNS, 0.0, &mut StdRng::seed_from_u64(1));
     let found = estimate(&rotor, &readings, &Options::default()).unwrap();
@@ -81,7 +81,7 @@ fn without_noise_a_blind_run_is_found_through_a_probe_that_is_off() {
 }
 
 #[test]
-fn with_one_trial_run_physics_finds_what_influence_coefficients_cannot() {
+fn physics_with_one_trial_run_finds_plane_without_trial() {
     let rotor = stated(&["base", "one"]);
     let readings = measured(&rotor, &RUNS, 0.002, &mut StdRng::seed_from_u64(2));
     let found = estimate(&rotor, &readings, &Options::default()).unwrap();
@@ -93,7 +93,7 @@ fn with_one_trial_run_physics_finds_what_influence_coefficients_cannot() {
 }
 
 #[test]
-fn at_its_own_parameters_the_prior_is_the_model_and_its_slopes_are_differences() {
+fn prior_mean_equals_model_and_slopes_equal_differences() {
     let rotor = sample_rotor();
     let speeds = SPEEDS_RPM.map(rad_s);
     let machine = Machine::new(&rotor, &speeds);
@@ -129,7 +129,7 @@ fn a_run_at_a_speed_of_its_own_is_left_out_with_a_remark() {
 }
 
 #[test]
-fn one_probe_at_one_speed_does_not_tell_two_planes_apart_and_says_so() {
+fn one_probe_at_one_speed_leaves_two_planes_undetermined() {
     let mut rotor = stated(&["base", "one", "two", "both"]);
     let mut readings = measured(&rotor, &RUNS, 0.0, &mut StdRng::seed_from_u64(4));
     rotor.probe.truncate(1);

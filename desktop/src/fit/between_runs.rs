@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn scatter_between_many_runs_is_found_and_none_is_found_to_be_little() {
+    fn between_run_scatter_is_recovered_and_near_zero_without_any() {
         for truth in [0.003, 0.01, 0.025] {
             let (columns, residual) = simulated(40, truth);
             let found = most_probable(&columns, &residual);

@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curved_valley_is_followed_to_its_end_and_an_idle_unknown_stays() {
+    fn descent_follows_curved_valley_and_keeps_idle_unknown() {
         let mut valley = Valley(DVector::from_vec(vec![-1.2, 1.0, 7.0]));
         descend(&mut valley, Stop { steps: 60, tolerance: 1e-14 });
         assert!((valley.0 - DVector::from_vec(vec![1.0, 1.0, 7.0])).amax() < 1e-6);

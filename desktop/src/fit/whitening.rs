@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn estimate_recovers_deviations_that_the_data_show_and_shrinks_them_by_the_prior() {
+    fn estimate_recovers_visible_deviations_with_prior_shrinkage() {
         let jacobian = DMatrix::from_fn(40, 2, |i, j| 30.0 * ((i + 1) as f64 * (j + 1) as f64 * 0.3).sin());
         let truth = DVector::from_vec(vec![0.8, -1.4]);
         let centre = DVector::from_vec(vec![0.5, 0.5]);

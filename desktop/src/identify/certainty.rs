@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn regions_of_simulated_readings_hold_the_truth_on_95_of_100_and_twice_the_noise_is_seen() {
+    fn regions_cover_95_percent_and_doubled_noise_is_detected() {
         let rotor = sample_rotor();
         let model = Model::finite_elements(&rotor);
         let mut random = StdRng::seed_from_u64(5);
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_bearings_that_are_off_make_of_the_unbalance_equals_the_estimate_on_such_bearings() {
+    fn bearing_error_covariance_equals_direct_estimate_error() {
         let rotor = sample_rotor();
         let laws = Bearings::of(&rotor);
         let mut random = StdRng::seed_from_u64(1);

@@ -24,7 +24,7 @@ mod tests {
     use nalgebra::Complex;
 
     #[test]
-    fn floor_is_two_percent_of_the_median_amplitude_of_what_was_not_lost() {
+    fn noise_floor_is_2_percent_of_median_valid_amplitude() {
         let at = |sizes_um: [Option<f64>; 3]| Reading {
             speed_rpm: 3000.0,
             probes: sizes_um.map(|s| s.map(|s| Complex::new(0.0, -s * 1e-6))).to_vec(),

@@ -65,7 +65,7 @@ fn coefficients(rotor: &Rotor) -> Vec<f64> {
 }
 
 #[test]
-fn a_noiseless_run_up_gives_the_true_bearings_and_unbalance_back() {
+fn noiseless_run_up_recovers_true_bearings_and_unbalance() {
     let rotor = guessed();
     let found = identify(&rotor, &run_up(), &PhaseOneConfig::default()).unwrap();
     let truth = coefficients(&sample_rotor());
@@ -97,7 +97,7 @@ fn three_days_at_one_speed_leave_coefficients_near_their_start() {
 }
 
 #[test]
-fn a_bound_that_excludes_the_truth_is_where_the_coefficient_ends() {
+fn coefficient_stops_at_a_bound_that_excludes_the_truth() {
     let rotor = guessed();
     // of the stiffnesses 1.8, 2.2, 3.2 and 1.5 × 10⁸ N/m only the third is beyond
     let bounds = SearchBounds { stiffness_n_m: [1e8, 2.8e8], damping_n_s_m: [2e4, 4e5] };
@@ -129,7 +129,7 @@ fn a_bound_that_excludes_the_truth_is_where_the_coefficient_ends() {
 }
 
 #[test]
-fn residuals_are_those_of_the_model_with_the_identified_bearings_and_planes() {
+fn residuals_equal_those_of_the_identified_model() {
     let rotor =
         Rotor { noise: Some(Noise { relative: 0.02, floor_um: 0.03, ..Noise::default() }), ..guessed() };
     let days = three_days();

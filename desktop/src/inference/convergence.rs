@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn ranks_do_not_care_for_a_monotone_change_and_heavy_tails_are_no_failure() {
+    fn rank_diagnostics_ignore_monotone_maps_and_heavy_tails() {
         let plain = chains([0.0; 4], 0.5, 500, 5);
         let bent: Vec<Vec<f64>> = plain.iter().map(|c| c.iter().map(|x| x.exp()).collect()).collect();
         let (plain, bent) = (of(&plain), of(&bent));
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn the_worst_of_several_quantities_is_told_and_chains_that_stand_still_are_no_success() {
+    fn worst_quantity_is_reported_and_constant_chains_fail() {
         let (good, bad) = (chains([0.0; 4], 0.0, 400, 7), chains([0.0, 1.0, 0.0, 0.0], 0.9, 400, 8));
         let worst = Convergence::worst(&[good.clone(), bad.clone()]).unwrap();
         assert_eq!(worst.r_hat, of(&bad).r_hat);

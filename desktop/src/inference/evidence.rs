@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn evidence_equals_the_mean_over_sizes_of_the_bayes_factor_of_each() {
+    fn evidence_equals_mean_bayes_factor_over_prior_sizes() {
         let sizes = Sizes::up_to(1e6);
         for (gain, count) in [(0.0, 1), (0.5, 2), (12.0, 1), (30.0, 4), (900.0, 2), (900.0, 8)] {
             let steps = 200_000;
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn evidence_equals_the_integral_over_an_amplitude_as_likely_in_every_decade() {
+    fn evidence_equals_integral_over_log_uniform_amplitude() {
         // one real unknown at z standard deviations, its prior ∝ 1/|u| from one standard deviation to 1e3: the same
         // up to what a Gaussian of one size and a single size differ by
         let (z, most): (f64, f64) = (8.0, 1e3);
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn even_noise_that_is_the_largest_of_forty_places_is_no_evidence_against_their_price() {
+    fn largest_noise_of_forty_places_is_no_evidence() {
         // the largest of forty χ² with two degrees of freedom exceeds this in one of a hundred cases
         let gain = -2.0 * (1.0 - 0.99_f64.powf(1.0 / 40.0)).ln();
         assert!(Sizes::up_to(1e6).evidence(gain, 2) < 2.0 * 40_f64.ln() + 6.0);

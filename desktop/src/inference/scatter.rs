@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn whitening_equals_the_inverse_root_of_the_autoregressions_covariance() {
+    fn whitening_equals_inverse_root_of_ar1_covariance() {
         let scatter = Scatter { scale: 1.7, correlation: 0.6, between_runs: 0.0 };
         let series = Series::new([0, 1, 0, 0, 1]);
         let order: [i32; 5] = [0, 0, 1, 2, 1];
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn a_handful_of_residuals_leaves_the_stated_noise_in_force_and_many_overrule_it() {
+    fn few_residuals_keep_stated_noise_and_many_overrule_it() {
         let scale = |count: usize| {
             let residuals: Vec<f64> = (0..count).map(|i| if i % 4 < 2 { 2.0 } else { -2.0 }).collect();
             let lonely = Series::new(0..count / 2);

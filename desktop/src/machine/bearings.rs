@@ -113,7 +113,7 @@ mod tests {
     use crate::testing::sample_rotor;
 
     #[test]
-    fn unknowns_come_as_stiffness_of_all_bearings_then_damping_of_all() {
+    fn unknowns_list_all_stiffness_before_all_damping() {
         let bearings = Bearings::of(&sample_rotor());
         let named: Vec<(usize, &str)> =
             bearings.unknowns().iter().map(|u| (u.bearing, u.law.symbol.as_str())).collect();
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn coefficients_that_are_stated_to_a_tenth_may_move_by_a_tenth_and_others_by_a_half() {
+    fn prior_sd_is_stated_tolerance_or_default_half() {
         let mut rotor = sample_rotor();
         rotor.bearing[0].coefficients_relative = Some(0.1);
         let sd = |bearing: usize| {

@@ -392,7 +392,7 @@ mod tests {
     use super::Gap;
 
     #[test]
-    fn a_shaft_a_tenth_of_a_millimetre_nearer_makes_a_gap_of_200_mv_per_mil_less_negative_by_787_mv() {
+    fn gap_voltage_converts_0_787_v_to_0_1_mm_at_200_mv_per_mil() {
         let gap: Gap = toml::from_str("at_rest_v = -10.0").unwrap();
         assert!((gap.moved_m(-10.0 + 0.787) - 1e-4).abs() < 1e-12);
         assert!((200e-3 / 25.4e-3 / gap.sensitivity_v_mm - 1.0).abs() < 1e-3);

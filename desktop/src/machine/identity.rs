@@ -40,7 +40,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_that_a_fit_may_move_leaves_the_identity_and_what_makes_another_machine_does_not() {
+    fn identity_ignores_fitted_values_and_changes_with_machine() {
         let same = testing::sample_rotor().identity();
         let fitted = changed(|rotor| {
             for deviation in Deviation::all(&rotor.clone()) {

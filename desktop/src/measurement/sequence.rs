@@ -100,13 +100,13 @@ mod tests {
     }
 
     #[test]
-    fn one_reading_that_is_turned_is_a_disturbance_and_neither_it_nor_the_return_is_a_moved_reference() {
+    fn single_turned_reading_is_no_moved_phase_reference() {
         let by = |degrees: f64| C::from_polar(1.0, degrees.to_radians());
         assert_eq!(found(&readings(|k, _| if k == 25 { by(60.0) } else { by(0.0) })), None);
     }
 
     #[test]
-    fn a_step_of_one_probe_of_all_amplitudes_or_of_nothing_is_no_turn() {
+    fn step_of_one_probe_or_of_amplitudes_is_no_phase_turn() {
         let by = C::from_polar(1.0, 0.7);
         assert_eq!(found(&readings(|_, _| 1.0.into())), None);
         assert_eq!(found(&readings(|k, p| if k < 25 || p > 0 { 1.0.into() } else { by })), None);
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_value_four_times_in_a_row_is_frozen_and_lost_readings_are_not() {
+    fn four_equal_values_in_a_row_are_frozen_and_gaps_are_not() {
         let y = |x: f64| Some(C::new(x, 1.0));
         let values = [y(1.0), None, None, None, None, y(2.0), y(2.0), y(2.0), y(3.0)];
         assert_eq!(frozen(&values), None);

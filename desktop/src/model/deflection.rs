@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_radius_of_an_ellipse_and_of_a_line_is_their_semi_major_axis() {
+    fn largest_radius_of_ellipse_or_line_is_semi_major_axis() {
         let at = |x: Complex<f64>, y: Complex<f64>| Deflection { position_m: 0.0, xy_m: [x, y] }.largest_m();
         let i = Complex::<f64>::i();
         assert!((at(3e-6.into(), -i * 1e-6) - 3e-6).abs() < 1e-18);

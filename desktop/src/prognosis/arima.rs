@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn likelihood_of_a_first_order_autoregression_is_the_closed_form() {
+    fn ar1_likelihood_equals_closed_form() {
         let series = [0.3, -0.2, 0.9, 1.1, 0.4, -0.5];
         let (a, s2) = (0.6, 0.5);
         let order = Order { p: 1, d: 0, q: 0 };

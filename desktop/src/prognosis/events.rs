@@ -23,7 +23,7 @@ mod tests {
     use statrs::distribution::{Continuous, Gamma};
 
     #[test]
-    fn the_chance_is_that_of_a_poisson_process_averaged_over_all_rates() {
+    fn event_chance_equals_poisson_averaged_over_gamma_rates() {
         for (seen, seen_d, ahead_d) in [(1, 460.0, 60.0), (4, 200.0, 30.0), (12, 900.0, 365.0)] {
             let rates = Gamma::new(f64::from(seen) + 0.5, seen_d).unwrap();
             let step = 1e-5;

@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_known_comes_back_unwrapped_and_is_moved_on_over_days_without_a_reading() {
+    fn known_state_is_unwrapped_and_advanced_over_missing_days() {
         let history = parse("track.csv", &track(|_| ())).unwrap();
         let angles = history.series[1].outlooks.as_ref().unwrap();
         assert_eq!(angles.len(), 6);
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_that_cannot_be_is_refused_with_row_and_column_and_its_absence_is_none() {
+    fn impossible_state_is_refused_with_row_and_column() {
         let refusal = parse("t.csv", &track(|o| o.correlation = -1.5)).unwrap_err().to_string();
         assert!(
             refusal.contains("row 2, column known_static_g_mm_correlation: is out of range"),

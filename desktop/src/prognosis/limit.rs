@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sure_forecast_reaches_its_limit_on_its_day_and_a_random_walk_by_reflection() {
+    fn limit_crossing_of_random_walk_equals_reflection_principle() {
         let sure = Ahead { mean: (1..=60).map(f64::from).collect(), sd: vec![1e-9; 60] };
         assert_eq!(reached(&sure, 0.0, 30.5, 1).days, [Some(31.0); 5]);
         // P(max over n days > a) = 2 P(end > a) for a walk in small steps
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_below_today_is_exceeded_already_whatever_the_forecast() {
+    fn limit_below_todays_value_is_already_exceeded() {
         let falls = Ahead { mean: (1..=60).map(|d| 40.0 - f64::from(d)).collect(), sd: vec![1.0; 60] };
         let found = reached(&falls, 40.0, 30.5, 1);
         assert!(found.already() && found.chance() == 1.0);

@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wave_is_foretold_better_than_by_standing_still_and_the_same_seed_says_the_same() {
+    fn lstm_forecast_beats_persistence_and_repeats_with_seed() {
         let all = wave(240);
         let (past, future) = all.split_at(220);
         let network = Network::train(past, 1).unwrap();

@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_scores_better_by_saying_less_or_more_doubt_than_there_is() {
+    fn scores_are_best_for_true_uncertainty() {
         let mut random = StdRng::seed_from_u64(2);
         let outcomes: Vec<f64> = (0..4000).map(|_| 2.0 * random.sample::<f64, _>(StandardNormal)).collect();
         let score = |sd: f64| {

@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn weeks_without_an_estimate_and_broken_cells_are_refused_with_their_row() {
+    fn long_gaps_and_invalid_cells_are_refused_with_their_row() {
         let refusal = |rows: &str| parse("t.csv", &format!("{HEAD}{rows}")).unwrap_err().to_string();
         assert!(refusal("0,1,1,1,1\n20,1,1,1,1\n").contains("row 3: no estimate from day 0 to day 20"));
         assert!(refusal("0,1,x,1,1\n").contains("row 2, column static_deg: \"x\" is not a number"));

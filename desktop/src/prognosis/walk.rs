@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn a_track_of_years_is_judged_from_some_of_its_days_and_by_the_same_scores() {
+    fn long_track_is_subsampled_with_equal_scores() {
         let wave = |i: usize| 400.0 + 30.0 * (i as f64 / 17.0).sin() + 0.5 * ((i * i) % 7) as f64;
         let scores = |days: usize| {
             let all = walk(&series((0..days).map(wave).collect()), Model::Naive, 90, &[7], 60).unwrap().0;

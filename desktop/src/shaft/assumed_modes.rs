@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn modes_of_a_uniform_beam_are_orthogonal_with_the_closed_form_frequencies() {
+    fn uniform_beam_modes_have_closed_form_frequencies() {
         let mut rotor = uniform_shaft();
         rotor.physics = Physics { rotary_inertia: false, shear_deformation: false, ..Physics::default() };
         let s = structure(&rotor, 6);

@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn the_closer_basis_equals_full_finite_elements_with_a_bow_a_skew_and_a_seal() {
+    fn closest_basis_with_effects_equals_full_finite_elements() {
         let full = Model::finite_elements(&with_effects());
         let chosen = closest(&full, 6, FASTEST_RAD_S, &unbalance()).unwrap();
         assert!(worst(&full, &chosen) < 3e-3);
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn a_train_of_more_bearings_than_shapes_asked_for_gets_as_many_as_it_needs() {
+    fn basis_size_grows_with_number_of_bearings() {
         let mut rotor = sample_rotor();
         for i in 0..6 {
             let mut further = rotor.bearing[0].clone();
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn shapes_of_responses_beat_modes_where_a_moment_bends_the_shaft_as_no_mode_does() {
+    fn response_shapes_beat_modes_under_a_bending_moment() {
         let mut rotor = with_effects();
         rotor.effect.retain(|e| e.kind != "shaft_bow");
         rotor.effect[0].parameters.insert("rad".into(), ParameterValue::Phasor([2e-2, 0.0]));
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shaft_free_to_turn_about_its_only_bearing_has_shapes_of_unit_mass_at_any_thickness() {
+    fn shaft_on_one_bearing_has_unit_mass_shapes_at_any_diameter() {
         for outer_diameter_m in [0.02, 0.05, 0.1, 0.3, 0.7, 1.5] {
             let mut rotor = uniform_shaft();
             rotor.shaft[0].outer_diameter_m = outer_diameter_m;

@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn rigid_motion_costs_no_energy_and_has_the_mass_and_inertia_of_a_rod() {
+    fn rigid_motion_has_zero_energy_and_mass_and_inertia_of_a_rod() {
         let (s, l) = (segment(), 0.3);
         let e = element(&s, l, &Physics::default());
         let area = std::f64::consts::PI * (0.1_f64.powi(2) - 0.03_f64.powi(2)) / 4.0;
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn cantilever_tip_deflection_equals_bending_plus_shear_in_closed_form() {
+    fn cantilever_deflection_equals_closed_form_with_shear() {
         let (s, l) = (segment(), 0.3);
         let e = element(&s, l, &Physics::default());
         let tip = e.stiffness.fixed_view::<2, 2>(2, 2).try_inverse().unwrap()[(0, 0)];

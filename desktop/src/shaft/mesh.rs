@@ -77,7 +77,7 @@ mod tests {
     use crate::testing::train;
 
     #[test]
-    fn a_flexible_coupling_has_two_nodes_at_its_place_and_a_rigid_one_has_one() {
+    fn flexible_coupling_has_two_nodes_and_rigid_one_has_one() {
         let mut rotor = train();
         let place = rotor.coupling[0].position_m;
         let there = |mesh: &Mesh| mesh.nodes_m.iter().filter(|z| (**z - place).abs() < 1e-9).count();

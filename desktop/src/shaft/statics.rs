@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn a_middle_bearing_carries_the_redundant_force_of_bending_and_shear() {
+    fn middle_bearing_load_equals_closed_form_with_shear() {
         let (w, bending, shear) = beam();
         let sag = 5.0 * w / (384.0 * bending) + w / (8.0 * shear);
         let per_newton = 1.0 / (48.0 * bending) + 1.0 / (4.0 * shear);

@@ -47,7 +47,7 @@ fn assert_near(found: Modal, truth: Modal, tolerance: f64, what: &str) {
 }
 
 #[test]
-fn all_three_methods_find_the_closed_form_oscillator_whatever_its_damping_and_the_steps() {
+fn all_three_methods_recover_closed_form_oscillator() {
     for damping in [0.01, 0.05, 0.15, 0.3, 0.37] {
         for step in [25.0, 50.0, 180.0] {
             let truth = at_1700(damping);
@@ -64,7 +64,7 @@ fn all_three_methods_find_the_closed_form_oscillator_whatever_its_damping_and_th
 }
 
 #[test]
-fn the_usual_half_power_formula_is_the_limit_of_light_damping_and_wrong_beyond() {
+fn half_power_formula_holds_only_for_light_damping() {
     let ratio = |damping: f64| {
         let points = start_up(at_1700(damping), steps(300.0, 12_000.0, 10.0), 1e-12);
         half_power(&points).unwrap().light_damping_ratio / damping
@@ -78,7 +78,7 @@ fn the_usual_half_power_formula_is_the_limit_of_light_damping_and_wrong_beyond()
 }
 
 #[test]
-fn a_peak_without_an_upper_half_power_point_says_so_and_the_fit_still_answers() {
+fn missing_half_power_point_is_reported_and_fit_still_works() {
     let truth = at_1700(0.42);
     let points = start_up(truth, steps(300.0, 12_000.0, 50.0), 1e-8);
     let why = half_power(&points).unwrap_err();
@@ -89,7 +89,7 @@ fn a_peak_without_an_upper_half_power_point_says_so_and_the_fit_still_answers() 
 }
 
 #[test]
-fn a_start_up_that_ends_below_its_resonance_or_shows_noise_alone_has_none() {
+fn start_up_below_resonance_or_in_noise_has_no_resonance() {
     let rising = start_up(at_1700(0.05), steps(300.0, 1500.0, 25.0), 1e-8);
     let why = half_power(&rising).unwrap_err();
     assert!(why.starts_with("no resonance between 300 and 1500 rpm") && why.ends_with("run faster"), "{why}");
@@ -148,7 +148,7 @@ fn kit(disk_at_m: f64, bearings_m: [f64; 2], angles_deg: [f64; 2]) -> Rotor {
 }
 
 #[test]
-fn the_shaft_is_the_spring_of_beam_theory_between_and_beyond_the_bearings() {
+fn shaft_spring_equals_beam_theory_at_midspan_and_overhang() {
     let bending = 2.08e11 * std::f64::consts::PI * 0.05_f64.powi(4) / 64.0;
     let stiffness = |z: f64, bearings: [f64; 2]| {
         let rotor = kit(z, bearings, [0.0, 90.0]);
@@ -230,7 +230,7 @@ fn runs_of(softening_per_m2: f64, own_kg_m: C, mass_kg: f64) -> (Vec<Run>, Vec<V
 }
 
 #[test]
-fn a_resonance_that_falls_with_the_amplitude_is_seen_to_and_one_that_stays_is_not() {
+fn amplitude_dependent_resonance_is_detected() {
     let shift = |softening: f64| {
         let (_, seen) = runs_of(softening, C::from_polar(3e-6, 1.0), 0.95);
         Shift::of(seen.iter().map(|run| &run[0])).unwrap()
@@ -246,7 +246,7 @@ fn a_resonance_that_falls_with_the_amplitude_is_seen_to_and_one_that_stays_is_no
 }
 
 #[test]
-fn known_trial_weights_tell_the_own_unbalance_and_the_moving_mass() {
+fn known_trial_weights_give_unbalance_and_modal_mass() {
     let own = C::from_polar(3e-6, 1.0);
     let (runs, seen) = runs_of(0.0, own, 0.95);
     let rotor = kit(0.5, [0.0, 1.0], [0.0, 90.0]);

@@ -199,7 +199,7 @@ mod tests {
     use statrs::distribution::{Continuous, Laplace};
 
     #[test]
-    fn the_criterion_ranks_as_the_greatest_likelihood_of_the_density_itself_does() {
+    fn criterion_ranks_as_maximum_laplace_likelihood() {
         // Schwarz's criterion of residuals, by the density at the best of many widths
         let by_density = |residuals_um: &[f64], unknowns: f64| {
             let minus_log = |width: f64| {

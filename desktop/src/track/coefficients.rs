@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_probe_on_a_housing_that_stands_still_sees_what_one_on_the_ground_does() {
+    fn housing_probe_without_pedestal_motion_can_be_tracked() {
         let mut rotor = sample_rotor();
         rotor.probe[3].mount = Mount::Housing;
         assert!(can_follow(&rotor).is_ok());

@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn the_95_percent_circle_of_the_start_holds_the_unbalance_though_bearings_wander_from_the_first_day_on() {
+    fn start_95_percent_circle_holds_with_wandering_bearings() {
         let rotor = Rotor { noise: Some(NOISE), ..sample_rotor() };
         let held = |seed: u64, method: Method| {
             let (days, runup, true_kg_m) = begun(seed);

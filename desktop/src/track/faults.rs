@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_of_speed_turns_the_response_and_is_no_moved_reference() {
+    fn speed_change_is_no_moved_phase_reference() {
         let mut record = record();
         let turn = Complex::from_polar(1.0, 0.5);
         for reading in &mut record[20..] {

@@ -145,14 +145,14 @@ mod tests {
     }
 
     #[test]
-    fn a_lasting_rise_is_told_at_its_third_reading_and_names_the_bearing() {
+    fn lasting_rise_is_flagged_at_third_reading_with_bearing() {
         let mut readings = vec![residual(10.0, 0); 10];
         readings.extend(vec![residual(20.0, 1); 4]);
         assert_eq!(flags(&readings), [(12, 1), (13, 1)]);
     }
 
     #[test]
-    fn a_disturbance_of_two_readings_and_a_rise_of_next_to_nothing_are_passed_over() {
+    fn short_disturbance_and_negligible_rise_are_not_flagged() {
         let mut readings = vec![residual(10.0, 0); 10];
         readings.extend([residual(60.0, 1), residual(60.0, 1), residual(10.0, 0)]);
         assert!(flags(&readings).is_empty());
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn residual_is_summed_over_components_and_by_bearing_without_what_was_lost() {
+    fn residual_sums_components_by_bearing_without_lost_probes() {
         let y = |re, im| Complex::new(re, im) * 1e-6;
         let calculated = [y(1.0, 2.0), y(3.0, -1.0), y(9.0, 9.0)];
         let measured = [Some(y(2.0, 2.5)), Some(y(3.0, 1.0)), None];

@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn known_weights_are_unbalance_beside_what_is_asked_for_on_any_bearings() {
+    fn known_weights_add_to_unbalance_on_any_bearings() {
         let (_, logs) = changed();
         let weights = [C::new(5e-5, 2e-5), C::new(-3e-5, 1e-5)];
         let without = OperatingPoint::new(&model(&sample_rotor()), SPEED).unwrap();

@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn two_planes_are_told_apart_two_at_one_place_are_not_and_five_by_four_probes_never() {
+    fn separate_planes_are_told_apart_and_coincident_ones_are_not() {
         let two = told(&[]);
         assert!(two.noise_kg_m < 0.3 * two.explains_kg_m, "{} {}", two.noise_kg_m, two.explains_kg_m);
         // no unbalance smaller than what was there by more than both planes can help each other

@@ -202,12 +202,12 @@ mod tests {
     }
 
     #[test]
-    fn a_jump_of_twelve_daily_changes_is_a_step_when_three_readings_have_seen_it() {
+    fn jump_of_twelve_daily_changes_is_a_step_after_3_readings() {
         assert!(steps_found(&wandering(12.0, 3)).contains(&202));
     }
 
     #[test]
-    fn a_change_of_speed_or_of_weights_is_no_step_and_a_jump_at_the_second_speed_is_one() {
+    fn speed_or_weight_change_is_no_step_and_second_speed_jump_is() {
         let mut days = wandering(0.0, 4);
         for day in &mut days[120..] {
             day.speed_rad_s *= 0.8;

@@ -158,7 +158,7 @@ fn a_bow_with_a_kink_is_found() {
 }
 
 #[test]
-fn a_bent_shaft_turned_slowly_shows_its_sines_between_the_bearings() {
+fn bent_shaft_at_slow_roll_shows_sines_between_bearings() {
     let bent = "[[effect]]\nkind = \"bow_kink\"\nparameters = { half = [1e-5, 0.0], full = [0.0, 4e-6] }";
     let none = DVector::from_element(2, C::from(0.0));
     let y = Model::finite_elements(&with(bent)).response_under(rad_s(1.0), &none).unwrap().at(&none);
@@ -202,7 +202,7 @@ fn a_disk_that_rubs_near_the_resonance_is_found() {
 }
 
 #[test]
-fn without_a_trial_weight_a_phase_reference_elsewhere_is_not_sought() {
+fn keyphasor_offset_without_trial_weight_is_not_tried() {
     let mut rotor = with("");
     rotor.run.pop();
     let mut readings = measured(&shown(""), 3);
@@ -247,14 +247,14 @@ fn is_refuted(second: C, expected: impl Fn(Account) -> bool) {
 }
 
 #[test]
-fn a_stated_weight_that_is_not_there_or_counted_against_the_rotation_is_named_as_such() {
+fn missing_or_reversed_stated_weight_is_named() {
     let stated = phasor_kg_m(600.0, -120.0);
     is_refuted(C::from(0.0), |account| account == Account::Missing);
     is_refuted(stated.conj(), |account| account == Account::OtherSense);
 }
 
 #[test]
-fn a_stated_weight_in_another_hole_or_of_another_size_is_named_as_such() {
+fn stated_weight_in_other_hole_or_of_other_size_is_named() {
     let stated = phasor_kg_m(600.0, -120.0);
     is_refuted(
         stated * C::from_polar(1.0, 0.5),
@@ -292,7 +292,7 @@ fn with_two_runs_it_is_not_told_which_of_them_is_not_as_stated() {
 }
 
 #[test]
-fn two_run_ups_that_differ_by_a_tenth_and_ten_degrees_are_told_and_the_better_file_is_adequate() {
+fn run_ups_with_different_unbalance_are_found_and_corrected() {
     let rotor = with_runs(r#"{ name = "cold" }, { name = "hot" }"#);
     let own = own_unbalance();
     let turn = C::from_polar(1.1, 10.0_f64.to_radians());
@@ -326,7 +326,7 @@ fn two_run_ups_that_differ_by_a_tenth_and_ten_degrees_are_told_and_the_better_fi
 }
 
 #[test]
-fn one_of_eight_runs_that_differs_is_told_even_where_left_out_speeds_are_all_of_that_run() {
+fn one_different_run_of_eight_is_found_with_left_out_speeds() {
     let names = ["a", "b", "c", "d", "e", "f", "g", "h"];
     let rotor = with_runs(&names.map(|name| format!("{{ name = \"{name}\" }}")).join(", "));
     let own = own_unbalance();

@@ -130,7 +130,7 @@ fn measured(change: [f64; 3], seed: u64) -> Vec<Reading> {
 }
 
 #[test]
-fn a_worn_film_is_found_at_its_bearing_and_its_clearance_is_within_three_standard_deviations() {
+fn worn_film_is_found_at_its_bearing_with_clearance_in_3_sd() {
     let found = diagnose(&drawn(), &measured([1.7, 1.0, 1.0], 3)).unwrap();
     assert!(names_at_b(&found, "worn_clearance"), "{}", found.summary);
     let worn = |c: &&Candidate| c.effect == "worn_clearance" && c.at.as_deref() == Some("B");
@@ -142,13 +142,13 @@ fn a_worn_film_is_found_at_its_bearing_and_its_clearance_is_within_three_standar
 /// A lightly loaded film shows little but μ/c³, so that bores and oil share a deviation: by their priors its square in
 /// standard deviations is ln²f / (0.2² + 9·0.1²), 6.5 at f = 0.4, which no claim can rest on, and 20 at a fifth.
 #[test]
-fn oil_at_a_fifth_of_its_viscosity_is_found_at_its_bearing_or_in_its_group() {
+fn oil_at_fifth_of_viscosity_is_found_at_its_bearing_or_group() {
     let found = diagnose(&drawn(), &measured([1.0, 0.2, 1.0], 4)).unwrap();
     assert!(names_at_b(&found, "hot_oil"), "{}", found.summary);
 }
 
 #[test]
-fn a_load_that_misalignment_moved_is_found_at_its_bearing_or_in_its_group() {
+fn load_moved_by_misalignment_is_found_at_bearing_or_group() {
     let found = diagnose(&drawn(), &measured([1.0, 1.0, 2.2], 8)).unwrap();
     assert!(names_at_b(&found, "moved_load"), "{}", found.summary);
 }
@@ -177,7 +177,7 @@ fn with_gaps(change: [f64; 3], seed: u64) -> (Rotor, Vec<Reading>) {
 }
 
 #[test]
-fn gap_voltages_find_oil_at_a_third_of_its_viscosity_which_vibration_alone_does_not() {
+fn gap_voltages_find_hot_oil_that_vibration_alone_misses() {
     let change = [1.0, 0.33, 1.0];
     let alone = diagnose(&drawn(), &measured(change, 4)).unwrap();
     assert!(alone.nothing_missing >= SURE, "{}", alone.summary);

@@ -199,13 +199,13 @@ fn same_digits(found: &Correction, published: &[String]) {
 }
 
 #[test]
-fn goodman_1964_least_squares_in_two_planes_to_the_published_digits() {
+fn goodman_1964_two_planes_equal_published_digits() {
     let case = &CASES["goodman"];
     same_digits(&case.solved(&mut Digits(None), &request(Criterion::LeastSquares, None)), &case.weights);
 }
 
 #[test]
-fn feese_two_planes_with_the_first_trial_weight_left_in_to_the_published_digits() {
+fn feese_two_planes_with_trial_weight_left_in_equal_published() {
     let case = &CASES["feese"];
     let found = case.solved(&mut Digits(None), &request(Criterion::LeastSquares, None));
     same_digits(&found, &case.weights);
@@ -220,14 +220,14 @@ fn bruel_kjaer_two_planes_within_the_digits_of_the_readings() {
 }
 
 #[test]
-fn darlow_three_planes_and_four_readings_within_the_digits_of_the_readings() {
+fn darlow_three_planes_agree_within_digits_of_readings() {
     let found =
         CASES["darlow"].agrees(&CASES["darlow"].weights, &request(Criterion::LeastSquares, None), &[]);
     assert!(!found.doubts.iter().any(|d| d.contains("nearly alike")), "{:?}", found.doubts);
 }
 
 #[test]
-fn darlow_planes_that_are_not_independent_are_named_and_agree_within_the_digits_of_the_readings() {
+fn darlow_dependent_planes_are_named_and_agree_within_digits() {
     let case = &CASES["darlow_alike"];
     let found = case.agrees(&case.weights, &request(Criterion::LeastSquares, None), &[]);
     let said = found.doubts.join(" ");
@@ -235,8 +235,7 @@ fn darlow_planes_that_are_not_independent_are_named_and_agree_within_the_digits_
 }
 
 #[test]
-fn pavelek_four_sensors_first_plane_within_the_digits_and_the_second_by_its_amplitude_with_less_left_than_published()
- {
+fn pavelek_first_plane_agrees_and_residual_is_below_published() {
     let case = &CASES["pavelek"];
     // the published angle of the second plane is 8.5° from the least squares of the published readings
     let found = case.agrees(&case.weights, &request(Criterion::LeastSquares, None), &[(2, 0.15)]);
@@ -248,7 +247,7 @@ fn pavelek_four_sensors_first_plane_within_the_digits_and_the_second_by_its_ampl
 }
 
 #[test]
-fn foiles_least_squares_of_eleven_readings_and_four_planes_to_the_published_digits() {
+fn foiles_least_squares_equals_published_digits() {
     let case = &CASES["foiles"];
     let found = case.solved(&mut Digits(None), &request(Criterion::LeastSquares, None));
     for (w, published) in found.weights.iter().zip(&case.least_squares) {
@@ -300,19 +299,19 @@ fn least_largest(limit: Option<f64>, published: &[String], beyond: &[(usize, f64
 }
 
 #[test]
-fn foiles_least_largest_vibration_equals_a_lower_bound_without_a_solver_within_1e_6() {
+fn foiles_min_max_equals_lower_bound_within_1e_6() {
     least_largest(None, &CASES["foiles"].weights, &[]);
 }
 
 #[test]
-fn foiles_least_largest_vibration_with_a_largest_weight_equals_a_lower_bound_within_1e_6() {
+fn foiles_min_max_with_weight_limit_equals_lower_bound() {
     let case = &CASES["foiles"];
     // the published fourth weight is 5° away, and all of them leave 3.9 % more than the optimum does
     least_largest(Some(case.limit), &case.within_limit, &[(4, 0.09)]);
 }
 
 #[test]
-fn least_squares_with_a_largest_weight_satisfies_the_conditions_of_an_optimum_within_1e_6() {
+fn least_squares_with_weight_limit_meets_kkt_conditions() {
     let case = &CASES["foiles"];
     let limit = 2.0;
     let found = case.solved(&mut Digits(None), &request(Criterion::LeastSquares, Some(limit)));

@@ -74,14 +74,14 @@ fn assert_fixed_point(drawn: &Rotor, readings: &[Reading], first: &Rotor) {
 }
 
 #[test]
-fn improving_five_times_by_the_same_data_is_improving_once_where_nothing_is_missing() {
+fn improving_complete_model_5_times_equals_improving_once() {
     let (drawn, readings) = machine("case-003");
     let first = improve(&drawn, &readings, |_| {}).unwrap().rotor;
     assert_fixed_point(&drawn, &readings, &first);
 }
 
 #[test]
-fn improving_five_times_by_the_same_data_is_improving_once_with_an_effect_in_the_model() {
+fn improving_with_effect_5_times_equals_improving_once() {
     let (drawn, readings) = machine("case-004");
     let first = add(&drawn, &readings, "pedestal", Some("NDE")).unwrap().rotor;
     assert_fixed_point(&drawn, &readings, &first);

@@ -51,7 +51,7 @@ fn read(text: &str) -> Rotor {
 }
 
 #[test]
-fn every_example_of_the_page_is_read_and_written_and_read_again_the_same() {
+fn every_documented_example_survives_write_and_read() {
     assert!(examples().len() >= 17, "the page has its examples");
     let folder = tempfile::tempdir().unwrap();
     let csv = PAGE.split("```csv\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
@@ -132,7 +132,7 @@ fn a_film_without_a_load_carries_its_share_of_the_weight() {
 }
 
 #[test]
-fn what_no_machine_can_be_is_refused_in_one_sentence_with_key_and_number() {
+fn impossible_machine_is_refused_with_key_and_number() {
     let table = |rows: &str| bearing("A", 0.1, &format!("table = [{rows}]"));
     let row = |rpm: f64| format!("{{ speed_rpm = {rpm}, kxx = 1e8, kyy = 1e8, cxx = 1e5, cyy = 1e5 }}");
     let film = |more: &str| {
@@ -193,7 +193,7 @@ fn what_no_machine_can_be_is_refused_in_one_sentence_with_key_and_number() {
 }
 
 #[test]
-fn a_table_in_a_file_is_the_table_in_the_rotor_s_file_and_missing_columns_are_zero() {
+fn table_file_equals_inline_table_with_missing_columns_zero() {
     let folder = tempfile::tempdir().unwrap();
     let csv = "speed_rpm, kxx, kyx, kyy, cxx, cyy\n1000, 1e8, -4e7, 1.5e8, 3e5, 4e5\n2000, 2e8, -5e7, 2.5e8, 2e5, 1e5\n";
     std::fs::create_dir(folder.path().join("tables")).unwrap();
@@ -257,7 +257,7 @@ fn a_table_s_file_that_cannot_be_used_is_told_with_file_and_row() {
 const TITANIUM: &str = "[[material]]\nname = \"titanium\"\nyoungs_modulus_pa = 1.14e11\ndensity_kg_m3 = 4430\npoisson_ratio = 0.34\n";
 
 #[test]
-fn a_segment_has_the_numbers_of_the_material_that_it_names_and_is_of_steel_without_one() {
+fn segment_takes_properties_of_its_material_or_of_steel() {
     let segment = |more: &str| format!("[[shaft]]\nlength_m = 0.4\nouter_diameter_m = 0.1\n{more}\n");
     let shaft = [segment(""), segment("material = \"titanium\""), segment("material = \"steel\"")].concat();
     let rotor = read(&machine(&format!("{TITANIUM}{shaft}")));
@@ -304,7 +304,7 @@ fn materials_that_cannot_be_meant_are_refused_in_one_sentence() {
 }
 
 #[test]
-fn a_raised_middle_bearing_takes_the_load_that_the_closed_form_gives_and_its_film_too() {
+fn raised_middle_bearing_and_film_load_equal_closed_form() {
     let height = 2e-5;
     let film = "film = { kind = \"plain\", diameter_m = 0.1, length_m = 0.05, radial_clearance_m = 1e-4, viscosity_pa_s = 0.02 }";
     let load = |elevation_m: f64| {
@@ -355,7 +355,7 @@ fn elevations_and_grades_are_of_schema_2_and_in_range() {
 }
 
 #[test]
-fn a_coupling_that_joins_nothing_or_shares_its_place_is_refused_in_one_sentence() {
+fn coupling_off_a_joint_or_at_a_shared_place_is_refused() {
     let spans = "[[shaft]]\nlength_m = 0.6\nouter_diameter_m = 0.1\n[[shaft]]\nlength_m = 0.4\nouter_diameter_m = 0.1\n";
     let coupling = |position_m: f64, keys: &str| {
         format!("[[coupling]]\nname = \"C\"\nposition_m = {position_m}\n{keys}\n")
@@ -408,7 +408,7 @@ fn schema_1_knows_no_laws_but_constants() {
 }
 
 #[test]
-fn a_slow_roll_is_taken_off_and_one_that_lacks_a_probe_is_refused() {
+fn slow_roll_is_subtracted_and_refused_without_every_probe() {
     let rotor = read(&machine("[[run]]\nname = \"up\"\n\n[[run]]\nname = \"slow\"\nslow_roll = true\n"));
     let head = "run,speed_rpm,AX_cos_um,AX_sin_um\n";
     let text = format!("{head}slow,200,1.0,2.0\nslow,210,3.0,2.0\nup,3000,10.0,-4.0\nup,3100,,\n");
@@ -427,7 +427,7 @@ fn a_slow_roll_is_taken_off_and_one_that_lacks_a_probe_is_refused() {
 }
 
 #[test]
-fn a_reading_so_slow_that_the_film_is_out_of_its_solver_s_range_is_told_with_speed_and_bearing() {
+fn reading_below_film_range_is_refused_with_speed_and_bearing() {
     let film = "film = { kind = \"plain\", diameter_m = 0.1, length_m = 0.05, radial_clearance_m = 1e-4, \
                 viscosity_pa_s = 0.02, load_n = 3000.0 }";
     let rotor = read(&machine(&bearing("A", 0.1, film)));
@@ -438,7 +438,7 @@ fn a_reading_so_slow_that_the_film_is_out_of_its_solver_s_range_is_told_with_spe
 }
 
 #[test]
-fn gap_voltages_are_read_and_written_and_what_is_none_is_refused() {
+fn gap_voltages_round_trip_and_invalid_ones_are_refused() {
     let rotor = read(&machine("[[run]]\nname = \"a\"\n"));
     let text =
         |gap: &str| format!("speed_rpm,AX_cos_um,AX_sin_um,AX_gap_v\n3000,1.0,2.0,{gap}\n3100,1.0,2.0,\n");
@@ -453,7 +453,7 @@ fn gap_voltages_are_read_and_written_and_what_is_none_is_refused() {
 }
 
 #[test]
-fn a_machine_made_in_code_is_checked_as_a_file_is_and_an_unknown_effect_is_not_dropped() {
+fn machine_built_in_code_with_unknown_effect_is_refused() {
     let mut rotor = read(&machine("[[run]]\nname = \"a\"\n"));
     assert!(rotor.validate().is_ok());
     let kind = "gremlins".to_string();

@@ -92,7 +92,7 @@ fn summary(name: &str, all: &[Judged], scores: impl Iterator<Item = Score>) -> S
 }
 
 #[test]
-fn an_unbalance_that_passes_through_zero_and_one_that_is_almost_nothing_are_followed() {
+fn unbalance_through_zero_or_almost_zero_is_tracked() {
     for course in [Course::ThroughZero, Course::AlmostNothing] {
         let plan = Plan { course, ..Plan::quiet(TURBINE, 600) };
         let judged = Judged::new(&plan, &plan.make(), false).unwrap();
@@ -118,12 +118,12 @@ fn holds(name: &str, all: &[Judged]) {
 }
 
 #[test]
-fn changes_of_speed_are_no_events_and_two_speeds_on_one_day_are_used() {
+fn speed_changes_are_no_events_and_two_speeds_a_day_are_used() {
     holds("speeds", &as_in_plants(|plan| Plan { schedule: Schedule::Speeds, ..plan }));
 }
 
 #[test]
-fn a_third_plane_is_followed_where_a_reading_tells_it_from_the_others_and_refused_where_not() {
+fn third_plane_is_tracked_if_distinguishable_or_refused() {
     let plan = |seed: u64| Plan { planes: Planes::Further(0.45), ..Plan::quiet(COMPRESSOR, 700 + seed) };
     let all: Vec<_> = (0..8).into_par_iter().map(|k| Judged::new(&plan(k), &plan(k).make(), false)).collect();
     let (followed, refused): (Vec<_>, Vec<_>) = all.into_iter().partition(Result::is_ok);
@@ -154,7 +154,7 @@ mod slow {
     }
 
     #[test]
-    fn on_quiet_records_intervals_hold_the_truth_on_92_to_99_percent_of_days_and_no_plane_is_off_one_way() {
+    fn intervals_on_quiet_records_cover_92_to_99_percent_unbiased() {
         let s = summary("quiet", quiet(), quiet().iter().map(|j| j.before.clone()));
         assert!((0.92..=0.99).contains(&s.coverage), "{}", s.coverage);
         assert!(s.least_coverage >= 0.6, "{}", s.least_coverage);
@@ -162,7 +162,7 @@ mod slow {
     }
 
     #[test]
-    fn forecasts_from_the_filters_state_say_how_sure_they_are_and_score_better_than_naive_and_drift() {
+    fn forecasts_from_filter_state_beat_naive_and_drift_in_crps() {
         let horizons = [30, 60];
         let of = |by: By| -> Vec<ForecastScore> {
             quiet().par_iter().flat_map_iter(|j| j.forecasts(by, &horizons)).collect()
@@ -188,14 +188,14 @@ mod slow {
     }
 
     #[test]
-    fn every_event_is_found_and_its_interval_of_days_holds_the_truth() {
+    fn every_event_is_found_with_its_day_interval() {
         for j in described() {
             assert!(j.finds_its_event(), "{}", j.line());
         }
     }
 
     #[test]
-    fn after_a_seal_or_a_bow_that_no_run_up_has_shown_the_intervals_are_as_wide_as_the_ignorance_is() {
+    fn intervals_after_unseen_seal_or_bow_cover_the_truth() {
         let after =
             summary("after a seal or a bow", elsewhere(), elsewhere().iter().filter_map(|j| j.after.clone()));
         assert!(after.coverage >= 0.85, "{after:?}");
@@ -206,7 +206,7 @@ mod slow {
     }
 
     #[test]
-    fn before_and_after_an_event_of_bearing_or_unbalance_the_intervals_hold() {
+    fn intervals_before_and_after_described_event_hold() {
         let before = summary("before", described(), described().iter().map(|j| j.before.clone()));
         assert!(before.coverage >= 0.9 && before.least_coverage >= 0.6, "{before:?}");
         let after = Summary::of(described().iter().filter_map(|j| j.after.clone()));
@@ -215,24 +215,24 @@ mod slow {
     }
 
     #[test]
-    fn readings_minutes_to_days_apart_are_followed_and_no_event_is_claimed() {
+    fn irregular_readings_are_tracked_without_false_events() {
         holds("irregular", &as_in_plants(|plan| Plan { schedule: Schedule::Irregular, days: 200, ..plan }));
     }
 
     #[test]
-    fn stops_of_weeks_and_lost_probes_widen_the_intervals_and_are_no_events() {
+    fn stops_and_lost_probes_widen_intervals_without_events() {
         holds("stops", &as_in_plants(|plan| Plan { schedule: Schedule::Stops, lost: 0.05, ..plan }));
     }
 
     #[test]
-    fn a_weight_that_was_set_within_the_record_is_no_event_and_its_jump_is_in_the_estimates() {
+    fn weight_set_during_record_is_no_event_and_moves_estimates() {
         let weight = Complex::from_polar(2.5e-4, 1.0);
         let all = as_in_plants(|plan| Plan { shot: Some((200, 0, weight)), ..plan });
         holds("balancing shot", &all);
     }
 
     #[test]
-    fn what_was_known_on_each_day_holds_the_truth_and_an_event_is_known_within_days() {
+    fn online_estimates_hold_and_event_is_known_within_days() {
         let quiet = Plan { days: 150, ..Plan::quiet(TURBINE, 800) };
         let harder = Change::Bearing { index: 1, stiffness: [1.6, 0.7], damping: [0.6, 1.3] };
         let event = Plan { days: 150, ..with(COMPRESSOR, 801, 100, harder) };

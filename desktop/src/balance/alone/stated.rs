@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn weights_of_one_run_and_plane_add_up_and_angles_can_count_against_the_rotation() {
+    fn weights_of_one_run_and_plane_are_summed() {
         let text = "run,plane,magnitude_g_mm,angle_deg\nT1,A,10,0\nT1, A,10,90\nT2,B,5,30\n";
         let with = Weights::parse("w.csv", text, false).unwrap();
         assert!((with.of("T1")[0] - C::new(10.0, 10.0)).norm() < 1e-12);

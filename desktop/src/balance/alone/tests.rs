@@ -72,7 +72,7 @@ fn said(series: &Series, request: &Request) -> String {
 }
 
 #[test]
-fn speeds_of_a_balancing_course_are_one_with_a_remark_and_refused_with_the_cause_where_they_may_not_be() {
+fn speeds_within_same_speed_limit_are_grouped_with_a_remark() {
     let series = measured(&RUNS, 0.0, 0, |_, y| y);
     let found = solved(&series, &request()).unwrap();
     for (w, own) in found.weights.iter().zip(own()) {
@@ -84,8 +84,7 @@ fn speeds_of_a_balancing_course_are_one_with_a_remark_and_refused_with_the_cause
 }
 
 #[test]
-fn intervals_of_weights_and_bounds_of_what_is_left_hold_with_95_percent_by_least_squares_min_max_and_limits()
-{
+fn weight_intervals_and_residual_bounds_cover_95_percent() {
     const DRAWS: u64 = 300;
     let min_max =
         Request { wanted: Wanted { criterion: Criterion::MinMax, ..Wanted::default() }, ..request() };
@@ -122,7 +121,7 @@ fn intervals_of_weights_and_bounds_of_what_is_left_hold_with_95_percent_by_least
 }
 
 #[test]
-fn reversed_phases_are_refused_where_the_runs_show_it_by_probe_and_doubted_where_they_cannot() {
+fn reversed_phases_are_refused_or_doubted_without_redundancy() {
     let why = said(&measured(&RUNS, 0.005, 1, |_, y| y.conj()), &request());
     assert!(why.starts_with("the phases of all probes are reversed, lag entered as lead"), "{why}");
     let one = said(&measured(&RUNS, 0.005, 1, |p, y| if p == 2 { y.conj() } else { y }), &request());
@@ -139,7 +138,7 @@ fn reversed_phases_are_refused_where_the_runs_show_it_by_probe_and_doubted_where
 }
 
 #[test]
-fn a_refusal_names_noise_where_noise_is_the_cause_and_planes_where_they_act_alike() {
+fn refusal_names_noise_or_planes_with_same_effect() {
     let noise = Request { noise: Some([0.0, 60.0]), ..request() };
     let why = said(&measured(&RUNS, 0.0, 0, |_, y| y), &noise);
     assert!(why.contains("the noise hides") && !why.contains("alike"), "{why}");
@@ -152,7 +151,7 @@ fn a_refusal_names_noise_where_noise_is_the_cause_and_planes_where_they_act_alik
 }
 
 #[test]
-fn one_run_is_enough_with_kept_coefficients_which_come_back_from_their_file() {
+fn kept_coefficients_round_trip_and_solve_one_run() {
     let machine = runs::machine(&measured(&RUNS, 0.01, 3, |_, y| y), &weights(), &request()).unwrap();
     let kept = Library::of(&machine, vec!["trial.csv".into()]);
     let text = kept.text().unwrap();
@@ -173,7 +172,7 @@ fn one_run_is_enough_with_kept_coefficients_which_come_back_from_their_file() {
 }
 
 #[test]
-fn trim_weights_are_what_is_missing_on_top_of_a_run_and_unused_planes_keep_what_is_in_them() {
+fn trim_weights_add_to_run_and_unused_planes_stay_unchanged() {
     let series = measured(&RUNS, 0.0, 0, |_, y| y);
     let found = solved(&series, &Request { onto: Some("T3".into()), ..request() }).unwrap();
     for (j, w) in found.weights.iter().enumerate() {

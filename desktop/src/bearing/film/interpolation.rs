@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cubic_is_met_to_second_order_at_least_and_a_step_never_overshot() {
+    fn monotone_cubic_is_second_order_and_step_never_overshoots() {
         let cubic = |x: f64| x + x * x * x / 3.0;
         let knots = |n: usize| -> Vec<f64> { (0..=n).map(|i| i as f64 / n as f64).collect() };
         let error = |n: usize| {

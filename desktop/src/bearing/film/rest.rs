@@ -61,13 +61,13 @@ mod tests {
     }
 
     #[test]
-    fn a_plain_journal_falls_by_the_clearance_and_a_preloaded_lobe_by_what_its_preload_leaves() {
+    fn rest_drop_is_clearance_for_plain_and_less_for_preloaded() {
         assert!((fall("kind = 'plain'") - 1.0).abs() < 1e-6);
         assert!((fall("kind = 'elliptical'\npreload = 0.5") - 0.5).abs() < 1e-6);
     }
 
     #[test]
-    fn between_tilting_pads_a_journal_falls_further_than_on_one_by_the_cosine_of_half_a_pitch() {
+    fn rest_drop_between_pads_is_on_pad_over_half_pitch_cosine() {
         let pads = "kind = 'tilting_pad'\npads = 4\npreload = 0.2";
         assert!((fall(&format!("{pads}\nload = 'on_pad'")) - 0.8).abs() < 1e-9);
         let between = fall(&format!("{pads}\nload = 'between_pads'"));

@@ -278,7 +278,7 @@ mod tests {
     /// Without flow across, `P' = (H − H*) / H³` from the widest gap to the edge, where H = H* and P = 0
     /// (Sommerfeld's long bearing with the Reynolds condition); by Simpson's rule and bisection.
     #[test]
-    fn the_middle_of_a_long_bearing_has_the_pressure_of_sommerfelds_equation_with_the_reynolds_edge() {
+    fn long_bearing_midplane_pressure_equals_sommerfeld_equation() {
         for e in [0.2, 0.5, 0.8] {
             let gap = |angle: f64| 1.0 + e * angle.cos();
             let pressure = |edge: f64, angle: f64| {
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn halving_the_step_changes_force_and_coefficients_by_less_than_a_hundredth() {
+    fn film_force_and_coefficients_converge_when_step_is_halved() {
         for (journal, allowed) in [([0.2, -0.4], 0.005), ([0.2, -0.9], 0.01)] {
             let film = |step: f64| {
                 Pad::with_step(-170f64.to_radians(), 160f64.to_radians(), 0.6, step)

@@ -86,7 +86,7 @@ mod tests {
     /// DIN 31652-1 / ISO 7902-1: `η = ηx exp((159.56/(T + 95) − 0.181913) ln(ρν₄₀/ηx))`, ηx = 0.18 mPa·s, another
     /// fit of the same oils.
     #[test]
-    fn vogels_formula_of_the_standard_for_plain_bearings_agrees_where_bearings_run() {
+    fn viscosity_equals_vogel_formula_of_standard_in_6_percent() {
         for grade in [22.0, 32.0, 46.0, 68.0, 100.0] {
             for temperature in [30.0, 50.0, 60.0, 70.0, 80.0] {
                 let scale = 0.18e-3;

@@ -50,7 +50,7 @@ fn two_spans(bearings: &[(f64, f64)]) -> Rotor {
 }
 
 #[test]
-fn a_coupling_ever_stiffer_comes_to_the_critical_speeds_of_the_continuous_shaft() {
+fn stiffening_coupling_converges_to_continuous_shaft() {
     let mut rotor = train();
     let at = |rotor: &mut Rotor, lateral_stiffness_n_m, angular_stiffness_n_m_rad| {
         rotor.coupling[0].flexibility =
@@ -80,7 +80,7 @@ fn a_coupling_ever_stiffer_comes_to_the_critical_speeds_of_the_continuous_shaft(
 }
 
 #[test]
-fn a_coupling_ever_softer_leaves_the_critical_speeds_of_the_two_spans_alone() {
+fn softening_coupling_converges_to_separate_spans() {
     let mut both = train();
     let half = (
         both.coupling[0].mass_kg,
@@ -115,7 +115,7 @@ fn a_coupling_ever_softer_leaves_the_critical_speeds_of_the_two_spans_alone() {
 }
 
 #[test]
-fn a_hinge_in_the_middle_of_two_like_spans_has_their_speeds_with_a_free_and_with_a_pinned_end() {
+fn hinge_between_equal_spans_has_free_and_pinned_end_speeds() {
     let mut hinged = two_spans(&[(0.1, 3e7), (0.8, 5e7), (1.2, 5e7), (1.9, 3e7)]);
     hinged.coupling = vec![coupling(1.0, 1e12, 1e-3)];
     // motion alike on both sides shears nothing at the hinge, motion opposite leaves it in its place
@@ -131,7 +131,7 @@ fn a_hinge_in_the_middle_of_two_like_spans_has_their_speeds_with_a_free_and_with
 }
 
 #[test]
-fn pinned_ends_and_a_hinge_have_the_closed_form_frequencies_of_a_pinned_pinned_and_a_pinned_free_beam() {
+fn hinged_pinned_beam_has_closed_form_frequencies() {
     let mut rotor = two_spans(&[(0.0, 1e12), (2.0, 1e12)]);
     rotor.physics.gyroscopic = false;
     rotor.physics.rotary_inertia = false;
@@ -152,7 +152,7 @@ fn pinned_ends_and_a_hinge_have_the_closed_form_frequencies_of_a_pinned_pinned_a
 }
 
 #[test]
-fn loads_of_two_hinged_spans_on_three_bearings_are_those_of_the_lever_about_the_hinge() {
+fn loads_of_hinged_spans_equal_lever_rule_about_hinge() {
     let mut rotor = two_spans(&[(0.1, 1e8), (0.9, 1e8), (1.7, 1e8)]);
     rotor.coupling = vec![Coupling { mass_kg: 8.0, ..coupling(1.0, 1e9, 1e-3) }];
     let s = rotor.shaft[0];

@@ -51,19 +51,19 @@ fn compare_on(rotor: &Rotor, chosen: &[&str], centre: f64) {
 }
 
 #[test]
-fn response_per_error_of_the_drawing_equals_differences_for_a_plain_machine() {
+fn drawing_derivative_of_plain_machine_equals_differences() {
     compare(&[], 0.0);
     compare(&[], 1.3);
 }
 
 #[test]
-fn response_per_error_of_the_drawing_equals_differences_for_a_machine_with_everything() {
+fn drawing_derivative_with_all_effects_equals_differences() {
     let all: Vec<&str> = every_effect().iter().map(|e| e.0).filter(|e| *e != "nonlinear_stiffness").collect();
     compare(&all, 0.7);
 }
 
 #[test]
-fn response_per_error_of_the_drawing_equals_differences_for_a_shaft_parted_by_a_coupling() {
+fn drawing_derivative_with_coupling_equals_differences() {
     let mut rotor = machine();
     rotor.coupling = train().coupling;
     rotor.coupling[0].position_m = 0.8;

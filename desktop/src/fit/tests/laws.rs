@@ -91,7 +91,7 @@ fn on_foundation() -> Rotor {
 }
 
 #[test]
-fn four_bearings_by_three_laws_with_probes_on_a_housing_equal_full_finite_elements() {
+fn four_bearings_with_three_laws_equal_full_finite_elements() {
     equals_full_finite_elements(&train());
 }
 
@@ -119,7 +119,7 @@ fn on_measured_foundation() -> Rotor {
 }
 
 #[test]
-fn bearings_on_a_common_foundation_equal_full_finite_elements_and_differ_from_those_on_rigid_ground() {
+fn common_foundation_equals_full_finite_elements() {
     equals_full_finite_elements(&on_foundation());
     equals_full_finite_elements(&on_measured_foundation());
     let mut rigid = on_foundation();
@@ -154,7 +154,7 @@ fn equals_full_finite_elements(rotor: &Rotor) {
 }
 
 #[test]
-fn a_probe_on_a_housing_that_moves_reads_otherwise_than_one_on_the_ground() {
+fn probe_on_moving_housing_differs_from_one_on_ground() {
     let (relative, mut absolute) = (train(), train());
     absolute.probe.iter_mut().for_each(|p| p.mount = Mount::Ground);
     let read = |rotor: &Rotor| {
@@ -165,7 +165,7 @@ fn a_probe_on_a_housing_that_moves_reads_otherwise_than_one_on_the_ground() {
 }
 
 #[test]
-fn derivative_equals_differences_for_every_law_for_housings_and_for_a_foundation() {
+fn law_housing_and_foundation_derivatives_equal_differences() {
     let effects = &["pedestal", "seal", "nonlinear_stiffness", "internal_damping"][..];
     for (chosen, mut rotor) in [
         (&[][..], train()),
@@ -199,7 +199,7 @@ fn derivative_equals_differences_for_every_law_for_housings_and_for_a_foundation
 }
 
 #[test]
-fn response_per_error_of_the_drawing_equals_differences_for_probes_on_housings_and_for_a_foundation() {
+fn housing_or_foundation_drawing_derivative_equals_differences() {
     [train(), on_foundation()].iter().for_each(drawing_errors_equal_differences);
 }
 

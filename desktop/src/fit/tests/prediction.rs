@@ -31,7 +31,7 @@ fn problem_at<'p>(
 }
 
 #[test]
-fn every_effect_as_a_file_states_it_responds_by_full_finite_elements_as_in_the_fit() {
+fn every_stated_effect_in_fit_equals_full_finite_elements() {
     let rotor = machine();
     let mut blank = readings(&rotor, &run_up(6));
     blank.truncate(6);
@@ -71,7 +71,7 @@ fn every_effect_as_a_file_states_it_responds_by_full_finite_elements_as_in_the_f
 }
 
 #[test]
-fn an_unbalance_of_a_run_equals_weights_of_the_same_size_stated_for_that_run_to_rounding() {
+fn run_unbalance_equals_stated_weights_of_that_run() {
     let rotor = machine();
     let blank = readings(&rotor, &run_up(7));
     let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &blank));

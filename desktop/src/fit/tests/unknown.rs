@@ -6,7 +6,7 @@ use crate::fit::unknown::Assumption;
 use crate::machine::place::SpeedLaw;
 
 #[test]
-fn a_constant_force_at_the_coupled_end_is_found_in_law_size_and_sense() {
+fn constant_force_at_coupled_end_is_found_with_law_and_size() {
     let mut rotor = machine();
     rotor.tolerance = None;
     let data = measured(&rotor, &run_up(40), &["coupling_force"], &DVector::zeros(0));
@@ -40,7 +40,7 @@ fn a_constant_force_at_the_coupled_end_is_found_in_law_size_and_sense() {
 }
 
 #[test]
-fn a_machine_that_hides_nothing_is_explained_no_better_with_an_unknown_force() {
+fn unknown_force_gives_no_better_fit_to_complete_model() {
     let mut rotor = machine();
     rotor.tolerance = None;
     let data = measured(&rotor, &run_up(40), &[], &DVector::zeros(0));
@@ -67,7 +67,7 @@ fn ranked(drawn: &Rotor, readings: &[Reading]) -> Vec<(f64, Assumption)> {
 }
 
 #[test]
-fn bearings_that_stiffen_with_speed_look_like_a_dynamic_stiffness_at_the_bearings() {
+fn speed_stiffened_bearings_rank_stiffness_at_bearings_first() {
     let mut rotor = machine();
     rotor.tolerance = None;
     let data = measured(&rotor, &run_up(40), &["speed_dependent_stiffness"], &DVector::zeros(0));
@@ -77,7 +77,7 @@ fn bearings_that_stiffen_with_speed_look_like_a_dynamic_stiffness_at_the_bearing
 }
 
 #[test]
-fn a_modulus_off_by_less_than_shifts_a_resonance_looks_like_a_drawing_that_is_off_and_is_named() {
+fn small_modulus_error_ranks_drawing_first_and_is_named() {
     let mut built = machine();
     built.tolerance = None;
     let mut drawn = built.clone();

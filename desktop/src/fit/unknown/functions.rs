@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn knots_add_up_to_one_at_every_speed_and_each_is_one_at_its_own() {
+    fn knot_functions_sum_to_one_and_are_one_at_own_knot() {
         let functions = Functions::knots(speeds());
         for w in speeds() {
             assert!((functions.at(w).iter().sum::<f64>() - 1.0).abs() < 1e-12);
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn smooth_functions_are_orthogonal_over_the_range_and_one_at_its_end() {
+    fn smooth_functions_are_orthogonal_and_one_at_range_end() {
         let functions = Functions::smooth(speeds());
         assert!(functions.at(500.0).iter().all(|f| (f - 1.0).abs() < 1e-12));
         let count = 40_000;

@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn moments_of_a_gaussian_are_its_own_though_the_proposals_are_off_and_the_chains_agree() {
+    fn gaussian_moments_are_recovered_with_offset_proposals() {
         let centre = DVector::from_vec(vec![0.6, -2.1]);
         let scale = DMatrix::from_row_slice(2, 2, &[1.3, 0.15, 0.15, 0.05]);
         let proposals = Student::new(centre, scale).unwrap();

@@ -258,8 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn with_the_unbalance_integrated_the_density_is_that_of_readings_whose_covariance_has_the_unbalance_in_it()
-     {
+    fn marginal_density_equals_gaussian_with_unbalance_covariance() {
         let (day, before) = (day(), before());
         let (days, known) = ([&day], [(C::new(2.5e-4, 0.0), 1e-4), (C::new(-1e-4, 1e-4), 5e-5)]);
         let target = Marginal::new(&days, 2, &before, Some(&known)).unwrap();
@@ -285,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_drawn_on_given_bearings_has_the_mean_and_the_variance_of_weighted_least_squares() {
+    fn draws_on_given_bearings_equal_weighted_least_squares() {
         let (day, before) = (day(), before());
         let days = [&day];
         let target = Marginal::new(&days, 2, &before, None).unwrap();

@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plane_that_passes_through_zero_is_absolute_and_one_that_stays_away_relative() {
+    fn plane_through_zero_is_absolute_and_others_are_relative() {
         let [away, through] = coordinates();
         assert!(matches!(away, Coordinate::Relative { .. }));
         assert!(matches!(through, Coordinate::Absolute { .. }));
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn a_coordinate_gives_its_unbalance_back_and_its_slope_is_the_difference() {
+    fn coordinate_round_trips_and_slope_equals_difference() {
         for c in coordinates() {
             let z = C::new(0.2, 7.0);
             let u = c.unbalance(z);

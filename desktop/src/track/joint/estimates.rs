@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mixture_reaches_as_far_as_an_explanation_that_is_not_ruled_out() {
+    fn mixture_interval_includes_plausible_explanations_only() {
         let own = Part { weight: 1.0, at: 0.0, sd: 0.1 };
         let [likely, unlikely] = [0.5, 1e-3].map(|weight| Part { weight, at: 2.0, sd: 0.1 });
         let own_again = || Part { weight: 1.0, at: 0.0, sd: 0.1 };

@@ -232,7 +232,7 @@ mod tests {
 
     /// Position and rate, the position measured twice: the smoother against a prior of both times.
     #[test]
-    fn a_rate_that_reaches_a_position_is_smoothed_as_the_joint_gaussian_has_it() {
+    fn smoothed_rate_and_position_equal_joint_gaussian() {
         let step = Step {
             keep: DVector::from_row_slice(&[1.0, 0.8]),
             reach: vec![(0, 1, 0.9)],

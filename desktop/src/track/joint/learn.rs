@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn of_readings_a_pace_apart_what_is_kept_is_the_regression_of_each_on_the_one_before() {
+    fn learned_persistence_equals_lag_one_regression() {
         let pairs = [(1.0, [1.1, 0.7, 0.9]), (1.0, [0.8, 0.5, 1.2]), (1.0, [1.5, 1.2, 1.1])];
         let one = DMatrix::from_element(1, 1, 0.3);
         let (keep, push) = moments(&pairs).fit(&one, &one, 0.99);

@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_motion_wanders_and_drifts_as_far_in_ten_days_at_any_pace() {
+    fn initial_motion_variance_is_independent_of_pace() {
         let variance =
             |keep: f64, push: f64, paces: f64| push * (1.0 - keep.powf(2.0 * paces)) / (1.0 - keep * keep);
         let daily = Motion::first(1.0);

@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_is_the_same_whether_it_is_read_every_day_or_every_second() {
+    fn outlook_rate_is_independent_of_reading_interval() {
         let layout = layout();
         let mut mean = layout.at(&[0.0; COEFFICIENTS], &[C::from(0.0); 2]);
         mean[4] = 2e-3;

@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_shock_would_explain_is_what_the_filter_with_that_shock_gains() {
+    fn shock_gain_equals_likelihood_gain_of_filter_with_shock() {
         let measured = [0.3, -0.2, 0.1, 2.4, 2.1, 2.6];
         let (without, later) = walk(&measured, None);
         for k in 1..measured.len() {

@@ -87,7 +87,7 @@ fn the_closed_form_above_is_that_of_ross() {
 /// ROSS's finite volumes for two pads of 160°; they cut negative pressures off instead of the Reynolds condition, and
 /// from an eccentricity of 0.6 on carry less than Lund and Thomsen's table and ours (4 %, at 0.8 by 12 %).
 #[test]
-fn the_film_of_two_pads_carries_as_ross_says_to_one_per_cent_at_light_load() {
+fn two_pad_film_at_light_load_equals_ross_within_1_percent() {
     let text = include_str!("../../../../tests/data/film/ross_statics.csv");
     for record in csv::Reader::from_reader(text.as_bytes()).records() {
         let record = record.expect("a row");
@@ -107,7 +107,7 @@ fn the_film_of_two_pads_carries_as_ross_says_to_one_per_cent_at_light_load() {
 }
 
 #[test]
-fn a_journal_in_the_middle_of_a_bearing_without_preload_carries_nothing() {
+fn centred_journal_without_preload_carries_no_load() {
     for film in [bearing(FilmKind::AxialGroove, 1.0), pads(5, PadLoad::OnPad, 0.0)] {
         let force = Films::new(&Shape::of(&film)).at(Vector2::zeros()).force;
         assert!(force.norm() < 1e-12, "{film:?} {force}");
@@ -124,7 +124,7 @@ fn the_lobes_of_a_preloaded_bearing_balance_in_the_middle() {
 }
 
 #[test]
-fn tilting_pads_symmetric_to_the_load_couple_nothing_across_and_damp_symmetrically() {
+fn symmetric_tilting_pads_have_no_cross_coupling() {
     for film in [
         pads(4, PadLoad::BetweenPads, 0.2),
         pads(5, PadLoad::OnPad, 0.3),
@@ -156,7 +156,7 @@ fn the_damping_of_fixed_lobes_is_symmetric() {
 
 /// The perturbation holds the film's edge; the force lets it move. Their difference is of second order.
 #[test]
-fn the_coefficients_are_the_derivatives_of_the_nonlinear_force_with_its_moving_cavity() {
+fn coefficients_equal_derivatives_of_nonlinear_film_force() {
     for (start, arc, journal) in
         [(170f64, 160f64, [0.3, -0.5]), (190.0, 160.0, [0.1, -0.8]), (-40.0, 80.0, [0.5, 0.2])]
     {

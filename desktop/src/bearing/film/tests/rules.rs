@@ -46,7 +46,7 @@ fn a_film_is_read_from_a_file_and_an_unknown_key_refused() {
 }
 
 #[test]
-fn a_plain_bearing_loaded_downwards_runs_to_the_right_and_drives_forward_whirl() {
+fn plain_bearing_under_down_load_drives_forward_whirl() {
     let film = bearing(FilmKind::Plain, 0.5);
     let table = FilmTable::solve(&film).expect("a table");
     let at = film.at(&table, 500.0, 1e-4, 0.02, 400.0).expect("a state");
@@ -97,7 +97,7 @@ fn the_derivatives_of_a_state_are_differences_of_states() {
 }
 
 #[test]
-fn outside_the_table_and_with_another_shapes_table_there_is_one_sentence() {
+fn load_outside_table_or_table_of_other_shape_is_refused() {
     let film = bearing(FilmKind::Plain, 0.5);
     let table = FilmTable::solve(&film).expect("a table");
     let sentence = |load: f64| film.at(&table, load, 1e-4, 0.02, 300.0).expect_err("refused").to_string();

@@ -25,7 +25,7 @@ fn the_closed_forms_light_bearing_whirls_at_half_speed() {
 
 /// Finite lengths differ in the first power of L/D, by the damping of the film's ends.
 #[test]
-fn short_bearings_extrapolate_to_the_closed_forms_threshold_and_whirl() {
+fn short_bearing_threshold_extrapolates_to_ocvirk_closed_form() {
     for e in [0.1, 0.3, 0.5] {
         let (_, attitude, k, c) = ocvirk(e);
         let expected = threshold(&k, &c);
@@ -54,7 +54,7 @@ fn two_axial_grooves_whirl_from_the_published_threshold() {
 
 /// A heavily loaded plain bearing never whirls: short-bearing theory has the limit at an eccentricity of 0.76.
 #[test]
-fn beyond_an_eccentricity_of_three_quarters_a_short_plain_bearing_has_no_threshold() {
+fn short_bearing_beyond_eccentricity_0_76_has_no_threshold() {
     let table = FilmTable::solve(&bearing(FilmKind::Plain, 0.2)).expect("a table");
     let [least, most] = table.range();
     let limit = (0..400)

@@ -19,7 +19,7 @@ fn single() -> Film {
 /// A pad without moment about its pivot at every moment, while the journal moves to and fro at running speed:
 /// its tilting velocity is what leaves no force across; integrated until it repeats.
 #[test]
-fn stiffness_and_damping_of_a_tilting_pad_are_those_of_its_nonlinear_motion_in_time() {
+fn tilting_pad_coefficients_equal_nonlinear_time_integration() {
     let approach = 0.6;
     let mut films = Films::new(&Shape::of(&single()));
     let film = films.at(Vector2::new(0.0, -approach));
@@ -72,7 +72,7 @@ fn stiffness_and_damping_of_a_tilting_pad_are_those_of_its_nonlinear_motion_in_t
 }
 
 #[test]
-fn the_stiffness_at_rest_of_tilting_pads_is_the_difference_of_their_force() {
+fn tilting_pad_static_stiffness_equals_force_difference() {
     for film in [single(), pads(5, PadLoad::BetweenPads, 0.3)] {
         let mut films = Films::new(&Shape::of(&film));
         for down in [0.2, 0.5] {
