@@ -167,7 +167,7 @@ def test_startup_tells_its_progress_and_gives_the_better_model(printed, tmp_path
     assert answer.runs[0].half_power["IB x"].half_power_rpm.shape == (2,)
 
 
-def test_a_start_up_without_a_rotor_model_is_refused_or_answered_without_one(printed, refused, tmp_path):
+def test_startup_without_angles_gives_no_rotor_or_is_refused(printed, refused, tmp_path):
     """Where no weight has an angle, no run is left to fit a rotor model to."""
     rotor, data = tmp_path / "rotor.toml", tmp_path / "startup.csv"
     rotor.write_text((KIT / "rotor.toml").read_text().replace("angle_deg = 0.000\n", ""))

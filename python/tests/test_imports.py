@@ -52,7 +52,7 @@ def test_a_data_frame_is_an_export_and_its_moments_are_times(export):
         assert np.array_equal(from_memory.measurement[name], column, equal_nan=True), name
 
 
-def test_what_the_owner_states_becomes_the_options_of_the_program(printed, export, tmp_path):
+def test_stated_conventions_become_command_options(printed, export, tmp_path):
     plain = tmp_path / "plain.csv"
     plain.write_text("n,16X amp,16X phase\n3000,1,0.5\n3100,2,0.25\n3200,3,0.125\n")
     stated = dict(phase="lead", amplitude="rms", unit="mil", angle="radians", runs_from_files=True)
@@ -65,7 +65,7 @@ def test_what_the_owner_states_becomes_the_options_of_the_program(printed, expor
     assert answer.measurement is None and answer.rows == 6
 
 
-def test_what_nobody_states_is_asked_for_in_the_words_of_the_program(refused, export, tmp_path):
+def test_missing_conventions_are_refused_with_message_of_command(refused, export, tmp_path):
     output = tmp_path / "out.csv"
     for options, words in [
         ({}, []),

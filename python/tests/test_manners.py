@@ -85,7 +85,7 @@ def test_numpy_is_all_it_needs():
     assert [re.split(r"\W", needed)[0] for needed in requires("rotor-edge")] == ["numpy"]
 
 
-def test_every_function_says_what_it_does_and_its_annotations_can_be_resolved():
+def test_functions_have_docstrings_and_resolvable_annotations():
     for name in rotor_edge.__all__:
         member = getattr(rotor_edge, name)
         if inspect.isfunction(member):

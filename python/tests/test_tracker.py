@@ -42,7 +42,7 @@ def test_it_answers_to_the_bit_what_the_replay_does(printed, identified):
     assert said.result.unbalance_g_mm.shape == (2, 2) and said.result.probes_used == (1, 2, 3, 4)
 
 
-def test_a_rotor_in_memory_serves_and_what_it_says_follows_the_evidence(identified):
+def test_tracker_of_rotor_in_memory_follows_the_readings(identified):
     data = rotor_edge.read_measurement(RECORD)
     tracker = tracker_of(rotor_edge.read_rotor(identified), data)
     said = tracker.wait(0)

@@ -97,7 +97,7 @@ def assert_same(answers, expected):
         same_to_the_bit(result, expected[row])
 
 
-def test_the_whole_record_and_an_improved_model_give_the_hosts_bits(board, desk, better):
+def test_whole_record_and_improved_model_equal_host_to_the_bit(board, desk, better):
     board.deploy(desk.rotor, "--restart")
     board.take_milliseconds_for_days()
     assert_same(board.play(desk.record), desk.answers)

@@ -155,7 +155,7 @@ fn unbalance_response_equals_ross() {
 }
 
 #[test]
-fn the_whole_check_of_each_machine_says_what_ross_says_of_its_stability() {
+fn check_of_each_machine_agrees_with_ross_on_stability() {
     for (name, (rotor, ross)) in machines() {
         let top = number(&ross["top_rpm"]);
         let start = std::time::Instant::now();

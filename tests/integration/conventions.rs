@@ -39,7 +39,7 @@ fn rigid_rotor(stiffness_n_m: f64, damping_n_s_m: f64) -> Rotor {
 }
 
 #[test]
-fn rigid_rotor_on_springs_moves_as_the_closed_form_of_one_degree_of_freedom() {
+fn rigid_rotor_on_springs_equals_closed_form_of_one_dof() {
     let (k, c) = (2e7, 4e4);
     let r = rigid_rotor(k, c);
     let volume = std::f64::consts::PI * 0.01 * r.length_m();
@@ -57,7 +57,7 @@ fn rigid_rotor_on_springs_moves_as_the_closed_form_of_one_degree_of_freedom() {
 }
 
 #[test]
-fn far_below_resonance_the_shaft_points_to_the_heavy_spot_and_far_above_away_from_it() {
+fn high_spot_is_at_heavy_spot_below_resonance_opposite_above() {
     let r = rigid_rotor(2e7, 1e3);
     let u = C::from_polar(3e-3, 0.4);
     let at = |speed_rpm: f64| {
@@ -68,7 +68,7 @@ fn far_below_resonance_the_shaft_points_to_the_heavy_spot_and_far_above_away_fro
 }
 
 #[test]
-fn jeffcott_rotor_peaks_at_its_critical_speed_with_the_closed_form_amplitude() {
+fn jeffcott_rotor_response_equals_closed_form() {
     // kit: disk between stiff bearings, so a mass on the shaft's own stiffness 48 EI / L³
     let mut r = rotor("kit");
     r.physics.gyroscopic = false;
@@ -115,7 +115,7 @@ fn probe_at_45_degrees_equals_the_rotated_pair_at_0_and_90() {
 }
 
 #[test]
-fn gyroscopic_moments_stiffen_the_forward_whirl_and_soften_the_backward_one() {
+fn gyroscopic_moments_raise_forward_and_lower_backward_whirl() {
     let mut r = rotor("overhung");
     for b in &mut r.bearing {
         b.constants_mut().unwrap().stiffness_n_m = isotropic(b.constants_mut().unwrap().stiffness_n_m.xx);

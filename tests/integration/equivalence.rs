@@ -33,7 +33,7 @@ fn deployment(rotor: &Rotor) -> Deployment {
 }
 
 #[test]
-fn core_equals_desktop_on_every_reading_of_the_sample_and_flags_the_event() {
+fn core_equals_desktop_on_sample_and_flags_event() {
     let (rotor, record) = identified();
     let deployment = deployment(&rotor);
     let played = replay::run(&deployment, &record, &ReplayConfig::default(), |_| ()).unwrap();
@@ -88,7 +88,7 @@ fn with_every_term(rotor: &Rotor) -> Deployment {
 }
 
 #[test]
-fn every_kind_of_term_gives_the_same_response_in_core_and_desktop() {
+fn response_with_every_kind_of_term_equals_desktop() {
     let (rotor, _) = identified();
     let all = with_every_term(&rotor);
     let plain = deployment(&rotor);
@@ -146,7 +146,7 @@ fn on_films(rotor: &Rotor) -> Rotor {
 }
 
 #[test]
-fn films_tables_pedestals_and_probes_on_housings_respond_in_the_core_as_on_the_desktop() {
+fn response_of_films_tables_and_pedestals_equals_desktop() {
     let (rotor, _) = identified();
     let rotor = on_films(&rotor);
     let deployed = deployment(&rotor);
@@ -170,7 +170,7 @@ fn films_tables_pedestals_and_probes_on_housings_respond_in_the_core_as_on_the_d
 }
 
 #[test]
-fn with_lost_repeated_and_late_frames_no_wrong_estimate_comes_back() {
+fn lost_repeated_and_late_frames_give_no_wrong_estimate() {
     let (rotor, record) = identified();
     let deployment = deployment(&rotor);
     let clean = replay::run(&deployment, &record, &ReplayConfig::default(), |_| ()).unwrap();
@@ -203,7 +203,7 @@ fn with_lost_repeated_and_late_frames_no_wrong_estimate_comes_back() {
 }
 
 #[test]
-fn lost_readings_and_missing_days_neither_stop_nor_flag_anything() {
+fn lost_readings_and_missing_days_raise_no_flag() {
     let (rotor, record) = identified();
     let deployment = deployment(&rotor);
     let mut holes: Vec<Reading> =
@@ -226,7 +226,7 @@ fn lost_readings_and_missing_days_neither_stop_nor_flag_anything() {
 
 /// Probes lost in every combination: what is left is compared, and what says nothing is not called healthy.
 #[test]
-fn with_any_probes_lost_the_rest_equals_the_desktop_and_the_state_says_what_is_missing() {
+fn any_lost_probes_are_named_and_the_rest_equals_desktop() {
     let (rotor, record) = identified();
     let deployment = deployment(&rotor);
     let config = ReplayConfig::default();
@@ -259,7 +259,7 @@ fn with_any_probes_lost_the_rest_equals_the_desktop_and_the_state_says_what_is_m
 
 /// Silence in a record is silence for the controller.
 #[test]
-fn a_gap_in_the_record_makes_the_state_stale_after_the_age_limit_and_the_next_reading_ends_it() {
+fn gap_in_record_makes_state_stale_until_next_reading() {
     let (rotor, mut record) = identified();
     record.truncate(40);
     let gap_from = replay::day(&record, 19);

@@ -91,7 +91,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 #[test]
-fn without_noise_edge_and_f64_fit_differ_by_rounding_and_leakage_alone() {
+fn noiseless_edge_and_f64_fit_differ_by_rounding_and_leakage() {
     for speed_rpm in [300.0, 1_000.0, 3_600.0, 11_000.0] {
         for ((edge, exact), window) in windows(speed_rpm, 16, 0.0, 5, 1).0.into_iter().zip(0..) {
             let samples = 16.0 * 60.0 * RATE_HZ / speed_rpm;
@@ -104,7 +104,7 @@ fn without_noise_edge_and_f64_fit_differ_by_rounding_and_leakage_alone() {
 }
 
 #[test]
-fn error_against_revolutions_and_noise_stays_at_the_theoretical_bound() {
+fn extraction_error_stays_at_cramer_rao_bound() {
     const WINDOWS: usize = 200;
     let mut table = String::from(
         "| speed, rpm | turns | noise, µm rms | error of a component, µm rms | bound, µm | ratio | amplitude, % | phase, ° |\n\

@@ -43,7 +43,7 @@ fn row(table: &mut String, name: &str, o: &Outcome) {
 }
 
 #[test]
-fn sweep_of_faults_gives_the_recorded_outcomes_and_no_wrong_result() {
+fn fault_sweep_gives_recorded_outcomes_and_no_wrong_result() {
     const READINGS: usize = 1000;
     let (model, readings) = machine(READINGS);
     let clean = BusConfig { seed: 11, ..BusConfig::default() };

@@ -35,7 +35,7 @@ fn difference(left: &EdgeModel, right: &EdgeModel) -> f32 {
 }
 
 #[test]
-fn the_boards_models_respond_like_those_made_today_and_fit_two_kibibytes() {
+fn board_models_equal_present_ones_and_fit_two_kibibytes() {
     let today = BoardSample::make().unwrap();
     for (name, today) in [("model.bin", &today.model), ("better.bin", &today.better)] {
         let bytes = checked_in(name);

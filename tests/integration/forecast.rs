@@ -37,7 +37,7 @@ fn likelihood_and_criterion_equal_statsmodels_at_its_parameters() {
 }
 
 #[test]
-fn the_search_finds_at_least_the_likelihood_that_statsmodels_found() {
+fn arima_fit_reaches_likelihood_of_statsmodels() {
     let golden = golden();
     let series = numbers(&golden["series"]);
     for (model, reference) in models(&golden) {

@@ -26,7 +26,7 @@ fn corpus(target: &str) -> BTreeMap<String, Vec<u8>> {
 }
 
 #[test]
-fn the_whole_corpus_and_every_cut_of_its_seeds_are_taken_without_a_panic() {
+fn corpus_and_truncated_seeds_decode_without_panic() {
     for (target, decode) in decoders::ALL {
         for (name, bytes) in corpus(target) {
             decode(&bytes);
@@ -54,7 +54,7 @@ fn mutations_of_the_corpus_are_taken_without_a_panic() {
 }
 
 #[test]
-fn seeds_are_those_of_the_present_formats_and_each_target_has_some() {
+fn seeds_of_every_target_match_present_formats() {
     let write = std::env::var_os("ROTOR_EDGE_WRITE_SEEDS").is_some();
     for (target, _) in decoders::ALL {
         let expected = seeds::of(target);

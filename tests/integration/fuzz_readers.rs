@@ -37,7 +37,7 @@ fn takes(target: &str, number: u64, read: Reader, bytes: &[u8]) -> bool {
 }
 
 #[test]
-fn the_corpus_and_mutations_of_it_are_read_or_refused_in_one_sentence() {
+fn corpus_and_mutations_are_read_or_refused_in_one_sentence() {
     let number: u64 = std::env::var("ROTOR_EDGE_MUTATIONS").map_or(200, |text| text.parse().unwrap());
     let mut failed = 0;
     for (target, read) in readers::ALL {

@@ -25,7 +25,7 @@ fn on_its_mesh(rotor: &Rotor) -> System {
 }
 
 #[test]
-fn critical_speeds_and_damped_modes_of_an_imported_rotor_are_those_of_ross() {
+fn imported_critical_speeds_and_damped_modes_equal_ross() {
     let text = std::fs::read_to_string(repository("tests/data/ross/expected.json")).unwrap();
     let expected: Value = serde_json::from_str(&text).unwrap();
     for name in ["constant.toml", "table.json", "supports.toml", "coupling.json"] {
@@ -48,7 +48,7 @@ fn critical_speeds_and_damped_modes_of_an_imported_rotor_are_those_of_ross() {
 }
 
 #[test]
-fn tables_pedestals_seals_and_bores_are_carried_over_and_the_rest_is_said() {
+fn ross_tables_pedestals_and_seals_are_imported() {
     let constant = import("constant.toml");
     assert_eq!(constant.rotor.bearing.len(), 3, "two bearings and a seal");
     assert!(constant.rotor.shaft.iter().all(|s| s.inner_diameter_m == 0.01));
@@ -72,7 +72,7 @@ fn tables_pedestals_seals_and_bores_are_carried_over_and_the_rest_is_said() {
 }
 
 #[test]
-fn a_coupling_element_is_carried_over_without_its_length_and_what_it_loses_is_said() {
+fn ross_coupling_is_imported_and_lost_properties_are_listed() {
     let Imported { rotor, carried, left } = import("coupling.json");
     let c = &rotor.coupling[0];
     assert_eq!((c.name.as_str(), c.mass_kg, c.polar_inertia_kg_m2), ("discs", 5.0, 0.02));
@@ -110,7 +110,7 @@ fn a_coupling_element_is_carried_over_without_its_length_and_what_it_loses_is_sa
 }
 
 #[test]
-fn what_cannot_be_read_is_one_sentence_with_the_element_and_the_key() {
+fn invalid_ross_file_is_refused_with_element_and_key() {
     let text = std::fs::read_to_string(repository("tests/data/ross/constant.toml")).unwrap();
     let said = |text: &str| ross::parse("r.toml", text, false).unwrap_err().to_string();
     for (from, to, parts) in [

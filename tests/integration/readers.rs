@@ -85,7 +85,7 @@ fn a_rotor_survives_being_written_and_read() {
 }
 
 #[test]
-fn a_quotation_mark_that_is_never_closed_is_refused_in_one_short_sentence() {
+fn unclosed_quotation_mark_is_refused_in_short_sentence() {
     let rotor = rotor_file::parse("r.toml", sample::ROTOR).unwrap();
     let record = sample::RECORD.replacen("2.03961", "\"2.03961", 1);
     let message = measurement::parse("m.csv", &record, &rotor).unwrap_err().to_string();

@@ -157,7 +157,7 @@ fn other_figures() -> Vec<Figure> {
 }
 
 #[test]
-fn comparison_of_the_changed_turbine_says_that_physics_is_missing_and_shows_every_figure() {
+fn changed_turbine_misses_physics_and_report_has_every_figure() {
     let (sections, comparison) = run_up_page();
     assert_eq!(comparison.verdict, Verdict::Misses);
     assert!(!comparison.reversed);
@@ -215,7 +215,7 @@ fn looks() -> Vec<Look> {
 }
 
 #[test]
-fn who_points_at_a_figure_reads_its_numbers_and_who_zooms_sees_another_range() {
+fn figure_hover_shows_values_and_zoom_changes_range() {
     let Some(browser) = Chromium::find() else { return };
     let text = page("Run-up", None, &run_up_page().0, |_| Vec::new());
     let seen = browser.used(&text, "bode-15x-run-day-126");

@@ -116,7 +116,7 @@ fn left_out(rotor: &Rotor, readings: &[Reading], trust_weights: bool) -> Estimat
 }
 
 #[test]
-fn each_condition_left_out_in_turn_is_found_and_impossible_weights_are_refuted() {
+fn leave_one_out_finds_weights_and_refutes_impossible_ones() {
     let (rotor, readings) = rig();
     let found = left_out(&rotor, &readings, false);
     let out = refuted(&found);
@@ -207,7 +207,7 @@ mod slow {
     }
 
     #[test]
-    fn what_no_physics_of_the_list_explains_is_said_to_be_unknown_and_nothing_absurd_is_added() {
+    fn unexplained_misfit_gives_unknown_verdict_and_adds_no_effect() {
         let (mut rotor, mut readings) = rig();
         let chosen = |run: &str| EIGHT.contains(&run);
         rotor.run.retain(|r| chosen(&r.name));
@@ -219,7 +219,7 @@ mod slow {
     }
 
     #[test]
-    fn few_trial_runs_beat_influence_coefficients_and_intervals_hold() {
+    fn model_with_few_trial_runs_beats_influence_coefficients() {
         let (rotor, readings) = rig();
         let found = left_out(&rotor, &readings, false);
         let out = refuted(&found);
@@ -263,7 +263,7 @@ mod slow {
     }
 
     #[test]
-    fn with_all_labels_taken_as_true_the_published_errors_are_reached() {
+    fn trusted_weights_reach_published_errors() {
         let (rotor, readings) = rig();
         let mut all = Errors::default();
         for e in &left_out(&rotor, &readings, true).runs {

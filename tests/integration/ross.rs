@@ -134,7 +134,7 @@ fn worst_reduction(rotor: &Rotor, reduced: &Model) -> f64 {
 }
 
 #[test]
-fn six_supported_shapes_equal_full_finite_elements_to_a_fifth_of_a_percent() {
+fn six_supported_shapes_equal_full_fem_to_0_2_percent() {
     let (rotor, _) = load("turbine");
     let worst = worst_reduction(&rotor, &basis::reduced(&rotor, 6));
     println!("supported basis of six: within {:.3} % of full finite elements", worst * 100.0);
@@ -142,7 +142,7 @@ fn six_supported_shapes_equal_full_finite_elements_to_a_fifth_of_a_percent() {
 }
 
 #[test]
-fn supported_basis_converges_and_keeps_up_when_a_bearing_changes() {
+fn supported_basis_converges_also_with_changed_bearing() {
     let (rotor, _) = load("turbine");
     let errors: Vec<f64> =
         [4, 6, 8, 12].map(|n| worst_reduction(&rotor, &basis::reduced(&rotor, n))).to_vec();
@@ -157,7 +157,7 @@ fn supported_basis_converges_and_keeps_up_when_a_bearing_changes() {
 }
 
 #[test]
-fn free_free_modes_converge_to_elements_without_shear_but_slowly() {
+fn free_free_modes_converge_slowly_to_elements_without_shear() {
     let (mut rotor, _) = load("turbine");
     rotor.physics.shear_deformation = false;
     let on = |size| worst_reduction(&rotor, &Model::on(assumed_modes::structure(&rotor, size), &rotor));
@@ -167,7 +167,7 @@ fn free_free_modes_converge_to_elements_without_shear_but_slowly() {
 }
 
 #[test]
-fn printed_2023_formulation_differs_from_ross_and_the_standard_one_does_not() {
+fn standard_formulation_equals_ross_and_printed_2023_differs() {
     let (rotor, ross) = load("turbine");
     let mut printed = rotor.clone();
     printed.physics.formulation = Formulation::Printed2023;

@@ -28,7 +28,7 @@ fn frames(text: &str) -> Vec<Frame> {
 }
 
 #[test]
-fn frames_of_protocol_3_mean_what_they_meant_and_are_written_so_again() {
+fn protocol_3_frames_keep_meaning_and_encoding() {
     let (mut readings, mut results) = (Assembler::new(), ResultAssembler::new());
     let (mut reading, mut result, mut others) = (None, None, Vec::new());
     for frame in frames(include_str!("../wire/protocol-3.txt")) {

@@ -96,7 +96,7 @@ def test_node_is_the_low_five_bits_of_the_identifier(core, message, node):
     agree(core, message, node, values)
 
 
-def test_every_message_type_of_the_core_is_in_the_file_and_the_other_way_round(core):
+def test_message_types_of_core_and_dbc_are_the_same(core):
     assert core("protocol")["types"] == sorted(message.frame_id >> 5 for message in DBC.messages)
     assert all(message.frame_id & 0x1F == 0 for message in DBC.messages)
 
@@ -133,7 +133,7 @@ def test_wrong_length_is_refused_but_the_version_query_takes_any(core, message):
             assert answer == {"error": "WrongLength"}, length
 
 
-def test_every_message_and_signal_is_explained_and_floats_of_a_kind_have_a_unit():
+def test_messages_and_signals_have_comments_and_floats_units():
     for message in DBC.messages:
         assert message.comment, message.name
         for signal in message.signals:
@@ -152,7 +152,7 @@ def test_signals_do_not_overlap_and_reserved_bits_stay_zero(core):
 
 
 @pytest.mark.parametrize("node", [0, 1, 17, 30])
-def test_the_file_of_a_monitor_has_its_identifiers_and_the_same_signals(core, node, tmp_path):
+def test_dbc_of_node_has_its_identifiers_and_same_signals(core, node, tmp_path):
     path = tmp_path / "monitor.dbc"
     run("dbc", "--node", node, "-o", path)
     of_node = cantools.database.load_file(path)

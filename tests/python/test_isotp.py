@@ -115,7 +115,7 @@ def key(tmp_path):
 
 
 @pytest.mark.parametrize("block_size, separation_ms", [(0, 0), (1, 0), (8, 0), (3, 2)])
-def test_deploy_reaches_an_independent_receiver_as_it_asks_for_it(wire, other, desk, key, block_size, separation_ms):
+def test_deploy_follows_flow_control_of_independent_receiver(wire, other, desk, key, block_size, separation_ms):
     secret, key_file = key
     watcher = wire.join()
     fake = FakeMonitor(other(TO_HOST, TO_NODE, block_size=block_size, separation_ms=separation_ms), secret)

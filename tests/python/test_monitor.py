@@ -33,7 +33,7 @@ def same_to_the_bit(result, answer):
     assert status["Used"] == sum(1 << probe - 1 for probe in answer["probes_used"])
 
 
-def test_the_record_gives_the_same_numbers_as_in_process_to_the_bit(node, desk):
+def test_record_over_bus_equals_in_process_to_the_bit(node, desk):
     answers = monitor.play(node.wire.join(), NODE, desk.record)
     assert sorted(answers) == sorted(desk.answers)
     assert len(answers) == sum(any(probes) for _, probes in desk.record)

@@ -32,6 +32,6 @@ def test_an_interface_that_is_down_is_told_with_the_way_up(spare):
     assert "vcan9 is down; `sudo ip link set vcan9 up`" in refusal(spare)
 
 
-def test_an_interface_without_can_is_told_from_one_that_is_not_there():
+def test_non_can_interface_and_missing_interface_are_refused():
     assert "lo is no CAN interface" in refusal("lo")
     assert "there is no interface can7" in refusal("can7")

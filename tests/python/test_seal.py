@@ -52,7 +52,7 @@ def sealing(place, desk):
     return place.start("--rotor", desk.rotor, "--sealed", *COMPRESSED)
 
 
-def test_what_hmac_seals_is_taken_and_what_is_told_bears_the_code_that_hmac_makes(sealing, desk):
+def test_message_codes_agree_with_python_hmac_both_ways(sealing, desk):
     bus = sealing.wire.join()
     last = 0
     for sequence, (speed_rpm, probes) in enumerate(desk.record[:5]):
@@ -64,7 +64,7 @@ def test_what_hmac_seals_is_taken_and_what_is_told_bears_the_code_that_hmac_make
         last = freshness
 
 
-def test_a_flipped_bit_no_seal_and_a_recording_are_counted_and_not_answered(sealing, desk):
+def test_corrupted_unsealed_and_replayed_frames_are_rejected(sealing, desk):
     bus = sealing.wire.join()
     (speed_rpm, probes), *_ = desk.record
 

@@ -66,7 +66,7 @@ def misfit(speed_rpm, probes):
     return speed_rpm, [*probes[:2], *((-cos, -sin) for cos, sin in probes[2:])]
 
 
-def test_learning_then_tracking_then_stale_when_nobody_sends_any_more(place, desk):
+def test_state_is_learning_then_tracking_then_stale_in_silence(place, desk):
     place.start("--rotor", desk.rotor, *COMPRESSED, *QUICK)
     bus = place.wire.join()
     healthy(bus, desk, 1)
@@ -81,7 +81,7 @@ def test_learning_then_tracking_then_stale_when_nobody_sends_any_more(place, des
     told(bus, "Tracking", Reason="None")
 
 
-def test_a_lost_probe_is_named_and_the_rest_goes_on_until_it_says_nothing(place, desk):
+def test_lost_probe_is_named_and_remaining_probes_are_used(place, desk):
     place.start("--rotor", desk.rotor, *COMPRESSED, *QUICK)
     bus = place.wire.join()
     healthy(bus, desk, 5)
@@ -104,7 +104,7 @@ def test_a_lost_probe_is_named_and_the_rest_goes_on_until_it_says_nothing(place,
     told(bus, "Stale", Reason="ProbeCount")
 
 
-def test_a_flag_outlives_a_cut_in_power_and_its_machine_until_it_is_acknowledged(place, desk, commander):
+def test_flag_survives_power_cut_until_acknowledged(place, desk, commander):
     options = ["--rotor", desk.rotor, *COMPRESSED, *QUICK]
     place.start(*options)
     bus = place.wire.join()
@@ -152,7 +152,7 @@ def test_thresholds_are_told_set_and_refused_with_the_key(place, desk, commander
     assert "rise" in said and "0.75" in said
 
 
-def test_without_a_model_nothing_is_judged_and_a_deployment_ends_that(place, desk):
+def test_monitor_without_model_waits_for_deployment(place, desk):
     place.start()
     bus = place.wire.join()
     told(bus, "NoModel", Reason="NothingStored")

@@ -70,7 +70,7 @@ mod slow {
     use super::*;
 
     #[test]
-    fn amplitudes_in_mil_mm_and_m_neither_panic_nor_make_a_machine_that_cannot_be() {
+    fn amplitudes_in_wrong_unit_are_refused_or_give_valid_rotor() {
         let folder = Folder::new();
         let rotor = folder.file("r.toml", sample::ROTOR);
         for factor in [1.0 / 25.4, 1e-3, 1e-6, 25.4, 1e3, 1e6] {

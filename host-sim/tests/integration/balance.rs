@@ -82,7 +82,7 @@ fn vector(weight: &Value) -> C {
 }
 
 #[test]
-fn a_table_of_runs_and_one_of_weights_give_weights_with_intervals_and_what_is_left() {
+fn weights_from_tables_have_intervals_and_residual_vibration() {
     let answer = json(&Machine::new("um", false).run(&["--json"]));
     for (weight, own) in answer["weights"].as_array().unwrap().iter().zip(OWN) {
         assert!((vector(weight) + polar(own)).norm() < 0.05, "{weight}");
@@ -100,7 +100,7 @@ fn a_table_of_runs_and_one_of_weights_give_weights_with_intervals_and_what_is_le
 }
 
 #[test]
-fn the_text_says_what_to_do_in_which_hole_with_masses_in_steps_and_the_report_draws_it() {
+fn weights_in_holes_and_mass_steps_are_printed_and_drawn() {
     let machine = Machine::new("um", false);
     let page = machine.path("balance.html");
     let output = machine.run(&["--holes", "12", "--radii-mm", "2", "--report", &page]);
@@ -128,7 +128,7 @@ fn the_text_says_what_to_do_in_which_hole_with_masses_in_steps_and_the_report_dr
 }
 
 #[test]
-fn limits_hold_and_the_largest_vibration_is_less_by_min_max_than_by_least_squares() {
+fn min_max_reduces_largest_vibration_and_weight_limits_hold() {
     let machine = Machine::new("um", false);
     let largest = |more: &[&str]| {
         let answer = json(&machine.run(&[&["--json", "--planes", "A"], more].concat()));
@@ -220,7 +220,7 @@ fn a_rotors_file_takes_holes_limits_and_min_max_too() {
 }
 
 #[test]
-fn reversed_phases_give_no_weights_with_a_rotors_file_or_without() {
+fn reversed_phases_are_refused_with_or_without_rotor_file() {
     assert_says(
         &one_sentence(&Machine::new("um", true).run(&[])),
         &["measured.csv", "phases of all probes are reversed"],
@@ -248,7 +248,7 @@ fn reversed_phases_give_no_weights_with_a_rotors_file_or_without() {
 }
 
 #[test]
-fn bad_input_is_one_sentence_with_file_row_and_column_and_nothing_is_written() {
+fn invalid_balance_input_is_refused_with_row_and_column() {
     let machine = Machine::new("um", false);
     let good = std::fs::read_to_string(machine.path("measured.csv")).unwrap();
     let page = machine.path("never.html");

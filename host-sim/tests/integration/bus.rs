@@ -49,7 +49,7 @@ fn recorded(path: &Path) -> Vec<Frame> {
 }
 
 #[test]
-fn slcan_and_socketcand_meet_on_one_bus_and_the_recording_holds_every_frame() {
+fn slcan_and_socketcand_share_bus_and_recording_is_complete() {
     const FRAMES: u32 = 2000;
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("both.log");
@@ -76,7 +76,7 @@ fn slcan_and_socketcand_meet_on_one_bus_and_the_recording_holds_every_frame() {
 }
 
 #[test]
-fn interrupt_ends_it_with_0_and_a_kill_loses_nothing_that_was_recorded() {
+fn bus_exits_with_0_on_sigint_and_keeps_recording_on_sigkill() {
     assert_eq!(Shared::start(&[]).end(Signal::SIGINT).0, Some(0));
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("killed.log");
@@ -222,7 +222,7 @@ fn load_and_ports_are_printed_for_people_too() {
 }
 
 #[test]
-fn a_bus_that_cannot_start_says_why_and_leaves_an_older_recording_alone() {
+fn failed_bus_start_gives_reason_and_keeps_old_recording() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("older.log");
     std::fs::write(&log, "(1.0) can0 123#01\n").unwrap();
@@ -242,7 +242,7 @@ fn a_bus_that_cannot_start_says_why_and_leaves_an_older_recording_alone() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_recording_that_cannot_go_on_is_told_at_once_and_at_the_end_and_the_bus_goes_on() {
+fn full_disk_ends_recording_with_error_and_bus_continues() {
     let mut shared = Shared::start(&["--record", "/dev/full"]);
     let (mut from, mut to) = (shared.join("slcan"), shared.join("slcan"));
     from.send(&frame(1, 1)).unwrap();
@@ -334,7 +334,7 @@ fn record_sample(
 }
 
 #[test]
-fn a_recording_becomes_the_record_it_came_from_and_the_controllers_own_results() {
+fn decoded_recording_equals_sent_record_and_results() {
     let folder = Folder::new();
     std::fs::write(folder.path("rotor.toml"), sample::ROTOR).unwrap();
     let rotor = rotor_file::read(&folder.path("rotor.toml")).unwrap();
@@ -408,7 +408,7 @@ fn readings_of_several_nodes_are_written_one_node_at_a_time() {
 }
 
 #[test]
-fn logs_that_cannot_be_used_are_refused_with_the_row_and_what_was_expected() {
+fn unusable_logs_are_refused_with_row_and_expected_format() {
     let folder = Folder::new();
     let refused = |text: &str| {
         std::fs::write(folder.path("x.log"), text).unwrap();

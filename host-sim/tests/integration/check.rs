@@ -45,7 +45,7 @@ fn check_json_has_the_keys_that_others_read() {
 }
 
 #[test]
-fn check_speaks_of_loads_critical_speeds_stability_and_writes_its_report_whole() {
+fn check_prints_loads_and_stability_and_writes_report() {
     let folder = tempfile::tempdir().unwrap();
     let rotor = written(&folder, "rotor.toml", sample::ROTOR);
     let report = folder.path().join("report.html").display().to_string();
@@ -115,7 +115,7 @@ fn an_imported_rotor_can_be_checked_and_says_what_was_left() {
 }
 
 #[test]
-fn what_is_no_rotor_of_ross_is_refused_in_one_sentence_and_nothing_is_written() {
+fn invalid_ross_rotor_is_refused_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let other = written(&folder, "other.toml", "a = 1\n");
     let target = folder.path().join("rotor.toml");
@@ -142,7 +142,7 @@ fn coupled(coupling: &str) -> String {
 }
 
 #[test]
-fn a_train_is_checked_and_drawn_with_its_coupling_and_one_that_joins_nothing_is_refused() {
+fn train_is_checked_with_coupling_and_loose_coupling_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let flexible = "lateral_stiffness_n_m = 5e7\nangular_stiffness_n_m_rad = 1e3\nmass_kg = 10\n";
     let coupling = |z: f64| format!("[[coupling]]\nname = \"disc pack\"\nposition_m = {z}\n{flexible}");
@@ -166,7 +166,7 @@ fn a_train_is_checked_and_drawn_with_its_coupling_and_one_that_joins_nothing_is_
 }
 
 #[test]
-fn films_that_push_the_shaft_out_across_their_load_have_no_undamped_critical_speed_and_check_says_why() {
+fn lemon_bearings_without_undamped_critical_speed_are_explained() {
     let lemon =
         format!("{}/../tests/machines/table/10-lemon-shaft_bow/rotor.toml", env!("CARGO_MANIFEST_DIR"));
     let output = rotor_edge(&["check", &lemon]);

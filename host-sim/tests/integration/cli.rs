@@ -105,7 +105,7 @@ fn identified_rotor_is_written_whole_and_can_be_replayed() {
 }
 
 #[test]
-fn three_days_at_one_speed_leave_coefficients_open_and_the_program_says_which() {
+fn record_at_one_speed_leaves_coefficients_unidentified() {
     let folder = Folder::new();
     let rotor = folder.file("rotor.toml", sample::ROTOR);
     let record = folder.file("record.csv", sample::RECORD);
@@ -168,7 +168,7 @@ fn bad_rotors_are_refused_with_the_key_and_what_was_expected() {
 }
 
 #[test]
-fn bad_records_are_refused_with_the_row_or_column_and_what_was_expected() {
+fn invalid_records_are_refused_with_row_and_column() {
     let good = sample::RECORD;
     let change = |from: &str, to: &str| {
         assert!(good.contains(from), "{from}");
@@ -203,7 +203,7 @@ fn missing_files_and_unwritable_outputs_are_named() {
 }
 
 #[test]
-fn what_is_read_is_not_overwritten_unless_forced_nor_a_device_nor_one_file_twice() {
+fn input_files_and_devices_are_not_overwritten_without_force() {
     let folder = Folder::new();
     let arguments = identify(&folder);
     let with = |more: &[&str]| {
@@ -226,7 +226,7 @@ fn what_is_read_is_not_overwritten_unless_forced_nor_a_device_nor_one_file_twice
 }
 
 #[test]
-fn a_reader_that_goes_away_is_no_error_and_a_full_disk_under_the_output_is() {
+fn closed_pipe_succeeds_and_full_disk_on_stdout_fails() {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let folder = Folder::new();
     let rotor = folder.file("r.toml", sample::ROTOR);
@@ -242,7 +242,7 @@ fn a_reader_that_goes_away_is_no_error_and_a_full_disk_under_the_output_is() {
 }
 
 #[test]
-fn completions_know_every_command_and_the_manual_has_a_page_of_each() {
+fn completions_and_manual_pages_cover_every_command() {
     let help = String::from_utf8(rotor_edge(&["--help"]).stdout).unwrap();
     let listed = help.lines().skip_while(|l| *l != "Commands:").skip(1).take_while(|l| !l.is_empty());
     // A description that a narrow terminal wraps goes on further to the right than a name begins.
@@ -267,7 +267,7 @@ fn completions_know_every_command_and_the_manual_has_a_page_of_each() {
 }
 
 #[test]
-fn the_version_ends_with_the_commit_that_git_names_where_this_is_a_clone() {
+fn version_in_git_clone_ends_with_commit() {
     let shown = String::from_utf8(rotor_edge(&["--version"]).stdout).unwrap();
     let repository = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let plain = concat!("rotor-edge ", env!("CARGO_PKG_VERSION"));
@@ -292,7 +292,7 @@ fn wrong_usage_exits_with_2() {
 }
 
 #[test]
-fn a_node_number_that_does_not_exist_and_impossible_odds_are_refused() {
+fn invalid_node_number_and_probability_are_refused() {
     for (arguments, says) in [
         (&["replay", "--node", "31"][..], "0 to 30"),
         (&["replay", "--loss", "1.5"], "probability between 0 and 1"),
@@ -311,7 +311,7 @@ fn nothing_is_said_of_a_record_of_which_no_reading_arrived() {
 }
 
 #[test]
-fn power_cuts_keep_flag_and_level_and_the_states_say_when_the_controller_was_back() {
+fn power_cuts_keep_flags_and_states_show_each_restart() {
     let whole = json(&["replay", "--json"]);
     let cut = json(&["replay", "--json", "--power-cut", "60", "--power-cut", "200"]);
     assert_eq!(cut["flags"], whole["flags"]);
@@ -326,7 +326,7 @@ fn power_cuts_keep_flag_and_level_and_the_states_say_when_the_controller_was_bac
 }
 
 #[test]
-fn a_probe_that_dies_is_named_and_the_rest_goes_on_until_it_says_nothing_any_more() {
+fn failed_probe_is_named_and_remaining_probes_are_used() {
     let folder = Folder::new();
     let rotor = folder.file("rotor.toml", sample::ROTOR);
     let (record, runup) =

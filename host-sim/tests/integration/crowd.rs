@@ -19,7 +19,7 @@ pub fn hear(bus: &mut dyn CanBus) -> Frame {
 }
 
 #[test]
-fn what_a_web_page_posts_is_turned_away_and_puts_nothing_on_the_bus() {
+fn http_post_is_rejected_and_sends_no_frame() {
     let shared = Shared::start(&[]);
     let mut listener = shared.join("slcan");
     for (port, body) in [("slcan_port", "\rO\rt1230\r"), ("socketcand_port", "< open vcan0 >< send 123 0 >")]

@@ -5,7 +5,7 @@ use crate::bench::Bench;
 use crate::program::{assert_says, json, one_sentence, refusal, rotor_edge};
 
 #[test]
-fn replay_over_slcan_and_socketcand_gives_the_same_numbers_as_in_process_to_the_bit() {
+fn replay_over_slcan_and_socketcand_equals_in_process_replay() {
     let bench = Bench::new();
     let here = json(&rotor_edge(&["replay", "--json", "--answers"]));
     assert_eq!(here["answers"].as_array().unwrap().len(), 451);
@@ -122,7 +122,7 @@ fn damaged_state_file_lets_no_recorded_command_in() {
 }
 
 #[test]
-fn a_state_file_of_another_monitor_or_key_or_one_that_was_changed_starts_nothing() {
+fn state_file_of_other_monitor_or_key_or_modified_is_refused() {
     let bench = Bench::new();
     let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));
     let (running, _) = bench.node("slcan", &["--key", &key, "--state", &state]);
@@ -144,7 +144,7 @@ fn a_state_file_of_another_monitor_or_key_or_one_that_was_changed_starts_nothing
 }
 
 #[test]
-fn thresholds_are_read_and_set_over_the_bus_survive_a_cut_in_power_and_need_the_key() {
+fn thresholds_set_over_bus_survive_restart_and_need_key() {
     let bench = Bench::new();
     bench.guess();
     let (key, state) = (bench.text("right.key"), bench.text("monitor.state"));

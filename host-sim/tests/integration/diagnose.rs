@@ -300,7 +300,7 @@ fn data_without_this_rotors_probes_are_refused() {
 }
 
 #[test]
-fn effects_and_places_that_do_not_exist_are_refused_with_those_that_do() {
+fn unknown_effects_and_places_are_refused_with_valid_ones() {
     let case = Case::sample();
     let says = |effect: &str, parts: &[&str]| assert_says(&case.refusal(&case.add(effect)), parts);
     says("seal@disk 9", &["seal cannot sit at \"disk 9\"", "\"disk 1\", \"disk 2\", \"disk 3\""]);

@@ -170,7 +170,7 @@ fn anchors(page: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn every_link_of_a_page_leads_to_a_file_and_a_heading_that_are_there() {
+fn every_relative_link_leads_to_existing_file_and_heading() {
     let mut checked = 0;
     for path in pages() {
         let page = fs::read_to_string(&path).unwrap();

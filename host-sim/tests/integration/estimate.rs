@@ -30,7 +30,7 @@ fn written(folder: &TempDir, name: &str, text: &str) -> String {
 }
 
 #[test]
-fn json_has_the_keys_that_others_read_and_blind_runs_are_estimated() {
+fn estimate_json_has_documented_keys_and_blind_runs() {
     let folder = tempfile::tempdir().unwrap();
     let [rotor, data] = with_runs(&folder, &["BASE", "A005", "B022"]);
     let all = json(&rotor_edge(&["estimate", &rotor, &data, "--leave-one-out", "--json"]));

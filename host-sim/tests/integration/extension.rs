@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 use crate::program::rotor_edge;
 
 #[test]
-fn a_program_on_the_path_is_run_with_the_rest_of_the_words_and_its_exit_code_is_told() {
+fn extension_on_path_gets_arguments_and_returns_exit_code() {
     let folder = tempfile::tempdir().unwrap();
     let says = "echo \"said: $*\"\nexit 7\n";
     script(&folder, "rotor-edge-hello", says);

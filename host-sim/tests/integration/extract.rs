@@ -77,7 +77,7 @@ fn by_hand(
 }
 
 #[test]
-fn counts_of_a_wav_become_to_the_bit_what_the_core_makes_of_them_also_of_more_than_four_probes() {
+fn wav_counts_of_six_probes_equal_core_to_the_bit() {
     let folder = Folder::new();
     let recording = Recording::default();
     let (full_scale_v, count_v) = (24.0, COUNT_V);
@@ -122,7 +122,7 @@ fn counts_of_a_wav_become_to_the_bit_what_the_core_makes_of_them_also_of_more_th
 }
 
 #[test]
-fn ac_coupled_channels_are_open_unless_the_owner_says_what_they_are() {
+fn ac_coupled_channels_are_lost_unless_stated() {
     let folder = Folder::new();
     let recording = Recording::default();
     let without_gap = |_: f64, row: &mut [f64; 5]| row[..4].iter_mut().for_each(|v| *v -= Recording::GAP_V);
@@ -137,7 +137,7 @@ fn ac_coupled_channels_are_open_unless_the_owner_says_what_they_are() {
 }
 
 #[test]
-fn velocities_and_accelerations_are_integrated_and_micrometres_stay_as_they_are() {
+fn velocity_and_acceleration_are_integrated_to_displacement() {
     let folder = Folder::new();
     let recording = Recording::default();
     let omega = TAU * recording.speed_rpm / 60.0;
@@ -185,7 +185,7 @@ fn a_tacho_keeps_its_place_in_the_turn_over_a_missing_pulse() {
 }
 
 #[test]
-fn lost_marks_and_clipped_channels_cost_their_own_readings_which_are_counted_and_named() {
+fn lost_marks_and_clipping_lose_only_affected_readings() {
     let folder = Folder::new();
     let recording = Recording::default();
     let skips_one = |turns: f64, row: &mut [f64; 5]| {
@@ -248,7 +248,7 @@ fn a_run_up_is_cut_into_bins_of_speed() {
 }
 
 #[test]
-fn windows_that_drift_are_counted_and_with_the_option_that_is_named_none_is_lost() {
+fn drifting_windows_are_counted_and_suggested_option_keeps_all() {
     let folder = Folder::new();
     let recording = Recording { speed_rpm: 2500.0, rise_rpm_s: 100.0, rate_hz: 5000.0, seconds: 8.0 };
     let file = folder.write("a.csv", recording.csv());
@@ -270,7 +270,7 @@ fn windows_that_drift_are_counted_and_with_the_option_that_is_named_none_is_lost
 }
 
 #[test]
-fn files_that_follow_one_another_are_runs_each_with_the_vectors_that_it_has_alone() {
+fn several_files_become_runs_with_same_vectors_as_alone() {
     let folder = Folder::new();
     let recordings = [11_000.0, 9_000.0].map(|speed_rpm| Recording { speed_rpm, ..Recording::default() });
     let [first, second] = [0, 1].map(|i| folder.write(["first.csv", "second.csv"][i], recordings[i].csv()));
@@ -308,7 +308,7 @@ fn files_that_follow_one_another_are_runs_each_with_the_vectors_that_it_has_alon
 }
 
 #[test]
-fn the_probes_of_a_rotor_get_their_channels_by_name_or_as_stated_and_compare_reads_the_result() {
+fn rotor_probes_are_matched_to_channels_by_name_or_option() {
     let folder = Folder::new();
     let rotor_path = folder.write("rotor.toml", rotor_edge::sample::ROTOR);
     let rotor = rotor_file::read(rotor_path.as_ref()).unwrap();
@@ -339,7 +339,7 @@ fn the_probes_of_a_rotor_get_their_channels_by_name_or_as_stated_and_compare_rea
 }
 
 #[test]
-fn what_cannot_be_right_is_refused_in_one_sentence_and_nothing_is_overwritten() {
+fn invalid_waveforms_are_refused_and_nothing_is_overwritten() {
     let folder = Folder::new();
     let recording = Recording { seconds: 0.2, ..Recording::default() };
     let good = folder.write("a.csv", recording.csv());

@@ -36,7 +36,7 @@ fn refused(folder: &Folder, file: &str, options: &[&str]) -> String {
 
 #[cfg(feature = "parquet")]
 #[test]
-fn what_a_data_frame_saved_imports_with_its_times_units_and_lost_rows() {
+fn imported_data_frame_keeps_times_units_and_lost_rows() {
     let folder = Folder::new();
     let export = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/import/export.parquet");
     let output = folder.text("measured.csv");
@@ -55,7 +55,7 @@ fn what_a_data_frame_saved_imports_with_its_times_units_and_lost_rows() {
 }
 
 #[test]
-fn twelve_exports_import_at_the_first_try_and_their_readings_are_those_they_were_made_of() {
+fn twelve_exports_import_at_first_try_as_known_readings() {
     let folder = Folder::new();
     let all = exports(&folder);
     assert_eq!(all.len(), 12);
@@ -83,7 +83,7 @@ fn twelve_exports_import_at_the_first_try_and_their_readings_are_those_they_were
 }
 
 #[test]
-fn what_an_import_wrote_is_read_as_a_measurement_and_its_comment_is_a_mapping() {
+fn imported_file_is_measurement_and_its_comment_is_mapping() {
     let folder = Folder::new();
     let file = folder.write("a.csv", plain("t,n,a,b,c,d\n"));
     let columns = [
@@ -116,7 +116,7 @@ fn what_an_import_wrote_is_read_as_a_measurement_and_its_comment_is_a_mapping() 
 }
 
 #[test]
-fn the_records_of_a_real_rig_come_back_from_mil_peak_to_peak_and_phase() {
+fn rk4_record_in_mil_pk_pk_and_phase_lag_is_recovered() {
     let rig = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/rigs/rk4");
     let rotor_path = format!("{rig}/rotor.toml");
     let rotor = rotor_file::read(rotor_path.as_ref()).unwrap();
@@ -151,7 +151,7 @@ fn the_records_of_a_real_rig_come_back_from_mil_peak_to_peak_and_phase() {
 }
 
 #[test]
-fn lines_before_the_header_that_begin_with_a_hash_are_comments_and_rows_keep_their_numbers() {
+fn hash_comments_before_header_keep_row_numbers() {
     let rotor = rotor_file::parse("rotor.toml", rotor_edge::sample::ROTOR).unwrap();
     let text = rotor_edge::sample::RUNUP_DAY_0;
     let plain = measurement::parse("m.csv", text, &rotor).unwrap();
@@ -214,7 +214,7 @@ fn a_phase_reference_that_was_moved_on_a_date_is_moved_back() {
 }
 
 #[test]
-fn stale_values_and_outliers_at_one_speed_are_lost_and_counted_and_a_resonance_is_kept() {
+fn stale_values_and_outliers_are_lost_and_resonance_is_kept() {
     let folder = Folder::new();
     let row = |k: usize, speed: f64, amp: f64, phase: f64| {
         format!("{k},{speed},{amp},{phase},{},{}\n", 30.0 + 0.1 * (k % 3) as f64, 50 + k % 2)
@@ -281,7 +281,7 @@ fn a_rotor_names_the_probes_and_what_is_of_no_probe_is_left() {
 }
 
 #[test]
-fn what_is_taken_for_what_is_shown_before_anything_is_written_and_nothing_is_overwritten() {
+fn dry_run_shows_columns_and_output_is_not_overwritten() {
     let folder = Folder::new();
     let file = folder.write("a.csv", plain(HEAD));
     let output = folder.text("m.csv");
@@ -361,7 +361,7 @@ fn what_would_change_the_physics_is_asked_for_and_never_guessed() {
 }
 
 #[test]
-fn bad_input_is_refused_in_one_sentence_with_its_place_and_nothing_is_written() {
+fn invalid_exports_are_refused_with_row_and_column() {
     let folder = Folder::new();
     let row = "1,11000,20,30,20,30\n";
     let machine = HEAD.replacen("Time [h]", "Machine,Time [h]", 1);
@@ -421,7 +421,7 @@ fn bad_input_is_refused_in_one_sentence_with_its_place_and_nothing_is_written() 
 }
 
 #[test]
-fn a_cell_of_a_workbook_is_named_with_its_sheet_and_two_tables_are_asked_about() {
+fn workbook_errors_name_sheet_and_two_tables_need_option() {
     let folder = Folder::new();
     let book = |sheets: &[&str], amplitude: &str| {
         let mut book = Workbook::new();

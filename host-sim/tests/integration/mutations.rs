@@ -177,7 +177,7 @@ fn every_command_takes_its_inputs_as_they_are() {
 }
 
 #[test]
-fn damaged_files_are_taken_or_refused_in_one_sentence_by_every_command() {
+fn damaged_files_are_read_or_refused_in_one_sentence() {
     let files: u64 = std::env::var("ROTOR_EDGE_MUTATIONS").map_or(100, |text| text.parse().unwrap());
     let (next, failed) = (AtomicU64::new(0), AtomicU64::new(0));
     scope(|threads| {

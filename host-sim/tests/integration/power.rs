@@ -76,7 +76,7 @@ impl Drop for Monitor {
 
 #[test]
 #[ignore = "needs root and a loop device: tests/power/run"]
-fn every_acknowledged_command_and_every_written_file_is_there_after_a_power_cut() {
+fn acknowledged_commands_and_files_survive_power_cut() {
     let cuts: u64 = std::env::var("ROTOR_EDGE_CUTS").map_or(10, |text| text.parse().unwrap());
     let (disk, bus) = (Disk::new(), Shared::start(&[]));
     // what is only written is lost, or this test could not fail

@@ -58,7 +58,7 @@ impl Scratched {
 }
 
 #[test]
-fn a_slow_roll_of_the_same_file_or_of_another_gives_what_probes_without_runout_give() {
+fn slow_roll_from_run_or_file_removes_runout() {
     let scratched = Scratched::new();
     let together = scratched.write("together.csv", &[&scratched.slow[..], &scratched.runup].concat());
     let alone = scratched.write("alone.csv", &scratched.runup);
@@ -71,7 +71,7 @@ fn a_slow_roll_of_the_same_file_or_of_another_gives_what_probes_without_runout_g
 }
 
 #[test]
-fn a_fault_of_a_record_with_slow_roll_in_it_is_told_with_the_row_of_the_file() {
+fn error_after_slow_roll_rows_has_row_of_file() {
     let scratched = Scratched::new();
     let rotor = scratched.path("rotor.toml");
     let mut record = scratched.runup[..12].to_vec();
@@ -85,7 +85,7 @@ fn a_fault_of_a_record_with_slow_roll_in_it_is_told_with_the_row_of_the_file() {
 }
 
 #[test]
-fn a_slow_roll_that_is_not_there_or_too_fast_is_refused_in_one_sentence() {
+fn missing_or_too_fast_slow_roll_is_refused() {
     let scratched = Scratched::new();
     let rotor = scratched.path("rotor.toml");
     let alone = scratched.write("alone.csv", &scratched.runup);

@@ -127,7 +127,7 @@ fn largest_error_um(kit: &Kit) -> f64 {
 }
 
 #[test]
-fn what_can_still_be_computed_is_and_the_rest_is_said_in_one_sentence() {
+fn incomplete_run_ups_give_partial_results_with_remarks() {
     let kit = Kit::new("nothing");
     let cut = |to_rpm: f64| {
         move |text: &str| {
@@ -179,8 +179,7 @@ mod slow {
     use super::*;
 
     #[test]
-    fn what_is_hidden_in_every_kit_is_found_and_nothing_else_and_the_model_equals_ross_within_3_percent_of_clearance()
-     {
+    fn hidden_effects_of_all_kits_are_found_and_model_equals_ross() {
         println!(
             "kit        hidden                                   own unbalance off   pedestal off   largest error"
         );
@@ -220,7 +219,7 @@ mod slow {
     }
 
     #[test]
-    fn the_simple_model_holds_at_1000_rpm_and_fails_at_3600_on_the_sample_as_in_the_paper() {
+    fn simple_model_fits_at_1000_rpm_and_fails_at_3600_as_in_paper() {
         let answer = &IMPROVED[0].1;
         let errors = &answer["error_percent_of_clearance"];
         for bearing in ["IB", "OB"] {
@@ -247,7 +246,7 @@ mod slow {
     }
 
     #[test]
-    fn weights_by_the_identified_model_take_away_95_percent_of_the_true_unbalance_of_every_kit_in_one_shot() {
+    fn identified_model_removes_95_percent_of_unbalance_in_one_shot() {
         println!("kit        true unbalance left: by the model   by trial runs alone");
         for (kit, _) in IMPROVED.iter() {
             let name = kit.name;
@@ -278,7 +277,7 @@ mod slow {
     }
 
     #[test]
-    fn weights_come_in_the_allowed_steps_and_angles_against_the_rotation_mirror() {
+    fn weights_keep_mass_steps_and_angles_against_rotation_mirror() {
         let kit = Kit::new("nothing");
         let with = json(&rotor_edge(&["balance", &kit.rotor, &kit.data, "--json"]));
         let stepped = ["--radii-mm", "30,25", "--step-g", "0.05", "--against-rotation"];
@@ -297,7 +296,7 @@ mod slow {
     }
 
     #[test]
-    fn reports_show_the_marked_resonances_orbits_errors_and_vibration_with_weights() {
+    fn startup_and_balance_reports_show_every_figure() {
         let kit = &IMPROVED[0].0;
         let text = std::fs::read_to_string(kit.path("startup.html")).unwrap();
         for part in
@@ -312,7 +311,7 @@ mod slow {
     }
 
     #[test]
-    fn one_run_and_one_probe_a_bearing_are_enough_for_the_simple_model() {
+    fn simple_model_needs_one_run_and_one_probe_per_bearing() {
         let kit = Kit::new("nothing");
         let one_run = kit.changed("one.csv", |t| {
             let keep = |line: &&str| line.starts_with("run,") || line.starts_with("0.8 g,");

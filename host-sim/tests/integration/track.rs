@@ -113,7 +113,7 @@ fn vector(magnitude: f64, angle_deg: f64) -> [f64; 2] {
 }
 
 #[test]
-fn an_event_at_the_other_bearing_is_found_on_its_day_and_the_residual_is_the_noise() {
+fn event_at_bearing_15_is_found_on_its_day_to_noise_residual() {
     let case = Case::named("one_bearing");
     let adaptive = case.track("adaptive", &[]);
     assert_eq!(adaptive["reidentified"].as_array().unwrap().len(), 1);
@@ -149,7 +149,7 @@ fn held(case: &Case, track: &Value, days: impl Fn(f64) -> bool) -> [f64; 2] {
 }
 
 #[test]
-fn a_weight_that_the_file_states_for_a_run_is_in_the_estimates_and_one_in_no_plane_is_refused() {
+fn added_unbalance_of_run_is_in_estimates_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).display().to_string();
     let (rotor, record, _) = sample::load().unwrap();
@@ -192,7 +192,7 @@ mod slow {
     use super::*;
 
     #[test]
-    fn every_method_reaches_its_residual_on_the_sample_and_the_table_shows_what_it_says_of_the_unbalance() {
+    fn every_tracking_method_reaches_its_residual_on_sample() {
         let case = Case::turbine();
         println!("method      residual µm   less by   after event   unbalance error before, after, g·mm");
         for (method, least) in METHODS.into_iter().zip([0.0, 0.5512, 0.7448, 0.7448]) {
@@ -229,8 +229,7 @@ mod slow {
     }
 
     #[test]
-    fn the_chains_of_bayes_meet_on_every_day_and_its_intervals_hold_the_unbalance_and_those_of_the_paper_do_neither()
-     {
+    fn bayes_chains_converge_and_intervals_cover_unlike_paper() {
         for name in ["quiet", "disturbed", "one_bearing"] {
             let case = Case::named(name);
             let track = case.track("bayes", &[]);
@@ -254,7 +253,7 @@ mod slow {
     }
 
     #[test]
-    fn the_csv_of_a_track_is_forecast_with_naive_and_drift_beside_the_model() {
+    fn track_csv_is_forecast_by_model_naive_and_drift() {
         let case = Case::turbine();
         let (csv, report) = (case.path("track.csv"), case.path("track.html"));
         let begin = ["--begin", "2024-03-01T06:00+01:00"];
@@ -352,7 +351,7 @@ mod slow {
     }
 
     #[test]
-    fn a_run_up_after_the_event_makes_the_joint_estimate_right_and_not_only_small_in_residual() {
+    fn run_up_after_event_makes_joint_estimate_right() {
         let case = Case::turbine();
         let later = case.path("later.csv");
         std::fs::write(&later, sample::RUNUP_DAY_126).unwrap();
@@ -371,7 +370,7 @@ mod slow {
     }
 
     #[test]
-    fn a_disturbance_of_two_readings_is_left_out_and_gaps_of_weeks_are_remarked_on() {
+    fn disturbed_readings_are_left_out_and_long_gaps_are_remarked() {
         let track = Case::named("disturbed").track("joint", &[]);
         let left_out: Vec<f64> =
             track["joint"]["left_out_d"].as_array().unwrap().iter().map(number).collect();

@@ -94,7 +94,7 @@ fn beside_a_monitor<T>(bus: &Shared, model: EdgeModel, work: impl FnOnce() -> T)
 }
 
 #[test]
-fn json_tells_all_that_a_monitor_on_a_real_bus_said_and_the_log_holds_every_frame() {
+fn watch_json_and_log_hold_every_message_of_monitor() {
     let bus = Shared::start(&[]);
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("heard.log");
@@ -156,7 +156,7 @@ fn without_a_terminal_it_says_to_use_json_and_touches_no_file() {
 }
 
 #[test]
-fn a_monitor_that_is_not_there_and_arguments_that_cannot_be_are_refused() {
+fn absent_monitor_and_invalid_watch_arguments_are_refused() {
     let bus = Shared::start(&[]);
     let json = ["watch", "--bus", bus.spec("slcan"), "--json", "--seconds", "0.3"];
     assert_says(&refusal(&[&json[..], &["--node", "7"]].concat()), &["nothing was heard of monitor 7"]);
@@ -253,7 +253,7 @@ fn after_restoring(shown: &str) -> String {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn on_a_terminal_it_shows_the_monitor_and_q_gives_the_terminal_back() {
+fn terminal_shows_monitor_and_q_restores_it() {
     let bus = Shared::start(&[]);
     let (edge, deployment) = model();
     beside_a_monitor(&bus, edge, || {
@@ -273,7 +273,7 @@ fn on_a_terminal_it_shows_the_monitor_and_q_gives_the_terminal_back() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn interrupt_gives_the_terminal_back_and_a_lost_bus_is_shown_and_waited_for() {
+fn signals_restore_terminal_and_lost_bus_is_shown() {
     for (sent, key) in [(Some(Signal::SIGTERM), None), (Some(Signal::SIGINT), None), (None, Some("\x03"))] {
         let bus = Shared::start(&[]);
         let mut terminal = OnTerminal::start(&bus);

@@ -181,7 +181,7 @@ fn in_turn(file: &Table, only: &str, tally: &mut Tally) {
 }
 
 #[test]
-fn every_number_of_a_drawing_and_of_every_bearing_law_out_of_its_bounds_is_refused() {
+fn rotor_and_bearing_numbers_out_of_bounds_are_refused() {
     let mut tally = Tally::default();
     in_turn(&table_of(&machine()), "", &mut tally);
     for law in BEARINGS {
@@ -250,7 +250,7 @@ fn beyond([low, high]: [f64; 2], scale: Scale, dice: &mut Dice) -> Vec<f64> {
 }
 
 #[test]
-fn every_parameter_of_every_effect_out_of_its_bounds_or_missing_is_refused() {
+fn effect_parameters_missing_or_out_of_bounds_are_refused() {
     let mut tally = Tally::default();
     let mut dice = Dice::new();
     for (effect, place, rotor, scales) in effects() {

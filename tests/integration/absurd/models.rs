@@ -57,7 +57,7 @@ fn assert_sound(model: &EdgeModel, what: &str) {
 }
 
 #[test]
-fn a_model_with_one_absurd_number_is_refused_or_still_answers_within_what_is_documented() {
+fn model_with_absurd_number_is_refused_or_answers_in_range() {
     const MODELS: usize = 2000;
     let mut dice = Dice::new();
     let whole = model();

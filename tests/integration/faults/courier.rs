@@ -44,7 +44,7 @@ fn deploy(lab: &mut Lab, faults: BusConfig) -> (Option<Answer>, Standing, u64) {
 }
 
 #[test]
-fn of_ten_thousand_deployments_at_5_percent_loss_and_5_percent_repetition_all_are_confirmed() {
+fn ten_thousand_deployments_at_5_percent_loss_are_confirmed() {
     let mut lab = Lab::new();
     let mut longest_us = 0;
     for seed in 0..10_000 {
@@ -61,7 +61,7 @@ fn of_ten_thousand_deployments_at_5_percent_loss_and_5_percent_repetition_all_ar
 }
 
 #[test]
-fn deployments_among_lost_late_and_damaged_frames_change_the_model_whole_or_not_at_all() {
+fn deployment_with_retries_over_bad_bus_is_atomic() {
     let mut accepted = 0;
     for seed in 0..100 {
         let mut lab = Lab::new();

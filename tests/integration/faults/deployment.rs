@@ -116,7 +116,7 @@ fn wants_command_stored(node: &EdgeNode) -> bool {
 }
 
 #[test]
-fn a_deployment_cut_at_every_frame_leaves_one_whole_model_and_the_next_attempt_succeeds() {
+fn deployment_cut_at_any_frame_leaves_whole_model() {
     let clean = BusConfig::default();
     let mut lab = Lab::new();
     let request = lab.request(&KEY, NODE, 1);
@@ -144,7 +144,7 @@ fn a_deployment_cut_at_every_frame_leaves_one_whole_model_and_the_next_attempt_s
 }
 
 #[test]
-fn a_deployment_over_a_bad_bus_changes_the_model_whole_or_not_at_all() {
+fn deployment_over_bad_bus_changes_whole_model_or_nothing() {
     let (mut accepted, mut refused) = (0, 0);
     for seed in 0..200 {
         let mut lab = Lab::new();

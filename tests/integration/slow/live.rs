@@ -53,7 +53,7 @@ fn beside_a_monitor<T>(
 }
 
 #[test]
-fn a_record_over_a_bus_in_real_time_gives_the_same_numbers_to_the_bit() {
+fn live_replay_over_bus_equals_simulation_to_the_bit() {
     let (deployment, record) = machine();
     let config = ReplayConfig::default();
     let simulated = replay::run(&deployment, &record, &config, |_| ()).unwrap();
@@ -69,7 +69,7 @@ fn a_record_over_a_bus_in_real_time_gives_the_same_numbers_to_the_bit() {
 }
 
 #[test]
-fn a_model_deployed_to_a_live_monitor_gives_the_numbers_of_that_model_and_survives_a_restart() {
+fn model_deployed_to_live_monitor_is_used_and_survives_restart() {
     let (deployment, record) = machine();
     let mut better = deployment.edge.clone();
     better.supports[0].mass_kg += 1.0;
@@ -178,7 +178,7 @@ impl CanBus for Faulty<'_> {
 }
 
 #[test]
-fn a_model_gets_through_a_bus_that_loses_and_repeats_frames_and_is_carried_out_once() {
+fn deployment_over_lossy_bus_is_executed_once() {
     for (seed, loss, repetition, is_old) in [
         (1, 0.0, 0.0, true),
         (2, 0.0, 1.0, true),

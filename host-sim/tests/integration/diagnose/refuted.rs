@@ -62,7 +62,7 @@ mod slow {
     use super::*;
 
     #[test]
-    fn a_trial_weight_that_was_never_put_in_is_named_in_words_and_in_json() {
+    fn omitted_trial_weight_is_refuted_in_text_and_json() {
         let case = with_a_weight_left_off();
         let text = String::from_utf8(rotor_edge(&case.diagnose()).stdout).unwrap();
         let says =

@@ -47,7 +47,7 @@ fn vectors_of_2x_are_found_whatever_1x_3x_and_the_gap_are() {
 }
 
 #[test]
-fn a_whirl_at_0_47_x_stands_left_or_right_of_zero_in_the_cascade_as_it_turns() {
+fn whirl_at_0_47_x_has_side_of_its_direction_in_cascade() {
     for (forward, sense) in [(true, 1.0), (false, -1.0)] {
         let folder = Folder::new();
         let recording = Recording { speed_rpm: 3_000.0, ..Recording::default() };
@@ -143,7 +143,7 @@ impl Resonance {
 }
 
 #[test]
-fn a_run_up_through_a_resonance_is_as_if_each_speed_had_been_held_once_its_rate_is_compensated() {
+fn rate_compensated_run_up_equals_steady_state_response() {
     let folder = Folder::new();
     let resonance = Resonance { critical_rpm: 3_000.0, damping_ratio: 0.03, rise_rpm_s: 20.0 };
     let file = folder.write("a.csv", resonance.csv(60.0));

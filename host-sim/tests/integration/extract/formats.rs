@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_csv_of_volts_gives_the_least_squares_fit_and_cos_and_sin_as_the_closed_form_has_them() {
+fn csv_vectors_equal_least_squares_fit_and_closed_form() {
     let folder = Folder::new();
     let recording = Recording::default();
     let file = folder.write("a.csv", recording.csv());
@@ -75,7 +75,7 @@ fn arrays_of_numpy_give_what_the_csv_of_the_same_numbers_gives() {
 }
 
 #[test]
-fn what_scipy_saved_as_mat_gives_the_vectors_that_it_was_made_of_and_counts_in_it_what_a_wav_of_them_gives() {
+fn scipy_mat_gives_known_vectors_and_its_counts_equal_wav() {
     let folder = Folder::new();
     let options = |more: &[&'static str]| [&DC[..], &["--revolutions", "4"], more].concat();
     let named = ["15X=Brg15X", "15Y=Brg15Y", "16X=Brg16X", "16Y=Brg16Y"];
@@ -100,7 +100,7 @@ fn what_scipy_saved_as_mat_gives_the_vectors_that_it_was_made_of_and_counts_in_i
 }
 
 #[test]
-fn wav_of_24_bits_and_of_fractions_gives_what_csv_gives_to_their_own_resolution() {
+fn wav_of_24_bits_and_floats_equals_csv_within_resolution() {
     let folder = Folder::new();
     let recording = Recording { seconds: 0.3, ..Recording::default() };
     let known = run(&folder, &folder.write("a.csv", recording.csv()), &DC).1;

@@ -11,7 +11,7 @@ use crate::import::truth::Folder;
 const NEARER_UM: f64 = 50.0;
 
 #[test]
-fn a_shaft_that_comes_nearer_is_positive_in_vibration_as_it_is_by_the_rotors_file() {
+fn motion_towards_probe_is_positive_as_in_rotor_file() {
     let gap: Gap = toml::from_str("at_rest_v = -9.5").unwrap();
     let folder = Folder::new();
     let as_the_file_has_it = |turns: f64, row: &mut [f64; 5]| {

@@ -41,7 +41,7 @@ fn seen(bench: &Bench) -> Value {
 }
 
 #[test]
-fn among_kills_and_garbage_what_was_acknowledged_is_what_the_monitor_runs() {
+fn monitor_runs_acknowledged_model_after_kills_and_garbage() {
     let seconds = std::env::var("ROTOR_EDGE_CHAOS_SECONDS").map_or(0, |text| text.parse().unwrap());
     let (begun, bench) = (Instant::now(), Bench::new());
     bench.guess();

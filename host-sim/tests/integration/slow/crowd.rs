@@ -44,7 +44,7 @@ fn peak_mb(pid: u32) -> f64 {
 }
 
 #[test]
-fn among_hostile_clients_every_frame_reaches_all_others_in_bounded_memory() {
+fn frames_reach_all_clients_despite_hostile_ones() {
     const FRAMES: u32 = 500;
     let clients = std::env::var("ROTOR_EDGE_CLIENTS").map_or(100, |text| text.parse().unwrap());
     let shared = Shared::start(&[]);

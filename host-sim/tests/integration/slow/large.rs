@@ -49,7 +49,7 @@ fn add_specks(drawing: &mut toml::Table) {
 }
 
 #[test]
-fn a_shaft_of_306_pieces_and_one_with_200_specks_compare_as_the_machine_that_they_are() {
+fn shaft_of_306_sections_or_200_disks_compares_as_plain_one() {
     let folder = tempfile::tempdir().unwrap();
     let data = written(&folder, "runup.csv", sample::RUNUP_DAY_126);
     let compared = |name: &str, drawing: String| -> Value {

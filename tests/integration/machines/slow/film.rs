@@ -27,7 +27,7 @@ fn nothing_is_claimed_on_a_film_machine_that_hides_nothing() {
 }
 
 #[test]
-fn what_is_named_on_a_film_machine_is_there_or_in_a_group_that_holds_it() {
+fn named_effects_of_film_machines_are_present_or_in_group() {
     for (m, answer) in found().iter().filter(|(_, a)| claims(a)) {
         assert!(m.is_named_by(answer), "{}: {}", m.name, answer.summary);
     }
@@ -43,7 +43,7 @@ fn bows_that_show_against_films_are_named() {
 /// Four seals, a bow of 0.75 µm and a third plane: with what hides put in its place, χ² falls by 4 at most. No rule
 /// could name them on one run-up without bearings that are known better.
 #[test]
-fn what_is_not_named_on_a_film_machine_does_not_show_beside_what_is_learned_of_its_bearings() {
+fn missed_effects_of_film_machines_gain_less_than_bic_penalty() {
     let missed = found().iter().filter(|(m, answer)| !m.truth.is_empty() && !m.is_named_by(answer));
     for (m, _) in missed {
         let hidden = &m.truth[0];

@@ -76,7 +76,7 @@ fn sound() -> Vec<Machine> {
 }
 
 #[test]
-fn nothing_is_claimed_on_a_sound_machine_whose_noise_is_correlated_by_0_8() {
+fn sound_machine_with_noise_correlation_0_8_names_no_effect() {
     let mut records = 0;
     for m in sound() {
         for seed in 0..RECORDS {
@@ -115,7 +115,7 @@ fn a_noise_stated_wrong_by_half_either_way_changes_no_verdict() {
 }
 
 #[test]
-fn runs_of_a_sound_machine_that_repeat_to_one_percent_are_not_called_physics() {
+fn sound_machine_with_1_percent_repeatability_names_no_effect() {
     let mut records = 0;
     for m in sound().into_iter().filter(|m| runs(m) > 1) {
         for seed in 0..RECORDS {

@@ -41,7 +41,7 @@ fn what_hides_on_a_table_machine_is_named_first_or_in_its_group() {
 }
 
 #[test]
-fn tables_stated_to_a_tenth_let_more_be_named_and_nothing_be_claimed_that_is_not_there() {
+fn tables_stated_to_10_percent_name_more_and_no_false_effects() {
     let trusted = |mut m: Machine| {
         m.rotor.bearing.iter_mut().for_each(|b| b.coefficients_relative = Some(STATED_RELATIVE));
         let answer = diagnose(&m.rotor, &m.readings).unwrap_or_else(|e| panic!("{}: {e}", m.name));

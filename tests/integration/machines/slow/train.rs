@@ -4,7 +4,7 @@ use crate::machines::machine::diagnosed;
 use rotor_edge_desktop::diagnose::Verdict;
 
 #[test]
-fn a_train_that_hides_nothing_is_adequate_and_its_hidden_seal_is_named() {
+fn sound_train_is_adequate_and_hidden_seal_is_named() {
     for (m, answer) in diagnosed("train") {
         if m.truth.is_empty() {
             assert_eq!(answer.verdict, Verdict::Adequate, "{}: {}", m.name, answer.summary);
