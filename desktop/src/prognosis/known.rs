@@ -1,9 +1,10 @@
 //! The columns of a track that hold what its filter knew on each day.
 
 use super::outlook::Outlook;
-use super::series::COLUMNS;
 use crate::error::Error;
 
+/// Columns with the static and dynamic unbalance of a day, in the order of the series.
+pub(super) const COLUMNS: [&str; 4] = ["static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"];
 /// Prefix of the columns with what was known on the day itself, where the estimates know the future.
 pub const KNOWN: &str = "known_";
 /// What stands beside a number: its movement a day, the standard deviations of both, their correlation, and the

@@ -4,7 +4,7 @@ use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 
-use super::walk::Ahead;
+use super::ahead::Ahead;
 
 /// Number of simulated paths.
 const PATHS: usize = 4000;

@@ -6,6 +6,7 @@
 //! | [`smooth`] | robust local regression |
 //! | [`known`] | the columns of a track that hold what its filter knew on each day |
 //! | [`outlook`] | what a filter knew of a number on a day, and what that says of the days to come |
+//! | [`ahead`] | mean and standard deviation of each day to come |
 //! | [`arima`] | ARIMA by exact likelihood |
 //! | [`walk`] | forecasts from every day of the past, and what became of them |
 //! | [`scores`] | how far off they were, and whether they said how sure they are |
@@ -16,6 +17,7 @@
 //! everything that is fitted. The naive forecast (it stays) and the drift (it goes on as on average) stand
 //! beside every model: one that does not beat them is worth nothing, and that is said.
 
+pub mod ahead;
 pub mod arima;
 pub mod events;
 pub mod known;

@@ -1,6 +1,6 @@
 //! What a filter knew of a number on a day, and what that says of the days to come.
 
-use super::walk::Ahead;
+use super::ahead::Ahead;
 
 /// A number that moves by so much a day, which fades and is pushed at random; and how sure both are. The state of a
 /// filter's unbalance as one of its sizes or angles sees it.

@@ -3,7 +3,7 @@
 
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 
-use super::walk::interval;
+use super::ahead::interval;
 
 /// Quantiles that the pinball loss is of.
 pub const LEVELS: [f64; 3] = [0.05, 0.5, 0.95];

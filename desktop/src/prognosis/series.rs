@@ -4,14 +4,13 @@ use std::path::Path;
 
 use nalgebra::Complex;
 
-use super::known::{KNOWN, Places};
+use super::known::{COLUMNS, KNOWN, Places};
 use super::outlook::Outlook;
 use crate::error::Error;
 use crate::measurement::sequence::{frozen, moved_reference};
 
 /// Static and dynamic unbalance: magnitudes in g·mm and angles in degrees.
 pub const NAMES: [&str; 4] = ["U_g", "alpha_g", "U_d", "alpha_d"];
-pub(super) const COLUMNS: [&str; 4] = ["static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"];
 /// The column that is 1 on the first estimate after an event, else 0.
 pub const EVENT: &str = "event";
 /// Days without an estimate that a straight line may bridge.

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::ahead::Ahead;
 use super::arima::{Arima, Order};
 use super::outlook::Outlook;
 use super::scores::Score;
@@ -18,8 +19,6 @@ const AROUND: [usize; 5] = [0, 1, 2, 3, 4];
 const LONGEST_PAST_D: usize = 730;
 /// Days that are forecast from at most, evenly spread over a longer track.
 const MOST_ORIGINS: usize = 730;
-/// Half of a 95 % interval, in standard deviations.
-const HALF: f64 = 1.96;
 
 /// What a forecast is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,13 +61,6 @@ impl Model {
             _ => 5,
         }
     }
-}
-
-/// Expected values and standard deviations of the days to come.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Ahead {
-    pub mean: Vec<f64>,
-    pub sd: Vec<f64>,
 }
 
 /// The smoothed past that a forecast is made from.
@@ -269,11 +261,6 @@ pub fn walk(
     ahead.mean.truncate(days_ahead);
     ahead.sd.truncate(days_ahead);
     Ok((compared.iter().map(|c| Score::of(c)).collect(), ahead))
-}
-
-/// Ends of the 95 % interval.
-pub fn interval(mean: f64, sd: f64) -> [f64; 2] {
-    [mean - HALF * sd, mean + HALF * sd]
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use rand::{Rng, SeedableRng};
 
 use super::answer::{Cause, Config, Estimate, Flag, Method, Reidentified};
 use super::coefficients::COEFFICIENTS;
+use super::faults;
 use super::monitor::{Monitor, Residual};
 use super::operating_point::{Logs, logs_of};
 use super::record::{self, Day};
@@ -63,7 +64,7 @@ impl<'a> Tracking<'a> {
         runup: &[Reading],
         config: &'a Config,
     ) -> Result<Self, Error> {
-        let remarks = record::check(rotor, record)?;
+        let remarks = faults::remarks(rotor, record)?;
         let noise = rotor.noise.unwrap_or_else(|| assumed_noise(record));
         let phase_one = match config.identified {
             true => None,

@@ -3,11 +3,18 @@
 use nalgebra::Complex;
 
 use super::record::{same_speed, time_d};
+use crate::diagnose::checks;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 use crate::measurement::sequence::{frozen, moved_reference};
 
+/// Fewest complete readings that can be tracked: phase I takes three, an event needs a before and an after.
+const FEWEST: usize = 10;
+/// A gap that is worth a remark, days.
+const LONG_GAP_D: f64 = 14.0;
+/// Effects whose supports depend on how far the shaft moves.
+const NONLINEAR: [&str; 2] = ["nonlinear_stiffness", "rub"];
 /// Readings further apart than this, days, are not compared: bearings wander.
 const FAR_D: f64 = 3.0;
 
@@ -69,6 +76,39 @@ pub fn check(file: &str, rotor: &Rotor, record: &[Reading]) -> Result<(), Error>
         }
     }
     Ok(())
+}
+
+/// Remarks on a record that is odd but can be tracked.
+///
+/// # Errors
+/// If there are too few readings, a probe is stuck or clipped, or [`check`] finds a fault.
+pub fn remarks(rotor: &Rotor, record: &[Reading]) -> Result<Vec<String>, Error> {
+    let complete = record.iter().filter(|r| r.complete().is_some()).count();
+    if complete < FEWEST {
+        return Err(Error::Unsuitable(format!(
+            "the record has {complete} complete readings, tracking needs at least {FEWEST}"
+        )));
+    }
+    if let Some(nonlinear) = rotor.effect.iter().find(|e| NONLINEAR.contains(&e.kind.as_str())) {
+        let kind = &nonlinear.kind;
+        return Err(Error::Unsuitable(format!(
+            "tracking takes supports as linear, and the rotor has {kind}; leave it out"
+        )));
+    }
+    let mut remarks = checks::before(rotor, record)?;
+    check("the record", rotor, record)?;
+    if complete < record.len() {
+        remarks.push(format!("{} of {} readings lost a probe.", record.len() - complete, record.len()));
+    }
+    for (row, pair) in record.windows(2).enumerate() {
+        let (from, to) = (time_d(row, &pair[0]), time_d(row + 1, &pair[1]));
+        if to - from > LONG_GAP_D {
+            remarks.push(format!(
+                "No reading from day {from:.0} to day {to:.0}: what changed in between is seen as one step."
+            ));
+        }
+    }
+    Ok(remarks)
 }
 
 #[cfg(test)]

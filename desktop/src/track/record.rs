@@ -2,9 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::faults;
 use super::operating_point::{OperatingPoint, model};
-use crate::diagnose::checks;
 use crate::error::Error;
 use crate::fit::data::sigma_m;
 use crate::machine::drawing::{Noise, Rotor};
@@ -13,16 +11,10 @@ use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;
 
-/// Fewest complete readings that can be tracked: phase I takes three, an event needs a before and an after.
-const FEWEST: usize = 10;
 /// Speeds further apart than this, relative, are not compared.
 const SAME_SPEED: f64 = 0.01;
 /// Places closer than this are the same.
 const SAME_PLACE_M: f64 = 1e-6;
-/// A gap that is worth a remark, days.
-const LONG_GAP_D: f64 = 14.0;
-/// Effects whose supports depend on how far the shaft moves.
-const NONLINEAR: [&str; 2] = ["nonlinear_stiffness", "rub"];
 
 /// One reading.
 #[derive(Debug, Clone)]
@@ -100,37 +92,4 @@ fn weights_kg_m(rotor: &Rotor, reading: &Reading) -> Result<Vec<C>, Error> {
         weights[plane] += phasor_kg_m(added.magnitude_g_mm, added.angle_deg);
     }
     Ok(weights)
-}
-
-/// Checks a record and says what is odd but usable.
-///
-/// # Errors
-/// If there are too few readings, or a probe is stuck or clipped.
-pub fn check(rotor: &Rotor, record: &[Reading]) -> Result<Vec<String>, Error> {
-    let complete = record.iter().filter(|r| r.complete().is_some()).count();
-    if complete < FEWEST {
-        return Err(Error::Unsuitable(format!(
-            "the record has {complete} complete readings, tracking needs at least {FEWEST}"
-        )));
-    }
-    if let Some(nonlinear) = rotor.effect.iter().find(|e| NONLINEAR.contains(&e.kind.as_str())) {
-        let kind = &nonlinear.kind;
-        return Err(Error::Unsuitable(format!(
-            "tracking takes supports as linear, and the rotor has {kind}; leave it out"
-        )));
-    }
-    let mut remarks = checks::before(rotor, record)?;
-    faults::check("the record", rotor, record)?;
-    if complete < record.len() {
-        remarks.push(format!("{} of {} readings lost a probe.", record.len() - complete, record.len()));
-    }
-    for (row, pair) in record.windows(2).enumerate() {
-        let (from, to) = (time_d(row, &pair[0]), time_d(row + 1, &pair[1]));
-        if to - from > LONG_GAP_D {
-            remarks.push(format!(
-                "No reading from day {from:.0} to day {to:.0}: what changed in between is seen as one step."
-            ));
-        }
-    }
-    Ok(remarks)
 }

@@ -6,7 +6,8 @@ use rotor_edge_desktop::compare::{Comparison, Verdict};
 use rotor_edge_desktop::diagnose::{BestFit, nothing_missing};
 use serde_json::{Value, json};
 
-use super::diagnose::report::{self, Fitted};
+use super::diagnose::fitted::Fitted;
+use super::diagnose::report;
 use super::diagnose::story;
 use super::entitled;
 use super::listener::Listener;

@@ -10,7 +10,8 @@ use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use serde_json::{Value, json};
 
-use super::diagnose::report::{self, Fitted};
+use super::diagnose::fitted::Fitted;
+use super::diagnose::report;
 use super::diagnose::{self, machine, story};
 use super::entitled;
 use super::listener::Listener;

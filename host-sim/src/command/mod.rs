@@ -22,6 +22,7 @@ mod explain;
 pub mod extension;
 mod extract;
 mod forecast;
+mod glossary;
 mod identify;
 mod import;
 mod import_rotor;

@@ -15,7 +15,7 @@ use rotor_edge_desktop::measurement::{self, Reading, SlowRoll};
 use rotor_edge_desktop::whole_file;
 use serde::Serialize;
 
-use super::{explain, provenance, shell};
+use super::{glossary, provenance, shell};
 use crate::report::{Section, Story, page};
 
 /// The form in which a command answers.
@@ -174,7 +174,7 @@ pub fn report(path: &Path, title: &str, sections: Vec<Section>) -> Result<()> {
 /// Writes a report that begins with a story, whole or not at all.
 pub fn story(path: &Path, title: &str, story: Option<&Story>, mut sections: Vec<Section>) -> Result<()> {
     sections.push(provenance::section(path));
-    file(path, page(title, story, &sections, explain::said_in).as_bytes())?;
+    file(path, page(title, story, &sections, glossary::said_in).as_bytes())?;
     tell(&format!("{} holds the report; open it in a browser", path.display()));
     Ok(())
 }

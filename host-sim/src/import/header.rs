@@ -1,7 +1,8 @@
 //! What the name of a column says by itself.
 
+use super::stated::Stated;
 use super::target::Quantity;
-use super::unit::{Stated, TimeUnit};
+use super::unit::TimeUnit;
 use super::words::{Part, Word, parts};
 
 /// What a header says.

@@ -6,7 +6,7 @@
 //! | `table` | where in a sheet the header and the rows are |
 //! | `words`, `header` | what the words of the trade in a header mean |
 //! | `assign`, `plan` | which column is what, in which units; what is not stated is asked for |
-//! | `mapping`, `target`, `unit` | what the owner states, as a file or as options |
+//! | `mapping`, `target`, `unit`, `stated` | what the owner states, as a file or as options |
 //! | `record`, `cells` | rows as readings |
 //! | `repair` | stale values, outliers, a phase reference that was moved |
 //! | `written` | the readings as `measured.csv`, with the mapping as its header comment |
@@ -25,6 +25,7 @@ pub(crate) mod record;
 pub(crate) mod repair;
 pub(crate) mod sheet;
 pub(crate) mod slow_roll;
+pub(crate) mod stated;
 pub(crate) mod table;
 pub(crate) mod target;
 pub(crate) mod unit;

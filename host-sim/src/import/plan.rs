@@ -9,9 +9,10 @@ use super::mapping::Mapping;
 use super::number::{self, Decimal, Shown, number};
 use super::probes::Probes;
 use super::sheet::Cell;
+use super::stated::Stated;
 use super::table::Table;
 use super::target::{Quantity, Target};
-use super::unit::{Angle, Detection, Length, Sense, SpeedUnit, Stated};
+use super::unit::{Angle, Detection, Length, Sense, SpeedUnit};
 use super::words::{Part, Word, parts};
 
 /// Speeds of a file whose fastest is below this may as well be Hz, rpm.

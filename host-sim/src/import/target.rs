@@ -6,7 +6,7 @@ use std::str::FromStr;
 use anyhow::{Error, Result, bail};
 use serde::{Deserialize, Serialize};
 
-use super::unit::Stated;
+use super::stated::Stated;
 use super::words::{Part, parts};
 
 /// What a column holds.

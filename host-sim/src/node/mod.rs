@@ -2,6 +2,7 @@
 
 mod bench;
 mod controller;
+mod hex;
 mod seal;
 mod store;
 
@@ -17,8 +18,8 @@ use crate::clock::Clock;
 pub use bench::Bench;
 
 pub use controller::Controller;
+pub(crate) use hex::{from_hex, to_hex};
 pub use store::Store;
-pub(crate) use store::{from_hex, to_hex};
 
 /// Longest wait for a frame before the node's clock is looked at.
 const PATIENCE: Duration = Duration::from_millis(5);

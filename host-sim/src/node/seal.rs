@@ -4,7 +4,7 @@ use hmac::{Hmac, KeyInit, Mac};
 use rotor_edge_core::command::{CODE_BYTES, Key};
 use sha2::Sha256;
 
-use super::store::{from_hex, to_hex};
+use super::hex::{from_hex, to_hex};
 
 /// Keeps the code apart from those of commands, which are made with the same key.
 const DOMAIN: &[u8] = b"rotor-edge state";

@@ -24,6 +24,7 @@ use rotor_edge_core::command::Key;
 use rotor_edge_core::state::Reason;
 use rotor_edge_desktop::whole_file;
 
+use super::hex::{from_hex, to_hex};
 use super::seal::Seal;
 
 const NAME: &str = "rotor-edge monitor";
@@ -265,18 +266,6 @@ fn present_ms() -> u64 {
 /// zlib's CRC-32.
 fn crc32(bytes: &[u8]) -> u32 {
     crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(bytes)
-}
-
-/// Two digits a byte.
-pub(crate) fn to_hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// The bytes of two digits each.
-pub(crate) fn from_hex(text: &str) -> Option<Vec<u8>> {
-    let digits: Option<Vec<u32>> = text.chars().map(|c| c.to_digit(16)).collect();
-    let digits = digits.filter(|d| d.len() % 2 == 0)?;
-    Some(digits.chunks(2).map(|pair| (pair[0] * 16 + pair[1]) as u8).collect())
 }
 
 #[cfg(test)]

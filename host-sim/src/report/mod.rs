@@ -2,7 +2,8 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`document`] | sections, tables, figures; the page around them |
+//! | [`document`] | sections, tables, figures |
+//! | [`page`](mod@page) | the page around them |
 //! | [`story`] | the first screen of a page |
 //! | [`comparison`] | what `compare --report` says |
 //! | [`bode`], [`polar`], [`orbit`] | one probe over speed; one bearing at one speed |
@@ -34,6 +35,7 @@ pub mod curve;
 pub mod document;
 mod ground;
 pub mod orbit;
+pub mod page;
 pub mod polar;
 pub mod regions;
 pub mod residual_map;
@@ -47,5 +49,6 @@ pub mod weights;
 pub use comparison::{Model, Prediction, comparison_sections, noise_error, verdict};
 
 pub use curve::Curve;
-pub use document::{Drawing, Figure, Section, Table, identifier, page};
+pub use document::{Drawing, Figure, Section, Table, identifier};
+pub use page::page;
 pub use story::Story;

@@ -7,8 +7,6 @@ use anyhow::Result;
 use rusqlite::Connection;
 use serde::Serialize;
 
-use super::glance::Glance;
-
 /// Longest name of a person, characters.
 const LONGEST_NAME: usize = 80;
 
@@ -56,16 +54,6 @@ pub fn name(who: &str) -> Option<&str> {
     let is_name =
         !who.is_empty() && who.chars().count() <= LONGEST_NAME && !who.chars().any(char::is_control);
     is_name.then_some(who)
-}
-
-/// The alarm of a monitor that needs somebody.
-pub fn of(glance: &Glance) -> Option<Key> {
-    glance.is_alarm.then(|| (glance.newest.source, glance.state_now.clone(), glance.state_since_us))
-}
-
-/// The same while nobody has seen it.
-pub fn unseen(glance: &Glance) -> Option<Key> {
-    of(glance).filter(|_| glance.acknowledged.is_none())
 }
 
 #[cfg(test)]

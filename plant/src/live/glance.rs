@@ -50,6 +50,18 @@ pub struct Glance {
     pub acknowledged: Option<Acknowledged>,
 }
 
+impl Glance {
+    /// The alarm of a monitor that needs somebody.
+    pub fn alarm(&self) -> Option<Key> {
+        self.is_alarm.then(|| (self.newest.source, self.state_now.clone(), self.state_since_us))
+    }
+
+    /// The same while nobody has acknowledged it.
+    pub fn unseen_alarm(&self) -> Option<Key> {
+        self.alarm().filter(|_| self.acknowledged.is_none())
+    }
+}
+
 /// All of them as they are at a time, the worst first; of those in one state, first what nobody has seen.
 pub fn all(newest: &[Newest], acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -> Vec<Glance> {
     let mut all: Vec<Glance> = newest.iter().map(|one| of(one, acknowledged, now_us)).collect();

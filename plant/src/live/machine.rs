@@ -30,7 +30,7 @@ pub fn live(connection: &Connection, glance: &Glance, probes: &[String], now_us:
             (seen(glance.acknowledged.as_ref(), now_us))
         }
         p { "Heard " (newest.heard_us.map_or("never".into(), |heard_us| ago_us(now_us, heard_us))) "." }
-        @if let Some((_, state, since_us)) = alarm::unseen(glance) { span id="alarm" data-state=(state) data-since=(since_us) {} }
+        @if let Some((_, state, since_us)) = glance.unseen_alarm() { span id="alarm" data-state=(state) data-since=(since_us) {} }
         div class="tables" {
             (reading(connection, source, probes, now_us)?)
             (result(connection, source, now_us)?)
@@ -154,7 +154,7 @@ fn changes(connection: &Connection, source: i64) -> Result<Markup> {
 /// How somebody says that the alarm was seen; what it is comes from the live part when it is sent.
 pub fn form(glance: &Glance) -> Markup {
     let newest = &glance.newest;
-    let alarm = alarm::unseen(glance);
+    let alarm = glance.unseen_alarm();
     let (state, since_us) = alarm.map_or_else(Default::default, |(_, state, since_us)| (state, since_us));
     html! {
         form id="acknowledge" method="post" action={ (path(&newest.plant, &newest.bus, newest.node)) "/acknowledge" } hidden[state.is_empty()] {

@@ -301,7 +301,7 @@ pub async fn acknowledge(
     };
     let glance = served.glance(&words)?;
     let key = (glance.newest.source, seen.state, seen.since_us);
-    if alarm::of(&glance).as_ref() != Some(&key) {
+    if glance.alarm().as_ref() != Some(&key) {
         let text = "It is in another state meanwhile: look again.";
         return Err(Failure::Refused(StatusCode::CONFLICT, text));
     }

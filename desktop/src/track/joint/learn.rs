@@ -10,7 +10,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::kalman::{Gaussian, across};
 use super::motion::{LEAST_KEPT, Motion, SLOWEST_RATE_D, SLOWEST_WANDER_D, kept};
-use super::passes::{Change, Problem};
+use super::passes::Problem;
+use super::scope::Change;
 use crate::track::coefficients::COEFFICIENTS;
 
 /// Pushes that the first guess of a motion counts for.

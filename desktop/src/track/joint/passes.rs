@@ -6,7 +6,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::kalman::{Gaussian, Innovation, Later, Step, Visit, later};
 use super::motion::Motion;
-use super::scope::Scope;
+use super::scope::Change;
 use super::state::{Layout, Linear};
 use crate::machine::drawing::Noise;
 use crate::track::coefficients::COEFFICIENTS;
@@ -49,9 +49,6 @@ pub struct Problem {
     /// Epochs from which on the machine is described anew, by a later run-up.
     pub described: Vec<usize>,
 }
-
-/// An event at an epoch.
-pub type Change = (usize, Scope);
 
 /// A run of the filter, and the states around which its readings are linearised.
 pub type Settled = (Pass, Vec<DVector<f64>>);

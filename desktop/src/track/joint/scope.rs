@@ -12,6 +12,9 @@ pub struct Scope {
     pub elsewhere: bool,
 }
 
+/// An event at an epoch.
+pub type Change = (usize, Scope);
+
 impl Scope {
     /// Everything that an event can be.
     pub const ALL: [Self; 8] = [

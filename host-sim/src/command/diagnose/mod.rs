@@ -1,5 +1,6 @@
 //! `diagnose`: which physical effect is missing.
 
+pub mod fitted;
 pub mod machine;
 pub mod report;
 pub mod story;

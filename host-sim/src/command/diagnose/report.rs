@@ -1,43 +1,17 @@
 //! What `diagnose --report` says: the candidates, the best one explained, before and after.
 
-use rotor_edge_desktop::compare::Comparison;
-use rotor_edge_desktop::diagnose::{BestFit, Candidate, Diagnosis, RefutedRun, add, best_fit};
+use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, RefutedRun, add};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
+use super::fitted::Fitted;
 use super::{machine, story};
 use crate::command::entitled::{self, OUTSIDE};
 use crate::report::bars::{Bar, bars};
-use crate::report::{Figure, Model, Prediction, Section, Story, Table, comparison_sections};
+use crate::report::{Figure, Model, Section, Story, Table, comparison_sections};
 
 /// Candidates that are drawn.
 const DRAWN: usize = 10;
-
-/// A model fitted to the data.
-pub struct Fitted {
-    /// With what it leaves of them.
-    pub model: Model,
-    /// The fit.
-    pub best: BestFit,
-}
-
-impl Fitted {
-    /// Fits the model of a file.
-    ///
-    /// # Errors
-    /// If it cannot be fitted.
-    pub fn new(
-        label: impl Into<String>,
-        rotor: &Rotor,
-        readings: &[Reading],
-    ) -> Result<Self, rotor_edge_desktop::Error> {
-        let best = best_fit(rotor, readings)?;
-        let comparison =
-            Comparison::new(rotor, readings, &best.predicted_m, &best.noise, best.free_parameters);
-        let prediction = Prediction { label: label.into(), predicted_m: best.predicted_m.clone() };
-        Ok(Self { model: Model { prediction, comparison }, best })
-    }
-}
 
 /// The page of a diagnosis.
 ///

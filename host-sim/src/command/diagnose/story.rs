@@ -4,8 +4,8 @@ use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Outcome, Verdict};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
+use super::fitted::Fitted;
 use super::machine;
-use super::report::Fitted;
 use crate::report::bars::{Bar, bars};
 use crate::report::scale::{number, three_digits};
 use crate::report::{Figure, Story, noise_error, verdict};

@@ -12,12 +12,13 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 use rotor_edge_desktop::balance::grade::Rigid;
 use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::prognosis::ahead::Ahead;
 use rotor_edge_desktop::prognosis::arima::Order;
 use rotor_edge_desktop::prognosis::events;
 use rotor_edge_desktop::prognosis::limit::{Reached, reached};
 use rotor_edge_desktop::prognosis::scores::Score;
 use rotor_edge_desktop::prognosis::series::{self, History, Series};
-use rotor_edge_desktop::prognosis::walk::{Ahead, By, Model, walk};
+use rotor_edge_desktop::prognosis::walk::{By, Model, walk};
 use rotor_edge_desktop::unbalance::G_MM;
 
 use super::dates::Dates;

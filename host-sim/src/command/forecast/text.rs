@@ -1,9 +1,9 @@
 //! What `forecast` prints for people.
 
+use rotor_edge_desktop::prognosis::ahead::interval;
 use rotor_edge_desktop::prognosis::limit::Reached;
 use rotor_edge_desktop::prognosis::scores::Score;
 use rotor_edge_desktop::prognosis::series::History;
-use rotor_edge_desktop::prognosis::walk::interval;
 
 use super::super::dates::Dates;
 use super::{

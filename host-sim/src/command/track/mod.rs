@@ -1,5 +1,6 @@
 //! `track`: the unbalance of a long record, while bearings change.
 
+mod names;
 mod output;
 mod report;
 mod sampling;
@@ -237,7 +238,7 @@ fn later_runup(path: &Path, rotor: &Rotor, runout: &shared::Runout) -> Result<(f
 }
 
 fn print(rotor: &Rotor, record: &[Reading], followed: &Track, dates: Dates) {
-    let name = output::method_name(followed.method);
+    let name = names::method_name(followed.method);
     println!("{}: {} readings, method {name}", rotor.name, record.len());
     for remark in &followed.remarks {
         println!("  {remark}");

@@ -7,36 +7,14 @@ use nalgebra::Complex;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::prognosis::known;
 use rotor_edge_desktop::prognosis::series::EVENT;
-use rotor_edge_desktop::track::{
-    Cause, Estimate, Event, Flag, Interval, Joint, Method, Reidentified, Scope, Spread, Track,
-};
+use rotor_edge_desktop::track::{Cause, Estimate, Event, Flag, Interval, Joint, Reidentified, Spread, Track};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 use rotor_edge_desktop::whole_file;
 use serde_json::{Value, json};
 
 use super::super::dates::{Dates, TIME};
+use super::names::{coefficient_names, method_name, scope_name};
 use super::sampling;
-
-/// Names of the eight coefficients, in the order of phase I.
-pub fn coefficient_names(rotor: &Rotor) -> Vec<String> {
-    let of = |kind: &str| {
-        let axes = |b: &rotor_edge_desktop::machine::drawing::Bearing| {
-            ["xx", "yy"].map(|a| format!("{}_{kind}_{a}", b.name))
-        };
-        rotor.bearing.iter().flat_map(axes).collect::<Vec<_>>()
-    };
-    [of("k"), of("c")].concat()
-}
-
-/// The method as the command line calls it.
-pub fn method_name(method: Method) -> &'static str {
-    match method {
-        Method::Fixed => "fixed",
-        Method::Adaptive => "adaptive",
-        Method::Bayes => "bayes",
-        Method::Joint => "joint",
-    }
-}
 
 fn vector(u: Complex<f64>) -> Value {
     let [unbalance_g_mm, angle_deg] = g_mm_deg(u);
@@ -50,15 +28,6 @@ fn planes(rotor: &Rotor, unbalance_kg_m: &[Complex<f64>]) -> Vec<Value> {
         value
     };
     rotor.plane.iter().zip(unbalance_kg_m).map(plane).collect()
-}
-
-/// What an event changed, in words.
-pub fn scope_name(rotor: &Rotor, scope: Scope) -> String {
-    let bearings = rotor.bearing.iter().zip(scope.bearings).filter(|(_, changed)| *changed);
-    let mut parts: Vec<String> = bearings.map(|(b, _)| format!("bearing {}", b.name)).collect();
-    parts.extend(scope.unbalance.then(|| "the unbalance".to_string()));
-    parts.extend(scope.elsewhere.then(|| "the machine between its bearings".to_string()));
-    parts.join(" and ")
 }
 
 /// When an event took place, and how sure that is.

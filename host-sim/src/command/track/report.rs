@@ -6,7 +6,8 @@ use rotor_edge_desktop::track::{Estimate, Event, Interval, Reidentified, Track};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 
 use super::super::dates::Dates;
-use super::output::{coefficient_names, method_name, scope_name, undiagnosed, when};
+use super::names::{coefficient_names, method_name, scope_name};
+use super::output::{undiagnosed, when};
 use super::sampling;
 use crate::report::scale::three_digits;
 use crate::report::trend::{Trend, trend};

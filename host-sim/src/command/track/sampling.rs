@@ -5,7 +5,7 @@ use rotor_edge_desktop::track::{Quality, Sampler, Sampling};
 use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde_json::{Value, json};
 
-use super::output::coefficient_names;
+use super::names::coefficient_names;
 use crate::report::bars::{Bar, bars};
 use crate::report::scale::three_digits;
 use crate::report::trend::{Trend, trend};

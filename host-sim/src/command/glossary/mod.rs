@@ -1,53 +1,21 @@
-//! `explain`: what a word of the program means, and what to do when it says it.
+//! Words of the program with their meanings: terms, verdicts, states and physical effects.
 
 mod words;
 
-use anyhow::{Result, bail};
-use clap::Args;
 use rotor_edge_core::state::Reason;
 use rotor_edge_desktop::effects::{self, Effect, Knowledge};
-use serde_json::json;
 
-use super::output::{self, Json};
 use crate::bus::states::name;
 use crate::watch::reasons::{Why, why};
-use words::{Kind, WORDS, Word};
-
-#[derive(Debug, Args)]
-pub struct Arguments {
-    /// The word, such as seal, residual or undecided [default: list all words]
-    word: Vec<String>,
-    /// One JSON object
-    #[arg(long)]
-    json: bool,
-}
+use words::Word;
+pub use words::{Kind, WORDS};
 
 /// What is said of a word.
-struct Explained {
-    name: String,
-    kind: &'static str,
-    paragraphs: Vec<String>,
-    next: &'static str,
-}
-
-/// Prints the explanation, or the list of words.
-pub fn run(arguments: &Arguments) -> Result<Json> {
-    if arguments.word.is_empty() {
-        return Ok(list(arguments.json));
-    }
-    let asked = arguments.word.join(" ");
-    let Some(found) = explained(&asked) else { bail!("{}", not_known(&asked)) };
-    if arguments.json {
-        return output::as_json(&json!({
-            "word": found.name, "kind": found.kind, "means": found.paragraphs, "next": found.next,
-        }));
-    }
-    println!("{} ({})\n", found.name, found.kind);
-    found.paragraphs.iter().for_each(|paragraph| println!("{paragraph}"));
-    if !found.next.is_empty() {
-        println!("\nWhat to do: {}", found.next);
-    }
-    Ok(None)
+pub struct Explained {
+    pub name: String,
+    pub kind: &'static str,
+    pub paragraphs: Vec<String>,
+    pub next: &'static str,
 }
 
 /// Letters and digits alone, so that spelling does not matter.
@@ -55,7 +23,7 @@ fn plain(word: &str) -> String {
     word.to_lowercase().chars().filter(|c| c.is_alphanumeric() || matches!(c, '%' | '/' | '²')).collect()
 }
 
-fn explained(asked: &str) -> Option<Explained> {
+pub fn explained(asked: &str) -> Option<Explained> {
     // an effect's place is no part of its name
     let asked = plain(asked.split('@').next().unwrap_or_default());
     let effect = effects::ALL.into_iter().find(|e| plain(e.name()) == asked);
@@ -110,7 +78,7 @@ fn kind(kind: Kind) -> &'static str {
     }
 }
 
-fn not_known(asked: &str) -> String {
+pub fn not_known(asked: &str) -> String {
     let asked = plain(asked);
     let all = WORDS.iter().map(|w| w.name).chain(effects::ALL.into_iter().map(|e| e.name()));
     let near: Vec<&str> =
@@ -119,31 +87,6 @@ fn not_known(asked: &str) -> String {
         true => "there is no such word; `rotor-edge explain` lists those that there are".to_string(),
         false => format!("there is no such word, expected one of {}", near.join(", ")),
     }
-}
-
-fn list(as_json: bool) -> Json {
-    let of = |wanted: Kind| {
-        WORDS.iter().filter(|w| w.kind == wanted).map(|w| w.name.to_string()).collect::<Vec<_>>()
-    };
-    let effects: Vec<String> = effects::ALL.into_iter().map(|e| e.name().to_string()).collect();
-    let reasons: Vec<String> = Reason::ALL.into_iter().map(name).collect();
-    let groups = [
-        ("verdicts", of(Kind::Verdict)),
-        ("states", of(Kind::State)),
-        ("reasons", reasons),
-        ("terms", of(Kind::Term)),
-        ("effects", effects),
-    ];
-    if as_json {
-        let all: serde_json::Map<_, _> =
-            groups.iter().map(|(name, words)| ((*name).to_string(), json!(words))).collect();
-        return Some(serde_json::Value::Object(all).to_string());
-    }
-    for (name, words) in groups {
-        println!("{name}: {}\n", words.join(", "));
-    }
-    println!("Next: rotor-edge explain residual");
-    None
 }
 
 #[cfg(test)]
