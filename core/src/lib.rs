@@ -65,6 +65,8 @@ pub mod can;
 mod checksum;
 #[cfg(feature = "command")]
 pub mod command;
+#[cfg(test)]
+mod error_tests;
 pub mod extraction;
 pub mod fit;
 pub mod judge;

@@ -7,6 +7,9 @@
 //! came last is passed over when it comes again, byte for byte, and a first frame that comes again is answered again: its
 //! sender may not have heard the flow control.
 
+use core::error::Error;
+use core::fmt;
+
 use heapless::Vec;
 
 /// Consecutive frames between two flow controls that this end asks for.
@@ -42,6 +45,24 @@ pub enum TransferError {
     /// The parts do not make the message that was offered.
     Checksum,
 }
+
+impl fmt::Display for TransferError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Sequence => "a consecutive frame is missing or out of order",
+            Self::Timeout => "the other end sent nothing for too long",
+            Self::Length => "the message is empty or longer than the receiver's buffer",
+            Self::Interrupted => "another message began before this one ended",
+            Self::FlowControl => {
+                "the receiver's flow control is invalid, or it asked to wait more than ten times"
+            }
+            Self::Busy => "an earlier message is still being sent",
+            Self::Checksum => "the parts do not have the checksum of the message that was offered",
+        })
+    }
+}
+
+impl Error for TransferError {}
 
 /// What a received payload led to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

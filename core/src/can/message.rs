@@ -1,5 +1,8 @@
 //! What the messages are.
 
+use core::error::Error;
+use core::fmt;
+
 use crate::model::Pair;
 use crate::reading::{Keyphasor, ProbeVector};
 use crate::state::{NodeState, Reason, Status};
@@ -224,3 +227,15 @@ pub enum CanError {
     /// A byte with few allowed values has another.
     BadValue,
 }
+
+impl fmt::Display for CanError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::UnknownType => "the frame's type is not one of this protocol version",
+            Self::WrongLength => "the frame does not have eight bytes",
+            Self::BadValue => "a byte of the frame has a value that is not allowed",
+        })
+    }
+}
+
+impl Error for CanError {}

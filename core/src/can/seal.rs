@@ -24,6 +24,9 @@
 //! assert_eq!(hear(50_000), Some(Err(SealError::Replayed)));
 //! ```
 
+use core::error::Error;
+use core::fmt;
+
 use heapless::Vec;
 use hmac::{Hmac, Mac};
 use sha2::Sha256;
@@ -81,6 +84,18 @@ pub enum SealError {
     /// The code is right and its freshness not above the last one.
     Replayed,
 }
+
+impl fmt::Display for SealError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Incomplete => "frames of the group or of its seal are missing or late",
+            Self::Forged => "the authentication code was not made with this key over these frames",
+            Self::Replayed => "the freshness is not above that of the last group taken",
+        })
+    }
+}
+
+impl Error for SealError {}
 
 impl Direction {
     /// Types of the seal's two frames.
