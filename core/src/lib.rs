@@ -9,6 +9,7 @@
 //! | [`fit`] | the problem of phase II: least absolute residual within a disc per plane |
 //! | [`polish`], [`swarm`] | its certified solution, and the search where there is no certificate |
 //! | [`track`] | phase II: the estimate of each reading within the bounds given |
+//! | [`stages`] | a reading screened, averaged, bounded and estimated, as a node does it |
 //! | [`residual`] | what the model leaves unexplained in a reading |
 //! | [`judge`] | residuals over time: floor, level, reference, flag, suspected bearing |
 //! | [`thresholds`] | what is judged by, in seconds |
@@ -82,6 +83,7 @@ pub mod reading;
 pub mod residual;
 pub mod response;
 mod scalar;
+pub mod stages;
 pub mod state;
 mod support;
 pub mod swarm;
