@@ -61,6 +61,7 @@ extern crate std;
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod admission;
 #[cfg(feature = "can")]
 pub mod can;
 mod checksum;

@@ -6,7 +6,6 @@
 //! `N` is the number of basis shapes in one plane (the same shapes serve x and y). A `shape` is the N values of those
 //! shapes at one place of the shaft: φ, so that the displacement there is φ·p along x and φ·r along y.
 
-mod check;
 mod codec;
 mod error;
 #[cfg(test)]

@@ -22,8 +22,10 @@
 //! `p = R − P·pm·Sᵀm` and `m = −Q·mp·Sᵀp`, hence `(I − SᵀP·pm·SᵀQ·mp)·Sᵀp = SᵀR`, a system as small as they are few.
 
 mod coupled;
+mod equations;
 mod motion;
 mod read;
+mod solve;
 #[cfg(test)]
 mod tests;
 

@@ -37,16 +37,8 @@ use super::message::{
     TYPE_HEARTBEAT, TYPE_MODEL, TYPE_READING_END, TYPE_READING_START, TYPE_RESULT_END, TYPE_STATE,
     TYPE_STATUS,
 };
+pub use super::message::{TYPE_READING_CODE, TYPE_READING_FRESHNESS, TYPE_TOLD_CODE, TYPE_TOLD_FRESHNESS};
 use crate::command::Key;
-
-/// Type of the first frame of a reading's seal.
-pub const TYPE_READING_FRESHNESS: u8 = 30;
-/// Type of the second.
-pub const TYPE_READING_CODE: u8 = 31;
-/// Type of the first frame of the seal on what a node tells.
-pub const TYPE_TOLD_FRESHNESS: u8 = 45;
-/// Type of the second.
-pub const TYPE_TOLD_CODE: u8 = 46;
 
 /// Frames of a seal.
 pub const SEAL_FRAMES: usize = 2;
