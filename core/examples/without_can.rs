@@ -6,9 +6,10 @@
 mod machine;
 
 use machine::{MachineModel, model, reading};
-use rotor_edge_core::judge::{Average, Evidence, Growth, Judge};
+use rotor_edge_core::judge::{Evidence, Judge};
 use rotor_edge_core::memory::Memory;
-use rotor_edge_core::model::MAX_PLANES;
+use rotor_edge_core::numerics::InPlace;
+use rotor_edge_core::stages::Estimator;
 use rotor_edge_core::thresholds::Thresholds;
 use rotor_edge_core::track::{TrackConfig, Tracker};
 
@@ -21,9 +22,7 @@ fn main() {
     let model = MachineModel::decode(&flash[..length]).expect("just written");
 
     let (track, thresholds) = (TrackConfig::default(), Thresholds::DEFAULT);
-    let mut tracker = Tracker::new(&model);
-    let (mut average, mut growth) = (Average::default(), Growth::resume(&[], tracker.last_g_mm()));
-    let mut deviation_g_mm = [f32::NAN; MAX_PLANES];
+    let mut estimator = Estimator::new(Tracker::new(&model), &[]);
     let mut judge = Judge::default();
     let mut worn = model.clone();
     worn.supports[1].stiffness_n_m = [[5e7, 0.0], [0.0, 2.5e7]];
@@ -34,17 +33,16 @@ fn main() {
         let reading = reading(machine, 9000.0, &[[2900.0, 4100.0], [-1100.0, 1900.0]]);
         let time_us = second * SECOND_US;
 
-        let averaged = average.update(thresholds.average_s, time_us, &reading);
-        let bounds_g_mm = growth.bounds_g_mm(&thresholds, time_us, tracker.last_g_mm(), &deviation_g_mm);
-        let estimate = match tracker.update(&track, &model, &averaged.reading, &bounds_g_mm) {
+        let averaged = estimator.average(&thresholds, time_us, &reading);
+        let bounds_g_mm = estimator.bound(&thresholds, time_us);
+        let estimate = match estimator.estimate::<InPlace, _, _>(&track, &model, &averaged, &bounds_g_mm) {
             Ok(estimate) => estimate,
             Err(error) => {
                 // Nothing can be said of the machine, and firmware has to say just that.
-                println!("{second:4} s: {error:?}");
+                println!("{second:4} s: {error}");
                 continue;
             }
         };
-        deviation_g_mm = estimate.deviation_g_mm;
         let verdict = judge.update(&thresholds, time_us, &Evidence::new(&model, &estimate, &averaged));
         if second % 30 == 0 {
             let [x, y] = estimate.static_g_mm;
@@ -57,8 +55,8 @@ fn main() {
     }
 
     // A power cut: what was learned comes back from bytes as well, the flag included.
-    let most_g_mm = growth.most_g_mm(tracker.last_g_mm(), &deviation_g_mm);
-    let stored = Memory::new(model.checksum(), &judge, tracker.last_g_mm(), &most_g_mm).encode();
+    let most_g_mm = estimator.most_g_mm();
+    let stored = Memory::new(model.checksum(), &judge, estimator.last_g_mm(), &most_g_mm).encode();
     let memory = Memory::decode(&stored).expect("just written");
     assert_eq!(memory.model_checksum, model.checksum());
     let (judge, tracker) = (memory.judge(), Tracker::<2>::resume(&model, &memory.unbalance_g_mm));

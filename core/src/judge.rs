@@ -232,12 +232,12 @@ struct Limits<'a> {
 impl Limits<'_> {
     /// Why a residual of `e_um` for this reading would be suspicious.
     fn reason(&self, e_um: f32) -> Reason {
-        let Thresholds { rise, ratio_limit, ratio_floor, floor_um, .. } = *self.thresholds;
+        let Thresholds { rise, ratio_limit, ratio_floor, .. } = *self.thresholds;
         let ratio = e_um / self.evidence.residual.f_um;
         let is_above = |usual_um: Option<f32>| {
             ratio > ratio_floor && usual_um.is_some_and(|usual_um| e_um > (1.0 + rise) * usual_um)
         };
-        if e_um <= self.evidence.floor_um.max(floor_um) {
+        if e_um <= self.evidence.greater_floor_um(self.thresholds) {
             Reason::None
         } else if is_above(self.level_um) {
             Reason::Rise

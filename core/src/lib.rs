@@ -9,6 +9,7 @@
 //! | [`fit`] | the problem of phase II: least absolute residual within a disc per plane |
 //! | [`polish`], [`swarm`] | its certified solution, and the search where there is no certificate |
 //! | [`track`] | phase II: the estimate of each reading within the bounds given |
+//! | [`stages`] | a reading screened, averaged, bounded and estimated, as a node does it |
 //! | [`residual`] | what the model leaves unexplained in a reading |
 //! | [`judge`] | residuals over time: floor, level, reference, flag, suspected bearing |
 //! | [`thresholds`] | what is judged by, in seconds |
@@ -60,11 +61,14 @@ extern crate std;
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod admission;
 #[cfg(feature = "can")]
 pub mod can;
 mod checksum;
 #[cfg(feature = "command")]
 pub mod command;
+#[cfg(test)]
+mod error_tests;
 pub mod extraction;
 pub mod fit;
 pub mod judge;
@@ -80,6 +84,7 @@ pub mod reading;
 pub mod residual;
 pub mod response;
 mod scalar;
+pub mod stages;
 pub mod state;
 mod support;
 pub mod swarm;

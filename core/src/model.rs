@@ -6,8 +6,8 @@
 //! `N` is the number of basis shapes in one plane (the same shapes serve x and y). A `shape` is the N values of those
 //! shapes at one place of the shaft: φ, so that the displacement there is φ·p along x and φ·r along y.
 
-mod check;
 mod codec;
+mod error;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -16,6 +16,7 @@ use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use crate::reading::ProbeVector;
+pub use error::ModelError;
 
 /// Version of the deployed format. It rises whenever a field is added, removed or changes its meaning.
 pub const MODEL_SCHEMA: u32 = 3;
@@ -200,50 +201,6 @@ pub struct Probe<const N: usize> {
     pub mount: Option<u8>,
 }
 
-/// Why a model was refused. The numbers travel in a node's answer to a deployment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u8)]
-#[non_exhaustive]
-pub enum ModelError {
-    /// A number is infinite or not a number.
-    NotFinite = 1,
-    /// No plane, more than the firmware holds, or another number of initial unbalances.
-    Planes = 2,
-    /// Fewer than two supports.
-    Supports = 3,
-    /// Stiffness, mass or polar inertia is not symmetric within 1e-4 of its largest entry.
-    Asymmetric = 4,
-    /// A mass on the diagonal is not positive.
-    Mass = 5,
-    /// The speed range is not positive and ascending.
-    SpeedRange = 6,
-    /// The unbalance floor is negative.
-    UnbalanceFloor = 7,
-    /// The response is not finite at an end or the middle of the speed range.
-    Response = 8,
-    /// Encoded with another schema.
-    Schema = 9,
-    /// Encoded for another number of basis shapes.
-    BasisSize = 10,
-    /// The bytes are cut short, damaged (CRC-32) or not a model.
-    Encoding = 11,
-    /// The buffer for encoding is too small; see [`Model::max_size_bytes`].
-    Space = 12,
-    /// A change of speed by a millionth moves the response by over a hundredth: rounding decides what it says.
-    IllConditioned = 13,
-    /// No probe, or more than the firmware holds.
-    Probes = 14,
-    /// A speed table with fewer than two knots, with knots that are not there or not in ascending order of speed.
-    Knots = 15,
-    /// A probe on the housing of a support that is not there or has no pedestal.
-    Mount = 16,
-    /// The noise is negative, or as large as what it is relative to.
-    Noise = 17,
-    /// A probe with a gain of zero, or a direction that is not of length one within 1 %.
-    ProbeGain = 18,
-}
-
 /// What a model needs of the firmware, read from its bytes without decoding them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -254,34 +211,6 @@ pub struct Counts {
     pub probes: u8,
     /// Planes whose unbalance is tracked.
     pub planes: u8,
-}
-
-impl ModelError {
-    const ALL: [Self; 18] = [
-        Self::NotFinite,
-        Self::Planes,
-        Self::Supports,
-        Self::Asymmetric,
-        Self::Mass,
-        Self::SpeedRange,
-        Self::UnbalanceFloor,
-        Self::Response,
-        Self::Schema,
-        Self::BasisSize,
-        Self::Encoding,
-        Self::Space,
-        Self::IllConditioned,
-        Self::Probes,
-        Self::Knots,
-        Self::Mount,
-        Self::Noise,
-        Self::ProbeGain,
-    ];
-
-    /// The error of a number on the wire.
-    pub fn from_code(code: u8) -> Option<Self> {
-        Self::ALL.into_iter().find(|error| *error as u8 == code)
-    }
 }
 
 impl<const N: usize> Support<N> {

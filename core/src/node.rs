@@ -60,6 +60,7 @@ use crate::judge::Verdict;
 use crate::memory::Memory;
 use crate::model::{Model, ModelError};
 use crate::numerics::{InPlace, Numerics};
+pub use crate::stages::ABSURD_UM;
 use crate::state::{NodeState, Reason, Status};
 use crate::thresholds::{ThresholdError, Thresholds};
 use crate::track::Estimate;
@@ -77,8 +78,6 @@ use uncommanded::Desk;
 
 /// Frames waiting to be sent, at most.
 pub const QUEUE_FRAMES: usize = 32;
-/// No probe reads more than this, µm: a feature beyond it is a fault of transmission or scaling.
-pub const ABSURD_UM: f32 = 10_000.0;
 
 /// Frames of a heartbeat.
 pub const HEARTBEAT_FRAMES: usize = COUNTER_PAIRS + 3;

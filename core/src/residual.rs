@@ -1,5 +1,8 @@
 //! What the model leaves unexplained in one reading.
 
+use core::error::Error;
+use core::fmt;
+
 use crate::reading::{MAX_PROBES, ProbeVector};
 
 /// Why there is no verdict.
@@ -10,6 +13,16 @@ pub enum ResidualError {
     /// A feature is not finite; nothing was changed.
     NotFinite,
 }
+
+impl fmt::Display for ResidualError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::NotFinite => "a calculated vector of a probe that gave a value is infinite or not a number",
+        })
+    }
+}
+
+impl Error for ResidualError {}
 
 /// Residual of one reading.
 ///

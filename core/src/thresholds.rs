@@ -2,6 +2,9 @@
 //!
 //! On the wire and in storage: u8 version, then the fields in their order, f32 little endian and u8.
 
+use core::error::Error;
+use core::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use crate::packed::unpack;
@@ -83,6 +86,29 @@ pub enum ThresholdError {
     /// [`Thresholds::gap_range_v`].
     GapRange = 12,
 }
+
+impl fmt::Display for ThresholdError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Encoding => "the bytes are not thresholds of this version",
+            Self::Rise => "rise must be from 0 to 100",
+            Self::RatioLimit => "ratio_limit must be from 0 to 10",
+            Self::RatioFloor => "ratio_floor must be from 0 to 1",
+            Self::Floor => "floor_um must be from 0 to 1000 µm",
+            Self::Average => "average_s must be from 0 to 3600 s",
+            Self::Persistence => {
+                "persistence_s must be from 0 s to 30 days, persistence_readings from 1 to 255"
+            }
+            Self::Level => "level_s must be from 1 µs to 10 years",
+            Self::Learning => "learning_s must be from 0 s to 30 days, learning_readings from 1 to 255",
+            Self::Growth => "growth must be from 1 to 10, growth_s from 1 µs to a year",
+            Self::AgeLimit => "age_limit_s must be from 0.1 s to 10 years",
+            Self::GapRange => "gap_range_v must be two voltages in ascending order within ±100 V",
+        })
+    }
+}
+
+impl Error for ThresholdError {}
 
 impl ThresholdError {
     const ALL: [Self; 12] = [

@@ -14,6 +14,9 @@ mod rounds;
 #[cfg(test)]
 mod tests;
 
+use core::error::Error;
+use core::fmt;
+
 use heapless::Vec;
 
 use crate::fit::Fit;
@@ -67,6 +70,22 @@ pub enum TrackError {
     /// The reading has another number of probes than the model.
     ProbeCount,
 }
+
+impl fmt::Display for TrackError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Incomplete => "no probe gave a value",
+            Self::Speed => "the speed is not a number or outside the model's range",
+            Self::Response => "the model has no finite response at this speed",
+            Self::Undetermined => {
+                "the probes left cannot tell the planes apart: two features are needed for each plane"
+            }
+            Self::ProbeCount => "the reading has another number of probes than the model",
+        })
+    }
+}
+
+impl Error for TrackError {}
 
 impl From<ResponseError> for TrackError {
     fn from(_: ResponseError) -> Self {

@@ -7,7 +7,7 @@ use super::message::{
     TYPE_TO_NODE, TYPE_VERSION,
 };
 #[cfg(feature = "seal")]
-use super::seal::{TYPE_READING_CODE, TYPE_READING_FRESHNESS, TYPE_TOLD_CODE, TYPE_TOLD_FRESHNESS};
+use super::message::{TYPE_READING_CODE, TYPE_READING_FRESHNESS, TYPE_TOLD_CODE, TYPE_TOLD_FRESHNESS};
 
 /// Highest number of a node.
 pub const MAX_NODE: u8 = 30;

@@ -7,7 +7,19 @@
 //! came last is passed over when it comes again, byte for byte, and a first frame that comes again is answered again: its
 //! sender may not have heard the flow control.
 
+mod incoming;
+mod outgoing;
+#[cfg(test)]
+mod tests;
+
+use core::error::Error;
+use core::fmt;
+
+#[cfg(feature = "command")]
 use heapless::Vec;
+
+use incoming::{Incoming, Receiving};
+use outgoing::{Outgoing, Sending};
 
 /// Consecutive frames between two flow controls that this end asks for.
 pub const BLOCK_SIZE: u8 = 8;
@@ -42,6 +54,24 @@ pub enum TransferError {
     /// The parts do not make the message that was offered.
     Checksum,
 }
+
+impl fmt::Display for TransferError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Sequence => "a consecutive frame is missing or out of order",
+            Self::Timeout => "the other end sent nothing for too long",
+            Self::Length => "the message is empty or longer than the receiver's buffer",
+            Self::Interrupted => "another message began before this one ended",
+            Self::FlowControl => {
+                "the receiver's flow control is invalid, or it asked to wait more than ten times"
+            }
+            Self::Busy => "an earlier message is still being sent",
+            Self::Checksum => "the parts do not have the checksum of the message that was offered",
+        })
+    }
+}
+
+impl Error for TransferError {}
 
 /// What a received payload led to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -171,239 +201,9 @@ impl<const RX: usize, const TX: usize> IsoTp<RX, TX> {
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-enum Receiving {
-    Idle,
-    Open { length: usize, index: u8, left_in_block: u8, since_us: u64 },
-    Complete,
-}
-
-#[derive(Debug, Clone)]
-struct Incoming<const RX: usize> {
-    bytes: Vec<u8, RX>,
-    stage: Receiving,
-    flow_control: Option<Payload>,
-}
-
-impl<const RX: usize> Incoming<RX> {
-    fn new() -> Self {
-        Self { bytes: Vec::new(), stage: Receiving::Idle, flow_control: None }
-    }
-
-    fn receive(&mut self, time_us: u64, payload: &[u8]) -> Progress {
-        match *payload {
-            [first, ref data @ ..] if first >> 4 == 0 => self.single(usize::from(first & 0xf), data),
-            [first, second, ref data @ ..] if first >> 4 == 1 => {
-                self.first(time_us, usize::from(first & 0xf) << 8 | usize::from(second), data)
-            }
-            [first, ref data @ ..] if first >> 4 == 2 => self.consecutive(time_us, first & 0xf, data),
-            // reserved kinds are ignored, as the standard asks
-            _ => Progress::None,
-        }
-    }
-
-    fn single(&mut self, length: usize, data: &[u8]) -> Progress {
-        let Some(message) = data.get(..length).filter(|message| !message.is_empty()) else {
-            return Progress::None;
-        };
-        self.bytes.clear();
-        if self.bytes.extend_from_slice(message).is_err() {
-            return self.broken(TransferError::Length);
-        }
-        // a message it interrupts is lost, which its sender learns by time-out
-        self.stage = Receiving::Complete;
-        Progress::Complete
-    }
-
-    fn first(&mut self, time_us: u64, length: usize, data: &[u8]) -> Progress {
-        let comes_again = |begun: usize| begun == length && self.bytes.as_slice() == data;
-        let interrupted = matches!(self.stage, Receiving::Open { length: begun, .. } if !comes_again(begun));
-        if length <= SINGLE_BYTES || data.len() != FIRST_BYTES {
-            return Progress::None;
-        }
-        self.bytes.clear();
-        if length > RX || self.bytes.extend_from_slice(data).is_err() {
-            self.flow_control = Some(padded(&[0x32, 0, 0]));
-            return self.broken(TransferError::Length);
-        }
-        self.flow_control = Some(padded(&[0x30, BLOCK_SIZE, 0]));
-        self.stage = Receiving::Open { length, index: 1, left_in_block: BLOCK_SIZE, since_us: time_us };
-        if interrupted { Progress::Broken(TransferError::Interrupted) } else { Progress::None }
-    }
-
-    fn consecutive(&mut self, time_us: u64, number: u8, data: &[u8]) -> Progress {
-        let Receiving::Open { length, index, left_in_block, .. } = self.stage else {
-            return Progress::None;
-        };
-        let came_last = index.wrapping_sub(1) & 0xf;
-        if number == came_last && self.bytes.len() > FIRST_BYTES && self.bytes.ends_with(data) {
-            return Progress::None;
-        }
-        let missing = length.saturating_sub(self.bytes.len());
-        let part = missing.min(SINGLE_BYTES);
-        let Some(data) = data.get(..part) else {
-            return self.broken(TransferError::Sequence);
-        };
-        if number != index || self.bytes.extend_from_slice(data).is_err() {
-            return self.broken(TransferError::Sequence);
-        }
-        if part == missing {
-            self.stage = Receiving::Complete;
-            return Progress::Complete;
-        }
-        let left_in_block = match left_in_block.saturating_sub(1) {
-            0 => {
-                self.flow_control = Some(padded(&[0x30, BLOCK_SIZE, 0]));
-                BLOCK_SIZE
-            }
-            left => left,
-        };
-        let index = index.wrapping_add(1) & 0xf;
-        self.stage = Receiving::Open { length, index, left_in_block, since_us: time_us };
-        Progress::None
-    }
-
-    fn check_time(&mut self, time_us: u64) -> Result<(), TransferError> {
-        match self.stage {
-            Receiving::Open { since_us, .. } if time_us.saturating_sub(since_us) > TIMEOUT_US => {
-                self.stage = Receiving::Idle;
-                Err(TransferError::Timeout)
-            }
-            _ => Ok(()),
-        }
-    }
-
-    fn broken(&mut self, error: TransferError) -> Progress {
-        self.stage = Receiving::Idle;
-        Progress::Broken(error)
-    }
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Sending {
-    Idle,
-    /// The whole message, or its first frame, is to be sent.
-    Begin,
-    Waiting {
-        since_us: u64,
-        waits: u8,
-    },
-    /// `left_in_block` is `None` where the receiver set no limit.
-    Block {
-        left_in_block: Option<u8>,
-        separation_us: u64,
-        next_us: u64,
-    },
-}
-
-#[derive(Debug, Clone)]
-struct Outgoing<const TX: usize> {
-    bytes: Vec<u8, TX>,
-    sent: usize,
-    index: u8,
-    stage: Sending,
-}
-
-impl<const TX: usize> Outgoing<TX> {
-    fn new() -> Self {
-        Self { bytes: Vec::new(), sent: 0, index: 0, stage: Sending::Idle }
-    }
-
-    fn begin(&mut self, time_us: u64, message: &[u8]) -> Result<(), TransferError> {
-        self.check_time(time_us)?;
-        if !matches!(self.stage, Sending::Idle) {
-            return Err(TransferError::Busy);
-        }
-        if message.is_empty() || message.len() > MAX_LENGTH {
-            return Err(TransferError::Length);
-        }
-        self.bytes.clear();
-        self.bytes.extend_from_slice(message).map_err(|_| TransferError::Length)?;
-        (self.sent, self.index, self.stage) = (0, 0, Sending::Begin);
-        Ok(())
-    }
-
-    fn next(&mut self, time_us: u64) -> Option<Payload> {
-        match self.stage {
-            Sending::Begin if self.bytes.len() <= SINGLE_BYTES => {
-                self.stage = Sending::Idle;
-                Some(headed(self.bytes.len() as u8, &self.bytes))
-            }
-            Sending::Begin => {
-                self.stage = Sending::Waiting { since_us: time_us, waits: 0 };
-                let [low, high, ..] = self.bytes.len().to_le_bytes();
-                let [a, b, c, d, e, f] = *self.bytes.first_chunk::<FIRST_BYTES>()?;
-                self.sent = FIRST_BYTES;
-                Some([0x10 | high, low, a, b, c, d, e, f])
-            }
-            Sending::Block { left_in_block, separation_us, next_us } if time_us >= next_us => {
-                let rest = self.bytes.get(self.sent..)?;
-                let part = rest.get(..rest.len().min(SINGLE_BYTES))?;
-                self.index = self.index.wrapping_add(1) & 0xf;
-                let payload = headed(0x20 | self.index, part);
-                self.sent = self.sent.saturating_add(part.len());
-                let left_in_block = left_in_block.map(|left| left.saturating_sub(1));
-                self.stage = if self.sent >= self.bytes.len() {
-                    Sending::Idle
-                } else if left_in_block == Some(0) {
-                    Sending::Waiting { since_us: time_us, waits: 0 }
-                } else {
-                    let next_us = time_us.saturating_add(separation_us);
-                    Sending::Block { left_in_block, separation_us, next_us }
-                };
-                Some(payload)
-            }
-            _ => None,
-        }
-    }
-
-    fn flow_control(&mut self, time_us: u64, status: u8, rest: &[u8]) -> Result<(), TransferError> {
-        let Sending::Waiting { waits, .. } = self.stage else {
-            return Ok(());
-        };
-        let (block, separation) = match *rest {
-            [block, separation, ..] => (block, separation),
-            _ => (0, 0),
-        };
-        self.stage = match status {
-            0 => Sending::Block {
-                left_in_block: (block > 0).then_some(block),
-                separation_us: separation_us(separation),
-                next_us: time_us,
-            },
-            1 if waits < MAX_WAITS => Sending::Waiting { since_us: time_us, waits: waits.saturating_add(1) },
-            _ => Sending::Idle,
-        };
-        match (status, self.stage) {
-            (2, _) => Err(TransferError::Length),
-            (_, Sending::Idle) => Err(TransferError::FlowControl),
-            _ => Ok(()),
-        }
-    }
-
-    fn check_time(&mut self, time_us: u64) -> Result<(), TransferError> {
-        match self.stage {
-            Sending::Waiting { since_us, .. } if time_us.saturating_sub(since_us) > TIMEOUT_US => {
-                self.stage = Sending::Idle;
-                Err(TransferError::Timeout)
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
 /// The first time at which an end that was heard last at `since_us` has been silent for too long.
 fn timed_out_us(since_us: u64) -> u64 {
     since_us.saturating_add(TIMEOUT_US).saturating_add(1)
-}
-
-/// The shortest time between consecutive frames that a receiver asked for; reserved values mean the longest.
-fn separation_us(code: u8) -> u64 {
-    match code {
-        0..=0x7f => u64::from(code) * 1000,
-        0xf1..=0xf9 => u64::from(code & 0xf) * 100,
-        _ => 127_000,
-    }
 }
 
 fn padded(bytes: &[u8]) -> Payload {
@@ -413,14 +213,3 @@ fn padded(bytes: &[u8]) -> Payload {
     }
     payload
 }
-
-fn headed(head: u8, data: &[u8]) -> Payload {
-    let mut payload = padded(&[head]);
-    for (place, &byte) in payload.iter_mut().skip(1).zip(data) {
-        *place = byte;
-    }
-    payload
-}
-
-#[cfg(test)]
-mod tests;

@@ -1,5 +1,8 @@
 //! What the messages are.
 
+use core::error::Error;
+use core::fmt;
+
 use crate::model::Pair;
 use crate::reading::{Keyphasor, ProbeVector};
 use crate::state::{NodeState, Reason, Status};
@@ -51,6 +54,18 @@ pub const TYPE_ANSWER_PART: u8 = 53;
 pub const TYPE_VERSION: u8 = 62;
 /// Type of [`Message::VersionQuery`].
 pub const TYPE_VERSION_QUERY: u8 = 63;
+/// Type of the first frame of a reading's seal.
+#[cfg(feature = "seal")]
+pub const TYPE_READING_FRESHNESS: u8 = 30;
+/// Type of the second frame of a reading's seal.
+#[cfg(feature = "seal")]
+pub const TYPE_READING_CODE: u8 = 31;
+/// Type of the first frame of the seal on what a node tells.
+#[cfg(feature = "seal")]
+pub const TYPE_TOLD_FRESHNESS: u8 = 45;
+/// Type of the second frame of the seal on what a node tells.
+#[cfg(feature = "seal")]
+pub const TYPE_TOLD_CODE: u8 = 46;
 
 /// Status flag: the reading is suspicious.
 pub const FLAG_SUSPICIOUS: u8 = 1;
@@ -224,3 +239,15 @@ pub enum CanError {
     /// A byte with few allowed values has another.
     BadValue,
 }
+
+impl fmt::Display for CanError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::UnknownType => "the frame's type is not one of this protocol version",
+            Self::WrongLength => "the frame does not have eight bytes",
+            Self::BadValue => "a byte of the frame has a value that is not allowed",
+        })
+    }
+}
+
+impl Error for CanError {}

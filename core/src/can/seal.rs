@@ -24,6 +24,9 @@
 //! assert_eq!(hear(50_000), Some(Err(SealError::Replayed)));
 //! ```
 
+use core::error::Error;
+use core::fmt;
+
 use heapless::Vec;
 use hmac::{Hmac, Mac};
 use sha2::Sha256;
@@ -34,16 +37,8 @@ use super::message::{
     TYPE_HEARTBEAT, TYPE_MODEL, TYPE_READING_END, TYPE_READING_START, TYPE_RESULT_END, TYPE_STATE,
     TYPE_STATUS,
 };
+pub use super::message::{TYPE_READING_CODE, TYPE_READING_FRESHNESS, TYPE_TOLD_CODE, TYPE_TOLD_FRESHNESS};
 use crate::command::Key;
-
-/// Type of the first frame of a reading's seal.
-pub const TYPE_READING_FRESHNESS: u8 = 30;
-/// Type of the second.
-pub const TYPE_READING_CODE: u8 = 31;
-/// Type of the first frame of the seal on what a node tells.
-pub const TYPE_TOLD_FRESHNESS: u8 = 45;
-/// Type of the second.
-pub const TYPE_TOLD_CODE: u8 = 46;
 
 /// Frames of a seal.
 pub const SEAL_FRAMES: usize = 2;
@@ -81,6 +76,18 @@ pub enum SealError {
     /// The code is right and its freshness not above the last one.
     Replayed,
 }
+
+impl fmt::Display for SealError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Incomplete => "frames of the group or of its seal are missing or late",
+            Self::Forged => "the authentication code was not made with this key over these frames",
+            Self::Replayed => "the freshness is not above that of the last group taken",
+        })
+    }
+}
+
+impl Error for SealError {}
 
 impl Direction {
     /// Types of the seal's two frames.

@@ -4,6 +4,8 @@ use super::{Averaged, noise_floor_um};
 use crate::model::Model;
 use crate::reading::MAX_PROBES;
 use crate::residual::Residual;
+use crate::state::Reason;
+use crate::thresholds::Thresholds;
 use crate::track::Estimate;
 
 /// What one reading says, for [`Judge::update`](super::Judge::update).
@@ -44,6 +46,22 @@ impl Evidence {
             redundancy: estimate.redundancy,
             floor_um: noise_floor_um(averaged.variance * square_um2, estimate.residual.features),
             bearings,
+        }
+    }
+
+    /// Residual up to which nothing is suspicious, µm: the floor of the noise or of the thresholds, whichever is greater.
+    pub fn greater_floor_um(&self, thresholds: &Thresholds) -> f32 {
+        self.floor_um.max(thresholds.floor_um)
+    }
+
+    /// [`Reason::NoRedundancy`] or [`Reason::BelowNoise`] if the reading says nothing about the model.
+    pub fn why_unjudged(&self, thresholds: &Thresholds) -> Option<Reason> {
+        if self.redundancy == 0 {
+            Some(Reason::NoRedundancy)
+        } else if self.residual.f_um <= self.greater_floor_um(thresholds) {
+            Some(Reason::BelowNoise)
+        } else {
+            None
         }
     }
 }

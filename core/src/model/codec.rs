@@ -19,8 +19,6 @@ use postcard::ser_flavors::Flavor;
 use serde::Deserialize;
 
 use crate::checksum::{self, Digest};
-#[cfg(feature = "can")]
-use crate::numerics::Numerics;
 use crate::packed::{pack_checked, unpack};
 
 use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError, Noise};
@@ -98,36 +96,6 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     /// The CRC-32 that [`Model::encode`] appends: which model this is.
     pub fn checksum(&self) -> u32 {
         postcard::serialize_with_flavor(self, Checksum(checksum::begin())).unwrap_or_default()
-    }
-
-    /// Reads what [`Model::encode`] wrote and checks it. Bytes after the checksum are ignored, so that a whole page of
-    /// flash may be handed in.
-    ///
-    /// Errors: [`ModelError::Schema`], [`ModelError::BasisSize`], [`ModelError::Probes`] and [`ModelError::Planes`] (more
-    /// than fit; see [`Model::counts`]), [`ModelError::Encoding`], and those of [`Model::check`].
-    #[inline(never)]
-    pub fn decode(bytes: &[u8]) -> Result<Self, ModelError> {
-        // One variable, returned as it is: a model is not small, and a second copy would be on the stack.
-        let mut decoded = Ok(Self::EMPTY);
-        if let Ok(model) = &mut decoded
-            && let Err(error) = model.read(bytes).and_then(|_| model.check())
-        {
-            decoded = Err(error);
-        }
-        decoded
-    }
-
-    /// Which machine these bytes are of, if [`Model::decode`] would take them; the model that is tried is on the stack only
-    /// as long.
-    ///
-    /// Errors: those of [`Model::decode`].
-    #[inline(never)]
-    #[cfg(feature = "can")]
-    pub(crate) fn verify<C: Numerics<N, PROBES, PLANES>>(bytes: &[u8]) -> Result<[u8; 4], ModelError> {
-        let mut model = Self::EMPTY;
-        model.read(bytes)?;
-        model.check_by::<C>()?;
-        Ok(model.machine)
     }
 
     /// No terms, and nothing that could be checked.

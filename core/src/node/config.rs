@@ -1,5 +1,9 @@
 //! Settings of a node, and why it refuses some.
 
+use core::error::Error;
+use core::fmt;
+
+use crate::can::MAX_NODE;
 #[cfg(feature = "command")]
 use crate::command::Key;
 use crate::model::ModelError;
@@ -72,6 +76,18 @@ pub enum NodeError {
     /// The model was refused.
     Model(ModelError),
 }
+
+impl fmt::Display for NodeError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Node => write!(formatter, "the node's number is above {MAX_NODE}"),
+            Self::Thresholds(error) => write!(formatter, "the thresholds are refused: {error}"),
+            Self::Model(error) => write!(formatter, "the model is refused: {error}"),
+        }
+    }
+}
+
+impl Error for NodeError {}
 
 impl From<ModelError> for NodeError {
     fn from(error: ModelError) -> Self {

@@ -1,13 +1,11 @@
 //! From whole readings to estimates, verdicts and a state: what a node knows of the machine.
 
-use super::ABSURD_UM;
 use crate::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult, NumberedReading, flag_at_bound};
-use crate::judge::{Average, Evidence, Growth, Judge, Verdict};
+use crate::judge::{Evidence, Judge, Verdict};
 use crate::memory::Memory;
 use crate::model::{MAX_PLANES, Model, ModelError, Pair};
 use crate::numerics::Numerics;
-use crate::reading::Reading;
-use crate::scalar;
+use crate::stages::{Estimator, Screened, Unusable, screen};
 use crate::state::{NodeState, Reason};
 use crate::thresholds::Thresholds;
 use crate::track::{Estimate, TrackConfig, TrackError, Tracker};
@@ -17,11 +15,8 @@ pub(super) struct Monitor<const SHAPES: usize, const PROBES: usize, const PLANES
     /// Or why there is none.
     model: Result<Model<SHAPES, PROBES, PLANES>, Reason>,
     checksum: u32,
-    tracker: Option<Tracker<PLANES>>,
-    average: Average,
-    growth: Growth,
-    /// Of the unbalance last found, with the noise that averaging left.
-    deviation_g_mm: [f32; MAX_PLANES],
+    /// `None` exactly without a model.
+    estimator: Option<Estimator<PLANES>>,
     pub judge: Judge,
     pub estimate: Option<Estimate>,
     pub verdict: Option<Verdict>,
@@ -50,10 +45,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         Self {
             model: Err(Reason::NothingStored),
             checksum: 0,
-            tracker: None,
-            average: Average::default(),
-            growth: Growth::default(),
-            deviation_g_mm: [f32::NAN; MAX_PLANES],
+            estimator: None,
             judge: Judge::default(),
             estimate: None,
             verdict: None,
@@ -72,7 +64,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
     }
 
     pub fn last_g_mm(&self) -> &[Pair] {
-        self.tracker.as_ref().map_or(&[], Tracker::last_g_mm)
+        self.estimator.as_ref().map_or(&[], Estimator::last_g_mm)
     }
 
     /// Decodes a model to where it stays. `is_on_trial`: the one that is there is, and goes on if the bytes are the same.
@@ -102,7 +94,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
     pub fn lack(&mut self, reason: Reason) {
         self.model = Err(reason);
         self.checksum = 0;
-        self.tracker = None;
+        self.estimator = None;
         self.forget();
     }
 
@@ -118,20 +110,20 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             return;
         };
         let mut last_g_mm = [[f32::NAN; 2]; MAX_PLANES];
-        let known = self.tracker.as_ref().map_or(&[][..], Tracker::last_g_mm);
+        let known = self.last_g_mm();
         if known.len() == model.planes.len() {
             for (place, &last) in last_g_mm.iter_mut().zip(known) {
                 *place = last;
             }
         }
-        self.tracker = Some(Tracker::resume(model, &last_g_mm));
+        self.estimator = Some(Estimator::new(Tracker::resume(model, &last_g_mm), &[]));
         self.forget();
         self.judge = Judge::default();
     }
 
     /// Begins a new record; a latched flag stays up.
     pub fn restart(&mut self) {
-        self.tracker = self.model().map(Tracker::new);
+        self.estimator = self.model().map(|model| Estimator::new(Tracker::new(model), &[]));
         self.forget();
         self.judge = Judge::latched_only(&self.judge);
     }
@@ -145,23 +137,19 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             return false;
         }
         let tracker = Tracker::resume(model, &memory.unbalance_g_mm);
+        self.estimator = Some(Estimator::new(tracker, &memory.most_g_mm));
         self.forget();
-        self.growth = Growth::resume(&memory.most_g_mm, tracker.last_g_mm());
-        self.tracker = Some(tracker);
         self.judge = memory.judge();
         true
     }
 
     /// What is to be remembered, with that judge.
     pub fn memory(&self, judge: &Judge) -> Memory {
-        let last_g_mm = self.last_g_mm();
-        Memory::new(self.checksum, judge, last_g_mm, &self.growth.most_g_mm(last_g_mm, &self.deviation_g_mm))
+        let most_g_mm = self.estimator.as_ref().map_or([f32::MAX; MAX_PLANES], Estimator::most_g_mm);
+        Memory::new(self.checksum, judge, self.last_g_mm(), &most_g_mm)
     }
 
     fn forget(&mut self) {
-        self.average = Average::default();
-        self.growth = Growth::resume(&[], self.last_g_mm());
-        self.deviation_g_mm = [f32::NAN; MAX_PLANES];
         (self.estimate, self.verdict, self.blind) = (None, None, None);
         self.missing = (0, Reason::None);
     }
@@ -191,45 +179,17 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         time_us: u64,
         numbered: &NumberedReading,
     ) -> Evaluated {
-        let mut reading = numbered.reading;
-        let (Ok(model), Some(tracker)) = (&self.model, &mut self.tracker) else {
+        let (Ok(model), Some(estimator)) = (&self.model, &mut self.estimator) else {
             return Evaluated::Unmodelled;
         };
-        let all = all_probes(&reading);
-        let gaps = probes_out_of_gap(&reading, thresholds.gap_range_v);
-        self.missing = (0, Reason::None);
-        let impossible = if reading.probes().len() != model.probes.len() {
-            Some(Reason::ProbeCount)
-        } else if !numbered.keyphasor.is_usable() {
-            self.blind = Some(Reason::Keyphasor);
-            return Evaluated::Skipped;
-        } else if !model.covers(reading.speed_rpm) {
-            Some(Reason::Speed)
-        } else if is_absurd(&reading) {
-            Some(Reason::Absurd)
-        } else {
-            None
+        let screened = match screen(model, thresholds, numbered.keyphasor, &numbered.reading) {
+            Ok(screened) => screened,
+            Err(unusable) => return self.pass_over(unusable),
         };
-        if impossible.is_some() {
-            self.blind = impossible;
-            return Evaluated::Rejected;
-        }
-        reading.lose(gaps);
-        let missing_mask = all & !reading.valid_mask();
-        let why_missing = match (missing_mask, gaps) {
-            (0, _) => Reason::None,
-            (_, 0) => Reason::Probes,
-            _ => Reason::Gap,
-        };
-        self.missing = (missing_mask, why_missing);
-        if missing_mask == all {
-            self.blind = Some(why_missing);
-            return Evaluated::Skipped;
-        }
-        let averaged = self.average.update(thresholds.average_s, time_us, &reading);
-        let bounds_g_mm =
-            self.growth.bounds_g_mm(thresholds, time_us, tracker.last_g_mm(), &self.deviation_g_mm);
-        let estimate = match C::update(tracker, track, model, &averaged.reading, &bounds_g_mm) {
+        self.missing = (screened.missing_mask, screened.why_missing);
+        let averaged = estimator.average(thresholds, time_us, &screened.reading);
+        let bounds_g_mm = estimator.bound(thresholds, time_us);
+        let estimate = match estimator.estimate::<C, _, _>(track, model, &averaged, &bounds_g_mm) {
             Ok(estimate) => estimate,
             Err(error) => {
                 self.blind = Some(why_blind(error));
@@ -237,49 +197,71 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             }
         };
         let evidence = Evidence::new(model, &estimate, &averaged);
-        let floor_um = evidence.floor_um.max(thresholds.floor_um);
-        self.blind = if estimate.redundancy == 0 {
-            Some(Reason::NoRedundancy)
-        } else if estimate.residual.f_um <= floor_um {
-            Some(Reason::BelowNoise)
-        } else {
-            None
+        let judged = match evidence.why_unjudged(thresholds) {
+            None => Ok(self.judge.update(thresholds, time_us, &evidence)),
+            Some(reason) => Err(reason),
         };
-        let mut result = MonitorResult {
-            sequence: numbered.sequence,
-            flags: 0,
-            suspect: None,
-            redundancy: estimate.redundancy,
-            streak: 0,
-            used_mask: reading.valid_mask(),
-            reason: self.blind.unwrap_or(why_missing),
-            planes: estimate.planes,
-            unbalance_g_mm: estimate.unbalance_g_mm,
-            static_g_mm: estimate.static_g_mm,
-            dynamic_g_mm: estimate.dynamic_g_mm,
-            e_um: estimate.residual.e_um,
-            ratio: estimate.residual.ratio,
-            floor_um,
-            level_um: 0.0,
-        };
-        for (plane, at_bound) in (0..).zip(estimate.at_bound) {
-            result.flags |= if at_bound { flag_at_bound(plane) } else { 0 };
-        }
-        let share = scalar::sqrt(averaged.variance);
-        self.deviation_g_mm = estimate.deviation_g_mm.map(|deviation| share * deviation);
+        let floor_um = evidence.greater_floor_um(thresholds);
+        let result = result_of(numbered.sequence, &screened, &estimate, floor_um, &judged);
         self.estimate = Some(estimate);
-        if self.blind.is_none() {
-            let verdict = self.judge.update(thresholds, time_us, &evidence);
+        self.blind = judged.err();
+        self.verdict = judged.ok().or(self.verdict);
+        Evaluated::Estimated { result, partial: screened.missing_mask != 0 }
+    }
+
+    fn pass_over(&mut self, unusable: Unusable) -> Evaluated {
+        let (evaluated, reason, missing) = match unusable {
+            Unusable::Rejected(reason) => (Evaluated::Rejected, reason, (0, Reason::None)),
+            Unusable::Skipped { reason, missing_mask: 0 } => (Evaluated::Skipped, reason, (0, Reason::None)),
+            Unusable::Skipped { reason, missing_mask } => {
+                (Evaluated::Skipped, reason, (missing_mask, reason))
+            }
+        };
+        (self.blind, self.missing) = (Some(reason), missing);
+        evaluated
+    }
+}
+
+/// The estimate of a screened reading as a result, with its verdict or why it has none.
+fn result_of(
+    sequence: u16,
+    screened: &Screened,
+    estimate: &Estimate,
+    floor_um: f32,
+    judged: &Result<Verdict, Reason>,
+) -> MonitorResult {
+    let mut result = MonitorResult {
+        sequence,
+        flags: 0,
+        suspect: None,
+        redundancy: estimate.redundancy,
+        streak: 0,
+        used_mask: screened.reading.valid_mask(),
+        reason: screened.why_missing,
+        planes: estimate.planes,
+        unbalance_g_mm: estimate.unbalance_g_mm,
+        static_g_mm: estimate.static_g_mm,
+        dynamic_g_mm: estimate.dynamic_g_mm,
+        e_um: estimate.residual.e_um,
+        ratio: estimate.residual.ratio,
+        floor_um,
+        level_um: 0.0,
+    };
+    for (plane, at_bound) in (0..).zip(estimate.at_bound) {
+        result.flags |= if at_bound { flag_at_bound(plane) } else { 0 };
+    }
+    match judged {
+        Err(reason) => result.reason = *reason,
+        Ok(verdict) => {
             if verdict.is_suspicious() {
                 result.flags |= FLAG_SUSPICIOUS | if verdict.flagged { FLAG_FLAGGED } else { 0 };
                 result.reason = verdict.reason;
             }
             (result.suspect, result.streak, result.level_um) =
                 (verdict.suspect, verdict.streak, verdict.level_um);
-            self.verdict = Some(verdict);
         }
-        Evaluated::Estimated { result, partial: missing_mask != 0 }
     }
+    result
 }
 
 fn why_blind(error: TrackError) -> Reason {
@@ -290,20 +272,4 @@ fn why_blind(error: TrackError) -> Reason {
         TrackError::Undetermined => Reason::Undetermined,
         TrackError::ProbeCount => Reason::ProbeCount,
     }
-}
-
-/// A feature no probe can show. A lost probe (NaN) is not absurd.
-fn is_absurd(reading: &Reading) -> bool {
-    reading.probes().iter().any(|probe| probe.cos_um.abs() > ABSURD_UM || probe.sin_um.abs() > ABSURD_UM)
-}
-
-fn all_probes(reading: &Reading) -> u8 {
-    reading.probes().iter().fold(0, |mask, _| mask << 1 | 1)
-}
-
-/// Probes whose gap voltage is stated and outside of the range.
-fn probes_out_of_gap(reading: &Reading, [lowest_v, highest_v]: [f32; 2]) -> u8 {
-    let is_out = |gap_v: f32| gap_v.is_finite() && !(lowest_v..=highest_v).contains(&gap_v);
-    let gaps = reading.gaps_v().iter().enumerate();
-    gaps.fold(0, |mask, (probe, &gap_v)| mask | u8::from(is_out(gap_v)) << probe)
 }

@@ -4,7 +4,8 @@ use core::array;
 use core::mem;
 
 use super::C;
-use super::motion::{Equations, Motion, Whirl};
+use super::equations::{Coupling, Equations};
+use super::motion::{Motion, Whirl};
 use crate::linear::{self, Row};
 use crate::scalar;
 
@@ -15,14 +16,6 @@ const STRONGEST: f32 = 16.0;
 const SMALLEST_PIVOT: f32 = 1.0 / 32.0;
 /// Supports that are corrected for, at most; a model with more is eliminated as a whole.
 const MAX_COUPLED: usize = 3;
-
-/// What ties forward to backward whirl at a support: `Fp += φφᵀ·pm·m`, `Fm += φφᵀ·mp·p`.
-#[derive(Clone, Copy)]
-pub(super) struct Coupling<const N: usize> {
-    pub shape: [f32; N],
-    pub pm: C,
-    pub mp: C,
-}
 
 /// φ·x.
 #[inline]

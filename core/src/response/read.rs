@@ -5,7 +5,8 @@ use core::array;
 use nalgebra::SVector;
 
 use super::coupled::at;
-use super::motion::{Motion, Whirl, whirling};
+use super::equations::whirling;
+use super::motion::{Motion, Whirl};
 use super::{C, Linear, Response, ResponseError, SupportAmplitudes};
 use crate::model::{Model, Pair, Probe};
 use crate::scalar;

@@ -1,5 +1,6 @@
 use std::vec::Vec;
 
+use super::outgoing::separation_us;
 use super::*;
 
 type Host = IsoTp<64, 4095>;

@@ -1,8 +1,8 @@
-//! Whether a model can be run at all.
+//! A model is checked before it is taken: from its bytes, or as it is.
 
 use nalgebra::{Complex, SMatrix};
 
-use super::{MAX_PLANES, Model, ModelError, Pedestal};
+use crate::model::{MAX_PLANES, Model, ModelError, Pedestal};
 use crate::numerics::{InPlace, Numerics};
 use crate::reading::{MAX_PROBES, rad_s};
 use crate::response::{Response, SupportAmplitudes};
@@ -19,6 +19,36 @@ const SYMMETRY: f32 = 1e-4;
 const DIRECTION: f32 = 0.02;
 
 impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, PLANES> {
+    /// Reads what [`Model::encode`] wrote and checks it. Bytes after the checksum are ignored, so that a whole page of
+    /// flash may be handed in.
+    ///
+    /// Errors: [`ModelError::Schema`], [`ModelError::BasisSize`], [`ModelError::Probes`] and [`ModelError::Planes`] (more
+    /// than fit; see [`Model::counts`]), [`ModelError::Encoding`], and those of [`Model::check`].
+    #[inline(never)]
+    pub fn decode(bytes: &[u8]) -> Result<Self, ModelError> {
+        // One variable, returned as it is: a model is not small, and a second copy would be on the stack.
+        let mut decoded = Ok(Self::EMPTY);
+        if let Ok(model) = &mut decoded
+            && let Err(error) = model.read(bytes).and_then(|_| model.check())
+        {
+            decoded = Err(error);
+        }
+        decoded
+    }
+
+    /// Which machine these bytes are of, if [`Model::decode`] would take them; the model that is tried is on the stack only
+    /// as long.
+    ///
+    /// Errors: those of [`Model::decode`].
+    #[inline(never)]
+    #[cfg(feature = "can")]
+    pub(crate) fn verify<C: Numerics<N, PROBES, PLANES>>(bytes: &[u8]) -> Result<[u8; 4], ModelError> {
+        let mut model = Self::EMPTY;
+        model.read(bytes)?;
+        model.check_by::<C>()?;
+        Ok(model.machine)
+    }
+
     /// Every number finite, at least a plane, a probe and two supports, symmetric matrices, positive masses, a speed range
     /// and speed tables in order, mounts that exist, and a finite, well-conditioned response at the range's ends and middle.
     ///
