@@ -7,7 +7,8 @@ use clap::Args;
 use rotor_edge_desktop::diagnose::add;
 use serde_json::json;
 
-use super::diagnose::report::{self, Fitted};
+use super::diagnose::fitted::Fitted;
+use super::diagnose::report;
 use super::diagnose::{self, machine};
 use super::output::{self, Json};
 use crate::command::shell;

@@ -14,7 +14,8 @@ use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::diagnose::report::{self, Fitted};
+use super::diagnose::fitted::Fitted;
+use super::diagnose::report;
 use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};

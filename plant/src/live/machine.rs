@@ -8,7 +8,7 @@ use rusqlite::{Connection, OptionalExtension as _};
 
 use super::glance::Glance;
 use super::page::{ago_us, moment, path, said, seen};
-use super::{alarm, jobs};
+use super::jobs;
 use crate::fleet::queue;
 
 /// Changes of state and jobs that are listed.
