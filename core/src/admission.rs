@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, SMatrix};
 
-use crate::model::{MAX_PLANES, Model, ModelError, Pedestal};
+use crate::model::{Knot, MAX_PLANES, Model, ModelError, Pedestal, Probe, Support};
 use crate::numerics::{InPlace, Numerics};
 use crate::reading::{MAX_PROBES, rad_s};
 use crate::response::{Response, SupportAmplitudes};
@@ -148,32 +148,37 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
             && all(&self.speed_range_rpm)
             && all(self.initial_unbalance_g_mm.as_flattened())
             && self.planes.iter().all(|shape| all(shape.data.0.as_flattened()))
-            && self.supports.iter().all(|support| {
-                all(support.shape.data.0.as_flattened())
-                    && all(support.stiffness_n_m.as_flattened())
-                    && all(support.damping_n_s_m.as_flattened())
-                    && all(&[support.mass_kg, support.stiffness_slope])
-                    && all(&[support.reference_speed_rad_s, support.hardening_per_um2])
-                    && support.pedestal.is_none_or(|Pedestal { stiffness_n_m, damping_n_s_m, mass_kg }| {
-                        all([stiffness_n_m, damping_n_s_m, mass_kg].as_flattened())
-                    })
-            })
-            && self.knots.iter().all(|knot| {
-                knot.speed_rad_s.is_finite()
-                    && all(knot.stiffness_n_m.as_flattened())
-                    && all(knot.damping_n_s_m.as_flattened())
-            })
+            && self.supports.iter().all(is_finite_support)
+            && self.knots.iter().all(is_finite_knot)
             && self
                 .forcings
                 .iter()
                 .all(|forcing| all(forcing.shape.data.0.as_flattened()) && all(&forcing.amplitude))
-            && self.probes.iter().all(|probe| {
-                all(probe.shape.data.0.as_flattened())
-                    && all(&probe.direction)
-                    && all(&probe.gain)
-                    && all(&probe.runout_um)
-            })
+            && self.probes.iter().all(is_finite_probe)
     }
+}
+
+fn is_finite_support<const N: usize>(support: &Support<N>) -> bool {
+    let pedestal = support.pedestal.as_ref();
+    all(support.shape.data.0.as_flattened())
+        && all(support.stiffness_n_m.as_flattened())
+        && all(support.damping_n_s_m.as_flattened())
+        && all(&[support.mass_kg, support.stiffness_slope])
+        && all(&[support.reference_speed_rad_s, support.hardening_per_um2])
+        && pedestal.is_none_or(|p| all([p.stiffness_n_m, p.damping_n_s_m, p.mass_kg].as_flattened()))
+}
+
+fn is_finite_knot(knot: &Knot) -> bool {
+    knot.speed_rad_s.is_finite()
+        && all(knot.stiffness_n_m.as_flattened())
+        && all(knot.damping_n_s_m.as_flattened())
+}
+
+fn is_finite_probe<const N: usize>(probe: &Probe<N>) -> bool {
+    all(probe.shape.data.0.as_flattened())
+        && all(&probe.direction)
+        && all(&probe.gain)
+        && all(&probe.runout_um)
 }
 
 fn influences<const PROBES: usize, const PLANES: usize>(

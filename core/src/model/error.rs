@@ -31,7 +31,7 @@ pub enum ModelError {
     BasisSize = 10,
     /// The bytes are cut short, damaged (CRC-32) or not a model.
     Encoding = 11,
-    /// The buffer for encoding is too small; see [`Model::max_size_bytes`].
+    /// The buffer for encoding is too small; see [`Model::max_size_bytes`](super::Model::max_size_bytes).
     Space = 12,
     /// A change of speed by a millionth moves the response by over a hundredth: rounding decides what it says.
     IllConditioned = 13,
