@@ -80,7 +80,6 @@ pub const QUEUE_FRAMES: usize = 32;
 /// No probe reads more than this, µm: a feature beyond it is a fault of transmission or scaling.
 pub const ABSURD_UM: f32 = 10_000.0;
 
-/// Frames of a heartbeat.
 pub const HEARTBEAT_FRAMES: usize = COUNTER_PAIRS + 3;
 
 /// A monitor for machines of up to `PROBES` probes and `PLANES` planes, modelled by `SHAPES` basis shapes: what it knows of
@@ -269,7 +268,6 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         *self.assembler.counters()
     }
 
-    /// The last estimate.
     pub fn estimate(&self) -> Option<&Estimate> {
         self.monitor.estimate.as_ref()
     }
@@ -279,7 +277,6 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         self.monitor.verdict.as_ref()
     }
 
-    /// The model in use.
     pub fn model(&self) -> Option<&Model<SHAPES, PROBES, PLANES>> {
         self.monitor.model()
     }

@@ -38,14 +38,13 @@ use crate::command::Key;
 
 /// Type of the first frame of a reading's seal.
 pub const TYPE_READING_FRESHNESS: u8 = 30;
-/// Type of the second.
+/// Type of the second frame of a reading's seal.
 pub const TYPE_READING_CODE: u8 = 31;
 /// Type of the first frame of the seal on what a node tells.
 pub const TYPE_TOLD_FRESHNESS: u8 = 45;
-/// Type of the second.
+/// Type of the second frame of that seal.
 pub const TYPE_TOLD_CODE: u8 = 46;
 
-/// Frames of a seal.
 pub const SEAL_FRAMES: usize = 2;
 /// Frames of a group, at most: those of a heartbeat.
 pub const MAX_GROUP_FRAMES: usize = COUNTER_PAIRS + 3;
