@@ -17,7 +17,6 @@ const DRAWN: usize = 10;
 pub struct Fitted {
     /// With what it leaves of them.
     pub model: Model,
-    /// The fit.
     pub best: BestFit,
 }
 
