@@ -5,15 +5,12 @@ use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 // Without a table, of 1 kB: it is wanted a few times a second over a hundred bytes, and over a model at the start.
 static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// A checksum that begins.
 pub(crate) type Digest = crc::Digest<'static, u32, NoTable>;
 
-/// Over nothing yet.
 pub(crate) fn begin() -> Digest {
     CRC.digest()
 }
 
-/// Over bytes.
 pub(crate) fn of(bytes: &[u8]) -> u32 {
     CRC.checksum(bytes)
 }

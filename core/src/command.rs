@@ -23,7 +23,6 @@ use sha2::Sha256;
 use crate::model::ModelError;
 use crate::thresholds::{THRESHOLDS_BYTES, ThresholdError, Thresholds};
 
-/// Version of this layout.
 pub const WIRE_VERSION: u8 = 2;
 /// Bytes of a device's key.
 pub const KEY_BYTES: usize = 32;
@@ -92,7 +91,6 @@ pub enum Command {
     Acknowledge = 3,
     /// Judge by the [`Thresholds`] in the body from now on.
     SetThresholds = 4,
-    /// Tell the [`Thresholds`].
     GetThresholds = 5,
     /// [`Command::Deploy`], also where the model held is of another machine.
     DeployAnother = 6,
@@ -166,7 +164,6 @@ pub enum Detail {
     /// The outcome says it all.
     #[default]
     None,
-    /// Of [`Outcome::Model`].
     Model {
         /// What is wrong with it.
         error: ModelError,
@@ -175,7 +172,6 @@ pub enum Detail {
         /// And how many the firmware holds.
         held: u8,
     },
-    /// Of [`Outcome::Thresholds`].
     Thresholds(ThresholdError),
 }
 
@@ -202,9 +198,7 @@ impl Outcome {
 /// A request whose code and counter were right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Request<'a> {
-    /// What to do.
     pub command: Command,
-    /// Its number.
     pub counter: u64,
     /// What to do it with.
     pub body: &'a [u8],
@@ -275,19 +269,16 @@ pub fn open_request<'a>(
 /// A node's answer to a request.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Answer {
-    /// Who answers.
     pub node: u8,
     /// The command's byte, as it came.
     pub command: u8,
-    /// What became of it.
     pub outcome: Outcome,
     /// Last counter accepted; zero to a request that was malformed, forged or came to a node without a key.
     pub counter: u64,
     /// [`Model::checksum`](crate::model::Model::checksum) of the model in use, zero without one.
     pub model_checksum: u32,
-    /// Why it was refused.
     pub detail: Detail,
-    /// What [`Command::GetThresholds`] asked for.
+    /// `None` unless [`Command::GetThresholds`] was accepted.
     pub thresholds: Option<Thresholds>,
 }
 

@@ -47,7 +47,6 @@ pub struct ExtractionConfig {
     pub gap_range_mv: [f32; 2],
     /// Lowest and highest count of the converter: a sample there is clipped.
     pub rails: [i16; 2],
-    /// Turns in a reading.
     pub revolutions: u16,
     /// Largest change of speed within a reading, relative.
     pub largest_drift: f32,

@@ -63,7 +63,6 @@ impl<const PROBES: usize, const PLANES: usize> Fit<PROBES, PLANES> {
         )
     }
 
-    /// Planes of the problem.
     pub fn planes(&self) -> usize {
         self.planes
     }

@@ -57,7 +57,6 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// The reading is suspicious.
     pub fn is_suspicious(&self) -> bool {
         self.reason != Reason::None
     }
@@ -67,7 +66,6 @@ impl Verdict {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Latched {
-    /// Why it was raised.
     pub cause: Reason,
     /// The bearing suspected then, from zero.
     pub suspect: Option<u8>,
@@ -83,7 +81,7 @@ pub(crate) struct Learned {
     /// What has gone into the reference.
     pub taught_s: f32,
     pub taught_readings: u8,
-    /// Suspicion that lasts.
+    /// Suspicious readings in a row.
     pub streak: u16,
     pub suspicious_s: f32,
     pub latched: Option<Latched>,

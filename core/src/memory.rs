@@ -10,7 +10,6 @@ use crate::state::Reason;
 
 /// Bytes of the largest memory.
 pub const MEMORY_BYTES: usize = 96;
-/// An encoded memory.
 pub type MemoryBytes = Vec<u8, MEMORY_BYTES>;
 
 const VERSION: u8 = 1;
@@ -31,9 +30,8 @@ pub struct Memory {
     /// Cause of the latched flag, zero without one.
     cause: u8,
     suspect: Option<u8>,
-    /// The unbalance last found.
     pub unbalance_g_mm: Vec<Pair, MAX_PLANES>,
-    /// And what it is at most, [`Growth::most_g_mm`](crate::judge::Growth::most_g_mm).
+    /// Upper limit of the unbalance, [`Growth::most_g_mm`](crate::judge::Growth::most_g_mm).
     pub most_g_mm: Vec<f32, MAX_PLANES>,
 }
 
@@ -63,7 +61,6 @@ impl Memory {
         }
     }
 
-    /// The bytes for [`Memory::decode`].
     pub fn encode(&self) -> MemoryBytes {
         let mut buffer = [0; MEMORY_BYTES];
         // The buffer has room for the largest; a memory that was not written is refused when it is read.

@@ -96,7 +96,6 @@ impl Noise {
         self.relative * measured.amplitude_um() + self.floor_um
     }
 
-    /// Something was stated.
     pub fn is_stated(self) -> bool {
         self.relative > 0.0 || self.floor_um > 0.0
     }
@@ -134,14 +133,12 @@ pub struct Support<const N: usize> {
 pub struct Table {
     /// Place of the first in [`Model::knots`].
     pub first: u8,
-    /// How many.
     pub count: u8,
 }
 
 /// Coefficients at one speed; in between they are interpolated on a straight line, outside they stay.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Knot {
-    /// Speed of rotation, rad/s.
     pub speed_rad_s: f32,
     /// `[[kxx, kxy], [kyx, kyy]]`, N/m.
     pub stiffness_n_m: [Pair; 2],
@@ -207,7 +204,6 @@ pub struct Probe<const N: usize> {
 pub struct Counts {
     /// Basis shapes in one plane; these must match exactly.
     pub shapes: u8,
-    /// Probes.
     pub probes: u8,
     /// Planes whose unbalance is tracked.
     pub planes: u8,

@@ -79,7 +79,6 @@ use uncommanded::Desk;
 /// Frames waiting to be sent, at most.
 pub const QUEUE_FRAMES: usize = 32;
 
-/// Frames of a heartbeat.
 pub const HEARTBEAT_FRAMES: usize = COUNTER_PAIRS + 3;
 
 /// A monitor for machines of up to `PROBES` probes and `PLANES` planes, modelled by `SHAPES` basis shapes: what it knows of
@@ -268,7 +267,6 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         *self.assembler.counters()
     }
 
-    /// The last estimate.
     pub fn estimate(&self) -> Option<&Estimate> {
         self.monitor.estimate.as_ref()
     }
@@ -278,7 +276,6 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         self.monitor.verdict.as_ref()
     }
 
-    /// The model in use.
     pub fn model(&self) -> Option<&Model<SHAPES, PROBES, PLANES>> {
         self.monitor.model()
     }

@@ -53,7 +53,6 @@ impl<const PLANES: usize> Best<PLANES> {
     }
 }
 
-/// What the polish found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Polished<const PLANES: usize> {
     /// The unbalance, g·mm, within the bounds.

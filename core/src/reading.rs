@@ -80,7 +80,6 @@ impl ProbeVector {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reading {
-    /// Speed of rotation, rpm.
     pub speed_rpm: f32,
     probes: [ProbeVector; MAX_PROBES],
     gaps_v: [f32; MAX_PROBES],
@@ -135,7 +134,6 @@ impl Reading {
         self.speed_rpm.is_finite() && self.probes().iter().all(|probe| probe.is_finite())
     }
 
-    /// Speed of rotation, rad/s.
     pub fn speed_rad_s(&self) -> f32 {
         rad_s(self.speed_rpm)
     }
@@ -146,7 +144,6 @@ impl Reading {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Keyphasor {
-    /// Nothing was said.
     #[default]
     NotStated,
     /// One mark a turn, steady.

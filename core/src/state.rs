@@ -35,10 +35,8 @@ pub enum NodeState {
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Reason {
-    /// Nothing to be said.
     #[default]
     None = 0,
-    /// No reading arrives.
     NoReading = 1,
     /// The last judged reading is older than the age limit.
     Age = 2,
@@ -143,7 +141,6 @@ impl Reason {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status {
-    /// What it is doing.
     pub state: NodeState,
     /// Why; beside a latched flag, what is the matter at present.
     pub reason: Reason,

@@ -25,7 +25,7 @@ impl<const N: usize> Support<N> {
         }
     }
 
-    /// Without the pedestal.
+    /// Dynamic stiffness without the pedestal, N/m.
     #[inline]
     fn bearing(&self, knots: &[Knot], speed_rad_s: f32, amplitude_um: Pair) -> Block {
         let slope = if self.reference_speed_rad_s == 0.0 {
@@ -95,7 +95,7 @@ fn add(sum: &mut [Pair; 2], other: &[Pair; 2]) {
 }
 
 impl Pedestal {
-    /// Along x and y.
+    /// Along x and y, N/m.
     #[inline]
     fn dynamic_stiffness(&self, speed_rad_s: f32) -> [C; 2] {
         let [kx, ky] = self.stiffness_n_m;

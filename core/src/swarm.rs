@@ -12,10 +12,8 @@ use crate::fit::Fit;
 use crate::model::Pair;
 use crate::scalar;
 
-/// Particles unless said otherwise.
 pub const DEFAULT_PARTICLES: usize = 16;
 
-/// How the particles move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SwarmConfig {
     /// Moves of the whole swarm.

@@ -9,11 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::packed::unpack;
 
-/// Version of the layout.
 const VERSION: u8 = 1;
-/// Bytes of encoded thresholds.
 pub const THRESHOLDS_BYTES: usize = 1 + 13 * 4 + 2;
-/// Encoded thresholds.
 pub type ThresholdBytes = [u8; THRESHOLDS_BYTES];
 
 const DAY_S: f32 = 86_400.0;
@@ -63,27 +60,19 @@ pub struct Thresholds {
 pub enum ThresholdError {
     /// Not the bytes of thresholds.
     Encoding = 1,
-    /// [`Thresholds::rise`].
     Rise = 2,
-    /// [`Thresholds::ratio_limit`].
     RatioLimit = 3,
-    /// [`Thresholds::ratio_floor`].
     RatioFloor = 4,
-    /// [`Thresholds::floor_um`].
     Floor = 5,
-    /// [`Thresholds::average_s`].
     Average = 6,
     /// [`Thresholds::persistence_s`] or [`Thresholds::persistence_readings`].
     Persistence = 7,
-    /// [`Thresholds::level_s`].
     Level = 8,
     /// [`Thresholds::learning_s`] or [`Thresholds::learning_readings`].
     Learning = 9,
     /// [`Thresholds::growth`] or [`Thresholds::growth_s`].
     Growth = 10,
-    /// [`Thresholds::age_limit_s`].
     AgeLimit = 11,
-    /// [`Thresholds::gap_range_v`].
     GapRange = 12,
 }
 
@@ -133,7 +122,6 @@ impl ThresholdError {
 }
 
 impl Thresholds {
-    /// The defaults.
     pub const DEFAULT: Self = Self {
         rise: 0.5,
         ratio_limit: 1.0 / 3.0,
@@ -177,7 +165,6 @@ impl Thresholds {
         wrong.map_or(Ok(()), |&(_, _, error)| Err(error))
     }
 
-    /// The bytes for [`Thresholds::decode`].
     pub fn encode(&self) -> ThresholdBytes {
         let mut bytes = [0; THRESHOLDS_BYTES];
         let [version, body @ ..] = &mut bytes;

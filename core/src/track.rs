@@ -100,7 +100,6 @@ impl From<ResponseError> for TrackError {
 pub struct Estimate {
     /// `[U cos α, U sin α]` of each plane, g·mm; zero for planes that are not there.
     pub unbalance_g_mm: [Pair; MAX_PLANES],
-    /// Planes of the model.
     pub planes: u8,
     /// Static unbalance, the vector sum of the planes, g·mm.
     pub static_g_mm: Pair,
@@ -112,7 +111,6 @@ pub struct Estimate {
     pub deviation_g_mm: [f32; MAX_PLANES],
     /// What the probes would show for this unbalance; [`ProbeVector::LOST`] beyond the model's probes.
     pub calculated: [ProbeVector; MAX_PROBES],
-    /// Calculated against measured.
     pub residual: Residual,
     /// The plane's unbalance lies on its bound: it may be greater than stated.
     pub at_bound: [bool; MAX_PLANES],

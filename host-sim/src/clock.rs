@@ -9,11 +9,9 @@ pub trait Clock: Sync {
     fn now_us(&self) -> u64;
 }
 
-/// Time as it passes.
 pub struct RealTime(Instant);
 
 impl RealTime {
-    /// Begins at zero.
     pub fn start() -> Self {
         Self(Instant::now())
     }

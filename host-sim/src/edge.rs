@@ -20,7 +20,6 @@ use rotor_edge_desktop::unbalance::{G_MM, phasor_kg_m};
 pub const SHAPES: usize = 6;
 /// The model of the largest controller: of a smaller one that holds the same model, the results are the same to the bit.
 pub type EdgeModel = Model<SHAPES, MAX_PROBES, MAX_PLANES>;
-/// A controller's node.
 pub type EdgeNode = Node<SHAPES, MAX_PROBES, MAX_PLANES>;
 
 /// Speeds that the model is for, relative to the fastest in the data it was made for. Outside of it a

@@ -16,10 +16,8 @@ const TOGETHER: Duration = Duration::from_millis(500);
 /// Wait before a server that is gone is asked again.
 const AGAIN: Duration = Duration::from_secs(1);
 
-/// What came of it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Totals {
-    /// Items that are stored.
     pub stored: u64,
     /// Messages that are no items and were set aside.
     pub strange: u64,

@@ -16,7 +16,6 @@ use crate::store::{MIGRATIONS, VERSION, rows};
 /// Of whoever brings the schema up to date.
 const MIGRATING: i64 = 0x726f_746f;
 
-/// Items in a database.
 pub struct Database {
     client: Client,
     address: String,

@@ -22,12 +22,10 @@ const US_A_DAY: i64 = 86_400_000_000;
 /// Rows that are held in memory and written together.
 const ROWS_A_GROUP: usize = 100_000;
 
-/// What came of it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Totals {
     /// Files that are new, or are new again because their day has got more rows.
     pub written: usize,
-    /// Rows in them.
     pub rows: u64,
     /// Files that held all rows of their day.
     pub left: usize,

@@ -29,14 +29,11 @@ const LOOK: Duration = Duration::from_millis(100);
 pub struct Named {
     /// Its name in the plant.
     pub name: String,
-    /// Where it is.
     pub spec: BusSpec,
 }
 
-/// What came of it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Totals {
-    /// Items that are kept.
     pub kept: u64,
     /// Items for which there was no room while the keeper took none.
     pub lost: u64,

@@ -13,7 +13,6 @@ pub const SCHEMA: u32 = 1;
 /// One monitor of the plant.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Source {
-    /// Name of the plant.
     pub plant: String,
     /// Name of the bus in it.
     pub bus: String,
@@ -26,7 +25,6 @@ pub struct Source {
 pub struct Item {
     /// [`SCHEMA`] of who wrote it.
     pub schema: u32,
-    /// Whose it is.
     pub source: Source,
     /// Grows when the monitor's numbers begin again.
     pub epoch: u64,
@@ -36,11 +34,9 @@ pub struct Item {
     pub time_us: i64,
     /// Whether that clock was behind what it had said before, or before this program was written.
     pub is_clock_doubtful: bool,
-    /// What it is.
     pub body: Body,
 }
 
-/// What was told.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Body {
@@ -65,10 +61,8 @@ fn pair([cos, sin]: Pair) -> [Told; 2] {
     [told(cos), told(sin)]
 }
 
-/// A 1x reading.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
-    /// Speed, rpm.
     pub speed_rpm: Told,
     /// What is known of the phase reference, as `locked`.
     pub keyphasor: String,
@@ -83,11 +77,9 @@ pub struct Reading {
 pub struct Evaluated {
     /// The residual was too large.
     pub is_suspicious: bool,
-    /// The flag was up.
     pub is_flagged: bool,
     /// Suspected bearing, from 1.
     pub suspect: Option<u8>,
-    /// Why it was suspicious.
     pub reason: String,
     /// Suspicious readings in a row.
     pub streak: u16,
@@ -97,11 +89,8 @@ pub struct Evaluated {
     pub used_mask: u8,
     /// Cosine and sine of the unbalance of each plane, g·mm.
     pub planes_g_mm: Vec<[Told; 2]>,
-    /// Static unbalance, g·mm.
     pub static_g_mm: [Told; 2],
-    /// Dynamic unbalance, g·mm.
     pub dynamic_g_mm: [Told; 2],
-    /// Residual, µm.
     pub residual_um: Told,
     /// Residual over the sum of the features.
     pub ratio: Told,
@@ -116,7 +105,6 @@ pub struct Evaluated {
 pub struct State {
     /// What it was doing, as `tracking`.
     pub state: String,
-    /// Why.
     pub reason: String,
     /// Bit i set: probe i was missing.
     pub missing_mask: u8,
@@ -128,14 +116,11 @@ pub struct State {
     pub age_s: Told,
 }
 
-/// A sign of life.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Heartbeat {
     /// Version of the protocol that it speaks.
     pub protocol: u8,
-    /// What it was doing.
     pub state: String,
-    /// Why.
     pub reason: String,
     /// Readings that it evaluated since it started.
     pub readings: u32,
@@ -156,18 +141,13 @@ impl Body {
 /// What an item is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Kind {
-    /// A reading.
     Reading,
-    /// A result.
     Result,
-    /// A state.
     State,
-    /// A heartbeat.
     Heartbeat,
 }
 
 impl Kind {
-    /// All of them.
     pub const ALL: [Self; 4] = [Self::Reading, Self::Result, Self::State, Self::Heartbeat];
 
     /// Name of its table and of its part of a subject.

@@ -5,7 +5,6 @@ use anyhow::Result;
 use crate::item::{Item, Kind};
 use crate::numbering::Last;
 
-/// Keeps items for good.
 pub trait Keeper: Send {
     /// Has a bus for this gateway alone, as long as this lives: two that call a bus alike would number its items twice.
     ///

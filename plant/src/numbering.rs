@@ -9,11 +9,9 @@ const ANSWERED: i16 = 1_000;
 /// The last number that was given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Last {
-    /// Of it.
     pub epoch: u64,
-    /// Of it.
     pub sequence: u16,
-    /// When, µs.
+    /// When, µs since 1970.
     pub time_us: i64,
 }
 

@@ -59,7 +59,6 @@ impl Frame {
         Self { id, length: 8, payload }
     }
 
-    /// A frame without payload.
     pub(crate) fn empty(message_type: u8, node: u8) -> Self {
         Self { length: 0, ..Self::full(message_type, node, [0; 8]) }
     }
@@ -109,7 +108,6 @@ impl Frame {
         (TYPE_TO_NODE..=TYPE_ANSWER_PART).contains(&self.message_type())
     }
 
-    /// The bytes it carries.
     pub fn bytes(&self) -> &[u8] {
         self.payload.get(..usize::from(self.length)).unwrap_or_default()
     }

@@ -77,7 +77,6 @@ impl Error for TransferError {}
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Progress {
-    /// Nothing to do yet.
     None,
     /// A message is whole: see [`IsoTp::message`].
     Complete,
@@ -85,7 +84,6 @@ pub enum Progress {
     Broken(TransferError),
 }
 
-/// Eight bytes to send.
 pub type Payload = [u8; 8];
 
 /// One end of a connection that receives up to `RX` and sends up to `TX` bytes.
@@ -119,7 +117,6 @@ impl<const RX: usize, const TX: usize> Default for IsoTp<RX, TX> {
 }
 
 impl<const RX: usize, const TX: usize> IsoTp<RX, TX> {
-    /// Idle.
     pub fn new() -> Self {
         Self { incoming: Incoming::new(), outgoing: Outgoing::new() }
     }
@@ -162,7 +159,6 @@ impl<const RX: usize, const TX: usize> IsoTp<RX, TX> {
         &mut self.incoming.bytes
     }
 
-    /// What stands there.
     #[cfg(feature = "command")]
     pub(crate) fn buffered(&self) -> &[u8] {
         &self.incoming.bytes

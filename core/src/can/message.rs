@@ -12,15 +12,12 @@ pub const PROTOCOL_VERSION: u8 = 3;
 /// Oldest version whose frames still mean the same.
 pub const OLDEST_PROTOCOL_VERSION: u8 = 3;
 
-/// Type of [`Message::ReadingStart`].
 pub const TYPE_READING_START: u8 = 8;
 /// Type of the first [`Message::ProbeVector`]; the other seven follow.
 pub(super) const TYPE_VECTOR: u8 = 9;
 /// Type of the first [`Message::Gaps`]; the other follows.
 pub(super) const TYPE_GAPS: u8 = 17;
-/// Type of [`Message::ReadingEnd`].
 pub const TYPE_READING_END: u8 = 19;
-/// Type of [`Message::Status`].
 pub const TYPE_STATUS: u8 = 20;
 /// Type of the first [`Message::Unbalance`]; the other three follow.
 pub(super) const TYPE_UNBALANCE: u8 = 21;
@@ -28,21 +25,16 @@ pub(super) const TYPE_STATIC: u8 = 25;
 pub(super) const TYPE_DYNAMIC: u8 = 26;
 pub(super) const TYPE_RESIDUAL: u8 = 27;
 pub(super) const TYPE_LIMITS: u8 = 28;
-/// Type of [`Message::ResultEnd`].
 pub const TYPE_RESULT_END: u8 = 29;
-/// Type of [`Message::Heartbeat`].
 pub const TYPE_HEARTBEAT: u8 = 32;
-/// Type of [`Message::State`].
 pub const TYPE_STATE: u8 = 33;
 /// Type of the first [`Message::Counters`]; the others follow.
 pub(super) const TYPE_COUNTERS: u8 = 34;
-/// Type of [`Message::Model`].
 pub const TYPE_MODEL: u8 = 44;
 /// Type of the ISO-TP frames towards a node.
 pub const TYPE_TO_NODE: u8 = 48;
 /// Type of the ISO-TP frames from a node.
 pub const TYPE_TO_HOST: u8 = 49;
-/// Type of an [`Offer`](super::parts::Offer).
 pub const TYPE_OFFER: u8 = 50;
 /// Type of a part of a request.
 pub const TYPE_PART: u8 = 51;
@@ -50,9 +42,7 @@ pub const TYPE_PART: u8 = 51;
 pub const TYPE_HELD: u8 = 52;
 /// Type of a part of an answer.
 pub const TYPE_ANSWER_PART: u8 = 53;
-/// Type of [`Message::Version`].
 pub const TYPE_VERSION: u8 = 62;
-/// Type of [`Message::VersionQuery`].
 pub const TYPE_VERSION_QUERY: u8 = 63;
 /// Type of the first frame of a reading's seal.
 #[cfg(feature = "seal")]
@@ -95,7 +85,6 @@ pub enum Message {
         keyphasor: Keyphasor,
         /// Probes of the reading, 0 to 15 on the wire; an assembler takes 1 to 8.
         probes: u8,
-        /// Speed, rpm.
         speed_rpm: f32,
     },
     /// One probe. f32 cos, f32 sin.
@@ -114,7 +103,7 @@ pub enum Message {
     },
     /// Closes a reading. u16 sequence, u8 frames, u8 reserved, u32 checksum.
     ReadingEnd {
-        /// That of the start.
+        /// That of [`Self::ReadingStart`].
         sequence: u16,
         /// Frames before this one.
         frames: u8,
@@ -124,7 +113,6 @@ pub enum Message {
     /// Opens a result. u16 sequence, u8 flags, u8 suspect (low nibble, 0 none) and redundancy (high nibble), u16 streak,
     /// u8 mask, u8 reason.
     Status {
-        /// Number of the reading.
         sequence: u16,
         /// `FLAG_…` bits and [`flag_at_bound`].
         flags: u8,
@@ -143,7 +131,6 @@ pub enum Message {
     Unbalance {
         /// 0 to 3 (carried by the type).
         plane: u8,
-        /// g·mm.
         unbalance_g_mm: Pair,
     },
     /// Static unbalance. f32 U cos α, f32 U sin α, g·mm.
@@ -166,7 +153,7 @@ pub enum Message {
     },
     /// Closes a result. u16 sequence, u8 frames, u8 reserved, u32 checksum.
     ResultEnd {
-        /// That of the status.
+        /// That of [`Self::Status`].
         sequence: u16,
         /// Frames before this one: five and one for each plane.
         frames: u8,
@@ -179,7 +166,6 @@ pub enum Message {
         version: u8,
         /// What the node is doing.
         state: NodeState,
-        /// Why.
         reason: Reason,
         /// As in [`Status`].
         missing_mask: u8,
@@ -193,7 +179,6 @@ pub enum Message {
     Counters {
         /// Which two, 0 to 9 (carried by the type).
         pair: u8,
-        /// They.
         values: [u32; 2],
     },
     /// Which model is in use. u32 checksum, u8 probes, u8 planes, u8 on trial (its lowest bit; the others reserved), u8
@@ -201,20 +186,16 @@ pub enum Message {
     Model {
         /// [`Model::checksum`](crate::model::Model::checksum).
         checksum: u32,
-        /// Its probes.
         probes: u8,
-        /// Its planes.
         planes: u8,
         /// It is on trial: used, not stored, and replaced by the one before unless it is confirmed.
         on_trial: bool,
     },
     /// Answer to the query. Six u8, then u16 reserved. No version changes it.
     Version {
-        /// [`PROTOCOL_VERSION`].
         protocol: u8,
         /// [`OLDEST_PROTOCOL_VERSION`].
         oldest: u8,
-        /// [`MODEL_SCHEMA`](crate::model::MODEL_SCHEMA).
         model_schema: u8,
         /// Basis shapes of its model.
         shapes: u8,

@@ -82,7 +82,6 @@ impl Offer {
 /// What a node holds of the request last offered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Held {
-    /// Parts.
     pub parts: u16,
     /// Bytes of the answer; zero before there is one.
     pub answer_bytes: u8,

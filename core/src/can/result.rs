@@ -22,7 +22,6 @@ const OTHERS: usize = SLOTS - MAX_PLANES;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MonitorResult {
-    /// Number of the reading.
     pub sequence: u16,
     /// `FLAG_…` bits and [`flag_at_bound`](super::flag_at_bound).
     pub flags: u8,
@@ -40,7 +39,6 @@ pub struct MonitorResult {
     pub planes: u8,
     /// `[U cos α, U sin α]` of each plane, g·mm; zero beyond `planes`.
     pub unbalance_g_mm: [Pair; MAX_PLANES],
-    /// Static unbalance, g·mm.
     pub static_g_mm: Pair,
     /// Dynamic unbalance at plane 1, g·mm; NaN with three planes or more.
     pub dynamic_g_mm: Pair,
@@ -86,7 +84,6 @@ pub struct ResultAssembler {
 }
 
 impl ResultAssembler {
-    /// Ready for a status.
     pub fn new() -> Self {
         Self::default()
     }

@@ -40,7 +40,6 @@ use super::message::{
 pub use super::message::{TYPE_READING_CODE, TYPE_READING_FRESHNESS, TYPE_TOLD_CODE, TYPE_TOLD_FRESHNESS};
 use crate::command::Key;
 
-/// Frames of a seal.
 pub const SEAL_FRAMES: usize = 2;
 /// Frames of a group, at most: those of a heartbeat.
 pub const MAX_GROUP_FRAMES: usize = COUNTER_PAIRS + 3;

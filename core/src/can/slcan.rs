@@ -32,7 +32,6 @@ pub const fn answer(letter: u8) -> &'static str {
     }
 }
 
-/// What one line says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Line {

@@ -49,7 +49,6 @@ impl Phase {
         }
     }
 
-    /// One sample on.
     #[inline]
     pub fn advance(&mut self) {
         self.vector += self.vector * self.step;

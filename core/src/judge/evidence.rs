@@ -11,7 +11,6 @@ use crate::track::Estimate;
 /// What one reading says, for [`Judge::update`](super::Judge::update).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// Calculated against measured.
     pub residual: Residual,
     /// The least residual that no bound on the unbalance stands in the way of, µm.
     pub free_residual_um: f32,

@@ -10,7 +10,6 @@ use crate::model::ModelError;
 use crate::thresholds::{ThresholdError, Thresholds};
 use crate::track::TrackConfig;
 
-/// Settings of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NodeConfig {
     /// Its number on the bus, 0 to [`MAX_NODE`](crate::can::MAX_NODE).
@@ -21,7 +20,6 @@ pub struct NodeConfig {
     pub thresholds: Thresholds,
     /// From a reading's start to its end at most, µs.
     pub reading_timeout_us: u64,
-    /// Time between heartbeats, µs.
     pub heartbeat_period_us: u64,
     /// From the first [`Node::poll`](super::Node::poll) to the first frame: time to learn that somebody else uses the number, µs.
     pub listen_us: u64,
@@ -71,9 +69,7 @@ impl NodeConfig {
 pub enum NodeError {
     /// The node's number is above [`MAX_NODE`](crate::can::MAX_NODE).
     Node,
-    /// The thresholds are refused.
     Thresholds(ThresholdError),
-    /// The model was refused.
     Model(ModelError),
 }
 

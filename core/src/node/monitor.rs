@@ -28,16 +28,17 @@ pub(super) struct Monitor<const SHAPES: usize, const PROBES: usize, const PLANES
 
 /// What became of a whole reading.
 pub(super) enum Evaluated {
-    /// There is no model.
     Unmodelled,
     /// Speed, features or number of probes cannot be.
     Rejected,
     /// No phases or no probes.
     Skipped,
-    /// No estimate.
     Unsolved,
     /// An estimate, and a verdict if it is entitled to one.
-    Estimated { result: MonitorResult, partial: bool },
+    Estimated {
+        result: MonitorResult,
+        partial: bool,
+    },
 }
 
 impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAPES, PROBES, PLANES> {

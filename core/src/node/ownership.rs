@@ -32,10 +32,8 @@ struct Conflict {
     next_state_us: u64,
 }
 
-/// What [`Ownership::poll`] asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Due {
-    /// Nothing.
     Nothing,
     /// The node may send from now on.
     Voice,

@@ -27,7 +27,7 @@ enum Episode {
     NoKeyphasor,
     OutOfSpeed,
     Probes(u8),
-    /// And then no readings.
+    /// No readings follow.
     PowerCut,
     StorageFails,
     Foreign,
@@ -203,7 +203,6 @@ impl Life {
         assert_eq!(self.stored_cause, after);
     }
 
-    /// The oracle's word.
     fn judge(&mut self, episode: Episode) {
         let status = self.node.status(self.time_us);
         let context = std::format!("{episode:?} at {} us: {status:?}", self.time_us);

@@ -14,7 +14,6 @@ use crate::scalar;
 
 /// Tangents kept for each disc: two may be in force at a corner, one is new, one is on the other side.
 const TANGENTS: usize = 4;
-/// Unknowns, rows and tangents.
 const LINES: usize = 2 * MAX_PLANES + 2 * MAX_PROBES + TANGENTS * MAX_PLANES;
 /// Exchanges of one descent, at most; fewer than ten are usual.
 const EXCHANGES: usize = 48;

@@ -5,11 +5,9 @@ use super::wire::WireFrame;
 /// One thing that came in.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Heard {
-    /// A frame.
     Frame(WireFrame),
     /// Anything else that is whole: a command or an answer.
     Text(String),
-    /// What can be neither.
     Garbage,
 }
 

@@ -63,10 +63,9 @@ impl NodeRecord {
     }
 }
 
-/// A whole recording.
 #[derive(Debug, Clone, Default)]
 pub struct Decoded {
-    /// By number.
+    /// By number of the monitor.
     pub nodes: BTreeMap<u8, NodeRecord>,
     /// Whole lines of the log.
     pub frames: u64,

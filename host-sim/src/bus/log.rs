@@ -34,7 +34,6 @@ impl Default for Clock {
 }
 
 impl Clock {
-    /// Now.
     pub fn now_us(&self) -> u64 {
         self.start_us + self.start.elapsed().as_micros() as u64
     }

@@ -26,7 +26,6 @@ pub trait Join: Send {
         monotonic()
     }
 
-    /// Waits without a connection.
     fn wait(&mut self, time: Duration) {
         std::thread::sleep(time);
     }

@@ -29,7 +29,6 @@ pub struct Sealer {
 }
 
 impl Sealer {
-    /// With the monitor's key.
     pub fn new(key: Key, node: u8) -> Self {
         Self { key, node, last: 0 }
     }
@@ -58,7 +57,6 @@ pub struct Refused {
 }
 
 impl Refused {
-    /// Whether there were any.
     pub fn any(&self) -> bool {
         *self != Self::default()
     }
@@ -98,7 +96,6 @@ impl Checker {
         Self { key, node, gates, refused: Refused::default() }
     }
 
-    /// Which monitor.
     pub fn node(&self) -> u8 {
         self.node
     }

@@ -89,7 +89,6 @@ pub struct SimulatedClock {
 }
 
 impl SimulatedBus {
-    /// A bus without participants.
     pub fn new(config: BusConfig) -> Self {
         let state = State {
             wire: VirtualBus::new(config, 0),

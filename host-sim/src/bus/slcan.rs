@@ -29,7 +29,6 @@ pub fn encode(frame: &WireFrame, line: &mut Vec<u8>) {
     line.push(b'\r');
 }
 
-/// Takes lines apart.
 #[derive(Debug, Default)]
 pub struct Lines {
     line: Vec<u8>,

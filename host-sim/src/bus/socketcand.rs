@@ -42,7 +42,6 @@ pub fn encode_frame(frame: &WireFrame, time_us: u64, message: &mut Vec<u8>) {
     message.extend(b" >");
 }
 
-/// Takes messages apart.
 #[derive(Debug, Default)]
 pub struct Messages {
     /// What came after the opening bracket.

@@ -17,7 +17,6 @@ const USUAL_INTERFACE: &str = "vcan0";
 /// All forms, for messages and help.
 pub const FORMS: &str = "socketcan:vcan0, slcan:HOST:PORT, slcan:/dev/ttyACM0@115200 (either with ?bitrate=500000) or socketcand:HOST:PORT/vcan0";
 
-/// Which bus to join.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum BusSpec {
     /// An interface of the Linux kernel.
@@ -27,12 +26,10 @@ pub enum BusSpec {
     },
     /// A serial-line CAN adapter, or what speaks its language.
     Slcan {
-        /// Where it is.
         line: Line,
         /// Bits a second on the CAN side, one of [`BIT_RATES`].
         bit_rate: u32,
     },
-    /// A socketcand server.
     Socketcand {
         /// `HOST:PORT`.
         address: String,
@@ -46,7 +43,6 @@ pub enum BusSpec {
 pub enum Line {
     /// `HOST:PORT`.
     Tcp(String),
-    /// A serial port.
     Serial {
         /// Such as `/dev/ttyACM0` or `COM3`.
         device: String,

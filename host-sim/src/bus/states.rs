@@ -31,7 +31,6 @@ impl States {
         &self.changes
     }
 
-    /// What was told last.
     pub fn last(&self) -> Option<&Timed<Status>> {
         self.last.as_ref()
     }

@@ -92,7 +92,6 @@ impl ByteStream for Tcp {
     }
 }
 
-/// A serial port.
 pub struct Serial(Box<dyn SerialPort>);
 
 impl Serial {

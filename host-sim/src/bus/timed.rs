@@ -5,6 +5,5 @@
 pub struct Timed<T> {
     /// As the recording counts time.
     pub time_us: u64,
-    /// What it is.
     pub what: T,
 }

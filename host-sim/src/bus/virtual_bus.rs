@@ -91,7 +91,6 @@ impl VirtualBus {
         }
     }
 
-    /// Another participant.
     pub fn join(&mut self) -> Port {
         self.participants.push(Participant::default());
         self.participants.len() - 1
@@ -127,7 +126,6 @@ impl VirtualBus {
         participant.has_left = true;
     }
 
-    /// Puts it back.
     pub fn switch_on(&mut self, port: Port) {
         self.participants[port].is_off = false;
     }

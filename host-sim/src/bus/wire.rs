@@ -111,7 +111,6 @@ fn digit(byte: u8) -> Option<u8> {
 
 /// Frames of every kind, for the tests of all text formats.
 #[cfg(test)]
-#[allow(missing_docs)]
 pub mod testing {
     use proptest::prelude::*;
 

@@ -31,7 +31,6 @@ pub struct Arguments {
     form: output::Form,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Json> {
     let (rotor, readings) = output::read(&arguments.rotor, &arguments.data, &arguments.runout)?;
     let (kind, at) = match arguments.effect.split_once('@') {

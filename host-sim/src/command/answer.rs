@@ -10,7 +10,6 @@ use crate::bus::decoded::{Timed, planes_of};
 use crate::bus::states::{States, name};
 use crate::watch::words::{bearing_number, probe_numbers};
 
-/// One result.
 #[derive(Serialize)]
 pub struct Answer {
     pub time_s: f64,

@@ -40,7 +40,6 @@ struct Opened {
     load: Vec<Load>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (ending, ended) = channel();
     // nobody is left to be told if this end of the channel is gone

@@ -10,7 +10,6 @@ pub struct Arguments {
     shell: Shell,
 }
 
-/// Prints them.
 pub fn run(arguments: &Arguments, mut program: Command) -> Result<()> {
     let name = program.get_name().to_string();
     let mut script = Vec::new();

@@ -58,7 +58,6 @@ impl Dates {
         self.0?.later(time_d).iso()
     }
 
-    /// A day in words.
     pub fn day(self, time_d: f64) -> String {
         let date = self.0.and_then(|start| start.later(time_d).to_the_minute());
         date.map_or(format!("day {time_d:.0}"), |date| format!("day {time_d:.0}, {date}"))

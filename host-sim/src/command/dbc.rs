@@ -25,7 +25,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let node = arguments.node;
     let text = of_node(node);

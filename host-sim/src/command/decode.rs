@@ -42,7 +42,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let name = arguments.log.display().to_string();
     let key = arguments.key.as_deref().map(read_key).transpose()?;

@@ -106,7 +106,6 @@ pub fn phase_one(
     Ok(found?)
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let rotor = rotor_file::read(&arguments.rotor)?;
     let record = arguments.runout.read(&arguments.record, &rotor)?;

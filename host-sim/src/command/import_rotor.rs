@@ -26,7 +26,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Json> {
     let path = arguments.output.as_deref().unwrap_or(Path::new(OUTPUT));
     if arguments.output.is_none() && path.exists() {

@@ -30,7 +30,6 @@ pub struct Arguments {
     form: output::Form,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
     let mut added = 0;

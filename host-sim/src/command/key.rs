@@ -14,7 +14,6 @@ pub struct Arguments {
     output: PathBuf,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     write_new_key(&arguments.output)?;
     println!(

@@ -4,7 +4,6 @@ use indicatif::ProgressBar;
 
 use super::output;
 
-/// Who runs a command.
 #[derive(Clone, Copy)]
 pub enum Listener<'a> {
     /// A person: bars on standard error, nothing where that is not a terminal.
@@ -22,7 +21,6 @@ impl Listener<'_> {
         }
     }
 
-    /// Work of unknown length.
     pub fn spinner(self, what: &str) -> ProgressBar {
         match self {
             Self::Terminal => output::spinner(what),

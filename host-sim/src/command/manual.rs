@@ -15,7 +15,6 @@ pub struct Arguments {
     folder: PathBuf,
 }
 
-/// Writes them.
 pub fn run(arguments: &Arguments, mut program: Command) -> Result<()> {
     if !arguments.folder.is_dir() {
         bail!("{}: there is no such folder", arguments.folder.display());

@@ -53,7 +53,6 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Reads both.
     pub fn read(&self) -> Result<(Rotor, Vec<Reading>)> {
         read(&self.rotor, &self.data, &self.runout)
     }

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-/// One word.
 pub fn word(text: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "-_./=:,@%+".contains(c);
     if !text.is_empty() && text.chars().all(is_plain) {

@@ -26,7 +26,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut authority = arguments.monitor.authority()?;
     // what cannot be is said before anything is sent

@@ -20,10 +20,8 @@ const SILENT_OFFERS: u32 = 16;
 /// Offers that any request is worth, and four more for each of its parts: a monitor that forgets again and again is given up.
 const LEAST_OFFERS: usize = 512;
 
-/// How a request stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Standing {
-    /// It goes on.
     UnderWay,
     /// The monitor was never heard.
     Unheard,
@@ -81,7 +79,6 @@ impl<'a> Courier<'a> {
         self.was_forgotten
     }
 
-    /// How the request stands.
     pub fn standing(&self, time_us: u64) -> Standing {
         let parts = parts_of(self.request.len());
         let is_overdue = self.whole_since_us.is_some_and(|since_us| time_us > since_us + ANSWER_US);

@@ -52,7 +52,6 @@ impl Authority {
         Ok(Self { key, node, counter })
     }
 
-    /// Which monitor.
     pub fn node(&self) -> u8 {
         self.node
     }

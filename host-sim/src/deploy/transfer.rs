@@ -171,7 +171,6 @@ fn as_one_message(
 enum Heard {
     /// An answer, and whether it bears the code of our key; `None` if it is of another version of the protocol.
     Answer(Option<(Answer, bool)>),
-    /// It broke off.
     Broken(TransferError),
     /// Nothing at all of the monitor.
     Nothing,

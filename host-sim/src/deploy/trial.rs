@@ -28,7 +28,6 @@ const RETURN_TIME: Duration = Duration::from_secs(10);
 pub struct Told {
     /// Its checksum, zero without one.
     pub checksum: u32,
-    /// It is on trial.
     pub on_trial: bool,
 }
 

@@ -12,7 +12,7 @@ const FEWEST_CLIPPED: usize = 4;
 /// reached in single steps.
 const STEEPEST_PEAK: f64 = 2.5;
 
-/// Channels of one scale.
+/// Channels that share one scale.
 #[derive(Debug)]
 pub struct Converted<'a> {
     pub counts: Vec<Cow<'a, [i16]>>,

@@ -40,10 +40,8 @@ use waveform::Waveform;
 /// Counts of half a 16-bit converter's range.
 const HALF_RANGE: f64 = 32_768.0;
 
-/// What a file became.
 #[derive(Debug)]
 pub struct Extracted {
-    /// Name of the file.
     pub file: String,
     /// Its run, if it has a name.
     pub run: Option<String>,
@@ -78,7 +76,6 @@ pub struct Extracted {
 /// A probe as it was recorded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probe {
-    /// Its name.
     pub name: String,
     /// The name of its channel.
     pub channel: String,
@@ -91,7 +88,6 @@ pub struct Probe {
 pub struct Beside {
     /// The vectors at twice the running speed.
     pub two_x: bool,
-    /// Spectra.
     pub spectra: bool,
 }
 

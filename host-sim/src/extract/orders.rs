@@ -29,7 +29,7 @@ pub struct Spectrum {
     /// From the beginning of the file to the middle of the window, s.
     pub time_s: f64,
     pub speed_rpm: f64,
-    /// Lines an order.
+    /// Spectral lines per order.
     pub turns: u16,
     /// By probe, from order 0 on: the mean of `u e^{−iθ·order}`, µm; nothing where the probe is lost.
     pub probes: Vec<Option<Vec<Complex<f64>>>>,

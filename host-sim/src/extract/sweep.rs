@@ -19,7 +19,6 @@ const BREADTH_BINS: f64 = 3.0;
 /// Fewer readings than this do not show more than the parabola itself.
 const FEWEST_READINGS: usize = 5;
 
-/// What was taken off.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Compensated {
     pub bins: usize,

@@ -14,7 +14,6 @@ pub struct Waveform {
     pub channels: Vec<Channel>,
 }
 
-/// One channel.
 #[derive(Debug, Clone)]
 pub struct Channel {
     /// Place in the file, from 1.
@@ -23,7 +22,6 @@ pub struct Channel {
     pub samples: Samples,
 }
 
-/// What a channel holds.
 #[derive(Debug, Clone)]
 pub enum Samples {
     /// Counts of a converter; the core takes them as they are.
@@ -48,7 +46,6 @@ impl Samples {
         }
     }
 
-    /// Lowest and highest number.
     pub fn extremes(&self) -> [f64; 2] {
         let ends = |all: &mut dyn Iterator<Item = f64>| {
             all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
@@ -75,7 +72,6 @@ impl Waveform {
         }
     }
 
-    /// All names, for messages.
     pub fn names(&self) -> String {
         self.channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ")
     }

@@ -70,7 +70,6 @@ impl Moment {
         }
     }
 
-    /// Date, hour and minute.
     pub fn to_the_minute(self) -> Option<String> {
         let text = self.iso()?.replacen('T', " ", 1);
         let zone = if matches!(self, Self::Zoned(_)) { " UTC" } else { "" };
@@ -93,7 +92,7 @@ impl Moment {
     }
 }
 
-/// What [`Moment::calendar`] has written.
+/// Reads what [`Moment::calendar`] writes.
 impl FromStr for Moment {
     type Err = ();
 

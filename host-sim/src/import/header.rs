@@ -5,7 +5,6 @@ use super::target::Quantity;
 use super::unit::TimeUnit;
 use super::words::{Part, Word, parts};
 
-/// What a header says.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Meaning {
     pub quantity: Option<Quantity>,

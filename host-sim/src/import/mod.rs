@@ -46,12 +46,10 @@ use sheet::Sheet;
 use table::Table;
 use words::Word;
 
-/// What files became.
 #[derive(Debug)]
 pub struct Imported {
     /// What was done with each table, with its file and sheet.
     pub plans: Vec<(String, Plan)>,
-    /// The readings.
     pub record: Record,
     /// Values that were marked as lost.
     pub marked: Marked,

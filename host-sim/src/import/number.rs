@@ -99,7 +99,6 @@ pub enum Shown {
     Surely(Decimal),
     /// `11,234` and the like alone: eleven, or eleven thousand.
     Either,
-    /// Numbers of both kinds.
     Both,
 }
 

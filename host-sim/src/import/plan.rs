@@ -32,7 +32,6 @@ pub struct Column {
     pub cell_unit: String,
 }
 
-/// What a table becomes.
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub columns: Vec<Column>,

@@ -41,7 +41,6 @@ pub struct Skipped {
     pub no_data: usize,
 }
 
-/// What files hold together.
 #[derive(Debug, Clone, Default)]
 pub struct Record {
     pub probes: Vec<String>,
@@ -49,7 +48,6 @@ pub struct Record {
     pub skipped: Skipped,
     /// Cells that hold a number for "no measurement", such as -9999.
     pub no_measurement: usize,
-    /// Tables that were added.
     tables: usize,
     /// Readings by run and moment, or speed where there are no moments.
     at: HashMap<(Option<String>, i128), Vec<usize>>,

@@ -2,7 +2,6 @@
 
 use jiff::civil::DateTime;
 
-/// One cell.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
     Empty,

@@ -14,7 +14,7 @@ pub struct Table<'a> {
     /// Row of the header, from 1.
     pub header_row: usize,
     pub columns: Vec<Header>,
-    /// The text above it.
+    /// Text above the header row.
     pub above: Vec<String>,
     pub rows: &'a [Row],
 }

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::stated::Stated;
 use super::words::{Part, parts};
 
-/// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     Run,
@@ -28,7 +27,7 @@ pub enum Quantity {
     Real,
     Imaginary,
     Gap,
-    /// Nothing that is needed.
+    /// Nothing: the column is ignored.
     Left,
 }
 

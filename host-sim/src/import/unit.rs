@@ -75,7 +75,6 @@ impl Angle {
     }
 }
 
-/// Unit of a speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpeedUnit {
     Rpm,

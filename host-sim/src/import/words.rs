@@ -33,7 +33,6 @@ pub enum Word {
     TimeUnit(TimeUnit),
     /// A unit of velocity or acceleration, which no proximity probe has.
     OtherUnit,
-    /// Says nothing.
     Filler,
 }
 

@@ -47,7 +47,6 @@ impl Controller {
         self.lacks_model
     }
 
-    /// The node.
     pub fn node(&self) -> &EdgeNode {
         &self.node
     }
@@ -79,7 +78,6 @@ impl Controller {
         Some(due_us)
     }
 
-    /// Takes a frame.
     pub fn receive(&mut self, time_us: u64, frame: &Frame) {
         self.node.receive(time_us, frame);
         self.last_us = self.last_us.max(time_us);

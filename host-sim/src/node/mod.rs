@@ -46,7 +46,6 @@ pub struct Served {
 pub enum ModelChange {
     /// Another is in use and stays.
     Deployed,
-    /// Another is tried.
     OnTrial,
     /// The one on trial stays.
     Confirmed,
@@ -66,7 +65,6 @@ impl ModelChange {
         }
     }
 
-    /// In one sentence.
     pub fn words(self, checksum: u32) -> String {
         match self {
             Self::Deployed => format!("Model {checksum:08x} was deployed and is stored."),

@@ -10,7 +10,6 @@ use super::hex::{from_hex, to_hex};
 const DOMAIN: &[u8] = b"rotor-edge state";
 const LINE: &str = "code ";
 
-/// Who seals.
 #[derive(Debug, Clone, Copy)]
 pub struct Seal {
     key: Key,

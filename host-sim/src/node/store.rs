@@ -109,7 +109,7 @@ impl Store {
         self
     }
 
-    /// Last counter accepted.
+    /// Last command counter accepted.
     pub fn counter(&self) -> u64 {
         self.kept.counter
     }
@@ -136,7 +136,6 @@ impl Store {
         self.kept.thresholds.as_deref()
     }
 
-    /// What the monitor learned.
     pub fn memory(&self) -> Option<&[u8]> {
         self.kept.memory.as_deref()
     }

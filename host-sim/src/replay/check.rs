@@ -123,7 +123,7 @@ struct Case<'a> {
     answer: &'a Answer,
     /// Places of the probes that gave a value.
     probes: Vec<usize>,
-    /// What they showed, m.
+    /// Vectors that they measured, m.
     measured: DVector<Complex<f64>>,
     speed_rad_s: f64,
     /// As the controller found it, kg·m.

@@ -4,7 +4,6 @@ use rotor_edge_core::node::NodeConfig;
 
 use crate::bus::BusConfig;
 
-/// Settings of a replay.
 #[derive(Debug, Clone)]
 pub struct ReplayConfig {
     /// The controller; its age limit and its heartbeat follow the record's pace.

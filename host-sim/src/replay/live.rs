@@ -30,7 +30,6 @@ const MOST_UNANSWERED: usize = 5;
 /// no number is rounded in another way.
 const COMPRESSION: f32 = 1.0 / (1_u64 << 36) as f32;
 
-/// What the host saw.
 struct Played {
     answers: Vec<Answer>,
     /// By the row that was sent last.

@@ -24,7 +24,7 @@ pub struct Reflection {
     pub averaged: Averaged,
     /// Bound on each plane's unbalance, g·mm, the model's floor left out.
     pub bounds_g_mm: [f32; MAX_PLANES],
-    /// The unbalance within them.
+    /// The unbalance within these bounds.
     pub estimate: Estimate,
 }
 

@@ -27,9 +27,8 @@ pub use timing::day;
 /// One reading that the controller answered.
 #[derive(Debug, Clone, Copy)]
 pub struct Answer {
-    /// Row of the record.
+    /// Row of the record, from 0.
     pub row: usize,
-    /// What came back.
     pub result: MonitorResult,
 }
 
@@ -50,18 +49,15 @@ impl Answer {
 pub struct Change {
     /// Day of the record.
     pub time_d: f64,
-    /// From then on.
     pub status: Status,
 }
 
-/// Everything a replay saw.
 #[derive(Debug, Clone)]
 pub struct Replay {
     /// Answers in the order of the record.
     pub answers: Vec<Answer>,
     /// The controller's states, when they changed.
     pub states: Vec<Change>,
-    /// What the bus carried.
     pub traffic: Traffic,
     /// The controller's own count of what became of the readings, all its lives together.
     pub counters: Counters,

@@ -24,7 +24,6 @@ pub struct Told {
 }
 
 impl Told {
-    /// Of a result.
     pub fn of(result: &MonitorResult) -> Self {
         Self {
             unbalance_g_mm: planes_of(result).to_vec(),

@@ -2,10 +2,8 @@
 
 use maud::html;
 
-/// One bar.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bar {
-    /// What it stands for.
     pub label: String,
     /// Its length, of the longest possible 1.
     pub share: f64,

@@ -8,12 +8,10 @@ const TALLEST: f64 = 0.22;
 /// What is lower than this beside the tallest peak is drawn as the foot of its line.
 const VISIBLE: f64 = 0.004;
 
-/// One spectrum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trace {
     /// Where its foot stands on the axis upwards.
     pub at: f64,
-    /// Speed of rotation, rpm.
     pub speed_rpm: f64,
     /// Frequency in cycles a minute, backward ones negative, and the amplitude, µm peak to peak.
     pub lines: Vec<(f64, f64)>,

@@ -16,13 +16,11 @@ const DIGITS: i32 = 6;
 pub struct Chart {
     /// In reading order.
     pub panels: Vec<Panel>,
-    /// Panels side by side.
     pub columns: usize,
     /// Whether all panels run along the same quantity, as those of a Bode plot.
     pub shares_x: bool,
     /// Charts of one group point at the same reading together.
     pub group: Option<String>,
-    /// Drawn in this order.
     pub series: Vec<Series>,
     /// What the first panel of orbits shows for each reading of the group; empty where it stays as it is.
     pub turns: Vec<Turn>,
@@ -33,7 +31,6 @@ pub struct Chart {
 pub struct Turn {
     /// What tells the reading from the others, as the key columns of the other figures do.
     pub key: f64,
-    /// Lines above the panel.
     pub head: Vec<String>,
     /// How far the axes reach to every side.
     pub reach: f64,
@@ -41,14 +38,10 @@ pub struct Turn {
     pub paths: Vec<Vec<f64>>,
 }
 
-/// One pair of axes.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Panel {
-    /// Lines above it.
     pub head: Vec<String>,
-    /// To the right.
     pub x: Axis,
-    /// Upwards.
     pub y: Axis,
     /// Of everything with the names of the axes, px.
     pub height_px: f64,
@@ -63,9 +56,7 @@ pub struct Axis {
     pub name: Option<String>,
     /// Where it begins, if not with what is shown.
     pub from: Option<f64>,
-    /// Where it ends.
     pub to: Option<f64>,
-    /// Between two labels.
     pub step: Option<f64>,
     /// Whether zero is on it.
     pub from_zero: bool,
@@ -75,24 +66,20 @@ pub struct Axis {
     pub is_hidden: bool,
 }
 
-/// Points of one kind.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Series {
     /// As the legend says; `None` for what belongs to the paper, such as circles of a polar plot.
     pub name: Option<String>,
     /// The panel that it is drawn in.
     pub panel: usize,
-    /// How it is drawn.
     pub look: Look,
     /// What the numbers of a point are; the first two are its place.
     pub columns: Vec<Column>,
-    /// Points.
     pub rows: Vec<Vec<f64>>,
     /// What is written at each point, of [`Look::Words`].
     pub words: Vec<String>,
 }
 
-/// How points are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "kind", content = "index", rename_all = "snake_case")]
 pub enum Look {
@@ -126,11 +113,8 @@ pub enum Look {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Anchor {
-    /// Its beginning.
     Left,
-    /// Its middle.
     Centre,
-    /// Its end.
     Right,
 }
 
@@ -146,7 +130,6 @@ pub struct Column {
 }
 
 impl Column {
-    /// A quantity.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { name: name.into(), unit: unit.into(), is_key: false }
     }
@@ -164,12 +147,12 @@ impl Column {
 }
 
 impl Axis {
-    /// Around what is shown.
+    /// Limits follow the data.
     pub fn named(name: impl Into<String>) -> Self {
         Self { name: Some(name.into()), ..Self::default() }
     }
 
-    /// With zero.
+    /// Limits include zero.
     pub fn from_zero(name: impl Into<String>) -> Self {
         Self { from_zero: true, ..Self::named(name) }
     }
@@ -184,12 +167,10 @@ impl Panel {
 }
 
 impl Chart {
-    /// One panel.
     pub fn of(panel: Panel) -> Self {
         Self { panels: vec![panel], columns: 1, ..Self::default() }
     }
 
-    /// Draws named points.
     pub fn draw<R: Into<Vec<f64>>>(
         &mut self,
         panel: usize,
@@ -206,7 +187,6 @@ impl Chart {
         self.put(panel, None, look, Vec::new(), rows);
     }
 
-    /// Writes words at points.
     pub fn write(
         &mut self,
         panel: usize,

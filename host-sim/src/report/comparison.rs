@@ -18,7 +18,6 @@ use figures::Run;
 /// A model of the data, and what it leaves of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// What it says.
     pub prediction: Prediction,
     /// How far that is from the measurement.
     pub comparison: Comparison,
@@ -100,7 +99,6 @@ fn numbers(models: &[Model]) -> Vec<Section> {
     }]
 }
 
-/// The verdict in sentences.
 pub fn verdict(c: &Comparison) -> Vec<String> {
     let mut said = vec![match c.verdict {
         Verdict::Adequate => format!(

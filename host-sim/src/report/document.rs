@@ -7,7 +7,6 @@ use super::chart::Chart;
 /// A part of a report under its own heading.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Section {
-    /// The heading.
     pub heading: String,
     /// What to know before the tables and figures.
     pub paragraphs: Vec<String>,
@@ -30,7 +29,6 @@ pub struct Figure {
     pub drawing: Drawing,
 }
 
-/// What a figure shows.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Drawing {
     /// Drawn by the page's script.
@@ -54,7 +52,6 @@ impl From<Markup> for Drawing {
 /// A table; the first column holds names, the others numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// What it shows.
     pub caption: String,
     /// Names and units of the columns.
     pub columns: Vec<String>,

@@ -18,7 +18,6 @@ const ARROW_AT: f64 = 0.3;
 /// The orbits at one speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrbitPanel {
-    /// The speed, rpm.
     pub speed_rpm: f64,
     /// Measured phasors in x and y, m.
     pub measured_m: [Complex<f64>; 2],

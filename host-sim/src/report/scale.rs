@@ -5,7 +5,6 @@
 pub struct Scale {
     /// Where the axis begins: at the left or at the bottom.
     pub from: f64,
-    /// Where it ends.
     pub to: f64,
     /// Labelled places, ascending.
     pub ticks: Vec<f64>,
@@ -37,7 +36,7 @@ impl Scale {
         Self { from, to, ticks: (first..=last).map(|i| i as f64 * step).collect() }
     }
 
-    /// Between two ticks.
+    /// Distance between two ticks.
     pub fn step(&self) -> f64 {
         self.ticks.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min).min(self.to - self.from)
     }

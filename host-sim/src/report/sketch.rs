@@ -161,7 +161,6 @@ fn coupling([at, axis]: [f64; 2], half_px: f64, coupling: &Coupling) -> Markup {
     }
 }
 
-/// Probes by place.
 fn probe_places(rotor: &Rotor) -> Vec<(f64, String)> {
     let mut places: Vec<(f64, String)> = Vec::new();
     for p in &rotor.probe {

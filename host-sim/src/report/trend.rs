@@ -18,7 +18,6 @@ pub struct Trend {
     pub quantity: String,
     /// Measured values, drawn as circles, with their name; may be empty.
     pub measured: Option<(String, Vec<(f64, f64)>)>,
-    /// Named curves.
     pub curves: Vec<(String, Vec<(f64, f64)>)>,
     /// A named band around the first curve: place, lower and upper end.
     pub band: Option<(String, Vec<[f64; 3]>)>,

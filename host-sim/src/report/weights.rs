@@ -7,9 +7,7 @@ use super::ground::{Turn, polar_paper};
 
 /// The weight of one plane, g·mm.
 pub struct Weight {
-    /// Name of the plane.
     pub plane: String,
-    /// What is best.
     pub wanted: Complex<f64>,
     /// What is put in, piece by piece.
     pub placed: Vec<Complex<f64>>,

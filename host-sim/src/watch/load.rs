@@ -24,7 +24,6 @@ struct Slice {
 }
 
 impl Load {
-    /// Counts a frame.
     pub fn take(&mut self, time_us: u64, frame: &Frame) {
         let bits = u64::from(frame_bits(frame));
         self.bits += bits;
@@ -37,12 +36,10 @@ impl Load {
         slice.frames += 1;
     }
 
-    /// Bits a second lately.
     pub fn bits_a_second(&self, now_us: u64) -> f64 {
         self.lately(now_us, |slice| slice.bits)
     }
 
-    /// Frames a second lately.
     pub fn frames_a_second(&self, now_us: u64) -> f64 {
         self.lately(now_us, |slice| slice.frames)
     }

@@ -113,7 +113,6 @@ impl Watch {
         known.map(|(node, monitor)| (*node, monitor))
     }
 
-    /// One of [`Self::monitors`].
     pub fn monitor(&self, node: u8) -> Option<&Monitor> {
         self.monitors.get(&node).filter(|monitor| monitor.is_known())
     }

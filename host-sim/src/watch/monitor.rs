@@ -44,17 +44,13 @@ pub struct Version {
 /// The model that a monitor runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ModelInUse {
-    /// Checksum of its bytes.
     pub checksum: u32,
-    /// Its probes.
     pub probes: u8,
-    /// Its planes.
     pub planes: u8,
     /// It is on trial: the one before comes back unless it is confirmed.
     pub on_trial: bool,
 }
 
-/// Another model took over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Replacement {
     /// Checksum before.
@@ -258,7 +254,6 @@ impl Monitor {
         self.version
     }
 
-    /// Heartbeats heard.
     pub fn heartbeats(&self) -> u64 {
         self.heartbeats
     }
@@ -288,7 +283,6 @@ impl Monitor {
         self.replacements.iter()
     }
 
-    /// Its last result.
     pub fn last(&self) -> Option<&Timed<MonitorResult>> {
         self.last.as_ref()
     }

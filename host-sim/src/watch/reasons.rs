@@ -7,7 +7,6 @@ use super::lists::{listed, probe_numbers};
 /// What a reason means to somebody who watches.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Why {
-    /// What is the matter.
     pub what: String,
     /// What to do about it.
     pub next: &'static str,

@@ -7,13 +7,10 @@ use super::Watch;
 /// Whether to go on after a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flow {
-    /// Draw and listen on.
     Go,
-    /// Leave.
     Quit,
 }
 
-/// Selection and pause.
 #[derive(Debug, Default)]
 pub struct Screen {
     selected: Option<u8>,

@@ -19,11 +19,9 @@ const LEAST_AT_BOUND: u16 = 3;
 /// How much a state matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
-    /// All is well.
     Good,
     /// Nothing is judged at the moment, as is to be expected.
     Idle,
-    /// Worth a look.
     Attention,
     /// Something is to be done.
     Alarm,
@@ -32,11 +30,9 @@ pub enum Level {
 /// What to tell somebody who watches.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Words {
-    /// How much it matters.
     pub level: Level,
     /// One or two words, at most ten characters.
     pub short: &'static str,
-    /// What is the matter.
     pub state: String,
     /// What to do next; empty if nothing.
     pub next: String,

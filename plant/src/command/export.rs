@@ -16,7 +16,6 @@ pub struct Arguments {
     folder: PathBuf,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let totals = export(&opened(&arguments.store)?, &arguments.folder, tell)?;
     println!(

@@ -121,7 +121,6 @@ struct Asked {
     to: Option<Timestamp>,
 }
 
-/// States a machine.
 pub fn machine(arguments: &Machine) -> Result<()> {
     let Machine { store, monitor, rotor } = arguments;
     let text =

@@ -23,7 +23,6 @@ pub struct Arguments {
     only: Option<String>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut store = opened(&arguments.store)?;
     let before_us = arguments.before.to_zoned(TimeZone::UTC)?.timestamp().as_microsecond();

@@ -15,7 +15,6 @@ pub struct Arguments {
     output: PathBuf,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (seed, public) = new_seed()?;
     write_secret(&arguments.output, &seed)?;

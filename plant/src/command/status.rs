@@ -18,7 +18,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let path = &arguments.store;
     if !path.is_file() {

@@ -12,7 +12,6 @@ use crate::store::Store;
 pub struct Machine {
     /// Number of its source in the store.
     pub id: i64,
-    /// The monitor.
     pub source: Source,
     /// The drawing, a `rotor.toml`.
     pub rotor: String,

@@ -23,17 +23,14 @@ pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 pub struct Job {
     /// Made of everything else and of the version of the program.
     pub id: String,
-    /// The command.
     pub command: Command,
     /// What is said to it, as [`Task::option`](super::task::Task::option).
     pub option: Option<String>,
     /// Number of the monitor's source in the store.
     pub source_id: i64,
-    /// The monitor.
     pub source: Source,
     /// First and last moment of the readings, µs since 1970.
     pub period_us: (i64, i64),
-    /// The drawing.
     pub rotor: String,
     /// Version of the program whose answer is asked for.
     pub version: String,
@@ -53,11 +50,8 @@ impl Job {
 /// A job as it is listed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Listed {
-    /// Its id.
     pub id: String,
-    /// Its command.
     pub command: String,
-    /// Its machine's monitor.
     #[serde(flatten)]
     pub source: Source,
     /// waiting, running, done, failed, aside or cancelled.

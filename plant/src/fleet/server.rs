@@ -259,7 +259,6 @@ pub fn share(server: &Server, store: &Path, stop: &AtomicBool, tell: fn(&str)) -
     Ok(ended)
 }
 
-/// What does not answer.
 enum Gone {
     Store(anyhow::Error),
     Server(anyhow::Error),

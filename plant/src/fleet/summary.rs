@@ -14,7 +14,6 @@ use crate::item::Source;
 /// What is known of one machine.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Line {
-    /// Its monitor.
     #[serde(flatten)]
     pub source: Source,
     /// Whether something changed in the time.
@@ -27,7 +26,6 @@ pub struct Line {
     pub is_to_deploy: bool,
 }
 
-/// What the time shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Change {
@@ -42,9 +40,7 @@ pub enum Change {
 /// A better model of a machine than the one that it is stated to have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Better {
-    /// The drawing.
     pub model: String,
-    /// What was added.
     pub effects: Vec<String>,
     /// What `improve` said at the end.
     pub verdict: String,

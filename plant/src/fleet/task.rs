@@ -26,7 +26,6 @@ const MOST_BYTES: u64 = 64 << 20;
 pub enum Command {
     /// The unbalance over the days of the period.
     Track,
-    /// Where it is going.
     Forecast,
     /// Which physical effect is missing.
     Diagnose,
@@ -48,7 +47,6 @@ impl Command {
         }
     }
 
-    /// With this name.
     pub fn of(name: &str) -> Option<Self> {
         let all = [Self::Track, Self::Forecast, Self::Diagnose, Self::Improve, Self::Deploy];
         all.into_iter().find(|command| command.name() == name)
@@ -63,11 +61,10 @@ impl Command {
 /// What there is to do.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Task {
-    /// Of its job.
+    /// Id of its job.
     pub id: String,
     /// Version of the program whose answer is asked for.
     pub version: String,
-    /// The command.
     pub command: Command,
     /// `track`: its method. `forecast`: the limit, g·mm. `deploy`: the time of its trial, s.
     pub option: Option<String>,
@@ -82,13 +79,12 @@ pub struct Task {
 /// What became of a job.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Ended {
-    /// It has an answer.
     Done {
         /// A JSON object.
         answer: String,
         /// A better drawing, of `improve`.
         model: Option<String>,
-        /// A page for people.
+        /// An HTML page.
         report: Option<String>,
     },
     /// It cannot be done, for a reason in one sentence.

@@ -71,7 +71,6 @@ impl Shown {
         self.0.set_message(format!("{ended} jobs ended; waiting for one"));
     }
 
-    /// What it does.
     pub fn doing(&self, ended: u64, command: Command, source: &Source) {
         self.0.reset_elapsed();
         self.0.set_message(format!("{ended} jobs ended; {} of {}", command.name(), path_of(source)));

@@ -10,10 +10,8 @@ use serde::Serialize;
 /// Longest name of a person, characters.
 const LONGEST_NAME: usize = 80;
 
-/// Somebody has seen it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Acknowledged {
-    /// Who said so.
     pub who: String,
     /// When, µs since 1970.
     pub time_us: i64,

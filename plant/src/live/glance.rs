@@ -33,7 +33,6 @@ const CALM: [&str; 3] = ["waiting", "learning", "tracking"];
 /// One monitor at a glance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Glance {
-    /// Its last word.
     #[serde(flatten)]
     pub newest: Newest,
     /// Its state now: what it said of itself, or `silent` where it says nothing any more.

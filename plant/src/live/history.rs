@@ -12,7 +12,6 @@ pub const MOST_ROWS: usize = 120;
 /// A quantity of a row: one column, or the amplitude of two.
 #[derive(Debug, Clone, Copy)]
 pub struct Quantity {
-    /// What it is called.
     pub name: &'static str,
     /// One column, or cosine and sine.
     pub columns: &'static [&'static str],
@@ -23,13 +22,10 @@ pub struct Quantity {
 pub struct Spread {
     /// Of the rows that have it.
     pub mean: f64,
-    /// The smallest.
     pub least: f64,
-    /// The largest.
     pub most: f64,
 }
 
-/// A stretch of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stretch {
     /// Its middle, µs since 1970.

@@ -27,7 +27,6 @@ pub fn live(connection: &Connection) -> Result<Markup> {
     })
 }
 
-/// A row a job.
 pub fn table(jobs: &[Listed]) -> Markup {
     html! {
         table class="jobs" {

@@ -7,7 +7,6 @@ use super::alarm::Acknowledged;
 use super::glance::Glance;
 use crate::item::plain_word;
 
-/// Its look.
 pub const STYLE: &str = include_str!("page.css");
 /// Replaces what is live by what it is told.
 pub const SCRIPT: &str = include_str!("page.js");
@@ -73,7 +72,6 @@ pub fn path(plant: &str, bus: &str, node: u8) -> String {
     format!("/machine/{}/{}/{node}", plain_word(plant), plain_word(bus))
 }
 
-/// Who has seen it.
 pub fn seen(acknowledged: Option<&Acknowledged>, now_us: i64) -> Markup {
     html! {
         @if let Some(seen) = acknowledged {

@@ -50,7 +50,7 @@ pub struct Served {
     token: Option<[u8; 32]>,
 }
 
-/// Words of a path.
+/// Plant, bus and node in a path.
 pub type Machine = Words<(String, String, u8)>;
 type Answer<T = Response> = std::result::Result<T, Failure>;
 
@@ -135,9 +135,8 @@ fn digest(token: &str) -> [u8; 32] {
 
 /// Why there is no answer.
 pub enum Failure {
-    /// There is none such.
+    /// Not found.
     None(&'static str),
-    /// Who asked may not.
     Refused(StatusCode, &'static str),
     /// It could not be read or kept.
     Failed(anyhow::Error),
@@ -272,7 +271,6 @@ pub async fn report(
     Ok(([(header::CONTENT_SECURITY_POLICY, POLICY_OF_REPORTS)], Html(page)).into_response())
 }
 
-/// What the form says.
 #[derive(Deserialize)]
 pub struct Seen {
     state: String,

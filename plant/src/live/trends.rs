@@ -120,7 +120,7 @@ pub fn figures(
     Ok(page("Over time", None, &[trends, orbits(connection, source, rotor)?], |_| Vec::new()))
 }
 
-/// When the flag rose.
+/// When the flag rose, in the unit of [`Period::place`].
 fn flags(connection: &Connection, source: i64, period: &Period) -> Result<Vec<f64>> {
     let sql = "SELECT time_us FROM state WHERE source = ? AND time_us > ? AND time_us <= ? AND state = 'flagged' AND clock_doubtful = 0";
     let mut statement = connection.prepare(sql)?;

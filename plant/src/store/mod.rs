@@ -39,7 +39,6 @@ const JOURNAL_PAGES: i32 = 16_384;
 /// What is removed in one step: an hour of one monitor, µs.
 const FORGOTTEN_TOGETHER_US: i64 = 3_600_000_000;
 
-/// Items in a file.
 pub struct Store {
     connection: Connection,
     name: String,

@@ -15,17 +15,13 @@ const PLANES: usize = 4;
 pub struct Newest {
     /// Number of its source in the store.
     pub source: i64,
-    /// Name of the plant.
     pub plant: String,
-    /// Name of the bus.
     pub bus: String,
-    /// Number of the monitor.
     pub node: u8,
     /// Its last heartbeat, µs since 1970.
     pub heard_us: Option<i64>,
     /// Its state then.
     pub state: Option<String>,
-    /// Why.
     pub reason: Option<String>,
     /// What raised its flag, as it told when its state changed last.
     pub cause: Option<String>,

@@ -22,7 +22,6 @@ use crate::numbering::Last;
 use access::Access;
 use server::{Server, refused};
 
-/// Name of the stream.
 pub const STREAM: &str = "ROTOR_EDGE";
 /// Name of the stream of what leaf nodes store; a server takes one that feeds on its own name for a circle.
 const HUB_STREAM: &str = "ROTOR_EDGE_HUB";
@@ -196,10 +195,8 @@ async fn gathered(
     Ok(all)
 }
 
-/// What [`Stream::next`] took.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Taken {
-    /// Items.
     pub items: usize,
     /// Why other messages are none, each a sentence.
     pub strange: Vec<String>,

@@ -18,7 +18,6 @@ pub struct Server {
     runtime: Runtime,
     /// To send and to hear.
     pub client: Client,
-    /// Of its JetStream.
     pub context: Context,
     /// As it may be printed.
     pub name: String,

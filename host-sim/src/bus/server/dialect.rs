@@ -14,7 +14,6 @@ use crate::bus::wire::WireFrame;
 pub enum Answer {
     /// Nothing is to be said.
     Silence,
-    /// This is said.
     Say(&'static str),
     /// This is said, if it is anything, and from then on frames are passed on to the client.
     Join(&'static str),
@@ -24,7 +23,6 @@ pub enum Answer {
     Refuse(&'static str),
 }
 
-/// One client's conversation.
 pub trait Dialect: Default + Send + 'static {
     /// Takes apart what the client sends.
     type Decoder: Decoder + 'static;

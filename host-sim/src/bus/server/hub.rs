@@ -26,11 +26,9 @@ pub enum Outgoing {
     Frame(u64, WireFrame),
     /// An answer, in a packet of its own.
     Answer(&'static str),
-    /// The answer to joining.
     Joined(&'static str),
 }
 
-/// A client's number.
 pub type Number = u64;
 
 struct Client {
@@ -44,10 +42,8 @@ struct Client {
     news: Arc<Condvar>,
 }
 
-/// What happened so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Clients that came.
     pub clients: u64,
     /// Frames that went over the bus.
     pub frames: u64,
@@ -75,7 +71,6 @@ impl State {
     }
 }
 
-/// The bus itself.
 pub struct Hub {
     clock: Clock,
     teller: Teller,
@@ -100,7 +95,6 @@ impl Hub {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What happened so far.
     pub fn counts(&self) -> Counts {
         self.state().counts
     }
@@ -135,7 +129,6 @@ impl Hub {
         Some(number)
     }
 
-    /// A client is gone.
     pub fn leave(&self, number: Number) {
         let Some(client) = self.state().clients.remove(&number) else { return };
         client.news.notify_all();

@@ -44,9 +44,7 @@ const NOT_HTTP: &[u8] = b"HTTP/1.1 400 Bad Request\r\nConnection: close\r\nConte
 pub struct Server {
     hub: Arc<Hub>,
     teller: Teller,
-    /// Where SLCAN is served.
     pub slcan_port: u16,
-    /// Where socketcand is served.
     pub socketcand_port: u16,
 }
 
@@ -67,7 +65,6 @@ impl Server {
         Ok(Self { hub, teller, slcan_port: ports.0, socketcand_port: ports.1 })
     }
 
-    /// What happened so far.
     pub fn counts(&self) -> Counts {
         self.hub.counts()
     }

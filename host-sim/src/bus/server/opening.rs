@@ -18,11 +18,8 @@ const METHODS: [&[u8]; 10] = [
 /// What the first bytes say.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Opening {
-    /// Too few to tell.
     Undecided,
-    /// A request of HTTP.
     Http,
-    /// Something else.
     Other,
 }
 

@@ -13,7 +13,6 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 /// A sentence, and who waits until it is written.
 type Sentence = (String, Option<Sender<()>>);
 
-/// Takes sentences.
 #[derive(Clone)]
 pub struct Teller(SyncSender<Sentence>);
 
@@ -33,7 +32,6 @@ impl Teller {
         Self(queue)
     }
 
-    /// Nobody listens.
     #[cfg(test)]
     pub fn silent() -> Self {
         Self(sync_channel(0).0)

@@ -63,7 +63,6 @@ pub struct Arguments {
     form: output::Form,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if let Some(value) = arguments.service_rpm.filter(|v| !(*v > 0.0 && v.is_finite())) {
         bail!("--service-rpm must be a positive number, not {value}");

@@ -4,7 +4,6 @@ use super::answer::Answer;
 use crate::report::trend::{Trend, trend};
 use crate::report::{Figure, Section, Table, identifier};
 
-/// All sections.
 pub fn sections(answer: &Answer) -> Vec<Section> {
     let weights = Table {
         caption: format!(

@@ -28,7 +28,6 @@ pub struct Arguments {
     form: output::Form,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let rotor = rotor_file::read(&arguments.rotor)?;
     let working = listener.spinner("modes and responses");

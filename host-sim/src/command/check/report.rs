@@ -19,7 +19,6 @@ type Point = (f64, Complex<f64>);
 /// Mode shapes that are drawn.
 const SHAPES: usize = 6;
 
-/// The whole report.
 pub fn sections(found: &Check) -> Vec<Section> {
     let mut all = vec![machine(found)];
     if !found.warnings.is_empty() {

@@ -127,7 +127,6 @@ pub fn mode_rows(found: &Check) -> Vec<Vec<String>> {
     last.iter().map(of).collect()
 }
 
-/// One sentence on stability.
 pub fn stability(found: &Check) -> String {
     let [from, to] = found.range_rpm.map(|s| number(s, 0));
     match &found.threshold {

@@ -45,7 +45,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut authority = arguments.monitor.authority()?;
     let node = authority.node();

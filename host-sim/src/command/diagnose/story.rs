@@ -10,7 +10,6 @@ use crate::report::bars::{Bar, bars};
 use crate::report::scale::{number, three_digits};
 use crate::report::{Figure, Story, noise_error, verdict};
 
-/// Of `diagnose`.
 pub fn of_diagnosis(
     found: &Diagnosis,
     readings: &[Reading],

@@ -7,7 +7,6 @@ use serde_json::{Value, json};
 
 use super::rows::polar;
 
-/// The whole answer.
 pub fn json(found: &Estimates, planes: &[&str]) -> Value {
     let point = |(u, name): (&Complex<f64>, &&str)| {
         let [unbalance_g_mm, angle_deg] = polar(*u);

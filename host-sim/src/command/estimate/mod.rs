@@ -30,7 +30,6 @@ pub struct Arguments {
     form: output::Form,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let rotor = rotor_file::read(&arguments.measured.rotor)?;
     let data = &arguments.measured.data;
@@ -67,7 +66,6 @@ fn legend(found: &Estimates) -> String {
     )
 }
 
-/// Condition numbers, one sentence.
 fn conditions(found: &Estimates) -> String {
     let each = found.determined.conditions.iter().map(|c| match c.speed_rpm {
         Some(speed_rpm) => format!("{:.1} at {speed_rpm:.0} rpm", c.condition),

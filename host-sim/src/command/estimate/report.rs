@@ -6,7 +6,6 @@ use super::rows::{COLUMNS, rows};
 use crate::report::regions::{Region, regions};
 use crate::report::{Figure, Section, Table};
 
-/// All sections.
 pub fn sections(found: &Estimates, planes: &[&str]) -> Vec<Section> {
     let table = Table {
         caption: super::legend(found),

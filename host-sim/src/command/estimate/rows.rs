@@ -4,7 +4,6 @@ use nalgebra::Complex;
 use rotor_edge_desktop::estimate::Estimates;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 
-/// Its columns.
 pub const COLUMNS: [&str; 7] =
     ["run", "plane", "unbalance, g·mm", "95 %", "angle", "stated", "by influence coefficients"];
 

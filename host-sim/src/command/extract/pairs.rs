@@ -9,7 +9,6 @@ use crate::extract::Probe;
 /// Two probes whose directions span less than this show no path; 1 at a right angle.
 const LEAST_SPAN: f64 = 0.3;
 
-/// Two probes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
     /// The place that they see.

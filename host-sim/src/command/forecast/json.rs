@@ -13,7 +13,6 @@ fn number(value: f64) -> Value {
     if value.is_finite() { json!(value) } else { Value::Null }
 }
 
-/// All about one horizon.
 fn score(s: &Score) -> Value {
     let [low, middle, high] = s.pinball.map(number);
     json!({
@@ -38,7 +37,6 @@ fn reached(limit: &Reached) -> Value {
     })
 }
 
-/// One object.
 pub fn summary(
     arguments: &Arguments,
     model: &str,

@@ -97,16 +97,14 @@ fn order(text: &str) -> Result<Order, String> {
 
 /// One series, scored and forecast by the model asked for, and scored by others.
 pub struct Forecast<'a> {
-    /// The series.
     pub series: &'a Series,
     /// Name of each method, the model's first, and its scores at every horizon.
     pub scores: Vec<(&'static str, Vec<Score>)>,
-    /// By the model.
+    /// Forecast of the model asked for.
     pub ahead: Ahead,
 }
 
 impl Forecast<'_> {
-    /// The model's own scores.
     pub fn own(&self) -> &[Score] {
         &self.scores[0].1
     }
@@ -117,7 +115,6 @@ impl Forecast<'_> {
     }
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if arguments.horizons.is_empty() || arguments.horizons.contains(&0) || arguments.days == 0 {
         bail!("--horizons and --days: expected whole days of at least 1");

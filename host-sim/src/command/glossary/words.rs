@@ -11,7 +11,6 @@ pub enum Kind {
     Term,
 }
 
-/// A word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Word {
     pub kind: Kind,

@@ -98,7 +98,6 @@ impl Better {
         println!("  {:<38}  {:>6.1} % {:>14}", self.label, is * 100.0, up(&self.answers));
     }
 
-    /// The same for `--json`.
     pub fn summary(&self, record: &[Reading], before: &Replay) -> Value {
         let [was, is] = self.ratios(record, before);
         json!({

@@ -40,7 +40,6 @@ impl Fit {
         }
     }
 
-    /// In sentences.
     pub fn words(self, evaluated: usize, readings: usize) -> Vec<String> {
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         match self {

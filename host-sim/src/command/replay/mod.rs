@@ -149,7 +149,6 @@ impl Arguments {
     }
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (rotor, record, runup) = arguments.load()?;
     let config = arguments.config()?;

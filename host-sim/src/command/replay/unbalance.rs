@@ -71,7 +71,6 @@ pub fn last(
     }))
 }
 
-/// As a table.
 pub fn print(last: &Last) {
     let known = match last {
         Ok(known) => known,
@@ -90,7 +89,6 @@ pub fn print(last: &Last) {
     }
 }
 
-/// For `--json`.
 pub fn json(last: &Last) -> Value {
     match last {
         Ok(known) => json!({

@@ -8,9 +8,7 @@ use rotor_edge_desktop::startup::series::Run;
 
 /// A start-up, evaluated, and what the answers are measured in.
 pub struct Answer {
-    /// The readings.
     pub readings: Vec<Reading>,
-    /// The simple model.
     pub found: Startup,
     /// The models, from the simple one on.
     pub stages: Vec<Stage>,
@@ -18,11 +16,9 @@ pub struct Answer {
     pub chain: Option<Chain>,
     /// Clearance that errors are given in percent of, µm.
     pub clearance_um: f64,
-    /// Whether nobody stated it.
+    /// Whether nobody stated the clearance.
     pub clearance_assumed: bool,
-    /// Names of the bearings.
     pub bearings: [String; 2],
-    /// Speeds of interest, rpm.
     pub speeds_rpm: Vec<f64>,
     /// Range that errors are summed up over, rpm.
     pub range_rpm: [f64; 2],

@@ -13,7 +13,6 @@ use serde_json::{Map, Value, json};
 use super::answer::Answer;
 use crate::command::diagnose;
 
-/// The whole object.
 pub fn of(answer: &Answer) -> Value {
     let found = &answer.found;
     let own = found.own_kg_m.map(|own| {

@@ -57,7 +57,6 @@ pub fn range(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     for (name, value) in [("--clearance-um", arguments.clearance_um), ("--mass-kg", arguments.mass_kg)] {
         if value.is_some_and(|v| !(v > 0.0 && v.is_finite())) {

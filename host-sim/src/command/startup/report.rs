@@ -20,7 +20,6 @@ use crate::report::{Curve, Figure, Section, Table};
 
 type C = Complex<f64>;
 
-/// All sections.
 pub fn sections(answer: &Answer) -> Vec<Section> {
     let mut sections = vec![summary(answer), bodes(answer), errors(answer)];
     sections.extend([orbits(answer), waves(answer)].into_iter().filter(|s| !s.figures.is_empty()));

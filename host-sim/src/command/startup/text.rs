@@ -13,7 +13,6 @@ use crate::command::{diagnose, output};
 /// A resonance changes if its slope over the amplitude squared is this many standard deviations from none.
 const CHANGES_SIGMAS: f64 = 4.0;
 
-/// The whole answer.
 pub fn print(answer: &Answer) {
     for line in model_lines(answer) {
         println!("{line}");

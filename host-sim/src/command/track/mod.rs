@@ -153,7 +153,6 @@ impl Arguments {
     }
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let config = arguments.config()?;
     let rotor = rotor_file::read(&arguments.rotor)?;

@@ -73,7 +73,6 @@ pub fn print_joint(rotor: &Rotor, joint: &Joint, dates: Dates) {
     }
 }
 
-/// The same for programs.
 fn joint_json(rotor: &Rotor, joint: &Joint, dates: Dates) -> Value {
     let names = coefficient_names(rotor);
     let event = |e: &Event| {
@@ -221,7 +220,6 @@ fn plane_ends(spread: &Spread, plane: usize) -> [[f64; 2]; 2] {
     [[size.low.max(0.0) * G_MM, size.high * G_MM], [angle.low.to_degrees(), angle.high.to_degrees()]]
 }
 
-/// The same in words.
 pub fn plane_interval(spread: &Spread, plane: usize) -> String {
     let [[from, to], [first, last]] = plane_ends(spread, plane);
     format!("   (95 %: {from:.1} to {to:.1}, {first:.0}° to {last:.0}°)")

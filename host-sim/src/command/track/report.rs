@@ -15,7 +15,6 @@ use crate::report::{Figure, Section, Table, identifier};
 
 type Points = Vec<(f64, f64)>;
 
-/// All sections.
 pub fn sections(rotor: &Rotor, record: &[Reading], track: &Track, dates: Dates) -> Vec<Section> {
     let mut sections = vec![residuals(rotor, track, dates), features(rotor, record, track, dates)];
     sections.extend([unbalance(rotor, track, dates), parameters(rotor, track, dates)]);

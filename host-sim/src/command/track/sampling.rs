@@ -49,7 +49,6 @@ fn met(sampling: &Sampling) -> String {
     }
 }
 
-/// For people.
 pub fn print(sampling: &Sampling) {
     println!("\nSampling, {} chains of {} proposals a day", sampling.chains, sampling.proposals);
     println!("  {:<42} {:>8} {:>7}   effective samples: bulk, tails", "sampler", "accepted", "R-hat");
@@ -74,7 +73,6 @@ fn quality(q: &Quality) -> Value {
     })
 }
 
-/// For programs.
 pub fn json(sampling: &Sampling) -> Value {
     let day = |(time_d, q): &(f64, Quality)| {
         let mut value = quality(q);
@@ -97,7 +95,6 @@ pub fn json(sampling: &Sampling) -> Value {
     value
 }
 
-/// Figures over days.
 fn over_days(sampling: &Sampling) -> [Figure; 2] {
     let over = |figure: fn(&Quality) -> f64| {
         sampling.days.iter().map(|(day, q)| (*day, figure(q))).collect::<Vec<_>>()
@@ -174,7 +171,6 @@ fn histograms(rotor: &Rotor, sampling: &Sampling) -> Vec<Figure> {
     figures
 }
 
-/// For the report.
 pub fn section(rotor: &Rotor, sampling: &Sampling) -> Section {
     let row = |(what, q): (String, Quality)| {
         vec![

@@ -56,7 +56,6 @@ pub fn seconds(text: &str) -> Result<Duration> {
     time.ok_or_else(|| anyhow!("expected a number of seconds above 0, such as 10 or 0.5"))
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let place = Place { bus: arguments.bus.to_string(), bit_rate: bit_rate(arguments)? };
     let key = arguments.key.as_deref().map(read_key).transpose()?;

@@ -15,11 +15,9 @@ use crate::deploy::Authority;
 pub struct Candidate {
     /// As [`encoded`](crate::edge::encoded).
     pub bytes: Vec<u8>,
-    /// Its checksum.
     pub checksum: u32,
 }
 
-/// How a trial ended.
 #[derive(Debug)]
 pub struct TrialResult {
     node: u8,
@@ -27,7 +25,6 @@ pub struct TrialResult {
     pub before: Heard,
     /// Residuals with the candidate.
     pub during: Heard,
-    /// How they compare.
     pub verdict: Verdict,
     /// Checksum of the model that stays.
     pub checksum: u32,
@@ -88,7 +85,6 @@ pub fn run(
 }
 
 impl TrialResult {
-    /// For programs.
     pub fn json(&self) -> Value {
         let outcome = if self.verdict == Verdict::NoWorse { "confirmed" } else { "reverted" };
         json!({

@@ -14,7 +14,7 @@ pub fn read_array(file: &str, bytes: &[u8]) -> Result<Waveform> {
     of_one(file, &array(file, bytes)?)
 }
 
-/// Arrays with names.
+/// Several named arrays, one `.npy` file each.
 pub fn read_archive(file: &str, bytes: &[u8]) -> Result<Waveform> {
     let wrong = || format!("{file}: cannot be read as a NumPy archive");
     let mut archive = ZipArchive::new(Cursor::new(bytes)).with_context(wrong)?;

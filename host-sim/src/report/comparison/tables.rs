@@ -54,7 +54,6 @@ pub fn change(before: &Comparison, after: &Comparison) -> Table {
     )
 }
 
-/// Probes, whirl and runs.
 pub fn places(c: &Comparison) -> Vec<Table> {
     let mut tables = vec![by_probe(c)];
     if !c.whirl.is_empty() {

@@ -42,7 +42,6 @@ const LEAST_POLAR: (u16, u16) = (24, 9);
 const LEAST_TREND_ROWS: u16 = 4;
 const WORD_ROWS: u16 = 3;
 
-/// Which bus is watched.
 #[derive(Debug, Clone)]
 pub struct Place {
     /// As `--bus` names it.
@@ -51,7 +50,6 @@ pub struct Place {
     pub bit_rate: u32,
 }
 
-/// Draws one picture.
 pub fn draw(frame: &mut Frame, watch: &Watch, screen: &Screen, place: &Place) {
     let shown = screen.shown(watch);
     let selected = screen.selected(watch);

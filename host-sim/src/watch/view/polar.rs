@@ -31,7 +31,6 @@ const TICKS: usize = 4;
 
 type Point = (f64, f64);
 
-/// Draws the plot.
 pub fn draw(frame: &mut Frame, area: Rect, monitor: &Monitor) {
     let trails: [_; MAX_PLANES] = std::array::from_fn(|plane| trail(monitor, plane));
     let points = || trails.iter().flatten();

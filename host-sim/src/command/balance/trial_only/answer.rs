@@ -154,7 +154,6 @@ impl Answer {
         self.correction.left.iter().map(row).collect()
     }
 
-    /// Prints it.
     pub fn print(&self) {
         /// More rows than this say nothing to a reader; they are in the JSON and the report.
         const MOST_ROWS: usize = 40;
@@ -175,7 +174,7 @@ impl Answer {
     }
 }
 
-/// Four digits that count.
+/// Four significant digits.
 pub fn digits(value: f64) -> String {
     let before = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
     format!("{value:.*}", (3 - before).clamp(0, 6) as usize)

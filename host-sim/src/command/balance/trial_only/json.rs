@@ -20,7 +20,6 @@ fn um_of(unit: &str) -> Option<f64> {
     }
 }
 
-/// The answer.
 pub fn json(answer: &Answer) -> Value {
     let found = &answer.correction;
     let vector = |u: Complex<f64>| json!({"magnitude_g_mm": u.norm(), "angle_deg": answer.told_deg(u)});

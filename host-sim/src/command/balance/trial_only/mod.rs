@@ -43,7 +43,6 @@ pub struct Options {
     noise_floor: Option<f64>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Json> {
     let options = &arguments.alone;
     let Some(data) = &options.trial_only else { bail!("expected a rotor and its data, or --trial-only") };

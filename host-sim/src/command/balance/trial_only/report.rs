@@ -4,7 +4,6 @@ use super::answer::Answer;
 use crate::report::weights::{Weight, weights};
 use crate::report::{Figure, Section, Table, identifier};
 
-/// All sections.
 pub fn sections(answer: &Answer) -> Vec<Section> {
     let found = &answer.correction;
     let cells = |rows: Vec<Vec<String>>, columns: &[&str], caption: String| Table {
