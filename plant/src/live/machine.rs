@@ -7,8 +7,8 @@ use rotor_edge_core::reading::ProbeVector;
 use rusqlite::{Connection, OptionalExtension as _};
 
 use super::glance::Glance;
-use super::page::{ago_us, moment, path, said, seen};
 use super::jobs;
+use super::page::{ago_us, moment, path, said, seen};
 use crate::fleet::queue;
 
 /// Changes of state and jobs that are listed.
