@@ -4,7 +4,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`system`] | the machine turning at a speed: mass, damping, stiffness |
-//! | [`mod@line`] | all finite elements as a chain of nodes |
+//! | [`crate::model::chain`] | all finite elements as a chain of nodes |
 //! | [`critical`] | undamped critical speeds and their map over bearing stiffness |
 //! | [`modes`] | damped eigenvalues with shapes and sense of whirl |
 //! | [`campbell`] | modes over speed, damped critical speeds, threshold of instability |
