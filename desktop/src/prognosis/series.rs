@@ -63,96 +63,151 @@ pub fn read(path: &Path) -> Result<History, Error> {
 pub fn parse(file: &str, text: &str) -> Result<History, Error> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let headers = reader.headers().map_err(|e| Error::measurement(file, "header", e.to_string()))?.clone();
-    let find = |name: &str| headers.iter().position(|h| h.trim() == name);
-    let need = |name: &str| {
-        let what = format!("the column {name} is missing, expected a file that `track --csv` wrote");
-        find(name).ok_or_else(|| Error::measurement(file, "header", what))
-    };
-    let time = need("time_d")?;
-    let values = COLUMNS.map(need).into_iter().collect::<Result<Vec<usize>, Error>>()?;
-    let known: Vec<usize> = COLUMNS
-        .iter()
-        .zip(&values)
-        .map(|(name, own)| find(&format!("{KNOWN}{name}")).unwrap_or(*own))
-        .collect();
-    let outlook_places = Places::find(find);
-    let event = find(EVENT);
-    let mut events = 0;
-    let mut outlooks: Vec<[Outlook; 4]> = Vec::new();
-    let mut times: Vec<f64> = Vec::new();
-    let mut cells: Vec<Vec<f64>> = vec![Vec::new(); 8];
+    let columns = TrackColumns::find(file, &headers)?;
+    let mut track = TrackTable { cells: vec![Vec::new(); 8], ..TrackTable::default() };
     for record in reader.records() {
         let record = record.map_err(|e| Error::measurement(file, "text", e.to_string()))?;
         let line = record.position().map_or(0, csv::Position::line);
-        let number = |column: usize| {
-            let cell = record.get(column).unwrap_or("").trim();
-            let name = headers.get(column).unwrap_or("?");
-            let wrong = || {
-                let place = format!("row {line}, column {name}");
-                Error::measurement(file, place, format!("\"{cell}\" is not a number"))
-            };
-            cell.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(wrong)
-        };
-        let at = number(time)?;
-        if let Some(last) = times.last() {
-            if at == *last {
-                let what = format!(
-                    "day {at} is there twice, expected one estimate at a time; leave one of them out"
-                );
-                return Err(Error::measurement(file, format!("row {line}"), what));
-            }
-            if at < *last {
-                let what = format!("time_d goes back from {last} to {at}, expected ascending days");
-                return Err(Error::measurement(file, format!("row {line}"), what));
-            }
-            if at - last > LONGEST_GAP_D {
-                let what = format!(
-                    "no estimate from day {last} to day {at}; a forecast bridges {LONGEST_GAP_D} days at most, \
-                     give the part after the gap alone"
-                );
-                return Err(Error::measurement(file, format!("row {line}"), what));
-            }
-        }
-        times.push(at);
-        if let Some(column) = event {
-            events += usize::from(number(column)? != 0.0);
-        }
-        for (all, column) in cells.iter_mut().zip(values.iter().chain(&known)) {
-            all.push(number(*column)?);
-        }
-        if let Some(places) = &outlook_places {
-            let out_of_range = |column: usize| {
-                let place = format!("row {line}, column {}", headers.get(column).unwrap_or("?"));
-                Error::measurement(file, place, "is out of range, expected what `track --csv` wrote")
-            };
-            outlooks.push(places.read(number, out_of_range)?);
-        }
+        track.push(&columns, &TrackRow { file, headers: &headers, record: &record, line })?;
     }
-    let Some(first_d) = times.first().copied() else {
+    let Some(first_d) = track.times.first().copied() else {
         return Err(Error::measurement(file, "row 2", "there is no estimate, expected at least one"));
     };
-    sound(file, &times, &cells)?;
-    for angles in [1, 3, 5, 7] {
-        unwrap(&mut cells[angles]);
+    sound(file, &track.times, &track.cells)?;
+    track.unwrap_angles();
+    Ok(History {
+        first_d,
+        series: track.series(columns.outlooks.is_some()),
+        events: columns.event.map(|_| track.events),
+    })
+}
+
+/// Places of the columns in a row.
+struct TrackColumns {
+    time: usize,
+    /// The estimates, in the order of [`COLUMNS`].
+    values: Vec<usize>,
+    /// What was known on each day; the estimates themselves where the file says nothing else.
+    known: Vec<usize>,
+    outlooks: Option<Places>,
+    event: Option<usize>,
+}
+
+impl TrackColumns {
+    fn find(file: &str, headers: &csv::StringRecord) -> Result<Self, Error> {
+        let find = |name: &str| headers.iter().position(|h| h.trim() == name);
+        let need = |name: &str| {
+            let what = format!("the column {name} is missing, expected a file that `track --csv` wrote");
+            find(name).ok_or_else(|| Error::measurement(file, "header", what))
+        };
+        let time = need("time_d")?;
+        let values = COLUMNS.map(need).into_iter().collect::<Result<Vec<usize>, Error>>()?;
+        let known = COLUMNS
+            .iter()
+            .zip(&values)
+            .map(|(name, own)| find(&format!("{KNOWN}{name}")).unwrap_or(*own))
+            .collect();
+        Ok(Self { time, values, known, outlooks: Places::find(find), event: find(EVENT) })
     }
-    // what was known then is within half a turn of what is known now
-    for (own, then) in [(1, 5), (3, 7)] {
-        let (left, right) = cells.split_at_mut(then);
-        let turn = ((left[own][0] - right[0][0]) / 360.0).round() * 360.0;
-        right[0].iter_mut().for_each(|v| *v += turn);
+}
+
+/// One row of the file, with its number for messages.
+struct TrackRow<'a> {
+    file: &'a str,
+    headers: &'a csv::StringRecord,
+    record: &'a csv::StringRecord,
+    line: u64,
+}
+
+impl TrackRow<'_> {
+    fn number(&self, column: usize) -> Result<f64, Error> {
+        let cell = self.record.get(column).unwrap_or("").trim();
+        let wrong = || self.cell_error(column, format!("\"{cell}\" is not a number"));
+        cell.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(wrong)
     }
-    let daily = |values: &[f64]| every_day(&times, values);
-    let series = (0..4).map(|i| {
-        let known = &cells[i + 4];
-        let own = || outlooks.iter().zip(known).map(|(of_day, level)| Outlook { level: *level, ..of_day[i] });
-        Series {
-            name: NAMES[i],
-            values: daily(&cells[i]),
-            known: daily(known),
-            outlooks: outlook_places.as_ref().map(|_| kept_up(&times, &own().collect::<Vec<_>>())),
+
+    fn cell_error(&self, column: usize, what: impl Into<String>) -> Error {
+        let place = format!("row {}, column {}", self.line, self.headers.get(column).unwrap_or("?"));
+        Error::measurement(self.file, place, what.into())
+    }
+
+    /// Checks that a row's day is after the last one, and not by more than a forecast may bridge.
+    fn follows(&self, last: f64, at: f64) -> Result<(), Error> {
+        let what = if at == last {
+            format!("day {at} is there twice, expected one estimate at a time; leave one of them out")
+        } else if at < last {
+            format!("time_d goes back from {last} to {at}, expected ascending days")
+        } else if at - last > LONGEST_GAP_D {
+            format!(
+                "no estimate from day {last} to day {at}; a forecast bridges {LONGEST_GAP_D} days at most, \
+                 give the part after the gap alone"
+            )
+        } else {
+            return Ok(());
+        };
+        Err(Error::measurement(self.file, format!("row {}", self.line), what))
+    }
+}
+
+/// The rows of a track, column by column.
+#[derive(Default)]
+struct TrackTable {
+    times: Vec<f64>,
+    /// The four estimates, then the four numbers that were known on the day.
+    cells: Vec<Vec<f64>>,
+    outlooks: Vec<[Outlook; 4]>,
+    events: usize,
+}
+
+impl TrackTable {
+    fn push(&mut self, columns: &TrackColumns, row: &TrackRow) -> Result<(), Error> {
+        let at = row.number(columns.time)?;
+        if let Some(last) = self.times.last() {
+            row.follows(*last, at)?;
         }
-    });
-    Ok(History { first_d, series: series.collect(), events: event.map(|_| events) })
+        self.times.push(at);
+        if let Some(column) = columns.event {
+            self.events += usize::from(row.number(column)? != 0.0);
+        }
+        for (all, column) in self.cells.iter_mut().zip(columns.values.iter().chain(&columns.known)) {
+            all.push(row.number(*column)?);
+        }
+        if let Some(places) = &columns.outlooks {
+            let out_of_range =
+                |column| row.cell_error(column, "is out of range, expected what `track --csv` wrote");
+            self.outlooks.push(places.read(|column| row.number(column), out_of_range)?);
+        }
+        Ok(())
+    }
+
+    /// Takes whole turns out of the angles; what was known then is within half a turn of what is known now.
+    fn unwrap_angles(&mut self) {
+        for angles in [1, 3, 5, 7] {
+            unwrap(&mut self.cells[angles]);
+        }
+        for (own, then) in [(1, 5), (3, 7)] {
+            let (left, right) = self.cells.split_at_mut(then);
+            let turn = ((left[own][0] - right[0][0]) / 360.0).round() * 360.0;
+            right[0].iter_mut().for_each(|v| *v += turn);
+        }
+    }
+
+    /// The four series with a value a day.
+    fn series(&self, has_outlooks: bool) -> Vec<Series> {
+        let daily = |values: &[f64]| every_day(&self.times, values);
+        let series = |i: usize| {
+            let known = &self.cells[i + 4];
+            let levelled = |(of_day, level): (&[Outlook; 4], &f64)| Outlook { level: *level, ..of_day[i] };
+            let own = || self.outlooks.iter().zip(known).map(levelled).collect::<Vec<_>>();
+            Series {
+                name: NAMES[i],
+                values: daily(&self.cells[i]),
+                known: daily(known),
+                outlooks: has_outlooks.then(|| kept_up(&self.times, &own())),
+            }
+        };
+        (0..4).map(series).collect()
+    }
 }
 
 /// Whether the estimates are of a machine over time: none that froze, no phase reference that was moved.
