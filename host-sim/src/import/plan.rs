@@ -153,17 +153,40 @@ fn complete(
         angle: mapping.angle,
         ..Stated::default()
     };
-    let mut stated = if quantity == Quantity::Gap { stated } else { stated.or(owner).or(above.stated) };
-    // what another quantity would state says nothing of this one
-    let of_phase = matches!(quantity, Quantity::Phase | Quantity::Real | Quantity::Imaginary);
-    let of_length = quantity.is_of_probe() && quantity != Quantity::Phase;
-    if !of_phase {
+    let stated = if quantity == Quantity::Gap { stated } else { stated.or(owner).or(above.stated) };
+    let mut stated = of_quantity(quantity, stated);
+    if matches!(quantity, Quantity::Cos | Quantity::Sin) && name.ends_with("_um") {
+        stated.detection = stated.detection.or(Some(Detection::ZeroToPeak));
+    }
+    if has_sense(quantity) && stated.sense.is_none() {
+        return Err("says neither lag nor lead, expected --lag or --lead".into());
+    }
+    let factor = match quantity {
+        Quantity::Speed => speed_factor(&mut stated, name, largest)?,
+        Quantity::Phase => phase_factor(&mut stated, largest)?,
+        Quantity::Gap => gap_factor(&mut stated),
+        quantity if quantity.is_vibration() => {
+            vibration_factor(quantity, &stated, mapping.sensitivity_mv_um.or(above.sensitivity_mv_um))?
+        }
+        _ => 1.0,
+    };
+    Ok((stated, factor))
+}
+
+/// Whether lag or lead matters to a quantity.
+fn has_sense(quantity: Quantity) -> bool {
+    matches!(quantity, Quantity::Phase | Quantity::Real | Quantity::Imaginary)
+}
+
+/// The conventions that concern a quantity: one that is stated of another says nothing of it.
+fn of_quantity(quantity: Quantity, mut stated: Stated) -> Stated {
+    if !has_sense(quantity) {
         stated.sense = None;
     }
     if quantity != Quantity::Phase {
         stated.angle = None;
     }
-    if !of_length {
+    if !quantity.is_of_probe() || quantity == Quantity::Phase {
         (stated.length, stated.detection) = (None, None);
     }
     if quantity != Quantity::Time {
@@ -172,55 +195,62 @@ fn complete(
     if quantity != Quantity::Speed {
         stated.speed = None;
     }
-    if matches!(quantity, Quantity::Cos | Quantity::Sin) && name.ends_with("_um") {
-        stated.detection = stated.detection.or(Some(Detection::ZeroToPeak));
+    stated
+}
+
+/// To rpm; a speed without a unit is in rpm, unless it is so slow that it may be in Hz.
+fn speed_factor(
+    stated: &mut Stated,
+    name: &str,
+    largest: impl Fn() -> f64,
+) -> std::result::Result<f64, String> {
+    if stated.speed.is_none() && largest() < SLOWEST_RPM {
+        return Err(format!(
+            "no speed is above {} and no unit is stated, expected --column \"{name}=speed:rpm\" or speed:Hz",
+            largest()
+        ));
     }
-    if of_phase && stated.sense.is_none() {
-        return Err("says neither lag nor lead, expected --lag or --lead".into());
+    Ok(stated.speed.get_or_insert(SpeedUnit::Rpm).rpm())
+}
+
+/// To radians of phase lag; a phase without a unit is in degrees, unless all of it lies within a turn in radians.
+fn phase_factor(stated: &mut Stated, largest: impl Fn() -> f64) -> std::result::Result<f64, String> {
+    if stated.angle.is_none() && largest() <= 2.0 * std::f64::consts::PI {
+        return Err("may be degrees or radians, expected --angle degrees or --angle radians".into());
     }
-    match quantity {
-        Quantity::Speed => {
-            if stated.speed.is_none() && largest() < SLOWEST_RPM {
-                return Err(format!(
-                    "no speed is above {} and no unit is stated, expected --column \"{name}=speed:rpm\" or speed:Hz",
-                    largest()
-                ));
-            }
-            let unit = *stated.speed.get_or_insert(SpeedUnit::Rpm);
-            Ok((stated, unit.rpm()))
-        }
-        Quantity::Phase => {
-            if stated.angle.is_none() && largest() <= 2.0 * std::f64::consts::PI {
-                return Err("may be degrees or radians, expected --angle degrees or --angle radians".into());
-            }
-            let angle = *stated.angle.get_or_insert(Angle::Degrees);
-            let sign = if stated.sense == Some(Sense::Lag) { 1.0 } else { -1.0 };
-            Ok((stated, sign * angle.radians()))
-        }
-        Quantity::Gap => {
-            let unit = *stated.length.get_or_insert(Length::V);
-            stated.detection = None;
-            Ok((stated, if unit == Length::Mv { 1e-3 } else { 1.0 }))
-        }
-        quantity if quantity.is_vibration() => {
-            let no_unit = "states no unit, expected --unit um, --unit mil or --unit mm";
-            let no_detection =
-                "says neither peak to peak nor zero to peak nor rms, expected --pp, --zero-peak or --rms";
-            let (length, detection) = match (stated.length, stated.detection) {
-                (Some(length), Some(detection)) => (length, detection),
-                (Some(_), None) => return Err(no_detection.into()),
-                (None, Some(_)) => return Err(no_unit.into()),
-                (None, None) => return Err(format!("{no_unit}, and {no_detection}")),
-            };
-            let Some(um) = length.um(mapping.sensitivity_mv_um.or(above.sensitivity_mv_um)) else {
-                return Err("is a voltage, expected --sensitivity-mv-um".into());
-            };
-            let turned =
-                if stated.sense == Some(Sense::Lead) && quantity == Quantity::Imaginary { -1.0 } else { 1.0 };
-            Ok((stated, turned * um * detection.zero_to_peak()))
-        }
-        _ => Ok((stated, 1.0)),
-    }
+    let angle = *stated.angle.get_or_insert(Angle::Degrees);
+    let sign = if stated.sense == Some(Sense::Lag) { 1.0 } else { -1.0 };
+    Ok(sign * angle.radians())
+}
+
+/// To volts.
+fn gap_factor(stated: &mut Stated) -> f64 {
+    let unit = *stated.length.get_or_insert(Length::V);
+    stated.detection = None;
+    if unit == Length::Mv { 1e-3 } else { 1.0 }
+}
+
+/// To µm zero-to-peak, of an imaginary part that lags.
+fn vibration_factor(
+    quantity: Quantity,
+    stated: &Stated,
+    sensitivity_mv_um: Option<f64>,
+) -> std::result::Result<f64, String> {
+    let no_unit = "states no unit, expected --unit um, --unit mil or --unit mm";
+    let no_detection =
+        "says neither peak to peak nor zero to peak nor rms, expected --pp, --zero-peak or --rms";
+    let (length, detection) = match (stated.length, stated.detection) {
+        (Some(length), Some(detection)) => (length, detection),
+        (Some(_), None) => return Err(no_detection.into()),
+        (None, Some(_)) => return Err(no_unit.into()),
+        (None, None) => return Err(format!("{no_unit}, and {no_detection}")),
+    };
+    let Some(um) = length.um(sensitivity_mv_um) else {
+        return Err("is a voltage, expected --sensitivity-mv-um".into());
+    };
+    let leads = stated.sense == Some(Sense::Lead) && quantity == Quantity::Imaginary;
+    let sign = if leads { -1.0 } else { 1.0 };
+    Ok(sign * um * detection.zero_to_peak())
 }
 
 /// Conventions that the lines above a table state.
