@@ -70,70 +70,19 @@ pub fn examine<'a>(
         return Ok(Examined { diagnosis, base, weighed: None });
     }
     let weighed = base.weighed()?;
-    let Weighed { tried, unknown, ranking } = &weighed;
-    let held_out = match tried.first() {
-        Some(best) if ranking.nothing_missing < SURE => Some(held_out::check(&base, best, readings, &noise)?),
-        _ => None,
-    };
-    let evidence = Evidence { base: &base, tried, ranking, unknown, held_out, determined: &determined };
-    let least = tried.iter().map(|t| base.relative_error(&t.fit)).fold(f64::INFINITY, f64::min);
-    checks::this_machine(rotor, least.min(base.relative_error(base.closest())))?;
-    let sweep = Sweep::of(&as_file(&base.hypothesis, &base.fit), readings, &noise);
-    let too_fast = match &sweep {
-        Some(sweep) if ranking.nothing_missing < SURE => lag_explains(sweep, rotor, readings)?,
-        _ => false,
-    };
+    let diagnosis = base.decided(&weighed, readings, noise, remarks, determined)?;
+    Ok(Examined { diagnosis, base, weighed: Some(weighed) })
+}
+
+/// The verdict on this evidence, withdrawn where a run too fast for a steady response explains the misfit.
+fn verdict(evidence: &Evidence, too_fast: bool) -> Result<Said, Error> {
     let mut said = evidence.verdict()?;
     if too_fast {
         said.verdict = Verdict::Undecided;
         said.summary =
             "The misfit is that of a run too fast for a steady response; nothing is claimed.".into();
     }
-    let Said { verdict, mut summary, scatter, outside } = said;
-    if let Some(alike) = determined.alike().filter(|_| verdict != Verdict::NotDetermined) {
-        summary += &format!(" Besides, {alike}.");
-    }
-    remarks.extend(sweep.map(|sweep| sweep.remark));
-    let advice = match verdict {
-        Verdict::Undecided if !too_fast => advice::between_fits(&base, tried, ranking, &noise),
-        _ => Vec::new(),
-    };
-    if verdict == Verdict::Undecided && !too_fast && advice.is_empty() {
-        remarks.push(advice::another_kind(&base));
-    }
-    let stands_on = if verdict == Verdict::Missing { tried.first().map(|t| &t.fit) } else { None };
-    remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&base.fit).unknowns));
-    let (refuted, of_runs) = match tried.first() {
-        Some(best) if !too_fast => base.of_runs(best, verdict, ranking.probabilities[0]),
-        _ => (Vec::new(), Vec::new()),
-    };
-    remarks.extend(of_runs);
-    let cause = (verdict == Verdict::Unknown || outside >= SURE).then(|| unknown.cause(fitter, outside));
-    let candidates = tried
-        .iter()
-        .zip(&ranking.probabilities)
-        .map(|(t, probability)| base.candidate(t, *probability))
-        .collect();
-    let diagnosis = Diagnosis {
-        verdict,
-        summary,
-        error_before: base.relative_error(&base.fit),
-        chi2_per_value: base.closest().chi2_per_value(),
-        nothing_missing: ranking.nothing_missing,
-        candidates,
-        indistinguishable: ranking.groups.clone(),
-        saturated: false,
-        too_fast,
-        held_out,
-        advice,
-        remarks,
-        noise,
-        scatter,
-        unknown: cause,
-        determined,
-        refuted,
-    };
-    Ok(Examined { diagnosis, base, weighed: Some(weighed) })
+    Ok(said)
 }
 
 /// Whether a run that swept too fast leaves nothing to be missed: so fast that no steady response can be had from it, or
@@ -150,6 +99,72 @@ pub struct Weighed {
 }
 
 impl Base<'_> {
+    /// The answer where the data hold more than bearings and planes; `remarks` are those made so far.
+    fn decided(
+        &self,
+        weighed: &Weighed,
+        readings: &[Reading],
+        noise: Noise,
+        mut remarks: Vec<String>,
+        determined: Determined,
+    ) -> Result<Diagnosis, Error> {
+        let rotor = self.fitter.rotor;
+        let Weighed { tried, unknown, ranking } = weighed;
+        let held_out = match tried.first() {
+            Some(best) if ranking.nothing_missing < SURE => {
+                Some(held_out::check(self, best, readings, &noise)?)
+            }
+            _ => None,
+        };
+        let evidence = Evidence { base: self, tried, ranking, unknown, held_out, determined: &determined };
+        let least = tried.iter().map(|t| self.relative_error(&t.fit)).fold(f64::INFINITY, f64::min);
+        checks::this_machine(rotor, least.min(self.relative_error(self.closest())))?;
+        let sweep = Sweep::of(&as_file(&self.hypothesis, &self.fit), readings, &noise);
+        let too_fast = match &sweep {
+            Some(sweep) if ranking.nothing_missing < SURE => lag_explains(sweep, rotor, readings)?,
+            _ => false,
+        };
+        let Said { verdict, mut summary, scatter, outside } = verdict(&evidence, too_fast)?;
+        if let Some(alike) = determined.alike().filter(|_| verdict != Verdict::NotDetermined) {
+            summary += &format!(" Besides, {alike}.");
+        }
+        remarks.extend(sweep.map(|sweep| sweep.remark));
+        let asks = verdict == Verdict::Undecided && !too_fast;
+        let advice = if asks { advice::between_fits(self, tried, ranking, &noise) } else { Vec::new() };
+        if asks && advice.is_empty() {
+            remarks.push(advice::another_kind(self));
+        }
+        let stands_on = if verdict == Verdict::Missing { tried.first().map(|t| &t.fit) } else { None };
+        remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&self.fit).unknowns));
+        let (refuted, of_runs) = match tried.first() {
+            Some(best) if !too_fast => self.of_runs(best, verdict, ranking.probabilities[0]),
+            _ => (Vec::new(), Vec::new()),
+        };
+        remarks.extend(of_runs);
+        let cause =
+            (verdict == Verdict::Unknown || outside >= SURE).then(|| unknown.cause(self.fitter, outside));
+        let probable = tried.iter().zip(&ranking.probabilities);
+        Ok(Diagnosis {
+            verdict,
+            summary,
+            error_before: self.relative_error(&self.fit),
+            chi2_per_value: self.closest().chi2_per_value(),
+            nothing_missing: ranking.nothing_missing,
+            candidates: probable.map(|(t, probability)| self.candidate(t, *probability)).collect(),
+            indistinguishable: ranking.groups.clone(),
+            saturated: false,
+            too_fast,
+            held_out,
+            advice,
+            remarks,
+            noise,
+            scatter,
+            unknown: cause,
+            determined,
+            refuted,
+        })
+    }
+
     /// What the best candidate says of one run beside the others: stated weights that it refutes, and remarks.
     fn of_runs(&self, best: &Tried, verdict: Verdict, probability: f64) -> (Vec<RefutedRun>, Vec<String>) {
         let changes = RunChange::beyond(self, &self.hypothesis.with(best.assumed), &best.fit);
