@@ -30,6 +30,7 @@ use anyhow::{Context, Result, bail};
 use rotor_edge_core::extraction::ExtractionConfig;
 use rotor_edge_desktop::measurement::Reading;
 
+use channels::Assignment;
 use counts::Converted;
 use orders::{FEWEST_TURNS, Spectrum, Turning};
 use readings::{Drifted, Loss, Recorded, losses};
@@ -140,16 +141,7 @@ fn of_file(
     let converted = Converted::of_probes(&assigned.iter().map(|a| &a.channel.samples).collect::<Vec<_>>());
     let count = converted.step * unit_per_number;
     let zero_mv = (converted.zero * unit_per_number * settings.unit.mv()) as f32;
-    let config = ExtractionConfig {
-        sample_rate_hz: rate_hz as f32,
-        mv_per_count: (count * settings.unit.mv()) as f32,
-        gap_range_mv: settings.gap_range_mv().map(|mv| mv - zero_mv),
-        rails: [i16::MIN, i16::MAX],
-        revolutions: settings.revolutions,
-        largest_drift: settings.largest_drift,
-        longest_turn_s: (60.0 / settings.slowest_rpm) as f32,
-        ..ExtractionConfig::new()
-    };
+    let config = extraction_config(settings, rate_hz, count, zero_mv);
     let mv_um: Vec<f32> = assigned.iter().map(|a| a.mv_um).collect();
     let windows = windows::windows(&config, &mv_um, &converted.counts, &marks.all);
     let names: Vec<String> = assigned.iter().map(|a| a.probe.clone()).collect();
@@ -157,25 +149,16 @@ fn of_file(
     let drifted = readings::drifted(&windows);
     let recorded = Recorded { run: run.as_deref(), begins_s, rate_hz, zero_v: 1e-3 * f64::from(zero_mv) };
     let each = readings::readings(&windows, &recorded, settings);
-    let bins = |readings: &[Reading]| match settings.bin_rpm {
-        Some(bin_rpm) => readings::bins(readings, bin_rpm).into_iter().map(readings::mean_of).collect(),
-        None => readings.to_vec(),
-    };
-    let (readings, compensated) = match settings.bin_rpm.filter(|_| settings.compensate_rate) {
-        Some(bin_rpm) => {
-            let bins = readings::bins(&each, bin_rpm);
-            let (steady, done) = sweep::steady(&each, &bins, bin_rpm, settings.revolutions);
-            (steady, Some(done))
-        }
-        None => (bins(&each), None),
-    };
+    let (readings, compensated) = held_or_binned(each, settings);
     let seconds = |sample: usize| sample as f64 / rate_hz;
     if readings.is_empty() {
         refuse(file, marks.all.len(), &losses, drifted, settings)?;
     }
     let turning = Turning { probes: &assigned, marks: &marks.all, rate_hz, unit_per_number, settings };
     let two_x = match beside.two_x {
-        true => bins(&readings::readings_of(&windows, turning.two_x(&windows), &recorded, settings)),
+        true => {
+            binned(readings::readings_of(&windows, turning.two_x(&windows), &recorded, settings), settings)
+        }
         false => Vec::new(),
     };
     let spectra = if beside.spectra { turning.spectra(&windows) } else { Vec::new() };
@@ -185,13 +168,7 @@ fn of_file(
         rate_hz,
         duration_s: seconds(waveform.len()),
         keyphasor: (key.name.clone(), marks.threshold),
-        probes: (assigned.iter())
-            .map(|a| Probe {
-                name: a.probe.clone(),
-                channel: a.channel.name.clone(),
-                mv_um: f64::from(a.mv_um),
-            })
-            .collect(),
+        probes: assigned.iter().map(probe).collect(),
         count,
         readings,
         two_x,
@@ -202,6 +179,46 @@ fn of_file(
         missed_pulses: marks.missed,
         reference_lost_s: marks.reference_lost.map(seconds),
     })
+}
+
+/// Settings of the core's extraction for a recording; `count` is one count of the converter in the channels' unit.
+fn extraction_config(settings: &Settings, rate_hz: f64, count: f64, zero_mv: f32) -> ExtractionConfig {
+    ExtractionConfig {
+        sample_rate_hz: rate_hz as f32,
+        mv_per_count: (count * settings.unit.mv()) as f32,
+        gap_range_mv: settings.gap_range_mv().map(|mv| mv - zero_mv),
+        rails: [i16::MIN, i16::MAX],
+        revolutions: settings.revolutions,
+        largest_drift: settings.largest_drift,
+        longest_turn_s: (60.0 / settings.slowest_rpm) as f32,
+        ..ExtractionConfig::new()
+    }
+}
+
+/// The mean of each bin of speed, or every reading where no bins are asked for.
+fn binned(each: Vec<Reading>, settings: &Settings) -> Vec<Reading> {
+    match settings.bin_rpm {
+        Some(bin_rpm) => readings::bins(&each, bin_rpm).into_iter().map(readings::mean_of).collect(),
+        None => each,
+    }
+}
+
+/// Readings as they are given out: with the change of speed taken off where that is asked for, else binned.
+fn held_or_binned(each: Vec<Reading>, settings: &Settings) -> (Vec<Reading>, Option<Compensated>) {
+    let Some(bin_rpm) = settings.bin_rpm.filter(|_| settings.compensate_rate) else {
+        return (binned(each, settings), None);
+    };
+    let bins = readings::bins(&each, bin_rpm);
+    let (steady, done) = sweep::steady(&each, &bins, bin_rpm, settings.revolutions);
+    (steady, Some(done))
+}
+
+fn probe(assigned: &Assignment) -> Probe {
+    Probe {
+        name: assigned.probe.clone(),
+        channel: assigned.channel.name.clone(),
+        mv_um: f64::from(assigned.mv_um),
+    }
 }
 
 fn rate_hz(waveform: &Waveform, settings: &Settings) -> Result<f64> {
