@@ -3,9 +3,11 @@
 //! One sentence each, with the key, the number and what is usual. A warning is no error: there are machines on
 //! springs and disks of tungsten.
 
+use nalgebra::Matrix2;
+
 use crate::bearing::pair::Pair;
 use crate::check::system::System;
-use crate::machine::drawing::{Disk, Rotor};
+use crate::machine::drawing::{Bearing, Disk, Rotor};
 use crate::measurement::{rad_s, rpm};
 use crate::shaft::statics::Statics;
 use crate::shaft::structure::segment_at;
@@ -16,6 +18,8 @@ const DEEPEST_SAG_M: f64 = 2e-3;
 const STIFFEST_N_M: f64 = 2e11;
 /// Damping of a bearing at running speed relative to its stiffness.
 const MOST_DAMPED: f64 = 100.0;
+/// Names of the direct coefficients along x and y.
+const DIRECT: [&str; 2] = ["xx", "yy"];
 /// Fastest rim of a disk, m/s.
 const FASTEST_RIM_M_S: f64 = 700.0;
 /// A disk of so many shaft masses is one whose unit is wrong.
@@ -180,74 +184,14 @@ fn disk(known: &Known, d: &Disk, shaft_kg: f64, all: &mut Vec<String>) {
 fn bearings(known: &Known, all: &mut Vec<String>) {
     let speed_rad_s = rad_s(known.fastest_rpm);
     for (i, (b, support)) in known.rotor.bearing.iter().zip(&known.system.model.supports).enumerate() {
-        let key = |name: &str| format!("[[bearing]] \"{}\" {name}", b.name);
         let Pair { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
         let load_n = known.statics.map(|s| s.load_n[i]);
-        if let Some(load) = load_n.filter(|l| *l < 0.0) {
-            all.push(format!(
-                "{}: the weight of the shaft lifts it out of this bearing with {} N; usual is a load of both signs nowhere: \
-                 look at the positions, or state what holds the shaft down.",
-                key("position_m"),
-                figure(-load)
-            ));
+        lifted(b, load_n, all);
+        for axis in 0..2 {
+            stiffness(b, axis, k[(axis, axis)], load_n, all);
+            damping(b, axis, [k[(axis, axis)], c[(axis, axis)]], known.fastest_rpm, all);
         }
-        for (axis, name) in [(0, "xx"), (1, "yy")] {
-            let (stiff, damp) = (k[(axis, axis)], c[(axis, axis)]);
-            let stiffness = key(&format!("stiffness_n_m.{name}"));
-            let sag_m = load_n.map(|l| l / stiff);
-            if let Some(sag) = sag_m.filter(|s| stiff > 0.0 && *s > DEEPEST_SAG_M) {
-                all.push(format!(
-                    "{stiffness} = {} would let the shaft sink by {} m under its load of {} N; bearings have 1e6 to 1e9 N/m.",
-                    figure(stiff),
-                    figure(sag),
-                    figure(load_n.unwrap_or_default())
-                ));
-            } else if stiff > 0.0 && stiff < 1e3 {
-                all.push(format!(
-                    "{stiffness} = {} is very soft; bearings have 1e6 to 1e9 N/m.",
-                    figure(stiff)
-                ));
-            }
-            if stiff > STIFFEST_N_M {
-                all.push(format!(
-                    "{stiffness} = {} is stiffer than any bearing; bearings have 1e6 to 1e9 N/m.",
-                    figure(stiff)
-                ));
-            }
-            let damping = key(&format!("damping_n_s_m.{name}"));
-            if damp < 0.0 {
-                all.push(format!(
-                    "{damping} = {} feeds motion instead of damping it; bearings have 1e2 to 1e6 N·s/m.",
-                    figure(damp)
-                ));
-            } else if damp * speed_rad_s > MOST_DAMPED * stiff.abs() {
-                all.push(format!(
-                    "{damping} = {} makes {} times the stiffness at {} rpm; oil films make 0.5 to 5 times, rolling bearings 0.01.",
-                    figure(damp),
-                    figure(damp * speed_rad_s / stiff.abs()),
-                    figure(known.fastest_rpm)
-                ));
-            }
-        }
-        let direct = k[(0, 0)].abs().max(k[(1, 1)].abs());
-        if k[(0, 1)].abs().max(k[(1, 0)].abs()) > 10.0 * direct {
-            all.push(format!(
-                "{} = {}, yx = {} are more than ten times the direct stiffness of {} N/m; oil films have at most five times.",
-                key("stiffness_n_m.xy"),
-                figure(k[(0, 1)]),
-                figure(k[(1, 0)]),
-                figure(direct)
-            ));
-        }
-        if k[(0, 1)] < 0.0 && k[(1, 0)] > 0.0 && k[(1, 0)] - k[(0, 1)] > 0.1 * direct {
-            all.push(format!(
-                "{} = {} with yx = {} drives backward whirl; with rotation from x to y oil films and seals have xy > 0 > yx: \
-                 are the axes those of a machine that turns the other way?",
-                key("stiffness_n_m.xy"),
-                figure(k[(0, 1)]),
-                figure(k[(1, 0)])
-            ));
-        }
+        cross_coupling(b, &k, all);
     }
     let damps = |s: &crate::model::terms::Support| s.law.coefficients(speed_rad_s).damping.norm() > 0.0;
     if !known.system.model.supports.iter().any(damps) {
@@ -256,6 +200,86 @@ fn bearings(known: &Known, all: &mut Vec<String>) {
              have 1e2 to 1e3 N·s/m."
                 .into(),
         );
+    }
+}
+
+fn bearing_key(bearing: &Bearing, name: &str) -> String {
+    format!("[[bearing]] \"{}\" {name}", bearing.name)
+}
+
+/// A bearing that the shaft's weight pulls up.
+fn lifted(b: &Bearing, load_n: Option<f64>, all: &mut Vec<String>) {
+    if let Some(load) = load_n.filter(|l| *l < 0.0) {
+        all.push(format!(
+            "{}: the weight of the shaft lifts it out of this bearing with {} N; usual is a load of both signs nowhere: \
+             look at the positions, or state what holds the shaft down.",
+            bearing_key(b, "position_m"),
+            figure(-load)
+        ));
+    }
+}
+
+/// Direct stiffness along x (0) or y (1), N/m.
+fn stiffness(b: &Bearing, axis: usize, stiff: f64, load_n: Option<f64>, all: &mut Vec<String>) {
+    let key = bearing_key(b, &format!("stiffness_n_m.{}", DIRECT[axis]));
+    let sag_m = load_n.map(|l| l / stiff);
+    if let Some(sag) = sag_m.filter(|s| stiff > 0.0 && *s > DEEPEST_SAG_M) {
+        all.push(format!(
+            "{key} = {} would let the shaft sink by {} m under its load of {} N; bearings have 1e6 to 1e9 N/m.",
+            figure(stiff),
+            figure(sag),
+            figure(load_n.unwrap_or_default())
+        ));
+    } else if stiff > 0.0 && stiff < 1e3 {
+        all.push(format!("{key} = {} is very soft; bearings have 1e6 to 1e9 N/m.", figure(stiff)));
+    }
+    if stiff > STIFFEST_N_M {
+        all.push(format!(
+            "{key} = {} is stiffer than any bearing; bearings have 1e6 to 1e9 N/m.",
+            figure(stiff)
+        ));
+    }
+}
+
+/// Direct stiffness (N/m) and damping (N·s/m) along x (0) or y (1), against each other at the fastest speed.
+fn damping(b: &Bearing, axis: usize, [stiff, damp]: [f64; 2], fastest_rpm: f64, all: &mut Vec<String>) {
+    let key = bearing_key(b, &format!("damping_n_s_m.{}", DIRECT[axis]));
+    let speed_rad_s = rad_s(fastest_rpm);
+    if damp < 0.0 {
+        all.push(format!(
+            "{key} = {} feeds motion instead of damping it; bearings have 1e2 to 1e6 N·s/m.",
+            figure(damp)
+        ));
+    } else if damp * speed_rad_s > MOST_DAMPED * stiff.abs() {
+        all.push(format!(
+            "{key} = {} makes {} times the stiffness at {} rpm; oil films make 0.5 to 5 times, rolling bearings 0.01.",
+            figure(damp),
+            figure(damp * speed_rad_s / stiff.abs()),
+            figure(fastest_rpm)
+        ));
+    }
+}
+
+/// Cross-coupled stiffness: its size, and the whirl that its signs drive.
+fn cross_coupling(b: &Bearing, k: &Matrix2<f64>, all: &mut Vec<String>) {
+    let direct = k[(0, 0)].abs().max(k[(1, 1)].abs());
+    if k[(0, 1)].abs().max(k[(1, 0)].abs()) > 10.0 * direct {
+        all.push(format!(
+            "{} = {}, yx = {} are more than ten times the direct stiffness of {} N/m; oil films have at most five times.",
+            bearing_key(b, "stiffness_n_m.xy"),
+            figure(k[(0, 1)]),
+            figure(k[(1, 0)]),
+            figure(direct)
+        ));
+    }
+    if k[(0, 1)] < 0.0 && k[(1, 0)] > 0.0 && k[(1, 0)] - k[(0, 1)] > 0.1 * direct {
+        all.push(format!(
+            "{} = {} with yx = {} drives backward whirl; with rotation from x to y oil films and seals have xy > 0 > yx: \
+             are the axes those of a machine that turns the other way?",
+            bearing_key(b, "stiffness_n_m.xy"),
+            figure(k[(0, 1)]),
+            figure(k[(1, 0)])
+        ));
     }
 }
 
