@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lost_probe_makes_the_reading_incomplete_and_leaves_the_others() {
+    fn lost_probe_makes_reading_incomplete_and_keeps_others() {
         let mut reading = Reading::new(60.0, &[ProbeVector { cos_um: 0.0, sin_um: 0.0 }; 8]).unwrap();
         assert!(reading.is_complete() && reading.valid_mask() == 0xff);
         reading.lose(0b1000_0001);

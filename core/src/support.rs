@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn rigid_pedestal_leaves_the_bearing_and_soft_pedestal_leaves_the_pedestal() {
+    fn rigid_pedestal_leaves_bearing_and_soft_leaves_pedestal() {
         let alone = bearing().dynamic_stiffness(&[], 500.0, [0.0; 2]);
         let with = |stiffness_n_m| {
             let pedestal = Some(Pedestal {
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn pedestal_mass_makes_the_series_stiffness_that_of_the_bearing_at_infinite_speed() {
+    fn pedestal_mass_leaves_bearing_stiffness_at_infinite_speed() {
         let pedestal = Some(Pedestal { stiffness_n_m: [1e7; 2], damping_n_s_m: [0.0; 2], mass_kg: [1e6; 2] });
         let speed = 1e4;
         let heavy = Support { pedestal, ..bearing() }.dynamic_stiffness(&[], speed, [0.0; 2]);

@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn no_particle_leaves_the_bounds_and_the_start_is_never_worsened() {
+    fn particles_stay_within_bounds_and_never_worsen_the_start() {
         let mut random = Random::new(6);
         for seed in 0..100 {
             let fit = random_fit(&mut random, 0.5, 0.5);

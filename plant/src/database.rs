@@ -197,7 +197,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_row_is_copied_with_its_names_as_they_are_and_its_numbers_to_the_bit() {
+    fn copied_row_keeps_names_and_numbers_to_the_bit() {
         let mut text = String::new();
         let row = [
             Value::Text("a\\b\tc\n".into()),

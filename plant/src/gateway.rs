@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_keeper_refuses_is_kept_once_it_takes_again_in_its_order() {
+    fn refused_items_are_kept_and_stored_later_in_order() {
         for failures in [0, 1] {
             let (count, kept) = written(failures, 5_000);
             assert_eq!(count.unwrap(), 5_000);

@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reading_that_is_sent_twice_is_one_and_a_gateway_that_restarts_goes_on() {
+    fn repeated_reading_is_one_and_restarted_gateway_continues() {
         let mut hearing = Hearing::new("north", "can0", []);
         let first = reading(&mut hearing, 65_535, NOW_US);
         assert_eq!((first.len(), first[0].epoch, first[0].source.node), (1, 0, 5));
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_of_readings_and_results_is_gone_on_behind_whichever_is_ahead() {
+    fn numbering_continues_behind_newest_reading_or_result() {
         let last = |epoch, sequence| Last { epoch, sequence, time_us: NOW_US };
         for kinds in [[Kind::Reading, Kind::Result], [Kind::Result, Kind::Reading]] {
             let kept = [(5, kinds[0], last(2, 7)), (5, kinds[1], last(2, 6))];
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_is_told_when_it_changes_and_a_clock_that_goes_back_is_marked() {
+    fn state_is_told_on_change_and_clock_set_back_is_marked() {
         let mut hearing = Hearing::new("north", "can0", []);
         let tell = |hearing: &mut Hearing, state, time_us| {
             let frame = Message::State(Status { state, ..Status::default() }).encode(5);

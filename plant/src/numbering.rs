@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_number_soon_after_is_the_same_reading_and_another_much_later() {
+    fn same_number_soon_is_same_reading_and_later_another() {
         assert_eq!(at(4, 9).reading(9, SECOND_US), 4);
         assert_eq!(at(4, 9).reading(9, 3_600 * SECOND_US), 5);
     }

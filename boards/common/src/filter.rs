@@ -37,7 +37,7 @@ mod tests {
     use rotor_edge_core::can::{Frame, MAX_NODE};
 
     #[test]
-    fn of_all_identifiers_those_with_the_nodes_number_and_the_query_to_all_pass() {
+    fn filter_passes_own_number_and_query_to_all() {
         for node in 0..=MAX_NODE {
             for id in 0..=ALL {
                 let frame = Frame::standard(id, &[]).unwrap();

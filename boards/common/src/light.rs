@@ -89,7 +89,7 @@ mod tests {
 
     /// Told apart by an eye that counts changes and sees how long the light is on, not when it began to look.
     #[test]
-    fn every_sign_is_known_by_its_number_of_changes_and_the_share_of_light() {
+    fn light_signs_differ_in_changes_and_duty_cycle() {
         let seen = |sign| {
             let shown = shown(sign, 0);
             let changes = shown.iter().zip(shown.iter().cycle().skip(1)).filter(|(a, b)| a != b).count();

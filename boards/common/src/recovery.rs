@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bus_without_faults_is_never_joined_again_and_a_healed_one_starts_over() {
+    fn faultless_bus_is_never_rejoined_and_healed_one_resets_wait() {
         assert!(joins(60_000_000, |_| false).is_empty());
         let mut recovery = Recovery::new();
         for time_us in (0..5_000_000).step_by(10_000) {

@@ -178,14 +178,14 @@ mod tests {
     }
 
     #[test]
-    fn frames_that_wait_while_the_controller_has_none_in_hand_are_the_programs_fault() {
+    fn waiting_frames_of_idle_controller_are_program_fault() {
         for activity in [Activity::Receiving, Activity::Idle, Activity::Sending] {
             assert!(!is_fed(1, |_| Wire { is_asked: false, is_faulty: false, activity }));
         }
     }
 
     #[test]
-    fn a_controller_that_leaves_a_free_wire_unused_is_reset_and_one_that_begins_anew_is_not() {
+    fn controller_ignoring_free_wire_is_reset_but_restarting_is_not() {
         let free = Wire { activity: Activity::Idle, ..LOSING };
         assert!(is_fed(UNUSED_US / PASS_US, |_| free));
         assert!(!is_fed(UNUSED_US / PASS_US + 1, |_| free));

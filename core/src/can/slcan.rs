@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_written_out_by_hand_are_read_with_either_case_and_with_a_time_stamp() {
+    fn handwritten_slcan_lines_are_read_in_either_case() {
         let want = frame(0x7af, &[0, 0x1b, 0xff]);
         assert_eq!(lines(b"t7AF3001BFF\rt7af3001bff\rt7AF3001BFF12c4\r"), [want, want, want]);
         assert_eq!(lines(b"t0000\r"), [frame(0, &[])]);

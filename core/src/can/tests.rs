@@ -142,7 +142,7 @@ fn bytes_of_a_start_are_the_documented_ones() {
 }
 
 #[test]
-fn identifiers_rise_in_the_order_of_sending_and_type_goes_before_node() {
+fn identifiers_rise_in_sending_order_and_type_precedes_node() {
     let gaps = probes(1, 8).with_gaps_v(&[-9.0; 8]);
     let ids: Vec<u16> = numbered_frames(1, gaps).iter().map(Frame::raw_id).collect();
     assert_eq!(ids.len(), MAX_READING_FRAMES);
@@ -226,7 +226,7 @@ fn a_repeated_reading_is_counted_and_not_evaluated() {
 }
 
 #[test]
-fn an_older_reading_is_late_and_a_jump_ahead_counts_what_it_left_out() {
+fn older_reading_is_late_and_jump_counts_missing_ones() {
     let (whole, counters) = feed([frames(10), frames(14), frames(12), frames(15)].concat());
     assert_eq!(whole, [10, 14, 15]);
     assert_eq!(counters, Counters { lost: 3, late: 1, ..Counters::default() });
@@ -300,7 +300,7 @@ fn a_lost_probe_arrives_as_lost_by_its_mask_or_as_not_a_number() {
 }
 
 #[test]
-fn readings_of_one_to_eight_probes_arrive_as_sent_and_lack_of_any_frame_is_noticed() {
+fn readings_of_one_to_eight_probes_survive_and_loss_is_noticed() {
     for count in 1..=8 {
         let sent = numbered_frames(1, probes(1, count));
         assert_eq!(sent.len(), count + 2);
@@ -314,7 +314,7 @@ fn readings_of_one_to_eight_probes_arrive_as_sent_and_lack_of_any_frame_is_notic
 }
 
 #[test]
-fn gap_voltages_arrive_within_half_a_millivolt_and_only_their_groups_are_sent() {
+fn gap_voltages_survive_within_half_a_millivolt() {
     let stated = [f32::NAN, -9.8765, f32::NAN, f32::NAN, f32::NAN, f32::NAN, f32::NAN, -40.0];
     for (gaps_v, groups) in [(&stated[..4], 1), (&stated[4..8], 1), (&stated[..], 2)] {
         let reading = probes(1, 8).with_gaps_v(gaps_v);
@@ -334,7 +334,7 @@ fn gap_voltages_arrive_within_half_a_millivolt_and_only_their_groups_are_sent() 
 }
 
 #[test]
-fn a_start_that_names_no_possible_number_of_probes_and_a_vector_too_many_are_rejected() {
+fn impossible_probe_count_and_extra_vector_are_rejected() {
     for probes in [0, 1, 3, 9, 15] {
         let (sequence, keyphasor, speed_rpm) = (1, Keyphasor::Locked, 9000.0);
         let start = Message::ReadingStart { sequence, valid_mask: 0xff, keyphasor, probes, speed_rpm };

@@ -11,7 +11,7 @@ fn request(command: Command, counter: u64, body: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn bytes_of_a_request_are_the_documented_ones_and_its_code_is_hmac_sha_256() {
+fn request_bytes_are_documented_and_code_is_hmac_sha_256() {
     let bytes = request(Command::Deploy, 0x0102_0304_0506_0708, b"model");
     assert_eq!(bytes[..12], [2, 1, 3, 0, 8, 7, 6, 5, 4, 3, 2, 1]);
     assert_eq!(bytes[12..17], *b"model");
@@ -38,7 +38,7 @@ fn every_flipped_bit_and_every_cut_of_a_request_is_refused() {
 }
 
 #[test]
-fn a_wrong_key_no_key_another_node_and_an_old_counter_are_told_apart() {
+fn wrong_key_no_key_other_node_and_old_counter_are_distinct() {
     let good = request(Command::Deploy, 7, b"body");
     let outcome =
         |key: Option<Key>, node, last| open_request(&good, key.as_ref(), node, last).map(|r| r.counter);

@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn stepping_follows_the_closed_form_through_an_accelerating_turn_of_two_thousand_samples() {
+    fn phase_stepping_follows_closed_form_of_accelerating_turn() {
         let (period, rise, age) = (1999.7_f32, 0.02_f32, 0.4_f32);
         let mut phase = Phase::new(period, rise, age);
         let mut worst = 0.0_f64;

@@ -70,7 +70,7 @@ fn miss(results: &[Extraction], truth: [f64; 2]) -> f64 {
 }
 
 #[test]
-fn a_pure_sine_is_found_to_the_rounding_of_counts_for_any_samples_in_a_turn() {
+fn pure_sine_is_found_to_count_rounding_for_any_sampling() {
     for period in [8.3, 10.0, 13.7, 109.09, 400.0, 1999.3] {
         for phase in [0.0, 1.0, 2.5, 4.4] {
             let [c, s] = [40.0 * f64::cos(phase), 40.0 * f64::sin(phase)];
@@ -171,7 +171,7 @@ fn clipped_and_open_probes_are_lost_and_the_others_are_not() {
 }
 
 #[test]
-fn a_lost_mark_is_noticed_and_a_keyphasor_that_stays_away_is_missing() {
+fn lost_mark_is_noticed_and_absent_keyphasor_is_missing() {
     let config = config(4);
     let mut extractor = Extractor::new();
     let (mut unsteady, mut missing, mut locked) = (0, 0, 0);
@@ -211,7 +211,7 @@ fn a_mark_that_shakes_costs_no_more_than_its_own_phase() {
 }
 
 #[test]
-fn whatever_arrives_a_locked_reading_is_finite_where_it_is_not_lost() {
+fn locked_reading_is_finite_for_arbitrary_input() {
     let mut random = Random::new(8);
     let mut extractor = Extractor::new();
     let config = ExtractionConfig { revolutions: 3, largest_drift: 1.0, ..config(3) };

@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn another_speed_another_set_of_probes_and_a_long_pause_begin_anew() {
+    fn average_restarts_after_speed_probe_change_or_pause() {
         let mut partial = reading(9000.0, 5.0);
         partial.lose(0b10);
         let fewer = Reading::new(9000.0, &[ProbeVector { cos_um: 5.0, sin_um: 1.0 }; 3]).unwrap();

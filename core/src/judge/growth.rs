@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn no_pace_of_readings_lets_an_unbalance_grow_faster_than_stated_by_a_quarter_more() {
+    fn growth_limit_holds_for_any_pace_of_readings() {
         // In small steps da/dt = 0.2 a/τ: e^0.2 = 1.221 a day instead of 1.2.
         for (period_us, days) in
             [(87_000, 2), (1_000_000, 5), (60_000_000, 5), (3_600_000_000, 5), (DAY_US, 5)]
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn an_estimate_that_says_little_does_not_bound_the_next_one_below_the_truth() {
+    fn uninformative_estimate_never_bounds_next_below_truth() {
         // 100 g·mm known to 0.1; then a day at low speed says 20 with a deviation of 30; then full speed again.
         let mut growth = Growth::resume(&[], &[[100.0, 0.0]]);
         growth.bounds_g_mm(&THRESHOLDS, 0, &[[100.0, 0.0]], &UNKNOWN);

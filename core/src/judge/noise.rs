@@ -38,7 +38,7 @@ mod tests {
     }
 
     #[test]
-    fn bound_holds_against_the_exact_distribution_and_is_not_wasteful() {
+    fn noise_bound_holds_against_exact_distribution() {
         // One feature: the exact tail is that of the normal distribution, 2 Q(T) = 1e-9 at T = 6.109.
         let one = noise_floor_um(1.0, 1);
         assert!((6.109..6.6).contains(&one), "{one}");
@@ -51,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn floor_grows_with_the_root_of_the_variance_and_is_zero_without_noise() {
+    fn noise_floor_grows_with_root_of_variance() {
         assert_eq!(noise_floor_um(0.0, 8), 0.0);
         let (one, four) = (noise_floor_um(8.0, 8), noise_floor_um(32.0, 8));
         assert!((four - 2.0 * one).abs() < 1e-4);

@@ -37,7 +37,7 @@ fn first_flag(verdicts: &[Verdict]) -> Option<usize> {
 }
 
 #[test]
-fn a_lasting_rise_in_a_daily_record_is_flagged_at_the_third_reading_and_names_the_bearing() {
+fn lasting_rise_in_daily_record_is_flagged_at_third_reading() {
     let residuals = [evidence(10.0, 0); 10].into_iter().chain([evidence(20.0, 1); 4]);
     let mut judge = Judge::default();
     let verdicts = run(&mut judge, DAY_US, residuals);
@@ -49,7 +49,7 @@ fn a_lasting_rise_in_a_daily_record_is_flagged_at_the_third_reading_and_names_th
 }
 
 #[test]
-fn a_lasting_rise_at_full_rate_is_flagged_after_the_persistence_and_no_earlier() {
+fn lasting_rise_at_full_rate_is_flagged_after_persistence() {
     let residuals = [evidence(10.0, 0); 1000].into_iter().chain([evidence(20.0, 1); 200]);
     let flag = first_flag(&run(&mut Judge::default(), PERIOD_US, residuals)).unwrap();
     let after_s = (flag - 1000) as f64 * PERIOD_US as f64 * 1e-6;
@@ -96,7 +96,7 @@ fn nothing_is_suspicious_up_to_the_floor() {
 }
 
 #[test]
-fn an_unbalance_that_jumped_is_told_from_a_model_that_no_longer_fits() {
+fn unbalance_jump_is_distinguished_from_misfit() {
     let jumped = Evidence { free_residual_um: 10.0, ..evidence(30.0, 0) };
     let residuals = [evidence(10.0, 0); 5].into_iter().chain([jumped; 3]);
     let mut judge = Judge::default();
@@ -117,7 +117,7 @@ fn fault_too_slow_for_the_level_is_seen_against_the_reference() {
 }
 
 #[test]
-fn a_residual_that_grows_fifteen_fold_is_flagged_whatever_it_takes_from_three_seconds_to_thirty_days() {
+fn fifteenfold_residual_growth_is_flagged_at_any_rate() {
     for (growth_s, period_s) in [
         (3.0, 0.087),
         (36.0, 0.087),
@@ -165,7 +165,7 @@ fn levels_of_partial_readings_are_held_against_fewer_rows() {
 }
 
 #[test]
-fn learning_ends_with_both_time_and_readings_and_the_reference_then_stays() {
+fn learning_needs_time_and_readings_and_baseline_then_stays() {
     let mut judge = Judge::default();
     run(&mut judge, PERIOD_US, [evidence(10.0, 0); 600]);
     assert!(judge.is_learning(), "52 s");
@@ -197,7 +197,7 @@ fn an_acknowledged_flag_is_raised_again_by_what_still_misfits() {
 }
 
 #[test]
-fn the_suspect_is_the_bearing_of_the_greatest_residual_a_probe_that_is_left() {
+fn suspect_bearing_has_greatest_residual_per_remaining_probe() {
     // Both bearings misfit; bearing 2 more a probe, although it has lost one and its sum is less.
     let measured = [ProbeVector { cos_um: 12.5, sin_um: 12.5 }; 4];
     let mut lost = measured;

@@ -79,7 +79,7 @@ fn full() -> Full {
 }
 
 #[test]
-fn the_longest_model_takes_exactly_the_stated_size_and_comes_back_equal() {
+fn longest_model_takes_stated_size_and_round_trips() {
     let mut buffer = [0; Full::max_size_bytes()];
     assert_eq!(full().encode(&mut buffer), Ok(buffer.len()));
     assert_eq!(Model::decode(&buffer), Ok(full()));
@@ -89,7 +89,7 @@ fn the_longest_model_takes_exactly_the_stated_size_and_comes_back_equal() {
 }
 
 #[test]
-fn a_boards_longest_model_leaves_room_for_a_command_in_3_kilobytes() {
+fn longest_board_model_leaves_room_for_command_in_3_kilobytes() {
     const { assert!(Full::max_size_bytes() <= 2_400) };
 }
 
@@ -104,7 +104,7 @@ fn bytes_do_not_depend_on_the_capacity_they_are_read_with() {
 }
 
 #[test]
-fn a_model_for_more_than_the_firmware_holds_is_refused_by_what_is_too_many_and_tells_both_numbers() {
+fn oversized_model_is_refused_naming_part_and_both_numbers() {
     let mut buffer = [0; 4096];
     full().encode(&mut buffer).unwrap();
     assert_eq!(Model::<6, 2, 2>::decode(&buffer), Err(ModelError::Probes));

@@ -38,7 +38,7 @@ fn a_deployed_model_is_stored_then_used_then_confirmed() {
 }
 
 #[test]
-fn a_model_of_another_machine_is_refused_unless_the_command_says_so_and_any_is_taken_where_there_is_none() {
+fn model_of_other_machine_is_refused_unless_commanded() {
     let others = TestModel { machine: *b"next", ..better() };
     let (mut node, mut store) = (node(), Store::default());
     let refused = answer(&mut node, &mut store, 0, &deploy(&others, 5));
@@ -85,7 +85,7 @@ fn forged_replayed_and_keyless_commands_are_refused_and_counted() {
 }
 
 #[test]
-fn a_counter_at_the_end_of_all_numbers_is_refused_and_locks_nothing() {
+fn counter_at_end_of_range_is_refused_and_locks_nothing() {
     let mut node = node();
     assert_eq!(outcome(&mut node, &deploy(&better(), u64::MAX)), Outcome::Counter);
     assert_eq!(outcome(&mut node, &deploy(&better(), MAX_COUNTER_STEP + 1)), Outcome::Counter);
@@ -115,7 +115,7 @@ fn a_model_that_cannot_run_is_refused_with_its_reason() {
 }
 
 #[test]
-fn a_model_larger_than_the_firmware_is_refused_with_both_numbers() {
+fn model_larger_than_firmware_is_refused_with_both_numbers() {
     let (mut node, mut store) = (node(), Store::default());
     let small = rigid_rotor();
     let mut large = Model::<2, 8, 4> {
@@ -145,7 +145,7 @@ fn a_model_larger_than_the_firmware_is_refused_with_both_numbers() {
 }
 
 #[test]
-fn a_deployment_cut_at_any_frame_leaves_the_old_model_or_the_new_one_and_the_next_succeeds() {
+fn deployment_cut_at_any_frame_leaves_old_or_new_model() {
     let request = deploy(&better(), 5);
     let whole = transfer(&mut node(), &mut Store::default(), 0, &request, |_| false).0;
     let request_frames = 2 + (request.len() - 6).div_ceil(7);
@@ -172,7 +172,7 @@ fn outcome_at(node: &mut TestNode, time_us: u64, request: &[u8]) -> Outcome {
 }
 
 #[test]
-fn beginning_a_new_record_is_a_command_too_and_does_not_lower_the_flag() {
+fn new_record_command_does_not_lower_the_flag() {
     let (mut node, mut store, time_us) = flagged();
     let answer = answer(&mut node, &mut store, time_us, &request(Command::Restart, 1, &[]));
     assert_eq!(answer.outcome, Outcome::Accepted);
@@ -182,7 +182,7 @@ fn beginning_a_new_record_is_a_command_too_and_does_not_lower_the_flag() {
 }
 
 #[test]
-fn an_acknowledgement_lowers_the_flag_in_storage_before_it_is_answered() {
+fn acknowledgement_lowers_stored_flag_before_its_answer() {
     let (mut node, mut store, time_us) = flagged();
     let good = answer(&mut node, &mut store, time_us, &request(Command::Acknowledge, 7, &[]));
     assert_eq!((good.outcome, good.counter, store.counter), (Outcome::Accepted, 7, 7));
@@ -194,7 +194,7 @@ fn an_acknowledgement_lowers_the_flag_in_storage_before_it_is_answered() {
 }
 
 #[test]
-fn an_acknowledgement_that_is_forged_or_cannot_be_stored_leaves_the_flag_up() {
+fn forged_or_unstorable_acknowledgement_leaves_flag_up() {
     let (mut node, mut store, time_us) = flagged();
     let forged = signed(Key([8; 32]), Command::Acknowledge, 7, &[]);
     assert_eq!(answer(&mut node, &mut store, time_us, &forged).outcome, Outcome::Forged);
@@ -236,7 +236,7 @@ fn deliver(node: &mut TestNode, time_us: u64, request: &[u8]) {
 }
 
 #[test]
-fn a_new_model_lowers_the_flag_and_the_old_memory_does_not_raise_it_again() {
+fn new_model_lowers_flag_and_old_memory_does_not_raise_it() {
     let (mut node, mut store, time_us) = flagged();
     assert_eq!(answer(&mut node, &mut store, time_us, &deploy(&better(), 1)).outcome, Outcome::Accepted);
     assert_eq!((node.status(time_us).state, node.status(time_us).cause), (NodeState::Waiting, Reason::None));
@@ -268,7 +268,7 @@ fn thresholds_are_set_stored_and_told() {
 }
 
 #[test]
-fn a_flag_that_cannot_be_stored_is_shown_counted_and_tried_again() {
+fn unstorable_flag_is_shown_counted_and_retried() {
     let (mut node, mut store) = (node(), Store::with(&rigid_rotor()));
     let time_us = run(&mut node, &mut store, 0, 62.0, |_| reading(1.0));
     store.fails = true;

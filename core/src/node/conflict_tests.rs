@@ -45,7 +45,7 @@ fn on_one_wire(nodes: &mut [TestNode; 2], until_us: u64) -> (usize, bool) {
 }
 
 #[test]
-fn two_monitors_with_one_number_fall_silent_but_for_states_that_do_not_meet() {
+fn monitors_sharing_a_number_send_only_states_that_never_meet() {
     for seed in 0..20 {
         let node = |seed| {
             let mut node = TestNode::new(NodeConfig { seed, ..NodeConfig::new(NODE) }).unwrap();
@@ -66,7 +66,7 @@ fn two_monitors_with_one_number_fall_silent_but_for_states_that_do_not_meet() {
 }
 
 #[test]
-fn in_a_conflict_nothing_but_states_is_sent_and_after_it_all_goes_on() {
+fn conflict_allows_only_states_and_ends_cleanly() {
     let (mut node, mut store, time_us) = tracking();
     let foreign = Frame::standard(frame_id(TYPE_STATUS, NODE), &[0; 8]).unwrap();
     send(&mut node, time_us, 0x7000, &reading(1.0));

@@ -13,7 +13,7 @@ use crate::testing::Random;
 // Lost probes, keyphasor, speed: no verdict outlives its evidence.
 
 #[test]
-fn with_one_of_four_probes_lost_it_goes_on_with_six_rows_says_so_and_still_sees_a_fault() {
+fn one_lost_probe_of_four_is_reported_and_fault_still_seen() {
     let (mut node, mut store, time_us) = tracking();
     let time_us = run(&mut node, &mut store, time_us, 20.0, |_| lacking(reading(1.0), 0b0100));
     assert_eq!(now(&node, time_us), (NodeState::Tracking, Reason::Probes, 0b0100));
@@ -27,7 +27,7 @@ fn with_one_of_four_probes_lost_it_goes_on_with_six_rows_says_so_and_still_sees_
 }
 
 #[test]
-fn with_as_many_rows_as_unknowns_it_is_blind_although_an_unbalance_comes_out() {
+fn as_many_rows_as_unknowns_is_blind_despite_an_estimate() {
     let (mut node, mut store, time_us) = tracking();
     let time_us = run(&mut node, &mut store, time_us, 5.0, |_| lacking(reading(1.0), 0b0101));
     assert_eq!(now(&node, time_us), (NodeState::Blind, Reason::NoRedundancy, 0b0101));
@@ -53,8 +53,7 @@ fn with_fewer_rows_than_unknowns_it_is_blind_and_then_stale() {
 }
 
 #[test]
-fn an_hour_without_a_reading_and_then_a_thousand_at_the_greatest_vibration_without_a_probe_are_never_healthy()
-{
+fn silence_then_maximum_vibration_is_never_healthy() {
     let (mut node, mut store, time_us) = tracking();
     for time_us in (time_us..time_us + 3600 * SECOND_US).step_by(SECOND_US as usize) {
         node.poll(time_us);
@@ -80,7 +79,7 @@ fn an_hour_without_a_reading_and_then_a_thousand_at_the_greatest_vibration_witho
 }
 
 #[test]
-fn without_a_keyphasor_or_out_of_its_speeds_it_is_blind_at_once_and_stale_after_the_age_limit() {
+fn missing_keyphasor_or_speed_is_blind_then_stale() {
     for fault in 0..3 {
         let (mut node, _, mut time_us) = tracking();
         let began_us = time_us;
@@ -138,7 +137,7 @@ fn a_probe_out_of_its_gap_range_is_not_used_and_named() {
 // Slow faults, over a whole node.
 
 #[test]
-fn wear_is_flagged_whatever_it_takes_from_three_seconds_to_thirty_days() {
+fn wear_is_flagged_from_three_seconds_to_thirty_days() {
     // The unbalance may explain part of it, at the pace of its growth.
     for (growth_s, period_us) in [
         (3.0, PERIOD_US),
@@ -191,7 +190,7 @@ fn after_a_power_cut_the_event_is_flagged_as_without_one() {
 }
 
 #[test]
-fn daily_readings_with_a_power_cut_after_each_are_flagged_at_the_third_as_without() {
+fn daily_readings_with_power_cuts_are_flagged_at_the_third() {
     let worn = shown(&worn(0.5), SPEED_RPM, 1.0);
     for cut in [false, true] {
         let mut store = Store::with(&rigid_rotor());
@@ -213,7 +212,7 @@ fn daily_readings_with_a_power_cut_after_each_are_flagged_at_the_third_as_withou
 }
 
 #[test]
-fn a_flag_survives_a_power_cut_after_any_step_once_it_was_stored() {
+fn stored_flag_survives_power_cut_after_any_step() {
     let (mut node, mut store, mut time_us) = tracking();
     let worn = shown(&worn(0.5), SPEED_RPM, 1.0);
     for step in 0..400 {
@@ -229,7 +228,7 @@ fn a_flag_survives_a_power_cut_after_any_step_once_it_was_stored() {
 }
 
 #[test]
-fn a_flag_that_is_up_after_the_start_says_what_is_the_matter_now() {
+fn restored_flag_states_its_present_cause() {
     let (mut node, mut store, time_us) = tracking();
     run(&mut node, &mut store, time_us, 15.0, |_| shown(&worn(0.5), SPEED_RPM, 1.0));
     let mut node = store.start();
@@ -257,7 +256,7 @@ fn damaged_memory_begins_anew_and_does_not_stop_the_node() {
 // No model, or none that can be used.
 
 #[test]
-fn without_a_usable_model_it_says_why_judges_nothing_keeps_its_counter_and_takes_a_deployment() {
+fn missing_model_is_explained_and_deployment_accepted() {
     let good = encoded(&rigid_rotor());
     let mut old = good.clone();
     old[0] = 1;
@@ -295,7 +294,7 @@ fn without_a_usable_model_it_says_why_judges_nothing_keeps_its_counter_and_takes
 // Noise.
 
 #[test]
-fn ten_thousand_healthy_readings_at_any_speed_raise_no_suspicion() {
+fn ten_thousand_healthy_readings_raise_no_suspicion() {
     const NOISE_UM: f32 = 0.25;
     let mut machine = rigid_rotor();
     machine.noise.floor_um = NOISE_UM;

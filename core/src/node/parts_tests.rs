@@ -47,7 +47,7 @@ fn answer(node: &mut TestNode, request: &[u8]) -> Answer {
 }
 
 #[test]
-fn a_request_in_parts_is_carried_out_once_and_its_answer_told_as_often_as_asked() {
+fn request_in_parts_is_executed_once_and_answered_each_time() {
     let (mut node, mut store) = (node(), Store::with(&rigid_rotor()));
     let request = deploy(&rigid_rotor(), 5);
     let parts = parts_of(request.len());
@@ -89,7 +89,7 @@ fn until_it_is_stored_a_request_stays_whole_and_unanswered() {
 }
 
 #[test]
-fn a_message_over_iso_tp_forgets_what_was_offered_and_the_other_way_round() {
+fn iso_tp_message_discards_offer_and_vice_versa() {
     let (mut node, mut store) = (node(), Store::with(&rigid_rotor()));
     let [first, second] = [5, 6].map(|counter| request(Command::Restart, counter, &[]));
     offer(&mut node, &first, 0, 0);
@@ -103,7 +103,7 @@ fn a_message_over_iso_tp_forgets_what_was_offered_and_the_other_way_round() {
 }
 
 #[test]
-fn offers_that_cannot_be_and_answers_without_a_request_are_passed_over() {
+fn impossible_offers_and_unrequested_answers_are_ignored() {
     let mut node = node();
     for length in [0, MAX_REQUEST_BYTES as u16 + 1, u16::MAX] {
         let offer = Offer { length, wanted: 0, round: 0, crc32: 0 };

@@ -59,7 +59,7 @@ fn is_answered(frames: &[Frame]) -> bool {
 }
 
 #[test]
-fn a_sealed_reading_is_judged_as_an_unsealed_one_and_the_answer_is_sealed() {
+fn sealed_reading_is_judged_as_unsealed_and_answer_is_sealed() {
     let (mut node, mut store) = fresh();
     let answer = told(&mut node, &mut store, 0, &genuine(1));
     let mut open = testing::node();
@@ -77,7 +77,7 @@ fn a_sealed_reading_is_judged_as_an_unsealed_one_and_the_answer_is_sealed() {
 }
 
 #[test]
-fn readings_without_a_seal_with_a_wrong_one_and_recorded_ones_change_nothing_but_counters() {
+fn unsealed_forged_or_replayed_readings_change_only_counters() {
     let (mut node, mut store) = fresh();
     for sequence in 1..=20 {
         assert!(is_answered(&told(&mut node, &mut store, 0, &genuine(sequence))));
@@ -144,7 +144,7 @@ fn one_forged_frame_costs_one_reading_at_most() {
 }
 
 #[test]
-fn after_a_loss_of_power_no_recorded_reading_is_taken_and_the_sender_is_after_the_reserve() {
+fn replayed_reading_after_power_loss_is_refused() {
     let (mut node, mut store) = fresh();
     let recorded: Vec<Vec<Frame>> = (1..=2000).map(genuine).collect();
     for frames in &recorded {
@@ -181,7 +181,7 @@ fn what_is_told_grows_over_restarts_without_a_reading_too() {
 }
 
 #[test]
-fn a_store_that_fails_is_counted_and_tried_again_and_readings_go_on() {
+fn failing_store_is_counted_and_retried_while_readings_go_on() {
     let (mut node, mut store) = fresh();
     store.fails = true;
     for sequence in 1..=3 {

@@ -250,7 +250,7 @@ impl Life {
 }
 
 #[test]
-fn no_life_of_faults_makes_a_monitor_say_healthy_without_evidence_or_lose_a_stored_flag() {
+fn no_fault_history_makes_monitor_healthy_without_evidence() {
     let mut states = [0; 10];
     for seed in 0..30 {
         let mut life = Life::new(seed);
@@ -266,7 +266,7 @@ fn no_life_of_faults_makes_a_monitor_say_healthy_without_evidence_or_lose_a_stor
 }
 
 #[test]
-fn a_healthy_machine_whose_probes_power_and_bus_fail_is_never_flagged() {
+fn healthy_machine_with_failing_probes_and_bus_is_not_flagged() {
     for seed in 100..110 {
         let mut life = Life::new(seed);
         life.worn = life.healthy.clone();

@@ -72,7 +72,7 @@ fn heartbeat_comes_with_the_first_poll_and_then_by_its_period() {
 }
 
 #[test]
-fn a_node_that_is_polled_only_when_it_asks_for_it_misses_nothing() {
+fn node_polled_only_on_request_misses_nothing() {
     let (mut often, mut seldom) = (node(), node());
     let mut told = [std::vec::Vec::new(), std::vec::Vec::new()];
     let mut polls = 0;
@@ -124,7 +124,7 @@ fn a_full_queue_drops_whole_results_and_counts_their_frames() {
 }
 
 #[test]
-fn a_replaced_model_keeps_the_unbalance_until_restarted_and_forgets_the_verdict() {
+fn replaced_model_keeps_unbalance_and_forgets_verdict() {
     let mut node = node();
     send(&mut node, 0, 1, &reading(1.15));
     let mut better = rigid_rotor();
@@ -142,7 +142,7 @@ fn a_replaced_model_keeps_the_unbalance_until_restarted_and_forgets_the_verdict(
 }
 
 #[test]
-fn a_node_number_above_thirty_and_thresholds_out_of_bounds_are_refused() {
+fn node_number_above_thirty_and_bad_thresholds_are_refused() {
     assert_eq!(TestNode::new(NodeConfig::new(MAX_NODE + 1)).err(), Some(NodeError::Node));
     let thresholds = Thresholds { growth: 0.5, ..Thresholds::DEFAULT };
     let refused = TestNode::new(NodeConfig { thresholds, ..config() }).err();
@@ -150,7 +150,7 @@ fn a_node_number_above_thirty_and_thresholds_out_of_bounds_are_refused() {
 }
 
 #[test]
-fn a_misfit_is_suspicious_and_becomes_a_flag_that_names_its_bearing() {
+fn misfit_is_suspicious_then_flagged_with_its_bearing() {
     let (mut node, mut store) = (node(), Store::default());
     let mut time_us = run(&mut node, &mut store, 0, 62.0, |_| reading(1.0));
     let worn = shown(&worn(0.5), SPEED_RPM, 1.0);

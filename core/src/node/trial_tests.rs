@@ -50,7 +50,7 @@ fn tells_trial(node: &mut TestNode, time_us: u64) -> bool {
 }
 
 #[test]
-fn a_model_on_trial_is_used_and_only_its_counter_is_stored_so_that_power_lost_brings_the_old_one_back() {
+fn trial_model_is_used_and_power_loss_restores_the_old_one() {
     let (mut node, mut store, time_us) = trying();
     let memory = store.memory.clone();
     for second in 0..u64::from(TRIAL_S) - 1 {
@@ -68,7 +68,7 @@ fn a_model_on_trial_is_used_and_only_its_counter_is_stored_so_that_power_lost_br
 }
 
 #[test]
-fn a_trial_is_over_at_its_time_to_the_microsecond_and_a_node_wants_to_be_polled_then() {
+fn trial_ends_on_time_and_node_asks_to_be_polled_then() {
     let (mut node, mut store, time_us) = trying();
     let end_us = time_us + TRIAL_US;
     assert!(!node.is_trial_over(end_us - 1) && node.is_trial_over(end_us) && node.is_trial_over(u64::MAX));
@@ -92,7 +92,7 @@ fn a_trial_is_over_at_its_time_to_the_microsecond_and_a_node_wants_to_be_polled_
 }
 
 #[test]
-fn the_same_model_deployed_confirms_it_and_what_it_learned_meanwhile_stays() {
+fn redeployed_trial_model_is_confirmed_with_its_baseline() {
     let (mut node, mut store, time_us) = trying();
     assert!(tells_trial(&mut node, time_us + SECOND_US));
     let time_us = run(&mut node, &mut store, time_us, 30.0, |_| shown(&better(), SPEED_RPM, 1.0));
@@ -113,7 +113,7 @@ fn the_same_model_deployed_confirms_it_and_what_it_learned_meanwhile_stays() {
 }
 
 #[test]
-fn another_model_deployed_ends_a_trial_and_another_trial_replaces_it() {
+fn deployment_ends_a_trial_and_a_new_trial_replaces_it() {
     let (mut node, mut store, time_us) = trying();
     let mut third = better();
     third.supports[1].mass_kg = 3.0;
@@ -165,7 +165,7 @@ fn a_trial_is_refused_as_a_deployment_is_and_changes_nothing() {
 }
 
 #[test]
-fn a_flag_of_before_stays_stored_through_a_trial_whatever_is_acknowledged_meanwhile() {
+fn earlier_flag_stays_stored_through_a_trial() {
     let (mut node, mut store, time_us) = tracking();
     let time_us = run(&mut node, &mut store, time_us, 15.0, |_| shown(&worn(0.5), SPEED_RPM, 1.0));
     assert_eq!(node.status(time_us).state, NodeState::Flagged);

@@ -247,7 +247,7 @@ fn equal_problems_in_other_capacities_give_equal_bits() {
 }
 
 #[test]
-fn a_plane_bound_to_zero_stays_at_zero_and_the_other_reaches_its_own_minimum() {
+fn bounded_plane_stays_at_zero_and_other_reaches_minimum() {
     let mut random = Random::new(13);
     for _ in 0..COUNT {
         let probes = random_fit(&mut random, 0.5, 0.7);

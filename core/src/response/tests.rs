@@ -42,7 +42,7 @@ fn closed_form(k: f64, c: f64, w: f64) -> C {
 }
 
 #[test]
-fn jeffcott_rotor_agrees_with_its_closed_form_below_at_and_above_resonance() {
+fn jeffcott_rotor_agrees_with_closed_form_around_resonance() {
     for w in [300.0_f32, 1000.0, 1001.0, 2500.0] {
         let at_speed = response(&jeffcott(1e7, 500.0), w, &STILL).unwrap();
         let want = closed_form(1e7, 500.0, f64::from(w));
@@ -53,7 +53,7 @@ fn jeffcott_rotor_agrees_with_its_closed_form_below_at_and_above_resonance() {
 }
 
 #[test]
-fn far_above_resonance_the_shaft_moves_opposite_to_the_unbalance() {
+fn shaft_far_above_resonance_opposes_unbalance() {
     let at_speed = response(&jeffcott(1e5, 1.0), 5000.0, &STILL).unwrap();
     let [x, y] = [0, 1].map(|probe| at_speed.probes()[probe].phasor(&[[1000.0, 0.0]]));
     assert!((x.re + 100.0).abs() < 0.1, "−U/m = −100 µm along x at the mark: {x}");
@@ -100,7 +100,7 @@ fn internal_damping_does_nothing_on_forward_synchronous_whirl() {
 }
 
 #[test]
-fn a_probe_at_45_degrees_reads_the_rotated_combination_of_a_pair() {
+fn probe_at_45_degrees_reads_rotated_combination() {
     let mut model = rigid_rotor();
     let plain = response(&model, 800.0, &STILL).unwrap();
     let half = 0.5_f32.sqrt();
@@ -131,7 +131,7 @@ fn gain_turns_and_scales_the_motion_but_not_the_runout() {
 }
 
 #[test]
-fn constant_and_square_law_forcings_are_what_an_equal_unbalance_does() {
+fn constant_and_square_law_forcings_equal_an_unbalance() {
     let mut model = jeffcott(1e7, 500.0);
     let w = 600.0;
     let unit = response(&model, w, &STILL).unwrap().probes()[0].per_unbalance[0];
@@ -145,7 +145,7 @@ fn constant_and_square_law_forcings_are_what_an_equal_unbalance_does() {
 }
 
 #[test]
-fn a_probe_on_a_housing_sees_the_bearings_part_of_two_springs_in_series() {
+fn housing_probe_sees_bearings_share_of_series_springs() {
     let mut model = jeffcott(2e7, 0.0);
     for support in &mut model.supports {
         support.pedestal =
@@ -175,7 +175,7 @@ fn pedestals_under_both_supports_are_springs_in_series() {
 }
 
 #[test]
-fn hardening_with_amplitude_is_a_stiffer_support_and_reports_the_motion_there() {
+fn hardening_is_a_stiffer_support_at_its_reported_motion() {
     let mut model = jeffcott(1e7, 500.0);
     for support in &mut model.supports {
         support.hardening_per_um2 = 1e-3;

@@ -78,7 +78,7 @@ fn static_and_dynamic_put_together_are_the_planes() {
 }
 
 #[test]
-fn a_jump_by_three_is_followed_at_the_bound_and_told_from_a_misfit_and_caught_up_after_seven_readings() {
+fn threefold_jump_is_followed_at_bound_and_caught_up() {
     let model = rigid_rotor();
     let truth = [[9000.0, 12_000.0], [-3000.0, 6000.0]];
     let reading = shown(&model, &truth);
@@ -156,7 +156,7 @@ fn roomy() -> Model<2, 8, 4> {
 }
 
 #[test]
-fn lost_probes_are_left_out_until_the_rest_no_longer_determines_the_planes() {
+fn lost_probes_are_left_out_until_planes_are_undetermined() {
     let model = roomy();
     assert_eq!(model.check(), Ok(()));
     let truth = [[3300.0, 3900.0], [-1100.0, 1900.0]];
@@ -177,7 +177,7 @@ fn lost_probes_are_left_out_until_the_rest_no_longer_determines_the_planes() {
 }
 
 #[test]
-fn planes_whose_deviation_exceeds_their_bound_are_not_determined() {
+fn planes_with_deviation_above_bound_are_undetermined() {
     let mut model = rigid_rotor();
     let reading = shown(&model, &[[3000.0, 4000.0], [-1000.0, 2000.0]]);
     let deviation = follow(&model, &reading).unwrap().deviation_g_mm;
@@ -266,7 +266,7 @@ fn a_reading_that_cannot_be_used_leaves_the_tracker_as_it_was() {
 }
 
 #[test]
-fn a_tracker_resumes_from_what_it_had_and_from_phase_one_where_that_is_lost() {
+fn tracker_resumes_from_its_state_or_from_phase_one() {
     let model = rigid_rotor();
     let resumed = Tracker::resume(&model, &[[1.0, 2.0], [f32::NAN, 0.0]]);
     assert_eq!(resumed.last_g_mm(), [[1.0, 2.0], [-1000.0, 2000.0]]);

@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn names_belong_to_their_counters_and_differences_survive_a_wrap() {
+    fn counter_names_match_and_differences_survive_wrap() {
         let before = Counters { lost: u32::MAX, changes: 7, readings: 1, ..Counters::default() };
         let after = Counters { lost: 1, changes: 9, readings: 4, forged: 5, ..Counters::default() };
         let passed = since(&before, &after);

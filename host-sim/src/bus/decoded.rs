@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn readings_of_interleaved_nodes_come_apart_with_the_time_of_their_last_frame() {
+    fn interleaved_node_readings_are_separated_with_last_time() {
         let mixed = frames(1, 7, 1).into_iter().zip(frames(2, 8, 2));
         let log = logged(mixed.flat_map(|(a, b)| [("can0", a), ("can0", b)]));
         let all = Decoded::of(log.into_iter(), "x.log").unwrap();
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn torn_lines_cost_themselves_alone_unless_there_are_as_many_as_whole_ones() {
+    fn torn_lines_are_skipped_unless_as_many_as_whole_ones() {
         let torn = || Ok(Line::Torn("x.log, row 3: torn".into()));
         let mut log = logged(frames(1, 7, 1).into_iter().chain(frames(1, 8, 2)).map(|frame| ("can0", frame)));
         log.insert(2, torn());
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn another_protocol_is_refused_even_where_its_identifiers_are_ours() {
+    fn foreign_protocol_is_refused_even_with_our_identifiers() {
         let foreign = |id| Frame::standard(id, &[9; 8]).unwrap();
         let other = logged((0..0x800).map(|id| ("can0", foreign(id))));
         assert!(refusal(other).contains("x.log: a log of another protocol: none of its 2048 frames"));

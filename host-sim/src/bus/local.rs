@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn a_participant_that_left_disturbs_nobody_and_the_last_one_is_told() {
+    fn leaving_participant_disturbs_nobody_and_last_is_told() {
         let [mut a, b, c] = <[_; 3]>::try_from(local_bus(3)).ok().unwrap();
         drop(b);
         a.send(&Frame::standard(1, &[]).unwrap()).unwrap();

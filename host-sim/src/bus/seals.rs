@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn after_its_first_seal_a_monitor_is_believed_under_its_seal_alone_and_one_without_seals_as_it_is() {
+    fn sealed_monitor_is_believed_only_under_its_seal() {
         let forged = state(NodeState::Flagged);
         let genuine = [sealed(NodeState::Learning, 1), sealed(NodeState::Tracking, 2)];
         let with_forgeries = [&[forged], &genuine[0][..], &[forged], &genuine[1], &genuine[0]].concat();

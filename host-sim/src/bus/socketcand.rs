@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn merged_messages_come_apart_and_what_is_between_them_does_not_matter() {
+    fn merged_socketcand_messages_are_separated() {
         let stream = b"< hi >< ok >\n< frame 123 1.0 0102 >< frame 124 1.0  >< error 1 1.0 >";
         let [hi, ok, first, second, error] = <[_; 5]>::try_from(decode_all::<Messages>(stream)).unwrap();
         assert_eq!([hi, ok, error], ["hi", "ok", "error 1 1.0"].map(|text| Heard::Text(text.into())));

@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn the_command_line_takes_a_name_and_quotes_what_is_wrong_with_it() {
+    fn bus_argument_takes_a_name_and_quotes_its_error() {
         #[derive(clap::Parser)]
         struct Arguments {
             #[arg(long)]

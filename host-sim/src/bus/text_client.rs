@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn socketcand_is_understood_however_the_stream_was_split_or_merged() {
+    fn socketcand_is_read_for_any_split_or_merge_of_the_stream() {
         let stream = b"< hi >< ok >< ok >< frame 123 1.5 0102 >< error 1 2.0 >< frame 00000123 1.6 01 >< frame 7ff 1.7  >";
         let expected = [Frame::standard(0x123, &[1, 2]), Frame::standard(0x7ff, &[])].map(Option::unwrap);
         for length in 1..=stream.len() {

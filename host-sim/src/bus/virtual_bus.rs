@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn loss_and_delay_are_injected_as_often_as_asked_and_repeat_with_the_seed() {
+    fn loss_and_delay_are_injected_as_asked_and_repeat_with_seed() {
         let config = BusConfig { loss: 0.1, longest_delay_us: 2_000, seed: 7, ..BusConfig::default() };
         let run = || {
             let mut bus = VirtualBus::new(config, 2);

@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_monitor_0_it_is_the_file_itself_and_of_others_no_identifier_stays() {
+    fn dbc_of_monitor_0_is_the_file_and_others_are_renumbered() {
         assert_eq!(of_node(0), DBC);
         assert!(DBC.contains(SHOWN));
         let text = of_node(30);

@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runout_of_a_slow_roll_becomes_a_reading_term_of_every_probe_and_is_not_stated_twice() {
+    fn slow_roll_runout_becomes_one_reading_term_per_probe() {
         let (mut rotor, ..) = sample::load().unwrap();
         let runout_m: Vec<Complex<f64>> =
             (0..rotor.probe.len()).map(|p| Complex::new(1e-6 * p as f64, -2e-6)).collect();
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn an_effect_that_no_controller_runs_is_refused_by_its_name_and_those_that_change_readings_are_run() {
+    fn effect_no_controller_runs_is_refused_by_name() {
         let (mut rotor, ..) = sample::load().unwrap();
         for plane in &mut rotor.plane {
             (plane.unbalance_g_mm, plane.angle_deg) = (Some(100.0), Some(0.0));

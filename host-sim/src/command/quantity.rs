@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantities_have_the_units_of_the_trade_and_the_digits_of_their_uncertainty() {
+    fn quantities_have_trade_units_and_digits_of_uncertainty() {
         let written = |value, sd, unit| quantity(value, sd, unit);
         assert_eq!(written(1.6807e7, Some(1.1e7), "N/m"), "17 ± 11 MN/m");
         assert_eq!(written(1.1058e4, Some(3.6e3), "N·s/m"), "11.1 ± 3.6 kN·s/m");

@@ -21,7 +21,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_shell_takes_what_is_suggested_for_one_word_and_runs_nothing_in_it() {
+    fn suggested_word_is_one_shell_word_and_runs_nothing() {
         for text in ["plain.toml", "my rotor.toml", "it's", "$(touch x)", "a;b", "`id`", ""] {
             let line = format!("printf %s {}", word(text));
             let output = std::process::Command::new("sh").args(["-c", &line]).output().unwrap();

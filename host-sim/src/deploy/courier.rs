@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_request_may_be_carried_out_once_all_of_it_was_sent_and_is_not_held() {
+    fn fully_sent_request_may_be_executed_and_is_not_held() {
         let request = [7; 100];
         for (told, expected) in [
             (&[0, 8, 16][..], false),

@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_worse_model_is_called_so_a_better_one_never_and_one_wild_part_decides_nothing() {
+    fn worse_model_is_named_and_one_outlier_decides_nothing() {
         let mut random = Xoshiro128PlusPlus::seed_from_u64(1);
         let old = scattered(&mut random, 200, 0.05);
         assert_eq!(compare(&old, &scattered(&mut random, 300, 0.07)), Verdict::Worse);
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn of_equal_models_as_many_are_called_worse_as_counting_orders_says() {
+    fn equal_models_are_called_worse_as_often_as_theory_says() {
         // C(9, 5) / C(18, 5)
         let expected = 126.0 / 8568.0;
         let mut random = Xoshiro128PlusPlus::seed_from_u64(2);

@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_peak_is_clipped_and_the_flat_peak_of_a_coarse_converter_is_not() {
+    fn cut_peak_is_clipped_and_coarse_flat_peak_is_not() {
         for (amplitude, limit, resolution, expected) in
             [(1.0, 2.0, 0.0, false), (1.0, 2.0, 0.01, false), (1.0, 0.8, 0.0, true), (1.0, 0.8, 0.001, true)]
         {

@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_missing_pulse_and_one_too_many_leave_the_others_in_their_place_and_a_pause_ends_the_reference() {
+    fn missing_and_extra_pulses_keep_others_and_pause_ends() {
         let pulse = |at: usize| Mark { sample: at, age: 0.0 };
         let mut at: Vec<usize> = (0..40).map(|k| 10 * k).collect();
         at.retain(|at| *at != 70);

@@ -211,7 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bin_is_the_mean_of_what_each_probe_shows_and_begins_anew_when_the_speed_left_it() {
+    fn bin_is_mean_per_probe_and_restarts_when_speed_leaves() {
         let reading = |speed_rpm: f64, y: Option<f64>| Reading {
             time_d: Some(speed_rpm / 1000.0),
             speed_rpm,

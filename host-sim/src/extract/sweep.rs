@@ -122,7 +122,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_parabola_is_found_in_its_own_points_and_four_points_are_too_few() {
+    fn parabola_is_found_in_own_points_and_four_are_too_few() {
         let [a, b, c] = [Complex::new(1.0, -2.0), Complex::new(0.5, 0.25), Complex::new(-3.0, 1.0)];
         let points: Vec<_> = (-3..4).map(|i| (0.1 * f64::from(i), 0.1 * f64::from(i))).collect();
         let points: Vec<_> = points.into_iter().map(|(x, same)| (x, a + b * x + c * same * same)).collect();

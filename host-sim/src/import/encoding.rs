@@ -38,7 +38,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_text_comes_out_of_every_encoding_and_a_picture_is_no_text() {
+    fn text_is_equal_in_every_encoding_and_picture_is_refused() {
         let text = "Zeit;Drehzahl;16X 1X [µm]\r\n1;11000;12,5\r\n";
         let latin = text.chars().map(|c| c as u32 as u8).collect();
         let marked = [b"\xef\xbb\xbf", text.as_bytes()].concat();

@@ -144,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_trial_that_is_confirmed_is_told_from_one_that_is_taken_back_and_from_a_deployment() {
+    fn confirmed_trial_is_distinct_from_revoked_and_deployed() {
         let between = ModelChange::between;
         assert_eq!(between((1, false), (2, true)), Some(ModelChange::OnTrial));
         assert_eq!(between((2, true), (2, false)), Some(ModelChange::Confirmed));

@@ -52,7 +52,7 @@ mod tests {
     const TEXT: &str = "counter 41\nmodel 0102\n";
 
     #[test]
-    fn a_code_is_of_one_text_one_key_and_one_monitor_and_a_cut_one_is_none() {
+    fn code_belongs_to_one_text_key_and_monitor() {
         let seal = Seal::new(Key([7; 32]), 1);
         let closed = seal.close(TEXT);
         assert_eq!(seal.confirms(&closed), Some(true));

@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_saved_is_there_after_a_restart_and_nothing_else_in_the_folder() {
+    fn saved_state_is_there_after_restart_and_nothing_else() {
         let (folder, path) = folder();
         let mut store = Store::open(&path).unwrap();
         assert_eq!((store.counter(), store.model()), (0, Err(Reason::NothingStored)));
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn an_initial_model_counts_until_one_is_deployed_and_never_beside_a_damaged_one() {
+    fn initial_model_counts_until_deployment_and_never_if_damaged() {
         let (_folder, path) = folder();
         let mut store = Store::open(&path).unwrap().with_initial_model(vec![9]);
         assert_eq!(store.model(), Ok(&[9][..]));
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_cut_anywhere_starts_with_a_counter_that_lets_no_old_command_in() {
+    fn truncated_file_starts_with_counter_above_old_commands() {
         let (_folder, path) = folder();
         Store::open(&path).unwrap().save_command(4_123, Some(&[1; 20]), Some(&[2; 9])).unwrap();
         let whole = std::fs::read(&path).unwrap();
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn every_changed_digit_of_the_counter_is_noticed_and_the_damaged_file_is_kept_beside() {
+    fn changed_counter_digit_is_noticed_and_file_kept_beside() {
         let (folder, path) = folder();
         Store::open(&path).unwrap().save_command(4_123, None, None).unwrap();
         let whole = std::fs::read_to_string(&path).unwrap();
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sealed_state_is_of_one_key_and_one_number_unchanged_and_without_its_code_it_counts_as_damaged() {
+    fn sealed_state_needs_its_key_number_and_code() {
         let (_folder, path) = folder();
         let key = Key([3; 32]);
         let open = |key, node| Store::sealed(&path, key, node);

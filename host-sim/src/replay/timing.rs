@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn the_age_limit_is_two_and_a_half_median_intervals_unless_it_is_given() {
+    fn age_limit_is_two_and_a_half_median_intervals_by_default() {
         let config = ReplayConfig::default();
         let daily = record(&[0.0, 1.0, 2.0, 30.0, 31.0]);
         assert_eq!(age_limit_s(&config, &daily), 2.5 * 86_400.0);
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn days_and_the_clock_are_each_others_inverse_and_the_time_of_travel_is_not_told() {
+    fn days_and_clock_are_inverse_to_each_other() {
         let timing = Timing { first_d: 3.5, listen_us: 100_000, sent_us: vec![], travel_us: 0 };
         assert_eq!(timing.at(3.5), 100_000);
         assert_eq!(timing.at(0.0), 100_000);

@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_branch_that_changes_its_sense_is_drawn_in_pieces_without_a_gap() {
+    fn branch_that_changes_sense_is_drawn_in_pieces() {
         let points = [(1.0, Whirl::Mixed), (2.0, Whirl::Mixed), (3.0, Whirl::Forward), (4.0, Whirl::Forward)];
         let branch = Branch { points: points.map(|(s, w)| (s, 10.0, w, 0.1)).to_vec() };
         let ends: Vec<_> = pieces(&branch).iter().map(|(i, p)| (*i, p[0][0], p[p.len() - 1][0])).collect();

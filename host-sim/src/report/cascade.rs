@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn feet_between_peaks_are_left_out_and_peaks_keep_their_own_feet() {
+    fn feet_between_peaks_are_left_out_of_cascade() {
         let lines: Vec<_> = [0.0, 0.1, 0.0, 0.0, 0.0, 9.0, 0.0, 0.0, 0.0]
             .into_iter()
             .enumerate()

@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lags_grow_clockwise_and_places_on_the_shaft_counter_clockwise() {
+    fn lags_grow_clockwise_and_places_counter_clockwise() {
         let quarter = |turn| {
             let (chart, rim) = polar_paper([3.0].into_iter(), "µm", turn);
             let words = chart.series.iter().find(|s| s.words.contains(&"90°".to_string())).unwrap();

@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_circle_from_x_to_y_is_forward_and_its_keyphasor_dot_lies_where_the_motion_is_at_time_zero() {
+    fn circle_from_x_to_y_is_forward_with_keyphasor_dot() {
         let x = Complex::new(1e-6, 0.0);
         let forward = [x, -Complex::<f64>::i() * x];
         assert_eq!(direction(forward), Direction::Forward);

@@ -232,7 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_disk_is_drawn_with_the_radius_and_width_that_its_inertias_state() {
+    fn disk_is_drawn_with_size_of_its_inertias() {
         let (mass_kg, radius, width) = (18.0, 0.2, 0.07);
         let d = Disk {
             name: "d".into(),

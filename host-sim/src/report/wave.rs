@@ -37,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_wave_begins_with_the_cosine_part_and_shows_the_sine_part_a_quarter_turn_later() {
+    fn wave_starts_with_cosine_part_and_sine_a_quarter_later() {
         // u = 3 cos φ + 4 sin φ
         let wave = path(Complex::new(3e-6, -4e-6));
         let near = |phi: f64| {

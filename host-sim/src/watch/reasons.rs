@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_reason_has_words_of_its_own_and_those_that_need_something_done_say_what() {
+    fn every_reason_has_own_words_and_says_what_to_do() {
         let mut seen = std::collections::HashSet::new();
         for reason in Reason::ALL {
             let why = why(reason, 0b10);

@@ -37,7 +37,7 @@ fn result(sequence: u16) -> MonitorResult {
 }
 
 #[test]
-fn a_monitor_is_known_by_its_heartbeat_and_answers_the_question_for_versions() {
+fn monitor_is_known_by_heartbeat_and_answers_version_query() {
     let mut bench = Bench::new(&[4]);
     bench.run(SECOND_US);
     let found: Vec<u8> = bench.watch.monitors().map(|(node, _)| node).collect();
@@ -98,7 +98,7 @@ fn results_are_those_of_the_core_to_the_bit_with_their_rate() {
 }
 
 #[test]
-fn a_residual_that_stays_high_is_flagged_with_its_bearing_and_the_stretch_ends_when_it_falls() {
+fn lasting_residual_is_flagged_until_it_falls() {
     let mut bench = Bench::new(&[1]);
     bench.run(SECOND_US);
     bench.send_healthy(1, 10);
@@ -220,7 +220,7 @@ fn a_replaced_model_is_noticed_with_its_time() {
 }
 
 #[test]
-fn a_result_with_a_frame_missing_or_altered_is_damaged_and_not_shown() {
+fn result_with_missing_or_altered_frame_is_damaged() {
     let mut watch = Watch::new(None);
     let frames = result_frames(1, &result(7));
     frames.iter().for_each(|frame| watch.receive(0, frame));
@@ -262,7 +262,7 @@ fn readings_that_cannot_be_judged_are_explained() {
 }
 
 #[test]
-fn a_monitor_without_a_model_says_so_and_that_one_is_to_be_deployed() {
+fn monitor_without_model_says_one_must_be_deployed() {
     let mut bench = Bench::new(&[1]);
     bench.nodes[0] = EdgeNode::new(NodeConfig::new(1)).unwrap();
     bench.run(SECOND_US);
@@ -280,7 +280,7 @@ fn readings_for_nobody_show_an_absent_monitor() {
 }
 
 #[test]
-fn a_version_that_means_something_else_is_not_interpreted_and_a_compatible_one_is() {
+fn incompatible_version_is_not_interpreted() {
     let answer = |oldest| {
         Message::Version { protocol: 9, oldest, model_schema: 1, shapes: 6, probes: 4, planes: 2 }.encode(1)
     };
@@ -306,7 +306,7 @@ fn traffic_of_another_protocol_is_counted_and_no_monitor() {
 }
 
 #[test]
-fn the_history_is_bounded_and_can_be_cleared_and_one_number_alone_can_be_watched() {
+fn history_is_bounded_clearable_and_filtered_by_number() {
     let mut watch = Watch::new(Some(1));
     assert_eq!(watch.questions(), [Message::VersionQuery.encode(1)]);
     for number in 0..HISTORY + 10 {

@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn a_job_of_a_silent_worker_goes_to_another_and_its_answer_counts_once() {
+    fn job_of_silent_worker_moves_and_counts_once() {
         let (_folder, mut store) = queue(1);
         let queue = store.connection();
         let job = take(queue, "a", &Hands::default(), 100).unwrap().unwrap();
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn a_job_that_kills_its_workers_is_set_aside_and_the_others_are_done() {
+    fn job_that_kills_workers_is_set_aside() {
         let (_folder, mut store) = queue(2);
         let queue = store.connection();
         let bad = take(queue, "a", &Hands::default(), 0).unwrap().unwrap();
@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_answer_is_begun_anew_when_it_is_asked_for_again_and_what_has_one_is_not() {
+    fn unanswered_request_restarts_and_answered_one_does_not() {
         let (_folder, mut store) = queue(2);
         let queue = store.connection();
         let hands = Hands::default();

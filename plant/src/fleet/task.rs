@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_deployment_is_for_who_is_at_its_bus_and_the_rest_for_who_is_at_none() {
+    fn deployment_goes_to_worker_at_its_bus() {
         let bus = Named { name: "hall1".into(), spec: "slcan:127.0.0.1:1".parse().unwrap() };
         let near = Hands { plant: "north".into(), buses: vec![bus.clone()], keys: "keys".into() };
         let elsewhere = Hands { plant: "south".into(), ..near.clone() };

@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_was_first_counts_and_the_same_state_later_is_another_alarm() {
+    fn first_acknowledgement_counts_and_later_state_is_new_alarm() {
         let folder = tempfile::tempdir().unwrap();
         let mut store = Store::open(&folder.path().join("plant.db")).unwrap();
         let connection = store.connection();

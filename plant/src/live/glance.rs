@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_flag_one_is_told_what_raised_it_at_which_bearing_and_what_is_the_matter_now() {
+    fn flag_shows_cause_bearing_and_present_state() {
         let risen = Newest { suspect: Some(2), cause: Some("rise".into()), ..told(3, "flagged", "rise", 0) };
         assert_eq!(
             in_words(&risen),

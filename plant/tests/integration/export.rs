@@ -35,7 +35,7 @@ fn exported(store: &Path, folder: &Path) -> String {
 }
 
 #[test]
-fn a_day_is_a_file_with_the_numbers_of_the_store_and_is_written_again_when_it_got_more() {
+fn daily_export_has_store_numbers_and_is_updated() {
     let folder = tempfile::tempdir().unwrap();
     let (path, days) = (folder.path().join("plant.db"), folder.path().join("days"));
     let mut store = Store::open(&path).unwrap();
@@ -81,7 +81,7 @@ fn a_day_is_a_file_with_the_numbers_of_the_store_and_is_written_again_when_it_go
 }
 
 #[test]
-fn what_is_older_than_a_day_goes_and_the_last_of_each_monitor_stays() {
+fn items_older_than_a_day_go_and_last_of_each_stays() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plant.db");
     let mut store = Store::open(&path).unwrap();

@@ -31,7 +31,7 @@ fn numbers(path: &Path, table: &str) -> Vec<(i64, i64)> {
 }
 
 #[test]
-fn readings_and_results_are_in_the_file_to_the_bit_over_a_kill_and_a_wrap() {
+fn file_keeps_items_to_the_bit_over_kill_and_wrap() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plant.db");
     let mut bus = Bus::start();
@@ -83,7 +83,7 @@ fn readings_and_results_are_in_the_file_to_the_bit_over_a_kill_and_a_wrap() {
 }
 
 #[test]
-fn a_second_gateway_of_the_same_bus_is_refused_and_one_of_another_is_not() {
+fn second_gateway_of_same_bus_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plant.db");
     let to = path.display().to_string();
@@ -168,7 +168,7 @@ fn what_is_no_store_or_a_newer_one_is_refused_and_left_as_it_is() {
 }
 
 #[test]
-fn a_store_of_the_first_version_is_brought_up_to_date_with_all_that_is_in_it() {
+fn first_version_store_is_migrated_with_all_content() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("old.db");
     let old = Connection::open(&path).unwrap();
@@ -186,7 +186,7 @@ fn a_store_of_the_first_version_is_brought_up_to_date_with_all_that_is_in_it() {
 }
 
 #[test]
-fn a_monitor_of_another_protocol_is_told_of_once_and_what_it_tells_is_kept() {
+fn foreign_protocol_monitor_is_reported_once_and_kept() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plant.db");
     let mut bus = Bus::start();
@@ -203,7 +203,7 @@ fn a_monitor_of_another_protocol_is_told_of_once_and_what_it_tells_is_kept() {
 }
 
 #[test]
-fn every_command_line_of_the_pages_is_one_that_the_program_takes() {
+fn command_lines_in_pages_are_accepted_by_program() {
     use clap::Parser as _;
     let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let pages = ["README.md", "docs/plant.md", "docs/plant-at-scale.md"];

@@ -19,7 +19,7 @@ fn desk(command: &str, rotor: &Path, data: &Path) -> Value {
 }
 
 #[test]
-fn two_workers_answer_what_the_desk_answers_and_the_same_job_twice_is_one() {
+fn two_workers_answer_as_offline_and_duplicate_job_is_one() {
     let plant = Plant::of_days(1..4, 40);
     plant.says(&["fleet", "track", plant.path()], "3 new jobs.");
     plant.says(&["fleet", "track", plant.path(), "north/hall1/2"], "0 new jobs, 1 were asked for before.");
@@ -71,7 +71,7 @@ mod slow {
     use super::*;
 
     #[test]
-    fn the_job_of_a_killed_worker_is_done_by_another_within_its_lease() {
+    fn job_of_killed_worker_is_done_within_its_lease() {
         // a minute of readings, a second apart: all of them are used
         let plant = Plant::of(1..3, sample::RUNUP_DAY_126, |row, _| row as i64 * 1_000_000);
         plant.says(&["fleet", "improve", plant.path(), "north"], "2 new jobs.");

@@ -147,7 +147,7 @@ fn flagged() -> Plant {
 }
 
 #[test]
-fn the_page_of_a_machine_shows_what_is_known_of_it_and_takes_who_has_seen_its_alarm() {
+fn machine_page_shows_state_and_takes_acknowledgement() {
     let plant = flagged();
     let path = Path::new(plant.path());
     let secret = plant.at("token");

@@ -42,7 +42,7 @@ fn the_last_record_is_found_over_many_turns_of_the_pages() {
 }
 
 #[test]
-fn a_cut_at_any_write_or_erasure_leaves_the_record_before_or_the_new_one_and_room_for_the_next() {
+fn power_cut_leaves_previous_or_new_record_and_free_space() {
     let steps = CELL_BYTES / WORD + 3;
     let mut before = Journal::new(Flash::new(2, || 0xff));
     for number in 1..15 {
@@ -85,7 +85,7 @@ fn a_cut_at_any_write_or_erasure_leaves_the_record_before_or_the_new_one_and_roo
 }
 
 #[test]
-fn every_flipped_bit_of_the_last_record_falls_back_to_the_one_before() {
+fn flipped_bit_in_last_record_falls_back_to_previous() {
     let journal = appended(appended(Journal::new(Flash::new(2, || 0xff)), 40), 41);
     for bit in 0..8 * (HEAD_BYTES + 41) {
         let mut flash = journal.flash.clone();
@@ -97,7 +97,7 @@ fn every_flipped_bit_of_the_last_record_falls_back_to_the_one_before() {
 }
 
 #[test]
-fn whatever_the_flash_held_before_nothing_is_found_and_a_record_can_be_written() {
+fn arbitrary_flash_content_yields_no_record_and_is_writable() {
     let mut seed = Flash::new(2, || 0);
     for fill in 0..=255 {
         let journal = Journal::new(Flash::new(2, || if fill == 0 { seed.random() } else { fill }));
@@ -107,7 +107,7 @@ fn whatever_the_flash_held_before_nothing_is_found_and_a_record_can_be_written()
 }
 
 #[test]
-fn a_memory_that_is_too_long_is_refused_and_the_record_before_stays() {
+fn oversized_memory_is_refused_and_previous_record_stays() {
     let mut journal = appended(Journal::new(Flash::new(2, || 0xff)), 5);
     assert_eq!(journal.append(6, &[0; MEMORY_BYTES + 1]), Err(SaveError::Length));
     journal.append(6, &memory(6, MEMORY_BYTES)).unwrap();
@@ -116,7 +116,7 @@ fn a_memory_that_is_too_long_is_refused_and_the_record_before_stays() {
 
 /// What the module states: pages of 2,048 bytes, one record an hour for 20 years.
 #[test]
-fn an_hourly_record_wears_each_page_less_than_ten_thousand_times_in_twenty_years() {
+fn hourly_records_wear_pages_below_ten_thousand_cycles() {
     let mut journal = Journal::new(TestFlash::<2048>::new(2, || 0xff));
     let hours = 20.0 * 365.25 * 24.0;
     let written = 2_600;

@@ -133,7 +133,7 @@ fn tracking() -> Board {
 }
 
 #[test]
-fn without_a_model_it_says_so_evaluates_nothing_and_takes_a_deployment_whatever_the_flash_holds() {
+fn monitor_without_model_accepts_deployment_on_any_flash() {
     for fill in [0x00, 0xff, 0x55] {
         let (mut board, start) = Board::start([Flash::new(4, || fill), Flash::new(2, || fill)]);
         let lack = Err(Reason::NothingStored);
@@ -169,7 +169,7 @@ fn model_counter_thresholds_and_memory_outlive_a_restart() {
 }
 
 #[test]
-fn a_flag_is_up_again_after_every_restart_until_it_is_acknowledged() {
+fn flag_is_raised_again_after_restart_until_acknowledged() {
     let mut board = tracking();
     board.read(&faulty(), 20);
     let before = board.status();
@@ -188,7 +188,7 @@ fn a_flag_is_up_again_after_every_restart_until_it_is_acknowledged() {
 }
 
 #[test]
-fn while_the_supply_is_low_nothing_is_written_and_everything_stays() {
+fn low_supply_blocks_writes_and_preserves_state() {
     let mut board = tracking();
     board.read(&faulty(), 20);
     let checksum = board.checksum();
@@ -211,7 +211,7 @@ fn while_the_supply_is_low_nothing_is_written_and_everything_stays() {
 }
 
 #[test]
-fn a_model_of_another_schema_or_a_damaged_one_leaves_the_counter_and_a_board_that_can_be_deployed_to() {
+fn damaged_model_keeps_counter_and_accepts_deployment() {
     let stored = tracking().stop();
     // The model is behind the slot's head of 32 bytes; its first byte is the schema's.
     for (place, flipped) in [(32, 1), (200, 1), (36, 0x80)] {
@@ -256,7 +256,7 @@ enum Event {
 
 /// Each event with power cut at each write and erasure that it brings, in slots and journal alike.
 #[test]
-fn a_cut_anywhere_loses_no_flag_lowers_no_counter_and_leaves_the_old_state_or_the_new_one() {
+fn power_cut_keeps_flag_counter_and_old_or_new_state() {
     let flagged = {
         let mut board = tracking();
         board.read(&faulty(), 20);
@@ -313,7 +313,7 @@ fn a_cut_anywhere_loses_no_flag_lowers_no_counter_and_leaves_the_old_state_or_th
 }
 
 #[test]
-fn a_model_on_trial_is_never_in_flash_and_its_counter_and_what_was_learned_before_are() {
+fn trial_model_is_never_stored_but_counter_and_baseline_are() {
     let mut board = tracking();
     let before = board.checksum();
     let body = [&60_u32.to_le_bytes()[..], BETTER].concat();

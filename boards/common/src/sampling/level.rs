@@ -53,7 +53,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn voltages_come_back_within_the_rounding_of_count_and_zero_by_kirchhoff() {
+    fn voltages_recover_counts_and_zero_by_kirchhoff() {
         for mv in (-24_000..=0).step_by(10) {
             let counts = convert(&BOARD, f64::from(mv)) as i16 - BOARD.zero_count();
             let error_counts = f32::from(counts) - mv as f32 / BOARD.mv_per_count();

@@ -73,7 +73,7 @@ mod tests {
         CaptureConfig { scan_ticks: 8_500, length_ticks: 8_500 * 1_000, first_ticks: 11_600 };
 
     #[test]
-    fn every_mark_is_found_at_its_scan_over_many_lengths_of_the_timer() {
+    fn marks_are_found_at_their_scan_for_many_timer_lengths() {
         let mut marks = Marks::new(CONFIG);
         // 1.2345 ms and a third of a tick, so that every phase comes up
         let instant = |number: u64| 20_000 + number * 209_865 + number / 3;

@@ -37,7 +37,7 @@ mod tests {
     const HALF_US: u64 = 5_000;
 
     #[test]
-    fn a_reader_that_is_late_by_less_than_a_half_loses_nothing_even_from_its_first() {
+    fn reader_late_by_less_than_half_a_buffer_loses_nothing() {
         let mut pace = Pace::new();
         for half in 1..10_000 {
             let late_us = half * 2_654_435_761 % HALF_US;
@@ -53,7 +53,7 @@ mod tests {
     }
 
     #[test]
-    fn one_round_of_a_ring_of_two_halves_is_missed_whatever_the_delays() {
+    fn missed_round_of_double_buffer_is_detected_for_any_delay() {
         for first_us in (0..HALF_US).step_by(100) {
             for second_us in (0..HALF_US).step_by(100) {
                 let mut pace = Pace::new();
@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn a_converter_that_misses_one_trigger_in_a_hundred_is_found_out() {
+    fn converter_missing_one_trigger_in_a_hundred_is_detected() {
         let mut pace = Pace::new();
         let slow_us = HALF_US + u64::from(SCAN_US);
         let found = (1..200).position(|half| !pace.keeps(SCANS, SCAN_US, half * slow_us));

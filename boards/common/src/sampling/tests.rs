@@ -76,7 +76,7 @@ fn check(reading: &NumberedReading) {
 }
 
 #[test]
-fn readings_equal_the_closed_form_though_inputs_are_converted_one_after_the_other() {
+fn readings_equal_closed_form_for_sequential_conversion() {
     let mut sampling = Sampling::new(CONFIG);
     let mut readings = Vec::new();
     for number in 0..100 {
@@ -90,7 +90,7 @@ fn readings_equal_the_closed_form_though_inputs_are_converted_one_after_the_othe
 
 /// The gap of 2.75 turns begins at each twelfth of a turn, so that a keyphasor from before it would also make false marks.
 #[test]
-fn lost_samples_are_reported_leave_a_number_out_and_are_never_spliced() {
+fn lost_samples_are_reported_and_never_spliced() {
     let told = |sampling: &mut Sampling, _| {
         sampling.lost();
     };
@@ -134,7 +134,7 @@ fn gap_voltages_outside_the_configured_range_lose_their_probes() {
 }
 
 #[test]
-fn a_board_without_probes_says_nothing_and_a_keyphasor_that_stops_is_missing() {
+fn board_without_probes_is_silent_and_stopped_keyphasor_missing() {
     let mut sampling = Sampling::new(CONFIG);
     let grounded = [[0; INPUTS]; SCANS];
     let silence = |sampling: &mut Sampling, from: usize| {

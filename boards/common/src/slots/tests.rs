@@ -78,7 +78,7 @@ fn cut_everywhere(before: &Flash, counter: u64, change: Change<'_>) {
 }
 
 #[test]
-fn a_cut_at_any_write_or_erasure_leaves_the_old_state_or_the_new_one() {
+fn power_cut_leaves_old_or_new_slot() {
     let (first, second, third) = (model(1, 200), model(2, 77), model(3, 210));
     cut_everywhere(&blank(), 1, both(&first, &[1; 40]));
     let slots = saved(Slots::new(blank()), 1, both(&first, &[1; 40]));
@@ -90,7 +90,7 @@ fn a_cut_at_any_write_or_erasure_leaves_the_old_state_or_the_new_one() {
 }
 
 #[test]
-fn whatever_the_flash_held_before_nothing_is_found_and_everything_can_be_saved() {
+fn arbitrary_flash_content_yields_no_slot_and_is_writable() {
     let mut seed = Flash::new(PAGES, || 0);
     for fill in 0..=255 {
         let flash = Flash::new(PAGES, || if fill == 0 { seed.random() } else { fill });
@@ -128,8 +128,7 @@ fn the_newest_is_found_over_the_end_of_the_numbers() {
 }
 
 #[test]
-fn a_flipped_bit_never_brings_back_a_model_that_was_replaced_nor_lowers_the_counter_by_more_than_its_own_slot()
- {
+fn flipped_bit_never_restores_replaced_model_or_older_counter() {
     let slots = saved(Slots::new(blank()), 1, both(&model(1, 50), &[1; 20]));
     let slots = saved(slots, 2, both(&model(2, 50), &[1; 20]));
     let start = slots.start(1) as usize;
@@ -150,7 +149,7 @@ fn a_flipped_bit_never_brings_back_a_model_that_was_replaced_nor_lowers_the_coun
 }
 
 #[test]
-fn where_the_slot_before_holds_the_same_it_serves_and_stays_until_another_is_whole() {
+fn equal_previous_slot_serves_until_new_one_is_complete() {
     let slots = saved(Slots::new(blank()), 1, both(&model(1, 50), &[1; 20]));
     let slots = saved(slots, 2, Change::default());
     let (start, want) = (slots.start(1) as usize, Ok((model(1, 50), vec![1; 20])));
@@ -166,7 +165,7 @@ fn where_the_slot_before_holds_the_same_it_serves_and_stays_until_another_is_who
 }
 
 #[test]
-fn when_both_heads_are_damaged_a_model_is_known_to_have_been_there() {
+fn damaged_heads_still_show_that_a_model_existed() {
     let slots = saved(Slots::new(blank()), 1, only_model(&model(1, 50)));
     let mut flash = slots.flash;
     flash.bytes[8] ^= 1;
@@ -198,7 +197,7 @@ fn the_layout_before_gives_its_counter_and_its_model() {
 }
 
 #[test]
-fn what_is_longer_than_a_slot_is_refused_and_the_old_state_stays() {
+fn oversized_state_is_refused_and_old_state_stays() {
     let room = FLASH_BYTES / 2 - HEAD_BYTES;
     let mut slots = saved(Slots::new(blank()), 1, only_model(&model(1, room)));
     assert_eq!(slots.save(2, only_model(&model(2, room + 1))), Err(SaveError::Length));

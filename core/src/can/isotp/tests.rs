@@ -73,7 +73,7 @@ fn bytes_of_frames_are_those_of_iso_15765_2() {
 }
 
 #[test]
-fn a_message_cut_at_any_frame_never_arrives_and_the_next_one_does() {
+fn message_cut_at_any_frame_is_lost_and_next_arrives() {
     let frames = exchange_all(&message(100), |_| false).0;
     for lost in 0..frames {
         let (mut host, mut node) = (Host::new(), Node::new());
@@ -99,7 +99,7 @@ fn exchange_all(bytes: &[u8], drop: impl Fn(usize) -> bool) -> (usize, Option<Ve
 }
 
 #[test]
-fn a_missing_consecutive_frame_breaks_the_message_and_so_does_another_one_of_the_same_number() {
+fn missing_or_duplicate_consecutive_frame_breaks_message() {
     for numbers in [[1, 3], [2, 3]] {
         let mut node = Node::new();
         node.receive(0, &[0x10, 30, 1, 2, 3, 4, 5, 6]);
@@ -115,7 +115,7 @@ fn a_missing_consecutive_frame_breaks_the_message_and_so_does_another_one_of_the
 }
 
 #[test]
-fn a_first_frame_that_comes_again_is_answered_again_and_another_one_interrupts() {
+fn repeated_first_frame_is_answered_and_another_interrupts() {
     let mut node = Node::new();
     let first = [0x10, 30, 1, 2, 3, 4, 5, 6];
     for time_us in [0, TIMEOUT_US] {
@@ -217,7 +217,7 @@ fn a_second_message_begins_only_after_the_first_has_ended() {
 }
 
 #[test]
-fn arbitrary_payloads_never_make_a_message_longer_than_the_buffer() {
+fn arbitrary_payloads_never_exceed_the_buffer() {
     let mut random = crate::testing::Random::new(77);
     let mut node = IsoTp::<40, 40>::new();
     for time_us in 0..200_000 {

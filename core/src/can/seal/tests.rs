@@ -57,7 +57,7 @@ fn to_node(last: u64) -> Gate {
 }
 
 #[test]
-fn each_flipped_bit_of_identifiers_payloads_freshness_and_code_is_refused() {
+fn flipped_bit_in_sealed_reading_is_refused() {
     for (direction, group) in [(Direction::ToNode, reading(7)), (Direction::ToHost, result())] {
         let whole = sealed(direction, FRESH, group);
         assert!(heard(&mut Gate::new(direction, 0), &whole).unwrap().is_some());
@@ -137,7 +137,7 @@ fn each_lost_frame_costs_its_group_alone_and_is_no_forgery() {
 }
 
 #[test]
-fn frames_that_come_twice_or_out_of_order_before_the_code_do_no_harm() {
+fn duplicate_or_reordered_frames_before_code_are_harmless() {
     let whole = sealed(Direction::ToNode, FRESH, reading(7));
     let twice: Vec<Frame> = whole.iter().flat_map(|frame| [*frame, *frame]).collect();
     let taken = |frames: &[Frame]| {

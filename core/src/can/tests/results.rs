@@ -25,7 +25,7 @@ fn result(sequence: u16, planes: usize) -> MonitorResult {
 }
 
 #[test]
-fn a_result_of_any_number_of_planes_comes_back_from_its_frames_and_not_from_fewer() {
+fn result_of_any_plane_count_needs_all_its_frames() {
     for planes in 1..=MAX_PLANES {
         let mut assembler = ResultAssembler::new();
         let sent = result_frames(NODE, &result(8, planes));

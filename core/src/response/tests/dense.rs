@@ -300,7 +300,7 @@ fn error(model: &Machine, amplitudes: &SupportAmplitudes, speed: f32, random: &m
 /// 200 machines at 40 speeds each, resonances included. The inputs themselves are rounded, so that no error in f32 can be
 /// smaller than what a step of f32 does to the exact response; the machines are stranger than any that runs.
 #[test]
-fn random_machines_of_every_kind_of_term_agree_with_the_dense_equations_in_f64() {
+fn random_machines_agree_with_dense_f64_equations() {
     let mut random = Random::new(41);
     let mut errors = vec![];
     for number in 0..MACHINES {

@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn a_client_that_does_not_read_misses_the_oldest_and_nobody_else_does() {
+    fn slow_client_misses_the_oldest_and_others_nothing() {
         let hub = hub();
         let [from, idle, eager] = ["from", "idle", "eager"].map(|name| hub.enter(name.into()).unwrap());
         [from, idle, eager].into_iter().for_each(|number| hub.join(number, ""));

@@ -170,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_rounding_leaves_is_shown_as_nothing_and_small_terms_as_they_are() {
+    fn rounding_residue_is_hidden_and_small_terms_are_shown() {
         assert_eq!(without_rounding([3e7, 1.7e-7, -1.7e-7, 2e7]), [3e7, 0.0, 0.0, 2e7]);
         assert_eq!(without_rounding([3e7, 5.0, 0.0, 2e7]), [3e7, 5.0, 0.0, 2e7]);
     }

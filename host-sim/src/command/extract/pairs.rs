@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn probes_at_45_and_135_degrees_show_the_path_that_the_shaft_takes_along_x_and_y() {
+    fn probes_at_45_and_135_degrees_show_orbit_along_x_and_y() {
         let mut rotor = rotor_file::parse("rotor.toml", crate::sample::ROTOR).unwrap();
         (rotor.probe[0].angle_deg, rotor.probe[1].angle_deg) = (45.0, 135.0);
         let found = pairs(Some(&rotor), &probes(&["15X", "15Y", "16X", "16Y"]));

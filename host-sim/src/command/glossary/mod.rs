@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_effect_verdict_and_state_is_explained_and_no_name_means_two_things() {
+    fn glossary_explains_every_effect_verdict_and_state_once() {
         let mut names: Vec<String> = WORDS
             .iter()
             .flat_map(|w| std::iter::once(w.name).chain(w.also.iter().copied()))
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn an_effect_is_found_with_its_place_and_a_word_that_is_not_there_is_told_with_those_near_it() {
+    fn glossary_finds_effect_at_place_and_suggests_near_words() {
         assert_eq!(explained("seal@disk 3").unwrap().name, "seal");
         assert_eq!(explained("Shaft bow").unwrap().name, "shaft_bow");
         assert_eq!(explained("e/f").unwrap().name, "residual");

@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_model_that_fits_from_a_day_on_began_to_and_one_that_does_not_any_more_stopped() {
+    fn model_fitting_from_a_day_on_began_and_otherwise_stopped() {
         let falls = [0.3, 0.35, 0.3, 0.03, 0.02, 0.03];
         assert!(matches!(fit(&falls, 1..3), Fit::BeganOn { first_d: 3.0, .. }));
         let rises = [0.03, 0.02, 0.03, 0.3, 0.35, 0.3];

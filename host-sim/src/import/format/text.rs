@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_keep_their_numbers_over_blank_lines_and_separators_are_told_by_the_header() {
+    fn rows_keep_numbers_over_blanks_and_header_sets_separator() {
         let text = "Machine: K-101, train A, unit 3\r\n\r\n\r\nSpeed;16X 1X Amp;16X 1X Phase\r\n\r\n100,5;2,5;30\r\n";
         let sheets = read("a.csv", text.as_bytes()).unwrap().unwrap();
         assert_eq!(sheets[0].separator, Some(';'));

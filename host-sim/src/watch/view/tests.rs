@@ -124,7 +124,7 @@ fn places(text: &str) -> ([(usize, usize); 2], (usize, usize)) {
 }
 
 #[test]
-fn angles_grow_counter_clockwise_from_the_right_as_the_rotation_takes_x_into_y() {
+fn angles_grow_counter_clockwise_from_the_right() {
     // plane 1 along x, plane 2 along y: heavy at 0° and at 90°
     for (vectors, steps) in [
         ([[900.0, 0.0], [0.0, 900.0]], [(1, 0), (0, -1)]),
@@ -226,7 +226,7 @@ fn a_silent_bus_says_what_to_do() {
 }
 
 #[test]
-fn counters_that_are_not_zero_stay_when_there_is_no_room_for_all() {
+fn nonzero_counters_stay_when_space_is_short() {
     let mut watch = Watch::new(None);
     for node in 1..9 {
         watch.receive(0, &heartbeat(NodeState::Tracking).encode(node));

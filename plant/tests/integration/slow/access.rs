@@ -9,7 +9,7 @@ use rotor_edge_plant::item::Kind;
 use rotor_edge_plant::store::Store;
 
 #[test]
-fn a_server_that_wants_a_password_is_told_from_one_that_is_not_there_and_the_password_is_not_shown() {
+fn wrong_password_is_distinct_from_absent_server_and_hidden() {
     let Some(nats) = Nats::start_with("authorization { user: gateway, password: s3cret }\n", "") else {
         return;
     };
@@ -45,7 +45,7 @@ fn certified(folder: &Path) -> [String; 3] {
 }
 
 #[test]
-fn a_connection_is_encrypted_to_who_has_the_right_certificate_and_to_nobody_else() {
+fn connection_is_encrypted_only_with_right_certificate() {
     let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
     let [[certificate, key, authority], [.., other]] =
         folders.each_ref().map(|folder| certified(folder.path()));
@@ -109,7 +109,7 @@ fn seed(folder: &Path, name: &str) -> (String, String) {
 }
 
 #[test]
-fn a_gateway_may_speak_for_its_own_bus_alone_with_the_permissions_of_the_page() {
+fn gateway_may_speak_only_for_its_bus_with_page_permissions() {
     let folder = tempfile::tempdir().unwrap();
     let (mine, public) = seed(folder.path(), "hall3.seed");
     let (theirs, public_of_collection) = seed(folder.path(), "collect.seed");

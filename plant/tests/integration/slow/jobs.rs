@@ -20,7 +20,7 @@ fn summary(plant: &Plant) -> String {
 }
 
 #[test]
-fn jobs_over_a_server_are_done_once_through_kills_of_worker_server_and_who_shares() {
+fn server_jobs_are_done_once_through_kills() {
     let Some(mut nats) = Nats::start() else { return };
     let plant = runup_of(1..7);
     plant.says(&["fleet", "improve", plant.path()], "6 new jobs.");
@@ -56,7 +56,7 @@ fn jobs_over_a_server_are_done_once_through_kills_of_worker_server_and_who_share
 }
 
 #[test]
-fn what_is_cancelled_is_taken_back_from_the_server_and_what_is_no_job_is_set_aside() {
+fn cancelled_job_is_withdrawn_and_invalid_one_set_aside() {
     let Some(nats) = Nats::start() else { return };
     let plant = Plant::of_days(1..3, 3);
     let address = nats.address();
@@ -78,7 +78,7 @@ fn what_is_cancelled_is_taken_back_from_the_server_and_what_is_no_job_is_set_asi
 }
 
 #[test]
-fn a_plant_learns_what_is_missing_and_the_better_model_goes_to_the_monitor_with_a_key_that_no_store_holds() {
+fn missing_effect_is_learned_and_better_model_deployed() {
     let bus = Bus::start();
     let plant = runup_of(1..3);
     assert!(summary(&plant).contains("not asked yet"), "{}", summary(&plant));

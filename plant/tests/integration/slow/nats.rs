@@ -32,7 +32,7 @@ fn rows(path: &Path, table: &str) -> usize {
 }
 
 #[test]
-fn stored_is_what_was_sent_through_kills_of_server_collector_and_gateway() {
+fn stored_items_equal_sent_ones_through_kills() {
     const SENT: u16 = 1_000;
     let Some(mut nats) = Nats::start() else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -93,7 +93,7 @@ fn stored_is_what_was_sent_through_kills_of_server_collector_and_gateway() {
 }
 
 #[test]
-fn a_server_whose_disk_is_full_is_told_and_what_was_heard_is_stored_when_there_is_room_again() {
+fn full_server_disk_is_reported_and_items_stored_later() {
     const SENT: u16 = 4_000;
     let Some(mut nats) = Nats::on_a_disk_of(3) else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -120,7 +120,7 @@ fn a_server_whose_disk_is_full_is_told_and_what_was_heard_is_stored_when_there_i
 }
 
 #[test]
-fn a_database_that_was_gone_is_asked_again_by_the_collection_that_lost_it() {
+fn lost_database_is_reopened_by_its_collection() {
     let (Some(nats), Some(mut postgres)) = (Nats::start(), Postgres::start()) else { return };
     let mut bus = Bus::start();
     let gateway = gateway(&bus, "hall1", &nats);
@@ -172,7 +172,7 @@ fn what_is_no_item_is_set_aside_and_told_and_the_rest_is_stored() {
 }
 
 #[test]
-fn a_server_forgets_what_is_older_than_it_was_told_and_that_stays_so() {
+fn server_retention_is_applied_and_stays() {
     let Some(nats) = Nats::start() else { return };
     let folder = tempfile::tempdir().unwrap();
     let (store, address) = (folder.path().join("plant.db").display().to_string(), nats.address());

@@ -151,7 +151,7 @@ fn mean_s() -> f64 {
 }
 
 #[test]
-fn a_night_takes_what_its_jobs_take_over_the_workers_and_kills_cost_what_they_interrupt() {
+fn night_scales_over_workers_and_kills_cost_their_jobs() {
     let jobs = 2_000;
     let quiet = night(jobs, &Workers { number: 8, killed_every_s: None });
     let ideal_s = jobs as f64 * mean_s() / 8.0;
