@@ -18,6 +18,7 @@
 //! | [`prognosis`] | where the unbalance is going |
 //! | [`startup`] | a single-disk rotor from its start-up: the simple model, and where it fails |
 //! | [`estimate`](mod@estimate) | the unbalance of single runs from others with stated weights |
+//! | [`grade`] | balance quality grade of ISO 21940-11 |
 //! | [`balance`] | correction weights from the model and from trial runs |
 //! | [`compare`], [`diagnose`] | where a model misses; which effect is missing, and adding it |
 //!
@@ -80,6 +81,7 @@ pub mod effects;
 mod error;
 pub mod estimate;
 mod fit;
+pub mod grade;
 pub mod identify;
 mod inference;
 pub mod machine;

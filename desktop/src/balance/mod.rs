@@ -11,13 +11,11 @@
 //! | [`places`] | fixed holes or blades |
 //! | [`wanted`], `scatter` | what weights are to do and may be; how far noise moves them |
 //! | [`weights`] | what can really be screwed in: radii and steps of mass |
-//! | [`grade`] | balance quality grade of ISO 21940-11 |
 //!
 //! All weights are for the machine without any trial weight. Angles are those of the unbalance they
 //! make: from the keyphasor mark, in the direction of rotation.
 
 pub mod alone;
-pub mod grade;
 pub mod influence;
 mod interpolated;
 pub mod model;
@@ -37,10 +35,10 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::decomposition::hermitian;
 use crate::error::Error;
+use crate::grade::Grade;
 use crate::machine::drawing::Rotor;
 use crate::unbalance::G_MM;
 
-use grade::Grade;
 use places::Filling;
 use wanted::{Wanted, no_plane};
 

@@ -3,13 +3,13 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::grade::{Grade, Rigid};
 use super::optimum::best;
 use super::scatter::{drawn, is_free};
 use super::{AtSpeed, Balanced, Misfit, NormalEquations, Plan, Squares};
 use crate::decomposition::hermitian;
 use crate::diagnose::best_fit;
 use crate::error::Error;
+use crate::grade::{Grade, Rigid};
 use crate::machine::drawing::{Plane, Rotor};
 use crate::measurement::{Reading, rpm};
 use crate::model::Model;

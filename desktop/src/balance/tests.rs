@@ -2,7 +2,6 @@ use nalgebra::{Complex, DVector};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use rand_distr::StandardNormal;
 
-use super::grade::{Rigid, largest_plausible_g_mm, permissible_g_mm};
 use super::model::from_model;
 use super::optimum::Criterion;
 use super::places::Holes;
@@ -10,6 +9,7 @@ use super::speeds::SAME_SPEED;
 use super::trial_runs::from_trial_runs;
 use super::weights::Allowed;
 use super::*;
+use crate::grade::{Rigid, largest_plausible_g_mm, permissible_g_mm};
 use crate::machine::drawing::{AddedUnbalance, Disk, Noise, Rated, Run, Tolerance};
 use crate::machine::tolerance::Deviations;
 use crate::measurement::{Reading, rad_s};

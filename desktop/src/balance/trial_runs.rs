@@ -2,7 +2,6 @@
 
 use nalgebra::Complex;
 
-use super::grade::{Grade, Rigid};
 use super::influence::{Trial, Trials, Value, normal_equations, stacked};
 use super::interpolated::{Interpolated, interpolated};
 use super::optimum::best;
@@ -10,6 +9,7 @@ use super::scatter::of_coefficients;
 use super::speeds::Speeds;
 use super::{AtSpeed, Balanced, Plan, Squares};
 use crate::error::Error;
+use crate::grade::{Grade, Rigid};
 use crate::identify::assumed_noise;
 use crate::machine::drawing::Rotor;
 use crate::machine::weights::SAME_PLANE_M;

@@ -11,11 +11,10 @@
 use nalgebra::{Complex, DVector};
 use rayon::prelude::*;
 
-use crate::balance::grade::permissible_g_mm;
-
 use crate::check::modes::Mode;
 use crate::check::system::System;
 use crate::error::Error;
+use crate::grade::permissible_g_mm;
 use crate::machine::drawing::Rotor;
 use crate::measurement::rpm;
 

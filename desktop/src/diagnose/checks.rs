@@ -3,11 +3,11 @@
 use nalgebra::Complex;
 
 use super::base::Base;
-use crate::balance::grade::{largest_plausible_g_mm, permissible_g_mm};
 use crate::compare::{ProbePair, probe_pairs};
 use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::{Effort, Fitter};
+use crate::grade::{largest_plausible_g_mm, permissible_g_mm};
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;

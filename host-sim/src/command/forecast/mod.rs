@@ -10,7 +10,7 @@ use anyhow::{Context as _, Result, bail};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use rotor_edge_desktop::balance::grade::Rigid;
+use rotor_edge_desktop::grade::Rigid;
 use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::prognosis::ahead::Ahead;
 use rotor_edge_desktop::prognosis::arima::Order;
