@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use rotor_edge_desktop::diagnose::{Verdict, add, diagnose};
-use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::{Error, measurement};
 
 fn main() -> Result<(), Error> {

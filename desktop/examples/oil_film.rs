@@ -4,7 +4,7 @@
 
 use rotor_edge_desktop::bearing::Law;
 use rotor_edge_desktop::check::check;
-use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::{Error, measurement};
 
 const MACHINE: &str = r#"

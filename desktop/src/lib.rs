@@ -3,7 +3,8 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`machine`] | the machine as drawn, `rotor.toml`, how far it may be off, the terms it states |
+//! | [`machine`] | the machine as drawn, how far it may be off, the terms it states |
+//! | [`rotor_file`] | `rotor.toml`: read, checked and written; files of ROSS |
 //! | [`shaft`] | Timoshenko elements; K, M, G of the shaft with its disks; shape functions |
 //! | [`bearing`] | what holds the shaft |
 //! | [`effects`] | what a file's effects add to a machine's terms; one file an effect |
@@ -26,7 +27,7 @@
 //! A machine is read or made in code, and asked:
 //!
 //! ```
-//! use rotor_edge_desktop::machine::rotor_file;
+//! use rotor_edge_desktop::rotor_file;
 //! use rotor_edge_desktop::measurement::{rad_s, rpm};
 //! use rotor_edge_desktop::model::Model;
 //! use rotor_edge_desktop::shaft::statics::mass_and_centre;
@@ -89,6 +90,7 @@ pub mod measurement;
 pub mod model;
 pub mod prognosis;
 mod receptance;
+pub mod rotor_file;
 pub mod shaft;
 pub mod startup;
 #[cfg(test)]

@@ -4,8 +4,8 @@
 
 use rotor_edge_desktop::Error;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::rotor_file;
 
 /// The drawing, with guessed bearings.
 pub const ROTOR: &str = include_str!("../sample/turbine/rotor.toml");

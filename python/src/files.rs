@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement;
+use rotor_edge_desktop::rotor_file;
 
 /// A rotor as TOML and as JSON.
 pub fn rotor(path: &Path) -> Result<(String, String)> {

@@ -7,8 +7,8 @@ use rotor_edge::sample;
 use rotor_edge_core::reading::Reading;
 use rotor_edge_desktop::diagnose::improve;
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement;
+use rotor_edge_desktop::rotor_file;
 
 /// Bytes of a reading: the speed and eight features, f32, little endian.
 pub const READING_BYTES: usize = 36;

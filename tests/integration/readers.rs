@@ -5,8 +5,8 @@ use nalgebra::Complex;
 use proptest::prelude::*;
 use rotor_edge::sample;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::rotor_file;
 
 fn rotor() -> Rotor {
     rotor_file::parse("rotor.toml", sample::ROTOR).unwrap()

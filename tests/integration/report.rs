@@ -21,9 +21,9 @@ use rotor_edge_desktop::check::check;
 use rotor_edge_desktop::compare::{Comparison, Verdict};
 use rotor_edge_desktop::identify::{PhaseOne, PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::model;
+use rotor_edge_desktop::rotor_file;
 use rotor_edge_tests::repository;
 
 /// Bearings and planes that phase I fits.

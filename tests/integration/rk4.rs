@@ -12,8 +12,8 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rotor_edge_desktop::diagnose::{Verdict, improve};
 use rotor_edge_desktop::estimate::{Estimate, Estimates, Options, estimate};
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::rotor_file;
 
 type C = Complex<f64>;
 

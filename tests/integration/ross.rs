@@ -3,9 +3,9 @@
 
 use nalgebra::{Complex, DVector};
 use rotor_edge_desktop::machine::drawing::{Formulation, Rotor};
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::rad_s;
 use rotor_edge_desktop::model::Model;
+use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::shaft::assumed_modes;
 use rotor_edge_desktop::shaft::basis;
 use rotor_edge_desktop::shaft::mesh::Mesh;

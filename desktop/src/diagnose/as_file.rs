@@ -4,8 +4,8 @@ use super::parameters;
 use crate::effects::entry;
 use crate::fit::Fit;
 use crate::fit::hypothesis::Hypothesis;
-use crate::machine::SCHEMA;
 use crate::machine::drawing::{EffectEntry, Rotor};
+use crate::rotor_file::SCHEMA;
 use crate::unbalance::g_mm_deg;
 
 /// A fitted hypothesis as the file of a rotor: bearings, with what was stated of them, planes and effects. What the file

@@ -150,7 +150,7 @@ fn weighted(fitted: &Rotor, run: Option<&String>) -> Rotor {
 mod tests {
     use super::*;
     use crate::diagnose::{Verdict, best_fit, diagnose, improve};
-    use crate::machine::rotor_file;
+    use crate::rotor_file;
     use rand::rngs::StdRng;
     use rand::{Rng, SeedableRng};
     use rand_distr::StandardNormal;

@@ -9,7 +9,7 @@
 //! use rotor_edge_desktop::bearing::support::SupportLaw;
 //! use rotor_edge_desktop::effects::{Effect, Knowledge, Parameter, Place, Scale, Scales};
 //! use rotor_edge_desktop::machine::drawing::Rotor;
-//! use rotor_edge_desktop::machine::rotor_file;
+//! use rotor_edge_desktop::rotor_file;
 //! use rotor_edge_desktop::machine::terms::Terms;
 //!
 //! struct Brushes;

@@ -152,7 +152,7 @@ fn holds(rotor: &Rotor, drawn: &Terms, terms: &Terms) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use crate::machine::rotor_file;
+    use crate::rotor_file;
     use crate::testing::sample_rotor;
 
     fn refusal(effect: &str) -> String {

@@ -93,7 +93,7 @@ pub(super) struct BearingEntry {
     learned: Option<Learned>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     table: Option<Vec<TableRow>>,
-    /// What [`super::table_file`] finds no folder for.
+    /// The name of a table's file, where the text came without a folder to look for it in.
     #[serde(default, skip_serializing)]
     table_file: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

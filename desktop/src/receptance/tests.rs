@@ -1,11 +1,11 @@
 //! The fitting engine's small update against the full dynamic stiffness, on the reference rotors.
 
 use crate::machine::drawing::Rotor;
-use crate::machine::rotor_file;
 use crate::machine::tolerance::Offsets;
 use crate::model::Model;
 use crate::receptance::plant::{Force, Plant};
 use crate::receptance::update::{Receptances, Response, Supports};
+use crate::rotor_file;
 use crate::shaft::nodal::Shaft;
 use nalgebra::{Complex, DMatrix};
 

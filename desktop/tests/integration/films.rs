@@ -7,9 +7,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rotor_edge_desktop::bearing::Law;
 use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, SURE, Verdict, diagnose};
 use rotor_edge_desktop::machine::drawing::{Gap, Probe, Rotor};
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::model::Model;
+use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::phasor_kg_m;
 
 type C = nalgebra::Complex<f64>;

@@ -5,8 +5,8 @@ use std::path::Path;
 use rotor_edge_desktop::bearing::Law;
 use rotor_edge_desktop::diagnose::{add, best_fit, diagnose, improve};
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::rotor_file;
 
 /// A machine that differs from its drawing within stated tolerances.
 fn machine(case: &str) -> (Rotor, Vec<Reading>) {

@@ -3,9 +3,9 @@
 use rotor_edge_desktop::bearing::Law;
 use rotor_edge_desktop::effects::{ALL, Place, Scales};
 use rotor_edge_desktop::machine::drawing::{EffectEntry, Rotor};
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::model::Model;
+use rotor_edge_desktop::rotor_file;
 
 const PAGE: &str = include_str!("../../../docs/rotor-file.md");
 

@@ -6,8 +6,8 @@ use anyhow::{Result, bail};
 use clap::{ArgGroup, Args};
 use nalgebra::Complex;
 use rotor_edge_core::reading::{self, ProbeVector};
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading, phasor_m};
+use rotor_edge_desktop::rotor_file;
 use serde::Serialize;
 
 use super::answer::{Answer, Change, changes};

@@ -5,8 +5,8 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use nalgebra::Complex;
 use rotor_edge_desktop::machine::drawing::{EffectEntry, ParameterValue, Rotor};
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement;
+use rotor_edge_desktop::rotor_file;
 
 use super::identify::{self, Days};
 use super::listener::Listener;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::Args;
-use rotor_edge_desktop::machine::{ross, rotor_file};
+use rotor_edge_desktop::rotor_file::{self, ross};
 use serde_json::json;
 
 use super::output::{self, Json};

@@ -10,8 +10,8 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use rotor_edge_desktop::diagnose::best_fit;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading, SlowRoll};
+use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::whole_file;
 use serde::Serialize;
 

@@ -20,8 +20,8 @@ use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement;
+use rotor_edge_desktop::rotor_file;
 use tempfile::TempDir;
 
 /// What an SLCAN client is told up to the answer to `V`.

@@ -14,8 +14,8 @@ use nalgebra::Complex;
 use recording::{NAMES, Recording, least_squares_um};
 use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, KeyphasorDetector};
 use rotor_edge_core::reading::Keyphasor;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::rotor_file;
 
 const DC: [&str; 2] = ["--mv-um", "7.87"];
 /// Written by SciPy, see tests/reference/make_mat.py.

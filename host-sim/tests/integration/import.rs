@@ -5,8 +5,8 @@ pub mod truth;
 
 use crate::program::{assert_says, json, refusal, rotor_edge};
 use exports::exports;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::rotor_file;
 use rust_xlsxwriter::Workbook;
 use truth::{Folder, assert_true, lines, measured, truth};
 

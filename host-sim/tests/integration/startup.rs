@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use nalgebra::{Complex, DVector};
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::model::Model;
+use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::phasor_kg_m;
 use serde_json::Value;
 use tempfile::TempDir;

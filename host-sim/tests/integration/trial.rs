@@ -12,7 +12,7 @@ use rotor_edge::deploy::read_key;
 use rotor_edge::edge::Deployment;
 use rotor_edge::sample;
 use rotor_edge_core::can::{Frame, NumberedReading, reading_frames};
-use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::rotor_file;
 
 const NODE: u8 = 1;
 const PERIOD: Duration = Duration::from_millis(20);

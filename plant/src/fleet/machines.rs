@@ -1,7 +1,7 @@
 //! Which machine a monitor watches.
 
 use anyhow::{Context, Result, bail};
-use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::rotor_file;
 use rusqlite::Connection;
 
 use crate::item::Source;

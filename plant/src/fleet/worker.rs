@@ -8,7 +8,7 @@ use anyhow::Result;
 use indicatif::ProgressBar;
 use jiff::Timestamp;
 use rotor_edge::command::Listener;
-use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::rotor_file;
 
 use super::machines::path_of;
 use super::queue::{self, Job};

@@ -15,7 +15,7 @@ use flate2::read::GzDecoder;
 use futures_util::{Stream, stream};
 use maud::{Markup, html};
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::rotor_file;
 use rusqlite::OptionalExtension as _;
 use serde::Deserialize;
 use sha2::{Digest as _, Sha256};

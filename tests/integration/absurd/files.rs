@@ -3,8 +3,8 @@
 use rotor_edge::sample;
 use rotor_edge_desktop::effects::{ALL, Effect, Place, Scale, Scales, entry, physical};
 use rotor_edge_desktop::machine::drawing::{Rotor, Run};
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::machine::terms::Terms;
+use rotor_edge_desktop::rotor_file;
 use toml::{Table, Value};
 
 use super::values::{Dice, NOWHERE};

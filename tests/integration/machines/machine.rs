@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Verdict, diagnose};
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::rotor_file;
 use rotor_edge_tests::repository;
 use serde_json::Value;
 

@@ -227,7 +227,7 @@ fn a_fitted_machine_written_down_responds_as_the_fit_did() {
     let mut written = rotor.clone();
     h.bearings.assign(&mut written, &x);
     let text = toml::to_string(&written).unwrap();
-    let read = crate::machine::rotor_file::parse("written.toml", &text).unwrap();
+    let read = crate::rotor_file::parse("written.toml", &text).unwrap();
     for ((_, fitted), (_, again)) in h.terms(&x).supports.iter().zip(&entry::terms_of(&read).supports) {
         for speed in [300.0, 700.0, 1200.0] {
             let (a, b) =

@@ -51,7 +51,7 @@ fn every_stated_effect_in_fit_equals_full_finite_elements() {
         let mut stated = rotor.clone();
         stated.effect = vec![entry::written(&rotor, effect, place, &h.scales, &parameters, &values)];
         let text = toml::to_string(&stated).unwrap();
-        let full = Model::finite_elements(&crate::machine::rotor_file::parse("stated.toml", &text).unwrap());
+        let full = Model::finite_elements(&crate::rotor_file::parse("stated.toml", &text).unwrap());
         for (row, reading) in blank.iter().enumerate() {
             let amplitudes_m = vec![[AMPLITUDE_M; 2]; full.supports.len()];
             let response = full.response_at(reading.speed_rad_s(), &amplitudes_m).unwrap();

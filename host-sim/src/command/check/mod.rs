@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::check::check;
-use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::rotor_file;
 
 use super::listener::Listener;
 use super::output::{self, Json};

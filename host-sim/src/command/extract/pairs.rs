@@ -79,7 +79,7 @@ impl Pair {
 
 #[cfg(test)]
 mod tests {
-    use rotor_edge_desktop::machine::rotor_file;
+    use rotor_edge_desktop::rotor_file;
 
     use super::*;
 

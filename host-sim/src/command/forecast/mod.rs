@@ -11,7 +11,6 @@ use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use rotor_edge_desktop::grade::Rigid;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::prognosis::ahead::Ahead;
 use rotor_edge_desktop::prognosis::arima::Order;
 use rotor_edge_desktop::prognosis::events;
@@ -19,6 +18,7 @@ use rotor_edge_desktop::prognosis::limit::{Reached, reached};
 use rotor_edge_desktop::prognosis::scores::Score;
 use rotor_edge_desktop::prognosis::series::{self, History, Series};
 use rotor_edge_desktop::prognosis::walk::{By, Model, walk};
+use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::G_MM;
 
 use super::dates::Dates;

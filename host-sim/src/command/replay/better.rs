@@ -4,8 +4,8 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::rotor_file;
 use serde_json::{Value, json};
 
 use crate::edge::Deployment;

@@ -13,8 +13,8 @@ use anyhow::{Result, bail};
 use clap::Args;
 use rotor_edge_desktop::identify::PhaseOne;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::rotor_file;
 
 use super::identify::{self, Days};
 use super::judging::Judging;

@@ -12,8 +12,8 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::track::{
     self, Cause, Config, Later, Method, PROPOSALS_AS_PRINTED, Thresholds, Track,
 };

@@ -5,9 +5,9 @@ use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rotor_edge::sample;
 use rotor_edge_desktop::diagnose::best_fit;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::model::Model;
+use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::phasor_kg_m;
 
 use super::{Case, assert_keys, json};

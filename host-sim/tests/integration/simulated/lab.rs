@@ -19,7 +19,7 @@ use rotor_edge_core::command::{Command, Key};
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::Reading;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::machine::rotor_file;
+use rotor_edge_desktop::rotor_file;
 use tempfile::TempDir;
 
 use crate::program::rotor_edge;

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use rotor_edge::sample;
-use rotor_edge_desktop::machine::rotor_file;
 use rotor_edge_desktop::measurement;
+use rotor_edge_desktop::rotor_file;
 use rotor_edge_plant::item::{Body, Item, Reading, SCHEMA, Source};
 use rotor_edge_plant::keeper::Keeper as _;
 use rotor_edge_plant::store::Store;

@@ -8,9 +8,9 @@ use crate::effects::{entry, physical};
 use crate::error::Error;
 use crate::inference::scatter::{MOST_BETWEEN_RUNS, MOST_CORRELATED};
 use crate::machine::drawing::{EffectEntry, Rated, Rotor};
-use crate::machine::materials::Material;
 use crate::machine::tolerance::Deviation;
 use crate::measurement::LOWEST_GAP_V;
+use crate::rotor_file::materials::Material;
 
 /// The newest layout of `rotor.toml`; older ones are read as well.
 pub const SCHEMA: u32 = 2;

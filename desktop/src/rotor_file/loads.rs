@@ -1,7 +1,7 @@
 //! What the shaft's weight puts on its film bearings.
 
-use super::drawing::Rotor;
 use crate::bearing::Law;
+use crate::machine::drawing::Rotor;
 use crate::shaft::statics::statics;
 
 /// Gives every film whose file states no load its share of the weight: of a horizontal shaft on bearings

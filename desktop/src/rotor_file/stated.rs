@@ -5,10 +5,10 @@
 //! counts the same data twice, and a fit repeated would drift away. So a fitted file keeps both, `stated` at each bearing and
 //! `[tolerance.found]`, and a fit begins by taking them apart again.
 
-use super::drawing::{Noise, Rotor};
 use super::loads;
-use super::tolerance::Deviation;
 use crate::inference::scatter::Scatter;
+use crate::machine::drawing::{Noise, Rotor};
+use crate::machine::tolerance::Deviation;
 
 impl Noise {
     /// What a fit found over what is stated; as stated where there was none.

@@ -1,5 +1,12 @@
 //! Reading, checking and writing `rotor.toml`.
 
+mod loads;
+mod materials;
+pub mod ross;
+mod stated;
+mod table_file;
+mod validation;
+
 use std::ops::Range;
 use std::path::Path;
 
@@ -8,9 +15,9 @@ use toml::de::DeTable;
 
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
-use crate::machine::validation::{check, check_materials};
-use crate::machine::{loads, materials, table_file};
 use crate::whole_file;
+pub(crate) use validation::SCHEMA;
+use validation::{check, check_materials};
 
 /// Reads and checks a rotor.
 ///
