@@ -3,11 +3,11 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`machine`] | the machine as drawn, how far it may be off, the terms it states |
+//! | [`machine`] | the machine as drawn, and how far it may be off |
 //! | [`rotor_file`] | `rotor.toml`: read, checked and written; files of ROSS |
 //! | [`shaft`] | Timoshenko elements; K, M, G of the shaft with its disks; shape functions |
 //! | [`bearing`] | what holds the shaft |
-//! | [`effects`] | what a file's effects add to a machine's terms; one file an effect |
+//! | [`effects`] | the terms of a machine, and what a file's effects add to them; one file an effect |
 //! | [`model`] | supports, forcings and readings on a shaft; the response at running speed |
 //! | `receptance` | the same response by a small update of a shaft solved once |
 //! | [`measurement`] | measured 1x vibration, and `measured.csv` |

@@ -1,8 +1,8 @@
 //! Cross-coupled stiffness of one bearing.
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, bearings};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// `k_xy = q`, `k_yx = −q` at one bearing.
 pub struct CrossCoupledStiffness;

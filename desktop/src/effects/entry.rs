@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::Complex;
 
 use super::{Effect, Pattern, Place, Scales, add_unknown, find};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::{EffectEntry, ParameterValue, Rotor};
-use crate::machine::terms::Terms;
 
 /// No shaft turns faster; the settings of effects are speeds.
 const FASTEST_RAD_S: f64 = 1e6;

@@ -1,8 +1,8 @@
 //! Gyroscopic moments of disks and shaft.
 
 use super::{Effect, Knowledge, Place, Scales, switched_on, unless};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// The polar inertia couples the planes: a term `iΩ² G` between x and y.
 pub struct Gyroscopic;

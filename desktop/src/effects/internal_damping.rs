@@ -1,8 +1,8 @@
 //! Damping inside the shaft.
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// Viscous damping that turns with the shaft, η times its stiffness: nothing for circular forward
 /// whirl, `2iΩη K` for backward whirl at running speed.

@@ -3,8 +3,8 @@
 use nalgebra::Complex;
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, unless};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// All phasors turned by one angle against the angles that the file states.
 pub struct KeyphasorOffset;

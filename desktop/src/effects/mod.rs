@@ -10,7 +10,7 @@
 //! use rotor_edge_desktop::effects::{Effect, Knowledge, Parameter, Place, Scale, Scales};
 //! use rotor_edge_desktop::machine::drawing::Rotor;
 //! use rotor_edge_desktop::rotor_file;
-//! use rotor_edge_desktop::machine::terms::Terms;
+//! use rotor_edge_desktop::effects::terms::Terms;
 //!
 //! struct Brushes;
 //!
@@ -99,6 +99,7 @@ mod shaft_bow;
 mod shear_deformation;
 mod speed_dependent_stiffness;
 mod speed_factor;
+pub mod terms;
 mod thermal_bow;
 mod unbalance_of_run;
 mod unbalance_plane;
@@ -109,10 +110,10 @@ use nalgebra::Complex;
 use crate::bearing::Law;
 use crate::bearing::curve::Curve;
 use crate::bearing::film_curve::FilmCurve;
+use crate::effects::terms::Terms;
 pub use crate::inference::scale::Scale;
 use crate::machine::drawing::Rotor;
 pub use crate::machine::place::{End, Pattern, Place};
-use crate::machine::terms::Terms;
 
 /// Every effect, in the order in which reports list them when nothing else decides.
 pub const ALL: [&dyn Effect; 30] = [

@@ -1,8 +1,8 @@
 //! A film bearing that carries another load than the weight on it.
 
 use super::{Effect, Knowledge, Parameter, Place, Scales, film_factor, film_mut, films};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// A factor on the load of one film.
 pub struct MovedLoad;

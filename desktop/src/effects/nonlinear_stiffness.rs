@@ -1,8 +1,8 @@
 //! Bearings whose stiffness depends on the amplitude.
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// The describing function `k (1 + ¾ κ a²)` of a cubic spring at both bearings, in each direction.
 pub struct NonlinearStiffness;

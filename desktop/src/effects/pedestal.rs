@@ -2,8 +2,8 @@
 
 use super::{Effect, Knowledge, Parameter, Place, Scales, bearings, carrying, positive};
 use crate::bearing::support::Pedestal;
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// Mass, spring and damper in series under one bearing.
 pub struct OnPedestal;

@@ -3,8 +3,8 @@
 use super::pedestal::free_to_move;
 use super::{Effect, Knowledge, Parameter, Place, Scales, carrying, positive};
 use crate::bearing::support::Pedestal;
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// A mass in series with one bearing, on springs that differ along x and y.
 pub struct PedestalByDirection;

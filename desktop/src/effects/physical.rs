@@ -7,8 +7,8 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::{Parameter, Place, Scale, Scales, Unknown, entry};
 use crate::bearing::support::SupportLaw;
+use crate::effects::terms::{Terms, position_m};
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::{Terms, position_m};
 use crate::measurement::rad_s;
 use crate::shaft::statics::{GRAVITY_M_S2, mass_and_centre};
 

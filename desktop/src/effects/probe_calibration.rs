@@ -3,8 +3,8 @@
 use nalgebra::Complex;
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// Gain and phase of one probe: it shows `gain · e^{i phase}` times what is there.
 pub struct ProbeCalibration;

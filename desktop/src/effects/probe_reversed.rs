@@ -1,8 +1,8 @@
 //! A probe whose signal has the wrong sign.
 
 use super::{Effect, Knowledge, Place, Scales};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// One probe shows the motion away from it as motion towards it: half a turn at every speed.
 pub struct ProbeReversed;

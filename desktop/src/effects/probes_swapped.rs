@@ -1,8 +1,8 @@
 //! The two probes of a bearing on each other's cables.
 
 use super::{Effect, Knowledge, Place, Scales, bearings};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// What the file calls one probe of a bearing is the other one.
 pub struct ProbesSwapped;

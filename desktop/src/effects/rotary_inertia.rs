@@ -1,8 +1,8 @@
 //! Rotary inertia of the shaft's cross-sections.
 
 use super::{Effect, Knowledge, Place, Scales, switched_on, unless};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// Inertia of the tilting sections of the shaft, in the mass.
 pub struct RotaryInertia;

@@ -5,8 +5,8 @@ use nalgebra::Matrix2;
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, disks};
 use crate::bearing::rub::Rub as Contact;
 use crate::bearing::support::SupportLaw;
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// Contact all round at one disk beyond a clearance, with friction.
 pub struct Rub;

@@ -4,8 +4,8 @@ use nalgebra::Matrix2;
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, disks};
 use crate::bearing::support::SupportLaw;
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// A support at a disk: direct stiffness and damping, the same in x and y, and cross-coupling.
 pub struct Seal;

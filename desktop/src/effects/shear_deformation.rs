@@ -1,8 +1,8 @@
 //! Shear flexibility of the shaft.
 
 use super::{Effect, Knowledge, Place, Scales, switched_on, unless};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// Timoshenko's shear flexibility in every shaft element.
 pub struct ShearDeformation;

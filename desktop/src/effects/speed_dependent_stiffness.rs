@@ -1,8 +1,8 @@
 //! Bearings that stiffen or soften with speed.
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, bearings, switched_on, unless};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// `k(Ω) = k (1 + s (Ω/Ω_ref − 1))` for every bearing or for one, where no law states how they follow speed.
 pub struct SpeedDependentStiffness;

@@ -1,8 +1,8 @@
 //! A speed reading that is off by a factor.
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// The machine runs at `factor` times the speed that the data state.
 pub struct SpeedFactor;

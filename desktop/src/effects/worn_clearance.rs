@@ -1,8 +1,8 @@
 //! A film bearing whose clearance is not what was made.
 
 use super::{Effect, Knowledge, Parameter, Place, Scales, film_factor, film_mut, films};
+use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// A factor on the clearance of one film.
 pub struct WornClearance;

@@ -3,8 +3,8 @@
 use nalgebra::{DVector, Vector2};
 
 use crate::bearing::curve::Curve;
+use crate::effects::terms::Terms;
 use crate::machine::drawing::{Probe, Rotor};
-use crate::machine::terms::Terms;
 use crate::measurement::Reading;
 
 /// Standard deviation of a probe's scale factor: API standard 670 allows 5 % either way, taken as evenly distributed.

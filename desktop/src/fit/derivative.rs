@@ -6,7 +6,7 @@ use nalgebra::{Complex, DMatrix, Matrix2};
 use super::centreline;
 use super::data::{Row, Value};
 use super::problem::{Evaluated, Problem};
-use crate::machine::terms::Terms;
+use crate::effects::terms::Terms;
 use crate::receptance::update::Response;
 
 type C = Complex<f64>;

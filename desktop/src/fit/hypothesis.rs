@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use crate::effects::terms::Terms;
 use crate::effects::{Effect, Parameter, Place, Scales, Unknown};
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::Rotor;
-use crate::machine::terms::Terms;
 
 /// An effect at its place.
 #[derive(Clone, Copy)]

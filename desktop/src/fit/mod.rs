@@ -39,13 +39,13 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::effects::terms::Terms;
 use crate::effects::{Place, Scales, physical};
 use crate::error::Error;
 use crate::inference::evidence::Sizes;
 use crate::inference::scatter::{ASSUMED_LOG_SD, STATED_LOG_SD, Scatter, Series};
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Physics, Rotor};
-use crate::machine::terms::Terms;
 use crate::machine::tolerance::Deviations;
 use crate::receptance::plant::Plant;
 use crate::shaft::nodal::Shaft;

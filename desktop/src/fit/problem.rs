@@ -16,9 +16,9 @@ use super::hypothesis::Hypothesis;
 use super::projection::Solved;
 use super::whitening::Whitening;
 use crate::decomposition::pseudo_inverse;
+use crate::effects::terms::Terms;
 use crate::effects::{Pattern, Place};
 use crate::machine::place::SpeedLaw;
-use crate::machine::terms::Terms;
 use crate::receptance::plant::{Force, Plant};
 use crate::receptance::update::{Receptances, Response};
 

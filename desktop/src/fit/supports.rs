@@ -6,7 +6,7 @@ use super::problem::Problem;
 use crate::bearing::foundation::Held;
 use crate::bearing::support::SupportLaw;
 use crate::effects::Place;
-use crate::machine::terms::Terms;
+use crate::effects::terms::Terms;
 use crate::receptance::update::{Mounted, Supports};
 
 type C = Complex<f64>;

@@ -1,4 +1,4 @@
-//! The machine as drawn, how far it may be off, and the terms that it states.
+//! The machine as drawn, and how far it may be off.
 
 mod bearing;
 pub mod bearings;
@@ -7,6 +7,5 @@ pub mod drawing;
 mod identity;
 pub mod place;
 mod segment;
-pub mod terms;
 pub mod tolerance;
 pub mod weights;

@@ -6,9 +6,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::effects::terms::half_sines;
 use crate::machine::drawing::{Formulation, Physics, Rotor, Segment};
 use crate::machine::place::{End, Pattern};
-use crate::machine::terms::half_sines;
 use crate::machine::tolerance::Offsets;
 use crate::model::Model;
 use crate::shaft::basis;

@@ -1,9 +1,9 @@
 //! Rotor files, through the reader that every command and every deployment goes through.
 
 use rotor_edge::sample;
+use rotor_edge_desktop::effects::terms::Terms;
 use rotor_edge_desktop::effects::{ALL, Effect, Place, Scale, Scales, entry, physical};
 use rotor_edge_desktop::machine::drawing::{Rotor, Run};
-use rotor_edge_desktop::machine::terms::Terms;
 use rotor_edge_desktop::rotor_file;
 use toml::{Table, Value};
 
