@@ -22,8 +22,8 @@ use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::model::Model;
+use rotor_edge_desktop::reduction::basis;
 use rotor_edge_desktop::rotor_file;
-use rotor_edge_desktop::shaft::basis;
 use rotor_edge_tests::repository;
 
 fn main() {

@@ -5,10 +5,11 @@
 //! |---|---|
 //! | [`machine`] | the machine as drawn, and how far it may be off |
 //! | [`rotor_file`] | `rotor.toml`: read, checked and written; files of ROSS |
-//! | [`shaft`] | Timoshenko elements; K, M, G of the shaft with its disks; shape functions |
+//! | [`shaft`] | Timoshenko elements; K, M, G of the shaft with its disks |
 //! | [`bearing`] | what holds the shaft |
 //! | [`effects`] | the terms of a machine, and what a file's effects add to them; one file an effect |
 //! | [`model`] | supports, forcings and readings on a shaft; the response at running speed |
+//! | [`reduction`] | shape functions of reduced models |
 //! | `receptance` | the same response by a small update of a shaft solved once |
 //! | [`measurement`] | measured 1x vibration, and `measured.csv` |
 //! | [`whole_file`] | files written whole or not at all |
@@ -90,6 +91,7 @@ pub mod measurement;
 pub mod model;
 pub mod prognosis;
 mod receptance;
+pub mod reduction;
 pub mod rotor_file;
 pub mod shaft;
 pub mod startup;

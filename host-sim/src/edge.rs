@@ -79,11 +79,16 @@ impl Deployment {
         );
         let plain = rotor.effect.is_empty() && rotor.bearing.len() == 2;
         let desktop = if plain {
-            desktop::shaft::basis::reduced(rotor, SHAPES)
+            desktop::reduction::basis::reduced(rotor, SHAPES)
         } else {
             let full = desktop::model::Model::finite_elements(rotor);
             let fastest_rad_s = measurement::rad_s(fastest_rpm);
-            full.projected(&desktop::shaft::basis::closest(&full, SHAPES, fastest_rad_s, &unbalance_kg_m)?)
+            full.projected(&desktop::reduction::basis::closest(
+                &full,
+                SHAPES,
+                fastest_rad_s,
+                &unbalance_kg_m,
+            )?)
         };
         Self::of_model(desktop, rotor, unbalance_kg_m, fastest_rpm)
     }

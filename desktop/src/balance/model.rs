@@ -13,7 +13,7 @@ use crate::grade::{Grade, Rigid};
 use crate::machine::drawing::{Plane, Rotor};
 use crate::measurement::{Reading, rpm};
 use crate::model::Model;
-use crate::shaft::basis;
+use crate::reduction::basis;
 
 type C = Complex<f64>;
 

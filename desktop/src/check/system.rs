@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
 use crate::model::Model;
 use crate::model::chain::{Line, Nodes};
-use crate::shaft::basis;
+use crate::reduction::basis;
 
 /// Modes of the shaft on its bearings that the system is made of, in each plane.
 const MODES: usize = 24;

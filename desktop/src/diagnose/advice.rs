@@ -12,7 +12,7 @@ use crate::fit::hypothesis::Assumed;
 use crate::fit::starts_for;
 use crate::machine::drawing::{Mount, Noise, Probe, Rotor};
 use crate::measurement::{rad_s, rpm};
-use crate::shaft::basis;
+use crate::reduction::basis;
 use crate::unbalance::g_mm_deg;
 
 /// Rivals that are simulated at most.

@@ -14,7 +14,7 @@ use crate::fit::data::sigma_m;
 use crate::machine::drawing::{Noise, Plane, Rotor};
 use crate::measurement::{Reading, rpm};
 use crate::model::Model;
-use crate::shaft::basis;
+use crate::reduction::basis;
 use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;

@@ -11,7 +11,7 @@ use crate::machine::bearings::Bearings;
 use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::Deviations;
 use crate::model::Model;
-use crate::shaft::basis;
+use crate::reduction::basis;
 
 type C = Complex<f64>;
 

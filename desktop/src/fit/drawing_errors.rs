@@ -6,8 +6,8 @@ use crate::machine::drawing::Rotor;
 use crate::machine::place::Pattern;
 use crate::machine::tolerance::{Deviation, Deviations};
 use crate::receptance::plant::Force;
+use crate::reduction::nodal::{Row, Section, Shaft};
 use crate::shaft::mesh::Piece;
-use crate::shaft::nodal::{Row, Section, Shaft};
 
 /// Step in standard deviations for the change of an element: its matrices are smooth in its diameter.
 const ELEMENT_STEP: f64 = 0.05;

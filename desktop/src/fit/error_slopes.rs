@@ -12,7 +12,7 @@ use super::problem::{Evaluated, Problem};
 use crate::effects::Pattern;
 use crate::receptance::plant::{Force, Plant, Sense, loss};
 use crate::receptance::update::{Mounted, nominal};
-use crate::shaft::nodal::Row;
+use crate::reduction::nodal::Row;
 
 type C = Complex<f64>;
 const I: C = C::new(0.0, 1.0);

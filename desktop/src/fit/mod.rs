@@ -48,7 +48,7 @@ use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Physics, Rotor};
 use crate::machine::tolerance::Deviations;
 use crate::receptance::plant::Plant;
-use crate::shaft::nodal::Shaft;
+use crate::reduction::nodal::Shaft;
 use data::Amplitudes;
 use data::Data;
 use descent::Stop;

@@ -13,7 +13,7 @@ use crate::effects::{End, Pattern};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::Offsets;
-use crate::shaft::nodal::{Row, Shaft};
+use crate::reduction::nodal::{Row, Shaft};
 
 type C = Complex<f64>;
 

@@ -5,8 +5,8 @@ use crate::machine::tolerance::Offsets;
 use crate::model::Model;
 use crate::receptance::plant::{Force, Plant};
 use crate::receptance::update::{Receptances, Response, Supports};
+use crate::reduction::nodal::Shaft;
 use crate::rotor_file;
-use crate::shaft::nodal::Shaft;
 use nalgebra::{Complex, DMatrix};
 
 type C = Complex<f64>;

@@ -11,7 +11,7 @@ use crate::bearing::support::SupportLaw;
 use crate::error::Error;
 use crate::machine::drawing::{BasisKind, Coefficients, Rotor};
 use crate::model::{Model, Response};
-use crate::shaft::basis;
+use crate::reduction::basis;
 use crate::track::coefficients::{COEFFICIENTS, coefficient};
 
 type C = Complex<f64>;

@@ -10,7 +10,7 @@ use crate::fit::hypothesis::Hypothesis;
 use crate::fit::problem::Problem;
 use crate::fit::{Drawing, Fit, Fitter, singular};
 use crate::machine::place::SpeedLaw;
-use crate::shaft::nodal::Row;
+use crate::reduction::nodal::Row;
 
 type C = Complex<f64>;
 

@@ -11,7 +11,7 @@ use crate::machine::drawing::{Formulation, Physics, Rotor, Segment};
 use crate::machine::place::{End, Pattern};
 use crate::machine::tolerance::Offsets;
 use crate::model::Model;
-use crate::shaft::basis;
+use crate::reduction::basis;
 use crate::shaft::elements::{Element, shear_parameter};
 use crate::shaft::mesh::{Mesh, Piece};
 use crate::shaft::structure::{elements_per_segment, lumps};

@@ -10,12 +10,13 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::modes;
 use crate::decomposition::svd;
 use crate::error::Error;
 use crate::machine::drawing::{BasisKind, Rotor};
 use crate::model::Model;
+use crate::shaft::assumed_modes;
 use crate::shaft::structure::Structure;
-use crate::shaft::{assumed_modes, modes};
 
 /// Speeds, up to the fastest, at which the machine's responses are taken.
 const SPEEDS: usize = 12;
