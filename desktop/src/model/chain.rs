@@ -216,8 +216,8 @@ pub fn eigenpair(at: impl Fn(C) -> Chain, guess: C, start: Nodes) -> Option<(C, 
 #[cfg(test)]
 mod tests {
     use crate::bearing::foundation::{Compliance, Footing, FoundationMode};
-    use crate::machine::rotor_file;
     use crate::model::Model;
+    use crate::rotor_file;
 
     /// Two bearings on two modes that join them.
     fn footing() -> Footing {
