@@ -30,7 +30,7 @@ fn main() -> Result<(), Error> {
         let Law::Film(film) = &bearing.law else { continue };
         println!("{} carries {:.0} N", bearing.name, film.load_n());
         for speed_rpm in [1500.0, 3000.0, 6000.0] {
-            let state = film.curve().state(measurement::rad_s(speed_rpm))?;
+            let state = film.curve().state(rotor_edge_desktop::units::rad_s(speed_rpm))?;
             println!(
                 "  {speed_rpm:>5} rpm: eccentricity {:.2}, attitude {:.0}°, k_xx {:.2e}, k_xy {:.2e}, k_yx {:.2e} N/m",
                 state.eccentricity_ratio,
@@ -43,10 +43,15 @@ fn main() -> Result<(), Error> {
     }
     let found = check(&rotor, None)?;
     for critical in &found.critical {
-        println!("undamped critical speed at {:.0} rpm", measurement::rpm(critical.speed_rad_s));
+        println!(
+            "undamped critical speed at {:.0} rpm",
+            rotor_edge_desktop::units::rpm(critical.speed_rad_s)
+        );
     }
     match &found.threshold {
-        Some(mode) => println!("unstable from {:.0} rpm on", measurement::rpm(mode.speed_rad_s)),
+        Some(mode) => {
+            println!("unstable from {:.0} rpm on", rotor_edge_desktop::units::rpm(mode.speed_rad_s))
+        }
         None => println!("stable over {:.0} to {:.0} rpm", found.range_rpm[0], found.range_rpm[1]),
     }
     Ok(())

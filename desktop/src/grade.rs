@@ -9,8 +9,8 @@
 use nalgebra::Complex;
 
 use crate::machine::drawing::Rotor;
-use crate::measurement::rad_s;
 use crate::shaft::statics::mass_and_centre;
+use crate::units::rad_s;
 
 type C = Complex<f64>;
 

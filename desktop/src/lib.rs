@@ -99,6 +99,7 @@ pub mod startup;
 mod testing;
 pub mod track;
 pub mod unbalance;
+pub mod units;
 pub mod whole_file;
 
 pub use error::Error;

@@ -82,7 +82,7 @@ impl Deployment {
             desktop::reduction::basis::reduced(rotor, SHAPES)
         } else {
             let full = desktop::model::Model::finite_elements(rotor);
-            let fastest_rad_s = measurement::rad_s(fastest_rpm);
+            let fastest_rad_s = rotor_edge_desktop::units::rad_s(fastest_rpm);
             full.projected(&desktop::reduction::basis::closest(
                 &full,
                 SHAPES,
@@ -103,7 +103,7 @@ impl Deployment {
         unbalance_kg_m: DVector<Complex<f64>>,
         fastest_rpm: f64,
     ) -> Result<Self> {
-        let desktop = knots::straightened(desktop, measurement::rad_s(fastest_rpm));
+        let desktop = knots::straightened(desktop, rotor_edge_desktop::units::rad_s(fastest_rpm));
         let edge = edge_model(&desktop, rotor, &unbalance_kg_m, fastest_rpm)?;
         Ok(Self { desktop, edge, unbalance_kg_m, left_out: of_single_runs(rotor) })
     }

@@ -12,8 +12,8 @@ use rotor_edge_desktop::check::modes::{modes, roundness};
 use rotor_edge_desktop::check::system::System;
 use rotor_edge_desktop::check::unbalance::probes_at;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::measurement::rad_s;
 use rotor_edge_desktop::shaft::statics::statics;
+use rotor_edge_desktop::units::rad_s;
 use rotor_edge_tests::repository;
 use serde_json::Value;
 

@@ -4,9 +4,9 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::{Complex, DVector};
 use rotor_edge_desktop::machine::drawing::{Coefficients, Rotor};
-use rotor_edge_desktop::measurement::rad_s;
 use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::rotor_file;
+use rotor_edge_desktop::units::rad_s;
 use rotor_edge_tests::repository;
 
 type C = Complex<f64>;

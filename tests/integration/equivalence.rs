@@ -18,9 +18,10 @@ use rotor_edge_desktop::bearing::table::{Table, TableRow};
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::{Mount, Rotor};
 use rotor_edge_desktop::machine::place::SpeedLaw;
-use rotor_edge_desktop::measurement::{Reading, rad_s};
+use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::model::terms::{Forcing, Support};
+use rotor_edge_desktop::units::rad_s;
 
 fn identified() -> (Rotor, Vec<Reading>) {
     let (rotor, record, runup) = sample::load().unwrap();

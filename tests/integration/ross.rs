@@ -3,7 +3,6 @@
 
 use nalgebra::{Complex, DVector};
 use rotor_edge_desktop::machine::drawing::{Formulation, Rotor};
-use rotor_edge_desktop::measurement::rad_s;
 use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::reduction::basis;
 use rotor_edge_desktop::rotor_file;
@@ -11,6 +10,7 @@ use rotor_edge_desktop::shaft::assumed_modes;
 use rotor_edge_desktop::shaft::mesh::Mesh;
 use rotor_edge_desktop::shaft::structure::ELEMENTS_PER_SEGMENT;
 use rotor_edge_desktop::unbalance::phasor_kg_m;
+use rotor_edge_desktop::units::rad_s;
 use rotor_edge_tests::repository;
 use serde_json::Value;
 

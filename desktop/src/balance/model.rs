@@ -11,9 +11,10 @@ use crate::diagnose::best_fit;
 use crate::error::Error;
 use crate::grade::{Grade, Rigid};
 use crate::machine::drawing::{Plane, Rotor};
-use crate::measurement::{Reading, rpm};
+use crate::measurement::Reading;
 use crate::model::Model;
 use crate::reduction::basis;
+use crate::units::rpm;
 
 type C = Complex<f64>;
 

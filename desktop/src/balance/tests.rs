@@ -12,10 +12,11 @@ use super::*;
 use crate::grade::{Rigid, largest_plausible_g_mm, permissible_g_mm};
 use crate::machine::drawing::{AddedUnbalance, Disk, Noise, Rated, Run, Tolerance};
 use crate::machine::tolerance::Deviations;
-use crate::measurement::{Reading, rad_s};
+use crate::measurement::Reading;
 use crate::model::Model;
 use crate::testing::{sample_rotor, uniform_shaft};
 use crate::unbalance::{G_MM, phasor_kg_m};
+use crate::units::rad_s;
 
 type C = Complex<f64>;
 

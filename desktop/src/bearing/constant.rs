@@ -81,7 +81,7 @@ pub struct Learned {
 
 impl Learned {
     fn reference_rad_s(&self) -> f64 {
-        self.reference_rpm * std::f64::consts::PI / 30.0
+        crate::units::rad_s(self.reference_rpm)
     }
 
     /// Change per unit of the logarithm, and of its square.

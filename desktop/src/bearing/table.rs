@@ -90,7 +90,7 @@ impl TableRow {
     }
 
     fn speed_rad_s(&self) -> f64 {
-        self.speed_rpm * std::f64::consts::PI / 30.0
+        crate::units::rad_s(self.speed_rpm)
     }
 }
 

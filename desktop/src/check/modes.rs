@@ -96,7 +96,7 @@ pub fn modes(
         newton(&matrices, *root, start)
             .map(|(value, shape)| mode(system, speed_rad_s, value, shape))
             .ok_or_else(|| {
-                let rpm = crate::measurement::rpm(speed_rad_s);
+                let rpm = crate::units::rpm(speed_rad_s);
                 Error::Unsuitable(format!("the modes at {rpm:.0} rpm do not converge"))
             })
     });

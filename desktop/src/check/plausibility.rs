@@ -8,9 +8,9 @@ use nalgebra::Matrix2;
 use crate::bearing::pair::Pair;
 use crate::check::system::System;
 use crate::machine::drawing::{Bearing, Disk, Rotor};
-use crate::measurement::{rad_s, rpm};
 use crate::shaft::statics::Statics;
 use crate::shaft::structure::segment_at;
+use crate::units::{rad_s, rpm};
 
 /// A bearing that sinks by more than this under its load is softer than any machine's, m.
 const DEEPEST_SAG_M: f64 = 2e-3;

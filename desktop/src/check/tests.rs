@@ -16,10 +16,10 @@ use crate::bearing::foundation::{Foundation, FoundationMode};
 use crate::bearing::support::Pedestal;
 use crate::bearing::table::{Table, TableRow};
 use crate::machine::drawing::{Bearing, EffectEntry, Formulation, Mount, ParameterValue, Rated, Rotor};
-use crate::measurement::{rad_s, rpm};
 use crate::model::Model;
 use crate::shaft::statics::mass_and_centre;
 use crate::testing::{sample_rotor, train, uniform_shaft};
+use crate::units::{rad_s, rpm};
 
 type C = Complex<f64>;
 

@@ -16,7 +16,7 @@ use crate::check::system::System;
 use crate::error::Error;
 use crate::grade::permissible_g_mm;
 use crate::machine::drawing::Rotor;
-use crate::measurement::rpm;
+use crate::units::rpm;
 
 type C = Complex<f64>;
 

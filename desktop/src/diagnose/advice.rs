@@ -11,9 +11,9 @@ use crate::fit::data::sigma_m;
 use crate::fit::hypothesis::Assumed;
 use crate::fit::starts_for;
 use crate::machine::drawing::{Mount, Noise, Probe, Rotor};
-use crate::measurement::{rad_s, rpm};
 use crate::reduction::basis;
 use crate::unbalance::g_mm_deg;
+use crate::units::{rad_s, rpm};
 
 /// Rivals that are simulated at most.
 const MOST_RIVALS: usize = 5;

@@ -1,5 +1,6 @@
 //! What of an effect was seen in the data: where, in which whirl, and over which speeds.
 
+use crate::units::rpm;
 use nalgebra::Complex;
 
 use super::base::{Base, Tried};
@@ -74,7 +75,6 @@ fn over_speed(seen: &Seen) -> String {
     let changes = &seen.changes;
     let largest = changes.iter().max_by(|a, b| a.amplitude_m.total_cmp(&b.amplitude_m));
     let fastest = changes.iter().map(|c| c.speed_rad_s).fold(0.0, f64::max);
-    let rpm = |w: f64| w * 30.0 / std::f64::consts::PI;
     if let Some(peak) = largest
         && seen.share(|c| (c.speed_rad_s / peak.speed_rad_s - 1.0).abs() < 0.12) > MOSTLY
     {

@@ -8,14 +8,16 @@
 //! resonance, and at most `(3√3/8) α/(ζω)²` of the amplitude, beside it. A run is quasi-steady where `α ≪ (ζω)²` (Lewis,
 //! *Vibration during acceleration through a critical speed*, Trans. ASME 54, 1932).
 
+use crate::units::SECONDS_A_DAY;
 use nalgebra::{Complex, DVector};
 
 use crate::fit::data::sigma_m;
 use crate::machine::drawing::{Noise, Plane, Rotor};
-use crate::measurement::{Reading, rpm};
+use crate::measurement::Reading;
 use crate::model::Model;
 use crate::reduction::basis;
 use crate::unbalance::phasor_kg_m;
+use crate::units::rpm;
 
 type C = Complex<f64>;
 
@@ -28,7 +30,6 @@ const SEEN: f64 = 1.645;
 /// Largest lag, relative to a probe's largest response, for which the series may end with its first term: the next one is
 /// then below a tenth.
 const FIRST_ORDER: f64 = 0.3;
-const SECONDS_A_DAY: f64 = 86_400.0;
 
 /// The lag of readings that were taken in passing, where it is more than their noise hides.
 pub struct Sweep {

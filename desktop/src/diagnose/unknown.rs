@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::unknown::{Assumption, UnknownFit};
 use crate::fit::{Drawing, Fit, Fitter};
-use crate::measurement::rpm;
+use crate::units::rpm;
 
 /// Assumptions that are fitted to the end after all were screened.
 const REFINED: usize = 2;

@@ -9,8 +9,8 @@ use super::{Parameter, Place, Scale, Scales, Unknown, entry};
 use crate::bearing::support::SupportLaw;
 use crate::effects::terms::{Terms, position_m};
 use crate::machine::drawing::Rotor;
-use crate::measurement::rad_s;
 use crate::shaft::statics::{GRAVITY_M_S2, mass_and_centre};
+use crate::units::rad_s;
 
 /// Speed, relative to the fastest, at which a stiffness that changes with speed is stated: in the middle of a run-up,
 /// slope and stiffness are well apart.

@@ -11,7 +11,7 @@ use super::prior::Machine;
 use crate::decomposition::{hermitian, singular_values};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
-use crate::measurement::{rad_s, rpm};
+use crate::units::{rad_s, rpm};
 
 type C = Complex<f64>;
 

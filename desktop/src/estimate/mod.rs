@@ -166,7 +166,7 @@ fn measured_rpm(m: &mounting::Mounting, probes: usize) -> Vec<f64> {
     let seen = |row: &usize| m.phasors[*row].is_some();
     let rows: Vec<usize> = (0..m.phasors.len()).filter(seen).collect();
     let first = rows.chunk_by(|a, b| a / probes == b / probes).map(|rows| rows[0]);
-    first.map(|row| crate::measurement::rpm(m.speeds_rad_s[row])).collect()
+    first.map(|row| crate::units::rpm(m.speeds_rad_s[row])).collect()
 }
 
 /// Learned at the most probable parameters of the model.

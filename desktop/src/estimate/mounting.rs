@@ -188,7 +188,7 @@ fn speeds(names: &[&str], readings: &[Reading], base: &str) -> (Vec<[f64; 2]>, V
         if has(base) && names.iter().filter(|n| has(n)).count() > 1 {
             groups.push(range);
         } else {
-            let rpm = crate::measurement::rpm(0.5 * (range[0] + range[1]));
+            let rpm = crate::units::rpm(0.5 * (range[0] + range[1]));
             let why = if has(base) { "no other run has it" } else { "the base run has none there" };
             remarks.push(format!("{rpm:.0} rpm is left out: {why}."));
         }

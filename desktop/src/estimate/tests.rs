@@ -8,10 +8,11 @@ use rand_distr::StandardNormal;
 use super::prior::{Machine, stacked};
 use super::{Options, estimate};
 use crate::machine::drawing::{AddedUnbalance, Rotor, Run};
-use crate::measurement::{Reading, rad_s};
+use crate::measurement::Reading;
 use crate::model::Model;
 use crate::testing::sample_rotor;
 use crate::unbalance::{G_MM, phasor_kg_m};
+use crate::units::rad_s;
 
 type C = Complex<f64>;
 

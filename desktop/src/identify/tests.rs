@@ -7,9 +7,10 @@ use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Hypothesis;
 use crate::machine::drawing::{Noise, Rotor, SearchBounds};
-use crate::measurement::{Reading, rad_s};
+use crate::measurement::Reading;
 use crate::model::Model;
 use crate::testing::sample_rotor;
+use crate::units::rad_s;
 
 /// Guess over truth: stiffness and damping of both bearings, x then y.
 const WRONG: [[[f64; 2]; 2]; 2] = [[[1.25, 0.8], [0.7, 1.4]], [[0.8, 1.2], [1.3, 0.75]]];

@@ -10,13 +10,14 @@ pub(crate) mod sequence;
 mod slow_roll;
 mod table;
 
+use crate::units::rad_s;
 use std::path::Path;
 
 use crate::bearing::Law;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
-pub use reading::{Reading, phasor_m, rad_s, rpm};
+pub use reading::{Reading, phasor_m};
 pub use sequence::frozen;
 pub use slow_roll::{SlowRoll, less_runout, runout_m};
 pub use table::{LARGEST_UM, LOWEST_GAP_V, Series, write, write_exactly, write_probes};

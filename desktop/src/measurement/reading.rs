@@ -1,5 +1,6 @@
 //! One reading, and the units of its numbers.
 
+use crate::units::rad_s;
 use nalgebra::Complex;
 
 /// One row: all probes at one speed.
@@ -27,14 +28,6 @@ impl Reading {
     pub fn complete(&self) -> Option<Vec<Complex<f64>>> {
         self.probes.iter().copied().collect()
     }
-}
-
-pub fn rad_s(speed_rpm: f64) -> f64 {
-    speed_rpm * std::f64::consts::PI / 30.0
-}
-
-pub fn rpm(speed_rad_s: f64) -> f64 {
-    speed_rad_s * 30.0 / std::f64::consts::PI
 }
 
 /// The phasor `cos − i sin`, m, of components in µm.

@@ -15,6 +15,7 @@ use crate::effects::terms::{force_shape, position_m};
 use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
 use crate::shaft::structure::{Structure, elements_per_segment};
+use crate::units::rpm;
 use chain::Line;
 use terms::{Forcing, ProbeTerm, Support};
 
@@ -386,7 +387,7 @@ impl Model {
             }
             last_change = change;
         }
-        let speed_rpm = speed_rad_s * 30.0 / std::f64::consts::PI;
+        let speed_rpm = rpm(speed_rad_s);
         Err(Error::Unsuitable(format!("the amplitude at the supports does not settle at {speed_rpm:.0} rpm")))
     }
 

@@ -16,7 +16,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Modal;
 use super::series::Point;
-use crate::measurement::rpm;
+use crate::units::rpm;
 
 /// A rise or fall by this many standard deviations is none of the noise's.
 const SURE: f64 = 5.0;

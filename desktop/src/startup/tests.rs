@@ -10,8 +10,8 @@ use super::series::{Point, Run, directions, series};
 use super::shaft::ShaftSpring;
 use super::*;
 use crate::machine::drawing::{Disk, Physics};
-use crate::measurement::rad_s;
 use crate::testing::uniform_shaft;
+use crate::units::rad_s;
 
 type C = Complex<f64>;
 

@@ -296,11 +296,11 @@ fn phase_one_config(config: &Config) -> PhaseOneConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measurement::rad_s;
     use crate::model::Model;
     use crate::testing::sample_rotor;
     use crate::track::answer::Method;
     use crate::track::coefficients::coefficient;
+    use crate::units::rad_s;
     use rand_distr::StandardNormal;
 
     const NOISE: Noise =

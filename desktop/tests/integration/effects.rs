@@ -6,10 +6,11 @@ use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
 use rotor_edge_desktop::diagnose::{Account, Candidate, Diagnosis, Verdict, best_fit, diagnose, improve};
 use rotor_edge_desktop::machine::drawing::{ParameterValue, Rotor};
-use rotor_edge_desktop::measurement::{Reading, rad_s};
+use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::phasor_kg_m;
+use rotor_edge_desktop::units::rad_s;
 
 /// Readings of a run.
 const SPEEDS: u32 = 36;

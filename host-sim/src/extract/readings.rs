@@ -1,5 +1,6 @@
 //! Windows as readings, and what became of those that are none.
 
+use rotor_edge_desktop::units::SECONDS_A_DAY;
 use std::fmt;
 
 use nalgebra::Complex;
@@ -8,8 +9,6 @@ use rotor_edge_desktop::measurement::Reading;
 
 use super::settings::Settings;
 use super::windows::{Seen, Window};
-
-const SECONDS_A_DAY: f64 = 86_400.0;
 
 /// Readings that are lost for one reason.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,14 +6,13 @@
 //! drift of a window, which is left. The mean over a window through which the speed rises by ΔΩ adds `Y'' ΔΩ²/24`. Both go by
 //! the curvature, which a parabola through the readings shows.
 
-use std::f64::consts::PI;
+use rotor_edge_desktop::units::{SECONDS_A_DAY, rad_s};
 
 use nalgebra::{Complex, Matrix3, Vector3};
 use rotor_edge_desktop::measurement::Reading;
 
 use super::readings::mean_of;
 
-const SECONDS_A_DAY: f64 = 86_400.0;
 /// A parabola is laid through so many bins' breadth.
 const BREADTH_BINS: f64 = 3.0;
 /// Fewer readings than this do not show more than the parabola itself.
@@ -60,7 +59,7 @@ fn around(readings: &[Reading], begins: usize, length: usize, speed_rpm: f64, bi
 }
 
 fn compensate(mean: &mut Reading, around: &[Reading], revolutions: u16, done: &mut Compensated) -> bool {
-    let omega = |r: &Reading| r.speed_rpm * PI / 30.0;
+    let omega = |r: &Reading| rad_s(r.speed_rpm);
     let middle = omega(mean);
     let Some(alpha) = acceleration(around) else { return false };
     let rise = alpha * 60.0 * f64::from(revolutions) / mean.speed_rpm;
@@ -87,7 +86,7 @@ fn compensate(mean: &mut Reading, around: &[Reading], revolutions: u16, done: &m
 /// Slope of the speed over time, rad/s².
 fn acceleration(readings: &[Reading]) -> Option<f64> {
     let points: Vec<(f64, Complex<f64>)> = (readings.iter())
-        .filter_map(|r| Some((SECONDS_A_DAY * r.time_d?, Complex::new(r.speed_rpm * PI / 30.0, 0.0))))
+        .filter_map(|r| Some((SECONDS_A_DAY * r.time_d?, Complex::new(rad_s(r.speed_rpm), 0.0))))
         .collect();
     let from = points.first()?.0;
     let points: Vec<_> = points.iter().map(|(t, speed)| (t - from, *speed)).collect();

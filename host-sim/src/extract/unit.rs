@@ -1,6 +1,6 @@
 //! Units of channels, and the way from each to the displacement.
 
-use std::f64::consts::PI;
+use rotor_edge_desktop::units::rad_s;
 
 use clap::ValueEnum;
 use nalgebra::Complex;
@@ -44,7 +44,7 @@ impl Unit {
     /// What a phasor in this unit is multiplied by at a speed to become the displacement in µm; nothing where it is that
     /// already. `u = Re(Y e^{iΩt})` has the velocity `iΩY` and the acceleration `−Ω²Y`.
     pub fn integral(self, speed_rpm: f64) -> Option<Complex<f64>> {
-        let omega = speed_rpm * PI / 30.0;
+        let omega = rad_s(speed_rpm);
         let real = |factor| Some(Complex::new(factor, 0.0));
         match self {
             Self::Volt | Self::Millivolt | Self::Micrometre => None,
@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn a_displacement_is_found_again_from_its_derivatives() {
         // 10 µm cos Ωt at 3000 rpm: velocity −10 Ω sin Ωt, acceleration −10 Ω² cos Ωt
-        let omega = 100.0 * PI;
+        let omega = 100.0 * std::f64::consts::PI;
         let velocity_mm_s = Complex::new(0.0, 10e-3 * omega);
         let acceleration_m_s2 = Complex::new(-10e-6 * omega * omega, 0.0);
         for (unit, y) in [

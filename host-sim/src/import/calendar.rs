@@ -1,5 +1,6 @@
 //! Moments as exports write them.
 
+use rotor_edge_desktop::units::SECONDS_A_DAY;
 use std::str::FromStr;
 
 use clap::ValueEnum;
@@ -117,7 +118,7 @@ pub fn of_number(value: f64, unit: Option<TimeUnit>, is_date: bool) -> Option<Mo
     }
     let whole_us = |seconds: f64| (seconds * 1e6).round() as i128 * 1000;
     Some(match unit {
-        TimeUnit::Seconds => Moment::Elapsed(value / 86_400.0),
+        TimeUnit::Seconds => Moment::Elapsed(value / SECONDS_A_DAY),
         TimeUnit::Minutes => Moment::Elapsed(value / 1440.0),
         TimeUnit::Hours => Moment::Elapsed(value / 24.0),
         TimeUnit::Days => Moment::Elapsed(value),
@@ -128,7 +129,7 @@ pub fn of_number(value: f64, unit: Option<TimeUnit>, is_date: bool) -> Option<Mo
             let Moment::Local(zero) = Moment::local(Date::constant(1899, 12, 30).at(0, 0, 0, 0))? else {
                 return None;
             };
-            Moment::Local(zero + whole_us(value * 86_400.0))
+            Moment::Local(zero + whole_us(value * SECONDS_A_DAY))
         }
     })
 }

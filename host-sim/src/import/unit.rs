@@ -87,7 +87,7 @@ impl SpeedUnit {
         match self {
             Self::Rpm => 1.0,
             Self::Hz => 60.0,
-            Self::RadS => 30.0 / std::f64::consts::PI,
+            Self::RadS => rotor_edge_desktop::units::rpm(1.0),
         }
     }
 }

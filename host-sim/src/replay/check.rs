@@ -5,7 +5,7 @@ use nalgebra::{Complex, DVector};
 use rotor_edge_core::reading::ProbeVector;
 use rotor_edge_core::response::{SupportAmplitudes, response};
 use rotor_edge_desktop::identify::least_residual;
-use rotor_edge_desktop::measurement::{self, Reading, phasor_m};
+use rotor_edge_desktop::measurement::{Reading, phasor_m};
 use rotor_edge_desktop::model::Response;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 
@@ -154,7 +154,7 @@ impl<'a> Case<'a> {
             found.len(),
             found.iter().map(|[x, y]| Complex::new(f64::from(*x), f64::from(*y)) / G_MM),
         );
-        let speed_rad_s = measurement::rad_s(speed_rpm);
+        let speed_rad_s = rotor_edge_desktop::units::rad_s(speed_rpm);
         let mut response = deployment.desktop.response_under(speed_rad_s, &unbalance_kg_m)?;
         response.per_unbalance = response.per_unbalance.select_rows(&probes);
         response.fixed = response.fixed.select_rows(&probes);

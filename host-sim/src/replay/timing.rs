@@ -3,6 +3,7 @@
 use rotor_edge_core::can::{NumberedReading, reading_frames};
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::units::SECONDS_A_DAY;
 
 use super::config::ReplayConfig;
 use crate::bus::frame_bits;
@@ -93,7 +94,7 @@ pub fn settings(config: &ReplayConfig, record: &[Reading]) -> NodeConfig {
 
 /// As asked for, or two and a half times the median interval of the record, within what a controller takes.
 pub fn age_limit_s(config: &ReplayConfig, record: &[Reading]) -> f32 {
-    let usual = || (AGE_LIMIT_INTERVALS * median_interval_s(record)).clamp(0.1, 10.0 * 365.0 * 86_400.0);
+    let usual = || (AGE_LIMIT_INTERVALS * median_interval_s(record)).clamp(0.1, 10.0 * 365.0 * SECONDS_A_DAY);
     config.age_limit_s.unwrap_or_else(|| usual() as f32)
 }
 

@@ -2,6 +2,7 @@
 
 use rotor_edge_core::can::PROTOCOL_VERSION;
 use rotor_edge_core::state::{NodeState, Reason, Status};
+use rotor_edge_desktop::units::SECONDS_A_DAY;
 
 use super::lists::listed;
 pub use super::lists::probe_numbers;
@@ -243,7 +244,7 @@ pub fn span(time_us: u64) -> String {
         s if s < 120.0 => format!("{s:.0} s"),
         s if s < 7_200.0 => format!("{:.0} min", s / 60.0),
         s if s < 172_800.0 => format!("{:.0} h", s / 3_600.0),
-        s => format!("{:.0} d", s / 86_400.0),
+        s => format!("{:.0} d", s / SECONDS_A_DAY),
     }
 }
 

@@ -6,10 +6,11 @@ use std::path::Path;
 
 use nalgebra::{Complex, DVector};
 use rotor_edge_desktop::machine::drawing::{AddedUnbalance, EffectEntry, ParameterValue, Plane, Rotor, Run};
-use rotor_edge_desktop::measurement::{Reading, rad_s};
+use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::g_mm_deg;
+use rotor_edge_desktop::units::rad_s;
 
 use super::random::{Moment, Random};
 

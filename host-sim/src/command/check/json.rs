@@ -1,7 +1,7 @@
 //! What `check --json` prints.
 
 use rotor_edge_desktop::check::{AtSpeed, BearingCheck, Check};
-use rotor_edge_desktop::measurement::rpm;
+use rotor_edge_desktop::units::rpm;
 use serde_json::{Value, json};
 
 /// One object; SI units but for speeds and frequencies, which are in rpm.

@@ -3,7 +3,7 @@
 use nalgebra::Complex;
 use rotor_edge_desktop::check::Check;
 use rotor_edge_desktop::check::modes::Mode;
-use rotor_edge_desktop::measurement::rpm;
+use rotor_edge_desktop::units::rpm;
 
 use super::text;
 use crate::report::bode::bode_of;

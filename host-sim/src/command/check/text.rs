@@ -1,7 +1,7 @@
 //! What `check` prints for people.
 
 use rotor_edge_desktop::check::Check;
-use rotor_edge_desktop::measurement::rpm;
+use rotor_edge_desktop::units::rpm;
 
 use super::super::output;
 use crate::report::scale::{number, three_digits};

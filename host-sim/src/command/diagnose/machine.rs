@@ -5,8 +5,8 @@ use rotor_edge_desktop::bearing::Law;
 use rotor_edge_desktop::diagnose::{BestFit, Candidate};
 use rotor_edge_desktop::machine::drawing::Bearing;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::measurement::rad_s;
 use rotor_edge_desktop::model::Model;
+use rotor_edge_desktop::units::rad_s;
 
 use crate::report::Figure;
 use crate::report::scale::rpm;

@@ -2,6 +2,7 @@
 
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::units::SECONDS_A_DAY;
 
 use super::pairs::{Pair, pairs};
 use super::{readings, spectra};
@@ -122,7 +123,7 @@ fn centreline_of(pair: &Pair, extracted: &[Extracted]) -> Option<Figure> {
 }
 
 fn speed(extracted: &[Extracted]) -> Figure {
-    let points = readings(extracted).filter_map(|r| Some((86_400.0 * r.time_d?, r.speed_rpm)));
+    let points = readings(extracted).filter_map(|r| Some((SECONDS_A_DAY * r.time_d?, r.speed_rpm)));
     let over_time = Trend {
         along: "time, s".into(),
         quantity: "speed, rpm".into(),

@@ -6,6 +6,7 @@ mod fit;
 mod json;
 mod unbalance;
 
+use rotor_edge_desktop::units::SECONDS_A_DAY;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -33,8 +34,6 @@ use better::{Better, trends};
 use bus::Over;
 use fit::Fit;
 use json::{Summary, answers};
-
-const DAY_S: f64 = 86_400.0;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -253,7 +252,7 @@ impl Job<'_> {
             c.readings, c.partial, c.skipped, c.lost, c.rejected, c.repeated, c.late
         );
         let age_limit_s = f64::from(age_limit_s(config, self.record));
-        let age_limit = match age_limit_s / DAY_S {
+        let age_limit = match age_limit_s / SECONDS_A_DAY {
             days if days >= 1.0 => format!("{days:.1} d"),
             _ => span((age_limit_s * 1e6) as u64),
         };

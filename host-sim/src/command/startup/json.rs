@@ -1,9 +1,9 @@
 //! What `startup --json` prints.
 
 use rotor_edge_desktop::diagnose::Candidate;
-use rotor_edge_desktop::measurement::rpm;
 use rotor_edge_desktop::startup::Value as Number;
 use rotor_edge_desktop::startup::chain::Stage;
+use rotor_edge_desktop::units::rpm;
 
 use rotor_edge_desktop::startup::estimate::{Combined, Estimate, Line, METHODS, Seen};
 use rotor_edge_desktop::startup::series::{Direction, Run};

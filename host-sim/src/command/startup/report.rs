@@ -2,9 +2,10 @@
 //! models on the way to one that fits.
 
 use nalgebra::Complex;
-use rotor_edge_desktop::measurement::{rad_s, rpm as to_rpm};
 use rotor_edge_desktop::startup::series::{Point, Run, series};
 use rotor_edge_desktop::unbalance::G_MM;
+use rotor_edge_desktop::units::rad_s;
+use rotor_edge_desktop::units::rpm as to_rpm;
 
 use super::answer::Answer;
 use super::text::{

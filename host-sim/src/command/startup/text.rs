@@ -1,11 +1,11 @@
 //! What `startup` prints for people.
 
-use rotor_edge_desktop::measurement::rpm;
 use rotor_edge_desktop::startup::Value;
 use rotor_edge_desktop::startup::chain::Chain;
 use rotor_edge_desktop::startup::estimate::{METHODS, Shift};
 use rotor_edge_desktop::startup::series::Direction;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
+use rotor_edge_desktop::units::rpm;
 
 use super::answer::Answer;
 use crate::command::{diagnose, output};
