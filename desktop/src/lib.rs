@@ -28,11 +28,11 @@
 //! A machine is read or made in code, and asked:
 //!
 //! ```
-//! use rotor_edge_desktop::rotor_file;
-//! use rotor_edge_desktop::measurement::{rad_s, rpm};
 //! use rotor_edge_desktop::model::Model;
+//! use rotor_edge_desktop::rotor_file;
 //! use rotor_edge_desktop::shaft::statics::mass_and_centre;
 //! use rotor_edge_desktop::unbalance::phasor_kg_m;
+//! use rotor_edge_desktop::units::{rad_s, rpm};
 //!
 //! let rotor = rotor_file::parse("fan.toml", r#"
 //!     schema = 2
