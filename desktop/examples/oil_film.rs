@@ -5,7 +5,7 @@
 use rotor_edge_desktop::bearing::Law;
 use rotor_edge_desktop::check::check;
 use rotor_edge_desktop::rotor_file;
-use rotor_edge_desktop::{Error, measurement};
+use rotor_edge_desktop::Error;
 
 const MACHINE: &str = r#"
 schema = 2
