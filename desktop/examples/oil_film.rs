@@ -2,10 +2,10 @@
 //!
 //! `cargo run --release -p rotor-edge-desktop --example oil_film`
 
+use rotor_edge_desktop::Error;
 use rotor_edge_desktop::bearing::Law;
 use rotor_edge_desktop::check::check;
 use rotor_edge_desktop::rotor_file;
-use rotor_edge_desktop::Error;
 
 const MACHINE: &str = r#"
 schema = 2
