@@ -18,7 +18,10 @@ const TWO_X_LAG: f64 = 0.7;
 #[test]
 fn vectors_of_2x_are_found_whatever_1x_3x_and_the_gap_are() {
     let folder = Folder::new();
-    for (speed_rpm, rise_rpm_s) in [(11_000.0, 0.0), (3_011.7, 40.0), (3_011.7, 90.0)] {
+    // at 300 rpm/s a rise of the wrong sign within a turn would turn the vector by 4e-3
+    for (speed_rpm, rise_rpm_s, revolutions) in
+        [(11_000.0, 0.0, "16"), (3_011.7, 40.0, "16"), (3_011.7, 300.0, "5")]
+    {
         let recording = Recording { speed_rpm, rise_rpm_s, ..Recording::default() };
         let with_harmonics = |turns: f64, row: &mut [f64; 5]| {
             let um = TWO_X_UM * (2.0 * TAU * turns - TWO_X_LAG).cos() + 8.0 * (3.0 * TAU * turns).sin();
@@ -26,7 +29,8 @@ fn vectors_of_2x_are_found_whatever_1x_3x_and_the_gap_are() {
         };
         let file = folder.write("a.csv", recording.csv_with(with_harmonics));
         let two_x = folder.text("two_x.csv");
-        let (_, of_1x) = run(&folder, &file, &[&DC[..], &["--two-x", &two_x]].concat());
+        let (_, of_1x) =
+            run(&folder, &file, &[&DC[..], &["--two-x", &two_x, "--revolutions", revolutions]].concat());
         let (_, of_2x) = measured(&folder.path("two_x.csv"));
         assert_eq!(of_1x.len(), of_2x.len());
         let known = Complex::from_polar(TWO_X_UM, -TWO_X_LAG);
