@@ -180,7 +180,7 @@ impl TrackTable {
         Ok(())
     }
 
-    /// Takes whole turns out of the angles; what was known then is within half a turn of what is known now.
+    /// Removes whole turns from the angles; the angle known on the day stays within half a turn of the angle known today.
     fn unwrap_angles(&mut self) {
         for angles in [1, 3, 5, 7] {
             unwrap(&mut self.cells[angles]);

@@ -1,4 +1,4 @@
-//! The shaft with its disks: finite elements, the modes of a uniform beam, the loads of its weight.
+//! The shaft with its disks: finite elements, modes of a uniform beam, static loads.
 
 pub mod assumed_modes;
 pub mod elements;

@@ -43,7 +43,7 @@ pub struct Structure {
     pub tilt_inertia: DMatrix<f64>,
     /// Places on the shaft, ascending.
     pub stations: Vec<Station>,
-    /// Whether coordinates are displacement and slope of each station in turn, joined to those of its neighbours only.
+    /// The coordinates are displacement and slope of each station in turn, and only neighbouring stations are joined.
     pub is_chain: bool,
 }
 
