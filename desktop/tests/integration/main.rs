@@ -2,6 +2,8 @@
 
 mod effects;
 mod films;
+#[cfg(feature = "lstm")]
+mod lstm;
 mod published;
 mod repeated;
 mod rotor_file;
