@@ -65,7 +65,7 @@ fn measured(rotor: &Rotor, seed: Option<u64>) -> Vec<Reading> {
             let speed_rpm = 1500.0 + 250.0 * f64::from(step);
             let clean = response(&model, rotor, &run.added_unbalance, speed_rpm);
             let probes = clean.iter().map(|y| {
-                let sigma = noise.relative * y.norm() + noise.floor_um * 1e-6;
+                let sigma = noise.sigma_m(*y);
                 let scatter = C::new(random.sample(StandardNormal), random.sample(StandardNormal)) * sigma;
                 Some(if seed.is_some() { y + scatter } else { *y })
             });

@@ -7,7 +7,6 @@ use super::answer::Advice;
 use super::as_file::as_file;
 use super::base::{Base, Tried};
 use super::rank::Ranking;
-use crate::fit::data::sigma_m;
 use crate::fit::hypothesis::Assumed;
 use crate::fit::starts_for;
 use crate::machine::drawing::{Mount, Noise, Probe, Rotor};
@@ -184,7 +183,7 @@ fn separation(base: &Base, rivals: &[Rotor], m: &Measurement, noise: &Noise) -> 
             let (a, b) = (&seen[0][k], &other[k]);
             // with extra probes only those are new; the machine's own were tried already
             let fresh = if m.extra.is_empty() { 0..own } else { own..a.len() };
-            let distance: f64 = fresh.map(|p| (a[p] - b[p]).norm_sqr() / sigma_m(noise, a[p]).powi(2)).sum();
+            let distance: f64 = fresh.map(|p| (a[p] - b[p]).norm_sqr() / noise.sigma_m(a[p]).powi(2)).sum();
             total += distance;
             if distance > largest.0 {
                 largest = (distance, *speed_rpm);

@@ -6,7 +6,7 @@ use super::answer::{RIVAL, SURE};
 use super::base::{Base, Tried};
 use crate::decomposition::singular_values;
 use crate::effects::Place;
-use crate::inference::scatter::Scatter;
+use crate::statistics::scatter::Scatter;
 
 /// Speeds closer than this, relative, are one operating point.
 const SAME_SPEED: f64 = 0.01;
@@ -35,7 +35,7 @@ pub struct Ranking {
 /// Prior: even odds that nothing is missing, one share of nine tenths of the other half for each candidate, so that
 /// looking in many places is paid for, and a tenth for something that is not in the list. An effect without
 /// parameters, switched off in `[physics]`, is there on every real shaft, and the question is only whether it
-/// shows: it starts from even odds too, where the data could show it at all. What the data say is the evidence of each, [`crate::inference::evidence`];
+/// shows: it starts from even odds too, where the data could show it at all. What the data say is the evidence of each, [`crate::statistics::evidence`];
 /// `unknown` is that of an unknown cause.
 pub fn rank(base: &Base, tried: &[Tried], unknown: Option<f64>) -> Ranking {
     let allowed = |t: &&Tried| t.disqualified.is_none();

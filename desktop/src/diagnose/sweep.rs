@@ -11,7 +11,6 @@
 use crate::units::SECONDS_A_DAY;
 use nalgebra::{Complex, DVector};
 
-use crate::fit::data::sigma_m;
 use crate::machine::drawing::{Noise, Plane, Rotor};
 use crate::measurement::Reading;
 use crate::model::Model;
@@ -54,7 +53,7 @@ impl Sweep {
         for (row, reading) in readings.iter().enumerate() {
             for (p, y) in reading.probes.iter().enumerate().filter_map(|(p, y)| y.map(|y| (p, y))) {
                 let lag = lag_m[row][p];
-                let in_noise = (lag.norm() / sigma_m(noise, y)).powi(2);
+                let in_noise = (lag.norm() / noise.sigma_m(y)).powi(2);
                 chi2 += in_noise;
                 values += 2;
                 largest[p] = (largest[p].0.max(lag.norm()), largest[p].1.max(y.norm()));

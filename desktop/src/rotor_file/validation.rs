@@ -6,11 +6,11 @@ mod foundation;
 use crate::bearing::Law;
 use crate::effects::{entry, physical};
 use crate::error::Error;
-use crate::inference::scatter::{MOST_BETWEEN_RUNS, MOST_CORRELATED};
 use crate::machine::drawing::{EffectEntry, Rated, Rotor};
 use crate::machine::tolerance::Deviation;
 use crate::measurement::LOWEST_GAP_V;
 use crate::rotor_file::materials::Material;
+use crate::statistics::scatter::{MOST_BETWEEN_RUNS, MOST_CORRELATED};
 
 /// The newest layout of `rotor.toml`; older ones are read as well.
 pub const SCHEMA: u32 = 2;

@@ -4,7 +4,6 @@ use nalgebra::Complex;
 
 use super::operating_point::{OperatingPoint, model};
 use crate::error::Error;
-use crate::fit::data::sigma_m;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::unbalance::phasor_kg_m;
@@ -70,7 +69,7 @@ pub fn days(rotor: &Rotor, noise: &Noise, record: &[Reading]) -> Result<Vec<Day>
             point: OperatingPoint::new(&model, r.speed_rad_s())?.with_weights(&weights_kg_m),
             weights_kg_m,
             measured_m: r.probes.clone(),
-            sigma_m: r.probes.iter().map(|y| sigma_m(noise, y.unwrap_or_default())).collect(),
+            sigma_m: r.probes.iter().map(|y| noise.sigma_m(y.unwrap_or_default())).collect(),
         })
     };
     record.iter().enumerate().filter(|(_, r)| r.probes.iter().any(Option::is_some)).map(day).collect()
