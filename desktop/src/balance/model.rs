@@ -14,12 +14,11 @@ use crate::machine::drawing::{Plane, Rotor};
 use crate::measurement::Reading;
 use crate::model::Model;
 use crate::reduction::basis;
+use crate::reduction::sizes::WEIGHTS;
 use crate::units::rpm;
 
 type C = Complex<f64>;
 
-/// Shape functions a plane, beside what effects need: exact to a few parts in ten thousand.
-const SHAPES: usize = 14;
 /// Rounds over the amplitude, where supports harden or soften.
 const ROUNDS: usize = 40;
 /// Change of the weights, relative, that ends them.
@@ -72,7 +71,7 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
         return Err(Error::Unsuitable(format!("there is no reading between {from:.0} and {to:.0} rpm")));
     }
     let machine = Machine {
-        model: basis::reduced(&fit.rotor, SHAPES),
+        model: basis::reduced(&fit.rotor, WEIGHTS),
         own_kg_m: DVector::from_column_slice(&fit.unbalance_kg_m),
         planes: plan.planes.clone(),
         speeds_rad_s,

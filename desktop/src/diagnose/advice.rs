@@ -11,6 +11,7 @@ use crate::fit::hypothesis::Assumed;
 use crate::fit::starts_for;
 use crate::machine::drawing::{Mount, Noise, Probe, Rotor};
 use crate::reduction::basis;
+use crate::reduction::sizes::SIMULATED;
 use crate::unbalance::g_mm_deg;
 use crate::units::{rad_s, rpm};
 
@@ -18,8 +19,6 @@ use crate::units::{rad_s, rpm};
 const MOST_RIVALS: usize = 5;
 /// Speeds of a simulated run-up.
 const RUN_UP_SPEEDS: usize = 25;
-/// Shape functions of the simulated rivals.
-const SHAPES: usize = 20;
 /// Standard deviations by which rivals must differ to be told apart for sure.
 const APART: f64 = 5.0;
 /// Repetitions above which a measurement is not worth making.
@@ -205,7 +204,7 @@ fn simulate(rotor: &Rotor, m: &Measurement) -> Option<Vec<DVector<Complex<f64>>>
             all.resize(rotor.probe.len(), [0.0; 2]);
         }
     }
-    let model = basis::reduced(&rotor, SHAPES);
+    let model = basis::reduced(&rotor, SIMULATED);
     let planes = rotor.plane.iter();
     let mut u = DVector::from_iterator(
         rotor.plane.len(),

@@ -15,13 +15,12 @@ use crate::machine::drawing::{Noise, Plane, Rotor};
 use crate::measurement::Reading;
 use crate::model::Model;
 use crate::reduction::basis;
+use crate::reduction::sizes::SIMULATED;
 use crate::unbalance::phasor_kg_m;
 use crate::units::rpm;
 
 type C = Complex<f64>;
 
-/// Shape functions of the model that the lag is taken from.
-const SHAPES: usize = 20;
 /// Step of the speed for the second derivative, relative.
 const STEP: f64 = 1e-4;
 /// One-sided 5 % point of the normal law: χ² of N numbers scatters by √(2N), and what shifts it by more is seen.
@@ -114,7 +113,7 @@ fn lags_m(fitted: &Rotor, readings: &[Reading], rates: &[f64]) -> Vec<Vec<C>> {
             let size = |p: &Plane| (p.unbalance_g_mm.unwrap_or_default(), p.angle_deg.unwrap_or_default());
             let unbalance = rotor.plane.iter().map(size).map(|(size, angle)| phasor_kg_m(size, angle));
             let unbalance = DVector::from_vec(unbalance.collect());
-            models.push((name, basis::reduced(&rotor, SHAPES), unbalance));
+            models.push((name, basis::reduced(&rotor, SIMULATED), unbalance));
             models.len() - 1
         });
         let (_, model, unbalance) = &models[known];

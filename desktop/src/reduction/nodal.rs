@@ -11,14 +11,10 @@ use crate::machine::drawing::{Formulation, Physics, Rotor, Segment};
 use crate::machine::place::{End, Pattern};
 use crate::machine::tolerance::Offsets;
 use crate::model::Model;
-use crate::reduction::basis;
+use crate::reduction::{basis, sizes};
 use crate::shaft::elements::{Element, shear_parameter};
 use crate::shaft::mesh::{Mesh, Piece};
 use crate::shaft::structure::{elements_per_segment, lumps};
-
-/// Shape functions of a plane that fits are made on: far more than the controller's six, so that what
-/// they leave out is far below any noise.
-const SHAPES: usize = 24;
 
 /// A sum over nodal coordinates: number and factor.
 pub type Row = Vec<(usize, f64)>;
@@ -76,7 +72,7 @@ impl Shaft {
     pub fn new(rotor: &Rotor, physics: &Physics) -> Self {
         let rotor = &Rotor { physics: *physics, ..rotor.clone() };
         let model = Model::finite_elements(rotor);
-        let basis = basis::supported(&model, SHAPES.min(model.structure.size()));
+        let basis = basis::supported(&model, sizes::FIT.min(model.structure.size()));
         Self::on(rotor, &model, basis)
     }
 
