@@ -3,6 +3,7 @@
 pub mod banded;
 pub mod chain;
 pub mod deflection;
+pub mod force;
 pub mod terms;
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector2};
@@ -11,12 +12,13 @@ use crate::bearing::foundation::{Footing, Held};
 use crate::bearing::support::Dampers;
 use crate::decomposition::eigenvalues;
 use crate::effects::entry;
-use crate::effects::terms::{force_shape, position_m};
+use crate::effects::terms::position_m;
 use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
 use crate::shaft::structure::{Structure, elements_per_segment};
 use crate::units::rpm;
 use chain::Line;
+use force::{DrawnShaft, generalised_force};
 use terms::{Forcing, ProbeTerm, Support};
 
 /// Fixed-point rounds over the amplitude at supports that harden or soften.
@@ -85,7 +87,7 @@ impl Model {
             position_m(rotor, *place).map(|z| Support { shape: shape(z), law: law.clone() })
         });
         let forcings = terms.forcings.iter().filter_map(|(pattern, amplitude)| {
-            let shape = force_shape(*pattern, &structure, rotor)?;
+            let shape = generalised_force(*pattern, &DrawnShaft { structure: &structure, rotor })?;
             Some(Forcing { shape, amplitude: *amplitude, law: pattern.law() })
         });
         let probes = terms.shows.iter().enumerate().map(|(column, shown)| {

@@ -6,11 +6,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::effects::terms::half_sines;
 use crate::machine::drawing::{Formulation, Physics, Rotor, Segment};
 use crate::machine::place::{End, Pattern};
 use crate::machine::tolerance::Offsets;
 use crate::model::Model;
+use crate::model::force::half_sines;
 use crate::reduction::{basis, sizes};
 use crate::shaft::elements::{Element, shear_parameter};
 use crate::shaft::mesh::{Mesh, Piece};
@@ -87,8 +87,8 @@ impl Shaft {
         let physics = &rotor.physics;
         let mesh = Mesh::new(rotor, elements_per_segment(rotor));
         let sections = (0..mesh.nodes_m.len()).map(|node| section(rotor, physics, &mesh, node)).collect();
-        let bend = |(pattern, count)| (pattern, half_sines(count, &model.structure, rotor));
-        let bends = [(Pattern::Bow, 1), (Pattern::FullBow, 2)].map(bend);
+        let bend = |pattern| (pattern, half_sines(pattern, &model.structure, rotor));
+        let bends = [Pattern::Bow, Pattern::FullBow].map(bend);
         Self { basis, bends, physics: *physics, mesh, sections }
     }
 
