@@ -10,7 +10,7 @@ use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector2};
 
 use crate::bearing::foundation::{Footing, Held};
 use crate::bearing::support::Dampers;
-use crate::decomposition::eigenvalues;
+use crate::decomposition::eigen::quadratic;
 use crate::effects::entry;
 use crate::effects::terms::position_m;
 use crate::error::Error;
@@ -434,13 +434,7 @@ impl Model {
         let (Some(k), Some(c)) = (to_unit(&k), to_unit(&c)) else {
             return Err(Error::Unsuitable("the mass matrix is singular".into()));
         };
-        // velocities in units of the highest frequency, or rounding of K swamps the low modes
-        let scale = k.amax().sqrt();
-        let mut state = zero(4 * n, 4 * n);
-        state.view_mut((0, 2 * n), (2 * n, 2 * n)).fill_diagonal(scale);
-        state.view_mut((2 * n, 0), (2 * n, 2 * n)).copy_from(&(-k / scale));
-        state.view_mut((2 * n, 2 * n), (2 * n, 2 * n)).copy_from(&-c);
-        let mut values = eigenvalues(state)
+        let mut values = quadratic(&c, &k)
             .ok_or_else(|| Error::Unsuitable("the eigenvalues of the model are not found".into()))?;
         values.sort_by(|a, b| a.im.abs().total_cmp(&b.im.abs()));
         Ok(values)

@@ -8,7 +8,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::decomposition::hermitian;
+use crate::decomposition::eigen::DefinitePencil;
 use crate::effects::{End, Pattern};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
@@ -153,15 +153,10 @@ impl Plant {
             .cholesky()
             .ok_or_else(|| Error::Unsuitable("the shaft on its bearings has no positive stiffness".into()))?
             .l();
-        let solve =
-            |m: &DMatrix<f64>| factor.solve_lower_triangular(m).expect("a Cholesky factor is regular");
-        // shape functions of unit stiffness
-        let unit = solve(&shaft.basis.transpose()).transpose();
         let sense = |sign: f64| {
             let inertia = &matrices.mass - &matrices.polar_inertia * sign;
-            let whole = solve(&solve(&inertia).transpose());
-            let eigen = hermitian((&whole + whole.transpose()) * 0.5);
-            let shapes = &unit * &eigen.eigenvectors;
+            let pencil = DefinitePencil::new(&inertia, &factor);
+            let shapes = &shaft.basis * pencil.vectors();
             let participation = |rows: &[Row]| {
                 let columns: Vec<DVector<f64>> = rows.iter().map(|row| Shaft::along(row, &shapes)).collect();
                 if columns.is_empty() {
@@ -174,7 +169,7 @@ impl Plant {
                 held: participation(&held),
                 probes: participation(&probes),
                 forces: participation(&acting),
-                mu: eigen.eigenvalues.iter().copied().collect(),
+                mu: pencil.values.iter().copied().collect(),
                 shapes,
             }
         };
