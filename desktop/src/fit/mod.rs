@@ -42,6 +42,7 @@ use crate::error::Error;
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Noise, Physics, Rotor};
 use crate::machine::tolerance::Deviations;
+use crate::model::amplitude::Relaxation;
 use crate::receptance::plant::Plant;
 use crate::reduction::nodal::Shaft;
 use crate::statistics::evidence::Sizes;
@@ -61,6 +62,8 @@ type C = Complex<f64>;
 /// Rounds over the amplitude at bearings that harden or soften.
 const AMPLITUDE_ROUNDS: usize = 20;
 const ROUGH_ROUNDS: usize = 4;
+/// Share of the way to the squared amplitudes of a fit, in a round.
+const AMPLITUDE_WEIGHT: f64 = 0.7;
 /// Combinations of switches of the beam theory.
 const THEORIES: usize = 8;
 
@@ -245,6 +248,7 @@ impl<'a> Fitter<'a> {
         };
         let mut problem = self.problem(hypothesis, plant, amplitudes.as_ref(), &drawing.whitening);
         scout(&mut problem, starts);
+        let mut relaxation = Relaxation::steady(AMPLITUDE_WEIGHT);
         let mut last_cost = f64::INFINITY;
         let mut rounds = 0;
         loop {
@@ -256,11 +260,8 @@ impl<'a> Fitter<'a> {
                 return self.result(&problem, hypothesis, drawing, effort);
             };
             last_cost = problem.cost();
-            // relaxed: a softening support can otherwise hop between two branches
-            let new = problem.amplitudes().ok_or_else(singular)?;
-            for (held, new) in held.iter_mut().flatten().flatten().zip(new.iter().flatten().flatten()) {
-                *held = 0.3 * *held + 0.7 * new;
-            }
+            let caused = problem.amplitudes().ok_or_else(singular)?;
+            relaxation.step(held.iter_mut().flatten().flatten(), caused.iter().flatten().flatten().copied());
             problem.hold(held);
             rounds += 1;
         }

@@ -1,5 +1,6 @@
 //! A rotor model: a shaft plus supports, forcings and readings; and its response at running speed.
 
+pub(crate) mod amplitude;
 pub mod banded;
 pub mod chain;
 pub mod deflection;
@@ -17,6 +18,7 @@ use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
 use crate::shaft::structure::{Structure, elements_per_segment};
 use crate::units::rpm;
+use amplitude::Relaxation;
 use chain::Line;
 use force::{DrawnShaft, generalised_force};
 use terms::{Forcing, ProbeTerm, Support};
@@ -363,31 +365,17 @@ impl Model {
         unbalance_kg_m: &DVector<Complex<f64>>,
     ) -> Result<(Response, Vec<[f64; 2]>), Error> {
         let mut amplitudes_m = vec![[0.0; 2]; self.supports.len()];
-        let (mut weight, mut last_change) = (0.5, f64::INFINITY);
+        let mut relaxation = Relaxation::adaptive();
         let nonlinear = self.supports.iter().any(|s| s.law.depends_on_amplitude());
-        for round in 0..AMPLITUDE_ROUNDS {
+        for _ in 0..AMPLITUDE_ROUNDS {
             let response = self.response_at(speed_rad_s, &amplitudes_m)?;
             if !nonlinear {
                 return Ok((response, amplitudes_m));
             }
             let motion = &response.support_per_unbalance * unbalance_kg_m + &response.support_fixed;
-            let mut change = 0.0_f64;
-            let largest = motion.iter().map(|m| m.norm()).fold(f64::MIN_POSITIVE, f64::max);
-            for (k, m) in motion.iter().enumerate() {
-                let held = &mut amplitudes_m[k / 2][k % 2];
-                // relaxed: a softening support can otherwise hop between two branches
-                let relaxed = if round == 0 { m.norm() } else { *held + weight * (m.norm() - *held) };
-                change = change.max((relaxed - *held).abs() / largest);
-                *held = relaxed;
-            }
-            if change < 1e-12 {
+            if relaxation.step(amplitudes_m.as_flattened_mut(), motion.iter().map(|m| m.norm())) < 1e-12 {
                 return Ok((response, amplitudes_m));
             }
-            if change > last_change {
-                // a contact is steep: smaller steps until they shrink
-                weight *= 0.7;
-            }
-            last_change = change;
         }
         let speed_rpm = rpm(speed_rad_s);
         Err(Error::Unsuitable(format!("the amplitude at the supports does not settle at {speed_rpm:.0} rpm")))
