@@ -5,7 +5,6 @@ use rand_distr::StandardNormal;
 use super::model::from_model;
 use super::optimum::Criterion;
 use super::places::Holes;
-use super::speeds::SAME_SPEED;
 use super::trial_runs::from_trial_runs;
 use super::weights::Allowed;
 use super::*;
@@ -16,6 +15,7 @@ use crate::measurement::Reading;
 use crate::model::Model;
 use crate::testing::{sample_rotor, uniform_shaft};
 use crate::unbalance::{G_MM, phasor_kg_m};
+use crate::units::SAME_SPEED;
 use crate::units::rad_s;
 
 type C = Complex<f64>;

@@ -11,9 +11,9 @@ use super::{AtSpeed, Balanced, Plan, Squares};
 use crate::error::Error;
 use crate::grade::{Grade, Rigid};
 use crate::machine::drawing::{Noise, Rotor};
-use crate::machine::weights::SAME_PLANE_M;
 use crate::measurement::Reading;
 use crate::unbalance::phasor_kg_m;
+use crate::units::same_place;
 
 type C = Complex<f64>;
 
@@ -23,12 +23,12 @@ fn trials(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Trials {
     let added = |r: &Reading| run(r).map_or(&[][..], |run| &rotor.run[run].added_unbalance);
     let mut positions_m = plan.positions_m(rotor);
     for a in readings.iter().flat_map(added) {
-        if !positions_m.iter().any(|z| (z - a.position_m).abs() < SAME_PLANE_M) {
+        if !positions_m.iter().any(|z| same_place(*z, a.position_m)) {
             positions_m.push(a.position_m);
         }
     }
     let weight = |r: &Reading, z: f64| {
-        let here = added(r).iter().filter(|a| (a.position_m - z).abs() < SAME_PLANE_M);
+        let here = added(r).iter().filter(|a| same_place(a.position_m, z));
         here.map(|a| phasor_kg_m(a.magnitude_g_mm, a.angle_deg)).sum::<C>()
     };
     let noise = Noise::of(rotor, readings);

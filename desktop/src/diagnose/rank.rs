@@ -7,9 +7,8 @@ use super::base::{Base, Tried};
 use crate::decomposition::singular_values;
 use crate::effects::Place;
 use crate::statistics::scatter::Scatter;
+use crate::units::same_speed;
 
-/// Speeds closer than this, relative, are one operating point.
-const SAME_SPEED: f64 = 0.01;
 /// A singular value of the noise-weighted sensitivity below this is a direction that the data do not
 /// see: moving along it by a whole standard deviation of the prior changes them by less than their noise.
 const VISIBLE: f64 = 1.0;
@@ -91,9 +90,8 @@ pub fn saturation(base: &Base) -> Option<String> {
     for (r, row) in data.rows.iter().enumerate() {
         let weights: Vec<u64> =
             row.added.iter().flat_map(|(z, u)| [*z, u.re, u.im]).map(f64::to_bits).collect();
-        let known = points
-            .iter_mut()
-            .find(|(speed, w, _)| (row.speed_rad_s / speed - 1.0).abs() < SAME_SPEED && *w == weights);
+        let known =
+            points.iter_mut().find(|(speed, w, _)| same_speed(*speed, row.speed_rad_s) && *w == weights);
         match known {
             Some((_, _, rows)) => rows.push(r),
             None => points.push((row.speed_rad_s, weights, vec![r])),
