@@ -18,9 +18,9 @@ use nalgebra::Complex;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use crate::inference::significance::SURE;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
+use crate::statistics::significance::SURE;
 
 use tally::{Tally, Value, ratio};
 
@@ -204,7 +204,7 @@ impl Values {
             measured.map(|measured_m| Value {
                 measured_m,
                 model_m: *model_m,
-                sigma_m: noise.relative * measured_m.norm() + noise.floor_um * 1e-6,
+                sigma_m: noise.sigma_m(measured_m),
             })
         };
         let row = |(r, p): (&Reading, &Vec<C>)| r.probes.iter().zip(p).map(value).collect();

@@ -1,6 +1,8 @@
 //! Decompositions of matrices that end whatever these hold: the library's iterate without a limit, and for ever where
 //! an entry is not a number.
 
+pub(crate) mod eigen;
+
 use nalgebra::{Complex, ComplexField, DMatrix, DVector, Dyn, SVD, Scalar, Schur, SymmetricEigen};
 
 type C = Complex<f64>;

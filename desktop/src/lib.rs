@@ -14,6 +14,7 @@
 //! | [`measurement`] | measured 1x vibration, and `measured.csv` |
 //! | [`whole_file`] | files written whole or not at all |
 //! | [`unbalance`] | g·mm and degrees; static and dynamic parts |
+//! | `statistics` | scatter, whitening, evidence, search coordinates, convergence of chains |
 //! | `fit` | hypotheses fitted to measurements |
 //! | [`identify`] | bearings and unbalance from measurements: phase I and phase II |
 //! | [`track`] | the unbalance of a long record, while bearings change |
@@ -85,7 +86,6 @@ pub mod estimate;
 mod fit;
 pub mod grade;
 pub mod identify;
-mod inference;
 pub mod machine;
 pub mod measurement;
 pub mod model;
@@ -95,6 +95,7 @@ pub mod reduction;
 pub mod rotor_file;
 pub mod shaft;
 pub mod startup;
+mod statistics;
 #[cfg(test)]
 mod testing;
 pub mod track;

@@ -17,7 +17,7 @@ use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::unbalance::{G_MM, phasor_kg_m};
 
 /// Shape functions of the controller's model in each plane.
-pub const SHAPES: usize = 6;
+pub const SHAPES: usize = desktop::reduction::sizes::CONTROLLER;
 /// The model of the largest controller: of a smaller one that holds the same model, the results are the same to the bit.
 pub type EdgeModel = Model<SHAPES, MAX_PROBES, MAX_PLANES>;
 pub type EdgeNode = Node<SHAPES, MAX_PROBES, MAX_PLANES>;

@@ -13,13 +13,13 @@ use crate::grade::{Grade, Rigid};
 use crate::machine::drawing::{Plane, Rotor};
 use crate::measurement::Reading;
 use crate::model::Model;
+use crate::model::amplitude::Relaxation;
 use crate::reduction::basis;
+use crate::reduction::sizes::WEIGHTS;
 use crate::units::rpm;
 
 type C = Complex<f64>;
 
-/// Shape functions a plane, beside what effects need: exact to a few parts in ten thousand.
-const SHAPES: usize = 14;
 /// Rounds over the amplitude, where supports harden or soften.
 const ROUNDS: usize = 40;
 /// Change of the weights, relative, that ends them.
@@ -72,7 +72,7 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
         return Err(Error::Unsuitable(format!("there is no reading between {from:.0} and {to:.0} rpm")));
     }
     let machine = Machine {
-        model: basis::reduced(&fit.rotor, SHAPES),
+        model: basis::reduced(&fit.rotor, WEIGHTS),
         own_kg_m: DVector::from_column_slice(&fit.unbalance_kg_m),
         planes: plan.planes.clone(),
         speeds_rad_s,
@@ -138,6 +138,7 @@ struct Solved {
 fn solve(machine: &Machine, plan: &Plan, names: &[&str]) -> Result<Solved, Error> {
     let limits = plan.limits_kg_m(names);
     let mut weights = vec![C::from(0.0); machine.planes.len()];
+    let mut relaxation = Relaxation::steady(1.0);
     let mut round = 0;
     loop {
         let there = machine.with(&weights)?;
@@ -148,12 +149,12 @@ fn solve(machine: &Machine, plan: &Plan, names: &[&str]) -> Result<Solved, Error
         let equations = NormalEquations::of(&per_weight, &before);
         let inverse = equations.inverse(names)?;
         let next = best(plan.wanted.criterion, &equations, (&per_weight, &before), &limits)?;
-        let change: f64 = next.iter().zip(&weights).map(|(a, b)| (a - b).norm_sqr()).sum();
+        let held = weights.iter_mut().flat_map(|w| [&mut w.re, &mut w.im]);
+        let change = relaxation.step(held, next.iter().flat_map(|w| [w.re, w.im]));
         round += 1;
-        if change <= SETTLED.powi(2) * next.norm_squared() || round == ROUNDS {
-            return Ok(Solved { wanted: next.iter().copied().collect(), inverse, per_weight, before });
+        if change <= SETTLED || round == ROUNDS {
+            return Ok(Solved { wanted: weights, inverse, per_weight, before });
         }
-        weights = next.iter().copied().collect();
     }
 }
 

@@ -5,9 +5,6 @@
 
 use std::collections::BTreeSet;
 
-/// Speeds of runs that differ by no more than this, relative, are one, if nothing else is stated.
-pub const SAME_SPEED: f64 = 0.01;
-
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Speeds {
     /// Number of the speed of each reading.

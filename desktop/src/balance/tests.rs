@@ -5,7 +5,6 @@ use rand_distr::StandardNormal;
 use super::model::from_model;
 use super::optimum::Criterion;
 use super::places::Holes;
-use super::speeds::SAME_SPEED;
 use super::trial_runs::from_trial_runs;
 use super::weights::Allowed;
 use super::*;
@@ -16,6 +15,7 @@ use crate::measurement::Reading;
 use crate::model::Model;
 use crate::testing::{sample_rotor, uniform_shaft};
 use crate::unbalance::{G_MM, phasor_kg_m};
+use crate::units::SAME_SPEED;
 use crate::units::rad_s;
 
 type C = Complex<f64>;
@@ -65,7 +65,7 @@ fn measured(rotor: &Rotor, seed: Option<u64>) -> Vec<Reading> {
             let speed_rpm = 1500.0 + 250.0 * f64::from(step);
             let clean = response(&model, rotor, &run.added_unbalance, speed_rpm);
             let probes = clean.iter().map(|y| {
-                let sigma = noise.relative * y.norm() + noise.floor_um * 1e-6;
+                let sigma = noise.sigma_m(*y);
                 let scatter = C::new(random.sample(StandardNormal), random.sample(StandardNormal)) * sigma;
                 Some(if seed.is_some() { y + scatter } else { *y })
             });

@@ -10,11 +10,10 @@ use super::speeds::Speeds;
 use super::{AtSpeed, Balanced, Plan, Squares};
 use crate::error::Error;
 use crate::grade::{Grade, Rigid};
-use crate::identify::assumed_noise;
-use crate::machine::drawing::Rotor;
-use crate::machine::weights::SAME_PLANE_M;
+use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::unbalance::phasor_kg_m;
+use crate::units::same_place;
 
 type C = Complex<f64>;
 
@@ -24,16 +23,16 @@ fn trials(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Trials {
     let added = |r: &Reading| run(r).map_or(&[][..], |run| &rotor.run[run].added_unbalance);
     let mut positions_m = plan.positions_m(rotor);
     for a in readings.iter().flat_map(added) {
-        if !positions_m.iter().any(|z| (z - a.position_m).abs() < SAME_PLANE_M) {
+        if !positions_m.iter().any(|z| same_place(*z, a.position_m)) {
             positions_m.push(a.position_m);
         }
     }
     let weight = |r: &Reading, z: f64| {
-        let here = added(r).iter().filter(|a| (a.position_m - z).abs() < SAME_PLANE_M);
+        let here = added(r).iter().filter(|a| same_place(a.position_m, z));
         here.map(|a| phasor_kg_m(a.magnitude_g_mm, a.angle_deg)).sum::<C>()
     };
-    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
-    let value = |phasor: C| Value { phasor, sigma: noise.relative * phasor.norm() + noise.floor_um * 1e-6 };
+    let noise = Noise::of(rotor, readings);
+    let value = |phasor: C| Value { phasor, sigma: noise.sigma_m(phasor) };
     let [from, to] = plan.range_rpm;
     let within = || readings.iter().filter(|r| (from..=to).contains(&r.speed_rpm));
     let run_number = |r: &Reading| run(r).unwrap_or(rotor.run.len());

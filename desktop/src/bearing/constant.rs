@@ -7,7 +7,7 @@ use super::curve::Curve;
 use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, Role, role, unit, within};
 use super::pair::Pair;
 use super::support::SupportLaw;
-use crate::inference::scale::Scale;
+use crate::statistics::scale::Scale;
 
 /// Damping that a file states as zero is searched from this loss: `c = this · k` (a logarithm needs a number).
 const LEAST_LOSS: f64 = 1e-6;

@@ -10,7 +10,7 @@ use super::film_curve::FilmCurve;
 use super::law::{BearingLaw, LawUnknown, Role};
 use super::support::SupportLaw;
 use crate::error::Error;
-use crate::inference::scale::Scale;
+use crate::statistics::scale::Scale;
 
 /// How far a film's numbers may be from what is stated while all is well, standard deviations of their logarithms:
 /// bores are made to a tenth or two of the clearance; an oil's viscosity changes by a fifth within five kelvin; a static

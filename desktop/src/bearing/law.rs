@@ -54,7 +54,7 @@
 
 use super::pair::Pair;
 use super::support::SupportLaw;
-use crate::inference::scale::Scale;
+use crate::statistics::scale::Scale;
 
 /// How far a stated direct coefficient, or a factor on a stated column, is trusted: standard deviation of its
 /// logarithm (of the factor itself where it may change sign).

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::law::{BearingLaw, LawUnknown, PRIOR_LOG_SD, Role};
 use super::support::SupportLaw;
-use crate::inference::scale::Scale;
+use crate::statistics::scale::Scale;
 
 /// A support by magnets, the same in every direction.
 ///

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use super::law::{BearingLaw, LawUnknown, PRIOR_LOG_SD, Role};
 use super::support::SupportLaw;
-use crate::inference::scale::Scale;
+use crate::statistics::scale::Scale;
 
 /// A squeeze-film damper, centred, with the spring that centres it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

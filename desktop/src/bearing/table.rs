@@ -9,7 +9,7 @@ use super::curve::{Between, Curve, Knots};
 use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, role, within};
 use super::pair::Pair;
 use super::support::SupportLaw;
-use crate::inference::scale::Scale;
+use crate::statistics::scale::Scale;
 
 /// Coefficients at one speed, as a file states them: N/m and N·s/m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -8,7 +8,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::bearing::support::Dampers;
 use crate::check::system::System;
-use crate::decomposition::hermitian;
+use crate::decomposition::eigen::DefinitePencil;
 use crate::model::chain::eigenpair;
 
 type C = Complex<f64>;
@@ -125,7 +125,7 @@ fn exact(system: &System, found: Found) -> Critical {
         // motion at running speed: λ = iΩ
         let at = |lambda: C| line.at(lambda, lambda.im, Dampers::Out);
         let (lambda, nodes) =
-            eigenpair(at, C::new(0.0, found.critical.speed_rad_s), system.nodes(&found.shape))?;
+            eigenpair(at, C::new(0.0, found.critical.speed_rad_s), &system.nodes(&found.shape))?;
         let forward = if found.shared { found.critical.forward } else { line.forward_share(&nodes) };
         Some(Critical { speed_rad_s: lambda.im, forward })
     });
@@ -161,9 +161,7 @@ fn forward(system: &System, speed_rad_s: f64, stiffness_n_m: f64) -> Vec<f64> {
     let n = structure.size();
     let inertia = DMatrix::<f64>::identity(n, n) - &structure.polar_inertia;
     let Some(factor) = stiffness.cholesky().map(|c| c.l()) else { return Vec::new() };
-    let solve = |m: &DMatrix<f64>| factor.solve_lower_triangular(m).expect("a Cholesky factor is regular");
-    let whole = solve(&solve(&inertia).transpose());
-    let mu = hermitian((&whole + whole.transpose()) * 0.5).eigenvalues;
+    let mu = DefinitePencil::new(&inertia, &factor).values;
     let mut speeds: Vec<f64> = mu.iter().filter(|mu| **mu > 0.0).map(|mu| mu.sqrt().recip()).collect();
     speeds.sort_by(f64::total_cmp);
     speeds.truncate(CURVES);
@@ -180,17 +178,14 @@ fn pencil(system: &System, speed_rad_s: f64) -> Vec<Found> {
     let turning = system.model.structure.polar_inertia.map(|g| C::new(0.0, g));
     inertia.view_mut((0, n), (n, n)).copy_from(&-&turning);
     inertia.view_mut((n, 0), (n, n)).copy_from(&turning);
-    let solve = |m: &DMatrix<C>| factor.solve_lower_triangular(m).expect("a Cholesky factor is regular");
-    let whole = solve(&solve(&inertia).adjoint());
-    let eigen = hermitian((&whole + whole.adjoint()).unscale(2.0));
-    let modes = factor.adjoint();
-    let mut all: Vec<Found> = eigen
-        .eigenvalues
+    let pencil = DefinitePencil::new(&inertia, &factor);
+    let mut all: Vec<Found> = pencil
+        .values
         .iter()
-        .zip(eigen.eigenvectors.column_iter())
-        .filter(|(mu, _)| **mu > 0.0)
-        .map(|(mu, column)| {
-            let q = modes.solve_upper_triangular(&column.into_owned()).expect("as its adjoint");
+        .enumerate()
+        .filter(|(_, mu)| **mu > 0.0)
+        .map(|(k, mu)| {
+            let q = pencil.vector(k);
             let critical = Critical { speed_rad_s: mu.sqrt().recip(), forward: forward_share(&q, n) };
             Found { critical, shared: false, shape: q }
         })

@@ -1,24 +1,21 @@
 //! Damped modes of a machine that turns: eigenvalues, shapes, sense of whirl.
 //!
 //! The eigenvalues of the state matrix are where the modes begin; each is then an inverse iteration in the
-//! quadratic problem `T(λ) q = 0` itself (Newton's method on the eigenpair: A. Ruhe, SIAM J. Numer. Anal. 10
-//! (1973), 674–689, section 3), which gives the shape, sheds what rounding in the larger state matrix left, and
+//! quadratic problem `T(λ) q = 0` itself ([`newton`]), which gives the shape, sheds what rounding in the larger state matrix left, and
 //! follows a mode from one speed to the next.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DVector};
 
 use crate::bearing::support::Dampers;
 use crate::check::system::{Matrices, System};
-use crate::decomposition;
+use crate::decomposition::eigen::{Eigenpair, MatrixFunction, NewtonLimits, newton, quadratic};
 use crate::error::Error;
 use crate::model::chain::eigenpair;
 
 type C = Complex<f64>;
 
-/// Rounds of Newton's method; it converges quadratically.
-const MOST_ROUNDS: usize = 12;
-/// A step of the eigenvalue smaller than this, relative, ends them.
-const SETTLED: f64 = 1e-13;
+/// Newton's method on the quadratic problem, from any shape to the last digits.
+const NEWTON: NewtonLimits = NewtonLimits { settled: 1e-13, farthest: f64::INFINITY, near: false };
 /// A root whose imaginary part is a smaller share of it than this does not oscillate.
 const OSCILLATES: f64 = 1e-6;
 /// Stations that move less than this share of the largest do not speak for the sense of whirl.
@@ -83,8 +80,11 @@ pub fn modes(
     fewest: usize,
 ) -> Result<Vec<Mode>, Error> {
     let matrices = system.at(speed_rad_s);
-    let mut roots: Vec<C> =
-        eigenvalues(&matrices).into_iter().filter(|v| v.im > OSCILLATES * v.norm()).collect();
+    let mut roots: Vec<C> = quadratic(&matrices.damping, &matrices.stiffness)
+        .unwrap_or_default()
+        .into_iter()
+        .filter(|v| v.im > OSCILLATES * v.norm())
+        .collect();
     roots.sort_by(|a, b| a.im.total_cmp(&b.im));
     let many = roots.partition_point(|v| v.im <= highest_rad_s).max(fewest.min(roots.len()));
     let found = roots[..many].iter().enumerate().map(|(i, root)| {
@@ -93,7 +93,7 @@ pub fn modes(
             let turn = 1.0 + (k * (2 * i + 3)) as f64;
             C::new(turn.sin(), (1.7 * turn).cos())
         });
-        newton(&matrices, *root, start)
+        nearest(&matrices, *root, &start)
             .map(|(value, shape)| mode(system, speed_rad_s, value, shape))
             .ok_or_else(|| {
                 let rpm = crate::units::rpm(speed_rad_s);
@@ -105,7 +105,7 @@ pub fn modes(
 
 /// The same mode at another speed near by; `None` where it cannot be followed.
 pub fn follow(system: &System, from: &Mode, speed_rad_s: f64) -> Option<Mode> {
-    let (value, shape) = newton(&system.at(speed_rad_s), from.eigenvalue, from.coordinates.clone())?;
+    let (value, shape) = nearest(&system.at(speed_rad_s), from.eigenvalue, &from.coordinates)?;
     Some(mode(system, speed_rad_s, value, shape))
 }
 
@@ -115,47 +115,24 @@ pub fn likeness(a: &Mode, b: &Mode) -> f64 {
         / (a.coordinates.norm_squared() * b.coordinates.norm_squared())
 }
 
-/// All eigenvalues of the system at a speed; none where they cannot be found.
-fn eigenvalues(matrices: &Matrices) -> Vec<C> {
-    let n = matrices.stiffness.nrows();
-    // velocities in units of the highest frequency, or rounding of K swamps the low modes
-    let scale = matrices.stiffness.amax().sqrt();
-    let mut state = DMatrix::zeros(2 * n, 2 * n);
-    state.view_mut((0, n), (n, n)).fill_diagonal(scale);
-    state.view_mut((n, 0), (n, n)).copy_from(&(&matrices.stiffness * (-1.0 / scale)));
-    state.view_mut((n, n), (n, n)).copy_from(&-&matrices.damping);
-    decomposition::eigenvalues(state).unwrap_or_default()
+impl MatrixFunction for Matrices {
+    fn slope(&self, lambda: C, v: &DVector<C>) -> DVector<C> {
+        self.damping.map(C::from) * v + v * (lambda * 2.0)
+    }
+
+    fn solve(&self, lambda: C, f: &DVector<C>) -> Option<DVector<C>> {
+        self.dynamic_stiffness(lambda).lu().solve(f)
+    }
 }
 
 /// The eigenpair next to a guess.
-fn newton(matrices: &Matrices, guess: C, start: DVector<C>) -> Option<(C, DVector<C>)> {
-    let (mut value, mut shape) = (guess, start.unscale(start.norm()));
-    for round in 0..MOST_ROUNDS {
-        let slope = matrices.damping.map(C::from) * &shape + &shape * (value * 2.0);
-        let t = matrices.dynamic_stiffness(value).lu();
-        let Some(next) = t.solve(&slope) else {
-            // an eigenvalue to the last digit; the smallest step off it has an inverse
-            value *= 1.0 + 4.0 * f64::EPSILON;
-            continue;
-        };
-        let step = shape.dotc(&next).inv();
-        if !step.is_finite() {
-            return None;
-        }
-        shape = next.unscale(next.norm());
-        // a start that is no eigenvector says nothing of the eigenvalue
-        if round > 0 {
-            value -= step;
-            if step.norm() < SETTLED * value.norm() {
-                break;
-            }
-        }
-    }
-    let residual = (matrices.dynamic_stiffness(value) * &shape).norm();
+fn nearest(matrices: &Matrices, guess: C, start: &DVector<C>) -> Option<(C, DVector<C>)> {
+    let Eigenpair { value, vector, .. } = newton(matrices, guess, start, &NEWTON)?;
+    let residual = (matrices.dynamic_stiffness(value) * &vector).norm();
     // what rounding leaves of the stiffest part
     let rounding = 1e-12 * matrices.stiffness.amax();
     let found = residual < 1e-7 * value.norm_sqr() + rounding && (value - guess).norm() < 0.5 * guess.norm();
-    found.then_some((value, shape))
+    found.then_some((value, vector))
 }
 
 /// A mode of the reduced system, made exact on all finite elements.
@@ -163,7 +140,7 @@ fn mode(system: &System, speed_rad_s: f64, found: C, coordinates: DVector<C>) ->
     let nodes = system.nodes(&coordinates);
     let exact = system.line().and_then(|line| {
         let at = |lambda: C| line.at(lambda, speed_rad_s, Dampers::In);
-        eigenpair(at, found, nodes.clone())
+        eigenpair(at, found, &nodes)
     });
     let (eigenvalue, nodes) = exact.unwrap_or((found, nodes));
     let (mut x, mut y): (Vec<C>, Vec<C>) = nodes.iter().map(|v| (v[0], v[2])).unzip();

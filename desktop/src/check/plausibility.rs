@@ -10,7 +10,7 @@ use crate::check::system::System;
 use crate::machine::drawing::{Bearing, Disk, Rotor};
 use crate::shaft::statics::Statics;
 use crate::shaft::structure::segment_at;
-use crate::units::{rad_s, rpm};
+use crate::units::{rad_s, rpm, same_place};
 
 /// A bearing that sinks by more than this under its load is softer than any machine's, m.
 const DEEPEST_SAG_M: f64 = 2e-3;
@@ -319,7 +319,7 @@ fn probes_and_planes(known: &Known, all: &mut Vec<String>) {
     }
     for (i, a) in rotor.probe.iter().enumerate() {
         let twin = rotor.probe[..i].iter().find(|b| {
-            (a.position_m - b.position_m).abs() < 1e-6 && (a.angle_deg - b.angle_deg).rem_euclid(180.0) < 1e-6
+            same_place(a.position_m, b.position_m) && (a.angle_deg - b.angle_deg).rem_euclid(180.0) < 1e-6
         });
         if let Some(b) = twin {
             all.push(format!(

@@ -1,7 +1,7 @@
 //! The machine as a linear system that turns at a steady speed: `q̈ + D(Ω) q̇ + K(Ω) q = 0` in coordinates of
 //! unit mass.
 //!
-//! The shaft is taken on `MODES` modes of each plane on its bearings and on the static shape of each
+//! The shaft is taken on [`CHECK_MODES`] modes of each plane on its bearings and on the static shape of each
 //! support, which finds every mode; each is then made exact on all finite elements (see [`crate::model::chain`]). A
 //! pedestal with a mass has coordinates of its own, and so has each mode of a foundation.
 
@@ -15,9 +15,8 @@ use crate::machine::drawing::{Formulation, Rotor};
 use crate::model::Model;
 use crate::model::chain::{Line, Nodes};
 use crate::reduction::basis;
+use crate::reduction::sizes::CHECK_MODES;
 
-/// Modes of the shaft on its bearings that the system is made of, in each plane.
-const MODES: usize = 24;
 /// Below this speed the damping of a massless pedestal in series is taken at it, rad/s.
 const SLOWEST_RAD_S: f64 = 1.0;
 
@@ -89,8 +88,8 @@ impl System {
             full.structure.mass -= &full.structure.tilt_inertia;
         }
         let size = full.structure.size();
-        let basis = if MODES + full.supports.len() < size {
-            basis::supported(&full, MODES + full.supports.len())
+        let basis = if CHECK_MODES + full.supports.len() < size {
+            basis::supported(&full, CHECK_MODES + full.supports.len())
         } else {
             DMatrix::identity(size, size)
         };

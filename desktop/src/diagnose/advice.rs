@@ -7,11 +7,11 @@ use super::answer::Advice;
 use super::as_file::as_file;
 use super::base::{Base, Tried};
 use super::rank::Ranking;
-use crate::fit::data::sigma_m;
 use crate::fit::hypothesis::Assumed;
 use crate::fit::starts_for;
 use crate::machine::drawing::{Mount, Noise, Probe, Rotor};
 use crate::reduction::basis;
+use crate::reduction::sizes::SIMULATED;
 use crate::unbalance::g_mm_deg;
 use crate::units::{rad_s, rpm};
 
@@ -19,8 +19,6 @@ use crate::units::{rad_s, rpm};
 const MOST_RIVALS: usize = 5;
 /// Speeds of a simulated run-up.
 const RUN_UP_SPEEDS: usize = 25;
-/// Shape functions of the simulated rivals.
-const SHAPES: usize = 20;
 /// Standard deviations by which rivals must differ to be told apart for sure.
 const APART: f64 = 5.0;
 /// Repetitions above which a measurement is not worth making.
@@ -184,7 +182,7 @@ fn separation(base: &Base, rivals: &[Rotor], m: &Measurement, noise: &Noise) -> 
             let (a, b) = (&seen[0][k], &other[k]);
             // with extra probes only those are new; the machine's own were tried already
             let fresh = if m.extra.is_empty() { 0..own } else { own..a.len() };
-            let distance: f64 = fresh.map(|p| (a[p] - b[p]).norm_sqr() / sigma_m(noise, a[p]).powi(2)).sum();
+            let distance: f64 = fresh.map(|p| (a[p] - b[p]).norm_sqr() / noise.sigma_m(a[p]).powi(2)).sum();
             total += distance;
             if distance > largest.0 {
                 largest = (distance, *speed_rpm);
@@ -206,7 +204,7 @@ fn simulate(rotor: &Rotor, m: &Measurement) -> Option<Vec<DVector<Complex<f64>>>
             all.resize(rotor.probe.len(), [0.0; 2]);
         }
     }
-    let model = basis::reduced(&rotor, SHAPES);
+    let model = basis::reduced(&rotor, SIMULATED);
     let planes = rotor.plane.iter();
     let mut u = DVector::from_iterator(
         rotor.plane.len(),

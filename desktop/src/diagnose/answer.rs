@@ -5,9 +5,9 @@ use super::parameters::FittedParameter;
 use super::runs::RefutedRun;
 use super::unknown::UnknownCause;
 use crate::effects::Knowledge;
-use crate::inference::scatter::Scatter;
-pub use crate::inference::significance::{RIVAL, SURE};
 use crate::machine::drawing::Noise;
+use crate::statistics::scatter::Scatter;
+pub use crate::statistics::significance::{RIVAL, SURE};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {

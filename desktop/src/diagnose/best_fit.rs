@@ -10,10 +10,9 @@ use super::sweep::Sweep;
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
-use crate::identify::assumed_noise;
-use crate::inference::scatter::Scatter;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
+use crate::statistics::scatter::Scatter;
 
 /// A fitted model and what it says of every reading.
 #[derive(Debug, Clone)]
@@ -46,12 +45,12 @@ pub struct BestFit {
 /// If a probe is dead or clipped, phases are reversed, or the data are another machine's.
 pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
     let rotor = &rotor.as_stated();
-    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let noise = Noise::of(rotor, readings);
     checks::not_too_many(readings)?;
     let mut remarks = checks::before(rotor, readings)?;
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     checks::enough(&fitter)?;
-    remarks.extend(checks::assumed(rotor, &noise));
+    remarks.extend(noise.assumption(rotor));
     let base = Base::fit(&fitter)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     checks::this_machine(rotor, base.relative_error(base.closest()))?;

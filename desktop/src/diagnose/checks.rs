@@ -90,17 +90,6 @@ pub fn beyond_grade(rotor: &Rotor, unbalance_kg_m: &[Complex<f64>]) -> Option<St
     })
 }
 
-/// What was assumed of the noise where the rotor's file states none.
-pub fn assumed(rotor: &Rotor, noise: &Noise) -> Option<String> {
-    rotor.noise.is_none().then(|| {
-        format!(
-            "The rotor's file has no [noise]; {:.0} % of the amplitude and {:.3} µm were assumed.",
-            noise.relative * 100.0,
-            noise.floor_um
-        )
-    })
-}
-
 /// Whether a fit would end while somebody waits for it.
 ///
 /// # Errors

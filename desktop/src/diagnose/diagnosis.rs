@@ -15,7 +15,6 @@ use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Assumed;
 use crate::fit::progress::Told;
-use crate::identify::assumed_noise;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 
@@ -36,7 +35,7 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
 /// As [`diagnose`].
 pub fn diagnose_telling(rotor: &Rotor, readings: &[Reading], told: Told) -> Result<Diagnosis, Error> {
     let rotor = &rotor.as_stated();
-    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let noise = Noise::of(rotor, readings);
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings)).telling(told);
     Ok(examine(&fitter, readings, noise)?.diagnosis)
 }
@@ -61,7 +60,7 @@ pub fn examine<'a>(
     let rotor = fitter.rotor;
     checks::not_too_many(readings)?;
     let mut remarks = checks::before(rotor, readings)?;
-    remarks.extend(checks::assumed(rotor, &noise));
+    remarks.extend(noise.assumption(rotor));
     let base = Base::fit(fitter)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     let determined = Determined::by(&base, &base.hypothesis, &base.fit, &base.drawing)?;
@@ -263,7 +262,7 @@ impl Base<'_> {
 /// As [`diagnose`].
 pub fn nothing_missing(rotor: &Rotor, readings: &[Reading]) -> Result<f64, Error> {
     let rotor = &rotor.as_stated();
-    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let noise = Noise::of(rotor, readings);
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     let base = Base::fit(&fitter)?;
     if rank::saturation(&base).is_some() {

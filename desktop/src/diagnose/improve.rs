@@ -15,10 +15,9 @@ use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Assumed;
 use crate::fit::progress::Told;
-use crate::identify::assumed_noise;
-use crate::inference::scatter::Scatter;
-use crate::machine::drawing::Rotor;
+use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
+use crate::statistics::scatter::Scatter;
 
 /// How far to look for several effects: no machine hides more than four, and each needs data of its own.
 const REACH: Reach = Reach { width: 8, effects: 4 };
@@ -60,7 +59,7 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     let (effect, place) = entry::resolve(rotor, kind, at).map_err(Error::Unsuitable)?;
     let assumed = Assumed { effect, place };
     let rotor = &rotor.as_stated();
-    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let noise = Noise::of(rotor, readings);
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     checks::not_too_many(readings)?;
     checks::before(rotor, readings)?;
@@ -138,7 +137,7 @@ pub fn improve_telling(
     mut progress: impl FnMut(&Step),
 ) -> Result<Outcome, Error> {
     let stated = rotor.as_stated();
-    let noise = stated.noise.unwrap_or_else(|| assumed_noise(readings));
+    let noise = Noise::of(&stated, readings);
     let fitter = Fitter::new(&stated, Data::new(&stated, &noise, readings)).telling(told);
     let Examined { diagnosis: at_start, base: start, weighed } = examine(&fitter, readings, noise)?;
     let mut outcome = Outcome {

@@ -2,7 +2,7 @@
 //!
 //! Every effect, at every place where it can sit, is fitted on top of the model with bearings and planes
 //! free, allowing for what the drawing's tolerances could have done. The fits are ranked by their evidence
-//! (`inference::evidence`) and turned into probabilities; the best must also predict speeds that it was
+//! (`statistics::evidence`) and turned into probabilities; the best must also predict speeds that it was
 //! not fitted to. Where the data cannot decide, the answer says so, names the rivals, and says which
 //! measurement would tell them apart.
 
@@ -25,7 +25,7 @@ mod sweep;
 mod unknown;
 mod verdict;
 
-pub use crate::inference::scatter::Scatter;
+pub use crate::statistics::scatter::Scatter;
 pub use answer::{Advice, Candidate, Diagnosis, HeldOut, RIVAL, SURE, Verdict};
 pub use best_fit::{BestFit, best_fit};
 pub use determined::{Determined, DeterminedPlane};

@@ -6,10 +6,9 @@ use super::answer::{RIVAL, SURE};
 use super::base::{Base, Tried};
 use crate::decomposition::singular_values;
 use crate::effects::Place;
-use crate::inference::scatter::Scatter;
+use crate::statistics::scatter::Scatter;
+use crate::units::same_speed;
 
-/// Speeds closer than this, relative, are one operating point.
-const SAME_SPEED: f64 = 0.01;
 /// A singular value of the noise-weighted sensitivity below this is a direction that the data do not
 /// see: moving along it by a whole standard deviation of the prior changes them by less than their noise.
 const VISIBLE: f64 = 1.0;
@@ -35,7 +34,7 @@ pub struct Ranking {
 /// Prior: even odds that nothing is missing, one share of nine tenths of the other half for each candidate, so that
 /// looking in many places is paid for, and a tenth for something that is not in the list. An effect without
 /// parameters, switched off in `[physics]`, is there on every real shaft, and the question is only whether it
-/// shows: it starts from even odds too, where the data could show it at all. What the data say is the evidence of each, [`crate::inference::evidence`];
+/// shows: it starts from even odds too, where the data could show it at all. What the data say is the evidence of each, [`crate::statistics::evidence`];
 /// `unknown` is that of an unknown cause.
 pub fn rank(base: &Base, tried: &[Tried], unknown: Option<f64>) -> Ranking {
     let allowed = |t: &&Tried| t.disqualified.is_none();
@@ -91,9 +90,8 @@ pub fn saturation(base: &Base) -> Option<String> {
     for (r, row) in data.rows.iter().enumerate() {
         let weights: Vec<u64> =
             row.added.iter().flat_map(|(z, u)| [*z, u.re, u.im]).map(f64::to_bits).collect();
-        let known = points
-            .iter_mut()
-            .find(|(speed, w, _)| (row.speed_rad_s / speed - 1.0).abs() < SAME_SPEED && *w == weights);
+        let known =
+            points.iter_mut().find(|(speed, w, _)| same_speed(*speed, row.speed_rad_s) && *w == weights);
         match known {
             Some((_, _, rows)) => rows.push(r),
             None => points.push((row.speed_rad_s, weights, vec![r])),

@@ -11,18 +11,16 @@
 use crate::units::SECONDS_A_DAY;
 use nalgebra::{Complex, DVector};
 
-use crate::fit::data::sigma_m;
 use crate::machine::drawing::{Noise, Plane, Rotor};
 use crate::measurement::Reading;
 use crate::model::Model;
 use crate::reduction::basis;
+use crate::reduction::sizes::SIMULATED;
 use crate::unbalance::phasor_kg_m;
 use crate::units::rpm;
 
 type C = Complex<f64>;
 
-/// Shape functions of the model that the lag is taken from.
-const SHAPES: usize = 20;
 /// Step of the speed for the second derivative, relative.
 const STEP: f64 = 1e-4;
 /// One-sided 5 % point of the normal law: χ² of N numbers scatters by √(2N), and what shifts it by more is seen.
@@ -54,7 +52,7 @@ impl Sweep {
         for (row, reading) in readings.iter().enumerate() {
             for (p, y) in reading.probes.iter().enumerate().filter_map(|(p, y)| y.map(|y| (p, y))) {
                 let lag = lag_m[row][p];
-                let in_noise = (lag.norm() / sigma_m(noise, y)).powi(2);
+                let in_noise = (lag.norm() / noise.sigma_m(y)).powi(2);
                 chi2 += in_noise;
                 values += 2;
                 largest[p] = (largest[p].0.max(lag.norm()), largest[p].1.max(y.norm()));
@@ -115,7 +113,7 @@ fn lags_m(fitted: &Rotor, readings: &[Reading], rates: &[f64]) -> Vec<Vec<C>> {
             let size = |p: &Plane| (p.unbalance_g_mm.unwrap_or_default(), p.angle_deg.unwrap_or_default());
             let unbalance = rotor.plane.iter().map(size).map(|(size, angle)| phasor_kg_m(size, angle));
             let unbalance = DVector::from_vec(unbalance.collect());
-            models.push((name, basis::reduced(&rotor, SHAPES), unbalance));
+            models.push((name, basis::reduced(&rotor, SIMULATED), unbalance));
             models.len() - 1
         });
         let (_, model, unbalance) = &models[known];

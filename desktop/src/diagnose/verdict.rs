@@ -8,7 +8,7 @@ use super::rank::{Ranking, explains};
 use super::sets::{Reach, Set, Together, is_enough, together};
 use super::unknown::Unknown;
 use crate::error::Error;
-use crate::inference::scatter::Scatter;
+use crate::statistics::scatter::Scatter;
 
 /// How far to look whether known effects together explain the data: `improve` looks further.
 const REACH: Reach = Reach { width: 1, effects: 2 };

@@ -111,9 +111,9 @@ use crate::bearing::Law;
 use crate::bearing::curve::Curve;
 use crate::bearing::film_curve::FilmCurve;
 use crate::effects::terms::Terms;
-pub use crate::inference::scale::Scale;
 use crate::machine::drawing::Rotor;
 pub use crate::machine::place::{End, Pattern, Place};
+pub use crate::statistics::scale::Scale;
 
 /// Every effect, in the order in which reports list them when nothing else decides.
 pub const ALL: [&dyn Effect; 30] = [

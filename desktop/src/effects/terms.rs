@@ -1,14 +1,12 @@
 //! The terms of a machine, before any shape functions are chosen: what its file and its effects say.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::Complex;
 
 use crate::bearing::foundation::Footing;
 use crate::bearing::support::SupportLaw;
-use crate::decomposition::svd;
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Mount, Physics, Rotor};
-use crate::machine::place::{End, Pattern, Place};
-use crate::shaft::structure::{Station, Structure};
+use crate::machine::place::{Pattern, Place};
 
 /// Supports, forcings and readings of a machine, by place.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,49 +83,4 @@ pub fn position_m(rotor: &Rotor, place: Place) -> Option<f64> {
         Place::Disk(i) => Some(rotor.disk[i].position_m),
         Place::LeftEnd | Place::Probe(_) | Place::Run(_) | Place::Machine => None,
     }
-}
-
-/// Generalized force of a rotating pattern of unit amplitude (at unit Ω² where it grows with it) on a
-/// finite-element structure; `None` for runout, which is no force.
-pub fn force_shape(pattern: Pattern, structure: &Structure, rotor: &Rotor) -> Option<DVector<f64>> {
-    match pattern {
-        Pattern::DiskUnbalance(i) => Some(structure.station(rotor.disk[i].position_m).displacement.clone()),
-        Pattern::DiskTilt(i) => Some(structure.station(rotor.disk[i].position_m).slope.clone()),
-        Pattern::Bow | Pattern::GrowingBow => Some(&structure.stiffness * half_sines(1, structure, rotor)),
-        Pattern::FullBow => Some(&structure.stiffness * half_sines(2, structure, rotor)),
-        Pattern::End(end) => station(structure, end).map(|s| s.displacement.clone()),
-        Pattern::EndTilt(end) => station(structure, end).map(|s| s.slope.clone()),
-        Pattern::RunUnbalance { plane, .. } => {
-            Some(structure.station(rotor.plane[plane].position_m).displacement.clone())
-        }
-        Pattern::Runout(_) => None,
-    }
-}
-
-fn station(structure: &Structure, end: End) -> Option<&Station> {
-    match end {
-        End::Left => structure.stations.first(),
-        End::Right => structure.stations.last(),
-    }
-}
-
-/// Coordinates of so many half sines of unit height between the outermost bearings, continued beyond them.
-pub(crate) fn half_sines(count: u32, structure: &Structure, rotor: &Rotor) -> DVector<f64> {
-    let [left, right] = rotor.span_m();
-    let wave = f64::from(count) * std::f64::consts::PI / (right - left);
-    coordinates(structure, |z| [(wave * (z - left)).sin(), wave * (wave * (z - left)).cos()])
-}
-
-/// Coordinates of a shape given by its height and slope at every station.
-fn coordinates(structure: &Structure, shape: impl Fn(f64) -> [f64; 2]) -> DVector<f64> {
-    let stations = &structure.stations;
-    if structure.size() == 2 * stations.len() {
-        let pairs = stations.iter().flat_map(|s| shape(s.position_m));
-        return DVector::from_iterator(structure.size(), pairs);
-    }
-    // other shape functions come as near as they can, by least squares
-    let shapes = DMatrix::from_fn(stations.len(), structure.size(), |i, k| stations[i].displacement[k]);
-    let target = DVector::from_iterator(stations.len(), stations.iter().map(|s| shape(s.position_m)[0]));
-    let nearest = svd(shapes).and_then(|svd| svd.solve(&target, 1e-9).ok());
-    nearest.unwrap_or_else(|| DVector::zeros(structure.size()))
 }

@@ -2,6 +2,7 @@
 
 use super::{Effect, Knowledge, Pattern, Place, Unknown};
 use crate::machine::drawing::Rotor;
+use crate::units::same_place;
 
 /// A further unbalance, at one disk.
 pub struct UnbalancePlane;
@@ -12,12 +13,8 @@ impl Effect for UnbalancePlane {
     }
 
     fn places(&self, rotor: &Rotor) -> Vec<Place> {
-        let at_a_plane = |i: &usize| {
-            rotor
-                .plane
-                .iter()
-                .any(|p| (p.position_m - rotor.disk[*i].position_m).abs() < 1e-6 * rotor.length_m())
-        };
+        let at_a_plane =
+            |i: &usize| rotor.plane.iter().any(|p| same_place(p.position_m, rotor.disk[*i].position_m));
         (0..rotor.disk.len()).filter(|i| !at_a_plane(i)).map(Place::Disk).collect()
     }
 

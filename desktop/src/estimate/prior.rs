@@ -12,11 +12,10 @@ use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::Deviations;
 use crate::model::Model;
 use crate::reduction::basis;
+use crate::reduction::sizes::WEIGHTS;
 
 type C = Complex<f64>;
 
-/// Shape functions a plane.
-const SHAPES: usize = 14;
 /// Standard deviation of the logarithm of a probe's gain, and of its angle, rad: as good as unknown.
 const GAIN_SD: f64 = 1.0;
 /// Discrepancy, relative: of all planes at one speed, of one plane at all speeds, of one plane at one speed; each by probe.
@@ -118,7 +117,7 @@ impl<'a> Machine<'a> {
     /// # Errors
     /// If the model is singular there.
     pub fn influence_at(&self, parameters: &DVector<f64>, speeds_rad_s: &[f64]) -> Result<DMatrix<C>, Error> {
-        let model = self.with_bearings(&basis::reduced(&self.built(parameters), SHAPES), parameters);
+        let model = self.with_bearings(&basis::reduced(&self.built(parameters), WEIGHTS), parameters);
         self.influence(&model, &self.gains(parameters), speeds_rad_s)
     }
 
@@ -138,7 +137,7 @@ impl<'a> Machine<'a> {
     /// # Errors
     /// If the model is singular.
     pub fn near(&self, parameters: DVector<f64>) -> Result<Linear, Error> {
-        let drawn = basis::reduced(&self.built(&parameters), SHAPES);
+        let drawn = basis::reduced(&self.built(&parameters), WEIGHTS);
         let gains = self.gains(&parameters);
         let at = |model: &Model, parameters: &DVector<f64>| {
             self.influence(&self.with_bearings(model, parameters), &gains, self.speeds_rad_s)
@@ -153,7 +152,7 @@ impl<'a> Machine<'a> {
             let moved = if k < self.bearings.count() {
                 at(&drawn, &beside)?
             } else {
-                at(&basis::reduced(&self.built(&beside), SHAPES), &beside)?
+                at(&basis::reduced(&self.built(&beside), WEIGHTS), &beside)?
             };
             slopes.set_column(k, &((stacked(&moved) - &here) / STEP));
         }

@@ -85,7 +85,7 @@ impl Data {
                     .map(|(probe, measured_m)| Value {
                         probe,
                         measured_m,
-                        sigma_m: sigma_m(noise, measured_m),
+                        sigma_m: noise.sigma_m(measured_m),
                     })
                     .collect(),
             }
@@ -119,6 +119,11 @@ impl Data {
         self.rows.iter().flat_map(|r| r.values.iter().map(|v| (r.run, v.probe)))
     }
 
+    /// The run of each value, and its standard deviation per component, m.
+    pub fn runs_and_sigmas(&self) -> Vec<(usize, f64)> {
+        self.rows.iter().flat_map(|r| r.values.iter().map(|v| (r.run, v.sigma_m))).collect()
+    }
+
     pub fn fastest_rad_s(&self) -> f64 {
         self.rows.iter().map(|r| r.speed_rad_s).fold(0.0, f64::max)
     }
@@ -141,9 +146,4 @@ fn run_shares(readings: &[Reading]) -> Vec<f64> {
         }
     }
     shares
-}
-
-/// Standard deviation of each component of a measured phasor, m.
-pub fn sigma_m(noise: &Noise, measured_m: C) -> f64 {
-    noise.relative * measured_m.norm() + noise.floor_um * 1e-6
 }

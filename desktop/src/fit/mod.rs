@@ -5,14 +5,12 @@
 //! | [`data`], [`hypothesis`] | what was measured, what is unknown |
 //! | [`problem`], `derivative`, `optimum` | the least-squares problem of one hypothesis, and its solution |
 //! | [`projection`] | its linear unknowns, solved for exactly |
-//! | [`drawing_errors`], `allowance`, [`whitening`], `settle` | allowing for the drawing's errors |
-//! | `scattered`, `between_runs`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
+//! | [`drawing_errors`], `settle` | allowing for the drawing's errors |
+//! | `scattered`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
 //! | `queries`, [`trial`] | uncertainty, sensitivity and misfit of a fit that is there, or anywhere else |
 //!
 //! [`Fitter`] holds what all hypotheses about one machine share.
 
-mod allowance;
-mod between_runs;
 mod centreline;
 pub mod data;
 mod derivative;
@@ -32,7 +30,6 @@ mod supports;
 mod tests;
 pub mod trial;
 pub mod unknown;
-pub mod whitening;
 pub mod within;
 
 use std::sync::{Arc, OnceLock};
@@ -42,13 +39,15 @@ use nalgebra::{Complex, DMatrix, DVector};
 use crate::effects::terms::Terms;
 use crate::effects::{Place, Scales, physical};
 use crate::error::Error;
-use crate::inference::evidence::Sizes;
-use crate::inference::scatter::{ASSUMED_LOG_SD, STATED_LOG_SD, Scatter, Series};
 use crate::machine::bearings::Bearings;
-use crate::machine::drawing::{Physics, Rotor};
+use crate::machine::drawing::{Noise, Physics, Rotor};
 use crate::machine::tolerance::Deviations;
+use crate::model::amplitude::Relaxation;
 use crate::receptance::plant::Plant;
 use crate::reduction::nodal::Shaft;
+use crate::statistics::evidence::Sizes;
+use crate::statistics::scatter::{Scatter, Series};
+use crate::statistics::whitening::{Scattered, Whitening};
 use data::Amplitudes;
 use data::Data;
 use descent::Stop;
@@ -57,13 +56,14 @@ pub use optimum::Fit;
 use problem::Problem;
 use progress::{Progress, Told};
 use projection::Solved;
-use whitening::{Scattered, Whitening};
 
 type C = Complex<f64>;
 
 /// Rounds over the amplitude at bearings that harden or soften.
 const AMPLITUDE_ROUNDS: usize = 20;
 const ROUGH_ROUNDS: usize = 4;
+/// Share of the way to the squared amplitudes of a fit, in a round.
+const AMPLITUDE_WEIGHT: f64 = 0.7;
 /// Combinations of switches of the beam theory.
 const THEORIES: usize = 8;
 
@@ -135,7 +135,7 @@ impl<'a> Fitter<'a> {
             runs: Arc::new(DMatrix::zeros(values, 0)),
             scatter: Scatter::STATED,
             free: values.saturating_sub(used_up).max(1) as f64,
-            stated_log_sd: if rotor.noise.is_some() { STATED_LOG_SD } else { ASSUMED_LOG_SD },
+            stated_log_sd: Noise::log_sd(rotor),
         };
         let plain = Whitening::new(DMatrix::zeros(values, 0), DVector::zeros(0), scattered);
         let squares = data.values().map(|v| v.measured_m.norm_sqr() / (v.sigma_m * v.sigma_m)).sum();
@@ -248,6 +248,7 @@ impl<'a> Fitter<'a> {
         };
         let mut problem = self.problem(hypothesis, plant, amplitudes.as_ref(), &drawing.whitening);
         scout(&mut problem, starts);
+        let mut relaxation = Relaxation::steady(AMPLITUDE_WEIGHT);
         let mut last_cost = f64::INFINITY;
         let mut rounds = 0;
         loop {
@@ -259,11 +260,8 @@ impl<'a> Fitter<'a> {
                 return self.result(&problem, hypothesis, drawing, effort);
             };
             last_cost = problem.cost();
-            // relaxed: a softening support can otherwise hop between two branches
-            let new = problem.amplitudes().ok_or_else(singular)?;
-            for (held, new) in held.iter_mut().flatten().flatten().zip(new.iter().flatten().flatten()) {
-                *held = 0.3 * *held + 0.7 * new;
-            }
+            let caused = problem.amplitudes().ok_or_else(singular)?;
+            relaxation.step(held.iter_mut().flatten().flatten(), caused.iter().flatten().flatten().copied());
             problem.hold(held);
             rounds += 1;
         }

@@ -14,13 +14,13 @@ use super::data::{Amplitudes, Data};
 use super::descent::{Objective, Stop, descend};
 use super::hypothesis::Hypothesis;
 use super::projection::Solved;
-use super::whitening::Whitening;
 use crate::decomposition::pseudo_inverse;
 use crate::effects::terms::Terms;
 use crate::effects::{Pattern, Place};
 use crate::machine::place::SpeedLaw;
 use crate::receptance::plant::{Force, Plant};
 use crate::receptance::update::{Receptances, Response};
+use crate::statistics::whitening::Whitening;
 
 type C = Complex<f64>;
 

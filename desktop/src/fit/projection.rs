@@ -4,7 +4,7 @@
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
 use super::data::Data;
-use super::whitening::Whitening;
+use crate::statistics::whitening::Whitening;
 
 type C = Complex<f64>;
 

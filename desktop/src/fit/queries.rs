@@ -7,8 +7,8 @@ use super::hypothesis::Hypothesis;
 use super::problem::Problem;
 use super::{Drawing, Fit, Fitter, singular};
 use crate::error::Error;
-use crate::inference::scatter::Scatter;
 use crate::machine::drawing::Rotor;
+use crate::statistics::scatter::Scatter;
 
 impl Fitter<'_> {
     /// A drawing whose errors were found in other data, taken as known, with the noise as stated.

@@ -2,10 +2,11 @@
 
 use super::data::Amplitudes;
 use super::hypothesis::Hypothesis;
-use super::whitening::Whitening;
-use super::{Drawing, Effort, Fit, Fitter, between_runs};
+use super::{Drawing, Effort, Fit, Fitter};
 use crate::error::Error;
-use crate::inference::scatter::Scatter;
+use crate::statistics::between_runs;
+use crate::statistics::scatter::Scatter;
+use crate::statistics::whitening::Whitening;
 
 /// Rounds of fit and scatter: each bends the other a little.
 const ROUNDS: usize = 3;
@@ -47,6 +48,6 @@ impl Fitter<'_> {
 
     /// Noise whose scatter between runs is of what this fit predicts.
     pub(super) fn about(&self, whitening: &Whitening, fit: &Fit) -> Whitening {
-        whitening.about(between_runs::columns(&self.data, &fit.predicted_m))
+        whitening.about(between_runs::columns(&self.data.runs_and_sigmas(), &fit.predicted_m))
     }
 }

@@ -11,10 +11,10 @@ use super::descent::{Objective, Stop, descend};
 use super::drawing_errors::DrawingErrors;
 use super::hypothesis::Hypothesis;
 use super::problem::Problem;
-use super::whitening::Whitening;
 use super::{Drawing, Effort, Fit, Fitter, singular};
 use crate::error::Error;
 use crate::machine::drawing::Physics;
+use crate::statistics::whitening::Whitening;
 
 /// When the common optimum is found.
 const COMMON: Stop = Stop { steps: 60, tolerance: 1e-6 };

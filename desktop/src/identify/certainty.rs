@@ -6,12 +6,11 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::decomposition::pseudo_inverse;
 use crate::error::Error;
-use crate::fit::data::sigma_m;
-use crate::inference::scatter::{ASSUMED_LOG_SD, STATED_LOG_SD, Series};
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::model::{Model, Response};
+use crate::statistics::scatter::Series;
 
 type C = Complex<f64>;
 
@@ -33,7 +32,7 @@ impl Found<'_> {
     /// forces, both in noise units; lost probes left out.
     fn system(&self, response: &Response, noise: &Noise) -> (DMatrix<f64>, DVector<f64>) {
         let shown = self.reading.probes.iter().enumerate().filter_map(|(p, y)| y.map(|y| (p, y)));
-        let shown: Vec<(usize, C, f64)> = shown.map(|(p, y)| (p, y, sigma_m(noise, y))).collect();
+        let shown: Vec<(usize, C, f64)> = shown.map(|(p, y)| (p, y, noise.sigma_m(y))).collect();
         let planes = self.unbalance_kg_m.len();
         let columns = DMatrix::from_fn(2 * shown.len(), 2 * planes, |i, j| {
             let (p, _, sigma_m) = shown[i / 2];
@@ -66,8 +65,7 @@ pub fn noise_scale(rotor: &Rotor, model: &Model, noise: &Noise, readings: &[Foun
         residuals.extend_from_slice((&target - &columns * (inverse * &target)).as_slice());
         free += columns.nrows().saturating_sub(columns.ncols()) as f64;
     }
-    let log_sd = if rotor.noise.is_some() { STATED_LOG_SD } else { ASSUMED_LOG_SD };
-    Ok(Series::new(0..residuals.len() / 2).most_probable(&residuals, free, log_sd).0.scale)
+    Ok(Series::new(0..residuals.len() / 2).most_probable(&residuals, free, Noise::log_sd(rotor)).0.scale)
 }
 
 /// Covariance of real and imaginary parts of the planes' unbalance in one reading, plane by plane, (kg·m)²; `scale` is the

@@ -5,7 +5,6 @@
 
 mod bearings;
 mod certainty;
-mod noise;
 mod phase_one;
 mod phase_two;
 mod swarm;
@@ -14,6 +13,5 @@ mod tests;
 
 pub use bearings::{BearingParameter, Identified};
 pub use certainty::{Found, noise_scale, unbalance_covariance};
-pub use noise::assumed_noise;
 pub use phase_one::{PhaseOne, PhaseOneConfig, identify};
 pub use phase_two::{Bounds, LeastResidual, least_residual};

@@ -13,7 +13,6 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::bearings::{BearingParameter, Identified, Range};
-use super::noise::assumed_noise;
 use super::swarm::{self, Swarm};
 use crate::error::Error;
 use crate::fit::data::Data;
@@ -22,7 +21,7 @@ use crate::fit::trial::summed_residual_um;
 use crate::fit::within::Bounds;
 use crate::fit::{Effort, Fit, Fitter};
 use crate::machine::bearings::BearingUnknown;
-use crate::machine::drawing::{Rotor, SearchBounds};
+use crate::machine::drawing::{Noise, Rotor, SearchBounds};
 use crate::measurement::Reading;
 use crate::unbalance::g_mm_deg;
 
@@ -84,7 +83,7 @@ impl PhaseOne {
 /// If there are too few values, or the machine is singular on every trial.
 pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) -> Result<PhaseOne, Error> {
     rotor.validate()?;
-    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let noise = Noise::of(rotor, readings);
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     let (count, planes) = (fitter.data.count(), rotor.plane.len());
     if count < planes {

@@ -11,6 +11,7 @@ pub use super::coupling::{Coupling, Flexibility};
 pub use super::segment::Segment;
 pub use crate::bearing::constant::{Coefficients, Constant};
 use crate::bearing::foundation::{Footing, Foundation};
+use crate::units::SAME_NODE_M;
 
 /// A rotor on its bearings, watched by proximity probes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -346,7 +347,7 @@ impl Rotor {
             .chain(self.run.iter().flat_map(|r| r.added_unbalance.iter().map(|a| a.position_m)))
             .collect();
         marks.sort_by(f64::total_cmp);
-        marks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+        marks.dedup_by(|a, b| (*a - *b).abs() < SAME_NODE_M);
         marks
     }
 

@@ -98,6 +98,15 @@ impl Pattern {
         }
     }
 
+    /// Half sines between the outermost bearings that the shaft is bent to; zero where a pattern is no bow.
+    pub fn half_sines(self) -> u32 {
+        match self {
+            Self::Bow | Self::GrowingBow => 1,
+            Self::FullBow => 2,
+            _ => 0,
+        }
+    }
+
     /// Its number in a parameter that is a list of phasors; `None` where the parameter is one phasor.
     pub fn in_list(self) -> Option<usize> {
         match self {

@@ -8,7 +8,7 @@
 use nalgebra::DVector;
 
 use crate::machine::drawing::{Rotor, Tolerance};
-use crate::machine::weights::SAME_PLANE_M;
+use crate::units::same_place;
 
 /// One thing that may differ from the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,9 +87,7 @@ impl Deviation {
             Self::PlanePosition(i) => {
                 let z = rotor.plane[i].position_m;
                 let weights = rotor.run.iter_mut().flat_map(|run| &mut run.added_unbalance);
-                weights
-                    .filter(|a| (a.position_m - z).abs() < SAME_PLANE_M)
-                    .for_each(|a| a.position_m += offset_m);
+                weights.filter(|a| same_place(a.position_m, z)).for_each(|a| a.position_m += offset_m);
                 rotor.plane[i].position_m += offset_m;
             }
         }

@@ -5,6 +5,7 @@
 //! keyphasor mark; and `<probe>_gap_v` (optional), the probe's mean voltage. An empty cell is a lost reading of that probe.
 //! Lines before the header that begin with `#` are comments.
 
+mod noise;
 mod reading;
 pub(crate) mod sequence;
 mod slow_roll;

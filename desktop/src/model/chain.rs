@@ -4,11 +4,12 @@
 //! dynamic stiffness has a narrow band and one solution costs a few hundred operations a node, at any complex λ.
 //! Forced responses come from it, and modes of the reduced system become exact on the mesh at hardly any cost.
 
-use nalgebra::{Complex, DMatrix, Matrix2, Matrix4, Vector2, Vector4};
+use nalgebra::{Complex, DMatrix, DVector, Matrix2, Matrix4, Vector2, Vector4};
 
 use super::Model;
 use super::banded::{Banded, BandedLu};
 use crate::bearing::support::{Dampers, SupportLaw};
+use crate::decomposition::eigen::{MatrixFunction, NewtonLimits, newton};
 
 type C = Complex<f64>;
 
@@ -180,37 +181,36 @@ impl Chain {
     }
 }
 
-/// `aᴴ b` over all nodes.
-pub fn inner(a: &Nodes, b: &Nodes) -> C {
-    a.iter().zip(b).map(|(a, b)| a.dotc(b)).sum()
+/// A chain at each λ.
+struct ChainFunction<F>(F);
+
+impl<F: Fn(C) -> Chain> MatrixFunction for ChainFunction<F> {
+    /// A central difference, which is exact for a quadratic.
+    fn slope(&self, lambda: C, v: &DVector<C>) -> DVector<C> {
+        const DIFFERENCE: f64 = 1e-3;
+        let (h, motion) = (lambda * DIFFERENCE, nodes(v));
+        let (up, down) = ((self.0)(lambda + h).times(&motion), (self.0)(lambda - h).times(&motion));
+        flat(&up.iter().zip(&down).map(|(u, d)| (u - d) / (h * 2.0)).collect())
+    }
+
+    fn solve(&self, lambda: C, f: &DVector<C>) -> Option<DVector<C>> {
+        (self.0)(lambda).solve(&nodes(f)).map(|motion| flat(&motion))
+    }
 }
 
-/// An eigenpair of `T(λ)`, a chain at each λ, next to a guess, by Newton's method; a central difference
-/// stands for dT/dλ, which is exact for a quadratic.
-pub fn eigenpair(at: impl Fn(C) -> Chain, guess: C, start: Nodes) -> Option<(C, Nodes)> {
-    const ROUNDS: usize = 12;
-    const SETTLED: f64 = 1e-8;
-    const DIFFERENCE: f64 = 1e-3;
-    const FARTHEST: f64 = 0.05;
-    let norm = |v: &Nodes| inner(v, v).re.sqrt();
-    let (mut value, mut shape) = (guess, start);
-    for _ in 0..ROUNDS {
-        let h = value * DIFFERENCE;
-        let (up, down) = (at(value + h).times(&shape), at(value - h).times(&shape));
-        let slope: Nodes = up.iter().zip(&down).map(|(u, d)| (u - d) / (h * 2.0)).collect();
-        let next = at(value).solve(&slope)?;
-        let step = inner(&shape, &shape) / inner(&shape, &next);
-        let size = norm(&next);
-        shape = next.iter().map(|v| v.unscale(size)).collect();
-        value -= step;
-        if !value.is_finite() || (value - guess).norm() > FARTHEST * guess.norm() {
-            return None;
-        }
-        if step.norm() < SETTLED * value.norm() {
-            return Some((value, shape));
-        }
-    }
-    None
+fn flat(nodes: &Nodes) -> DVector<C> {
+    DVector::from_iterator(4 * nodes.len(), nodes.iter().flat_map(|v| v.iter().copied()))
+}
+
+fn nodes(flat: &DVector<C>) -> Nodes {
+    flat.as_slice().chunks_exact(4).map(Vector4::from_column_slice).collect()
+}
+
+/// An eigenpair of `T(λ)`, a chain at each λ, next to a guess of both.
+pub fn eigenpair(at: impl Fn(C) -> Chain, guess: C, start: &Nodes) -> Option<(C, Nodes)> {
+    const LIMITS: NewtonLimits = NewtonLimits { settled: 1e-8, farthest: 0.05, near: true };
+    let found = newton(&ChainFunction(at), guess, &flat(start), &LIMITS)?;
+    found.settled.then(|| (found.value, nodes(&found.vector)))
 }
 
 #[cfg(test)]

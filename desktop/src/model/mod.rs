@@ -1,22 +1,26 @@
 //! A rotor model: a shaft plus supports, forcings and readings; and its response at running speed.
 
+pub(crate) mod amplitude;
 pub mod banded;
 pub mod chain;
 pub mod deflection;
+pub mod force;
 pub mod terms;
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector2};
 
 use crate::bearing::foundation::{Footing, Held};
 use crate::bearing::support::Dampers;
-use crate::decomposition::eigenvalues;
+use crate::decomposition::eigen::quadratic;
 use crate::effects::entry;
-use crate::effects::terms::{force_shape, position_m};
+use crate::effects::terms::position_m;
 use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
 use crate::shaft::structure::{Structure, elements_per_segment};
 use crate::units::rpm;
+use amplitude::Relaxation;
 use chain::Line;
+use force::{DrawnShaft, generalised_force};
 use terms::{Forcing, ProbeTerm, Support};
 
 /// Fixed-point rounds over the amplitude at supports that harden or soften.
@@ -85,7 +89,7 @@ impl Model {
             position_m(rotor, *place).map(|z| Support { shape: shape(z), law: law.clone() })
         });
         let forcings = terms.forcings.iter().filter_map(|(pattern, amplitude)| {
-            let shape = force_shape(*pattern, &structure, rotor)?;
+            let shape = generalised_force(*pattern, &DrawnShaft { structure: &structure, rotor })?;
             Some(Forcing { shape, amplitude: *amplitude, law: pattern.law() })
         });
         let probes = terms.shows.iter().enumerate().map(|(column, shown)| {
@@ -361,31 +365,17 @@ impl Model {
         unbalance_kg_m: &DVector<Complex<f64>>,
     ) -> Result<(Response, Vec<[f64; 2]>), Error> {
         let mut amplitudes_m = vec![[0.0; 2]; self.supports.len()];
-        let (mut weight, mut last_change) = (0.5, f64::INFINITY);
+        let mut relaxation = Relaxation::adaptive();
         let nonlinear = self.supports.iter().any(|s| s.law.depends_on_amplitude());
-        for round in 0..AMPLITUDE_ROUNDS {
+        for _ in 0..AMPLITUDE_ROUNDS {
             let response = self.response_at(speed_rad_s, &amplitudes_m)?;
             if !nonlinear {
                 return Ok((response, amplitudes_m));
             }
             let motion = &response.support_per_unbalance * unbalance_kg_m + &response.support_fixed;
-            let mut change = 0.0_f64;
-            let largest = motion.iter().map(|m| m.norm()).fold(f64::MIN_POSITIVE, f64::max);
-            for (k, m) in motion.iter().enumerate() {
-                let held = &mut amplitudes_m[k / 2][k % 2];
-                // relaxed: a softening support can otherwise hop between two branches
-                let relaxed = if round == 0 { m.norm() } else { *held + weight * (m.norm() - *held) };
-                change = change.max((relaxed - *held).abs() / largest);
-                *held = relaxed;
-            }
-            if change < 1e-12 {
+            if relaxation.step(amplitudes_m.as_flattened_mut(), motion.iter().map(|m| m.norm())) < 1e-12 {
                 return Ok((response, amplitudes_m));
             }
-            if change > last_change {
-                // a contact is steep: smaller steps until they shrink
-                weight *= 0.7;
-            }
-            last_change = change;
         }
         let speed_rpm = rpm(speed_rad_s);
         Err(Error::Unsuitable(format!("the amplitude at the supports does not settle at {speed_rpm:.0} rpm")))
@@ -432,13 +422,7 @@ impl Model {
         let (Some(k), Some(c)) = (to_unit(&k), to_unit(&c)) else {
             return Err(Error::Unsuitable("the mass matrix is singular".into()));
         };
-        // velocities in units of the highest frequency, or rounding of K swamps the low modes
-        let scale = k.amax().sqrt();
-        let mut state = zero(4 * n, 4 * n);
-        state.view_mut((0, 2 * n), (2 * n, 2 * n)).fill_diagonal(scale);
-        state.view_mut((2 * n, 0), (2 * n, 2 * n)).copy_from(&(-k / scale));
-        state.view_mut((2 * n, 2 * n), (2 * n, 2 * n)).copy_from(&-c);
-        let mut values = eigenvalues(state)
+        let mut values = quadratic(&c, &k)
             .ok_or_else(|| Error::Unsuitable("the eigenvalues of the model are not found".into()))?;
         values.sort_by(|a, b| a.im.abs().total_cmp(&b.im.abs()));
         Ok(values)

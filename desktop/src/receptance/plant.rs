@@ -8,12 +8,13 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::decomposition::hermitian;
+use crate::decomposition::eigen::DefinitePencil;
 use crate::effects::{End, Pattern};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::Offsets;
-use crate::reduction::nodal::{Row, Shaft};
+use crate::model::force::{LoadedSection, LoadedShaft, generalised_force};
+use crate::reduction::nodal::{Row, Section, Shaft};
 
 type C = Complex<f64>;
 
@@ -70,27 +71,56 @@ pub fn all_forces(rotor: &Rotor) -> Vec<Force> {
     forces
 }
 
-/// What a force of unit size acts on: nodal coordinates and factors.
-fn force_row(force: Force, rotor: &Rotor, shaft: &Shaft, offsets: &Offsets) -> Row {
-    let offset = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
-    let disk = |i: usize| (shaft.section(rotor.disk[i].position_m), offset(&offsets.disk_m, i));
-    match force {
-        Force::UnbalanceAt(z) => {
-            let plane = rotor.plane.iter().position(|p| p.position_m == z);
-            shaft.section(z).displacement_beside(plane.map_or(0.0, |i| offset(&offsets.plane_m, i)))
+/// The shaft of a rotor that differs from its drawing, sections being sums over nodal coordinates.
+struct OffsetShaft<'a> {
+    rotor: &'a Rotor,
+    shaft: &'a Shaft,
+    offsets: &'a Offsets,
+}
+
+impl OffsetShaft<'_> {
+    /// What a force of unit size acts on: nodal coordinates and factors.
+    fn row(&self, force: Force) -> Row {
+        match force {
+            Force::UnbalanceAt(z) => match self.rotor.plane.iter().position(|p| p.position_m == z) {
+                Some(plane) => self.displacing(LoadedSection::Plane(plane)),
+                None => self.shaft.section(z).displacement_beside(0.0),
+            },
+            Force::Pattern(pattern) => generalised_force(pattern, self).unwrap_or_default(),
         }
-        Force::Pattern(Pattern::DiskUnbalance(i)) => disk(i).0.displacement_beside(disk(i).1),
-        Force::Pattern(Pattern::DiskTilt(i)) => disk(i).0.tilt_beside(disk(i).1),
-        Force::Pattern(pattern @ (Pattern::Bow | Pattern::GrowingBow | Pattern::FullBow)) => {
-            let bent = shaft.bent(pattern).expect("a shaft has every shape that it can be bent to");
-            shaft.straightening_force(rotor, bent).iter().copied().enumerate().collect()
+    }
+
+    /// The section as drawn, and how far it is from there, m.
+    fn section(&self, section: LoadedSection) -> (&Section, f64) {
+        let offset = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
+        match section {
+            LoadedSection::Disk(i) => {
+                (self.shaft.section(self.rotor.disk[i].position_m), offset(&self.offsets.disk_m, i))
+            }
+            LoadedSection::Plane(i) => {
+                (self.shaft.section(self.rotor.plane[i].position_m), offset(&self.offsets.plane_m, i))
+            }
+            LoadedSection::End(end) => (self.shaft.end(end), 0.0),
         }
-        Force::Pattern(Pattern::End(end)) => shaft.end(end).displacement.clone(),
-        Force::Pattern(Pattern::EndTilt(end)) => shaft.end(end).tilt.clone(),
-        Force::Pattern(Pattern::RunUnbalance { plane, .. }) => {
-            force_row(Force::UnbalanceAt(rotor.plane[plane].position_m), rotor, shaft, offsets)
-        }
-        Force::Pattern(Pattern::Runout(_)) => Row::new(),
+    }
+}
+
+impl LoadedShaft for OffsetShaft<'_> {
+    type Force = Row;
+
+    fn displacing(&self, section: LoadedSection) -> Row {
+        let (section, offset_m) = self.section(section);
+        section.displacement_beside(offset_m)
+    }
+
+    fn tilting(&self, section: LoadedSection) -> Row {
+        let (section, offset_m) = self.section(section);
+        section.tilt_beside(offset_m)
+    }
+
+    fn straightening(&self, pattern: Pattern) -> Row {
+        let bent = self.shaft.bent(pattern).expect("a shaft has every shape that it can be bent to");
+        self.shaft.straightening_force(self.rotor, bent).iter().copied().enumerate().collect()
     }
 }
 
@@ -111,7 +141,8 @@ impl Plant {
         let probes = rotor.probe.iter().enumerate().map(|(i, p)| beside(p.position_m, &offsets.probe_m, i));
         let probes: Vec<Row> = probes.collect();
         let forces = all_forces(rotor);
-        let acting: Vec<Row> = forces.iter().map(|f| force_row(*f, rotor, shaft, offsets)).collect();
+        let loaded = OffsetShaft { rotor, shaft, offsets };
+        let acting: Vec<Row> = forces.iter().map(|f| loaded.row(*f)).collect();
         let matrices = shaft.matrices(rotor, offsets);
         let mut stiffness = matrices.stiffness;
         for row in &held[..rotor.bearing.len()] {
@@ -122,15 +153,10 @@ impl Plant {
             .cholesky()
             .ok_or_else(|| Error::Unsuitable("the shaft on its bearings has no positive stiffness".into()))?
             .l();
-        let solve =
-            |m: &DMatrix<f64>| factor.solve_lower_triangular(m).expect("a Cholesky factor is regular");
-        // shape functions of unit stiffness
-        let unit = solve(&shaft.basis.transpose()).transpose();
         let sense = |sign: f64| {
             let inertia = &matrices.mass - &matrices.polar_inertia * sign;
-            let whole = solve(&solve(&inertia).transpose());
-            let eigen = hermitian((&whole + whole.transpose()) * 0.5);
-            let shapes = &unit * &eigen.eigenvectors;
+            let pencil = DefinitePencil::new(&inertia, &factor);
+            let shapes = &shaft.basis * pencil.vectors();
             let participation = |rows: &[Row]| {
                 let columns: Vec<DVector<f64>> = rows.iter().map(|row| Shaft::along(row, &shapes)).collect();
                 if columns.is_empty() {
@@ -143,7 +169,7 @@ impl Plant {
                 held: participation(&held),
                 probes: participation(&probes),
                 forces: participation(&acting),
-                mu: eigen.eigenvalues.iter().copied().collect(),
+                mu: pencil.values.iter().copied().collect(),
                 shapes,
             }
         };

@@ -3,3 +3,4 @@
 pub mod basis;
 mod modes;
 pub mod nodal;
+pub mod sizes;

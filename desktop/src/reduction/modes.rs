@@ -4,7 +4,7 @@
 //! coordinates; of a large one a few shapes are bent under their own inertia again and again until they are the lowest modes
 //! (subspace iteration: Bathe and Wilson 1973, "Solution methods for eigenvalue problems in structural mechanics").
 
-use crate::decomposition::hermitian;
+use crate::decomposition::eigen::DefinitePencil;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Coordinates up to which all modes are solved for: about a second.
@@ -36,18 +36,9 @@ pub fn lowest(
 /// If the mass is not positive definite, which no shaft's is.
 fn solved(stiffness: &DMatrix<f64>, mass: &DMatrix<f64>, count: usize) -> (Vec<f64>, Vec<DVector<f64>>) {
     let factor = mass.clone().cholesky().expect("the mass of a shaft is positive definite").l();
-    let half = factor.solve_lower_triangular(stiffness).expect("the factor has a positive diagonal");
-    let whole = factor.solve_lower_triangular(&half.transpose()).expect("the factor has a positive diagonal");
-    let eigen = hermitian(whole);
-    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-    let transposed = factor.transpose();
-    let mode = |k: &usize| {
-        let mode = eigen.eigenvectors.column(*k).into_owned();
-        transposed.solve_upper_triangular(&mode).expect("the factor has a positive diagonal")
-    };
-    let lowest = || order.iter().take(count);
-    (lowest().map(|k| eigen.eigenvalues[*k]).collect(), lowest().map(mode).collect())
+    let pencil = DefinitePencil::new(stiffness, &factor);
+    let lowest = &pencil.ascending()[..count.min(mass.nrows())];
+    (lowest.iter().map(|k| pencil.values[*k]).collect(), lowest.iter().map(|k| pencil.vector(*k)).collect())
 }
 
 fn iterated(

@@ -6,19 +6,15 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::effects::terms::half_sines;
 use crate::machine::drawing::{Formulation, Physics, Rotor, Segment};
 use crate::machine::place::{End, Pattern};
 use crate::machine::tolerance::Offsets;
 use crate::model::Model;
-use crate::reduction::basis;
+use crate::model::force::half_sines;
+use crate::reduction::{basis, sizes};
 use crate::shaft::elements::{Element, shear_parameter};
 use crate::shaft::mesh::{Mesh, Piece};
 use crate::shaft::structure::{elements_per_segment, lumps};
-
-/// Shape functions of a plane that fits are made on: far more than the controller's six, so that what
-/// they leave out is far below any noise.
-const SHAPES: usize = 24;
 
 /// A sum over nodal coordinates: number and factor.
 pub type Row = Vec<(usize, f64)>;
@@ -76,7 +72,7 @@ impl Shaft {
     pub fn new(rotor: &Rotor, physics: &Physics) -> Self {
         let rotor = &Rotor { physics: *physics, ..rotor.clone() };
         let model = Model::finite_elements(rotor);
-        let basis = basis::supported(&model, SHAPES.min(model.structure.size()));
+        let basis = basis::supported(&model, sizes::FIT.min(model.structure.size()));
         Self::on(rotor, &model, basis)
     }
 
@@ -91,8 +87,8 @@ impl Shaft {
         let physics = &rotor.physics;
         let mesh = Mesh::new(rotor, elements_per_segment(rotor));
         let sections = (0..mesh.nodes_m.len()).map(|node| section(rotor, physics, &mesh, node)).collect();
-        let bend = |(pattern, count)| (pattern, half_sines(count, &model.structure, rotor));
-        let bends = [(Pattern::Bow, 1), (Pattern::FullBow, 2)].map(bend);
+        let bend = |pattern| (pattern, half_sines(pattern, &model.structure, rotor));
+        let bends = [Pattern::Bow, Pattern::FullBow].map(bend);
         Self { basis, bends, physics: *physics, mesh, sections }
     }
 

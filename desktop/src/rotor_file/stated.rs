@@ -6,20 +6,8 @@
 //! `[tolerance.found]`, and a fit begins by taking them apart again.
 
 use super::loads;
-use crate::inference::scatter::Scatter;
-use crate::machine::drawing::{Noise, Rotor};
+use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::Deviation;
-
-impl Noise {
-    /// What a fit found over what is stated; as stated where there was none.
-    pub fn scatter(&self) -> Scatter {
-        Scatter {
-            scale: self.scale.unwrap_or(1.0),
-            correlation: self.correlation.unwrap_or(0.0),
-            between_runs: self.between_runs.unwrap_or(0.0),
-        }
-    }
-}
 
 impl Rotor {
     /// Whether a fit has moved bearings or drawing away from what was stated of them.

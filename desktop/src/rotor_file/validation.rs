@@ -6,11 +6,12 @@ mod foundation;
 use crate::bearing::Law;
 use crate::effects::{entry, physical};
 use crate::error::Error;
-use crate::inference::scatter::{MOST_BETWEEN_RUNS, MOST_CORRELATED};
 use crate::machine::drawing::{EffectEntry, Rated, Rotor};
 use crate::machine::tolerance::Deviation;
 use crate::measurement::LOWEST_GAP_V;
 use crate::rotor_file::materials::Material;
+use crate::statistics::scatter::{MOST_BETWEEN_RUNS, MOST_CORRELATED};
+use crate::units::same_place;
 
 /// The newest layout of `rotor.toml`; older ones are read as well.
 pub const SCHEMA: u32 = 2;
@@ -161,7 +162,7 @@ fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
     for (i, b) in rotor.bearing.iter().enumerate() {
         let key = |name: &str| format!("[[bearing]] \"{}\" {name}", b.name);
         c.on_shaft(&key("position_m"), b.position_m, rotor.length_m())?;
-        if let Some(other) = rotor.bearing[..i].iter().find(|o| (o.position_m - b.position_m).abs() < 1e-6) {
+        if let Some(other) = rotor.bearing[..i].iter().find(|o| same_place(o.position_m, b.position_m)) {
             return c.fail(key("position_m"), format!("the bearing \"{}\" is at the same place", other.name));
         }
         c.within(&key("elevation_m"), b.elevation_m, -0.1, 0.1, "m")?;

@@ -2,11 +2,7 @@
 
 use crate::machine::drawing::{Coupling, Physics, Rotor};
 use crate::shaft::elements::{Element, element, joint};
-
-/// Marks nearer to each other than this are one node, m.
-const MERGE_M: f64 = 1e-9;
-/// A coupling this near to where two segments meet is meant to be there, m.
-pub(crate) const SAME_PLACE_M: f64 = 1e-6;
+use crate::units::{SAME_NODE_M, same_place};
 
 /// What joins a node to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,14 +33,15 @@ impl Mesh {
             let right = left + segment.length_m;
             let longest = segment.length_m / per_segment as f64;
             let mut from = left;
-            let inside = marks.iter().copied().filter(|m| *m > left + MERGE_M && *m < right - MERGE_M);
+            let inside =
+                marks.iter().copied().filter(|m| *m > left + SAME_NODE_M && *m < right - SAME_NODE_M);
             for to in inside.chain([right]) {
                 let count = ((to - from) / longest - 1e-9).ceil().max(1.0) as usize;
                 mesh.nodes_m.extend((1..=count).map(|k| from + (to - from) * k as f64 / count as f64));
                 mesh.pieces.resize(mesh.nodes_m.len() - 1, Piece::Segment(number));
                 from = to;
             }
-            let here = |c: &Coupling| c.flexibility.is_some() && (c.position_m - right).abs() < SAME_PLACE_M;
+            let here = |c: &Coupling| c.flexibility.is_some() && same_place(c.position_m, right);
             if number + 1 < rotor.shaft.len()
                 && let Some(coupling) = rotor.coupling.iter().position(here)
             {

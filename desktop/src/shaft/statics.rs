@@ -11,12 +11,10 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::shaft::structure::{Structure, elements_per_segment};
+use crate::units::same_place;
 
 /// Standard acceleration of gravity, m/s² (3rd CGPM, 1901).
 pub const GRAVITY_M_S2: f64 = 9.806_65;
-
-/// Bearings nearer to each other than this hold one place, not two, m.
-const SAME_PLACE_M: f64 = 1e-6;
 
 /// A shaft at rest on its bearings.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +53,7 @@ pub fn statics(rotor: &Rotor, elevation_m: &[f64]) -> Result<Statics, Error> {
     }
     for (i, a) in rotor.bearing.iter().enumerate() {
         for b in &rotor.bearing[..i] {
-            if (a.position_m - b.position_m).abs() < SAME_PLACE_M {
+            if same_place(a.position_m, b.position_m) {
                 return unsuitable(format!(
                     "bearings \"{}\" and \"{}\" are at the same place",
                     b.name, a.name

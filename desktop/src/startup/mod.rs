@@ -28,7 +28,6 @@ pub mod two_degree;
 use nalgebra::Complex;
 
 use crate::error::Error;
-use crate::identify::assumed_noise;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 
@@ -122,17 +121,11 @@ pub fn startup(rotor: &Rotor, readings: &[Reading], options: &Options) -> Result
         )));
     }
     let spring = ShaftSpring::of(rotor, disk)?;
-    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(readings));
+    let noise = Noise::of(rotor, readings);
     let directions = series::directions(rotor);
     let runs = Run::all(rotor, readings);
     let mut remarks = Vec::new();
-    if rotor.noise.is_none() {
-        remarks.push(format!(
-            "The rotor's file has no [noise]; {:.0} % of the amplitude and {:.3} µm were assumed.",
-            noise.relative * 100.0,
-            noise.floor_um
-        ));
-    }
+    remarks.extend(noise.assumption(rotor));
     for name in &options.unknown_weights {
         remarks.push(format!(
             "The weight of run {name} has no angle_deg: its resonance is evaluated, but nothing is predicted for it."

@@ -30,8 +30,7 @@ impl Direction {
     /// Standard deviation of each component of that motion, m.
     fn sigma_m(&self, probes: &[Option<C>], noise: &Noise) -> f64 {
         let of = |(probe, share): &(usize, f64)| {
-            let size_m = probes[*probe].map_or(0.0, |y| y.norm());
-            (share * (noise.relative * size_m + noise.floor_um * 1e-6)).powi(2)
+            (share * noise.sigma_m(probes[*probe].unwrap_or_default())).powi(2)
         };
         self.shares.iter().map(of).sum::<f64>().sqrt()
     }

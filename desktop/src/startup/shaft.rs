@@ -5,11 +5,10 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::Error;
 use crate::machine::drawing::{Disk, Rotor};
 use crate::shaft::structure::Structure;
+use crate::units::same_place;
 
 /// Pieces of a segment: a beam element is exact in bending, the mass needs a few.
 const PIECES: usize = 4;
-/// Positions closer than this are one place, m.
-const SAME_PLACE_M: f64 = 1e-6;
 
 /// A shaft on rigid bearings, felt at its disk.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,7 +40,7 @@ impl ShaftSpring {
             pinned.view_mut((n + k, 0), (1, n)).copy_from(&row.transpose());
             pinned.view_mut((0, n + k), (n, 1)).copy_from(&row);
         }
-        if rotor.bearing.iter().any(|b| (b.position_m - disk.position_m).abs() < SAME_PLACE_M) {
+        if rotor.bearing.iter().any(|b| same_place(b.position_m, disk.position_m)) {
             let what =
                 "sits on a bearing, where the shaft does not bend: the two-degree model does not apply";
             return Err(Error::Unsuitable(format!("disk \"{}\" {what}", disk.name)));

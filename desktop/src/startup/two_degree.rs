@@ -69,8 +69,8 @@ impl Startup {
     /// The distance that the noise of a reading makes at a bearing on its own, m (root mean square).
     pub fn noise_m(&self, bearing: usize, reading: &Reading) -> f64 {
         let of = |d: usize| {
-            let size_m = self.directions[d].motion_m(&reading.probes).map_or(0.0, |y| y.norm());
-            2.0 * (self.noise.relative * size_m + self.noise.floor_um * 1e-6).powi(2)
+            let motion_m = self.directions[d].motion_m(&reading.probes).unwrap_or_default();
+            2.0 * self.noise.sigma_m(motion_m).powi(2)
         };
         self.directions_of(bearing).into_iter().map(of).sum::<f64>().sqrt()
     }

@@ -12,7 +12,7 @@ use super::operating_point::{Logs, logs_of};
 use super::record::{self, Day};
 use super::step::Steps;
 use crate::error::Error;
-use crate::identify::{Bounds, PhaseOne, PhaseOneConfig, assumed_noise, identify, least_residual};
+use crate::identify::{Bounds, PhaseOne, PhaseOneConfig, identify, least_residual};
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::unbalance::phasor_kg_m;
@@ -65,7 +65,7 @@ impl<'a> Tracking<'a> {
         config: &'a Config,
     ) -> Result<Self, Error> {
         let remarks = faults::remarks(rotor, record)?;
-        let noise = rotor.noise.unwrap_or_else(|| assumed_noise(record));
+        let noise = Noise::of(rotor, record);
         let phase_one = match config.identified {
             true => None,
             false => Some(start(rotor, record, runup, config)?),
@@ -330,7 +330,7 @@ mod tests {
                 let shown =
                     model.response(rad_s(*speed_rpm)).unwrap().at(&DVector::from_vec(true_kg_m.clone()));
                 let mut noisy = |y: &C| {
-                    let sd_m = NOISE.relative * y.norm() + NOISE.floor_um * 1e-6;
+                    let sd_m = NOISE.sigma_m(*y);
                     Some(y + C::new(normal(), normal()) * sd_m)
                 };
                 let probes = shown.iter().map(&mut noisy).collect();

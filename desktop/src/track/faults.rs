@@ -2,12 +2,13 @@
 
 use nalgebra::Complex;
 
-use super::record::{same_speed, time_d};
+use super::record::time_d;
 use crate::diagnose::checks;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 use crate::measurement::sequence::{frozen, moved_reference};
+use crate::units::same_speed;
 
 /// Fewest complete readings that can be tracked: phase I takes three, an event needs a before and an after.
 const FEWEST: usize = 10;

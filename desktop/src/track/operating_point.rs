@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::machine::drawing::{BasisKind, Coefficients, Rotor};
 use crate::model::{Model, Response};
 use crate::reduction::basis;
+use crate::reduction::sizes::{CONTROLLER, TRACKING};
 use crate::track::coefficients::{COEFFICIENTS, coefficient};
 
 type C = Complex<f64>;
@@ -20,17 +21,14 @@ type Held = SVector<C, 4>;
 /// Logarithms of the eight direct bearing coefficients, in the order of phase I.
 pub type Logs = [f64; COEFFICIENTS];
 
-/// Shape functions a plane. Days are solved once, not at every trial, so that these can be so many that
-/// the basis does not show.
-const SHAPES: usize = 12;
 /// Step of a logarithm for the derivative of a bearing's law.
 const STEP: f64 = 1e-5;
 
 /// The model that readings are solved on.
 pub fn model(rotor: &Rotor) -> Model {
     let size = match rotor.physics.basis {
-        BasisKind::Supported => SHAPES,
-        BasisKind::FreeFree => 6,
+        BasisKind::Supported => TRACKING,
+        BasisKind::FreeFree => CONTROLLER,
     };
     basis::reduced(rotor, size)
 }
@@ -259,7 +257,7 @@ mod tests {
     #[test]
     fn other_bearings_by_update_equal_the_model_made_with_them() {
         let (rotor, logs) = changed();
-        let basis = basis::supported(&Model::finite_elements(&sample_rotor()), SHAPES);
+        let basis = basis::supported(&Model::finite_elements(&sample_rotor()), TRACKING);
         let whole = Model::finite_elements(&rotor).projected(&basis).response(SPEED).unwrap();
         let motion = OperatingPoint::new(&model(&sample_rotor()), SPEED).unwrap().on(&logs).unwrap();
         let expected = whole.at(&DVector::from_vec(unbalance()));

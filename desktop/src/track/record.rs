@@ -4,17 +4,12 @@ use nalgebra::Complex;
 
 use super::operating_point::{OperatingPoint, model};
 use crate::error::Error;
-use crate::fit::data::sigma_m;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::unbalance::phasor_kg_m;
+use crate::units::same_place;
 
 type C = Complex<f64>;
-
-/// Speeds further apart than this, relative, are not compared.
-const SAME_SPEED: f64 = 0.01;
-/// Places closer than this are the same.
-const SAME_PLACE_M: f64 = 1e-6;
 
 /// One reading.
 #[derive(Debug, Clone)]
@@ -45,11 +40,6 @@ impl Day {
     }
 }
 
-/// Whether two speeds are close enough for their readings to be compared as they are: the response turns with speed.
-pub fn same_speed(one: f64, other: f64) -> bool {
-    (one - other).abs() <= SAME_SPEED * one.abs()
-}
-
 /// The day of a reading.
 pub fn time_d(row: usize, reading: &Reading) -> f64 {
     reading.time_d.unwrap_or(row as f64)
@@ -70,7 +60,7 @@ pub fn days(rotor: &Rotor, noise: &Noise, record: &[Reading]) -> Result<Vec<Day>
             point: OperatingPoint::new(&model, r.speed_rad_s())?.with_weights(&weights_kg_m),
             weights_kg_m,
             measured_m: r.probes.clone(),
-            sigma_m: r.probes.iter().map(|y| sigma_m(noise, y.unwrap_or_default())).collect(),
+            sigma_m: r.probes.iter().map(|y| noise.sigma_m(y.unwrap_or_default())).collect(),
         })
     };
     record.iter().enumerate().filter(|(_, r)| r.probes.iter().any(Option::is_some)).map(day).collect()
@@ -81,7 +71,7 @@ fn weights_kg_m(rotor: &Rotor, reading: &Reading) -> Result<Vec<C>, Error> {
     let mut weights = vec![C::from(0.0); rotor.plane.len()];
     let stated = rotor.run.iter().find(|run| Some(&run.name) == reading.run.as_ref());
     for added in stated.iter().flat_map(|run| &run.added_unbalance) {
-        let plane = rotor.plane.iter().position(|p| (p.position_m - added.position_m).abs() < SAME_PLACE_M);
+        let plane = rotor.plane.iter().position(|p| same_place(p.position_m, added.position_m));
         let Some(plane) = plane else {
             let run = reading.run.as_deref().unwrap_or_default();
             let at = added.position_m;

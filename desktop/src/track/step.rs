@@ -12,7 +12,8 @@
 use nalgebra::{Complex, DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::record::{Day, same_speed};
+use super::record::Day;
+use crate::units::same_speed;
 
 type C = Complex<f64>;
 

@@ -50,7 +50,7 @@ impl Machine {
     pub fn values(&self) -> Vec<(f64, f64)> {
         let noise = self.rotor.noise.unwrap();
         let all = self.readings.iter().flat_map(|r| &r.probes).flatten();
-        all.map(|y| (y.norm(), noise.relative * y.norm() + noise.floor_um * 1e-6)).collect()
+        all.map(|y| (y.norm(), noise.sigma_m(*y))).collect()
     }
 
     /// The error that the noise alone makes, and how much it scatters, relative.

@@ -7,8 +7,8 @@ use super::library::Library;
 use super::stated::Weights;
 use super::*;
 use crate::balance::optimum::Criterion;
-use crate::balance::speeds::SAME_SPEED;
 use crate::measurement::{Reading, Series};
+use crate::units::SAME_SPEED;
 
 type C = Complex<f64>;
 

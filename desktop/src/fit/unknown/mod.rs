@@ -14,11 +14,11 @@ use nalgebra::{Complex, DVector};
 use rayon::prelude::*;
 
 use super::hypothesis::Hypothesis;
-use super::whitening::Whitening;
 use super::{Drawing, Effort, Fit, Fitter, singular};
 use crate::error::Error;
-use crate::inference::scatter::Scatter;
 use crate::machine::tolerance::Deviations;
+use crate::statistics::scatter::Scatter;
+use crate::statistics::whitening::Whitening;
 pub use assumption::Assumption;
 use assumption::Shown;
 

@@ -3,7 +3,7 @@
 use super::Checker;
 use crate::error::Error;
 use crate::machine::drawing::{BasisKind, Coupling, Rotor};
-use crate::shaft::mesh::SAME_PLACE_M;
+use crate::units::same_place;
 
 pub(super) fn check(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
     c.unique("[[coupling]] name", rotor.coupling.iter().map(|j| j.name.as_str()))?;
@@ -13,7 +13,7 @@ pub(super) fn check(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
             return c.fail("schema", format!("{} does not know [[coupling]], expected 2", rotor.schema));
         }
         joins(c, rotor, coupling)?;
-        let here = |other: &&Coupling| (other.position_m - coupling.position_m).abs() < SAME_PLACE_M;
+        let here = |other: &&Coupling| same_place(other.position_m, coupling.position_m);
         if let Some(other) = rotor.coupling[..i].iter().find(here) {
             return c
                 .fail(key("position_m"), format!("the coupling \"{}\" is at the same place", other.name));
@@ -41,7 +41,7 @@ fn joins(c: &Checker, rotor: &Rotor, coupling: &Coupling) -> Result<(), Error> {
         Some(*end)
     });
     let meet_m: Vec<f64> = ends.take(rotor.shaft.len() - 1).collect();
-    if meet_m.iter().any(|z| (z - coupling.position_m).abs() < SAME_PLACE_M) {
+    if meet_m.iter().any(|z| same_place(*z, coupling.position_m)) {
         return Ok(());
     }
     let places = meet_m.iter().map(|z| format!("{:.6}", z)).map(|z| z.trim_end_matches('0').to_string());
@@ -65,7 +65,7 @@ fn alone(c: &Checker, rotor: &Rotor, coupling: &Coupling) -> Result<(), Error> {
         r.added_unbalance.iter().map(move |a| (key.clone(), a.position_m))
     });
     let mut all = bearings.chain(disks).chain(probes).chain(planes).chain(weights);
-    match all.find(|(_, z)| (z - coupling.position_m).abs() < SAME_PLACE_M) {
+    match all.find(|(_, z)| same_place(*z, coupling.position_m)) {
         None => Ok(()),
         Some((key, z)) => c.fail(
             key,

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use crate::inference::convergence::Convergence;
+use crate::statistics::convergence::Convergence;
 use crate::track::answer::{Interval, Spread};
 use crate::track::operating_point::Logs;
 

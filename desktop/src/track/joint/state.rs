@@ -248,7 +248,7 @@ impl Layout {
             let difference = (day.measured_m[p].unwrap_or_default() - shown[p]) * 1e6;
             (left[2 * row], left[2 * row + 1]) = (difference.re, difference.im);
             // by what the machine shows, not by what the noise made of it
-            let sigma_um = noise.relative * shown[p].norm() * 1e6 + noise.floor_um;
+            let sigma_um = noise.sigma_m(shown[p]) * 1e6;
             (variance[2 * row], variance[2 * row + 1]) = (sigma_um * sigma_um, sigma_um * sigma_um);
         }
         Some(Linear { slope, left, variance })

@@ -341,7 +341,7 @@ fn measured(
     let noise = rotor.noise.unwrap();
     let shown = machine.response(rad_s(speed_rpm)).unwrap().at(&DVector::from_row_slice(unbalance_kg_m));
     let disturbed = |y: &C| {
-        let sd_m = noise.relative * y.norm() + noise.floor_um * 1e-6;
+        let sd_m = noise.sigma_m(*y);
         Some(y + C::new(random.normal(), random.normal()) * sd_m)
     };
     shown.iter().map(disturbed).collect()

@@ -12,10 +12,10 @@ use clap::Args;
 use rotor_edge_desktop::Error;
 use rotor_edge_desktop::balance::model::from_model;
 use rotor_edge_desktop::balance::places::{Filling, Piece};
-use rotor_edge_desktop::balance::speeds::SAME_SPEED;
 use rotor_edge_desktop::balance::trial_runs::from_trial_runs;
 use rotor_edge_desktop::balance::{Balanced, Plan};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
+use rotor_edge_desktop::units::SAME_SPEED;
 use serde_json::{Value, json};
 
 use super::listener::Listener;

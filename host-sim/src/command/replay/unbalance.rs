@@ -3,8 +3,8 @@
 use anyhow::Result;
 use nalgebra::{Complex, DVector};
 use rotor_edge_desktop::diagnose::Determined;
-use rotor_edge_desktop::identify::{Found, PhaseOne, assumed_noise, noise_scale, unbalance_covariance};
-use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::identify::{Found, PhaseOne, noise_scale, unbalance_covariance};
+use rotor_edge_desktop::machine::drawing::{Noise, Rotor};
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::unbalance::G_MM;
 use serde_json::{Value, json};
@@ -51,7 +51,7 @@ pub fn last(
     let Some(answer) = answers.iter().rfind(fits) else {
         return Ok(Err("the model fits no reading of this record".into()));
     };
-    let noise = rotor.noise.unwrap_or_else(|| assumed_noise(record));
+    let noise = Noise::of(rotor, record);
     let fitted: Vec<Found> = answers.iter().filter(fits).map(found).collect();
     let scale = noise_scale(rotor, &deployment.desktop, &noise, &fitted)?;
     let bearings = phase_one.map(PhaseOne::bearings_covariance);

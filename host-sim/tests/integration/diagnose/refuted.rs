@@ -36,7 +36,7 @@ fn with_a_weight_left_off() -> Case {
         let mut of = |r: &Reading| {
             let shown = model.response(r.speed_rad_s()).unwrap().at(&unbalance);
             let mut noisy = |y: &Complex<f64>| {
-                let sigma_m = noise.relative * y.norm() + noise.floor_um * 1e-6;
+                let sigma_m = noise.sigma_m(*y);
                 Some(y + Complex::new(normal(), normal()) * sigma_m)
             };
             Reading { run: Some(run.into()), probes: shown.iter().map(&mut noisy).collect(), ..r.clone() }

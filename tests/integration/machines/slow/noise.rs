@@ -48,7 +48,7 @@ fn correlated(machine: &Machine, seed: u64) -> Vec<Reading> {
             let e = own
                 .and_modify(|before| *before = *before * CORRELATION + fresh * innovation)
                 .or_insert(fresh);
-            *y = Some(m + *e * (noise.relative * m.norm() + noise.floor_um * 1e-6));
+            *y = Some(m + *e * (noise.sigma_m(*m)));
         }
     }
     readings

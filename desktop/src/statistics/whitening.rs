@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::allowance::Allowance;
 use super::between_runs::{self, Sought};
-use crate::inference::scatter::{Scatter, Series};
+use crate::statistics::scatter::{Scatter, Series};
 
 /// The scatter of one set of data.
 #[derive(Clone)]

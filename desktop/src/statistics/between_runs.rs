@@ -10,9 +10,8 @@ use std::cmp::Ordering;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::data::Data;
 use crate::decomposition::hermitian;
-use crate::inference::scatter::{MOST_BETWEEN_RUNS, Scatter};
+use crate::statistics::scatter::{MOST_BETWEEN_RUNS, Scatter};
 
 /// Usual scatter between runs: on the rig of `tests/integration/rk4.rs` mountings repeat to about one percent.
 const USUAL: f64 = 0.01;
@@ -29,10 +28,10 @@ pub fn doubt(scatter: &Scatter) -> f64 {
 }
 
 /// Change of the readings, in stated noise units, per real and imaginary part of each way in which runs can differ from one another,
-/// where the model predicts this: rows real and imaginary parts of the values. Ways are Helmert's contrasts, each run against the mean
+/// where the model predicts this: rows real and imaginary parts of the values, each known by its run and its standard deviation, m. Ways are Helmert's contrasts, each run against the mean
 /// of those before it: what all runs share is the machine and no scatter. So there are none with one run alone.
-pub fn columns(data: &Data, predicted_m: &[Complex<f64>]) -> DMatrix<f64> {
-    let runs = data.rows.iter().map(|row| row.run + 1).max().unwrap_or(0);
+pub fn columns(values: &[(usize, f64)], predicted_m: &[Complex<f64>]) -> DMatrix<f64> {
+    let runs = values.iter().map(|(run, _)| run + 1).max().unwrap_or(0);
     let ways = runs.saturating_sub(1);
     let contrast = |run: usize, way: usize| {
         let size = ((way + 1) as f64 / (way + 2) as f64).sqrt();
@@ -42,11 +41,10 @@ pub fn columns(data: &Data, predicted_m: &[Complex<f64>]) -> DMatrix<f64> {
             Ordering::Greater => 0.0,
         }
     };
-    let mut columns = DMatrix::zeros(2 * data.count(), 2 * ways);
-    let values = data.rows.iter().flat_map(|row| row.values.iter().map(|v| (row.run, v)));
-    for (i, ((run, v), predicted_m)) in values.zip(predicted_m).enumerate() {
+    let mut columns = DMatrix::zeros(2 * values.len(), 2 * ways);
+    for (i, ((run, sigma_m), predicted_m)) in values.iter().zip(predicted_m).enumerate() {
         for way in 0..ways {
-            let y = predicted_m / v.sigma_m * contrast(run, way);
+            let y = predicted_m / *sigma_m * contrast(*run, way);
             columns.fixed_view_mut::<2, 2>(2 * i, 2 * way).copy_from_slice(&[y.re, y.im, -y.im, y.re]);
         }
     }
@@ -106,7 +104,6 @@ impl Sought {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::data::{Row, Value};
     use rand::rngs::StdRng;
     use rand::{Rng, SeedableRng};
     use rand_distr::StandardNormal;
@@ -132,17 +129,8 @@ mod tests {
 
     #[test]
     fn contrasts_are_orthonormal_and_blind_to_what_all_runs_share() {
-        let value = Value { probe: 0, measured_m: Complex::from(1.0), sigma_m: 1.0 };
-        let row = |run| Row {
-            run,
-            listed: None,
-            speed_rad_s: 1.0,
-            run_share: 1.0,
-            added: vec![],
-            values: vec![value],
-        };
-        let data = Data { rows: (0..5).map(row).collect(), ..Data::default() };
-        let columns = columns(&data, &[Complex::from(1.0); 5]);
+        let values: Vec<(usize, f64)> = (0..5).map(|run| (run, 1.0)).collect();
+        let columns = columns(&values, &[Complex::from(1.0); 5]);
         assert!((columns.tr_mul(&columns) - DMatrix::identity(8, 8)).amax() < 1e-12);
         let shared = DVector::from_fn(10, |i, _| [0.3, -0.7][i % 2]);
         assert!(columns.tr_mul(&shared).amax() < 1e-12);

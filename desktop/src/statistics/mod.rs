@@ -1,0 +1,17 @@
+//! Statistics of measurements and unknowns, without a machine in them.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`scatter`], [`between_runs`] | how measured noise differs from stated: size, correlation, from run to run |
+//! | `allowance`, [`whitening`] | linear errors with a Gaussian prior, and all of it as one correlated noise |
+//! | [`evidence`], [`significance`] | Bayes factors, and the words that they entitle to |
+//! | [`scale`], [`convergence`] | search coordinates; when Markov chains have met |
+
+mod allowance;
+pub mod between_runs;
+pub mod convergence;
+pub mod evidence;
+pub mod scale;
+pub mod scatter;
+pub mod significance;
+pub mod whitening;
