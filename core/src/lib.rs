@@ -33,8 +33,8 @@
 //! Errors are flat and `Copy`; a value refused leaves the state as it was. Equal inputs give equal bits.
 //!
 //! # Features
-//! `can` (default): [`can`] and [`node`]. `command` (default): [`command`], and deployments to a node. `seal`:
-//! readings and results with a code and a freshness. `defmt`: `defmt::Format` for what firmware logs. Without any of them the
+//! `can` (default): [`can`] and [`node`]. `command` (default): [`command`], and deployments to a node. `mac`:
+//! readings and results with a message authentication code. `defmt`: `defmt::Format` for what firmware logs. Without any of them the
 //! rest is there, for firmware with another bus or none.
 //!
 //! # Dependencies, and where each earns its place

@@ -24,14 +24,16 @@ mod conflict_tests;
 #[cfg(test)]
 mod fault_tests;
 mod keeper;
+#[cfg(feature = "mac")]
+mod mac;
+#[cfg(all(test, feature = "mac"))]
+mod mac_tests;
 mod monitor;
+#[cfg(not(feature = "mac"))]
+mod no_mac;
 mod ownership;
 #[cfg(all(test, feature = "command"))]
 mod parts_tests;
-#[cfg(all(test, feature = "seal"))]
-mod seal_tests;
-#[cfg(feature = "seal")]
-mod sealed;
 #[cfg(test)]
 mod simulation;
 #[cfg(test)]
@@ -42,8 +44,6 @@ mod tests;
 mod trial_tests;
 #[cfg(not(feature = "command"))]
 mod uncommanded;
-#[cfg(not(feature = "seal"))]
-mod unsealed;
 mod voice;
 
 use core::marker::PhantomData;
@@ -69,10 +69,10 @@ use commands::Desk;
 pub use config::{NodeConfig, NodeError};
 use keeper::Keeper;
 pub use keeper::Save;
+#[cfg(feature = "mac")]
+use mac::Mac;
 use monitor::{Evaluated, Monitor};
 use ownership::{Due, Ownership};
-#[cfg(feature = "seal")]
-use sealed::Seals;
 #[cfg(not(feature = "command"))]
 use uncommanded::Desk;
 
@@ -91,8 +91,8 @@ pub struct Node<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C
     ownership: Ownership,
     keeper: Keeper,
     desk: Desk,
-    #[cfg(feature = "seal")]
-    seals: Seals,
+    #[cfg(feature = "mac")]
+    mac: Mac,
     next_heartbeat_us: u64,
     announced: Status,
     /// Whether the evidence was too old when that was last looked at.
@@ -130,8 +130,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             ownership: Ownership::new(config.listen_us, config.heartbeat_period_us, config.seed),
             keeper: Keeper::default(),
             desk: Desk::new(),
-            #[cfg(feature = "seal")]
-            seals: Seals::new(),
+            #[cfg(feature = "mac")]
+            mac: Mac::new(),
             next_heartbeat_us: 0,
             announced: Status::default(),
             outdated: false,
@@ -175,8 +175,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         }
         if frame.is_from_node() {
             self.count(|c| &mut c.conflicts);
-            // A seal tells the node's readings and words from anybody's: it need not fall silent for whoever uses its number.
-            if !self.is_sealed() && self.ownership.heard_other(time_us) {
+            // A MAC tells the node's frames from others': the node need not fall silent when another sender uses its number.
+            if !self.is_authenticated() && self.ownership.heard_other(time_us) {
                 // What waits here would meet the other one's frames on the wire.
                 self.queue.clear();
             }
@@ -185,7 +185,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 TYPE_TO_NODE => self.transfer(time_us, frame.bytes()),
                 TYPE_OFFER => self.offered(frame.bytes()),
                 TYPE_PART => self.part(time_us, frame.bytes()),
-                _ if self.is_sealed() => self.take_sealed(time_us, frame),
+                _ if self.is_authenticated() => self.take_authenticated(time_us, frame),
                 _ => self.take_up(time_us, frame),
             }
         }

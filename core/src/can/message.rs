@@ -44,17 +44,17 @@ pub const TYPE_HELD: u8 = 52;
 pub const TYPE_ANSWER_PART: u8 = 53;
 pub const TYPE_VERSION: u8 = 62;
 pub const TYPE_VERSION_QUERY: u8 = 63;
-/// Type of the first frame of a reading's seal.
-#[cfg(feature = "seal")]
-pub const TYPE_READING_FRESHNESS: u8 = 30;
-/// Type of the second frame of a reading's seal.
-#[cfg(feature = "seal")]
+/// Type of the first frame of a reading's MAC.
+#[cfg(feature = "mac")]
+pub const TYPE_READING_NONCE: u8 = 30;
+/// Type of the second frame of a reading's MAC.
+#[cfg(feature = "mac")]
 pub const TYPE_READING_CODE: u8 = 31;
-/// Type of the first frame of the seal on what a node tells.
-#[cfg(feature = "seal")]
-pub const TYPE_TOLD_FRESHNESS: u8 = 45;
-/// Type of the second frame of the seal on what a node tells.
-#[cfg(feature = "seal")]
+/// Type of the first frame of the MAC of what a node tells.
+#[cfg(feature = "mac")]
+pub const TYPE_TOLD_NONCE: u8 = 45;
+/// Type of the second frame of the MAC of what a node tells.
+#[cfg(feature = "mac")]
 pub const TYPE_TOLD_CODE: u8 = 46;
 
 /// Status flag: the reading is suspicious.

@@ -93,7 +93,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 let thresholds = set.and_then(|set| set.try_into().ok());
                 Some(Save::Command { counter, model: model.map(|(model, _)| model), thresholds })
             }
-            None => self.freshness_to_save().or_else(|| self.memory_to_save()),
+            None => self.nonce_to_save().or_else(|| self.memory_to_save()),
         }
     }
 
@@ -102,7 +102,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         match self.desk.pending.take() {
             Some(pending) if !pending.is_counted => self.carry_out(time_us, pending, stored),
             pending => {
-                if pending.is_some() || !self.freshness_saved(stored) {
+                if pending.is_some() || !self.nonce_saved(stored) {
                     self.memory_saved(time_us, stored);
                 }
                 if pending.is_some() {

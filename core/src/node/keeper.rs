@@ -20,8 +20,8 @@ pub enum Save<'a> {
     },
     /// What the node has learned of the machine, for [`Node::restore`](super::Node::restore).
     Memory(MemoryBytes),
-    /// How fresh a reading must be after a restart, for `Node::restore_freshness`. Only with the feature `seal`.
-    Freshness(u64),
+    /// Greatest nonce that is refused after a restart, for `Node::restore_nonce`. Only with the feature `mac`.
+    Nonce(u64),
 }
 
 #[derive(Debug, Clone, Copy, Default)]

@@ -8,8 +8,8 @@ use core::panic::PanicInfo;
 
 use rotor_edge_core::can::isotp::IsoTp;
 use rotor_edge_core::can::parts::{Held, Offer, answer_part, parts_of, request_part};
-#[cfg(feature = "seal")]
-use rotor_edge_core::can::seal::{Direction, Gate, Group, seal};
+#[cfg(feature = "mac")]
+use rotor_edge_core::can::mac::{Direction, Gate, Group, mac_frames};
 use rotor_edge_core::can::slcan::{Decoder, Line, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
@@ -52,8 +52,8 @@ extern "C" fn main() -> i32 {
         frames(model);
     }
     receive_result();
-    #[cfg(feature = "seal")]
-    seals();
+    #[cfg(feature = "mac")]
+    authentication();
     command();
     extraction();
     lines();
@@ -118,13 +118,13 @@ fn judgement(reading: &Reading) {
 /// A node among arbitrary frames at arbitrary times, started from arbitrary bytes, its model replaced meanwhile.
 fn frames(model: Model) {
     let config = NodeConfig { key: Some(Key(black_box([0; 32]))), ..NodeConfig::new(black_box(0)) };
-    #[cfg(feature = "seal")]
-    let config = NodeConfig { sealed: black_box(true), freshness_reserve: black_box(0), ..config };
+    #[cfg(feature = "mac")]
+    let config = NodeConfig { authenticated: black_box(true), nonce_reserve: black_box(0), ..config };
     let Ok(mut node) = Node::<6, 4, 2>::new(black_box(config)) else {
         return;
     };
-    #[cfg(feature = "seal")]
-    node.restore_freshness(black_box(0));
+    #[cfg(feature = "mac")]
+    node.restore_nonce(black_box(0));
     node.restore_counter(black_box(0));
     let _ = black_box(node.restore_thresholds(black_box(&[0; 64])));
     let _ = black_box(node.load(black_box(Err(Reason::NothingStored))));
@@ -142,8 +142,8 @@ fn frames(model: Model) {
             Some(Save::Memory(memory)) => {
                 black_box(memory);
             }
-            Some(Save::Freshness(freshness)) => {
-                black_box(freshness);
+            Some(Save::Nonce(nonce)) => {
+                black_box(nonce);
             }
             None => {}
         }
@@ -161,8 +161,8 @@ fn frames(model: Model) {
 }
 
 /// A gate among arbitrary frames.
-#[cfg(feature = "seal")]
-fn seals() {
+#[cfg(feature = "mac")]
+fn authentication() {
     let (key, direction) = (Key(black_box([0; 32])), black_box(Direction::ToHost));
     let mut gate = Gate::new(direction, black_box(0));
     let mut group = Group::new();
@@ -174,7 +174,7 @@ fn seals() {
         gate.raise(black_box(0));
         black_box((gate.last(), direction.covers(black_box(0))));
     }
-    black_box(seal(&key, direction, black_box(0), black_box(0), &group));
+    black_box(mac_frames(&key, direction, black_box(0), black_box(0), &group));
 }
 
 fn receive_result() {
