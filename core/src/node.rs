@@ -56,7 +56,7 @@ use crate::can::{
 };
 #[cfg(feature = "command")]
 use crate::command::{CODE_BYTES, HEAD_BYTES, MAX_REQUEST_BYTES, TRIAL_BYTES};
-use crate::judge::Verdict;
+use crate::detector::ResidualVerdict;
 use crate::memory::Memory;
 use crate::model::{Model, ModelError};
 use crate::numerics::{InPlace, Numerics};
@@ -242,7 +242,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     fn memory_to_save(&self) -> Option<Save<'_>> {
         let is_on_trial = self.desk.trial_until_us().is_some();
         let is_wanted = self.keeper.is_wanted() && self.model().is_some() && !is_on_trial;
-        is_wanted.then(|| Save::Memory(self.monitor.memory(&self.monitor.judge).encode()))
+        is_wanted.then(|| Save::Memory(self.monitor.memory(&self.monitor.detector).encode()))
     }
 
     fn memory_saved(&mut self, time_us: u64, stored: bool) {
@@ -272,7 +272,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     }
 
     /// The last verdict on the residual; [`Node::status`] tells whether it still stands.
-    pub fn verdict(&self) -> Option<&Verdict> {
+    pub fn verdict(&self) -> Option<&ResidualVerdict> {
         self.monitor.verdict.as_ref()
     }
 
@@ -291,7 +291,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         let age_s = age_us.map_or(f32::INFINITY, |us| us as f32 * 1e-6);
         let is_outdated = age_us.is_some_and(|age_us| age_us > self.age_limit_us());
         let (state, reason, missing_mask) = self.monitor.state(is_outdated);
-        let latched = self.monitor.judge.latched().filter(|_| state != NodeState::NoModel);
+        let latched = self.monitor.detector.latched().filter(|_| state != NodeState::NoModel);
         let state = if latched.is_some() { NodeState::Flagged } else { state };
         let (state, reason) = self.ownership.silence().unwrap_or((state, reason));
         let cause = latched.map_or(Reason::None, |latched| latched.cause);
@@ -331,7 +331,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         if self.ownership.silence().is_some() {
             return self.count(|c| &mut c.skipped);
         }
-        let before = self.monitor.judge;
+        let before = self.monitor.detector;
         let NodeConfig { track, thresholds, .. } = &self.config;
         match self.monitor.evaluate::<C>(track, thresholds, time_us, numbered) {
             Evaluated::Unmodelled => self.count(|c| &mut c.unmodelled),
@@ -343,7 +343,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 if partial {
                     self.count(|c| &mut c.partial);
                 }
-                if self.monitor.judge.has_news_since(&before) {
+                if self.monitor.detector.has_news_since(&before) {
                     self.keeper.changed_much(time_us);
                 } else {
                     self.keeper.changed(time_us, self.config.memory_period_us);
@@ -360,12 +360,12 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     /// When evidence that still counts will be too old.
     fn outdated_at(&self) -> Option<u64> {
-        let judged_us = self.monitor.judge.judged_us().filter(|_| !self.outdated)?;
+        let judged_us = self.monitor.detector.judged_us().filter(|_| !self.outdated)?;
         Some(judged_us.saturating_add(self.age_limit_us()).saturating_add(1))
     }
 
     fn age_us(&self, time_us: u64) -> Option<u64> {
-        self.monitor.judge.judged_us().map(|judged_us| time_us.saturating_sub(judged_us))
+        self.monitor.detector.judged_us().map(|judged_us| time_us.saturating_sub(judged_us))
     }
 
     fn age_limit_us(&self) -> u64 {

@@ -1,7 +1,7 @@
 //! The stages from a reading to an estimate, as a node runs them: screen, average, bound, estimate. What follows, the
-//! judgement of the estimate, is that of [`judge`](crate::judge).
+//! judgement of the estimate, is that of [`detector`](crate::detector).
 
-use crate::judge::{Average, Averaged, Growth};
+use crate::detector::{Average, Averaged, Growth};
 use crate::model::{MAX_PLANES, Model, Pair};
 use crate::numerics::Numerics;
 use crate::reading::{Keyphasor, Reading};

@@ -247,7 +247,7 @@ fn damaged_memory_begins_anew_and_does_not_stop_the_node() {
         let mut damaged = store.clone();
         damaged.memory.as_mut().unwrap()[byte] ^= 0x10;
         let node = damaged.start();
-        assert_eq!((node.status(0).state, node.monitor.judge.is_learning()), (NodeState::Waiting, true));
+        assert_eq!((node.status(0).state, node.monitor.detector.is_learning()), (NodeState::Waiting, true));
     }
     store.memory = Some(Vec::new());
     assert_eq!(store.start().status(0).state, NodeState::Waiting);

@@ -7,14 +7,14 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use rotor_edge_core::can::isotp::IsoTp;
-use rotor_edge_core::can::parts::{Held, Offer, answer_part, parts_of, request_part};
 #[cfg(feature = "mac")]
 use rotor_edge_core::can::mac::{Direction, Gate, Group, mac_frames};
+use rotor_edge_core::can::parts::{Held, Offer, answer_part, parts_of, request_part};
 use rotor_edge_core::can::slcan::{Decoder, Line, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
+use rotor_edge_core::detector::{Average, Detector, Evidence, Growth, noise_floor_um};
 use rotor_edge_core::extraction::{ExtractionConfig, Extractor, KeyphasorDetector};
-use rotor_edge_core::judge::{Average, Evidence, Growth, Judge, noise_floor_um};
 use rotor_edge_core::model;
 use rotor_edge_core::node::{Node, NodeConfig, Save};
 use rotor_edge_core::reading::{ProbeVector, Reading};
@@ -89,7 +89,7 @@ fn numerics(model: &Model) {
 
 /// Arbitrary evidence at arbitrary times.
 fn judgement(reading: &Reading) {
-    let (mut judge, mut average) = (Judge::default(), Average::default());
+    let (mut detector, mut average) = (Detector::default(), Average::default());
     let last_g_mm = black_box([[0.0; 2]; 2]);
     let mut growth = Growth::resume(&black_box([0.0; 2]), &last_g_mm);
     let Ok(thresholds) = Thresholds::decode(black_box(&[0; 64])) else {
@@ -108,11 +108,11 @@ fn judgement(reading: &Reading) {
                 floor_um: noise_floor_um(black_box(0.0), black_box(0)),
                 bearings: black_box([0; 8]),
             };
-            black_box(judge.update(&thresholds, black_box(0), &evidence));
+            black_box(detector.update(&thresholds, black_box(0), &evidence));
         }
     }
-    judge.acknowledge();
-    black_box(judge);
+    detector.acknowledge();
+    black_box(detector);
 }
 
 /// A node among arbitrary frames at arbitrary times, started from arbitrary bytes, its model replaced meanwhile.
