@@ -60,7 +60,7 @@ use crate::detector::ResidualVerdict;
 use crate::memory::Memory;
 use crate::model::{Model, ModelError};
 use crate::numerics::{InPlace, Numerics};
-pub use crate::stages::ABSURD_UM;
+pub use crate::stages::MAX_PLAUSIBLE_UM;
 use crate::state::{NodeState, Reason, Status};
 use crate::thresholds::{ThresholdError, Thresholds};
 use crate::track::Estimate;

@@ -64,7 +64,7 @@ fn silence_then_maximum_vibration_is_never_healthy() {
     let mut vectors = reading(1.0).probes().to_vec();
     for vector in &mut vectors {
         (vector.cos_um, vector.sin_um) = (90.0 * vector.cos_um, 90.0 * vector.sin_um);
-        assert!(vector.cos_um.abs().max(vector.sin_um.abs()) < ABSURD_UM);
+        assert!(vector.cos_um.abs().max(vector.sin_um.abs()) < MAX_PLAUSIBLE_UM);
     }
     vectors[0] = crate::reading::ProbeVector::LOST;
     let shaken = Reading::new(SPEED_RPM, &vectors).unwrap();
