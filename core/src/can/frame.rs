@@ -3,7 +3,7 @@
 use embedded_can::{Id, StandardId};
 
 use super::message::{
-    TYPE_ANSWER_PART, TYPE_HEARTBEAT, TYPE_HELD, TYPE_MODEL, TYPE_RESULT_END, TYPE_STATUS, TYPE_TO_HOST,
+    TYPE_ACK, TYPE_ANSWER_PART, TYPE_HEARTBEAT, TYPE_MODEL, TYPE_RESULT_END, TYPE_STATUS, TYPE_TO_HOST,
     TYPE_TO_NODE, TYPE_VERSION,
 };
 #[cfg(feature = "mac")]
@@ -89,7 +89,7 @@ impl Frame {
             TYPE_STATUS..=TYPE_RESULT_END
                 | TYPE_HEARTBEAT..=TYPE_MODEL
                 | TYPE_TO_HOST
-                | TYPE_HELD..=TYPE_ANSWER_PART
+                | TYPE_ACK..=TYPE_ANSWER_PART
                 | TYPE_VERSION
         )
     }

@@ -38,8 +38,8 @@ pub const TYPE_TO_HOST: u8 = 49;
 pub const TYPE_OFFER: u8 = 50;
 /// Type of a part of a request.
 pub const TYPE_PART: u8 = 51;
-/// Type of what is [`Held`](super::parts::Held).
-pub const TYPE_HELD: u8 = 52;
+/// Type of an [`Ack`](super::parts::Ack).
+pub const TYPE_ACK: u8 = 52;
 /// Type of a part of an answer.
 pub const TYPE_ANSWER_PART: u8 = 53;
 pub const TYPE_VERSION: u8 = 62;

@@ -92,7 +92,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
     }
 
     /// Why there is no model.
-    pub fn lack(&mut self, reason: Reason) {
+    pub fn clear_model(&mut self, reason: Reason) {
         self.model = Err(reason);
         self.checksum = 0;
         self.estimator = None;
@@ -100,7 +100,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
     }
 
     /// Goes on with another model from the unbalance last found, if it has as many planes.
-    pub fn adopt(&mut self, model: Model<SHAPES, PROBES, PLANES>) {
+    pub fn set_model(&mut self, model: Model<SHAPES, PROBES, PLANES>) {
         self.checksum = model.checksum();
         self.model = Ok(model);
         self.begin();

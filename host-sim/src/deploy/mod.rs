@@ -2,8 +2,8 @@
 
 mod acknowledge;
 mod answer;
-mod courier;
 mod key;
+mod parts_client;
 mod transfer;
 pub mod trial;
 
@@ -19,8 +19,8 @@ use crate::bus::CanBus;
 use crate::bus::mac::{Authenticator, Checker};
 pub use acknowledge::acknowledge;
 pub use answer::out_of_bounds;
-pub use courier::{Courier, Standing};
 pub use key::{read_key, write_new_key, write_secret};
+pub use parts_client::{PartsClient, Standing};
 pub use transfer::command;
 
 /// Longest wait for a frame before the clock is looked at.

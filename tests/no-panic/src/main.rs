@@ -9,7 +9,7 @@ use core::panic::PanicInfo;
 use rotor_edge_core::can::isotp::IsoTp;
 #[cfg(feature = "mac")]
 use rotor_edge_core::can::mac::{Direction, Gate, Group, mac_frames};
-use rotor_edge_core::can::parts::{Held, Offer, answer_part, parts_of, request_part};
+use rotor_edge_core::can::parts::{Ack, Offer, answer_part, parts_of, request_part};
 use rotor_edge_core::can::slcan::{Decoder, Line, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
@@ -225,7 +225,7 @@ fn in_parts(request: &[u8]) {
     for _ in 0..black_box(100) {
         black_box(request_part(request, black_box(0)));
         black_box(answer_part(request, black_box(0), black_box(0)));
-        black_box((Offer::decode(black_box(&[0; 8])), Held::decode(black_box(&[0; 8]))));
+        black_box((Offer::decode(black_box(&[0; 8])), Ack::decode(black_box(&[0; 8]))));
         black_box(parts_of(black_box(0)));
     }
 }

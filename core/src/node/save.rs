@@ -1,4 +1,4 @@
-//! What is to be stored, and when the memory is: at once when a flag is raised or lowered, otherwise seldom, for flash wears out.
+//! What is stored, and when the memory is: at once when a flag is raised or lowered, otherwise seldom, for flash wears out.
 
 use crate::memory::MemoryBytes;
 use crate::thresholds::ThresholdBytes;
@@ -25,13 +25,13 @@ pub enum Save<'a> {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Keeper {
+pub(super) struct SaveScheduler {
     due_us: Option<u64>,
     saved_us: Option<u64>,
     wanted: bool,
 }
 
-impl Keeper {
+impl SaveScheduler {
     /// Something has changed. What was never stored since the start is due at once.
     pub fn changed(&mut self, time_us: u64, period_us: u64) {
         let due_us = self.saved_us.map_or(time_us, |saved_us| saved_us.saturating_add(period_us));
