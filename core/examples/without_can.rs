@@ -6,7 +6,7 @@
 mod machine;
 
 use machine::{MachineModel, model, reading};
-use rotor_edge_core::judge::{Evidence, Judge};
+use rotor_edge_core::detector::{Detector, Evidence};
 use rotor_edge_core::memory::Memory;
 use rotor_edge_core::numerics::InPlace;
 use rotor_edge_core::stages::Estimator;
@@ -23,7 +23,7 @@ fn main() {
 
     let (track, thresholds) = (TrackConfig::default(), Thresholds::DEFAULT);
     let mut estimator = Estimator::new(Tracker::new(&model), &[]);
-    let mut judge = Judge::default();
+    let mut detector = Detector::default();
     let mut worn = model.clone();
     worn.supports[1].stiffness_n_m = [[5e7, 0.0], [0.0, 2.5e7]];
 
@@ -43,7 +43,7 @@ fn main() {
                 continue;
             }
         };
-        let verdict = judge.update(&thresholds, time_us, &Evidence::new(&model, &estimate, &averaged));
+        let verdict = detector.update(&thresholds, time_us, &Evidence::new(&model, &estimate, &averaged));
         if second % 30 == 0 {
             let [x, y] = estimate.static_g_mm;
             let ratio = 100.0 * verdict.residual.ratio;
@@ -56,12 +56,16 @@ fn main() {
 
     // A power cut: what was learned comes back from bytes as well, the flag included.
     let most_g_mm = estimator.most_g_mm();
-    let stored = Memory::new(model.checksum(), &judge, estimator.last_g_mm(), &most_g_mm).encode();
+    let stored = Memory::new(model.checksum(), &detector, estimator.last_g_mm(), &most_g_mm).encode();
     let memory = Memory::decode(&stored).expect("just written");
     assert_eq!(memory.model_checksum, model.checksum());
-    let (judge, tracker) = (memory.judge(), Tracker::<2>::resume(&model, &memory.unbalance_g_mm));
-    println!("after a power cut: {:?}, unbalance {:?} g·mm", judge.latched(), tracker.last_g_mm());
-    assert_eq!(judge.latched().and_then(|latched| latched.suspect), Some(1), "bearing 2, counted from zero");
+    let (detector, tracker) = (memory.detector(), Tracker::<2>::resume(&model, &memory.unbalance_g_mm));
+    println!("after a power cut: {:?}, unbalance {:?} g·mm", detector.latched(), tracker.last_g_mm());
+    assert_eq!(
+        detector.latched().and_then(|latched| latched.suspect),
+        Some(1),
+        "bearing 2, counted from zero"
+    );
 }
 
 #[test]

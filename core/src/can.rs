@@ -10,7 +10,7 @@
 //! | 33 | state | 48, 49 | ISO-TP to the node, to the host |
 //! | 34 to 43 | counters, two each | 62 | version |
 //! | 44 | model | 50 to 53 | commands and answers in [numbered parts](parts) |
-//! | 45, 46 | seal on what a node tells | 30, 31 | seal on a reading |
+//! | 45, 46 | MAC of what a node tells | 30, 31 | MAC of a reading |
 //! | | | 63 | version query |
 //!
 //! A reading has as many vectors as the machine has probes, and gap voltages only if some are stated; a result has as
@@ -18,7 +18,7 @@
 //! manifest; tests hold the two against each other.
 //!
 //! Identifier = type·32 + node: a lower type wins the bus whatever the node, and the frames of one reading have rising
-//! identifiers in the order of sending. All numbers are little endian. Seals are an option, the module `seal` of the
+//! identifiers in the order of sending. All numbers are little endian. Message authentication codes (MACs) are an option, the module `mac` of the
 //! feature of that name.
 
 mod assembler;
@@ -26,11 +26,11 @@ mod codec;
 mod counters;
 mod frame;
 pub mod isotp;
+#[cfg(feature = "mac")]
+pub mod mac;
 mod message;
 pub mod parts;
 mod result;
-#[cfg(feature = "seal")]
-pub mod seal;
 pub mod slcan;
 #[cfg(test)]
 mod tests;
@@ -42,7 +42,7 @@ pub use counters::{COUNTER_PAIRS, Counters};
 pub use frame::{BROADCAST_NODE, Frame, MAX_NODE, frame_id};
 pub use message::{
     CanError, FLAG_FLAGGED, FLAG_SUSPICIOUS, GAP_NOT_STATED_MV, Message, OLDEST_PROTOCOL_VERSION,
-    PROTOCOL_VERSION, TYPE_ANSWER_PART, TYPE_HEARTBEAT, TYPE_HELD, TYPE_MODEL, TYPE_OFFER, TYPE_PART,
+    PROTOCOL_VERSION, TYPE_ACK, TYPE_ANSWER_PART, TYPE_HEARTBEAT, TYPE_MODEL, TYPE_OFFER, TYPE_PART,
     TYPE_READING_END, TYPE_READING_START, TYPE_RESULT_END, TYPE_STATE, TYPE_STATUS, TYPE_TO_HOST,
     TYPE_TO_NODE, TYPE_VERSION, TYPE_VERSION_QUERY, flag_at_bound,
 };

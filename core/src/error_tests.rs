@@ -56,11 +56,11 @@ fn errors_of_the_bus_have_distinct_messages() {
     ]);
 }
 
-#[cfg(feature = "seal")]
+#[cfg(feature = "mac")]
 #[test]
-fn seal_errors_have_distinct_messages() {
-    use crate::can::seal::SealError;
-    assert_all_distinct(&variants![SealError: Incomplete Forged Replayed]);
+fn mac_errors_have_distinct_messages() {
+    use crate::can::mac::MacError;
+    assert_all_distinct(&variants![MacError: Incomplete Forged Replayed]);
 }
 
 #[cfg(feature = "can")]

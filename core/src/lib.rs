@@ -11,7 +11,7 @@
 //! | [`track`] | phase II: the estimate of each reading within the bounds given |
 //! | [`stages`] | a reading screened, averaged, bounded and estimated, as a node does it |
 //! | [`residual`] | what the model leaves unexplained in a reading |
-//! | [`judge`] | residuals over time: floor, level, reference, flag, suspected bearing |
+//! | [`detector`] | residuals over time: floor, level, reference, flag, suspected bearing |
 //! | [`thresholds`] | what is judged by, in seconds |
 //! | [`memory`] | what must survive a loss of power |
 //! | [`state`] | what a monitor may say of the machine, and why |
@@ -33,8 +33,8 @@
 //! Errors are flat and `Copy`; a value refused leaves the state as it was. Equal inputs give equal bits.
 //!
 //! # Features
-//! `can` (default): [`can`] and [`node`]. `command` (default): [`command`], and deployments to a node. `seal`:
-//! readings and results with a code and a freshness. `defmt`: `defmt::Format` for what firmware logs. Without any of them the
+//! `can` (default): [`can`] and [`node`]. `command` (default): [`command`], and deployments to a node. `mac`:
+//! readings and results with a message authentication code. `defmt`: `defmt::Format` for what firmware logs. Without any of them the
 //! rest is there, for firmware with another bus or none.
 //!
 //! # Dependencies, and where each earns its place
@@ -67,11 +67,11 @@ pub mod can;
 mod checksum;
 #[cfg(feature = "command")]
 pub mod command;
+pub mod detector;
 #[cfg(test)]
 mod error_tests;
 pub mod extraction;
 pub mod fit;
-pub mod judge;
 mod linear;
 pub mod memory;
 pub mod model;

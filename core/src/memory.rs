@@ -3,7 +3,7 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::judge::{Judge, Latched, Learned, Level};
+use crate::detector::{Baseline, Detector, Latched, Level};
 use crate::model::{MAX_PLANES, Pair};
 use crate::packed::{pack_checked, unpack_checked};
 use crate::state::Reason;
@@ -23,15 +23,15 @@ pub struct Memory {
     level_um: Option<f32>,
     level_weight_s: f32,
     reference_um: Option<f32>,
-    taught_s: f32,
-    taught_readings: u8,
+    learned_s: f32,
+    learned_readings: u8,
     streak: u16,
     suspicious_s: f32,
     /// Cause of the latched flag, zero without one.
     cause: u8,
     suspect: Option<u8>,
     pub unbalance_g_mm: Vec<Pair, MAX_PLANES>,
-    /// Upper limit of the unbalance, [`Growth::most_g_mm`](crate::judge::Growth::most_g_mm).
+    /// Upper limit of the unbalance, [`Growth::most_g_mm`](crate::detector::Growth::most_g_mm).
     pub most_g_mm: Vec<f32, MAX_PLANES>,
 }
 
@@ -39,23 +39,23 @@ impl Memory {
     /// What is to be remembered now; the bounds of planes that are not there are left out.
     pub fn new(
         model_checksum: u32,
-        judge: &Judge,
+        detector: &Detector,
         unbalance_g_mm: &[Pair],
         most_g_mm: &[f32; MAX_PLANES],
     ) -> Self {
-        let learned = judge.learned();
+        let baseline = detector.baseline();
         Self {
             version: VERSION,
             model_checksum,
-            level_um: learned.level.mean(),
-            level_weight_s: learned.level.weight_s(),
-            reference_um: learned.reference_um,
-            taught_s: learned.taught_s,
-            taught_readings: learned.taught_readings,
-            streak: learned.streak,
-            suspicious_s: learned.suspicious_s,
-            cause: learned.latched.map_or(0, |latched| latched.cause as u8),
-            suspect: learned.latched.and_then(|latched| latched.suspect),
+            level_um: baseline.level.mean(),
+            level_weight_s: baseline.level.weight_s(),
+            reference_um: baseline.reference_um,
+            learned_s: baseline.learned_s,
+            learned_readings: baseline.learned_readings,
+            streak: baseline.streak,
+            suspicious_s: baseline.suspicious_s,
+            cause: baseline.latched.map_or(0, |latched| latched.cause as u8),
+            suspect: baseline.latched.and_then(|latched| latched.suspect),
             unbalance_g_mm: unbalance_g_mm.iter().copied().take(MAX_PLANES).collect(),
             most_g_mm: most_g_mm.iter().copied().take(unbalance_g_mm.len()).collect(),
         }
@@ -73,15 +73,15 @@ impl Memory {
         unpack_checked(bytes).filter(|memory: &Self| memory.version == VERSION)
     }
 
-    /// The judge that goes on from here.
-    pub fn judge(&self) -> Judge {
+    /// The detector that goes on from here.
+    pub fn detector(&self) -> Detector {
         let positive = |number: f32| if number.is_finite() { number.max(0.0) } else { 0.0 };
         let cause = Reason::from_code(self.cause).filter(|cause| *cause != Reason::None);
-        Judge::resume(Learned {
+        Detector::resume(Baseline {
             level: Level::resume(self.level_um, self.level_weight_s),
             reference_um: self.reference_um.filter(|reference| reference.is_finite() && *reference >= 0.0),
-            taught_s: positive(self.taught_s),
-            taught_readings: self.taught_readings,
+            learned_s: positive(self.learned_s),
+            learned_readings: self.learned_readings,
             streak: self.streak,
             suspicious_s: positive(self.suspicious_s),
             latched: cause.map(|cause| Latched { cause, suspect: self.suspect }),
@@ -95,12 +95,12 @@ mod tests {
 
     const MOST: [f32; MAX_PLANES] = [9.0, 8.0, 7.0, 6.0];
 
-    fn remembered() -> Judge {
-        Judge::resume(Learned {
+    fn remembered() -> Detector {
+        Detector::resume(Baseline {
             level: Level::resume(Some(2.5), 864_000.0),
             reference_um: Some(1.5),
-            taught_s: 61.0,
-            taught_readings: 255,
+            learned_s: 61.0,
+            learned_readings: 255,
             streak: u16::MAX,
             suspicious_s: 11.0,
             latched: Some(Latched { cause: Reason::Jump, suspect: Some(6) }),
@@ -113,13 +113,13 @@ mod tests {
         let memory = Memory::new(u32::MAX, &remembered(), &unbalance, &MOST);
         let mut bytes = memory.encode();
         assert!((60..=MEMORY_BYTES).contains(&bytes.len()), "{}", bytes.len());
-        let two = Memory::new(7, &Judge::default(), &unbalance[..2], &MOST);
+        let two = Memory::new(7, &Detector::default(), &unbalance[..2], &MOST);
         assert!(two.encode().len() <= 72);
         while bytes.push(0xff).is_ok() {}
         let again = Memory::decode(&bytes).unwrap();
-        assert_eq!((again.judge(), again.unbalance_g_mm.as_slice()), (remembered(), &unbalance[..]));
+        assert_eq!((again.detector(), again.unbalance_g_mm.as_slice()), (remembered(), &unbalance[..]));
         assert_eq!(again.most_g_mm, MOST);
-        assert_eq!(Memory::decode(&two.encode()).unwrap().judge(), Judge::default());
+        assert_eq!(Memory::decode(&two.encode()).unwrap().detector(), Detector::default());
     }
 
     #[test]
@@ -141,10 +141,10 @@ mod tests {
     fn a_record_with_numbers_that_cannot_be_starts_without_them() {
         let mut spoilt = Memory::new(7, &remembered(), &[], &MOST);
         (spoilt.level_um, spoilt.reference_um) = (Some(f32::NAN), Some(-1.0));
-        (spoilt.taught_s, spoilt.suspicious_s, spoilt.cause) = (f32::INFINITY, -3.0, 77);
-        let judge = spoilt.judge();
-        let learned = judge.learned();
-        assert_eq!((learned.level.mean(), learned.reference_um, learned.latched), (None, None, None));
-        assert_eq!((learned.taught_s, learned.suspicious_s), (0.0, 0.0));
+        (spoilt.learned_s, spoilt.suspicious_s, spoilt.cause) = (f32::INFINITY, -3.0, 77);
+        let detector = spoilt.detector();
+        let baseline = detector.baseline();
+        assert_eq!((baseline.level.mean(), baseline.reference_um, baseline.latched), (None, None, None));
+        assert_eq!((baseline.learned_s, baseline.suspicious_s), (0.0, 0.0));
     }
 }

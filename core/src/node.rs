@@ -23,28 +23,28 @@ mod config;
 mod conflict_tests;
 #[cfg(test)]
 mod fault_tests;
-mod keeper;
+#[cfg(feature = "mac")]
+mod mac;
+#[cfg(all(test, feature = "mac"))]
+mod mac_tests;
 mod monitor;
+#[cfg(not(feature = "command"))]
+mod no_command;
+#[cfg(not(feature = "mac"))]
+mod no_mac;
 mod ownership;
 #[cfg(all(test, feature = "command"))]
 mod parts_tests;
-#[cfg(all(test, feature = "seal"))]
-mod seal_tests;
-#[cfg(feature = "seal")]
-mod sealed;
+mod save;
 #[cfg(test)]
 mod simulation;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
 mod tests;
+mod transmit;
 #[cfg(all(test, feature = "command"))]
 mod trial_tests;
-#[cfg(not(feature = "command"))]
-mod uncommanded;
-#[cfg(not(feature = "seal"))]
-mod unsealed;
-mod voice;
 
 use core::marker::PhantomData;
 
@@ -56,25 +56,25 @@ use crate::can::{
 };
 #[cfg(feature = "command")]
 use crate::command::{CODE_BYTES, HEAD_BYTES, MAX_REQUEST_BYTES, TRIAL_BYTES};
-use crate::judge::Verdict;
+use crate::detector::ResidualVerdict;
 use crate::memory::Memory;
 use crate::model::{Model, ModelError};
 use crate::numerics::{InPlace, Numerics};
-pub use crate::stages::ABSURD_UM;
+pub use crate::stages::MAX_PLAUSIBLE_UM;
 use crate::state::{NodeState, Reason, Status};
 use crate::thresholds::{ThresholdError, Thresholds};
 use crate::track::Estimate;
 #[cfg(feature = "command")]
-use commands::Desk;
+use commands::CommandHandler;
 pub use config::{NodeConfig, NodeError};
-use keeper::Keeper;
-pub use keeper::Save;
+#[cfg(feature = "mac")]
+use mac::Mac;
 use monitor::{Evaluated, Monitor};
-use ownership::{Due, Ownership};
-#[cfg(feature = "seal")]
-use sealed::Seals;
 #[cfg(not(feature = "command"))]
-use uncommanded::Desk;
+use no_command::CommandHandler;
+use ownership::{Due, Ownership};
+pub use save::Save;
+use save::SaveScheduler;
 
 /// Frames waiting to be sent, at most.
 pub const QUEUE_FRAMES: usize = 32;
@@ -89,10 +89,10 @@ pub struct Node<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C
     monitor: Monitor<SHAPES, PROBES, PLANES>,
     assembler: Assembler,
     ownership: Ownership,
-    keeper: Keeper,
-    desk: Desk,
-    #[cfg(feature = "seal")]
-    seals: Seals,
+    save_scheduler: SaveScheduler,
+    handler: CommandHandler,
+    #[cfg(feature = "mac")]
+    mac: Mac,
     next_heartbeat_us: u64,
     announced: Status,
     /// Whether the evidence was too old when that was last looked at.
@@ -128,10 +128,10 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             monitor: Monitor::new(),
             assembler: Assembler::new(),
             ownership: Ownership::new(config.listen_us, config.heartbeat_period_us, config.seed),
-            keeper: Keeper::default(),
-            desk: Desk::new(),
-            #[cfg(feature = "seal")]
-            seals: Seals::new(),
+            save_scheduler: SaveScheduler::default(),
+            handler: CommandHandler::new(),
+            #[cfg(feature = "mac")]
+            mac: Mac::new(),
             next_heartbeat_us: 0,
             announced: Status::default(),
             outdated: false,
@@ -153,7 +153,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     pub fn load(&mut self, stored: Result<&[u8], Reason>) -> Result<(), Reason> {
         let loaded = stored.and_then(|bytes| self.monitor.decode::<C>(bytes, false).map_err(why_no_model));
         if let Err(reason) = loaded {
-            self.monitor.lack(reason);
+            self.monitor.clear_model(reason);
         }
         loaded
     }
@@ -175,8 +175,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         }
         if frame.is_from_node() {
             self.count(|c| &mut c.conflicts);
-            // A seal tells the node's readings and words from anybody's: it need not fall silent for whoever uses its number.
-            if !self.is_sealed() && self.ownership.heard_other(time_us) {
+            // A MAC tells the node's frames from others': the node need not fall silent when another sender uses its number.
+            if !self.is_authenticated() && self.ownership.heard_other(time_us) {
                 // What waits here would meet the other one's frames on the wire.
                 self.queue.clear();
             }
@@ -185,11 +185,11 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 TYPE_TO_NODE => self.transfer(time_us, frame.bytes()),
                 TYPE_OFFER => self.offered(frame.bytes()),
                 TYPE_PART => self.part(time_us, frame.bytes()),
-                _ if self.is_sealed() => self.take_sealed(time_us, frame),
+                _ if self.is_authenticated() => self.take_authenticated(time_us, frame),
                 _ => self.take_up(time_us, frame),
             }
         }
-        self.keeper.poll(time_us);
+        self.save_scheduler.poll(time_us);
         self.announce(time_us);
     }
 
@@ -204,13 +204,13 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     pub fn poll(&mut self, time_us: u64) {
         self.assembler.poll(self.config.reading_timeout_us, time_us);
         let due = self.ownership.poll(time_us);
-        self.keeper.poll(time_us);
+        self.save_scheduler.poll(time_us);
         if due == Due::State {
             self.tell_state(time_us);
         }
         if self.may_send() {
             self.poll_transfer(time_us);
-            if due == Due::Voice || time_us >= self.next_heartbeat_us {
+            if due == Due::MaySend || time_us >= self.next_heartbeat_us {
                 self.next_heartbeat_us = time_us.saturating_add(self.config.heartbeat_period_us);
                 self.heartbeat(time_us);
             }
@@ -222,15 +222,15 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     pub fn poll_at(&self) -> u64 {
         let waits = !self.queue.is_full();
         let mut earliest_us = if self.may_send() {
-            self.next_heartbeat_us.min(self.desk.poll_at().filter(|_| waits).unwrap_or(u64::MAX))
+            self.next_heartbeat_us.min(self.handler.poll_at().filter(|_| waits).unwrap_or(u64::MAX))
         } else {
             u64::MAX
         };
         for at_us in [
             self.assembler.poll_at(self.config.reading_timeout_us),
             self.ownership.poll_at(),
-            self.keeper.poll_at(),
-            self.desk.trial_until_us(),
+            self.save_scheduler.poll_at(),
+            self.handler.trial_until_us(),
             self.outdated_at(),
         ] {
             earliest_us = earliest_us.min(at_us.unwrap_or(u64::MAX));
@@ -240,13 +240,13 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     /// The memory of a model on trial is not stored: that of the model before would be lost.
     fn memory_to_save(&self) -> Option<Save<'_>> {
-        let is_on_trial = self.desk.trial_until_us().is_some();
-        let is_wanted = self.keeper.is_wanted() && self.model().is_some() && !is_on_trial;
-        is_wanted.then(|| Save::Memory(self.monitor.memory(&self.monitor.judge).encode()))
+        let is_on_trial = self.handler.trial_until_us().is_some();
+        let is_wanted = self.save_scheduler.is_wanted() && self.model().is_some() && !is_on_trial;
+        is_wanted.then(|| Save::Memory(self.monitor.memory(&self.monitor.detector).encode()))
     }
 
     fn memory_saved(&mut self, time_us: u64, stored: bool) {
-        self.keeper.saved(time_us, stored);
+        self.save_scheduler.saved(time_us, stored);
         if !stored {
             self.count(|c| &mut c.unsaved);
         }
@@ -272,7 +272,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     }
 
     /// The last verdict on the residual; [`Node::status`] tells whether it still stands.
-    pub fn verdict(&self) -> Option<&Verdict> {
+    pub fn verdict(&self) -> Option<&ResidualVerdict> {
         self.monitor.verdict.as_ref()
     }
 
@@ -291,7 +291,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         let age_s = age_us.map_or(f32::INFINITY, |us| us as f32 * 1e-6);
         let is_outdated = age_us.is_some_and(|age_us| age_us > self.age_limit_us());
         let (state, reason, missing_mask) = self.monitor.state(is_outdated);
-        let latched = self.monitor.judge.latched().filter(|_| state != NodeState::NoModel);
+        let latched = self.monitor.detector.latched().filter(|_| state != NodeState::NoModel);
         let state = if latched.is_some() { NodeState::Flagged } else { state };
         let (state, reason) = self.ownership.silence().unwrap_or((state, reason));
         let cause = latched.map_or(Reason::None, |latched| latched.cause);
@@ -310,9 +310,9 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         model: Model<SHAPES, PROBES, PLANES>,
     ) -> Result<(), NodeError> {
         model.check_by::<C>()?;
-        self.monitor.adopt(model);
-        self.keeper.changed_much(time_us);
-        self.keeper.poll(time_us);
+        self.monitor.set_model(model);
+        self.save_scheduler.changed_much(time_us);
+        self.save_scheduler.poll(time_us);
         Ok(())
     }
 
@@ -321,8 +321,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     pub fn restart(&mut self, time_us: u64) {
         self.monitor.restart();
         self.assembler.restart();
-        self.keeper.changed_much(time_us);
-        self.keeper.poll(time_us);
+        self.save_scheduler.changed_much(time_us);
+        self.save_scheduler.poll(time_us);
     }
 
     /// Not inlined: its stack is not that of a command as well.
@@ -331,7 +331,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         if self.ownership.silence().is_some() {
             return self.count(|c| &mut c.skipped);
         }
-        let before = self.monitor.judge;
+        let before = self.monitor.detector;
         let NodeConfig { track, thresholds, .. } = &self.config;
         match self.monitor.evaluate::<C>(track, thresholds, time_us, numbered) {
             Evaluated::Unmodelled => self.count(|c| &mut c.unmodelled),
@@ -343,10 +343,10 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 if partial {
                     self.count(|c| &mut c.partial);
                 }
-                if self.monitor.judge.has_news_since(&before) {
-                    self.keeper.changed_much(time_us);
+                if self.monitor.detector.has_news_since(&before) {
+                    self.save_scheduler.changed_much(time_us);
                 } else {
-                    self.keeper.changed(time_us, self.config.memory_period_us);
+                    self.save_scheduler.changed(time_us, self.config.memory_period_us);
                 }
                 self.tell::<MAX_RESULT_FRAMES>(result_frames(self.config.node, &result));
             }
@@ -360,12 +360,12 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     /// When evidence that still counts will be too old.
     fn outdated_at(&self) -> Option<u64> {
-        let judged_us = self.monitor.judge.judged_us().filter(|_| !self.outdated)?;
+        let judged_us = self.monitor.detector.judged_us().filter(|_| !self.outdated)?;
         Some(judged_us.saturating_add(self.age_limit_us()).saturating_add(1))
     }
 
     fn age_us(&self, time_us: u64) -> Option<u64> {
-        self.monitor.judge.judged_us().map(|judged_us| time_us.saturating_sub(judged_us))
+        self.monitor.detector.judged_us().map(|judged_us| time_us.saturating_sub(judged_us))
     }
 
     fn age_limit_us(&self) -> u64 {

@@ -94,9 +94,9 @@ pub fn polish<const PROBES: usize, const PLANES: usize>(
     within_bounds(fit, &mut tableau, free_residual_um)
 }
 
-/// As [`polish`], from a `start` that another problem much like this one led to: where it lies on a bound, the descent begins
+/// As [`polish`], warm-started from the solution of a similar problem: where it lies on a bound, the descent begins
 /// with the tangent there, and does not learn what is left without bounds. It stops where the certificate holds.
-pub(crate) fn polish_again<const PROBES: usize, const PLANES: usize>(
+pub(crate) fn polish_warm<const PROBES: usize, const PLANES: usize>(
     fit: &Fit<PROBES, PLANES>,
     start: [Pair; PLANES],
 ) -> Polished<PLANES> {

@@ -1,7 +1,7 @@
 //! The stages from a reading to an estimate, as a node runs them: screen, average, bound, estimate. What follows, the
-//! judgement of the estimate, is that of [`judge`](crate::judge).
+//! judgement of the estimate, is that of [`detector`](crate::detector).
 
-use crate::judge::{Average, Averaged, Growth};
+use crate::detector::{Average, Averaged, Growth};
 use crate::model::{MAX_PLANES, Model, Pair};
 use crate::numerics::Numerics;
 use crate::reading::{Keyphasor, Reading};
@@ -11,7 +11,7 @@ use crate::thresholds::Thresholds;
 use crate::track::{Estimate, TrackConfig, TrackError, Tracker};
 
 /// No probe reads more than this, µm: a feature beyond it is a fault of transmission or scaling.
-pub const ABSURD_UM: f32 = 10_000.0;
+pub const MAX_PLAUSIBLE_UM: f32 = 10_000.0;
 
 /// A reading with at least one usable probe.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +57,7 @@ pub fn screen<const N: usize, const PROBES: usize, const PLANES: usize>(
     if !model.covers(reading.speed_rpm) {
         return Err(Unusable::Rejected(Reason::Speed));
     }
-    if is_absurd(reading) {
+    if is_implausible(reading) {
         return Err(Unusable::Rejected(Reason::Absurd));
     }
     let all = all_probes(reading);
@@ -77,8 +77,11 @@ pub fn screen<const N: usize, const PROBES: usize, const PLANES: usize>(
 }
 
 /// A lost probe (NaN) is not absurd.
-fn is_absurd(reading: &Reading) -> bool {
-    reading.probes().iter().any(|probe| probe.cos_um.abs() > ABSURD_UM || probe.sin_um.abs() > ABSURD_UM)
+fn is_implausible(reading: &Reading) -> bool {
+    reading
+        .probes()
+        .iter()
+        .any(|probe| probe.cos_um.abs() > MAX_PLAUSIBLE_UM || probe.sin_um.abs() > MAX_PLAUSIBLE_UM)
 }
 
 fn all_probes(reading: &Reading) -> u8 {
@@ -175,7 +178,7 @@ mod tests {
             (three, Reason::ProbeCount),
             (reading(0.5 * lowest_rpm, 1.0), Reason::Speed),
             (reading(f32::NAN, 1.0), Reason::Speed),
-            (reading(lowest_rpm, -1.01 * ABSURD_UM), Reason::Absurd),
+            (reading(lowest_rpm, -1.01 * MAX_PLAUSIBLE_UM), Reason::Absurd),
         ] {
             assert_eq!(screened(&reading), Err(Unusable::Rejected(reason)));
         }

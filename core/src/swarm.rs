@@ -21,14 +21,14 @@ pub struct SwarmConfig {
     /// Share of its velocity a particle keeps.
     pub inertia: f32,
     /// Pull towards the best place the particle itself has seen.
-    pub own_pull: f32,
+    pub cognitive: f32,
     /// Pull towards the best place any particle has seen.
-    pub swarm_pull: f32,
+    pub social: f32,
 }
 
 impl Default for SwarmConfig {
     fn default() -> Self {
-        Self { iterations: 20, inertia: 0.6, own_pull: 1.4, swarm_pull: 1.6 }
+        Self { iterations: 20, inertia: 0.6, cognitive: 1.4, social: 1.6 }
     }
 }
 
@@ -100,8 +100,8 @@ fn advance<const PROBES: usize, const PLANES: usize>(
     for ((place, velocity), (own, swarm)) in moved.zip(goals).take(2 * fit.planes()) {
         let [a, b] = two_fractions(random);
         *velocity = config.inertia * *velocity
-            + config.own_pull * a * (own - *place)
-            + config.swarm_pull * b * (swarm - *place);
+            + config.cognitive * a * (own - *place)
+            + config.social * b * (swarm - *place);
         *place += *velocity;
     }
     particle.place = confine(fit, particle.place);

@@ -21,7 +21,7 @@ use heapless::Vec;
 
 use crate::fit::Fit;
 use crate::model::{MAX_PLANES, Model, Pair};
-use crate::polish::{Polished, free_residual_um, polish, polish_again};
+use crate::polish::{Polished, free_residual_um, polish, polish_warm};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 use crate::residual::Residual;
 use crate::response::{Motion, Response, ResponseError, SupportAmplitudes};
@@ -226,7 +226,7 @@ impl<const PLANES: usize> Tracker<PLANES> {
             motion.solve(model, speed, &rounds.amplitudes)?;
             let at_speed = motion.read(model, speed, &rounds.amplitudes)?;
             let fit = Fit::of_reading(&at_speed, reading, &bounds);
-            let mut found = if rounds.count == 0 { polish(&fit, start) } else { polish_again(&fit, start) };
+            let mut found = if rounds.count == 0 { polish(&fit, start) } else { polish_warm(&fit, start) };
             start = found.unbalance_g_mm;
             let most = if found.at_bound.contains(&true) {
                 config.amplitude_rounds.min(ROUNDS_AT_BOUND)

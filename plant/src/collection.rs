@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::Result;
 
 use crate::item::Item;
-use crate::keeper::Keeper;
+use crate::sink::Sink;
 use crate::stream::Stream;
 
 /// Items that are committed together, at most.
@@ -31,7 +31,7 @@ pub struct Totals {
 pub fn run(
     stream: &Stream,
     name: &str,
-    store: &mut dyn Keeper,
+    store: &mut dyn Sink,
     stop: &AtomicBool,
     tell: fn(&str),
 ) -> Result<Totals> {
@@ -65,7 +65,7 @@ pub fn run(
 }
 
 /// Puts items until the store takes them. The server hands them out again meanwhile; those are stored once.
-fn keep(store: &mut dyn Keeper, items: &[Item], stop: &AtomicBool, tell: fn(&str)) -> Result<()> {
+fn keep(store: &mut dyn Sink, items: &[Item], stop: &AtomicBool, tell: fn(&str)) -> Result<()> {
     if items.is_empty() {
         return Ok(());
     }

@@ -9,8 +9,8 @@ use postgres::{Client, GenericClient, NoTls};
 use rusqlite::types::Value;
 
 use crate::item::{Item, Kind, Source};
-use crate::keeper::{Keeper, is_kept};
 use crate::numbering::Last;
+use crate::sink::{Sink, is_kept};
 use crate::store::{MIGRATIONS, VERSION, rows};
 
 /// Of whoever brings the schema up to date.
@@ -146,7 +146,7 @@ fn source_id(client: &mut impl GenericClient, source: &Source) -> Result<i64> {
     Ok(client.query_one(sql, &[plant, bus, &node])?.get(0))
 }
 
-impl Keeper for Database {
+impl Sink for Database {
     fn claim(&mut self, plant: &str, bus: &str) -> Result<()> {
         let key = format!("{}:{plant}:{bus}", plant.len());
         if !locked(&mut self.client, &key)? {

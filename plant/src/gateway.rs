@@ -1,4 +1,4 @@
-//! From CAN buses into a keeper: a thread listens to each bus, one writes.
+//! From CAN buses into a sink: a thread listens to each bus, one writes.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -11,15 +11,15 @@ use rotor_edge_core::can::{OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION};
 
 use crate::hearing::Hearing;
 use crate::item::{Body, Item};
-use crate::keeper::Keeper;
+use crate::sink::Sink;
 
 /// Items are kept together that come within this time,
 const TOGETHER: Duration = Duration::from_millis(200);
 /// and at most so many at once.
 const MOST_TOGETHER: usize = 2_000;
-/// Items that wait in memory while the keeper takes none: some 100 MB, seven minutes of a bus with 30 monitors.
+/// Items that wait in memory while the sink takes none: some 100 MB, seven minutes of a bus with 30 monitors.
 const MOST_WAITING: usize = 250_000;
-/// Wait before the keeper is asked again.
+/// Wait before the sink is asked again.
 const AGAIN: Duration = Duration::from_secs(1);
 /// How long a bus is listened to before somebody looks whether to end.
 const LOOK: Duration = Duration::from_millis(100);
@@ -35,7 +35,7 @@ pub struct Named {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Totals {
     pub kept: u64,
-    /// Items for which there was no room while the keeper took none.
+    /// Items for which there was no room while the sink took none.
     pub lost: u64,
 }
 
@@ -46,17 +46,17 @@ pub struct Totals {
 pub fn run(
     plant: &str,
     buses: &[Named],
-    keeper: &mut dyn Keeper,
+    sink: &mut dyn Sink,
     stop: &AtomicBool,
     tell: fn(&str),
 ) -> Result<Totals> {
     let mut joined = Vec::new();
     for Named { name, spec } in buses {
         let bus = spec.open_lasting(tell)?;
-        joined.push((bus, Hearing::new(plant, name, keeper.last(plant, name)?)));
+        joined.push((bus, Hearing::new(plant, name, sink.last(plant, name)?)));
     }
     let names: Vec<&str> = buses.iter().map(|bus| bus.name.as_str()).collect();
-    tell(&format!("From {} of {plant} to {}; Ctrl-C ends it.", names.join(", "), keeper.description()));
+    tell(&format!("From {} of {plant} to {}; Ctrl-C ends it.", names.join(", "), sink.description()));
     let (heard, to_keep) = channel();
     let backlog = &Backlog::default();
     std::thread::scope(|scope| {
@@ -68,7 +68,7 @@ pub fn run(
             })
             .collect();
         drop(heard);
-        let writer = Writer { keeper, tell, backlog, waiting: Vec::new(), again: None, kept: 0 };
+        let writer = Writer { sink, tell, backlog, waiting: Vec::new(), again: None, kept: 0 };
         let kept = writer.run(&to_keep);
         for listener in listeners {
             listener.join().unwrap_or_else(|_| bail!("a bus could not be listened to any more"))?;
@@ -77,7 +77,7 @@ pub fn run(
     })
 }
 
-/// What was heard and is not kept yet. A bus does not wait: whoever listens to it must go on while a keeper is slow.
+/// What was heard and is not kept yet. A bus does not wait: whoever listens to it must go on while a sink is slow.
 #[derive(Default)]
 struct Backlog {
     waiting: AtomicUsize,
@@ -139,11 +139,11 @@ fn listen(
 
 /// Takes what was heard and has it kept.
 struct Writer<'a> {
-    keeper: &'a mut dyn Keeper,
+    sink: &'a mut dyn Sink,
     tell: fn(&str),
     backlog: &'a Backlog,
     waiting: Vec<Item>,
-    /// When a keeper that takes nothing is asked again.
+    /// When a sink that takes nothing is asked again.
     again: Option<Instant>,
     kept: u64,
 }
@@ -179,8 +179,8 @@ impl Writer<'_> {
     fn keep(&mut self) -> Result<()> {
         while !self.waiting.is_empty() {
             let batch = self.waiting.len().min(MOST_TOGETHER);
-            let name = self.keeper.description();
-            if let Err(error) = self.keeper.put(&self.waiting[..batch]) {
+            let name = self.sink.description();
+            if let Err(error) = self.sink.put(&self.waiting[..batch]) {
                 if self.again.is_none() {
                     (self.tell)(&format!(
                         "{name} takes nothing any more ({error:#}); what is heard waits, and it is asked again"
@@ -213,7 +213,7 @@ mod tests {
         kept: Vec<Item>,
     }
 
-    impl Keeper for Moody {
+    impl Sink for Moody {
         fn claim(&mut self, _: &str, _: &str) -> Result<()> {
             Ok(())
         }
@@ -252,11 +252,11 @@ mod tests {
     }
 
     fn written(failures: usize, count: u16) -> (Result<u64>, Vec<Item>) {
-        let mut keeper = Moody { failures, kept: Vec::new() };
+        let mut sink = Moody { failures, kept: Vec::new() };
         let (heard, to_keep) = channel();
         let backlog = Backlog { waiting: AtomicUsize::new(count.into()), lost: AtomicU64::new(0) };
         let writer = Writer {
-            keeper: &mut keeper,
+            sink: &mut sink,
             tell: |_| {},
             backlog: &backlog,
             waiting: Vec::new(),
@@ -266,8 +266,8 @@ mod tests {
         items(count).into_iter().for_each(|item| heard.send(item).unwrap());
         drop(heard);
         let kept = writer.run(&to_keep);
-        assert_eq!(backlog.waiting.into_inner(), usize::from(count) - keeper.kept.len());
-        (kept, keeper.kept)
+        assert_eq!(backlog.waiting.into_inner(), usize::from(count) - sink.kept.len());
+        (kept, sink.kept)
     }
 
     #[test]

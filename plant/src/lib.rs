@@ -5,11 +5,11 @@
 //! | [`item`] | one thing that was told, and its identity |
 //! | [`numbering`] | numbers of 16 bits as an epoch and a number within it |
 //! | [`hearing`] | frames of a bus, put together into items |
-//! | [`keeper`] | what keeps items: they are durable when it returns |
+//! | [`sink`] | a store of items: they are durable when it returns |
 //! | [`store`] | an SQLite file with its schema |
 //! | [`database`] | a PostgreSQL database with the same schema |
 //! | [`stream`] | a stream of NATS JetStream |
-//! | [`gateway`] | buses into a keeper |
+//! | [`gateway`] | buses into a sink |
 //! | [`collection`] | a stream into a store |
 //! | [`export`] | a file's days as Parquet |
 //! | [`fleet`] | jobs over many machines, their queue and who works on them |
@@ -24,8 +24,8 @@ pub mod fleet;
 pub mod gateway;
 pub mod hearing;
 pub mod item;
-pub mod keeper;
 pub mod live;
 pub mod numbering;
+pub mod sink;
 pub mod store;
 pub mod stream;

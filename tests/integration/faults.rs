@@ -1,8 +1,8 @@
 //! Faults on the bus, swept: what is detected, what is lost, and that nothing wrong ever comes out.
 
-mod courier;
 mod deployment;
 mod disturbances;
+mod parts_client;
 mod scene;
 
 use std::fmt::Write as _;

@@ -29,7 +29,7 @@ fn main() -> std::io::Result<()> {
 fn protocol() -> Value {
     let is_known = |message_type: &u8| {
         let frame = Frame::full(*message_type, 0, [0; 8]);
-        frame.is_transfer() || frame.is_seal() || Message::decode(&frame) != Err(CanError::UnknownType)
+        frame.is_transfer() || frame.is_mac() || Message::decode(&frame) != Err(CanError::UnknownType)
     };
     json!({ "version": PROTOCOL_VERSION, "types": (0..64).filter(is_known).collect::<Vec<u8>>() })
 }

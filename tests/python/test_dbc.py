@@ -11,7 +11,7 @@ import pytest
 from conftest import run
 from monitor import DBC
 
-# frames of commands and answers have no meaning of their own to the codec, nor have seals; test_isotp.py and test_seal.py
+# frames of commands and answers have no meaning of their own to the codec, nor have seals; test_isotp.py and test_mac.py
 # check what they carry
 TRANSFER = ["ToNode", "ToHost", "Offer", "Part", "Held", "AnswerPart"]
 SEALS = ["ReadingFreshness", "ReadingCode", "ToldFreshness", "ToldCode"]

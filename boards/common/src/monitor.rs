@@ -158,7 +158,7 @@ fn keep<F: Mapped>(
             let thresholds = thresholds.as_ref().map(|thresholds| &thresholds[..]);
             slots.save(*counter, Change { model: *model, thresholds })
         }
-        // only of nodes with seals, which the boards' are not
-        Save::Freshness(_) => Err(SaveError::Length),
+        // only of nodes with MACs, which the boards' are not
+        Save::Nonce(_) => Err(SaveError::Length),
     }
 }

@@ -3,11 +3,11 @@
 use embedded_can::{Id, StandardId};
 
 use super::message::{
-    TYPE_ANSWER_PART, TYPE_HEARTBEAT, TYPE_HELD, TYPE_MODEL, TYPE_RESULT_END, TYPE_STATUS, TYPE_TO_HOST,
+    TYPE_ACK, TYPE_ANSWER_PART, TYPE_HEARTBEAT, TYPE_MODEL, TYPE_RESULT_END, TYPE_STATUS, TYPE_TO_HOST,
     TYPE_TO_NODE, TYPE_VERSION,
 };
-#[cfg(feature = "seal")]
-use super::message::{TYPE_READING_CODE, TYPE_READING_FRESHNESS, TYPE_TOLD_CODE, TYPE_TOLD_FRESHNESS};
+#[cfg(feature = "mac")]
+use super::message::{TYPE_READING_CODE, TYPE_READING_NONCE, TYPE_TOLD_CODE, TYPE_TOLD_NONCE};
 
 /// Highest number of a node.
 pub const MAX_NODE: u8 = 30;
@@ -80,8 +80,8 @@ impl Frame {
 
     /// Only a monitor with this node number sends frames of this type.
     pub(crate) fn is_from_node(&self) -> bool {
-        #[cfg(feature = "seal")]
-        if matches!(self.message_type(), TYPE_TOLD_FRESHNESS | TYPE_TOLD_CODE) {
+        #[cfg(feature = "mac")]
+        if matches!(self.message_type(), TYPE_TOLD_NONCE | TYPE_TOLD_CODE) {
             return true;
         }
         matches!(
@@ -89,17 +89,17 @@ impl Frame {
             TYPE_STATUS..=TYPE_RESULT_END
                 | TYPE_HEARTBEAT..=TYPE_MODEL
                 | TYPE_TO_HOST
-                | TYPE_HELD..=TYPE_ANSWER_PART
+                | TYPE_ACK..=TYPE_ANSWER_PART
                 | TYPE_VERSION
         )
     }
 
-    /// It is half a seal, in either way: no [`Message`](super::Message) of its own.
-    #[cfg(feature = "seal")]
-    pub fn is_seal(&self) -> bool {
+    /// Whether it is one of the two frames of a MAC, in either direction: no [`Message`](super::Message) of its own.
+    #[cfg(feature = "mac")]
+    pub fn is_mac(&self) -> bool {
         matches!(
             self.message_type(),
-            TYPE_READING_FRESHNESS | TYPE_READING_CODE | TYPE_TOLD_FRESHNESS | TYPE_TOLD_CODE
+            TYPE_READING_NONCE | TYPE_READING_CODE | TYPE_TOLD_NONCE | TYPE_TOLD_CODE
         )
     }
 

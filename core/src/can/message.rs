@@ -38,23 +38,23 @@ pub const TYPE_TO_HOST: u8 = 49;
 pub const TYPE_OFFER: u8 = 50;
 /// Type of a part of a request.
 pub const TYPE_PART: u8 = 51;
-/// Type of what is [`Held`](super::parts::Held).
-pub const TYPE_HELD: u8 = 52;
+/// Type of an [`Ack`](super::parts::Ack).
+pub const TYPE_ACK: u8 = 52;
 /// Type of a part of an answer.
 pub const TYPE_ANSWER_PART: u8 = 53;
 pub const TYPE_VERSION: u8 = 62;
 pub const TYPE_VERSION_QUERY: u8 = 63;
-/// Type of the first frame of a reading's seal.
-#[cfg(feature = "seal")]
-pub const TYPE_READING_FRESHNESS: u8 = 30;
-/// Type of the second frame of a reading's seal.
-#[cfg(feature = "seal")]
+/// Type of the first frame of a reading's MAC.
+#[cfg(feature = "mac")]
+pub const TYPE_READING_NONCE: u8 = 30;
+/// Type of the second frame of a reading's MAC.
+#[cfg(feature = "mac")]
 pub const TYPE_READING_CODE: u8 = 31;
-/// Type of the first frame of the seal on what a node tells.
-#[cfg(feature = "seal")]
-pub const TYPE_TOLD_FRESHNESS: u8 = 45;
-/// Type of the second frame of the seal on what a node tells.
-#[cfg(feature = "seal")]
+/// Type of the first frame of the MAC of what a node tells.
+#[cfg(feature = "mac")]
+pub const TYPE_TOLD_NONCE: u8 = 45;
+/// Type of the second frame of the MAC of what a node tells.
+#[cfg(feature = "mac")]
 pub const TYPE_TOLD_CODE: u8 = 46;
 
 /// Status flag: the reading is suspicious.

@@ -5,11 +5,11 @@
 //! |---|---|---|
 //! | 50 offer | host | u16 length of the request, u8 part of the answer that is wanted next, u8 round, u32 CRC-32 of the request |
 //! | 51 part | host | u16 number from 0, six bytes of the request |
-//! | 52 held | node | u16 parts of the request that are held, u8 length of the answer (0: none yet), u8 round, u32 CRC-32 |
+//! | 52 acknowledgement | node | u16 parts of the request that are held, u8 length of the answer (0: none yet), u8 round, u32 CRC-32 |
 //! | 53 answer part | node | u8 number from 0, u8 round, six bytes of the answer |
 //!
 //! A part counts only if it is the next one. Each offer is answered by what is held, and once the whole request was judged by up
-//! to [`BURST_PARTS`] parts of the answer from the wanted one on. A held of another round than the last offer's is passed over:
+//! to [`BURST_PARTS`] parts of the answer from the wanted one on. An acknowledgement (ack) for an earlier offer is ignored:
 //! what is repeated must not be answered twice. The CRC-32 says which request is meant; one that is whole and does not have it is
 //! forgotten.
 
@@ -79,9 +79,9 @@ impl Offer {
     }
 }
 
-/// What a node holds of the request last offered.
+/// Acknowledges an offer: the parts of its request that the node holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Held {
+pub struct Ack {
     pub parts: u16,
     /// Bytes of the answer; zero before there is one.
     pub answer_bytes: u8,
@@ -91,7 +91,7 @@ pub struct Held {
     pub crc32: u32,
 }
 
-impl Held {
+impl Ack {
     /// The eight bytes of the frame.
     pub fn encode(&self) -> Payload {
         head(self.parts, self.answer_bytes, self.round, self.crc32)
@@ -201,7 +201,7 @@ mod tests {
         let whole = request_part(&message(), 0).unwrap();
         for length in 0..8 {
             assert_eq!(offer.take(&mut empty, &whole[..length]), Progress::None);
-            assert_eq!((Offer::decode(&whole[..length]), Held::decode(&whole[..length])), (None, None));
+            assert_eq!((Offer::decode(&whole[..length]), Ack::decode(&whole[..length])), (None, None));
         }
         assert!(empty.is_empty());
     }
@@ -211,8 +211,8 @@ mod tests {
         let offer = Offer { length: 0x0201, wanted: 3, round: 4, crc32: 0x0807_0605 };
         assert_eq!(offer.encode(), [1, 2, 3, 4, 5, 6, 7, 8]);
         assert_eq!(Offer::decode(&offer.encode()), Some(offer));
-        let held = Held { parts: 0x0201, answer_bytes: 3, round: 4, crc32: 0x0807_0605 };
-        assert_eq!((held.encode(), Held::decode(&offer.encode())), (offer.encode(), Some(held)));
+        let ack = Ack { parts: 0x0201, answer_bytes: 3, round: 4, crc32: 0x0807_0605 };
+        assert_eq!((ack.encode(), Ack::decode(&offer.encode())), (offer.encode(), Some(ack)));
         assert_eq!(request_part(&message(), 16), Some([16, 0, 96, 97, 98, 99, 0, 0]));
         assert_eq!(answer_part(&message(), 16, 9), Some([16, 9, 96, 97, 98, 99, 0, 0]));
     }

@@ -4,7 +4,7 @@ use super::testing::*;
 use super::*;
 use crate::can::isotp::TIMEOUT_US;
 use crate::command::{Command, Detail, Key, MAX_COUNTER_STEP, Outcome};
-use crate::judge::Latched;
+use crate::detector::Latched;
 use crate::model::tests::rigid_rotor;
 
 fn better() -> TestModel {
@@ -287,6 +287,6 @@ fn memory_is_stored_seldom() {
     // the first reading, learning that doubles from a second to a minute and ends, and the hours
     assert!((4..12).contains(&store.savings), "{}", store.savings);
     let started = store.start();
-    assert!(!started.monitor.judge.is_learning());
-    assert_eq!(started.monitor.judge.latched(), None::<Latched>);
+    assert!(!started.monitor.detector.is_learning());
+    assert_eq!(started.monitor.detector.latched(), None::<Latched>);
 }

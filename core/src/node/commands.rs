@@ -4,8 +4,8 @@ use heapless::Vec;
 
 use super::{Node, Save};
 use crate::can::isotp::{IsoTp, Progress};
-use crate::can::parts::{BURST_PARTS, Held, Offer, answer_part, parts_of};
-use crate::can::{Counters, Frame, TYPE_ANSWER_PART, TYPE_HELD, TYPE_TO_HOST};
+use crate::can::parts::{Ack, BURST_PARTS, Offer, answer_part, parts_of};
+use crate::can::{Counters, Frame, TYPE_ACK, TYPE_ANSWER_PART, TYPE_TO_HOST};
 use crate::command::{
     ANSWER_BYTES, Answer, CODE_BYTES, Command, Detail, HEAD_BYTES, MAX_REQUEST_BYTES, Outcome, Request,
     open_request,
@@ -23,9 +23,9 @@ struct Pending {
     is_counted: bool,
 }
 
-/// The way in and out for commands.
+/// Transfers of requests and answers, the last counter, the command that waits for storage, and the trial.
 #[derive(Debug, Clone)]
-pub(super) struct Desk {
+pub(super) struct CommandHandler {
     link: IsoTp<MAX_REQUEST_BYTES, ANSWER_BYTES>,
     /// What is put together from parts in the link's buffer, while nothing came over the link itself.
     offer: Option<Offer>,
@@ -37,7 +37,7 @@ pub(super) struct Desk {
     trial_until_us: Option<u64>,
 }
 
-impl Desk {
+impl CommandHandler {
     pub fn new() -> Self {
         Self {
             link: IsoTp::new(),
@@ -65,44 +65,44 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 {
     /// Takes up the counter stored last, after a restart.
     pub fn restore_counter(&mut self, counter: u64) {
-        self.desk.last_counter = self.desk.last_counter.max(counter);
+        self.handler.last_counter = self.handler.last_counter.max(counter);
     }
 
     /// Last counter accepted.
     pub fn command_counter(&self) -> u64 {
-        self.desk.last_counter
+        self.handler.last_counter
     }
 
     /// The model on trial was not confirmed in time: the board starts anew from what is stored, as after a loss of power.
     pub fn is_trial_over(&self, time_us: u64) -> bool {
-        self.desk.trial_until_us.is_some_and(|until_us| time_us >= until_us)
+        self.handler.trial_until_us.is_some_and(|until_us| time_us >= until_us)
     }
 
     /// What is to be stored now. The board stores it and calls [`Node::saved`], until there is nothing more.
     pub fn to_save(&self) -> Option<Save<'_>> {
-        match self.desk.pending {
+        match self.handler.pending {
             Some(Pending { is_counted: true, .. }) if self.model().is_some() => {
-                let mut acknowledged = self.monitor.judge;
+                let mut acknowledged = self.monitor.detector;
                 acknowledged.acknowledge();
                 Some(Save::Memory(self.monitor.memory(&acknowledged).encode()))
             }
             Some(Pending { command, counter, .. }) => {
-                let body = self.desk.body();
+                let body = self.handler.body();
                 let model = command.model(body).filter(|(_, trial_s)| trial_s.is_none());
                 let set = (command == Command::SetThresholds).then_some(body);
                 let thresholds = set.and_then(|set| set.try_into().ok());
                 Some(Save::Command { counter, model: model.map(|(model, _)| model), thresholds })
             }
-            None => self.freshness_to_save().or_else(|| self.memory_to_save()),
+            None => self.nonce_to_save().or_else(|| self.memory_to_save()),
         }
     }
 
     /// Whether what [`Node::to_save`] gave is stored: a command takes effect and is answered, or is refused.
     pub fn saved(&mut self, time_us: u64, stored: bool) {
-        match self.desk.pending.take() {
+        match self.handler.pending.take() {
             Some(pending) if !pending.is_counted => self.carry_out(time_us, pending, stored),
             pending => {
-                if pending.is_some() || !self.freshness_saved(stored) {
+                if pending.is_some() || !self.nonce_saved(stored) {
                     self.memory_saved(time_us, stored);
                 }
                 if pending.is_some() {
@@ -110,7 +110,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 }
             }
         }
-        self.keeper.poll(time_us);
+        self.save_scheduler.poll(time_us);
         self.announce(time_us);
     }
 
@@ -118,17 +118,17 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         if !stored {
             return self.conclude(time_us, Outcome::Storage, Detail::None);
         }
-        self.desk.last_counter = pending.counter;
-        let is_on_trial = self.desk.trial_until_us.is_some();
-        let body = self.desk.body();
+        self.handler.last_counter = pending.counter;
+        let is_on_trial = self.handler.trial_until_us.is_some();
+        let body = self.handler.body();
         // What the message brings was checked when it was opened.
         match pending.command {
             Command::Deploy | Command::DeployAnother | Command::Trial => {
                 if let Some((model, trial_s)) = pending.command.model(body) {
                     let _ = self.monitor.decode::<C>(model, is_on_trial);
-                    self.desk.trial_until_us =
+                    self.handler.trial_until_us =
                         trial_s.map(|trial_s| time_us.saturating_add(u64::from(trial_s) * 1_000_000));
-                    self.keeper.changed_much(time_us);
+                    self.save_scheduler.changed_much(time_us);
                 }
             }
             Command::SetThresholds => {
@@ -138,9 +138,9 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             }
             Command::Restart => self.restart(time_us),
             // The stored memory is that of the model before, whose flag stays up.
-            Command::Acknowledge if is_on_trial => self.monitor.judge.acknowledge(),
+            Command::Acknowledge if is_on_trial => self.monitor.detector.acknowledge(),
             Command::Acknowledge if self.model().is_some() => {
-                self.desk.pending = Some(Pending { is_counted: true, ..pending });
+                self.handler.pending = Some(Pending { is_counted: true, ..pending });
                 return;
             }
             Command::Acknowledge | Command::GetThresholds => {}
@@ -150,7 +150,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     fn end_acknowledge(&mut self, time_us: u64, stored: bool) {
         if stored {
-            self.monitor.judge.acknowledge();
+            self.monitor.detector.acknowledge();
         }
         let outcome = if stored { Outcome::Accepted } else { Outcome::Storage };
         self.conclude(time_us, outcome, Detail::None);
@@ -159,11 +159,11 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     /// A payload of the connection towards this node.
     pub(super) fn transfer(&mut self, time_us: u64, payload: &[u8]) {
         // The message must stay whole until it is stored; and who may not send cannot answer.
-        if self.desk.pending.is_some() || !self.may_send() {
+        if self.handler.pending.is_some() || !self.may_send() {
             return;
         }
-        self.desk.offer = None;
-        match self.desk.link.receive(time_us, payload) {
+        self.handler.offer = None;
+        match self.handler.link.receive(time_us, payload) {
             Progress::None => {}
             Progress::Broken(_) => self.count(|c| &mut c.broken),
             Progress::Complete => self.open(time_us),
@@ -175,19 +175,19 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     pub(super) fn offered(&mut self, payload: &[u8]) {
         let offer =
             Offer::decode(payload).filter(|o| (1..=MAX_REQUEST_BYTES).contains(&usize::from(o.length)));
-        let Some(offer) = offer.filter(|_| self.desk.pending.is_none() && self.may_send()) else { return };
-        let desk = &mut self.desk;
-        if !desk.offer.is_some_and(|before| before.is_of(&offer)) {
-            desk.offer = Some(offer);
-            desk.answer.clear();
-            desk.link.buffer().clear();
+        let Some(offer) = offer.filter(|_| self.handler.pending.is_none() && self.may_send()) else { return };
+        let handler = &mut self.handler;
+        if !handler.offer.is_some_and(|before| before.is_of(&offer)) {
+            handler.offer = Some(offer);
+            handler.answer.clear();
+            handler.link.buffer().clear();
         }
         let Offer { wanted, round, crc32, .. } = offer;
-        let parts = parts_of(desk.link.buffered().len()) as u16;
-        let held = Held { parts, answer_bytes: desk.answer.len() as u8, round, crc32 }.encode();
+        let parts = parts_of(handler.link.buffered().len()) as u16;
+        let ack = Ack { parts, answer_bytes: handler.answer.len() as u8, round, crc32 }.encode();
         let numbers = (0..BURST_PARTS as u8).filter_map(|place| wanted.checked_add(place));
-        let answer = numbers.filter_map(|number| answer_part(&desk.answer, number, round));
-        let frames = core::iter::once((TYPE_HELD, held)).chain(answer.map(|part| (TYPE_ANSWER_PART, part)));
+        let answer = numbers.filter_map(|number| answer_part(&handler.answer, number, round));
+        let frames = core::iter::once((TYPE_ACK, ack)).chain(answer.map(|part| (TYPE_ANSWER_PART, part)));
         for (message_type, payload) in frames {
             // without room, the host asks again
             let _ = self.queue.push_back(Frame::full(message_type, self.config.node, payload));
@@ -196,9 +196,9 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     /// A part of the request that was offered.
     pub(super) fn part(&mut self, time_us: u64, payload: &[u8]) {
-        let desk = &mut self.desk;
-        let Some(offer) = desk.offer.filter(|_| desk.pending.is_none()) else { return };
-        match offer.take(desk.link.buffer(), payload) {
+        let handler = &mut self.handler;
+        let Some(offer) = handler.offer.filter(|_| handler.pending.is_none()) else { return };
+        match offer.take(handler.link.buffer(), payload) {
             Progress::None => {}
             Progress::Broken(_) => self.count(|c| &mut c.broken),
             Progress::Complete => self.open(time_us),
@@ -207,15 +207,15 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     /// Time-outs of a transfer, and frames that have become due.
     pub(super) fn poll_transfer(&mut self, time_us: u64) {
-        if self.desk.link.check_time(time_us).is_err() {
+        if self.handler.link.check_time(time_us).is_err() {
             self.count(|c| &mut c.broken);
         }
         self.pump(time_us);
     }
 
     fn open(&mut self, time_us: u64) {
-        let Self { config, desk, .. } = &*self;
-        let opened = open_request(desk.message(), config.key.as_ref(), config.node, desk.last_counter);
+        let Self { config, handler, .. } = &*self;
+        let opened = open_request(handler.message(), config.key.as_ref(), config.node, handler.last_counter);
         let Request { command, counter, body } = match opened {
             Ok(request) => request,
             Err(outcome) => return self.conclude(time_us, outcome, Detail::None),
@@ -239,7 +239,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             None if command == Command::GetThresholds => {
                 self.conclude(time_us, Outcome::Accepted, Detail::None);
             }
-            None => self.desk.pending = Some(Pending { command, counter, is_counted: false }),
+            None => self.handler.pending = Some(Pending { command, counter, is_counted: false }),
         }
     }
 
@@ -249,38 +249,38 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     fn conclude(&mut self, time_us: u64, outcome: Outcome, detail: Detail) {
         self.count(|c| counter_of(c, outcome));
-        let request = self.desk.message();
+        let request = self.handler.message();
         let command = request.get(1).copied().unwrap_or_default();
         let asks = outcome == Outcome::Accepted && command == Command::GetThresholds as u8;
         let answer = Answer {
             node: self.config.node,
             command,
             outcome,
-            counter: self.desk.last_counter,
+            counter: self.handler.last_counter,
             model_checksum: self.monitor.checksum(),
             detail,
             thresholds: asks.then_some(self.config.thresholds),
         };
         let bytes = answer.encode(request, self.config.key.as_ref());
-        if self.desk.offer.is_some() {
-            self.desk.answer = bytes;
+        if self.handler.offer.is_some() {
+            self.handler.answer = bytes;
             return;
         }
         // An answer that is still on its way belongs to a host that fell silent: it goes first, until its time is up.
-        let _ = self.desk.link.send(time_us, &bytes);
+        let _ = self.handler.link.send(time_us, &bytes);
         self.pump(time_us);
     }
 
     fn pump(&mut self, time_us: u64) {
         while !self.queue.is_full()
-            && let Some(payload) = self.desk.link.poll(time_us)
+            && let Some(payload) = self.handler.link.poll(time_us)
         {
             let _ = self.queue.push_back(Frame::full(TYPE_TO_HOST, self.config.node, payload));
         }
     }
 }
 
-impl Desk {
+impl CommandHandler {
     /// The request last received, in either way.
     fn message(&self) -> &[u8] {
         if self.offer.is_some() { self.link.buffered() } else { self.link.message() }

@@ -28,19 +28,20 @@ pub struct NodeConfig {
     /// Without a key, the node takes no commands.
     #[cfg(feature = "command")]
     pub key: Option<Key>,
-    /// Take readings with a right [seal](crate::can::seal) alone, and seal what is told. Without a key no reading is taken.
-    #[cfg(feature = "seal")]
-    pub sealed: bool,
-    /// By so much the freshness that is stored is ahead of the readings at most: as long after a restart nothing is taken,
+    /// Take only readings with a right [MAC](crate::can::mac), and send a MAC with every result, heartbeat and state. Without
+    /// a key no reading is taken.
+    #[cfg(feature = "mac")]
+    pub authenticated: bool,
+    /// By so much the nonce that is stored is ahead of the readings at most: as long after a restart nothing is taken,
     /// µs if readings are numbered so.
-    #[cfg(feature = "seal")]
-    pub freshness_reserve: u64,
+    #[cfg(feature = "mac")]
+    pub nonce_reserve: u64,
     /// A number that no other device has, such as its serial number: in a conflict, it sets the times of sending apart.
     pub seed: u64,
 }
 
 impl NodeConfig {
-    /// Usual settings: 200 ms for a reading, a heartbeat every second, 100 ms of listening, memory every hour, no key, no seals and a
+    /// Usual settings: 200 ms for a reading, a heartbeat every second, 100 ms of listening, memory every hour, no key, no MACs and a
     /// minute of reserve for them.
     pub fn new(node: u8) -> Self {
         Self {
@@ -53,10 +54,10 @@ impl NodeConfig {
             memory_period_us: 3_600_000_000,
             #[cfg(feature = "command")]
             key: None,
-            #[cfg(feature = "seal")]
-            sealed: false,
-            #[cfg(feature = "seal")]
-            freshness_reserve: 60_000_000,
+            #[cfg(feature = "mac")]
+            authenticated: false,
+            #[cfg(feature = "mac")]
+            nonce_reserve: 60_000_000,
             seed: 0,
         }
     }

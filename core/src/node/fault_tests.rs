@@ -64,7 +64,7 @@ fn silence_then_maximum_vibration_is_never_healthy() {
     let mut vectors = reading(1.0).probes().to_vec();
     for vector in &mut vectors {
         (vector.cos_um, vector.sin_um) = (90.0 * vector.cos_um, 90.0 * vector.sin_um);
-        assert!(vector.cos_um.abs().max(vector.sin_um.abs()) < ABSURD_UM);
+        assert!(vector.cos_um.abs().max(vector.sin_um.abs()) < MAX_PLAUSIBLE_UM);
     }
     vectors[0] = crate::reading::ProbeVector::LOST;
     let shaken = Reading::new(SPEED_RPM, &vectors).unwrap();
@@ -247,7 +247,7 @@ fn damaged_memory_begins_anew_and_does_not_stop_the_node() {
         let mut damaged = store.clone();
         damaged.memory.as_mut().unwrap()[byte] ^= 0x10;
         let node = damaged.start();
-        assert_eq!((node.status(0).state, node.monitor.judge.is_learning()), (NodeState::Waiting, true));
+        assert_eq!((node.status(0).state, node.monitor.detector.is_learning()), (NodeState::Waiting, true));
     }
     store.memory = Some(Vec::new());
     assert_eq!(store.start().status(0).state, NodeState::Waiting);

@@ -1,7 +1,7 @@
 //! From whole readings to estimates, verdicts and a state: what a node knows of the machine.
 
 use crate::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult, NumberedReading, flag_at_bound};
-use crate::judge::{Evidence, Judge, Verdict};
+use crate::detector::{Detector, Evidence, ResidualVerdict};
 use crate::memory::Memory;
 use crate::model::{MAX_PLANES, Model, ModelError, Pair};
 use crate::numerics::Numerics;
@@ -17,9 +17,9 @@ pub(super) struct Monitor<const SHAPES: usize, const PROBES: usize, const PLANES
     checksum: u32,
     /// `None` exactly without a model.
     estimator: Option<Estimator<PLANES>>,
-    pub judge: Judge,
+    pub detector: Detector,
     pub estimate: Option<Estimate>,
-    pub verdict: Option<Verdict>,
+    pub verdict: Option<ResidualVerdict>,
     /// Why the last whole reading could not be judged, if it could not.
     blind: Option<Reason>,
     /// Probes that the last whole reading lacked, and why.
@@ -47,7 +47,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             model: Err(Reason::NothingStored),
             checksum: 0,
             estimator: None,
-            judge: Judge::default(),
+            detector: Detector::default(),
             estimate: None,
             verdict: None,
             blind: None,
@@ -92,7 +92,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
     }
 
     /// Why there is no model.
-    pub fn lack(&mut self, reason: Reason) {
+    pub fn clear_model(&mut self, reason: Reason) {
         self.model = Err(reason);
         self.checksum = 0;
         self.estimator = None;
@@ -100,7 +100,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
     }
 
     /// Goes on with another model from the unbalance last found, if it has as many planes.
-    pub fn adopt(&mut self, model: Model<SHAPES, PROBES, PLANES>) {
+    pub fn set_model(&mut self, model: Model<SHAPES, PROBES, PLANES>) {
         self.checksum = model.checksum();
         self.model = Ok(model);
         self.begin();
@@ -119,14 +119,14 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         }
         self.estimator = Some(Estimator::new(Tracker::resume(model, &last_g_mm), &[]));
         self.forget();
-        self.judge = Judge::default();
+        self.detector = Detector::default();
     }
 
     /// Begins a new record; a latched flag stays up.
     pub fn restart(&mut self) {
         self.estimator = self.model().map(|model| Estimator::new(Tracker::new(model), &[]));
         self.forget();
-        self.judge = Judge::latched_only(&self.judge);
+        self.detector = Detector::latched_only(&self.detector);
     }
 
     /// What was remembered of this model; `false` for a memory of another one.
@@ -140,14 +140,14 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         let tracker = Tracker::resume(model, &memory.unbalance_g_mm);
         self.estimator = Some(Estimator::new(tracker, &memory.most_g_mm));
         self.forget();
-        self.judge = memory.judge();
+        self.detector = memory.detector();
         true
     }
 
-    /// What is to be remembered, with that judge.
-    pub fn memory(&self, judge: &Judge) -> Memory {
+    /// The memory to store, with this detector's baseline.
+    pub fn memory(&self, detector: &Detector) -> Memory {
         let most_g_mm = self.estimator.as_ref().map_or([f32::MAX; MAX_PLANES], Estimator::most_g_mm);
-        Memory::new(self.checksum, judge, self.last_g_mm(), &most_g_mm)
+        Memory::new(self.checksum, detector, self.last_g_mm(), &most_g_mm)
     }
 
     fn forget(&mut self) {
@@ -166,7 +166,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             (_, Some(_), blind) if is_outdated => (NodeState::Stale, blind.unwrap_or(Reason::Age)),
             (_, Some(_), Some(blind)) => (NodeState::Blind, blind),
             (_, Some(verdict), None) if verdict.is_suspicious() => (NodeState::Suspicious, verdict.reason),
-            (_, Some(_), None) if self.judge.is_learning() => (NodeState::Learning, Reason::Learning),
+            (_, Some(_), None) if self.detector.is_learning() => (NodeState::Learning, Reason::Learning),
             (_, Some(_), None) => (NodeState::Tracking, why_missing),
         };
         (state, reason, mask)
@@ -199,7 +199,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         };
         let evidence = Evidence::new(model, &estimate, &averaged);
         let judged = match evidence.why_unjudged(thresholds) {
-            None => Ok(self.judge.update(thresholds, time_us, &evidence)),
+            None => Ok(self.detector.update(thresholds, time_us, &evidence)),
             Some(reason) => Err(reason),
         };
         let floor_um = evidence.greater_floor_um(thresholds);
@@ -229,7 +229,7 @@ fn result_of(
     screened: &Screened,
     estimate: &Estimate,
     floor_um: f32,
-    judged: &Result<Verdict, Reason>,
+    judged: &Result<ResidualVerdict, Reason>,
 ) -> MonitorResult {
     let mut result = MonitorResult {
         sequence,

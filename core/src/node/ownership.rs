@@ -36,7 +36,7 @@ struct Conflict {
 pub(super) enum Due {
     Nothing,
     /// The node may send from now on.
-    Voice,
+    MaySend,
     /// The state, in a conflict.
     State,
 }
@@ -63,11 +63,11 @@ impl Ownership {
         let had_listened = self.listened;
         self.listened |= time_us.saturating_sub(started_us) >= self.listen_us;
         let Some(mut conflict) = self.conflict else {
-            return if self.listened == had_listened { Due::Nothing } else { Due::Voice };
+            return if self.listened == had_listened { Due::Nothing } else { Due::MaySend };
         };
         if time_us >= self.quiet_at(&conflict) {
             self.conflict = None;
-            return Due::Voice;
+            return Due::MaySend;
         }
         if time_us < conflict.next_state_us {
             return Due::Nothing;

@@ -4,8 +4,8 @@ use std::vec::Vec;
 
 use super::testing::*;
 use super::*;
-use crate::can::parts::{Held, Offer, answer_part, parts_of, request_part};
-use crate::can::{TYPE_ANSWER_PART, TYPE_HELD};
+use crate::can::parts::{Ack, Offer, answer_part, parts_of, request_part};
+use crate::can::{TYPE_ACK, TYPE_ANSWER_PART};
 use crate::command::{Answer, Command, Outcome};
 use crate::model::tests::rigid_rotor;
 
@@ -16,10 +16,10 @@ fn offer(node: &mut TestNode, request: &[u8], wanted: u8, round: u8) -> Vec<Fram
 }
 
 /// What the node says that it holds.
-fn held(node: &mut TestNode, request: &[u8], round: u8) -> Held {
+fn held(node: &mut TestNode, request: &[u8], round: u8) -> Ack {
     let frames = offer(node, request, 0, round);
-    assert_eq!(frames[0].message_type(), TYPE_HELD);
-    Held::decode(frames[0].bytes()).unwrap()
+    assert_eq!(frames[0].message_type(), TYPE_ACK);
+    Ack::decode(frames[0].bytes()).unwrap()
 }
 
 fn send_parts(node: &mut TestNode, request: &[u8], numbers: impl IntoIterator<Item = usize>) {

@@ -168,7 +168,7 @@ pub struct Store {
     pub model: Option<Vec<u8>>,
     pub thresholds: Option<Vec<u8>>,
     pub memory: Option<Vec<u8>>,
-    pub freshness: u64,
+    pub nonce: u64,
     pub savings: usize,
     pub fails: bool,
 }
@@ -200,7 +200,7 @@ impl Store {
                 }
             }
             Save::Memory(memory) => self.memory = Some(memory.to_vec()),
-            Save::Freshness(freshness) => self.freshness = *freshness,
+            Save::Nonce(nonce) => self.nonce = *nonce,
         }
     }
 

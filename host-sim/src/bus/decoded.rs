@@ -9,7 +9,7 @@ use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::Reading;
 
 use super::log::{Line, Logged};
-use super::seals::{Checker, Refused};
+use super::mac::{Checker, Refused};
 use super::states::States;
 pub use super::timed::Timed;
 
@@ -88,7 +88,7 @@ impl Decoded {
         Self::checked(log, name, None)
     }
 
-    /// The same; of the checker's monitor only what bears a right seal.
+    /// The same; of the checker's monitor only what bears a right MAC.
     ///
     /// # Errors
     /// As [`Self::of`].
@@ -124,7 +124,7 @@ impl Decoded {
         }
     }
 
-    /// What was not believed; `None` where no seals were checked.
+    /// What was not believed; `None` where no MACs were checked.
     pub fn refused(&self) -> Option<Refused> {
         self.checker.as_ref().map(Checker::refused)
     }
@@ -135,7 +135,7 @@ impl Decoded {
         }
         self.frames += 1;
         let Some(frame) = logged.frame.and_then(|frame| frame.ours()) else { return Ok(()) };
-        if Message::decode(&frame).is_err() && !frame.is_seal() {
+        if Message::decode(&frame).is_err() && !frame.is_mac() {
             return Ok(());
         }
         self.ours += 1;

@@ -14,7 +14,7 @@ use super::answer::{Answer, Change, changes};
 use super::output;
 use crate::bus::decoded::{Decoded, NodeRecord, Timed, shortest};
 use crate::bus::log::LogReader;
-use crate::bus::seals::{Checker, Refused};
+use crate::bus::mac::{Checker, Refused};
 use crate::bus::states::name;
 use crate::deploy::read_key;
 

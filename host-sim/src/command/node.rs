@@ -19,7 +19,7 @@ use crate::node::{Controller, ModelChange, Store, serve};
 use crate::watch::reasons::why;
 
 /// So long after a restart no reading is taken, at most; a disk bears to be written every half of it, which flash does not.
-const FRESHNESS_RESERVE_US: u64 = 10_000_000;
+const NONCE_RESERVE_US: u64 = 10_000_000;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -57,15 +57,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let key = arguments.key.as_deref().map(read_key).transpose()?;
     let config = NodeConfig {
         key,
-        sealed: arguments.sealed,
-        freshness_reserve: FRESHNESS_RESERVE_US,
+        authenticated: arguments.sealed,
+        nonce_reserve: NONCE_RESERVE_US,
         seed: random()?,
         ..arguments.judging.config()?
     };
     let mut store = match (&arguments.state, key) {
         (None, _) => Store::in_memory(),
         (Some(path), None) => Store::open(path)?,
-        (Some(path), Some(key)) => Store::sealed(path, key, config.node)?,
+        (Some(path), Some(key)) => Store::authenticated(path, key, config.node)?,
     };
     let initial = match &arguments.rotor {
         Some(path) => Some(deployable::of_file(path, arguments.fastest_rpm, None)?),

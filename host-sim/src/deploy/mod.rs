@@ -2,8 +2,8 @@
 
 mod acknowledge;
 mod answer;
-mod courier;
 mod key;
+mod parts_client;
 mod transfer;
 pub mod trial;
 
@@ -16,11 +16,11 @@ use rotor_edge_core::state::{NodeState, Status};
 use rotor_edge_core::thresholds::Thresholds;
 
 use crate::bus::CanBus;
-use crate::bus::seals::{Checker, Sealer};
+use crate::bus::mac::{Authenticator, Checker};
 pub use acknowledge::acknowledge;
 pub use answer::out_of_bounds;
-pub use courier::{Courier, Standing};
 pub use key::{read_key, write_new_key, write_secret};
+pub use parts_client::{PartsClient, Standing};
 pub use transfer::command;
 
 /// Longest wait for a frame before the clock is looked at.
@@ -56,12 +56,12 @@ impl Authority {
         self.node
     }
 
-    /// Seals readings for the monitor.
-    pub fn sealer(&self) -> Sealer {
-        Sealer::new(self.key, self.node)
+    /// Makes the MACs of readings for the monitor.
+    pub fn authenticator(&self) -> Authenticator {
+        Authenticator::new(self.key, self.node)
     }
 
-    /// Believes what the monitor says under its seal.
+    /// Believes what the monitor says under its MAC.
     pub fn checker(&self) -> Checker {
         Checker::new(self.key, self.node)
     }

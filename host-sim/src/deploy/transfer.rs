@@ -12,7 +12,7 @@ use rotor_edge_core::command::{
 
 use super::PATIENCE;
 use super::answer::judge;
-use super::courier::{Courier, Standing};
+use super::parts_client::{PartsClient, Standing};
 use crate::bus::CanBus;
 
 /// Longest time a monitor may take to check, store and answer.
@@ -85,26 +85,26 @@ fn in_parts(
     progress: &mut impl FnMut(usize),
 ) -> Result<InParts> {
     let started = bus.now();
-    let mut courier = Courier::new(0, node, request).context("a request of less than 64 kB")?;
+    let mut client = PartsClient::new(0, node, request).context("a request of less than 64 kB")?;
     let mut doubts = 0;
     loop {
-        match courier.standing(since_us(bus, started)) {
+        match client.standing(since_us(bus, started)) {
             Standing::UnderWay => {}
             Standing::Unheard => return Ok(InParts::Unheard),
             Standing::Lost => return Ok(InParts::Lost),
         }
-        while let Some(frame) = courier.poll(since_us(bus, started)) {
+        while let Some(frame) = client.poll(since_us(bus, started)) {
             bus.send(&frame)?;
         }
         let Some(frame) = bus.receive(PATIENCE)? else { continue };
-        let Some(answer) = courier.receive(since_us(bus, started), &frame) else {
-            progress(courier.held_bytes());
+        let Some(answer) = client.receive(since_us(bus, started), &frame) else {
+            progress(client.held_bytes());
             continue;
         };
         match Answer::decode(answer, request, key) {
             // what was sent before got across, and the monitor started anew since
             Some((answer, true))
-                if courier.was_forgotten()
+                if client.was_forgotten()
                     && answer.outcome == Outcome::Replayed
                     && answer.counter == counter =>
             {
@@ -112,7 +112,7 @@ fn in_parts(
             }
             Some((answer, false)) if answer.outcome != Outcome::NoKey && doubts < DOUBTS => {
                 doubts += 1;
-                courier.distrust(since_us(bus, started));
+                client.distrust(since_us(bus, started));
             }
             answer => return Ok(InParts::Answer(answer)),
         }

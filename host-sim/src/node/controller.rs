@@ -6,7 +6,7 @@ use rotor_edge_core::node::{NodeConfig, Save};
 use rotor_edge_core::state::Reason;
 
 use super::store::Store;
-use crate::bus::seals::present_us;
+use crate::bus::mac::present_us;
 use crate::edge::EdgeNode;
 
 /// A node with its store.
@@ -27,8 +27,8 @@ impl Controller {
         let mut node =
             EdgeNode::new(config).map_err(|e| anyhow!("the controller refuses to start: {e:?}"))?;
         node.restore_counter(store.counter());
-        if config.sealed {
-            node.restore_freshness(store.freshness().unwrap_or_else(present_us));
+        if config.authenticated {
+            node.restore_nonce(store.nonce().unwrap_or_else(present_us));
         }
         if let Some(thresholds) = store.thresholds() {
             // those of another version are none: the settings stay, and `thresholds` shows them
@@ -96,7 +96,7 @@ impl Controller {
                     self.store.save_command(counter, model, thresholds.as_ref().map(|bytes| &bytes[..]))
                 }
                 Save::Memory(memory) => self.store.save_memory(&memory),
-                Save::Freshness(freshness) => self.store.save_freshness(freshness),
+                Save::Nonce(nonce) => self.store.save_nonce(nonce),
             };
             self.node.saved(time_us, stored.is_ok());
         }

@@ -3,7 +3,7 @@
 mod bench;
 mod controller;
 mod hex;
-mod seal;
+mod mac;
 mod store;
 
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,5 +1,5 @@
 //! What survives a loss of power, in one file that is always whole: the counter of commands, the deployed model, the
-//! thresholds, the monitor's memory and how fresh sealed readings were.
+//! thresholds, the monitor's memory and the last nonce of authenticated readings.
 //!
 //! ```text
 //! rotor-edge monitor 2
@@ -7,7 +7,7 @@
 //! model 02000000…              bytes as hexadecimal digits, each with a checksum of its own inside; nothing if there is none
 //! thresholds 01…
 //! memory 01…
-//! freshness 17… 5e0b6f19       only if it takes sealed readings alone; as the counter
+//! freshness 17… 5e0b6f19       only if it takes authenticated readings alone; as the counter
 //! code 5be1…                   with a key alone: its code over the monitor's number and all lines before
 //! ```
 //!
@@ -25,7 +25,7 @@ use rotor_edge_core::state::Reason;
 use rotor_edge_desktop::whole_file;
 
 use super::hex::{from_hex, to_hex};
-use super::seal::Seal;
+use super::mac::StateMac;
 
 const NAME: &str = "rotor-edge monitor";
 /// The last version before this one: counter without a checksum, and a model of its time.
@@ -39,14 +39,14 @@ struct Kept {
     model: Result<Vec<u8>, Reason>,
     thresholds: Option<Vec<u8>>,
     memory: Option<Vec<u8>>,
-    freshness: Option<u64>,
+    nonce: Option<u64>,
 }
 
 /// The stored state of one monitor: in a file, or only as long as the process lives.
 #[derive(Debug)]
 pub struct Store {
     path: Option<PathBuf>,
-    seal: Option<Seal>,
+    mac: Option<StateMac>,
     kept: Kept,
     /// In place of a model that was never stored.
     initial: Option<Vec<u8>>,
@@ -61,9 +61,9 @@ impl Store {
             model: Err(Reason::NothingStored),
             thresholds: None,
             memory: None,
-            freshness: None,
+            nonce: None,
         };
-        Self { path: None, seal: None, kept, initial: None, damaged: false }
+        Self { path: None, mac: None, kept, initial: None, damaged: false }
     }
 
     /// Reads the file of a monitor without a key; a missing one is a monitor that was never deployed to.
@@ -79,18 +79,18 @@ impl Store {
     ///
     /// # Errors
     /// As [`Self::open`], and if the code in it is not of this key and this monitor.
-    pub fn sealed(path: &Path, key: Key, node: u8) -> Result<Self> {
-        Self::read(path, Some(Seal::new(key, node)))
+    pub fn authenticated(path: &Path, key: Key, node: u8) -> Result<Self> {
+        Self::read(path, Some(StateMac::new(key, node)))
     }
 
-    fn read(path: &Path, seal: Option<Seal>) -> Result<Self> {
-        let mut store = Self { path: Some(path.to_path_buf()), seal, ..Self::in_memory() };
+    fn read(path: &Path, mac: Option<StateMac>) -> Result<Self> {
+        let mut store = Self { path: Some(path.to_path_buf()), mac, ..Self::in_memory() };
         let bytes = match std::fs::read(path) {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(store),
             bytes => bytes.with_context(|| format!("{}: cannot be read", path.display()))?,
         };
         let text = String::from_utf8_lossy(&bytes);
-        store.kept = match seal.map(|seal| seal.confirms(&text)) {
+        store.kept = match mac.map(|mac| mac.confirms(&text)) {
             None | Some(Some(true)) => Kept::parse(&text),
             Some(None) => Kept::parse(""),
             Some(Some(false)) => bail!(
@@ -141,8 +141,8 @@ impl Store {
     }
 
     /// How fresh a reading must be; nothing if that was never stored, or is damaged.
-    pub fn freshness(&self) -> Option<u64> {
-        self.kept.freshness
+    pub fn nonce(&self) -> Option<u64> {
+        self.kept.nonce
     }
 
     /// Stores what a command brings, and its counter: all, or nothing.
@@ -177,8 +177,8 @@ impl Store {
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn save_freshness(&mut self, freshness: u64) -> Result<()> {
-        self.replace(Kept { freshness: Some(freshness), ..self.kept.clone() })
+    pub fn save_nonce(&mut self, nonce: u64) -> Result<()> {
+        self.replace(Kept { nonce: Some(nonce), ..self.kept.clone() })
     }
 
     fn replace(&mut self, kept: Kept) -> Result<()> {
@@ -197,8 +197,8 @@ impl Store {
 
     fn text(&self, kept: &Kept) -> String {
         let text = kept.text();
-        match self.seal {
-            Some(seal) => seal.close(&text),
+        match self.mac {
+            Some(mac) => mac.close(&text),
             None => text,
         }
     }
@@ -210,11 +210,10 @@ impl Kept {
             let digits = number.to_string();
             format!("{digits} {:08x}", crc32(digits.as_bytes()))
         };
-        let freshness =
-            self.freshness.map_or(String::new(), |fresh| format!("freshness {}\n", checked(fresh)));
+        let nonce = self.nonce.map_or(String::new(), |nonce| format!("freshness {}\n", checked(nonce)));
         let hex = |bytes: Option<&Vec<u8>>| bytes.map_or(String::new(), |bytes| to_hex(bytes));
         format!(
-            "{FIRST_LINE}\ncounter {}\nmodel {}\nthresholds {}\nmemory {}\n{freshness}",
+            "{FIRST_LINE}\ncounter {}\nmodel {}\nthresholds {}\nmemory {}\n{nonce}",
             checked(self.counter),
             hex(self.model.as_ref().ok()),
             hex(self.thresholds.as_ref()),
@@ -247,7 +246,7 @@ impl Kept {
             model,
             thresholds: bytes("thresholds ").flatten(),
             memory: bytes("memory ").flatten(),
-            freshness: field("freshness ").and_then(checked_number),
+            nonce: field("freshness ").and_then(checked_number),
         }
     }
 }
@@ -345,10 +344,10 @@ mod tests {
     }
 
     #[test]
-    fn sealed_state_needs_its_key_number_and_code() {
+    fn authenticated_state_needs_its_key_number_and_code() {
         let (_folder, path) = folder();
         let key = Key([3; 32]);
-        let open = |key, node| Store::sealed(&path, key, node);
+        let open = |key, node| Store::authenticated(&path, key, node);
         open(key, 1).unwrap().save_command(7, Some(&[1, 2]), None).unwrap();
         let again = open(key, 1).unwrap();
         assert_eq!((again.counter(), again.model()), (7, Ok(&[1, 2][..])));

@@ -12,7 +12,7 @@ use rotor_edge_desktop::measurement::Reading;
 use super::mirror::Mirror;
 use super::timing::{Timing, settings};
 use super::{Answer, Replay, ReplayConfig, changes, row_of};
-use crate::bus::seals::Sealer;
+use crate::bus::mac::Authenticator;
 use crate::bus::states::States;
 use crate::bus::{CanBus, Traffic, counters};
 use crate::clock::PlayedTime;
@@ -98,8 +98,8 @@ pub fn run_with_foreign_monitor(
         authority.command(host, Command::Restart, &[], |_| ())?;
         let before = counters(host, config.node.node)?;
         let timing = Timing::of(deployment, record, config);
-        let mut sealer = authority.sealer();
-        let played = play(host, deployment, record, config, Some(&mut sealer), |_| (), progress)?;
+        let mut authenticator = authority.authenticator();
+        let played = play(host, deployment, record, config, Some(&mut authenticator), |_| (), progress)?;
         let counters = counters::since(&before, &counters(host, config.node.node)?);
         let traffic = Traffic {
             sent: played.sent,
@@ -131,13 +131,13 @@ fn compressed(thresholds: &Thresholds) -> Thresholds {
     }
 }
 
-/// Sends each reading, with its seal if there is a key, and waits for its answer, if it gets one; `begin` hears when each is judged by the record's clock.
+/// Sends each reading, with its MAC if there is a key, and waits for its answer, if it gets one; `begin` hears when each is judged by the record's clock.
 fn play(
     host: &mut dyn CanBus,
     deployment: &Deployment,
     record: &[Reading],
     config: &ReplayConfig,
-    mut sealer: Option<&mut Sealer>,
+    mut authenticator: Option<&mut Authenticator>,
     begin: impl Fn(u64),
     mut progress: impl FnMut(usize),
 ) -> Result<Played> {
@@ -153,8 +153,8 @@ fn play(
         let judged_us = timing.judged_us(row);
         begin(judged_us);
         let frames = reading_frames(node, &NumberedReading::new(row as u16, reading));
-        let seal = sealer.as_mut().map(|sealer| sealer.seal(&frames));
-        for frame in frames.iter().chain(seal.iter().flatten()) {
+        let mac = authenticator.as_mut().map(|authenticator| authenticator.mac(&frames));
+        for frame in frames.iter().chain(mac.iter().flatten()) {
             host.send(frame)?;
             played.sent += 1;
         }

@@ -1,6 +1,6 @@
-//! The core without a bus and without a judge: what it makes of each reading as it was sent.
+//! The core without a bus and without its detector: the estimate of each reading as it was sent.
 
-use rotor_edge_core::judge::Averaged;
+use rotor_edge_core::detector::Averaged;
 use rotor_edge_core::model::{MAX_PLANES, Pair};
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::numerics::InPlace;

@@ -27,7 +27,7 @@ use std::collections::BTreeMap;
 
 use rotor_edge_core::can::{BROADCAST_NODE, Frame, Message};
 
-use crate::bus::seals::Checker;
+use crate::bus::mac::Checker;
 use load::Load;
 use monitor::Monitor;
 
@@ -59,7 +59,7 @@ impl Watch {
         }
     }
 
-    /// Believes of one monitor only what bears a right seal: readings, results, heartbeats and states.
+    /// Believes of one monitor only what bears a right MAC: readings, results, heartbeats and states.
     pub fn checking(mut self, checker: Checker) -> Self {
         self.checker = Some(checker);
         self
@@ -92,7 +92,7 @@ impl Watch {
                     }
                 }
             }
-            Err(_) if frame.is_transfer() || frame.is_seal() => {}
+            Err(_) if frame.is_transfer() || frame.is_mac() => {}
             Err(_) => self.foreign += 1,
         }
     }

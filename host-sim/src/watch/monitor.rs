@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::bus::counters::Totals;
 use crate::bus::decoded::Timed;
-use crate::bus::seals::Refused;
+use crate::bus::mac::Refused;
 
 /// Results remembered.
 pub const HISTORY: usize = 1_000;
@@ -177,12 +177,12 @@ impl Monitor {
         keep(&mut self.arrivals, RATE_RESULTS, time_us);
     }
 
-    /// It is believed by its seals, and so much was not.
+    /// It is believed by its MACs, and so much was not.
     pub(super) fn refuse(&mut self, refused: Refused) {
         self.refused = Some(refused);
     }
 
-    /// What was heard under its number and not believed; `None` where no seals are checked.
+    /// What was heard under its number and not believed; `None` where no MACs are checked.
     pub fn refused(&self) -> Option<Refused> {
         self.refused
     }

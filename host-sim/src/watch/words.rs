@@ -8,7 +8,7 @@ use super::lists::listed;
 pub use super::lists::probe_numbers;
 use super::monitor::Monitor;
 use super::reasons::{Why, why};
-use crate::bus::seals::Refused;
+use crate::bus::mac::Refused;
 
 /// Readings without an answer that are no coincidence.
 const MOST_UNANSWERED: u32 = 3;

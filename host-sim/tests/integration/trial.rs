@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use crate::bench::{Bench, Monitor};
 use crate::program::{assert_says, json};
+use rotor_edge::bus::mac::Authenticator;
 use rotor_edge::bus::open;
-use rotor_edge::bus::seals::Sealer;
 use rotor_edge::deploy::read_key;
 use rotor_edge::edge::Deployment;
 use rotor_edge::sample;
@@ -27,8 +27,8 @@ fn write_worse(bench: &Bench) {
     rotor_file::write(&bench.path("worse.toml"), &rotor).unwrap();
 }
 
-/// A sealed monitor that starts with the worse model; what it says then. Its first heartbeat tells that it seals, which
-/// without seals takes three.
+/// An authenticated monitor that starts with the worse model; what it says then. Its first heartbeat has a MAC, which
+/// without MACs takes three.
 fn monitor(bench: &Bench) -> (Monitor, String) {
     let [rotor, key, state] = ["worse.toml", "right.key", "monitor.state"].map(|name| bench.text(name));
     bench.node("slcan", &["--rotor", &rotor, "--sealed", "--key", &key, "--state", &state])
@@ -40,7 +40,7 @@ fn while_read_to<T>(bench: &Bench, what: impl FnOnce() -> T) -> T {
     let deployment = Deployment::new(&identified, 11_500.0).unwrap();
     let (_, record, _) = sample::load().unwrap();
     let readings: Vec<_> = record.iter().take(3).map(|measured| deployment.reading(measured)).collect();
-    let mut sealer = Sealer::new(read_key(&bench.path("right.key")).unwrap(), NODE);
+    let mut authenticator = Authenticator::new(read_key(&bench.path("right.key")).unwrap(), NODE);
     let mut bus = open(bench.bus.spec("slcan")).unwrap();
     let is_done = AtomicBool::new(false);
     thread::scope(|scope| {
@@ -49,7 +49,7 @@ fn while_read_to<T>(bench: &Bench, what: impl FnOnce() -> T) -> T {
                 let end = Instant::now() + PERIOD;
                 let mut frames: Vec<Frame> =
                     reading_frames(NODE, &NumberedReading::new(number, *reading)).into_iter().collect();
-                frames.extend(sealer.seal(&frames));
+                frames.extend(authenticator.mac(&frames));
                 frames.iter().for_each(|frame| bus.send(frame).unwrap());
                 while Instant::now() < end {
                     bus.receive(end - Instant::now()).unwrap();

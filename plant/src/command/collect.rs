@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::{Place, days, on_signal, tell};
 use crate::collection::run as collect;
-use crate::keeper::Keeper as _;
+use crate::sink::Sink as _;
 use crate::stream::Stream;
 use crate::stream::access::Access;
 

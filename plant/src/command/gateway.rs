@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::{Place, days, named, on_signal, tell};
 use crate::gateway::{Named, run as listen};
-use crate::keeper::Keeper;
+use crate::sink::Sink;
 use crate::stream::Stream;
 use crate::stream::access::Access;
 
@@ -38,7 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     let stop = on_signal()?;
-    let mut keeper: Box<dyn Keeper> = match (to, keep_days) {
+    let mut sink: Box<dyn Sink> = match (to, keep_days) {
         (Place::Server(address), Some(time)) => {
             let stream = Stream::open(address, access, &[])?;
             stream.keep_for(*time)?;
@@ -48,13 +48,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         _ => to.open(access)?,
     };
     for bus in buses {
-        keeper.claim(plant, &bus.name)?;
+        sink.claim(plant, &bus.name)?;
     }
-    let totals = listen(plant, buses, &mut *keeper, &stop, tell)?;
+    let totals = listen(plant, buses, &mut *sink, &stop, tell)?;
     println!("{} items kept.", totals.kept);
     match totals.lost {
         0 => Ok(()),
-        lost => bail!("{lost} items were lost while {} took none", keeper.description()),
+        lost => bail!("{lost} items were lost while {} took none", sink.description()),
     }
 }
 

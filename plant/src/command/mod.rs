@@ -21,7 +21,7 @@ use rotor_edge::bus::BusSpec;
 
 use crate::database::Database;
 use crate::gateway::Named;
-use crate::keeper::Keeper;
+use crate::sink::Sink;
 use crate::store::Store;
 use crate::stream::Stream;
 use crate::stream::access::Access;
@@ -99,7 +99,7 @@ impl Place {
         }
     }
 
-    fn open(&self, access: &Access) -> Result<Box<dyn Keeper>> {
+    fn open(&self, access: &Access) -> Result<Box<dyn Sink>> {
         Ok(match self {
             Self::File(path) => Box::new(Store::open(path)?),
             Self::Database(address) => Box::new(Database::open(address)?),

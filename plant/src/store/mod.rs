@@ -10,8 +10,8 @@ use anyhow::{Context, Result, bail};
 use rusqlite::{Connection, OptionalExtension as _, params_from_iter};
 
 use crate::item::{Item, Kind, Source, plain_word};
-use crate::keeper::{Keeper, is_kept};
 use crate::numbering::Last;
+use crate::sink::{Sink, is_kept};
 
 pub use rows::Newest;
 
@@ -162,7 +162,7 @@ fn prepare(connection: &mut Connection) -> Result<()> {
     Ok(step.commit()?)
 }
 
-impl Keeper for Store {
+impl Sink for Store {
     fn claim(&mut self, plant: &str, bus: &str) -> Result<()> {
         let path = format!("{}-{}-{}.lock", self.name, plain_word(plant), plain_word(bus));
         let file = File::create(&path).with_context(|| format!("{path}: cannot be made"))?;

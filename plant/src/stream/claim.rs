@@ -8,7 +8,7 @@ use jiff::Timestamp;
 
 use super::server::Server;
 use crate::item::plain_word;
-use crate::keeper::is_kept;
+use crate::sink::is_kept;
 
 /// How long another gateway may take to answer.
 const ANSWERED_WITHIN: Duration = Duration::from_millis(500);

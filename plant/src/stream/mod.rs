@@ -17,8 +17,8 @@ use async_nats::jetstream::stream::{Config, External, Source as Leaf, StorageTyp
 use futures_util::{StreamExt as _, TryStreamExt as _, future};
 
 use crate::item::{Item, Kind, SCHEMA, plain_word};
-use crate::keeper::Keeper;
 use crate::numbering::Last;
+use crate::sink::Sink;
 use access::Access;
 use server::{Server, refused};
 
@@ -225,7 +225,7 @@ fn bus_subject(plant: &str, bus: &str) -> String {
     format!("rotor_edge.{}.{}", plain_word(plant), plain_word(bus))
 }
 
-impl Keeper for Stream {
+impl Sink for Stream {
     fn claim(&mut self, plant: &str, bus: &str) -> Result<()> {
         claim::claim(&self.server, plant, bus)?;
         self.take_from(&bus_subject(plant, bus))

@@ -9,7 +9,7 @@ use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use parquet::record::RowAccessor as _;
 use rotor_edge_core::can::NumberedReading;
 use rotor_edge_plant::item::{Body, Evaluated, Item, Kind, Reading, SCHEMA, Source};
-use rotor_edge_plant::keeper::Keeper as _;
+use rotor_edge_plant::sink::Sink as _;
 use rotor_edge_plant::store::Store;
 
 const DAY_US: i64 = 86_400_000_000;

@@ -9,7 +9,7 @@ use crate::common::plant::Plant;
 use crate::common::{Bus, PATIENCE, Program, not_run, refusal, until};
 use jiff::Timestamp;
 use rotor_edge_plant::item::{Body, Heartbeat, Item, Kind, SCHEMA, Source, State};
-use rotor_edge_plant::keeper::Keeper as _;
+use rotor_edge_plant::sink::Sink as _;
 use rotor_edge_plant::store::Store;
 use serde_json::Value;
 

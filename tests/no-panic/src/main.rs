@@ -7,14 +7,14 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use rotor_edge_core::can::isotp::IsoTp;
-use rotor_edge_core::can::parts::{Held, Offer, answer_part, parts_of, request_part};
-#[cfg(feature = "seal")]
-use rotor_edge_core::can::seal::{Direction, Gate, Group, seal};
+#[cfg(feature = "mac")]
+use rotor_edge_core::can::mac::{Direction, Gate, Group, mac_frames};
+use rotor_edge_core::can::parts::{Ack, Offer, answer_part, parts_of, request_part};
 use rotor_edge_core::can::slcan::{Decoder, Line, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
+use rotor_edge_core::detector::{Average, Detector, Evidence, Growth, noise_floor_um};
 use rotor_edge_core::extraction::{ExtractionConfig, Extractor, KeyphasorDetector};
-use rotor_edge_core::judge::{Average, Evidence, Growth, Judge, noise_floor_um};
 use rotor_edge_core::model;
 use rotor_edge_core::node::{Node, NodeConfig, Save};
 use rotor_edge_core::reading::{ProbeVector, Reading};
@@ -52,8 +52,8 @@ extern "C" fn main() -> i32 {
         frames(model);
     }
     receive_result();
-    #[cfg(feature = "seal")]
-    seals();
+    #[cfg(feature = "mac")]
+    authentication();
     command();
     extraction();
     lines();
@@ -89,7 +89,7 @@ fn numerics(model: &Model) {
 
 /// Arbitrary evidence at arbitrary times.
 fn judgement(reading: &Reading) {
-    let (mut judge, mut average) = (Judge::default(), Average::default());
+    let (mut detector, mut average) = (Detector::default(), Average::default());
     let last_g_mm = black_box([[0.0; 2]; 2]);
     let mut growth = Growth::resume(&black_box([0.0; 2]), &last_g_mm);
     let Ok(thresholds) = Thresholds::decode(black_box(&[0; 64])) else {
@@ -108,23 +108,23 @@ fn judgement(reading: &Reading) {
                 floor_um: noise_floor_um(black_box(0.0), black_box(0)),
                 bearings: black_box([0; 8]),
             };
-            black_box(judge.update(&thresholds, black_box(0), &evidence));
+            black_box(detector.update(&thresholds, black_box(0), &evidence));
         }
     }
-    judge.acknowledge();
-    black_box(judge);
+    detector.acknowledge();
+    black_box(detector);
 }
 
 /// A node among arbitrary frames at arbitrary times, started from arbitrary bytes, its model replaced meanwhile.
 fn frames(model: Model) {
     let config = NodeConfig { key: Some(Key(black_box([0; 32]))), ..NodeConfig::new(black_box(0)) };
-    #[cfg(feature = "seal")]
-    let config = NodeConfig { sealed: black_box(true), freshness_reserve: black_box(0), ..config };
+    #[cfg(feature = "mac")]
+    let config = NodeConfig { authenticated: black_box(true), nonce_reserve: black_box(0), ..config };
     let Ok(mut node) = Node::<6, 4, 2>::new(black_box(config)) else {
         return;
     };
-    #[cfg(feature = "seal")]
-    node.restore_freshness(black_box(0));
+    #[cfg(feature = "mac")]
+    node.restore_nonce(black_box(0));
     node.restore_counter(black_box(0));
     let _ = black_box(node.restore_thresholds(black_box(&[0; 64])));
     let _ = black_box(node.load(black_box(Err(Reason::NothingStored))));
@@ -142,8 +142,8 @@ fn frames(model: Model) {
             Some(Save::Memory(memory)) => {
                 black_box(memory);
             }
-            Some(Save::Freshness(freshness)) => {
-                black_box(freshness);
+            Some(Save::Nonce(nonce)) => {
+                black_box(nonce);
             }
             None => {}
         }
@@ -161,8 +161,8 @@ fn frames(model: Model) {
 }
 
 /// A gate among arbitrary frames.
-#[cfg(feature = "seal")]
-fn seals() {
+#[cfg(feature = "mac")]
+fn authentication() {
     let (key, direction) = (Key(black_box([0; 32])), black_box(Direction::ToHost));
     let mut gate = Gate::new(direction, black_box(0));
     let mut group = Group::new();
@@ -174,7 +174,7 @@ fn seals() {
         gate.raise(black_box(0));
         black_box((gate.last(), direction.covers(black_box(0))));
     }
-    black_box(seal(&key, direction, black_box(0), black_box(0), &group));
+    black_box(mac_frames(&key, direction, black_box(0), black_box(0), &group));
 }
 
 fn receive_result() {
@@ -225,7 +225,7 @@ fn in_parts(request: &[u8]) {
     for _ in 0..black_box(100) {
         black_box(request_part(request, black_box(0)));
         black_box(answer_part(request, black_box(0), black_box(0)));
-        black_box((Offer::decode(black_box(&[0; 8])), Held::decode(black_box(&[0; 8]))));
+        black_box((Offer::decode(black_box(&[0; 8])), Ack::decode(black_box(&[0; 8]))));
         black_box(parts_of(black_box(0)));
     }
 }

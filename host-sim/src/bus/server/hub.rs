@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use super::teller::Teller;
+use super::stderr_logger::StderrLogger;
 use crate::bus::log::{Clock, LogWriter};
 use crate::bus::wire::WireFrame;
 
@@ -73,13 +73,13 @@ impl State {
 
 pub struct Hub {
     clock: Clock,
-    teller: Teller,
+    logger: StderrLogger,
     state: Mutex<State>,
 }
 
 impl Hub {
     /// A bus without clients, recorded if there is a log.
-    pub fn new(log: Option<LogWriter<File>>, teller: Teller) -> Self {
+    pub fn new(log: Option<LogWriter<File>>, logger: StderrLogger) -> Self {
         let state = State {
             clients: BTreeMap::new(),
             counts: Counts::default(),
@@ -87,7 +87,7 @@ impl Hub {
             log,
             log_error: None,
         };
-        Self { clock: Clock::default(), teller, state: Mutex::new(state) }
+        Self { clock: Clock::default(), logger, state: Mutex::new(state) }
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -106,7 +106,7 @@ impl Hub {
 
     /// Says something to whoever runs the bus.
     pub fn tell(&self, text: String) {
-        self.teller.tell(text);
+        self.logger.tell(text);
     }
 
     /// A new client's number; `None` if there are as many as there may be.
@@ -273,7 +273,7 @@ mod tests {
     }
 
     fn hub() -> Hub {
-        Hub::new(None, Teller::silent())
+        Hub::new(None, StderrLogger::silent())
     }
 
     /// The frames that wait for a client, of which there is something.

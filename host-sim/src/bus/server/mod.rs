@@ -4,7 +4,7 @@
 mod dialect;
 mod hub;
 mod opening;
-mod teller;
+mod stderr_logger;
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
@@ -21,7 +21,7 @@ use dialect::{Answer, Dialect, Slcan, Socketcand};
 pub use hub::Counts;
 use hub::{Hub, MAX_CLIENTS, Number, Outgoing};
 use opening::Opening;
-use teller::Teller;
+use stderr_logger::StderrLogger;
 
 /// Bytes handed to the network at once, about.
 const PACKET_BYTES: usize = 16_384;
@@ -43,7 +43,7 @@ const NOT_HTTP: &[u8] = b"HTTP/1.1 400 Bad Request\r\nConnection: close\r\nConte
 /// A running server; it ends with the program.
 pub struct Server {
     hub: Arc<Hub>,
-    teller: Teller,
+    logger: StderrLogger,
     pub slcan_port: u16,
     pub socketcand_port: u16,
 }
@@ -57,12 +57,12 @@ impl Server {
         let (slcan, socketcand) = (listen(slcan_port, "--slcan")?, listen(socketcand_port, "--socketcand")?);
         // with the ports at hand: a bus that cannot start must not empty an older recording
         let log = record.map(LogWriter::create).transpose()?;
-        let teller = Teller::start();
-        let hub = Arc::new(Hub::new(log, teller.clone()));
+        let logger = StderrLogger::start();
+        let hub = Arc::new(Hub::new(log, logger.clone()));
         let ports = (slcan.local_addr()?.port(), socketcand.local_addr()?.port());
         accept::<Slcan>(slcan, Arc::clone(&hub))?;
         accept::<Socketcand>(socketcand, Arc::clone(&hub))?;
-        Ok(Self { hub, teller, slcan_port: ports.0, socketcand_port: ports.1 })
+        Ok(Self { hub, logger, slcan_port: ports.0, socketcand_port: ports.1 })
     }
 
     pub fn counts(&self) -> Counts {
@@ -76,7 +76,7 @@ impl Server {
 
     /// Says the last sentence on standard error, after what the bus had to say.
     pub fn tell_last(&self, sentence: String) {
-        self.teller.tell_last(sentence);
+        self.logger.tell_last(sentence);
     }
 }
 

@@ -13,7 +13,7 @@ use serde_json::json;
 use super::commanding::Commanding;
 use super::watch::seconds;
 use super::{deployable, output};
-use crate::bus::seals::Believing;
+use crate::bus::mac::AuthenticatedBus;
 use crate::deploy::HEARTBEAT_TIME;
 use crate::deploy::trial::Candidate;
 use crate::edge::{Deployment, encoded};
@@ -54,7 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut bus = arguments.monitor.open()?;
     if let Some(time) = arguments.trial {
         let candidate = Candidate { bytes, checksum: model.checksum() };
-        let mut bus = Believing::listen(&mut *bus, authority.checker(), HEARTBEAT_TIME)?;
+        let mut bus = AuthenticatedBus::listen(&mut *bus, authority.checker(), HEARTBEAT_TIME)?;
         let told = trial::try_out(arguments, &mut authority, &mut bus, &candidate, &left_out, time);
         let refused = bus.refused();
         if refused.any() {

@@ -8,7 +8,7 @@ use rotor_edge_desktop::measurement::Reading;
 
 use crate::bus::BusSpec;
 use crate::bus::log::{LogWriter, Recorded};
-use crate::bus::seals::Believing;
+use crate::bus::mac::AuthenticatedBus;
 use crate::bus::wire::WireFrame;
 use crate::command::output;
 use crate::deploy::{Authority, HEARTBEAT_TIME, read_key};
@@ -55,7 +55,7 @@ impl Over {
         match &self.key {
             Some(path) => {
                 let mut authority = Authority::new(read_key(path)?, config.node.node, None)?;
-                let mut host = Believing::listen(&mut *host, authority.checker(), HEARTBEAT_TIME)?;
+                let mut host = AuthenticatedBus::listen(&mut *host, authority.checker(), HEARTBEAT_TIME)?;
                 let replay =
                     run_with_foreign_monitor(&mut host, &mut authority, deployment, record, config, progress);
                 let refused = host.refused();

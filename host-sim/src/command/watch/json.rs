@@ -5,7 +5,7 @@ use rotor_edge_core::state::Reason;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::bus::seals::Refused;
+use crate::bus::mac::Refused;
 use crate::bus::states::name;
 use crate::command::answer::Answer;
 use crate::watch::Watch;

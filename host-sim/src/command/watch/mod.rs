@@ -12,7 +12,7 @@ use rotor_edge_core::can::MAX_NODE;
 
 use super::{output, stop};
 use crate::bus::log::Recorded;
-use crate::bus::seals::Checker;
+use crate::bus::mac::Checker;
 use crate::bus::spec::BIT_RATES;
 use crate::bus::{BusConfig, BusSpec, CanBus};
 use crate::deploy::read_key;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use rotor_edge::bus::CanBus;
-use rotor_edge::bus::seals::Believing;
+use rotor_edge::bus::mac::AuthenticatedBus;
 use rotor_edge::deploy::{Authority, HEARTBEAT_TIME};
 use rotor_edge::edge::encoded;
 use rotor_edge::replay::live::run_with_foreign_monitor;
@@ -19,7 +19,7 @@ use crate::program::assert_says;
 pub fn play(lab: &mut Lab) -> Vec<Answer> {
     let (_, record, _) = sample::load().unwrap();
     let (mut authority, mut port) = (lab.authority(), lab.bus.join());
-    let mut host = Believing::listen(&mut port, authority.checker(), HEARTBEAT_TIME).unwrap();
+    let mut host = AuthenticatedBus::listen(&mut port, authority.checker(), HEARTBEAT_TIME).unwrap();
     let (deployment, config) = (deployment(&identified()), ReplayConfig::default());
     let played = run_with_foreign_monitor(&mut host, &mut authority, &deployment, &record, &config, |_| ());
     played.unwrap().answers

@@ -1,4 +1,4 @@
-//! A sealed monitor and its watcher beside a forger without the key.
+//! An authenticated monitor and its watcher beside a forger without the key.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,12 +7,12 @@ use std::time::Duration;
 use rotor_edge::bus::CanBus;
 use rotor_edge::bus::decoded::Decoded;
 use rotor_edge::bus::log::{LogReader, Recorded};
-use rotor_edge::bus::seals::{Checker, Sealer, present_us};
+use rotor_edge::bus::mac::{Authenticator, Checker, present_us};
 use rotor_edge::bus::simulated::{Running, SimulatedPort};
 use rotor_edge::watch::Watch;
 use rotor_edge::watch::terminal::listen;
 use rotor_edge::watch::words::Words;
-use rotor_edge_core::can::seal::TYPE_TOLD_CODE;
+use rotor_edge_core::can::mac::TYPE_TOLD_CODE;
 use rotor_edge_core::can::{
     FLAG_FLAGGED, Frame, Message, MonitorResult, NumberedReading, ResultAssembler, TYPE_HEARTBEAT,
     reading_frames, result_frames,
@@ -30,10 +30,10 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// So long after a restart no reading is taken, at most.
 const RESERVE: Duration = Duration::from_secs(10);
 
-/// A monitor that takes sealed readings alone, when it has begun to speak.
+/// A monitor that takes authenticated readings alone, when it has begun to speak.
 fn node(lab: &Lab, host: &mut dyn CanBus) -> Node {
     let reserve_us = RESERVE.as_micros() as u64;
-    let config = NodeConfig { sealed: true, freshness_reserve: reserve_us, ..Lab::config() };
+    let config = NodeConfig { authenticated: true, nonce_reserve: reserve_us, ..Lab::config() };
     let store = initial(lab.store("monitor.state"), Some(&identified()));
     let node = lab.node_with(config, store, |port| Box::new(port));
     hear(host, PATIENCE, |frame| frame.message_type() == TYPE_HEARTBEAT).expect("a heartbeat");
@@ -68,22 +68,27 @@ fn frames(sequence: u16, reading: &Reading) -> Vec<Frame> {
     reading_frames(NODE, &NumberedReading::new(sequence, *reading)).into_iter().collect()
 }
 
-/// A reading with its seal by a clock that goes with the bus's and is never behind this machine's.
-fn sealed(sealer: &mut Sealer, bus: &dyn CanBus, sequence: u16, reading: &Reading) -> Vec<Frame> {
+/// A reading with its MAC by a clock that goes with the bus's and is never behind this machine's.
+fn authenticated(
+    authenticator: &mut Authenticator,
+    bus: &dyn CanBus,
+    sequence: u16,
+    reading: &Reading,
+) -> Vec<Frame> {
     let mut frames = frames(sequence, reading);
-    let seal = sealer.seal_at(present_us() + bus.now().as_micros() as u64, &frames);
-    frames.extend(seal);
+    let mac = authenticator.mac_at(present_us() + bus.now().as_micros() as u64, &frames);
+    frames.extend(mac);
     frames
 }
 
 /// What somebody without the key can make up: a reading far ahead, the same under a key of its own, a flagged result, a state.
 fn forged(reading: &Reading, answer: &MonitorResult) -> Vec<Frame> {
     let ahead = frames(0x7000, reading);
-    let seal = Sealer::new(Key([1; 32]), NODE).seal(&ahead);
+    let mac = Authenticator::new(Key([1; 32]), NODE).mac(&ahead);
     let flagged = MonitorResult { flags: FLAG_FLAGGED, sequence: 77, ..*answer };
     let state = Status { state: NodeState::Flagged, age_s: 0.0, ..Status::default() };
-    let mut all = [&ahead[..], &frames(0x7001, reading), &seal].concat();
-    all.extend([&ahead[..], &seal].concat());
+    let mut all = [&ahead[..], &frames(0x7001, reading), &mac].concat();
+    all.extend([&ahead[..], &mac].concat());
     all.extend(result_frames(NODE, &flagged));
     all.push(Message::State(state).encode(NODE));
     all
@@ -109,14 +114,18 @@ fn decoded(lab: &Lab, checker: Option<Checker>) -> Decoded {
 }
 
 /// Sends readings, each followed by forgeries; the frames that a forger can record.
-fn exchange(host: &mut dyn CanBus, forger: &mut dyn CanBus, sealer: &mut Sealer) -> Vec<Vec<Frame>> {
+fn exchange(
+    host: &mut dyn CanBus,
+    forger: &mut dyn CanBus,
+    authenticator: &mut Authenticator,
+) -> Vec<Vec<Frame>> {
     let mut recorded = Vec::new();
     for (sequence, reading) in (0..).zip(&readings(READINGS.into())) {
-        let genuine = sealed(sealer, host, sequence, reading);
+        let genuine = authenticated(authenticator, host, sequence, reading);
         send(host, &genuine);
         let answer = answer(host, PATIENCE).expect("an answer to each sealed reading");
         assert_eq!(answer.sequence, sequence);
-        // between a result and its seal, a forged frame would cost it
+        // between a result and its MAC, a forged frame would cost it
         hear(host, PATIENCE, |frame| frame.message_type() == TYPE_TOLD_CODE).expect("its seal");
         send(forger, &forged(reading, &answer));
         send(forger, &genuine);
@@ -129,13 +138,13 @@ fn exchange(host: &mut dyn CanBus, forger: &mut dyn CanBus, sealer: &mut Sealer)
 }
 
 #[test]
-fn forger_neither_silences_a_sealed_monitor_nor_misleads() {
+fn forger_neither_silences_an_authenticated_monitor_nor_misleads() {
     let lab = Lab::new();
     let (mut host, mut forger) = (lab.bus.join(), lab.bus.join());
     let _node = node(&lab, &mut host);
     let stop = Arc::new(AtomicBool::new(false));
     let watcher = watcher(&lab, &stop);
-    exchange(&mut host, &mut forger, &mut Sealer::new(KEY, NODE));
+    exchange(&mut host, &mut forger, &mut Authenticator::new(KEY, NODE));
     stop.store(true, Ordering::Relaxed);
     let watch = watcher.end();
     let all: Vec<_> = watch.monitors().collect();
@@ -146,7 +155,10 @@ fn forger_neither_silences_a_sealed_monitor_nor_misleads() {
     assert!(!heard.is_in_conflict(watch.now_us()));
     assert_says(&Words::of(NODE, heard, watch.now_us()).state, &["refused: ", "with a wrong seal"]);
     let (refused, times) = (heard.refused().unwrap(), u64::from(READINGS));
-    assert!(refused.replayed >= times && refused.forged >= times && refused.unsealed >= times, "{refused}");
+    assert!(
+        refused.replayed >= times && refused.forged >= times && refused.without_mac >= times,
+        "{refused}"
+    );
     let counted = heard.counters().unwrap();
     let times = u32::from(READINGS);
     assert_eq!((counted.readings, counted.replayed), (times, times));
@@ -164,19 +176,19 @@ fn recorded_readings_are_refused_after_power_loss() {
     let lab = Lab::new();
     let (mut host, mut forger) = (lab.bus.join(), lab.bus.join());
     let running = node(&lab, &mut host);
-    let mut sealer = Sealer::new(KEY, NODE);
-    let recorded = exchange(&mut host, &mut forger, &mut sealer);
+    let mut authenticator = Authenticator::new(KEY, NODE);
+    let recorded = exchange(&mut host, &mut forger, &mut authenticator);
     running.kill();
     let _node = node(&lab, &mut host);
-    for sealed in &recorded {
-        send(&mut forger, sealed);
+    for frames in &recorded {
+        send(&mut forger, frames);
         assert_eq!(answer(&mut host, Duration::from_millis(50)), None);
     }
     let (begun, reading) = (host.now(), readings(1)[0]);
     let mut is_answered = false;
     while !is_answered && host.now() - begun < PATIENCE {
-        let sealed = sealed(&mut sealer, &host, READINGS, &reading);
-        send(&mut host, &sealed);
+        let frames = authenticated(&mut authenticator, &host, READINGS, &reading);
+        send(&mut host, &frames);
         is_answered = answer(&mut host, Duration::from_millis(200)).is_some();
     }
     assert!(is_answered, "the sender is heard again after the reserve");

@@ -127,7 +127,7 @@ impl Lab {
 
     /// The stored state of a monitor with the key.
     pub fn store(&self, name: &str) -> Store {
-        Store::sealed(&self.path(name), KEY, NODE).unwrap()
+        Store::authenticated(&self.path(name), KEY, NODE).unwrap()
     }
 
     /// Settings of a monitor with the key.

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use rotor_edge::bus::CanBus;
-use rotor_edge::bus::seals::Believing;
+use rotor_edge::bus::mac::AuthenticatedBus;
 use rotor_edge::deploy::trial::{Candidate, TrialResult, Verdict, median, run};
 use rotor_edge::deploy::{Authority, HEARTBEAT_TIME};
 use rotor_edge::edge::encoded;
@@ -25,7 +25,7 @@ fn try_out(
     candidate: &Candidate,
     time: Duration,
 ) -> anyhow::Result<TrialResult> {
-    let mut bus = Believing::listen(bus, authority.checker(), HEARTBEAT_TIME)?;
+    let mut bus = AuthenticatedBus::listen(bus, authority.checker(), HEARTBEAT_TIME)?;
     run(&mut authority, &mut bus, candidate, time, |_| ())
 }
 

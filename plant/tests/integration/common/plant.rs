@@ -6,7 +6,7 @@ use rotor_edge::sample;
 use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_plant::item::{Body, Item, Reading, SCHEMA, Source};
-use rotor_edge_plant::keeper::Keeper as _;
+use rotor_edge_plant::sink::Sink as _;
 use rotor_edge_plant::store::Store;
 use serde_json::Value;
 

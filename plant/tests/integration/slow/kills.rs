@@ -17,7 +17,7 @@ use crate::common::{Bus, Program, free_port, reading, until};
 use rand_core::{Rng as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use rotor_edge::sample;
-use rotor_edge_plant::keeper::Keeper as _;
+use rotor_edge_plant::sink::Sink as _;
 use rotor_edge_plant::stream::Stream;
 use rotor_edge_plant::stream::access::Access;
 use rusqlite::Connection;

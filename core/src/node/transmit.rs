@@ -1,4 +1,4 @@
-//! What a node says of itself: state, heartbeat, version.
+//! The frames a node sends of itself: state, heartbeat, version; and the queue of all it sends.
 
 use super::{HEARTBEAT_FRAMES, Node, QUEUE_FRAMES};
 use crate::can::{Frame, Message, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION};
@@ -38,7 +38,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             Message::Heartbeat { version: PROTOCOL_VERSION, state, reason, missing_mask, readings };
         let (probes, planes) =
             self.model().map_or((0, 0), |model| (model.probes.len() as u8, model.planes.len() as u8));
-        let on_trial = self.desk.trial_until_us().is_some();
+        let on_trial = self.handler.trial_until_us().is_some();
         let model = Message::Model { checksum: self.monitor.checksum(), probes, planes, on_trial };
         let pairs = (0..).zip(counters.pairs()).map(|(pair, values)| Message::Counters { pair, values });
         let messages = [heartbeat, Message::State(status)].into_iter().chain(pairs).chain([model]);

@@ -3,8 +3,8 @@
 
 use std::collections::VecDeque;
 
-use rotor_edge_core::can::parts::{BURST_PARTS, Held, Offer, PART_BYTES, parts_of, request_part};
-use rotor_edge_core::can::{Frame, TYPE_ANSWER_PART, TYPE_HELD, TYPE_OFFER, TYPE_PART, frame_id};
+use rotor_edge_core::can::parts::{Ack, BURST_PARTS, Offer, PART_BYTES, parts_of, request_part};
+use rotor_edge_core::can::{Frame, TYPE_ACK, TYPE_ANSWER_PART, TYPE_OFFER, TYPE_PART, frame_id};
 
 /// Wait for what an offer asks for, doubled with each that was in vain up to the longest, µs.
 const PATIENCE_US: u64 = 100_000;
@@ -31,7 +31,7 @@ pub enum Standing {
 
 /// One request and its answer.
 #[derive(Debug)]
-pub struct Courier<'a> {
+pub struct PartsClient<'a> {
     request: &'a [u8],
     node: u8,
     offer: Offer,
@@ -48,7 +48,7 @@ pub struct Courier<'a> {
     answer: Vec<u8>,
 }
 
-impl<'a> Courier<'a> {
+impl<'a> PartsClient<'a> {
     /// A request to `node`; `None` if it is longer than any message in parts.
     pub fn new(time_us: u64, node: u8, request: &'a [u8]) -> Option<Self> {
         Some(Self {
@@ -101,9 +101,9 @@ impl<'a> Courier<'a> {
 
     /// Takes a frame; the answer, once it is whole.
     pub fn receive(&mut self, time_us: u64, frame: &Frame) -> Option<&[u8]> {
-        if frame.raw_id() == frame_id(TYPE_HELD, self.node) {
-            if let Some(held) = Held::decode(frame.bytes()) {
-                self.take_held(time_us, held);
+        if frame.raw_id() == frame_id(TYPE_ACK, self.node) {
+            if let Some(ack) = Ack::decode(frame.bytes()) {
+                self.take_ack(time_us, ack);
             }
         } else if frame.raw_id() == frame_id(TYPE_ANSWER_PART, self.node) {
             self.take_answer(frame.bytes());
@@ -126,14 +126,14 @@ impl<'a> Courier<'a> {
         self.silent += 1;
     }
 
-    fn take_held(&mut self, time_us: u64, held: Held) {
+    fn take_ack(&mut self, time_us: u64, ack: Ack) {
         // of another round: repeated, or overtaken by a later offer
-        if (held.round, held.crc32) != (self.offer.round, self.offer.crc32) || self.silent == 0 {
+        if (ack.round, ack.crc32) != (self.offer.round, self.offer.crc32) || self.silent == 0 {
             return;
         }
         (self.is_heard, self.silent) = (true, 0);
         let parts = parts_of(self.request.len());
-        self.held = usize::from(held.parts).min(parts);
+        self.held = usize::from(ack.parts).min(parts);
         if self.held < parts {
             self.was_forgotten |= self.was_sent;
             self.was_sent |= self.held + BURST_PARTS >= parts;
@@ -145,7 +145,7 @@ impl<'a> Courier<'a> {
             return;
         }
         self.whole_since_us.get_or_insert(time_us);
-        self.answer_bytes = usize::from(held.answer_bytes);
+        self.answer_bytes = usize::from(ack.answer_bytes);
         let wait_us = if self.answer_bytes == 0 { NOT_YET_US } else { PATIENCE_US };
         self.due_us = time_us + wait_us;
     }
@@ -167,11 +167,11 @@ impl<'a> Courier<'a> {
 mod tests {
     use super::*;
 
-    fn hold(courier: &mut Courier, time_us: u64, parts: u16) {
-        while courier.poll(time_us).is_some() {}
-        let Offer { round, crc32, .. } = courier.offer;
-        let held = Held { parts, answer_bytes: 0, round, crc32 };
-        courier.receive(time_us, &Frame::full(TYPE_HELD, 1, held.encode()));
+    fn hold(client: &mut PartsClient, time_us: u64, parts: u16) {
+        while client.poll(time_us).is_some() {}
+        let Offer { round, crc32, .. } = client.offer;
+        let ack = Ack { parts, answer_bytes: 0, round, crc32 };
+        client.receive(time_us, &Frame::full(TYPE_ACK, 1, ack.encode()));
     }
 
     #[test]
@@ -185,11 +185,11 @@ mod tests {
             (&[0, 8, 16, 0], true),
             (&[0, 8, 16, 17, 0], true),
         ] {
-            let mut courier = Courier::new(0, 1, &request).unwrap();
+            let mut client = PartsClient::new(0, 1, &request).unwrap();
             for (second, parts) in (0..).zip(told) {
-                hold(&mut courier, second * 1_000_000, *parts);
+                hold(&mut client, second * 1_000_000, *parts);
             }
-            assert_eq!(courier.was_forgotten(), expected, "{told:?}");
+            assert_eq!(client.was_forgotten(), expected, "{told:?}");
         }
     }
 }

@@ -1,27 +1,28 @@
-//! Seals: two frames after a group of frames that say who sent the group, and when.
+//! Message authentication codes (MACs): two frames after a group of frames show who sent the group, and that it is no
+//! recording.
 //!
 //! A group is a reading (towards a node) or what a node tells at once: a result, a heartbeat with all that follows it, or a
-//! state alone. The first frame of the seal holds the number of frames in the group (u8) and its freshness (56 bits), a
+//! state alone. The first frame of the MAC holds the number of frames in the group (u8) and its nonce (56 bits), a
 //! number that only grows: microseconds since 1970 suit. The second holds the left eight bytes of an HMAC-SHA-256, by the
-//! device's key, over the words `rotor-edge seal` and then, of every frame of the group and of the seal's first, the
+//! device's key, over the words `rotor-edge seal` and then, of every frame of the group and of the MAC's first, the
 //! identifier (u16, which has the direction and the node in it) and the eight bytes, in rising order of identifier.
 //!
-//! Who knows of no seals passes these frames over.
+//! Receivers without the feature `mac` ignore these frames.
 //!
 //! ```
-//! use rotor_edge_core::can::seal::{Direction, Gate, SealError, seal};
+//! use rotor_edge_core::can::mac::{Direction, Gate, MacError, mac_frames};
 //! use rotor_edge_core::can::{NumberedReading, reading_frames};
 //! use rotor_edge_core::command::Key;
 //! use rotor_edge_core::reading::{ProbeVector, Reading};
 //! let (key, node) = (Key([7; 32]), 3);
 //! let reading = Reading::new(9000.0, &[ProbeVector { cos_um: 1.0, sin_um: 2.0 }; 4]).unwrap();
 //! let frames = reading_frames(node, &NumberedReading::new(1, reading));
-//! let sealed: Vec<_> = frames.iter().copied().chain(seal(&key, Direction::ToNode, node, 1000, &frames)).collect();
+//! let authenticated: Vec<_> = frames.iter().copied().chain(mac_frames(&key, Direction::ToNode, node, 1000, &frames)).collect();
 //! let mut gate = Gate::new(Direction::ToNode, 999);
-//! let mut hear = |time_us| sealed.iter().map(|frame| gate.receive(&key, 200_000, time_us, frame)).last();
+//! let mut hear = |time_us| authenticated.iter().map(|frame| gate.receive(&key, 200_000, time_us, frame)).last();
 //! assert_eq!(hear(0), Some(Ok(Some(frames.clone().into_iter().collect()))));
 //! // a recording of it
-//! assert_eq!(hear(50_000), Some(Err(SealError::Replayed)));
+//! assert_eq!(hear(50_000), Some(Err(MacError::Replayed)));
 //! ```
 
 use core::error::Error;
@@ -37,14 +38,14 @@ use super::message::{
     TYPE_HEARTBEAT, TYPE_MODEL, TYPE_READING_END, TYPE_READING_START, TYPE_RESULT_END, TYPE_STATE,
     TYPE_STATUS,
 };
-pub use super::message::{TYPE_READING_CODE, TYPE_READING_FRESHNESS, TYPE_TOLD_CODE, TYPE_TOLD_FRESHNESS};
+pub use super::message::{TYPE_READING_CODE, TYPE_READING_NONCE, TYPE_TOLD_CODE, TYPE_TOLD_NONCE};
 use crate::command::Key;
 
-pub const SEAL_FRAMES: usize = 2;
+pub const MAC_FRAMES: usize = 2;
 /// Frames of a group, at most: those of a heartbeat.
 pub const MAX_GROUP_FRAMES: usize = COUNTER_PAIRS + 3;
-/// Greatest freshness: the year 4253 in microseconds.
-pub const MAX_FRESHNESS: u64 = (1 << 56) - 1;
+/// Greatest nonce: the year 4253 in microseconds.
+pub const MAX_NONCE: u64 = (1 << 56) - 1;
 
 const DOMAIN: &[u8] = b"rotor-edge seal";
 /// One for each type that can be in a group, in either direction.
@@ -53,7 +54,7 @@ const SLOTS: usize = (TYPE_MODEL - TYPE_STATUS) as usize + 1;
 /// The frames of a group, in rising order of identifier.
 pub type Group = Vec<Frame, MAX_GROUP_FRAMES>;
 
-/// Which way sealed frames travel.
+/// Which way authenticated frames travel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Direction {
@@ -67,16 +68,16 @@ pub enum Direction {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub enum SealError {
-    /// Frames are missing, those of the seal among them, or they took too long.
+pub enum MacError {
+    /// Frames are missing, those of the MAC among them, or they took too long.
     Incomplete,
     /// The code is not one made with this key over these frames.
     Forged,
-    /// The code is right and its freshness not above the last one.
+    /// The code is right and its nonce not above the last one.
     Replayed,
 }
 
-impl fmt::Display for SealError {
+impl fmt::Display for MacError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Self::Incomplete => "frames of the group or of its seal are missing or late",
@@ -86,14 +87,14 @@ impl fmt::Display for SealError {
     }
 }
 
-impl Error for SealError {}
+impl Error for MacError {}
 
 impl Direction {
-    /// Types of the seal's two frames.
-    fn types(self) -> [u8; SEAL_FRAMES] {
+    /// Types of the MAC's two frames.
+    fn types(self) -> [u8; MAC_FRAMES] {
         match self {
-            Self::ToNode => [TYPE_READING_FRESHNESS, TYPE_READING_CODE],
-            Self::ToHost => [TYPE_TOLD_FRESHNESS, TYPE_TOLD_CODE],
+            Self::ToNode => [TYPE_READING_NONCE, TYPE_READING_CODE],
+            Self::ToHost => [TYPE_TOLD_NONCE, TYPE_TOLD_CODE],
         }
     }
 
@@ -105,7 +106,7 @@ impl Direction {
         }
     }
 
-    /// Whether frames of this type count only with a seal.
+    /// Whether frames of this type count only with a MAC.
     pub fn covers(self, message_type: u8) -> bool {
         match self {
             Self::ToNode => (TYPE_READING_START..=TYPE_READING_END).contains(&message_type),
@@ -116,19 +117,19 @@ impl Direction {
     }
 }
 
-/// The two frames that seal a group for or of `node`, to be sent after it; `group` in rising order of identifier. Of the
-/// freshness, 56 bits count.
-pub fn seal(
+/// The two frames of the MAC of a group for or of `node`, to be sent after it; `group` in rising order of identifier. Of the
+/// nonce, 56 bits count.
+pub fn mac_frames(
     key: &Key,
     direction: Direction,
     node: u8,
-    freshness: u64,
+    nonce: u64,
     group: &[Frame],
-) -> [Frame; SEAL_FRAMES] {
+) -> [Frame; MAC_FRAMES] {
     let [first, second] = direction.types();
-    let [a, b, c, d, e, f, g, _] = freshness.to_le_bytes();
+    let [a, b, c, d, e, f, g, _] = nonce.to_le_bytes();
     let head = Frame::full(first, node, [group.len() as u8, a, b, c, d, e, f, g]);
-    let full = mac(key, group, &head).map(|mac| <[u8; 32]>::from(mac.finalize().into_bytes()));
+    let full = hmac(key, group, &head).map(|mac| <[u8; 32]>::from(mac.finalize().into_bytes()));
     let code = full.unwrap_or_default().first_chunk().copied().unwrap_or_default();
     [head, Frame::full(second, node, code)]
 }
@@ -142,8 +143,8 @@ pub(crate) fn grouped<'a>(frames: impl Iterator<Item = &'a Frame>) -> Group {
     group
 }
 
-/// Over a group and its seal's first frame.
-fn mac(key: &Key, group: &[Frame], head: &Frame) -> Option<Hmac<Sha256>> {
+/// HMAC-SHA-256 over a group and its MAC's first frame.
+fn hmac(key: &Key, group: &[Frame], head: &Frame) -> Option<Hmac<Sha256>> {
     let mut mac = key.mac([DOMAIN, &[], &[]])?;
     for frame in group.iter().chain([head]) {
         mac.update(&frame.raw_id().to_le_bytes());
@@ -152,7 +153,7 @@ fn mac(key: &Key, group: &[Frame], head: &Frame) -> Option<Hmac<Sha256>> {
     Some(mac)
 }
 
-/// Holds the frames of one node in one direction back until their seal is there.
+/// Holds the frames of one node in one direction back until their MAC is there.
 #[derive(Debug, Clone)]
 pub struct Gate {
     direction: Direction,
@@ -169,18 +170,18 @@ impl Gate {
         Self { direction, frames: [None; SLOTS], head: None, since_us: 0, last }
     }
 
-    /// The greatest freshness that was taken.
+    /// The greatest nonce that was taken.
     pub fn last(&self) -> u64 {
         self.last
     }
 
-    /// Takes nothing up to this freshness any more.
+    /// Takes nothing up to this nonce any more.
     pub fn raise(&mut self, last: u64) {
         self.last = self.last.max(last);
     }
 
-    /// Takes one frame of the node: a whole group, when this frame is its seal's last. Frames that need no seal are passed
-    /// over. One wrong seal and the group is gone: whoever guesses has one attempt for each.
+    /// Takes one frame of the node: a whole group, when this frame is its MAC's last. Frames that need no MAC are passed
+    /// over. One wrong MAC and the group is gone: a forger has one attempt for each.
     ///
     /// Errors: [`SealError`], and nothing else has changed.
     pub fn receive(
@@ -189,7 +190,7 @@ impl Gate {
         timeout_us: u64,
         time_us: u64,
         frame: &Frame,
-    ) -> Result<Option<Group>, SealError> {
+    ) -> Result<Option<Group>, MacError> {
         let Some(payload) = frame.full_payload() else { return Ok(None) };
         let [first, second] = self.direction.types();
         match frame.message_type() {
@@ -203,12 +204,12 @@ impl Gate {
         }
     }
 
-    fn put(&mut self, time_us: u64, frame: &Frame) -> Result<Option<Group>, SealError> {
+    fn put(&mut self, time_us: u64, frame: &Frame) -> Result<Option<Group>, MacError> {
         let place = usize::from(frame.message_type().wrapping_sub(self.direction.first()));
         let mut before = Ok(None);
         if self.begins_with(frame.message_type()) && self.frames.get(place) != Some(&Some(*frame)) {
             if self.frames.iter().any(Option::is_some) {
-                before = Err(SealError::Incomplete);
+                before = Err(MacError::Incomplete);
             }
             self.clear();
             self.since_us = time_us;
@@ -240,29 +241,29 @@ impl Gate {
         timeout_us: u64,
         time_us: u64,
         code: &[u8; 8],
-    ) -> Result<Option<Group>, SealError> {
+    ) -> Result<Option<Group>, MacError> {
         let group = grouped(self.frames.iter().flatten());
         let head = self.head;
         self.clear();
         if group.is_empty() {
-            // the seal once more
+            // a MAC whose group was taken or refused already
             return Ok(None);
         }
-        let head = head.ok_or(SealError::Incomplete)?;
-        let &[frames, a, b, c, d, e, f, g] = head.full_payload().ok_or(SealError::Incomplete)?;
+        let head = head.ok_or(MacError::Incomplete)?;
+        let &[frames, a, b, c, d, e, f, g] = head.full_payload().ok_or(MacError::Incomplete)?;
         let is_late = time_us.saturating_sub(self.since_us) > timeout_us;
         if usize::from(frames) != group.len() || is_late {
-            return Err(SealError::Incomplete);
+            return Err(MacError::Incomplete);
         }
         // in constant time
-        if mac(key, &group, &head).is_none_or(|mac| mac.verify_truncated_left(code).is_err()) {
-            return Err(SealError::Forged);
+        if hmac(key, &group, &head).is_none_or(|mac| mac.verify_truncated_left(code).is_err()) {
+            return Err(MacError::Forged);
         }
-        let freshness = u64::from_le_bytes([a, b, c, d, e, f, g, 0]);
-        if freshness <= self.last {
-            return Err(SealError::Replayed);
+        let nonce = u64::from_le_bytes([a, b, c, d, e, f, g, 0]);
+        if nonce <= self.last {
+            return Err(MacError::Replayed);
         }
-        self.last = freshness;
+        self.last = nonce;
         Ok(Some(group))
     }
 }

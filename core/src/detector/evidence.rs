@@ -8,7 +8,7 @@ use crate::state::Reason;
 use crate::thresholds::Thresholds;
 use crate::track::Estimate;
 
-/// What one reading says, for [`Judge::update`](super::Judge::update).
+/// What one reading says, for [`Detector::update`](super::Detector::update).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
     pub residual: Residual,

@@ -1,13 +1,13 @@
-//! A node that takes no commands: what it would transfer and save with the feature `command`.
+//! A node without the feature `command`: it takes no commands.
 
 use super::{Node, Save};
 use crate::numerics::Numerics;
 
-/// Nobody to hand a command to.
+/// The place of the one with the feature `command`.
 #[derive(Debug, Clone)]
-pub(super) struct Desk;
+pub(super) struct CommandHandler;
 
-impl Desk {
+impl CommandHandler {
     pub fn new() -> Self {
         Self
     }
@@ -32,7 +32,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     /// Whether what [`Node::to_save`] gave is stored.
     pub fn saved(&mut self, time_us: u64, stored: bool) {
         self.memory_saved(time_us, stored);
-        self.keeper.poll(time_us);
+        self.save_scheduler.poll(time_us);
         self.announce(time_us);
     }
 

@@ -1,11 +1,11 @@
-//! Readings with a seal, and frames that count only with theirs.
+//! Message authentication codes (MACs) of the readings that are sent, and a check of those that are heard.
 
 use std::collections::VecDeque;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Result;
 use rotor_edge_core::can::Frame;
-use rotor_edge_core::can::seal::{Direction, Gate, SEAL_FRAMES, SealError, seal};
+use rotor_edge_core::can::mac::{Direction, Gate, MAC_FRAMES, MacError, mac_frames};
 use rotor_edge_core::command::Key;
 use rotor_edge_core::node::NodeConfig;
 use serde::Serialize;
@@ -20,36 +20,37 @@ pub fn present_us() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_micros() as u64)
 }
 
-/// Seals the readings for one monitor.
+/// Makes the MACs of the readings for one monitor.
 #[derive(Debug, Clone)]
-pub struct Sealer {
+pub struct Authenticator {
     key: Key,
     node: u8,
     last: u64,
 }
 
-impl Sealer {
+impl Authenticator {
     pub fn new(key: Key, node: u8) -> Self {
         Self { key, node, last: 0 }
     }
 
     /// What is to follow these frames of a reading: fresher than all before, and by this machine's clock.
-    pub fn seal(&mut self, reading: &[Frame]) -> [Frame; SEAL_FRAMES] {
-        self.seal_at(present_us(), reading)
+    pub fn mac(&mut self, reading: &[Frame]) -> [Frame; MAC_FRAMES] {
+        self.mac_at(present_us(), reading)
     }
 
     /// The same by a clock that shows `time_us` since 1970.
-    pub fn seal_at(&mut self, time_us: u64, reading: &[Frame]) -> [Frame; SEAL_FRAMES] {
+    pub fn mac_at(&mut self, time_us: u64, reading: &[Frame]) -> [Frame; MAC_FRAMES] {
         self.last = time_us.max(self.last + 1);
-        seal(&self.key, Direction::ToNode, self.node, self.last, reading)
+        mac_frames(&self.key, Direction::ToNode, self.node, self.last, reading)
     }
 }
 
 /// Groups of frames that were not believed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Refused {
-    /// Without a seal, or with frames missing.
-    pub unsealed: u64,
+    /// Without a MAC, or with frames missing.
+    #[serde(rename = "unsealed")]
+    pub without_mac: u64,
     /// With a code that is not one by the key.
     pub forged: u64,
     /// With the right code, and no fresher than what was heard before.
@@ -61,21 +62,21 @@ impl Refused {
         *self != Self::default()
     }
 
-    fn count(&mut self, error: SealError) {
+    fn count(&mut self, error: MacError) {
         match error {
-            SealError::Forged => self.forged += 1,
-            SealError::Replayed => self.replayed += 1,
-            _ => self.unsealed += 1,
+            MacError::Forged => self.forged += 1,
+            MacError::Replayed => self.replayed += 1,
+            _ => self.without_mac += 1,
         }
     }
 }
 
 impl std::fmt::Display for Refused {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { unsealed, forged, replayed } = self;
+        let Self { without_mac, forged, replayed } = self;
         write!(
             f,
-            "refused: {forged} with a wrong seal, {replayed} recorded before, {unsealed} without a whole seal"
+            "refused: {forged} with a wrong seal, {replayed} recorded before, {without_mac} without a whole seal"
         )
     }
 }
@@ -90,7 +91,7 @@ pub struct Checker {
 }
 
 impl Checker {
-    /// Believes any freshness at first.
+    /// Believes any nonce at first.
     pub fn new(key: Key, node: u8) -> Self {
         let gates = [Direction::ToNode, Direction::ToHost].map(|direction| Gate::new(direction, 0));
         Self { key, node, gates, refused: Refused::default() }
@@ -105,11 +106,11 @@ impl Checker {
         self.refused
     }
 
-    /// Takes any frame: those that may be believed now. Frames of other monitors, and those that no seal covers, are.
+    /// Takes any frame: those that may be believed now. Frames of other monitors, and those that no MAC covers, are.
     pub fn take(&mut self, time_us: u64, frame: &Frame) -> Vec<Frame> {
         let is_covered =
             [Direction::ToNode, Direction::ToHost].iter().any(|d| d.covers(frame.message_type()));
-        if frame.node() != self.node || !(is_covered || frame.is_seal()) {
+        if frame.node() != self.node || !(is_covered || frame.is_mac()) {
             return vec![*frame];
         }
         // the time-out is the same for every number
@@ -125,37 +126,37 @@ impl Checker {
     }
 }
 
-/// A bus on which one monitor's words count only under its seal, if it seals: it is listened to for a heartbeat before
-/// anything of it counts. A monitor that seals nothing is believed as it is.
-pub struct Believing<'a> {
+/// A bus on which one monitor's words count only under its MAC, if it sends MACs: it is listened to for a heartbeat before
+/// anything of it counts. A monitor without MACs is believed as it is.
+pub struct AuthenticatedBus<'a> {
     bus: &'a mut dyn CanBus,
     checker: Checker,
-    is_sealed: bool,
+    is_authenticated: bool,
     believed: VecDeque<Frame>,
     since: Duration,
 }
 
-impl<'a> Believing<'a> {
-    /// With the monitor's key; listens for a seal for this time.
+impl<'a> AuthenticatedBus<'a> {
+    /// With the monitor's key; listens for a MAC for this time.
     ///
     /// # Errors
     /// If the bus fails.
     pub fn listen(bus: &'a mut dyn CanBus, checker: Checker, time: Duration) -> Result<Self> {
         let since = bus.now();
-        let mut own = Self { bus, checker, is_sealed: false, believed: VecDeque::new(), since };
-        while !own.is_sealed && own.now() - own.since < time {
+        let mut own = Self { bus, checker, is_authenticated: false, believed: VecDeque::new(), since };
+        while !own.is_authenticated && own.now() - own.since < time {
             own.receive(PATIENCE)?;
         }
         Ok(own)
     }
 
-    /// What was not believed of a monitor that seals.
+    /// What was not believed of a monitor that sends MACs.
     pub fn refused(&self) -> Refused {
-        if self.is_sealed { self.checker.refused() } else { Refused::default() }
+        if self.is_authenticated { self.checker.refused() } else { Refused::default() }
     }
 }
 
-impl CanBus for Believing<'_> {
+impl CanBus for AuthenticatedBus<'_> {
     fn send(&mut self, frame: &Frame) -> Result<()> {
         self.bus.send(frame)
     }
@@ -167,12 +168,12 @@ impl CanBus for Believing<'_> {
         let Some(frame) = self.bus.receive(timeout)? else { return Ok(None) };
         let time_us = (self.now() - self.since).as_micros() as u64;
         let believed = self.checker.take(time_us, &frame);
-        if self.is_sealed {
+        if self.is_authenticated {
             self.believed.extend(believed);
             return Ok(self.believed.pop_front());
         }
-        // what this seal covers has been passed on already
-        self.is_sealed = frame.is_seal() && !believed.is_empty();
+        // what this MAC covers has been passed on already
+        self.is_authenticated = frame.is_mac() && !believed.is_empty();
         Ok(Some(frame))
     }
 
@@ -220,18 +221,18 @@ mod tests {
         Message::State(Status { state, ..Status::default() }).encode(NODE)
     }
 
-    /// A state with its seal.
-    fn sealed(what: NodeState, freshness: u64) -> Vec<Frame> {
+    /// A state with its MAC.
+    fn authenticated(what: NodeState, nonce: u64) -> Vec<Frame> {
         let frame = state(what);
-        let seal = seal(&KEY, Direction::ToHost, NODE, freshness, &[frame]);
-        std::iter::once(frame).chain(seal).collect()
+        let mac = mac_frames(&KEY, Direction::ToHost, NODE, nonce, &[frame]);
+        std::iter::once(frame).chain(mac).collect()
     }
 
     /// States that were passed on, and what was refused.
     fn heard(frames: Vec<Frame>, time: Duration) -> (Vec<NodeState>, Refused) {
         let count = frames.len();
         let mut script = Script(frames.into());
-        let mut bus = Believing::listen(&mut script, Checker::new(KEY, NODE), time).unwrap();
+        let mut bus = AuthenticatedBus::listen(&mut script, Checker::new(KEY, NODE), time).unwrap();
         let mut states = Vec::new();
         for _ in 0..2 * count {
             let Some(frame) = bus.receive(Duration::ZERO).unwrap() else { continue };
@@ -243,9 +244,9 @@ mod tests {
     }
 
     #[test]
-    fn sealed_monitor_is_believed_only_under_its_seal() {
+    fn authenticated_monitor_is_believed_only_with_its_mac() {
         let forged = state(NodeState::Flagged);
-        let genuine = [sealed(NodeState::Learning, 1), sealed(NodeState::Tracking, 2)];
+        let genuine = [authenticated(NodeState::Learning, 1), authenticated(NodeState::Tracking, 2)];
         let with_forgeries = [&[forged], &genuine[0][..], &[forged], &genuine[1], &genuine[0]].concat();
         let (states, refused) = heard(with_forgeries, Duration::from_secs(1));
         assert_eq!(

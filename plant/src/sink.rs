@@ -1,11 +1,11 @@
-//! What keeps items.
+//! A store that a gateway writes items to.
 
 use anyhow::Result;
 
 use crate::item::{Item, Kind};
 use crate::numbering::Last;
 
-pub trait Keeper: Send {
+pub trait Sink: Send {
     /// Has a bus for this gateway alone, as long as this lives: two that call a bus alike would number its items twice.
     ///
     /// # Errors

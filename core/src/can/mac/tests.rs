@@ -38,13 +38,13 @@ fn result() -> Vec<Frame> {
     result_frames(NODE, &result).into_iter().collect()
 }
 
-fn sealed(direction: Direction, freshness: u64, mut group: Vec<Frame>) -> Vec<Frame> {
-    group.extend(seal(&KEY, direction, NODE, freshness, &group));
+fn authenticated(direction: Direction, nonce: u64, mut group: Vec<Frame>) -> Vec<Frame> {
+    group.extend(mac_frames(&KEY, direction, NODE, nonce, &group));
     group
 }
 
 /// What the last of these frames leads to, or the first error.
-fn heard(gate: &mut Gate, frames: &[Frame]) -> Result<Option<Group>, SealError> {
+fn heard(gate: &mut Gate, frames: &[Frame]) -> Result<Option<Group>, MacError> {
     let mut last = Ok(None);
     for frame in frames {
         last = Ok(gate.receive(&KEY, TIMEOUT_US, 0, frame)?);
@@ -57,9 +57,9 @@ fn to_node(last: u64) -> Gate {
 }
 
 #[test]
-fn flipped_bit_in_sealed_reading_is_refused() {
+fn flipped_bit_in_authenticated_reading_is_refused() {
     for (direction, group) in [(Direction::ToNode, reading(7)), (Direction::ToHost, result())] {
-        let whole = sealed(direction, FRESH, group);
+        let whole = authenticated(direction, FRESH, group);
         assert!(heard(&mut Gate::new(direction, 0), &whole).unwrap().is_some());
         for (place, frame) in whole.iter().enumerate() {
             for bit in 0..64 + 11 {
@@ -83,52 +83,52 @@ fn flipped_bit_in_sealed_reading_is_refused() {
 #[test]
 fn another_key_node_direction_or_command_code_is_forged() {
     let (group, mut gate) = (reading(7), to_node(0));
-    let with = |seal: [Frame; 2]| [&group[..], &seal].concat();
-    let other = seal(&Key([8; 32]), Direction::ToNode, NODE, FRESH, &group);
-    assert_eq!(heard(&mut gate, &with(other)), Err(SealError::Forged));
+    let with = |mac: [Frame; 2]| [&group[..], &mac].concat();
+    let other = mac_frames(&Key([8; 32]), Direction::ToNode, NODE, FRESH, &group);
+    assert_eq!(heard(&mut gate, &with(other)), Err(MacError::Forged));
     // the code of another direction and that of another node, under the identifiers that are expected
     for [head, code] in [
-        seal(&KEY, Direction::ToHost, NODE, FRESH, &group),
-        seal(&KEY, Direction::ToNode, NODE + 1, FRESH, &group),
+        mac_frames(&KEY, Direction::ToHost, NODE, FRESH, &group),
+        mac_frames(&KEY, Direction::ToNode, NODE + 1, FRESH, &group),
     ] {
         let moved = |frame: Frame, kind| Frame::full(kind, NODE, *frame.full_payload().unwrap());
-        let seal = [moved(head, TYPE_READING_FRESHNESS), moved(code, TYPE_READING_CODE)];
-        assert_eq!(heard(&mut gate, &with(seal)), Err(SealError::Forged));
+        let mac = [moved(head, TYPE_READING_NONCE), moved(code, TYPE_READING_CODE)];
+        assert_eq!(heard(&mut gate, &with(mac)), Err(MacError::Forged));
     }
     assert_eq!(gate.last(), 0);
 }
 
 #[test]
-fn freshness_only_grows_and_a_recording_is_told_from_a_forgery() {
+fn nonce_only_grows_and_a_recording_is_told_from_a_forgery() {
     let mut gate = to_node(FRESH);
-    for (freshness, expected) in [
-        (FRESH, Err(SealError::Replayed)),
-        (FRESH - 1, Err(SealError::Replayed)),
+    for (nonce, expected) in [
+        (FRESH, Err(MacError::Replayed)),
+        (FRESH - 1, Err(MacError::Replayed)),
         (FRESH + 1, Ok(true)),
-        (FRESH + 1, Err(SealError::Replayed)),
-        (MAX_FRESHNESS, Ok(true)),
-        (u64::MAX, Err(SealError::Replayed)),
+        (FRESH + 1, Err(MacError::Replayed)),
+        (MAX_NONCE, Ok(true)),
+        (u64::MAX, Err(MacError::Replayed)),
     ] {
-        let taken = heard(&mut gate, &sealed(Direction::ToNode, freshness, reading(7)));
-        assert_eq!(taken.map(|group| group.is_some()), expected, "{freshness}");
+        let taken = heard(&mut gate, &authenticated(Direction::ToNode, nonce, reading(7)));
+        assert_eq!(taken.map(|group| group.is_some()), expected, "{nonce}");
     }
     gate.raise(0);
-    assert_eq!(gate.last(), MAX_FRESHNESS);
+    assert_eq!(gate.last(), MAX_NONCE);
 }
 
 #[test]
 fn each_lost_frame_costs_its_group_alone_and_is_no_forgery() {
-    let first = sealed(Direction::ToNode, FRESH, reading(7));
-    let second = sealed(Direction::ToNode, FRESH + 1, reading(8));
+    let first = authenticated(Direction::ToNode, FRESH, reading(7));
+    let second = authenticated(Direction::ToNode, FRESH + 1, reading(8));
     for lost in 0..first.len() {
         let mut gate = to_node(0);
         let mut frames = first.clone();
         frames.remove(lost);
-        let errors: Vec<SealError> =
+        let errors: Vec<MacError> =
             frames.iter().filter_map(|frame| gate.receive(&KEY, TIMEOUT_US, 0, frame).err()).collect();
         // without its last frame it waits, until the next one begins
         let is_told = lost + 1 < first.len();
-        assert_eq!(errors, [SealError::Incomplete].repeat(usize::from(is_told)), "frame {lost}");
+        assert_eq!(errors, [MacError::Incomplete].repeat(usize::from(is_told)), "frame {lost}");
         let outcomes: Vec<_> = second.iter().map(|frame| gate.receive(&KEY, TIMEOUT_US, 0, frame)).collect();
         let errors = outcomes.iter().filter(|outcome| outcome.is_err()).count();
         assert_eq!(errors, usize::from(!is_told), "frame {lost}");
@@ -138,7 +138,7 @@ fn each_lost_frame_costs_its_group_alone_and_is_no_forgery() {
 
 #[test]
 fn duplicate_or_reordered_frames_before_code_are_harmless() {
-    let whole = sealed(Direction::ToNode, FRESH, reading(7));
+    let whole = authenticated(Direction::ToNode, FRESH, reading(7));
     let twice: Vec<Frame> = whole.iter().flat_map(|frame| [*frame, *frame]).collect();
     let taken = |frames: &[Frame]| {
         let mut gate = to_node(0);
@@ -155,9 +155,9 @@ fn duplicate_or_reordered_frames_before_code_are_harmless() {
 
 #[test]
 fn a_group_kept_back_for_longer_than_the_time_out_is_incomplete() {
-    let whole = sealed(Direction::ToNode, FRESH, reading(7));
+    let whole = authenticated(Direction::ToNode, FRESH, reading(7));
     let (code, before) = whole.split_last().unwrap();
-    for (late_us, expected) in [(TIMEOUT_US, Ok(true)), (TIMEOUT_US + 1, Err(SealError::Incomplete))] {
+    for (late_us, expected) in [(TIMEOUT_US, Ok(true)), (TIMEOUT_US + 1, Err(MacError::Incomplete))] {
         let mut gate = to_node(0);
         assert_eq!(heard(&mut gate, before), Ok(None));
         let taken = gate.receive(&KEY, TIMEOUT_US, late_us, code);
@@ -170,10 +170,10 @@ fn a_state_is_a_group_of_its_own_or_part_of_its_heartbeat() {
     let frame = |kind| Frame::full(kind, NODE, [1; 8]);
     let heartbeat: Vec<Frame> = (TYPE_HEARTBEAT..=TYPE_MODEL).map(frame).collect();
     let mut gate = Gate::new(Direction::ToHost, 0);
-    for (freshness, group) in
+    for (nonce, group) in
         (1..).zip([std::vec![frame(TYPE_STATE)], heartbeat.clone(), result(), std::vec![frame(TYPE_STATE)]])
     {
-        let taken = heard(&mut gate, &sealed(Direction::ToHost, freshness, group.clone()));
+        let taken = heard(&mut gate, &authenticated(Direction::ToHost, nonce, group.clone()));
         assert_eq!(taken.unwrap().unwrap().as_slice(), group);
     }
     assert_eq!(heartbeat.len(), MAX_GROUP_FRAMES);
@@ -181,12 +181,12 @@ fn a_state_is_a_group_of_its_own_or_part_of_its_heartbeat() {
 
 #[test]
 fn guesses_have_one_attempt_for_each_group() {
-    let whole = sealed(Direction::ToNode, FRESH, reading(7));
+    let whole = authenticated(Direction::ToNode, FRESH, reading(7));
     let (code, before) = whole.split_last().unwrap();
     let mut gate = to_node(0);
     assert_eq!(heard(&mut gate, before), Ok(None));
     let guess = Frame::full(TYPE_READING_CODE, NODE, [0; 8]);
-    assert_eq!(gate.receive(&KEY, TIMEOUT_US, 0, &guess), Err(SealError::Forged));
+    assert_eq!(gate.receive(&KEY, TIMEOUT_US, 0, &guess), Err(MacError::Forged));
     assert_eq!(gate.receive(&KEY, TIMEOUT_US, 0, code), Ok(None), "not even the right one counts then");
 }
 
@@ -194,7 +194,7 @@ fn guesses_have_one_attempt_for_each_group() {
 fn a_code_is_as_documented() {
     // Python: hmac.digest(bytes([9] * 32), b"rotor-edge seal" + bytes.fromhex("0401" + "01" * 8 + "c403" + "01" + "02" + "00" * 6), "sha256")[:8]
     let group = [Frame::full(TYPE_READING_START, NODE, [1; 8])];
-    let [head, code] = seal(&KEY, Direction::ToNode, NODE, 2, &group);
+    let [head, code] = mac_frames(&KEY, Direction::ToNode, NODE, 2, &group);
     assert_eq!((head.raw_id(), head.bytes()), (0x3c4, &[1, 2, 0, 0, 0, 0, 0, 0][..]));
     assert_eq!((code.raw_id(), code.bytes()), (0x3e4, &PYTHON[..]));
 }

@@ -37,7 +37,7 @@ use crate::thresholds::Thresholds;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub struct Verdict {
+pub struct ResidualVerdict {
     /// The residual that was judged.
     pub residual: Residual,
     /// The floor it was held against, µm.
@@ -56,7 +56,7 @@ pub struct Verdict {
     pub suspect: Option<u8>,
 }
 
-impl Verdict {
+impl ResidualVerdict {
     pub fn is_suspicious(&self) -> bool {
         self.reason != Reason::None
     }
@@ -71,16 +71,16 @@ pub struct Latched {
     pub suspect: Option<u8>,
 }
 
-/// What a judge must not forget.
+/// Level, reference, streak and flag: the part of a detector that survives a restart.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Learned {
+pub(crate) struct Baseline {
     /// Of the residual for one redundant row, as is the reference.
     pub level: Level,
     /// `None` while it is being taken.
     pub reference_um: Option<f32>,
-    /// What has gone into the reference.
-    pub taught_s: f32,
-    pub taught_readings: u8,
+    /// Time and readings that the reference rests on so far.
+    pub learned_s: f32,
+    pub learned_readings: u8,
     /// Suspicious readings in a row.
     pub streak: u16,
     pub suspicious_s: f32,
@@ -89,8 +89,8 @@ pub(crate) struct Learned {
 
 /// Memory of the residuals. Readings that cannot be judged are simply not given to it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Judge {
-    learned: Learned,
+pub struct Detector {
+    baseline: Baseline,
     judged_us: Option<u64>,
     counted_us: Option<u64>,
     misfit: Misfit,
@@ -103,7 +103,7 @@ struct Misfit {
     readings: [u16; MAX_PROBES],
 }
 
-impl Judge {
+impl Detector {
     /// When the last reading was judged, µs.
     pub fn judged_us(&self) -> Option<u64> {
         self.judged_us
@@ -111,49 +111,49 @@ impl Judge {
 
     /// The flag, if one is up.
     pub fn latched(&self) -> Option<Latched> {
-        self.learned.latched
+        self.baseline.latched
     }
 
     /// The reference is still being taken.
     pub fn is_learning(&self) -> bool {
-        self.learned.reference_um.is_none()
+        self.baseline.reference_um.is_none()
     }
 
-    /// A judge who goes on from there.
-    pub(crate) fn resume(learned: Learned) -> Self {
-        Self { learned, ..Self::default() }
+    /// Goes on from a stored baseline; times of readings are unknown.
+    pub(crate) fn resume(baseline: Baseline) -> Self {
+        Self { baseline, ..Self::default() }
     }
 
-    /// What is to be remembered.
-    pub(crate) fn learned(&self) -> &Learned {
-        &self.learned
+    /// The part to store.
+    pub(crate) fn baseline(&self) -> &Baseline {
+        &self.baseline
     }
 
     /// Whether more is known than `before` that should be stored at once: a flag, the end of learning, or twice as much
     /// learned.
     pub fn has_news_since(&self, before: &Self) -> bool {
-        let learned = |judge: &Self| (judge.learned.taught_s as u32).leading_zeros();
-        self.learned.latched != before.learned.latched
+        let learned = |detector: &Self| (detector.baseline.learned_s as u32).leading_zeros();
+        self.baseline.latched != before.baseline.latched
             || self.is_learning() != before.is_learning()
             || learned(self) != learned(before)
     }
 
-    /// A judge who knows nothing but the flag of another one.
+    /// A new detector with the flag of another one.
     pub fn latched_only(other: &Self) -> Self {
-        Self::resume(Learned { latched: other.learned.latched, ..Learned::default() })
+        Self::resume(Baseline { latched: other.baseline.latched, ..Baseline::default() })
     }
 
     /// Lowers the flag. Suspicion begins anew: what still misfits is flagged again.
     pub fn acknowledge(&mut self) {
-        self.learned.latched = None;
-        (self.learned.streak, self.learned.suspicious_s) = (0, 0.0);
+        self.baseline.latched = None;
+        (self.baseline.streak, self.baseline.suspicious_s) = (0, 0.0);
     }
 
     /// Judges a reading and remembers it.
-    pub fn update(&mut self, thresholds: &Thresholds, time_us: u64, evidence: &Evidence) -> Verdict {
+    pub fn update(&mut self, thresholds: &Thresholds, time_us: u64, evidence: &Evidence) -> ResidualVerdict {
         let rows = f32::from(evidence.redundancy.max(1));
-        let level_um = self.learned.level.mean().map(|level| rows * level);
-        let reference_um = self.learned.reference_um.map(|reference| rows * reference);
+        let level_um = self.baseline.level.mean().map(|level| rows * level);
+        let reference_um = self.baseline.reference_um.map(|reference| rows * reference);
         let limits = Limits { thresholds, evidence, level_um, reference_um };
         let mut reason = limits.reason(evidence.residual.e_um);
         if reason != Reason::None && limits.reason(evidence.free_residual_um) == Reason::None {
@@ -163,35 +163,35 @@ impl Judge {
         self.judged_us = Some(time_us);
         let counts = self.counted_us.is_none_or(|us| seconds_since(us, time_us) >= thresholds.average_s);
         if reason == Reason::None {
-            (self.learned.streak, self.learned.suspicious_s) = (0, 0.0);
+            (self.baseline.streak, self.baseline.suspicious_s) = (0, 0.0);
             self.learn(thresholds, dt_s, evidence.residual.e_um / rows, counts);
         } else {
-            if self.learned.streak == 0 {
+            if self.baseline.streak == 0 {
                 self.misfit = Misfit::default();
             } else {
                 // After a restart nobody knows for how long: long enough, if there are readings enough.
-                self.learned.suspicious_s += dt_s.unwrap_or(thresholds.persistence_s);
+                self.baseline.suspicious_s += dt_s.unwrap_or(thresholds.persistence_s);
             }
             self.misfit.add(&evidence.residual);
         }
-        if counts || (reason != Reason::None && self.learned.streak == 0) {
+        if counts || (reason != Reason::None && self.baseline.streak == 0) {
             self.counted_us = Some(time_us);
-            self.learned.streak = self.learned.streak.saturating_add(u16::from(reason != Reason::None));
+            self.baseline.streak = self.baseline.streak.saturating_add(u16::from(reason != Reason::None));
         }
         let flagged = reason != Reason::None
-            && self.learned.streak >= u16::from(thresholds.persistence_readings)
-            && self.learned.suspicious_s >= thresholds.persistence_s;
+            && self.baseline.streak >= u16::from(thresholds.persistence_readings)
+            && self.baseline.suspicious_s >= thresholds.persistence_s;
         let suspect = self.misfit.worst_bearing(&evidence.bearings).filter(|_| flagged);
-        if flagged && self.learned.latched.is_none() {
-            self.learned.latched = Some(Latched { cause: reason, suspect });
+        if flagged && self.baseline.latched.is_none() {
+            self.baseline.latched = Some(Latched { cause: reason, suspect });
         }
-        Verdict {
+        ResidualVerdict {
             residual: evidence.residual,
             floor_um: evidence.floor_um,
             level_um: level_um.unwrap_or_default(),
             reference_um,
             reason,
-            streak: self.learned.streak,
+            streak: self.baseline.streak,
             flagged,
             suspect,
         }
@@ -201,20 +201,20 @@ impl Judge {
     fn learn(&mut self, thresholds: &Thresholds, dt_s: Option<f32>, value: f32, counts: bool) {
         // After a restart nobody knows for how long the first reading stands: for one mean's time at least.
         let dt_s = dt_s.unwrap_or(thresholds.average_s);
-        let is_first = self.learned.level.mean().is_none();
-        self.learned.level.update(thresholds.level_s, dt_s, value);
-        if self.learned.reference_um.is_some() {
+        let is_first = self.baseline.level.mean().is_none();
+        self.baseline.level.update(thresholds.level_s, dt_s, value);
+        if self.baseline.reference_um.is_some() {
             return;
         }
         if !is_first {
-            self.learned.taught_s += dt_s;
+            self.baseline.learned_s += dt_s;
         }
-        self.learned.taught_readings = self.learned.taught_readings.saturating_add(u8::from(counts));
-        if self.learned.taught_s >= thresholds.learning_s
-            && self.learned.taught_readings >= thresholds.learning_readings
+        self.baseline.learned_readings = self.baseline.learned_readings.saturating_add(u8::from(counts));
+        if self.baseline.learned_s >= thresholds.learning_s
+            && self.baseline.learned_readings >= thresholds.learning_readings
         {
-            self.learned.level.fold(thresholds.level_s);
-            self.learned.reference_um = self.learned.level.mean();
+            self.baseline.level.fold(thresholds.level_s);
+            self.baseline.reference_um = self.baseline.level.mean();
         }
     }
 }

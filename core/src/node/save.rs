@@ -1,4 +1,4 @@
-//! What is to be stored, and when the memory is: at once when a flag is raised or lowered, otherwise seldom, for flash wears out.
+//! What is stored, and when the memory is: at once when a flag is raised or lowered, otherwise seldom, for flash wears out.
 
 use crate::memory::MemoryBytes;
 use crate::thresholds::ThresholdBytes;
@@ -20,18 +20,18 @@ pub enum Save<'a> {
     },
     /// What the node has learned of the machine, for [`Node::restore`](super::Node::restore).
     Memory(MemoryBytes),
-    /// How fresh a reading must be after a restart, for `Node::restore_freshness`. Only with the feature `seal`.
-    Freshness(u64),
+    /// Greatest nonce that is refused after a restart, for `Node::restore_nonce`. Only with the feature `mac`.
+    Nonce(u64),
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Keeper {
+pub(super) struct SaveScheduler {
     due_us: Option<u64>,
     saved_us: Option<u64>,
     wanted: bool,
 }
 
-impl Keeper {
+impl SaveScheduler {
     /// Something has changed. What was never stored since the start is due at once.
     pub fn changed(&mut self, time_us: u64, period_us: u64) {
         let due_us = self.saved_us.map_or(time_us, |saved_us| saved_us.saturating_add(period_us));

@@ -13,10 +13,11 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 /// A sentence, and who waits until it is written.
 type Sentence = (String, Option<Sender<()>>);
 
+/// Hands sentences to a thread that writes them to standard error.
 #[derive(Clone)]
-pub struct Teller(SyncSender<Sentence>);
+pub struct StderrLogger(SyncSender<Sentence>);
 
-impl Teller {
+impl StderrLogger {
     /// Writes each sentence as a line of standard error.
     pub fn start() -> Self {
         let (queue, sentences) = sync_channel::<Sentence>(QUEUE_SENTENCES);
@@ -28,7 +29,7 @@ impl Teller {
             }
         };
         // without it nothing is said, which is no reason to have no bus
-        let _ = thread::Builder::new().name("teller".into()).spawn(write);
+        let _ = thread::Builder::new().name("stderr".into()).spawn(write);
         Self(queue)
     }
 

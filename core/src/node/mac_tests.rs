@@ -1,11 +1,11 @@
-//! A node that takes sealed readings alone, among forgers.
+//! A node that takes authenticated readings alone, among forgers.
 
 use std::format;
 use std::vec::Vec;
 
 use super::testing::*;
 use super::*;
-use crate::can::seal::{Direction, Gate, seal};
+use crate::can::mac::{Direction, Gate, mac_frames};
 use crate::can::{ResultAssembler, TYPE_RESULT_END, TYPE_STATE, TYPE_STATUS, reading_frames};
 use crate::command::Key;
 use crate::model::tests::rigid_rotor;
@@ -14,14 +14,14 @@ use crate::model::tests::rigid_rotor;
 const EPOCH_US: u64 = 1_700_000_000_000_000;
 const RESERVE: u64 = 60_000_000;
 
-fn sealed_config() -> NodeConfig {
-    NodeConfig { sealed: true, ..config() }
+fn authenticating_config() -> NodeConfig {
+    NodeConfig { authenticated: true, ..config() }
 }
 
 /// After a loss of power; what is not stored is as in a new one.
 fn start(store: &Store) -> TestNode {
-    let mut node = TestNode::new(sealed_config()).unwrap();
-    node.restore_freshness(store.freshness);
+    let mut node = TestNode::new(authenticating_config()).unwrap();
+    node.restore_nonce(store.nonce);
     node.load(Ok(&encoded(&rigid_rotor()))).unwrap();
     node
 }
@@ -35,14 +35,14 @@ fn group(sequence: u16, factor: f32) -> Vec<Frame> {
     reading_frames(NODE, &NumberedReading::new(sequence, reading(factor))).into_iter().collect()
 }
 
-fn sealed_by(key: Key, freshness: u64, mut group: Vec<Frame>) -> Vec<Frame> {
-    group.extend(seal(&key, Direction::ToNode, NODE, freshness, &group));
+fn authenticated_by(key: Key, nonce: u64, mut group: Vec<Frame>) -> Vec<Frame> {
+    group.extend(mac_frames(&key, Direction::ToNode, NODE, nonce, &group));
     group
 }
 
 /// The sender's reading number `sequence`, which it also tells the time by.
 fn genuine(sequence: u16) -> Vec<Frame> {
-    sealed_by(KEY, EPOCH_US + u64::from(sequence) * PERIOD_US, group(sequence, 1.0))
+    authenticated_by(KEY, EPOCH_US + u64::from(sequence) * PERIOD_US, group(sequence, 1.0))
 }
 
 /// What the node tells when it hears these frames.
@@ -59,7 +59,7 @@ fn is_answered(frames: &[Frame]) -> bool {
 }
 
 #[test]
-fn sealed_reading_is_judged_as_unsealed_and_answer_is_sealed() {
+fn right_mac_makes_a_reading_count_and_its_answer_has_one() {
     let (mut node, mut store) = fresh();
     let answer = told(&mut node, &mut store, 0, &genuine(1));
     let mut open = testing::node();
@@ -70,23 +70,23 @@ fn sealed_reading_is_judged_as_unsealed_and_answer_is_sealed() {
     let groups: Vec<_> = answer.iter().filter_map(|frame| gate.receive(&KEY, 0, 0, frame).unwrap()).collect();
     let mut found: Vec<_> = groups.iter().flatten().filter_map(|frame| assembler.receive(frame)).collect();
     assert_eq!(found.pop().unwrap(), expected[0]);
-    // everything that was told was sealed: result and state
+    // everything that was told was authenticated: result and state
     assert_eq!(groups.iter().map(|group| group.len() + 2).sum::<usize>(), answer.len());
     assert!(gate.last() > EPOCH_US + PERIOD_US);
     assert_eq!(node.counters().readings, 1);
 }
 
 #[test]
-fn unsealed_forged_or_replayed_readings_change_only_counters() {
+fn unauthenticated_forged_or_replayed_readings_change_only_counters() {
     let (mut node, mut store) = fresh();
     for sequence in 1..=20 {
         assert!(is_answered(&told(&mut node, &mut store, 0, &genuine(sequence))));
     }
     let (before, counted) = (node.clone(), node.counters());
-    let no_seal = group(22, 5.0);
-    let wrong = sealed_by(Key([8; 32]), EPOCH_US + 21 * PERIOD_US, group(21, 5.0));
-    let far_ahead = sealed_by(Key([8; 32]), EPOCH_US * 2, group(0x7000, 5.0));
-    for forged in [&no_seal, &wrong, &far_ahead, &genuine(20), &genuine(1)] {
+    let no_mac = group(22, 5.0);
+    let wrong = authenticated_by(Key([8; 32]), EPOCH_US + 21 * PERIOD_US, group(21, 5.0));
+    let far_ahead = authenticated_by(Key([8; 32]), EPOCH_US * 2, group(0x7000, 5.0));
+    for forged in [&no_mac, &wrong, &far_ahead, &genuine(20), &genuine(1)] {
         assert!(!is_answered(&told(&mut node, &mut store, 0, forged)));
     }
     let (counters, was) = (node.counters(), counted);
@@ -119,7 +119,7 @@ fn frames_in_the_nodes_name_are_counted_and_do_not_silence_it() {
         assert!(is_answered(&told(&mut node, &mut store, 0, &genuine(sequence))));
     }
     assert_eq!(node.counters().conflicts, 40);
-    // one without seals is silenced by the first of them
+    // one without MACs is silenced by the first of them
     let mut open = testing::node();
     open.receive(0, &Frame::full(TYPE_STATUS, NODE, [0; 8]));
     assert!(!open.may_send());
@@ -151,14 +151,14 @@ fn replayed_reading_after_power_loss_is_refused() {
         assert!(is_answered(&told(&mut node, &mut store, 0, frames)));
     }
     let last = EPOCH_US + 2000 * PERIOD_US;
-    assert!((last..=last + RESERVE).contains(&store.freshness));
+    assert!((last..=last + RESERVE).contains(&store.nonce));
     assert!(store.savings < 10, "flash wears out: {}", store.savings);
     let mut again = start(&store);
     for frames in &recorded {
         assert!(!is_answered(&told(&mut again, &mut store, 0, frames)));
     }
     assert_eq!((again.counters().replayed, again.counters().readings), (2000, 0));
-    let later = sealed_by(KEY, last + RESERVE + 1, group(3000, 1.0));
+    let later = authenticated_by(KEY, last + RESERVE + 1, group(3000, 1.0));
     assert!(is_answered(&told(&mut again, &mut store, 0, &later)));
 }
 
@@ -177,7 +177,7 @@ fn what_is_told_grows_over_restarts_without_a_reading_too() {
         }
         assert_eq!(words, 50, "a heartbeat a second");
     }
-    assert!(store.freshness < 10 * SECOND_US, "readings wait no longer for it than an instant each");
+    assert!(store.nonce < 10 * SECOND_US, "readings wait no longer for it than an instant each");
 }
 
 #[test]
@@ -190,12 +190,12 @@ fn failing_store_is_counted_and_retried_while_readings_go_on() {
     assert!(node.counters().unsaved >= 3);
     store.fails = false;
     told(&mut node, &mut store, 0, &genuine(4));
-    assert!(store.freshness > EPOCH_US);
+    assert!(store.nonce > EPOCH_US);
 }
 
 #[test]
 fn without_a_key_no_reading_is_taken() {
-    let mut node = TestNode::new(NodeConfig { key: None, ..sealed_config() }).unwrap();
+    let mut node = TestNode::new(NodeConfig { key: None, ..authenticating_config() }).unwrap();
     node.load(Ok(&encoded(&rigid_rotor()))).unwrap();
     assert!(!is_answered(&told(&mut node, &mut Store::default(), 0, &genuine(1))));
 }

@@ -78,7 +78,7 @@ fn replay_and_watch_with_a_key_take_no_forged_answer() {
 }
 
 #[test]
-fn a_seal_needs_a_key_and_a_key_its_monitor() {
+fn authentication_needs_a_key_and_a_key_its_monitor() {
     let run = |words: &[&str]| rotor_edge(words).status.code();
     assert_eq!(run(&["node", "--bus", "slcan:127.0.0.1:1", "--sealed"]), Some(2));
     assert_eq!(run(&["watch", "--bus", "slcan:127.0.0.1:1", "--key", "x.key", "--json"]), Some(2));

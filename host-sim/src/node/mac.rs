@@ -11,12 +11,12 @@ const DOMAIN: &[u8] = b"rotor-edge state";
 const LINE: &str = "code ";
 
 #[derive(Debug, Clone, Copy)]
-pub struct Seal {
+pub struct StateMac {
     key: Key,
     node: u8,
 }
 
-impl Seal {
+impl StateMac {
     /// The monitor of this number.
     pub fn new(key: Key, node: u8) -> Self {
         Self { key, node }
@@ -53,16 +53,16 @@ mod tests {
 
     #[test]
     fn code_belongs_to_one_text_key_and_monitor() {
-        let seal = Seal::new(Key([7; 32]), 1);
-        let closed = seal.close(TEXT);
-        assert_eq!(seal.confirms(&closed), Some(true));
-        assert_eq!(Seal::new(Key([7; 32]), 2).confirms(&closed), Some(false));
-        assert_eq!(Seal::new(Key([8; 32]), 1).confirms(&closed), Some(false));
-        assert_eq!(seal.confirms(&closed.replace("41", "40")), Some(false));
+        let mac = StateMac::new(Key([7; 32]), 1);
+        let closed = mac.close(TEXT);
+        assert_eq!(mac.confirms(&closed), Some(true));
+        assert_eq!(StateMac::new(Key([7; 32]), 2).confirms(&closed), Some(false));
+        assert_eq!(StateMac::new(Key([8; 32]), 1).confirms(&closed), Some(false));
+        assert_eq!(mac.confirms(&closed.replace("41", "40")), Some(false));
         let short = closed.trim_end().len() - 2;
-        assert_eq!(seal.confirms(&format!("{}\n", &closed[..short])), Some(false), "a shorter code");
+        assert_eq!(mac.confirms(&format!("{}\n", &closed[..short])), Some(false), "a shorter code");
         for length in 0..closed.len() {
-            assert_eq!(seal.confirms(&closed[..length]), None, "{length} bytes");
+            assert_eq!(mac.confirms(&closed[..length]), None, "{length} bytes");
         }
     }
 }

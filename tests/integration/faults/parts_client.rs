@@ -1,21 +1,21 @@
 //! Deployment in numbered parts over buses that lose, repeat, delay and damage frames, in simulated time.
 
 use rotor_edge::bus::{BusConfig, VirtualBus};
-use rotor_edge::deploy::{Courier, Standing};
+use rotor_edge::deploy::{PartsClient, Standing};
 use rotor_edge_core::command::{Answer, Outcome};
 
 use super::deployment::{KEY, Lab};
 use super::scene::{HOST, MONITOR, NODE};
 
-/// What a deployment by a courier led to, and after how long.
+/// What a deployment by a client led to, and after how long.
 fn deploy(lab: &mut Lab, faults: BusConfig) -> (Option<Answer>, Standing, u64) {
     let request = lab.request(&KEY, NODE, lab.node.command_counter() + 1);
     let mut bus = VirtualBus::new(faults, 2);
     bus.wait_until(lab.now_us);
-    let mut courier = Courier::new(bus.now_us(), NODE, &request).unwrap();
+    let mut client = PartsClient::new(bus.now_us(), NODE, &request).unwrap();
     let (mut answer, begun_us) = (None, bus.now_us());
-    while answer.is_none() && courier.standing(bus.now_us()) == Standing::UnderWay {
-        while let Some(frame) = courier.poll(bus.now_us()) {
+    while answer.is_none() && client.standing(bus.now_us()) == Standing::UnderWay {
+        while let Some(frame) = client.poll(bus.now_us()) {
             bus.send(HOST, frame);
         }
         if bus.transmit_one().is_none() {
@@ -31,16 +31,16 @@ fn deploy(lab: &mut Lab, faults: BusConfig) -> (Option<Answer>, Standing, u64) {
         }
         while let Some((time_us, frame)) = bus.receive(HOST) {
             let whole =
-                courier.receive(time_us, &frame).and_then(|bytes| Answer::decode(bytes, &request, &KEY));
+                client.receive(time_us, &frame).and_then(|bytes| Answer::decode(bytes, &request, &KEY));
             match whole {
                 Some((own, true)) => answer = Some(own),
-                Some(_) => courier.distrust(time_us),
+                Some(_) => client.distrust(time_us),
                 None => {}
             }
         }
     }
     lab.now_us = bus.now_us();
-    (answer, courier.standing(bus.now_us()), bus.now_us() - begun_us)
+    (answer, client.standing(bus.now_us()), bus.now_us() - begun_us)
 }
 
 #[test]
