@@ -5,10 +5,10 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow};
 use serde::{Deserialize, Serialize};
 
-use super::calendar::DateOrder;
-use super::number::Decimal;
-use super::target::Rule;
-use super::unit::{Angle, Detection, Length, Sense};
+use crate::ingest::calendar::DateOrder;
+use crate::ingest::number::Decimal;
+use crate::ingest::target::Rule;
+use crate::ingest::unit::{Angle, Detection, Length, Sense};
 
 /// First line of a header comment that an import wrote.
 pub const MARK: &str = "# # rotor-edge import";

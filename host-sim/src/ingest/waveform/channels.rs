@@ -3,8 +3,8 @@
 use anyhow::{Result, bail};
 
 use super::settings::Settings;
-use super::waveform::{Channel, Waveform};
-use crate::import::probes::Probes;
+use crate::ingest::probes::Probes;
+use crate::ingest::samples::{Channel, Waveform};
 
 /// What a keyphasor's channel is usually called.
 const KEYPHASORS: [&str; 7] = ["keyphasor", "kph", "kp", "tacho", "tach", "trigger", "mark"];

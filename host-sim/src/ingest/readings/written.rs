@@ -7,10 +7,10 @@ use anyhow::Result;
 use rotor_edge_desktop::measurement::{self, Reading};
 
 use super::Imported;
-use super::calendar::Moment;
 use super::mapping::{MARK, Mapping};
 use super::record::Sample;
-use super::target::{Rule, Target};
+use crate::ingest::calendar::Moment;
+use crate::ingest::target::{Rule, Target};
 
 /// Before the moment from which a record's days count, in its header comment.
 pub const COUNTS_FROM: &str = "time_d counts from ";
@@ -44,7 +44,7 @@ impl Imported {
             let left = plan.left.iter().map(|l| {
                 let to = Target {
                     probe: None,
-                    quantity: super::target::Quantity::Left,
+                    quantity: crate::ingest::target::Quantity::Left,
                     stated: Default::default(),
                 };
                 (l.number, &l.header, to)

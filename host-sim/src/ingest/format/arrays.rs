@@ -2,8 +2,8 @@
 
 use anyhow::{Result, bail};
 
-use super::super::waveform::{Channel, Samples, Waveform};
-use super::numbered;
+use super::super::samples::{Channel, Samples, Waveform};
+use super::samples::numbered;
 
 /// What the single number is called that is the rate.
 const RATES: [&str; 2] = ["rate_hz", "fs"];

@@ -3,8 +3,8 @@
 use anyhow::{Context, Result};
 use hound::{SampleFormat, WavReader};
 
-use super::super::waveform::{Samples, Waveform};
-use super::numbered;
+use super::super::samples::{Samples, Waveform};
+use super::samples::numbered;
 
 /// Sixteen bits are taken as they are; others become counts of a 16-bit converter with fractions, which keeps one meaning
 /// of full scale.

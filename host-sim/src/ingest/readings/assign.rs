@@ -2,14 +2,14 @@
 
 use anyhow::{Result, bail};
 
-use super::calendar;
-use super::header::{Meaning, meaning};
 use super::mapping::Mapping;
-use super::probes::{Probes, stated_above};
-use super::sheet::Cell;
-use super::table::{Header, Table};
-use super::target::{Quantity, Target};
-use super::words::Word;
+use crate::ingest::calendar;
+use crate::ingest::header::{Meaning, meaning};
+use crate::ingest::probes::{Probes, stated_above};
+use crate::ingest::sheet::Cell;
+use crate::ingest::table::{Header, Table};
+use crate::ingest::target::{Quantity, Target};
+use crate::ingest::words::Word;
 
 /// A column with what it holds.
 #[derive(Debug, Clone)]
@@ -142,7 +142,7 @@ fn one(table: &Table, header: &Header, probes: &Probes, mapping: &Mapping) -> Re
 }
 
 fn is_voltage(said: &Meaning) -> bool {
-    use super::unit::Length::{Mv, V};
+    use crate::ingest::unit::Length::{Mv, V};
     said.stated.length.is_none_or(|length| matches!(length, V | Mv))
 }
 

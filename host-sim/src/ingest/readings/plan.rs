@@ -3,17 +3,17 @@
 use anyhow::{Result, bail};
 
 use super::assign::{Assigned, Left, assign};
-use super::calendar::{self, DateOrder};
-use super::header::meaning;
 use super::mapping::Mapping;
-use super::number::{self, Decimal, Shown, number};
-use super::probes::Probes;
-use super::sheet::Cell;
-use super::stated::Stated;
-use super::table::Table;
-use super::target::{Quantity, Target};
-use super::unit::{Angle, Detection, Length, Sense, SpeedUnit};
-use super::words::{Part, Word, parts};
+use crate::ingest::calendar::{self, DateOrder};
+use crate::ingest::header::meaning;
+use crate::ingest::number::{self, Decimal, Shown, number};
+use crate::ingest::probes::Probes;
+use crate::ingest::sheet::Cell;
+use crate::ingest::stated::Stated;
+use crate::ingest::table::Table;
+use crate::ingest::target::{Quantity, Target};
+use crate::ingest::unit::{Angle, Detection, Length, Sense, SpeedUnit};
+use crate::ingest::words::{Part, Word, parts};
 
 /// Speeds of a file whose fastest is below this may as well be Hz, rpm.
 const SLOWEST_RPM: f64 = 300.0;
@@ -62,7 +62,8 @@ pub fn plan(table: &Table, of_rotor: Option<Vec<String>>, mapping: &Mapping) -> 
     let mut columns = Vec::new();
     let mut missing: Vec<(String, String)> = Vec::new();
     for column in assigned {
-        let text = |row: &'_ super::sheet::Row| row.cell(column.header.index).as_text().map(str::to_string);
+        let text =
+            |row: &'_ crate::ingest::sheet::Row| row.cell(column.header.index).as_text().map(str::to_string);
         let first =
             table.rows.iter().filter_map(text).find_map(|t| number(&t, decimal).map(|n| n.1.to_string()));
         let cell_unit = first.unwrap_or_default();
@@ -310,7 +311,7 @@ fn sensitivity(line: &str) -> Option<f64> {
 }
 
 fn largest(table: &Table, column: usize, decimal: Decimal) -> f64 {
-    let value = |row: &super::sheet::Row| match row.cell(column) {
+    let value = |row: &crate::ingest::sheet::Row| match row.cell(column) {
         Cell::Number(x) => Some(*x),
         Cell::Text(text) => number(text, decimal).map(|(x, _)| x),
         _ => None,

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use npyz::{DType, NpyFile, Order, TypeChar};
 use zip::ZipArchive;
 
-use super::super::waveform::{Samples, Waveform};
+use super::super::samples::{Samples, Waveform};
 use super::arrays::{Array, of_named, of_one};
 
 /// One array: samples of a channel, or channels beside one another.

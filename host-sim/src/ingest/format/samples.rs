@@ -1,23 +1,18 @@
 //! The kinds of files with waveforms, a file each.
 
-mod arrays;
-mod matlab;
-mod numpy;
-mod text;
-mod wav;
-
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
-use super::waveform::{Channel, Samples, Waveform};
+use super::super::samples::{Channel, Samples, Waveform};
+use super::{matlab, numpy, samples_text, wav};
 
 /// Reads the bytes of a file of its kind.
 type Format = fn(file: &str, bytes: &[u8]) -> Result<Waveform>;
 
 /// What the extension says, and who reads it.
 const FORMATS: [(&str, Format); 5] = [
-    ("csv", text::read),
+    ("csv", samples_text::read),
     ("wav", wav::read),
     ("npy", numpy::read_array),
     ("npz", numpy::read_archive),
@@ -62,7 +57,7 @@ pub fn read(path: &Path) -> Result<Waveform> {
 }
 
 /// Columns, named by their numbers where the file has no names.
-fn numbered(columns: impl IntoIterator<Item = Samples>) -> Vec<Channel> {
+pub fn numbered(columns: impl IntoIterator<Item = Samples>) -> Vec<Channel> {
     let channel =
         |(i, samples): (usize, Samples)| Channel { number: i + 1, name: (i + 1).to_string(), samples };
     columns.into_iter().enumerate().map(channel).collect()

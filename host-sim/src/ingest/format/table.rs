@@ -1,15 +1,13 @@
 //! The formats that are read, a file each.
 
-#[cfg(feature = "parquet")]
-mod parquet;
-mod spreadsheet;
-mod text;
-
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
-use super::sheet::Sheet;
+use super::super::sheet::Sheet;
+#[cfg(feature = "parquet")]
+use super::parquet;
+use super::{spreadsheet, text};
 
 /// A format: sheets of a file, or nothing if the file is of another one.
 type Format = fn(file: &str, bytes: &[u8]) -> Result<Option<Vec<Sheet>>>;

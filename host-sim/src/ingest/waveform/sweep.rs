@@ -11,7 +11,7 @@ use rotor_edge_desktop::units::{SECONDS_A_DAY, rad_s};
 use nalgebra::{Complex, Matrix3, Vector3};
 use rotor_edge_desktop::measurement::Reading;
 
-use super::readings::mean_of;
+use super::vectors::mean_of;
 
 /// A parabola is laid through so many bins' breadth.
 const BREADTH_BINS: f64 = 3.0;

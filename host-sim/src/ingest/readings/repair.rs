@@ -5,8 +5,8 @@ use anyhow::{Result, anyhow, bail};
 use nalgebra::Complex;
 use rotor_edge_desktop::measurement::frozen;
 
-use super::calendar::{self, DateOrder, Moment, Read};
 use super::record::Record;
+use crate::ingest::calendar::{self, DateOrder, Moment, Read};
 
 /// Readings are neighbours if their speeds differ by no more than this, relative: a resonance is no outlier.
 const STEADY: f64 = 0.005;

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail};
 use csv::ByteRecord;
 
-use super::super::waveform::{Channel, Samples, Waveform};
+use super::super::samples::{Channel, Samples, Waveform};
 
 /// Seconds of each row, if there is such a column.
 const TIME: &str = "time_s";

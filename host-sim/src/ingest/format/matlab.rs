@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail};
 use mat5::{Error, MatFile, Matrix, Values};
 
-use super::super::waveform::{Samples, Waveform};
+use super::super::samples::{Samples, Waveform};
 use super::arrays::{Array, of_named};
 
 /// Text, version and byte order.

@@ -6,13 +6,13 @@ use anyhow::{Result, bail};
 use nalgebra::Complex;
 use rotor_edge_desktop::measurement::{LARGEST_UM, LOWEST_GAP_V};
 
-use super::calendar::Moment;
 use super::cells::Cells;
 use super::mapping::Mapping;
 use super::plan::{Column, Plan};
-use super::sheet::{Cell, Row};
-use super::table::Table;
-use super::target::Quantity;
+use crate::ingest::calendar::Moment;
+use crate::ingest::sheet::{Cell, Row};
+use crate::ingest::table::Table;
+use crate::ingest::target::Quantity;
 
 /// One reading, and where it is from.
 #[derive(Debug, Clone)]

@@ -2,13 +2,13 @@
 
 use anyhow::{Result, bail};
 
-use super::calendar::{self, Moment, Read};
-use super::number::{is_lost, number};
 use super::plan::{Column, Plan};
-use super::sheet::{Cell, Row};
-use super::table::Table;
-use super::target::Quantity;
-use super::words::{Part, Word, parts};
+use crate::ingest::calendar::{self, Moment, Read};
+use crate::ingest::number::{is_lost, number};
+use crate::ingest::sheet::{Cell, Row};
+use crate::ingest::table::Table;
+use crate::ingest::target::Quantity;
+use crate::ingest::words::{Part, Word, parts};
 
 /// Words of headers under which a number such as 45356.6 is a date of a spreadsheet.
 const OF_DATES: [&str; 6] = ["date", "datum", "timestamp", "zeitstempel", "datetime", "fecha"];

@@ -2,26 +2,23 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `format` | a kind of file each: bytes in, a `waveform` out |
 //! | `settings`, `unit` | what the owner states: channels, units, keyphasor, windows |
 //! | `channels` | which channel is which probe |
 //! | `counts` | numbers as counts of a 16-bit converter, and where they are clipped |
 //! | `marks` | the keyphasor's marks, or those of a tacho's pulses |
 //! | `windows` | the core's [`Extractor`](rotor_edge_core::extraction::Extractor), four probes at a time |
-//! | `readings` | its windows as readings, integrated and binned, and what was lost |
+//! | `vectors` | its windows as readings, integrated and binned, and what was lost |
 //! | `sweep` | bins of a run-up as if each speed had been held |
 //! | `orders` | spectra by order, and 2x vectors |
 
 mod channels;
 mod counts;
-mod format;
 mod marks;
 pub(crate) mod orders;
-pub(crate) mod readings;
 pub(crate) mod settings;
 pub(crate) mod sweep;
 pub(crate) mod unit;
-mod waveform;
+pub(crate) mod vectors;
 mod windows;
 
 use std::path::{Path, PathBuf};
@@ -30,13 +27,14 @@ use anyhow::{Context, Result, bail};
 use rotor_edge_core::extraction::ExtractionConfig;
 use rotor_edge_desktop::measurement::Reading;
 
+use super::format;
+use super::samples::Waveform;
 use channels::Assignment;
 use counts::Converted;
 use orders::{FEWEST_TURNS, Spectrum, Turning};
-use readings::{Drifted, Loss, Recorded, losses};
 use settings::Settings;
 use sweep::Compensated;
-use waveform::Waveform;
+use vectors::{Drifted, Loss, Recorded, losses};
 
 /// Counts of half a 16-bit converter's range.
 const HALF_RANGE: f64 = 32_768.0;
@@ -131,7 +129,7 @@ fn of_file(
     settings: &Settings,
     beside: Beside,
 ) -> Result<Extracted> {
-    let waveform = format::read(path)?;
+    let waveform = format::samples::read(path)?;
     let file = &waveform.file;
     let rate_hz = rate_hz(&waveform, settings)?;
     let unit_per_number = unit_per_number(&waveform, settings)?;
@@ -146,9 +144,9 @@ fn of_file(
     let windows = windows::windows(&config, &mv_um, &converted.counts, &marks.all);
     let names: Vec<String> = assigned.iter().map(|a| a.probe.clone()).collect();
     let losses = losses(&windows, &names, rate_hz);
-    let drifted = readings::drifted(&windows);
+    let drifted = vectors::drifted(&windows);
     let recorded = Recorded { run: run.as_deref(), begins_s, rate_hz, zero_v: 1e-3 * f64::from(zero_mv) };
-    let each = readings::readings(&windows, &recorded, settings);
+    let each = vectors::readings(&windows, &recorded, settings);
     let (readings, compensated) = held_or_binned(each, settings);
     let seconds = |sample: usize| sample as f64 / rate_hz;
     if readings.is_empty() {
@@ -157,7 +155,7 @@ fn of_file(
     let turning = Turning { probes: &assigned, marks: &marks.all, rate_hz, unit_per_number, settings };
     let two_x = match beside.two_x {
         true => {
-            binned(readings::readings_of(&windows, turning.two_x(&windows), &recorded, settings), settings)
+            binned(vectors::readings_of(&windows, turning.two_x(&windows), &recorded, settings), settings)
         }
         false => Vec::new(),
     };
@@ -198,7 +196,7 @@ fn extraction_config(settings: &Settings, rate_hz: f64, count: f64, zero_mv: f32
 /// The mean of each bin of speed, or every reading where no bins are asked for.
 fn binned(each: Vec<Reading>, settings: &Settings) -> Vec<Reading> {
     match settings.bin_rpm {
-        Some(bin_rpm) => readings::bins(&each, bin_rpm).into_iter().map(readings::mean_of).collect(),
+        Some(bin_rpm) => vectors::bins(&each, bin_rpm).into_iter().map(vectors::mean_of).collect(),
         None => each,
     }
 }
@@ -208,7 +206,7 @@ fn held_or_binned(each: Vec<Reading>, settings: &Settings) -> (Vec<Reading>, Opt
     let Some(bin_rpm) = settings.bin_rpm.filter(|_| settings.compensate_rate) else {
         return (binned(each, settings), None);
     };
-    let bins = readings::bins(&each, bin_rpm);
+    let bins = vectors::bins(&each, bin_rpm);
     let (steady, done) = sweep::steady(&each, &bins, bin_rpm, settings.revolutions);
     (steady, Some(done))
 }
@@ -258,7 +256,7 @@ fn refuse(
             settings.revolutions
         );
     }
-    let help = match losses.iter().any(|loss| loss.why == readings::OPEN) {
+    let help = match losses.iter().any(|loss| loss.why == vectors::OPEN) {
         true => "; expected another --gap-v or --mv-um, or --ac for channels without a gap voltage".into(),
         false => drifted.map_or(String::new(), |d| {
             format!("; {}", d.advice(settings.revolutions, settings.largest_drift))

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::waveform::Samples;
+use crate::ingest::samples::Samples;
 
 /// Count of the highest number; above it are the rails, where a sample is clipped.
 const LARGEST_COUNT: f64 = 32_000.0;

@@ -1,50 +1,36 @@
-//! Measurements as people have them, made into the project's own: `rotor-edge import`.
+//! Tables of 1x readings from other systems, made into the project's own: `rotor-edge import`.
 //!
 //! | module | holds |
 //! |---|---|
-//! | `format` | a format a file: bytes in, `sheet`s of cells out; `encoding`, `number`, `calendar` |
-//! | `table` | where in a sheet the header and the rows are |
-//! | `words`, `header` | what the words of the trade in a header mean |
 //! | `assign`, `plan` | which column is what, in which units; what is not stated is asked for |
-//! | `mapping`, `target`, `unit`, `stated` | what the owner states, as a file or as options |
+//! | `mapping` | what the owner states, as a file or as options |
 //! | `record`, `cells` | rows as readings |
 //! | `repair` | stale values, outliers, a phase reference that was moved |
 //! | `written` | the readings as `measured.csv`, with the mapping as its header comment |
 
 pub(crate) mod assign;
-pub(crate) mod calendar;
 pub(crate) mod cells;
-pub(crate) mod encoding;
-pub(crate) mod format;
-pub(crate) mod header;
 pub(crate) mod mapping;
-pub(crate) mod number;
 pub(crate) mod plan;
-pub(crate) mod probes;
 pub(crate) mod record;
 pub(crate) mod repair;
-pub(crate) mod sheet;
 pub(crate) mod slow_roll;
-pub(crate) mod stated;
-pub(crate) mod table;
-pub(crate) mod target;
-pub(crate) mod unit;
-pub(crate) mod words;
 pub(crate) mod written;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
-use calendar::Moment;
+use super::calendar::Moment;
+use super::format;
+use super::probes::stated_above;
+use super::sheet::Sheet;
+use super::table::{self, Table};
+use super::words::Word;
 use mapping::Mapping;
 use plan::{Plan, plan};
-use probes::stated_above;
 use record::Record;
 use repair::{Marked, PhaseShift};
-use sheet::Sheet;
-use table::Table;
-use words::Word;
 
 #[derive(Debug)]
 pub struct Imported {
@@ -86,7 +72,7 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
     let mut machine: Option<(String, String)> = None;
     let mut rules = vec![false; mapping.column.len()];
     for path in files {
-        let sheets = format::read(path)?;
+        let sheets = format::table::read(path)?;
         let table = only_table(path, &sheets, mapping)?;
         if let Some(name) = stated_above(&table, Word::Machine) {
             let (first, of) = machine.get_or_insert((name.clone(), table.sheet.place()));

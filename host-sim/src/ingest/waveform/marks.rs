@@ -5,7 +5,7 @@ use rotor_edge_core::extraction::KeyphasorDetector;
 
 use super::counts::Converted;
 use super::settings::KeyphasorSettings;
-use super::waveform::Channel;
+use crate::ingest::samples::Channel;
 
 /// Pulses from whose intervals the first is judged.
 const FIRST_PULSES: usize = 9;
