@@ -14,7 +14,7 @@ use crate::ingest::readings::mapping::Mapping;
 use crate::ingest::readings::plan::Column;
 use crate::ingest::readings::{Imported, import};
 use crate::ingest::target::{Quantity, Rule};
-use crate::ingest::unit::{Angle, Detection, Length, Sense};
+use crate::ingest::unit::{Angle, Detection, Sense, Unit};
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -91,8 +91,8 @@ struct Conventions {
     #[arg(long)]
     rms: bool,
     /// Unit of amplitudes
-    #[arg(long)]
-    unit: Option<Length>,
+    #[arg(long, value_parser = Unit::of_amplitudes())]
+    unit: Option<Unit>,
     /// Unit of phases
     #[arg(long)]
     angle: Option<Angle>,

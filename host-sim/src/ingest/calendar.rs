@@ -118,10 +118,14 @@ pub fn of_number(value: f64, unit: Option<TimeUnit>, is_date: bool) -> Option<Mo
     }
     let whole_us = |seconds: f64| (seconds * 1e6).round() as i128 * 1000;
     Some(match unit {
-        TimeUnit::Seconds => Moment::Elapsed(value / SECONDS_A_DAY),
-        TimeUnit::Minutes => Moment::Elapsed(value / 1440.0),
-        TimeUnit::Hours => Moment::Elapsed(value / 24.0),
-        TimeUnit::Days => Moment::Elapsed(value),
+        // "ms" of an epoch is the epoch's
+        TimeUnit::Milliseconds if EPOCH_S.contains(&(value / 1e3)) => Moment::Zoned(whole_us(value / 1e3)),
+        TimeUnit::Microseconds
+        | TimeUnit::Milliseconds
+        | TimeUnit::Seconds
+        | TimeUnit::Minutes
+        | TimeUnit::Hours
+        | TimeUnit::Days => Moment::Elapsed(value / unit.per_day()),
         TimeUnit::EpochSeconds => Moment::Zoned(whole_us(value)),
         TimeUnit::EpochMilliseconds => Moment::Zoned(whole_us(value / 1e3)),
         // a double holds a date of today to a microsecond

@@ -30,14 +30,11 @@ pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
         match part {
             Part::Says(word) => {
                 let unit = said.stated.take(word);
-                let is_unit = matches!(
-                    word,
-                    Word::Length(_)
-                        | Word::Detection(_)
-                        | Word::Sense(_)
-                        | Word::Angle(_)
-                        | Word::SpeedUnit(_)
-                );
+                let is_unit = match word {
+                    Word::Unit(unit) => !unit.is_derivative(),
+                    Word::Detection(_) | Word::Sense(_) | Word::Angle(_) | Word::SpeedUnit(_) => true,
+                    _ => false,
+                };
                 said.contradicts |= is_unit && !unit;
                 words.push(word);
             }
@@ -49,7 +46,7 @@ pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
     said.synchronous = has(Word::Synchronous);
     if has(Word::OtherVibration) {
         said.not_needed = Some("not the vibration at running speed");
-    } else if has(Word::OtherUnit) {
+    } else if words.iter().any(|word| is_derivative(*word)) {
         said.not_needed = Some("no displacement");
     }
     let said_by_word = [
@@ -82,11 +79,19 @@ pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
     said
 }
 
+/// Whether a word is a velocity or an acceleration.
+fn is_derivative(word: Word) -> bool {
+    match word {
+        Word::Velocity => true,
+        Word::Unit(unit) => unit.is_derivative(),
+        _ => false,
+    }
+}
+
 /// Whether a text is nothing but units.
 pub fn is_unit(text: &str) -> bool {
     let mut stated = Stated::default();
     let parts = parts(text, |_| false);
-    let unit =
-        |part: &Part| matches!(part, Part::Says(word) if *word == Word::OtherUnit || stated.take(*word));
+    let unit = |part: &Part| matches!(part, Part::Says(word) if is_derivative(*word) || stated.take(*word));
     !parts.is_empty() && { parts }.iter().all(unit)
 }

@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use super::unit::{Angle, Detection, Length, Sense, SpeedUnit, TimeUnit};
+use super::unit::{Angle, Detection, Sense, SpeedUnit, TimeUnit, Unit};
 use super::words::Word;
 
 /// What a column states of its numbers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Stated {
-    pub length: Option<Length>,
+    pub length: Option<Unit>,
     pub detection: Option<Detection>,
     pub sense: Option<Sense>,
     pub angle: Option<Angle>,
@@ -37,7 +37,7 @@ impl Stated {
             agrees
         }
         match word {
-            Word::Length(length) => put(&mut self.length, length),
+            Word::Unit(unit) if !unit.is_derivative() => put(&mut self.length, unit),
             Word::Detection(detection) => put(&mut self.detection, detection),
             Word::Sense(sense) => put(&mut self.sense, sense),
             Word::Angle(angle) => put(&mut self.angle, angle),
@@ -51,15 +51,7 @@ impl Stated {
 impl fmt::Display for Stated {
     /// As it is read from a column's name.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let length = self.length.map(|length| match length {
-            Length::Um => "um",
-            Length::Mil => "mil",
-            Length::Mm => "mm",
-            Length::M => "m",
-            Length::Inch => "inch",
-            Length::Mv => "mV",
-            Length::V => "V",
-        });
+        let length = self.length.map(Unit::symbol);
         let detection = self.detection.map(|detection| match detection {
             Detection::PeakToPeak => "pp",
             Detection::ZeroToPeak => "0p",
@@ -73,6 +65,8 @@ impl fmt::Display for Stated {
             SpeedUnit::RadS => "rad/s",
         });
         let time = self.time.map(|time| match time {
+            TimeUnit::Microseconds => "us",
+            TimeUnit::Milliseconds => "ms",
             TimeUnit::Seconds => "s",
             TimeUnit::Minutes => "min",
             TimeUnit::Hours => "h",

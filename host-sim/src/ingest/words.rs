@@ -1,6 +1,6 @@
 //! The words of the trade in headers of columns, in the languages that exports have.
 
-use super::unit::{Angle, Detection, Length, Sense, SpeedUnit, TimeUnit};
+use super::unit::{Angle, Detection, Sense, SpeedUnit, TimeUnit, Unit};
 
 /// What a word of a header says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,19 +25,20 @@ pub enum Word {
     Point,
     /// The machine's name is in the cells.
     Machine,
-    Length(Length),
+    /// Of a vibration.
+    Unit(Unit),
     Detection(Detection),
     Sense(Sense),
     Angle(Angle),
     SpeedUnit(SpeedUnit),
     TimeUnit(TimeUnit),
-    /// A unit of velocity or acceleration, which no proximity probe has.
-    OtherUnit,
+    /// A velocity, in whatever unit.
+    Velocity,
     Filler,
 }
 
 /// Phrases of more than letters and digits, longest first, and the word each stands for.
-const PHRASES: [(&str, &str); 52] = [
+const PHRASES: [(&str, &str); 55] = [
     ("spitze zu spitze", "pp"),
     ("spitze-spitze", "pp"),
     ("crête à crête", "pp"),
@@ -87,9 +88,12 @@ const PHRASES: [(&str, &str); 52] = [
     ("min^-1", "rpm"),
     ("min⁻¹", "rpm"),
     ("rad/s", "radians_per_second"),
-    ("mm/s", "velocity"),
-    ("in/s", "velocity"),
-    ("m/s", "velocity"),
+    ("m/s^2", "m_per_s2"),
+    ("mm/s", "mm_per_s"),
+    ("in/s", "in_per_s"),
+    ("m/s²", "m_per_s2"),
+    ("m/s2", "m_per_s2"),
+    ("m/s", "m_per_s"),
 ];
 
 /// `16X` is a probe at bearing 16, `2X` the second harmonic, unless there is a `2Y`.
@@ -118,13 +122,13 @@ fn word(lower: &str) -> Option<Word> {
         "point" | "channel" | "probe" | "sensor" | "messstelle" | "kanal" | "messpunkt" | "transducer"
         | "tag" => Word::Point,
         "machine" | "asset" | "maschine" | "train" | "anlage" | "equipment" => Word::Machine,
-        "um" | "micron" | "microns" | "micrometer" | "mikrometer" => Word::Length(Length::Um),
-        "mil" | "mils" => Word::Length(Length::Mil),
-        "mm" => Word::Length(Length::Mm),
-        "m" => Word::Length(Length::M),
-        "inch" | "in" => Word::Length(Length::Inch),
-        "mv" => Word::Length(Length::Mv),
-        "v" | "volt" | "volts" | "vdc" => Word::Length(Length::V),
+        "um" | "micron" | "microns" | "micrometer" | "mikrometer" => Word::Unit(Unit::Micrometre),
+        "mil" | "mils" => Word::Unit(Unit::Mil),
+        "mm" => Word::Unit(Unit::Millimetre),
+        "m" => Word::Unit(Unit::Metre),
+        "inch" | "in" => Word::Unit(Unit::Inch),
+        "mv" => Word::Unit(Unit::Millivolt),
+        "v" | "volt" | "volts" | "vdc" => Word::Unit(Unit::Volt),
         "pp" | "pkpk" | "ss" | "cc" => Word::Detection(Detection::PeakToPeak),
         "0p" | "op" | "0pk" | "zp" | "peak" | "pk" => Word::Detection(Detection::ZeroToPeak),
         "rms" | "eff" | "effektiv" | "effektivwert" => Word::Detection(Detection::Rms),
@@ -135,6 +139,8 @@ fn word(lower: &str) -> Option<Word> {
         "rpm" => Word::SpeedUnit(SpeedUnit::Rpm),
         "hz" => Word::SpeedUnit(SpeedUnit::Hz),
         "radians_per_second" => Word::SpeedUnit(SpeedUnit::RadS),
+        "ms" | "milliseconds" => Word::TimeUnit(TimeUnit::Milliseconds),
+        "microseconds" => Word::TimeUnit(TimeUnit::Microseconds),
         "s" | "sec" | "seconds" | "sekunden" => Word::TimeUnit(TimeUnit::Seconds),
         "min" | "minutes" | "minuten" => Word::TimeUnit(TimeUnit::Minutes),
         "h" | "hours" | "stunden" => Word::TimeUnit(TimeUnit::Hours),
@@ -142,7 +148,12 @@ fn word(lower: &str) -> Option<Word> {
         "excel" => Word::TimeUnit(TimeUnit::Excel),
         "epoch" | "unix" | "epoch_s" => Word::TimeUnit(TimeUnit::EpochSeconds),
         "epoch_ms" => Word::TimeUnit(TimeUnit::EpochMilliseconds),
-        "velocity" | "g" | "ips" => Word::OtherUnit,
+        "mm_per_s" => Word::Unit(Unit::MillimetrePerSecond),
+        "in_per_s" | "ips" => Word::Unit(Unit::InchPerSecond),
+        "m_per_s" => Word::Unit(Unit::MetrePerSecond),
+        "m_per_s2" => Word::Unit(Unit::MetrePerSecondSquared),
+        "g" => Word::Unit(Unit::G),
+        "velocity" => Word::Velocity,
         "vibration" | "vib" | "value" | "wert" | "messwert" | "avg" | "average" | "mean" | "of"
         | "filtered" | "vector" | "displacement" | "component" | "name" | "id" | "no" | "unit" | "units"
         | "measured" | "shaft" | "der" | "the" | "und" | "and" => Word::Filler,
@@ -166,6 +177,11 @@ pub fn order(word: &str) -> Option<f64> {
 
 /// The words of a text. `is_probe` says which words are names of probes although they look like an order or a unit.
 pub fn parts(text: &str, is_probe: impl Fn(&str) -> bool) -> Vec<Part> {
+    let mut text = text.to_string();
+    // "us" alone is a name
+    for microseconds in ["µs", "μs"] {
+        replace_whole(&mut text, microseconds, "microseconds");
+    }
     let mut plain: String = text.chars().map(|c| if "µμ".contains(c) { 'u' } else { c }).collect();
     for (phrase, stands_for) in PHRASES {
         replace_whole(&mut plain, phrase, stands_for);
@@ -182,6 +198,10 @@ pub fn parts(text: &str, is_probe: impl Fn(&str) -> bool) -> Vec<Part> {
         match word(&lower) {
             _ if is_probe(token) && !parts.iter().any(|p| *p == Part::Name(token.into())) => {
                 parts.push(Part::Name(token.into()));
+            }
+            // a second is written small
+            Some(Word::TimeUnit(TimeUnit::Milliseconds)) if token == "MS" => {
+                parts.push(Part::Name(token.into()))
             }
             Some(word) => parts.push(Part::Says(word)),
             None if order(token).is_some_and(|n| n < HIGHEST_ORDER) => {
@@ -201,14 +221,18 @@ fn glued(lower: &str) -> Option<[Word; 2]> {
     let cuts = lower.char_indices().map(|(i, _)| i).skip(1);
     let both = |at: usize| Some([word(&lower[..at])?, word(&lower[at..])?]);
     cuts.filter_map(both).find(|[a, b]| {
-        matches!(a, Word::Synchronous | Word::Length(_) | Word::Amplitude | Word::Phase | Word::Gap)
+        let is_first = match a {
+            Word::Unit(unit) => !unit.is_derivative(),
+            a => matches!(a, Word::Synchronous | Word::Amplitude | Word::Phase | Word::Gap),
+        };
+        is_first
             && matches!(
                 b,
                 Word::Synchronous
                     | Word::Amplitude
                     | Word::Phase
                     | Word::Detection(_)
-                    | Word::Length(Length::V)
+                    | Word::Unit(Unit::Volt)
             )
     })
 }
@@ -251,13 +275,13 @@ mod tests {
             }
             (words, names.join(" "))
         };
-        let um = Word::Length(Length::Um);
+        let um = Word::Unit(Unit::Micrometre);
         let pp = Word::Detection(Detection::PeakToPeak);
         assert_eq!(says("16X 1X Amp [µm pp]"), (vec![Synchronous, Amplitude, um, pp], "16X".into()));
         assert_eq!(says("BRG1_1xAmpl (umpp)").0, [Synchronous, Amplitude, um, pp]);
         assert_eq!(says("Phase (deg lag)").0, [Phase, Word::Angle(Angle::Degrees), Word::Sense(Sense::Lag)]);
         assert_eq!(says("Drehzahl [1/min]").0, [Word::Speed, Word::SpeedUnit(SpeedUnit::Rpm)]);
-        assert_eq!(says("V2 Peak-to-Peak mil").0, [pp, Word::Length(Length::Mil)]);
+        assert_eq!(says("V2 Peak-to-Peak mil").0, [pp, Word::Unit(Unit::Mil)]);
         assert_eq!(says("app-pending").1, "app pending");
     }
 }

@@ -9,6 +9,7 @@ use crate::ingest::probes::{Probes, stated_above};
 use crate::ingest::sheet::Cell;
 use crate::ingest::table::{Header, Table};
 use crate::ingest::target::{Quantity, Target};
+use crate::ingest::unit::Unit;
 use crate::ingest::words::Word;
 
 /// A column with what it holds.
@@ -142,8 +143,7 @@ fn one(table: &Table, header: &Header, probes: &Probes, mapping: &Mapping) -> Re
 }
 
 fn is_voltage(said: &Meaning) -> bool {
-    use crate::ingest::unit::Length::{Mv, V};
-    said.stated.length.is_none_or(|length| matches!(length, V | Mv))
+    said.stated.length.is_none_or(Unit::is_voltage)
 }
 
 /// A column with the date and one with the clock are one moment; of several moments the first is taken.

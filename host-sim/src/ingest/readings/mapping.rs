@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::ingest::calendar::DateOrder;
 use crate::ingest::number::Decimal;
 use crate::ingest::target::Rule;
-use crate::ingest::unit::{Angle, Detection, Length, Sense};
+use crate::ingest::unit::{Angle, Detection, Sense, Unit};
 
 /// First line of a header comment that an import wrote.
 pub const MARK: &str = "# # rotor-edge import";
@@ -24,7 +24,7 @@ pub struct Mapping {
     /// How amplitudes are measured, where a column does not say.
     pub amplitude: Option<Detection>,
     /// Unit of amplitudes, where a column does not say.
-    pub unit: Option<Length>,
+    pub unit: Option<Unit>,
     /// Sensitivity of the probes, where amplitudes are voltages, mV/µm.
     pub sensitivity_mv_um: Option<f64>,
     pub dates: Option<DateOrder>,

@@ -12,7 +12,7 @@ use crate::ingest::sheet::Cell;
 use crate::ingest::stated::Stated;
 use crate::ingest::table::Table;
 use crate::ingest::target::{Quantity, Target};
-use crate::ingest::unit::{Angle, Detection, Length, Sense, SpeedUnit};
+use crate::ingest::unit::{Angle, Detection, Sense, SpeedUnit, Unit};
 use crate::ingest::words::{Part, Word, parts};
 
 /// Speeds of a file whose fastest is below this may as well be Hz, rpm.
@@ -226,9 +226,9 @@ fn phase_factor(stated: &mut Stated, largest: impl Fn() -> f64) -> std::result::
 
 /// To volts.
 fn gap_factor(stated: &mut Stated) -> f64 {
-    let unit = *stated.length.get_or_insert(Length::V);
+    let unit = *stated.length.get_or_insert(Unit::Volt);
     stated.detection = None;
-    if unit == Length::Mv { 1e-3 } else { 1.0 }
+    if unit == Unit::Millivolt { 1e-3 } else { 1.0 }
 }
 
 /// To µm zero-to-peak, of an imaginary part that lags.
@@ -272,11 +272,16 @@ fn above(table: &Table) -> Above {
         let words = parts(line, |_| false);
         let has = |is: fn(&Word) -> bool| words.iter().any(|p| matches!(p, Part::Says(w) if is(w)));
         let of_amplitude = has(|w| matches!(w, Word::Amplitude | Word::Detection(_)));
-        let of_length = has(|w| matches!(w, Word::Length(_) | Word::Amplitude));
+        let of_length = has(|w| match w {
+            Word::Unit(unit) => !unit.is_derivative(),
+            w => *w == Word::Amplitude,
+        });
         let of_phase = has(|w| matches!(w, Word::Phase | Word::Angle(_)));
         for part in &words {
             match part {
-                Part::Says(Word::Length(length)) if of_amplitude => lengths.push(*length),
+                Part::Says(Word::Unit(length)) if of_amplitude && !length.is_derivative() => {
+                    lengths.push(*length)
+                }
                 Part::Says(Word::Detection(detection)) if of_length => detections.push(*detection),
                 Part::Says(Word::Sense(sense)) if of_phase => senses.push(*sense),
                 Part::Says(Word::Angle(angle)) if of_phase => angles.push(*angle),

@@ -2,7 +2,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `settings`, `unit` | what the owner states: channels, units, keyphasor, windows |
+//! | `settings` | what the owner states: channels, units, keyphasor, windows |
 //! | `channels` | which channel is which probe |
 //! | `counts` | numbers as counts of a 16-bit converter, and where they are clipped |
 //! | `marks` | the keyphasor's marks, or those of a tacho's pulses |
@@ -17,7 +17,6 @@ mod marks;
 pub(crate) mod orders;
 pub(crate) mod settings;
 pub(crate) mod sweep;
-pub(crate) mod unit;
 pub(crate) mod vectors;
 mod windows;
 

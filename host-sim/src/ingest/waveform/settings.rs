@@ -8,7 +8,7 @@ use clap::Args;
 use rotor_edge_core::extraction::ExtractionConfig;
 use rotor_edge_desktop::measurement::LOWEST_GAP_V;
 
-use super::unit::Unit;
+use crate::ingest::unit::Unit;
 
 /// How the channels were recorded, and what is asked of them.
 #[derive(Debug, Clone, Args)]
@@ -20,7 +20,7 @@ pub struct Settings {
     #[arg(long)]
     pub rate_hz: Option<f64>,
     /// Unit of the probes' channels; accelerations and velocities are integrated at 1x
-    #[arg(long, default_value = "V")]
+    #[arg(long, default_value = "V", value_parser = Unit::of_channels())]
     pub unit: Unit,
     /// Sensitivity of the probes, or of one, mV per µm that the shaft comes nearer: 7.87 (200 mV/mil) of an eddy-current
     /// probe, whose negative voltage rises then, as `sensitivity_v_mm` in the rotor's file; the angles of its probes are the
