@@ -5,6 +5,7 @@
 //! | `format` | a format a file: bytes in, a `sheet` of cells or the `samples` of channels out |
 //! | `encoding`, `number`, `calendar` | characters, numbers and moments as exports write them |
 //! | `table` | where in a sheet the header and the rows are |
+//! | `sampled`, `samples` | tables whose rows are samples, and channels of samples |
 //! | `words`, `header`, `probes` | what a column's header says: quantity, unit, probe |
 //! | `unit`, `stated`, `target` | units and conventions, and what a column becomes |
 //! | [`readings`] | tables made into measurements |
@@ -17,6 +18,7 @@ mod header;
 pub(crate) mod number;
 mod probes;
 pub mod readings;
+mod sampled;
 mod samples;
 mod sheet;
 mod stated;

@@ -93,6 +93,13 @@ pub fn number(text: &str, decimal: Decimal) -> Option<(f64, &str)> {
     Some((value, unit.trim()))
 }
 
+/// A finite number without a unit, where a point may stand before the decimals in both customs.
+pub fn sample(text: &str, decimal: Decimal) -> Option<f64> {
+    let text = text.trim();
+    let grouped = || number(text, decimal).filter(|(_, unit)| unit.is_empty()).map(|(value, _)| value);
+    text.parse().ok().or_else(grouped).filter(|value: &f64| value.is_finite())
+}
+
 /// What the cells of a file show of their decimals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shown {

@@ -44,13 +44,28 @@ pub fn find(sheet: &Sheet) -> Option<Table<'_>> {
     let candidates = sheet.rows.iter().take(DEEPEST).enumerate();
     let scored = candidates.map(|(at, row)| (at, score(row)));
     let (at, _) = scored.filter(|(_, score)| *score >= 2).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
-    let below = sheet.rows[at + 1..].iter().take_while(|row| is_unit_row(row)).count();
+    let (columns, below) = headers(&sheet.rows, at);
+    let above = sheet.rows[..at].iter().map(|row| {
+        row.cells.iter().filter_map(Cell::as_text).collect::<Vec<_>>().join(" ").replace(['#', '"'], " ")
+    });
+    Some(Table {
+        sheet,
+        header_row: sheet.rows[at].number,
+        columns,
+        above: above.collect(),
+        rows: &sheet.rows[at + 1 + below..],
+    })
+}
+
+/// The heads of the columns whose names stand in row `at`, and how many rows of units are below it.
+pub fn headers(rows: &[Row], at: usize) -> (Vec<Header>, usize) {
+    let below = rows[at + 1..].iter().take_while(|row| is_unit_row(row)).count();
     let text = |row: Option<&Row>, column: usize| {
         row.and_then(|row| row.cell(column).as_text()).unwrap_or_default().replace(['\r', '\n'], " ")
     };
-    let header = &sheet.rows[at];
+    let header = &rows[at];
     let names: Vec<String> = (0..header.cells.len()).map(|i| text(Some(header), i)).collect();
-    let above_it = at.checked_sub(1).map(|at| &sheet.rows[at]);
+    let above_it = at.checked_sub(1).map(|at| &rows[at]);
     let grouped = is_repeated(&names);
     let mut group = String::new();
     let mut columns = Vec::new();
@@ -59,21 +74,26 @@ pub fn find(sheet: &Sheet) -> Option<Table<'_>> {
         if grouped && !over.is_empty() {
             group = over;
         }
-        let units: Vec<String> = (1..=below).map(|down| text(sheet.rows.get(at + down), index)).collect();
+        let units: Vec<String> = (1..=below).map(|down| text(rows.get(at + down), index)).collect();
         let unit = units.join(" ").trim().to_string();
         if !name.is_empty() {
             columns.push(Header { index, name, group: group.clone(), unit });
         }
     }
-    let above = sheet.rows[..at].iter().map(|row| {
-        row.cells.iter().filter_map(Cell::as_text).collect::<Vec<_>>().join(" ").replace(['#', '"'], " ")
-    });
-    Some(Table {
-        sheet,
-        header_row: header.number,
-        columns,
-        above: above.collect(),
-        rows: &sheet.rows[at + 1 + below..],
+    (columns, below)
+}
+
+/// The row of names directly above rows of samples, with the rows of units between them; `is_value` is what a sample or its
+/// time may be.
+pub fn above_samples(rows: &[Row], is_value: impl Fn(&Cell) -> bool) -> Option<usize> {
+    let filled = |row: &Row| row.cells.iter().filter(|c| !c.is_empty()).count();
+    let width = |row: &Row| row.cells.iter().rposition(|c| !c.is_empty()).map_or(0, |last| last + 1);
+    let values = |row: &Row| row.cells.iter().filter(|c| is_value(c)).count();
+    rows.iter().enumerate().position(|(at, row)| {
+        let below = rows[at + 1..].iter().take_while(|row| is_unit_row(row)).count();
+        let first = rows.get(at + 1 + below);
+        let is_sample = |first: &Row| 2 * values(first) > filled(first) && width(first) <= width(row);
+        filled(row) > 0 && values(row) == 0 && first.is_some_and(is_sample)
     })
 }
 

@@ -2,8 +2,7 @@
 
 use anyhow::{Result, bail};
 
-use super::super::samples::{Channel, Samples, Waveform};
-use super::samples::numbered;
+use super::super::samples::{SampleColumn, Samples, Waveform};
 
 /// What the single number is called that is the rate.
 const RATES: [&str; 2] = ["rate_hz", "fs"];
@@ -36,14 +35,14 @@ fn picked<T: Copy>(all: &[T], from: usize, step: usize, number: usize) -> Vec<T>
 }
 
 /// One array without a name.
-pub fn of_one(file: &str, array: &Array) -> Result<Waveform> {
-    waveform(file, None, numbered(array.columns()))
+pub fn of_one(file: &str, array: &Array) -> Waveform {
+    Waveform::numbered(file, None, array.columns())
 }
 
 /// Arrays with names; a column of one that has several is `name.1`, `name.2` and so on. A single number is no channel; one
 /// called `rate_hz` or `fs` is the rate.
-pub fn of_named(file: &str, arrays: &[(String, Array)]) -> Result<Waveform> {
-    let (mut channels, mut rate_hz) = (Vec::new(), None);
+pub fn of_named(file: &str, arrays: Vec<(String, Array)>) -> Result<Waveform> {
+    let (mut all, mut rate_hz): (Vec<SampleColumn>, _) = (Vec::new(), None);
     for (name, array) in arrays {
         let columns = array.columns();
         if let [single] = &columns[..]
@@ -55,17 +54,39 @@ pub fn of_named(file: &str, arrays: &[(String, Array)]) -> Result<Waveform> {
         }
         let several = columns.len() > 1;
         for (column, samples) in columns.into_iter().enumerate() {
-            let name = if several { format!("{name}.{}", column + 1) } else { name.clone() };
-            channels.push(Channel { number: channels.len() + 1, name, samples });
+            let header = if several { format!("{name}.{}", column + 1) } else { name.clone() };
+            all.push(SampleColumn { number: all.len() + 1, header, unit: String::new(), samples });
         }
     }
-    waveform(file, rate_hz, channels)
-}
-
-fn waveform(file: &str, rate_hz: Option<f64>, channels: Vec<Channel>) -> Result<Waveform> {
+    let waveform = Waveform::of_columns(file, rate_hz, all);
+    let channels = &waveform.channels;
     let counts = channels.iter().filter(|c| matches!(c.samples, Samples::Counts(_))).count();
     if ![0, channels.len()].contains(&counts) {
         bail!("{file}: some channels hold counts (16-bit integers) and others do not, expected one kind");
     }
-    Ok(Waveform { file: file.into(), rate_hz, is_of_counts: counts > 0, channels })
+    Ok(waveform)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_array_of_times_is_the_rate_and_no_channel() {
+        let array = |all: Samples| Array { rows: all.len(), width: 1, is_by_rows: true, all };
+        let named = |name: &str, all: Samples| (name.to_string(), array(all));
+        let arrays = || {
+            vec![
+                named("t", Samples::Values(vec![0.0, 0.5e-3, 1e-3])),
+                named("PX", Samples::Counts(vec![1, 2, 3])),
+                named("kph", Samples::Counts(vec![0, 9, 0])),
+            ]
+        };
+        let waveform = of_named("a.npz", arrays()).unwrap();
+        assert_eq!(waveform.names(), "PX, kph");
+        assert!((waveform.rate_hz.unwrap() - 2000.0).abs() < 1e-9);
+        assert_eq!(waveform.channels[0].number, 2, "numbers are places in the file");
+        let stated = arrays().into_iter().chain([named("fs", Samples::Values(vec![25_600.0]))]).collect();
+        assert_eq!(of_named("a.npz", stated).unwrap().rate_hz, Some(25_600.0));
+    }
 }

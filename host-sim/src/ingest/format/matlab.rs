@@ -3,7 +3,8 @@
 use anyhow::{Context, Result, bail};
 use mat5::{Error, MatFile, Matrix, Values};
 
-use super::super::samples::{Samples, Waveform};
+use super::super::samples::Samples;
+use super::Content;
 use super::arrays::{Array, of_named};
 
 /// Text, version and byte order.
@@ -15,9 +16,14 @@ const VERSION_AND_ORDER: &[u8] = b"\x00\x01IM";
 /// The kind of an element that is compressed: the next one follows it without padding.
 const COMPRESSED: u32 = 15;
 
+/// Whether a file is of level 5.
+pub fn is(bytes: &[u8]) -> bool {
+    bytes.get(HEADER_BYTES - VERSION_AND_ORDER.len()..HEADER_BYTES) == Some(VERSION_AND_ORDER)
+}
+
 /// Every array of real numbers is a channel, or several; text, structures and cells are left.
-pub fn read(file: &str, bytes: &[u8]) -> Result<Waveform> {
-    if bytes.get(HEADER_BYTES - VERSION_AND_ORDER.len()..HEADER_BYTES) != Some(VERSION_AND_ORDER) {
+pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
+    if !is(bytes) {
         bail!("{file}: is no MATLAB file of level 5 (7.3 is another), expected one that was saved with -v7");
     }
     let wrong = || format!("{file}: cannot be read as a MATLAB file");
@@ -44,7 +50,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Waveform> {
             "{file}: holds no array of real numbers, expected one of each channel, outside structures and cells"
         );
     }
-    of_named(file, &arrays)
+    Ok(Content::Waveform(of_named(file, arrays)?))
 }
 
 /// The first element with its tag, and what follows it.

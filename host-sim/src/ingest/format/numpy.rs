@@ -1,21 +1,42 @@
 //! NumPy: `.npy` with an array, `.npz` with several that are named.
 
 use std::io::{Cursor, Read};
+use std::ops::Range;
 
 use anyhow::{Context, Result, bail};
 use npyz::{DType, NpyFile, Order, TypeChar};
 use zip::ZipArchive;
 
-use super::super::samples::{Samples, Waveform};
+use super::super::samples::Samples;
+use super::Content;
 use super::arrays::{Array, of_named, of_one};
 
+/// Where an entry of a zip archive has the length of its name.
+const ENTRY_NAME_LENGTH: Range<usize> = 26..28;
+/// Where its name begins.
+const ENTRY_NAME: usize = 30;
+
+/// Whether a file is an array.
+pub fn is_array(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\x93NUMPY")
+}
+
+/// Whether a file is an archive whose first entry is an array.
+pub fn is_archive(bytes: &[u8]) -> bool {
+    let name = || {
+        let length = u16::from_le_bytes(bytes.get(ENTRY_NAME_LENGTH)?.try_into().ok()?);
+        bytes.get(ENTRY_NAME..ENTRY_NAME + usize::from(length))
+    };
+    bytes.starts_with(b"PK\x03\x04") && name().is_some_and(|name| name.ends_with(b".npy"))
+}
+
 /// One array: samples of a channel, or channels beside one another.
-pub fn read_array(file: &str, bytes: &[u8]) -> Result<Waveform> {
-    of_one(file, &array(file, bytes)?)
+pub fn read_array(file: &str, bytes: &[u8]) -> Result<Content> {
+    Ok(Content::Waveform(of_one(file, &array(file, bytes)?)))
 }
 
 /// Several named arrays, one `.npy` file each.
-pub fn read_archive(file: &str, bytes: &[u8]) -> Result<Waveform> {
+pub fn read_archive(file: &str, bytes: &[u8]) -> Result<Content> {
     let wrong = || format!("{file}: cannot be read as a NumPy archive");
     let mut archive = ZipArchive::new(Cursor::new(bytes)).with_context(wrong)?;
     let mut arrays = Vec::new();
@@ -29,7 +50,7 @@ pub fn read_archive(file: &str, bytes: &[u8]) -> Result<Waveform> {
         let numbers = array(&format!("{file}: array {name}"), &bytes)?;
         arrays.push((name, numbers));
     }
-    of_named(file, &arrays)
+    Ok(Content::Waveform(of_named(file, arrays)?))
 }
 
 fn array(place: &str, bytes: &[u8]) -> Result<Array> {

@@ -4,11 +4,16 @@ use anyhow::{Context, Result};
 use hound::{SampleFormat, WavReader};
 
 use super::super::samples::{Samples, Waveform};
-use super::samples::numbered;
+use super::Content;
+
+/// Whether a file is a RIFF of waves.
+pub fn is(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WAVE")
+}
 
 /// Sixteen bits are taken as they are; others become counts of a 16-bit converter with fractions, which keeps one meaning
 /// of full scale.
-pub fn read(file: &str, bytes: &[u8]) -> Result<Waveform> {
+pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
     let wrong = || format!("{file}: cannot be read as WAV");
     let reader = WavReader::new(bytes).with_context(wrong)?;
     let spec = reader.spec();
@@ -31,7 +36,8 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Waveform> {
         }
     };
     let rate_hz = Some(f64::from(spec.sample_rate));
-    Ok(Waveform { file: file.into(), rate_hz, is_of_counts: true, channels: numbered(columns) })
+    let waveform = Waveform::numbered(file, rate_hz, columns);
+    Ok(Content::Waveform(Waveform { is_of_counts: true, ..waveform }))
 }
 
 /// The channels of frames that hold a sample of each.

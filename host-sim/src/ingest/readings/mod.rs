@@ -72,7 +72,7 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
     let mut machine: Option<(String, String)> = None;
     let mut rules = vec![false; mapping.column.len()];
     for path in files {
-        let sheets = format::table::read(path)?;
+        let sheets = format::sheets(path)?;
         let table = only_table(path, &sheets, mapping)?;
         if let Some(name) = stated_above(&table, Word::Machine) {
             let (first, of) = machine.get_or_insert((name.clone(), table.sheet.place()));

@@ -3,11 +3,10 @@
 use anyhow::{Result, bail};
 
 use super::settings::Settings;
+use crate::ingest::header::is_keyphasor;
 use crate::ingest::probes::Probes;
 use crate::ingest::samples::{Channel, Waveform};
-
-/// What a keyphasor's channel is usually called.
-const KEYPHASORS: [&str; 7] = ["keyphasor", "kph", "kp", "tacho", "tach", "trigger", "mark"];
+use crate::ingest::unit::Unit;
 
 /// A probe and its channel.
 #[derive(Debug)]
@@ -26,8 +25,7 @@ pub fn keyphasor<'a>(waveform: &'a Waveform, settings: &Settings) -> Result<&'a 
     if let Some(name) = &settings.keyphasor.keyphasor {
         return waveform.channel(name, "--keyphasor");
     }
-    let is_called_so = |c: &&Channel| KEYPHASORS.contains(&c.name.to_lowercase().as_str());
-    match waveform.channels.iter().find(is_called_so) {
+    match waveform.channels.iter().find(|c| is_keyphasor(&c.name)) {
         Some(channel) => Ok(channel),
         None => bail!(
             "{}: no channel is called keyphasor, kph or tacho, expected --keyphasor with one of {}",
@@ -53,7 +51,9 @@ pub fn probes<'a>(
     let others = || waveform.channels.iter().filter(|c| c.number != keyphasor.number);
     let names: Vec<String> = match of_rotor {
         Some(names) => names.to_vec(),
-        None if settings.channel.is_empty() => others().map(|c| c.name.clone()).collect(),
+        None if settings.channel.is_empty() => {
+            others().filter(|c| !c.is_speed).map(|c| c.name.clone()).collect()
+        }
         None => settings.channel.iter().map(|assigned| assigned.probe.clone()).collect(),
     };
     let stated_probes = settings.channel.iter().map(|assigned| ("--channel", &assigned.probe));
@@ -65,7 +65,7 @@ pub fn probes<'a>(
     for probe in names {
         let channel = match stated(&probe) {
             Some(assigned) => waveform.channel(&assigned.channel, &format!("--channel {probe}"))?,
-            None => match others().find(|c| known.named(&c.name).as_ref() == Some(&probe)) {
+            None => match others().find(|c| !c.is_speed && known.named(&c.name).as_ref() == Some(&probe)) {
                 Some(channel) => channel,
                 None => bail!(
                     "{file}: no channel is named as the probe {probe}, expected --channel {probe}= with one of {}",
@@ -74,10 +74,17 @@ pub fn probes<'a>(
             },
         };
         if channel.number == keyphasor.number {
-            bail!("{file}: channel {} is the keyphasor and cannot be the probe {probe}", channel.name);
+            bail!("{file}: channel {} is the keyphasor and cannot be the probe {probe}", channel.header);
         }
         if let Some(other) = all.iter().find(|other| other.channel.number == channel.number) {
-            bail!("{file}: channel {} cannot be the probes {} and {probe}", channel.name, other.probe);
+            bail!("{file}: channel {} cannot be the probes {} and {probe}", channel.header, other.probe);
+        }
+        if let Some(unit) = channel.unit.filter(|unit| settings.unit == Unit::Volt && *unit != Unit::Volt) {
+            bail!(
+                "{file}: channel {} is in {}, --unit is V, expected --unit with the unit of the channels",
+                channel.header,
+                unit.symbol()
+            );
         }
         let own = settings.mv_um.iter().rfind(|s| s.probe.as_ref() == Some(&probe));
         let of_all = || settings.mv_um.iter().rfind(|s| s.probe.is_none());
@@ -89,7 +96,7 @@ pub fn probes<'a>(
         all.push(Assignment { probe, channel, mv_um });
     }
     if all.is_empty() {
-        bail!("{file}: there is no channel beside the keyphasor {}", keyphasor.name);
+        bail!("{file}: there is no channel beside the keyphasor {}", keyphasor.header);
     }
     Ok(all)
 }

@@ -67,7 +67,7 @@ pub fn marks(
         bail!(
             "{file}: there is no keyphasor: channel {} stays between {low:.6} and {high:.6} and never {way} through \
              {threshold:.6}, expected a mark a turn or another --threshold",
-            channel.name
+            channel.header
         );
     }
     Ok(match settings.pulses {

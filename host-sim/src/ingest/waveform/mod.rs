@@ -26,7 +26,7 @@ use anyhow::{Context, Result, bail};
 use rotor_edge_core::extraction::ExtractionConfig;
 use rotor_edge_desktop::measurement::Reading;
 
-use super::format;
+use super::sampled;
 use super::samples::Waveform;
 use channels::Assignment;
 use counts::Converted;
@@ -128,7 +128,7 @@ fn of_file(
     settings: &Settings,
     beside: Beside,
 ) -> Result<Extracted> {
-    let waveform = format::samples::read(path)?;
+    let waveform = sampled::read(path)?;
     let file = &waveform.file;
     let rate_hz = rate_hz(&waveform, settings)?;
     let unit_per_number = unit_per_number(&waveform, settings)?;
@@ -164,7 +164,7 @@ fn of_file(
         run,
         rate_hz,
         duration_s: seconds(waveform.len()),
-        keyphasor: (key.name.clone(), marks.threshold),
+        keyphasor: (key.header.clone(), marks.threshold),
         probes: assigned.iter().map(probe).collect(),
         count,
         readings,
@@ -213,7 +213,7 @@ fn held_or_binned(each: Vec<Reading>, settings: &Settings) -> (Vec<Reading>, Opt
 fn probe(assigned: &Assignment) -> Probe {
     Probe {
         name: assigned.probe.clone(),
-        channel: assigned.channel.name.clone(),
+        channel: assigned.channel.header.clone(),
         mv_um: f64::from(assigned.mv_um),
     }
 }
@@ -221,7 +221,11 @@ fn probe(assigned: &Assignment) -> Probe {
 fn rate_hz(waveform: &Waveform, settings: &Settings) -> Result<f64> {
     let file = &waveform.file;
     let rate_hz = settings.rate_hz.or(waveform.rate_hz);
-    let rate_hz = rate_hz.with_context(|| format!("{file}: does not say its rate, expected --rate-hz"))?;
+    let unknown = || match &waveform.uneven {
+        Some(uneven) => uneven.clone(),
+        None => format!("{file}: does not say its rate, expected --rate-hz"),
+    };
+    let rate_hz = rate_hz.with_context(unknown)?;
     if !(rate_hz > 0.0 && rate_hz.is_finite()) {
         bail!("{file}: has a rate of {rate_hz} Hz, expected a positive one or --rate-hz");
     }

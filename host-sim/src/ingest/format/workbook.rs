@@ -7,15 +7,18 @@ use calamine::{Data, Reader, open_workbook_auto_from_rs};
 
 use super::super::calendar;
 use super::super::sheet::{Cell, Row, Sheet};
+use super::Content;
 
 /// What a zip archive and a compound file begin with.
 const BEGINNINGS: [&[u8]; 2] = [b"PK\x03\x04", b"\xd0\xcf\x11\xe0"];
 
+/// Whether a file is an archive or a compound file.
+pub fn is(bytes: &[u8]) -> bool {
+    BEGINNINGS.iter().any(|beginning| bytes.starts_with(beginning))
+}
+
 /// Every sheet that holds something.
-pub fn read(file: &str, bytes: &[u8]) -> Result<Option<Vec<Sheet>>> {
-    if !BEGINNINGS.iter().any(|beginning| bytes.starts_with(beginning)) {
-        return Ok(None);
-    }
+pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
     let mut book = open_workbook_auto_from_rs(Cursor::new(bytes))
         .map_err(|_| anyhow!("{file}: cannot be read as a workbook, expected xlsx, xls or ods"))?;
     let mut sheets = Vec::new();
@@ -35,7 +38,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Option<Vec<Sheet>>> {
         let rows = rows.filter(|row| !row.is_blank()).collect();
         sheets.push(Sheet { file: file.into(), name: Some(name), separator: None, rows });
     }
-    Ok(Some(sheets))
+    Ok(Content::Sheets(sheets))
 }
 
 fn cell(data: &Data) -> Cell {
