@@ -8,8 +8,7 @@
 //! | [`watch`] | what a listener learns of all monitors on a bus, and a terminal that shows it |
 //! | [`deploy`] | commands to a monitor over a real bus |
 //! | [`edge`] | a desktop model, made small enough for the controller |
-//! | [`extract`] | raw samples, made into 1x readings by the core's own extraction |
-//! | [`import`] | exports of other systems, made into measurements |
+//! | [`ingest`] | exports of other systems and raw samples, made into measurements |
 //! | [`replay`] | a record, played over the bus into the core, every result checked |
 //! | [`report`] | one HTML file with figures |
 //! | [`sample`] | the machine that the main job runs on |
@@ -20,8 +19,7 @@ pub mod clock;
 pub mod command;
 pub mod deploy;
 pub mod edge;
-pub mod extract;
-pub mod import;
+pub mod ingest;
 pub mod node;
 pub mod replay;
 pub mod report;

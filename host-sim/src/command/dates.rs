@@ -4,8 +4,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use crate::import::calendar::{Moment, Read, of_text};
-use crate::import::written::COUNTS_FROM;
+use crate::ingest::calendar::{Moment, Read, of_text};
+use crate::ingest::readings::written::COUNTS_FROM;
 
 /// Column of a track with each estimate's moment.
 pub const TIME: &str = "time";

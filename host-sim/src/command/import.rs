@@ -8,13 +8,13 @@ use rotor_edge_desktop::rotor_file;
 use serde_json::{Value, json};
 
 use super::output::{self, Json};
-use crate::import::calendar::{DateOrder, Moment};
-use crate::import::mapping::Mapping;
-use crate::import::number::Decimal;
-use crate::import::plan::Column;
-use crate::import::target::{Quantity, Rule};
-use crate::import::unit::{Angle, Detection, Length, Sense};
-use crate::import::{Imported, import};
+use crate::ingest::calendar::{DateOrder, Moment};
+use crate::ingest::number::Decimal;
+use crate::ingest::readings::mapping::Mapping;
+use crate::ingest::readings::plan::Column;
+use crate::ingest::readings::{Imported, import};
+use crate::ingest::target::{Quantity, Rule};
+use crate::ingest::unit::{Angle, Detection, Sense, Unit};
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -91,8 +91,8 @@ struct Conventions {
     #[arg(long)]
     rms: bool,
     /// Unit of amplitudes
-    #[arg(long)]
-    unit: Option<Length>,
+    #[arg(long, value_parser = Unit::of_amplitudes())]
+    unit: Option<Unit>,
     /// Unit of phases
     #[arg(long)]
     angle: Option<Angle>,

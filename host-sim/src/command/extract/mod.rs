@@ -15,10 +15,10 @@ use serde_json::{Value, json};
 
 use super::listener::Listener;
 use super::output::{self, Form, Json};
-use crate::extract::readings::Drifted;
-use crate::extract::settings::Settings;
-use crate::extract::sweep::Compensated;
-use crate::extract::{Beside, Extracted, extract};
+use crate::ingest::waveform::settings::Settings;
+use crate::ingest::waveform::sweep::Compensated;
+use crate::ingest::waveform::vectors::Drifted;
+use crate::ingest::waveform::{Beside, Extracted, extract};
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]

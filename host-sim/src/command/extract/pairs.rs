@@ -4,7 +4,7 @@ use nalgebra::{Complex, Matrix2, Vector2};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
-use crate::extract::Probe;
+use crate::ingest::waveform::Probe;
 
 /// Two probes whose directions span less than this show no path; 1 at a right angle.
 const LEAST_SPAN: f64 = 0.3;

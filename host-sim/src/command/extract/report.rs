@@ -6,7 +6,7 @@ use rotor_edge_desktop::units::SECONDS_A_DAY;
 
 use super::pairs::{Pair, pairs};
 use super::{readings, spectra};
-use crate::extract::{Extracted, Probe};
+use crate::ingest::waveform::{Extracted, Probe};
 use crate::report::bode::bode;
 use crate::report::centreline::centreline;
 use crate::report::orbit::{OrbitPanel, orbit};

@@ -3,8 +3,8 @@
 use nalgebra::Complex;
 
 use super::pairs::Pair;
-use crate::extract::Extracted;
-use crate::extract::orders::Spectrum;
+use crate::ingest::waveform::Extracted;
+use crate::ingest::waveform::orders::Spectrum;
 use crate::report::cascade::{Trace, cascade, tallest_um};
 use crate::report::scale::three_digits;
 use crate::report::{Figure, Section, identifier};

@@ -23,7 +23,7 @@ use super::dates::{Dates, moment};
 use super::listener::Listener;
 use super::output::{self as shared, Json};
 use crate::command::shell;
-use crate::import::calendar::Moment;
+use crate::ingest::calendar::Moment;
 
 /// A bound on growth that is wider than this in a day is none.
 const LARGEST_GROWTH: f64 = 100.0;

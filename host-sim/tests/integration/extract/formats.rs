@@ -75,6 +75,22 @@ fn arrays_of_numpy_give_what_the_csv_of_the_same_numbers_gives() {
 }
 
 #[test]
+fn headers_with_units_give_what_the_bare_csv_gives() {
+    let folder = Folder::new();
+    let recording = Recording { seconds: 0.3, ..Recording::default() };
+    let text = recording.csv();
+    let known = run(&folder, &folder.write("a.csv", text.as_bytes()), &DC).1;
+    let body = text.split_once('\n').unwrap().1;
+    let headed = format!("Made by a logger\nTime (s),15X [V],15Y [V],16X [V],16Y [V],kph [V]\n{body}");
+    let (answer, readings) = run(&folder, &folder.write("units.csv", headed.as_bytes()), &DC);
+    assert_eq!(answer["files"][0]["channels"][1], serde_json::json!({"probe": "15Y", "channel": "15Y [V]"}));
+    assert_eq!(readings, known);
+    let mixed = headed.replace("15Y [V]", "15Y [mV]");
+    let says = refused(&folder, &folder.write("mixed.csv", mixed.as_bytes()), &DC);
+    assert_says(&says, &["mixed.csv: channel 15Y [mV] is in mV, --unit is V, expected --unit"]);
+}
+
+#[test]
 fn scipy_mat_gives_known_vectors_and_its_counts_equal_wav() {
     let folder = Folder::new();
     let options = |more: &[&'static str]| [&DC[..], &["--revolutions", "4"], more].concat();

@@ -1,0 +1,333 @@
+//! Moments as exports write them.
+
+use rotor_edge_desktop::units::SECONDS_A_DAY;
+use std::str::FromStr;
+
+use clap::ValueEnum;
+use jiff::civil::{Date, DateTime, Time};
+use jiff::tz::TimeZone;
+use jiff::{SignedDuration, Timestamp};
+use serde::{Deserialize, Serialize};
+
+use super::unit::TimeUnit;
+
+const DAY_NS: f64 = 86_400e9;
+/// Numbers that are seconds since 1970 and nothing else: 1973 to 2128; milliseconds are a thousand times that.
+const EPOCH_S: std::ops::Range<f64> = 1e8..5e9;
+/// Days since 1899-12-30 from 1954 to 2119.
+const EXCEL_D: std::ops::Range<f64> = 20_000.0..80_000.0;
+
+/// What comes first in a date such as 03/04/2024.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DateOrder {
+    DayFirst,
+    MonthFirst,
+}
+
+/// Behind a moment whose zone nobody stated.
+const LOCAL: &str = " local time";
+
+/// No moment of any unit is a larger number.
+const LARGEST: f64 = 1e15;
+
+/// A moment of a record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Moment {
+    /// Nanoseconds since 1970, UTC.
+    Zoned(i128),
+    /// The same of a clock on the wall, whose zone nobody stated.
+    Local(i128),
+    /// Days since something.
+    Elapsed(f64),
+}
+
+impl Moment {
+    /// Days from `start` on; nothing if they are not of one kind.
+    pub fn days_since(self, start: Self) -> Option<f64> {
+        match (self, start) {
+            (Self::Zoned(a), Self::Zoned(b)) | (Self::Local(a), Self::Local(b)) => {
+                Some((a - b) as f64 / DAY_NS)
+            }
+            // elapsed time counts from the record's own start
+            (Self::Elapsed(days), Self::Elapsed(_)) => Some(days),
+            _ => None,
+        }
+    }
+
+    /// As people write it; nothing if it is no calendar time.
+    pub fn calendar(self) -> Option<String> {
+        let zone = if matches!(self, Self::Local(_)) { LOCAL } else { "" };
+        self.iso().map(|text| format!("{text}{zone}"))
+    }
+
+    /// In ISO 8601, in UTC where the zone is known; nothing if it is no calendar time.
+    pub fn iso(self) -> Option<String> {
+        let written = |ns: i128| Timestamp::from_nanosecond(ns).ok().map(|t| t.to_string());
+        match self {
+            Self::Zoned(ns) => written(ns),
+            Self::Local(ns) => written(ns).map(|text| text.trim_end_matches('Z').to_string()),
+            Self::Elapsed(_) => None,
+        }
+    }
+
+    pub fn to_the_minute(self) -> Option<String> {
+        let text = self.iso()?.replacen('T', " ", 1);
+        let zone = if matches!(self, Self::Zoned(_)) { " UTC" } else { "" };
+        Some(format!("{}{zone}", text.get(..16)?))
+    }
+
+    /// The moment of a clock on the wall.
+    pub fn local(time: DateTime) -> Option<Self> {
+        Some(Self::Local(time.to_zoned(TimeZone::UTC).ok()?.timestamp().as_nanosecond()))
+    }
+
+    /// The same moment, later by a part of a day.
+    pub fn later(self, days: f64) -> Self {
+        let ns = (days * DAY_NS).round() as i128;
+        match self {
+            Self::Zoned(start) => Self::Zoned(start.saturating_add(ns)),
+            Self::Local(start) => Self::Local(start.saturating_add(ns)),
+            Self::Elapsed(start) => Self::Elapsed(start + days),
+        }
+    }
+}
+
+/// Reads what [`Moment::calendar`] writes.
+impl FromStr for Moment {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<Self, ()> {
+        match of_text(text.trim().trim_end_matches(LOCAL), None) {
+            Read::Moment(moment) => Ok(moment),
+            _ => Err(()),
+        }
+    }
+}
+
+/// The moment that a number is; nothing if the number alone does not say.
+pub fn of_number(value: f64, unit: Option<TimeUnit>, is_date: bool) -> Option<Moment> {
+    let unit = unit.or(match () {
+        () if EPOCH_S.contains(&value) => Some(TimeUnit::EpochSeconds),
+        () if EPOCH_S.contains(&(value / 1e3)) => Some(TimeUnit::EpochMilliseconds),
+        () if is_date && EXCEL_D.contains(&value) => Some(TimeUnit::Excel),
+        () => None,
+    })?;
+    if value.abs() > LARGEST {
+        return None;
+    }
+    let whole_us = |seconds: f64| (seconds * 1e6).round() as i128 * 1000;
+    Some(match unit {
+        // "ms" of an epoch is the epoch's
+        TimeUnit::Milliseconds if EPOCH_S.contains(&(value / 1e3)) => Moment::Zoned(whole_us(value / 1e3)),
+        TimeUnit::Microseconds
+        | TimeUnit::Milliseconds
+        | TimeUnit::Seconds
+        | TimeUnit::Minutes
+        | TimeUnit::Hours
+        | TimeUnit::Days => Moment::Elapsed(value / unit.per_day()),
+        TimeUnit::EpochSeconds => Moment::Zoned(whole_us(value)),
+        TimeUnit::EpochMilliseconds => Moment::Zoned(whole_us(value / 1e3)),
+        // a double holds a date of today to a microsecond
+        TimeUnit::Excel => {
+            let Moment::Local(zero) = Moment::local(Date::constant(1899, 12, 30).at(0, 0, 0, 0))? else {
+                return None;
+            };
+            Moment::Local(zero + whole_us(value * SECONDS_A_DAY))
+        }
+    })
+}
+
+/// A civil time from its numbers, if there is such a time.
+pub fn civil([year, month, day]: [i32; 3], [hour, minute, second]: [u8; 3], milli: u16) -> Option<DateTime> {
+    let date = Date::new(year.try_into().ok()?, month.try_into().ok()?, day.try_into().ok()?).ok()?;
+    let time = Time::new(hour as i8, minute as i8, second as i8, i32::from(milli) * 1_000_000).ok()?;
+    Some(date.to_datetime(time))
+}
+
+/// What a text is as a moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Read {
+    Moment(Moment),
+    /// A date that is another one with month and day exchanged.
+    Ambiguous,
+    Nothing,
+}
+
+/// The moment that a text is.
+pub fn of_text(text: &str, order: Option<DateOrder>) -> Read {
+    if let Ok(moment) = text.parse::<Timestamp>() {
+        return Read::Moment(Moment::Zoned(moment.as_nanosecond()));
+    }
+    let spaced = text.replacen('T', " ", usize::from(text.as_bytes().get(10) == Some(&b'T')));
+    let words: Vec<&str> = spaced.split_whitespace().collect();
+    let clock_at = words.iter().position(|w| w.contains(':')).unwrap_or(words.len());
+    let clock = if clock_at == words.len() { Some((0.0, false)) } else { clock(&words[clock_at..]) };
+    let Some((seconds, utc)) = clock else { return Read::Nothing };
+    let date = match date(&words[..clock_at].join(" "), order) {
+        Ok(Some(date)) => date,
+        Ok(None) => return Read::Nothing,
+        Err(Exchangeable) => return Read::Ambiguous,
+    };
+    let ns = (seconds * 1e6).round() as i64 * 1000;
+    let time = date.to_datetime(Time::midnight()).checked_add(SignedDuration::from_nanos(ns));
+    match time.ok().and_then(Moment::local) {
+        Some(Moment::Local(ns)) if utc => Read::Moment(Moment::Zoned(ns)),
+        Some(moment) => Read::Moment(moment),
+        None => Read::Nothing,
+    }
+}
+
+/// Seconds since midnight, and whether that is UTC.
+pub fn clock(words: &[&str]) -> Option<(f64, bool)> {
+    let (clock, behind) = words.split_first()?;
+    let lower = clock.to_lowercase();
+    let glued = ["am", "pm", "z"].into_iter().find(|suffix| lower.ends_with(suffix));
+    let digits = &lower[..lower.len() - glued.map_or(0, str::len)];
+    let mut parts = digits.split(':');
+    let mut hours: f64 = parts.next()?.parse().ok()?;
+    let minutes: f64 = parts.next()?.parse().ok()?;
+    let seconds: f64 = parts.next().map_or(Some(0.0), |s| s.replace(',', ".").parse().ok())?;
+    let mut utc = false;
+    for word in glued.into_iter().map(String::from).chain(behind.iter().map(|w| w.to_lowercase())) {
+        match word.as_str() {
+            "am" | "a.m." if hours == 12.0 => hours = 0.0,
+            "pm" | "p.m." if hours < 12.0 => hours += 12.0,
+            "am" | "a.m." | "pm" | "p.m." | "uhr" => (),
+            "utc" | "gmt" | "z" => utc = true,
+            _ => return None,
+        }
+    }
+    let fits =
+        (0.0..=24.0).contains(&hours) && (0.0..60.0).contains(&minutes) && (0.0..61.0).contains(&seconds);
+    let fits = fits && parts.next().is_none();
+    fits.then_some((3600.0 * hours + 60.0 * minutes + seconds, utc))
+}
+
+/// Month and day may be exchanged.
+struct Exchangeable;
+
+fn date(text: &str, order: Option<DateOrder>) -> Result<Option<Date>, Exchangeable> {
+    let pieces: Vec<&str> = text.split(|c: char| !c.is_alphanumeric()).filter(|p| !p.is_empty()).collect();
+    let number = |text: &str| text.parse::<i32>().ok();
+    let made = |year: i32, month: i32, day: i32, digits: usize| {
+        let year = if digits <= 2 { 2000 + year } else { year };
+        civil([year, month, day], [0; 3], 0).map(DateTime::date)
+    };
+    if let [compact] = pieces[..]
+        && compact.len() == 8
+        && let Some(n) = number(compact)
+    {
+        return Ok(made(n / 10_000, n / 100 % 100, n % 100, 4));
+    }
+    let [first, second, third] = pieces[..] else { return Ok(None) };
+    if let Some(month) = month(second) {
+        let (day, year) = if first.len() == 4 { (third, first) } else { (first, third) };
+        return Ok(number(year).zip(number(day)).and_then(|(y, d)| made(y, month, d, year.len())));
+    }
+    if let Some(month) = month(first) {
+        return Ok(number(third).zip(number(second)).and_then(|(y, d)| made(y, month, d, third.len())));
+    }
+    let (Some(a), Some(b), Some(c)) = (number(first), number(second), number(third)) else { return Ok(None) };
+    if first.len() == 4 {
+        return Ok(made(a, b, c, 4));
+    }
+    let day_first = match order {
+        // points between the numbers are of countries that write the day first
+        _ if text.contains('.') || a > 12 => true,
+        _ if b > 12 => false,
+        Some(order) => order == DateOrder::DayFirst,
+        None if a == b => true,
+        None => return Err(Exchangeable),
+    };
+    let (day, month) = if day_first { (a, b) } else { (b, a) };
+    Ok(made(c, month, day, third.len()))
+}
+
+/// Which order the dates of a column show, by one that has only one reading.
+pub fn order_shown<'a>(texts: impl Iterator<Item = &'a str>) -> Option<DateOrder> {
+    let number = |piece: &str| piece.parse::<i32>().ok();
+    texts.filter(|t| !t.contains('.') || t.contains('/')).find_map(|text| {
+        let mut pieces = text.split(|c: char| !c.is_ascii_digit());
+        let (first, second) = (pieces.next()?, pieces.next()?);
+        match (number(first)?, number(second)?) {
+            (a, _) if first.len() <= 2 && a > 12 => Some(DateOrder::DayFirst),
+            (_, b) if first.len() <= 2 && b > 12 => Some(DateOrder::MonthFirst),
+            _ => None,
+        }
+    })
+}
+
+fn month(name: &str) -> Option<i32> {
+    const MONTHS: [&[&str]; 12] = [
+        &["jan"],
+        &["feb"],
+        &["mar", "mär", "mrz"],
+        &["apr"],
+        &["may", "mai"],
+        &["jun"],
+        &["jul"],
+        &["aug"],
+        &["sep"],
+        &["oct", "okt"],
+        &["nov"],
+        &["dec", "dez"],
+    ];
+    let lower = name.to_lowercase();
+    let at = MONTHS.iter().position(|names| names.iter().any(|n| lower.starts_with(n)))?;
+    i32::try_from(at + 1).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_moment_in_all_its_forms() {
+        for text in [
+            "2024-03-05 14:30:15",
+            "2024-03-05T14:30:15",
+            "05.03.2024 14:30:15",
+            "5.3.24 14:30:15 Uhr",
+            "05-Mar-2024 02:30:15 PM",
+            "Mar 5, 2024 2:30:15pm",
+            "20240305 14:30:15",
+            "2024/03/05 14:30:15.000",
+        ] {
+            let Read::Moment(moment) = of_text(text, None) else { panic!("{text}") };
+            assert_eq!(moment.calendar().unwrap(), "2024-03-05T14:30:15 local time", "{text}");
+        }
+        for text in ["2024-03-05T14:30:15Z", "2024-03-05T15:30:15+01:00", "05.03.2024 14:30:15 UTC"] {
+            let Read::Moment(moment) = of_text(text, None) else { panic!("{text}") };
+            assert_eq!(moment.calendar().unwrap(), "2024-03-05T14:30:15Z", "{text}");
+        }
+        let serial = of_number(45_356.604_340_277_78, Some(TimeUnit::Excel), false).unwrap();
+        assert_eq!(serial.calendar().unwrap(), "2024-03-05T14:30:15 local time");
+        for (number, unit) in [(1_709_649_015.0, None), (1_709_649_015_000.0, None)] {
+            assert_eq!(of_number(number, unit, false).unwrap().calendar().unwrap(), "2024-03-05T14:30:15Z");
+        }
+        assert_eq!(of_number(45356.6, None, false), None, "elapsed seconds, or a date");
+    }
+
+    #[test]
+    fn dates_with_two_readings_are_told() {
+        assert_eq!(of_text("03/04/2024 10:00", None), Read::Ambiguous);
+        assert_eq!(order_shown(["03/04/2024", "03/14/2024"].into_iter()), Some(DateOrder::MonthFirst));
+        assert_eq!(order_shown(["03/04/2024", "14/03/2024"].into_iter()), Some(DateOrder::DayFirst));
+        assert_eq!(order_shown(["03/04/2024"].into_iter()), None);
+        let (day, month) = (DateOrder::DayFirst, DateOrder::MonthFirst);
+        assert_ne!(of_text("03/04/2024", Some(day)), of_text("03/04/2024", Some(month)));
+        assert_eq!(of_text("stopped", None), Read::Nothing);
+    }
+
+    #[test]
+    fn impossible_clocks_are_no_moment_and_no_fault() {
+        for clock in ["-1e300:00", "25:00", "10:-5", "10:nan", "nan:10", "1e300:00", "10:61:1e300"] {
+            assert_eq!(of_text(&format!("2024-03-05 {clock}"), None), Read::Nothing, "{clock}");
+        }
+        let Read::Moment(moment) = of_text("2024-03-05 14:30", None) else { panic!() };
+        for days in [1e300, -1e300, f64::INFINITY] {
+            assert_ne!(moment.later(days), moment);
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The formats of files, a file each: bytes in, cells or samples out.
+
+mod arrays;
+mod matlab;
+mod numpy;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod text;
+mod wav;
+mod workbook;
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+
+use super::samples::Waveform;
+use super::sheet::Sheet;
+pub use text::Text;
+
+/// What a file holds.
+pub enum Content {
+    Sheets(Vec<Sheet>),
+    Text(Text),
+    Waveform(Waveform),
+}
+
+/// A format of files.
+struct Format {
+    /// Extensions of its files, the usual one first.
+    extensions: &'static [&'static str],
+    /// Whether the bytes of a file are of this format; never for text, which is told by being no other.
+    is: fn(bytes: &[u8]) -> bool,
+    read: fn(file: &str, bytes: &[u8]) -> Result<Content>,
+}
+
+/// Text stands first; a workbook is any other archive.
+const FORMATS: [Format; 7] = [
+    Format { extensions: &["csv", "tsv", "txt"], is: |_| false, read: text::read },
+    Format { extensions: &["wav"], is: wav::is, read: wav::read },
+    Format { extensions: &["npy"], is: numpy::is_array, read: numpy::read_array },
+    Format { extensions: &["npz"], is: numpy::is_archive, read: numpy::read_archive },
+    Format { extensions: &["mat"], is: matlab::is, read: matlab::read },
+    Format { extensions: &["xlsx", "xls", "ods"], is: workbook::is, read: workbook::read },
+    Format { extensions: &["parquet"], is: is_parquet, read: read_parquet },
+];
+
+/// The sheets of a file of readings, by what it holds, whatever it is called.
+///
+/// # Errors
+/// One sentence with the file if it cannot be read or is of no format here.
+pub fn sheets(path: &Path) -> Result<Vec<Sheet>> {
+    let file = path.display().to_string();
+    let bytes = bytes(path)?;
+    if bytes.is_empty() {
+        bail!("{file}: is empty, expected a table of measurements");
+    }
+    let format = FORMATS.iter().find(|format| (format.is)(&bytes)).unwrap_or(&FORMATS[0]);
+    match (format.read)(&file, &bytes)? {
+        Content::Sheets(sheets) => Ok(sheets),
+        Content::Text(text) => Ok(vec![text.sheet()]),
+        Content::Waveform(_) => {
+            bail!(
+                "{file}: holds samples of channels, expected a table of readings; `rotor-edge extract` reads it"
+            )
+        }
+    }
+}
+
+/// What a recording holds, by the extension of its file.
+///
+/// # Errors
+/// One sentence with the file if it cannot be read or has another extension.
+pub fn recording(path: &Path) -> Result<Content> {
+    let file = path.display().to_string();
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let Some(format) = FORMATS.iter().find(|format| format.extensions.contains(&extension.as_str())) else {
+        let known = FORMATS.map(|format| format!(".{}", format.extensions[0])).join(", ");
+        bail!("{file}: the extension says no kind of waveforms that is read, expected one of {known}");
+    };
+    (format.read)(&file, &bytes(path)?)
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))
+}
+
+fn is_parquet(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PAR1")
+}
+
+#[cfg(feature = "parquet")]
+use parquet::read as read_parquet;
+
+#[cfg(not(feature = "parquet"))]
+fn read_parquet(file: &str, _: &[u8]) -> Result<Content> {
+    bail!(
+        "{file}: is Parquet, which this program was built without, expected CSV, or a program built with --features parquet"
+    );
+}

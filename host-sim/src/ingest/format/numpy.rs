@@ -1,0 +1,121 @@
+//! NumPy: `.npy` with an array, `.npz` with several that are named.
+
+use std::io::{Cursor, Read};
+use std::ops::Range;
+
+use anyhow::{Context, Result, bail};
+use npyz::{DType, NpyFile, Order, TypeChar};
+use zip::ZipArchive;
+
+use super::super::samples::Samples;
+use super::Content;
+use super::arrays::{Array, of_named, of_one};
+
+/// Where an entry of a zip archive has the length of its name.
+const ENTRY_NAME_LENGTH: Range<usize> = 26..28;
+/// Where its name begins.
+const ENTRY_NAME: usize = 30;
+
+/// Whether a file is an array.
+pub fn is_array(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\x93NUMPY")
+}
+
+/// Whether a file is an archive whose first entry is an array.
+pub fn is_archive(bytes: &[u8]) -> bool {
+    let name = || {
+        let length = u16::from_le_bytes(bytes.get(ENTRY_NAME_LENGTH)?.try_into().ok()?);
+        bytes.get(ENTRY_NAME..ENTRY_NAME + usize::from(length))
+    };
+    bytes.starts_with(b"PK\x03\x04") && name().is_some_and(|name| name.ends_with(b".npy"))
+}
+
+/// One array: samples of a channel, or channels beside one another.
+pub fn read_array(file: &str, bytes: &[u8]) -> Result<Content> {
+    Ok(Content::Waveform(of_one(file, &array(file, bytes)?)))
+}
+
+/// Several named arrays, one `.npy` file each.
+pub fn read_archive(file: &str, bytes: &[u8]) -> Result<Content> {
+    let wrong = || format!("{file}: cannot be read as a NumPy archive");
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).with_context(wrong)?;
+    let mut arrays = Vec::new();
+    for i in 0..archive.len() {
+        let mut entry = archive.by_index(i).with_context(wrong)?;
+        let Some(name) = entry.name().with_context(wrong)?.strip_suffix(".npy").map(str::to_string) else {
+            continue;
+        };
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).with_context(wrong)?;
+        let numbers = array(&format!("{file}: array {name}"), &bytes)?;
+        arrays.push((name, numbers));
+    }
+    Ok(Content::Waveform(of_named(file, arrays)?))
+}
+
+fn array(place: &str, bytes: &[u8]) -> Result<Array> {
+    let wrong = || format!("{place}: cannot be read as a NumPy array");
+    let array = NpyFile::new(bytes).with_context(wrong)?;
+    let shape: Vec<usize> = array.shape().iter().map(|side| *side as usize).collect();
+    let is_by_rows = array.order() == Order::C;
+    let [rows, width] = match shape[..] {
+        [] => [1, 1],
+        [samples] => [samples, 1],
+        [rows, width] => [rows, width],
+        _ => bail!("{place}: has {} dimensions, expected one or two", shape.len()),
+    };
+    let DType::Plain(kind) = array.dtype() else {
+        bail!("{place}: holds records, expected numbers");
+    };
+    // NumPy's letter and bytes a number, such as f8
+    let all = match (kind.type_char(), kind.size_field()) {
+        (TypeChar::Int, 2) => Samples::Counts(array.into_vec().with_context(wrong)?),
+        (TypeChar::Int, 4) => values(array.into_vec::<i32>().with_context(wrong)?),
+        (TypeChar::Int, 8) => {
+            // a sample rate, or samples on a machine of 64 bits
+            Samples::Values(
+                array.into_vec::<i64>().with_context(wrong)?.into_iter().map(|n| n as f64).collect(),
+            )
+        }
+        (TypeChar::Float, 4) => values(array.into_vec::<f32>().with_context(wrong)?),
+        (TypeChar::Float, 8) => Samples::Values(array.into_vec().with_context(wrong)?),
+        _ => bail!("{place}: holds {kind}, expected i2, i4, i8, f4 or f8"),
+    };
+    Ok(Array { all, rows, width, is_by_rows })
+}
+
+fn values<T: Into<f64>>(all: Vec<T>) -> Samples {
+    Samples::Values(all.into_iter().map(Into::into).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use npyz::WriterBuilder as _;
+
+    use super::*;
+
+    fn written(shape: &[u64], order: Order, values: &[f64]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let options = npyz::WriteOptions::new().default_dtype().shape(shape).order(order);
+        let mut writer = options.writer(&mut bytes).begin_nd().unwrap();
+        writer.extend(values.iter().copied()).unwrap();
+        writer.finish().unwrap();
+        bytes
+    }
+
+    #[test]
+    fn channels_are_the_shorter_side_of_an_array_in_either_order() {
+        let by_channel: &[f64] = &[1.0, 2.0, 3.0, -1.0, -2.0, -3.0];
+        let by_sample: &[f64] = &[1.0, -1.0, 2.0, -2.0, 3.0, -3.0];
+        for (shape, order, values) in [
+            ([2, 3], Order::C, by_channel),
+            ([3, 2], Order::C, by_sample),
+            ([2, 3], Order::Fortran, by_sample),
+            ([3, 2], Order::Fortran, by_channel),
+        ] {
+            let columns = array("a.npy", &written(&shape, order, values)).unwrap().columns();
+            let [Samples::Values(a), Samples::Values(b)] = &columns[..] else { panic!("{columns:?}") };
+            assert_eq!((&a[..], &b[..]), (&by_channel[..3], &by_channel[3..]));
+        }
+    }
+}

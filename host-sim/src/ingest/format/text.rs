@@ -1,0 +1,146 @@
+//! Tables in text, with a separator between the cells.
+
+use anyhow::{Result, bail};
+use csv::ByteRecord;
+
+use super::super::encoding::decoded;
+use super::super::sheet::{Cell, Row, Sheet};
+use super::super::table;
+use super::Content;
+
+/// Rows in which the header is looked for.
+const LOOKED_AT: usize = 200;
+
+pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
+    Ok(Content::Text(Text::of(file, bytes)?))
+}
+
+/// A table in text, before it is cut into cells.
+pub struct Text {
+    pub file: String,
+    text: String,
+    /// Lines that begin with it are no rows.
+    comment: Option<u8>,
+}
+
+impl Text {
+    /// Decodes the bytes of a file.
+    ///
+    /// # Errors
+    /// If they are no text in any of the encodings.
+    pub fn of(file: &str, bytes: &[u8]) -> Result<Self> {
+        match decoded(bytes) {
+            Some(text) => Ok(Self { file: file.into(), text, comment: None }),
+            None => bail!("{file}: is neither text nor a workbook, expected CSV, TSV, xlsx, xls or ods"),
+        }
+    }
+
+    /// The same, whose lines that begin with `#` are no rows.
+    pub fn without_comments(self) -> Self {
+        Self { comment: Some(b'#'), ..self }
+    }
+
+    /// All rows, cut at the separator with which a header of readings is found.
+    pub fn sheet(self) -> Sheet {
+        let columns = |_, rows: &[Row]| {
+            rows.iter().map(|row| (table::score(row), row.cells.len())).max().unwrap_or_default()
+        };
+        let separator = self.separator([';', '\t', ',', '|'], columns);
+        let mut rows = Vec::new();
+        self.each(separator, |number, record| {
+            rows.push(row(number, record));
+            Ok(())
+        })
+        .unwrap_or_default();
+        Sheet { file: self.file, name: None, separator: Some(separator), rows }
+    }
+
+    /// The separator whose first rows have the highest score, the first of equals.
+    pub fn separator<S: Ord>(&self, among: [char; 4], score: impl Fn(char, &[Row]) -> S) -> char {
+        let score = |separator: &char| score(*separator, &self.first_rows(*separator));
+        // `max_by_key` takes the last of equals
+        among.into_iter().rev().max_by_key(score).unwrap_or(',')
+    }
+
+    /// The rows in which a header may stand.
+    pub fn first_rows(&self, separator: char) -> Vec<Row> {
+        let end = self.text.match_indices('\n').nth(LOOKED_AT).map_or(self.text.len(), |(i, _)| i + 1);
+        let mut rows = Vec::new();
+        let push = |number: usize, record: &ByteRecord| {
+            rows.push(row(number, record));
+            Ok(())
+        };
+        each_of(&self.text[..end], separator, self.comment, push).unwrap_or_default();
+        rows
+    }
+
+    /// Calls `push` with the number of each row, from 1, and its cells.
+    ///
+    /// # Errors
+    /// Those of `push`.
+    pub fn each(&self, separator: char, push: impl FnMut(usize, &ByteRecord) -> Result<()>) -> Result<()> {
+        each_of(&self.text, separator, self.comment, push)
+    }
+}
+
+fn each_of(
+    text: &str,
+    separator: char,
+    comment: Option<u8>,
+    mut push: impl FnMut(usize, &ByteRecord) -> Result<()>,
+) -> Result<()> {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .comment(comment)
+        .delimiter(separator as u8)
+        .from_reader(text.as_bytes());
+    let mut record = ByteRecord::new();
+    while reader.read_byte_record(&mut record).is_ok_and(|more| more) {
+        // a record's position is before the blank lines and comments that the reader skips
+        let position = record.position();
+        let start = position.map_or(0, |p| p.byte() as usize);
+        let number = position.map_or(0, |p| p.line() as usize) + skipped_lines(&text[start..], comment);
+        push(number, &record)?;
+    }
+    Ok(())
+}
+
+/// Lines at the beginning of a text that are no rows.
+fn skipped_lines(text: &str, comment: Option<u8>) -> usize {
+    let is_none = |line: &&str| {
+        let line = line.trim_end_matches(['\r', '\n']);
+        line.is_empty() || line.bytes().next() == comment
+    };
+    text.split_inclusive('\n').take_while(is_none).filter(|line| line.ends_with('\n')).count()
+}
+
+fn row(number: usize, record: &ByteRecord) -> Row {
+    Row { number, cells: record.iter().map(|cell| Cell::text(&String::from_utf8_lossy(cell))).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(bytes: &[u8]) -> Text {
+        Text::of("a.csv", bytes).unwrap()
+    }
+
+    #[test]
+    fn rows_keep_numbers_over_blanks_and_header_sets_separator() {
+        let csv = "Machine: K-101, train A, unit 3\r\n\r\n\r\nSpeed;16X 1X Amp;16X 1X Phase\r\n\r\n100,5;2,5;30\r\n";
+        let sheet = text(csv.as_bytes()).sheet();
+        assert_eq!(sheet.separator, Some(';'));
+        let numbers: Vec<usize> = sheet.rows.iter().map(|r| r.number).collect();
+        assert_eq!(numbers, [1, 4, 6]);
+        assert_eq!(sheet.rows[2].cells[1], Cell::Text("2,5".into()));
+    }
+
+    #[test]
+    fn comments_are_counted_and_are_no_rows() {
+        let rows = text(b"# logger\n\n# 2 \"channels\na,b\n1,2\n").without_comments().first_rows(',');
+        let numbers: Vec<usize> = rows.iter().map(|r| r.number).collect();
+        assert_eq!(numbers, [4, 5]);
+    }
+}

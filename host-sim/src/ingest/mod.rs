@@ -1,0 +1,29 @@
+//! Files of other systems: tables of 1x readings (`rotor-edge import`) and sampled waveforms (`rotor-edge extract`).
+//!
+//! | module | holds |
+//! |---|---|
+//! | `format` | a format a file: bytes in, a `sheet` of cells or the `samples` of channels out |
+//! | `encoding`, `number`, `calendar` | characters, numbers and moments as exports write them |
+//! | `table` | where in a sheet the header and the rows are |
+//! | `sampled`, `samples` | tables whose rows are samples, and channels of samples |
+//! | `words`, `header`, `probes` | what a column's header says: quantity, unit, probe |
+//! | `unit`, `stated`, `target` | units and conventions, and what a column becomes |
+//! | [`readings`] | tables made into measurements |
+//! | [`waveform`] | waveforms made into 1x readings by the core's extraction |
+
+pub(crate) mod calendar;
+mod encoding;
+mod format;
+mod header;
+pub(crate) mod number;
+mod probes;
+pub mod readings;
+mod sampled;
+mod samples;
+mod sheet;
+mod stated;
+mod table;
+pub(crate) mod target;
+pub(crate) mod unit;
+pub mod waveform;
+mod words;

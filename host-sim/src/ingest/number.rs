@@ -1,0 +1,170 @@
+//! Numbers as they are written in exports: decimal comma or point, thousands apart, a unit behind.
+
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+/// What stands before the decimals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Decimal {
+    Point,
+    Comma,
+}
+
+impl Decimal {
+    fn sign(self) -> char {
+        if self == Self::Point { '.' } else { ',' }
+    }
+
+    fn thousands(self) -> char {
+        if self == Self::Point { ',' } else { '.' }
+    }
+}
+
+/// Words for a reading that is not there.
+const LOST: [&str; 28] = [
+    "-",
+    "--",
+    "---",
+    "----",
+    "*",
+    "**",
+    "***",
+    "****",
+    "?",
+    "nan",
+    "n/a",
+    "na",
+    "#n/a",
+    "#nv",
+    "null",
+    "none",
+    "nil",
+    "invalid",
+    "bad",
+    "bad input",
+    "no data",
+    "not available",
+    "ungültig",
+    "keine daten",
+    "i/o timeout",
+    "fault",
+    "off-line",
+    "inf",
+];
+
+/// Whether a cell says that there is no value.
+pub fn is_lost(text: &str) -> bool {
+    let lower = text.to_lowercase();
+    LOST.contains(&lower.as_str()) || lower.starts_with("#div/0") || lower.starts_with("#err")
+}
+
+/// The number at the start of a cell, and the unit behind it; nothing if it does not start with one.
+pub fn number(text: &str, decimal: Decimal) -> Option<(f64, &str)> {
+    let text = text.trim();
+    let in_number = |(i, c): (usize, char)| {
+        let exponent = |c: char| matches!(c, 'e' | 'E');
+        let before = text[..i].chars().next_back();
+        let digit_before = before.is_some_and(|b| b.is_ascii_digit() || b == decimal.sign());
+        let after = text[i + c.len_utf8()..].chars().next();
+        match c {
+            '0'..='9' | '.' | ',' | '\'' | '’' => true,
+            '+' | '-' | '−' => i == 0 || before.is_some_and(exponent),
+            ' ' | '\u{a0}' | '\u{202f}' => digit_before && after.is_some_and(|a| a.is_ascii_digit()),
+            'e' | 'E' => digit_before && after.is_some_and(|a| a.is_ascii_digit() || "+-".contains(a)),
+            _ => false,
+        }
+    };
+    let end = text.char_indices().find(|at| !in_number(*at)).map_or(text.len(), |(i, _)| i);
+    let (digits, unit) = text.split_at(end);
+    let (whole, fraction) = digits.split_once(decimal.sign()).unwrap_or((digits, ""));
+    let apart = |c: char| c == decimal.thousands() || " \u{a0}\u{202f}'’".contains(c);
+    let mut groups = whole.split(apart);
+    let first = groups.next()?;
+    let rest: Vec<&str> = groups.collect();
+    let leading = first.trim_start_matches(['+', '-', '−']);
+    let grouped = (1..=3).contains(&leading.len()) && leading != "0" && rest.iter().all(|g| g.len() == 3);
+    if !rest.is_empty() && !grouped {
+        return None;
+    }
+    let plain = format!("{}{}.{}", first.replace('−', "-"), rest.concat(), fraction);
+    let plain = if fraction.is_empty() { plain.trim_end_matches('.') } else { &plain };
+    let value = plain.parse::<f64>().ok().filter(|v| v.is_finite())?;
+    Some((value, unit.trim()))
+}
+
+/// A finite number without a unit, where a point may stand before the decimals in both customs.
+pub fn sample(text: &str, decimal: Decimal) -> Option<f64> {
+    let text = text.trim();
+    let grouped = || number(text, decimal).filter(|(_, unit)| unit.is_empty()).map(|(value, _)| value);
+    text.parse().ok().or_else(grouped).filter(|value: &f64| value.is_finite())
+}
+
+/// What the cells of a file show of their decimals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shown {
+    Surely(Decimal),
+    /// `11,234` and the like alone: eleven, or eleven thousand.
+    Either,
+    Both,
+}
+
+/// What cells show of the decimals: point if nothing shows.
+pub fn shown<'a>(cells: impl Iterator<Item = &'a str>) -> Shown {
+    let [mut point, mut comma, mut either] = [false; 3];
+    for cell in cells.filter(|c| c.starts_with(|c: char| c.is_ascii_digit() || "+-−.,".contains(c))) {
+        let is = |decimal: Decimal| {
+            let (_, unit) = number(cell, decimal)?;
+            // dates and times start like numbers
+            (!unit.starts_with([':', '-', '/', '.', 'T'])).then_some(())
+        };
+        let marks = |mark: char| cell.matches(mark).count();
+        match (is(Decimal::Point).is_some(), is(Decimal::Comma).is_some()) {
+            (true, false) => point = true,
+            (false, true) => comma = true,
+            (true, true) if marks('.') + marks(',') > 0 => either = true,
+            _ => (),
+        }
+    }
+    match (point, comma, either) {
+        (true, true, _) => Shown::Both,
+        (_, true, _) => Shown::Surely(Decimal::Comma),
+        (false, false, true) => Shown::Either,
+        _ => Shown::Surely(Decimal::Point),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_in_both_customs_with_thousands_and_units() {
+        for (text, decimal, expected) in [
+            ("12.5", Decimal::Point, Some((12.5, ""))),
+            ("-1,234.5", Decimal::Point, Some((-1234.5, ""))),
+            ("1.234,5", Decimal::Comma, Some((1234.5, ""))),
+            ("11 000,25", Decimal::Comma, Some((11000.25, ""))),
+            ("11'000", Decimal::Point, Some((11000.0, ""))),
+            ("1.5e-3", Decimal::Point, Some((0.0015, ""))),
+            ("2,5E+02 µm pp", Decimal::Comma, Some((250.0, "µm pp"))),
+            ("−9.8V", Decimal::Point, Some((-9.8, "V"))),
+            (".5", Decimal::Point, Some((0.5, ""))),
+            ("12,5", Decimal::Point, None),
+            ("1,2,3", Decimal::Point, None),
+            ("stopped", Decimal::Point, None),
+        ] {
+            assert_eq!(number(text, decimal), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn decimals_are_told_from_all_cells_and_doubt_is_told() {
+        let of = |cells: &[&str]| shown(cells.iter().copied());
+        assert_eq!(of(&["12,5", "11.000", "2024-03-01"]), Shown::Surely(Decimal::Comma));
+        assert_eq!(of(&["12.5", "11,000", "01.02.2024 10:00"]), Shown::Surely(Decimal::Point));
+        assert_eq!(of(&["11,000", "12"]), Shown::Either);
+        assert_eq!(of(&["12,5", "12.5"]), Shown::Both);
+        assert_eq!(of(&["7", "abc"]), Shown::Surely(Decimal::Point));
+    }
+}

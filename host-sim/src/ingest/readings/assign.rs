@@ -1,0 +1,229 @@
+//! Which column is what, before its units are asked for.
+
+use anyhow::{Result, bail};
+
+use super::mapping::Mapping;
+use crate::ingest::calendar;
+use crate::ingest::header::{Meaning, meaning};
+use crate::ingest::probes::{Probes, stated_above};
+use crate::ingest::sheet::Cell;
+use crate::ingest::table::{Header, Table};
+use crate::ingest::target::{Quantity, Target};
+use crate::ingest::unit::Unit;
+use crate::ingest::words::Word;
+
+/// A column with what it holds.
+#[derive(Debug, Clone)]
+pub struct Assigned {
+    pub header: Header,
+    pub target: Target,
+    /// Whether the owner said so.
+    pub by_rule: bool,
+    /// Whether it says that it is the part at running speed.
+    synchronous: bool,
+    /// Whether it says no more than a unit: the vibration of a probe, at whatever frequency.
+    unit_alone: bool,
+}
+
+/// A column that is not needed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Left {
+    /// From 1.
+    pub number: usize,
+    pub header: String,
+    pub why: String,
+}
+
+/// Every column of a table, as one that is needed or one that is left.
+///
+/// # Errors
+/// One sentence with the columns if two of them are the same quantity, or the probe of one is not known.
+pub fn assign(table: &Table, probes: &Probes, mapping: &Mapping) -> Result<(Vec<Assigned>, Vec<Left>)> {
+    let mut assigned: Vec<Assigned> = Vec::new();
+    let mut left = Vec::new();
+    for header in &table.columns {
+        match one(table, header, probes, mapping)? {
+            Ok(column) => assigned.push(column),
+            Err(why) => left.push(leave(header, why)),
+        }
+    }
+    let has_point = assigned.iter().any(|c| c.target.quantity == Quantity::Point);
+    for column in assigned.iter_mut().filter(|c| c.target.quantity.is_of_probe() && c.target.probe.is_none())
+    {
+        if has_point {
+            continue;
+        }
+        let above = stated_above(table, Word::Point).and_then(|name| probes.named(&name));
+        let Some(name) = above.or_else(|| probes.named("")) else {
+            bail!(
+                "{}: {} names no probe, expected --column \"{}=PROBE:{}\"",
+                table.sheet.place(),
+                column.header.place(table),
+                column.header.name,
+                column.target.quantity.name(),
+            );
+        };
+        column.target.probe = Some(name);
+    }
+    pair_date_and_clock(table, &mut assigned, &mut left);
+    choose(table, &mut assigned, &mut left)?;
+    leave_overall(table, &mut assigned, &mut left)?;
+    Ok((assigned, left))
+}
+
+fn leave(header: &Header, why: impl Into<String>) -> Left {
+    Left { number: header.index + 1, header: header.name.clone(), why: why.into() }
+}
+
+type Known = std::result::Result<Assigned, String>;
+
+fn one(table: &Table, header: &Header, probes: &Probes, mapping: &Mapping) -> Result<Known> {
+    let said = meaning(&header.text(), |word| probes.is_probe(word));
+    let number = (header.index + 1).to_string();
+    if let Some(rule) = mapping.column.iter().find(|rule| rule.from == header.name || rule.from == number) {
+        if rule.to.quantity == Quantity::Left {
+            return Ok(Err("as stated".into()));
+        }
+        let stated = rule.to.stated.or(said.stated);
+        if let (Some(name), Some(of_rotor)) = (&rule.to.probe, &probes.of_rotor)
+            && !of_rotor.contains(name)
+        {
+            bail!(
+                "--column \"{}={}\": the rotor has no probe {name}, expected {}",
+                rule.from,
+                rule.to,
+                of_rotor.join(", ")
+            );
+        }
+        let probe = match &rule.to.probe {
+            Some(name) => Some(name.clone()),
+            None if rule.to.quantity.is_of_probe() => probes.named(&said.name),
+            None => None,
+        };
+        let target = Target { probe, stated, quantity: rule.to.quantity };
+        return Ok(Ok(Assigned {
+            header: header.clone(),
+            target,
+            by_rule: true,
+            synchronous: true,
+            unit_alone: false,
+        }));
+    }
+    let Some(quantity) = said.quantity else { return Ok(Err("not recognised".into())) };
+    if let Some(why) = said.not_needed.filter(|_| quantity.is_of_probe()) {
+        return Ok(Err(why.into()));
+    }
+    // a time, a probe or a machine of one's own has no further name
+    let is_bare = said.name.is_empty();
+    if matches!(quantity, Quantity::Run | Quantity::Point | Quantity::Machine) && !is_bare {
+        return Ok(Err("not recognised".into()));
+    }
+    if quantity == Quantity::Gap && !is_voltage(&said) {
+        return Ok(Err("a position, no gap voltage".into()));
+    }
+    if said.contradicts {
+        bail!("{}: {} states two units that contradict each other", table.sheet.place(), header.place(table));
+    }
+    let mut probe = None;
+    if quantity.is_of_probe() && !is_bare {
+        let Some(name) = probes.named(&said.name) else {
+            return Ok(Err(format!("\"{}\" is no probe of the rotor", said.name)));
+        };
+        probe = Some(name);
+    }
+    let unit_alone = quantity == Quantity::Amplitude && said.by_unit && !said.synchronous;
+    let target = Target { probe, quantity, stated: said.stated };
+    Ok(Ok(Assigned {
+        header: header.clone(),
+        target,
+        by_rule: false,
+        synchronous: said.synchronous,
+        unit_alone,
+    }))
+}
+
+fn is_voltage(said: &Meaning) -> bool {
+    said.stated.length.is_none_or(Unit::is_voltage)
+}
+
+/// A column with the date and one with the clock are one moment; of several moments the first is taken.
+fn pair_date_and_clock(table: &Table, assigned: &mut Vec<Assigned>, left: &mut Vec<Left>) {
+    let is_clock = |column: &Assigned| {
+        let mut cells = table.rows.iter().map(|row| row.cell(column.header.index)).filter(|c| !c.is_empty());
+        match cells.next() {
+            Some(Cell::Text(text)) => calendar::clock(&text.split_whitespace().collect::<Vec<_>>()).is_some(),
+            Some(Cell::Number(part)) => (0.0..1.0).contains(part) && column.target.stated.time.is_none(),
+            Some(Cell::Time(time)) => time.year() <= 1900,
+            _ => false,
+        }
+    };
+    let times: Vec<usize> =
+        (0..assigned.len()).filter(|i| assigned[*i].target.quantity == Quantity::Time).collect();
+    let clock = times.iter().copied().find(|i| times.len() > 1 && is_clock(&assigned[*i]));
+    let date = times.iter().copied().find(|i| Some(*i) != clock);
+    if let Some(clock) = clock {
+        assigned[clock].target.quantity = Quantity::Clock;
+    }
+    let mut index = 0;
+    assigned.retain(|column| {
+        let keep = column.target.quantity != Quantity::Time || Some(index) == date;
+        index += 1;
+        if !keep {
+            left.push(leave(&column.header, "a further time"));
+        }
+        keep
+    });
+}
+
+/// Of several columns of one quantity the one that says most of itself.
+fn choose(table: &Table, assigned: &mut Vec<Assigned>, left: &mut Vec<Left>) -> Result<()> {
+    let all = assigned.clone();
+    let same = |a: &Assigned, b: &Assigned| {
+        a.target.quantity == b.target.quantity && a.target.probe == b.target.probe && a.header != b.header
+    };
+    let weight = |c: &Assigned| (c.by_rule, c.synchronous, c.header.name.len() <= 5);
+    for column in &all {
+        let rivals: Vec<&Assigned> = all.iter().filter(|other| same(column, other)).collect();
+        if rivals.iter().any(|r| weight(r) > weight(column)) {
+            assigned.retain(|c| c.header != column.header);
+            left.push(leave(&column.header, "another column says more of itself"));
+        } else if let Some(rival) = rivals.iter().find(|r| weight(r) == weight(column)) {
+            let probe = column.target.probe.as_deref().map_or(String::new(), |probe| format!(" of {probe}"));
+            bail!(
+                "{}: {} and {} are both the {}{probe}, expected --column \"NAME=left\" for one of them",
+                table.sheet.place(),
+                column.header.place(table),
+                rival.header.place(table),
+                column.target.quantity.name(),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// An amplitude that does not say of what may be of all frequencies together: left, unless a phase would go with it.
+fn leave_overall(table: &Table, assigned: &mut Vec<Assigned>, left: &mut Vec<Left>) -> Result<()> {
+    for column in assigned.clone().iter().filter(|c| c.unit_alone) {
+        let phase =
+            |c: &Assigned| c.target.quantity == Quantity::Phase && c.target.probe == column.target.probe;
+        if assigned.iter().any(phase) {
+            let (place, name) = (table.sheet.place(), &column.header.name);
+            bail!(
+                "{place}: {} may be the vibration at all frequencies, expected --column \"{name}={}\" or \"{name}=left\"",
+                column.header.place(table),
+                Target { stated: Default::default(), ..column.target.clone() },
+            );
+        }
+        assigned.retain(|c| c.header != column.header);
+        left.push(leave(&column.header, "not said to be the vibration at running speed"));
+    }
+    left.sort_by_key(|l| l.number);
+    Ok(())
+}
+
+impl Header {
+    /// Row and column as messages name it.
+    pub fn place(&self, table: &Table) -> String {
+        format!("row {}, column {} `{}`", table.header_row, self.index + 1, self.name)
+    }
+}

@@ -1,0 +1,129 @@
+//! The cells of a row as numbers, names and moments, or one sentence with the place of the one that is not.
+
+use anyhow::{Result, bail};
+
+use super::plan::{Column, Plan};
+use crate::ingest::calendar::{self, Moment, Read};
+use crate::ingest::number::{is_lost, number};
+use crate::ingest::sheet::{Cell, Row};
+use crate::ingest::table::Table;
+use crate::ingest::target::Quantity;
+use crate::ingest::words::{Part, Word, parts};
+
+/// Words of headers under which a number such as 45356.6 is a date of a spreadsheet.
+const OF_DATES: [&str; 6] = ["date", "datum", "timestamp", "zeitstempel", "datetime", "fecha"];
+
+/// Reads rows of one table as its plan says.
+pub struct Cells<'a> {
+    pub table: &'a Table<'a>,
+    pub plan: &'a Plan,
+}
+
+impl Cells<'_> {
+    /// File, sheet, row and column of a cell.
+    pub fn place(&self, row: &Row, column: &Column) -> String {
+        format!(
+            "{}: row {}, column {} `{}`",
+            self.table.sheet.place(),
+            row.number,
+            column.index + 1,
+            column.header
+        )
+    }
+
+    /// The number of a cell as written; nothing if it is lost.
+    pub fn raw(&self, row: &Row, column: &Column) -> Result<Option<f64>> {
+        let text = match row.cell(column.index) {
+            Cell::Empty => return Ok(None),
+            Cell::Number(x) => return Ok(Some(*x)),
+            Cell::Time(_) => bail!("{}: is a date, expected a number", self.place(row, column)),
+            Cell::Text(text) if is_lost(text) => return Ok(None),
+            Cell::Text(text) => text,
+        };
+        match number(text, self.plan.decimal) {
+            Some((value, unit)) if unit == column.cell_unit || unit.is_empty() => Ok(Some(value)),
+            Some((_, unit)) if is_words_of_units(unit) => bail!(
+                "{}: \"{text}\" is in {unit}, other cells of the column are in {}, expected one unit",
+                self.place(row, column),
+                if column.cell_unit.is_empty() { "another unit" } else { &column.cell_unit },
+            ),
+            _ => {
+                bail!(
+                    "{}: \"{text}\" is not a number; a lost reading is an empty cell",
+                    self.place(row, column)
+                )
+            }
+        }
+    }
+
+    /// The text of a cell, a number as it is written shortest.
+    pub fn name(&self, row: &Row, column: &Column) -> Option<String> {
+        match row.cell(column.index) {
+            Cell::Text(text) => Some(text.clone()),
+            Cell::Number(x) => Some(x.to_string()),
+            Cell::Empty | Cell::Time(_) => None,
+        }
+    }
+
+    /// The moment of a row, if there is a column for it.
+    pub fn moment(&self, row: &Row) -> Result<Option<Moment>> {
+        let Some(column) = self.plan.column(Quantity::Time) else { return Ok(None) };
+        let clock = self.plan.column(Quantity::Clock).map(|c| row.cell(c.index));
+        let place = || self.place(row, column);
+        let moment = match (row.cell(column.index), clock) {
+            (Cell::Empty, _) => bail!("{}: is empty, expected a time", place()),
+            (Cell::Time(date), Some(Cell::Time(clock))) => {
+                Moment::local(date.date().to_datetime(clock.time()))
+            }
+            (Cell::Time(date), Some(Cell::Number(part))) => Moment::local(*date).map(|m| m.later(*part)),
+            (Cell::Time(time), _) => Moment::local(*time),
+            (Cell::Number(x), clock) => {
+                let moment = self.of_number(*x, column);
+                let Some(moment) = moment else { bail!("{}", self.which_time(&place(), *x, column)) };
+                Some(if let Some(Cell::Number(part)) = clock { moment.later(*part) } else { moment })
+            }
+            (Cell::Text(text), clock) => {
+                let clock = clock.and_then(Cell::as_text).map_or(String::new(), |clock| format!(" {clock}"));
+                Some(self.of_text(&format!("{text}{clock}"), column, &place)?)
+            }
+        };
+        moment
+            .map_or_else(|| bail!("{}: is no moment between the years 1 and 9999", place()), |m| Ok(Some(m)))
+    }
+
+    fn of_number(&self, x: f64, column: &Column) -> Option<Moment> {
+        let lower = column.header.to_lowercase();
+        let is_date = OF_DATES.iter().any(|word| lower.contains(word));
+        calendar::of_number(x, column.target.stated.time, is_date)
+    }
+
+    fn which_time(&self, place: &str, x: f64, column: &Column) -> String {
+        let name = &column.header;
+        format!(
+            "{place}: {x} is a number without a unit of time, expected --column \"{name}=time:s\", time:d, time:excel or the like"
+        )
+    }
+
+    fn of_text(&self, text: &str, column: &Column, place: &impl Fn() -> String) -> Result<Moment> {
+        if let Some((x, "")) = number(text, self.plan.decimal).filter(|(x, _)| text.len() != 8 || *x < 1e7) {
+            let Some(moment) = self.of_number(x, column) else {
+                bail!("{}", self.which_time(&place(), x, column))
+            };
+            return Ok(moment);
+        }
+        match calendar::of_text(text, self.plan.dates) {
+            Read::Moment(moment) => Ok(moment),
+            Read::Ambiguous => bail!(
+                "{}: \"{text}\" may have the day first or the month, expected --dates day-first or --dates month-first",
+                place()
+            ),
+            Read::Nothing => bail!("{}: \"{text}\" is not a time", place()),
+        }
+    }
+}
+
+fn is_words_of_units(text: &str) -> bool {
+    let words = parts(text, |_| false);
+    let unit = |part: &Part| matches!(part, Part::Says(word) if !matches!(word, Word::Filler));
+    !words.is_empty() && words.iter().all(unit)
+}

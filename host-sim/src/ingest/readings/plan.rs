@@ -1,0 +1,352 @@
+//! What is done with every column that is needed: its units complete, or asked for.
+
+use anyhow::{Result, bail};
+
+use super::assign::{Assigned, Left, assign};
+use super::mapping::Mapping;
+use crate::ingest::calendar::{self, DateOrder};
+use crate::ingest::header::meaning;
+use crate::ingest::number::{self, Decimal, Shown, number};
+use crate::ingest::probes::Probes;
+use crate::ingest::sheet::Cell;
+use crate::ingest::stated::Stated;
+use crate::ingest::table::Table;
+use crate::ingest::target::{Quantity, Target};
+use crate::ingest::unit::{Angle, Detection, Sense, SpeedUnit, Unit};
+use crate::ingest::words::{Part, Word, parts};
+
+/// Speeds of a file whose fastest is below this may as well be Hz, rpm.
+const SLOWEST_RPM: f64 = 300.0;
+
+/// A column, and what its numbers are multiplied by.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// Place in the row, from 0.
+    pub index: usize,
+    pub header: String,
+    /// Everything that its quantity needs is stated.
+    pub target: Target,
+    /// To µm zero-to-peak, radians of phase lag, rpm, volts; 1 where there is nothing to multiply.
+    pub factor: f64,
+    /// The unit that stands behind its numbers, as written.
+    pub cell_unit: String,
+}
+
+#[derive(Debug, Clone)]
+pub struct Plan {
+    pub columns: Vec<Column>,
+    pub left: Vec<Left>,
+    pub decimal: Decimal,
+    pub dates: Option<DateOrder>,
+    pub probes: Probes,
+}
+
+impl Plan {
+    pub fn column(&self, quantity: Quantity) -> Option<&Column> {
+        self.columns.iter().find(|c| c.target.quantity == quantity)
+    }
+}
+
+/// The plan of a table.
+///
+/// # Errors
+/// One sentence with file, sheet, row and column, and the option that would decide, where the export leaves open what
+/// changes the physics, or has no speed, amplitude or phase.
+pub fn plan(table: &Table, of_rotor: Option<Vec<String>>, mapping: &Mapping) -> Result<Plan> {
+    let probes = Probes::new(of_rotor, table);
+    let (assigned, left) = assign(table, &probes, mapping)?;
+    let place = table.sheet.place();
+    whole(table, &assigned, &left, mapping)?;
+    let decimal = mapping.decimal.map_or_else(|| decimal(table, &assigned), Ok)?;
+    let above = above(table);
+    let mut columns = Vec::new();
+    let mut missing: Vec<(String, String)> = Vec::new();
+    for column in assigned {
+        let text =
+            |row: &'_ crate::ingest::sheet::Row| row.cell(column.header.index).as_text().map(str::to_string);
+        let first =
+            table.rows.iter().filter_map(text).find_map(|t| number(&t, decimal).map(|n| n.1.to_string()));
+        let cell_unit = first.unwrap_or_default();
+        let stated = column.target.stated.or(meaning(&cell_unit, |_| false).stated);
+        let largest = || largest(table, column.header.index, decimal);
+        let complete = complete(&column, stated, mapping, &above, largest);
+        let (stated, factor) = match complete {
+            Ok(complete) => complete,
+            Err(what) => {
+                // one sentence for all columns that lack the same
+                if !missing.iter().any(|(_, other)| *other == what) {
+                    missing.push((column.header.place(table), what));
+                }
+                continue;
+            }
+        };
+        let target = Target { stated, ..column.target.clone() };
+        columns.push(Column {
+            index: column.header.index,
+            header: column.header.name,
+            target,
+            factor,
+            cell_unit,
+        });
+    }
+    if !missing.is_empty() {
+        let all: Vec<String> = missing.iter().map(|(column, what)| format!("{column} {what}")).collect();
+        bail!("{place}: {}", all.join("; "));
+    }
+    let dates = mapping.dates.or_else(|| date_order(table, &columns));
+    Ok(Plan { columns, left, decimal, dates, probes })
+}
+
+/// Whether there is a speed, and for each probe both parts of its vibration.
+fn whole(table: &Table, assigned: &[Assigned], left: &[Left], mapping: &Mapping) -> Result<()> {
+    let place = format!("{}: row {}", table.sheet.place(), table.header_row);
+    let names = || table.columns.iter().map(|c| format!("`{}`", c.name)).collect::<Vec<_>>().join(", ");
+    if mapping.speed_rpm.is_none() && !assigned.iter().any(|c| c.target.quantity == Quantity::Speed) {
+        bail!(
+            "{place}: no column is a speed, expected one, --column \"NAME=speed:rpm\" or --speed-rpm; there are {}",
+            names()
+        );
+    }
+    let vibration: Vec<&Target> =
+        assigned.iter().map(|c| &c.target).filter(|t| t.quantity.is_vibration()).collect();
+    if vibration.is_empty() {
+        let why = left.iter().map(|l| format!("`{}` ({})", l.header, l.why)).collect::<Vec<_>>().join(", ");
+        bail!(
+            "{place}: no column is a 1x vibration, expected amplitude and phase of a probe; left are {why}"
+        );
+    }
+    for target in &vibration {
+        use Quantity::{Amplitude, Cos, Imaginary, Phase, Real, Sin};
+        let other = match target.quantity {
+            Amplitude => Phase,
+            Phase => Amplitude,
+            Cos => Sin,
+            Sin => Cos,
+            Real => Imaginary,
+            _ => Real,
+        };
+        if !vibration.iter().any(|t| t.quantity == other && t.probe == target.probe) {
+            let of = target.probe.as_deref().map_or(String::new(), |probe| format!(" of {probe}"));
+            bail!(
+                "{place}: there is the {}{of} and no {}, expected both, or --column \"NAME=left\"",
+                target.quantity.name(),
+                other.name()
+            );
+        }
+    }
+    Ok(())
+}
+
+/// What a column needs to be stated, from everywhere, and its factor; or what is missing, with the option for it.
+fn complete(
+    column: &Assigned,
+    stated: Stated,
+    mapping: &Mapping,
+    above: &Above,
+    largest: impl Fn() -> f64,
+) -> std::result::Result<(Stated, f64), String> {
+    let name = &column.header.name;
+    let quantity = column.target.quantity;
+    let owner = Stated {
+        length: mapping.unit,
+        detection: mapping.amplitude,
+        sense: mapping.phase,
+        angle: mapping.angle,
+        ..Stated::default()
+    };
+    let stated = if quantity == Quantity::Gap { stated } else { stated.or(owner).or(above.stated) };
+    let mut stated = of_quantity(quantity, stated);
+    if matches!(quantity, Quantity::Cos | Quantity::Sin) && name.ends_with("_um") {
+        stated.detection = stated.detection.or(Some(Detection::ZeroToPeak));
+    }
+    if has_sense(quantity) && stated.sense.is_none() {
+        return Err("says neither lag nor lead, expected --lag or --lead".into());
+    }
+    let factor = match quantity {
+        Quantity::Speed => speed_factor(&mut stated, name, largest)?,
+        Quantity::Phase => phase_factor(&mut stated, largest)?,
+        Quantity::Gap => gap_factor(&mut stated),
+        quantity if quantity.is_vibration() => {
+            vibration_factor(quantity, &stated, mapping.sensitivity_mv_um.or(above.sensitivity_mv_um))?
+        }
+        _ => 1.0,
+    };
+    Ok((stated, factor))
+}
+
+/// Whether lag or lead matters to a quantity.
+fn has_sense(quantity: Quantity) -> bool {
+    matches!(quantity, Quantity::Phase | Quantity::Real | Quantity::Imaginary)
+}
+
+/// The conventions that concern a quantity: one that is stated of another says nothing of it.
+fn of_quantity(quantity: Quantity, mut stated: Stated) -> Stated {
+    if !has_sense(quantity) {
+        stated.sense = None;
+    }
+    if quantity != Quantity::Phase {
+        stated.angle = None;
+    }
+    if !quantity.is_of_probe() || quantity == Quantity::Phase {
+        (stated.length, stated.detection) = (None, None);
+    }
+    if quantity != Quantity::Time {
+        stated.time = None;
+    }
+    if quantity != Quantity::Speed {
+        stated.speed = None;
+    }
+    stated
+}
+
+/// To rpm; a speed without a unit is in rpm, unless it is so slow that it may be in Hz.
+fn speed_factor(
+    stated: &mut Stated,
+    name: &str,
+    largest: impl Fn() -> f64,
+) -> std::result::Result<f64, String> {
+    if stated.speed.is_none() && largest() < SLOWEST_RPM {
+        return Err(format!(
+            "no speed is above {} and no unit is stated, expected --column \"{name}=speed:rpm\" or speed:Hz",
+            largest()
+        ));
+    }
+    Ok(stated.speed.get_or_insert(SpeedUnit::Rpm).rpm())
+}
+
+/// To radians of phase lag; a phase without a unit is in degrees, unless all of it lies within a turn in radians.
+fn phase_factor(stated: &mut Stated, largest: impl Fn() -> f64) -> std::result::Result<f64, String> {
+    if stated.angle.is_none() && largest() <= 2.0 * std::f64::consts::PI {
+        return Err("may be degrees or radians, expected --angle degrees or --angle radians".into());
+    }
+    let angle = *stated.angle.get_or_insert(Angle::Degrees);
+    let sign = if stated.sense == Some(Sense::Lag) { 1.0 } else { -1.0 };
+    Ok(sign * angle.radians())
+}
+
+/// To volts.
+fn gap_factor(stated: &mut Stated) -> f64 {
+    let unit = *stated.length.get_or_insert(Unit::Volt);
+    stated.detection = None;
+    if unit == Unit::Millivolt { 1e-3 } else { 1.0 }
+}
+
+/// To µm zero-to-peak, of an imaginary part that lags.
+fn vibration_factor(
+    quantity: Quantity,
+    stated: &Stated,
+    sensitivity_mv_um: Option<f64>,
+) -> std::result::Result<f64, String> {
+    let no_unit = "states no unit, expected --unit um, --unit mil or --unit mm";
+    let no_detection =
+        "says neither peak to peak nor zero to peak nor rms, expected --pp, --zero-peak or --rms";
+    let (length, detection) = match (stated.length, stated.detection) {
+        (Some(length), Some(detection)) => (length, detection),
+        (Some(_), None) => return Err(no_detection.into()),
+        (None, Some(_)) => return Err(no_unit.into()),
+        (None, None) => return Err(format!("{no_unit}, and {no_detection}")),
+    };
+    let Some(um) = length.um(sensitivity_mv_um) else {
+        return Err("is a voltage, expected --sensitivity-mv-um".into());
+    };
+    let leads = stated.sense == Some(Sense::Lead) && quantity == Quantity::Imaginary;
+    let sign = if leads { -1.0 } else { 1.0 };
+    Ok(sign * um * detection.zero_to_peak())
+}
+
+/// Conventions that the lines above a table state.
+#[derive(Debug, Default)]
+struct Above {
+    stated: Stated,
+    sensitivity_mv_um: Option<f64>,
+}
+
+fn above(table: &Table) -> Above {
+    let mut all = Above::default();
+    let (mut lengths, mut detections, mut senses, mut angles) = (vec![], vec![], vec![], vec![]);
+    for line in &table.above {
+        if let Some(sensitivity) = sensitivity(line) {
+            all.sensitivity_mv_um = Some(sensitivity);
+            continue;
+        }
+        let words = parts(line, |_| false);
+        let has = |is: fn(&Word) -> bool| words.iter().any(|p| matches!(p, Part::Says(w) if is(w)));
+        let of_amplitude = has(|w| matches!(w, Word::Amplitude | Word::Detection(_)));
+        let of_length = has(|w| match w {
+            Word::Unit(unit) => !unit.is_derivative(),
+            w => *w == Word::Amplitude,
+        });
+        let of_phase = has(|w| matches!(w, Word::Phase | Word::Angle(_)));
+        for part in &words {
+            match part {
+                Part::Says(Word::Unit(length)) if of_amplitude && !length.is_derivative() => {
+                    lengths.push(*length)
+                }
+                Part::Says(Word::Detection(detection)) if of_length => detections.push(*detection),
+                Part::Says(Word::Sense(sense)) if of_phase => senses.push(*sense),
+                Part::Says(Word::Angle(angle)) if of_phase => angles.push(*angle),
+                _ => (),
+            }
+        }
+    }
+    all.stated = Stated {
+        length: only(&lengths),
+        detection: only(&detections),
+        sense: only(&senses),
+        angle: only(&angles),
+        ..Stated::default()
+    };
+    all
+}
+
+/// What is said once or several times the same.
+fn only<T: Copy + PartialEq>(all: &[T]) -> Option<T> {
+    all.first().copied().filter(|first| all.iter().all(|other| other == first))
+}
+
+/// A sensitivity such as `200 mV/mil` in a line, mV/µm.
+fn sensitivity(line: &str) -> Option<f64> {
+    let plain = line.to_lowercase().replace(['µ', 'μ'], "u");
+    let units = [("mv/um", 1.0), ("mv/mil", 1.0 / 25.4), ("v/mil", 1e3 / 25.4), ("v/mm", 1.0)];
+    units.iter().find_map(|(unit, factor)| {
+        let before = plain[..plain.find(unit)?].trim_end();
+        let digits = before.rsplit(|c: char| !(c.is_ascii_digit() || ".,".contains(c))).next()?;
+        Some(digits.replace(',', ".").parse::<f64>().ok().filter(|s| *s > 0.0)? * factor)
+    })
+}
+
+fn largest(table: &Table, column: usize, decimal: Decimal) -> f64 {
+    let value = |row: &crate::ingest::sheet::Row| match row.cell(column) {
+        Cell::Number(x) => Some(*x),
+        Cell::Text(text) => number(text, decimal).map(|(x, _)| x),
+        _ => None,
+    };
+    table.rows.iter().filter_map(value).map(f64::abs).fold(0.0, f64::max)
+}
+
+fn decimal(table: &Table, assigned: &[Assigned]) -> Result<Decimal> {
+    let numeric = |c: &&Assigned| c.target.quantity.is_of_probe() || c.target.quantity == Quantity::Speed;
+    let columns: Vec<usize> = assigned.iter().filter(numeric).map(|c| c.header.index).collect();
+    let texts = || table.rows.iter().flat_map(|row| columns.iter().filter_map(|c| row.cell(*c).as_text()));
+    let place = table.sheet.place();
+    match number::shown(texts()) {
+        Shown::Surely(decimal) => Ok(decimal),
+        Shown::Either if table.sheet.separator == Some(',') && !texts().any(|t| t.contains(',')) => {
+            Ok(Decimal::Point)
+        }
+        Shown::Either => {
+            let example = texts().find(|t| t.contains([',', '.'])).unwrap_or_default();
+            bail!(
+                "{place}: \"{example}\" may be a decimal or thousands, expected --decimal comma or --decimal point"
+            )
+        }
+        Shown::Both => bail!(
+            "{place}: some numbers have a decimal comma and some a point, expected --decimal comma or --decimal point"
+        ),
+    }
+}
+
+fn date_order(table: &Table, columns: &[Column]) -> Option<DateOrder> {
+    let time = columns.iter().find(|c| c.target.quantity == Quantity::Time)?;
+    calendar::order_shown(table.rows.iter().filter_map(|row| row.cell(time.index).as_text()))
+}

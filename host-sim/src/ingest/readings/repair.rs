@@ -1,0 +1,139 @@
+//! What is wrong with readings that no single one shows: values that went stale, values far from those before and
+//! after, a phase reference that was moved.
+
+use anyhow::{Result, anyhow, bail};
+use nalgebra::Complex;
+use rotor_edge_desktop::measurement::frozen;
+
+use super::record::Record;
+use crate::ingest::calendar::{self, DateOrder, Moment, Read};
+
+/// Readings are neighbours if their speeds differ by no more than this, relative: a resonance is no outlier.
+const STEADY: f64 = 0.005;
+/// An outlier is so many times the usual step from its neighbours, which are no further apart than half of that,
+const UNUSUAL: f64 = 20.0;
+/// and further than this part of what they read.
+const FAR: f64 = 0.9;
+
+/// Readings of single probes that were marked as lost.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Marked {
+    pub stale: usize,
+    pub outliers: usize,
+}
+
+/// Marks values as lost that are one and the same four times in a row or more, but for the first of them.
+pub fn mark_stale(record: &mut Record) -> usize {
+    let mut marked = 0;
+    for p in 0..record.probes.len() {
+        let values: Vec<Option<Complex<f64>>> = record.samples.iter().map(|s| s.probes[p]).collect();
+        let mut from = 0;
+        while let Some(stretch) = frozen(&values[from..]) {
+            for sample in &mut record.samples[from + stretch.start + 1..from + stretch.end] {
+                sample.probes[p] = None;
+                marked += 1;
+            }
+            from += stretch.end;
+        }
+    }
+    marked
+}
+
+/// Marks a value as lost that is far from the one before and the one after, at one speed, which are near each other:
+/// a spike, or a phase that was averaged over the step from 360 to 0 degrees.
+pub fn mark_outliers(record: &mut Record) -> usize {
+    let mut marked = 0;
+    for p in 0..record.probes.len() {
+        let steady = |a: usize, b: usize| {
+            let [a, b] = [&record.samples[a], &record.samples[b]];
+            a.run == b.run && (a.speed_rpm / b.speed_rpm - 1.0).abs() <= STEADY
+        };
+        let seen: Vec<usize> =
+            (0..record.samples.len()).filter(|k| record.samples[*k].probes[p].is_some()).collect();
+        let value = |k: usize| record.samples[k].probes[p].unwrap_or_default();
+        let mut steps: Vec<f64> = seen
+            .windows(2)
+            .filter(|w| steady(w[0], w[1]))
+            .map(|w| (value(w[1]) - value(w[0])).norm())
+            .collect();
+        if steps.is_empty() {
+            continue;
+        }
+        steps.sort_by(f64::total_cmp);
+        let usual = steps[steps.len() / 2];
+        let is_far = |w: &&[usize]| {
+            let [before, now, after] = [w[0], w[1], w[2]].map(value);
+            let least = (UNUSUAL * usual).max(FAR * before.norm().max(after.norm()));
+            let away = (now - before).norm().min((now - after).norm());
+            steady(w[0], w[1]) && steady(w[1], w[2]) && away > least && 2.0 * (after - before).norm() < least
+        };
+        let far: Vec<usize> = seen.windows(3).filter(is_far).map(|w| w[1]).collect();
+        for k in far {
+            record.samples[k].probes[p] = None;
+            marked += 1;
+        }
+    }
+    marked
+}
+
+/// A day on which the phase reference was moved, and by how much phase lags grew with it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PhaseShift {
+    from: Moment,
+    lag_rad: f64,
+}
+
+impl PhaseShift {
+    /// From `DATE=DEGREES`, or `DAYS=DEGREES` where a record has no calendar.
+    ///
+    /// # Errors
+    /// One sentence with the text.
+    pub fn parse(text: &str, order: Option<DateOrder>) -> Result<Self> {
+        let wrong = || {
+            anyhow!(
+                "--phase-shift {text}: expected DATE=DEGREES, such as 2024-03-05=40 or 2024-03-05T12:00Z=-15"
+            )
+        };
+        let (date, degrees) = text.rsplit_once('=').ok_or_else(wrong)?;
+        let degrees: f64 = degrees.trim().parse().ok().filter(|d: &f64| d.is_finite()).ok_or_else(wrong)?;
+        let from = match (date.trim().parse::<f64>(), calendar::of_text(date.trim(), order)) {
+            (_, Read::Moment(moment)) => moment,
+            (Ok(days), _) => Moment::Elapsed(days),
+            (_, Read::Ambiguous) => {
+                bail!(
+                    "--phase-shift {text}: the day or the month may come first, expected a date such as 2024-03-05"
+                )
+            }
+            (_, Read::Nothing) => return Err(wrong()),
+        };
+        Ok(Self { from, lag_rad: degrees.to_radians() })
+    }
+
+    /// Turns what came after it back to the reference before.
+    ///
+    /// # Errors
+    /// If the record's times and this date are not of one kind.
+    pub fn take_off(&self, record: &mut Record) -> Result<usize> {
+        let mut turned = 0;
+        for sample in &mut record.samples {
+            let Some(when) = sample.when else { bail!("--phase-shift: the readings have no time") };
+            let after = match (when, self.from) {
+                // a date without a zone is one of the record's own zone
+                (Moment::Zoned(a), Moment::Local(b)) | (Moment::Local(a), Moment::Zoned(b)) => a >= b,
+                (a, b) if a.days_since(b).is_none() => {
+                    bail!(
+                        "--phase-shift: the readings have days without a calendar, or a calendar without such days"
+                    )
+                }
+                (Moment::Elapsed(a), Moment::Elapsed(b)) => a >= b,
+                (a, b) => a.days_since(b).is_some_and(|days| days >= 0.0),
+            };
+            if after {
+                let back = Complex::from_polar(1.0, self.lag_rad);
+                sample.probes.iter_mut().flatten().for_each(|y| *y *= back);
+                turned += 1;
+            }
+        }
+        Ok(turned)
+    }
+}

@@ -1,0 +1,81 @@
+//! Units and conventions that the name of a column states.
+
+use std::fmt;
+
+use super::unit::{Angle, Detection, Sense, SpeedUnit, TimeUnit, Unit};
+use super::words::Word;
+
+/// What a column states of its numbers.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Stated {
+    pub length: Option<Unit>,
+    pub detection: Option<Detection>,
+    pub sense: Option<Sense>,
+    pub angle: Option<Angle>,
+    pub speed: Option<SpeedUnit>,
+    pub time: Option<TimeUnit>,
+}
+
+impl Stated {
+    /// What is stated here, else there.
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            length: self.length.or(other.length),
+            detection: self.detection.or(other.detection),
+            sense: self.sense.or(other.sense),
+            angle: self.angle.or(other.angle),
+            speed: self.speed.or(other.speed),
+            time: self.time.or(other.time),
+        }
+    }
+
+    /// Takes what a word says of units, if it does and nothing else was said before.
+    pub fn take(&mut self, word: Word) -> bool {
+        fn put<T: PartialEq>(place: &mut Option<T>, value: T) -> bool {
+            let agrees = place.as_ref().is_none_or(|was| *was == value);
+            place.get_or_insert(value);
+            agrees
+        }
+        match word {
+            Word::Unit(unit) if !unit.is_derivative() => put(&mut self.length, unit),
+            Word::Detection(detection) => put(&mut self.detection, detection),
+            Word::Sense(sense) => put(&mut self.sense, sense),
+            Word::Angle(angle) => put(&mut self.angle, angle),
+            Word::SpeedUnit(speed) => put(&mut self.speed, speed),
+            Word::TimeUnit(time) => put(&mut self.time, time),
+            _ => false,
+        }
+    }
+}
+
+impl fmt::Display for Stated {
+    /// As it is read from a column's name.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let length = self.length.map(Unit::symbol);
+        let detection = self.detection.map(|detection| match detection {
+            Detection::PeakToPeak => "pp",
+            Detection::ZeroToPeak => "0p",
+            Detection::Rms => "rms",
+        });
+        let angle = self.angle.map(|angle| if angle == Angle::Degrees { "deg" } else { "rad" });
+        let sense = self.sense.map(|sense| if sense == Sense::Lag { "lag" } else { "lead" });
+        let speed = self.speed.map(|speed| match speed {
+            SpeedUnit::Rpm => "rpm",
+            SpeedUnit::Hz => "Hz",
+            SpeedUnit::RadS => "rad/s",
+        });
+        let time = self.time.map(|time| match time {
+            TimeUnit::Microseconds => "us",
+            TimeUnit::Milliseconds => "ms",
+            TimeUnit::Seconds => "s",
+            TimeUnit::Minutes => "min",
+            TimeUnit::Hours => "h",
+            TimeUnit::Days => "d",
+            TimeUnit::Excel => "excel",
+            TimeUnit::EpochSeconds => "epoch_s",
+            TimeUnit::EpochMilliseconds => "epoch_ms",
+        });
+        let words: Vec<&str> = [length, detection, angle, sense, speed, time].into_iter().flatten().collect();
+        f.write_str(&words.join(" "))
+    }
+}

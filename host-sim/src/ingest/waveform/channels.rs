@@ -1,0 +1,102 @@
+//! Which channel is which probe, and which the keyphasor.
+
+use anyhow::{Result, bail};
+
+use super::settings::Settings;
+use crate::ingest::header::is_keyphasor;
+use crate::ingest::probes::Probes;
+use crate::ingest::samples::{Channel, Waveform};
+use crate::ingest::unit::Unit;
+
+/// A probe and its channel.
+#[derive(Debug)]
+pub struct Assignment<'a> {
+    pub probe: String,
+    pub channel: &'a Channel,
+    /// mV/µm; 1 where the channel is no voltage.
+    pub mv_um: f32,
+}
+
+/// The keyphasor's channel.
+///
+/// # Errors
+/// If nothing says which one it is.
+pub fn keyphasor<'a>(waveform: &'a Waveform, settings: &Settings) -> Result<&'a Channel> {
+    if let Some(name) = &settings.keyphasor.keyphasor {
+        return waveform.channel(name, "--keyphasor");
+    }
+    match waveform.channels.iter().find(|c| is_keyphasor(&c.name)) {
+        Some(channel) => Ok(channel),
+        None => bail!(
+            "{}: no channel is called keyphasor, kph or tacho, expected --keyphasor with one of {}",
+            waveform.file,
+            waveform.names()
+        ),
+    }
+}
+
+/// The probes in the order of the rotor, or else as stated, or as the channels stand in the file.
+///
+/// # Errors
+/// If a probe has no channel, or a channel or a statement no probe.
+pub fn probes<'a>(
+    waveform: &'a Waveform,
+    keyphasor: &Channel,
+    of_rotor: Option<&[String]>,
+    settings: &Settings,
+) -> Result<Vec<Assignment<'a>>> {
+    let file = &waveform.file;
+    let known = Probes { of_rotor: of_rotor.map(<[String]>::to_vec), ..Probes::default() };
+    let stated = |probe: &str| settings.channel.iter().find(|assigned| assigned.probe == probe);
+    let others = || waveform.channels.iter().filter(|c| c.number != keyphasor.number);
+    let names: Vec<String> = match of_rotor {
+        Some(names) => names.to_vec(),
+        None if settings.channel.is_empty() => {
+            others().filter(|c| !c.is_speed).map(|c| c.name.clone()).collect()
+        }
+        None => settings.channel.iter().map(|assigned| assigned.probe.clone()).collect(),
+    };
+    let stated_probes = settings.channel.iter().map(|assigned| ("--channel", &assigned.probe));
+    let sensed = settings.mv_um.iter().filter_map(|s| Some(("--mv-um", s.probe.as_ref()?)));
+    if let Some((option, probe)) = stated_probes.chain(sensed).find(|(_, probe)| !names.contains(probe)) {
+        bail!("{option} {probe}: there is no such probe, expected one of {}", names.join(", "));
+    }
+    let mut all: Vec<Assignment> = Vec::new();
+    for probe in names {
+        let channel = match stated(&probe) {
+            Some(assigned) => waveform.channel(&assigned.channel, &format!("--channel {probe}"))?,
+            None => match others().find(|c| !c.is_speed && known.named(&c.name).as_ref() == Some(&probe)) {
+                Some(channel) => channel,
+                None => bail!(
+                    "{file}: no channel is named as the probe {probe}, expected --channel {probe}= with one of {}",
+                    waveform.names()
+                ),
+            },
+        };
+        if channel.number == keyphasor.number {
+            bail!("{file}: channel {} is the keyphasor and cannot be the probe {probe}", channel.header);
+        }
+        if let Some(other) = all.iter().find(|other| other.channel.number == channel.number) {
+            bail!("{file}: channel {} cannot be the probes {} and {probe}", channel.header, other.probe);
+        }
+        if let Some(unit) = channel.unit.filter(|unit| settings.unit == Unit::Volt && *unit != Unit::Volt) {
+            bail!(
+                "{file}: channel {} is in {}, --unit is V, expected --unit with the unit of the channels",
+                channel.header,
+                unit.symbol()
+            );
+        }
+        let own = settings.mv_um.iter().rfind(|s| s.probe.as_ref() == Some(&probe));
+        let of_all = || settings.mv_um.iter().rfind(|s| s.probe.is_none());
+        let mv_um = match own.or_else(of_all) {
+            Some(sensitivity) => sensitivity.mv_um,
+            None if settings.unit.is_voltage() => bail!("--mv-um: there is none for the probe {probe}"),
+            None => 1.0,
+        };
+        all.push(Assignment { probe, channel, mv_um });
+    }
+    if all.is_empty() {
+        bail!("{file}: there is no channel beside the keyphasor {}", keyphasor.header);
+    }
+    Ok(all)
+}

@@ -1,0 +1,270 @@
+//! Raw samples of probes and keyphasor, made into 1x readings by the core's own extraction: `rotor-edge extract`.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `settings` | what the owner states: channels, units, keyphasor, windows |
+//! | `channels` | which channel is which probe |
+//! | `counts` | numbers as counts of a 16-bit converter, and where they are clipped |
+//! | `marks` | the keyphasor's marks, or those of a tacho's pulses |
+//! | `windows` | the core's [`Extractor`](rotor_edge_core::extraction::Extractor), four probes at a time |
+//! | `vectors` | its windows as readings, integrated and binned, and what was lost |
+//! | `sweep` | bins of a run-up as if each speed had been held |
+//! | `orders` | spectra by order, and 2x vectors |
+
+mod channels;
+mod counts;
+mod marks;
+pub(crate) mod orders;
+pub(crate) mod settings;
+pub(crate) mod sweep;
+pub(crate) mod vectors;
+mod windows;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use rotor_edge_core::extraction::ExtractionConfig;
+use rotor_edge_desktop::measurement::Reading;
+
+use super::sampled;
+use super::samples::Waveform;
+use channels::Assignment;
+use counts::Converted;
+use orders::{FEWEST_TURNS, Spectrum, Turning};
+use settings::Settings;
+use sweep::Compensated;
+use vectors::{Drifted, Loss, Recorded, losses};
+
+/// Counts of half a 16-bit converter's range.
+const HALF_RANGE: f64 = 32_768.0;
+
+#[derive(Debug)]
+pub struct Extracted {
+    pub file: String,
+    /// Its run, if it has a name.
+    pub run: Option<String>,
+    /// Samples a second of each channel.
+    pub rate_hz: f64,
+    /// Length of the recording, s.
+    pub duration_s: f64,
+    /// The keyphasor's channel, and where it was passed, in its unit.
+    pub keyphasor: (String, f64),
+    /// The probes in the order of the readings.
+    pub probes: Vec<Probe>,
+    /// A count of the core's converter in the channels' unit: numbers that were none were rounded to it.
+    pub count: f64,
+    /// One a window, or one a bin.
+    pub readings: Vec<Reading>,
+    /// The same at twice the running speed, if they were asked for.
+    pub two_x: Vec<Reading>,
+    /// Spectra by order, if they were asked for.
+    pub spectra: Vec<Spectrum>,
+    /// What was taken off for the change of speed, if it was asked for.
+    pub compensated: Option<Compensated>,
+    /// Readings that are lost, by reason.
+    pub losses: Vec<Loss>,
+    /// Those among them that are lost because the speed changed.
+    pub drifted: Option<Drifted>,
+    /// Pulses of a tacho that did not come.
+    pub missed_pulses: usize,
+    /// When it was no longer known which pulse of the turn is which, s.
+    pub reference_lost_s: Option<f64>,
+}
+
+/// A probe as it was recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probe {
+    pub name: String,
+    /// The name of its channel.
+    pub channel: String,
+    /// Sensitivity, mV/µm; 1 where the channel is no voltage.
+    pub mv_um: f64,
+}
+
+/// What is wanted beside 1x.
+#[derive(Debug, Clone, Copy)]
+pub struct Beside {
+    /// The vectors at twice the running speed.
+    pub two_x: bool,
+    pub spectra: bool,
+}
+
+/// Extracts the 1x vectors of files that were recorded one after another, each a run of its own; `of_rotor` are the probes of
+/// a rotor, if one is given.
+///
+/// # Errors
+/// One sentence with the file, the place in it and the option that would help.
+pub fn extract(
+    paths: &[PathBuf],
+    of_rotor: Option<&[String]>,
+    settings: &Settings,
+    beside: Beside,
+) -> Result<Vec<Extracted>> {
+    settings.check()?;
+    if beside.two_x && settings.revolutions < FEWEST_TURNS {
+        bail!("--revolutions {}: expected {FEWEST_TURNS} at least for 2x", settings.revolutions);
+    }
+    let mut all: Vec<Extracted> = Vec::new();
+    for (path, run) in paths.iter().zip(settings.runs(paths)?) {
+        let begins_s = all.iter().map(|before| before.duration_s).sum();
+        let extracted = of_file(path, run, begins_s, of_rotor, settings, beside)?;
+        let names = |of: &Extracted| of.probes.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+        if let Some(first) = all.first()
+            && names(first) != names(&extracted)
+        {
+            let (file, expected) = (&extracted.file, &first.file);
+            bail!("{file}: has the probes {}, expected {} as in {expected}", names(&extracted), names(first));
+        }
+        all.push(extracted);
+    }
+    Ok(all)
+}
+
+fn of_file(
+    path: &Path,
+    run: Option<String>,
+    begins_s: f64,
+    of_rotor: Option<&[String]>,
+    settings: &Settings,
+    beside: Beside,
+) -> Result<Extracted> {
+    let waveform = sampled::read(path)?;
+    let file = &waveform.file;
+    let rate_hz = rate_hz(&waveform, settings)?;
+    let unit_per_number = unit_per_number(&waveform, settings)?;
+    let key = channels::keyphasor(&waveform, settings)?;
+    let assigned = channels::probes(&waveform, key, of_rotor, settings)?;
+    let marks = marks::marks(file, key, unit_per_number, &settings.keyphasor)?;
+    let converted = Converted::of_probes(&assigned.iter().map(|a| &a.channel.samples).collect::<Vec<_>>());
+    let count = converted.step * unit_per_number;
+    let zero_mv = (converted.zero * unit_per_number * settings.unit.mv()) as f32;
+    let config = extraction_config(settings, rate_hz, count, zero_mv);
+    let mv_um: Vec<f32> = assigned.iter().map(|a| a.mv_um).collect();
+    let windows = windows::windows(&config, &mv_um, &converted.counts, &marks.all);
+    let names: Vec<String> = assigned.iter().map(|a| a.probe.clone()).collect();
+    let losses = losses(&windows, &names, rate_hz);
+    let drifted = vectors::drifted(&windows);
+    let recorded = Recorded { run: run.as_deref(), begins_s, rate_hz, zero_v: 1e-3 * f64::from(zero_mv) };
+    let each = vectors::readings(&windows, &recorded, settings);
+    let (readings, compensated) = held_or_binned(each, settings);
+    let seconds = |sample: usize| sample as f64 / rate_hz;
+    if readings.is_empty() {
+        refuse(file, marks.all.len(), &losses, drifted, settings)?;
+    }
+    let turning = Turning { probes: &assigned, marks: &marks.all, rate_hz, unit_per_number, settings };
+    let two_x = match beside.two_x {
+        true => {
+            binned(vectors::readings_of(&windows, turning.two_x(&windows), &recorded, settings), settings)
+        }
+        false => Vec::new(),
+    };
+    let spectra = if beside.spectra { turning.spectra(&windows) } else { Vec::new() };
+    Ok(Extracted {
+        file: file.clone(),
+        run,
+        rate_hz,
+        duration_s: seconds(waveform.len()),
+        keyphasor: (key.header.clone(), marks.threshold),
+        probes: assigned.iter().map(probe).collect(),
+        count,
+        readings,
+        two_x,
+        spectra,
+        compensated,
+        losses,
+        drifted,
+        missed_pulses: marks.missed,
+        reference_lost_s: marks.reference_lost.map(seconds),
+    })
+}
+
+/// Settings of the core's extraction for a recording; `count` is one count of the converter in the channels' unit.
+fn extraction_config(settings: &Settings, rate_hz: f64, count: f64, zero_mv: f32) -> ExtractionConfig {
+    ExtractionConfig {
+        sample_rate_hz: rate_hz as f32,
+        mv_per_count: (count * settings.unit.mv()) as f32,
+        gap_range_mv: settings.gap_range_mv().map(|mv| mv - zero_mv),
+        rails: [i16::MIN, i16::MAX],
+        revolutions: settings.revolutions,
+        largest_drift: settings.largest_drift,
+        longest_turn_s: (60.0 / settings.slowest_rpm) as f32,
+        ..ExtractionConfig::new()
+    }
+}
+
+/// The mean of each bin of speed, or every reading where no bins are asked for.
+fn binned(each: Vec<Reading>, settings: &Settings) -> Vec<Reading> {
+    match settings.bin_rpm {
+        Some(bin_rpm) => vectors::bins(&each, bin_rpm).into_iter().map(vectors::mean_of).collect(),
+        None => each,
+    }
+}
+
+/// Readings as they are given out: with the change of speed taken off where that is asked for, else binned.
+fn held_or_binned(each: Vec<Reading>, settings: &Settings) -> (Vec<Reading>, Option<Compensated>) {
+    let Some(bin_rpm) = settings.bin_rpm.filter(|_| settings.compensate_rate) else {
+        return (binned(each, settings), None);
+    };
+    let bins = vectors::bins(&each, bin_rpm);
+    let (steady, done) = sweep::steady(&each, &bins, bin_rpm, settings.revolutions);
+    (steady, Some(done))
+}
+
+fn probe(assigned: &Assignment) -> Probe {
+    Probe {
+        name: assigned.probe.clone(),
+        channel: assigned.channel.header.clone(),
+        mv_um: f64::from(assigned.mv_um),
+    }
+}
+
+fn rate_hz(waveform: &Waveform, settings: &Settings) -> Result<f64> {
+    let file = &waveform.file;
+    let rate_hz = settings.rate_hz.or(waveform.rate_hz);
+    let unknown = || match &waveform.uneven {
+        Some(uneven) => uneven.clone(),
+        None => format!("{file}: does not say its rate, expected --rate-hz"),
+    };
+    let rate_hz = rate_hz.with_context(unknown)?;
+    if !(rate_hz > 0.0 && rate_hz.is_finite()) {
+        bail!("{file}: has a rate of {rate_hz} Hz, expected a positive one or --rate-hz");
+    }
+    Ok(rate_hz)
+}
+
+/// What a number of the file stands for, in the unit.
+fn unit_per_number(waveform: &Waveform, settings: &Settings) -> Result<f64> {
+    let file = &waveform.file;
+    match (waveform.is_of_counts, settings.full_scale) {
+        (true, Some(full_scale)) => Ok(full_scale / HALF_RANGE),
+        (true, None) => {
+            bail!("{file}: holds counts, expected --full-scale with what 32768 of them stand for")
+        }
+        (false, None) => Ok(1.0),
+        (false, Some(_)) => bail!("--full-scale: {file} holds numbers in their unit and no counts"),
+    }
+}
+
+/// Says why there is no reading at all.
+fn refuse(
+    file: &str,
+    marks: usize,
+    losses: &[Loss],
+    drifted: Option<Drifted>,
+    settings: &Settings,
+) -> Result<()> {
+    if losses.is_empty() {
+        bail!(
+            "{file}: {marks} marks make no window of {} turns, expected fewer --revolutions",
+            settings.revolutions
+        );
+    }
+    let help = match losses.iter().any(|loss| loss.why == vectors::OPEN) {
+        true => "; expected another --gap-v or --mv-um, or --ac for channels without a gap voltage".into(),
+        false => drifted.map_or(String::new(), |d| {
+            format!("; {}", d.advice(settings.revolutions, settings.largest_drift))
+        }),
+    };
+    let all: Vec<String> = losses.iter().map(ToString::to_string).collect();
+    bail!("{file}: every reading is lost: {}{help}", all.join(", "))
+}

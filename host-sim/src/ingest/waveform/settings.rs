@@ -1,0 +1,198 @@
+//! What the owner of the waveforms states of them.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use anyhow::{Error, Result, bail};
+use clap::Args;
+use rotor_edge_core::extraction::ExtractionConfig;
+use rotor_edge_desktop::measurement::LOWEST_GAP_V;
+
+use crate::ingest::unit::Unit;
+
+/// How the channels were recorded, and what is asked of them.
+#[derive(Debug, Clone, Args)]
+pub struct Settings {
+    /// The channel of a probe, by name or number; without it, the channels that are named as the rotor's probes, or all
+    #[arg(long, value_name = "PROBE=CHANNEL")]
+    pub channel: Vec<Assigned>,
+    /// Samples a second, where the file does not say it
+    #[arg(long)]
+    pub rate_hz: Option<f64>,
+    /// Unit of the probes' channels; accelerations and velocities are integrated at 1x
+    #[arg(long, default_value = "V", value_parser = Unit::of_channels())]
+    pub unit: Unit,
+    /// Sensitivity of the probes, or of one, mV per µm that the shaft comes nearer: 7.87 (200 mV/mil) of an eddy-current
+    /// probe, whose negative voltage rises then, as `sensitivity_v_mm` in the rotor's file; the angles of its probes are the
+    /// directions to them
+    #[arg(long, value_name = "[PROBE=]MV_UM", allow_hyphen_values = true)]
+    pub mv_um: Vec<Sensitivity>,
+    /// What 32768 counts stand for, in the unit; for WAV and integer arrays
+    #[arg(long, value_name = "X")]
+    pub full_scale: Option<f64>,
+    /// The probes are AC coupled: there is no gap voltage
+    #[arg(long)]
+    pub ac: bool,
+    /// Gap voltages of a probe in order; outside it is open
+    #[arg(long, value_names = ["LOWEST_V", "HIGHEST_V"], num_args = 2, default_values_t = [-18.0, -2.0], allow_hyphen_values = true)]
+    pub gap_v: Vec<f64>,
+    #[command(flatten)]
+    pub keyphasor: KeyphasorSettings,
+    /// Turns in a window
+    #[arg(long, default_value_t = ExtractionConfig::new().revolutions, value_parser = clap::value_parser!(u16).range(1..))]
+    pub revolutions: u16,
+    /// Largest change of speed within a window, relative
+    #[arg(long, default_value_t = ExtractionConfig::new().largest_drift)]
+    pub largest_drift: f32,
+    /// Without a mark for a turn at this speed, the keyphasor is missing
+    #[arg(long, value_name = "RPM", default_value_t = 100.0)]
+    pub slowest_rpm: f64,
+    /// One reading for the windows that follow one another within so many rpm: their mean; without it, one a window
+    #[arg(long, value_name = "RPM")]
+    pub bin_rpm: Option<f64>,
+    /// Take off what the change of speed does to the response: the vectors are then those of a speed held in the middle of
+    /// each bin, to first order
+    #[arg(long, requires = "bin_rpm")]
+    pub compensate_rate: bool,
+    /// Name of the run, once for each file; without it, several files are called as they are
+    #[arg(long)]
+    pub run: Vec<String>,
+}
+
+/// Where in the keyphasor's channel the mark is.
+#[derive(Debug, Clone, Args)]
+pub struct KeyphasorSettings {
+    /// The channel of the keyphasor, by name or number [default: keyphasor, kph or tacho]
+    #[arg(long, value_name = "CHANNEL")]
+    pub keyphasor: Option<String>,
+    /// The mark is where the channel passes this, in volts, or whatever the channel holds [default: half-way between its
+    /// lowest and highest]
+    #[arg(long, allow_hyphen_values = true)]
+    pub threshold: Option<f64>,
+    /// So far back from the threshold before it counts again [default: a fifth of its range]
+    #[arg(long)]
+    pub hysteresis: Option<f64>,
+    /// The mark is where the channel falls, as the voltage of a proximity probe does over a notch [default: where it rises]
+    #[arg(long)]
+    pub falling: bool,
+    /// Pulses in a turn, of a tacho; t = 0 is then at the first pulse of the file
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub pulses: u32,
+}
+
+/// `PROBE=CHANNEL`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assigned {
+    pub probe: String,
+    pub channel: String,
+}
+
+impl FromStr for Assigned {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        match text.split_once('=').map(|(probe, channel)| (probe.trim(), channel.trim())) {
+            Some((probe, channel)) if !probe.is_empty() && !channel.is_empty() => {
+                Ok(Self { probe: probe.into(), channel: channel.into() })
+            }
+            _ => bail!("\"{text}\": expected PROBE=CHANNEL, such as 15X=ch1 or 15X=2"),
+        }
+    }
+}
+
+/// `[PROBE=]MV_UM`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensitivity {
+    pub probe: Option<String>,
+    pub mv_um: f32,
+}
+
+impl FromStr for Sensitivity {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let (probe, number) = text.rsplit_once('=').map_or((None, text), |(p, n)| (Some(p.trim()), n));
+        match number.trim().parse::<f32>() {
+            Ok(mv_um) if mv_um.is_normal() => Ok(Self { probe: probe.map(str::to_string), mv_um }),
+            _ => {
+                bail!("\"{text}\": expected a sensitivity in mV/µm other than zero, such as 7.87 or 15X=7.87")
+            }
+        }
+    }
+}
+
+impl Settings {
+    /// # Errors
+    /// If a number makes no sense, or two statements contradict each other.
+    pub fn check(&self) -> Result<()> {
+        for (option, value) in [
+            ("--rate-hz", self.rate_hz),
+            ("--full-scale", self.full_scale),
+            ("--hysteresis", self.keyphasor.hysteresis),
+            ("--slowest-rpm", Some(self.slowest_rpm)),
+            ("--largest-drift", Some(f64::from(self.largest_drift))),
+            ("--bin-rpm", self.bin_rpm),
+        ] {
+            if value.is_some_and(|value| !(value > 0.0 && value.is_finite())) {
+                bail!("{option}: expected a positive number");
+            }
+        }
+        if self.unit.is_voltage() == self.mv_um.is_empty() {
+            match self.unit.is_voltage() {
+                true => {
+                    bail!("the channels are voltages, expected --mv-um with the sensitivity of the probes")
+                }
+                false => bail!("--mv-um: the channels are no voltages, expected no sensitivity"),
+            }
+        }
+        let is_again = |i: usize| self.channel[..i].iter().any(|other| other.probe == self.channel[i].probe);
+        if let Some(i) = (0..self.channel.len()).find(|i| is_again(*i)) {
+            bail!("--channel {}: is stated twice, expected one channel", self.channel[i].probe);
+        }
+        let [lowest, highest] = self.gap_range_v();
+        if self.has_gap() && !(LOWEST_GAP_V <= lowest && lowest < highest && highest <= 0.0) {
+            bail!(
+                "--gap-v {lowest} {highest}: expected two ascending voltages from {LOWEST_GAP_V} to 0, or --ac"
+            );
+        }
+        Ok(())
+    }
+
+    /// The name of each file's run.
+    ///
+    /// # Errors
+    /// If there are not as many names as files, or two are alike.
+    pub fn runs(&self, files: &[PathBuf]) -> Result<Vec<Option<String>>> {
+        let stem = |file: &PathBuf| file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let names: Vec<String> = match (files, self.run.is_empty()) {
+            ([_], true) => return Ok(vec![None]),
+            (_, true) => files.iter().map(stem).collect(),
+            (_, false) => self.run.clone(),
+        };
+        if names.len() != files.len() {
+            bail!("--run: names {} runs, expected one for each of the {} files", names.len(), files.len());
+        }
+        if let Some(i) = (0..names.len()).find(|i| names[..*i].contains(&names[*i])) {
+            bail!("two runs are called {}, expected --run with a name for each file", names[i]);
+        }
+        Ok(names.into_iter().map(Some).collect())
+    }
+
+    /// Whether the mean of a channel is a gap voltage.
+    pub fn has_gap(&self) -> bool {
+        self.unit.is_voltage() && !self.ac
+    }
+
+    fn gap_range_v(&self) -> [f64; 2] {
+        [self.gap_v[0], self.gap_v[1]]
+    }
+
+    /// Gap voltages in order, mV.
+    pub fn gap_range_mv(&self) -> [f32; 2] {
+        if self.has_gap() {
+            self.gap_range_v().map(|v| (1000.0 * v) as f32)
+        } else {
+            [f32::NEG_INFINITY, f32::INFINITY]
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! The words of the trade in headers of columns, in the languages that exports have.
+
+use super::unit::{Angle, Detection, Sense, SpeedUnit, TimeUnit, Unit};
+
+/// What a word of a header says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Word {
+    /// The part at running speed.
+    Synchronous,
+    /// The vibration of another order, or of all together.
+    OtherVibration,
+    Amplitude,
+    Phase,
+    Cos,
+    Sin,
+    Real,
+    Imaginary,
+    Gap,
+    Speed,
+    Run,
+    Time,
+    Date,
+    Clock,
+    /// The probe's name is in the cells.
+    Point,
+    /// The machine's name is in the cells.
+    Machine,
+    /// Of a vibration.
+    Unit(Unit),
+    Detection(Detection),
+    Sense(Sense),
+    Angle(Angle),
+    SpeedUnit(SpeedUnit),
+    TimeUnit(TimeUnit),
+    /// A velocity, in whatever unit.
+    Velocity,
+    Filler,
+}
+
+/// Phrases of more than letters and digits, longest first, and the word each stands for.
+const PHRASES: [(&str, &str); 55] = [
+    ("spitze zu spitze", "pp"),
+    ("spitze-spitze", "pp"),
+    ("crête à crête", "pp"),
+    ("crête-à-crête", "pp"),
+    ("peak to peak", "pp"),
+    ("peak-to-peak", "pp"),
+    ("pico a pico", "pp"),
+    ("zero-to-peak", "0p"),
+    ("zero to peak", "0p"),
+    ("zero-peak", "0p"),
+    ("0-to-peak", "0p"),
+    ("0 to peak", "0p"),
+    ("peak-peak", "pp"),
+    ("pico-pico", "pp"),
+    ("null-spitze", "0p"),
+    ("in-phase", "real"),
+    ("in phase", "real"),
+    ("not 1x", "overall"),
+    ("not-1x", "overall"),
+    ("time stamp", "timestamp"),
+    ("date/time", "timestamp"),
+    ("date time", "timestamp"),
+    ("date & time", "timestamp"),
+    ("date and time", "timestamp"),
+    ("datum/zeit", "timestamp"),
+    ("datum/uhrzeit", "timestamp"),
+    ("datum uhrzeit", "timestamp"),
+    ("0-peak", "0p"),
+    ("o-peak", "0p"),
+    ("pk-pk", "pp"),
+    ("pk/pk", "pp"),
+    ("pk to pk", "pp"),
+    ("pk pk", "pp"),
+    ("0-pk", "0p"),
+    ("o-pk", "0p"),
+    ("0 pk", "0p"),
+    ("0-p", "0p"),
+    ("o-p", "0p"),
+    ("p-p", "pp"),
+    ("s-s", "pp"),
+    ("c-c", "pp"),
+    ("1/min", "rpm"),
+    ("u/min", "rpm"),
+    ("r/min", "rpm"),
+    ("rev/min", "rpm"),
+    ("tr/min", "rpm"),
+    ("min^-1", "rpm"),
+    ("min⁻¹", "rpm"),
+    ("rad/s", "radians_per_second"),
+    ("m/s^2", "m_per_s2"),
+    ("mm/s", "mm_per_s"),
+    ("in/s", "in_per_s"),
+    ("m/s²", "m_per_s2"),
+    ("m/s2", "m_per_s2"),
+    ("m/s", "m_per_s"),
+];
+
+/// `16X` is a probe at bearing 16, `2X` the second harmonic, unless there is a `2Y`.
+const HIGHEST_ORDER: f64 = 10.0;
+
+/// What one word says; nothing if it is none of the trade's.
+fn word(lower: &str) -> Option<Word> {
+    Some(match lower {
+        "1x" | "x1" | "synchronous" | "synch" => Word::Synchronous,
+        "direct" | "overall" | "gesamt" | "summe" | "nx" | "smax" | "subsynchronous" => Word::OtherVibration,
+        "amp" | "ampl" | "amplitude" | "amplituden" | "magnitude" | "mag" | "betrag" | "amplitud"
+        | "schwingweg" => Word::Amplitude,
+        "phase" | "phs" | "phas" | "ph" | "phasenwinkel" | "phasenlage" | "fase" | "phi" | "φ" | "winkel"
+        | "angle" => Word::Phase,
+        "cos" | "cosine" | "kosinus" => Word::Cos,
+        "sin" | "sine" | "sinus" => Word::Sin,
+        "real" | "re" | "realteil" => Word::Real,
+        "imag" | "im" | "imaginary" | "imaginärteil" | "quad" | "quadrature" => Word::Imaginary,
+        "gap" | "spalt" | "spaltspannung" | "bias" => Word::Gap,
+        "speed" | "drehzahl" | "velocidad" | "vitesse" | "tacho" | "n" => Word::Speed,
+        "run" | "lauf" | "versuch" | "messlauf" | "condition" => Word::Run,
+        "time" | "timestamp" | "datetime" | "zeit" | "zeitstempel" | "zeitpunkt" | "zeitmarke" | "hora"
+        | "temps" => Word::Time,
+        "date" | "datum" | "fecha" => Word::Date,
+        "uhrzeit" | "clock" | "tod" => Word::Clock,
+        "point" | "channel" | "probe" | "sensor" | "messstelle" | "kanal" | "messpunkt" | "transducer"
+        | "tag" => Word::Point,
+        "machine" | "asset" | "maschine" | "train" | "anlage" | "equipment" => Word::Machine,
+        "um" | "micron" | "microns" | "micrometer" | "mikrometer" => Word::Unit(Unit::Micrometre),
+        "mil" | "mils" => Word::Unit(Unit::Mil),
+        "mm" => Word::Unit(Unit::Millimetre),
+        "m" => Word::Unit(Unit::Metre),
+        "inch" | "in" => Word::Unit(Unit::Inch),
+        "mv" => Word::Unit(Unit::Millivolt),
+        "v" | "volt" | "volts" | "vdc" => Word::Unit(Unit::Volt),
+        "pp" | "pkpk" | "ss" | "cc" => Word::Detection(Detection::PeakToPeak),
+        "0p" | "op" | "0pk" | "zp" | "peak" | "pk" => Word::Detection(Detection::ZeroToPeak),
+        "rms" | "eff" | "effektiv" | "effektivwert" => Word::Detection(Detection::Rms),
+        "lag" | "nacheilend" | "nacheilung" | "retard" | "lagging" => Word::Sense(Sense::Lag),
+        "lead" | "voreilend" | "voreilung" | "avance" | "leading" => Word::Sense(Sense::Lead),
+        "deg" | "degree" | "degrees" | "°" | "grad" | "degs" | "grados" => Word::Angle(Angle::Degrees),
+        "rad" | "radian" | "radians" | "radiant" => Word::Angle(Angle::Radians),
+        "rpm" => Word::SpeedUnit(SpeedUnit::Rpm),
+        "hz" => Word::SpeedUnit(SpeedUnit::Hz),
+        "radians_per_second" => Word::SpeedUnit(SpeedUnit::RadS),
+        "ms" | "milliseconds" => Word::TimeUnit(TimeUnit::Milliseconds),
+        "microseconds" => Word::TimeUnit(TimeUnit::Microseconds),
+        "s" | "sec" | "seconds" | "sekunden" => Word::TimeUnit(TimeUnit::Seconds),
+        "min" | "minutes" | "minuten" => Word::TimeUnit(TimeUnit::Minutes),
+        "h" | "hours" | "stunden" => Word::TimeUnit(TimeUnit::Hours),
+        "d" | "days" | "tage" => Word::TimeUnit(TimeUnit::Days),
+        "excel" => Word::TimeUnit(TimeUnit::Excel),
+        "epoch" | "unix" | "epoch_s" => Word::TimeUnit(TimeUnit::EpochSeconds),
+        "epoch_ms" => Word::TimeUnit(TimeUnit::EpochMilliseconds),
+        "mm_per_s" => Word::Unit(Unit::MillimetrePerSecond),
+        "in_per_s" | "ips" => Word::Unit(Unit::InchPerSecond),
+        "m_per_s" => Word::Unit(Unit::MetrePerSecond),
+        "m_per_s2" => Word::Unit(Unit::MetrePerSecondSquared),
+        "g" => Word::Unit(Unit::G),
+        "velocity" => Word::Velocity,
+        "vibration" | "vib" | "value" | "wert" | "messwert" | "avg" | "average" | "mean" | "of"
+        | "filtered" | "vector" | "displacement" | "component" | "name" | "id" | "no" | "unit" | "units"
+        | "measured" | "shaft" | "der" | "the" | "und" | "and" => Word::Filler,
+        _ => return None,
+    })
+}
+
+/// A part of a header: what it says, or a word that is a name.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Part {
+    Says(Word),
+    /// As written.
+    Name(String),
+}
+
+/// Whether a word is an order such as `2X`, and which.
+pub fn order(word: &str) -> Option<f64> {
+    let digits = word.strip_suffix(['x', 'X'])?;
+    digits.parse().ok().filter(|_| digits.starts_with(|c: char| c.is_ascii_digit()))
+}
+
+/// The words of a text. `is_probe` says which words are names of probes although they look like an order or a unit.
+pub fn parts(text: &str, is_probe: impl Fn(&str) -> bool) -> Vec<Part> {
+    let mut text = text.to_string();
+    // "us" alone is a name
+    for microseconds in ["µs", "μs"] {
+        replace_whole(&mut text, microseconds, "microseconds");
+    }
+    let mut plain: String = text.chars().map(|c| if "µμ".contains(c) { 'u' } else { c }).collect();
+    for (phrase, stands_for) in PHRASES {
+        replace_whole(&mut plain, phrase, stands_for);
+    }
+    let between = |c: char| !(c.is_alphanumeric() || "°.".contains(c));
+    let mut parts = Vec::new();
+    // an underscore is part of words that phrases and units stand for, and else apart
+    let whole = |token: &str| word(&token.to_lowercase()).is_some() || is_probe(token);
+    let tokens = plain
+        .split(|c| between(c) && c != '_')
+        .flat_map(|token| if whole(token) { vec![token] } else { token.split('_').collect() });
+    for token in tokens.map(|t| t.trim_matches('.')).filter(|t| !t.is_empty()) {
+        let lower = token.to_lowercase();
+        match word(&lower) {
+            _ if is_probe(token) && !parts.iter().any(|p| *p == Part::Name(token.into())) => {
+                parts.push(Part::Name(token.into()));
+            }
+            // a second is written small
+            Some(Word::TimeUnit(TimeUnit::Milliseconds)) if token == "MS" => {
+                parts.push(Part::Name(token.into()))
+            }
+            Some(word) => parts.push(Part::Says(word)),
+            None if order(token).is_some_and(|n| n < HIGHEST_ORDER) => {
+                parts.push(Part::Says(Word::OtherVibration))
+            }
+            None => match glued(&lower) {
+                Some(words) => parts.extend(words.map(Part::Says)),
+                None => parts.push(Part::Name(token.into())),
+            },
+        }
+    }
+    parts
+}
+
+/// Two words that were written as one, such as `1xamp` or `umpp`.
+fn glued(lower: &str) -> Option<[Word; 2]> {
+    let cuts = lower.char_indices().map(|(i, _)| i).skip(1);
+    let both = |at: usize| Some([word(&lower[..at])?, word(&lower[at..])?]);
+    cuts.filter_map(both).find(|[a, b]| {
+        let is_first = match a {
+            Word::Unit(unit) => !unit.is_derivative(),
+            a => matches!(a, Word::Synchronous | Word::Amplitude | Word::Phase | Word::Gap),
+        };
+        is_first
+            && matches!(
+                b,
+                Word::Synchronous
+                    | Word::Amplitude
+                    | Word::Phase
+                    | Word::Detection(_)
+                    | Word::Unit(Unit::Volt)
+            )
+    })
+}
+
+/// Replaces a phrase wherever it is not part of a longer word; upper case counts as lower.
+fn replace_whole(text: &mut String, phrase: &str, by: &str) {
+    let mut from = 0;
+    loop {
+        let lower = text.to_lowercase();
+        if lower.len() != text.len() {
+            return;
+        }
+        let Some(at) = lower.get(from..).and_then(|rest| rest.find(phrase)).map(|at| from + at) else {
+            return;
+        };
+        let end = at + phrase.len();
+        let joins = |c: Option<char>| c.is_some_and(char::is_alphanumeric);
+        let whole = !joins(text[..at].chars().next_back()) && !joins(text[end..].chars().next());
+        if whole {
+            text.replace_range(at..end, by);
+        }
+        from = at + if whole { by.len() } else { phrase.len() };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn headers_of_the_trade_come_apart_into_words_and_the_probe() {
+        use Word::{Amplitude, Phase, Synchronous};
+        let says = |text: &str| -> (Vec<Word>, String) {
+            let (mut words, mut names) = (Vec::new(), Vec::new());
+            for part in parts(text, |_| false) {
+                match part {
+                    Part::Says(word) => words.push(word),
+                    Part::Name(name) => names.push(name),
+                }
+            }
+            (words, names.join(" "))
+        };
+        let um = Word::Unit(Unit::Micrometre);
+        let pp = Word::Detection(Detection::PeakToPeak);
+        assert_eq!(says("16X 1X Amp [µm pp]"), (vec![Synchronous, Amplitude, um, pp], "16X".into()));
+        assert_eq!(says("BRG1_1xAmpl (umpp)").0, [Synchronous, Amplitude, um, pp]);
+        assert_eq!(says("Phase (deg lag)").0, [Phase, Word::Angle(Angle::Degrees), Word::Sense(Sense::Lag)]);
+        assert_eq!(says("Drehzahl [1/min]").0, [Word::Speed, Word::SpeedUnit(SpeedUnit::Rpm)]);
+        assert_eq!(says("V2 Peak-to-Peak mil").0, [pp, Word::Unit(Unit::Mil)]);
+        assert_eq!(says("app-pending").1, "app pending");
+    }
+}
