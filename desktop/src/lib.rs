@@ -20,9 +20,8 @@
 //! | [`track`] | the unbalance of a long record, while bearings change |
 //! | [`prognosis`] | where the unbalance is going |
 //! | [`startup`] | a single-disk rotor from its start-up: the simple model, and where it fails |
-//! | [`estimate`](mod@estimate) | the unbalance of single runs from others with stated weights |
 //! | [`grade`] | balance quality grade of ISO 21940-11 |
-//! | [`balance`] | correction weights from the model and from trial runs |
+//! | [`balance`] | correction weights from the model and from trial runs; the unbalance of single runs from others with stated weights |
 //! | [`compare`], [`diagnose`] | where a model misses; which effect is missing, and adding it |
 //!
 //! # Example
@@ -82,7 +81,6 @@ mod decomposition;
 pub mod diagnose;
 pub mod effects;
 mod error;
-pub mod estimate;
 mod fit;
 pub mod grade;
 pub mod identify;

@@ -10,7 +10,7 @@ use nalgebra::Complex;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rotor_edge_desktop::diagnose::{Verdict, improve};
-use rotor_edge_desktop::estimate::{Estimate, Estimates, Options, estimate};
+use rotor_edge_desktop::balance::estimate::{Estimate, Estimates, Options, estimate};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor_file;

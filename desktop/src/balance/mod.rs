@@ -8,6 +8,7 @@
 //! | [`speeds`], `interpolated`, [`sense`] | which readings are of one speed; runs at unlike speeds; whether phases have the right sign |
 //! | [`optimum`] | least squares, least largest vibration, and limits |
 //! | [`alone`] | weights of a machine that has no file |
+//! | [`estimate`](mod@estimate) | the unbalance of single runs from others with stated weights |
 //! | [`places`] | fixed holes or blades |
 //! | [`wanted`], `scatter` | what weights are to do and may be; how far noise moves them |
 //! | [`weights`] | what can really be screwed in: radii and steps of mass |
@@ -16,6 +17,7 @@
 //! make: from the keyphasor mark, in the direction of rotation.
 
 pub mod alone;
+pub mod estimate;
 pub mod influence;
 mod interpolated;
 pub mod model;

@@ -1,8 +1,8 @@
 //! What `estimate --json` prints.
 
 use nalgebra::Complex;
-use rotor_edge_desktop::estimate::Estimates;
-use rotor_edge_desktop::estimate::region::PlaneEstimate;
+use rotor_edge_desktop::balance::estimate::Estimates;
+use rotor_edge_desktop::balance::estimate::region::PlaneEstimate;
 use serde_json::{Value, json};
 
 use super::rows::polar;

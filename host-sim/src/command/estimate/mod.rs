@@ -6,7 +6,7 @@ mod rows;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use rotor_edge_desktop::estimate::{Estimates, Options, estimate};
+use rotor_edge_desktop::balance::estimate::{Estimates, Options, estimate};
 use rotor_edge_desktop::rotor_file;
 
 use super::listener::Listener;

@@ -1,6 +1,6 @@
 //! What `estimate --report` says.
 
-use rotor_edge_desktop::estimate::{Estimate, Estimates};
+use rotor_edge_desktop::balance::estimate::{Estimate, Estimates};
 
 use super::rows::{COLUMNS, rows};
 use crate::report::regions::{Region, regions};

@@ -1,7 +1,7 @@
 //! The table of estimates.
 
 use nalgebra::Complex;
-use rotor_edge_desktop::estimate::Estimates;
+use rotor_edge_desktop::balance::estimate::Estimates;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 
 pub const COLUMNS: [&str; 7] =
