@@ -11,10 +11,12 @@
 //! | [`extract`] | raw samples, made into 1x readings by the core's own extraction |
 //! | [`import`] | exports of other systems, made into measurements |
 //! | [`replay`] | a record, played over the bus into the core, every result checked |
-//! | [`report`] | one HTML file with figures |
+//! | [`answers`] | one JSON type a command |
+//! | [`render`] | answers as terminal text and as one HTML file with figures |
 //! | [`sample`] | the machine that the main job runs on |
 //! | [`command`] | one file a command: arguments in, table or JSON out |
 
+pub mod answers;
 pub mod bus;
 pub mod clock;
 pub mod command;
@@ -23,7 +25,7 @@ pub mod edge;
 pub mod extract;
 pub mod import;
 pub mod node;
+pub mod render;
 pub mod replay;
-pub mod report;
 pub mod sample;
 pub mod watch;
