@@ -10,10 +10,12 @@
 //! | [`edge`] | a desktop model, made small enough for the controller |
 //! | [`ingest`] | exports of other systems and raw samples, made into measurements |
 //! | [`replay`] | a record, played over the bus into the core, every result checked |
-//! | [`report`] | one HTML file with figures |
+//! | [`answers`] | one JSON type a command |
+//! | [`render`] | answers as terminal text and as one HTML file with figures |
 //! | [`sample`] | the machine that the main job runs on |
 //! | [`command`] | one file a command: arguments in, table or JSON out |
 
+pub mod answers;
 pub mod bus;
 pub mod clock;
 pub mod command;
@@ -21,7 +23,7 @@ pub mod deploy;
 pub mod edge;
 pub mod ingest;
 pub mod node;
+pub mod render;
 pub mod replay;
-pub mod report;
 pub mod sample;
 pub mod watch;

@@ -10,12 +10,13 @@ use std::path::PathBuf;
 
 use chromium::{Chromium, Look, Measured};
 use nalgebra::Complex;
-use rotor_edge::command::check::report::sections;
-use rotor_edge::report::bars::{Bar, bars};
-use rotor_edge::report::centreline::centreline;
-use rotor_edge::report::scale::number;
-use rotor_edge::report::trend::{Trend, trend};
-use rotor_edge::report::{Figure, Model, Prediction, Section, comparison_sections, page, verdict};
+use rotor_edge::answers::check::CheckAnswer;
+use rotor_edge::render::bars::{Bar, bars};
+use rotor_edge::render::centreline::centreline;
+use rotor_edge::render::check::sections;
+use rotor_edge::render::scale::number;
+use rotor_edge::render::trend::{Trend, trend};
+use rotor_edge::render::{Figure, Model, Prediction, Section, comparison_sections, page, verdict};
 use rotor_edge::sample;
 use rotor_edge_desktop::check::check;
 use rotor_edge_desktop::compare::{Comparison, Verdict};
@@ -103,7 +104,8 @@ fn awkward_page() -> Vec<Section> {
 /// What `check --report` says of a drawing.
 fn check_page(rotor: &str) -> Vec<Section> {
     let rotor = rotor_file::read(&repository(rotor)).unwrap();
-    sections(&check(&rotor, None).unwrap())
+    let found = check(&rotor, None).unwrap();
+    sections(&CheckAnswer::from(&found), &found)
 }
 
 fn other_figures() -> Vec<Figure> {

@@ -6,7 +6,7 @@ use rotor_edge_desktop::diagnose::{
 };
 use serde_json::{Value, json};
 
-use crate::report::Section;
+use crate::render::Section;
 
 /// Label of a cause that no known effect is, among candidates.
 pub const OUTSIDE: &str = "a cause outside the list";

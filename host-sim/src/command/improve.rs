@@ -17,7 +17,7 @@ use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};
 use crate::command::shell;
-use crate::report::{Section, Story, Table};
+use crate::render::{Section, Story, Table};
 
 #[derive(Debug, Args)]
 pub struct Arguments {

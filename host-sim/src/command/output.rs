@@ -16,7 +16,8 @@ use rotor_edge_desktop::whole_file;
 use serde::Serialize;
 
 use super::{glossary, provenance, shell};
-use crate::report::{Section, Story, page};
+use crate::answers;
+use crate::render::{self, Section, Story, page};
 
 /// The form in which a command answers.
 #[derive(Debug, Args)]
@@ -109,6 +110,11 @@ pub fn model(path: &Path, rotor: &Rotor, readings: &[Reading]) -> Result<()> {
 /// What a command leaves to be printed: one JSON object where that was asked for; text it has printed itself.
 pub type Json = Option<String>;
 
+/// An answer as one JSON object with its keys in alphabetical order.
+pub fn answer(answer: &impl Serialize) -> Result<Json> {
+    as_json(&answers::object(answer)?)
+}
+
 /// One JSON object, to be printed by whoever ran the command.
 pub fn as_json(value: &impl Serialize) -> Result<Json> {
     Ok(Some(serde_json::to_string_pretty(value)?))
@@ -122,17 +128,7 @@ pub fn json(value: &impl Serialize) -> Result<()> {
 
 /// Prints a table, each column as wide as its widest cell.
 pub fn table(columns: &[impl AsRef<str>], rows: &[impl AsRef<[String]>]) {
-    let cells = |row: usize, column: usize| match row {
-        0 => columns[column].as_ref(),
-        row => rows[row - 1].as_ref()[column].as_str(),
-    };
-    let all = 0..=rows.len();
-    let width = |c: usize| all.clone().map(|row| cells(row, c).chars().count()).max().unwrap_or(0);
-    for row in all.clone() {
-        let line: String =
-            (0..columns.len()).map(|c| format!("  {:<w$}", cells(row, c), w = width(c))).collect();
-        println!("{}", line.trim_end());
-    }
+    print!("{}", render::text::table(columns, rows));
 }
 
 /// A progress bar on standard error; nothing where that is not a terminal.

@@ -7,7 +7,7 @@ use sha2::{Digest as _, Sha256};
 
 use super::shell;
 use crate::node::to_hex;
-use crate::report::{Section, Table};
+use crate::render::{Section, Table};
 
 /// The last section of a report that is written to `own`.
 pub fn section(own: &Path) -> Section {

@@ -2,10 +2,10 @@
 
 use anyhow::Result;
 use nalgebra::Complex;
-use rotor_edge::report::chart::{Chart, Column, Look};
-use rotor_edge::report::orbit::{OrbitPanel, orbit};
-use rotor_edge::report::trend::{Trend, trend};
-use rotor_edge::report::{Figure, Section, page};
+use rotor_edge::render::chart::{Chart, Column, Look};
+use rotor_edge::render::orbit::{OrbitPanel, orbit};
+use rotor_edge::render::trend::{Trend, trend};
+use rotor_edge::render::{Figure, Section, page};
 use rotor_edge_desktop::compare::probe_pairs;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::phasor_m;

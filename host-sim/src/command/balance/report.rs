@@ -1,8 +1,8 @@
 //! What `balance --report` says: the weights, and the vibration with and without them.
 
 use super::answer::Answer;
-use crate::report::trend::{Trend, trend};
-use crate::report::{Figure, Section, Table, identifier};
+use crate::render::trend::{Trend, trend};
+use crate::render::{Figure, Section, Table, identifier};
 
 pub fn sections(answer: &Answer) -> Vec<Section> {
     let weights = Table {

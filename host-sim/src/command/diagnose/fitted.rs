@@ -5,7 +5,7 @@ use rotor_edge_desktop::diagnose::{BestFit, best_fit};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
-use crate::report::{Model, Prediction};
+use crate::render::{Model, Prediction};
 
 /// A model fitted to the data.
 pub struct Fitted {

@@ -8,10 +8,10 @@ use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::units::rad_s;
 
-use crate::report::Figure;
-use crate::report::scale::rpm;
-use crate::report::sketch::{Mark, sketch};
-use crate::report::trend::{Trend, trend};
+use crate::render::Figure;
+use crate::render::scale::rpm;
+use crate::render::sketch::{Mark, sketch};
+use crate::render::trend::{Trend, trend};
 
 /// Places less probable than this are not marked.
 const WORTH_MARKING: f64 = 0.01;

@@ -7,8 +7,8 @@ use rotor_edge_desktop::measurement::Reading;
 use super::fitted::Fitted;
 use super::{machine, story};
 use crate::command::entitled::{self, OUTSIDE};
-use crate::report::bars::{Bar, bars};
-use crate::report::{Figure, Model, Section, Story, Table, comparison_sections};
+use crate::render::bars::{Bar, bars};
+use crate::render::{Figure, Model, Section, Story, Table, comparison_sections};
 
 /// Candidates that are drawn.
 const DRAWN: usize = 10;

@@ -6,9 +6,9 @@ use rotor_edge_desktop::measurement::Reading;
 
 use super::fitted::Fitted;
 use super::machine;
-use crate::report::bars::{Bar, bars};
-use crate::report::scale::{number, three_digits};
-use crate::report::{Figure, Story, noise_error, verdict};
+use crate::render::bars::{Bar, bars};
+use crate::render::scale::{number, three_digits};
+use crate::render::{Figure, Story, noise_error, verdict};
 
 pub fn of_diagnosis(
     found: &Diagnosis,

@@ -3,8 +3,8 @@
 use rotor_edge_desktop::balance::estimate::{Estimate, Estimates};
 
 use super::rows::{COLUMNS, rows};
-use crate::report::regions::{Region, regions};
-use crate::report::{Figure, Section, Table};
+use crate::render::regions::{Region, regions};
+use crate::render::{Figure, Section, Table};
 
 pub fn sections(found: &Estimates, planes: &[&str]) -> Vec<Section> {
     let table = Table {

@@ -7,12 +7,12 @@ use rotor_edge_desktop::units::SECONDS_A_DAY;
 use super::pairs::{Pair, pairs};
 use super::{readings, spectra};
 use crate::ingest::waveform::{Extracted, Probe};
-use crate::report::bode::bode;
-use crate::report::centreline::centreline;
-use crate::report::orbit::{OrbitPanel, orbit};
-use crate::report::scale::rpm;
-use crate::report::trend::{Trend, trend};
-use crate::report::{Curve, Figure, Section, Table, identifier};
+use crate::render::bode::bode;
+use crate::render::centreline::centreline;
+use crate::render::orbit::{OrbitPanel, orbit};
+use crate::render::scale::rpm;
+use crate::render::trend::{Trend, trend};
+use crate::render::{Curve, Figure, Section, Table, identifier};
 
 /// Orbits of a run, at most.
 const ORBITS: usize = 4;

@@ -5,9 +5,9 @@ use nalgebra::Complex;
 use super::pairs::Pair;
 use crate::ingest::waveform::Extracted;
 use crate::ingest::waveform::orders::Spectrum;
-use crate::report::cascade::{Trace, cascade, tallest_um};
-use crate::report::scale::three_digits;
-use crate::report::{Figure, Section, identifier};
+use crate::render::cascade::{Trace, cascade, tallest_um};
+use crate::render::scale::three_digits;
+use crate::render::{Figure, Section, identifier};
 
 /// A speed that changes by less, relative, is one, and spectra are told apart by their time.
 const ONE_SPEED: f64 = 0.05;

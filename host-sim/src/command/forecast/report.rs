@@ -7,9 +7,9 @@ use rotor_edge_desktop::prognosis::series::History;
 
 use super::super::dates::Dates;
 use super::{Forecast, SCORES, Scored, against_naive, limit_in_words, unit, words};
-use crate::report::scale::three_digits;
-use crate::report::trend::{Trend, trend};
-use crate::report::{Figure, Section, Table};
+use crate::render::scale::three_digits;
+use crate::render::trend::{Trend, trend};
+use crate::render::{Figure, Section, Table};
 
 /// Days of the past that a fan shows.
 const PAST: usize = 180;

@@ -9,9 +9,9 @@ use rotor_edge_desktop::rotor_file;
 use serde_json::{Value, json};
 
 use crate::edge::Deployment;
+use crate::render::trend::{Trend, trend};
+use crate::render::{Figure, Section, Table};
 use crate::replay::{self, Answer, Flag, Replay, ReplayConfig, day, flags};
-use crate::report::trend::{Trend, trend};
-use crate::report::{Figure, Section, Table};
 
 use super::fit::Fit;
 

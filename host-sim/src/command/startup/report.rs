@@ -12,12 +12,12 @@ use super::text::{
     ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_rows, model_lines, own_lines, pk_pk, run_rows, shift_lines,
     stage_columns, stage_rows,
 };
-use crate::report::bode::bode_of;
-use crate::report::orbit::{OrbitPanel, orbit};
-use crate::report::scale::rpm;
-use crate::report::trend::{Trend, trend};
-use crate::report::wave::wave;
-use crate::report::{Curve, Figure, Section, Table};
+use crate::render::bode::bode_of;
+use crate::render::orbit::{OrbitPanel, orbit};
+use crate::render::scale::rpm;
+use crate::render::trend::{Trend, trend};
+use crate::render::wave::wave;
+use crate::render::{Curve, Figure, Section, Table};
 
 type C = Complex<f64>;
 

@@ -9,9 +9,9 @@ use super::super::dates::Dates;
 use super::names::{coefficient_names, method_name, scope_name};
 use super::output::{undiagnosed, when};
 use super::sampling;
-use crate::report::scale::three_digits;
-use crate::report::trend::{Trend, trend};
-use crate::report::{Figure, Section, Table, identifier};
+use crate::render::scale::three_digits;
+use crate::render::trend::{Trend, trend};
+use crate::render::{Figure, Section, Table, identifier};
 
 type Points = Vec<(f64, f64)>;
 

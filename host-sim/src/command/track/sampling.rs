@@ -6,10 +6,10 @@ use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde_json::{Value, json};
 
 use super::names::coefficient_names;
-use crate::report::bars::{Bar, bars};
-use crate::report::scale::three_digits;
-use crate::report::trend::{Trend, trend};
-use crate::report::{Figure, Section, Table, identifier};
+use crate::render::bars::{Bar, bars};
+use crate::render::scale::three_digits;
+use crate::render::trend::{Trend, trend};
+use crate::render::{Figure, Section, Table, identifier};
 
 /// Classes of a histogram.
 const CLASSES: usize = 10;

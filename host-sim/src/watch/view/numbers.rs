@@ -10,7 +10,7 @@ use rotor_edge_core::can::{Keyphasor, MonitorResult};
 use super::list::percent;
 use super::{PLANE_COLOURS, titled};
 use crate::bus::decoded::Timed;
-use crate::report::scale::{number, three_digits};
+use crate::render::scale::{number, three_digits};
 use crate::watch::monitor::{ModelInUse, Monitor, Replacement};
 use crate::watch::words::{bearing_number, span};
 

@@ -1,8 +1,8 @@
 //! What `balance --trial-only --report` says: the weights on a polar plot, and the vibration with and without them.
 
 use super::answer::Answer;
-use crate::report::weights::{Weight, weights};
-use crate::report::{Figure, Section, Table, identifier};
+use crate::render::weights::{Weight, weights};
+use crate::render::{Figure, Section, Table, identifier};
 
 pub fn sections(answer: &Answer) -> Vec<Section> {
     let found = &answer.correction;

@@ -3,8 +3,8 @@
 use rotor_edge_desktop::compare::Comparison;
 
 use super::chance;
-use crate::report::document::Table;
-use crate::report::scale::{number, three_digits};
+use crate::render::document::Table;
+use crate::render::scale::{number, three_digits};
 
 fn table(caption: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Table {
     Table { caption: caption.into(), columns: columns.iter().map(ToString::to_string).collect(), rows }

@@ -1,10 +1,13 @@
-//! Reports: one HTML file with figures in it, for a screen, a phone and paper.
+//! Answers for people: text for a terminal, and one HTML file with figures for a screen, a phone and paper. Text, tables and
+//! sentences are made from the types of [`crate::answers`].
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`document`] | sections, tables, figures |
 //! | [`page`](mod@page) | the page around them |
 //! | [`story`] | the first screen of a page |
+//! | [`text`] | tables for a terminal |
+//! | [`check`](mod@check) | text and sections of `check` |
 //! | [`comparison`] | what `compare --report` says |
 //! | [`bode`], [`polar`], [`orbit`] | one probe over speed; one bearing at one speed |
 //! | [`centreline`] | where the shaft runs in a bearing |
@@ -30,6 +33,7 @@ pub mod campbell;
 pub mod cascade;
 pub mod centreline;
 pub mod chart;
+pub mod check;
 pub mod comparison;
 pub mod curve;
 pub mod document;
@@ -42,6 +46,7 @@ pub mod residual_map;
 pub mod scale;
 pub mod sketch;
 pub mod story;
+pub mod text;
 pub mod trend;
 pub mod wave;
 pub mod weights;

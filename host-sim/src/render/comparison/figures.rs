@@ -6,15 +6,15 @@ use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
 use super::Model;
-use crate::report::bode::{bode, peak_to_peak_um};
-use crate::report::chart::Chart;
-use crate::report::curve::Curve;
-use crate::report::document::{Figure, Section};
-use crate::report::orbit::{OrbitPanel, following};
-use crate::report::polar::polar;
-use crate::report::residual_map::{ResidualMap, residual_map};
-use crate::report::scale::rpm;
-use crate::report::trend::{Trend, trend};
+use crate::render::bode::{bode, peak_to_peak_um};
+use crate::render::chart::Chart;
+use crate::render::curve::Curve;
+use crate::render::document::{Figure, Section};
+use crate::render::orbit::{OrbitPanel, following};
+use crate::render::polar::polar;
+use crate::render::residual_map::{ResidualMap, residual_map};
+use crate::render::scale::rpm;
+use crate::render::trend::{Trend, trend};
 
 /// A run whose speeds differ by less than this, relative to the fastest, is a record at one speed.
 const ONE_SPEED: f64 = 0.1;

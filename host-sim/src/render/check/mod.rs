@@ -1,17 +1,25 @@
-//! What `check --report` writes.
+//! Text and sections of an answer of `check`. Tables and sentences come from the answer; figures also draw the curves that the
+//! JSON leaves out.
+
+mod tables;
+mod text;
 
 use nalgebra::Complex;
 use rotor_edge_desktop::check::Check;
 use rotor_edge_desktop::check::modes::Mode;
+use rotor_edge_desktop::check::unbalance::Response;
+use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::units::rpm;
 
-use super::text;
-use crate::report::bode::bode_of;
-use crate::report::campbell::{Branch, campbell};
-use crate::report::scale::{number, three_digits};
-use crate::report::sketch::sketch;
-use crate::report::trend::{Trend, trend};
-use crate::report::{Curve, Figure, Section, Table};
+use crate::answers::check::{CheckAnswer, TrialResponse};
+use crate::render::bode::bode_of;
+use crate::render::campbell::{Branch, campbell};
+use crate::render::scale::{number, three_digits};
+use crate::render::sketch::sketch;
+use crate::render::trend::{Trend, trend};
+use crate::render::{Curve, Figure, Section, Table};
+
+pub use text::text;
 
 /// Speed in rpm and phasor in m.
 type Point = (f64, Complex<f64>);
@@ -19,17 +27,22 @@ type Point = (f64, Complex<f64>);
 /// Mode shapes that are drawn.
 const SHAPES: usize = 6;
 
-pub fn sections(found: &Check) -> Vec<Section> {
-    let mut all = vec![machine(found)];
-    if !found.warnings.is_empty() {
+/// The page of an answer; `found` is the check that it is made from.
+pub fn sections(answer: &CheckAnswer, found: &Check) -> Vec<Section> {
+    let mut all = vec![machine(answer, found)];
+    if !answer.warnings.is_empty() {
         all.push(Section {
             heading: "Numbers to look at again".into(),
-            paragraphs: found.warnings.clone(),
+            paragraphs: answer.warnings.clone(),
             ..Section::default()
         });
     }
-    all.extend([critical(found), modes(found), shapes(found)]);
-    all.extend(found.responses.iter().map(|(trial, _)| unbalance(found, trial.name)));
+    all.extend([critical(answer), modes(answer, found), shapes(found)]);
+    let fastest_rpm = answer.range_rpm[1];
+    let responses = answer.unbalance.iter().zip(&found.responses);
+    all.extend(
+        responses.map(|(response, (_, curves))| unbalance(response, curves, &found.rotor, fastest_rpm)),
+    );
     all
 }
 
@@ -38,13 +51,14 @@ fn table(caption: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Table {
     Table { caption: caption.into(), columns, rows }
 }
 
-fn machine(found: &Check) -> Section {
-    let to = number(found.range_rpm[1], 0);
+/// The machine to scale, its static line and its bearings at the fastest speed.
+pub fn machine(answer: &CheckAnswer, found: &Check) -> Section {
+    let to = number(answer.range_rpm[1], 0);
     let mut paragraphs = vec![format!(
         "{} kg, centre of gravity at {:.4} m from the left end; looked at from {} to {to} rpm.",
-        three_digits(found.mass_kg),
-        found.centre_of_gravity_m,
-        number(found.range_rpm[0], 0),
+        three_digits(answer.mass_kg),
+        answer.centre_of_gravity_m,
+        number(answer.range_rpm[0], 0),
     )];
     let mut figures = vec![Figure::new(
         "Machine",
@@ -69,14 +83,14 @@ fn machine(found: &Check) -> Section {
         Err(why) => paragraphs.push(format!("Static loads are not known: {why}.")),
     }
     // eight coefficients do not fit a telephone beside each other
-    let rows = text::bearing_rows(found);
+    let rows = tables::bearing_rows(answer);
     let part = |range: std::ops::Range<usize>| -> Vec<Vec<String>> {
         let one = |r: &Vec<String>| std::iter::once(r[0].clone()).chain(r[range.clone()].to_vec()).collect();
         rows.iter().map(one).collect()
     };
     let columns = |range: std::ops::Range<usize>| {
-        let mut all = vec![text::BEARING_COLUMNS[0]];
-        all.extend(&text::BEARING_COLUMNS[range]);
+        let mut all = vec![tables::BEARING_COLUMNS[0]];
+        all.extend(&tables::BEARING_COLUMNS[range]);
         all
     };
     let tables = vec![
@@ -87,12 +101,13 @@ fn machine(found: &Check) -> Section {
     Section { heading: "Machine".into(), paragraphs, tables, figures }
 }
 
-fn critical(found: &Check) -> Section {
-    let map = &found.map;
-    let most = map.speed_rad_s.iter().map(Vec::len).max().unwrap_or(0);
+/// Undamped critical speeds, and their map over the bearings' stiffness.
+pub fn critical(answer: &CheckAnswer) -> Section {
+    let map = &answer.critical_speed_map;
+    let most = map.speeds_rpm.iter().map(Vec::len).max().unwrap_or(0);
     let curve = |i: usize| {
-        let at = |(k, all): (&f64, &Vec<f64>)| all.get(i).map(|s| (k.log10(), rpm(*s)));
-        (format!("{}.", i + 1), map.stiffness_n_m.iter().zip(&map.speed_rad_s).filter_map(at).collect())
+        let at = |(k, all): (&f64, &Vec<f64>)| all.get(i).map(|rpm| (k.log10(), *rpm));
+        (format!("{}.", i + 1), map.stiffness_n_m.iter().zip(&map.speeds_rpm).filter_map(at).collect())
     };
     let drawn = Trend {
         along: "stiffness of every bearing, log₁₀ N/m".into(),
@@ -104,19 +119,19 @@ fn critical(found: &Check) -> Section {
     let meant = "Without dampers and with the symmetric part of the bearings' stiffness. Unbalance excites a critical speed by \
                  the share of its motion that turns forward.";
     let mut paragraphs = vec![meant.to_string()];
-    let mut tables = Vec::new();
-    match text::no_critical_speed(found) {
+    let mut listed = Vec::new();
+    match tables::no_critical_speed(answer) {
         Some(why) => paragraphs.push(why.into()),
-        None => tables.push(table(
+        None => listed.push(table(
             "On the bearings as they are",
-            &text::CRITICAL_COLUMNS,
-            text::critical_rows(found),
+            &tables::CRITICAL_COLUMNS,
+            tables::critical_rows(answer),
         )),
     }
     Section {
         heading: "Undamped critical speeds".into(),
         paragraphs,
-        tables,
+        tables: listed,
         figures: vec![Figure::new(
             "Critical speed map",
             "Forward critical speeds if every bearing had this stiffness in all directions; where a curve is flat, the \
@@ -126,7 +141,8 @@ fn critical(found: &Check) -> Section {
     }
 }
 
-fn modes(found: &Check) -> Section {
+/// Damped modes over speed: Campbell diagram, log decrements and damped critical speeds.
+pub fn modes(answer: &CheckAnswer, found: &Check) -> Section {
     let campbell_branches: Vec<Branch> = found
         .campbell
         .branches
@@ -151,32 +167,34 @@ fn modes(found: &Check) -> Section {
         along: "speed, rpm".into(),
         quantity: "log decrement".into(),
         curves,
-        events: found
-            .threshold
-            .iter()
+        events: (answer.stability_threshold.iter())
             .filter(|t| !t.from_the_first)
-            .map(|t| (rpm(t.speed_rad_s), "unstable".into()))
+            .map(|t| (t.speed_rpm, "unstable".into()))
             .collect(),
         ..Trend::default()
     };
-    let caption = format!("At {} rpm", number(found.range_rpm[1], 0));
+    let caption = format!("At {} rpm", number(answer.range_rpm[1], 0));
+    let mut paragraphs = vec![tables::stability(answer)];
+    let mut listed = Vec::new();
+    match tables::no_damped_critical_speed(answer) {
+        Some(why) => paragraphs.push(format!("Damped critical speeds: {why}")),
+        None => {
+            listed.push(table("Damped critical speeds", &tables::DAMPED_COLUMNS, tables::damped_rows(answer)))
+        }
+    }
+    listed.push(table(&caption, &tables::MODE_COLUMNS, tables::mode_rows(answer)));
+    let circles: Vec<_> =
+        answer.damped_critical_speeds.iter().map(|m| (m.speed_rpm, m.log_decrement)).collect();
     Section {
         heading: "Damped modes".into(),
-        paragraphs: vec![text::stability(found)],
-        tables: vec![table(&caption, &text::MODE_COLUMNS, text::mode_rows(found))],
+        paragraphs,
+        tables: listed,
         figures: vec![
             Figure::new(
                 "Campbell diagram",
                 "Damped natural frequencies over speed, by their sense of whirl; the straight line is the speed itself. \
                  Circles mark damped critical speeds.",
-                campbell(
-                    &campbell_branches,
-                    &found
-                        .damped_critical
-                        .iter()
-                        .map(|m| (rpm(m.speed_rad_s), m.log_decrement()))
-                        .collect::<Vec<_>>(),
-                ),
+                campbell(&campbell_branches, &circles),
             ),
             Figure::new(
                 "Log decrement",
@@ -187,7 +205,8 @@ fn modes(found: &Check) -> Section {
     }
 }
 
-fn shapes(found: &Check) -> Section {
+/// Mode shapes at the fastest speed.
+pub fn shapes(found: &Check) -> Section {
     let last = found.campbell.modes.last().map_or(&[][..], Vec::as_slice);
     let one = |m: &Mode| {
         let title = format!("Shape at {} rpm", number(rpm(m.frequency_rad_s()), 0));
@@ -240,10 +259,10 @@ fn capital(word: &str) -> String {
 }
 
 /// Maxima, and their margins where the running range was stated: beside each other they do not fit a telephone.
-fn peaks(found: &Check, trial: &str) -> Vec<Table> {
-    let rows = text::peak_rows(found, trial);
+fn peaks(response: &TrialResponse) -> Vec<Table> {
+    let rows = tables::peak_rows(response);
     let part = |columns: [usize; 4]| -> (Vec<&str>, Vec<Vec<String>>) {
-        let names = columns.map(|c| text::PEAK_COLUMNS[c]).to_vec();
+        let names = columns.map(|c| tables::PEAK_COLUMNS[c]).to_vec();
         (names, rows.iter().map(|r| columns.map(|c| r[c].clone()).to_vec()).collect())
     };
     let (names, cells) = part([0, 1, 2, 3]);
@@ -255,10 +274,11 @@ fn peaks(found: &Check, trial: &str) -> Vec<Table> {
     all
 }
 
-fn unbalance(found: &Check, trial: &str) -> Section {
-    let responses = found.responses.iter().filter(|(t, _)| t.name == trial).flat_map(|(_, r)| r);
+/// The response to a trial unbalance: maxima in tables, the curves of each bearing's probes in figures.
+pub fn unbalance(answer: &TrialResponse, curves: &[Response], rotor: &Rotor, fastest_rpm: f64) -> Section {
+    let trial = answer.trial;
     let mut by_bearing: Vec<(String, Vec<Curve>, Vec<Point>)> = Vec::new();
-    for (response, probe) in responses.zip(&found.rotor.probe) {
+    for (response, probe) in curves.iter().zip(&rotor.probe) {
         let peak = |speed_rpm: f64| {
             response
                 .points
@@ -283,21 +303,19 @@ fn unbalance(found: &Check, trial: &str) -> Section {
             Figure::new(title, "Amplitude and phase lag over speed.", bode_of("maximum", circles, curves))
         })
         .collect();
-    let each = found.responses.iter().find(|(t, _)| t.name == trial);
-    let each = each.map_or(0.0, |(t, _)| t.planes_kg_m.iter().map(|u| u.norm() * 1e6).fold(0.0, f64::max));
     Section {
         heading: format!("Unbalance response, {trial}"),
         paragraphs: vec![format!(
             "{} g·mm at each plane, {}: twice what API 617 leaves at {} rpm in all.",
-            three_digits(each),
+            three_digits(answer.each_g_mm()),
             if trial == "static" {
                 "in phase"
             } else {
                 "the two sides of the centre of gravity against each other"
             },
-            number(found.range_rpm[1], 0)
+            number(fastest_rpm, 0)
         )],
-        tables: peaks(found, trial),
+        tables: peaks(answer),
         figures,
     }
 }

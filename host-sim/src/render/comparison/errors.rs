@@ -7,8 +7,8 @@ use rotor_edge_desktop::measurement::Reading;
 
 use super::Model;
 use super::figures::Run;
-use crate::report::document::Figure;
-use crate::report::trend::{Trend, trend};
+use crate::render::document::Figure;
+use crate::render::trend::{Trend, trend};
 
 /// √χ² of two components that noise exceeds in one case of twenty.
 const NOISE_95: f64 = 2.4477;

@@ -1,9 +1,5 @@
 //! `check`: what a machine's drawing alone says, before anything is measured on it.
 
-mod json;
-pub mod report;
-mod text;
-
 use std::path::PathBuf;
 
 use anyhow::Result;
@@ -14,7 +10,9 @@ use rotor_edge_desktop::rotor_file;
 use super::listener::Listener;
 use super::output::{self, Json};
 use super::startup;
+use crate::answers::check::CheckAnswer;
 use crate::command::shell;
+use crate::render;
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -33,13 +31,15 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let working = listener.spinner("modes and responses");
     let found = check(&rotor, arguments.rpm)?;
     working.finish_and_clear();
+    let answer = CheckAnswer::from(&found);
     if let Some(path) = &arguments.form.report {
-        output::report(path, &format!("{}: what its drawing says", rotor.name), report::sections(&found))?;
+        let sections = render::check::sections(&answer, &found);
+        output::report(path, &format!("{}: what its drawing says", rotor.name), sections)?;
     }
     if arguments.form.json {
-        return output::as_json(&json::of(&found));
+        return output::answer(&answer);
     }
-    text::print(&found, arguments.rpm.is_some());
+    print!("{}", render::check::text(&answer, arguments.rpm.is_some()));
     println!(
         "\nNext: hold the model against measurements\n  rotor-edge compare {} measured.csv",
         shell::path(&arguments.rotor)

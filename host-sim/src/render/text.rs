@@ -1,0 +1,16 @@
+//! Text for a terminal.
+
+/// A table, each column as wide as its widest cell.
+pub fn table(columns: &[impl AsRef<str>], rows: &[impl AsRef<[String]>]) -> String {
+    let cells = |row: usize, column: usize| match row {
+        0 => columns[column].as_ref(),
+        row => rows[row - 1].as_ref()[column].as_str(),
+    };
+    let width = |c: usize| (0..=rows.len()).map(|row| cells(row, c).chars().count()).max().unwrap_or(0);
+    let line = |row: usize| {
+        let line: String =
+            (0..columns.len()).map(|c| format!("  {:<w$}", cells(row, c), w = width(c))).collect();
+        format!("{}\n", line.trim_end())
+    };
+    (0..=rows.len()).map(line).collect()
+}
