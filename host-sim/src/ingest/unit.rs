@@ -130,7 +130,7 @@ impl Unit {
             (Self::Millimetre, PossibleValue::new("mm")),
             (Self::Metre, PossibleValue::new("m")),
             (Self::Inch, PossibleValue::new("inch")),
-            (Self::Millivolt, PossibleValue::new("mv")),
+            (Self::Millivolt, PossibleValue::new("mv").help("Of a probe with a known sensitivity")),
             (Self::Volt, PossibleValue::new("v")),
         ];
         one_of(all)
