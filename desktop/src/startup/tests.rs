@@ -3,10 +3,10 @@ use rand::{Rng, SeedableRng, rngs::StdRng};
 use rand_distr::StandardNormal;
 
 use super::circle::circle;
-use super::estimate::{Own, Seen, Shift};
+use super::estimate::{Own, RunEstimates, Shift};
 use super::half_power::half_power;
 use super::least_squares::least_squares;
-use super::series::{Point, Run, directions, series};
+use super::series::{Point, RunUp, directions, series};
 use super::shaft::ShaftSpring;
 use super::*;
 use crate::machine::drawing::{Disk, Physics};
@@ -114,7 +114,7 @@ fn stated_uncertainties_are_what_repeated_noise_scatters_by() {
                 Point { motion_m: p.motion_m + noise, sigma_m, ..*p }
             })
             .collect();
-        let seen = Seen::of(&noisy);
+        let seen = RunEstimates::of(&noisy);
         for (method, sums) in sums.iter_mut().enumerate() {
             let found = seen.found(method).unwrap();
             let off = [
@@ -189,7 +189,7 @@ fn probes_at_any_angle_show_the_same_x_and_y() {
         });
         let reading = Reading { speed_rpm: 1000.0, probes: seen.collect(), ..Reading::default() };
         let readings = [reading];
-        let run = &Run::all(&rotor, &readings)[0];
+        let run = &RunUp::all(&rotor, &readings)[0];
         let all = directions(&rotor);
         assert_eq!(all.iter().map(|d| d.label.as_str()).collect::<Vec<_>>(), ["A x", "A y", "B x", "B y"]);
         for (d, direction) in all.iter().enumerate() {
@@ -209,7 +209,7 @@ fn probes_at_any_angle_show_the_same_x_and_y() {
 }
 
 /// Runs of an oscillator whose stiffness grows with its own peak squared, with known weights.
-fn runs_of(softening_per_m2: f64, own_kg_m: C, mass_kg: f64) -> (Vec<Run>, Vec<Vec<Seen>>) {
+fn runs_of(softening_per_m2: f64, own_kg_m: C, mass_kg: f64) -> (Vec<RunUp>, Vec<Vec<RunEstimates>>) {
     let weights = [0.0, 1.2e-5, 2.4e-5, 3.6e-5].map(C::from);
     let of = |added: C| {
         let damping_ratio = 0.08;
@@ -224,7 +224,10 @@ fn runs_of(softening_per_m2: f64, own_kg_m: C, mass_kg: f64) -> (Vec<Run>, Vec<V
                 Point { speed_rad_s, motion_m, sigma_m: 1.5e-7 + 0.01 * motion_m.norm() }
             })
             .collect();
-        (Run { name: Some(format!("{added}")), added_kg_m: added, rows: Vec::new() }, vec![Seen::of(&points)])
+        (
+            RunUp { name: Some(format!("{added}")), added_kg_m: added, rows: Vec::new() },
+            vec![RunEstimates::of(&points)],
+        )
     };
     weights.into_iter().map(of).unzip()
 }

@@ -1,9 +1,9 @@
 //! What `forecast --json` prints.
 
-use rotor_edge_desktop::prognosis::ahead::interval;
-use rotor_edge_desktop::prognosis::limit::Reached;
-use rotor_edge_desktop::prognosis::scores::Score;
-use rotor_edge_desktop::prognosis::series::History;
+use rotor_edge_desktop::forecast::ahead::interval;
+use rotor_edge_desktop::forecast::limit::Reached;
+use rotor_edge_desktop::forecast::scores::Score;
+use rotor_edge_desktop::forecast::series::History;
 use serde_json::{Map, Value, json};
 
 use super::super::dates::Dates;

@@ -1,9 +1,9 @@
 //! What `forecast --report` says: the tables of scores, the fans and the limit.
 
-use rotor_edge_desktop::prognosis::ahead::interval;
-use rotor_edge_desktop::prognosis::limit::Reached;
-use rotor_edge_desktop::prognosis::scores::Score;
-use rotor_edge_desktop::prognosis::series::History;
+use rotor_edge_desktop::forecast::ahead::interval;
+use rotor_edge_desktop::forecast::limit::Reached;
+use rotor_edge_desktop::forecast::scores::Score;
+use rotor_edge_desktop::forecast::series::History;
 
 use super::super::dates::Dates;
 use super::{Forecast, SCORES, Scored, against_naive, limit_in_words, unit, words};

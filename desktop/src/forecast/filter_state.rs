@@ -5,7 +5,7 @@ use super::ahead::Ahead;
 /// A number that moves by so much a day, which fades and is pushed at random; and how sure both are. The state of a
 /// filter's unbalance as one of its sizes or angles sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outlook {
+pub struct FilterState {
     pub level: f64,
     /// What it moves by in the day to come.
     pub per_d: f64,
@@ -21,7 +21,7 @@ pub struct Outlook {
     pub push_sd: f64,
 }
 
-impl Outlook {
+impl FilterState {
     /// The same a day later, if nothing is measured.
     #[must_use]
     pub fn next_day(&self) -> Self {
@@ -54,7 +54,7 @@ impl Outlook {
 mod tests {
     use super::*;
 
-    const NOW: Outlook = Outlook {
+    const NOW: FilterState = FilterState {
         level: 500.0,
         per_d: 2.0,
         level_sd: 10.0,
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn a_number_that_is_known_and_does_not_move_stays() {
-        let still = Outlook { per_d: 0.0, level_sd: 0.0, per_d_sd: 0.0, push_sd: 0.0, ..NOW };
+        let still = FilterState { per_d: 0.0, level_sd: 0.0, per_d_sd: 0.0, push_sd: 0.0, ..NOW };
         assert_eq!(still.ahead(3), Ahead { mean: vec![500.0; 3], sd: vec![0.0; 3] });
     }
 }
