@@ -4,8 +4,8 @@ use nalgebra::Matrix2;
 use serde::{Deserialize, Serialize};
 
 use super::curve::Curve;
+use super::dynamic_coefficients::DynamicCoefficients;
 use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, Role, role, unit, within};
-use super::pair::Pair;
 use super::support::SupportLaw;
 use crate::statistics::scale::Scale;
 
@@ -85,15 +85,18 @@ impl Learned {
     }
 
     /// Change per unit of the logarithm, and of its square.
-    fn terms(&self) -> [Pair; 2] {
-        let pair = |k: &Coefficients, c: &Coefficients| Pair { stiffness: k.matrix(), damping: c.matrix() };
+    fn terms(&self) -> [DynamicCoefficients; 2] {
+        let pair = |k: &Coefficients, c: &Coefficients| DynamicCoefficients {
+            stiffness: k.matrix(),
+            damping: c.matrix(),
+        };
         [
             pair(&self.stiffness_per_log_n_m, &self.damping_per_log_n_s_m),
             pair(&self.stiffness_per_log2_n_m, &self.damping_per_log2_n_s_m),
         ]
     }
 
-    fn with_terms(self, [first, second]: [Pair; 2]) -> Self {
+    fn with_terms(self, [first, second]: [DynamicCoefficients; 2]) -> Self {
         Self {
             stiffness_per_log_n_m: Coefficients::of(&first.stiffness),
             damping_per_log_n_s_m: Coefficients::of(&first.damping),
@@ -105,8 +108,8 @@ impl Learned {
 }
 
 impl Constant {
-    fn pair(&self) -> Pair {
-        Pair { stiffness: self.stiffness_n_m.matrix(), damping: self.damping_n_s_m.matrix() }
+    fn pair(&self) -> DynamicCoefficients {
+        DynamicCoefficients { stiffness: self.stiffness_n_m.matrix(), damping: self.damping_n_s_m.matrix() }
     }
 
     /// What unknowns of a column are measured in: the mean direct term, a loss of one millionth at least.
@@ -135,7 +138,7 @@ impl Constant {
     }
 
     /// The coefficients, and how they are learned over speed, at these search coordinates.
-    fn at(&self, x: &[f64]) -> (Pair, Option<Learned>) {
+    fn at(&self, x: &[f64]) -> (DynamicCoefficients, Option<Learned>) {
         let mut pair = self.pair();
         let mut values = x.iter();
         for column in self.open() {
@@ -159,7 +162,7 @@ impl Constant {
 }
 
 /// The support of these coefficients, learned over speed or not.
-fn over_speed(at: Pair, learned: Option<Learned>) -> SupportLaw {
+fn over_speed(at: DynamicCoefficients, learned: Option<Learned>) -> SupportLaw {
     let Some(learned) = learned else { return SupportLaw::linear(at.stiffness, at.damping) };
     let [first, second] = learned.terms();
     let curve = Curve::Logarithmic { terms: [at, first, second], reference_rad_s: learned.reference_rad_s() };

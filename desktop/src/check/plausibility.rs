@@ -5,7 +5,7 @@
 
 use nalgebra::Matrix2;
 
-use crate::bearing::pair::Pair;
+use crate::bearing::dynamic_coefficients::DynamicCoefficients;
 use crate::check::system::System;
 use crate::machine::drawing::{Bearing, Disk, Rotor};
 use crate::shaft::statics::Statics;
@@ -184,7 +184,7 @@ fn disk(known: &Known, d: &Disk, shaft_kg: f64, all: &mut Vec<String>) {
 fn bearings(known: &Known, all: &mut Vec<String>) {
     let speed_rad_s = rad_s(known.fastest_rpm);
     for (i, (b, support)) in known.rotor.bearing.iter().zip(&known.system.model.supports).enumerate() {
-        let Pair { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
+        let DynamicCoefficients { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
         let load_n = known.statics.map(|s| s.load_n[i]);
         lifted(b, load_n, all);
         for axis in 0..2 {

@@ -6,7 +6,7 @@
 use nalgebra::Complex;
 use serde::Serialize;
 
-use super::{C, Value, Values};
+use super::{C, ComparedValue, ComparedValues};
 use crate::machine::drawing::Rotor;
 
 /// Two probes closer to parallel than this many degrees do not span a plane.
@@ -67,8 +67,8 @@ impl ProbePair {
     }
 
     /// Every reading in which both probes were there.
-    pub(super) fn seen(&self, values: &Values) -> Vec<SeenWhirl> {
-        let seen = |row: &Vec<Option<Value>>| {
+    pub(super) fn seen(&self, values: &ComparedValues) -> Vec<SeenWhirl> {
+        let seen = |row: &Vec<Option<ComparedValue>>| {
             let [a, b] = [row[self.probes[0]]?, row[self.probes[1]]?];
             Some(SeenWhirl {
                 measured_m: self.whirl([a.measured_m, b.measured_m]),
@@ -111,7 +111,7 @@ pub struct WhirlPart {
 }
 
 impl WhirlMisfit {
-    pub(super) fn new(rotor: &Rotor, pair: &ProbePair, values: &Values) -> Self {
+    pub(super) fn new(rotor: &Rotor, pair: &ProbePair, values: &ComparedValues) -> Self {
         let seen = pair.seen(values);
         let part = |direction: usize| {
             let rms = |term: &dyn Fn(&SeenWhirl) -> f64| {

@@ -4,7 +4,7 @@
 use nalgebra::{Complex, DMatrix, Matrix2};
 
 use super::centreline;
-use super::data::{Row, Value};
+use super::data::{FitRow, FitValue};
 use super::problem::{Evaluated, Problem};
 use crate::effects::terms::Terms;
 use crate::receptance::update::Response;
@@ -100,7 +100,7 @@ impl Problem<'_> {
         let mut at = 0;
         for (r, row) in self.data.rows.iter().enumerate() {
             for (a, b) in self.mounted(up, r).iter().zip(&self.mounted(down, r)) {
-                let shown = |v: &Value| now.terms.shows[v.probe] == a.probe;
+                let shown = |v: &FitValue| now.terms.shows[v.probe] == a.probe;
                 let Some(k) = row.values.iter().position(shown) else { continue };
                 let change = (&a.reading - &b.reading).dot(&now.motion[r]);
                 let gain = now.terms.gains[row.values[k].probe];
@@ -168,7 +168,7 @@ impl Problem<'_> {
             let sizes = now.solved.unknowns.iter().chain([&known]).enumerate();
             sizes.map(|(j, size)| size * response.probes[j * probes + probe]).sum()
         };
-        let of_row = |(row, response): (&Row, &Response)| {
+        let of_row = |(row, response): (&FitRow, &Response)| {
             row.values.iter().map(|v| motion(response, now.terms.shows[v.probe])).collect::<Vec<C>>()
         };
         self.data.rows.iter().zip(responses).flat_map(of_row).collect()

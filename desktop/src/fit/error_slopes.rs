@@ -7,12 +7,12 @@
 
 use nalgebra::{Complex, DMatrix, DVectorView, Matrix4, Vector4};
 
-use super::drawing_errors::{Change, DrawingErrors, ElementChange};
+use super::drawing_errors::{DrawingChange, DrawingErrors, ElementChange};
 use super::problem::{Evaluated, Problem};
 use crate::effects::Pattern;
 use crate::receptance::plant::{Force, Plant, Sense, loss};
 use crate::receptance::update::{Mounted, nominal};
-use crate::reduction::nodal::Row;
+use crate::reduction::nodal::NodalSum;
 
 type C = Complex<f64>;
 const I: C = C::new(0.0, 1.0);
@@ -59,7 +59,7 @@ impl Fields {
         C::new(self.0[(coordinate, 2 * field)], self.0[(coordinate, 2 * field + 1)])
     }
 
-    fn along(&self, row: &Row, field: usize) -> C {
+    fn along(&self, row: &NodalSum, field: usize) -> C {
         row.iter().map(|(k, v)| self.at(*k, field) * *v).sum()
     }
 
@@ -68,7 +68,7 @@ impl Fields {
     }
 
     /// Product of adjoint and motion at two places, for each probe's adjoint.
-    fn product(&self, adjoint: &Row, motion: &Row, probe: usize) -> C {
+    fn product(&self, adjoint: &NodalSum, motion: &NodalSum, probe: usize) -> C {
         self.along(adjoint, 1 + probe) * self.along(motion, 0)
     }
 }
@@ -201,29 +201,29 @@ impl<'a> Snapshot<'a> {
     }
 
     /// What a probe shows, its gain left out, of a unit force that turns forward and of one that turns backward.
-    pub(super) fn under_force(&self, at: &Row, probe: usize) -> [C; 2] {
+    pub(super) fn under_force(&self, at: &NodalSum, probe: usize) -> [C; 2] {
         [self.forward.along(at, 1 + probe), self.backward.along(at, 1 + probe)]
     }
 
     /// Motion of the shaft forward and backward, m.
-    pub(super) fn motion(&self, at: &Row) -> [C; 2] {
+    pub(super) fn motion(&self, at: &NodalSum) -> [C; 2] {
         [self.forward.along(at, 0), self.backward.along(at, 0)]
     }
 
     /// Change at every probe, its gain left out.
-    fn slopes(&self, change: &Change) -> Vec<C> {
+    fn slopes(&self, change: &DrawingChange) -> Vec<C> {
         let w2 = self.speed_rad_s * self.speed_rad_s;
         let each = |f: &dyn Fn(usize) -> C| (0..self.probes()).map(f).collect::<Vec<C>>();
         match change {
-            Change::Elements(all) => self.element_slopes(all),
-            Change::Inertia { displacement, tilt, inertia: [mass, diametral, polar] } => each(&|p| {
+            DrawingChange::Elements(all) => self.element_slopes(all),
+            DrawingChange::Inertia { displacement, tilt, inertia: [mass, diametral, polar] } => each(&|p| {
                 let whirl = |fields: &Fields, polar: f64| {
                     let moved = fields.product(displacement, displacement, p) * *mass;
                     moved + fields.product(tilt, tilt, p) * (diametral - polar)
                 };
                 (whirl(&self.forward, *polar) + whirl(&self.backward, -polar)) * w2
             }),
-            Change::Disk { number, displacement: [here, rate], tilt: [tilt, tilt_rate], inertia } => {
+            DrawingChange::Disk { number, displacement: [here, rate], tilt: [tilt, tilt_rate], inertia } => {
                 each(&|p| {
                     let [mass, diametral, polar] = *inertia;
                     let whirl = |fields: &Fields, polar: f64| {
@@ -238,21 +238,21 @@ impl<'a> Snapshot<'a> {
                         + self.support_slope(self.plant.bearings + number, rate, p)
                 })
             }
-            Change::Bearing { number, rate } => each(&|p| {
+            DrawingChange::Bearing { number, rate } => each(&|p| {
                 let housing = self.mounted.iter().filter(|(probe, place, _)| (probe, place) == (&p, number));
                 let moved = housing.map(|(_, _, [forward, backward])| {
                     forward * self.forward.along(rate, 0) + backward * self.backward.along(rate, 0)
                 });
                 self.support_slope(*number, rate, p) - moved.sum::<C>()
             }),
-            Change::Probe { number, rate } => each(&|p| {
+            DrawingChange::Probe { number, rate } => each(&|p| {
                 if p != *number {
                     return C::from(0.0);
                 }
                 let turn = C::from_polar(1.0, self.plant.probe_angles_rad[p]);
                 turn.conj() * self.forward.along(rate, 0) + turn * self.backward.along(rate, 0)
             }),
-            Change::Plane { force, rate } => {
+            DrawingChange::Plane { force, rate } => {
                 let size = self.sizes[self.plant.column(*force)];
                 each(&|p| self.forward.along(rate, 1 + p) * size)
             }
@@ -260,7 +260,7 @@ impl<'a> Snapshot<'a> {
     }
 
     /// A support moves along the shaft: what it feels changes, and where it pushes.
-    fn support_slope(&self, place: usize, rate: &Row, probe: usize) -> C {
+    fn support_slope(&self, place: usize, rate: &NodalSum, probe: usize) -> C {
         let Some(i) = self.places.iter().position(|p| *p == place) else { return C::from(0.0) };
         let sense = |fields: &Fields, s: usize| {
             fields.along(rate, 1 + probe) * self.held[i][s]

@@ -12,6 +12,6 @@ mod swarm;
 mod tests;
 
 pub use bearings::{BearingParameter, Identified};
-pub use certainty::{Found, noise_scale, unbalance_covariance};
+pub use certainty::{SolvedReading, noise_scale, unbalance_covariance};
 pub use phase_one::{PhaseOne, PhaseOneConfig, identify};
 pub use phase_two::{Bounds, LeastResidual, least_residual};

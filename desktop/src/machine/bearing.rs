@@ -11,7 +11,7 @@ use crate::bearing::law::PRIOR_LOG_SD;
 use crate::bearing::magnetic::Magnetic;
 use crate::bearing::squeeze_film::SqueezeFilm;
 use crate::bearing::support::Pedestal;
-use crate::bearing::table::{Table, TableRow};
+use crate::bearing::table::{CoefficientTable, TableRow};
 
 /// A bearing: its place, and the law by which it holds the shaft.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -148,7 +148,9 @@ impl LawEntry {
             }));
         }
         if let Some(rows) = self.table {
-            laws.push(Law::Table(Table::new(rows).map_err(|what| format!("{key} table: {what}"))?));
+            laws.push(Law::Table(
+                CoefficientTable::new(rows).map_err(|what| format!("{key} table: {what}"))?,
+            ));
         }
         if let Some(film) = self.film {
             laws.push(Law::Film(FilmLaw::new(film).map_err(|e| format!("{key} {e}"))?));

@@ -21,7 +21,7 @@ use crate::machine::drawing::Rotor;
 pub use reading::{Reading, phasor_m};
 pub use sequence::frozen;
 pub use slow_roll::{SlowRoll, less_runout, runout_m};
-pub use table::{LARGEST_UM, LOWEST_GAP_V, Series, write, write_exactly, write_probes};
+pub use table::{LARGEST_UM, LOWEST_GAP_V, ProbeRecord, write, write_exactly, write_probes};
 use table::{Unlisted, rows};
 pub(crate) use table::{ragged, text_of};
 
@@ -56,7 +56,7 @@ pub fn read_with_blind_runs(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) ->
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_series(path: &Path, known: impl Fn(&str) -> Result<(), String>) -> Result<Series, Error> {
+pub fn read_series(path: &Path, known: impl Fn(&str) -> Result<(), String>) -> Result<ProbeRecord, Error> {
     let (file, text) = text_of(path)?;
     table::series(&file, &text, known)
 }

@@ -33,7 +33,7 @@ struct Columns {
 
 /// What a file holds that names its probes itself.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
+pub struct ProbeRecord {
     /// Unit of the phasors, as the columns have it: `um`, `mm_s`, `m_s2`, …
     pub unit: String,
     /// Names of the probes, in the order of the columns.
@@ -137,14 +137,18 @@ pub fn rows(
 }
 
 /// The same of a file that names its probes itself; `known` says why a run cannot be used.
-pub fn series(file: &str, text: &str, known: impl Fn(&str) -> Result<(), String>) -> Result<Series, Error> {
+pub fn series(
+    file: &str,
+    text: &str,
+    known: impl Fn(&str) -> Result<(), String>,
+) -> Result<ProbeRecord, Error> {
     let (mut unit, mut probes) = Default::default();
     let columns = |headers: &csv::StringRecord| {
         (probes, unit) = probes_of(file, headers)?;
         Columns::of_probes(file, headers, &probes, &unit, "this file")
     };
     let readings = every_row(file, text, columns, known)?;
-    Ok(Series { unit, probes, readings })
+    Ok(ProbeRecord { unit, probes, readings })
 }
 
 fn every_row(

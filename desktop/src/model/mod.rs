@@ -19,7 +19,7 @@ use crate::machine::drawing::{Formulation, Rotor};
 use crate::shaft::structure::{Structure, elements_per_segment};
 use crate::units::rpm;
 use amplitude::Relaxation;
-use chain::Line;
+use chain::ElementChain;
 use force::{DrawnShaft, generalised_force};
 use terms::{Forcing, ProbeTerm, Support};
 
@@ -226,7 +226,7 @@ impl Model {
         for f in &self.forcings {
             add(self.planes.len(), &f.shape, f.amplitude * f.law.factor(speed_rad_s));
         }
-        let solved = match Line::new(self, false) {
+        let solved = match ElementChain::new(self, false) {
             Some(line) => self.solve_on_chain(&line, speed_rad_s, amplitudes_m, &columns),
             None => self.dynamic_stiffness(speed_rad_s, amplitudes_m).lu().solve(&columns),
         };
@@ -239,7 +239,7 @@ impl Model {
     /// dynamic stiffness (Sherman–Morrison–Woodbury).
     fn solve_on_chain(
         &self,
-        line: &Line,
+        line: &ElementChain,
         speed_rad_s: f64,
         amplitudes_m: &[[f64; 2]],
         forces: &DMatrix<Complex<f64>>,

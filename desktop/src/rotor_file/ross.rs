@@ -16,14 +16,14 @@ use serde_json::{Map, Value};
 use crate::bearing::Law;
 use crate::bearing::constant::Coefficients;
 use crate::bearing::support::Pedestal;
-use crate::bearing::table::{Table, TableRow};
+use crate::bearing::table::{CoefficientTable, TableRow};
 use crate::error::Error;
 use crate::machine::drawing::{Bearing, Disk, Mount, Plane, Probe, Rotor};
 use crate::rotor_file::validation::{SCHEMA, check};
 use crate::units::rpm;
 use element::Element;
 use import::Import;
-use line::Line;
+use line::ImportedShaft;
 
 /// The coefficients of a bearing element, in the order of a table's columns.
 const COLUMNS: [&str; 8] = ["kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"];
@@ -93,7 +93,7 @@ pub fn parse(file: &str, text: &str, is_json: bool) -> Result<Imported, Error> {
 impl Import<'_> {
     fn rotor(&mut self, elements: &[Element]) -> Result<Rotor, Error> {
         let of = |class: &str| elements.iter().filter(|e| e.class == class).collect::<Vec<_>>();
-        let Line { shaft, coupling, nodes_m, physics } = self.line(elements)?;
+        let ImportedShaft { shaft, coupling, nodes_m, physics } = self.line(elements)?;
         let mut disk = Vec::new();
         for e in of("DiskElement") {
             let mut d = self.disk(e, &nodes_m)?;
@@ -220,7 +220,7 @@ impl Import<'_> {
                 };
                 let rows: Vec<TableRow> = speeds.iter().enumerate().map(row).collect();
                 self.carried.push(format!("{what} \"{}\" with its table of {} speeds", e.tag(), rows.len()));
-                match Table::new(rows) {
+                match CoefficientTable::new(rows) {
                     Ok(table) => Law::Table(table),
                     Err(what) => return self.fail(e, "frequency", what),
                 }

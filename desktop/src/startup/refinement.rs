@@ -6,7 +6,7 @@ use super::two_degree::Motion;
 use super::{Options, Startup, two_degree};
 use crate::diagnose::{Candidate, Outcome, best_fit, improve_telling};
 use crate::error::Error;
-use crate::fit::progress::Told;
+use crate::fit::progress::ProgressListener;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 
@@ -66,7 +66,7 @@ pub fn refine(
     readings: &[Reading],
     found: &Startup,
     options: &Options,
-    told: Told,
+    told: ProgressListener,
     mut progress: impl FnMut(&str),
 ) -> Result<ModelRefinement, Error> {
     let unknown = |r: &Reading| r.run.as_ref().is_some_and(|run| options.unknown_weights.contains(run));

@@ -12,13 +12,13 @@ use nalgebra::{DMatrix, DVector};
 
 use super::allowance::Allowance;
 use super::between_runs::{self, Sought};
-use crate::statistics::scatter::{Scatter, Series};
+use crate::statistics::scatter::{Predecessors, Scatter};
 
 /// The scatter of one set of data.
 #[derive(Clone)]
 pub struct Scattered {
     /// Which value precedes which.
-    pub series: Arc<Series>,
+    pub series: Arc<Predecessors>,
     /// What a run that is off would change, [`between_runs::columns`].
     pub runs: Arc<DMatrix<f64>>,
     pub scatter: Scatter,
@@ -228,7 +228,7 @@ impl Whitening {
 mod tests {
     use super::*;
 
-    fn of(series: Series, scatter: Scatter, values: usize) -> Scattered {
+    fn of(series: Predecessors, scatter: Scatter, values: usize) -> Scattered {
         Scattered {
             series: Arc::new(series),
             runs: Arc::new(DMatrix::zeros(2 * values, 0)),
@@ -239,7 +239,7 @@ mod tests {
     }
 
     fn white(values: usize) -> Scattered {
-        of(Series::new(0..values), Scatter::STATED, values)
+        of(Predecessors::new(0..values), Scatter::STATED, values)
     }
 
     #[test]
@@ -251,7 +251,7 @@ mod tests {
             if i % 2 == j % 2 { 1.96 * 0.7_f64.powi(apart.abs()) } else { 0.0 }
         });
         let covariance = of_scatter + &jacobian * jacobian.transpose();
-        let scattered = of(Series::new([0; 5]), scatter, 5);
+        let scattered = of(Predecessors::new([0; 5]), scatter, 5);
         let w = Whitening::new(jacobian, DVector::zeros(3), scattered);
         let mut root = DMatrix::identity(10, 10);
         w.apply(&mut root);

@@ -11,7 +11,7 @@ use crate::bearing::constant::{Coefficients, Constant, Learned};
 use crate::bearing::flexibility::FlexibilityRow;
 use crate::bearing::foundation::{Foundation, FoundationMode};
 use crate::bearing::support::Pedestal;
-use crate::bearing::table::{Table, TableRow};
+use crate::bearing::table::{CoefficientTable, TableRow};
 use crate::effects::entry;
 use crate::machine::drawing::{Bearing, Mount};
 use crate::model::Model;
@@ -32,7 +32,7 @@ fn table() -> Law {
             cyy: 1.4 * c,
         }
     };
-    Law::Table(Table::new([2000.0, 5000.0, 9000.0, 14_000.0].map(row).to_vec()).unwrap())
+    Law::Table(CoefficientTable::new([2000.0, 5000.0, 9000.0, 14_000.0].map(row).to_vec()).unwrap())
 }
 
 fn learned() -> Law {

@@ -10,7 +10,7 @@ use crate::fit::hypothesis::Hypothesis;
 use crate::fit::problem::Problem;
 use crate::fit::{Drawing, Fit, Fitter, singular};
 use crate::machine::place::SpeedLaw;
-use crate::reduction::nodal::Row;
+use crate::reduction::nodal::NodalSum;
 
 type C = Complex<f64>;
 
@@ -83,14 +83,14 @@ impl Assumption {
 
 impl Problem<'_> {
     /// Of every value, at each of some places.
-    fn under_unit_forces(&self, places: &[&Row]) -> Option<Vec<Vec<UnderForce>>> {
+    fn under_unit_forces(&self, places: &[&NodalSum]) -> Option<Vec<Vec<UnderForce>>> {
         let now = self.evaluated()?;
         let mut seen = Vec::with_capacity(self.data.count());
         for (r, row) in self.data.rows.iter().enumerate() {
             let snapshot = Snapshot::new(self, now, r);
             seen.extend(row.values.iter().map(|v| {
                 let gain = now.terms.gains[v.probe] / v.sigma_m;
-                let at = |place: &&Row| UnderForce {
+                let at = |place: &&NodalSum| UnderForce {
                     shown: snapshot.under_force(place, now.terms.shows[v.probe]).map(|y| y * gain),
                     motion: snapshot.motion(place),
                 };
@@ -137,7 +137,7 @@ impl Fitter<'_> {
         let mut places: Vec<f64> = assumptions.iter().flat_map(|a| a.positions_m()).copied().collect();
         places.sort_by(f64::total_cmp);
         places.dedup();
-        let rows: Vec<&Row> = places.iter().map(|z| &shaft.section(*z).displacement).collect();
+        let rows: Vec<&NodalSum> = places.iter().map(|z| &shaft.section(*z).displacement).collect();
         let seen = problem.under_unit_forces(&rows).ok_or_else(singular)?;
         let number = |z: &f64| places.iter().position(|other| other == z);
         let shown = |a: &Assumption| {

@@ -67,7 +67,7 @@ impl Fitter<'_> {
     ///
     /// # Errors
     /// If the machine is singular at the fit.
-    pub fn settled(
+    pub fn on_common_optimum(
         &self,
         hypothesis: &Hypothesis,
         fit: &Fit,
