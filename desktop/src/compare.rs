@@ -19,7 +19,7 @@ use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::machine::drawing::{Noise, Rotor};
-use crate::measurement::Reading;
+use crate::measurement::{Reading, SortedRun};
 use crate::statistics::significance::SURE;
 
 use tally::{ComparedValue, Tally, ratio};
@@ -154,7 +154,7 @@ impl Comparison {
         let all = Tally::of(values.0.iter().flatten().flatten());
         let degrees_of_freedom = all.components.saturating_sub(free_parameters);
         let chi2_p_value = upper_tail(all.chi2, degrees_of_freedom);
-        let runs = runs(readings);
+        let runs = SortedRun::all(readings);
         let standardised = values.standardised();
         let neighbours = Neighbours::new(rotor, &standardised, &runs);
         let fits = chi2_p_value >= SIGNIFICANCE && neighbours.p_value >= SIGNIFICANCE;
@@ -284,24 +284,4 @@ impl ComparedValues {
 /// Chance of a χ² at least this large.
 fn upper_tail(chi2: f64, degrees_of_freedom: usize) -> f64 {
     ChiSquared::new(degrees_of_freedom as f64).map_or(1.0, |law| law.sf(chi2))
-}
-
-/// Readings of one run, by ascending speed.
-struct SortedRun {
-    name: Option<String>,
-    rows: Vec<usize>,
-}
-
-fn runs(readings: &[Reading]) -> Vec<SortedRun> {
-    let mut runs: Vec<SortedRun> = Vec::new();
-    for (row, reading) in readings.iter().enumerate() {
-        match runs.iter_mut().find(|r| r.name == reading.run) {
-            Some(run) => run.rows.push(row),
-            None => runs.push(SortedRun { name: reading.run.clone(), rows: vec![row] }),
-        }
-    }
-    for run in &mut runs {
-        run.rows.sort_by(|a, b| readings[*a].speed_rpm.total_cmp(&readings[*b].speed_rpm));
-    }
-    runs
 }

@@ -69,7 +69,7 @@ impl PartialEq for Curve {
 
 /// How values between knots are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Between {
+pub enum Interpolation {
     /// Straight lines, as the controller does it.
     Straight,
     /// Cubics that never overshoot (Fritsch and Carlson 1980, SIAM J. Numer. Anal. 17, 238).
@@ -90,11 +90,11 @@ impl Knots {
     ///
     /// # Panics
     /// If there are none, or not as many values as speeds.
-    pub fn new(speeds_rad_s: Vec<f64>, values: Vec<DynamicCoefficients>, between: Between) -> Self {
+    pub fn new(speeds_rad_s: Vec<f64>, values: Vec<DynamicCoefficients>, between: Interpolation) -> Self {
         assert!(!speeds_rad_s.is_empty() && speeds_rad_s.len() == values.len(), "one value a speed");
         let slopes = match between {
-            Between::Straight => Vec::new(),
-            Between::Monotone => monotone_slopes(&speeds_rad_s, &values),
+            Interpolation::Straight => Vec::new(),
+            Interpolation::Monotone => monotone_slopes(&speeds_rad_s, &values),
         };
         Self { speeds_rad_s, values, slopes }
     }
@@ -182,7 +182,7 @@ fn monotone_slopes(speeds: &[f64], values: &[DynamicCoefficients]) -> Vec<Dynami
 mod tests {
     use super::*;
 
-    fn knots(values: &[f64], between: Between) -> Knots {
+    fn knots(values: &[f64], between: Interpolation) -> Knots {
         let speeds = (0..values.len()).map(|i| 100.0 * (i + 1) as f64 + 7.0 * (i * i) as f64).collect();
         let pairs =
             values.iter().map(|v| DynamicCoefficients::from_columns(|e| v * (1.0 + e as f64))).collect();
@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn curve_meets_knots_and_never_overshoots_or_extrapolates() {
         let values = [1.0, 1.1, 5.0, 5.0, 2.0, 9.0];
-        for between in [Between::Straight, Between::Monotone] {
+        for between in [Interpolation::Straight, Interpolation::Monotone] {
             let k = knots(&values, between);
             for (speed, value) in k.speeds_rad_s().to_vec().into_iter().zip(values) {
                 assert!((k.at(speed).stiffness.m11 - value).abs() < 1e-12);
@@ -215,14 +215,19 @@ mod tests {
     fn a_smooth_curve_is_met_to_third_order_and_a_line_exactly() {
         let line = |s: f64| DynamicCoefficients::from_columns(|e| 3.0 + s * (1.0 + e as f64));
         let speeds: Vec<f64> = [100.0, 180.0, 300.0, 450.0].to_vec();
-        let k = Knots::new(speeds.clone(), speeds.iter().map(|s| line(*s)).collect(), Between::Monotone);
+        let k =
+            Knots::new(speeds.clone(), speeds.iter().map(|s| line(*s)).collect(), Interpolation::Monotone);
         for s in [130.0, 222.0, 400.0] {
             assert!((k.at(s).damping - line(s).damping).norm() < 1e-9);
         }
         let worst = |n: usize| {
             let speeds: Vec<f64> = (0..=n).map(|i| 100.0 + 400.0 * i as f64 / n as f64).collect();
             let power = |s: f64| DynamicCoefficients::from_columns(|_| (s / 100.0).powf(-0.7));
-            let k = Knots::new(speeds.clone(), speeds.iter().map(|s| power(*s)).collect(), Between::Monotone);
+            let k = Knots::new(
+                speeds.clone(),
+                speeds.iter().map(|s| power(*s)).collect(),
+                Interpolation::Monotone,
+            );
             (0..400).fold(0.0_f64, |worst, i| {
                 let s = 100.0 + f64::from(i) + 0.5;
                 worst.max((k.at(s).stiffness.m11 - power(s).stiffness.m11).abs())

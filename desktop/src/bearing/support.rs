@@ -187,7 +187,7 @@ fn inverse(m: Matrix2<C>) -> Matrix2<C> {
 mod tests {
     use std::sync::Arc;
 
-    use super::super::curve::{Between, Knots};
+    use super::super::curve::{Interpolation, Knots};
     use super::*;
 
     fn bearing() -> SupportLaw {
@@ -245,7 +245,7 @@ mod tests {
             stiffness: Matrix2::new(1e7, 2e6, 3e6, 4e7),
             damping: Matrix2::repeat(7e3),
         };
-        let knots = Arc::new(Knots::new(vec![100.0, 200.0], vec![pair, pair], Between::Monotone));
+        let knots = Arc::new(Knots::new(vec![100.0, 200.0], vec![pair, pair], Interpolation::Monotone));
         let mut law = bearing();
         law.curve = Some(Curve::Knots { knots, factors: DynamicCoefficients::ones() });
         let at = law.coefficients(150.0);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Matrix2;
 use serde::{Deserialize, Serialize};
 
-use super::curve::{Between, Curve, Knots};
+use super::curve::{Curve, Interpolation, Knots};
 use super::dynamic_coefficients::DynamicCoefficients;
 use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, role, within};
 use super::support::SupportLaw;
@@ -114,7 +114,7 @@ impl CoefficientTable {
             pair[1].follows(&pair[0])?;
         }
         let speeds = rows.iter().map(TableRow::speed_rad_s).collect();
-        let knots = Knots::new(speeds, rows.iter().map(TableRow::pair).collect(), Between::Monotone);
+        let knots = Knots::new(speeds, rows.iter().map(TableRow::pair).collect(), Interpolation::Monotone);
         Ok(Self { rows, knots: Arc::new(knots) })
     }
 
@@ -168,7 +168,8 @@ impl BearingLaw for CoefficientTable {
         let row = |r: &TableRow| TableRow::of(r.speed_rpm, &curve.at(r.speed_rad_s()));
         let rows: Vec<TableRow> = self.rows.iter().map(row).collect();
         let values = rows.iter().map(TableRow::pair).collect();
-        self.knots = Arc::new(Knots::new(self.knots.speeds_rad_s().to_vec(), values, Between::Monotone));
+        self.knots =
+            Arc::new(Knots::new(self.knots.speeds_rad_s().to_vec(), values, Interpolation::Monotone));
         self.rows = rows;
     }
 

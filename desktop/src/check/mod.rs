@@ -128,7 +128,7 @@ pub fn check(rotor: &Rotor, running_rpm: Option<[f64; 2]>) -> Result<Check, Erro
         })
         .collect::<Result<_, Error>>()?;
     let critical_rad_s: Vec<f64> = critical.iter().map(|c| c.speed_rad_s).collect();
-    let known = plausibility::Known {
+    let known = plausibility::CheckContext {
         rotor: &rotor,
         system: &system,
         statics: statics.as_ref().ok(),

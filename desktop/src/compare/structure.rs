@@ -4,8 +4,9 @@ use nalgebra::Complex;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::{SortedRun, ratio};
+use super::ratio;
 use crate::machine::drawing::Rotor;
+use crate::measurement::SortedRun;
 
 /// Lag-one correlation of the standardised residuals of neighbouring speeds.
 ///

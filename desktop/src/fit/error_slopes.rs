@@ -8,7 +8,7 @@
 use nalgebra::{Complex, DMatrix, DVectorView, Matrix4, Vector4};
 
 use super::drawing_errors::{DrawingChange, DrawingErrors, ElementChange};
-use super::problem::{Evaluated, Problem};
+use super::problem::{Evaluation, Problem};
 use crate::effects::Pattern;
 use crate::receptance::plant::{Force, Plant, Sense, loss};
 use crate::receptance::update::{Mounted, nominal};
@@ -39,7 +39,7 @@ impl Problem<'_> {
     }
 
     /// Size of each force of the plant in a row.
-    fn sizes(&self, now: &Evaluated, row: usize, speed_rad_s: f64) -> Vec<C> {
+    fn sizes(&self, now: &Evaluation, row: usize, speed_rad_s: f64) -> Vec<C> {
         let mut sizes = vec![C::from(0.0); self.plant.forward.forces.ncols()];
         let known = C::from(1.0);
         let columns = self.columns_of(row, speed_rad_s);
@@ -74,7 +74,7 @@ impl Fields {
 }
 
 /// Forces of one sense of whirl that the fields come from.
-struct Acting<'a> {
+struct WhirlForces<'a> {
     /// Number of each held place among the plant's.
     places: &'a [usize],
     /// Forces at the held places, places × fields.
@@ -87,7 +87,7 @@ struct Acting<'a> {
 
 impl Fields {
     /// From the modes of a sense and their motion per unit of force.
-    fn new(sense: &Sense, gains: &[C], acting: &Acting) -> Self {
+    fn new(sense: &Sense, gains: &[C], acting: &WhirlForces) -> Self {
         let mut modal = DMatrix::zeros(gains.len(), 2 * acting.held.ncols());
         let mut add = |field: usize, participation: DVectorView<f64>, factor: C| {
             if factor != C::from(0.0) {
@@ -149,7 +149,7 @@ pub(super) struct Snapshot<'a> {
 }
 
 impl<'a> Snapshot<'a> {
-    pub(super) fn new(problem: &'a Problem, now: &Evaluated, r: usize) -> Self {
+    pub(super) fn new(problem: &'a Problem, now: &Evaluation, r: usize) -> Self {
         let plant = &*problem.plant;
         let (speed_rad_s, damping) = (problem.speed_rad_s(&now.terms, r), now.terms.internal_damping_s);
         let (supports, places) = (problem.supports(&now.terms, r), problem.places());
@@ -176,9 +176,11 @@ impl<'a> Snapshot<'a> {
         };
         let sizes = problem.sizes(now, r, speed_rad_s);
         let along = |sign: f64| plant.probe_angles_rad.iter().map(move |a| C::from_polar(1.0, sign * a));
-        let forward = Acting { places: &places, held: held(0), sizes: &sizes, probes: along(-1.0).collect() };
+        let forward =
+            WhirlForces { places: &places, held: held(0), sizes: &sizes, probes: along(-1.0).collect() };
         // forces that turn with the shaft have no backward part
-        let backward = Acting { places: &places, held: held(1), sizes: &[], probes: along(1.0).collect() };
+        let backward =
+            WhirlForces { places: &places, held: held(1), sizes: &[], probes: along(1.0).collect() };
         let read_of = |(probe, reading): &(usize, Vec<[C; 2]>)| {
             places.iter().zip(reading).map(|(place, read)| (*probe, *place, *read)).collect::<Vec<_>>()
         };

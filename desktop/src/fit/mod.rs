@@ -47,7 +47,7 @@ use crate::receptance::plant::Plant;
 use crate::reduction::nodal::Shaft;
 use crate::statistics::evidence::Sizes;
 use crate::statistics::scatter::{Predecessors, Scatter};
-use crate::statistics::whitening::{Scattered, Whitening};
+use crate::statistics::whitening::{DataScatter, Whitening};
 use data::Amplitudes;
 use data::Data;
 use descent::Stop;
@@ -55,7 +55,7 @@ use hypothesis::{Assumed, Hypothesis};
 pub use optimum::Fit;
 use problem::Problem;
 use progress::{Progress, ProgressListener};
-use projection::Solved;
+use projection::LinearSolution;
 
 type C = Complex<f64>;
 
@@ -130,7 +130,7 @@ impl<'a> Fitter<'a> {
     pub fn new(rotor: &'a Rotor, data: Data) -> Self {
         let values = 2 * data.count();
         let used_up = Bearings::of(rotor).count() + 2 * rotor.plane.len();
-        let scattered = Scattered {
+        let scattered = DataScatter {
             series: Arc::new(Predecessors::new(data.series())),
             runs: Arc::new(DMatrix::zeros(values, 0)),
             scatter: Scatter::STATED,
@@ -313,7 +313,7 @@ impl<'a> Fitter<'a> {
     }
 
     /// The model at every value, m, with the drawing's errors at their most probable.
-    fn predicted_m(&self, solved: &Solved, drawing: &Drawing) -> Vec<C> {
+    fn predicted_m(&self, solved: &LinearSolution, drawing: &Drawing) -> Vec<C> {
         let mut predicted_m = solved.predicted_m(&self.data);
         let shift = drawing.whitening.shift(&drawing.whitening.estimate(&solved.left));
         for (i, (m, v)) in predicted_m.iter_mut().zip(self.data.values()).enumerate() {

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::ahead::Ahead;
+use super::ahead::ForecastPath;
 use super::arima::{Arima, Order};
 use super::filter_state::FilterState;
 use super::scores::Score;
@@ -89,7 +89,7 @@ pub fn best_order(past: &[f64]) -> Result<Order, Error> {
 
 /// A model that has been fitted to a past.
 #[derive(Debug, Clone)]
-enum Fitted {
+enum FittedModel {
     /// Per day, and standard deviation of a day's change around that.
     Walk {
         drift: f64,
@@ -100,7 +100,7 @@ enum Fitted {
     Lstm(Box<super::lstm::Network>),
 }
 
-impl Fitted {
+impl FittedModel {
     fn new(model: ForecastModel, past: &[f64], near: Option<&Self>) -> Result<Self, Error> {
         let changes: Vec<f64> = past.windows(2).map(|w| w[1] - w[0]).collect();
         let count = changes.len().max(1) as f64;
@@ -126,15 +126,17 @@ impl Fitted {
         }
     }
 
-    fn ahead(&self, past: &[f64], days: usize) -> Result<Ahead, Error> {
+    fn ahead(&self, past: &[f64], days: usize) -> Result<ForecastPath, Error> {
         Ok(match self {
-            Self::Walk { drift, sd } => Ahead {
+            Self::Walk { drift, sd } => ForecastPath {
                 mean: (1..=days).map(|h| past[past.len() - 1] + drift * h as f64).collect(),
                 sd: (1..=days).map(|h| sd * (h as f64).sqrt()).collect(),
             },
-            Self::Arima(arima) => Ahead { mean: arima.forecast(past, days), sd: arima.spread(past, days) },
+            Self::Arima(arima) => {
+                ForecastPath { mean: arima.forecast(past, days), sd: arima.spread(past, days) }
+            }
             #[cfg(feature = "lstm")]
-            Self::Lstm(network) => Ahead {
+            Self::Lstm(network) => ForecastPath {
                 mean: network.forecast(past, days)?,
                 sd: (1..=days).map(|h| network.sd * (h as f64).sqrt()).collect(),
             },
@@ -147,7 +149,7 @@ enum Forecaster<'a> {
     /// Of a filter's state on each day.
     State(&'a [FilterState]),
     /// By a model that is fitted to the smoothed past now and then, from the first day on.
-    Fitted { model: ForecastModel, first: usize, fitted: Option<(Fitted, usize)> },
+    Fitted { model: ForecastModel, first: usize, fitted: Option<(FittedModel, usize)> },
 }
 
 impl<'a> Forecaster<'a> {
@@ -168,7 +170,7 @@ impl<'a> Forecaster<'a> {
     }
 
     /// From the `end` first days of a series.
-    fn ahead(&mut self, series: &DailySeries, end: usize, days: usize) -> Result<Ahead, Error> {
+    fn ahead(&mut self, series: &DailySeries, end: usize, days: usize) -> Result<ForecastPath, Error> {
         match self {
             Self::State(filter_states) => Ok(filter_states[end - 1].ahead(days)),
             Self::Fitted { model, first, fitted } => {
@@ -176,7 +178,7 @@ impl<'a> Forecaster<'a> {
                 let period = |day: usize| (day - *first) / model.refit_every();
                 let now = match fitted.take() {
                     Some((now, at)) if period(at) == period(end) => (now, at),
-                    near => (Fitted::new(*model, &past, near.as_ref().map(|(near, _)| near))?, end),
+                    near => (FittedModel::new(*model, &past, near.as_ref().map(|(near, _)| near))?, end),
                 };
                 fitted.insert(now).0.ahead(&past, days)
             }
@@ -214,7 +216,7 @@ pub fn backtest(
     first: usize,
     horizons: &[usize],
     days_ahead: usize,
-) -> Result<(Vec<Score>, Ahead), Error> {
+) -> Result<(Vec<Score>, ForecastPath), Error> {
     let n = series.values.len();
     if n < first + 1 {
         return Err(Error::Unsuitable(format!(
@@ -233,7 +235,7 @@ pub fn backtest(
     let mut forecaster = Forecaster::new(by.into(), series, first)?;
     let mut misses = Misses(vec![(0, 0.0); longest]);
     // a forecast, the day after it was made, and how many days of it have come to pass
-    let mut pending: Vec<(usize, usize, Ahead)> = Vec::new();
+    let mut pending: Vec<(usize, usize, ForecastPath)> = Vec::new();
     let mut compared: Vec<Vec<([f64; 2], f64)>> = vec![Vec::new(); horizons.len()];
     let mut last = None;
     let step = (n - first).div_ceil(MOST_ORIGINS).max(1);

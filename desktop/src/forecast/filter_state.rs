@@ -1,6 +1,6 @@
 //! What a filter knew of a number on a day, and what that says of the days to come.
 
-use super::ahead::Ahead;
+use super::ahead::ForecastPath;
 
 /// A number that moves by so much a day, which fades and is pushed at random; and how sure both are. The state of a
 /// filter's unbalance as one of its sizes or angles sees it.
@@ -43,10 +43,13 @@ impl FilterState {
         }
     }
 
-    pub fn ahead(&self, days: usize) -> Ahead {
+    pub fn ahead(&self, days: usize) -> ForecastPath {
         let all: Vec<Self> =
             std::iter::successors(Some(self.next_day()), |s| Some(s.next_day())).take(days).collect();
-        Ahead { mean: all.iter().map(|s| s.level).collect(), sd: all.iter().map(|s| s.level_sd).collect() }
+        ForecastPath {
+            mean: all.iter().map(|s| s.level).collect(),
+            sd: all.iter().map(|s| s.level_sd).collect(),
+        }
     }
 }
 
@@ -85,6 +88,6 @@ mod tests {
     #[test]
     fn a_number_that_is_known_and_does_not_move_stays() {
         let still = FilterState { per_d: 0.0, level_sd: 0.0, per_d_sd: 0.0, push_sd: 0.0, ..NOW };
-        assert_eq!(still.ahead(3), Ahead { mean: vec![500.0; 3], sd: vec![0.0; 3] });
+        assert_eq!(still.ahead(3), ForecastPath { mean: vec![500.0; 3], sd: vec![0.0; 3] });
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::bearing::Law;
-use crate::bearing::constant::{Coefficients, Constant, Learned};
+use crate::bearing::constant::{Coefficients, Constant, SpeedTrend};
 use crate::bearing::film::Film;
 use crate::bearing::film_law::FilmLaw;
 #[cfg(doc)]
@@ -90,7 +90,7 @@ pub(super) struct BearingEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     damping_n_s_m: Option<Coefficients>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    learned: Option<Learned>,
+    learned: Option<SpeedTrend>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     table: Option<Vec<TableRow>>,
     /// The name of a table's file, where the text came without a folder to look for it in.
@@ -117,7 +117,7 @@ struct LawEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     damping_n_s_m: Option<Coefficients>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    learned: Option<Learned>,
+    learned: Option<SpeedTrend>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     table: Option<Vec<TableRow>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

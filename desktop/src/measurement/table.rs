@@ -106,7 +106,7 @@ fn probes_of(file: &str, headers: &csv::StringRecord) -> Result<(Vec<String>, St
 
 /// Whether runs may be in the data that the rotor's file does not list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Unlisted {
+pub enum UnlistedRuns {
     /// No: what was added in them is needed, and not known.
     Refused,
     /// Yes: what was added in them is sought.
@@ -119,10 +119,10 @@ pub fn rows(
     text: &str,
     rotor: &Rotor,
     slow_roll: Option<&str>,
-    unlisted: Unlisted,
+    unlisted: UnlistedRuns,
 ) -> Result<Vec<Reading>, Error> {
     let known = |run: &str| {
-        unlisted == Unlisted::Blind
+        unlisted == UnlistedRuns::Blind
             || rotor.run.is_empty()
             || slow_roll == Some(run)
             || rotor.run.iter().any(|r| r.name == run)

@@ -9,7 +9,7 @@ pub mod terms;
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector2};
 
-use crate::bearing::foundation::{Footing, Held};
+use crate::bearing::foundation::{Footing, FoundationStiffness};
 use crate::bearing::support::Dampers;
 use crate::decomposition::eigen::quadratic;
 use crate::effects::entry;
@@ -177,7 +177,7 @@ impl Model {
     }
 
     /// How those hold the shaft.
-    fn on_foundation(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> Option<Held> {
+    fn on_foundation(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> Option<FoundationStiffness> {
         let footing = self.foundation.as_ref()?;
         let own = |s: &usize| self.supports[*s].law.dynamic_stiffness(speed_rad_s, amplitudes_m[*s]);
         Some(footing.held(speed_rad_s, &footing.bearings.iter().map(own).collect::<Vec<_>>()))

@@ -106,7 +106,7 @@ impl OffsetShaft<'_> {
 }
 
 impl LoadedShaft for OffsetShaft<'_> {
-    type Force = NodalSum;
+    type Coordinates = NodalSum;
 
     fn displacing(&self, section: LoadedSection) -> NodalSum {
         let (section, offset_m) = self.section(section);

@@ -2,7 +2,7 @@
 //!
 //! A file of ROSS is a table of elements, each under the name of its class and its tag, joined by the numbers of
 //! their nodes. Every shaft element becomes a segment, so that a mesh of one element a segment is ROSS's own, and every
-//! coupling element a flexible coupling. What has no place in a drawing is not dropped in silence: [`Imported::left`]
+//! coupling element a flexible coupling. What has no place in a drawing is not dropped in silence: [`ImportedRotor::left`]
 //! says it.
 
 mod element;
@@ -32,7 +32,7 @@ const MOST_PLANES: usize = 8;
 
 /// A rotor that came from ROSS.
 #[derive(Debug, Clone)]
-pub struct Imported {
+pub struct ImportedRotor {
     /// The drawing; it has passed the checks of a file.
     pub rotor: Rotor,
     /// What was taken over, a sentence each.
@@ -45,7 +45,7 @@ pub struct Imported {
 ///
 /// # Errors
 /// One sentence with the file, the element and what was expected.
-pub fn read(path: &Path) -> Result<Imported, Error> {
+pub fn read(path: &Path) -> Result<ImportedRotor, Error> {
     let file = path.display().to_string();
     let text =
         std::fs::read_to_string(path).map_err(|e| Error::file(&file, format!("cannot be read ({e})")))?;
@@ -57,7 +57,7 @@ pub fn read(path: &Path) -> Result<Imported, Error> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(file: &str, text: &str, is_json: bool) -> Result<Imported, Error> {
+pub fn parse(file: &str, text: &str, is_json: bool) -> Result<ImportedRotor, Error> {
     let refused = |what: String| Error::rotor(file, "text", what);
     let all: Map<String, Value> = if is_json {
         serde_json::from_str(text).map_err(|e| refused(format!("cannot be parsed as JSON ({e})")))?
@@ -87,7 +87,7 @@ pub fn parse(file: &str, text: &str, is_json: bool) -> Result<Imported, Error> {
     }
     let rotor = import.rotor(&elements)?;
     check(file, &rotor)?;
-    Ok(Imported { rotor, carried: import.carried, left: import.left })
+    Ok(ImportedRotor { rotor, carried: import.carried, left: import.left })
 }
 
 impl Import<'_> {

@@ -164,12 +164,12 @@ impl OscillatorParameters {
 
 /// One direction over all runs, by method.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Combined {
+pub struct CombinedEstimates {
     /// In the order of [`METHODS`].
     pub by_method: [Option<OscillatorParameters>; 3],
 }
 
-impl Combined {
+impl CombinedEstimates {
     pub(super) fn of<'s>(
         runs: impl Iterator<Item = &'s RunEstimates> + Clone,
         mass_kg: f64,
@@ -222,13 +222,13 @@ impl AmplitudeTrend {
 /// Whether the resonance changes with the amplitude. Where bearings that soften give most of the damping,
 /// the damping ratio changes and the natural speed may hardly do.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shift {
+pub struct AmplitudeShift {
     pub natural_rad_s: AmplitudeTrend,
     pub damping_ratio: AmplitudeTrend,
     pub largest_m: f64,
 }
 
-impl Shift {
+impl AmplitudeShift {
     pub(super) fn of<'s>(runs: impl Iterator<Item = &'s RunEstimates>) -> Option<Self> {
         let all: Vec<(f64, ModalEstimate)> =
             runs.filter_map(|s| s.half_power.as_ref().ok()).map(|(m, found)| (m.peak[1], *found)).collect();
@@ -251,7 +251,7 @@ impl Shift {
 
 /// The disk's own unbalance as the two-degree model sees it, over directions and runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Own {
+pub struct OwnUnbalance {
     pub unbalance_kg_m: C,
     /// Standard deviation of each component: what the noise and the directions' differences make it.
     pub sd_kg_m: f64,
@@ -259,7 +259,7 @@ pub struct Own {
     pub modal_mass_kg: f64,
 }
 
-impl Own {
+impl OwnUnbalance {
     /// From the forces of the least-squares fits: `(U_own + U_added) / m` in every run.
     pub(super) fn of(
         runs: &[RunUp],

@@ -31,7 +31,7 @@ use crate::error::Error;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 
-use estimate::{Combined, RunEstimates};
+use estimate::{CombinedEstimates, RunEstimates};
 use series::{ProbeDirection, RunUp};
 use shaft::ShaftSpring;
 
@@ -84,11 +84,11 @@ pub struct Startup {
     /// Estimates of each run along each direction.
     pub seen: Vec<Vec<RunEstimates>>,
     /// The same over all runs, by direction.
-    pub combined: Vec<Combined>,
+    pub combined: Vec<CombinedEstimates>,
     /// Whether the natural speed moves with the amplitude, by direction.
-    pub shifts: Vec<Option<estimate::Shift>>,
+    pub shifts: Vec<Option<estimate::AmplitudeShift>>,
     /// The disk's own unbalance by the two-degree model, where trial weights tell it, kg·m.
-    pub own_kg_m: Option<estimate::Own>,
+    pub own_kg_m: Option<estimate::OwnUnbalance>,
     /// The noise that was gone by.
     pub noise: Noise,
     /// What could not be done, one sentence each.
@@ -142,10 +142,11 @@ pub fn startup(rotor: &Rotor, readings: &[Reading], options: &Options) -> Result
         return Err(Error::Unsuitable(remarks.pop().unwrap_or_else(|| "there is no reading".into())));
     }
     let by_direction = |d: usize| seen.iter().map(move |run| &run[d]);
-    let combined = (0..directions.len()).map(|d| Combined::of(by_direction(d), mass_kg, &spring)).collect();
-    let shifts = (0..directions.len()).map(|d| estimate::Shift::of(by_direction(d))).collect();
+    let combined =
+        (0..directions.len()).map(|d| CombinedEstimates::of(by_direction(d), mass_kg, &spring)).collect();
+    let shifts = (0..directions.len()).map(|d| estimate::AmplitudeShift::of(by_direction(d))).collect();
     let known: Vec<bool> =
         runs.iter().map(|r| !options.unknown_weights.iter().any(|u| u == r.label())).collect();
-    let own_kg_m = estimate::Own::of(&runs, &known, &directions, &seen);
+    let own_kg_m = estimate::OwnUnbalance::of(&runs, &known, &directions, &seen);
     Ok(Startup { mass_kg, spring, directions, runs, seen, combined, shifts, own_kg_m, noise, remarks })
 }

@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use crate::compare::probe_pairs;
 use crate::machine::drawing::{Noise, Rotor};
-use crate::measurement::Reading;
+use crate::measurement::{Reading, SortedRun};
 use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;
@@ -82,22 +82,13 @@ pub struct RunUp {
 impl RunUp {
     /// Every run in the order of the file.
     pub fn all(rotor: &Rotor, readings: &[Reading]) -> Vec<Self> {
-        let mut runs: Vec<Self> = Vec::new();
-        for (row, reading) in readings.iter().enumerate() {
-            match runs.iter_mut().find(|r| r.name == reading.run) {
-                Some(run) => run.rows.push(row),
-                None => {
-                    let stated = rotor.run.iter().find(|r| Some(&r.name) == reading.run.as_ref());
-                    let weights = stated.iter().flat_map(|r| &r.added_unbalance);
-                    let added_kg_m = weights.map(|a| phasor_kg_m(a.magnitude_g_mm, a.angle_deg)).sum();
-                    runs.push(Self { name: reading.run.clone(), added_kg_m, rows: vec![row] });
-                }
-            }
-        }
-        for run in &mut runs {
-            run.rows.sort_by(|a, b| readings[*a].speed_rpm.total_cmp(&readings[*b].speed_rpm));
-        }
-        runs
+        let with_weights = |SortedRun { name, rows }| {
+            let stated = rotor.run.iter().find(|r| Some(&r.name) == name.as_ref());
+            let weights = stated.iter().flat_map(|r| &r.added_unbalance);
+            let added_kg_m = weights.map(|a| phasor_kg_m(a.magnitude_g_mm, a.angle_deg)).sum();
+            Self { name, added_kg_m, rows }
+        };
+        SortedRun::all(readings).into_iter().map(with_weights).collect()
     }
 
     /// Its name, or what a file without runs is called.

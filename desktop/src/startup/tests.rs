@@ -3,7 +3,7 @@ use rand::{Rng, SeedableRng, rngs::StdRng};
 use rand_distr::StandardNormal;
 
 use super::circle::circle;
-use super::estimate::{Own, RunEstimates, Shift};
+use super::estimate::{AmplitudeShift, OwnUnbalance, RunEstimates};
 use super::half_power::half_power;
 use super::least_squares::least_squares;
 use super::series::{Point, RunUp, directions, series};
@@ -236,7 +236,7 @@ fn runs_of(softening_per_m2: f64, own_kg_m: C, mass_kg: f64) -> (Vec<RunUp>, Vec
 fn amplitude_dependent_resonance_is_detected() {
     let shift = |softening: f64| {
         let (_, seen) = runs_of(softening, C::from_polar(3e-6, 1.0), 0.95);
-        Shift::of(seen.iter().map(|run| &run[0])).unwrap()
+        AmplitudeShift::of(seen.iter().map(|run| &run[0])).unwrap()
     };
     let [soft, linear, hard] = [-1e6, 0.0, 1e6].map(|kappa| shift(kappa).natural_rad_s);
     assert!(
@@ -254,8 +254,8 @@ fn known_trial_weights_give_unbalance_and_modal_mass() {
     let (runs, seen) = runs_of(0.0, own, 0.95);
     let rotor = kit(0.5, [0.0, 1.0], [0.0, 90.0]);
     let along_x = &directions(&rotor)[..1];
-    let found = Own::of(&runs, &[true; 4], along_x, &seen).unwrap();
+    let found = OwnUnbalance::of(&runs, &[true; 4], along_x, &seen).unwrap();
     assert!((found.unbalance_kg_m - own).norm() < 1e-4 * own.norm());
     assert!((found.modal_mass_kg - 0.95).abs() < 1e-4);
-    assert!(Own::of(&runs[..1], &[true], along_x, &seen[..1]).is_none(), "one run cannot tell");
+    assert!(OwnUnbalance::of(&runs[..1], &[true], along_x, &seen[..1]).is_none(), "one run cannot tell");
 }

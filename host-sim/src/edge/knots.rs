@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rotor_edge_core::model::{Knot, MAX_KNOTS, Table};
-use rotor_edge_desktop::bearing::curve::{Between, Curve, Knots};
+use rotor_edge_desktop::bearing::curve::{Curve, Interpolation, Knots};
 use rotor_edge_desktop::bearing::dynamic_coefficients::DynamicCoefficients;
 use rotor_edge_desktop::model::Model;
 
@@ -47,7 +47,7 @@ fn on_straight_lines(curve: &Curve, fastest_rad_s: f64, room: usize) -> Knots {
         Curve::Logarithmic { .. } => geometric(lowest, highest),
     };
     let values = speeds.iter().map(|speed| curve.at(*speed)).collect();
-    Knots::new(speeds, values, Between::Straight)
+    Knots::new(speeds, values, Interpolation::Straight)
 }
 
 /// The tables of a straightened model's supports, and the knots of all in turn.

@@ -31,7 +31,7 @@ pub enum Assumption {
 }
 
 /// What the probes would show of an assumption, per unit of its unknowns.
-pub struct Shown {
+pub struct AssumptionResponse {
     /// Response at every value, in noise units: rows real and imaginary parts of the values, columns real unknowns.
     pub response: DMatrix<f64>,
     /// Force on the shaft for each reading: its speed, and terms by complex unknown.
@@ -131,7 +131,7 @@ impl Fitter<'_> {
         fit: &Fit,
         drawing: &Drawing,
         assumptions: &[Assumption],
-    ) -> Result<Vec<Shown>, Error> {
+    ) -> Result<Vec<AssumptionResponse>, Error> {
         let shaft = self.shaft(&hypothesis.terms(&fit.x).physics);
         let problem = self.at(hypothesis, fit, drawing)?;
         let mut places: Vec<f64> = assumptions.iter().flat_map(|a| a.positions_m()).copied().collect();
@@ -146,7 +146,7 @@ impl Fitter<'_> {
                 let centre = drawing.deviation.clone().resize_vertically(deviations.len(), 0.0);
                 let errors = DrawingErrors::new(self.rotor, shaft, &deviations, &centre);
                 let response = problem.error_derivative(&errors).ok_or_else(singular)?;
-                return Ok(Shown { response, forces: Vec::new() });
+                return Ok(AssumptionResponse { response, forces: Vec::new() });
             }
             let numbers: Vec<usize> = a.positions_m().iter().filter_map(number).collect();
             Ok(self.shown_of_forces(a, &numbers, &seen))
@@ -154,7 +154,12 @@ impl Fitter<'_> {
         assumptions.iter().map(shown).collect()
     }
 
-    fn shown_of_forces(&self, a: &Assumption, places: &[usize], seen: &[Vec<UnderForce>]) -> Shown {
+    fn shown_of_forces(
+        &self,
+        a: &Assumption,
+        places: &[usize],
+        seen: &[Vec<UnderForce>],
+    ) -> AssumptionResponse {
         let speeds = self.data.rows.iter().map(|r| r.speed_rad_s);
         // the motion that a stiffness is multiplied by has the resonances in it
         let functions = match a {
@@ -186,6 +191,6 @@ impl Fitter<'_> {
             i += row.values.len();
             forces.push((row.speed_rad_s, terms));
         }
-        Shown { response, forces }
+        AssumptionResponse { response, forces }
     }
 }

@@ -10,11 +10,11 @@ use anyhow::{Context as _, Result, bail};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use rotor_edge_desktop::forecast::ahead::Ahead;
+use rotor_edge_desktop::forecast::ahead::ForecastPath;
 use rotor_edge_desktop::forecast::arima::Order;
 use rotor_edge_desktop::forecast::backtest::{ForecastBasis, ForecastModel, backtest};
 use rotor_edge_desktop::forecast::events;
-use rotor_edge_desktop::forecast::limit::{Reached, reached};
+use rotor_edge_desktop::forecast::limit::{FirstPassage, first_passage};
 use rotor_edge_desktop::forecast::scores::Score;
 use rotor_edge_desktop::forecast::series::{self, DailySeries, History};
 use rotor_edge_desktop::grade::Rigid;
@@ -101,7 +101,7 @@ pub struct Forecast<'a> {
     /// Name of each method, the model's first, and its scores at every horizon.
     pub scores: Vec<(&'static str, Vec<Score>)>,
     /// Forecast of the model asked for.
-    pub ahead: Ahead,
+    pub ahead: ForecastPath,
 }
 
 impl Forecast<'_> {
@@ -136,7 +136,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let limit = limit_g_mm.map(|limit| {
         let magnitude = &forecasts[0];
         let now = magnitude.series.known.last().copied().unwrap_or_default();
-        reached(&magnitude.ahead, now, limit, arguments.seed)
+        first_passage(&magnitude.ahead, now, limit, arguments.seed)
     });
     if let Some(path) = &arguments.form.report {
         let sections =
@@ -209,13 +209,13 @@ fn one<'a>(
 }
 
 #[cfg(feature = "lstm")]
-fn lstm(series: &DailySeries, arguments: &Arguments) -> Result<(Vec<Score>, Ahead)> {
+fn lstm(series: &DailySeries, arguments: &Arguments) -> Result<(Vec<Score>, ForecastPath)> {
     let model = ForecastModel::Lstm { seed: arguments.seed };
     Ok(backtest(series, model, arguments.first, &arguments.horizons, arguments.days)?)
 }
 
 #[cfg(not(feature = "lstm"))]
-fn lstm(_: &DailySeries, _: &Arguments) -> Result<(Vec<Score>, Ahead)> {
+fn lstm(_: &DailySeries, _: &Arguments) -> Result<(Vec<Score>, ForecastPath)> {
     bail!("this build has no LSTM; build it with `cargo build --release --features lstm` and run again")
 }
 
@@ -234,7 +234,7 @@ const SCORES: [Scored; 6] = [
 ];
 
 /// What the limit comes to, in one sentence; days as the track counts them.
-pub fn limit_in_words(limit: &Reached, last_d: f64, dates: Dates) -> String {
+pub fn limit_in_words(limit: &FirstPassage, last_d: f64, dates: Dates) -> String {
     let head = format!("The limit of {:.0} g·mm static unbalance", limit.limit_g_mm);
     if limit.already() {
         return format!(

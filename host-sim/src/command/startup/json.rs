@@ -6,7 +6,7 @@ use rotor_edge_desktop::startup::refinement::ModelStage;
 use rotor_edge_desktop::units::rpm;
 
 use rotor_edge_desktop::startup::estimate::{
-    AmplitudeTrend, Combined, METHODS, OscillatorParameters, RunEstimates,
+    AmplitudeTrend, CombinedEstimates, METHODS, OscillatorParameters, RunEstimates,
 };
 use rotor_edge_desktop::startup::series::{ProbeDirection, RunUp};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
@@ -46,7 +46,7 @@ pub fn of(answer: &Answer) -> Value {
 /// One number a direction, of its best estimate.
 fn by_direction<T: Into<Value>>(answer: &Answer, of: impl Fn(&OscillatorParameters) -> T) -> Value {
     let found = &answer.found;
-    let value = |(d, c): (&ProbeDirection, &Combined)| {
+    let value = |(d, c): (&ProbeDirection, &CombinedEstimates)| {
         (d.label.clone(), c.best().map_or(Value::Null, |(_, e)| of(e).into()))
     };
     Value::Object(found.directions.iter().zip(&found.combined).map(value).collect())

@@ -1,7 +1,7 @@
 //! What `startup` prints for people.
 
 use rotor_edge_desktop::startup::UncertainValue;
-use rotor_edge_desktop::startup::estimate::{METHODS, Shift};
+use rotor_edge_desktop::startup::estimate::{AmplitudeShift, METHODS};
 use rotor_edge_desktop::startup::refinement::ModelRefinement;
 use rotor_edge_desktop::startup::series::ProbeDirection;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
@@ -95,7 +95,7 @@ pub fn estimate_rows(answer: &Answer) -> Vec<[String; 7]> {
 pub fn shift_lines(answer: &Answer) -> Vec<String> {
     let found = &answer.found;
     let known = || found.directions.iter().zip(&found.shifts).filter_map(|(d, s)| Some((d, s.as_ref()?)));
-    let line = |(d, s): (&ProbeDirection, &Shift)| {
+    let line = |(d, s): (&ProbeDirection, &AmplitudeShift)| {
         let (natural, ratio) = (&s.natural_rad_s, &s.damping_ratio);
         format!(
             "{}: from small motion to {:.0} µm the natural speed goes from {} to {:.1} rpm ({:+.1} σ), the damping ratio \
@@ -117,8 +117,9 @@ pub fn shift_lines(answer: &Answer) -> Vec<String> {
         ];
     }
     // directions are measured apart, so their deviations add up like noise
-    let together =
-        |of: fn(&Shift) -> f64| known().map(|(_, s)| of(s)).sum::<f64>() / (lines.len() as f64).sqrt();
+    let together = |of: fn(&AmplitudeShift) -> f64| {
+        known().map(|(_, s)| of(s)).sum::<f64>() / (lines.len() as f64).sqrt()
+    };
     let (natural, ratio) = (together(|s| s.natural_rad_s.sigmas), together(|s| s.damping_ratio.sigmas));
     let way = |z: f64| match z {
         z if z < -CHANGES_SIGMAS => "falls",
