@@ -4,7 +4,7 @@
 //! all components against `[noise]`. Its structure: the correlation of neighbouring speeds, because
 //! noise does not know its neighbour and missing physics does. For Gaussian noise the correlation is a
 //! ratio that does not depend on χ², so the two are independent and a machine that hides nothing is
-//! called [`Verdict::Misses`] in 1 % of all measurements. A fit bends its residual away from its
+//! called [`Adequacy::Misses`] in 1 % of all measurements. A fit bends its residual away from its
 //! neighbours, which makes the second question, if anything, more patient than that.
 
 mod reversal;
@@ -19,10 +19,10 @@ use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::machine::drawing::{Noise, Rotor};
-use crate::measurement::Reading;
+use crate::measurement::{Reading, SortedRun};
 use crate::statistics::significance::SURE;
 
-use tally::{Tally, Value, ratio};
+use tally::{ComparedValue, Tally, ratio};
 
 pub use structure::{Neighbours, SeriesNeighbours};
 pub use whirl::{ProbePair, WhirlMisfit, WhirlPart, probe_pairs};
@@ -53,7 +53,7 @@ pub struct Comparison {
     pub chi2_p_value: f64,
     /// Structure of the residual over speed.
     pub neighbours: Neighbours,
-    pub verdict: Verdict,
+    pub verdict: Adequacy,
     /// Probability that nothing is missing, where every known effect was weighed against it.
     pub nothing_missing: Option<f64>,
     /// Every forward whirl appears backward: probes swapped, or phases with the wrong sign.
@@ -76,7 +76,7 @@ pub struct Comparison {
 /// Does the model describe the machine?
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum Adequacy {
     Adequate,
     /// It does not: physics is missing.
     Misses,
@@ -150,11 +150,11 @@ impl Comparison {
         noise: &Noise,
         free_parameters: usize,
     ) -> Self {
-        let values = Values::new(readings, predicted_m, noise);
+        let values = ComparedValues::new(readings, predicted_m, noise);
         let all = Tally::of(values.0.iter().flatten().flatten());
         let degrees_of_freedom = all.components.saturating_sub(free_parameters);
         let chi2_p_value = upper_tail(all.chi2, degrees_of_freedom);
-        let runs = runs(readings);
+        let runs = SortedRun::all(readings);
         let standardised = values.standardised();
         let neighbours = Neighbours::new(rotor, &standardised, &runs);
         let fits = chi2_p_value >= SIGNIFICANCE && neighbours.p_value >= SIGNIFICANCE;
@@ -173,7 +173,7 @@ impl Comparison {
             chi2_p_value,
             neighbours,
             nothing_missing: None,
-            verdict: if fits { Verdict::Adequate } else { Verdict::Misses },
+            verdict: if fits { Adequacy::Adequate } else { Adequacy::Misses },
             reversed: reversal::reversed(&pairs, &values),
             worst: values.worst(rotor, readings),
             by_probe: values.by_probe(rotor),
@@ -190,18 +190,18 @@ impl Comparison {
     /// misses if it is less probable than [`SURE`] that nothing is missing.
     #[must_use]
     pub fn judged_by(self, nothing_missing: f64) -> Self {
-        let verdict = if nothing_missing < SURE { Verdict::Misses } else { Verdict::Adequate };
+        let verdict = if nothing_missing < SURE { Adequacy::Misses } else { Adequacy::Adequate };
         Self { verdict, nothing_missing: Some(nothing_missing), ..self }
     }
 }
 
 /// By reading and probe.
-struct Values(Vec<Vec<Option<Value>>>);
+struct ComparedValues(Vec<Vec<Option<ComparedValue>>>);
 
-impl Values {
+impl ComparedValues {
     fn new(readings: &[Reading], predicted_m: &[Vec<C>], noise: &Noise) -> Self {
         let value = |(measured, model_m): (&Option<C>, &C)| {
-            measured.map(|measured_m| Value {
+            measured.map(|measured_m| ComparedValue {
                 measured_m,
                 model_m: *model_m,
                 sigma_m: noise.sigma_m(measured_m),
@@ -212,12 +212,14 @@ impl Values {
     }
 
     fn standardised(&self) -> Vec<Vec<Option<C>>> {
-        let row = |row: &Vec<Option<Value>>| row.iter().map(|v| v.map(|v| v.error_m() / v.sigma_m)).collect();
+        let row = |row: &Vec<Option<ComparedValue>>| {
+            row.iter().map(|v| v.map(|v| v.error_m() / v.sigma_m)).collect()
+        };
         self.0.iter().map(row).collect()
     }
 
     /// All values of these readings.
-    fn rows<'a>(&'a self, rows: &'a [usize]) -> impl Iterator<Item = &'a Value> {
+    fn rows<'a>(&'a self, rows: &'a [usize]) -> impl Iterator<Item = &'a ComparedValue> {
         rows.iter().flat_map(|row| self.0[*row].iter().flatten())
     }
 
@@ -225,7 +227,7 @@ impl Values {
         let all = self.0.iter().enumerate().flat_map(|(row, values)| {
             values.iter().enumerate().filter_map(move |(probe, v)| v.as_ref().map(|v| (row, probe, v)))
         });
-        let sigmas = |v: &Value| v.error_m().norm() / v.sigma_m;
+        let sigmas = |v: &ComparedValue| v.error_m().norm() / v.sigma_m;
         all.max_by(|a, b| sigmas(a.2).total_cmp(&sigmas(b.2))).map(|(row, probe, v)| Worst {
             probe: rotor.probe[probe].name.clone(),
             speed_rpm: readings[row].speed_rpm,
@@ -248,8 +250,8 @@ impl Values {
         rotor.probe.iter().enumerate().map(misfit).collect()
     }
 
-    fn by_run(&self, runs: &[Run]) -> Vec<RunMisfit> {
-        let misfit = |run: &Run| {
+    fn by_run(&self, runs: &[SortedRun]) -> Vec<RunMisfit> {
+        let misfit = |run: &SortedRun| {
             let tally = Tally::of(self.rows(&run.rows));
             RunMisfit {
                 run: run.name.clone(),
@@ -262,8 +264,8 @@ impl Values {
         runs.iter().map(misfit).collect()
     }
 
-    fn by_speed(&self, readings: &[Reading], runs: &[Run]) -> Vec<SpeedMisfit> {
-        let misfit = |run: &Run, rows: &[usize]| {
+    fn by_speed(&self, readings: &[Reading], runs: &[SortedRun]) -> Vec<SpeedMisfit> {
+        let misfit = |run: &SortedRun, rows: &[usize]| {
             let tally = Tally::of(self.rows(rows));
             let speeds = rows.iter().map(|row| readings[*row].speed_rpm);
             SpeedMisfit {
@@ -274,7 +276,7 @@ impl Values {
                 chi2_per_value: tally.chi2_per_value(),
             }
         };
-        let rows_of = |run: &Run| run.rows.len().div_ceil(MOST_SPEEDS);
+        let rows_of = |run: &SortedRun| run.rows.len().div_ceil(MOST_SPEEDS);
         runs.iter().flat_map(|run| run.rows.chunks(rows_of(run)).map(|rows| misfit(run, rows))).collect()
     }
 }
@@ -282,24 +284,4 @@ impl Values {
 /// Chance of a χ² at least this large.
 fn upper_tail(chi2: f64, degrees_of_freedom: usize) -> f64 {
     ChiSquared::new(degrees_of_freedom as f64).map_or(1.0, |law| law.sf(chi2))
-}
-
-/// Readings of one run, by ascending speed.
-struct Run {
-    name: Option<String>,
-    rows: Vec<usize>,
-}
-
-fn runs(readings: &[Reading]) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
-    for (row, reading) in readings.iter().enumerate() {
-        match runs.iter_mut().find(|r| r.name == reading.run) {
-            Some(run) => run.rows.push(row),
-            None => runs.push(Run { name: reading.run.clone(), rows: vec![row] }),
-        }
-    }
-    for run in &mut runs {
-        run.rows.sort_by(|a, b| readings[*a].speed_rpm.total_cmp(&readings[*b].speed_rpm));
-    }
-    runs
 }

@@ -18,7 +18,7 @@
 //! | `fit` | hypotheses fitted to measurements |
 //! | [`identify`] | bearings and unbalance from measurements: phase I and phase II |
 //! | [`track`] | the unbalance of a long record, while bearings change |
-//! | [`prognosis`] | where the unbalance is going |
+//! | [`forecast`] | where the unbalance is going |
 //! | [`startup`] | a single-disk rotor from its start-up: the simple model, and where it fails |
 //! | [`grade`] | balance quality grade of ISO 21940-11 |
 //! | [`balance`] | correction weights from the model and from trial runs; the unbalance of single runs from others with stated weights |
@@ -82,12 +82,12 @@ pub mod diagnose;
 pub mod effects;
 mod error;
 mod fit;
+pub mod forecast;
 pub mod grade;
 pub mod identify;
 pub mod machine;
 pub mod measurement;
 pub mod model;
-pub mod prognosis;
 mod receptance;
 pub mod reduction;
 pub mod rotor_file;

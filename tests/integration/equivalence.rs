@@ -14,7 +14,7 @@ use rotor_edge_desktop::bearing::Law;
 use rotor_edge_desktop::bearing::film::Film;
 use rotor_edge_desktop::bearing::film_law::FilmLaw;
 use rotor_edge_desktop::bearing::support::{Pedestal, SupportLaw};
-use rotor_edge_desktop::bearing::table::{Table, TableRow};
+use rotor_edge_desktop::bearing::table::{CoefficientTable, TableRow};
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::{Mount, Rotor};
 use rotor_edge_desktop::machine::place::SpeedLaw;
@@ -138,7 +138,7 @@ fn on_films(rotor: &Rotor) -> Rotor {
         }
     };
     let speeds = [1000.0, 2000.0, 3000.0, 4500.0, 6000.0, 8000.0, 10_000.0, 11_000.0, 12_000.0, 13_000.0];
-    rotor.bearing[1].law = Law::Table(Table::new(speeds.map(row).to_vec()).unwrap());
+    rotor.bearing[1].law = Law::Table(CoefficientTable::new(speeds.map(row).to_vec()).unwrap());
     rotor.bearing[1].pedestal =
         Some(Pedestal { stiffness_n_m: [6e8, 4e8], damping_n_s_m: [2e4, 3e4], mass_kg: [100.0, 80.0] });
     let name = rotor.bearing[1].name.clone();

@@ -1,7 +1,7 @@
 //! The prognosis against statsmodels: `tests/reference/make_statsmodels_reference.py` made the golden values.
 
-use rotor_edge_desktop::prognosis::arima::{Arima, Order};
-use rotor_edge_desktop::prognosis::smooth::rlowess;
+use rotor_edge_desktop::forecast::arima::{Arima, Order};
+use rotor_edge_desktop::forecast::smooth::rlowess;
 use serde_json::Value;
 
 fn golden() -> Value {

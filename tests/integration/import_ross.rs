@@ -7,14 +7,14 @@ use rotor_edge_desktop::check::modes::modes;
 use rotor_edge_desktop::check::system::System;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::model::Model;
-use rotor_edge_desktop::rotor_file::ross::{self, Imported};
+use rotor_edge_desktop::rotor_file::ross::{self, ImportedRotor};
 use rotor_edge_desktop::shaft::structure::Structure;
 use rotor_edge_tests::repository;
 use serde_json::Value;
 
 const TOLERANCE: f64 = 1e-6;
 
-fn import(name: &str) -> Imported {
+fn import(name: &str) -> ImportedRotor {
     ross::read(&repository(&format!("tests/data/ross/{name}"))).unwrap()
 }
 
@@ -73,7 +73,7 @@ fn ross_tables_pedestals_and_seals_are_imported() {
 
 #[test]
 fn ross_coupling_is_imported_and_lost_properties_are_listed() {
-    let Imported { rotor, carried, left } = import("coupling.json");
+    let ImportedRotor { rotor, carried, left } = import("coupling.json");
     let c = &rotor.coupling[0];
     assert_eq!((c.name.as_str(), c.mass_kg, c.polar_inertia_kg_m2), ("discs", 5.0, 0.02));
     let springs = c.flexibility.unwrap();
@@ -102,7 +102,7 @@ fn ross_coupling_is_imported_and_lost_properties_are_listed() {
     assert!(error.contains("kt_x: is 0, expected a stiffness that joins"), "{error}");
     let (before, fan) = text.split_at(text.find("DiskElement_fan").unwrap());
     let hub = [before, &fan.replacen("\"n\": 6", "\"n\": 4", 1)].concat();
-    let Imported { rotor, left, .. } = ross::parse("r.json", &hub, true).unwrap();
+    let ImportedRotor { rotor, left, .. } = ross::parse("r.json", &hub, true).unwrap();
     assert!(
         rotor.disk.len() == 1 && left.iter().any(|s| s.contains("add it to the coupling's mass")),
         "{left:?}"

@@ -19,7 +19,7 @@ use rotor_edge::render::trend::{Trend, trend};
 use rotor_edge::render::{Figure, Model, Prediction, Section, comparison_sections, page, verdict};
 use rotor_edge::sample;
 use rotor_edge_desktop::check::check;
-use rotor_edge_desktop::compare::{Comparison, Verdict};
+use rotor_edge_desktop::compare::{Adequacy, Comparison};
 use rotor_edge_desktop::identify::{PhaseOne, PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
@@ -161,7 +161,7 @@ fn other_figures() -> Vec<Figure> {
 #[test]
 fn changed_turbine_misses_physics_and_report_has_every_figure() {
     let (sections, comparison) = run_up_page();
-    assert_eq!(comparison.verdict, Verdict::Misses);
+    assert_eq!(comparison.verdict, Adequacy::Misses);
     assert!(!comparison.reversed);
     assert!(verdict(&comparison)[0].contains("misses physics"), "{:?}", verdict(&comparison));
     let ids: Vec<&str> = sections.iter().flat_map(|s| &s.figures).map(|f| f.id.as_str()).collect();
@@ -186,7 +186,7 @@ fn the_turbine_before_the_change_is_adequate() {
     let (rotor, before, _) = changed_turbine();
     let fitted = model(&rotor, &before, predict("model", &fit(&rotor, &before), &before));
     let Comparison { verdict: said, neighbours, .. } = &fitted.comparison;
-    assert_eq!(*said, Verdict::Adequate, "{neighbours:?}");
+    assert_eq!(*said, Adequacy::Adequate, "{neighbours:?}");
     let said = verdict(&fitted.comparison);
     assert!(said[0].contains("adequate"), "{}", said[0]);
 }

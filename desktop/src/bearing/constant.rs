@@ -4,8 +4,8 @@ use nalgebra::Matrix2;
 use serde::{Deserialize, Serialize};
 
 use super::curve::Curve;
+use super::dynamic_coefficients::DynamicCoefficients;
 use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, Role, role, unit, within};
-use super::pair::Pair;
 use super::support::SupportLaw;
 use crate::statistics::scale::Scale;
 
@@ -56,13 +56,13 @@ pub struct Constant {
     pub stiffness_n_m: Coefficients,
     pub damping_n_s_m: Coefficients,
     /// Change with the logarithm of the speed, for a bearing whose coefficients follow it in a way nobody stated.
-    pub learned: Option<Learned>,
+    pub learned: Option<SpeedTrend>,
 }
 
 /// How all eight coefficients change with the logarithm of the speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Learned {
+pub struct SpeedTrend {
     /// Speed at which stiffness and damping are as stated, rpm.
     pub reference_rpm: f64,
     /// Change of the stiffness per unit of the speed's logarithm, N/m.
@@ -79,21 +79,24 @@ pub struct Learned {
     pub damping_per_log2_n_s_m: Coefficients,
 }
 
-impl Learned {
+impl SpeedTrend {
     fn reference_rad_s(&self) -> f64 {
         crate::units::rad_s(self.reference_rpm)
     }
 
     /// Change per unit of the logarithm, and of its square.
-    fn terms(&self) -> [Pair; 2] {
-        let pair = |k: &Coefficients, c: &Coefficients| Pair { stiffness: k.matrix(), damping: c.matrix() };
+    fn terms(&self) -> [DynamicCoefficients; 2] {
+        let pair = |k: &Coefficients, c: &Coefficients| DynamicCoefficients {
+            stiffness: k.matrix(),
+            damping: c.matrix(),
+        };
         [
             pair(&self.stiffness_per_log_n_m, &self.damping_per_log_n_s_m),
             pair(&self.stiffness_per_log2_n_m, &self.damping_per_log2_n_s_m),
         ]
     }
 
-    fn with_terms(self, [first, second]: [Pair; 2]) -> Self {
+    fn with_terms(self, [first, second]: [DynamicCoefficients; 2]) -> Self {
         Self {
             stiffness_per_log_n_m: Coefficients::of(&first.stiffness),
             damping_per_log_n_s_m: Coefficients::of(&first.damping),
@@ -105,8 +108,8 @@ impl Learned {
 }
 
 impl Constant {
-    fn pair(&self) -> Pair {
-        Pair { stiffness: self.stiffness_n_m.matrix(), damping: self.damping_n_s_m.matrix() }
+    fn pair(&self) -> DynamicCoefficients {
+        DynamicCoefficients { stiffness: self.stiffness_n_m.matrix(), damping: self.damping_n_s_m.matrix() }
     }
 
     /// What unknowns of a column are measured in: the mean direct term, a loss of one millionth at least.
@@ -135,7 +138,7 @@ impl Constant {
     }
 
     /// The coefficients, and how they are learned over speed, at these search coordinates.
-    fn at(&self, x: &[f64]) -> (Pair, Option<Learned>) {
+    fn at(&self, x: &[f64]) -> (DynamicCoefficients, Option<SpeedTrend>) {
         let mut pair = self.pair();
         let mut values = x.iter();
         for column in self.open() {
@@ -159,7 +162,7 @@ impl Constant {
 }
 
 /// The support of these coefficients, learned over speed or not.
-fn over_speed(at: Pair, learned: Option<Learned>) -> SupportLaw {
+fn over_speed(at: DynamicCoefficients, learned: Option<SpeedTrend>) -> SupportLaw {
     let Some(learned) = learned else { return SupportLaw::linear(at.stiffness, at.damping) };
     let [first, second] = learned.terms();
     let curve = Curve::Logarithmic { terms: [at, first, second], reference_rad_s: learned.reference_rad_s() };
@@ -183,7 +186,7 @@ impl BearingLaw for Constant {
             }
         });
         let mut all: Vec<LawUnknown> = own.collect();
-        let terms = self.learned.iter().flat_map(Learned::terms);
+        let terms = self.learned.iter().flat_map(SpeedTrend::terms);
         for (pair, (per, prior_sd)) in
             terms.zip([("per ln speed", SLOPE_SD), ("per ln² speed", CURVATURE_SD)])
         {
@@ -264,7 +267,7 @@ mod tests {
         Constant {
             stiffness_n_m: Coefficients { xx: 2e8, yy: 3e8, xy: 1e8, yx: -1.5e8 },
             damping_n_s_m: Coefficients { xx: 4e5, yy: 6e5, xy: -1e5, yx: -1e5 },
-            learned: Some(Learned {
+            learned: Some(SpeedTrend {
                 reference_rpm: 6000.0,
                 stiffness_per_log_n_m: Coefficients { xx: 1e7, yy: -2e7, xy: 3e7, yx: -4e7 },
                 damping_per_log_n_s_m: Coefficients { xx: -2e5, yy: -3e5, xy: 1e4, yx: 2e4 },

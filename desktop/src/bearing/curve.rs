@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use super::dynamic_coefficients::DynamicCoefficients;
 use super::film_curve::FilmCurve;
-use super::pair::Pair;
 
 /// Stiffness (N/m) and damping (N·s/m) over speed, beside what is constant.
 #[derive(Debug, Clone)]
@@ -12,25 +12,27 @@ pub enum Curve {
     Knots {
         /// Where the coefficients are known.
         knots: Arc<Knots>,
-        /// Factors on the columns, as [`Pair`] is ordered.
-        factors: Pair,
+        /// Factors on the columns, as [`DynamicCoefficients`] is ordered.
+        factors: DynamicCoefficients,
     },
     /// A parabola in the logarithm of the speed: the sum of these, times `ln(Ω/Ω_ref)` to the power 0, 1 and 2.
     Logarithmic {
         /// At the reference; change per unit of the logarithm; per its square.
-        terms: [Pair; 3],
+        terms: [DynamicCoefficients; 3],
         reference_rad_s: f64,
     },
     Film(FilmCurve),
 }
 
 impl Curve {
-    pub fn at(&self, speed_rad_s: f64) -> Pair {
+    pub fn at(&self, speed_rad_s: f64) -> DynamicCoefficients {
         match self {
             Self::Knots { knots, factors } => knots.at(speed_rad_s).map(factors, |v, f| v * f),
             Self::Logarithmic { terms: [at, per_log, per_square], reference_rad_s } => {
                 let log = (speed_rad_s / reference_rad_s).ln();
-                Pair::from_columns(|i| at.column(i) + log * (per_log.column(i) + log * per_square.column(i)))
+                DynamicCoefficients::from_columns(|i| {
+                    at.column(i) + log * (per_log.column(i) + log * per_square.column(i))
+                })
             }
             Self::Film(film) => film.at(speed_rad_s),
         }
@@ -67,7 +69,7 @@ impl PartialEq for Curve {
 
 /// How values between knots are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Between {
+pub enum Interpolation {
     /// Straight lines, as the controller does it.
     Straight,
     /// Cubics that never overshoot (Fritsch and Carlson 1980, SIAM J. Numer. Anal. 17, 238).
@@ -78,9 +80,9 @@ pub enum Between {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Knots {
     speeds_rad_s: Vec<f64>,
-    values: Vec<Pair>,
+    values: Vec<DynamicCoefficients>,
     /// Change per rad/s at each knot; empty for straight lines.
-    slopes: Vec<Pair>,
+    slopes: Vec<DynamicCoefficients>,
 }
 
 impl Knots {
@@ -88,11 +90,11 @@ impl Knots {
     ///
     /// # Panics
     /// If there are none, or not as many values as speeds.
-    pub fn new(speeds_rad_s: Vec<f64>, values: Vec<Pair>, between: Between) -> Self {
+    pub fn new(speeds_rad_s: Vec<f64>, values: Vec<DynamicCoefficients>, between: Interpolation) -> Self {
         assert!(!speeds_rad_s.is_empty() && speeds_rad_s.len() == values.len(), "one value a speed");
         let slopes = match between {
-            Between::Straight => Vec::new(),
-            Between::Monotone => monotone_slopes(&speeds_rad_s, &values),
+            Interpolation::Straight => Vec::new(),
+            Interpolation::Monotone => monotone_slopes(&speeds_rad_s, &values),
         };
         Self { speeds_rad_s, values, slopes }
     }
@@ -103,7 +105,7 @@ impl Knots {
     }
 
     /// What was stated at the knots.
-    pub fn values(&self) -> &[Pair] {
+    pub fn values(&self) -> &[DynamicCoefficients] {
         &self.values
     }
 
@@ -112,7 +114,7 @@ impl Knots {
         self.speeds_rad_s[self.speeds_rad_s.len() - 1]
     }
 
-    pub fn at(&self, speed_rad_s: f64) -> Pair {
+    pub fn at(&self, speed_rad_s: f64) -> DynamicCoefficients {
         let above = self.speeds_rad_s.partition_point(|s| *s < speed_rad_s);
         if above == 0 || above == self.speeds_rad_s.len() {
             return self.values[above.min(self.values.len() - 1)];
@@ -131,7 +133,7 @@ impl Knots {
             t * t * (3.0 - 2.0 * t),
             t * t * (t - 1.0) * step,
         ];
-        Pair::from_columns(|e| {
+        DynamicCoefficients::from_columns(|e| {
             let [h00, h10, h01, h11] = hermite;
             h00 * a.column(e) + h10 * p.column(e) + h01 * b.column(e) + h11 * q.column(e)
         })
@@ -140,10 +142,10 @@ impl Knots {
 
 /// Slopes at the knots with which no cubic overshoots: zero at extremes, else the weighted harmonic mean of the
 /// slopes on either side (Fritsch and Butland 1984, SIAM J. Sci. Stat. Comput. 5, 300).
-fn monotone_slopes(speeds: &[f64], values: &[Pair]) -> Vec<Pair> {
+fn monotone_slopes(speeds: &[f64], values: &[DynamicCoefficients]) -> Vec<DynamicCoefficients> {
     let n = speeds.len();
     if n == 1 {
-        return vec![Pair::zeros()];
+        return vec![DynamicCoefficients::zeros()];
     }
     let step = |i: usize| speeds[i + 1] - speeds[i];
     let secant = |i: usize, e: usize| (values[i + 1].column(e) - values[i].column(e)) / step(i);
@@ -173,23 +175,24 @@ fn monotone_slopes(speeds: &[f64], values: &[Pair]) -> Vec<Pair> {
         last if last == n - 1 => end(secant(n - 2, e), secant(n - 3, e), step(n - 2), step(n - 3)),
         _ => inside(i, e),
     };
-    (0..n).map(|i| Pair::from_columns(|e| at(i, e))).collect()
+    (0..n).map(|i| DynamicCoefficients::from_columns(|e| at(i, e))).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn knots(values: &[f64], between: Between) -> Knots {
+    fn knots(values: &[f64], between: Interpolation) -> Knots {
         let speeds = (0..values.len()).map(|i| 100.0 * (i + 1) as f64 + 7.0 * (i * i) as f64).collect();
-        let pairs = values.iter().map(|v| Pair::from_columns(|e| v * (1.0 + e as f64))).collect();
+        let pairs =
+            values.iter().map(|v| DynamicCoefficients::from_columns(|e| v * (1.0 + e as f64))).collect();
         Knots::new(speeds, pairs, between)
     }
 
     #[test]
     fn curve_meets_knots_and_never_overshoots_or_extrapolates() {
         let values = [1.0, 1.1, 5.0, 5.0, 2.0, 9.0];
-        for between in [Between::Straight, Between::Monotone] {
+        for between in [Interpolation::Straight, Interpolation::Monotone] {
             let k = knots(&values, between);
             for (speed, value) in k.speeds_rad_s().to_vec().into_iter().zip(values) {
                 assert!((k.at(speed).stiffness.m11 - value).abs() < 1e-12);
@@ -210,16 +213,21 @@ mod tests {
 
     #[test]
     fn a_smooth_curve_is_met_to_third_order_and_a_line_exactly() {
-        let line = |s: f64| Pair::from_columns(|e| 3.0 + s * (1.0 + e as f64));
+        let line = |s: f64| DynamicCoefficients::from_columns(|e| 3.0 + s * (1.0 + e as f64));
         let speeds: Vec<f64> = [100.0, 180.0, 300.0, 450.0].to_vec();
-        let k = Knots::new(speeds.clone(), speeds.iter().map(|s| line(*s)).collect(), Between::Monotone);
+        let k =
+            Knots::new(speeds.clone(), speeds.iter().map(|s| line(*s)).collect(), Interpolation::Monotone);
         for s in [130.0, 222.0, 400.0] {
             assert!((k.at(s).damping - line(s).damping).norm() < 1e-9);
         }
         let worst = |n: usize| {
             let speeds: Vec<f64> = (0..=n).map(|i| 100.0 + 400.0 * i as f64 / n as f64).collect();
-            let power = |s: f64| Pair::from_columns(|_| (s / 100.0).powf(-0.7));
-            let k = Knots::new(speeds.clone(), speeds.iter().map(|s| power(*s)).collect(), Between::Monotone);
+            let power = |s: f64| DynamicCoefficients::from_columns(|_| (s / 100.0).powf(-0.7));
+            let k = Knots::new(
+                speeds.clone(),
+                speeds.iter().map(|s| power(*s)).collect(),
+                Interpolation::Monotone,
+            );
             (0..400).fold(0.0_f64, |worst, i| {
                 let s = 100.0 + f64::from(i) + 0.5;
                 worst.max((k.at(s).stiffness.m11 - power(s).stiffness.m11).abs())
@@ -230,7 +238,7 @@ mod tests {
 
     #[test]
     fn logarithmic_curve_has_value_slope_and_curvature_at_reference() {
-        let column = |k: f64| Pair::from_columns(|i| k * (3.0 + i as f64));
+        let column = |k: f64| DynamicCoefficients::from_columns(|i| k * (3.0 + i as f64));
         let terms = [column(100.0), column(-9.0), column(2.0)];
         let curve = Curve::Logarithmic { terms, reference_rad_s: 300.0 };
         let beside = |log: f64| curve.at(300.0 * log.exp()).damping;

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix2, Vector2};
 
+use super::dynamic_coefficients::DynamicCoefficients;
 use super::film::{Film, FilmState, FilmTable};
-use super::pair::Pair;
 use crate::error::Error;
 
 /// A film at whatever clearance, viscosity and load.
@@ -31,10 +31,13 @@ impl FilmCurve {
     }
 
     /// Coefficients at running speed; beyond what the film is solved for, as at the nearest speed that it is.
-    pub fn at(&self, speed_rad_s: f64) -> Pair {
+    pub fn at(&self, speed_rad_s: f64) -> DynamicCoefficients {
         match self.nearest(speed_rad_s) {
-            Ok(state) => Pair { stiffness: state.stiffness_n_m, damping: state.damping_n_s_m },
-            Err(_) => Pair { stiffness: Matrix2::repeat(f64::NAN), damping: Matrix2::repeat(f64::NAN) },
+            Ok(state) => DynamicCoefficients { stiffness: state.stiffness_n_m, damping: state.damping_n_s_m },
+            Err(_) => DynamicCoefficients {
+                stiffness: Matrix2::repeat(f64::NAN),
+                damping: Matrix2::repeat(f64::NAN),
+            },
         }
     }
 

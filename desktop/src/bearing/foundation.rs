@@ -27,14 +27,14 @@ pub struct Foundation {
     pub table: Vec<FlexibilityRow>,
     /// The table made ready, once for all evaluations.
     #[serde(skip)]
-    pub ready: Ready,
+    pub ready: CachedTable,
 }
 
 /// What follows from the rest and is made once.
 #[derive(Debug, Clone, Default)]
-pub struct Ready(OnceLock<Arc<FlexibilityTable>>);
+pub struct CachedTable(OnceLock<Arc<FlexibilityTable>>);
 
-impl PartialEq for Ready {
+impl PartialEq for CachedTable {
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -107,7 +107,7 @@ pub struct Footing {
 
 /// How bearings on a foundation hold the shaft: x and y of each in turn.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Held {
+pub struct FoundationStiffness {
     /// Force per motion of the shaft, N/m.
     pub stiffness: DMatrix<C>,
     /// Motion of the feet per motion of the shaft.
@@ -141,7 +141,7 @@ impl Footing {
 
     /// Shaft and ground joined by bearings with these dynamic stiffnesses and the foundation; not finite where the feet
     /// resonate with the bearings on them without any damping.
-    pub fn held(&self, speed_rad_s: f64, bearings: &[Matrix2<C>]) -> Held {
+    pub fn held(&self, speed_rad_s: f64, bearings: &[Matrix2<C>]) -> FoundationStiffness {
         let size = 2 * self.bearings.len();
         let mut own = DMatrix::zeros(size, size);
         for (i, block) in bearings.iter().enumerate() {
@@ -150,7 +150,7 @@ impl Footing {
         let flexibility = self.flexibility(speed_rad_s);
         let joined = (DMatrix::identity(size, size) + &own * &flexibility).lu().solve(&own);
         let stiffness = joined.unwrap_or_else(|| DMatrix::from_element(size, size, C::from(f64::NAN)));
-        Held { housing: flexibility * &stiffness, stiffness }
+        FoundationStiffness { housing: flexibility * &stiffness, stiffness }
     }
 }
 

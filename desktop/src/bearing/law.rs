@@ -52,7 +52,7 @@
 //! assert!(RubberRing { stiffness_n_m: -1.0, ..ring }.check().is_err());
 //! ```
 
-use super::pair::Pair;
+use super::dynamic_coefficients::DynamicCoefficients;
 use super::support::SupportLaw;
 use crate::statistics::scale::Scale;
 
@@ -119,7 +119,7 @@ pub trait BearingLaw {
     }
 
     /// Coefficients as stated at running speed.
-    fn coefficients(&self, speed_rad_s: f64) -> Pair {
+    fn coefficients(&self, speed_rad_s: f64) -> DynamicCoefficients {
         self.drawn().coefficients(speed_rad_s)
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod constant;
 pub mod curve;
+pub mod dynamic_coefficients;
 pub mod film;
 pub mod film_curve;
 pub mod film_law;
@@ -9,7 +10,6 @@ pub mod flexibility;
 pub mod foundation;
 pub mod law;
 pub mod magnetic;
-pub mod pair;
 pub mod rub;
 pub mod squeeze_film;
 pub mod support;
@@ -20,14 +20,14 @@ use film_law::FilmLaw;
 use law::BearingLaw;
 use magnetic::Magnetic;
 use squeeze_film::SqueezeFilm;
-use table::Table;
+use table::CoefficientTable;
 
 /// The law of a bearing: exactly one.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Law {
     /// Eight coefficients, the same at every speed or learned over speed.
     Constant(Constant),
-    Table(Table),
+    Table(CoefficientTable),
     /// An oil film, from its geometry.
     Film(FilmLaw),
     SqueezeFilm(SqueezeFilm),

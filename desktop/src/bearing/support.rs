@@ -5,7 +5,7 @@ use nalgebra::{Complex, Matrix2};
 use serde::{Deserialize, Serialize};
 
 use super::curve::Curve;
-use super::pair::Pair;
+use super::dynamic_coefficients::DynamicCoefficients;
 use super::rub::Rub;
 
 type C = Complex<f64>;
@@ -94,8 +94,8 @@ impl SupportLaw {
     }
 
     /// Stiffness and damping at running speed, of a shaft at rest in the bearing.
-    pub fn coefficients(&self, speed_rad_s: f64) -> Pair {
-        let mut pair = Pair { stiffness: self.stiffness_n_m, damping: self.damping_n_s_m };
+    pub fn coefficients(&self, speed_rad_s: f64) -> DynamicCoefficients {
+        let mut pair = DynamicCoefficients { stiffness: self.stiffness_n_m, damping: self.damping_n_s_m };
         if self.reference_rad_s > 0.0 {
             pair.stiffness *= 1.0 + self.stiffness_slope * (speed_rad_s / self.reference_rad_s - 1.0);
         }
@@ -160,8 +160,8 @@ impl SupportLaw {
     }
 
     /// Spring and damper of the bearing alone at an amplitude.
-    fn without_pedestal(&self, pair: Pair, lambda: C, amplitude_m: [f64; 2]) -> Matrix2<C> {
-        let Pair { mut stiffness, damping } = pair;
+    fn without_pedestal(&self, pair: DynamicCoefficients, lambda: C, amplitude_m: [f64; 2]) -> Matrix2<C> {
+        let DynamicCoefficients { mut stiffness, damping } = pair;
         for (axis, amplitude) in amplitude_m.into_iter().enumerate() {
             stiffness[(axis, axis)] *= 1.0 + 0.75 * self.hardening_per_m2 * amplitude * amplitude;
         }
@@ -187,7 +187,7 @@ fn inverse(m: Matrix2<C>) -> Matrix2<C> {
 mod tests {
     use std::sync::Arc;
 
-    use super::super::curve::{Between, Knots};
+    use super::super::curve::{Interpolation, Knots};
     use super::*;
 
     fn bearing() -> SupportLaw {
@@ -241,10 +241,13 @@ mod tests {
 
     #[test]
     fn a_curve_adds_to_what_is_constant_and_freezes_into_it() {
-        let pair = Pair { stiffness: Matrix2::new(1e7, 2e6, 3e6, 4e7), damping: Matrix2::repeat(7e3) };
-        let knots = Arc::new(Knots::new(vec![100.0, 200.0], vec![pair, pair], Between::Monotone));
+        let pair = DynamicCoefficients {
+            stiffness: Matrix2::new(1e7, 2e6, 3e6, 4e7),
+            damping: Matrix2::repeat(7e3),
+        };
+        let knots = Arc::new(Knots::new(vec![100.0, 200.0], vec![pair, pair], Interpolation::Monotone));
         let mut law = bearing();
-        law.curve = Some(Curve::Knots { knots, factors: Pair::ones() });
+        law.curve = Some(Curve::Knots { knots, factors: DynamicCoefficients::ones() });
         let at = law.coefficients(150.0);
         assert!((at.stiffness - bearing().stiffness_n_m - pair.stiffness).norm() < 1.0);
         assert!((at.damping - bearing().damping_n_s_m - pair.damping).norm() < 1e-6);

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use nalgebra::Matrix2;
 use serde::{Deserialize, Serialize};
 
-use super::curve::{Between, Curve, Knots};
+use super::curve::{Curve, Interpolation, Knots};
+use super::dynamic_coefficients::DynamicCoefficients;
 use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, role, within};
-use super::pair::Pair;
 use super::support::SupportLaw;
 use crate::statistics::scale::Scale;
 
@@ -39,15 +39,15 @@ pub struct TableRow {
 }
 
 impl TableRow {
-    fn pair(&self) -> Pair {
-        Pair {
+    fn pair(&self) -> DynamicCoefficients {
+        DynamicCoefficients {
             stiffness: Matrix2::new(self.kxx, self.kxy, self.kyx, self.kyy),
             damping: Matrix2::new(self.cxx, self.cxy, self.cyx, self.cyy),
         }
     }
 
     /// The coefficients of a law at one speed.
-    pub fn of(speed_rpm: f64, pair: &Pair) -> Self {
+    pub fn of(speed_rpm: f64, pair: &DynamicCoefficients) -> Self {
         let (k, c) = (&pair.stiffness, &pair.damping);
         Self {
             speed_rpm,
@@ -96,12 +96,12 @@ impl TableRow {
 
 /// Coefficients over speed; monotone between the rows, as at the nearest row outside of them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct CoefficientTable {
     rows: Vec<TableRow>,
     knots: Arc<Knots>,
 }
 
-impl Table {
+impl CoefficientTable {
     /// From its rows, which [`BearingLaw::check`] judges.
     ///
     /// # Errors
@@ -114,7 +114,7 @@ impl Table {
             pair[1].follows(&pair[0])?;
         }
         let speeds = rows.iter().map(TableRow::speed_rad_s).collect();
-        let knots = Knots::new(speeds, rows.iter().map(TableRow::pair).collect(), Between::Monotone);
+        let knots = Knots::new(speeds, rows.iter().map(TableRow::pair).collect(), Interpolation::Monotone);
         Ok(Self { rows, knots: Arc::new(knots) })
     }
 
@@ -131,8 +131,8 @@ impl Table {
         (0..COLUMNS.len()).filter(|c| self.is_stated(*c))
     }
 
-    fn factors(&self, x: &[f64]) -> Pair {
-        let mut factors = Pair::ones();
+    fn factors(&self, x: &[f64]) -> DynamicCoefficients {
+        let mut factors = DynamicCoefficients::ones();
         for (column, x) in self.open().zip(x) {
             factors.set_column(column, scale(column).to_si(*x));
         }
@@ -145,7 +145,7 @@ fn scale(column: usize) -> Scale {
     if COLUMNS[column].1 { Scale::Logarithmic } else { Scale::Linear(1.0) }
 }
 
-impl BearingLaw for Table {
+impl BearingLaw for CoefficientTable {
     fn unknowns(&self) -> Vec<LawUnknown> {
         let unknown = |column: usize| LawUnknown {
             symbol: format!("factor on {}", COLUMNS[column].0),
@@ -168,7 +168,8 @@ impl BearingLaw for Table {
         let row = |r: &TableRow| TableRow::of(r.speed_rpm, &curve.at(r.speed_rad_s()));
         let rows: Vec<TableRow> = self.rows.iter().map(row).collect();
         let values = rows.iter().map(TableRow::pair).collect();
-        self.knots = Arc::new(Knots::new(self.knots.speeds_rad_s().to_vec(), values, Between::Monotone));
+        self.knots =
+            Arc::new(Knots::new(self.knots.speeds_rad_s().to_vec(), values, Interpolation::Monotone));
         self.rows = rows;
     }
 
@@ -209,16 +210,17 @@ mod tests {
 
     #[test]
     fn single_or_non_ascending_speeds_are_refused() {
-        assert!(Table::new(vec![row(1000.0)]).unwrap_err().contains("1 given"));
-        let wrong = Table::new(vec![row(1000.0), row(3000.0), row(2000.0)]).unwrap_err();
+        assert!(CoefficientTable::new(vec![row(1000.0)]).unwrap_err().contains("1 given"));
+        let wrong = CoefficientTable::new(vec![row(1000.0), row(3000.0), row(2000.0)]).unwrap_err();
         assert!(wrong.contains("3000 rpm is followed by 2000 rpm"), "{wrong}");
-        assert!(Table::new(vec![row(1000.0), row(1000.0)]).is_err());
+        assert!(CoefficientTable::new(vec![row(1000.0), row(1000.0)]).is_err());
     }
 
     #[test]
     fn direct_stiffness_may_be_negative_but_not_the_mean() {
-        let across =
-            |kxx: f64| Table::new(vec![row(1000.0), TableRow { kxx, ..row(2000.0) }]).unwrap().check();
+        let across = |kxx: f64| {
+            CoefficientTable::new(vec![row(1000.0), TableRow { kxx, ..row(2000.0) }]).unwrap().check()
+        };
         let along = row(2000.0).kyy;
         assert_eq!(across(-0.3 * along), Ok(()));
         let (key, _) = across(-1.1 * along).unwrap_err();
@@ -227,7 +229,7 @@ mod tests {
 
     #[test]
     fn a_factor_acts_on_its_column_at_every_speed_and_is_taken_over() {
-        let mut table = Table::new(vec![row(1000.0), row(2500.0), row(6000.0)]).unwrap();
+        let mut table = CoefficientTable::new(vec![row(1000.0), row(2500.0), row(6000.0)]).unwrap();
         let symbols: Vec<String> = table.unknowns().into_iter().map(|u| u.symbol).collect();
         assert_eq!(symbols.len(), 6, "columns that are zero stay zero: {symbols:?}");
         let speed = 400.0;

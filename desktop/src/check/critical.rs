@@ -35,14 +35,14 @@ pub struct Critical {
 }
 
 /// One of the reduced system, with its shape.
-struct Found {
+struct CriticalMode {
     critical: Critical,
     /// Whether forward and backward whirl share the root.
     shared: bool,
     shape: DVector<C>,
 }
 
-impl Found {
+impl CriticalMode {
     fn is_excited(&self) -> bool {
         self.critical.forward > EXCITED
     }
@@ -70,10 +70,10 @@ pub struct CriticalMap {
 /// Where a bearing changes with speed, each is the speed at which the machine held as at this speed has it.
 pub fn critical_speeds(system: &System, highest_rad_s: f64, fewest: usize) -> Vec<Critical> {
     let at = |speed_rad_s: f64| pencil(system, speed_rad_s);
-    let mut found: Vec<Found> = Vec::new();
+    let mut found: Vec<CriticalMode> = Vec::new();
     // counted with those that unbalance does not excite: which these are changes with the speed bearings are held at
     for (order, guess) in at(highest_rad_s).iter().enumerate() {
-        let Some(settled) = settle(&at, order, guess) else { continue };
+        let Some(settled) = self_consistent(&at, order, guess) else { continue };
         if found.last().is_some_and(|last| last.is_one_root_with(&settled)) {
             continue;
         }
@@ -84,7 +84,7 @@ pub fn critical_speeds(system: &System, highest_rad_s: f64, fewest: usize) -> Ve
         found.push(settled);
     }
     let mut critical: Vec<Critical> =
-        found.into_iter().filter(Found::is_excited).map(|f| exact(system, f)).collect();
+        found.into_iter().filter(CriticalMode::is_excited).map(|f| exact(system, f)).collect();
     critical.sort_by(|a, b| a.speed_rad_s.total_cmp(&b.speed_rad_s));
     let within = critical.iter().filter(|c| c.speed_rad_s <= highest_rad_s).count();
     critical.truncate(within.max(fewest));
@@ -92,7 +92,11 @@ pub fn critical_speeds(system: &System, highest_rad_s: f64, fewest: usize) -> Ve
 }
 
 /// The `order`-th critical speed where the machine is held as at that very speed.
-fn settle(at: &impl Fn(f64) -> Vec<Found>, order: usize, guess: &Found) -> Option<Found> {
+fn self_consistent(
+    at: &impl Fn(f64) -> Vec<CriticalMode>,
+    order: usize,
+    guess: &CriticalMode,
+) -> Option<CriticalMode> {
     let mut held = guess.critical.speed_rad_s;
     let mut last: Option<(f64, f64)> = None;
     for _ in 0..ROUNDS {
@@ -120,13 +124,13 @@ fn settle(at: &impl Fn(f64) -> Vec<Found>, order: usize, guess: &Found) -> Optio
 }
 
 /// Refined on all finite elements; `found` unchanged where that fails.
-fn exact(system: &System, found: Found) -> Critical {
-    let on_line = system.line().and_then(|line| {
+fn exact(system: &System, found: CriticalMode) -> Critical {
+    let on_line = system.chain().and_then(|chain| {
         // motion at running speed: λ = iΩ
-        let at = |lambda: C| line.at(lambda, lambda.im, Dampers::Out);
+        let at = |lambda: C| chain.at(lambda, lambda.im, Dampers::Out);
         let (lambda, nodes) =
             eigenpair(at, C::new(0.0, found.critical.speed_rad_s), &system.nodes(&found.shape))?;
-        let forward = if found.shared { found.critical.forward } else { line.forward_share(&nodes) };
+        let forward = if found.shared { found.critical.forward } else { chain.forward_share(&nodes) };
         Some(Critical { speed_rad_s: lambda.im, forward })
     });
     on_line.unwrap_or(found.critical)
@@ -169,7 +173,7 @@ fn forward(system: &System, speed_rad_s: f64, stiffness_n_m: f64) -> Vec<f64> {
 }
 
 /// Every critical speed of the machine held as at `speed_rad_s`, ascending.
-fn pencil(system: &System, speed_rad_s: f64) -> Vec<Found> {
+fn pencil(system: &System, speed_rad_s: f64) -> Vec<CriticalMode> {
     let (n, size) = (system.model.structure.size(), system.size());
     let whole = system.at(speed_rad_s).stiffness;
     let stiffness = (&whole + whole.transpose()) * 0.5;
@@ -179,7 +183,7 @@ fn pencil(system: &System, speed_rad_s: f64) -> Vec<Found> {
     inertia.view_mut((0, n), (n, n)).copy_from(&-&turning);
     inertia.view_mut((n, 0), (n, n)).copy_from(&turning);
     let pencil = DefinitePencil::new(&inertia, &factor);
-    let mut all: Vec<Found> = pencil
+    let mut all: Vec<CriticalMode> = pencil
         .values
         .iter()
         .enumerate()
@@ -187,7 +191,7 @@ fn pencil(system: &System, speed_rad_s: f64) -> Vec<Found> {
         .map(|(k, mu)| {
             let q = pencil.vector(k);
             let critical = Critical { speed_rad_s: mu.sqrt().recip(), forward: forward_share(&q, n) };
-            Found { critical, shared: false, shape: q }
+            CriticalMode { critical, shared: false, shape: q }
         })
         .collect();
     all.sort_by(|a, b| a.critical.speed_rad_s.total_cmp(&b.critical.speed_rad_s));

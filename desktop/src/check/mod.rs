@@ -22,8 +22,8 @@ pub mod unbalance;
 
 use crate::bearing::Law;
 use crate::bearing::constant::Coefficients;
+use crate::bearing::dynamic_coefficients::DynamicCoefficients;
 use crate::bearing::film_law::FilmLaw;
-use crate::bearing::pair::Pair;
 use crate::error::Error;
 use crate::machine::drawing::{Bearing, Mount, Plane, Probe, Rotor};
 use crate::model::terms::Support;
@@ -33,7 +33,7 @@ use campbell::{Campbell, Threshold};
 use critical::{Critical, CriticalMap};
 use modes::Mode;
 use system::System;
-use unbalance::{Response, Trial};
+use unbalance::{ProbeResponse, Trial};
 
 /// Speeds of the Campbell diagram.
 const SPEEDS: usize = 25;
@@ -91,7 +91,7 @@ pub struct Check {
     /// Where the machine becomes unstable.
     pub threshold: Option<Threshold>,
     /// Trial unbalances and the responses to them.
-    pub responses: Vec<(Trial, Vec<Response>)>,
+    pub responses: Vec<(Trial, Vec<ProbeResponse>)>,
     /// Bearings in the order of the file.
     pub bearings: Vec<BearingCheck>,
     /// Numbers that can hardly be meant.
@@ -128,7 +128,7 @@ pub fn check(rotor: &Rotor, running_rpm: Option<[f64; 2]>) -> Result<Check, Erro
         })
         .collect::<Result<_, Error>>()?;
     let critical_rad_s: Vec<f64> = critical.iter().map(|c| c.speed_rad_s).collect();
-    let known = plausibility::Known {
+    let known = plausibility::CheckContext {
         rotor: &rotor,
         system: &system,
         statics: statics.as_ref().ok(),
@@ -218,7 +218,7 @@ fn bearings(
         };
         let curve = film.map(FilmLaw::curve);
         let at = |speed: &f64| {
-            let Pair { stiffness: k, damping: c } = support.law.coefficients(*speed);
+            let DynamicCoefficients { stiffness: k, damping: c } = support.law.coefficients(*speed);
             let state = curve.as_ref().and_then(|c| c.state(*speed).ok());
             AtSpeed {
                 speed_rpm: rpm(*speed),

@@ -138,8 +138,8 @@ fn nearest(matrices: &Matrices, guess: C, start: &DVector<C>) -> Option<(C, DVec
 /// A mode of the reduced system, made exact on all finite elements.
 fn mode(system: &System, speed_rad_s: f64, found: C, coordinates: DVector<C>) -> Mode {
     let nodes = system.nodes(&coordinates);
-    let exact = system.line().and_then(|line| {
-        let at = |lambda: C| line.at(lambda, speed_rad_s, Dampers::In);
+    let exact = system.chain().and_then(|chain| {
+        let at = |lambda: C| chain.at(lambda, speed_rad_s, Dampers::In);
         eigenpair(at, found, &nodes)
     });
     let (eigenvalue, nodes) = exact.unwrap_or((found, nodes));

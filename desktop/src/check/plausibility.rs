@@ -5,7 +5,7 @@
 
 use nalgebra::Matrix2;
 
-use crate::bearing::pair::Pair;
+use crate::bearing::dynamic_coefficients::DynamicCoefficients;
 use crate::check::system::System;
 use crate::machine::drawing::{Bearing, Disk, Rotor};
 use crate::shaft::statics::Statics;
@@ -30,7 +30,7 @@ const HARDLY_TURNS: f64 = 0.1;
 const SLOW_RPM: f64 = 500.0;
 
 /// What a check knows besides the drawing.
-pub struct Known<'a> {
+pub struct CheckContext<'a> {
     pub rotor: &'a Rotor,
     /// The machine as a system.
     pub system: &'a System,
@@ -44,7 +44,7 @@ pub struct Known<'a> {
     pub critical_rad_s: &'a [f64],
 }
 
-pub fn warnings(known: &Known) -> Vec<String> {
+pub fn warnings(known: &CheckContext) -> Vec<String> {
     let mut all = Vec::new();
     shaft(known.rotor, &mut all);
     let shaft_kg = shaft_mass_kg(known.rotor);
@@ -108,7 +108,7 @@ fn shaft(rotor: &Rotor, all: &mut Vec<String>) {
     }
 }
 
-fn disk(known: &Known, d: &Disk, shaft_kg: f64, all: &mut Vec<String>) {
+fn disk(known: &CheckContext, d: &Disk, shaft_kg: f64, all: &mut Vec<String>) {
     let key = |name: &str| format!("[[disk]] \"{}\" {name}", d.name);
     let (m, tilt, polar) = (d.mass_kg, d.diametral_inertia_kg_m2, d.polar_inertia_kg_m2);
     if polar > 2.0 * tilt * 1.000_1 {
@@ -181,10 +181,10 @@ fn disk(known: &Known, d: &Disk, shaft_kg: f64, all: &mut Vec<String>) {
     }
 }
 
-fn bearings(known: &Known, all: &mut Vec<String>) {
+fn bearings(known: &CheckContext, all: &mut Vec<String>) {
     let speed_rad_s = rad_s(known.fastest_rpm);
     for (i, (b, support)) in known.rotor.bearing.iter().zip(&known.system.model.supports).enumerate() {
-        let Pair { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
+        let DynamicCoefficients { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
         let load_n = known.statics.map(|s| s.load_n[i]);
         lifted(b, load_n, all);
         for axis in 0..2 {
@@ -283,7 +283,7 @@ fn cross_coupling(b: &Bearing, k: &Matrix2<f64>, all: &mut Vec<String>) {
     }
 }
 
-fn speed(known: &Known, all: &mut Vec<String>) {
+fn speed(known: &CheckContext, all: &mut Vec<String>) {
     let first_rpm = known.critical_rad_s.first().map(|w| rpm(*w));
     if let Some(first) = first_rpm
         && known.fastest_rpm < SLOW_RPM
@@ -299,7 +299,7 @@ fn speed(known: &Known, all: &mut Vec<String>) {
     }
 }
 
-fn probes_and_planes(known: &Known, all: &mut Vec<String>) {
+fn probes_and_planes(known: &CheckContext, all: &mut Vec<String>) {
     let rotor = known.rotor;
     for p in &rotor.probe {
         let Some(own) = rotor.bearing.iter().find(|b| b.name == p.bearing) else { continue };

@@ -7,13 +7,13 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector4};
 
+use crate::bearing::dynamic_coefficients::DynamicCoefficients;
 use crate::bearing::foundation::Footing;
-use crate::bearing::pair::Pair;
 use crate::bearing::support::{Pedestal, SupportLaw};
 use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
 use crate::model::Model;
-use crate::model::chain::{Line, Nodes};
+use crate::model::chain::{ElementChain, Nodes};
 use crate::reduction::basis;
 use crate::reduction::sizes::CHECK_MODES;
 
@@ -34,7 +34,7 @@ pub struct System {
     forced: Model,
     /// Nodal coordinates of each coordinate of a plane.
     shapes: DMatrix<f64>,
-    line: Option<Line>,
+    chain: Option<ElementChain>,
 }
 
 /// Damping and stiffness at a speed; the mass is the identity.
@@ -62,10 +62,10 @@ fn foot(law: &SupportLaw) -> Option<&Pedestal> {
 }
 
 /// The same with a massless pedestal in series, as it is for motion at running speed.
-fn in_series(law: &SupportLaw, speed_rad_s: f64) -> Pair {
+fn in_series(law: &SupportLaw, speed_rad_s: f64) -> DynamicCoefficients {
     let at = speed_rad_s.max(SLOWEST_RAD_S);
     let z = SupportLaw { mass_kg: 0.0, ..law.clone() }.dynamic_stiffness(at, [0.0; 2]);
-    Pair { stiffness: z.map(|z| z.re), damping: z.map(|z| z.im / at) }
+    DynamicCoefficients { stiffness: z.map(|z| z.re), damping: z.map(|z| z.im / at) }
 }
 
 impl System {
@@ -115,13 +115,13 @@ impl System {
             }
         }
         // a foundation joins places far from each other, which no chain does
-        let line = if full.foundation.is_some() { None } else { Line::new(&full, printed) };
-        Ok(Self { model, printed, pedestals, foundation: end, forced, shapes, line })
+        let chain = if full.foundation.is_some() { None } else { ElementChain::new(&full, printed) };
+        Ok(Self { model, printed, pedestals, foundation: end, forced, shapes, chain })
     }
 
     /// All finite elements as a chain, where they are one.
-    pub fn line(&self) -> Option<&Line> {
-        self.line.as_ref()
+    pub fn chain(&self) -> Option<&ElementChain> {
+        self.chain.as_ref()
     }
 
     /// Model of all finite elements, not reduced, for motion at running speed.
@@ -215,14 +215,14 @@ impl System {
                 continue;
             }
             if let Some(foot) = self.on_foundation(i) {
-                let Pair { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
+                let DynamicCoefficients { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
                 let between = [0, 1].map(|axis| &place[axis] - &foot[axis]);
                 add(&mut stiffness, &between, &k);
                 add(&mut damping, &between, &c);
                 continue;
             }
             let Some((&(_, at), pedestal)) = own.zip(foot(&support.law)) else {
-                let Pair { stiffness: k, damping: c } = match support.law.pedestal {
+                let DynamicCoefficients { stiffness: k, damping: c } = match support.law.pedestal {
                     Some(_) => in_series(&support.law, speed_rad_s),
                     None => support.law.coefficients(speed_rad_s),
                 };
@@ -230,7 +230,7 @@ impl System {
                 add(&mut damping, &place, &c);
                 continue;
             };
-            let Pair { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
+            let DynamicCoefficients { stiffness: k, damping: c } = support.law.coefficients(speed_rad_s);
             let foot = [0, 1].map(|axis| self.unit(at + axis) / pedestal.mass_kg[axis].sqrt());
             let between = [0, 1].map(|axis| &place[axis] - &foot[axis]);
             add(&mut stiffness, &between, &k);

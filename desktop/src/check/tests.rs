@@ -14,7 +14,7 @@ use crate::bearing::constant::Coefficients;
 use crate::bearing::flexibility::FlexibilityRow;
 use crate::bearing::foundation::{Foundation, FoundationMode};
 use crate::bearing::support::Pedestal;
-use crate::bearing::table::{Table, TableRow};
+use crate::bearing::table::{CoefficientTable, TableRow};
 use crate::machine::drawing::{Bearing, EffectEntry, Formulation, Mount, ParameterValue, Rated, Rotor};
 use crate::model::Model;
 use crate::shaft::statics::mass_and_centre;
@@ -59,7 +59,7 @@ fn response_with_effects_and_pedestals_equals_dense_model() {
     let planes = [C::new(2e-4, 1e-4), C::new(-1e-4, 3e-4)];
     for rotor in machines {
         let (system, dense) = (System::new(&rotor).unwrap(), Model::finite_elements(&rotor));
-        assert!(system.line().is_some());
+        assert!(system.chain().is_some());
         for speed in [200.0, 700.0, 1300.0] {
             let response = dense.response(speed).unwrap();
             let expected = &response.per_unbalance * DVector::from_row_slice(&planes);
@@ -109,7 +109,7 @@ fn rigid_shaft_critical_speed_is_sqrt_of_stiffness_over_mass() {
         let k = 500.0 * rad_s(speed_rpm);
         TableRow { speed_rpm, kxx: k, kxy: 0.0, kyx: 0.0, kyy: k, cxx: 10.0, cxy: 0.0, cyx: 0.0, cyy: 10.0 }
     };
-    let table = Table::new((1..=12).map(|i| row(500.0 * f64::from(i))).collect()).unwrap();
+    let table = CoefficientTable::new((1..=12).map(|i| row(500.0 * f64::from(i))).collect()).unwrap();
     rotor.bearing.iter_mut().for_each(|b| b.law = Law::Table(table.clone()));
     let found = critical_speeds(&System::new(&rotor).unwrap(), rad_s(6000.0), 1);
     let expected = 1e3 / mass;
@@ -125,7 +125,7 @@ fn instability_onset_is_where_cross_coupling_equals_damping() {
         let cross = q * rad_s(speed_rpm);
         TableRow { speed_rpm, kxx: k, kxy: cross, kyx: -cross, kyy: k, cxx: c, cxy: 0.0, cyx: 0.0, cyy: c }
     };
-    let table = Table::new((1..=30).map(|i| row(500.0 * f64::from(i))).collect()).unwrap();
+    let table = CoefficientTable::new((1..=30).map(|i| row(500.0 * f64::from(i))).collect()).unwrap();
     rotor.bearing.iter_mut().for_each(|b| b.law = Law::Table(table.clone()));
     let natural = (2.0 * k / mass_and_centre(&rotor).0).sqrt();
     let expected = c * natural / q;

@@ -55,7 +55,7 @@ pub struct Peak {
 
 /// One probe's answer to one trial.
 #[derive(Debug, Clone)]
-pub struct Response {
+pub struct ProbeResponse {
     pub probe: String,
     /// Speed in rpm and phasor in m.
     pub points: Vec<(f64, C)>,
@@ -115,7 +115,7 @@ pub fn responses(
     trial: &Trial,
     speeds_rad_s: &[f64],
     running_rpm: Option<[f64; 2]>,
-) -> Result<Vec<Response>, Error> {
+) -> Result<Vec<ProbeResponse>, Error> {
     let rows: Vec<Vec<C>> = speeds_rad_s
         .par_iter()
         .map(|speed| probes_at(system, *speed, &trial.planes_kg_m))
@@ -123,7 +123,7 @@ pub fn responses(
     let of = |(i, probe): (usize, &crate::machine::drawing::Probe)| {
         let points: Vec<(f64, C)> =
             speeds_rad_s.iter().zip(&rows).map(|(speed, row)| (rpm(*speed), row[i])).collect();
-        Response { probe: probe.name.clone(), peaks: peaks(&points, running_rpm), points }
+        ProbeResponse { probe: probe.name.clone(), peaks: peaks(&points, running_rpm), points }
     };
     Ok(rotor.probe.iter().enumerate().map(of).collect())
 }

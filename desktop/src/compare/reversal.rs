@@ -1,6 +1,6 @@
 //! Are the phases the wrong way round?
 
-use super::Values;
+use super::ComparedValues;
 use super::whirl::ProbePair;
 
 /// Backward energy must exceed forward energy by this many of its own standard deviations.
@@ -12,11 +12,11 @@ const CERTAIN_SIGMAS: f64 = 4.0;
 /// A wrong sign of the phase, or the two probes exchanged, turns `F` into the conjugate of `B`.
 /// A real machine goes backward at one bearing between two split critical speeds, not at all bearings
 /// on the average of all speeds.
-pub(super) fn reversed(pairs: &[ProbePair], values: &Values) -> bool {
+pub(super) fn reversed(pairs: &[ProbePair], values: &ComparedValues) -> bool {
     !pairs.is_empty() && pairs.iter().all(|pair| reversed_at(pair, values))
 }
 
-fn reversed_at(pair: &ProbePair, values: &Values) -> bool {
+fn reversed_at(pair: &ProbePair, values: &ComparedValues) -> bool {
     // all in standard deviations of a component, so that a noisy resonance does not decide alone
     let (mut excess, mut variance) = (0.0, 0.0);
     let (mut model_excess, mut as_read, mut exchanged) = (0.0, 0.0, 0.0);

@@ -4,8 +4,9 @@ use nalgebra::Complex;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::{Run, ratio};
+use super::ratio;
 use crate::machine::drawing::Rotor;
+use crate::measurement::SortedRun;
 
 /// Lag-one correlation of the standardised residuals of neighbouring speeds.
 ///
@@ -35,7 +36,7 @@ pub struct SeriesNeighbours {
 }
 
 impl Neighbours {
-    pub(super) fn new(rotor: &Rotor, standardised: &[Vec<Option<Complex<f64>>>], runs: &[Run]) -> Self {
+    pub(super) fn new(rotor: &Rotor, standardised: &[Vec<Option<Complex<f64>>>], runs: &[SortedRun]) -> Self {
         let mut all = Products::default();
         let mut series = Vec::new();
         for run in runs {

@@ -4,14 +4,14 @@ use super::C;
 
 /// One probe's value in one reading.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Value {
+pub(super) struct ComparedValue {
     pub measured_m: C,
     pub model_m: C,
     /// Standard deviation of each component, m.
     pub sigma_m: f64,
 }
 
-impl Value {
+impl ComparedValue {
     pub(super) fn error_m(&self) -> C {
         self.model_m - self.measured_m
     }
@@ -29,7 +29,7 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    pub(super) fn of<'a>(values: impl Iterator<Item = &'a Value>) -> Self {
+    pub(super) fn of<'a>(values: impl Iterator<Item = &'a ComparedValue>) -> Self {
         let mut tally = Self::default();
         for v in values {
             let error = v.error_m();

@@ -77,7 +77,7 @@ fn a_lost_record_is_compared_without_dividing_by_nothing() {
     readings[0].probes = vec![None; 4];
     let c = Comparison::new(&uniform_shaft(), &readings, &[truth(0)], &NOISE, 4);
     assert_eq!((c.values, c.worst, c.relative_error), (0, None, 0.0));
-    assert_eq!((c.chi2_p_value, c.verdict, c.reversed), (1.0, Verdict::Adequate, false));
+    assert_eq!((c.chi2_p_value, c.verdict, c.reversed), (1.0, Adequacy::Adequate, false));
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn noise_alone_is_called_physics_at_the_nominal_rate() {
         let c = compare(&measured(seed, [0.0; 4]));
         size += f64::from(u8::from(c.chi2_p_value < SIGNIFICANCE));
         structure += f64::from(u8::from(c.neighbours.p_value < SIGNIFICANCE));
-        either += f64::from(u8::from(c.verdict == Verdict::Misses));
+        either += f64::from(u8::from(c.verdict == Adequacy::Misses));
         z += c.neighbours.z_score;
         z2 += c.neighbours.z_score.powi(2);
         reversed += u32::from(c.reversed);
@@ -130,7 +130,7 @@ fn a_runout_of_three_sigma_is_found_at_its_probe() {
     let mut correlation = 0.0;
     for seed in 0..SEEDS {
         let c = compare(&measured(seed, [0.0, 0.0, 3.0, 0.0]));
-        assert_eq!(c.verdict, Verdict::Misses);
+        assert_eq!(c.verdict, Adequacy::Misses);
         assert!(c.chi2_p_value < SIGNIFICANCE && c.neighbours.p_value < SIGNIFICANCE);
         let worst = c.by_probe.iter().max_by(|a, b| a.chi2_per_value.total_cmp(&b.chi2_per_value)).unwrap();
         assert_eq!(worst.probe, "BX");
@@ -154,7 +154,7 @@ fn residual_structure_is_found_with_overstated_noise() {
     }
     let c = compare(&readings);
     assert!(c.chi2_per_value < 0.6 && c.chi2_p_value > 0.5);
-    assert_eq!(c.verdict, Verdict::Misses);
+    assert_eq!(c.verdict, Adequacy::Misses);
 }
 
 #[test]
@@ -230,5 +230,5 @@ fn speeds_come_ascending_by_run_and_many_are_gathered() {
         assert!(speeds.windows(2).all(|w| w[0].speed_rpm < w[1].speed_rpm));
     }
     assert_eq!(c.by_speed.iter().map(|s| s.readings).sum::<usize>(), rows);
-    assert!(c.relative_error == 0.0 && c.verdict == Verdict::Adequate);
+    assert!(c.relative_error == 0.0 && c.verdict == Adequacy::Adequate);
 }

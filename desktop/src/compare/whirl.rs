@@ -6,7 +6,7 @@
 use nalgebra::Complex;
 use serde::Serialize;
 
-use super::{C, Value, Values};
+use super::{C, ComparedValue, ComparedValues};
 use crate::machine::drawing::Rotor;
 
 /// Two probes closer to parallel than this many degrees do not span a plane.
@@ -67,10 +67,10 @@ impl ProbePair {
     }
 
     /// Every reading in which both probes were there.
-    pub(super) fn seen(&self, values: &Values) -> Vec<SeenWhirl> {
-        let seen = |row: &Vec<Option<Value>>| {
+    pub(super) fn seen(&self, values: &ComparedValues) -> Vec<MeasuredWhirl> {
+        let seen = |row: &Vec<Option<ComparedValue>>| {
             let [a, b] = [row[self.probes[0]]?, row[self.probes[1]]?];
-            Some(SeenWhirl {
+            Some(MeasuredWhirl {
                 measured_m: self.whirl([a.measured_m, b.measured_m]),
                 model_m: self.whirl([a.model_m, b.model_m]),
                 sigma_m: self.sigma_m([a.sigma_m, b.sigma_m]),
@@ -81,7 +81,7 @@ impl ProbePair {
 }
 
 /// Forward and backward whirl in one reading.
-pub(super) struct SeenWhirl {
+pub(super) struct MeasuredWhirl {
     pub measured_m: [C; 2],
     pub model_m: [C; 2],
     pub sigma_m: f64,
@@ -111,13 +111,13 @@ pub struct WhirlPart {
 }
 
 impl WhirlMisfit {
-    pub(super) fn new(rotor: &Rotor, pair: &ProbePair, values: &Values) -> Self {
+    pub(super) fn new(rotor: &Rotor, pair: &ProbePair, values: &ComparedValues) -> Self {
         let seen = pair.seen(values);
         let part = |direction: usize| {
-            let rms = |term: &dyn Fn(&SeenWhirl) -> f64| {
+            let rms = |term: &dyn Fn(&MeasuredWhirl) -> f64| {
                 (seen.iter().map(term).sum::<f64>() / seen.len().max(1) as f64).sqrt()
             };
-            let error2 = |s: &SeenWhirl| (s.model_m[direction] - s.measured_m[direction]).norm_sqr();
+            let error2 = |s: &MeasuredWhirl| (s.model_m[direction] - s.measured_m[direction]).norm_sqr();
             WhirlPart {
                 measured_um: 1e6 * rms(&|s| s.measured_m[direction].norm_sqr()),
                 model_um: 1e6 * rms(&|s| s.model_m[direction].norm_sqr()),

@@ -71,11 +71,11 @@ impl<'a> Base<'a> {
         };
         let starts = [x.clone(), shifted(0.35, -0.35), shifted(-0.35, 0.35)];
         let stated = hypothesis.effects.len();
-        Self::settle(fitter, hypothesis, stated, starts)
+        Self::fit_base(fitter, hypothesis, stated, starts)
     }
 
     /// Fits a hypothesis, of whose effects the file states the first so many, from these starts, taking the drawing's errors anew around each fit.
-    pub fn settle(
+    pub fn fit_base(
         fitter: &'a Fitter<'a>,
         hypothesis: Hypothesis<'a>,
         stated: usize,
@@ -93,7 +93,7 @@ impl<'a> Base<'a> {
         let start = [fit.x.clone()];
         let there = fitter.fit(&hypothesis, &start, &around, Effort::Search, Some(&fit.amplitudes))?;
         if !fitter.drawing_is_exact() {
-            (fit, drawing) = fitter.settled(&hypothesis, &fit, &drawing, Effort::Search)?;
+            (fit, drawing) = fitter.on_common_optimum(&hypothesis, &fit, &drawing, Effort::Search)?;
         }
         let (fit, drawing) = fitter.under_own_scatter(&hypothesis, fit, drawing)?;
         Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
@@ -185,7 +185,7 @@ impl<'a> Base<'a> {
             let amplitudes = Some(&t.fit.amplitudes);
             (self.fitter.fit(&with, &start, &drawing, Effort::Search, amplitudes)?, drawing)
         } else {
-            self.fitter.settled(&with, &t.fit, &self.search.0, Effort::Search)?
+            self.fitter.on_common_optimum(&with, &t.fit, &self.search.0, Effort::Search)?
         };
         let (fit, own) = self.fitter.under_own_scatter(&with, fit, own)?;
         t.evidence = self.fitter.evidence(&self.fit, &fit);

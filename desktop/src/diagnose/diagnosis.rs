@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Assumed;
-use crate::fit::progress::Told;
+use crate::fit::progress::ProgressListener;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 
@@ -33,7 +33,11 @@ pub fn diagnose(rotor: &Rotor, readings: &[Reading]) -> Result<Diagnosis, Error>
 ///
 /// # Errors
 /// As [`diagnose`].
-pub fn diagnose_telling(rotor: &Rotor, readings: &[Reading], told: Told) -> Result<Diagnosis, Error> {
+pub fn diagnose_telling(
+    rotor: &Rotor,
+    readings: &[Reading],
+    told: ProgressListener,
+) -> Result<Diagnosis, Error> {
     let rotor = &rotor.as_stated();
     let noise = Noise::of(rotor, readings);
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings)).telling(told);

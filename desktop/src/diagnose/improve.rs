@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Assumed;
-use crate::fit::progress::Told;
+use crate::fit::progress::ProgressListener;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::statistics::scatter::Scatter;
@@ -133,7 +133,7 @@ pub fn improve(rotor: &Rotor, readings: &[Reading], progress: impl FnMut(&Step))
 pub fn improve_telling(
     rotor: &Rotor,
     readings: &[Reading],
-    told: Told,
+    told: ProgressListener,
     mut progress: impl FnMut(&Step),
 ) -> Result<Outcome, Error> {
     let stated = rotor.as_stated();

@@ -147,7 +147,7 @@ fn grown<'a>(
     });
     let many = followed.count();
     let settle = |(base, t): &(&Base<'a>, &Tried)| {
-        Base::settle(base.fitter, base.hypothesis.with(t.assumed), base.stated, base.scaled_for_file(t))
+        Base::fit_base(base.fitter, base.hypothesis.with(t.assumed), base.stated, base.scaled_for_file(t))
     };
     let settled = |child| {
         let base: Base = settle(child)?;

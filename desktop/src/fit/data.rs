@@ -19,7 +19,7 @@ pub type Amplitudes = Vec<Vec<[f64; 2]>>;
 
 /// One probe's value in one reading.
 #[derive(Debug, Clone, Copy)]
-pub struct Value {
+pub struct FitValue {
     pub probe: usize,
     pub measured_m: C,
     /// Standard deviation of each component, m.
@@ -27,7 +27,7 @@ pub struct Value {
 }
 
 #[derive(Debug, Clone)]
-pub struct Row {
+pub struct FitRow {
     /// Number of the run, in the order in which they come.
     pub run: usize,
     /// Number of its `[[run]]` in the rotor's file, if it lists that run.
@@ -38,10 +38,10 @@ pub struct Row {
     /// Trial weights: position, m, and unbalance, kg·m.
     pub added: Vec<(f64, C)>,
     /// Values that were not lost.
-    pub values: Vec<Value>,
+    pub values: Vec<FitValue>,
 }
 
-impl Row {
+impl FitRow {
     /// How much of a pattern acts in this reading.
     pub fn share_of(&self, pattern: Pattern) -> f64 {
         match pattern {
@@ -56,7 +56,7 @@ impl Row {
 #[derive(Debug, Clone, Default)]
 pub struct Data {
     /// In the order of the file.
-    pub rows: Vec<Row>,
+    pub rows: Vec<FitRow>,
     /// What gap voltages say about the journals' places.
     pub(super) centreline: Vec<JournalReading>,
 }
@@ -75,14 +75,14 @@ impl Data {
             let listed = rotor.run.iter().position(|r| Some(&r.name) == name);
             let weights = listed.iter().flat_map(|k| &rotor.run[*k].added_unbalance);
             let present = reading.probes.iter().enumerate().filter_map(|(probe, y)| y.map(|y| (probe, y)));
-            Row {
+            FitRow {
                 run: number,
                 listed,
                 speed_rad_s: reading.speed_rad_s(),
                 run_share,
                 added: weights.map(|a| (a.position_m, phasor_kg_m(a.magnitude_g_mm, a.angle_deg))).collect(),
                 values: present
-                    .map(|(probe, measured_m)| Value {
+                    .map(|(probe, measured_m)| FitValue {
                         probe,
                         measured_m,
                         sigma_m: noise.sigma_m(measured_m),
@@ -110,7 +110,7 @@ impl Data {
     }
 
     /// Every value, row by row.
-    pub fn values(&self) -> impl Iterator<Item = &Value> {
+    pub fn values(&self) -> impl Iterator<Item = &FitValue> {
         self.rows.iter().flat_map(|r| &r.values)
     }
 

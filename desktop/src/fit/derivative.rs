@@ -4,8 +4,8 @@
 use nalgebra::{Complex, DMatrix, Matrix2};
 
 use super::centreline;
-use super::data::{Row, Value};
-use super::problem::{Evaluated, Problem};
+use super::data::{FitRow, FitValue};
+use super::problem::{Evaluation, Problem};
 use crate::effects::terms::Terms;
 use crate::receptance::update::Response;
 
@@ -55,7 +55,7 @@ impl Problem<'_> {
         d
     }
 
-    fn add_support_slopes(&self, now: &Evaluated, up: &Terms, down: &Terms, slopes: &mut [C]) {
+    fn add_support_slopes(&self, now: &Evaluation, up: &Terms, down: &Terms, slopes: &mut [C]) {
         if now.terms.foundation.is_some() && up.supports != down.supports {
             return self.add_slopes_on_foundation(now, up, down, slopes);
         }
@@ -79,7 +79,7 @@ impl Problem<'_> {
     }
 
     /// A foundation passes a change at one bearing on to all.
-    fn add_slopes_on_foundation(&self, now: &Evaluated, up: &Terms, down: &Terms, slopes: &mut [C]) {
+    fn add_slopes_on_foundation(&self, now: &Evaluation, up: &Terms, down: &Terms, slopes: &mut [C]) {
         let mut at = 0;
         for (r, row) in self.data.rows.iter().enumerate() {
             let forces = |terms: &Terms| self.supports(terms, r).forces(&now.motion[r]);
@@ -93,14 +93,14 @@ impl Problem<'_> {
     }
 
     /// What a probe on a housing reads of it changes with bearing and pedestal, whatever the shaft does.
-    fn add_housing_slopes(&self, now: &Evaluated, up: &Terms, down: &Terms, slopes: &mut [C]) {
+    fn add_housing_slopes(&self, now: &Evaluation, up: &Terms, down: &Terms, slopes: &mut [C]) {
         if up.supports == down.supports {
             return;
         }
         let mut at = 0;
         for (r, row) in self.data.rows.iter().enumerate() {
             for (a, b) in self.mounted(up, r).iter().zip(&self.mounted(down, r)) {
-                let shown = |v: &Value| now.terms.shows[v.probe] == a.probe;
+                let shown = |v: &FitValue| now.terms.shows[v.probe] == a.probe;
                 let Some(k) = row.values.iter().position(shown) else { continue };
                 let change = (&a.reading - &b.reading).dot(&now.motion[r]);
                 let gain = now.terms.gains[row.values[k].probe];
@@ -110,7 +110,7 @@ impl Problem<'_> {
         }
     }
 
-    fn add_damping_slopes(&self, now: &Evaluated, up: &Terms, down: &Terms, slopes: &mut [C]) {
+    fn add_damping_slopes(&self, now: &Evaluation, up: &Terms, down: &Terms, slopes: &mut [C]) {
         let slope = (up.internal_damping_s - down.internal_damping_s) / (2.0 * SLOPE_STEP);
         if slope == 0.0 {
             return;
@@ -137,7 +137,7 @@ impl Problem<'_> {
         }
     }
 
-    fn add_gain_slopes(&self, now: &Evaluated, up: &Terms, down: &Terms, slopes: &mut [C]) {
+    fn add_gain_slopes(&self, now: &Evaluation, up: &Terms, down: &Terms, slopes: &mut [C]) {
         if up.gains == down.gains {
             return;
         }
@@ -148,7 +148,7 @@ impl Problem<'_> {
     }
 
     /// Another speed changes the receptances themselves: two whole responses.
-    fn add_speed_slopes(&self, now: &Evaluated, up: &Terms, down: &Terms, slopes: &mut [C]) {
+    fn add_speed_slopes(&self, now: &Evaluation, up: &Terms, down: &Terms, slopes: &mut [C]) {
         if up.speed_factor == down.speed_factor {
             return;
         }
@@ -161,14 +161,14 @@ impl Problem<'_> {
     }
 
     /// Motion that every value shows under the linear unknowns, gain and runout left out.
-    fn shown(&self, now: &Evaluated, responses: &[Response]) -> Vec<C> {
+    fn shown(&self, now: &Evaluation, responses: &[Response]) -> Vec<C> {
         let probes = now.terms.shows.len();
         let known = C::from(1.0);
         let motion = |response: &Response, probe: usize| -> C {
             let sizes = now.solved.unknowns.iter().chain([&known]).enumerate();
             sizes.map(|(j, size)| size * response.probes[j * probes + probe]).sum()
         };
-        let of_row = |(row, response): (&Row, &Response)| {
+        let of_row = |(row, response): (&FitRow, &Response)| {
             row.values.iter().map(|v| motion(response, now.terms.shows[v.probe])).collect::<Vec<C>>()
         };
         self.data.rows.iter().zip(responses).flat_map(of_row).collect()

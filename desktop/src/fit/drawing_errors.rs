@@ -6,7 +6,7 @@ use crate::machine::drawing::Rotor;
 use crate::machine::place::Pattern;
 use crate::machine::tolerance::{Deviation, Deviations};
 use crate::receptance::plant::Force;
-use crate::reduction::nodal::{Row, Section, Shaft};
+use crate::reduction::nodal::{NodalSum, Section, Shaft};
 use crate::shaft::mesh::Piece;
 
 /// Step in standard deviations for the change of an element: its matrices are smooth in its diameter.
@@ -23,46 +23,46 @@ pub(super) struct ElementChange {
 }
 
 /// What one error of the drawing changes, per standard deviation.
-pub(super) enum Change {
+pub(super) enum DrawingChange {
     Elements(Vec<ElementChange>),
     /// Mass, diametral and polar inertia at a place.
     Inertia {
-        displacement: Row,
-        tilt: Row,
+        displacement: NodalSum,
+        tilt: NodalSum,
         inertia: [f64; 3],
     },
     /// A disk moves with all that acts at it.
     Disk {
         number: usize,
-        displacement: [Row; 2],
-        tilt: [Row; 2],
+        displacement: [NodalSum; 2],
+        tilt: [NodalSum; 2],
         inertia: [f64; 3],
     },
     Bearing {
         number: usize,
-        rate: Row,
+        rate: NodalSum,
     },
     Probe {
         number: usize,
-        rate: Row,
+        rate: NodalSum,
     },
     /// Unbalance and trial weights of a plane move.
     Plane {
         force: Force,
-        rate: Row,
+        rate: NodalSum,
     },
 }
 
 /// The errors of a drawing around a state of it.
 pub struct DrawingErrors {
-    pub(super) changes: Vec<Change>,
+    pub(super) changes: Vec<DrawingChange>,
 }
 
 impl DrawingErrors {
     /// Around the deviations `centre`.
     pub fn new(rotor: &Rotor, shaft: &Shaft, deviations: &Deviations, centre: &DVector<f64>) -> Self {
         let (_, offsets) = deviations.apply(rotor, centre);
-        let scaled = |row: &Row, by: f64| row.iter().map(|(k, v)| (*k, v * by)).collect::<Row>();
+        let scaled = |row: &NodalSum, by: f64| row.iter().map(|(k, v)| (*k, v * by)).collect::<NodalSum>();
         let rate = |section: &Section, sd: f64| scaled(&section.displacement_rate, sd);
         let at_disk = |i: usize| {
             let section = shaft.section(rotor.disk[i].position_m);
@@ -82,33 +82,34 @@ impl DrawingErrors {
             let (_, displacement, tilt) = at_disk(i);
             let mut inertia = [0.0; 3];
             inertia[which] = at_rest(i)[which] * sd;
-            Change::Inertia { displacement, tilt, inertia }
+            DrawingChange::Inertia { displacement, tilt, inertia }
         };
         let change = |(number, (kind, sd)): (usize, &(Deviation, f64))| match *kind {
             Deviation::Modulus | Deviation::Diameter(_) => {
-                Change::Elements(element_changes(rotor, shaft, deviations, centre, number))
+                DrawingChange::Elements(element_changes(rotor, shaft, deviations, centre, number))
             }
             Deviation::DiskMass(i) => only(i, 0, *sd),
             Deviation::DiskDiametralInertia(i) => only(i, 1, *sd),
             Deviation::DiskPolarInertia(i) => only(i, 2, *sd),
             Deviation::DiskPosition(number) => {
                 let (section, displacement, tilt) = at_disk(number);
-                Change::Disk {
+                DrawingChange::Disk {
                     number,
                     displacement: [displacement, rate(section, *sd)],
                     tilt: [tilt, scaled(&section.tilt_rate, *sd)],
                     inertia: inertia_of(number),
                 }
             }
-            Deviation::BearingPosition(i) => {
-                Change::Bearing { number: i, rate: rate(shaft.section(rotor.bearing[i].position_m), *sd) }
-            }
+            Deviation::BearingPosition(i) => DrawingChange::Bearing {
+                number: i,
+                rate: rate(shaft.section(rotor.bearing[i].position_m), *sd),
+            },
             Deviation::ProbePosition(i) => {
-                Change::Probe { number: i, rate: rate(shaft.section(rotor.probe[i].position_m), *sd) }
+                DrawingChange::Probe { number: i, rate: rate(shaft.section(rotor.probe[i].position_m), *sd) }
             }
             Deviation::PlanePosition(i) => {
                 let z = rotor.plane[i].position_m;
-                Change::Plane { force: Force::UnbalanceAt(z), rate: rate(shaft.section(z), *sd) }
+                DrawingChange::Plane { force: Force::UnbalanceAt(z), rate: rate(shaft.section(z), *sd) }
             }
         };
         Self { changes: deviations.kinds.iter().enumerate().map(change).collect() }

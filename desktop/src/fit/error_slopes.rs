@@ -7,12 +7,12 @@
 
 use nalgebra::{Complex, DMatrix, DVectorView, Matrix4, Vector4};
 
-use super::drawing_errors::{Change, DrawingErrors, ElementChange};
-use super::problem::{Evaluated, Problem};
+use super::drawing_errors::{DrawingChange, DrawingErrors, ElementChange};
+use super::problem::{Evaluation, Problem};
 use crate::effects::Pattern;
 use crate::receptance::plant::{Force, Plant, Sense, loss};
 use crate::receptance::update::{Mounted, nominal};
-use crate::reduction::nodal::Row;
+use crate::reduction::nodal::NodalSum;
 
 type C = Complex<f64>;
 const I: C = C::new(0.0, 1.0);
@@ -39,7 +39,7 @@ impl Problem<'_> {
     }
 
     /// Size of each force of the plant in a row.
-    fn sizes(&self, now: &Evaluated, row: usize, speed_rad_s: f64) -> Vec<C> {
+    fn sizes(&self, now: &Evaluation, row: usize, speed_rad_s: f64) -> Vec<C> {
         let mut sizes = vec![C::from(0.0); self.plant.forward.forces.ncols()];
         let known = C::from(1.0);
         let columns = self.columns_of(row, speed_rad_s);
@@ -59,7 +59,7 @@ impl Fields {
         C::new(self.0[(coordinate, 2 * field)], self.0[(coordinate, 2 * field + 1)])
     }
 
-    fn along(&self, row: &Row, field: usize) -> C {
+    fn along(&self, row: &NodalSum, field: usize) -> C {
         row.iter().map(|(k, v)| self.at(*k, field) * *v).sum()
     }
 
@@ -68,13 +68,13 @@ impl Fields {
     }
 
     /// Product of adjoint and motion at two places, for each probe's adjoint.
-    fn product(&self, adjoint: &Row, motion: &Row, probe: usize) -> C {
+    fn product(&self, adjoint: &NodalSum, motion: &NodalSum, probe: usize) -> C {
         self.along(adjoint, 1 + probe) * self.along(motion, 0)
     }
 }
 
 /// Forces of one sense of whirl that the fields come from.
-struct Acting<'a> {
+struct WhirlForces<'a> {
     /// Number of each held place among the plant's.
     places: &'a [usize],
     /// Forces at the held places, places × fields.
@@ -87,7 +87,7 @@ struct Acting<'a> {
 
 impl Fields {
     /// From the modes of a sense and their motion per unit of force.
-    fn new(sense: &Sense, gains: &[C], acting: &Acting) -> Self {
+    fn new(sense: &Sense, gains: &[C], acting: &WhirlForces) -> Self {
         let mut modal = DMatrix::zeros(gains.len(), 2 * acting.held.ncols());
         let mut add = |field: usize, participation: DVectorView<f64>, factor: C| {
             if factor != C::from(0.0) {
@@ -149,7 +149,7 @@ pub(super) struct Snapshot<'a> {
 }
 
 impl<'a> Snapshot<'a> {
-    pub(super) fn new(problem: &'a Problem, now: &Evaluated, r: usize) -> Self {
+    pub(super) fn new(problem: &'a Problem, now: &Evaluation, r: usize) -> Self {
         let plant = &*problem.plant;
         let (speed_rad_s, damping) = (problem.speed_rad_s(&now.terms, r), now.terms.internal_damping_s);
         let (supports, places) = (problem.supports(&now.terms, r), problem.places());
@@ -176,9 +176,11 @@ impl<'a> Snapshot<'a> {
         };
         let sizes = problem.sizes(now, r, speed_rad_s);
         let along = |sign: f64| plant.probe_angles_rad.iter().map(move |a| C::from_polar(1.0, sign * a));
-        let forward = Acting { places: &places, held: held(0), sizes: &sizes, probes: along(-1.0).collect() };
+        let forward =
+            WhirlForces { places: &places, held: held(0), sizes: &sizes, probes: along(-1.0).collect() };
         // forces that turn with the shaft have no backward part
-        let backward = Acting { places: &places, held: held(1), sizes: &[], probes: along(1.0).collect() };
+        let backward =
+            WhirlForces { places: &places, held: held(1), sizes: &[], probes: along(1.0).collect() };
         let read_of = |(probe, reading): &(usize, Vec<[C; 2]>)| {
             places.iter().zip(reading).map(|(place, read)| (*probe, *place, *read)).collect::<Vec<_>>()
         };
@@ -201,29 +203,29 @@ impl<'a> Snapshot<'a> {
     }
 
     /// What a probe shows, its gain left out, of a unit force that turns forward and of one that turns backward.
-    pub(super) fn under_force(&self, at: &Row, probe: usize) -> [C; 2] {
+    pub(super) fn under_force(&self, at: &NodalSum, probe: usize) -> [C; 2] {
         [self.forward.along(at, 1 + probe), self.backward.along(at, 1 + probe)]
     }
 
     /// Motion of the shaft forward and backward, m.
-    pub(super) fn motion(&self, at: &Row) -> [C; 2] {
+    pub(super) fn motion(&self, at: &NodalSum) -> [C; 2] {
         [self.forward.along(at, 0), self.backward.along(at, 0)]
     }
 
     /// Change at every probe, its gain left out.
-    fn slopes(&self, change: &Change) -> Vec<C> {
+    fn slopes(&self, change: &DrawingChange) -> Vec<C> {
         let w2 = self.speed_rad_s * self.speed_rad_s;
         let each = |f: &dyn Fn(usize) -> C| (0..self.probes()).map(f).collect::<Vec<C>>();
         match change {
-            Change::Elements(all) => self.element_slopes(all),
-            Change::Inertia { displacement, tilt, inertia: [mass, diametral, polar] } => each(&|p| {
+            DrawingChange::Elements(all) => self.element_slopes(all),
+            DrawingChange::Inertia { displacement, tilt, inertia: [mass, diametral, polar] } => each(&|p| {
                 let whirl = |fields: &Fields, polar: f64| {
                     let moved = fields.product(displacement, displacement, p) * *mass;
                     moved + fields.product(tilt, tilt, p) * (diametral - polar)
                 };
                 (whirl(&self.forward, *polar) + whirl(&self.backward, -polar)) * w2
             }),
-            Change::Disk { number, displacement: [here, rate], tilt: [tilt, tilt_rate], inertia } => {
+            DrawingChange::Disk { number, displacement: [here, rate], tilt: [tilt, tilt_rate], inertia } => {
                 each(&|p| {
                     let [mass, diametral, polar] = *inertia;
                     let whirl = |fields: &Fields, polar: f64| {
@@ -238,21 +240,21 @@ impl<'a> Snapshot<'a> {
                         + self.support_slope(self.plant.bearings + number, rate, p)
                 })
             }
-            Change::Bearing { number, rate } => each(&|p| {
+            DrawingChange::Bearing { number, rate } => each(&|p| {
                 let housing = self.mounted.iter().filter(|(probe, place, _)| (probe, place) == (&p, number));
                 let moved = housing.map(|(_, _, [forward, backward])| {
                     forward * self.forward.along(rate, 0) + backward * self.backward.along(rate, 0)
                 });
                 self.support_slope(*number, rate, p) - moved.sum::<C>()
             }),
-            Change::Probe { number, rate } => each(&|p| {
+            DrawingChange::Probe { number, rate } => each(&|p| {
                 if p != *number {
                     return C::from(0.0);
                 }
                 let turn = C::from_polar(1.0, self.plant.probe_angles_rad[p]);
                 turn.conj() * self.forward.along(rate, 0) + turn * self.backward.along(rate, 0)
             }),
-            Change::Plane { force, rate } => {
+            DrawingChange::Plane { force, rate } => {
                 let size = self.sizes[self.plant.column(*force)];
                 each(&|p| self.forward.along(rate, 1 + p) * size)
             }
@@ -260,7 +262,7 @@ impl<'a> Snapshot<'a> {
     }
 
     /// A support moves along the shaft: what it feels changes, and where it pushes.
-    fn support_slope(&self, place: usize, rate: &Row, probe: usize) -> C {
+    fn support_slope(&self, place: usize, rate: &NodalSum, probe: usize) -> C {
         let Some(i) = self.places.iter().position(|p| *p == place) else { return C::from(0.0) };
         let sense = |fields: &Fields, s: usize| {
             fields.along(rate, 1 + probe) * self.held[i][s]

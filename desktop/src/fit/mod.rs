@@ -5,13 +5,14 @@
 //! | [`data`], [`hypothesis`] | what was measured, what is unknown |
 //! | [`problem`], `derivative`, `optimum` | the least-squares problem of one hypothesis, and its solution |
 //! | [`projection`] | its linear unknowns, solved for exactly |
-//! | [`drawing_errors`], `settle` | allowing for the drawing's errors |
+//! | [`drawing_errors`], `common_optimum` | allowing for the drawing's errors |
 //! | `scattered`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
 //! | `queries`, [`trial`] | uncertainty, sensitivity and misfit of a fit that is there, or anywhere else |
 //!
 //! [`Fitter`] holds what all hypotheses about one machine share.
 
 mod centreline;
+mod common_optimum;
 pub mod data;
 mod derivative;
 pub(crate) mod descent;
@@ -24,7 +25,6 @@ pub mod progress;
 pub mod projection;
 mod queries;
 mod scattered;
-mod settle;
 mod supports;
 #[cfg(test)]
 mod tests;
@@ -46,16 +46,16 @@ use crate::model::amplitude::Relaxation;
 use crate::receptance::plant::Plant;
 use crate::reduction::nodal::Shaft;
 use crate::statistics::evidence::Sizes;
-use crate::statistics::scatter::{Scatter, Series};
-use crate::statistics::whitening::{Scattered, Whitening};
+use crate::statistics::scatter::{Predecessors, Scatter};
+use crate::statistics::whitening::{DataScatter, Whitening};
 use data::Amplitudes;
 use data::Data;
 use descent::Stop;
 use hypothesis::{Assumed, Hypothesis};
 pub use optimum::Fit;
 use problem::Problem;
-use progress::{Progress, Told};
-use projection::Solved;
+use progress::{Progress, ProgressListener};
+use projection::LinearSolution;
 
 type C = Complex<f64>;
 
@@ -130,8 +130,8 @@ impl<'a> Fitter<'a> {
     pub fn new(rotor: &'a Rotor, data: Data) -> Self {
         let values = 2 * data.count();
         let used_up = Bearings::of(rotor).count() + 2 * rotor.plane.len();
-        let scattered = Scattered {
-            series: Arc::new(Series::new(data.series())),
+        let scattered = DataScatter {
+            series: Arc::new(Predecessors::new(data.series())),
             runs: Arc::new(DMatrix::zeros(values, 0)),
             scatter: Scatter::STATED,
             free: values.saturating_sub(used_up).max(1) as f64,
@@ -152,7 +152,7 @@ impl<'a> Fitter<'a> {
     }
 
     /// The same for a search that somebody waits for.
-    pub fn telling(self, told: Told<'a>) -> Self {
+    pub fn telling(self, told: ProgressListener<'a>) -> Self {
         Self { progress: Progress::telling(told), ..self }
     }
 
@@ -313,7 +313,7 @@ impl<'a> Fitter<'a> {
     }
 
     /// The model at every value, m, with the drawing's errors at their most probable.
-    fn predicted_m(&self, solved: &Solved, drawing: &Drawing) -> Vec<C> {
+    fn predicted_m(&self, solved: &LinearSolution, drawing: &Drawing) -> Vec<C> {
         let mut predicted_m = solved.predicted_m(&self.data);
         let shift = drawing.whitening.shift(&drawing.whitening.estimate(&solved.left));
         for (i, (m, v)) in predicted_m.iter_mut().zip(self.data.values()).enumerate() {

@@ -13,7 +13,7 @@ use super::centreline;
 use super::data::{Amplitudes, Data};
 use super::descent::{Objective, Stop, descend};
 use super::hypothesis::Hypothesis;
-use super::projection::Solved;
+use super::projection::LinearSolution;
 use crate::decomposition::pseudo_inverse;
 use crate::effects::terms::Terms;
 use crate::effects::{Pattern, Place};
@@ -36,7 +36,7 @@ pub struct Problem<'a> {
     pub(super) amplitudes: Option<Amplitudes>,
     whitening: &'a Whitening,
     x: DVector<f64>,
-    now: Option<Evaluated>,
+    now: Option<Evaluation>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -56,9 +56,9 @@ pub enum Column {
 }
 
 /// Everything at one point of the search.
-pub struct Evaluated {
+pub struct Evaluation {
     /// The linear unknowns and the residuals.
-    pub solved: Solved,
+    pub solved: LinearSolution,
     /// The response of each row.
     pub responses: Vec<Response>,
     /// Motion of the held places in each row.
@@ -154,7 +154,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The evaluation there; `None` if the machine is singular.
-    pub fn evaluated(&self) -> Option<&Evaluated> {
+    pub fn evaluated(&self) -> Option<&Evaluation> {
         self.now.as_ref()
     }
 
@@ -162,7 +162,7 @@ impl<'a> Problem<'a> {
     pub fn prior_cost(&self) -> f64 {
         let prior: f64 = self.hypothesis.bearings.prior_residuals(self.x.as_slice()).map(|r| r * r).sum();
         let centreline =
-            |now: &Evaluated| centreline::residuals(&self.data.centreline, &now.terms).norm_squared();
+            |now: &Evaluation| centreline::residuals(&self.data.centreline, &now.terms).norm_squared();
         prior + self.now.as_ref().map_or(0.0, centreline)
     }
 
@@ -206,15 +206,15 @@ impl<'a> Problem<'a> {
         (columns, target)
     }
 
-    fn evaluate(&self, x: &[f64]) -> Option<Evaluated> {
+    fn evaluate(&self, x: &[f64]) -> Option<Evaluation> {
         let terms = self.hypothesis.terms(x);
         let responses = self.respond(&terms)?;
         let (columns, target) = self.linear_system(&terms, &responses);
-        let solved = Solved::new(columns, target, self.whitening)?;
+        let solved = LinearSolution::new(columns, target, self.whitening)?;
         let sizes = solved.unknowns.iter().copied().chain([C::from(1.0)]);
         let sizes = DVector::from_iterator(self.unknowns.len() + 1, sizes);
         let total = |response: &Response| &response.held * &sizes;
-        Some(Evaluated { motion: responses.iter().map(total).collect(), solved, responses, terms })
+        Some(Evaluation { motion: responses.iter().map(total).collect(), solved, responses, terms })
     }
 }
 
@@ -235,7 +235,7 @@ impl Problem<'_> {
     }
 
     /// The linear unknowns there; `None` if the machine is singular.
-    pub(super) fn solved(&self) -> Option<&Solved> {
+    pub(super) fn solved(&self) -> Option<&LinearSolution> {
         self.now.as_ref().map(|n| &n.solved)
     }
 

@@ -3,17 +3,17 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Hears how many fits are done, of how many that are planned so far.
-pub type Told<'a> = &'a (dyn Fn(usize, usize) + Sync);
+pub type ProgressListener<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
 #[derive(Default)]
 pub struct Progress<'a> {
     done: AtomicUsize,
     planned: AtomicUsize,
-    told: Option<Told<'a>>,
+    told: Option<ProgressListener<'a>>,
 }
 
 impl<'a> Progress<'a> {
-    pub fn telling(told: Told<'a>) -> Self {
+    pub fn telling(told: ProgressListener<'a>) -> Self {
         Self { told: Some(told), ..Self::default() }
     }
 

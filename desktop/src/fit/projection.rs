@@ -9,7 +9,7 @@ use crate::statistics::whitening::Whitening;
 type C = Complex<f64>;
 
 /// The linear unknowns solved for, and what they leave.
-pub struct Solved {
+pub struct LinearSolution {
     /// Linear unknowns: planes (kg·m), then the effects' in their own units.
     pub unknowns: Vec<C>,
     /// Weighted (and whitened) residuals, real and imaginary parts in turn.
@@ -21,7 +21,7 @@ pub struct Solved {
     normal: Cholesky<f64, Dyn>,
 }
 
-impl Solved {
+impl LinearSolution {
     /// Solves for the unknowns; `None` if they cannot be told apart at all.
     pub fn new(columns: DMatrix<f64>, target: DVector<f64>, whitening: &Whitening) -> Option<Self> {
         if whitening.is_plain() {

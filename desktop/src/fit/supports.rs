@@ -3,7 +3,7 @@
 use nalgebra::{Complex, DMatrix, DVector, Matrix2};
 
 use super::problem::Problem;
-use crate::bearing::foundation::Held;
+use crate::bearing::foundation::FoundationStiffness;
 use crate::bearing::support::SupportLaw;
 use crate::effects::Place;
 use crate::effects::terms::Terms;
@@ -51,7 +51,7 @@ impl Problem<'_> {
     }
 
     /// How the bearings on a foundation hold the shaft in a row.
-    fn on_foundation(&self, terms: &Terms, row: usize) -> Option<Held> {
+    fn on_foundation(&self, terms: &Terms, row: usize) -> Option<FoundationStiffness> {
         let footing = terms.foundation.as_ref()?;
         let own = |b: &usize| self.stiffness(terms, terms.supports[*b].0, &terms.supports[*b].1, row);
         let own: Vec<_> = footing.bearings.iter().map(own).collect();

@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use nalgebra::Complex;
 
 use super::data::Amplitudes;
-use super::data::{Data, Value};
+use super::data::{Data, FitValue};
 use super::hypothesis::Hypothesis;
 use super::problem::Problem;
 use super::within::{Bounds, descend_within};
@@ -16,7 +16,7 @@ use crate::error::Error;
 /// Σ|u_c| + Σ|u_s| of the differences between the data and a model, µm: the objective of Bera et al.,
 /// Machines 2023, 11, 976.
 pub fn summed_residual_um(data: &Data, predicted_m: &[Complex<f64>]) -> f64 {
-    let difference = |(v, y): (&Value, &Complex<f64>)| (v.measured_m - y).l1_norm() * 1e6;
+    let difference = |(v, y): (&FitValue, &Complex<f64>)| (v.measured_m - y).l1_norm() * 1e6;
     data.values().zip(predicted_m).map(difference).sum()
 }
 

@@ -9,7 +9,7 @@ const DEFAULT_RANGE: f64 = 2.5;
 
 /// What the data said about a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Identified {
+pub enum Identifiability {
     /// The data fix it at least twice as well as the starting guess did.
     FromData,
     /// The data say little or nothing; it stayed near its start.
@@ -31,7 +31,7 @@ pub struct BearingParameter {
     /// Standard deviation relative to the value, prior included; of a number that may vanish, relative to its unit.
     pub relative_sd: f64,
     /// Whether the data decided it.
-    pub identified: Identified,
+    pub identified: Identifiability,
 }
 
 /// Lowest and highest search coordinate of everything that data may decide about the bearings.

@@ -10,7 +10,7 @@ use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::model::{Model, Response};
-use crate::statistics::scatter::Series;
+use crate::statistics::scatter::Predecessors;
 
 type C = Complex<f64>;
 
@@ -21,13 +21,13 @@ const ABSOLUTE: f64 = FRAC_PI_2;
 const STEP: f64 = 0.01;
 
 /// A reading, and the planes' unbalance that phase II found in it, kg·m.
-pub struct Found<'a> {
+pub struct SolvedReading<'a> {
     pub reading: &'a Reading,
     /// One phasor a plane, kg·m.
     pub unbalance_kg_m: DVector<C>,
 }
 
-impl Found<'_> {
+impl SolvedReading<'_> {
     /// What the probes would show per unit of each plane's real and imaginary part, and what they show beyond the known
     /// forces, both in noise units; lost probes left out.
     fn system(&self, response: &Response, noise: &Noise) -> (DMatrix<f64>, DVector<f64>) {
@@ -57,7 +57,12 @@ impl Found<'_> {
 ///
 /// # Errors
 /// If the model is singular at a reading's speed.
-pub fn noise_scale(rotor: &Rotor, model: &Model, noise: &Noise, readings: &[Found]) -> Result<f64, Error> {
+pub fn noise_scale(
+    rotor: &Rotor,
+    model: &Model,
+    noise: &Noise,
+    readings: &[SolvedReading],
+) -> Result<f64, Error> {
     let (mut residuals, mut free) = (Vec::new(), 0.0);
     for found in readings {
         let (columns, target) = found.system(&found.response(model)?, noise);
@@ -65,7 +70,10 @@ pub fn noise_scale(rotor: &Rotor, model: &Model, noise: &Noise, readings: &[Foun
         residuals.extend_from_slice((&target - &columns * (inverse * &target)).as_slice());
         free += columns.nrows().saturating_sub(columns.ncols()) as f64;
     }
-    Ok(Series::new(0..residuals.len() / 2).most_probable(&residuals, free, Noise::log_sd(rotor)).0.scale)
+    Ok(Predecessors::new(0..residuals.len() / 2)
+        .most_probable(&residuals, free, Noise::log_sd(rotor))
+        .0
+        .scale)
 }
 
 /// Covariance of real and imaginary parts of the planes' unbalance in one reading, plane by plane, (kg·m)²; `scale` is the
@@ -76,7 +84,7 @@ pub fn noise_scale(rotor: &Rotor, model: &Model, noise: &Noise, readings: &[Foun
 /// If the model is singular at the reading's speed.
 pub fn unbalance_covariance(
     rotor: &Rotor,
-    found: &Found,
+    found: &SolvedReading,
     noise: &Noise,
     scale: f64,
     bearings: Option<&DMatrix<f64>>,
@@ -146,12 +154,12 @@ mod tests {
         let readings: Vec<Reading> =
             (0..300).map(|_| reading(&rotor, 2.0 * NOISE.floor_um * 1e-6, &mut random)).collect();
         let response = model.response(readings[0].speed_rad_s()).unwrap();
-        let found: Vec<Found> = readings
+        let found: Vec<SolvedReading> = readings
             .iter()
             .map(|reading| {
                 let shown = DVector::from_iterator(4, reading.probes.iter().flatten().copied());
                 let best = least_residual(&response, &shown, &[f64::INFINITY; 2]).unwrap();
-                Found { reading, unbalance_kg_m: best.unbalance_kg_m }
+                SolvedReading { reading, unbalance_kg_m: best.unbalance_kg_m }
             })
             .collect();
         let scale = noise_scale(&rotor, &model, &NOISE, &found).unwrap();
@@ -187,7 +195,7 @@ mod tests {
         let error = DVector::from_vec(error.iter().flat_map(|u| [u.re, u.im]).collect());
         let mut of_bearings = DMatrix::zeros(laws.count(), laws.count());
         of_bearings[(2, 2)] = off * off;
-        let found = Found { reading: &reading, unbalance_kg_m: truth() };
+        let found = SolvedReading { reading: &reading, unbalance_kg_m: truth() };
         let covariance =
             unbalance_covariance(&rotor, &found, &NOISE, 0.0, Some(&of_bearings)).unwrap().unwrap();
         let expected = &error * error.transpose();

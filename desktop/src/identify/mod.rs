@@ -11,7 +11,7 @@ mod swarm;
 #[cfg(test)]
 mod tests;
 
-pub use bearings::{BearingParameter, Identified};
-pub use certainty::{Found, noise_scale, unbalance_covariance};
+pub use bearings::{BearingParameter, Identifiability};
+pub use certainty::{SolvedReading, noise_scale, unbalance_covariance};
 pub use phase_one::{PhaseOne, PhaseOneConfig, identify};
 pub use phase_two::{Bounds, LeastResidual, least_residual};

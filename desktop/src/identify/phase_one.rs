@@ -12,7 +12,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::bearings::{BearingParameter, Identified, Range};
+use super::bearings::{BearingParameter, Identifiability, Range};
 use super::swarm::{self, Swarm};
 use crate::error::Error;
 use crate::fit::data::Data;
@@ -118,9 +118,9 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
         let (value, start) = (law.scale.to_si(fit.x[i]), law.scale.to_si(guess[i]));
         let sd = covariance[(i, i)].sqrt();
         let identified = match at_bound(i) {
-            true => Identified::AtBound,
-            false if sd < 0.5 * law.prior_sd => Identified::FromData,
-            false => Identified::StayedAtStart,
+            true => Identifiability::AtBound,
+            false if sd < 0.5 * law.prior_sd => Identifiability::FromData,
+            false => Identifiability::StayedAtStart,
         };
         let bearing = rotor.bearing[u.bearing].name.clone();
         let (symbol, unit) = (law.symbol.clone(), law.unit);

@@ -74,7 +74,7 @@ fn noiseless_run_up_recovers_true_bearings_and_unbalance() {
     for ((p, truth), start) in found.bearings.iter().zip(truth).zip(coefficients(&rotor)) {
         assert!((p.value / truth - 1.0).abs() < 1e-3, "{p:?}, expected {truth}");
         assert!((p.start / start - 1.0).abs() < 1e-12, "{p:?}, expected a start at {start}");
-        assert_eq!(p.identified, Identified::FromData, "{p:?}");
+        assert_eq!(p.identified, Identifiability::FromData, "{p:?}");
     }
     let error = &found.unbalance_kg_m - true_unbalance_kg_m();
     assert!(error.camax() < 1e-3 * true_unbalance_kg_m().camax(), "{error}");
@@ -88,7 +88,8 @@ fn three_days_at_one_speed_leave_coefficients_near_their_start() {
     let rotor =
         Rotor { noise: Some(Noise { relative: 0.02, floor_um: 0.03, ..Noise::default() }), ..guessed() };
     let found = identify(&rotor, &three_days(), &PhaseOneConfig::default()).unwrap();
-    let open: Vec<_> = found.bearings.iter().filter(|p| p.identified == Identified::StayedAtStart).collect();
+    let open: Vec<_> =
+        found.bearings.iter().filter(|p| p.identified == Identifiability::StayedAtStart).collect();
     assert!(!open.is_empty(), "{:?}", found.bearings);
     for p in open {
         assert!(p.relative_sd <= 0.5 + 1e-9, "no worse than the prior: {p:?}");
@@ -105,11 +106,11 @@ fn coefficient_stops_at_a_bound_that_excludes_the_truth() {
     let config = PhaseOneConfig { bounds: Some(bounds), ..PhaseOneConfig::default() };
     let found = identify(&rotor, &run_up(), &config).unwrap();
     let third = &found.bearings[2];
-    assert_eq!((third.symbol.as_str(), third.identified), ("k_xx", Identified::AtBound), "{third:?}");
+    assert_eq!((third.symbol.as_str(), third.identified), ("k_xx", Identifiability::AtBound), "{third:?}");
     assert!((third.value / 2.8e8 - 1.0).abs() < 1e-12, "{third:?}");
     let others = found.bearings.iter().enumerate().filter(|(i, _)| *i != 2);
     for (_, p) in others {
-        assert_eq!(p.identified, Identified::FromData, "{p:?}");
+        assert_eq!(p.identified, Identifiability::FromData, "{p:?}");
     }
     // the others make up for it: better than at their own best without the bound
     let noise = rotor.noise.unwrap();

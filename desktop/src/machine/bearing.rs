@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::bearing::Law;
-use crate::bearing::constant::{Coefficients, Constant, Learned};
+use crate::bearing::constant::{Coefficients, Constant, SpeedTrend};
 use crate::bearing::film::Film;
 use crate::bearing::film_law::FilmLaw;
 #[cfg(doc)]
@@ -11,7 +11,7 @@ use crate::bearing::law::PRIOR_LOG_SD;
 use crate::bearing::magnetic::Magnetic;
 use crate::bearing::squeeze_film::SqueezeFilm;
 use crate::bearing::support::Pedestal;
-use crate::bearing::table::{Table, TableRow};
+use crate::bearing::table::{CoefficientTable, TableRow};
 
 /// A bearing: its place, and the law by which it holds the shaft.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -90,7 +90,7 @@ pub(super) struct BearingEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     damping_n_s_m: Option<Coefficients>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    learned: Option<Learned>,
+    learned: Option<SpeedTrend>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     table: Option<Vec<TableRow>>,
     /// The name of a table's file, where the text came without a folder to look for it in.
@@ -117,7 +117,7 @@ struct LawEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     damping_n_s_m: Option<Coefficients>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    learned: Option<Learned>,
+    learned: Option<SpeedTrend>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     table: Option<Vec<TableRow>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -148,7 +148,9 @@ impl LawEntry {
             }));
         }
         if let Some(rows) = self.table {
-            laws.push(Law::Table(Table::new(rows).map_err(|what| format!("{key} table: {what}"))?));
+            laws.push(Law::Table(
+                CoefficientTable::new(rows).map_err(|what| format!("{key} table: {what}"))?,
+            ));
         }
         if let Some(film) = self.film {
             laws.push(Law::Film(FilmLaw::new(film).map_err(|e| format!("{key} {e}"))?));

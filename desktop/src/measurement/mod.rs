@@ -7,6 +7,7 @@
 
 mod noise;
 mod reading;
+mod runs;
 pub(crate) mod sequence;
 mod slow_roll;
 mod table;
@@ -19,10 +20,11 @@ use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
 pub use reading::{Reading, phasor_m};
+pub use runs::SortedRun;
 pub use sequence::frozen;
 pub use slow_roll::{SlowRoll, less_runout, runout_m};
-pub use table::{LARGEST_UM, LOWEST_GAP_V, Series, write, write_exactly, write_probes};
-use table::{Unlisted, rows};
+pub use table::{LARGEST_UM, LOWEST_GAP_V, ProbeRecord, write, write_exactly, write_probes};
+use table::{UnlistedRuns, rows};
 pub(crate) use table::{ragged, text_of};
 
 /// Reads a measurement of this rotor, less the slow roll that its file states.
@@ -39,7 +41,7 @@ pub fn read(path: &Path, rotor: &Rotor) -> Result<Vec<Reading>, Error> {
 /// As [`read`], and if the slow roll is not there.
 pub fn read_less(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec<Reading>, Error> {
     let (file, text) = text_of(path)?;
-    parse_less(&file, &text, rotor, slow_roll, Unlisted::Refused)
+    parse_less(&file, &text, rotor, slow_roll, UnlistedRuns::Refused)
 }
 
 /// The same where runs that the rotor's file does not list are blind: what was added in them is sought.
@@ -48,7 +50,7 @@ pub fn read_less(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec
 /// As [`read_less`].
 pub fn read_with_blind_runs(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec<Reading>, Error> {
     let (file, text) = text_of(path)?;
-    parse_less(&file, &text, rotor, slow_roll, Unlisted::Blind)
+    parse_less(&file, &text, rotor, slow_roll, UnlistedRuns::Blind)
 }
 
 /// Reads a measurement of a machine that has no file: probes, and the one unit of all of them, are what the columns say.
@@ -56,7 +58,7 @@ pub fn read_with_blind_runs(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) ->
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_series(path: &Path, known: impl Fn(&str) -> Result<(), String>) -> Result<Series, Error> {
+pub fn read_series(path: &Path, known: impl Fn(&str) -> Result<(), String>) -> Result<ProbeRecord, Error> {
     let (file, text) = text_of(path)?;
     table::series(&file, &text, known)
 }
@@ -66,7 +68,7 @@ pub fn read_series(path: &Path, known: impl Fn(&str) -> Result<(), String>) -> R
 /// # Errors
 /// As [`read`].
 pub fn parse(file: &str, text: &str, rotor: &Rotor) -> Result<Vec<Reading>, Error> {
-    parse_less(file, text, rotor, &SlowRoll::Stated, Unlisted::Refused)
+    parse_less(file, text, rotor, &SlowRoll::Stated, UnlistedRuns::Refused)
 }
 
 fn parse_less(
@@ -74,7 +76,7 @@ fn parse_less(
     text: &str,
     rotor: &Rotor,
     slow_roll: &SlowRoll,
-    unlisted: Unlisted,
+    unlisted: UnlistedRuns,
 ) -> Result<Vec<Reading>, Error> {
     let readings = slow_roll.taken_off(file, rows(file, text, rotor, slow_roll.run(), unlisted)?, rotor)?;
     within_films(file, &readings, rotor)?;

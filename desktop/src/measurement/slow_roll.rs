@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Complex;
 
 use super::reading::Reading;
-use super::table::{Unlisted, rows, text_of};
+use super::table::{UnlistedRuns, rows, text_of};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
@@ -54,7 +54,7 @@ impl SlowRoll {
             Self::Run(name) => rolls.retain(|r| r.run.as_ref() == Some(name)),
             Self::File(path) => {
                 rolls = text_of(path)
-                    .and_then(|(file, text)| rows(&file, &text, rotor, None, Unlisted::Refused))?
+                    .and_then(|(file, text)| rows(&file, &text, rotor, None, UnlistedRuns::Refused))?
             }
         }
         if let (Self::Run(name), true) = (self, rolls.is_empty()) {
@@ -103,7 +103,7 @@ pub fn less_runout(
 /// As [`super::read`], and if a probe has no reading.
 pub fn runout_m(path: &Path, rotor: &Rotor) -> Result<Vec<Complex<f64>>, Error> {
     let (file, text) = text_of(path)?;
-    mean_m(&file, &rows(&file, &text, rotor, None, Unlisted::Refused)?, &names(rotor))
+    mean_m(&file, &rows(&file, &text, rotor, None, UnlistedRuns::Refused)?, &names(rotor))
 }
 
 fn mean_m(file: &str, rolls: &[Reading], probes: &[&str]) -> Result<Vec<Complex<f64>>, Error> {

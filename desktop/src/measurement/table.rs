@@ -33,7 +33,7 @@ struct Columns {
 
 /// What a file holds that names its probes itself.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
+pub struct ProbeRecord {
     /// Unit of the phasors, as the columns have it: `um`, `mm_s`, `m_s2`, …
     pub unit: String,
     /// Names of the probes, in the order of the columns.
@@ -106,7 +106,7 @@ fn probes_of(file: &str, headers: &csv::StringRecord) -> Result<(Vec<String>, St
 
 /// Whether runs may be in the data that the rotor's file does not list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Unlisted {
+pub enum UnlistedRuns {
     /// No: what was added in them is needed, and not known.
     Refused,
     /// Yes: what was added in them is sought.
@@ -119,10 +119,10 @@ pub fn rows(
     text: &str,
     rotor: &Rotor,
     slow_roll: Option<&str>,
-    unlisted: Unlisted,
+    unlisted: UnlistedRuns,
 ) -> Result<Vec<Reading>, Error> {
     let known = |run: &str| {
-        unlisted == Unlisted::Blind
+        unlisted == UnlistedRuns::Blind
             || rotor.run.is_empty()
             || slow_roll == Some(run)
             || rotor.run.iter().any(|r| r.name == run)
@@ -137,14 +137,18 @@ pub fn rows(
 }
 
 /// The same of a file that names its probes itself; `known` says why a run cannot be used.
-pub fn series(file: &str, text: &str, known: impl Fn(&str) -> Result<(), String>) -> Result<Series, Error> {
+pub fn series(
+    file: &str,
+    text: &str,
+    known: impl Fn(&str) -> Result<(), String>,
+) -> Result<ProbeRecord, Error> {
     let (mut unit, mut probes) = Default::default();
     let columns = |headers: &csv::StringRecord| {
         (probes, unit) = probes_of(file, headers)?;
         Columns::of_probes(file, headers, &probes, &unit, "this file")
     };
     let readings = every_row(file, text, columns, known)?;
-    Ok(Series { unit, probes, readings })
+    Ok(ProbeRecord { unit, probes, readings })
 }
 
 fn every_row(

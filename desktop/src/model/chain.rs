@@ -20,7 +20,7 @@ const HALF_WIDTH: usize = 7;
 pub type Nodes = Vec<Vector4<C>>;
 
 /// The shaft and what holds it.
-pub struct Line {
+pub struct ElementChain {
     /// Stiffness, mass, polar inertia and the N of `−Ω²N`, of each node with itself and with the next one.
     own: Vec<[Matrix2<f64>; 4]>,
     next: Vec<[Matrix2<f64>; 4]>,
@@ -29,14 +29,14 @@ pub struct Line {
 }
 
 /// A block tridiagonal matrix.
-pub struct Chain {
+pub struct BlockTridiagonal {
     own: Vec<Matrix4<C>>,
     /// From each node to the next, and back.
     next: Vec<Matrix4<C>>,
     back: Vec<Matrix4<C>>,
 }
 
-impl Line {
+impl ElementChain {
     /// The chain of a model on finite elements, if it is one: no support may sit elsewhere than at a node. With
     /// `printed`, `−Ω²N` is added to the stiffness.
     pub fn new(model: &Model, printed: bool) -> Option<Self> {
@@ -91,7 +91,7 @@ impl Line {
     }
 
     /// Dynamic stiffness for motion `e^{λt}` at a speed of rotation, with supports at rest.
-    pub fn at(&self, lambda: C, speed_rad_s: f64, dampers: Dampers) -> Chain {
+    pub fn at(&self, lambda: C, speed_rad_s: f64, dampers: Dampers) -> BlockTridiagonal {
         let mut chain = self.shaft(lambda, speed_rad_s, dampers);
         for (node, law) in &self.supports {
             chain.hold(*node, &law.held(lambda, speed_rad_s, [0.0; 2], dampers));
@@ -105,7 +105,7 @@ impl Line {
     }
 
     /// The same of the free shaft.
-    pub fn shaft(&self, lambda: C, speed_rad_s: f64, dampers: Dampers) -> Chain {
+    pub fn shaft(&self, lambda: C, speed_rad_s: f64, dampers: Dampers) -> BlockTridiagonal {
         let internal = if dampers == Dampers::In { self.internal_damping_s } else { 0.0 };
         let whole = |[k, m, g, n]: &[Matrix2<f64>; 4]| {
             let direct = k.map(C::from) * (C::from(1.0) + lambda * internal)
@@ -121,7 +121,7 @@ impl Line {
             all
         };
         let transposed = |part: &[Matrix2<f64>; 4]| whole(&part.map(|m| m.transpose()));
-        Chain {
+        BlockTridiagonal {
             own: self.own.iter().map(whole).collect(),
             next: self.next.iter().map(whole).collect(),
             back: self.next.iter().map(transposed).collect(),
@@ -129,7 +129,7 @@ impl Line {
     }
 }
 
-impl Chain {
+impl BlockTridiagonal {
     /// The chain times a motion.
     pub fn times(&self, motion: &Nodes) -> Nodes {
         let one = |i: usize| {
@@ -184,7 +184,7 @@ impl Chain {
 /// A chain at each λ.
 struct ChainFunction<F>(F);
 
-impl<F: Fn(C) -> Chain> MatrixFunction for ChainFunction<F> {
+impl<F: Fn(C) -> BlockTridiagonal> MatrixFunction for ChainFunction<F> {
     /// A central difference, which is exact for a quadratic.
     fn slope(&self, lambda: C, v: &DVector<C>) -> DVector<C> {
         const DIFFERENCE: f64 = 1e-3;
@@ -207,7 +207,7 @@ fn nodes(flat: &DVector<C>) -> Nodes {
 }
 
 /// An eigenpair of `T(λ)`, a chain at each λ, next to a guess of both.
-pub fn eigenpair(at: impl Fn(C) -> Chain, guess: C, start: &Nodes) -> Option<(C, Nodes)> {
+pub fn eigenpair(at: impl Fn(C) -> BlockTridiagonal, guess: C, start: &Nodes) -> Option<(C, Nodes)> {
     const LIMITS: NewtonLimits = NewtonLimits { settled: 1e-8, farthest: 0.05, near: true };
     let found = newton(&ChainFunction(at), guess, &flat(start), &LIMITS)?;
     found.settled.then(|| (found.value, nodes(&found.vector)))

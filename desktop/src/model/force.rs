@@ -18,21 +18,21 @@ pub enum LoadedSection {
 /// A shaft that forces act on.
 pub trait LoadedShaft {
     /// Generalised force in the coordinates of the shaft.
-    type Force;
+    type Coordinates;
 
     /// Of a unit force, N, on the displacement of a section.
-    fn displacing(&self, section: LoadedSection) -> Self::Force;
+    fn displacing(&self, section: LoadedSection) -> Self::Coordinates;
 
     /// Of a unit moment, N·m, on the tilt of a section.
-    fn tilting(&self, section: LoadedSection) -> Self::Force;
+    fn tilting(&self, section: LoadedSection) -> Self::Coordinates;
 
     /// Of the force that holds the shaft straight against a pattern of half sines of unit height, m.
-    fn straightening(&self, pattern: Pattern) -> Self::Force;
+    fn straightening(&self, pattern: Pattern) -> Self::Coordinates;
 }
 
 /// Generalised force of a rotating pattern of unit amplitude (at unit Ω² where it grows with it); `None` for runout, which
 /// is no force.
-pub fn generalised_force<S: LoadedShaft>(pattern: Pattern, shaft: &S) -> Option<S::Force> {
+pub fn generalised_force<S: LoadedShaft>(pattern: Pattern, shaft: &S) -> Option<S::Coordinates> {
     match pattern {
         Pattern::DiskUnbalance(i) => Some(shaft.displacing(LoadedSection::Disk(i))),
         Pattern::DiskTilt(i) => Some(shaft.tilting(LoadedSection::Disk(i))),
@@ -63,7 +63,7 @@ impl DrawnShaft<'_> {
 }
 
 impl LoadedShaft for DrawnShaft<'_> {
-    type Force = DVector<f64>;
+    type Coordinates = DVector<f64>;
 
     fn displacing(&self, section: LoadedSection) -> DVector<f64> {
         self.station(section).displacement.clone()

@@ -9,7 +9,7 @@ pub mod terms;
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector2};
 
-use crate::bearing::foundation::{Footing, Held};
+use crate::bearing::foundation::{Footing, FoundationStiffness};
 use crate::bearing::support::Dampers;
 use crate::decomposition::eigen::quadratic;
 use crate::effects::entry;
@@ -19,7 +19,7 @@ use crate::machine::drawing::{Formulation, Rotor};
 use crate::shaft::structure::{Structure, elements_per_segment};
 use crate::units::rpm;
 use amplitude::Relaxation;
-use chain::Line;
+use chain::ElementChain;
 use force::{DrawnShaft, generalised_force};
 use terms::{Forcing, ProbeTerm, Support};
 
@@ -177,7 +177,7 @@ impl Model {
     }
 
     /// How those hold the shaft.
-    fn on_foundation(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> Option<Held> {
+    fn on_foundation(&self, speed_rad_s: f64, amplitudes_m: &[[f64; 2]]) -> Option<FoundationStiffness> {
         let footing = self.foundation.as_ref()?;
         let own = |s: &usize| self.supports[*s].law.dynamic_stiffness(speed_rad_s, amplitudes_m[*s]);
         Some(footing.held(speed_rad_s, &footing.bearings.iter().map(own).collect::<Vec<_>>()))
@@ -226,7 +226,7 @@ impl Model {
         for f in &self.forcings {
             add(self.planes.len(), &f.shape, f.amplitude * f.law.factor(speed_rad_s));
         }
-        let solved = match Line::new(self, false) {
+        let solved = match ElementChain::new(self, false) {
             Some(line) => self.solve_on_chain(&line, speed_rad_s, amplitudes_m, &columns),
             None => self.dynamic_stiffness(speed_rad_s, amplitudes_m).lu().solve(&columns),
         };
@@ -239,7 +239,7 @@ impl Model {
     /// dynamic stiffness (Sherman–Morrison–Woodbury).
     fn solve_on_chain(
         &self,
-        line: &Line,
+        line: &ElementChain,
         speed_rad_s: f64,
         amplitudes_m: &[[f64; 2]],
         forces: &DMatrix<Complex<f64>>,

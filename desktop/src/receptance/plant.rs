@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::Offsets;
 use crate::model::force::{LoadedSection, LoadedShaft, generalised_force};
-use crate::reduction::nodal::{Row, Section, Shaft};
+use crate::reduction::nodal::{NodalSum, Section, Shaft};
 
 type C = Complex<f64>;
 
@@ -80,7 +80,7 @@ struct OffsetShaft<'a> {
 
 impl OffsetShaft<'_> {
     /// What a force of unit size acts on: nodal coordinates and factors.
-    fn row(&self, force: Force) -> Row {
+    fn row(&self, force: Force) -> NodalSum {
         match force {
             Force::UnbalanceAt(z) => match self.rotor.plane.iter().position(|p| p.position_m == z) {
                 Some(plane) => self.displacing(LoadedSection::Plane(plane)),
@@ -106,19 +106,19 @@ impl OffsetShaft<'_> {
 }
 
 impl LoadedShaft for OffsetShaft<'_> {
-    type Force = Row;
+    type Coordinates = NodalSum;
 
-    fn displacing(&self, section: LoadedSection) -> Row {
+    fn displacing(&self, section: LoadedSection) -> NodalSum {
         let (section, offset_m) = self.section(section);
         section.displacement_beside(offset_m)
     }
 
-    fn tilting(&self, section: LoadedSection) -> Row {
+    fn tilting(&self, section: LoadedSection) -> NodalSum {
         let (section, offset_m) = self.section(section);
         section.tilt_beside(offset_m)
     }
 
-    fn straightening(&self, pattern: Pattern) -> Row {
+    fn straightening(&self, pattern: Pattern) -> NodalSum {
         let bent = self.shaft.bent(pattern).expect("a shaft has every shape that it can be bent to");
         self.shaft.straightening_force(self.rotor, bent).iter().copied().enumerate().collect()
     }
@@ -137,12 +137,12 @@ impl Plant {
         let bearings =
             rotor.bearing.iter().enumerate().map(|(i, b)| beside(b.position_m, &offsets.bearing_m, i));
         let disks = rotor.disk.iter().enumerate().map(|(i, d)| beside(d.position_m, &offsets.disk_m, i));
-        let held: Vec<Row> = bearings.chain(disks).collect();
+        let held: Vec<NodalSum> = bearings.chain(disks).collect();
         let probes = rotor.probe.iter().enumerate().map(|(i, p)| beside(p.position_m, &offsets.probe_m, i));
-        let probes: Vec<Row> = probes.collect();
+        let probes: Vec<NodalSum> = probes.collect();
         let forces = all_forces(rotor);
         let loaded = OffsetShaft { rotor, shaft, offsets };
-        let acting: Vec<Row> = forces.iter().map(|f| loaded.row(*f)).collect();
+        let acting: Vec<NodalSum> = forces.iter().map(|f| loaded.row(*f)).collect();
         let matrices = shaft.matrices(rotor, offsets);
         let mut stiffness = matrices.stiffness;
         for row in &held[..rotor.bearing.len()] {
@@ -157,7 +157,7 @@ impl Plant {
             let inertia = &matrices.mass - &matrices.polar_inertia * sign;
             let pencil = DefinitePencil::new(&inertia, &factor);
             let shapes = &shaft.basis * pencil.vectors();
-            let participation = |rows: &[Row]| {
+            let participation = |rows: &[NodalSum]| {
                 let columns: Vec<DVector<f64>> = rows.iter().map(|row| Shaft::along(row, &shapes)).collect();
                 if columns.is_empty() {
                     DMatrix::zeros(shapes.ncols(), 0)

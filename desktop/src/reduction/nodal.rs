@@ -17,33 +17,33 @@ use crate::shaft::mesh::{Mesh, Piece};
 use crate::shaft::structure::{elements_per_segment, lumps};
 
 /// A sum over nodal coordinates: number and factor.
-pub type Row = Vec<(usize, f64)>;
+pub type NodalSum = Vec<(usize, f64)>;
 
 /// A place on the shaft, as sums over nodal coordinates.
 #[derive(Debug, Clone)]
 pub struct Section {
-    pub displacement: Row,
+    pub displacement: NodalSum,
     /// Tilt of the section there.
-    pub tilt: Row,
+    pub tilt: NodalSum,
     /// Change of the displacement per metre along the shaft.
-    pub displacement_rate: Row,
+    pub displacement_rate: NodalSum,
     /// Change of the tilt per metre along the shaft.
-    pub tilt_rate: Row,
+    pub tilt_rate: NodalSum,
 }
 
 impl Section {
     /// Displacement a small way beside.
-    pub fn displacement_beside(&self, offset_m: f64) -> Row {
+    pub fn displacement_beside(&self, offset_m: f64) -> NodalSum {
         beside(&self.displacement, &self.displacement_rate, offset_m)
     }
 
     /// Tilt a small way beside.
-    pub fn tilt_beside(&self, offset_m: f64) -> Row {
+    pub fn tilt_beside(&self, offset_m: f64) -> NodalSum {
         beside(&self.tilt, &self.tilt_rate, offset_m)
     }
 }
 
-fn beside(value: &Row, rate: &Row, offset_m: f64) -> Row {
+fn beside(value: &NodalSum, rate: &NodalSum, offset_m: f64) -> NodalSum {
     let moved = rate.iter().map(|(k, v)| (*k, v * offset_m));
     value.iter().copied().chain(moved.filter(|_| offset_m != 0.0)).collect()
 }
@@ -143,7 +143,7 @@ impl Shaft {
     }
 
     /// A sum over nodal coordinates as one over the columns of nodal shapes.
-    pub fn along(row: &Row, shapes: &DMatrix<f64>) -> DVector<f64> {
+    pub fn along(row: &NodalSum, shapes: &DMatrix<f64>) -> DVector<f64> {
         DVector::from_fn(shapes.ncols(), |j, _| row.iter().map(|(k, v)| v * shapes[(*k, j)]).sum())
     }
 

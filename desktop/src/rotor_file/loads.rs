@@ -7,7 +7,7 @@ use crate::shaft::statics::statics;
 /// Gives every film whose file states no load its share of the weight: of a horizontal shaft on bearings
 /// at their heights.
 /// Where statics has no answer the load stays unknown, which the checks of the machine tell.
-pub fn settle(rotor: &mut Rotor) {
+pub fn assign_loads(rotor: &mut Rotor) {
     let waits = |law: &Law| matches!(law, Law::Film(film) if film.carries_weight());
     let drawn =
         !rotor.shaft.is_empty() && rotor.shaft.iter().all(|s| s.length_m > 0.0 && s.outer_diameter_m > 0.0);

@@ -23,7 +23,7 @@ pub(super) struct Material {
 }
 
 /// Takes the materials out of a file and puts their numbers into the segments that name them; returns them.
-pub(super) fn settle(root: &mut DeTable<'_>) -> Result<Vec<Material>, (Range<usize>, String)> {
+pub(super) fn resolve(root: &mut DeTable<'_>) -> Result<Vec<Material>, (Range<usize>, String)> {
     let mut stated = Vec::new();
     if let Some(list) = root.remove("material") {
         let whole = list.span();

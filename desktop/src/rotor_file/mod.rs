@@ -75,16 +75,16 @@ fn from_toml(file: &str, text: &str, folder: Option<&Path>) -> Result<Rotor, Err
     };
     let refused = |e: toml::de::Error| at(e.span(), e.message());
     let mut root = DeTable::parse(text).map_err(refused)?;
-    let materials = materials::settle(root.get_mut()).map_err(|(span, what)| at(Some(span), &what))?;
+    let materials = materials::resolve(root.get_mut()).map_err(|(span, what)| at(Some(span), &what))?;
     check_materials(file, &materials)?;
     let tables = folder.map_or_else(|| Ok(Vec::new()), |folder| table_file::texts(root.get_ref(), folder))?;
-    table_file::settle(root.get_mut(), &tables).map_err(refused)?;
+    table_file::resolve(root.get_mut(), &tables).map_err(refused)?;
     let mut rotor = Rotor::deserialize(toml::Deserializer::from(root)).map_err(refused)?;
     if rotor.schema < 2 && !materials.is_empty() {
         let what = format!("{} does not know [[material]], expected 2", rotor.schema);
         return Err(Error::rotor(file, "schema", what));
     }
-    loads::settle(&mut rotor);
+    loads::assign_loads(&mut rotor);
     Ok(rotor)
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A file of ROSS is a table of elements, each under the name of its class and its tag, joined by the numbers of
 //! their nodes. Every shaft element becomes a segment, so that a mesh of one element a segment is ROSS's own, and every
-//! coupling element a flexible coupling. What has no place in a drawing is not dropped in silence: [`Imported::left`]
+//! coupling element a flexible coupling. What has no place in a drawing is not dropped in silence: [`ImportedRotor::left`]
 //! says it.
 
 mod element;
@@ -16,14 +16,14 @@ use serde_json::{Map, Value};
 use crate::bearing::Law;
 use crate::bearing::constant::Coefficients;
 use crate::bearing::support::Pedestal;
-use crate::bearing::table::{Table, TableRow};
+use crate::bearing::table::{CoefficientTable, TableRow};
 use crate::error::Error;
 use crate::machine::drawing::{Bearing, Disk, Mount, Plane, Probe, Rotor};
 use crate::rotor_file::validation::{SCHEMA, check};
 use crate::units::rpm;
 use element::Element;
 use import::Import;
-use line::Line;
+use line::ImportedShaft;
 
 /// The coefficients of a bearing element, in the order of a table's columns.
 const COLUMNS: [&str; 8] = ["kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"];
@@ -32,7 +32,7 @@ const MOST_PLANES: usize = 8;
 
 /// A rotor that came from ROSS.
 #[derive(Debug, Clone)]
-pub struct Imported {
+pub struct ImportedRotor {
     /// The drawing; it has passed the checks of a file.
     pub rotor: Rotor,
     /// What was taken over, a sentence each.
@@ -45,7 +45,7 @@ pub struct Imported {
 ///
 /// # Errors
 /// One sentence with the file, the element and what was expected.
-pub fn read(path: &Path) -> Result<Imported, Error> {
+pub fn read(path: &Path) -> Result<ImportedRotor, Error> {
     let file = path.display().to_string();
     let text =
         std::fs::read_to_string(path).map_err(|e| Error::file(&file, format!("cannot be read ({e})")))?;
@@ -57,7 +57,7 @@ pub fn read(path: &Path) -> Result<Imported, Error> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(file: &str, text: &str, is_json: bool) -> Result<Imported, Error> {
+pub fn parse(file: &str, text: &str, is_json: bool) -> Result<ImportedRotor, Error> {
     let refused = |what: String| Error::rotor(file, "text", what);
     let all: Map<String, Value> = if is_json {
         serde_json::from_str(text).map_err(|e| refused(format!("cannot be parsed as JSON ({e})")))?
@@ -87,13 +87,13 @@ pub fn parse(file: &str, text: &str, is_json: bool) -> Result<Imported, Error> {
     }
     let rotor = import.rotor(&elements)?;
     check(file, &rotor)?;
-    Ok(Imported { rotor, carried: import.carried, left: import.left })
+    Ok(ImportedRotor { rotor, carried: import.carried, left: import.left })
 }
 
 impl Import<'_> {
     fn rotor(&mut self, elements: &[Element]) -> Result<Rotor, Error> {
         let of = |class: &str| elements.iter().filter(|e| e.class == class).collect::<Vec<_>>();
-        let Line { shaft, coupling, nodes_m, physics } = self.line(elements)?;
+        let ImportedShaft { shaft, coupling, nodes_m, physics } = self.line(elements)?;
         let mut disk = Vec::new();
         for e in of("DiskElement") {
             let mut d = self.disk(e, &nodes_m)?;
@@ -220,7 +220,7 @@ impl Import<'_> {
                 };
                 let rows: Vec<TableRow> = speeds.iter().enumerate().map(row).collect();
                 self.carried.push(format!("{what} \"{}\" with its table of {} speeds", e.tag(), rows.len()));
-                match Table::new(rows) {
+                match CoefficientTable::new(rows) {
                     Ok(table) => Law::Table(table),
                     Err(what) => return self.fail(e, "frequency", what),
                 }

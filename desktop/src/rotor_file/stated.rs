@@ -34,7 +34,7 @@ impl Rotor {
                 deviation.change(&mut stated, (1.0 + by).recip(), -by);
             }
         }
-        loads::settle(&mut stated);
+        loads::assign_loads(&mut stated);
         stated
     }
 }

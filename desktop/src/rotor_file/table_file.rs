@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 use toml::de::{DeTable, DeValue};
 
-use crate::bearing::table::{Table, TableRow};
+use crate::bearing::table::{CoefficientTable, TableRow};
 use crate::error::Error;
 
 /// Columns, and whether each must be there; one that is not is zero.
@@ -51,7 +51,7 @@ pub(super) fn texts(root: &DeTable<'_>, folder: &Path) -> Result<Vec<(usize, Str
 }
 
 /// Puts the tables in the place of the names of their files.
-pub(super) fn settle<'t>(
+pub(super) fn resolve<'t>(
     root: &mut DeTable<'t>,
     texts: &'t [(usize, String)],
 ) -> Result<(), toml::de::Error> {
@@ -106,6 +106,6 @@ fn rows(file: &str, text: &str) -> Result<Vec<TableRow>, Error> {
         }
         rows.push(row);
     }
-    Table::new(rows.clone()).map_err(|what| Error::measurement(file, "rows", what))?;
+    CoefficientTable::new(rows.clone()).map_err(|what| Error::measurement(file, "rows", what))?;
     Ok(rows)
 }

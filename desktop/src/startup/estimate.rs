@@ -5,9 +5,9 @@ use nalgebra::{Complex, Matrix2, Matrix3, Vector2, Vector3};
 use super::circle::circle;
 use super::half_power::{HalfPower, half_power};
 use super::least_squares::{LeastSquares, least_squares};
-use super::series::{Direction, Point, Run};
+use super::series::{Point, ProbeDirection, RunUp};
 use super::shaft::ShaftSpring;
-use super::{Modal, Value};
+use super::{Modal, UncertainValue};
 
 type C = Complex<f64>;
 
@@ -18,13 +18,13 @@ const LEAST_SPREAD: f64 = 0.9;
 
 /// Natural speed and damping with the covariance that the noise gives them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub struct ModalEstimate {
     pub modal: Modal,
     /// Covariance of natural speed (rad/s) and damping ratio.
     pub covariance: Matrix2<f64>,
 }
 
-impl Found {
+impl ModalEstimate {
     /// An estimate with its covariance: each component is moved by its own standard deviation in turn.
     fn of(points: &[Point], estimate: impl Fn(&[Point]) -> Result<Modal, String>) -> Result<Self, String> {
         let modal = estimate(points)?;
@@ -74,25 +74,26 @@ impl Found {
 
 /// One run along one direction, estimated three ways; a sentence where a way is closed.
 #[derive(Debug, Clone)]
-pub struct Seen {
-    pub half_power: Result<(HalfPower, Found), String>,
-    pub circle: Result<Found, String>,
+pub struct RunEstimates {
+    pub half_power: Result<(HalfPower, ModalEstimate), String>,
+    pub circle: Result<ModalEstimate, String>,
     /// The two-degree model at all speeds.
     pub least_squares: Result<LeastSquares, String>,
 }
 
-impl Seen {
+impl RunEstimates {
     pub fn of(points: &[Point]) -> Self {
         Self {
-            half_power: half_power(points)
-                .and_then(|marks| Ok((marks, Found::of(points, |p| half_power(p).map(|h| h.modal))?))),
-            circle: Found::of(points, circle),
+            half_power: half_power(points).and_then(|marks| {
+                Ok((marks, ModalEstimate::of(points, |p| half_power(p).map(|h| h.modal))?))
+            }),
+            circle: ModalEstimate::of(points, circle),
             least_squares: least_squares(points),
         }
     }
 
     /// By the number of the method.
-    pub fn found(&self, method: usize) -> Option<Found> {
+    pub fn found(&self, method: usize) -> Option<ModalEstimate> {
         match method {
             0 => self.half_power.as_ref().ok().map(|(_, found)| *found),
             1 => self.circle.as_ref().ok().copied(),
@@ -103,15 +104,15 @@ impl Seen {
 
 impl LeastSquares {
     /// Natural speed and damping, without the force.
-    fn found(&self) -> Found {
+    fn found(&self) -> ModalEstimate {
         let variances = Vector2::new(self.natural_rad_s.sd.powi(2), self.damping_ratio.sd.powi(2));
-        Found { modal: self.modal(), covariance: Matrix2::from_diagonal(&variances) }
+        ModalEstimate { modal: self.modal(), covariance: Matrix2::from_diagonal(&variances) }
     }
 }
 
 /// One sentence for each run and direction in which something could not be estimated; the same sentence
 /// of several directions is said once.
-pub fn unseen(runs: &[Run], directions: &[Direction], seen: &[Vec<Seen>]) -> Vec<String> {
+pub fn unseen(runs: &[RunUp], directions: &[ProbeDirection], seen: &[Vec<RunEstimates>]) -> Vec<String> {
     let mut said: Vec<(String, Vec<String>)> = Vec::new();
     for (run, row) in runs.iter().zip(seen) {
         for (direction, s) in directions.iter().zip(row) {
@@ -129,24 +130,24 @@ pub fn unseen(runs: &[Run], directions: &[Direction], seen: &[Vec<Seen>]) -> Vec
 
 /// What natural speed and damping mean for a mass on a shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
-    pub natural_rad_s: Value,
-    pub damping_ratio: Value,
+pub struct OscillatorParameters {
+    pub natural_rad_s: UncertainValue,
+    pub damping_ratio: UncertainValue,
     /// Equivalent viscous damping `2 ζ m ω`, N·s/m.
-    pub damping_n_s_m: Value,
+    pub damping_n_s_m: UncertainValue,
     /// Stiffness `m ω²`, N/m.
-    pub stiffness_n_m: Value,
+    pub stiffness_n_m: UncertainValue,
     /// What is in series with the shaft: both bearings together, N/m; `None` if the stiffness is not
     /// below the shaft's.
-    pub bearing_stiffness_n_m: Option<Value>,
+    pub bearing_stiffness_n_m: Option<UncertainValue>,
 }
 
-impl Estimate {
-    fn of(found: &Found, mass_kg: f64, spring: &ShaftSpring) -> Self {
+impl OscillatorParameters {
+    fn of(found: &ModalEstimate, mass_kg: f64, spring: &ShaftSpring) -> Self {
         let Modal { natural_rad_s: w, damping_ratio: z } = found.modal;
         let value = |value: f64, by_natural: f64, by_ratio: f64| {
             let gradient = Vector2::new(by_natural, by_ratio);
-            Value { value, sd: gradient.dot(&(found.covariance * gradient)).max(0.0).sqrt() }
+            UncertainValue { value, sd: gradient.dot(&(found.covariance * gradient)).max(0.0).sqrt() }
         };
         let k = mass_kg * w * w;
         let bearing = spring.in_series_with_n_m(k);
@@ -163,26 +164,26 @@ impl Estimate {
 
 /// One direction over all runs, by method.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Combined {
+pub struct CombinedEstimates {
     /// In the order of [`METHODS`].
-    pub by_method: [Option<Estimate>; 3],
+    pub by_method: [Option<OscillatorParameters>; 3],
 }
 
-impl Combined {
+impl CombinedEstimates {
     pub(super) fn of<'s>(
-        runs: impl Iterator<Item = &'s Seen> + Clone,
+        runs: impl Iterator<Item = &'s RunEstimates> + Clone,
         mass_kg: f64,
         spring: &ShaftSpring,
     ) -> Self {
         let by_method = std::array::from_fn(|method| {
-            let all: Vec<Found> = runs.clone().filter_map(|s| s.found(method)).collect();
-            Found::mean(&all).map(|mean| Estimate::of(&mean, mass_kg, spring))
+            let all: Vec<ModalEstimate> = runs.clone().filter_map(|s| s.found(method)).collect();
+            ModalEstimate::mean(&all).map(|mean| OscillatorParameters::of(&mean, mass_kg, spring))
         });
         Self { by_method }
     }
 
     /// The first method that gave an answer, by its number, and the answer.
-    pub fn best(&self) -> Option<(usize, &Estimate)> {
+    pub fn best(&self) -> Option<(usize, &OscillatorParameters)> {
         self.by_method.iter().enumerate().find_map(|(i, e)| Some((i, e.as_ref()?)))
     }
 }
@@ -190,18 +191,18 @@ impl Combined {
 /// A quantity of the resonance over the square of the amplitude at its peak, as a straight line: a bearing
 /// `k (1 + κ a²)` moves stiffness and damping of the whole in proportion to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
+pub struct AmplitudeTrend {
     /// For small motion.
-    pub at_rest: Value,
+    pub at_rest: UncertainValue,
     /// At the largest peak that was measured.
     pub at_largest: f64,
     /// Slope over its standard deviation.
     pub sigmas: f64,
 }
 
-impl Line {
+impl AmplitudeTrend {
     /// Through values with their standard deviations, over squares relative to the largest.
-    fn through(points: &[(f64, Value)]) -> Option<Self> {
+    fn through(points: &[(f64, UncertainValue)]) -> Option<Self> {
         let (mut gram, mut slope) = (Matrix2::zeros(), Vector2::zeros());
         for (square, v) in points {
             let row = Vector2::new(1.0, *square) / v.sd;
@@ -211,7 +212,7 @@ impl Line {
         let covariance = gram.try_inverse()?;
         let line = covariance * slope;
         Some(Self {
-            at_rest: Value { value: line[0], sd: covariance[(0, 0)].sqrt() },
+            at_rest: UncertainValue { value: line[0], sd: covariance[(0, 0)].sqrt() },
             at_largest: line[0] + line[1],
             sigmas: line[1] / covariance[(1, 1)].sqrt(),
         })
@@ -221,15 +222,15 @@ impl Line {
 /// Whether the resonance changes with the amplitude. Where bearings that soften give most of the damping,
 /// the damping ratio changes and the natural speed may hardly do.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shift {
-    pub natural_rad_s: Line,
-    pub damping_ratio: Line,
+pub struct AmplitudeShift {
+    pub natural_rad_s: AmplitudeTrend,
+    pub damping_ratio: AmplitudeTrend,
     pub largest_m: f64,
 }
 
-impl Shift {
-    pub(super) fn of<'s>(runs: impl Iterator<Item = &'s Seen>) -> Option<Self> {
-        let all: Vec<(f64, Found)> =
+impl AmplitudeShift {
+    pub(super) fn of<'s>(runs: impl Iterator<Item = &'s RunEstimates>) -> Option<Self> {
+        let all: Vec<(f64, ModalEstimate)> =
             runs.filter_map(|s| s.half_power.as_ref().ok()).map(|(m, found)| (m.peak[1], *found)).collect();
         let largest_m = all.iter().map(|(peak, _)| *peak).fold(0.0, f64::max);
         let smallest_m = all.iter().map(|(peak, _)| *peak).fold(f64::INFINITY, f64::min);
@@ -238,11 +239,11 @@ impl Shift {
             return None;
         }
         let line = |i: usize| {
-            let point = |(peak, found): &(f64, Found)| {
-                let value = Value { value: found.vector()[i], sd: found.covariance[(i, i)].sqrt() };
+            let point = |(peak, found): &(f64, ModalEstimate)| {
+                let value = UncertainValue { value: found.vector()[i], sd: found.covariance[(i, i)].sqrt() };
                 ((peak / largest_m).powi(2), value)
             };
-            Line::through(&all.iter().map(point).collect::<Vec<_>>())
+            AmplitudeTrend::through(&all.iter().map(point).collect::<Vec<_>>())
         };
         Some(Self { natural_rad_s: line(0)?, damping_ratio: line(1)?, largest_m })
     }
@@ -250,7 +251,7 @@ impl Shift {
 
 /// The disk's own unbalance as the two-degree model sees it, over directions and runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Own {
+pub struct OwnUnbalance {
     pub unbalance_kg_m: C,
     /// Standard deviation of each component: what the noise and the directions' differences make it.
     pub sd_kg_m: f64,
@@ -258,13 +259,13 @@ pub struct Own {
     pub modal_mass_kg: f64,
 }
 
-impl Own {
+impl OwnUnbalance {
     /// From the forces of the least-squares fits: `(U_own + U_added) / m` in every run.
     pub(super) fn of(
-        runs: &[Run],
+        runs: &[RunUp],
         known: &[bool],
-        directions: &[Direction],
-        seen: &[Vec<Seen>],
+        directions: &[ProbeDirection],
+        seen: &[Vec<RunEstimates>],
     ) -> Option<Self> {
         let mut by_direction: Vec<(C, f64, f64)> = Vec::new();
         for (d, direction) in directions.iter().enumerate() {

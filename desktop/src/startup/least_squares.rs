@@ -5,7 +5,7 @@ use nalgebra::{Complex, DVector};
 use super::half_power::{half_power, peak};
 use super::minimum::minimum;
 use super::series::Point;
-use super::{Modal, Value};
+use super::{Modal, UncertainValue};
 
 type C = Complex<f64>;
 
@@ -15,8 +15,8 @@ const TYPICAL_DAMPING: f64 = 0.1;
 /// The two-degree model fitted to a start-up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeastSquares {
-    pub natural_rad_s: Value,
-    pub damping_ratio: Value,
+    pub natural_rad_s: UncertainValue,
+    pub damping_ratio: UncertainValue,
     /// Unbalance per mass, `U/m` as felt along the direction, m.
     pub eccentricity_m: C,
     /// Standard deviation of each component of that, m.
@@ -62,7 +62,7 @@ pub fn least_squares(points: &[Point]) -> Result<LeastSquares, String> {
         covariance.ok_or_else(|| "the readings leave natural speed or damping open".to_string())?;
     let best = modal(&at);
     let (eccentricity_m, eccentricity_sd_m) = force(points, &best);
-    let value = |i: usize, value: f64| Value { value, sd: value * covariance[(i, i)].sqrt() };
+    let value = |i: usize, value: f64| UncertainValue { value, sd: value * covariance[(i, i)].sqrt() };
     Ok(LeastSquares {
         natural_rad_s: value(0, best.natural_rad_s),
         damping_ratio: value(1, best.damping_ratio),

@@ -7,18 +7,18 @@
 //! | [`estimate`] | what follows from them: damping, stiffness, bearing; over all runs |
 //! | [`shaft`] | the shaft as a spring under the disk, by beam theory |
 //! | [`two_degree`] | the simple model's prediction, and how far any model is off |
-//! | [`chain`] | what this project's own diagnosis makes of the same data |
+//! | [`refinement`] | what this project's own diagnosis makes of the same data |
 //!
 //! The simple model is that of AlSaleh, Sedighi, Ouakad (2020): two uncoupled oscillators
 //! `m ẍ + c ẋ + k x = U Ω² cos Ωt` and the same in y, one pair for each bearing's probes, driven by the
 //! added mass, with `c = 2 ζ m ω` and `k = m ω²`.
 
-pub mod chain;
 pub mod circle;
 pub mod estimate;
 pub mod half_power;
 pub mod least_squares;
 mod minimum;
+pub mod refinement;
 pub mod series;
 pub mod shaft;
 #[cfg(test)]
@@ -31,8 +31,8 @@ use crate::error::Error;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 
-use estimate::{Combined, Seen};
-use series::{Direction, Run};
+use estimate::{CombinedEstimates, RunEstimates};
+use series::{ProbeDirection, RunUp};
 use shaft::ShaftSpring;
 
 /// The clearance of the bearings of the paper's kit, 5 mil, µm.
@@ -57,7 +57,7 @@ impl Modal {
 
 /// A number with its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Value {
+pub struct UncertainValue {
     pub value: f64,
     pub sd: f64,
 }
@@ -79,16 +79,16 @@ pub struct Startup {
     /// The shaft under the disk.
     pub spring: ShaftSpring,
     /// Where the shaft is seen.
-    pub directions: Vec<Direction>,
-    pub runs: Vec<Run>,
+    pub directions: Vec<ProbeDirection>,
+    pub runs: Vec<RunUp>,
     /// Estimates of each run along each direction.
-    pub seen: Vec<Vec<Seen>>,
+    pub seen: Vec<Vec<RunEstimates>>,
     /// The same over all runs, by direction.
-    pub combined: Vec<Combined>,
+    pub combined: Vec<CombinedEstimates>,
     /// Whether the natural speed moves with the amplitude, by direction.
-    pub shifts: Vec<Option<estimate::Shift>>,
+    pub shifts: Vec<Option<estimate::AmplitudeShift>>,
     /// The disk's own unbalance by the two-degree model, where trial weights tell it, kg·m.
-    pub own_kg_m: Option<estimate::Own>,
+    pub own_kg_m: Option<estimate::OwnUnbalance>,
     /// The noise that was gone by.
     pub noise: Noise,
     /// What could not be done, one sentence each.
@@ -123,7 +123,7 @@ pub fn startup(rotor: &Rotor, readings: &[Reading], options: &Options) -> Result
     let spring = ShaftSpring::of(rotor, disk)?;
     let noise = Noise::of(rotor, readings);
     let directions = series::directions(rotor);
-    let runs = Run::all(rotor, readings);
+    let runs = RunUp::all(rotor, readings);
     let mut remarks = Vec::new();
     remarks.extend(noise.assumption(rotor));
     for name in &options.unknown_weights {
@@ -131,19 +131,22 @@ pub fn startup(rotor: &Rotor, readings: &[Reading], options: &Options) -> Result
             "The weight of run {name} has no angle_deg: its resonance is evaluated, but nothing is predicted for it."
         ));
     }
-    let seen: Vec<Vec<Seen>> = runs
+    let seen: Vec<Vec<RunEstimates>> = runs
         .iter()
-        .map(|run| directions.iter().map(|d| Seen::of(&series::series(readings, &noise, run, d))).collect())
+        .map(|run| {
+            directions.iter().map(|d| RunEstimates::of(&series::series(readings, &noise, run, d))).collect()
+        })
         .collect();
     remarks.extend(estimate::unseen(&runs, &directions, &seen));
     if seen.iter().flatten().all(|s| s.half_power.is_err() && s.circle.is_err() && s.least_squares.is_err()) {
         return Err(Error::Unsuitable(remarks.pop().unwrap_or_else(|| "there is no reading".into())));
     }
     let by_direction = |d: usize| seen.iter().map(move |run| &run[d]);
-    let combined = (0..directions.len()).map(|d| Combined::of(by_direction(d), mass_kg, &spring)).collect();
-    let shifts = (0..directions.len()).map(|d| estimate::Shift::of(by_direction(d))).collect();
+    let combined =
+        (0..directions.len()).map(|d| CombinedEstimates::of(by_direction(d), mass_kg, &spring)).collect();
+    let shifts = (0..directions.len()).map(|d| estimate::AmplitudeShift::of(by_direction(d))).collect();
     let known: Vec<bool> =
         runs.iter().map(|r| !options.unknown_weights.iter().any(|u| u == r.label())).collect();
-    let own_kg_m = estimate::Own::of(&runs, &known, &directions, &seen);
+    let own_kg_m = estimate::OwnUnbalance::of(&runs, &known, &directions, &seen);
     Ok(Startup { mass_kg, spring, directions, runs, seen, combined, shifts, own_kg_m, noise, remarks })
 }

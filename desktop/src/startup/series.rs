@@ -4,14 +4,14 @@ use nalgebra::Complex;
 
 use crate::compare::probe_pairs;
 use crate::machine::drawing::{Noise, Rotor};
-use crate::measurement::Reading;
+use crate::measurement::{Reading, SortedRun};
 use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;
 
 /// A direction in which the shaft is seen at a bearing.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Direction {
+pub struct ProbeDirection {
     /// `IB x`, or the probe's name where a bearing has one alone.
     pub label: String,
     pub bearing: usize,
@@ -21,7 +21,7 @@ pub struct Direction {
     shares: Vec<(usize, f64)>,
 }
 
-impl Direction {
+impl ProbeDirection {
     /// The motion along it, m, of what all probes show; `None` if one that it needs was lost.
     pub fn motion_m(&self, probes: &[Option<C>]) -> Option<C> {
         self.shares.iter().map(|(probe, share)| probes[*probe].map(|y| y * *share)).sum()
@@ -43,7 +43,7 @@ impl Direction {
 
 /// The directions of every bearing: x and y where two of its probes span the plane, whatever their
 /// angles, and else the one that its first probe looks along.
-pub fn directions(rotor: &Rotor) -> Vec<Direction> {
+pub fn directions(rotor: &Rotor) -> Vec<ProbeDirection> {
     let pairs = probe_pairs(rotor);
     let mut all = Vec::new();
     for (bearing, b) in rotor.bearing.iter().enumerate() {
@@ -54,11 +54,11 @@ pub fn directions(rotor: &Rotor) -> Vec<Direction> {
                 // a probe along the other axis has no say here beyond rounding
                 let shares = [share(0), share(1)].into_iter().filter(|(_, s)| s.abs() > 1e-9).collect();
                 let angle_rad = axis as f64 * std::f64::consts::FRAC_PI_2;
-                all.push(Direction { label: format!("{} {name}", b.name), bearing, angle_rad, shares });
+                all.push(ProbeDirection { label: format!("{} {name}", b.name), bearing, angle_rad, shares });
             }
         } else if let Some(i) = (0..rotor.probe.len()).find(|i| rotor.probe[*i].bearing == b.name) {
             let probe = &rotor.probe[i];
-            all.push(Direction {
+            all.push(ProbeDirection {
                 label: probe.name.clone(),
                 bearing,
                 angle_rad: probe.angle_deg.to_radians(),
@@ -70,7 +70,7 @@ pub fn directions(rotor: &Rotor) -> Vec<Direction> {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Run {
+pub struct RunUp {
     /// As in the file; `None` where it has no runs.
     pub name: Option<String>,
     /// Trial weights together, kg·m, all in the plane of the disk.
@@ -79,25 +79,16 @@ pub struct Run {
     pub rows: Vec<usize>,
 }
 
-impl Run {
+impl RunUp {
     /// Every run in the order of the file.
     pub fn all(rotor: &Rotor, readings: &[Reading]) -> Vec<Self> {
-        let mut runs: Vec<Self> = Vec::new();
-        for (row, reading) in readings.iter().enumerate() {
-            match runs.iter_mut().find(|r| r.name == reading.run) {
-                Some(run) => run.rows.push(row),
-                None => {
-                    let stated = rotor.run.iter().find(|r| Some(&r.name) == reading.run.as_ref());
-                    let weights = stated.iter().flat_map(|r| &r.added_unbalance);
-                    let added_kg_m = weights.map(|a| phasor_kg_m(a.magnitude_g_mm, a.angle_deg)).sum();
-                    runs.push(Self { name: reading.run.clone(), added_kg_m, rows: vec![row] });
-                }
-            }
-        }
-        for run in &mut runs {
-            run.rows.sort_by(|a, b| readings[*a].speed_rpm.total_cmp(&readings[*b].speed_rpm));
-        }
-        runs
+        let with_weights = |SortedRun { name, rows }| {
+            let stated = rotor.run.iter().find(|r| Some(&r.name) == name.as_ref());
+            let weights = stated.iter().flat_map(|r| &r.added_unbalance);
+            let added_kg_m = weights.map(|a| phasor_kg_m(a.magnitude_g_mm, a.angle_deg)).sum();
+            Self { name, added_kg_m, rows }
+        };
+        SortedRun::all(readings).into_iter().map(with_weights).collect()
     }
 
     /// Its name, or what a file without runs is called.
@@ -125,7 +116,7 @@ pub struct Point {
 }
 
 /// A run along a direction, by ascending speed; lost readings left out.
-pub fn series(readings: &[Reading], noise: &Noise, run: &Run, direction: &Direction) -> Vec<Point> {
+pub fn series(readings: &[Reading], noise: &Noise, run: &RunUp, direction: &ProbeDirection) -> Vec<Point> {
     let point = |row: &usize| {
         let reading = &readings[*row];
         Some(Point {

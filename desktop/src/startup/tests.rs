@@ -3,10 +3,10 @@ use rand::{Rng, SeedableRng, rngs::StdRng};
 use rand_distr::StandardNormal;
 
 use super::circle::circle;
-use super::estimate::{Own, Seen, Shift};
+use super::estimate::{AmplitudeShift, OwnUnbalance, RunEstimates};
 use super::half_power::half_power;
 use super::least_squares::least_squares;
-use super::series::{Point, Run, directions, series};
+use super::series::{Point, RunUp, directions, series};
 use super::shaft::ShaftSpring;
 use super::*;
 use crate::machine::drawing::{Disk, Physics};
@@ -114,7 +114,7 @@ fn stated_uncertainties_are_what_repeated_noise_scatters_by() {
                 Point { motion_m: p.motion_m + noise, sigma_m, ..*p }
             })
             .collect();
-        let seen = Seen::of(&noisy);
+        let seen = RunEstimates::of(&noisy);
         for (method, sums) in sums.iter_mut().enumerate() {
             let found = seen.found(method).unwrap();
             let off = [
@@ -189,7 +189,7 @@ fn probes_at_any_angle_show_the_same_x_and_y() {
         });
         let reading = Reading { speed_rpm: 1000.0, probes: seen.collect(), ..Reading::default() };
         let readings = [reading];
-        let run = &Run::all(&rotor, &readings)[0];
+        let run = &RunUp::all(&rotor, &readings)[0];
         let all = directions(&rotor);
         assert_eq!(all.iter().map(|d| d.label.as_str()).collect::<Vec<_>>(), ["A x", "A y", "B x", "B y"]);
         for (d, direction) in all.iter().enumerate() {
@@ -209,7 +209,7 @@ fn probes_at_any_angle_show_the_same_x_and_y() {
 }
 
 /// Runs of an oscillator whose stiffness grows with its own peak squared, with known weights.
-fn runs_of(softening_per_m2: f64, own_kg_m: C, mass_kg: f64) -> (Vec<Run>, Vec<Vec<Seen>>) {
+fn runs_of(softening_per_m2: f64, own_kg_m: C, mass_kg: f64) -> (Vec<RunUp>, Vec<Vec<RunEstimates>>) {
     let weights = [0.0, 1.2e-5, 2.4e-5, 3.6e-5].map(C::from);
     let of = |added: C| {
         let damping_ratio = 0.08;
@@ -224,7 +224,10 @@ fn runs_of(softening_per_m2: f64, own_kg_m: C, mass_kg: f64) -> (Vec<Run>, Vec<V
                 Point { speed_rad_s, motion_m, sigma_m: 1.5e-7 + 0.01 * motion_m.norm() }
             })
             .collect();
-        (Run { name: Some(format!("{added}")), added_kg_m: added, rows: Vec::new() }, vec![Seen::of(&points)])
+        (
+            RunUp { name: Some(format!("{added}")), added_kg_m: added, rows: Vec::new() },
+            vec![RunEstimates::of(&points)],
+        )
     };
     weights.into_iter().map(of).unzip()
 }
@@ -233,7 +236,7 @@ fn runs_of(softening_per_m2: f64, own_kg_m: C, mass_kg: f64) -> (Vec<Run>, Vec<V
 fn amplitude_dependent_resonance_is_detected() {
     let shift = |softening: f64| {
         let (_, seen) = runs_of(softening, C::from_polar(3e-6, 1.0), 0.95);
-        Shift::of(seen.iter().map(|run| &run[0])).unwrap()
+        AmplitudeShift::of(seen.iter().map(|run| &run[0])).unwrap()
     };
     let [soft, linear, hard] = [-1e6, 0.0, 1e6].map(|kappa| shift(kappa).natural_rad_s);
     assert!(
@@ -251,8 +254,8 @@ fn known_trial_weights_give_unbalance_and_modal_mass() {
     let (runs, seen) = runs_of(0.0, own, 0.95);
     let rotor = kit(0.5, [0.0, 1.0], [0.0, 90.0]);
     let along_x = &directions(&rotor)[..1];
-    let found = Own::of(&runs, &[true; 4], along_x, &seen).unwrap();
+    let found = OwnUnbalance::of(&runs, &[true; 4], along_x, &seen).unwrap();
     assert!((found.unbalance_kg_m - own).norm() < 1e-4 * own.norm());
     assert!((found.modal_mass_kg - 0.95).abs() < 1e-4);
-    assert!(Own::of(&runs[..1], &[true], along_x, &seen[..1]).is_none(), "one run cannot tell");
+    assert!(OwnUnbalance::of(&runs[..1], &[true], along_x, &seen[..1]).is_none(), "one run cannot tell");
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::series::Run;
+use super::series::RunUp;
 use super::{Modal, Startup};
 use crate::measurement::Reading;
 
@@ -147,6 +147,6 @@ pub struct ErrorAt {
 }
 
 /// Runs that a model can be asked to predict.
-pub fn predictable(runs: &[Run], unknown_weights: &[String]) -> Vec<bool> {
+pub fn predictable(runs: &[RunUp], unknown_weights: &[String]) -> Vec<bool> {
     runs.iter().map(|r| !unknown_weights.iter().any(|u| u == r.label())).collect()
 }

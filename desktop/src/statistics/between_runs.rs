@@ -52,7 +52,7 @@ pub fn columns(values: &[(usize, f64)], predicted_m: &[Complex<f64>]) -> DMatrix
 }
 
 /// Residuals whose scatter between runs is sought.
-pub struct Sought {
+pub struct BetweenRunsSearch {
     /// Eigenvalues and eigenvectors of the columns' products.
     values: DVector<f64>,
     vectors: DMatrix<f64>,
@@ -61,7 +61,7 @@ pub struct Sought {
 }
 
 /// A size of the scatter between runs that was tried.
-pub struct Try {
+pub struct BetweenRunsTrial {
     /// Standard deviation of each component of ε.
     pub between_runs: f64,
     /// Most probable size of each column.
@@ -72,7 +72,7 @@ pub struct Try {
     pub used_up: f64,
 }
 
-impl Sought {
+impl BetweenRunsSearch {
     /// From columns and residuals whose noise is white and of unit size.
     pub fn new(columns: &DMatrix<f64>, residual: &DVector<f64>) -> Self {
         let eigen = hermitian(columns.tr_mul(columns));
@@ -81,18 +81,18 @@ impl Sought {
     }
 
     /// Sizes over the whole range.
-    pub fn tries(&self) -> impl Iterator<Item = Try> {
+    pub fn tries(&self) -> impl Iterator<Item = BetweenRunsTrial> {
         let step = (MOST_BETWEEN_RUNS / LEAST).powf((GRID as f64).recip());
         (0..=GRID).map(move |k| self.of((LEAST * step.powi(k as i32)).min(MOST_BETWEEN_RUNS)))
     }
 
-    fn of(&self, between_runs: f64) -> Try {
+    fn of(&self, between_runs: f64) -> BetweenRunsTrial {
         let variance = between_runs * between_runs;
         let factor = self.values.map(|v| variance / (1.0 + variance * v));
         let errors = &self.vectors * self.seen.component_mul(&factor);
         let scatter = Scatter { between_runs, ..Scatter::STATED };
         let free: f64 = self.values.iter().map(|v| (1.0 + variance * v).ln()).sum();
-        Try {
+        BetweenRunsTrial {
             between_runs,
             cost: errors.norm_squared() / variance + free + doubt(&scatter),
             used_up: self.values.iter().map(|v| variance * v / (1.0 + variance * v)).sum(),
@@ -122,9 +122,12 @@ mod tests {
         (columns, residual)
     }
 
-    fn most_probable(columns: &DMatrix<f64>, residual: &DVector<f64>) -> Try {
-        let least = |t: &Try| (residual - columns * &t.errors).norm_squared() + t.cost;
-        Sought::new(columns, residual).tries().min_by(|a, b| least(a).total_cmp(&least(b))).unwrap()
+    fn most_probable(columns: &DMatrix<f64>, residual: &DVector<f64>) -> BetweenRunsTrial {
+        let least = |t: &BetweenRunsTrial| (residual - columns * &t.errors).norm_squared() + t.cost;
+        BetweenRunsSearch::new(columns, residual)
+            .tries()
+            .min_by(|a, b| least(a).total_cmp(&least(b)))
+            .unwrap()
     }
 
     #[test]
@@ -151,7 +154,7 @@ mod tests {
     #[test]
     fn the_cost_of_a_try_is_that_of_the_whole_covariance() {
         let (columns, residual) = simulated(3, 0.02);
-        let t = Sought::new(&columns, &residual).of(0.02);
+        let t = BetweenRunsSearch::new(&columns, &residual).of(0.02);
         let covariance = DMatrix::identity(residual.len(), residual.len())
             + &columns * columns.transpose() * 0.02f64.powi(2);
         let factor = covariance.cholesky().unwrap();

@@ -59,11 +59,11 @@ impl Scatter {
 
 /// Which value precedes each value in its series.
 #[derive(Debug, Clone, Default)]
-pub struct Series {
+pub struct Predecessors {
     before: Vec<Option<usize>>,
 }
 
-impl Series {
+impl Predecessors {
     /// From the label of the series of every value, in the order of the data.
     pub fn new<L: PartialEq>(labels: impl IntoIterator<Item = L>) -> Self {
         let mut last: Vec<(L, usize)> = Vec::new();
@@ -148,7 +148,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(series: &Series, residuals: &[f64]) -> Self {
+    fn of(series: &Predecessors, residuals: &[f64]) -> Self {
         let mut sums = Self { first: 0.0, own: 0.0, before: 0.0, product: 0.0 };
         for (at, before) in series.before.iter().enumerate() {
             for part in 0..2 {
@@ -198,7 +198,7 @@ mod tests {
     use rand_distr::StandardNormal;
 
     /// Two series of complex values, in turn.
-    fn simulated(truth: &Scatter, count: usize, seed: u64) -> (Series, Vec<f64>) {
+    fn simulated(truth: &Scatter, count: usize, seed: u64) -> (Predecessors, Vec<f64>) {
         let mut random = StdRng::seed_from_u64(seed);
         let mut normal = || -> f64 { random.sample(StandardNormal) };
         let mut last = [[0.0; 2]; 2];
@@ -212,13 +212,13 @@ mod tests {
                 }
             }
         }
-        (Series::new((0..2 * count).map(|i| i % 2)), residuals)
+        (Predecessors::new((0..2 * count).map(|i| i % 2)), residuals)
     }
 
     #[test]
     fn whitening_equals_inverse_root_of_ar1_covariance() {
         let scatter = Scatter { scale: 1.7, correlation: 0.6, between_runs: 0.0 };
-        let series = Series::new([0, 1, 0, 0, 1]);
+        let series = Predecessors::new([0, 1, 0, 0, 1]);
         let order: [i32; 5] = [0, 0, 1, 2, 1];
         let label = [0, 1, 0, 0, 1];
         let covariance = DMatrix::from_fn(10, 10, |i, j| {
@@ -258,7 +258,7 @@ mod tests {
     fn few_residuals_keep_stated_noise_and_many_overrule_it() {
         let scale = |count: usize| {
             let residuals: Vec<f64> = (0..count).map(|i| if i % 4 < 2 { 2.0 } else { -2.0 }).collect();
-            let lonely = Series::new(0..count / 2);
+            let lonely = Predecessors::new(0..count / 2);
             lonely.most_probable(&residuals, count as f64, STATED_LOG_SD).0.scale
         };
         assert!(scale(4) < 1.7, "{}", scale(4));

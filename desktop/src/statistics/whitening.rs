@@ -11,14 +11,14 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::allowance::Allowance;
-use super::between_runs::{self, Sought};
-use crate::statistics::scatter::{Scatter, Series};
+use super::between_runs::{self, BetweenRunsSearch};
+use crate::statistics::scatter::{Predecessors, Scatter};
 
 /// The scatter of one set of data.
 #[derive(Clone)]
-pub struct Scattered {
+pub struct DataScatter {
     /// Which value precedes which.
-    pub series: Arc<Series>,
+    pub series: Arc<Predecessors>,
     /// What a run that is off would change, [`between_runs::columns`].
     pub runs: Arc<DMatrix<f64>>,
     pub scatter: Scatter,
@@ -28,7 +28,7 @@ pub struct Scattered {
     pub stated_log_sd: f64,
 }
 
-impl Scattered {
+impl DataScatter {
     /// Whitens what varies from reading to reading.
     fn whiten_series(&self, columns: &mut DMatrix<f64>) {
         if self.scatter.scale != 1.0 || self.scatter.correlation != 0.0 {
@@ -52,7 +52,7 @@ impl Scattered {
 
 /// The correlated noise around deviations `centre`.
 pub struct Whitening {
-    scattered: Scattered,
+    scattered: DataScatter,
     /// Between runs, readings whitened.
     between: Allowance,
     /// Weighted response per standard deviation of each deviation, as stated and with the scatter whitened.
@@ -66,7 +66,7 @@ pub struct Whitening {
 
 impl Whitening {
     /// From the response per standard deviation at `centre`.
-    pub fn new(stated: DMatrix<f64>, centre: DVector<f64>, scattered: Scattered) -> Self {
+    pub fn new(stated: DMatrix<f64>, centre: DVector<f64>, scattered: DataScatter) -> Self {
         let between = scattered.between_runs();
         let mut jacobian = stated.clone();
         scattered.whiten_series(&mut jacobian);
@@ -79,13 +79,13 @@ impl Whitening {
 
     /// The same beside another model, of which a run that is off would change this, [`between_runs::columns`].
     pub fn about(&self, runs: DMatrix<f64>) -> Self {
-        let scattered = Scattered { runs: Arc::new(runs), ..self.scattered.clone() };
+        let scattered = DataScatter { runs: Arc::new(runs), ..self.scattered.clone() };
         Self::new(self.stated.clone(), self.centre.clone(), scattered)
     }
 
     /// The same with another scatter.
     pub fn scattered(&self, scatter: Scatter) -> Self {
-        let scattered = Scattered { scatter, ..self.scattered.clone() };
+        let scattered = DataScatter { scatter, ..self.scattered.clone() };
         Self::new(self.stated.clone(), self.centre.clone(), scattered)
     }
 
@@ -116,7 +116,7 @@ impl Whitening {
 
     /// What the noise itself costs: ln det, and its departure from what was stated.
     pub fn cost(&self) -> f64 {
-        let Scattered { scatter, stated_log_sd, runs, .. } = &self.scattered;
+        let DataScatter { scatter, stated_log_sd, runs, .. } = &self.scattered;
         let of_runs = if runs.ncols() > 0 { between_runs::doubt(scatter) } else { 0.0 };
         self.log_det + scatter.doubt(*stated_log_sd) + of_runs
     }
@@ -201,7 +201,7 @@ impl Whitening {
     /// The most probable scatter of weighted residuals of the drawing at `centre`, `used_up` of them by unknowns that
     /// were fitted; and what residuals, deviations and noise cost with it, the deviations as they are.
     pub fn most_probable_scatter(&self, residual: &DVector<f64>, used_up: f64) -> (Scatter, f64) {
-        let Scattered { series, runs, free, stated_log_sd, scatter } = &self.scattered;
+        let DataScatter { series, runs, free, stated_log_sd, scatter } = &self.scattered;
         let deviations = self.estimate(residual);
         let left = residual - self.shift(&deviations);
         let unused = left.len() as f64 - used_up - self.deviations.used_up();
@@ -211,7 +211,8 @@ impl Whitening {
         let (found, cost) = if runs.ncols() == 0 {
             of_series(&left, unused)
         } else {
-            let sought = Sought::new(&self.scattered.whitened_runs(), &self.whitened_series(&left));
+            let sought =
+                BetweenRunsSearch::new(&self.scattered.whitened_runs(), &self.whitened_series(&left));
             let tries = sought.tries().map(|t| {
                 let (found, cost) = of_series(&(&left - &**runs * &t.errors), unused - t.used_up);
                 (Scatter { between_runs: t.between_runs, ..found }, cost + t.cost)
@@ -228,8 +229,8 @@ impl Whitening {
 mod tests {
     use super::*;
 
-    fn of(series: Series, scatter: Scatter, values: usize) -> Scattered {
-        Scattered {
+    fn of(series: Predecessors, scatter: Scatter, values: usize) -> DataScatter {
+        DataScatter {
             series: Arc::new(series),
             runs: Arc::new(DMatrix::zeros(2 * values, 0)),
             scatter,
@@ -238,8 +239,8 @@ mod tests {
         }
     }
 
-    fn white(values: usize) -> Scattered {
-        of(Series::new(0..values), Scatter::STATED, values)
+    fn white(values: usize) -> DataScatter {
+        of(Predecessors::new(0..values), Scatter::STATED, values)
     }
 
     #[test]
@@ -251,7 +252,7 @@ mod tests {
             if i % 2 == j % 2 { 1.96 * 0.7_f64.powi(apart.abs()) } else { 0.0 }
         });
         let covariance = of_scatter + &jacobian * jacobian.transpose();
-        let scattered = of(Series::new([0; 5]), scatter, 5);
+        let scattered = of(Predecessors::new([0; 5]), scatter, 5);
         let w = Whitening::new(jacobian, DVector::zeros(3), scattered);
         let mut root = DMatrix::identity(10, 10);
         w.apply(&mut root);

@@ -11,7 +11,7 @@ use rotor_edge_desktop::balance::alone::stated::Weights;
 use rotor_edge_desktop::balance::alone::{Basis, Correction, Request, correct, runs};
 use rotor_edge_desktop::balance::optimum::Criterion;
 use rotor_edge_desktop::balance::wanted::Wanted;
-use rotor_edge_desktop::measurement::{Reading, Series};
+use rotor_edge_desktop::measurement::{ProbeRecord, Reading};
 use serde::Deserialize;
 
 type C = Complex<f64>;
@@ -77,14 +77,14 @@ fn request(criterion: Criterion, limit: Option<f64>) -> Request {
     Request { wanted, same_speed: 0.01, ..Request::default() }
 }
 
-fn series(probes: usize, runs: &[(&str, Vec<C>)]) -> Series {
+fn series(probes: usize, runs: &[(&str, Vec<C>)]) -> ProbeRecord {
     let reading = |(run, y): &(&str, Vec<C>)| Reading {
         run: Some((*run).into()),
         speed_rpm: 1800.0,
         probes: y.iter().map(|y| Some(y * 1e-6)).collect(),
         ..Reading::default()
     };
-    Series {
+    ProbeRecord {
         unit: "um".into(),
         probes: (1..=probes).map(|p| format!("P{p}")).collect(),
         readings: runs.iter().map(reading).collect(),

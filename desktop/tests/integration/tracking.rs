@@ -10,8 +10,8 @@ use std::sync::OnceLock;
 use generator::{COMPRESSOR, Change, Course, Machine, PUMP, Plan, Planes, Schedule, TURBINE};
 use nalgebra::Complex;
 use rayon::prelude::*;
-use rotor_edge_desktop::prognosis::scores::Score as ForecastScore;
-use rotor_edge_desktop::prognosis::walk::{By, Model};
+use rotor_edge_desktop::forecast::backtest::{ForecastBasis, ForecastModel};
+use rotor_edge_desktop::forecast::scores::Score as ForecastScore;
 use score::{Judged, Score, Summary};
 
 /// A third of the wander that a record has otherwise.
@@ -164,10 +164,11 @@ mod slow {
     #[test]
     fn forecasts_from_filter_state_beat_naive_and_drift_in_crps() {
         let horizons = [30, 60];
-        let of = |by: By| -> Vec<ForecastScore> {
+        let of = |by: ForecastBasis| -> Vec<ForecastScore> {
             quiet().par_iter().flat_map_iter(|j| j.forecasts(by, &horizons)).collect()
         };
-        let [state, naive, drift] = [By::State, Model::Naive.into(), Model::Drift.into()].map(of);
+        let [state, naive, drift] =
+            [ForecastBasis::State, ForecastModel::Naive.into(), ForecastModel::Drift.into()].map(of);
         let mean_ratio = |others: &[ForecastScore], score: fn(&ForecastScore) -> f64| {
             let logs = state.iter().zip(others).map(|(own, other)| (score(own) / score(other)).ln());
             (logs.sum::<f64>() / state.len() as f64).exp()

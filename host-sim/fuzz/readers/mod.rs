@@ -9,8 +9,8 @@ use rotor_edge::bus::log::LogReader;
 use rotor_edge::command::{Listener, object, shown};
 use rotor_edge::deploy::read_key;
 use rotor_edge::node::Store;
+use rotor_edge_desktop::forecast::series;
 use rotor_edge_desktop::measurement;
-use rotor_edge_desktop::prognosis::series;
 use rotor_edge_desktop::rotor_file::{self, ross};
 
 /// What arbitrary bytes are given to.

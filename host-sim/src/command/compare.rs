@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::compare::{Comparison, Verdict};
+use rotor_edge_desktop::compare::{Adequacy, Comparison};
 use rotor_edge_desktop::diagnose::{BestFit, nothing_missing};
 use serde_json::{Value, json};
 
@@ -47,22 +47,22 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
 }
 
 /// What to do, and the command for it.
-fn next(arguments: &Arguments, verdict: Verdict, sure: f64) -> (String, String) {
+fn next(arguments: &Arguments, verdict: Adequacy, sure: f64) -> (String, String) {
     let output::Measured { rotor, data, runout } = &arguments.measured;
     let words = match verdict {
-        Verdict::Adequate => format!(
+        Adequacy::Adequate => format!(
             "noise explains it, {:.0} % sure; whether the data determine what the model is for is said by",
             100.0 * sure
         ),
-        Verdict::Misses => "learn which physical effect is missing".into(),
+        Adequacy::Misses => "learn which physical effect is missing".into(),
     };
     (words, format!("rotor-edge diagnose {} {}{runout}", shell::path(rotor), shell::path(data)))
 }
 
 fn verdict(c: &Comparison) -> &'static str {
     match c.verdict {
-        Verdict::Adequate => "adequate",
-        Verdict::Misses => "misses",
+        Adequacy::Adequate => "adequate",
+        Adequacy::Misses => "misses",
     }
 }
 

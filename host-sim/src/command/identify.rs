@@ -6,7 +6,7 @@ use std::str::FromStr;
 use anyhow::{Result, bail};
 use clap::Args;
 use rotor_edge_desktop::diagnose::Determined;
-use rotor_edge_desktop::identify::{BearingParameter, Identified, PhaseOne, PhaseOneConfig, identify};
+use rotor_edge_desktop::identify::{BearingParameter, Identifiability, PhaseOne, PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
@@ -160,7 +160,7 @@ pub fn print(found: &PhaseOne) {
         }
     }
     println!("  residual {:.2} µm, {:.2} % of the features", found.residual_um, found.residual_ratio * 100.0);
-    if found.bearings.iter().any(|p| p.identified == Identified::StayedAtStart) {
+    if found.bearings.iter().any(|p| p.identified == Identifiability::StayedAtStart) {
         println!(
             "  Some coefficients stayed at their start: these data cannot tell them. A run-up can (--runup)."
         );
@@ -179,9 +179,9 @@ fn determined(found: &PhaseOne) -> Result<Determined, &'static str> {
 
 fn origin(p: &BearingParameter) -> &'static str {
     match p.identified {
-        Identified::FromData => "the data",
-        Identified::StayedAtStart => "its start, the data do not tell",
-        Identified::AtBound => "the bound of [identify]",
+        Identifiability::FromData => "the data",
+        Identifiability::StayedAtStart => "its start, the data do not tell",
+        Identifiability::AtBound => "the bound of [identify]",
     }
 }
 
@@ -222,7 +222,7 @@ impl Summary {
             value: p.value,
             start: p.start,
             relative_sd: p.relative_sd,
-            identified: p.identified == Identified::FromData,
+            identified: p.identified == Identifiability::FromData,
         };
         let planes =
             found.rotor.plane.iter().zip(found.unbalance_kg_m.iter()).zip(&found.unbalance_relative_sd);

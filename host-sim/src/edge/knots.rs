@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use rotor_edge_core::model::{Knot, MAX_KNOTS, Table};
-use rotor_edge_desktop::bearing::curve::{Between, Curve, Knots};
-use rotor_edge_desktop::bearing::pair::Pair;
+use rotor_edge_desktop::bearing::curve::{Curve, Interpolation, Knots};
+use rotor_edge_desktop::bearing::dynamic_coefficients::DynamicCoefficients;
 use rotor_edge_desktop::model::Model;
 
 use super::{SPEED_RANGE, rows};
@@ -20,7 +20,7 @@ pub fn straightened(mut model: Model, fastest_rad_s: f64) -> Model {
     for support in &mut model.supports {
         if let Some(curve) = &support.law.curve {
             let knots = Arc::new(on_straight_lines(curve, fastest_rad_s, room));
-            support.law.curve = Some(Curve::Knots { knots, factors: Pair::ones() });
+            support.law.curve = Some(Curve::Knots { knots, factors: DynamicCoefficients::ones() });
         }
     }
     model
@@ -47,7 +47,7 @@ fn on_straight_lines(curve: &Curve, fastest_rad_s: f64, room: usize) -> Knots {
         Curve::Logarithmic { .. } => geometric(lowest, highest),
     };
     let values = speeds.iter().map(|speed| curve.at(*speed)).collect();
-    Knots::new(speeds, values, Between::Straight)
+    Knots::new(speeds, values, Interpolation::Straight)
 }
 
 /// The tables of a straightened model's supports, and the knots of all in turn.

@@ -7,7 +7,7 @@ mod tables;
 
 pub use prediction::Prediction;
 
-use rotor_edge_desktop::compare::{Comparison, SIGNIFICANCE, Verdict};
+use rotor_edge_desktop::compare::{Adequacy, Comparison, SIGNIFICANCE};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
@@ -101,14 +101,14 @@ fn numbers(models: &[Model]) -> Vec<Section> {
 
 pub fn verdict(c: &Comparison) -> Vec<String> {
     let mut said = vec![match c.verdict {
-        Verdict::Adequate => format!(
+        Adequacy::Adequate => format!(
             "The model is adequate: noise explains its misfit of {} %. χ² per value is {} where noise \
              gives 1, and neighbouring speeds are correlated by {} where noise gives 0.",
             three_digits(100.0 * c.relative_error),
             number(c.chi2_per_value, 2),
             number(c.neighbours.correlation, 2),
         ),
-        Verdict::Misses => format!(
+        Adequacy::Misses => format!(
             "The model misses physics: it is {} % off, and noise does not do that. {}.",
             three_digits(100.0 * c.relative_error),
             reasons(c).join(", and "),
@@ -132,7 +132,7 @@ pub fn verdict(c: &Comparison) -> Vec<String> {
             three_digits(worst.error_sigmas),
         ));
     }
-    if c.verdict == Verdict::Misses {
+    if c.verdict == Adequacy::Misses {
         let parts = c.whirl.iter().flat_map(|w| {
             [("forward", &w.forward), ("backward", &w.backward)].map(|(way, part)| (way, &w.bearing, part))
         });

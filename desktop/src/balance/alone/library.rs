@@ -9,7 +9,7 @@ use super::runs::Means;
 use super::{Basis, Machine, Request, doubts};
 use crate::balance::influence::Coefficients;
 use crate::error::Error;
-use crate::measurement::{Series, text_of};
+use crate::measurement::{ProbeRecord, text_of};
 
 type C = Complex<f64>;
 
@@ -129,7 +129,7 @@ impl Library {
     ///
     /// # Errors
     /// One sentence if probe, unit or speed of the measurement are not those of the coefficients.
-    pub fn machine(&self, series: &Series, request: &Request) -> Result<Machine, Error> {
+    pub fn machine(&self, series: &ProbeRecord, request: &Request) -> Result<Machine, Error> {
         let unsuitable = |what: String| Err(Error::Unsuitable(what));
         if series.unit != self.unit {
             return unsuitable(format!(

@@ -11,7 +11,7 @@ use crate::balance::influence::{Trial, Trials, Value};
 use crate::balance::interpolated::{Interpolated, interpolated};
 use crate::balance::speeds::Speeds;
 use crate::error::Error;
-use crate::measurement::{Reading, Series, read_series};
+use crate::measurement::{ProbeRecord, Reading, read_series};
 
 type C = Complex<f64>;
 
@@ -19,7 +19,7 @@ type C = Complex<f64>;
 ///
 /// # Errors
 /// One sentence with the file, row and column, and what was expected.
-pub fn read(path: &Path, weights: &Weights) -> Result<Series, Error> {
+pub fn read(path: &Path, weights: &Weights) -> Result<ProbeRecord, Error> {
     let named = |run: &str| match run.is_empty() {
         true => Err("the run has no name, expected one, as its weights belong to it".to_string()),
         false => Ok(()),
@@ -150,7 +150,7 @@ enum Noise {
 ///
 /// # Errors
 /// One sentence if the runs do not hold the coefficients of the planes, or contradict the sign of the phases.
-pub fn machine(series: &Series, weights: &Weights, request: &Request) -> Result<Machine, Error> {
+pub fn machine(series: &ProbeRecord, weights: &Weights, request: &Request) -> Result<Machine, Error> {
     let common = request.interpolate.then(|| interpolated(&series.readings)).transpose()?;
     let readings = common.as_ref().map_or(&series.readings, |common| &common.readings);
     let means = Means::of(readings, series.probes.len(), request)?;

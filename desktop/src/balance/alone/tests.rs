@@ -7,7 +7,7 @@ use super::library::Library;
 use super::stated::Weights;
 use super::*;
 use crate::balance::optimum::Criterion;
-use crate::measurement::{Reading, Series};
+use crate::measurement::{ProbeRecord, Reading};
 use crate::units::SAME_SPEED;
 
 type C = Complex<f64>;
@@ -39,7 +39,7 @@ fn request() -> Request {
 }
 
 /// Runs with noise relative to each reading; `seen` is what becomes of a phasor before it is written down.
-fn measured(runs: &[&str], relative: f64, seed: u64, seen: impl Fn(usize, C) -> C) -> Series {
+fn measured(runs: &[&str], relative: f64, seed: u64, seen: impl Fn(usize, C) -> C) -> ProbeRecord {
     let mut random = StdRng::seed_from_u64(seed);
     let mut normal = || random.sample::<f64, _>(StandardNormal);
     let reading = |(k, run): (usize, &&str)| {
@@ -56,18 +56,18 @@ fn measured(runs: &[&str], relative: f64, seed: u64, seen: impl Fn(usize, C) -> 
             ..Reading::default()
         }
     };
-    Series {
+    ProbeRecord {
         unit: "um".into(),
         probes: ["1X", "1Y", "2X", "2Y"].map(String::from).to_vec(),
         readings: runs.iter().enumerate().map(reading).collect(),
     }
 }
 
-fn solved(series: &Series, request: &Request) -> Result<Correction, Error> {
+fn solved(series: &ProbeRecord, request: &Request) -> Result<Correction, Error> {
     correct(&runs::machine(series, &weights(), request)?, request)
 }
 
-fn said(series: &Series, request: &Request) -> String {
+fn said(series: &ProbeRecord, request: &Request) -> String {
     solved(series, request).unwrap_err().to_string()
 }
 
@@ -164,7 +164,7 @@ fn kept_coefficients_round_trip_and_solve_one_run() {
     for (w, own) in found.weights.iter().zip(own()) {
         assert!((w.wanted_g_mm + own).norm() < 0.05 * own.norm(), "{}", w.wanted_g_mm);
     }
-    let other = Series { unit: "mil".into(), ..now.clone() };
+    let other = ProbeRecord { unit: "mil".into(), ..now.clone() };
     let why = library.machine(&other, &once).unwrap_err().to_string();
     assert!(why.contains("in mil and the coefficients are in um"), "{why}");
     let broken = text.replacen("per_g_mm = [[", "per_g_mm = [[1.0, 1.0], [", 1);

@@ -7,11 +7,11 @@ use super::super::data::Data;
 use super::super::drawing_errors::DrawingErrors;
 use super::*;
 use crate::bearing::Law;
-use crate::bearing::constant::{Coefficients, Constant, Learned};
+use crate::bearing::constant::{Coefficients, Constant, SpeedTrend};
 use crate::bearing::flexibility::FlexibilityRow;
 use crate::bearing::foundation::{Foundation, FoundationMode};
 use crate::bearing::support::Pedestal;
-use crate::bearing::table::{Table, TableRow};
+use crate::bearing::table::{CoefficientTable, TableRow};
 use crate::effects::entry;
 use crate::machine::drawing::{Bearing, Mount};
 use crate::model::Model;
@@ -32,7 +32,7 @@ fn table() -> Law {
             cyy: 1.4 * c,
         }
     };
-    Law::Table(Table::new([2000.0, 5000.0, 9000.0, 14_000.0].map(row).to_vec()).unwrap())
+    Law::Table(CoefficientTable::new([2000.0, 5000.0, 9000.0, 14_000.0].map(row).to_vec()).unwrap())
 }
 
 fn learned() -> Law {
@@ -40,7 +40,7 @@ fn learned() -> Law {
     Law::Constant(Constant {
         stiffness_n_m: at(2e8, 1.6e8, 6e7, -9e7),
         damping_n_s_m: at(2e5, 1.5e5, -3e4, -3e4),
-        learned: Some(Learned {
+        learned: Some(SpeedTrend {
             reference_rpm: 7000.0,
             stiffness_per_log_n_m: at(2e7, -1e7, 1e7, -2e7),
             damping_per_log_n_s_m: at(-5e4, -4e4, 1e4, 1e4),

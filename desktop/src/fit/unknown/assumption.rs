@@ -10,7 +10,7 @@ use crate::fit::hypothesis::Hypothesis;
 use crate::fit::problem::Problem;
 use crate::fit::{Drawing, Fit, Fitter, singular};
 use crate::machine::place::SpeedLaw;
-use crate::reduction::nodal::Row;
+use crate::reduction::nodal::NodalSum;
 
 type C = Complex<f64>;
 
@@ -31,7 +31,7 @@ pub enum Assumption {
 }
 
 /// What the probes would show of an assumption, per unit of its unknowns.
-pub struct Shown {
+pub struct AssumptionResponse {
     /// Response at every value, in noise units: rows real and imaginary parts of the values, columns real unknowns.
     pub response: DMatrix<f64>,
     /// Force on the shaft for each reading: its speed, and terms by complex unknown.
@@ -83,14 +83,14 @@ impl Assumption {
 
 impl Problem<'_> {
     /// Of every value, at each of some places.
-    fn under_unit_forces(&self, places: &[&Row]) -> Option<Vec<Vec<UnderForce>>> {
+    fn under_unit_forces(&self, places: &[&NodalSum]) -> Option<Vec<Vec<UnderForce>>> {
         let now = self.evaluated()?;
         let mut seen = Vec::with_capacity(self.data.count());
         for (r, row) in self.data.rows.iter().enumerate() {
             let snapshot = Snapshot::new(self, now, r);
             seen.extend(row.values.iter().map(|v| {
                 let gain = now.terms.gains[v.probe] / v.sigma_m;
-                let at = |place: &&Row| UnderForce {
+                let at = |place: &&NodalSum| UnderForce {
                     shown: snapshot.under_force(place, now.terms.shows[v.probe]).map(|y| y * gain),
                     motion: snapshot.motion(place),
                 };
@@ -131,13 +131,13 @@ impl Fitter<'_> {
         fit: &Fit,
         drawing: &Drawing,
         assumptions: &[Assumption],
-    ) -> Result<Vec<Shown>, Error> {
+    ) -> Result<Vec<AssumptionResponse>, Error> {
         let shaft = self.shaft(&hypothesis.terms(&fit.x).physics);
         let problem = self.at(hypothesis, fit, drawing)?;
         let mut places: Vec<f64> = assumptions.iter().flat_map(|a| a.positions_m()).copied().collect();
         places.sort_by(f64::total_cmp);
         places.dedup();
-        let rows: Vec<&Row> = places.iter().map(|z| &shaft.section(*z).displacement).collect();
+        let rows: Vec<&NodalSum> = places.iter().map(|z| &shaft.section(*z).displacement).collect();
         let seen = problem.under_unit_forces(&rows).ok_or_else(singular)?;
         let number = |z: &f64| places.iter().position(|other| other == z);
         let shown = |a: &Assumption| {
@@ -146,7 +146,7 @@ impl Fitter<'_> {
                 let centre = drawing.deviation.clone().resize_vertically(deviations.len(), 0.0);
                 let errors = DrawingErrors::new(self.rotor, shaft, &deviations, &centre);
                 let response = problem.error_derivative(&errors).ok_or_else(singular)?;
-                return Ok(Shown { response, forces: Vec::new() });
+                return Ok(AssumptionResponse { response, forces: Vec::new() });
             }
             let numbers: Vec<usize> = a.positions_m().iter().filter_map(number).collect();
             Ok(self.shown_of_forces(a, &numbers, &seen))
@@ -154,7 +154,12 @@ impl Fitter<'_> {
         assumptions.iter().map(shown).collect()
     }
 
-    fn shown_of_forces(&self, a: &Assumption, places: &[usize], seen: &[Vec<UnderForce>]) -> Shown {
+    fn shown_of_forces(
+        &self,
+        a: &Assumption,
+        places: &[usize],
+        seen: &[Vec<UnderForce>],
+    ) -> AssumptionResponse {
         let speeds = self.data.rows.iter().map(|r| r.speed_rad_s);
         // the motion that a stiffness is multiplied by has the resonances in it
         let functions = match a {
@@ -186,6 +191,6 @@ impl Fitter<'_> {
             i += row.values.len();
             forces.push((row.speed_rad_s, terms));
         }
-        Shown { response, forces }
+        AssumptionResponse { response, forces }
     }
 }

@@ -20,7 +20,7 @@ use crate::machine::tolerance::Deviations;
 use crate::statistics::scatter::Scatter;
 use crate::statistics::whitening::Whitening;
 pub use assumption::Assumption;
-use assumption::Shown;
+use assumption::AssumptionResponse;
 
 type C = Complex<f64>;
 
@@ -60,7 +60,7 @@ impl Fitter<'_> {
     ) -> Result<Vec<f64>, Error> {
         let all = self.shown(hypothesis, fit, drawing, assumptions)?;
         let plant = self.plant_of(drawing, &hypothesis.terms(&fit.x).physics)?;
-        let cost = |Shown { response, .. }: &Shown| {
+        let cost = |AssumptionResponse { response, .. }: &AssumptionResponse| {
             let mut size = first_size(fit, response);
             let mut noise = self.about(&drawing.whitening, fit).scattered(Scatter::STATED);
             let mut least = f64::INFINITY;
@@ -129,7 +129,13 @@ impl Fitter<'_> {
 }
 
 /// What an assumption comes to at a fit under `whitening`, of which it is the last part.
-fn found(assumption: &Assumption, shown: &Shown, size: f64, fit: &Fit, whitening: &Whitening) -> UnknownFit {
+fn found(
+    assumption: &Assumption,
+    shown: &AssumptionResponse,
+    size: f64,
+    fit: &Fit,
+    whitening: &Whitening,
+) -> UnknownFit {
     let (deviations, count) = (whitening.estimate(&fit.weighted), shown.response.ncols());
     let unknowns = deviations.rows(deviations.len() - count, count) * size;
     let places = assumption.positions_m().len();

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::machine::drawing::{Coupling, Flexibility, Physics, Segment};
 
 /// The shaft of a drawing.
-pub struct Line {
+pub struct ImportedShaft {
     /// One segment a shaft element.
     pub shaft: Vec<Segment>,
     /// One a coupling element.
@@ -20,7 +20,7 @@ pub struct Line {
 }
 
 impl Import<'_> {
-    pub(super) fn line(&mut self, all: &[Element]) -> Result<Line, Error> {
+    pub(super) fn line(&mut self, all: &[Element]) -> Result<ImportedShaft, Error> {
         let mut elements: Vec<&Element> =
             all.iter().filter(|e| matches!(e.class, "ShaftElement" | "CouplingElement")).collect();
         for e in &elements {
@@ -47,7 +47,7 @@ impl Import<'_> {
             shear_deformation: first.flag("shear_effects"),
             ..Physics::default()
         };
-        let mut line = Line { shaft: Vec::new(), coupling: Vec::new(), nodes_m: vec![0.0], physics };
+        let mut line = ImportedShaft { shaft: Vec::new(), coupling: Vec::new(), nodes_m: vec![0.0], physics };
         let mut end_m = 0.0;
         for (i, e) in elements.iter().enumerate() {
             let n = self.node(e, "n")?;

@@ -1,7 +1,7 @@
 //! What all days together say.
 
 use super::scope::Scope;
-use crate::prognosis::outlook::Outlook;
+use crate::forecast::filter_state::FilterState;
 use crate::track::answer::Interval;
 use crate::track::operating_point::Logs;
 
@@ -47,5 +47,5 @@ pub struct Joint {
     pub settled: bool,
     /// What was known on the day of each estimate of the static unbalance's size (g·mm) and angle (degrees), and of the
     /// dynamic one's: what a forecast may use.
-    pub known_then: Vec<[Outlook; 4]>,
+    pub known_then: Vec<[FilterState; 4]>,
 }

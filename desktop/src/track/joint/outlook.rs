@@ -5,7 +5,7 @@ use nalgebra::{Complex, DVector};
 use super::kalman::Gaussian;
 use super::motion::Motion;
 use super::state::Layout;
-use crate::prognosis::outlook::Outlook;
+use crate::forecast::filter_state::FilterState;
 use crate::unbalance::{G_MM, static_and_dynamic};
 
 type C = Complex<f64>;
@@ -19,7 +19,7 @@ impl Layout {
         weights_kg_m: &[C],
         motion: &Motion,
         pace_d: f64,
-    ) -> [Outlook; 4] {
+    ) -> [FilterState; 4] {
         let kept = motion.rate_keep.powf(1.0 / pace_d);
         // what a rate of one a reading moves in a day
         let reach = (1.0 - kept) / (1.0 - motion.rate_keep);
@@ -31,7 +31,7 @@ impl Layout {
             let (level_sd, per_d_sd) =
                 (variance(0, 0).max(0.0).sqrt(), reach * variance(flat, flat).max(0.0).sqrt());
             let both = level_sd * per_d_sd;
-            Outlook {
+            FilterState {
                 level,
                 per_d: reach * slope.dot(&state.mean.rows(flat, flat)),
                 level_sd,

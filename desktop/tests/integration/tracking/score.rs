@@ -1,9 +1,9 @@
 //! What an estimate is worth against the truth.
 
 use rotor_edge_desktop::Error;
-use rotor_edge_desktop::prognosis::scores::Score as ForecastScore;
-use rotor_edge_desktop::prognosis::walk::{By, walk};
-use rotor_edge_desktop::prognosis::{known, series};
+use rotor_edge_desktop::forecast::backtest::{ForecastBasis, backtest};
+use rotor_edge_desktop::forecast::scores::Score as ForecastScore;
+use rotor_edge_desktop::forecast::{known, series};
 use rotor_edge_desktop::track::{
     Config, Estimate, Event, Flag, Interval, Later, Method, Track, as_known_then, track,
 };
@@ -132,9 +132,9 @@ impl Judged {
     }
 
     /// Scores of forecasts from each day on, of each of the four series and of each at every horizon.
-    pub fn forecasts(&self, by: By, horizons: &[usize]) -> Vec<ForecastScore> {
+    pub fn forecasts(&self, by: ForecastBasis, horizons: &[usize]) -> Vec<ForecastScore> {
         let history = series::parse("track.csv", &self.csv()).unwrap();
-        history.series.iter().flat_map(|s| walk(s, by, 90, horizons, 1).unwrap().0).collect()
+        history.series.iter().flat_map(|s| backtest(s, by, 90, horizons, 1).unwrap().0).collect()
     }
 
     /// The columns of its track that a forecast reads.

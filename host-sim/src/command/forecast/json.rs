@@ -1,9 +1,9 @@
 //! What `forecast --json` prints.
 
-use rotor_edge_desktop::prognosis::ahead::interval;
-use rotor_edge_desktop::prognosis::limit::Reached;
-use rotor_edge_desktop::prognosis::scores::Score;
-use rotor_edge_desktop::prognosis::series::History;
+use rotor_edge_desktop::forecast::ahead::interval;
+use rotor_edge_desktop::forecast::limit::FirstPassage;
+use rotor_edge_desktop::forecast::scores::Score;
+use rotor_edge_desktop::forecast::series::History;
 use serde_json::{Map, Value, json};
 
 use super::super::dates::Dates;
@@ -25,7 +25,7 @@ fn score(s: &Score) -> Value {
 }
 
 /// When the limit is reached; days from the last of the track on.
-fn reached(limit: &Reached) -> Value {
+fn reached(limit: &FirstPassage) -> Value {
     let [p5, p10, p50, p90, p95] = limit.days;
     json!({
         "limit_g_mm": limit.limit_g_mm,
@@ -42,7 +42,7 @@ pub fn summary(
     model: &str,
     history: &History,
     forecasts: &[Forecast],
-    limit: Option<&Reached>,
+    limit: Option<&FirstPassage>,
     dates: Dates,
 ) -> Value {
     let by_horizon = |scores: &[Score], of: &dyn Fn(&Score) -> Value| -> Value {

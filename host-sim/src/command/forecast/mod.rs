@@ -10,14 +10,14 @@ use anyhow::{Context as _, Result, bail};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
+use rotor_edge_desktop::forecast::ahead::ForecastPath;
+use rotor_edge_desktop::forecast::arima::Order;
+use rotor_edge_desktop::forecast::backtest::{ForecastBasis, ForecastModel, backtest};
+use rotor_edge_desktop::forecast::events;
+use rotor_edge_desktop::forecast::limit::{FirstPassage, first_passage};
+use rotor_edge_desktop::forecast::scores::Score;
+use rotor_edge_desktop::forecast::series::{self, DailySeries, History};
 use rotor_edge_desktop::grade::Rigid;
-use rotor_edge_desktop::prognosis::ahead::Ahead;
-use rotor_edge_desktop::prognosis::arima::Order;
-use rotor_edge_desktop::prognosis::events;
-use rotor_edge_desktop::prognosis::limit::{Reached, reached};
-use rotor_edge_desktop::prognosis::scores::Score;
-use rotor_edge_desktop::prognosis::series::{self, History, Series};
-use rotor_edge_desktop::prognosis::walk::{By, Model, walk};
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::G_MM;
 
@@ -97,11 +97,11 @@ fn order(text: &str) -> Result<Order, String> {
 
 /// One series, scored and forecast by the model asked for, and scored by others.
 pub struct Forecast<'a> {
-    pub series: &'a Series,
+    pub series: &'a DailySeries,
     /// Name of each method, the model's first, and its scores at every horizon.
     pub scores: Vec<(&'static str, Vec<Score>)>,
     /// Forecast of the model asked for.
-    pub ahead: Ahead,
+    pub ahead: ForecastPath,
 }
 
 impl Forecast<'_> {
@@ -124,7 +124,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     }
     let (history, dates) = read(&arguments.track)?;
     let limit_g_mm = limit_g_mm(arguments)?;
-    let has_state = history.series.iter().all(|s| s.outlooks.is_some());
+    let has_state = history.series.iter().all(|s| s.filter_states.is_some());
     let model = arguments.model.unwrap_or(if has_state { Kind::State } else { Kind::Arima });
     let ways: usize = history.series.iter().map(|s| 1 + baselines(s, model).count()).sum();
     let working = listener.progress("series forecast by each method", ways);
@@ -136,7 +136,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let limit = limit_g_mm.map(|limit| {
         let magnitude = &forecasts[0];
         let now = magnitude.series.known.last().copied().unwrap_or_default();
-        reached(&magnitude.ahead, now, limit, arguments.seed)
+        first_passage(&magnitude.ahead, now, limit, arguments.seed)
     });
     if let Some(path) = &arguments.form.report {
         let sections =
@@ -179,23 +179,24 @@ fn limit_g_mm(arguments: &Arguments) -> Result<Option<f64>> {
 }
 
 /// What a model is held against: the filter's own state where the track holds it, "it stays" and "it goes on".
-fn baselines(series: &Series, model: Kind) -> impl Iterator<Item = (&'static str, By)> {
-    let state = series.outlooks.is_some().then_some((Kind::State.name(), By::State));
-    let others = [(Kind::Naive.name(), Model::Naive.into()), (DRIFT, Model::Drift.into())];
+fn baselines(series: &DailySeries, model: Kind) -> impl Iterator<Item = (&'static str, ForecastBasis)> {
+    let state = series.filter_states.is_some().then_some((Kind::State.name(), ForecastBasis::State));
+    let others = [(Kind::Naive.name(), ForecastModel::Naive.into()), (DRIFT, ForecastModel::Drift.into())];
     state.into_iter().chain(others).filter(move |(name, _)| *name != model.name())
 }
 
 fn one<'a>(
-    series: &'a Series,
+    series: &'a DailySeries,
     model: Kind,
     arguments: &Arguments,
     working: &ProgressBar,
 ) -> Result<Forecast<'a>> {
-    let score = |by: By| walk(series, by, arguments.first, &arguments.horizons, arguments.days);
+    let score =
+        |by: ForecastBasis| backtest(series, by, arguments.first, &arguments.horizons, arguments.days);
     let (own, ahead) = match model {
-        Kind::State => score(By::State)?,
-        Kind::Naive => score(Model::Naive.into())?,
-        Kind::Arima => score(Model::Arima(arguments.order).into())?,
+        Kind::State => score(ForecastBasis::State)?,
+        Kind::Naive => score(ForecastModel::Naive.into())?,
+        Kind::Arima => score(ForecastModel::Arima(arguments.order).into())?,
         Kind::Lstm => lstm(series, arguments)?,
     };
     working.inc(1);
@@ -208,13 +209,13 @@ fn one<'a>(
 }
 
 #[cfg(feature = "lstm")]
-fn lstm(series: &Series, arguments: &Arguments) -> Result<(Vec<Score>, Ahead)> {
-    let model = Model::Lstm { seed: arguments.seed };
-    Ok(walk(series, model, arguments.first, &arguments.horizons, arguments.days)?)
+fn lstm(series: &DailySeries, arguments: &Arguments) -> Result<(Vec<Score>, ForecastPath)> {
+    let model = ForecastModel::Lstm { seed: arguments.seed };
+    Ok(backtest(series, model, arguments.first, &arguments.horizons, arguments.days)?)
 }
 
 #[cfg(not(feature = "lstm"))]
-fn lstm(_: &Series, _: &Arguments) -> Result<(Vec<Score>, Ahead)> {
+fn lstm(_: &DailySeries, _: &Arguments) -> Result<(Vec<Score>, ForecastPath)> {
     bail!("this build has no LSTM; build it with `cargo build --release --features lstm` and run again")
 }
 
@@ -233,7 +234,7 @@ const SCORES: [Scored; 6] = [
 ];
 
 /// What the limit comes to, in one sentence; days as the track counts them.
-pub fn limit_in_words(limit: &Reached, last_d: f64, dates: Dates) -> String {
+pub fn limit_in_words(limit: &FirstPassage, last_d: f64, dates: Dates) -> String {
     let head = format!("The limit of {:.0} g·mm static unbalance", limit.limit_g_mm);
     if limit.already() {
         return format!(
@@ -275,7 +276,7 @@ fn event_in_words(history: &History, days: usize, chance: f64) -> String {
 
 /// Unit of a series.
 /// A series in words; its name is that of its column.
-pub fn words(series: &Series) -> &'static str {
+pub fn words(series: &DailySeries) -> &'static str {
     match series.name {
         "U_g" => "static size",
         "alpha_g" => "static angle",
@@ -285,7 +286,7 @@ pub fn words(series: &Series) -> &'static str {
     }
 }
 
-pub fn unit(series: &Series) -> &'static str {
+pub fn unit(series: &DailySeries) -> &'static str {
     if series.name.starts_with('U') { "g·mm" } else { "°" }
 }
 

@@ -1,9 +1,9 @@
 //! What `forecast --report` says: the tables of scores, the fans and the limit.
 
-use rotor_edge_desktop::prognosis::ahead::interval;
-use rotor_edge_desktop::prognosis::limit::Reached;
-use rotor_edge_desktop::prognosis::scores::Score;
-use rotor_edge_desktop::prognosis::series::History;
+use rotor_edge_desktop::forecast::ahead::interval;
+use rotor_edge_desktop::forecast::limit::FirstPassage;
+use rotor_edge_desktop::forecast::scores::Score;
+use rotor_edge_desktop::forecast::series::History;
 
 use super::super::dates::Dates;
 use super::{Forecast, SCORES, Scored, against_naive, limit_in_words, unit, words};
@@ -20,7 +20,7 @@ pub fn sections(
     forecasts: &[Forecast],
     horizons: &[usize],
     model: &str,
-    limit: Option<&Reached>,
+    limit: Option<&FirstPassage>,
     dates: Dates,
 ) -> Vec<Section> {
     let mut scored = vec![
@@ -76,7 +76,7 @@ fn scores(forecasts: &[Forecast], horizons: &[usize], scored: Scored) -> Table {
 }
 
 /// How the chance grows that the limit is reached.
-fn first_passage(history: &History, limit: &Reached, dates: Dates) -> Figure {
+fn first_passage(history: &History, limit: &FirstPassage, dates: Dates) -> Figure {
     let title = "Chance that the limit is reached".to_string();
     let day = |k: usize| history.last_d() + k as f64 + 1.0;
     let chance = limit.until.iter().enumerate().map(|(k, chance)| (day(k), 100.0 * chance)).collect();

@@ -1,9 +1,9 @@
 //! What `forecast` prints for people.
 
-use rotor_edge_desktop::prognosis::ahead::interval;
-use rotor_edge_desktop::prognosis::limit::Reached;
-use rotor_edge_desktop::prognosis::scores::Score;
-use rotor_edge_desktop::prognosis::series::History;
+use rotor_edge_desktop::forecast::ahead::interval;
+use rotor_edge_desktop::forecast::limit::FirstPassage;
+use rotor_edge_desktop::forecast::scores::Score;
+use rotor_edge_desktop::forecast::series::History;
 
 use super::super::dates::Dates;
 use super::{
@@ -39,7 +39,7 @@ pub fn print(
     arguments: &Arguments,
     history: &History,
     forecasts: &[Forecast],
-    limit: Option<&Reached>,
+    limit: Option<&FirstPassage>,
     dates: Dates,
 ) {
     println!("Forecasts made on every day of the past after {}, and what became of them\n", arguments.first);

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use nalgebra::{Complex, DVector};
 use rotor_edge_desktop::diagnose::Determined;
-use rotor_edge_desktop::identify::{Found, PhaseOne, noise_scale, unbalance_covariance};
+use rotor_edge_desktop::identify::{PhaseOne, SolvedReading, noise_scale, unbalance_covariance};
 use rotor_edge_desktop::machine::drawing::{Noise, Rotor};
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::unbalance::G_MM;
@@ -41,7 +41,7 @@ pub fn last(
     phase_one: Option<&PhaseOne>,
 ) -> Result<Last> {
     let fits = |answer: &&Answer| !answer.flagged() && !answer.suspicious();
-    let found = |answer: &Answer| Found {
+    let found = |answer: &Answer| SolvedReading {
         reading: &record[answer.row],
         unbalance_kg_m: DVector::from_iterator(
             rotor.plane.len(),
@@ -52,7 +52,7 @@ pub fn last(
         return Ok(Err("the model fits no reading of this record".into()));
     };
     let noise = Noise::of(rotor, record);
-    let fitted: Vec<Found> = answers.iter().filter(fits).map(found).collect();
+    let fitted: Vec<SolvedReading> = answers.iter().filter(fits).map(found).collect();
     let scale = noise_scale(rotor, &deployment.desktop, &noise, &fitted)?;
     let bearings = phase_one.map(PhaseOne::bearings_covariance);
     let newest = found(answer);

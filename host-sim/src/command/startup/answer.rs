@@ -3,17 +3,17 @@
 use nalgebra::Complex;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::startup::Startup;
-use rotor_edge_desktop::startup::chain::{Chain, Stage};
-use rotor_edge_desktop::startup::series::Run;
+use rotor_edge_desktop::startup::refinement::{ModelRefinement, ModelStage};
+use rotor_edge_desktop::startup::series::RunUp;
 
 /// A start-up, evaluated, and what the answers are measured in.
 pub struct Answer {
     pub readings: Vec<Reading>,
     pub found: Startup,
     /// The models, from the simple one on.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<ModelStage>,
     /// The rotor model, where one could be fitted.
-    pub chain: Option<Chain>,
+    pub chain: Option<ModelRefinement>,
     /// Clearance that errors are given in percent of, µm.
     pub clearance_um: f64,
     /// Whether nobody stated the clearance.
@@ -43,7 +43,7 @@ impl Answer {
     }
 
     /// Whether the weights of a run are known.
-    pub fn is_known(&self, run: &Run) -> bool {
+    pub fn is_known(&self, run: &RunUp) -> bool {
         !self.unknown_weights.iter().any(|u| u == run.label())
     }
 }

@@ -1,12 +1,14 @@
 //! What `startup --json` prints.
 
 use rotor_edge_desktop::diagnose::Candidate;
-use rotor_edge_desktop::startup::Value as Number;
-use rotor_edge_desktop::startup::chain::Stage;
+use rotor_edge_desktop::startup::UncertainValue;
+use rotor_edge_desktop::startup::refinement::ModelStage;
 use rotor_edge_desktop::units::rpm;
 
-use rotor_edge_desktop::startup::estimate::{Combined, Estimate, Line, METHODS, Seen};
-use rotor_edge_desktop::startup::series::{Direction, Run};
+use rotor_edge_desktop::startup::estimate::{
+    AmplitudeTrend, CombinedEstimates, METHODS, OscillatorParameters, RunEstimates,
+};
+use rotor_edge_desktop::startup::series::{ProbeDirection, RunUp};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 use serde_json::{Map, Value, json};
 
@@ -42,19 +44,19 @@ pub fn of(answer: &Answer) -> Value {
 }
 
 /// One number a direction, of its best estimate.
-fn by_direction<T: Into<Value>>(answer: &Answer, of: impl Fn(&Estimate) -> T) -> Value {
+fn by_direction<T: Into<Value>>(answer: &Answer, of: impl Fn(&OscillatorParameters) -> T) -> Value {
     let found = &answer.found;
-    let value = |(d, c): (&Direction, &Combined)| {
+    let value = |(d, c): (&ProbeDirection, &CombinedEstimates)| {
         (d.label.clone(), c.best().map_or(Value::Null, |(_, e)| of(e).into()))
     };
     Value::Object(found.directions.iter().zip(&found.combined).map(value).collect())
 }
 
-fn number(n: Number, factor: f64) -> Value {
+fn number(n: UncertainValue, factor: f64) -> Value {
     json!({ "value": n.value * factor, "sd": n.sd * factor })
 }
 
-fn estimate(e: &Estimate) -> Value {
+fn estimate(e: &OscillatorParameters) -> Value {
     json!({
         "natural_rpm": number(e.natural_rad_s, rpm(1.0)),
         "damping_ratio": number(e.damping_ratio, 1.0),
@@ -72,7 +74,7 @@ fn estimates(answer: &Answer) -> Value {
         let all: Map<String, Value> = methods
             .map(|(name, e)| ((*name).to_string(), e.as_ref().map_or(Value::Null, estimate)))
             .collect();
-        let line = |l: &Line, factor: f64| {
+        let line = |l: &AmplitudeTrend, factor: f64| {
             json!({
                 "small_motion": number(l.at_rest, factor),
                 "at_largest": l.at_largest * factor,
@@ -94,7 +96,7 @@ fn estimates(answer: &Answer) -> Value {
 /// Every run along every direction, as marked in the Bode plot.
 fn runs(answer: &Answer) -> Value {
     let found = &answer.found;
-    let one = |seen: &Seen| match &seen.half_power {
+    let one = |seen: &RunEstimates| match &seen.half_power {
         Ok((marks, own)) => json!({
             "natural_rpm": rpm(own.modal.natural_rad_s),
             "natural_rpm_sd": rpm(own.covariance[(0, 0)].sqrt()),
@@ -107,7 +109,7 @@ fn runs(answer: &Answer) -> Value {
         }),
         Err(why) => json!({ "why_not": why }),
     };
-    let run = |(run, row): (&Run, &Vec<Seen>)| {
+    let run = |(run, row): (&RunUp, &Vec<RunEstimates>)| {
         let directions: Map<String, Value> =
             found.directions.iter().zip(row).map(|(d, s)| (d.label.clone(), one(s))).collect();
         let [added_g_mm, _] = g_mm_deg(run.added_kg_m);
@@ -117,7 +119,7 @@ fn runs(answer: &Answer) -> Value {
 }
 
 /// By speed, then bearing, then run: percent of the clearance.
-fn errors(answer: &Answer, stage: &Stage) -> Value {
+fn errors(answer: &Answer, stage: &ModelStage) -> Value {
     let mut by_speed = Map::new();
     for speed in &answer.speeds_rpm {
         let mut by_bearing = Map::new();
@@ -130,7 +132,7 @@ fn errors(answer: &Answer, stage: &Stage) -> Value {
     Value::Object(by_speed)
 }
 
-fn stage(answer: &Answer, stage: &Stage) -> Value {
+fn stage(answer: &Answer, stage: &ModelStage) -> Value {
     let worst = answer.found.worst_by_speed(&answer.readings, &stage.motion, answer.range_rpm);
     let rows: Vec<Value> = worst
         .iter()

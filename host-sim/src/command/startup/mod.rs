@@ -12,7 +12,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use rotor_edge_desktop::Error;
 use rotor_edge_desktop::rotor_file;
-use rotor_edge_desktop::startup::chain::{chain, simple_stages};
+use rotor_edge_desktop::startup::refinement::{refine, simple_stages};
 use rotor_edge_desktop::startup::{Options, PAPER_CLEARANCE_UM, PAPER_SPEEDS_RPM, startup};
 
 use super::listener::Listener;
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     working.finish_and_clear();
     let (working, hear) = listener.search("effects and sets of them tried");
     let mut added = 0;
-    let tried = chain(&rotor, &readings, &found, &options, &hear, |label| {
+    let tried = refine(&rotor, &readings, &found, &options, &hear, |label| {
         added += 1;
         listener.step(added, None);
         working.set_message(format!("+ {label}"));

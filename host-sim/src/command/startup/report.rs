@@ -2,7 +2,7 @@
 //! models on the way to one that fits.
 
 use nalgebra::Complex;
-use rotor_edge_desktop::startup::series::{Point, Run, series};
+use rotor_edge_desktop::startup::series::{Point, RunUp, series};
 use rotor_edge_desktop::unbalance::G_MM;
 use rotor_edge_desktop::units::rad_s;
 use rotor_edge_desktop::units::rpm as to_rpm;
@@ -58,8 +58,8 @@ fn bodes(answer: &Answer) -> Section {
     let found = &answer.found;
     let draw = |d: usize| {
         let direction = &found.directions[d];
-        let points = |run: &Run| series(&answer.readings, &found.noise, run, direction);
-        let curve = |run: &Run| Curve {
+        let points = |run: &RunUp| series(&answer.readings, &found.noise, run, direction);
+        let curve = |run: &RunUp| Curve {
             label: run.label().to_string(),
             points: points(run).iter().map(|p| (to_rpm(p.speed_rad_s), p.motion_m)).collect(),
         };
@@ -101,7 +101,7 @@ fn bodes(answer: &Answer) -> Section {
 fn per_unbalance(answer: &Answer, d: usize, own_kg_m: C) -> Figure {
     let found = &answer.found;
     let direction = &found.directions[d];
-    let curve = |run: &Run| {
+    let curve = |run: &RunUp| {
         let unbalance_g_mm = (own_kg_m + run.added_kg_m).norm() * G_MM;
         let points = series(&answer.readings, &found.noise, run, direction);
         let point = |p: &Point| (to_rpm(p.speed_rad_s), p.motion_m.norm() * 1e6 / unbalance_g_mm);

@@ -1,9 +1,9 @@
 //! What `startup` prints for people.
 
-use rotor_edge_desktop::startup::Value;
-use rotor_edge_desktop::startup::chain::Chain;
-use rotor_edge_desktop::startup::estimate::{METHODS, Shift};
-use rotor_edge_desktop::startup::series::Direction;
+use rotor_edge_desktop::startup::UncertainValue;
+use rotor_edge_desktop::startup::estimate::{AmplitudeShift, METHODS};
+use rotor_edge_desktop::startup::refinement::ModelRefinement;
+use rotor_edge_desktop::startup::series::ProbeDirection;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 use rotor_edge_desktop::units::rpm;
 
@@ -62,7 +62,7 @@ pub fn model_lines(answer: &Answer) -> Vec<String> {
 }
 
 /// A number with its uncertainty.
-pub fn with_sd(v: Value, factor: f64, decimals: usize) -> String {
+pub fn with_sd(v: UncertainValue, factor: f64, decimals: usize) -> String {
     format!("{:.decimals$} ± {:.decimals$}", v.value * factor, v.sd * factor)
 }
 
@@ -95,7 +95,7 @@ pub fn estimate_rows(answer: &Answer) -> Vec<[String; 7]> {
 pub fn shift_lines(answer: &Answer) -> Vec<String> {
     let found = &answer.found;
     let known = || found.directions.iter().zip(&found.shifts).filter_map(|(d, s)| Some((d, s.as_ref()?)));
-    let line = |(d, s): (&Direction, &Shift)| {
+    let line = |(d, s): (&ProbeDirection, &AmplitudeShift)| {
         let (natural, ratio) = (&s.natural_rad_s, &s.damping_ratio);
         format!(
             "{}: from small motion to {:.0} µm the natural speed goes from {} to {:.1} rpm ({:+.1} σ), the damping ratio \
@@ -117,8 +117,9 @@ pub fn shift_lines(answer: &Answer) -> Vec<String> {
         ];
     }
     // directions are measured apart, so their deviations add up like noise
-    let together =
-        |of: fn(&Shift) -> f64| known().map(|(_, s)| of(s)).sum::<f64>() / (lines.len() as f64).sqrt();
+    let together = |of: fn(&AmplitudeShift) -> f64| {
+        known().map(|(_, s)| of(s)).sum::<f64>() / (lines.len() as f64).sqrt()
+    };
     let (natural, ratio) = (together(|s| s.natural_rad_s.sigmas), together(|s| s.damping_ratio.sigmas));
     let way = |z: f64| match z {
         z if z < -CHANGES_SIGMAS => "falls",
@@ -210,7 +211,7 @@ pub fn stage_columns(answer: &Answer) -> Vec<String> {
 
 /// Rows of the table of models: the largest error over all runs, in percent of the clearance.
 pub fn stage_rows(answer: &Answer) -> Vec<Vec<String>> {
-    let row = |stage: &rotor_edge_desktop::startup::chain::Stage| {
+    let row = |stage: &rotor_edge_desktop::startup::refinement::ModelStage| {
         let mut cells = vec![stage.label.clone()];
         for speed in &answer.speeds_rpm {
             let errors = answer.found.errors_at(&answer.readings, &stage.motion, *speed);
@@ -239,7 +240,7 @@ fn print_stages(answer: &Answer) {
 }
 
 /// Name of the bearing, resonance in rpm and its standard deviation, of every pedestal found.
-pub fn pedestals(chain: &Chain) -> impl Iterator<Item = (String, f64, f64)> {
+pub fn pedestals(chain: &ModelRefinement) -> impl Iterator<Item = (String, f64, f64)> {
     chain.outcome.steps.iter().filter(|s| s.added.effect == "pedestal").filter_map(|s| {
         let of = |name: &str| s.added.parameters.iter().find(|p| p.name == name);
         let (k, m) = (of("k")?, of("m")?);

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use anyhow::Result;
 use nalgebra::Complex;
+use rotor_edge_desktop::forecast::known;
+use rotor_edge_desktop::forecast::series::EVENT;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::prognosis::known;
-use rotor_edge_desktop::prognosis::series::EVENT;
 use rotor_edge_desktop::track::{Cause, Estimate, Event, Flag, Interval, Joint, Reidentified, Spread, Track};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 use rotor_edge_desktop::whole_file;

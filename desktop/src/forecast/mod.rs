@@ -5,10 +5,10 @@
 //! | [`series`] | static and dynamic unbalance of a track, a value a day |
 //! | [`smooth`] | robust local regression |
 //! | [`known`] | the columns of a track that hold what its filter knew on each day |
-//! | [`outlook`] | what a filter knew of a number on a day, and what that says of the days to come |
+//! | [`filter_state`] | what a filter knew of a number on a day, and what that says of the days to come |
 //! | [`ahead`] | mean and standard deviation of each day to come |
 //! | [`arima`] | ARIMA by exact likelihood |
-//! | [`walk`] | forecasts from every day of the past, and what became of them |
+//! | [`backtest`] | forecasts from every day of the past, and what became of them |
 //! | [`scores`] | how far off they were, and whether they said how sure they are |
 //! | [`limit`] | days until a limit |
 //! | [`events`] | how probable it is that something ends the forecast |
@@ -19,13 +19,13 @@
 
 pub mod ahead;
 pub mod arima;
+pub mod backtest;
 pub mod events;
+pub mod filter_state;
 pub mod known;
 pub mod limit;
 #[cfg(feature = "lstm")]
 pub mod lstm;
-pub mod outlook;
 pub mod scores;
 pub mod series;
 pub mod smooth;
-pub mod walk;

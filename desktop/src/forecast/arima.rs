@@ -68,7 +68,7 @@ pub struct Arima {
 }
 
 /// What the filter says of a series.
-struct Filtered {
+struct FilterSums {
     /// Σ v²/F and Σ ln F, with shocks of unit variance.
     squares: f64,
     logs: f64,
@@ -102,7 +102,7 @@ impl Arima {
     }
 
     /// The exact filter over an ARMA series.
-    fn filter(&self, values: &[f64]) -> Filtered {
+    fn filter(&self, values: &[f64]) -> FilterSums {
         let n = self.size();
         let ar = |i: usize| self.ar.get(i).copied().unwrap_or(0.0);
         let shock = self.shock();
@@ -142,7 +142,7 @@ impl Arima {
                 spread = predicted;
             }
         }
-        Filtered { squares, logs, state, spread }
+        FilterSums { squares, logs, state, spread }
     }
 
     /// Exact logarithm of the likelihood of a series, of its differences if d is not 0.

@@ -4,14 +4,14 @@ use nalgebra::Matrix2;
 
 /// Stiffness and damping, 2×2 each, rows (force) and columns (motion) x, y.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
+pub struct DynamicCoefficients {
     /// Stiffness, N/m.
     pub stiffness: Matrix2<f64>,
     /// Damping, N·s/m.
     pub damping: Matrix2<f64>,
 }
 
-impl Pair {
+impl DynamicCoefficients {
     pub fn zeros() -> Self {
         Self { stiffness: Matrix2::zeros(), damping: Matrix2::zeros() }
     }

@@ -4,7 +4,7 @@ use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 
-use super::ahead::Ahead;
+use super::ahead::ForecastPath;
 
 /// Number of simulated paths.
 const PATHS: usize = 4000;
@@ -13,7 +13,7 @@ pub const SHARES: [f64; 5] = [0.05, 0.1, 0.5, 0.9, 0.95];
 
 /// When the limit is reached.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reached {
+pub struct FirstPassage {
     pub limit_g_mm: f64,
     /// The unbalance of the last day, g·mm.
     pub now_g_mm: f64,
@@ -23,7 +23,7 @@ pub struct Reached {
     pub days: [Option<f64>; 5],
 }
 
-impl Reached {
+impl FirstPassage {
     /// Whether the last day is at or beyond the limit: then nothing is left to foretell.
     pub fn already(&self) -> bool {
         self.now_g_mm >= self.limit_g_mm
@@ -37,10 +37,10 @@ impl Reached {
 
 /// First passage of the limit by paths around a forecast from `now_g_mm` on: each keeps to its own side of the expected
 /// values, and moves from day to day by what the spread grows by.
-pub fn reached(ahead: &Ahead, now_g_mm: f64, limit_g_mm: f64, seed: u64) -> Reached {
+pub fn first_passage(ahead: &ForecastPath, now_g_mm: f64, limit_g_mm: f64, seed: u64) -> FirstPassage {
     if now_g_mm >= limit_g_mm {
         let until = vec![1.0; ahead.mean.len()];
-        return Reached { limit_g_mm, now_g_mm, until, days: [Some(0.0); 5] };
+        return FirstPassage { limit_g_mm, now_g_mm, until, days: [Some(0.0); 5] };
     }
     let mut random = StdRng::seed_from_u64(seed);
     let mut first = vec![0_usize; ahead.mean.len()];
@@ -65,7 +65,7 @@ pub fn reached(ahead: &Ahead, now_g_mm: f64, limit_g_mm: f64, seed: u64) -> Reac
         })
         .collect();
     let at = |share: f64| until.iter().position(|u| *u >= share).map(|day| day as f64 + 1.0);
-    Reached { limit_g_mm, now_g_mm, days: SHARES.map(at), until }
+    FirstPassage { limit_g_mm, now_g_mm, days: SHARES.map(at), until }
 }
 
 #[cfg(test)]
@@ -74,11 +74,12 @@ mod tests {
 
     #[test]
     fn limit_crossing_of_random_walk_equals_reflection_principle() {
-        let sure = Ahead { mean: (1..=60).map(f64::from).collect(), sd: vec![1e-9; 60] };
-        assert_eq!(reached(&sure, 0.0, 30.5, 1).days, [Some(31.0); 5]);
+        let sure = ForecastPath { mean: (1..=60).map(f64::from).collect(), sd: vec![1e-9; 60] };
+        assert_eq!(first_passage(&sure, 0.0, 30.5, 1).days, [Some(31.0); 5]);
         // P(max over n days > a) = 2 P(end > a) for a walk in small steps
-        let walk = Ahead { mean: vec![0.0; 400], sd: (1..=400).map(|h| f64::from(h).sqrt()).collect() };
-        let found = reached(&walk, 0.0, 20.0, 1);
+        let walk =
+            ForecastPath { mean: vec![0.0; 400], sd: (1..=400).map(|h| f64::from(h).sqrt()).collect() };
+        let found = first_passage(&walk, 0.0, 20.0, 1);
         assert!((found.chance() - 0.317).abs() < 0.03, "{}", found.chance());
         assert!(found.until.windows(2).all(|w| w[0] <= w[1]), "what was reached stays reached");
         assert!(found.days[0] < found.days[1] && found.days[2].is_none(), "{:?}", found.days);
@@ -86,10 +87,10 @@ mod tests {
 
     #[test]
     fn limit_below_todays_value_is_already_exceeded() {
-        let falls = Ahead { mean: (1..=60).map(|d| 40.0 - f64::from(d)).collect(), sd: vec![1.0; 60] };
-        let found = reached(&falls, 40.0, 30.5, 1);
+        let falls = ForecastPath { mean: (1..=60).map(|d| 40.0 - f64::from(d)).collect(), sd: vec![1.0; 60] };
+        let found = first_passage(&falls, 40.0, 30.5, 1);
         assert!(found.already() && found.chance() == 1.0);
         assert_eq!(found.days, [Some(0.0); 5]);
-        assert!(!reached(&falls, 30.0, 30.5, 1).already());
+        assert!(!first_passage(&falls, 30.0, 30.5, 1).already());
     }
 }

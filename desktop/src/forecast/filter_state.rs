@@ -1,11 +1,11 @@
 //! What a filter knew of a number on a day, and what that says of the days to come.
 
-use super::ahead::Ahead;
+use super::ahead::ForecastPath;
 
 /// A number that moves by so much a day, which fades and is pushed at random; and how sure both are. The state of a
 /// filter's unbalance as one of its sizes or angles sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outlook {
+pub struct FilterState {
     pub level: f64,
     /// What it moves by in the day to come.
     pub per_d: f64,
@@ -21,7 +21,7 @@ pub struct Outlook {
     pub push_sd: f64,
 }
 
-impl Outlook {
+impl FilterState {
     /// The same a day later, if nothing is measured.
     #[must_use]
     pub fn next_day(&self) -> Self {
@@ -43,10 +43,13 @@ impl Outlook {
         }
     }
 
-    pub fn ahead(&self, days: usize) -> Ahead {
+    pub fn ahead(&self, days: usize) -> ForecastPath {
         let all: Vec<Self> =
             std::iter::successors(Some(self.next_day()), |s| Some(s.next_day())).take(days).collect();
-        Ahead { mean: all.iter().map(|s| s.level).collect(), sd: all.iter().map(|s| s.level_sd).collect() }
+        ForecastPath {
+            mean: all.iter().map(|s| s.level).collect(),
+            sd: all.iter().map(|s| s.level_sd).collect(),
+        }
     }
 }
 
@@ -54,7 +57,7 @@ impl Outlook {
 mod tests {
     use super::*;
 
-    const NOW: Outlook = Outlook {
+    const NOW: FilterState = FilterState {
         level: 500.0,
         per_d: 2.0,
         level_sd: 10.0,
@@ -84,7 +87,7 @@ mod tests {
 
     #[test]
     fn a_number_that_is_known_and_does_not_move_stays() {
-        let still = Outlook { per_d: 0.0, level_sd: 0.0, per_d_sd: 0.0, push_sd: 0.0, ..NOW };
-        assert_eq!(still.ahead(3), Ahead { mean: vec![500.0; 3], sd: vec![0.0; 3] });
+        let still = FilterState { per_d: 0.0, level_sd: 0.0, per_d_sd: 0.0, push_sd: 0.0, ..NOW };
+        assert_eq!(still.ahead(3), ForecastPath { mean: vec![500.0; 3], sd: vec![0.0; 3] });
     }
 }

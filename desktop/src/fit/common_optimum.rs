@@ -47,7 +47,7 @@ impl Fitter<'_> {
         }
         let stated = DVector::zeros(self.deviations.len());
         let physics = hypothesis.terms(&fit.x).physics;
-        let mut at = Joint {
+        let mut at = JointProblem {
             fitter: self,
             hypothesis,
             amplitudes: &fit.amplitudes,
@@ -67,7 +67,7 @@ impl Fitter<'_> {
     ///
     /// # Errors
     /// If the machine is singular at the fit.
-    pub fn settled(
+    pub fn on_common_optimum(
         &self,
         hypothesis: &Hypothesis,
         fit: &Fit,
@@ -90,7 +90,7 @@ impl Fitter<'_> {
         }
         let physics = hypothesis.terms(&fit.x).physics;
         let noise = drawing.whitening.of_scatter();
-        let mut best = Joint {
+        let mut best = JointProblem {
             fitter: self,
             hypothesis,
             amplitudes: &fit.amplitudes,
@@ -118,7 +118,7 @@ impl Fitter<'_> {
 
 /// Bearings, effects and errors of the drawing together: search coordinates, then errors in standard
 /// deviations.
-struct Joint<'p> {
+struct JointProblem<'p> {
     fitter: &'p Fitter<'p>,
     hypothesis: &'p Hypothesis<'p>,
     amplitudes: &'p Amplitudes,
@@ -128,7 +128,7 @@ struct Joint<'p> {
     now: Option<Problem<'p>>,
 }
 
-impl Joint<'_> {
+impl JointProblem<'_> {
     fn parts(&self) -> (Vec<f64>, DVector<f64>) {
         let n = self.hypothesis.size();
         (self.at.as_slice()[..n].to_vec(), self.at.rows(n, self.at.len() - n).into_owned())
@@ -149,7 +149,7 @@ impl Joint<'_> {
     }
 }
 
-impl Objective for Joint<'_> {
+impl Objective for JointProblem<'_> {
     fn position(&self) -> DVector<f64> {
         self.at.clone()
     }

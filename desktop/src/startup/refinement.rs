@@ -6,7 +6,7 @@ use super::two_degree::Motion;
 use super::{Options, Startup, two_degree};
 use crate::diagnose::{Candidate, Outcome, best_fit, improve_telling};
 use crate::error::Error;
-use crate::fit::progress::Told;
+use crate::fit::progress::ProgressListener;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 
@@ -14,7 +14,7 @@ type C = Complex<f64>;
 
 /// A model on the way from the simple one to the one that fits.
 #[derive(Debug, Clone)]
-pub struct Stage {
+pub struct ModelStage {
     /// What it is, or which effect was added.
     pub label: String,
     /// What it predicts along every direction.
@@ -24,16 +24,16 @@ pub struct Stage {
 }
 
 #[derive(Debug, Clone)]
-pub struct Chain {
+pub struct ModelRefinement {
     /// From the simple model to the last.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<ModelStage>,
     /// What `improve` made of it.
     pub outcome: Outcome,
     /// Unbalance of each plane of the last model and the standard deviation of its components, kg·m.
     pub unbalance_kg_m: Vec<(C, f64)>,
 }
 
-impl Chain {
+impl ModelRefinement {
     /// The candidate shaft bow, if it was looked at and not added: an own unbalance pulls with Ω², a bow
     /// with the same force at every speed, so a start-up tells them apart.
     pub fn bow(&self) -> Option<&Candidate> {
@@ -42,9 +42,9 @@ impl Chain {
 }
 
 /// The stages that need no rotor model: the two-degree model, alone and with the disk's own unbalance.
-pub fn simple_stages(found: &Startup, readings: &[Reading], options: &Options) -> Vec<Stage> {
+pub fn simple_stages(found: &Startup, readings: &[Reading], options: &Options) -> Vec<ModelStage> {
     let known = two_degree::predictable(&found.runs, &options.unknown_weights);
-    let stage = |label: &str, own: C| Stage {
+    let stage = |label: &str, own: C| ModelStage {
         label: label.into(),
         motion: found.two_degree(readings, &known, own),
         chi2_per_value: None,
@@ -61,21 +61,21 @@ pub fn simple_stages(found: &Startup, readings: &[Reading], options: &Options) -
 ///
 /// # Errors
 /// As [`improve`](crate::diagnose::improve), or if no run is left.
-pub fn chain(
+pub fn refine(
     rotor: &Rotor,
     readings: &[Reading],
     found: &Startup,
     options: &Options,
-    told: Told,
+    told: ProgressListener,
     mut progress: impl FnMut(&str),
-) -> Result<Chain, Error> {
+) -> Result<ModelRefinement, Error> {
     let unknown = |r: &Reading| r.run.as_ref().is_some_and(|run| options.unknown_weights.contains(run));
     let usable: Vec<usize> = (0..readings.len()).filter(|i| !unknown(&readings[*i])).collect();
     let kept: Vec<Reading> = usable.iter().map(|i| readings[*i].clone()).collect();
     if kept.is_empty() {
         return Err(Error::Unsuitable("no run has known weights, so no rotor model can be fitted".into()));
     }
-    let fitted = |rotor: &Rotor, label: String| -> Result<(Stage, Vec<(C, f64)>), Error> {
+    let fitted = |rotor: &Rotor, label: String| -> Result<(ModelStage, Vec<(C, f64)>), Error> {
         let fit = best_fit(rotor, &kept)?;
         let mut motion: Motion = vec![vec![None; found.directions.len()]; readings.len()];
         for (row, along) in usable.iter().zip(found.along_directions(&fit.predicted_m)) {
@@ -86,7 +86,7 @@ pub fn chain(
             variance(0).max(variance(1)).max(0.0).sqrt()
         };
         let planes = fit.unbalance_kg_m.iter().enumerate().map(|(i, u)| (*u, sd(i))).collect();
-        Ok((Stage { label, motion, chi2_per_value: Some(fit.chi2_per_value) }, planes))
+        Ok((ModelStage { label, motion, chi2_per_value: Some(fit.chi2_per_value) }, planes))
     };
     let mut stages = simple_stages(found, readings, options);
     let (stage, mut unbalance_kg_m) = fitted(rotor, "rotor model, bearings and own unbalance fitted".into())?;
@@ -101,5 +101,5 @@ pub fn chain(
         stages.push(stage);
         unbalance_kg_m = planes;
     }
-    Ok(Chain { stages, outcome, unbalance_kg_m })
+    Ok(ModelRefinement { stages, outcome, unbalance_kg_m })
 }

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::ahead::Ahead;
+use super::ahead::ForecastPath;
 use super::arima::{Arima, Order};
-use super::outlook::Outlook;
+use super::filter_state::FilterState;
 use super::scores::Score;
-use super::series::Series;
+use super::series::DailySeries;
 use super::smooth::rlowess;
 use crate::error::Error;
 
@@ -22,22 +22,22 @@ const MOST_ORIGINS: usize = 730;
 
 /// What a forecast is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum By {
+pub enum ForecastBasis {
     /// The state of the filter that followed the record, moved on.
     State,
     /// The smoothed past, by a model that is fitted to it.
-    Model(Model),
+    Model(ForecastModel),
 }
 
-impl From<Model> for By {
-    fn from(model: Model) -> Self {
+impl From<ForecastModel> for ForecastBasis {
+    fn from(model: ForecastModel) -> Self {
         Self::Model(model)
     }
 }
 
 /// A model of the past.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Model {
+pub enum ForecastModel {
     /// It stays as it is.
     Naive,
     /// It goes on as on average.
@@ -52,7 +52,7 @@ pub enum Model {
     },
 }
 
-impl Model {
+impl ForecastModel {
     /// Days between two searches of the parameters; in between they are held.
     fn refit_every(self) -> usize {
         match self {
@@ -89,7 +89,7 @@ pub fn best_order(past: &[f64]) -> Result<Order, Error> {
 
 /// A model that has been fitted to a past.
 #[derive(Debug, Clone)]
-enum Fitted {
+enum FittedModel {
     /// Per day, and standard deviation of a day's change around that.
     Walk {
         drift: f64,
@@ -100,17 +100,18 @@ enum Fitted {
     Lstm(Box<super::lstm::Network>),
 }
 
-impl Fitted {
-    fn new(model: Model, past: &[f64], near: Option<&Self>) -> Result<Self, Error> {
+impl FittedModel {
+    fn new(model: ForecastModel, past: &[f64], near: Option<&Self>) -> Result<Self, Error> {
         let changes: Vec<f64> = past.windows(2).map(|w| w[1] - w[0]).collect();
         let count = changes.len().max(1) as f64;
         match model {
-            Model::Naive | Model::Drift => {
-                let mean = if model == Model::Drift { changes.iter().sum::<f64>() / count } else { 0.0 };
+            ForecastModel::Naive | ForecastModel::Drift => {
+                let mean =
+                    if model == ForecastModel::Drift { changes.iter().sum::<f64>() / count } else { 0.0 };
                 let sd = (changes.iter().map(|c| (c - mean).powi(2)).sum::<f64>() / count).sqrt();
                 Ok(Self::Walk { drift: mean, sd })
             }
-            Model::Arima(order) => {
+            ForecastModel::Arima(order) => {
                 let order = order.map_or_else(|| best_order(past), Ok)?;
                 let near = match near {
                     Some(Self::Arima(near)) => Some(near),
@@ -119,19 +120,23 @@ impl Fitted {
                 Ok(Self::Arima(Arima::fit(past, order, near)?))
             }
             #[cfg(feature = "lstm")]
-            Model::Lstm { seed } => Ok(Self::Lstm(Box::new(super::lstm::Network::train(past, seed)?))),
+            ForecastModel::Lstm { seed } => {
+                Ok(Self::Lstm(Box::new(super::lstm::Network::train(past, seed)?)))
+            }
         }
     }
 
-    fn ahead(&self, past: &[f64], days: usize) -> Result<Ahead, Error> {
+    fn ahead(&self, past: &[f64], days: usize) -> Result<ForecastPath, Error> {
         Ok(match self {
-            Self::Walk { drift, sd } => Ahead {
+            Self::Walk { drift, sd } => ForecastPath {
                 mean: (1..=days).map(|h| past[past.len() - 1] + drift * h as f64).collect(),
                 sd: (1..=days).map(|h| sd * (h as f64).sqrt()).collect(),
             },
-            Self::Arima(arima) => Ahead { mean: arima.forecast(past, days), sd: arima.spread(past, days) },
+            Self::Arima(arima) => {
+                ForecastPath { mean: arima.forecast(past, days), sd: arima.spread(past, days) }
+            }
             #[cfg(feature = "lstm")]
-            Self::Lstm(network) => Ahead {
+            Self::Lstm(network) => ForecastPath {
                 mean: network.forecast(past, days)?,
                 sd: (1..=days).map(|h| network.sd * (h as f64).sqrt()).collect(),
             },
@@ -142,38 +147,38 @@ impl Fitted {
 /// Makes forecasts from one day after another.
 enum Forecaster<'a> {
     /// Of a filter's state on each day.
-    State(&'a [Outlook]),
+    State(&'a [FilterState]),
     /// By a model that is fitted to the smoothed past now and then, from the first day on.
-    Fitted { model: Model, first: usize, fitted: Option<(Fitted, usize)> },
+    Fitted { model: ForecastModel, first: usize, fitted: Option<(FittedModel, usize)> },
 }
 
 impl<'a> Forecaster<'a> {
-    fn new(by: By, series: &'a Series, first: usize) -> Result<Self, Error> {
-        match (by, &series.outlooks) {
-            (By::State, Some(outlooks)) => Ok(Self::State(outlooks)),
-            (By::State, None) => Err(Error::Unsuitable(
+    fn new(by: ForecastBasis, series: &'a DailySeries, first: usize) -> Result<Self, Error> {
+        match (by, &series.filter_states) {
+            (ForecastBasis::State, Some(filter_states)) => Ok(Self::State(filter_states)),
+            (ForecastBasis::State, None) => Err(Error::Unsuitable(
                 "the track does not hold the state of a filter, expected one of `track --method joint --csv`"
                     .into(),
             )),
             // the order is chosen on the first days and kept: days to come have no say
-            (By::Model(Model::Arima(None)), _) => {
+            (ForecastBasis::Model(ForecastModel::Arima(None)), _) => {
                 let order = best_order(&smoothed(&series.known[..first])?)?;
-                Ok(Self::Fitted { model: Model::Arima(Some(order)), first, fitted: None })
+                Ok(Self::Fitted { model: ForecastModel::Arima(Some(order)), first, fitted: None })
             }
-            (By::Model(model), _) => Ok(Self::Fitted { model, first, fitted: None }),
+            (ForecastBasis::Model(model), _) => Ok(Self::Fitted { model, first, fitted: None }),
         }
     }
 
     /// From the `end` first days of a series.
-    fn ahead(&mut self, series: &Series, end: usize, days: usize) -> Result<Ahead, Error> {
+    fn ahead(&mut self, series: &DailySeries, end: usize, days: usize) -> Result<ForecastPath, Error> {
         match self {
-            Self::State(outlooks) => Ok(outlooks[end - 1].ahead(days)),
+            Self::State(filter_states) => Ok(filter_states[end - 1].ahead(days)),
             Self::Fitted { model, first, fitted } => {
                 let past = smoothed(&series.known[end.saturating_sub(LONGEST_PAST_D)..end])?;
                 let period = |day: usize| (day - *first) / model.refit_every();
                 let now = match fitted.take() {
                     Some((now, at)) if period(at) == period(end) => (now, at),
-                    near => (Fitted::new(*model, &past, near.as_ref().map(|(near, _)| near))?, end),
+                    near => (FittedModel::new(*model, &past, near.as_ref().map(|(near, _)| near))?, end),
                 };
                 fitted.insert(now).0.ahead(&past, days)
             }
@@ -205,13 +210,13 @@ impl Misses {
 ///
 /// # Errors
 /// If the series is too short or does not change, or the order does not fit.
-pub fn walk(
-    series: &Series,
-    by: impl Into<By>,
+pub fn backtest(
+    series: &DailySeries,
+    by: impl Into<ForecastBasis>,
     first: usize,
     horizons: &[usize],
     days_ahead: usize,
-) -> Result<(Vec<Score>, Ahead), Error> {
+) -> Result<(Vec<Score>, ForecastPath), Error> {
     let n = series.values.len();
     if n < first + 1 {
         return Err(Error::Unsuitable(format!(
@@ -230,7 +235,7 @@ pub fn walk(
     let mut forecaster = Forecaster::new(by.into(), series, first)?;
     let mut misses = Misses(vec![(0, 0.0); longest]);
     // a forecast, the day after it was made, and how many days of it have come to pass
-    let mut pending: Vec<(usize, usize, Ahead)> = Vec::new();
+    let mut pending: Vec<(usize, usize, ForecastPath)> = Vec::new();
     let mut compared: Vec<Vec<([f64; 2], f64)>> = vec![Vec::new(); horizons.len()];
     let mut last = None;
     let step = (n - first).div_ceil(MOST_ORIGINS).max(1);
@@ -267,17 +272,17 @@ pub fn walk(
 mod tests {
     use super::*;
 
-    fn series(values: Vec<f64>) -> Series {
-        Series { name: "U_g", known: values.clone(), values, outlooks: None }
+    fn series(values: Vec<f64>) -> DailySeries {
+        DailySeries { name: "U_g", known: values.clone(), values, filter_states: None }
     }
 
     #[test]
     fn a_straight_line_is_foretold_by_drift_but_not_by_naive() {
         let line = series((0..200).map(|i| 400.0 + 0.5 * f64::from(i)).collect());
-        let rmse = |model| walk(&line, model, 90, &[1, 30], 60).unwrap().0[1].rmse;
-        let stays = rmse(Model::Naive);
+        let rmse = |model| backtest(&line, model, 90, &[1, 30], 60).unwrap().0[1].rmse;
+        let stays = rmse(ForecastModel::Naive);
         assert!((stays - 15.0).abs() < 0.1, "{stays}");
-        assert!(rmse(Model::Drift) < 0.1);
+        assert!(rmse(ForecastModel::Drift) < 0.1);
     }
 
     #[test]
@@ -286,9 +291,9 @@ mod tests {
         let past: Vec<f64> = (0..150).map(wave).collect();
         let mut longer = past.clone();
         longer.extend((150..250).map(|i| -wave(i)));
-        let order = Model::Arima(Some(Order { p: 2, d: 1, q: 1 }));
-        let from_end = walk(&series(past.clone()), order, 149, &[1], 20).unwrap().1;
-        let again = walk(&series(longer[..150].to_vec()), order, 149, &[1], 20).unwrap().1;
+        let order = ForecastModel::Arima(Some(Order { p: 2, d: 1, q: 1 }));
+        let from_end = backtest(&series(past.clone()), order, 149, &[1], 20).unwrap().1;
+        let again = backtest(&series(longer[..150].to_vec()), order, 149, &[1], 20).unwrap().1;
         assert_eq!(from_end, again);
     }
 
@@ -303,7 +308,7 @@ mod tests {
                 level
             })
             .collect();
-        let scores = walk(&series(walked), Model::Naive, 90, &[7, 30], 30).unwrap().0;
+        let scores = backtest(&series(walked), ForecastModel::Naive, 90, &[7, 30], 30).unwrap().0;
         assert!(scores.iter().all(|s| (0.8..=1.0).contains(&s.coverage)), "{scores:?}");
     }
 
@@ -311,7 +316,9 @@ mod tests {
     fn long_track_is_subsampled_with_equal_scores() {
         let wave = |i: usize| 400.0 + 30.0 * (i as f64 / 17.0).sin() + 0.5 * ((i * i) % 7) as f64;
         let scores = |days: usize| {
-            let all = walk(&series((0..days).map(wave).collect()), Model::Naive, 90, &[7], 60).unwrap().0;
+            let all = backtest(&series((0..days).map(wave).collect()), ForecastModel::Naive, 90, &[7], 60)
+                .unwrap()
+                .0;
             (all[0].rmse, all[0].count)
         };
         let ((short, every), (long, some)) = (scores(800), scores(3000));
@@ -323,7 +330,7 @@ mod tests {
     #[test]
     fn a_track_that_is_too_short_is_refused() {
         let short = series(vec![1.0; 40]);
-        let refusal = walk(&short, Model::Naive, 90, &[1], 60).unwrap_err().to_string();
+        let refusal = backtest(&short, ForecastModel::Naive, 90, &[1], 60).unwrap_err().to_string();
         assert!(refusal.contains("40 days"), "{refusal}");
     }
 }

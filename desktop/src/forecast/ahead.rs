@@ -5,7 +5,7 @@ const HALF: f64 = 1.96;
 
 /// Expected values and standard deviations of the days to come.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ahead {
+pub struct ForecastPath {
     /// Expected values.
     pub mean: Vec<f64>,
     /// Their standard deviations.

@@ -8,7 +8,7 @@
 /// Chance of at least one event within the days ahead, after so many in the days seen.
 ///
 /// ```
-/// use rotor_edge_desktop::prognosis::events::chance;
+/// use rotor_edge_desktop::forecast::events::chance;
 ///
 /// // nothing in a year and a quarter does not rule out the next two months
 /// assert!((0.05..0.07).contains(&chance(0, 460.0, 60.0)));
