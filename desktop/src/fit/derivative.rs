@@ -7,7 +7,7 @@ use super::centreline;
 use super::data::{FitRow, FitValue};
 use super::problem::{Evaluation, Problem};
 use crate::effects::terms::Terms;
-use crate::receptance::update::Response;
+use crate::receptance::update::UpdatedResponse;
 
 type C = Complex<f64>;
 
@@ -161,14 +161,14 @@ impl Problem<'_> {
     }
 
     /// Motion that every value shows under the linear unknowns, gain and runout left out.
-    fn shown(&self, now: &Evaluation, responses: &[Response]) -> Vec<C> {
+    fn shown(&self, now: &Evaluation, responses: &[UpdatedResponse]) -> Vec<C> {
         let probes = now.terms.shows.len();
         let known = C::from(1.0);
-        let motion = |response: &Response, probe: usize| -> C {
+        let motion = |response: &UpdatedResponse, probe: usize| -> C {
             let sizes = now.solved.unknowns.iter().chain([&known]).enumerate();
             sizes.map(|(j, size)| size * response.probes[j * probes + probe]).sum()
         };
-        let of_row = |(row, response): (&FitRow, &Response)| {
+        let of_row = |(row, response): (&FitRow, &UpdatedResponse)| {
             row.values.iter().map(|v| motion(response, now.terms.shows[v.probe])).collect::<Vec<C>>()
         };
         self.data.rows.iter().zip(responses).flat_map(of_row).collect()

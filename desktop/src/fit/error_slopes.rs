@@ -156,7 +156,7 @@ impl<'a> Snapshot<'a> {
         let (motion, adjoint) = (&now.motion[r], &now.responses[r].adjoint);
         let reading = |on: &Mounted| (on.probe, adjoint_circular(on.reading.iter()));
         let readings: Vec<_> = problem.mounted(&now.terms, r).iter().map(reading).collect();
-        let excess = supports.excess(&nominal(plant, speed_rad_s, damping), plant.bearings);
+        let excess = supports.excess(&nominal(plant, speed_rad_s, damping));
         let beyond = circular(excess.forces(motion).iter());
         let of_columns =
             |m: &DMatrix<C>| -> Vec<_> { m.column_iter().map(|c| adjoint_circular(c.iter())).collect() };

@@ -19,7 +19,7 @@ use crate::effects::terms::Terms;
 use crate::effects::{Pattern, Place};
 use crate::machine::place::SpeedLaw;
 use crate::receptance::plant::{Force, Plant};
-use crate::receptance::update::{Receptances, Response};
+use crate::receptance::update::{Receptances, UpdatedResponse};
 use crate::statistics::whitening::Whitening;
 
 type C = Complex<f64>;
@@ -60,7 +60,7 @@ pub struct Evaluation {
     /// The linear unknowns and the residuals.
     pub solved: LinearSolution,
     /// The response of each row.
-    pub responses: Vec<Response>,
+    pub responses: Vec<UpdatedResponse>,
     /// Motion of the held places in each row.
     pub motion: Vec<DVector<C>>,
     pub terms: Terms,
@@ -167,7 +167,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The response of every row; `None` if the machine is singular.
-    pub(super) fn respond(&self, terms: &Terms) -> Option<Vec<Response>> {
+    pub(super) fn respond(&self, terms: &Terms) -> Option<Vec<UpdatedResponse>> {
         // damping inside the shaft and another speed are all that changes the receptances themselves
         let changed = terms.internal_damping_s != 0.0 || terms.speed_factor != 1.0;
         let own = changed.then(|| self.receptances(terms));
@@ -178,7 +178,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The response as a linear system in the linear unknowns, weighted by the noise: columns and target.
-    fn linear_system(&self, terms: &Terms, responses: &[Response]) -> (DMatrix<f64>, DVector<f64>) {
+    fn linear_system(&self, terms: &Terms, responses: &[UpdatedResponse]) -> (DMatrix<f64>, DVector<f64>) {
         let (count, width) = (self.data.count(), self.unknowns.len());
         let probes = terms.gains.len();
         let mut columns = DMatrix::zeros(2 * count, 2 * width);
@@ -211,10 +211,8 @@ impl<'a> Problem<'a> {
         let responses = self.respond(&terms)?;
         let (columns, target) = self.linear_system(&terms, &responses);
         let solved = LinearSolution::new(columns, target, self.whitening)?;
-        let sizes = solved.unknowns.iter().copied().chain([C::from(1.0)]);
-        let sizes = DVector::from_iterator(self.unknowns.len() + 1, sizes);
-        let total = |response: &Response| &response.held * &sizes;
-        Some(Evaluation { motion: responses.iter().map(total).collect(), solved, responses, terms })
+        let motion = responses.iter().map(|response| response.held_at(&solved.unknowns)).collect();
+        Some(Evaluation { motion, solved, responses, terms })
     }
 }
 

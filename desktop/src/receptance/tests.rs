@@ -4,7 +4,7 @@ use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::Offsets;
 use crate::model::Model;
 use crate::receptance::plant::{Force, Plant};
-use crate::receptance::update::{Receptances, Response, Supports};
+use crate::receptance::update::{Receptances, Supports, UpdatedResponse};
 use crate::reduction::nodal::Shaft;
 use crate::rotor_file;
 use nalgebra::{Complex, DMatrix};
@@ -43,7 +43,7 @@ fn bearings(model: &Model, speed_rad_s: f64) -> DMatrix<C> {
 }
 
 /// Probes × planes.
-fn table(response: &Response) -> DMatrix<C> {
+fn table(response: &UpdatedResponse) -> DMatrix<C> {
     let planes = response.held.ncols();
     DMatrix::from_column_slice(response.probes.len() / planes, planes, &response.probes)
 }

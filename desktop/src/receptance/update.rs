@@ -10,6 +10,9 @@ use nalgebra::{
     Complex, DMatrix, DVector, DVectorView, DefaultAllocator, Dim, Dyn, Matrix, Matrix2, OMatrix, Storage,
 };
 
+use crate::error::Error;
+use crate::model::terms::Support;
+use crate::model::{self, Model};
 use crate::receptance::plant::{Plant, loss};
 
 type C = Complex<f64>;
@@ -41,10 +44,10 @@ impl Supports {
         Self { own: own.collect(), between: Some(between) }
     }
 
-    /// Actual minus nominal dynamic stiffness, the bearings being the first of the held places.
-    pub fn excess(&self, nominal: &Matrix2<C>, bearings: usize) -> Self {
+    /// Actual minus nominal dynamic stiffness; places beyond the nominal ones have none.
+    pub fn excess(&self, nominal: &[Matrix2<C>]) -> Self {
         let mut excess = self.clone();
-        excess.own[..bearings].iter_mut().for_each(|own| *own -= nominal);
+        excess.own.iter_mut().zip(nominal).for_each(|(own, nominal)| *own -= nominal);
         excess
     }
 
@@ -92,11 +95,10 @@ pub struct Mounted {
 }
 
 /// Receptances at one speed, for the held places and force columns of one hypothesis.
+#[derive(Debug, Clone)]
 pub struct Receptances {
-    /// Nominal spring at a bearing.
-    nominal: Matrix2<C>,
-    /// How many of the held places are bearings.
-    bearings: usize,
+    /// Nominal dynamic stiffness at each bearing, N/m; the bearings are the first of the held places.
+    nominal: Vec<Matrix2<C>>,
     held: DMatrix<C>,
     /// D × probes.
     probe_held: DMatrix<C>,
@@ -114,7 +116,8 @@ struct Whirl {
 }
 
 /// The machine on its actual supports at one speed.
-pub struct Response {
+#[derive(Debug, Clone)]
+pub struct UpdatedResponse {
     /// Motion at each probe under each column: columns in turn, probes within.
     pub probes: Vec<C>,
     /// Motion of the held places under each column, D × columns.
@@ -122,6 +125,34 @@ pub struct Response {
     /// Motion at each probe per unit of force at a held place, D × probes; derivatives need it.
     pub adjoint: DMatrix<C>,
     mounted: Vec<Mounted>,
+}
+
+impl UpdatedResponse {
+    /// Motion at each probe, m, for these amounts of the columns but the last, which holds everything known.
+    pub fn at(&self, amounts: &[C]) -> Vec<C> {
+        let probes = self.adjoint.ncols();
+        let mut shown = self.probes[amounts.len() * probes..].to_vec();
+        for (column, amount) in self.probes.chunks(probes).zip(amounts) {
+            shown.iter_mut().zip(column).for_each(|(y, h)| *y += h * amount);
+        }
+        shown
+    }
+
+    /// Motion of the held places, m, for these amounts of the columns but the last, which holds everything known.
+    pub fn held_at(&self, amounts: &[C]) -> DVector<C> {
+        let sizes = amounts.iter().copied().chain([C::from(1.0)]);
+        &self.held * DVector::from_iterator(amounts.len() + 1, sizes)
+    }
+
+    /// Influence coefficients of all columns but the last, which is the fixed part.
+    pub fn influence(&self) -> model::Response {
+        let (probes, unknown) = (self.adjoint.ncols(), self.held.ncols() - 1);
+        let (columns, fixed) = self.probes.split_at(unknown * probes);
+        model::Response::of_probes(
+            DMatrix::from_column_slice(probes, unknown, columns),
+            DVector::from_column_slice(fixed),
+        )
+    }
 }
 
 /// A 2 × 2 matrix in x and y that is `value` for one sense of whirl and nothing for the other; `turn` is
@@ -213,7 +244,6 @@ impl Receptances {
         }
         Self {
             nominal: nominal(plant, speed_rad_s, internal_damping_s),
-            bearings: plant.bearings,
             held: both.held,
             probe_held: both.probe_held,
             held_force,
@@ -221,10 +251,70 @@ impl Receptances {
         }
     }
 
+    /// Of a model with whatever effects it has, at its true speed. The held places are the first `bearings` of its
+    /// supports, which stand on the ground or on pedestals of their own, and the nominal dynamic stiffness is that of
+    /// the model. Columns are the planes' unbalance, then everything known, runout included.
+    ///
+    /// # Errors
+    /// If the model is singular at this speed.
+    pub fn of_model(model: &Model, speed_rad_s: f64, bearings: usize) -> Result<Self, Error> {
+        let n = model.structure.size();
+        let at_rest = vec![[0.0; 2]; model.supports.len()];
+        let held = &model.supports[..bearings];
+        let mut forces = DMatrix::<C>::zeros(2 * n, 2 * bearings);
+        for (i, support) in held.iter().enumerate() {
+            let shape = support.shape.map(C::from);
+            forces.view_mut((0, 2 * i), (n, 1)).copy_from(&shape);
+            forces.view_mut((n, 2 * i + 1), (n, 1)).copy_from(&shape);
+        }
+        let unit = model.dynamic_stiffness(speed_rad_s, &at_rest).lu().solve(&forces);
+        let unit = unit
+            .ok_or_else(|| Error::Unsuitable(format!("the model is singular at {speed_rad_s:.1} rad/s")))?;
+        let driven = model.motion(speed_rad_s, &at_rest)?;
+        let at_held = |motion: &DMatrix<C>, i: usize, j: usize| -> C {
+            let shape = &held[i / 2].shape;
+            (0..n).map(|k| motion[(i % 2 * n + k, j)] * shape[k]).sum()
+        };
+        let at_probe = |motion: &DMatrix<C>, p: usize, j: usize| -> C {
+            let probe = &model.probes[p];
+            let (sin, cos) = probe.angle_rad.sin_cos();
+            let seen = |k: usize| (motion[(k, j)] * cos + motion[(n + k, j)] * sin) * probe.shape[k];
+            probe.gain * (0..n).map(seen).sum::<C>()
+        };
+        let (places, probes, columns) = (2 * bearings, model.probes.len(), driven.ncols());
+        let mut probe_force = DMatrix::from_fn(probes, columns, |p, j| at_probe(&driven, p, j));
+        for (shown, probe) in probe_force.column_mut(columns - 1).iter_mut().zip(&model.probes) {
+            *shown += probe.runout_m;
+        }
+        let stiffness = |support: &Support| support.law.dynamic_stiffness(speed_rad_s, [0.0; 2]);
+        Ok(Self {
+            nominal: held.iter().map(stiffness).collect(),
+            held: DMatrix::from_fn(places, places, |i, j| at_held(&unit, i, j)),
+            probe_held: DMatrix::from_fn(places, probes, |i, p| at_probe(&unit, p, i)),
+            held_force: DMatrix::from_fn(places, columns, |i, j| at_held(&driven, i, j)),
+            probe_force: probe_force.as_slice().to_vec(),
+        })
+    }
+
+    /// The same with these amounts of the first columns as part of the last.
+    pub fn with_known(mut self, amounts: &[C]) -> Self {
+        let (last, probes) = (self.held_force.ncols() - 1, self.probe_held.ncols());
+        for (j, amount) in amounts.iter().enumerate() {
+            let force = self.held_force.column(j) * *amount;
+            let mut known = self.held_force.column_mut(last);
+            known += force;
+            for p in 0..probes {
+                let shown = self.probe_force[j * probes + p] * amount;
+                self.probe_force[last * probes + p] += shown;
+            }
+        }
+        self
+    }
+
     /// The response with these dynamic stiffnesses at the held places, with some probes on housings; `None` if the
     /// machine is singular on them.
-    pub fn respond(&self, supports: &Supports, mounted: &[Mounted]) -> Option<Response> {
-        let excess = supports.excess(&self.nominal, self.bearings);
+    pub fn respond(&self, supports: &Supports, mounted: &[Mounted]) -> Option<UpdatedResponse> {
+        let excess = supports.excess(&self.nominal);
         let d = self.held.nrows();
         let inverse = (DMatrix::identity(d, d) + excess.forces(&self.held)).try_inverse()?;
         let mut seen_from = self.probe_held.clone();
@@ -232,7 +322,7 @@ impl Receptances {
         let probes = seen_from.ncols();
         let forces = &inverse * excess.forces(&self.held_force);
         let seen = seen_from.tr_mul(&forces);
-        let mut response = Response {
+        let mut response = UpdatedResponse {
             probes: self.probe_force.iter().zip(seen.iter()).map(|(free, held)| free - held).collect(),
             held: &self.held_force - &self.held * &forces,
             adjoint: inverse.tr_mul(&seen_from),
@@ -253,7 +343,7 @@ impl Receptances {
         [speed_rad_s, internal_damping_s]: [f64; 2],
         places: &[usize],
         supports: &Supports,
-        response: &Response,
+        response: &UpdatedResponse,
         motion: &DVector<C>,
     ) -> Vec<C> {
         let slope = I * (2.0 * speed_rad_s);
@@ -262,7 +352,7 @@ impl Receptances {
         let mut change = Whirl::backward(plant, &gain_slopes, places);
         less_housings(&mut change.probe_held, &change.held, &response.mounted);
         let nominal_slope = of_whirl(slope * plant.nominal_n_m, I);
-        let excess = supports.excess(&self.nominal, self.bearings);
+        let excess = supports.excess(&self.nominal);
         let force = excess.forces(motion);
         let moved = change.held * &force;
         let nominal_at = |adjoint: &DVectorView<C>, bearing: usize| -> C {
@@ -270,7 +360,7 @@ impl Receptances {
             adjoint.fixed_rows::<2>(at).dot(&(nominal_slope * motion.fixed_rows::<2>(at)))
         };
         let per_probe = |(adjoint, q): (DVectorView<C>, DVectorView<C>)| {
-            let nominal: C = (0..self.bearings).map(|bearing| nominal_at(&adjoint, bearing)).sum();
+            let nominal: C = (0..self.nominal.len()).map(|bearing| nominal_at(&adjoint, bearing)).sum();
             excess.adjoint_forces(&adjoint).dot(&moved) - q.dot(&force) + nominal
         };
         response.adjoint.column_iter().zip(change.probe_held.column_iter()).map(per_probe).collect()
@@ -285,8 +375,9 @@ fn less_housings(seen: &mut DMatrix<C>, held: &DMatrix<C>, mounted: &[Mounted]) 
     }
 }
 
-/// Nominal spring at a bearing in x and y.
-pub fn nominal(plant: &Plant, speed_rad_s: f64, internal_damping_s: f64) -> Matrix2<C> {
+/// Nominal dynamic stiffness at each bearing in x and y, N/m.
+pub fn nominal(plant: &Plant, speed_rad_s: f64, internal_damping_s: f64) -> Vec<Matrix2<C>> {
     let loss = loss(speed_rad_s, internal_damping_s);
-    (of_whirl(C::from(1.0), -I) + of_whirl(loss, I)) * C::from(plant.nominal_n_m)
+    let own = (of_whirl(C::from(1.0), -I) + of_whirl(loss, I)) * C::from(plant.nominal_n_m);
+    vec![own; plant.bearings]
 }

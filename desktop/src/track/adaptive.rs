@@ -35,7 +35,7 @@ impl Tracking<'_> {
     pub fn adaptive(&self, progress: &mut dyn FnMut(usize, usize)) -> Run {
         let mut run = Run::default();
         let mut state = State {
-            logs: self.logs,
+            logs: self.logs.clone(),
             last: self.unbalance_kg_m.clone(),
             last_d: f64::NAN,
             watch: Watch::new(self.config),
@@ -73,7 +73,7 @@ impl Tracking<'_> {
         }
         let (held, _) = self.held(&run.estimates, streak[0]);
         let before =
-            Before { logs: state.logs, unbalance_kg_m: &held, suspect, plane: self.plane_of(suspect) };
+            Before { logs: &state.logs, unbalance_kg_m: &held, suspect, plane: self.plane_of(suspect) };
         let cases = fit_all(streak, &before);
         let best = cases.iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)).cloned();
         let found = best
@@ -93,7 +93,7 @@ impl Tracking<'_> {
             time_d: streak[streak.len() - 1].time_d,
             case: best.case,
             bearing: suspect,
-            logs: best.logs,
+            logs: best.logs.clone(),
             cases,
         });
         state.logs = best.logs;
@@ -111,7 +111,7 @@ impl Tracking<'_> {
     }
 
     /// What a streak looks like without a bound on the unbalance, on the bearings in force.
-    pub fn jump(&self, streak: &[&Day], logs: &Logs, watch: &Watch, now: &[Estimate]) -> Jump {
+    pub fn jump(&self, streak: &[&Day], logs: &[f64], watch: &Watch, now: &[Estimate]) -> Jump {
         let free: Option<Vec<Estimate>> = streak.iter().map(|day| self.phase_two(day, logs, None)).collect();
         match free {
             Some(free) if !free.iter().any(|e| watch.monitor.suspects(&e.residual)) => Jump::Explains(free),

@@ -3,7 +3,6 @@
 use nalgebra::Complex;
 
 use super::cases::CaseFit;
-use super::coefficients::COEFFICIENTS;
 use super::monitor::{Residual, Thresholds};
 use super::operating_point::Logs;
 
@@ -92,7 +91,7 @@ pub struct Interval {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {
     /// Logarithms of the bearing coefficients.
-    pub logs: [Interval; COEFFICIENTS],
+    pub logs: Vec<Interval>,
     /// Magnitude of each plane's unbalance, kg·m.
     pub magnitude_kg_m: Vec<Interval>,
     /// Its angle, rad, around the estimate's.

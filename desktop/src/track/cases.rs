@@ -21,7 +21,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::operating_point::Logs;
 use super::record::Day;
 use crate::fit::descent::{Objective, Stop, descend};
-use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD, coefficient};
+use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
 
 type C = Complex<f64>;
 
@@ -48,7 +48,7 @@ pub struct CaseFit {
 
 /// What the cases start from.
 pub struct Before<'a> {
-    pub logs: Logs,
+    pub logs: &'a [f64],
     pub unbalance_kg_m: &'a [C],
     pub suspect: usize,
     /// Plane of the suspect bearing.
@@ -58,9 +58,10 @@ pub struct Before<'a> {
 /// All four cases on these readings.
 pub fn fit_all(days: &[&Day], before: &Before) -> Vec<CaseFit> {
     let planes = before.unbalance_kg_m.len();
-    let bearing = |i: &usize| coefficient(*i).0 == before.suspect;
-    let own: Vec<usize> = (0..COEFFICIENTS).filter(bearing).collect();
-    let both: Vec<usize> = (0..COEFFICIENTS).collect();
+    let count = before.logs.len();
+    let bearing = |i: &usize| coefficient(*i, count).0 == before.suspect;
+    let own: Vec<usize> = (0..count).filter(bearing).collect();
+    let both: Vec<usize> = (0..count).collect();
     let all: Vec<usize> = (0..planes).collect();
     let cases: [(u8, &[usize], &[usize]); 4] =
         [(1, &own, &[]), (2, &own, &[before.plane]), (3, &both, &[]), (4, &both, &all)];
@@ -73,7 +74,7 @@ fn fit(case: u8, days: &[&Day], before: &Before, logs: &[usize], planes: &[usize
     for [stiffness, damping] in STARTS {
         let mut start = DVector::zeros(at.x.len());
         for (k, i) in logs.iter().enumerate() {
-            start[k] = (if coefficient(*i).2 { damping } else { stiffness }).ln();
+            start[k] = (if coefficient(*i, before.logs.len()).2 { damping } else { stiffness }).ln();
         }
         at.move_to(&start);
         descend(&mut at, STOP);
@@ -117,7 +118,7 @@ impl Misfit<'_> {
     }
 
     fn state(&self) -> (Logs, Vec<C>) {
-        let (mut logs, mut unbalance) = (self.before.logs, self.before.unbalance_kg_m.to_vec());
+        let (mut logs, mut unbalance) = (self.before.logs.to_vec(), self.before.unbalance_kg_m.to_vec());
         for (k, i) in self.logs.iter().enumerate() {
             logs[*i] += self.x[k];
         }
@@ -129,26 +130,27 @@ impl Misfit<'_> {
     }
 
     /// Weighted residuals of one day, and their slopes if wanted.
-    fn day(&self, day: &Day, slopes: bool) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    fn day(&self, day: &Day, with_slopes: bool) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let (logs, unbalance) = self.state();
         let motion = day.point.on(&logs)?;
         let shown = motion.at(&unbalance);
         let count = shown.len();
         let measured = day.all_m();
         let mut residual = DVector::zeros(2 * count);
-        let mut jacobian = DMatrix::zeros(2 * count, if slopes { self.x.len() } else { 0 });
+        let mut jacobian = DMatrix::zeros(2 * count, if with_slopes { self.x.len() } else { 0 });
         for p in 0..count {
             let left = (shown[p] - measured[p]) / day.sigma_m[p];
             (residual[2 * p], residual[2 * p + 1]) = (left.re, left.im);
         }
-        if slopes {
-            for (p, row) in day.point.slopes(&logs, &motion, &unbalance).iter().enumerate() {
+        if with_slopes {
+            let slopes = day.point.slopes(&logs, &motion, &unbalance);
+            for p in 0..count {
                 let mut set = |column: usize, y: C| {
                     let y = y / day.sigma_m[p];
                     (jacobian[(2 * p, column)], jacobian[(2 * p + 1, column)]) = (y.re, y.im);
                 };
                 for (k, i) in self.logs.iter().enumerate() {
-                    set(k, row[*i]);
+                    set(k, slopes[(p, *i)]);
                 }
                 for (k, j) in self.planes.iter().enumerate() {
                     let per = motion.probes[j * count + p] * self.unit_kg_m();

@@ -1,16 +1,23 @@
-//! The bearing coefficients that change from day to day: the direct ones of two bearings.
+//! The bearing coefficients that change from day to day: the direct ones of each bearing.
 
 pub use crate::bearing::law::PRIOR_LOG_SD;
 use crate::effects::entry;
 use crate::error::Error;
 use crate::machine::drawing::{Bearing, Rotor};
 
-/// Direct bearing coefficients: k_xx k_yy of each bearing, then c_xx c_yy of each.
-pub const COEFFICIENTS: usize = 8;
+/// Direct coefficients of one bearing: k_xx k_yy c_xx c_yy.
+pub const PER_BEARING: usize = 4;
 
-/// Bearing, axis (0 for x) of coefficient `i`, and whether it is damping.
-pub fn coefficient(i: usize) -> (usize, usize, bool) {
-    ((i / 2) % 2, i % 2, i >= COEFFICIENTS / 2)
+/// Bearing, axis (0 for x) of coefficient `i` of `count`, and whether it is damping. The order is that of phase I:
+/// k_xx k_yy of each bearing, then c_xx c_yy of each.
+pub fn coefficient(i: usize, count: usize) -> (usize, usize, bool) {
+    let half = count / 2;
+    ((i % half) / 2, i % 2, i >= half)
+}
+
+/// Place of a coefficient among `count`.
+pub fn index(bearing: usize, axis: usize, damping: bool, count: usize) -> usize {
+    2 * bearing + axis + if damping { count / 2 } else { 0 }
 }
 
 /// What a record can be followed on: two bearings whose coefficients are stated as constants, and probes that see the

@@ -1,11 +1,10 @@
 //! Phase I once, then phase II daily.
 
-use nalgebra::{Complex, DVector, SMatrix};
+use nalgebra::{Complex, DMatrix, DVector};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
 use super::answer::{Cause, Config, Estimate, Flag, Method, Reidentified};
-use super::coefficients::COEFFICIENTS;
 use super::faults;
 use super::monitor::{Monitor, Residual};
 use super::operating_point::{Logs, logs_of};
@@ -43,7 +42,7 @@ pub struct Tracking<'a> {
     /// Where the bearings start, and the planes.
     pub logs: Logs,
     /// What phase I left open of them; nothing where the file was identified.
-    pub logs_covariance: SMatrix<f64, COEFFICIENTS, COEFFICIENTS>,
+    pub logs_covariance: DMatrix<f64>,
     pub unbalance_kg_m: Vec<C>,
     bounds: Bounds,
 }
@@ -80,13 +79,15 @@ impl<'a> Tracking<'a> {
         };
         let unbalance_kg_m = identified.plane.iter().map(phasor).collect::<Result<Vec<C>, Error>>()?;
         let largest = unbalance_kg_m.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        let logs = logs_of(identified);
+        let count = logs.len();
         let tracking = Self {
             days: record::days(identified, &noise, record)?,
-            logs: logs_of(identified),
-            logs_covariance: phase_one.as_ref().map_or_else(SMatrix::zeros, |found| {
-                let open = found.bearings_covariance();
-                SMatrix::from_fn(|i, j| open[(i, j)])
-            }),
+            logs,
+            logs_covariance: phase_one.as_ref().map_or_else(
+                || DMatrix::zeros(count, count),
+                |found| found.bearings_covariance().resize(count, count, 0.0),
+            ),
             bearing_of: rotor.probe.iter().map(|p| rotor.bearing_of(p).unwrap_or(0)).collect(),
             bounds: Bounds { growth: config.growth, floor_kg_m: BOUND_FLOOR * largest },
             rotor,
@@ -127,11 +128,11 @@ impl<'a> Tracking<'a> {
     }
 
     /// Largest residual over feature sum of a day's machine on bearings drawn from all that they may wander to.
-    fn wandered(&self, day: &Day, logs: &Logs) -> f64 {
+    fn wandered(&self, day: &Day, logs: &[f64]) -> f64 {
         let mut random = StdRng::seed_from_u64(self.config.seed);
         let mut largest = 0.0_f64;
         for _ in 0..WANDER_DRAWS {
-            let elsewhere = logs.map(|log| log + random.random_range(-WANDER..WANDER));
+            let elsewhere: Logs = logs.iter().map(|log| log + random.random_range(-WANDER..WANDER)).collect();
             let Some(motion) = day.point.on(&elsewhere) else { continue };
             let shown = motion.at(&self.unbalance_kg_m).into_iter().map(Some).collect();
             let drawn = Day { measured_m: shown, ..day.clone() };
@@ -146,12 +147,12 @@ impl<'a> Tracking<'a> {
     }
 
     /// A reading with this unbalance on these bearings.
-    pub fn estimate(&self, day: &Day, logs: &Logs, unbalance_kg_m: Vec<C>) -> Option<Estimate> {
+    pub fn estimate(&self, day: &Day, logs: &[f64], unbalance_kg_m: Vec<C>) -> Option<Estimate> {
         let calculated_m = day.point.on(logs)?.at(&unbalance_kg_m);
         Some(Estimate {
             row: day.row,
             time_d: day.time_d,
-            logs: *logs,
+            logs: logs.to_vec(),
             residual: Residual::new(&calculated_m, &day.measured_m, &self.bearing_of),
             calculated_m,
             unbalance_kg_m,
@@ -179,19 +180,19 @@ impl<'a> Tracking<'a> {
     }
 
     /// Phase II: the exact optimum of a complete reading; unbounded without a last unbalance.
-    pub fn phase_two(&self, day: &Day, logs: &Logs, last: Option<(&[C], f64)>) -> Option<Estimate> {
+    pub fn phase_two(&self, day: &Day, logs: &[f64], last: Option<(&[C], f64)>) -> Option<Estimate> {
         let planes = self.rotor.plane.len();
         let largest: Vec<f64> = match last {
             Some((last, at_d)) => self.largest_kg_m(day, last, at_d),
             None => vec![f64::INFINITY; planes],
         };
-        let response = day.point.on(logs)?.response(planes);
+        let response = day.point.on(logs)?.influence();
         let best = least_residual(&response, &DVector::from_vec(day.all_m()), &largest).ok()?;
         self.estimate(day, logs, best.unbalance_kg_m.iter().copied().collect())
     }
 
     /// Phase II of a streak on these bearings, from this unbalance on.
-    pub fn restart(&self, streak: &[&Day], logs: &Logs, unbalance_kg_m: Vec<C>) -> Option<Vec<Estimate>> {
+    pub fn restart(&self, streak: &[&Day], logs: &[f64], unbalance_kg_m: Vec<C>) -> Option<Vec<Estimate>> {
         let mut last = (unbalance_kg_m, streak.first()?.time_d);
         let one = |day: &&Day| {
             let estimate = self.phase_two(day, logs, Some((&last.0, last.1)))?;
@@ -313,11 +314,11 @@ mod tests {
         let mut random = StdRng::seed_from_u64(seed);
         let mut normal = move || random.sample::<f64, _>(StandardNormal);
         let true_kg_m: Vec<C> = (0..2).map(|_| C::from_polar(4e-4, 3.0 * normal())).collect();
-        let offsets: Logs = std::array::from_fn(|_| 0.15 * normal());
+        let offsets: Logs = (0..8).map(|_| 0.15 * normal()).collect();
         let mut read = |speeds_rpm: &[f64], day: f64, wander: [f64; 2]| -> Vec<Reading> {
             let mut rotor = sample_rotor();
             for (i, offset) in offsets.iter().enumerate() {
-                let (bearing, axis, damping) = coefficient(i);
+                let (bearing, axis, damping) = coefficient(i, offsets.len());
                 let constants = rotor.bearing[bearing].constants_mut().unwrap();
                 let (of, by) = match damping {
                     true => (&mut constants.damping_n_s_m, -1.1 * wander[bearing]),

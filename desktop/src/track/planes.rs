@@ -3,7 +3,6 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::daily::Tracking;
-use super::operating_point::Logs;
 use super::record::Day;
 use crate::decomposition::singular_values;
 use crate::error::Error;
@@ -57,8 +56,8 @@ struct PlanesTold {
 }
 
 impl PlanesTold {
-    fn new(day: &Day, logs: &Logs, planes: usize) -> Option<Self> {
-        let response = day.point.on(logs)?.response(planes);
+    fn new(day: &Day, logs: &[f64], planes: usize) -> Option<Self> {
+        let response = day.point.on(logs)?.influence();
         let weigh = |p: usize| C::from(day.sigma_m[p].recip());
         let slope = &response.per_unbalance;
         let weighed = DMatrix::from_fn(slope.nrows(), planes, |p, j| slope[(p, j)] * weigh(p));

@@ -57,7 +57,8 @@ pub fn days(rotor: &Rotor, noise: &Noise, record: &[Reading]) -> Result<Vec<Day>
             row,
             time_d: time_d(row, r),
             speed_rad_s: r.speed_rad_s(),
-            point: OperatingPoint::new(&model, r.speed_rad_s())?.with_weights(&weights_kg_m),
+            point: OperatingPoint::new(&model, rotor.bearing.len(), r.speed_rad_s())?
+                .with_weights(&weights_kg_m),
             weights_kg_m,
             measured_m: r.probes.clone(),
             sigma_m: r.probes.iter().map(|y| noise.sigma_m(y.unwrap_or_default())).collect(),

@@ -1,7 +1,7 @@
 //! Answer of `check`.
 
 use rotor_edge_desktop::check::modes::Mode;
-use rotor_edge_desktop::check::unbalance::{Peak, Response, Trial};
+use rotor_edge_desktop::check::unbalance::{Peak, ProbeResponse, Trial};
 use rotor_edge_desktop::check::{AtSpeed, BearingCheck, Check};
 use rotor_edge_desktop::machine::drawing::Plane;
 use rotor_edge_desktop::units::rpm;
@@ -213,9 +213,9 @@ impl From<&AtSpeed> for CoefficientsAnswer {
 }
 
 impl TrialResponse {
-    fn of(planes: &[Plane], trial: &Trial, responses: &[Response]) -> Self {
+    fn of(planes: &[Plane], trial: &Trial, responses: &[ProbeResponse]) -> Self {
         let plane = |(p, u): (&Plane, &nalgebra::Complex<f64>)| PlaneUnbalance::of(&p.name, *u);
-        let probe = |r: &Response| ProbePeaks {
+        let probe = |r: &ProbeResponse| ProbePeaks {
             name: r.probe.clone(),
             peaks: r.peaks.iter().map(PeakAnswer::from).collect(),
         };

@@ -1,14 +1,13 @@
 //! Chains of one target from dispersed starts, until they agree.
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rayon::prelude::*;
 
 use super::independence::{Student, Walker};
-use super::marginal::{Bearings, Given, LogCovariance, Marginal};
+use super::marginal::{Bearings, Given, Marginal};
 use super::sampling::{Quality, Sample};
-use crate::track::coefficients::COEFFICIENTS;
 use crate::track::operating_point::Logs;
 
 /// Independent chains, and how much further out than its proposals each starts.
@@ -75,7 +74,7 @@ fn with_proposals(target: &Marginal, student: &Student, proposals: usize, seed: 
     for _ in 0..ROUNDS {
         chains.par_iter_mut().for_each(|Chain { walker, samples }| {
             walker.go(student, proposals, &density, &mut |given, random| {
-                samples.push(Sample { logs: given.logs, unbalance_kg_m: given.draw(random) });
+                samples.push(Sample { logs: given.logs.clone(), unbalance_kg_m: given.draw(random) });
             });
             samples.drain(..left_out);
         });
@@ -94,24 +93,23 @@ fn with_proposals(target: &Marginal, student: &Student, proposals: usize, seed: 
 /// Proposals as wide as what was sampled.
 fn learned(target: &Marginal, samples: &[Sample]) -> Option<Student> {
     let seen = moments(samples);
-    let off: Logs = std::array::from_fn(|i| seen.logs[i] - target.centre()[i]);
-    let scale = target.whitened(&seen.covariance)? * WIDENED;
-    Student::new(
-        target.coordinates(&off)?,
-        DMatrix::from_fn(COEFFICIENTS, COEFFICIENTS, |i, j| scale[(i, j)]),
-    )
+    let off: Logs = seen.logs.iter().zip(target.centre()).map(|(log, centre)| log - centre).collect();
+    Student::new(target.coordinates(&off)?, target.whitened(&seen.covariance)? * WIDENED)
 }
 
 /// Mean and covariance of the bearings that were sampled.
 pub fn moments(samples: &[Sample]) -> Bearings {
     let count = samples.len() as f64;
-    let mean = samples.iter().map(|s| SVector::from(s.logs)).sum::<SVector<f64, COEFFICIENTS>>() / count;
-    let outer = |s: &Sample| {
-        let off = SVector::from(s.logs) - mean;
-        off * off.transpose()
-    };
-    let covariance = samples.iter().map(outer).sum::<LogCovariance>() / count;
-    Bearings { logs: mean.into(), covariance }
+    let size = samples.first().map_or(0, |s| s.logs.len());
+    let mut mean = DVector::zeros(size);
+    samples.iter().for_each(|s| mean += DVector::from_column_slice(&s.logs));
+    mean /= count;
+    let mut covariance = DMatrix::zeros(size, size);
+    for s in samples {
+        let off = DVector::from_column_slice(&s.logs) - &mean;
+        covariance.ger(1.0 / count, &off, &off, 1.0);
+    }
+    Bearings { logs: mean.as_slice().to_vec(), covariance }
 }
 
 /// Everything that was sampled: logarithms of the bearings, then both parts of each plane's unbalance.
@@ -119,8 +117,9 @@ fn quantities(chains: &[Chain]) -> Vec<Vec<Vec<f64>>> {
     let of = |value: &dyn Fn(&Sample) -> f64| -> Vec<Vec<f64>> {
         chains.iter().map(|c| c.samples.iter().map(value).collect()).collect()
     };
+    let first = chains.iter().find_map(|c| c.samples.first());
     let planes = chains.iter().flat_map(|c| c.samples.first()).map(|s| s.unbalance_kg_m.len()).min();
-    let bearings = (0..COEFFICIENTS).map(|i| of(&|s| s.logs[i]));
+    let bearings = (0..first.map_or(0, |s| s.logs.len())).map(|i| of(&|s| s.logs[i]));
     let unbalance = (0..planes.unwrap_or(0))
         .flat_map(|j| [of(&|s| s.unbalance_kg_m[j].re), of(&|s| s.unbalance_kg_m[j].im)]);
     bearings.chain(unbalance).collect()

@@ -6,14 +6,14 @@
 //! the bearings that were last identified; the readings that raised the flag then say what they became, with the
 //! unbalance near to what it was before.
 
-use nalgebra::{Complex, SVector};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::chains::{CHAINS, Drawn, draw, moments};
-use super::marginal::{Bearings, LogCovariance, Marginal};
+use super::marginal::{Bearings, Marginal};
 use super::sampling::{Sample, Sampler, Sampling, spread};
 use crate::track::adaptive::Jump;
 use crate::track::answer::{Cause, Estimate, Reidentified};
-use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD, coefficient};
+use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
 use crate::track::daily::{Run, Tracking, WANDER, Watch};
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
@@ -28,9 +28,9 @@ const ASSUMED_DAYS: f64 = 20.0;
 const COMMON: f64 = 0.5;
 
 /// Covariance of a wander that is as likely anywhere in its stated range.
-fn wander() -> LogCovariance {
+fn wander(count: usize) -> DMatrix<f64> {
     let common = |i: usize, j: usize| {
-        let ((a, _, of), (b, _, and)) = (coefficient(i), coefficient(j));
+        let ((a, _, of), (b, _, and)) = (coefficient(i, count), coefficient(j, count));
         if i == j {
             1.0
         } else if a == b && of == and {
@@ -39,7 +39,7 @@ fn wander() -> LogCovariance {
             0.0
         }
     };
-    LogCovariance::from_fn(common) * (WANDER * WANDER / 3.0)
+    DMatrix::from_fn(count, count, common) * (WANDER * WANDER / 3.0)
 }
 
 /// Where bearings are on a day that was not seen yet: around what was identified, as far as they were seen to wander.
@@ -47,33 +47,33 @@ fn wander() -> LogCovariance {
 struct Wandering {
     identified: Bearings,
     /// Second moment around what was identified, and the days that it is the mean of.
-    moment: LogCovariance,
+    moment: DMatrix<f64>,
     days: f64,
 }
 
 impl Wandering {
     /// A wander that is as likely anywhere in its stated range, on top of what is not known of where it is around.
     fn around(identified: Bearings) -> Self {
-        let moment = identified.covariance + wander();
+        let moment = &identified.covariance + wander(identified.logs.len());
         Self { identified, moment, days: ASSUMED_DAYS }
     }
 
     fn prior(&self) -> Bearings {
-        Bearings { logs: self.identified.logs, covariance: self.moment }
+        Bearings { logs: self.identified.logs.clone(), covariance: self.moment.clone() }
     }
 
     /// Learns from a day's samples (Dempster, Laird and Rubin 1977: their second moment is what is expected of it).
     fn learn(&mut self, seen: &Bearings) {
-        let off = SVector::from(seen.logs) - SVector::from(self.identified.logs);
-        let second = seen.covariance + off * off.transpose();
+        let off = DVector::from_column_slice(&seen.logs) - DVector::from_column_slice(&self.identified.logs);
+        let second = &seen.covariance + &off * off.transpose();
         self.days += 1.0;
-        self.moment += (second - self.moment) / self.days;
+        self.moment += (second - &self.moment) / self.days;
     }
 
     /// The nearest bearings that a wander of the stated range leads to.
-    fn within_range(&self, logs: &Logs) -> Logs {
-        let middle = &self.identified.logs;
-        std::array::from_fn(|i| logs[i].clamp(middle[i] - WANDER, middle[i] + WANDER))
+    fn within_range(&self, logs: &[f64]) -> Logs {
+        let pairs = logs.iter().zip(&self.identified.logs);
+        pairs.map(|(log, middle)| log.clamp(middle - WANDER, middle + WANDER)).collect()
     }
 }
 
@@ -93,10 +93,10 @@ struct State {
 impl Tracking<'_> {
     /// Daily sampling, and a wide one after every flag.
     pub fn bayes(&self, progress: &mut dyn FnMut(usize, usize)) -> (Run, Option<Sampling>) {
-        let identified = Bearings { logs: self.logs, covariance: self.logs_covariance };
+        let identified = Bearings { logs: self.logs.clone(), covariance: self.logs_covariance.clone() };
         let mut state = State {
             wandering: Wandering::around(identified),
-            logs: self.logs,
+            logs: self.logs.clone(),
             unbalance_sd_kg_m: vec![0.0; self.unbalance_kg_m.len()],
             watched: Vec::new(),
             last_d: f64::NAN,
@@ -145,7 +145,7 @@ impl Tracking<'_> {
     fn sample(&self, day: &Day, k: usize, wandering: &Wandering) -> Option<(Estimate, Drawn)> {
         let days = [day];
         let target = Marginal::new(&days, self.unbalance_kg_m.len(), &wandering.prior(), None)?;
-        let drawn = self.draw(&target, &[[0.0; COEFFICIENTS]], k as u64)?;
+        let drawn = self.draw(&target, &[vec![0.0; self.logs.len()]], k as u64)?;
         let (given, _) = target.given(&moments(&drawn.samples).logs)?;
         let middle = Sample { logs: given.logs, unbalance_kg_m: given.unbalance_kg_m.as_slice().to_vec() };
         let mut estimate = self.estimate(day, &middle.logs, middle.unbalance_kg_m.clone())?;
@@ -183,9 +183,9 @@ impl Tracking<'_> {
                         case: 0,
                         bearing: suspect,
                         cases: Vec::new(),
-                        logs: identified.logs,
+                        logs: identified.logs.clone(),
                     });
-                    state.logs = identified.logs;
+                    state.logs = identified.logs.clone();
                     state.wandering = Wandering::around(identified);
                     self.go_on(after, state);
                     let again = |i: usize| Some(self.sample(days[i], i, &state.wandering)?.0);
@@ -217,13 +217,14 @@ impl Tracking<'_> {
         state: &State,
         run: &Run,
     ) -> Option<(Bearings, Vec<Estimate>)> {
-        let covariance = LogCovariance::identity() * PRIOR_LOG_SD.powi(2);
-        let before = Bearings { covariance, logs: state.logs };
+        let count = state.logs.len();
+        let covariance = DMatrix::identity(count, count) * PRIOR_LOG_SD.powi(2);
+        let before = Bearings { covariance, logs: state.logs.clone() };
         let (held, _) = self.held(&run.estimates, streak[0]);
         let held: Vec<(C, f64)> = held.into_iter().zip(state.unbalance_sd_kg_m.iter().copied()).collect();
         let target = Marginal::new(streak, held.len(), &before, Some(&held))?;
         let stream = 1_000_000 + run.flags.len() as u64;
-        let starts: Vec<Logs> = (0..STARTS).map(|k| beside(k, suspect)).collect();
+        let starts: Vec<Logs> = (0..STARTS).map(|k| beside(k, suspect, count)).collect();
         let identified = moments(&self.draw(&target, &starts, stream)?.samples);
         let (given, _) = target.given(&identified.logs)?;
         let unbalance_kg_m = given.unbalance_kg_m.as_slice().to_vec();
@@ -237,13 +238,14 @@ impl Tracking<'_> {
 const STARTS: usize = 5;
 const BESIDE: f64 = 0.5;
 
-fn beside(k: usize, suspect: usize) -> Logs {
-    std::array::from_fn(|i| {
-        let (bearing, _, damping) = coefficient(i);
+fn beside(k: usize, suspect: usize, count: usize) -> Logs {
+    let log = |i: usize| {
+        let (bearing, _, damping) = coefficient(i, count);
         let up = if damping { k & 1 == 0 } else { k & 2 == 0 };
         let size = if up { BESIDE } else { -BESIDE };
         if k + 1 < STARTS && bearing == suspect { size } else { 0.0 }
-    })
+    };
+    (0..count).map(log).collect()
 }
 
 /// Standard deviation of each plane's unbalance in each direction, kg·m.

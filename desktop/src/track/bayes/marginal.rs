@@ -8,20 +8,17 @@
 //! Where nothing is known of the unbalance, no size of it is more probable than another by factors: a prior flat
 //! in u itself would prefer large unbalance on bearings that show little of it.
 
-use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn, SMatrix, SVector};
+use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 use rand::Rng;
 use rand::rngs::StdRng;
 use rand_distr::StandardNormal;
 
 use super::independence::Student;
 use crate::fit::descent::{Objective, Stop, descend};
-use crate::track::coefficients::COEFFICIENTS;
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
 type C = Complex<f64>;
-/// Covariance of the logarithms of the bearing coefficients.
-pub type LogCovariance = SMatrix<f64, COEFFICIENTS, COEFFICIENTS>;
 
 const STOP: Stop = Stop { steps: 60, tolerance: 1e-6 };
 
@@ -30,14 +27,15 @@ const STOP: Stop = Stop { steps: 60, tolerance: 1e-6 };
 pub struct Bearings {
     /// Most probable logarithms of their coefficients.
     pub logs: Logs,
-    pub covariance: LogCovariance,
+    /// Covariance of the logarithms.
+    pub covariance: DMatrix<f64>,
 }
 
 /// The density of the bearings of some readings with common bearings and unbalance.
 pub struct Marginal<'a> {
     days: &'a [&'a Day],
     centre: Logs,
-    factor: LogCovariance,
+    factor: DMatrix<f64>,
     /// Each plane's unbalance and its standard deviation in each direction, kg·m; nothing known of it if absent.
     unbalance: Option<&'a [(C, f64)]>,
     planes: usize,
@@ -90,30 +88,29 @@ impl<'a> Marginal<'a> {
         before: &Bearings,
         unbalance: Option<&'a [(C, f64)]>,
     ) -> Option<Self> {
-        let factor = before.covariance.cholesky()?.unpack();
-        Some(Self { days, centre: before.logs, factor, unbalance, planes })
+        let factor = before.covariance.clone().cholesky()?.unpack();
+        Some(Self { days, centre: before.logs.clone(), factor, unbalance, planes })
     }
 
     /// Logarithms of the bearings that are most probable before.
-    pub fn centre(&self) -> &Logs {
+    pub fn centre(&self) -> &[f64] {
         &self.centre
     }
 
     /// Coordinates of bearings that are off from the centre by these logarithms.
-    pub fn coordinates(&self, off: &Logs) -> Option<DVector<f64>> {
-        let z = self.factor.solve_lower_triangular(&SVector::from(*off))?;
-        Some(DVector::from_column_slice(z.as_slice()))
+    pub fn coordinates(&self, off: &[f64]) -> Option<DVector<f64>> {
+        self.factor.solve_lower_triangular(&DVector::from_column_slice(off))
     }
 
     /// A covariance of logarithms in these coordinates.
-    pub fn whitened(&self, covariance: &LogCovariance) -> Option<LogCovariance> {
+    pub fn whitened(&self, covariance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let half = self.factor.solve_lower_triangular(covariance)?;
         self.factor.solve_lower_triangular(&half.transpose())
     }
 
     fn logs(&self, z: &DVector<f64>) -> Logs {
-        let moved = self.factor * SVector::<f64, COEFFICIENTS>::from_column_slice(z.as_slice());
-        std::array::from_fn(|i| self.centre[i] + moved[i])
+        let moved = &self.factor * z;
+        self.centre.iter().zip(&moved).map(|(centre, moved)| centre + moved).collect()
     }
 
     fn rows(&self) -> usize {
@@ -121,7 +118,7 @@ impl<'a> Marginal<'a> {
         measured + self.unbalance.map_or(0, <[_]>::len)
     }
 
-    fn system(&self, logs: &Logs) -> Option<System> {
+    fn system(&self, logs: &[f64]) -> Option<System> {
         let rows = self.rows();
         let (mut columns, mut target) = (DMatrix::zeros(rows, self.planes), DVector::zeros(rows));
         let mut row = 0;
@@ -145,13 +142,13 @@ impl<'a> Marginal<'a> {
     }
 
     /// The unbalance on these bearings, and the squared misfit in noise units that it leaves.
-    pub fn given(&self, logs: &Logs) -> Option<(Given, f64)> {
+    pub fn given(&self, logs: &[f64]) -> Option<(Given, f64)> {
         let System { columns, target } = self.system(logs)?;
         let precision = columns.ad_mul(&columns).cholesky()?;
         let right = columns.ad_mul(&target);
         let unbalance_kg_m = precision.solve(&right);
         let misfit = target.norm_squared() - right.dotc(&unbalance_kg_m).re;
-        Some((Given { logs: *logs, unbalance_kg_m, precision }, misfit))
+        Some((Given { logs: logs.to_vec(), unbalance_kg_m, precision }, misfit))
     }
 
     /// Logarithm of the density, but for a constant, and the unbalance there; nothing where the machine is singular.
@@ -203,16 +200,14 @@ impl Objective for Profile<'_, '_> {
         let System { columns, target } = self.of.system(&logs)?;
         let precision = columns.ad_mul(&columns).cholesky()?;
         let unbalance = precision.solve(&columns.ad_mul(&target));
-        let mut slopes = DMatrix::<C>::zeros(target.len(), COEFFICIENTS);
+        let mut slopes = DMatrix::<C>::zeros(target.len(), logs.len());
         let mut row = 0;
         for day in self.of.days {
             let motion = day.point.on(&logs)?;
             let of_probes = day.point.slopes(&logs, &motion, unbalance.as_slice());
-            for (p, of_probe) in of_probes.iter().enumerate() {
+            for (p, of_probe) in of_probes.row_iter().enumerate() {
                 if day.measured_m[p].is_some() {
-                    for (i, slope) in of_probe.iter().enumerate() {
-                        slopes[(row, i)] = slope / day.sigma_m[p];
-                    }
+                    slopes.row_mut(row).copy_from(&of_probe.unscale(day.sigma_m[p]));
                     row += 1;
                 }
             }
@@ -220,7 +215,7 @@ impl Objective for Profile<'_, '_> {
         let taken_up = precision.solve(&columns.ad_mul(&slopes));
         let free = (slopes - &columns * taken_up) * self.of.factor.map(C::from);
         let left = &columns * unbalance - target;
-        let n = COEFFICIENTS;
+        let n = logs.len();
         let gram = free.ad_mul(&free).map(|g| g.re);
         let slope = free.ad_mul(&left).map(|s| s.re);
         let gram = DMatrix::from_fn(n, n, |i, j| gram[(i, j)] + f64::from(u8::from(i == j)));
@@ -251,7 +246,7 @@ mod tests {
     }
 
     fn before() -> Bearings {
-        let mut covariance = LogCovariance::identity() * 0.04;
+        let mut covariance = DMatrix::identity(8, 8) * 0.04;
         covariance[(0, 1)] = 0.02;
         covariance[(1, 0)] = 0.02;
         Bearings { logs: logs_of(&sample_rotor()), covariance }
@@ -279,7 +274,14 @@ mod tests {
         let difference = ours[1] - ours[0];
         let expected = directly(&points[1]) - directly(&points[0]);
         assert!((difference - expected).abs() < 1e-6 * expected.abs(), "{difference} {expected}");
-        let z = target.coordinates(&std::array::from_fn(|i| target.logs(&points[1])[i] - before.logs[i]));
+        let z = target.coordinates(
+            &target
+                .logs(&points[1])
+                .iter()
+                .zip(&before.logs)
+                .map(|(log, middle)| log - middle)
+                .collect::<Logs>(),
+        );
         assert!((z.unwrap() - &points[1]).amax() < 1e-12, "coordinates and logarithms are inverses");
     }
 

@@ -20,7 +20,7 @@ use super::random_walk::{Chain, Proposal, Sampler, quality};
 use super::sampling::{self, Sampling, median};
 use crate::track::adaptive::Jump;
 use crate::track::answer::{Cause, Estimate, Reidentified};
-use crate::track::coefficients::{COEFFICIENTS, coefficient};
+use crate::track::coefficients::coefficient;
 use crate::track::daily::{Run, Tracking, WANDER, Watch};
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
@@ -65,10 +65,10 @@ impl State {
 impl Tracking<'_> {
     /// Daily sampling by a random walk from yesterday's mean on, and a wide search after every flag.
     pub fn bayes_as_printed(&self, progress: &mut dyn FnMut(usize, usize)) -> (Run, Option<Sampling>) {
-        let dimensions = COEFFICIENTS + 2 * self.unbalance_kg_m.len();
+        let dimensions = self.logs.len() + 2 * self.unbalance_kg_m.len();
         let mut state = State {
-            identified: self.logs,
-            logs: self.logs,
+            identified: self.logs.clone(),
+            logs: self.logs.clone(),
             last: self.unbalance_kg_m.clone(),
             last_d: f64::NAN,
             watch: Watch::new(self.config),
@@ -81,7 +81,8 @@ impl Tracking<'_> {
         for (k, day) in days.iter().enumerate() {
             progress(k + 1, days.len());
             let Some(target) = self.daily_target(&days[k..=k], &state) else { continue };
-            let starts: Vec<DVector<f64>> = (0..CHAINS).filter_map(|c| target.start(dispersed(c))).collect();
+            let starts: Vec<DVector<f64>> =
+                (0..CHAINS).filter_map(|c| target.start(&dispersed(c, self.logs.len()))).collect();
             if starts.len() < CHAINS {
                 continue;
             }
@@ -103,7 +104,7 @@ impl Tracking<'_> {
             let raised = state.watch.judge(&days[..=k], &mut estimate);
             if !estimate.suspicious {
                 // a reading that looks wrong teaches nothing of the bearings
-                state.logs = estimate.logs;
+                state.logs.clone_from(&estimate.logs);
             }
             (state.last, state.last_d) = (estimate.unbalance_kg_m.clone(), day.time_d);
             run.estimates.push(estimate);
@@ -125,7 +126,7 @@ impl Tracking<'_> {
 
     fn daily_target<'t>(&'t self, days: &'t [&'t Day], state: &'t State) -> Option<Posterior<'t>> {
         let last_d = if state.last_d.is_nan() { days[0].time_d } else { state.last_d };
-        let range = [-WANDER, WANDER].map(|d| state.identified.map(|log| log + d));
+        let range = [-WANDER, WANDER].map(|d| state.identified.iter().map(|log| log + d).collect());
         let around = self.around(days[0], &state.last, last_d);
         Posterior::new(days, &state.logs, UNIT, range, around)
     }
@@ -156,9 +157,9 @@ impl Tracking<'_> {
                     case: 0,
                     bearing: suspect,
                     cases: Vec::new(),
-                    logs,
+                    logs: logs.clone(),
                 });
-                (state.identified, state.logs) = (logs, logs);
+                (state.identified, state.logs) = (logs.clone(), logs);
                 state.go_on(after, run, begun);
                 Cause::Model
             }
@@ -182,15 +183,17 @@ impl Tracking<'_> {
         state: &State,
         run: &Run,
     ) -> Option<(Vec<Estimate>, Logs)> {
-        let range = [-1.0, 1.0].map(|sign| std::array::from_fn(|i| self.logs[i] + sign * WIDE));
-        let centre = std::array::from_fn(|i| state.logs[i].clamp(range[0][i], range[1][i]));
+        let range: [Logs; 2] =
+            [-1.0, 1.0].map(|sign| self.logs.iter().map(|log| log + sign * WIDE).collect());
+        let count = self.logs.len();
+        let centre: Logs = (0..count).map(|i| state.logs[i].clamp(range[0][i], range[1][i])).collect();
         let (held, held_d) = self.held(&run.estimates, streak[0]);
         let around = self.around(streak[0], &held, held_d);
         let target = Posterior::new(streak, &centre, 0.25 * WIDE, range, around)?;
-        let dimensions = COEFFICIENTS + 2 * self.unbalance_kg_m.len();
+        let dimensions = self.logs.len() + 2 * self.unbalance_kg_m.len();
         let mut sampler = Sampler::new(Proposal::AdaptiveMetropolis, dimensions);
         let mut starts: Vec<DVector<f64>> =
-            (0..CHAINS).filter_map(|k| target.start(spread_start(k, suspect))).collect();
+            (0..CHAINS).filter_map(|k| target.start(&spread_start(k, suspect, count))).collect();
         let mut chains = Vec::new();
         for round in 0..ROUNDS {
             let seed =
@@ -218,18 +221,18 @@ impl Tracking<'_> {
 
 /// Bearings on which a chain of a day begins, in the units of its step: the chains begin apart, or that they agree would
 /// say nothing.
-fn dispersed(k: usize) -> [f64; COEFFICIENTS] {
-    std::array::from_fn(
-        |i| if (i + k).is_multiple_of(2) { 1.0 } else { -1.0 } * if k < 2 { 1.0 } else { 2.0 },
-    )
+fn dispersed(k: usize, count: usize) -> Vec<f64> {
+    let size = if k < 2 { 1.0 } else { 2.0 };
+    (0..count).map(|i| if (i + k).is_multiple_of(2) { size } else { -size }).collect()
 }
 
 /// Bearings on which a chain of the second loop begins: the suspect stiffer or softer, more or less damped.
-fn spread_start(k: usize, suspect: usize) -> [f64; COEFFICIENTS] {
-    std::array::from_fn(|i| {
-        let (bearing, _, damping) = coefficient(i);
+fn spread_start(k: usize, suspect: usize, count: usize) -> Vec<f64> {
+    let coordinate = |i: usize| {
+        let (bearing, _, damping) = coefficient(i, count);
         let up = if damping { k & 1 == 0 } else { k & 2 == 0 };
         let size = if up { 1.0 } else { -1.0 };
         if bearing == suspect { size } else { 0.0 }
-    })
+    };
+    (0..count).map(coordinate).collect()
 }

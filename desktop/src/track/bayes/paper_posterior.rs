@@ -12,7 +12,6 @@ use rayon::prelude::*;
 use super::random_walk::{Chain, Sampler, mean};
 use super::sampling::{Sample, spread};
 use crate::track::answer::Spread;
-use crate::track::coefficients::COEFFICIENTS;
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
@@ -24,7 +23,7 @@ const INSIDE: f64 = 0.9;
 /// The posterior of some readings with common bearings and unbalance.
 pub struct Posterior<'a> {
     days: &'a [&'a Day],
-    centre: &'a Logs,
+    centre: &'a [f64],
     /// Size of the bearings' coordinates.
     unit: f64,
     range: [Logs; 2],
@@ -40,7 +39,7 @@ impl<'a> Posterior<'a> {
     /// (kg·m). `None` if the machine is singular there.
     pub fn new(
         days: &'a [&'a Day],
-        centre: &'a Logs,
+        centre: &'a [f64],
         unit: f64,
         range: [Logs; 2],
         around: Vec<(C, f64)>,
@@ -53,7 +52,7 @@ impl<'a> Posterior<'a> {
 
     /// The best unbalance for these bearings, by weighted least squares, real parts and imaginary parts in
     /// turn, and the normal matrix.
-    fn best(&self, logs: &Logs) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    fn best(&self, logs: &[f64]) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let planes = self.around.len();
         let (mut normal, mut right) = (DMatrix::zeros(2 * planes, 2 * planes), DVector::zeros(2 * planes));
         for day in self.days {
@@ -84,8 +83,8 @@ impl<'a> Posterior<'a> {
 
     /// Where a chain begins: on these bearings, with the best unbalance for them that is within reach. On the
     /// day of an event the best one is not, and a chain begun there would never find a place that is allowed.
-    pub fn start(&self, bearings: [f64; COEFFICIENTS]) -> Option<DVector<f64>> {
-        let logs = std::array::from_fn(|i| self.centre[i] + self.unit * bearings[i]);
+    pub fn start(&self, bearings: &[f64]) -> Option<DVector<f64>> {
+        let logs = self.logs(bearings);
         let (best, _) = self.best(&logs)?;
         let mut back = DVector::zeros(best.len());
         for (j, (was, reach)) in self.around.iter().enumerate() {
@@ -98,11 +97,18 @@ impl<'a> Posterior<'a> {
         Some(DVector::from_iterator(bearings.len() + best.len(), all))
     }
 
+    /// Logarithms at coordinates of the bearings.
+    fn logs(&self, coordinates: &[f64]) -> Logs {
+        self.centre.iter().zip(coordinates).map(|(centre, z)| centre + self.unit * z).collect()
+    }
+
     fn sample(&self, x: &DVector<f64>) -> Option<Sample> {
-        let logs: Logs = std::array::from_fn(|i| self.centre[i] + self.unit * x[i]);
-        let inside = (0..COEFFICIENTS).all(|i| (self.range[0][i]..=self.range[1][i]).contains(&logs[i]));
+        let (bearings, unbalance) = x.as_slice().split_at(self.centre.len());
+        let logs = self.logs(bearings);
+        let [low, high] = &self.range;
+        let inside = (0..logs.len()).all(|i| (low[i]..=high[i]).contains(&logs[i]));
         let (best, _) = inside.then(|| self.best(&logs))??;
-        let u = best + &self.spread * x.rows(COEFFICIENTS, x.len() - COEFFICIENTS);
+        let u = best + &self.spread * DVector::from_column_slice(unbalance);
         let unbalance_kg_m: Vec<C> = u.as_slice().chunks(2).map(|p| C::new(p[0], p[1])).collect();
         let near = |(u, (was, reach)): (&C, &(C, f64))| (u - was).norm() <= *reach;
         let allowed = unbalance_kg_m.iter().zip(&self.around).all(near);

@@ -20,7 +20,7 @@ impl Sample {
     /// The same with these weights in the planes, kg·m.
     pub fn with_weights(&self, weights_kg_m: &[C]) -> Self {
         let sums = self.unbalance_kg_m.iter().zip(weights_kg_m).map(|(u, w)| u + w);
-        Self { logs: self.logs, unbalance_kg_m: sums.collect() }
+        Self { logs: self.logs.clone(), unbalance_kg_m: sums.collect() }
     }
 }
 
@@ -116,7 +116,7 @@ pub fn spread(middle: &Sample, samples: &[Sample]) -> Spread {
         Interval { low: middle.arg() + turned.low, high: middle.arg() + turned.high }
     };
     Spread {
-        logs: std::array::from_fn(|i| interval(&|s| s.logs[i])),
+        logs: (0..middle.logs.len()).map(|i| interval(&|s| s.logs[i])).collect(),
         magnitude_kg_m: planes.clone().map(|j| interval(&|s| s.unbalance_kg_m[j].norm())).collect(),
         angle_rad: planes.map(angle).collect(),
     }

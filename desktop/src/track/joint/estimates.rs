@@ -11,7 +11,7 @@ use super::scope::Scope;
 use super::search::Found;
 use super::state::Layout;
 use crate::track::answer::{Cause, Flag, Interval, Reidentified, Spread};
-use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD, coefficient};
+use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
 use crate::track::daily::{Run, Tracking};
 use crate::track::monitor::Residual;
 use crate::track::operating_point::Logs;
@@ -83,7 +83,7 @@ impl Tracking<'_> {
         let settled = found.motion.settled();
         let joint = Joint {
             constants: constants.collect(),
-            wander: std::array::from_fn(|i| settled[(i, i)].sqrt()),
+            wander: settled.diagonal().iter().map(|variance| variance.sqrt()).collect(),
             wander_days: -problem.pace_d / found.motion.keep.ln(),
             left_out_d: problem
                 .own()
@@ -109,10 +109,10 @@ impl Tracking<'_> {
 }
 
 /// The bearing that an event changed; of both, the one that changed more.
-fn suspect(scope: Scope, before: &Logs, after: &Logs) -> usize {
+fn suspect(scope: Scope, before: &[f64], after: &[f64]) -> usize {
     let change = |bearing: usize| {
-        let own = |i: &usize| coefficient(*i).0 == bearing;
-        (0..COEFFICIENTS).filter(own).map(|i| (after[i] - before[i]).powi(2)).sum::<f64>()
+        let own = |i: &usize| coefficient(*i, before.len()).0 == bearing;
+        (0..before.len()).filter(own).map(|i| (after[i] - before[i]).powi(2)).sum::<f64>()
     };
     match scope.bearings {
         [true, false] => 0,
@@ -132,7 +132,7 @@ fn spread(layout: &Layout, state: &Gaussian, rivals: Vec<(f64, &Gaussian)>, weig
     };
     let weights = weights_kg_m.iter().enumerate();
     let (magnitude_kg_m, angle_rad) = weights.map(|(j, weight)| plane(layout, &all, j, *weight)).unzip();
-    Spread { logs: std::array::from_fn(log), magnitude_kg_m, angle_rad }
+    Spread { logs: (0..layout.coefficients).map(log).collect(), magnitude_kg_m, angle_rad }
 }
 
 /// Intervals of a plane's size, kg·m, and angle, rad, around the first state's, with a weight in the plane.

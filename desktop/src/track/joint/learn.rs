@@ -12,7 +12,6 @@ use super::kalman::{Gaussian, across};
 use super::motion::{LEAST_KEPT, Motion, SLOWEST_RATE_D, SLOWEST_WANDER_D, kept};
 use super::passes::Problem;
 use super::scope::Change;
-use crate::track::coefficients::COEFFICIENTS;
 
 /// Pushes that the first guess of a motion counts for.
 const GUESS_PUSHES: f64 = 2.0;
@@ -130,7 +129,7 @@ impl Problem {
         let pass = self.filter_of(&layout, motion, changes, &points, None)?;
         let later = pass.later();
         let smoothed = pass.smoothed(&later);
-        let mut wander = Moments::new(layout.wander(), COEFFICIENTS);
+        let mut wander = Moments::new(layout.wander(), layout.coefficients);
         let mut rate = Moments::new(layout.flat(), layout.flat());
         for k in 1..smoothed.len() {
             let paces = (self.epochs[k].time_d - self.epochs[k - 1].time_d) / self.pace_d;
@@ -142,7 +141,7 @@ impl Problem {
                 }
             }
         }
-        let first = Motion::first(self.pace_d);
+        let first = Motion::first(self.layout.coefficients, self.pace_d);
         let (keep, push) = wander.fit(&motion.push, &first.push, kept(SLOWEST_WANDER_D, self.pace_d));
         let now = DMatrix::identity(rate.size, rate.size) * motion.rate_push;
         let prior = DMatrix::identity(rate.size, rate.size) * first.rate_push;

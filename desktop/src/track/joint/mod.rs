@@ -79,7 +79,8 @@ impl Tracking<'_> {
         let singular = || Error::Unsuitable("the machine is singular on the bearings of the record".into());
         let mut learning = Learning::new(progress);
         let windows = self.steps(problem.own().map(|(k, _)| k));
-        let mut history = History::new(Motion::first(problem.pace_d), windows, linearised_at);
+        let mut history =
+            History::new(Motion::first(problem.layout.coefficients, problem.pace_d), windows, linearised_at);
         problem.find_events(&mut history, &mut learning).ok_or_else(singular)?;
         let mut effects = Vec::new();
         for l in later {
@@ -113,6 +114,7 @@ impl Tracking<'_> {
             layout: Layout {
                 planes: self.unbalance_kg_m.iter().map(begin).collect(),
                 positions_m: self.rotor.plane_positions_m(),
+                coefficients: self.logs.len(),
                 probes: self.rotor.probe.len(),
                 has_factors: true,
             },
@@ -120,7 +122,7 @@ impl Tracking<'_> {
             pace_d: gaps.get(gaps.len() / 2).copied().unwrap_or(1.0),
             epochs,
             // without a run-up phase I's bearings are little more than the file's: the prior is the file's
-            guess: if runup.is_empty() { logs_of(self.rotor) } else { self.logs },
+            guess: if runup.is_empty() { logs_of(self.rotor) } else { self.logs.clone() },
             described: Vec::new(),
         })
     }
@@ -166,7 +168,11 @@ impl Tracking<'_> {
         problem.described.push(since);
         for (epoch, point) in problem.epochs.iter_mut().zip(linearised_at).skip(since) {
             if let Some(day) = &mut epoch.own {
-                let point = super::operating_point::OperatingPoint::new(&model, day.speed_rad_s)?;
+                let point = super::operating_point::OperatingPoint::new(
+                    &model,
+                    rotor.bearing.len(),
+                    day.speed_rad_s,
+                )?;
                 day.point = point.with_weights(&day.weights_kg_m);
             }
             let planes = 0..problem.layout.planes.len();

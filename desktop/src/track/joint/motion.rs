@@ -2,8 +2,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::track::coefficients::COEFFICIENTS;
-
 /// Standard deviation of the wander's push in a day before anything is learned.
 const FIRST_PUSH: f64 = 0.03;
 /// The same of the rate of the unbalance's coordinate, per day.
@@ -25,12 +23,13 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Before anything is learned, of readings with this pace: the same wander and drift in a day at any pace.
-    pub fn first(pace_d: f64) -> Self {
+    /// Before anything is learned, of so many coefficients and readings with this pace: the same wander and
+    /// drift in a day at any pace.
+    pub fn first(coefficients: usize, pace_d: f64) -> Self {
         let [keep, daily] = [pace_d, 1.0].map(|days| kept(FIRST_DAYS, days));
         let gain = (1.0 - keep.powi(2)) / (1.0 - daily.powi(2));
         Self {
-            push: DMatrix::identity(COEFFICIENTS, COEFFICIENTS) * (FIRST_PUSH.powi(2) * gain),
+            push: DMatrix::identity(coefficients, coefficients) * (FIRST_PUSH.powi(2) * gain),
             keep,
             rate_push: (FIRST_RATE_PUSH * pace_d).powi(2) * gain,
             rate_keep: keep,
@@ -47,19 +46,22 @@ impl Motion {
     pub fn numbers(&self) -> Option<DVector<f64>> {
         let factor = self.push.clone().cholesky()?.unpack();
         let odds = |keep: f64| (keep / (1.0 - keep)).ln();
-        let push = (0..COEFFICIENTS)
+        let size = self.push.nrows();
+        let push = (0..size)
             .flat_map(|i| (0..=i).map(move |j| (i, j)))
             .map(|(i, j)| if i == j { factor[(i, i)].ln() } else { factor[(i, j)] / factor[(i, i)] });
         let rest = [odds(self.keep), self.rate_push.ln(), odds(self.rate_keep)];
-        Some(DVector::from_iterator(COEFFICIENTS * (COEFFICIENTS + 1) / 2 + rest.len(), push.chain(rest)))
+        Some(DVector::from_iterator(size * (size + 1) / 2 + rest.len(), push.chain(rest)))
     }
 
     /// The motion of such numbers, of readings with this pace.
     pub fn of_numbers(numbers: &DVector<f64>, pace_d: f64) -> Self {
-        let mut factor = DMatrix::zeros(COEFFICIENTS, COEFFICIENTS);
+        // n (n + 1)/2 of the factor and three others
+        let size = (1..).find(|n| n * (n + 1) / 2 + 3 >= numbers.len()).unwrap_or_default();
+        let mut factor = DMatrix::zeros(size, size);
         let mut next = numbers.iter().copied();
         let mut one = || next.next().unwrap_or_default();
-        for i in 0..COEFFICIENTS {
+        for i in 0..size {
             let row: Vec<f64> = (0..=i).map(|_| one()).collect();
             for j in 0..=i {
                 factor[(i, j)] = if i == j { row[i].exp() } else { row[j] * row[i].exp() };
@@ -93,8 +95,8 @@ mod tests {
 
     #[test]
     fn numbers_of_a_motion_give_it_back() {
-        let mixed = DMatrix::from_fn(COEFFICIENTS, COEFFICIENTS, |i, j| ((3 * i + 5 * j) % 7) as f64 * 0.01);
-        let push = &mixed * mixed.transpose() + DMatrix::identity(COEFFICIENTS, COEFFICIENTS) * 1e-4;
+        let mixed = DMatrix::from_fn(8, 8, |i, j| ((3 * i + 5 * j) % 7) as f64 * 0.01);
+        let push = &mixed * mixed.transpose() + DMatrix::identity(8, 8) * 1e-4;
         let motion = Motion { push, keep: 0.8, rate_push: 3e-6, rate_keep: 0.97 };
         let again = Motion::of_numbers(&motion.numbers().unwrap(), 1.0);
         assert!((&again.push - &motion.push).amax() < 1e-12);
@@ -111,9 +113,9 @@ mod tests {
     fn initial_motion_variance_is_independent_of_pace() {
         let variance =
             |keep: f64, push: f64, paces: f64| push * (1.0 - keep.powf(2.0 * paces)) / (1.0 - keep * keep);
-        let daily = Motion::first(1.0);
+        let daily = Motion::first(8, 1.0);
         for pace_d in [0.01, 0.25, 2.0] {
-            let other = Motion::first(pace_d);
+            let other = Motion::first(8, pace_d);
             let wander = variance(other.keep, other.push[(0, 0)], 10.0 / pace_d);
             assert!((wander / variance(daily.keep, daily.push[(0, 0)], 10.0) - 1.0).abs() < 1e-9);
             let rate = variance(other.rate_keep, other.rate_push, 10.0 / pace_d) / pace_d.powi(2);

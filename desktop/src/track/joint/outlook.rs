@@ -91,20 +91,20 @@ mod tests {
 
     use super::super::coordinate::Coordinate;
     use super::*;
-    use crate::track::coefficients::COEFFICIENTS;
 
     fn layout() -> Layout {
         let planes = [C::new(3e-4, -1e-4), C::new(-2e-4, 4e-4)];
         Layout {
             planes: planes.iter().map(|u| Coordinate::new(*u, &[*u], u.norm())).collect(),
             positions_m: vec![0.12, 0.92],
+            coefficients: 8,
             probes: 4,
             has_factors: false,
         }
     }
 
     fn motion() -> Motion {
-        Motion { rate_push: 4e-6, rate_keep: 0.8, ..Motion::first(1.0) }
+        Motion { rate_push: 4e-6, rate_keep: 0.8, ..Motion::first(8, 1.0) }
     }
 
     /// Forecasts of the four numbers against the filter's own prediction of its state and differences of the numbers.
@@ -113,7 +113,7 @@ mod tests {
         let (layout, motion) = (layout(), motion());
         let size = layout.size();
         let mixed = DMatrix::from_fn(size, size, |i, j| 1e-3 * (((5 * i + 3 * j) % 11) as f64 - 5.0));
-        let mut mean = layout.at(&[0.0; COEFFICIENTS], &[C::new(0.05, 0.1), C::new(-0.1, 0.2)]);
+        let mut mean = layout.at(&[0.0; 8], &[C::new(0.05, 0.1), C::new(-0.1, 0.2)]);
         (0..4).for_each(|i| mean[4 + i] = 1e-5 * (i as f64 - 1.5));
         let state = Gaussian { mean, covariance: &mixed * mixed.transpose() };
         let weights = [C::new(5e-5, 0.0), C::new(0.0, -4e-5)];
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn outlook_rate_is_independent_of_reading_interval() {
         let layout = layout();
-        let mut mean = layout.at(&[0.0; COEFFICIENTS], &[C::from(0.0); 2]);
+        let mut mean = layout.at(&[0.0; 8], &[C::from(0.0); 2]);
         mean[4] = 2e-3;
         let state = Gaussian { mean, covariance: DMatrix::zeros(layout.size(), layout.size()) };
         let every_second = Motion { rate_keep: 0.64, ..motion() };

@@ -9,7 +9,6 @@ use super::motion::Motion;
 use super::scope::Change;
 use super::state::{Layout, Linear};
 use crate::machine::drawing::Noise;
-use crate::track::coefficients::COEFFICIENTS;
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
@@ -159,7 +158,7 @@ impl Problem {
     /// The wander of each epoch once more, with everything else as it was found: around its own answer, so
     /// that it need not be small for the features to be linear in it.
     pub fn wander_again(&self, motion: &Motion, pass: &Pass, states: &mut [Gaussian]) -> Option<()> {
-        let (at, all) = (self.layout.wander(), COEFFICIENTS);
+        let (at, all) = (self.layout.wander(), self.layout.coefficients);
         let part = |m: &DMatrix<f64>| m.view((at, at), (all, all)).into_owned();
         let start = Gaussian { mean: DVector::zeros(all), covariance: motion.settled() };
         let own = |s: &Step| Step {

@@ -1,6 +1,6 @@
 //! What an event may be.
 
-use crate::track::coefficients::COEFFICIENTS;
+use crate::track::coefficients::PER_BEARING;
 
 /// What an event may have changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,7 @@ impl Scope {
     /// Real numbers that such an event is free in, of a machine with so many planes.
     pub fn freedom(self, planes: usize) -> usize {
         let bearings = self.bearings.iter().filter(|b| **b).count();
-        bearings * COEFFICIENTS / 2 + if self.unbalance { 2 * planes } else { 0 }
+        bearings * PER_BEARING + if self.unbalance { 2 * planes } else { 0 }
     }
 
     /// Whether the model of the machine has to change with it.

@@ -4,8 +4,8 @@
 //! |---|---|---|
 //! | coordinate `z` of the unbalance ([`Coordinate`]) | two a plane | moves by its rate |
 //! | its rate | two a plane | fades over days, pushed at random |
-//! | bearings `m` | eight logarithms | constant, but for events |
-//! | wander `w` of the bearings | eight logarithms | returns to zero over days, pushed at random |
+//! | bearings `m` | four logarithms a bearing | constant, but for events |
+//! | wander `w` of the bearings | four logarithms a bearing | returns to zero over days, pushed at random |
 //! | factor of each probe | two a probe | one, but for events elsewhere than at the bearings |
 //!
 //! The bearings of a day are `m + w`. A probe's factor `exp(d)`, complex, says how much more of the unbalance it shows
@@ -19,7 +19,7 @@ use super::kalman::{Gaussian, Step};
 use super::motion::Motion;
 use super::scope::{Change, Scope};
 use crate::machine::drawing::Noise;
-use crate::track::coefficients::{COEFFICIENTS, PRIOR_LOG_SD, coefficient};
+use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
@@ -38,6 +38,8 @@ pub struct Layout {
     pub planes: Vec<Coordinate>,
     /// Where the planes are, m.
     pub positions_m: Vec<f64>,
+    /// Direct coefficients of all bearings.
+    pub coefficients: usize,
     pub probes: usize,
     /// Whether the probes' factors are part of the state; where no event moves them they stay one, and cost half of the
     /// time.
@@ -66,11 +68,11 @@ impl Layout {
 
     /// Index of the wander's first coordinate.
     pub fn wander(&self) -> usize {
-        self.bearings() + COEFFICIENTS
+        self.bearings() + self.coefficients
     }
 
     fn factors(&self) -> usize {
-        self.wander() + COEFFICIENTS
+        self.wander() + self.coefficients
     }
 
     pub fn size(&self) -> usize {
@@ -100,25 +102,27 @@ impl Layout {
 
     /// Logarithms of the bearing coefficients, wander included.
     pub fn logs(&self, x: &DVector<f64>) -> Logs {
-        std::array::from_fn(|i| x[self.bearings() + i] + x[self.wander() + i])
+        (0..self.coefficients).map(|i| x[self.bearings() + i] + x[self.wander() + i]).collect()
     }
 
     /// Constant part of the bearings.
     pub fn constant_logs(&self, x: &DVector<f64>) -> Logs {
-        std::array::from_fn(|i| x[self.bearings() + i])
+        (0..self.coefficients).map(|i| x[self.bearings() + i]).collect()
     }
 
     /// Standard deviations of the constant part.
     pub fn constant_sd(&self, covariance: &DMatrix<f64>) -> Logs {
-        std::array::from_fn(|i| covariance[(self.bearings() + i, self.bearings() + i)].max(0.0).sqrt())
+        let sd = |i: usize| covariance[(self.bearings() + i, self.bearings() + i)].max(0.0).sqrt();
+        (0..self.coefficients).map(sd).collect()
     }
 
     /// Standard deviations of the bearings.
     pub fn logs_sd(&self, covariance: &DMatrix<f64>) -> Logs {
-        std::array::from_fn(|i| {
+        let sd = |i: usize| {
             let (m, w) = (self.bearings() + i, self.wander() + i);
             (covariance[(m, m)] + covariance[(w, w)] + 2.0 * covariance[(m, w)]).max(0.0).sqrt()
-        })
+        };
+        (0..self.coefficients).map(sd).collect()
     }
 
     /// Coordinate of a plane's unbalance.
@@ -132,7 +136,7 @@ impl Layout {
     }
 
     /// The state with these bearings and this unbalance (coordinates), without wander or rate.
-    pub fn at(&self, logs: &Logs, coordinates: &[C]) -> DVector<f64> {
+    pub fn at(&self, logs: &[f64], coordinates: &[C]) -> DVector<f64> {
         let mut x = DVector::zeros(self.size());
         for (j, z) in coordinates.iter().enumerate() {
             (x[2 * j], x[2 * j + 1]) = (z.re, z.im);
@@ -149,30 +153,31 @@ impl Layout {
     /// sensitive need less wander to explain the same readings, and if the sensitivity followed the estimated
     /// wander, hundreds of days would pull the constants that way.
     pub fn at_rest(&self, mut x: DVector<f64>) -> DVector<f64> {
-        x.rows_mut(self.wander(), COEFFICIENTS).fill(0.0);
+        x.rows_mut(self.wander(), self.coefficients).fill(0.0);
         x
     }
 
     /// What is known before any reading: bearings as the file guesses them, the unbalance about as phase I
     /// found it.
-    pub fn start(&self, logs: &Logs, motion: &Motion) -> Gaussian {
+    pub fn start(&self, logs: &[f64], motion: &Motion) -> Gaussian {
         let mut covariance = DMatrix::zeros(self.size(), self.size());
         for i in 0..self.flat() {
             covariance[(i, i)] = START_SD.powi(2);
             let rate = self.flat() + i;
             covariance[(rate, rate)] = motion.rate_push / (1.0 - motion.rate_keep.powi(2));
         }
-        for i in 0..COEFFICIENTS {
+        for i in 0..self.coefficients {
             covariance[(self.bearings() + i, self.bearings() + i)] = PRIOR_LOG_SD.powi(2);
         }
         let at = self.wander();
-        covariance.view_mut((at, at), (COEFFICIENTS, COEFFICIENTS)).copy_from(&motion.settled());
+        covariance.view_mut((at, at), (self.coefficients, self.coefficients)).copy_from(&motion.settled());
         Gaussian { mean: self.at(logs, &vec![C::from(0.0); self.planes.len()]), covariance }
     }
 
     /// What an event of this scope may change: components of the state, and the variance of each one's jump.
     pub fn jump(&self, scope: Scope) -> Vec<(usize, f64)> {
-        let bearings = (0..COEFFICIENTS).filter(|i| scope.bearings[coefficient(*i).0]);
+        let bearings =
+            (0..self.coefficients).filter(|i| scope.bearings[coefficient(*i, self.coefficients).0]);
         let unbalance = (0..self.flat()).filter(|_| scope.unbalance);
         let factors = (self.factors()..self.size()).filter(|_| scope.elsewhere);
         bearings
@@ -198,9 +203,9 @@ impl Layout {
         }
         // a fading rate moves the unbalance by its sum over the time
         let reach = (1.0 - rate_keep) / (1.0 - motion.rate_keep);
-        keep.rows_mut(self.wander(), COEFFICIENTS).fill(wander_keep);
+        keep.rows_mut(self.wander(), self.coefficients).fill(wander_keep);
         let at = self.wander();
-        noise.view_mut((at, at), (COEFFICIENTS, COEFFICIENTS)).copy_from(&(&motion.push * gain));
+        noise.view_mut((at, at), (self.coefficients, self.coefficients)).copy_from(&(&motion.push * gain));
         if described {
             keep.rows_mut(self.factors(), size - self.factors()).fill(0.0);
         }
@@ -237,7 +242,7 @@ impl Layout {
                 set(2 * j, per * factor[p]);
                 set(2 * j + 1, C::i() * per * factor[p]);
             }
-            for (i, y) in slopes[p].iter().enumerate() {
+            for (i, y) in slopes.row(p).iter().enumerate() {
                 set(self.bearings() + i, *y * factor[p]);
                 set(self.wander() + i, *y * factor[p]);
             }

@@ -7,7 +7,7 @@ mod text;
 use nalgebra::Complex;
 use rotor_edge_desktop::check::Check;
 use rotor_edge_desktop::check::modes::Mode;
-use rotor_edge_desktop::check::unbalance::Response;
+use rotor_edge_desktop::check::unbalance::ProbeResponse;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::units::rpm;
 
@@ -275,7 +275,12 @@ fn peaks(response: &TrialResponse) -> Vec<Table> {
 }
 
 /// The response to a trial unbalance: maxima in tables, the curves of each bearing's probes in figures.
-pub fn unbalance(answer: &TrialResponse, curves: &[Response], rotor: &Rotor, fastest_rpm: f64) -> Section {
+pub fn unbalance(
+    answer: &TrialResponse,
+    curves: &[ProbeResponse],
+    rotor: &Rotor,
+    fastest_rpm: f64,
+) -> Section {
     let trial = answer.trial;
     let mut by_bearing: Vec<(String, Vec<Curve>, Vec<Point>)> = Vec::new();
     for (response, probe) in curves.iter().zip(&rotor.probe) {
