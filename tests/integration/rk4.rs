@@ -9,8 +9,8 @@ use std::path::Path;
 use nalgebra::Complex;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
-use rotor_edge_desktop::diagnose::{Verdict, improve};
 use rotor_edge_desktop::balance::estimate::{Estimate, Estimates, Options, estimate};
+use rotor_edge_desktop::diagnose::{Verdict, improve};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor_file;
@@ -58,7 +58,8 @@ impl Errors {
     fn add_estimate(&mut self, truth: &[C], e: &Estimate) {
         self.add(truth, &unbalance(e));
         for (t, p) in truth.iter().zip(&e.planes) {
-            self.held.push(p.interval_95[0] <= t.norm() && t.norm() <= p.interval_95[1]);
+            let [low, high] = p.magnitude_95_g_mm();
+            self.held.push(low <= t.norm() && t.norm() <= high);
         }
     }
 
