@@ -10,6 +10,9 @@
 //! each counts as what does the same to a rigid rotor in the first and the last of them.
 //! (U_g and U_d of Bera et al., Sensors 2024, 24, 8123.)
 
+pub mod region;
+pub mod separation;
+
 use nalgebra::Complex;
 
 /// g·mm in a kg·m.

@@ -58,7 +58,8 @@ impl Errors {
     fn add_estimate(&mut self, truth: &[C], e: &Estimate) {
         self.add(truth, &unbalance(e));
         for (t, p) in truth.iter().zip(&e.planes) {
-            self.held.push(p.interval_95[0] <= t.norm() && t.norm() <= p.interval_95[1]);
+            let [low, high] = p.magnitude_95_g_mm();
+            self.held.push(low <= t.norm() && t.norm() <= high);
         }
     }
 

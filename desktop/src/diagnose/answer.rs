@@ -1,7 +1,7 @@
 //! What a diagnosis says.
 
-use super::determined::Determined;
 use super::parameters::FittedParameter;
+use super::planes::PlaneUnbalances;
 use super::runs::RefutedRun;
 use super::unknown::UnknownCause;
 use crate::effects::Knowledge;
@@ -113,7 +113,7 @@ pub struct Diagnosis {
     /// What is known of a cause outside the list, where it is probable.
     pub unknown: Option<UnknownCause>,
     /// What the data say about the planes of the model as it is.
-    pub determined: Determined,
+    pub determined: PlaneUnbalances,
     /// Runs whose stated weights are not true.
     pub refuted: Vec<RefutedRun>,
 }

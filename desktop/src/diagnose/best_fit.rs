@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix};
 use super::as_file::as_file;
 use super::base::Base;
 use super::checks;
-use super::determined::Determined;
+use super::planes::PlaneUnbalances;
 use super::sweep::Sweep;
 use crate::error::Error;
 use crate::fit::Fitter;
@@ -26,7 +26,7 @@ pub struct BestFit {
     /// Covariance of its real and imaginary parts, plane by plane.
     pub unbalance_covariance: DMatrix<f64>,
     /// Unbalance of each plane in g·mm and degrees, with 95 % intervals.
-    pub determined: Determined,
+    pub determined: PlaneUnbalances,
     /// The noise over what is stated, as the model leaves it.
     pub scatter: Scatter,
     /// χ² per measured real number.
@@ -72,7 +72,7 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
     let names = rotor.plane.iter().map(|p| p.name.as_str());
     let unbalance_kg_m = base.fit.unknowns[..planes].to_vec();
     Ok(BestFit {
-        determined: Determined::new(names, &unbalance_kg_m, &unbalance_covariance),
+        determined: PlaneUnbalances::new(names, &unbalance_kg_m, &unbalance_covariance),
         scatter: base.drawing.scatter(),
         rotor: fitter.corrected(fitted, &base.fit, &base.drawing),
         predicted_m,

@@ -3,7 +3,7 @@
 use super::answer::{Candidate, Diagnosis, SURE, Verdict};
 use super::as_file::as_file;
 use super::base::{Base, Tried};
-use super::determined::Determined;
+use super::planes::PlaneUnbalances;
 use super::rank::Ranking;
 use super::runs::{RefutedRun, RunChange};
 use super::sweep::Sweep;
@@ -67,7 +67,7 @@ pub fn examine<'a>(
     remarks.extend(noise.assumption(rotor));
     let base = Base::fit(fitter)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
-    let determined = Determined::by(&base, &base.hypothesis, &base.fit, &base.drawing)?;
+    let determined = PlaneUnbalances::by(&base, &base.hypothesis, &base.fit, &base.drawing)?;
     if let Some(why) = rank::saturation(&base) {
         let diagnosis = base.undecidable(why, noise, remarks, determined);
         return Ok(Examined { diagnosis, base, weighed: None });
@@ -109,7 +109,7 @@ impl Base<'_> {
         readings: &[Reading],
         noise: Noise,
         mut remarks: Vec<String>,
-        determined: Determined,
+        determined: PlaneUnbalances,
     ) -> Result<Diagnosis, Error> {
         let rotor = self.fitter.rotor;
         let Weighed { tried, unknown, ranking } = weighed;
@@ -196,7 +196,7 @@ impl Base<'_> {
         why: String,
         noise: Noise,
         remarks: Vec<String>,
-        determined: Determined,
+        determined: PlaneUnbalances,
     ) -> Diagnosis {
         let rotor = self.fitter.rotor;
         let possible = self.possible();

@@ -3,8 +3,8 @@
 use super::answer::{Candidate, SURE, Verdict};
 use super::as_file::as_file;
 use super::base::{Base, same};
-use super::determined::Determined;
 use super::diagnosis::{Examined, Weighed, diagnose, examine};
+use super::planes::PlaneUnbalances;
 use super::runs::{RefutedRun, RunChange};
 use super::sets::{Reach, Set, Together, together};
 use super::unknown::UnknownCause;
@@ -104,7 +104,7 @@ pub struct Outcome {
     /// The noise over what is stated, as the new model leaves it.
     pub scatter: Scatter,
     /// What the data say about the new model's planes.
-    pub determined: Determined,
+    pub determined: PlaneUnbalances,
     /// What is known of a cause outside the list, where it is probable.
     pub unknown: Option<UnknownCause>,
     /// Runs whose stated weights are not true, by the effects that were added.

@@ -3,8 +3,8 @@
 use nalgebra::{Complex, DMatrix};
 
 use super::base::Base;
-use super::determined::DeterminedPlane;
 use super::parameters;
+use super::planes::PlaneUnbalance;
 use crate::effects::Place;
 use crate::fit::Fit;
 use crate::fit::hypothesis::Hypothesis;
@@ -29,7 +29,7 @@ pub struct FoundWeight {
     /// By the file, g·mm; zero where it states none.
     pub stated_g_mm: C,
     /// By the data, with what holds it with 95 %.
-    pub found: DeterminedPlane,
+    pub found: PlaneUnbalance,
     /// The simplest account of the difference that lies within that.
     pub account: Option<Account>,
 }
@@ -49,18 +49,18 @@ pub enum Account {
 
 impl Account {
     /// The simplest that the region of what was found allows.
-    fn of(stated_g_mm: C, found: &DeterminedPlane) -> Option<Self> {
+    fn of(stated_g_mm: C, found: &PlaneUnbalance) -> Option<Self> {
         let stated = stated_g_mm / G_MM;
         let [size_g_mm, angle_deg] = g_mm_deg(stated);
         let turned_deg = (found.angle_deg - angle_deg + 180.0).rem_euclid(360.0) - 180.0;
         let [low, high] = found.interval_95_g_mm;
-        if found.holds(stated) {
+        if found.region.holds(stated_g_mm) {
             Some(Self::AsStated)
         } else if size_g_mm == 0.0 {
             None
-        } else if found.holds(C::from(0.0)) {
+        } else if found.region.holds(C::from(0.0)) {
             Some(Self::Missing)
-        } else if found.holds(stated.conj()) {
+        } else if found.region.holds(stated_g_mm.conj()) {
             Some(Self::OtherSense)
         } else if (low..=high).contains(&size_g_mm) {
             Some(Self::OtherHole(turned_deg))
@@ -116,7 +116,7 @@ impl RefutedRun {
 pub struct RunChange {
     run: String,
     others: String,
-    change: Vec<DeterminedPlane>,
+    change: Vec<PlaneUnbalance>,
     /// Whether the file states weights for it.
     stated: bool,
     /// What it has in each plane, where the file states weights for it and all of them are in planes.
@@ -144,7 +144,7 @@ impl RunChange {
         let planes = || rotor.plane.iter().enumerate();
         let found = |(i, plane): (usize, &crate::machine::drawing::Plane), stated: C| {
             let (u, covariance) = own(i);
-            DeterminedPlane::new(&plane.name, stated + u, &covariance)
+            PlaneUnbalance::new(&plane.name, stated + u, &covariance)
         };
         let stated = !run.added_unbalance.is_empty();
         let weighted = by_plane(rotor, run).ok().filter(|_| stated);
@@ -206,7 +206,7 @@ pub fn told(changes: &[RunChange], probability: f64) -> (Vec<RefutedRun>, Vec<St
 }
 
 /// An angle with what holds it with 95 %.
-fn angle(plane: &DeterminedPlane) -> String {
+fn angle(plane: &PlaneUnbalance) -> String {
     if plane.angle_95_deg < 90.0 {
         format!("{:.0}° ± {:.0}°", plane.angle_deg, plane.angle_95_deg)
     } else {
@@ -222,7 +222,7 @@ mod tests {
     fn read(stated: [f64; 2], found: [f64; 2]) -> Option<Account> {
         let polar = |[size, angle_deg]: [f64; 2]| C::from_polar(size, f64::to_radians(angle_deg));
         let covariance = DMatrix::from_diagonal_element(2, 2, 1e-12);
-        Account::of(polar(stated), &DeterminedPlane::new("1", polar(found) / G_MM, &covariance))
+        Account::of(polar(stated), &PlaneUnbalance::new("1", polar(found) / G_MM, &covariance))
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use super::answer::{HeldOut, SURE, Verdict};
 use super::base::{Base, Tried};
-use super::determined::Determined;
 use super::parameters;
+use super::planes::PlaneUnbalances;
 use super::rank::{Ranking, explains};
 use super::sets::{Reach, Set, Together, is_enough, together};
 use super::unknown::Unknown;
@@ -22,7 +22,7 @@ pub struct Evidence<'a, 'b> {
     pub unknown: &'b Unknown,
     pub held_out: Option<HeldOut>,
     /// What the data say about the planes of the model.
-    pub determined: &'b Determined,
+    pub determined: &'b PlaneUnbalances,
 }
 
 /// In one word and one sentence, and the noise that it leaves.

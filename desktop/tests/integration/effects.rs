@@ -244,7 +244,11 @@ fn is_refuted(second: C, expected: impl Fn(Account) -> bool) {
     assert!(refuted.run == "second" && refuted.probability > 0.95, "{refuted:?}");
     let [left, right] = [0, 1].map(|plane| &refuted.weights[plane]);
     assert_eq!(left.account, Some(Account::AsStated), "{}", refuted.words());
-    assert!(right.account.is_some_and(expected) && right.found.holds(second), "{}", refuted.words());
+    assert!(
+        right.account.is_some_and(expected) && right.found.region.holds(second * 1e6),
+        "{}",
+        refuted.words()
+    );
 }
 
 #[test]

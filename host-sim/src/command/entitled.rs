@@ -2,7 +2,7 @@
 //! that no known effect is, runs whose weights are not as stated.
 
 use rotor_edge_desktop::diagnose::{
-    Account, Determined, EquivalentForce, FoundWeight, Nature, RefutedRun, Scatter, UnknownCause,
+    Account, EquivalentForce, FoundWeight, Nature, PlaneUnbalances, RefutedRun, Scatter, UnknownCause,
 };
 use serde_json::{Value, json};
 
@@ -25,8 +25,8 @@ pub fn noise(scatter: &Scatter) -> String {
 }
 
 /// Each plane with its 95 % interval, one line each.
-pub fn planes(determined: &Determined) -> Vec<String> {
-    let line = |p: &rotor_edge_desktop::diagnose::DeterminedPlane| {
+pub fn planes(determined: &PlaneUnbalances) -> Vec<String> {
+    let line = |p: &rotor_edge_desktop::diagnose::PlaneUnbalance| {
         let [low, high] = p.interval_95_g_mm;
         let angle = if p.angle_95_deg < 90.0 {
             format!("{:.0}° ± {:.0}°", p.angle_deg, p.angle_95_deg)
@@ -39,15 +39,15 @@ pub fn planes(determined: &Determined) -> Vec<String> {
         )
     };
     let mut lines: Vec<String> = determined.planes.iter().map(line).collect();
-    if determined.act_alike() {
+    if determined.separation.acts_alike() {
         lines.push(format!(
             "the planes act alike (condition {:.0}): one combination of them is known that much better than another",
-            determined.condition
+            determined.separation.condition
         ));
     } else if determined.planes.len() > 1 {
         lines.push(format!(
             "condition of the planes: {:.1} (how much better their best-seen combination is known than the worst)",
-            determined.condition
+            determined.separation.condition
         ));
     }
     lines
@@ -84,7 +84,7 @@ pub fn unknown(cause: &UnknownCause) -> String {
 }
 
 /// All of it as a section of a report.
-pub fn section(scatter: &Scatter, determined: &Determined, cause: Option<&UnknownCause>) -> Section {
+pub fn section(scatter: &Scatter, determined: &PlaneUnbalances, cause: Option<&UnknownCause>) -> Section {
     let mut paragraphs: Vec<String> = cause.map(unknown).into_iter().collect();
     paragraphs.push(sentence(&noise(scatter)));
     paragraphs.extend(planes(determined).iter().map(|line| sentence(line)));
@@ -103,7 +103,7 @@ pub fn noise_json(scatter: &Scatter) -> Value {
 }
 
 /// `determined` of the JSON answers.
-pub fn determined_json(determined: &Determined) -> Value {
+pub fn determined_json(determined: &PlaneUnbalances) -> Value {
     let planes: Vec<Value> = (determined.planes.iter())
         .map(|p| {
             json!({
@@ -112,12 +112,12 @@ pub fn determined_json(determined: &Determined) -> Value {
                 "angle_deg": p.angle_deg,
                 "interval_95": p.interval_95_g_mm,
                 "angle_95_deg": p.angle_95_deg,
-                "region": p.region,
+                "region": p.region.ellipse(),
                 "determined": p.is_determined(),
             })
         })
         .collect();
-    json!({"planes": planes, "condition": [determined.condition]})
+    json!({"planes": planes, "condition": [determined.separation.condition]})
 }
 
 /// `refuted_runs` of the JSON answers.

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use rotor_edge_desktop::diagnose::Determined;
+use rotor_edge_desktop::diagnose::PlaneUnbalances;
 use rotor_edge_desktop::identify::{BearingParameter, Identifiability, PhaseOne, PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
@@ -168,13 +168,13 @@ pub fn print(found: &PhaseOne) {
 }
 
 /// The planes with their intervals, or why there are none.
-fn determined(found: &PhaseOne) -> Result<Determined, &'static str> {
+fn determined(found: &PhaseOne) -> Result<PlaneUnbalances, &'static str> {
     let covariance = found.unbalance_covariance();
     if covariance.iter().any(|v| !v.is_finite()) {
         return Err("the data leave the planes open");
     }
     let names = found.rotor.plane.iter().map(|p| p.name.as_str());
-    Ok(Determined::new(names, found.unbalance_kg_m.as_slice(), &covariance))
+    Ok(PlaneUnbalances::new(names, found.unbalance_kg_m.as_slice(), &covariance))
 }
 
 fn origin(p: &BearingParameter) -> &'static str {

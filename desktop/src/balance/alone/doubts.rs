@@ -4,9 +4,8 @@ use super::{Basis, Left, PlaneWeight};
 use crate::balance::NormalEquations;
 use crate::balance::influence::{Fitted, Trials};
 use crate::decomposition::hermitian;
+use crate::unbalance::separation::PlaneSeparation;
 
-/// Planes whose effects have a condition above this are poorly determined.
-const POORLY: f64 = 10.0;
 /// Speeds that are taken as one and differ by more than this, relative, are remarked on.
 const SAME: f64 = 1e-3;
 /// Runs that miss each other by more than this, relative, contradict each other.
@@ -99,11 +98,12 @@ fn small(trials: &Trials, fitted: &Fitted) -> Vec<String> {
 pub(super) fn alike(equations: &NormalEquations, planes: &[String]) -> Option<String> {
     let size = equations.matrix.diagonal().map(|d| d.re.max(0.0).sqrt());
     let scaled = hermitian(equations.matrix.map_with_location(|i, j, n| n / (size[i] * size[j])));
-    let condition = (scaled.eigenvalues.max() / scaled.eigenvalues.min()).sqrt();
+    let separation = PlaneSeparation::of_eigenvalues(&scaled.eigenvalues, planes.len());
+    let condition = separation.condition;
     let least = scaled.eigenvectors.column(scaled.eigenvalues.imin());
     let mixed: Vec<&str> =
         (0..planes.len()).filter(|j| least[*j].norm() > 0.3).map(|j| planes[j].as_str()).collect();
-    (condition > POORLY).then(|| {
+    separation.acts_alike().then(|| {
         format!(
             "The planes {} act nearly alike (condition {condition:.0}): an error of 1 % moves weights in them by up to {condition:.0} %; \
              leave one out with --planes.",

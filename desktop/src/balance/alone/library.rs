@@ -71,7 +71,7 @@ impl Library {
             unit: machine.unit.clone(),
             planes: machine.planes.clone(),
             made_from,
-            values: machine.basis.freedom().map(|values| values as usize),
+            values: machine.basis.values(),
             coefficient: machine.coefficients.iter().map(kept).collect(),
         }
     }

@@ -17,7 +17,6 @@ pub mod stated;
 mod tests;
 
 use nalgebra::Complex;
-use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
 use super::influence::{Coefficients, normal_equations, stacked};
 use super::optimum::best;
@@ -25,6 +24,7 @@ use super::places::Filling;
 use super::scatter::of_coefficients;
 use super::wanted::{Wanted, no_plane};
 use crate::error::Error;
+use crate::unbalance::region::{KNOWN_NOISE, component_95, vector_95};
 
 type C = Complex<f64>;
 
@@ -70,30 +70,17 @@ pub enum Basis {
 }
 
 impl Basis {
-    /// Values that it rests on; none without limit.
-    fn freedom(self) -> Option<f64> {
+    /// Real values that the noise scale is estimated from; `None` where it is not estimated.
+    fn values(self) -> Option<usize> {
         match self {
-            Self::Runs(values) | Self::Readings(values) => Some(values as f64),
+            Self::Runs(values) | Self::Readings(values) => Some(values),
             Self::Stated | Self::Unknown => None,
         }
     }
 
-    /// How many standard deviations hold a component with 95 %.
-    fn of_a_component(self) -> f64 {
-        match self.freedom() {
-            Some(values) => StudentsT::new(0.0, 1.0, values).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975)),
-            None => Normal::standard().inverse_cdf(0.975),
-        }
-    }
-
-    /// How many standard deviations of a component hold a vector with 95 %.
-    fn of_a_vector(self) -> f64 {
-        match self.freedom() {
-            Some(values) => {
-                FisherSnedecor::new(2.0, values).map_or(f64::INFINITY, |f| (2.0 * f.inverse_cdf(0.95)).sqrt())
-            }
-            None => (-2.0 * 0.05_f64.ln()).sqrt(),
-        }
+    /// Degrees of freedom of the noise scale.
+    fn freedom(self) -> f64 {
+        self.values().map_or(KNOWN_NOISE, |values| values as f64)
     }
 }
 
@@ -173,7 +160,7 @@ pub fn correct(machine: &Machine, request: &Request) -> Result<Correction, Error
         .iter()
         .map(|c| {
             let after = c.under(&placed).norm();
-            let bound = c.variance(&placed).sqrt() * machine.basis.of_a_vector();
+            let bound = c.variance(&placed).sqrt() * vector_95(machine.basis.freedom());
             Left {
                 probe: machine.probes[c.probe].clone(),
                 speed_rpm: c.speed_rpm,
@@ -183,7 +170,7 @@ pub fn correct(machine: &Machine, request: &Request) -> Result<Correction, Error
             }
         })
         .collect();
-    let quantile = machine.basis.of_a_component();
+    let quantile = component_95(machine.basis.freedom());
     let interval = |w: C, sd: f64| {
         let (size, half) = (w.norm(), quantile * sd);
         let half_deg = if half < size { (half / size).asin().to_degrees() } else { 180.0 };

@@ -8,15 +8,14 @@ use nalgebra::{Complex, DMatrix};
 use super::learning::{Learned, Seen, factor};
 use super::mounting::Mountings;
 use super::prior::Machine;
-use crate::decomposition::{hermitian, singular_values};
+use crate::decomposition::hermitian;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
+use crate::unbalance::separation::PlaneSeparation;
 use crate::units::{rad_s, rpm};
 
 type C = Complex<f64>;
 
-/// Condition from which on planes act alike: a tenth of the response is then as much as the whole difference between them.
-const ALIKE: f64 = 10.0;
 /// Deviation in the worst direction, relative to the largest stated weight, from which on planes are poorly determined: 95 % reach
 /// half of that weight, and no balancer would use the answer.
 const POOR: f64 = 0.25;
@@ -29,7 +28,7 @@ const SPEEDS: usize = 16;
 
 /// Condition number of the influence matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Condition {
+pub struct SpeedCondition {
     /// At this speed, rpm; `None` for all together.
     pub speed_rpm: Option<f64>,
     /// Largest over smallest singular value.
@@ -40,9 +39,9 @@ pub struct Condition {
 
 /// Whether the planes are determined.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Determined {
+pub struct ConditionReport {
     /// By speed, then of all together.
-    pub conditions: Vec<Condition>,
+    pub conditions: Vec<SpeedCondition>,
     /// Standard deviation in the direction that is known worst, for a run with the largest stated weight in each plane, g·mm.
     pub worst_sd_g_mm: f64,
     /// Whether the planes are poorly determined.
@@ -51,7 +50,7 @@ pub struct Determined {
     pub words: Vec<String>,
 }
 
-impl Determined {
+impl ConditionReport {
     /// By what was learned.
     ///
     /// # Errors
@@ -70,8 +69,8 @@ impl Determined {
         }
         conditions.push(condition(learned, 0..rows, None)?);
         let Worst { sd_g_mm, by_influence } = worst(learned, rows, planes, largest_g_mm)?;
-        let all = conditions[conditions.len() - 1].condition;
-        let alike = planes > 1 && (all.is_nan() || all > ALIKE);
+        let separation = PlaneSeparation::of_influence(learned.influence());
+        let (all, alike) = (separation.condition, separation.acts_alike());
         let poorly = alike || sd_g_mm > POOR * largest_g_mm;
         let mut words = Vec::new();
         if poorly {
@@ -94,27 +93,18 @@ impl Determined {
     }
 }
 
-/// Largest over smallest singular value; not a number where there are fewer rows than planes.
-fn ratio(matrix: DMatrix<C>) -> f64 {
-    if matrix.nrows() < matrix.ncols() {
-        return f64::NAN;
-    }
-    let values = singular_values(matrix);
-    values.max() / values.min()
-}
-
 fn condition(
     learned: &Learned,
     rows: std::ops::Range<usize>,
     speed_rpm: Option<f64>,
-) -> Result<Condition, Error> {
+) -> Result<SpeedCondition, Error> {
     let influence = learned.influence().rows(rows.start, rows.len()).into_owned();
     let n = learned.rows();
     let here: Vec<usize> = rows.clone().chain(rows.map(|r| n + r)).collect();
     let scatter = factor(learned.scatter.select_rows(&here).select_columns(&here))?;
     let whitened = scatter.l().solve_lower_triangular(&super::scatter::real(&influence));
-    let whitened = whitened.map_or(f64::NAN, |w| ratio(w.map(C::from)));
-    Ok(Condition { speed_rpm, condition: ratio(influence), whitened })
+    let whitened = whitened.map_or(f64::NAN, |w| PlaneSeparation::of_influence(w).condition);
+    Ok(SpeedCondition { speed_rpm, condition: PlaneSeparation::of_influence(influence).condition, whitened })
 }
 
 /// The direction that is known worst.
@@ -158,12 +148,12 @@ fn another_speed(
         stacked(&blocks)
     };
     let now = relative(machine.influence_at(&learned.parameters, &mountings.speeds_rad_s)?);
-    let before = ratio(now.clone());
+    let before = PlaneSeparation::of_influence(now.clone()).condition;
     let mut best: Option<(f64, f64)> = None;
     for i in 0..SPEEDS {
         let speed = low + (high - low) * i as f64 / (SPEEDS - 1) as f64;
         let more = relative(machine.influence_at(&learned.parameters, &[speed])?);
-        let after = ratio(stacked(&[now.clone(), more]));
+        let after = PlaneSeparation::of_influence(stacked(&[now.clone(), more])).condition;
         if best.is_none_or(|(least, _)| after < least) {
             best = Some((after, speed));
         }

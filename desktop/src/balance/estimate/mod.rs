@@ -30,13 +30,14 @@ use nalgebra::{Complex, DVector};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
-use condition::Determined;
+use crate::unbalance::region::UnbalanceRegion;
+use condition::ConditionReport;
 use influence::Coefficients;
 use learning::{Learned, Learner};
 use mounting::Mountings;
 use prior::Machine;
 use refutation::{Judge, REFUTED, probability, without_each};
-use region::{PlaneEstimate, estimated};
+use region::estimated;
 use scatter::Structure;
 
 type C = Complex<f64>;
@@ -67,7 +68,7 @@ pub struct Estimate {
     /// Speeds that it comes from, rpm.
     pub speeds_rpm: Vec<f64>,
     /// By the model and the runs, plane by plane.
-    pub planes: Vec<PlaneEstimate>,
+    pub planes: Vec<UnbalanceRegion>,
     /// By influence coefficients alone, g·mm; `None` where the runs do not determine them.
     pub influence_g_mm: Option<Vec<C>>,
     pub stated_g_mm: Option<Vec<C>>,
@@ -91,7 +92,7 @@ pub struct Estimates {
     /// Every run but the base, in the order of the data.
     pub runs: Vec<Estimate>,
     /// Whether the planes are told apart.
-    pub determined: Determined,
+    pub determined: ConditionReport,
     /// Runs whose stated weights cannot be true, least probable first.
     pub refuted: Vec<Refuted>,
     /// What was left out or is doubtful, one sentence each.
@@ -155,7 +156,7 @@ pub fn estimate(rotor: &Rotor, readings: &[Reading], options: &Options) -> Resul
     }
     Ok(Estimates {
         base: mountings.runs[base].run.clone(),
-        determined: Determined::of(rotor, &machine, &mountings, &learned, largest_g_mm)?,
+        determined: ConditionReport::of(rotor, &machine, &mountings, &learned, largest_g_mm)?,
         runs,
         refuted,
         remarks,

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 use rotor_edge_desktop::balance::estimate::Estimates;
-use rotor_edge_desktop::balance::estimate::region::PlaneEstimate;
+use rotor_edge_desktop::unbalance::region::UnbalanceRegion;
 use serde_json::{Value, json};
 
 use super::rows::polar;
@@ -41,14 +41,14 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-fn plane(p: &PlaneEstimate, name: &str) -> Value {
+fn plane(p: &UnbalanceRegion, name: &str) -> Value {
     let [unbalance_g_mm, angle_deg] = polar(p.unbalance_g_mm);
-    let c = p.covariance;
+    let c = p.covariance_g2_mm2;
     json!({
         "name": name,
         "unbalance_g_mm": unbalance_g_mm,
         "angle_deg": angle_deg,
-        "interval_95": p.interval_95,
+        "interval_95": p.magnitude_95_g_mm(),
         "region": {
             "semi_axes_g_mm": p.semi_axes_g_mm,
             "major_deg": p.major_deg,

@@ -29,12 +29,13 @@ pub fn rows(found: &Estimates, planes: &[&str]) -> Vec<[String; COLUMNS.len()]> 
     for e in &found.runs {
         for (j, p) in e.planes.iter().enumerate() {
             let [size, angle_deg] = polar(p.unbalance_g_mm);
+            let [low, high] = p.magnitude_95_g_mm();
             let of = |all: &Option<Vec<Complex<f64>>>| all.as_ref().map_or("–".into(), |u| at(u[j]));
             rows.push([
                 e.run.clone(),
                 planes[j].into(),
                 format!("{size:.1}"),
-                format!("{:.1} to {:.1}", p.interval_95[0], p.interval_95[1]),
+                format!("{low:.1} to {high:.1}"),
                 format!("{angle_deg:.0}°"),
                 of(&e.stated_g_mm),
                 of(&e.influence_g_mm),

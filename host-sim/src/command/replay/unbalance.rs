@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use nalgebra::{Complex, DVector};
-use rotor_edge_desktop::diagnose::Determined;
+use rotor_edge_desktop::diagnose::PlaneUnbalances;
 use rotor_edge_desktop::identify::{PhaseOne, SolvedReading, noise_scale, unbalance_covariance};
 use rotor_edge_desktop::machine::drawing::{Noise, Rotor};
 use rotor_edge_desktop::measurement::Reading;
@@ -17,7 +17,7 @@ use crate::replay::{Answer, day};
 /// The planes on one day.
 pub struct Known {
     time_d: f64,
-    determined: Determined,
+    determined: PlaneUnbalances,
     /// Size of the noise over the stated one, as the readings that the model fits show it.
     noise_scale: f64,
     /// Whether the bearings' uncertainty is in the intervals.
@@ -64,7 +64,7 @@ pub fn last(
     let names = rotor.plane.iter().map(|p| p.name.as_str());
     Ok(Ok(Known {
         time_d,
-        determined: Determined::new(names, newest.unbalance_kg_m.as_slice(), &covariance),
+        determined: PlaneUnbalances::new(names, newest.unbalance_kg_m.as_slice(), &covariance),
         noise_scale: scale,
         with_bearings: bearings.is_some(),
         outdated: answers.last().is_some_and(|newest| !fits(&newest)),
