@@ -5,9 +5,16 @@
 //! `_d` days, `_n_m` N/m, `_n` N. Ratios and probabilities are of one.
 
 pub mod check;
+pub mod compare;
+pub mod diagnose;
+pub mod estimate;
+pub mod findings;
+pub mod forecast;
+pub mod identify;
 pub mod shared;
+pub mod startup;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 /// The JSON object of an answer. Its keys are in alphabetical order.
@@ -16,4 +23,9 @@ use serde_json::Value;
 /// If a map has keys that are no text.
 pub fn object(answer: &impl Serialize) -> serde_json::Result<Value> {
     serde_json::to_value(answer)
+}
+
+/// Serializes a part with its keys in alphabetical order, where the keys around it are in the order of their type.
+fn alphabetical<S: Serializer>(part: &impl Serialize, serializer: S) -> Result<S::Ok, S::Error> {
+    object(part).map_err(serde::ser::Error::custom)?.serialize(serializer)
 }

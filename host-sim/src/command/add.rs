@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::diagnose::add;
-use serde_json::json;
 
 use super::diagnose::fitted::Fitted;
+use super::diagnose::machine;
 use super::diagnose::report;
-use super::diagnose::{self, machine};
 use super::output::{self, Json};
+use crate::answers::diagnose::Addition;
 use crate::command::shell;
+use crate::render::findings;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -48,29 +49,21 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     if let (Some(path), Some(sections)) = (&arguments.form.report, page) {
         output::report(path, &format!("{}: before and after", rotor.name), sections)?;
     }
-    let candidate = diagnose::candidate_json(&better.added);
+    let answer = Addition::from(&better);
     if arguments.form.json {
-        return output::as_json(&json!({
-            "error_before": better.error_before,
-            "error_after": better.error_after,
-            "chi2_per_value_before": better.chi2_per_value[0],
-            "chi2_per_value_after": better.chi2_per_value[1],
-            "parameters": candidate["parameters"],
-            "uncertainty": candidate["uncertainty"],
-            "units": candidate["units"],
-            "disqualified": candidate["disqualified"],
-        }));
+        return output::answer(&answer);
     }
-    println!("{} added", better.added.label());
-    for line in diagnose::parameter_lines(&better.added) {
-        println!("  {line}");
-    }
+    println!("{} added", answer.fitted.label);
+    findings::parameters(&answer.fitted).iter().for_each(|line| println!("  {line}"));
     println!(
         "  error          {:>8.2} %  →  {:.2} %",
-        better.error_before * 100.0,
-        better.error_after * 100.0
+        answer.error_before * 100.0,
+        answer.error_after * 100.0
     );
-    println!("  χ² per value   {:>8.2}    →  {:.2}", better.chi2_per_value[0], better.chi2_per_value[1]);
+    println!(
+        "  χ² per value   {:>8.2}    →  {:.2}",
+        answer.chi2_per_value_before, answer.chi2_per_value_after
+    );
     println!(
         "\nWritten to {}. Next: is anything else missing?\n  rotor-edge diagnose {} {}{}",
         arguments.output.display(),

@@ -5,21 +5,18 @@ use std::str::FromStr;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use rotor_edge_desktop::diagnose::PlaneUnbalances;
-use rotor_edge_desktop::identify::{BearingParameter, Identifiability, PhaseOne, PhaseOneConfig, identify};
+use rotor_edge_desktop::identify::{Identifiability, PhaseOne, PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
-use rotor_edge_desktop::unbalance::g_mm_deg;
-use serde::Serialize;
-use serde_json::{Value, json};
 
 use super::diagnose::fitted::Fitted;
 use super::diagnose::report;
-use super::entitled;
 use super::listener::Listener;
 use super::output::{self, Json};
+use crate::answers::identify::Identification;
 use crate::command::shell;
+use crate::render::findings;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -119,10 +116,11 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         let sections = report::compared(&found.rotor, &readings, &[fit]);
         output::report(path, &format!("{}: identified", rotor.name), sections)?;
     }
+    let answer = Identification::from(&found);
     if arguments.form.json {
-        return output::as_json(&Summary::of(&found));
+        return output::answer_in_order(&answer);
     }
-    print(&found);
+    print(&answer);
     println!(
         "\nWritten to {}. Next: rotor-edge replay --identified --rotor {} --record {}",
         arguments.output.display(),
@@ -132,8 +130,8 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     Ok(None)
 }
 
-/// Identified bearings and planes as a table.
-pub fn print(found: &PhaseOne) {
+/// Identifiability bearings and planes as a table.
+pub fn print(found: &Identification) {
     let width = found.bearings.iter().map(|p| p.symbol.chars().count()).fold(11, usize::max);
     println!("  bearing  {:<width$}  identified         start     ± %   from", "coefficient");
     for p in &found.bearings {
@@ -144,101 +142,30 @@ pub fn print(found: &PhaseOne) {
             p.value,
             p.start,
             p.relative_sd * 100.0,
-            origin(p)
+            origin(p.origin)
         );
     }
-    match determined(found) {
-        Ok(determined) => entitled::planes(&determined).iter().for_each(|line| println!("  {line}")),
-        Err(why) => {
-            for (plane, u) in found.rotor.plane.iter().zip(found.unbalance_kg_m.iter()) {
-                let [magnitude, angle] = g_mm_deg(*u);
-                println!(
-                    "  unbalance of {}: {magnitude:.0} g·mm at {angle:.0}°; no interval: {why}",
-                    plane.name
-                );
-            }
+    findings::planes(&found.determined).iter().for_each(|line| println!("  {line}"));
+    if let Some(why) = found.determined.why {
+        for p in &found.planes {
+            println!(
+                "  unbalance of {}: {:.0} g·mm at {:.0}°; no interval: {why}",
+                p.name, p.unbalance_g_mm, p.angle_deg
+            );
         }
     }
     println!("  residual {:.2} µm, {:.2} % of the features", found.residual_um, found.residual_ratio * 100.0);
-    if found.bearings.iter().any(|p| p.identified == Identifiability::StayedAtStart) {
+    if found.bearings.iter().any(|p| p.origin == Identifiability::StayedAtStart) {
         println!(
             "  Some coefficients stayed at their start: these data cannot tell them. A run-up can (--runup)."
         );
     }
 }
 
-/// The planes with their intervals, or why there are none.
-fn determined(found: &PhaseOne) -> Result<PlaneUnbalances, &'static str> {
-    let covariance = found.unbalance_covariance();
-    if covariance.iter().any(|v| !v.is_finite()) {
-        return Err("the data leave the planes open");
-    }
-    let names = found.rotor.plane.iter().map(|p| p.name.as_str());
-    Ok(PlaneUnbalances::new(names, found.unbalance_kg_m.as_slice(), &covariance))
-}
-
-fn origin(p: &BearingParameter) -> &'static str {
-    match p.identified {
+fn origin(identified: Identifiability) -> &'static str {
+    match identified {
         Identifiability::FromData => "the data",
         Identifiability::StayedAtStart => "its start, the data do not tell",
         Identifiability::AtBound => "the bound of [identify]",
-    }
-}
-
-/// What `identify --json` prints.
-#[derive(Serialize)]
-struct Summary {
-    bearings: Vec<Coefficient>,
-    planes: Vec<Plane>,
-    determined: Value,
-    residual_um: f64,
-    residual_ratio: f64,
-    chi2_per_value: f64,
-}
-
-#[derive(Serialize)]
-struct Coefficient {
-    bearing: String,
-    symbol: String,
-    value: f64,
-    start: f64,
-    relative_sd: f64,
-    identified: bool,
-}
-
-#[derive(Serialize)]
-struct Plane {
-    name: String,
-    unbalance_g_mm: f64,
-    angle_deg: f64,
-    relative_sd: f64,
-}
-
-impl Summary {
-    fn of(found: &PhaseOne) -> Self {
-        let coefficient = |p: &BearingParameter| Coefficient {
-            bearing: p.bearing.clone(),
-            symbol: p.symbol.clone(),
-            value: p.value,
-            start: p.start,
-            relative_sd: p.relative_sd,
-            identified: p.identified == Identifiability::FromData,
-        };
-        let planes =
-            found.rotor.plane.iter().zip(found.unbalance_kg_m.iter()).zip(&found.unbalance_relative_sd);
-        Self {
-            bearings: found.bearings.iter().map(coefficient).collect(),
-            planes: planes
-                .map(|((plane, u), sd)| {
-                    let [unbalance_g_mm, angle_deg] = g_mm_deg(*u);
-                    Plane { name: plane.name.clone(), unbalance_g_mm, angle_deg, relative_sd: *sd }
-                })
-                .collect(),
-            determined: determined(found)
-                .map_or_else(|why| json!({"why": why}), |d| entitled::determined_json(&d)),
-            residual_um: found.residual_um,
-            residual_ratio: found.residual_ratio,
-            chi2_per_value: found.chi2_per_value,
-        }
     }
 }

@@ -5,18 +5,18 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{Outcome, RefutedRun, Step, Verdict, improve_telling};
+use rotor_edge_desktop::diagnose::{Outcome, Verdict, improve_telling};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
-use serde_json::{Value, json};
 
 use super::diagnose::fitted::Fitted;
 use super::diagnose::report;
-use super::diagnose::{self, machine, story};
-use super::entitled;
+use super::diagnose::{machine, story};
 use super::listener::Listener;
 use super::output::{self, Json};
+use crate::answers::diagnose::{ImprovementAnswer, StepAnswer};
 use crate::command::shell;
+use crate::render::findings;
 use crate::render::{Section, Story, Table};
 
 #[derive(Debug, Args)]
@@ -40,40 +40,34 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         listener.step(added, None);
         if !arguments.form.json {
             // nobody may be reading, and the model is to be written all the same
-            let _ = std::io::stdout().write_all(told(step).as_bytes());
+            let _ = std::io::stdout().write_all(step_text(&step.into()).as_bytes());
         }
     });
     working.finish_and_clear();
     let outcome = outcome?;
+    let answer = ImprovementAnswer::from(&outcome);
     let next = next(arguments, outcome.verdict);
-    let page =
-        arguments.form.report.as_ref().map(|_| page(&rotor, &readings, &outcome, &next)).transpose()?;
+    let page = arguments
+        .form
+        .report
+        .as_ref()
+        .map(|_| page(&rotor, &readings, &outcome, &answer, &next))
+        .transpose()?;
     output::model_of_its_data(&arguments.output, &outcome.rotor, &readings)?;
     if let (Some(path), Some((story, sections))) = (&arguments.form.report, page) {
         output::story(path, &format!("{}: before and after", rotor.name), Some(&story), sections)?;
     }
     if arguments.form.json {
-        return output::as_json(&json!({
-            "error_before": outcome.error_before,
-            "chi2_per_value_before": outcome.chi2_per_value_before,
-            "steps": outcome.steps.iter().map(step_json).collect::<Vec<_>>(),
-            "verdict": outcome.verdict.name(),
-            "summary": outcome.summary,
-            "noise": entitled::noise_json(&outcome.scatter),
-            "determined": entitled::determined_json(&outcome.determined),
-            "unknown": outcome.unknown.as_ref().map(entitled::unknown_json),
-            "refuted_runs": entitled::refuted_json(&outcome.refuted),
-            "remarks": outcome.remarks,
-        }));
+        return output::answer(&answer);
     }
-    println!("{}: {}", outcome.verdict.name(), outcome.summary);
-    for line in outcome.refuted.iter().map(RefutedRun::words).chain(outcome.remarks.iter().cloned()) {
+    println!("{}: {}", answer.verdict, answer.summary);
+    for line in answer.refuted_runs.iter().map(|r| &r.words).chain(&answer.remarks) {
         println!("  {line}");
     }
-    println!("  {}", entitled::noise(&outcome.scatter));
-    entitled::planes(&outcome.determined).iter().for_each(|line| println!("  {line}"));
-    if let Some(cause) = &outcome.unknown {
-        println!("\n  {}", entitled::unknown(cause));
+    println!("  {}", findings::noise(&answer.noise));
+    findings::planes(&answer.determined).iter().for_each(|line| println!("  {line}"));
+    if let Some(cause) = &answer.unknown {
+        println!("\n  {}", findings::unknown(cause));
     }
     let (words, command) = next;
     println!("\nWritten to {}.\nNext: {words}\n  {command}", arguments.output.display());
@@ -103,6 +97,7 @@ fn page(
     rotor: &Rotor,
     readings: &[Reading],
     outcome: &Outcome,
+    answer: &ImprovementAnswer,
     (words, command): &(String, String),
 ) -> Result<(Story, Vec<Section>)> {
     let mut fits = vec![Fitted::new("as it was", rotor, readings)?];
@@ -110,31 +105,31 @@ fn page(
         fits.push(Fitted::new(format!("with {}", machine::words(&step.added)), &step.rotor, readings)?);
     }
     let story = story::of_improvement(outcome, readings, &fits, (words.clone(), Some(command.clone())));
-    let mut sections = vec![found(outcome)];
+    let mut sections = vec![found(outcome, answer)];
     if fits.len() > 2 {
         fits.drain(1..fits.len() - 1);
     }
     sections.extend(report::compared(rotor, readings, &fits));
-    sections.push(entitled::section(&outcome.scatter, &outcome.determined, outcome.unknown.as_ref()));
+    sections.push(findings::section(&answer.noise, &answer.determined, answer.unknown.as_ref()));
     Ok((story, sections))
 }
 
 /// The verdict, and what was added.
-fn found(outcome: &Outcome) -> Section {
-    let lines = outcome.refuted.iter().map(RefutedRun::words).chain(outcome.remarks.iter().cloned());
+fn found(outcome: &Outcome, answer: &ImprovementAnswer) -> Section {
+    let lines = answer.refuted_runs.iter().map(|r| r.words.clone()).chain(answer.remarks.iter().cloned());
     let seen = outcome.steps.iter().map(|s| format!("{}: {}", s.added.label(), s.added.explanation()));
-    let row = |s: &Step| {
-        let line = |line: String| vec![s.added.label(), line];
-        diagnose::parameter_lines(&s.added).into_iter().map(line).collect::<Vec<_>>()
+    let row = |s: &StepAnswer| {
+        let line = |line: String| vec![s.fitted.label.clone(), line];
+        findings::parameters(&s.fitted).into_iter().map(line).collect::<Vec<_>>()
     };
     let added = Table {
         caption: "What was added, each with its parameters ± one standard deviation".into(),
         columns: ["effect", "parameter"].map(String::from).to_vec(),
-        rows: outcome.steps.iter().flat_map(row).collect(),
+        rows: answer.steps.iter().flat_map(row).collect(),
     };
     Section {
         heading: "What was found".into(),
-        paragraphs: [format!("{}: {}", outcome.verdict.name(), outcome.summary)]
+        paragraphs: [format!("{}: {}", answer.verdict, answer.summary)]
             .into_iter()
             .chain(lines)
             .chain(seen)
@@ -145,31 +140,18 @@ fn found(outcome: &Outcome) -> Section {
 }
 
 /// A step in words, a line each.
-fn told(step: &Step) -> String {
+fn step_text(step: &StepAnswer) -> String {
     let mut text = format!(
         "+ {:<36} error {:.2} %, χ² per value {:.2}\n",
-        step.added.label(),
+        step.fitted.label,
         step.error_after * 100.0,
         step.chi2_per_value
     );
-    for line in diagnose::parameter_lines(&step.added) {
+    for line in findings::parameters(&step.fitted) {
         text += &format!("    {line}\n");
     }
     if !step.group.is_empty() {
         text += &format!("    the data cannot tell apart: {}\n", step.group.join(", "));
     }
     text
-}
-
-fn step_json(step: &Step) -> Value {
-    let candidate = diagnose::candidate_json(&step.added);
-    json!({
-        "effect": step.added.effect,
-        "at": step.added.at,
-        "error_after": step.error_after,
-        "chi2_per_value": step.chi2_per_value,
-        "group": step.group,
-        "parameters": candidate["parameters"],
-        "uncertainty": candidate["uncertainty"],
-    })
 }

@@ -115,6 +115,11 @@ pub fn answer(answer: &impl Serialize) -> Result<Json> {
     as_json(&answers::object(answer)?)
 }
 
+/// The same with its keys in the order of the type.
+pub fn answer_in_order(answer: &impl Serialize) -> Result<Json> {
+    as_json(answer)
+}
+
 /// One JSON object, to be printed by whoever ran the command.
 pub fn as_json(value: &impl Serialize) -> Result<Json> {
     Ok(Some(serde_json::to_string_pretty(value)?))

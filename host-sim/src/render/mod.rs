@@ -8,6 +8,10 @@
 //! | [`story`] | the first screen of a page |
 //! | [`text`] | tables for a terminal |
 //! | [`check`](mod@check) | text and sections of `check` |
+//! | [`startup`](mod@startup) | text and sections of `startup` |
+//! | [`estimate`](mod@estimate) | text and section of `estimate` |
+//! | [`findings`] | noise, planes, unknown causes and parameters in sentences |
+//! | [`quantity`] | a quantity with its uncertainty in the units of the trade |
 //! | [`comparison`] | what `compare --report` says |
 //! | [`bode`], [`polar`], [`orbit`] | one probe over speed; one bearing at one speed |
 //! | [`centreline`] | where the shaft runs in a bearing |
@@ -37,14 +41,18 @@ pub mod check;
 pub mod comparison;
 pub mod curve;
 pub mod document;
+pub mod estimate;
+pub mod findings;
 mod ground;
 pub mod orbit;
 pub mod page;
 pub mod polar;
+pub mod quantity;
 pub mod regions;
 pub mod residual_map;
 pub mod scale;
 pub mod sketch;
+pub mod startup;
 pub mod story;
 pub mod text;
 pub mod trend;

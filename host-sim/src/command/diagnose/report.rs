@@ -1,13 +1,14 @@
 //! What `diagnose --report` says: the candidates, the best one explained, before and after.
 
-use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, RefutedRun, add};
+use rotor_edge_desktop::diagnose::{Diagnosis, add};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
 use super::fitted::Fitted;
 use super::{machine, story};
-use crate::command::entitled::{self, OUTSIDE};
+use crate::answers::diagnose::{AdviceAnswer, CandidateAnswer, DiagnosisAnswer};
 use crate::render::bars::{Bar, bars};
+use crate::render::findings::{self, OUTSIDE};
 use crate::render::{Figure, Model, Section, Story, Table, comparison_sections};
 
 /// Candidates that are drawn.
@@ -21,6 +22,7 @@ pub fn page(
     rotor: &Rotor,
     readings: &[Reading],
     found: &Diagnosis,
+    answer: &DiagnosisAnswer,
     next: (String, Option<String>),
 ) -> Result<(Story, Vec<Section>), rotor_edge_desktop::Error> {
     let best = found.named().filter(|c| c.disqualified.is_none() && c.support > 0.0);
@@ -29,8 +31,8 @@ pub fn page(
         let better = add(rotor, readings, best.effect, best.at.as_deref())?.rotor;
         fits.push(Fitted::new(format!("with {}", machine::words(best)), &better, readings)?);
     }
-    let entitled = entitled::section(&found.scatter, &found.determined, found.unknown.as_ref());
-    let mut sections = vec![verdict(found), candidates(found), entitled];
+    let findings = findings::section(&answer.noise, &answer.determined, answer.unknown.as_ref());
+    let mut sections = vec![verdict(answer), candidates(answer), findings];
     sections.extend(compared(rotor, readings, &fits));
     Ok((story::of_diagnosis(found, readings, &fits, next), sections))
 }
@@ -41,16 +43,18 @@ pub fn compared(rotor: &Rotor, readings: &[Reading], fits: &[Fitted]) -> Vec<Sec
     comparison_sections(rotor, readings, &models)
 }
 
-fn verdict(found: &Diagnosis) -> Section {
+/// The verdict and what would tell rivals apart.
+pub fn verdict(found: &DiagnosisAnswer) -> Section {
     let mut paragraphs = vec![found.summary.clone()];
-    paragraphs.extend(found.refuted.iter().map(RefutedRun::words).chain(found.remarks.iter().cloned()));
-    if let Some(best) = found.named() {
-        paragraphs.push(format!("{}: {}", best.label(), best.explanation()));
+    paragraphs
+        .extend(found.refuted_runs.iter().map(|r| r.words.clone()).chain(found.remarks.iter().cloned()));
+    if let Some(best) = &found.named {
+        paragraphs.push(format!("{}: {}", best.fitted.label, best.explanation));
     }
     for group in &found.indistinguishable {
         paragraphs.push(format!("These data cannot tell apart: {}.", group.join(", ")));
     }
-    let row = |a: &rotor_edge_desktop::diagnose::Advice| {
+    let row = |a: &AdviceAnswer| {
         vec![
             a.measurement.clone(),
             format!("{:.1}", a.separation_sd),
@@ -67,21 +71,25 @@ fn verdict(found: &Diagnosis) -> Section {
     Section { heading: "Diagnosis".into(), paragraphs, tables, figures: Vec::new() }
 }
 
-fn candidates(found: &Diagnosis) -> Section {
+/// Every candidate with its probability.
+pub fn candidates(found: &DiagnosisAnswer) -> Section {
     let shown = || found.candidates.iter().take(DRAWN);
     let percent = |p: f64| format!("{:.1} %", p * 100.0);
-    let bar = |c: &Candidate| Bar {
-        label: c.label(),
+    let bar = |c: &CandidateAnswer| Bar {
+        label: c.fitted.label.clone(),
         share: c.probability,
         value: percent(c.probability),
         emphasised: c.probability >= 0.05,
         floor: None,
     };
-    let row = |c: &Candidate| {
-        let numbers =
-            [percent(c.probability), format!("{:.1}", c.support), format!("{:.2} %", c.error_after * 100.0)];
+    let row = |c: &CandidateAnswer| {
+        let numbers = [
+            percent(c.probability),
+            format!("{:.1}", c.twice_log_bayes_factor),
+            format!("{:.2} %", c.error_after * 100.0),
+        ];
         let last = format!("{:.2}", c.chi2_per_value);
-        [c.label()].into_iter().chain(numbers).chain([last]).collect::<Vec<_>>()
+        [c.fitted.label.clone()].into_iter().chain(numbers).chain([last]).collect::<Vec<_>>()
     };
     let outside = found.unknown.as_ref().map(|cause| Bar {
         label: OUTSIDE.into(),

@@ -1,6 +1,5 @@
 //! `forecast`: where the unbalance of a track is going.
 
-mod json;
 mod report;
 mod text;
 
@@ -13,8 +12,7 @@ use rayon::prelude::*;
 use rotor_edge_desktop::forecast::ahead::ForecastPath;
 use rotor_edge_desktop::forecast::arima::Order;
 use rotor_edge_desktop::forecast::backtest::{ForecastBasis, ForecastModel, backtest};
-use rotor_edge_desktop::forecast::events;
-use rotor_edge_desktop::forecast::limit::{FirstPassage, first_passage};
+use rotor_edge_desktop::forecast::limit::first_passage;
 use rotor_edge_desktop::forecast::scores::Score;
 use rotor_edge_desktop::forecast::series::{self, DailySeries, History};
 use rotor_edge_desktop::grade::Rigid;
@@ -24,6 +22,7 @@ use rotor_edge_desktop::unbalance::G_MM;
 use super::dates::Dates;
 use super::listener::Listener;
 use super::output::{self, Json};
+use crate::answers::forecast::{DRIFT, ForecastAnswer, LimitAnswer, NAIVE, ScoreAnswer, SeriesForecast};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -82,7 +81,7 @@ impl Kind {
             Self::State => "state",
             Self::Arima => "arima",
             Self::Lstm => "lstm",
-            Self::Naive => "naive",
+            Self::Naive => NAIVE,
         }
     }
 }
@@ -92,26 +91,6 @@ fn order(text: &str) -> Result<Order, String> {
     match numbers[..] {
         [p, d, q] if text.split(',').count() == 3 => Ok(Order { p, d, q }),
         _ => Err(format!("\"{text}\" is not an order, expected p,d,q as in 3,1,3")),
-    }
-}
-
-/// One series, scored and forecast by the model asked for, and scored by others.
-pub struct Forecast<'a> {
-    pub series: &'a DailySeries,
-    /// Name of each method, the model's first, and its scores at every horizon.
-    pub scores: Vec<(&'static str, Vec<Score>)>,
-    /// Forecast of the model asked for.
-    pub ahead: ForecastPath,
-}
-
-impl Forecast<'_> {
-    pub fn own(&self) -> &[Score] {
-        &self.scores[0].1
-    }
-
-    /// The scores of a method by its name; none if it was not tried.
-    pub fn of(&self, method: &str) -> &[Score] {
-        self.scores.iter().find(|(name, _)| *name == method).map_or(&[], |(_, scores)| scores)
     }
 }
 
@@ -129,31 +108,31 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let ways: usize = history.series.iter().map(|s| 1 + baselines(s, model).count()).sum();
     let working = listener.progress("series forecast by each method", ways);
     // refused for the first series that cannot be forecast, whichever is ready first
-    let forecasts: Vec<Result<Forecast>> =
+    let forecasts: Vec<Result<SeriesForecast>> =
         history.series.par_iter().map(|s| one(s, model, arguments, &working)).collect();
     working.finish_and_clear();
-    let forecasts = forecasts.into_iter().collect::<Result<Vec<Forecast>>>()?;
+    let forecasts = forecasts.into_iter().collect::<Result<Vec<SeriesForecast>>>()?;
     let limit = limit_g_mm.map(|limit| {
         let magnitude = &forecasts[0];
         let now = magnitude.series.known.last().copied().unwrap_or_default();
         first_passage(&magnitude.ahead, now, limit, arguments.seed)
     });
+    let answer = ForecastAnswer::of(
+        model.name(),
+        &history,
+        &forecasts,
+        &arguments.horizons,
+        limit.as_ref(),
+        |time_d| dates.iso(time_d),
+    );
     if let Some(path) = &arguments.form.report {
-        let sections =
-            report::sections(&history, &forecasts, &arguments.horizons, model.name(), limit.as_ref(), dates);
+        let sections = report::sections(&answer, &history, &forecasts, dates);
         output::report(path, "Forecast of the unbalance", sections)?;
     }
     if arguments.form.json {
-        return output::as_json(&json::summary(
-            arguments,
-            model.name(),
-            &history,
-            &forecasts,
-            limit.as_ref(),
-            dates,
-        ));
+        return output::answer(&answer);
     }
-    text::print(arguments, &history, &forecasts, limit.as_ref(), dates);
+    print!("{}", text::text(&answer, arguments.first, dates));
     Ok(None)
 }
 
@@ -190,7 +169,7 @@ fn one<'a>(
     model: Kind,
     arguments: &Arguments,
     working: &ProgressBar,
-) -> Result<Forecast<'a>> {
+) -> Result<SeriesForecast<'a>> {
     let score =
         |by: ForecastBasis| backtest(series, by, arguments.first, &arguments.horizons, arguments.days);
     let (own, ahead) = match model {
@@ -205,7 +184,7 @@ fn one<'a>(
         scores.push((name, score(by)?.0));
         working.inc(1);
     }
-    Ok(Forecast { series, scores, ahead })
+    Ok(SeriesForecast { series, scores, ahead })
 }
 
 #[cfg(feature = "lstm")]
@@ -219,102 +198,42 @@ fn lstm(_: &DailySeries, _: &Arguments) -> Result<(Vec<Score>, ForecastPath)> {
     bail!("this build has no LSTM; build it with `cargo build --release --features lstm` and run again")
 }
 
-/// The forecast that goes on as on average until then.
-const DRIFT: &str = "drift";
-
 /// What forecasts are scored by: title, figure, and whether that is a share of one.
-type Scored = (&'static str, fn(&Score) -> f64, bool);
+type Scored = (&'static str, fn(&ScoreAnswer) -> f64, bool);
 const SCORES: [Scored; 6] = [
     ("Root mean square error", |s| s.rmse, false),
     ("Continuous ranked probability score (CRPS)", |s| s.crps, false),
-    ("Pinball loss at 5 %", |s| s.pinball[0], false),
-    ("Pinball loss at 50 %", |s| s.pinball[1], false),
-    ("Pinball loss at 95 %", |s| s.pinball[2], false),
-    ("Share of outcomes inside the 95 % interval", |s| s.coverage, true),
+    ("Pinball loss at 5 %", |s| s.pinball.p5, false),
+    ("Pinball loss at 50 %", |s| s.pinball.p50, false),
+    ("Pinball loss at 95 %", |s| s.pinball.p95, false),
+    ("Share of outcomes inside the 95 % interval", |s| s.coverage_95, true),
 ];
 
 /// What the limit comes to, in one sentence; days as the track counts them.
-pub fn limit_in_words(limit: &FirstPassage, last_d: f64, dates: Dates) -> String {
+fn limit_in_words(limit: &LimitAnswer, last_d: f64, dates: Dates) -> String {
     let head = format!("The limit of {:.0} g·mm static unbalance", limit.limit_g_mm);
-    if limit.already() {
+    if limit.exceeded {
         return format!(
             "{head} is exceeded already: the last of the track, {}, has {:.0} g·mm.",
             dates.day(last_d),
             limit.now_g_mm
         );
     }
-    let day = |share: usize| match limit.days[share] {
+    let day = |days: Option<f64>| match days {
         Some(days) => format!("on {}", dates.day(last_d + days)),
         None => "not within the forecast".to_string(),
     };
     format!(
         "{head} is reached within {} days with {:.0} %: with a chance of 5 % {}; of 50 % {}; of 95 % {}.",
-        limit.until.len(),
-        100.0 * limit.chance(),
-        day(0),
-        day(2),
-        day(4)
-    )
-}
-
-/// Chance of an event within the days that are forecast, of a track that says which it had.
-fn event_chance(history: &History, days: usize) -> Option<f64> {
-    let seen_d = history.last_d() - history.first_d + 1.0;
-    history.events.map(|seen| events::chance(seen, seen_d, days as f64))
-}
-
-/// The same in one sentence.
-fn event_in_words(history: &History, days: usize, chance: f64) -> String {
-    format!(
-        "An event at a bearing, a seal or the unbalance would end this; {} in {:.0} days make one within {days} days {:.0} % \
-         probable.",
-        history.events.unwrap_or_default(),
-        history.last_d() - history.first_d + 1.0,
-        100.0 * chance
+        limit.chance_until.len(),
+        100.0 * limit.chance,
+        day(limit.days.p5),
+        day(limit.days.p50),
+        day(limit.days.p95)
     )
 }
 
 /// Unit of a series.
-/// A series in words; its name is that of its column.
-pub fn words(series: &DailySeries) -> &'static str {
-    match series.name {
-        "U_g" => "static size",
-        "alpha_g" => "static angle",
-        "U_d" => "dynamic size",
-        "alpha_d" => "dynamic angle",
-        other => other,
-    }
-}
-
-pub fn unit(series: &DailySeries) -> &'static str {
-    if series.name.starts_with('U') { "g·mm" } else { "°" }
-}
-
-/// Where the model is better than the naive forecast, in words.
-pub fn against_naive(forecasts: &[Forecast], horizons: &[usize]) -> Vec<String> {
-    let one = |(i, h): (usize, &usize)| {
-        let (mut better, mut worse) = (Vec::new(), Vec::new());
-        for f in forecasts {
-            let (own, naive) = (f.own(), f.of(Kind::Naive.name()));
-            if own[i].count == 0 {
-                continue;
-            }
-            if own[i].rmse < naive[i].rmse {
-                better.push(words(f.series))
-            } else {
-                worse.push(words(f.series))
-            }
-        }
-        match (better.is_empty(), worse.is_empty()) {
-            (true, true) => format!("At {h} days nothing can be compared: the track is too short."),
-            (false, true) => format!("At {h} d it beats the naive forecast on all four."),
-            (true, false) => format!("At {h} d it does not beat the naive forecast on any."),
-            (false, false) => format!(
-                "At {h} d it beats the naive forecast on {}, not on {}.",
-                better.join(", "),
-                worse.join(", ")
-            ),
-        }
-    };
-    horizons.iter().enumerate().map(one).collect()
+fn unit(series: &str) -> &'static str {
+    if series.starts_with('U') { "g·mm" } else { "°" }
 }

@@ -1,12 +1,11 @@
 //! What `forecast --report` says: the tables of scores, the fans and the limit.
 
 use rotor_edge_desktop::forecast::ahead::interval;
-use rotor_edge_desktop::forecast::limit::FirstPassage;
-use rotor_edge_desktop::forecast::scores::Score;
 use rotor_edge_desktop::forecast::series::History;
 
 use super::super::dates::Dates;
-use super::{Forecast, SCORES, Scored, against_naive, limit_in_words, unit, words};
+use super::{SCORES, Scored, limit_in_words, unit};
+use crate::answers::forecast::{ForecastAnswer, LimitAnswer, SeriesForecast, words};
 use crate::render::scale::three_digits;
 use crate::render::trend::{Trend, trend};
 use crate::render::{Figure, Section, Table};
@@ -16,26 +15,26 @@ const PAST: usize = 180;
 
 /// Scores at each horizon, a fan for each series, and when the limit is reached.
 pub fn sections(
+    answer: &ForecastAnswer,
     history: &History,
-    forecasts: &[Forecast],
-    horizons: &[usize],
-    model: &str,
-    limit: Option<&FirstPassage>,
+    forecasts: &[SeriesForecast],
     dates: Dates,
 ) -> Vec<Section> {
+    let limit = answer.limit.as_ref();
     let mut scored = vec![
         "Every day of the past was forecast from as if it were the last; the errors are of those forecasts. CRPS and \
          pinball loss are small only for a forecast that is near and says how sure it is."
             .to_string(),
     ];
-    scored.extend(against_naive(forecasts, horizons));
-    let reached = limit.map(|limit| limit_in_words(limit, history.last_d(), dates));
+    scored.extend(answer.against_naive.iter().cloned());
+    let reached = limit.map(|limit| limit_in_words(limit, answer.last_d, dates));
     // the limit is of the static unbalance, the first of the series
     let drawn = |i: usize| limit.filter(|_| i == 0).map(|limit| limit.limit_g_mm);
-    let fans = forecasts.iter().enumerate().map(|(i, f)| fan(history, f, model, drawn(i), dates));
-    let passage = limit.filter(|limit| !limit.already()).map(|limit| first_passage(history, limit, dates));
+    let fans = forecasts.iter().enumerate().map(|(i, f)| fan(history, f, answer.model, drawn(i), dates));
+    let passage =
+        limit.filter(|limit| !limit.exceeded).map(|limit| first_passage(answer.last_d, limit, dates));
     let figures = fans.chain(passage).collect();
-    let tables = SCORES.map(|scored| scores(forecasts, horizons, scored)).to_vec();
+    let tables = SCORES.map(|scored| scores(answer, scored)).to_vec();
     let section = |heading: &str, paragraphs, tables, figures| Section {
         heading: heading.into(),
         paragraphs,
@@ -49,41 +48,34 @@ pub fn sections(
 }
 
 /// One score of every method at every horizon.
-fn scores(forecasts: &[Forecast], horizons: &[usize], scored: Scored) -> Table {
-    let (title, of, share) = scored;
-    let cell = |value: f64| match (value.is_finite(), share) {
+fn scores(answer: &ForecastAnswer, (title, of, is_share): Scored) -> Table {
+    let cell = |value: f64| match (value.is_finite(), is_share) {
         (false, _) => "–".to_string(),
         (true, false) => three_digits(value),
         (true, true) => format!("{:.1} %", 100.0 * value),
     };
-    let row = |(f, (name, scores)): (&Forecast, &(&str, Vec<Score>))| {
-        let cells = scores.iter().map(|s| cell(of(s)));
-        [format!("{}, {}", words(f.series), unit(f.series)), name.to_string()]
-            .into_iter()
-            .chain(cells)
-            .collect()
-    };
-    let rows = forecasts.iter().flat_map(|f| f.scores.iter().map(move |m| (f, m)));
-    Table {
-        caption: format!("{title} by days ahead"),
-        columns: ["series", "forecast by"]
-            .map(String::from)
-            .into_iter()
-            .chain(horizons.iter().map(|h| format!("{h} d")))
-            .collect(),
-        rows: rows.map(row).collect(),
+    let own = || answer.scores.get(answer.model).into_iter().flat_map(|by_series| by_series.iter());
+    let mut rows = Vec::new();
+    for (series, _) in own() {
+        for (method, by_series) in answer.scores.iter() {
+            let mut row = vec![format!("{}, {}", words(series), unit(series)), method.to_string()];
+            let scores = by_series.get(series).into_iter().flat_map(|by_horizon| by_horizon.iter());
+            row.extend(scores.map(|(_, score)| cell(of(score))));
+            rows.push(row);
+        }
     }
+    let mut columns = vec!["series".to_string(), "forecast by".into()];
+    columns.extend(own().next().iter().flat_map(|(_, s)| s.iter()).map(|(h, _)| format!("{h} d")));
+    Table { caption: format!("{title} by days ahead"), columns, rows }
 }
 
 /// How the chance grows that the limit is reached.
-fn first_passage(history: &History, limit: &FirstPassage, dates: Dates) -> Figure {
+fn first_passage(last_d: f64, limit: &LimitAnswer, dates: Dates) -> Figure {
     let title = "Chance that the limit is reached".to_string();
-    let day = |k: usize| history.last_d() + k as f64 + 1.0;
-    let chance = limit.until.iter().enumerate().map(|(k, chance)| (day(k), 100.0 * chance)).collect();
-    let told = [(0, "5 %"), (2, "50 %"), (4, "95 %")];
-    let events = told
-        .iter()
-        .filter_map(|(share, word)| Some((history.last_d() + limit.days[*share]?, word.to_string())));
+    let day = |k: usize| last_d + k as f64 + 1.0;
+    let chance = limit.chance_until.iter().enumerate().map(|(k, chance)| (day(k), 100.0 * chance)).collect();
+    let quantiles = [(limit.days.p5, "5 %"), (limit.days.p50, "50 %"), (limit.days.p95, "95 %")];
+    let events = quantiles.iter().filter_map(|(days, word)| Some((last_d + (*days)?, word.to_string())));
     Figure {
         id: "limit-reached".into(),
         caption: format!("Until each day, for {:.0} g·mm static unbalance.", limit.limit_g_mm),
@@ -99,7 +91,7 @@ fn first_passage(history: &History, limit: &FirstPassage, dates: Dates) -> Figur
     }
 }
 
-fn fan(history: &History, f: &Forecast, model: &str, limit_g_mm: Option<f64>, dates: Dates) -> Figure {
+fn fan(history: &History, f: &SeriesForecast, model: &str, limit_g_mm: Option<f64>, dates: Dates) -> Figure {
     let n = f.series.values.len();
     let day = |k: usize| history.first_d + k as f64;
     let past = (n.saturating_sub(PAST)..n).map(|k| (day(k), f.series.values[k])).collect();

@@ -242,7 +242,7 @@ impl Job<'_> {
         if let Some(found) = self.phase_one {
             let runup = self.runup.map_or(String::new(), |r| format!(" and a run-up of {} speeds", r.len()));
             println!("\nPhase I, from the first three days{runup}");
-            identify::print(found);
+            identify::print(&found.into());
         }
         let (t, c) = (played.traffic, played.counters);
         println!("\n{bus}");

@@ -9,15 +9,16 @@ use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::unbalance::G_MM;
 use serde_json::{Value, json};
 
+use crate::answers::findings::DeterminedAnswer;
 use crate::bus::decoded::planes_of;
-use crate::command::entitled;
 use crate::edge::Deployment;
+use crate::render::findings;
 use crate::replay::{Answer, day};
 
 /// The planes on one day.
 pub struct Known {
     time_d: f64,
-    determined: PlaneUnbalances,
+    determined: DeterminedAnswer,
     /// Size of the noise over the stated one, as the readings that the model fits show it.
     noise_scale: f64,
     /// Whether the bearings' uncertainty is in the intervals.
@@ -64,7 +65,7 @@ pub fn last(
     let names = rotor.plane.iter().map(|p| p.name.as_str());
     Ok(Ok(Known {
         time_d,
-        determined: PlaneUnbalances::new(names, newest.unbalance_kg_m.as_slice(), &covariance),
+        determined: (&PlaneUnbalances::new(names, newest.unbalance_kg_m.as_slice(), &covariance)).into(),
         noise_scale: scale,
         with_bearings: bearings.is_some(),
         outdated: answers.last().is_some_and(|newest| !fits(&newest)),
@@ -77,7 +78,7 @@ pub fn print(last: &Last) {
         Err(why) => return println!("\nNo interval of the unbalance: {why}."),
     };
     println!("\nUnbalance on day {:.0}, from one reading", known.time_d);
-    entitled::planes(&known.determined).iter().for_each(|line| println!("  {line}"));
+    findings::planes(&known.determined).iter().for_each(|line| println!("  {line}"));
     let bearings = if known.with_bearings {
         "and phase I's uncertainty of the bearings"
     } else {
@@ -93,7 +94,7 @@ pub fn json(last: &Last) -> Value {
     match last {
         Ok(known) => json!({
             "time_d": known.time_d,
-            "determined": entitled::determined_json(&known.determined),
+            "determined": known.determined,
             "noise_scale": known.noise_scale,
             "with_bearings": known.with_bearings,
             "outdated": known.outdated,

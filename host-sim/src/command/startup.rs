@@ -1,11 +1,6 @@
 //! `startup`: a single-disk rotor from its start-up, where the simple model holds, and where and why it
 //! fails.
 
-mod answer;
-mod json;
-mod report;
-pub mod text;
-
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
@@ -17,8 +12,9 @@ use rotor_edge_desktop::startup::{Options, PAPER_CLEARANCE_UM, PAPER_SPEEDS_RPM,
 
 use super::listener::Listener;
 use super::output::{self, Json};
+use crate::answers::startup::{EvaluatedStartup, StartupAnswer};
 use crate::command::shell;
-use answer::Answer;
+use crate::render;
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -97,7 +93,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
             (simple_stages(&found, &readings, &options), None)
         }
     };
-    let answer = Answer {
+    let evaluated = EvaluatedStartup {
         readings,
         found,
         stages,
@@ -111,18 +107,20 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         remarks,
     };
     if let Some(path) = &arguments.output {
-        let Some(chain) = &answer.chain else {
-            bail!("there is no improved model to write: {}", answer.remarks[answer.remarks.len() - 1])
+        let Some(chain) = &evaluated.chain else {
+            bail!("there is no improved model to write: {}", evaluated.remarks[evaluated.remarks.len() - 1])
         };
         rotor_file::write(path, &chain.outcome.rotor)?;
     }
+    let answer = StartupAnswer::from(&evaluated);
     if let Some(path) = &arguments.form.report {
-        output::report(path, &format!("{}: start-up", rotor.name), report::sections(&answer))?;
+        let sections = render::startup::sections(&answer, &evaluated);
+        output::report(path, &format!("{}: start-up", rotor.name), sections)?;
     }
     if arguments.form.json {
-        return output::as_json(&json::of(&answer));
+        return output::answer(&answer);
     }
-    text::print(&answer);
+    print!("{}", render::startup::text(&answer, &evaluated));
     if let Some(path) = &arguments.output {
         println!(
             "\nImproved model written to {}. Next: rotor-edge balance {} {}{}",

@@ -1,5 +1,8 @@
-//! What `startup --report` says: the start-ups with their marks, the simple model and where it fails, the
-//! models on the way to one that fits.
+//! Text and sections of an answer of `startup`: the start-ups with their marks, the simple model and where it fails, the
+//! models on the way to one that fits. Figures also draw the curves that the JSON leaves out.
+
+mod tables;
+mod text;
 
 use nalgebra::Complex;
 use rotor_edge_desktop::startup::series::{Point, RunUp, series};
@@ -7,33 +10,37 @@ use rotor_edge_desktop::unbalance::G_MM;
 use rotor_edge_desktop::units::rad_s;
 use rotor_edge_desktop::units::rpm as to_rpm;
 
-use super::answer::Answer;
-use super::text::{
-    ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_rows, model_lines, own_lines, pk_pk, run_rows, shift_lines,
-    stage_columns, stage_rows,
-};
+use crate::answers::startup::{EvaluatedStartup, StartupAnswer};
 use crate::render::bode::bode_of;
 use crate::render::orbit::{OrbitPanel, orbit};
 use crate::render::scale::rpm;
 use crate::render::trend::{Trend, trend};
 use crate::render::wave::wave;
 use crate::render::{Curve, Figure, Section, Table};
+use tables::{
+    ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_rows, model_lines, own_lines, pk_pk, run_rows, shift_lines,
+    stage_columns, stage_rows,
+};
+
+pub use text::text;
 
 type C = Complex<f64>;
 
-pub fn sections(answer: &Answer) -> Vec<Section> {
-    let mut sections = vec![summary(answer), bodes(answer), errors(answer)];
-    sections.extend([orbits(answer), waves(answer)].into_iter().filter(|s| !s.figures.is_empty()));
+/// The page of an answer; `evaluated` is the start-up that it is made from.
+pub fn sections(answer: &StartupAnswer, evaluated: &EvaluatedStartup) -> Vec<Section> {
+    let mut sections = vec![summary(answer, evaluated), bodes(answer, evaluated), errors(evaluated)];
+    sections.extend([orbits(evaluated), waves(evaluated)].into_iter().filter(|s| !s.figures.is_empty()));
     sections
 }
 
-fn summary(answer: &Answer) -> Section {
+/// The two-degree model, the models up to one that fits, and the disk's own unbalance.
+pub fn summary(answer: &StartupAnswer, evaluated: &EvaluatedStartup) -> Section {
     let mut paragraphs = model_lines(answer);
     paragraphs.extend(own_lines(answer));
-    if let Some(chain) = &answer.chain {
-        paragraphs.push(chain.outcome.summary.clone());
-        for step in &chain.outcome.steps {
-            paragraphs.push(format!("{}: {}", step.added.label(), step.added.explanation()));
+    if let Some(improved) = &answer.improved {
+        paragraphs.push(improved.summary.clone());
+        for effect in &improved.effects {
+            paragraphs.push(format!("{}: {}", effect.fitted.label, effect.explanation));
         }
     }
     paragraphs.extend(answer.remarks.iter().cloned());
@@ -47,18 +54,18 @@ fn summary(answer: &Answer) -> Section {
             "From the simple model to one that fits: largest error over all runs in percent of {:.0} µm",
             answer.clearance_um
         ),
-        columns: stage_columns(answer),
-        rows: stage_rows(answer),
+        columns: stage_columns(evaluated),
+        rows: stage_rows(answer, &evaluated.bearings),
     };
     Section { heading: "Summary".into(), paragraphs, tables: vec![estimates, stages], figures: Vec::new() }
 }
 
 /// Every run along a direction, with its peak and half-power points.
-fn bodes(answer: &Answer) -> Section {
-    let found = &answer.found;
+pub fn bodes(answer: &StartupAnswer, evaluated: &EvaluatedStartup) -> Section {
+    let found = &evaluated.found;
     let draw = |d: usize| {
         let direction = &found.directions[d];
-        let points = |run: &RunUp| series(&answer.readings, &found.noise, run, direction);
+        let points = |run: &RunUp| series(&evaluated.readings, &found.noise, run, direction);
         let curve = |run: &RunUp| Curve {
             label: run.label().to_string(),
             points: points(run).iter().map(|p| (to_rpm(p.speed_rad_s), p.motion_m)).collect(),
@@ -86,8 +93,8 @@ fn bodes(answer: &Answer) -> Section {
     let mut paragraphs = vec!["Amplitude above, phase lag below, for every added mass.".to_string()];
     paragraphs.extend(shift_lines(answer));
     let mut figures: Vec<Figure> = (0..found.directions.len()).map(draw).collect();
-    if let Some(own) = answer.own_kg_m() {
-        figures.extend((0..found.directions.len()).map(|d| per_unbalance(answer, d, own)));
+    if let Some(own) = evaluated.own_kg_m() {
+        figures.extend((0..found.directions.len()).map(|d| per_unbalance(evaluated, d, own)));
     }
     let tables = vec![Table {
         caption: "Peak and half-power points of every run".into(),
@@ -98,19 +105,19 @@ fn bodes(answer: &Answer) -> Section {
 }
 
 /// Every run along a direction per unit of own and added unbalance.
-fn per_unbalance(answer: &Answer, d: usize, own_kg_m: C) -> Figure {
-    let found = &answer.found;
+fn per_unbalance(evaluated: &EvaluatedStartup, d: usize, own_kg_m: C) -> Figure {
+    let found = &evaluated.found;
     let direction = &found.directions[d];
     let curve = |run: &RunUp| {
         let unbalance_g_mm = (own_kg_m + run.added_kg_m).norm() * G_MM;
-        let points = series(&answer.readings, &found.noise, run, direction);
+        let points = series(&evaluated.readings, &found.noise, run, direction);
         let point = |p: &Point| (to_rpm(p.speed_rad_s), p.motion_m.norm() * 1e6 / unbalance_g_mm);
         (run.label().to_string(), points.iter().map(point).collect())
     };
     let drawn = Trend {
         along: "speed, rpm".into(),
         quantity: "µm per g·mm".into(),
-        curves: found.runs.iter().filter(|r| answer.is_known(r)).map(curve).collect(),
+        curves: found.runs.iter().filter(|r| evaluated.is_known(r)).map(curve).collect(),
         ..Trend::default()
     };
     let caption = "Amplitude over own and added unbalance together: on a linear machine the curves are one.";
@@ -126,23 +133,23 @@ fn between(points: &[Point], speed_rad_s: f64) -> Option<C> {
 }
 
 /// The simple model and, where there is one, the last.
-fn models(answer: &Answer) -> Vec<(&'static str, usize)> {
-    let last = answer.stages.len() - 1;
-    let improved = answer.chain.is_some().then_some(("improved model", last));
+fn models(evaluated: &EvaluatedStartup) -> Vec<(&'static str, usize)> {
+    let last = evaluated.stages.len() - 1;
+    let improved = evaluated.chain.is_some().then_some(("improved model", last));
     std::iter::once(("two-degree model", 0)).chain(improved).collect()
 }
 
-fn errors(answer: &Answer) -> Section {
-    let found = &answer.found;
+pub fn errors(evaluated: &EvaluatedStartup) -> Section {
+    let found = &evaluated.found;
     let table = |speed: f64| {
-        let rows = found.errors_at(&answer.readings, &answer.stages[0].motion, speed);
+        let rows = found.errors_at(&evaluated.readings, &evaluated.stages[0].motion, speed);
         let row = |e: &rotor_edge_desktop::startup::two_degree::ErrorAt| {
             vec![
-                format!("{}, {}", found.runs[e.run].label(), answer.bearings[e.bearing]),
+                format!("{}, {}", found.runs[e.run].label(), evaluated.bearings[e.bearing]),
                 pk_pk(&e.measured_m),
                 pk_pk(&e.predicted_m),
                 format!("{:.1}", e.error_m * 1e6),
-                format!("{:.1} %", answer.percent(e.error_m)),
+                format!("{:.1} %", evaluated.percent(e.error_m)),
             ]
         };
         let columns = [
@@ -159,14 +166,18 @@ fn errors(answer: &Answer) -> Section {
         }
     };
     let by_speed = |stage: usize| {
-        answer.found.worst_by_speed(&answer.readings, &answer.stages[stage].motion, answer.range_rpm)
+        evaluated.found.worst_by_speed(
+            &evaluated.readings,
+            &evaluated.stages[stage].motion,
+            evaluated.range_rpm,
+        )
     };
     let line = |stage: usize, what: usize| {
-        by_speed(stage).iter().map(|w| (to_rpm(rad_s(w[0])), answer.percent(w[what]))).collect::<Vec<_>>()
+        by_speed(stage).iter().map(|w| (to_rpm(rad_s(w[0])), evaluated.percent(w[what]))).collect::<Vec<_>>()
     };
     let mut curves: Vec<(String, Vec<(f64, f64)>)> =
-        models(answer).into_iter().map(|(label, stage)| (label.to_string(), line(stage, 1))).collect();
-    curves.push(("noise at that reading".into(), line(answer.stages.len() - 1, 2)));
+        models(evaluated).into_iter().map(|(label, stage)| (label.to_string(), line(stage, 1))).collect();
+    curves.push(("noise at that reading".into(), line(evaluated.stages.len() - 1, 2)));
     let drawn =
         Trend { along: "speed, rpm".into(), quantity: "% of clearance".into(), curves, ..Trend::default() };
     let caption = "The largest error over all runs and bearings at every measured speed.";
@@ -177,30 +188,30 @@ fn errors(answer: &Answer) -> Section {
              a turn, so it counts phase as well as amplitude."
                 .into(),
         ],
-        tables: answer.speeds_rpm.iter().map(|s| table(*s)).filter(|t| !t.rows.is_empty()).collect(),
+        tables: evaluated.speeds_rpm.iter().map(|s| table(*s)).filter(|t| !t.rows.is_empty()).collect(),
         figures: vec![Figure::new("Error by speed", caption, trend(&drawn))],
     }
 }
 
-fn orbits(answer: &Answer) -> Section {
-    let found = &answer.found;
-    let measured = found.measured(&answer.readings);
+pub fn orbits(evaluated: &EvaluatedStartup) -> Section {
+    let found = &evaluated.found;
+    let measured = found.measured(&evaluated.readings);
     let mut figures = Vec::new();
     for run in &found.runs {
-        for (b, bearing) in answer.bearings.iter().enumerate() {
+        for (b, bearing) in evaluated.bearings.iter().enumerate() {
             let [x, y] = found.directions_of(b)[..] else { continue };
-            let labels: Vec<&str> = models(answer).into_iter().map(|(label, _)| label).collect();
+            let labels: Vec<&str> = models(evaluated).into_iter().map(|(label, _)| label).collect();
             let panel = |speed: &f64| {
-                let row = run.nearest(&answer.readings, *speed)?;
+                let row = run.nearest(&evaluated.readings, *speed)?;
                 let of = |m: &[Option<C>]| Some([m[x]?, m[y]?]);
-                let stage = |(_, stage): (&str, usize)| of(&answer.stages[stage].motion[row]);
+                let stage = |(_, stage): (&str, usize)| of(&evaluated.stages[stage].motion[row]);
                 Some(OrbitPanel {
-                    speed_rpm: answer.readings[row].speed_rpm,
+                    speed_rpm: evaluated.readings[row].speed_rpm,
                     measured_m: of(&measured[row])?,
-                    models_m: models(answer).into_iter().map(stage).collect::<Option<_>>()?,
+                    models_m: models(evaluated).into_iter().map(stage).collect::<Option<_>>()?,
                 })
             };
-            let panels: Vec<OrbitPanel> = answer.speeds_rpm.iter().filter_map(panel).collect();
+            let panels: Vec<OrbitPanel> = evaluated.speeds_rpm.iter().filter_map(panel).collect();
             if panels.is_empty() {
                 continue;
             }
@@ -213,25 +224,26 @@ fn orbits(answer: &Answer) -> Section {
 }
 
 /// Time waves of the run with the largest mass.
-fn waves(answer: &Answer) -> Section {
-    let found = &answer.found;
-    let measured = found.measured(&answer.readings);
+pub fn waves(evaluated: &EvaluatedStartup) -> Section {
+    let found = &evaluated.found;
+    let measured = found.measured(&evaluated.readings);
     let Some(run) = found.runs.iter().max_by(|a, b| a.added_kg_m.norm().total_cmp(&b.added_kg_m.norm()))
     else {
         return Section::default();
     };
     let mut figures = Vec::new();
-    for speed in &answer.speeds_rpm {
-        let Some(row) = run.nearest(&answer.readings, *speed) else { continue };
+    for speed in &evaluated.speeds_rpm {
+        let Some(row) = run.nearest(&evaluated.readings, *speed) else { continue };
         for (d, direction) in found.directions.iter().enumerate() {
             let Some(seen) = measured[row][d] else { continue };
-            let says =
-                |(label, stage): (&'static str, usize)| Some((label, answer.stages[stage].motion[row][d]?));
-            let said: Vec<(&str, C)> = models(answer).into_iter().filter_map(says).collect();
-            let title = format!("Time wave {}, {}", direction.label, rpm(answer.readings[row].speed_rpm));
+            let says = |(label, stage): (&'static str, usize)| {
+                Some((label, evaluated.stages[stage].motion[row][d]?))
+            };
+            let said: Vec<(&str, C)> = models(evaluated).into_iter().filter_map(says).collect();
+            let title = format!("Time wave {}, {}", direction.label, rpm(evaluated.readings[row].speed_rpm));
             figures.push(Figure::new(title, "One turn of the shaft.", wave(seen, &said)));
         }
     }
-    let text = format!("Run {}, the one with the largest mass.", run.label());
+    let text = format!("RunUp {}, the one with the largest mass.", run.label());
     Section { heading: "Time waves".into(), paragraphs: vec![text], tables: Vec::new(), figures }
 }

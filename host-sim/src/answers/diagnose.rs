@@ -1,0 +1,287 @@
+//! Answers of `diagnose`, `add` and `improve`.
+
+use std::collections::BTreeMap;
+
+use rotor_edge_desktop::diagnose::{
+    Advice, Candidate, Diagnosis, FittedParameter, HeldOut, Improvement, Outcome, RefutedRun, Step,
+};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::alphabetical;
+use super::findings::{DeterminedAnswer, NoiseAnswer, RefutedRunAnswer, UnknownCauseAnswer};
+
+/// Values by name; a phasor is its real and imaginary part.
+pub type Parameters = BTreeMap<String, Value>;
+
+/// Which effect is missing; ``verdict`` is adequate, not_determined, missing, undecided or unknown.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DiagnosisAnswer {
+    pub verdict: &'static str,
+    pub summary: String,
+    pub error_before: f64,
+    pub chi2_per_value: f64,
+    pub nothing_missing: f64,
+    #[serde(serialize_with = "alphabetical")]
+    pub candidates: Vec<CandidateAnswer>,
+    pub indistinguishable: Vec<Vec<String>>,
+    #[serde(serialize_with = "alphabetical")]
+    pub held_out: Option<HeldOutAnswer>,
+    #[serde(serialize_with = "alphabetical")]
+    pub advice: Vec<AdviceAnswer>,
+    pub remarks: Vec<String>,
+    #[serde(serialize_with = "alphabetical")]
+    pub noise: NoiseAnswer,
+    #[serde(serialize_with = "alphabetical")]
+    pub determined: DeterminedAnswer,
+    #[serde(serialize_with = "alphabetical")]
+    pub unknown: Option<UnknownCauseAnswer>,
+    #[serde(serialize_with = "alphabetical")]
+    pub refuted_runs: Vec<RefutedRunAnswer>,
+    /// The candidate that is claimed, or the first of the rivals; none where nothing is claimed of any.
+    #[serde(skip)]
+    pub named: Option<CandidateAnswer>,
+}
+
+/// An effect at a place, as the data would have it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CandidateAnswer {
+    pub effect: &'static str,
+    pub at: Option<String>,
+    pub probability: f64,
+    /// The old name of ``twice_log_bayes_factor``.
+    pub delta_bic: f64,
+    /// Twice the logarithm of the Bayes factor over the model alone.
+    pub twice_log_bayes_factor: f64,
+    pub error_after: f64,
+    pub chi2_per_value: f64,
+    pub parameters: Parameters,
+    /// Standard deviations.
+    pub uncertainty: Parameters,
+    pub units: Option<BTreeMap<String, &'static str>>,
+    /// Why physics rules it out.
+    pub disqualified: Option<String>,
+    pub explanation: String,
+    #[serde(skip)]
+    pub fitted: FittedAnswer,
+}
+
+/// An effect with its parameters as they were fitted, in the order of its list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedAnswer {
+    /// `effect@place`, or the effect alone.
+    pub label: String,
+    pub parameters: Vec<FittedParameter>,
+    pub disqualified: Option<String>,
+}
+
+/// χ² per value at speeds that were left out, without and with the effect.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct HeldOutAnswer {
+    pub before: f64,
+    pub after: f64,
+}
+
+/// A measurement that would tell rivals apart.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AdviceAnswer {
+    pub measurement: String,
+    pub separation_sd: f64,
+    pub speed_rpm: f64,
+    pub repeats: usize,
+}
+
+/// A model with an effect more.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Addition {
+    pub error_before: f64,
+    pub error_after: f64,
+    pub chi2_per_value_before: f64,
+    pub chi2_per_value_after: f64,
+    pub parameters: Parameters,
+    pub uncertainty: Parameters,
+    pub units: BTreeMap<String, &'static str>,
+    pub disqualified: Option<String>,
+    #[serde(skip)]
+    pub fitted: FittedAnswer,
+}
+
+/// An effect that was added.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StepAnswer {
+    pub effect: &'static str,
+    pub at: Option<String>,
+    pub error_after: f64,
+    pub chi2_per_value: f64,
+    /// Sets of effects that explain the data as well.
+    pub group: Vec<String>,
+    pub parameters: Parameters,
+    pub uncertainty: Parameters,
+    #[serde(skip)]
+    pub fitted: FittedAnswer,
+}
+
+/// A model with all the effects that the data ask for; verdicts are those of a diagnosis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ImprovementAnswer {
+    pub error_before: f64,
+    pub chi2_per_value_before: f64,
+    pub steps: Vec<StepAnswer>,
+    pub verdict: &'static str,
+    pub summary: String,
+    pub noise: NoiseAnswer,
+    pub determined: DeterminedAnswer,
+    pub unknown: Option<UnknownCauseAnswer>,
+    pub refuted_runs: Vec<RefutedRunAnswer>,
+    pub remarks: Vec<String>,
+}
+
+impl From<&Diagnosis> for DiagnosisAnswer {
+    fn from(found: &Diagnosis) -> Self {
+        Self {
+            verdict: found.verdict.name(),
+            summary: found.summary.clone(),
+            error_before: found.error_before,
+            chi2_per_value: found.chi2_per_value,
+            nothing_missing: found.nothing_missing,
+            candidates: found.candidates.iter().map(CandidateAnswer::from).collect(),
+            indistinguishable: found.indistinguishable.clone(),
+            held_out: found.held_out.map(HeldOutAnswer::from),
+            advice: found.advice.iter().map(AdviceAnswer::from).collect(),
+            remarks: found.remarks.clone(),
+            noise: (&found.scatter).into(),
+            determined: (&found.determined).into(),
+            unknown: found.unknown.as_ref().map(UnknownCauseAnswer::from),
+            refuted_runs: refuted_runs(&found.refuted),
+            named: found.named().map(CandidateAnswer::from),
+        }
+    }
+}
+
+fn refuted_runs(refuted: &[RefutedRun]) -> Vec<RefutedRunAnswer> {
+    refuted.iter().map(RefutedRunAnswer::from).collect()
+}
+
+impl From<&Candidate> for CandidateAnswer {
+    fn from(c: &Candidate) -> Self {
+        Self {
+            effect: c.effect,
+            at: c.at.clone(),
+            probability: c.probability,
+            delta_bic: c.support,
+            twice_log_bayes_factor: c.support,
+            error_after: c.error_after,
+            chi2_per_value: c.chi2_per_value,
+            parameters: parameters(c),
+            uncertainty: uncertainty(c),
+            units: Some(units(c)),
+            disqualified: c.disqualified.clone(),
+            explanation: c.explanation(),
+            fitted: c.into(),
+        }
+    }
+}
+
+impl From<&Candidate> for FittedAnswer {
+    fn from(c: &Candidate) -> Self {
+        Self { label: c.label(), parameters: c.parameters.clone(), disqualified: c.disqualified.clone() }
+    }
+}
+
+impl From<HeldOut> for HeldOutAnswer {
+    fn from(h: HeldOut) -> Self {
+        Self { before: h.before, after: h.after }
+    }
+}
+
+impl From<&Advice> for AdviceAnswer {
+    fn from(a: &Advice) -> Self {
+        Self {
+            measurement: a.measurement.clone(),
+            separation_sd: a.separation_sd,
+            speed_rpm: a.speed_rpm,
+            repeats: a.repeats,
+        }
+    }
+}
+
+impl From<&Improvement> for Addition {
+    fn from(better: &Improvement) -> Self {
+        Self {
+            error_before: better.error_before,
+            error_after: better.error_after,
+            chi2_per_value_before: better.chi2_per_value[0],
+            chi2_per_value_after: better.chi2_per_value[1],
+            parameters: parameters(&better.added),
+            uncertainty: uncertainty(&better.added),
+            units: units(&better.added),
+            disqualified: better.added.disqualified.clone(),
+            fitted: (&better.added).into(),
+        }
+    }
+}
+
+impl From<&Step> for StepAnswer {
+    fn from(step: &Step) -> Self {
+        Self {
+            effect: step.added.effect,
+            at: step.added.at.clone(),
+            error_after: step.error_after,
+            chi2_per_value: step.chi2_per_value,
+            group: step.group.clone(),
+            parameters: parameters(&step.added),
+            uncertainty: uncertainty(&step.added),
+            fitted: (&step.added).into(),
+        }
+    }
+}
+
+impl From<&Outcome> for ImprovementAnswer {
+    fn from(outcome: &Outcome) -> Self {
+        Self {
+            error_before: outcome.error_before,
+            chi2_per_value_before: outcome.chi2_per_value_before,
+            steps: outcome.steps.iter().map(StepAnswer::from).collect(),
+            verdict: outcome.verdict.name(),
+            summary: outcome.summary.clone(),
+            noise: (&outcome.scatter).into(),
+            determined: (&outcome.determined).into(),
+            unknown: outcome.unknown.as_ref().map(UnknownCauseAnswer::from),
+            refuted_runs: refuted_runs(&outcome.refuted),
+            remarks: outcome.remarks.clone(),
+        }
+    }
+}
+
+/// Parameters by name, phasors as `[real, imaginary]`; those of several probes, numbered, are one list.
+pub fn parameters(c: &Candidate) -> Parameters {
+    by_name(c, |p| if p.value.len() == 1 { json!(p.value[0]) } else { json!(p.value) })
+}
+
+/// Standard deviations by name.
+pub fn uncertainty(c: &Candidate) -> Parameters {
+    by_name(c, |p| json!(p.sd))
+}
+
+fn by_name(c: &Candidate, of: impl Fn(&FittedParameter) -> Value) -> Parameters {
+    let mut all = Parameters::new();
+    for p in &c.parameters {
+        match p.name.split_once(' ') {
+            Some((name, _)) => {
+                if let Value::Array(list) = all.entry(name.into()).or_insert_with(|| json!([])) {
+                    list.push(of(p));
+                }
+            }
+            None => {
+                all.insert(p.name.clone(), of(p));
+            }
+        }
+    }
+    all
+}
+
+fn units(c: &Candidate) -> BTreeMap<String, &'static str> {
+    let name =
+        |p: &FittedParameter| p.name.split_once(' ').map_or(p.name.as_str(), |(name, _)| name).to_string();
+    c.parameters.iter().map(|p| (name(p), p.unit)).collect()
+}

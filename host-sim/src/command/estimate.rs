@@ -1,0 +1,54 @@
+//! `estimate`: the unbalance of each run relative to a base run.
+
+use anyhow::{Context, Result};
+use clap::Args;
+use rotor_edge_desktop::balance::estimate::{Options, estimate};
+use rotor_edge_desktop::rotor_file;
+
+use super::listener::Listener;
+use super::output::{self, Json};
+use crate::answers::estimate::EstimatesAnswer;
+use crate::render;
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    measured: output::Measured,
+    /// The run that the others are compared with [default: the one without weights]
+    #[arg(long)]
+    base: Option<String>,
+    /// Never use a run's own stated weights for it, nor to say whether they are true
+    #[arg(long)]
+    leave_one_out: bool,
+    /// Take all stated weights as true
+    #[arg(long)]
+    trust_weights: bool,
+    #[command(flatten)]
+    form: output::Form,
+}
+
+pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
+    let rotor = rotor_file::read(&arguments.measured.rotor)?;
+    let data = &arguments.measured.data;
+    let readings = arguments.measured.runout.read_with_blind_runs(data, &rotor)?;
+    let options = Options {
+        base: arguments.base.clone(),
+        leave_one_out: arguments.leave_one_out,
+        trust_weights: arguments.trust_weights,
+    };
+    let working = listener.spinner("learning from the runs");
+    let found = estimate(&rotor, &readings, &options).with_context(|| data.display().to_string());
+    working.finish_and_clear();
+    let found = found?;
+    let planes: Vec<&str> = rotor.plane.iter().map(|p| p.name.as_str()).collect();
+    let answer = EstimatesAnswer::of(&found, &planes);
+    if let Some(path) = &arguments.form.report {
+        let sections = vec![render::estimate::section(&answer)];
+        output::report(path, &format!("{}: unbalance by run", rotor.name), sections)?;
+    }
+    if arguments.form.json {
+        return output::answer(&answer);
+    }
+    print!("{}", render::estimate::text(&answer));
+    Ok(None)
+}

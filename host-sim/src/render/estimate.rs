@@ -1,0 +1,118 @@
+//! Text and section of an answer of `estimate`.
+
+use nalgebra::Complex;
+
+use super::regions::{Region, regions};
+use super::text;
+use super::{Figure, Section, Table};
+use crate::answers::estimate::{EstimatesAnswer, RunEstimate};
+use crate::answers::shared::PlaneUnbalance;
+
+const COLUMNS: [&str; 7] =
+    ["run", "plane", "unbalance, g·mm", "95 %", "angle", "stated", "by influence coefficients"];
+
+/// The whole answer on a terminal.
+pub fn text(answer: &EstimatesAnswer) -> String {
+    let lines: Vec<String> = lines(answer).map(|line| format!("{line}\n")).collect();
+    format!("{}\n{}\n{}", legend(answer), text::table(&COLUMNS, &rows(answer)), lines.concat())
+}
+
+/// The table of all runs, and each plane with the region of every run.
+pub fn section(answer: &EstimatesAnswer) -> Section {
+    let table = Table {
+        caption: legend(answer),
+        columns: COLUMNS.map(String::from).to_vec(),
+        rows: rows(answer).into_iter().map(|r| r.to_vec()).collect(),
+    };
+    Section {
+        heading: "Unbalance by run".into(),
+        paragraphs: lines(answer).collect(),
+        tables: vec![table],
+        figures: (0..answer.planes.len()).map(|j| figure(answer, j)).collect(),
+    }
+}
+
+/// How the angles and magnitudes of the table are meant.
+fn legend(answer: &EstimatesAnswer) -> String {
+    format!(
+        "Unbalance beyond that of run {}; angles from the keyphasor mark, with the rotation; intervals and regions hold it with 95 %.",
+        answer.base
+    )
+}
+
+/// Conditions, what the data determine, weights that cannot be true, remarks.
+fn lines(answer: &EstimatesAnswer) -> impl Iterator<Item = String> {
+    let determined = answer.determined.words.iter().cloned();
+    let refuted = answer.refuted_runs.iter().map(|r| {
+        format!(
+            "The stated weights of run {} cannot be true ({:.1} % sure): stated {}; found {}.",
+            r.run,
+            100.0 * r.probability,
+            placed(&r.stated),
+            placed(&r.found)
+        )
+    });
+    std::iter::once(conditions(answer)).chain(determined).chain(refuted).chain(answer.remarks.iter().cloned())
+}
+
+fn conditions(answer: &EstimatesAnswer) -> String {
+    let each = answer.condition.iter().map(|c| {
+        let condition = c.condition.unwrap_or(f64::INFINITY);
+        match c.speed_rpm {
+            Some(speed_rpm) => format!("{condition:.1} at {speed_rpm:.0} rpm"),
+            None => format!("{condition:.1} of all speeds together"),
+        }
+    });
+    format!("Condition of the influence of the planes: {}.", each.collect::<Vec<_>>().join(", "))
+}
+
+fn at(u: &PlaneUnbalance) -> String {
+    match u.unbalance_g_mm {
+        0.0 => "0".into(),
+        size => format!("{size:.1} at {:.0}°", u.angle_deg),
+    }
+}
+
+/// One unbalance a plane, in words.
+fn placed(unbalance: &[PlaneUnbalance]) -> String {
+    unbalance.iter().map(|u| format!("{} in {}", at(u), u.name)).collect::<Vec<_>>().join(", ")
+}
+
+/// One row a run and plane.
+fn rows(answer: &EstimatesAnswer) -> Vec<[String; COLUMNS.len()]> {
+    let mut rows = Vec::new();
+    for e in &answer.estimates {
+        for (j, p) in e.planes.iter().enumerate() {
+            let of = |all: &Option<Vec<PlaneUnbalance>>| all.as_ref().map_or("–".into(), |u| at(&u[j]));
+            rows.push([
+                e.run.clone(),
+                p.name.clone(),
+                format!("{:.1}", p.unbalance_g_mm),
+                format!("{:.1} to {:.1}", p.interval_95[0], p.interval_95[1]),
+                format!("{:.0}°", p.angle_deg),
+                of(&e.stated),
+                of(&e.influence.planes),
+            ]);
+        }
+    }
+    rows
+}
+
+fn figure(answer: &EstimatesAnswer, j: usize) -> Figure {
+    let phasor = |size: f64, angle_deg: f64| Complex::from_polar(size, angle_deg.to_radians());
+    let region = |e: &RunEstimate| Region {
+        found: phasor(e.planes[j].unbalance_g_mm, e.planes[j].angle_deg),
+        stated: e.stated.as_ref().map(|stated| phasor(stated[j].unbalance_g_mm, stated[j].angle_deg)),
+        semi_axes: e.planes[j].region.semi_axes_g_mm,
+        major_deg: e.planes[j].region.major_deg,
+    };
+    let title = format!("Unbalance in plane {}", answer.planes[j]);
+    Figure {
+        id: format!("regions-{}", j + 1),
+        caption:
+            "Each run as estimated, in the ellipse that holds it with 95 %, and a line to what was stated."
+                .into(),
+        drawing: regions(&answer.estimates.iter().map(region).collect::<Vec<_>>()).into(),
+        title,
+    }
+}
