@@ -40,7 +40,7 @@ pub fn read(path: &Path) -> Result<Waveform> {
     Ok(waveform)
 }
 
-/// Of text in the cells of a workbook.
+/// What stands before the decimals of text in the cells of a workbook.
 const DECIMAL: Decimal = Decimal::Point;
 
 /// What stands before the decimals: never the comma that stands between the cells.
