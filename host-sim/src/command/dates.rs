@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use crate::ingest::calendar::{Moment, Read, of_text};
+use crate::ingest::calendar::{Moment, ParsedMoment, of_text};
 use crate::ingest::readings::written::COUNTS_FROM;
 
 /// Column of a track with each estimate's moment.
@@ -17,7 +17,7 @@ pub struct Dates(Option<Moment>);
 /// The moment that a text on the command line is.
 pub fn moment(text: &str) -> Result<Moment, String> {
     match of_text(text, None) {
-        Read::Moment(moment) => Ok(moment),
+        ParsedMoment::Moment(moment) => Ok(moment),
         _ => Err(format!("\"{text}\" is no moment, expected one as in 2024-03-01T06:00+01:00")),
     }
 }

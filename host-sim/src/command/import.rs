@@ -12,7 +12,7 @@ use crate::ingest::calendar::{DateOrder, Moment};
 use crate::ingest::number::Decimal;
 use crate::ingest::readings::mapping::Mapping;
 use crate::ingest::readings::plan::Column;
-use crate::ingest::readings::{Imported, import};
+use crate::ingest::readings::{ImportResult, import};
 use crate::ingest::target::{Quantity, Rule};
 use crate::ingest::unit::{Angle, Detection, Sense, Unit};
 
@@ -203,7 +203,7 @@ fn done(column: &Column) -> String {
     }
 }
 
-fn show(imported: &Imported) {
+fn show(imported: &ImportResult) {
     for (place, plan) in &imported.plans {
         println!("{place}");
         let row = |c: &Column| {
@@ -236,7 +236,7 @@ fn show(imported: &Imported) {
 }
 
 /// What happened to how many values and rows.
-fn counts(imported: &Imported) -> [(usize, &'static str); 9] {
+fn counts(imported: &ImportResult) -> [(usize, &'static str); 9] {
     let record = &imported.record;
     let skipped = record.skipped;
     [
@@ -255,7 +255,7 @@ fn counts(imported: &Imported) -> [(usize, &'static str); 9] {
     ]
 }
 
-fn answer(imported: &Imported, written: Option<&PathBuf>) -> Value {
+fn answer(imported: &ImportResult, written: Option<&PathBuf>) -> Value {
     let columns: Vec<Value> = (imported.plans.iter())
         .flat_map(|(place, plan)| plan.columns.iter().map(move |c| (place, c)))
         .map(|(place, c)| {

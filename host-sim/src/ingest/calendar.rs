@@ -99,7 +99,7 @@ impl FromStr for Moment {
 
     fn from_str(text: &str) -> Result<Self, ()> {
         match of_text(text.trim().trim_end_matches(LOCAL), None) {
-            Read::Moment(moment) => Ok(moment),
+            ParsedMoment::Moment(moment) => Ok(moment),
             _ => Err(()),
         }
     }
@@ -147,7 +147,7 @@ pub fn civil([year, month, day]: [i32; 3], [hour, minute, second]: [u8; 3], mill
 
 /// What a text is as a moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Read {
+pub enum ParsedMoment {
     Moment(Moment),
     /// A date that is another one with month and day exchanged.
     Ambiguous,
@@ -155,26 +155,26 @@ pub enum Read {
 }
 
 /// The moment that a text is.
-pub fn of_text(text: &str, order: Option<DateOrder>) -> Read {
+pub fn of_text(text: &str, order: Option<DateOrder>) -> ParsedMoment {
     if let Ok(moment) = text.parse::<Timestamp>() {
-        return Read::Moment(Moment::Zoned(moment.as_nanosecond()));
+        return ParsedMoment::Moment(Moment::Zoned(moment.as_nanosecond()));
     }
     let spaced = text.replacen('T', " ", usize::from(text.as_bytes().get(10) == Some(&b'T')));
     let words: Vec<&str> = spaced.split_whitespace().collect();
     let clock_at = words.iter().position(|w| w.contains(':')).unwrap_or(words.len());
     let clock = if clock_at == words.len() { Some((0.0, false)) } else { clock(&words[clock_at..]) };
-    let Some((seconds, utc)) = clock else { return Read::Nothing };
+    let Some((seconds, utc)) = clock else { return ParsedMoment::Nothing };
     let date = match date(&words[..clock_at].join(" "), order) {
         Ok(Some(date)) => date,
-        Ok(None) => return Read::Nothing,
-        Err(Exchangeable) => return Read::Ambiguous,
+        Ok(None) => return ParsedMoment::Nothing,
+        Err(Exchangeable) => return ParsedMoment::Ambiguous,
     };
     let ns = (seconds * 1e6).round() as i64 * 1000;
     let time = date.to_datetime(Time::midnight()).checked_add(SignedDuration::from_nanos(ns));
     match time.ok().and_then(Moment::local) {
-        Some(Moment::Local(ns)) if utc => Read::Moment(Moment::Zoned(ns)),
-        Some(moment) => Read::Moment(moment),
-        None => Read::Nothing,
+        Some(Moment::Local(ns)) if utc => ParsedMoment::Moment(Moment::Zoned(ns)),
+        Some(moment) => ParsedMoment::Moment(moment),
+        None => ParsedMoment::Nothing,
     }
 }
 
@@ -294,11 +294,11 @@ mod tests {
             "20240305 14:30:15",
             "2024/03/05 14:30:15.000",
         ] {
-            let Read::Moment(moment) = of_text(text, None) else { panic!("{text}") };
+            let ParsedMoment::Moment(moment) = of_text(text, None) else { panic!("{text}") };
             assert_eq!(moment.calendar().unwrap(), "2024-03-05T14:30:15 local time", "{text}");
         }
         for text in ["2024-03-05T14:30:15Z", "2024-03-05T15:30:15+01:00", "05.03.2024 14:30:15 UTC"] {
-            let Read::Moment(moment) = of_text(text, None) else { panic!("{text}") };
+            let ParsedMoment::Moment(moment) = of_text(text, None) else { panic!("{text}") };
             assert_eq!(moment.calendar().unwrap(), "2024-03-05T14:30:15Z", "{text}");
         }
         let serial = of_number(45_356.604_340_277_78, Some(TimeUnit::Excel), false).unwrap();
@@ -311,21 +311,21 @@ mod tests {
 
     #[test]
     fn dates_with_two_readings_are_told() {
-        assert_eq!(of_text("03/04/2024 10:00", None), Read::Ambiguous);
+        assert_eq!(of_text("03/04/2024 10:00", None), ParsedMoment::Ambiguous);
         assert_eq!(order_shown(["03/04/2024", "03/14/2024"].into_iter()), Some(DateOrder::MonthFirst));
         assert_eq!(order_shown(["03/04/2024", "14/03/2024"].into_iter()), Some(DateOrder::DayFirst));
         assert_eq!(order_shown(["03/04/2024"].into_iter()), None);
         let (day, month) = (DateOrder::DayFirst, DateOrder::MonthFirst);
         assert_ne!(of_text("03/04/2024", Some(day)), of_text("03/04/2024", Some(month)));
-        assert_eq!(of_text("stopped", None), Read::Nothing);
+        assert_eq!(of_text("stopped", None), ParsedMoment::Nothing);
     }
 
     #[test]
     fn impossible_clocks_are_no_moment_and_no_fault() {
         for clock in ["-1e300:00", "25:00", "10:-5", "10:nan", "nan:10", "1e300:00", "10:61:1e300"] {
-            assert_eq!(of_text(&format!("2024-03-05 {clock}"), None), Read::Nothing, "{clock}");
+            assert_eq!(of_text(&format!("2024-03-05 {clock}"), None), ParsedMoment::Nothing, "{clock}");
         }
-        let Read::Moment(moment) = of_text("2024-03-05 14:30", None) else { panic!() };
+        let ParsedMoment::Moment(moment) = of_text("2024-03-05 14:30", None) else { panic!() };
         for days in [1e300, -1e300, f64::INFINITY] {
             assert_ne!(moment.later(days), moment);
         }

@@ -1,6 +1,6 @@
 //! What the name of a column says by itself.
 
-use super::stated::Stated;
+use super::column_units::ColumnUnits;
 use super::target::Quantity;
 use super::unit::{TimeUnit, Unit};
 use super::words::{Part, Word, parts};
@@ -10,7 +10,7 @@ pub struct Meaning {
     pub quantity: Option<Quantity>,
     /// What is left of the words: the probe's name, as written.
     pub name: String,
-    pub stated: Stated,
+    pub stated: ColumnUnits,
     /// Whether it says that it is the part at running speed.
     pub synchronous: bool,
     /// Whether the quantity is known from a unit alone.
@@ -68,10 +68,12 @@ pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
     let by_word = said_by_word.into_iter().find(|(word, _)| has(*word)).map(|(_, quantity)| quantity);
     said.by_unit = by_word.is_none();
     said.quantity = by_word.or(match said.stated {
-        Stated { speed: Some(_), .. } => Some(Quantity::Speed),
-        Stated { angle: Some(_), .. } | Stated { sense: Some(_), .. } => Some(Quantity::Phase),
-        Stated { length: Some(_), .. } | Stated { detection: Some(_), .. } => Some(Quantity::Amplitude),
-        Stated { time: Some(TimeUnit::EpochSeconds | TimeUnit::EpochMilliseconds), .. } => {
+        ColumnUnits { speed: Some(_), .. } => Some(Quantity::Speed),
+        ColumnUnits { angle: Some(_), .. } | ColumnUnits { sense: Some(_), .. } => Some(Quantity::Phase),
+        ColumnUnits { length: Some(_), .. } | ColumnUnits { detection: Some(_), .. } => {
+            Some(Quantity::Amplitude)
+        }
+        ColumnUnits { time: Some(TimeUnit::EpochSeconds | TimeUnit::EpochMilliseconds), .. } => {
             Some(Quantity::Time)
         }
         _ => None,
@@ -90,7 +92,7 @@ fn is_derivative(word: Word) -> bool {
 
 /// Whether a text is nothing but units.
 pub fn is_unit(text: &str) -> bool {
-    let mut stated = Stated::default();
+    let mut stated = ColumnUnits::default();
     let parts = parts(text, |_| false);
     let unit = |part: &Part| matches!(part, Part::Says(word) if is_derivative(*word) || stated.take(*word));
     !parts.is_empty() && { parts }.iter().all(unit)

@@ -7,11 +7,12 @@
 //! | `table` | where in a sheet the header and the rows are |
 //! | `sampled`, `samples` | tables whose rows are samples, and channels of samples |
 //! | `words`, `header`, `probes` | what a column's header says: quantity, unit, probe |
-//! | `unit`, `stated`, `target` | units and conventions, and what a column becomes |
+//! | `unit`, `column_units`, `target` | units and conventions, and what a column becomes |
 //! | [`readings`] | tables made into measurements |
 //! | [`waveform`] | waveforms made into 1x readings by the core's extraction |
 
 pub(crate) mod calendar;
+mod column_units;
 mod encoding;
 mod format;
 mod header;
@@ -21,7 +22,6 @@ pub mod readings;
 mod sampled;
 mod samples;
 mod sheet;
-mod stated;
 mod table;
 pub(crate) mod target;
 pub(crate) mod unit;

@@ -102,7 +102,7 @@ pub fn sample(text: &str, decimal: Decimal) -> Option<f64> {
 
 /// What the cells of a file show of their decimals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shown {
+pub enum DecimalEvidence {
     Surely(Decimal),
     /// `11,234` and the like alone: eleven, or eleven thousand.
     Either,
@@ -110,7 +110,7 @@ pub enum Shown {
 }
 
 /// What cells show of the decimals: point if nothing shows.
-pub fn shown<'a>(cells: impl Iterator<Item = &'a str>) -> Shown {
+pub fn shown<'a>(cells: impl Iterator<Item = &'a str>) -> DecimalEvidence {
     let [mut point, mut comma, mut either] = [false; 3];
     for cell in cells.filter(|c| c.starts_with(|c: char| c.is_ascii_digit() || "+-−.,".contains(c))) {
         let is = |decimal: Decimal| {
@@ -127,10 +127,10 @@ pub fn shown<'a>(cells: impl Iterator<Item = &'a str>) -> Shown {
         }
     }
     match (point, comma, either) {
-        (true, true, _) => Shown::Both,
-        (_, true, _) => Shown::Surely(Decimal::Comma),
-        (false, false, true) => Shown::Either,
-        _ => Shown::Surely(Decimal::Point),
+        (true, true, _) => DecimalEvidence::Both,
+        (_, true, _) => DecimalEvidence::Surely(Decimal::Comma),
+        (false, false, true) => DecimalEvidence::Either,
+        _ => DecimalEvidence::Surely(Decimal::Point),
     }
 }
 
@@ -161,10 +161,10 @@ mod tests {
     #[test]
     fn decimals_are_told_from_all_cells_and_doubt_is_told() {
         let of = |cells: &[&str]| shown(cells.iter().copied());
-        assert_eq!(of(&["12,5", "11.000", "2024-03-01"]), Shown::Surely(Decimal::Comma));
-        assert_eq!(of(&["12.5", "11,000", "01.02.2024 10:00"]), Shown::Surely(Decimal::Point));
-        assert_eq!(of(&["11,000", "12"]), Shown::Either);
-        assert_eq!(of(&["12,5", "12.5"]), Shown::Both);
-        assert_eq!(of(&["7", "abc"]), Shown::Surely(Decimal::Point));
+        assert_eq!(of(&["12,5", "11.000", "2024-03-01"]), DecimalEvidence::Surely(Decimal::Comma));
+        assert_eq!(of(&["12.5", "11,000", "01.02.2024 10:00"]), DecimalEvidence::Surely(Decimal::Point));
+        assert_eq!(of(&["11,000", "12"]), DecimalEvidence::Either);
+        assert_eq!(of(&["12,5", "12.5"]), DecimalEvidence::Both);
+        assert_eq!(of(&["7", "abc"]), DecimalEvidence::Surely(Decimal::Point));
     }
 }

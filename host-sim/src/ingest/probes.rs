@@ -1,6 +1,6 @@
 //! Names of probes: as the rotor's file has them, or as the export writes them.
 
-use super::table::Table;
+use super::table::ReadingTable;
 use super::words::{Part, Word, order, parts};
 
 /// The probes that may be in an export.
@@ -13,7 +13,7 @@ pub struct Probes {
 }
 
 impl Probes {
-    pub fn new(of_rotor: Option<Vec<String>>, table: &Table) -> Self {
+    pub fn new(of_rotor: Option<Vec<String>>, table: &ReadingTable) -> Self {
         let words: Vec<String> = table
             .columns
             .iter()
@@ -52,7 +52,7 @@ fn letters(name: &str) -> String {
 }
 
 /// What the lines above a table say behind a word such as `Channel:`.
-pub fn stated_above(table: &Table, key: Word) -> Option<String> {
+pub fn stated_above(table: &ReadingTable, key: Word) -> Option<String> {
     table.above.iter().find_map(|line| {
         let (before, after) = line.split_once([':', '=']).or_else(|| line.split_once(' '))?;
         let is_key = parts(before, |_| false).contains(&Part::Says(key));

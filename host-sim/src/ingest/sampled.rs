@@ -6,12 +6,12 @@ use anyhow::{Result, bail};
 use csv::ByteRecord;
 use rotor_edge_desktop::units::SECONDS_A_DAY;
 
-use super::calendar::{DateOrder, Moment, Read, of_text as moment_of_text};
+use super::calendar::{DateOrder, Moment, ParsedMoment, of_text as moment_of_text};
 use super::format::{self, Content, Text};
 use super::header::{ChannelRole, channel_role};
 use super::number::{Decimal, sample};
 use super::samples::{SampleColumn, Samples, Waveform};
-use super::sheet::{Cell, Row};
+use super::sheet::{Cell, SheetRow};
 use super::table::{self, Header};
 use super::unit::TimeUnit;
 
@@ -40,7 +40,7 @@ pub fn read(path: &Path) -> Result<Waveform> {
     Ok(waveform)
 }
 
-/// Of text in the cells of a workbook.
+/// What stands before the decimals of text in the cells of a workbook.
 const DECIMAL: Decimal = Decimal::Point;
 
 /// What stands before the decimals: never the comma that stands between the cells.
@@ -48,7 +48,7 @@ fn decimal(separator: char) -> Decimal {
     if separator == ',' { Decimal::Point } else { Decimal::Comma }
 }
 
-fn header_row(rows: &[Row], decimal: Decimal) -> Option<usize> {
+fn header_row(rows: &[SheetRow], decimal: Decimal) -> Option<usize> {
     table::above_samples(rows, |cell| is_value(cell, decimal))
 }
 
@@ -57,13 +57,15 @@ fn is_value(cell: &Cell, decimal: Decimal) -> bool {
     match cell {
         Cell::Empty => false,
         Cell::Number(_) | Cell::Time(_) => true,
-        Cell::Text(text) => sample(text, decimal).is_some() || moment_of_text(text, None) != Read::Nothing,
+        Cell::Text(text) => {
+            sample(text, decimal).is_some() || moment_of_text(text, None) != ParsedMoment::Nothing
+        }
     }
 }
 
 fn of_text(text: &Text) -> Result<Waveform> {
     let file = &text.file;
-    let names = |separator: char, rows: &[Row]| {
+    let names = |separator: char, rows: &[SheetRow]| {
         let cells = |at: usize| rows.get(at).map_or(0, |row| row.cells.len());
         (header_row(rows, decimal(separator)).map_or(0, cells), cells(0))
     };
@@ -92,7 +94,7 @@ fn of_text(text: &Text) -> Result<Waveform> {
     Ok(table.waveform())
 }
 
-fn of_rows(place: &str, rows: &[Row], at: usize) -> Result<Waveform> {
+fn of_rows(place: &str, rows: &[SheetRow], at: usize) -> Result<Waveform> {
     let mut table = SampledTable::of(place, rows, at, DECIMAL);
     for row in rows.iter().filter(|row| row.number > table.above).collect::<Vec<_>>() {
         table.push_row(row)?;
@@ -123,7 +125,7 @@ struct SampledColumn {
 
 impl<'a> SampledTable<'a> {
     /// The columns of a table whose header is row `at` of its first rows.
-    fn of(place: &'a str, first: &[Row], at: usize, decimal: Decimal) -> Self {
+    fn of(place: &'a str, first: &[SheetRow], at: usize, decimal: Decimal) -> Self {
         if first.is_empty() {
             return Self { place, decimal, above: 0, columns: Vec::new(), start: None };
         }
@@ -164,7 +166,7 @@ impl<'a> SampledTable<'a> {
         Ok(())
     }
 
-    fn push_row(&mut self, row: &Row) -> Result<()> {
+    fn push_row(&mut self, row: &SheetRow) -> Result<()> {
         for column in 0..self.columns.len() {
             self.push(column, row.number, row.cell(self.columns[column].header.index))?;
         }
@@ -215,10 +217,10 @@ impl<'a> SampledTable<'a> {
 /// A moment as a text writes it; between samples, the order of day and month does not matter.
 fn moment(text: &str) -> Option<Moment> {
     let read = match moment_of_text(text, None) {
-        Read::Ambiguous => moment_of_text(text, Some(DateOrder::MonthFirst)),
+        ParsedMoment::Ambiguous => moment_of_text(text, Some(DateOrder::MonthFirst)),
         read => read,
     };
-    if let Read::Moment(moment) = read { Some(moment) } else { None }
+    if let ParsedMoment::Moment(moment) = read { Some(moment) } else { None }
 }
 
 /// Time since the first moment, in the unit that the column's header states.
@@ -314,11 +316,11 @@ mod tests {
 
     #[test]
     fn sheets_of_samples_are_read_as_text_is() {
-        let texts = |number: usize, cells: &[&str]| Row {
+        let texts = |number: usize, cells: &[&str]| SheetRow {
             number,
             cells: cells.iter().map(|cell| Cell::text(cell)).collect(),
         };
-        let numbers = |number: usize, cells: &[f64]| Row {
+        let numbers = |number: usize, cells: &[f64]| SheetRow {
             number,
             cells: cells.iter().map(|x| Cell::Number(*x)).collect(),
         };

@@ -28,7 +28,7 @@ pub struct Channel {
     pub number: usize,
     /// As the file writes it.
     pub header: String,
-    /// Without the unit.
+    /// As the file writes it, without the unit of a vibration.
     pub name: String,
     /// Where the header states it.
     pub unit: Option<Unit>,

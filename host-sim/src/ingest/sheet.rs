@@ -32,12 +32,12 @@ impl Cell {
 
 /// One row, with its number in the file, from 1.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct SheetRow {
     pub number: usize,
     pub cells: Vec<Cell>,
 }
 
-impl Row {
+impl SheetRow {
     pub fn cell(&self, column: usize) -> &Cell {
         self.cells.get(column).unwrap_or(&Cell::Empty)
     }
@@ -55,7 +55,7 @@ pub struct Sheet {
     pub name: Option<String>,
     /// What stands between its cells, in a text.
     pub separator: Option<char>,
-    pub rows: Vec<Row>,
+    pub rows: Vec<SheetRow>,
 }
 
 impl Sheet {

@@ -1,7 +1,7 @@
 //! Where in a sheet the table is: what stands above it, its header, the units below that, its rows.
 
 use super::header::{is_unit, meaning};
-use super::sheet::{Cell, Row, Sheet};
+use super::sheet::{Cell, Sheet, SheetRow};
 use super::target::Quantity;
 
 /// Rows in which a header is looked for.
@@ -9,14 +9,14 @@ const DEEPEST: usize = 200;
 
 /// A table of a sheet.
 #[derive(Debug, Clone)]
-pub struct Table<'a> {
+pub struct ReadingTable<'a> {
     pub sheet: &'a Sheet,
     /// Row of the header, from 1.
     pub header_row: usize,
     pub columns: Vec<Header>,
     /// Text above the header row.
     pub above: Vec<String>,
-    pub rows: &'a [Row],
+    pub rows: &'a [SheetRow],
 }
 
 /// The head of one column.
@@ -40,7 +40,7 @@ impl Header {
 }
 
 /// The table of a sheet, if there is one; a header names a speed or a vibration, and something else.
-pub fn find(sheet: &Sheet) -> Option<Table<'_>> {
+pub fn find(sheet: &Sheet) -> Option<ReadingTable<'_>> {
     let candidates = sheet.rows.iter().take(DEEPEST).enumerate();
     let scored = candidates.map(|(at, row)| (at, score(row)));
     let (at, _) = scored.filter(|(_, score)| *score >= 2).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
@@ -48,7 +48,7 @@ pub fn find(sheet: &Sheet) -> Option<Table<'_>> {
     let above = sheet.rows[..at].iter().map(|row| {
         row.cells.iter().filter_map(Cell::as_text).collect::<Vec<_>>().join(" ").replace(['#', '"'], " ")
     });
-    Some(Table {
+    Some(ReadingTable {
         sheet,
         header_row: sheet.rows[at].number,
         columns,
@@ -58,9 +58,9 @@ pub fn find(sheet: &Sheet) -> Option<Table<'_>> {
 }
 
 /// The heads of the columns whose names stand in row `at`, and how many rows of units are below it.
-pub fn headers(rows: &[Row], at: usize) -> (Vec<Header>, usize) {
+pub fn headers(rows: &[SheetRow], at: usize) -> (Vec<Header>, usize) {
     let below = rows[at + 1..].iter().take_while(|row| is_unit_row(row)).count();
-    let text = |row: Option<&Row>, column: usize| {
+    let text = |row: Option<&SheetRow>, column: usize| {
         row.and_then(|row| row.cell(column).as_text()).unwrap_or_default().replace(['\r', '\n'], " ")
     };
     let header = &rows[at];
@@ -85,20 +85,20 @@ pub fn headers(rows: &[Row], at: usize) -> (Vec<Header>, usize) {
 
 /// The row of names directly above rows of samples, with the rows of units between them; `is_value` is what a sample or its
 /// time may be.
-pub fn above_samples(rows: &[Row], is_value: impl Fn(&Cell) -> bool) -> Option<usize> {
-    let filled = |row: &Row| row.cells.iter().filter(|c| !c.is_empty()).count();
-    let width = |row: &Row| row.cells.iter().rposition(|c| !c.is_empty()).map_or(0, |last| last + 1);
-    let values = |row: &Row| row.cells.iter().filter(|c| is_value(c)).count();
+pub fn above_samples(rows: &[SheetRow], is_value: impl Fn(&Cell) -> bool) -> Option<usize> {
+    let filled = |row: &SheetRow| row.cells.iter().filter(|c| !c.is_empty()).count();
+    let width = |row: &SheetRow| row.cells.iter().rposition(|c| !c.is_empty()).map_or(0, |last| last + 1);
+    let values = |row: &SheetRow| row.cells.iter().filter(|c| is_value(c)).count();
     rows.iter().enumerate().position(|(at, row)| {
         let below = rows[at + 1..].iter().take_while(|row| is_unit_row(row)).count();
         let first = rows.get(at + 1 + below);
-        let is_sample = |first: &Row| 2 * values(first) > filled(first) && width(first) <= width(row);
+        let is_sample = |first: &SheetRow| 2 * values(first) > filled(first) && width(first) <= width(row);
         filled(row) > 0 && values(row) == 0 && first.is_some_and(is_sample)
     })
 }
 
 /// Columns of a row that say what they are, if they are of a table of vibration.
-pub fn score(row: &Row) -> usize {
+pub fn score(row: &SheetRow) -> usize {
     let texts: Vec<&str> = row.cells.iter().filter_map(Cell::as_text).collect();
     let known: Vec<Quantity> = texts.iter().filter_map(|text| meaning(text, |_| false).quantity).collect();
     let names =
@@ -111,7 +111,7 @@ pub fn score(row: &Row) -> usize {
     if is_header { known.len() } else { 0 }
 }
 
-fn is_unit_row(row: &Row) -> bool {
+fn is_unit_row(row: &SheetRow) -> bool {
     let texts: Vec<&str> = row.cells.iter().filter_map(Cell::as_text).collect();
     let units = texts.iter().filter(|text| is_unit(text)).count();
     let numbers = row.cells.iter().any(|c| matches!(c, Cell::Number(_) | Cell::Time(_)))

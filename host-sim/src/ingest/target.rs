@@ -6,7 +6,7 @@ use std::str::FromStr;
 use anyhow::{Error, Result, bail};
 use serde::{Deserialize, Serialize};
 
-use super::stated::Stated;
+use super::column_units::ColumnUnits;
 use super::words::{Part, parts};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,7 +74,7 @@ impl Quantity {
 pub struct Target {
     pub probe: Option<String>,
     pub quantity: Quantity,
-    pub stated: Stated,
+    pub stated: ColumnUnits,
 }
 
 impl FromStr for Target {
@@ -89,7 +89,7 @@ impl FromStr for Target {
             bail!("\"{text}\": no quantity, {expected}; there are {}", names.join(", "));
         };
         let quantity = Quantity::named(segments[at]).unwrap_or(Quantity::Left);
-        let mut stated = Stated::default();
+        let mut stated = ColumnUnits::default();
         for part in parts(&segments[at + 1..].join(" "), |_| false) {
             let Part::Says(word) = &part else { bail!("\"{text}\": unknown unit, {expected}") };
             if !stated.take(*word) {

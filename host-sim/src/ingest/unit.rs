@@ -39,20 +39,16 @@ pub enum Unit {
     G,
 }
 
-/// What a unit measures, with the size of the unit.
+/// What a unit measures, with the size of the unit in µm, mV, µm/s or µm/s².
 enum Dimension {
-    /// µm.
     Displacement(f64),
-    /// mV.
     Voltage(f64),
-    /// µm/s.
     Velocity(f64),
-    /// µm/s².
     Acceleration(f64),
 }
 
 impl Unit {
-    /// As headers and messages write it.
+    /// As headers, options and messages write the unit.
     pub fn symbol(self) -> &'static str {
         match self {
             Self::Micrometre => "um",

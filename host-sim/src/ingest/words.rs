@@ -25,14 +25,13 @@ pub enum Word {
     Point,
     /// The machine's name is in the cells.
     Machine,
-    /// Of a vibration.
     Unit(Unit),
     Detection(Detection),
     Sense(Sense),
     Angle(Angle),
     SpeedUnit(SpeedUnit),
     TimeUnit(TimeUnit),
-    /// A velocity, in whatever unit.
+    /// A velocity without its unit, which no proximity probe has.
     Velocity,
     Filler,
 }

@@ -16,9 +16,9 @@ use serde_json::{Value, json};
 use super::listener::Listener;
 use super::output::{self, Form, Json};
 use crate::ingest::waveform::settings::Settings;
-use crate::ingest::waveform::sweep::Compensated;
-use crate::ingest::waveform::vectors::Drifted;
-use crate::ingest::waveform::{Beside, Extracted, extract};
+use crate::ingest::waveform::sweep::RateCompensation;
+use crate::ingest::waveform::vectors::DriftedWindows;
+use crate::ingest::waveform::{ExtraOutputs, ExtractedFile, extract};
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -49,7 +49,7 @@ pub fn run(arguments: &Arguments, forced: bool, listener: Listener) -> Result<Js
     let probes: Option<Vec<String>> =
         rotor.as_ref().map(|r| r.probe.iter().map(|p| p.name.clone()).collect());
     let busy = listener.spinner(&format!("extracting {}", arguments.names()));
-    let beside = Beside { two_x: arguments.two_x.is_some(), spectra: arguments.form.report.is_some() };
+    let beside = ExtraOutputs { two_x: arguments.two_x.is_some(), spectra: arguments.form.report.is_some() };
     let extracted = extract(&arguments.waveforms, probes.as_deref(), &arguments.settings, beside);
     busy.finish_and_clear();
     let extracted = extracted?;
@@ -82,7 +82,7 @@ impl Arguments {
 
 /// The whole file; in its first lines, what it holds and what made it.
 fn measured<'a>(
-    extracted: &[Extracted],
+    extracted: &[ExtractedFile],
     readings: impl Iterator<Item = &'a Reading>,
     holds: &str,
     arguments: &Arguments,
@@ -97,18 +97,18 @@ fn measured<'a>(
     Ok(file)
 }
 
-fn readings(extracted: &[Extracted]) -> impl Iterator<Item = &Reading> {
+fn readings(extracted: &[ExtractedFile]) -> impl Iterator<Item = &Reading> {
     extracted.iter().flat_map(|file| &file.readings)
 }
 
 /// What was done, in sentences.
-fn account(extracted: &[Extracted], arguments: &Arguments) -> Vec<String> {
+fn account(extracted: &[ExtractedFile], arguments: &Arguments) -> Vec<String> {
     extracted.iter().flat_map(|file| of_file(file, arguments)).collect()
 }
 
-fn of_file(extracted: &Extracted, arguments: &Arguments) -> Vec<String> {
+fn of_file(extracted: &ExtractedFile, arguments: &Arguments) -> Vec<String> {
     let settings = &arguments.settings;
-    let Extracted { file, readings, rate_hz, duration_s, .. } = extracted;
+    let ExtractedFile { file, readings, rate_hz, duration_s, .. } = extracted;
     let speeds = || readings.iter().map(|r| r.speed_rpm);
     let (lowest, highest) = (speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max));
     let (key, threshold) = &extracted.keyphasor;
@@ -150,7 +150,7 @@ fn of_file(extracted: &Extracted, arguments: &Arguments) -> Vec<String> {
     if let Some(at_s) = extracted.reference_lost_s {
         lines.push(format!("at {at_s:.3} s the tacho had paused for a turn: phases are unknown from there on, and no reading was taken"));
     }
-    if let Some(Compensated { bins, left, largest_um, at_rpm }) = extracted.compensated {
+    if let Some(RateCompensation { bins, left, largest_um, at_rpm }) = extracted.compensated {
         lines.push(format!(
             "{} of {bins} bins are as if their speed had been held; the largest change is {largest_um:.3} µm at {at_rpm:.0} \
              rpm",
@@ -161,12 +161,12 @@ fn of_file(extracted: &Extracted, arguments: &Arguments) -> Vec<String> {
         }
     }
     lines.extend(extracted.losses.iter().map(|loss| format!("lost: {loss}")));
-    let advice = |drifted: Drifted| drifted.advice(settings.revolutions, settings.largest_drift);
+    let advice = |drifted: DriftedWindows| drifted.advice(settings.revolutions, settings.largest_drift);
     lines.extend(extracted.drifted.map(advice));
     lines
 }
 
-fn show(extracted: &[Extracted], arguments: &Arguments) {
+fn show(extracted: &[ExtractedFile], arguments: &Arguments) {
     for line in account(extracted, arguments) {
         println!("{line}");
     }
@@ -174,8 +174,8 @@ fn show(extracted: &[Extracted], arguments: &Arguments) {
     println!("\nWritten to {}{also}.", arguments.output.display());
 }
 
-fn answer(extracted: &[Extracted], arguments: &Arguments) -> Value {
-    let lost = |of: &Extracted| of.losses.iter().map(|loss| loss.windows).sum::<usize>();
+fn answer(extracted: &[ExtractedFile], arguments: &Arguments) -> Value {
+    let lost = |of: &ExtractedFile| of.losses.iter().map(|loss| loss.windows).sum::<usize>();
     json!({
         "measured": arguments.output,
         "two_x": arguments.two_x,
@@ -186,7 +186,7 @@ fn answer(extracted: &[Extracted], arguments: &Arguments) -> Value {
     })
 }
 
-fn answer_of_file(extracted: &Extracted) -> Value {
+fn answer_of_file(extracted: &ExtractedFile) -> Value {
     let losses: Vec<Value> = (extracted.losses.iter())
         .map(|loss| json!({"why": loss.why, "probe": loss.probe, "windows": loss.windows, "first_s": loss.first_s}))
         .collect();

@@ -6,7 +6,7 @@ use rotor_edge_desktop::units::SECONDS_A_DAY;
 
 use super::pairs::{Pair, pairs};
 use super::{readings, spectra};
-use crate::ingest::waveform::{Extracted, Probe};
+use crate::ingest::waveform::{ExtractedFile, Probe};
 use crate::render::bode::bode;
 use crate::render::centreline::centreline;
 use crate::render::orbit::{OrbitPanel, orbit};
@@ -20,7 +20,7 @@ const ORBITS: usize = 4;
 const ONE_SPEED: f64 = 0.02;
 
 /// The whole report; `account` is what was done, in sentences.
-pub fn sections(extracted: &[Extracted], rotor: Option<&Rotor>, account: Vec<String>) -> Vec<Section> {
+pub fn sections(extracted: &[ExtractedFile], rotor: Option<&Rotor>, account: Vec<String>) -> Vec<Section> {
     let each = extracted.iter().flat_map(|of| of.losses.iter().map(|loss| (&of.file, loss)));
     let losses = each.map(|(file, loss)| {
         let probe = loss.probe.clone().unwrap_or_else(|| "all".into());
@@ -76,7 +76,7 @@ fn seen_along(rotor: Option<&Rotor>, what: &str) -> String {
 }
 
 /// At up to four speeds from the lowest to the highest.
-fn orbits_of(pair: &Pair, of: &Extracted) -> Option<Figure> {
+fn orbits_of(pair: &Pair, of: &ExtractedFile) -> Option<Figure> {
     let mut panels: Vec<OrbitPanel> = (of.readings.iter())
         .filter_map(|r| {
             let measured_m = pair.phasors_m(r)?;
@@ -103,9 +103,9 @@ fn orbits_of(pair: &Pair, of: &Extracted) -> Option<Figure> {
     })
 }
 
-fn centreline_of(pair: &Pair, extracted: &[Extracted]) -> Option<Figure> {
+fn centreline_of(pair: &Pair, extracted: &[ExtractedFile]) -> Option<Figure> {
     let first = readings(extracted).next()?;
-    let run = |of: &Extracted| {
+    let run = |of: &ExtractedFile| {
         let place = |r: &Reading| pair.moved_um(first, r, &of.probes).map(|[x, y]| (x, y));
         let places: Vec<_> = of.readings.iter().filter_map(place).collect();
         let [from, to] = [of.readings.first()?, of.readings.last()?].map(|r| rpm(r.speed_rpm));
@@ -122,7 +122,7 @@ fn centreline_of(pair: &Pair, extracted: &[Extracted]) -> Option<Figure> {
     })
 }
 
-fn speed(extracted: &[Extracted]) -> Figure {
+fn speed(extracted: &[ExtractedFile]) -> Figure {
     let points = readings(extracted).filter_map(|r| Some((SECONDS_A_DAY * r.time_d?, r.speed_rpm)));
     let over_time = Trend {
         along: "time, s".into(),
@@ -139,10 +139,10 @@ fn speed(extracted: &[Extracted]) -> Figure {
     }
 }
 
-fn of_probe(extracted: &[Extracted], probe: usize) -> Figure {
+fn of_probe(extracted: &[ExtractedFile], probe: usize) -> Figure {
     let point = |r: &Reading| Some((r.speed_rpm, r.probes[probe]?));
     let points: Vec<_> = readings(extracted).filter_map(point).collect();
-    let curve = |of: &Extracted| {
+    let curve = |of: &ExtractedFile| {
         let mut points: Vec<_> = of.readings.iter().filter_map(point).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         Some(Curve { label: of.run.clone()?, points })

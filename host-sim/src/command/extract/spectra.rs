@@ -3,7 +3,7 @@
 use nalgebra::Complex;
 
 use super::pairs::Pair;
-use crate::ingest::waveform::Extracted;
+use crate::ingest::waveform::ExtractedFile;
 use crate::ingest::waveform::orders::Spectrum;
 use crate::render::cascade::{Trace, cascade, tallest_um};
 use crate::render::scale::three_digits;
@@ -13,10 +13,10 @@ use crate::render::{Figure, Section, identifier};
 const ONE_SPEED: f64 = 0.05;
 
 /// A figure for each pair, and for each probe without one; nothing where no spectrum is.
-pub fn section(extracted: &[Extracted], pairs: &[Pair]) -> Option<Section> {
+pub fn section(extracted: &[ExtractedFile], pairs: &[Pair]) -> Option<Section> {
     let alone = (0..extracted[0].probes.len()).filter(|probe| !pairs.iter().any(|pair| pair.has(*probe)));
     let alone: Vec<usize> = alone.collect();
-    let of_file = |of: &Extracted| {
+    let of_file = |of: &ExtractedFile| {
         let full = pairs.iter().filter_map(|pair| full(pair, of));
         let half = alone.iter().filter_map(|probe| half(*probe, of));
         full.chain(half).collect::<Vec<_>>()
@@ -34,7 +34,7 @@ pub fn section(extracted: &[Extracted], pairs: &[Pair]) -> Option<Section> {
     })
 }
 
-fn full(pair: &Pair, of: &Extracted) -> Option<Figure> {
+fn full(pair: &Pair, of: &ExtractedFile) -> Option<Figure> {
     let lines = |spectrum: &Spectrum| -> Option<Vec<(f64, f64)>> {
         let [a, b] = pair.probes.map(|probe| spectrum.probes[probe].as_ref());
         let xy: Vec<[Complex<f64>; 2]> = a?.iter().zip(b?).map(|(a, b)| pair.along_xy(*a, *b)).collect();
@@ -49,7 +49,7 @@ fn full(pair: &Pair, of: &Extracted) -> Option<Figure> {
     figure(&format!("Cascade at {}", pair.name), of, &[-1.0, 1.0, 2.0], lines)
 }
 
-fn half(probe: usize, of: &Extracted) -> Option<Figure> {
+fn half(probe: usize, of: &ExtractedFile) -> Option<Figure> {
     let lines = |spectrum: &Spectrum| -> Option<Vec<(f64, f64)>> {
         let means = spectrum.probes[probe].as_ref()?.iter().enumerate();
         let order = |line: usize| line as f64 / f64::from(spectrum.turns);
@@ -61,7 +61,7 @@ fn half(probe: usize, of: &Extracted) -> Option<Figure> {
 /// `lines` are orders and amplitudes in µm peak to peak, of a spectrum that shows them.
 fn figure(
     title: &str,
-    of: &Extracted,
+    of: &ExtractedFile,
     multiples: &[f64],
     lines: impl Fn(&Spectrum) -> Option<Vec<(f64, f64)>>,
 ) -> Option<Figure> {

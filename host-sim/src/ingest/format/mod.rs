@@ -17,14 +17,13 @@ use super::samples::Waveform;
 use super::sheet::Sheet;
 pub use text::Text;
 
-/// What a file holds.
+/// Cells or samples of a file.
 pub enum Content {
     Sheets(Vec<Sheet>),
     Text(Text),
     Waveform(Waveform),
 }
 
-/// A format of files.
 struct Format {
     /// Extensions of its files, the usual one first.
     extensions: &'static [&'static str],

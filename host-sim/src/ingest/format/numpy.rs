@@ -16,6 +16,9 @@ const ENTRY_NAME_LENGTH: Range<usize> = 26..28;
 /// Where its name begins.
 const ENTRY_NAME: usize = 30;
 
+/// Bytes in which the shape is looked for.
+const LONGEST_HEADER: usize = 4096;
+
 /// Whether a file is an array.
 pub fn is_array(bytes: &[u8]) -> bool {
     bytes.starts_with(b"\x93NUMPY")
@@ -55,6 +58,10 @@ pub fn read_archive(file: &str, bytes: &[u8]) -> Result<Content> {
 
 fn array(place: &str, bytes: &[u8]) -> Result<Array> {
     let wrong = || format!("{place}: cannot be read as a NumPy array");
+    // the crate multiplies the sides without a look at what overflows
+    if stated_numbers(bytes).is_some_and(|numbers| numbers > bytes.len() as u128) {
+        bail!("{}: its shape says more numbers than there are bytes", wrong());
+    }
     let array = NpyFile::new(bytes).with_context(wrong)?;
     let shape: Vec<usize> = array.shape().iter().map(|side| *side as usize).collect();
     let is_by_rows = array.order() == Order::C;
@@ -84,6 +91,18 @@ fn array(place: &str, bytes: &[u8]) -> Result<Array> {
     Ok(Array { all, rows, width, is_by_rows })
 }
 
+/// Numbers in an array by the shape in its header; nothing where the header cannot be read.
+fn stated_numbers(bytes: &[u8]) -> Option<u128> {
+    let start = &bytes[..bytes.len().min(LONGEST_HEADER)];
+    let text = String::from_utf8_lossy(start);
+    let (_, behind) = text.split_once("'shape'")?;
+    let (sides, _) = behind.split_once('(')?.1.split_once(')')?;
+    let sides = sides.split(',').map(str::trim).filter(|side| !side.is_empty());
+    sides
+        .map(|side| side.trim_end_matches('L').parse::<u128>().ok())
+        .try_fold(1_u128, |product, side| Some(product.saturating_mul(side?)))
+}
+
 fn values<T: Into<f64>>(all: Vec<T>) -> Samples {
     Samples::Values(all.into_iter().map(Into::into).collect())
 }
@@ -101,6 +120,20 @@ mod tests {
         writer.extend(values.iter().copied()).unwrap();
         writer.finish().unwrap();
         bytes
+    }
+
+    #[test]
+    fn a_shape_beyond_the_file_is_refused() {
+        let mut bytes = written(&[11], Order::C, &[0.0; 11]);
+        let at = bytes.windows(4).position(|w| w == b"(11,").unwrap();
+        let beyond = format!("({},)", u64::MAX);
+        let behind = bytes[at + 5..].iter().position(|b| *b == b'}').unwrap();
+        let tail: Vec<u8> = bytes[at + 5..at + 6 + behind].to_vec();
+        // the padding of the header takes the digits
+        bytes[at..at + beyond.len()].copy_from_slice(beyond.as_bytes());
+        bytes[at + beyond.len()..at + beyond.len() + tail.len()].copy_from_slice(&tail);
+        let error = array("a.npy", &bytes).err().unwrap().to_string();
+        assert!(error.contains("more numbers than there are bytes"), "{error}");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use parquet::basic::{LogicalType, TimeUnit};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
-use super::super::sheet::{Cell, Row, Sheet};
+use super::super::sheet::{Cell, Sheet, SheetRow};
 use super::Content;
 
 const SECONDS_A_DAY: i64 = 86_400;
@@ -39,11 +39,11 @@ fn table(file: &str, bytes: &[u8]) -> Result<Sheet> {
         .map(|column| matches!(column.logical_type_ref(), Some(LogicalType::Timestamp(t)) if t.unit == TimeUnit::NANOS))
         .collect();
     let names = columns.iter().map(|column| Cell::text(column.name())).collect();
-    let mut rows = vec![Row { number: 1, cells: names }];
+    let mut rows = vec![SheetRow { number: 1, cells: names }];
     for (i, row) in reader.get_row_iter(None).with_context(wrong)?.enumerate() {
         let row = row.with_context(wrong)?;
         let cells = row.get_column_iter().zip(&in_nanoseconds);
-        rows.push(Row {
+        rows.push(SheetRow {
             number: i + 2,
             cells: cells.map(|((_, field), nanos)| cell(field, *nanos)).collect(),
         });

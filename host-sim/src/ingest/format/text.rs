@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use csv::ByteRecord;
 
 use super::super::encoding::decoded;
-use super::super::sheet::{Cell, Row, Sheet};
+use super::super::sheet::{Cell, Sheet, SheetRow};
 use super::super::table;
 use super::Content;
 
@@ -42,7 +42,7 @@ impl Text {
 
     /// All rows, cut at the separator with which a header of readings is found.
     pub fn sheet(self) -> Sheet {
-        let columns = |_, rows: &[Row]| {
+        let columns = |_, rows: &[SheetRow]| {
             rows.iter().map(|row| (table::score(row), row.cells.len())).max().unwrap_or_default()
         };
         let separator = self.separator([';', '\t', ',', '|'], columns);
@@ -56,14 +56,14 @@ impl Text {
     }
 
     /// The separator whose first rows have the highest score, the first of equals.
-    pub fn separator<S: Ord>(&self, among: [char; 4], score: impl Fn(char, &[Row]) -> S) -> char {
+    pub fn separator<S: Ord>(&self, among: [char; 4], score: impl Fn(char, &[SheetRow]) -> S) -> char {
         let score = |separator: &char| score(*separator, &self.first_rows(*separator));
         // `max_by_key` takes the last of equals
         among.into_iter().rev().max_by_key(score).unwrap_or(',')
     }
 
     /// The rows in which a header may stand.
-    pub fn first_rows(&self, separator: char) -> Vec<Row> {
+    pub fn first_rows(&self, separator: char) -> Vec<SheetRow> {
         let end = self.text.match_indices('\n').nth(LOOKED_AT).map_or(self.text.len(), |(i, _)| i + 1);
         let mut rows = Vec::new();
         let push = |number: usize, record: &ByteRecord| {
@@ -115,8 +115,8 @@ fn skipped_lines(text: &str, comment: Option<u8>) -> usize {
     text.split_inclusive('\n').take_while(is_none).filter(|line| line.ends_with('\n')).count()
 }
 
-fn row(number: usize, record: &ByteRecord) -> Row {
-    Row { number, cells: record.iter().map(|cell| Cell::text(&String::from_utf8_lossy(cell))).collect() }
+fn row(number: usize, record: &ByteRecord) -> SheetRow {
+    SheetRow { number, cells: record.iter().map(|cell| Cell::text(&String::from_utf8_lossy(cell))).collect() }
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, anyhow};
 use calamine::{Data, Reader, open_workbook_auto_from_rs};
 
 use super::super::calendar;
-use super::super::sheet::{Cell, Row, Sheet};
+use super::super::sheet::{Cell, Sheet, SheetRow};
 use super::Content;
 
 /// What a zip archive and a compound file begin with.
@@ -30,7 +30,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
         let rows = range.rows().enumerate().map(|(down, cells)| {
             // columns count from A, wherever the table begins
             let before = std::iter::repeat_n(Cell::Empty, first_column as usize);
-            Row {
+            SheetRow {
                 number: first_row as usize + down + 1,
                 cells: before.chain(cells.iter().map(cell)).collect(),
             }

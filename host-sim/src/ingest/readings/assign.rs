@@ -7,14 +7,14 @@ use crate::ingest::calendar;
 use crate::ingest::header::{Meaning, meaning};
 use crate::ingest::probes::{Probes, stated_above};
 use crate::ingest::sheet::Cell;
-use crate::ingest::table::{Header, Table};
+use crate::ingest::table::{Header, ReadingTable};
 use crate::ingest::target::{Quantity, Target};
 use crate::ingest::unit::Unit;
 use crate::ingest::words::Word;
 
 /// A column with what it holds.
 #[derive(Debug, Clone)]
-pub struct Assigned {
+pub struct AssignedColumn {
     pub header: Header,
     pub target: Target,
     /// Whether the owner said so.
@@ -27,7 +27,7 @@ pub struct Assigned {
 
 /// A column that is not needed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Left {
+pub struct UnusedColumn {
     /// From 1.
     pub number: usize,
     pub header: String,
@@ -38,8 +38,12 @@ pub struct Left {
 ///
 /// # Errors
 /// One sentence with the columns if two of them are the same quantity, or the probe of one is not known.
-pub fn assign(table: &Table, probes: &Probes, mapping: &Mapping) -> Result<(Vec<Assigned>, Vec<Left>)> {
-    let mut assigned: Vec<Assigned> = Vec::new();
+pub fn assign(
+    table: &ReadingTable,
+    probes: &Probes,
+    mapping: &Mapping,
+) -> Result<(Vec<AssignedColumn>, Vec<UnusedColumn>)> {
+    let mut assigned: Vec<AssignedColumn> = Vec::new();
     let mut left = Vec::new();
     for header in &table.columns {
         match one(table, header, probes, mapping)? {
@@ -71,13 +75,13 @@ pub fn assign(table: &Table, probes: &Probes, mapping: &Mapping) -> Result<(Vec<
     Ok((assigned, left))
 }
 
-fn leave(header: &Header, why: impl Into<String>) -> Left {
-    Left { number: header.index + 1, header: header.name.clone(), why: why.into() }
+fn leave(header: &Header, why: impl Into<String>) -> UnusedColumn {
+    UnusedColumn { number: header.index + 1, header: header.name.clone(), why: why.into() }
 }
 
-type Known = std::result::Result<Assigned, String>;
+type Known = std::result::Result<AssignedColumn, String>;
 
-fn one(table: &Table, header: &Header, probes: &Probes, mapping: &Mapping) -> Result<Known> {
+fn one(table: &ReadingTable, header: &Header, probes: &Probes, mapping: &Mapping) -> Result<Known> {
     let said = meaning(&header.text(), |word| probes.is_probe(word));
     let number = (header.index + 1).to_string();
     if let Some(rule) = mapping.column.iter().find(|rule| rule.from == header.name || rule.from == number) {
@@ -101,7 +105,7 @@ fn one(table: &Table, header: &Header, probes: &Probes, mapping: &Mapping) -> Re
             None => None,
         };
         let target = Target { probe, stated, quantity: rule.to.quantity };
-        return Ok(Ok(Assigned {
+        return Ok(Ok(AssignedColumn {
             header: header.clone(),
             target,
             by_rule: true,
@@ -133,7 +137,7 @@ fn one(table: &Table, header: &Header, probes: &Probes, mapping: &Mapping) -> Re
     }
     let unit_alone = quantity == Quantity::Amplitude && said.by_unit && !said.synchronous;
     let target = Target { probe, quantity, stated: said.stated };
-    Ok(Ok(Assigned {
+    Ok(Ok(AssignedColumn {
         header: header.clone(),
         target,
         by_rule: false,
@@ -147,8 +151,12 @@ fn is_voltage(said: &Meaning) -> bool {
 }
 
 /// A column with the date and one with the clock are one moment; of several moments the first is taken.
-fn pair_date_and_clock(table: &Table, assigned: &mut Vec<Assigned>, left: &mut Vec<Left>) {
-    let is_clock = |column: &Assigned| {
+fn pair_date_and_clock(
+    table: &ReadingTable,
+    assigned: &mut Vec<AssignedColumn>,
+    left: &mut Vec<UnusedColumn>,
+) {
+    let is_clock = |column: &AssignedColumn| {
         let mut cells = table.rows.iter().map(|row| row.cell(column.header.index)).filter(|c| !c.is_empty());
         match cells.next() {
             Some(Cell::Text(text)) => calendar::clock(&text.split_whitespace().collect::<Vec<_>>()).is_some(),
@@ -176,14 +184,18 @@ fn pair_date_and_clock(table: &Table, assigned: &mut Vec<Assigned>, left: &mut V
 }
 
 /// Of several columns of one quantity the one that says most of itself.
-fn choose(table: &Table, assigned: &mut Vec<Assigned>, left: &mut Vec<Left>) -> Result<()> {
+fn choose(
+    table: &ReadingTable,
+    assigned: &mut Vec<AssignedColumn>,
+    left: &mut Vec<UnusedColumn>,
+) -> Result<()> {
     let all = assigned.clone();
-    let same = |a: &Assigned, b: &Assigned| {
+    let same = |a: &AssignedColumn, b: &AssignedColumn| {
         a.target.quantity == b.target.quantity && a.target.probe == b.target.probe && a.header != b.header
     };
-    let weight = |c: &Assigned| (c.by_rule, c.synchronous, c.header.name.len() <= 5);
+    let weight = |c: &AssignedColumn| (c.by_rule, c.synchronous, c.header.name.len() <= 5);
     for column in &all {
-        let rivals: Vec<&Assigned> = all.iter().filter(|other| same(column, other)).collect();
+        let rivals: Vec<&AssignedColumn> = all.iter().filter(|other| same(column, other)).collect();
         if rivals.iter().any(|r| weight(r) > weight(column)) {
             assigned.retain(|c| c.header != column.header);
             left.push(leave(&column.header, "another column says more of itself"));
@@ -202,10 +214,15 @@ fn choose(table: &Table, assigned: &mut Vec<Assigned>, left: &mut Vec<Left>) -> 
 }
 
 /// An amplitude that does not say of what may be of all frequencies together: left, unless a phase would go with it.
-fn leave_overall(table: &Table, assigned: &mut Vec<Assigned>, left: &mut Vec<Left>) -> Result<()> {
+fn leave_overall(
+    table: &ReadingTable,
+    assigned: &mut Vec<AssignedColumn>,
+    left: &mut Vec<UnusedColumn>,
+) -> Result<()> {
     for column in assigned.clone().iter().filter(|c| c.unit_alone) {
-        let phase =
-            |c: &Assigned| c.target.quantity == Quantity::Phase && c.target.probe == column.target.probe;
+        let phase = |c: &AssignedColumn| {
+            c.target.quantity == Quantity::Phase && c.target.probe == column.target.probe
+        };
         if assigned.iter().any(phase) {
             let (place, name) = (table.sheet.place(), &column.header.name);
             bail!(
@@ -223,7 +240,7 @@ fn leave_overall(table: &Table, assigned: &mut Vec<Assigned>, left: &mut Vec<Lef
 
 impl Header {
     /// Row and column as messages name it.
-    pub fn place(&self, table: &Table) -> String {
+    pub fn place(&self, table: &ReadingTable) -> String {
         format!("row {}, column {} `{}`", table.header_row, self.index + 1, self.name)
     }
 }

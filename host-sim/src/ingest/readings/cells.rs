@@ -3,10 +3,10 @@
 use anyhow::{Result, bail};
 
 use super::plan::{Column, Plan};
-use crate::ingest::calendar::{self, Moment, Read};
+use crate::ingest::calendar::{self, Moment, ParsedMoment};
 use crate::ingest::number::{is_lost, number};
-use crate::ingest::sheet::{Cell, Row};
-use crate::ingest::table::Table;
+use crate::ingest::sheet::{Cell, SheetRow};
+use crate::ingest::table::ReadingTable;
 use crate::ingest::target::Quantity;
 use crate::ingest::words::{Part, Word, parts};
 
@@ -15,13 +15,13 @@ const OF_DATES: [&str; 6] = ["date", "datum", "timestamp", "zeitstempel", "datet
 
 /// Reads rows of one table as its plan says.
 pub struct Cells<'a> {
-    pub table: &'a Table<'a>,
+    pub table: &'a ReadingTable<'a>,
     pub plan: &'a Plan,
 }
 
 impl Cells<'_> {
     /// File, sheet, row and column of a cell.
-    pub fn place(&self, row: &Row, column: &Column) -> String {
+    pub fn place(&self, row: &SheetRow, column: &Column) -> String {
         format!(
             "{}: row {}, column {} `{}`",
             self.table.sheet.place(),
@@ -32,7 +32,7 @@ impl Cells<'_> {
     }
 
     /// The number of a cell as written; nothing if it is lost.
-    pub fn raw(&self, row: &Row, column: &Column) -> Result<Option<f64>> {
+    pub fn raw(&self, row: &SheetRow, column: &Column) -> Result<Option<f64>> {
         let text = match row.cell(column.index) {
             Cell::Empty => return Ok(None),
             Cell::Number(x) => return Ok(Some(*x)),
@@ -57,7 +57,7 @@ impl Cells<'_> {
     }
 
     /// The text of a cell, a number as it is written shortest.
-    pub fn name(&self, row: &Row, column: &Column) -> Option<String> {
+    pub fn name(&self, row: &SheetRow, column: &Column) -> Option<String> {
         match row.cell(column.index) {
             Cell::Text(text) => Some(text.clone()),
             Cell::Number(x) => Some(x.to_string()),
@@ -66,7 +66,7 @@ impl Cells<'_> {
     }
 
     /// The moment of a row, if there is a column for it.
-    pub fn moment(&self, row: &Row) -> Result<Option<Moment>> {
+    pub fn moment(&self, row: &SheetRow) -> Result<Option<Moment>> {
         let Some(column) = self.plan.column(Quantity::Time) else { return Ok(None) };
         let clock = self.plan.column(Quantity::Clock).map(|c| row.cell(c.index));
         let place = || self.place(row, column);
@@ -112,12 +112,12 @@ impl Cells<'_> {
             return Ok(moment);
         }
         match calendar::of_text(text, self.plan.dates) {
-            Read::Moment(moment) => Ok(moment),
-            Read::Ambiguous => bail!(
+            ParsedMoment::Moment(moment) => Ok(moment),
+            ParsedMoment::Ambiguous => bail!(
                 "{}: \"{text}\" may have the day first or the month, expected --dates day-first or --dates month-first",
                 place()
             ),
-            Read::Nothing => bail!("{}: \"{text}\" is not a time", place()),
+            ParsedMoment::Nothing => bail!("{}: \"{text}\" is not a time", place()),
         }
     }
 }

@@ -25,20 +25,20 @@ use super::calendar::Moment;
 use super::format;
 use super::probes::stated_above;
 use super::sheet::Sheet;
-use super::table::{self, Table};
+use super::table::{self, ReadingTable};
 use super::words::Word;
 use mapping::Mapping;
 use plan::{Plan, plan};
 use record::Record;
-use repair::{Marked, PhaseShift};
+use repair::{MarkedValues, PhaseShift};
 
 #[derive(Debug)]
-pub struct Imported {
+pub struct ImportResult {
     /// What was done with each table, with its file and sheet.
     pub plans: Vec<(String, Plan)>,
     pub record: Record,
     /// Values that were marked as lost.
-    pub marked: Marked,
+    pub marked: MarkedValues,
     /// Readings that a moved phase reference was taken off.
     pub turned: usize,
     /// Runout that was taken off, µm, a phasor `cos − i sin` of each probe.
@@ -53,7 +53,7 @@ pub struct Imported {
 ///
 /// # Errors
 /// One sentence with file, sheet, row and column, and the option that would help.
-pub fn import(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -> Result<Imported> {
+pub fn import(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -> Result<ImportResult> {
     let mut all = gathered(files, of_rotor, mapping)?;
     let dates = all.plans.iter().find_map(|(_, plan)| plan.dates);
     for shift in &mapping.phase_shift {
@@ -66,7 +66,7 @@ pub fn import(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping)
 }
 
 /// Everything but the slow roll and the phase reference.
-fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -> Result<Imported> {
+fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -> Result<ImportResult> {
     let mut record = Record::of(of_rotor.unwrap_or_default());
     let mut plans = Vec::new();
     let mut machine: Option<(String, String)> = None;
@@ -100,17 +100,17 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
         bail!("{}: there is no column of the rotor's probe {}", plans[0].0, record.probes[p]);
     }
     let (start, sorted) = in_order(&mut record, start, &plans)?;
-    let mut marked = Marked::default();
+    let mut marked = MarkedValues::default();
     if !mapping.keep_stale {
         marked.stale = repair::mark_stale(&mut record);
     }
     if !mapping.keep_outliers {
         marked.outliers = repair::mark_outliers(&mut record);
     }
-    Ok(Imported { plans, record, marked, turned: 0, runout_um: None, sorted, start })
+    Ok(ImportResult { plans, record, marked, turned: 0, runout_um: None, sorted, start })
 }
 
-fn only_table<'a>(path: &Path, sheets: &'a [Sheet], mapping: &Mapping) -> Result<Table<'a>> {
+fn only_table<'a>(path: &Path, sheets: &'a [Sheet], mapping: &Mapping) -> Result<ReadingTable<'a>> {
     let file = path.display();
     let asked = |sheet: &&Sheet| match (&mapping.sheet, &sheet.name) {
         (Some(asked), Some(name)) => asked == name,

@@ -2,15 +2,15 @@
 
 use anyhow::{Result, bail};
 
-use super::assign::{Assigned, Left, assign};
+use super::assign::{AssignedColumn, UnusedColumn, assign};
 use super::mapping::Mapping;
 use crate::ingest::calendar::{self, DateOrder};
+use crate::ingest::column_units::ColumnUnits;
 use crate::ingest::header::meaning;
-use crate::ingest::number::{self, Decimal, Shown, number};
+use crate::ingest::number::{self, Decimal, DecimalEvidence, number};
 use crate::ingest::probes::Probes;
 use crate::ingest::sheet::Cell;
-use crate::ingest::stated::Stated;
-use crate::ingest::table::Table;
+use crate::ingest::table::ReadingTable;
 use crate::ingest::target::{Quantity, Target};
 use crate::ingest::unit::{Angle, Detection, Sense, SpeedUnit, Unit};
 use crate::ingest::words::{Part, Word, parts};
@@ -35,7 +35,7 @@ pub struct Column {
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub columns: Vec<Column>,
-    pub left: Vec<Left>,
+    pub left: Vec<UnusedColumn>,
     pub decimal: Decimal,
     pub dates: Option<DateOrder>,
     pub probes: Probes,
@@ -52,7 +52,7 @@ impl Plan {
 /// # Errors
 /// One sentence with file, sheet, row and column, and the option that would decide, where the export leaves open what
 /// changes the physics, or has no speed, amplitude or phase.
-pub fn plan(table: &Table, of_rotor: Option<Vec<String>>, mapping: &Mapping) -> Result<Plan> {
+pub fn plan(table: &ReadingTable, of_rotor: Option<Vec<String>>, mapping: &Mapping) -> Result<Plan> {
     let probes = Probes::new(of_rotor, table);
     let (assigned, left) = assign(table, &probes, mapping)?;
     let place = table.sheet.place();
@@ -62,8 +62,9 @@ pub fn plan(table: &Table, of_rotor: Option<Vec<String>>, mapping: &Mapping) -> 
     let mut columns = Vec::new();
     let mut missing: Vec<(String, String)> = Vec::new();
     for column in assigned {
-        let text =
-            |row: &'_ crate::ingest::sheet::Row| row.cell(column.header.index).as_text().map(str::to_string);
+        let text = |row: &'_ crate::ingest::sheet::SheetRow| {
+            row.cell(column.header.index).as_text().map(str::to_string)
+        };
         let first =
             table.rows.iter().filter_map(text).find_map(|t| number(&t, decimal).map(|n| n.1.to_string()));
         let cell_unit = first.unwrap_or_default();
@@ -98,7 +99,12 @@ pub fn plan(table: &Table, of_rotor: Option<Vec<String>>, mapping: &Mapping) -> 
 }
 
 /// Whether there is a speed, and for each probe both parts of its vibration.
-fn whole(table: &Table, assigned: &[Assigned], left: &[Left], mapping: &Mapping) -> Result<()> {
+fn whole(
+    table: &ReadingTable,
+    assigned: &[AssignedColumn],
+    left: &[UnusedColumn],
+    mapping: &Mapping,
+) -> Result<()> {
     let place = format!("{}: row {}", table.sheet.place(), table.header_row);
     let names = || table.columns.iter().map(|c| format!("`{}`", c.name)).collect::<Vec<_>>().join(", ");
     if mapping.speed_rpm.is_none() && !assigned.iter().any(|c| c.target.quantity == Quantity::Speed) {
@@ -139,20 +145,20 @@ fn whole(table: &Table, assigned: &[Assigned], left: &[Left], mapping: &Mapping)
 
 /// What a column needs to be stated, from everywhere, and its factor; or what is missing, with the option for it.
 fn complete(
-    column: &Assigned,
-    stated: Stated,
+    column: &AssignedColumn,
+    stated: ColumnUnits,
     mapping: &Mapping,
-    above: &Above,
+    above: &Preamble,
     largest: impl Fn() -> f64,
-) -> std::result::Result<(Stated, f64), String> {
+) -> std::result::Result<(ColumnUnits, f64), String> {
     let name = &column.header.name;
     let quantity = column.target.quantity;
-    let owner = Stated {
+    let owner = ColumnUnits {
         length: mapping.unit,
         detection: mapping.amplitude,
         sense: mapping.phase,
         angle: mapping.angle,
-        ..Stated::default()
+        ..ColumnUnits::default()
     };
     let stated = if quantity == Quantity::Gap { stated } else { stated.or(owner).or(above.stated) };
     let mut stated = of_quantity(quantity, stated);
@@ -180,7 +186,7 @@ fn has_sense(quantity: Quantity) -> bool {
 }
 
 /// The conventions that concern a quantity: one that is stated of another says nothing of it.
-fn of_quantity(quantity: Quantity, mut stated: Stated) -> Stated {
+fn of_quantity(quantity: Quantity, mut stated: ColumnUnits) -> ColumnUnits {
     if !has_sense(quantity) {
         stated.sense = None;
     }
@@ -201,7 +207,7 @@ fn of_quantity(quantity: Quantity, mut stated: Stated) -> Stated {
 
 /// To rpm; a speed without a unit is in rpm, unless it is so slow that it may be in Hz.
 fn speed_factor(
-    stated: &mut Stated,
+    stated: &mut ColumnUnits,
     name: &str,
     largest: impl Fn() -> f64,
 ) -> std::result::Result<f64, String> {
@@ -215,7 +221,7 @@ fn speed_factor(
 }
 
 /// To radians of phase lag; a phase without a unit is in degrees, unless all of it lies within a turn in radians.
-fn phase_factor(stated: &mut Stated, largest: impl Fn() -> f64) -> std::result::Result<f64, String> {
+fn phase_factor(stated: &mut ColumnUnits, largest: impl Fn() -> f64) -> std::result::Result<f64, String> {
     if stated.angle.is_none() && largest() <= 2.0 * std::f64::consts::PI {
         return Err("may be degrees or radians, expected --angle degrees or --angle radians".into());
     }
@@ -225,7 +231,7 @@ fn phase_factor(stated: &mut Stated, largest: impl Fn() -> f64) -> std::result::
 }
 
 /// To volts.
-fn gap_factor(stated: &mut Stated) -> f64 {
+fn gap_factor(stated: &mut ColumnUnits) -> f64 {
     let unit = *stated.length.get_or_insert(Unit::Volt);
     stated.detection = None;
     if unit == Unit::Millivolt { 1e-3 } else { 1.0 }
@@ -234,7 +240,7 @@ fn gap_factor(stated: &mut Stated) -> f64 {
 /// To µm zero-to-peak, of an imaginary part that lags.
 fn vibration_factor(
     quantity: Quantity,
-    stated: &Stated,
+    stated: &ColumnUnits,
     sensitivity_mv_um: Option<f64>,
 ) -> std::result::Result<f64, String> {
     let no_unit = "states no unit, expected --unit um, --unit mil or --unit mm";
@@ -256,13 +262,13 @@ fn vibration_factor(
 
 /// Conventions that the lines above a table state.
 #[derive(Debug, Default)]
-struct Above {
-    stated: Stated,
+struct Preamble {
+    stated: ColumnUnits,
     sensitivity_mv_um: Option<f64>,
 }
 
-fn above(table: &Table) -> Above {
-    let mut all = Above::default();
+fn above(table: &ReadingTable) -> Preamble {
+    let mut all = Preamble::default();
     let (mut lengths, mut detections, mut senses, mut angles) = (vec![], vec![], vec![], vec![]);
     for line in &table.above {
         if let Some(sensitivity) = sensitivity(line) {
@@ -289,12 +295,12 @@ fn above(table: &Table) -> Above {
             }
         }
     }
-    all.stated = Stated {
+    all.stated = ColumnUnits {
         length: only(&lengths),
         detection: only(&detections),
         sense: only(&senses),
         angle: only(&angles),
-        ..Stated::default()
+        ..ColumnUnits::default()
     };
     all
 }
@@ -315,8 +321,8 @@ fn sensitivity(line: &str) -> Option<f64> {
     })
 }
 
-fn largest(table: &Table, column: usize, decimal: Decimal) -> f64 {
-    let value = |row: &crate::ingest::sheet::Row| match row.cell(column) {
+fn largest(table: &ReadingTable, column: usize, decimal: Decimal) -> f64 {
+    let value = |row: &crate::ingest::sheet::SheetRow| match row.cell(column) {
         Cell::Number(x) => Some(*x),
         Cell::Text(text) => number(text, decimal).map(|(x, _)| x),
         _ => None,
@@ -324,29 +330,32 @@ fn largest(table: &Table, column: usize, decimal: Decimal) -> f64 {
     table.rows.iter().filter_map(value).map(f64::abs).fold(0.0, f64::max)
 }
 
-fn decimal(table: &Table, assigned: &[Assigned]) -> Result<Decimal> {
-    let numeric = |c: &&Assigned| c.target.quantity.is_of_probe() || c.target.quantity == Quantity::Speed;
+fn decimal(table: &ReadingTable, assigned: &[AssignedColumn]) -> Result<Decimal> {
+    let numeric =
+        |c: &&AssignedColumn| c.target.quantity.is_of_probe() || c.target.quantity == Quantity::Speed;
     let columns: Vec<usize> = assigned.iter().filter(numeric).map(|c| c.header.index).collect();
     let texts = || table.rows.iter().flat_map(|row| columns.iter().filter_map(|c| row.cell(*c).as_text()));
     let place = table.sheet.place();
     match number::shown(texts()) {
-        Shown::Surely(decimal) => Ok(decimal),
-        Shown::Either if table.sheet.separator == Some(',') && !texts().any(|t| t.contains(',')) => {
+        DecimalEvidence::Surely(decimal) => Ok(decimal),
+        DecimalEvidence::Either
+            if table.sheet.separator == Some(',') && !texts().any(|t| t.contains(',')) =>
+        {
             Ok(Decimal::Point)
         }
-        Shown::Either => {
+        DecimalEvidence::Either => {
             let example = texts().find(|t| t.contains([',', '.'])).unwrap_or_default();
             bail!(
                 "{place}: \"{example}\" may be a decimal or thousands, expected --decimal comma or --decimal point"
             )
         }
-        Shown::Both => bail!(
+        DecimalEvidence::Both => bail!(
             "{place}: some numbers have a decimal comma and some a point, expected --decimal comma or --decimal point"
         ),
     }
 }
 
-fn date_order(table: &Table, columns: &[Column]) -> Option<DateOrder> {
+fn date_order(table: &ReadingTable, columns: &[Column]) -> Option<DateOrder> {
     let time = columns.iter().find(|c| c.target.quantity == Quantity::Time)?;
     calendar::order_shown(table.rows.iter().filter_map(|row| row.cell(time.index).as_text()))
 }

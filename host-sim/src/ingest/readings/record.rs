@@ -10,13 +10,13 @@ use super::cells::Cells;
 use super::mapping::Mapping;
 use super::plan::{Column, Plan};
 use crate::ingest::calendar::Moment;
-use crate::ingest::sheet::{Cell, Row};
-use crate::ingest::table::Table;
+use crate::ingest::sheet::{Cell, SheetRow};
+use crate::ingest::table::ReadingTable;
 use crate::ingest::target::Quantity;
 
 /// One reading, and where it is from.
 #[derive(Debug, Clone)]
-pub struct Sample {
+pub struct SourcedReading {
     /// Which of the tables it is from, and its row there.
     pub table: usize,
     pub row: usize,
@@ -32,7 +32,7 @@ pub struct Sample {
 
 /// Rows that are no readings, and why.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Skipped {
+pub struct SkippedRows {
     pub standstill: usize,
     pub without_speed: usize,
     pub other_machines: usize,
@@ -44,8 +44,8 @@ pub struct Skipped {
 #[derive(Debug, Clone, Default)]
 pub struct Record {
     pub probes: Vec<String>,
-    pub samples: Vec<Sample>,
-    pub skipped: Skipped,
+    pub samples: Vec<SourcedReading>,
+    pub skipped: SkippedRows,
     /// Cells that hold a number for "no measurement", such as -9999.
     pub no_measurement: usize,
     tables: usize,
@@ -76,7 +76,13 @@ impl Record {
     ///
     /// # Errors
     /// One sentence with file, sheet, row and column.
-    pub fn add(&mut self, table: &Table, plan: &Plan, mapping: &Mapping, run: Option<&str>) -> Result<()> {
+    pub fn add(
+        &mut self,
+        table: &ReadingTable,
+        plan: &Plan,
+        mapping: &Mapping,
+        run: Option<&str>,
+    ) -> Result<()> {
         let cells = Cells { table, plan };
         one_machine(&cells, mapping)?;
         let stated: Vec<&str> = plan.columns.iter().filter_map(|c| c.target.probe.as_deref()).collect();
@@ -113,7 +119,7 @@ impl Record {
     }
 
     /// Puts a reading into one of the same moment that lacks its probes, or behind all.
-    fn put(&mut self, sample: Sample, joins: bool) {
+    fn put(&mut self, sample: SourcedReading, joins: bool) {
         let moment = match sample.when {
             Some(Moment::Zoned(ns) | Moment::Local(ns)) => ns,
             Some(Moment::Elapsed(days)) => i128::from(days.to_bits()),
@@ -142,8 +148,8 @@ impl Record {
         cells: &Cells,
         mapping: &Mapping,
         run: Option<&str>,
-        row: &Row,
-    ) -> Result<Option<Sample>> {
+        row: &SheetRow,
+    ) -> Result<Option<SourcedReading>> {
         let plan = cells.plan;
         let point = match plan.column(Quantity::Point) {
             None => None,
@@ -165,7 +171,7 @@ impl Record {
         }
         let probes = self.probes.len();
         let own_run = plan.column(Quantity::Run).and_then(|column| cells.name(row, column));
-        let mut sample = Sample {
+        let mut sample = SourcedReading {
             table: self.tables,
             row: row.number,
             run: own_run.or(run.map(str::to_string)),
@@ -211,7 +217,7 @@ fn is_no_measurement(raw: f64) -> bool {
 }
 
 /// The phasor `cos − i sin` of a row, µm zero-to-peak, and whether a number says that there is none.
-fn phasor_um(cells: &Cells, row: &Row, a: &Column, b: &Column) -> Result<(Option<Complex<f64>>, bool)> {
+fn phasor_um(cells: &Cells, row: &SheetRow, a: &Column, b: &Column) -> Result<(Option<Complex<f64>>, bool)> {
     let (Some(x), Some(y)) = (cells.raw(row, a)?, cells.raw(row, b)?) else { return Ok((None, false)) };
     if is_no_measurement(x) || is_no_measurement(y) {
         return Ok((None, true));
@@ -231,7 +237,7 @@ fn phasor_um(cells: &Cells, row: &Row, a: &Column, b: &Column) -> Result<(Option
     Ok((Some(phasor), false))
 }
 
-fn gap_v(cells: &Cells, row: &Row, column: &Column) -> Result<Option<f64>> {
+fn gap_v(cells: &Cells, row: &SheetRow, column: &Column) -> Result<Option<f64>> {
     let gap_v = cells.raw(row, column)?.filter(|raw| !is_no_measurement(*raw) || column.factor < 1.0);
     let gap_v = gap_v.map(|raw| raw * column.factor);
     match gap_v.filter(|v| !(LOWEST_GAP_V..=0.0).contains(v)) {
@@ -244,7 +250,7 @@ fn gap_v(cells: &Cells, row: &Row, column: &Column) -> Result<Option<f64>> {
     }
 }
 
-fn speed_rpm(cells: &Cells, mapping: &Mapping, row: &Row) -> Result<Option<f64>> {
+fn speed_rpm(cells: &Cells, mapping: &Mapping, row: &SheetRow) -> Result<Option<f64>> {
     let Some(column) = cells.plan.column(Quantity::Speed) else { return Ok(mapping.speed_rpm) };
     // 9999 rpm is a speed
     let raw = cells.raw(row, column)?.filter(|raw| (0.0..=1e6).contains(raw) || !is_no_measurement(*raw));
@@ -258,18 +264,18 @@ fn speed_rpm(cells: &Cells, mapping: &Mapping, row: &Row) -> Result<Option<f64>>
 }
 
 /// Whether a row holds a number where numbers are expected; what comes after the last such row is no data.
-fn is_data(cells: &Cells, row: &Row) -> bool {
+fn is_data(cells: &Cells, row: &SheetRow) -> bool {
     let needed = |q: Quantity| q == Quantity::Speed || q.is_vibration();
     let number = |c: &Column| cells.raw(row, c).is_ok_and(|value| value.is_some());
     cells.plan.columns.iter().any(|c| needed(c.target.quantity) && number(c))
 }
 
-fn is_header(table: &Table, row: &Row) -> bool {
+fn is_header(table: &ReadingTable, row: &SheetRow) -> bool {
     table.columns.iter().all(|c| row.cell(c.index).as_text() == Some(&c.name))
 }
 
 /// A row of text with more cells than the header has been cut in the wrong places.
-fn in_table(table: &Table, row: &Row) -> Result<()> {
+fn in_table(table: &ReadingTable, row: &SheetRow) -> Result<()> {
     let width = table.columns.last().map_or(0, |c| c.index + 1);
     let beyond = row.cells.iter().skip(width).any(|c| matches!(c, Cell::Text(_)));
     let Some(separator) = table.sheet.separator.filter(|_| beyond) else { return Ok(()) };

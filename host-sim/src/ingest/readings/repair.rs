@@ -6,7 +6,7 @@ use nalgebra::Complex;
 use rotor_edge_desktop::measurement::frozen;
 
 use super::record::Record;
-use crate::ingest::calendar::{self, DateOrder, Moment, Read};
+use crate::ingest::calendar::{self, DateOrder, Moment, ParsedMoment};
 
 /// Readings are neighbours if their speeds differ by no more than this, relative: a resonance is no outlier.
 const STEADY: f64 = 0.005;
@@ -17,7 +17,7 @@ const FAR: f64 = 0.9;
 
 /// Readings of single probes that were marked as lost.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Marked {
+pub struct MarkedValues {
     pub stale: usize,
     pub outliers: usize,
 }
@@ -97,14 +97,14 @@ impl PhaseShift {
         let (date, degrees) = text.rsplit_once('=').ok_or_else(wrong)?;
         let degrees: f64 = degrees.trim().parse().ok().filter(|d: &f64| d.is_finite()).ok_or_else(wrong)?;
         let from = match (date.trim().parse::<f64>(), calendar::of_text(date.trim(), order)) {
-            (_, Read::Moment(moment)) => moment,
+            (_, ParsedMoment::Moment(moment)) => moment,
             (Ok(days), _) => Moment::Elapsed(days),
-            (_, Read::Ambiguous) => {
+            (_, ParsedMoment::Ambiguous) => {
                 bail!(
                     "--phase-shift {text}: the day or the month may come first, expected a date such as 2024-03-05"
                 )
             }
-            (_, Read::Nothing) => return Err(wrong()),
+            (_, ParsedMoment::Nothing) => return Err(wrong()),
         };
         Ok(Self { from, lag_rad: degrees.to_radians() })
     }

@@ -8,7 +8,7 @@ use rotor_edge_desktop::measurement::{Reading, less_runout};
 
 use super::gathered;
 use super::mapping::Mapping;
-use super::record::{Record, Sample};
+use super::record::{Record, SourcedReading};
 
 /// Takes it off all other readings, and leaves its own out; the runout, µm.
 ///
@@ -29,8 +29,9 @@ pub fn take_off(
     } else {
         let is_run = record.samples.iter().any(|s| s.run.as_deref() == Some(slow_roll));
         let row = slow_roll.parse::<usize>().ok().filter(|_| !is_run);
-        let slow =
-            |s: &Sample| row.map_or(s.run.as_deref() == Some(slow_roll), |row| s.table == 0 && s.row == row);
+        let slow = |s: &SourcedReading| {
+            row.map_or(s.run.as_deref() == Some(slow_roll), |row| s.table == 0 && s.row == row)
+        };
         let (rolls, rest) = std::mem::take(&mut record.samples).into_iter().partition(slow);
         record.samples = rest;
         rolls
@@ -60,7 +61,7 @@ fn of_another_file(mapping: &Mapping) -> Mapping {
 }
 
 /// Readings of another file with the probes in the order of the record.
-fn aligned(other: &Record, record: &Record, file: &str) -> Result<Vec<Sample>> {
+fn aligned(other: &Record, record: &Record, file: &str) -> Result<Vec<SourcedReading>> {
     let mut order = Vec::new();
     for name in &record.probes {
         match other.probes.iter().position(|p| p == name) {
@@ -68,6 +69,9 @@ fn aligned(other: &Record, record: &Record, file: &str) -> Result<Vec<Sample>> {
             None => bail!("{file}: slow roll: there is no reading of probe {name}, so its runout is unknown"),
         }
     }
-    let sample = |s: &Sample| Sample { probes: order.iter().map(|at| s.probes[*at]).collect(), ..s.clone() };
+    let sample = |s: &SourcedReading| SourcedReading {
+        probes: order.iter().map(|at| s.probes[*at]).collect(),
+        ..s.clone()
+    };
     Ok(other.samples.iter().map(sample).collect())
 }

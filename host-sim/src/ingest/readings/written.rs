@@ -6,16 +6,16 @@ use std::path::PathBuf;
 use anyhow::Result;
 use rotor_edge_desktop::measurement::{self, Reading};
 
-use super::Imported;
+use super::ImportResult;
 use super::mapping::{MARK, Mapping};
-use super::record::Sample;
+use super::record::SourcedReading;
 use crate::ingest::calendar::Moment;
 use crate::ingest::target::{Rule, Target};
 
 /// Before the moment from which a record's days count, in its header comment.
 pub const COUNTS_FROM: &str = "time_d counts from ";
 
-impl Sample {
+impl SourcedReading {
     /// As a reading, with days since `start`.
     pub fn reading(&self, start: Option<Moment>) -> Reading {
         let gaps = self.gaps_v.iter().any(Option::is_some);
@@ -30,7 +30,7 @@ impl Sample {
     }
 }
 
-impl Imported {
+impl ImportResult {
     /// Readings of single probes that are lost, for whatever reason.
     pub fn lost(&self) -> usize {
         self.record.samples.iter().flat_map(|s| &s.probes).filter(|y| y.is_none()).count()

@@ -14,7 +14,7 @@ const STEEPEST_PEAK: f64 = 2.5;
 
 /// Channels that share one scale.
 #[derive(Debug)]
-pub struct Converted<'a> {
+pub struct ConvertedChannels<'a> {
     pub counts: Vec<Cow<'a, [i16]>>,
     /// What a count stands for, in the numbers of the channels.
     pub step: f64,
@@ -22,7 +22,7 @@ pub struct Converted<'a> {
     pub zero: f64,
 }
 
-impl<'a> Converted<'a> {
+impl<'a> ConvertedChannels<'a> {
     /// Counts stay as they are; other numbers are rounded so that the lowest of all is −32000 and the highest 32000.
     pub fn of(channels: &[&'a Samples]) -> Self {
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -100,7 +100,7 @@ mod tests {
             assert_eq!(found, expected, "limit {limit}, resolution {resolution}");
             assert_eq!(clipped_at(&values, f64::lt), None);
             let samples = Samples::Values(values);
-            let converted = Converted::of_probes(&[&samples]);
+            let converted = ConvertedChannels::of_probes(&[&samples]);
             assert_eq!(converted.counts[0].contains(&i16::MAX), expected);
         }
         assert_eq!(
@@ -113,10 +113,10 @@ mod tests {
     #[test]
     fn counts_are_passed_on_unchanged_and_numbers_use_the_range() {
         let counts = Samples::Counts(vec![-5, 7, i16::MAX]);
-        let same = Converted::of_probes(&[&counts]);
+        let same = ConvertedChannels::of_probes(&[&counts]);
         assert_eq!((&same.counts[0][..], same.step, same.zero), (&[-5, 7, i16::MAX][..], 1.0, 0.0));
         let values = Samples::Values(vec![-10.0, -9.0, -9.75]);
-        let rounded = Converted::of(&[&values]);
+        let rounded = ConvertedChannels::of(&[&values]);
         assert_eq!((&rounded.counts[0][..], rounded.zero), (&[-32_000, 32_000, -16_000][..], -9.5));
     }
 }

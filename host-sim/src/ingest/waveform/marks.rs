@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use rotor_edge_core::extraction::KeyphasorDetector;
 
-use super::counts::Converted;
+use super::counts::ConvertedChannels;
 use super::settings::KeyphasorSettings;
 use crate::ingest::samples::Channel;
 
@@ -48,7 +48,7 @@ pub fn marks(
     unit_per_number: f64,
     settings: &KeyphasorSettings,
 ) -> Result<Marks> {
-    let converted = Converted::of(&[&channel.samples]);
+    let converted = ConvertedChannels::of(&[&channel.samples]);
     let [low, high] = channel.samples.extremes().map(|number| number * unit_per_number);
     let threshold = settings.threshold.unwrap_or(0.5 * (low + high));
     let hysteresis = settings.hysteresis.unwrap_or(0.2 * (high - low));

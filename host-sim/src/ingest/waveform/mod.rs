@@ -29,17 +29,17 @@ use rotor_edge_desktop::measurement::Reading;
 use super::sampled;
 use super::samples::Waveform;
 use channels::Assignment;
-use counts::Converted;
-use orders::{FEWEST_TURNS, Spectrum, Turning};
+use counts::ConvertedChannels;
+use orders::{AngularSamples, FEWEST_TURNS, Spectrum};
 use settings::Settings;
-use sweep::Compensated;
-use vectors::{Drifted, Loss, Recorded, losses};
+use sweep::RateCompensation;
+use vectors::{DriftedWindows, Loss, RecordingContext, losses};
 
 /// Counts of half a 16-bit converter's range.
 const HALF_RANGE: f64 = 32_768.0;
 
 #[derive(Debug)]
-pub struct Extracted {
+pub struct ExtractedFile {
     pub file: String,
     /// Its run, if it has a name.
     pub run: Option<String>,
@@ -60,11 +60,11 @@ pub struct Extracted {
     /// Spectra by order, if they were asked for.
     pub spectra: Vec<Spectrum>,
     /// What was taken off for the change of speed, if it was asked for.
-    pub compensated: Option<Compensated>,
+    pub compensated: Option<RateCompensation>,
     /// Readings that are lost, by reason.
     pub losses: Vec<Loss>,
     /// Those among them that are lost because the speed changed.
-    pub drifted: Option<Drifted>,
+    pub drifted: Option<DriftedWindows>,
     /// Pulses of a tacho that did not come.
     pub missed_pulses: usize,
     /// When it was no longer known which pulse of the turn is which, s.
@@ -83,7 +83,7 @@ pub struct Probe {
 
 /// What is wanted beside 1x.
 #[derive(Debug, Clone, Copy)]
-pub struct Beside {
+pub struct ExtraOutputs {
     /// The vectors at twice the running speed.
     pub two_x: bool,
     pub spectra: bool,
@@ -98,17 +98,18 @@ pub fn extract(
     paths: &[PathBuf],
     of_rotor: Option<&[String]>,
     settings: &Settings,
-    beside: Beside,
-) -> Result<Vec<Extracted>> {
+    beside: ExtraOutputs,
+) -> Result<Vec<ExtractedFile>> {
     settings.check()?;
     if beside.two_x && settings.revolutions < FEWEST_TURNS {
         bail!("--revolutions {}: expected {FEWEST_TURNS} at least for 2x", settings.revolutions);
     }
-    let mut all: Vec<Extracted> = Vec::new();
+    let mut all: Vec<ExtractedFile> = Vec::new();
     for (path, run) in paths.iter().zip(settings.runs(paths)?) {
         let begins_s = all.iter().map(|before| before.duration_s).sum();
         let extracted = of_file(path, run, begins_s, of_rotor, settings, beside)?;
-        let names = |of: &Extracted| of.probes.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+        let names =
+            |of: &ExtractedFile| of.probes.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
         if let Some(first) = all.first()
             && names(first) != names(&extracted)
         {
@@ -126,8 +127,8 @@ fn of_file(
     begins_s: f64,
     of_rotor: Option<&[String]>,
     settings: &Settings,
-    beside: Beside,
-) -> Result<Extracted> {
+    beside: ExtraOutputs,
+) -> Result<ExtractedFile> {
     let waveform = sampled::read(path)?;
     let file = &waveform.file;
     let rate_hz = rate_hz(&waveform, settings)?;
@@ -135,7 +136,8 @@ fn of_file(
     let key = channels::keyphasor(&waveform, settings)?;
     let assigned = channels::probes(&waveform, key, of_rotor, settings)?;
     let marks = marks::marks(file, key, unit_per_number, &settings.keyphasor)?;
-    let converted = Converted::of_probes(&assigned.iter().map(|a| &a.channel.samples).collect::<Vec<_>>());
+    let converted =
+        ConvertedChannels::of_probes(&assigned.iter().map(|a| &a.channel.samples).collect::<Vec<_>>());
     let count = converted.step * unit_per_number;
     let zero_mv = (converted.zero * unit_per_number * settings.unit.mv()) as f32;
     let config = extraction_config(settings, rate_hz, count, zero_mv);
@@ -144,14 +146,15 @@ fn of_file(
     let names: Vec<String> = assigned.iter().map(|a| a.probe.clone()).collect();
     let losses = losses(&windows, &names, rate_hz);
     let drifted = vectors::drifted(&windows);
-    let recorded = Recorded { run: run.as_deref(), begins_s, rate_hz, zero_v: 1e-3 * f64::from(zero_mv) };
+    let recorded =
+        RecordingContext { run: run.as_deref(), begins_s, rate_hz, zero_v: 1e-3 * f64::from(zero_mv) };
     let each = vectors::readings(&windows, &recorded, settings);
     let (readings, compensated) = held_or_binned(each, settings);
     let seconds = |sample: usize| sample as f64 / rate_hz;
     if readings.is_empty() {
         refuse(file, marks.all.len(), &losses, drifted, settings)?;
     }
-    let turning = Turning { probes: &assigned, marks: &marks.all, rate_hz, unit_per_number, settings };
+    let turning = AngularSamples { probes: &assigned, marks: &marks.all, rate_hz, unit_per_number, settings };
     let two_x = match beside.two_x {
         true => {
             binned(vectors::readings_of(&windows, turning.two_x(&windows), &recorded, settings), settings)
@@ -159,7 +162,7 @@ fn of_file(
         false => Vec::new(),
     };
     let spectra = if beside.spectra { turning.spectra(&windows) } else { Vec::new() };
-    Ok(Extracted {
+    Ok(ExtractedFile {
         file: file.clone(),
         run,
         rate_hz,
@@ -201,7 +204,7 @@ fn binned(each: Vec<Reading>, settings: &Settings) -> Vec<Reading> {
 }
 
 /// Readings as they are given out: with the change of speed taken off where that is asked for, else binned.
-fn held_or_binned(each: Vec<Reading>, settings: &Settings) -> (Vec<Reading>, Option<Compensated>) {
+fn held_or_binned(each: Vec<Reading>, settings: &Settings) -> (Vec<Reading>, Option<RateCompensation>) {
     let Some(bin_rpm) = settings.bin_rpm.filter(|_| settings.compensate_rate) else {
         return (binned(each, settings), None);
     };
@@ -250,7 +253,7 @@ fn refuse(
     file: &str,
     marks: usize,
     losses: &[Loss],
-    drifted: Option<Drifted>,
+    drifted: Option<DriftedWindows>,
     settings: &Settings,
 ) -> Result<()> {
     if losses.is_empty() {

@@ -36,7 +36,7 @@ pub struct Spectrum {
 }
 
 /// Channels and the angle of the shaft.
-pub struct Turning<'a> {
+pub struct AngularSamples<'a> {
     pub probes: &'a [Assignment<'a>],
     pub marks: &'a [Mark],
     pub rate_hz: f64,
@@ -46,7 +46,7 @@ pub struct Turning<'a> {
 }
 
 /// A sample of a window.
-struct Sample {
+struct WeightedSample {
     number: usize,
     /// Turns since the window began.
     turns: f64,
@@ -54,14 +54,14 @@ struct Sample {
     weight: f64,
 }
 
-impl Turning<'_> {
+impl AngularSamples<'_> {
     /// The 2x vector of every probe in every window, `cos − i sin` in µm with the angle from the mark; none where the probe is
     /// lost.
     pub fn two_x(&self, windows: &[Window]) -> Vec<Vec<Option<Complex<f64>>>> {
         windows
             .par_iter()
             .map(|window| {
-                let of_probe = |samples: &[Sample], probe: usize| {
+                let of_probe = |samples: &[WeightedSample], probe: usize| {
                     let line = 2 * usize::from(self.settings.revolutions);
                     2.0 * self.lines(window, samples, probe, line..line + 1)[0]
                 };
@@ -94,7 +94,7 @@ impl Turning<'_> {
             .collect()
     }
 
-    fn each<T>(&self, window: &Window, of: impl Fn(&[Sample], usize) -> T) -> Vec<Option<T>> {
+    fn each<T>(&self, window: &Window, of: impl Fn(&[WeightedSample], usize) -> T) -> Vec<Option<T>> {
         let samples = match window.keyphasor {
             Keyphasor::Locked => self.samples(window),
             _ => None,
@@ -106,7 +106,7 @@ impl Turning<'_> {
     }
 
     /// The samples between the marks of a window.
-    fn samples(&self, window: &Window) -> Option<Vec<Sample>> {
+    fn samples(&self, window: &Window) -> Option<Vec<WeightedSample>> {
         let turns = usize::from(self.settings.revolutions);
         let last = self.marks.binary_search_by_key(&window.sample, |mark| mark.sample).ok()?;
         let marks: Vec<f64> = self.marks[last.checked_sub(turns)?..=last].iter().map(|m| m.at()).collect();
@@ -122,7 +122,7 @@ impl Turning<'_> {
                 let turned = turn as f64 + part + 0.5 * rise * part * (part - 1.0);
                 let hann = 1.0 - (TAU * turned / turns as f64).cos();
                 let weight = hann * (1.0 + rise * (part - 0.5)) / length;
-                samples.push(Sample { number, turns: turned, weight });
+                samples.push(WeightedSample { number, turns: turned, weight });
             }
         }
         let sum: f64 = samples.iter().map(|sample| sample.weight).sum();
@@ -134,7 +134,7 @@ impl Turning<'_> {
     fn lines(
         &self,
         window: &Window,
-        samples: &[Sample],
+        samples: &[WeightedSample],
         probe: usize,
         lines: std::ops::Range<usize>,
     ) -> Vec<Complex<f64>> {

@@ -15,7 +15,7 @@ use crate::ingest::unit::Unit;
 pub struct Settings {
     /// The channel of a probe, by name or number; without it, the channels that are named as the rotor's probes, or all
     #[arg(long, value_name = "PROBE=CHANNEL")]
-    pub channel: Vec<Assigned>,
+    pub channel: Vec<ChannelRule>,
     /// Samples a second, where the file does not say it
     #[arg(long)]
     pub rate_hz: Option<f64>,
@@ -82,12 +82,12 @@ pub struct KeyphasorSettings {
 
 /// `PROBE=CHANNEL`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Assigned {
+pub struct ChannelRule {
     pub probe: String,
     pub channel: String,
 }
 
-impl FromStr for Assigned {
+impl FromStr for ChannelRule {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {

@@ -19,7 +19,7 @@ const BREADTH_BINS: f64 = 3.0;
 const FEWEST_READINGS: usize = 5;
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Compensated {
+pub struct RateCompensation {
     pub bins: usize,
     /// Those with too few readings around them, which stay as measured.
     pub left: usize,
@@ -34,8 +34,8 @@ pub fn steady(
     bins: &[&[Reading]],
     bin_rpm: f64,
     revolutions: u16,
-) -> (Vec<Reading>, Compensated) {
-    let mut done = Compensated::default();
+) -> (Vec<Reading>, RateCompensation) {
+    let mut done = RateCompensation::default();
     let mut begins = 0;
     let each = bins.iter().map(|bin| {
         let mut mean = mean_of(bin);
@@ -58,7 +58,7 @@ fn around(readings: &[Reading], begins: usize, length: usize, speed_rpm: f64, bi
     &readings[begins - before..begins + length + after]
 }
 
-fn compensate(mean: &mut Reading, around: &[Reading], revolutions: u16, done: &mut Compensated) -> bool {
+fn compensate(mean: &mut Reading, around: &[Reading], revolutions: u16, done: &mut RateCompensation) -> bool {
     let omega = |r: &Reading| rad_s(r.speed_rpm);
     let middle = omega(mean);
     let Some(alpha) = acceleration(around) else { return false };

@@ -8,7 +8,7 @@ use rotor_edge_core::reading::Keyphasor;
 use rotor_edge_desktop::measurement::Reading;
 
 use super::settings::Settings;
-use super::windows::{Seen, Window};
+use super::windows::{ProbeWindow, Window};
 
 /// Readings that are lost for one reason.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,7 +66,7 @@ pub fn losses(windows: &[Window], probes: &[String], rate_hz: f64) -> Vec<Loss> 
 }
 
 /// What all readings of a file have in common.
-pub struct Recorded<'a> {
+pub struct RecordingContext<'a> {
     pub run: Option<&'a str>,
     /// When the file begins, s.
     pub begins_s: f64,
@@ -77,7 +77,7 @@ pub struct Recorded<'a> {
 
 /// Windows whose speed changed too much.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drifted {
+pub struct DriftedWindows {
     pub windows: usize,
     pub in_all: usize,
     /// The largest change in one of them, relative.
@@ -85,14 +85,14 @@ pub struct Drifted {
 }
 
 /// Those that are lost for drift, if any.
-pub fn drifted(windows: &[Window]) -> Option<Drifted> {
+pub fn drifted(windows: &[Window]) -> Option<DriftedWindows> {
     let lost = windows.iter().filter(|w| w.keyphasor == Keyphasor::Unsteady && w.drift.is_finite());
     let changes: Vec<f64> = lost.map(|w| f64::from(w.drift.abs())).collect();
     let largest = changes.iter().copied().reduce(f64::max)?;
-    Some(Drifted { windows: changes.len(), in_all: windows.len(), largest })
+    Some(DriftedWindows { windows: changes.len(), in_all: windows.len(), largest })
 }
 
-impl Drifted {
+impl DriftedWindows {
     /// How many there are, and which option keeps them: a window of fewer turns changes less in proportion.
     pub fn advice(&self, revolutions: u16, largest_drift: f32) -> String {
         let turns = (f64::from(revolutions) * f64::from(largest_drift) / self.largest).floor();
@@ -109,7 +109,7 @@ impl Drifted {
 }
 
 /// The 1x vectors of the windows that show a probe at least, integrated to displacement, and their gap voltages.
-pub fn readings(windows: &[Window], recorded: &Recorded, settings: &Settings) -> Vec<Reading> {
+pub fn readings(windows: &[Window], recorded: &RecordingContext, settings: &Settings) -> Vec<Reading> {
     let of_window = |window: &Window| {
         let speed_rpm = f64::from(window.speed_rpm);
         let gaps_v = match settings.has_gap() {
@@ -125,7 +125,7 @@ pub fn readings(windows: &[Window], recorded: &Recorded, settings: &Settings) ->
 pub fn readings_of(
     windows: &[Window],
     vectors_um: Vec<Vec<Option<Complex<f64>>>>,
-    recorded: &Recorded,
+    recorded: &RecordingContext,
     settings: &Settings,
 ) -> Vec<Reading> {
     let in_m = |vectors: Vec<Option<Complex<f64>>>| vectors.into_iter().map(|y| Some(1e-6 * y?)).collect();
@@ -139,7 +139,7 @@ type Values = (Vec<Option<Complex<f64>>>, Vec<Option<f64>>);
 /// Those that show a probe at least, at the time of the middle of their window.
 fn shown<'a>(
     each: impl Iterator<Item = (&'a Window, Values)>,
-    recorded: &Recorded,
+    recorded: &RecordingContext,
     settings: &Settings,
 ) -> Vec<Reading> {
     let usable = each.filter(|(window, _)| window.keyphasor.is_usable());
@@ -160,7 +160,7 @@ fn shown<'a>(
     each.filter(|r| r.probes.iter().any(Option::is_some)).collect()
 }
 
-fn displacement_m(seen: &Seen, speed_rpm: f64, settings: &Settings) -> Option<Complex<f64>> {
+fn displacement_m(seen: &ProbeWindow, speed_rpm: f64, settings: &Settings) -> Option<Complex<f64>> {
     let vector = Some(seen.vector).filter(|v| v.is_finite())?;
     let phasor = Complex::new(f64::from(vector.cos_um), -f64::from(vector.sin_um));
     let um = settings.unit.integral(speed_rpm).map_or(phasor, |integral| phasor * integral);
@@ -168,7 +168,7 @@ fn displacement_m(seen: &Seen, speed_rpm: f64, settings: &Settings) -> Option<Co
 }
 
 /// A voltage that nobody can believe is none.
-fn gap_v(seen: &Seen, zero_v: f64) -> Option<f64> {
+fn gap_v(seen: &ProbeWindow, zero_v: f64) -> Option<f64> {
     (!seen.is_open && !seen.is_clipped).then_some(zero_v + f64::from(seen.gap_v))
 }
 

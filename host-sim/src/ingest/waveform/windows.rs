@@ -10,7 +10,7 @@ use super::marks::Mark;
 
 /// One probe in one window.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen {
+pub struct ProbeWindow {
     pub vector: ProbeVector,
     /// Mean voltage above that of no count, V.
     pub gap_v: f32,
@@ -26,7 +26,7 @@ pub struct Window {
     pub speed_rpm: f32,
     pub keyphasor: Keyphasor,
     pub drift: f32,
-    pub probes: Vec<Seen>,
+    pub probes: Vec<ProbeWindow>,
 }
 
 /// All windows of all probes; `mv_um` and `counts` go by probe.
@@ -58,8 +58,8 @@ pub fn windows(
         .collect()
 }
 
-fn seen(found: &Extraction, probe: usize) -> Seen {
-    Seen {
+fn seen(found: &Extraction, probe: usize) -> ProbeWindow {
+    ProbeWindow {
         vector: found.reading.probes()[probe],
         gap_v: found.reading.gaps_v()[probe],
         is_clipped: found.clipped >> probe & 1 == 1,

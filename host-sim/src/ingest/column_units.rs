@@ -7,7 +7,7 @@ use super::words::Word;
 
 /// What a column states of its numbers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Stated {
+pub struct ColumnUnits {
     pub length: Option<Unit>,
     pub detection: Option<Detection>,
     pub sense: Option<Sense>,
@@ -16,7 +16,7 @@ pub struct Stated {
     pub time: Option<TimeUnit>,
 }
 
-impl Stated {
+impl ColumnUnits {
     /// What is stated here, else there.
     pub fn or(self, other: Self) -> Self {
         Self {
@@ -48,7 +48,7 @@ impl Stated {
     }
 }
 
-impl fmt::Display for Stated {
+impl fmt::Display for ColumnUnits {
     /// As it is read from a column's name.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let length = self.length.map(Unit::symbol);
