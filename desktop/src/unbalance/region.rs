@@ -130,10 +130,13 @@ mod tests {
         let chi_square = |k: f64| ChiSquared::new(k).unwrap().inverse_cdf(0.95).sqrt();
         assert!((vector_95(KNOWN_NOISE) / chi_square(2.0) - 1.0).abs() < 1e-9);
         assert!((component_95(KNOWN_NOISE) / chi_square(1.0) - 1.0).abs() < 1e-9);
-        // which differ from F and t by terms of 1/freedom
-        for of in [vector_95, component_95] {
-            assert!((of(1e6) / of(KNOWN_NOISE) - 1.0).abs() < 3e-6);
-            assert!((of(1e3) / of(KNOWN_NOISE) - 1.0).abs() > 3e-4);
+        // which F and t exceed, relative, by 1.5/ν (-ln 0.05 / 2) and 1.21/ν ((z² + 1)/4), to first order
+        let z = component_95(KNOWN_NOISE);
+        for (of, first) in
+            [(vector_95 as fn(f64) -> f64, -(0.05_f64).ln() / 2.0), (component_95, (z * z + 1.0) / 4.0)]
+        {
+            let excess = 1e4 * (of(1e4) / of(KNOWN_NOISE) - 1.0);
+            assert!((excess / first - 1.0).abs() < 1e-2, "{excess} {first}");
         }
     }
 
