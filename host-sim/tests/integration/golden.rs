@@ -8,7 +8,7 @@ mod compare_text;
 mod cut;
 mod difference;
 mod interval;
-mod manifest;
+pub mod manifest;
 mod mask;
 mod page;
 mod quick;

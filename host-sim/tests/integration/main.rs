@@ -6,6 +6,7 @@ mod bench;
 mod bus;
 mod check;
 mod cli;
+mod compatibility;
 mod crowd;
 mod deploy;
 mod diagnose;

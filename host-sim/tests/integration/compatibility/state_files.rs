@@ -1,0 +1,125 @@
+//! State files of monitors: model, thresholds, flag, counter and freshness survive an update of the program.
+
+use std::fs::Permissions;
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+
+use nix::sys::signal::Signal;
+use serde_json::{Value, json as object};
+
+use super::json_keys::collect;
+use super::kept;
+use super::names::{Names, assert_all_there};
+use crate::program::{assert_says, json, one_sentence, rotor_edge};
+use crate::shared::{Shared, signal};
+
+/// The key that the files were written with: the bytes 1 to 32.
+const KEY: &str = "0102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f20";
+/// Above the counter in the files, ms since 1970.
+const COUNTER: u64 = 2_000_000_000_000;
+/// CRC-32 of the model in `state/flagged.state`.
+const MODEL: &str = "1685938a";
+
+/// A monitor with a copy of a state file, on a bus of its own.
+struct Restarted {
+    folder: tempfile::TempDir,
+    bus: Shared,
+    program: Child,
+    stdout: BufReader<ChildStdout>,
+}
+
+impl Restarted {
+    fn new(state: &str, more: &[&str]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let [key, copy] = ["monitor.key", "monitor.state"].map(|name| folder.path().join(name));
+        write_secret(&key, KEY);
+        std::fs::copy(kept(state), &copy).unwrap();
+        let bus = Shared::start(&[]);
+        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+            .args(["node", "--bus", bus.spec("slcan"), "--key"])
+            .arg(key)
+            .arg("--state")
+            .arg(copy)
+            .args(more)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let stdout = BufReader::new(program.stdout.take().unwrap());
+        Self { folder, bus, program, stdout }
+    }
+
+    /// A command to the monitor.
+    fn told(&self, command: &[&str]) -> Output {
+        let key = self.folder.path().join("monitor.key").display().to_string();
+        rotor_edge(&[command, &["--bus", self.bus.spec("socketcand"), "--key", &key]].concat())
+    }
+
+    /// Ends it; its answer.
+    fn end(mut self) -> Value {
+        signal(self.program.id(), Signal::SIGTERM);
+        let mut text = String::new();
+        self.stdout.read_to_string(&mut text).unwrap();
+        serde_json::from_str(&text).unwrap()
+    }
+}
+
+impl Drop for Restarted {
+    fn drop(&mut self) {
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+fn write_secret(path: &Path, text: &str) {
+    std::fs::write(path, text).unwrap();
+    std::fs::set_permissions(path, Permissions::from_mode(0o600)).unwrap();
+}
+
+#[test]
+fn flagged_state_file_keeps_model_flag_thresholds_and_counter() {
+    let monitor = Restarted::new("state/flagged.state", &["--json"]);
+    let mut names = Names::new();
+
+    let bus = monitor.bus.spec("socketcand");
+    let watch = json(&rotor_edge(&["watch", "--bus", bus, "--seconds", "3", "--json"]));
+    collect(&watch, "watch", &mut names);
+    let seen = &watch["monitors"][0];
+    assert_eq!(seen["latched"], object!({"cause": "rise", "suspect": 2}));
+    assert_eq!((&seen["state"], &seen["model_checksum"]), (&"flagged".into(), &MODEL.into()));
+
+    let thresholds = json(&monitor.told(&["thresholds", "--json"]));
+    collect(&thresholds, "thresholds", &mut names);
+    let expected = object!({
+        "age_limit_s": 10.0, "average_s": 0.0, "floor_um": 0.0, "gap_range_v": [-18.0, -2.0], "growth": 1.2,
+        "growth_s": 1.25e-6, "learning_readings": 10, "learning_s": 0.0, "level_s": 1.25e-5,
+        "persistence_readings": 3, "persistence_s": 0.0, "ratio_floor": 0.1, "ratio_limit": 0.33333334, "rise": 0.8
+    });
+    for (name, value) in expected.as_object().unwrap() {
+        assert_eq!(&thresholds["thresholds"][name], value, "{name}");
+    }
+
+    let acknowledge =
+        |counter: u64| monitor.told(&["acknowledge", "--json", "--counter", &counter.to_string()]);
+    assert_says(&one_sentence(&acknowledge(5)), &["has accepted command"]);
+    collect(&json(&acknowledge(COUNTER)), "acknowledge", &mut names);
+
+    let rotor = kept("../golden/inputs/identified.toml").display().to_string();
+    let counter = (COUNTER + 1).to_string();
+    let deploy = json(&monitor.told(&["deploy", &rotor, "--json", "--counter", &counter]));
+    assert_eq!(deploy["outcome"], "accepted", "the machine of the stored model is still the same machine");
+    collect(&deploy, "deploy", &mut names);
+
+    collect(&monitor.bus.opened, "bus", &mut names);
+    collect(&monitor.end(), "node", &mut names);
+    assert_all_there("json-keys-bus.txt", &names);
+}
+
+#[test]
+fn sealed_state_file_keeps_model_with_every_kind_of_term() {
+    let mut monitor = Restarted::new("state/sealed.state", &["--node", "2", "--sealed"]);
+    let mut line = String::new();
+    monitor.stdout.read_line(&mut line).unwrap();
+    assert_says(&line, &["with the model deployed last"]);
+}
