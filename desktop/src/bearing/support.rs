@@ -10,6 +10,9 @@ use super::rub::Rub;
 
 type C = Complex<f64>;
 
+/// Below this speed damping that changes with speed is taken at it, rad/s.
+pub(crate) const SLOWEST_RAD_S: f64 = 1.0;
+
 /// Whether dampers act.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dampers {
@@ -105,6 +108,21 @@ impl SupportLaw {
             pair.damping += more.damping;
         }
         pair
+    }
+
+    /// The same of bearing and pedestal in series, as they are for motion at running speed.
+    pub fn coefficients_in_series(&self, speed_rad_s: f64) -> DynamicCoefficients {
+        if self.pedestal.is_none() {
+            return self.coefficients(speed_rad_s);
+        }
+        let at = speed_rad_s.max(SLOWEST_RAD_S);
+        let z = Self { mass_kg: 0.0, ..self.clone() }.dynamic_stiffness(at, [0.0; 2]);
+        DynamicCoefficients { stiffness: z.map(|z| z.re), damping: z.map(|z| z.im / at) }
+    }
+
+    /// The pedestal, where it moves by itself: it has a mass in both directions.
+    pub fn moving_pedestal(&self) -> Option<&Pedestal> {
+        self.pedestal.as_ref().filter(|p| p.mass_kg.iter().all(|m| *m > 0.0))
     }
 
     /// Stiffness where the law is stated: its own, with the curve in the middle of its speeds.
