@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::curve::Curve;
 use super::dynamic_coefficients::DynamicCoefficients;
-use super::rub::Rub;
+use super::rub::RubContact;
 
 type C = Complex<f64>;
 
@@ -39,7 +39,7 @@ pub struct SupportLaw {
     /// κ of the describing function `k (1 + ¾ κ a²)` of a cubic spring, 1/m².
     pub hardening_per_m2: f64,
     /// Contact beyond a clearance, if any.
-    pub rub: Option<Rub>,
+    pub rub: Option<RubContact>,
     /// Elastic foundation in series, if any.
     pub pedestal: Option<Pedestal>,
 }

@@ -35,14 +35,14 @@ pub struct System {
 }
 
 /// Damping and stiffness at a speed; the mass is the identity.
-pub struct Matrices {
+pub struct SystemMatrices {
     /// `D`: dampers and gyroscopic moments.
     pub damping: DMatrix<f64>,
     /// `K`: springs and circulatory forces.
     pub stiffness: DMatrix<f64>,
 }
 
-impl Matrices {
+impl SystemMatrices {
     /// `T(λ) = λ² + λD + K`.
     pub fn dynamic_stiffness(&self, lambda: Complex<f64>) -> DMatrix<Complex<f64>> {
         let mut t = self.stiffness.zip_map(&self.damping, |k, d| lambda * d + k);
@@ -165,7 +165,7 @@ impl System {
     }
 
     /// The system turning at a speed.
-    pub fn at(&self, speed_rad_s: f64) -> Matrices {
+    pub fn at(&self, speed_rad_s: f64) -> SystemMatrices {
         let n = self.model.structure.size();
         let structure = &self.model.structure;
         let mut stiffness = DMatrix::zeros(self.size(), self.size());
@@ -227,7 +227,7 @@ impl System {
             stiffness[(at, at)] += mode.natural_rad_s().powi(2);
             damping[(at, at)] += 2.0 * mode.damping_ratio * mode.natural_rad_s();
         }
-        Matrices { damping, stiffness }
+        SystemMatrices { damping, stiffness }
     }
 
     /// Stiffness of the free shaft in one plane, in the formulation of the file.

@@ -1,6 +1,6 @@
 //! What `check --json` prints.
 
-use rotor_edge_desktop::check::{AtSpeed, BearingCheck, Check};
+use rotor_edge_desktop::check::{BearingCheck, Check, SpeedCheck};
 use rotor_edge_desktop::units::rpm;
 use serde_json::{Value, json};
 
@@ -69,7 +69,7 @@ fn bearing(b: &BearingCheck) -> Value {
     })
 }
 
-fn coefficients(a: &AtSpeed) -> Value {
+fn coefficients(a: &SpeedCheck) -> Value {
     let (k, c) = (a.stiffness_n_m, a.damping_n_s_m);
     json!({
         "speed_rpm": a.speed_rpm,
