@@ -4,7 +4,7 @@ use nalgebra::Matrix2;
 
 /// A ring around the shaft that holds it back beyond a clearance, with dry friction against the rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rub {
+pub struct RubContact {
     /// Stiffness of ring and shaft against each other, N/m.
     pub stiffness_n_m: f64,
     /// How far the shaft moves before it touches, m.
@@ -13,7 +13,7 @@ pub struct Rub {
     pub friction: f64,
 }
 
-impl Rub {
+impl RubContact {
     /// Force per displacement, rows x y, N/m, on an orbit of these amplitudes in x and y: nothing within the clearance,
     /// beyond it the describing function `k (1 − δ/a)` of a circle that touches all round, `a` its radius. An ellipse is
     /// taken as the circle of the same mean square radius.
@@ -33,7 +33,7 @@ impl Rub {
 mod tests {
     use super::*;
 
-    const RUB: Rub = Rub { stiffness_n_m: 4e6, clearance_m: 1e-4, friction: 0.2 };
+    const RUB: RubContact = RubContact { stiffness_n_m: 4e6, clearance_m: 1e-4, friction: 0.2 };
 
     #[test]
     fn rub_force_on_circle_is_k_times_overlap_plus_friction() {

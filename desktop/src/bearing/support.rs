@@ -6,9 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use super::curve::Curve;
 use super::dynamic_coefficients::DynamicCoefficients;
-use super::rub::Rub;
+use super::rub::RubContact;
 
 type C = Complex<f64>;
+
+/// Below this speed damping that changes with speed is taken at it, rad/s.
+pub(crate) const SLOWEST_RAD_S: f64 = 1.0;
 
 /// Whether dampers act.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,7 +39,7 @@ pub struct SupportLaw {
     /// κ of the describing function `k (1 + ¾ κ a²)` of a cubic spring, 1/m².
     pub hardening_per_m2: f64,
     /// Contact beyond a clearance, if any.
-    pub rub: Option<Rub>,
+    pub rub: Option<RubContact>,
     /// Elastic foundation in series, if any.
     pub pedestal: Option<Pedestal>,
 }
@@ -105,6 +108,21 @@ impl SupportLaw {
             pair.damping += more.damping;
         }
         pair
+    }
+
+    /// The same of bearing and pedestal in series, as they are for motion at running speed.
+    pub fn coefficients_in_series(&self, speed_rad_s: f64) -> DynamicCoefficients {
+        if self.pedestal.is_none() {
+            return self.coefficients(speed_rad_s);
+        }
+        let at = speed_rad_s.max(SLOWEST_RAD_S);
+        let z = Self { mass_kg: 0.0, ..self.clone() }.dynamic_stiffness(at, [0.0; 2]);
+        DynamicCoefficients { stiffness: z.map(|z| z.re), damping: z.map(|z| z.im / at) }
+    }
+
+    /// The pedestal, where it moves by itself: it has a mass in both directions.
+    pub fn moving_pedestal(&self) -> Option<&Pedestal> {
+        self.pedestal.as_ref().filter(|p| p.mass_kg.iter().all(|m| *m > 0.0))
     }
 
     /// Stiffness where the law is stated: its own, with the curve in the middle of its speeds.

@@ -33,7 +33,7 @@ use campbell::{Campbell, Threshold};
 use critical::{Critical, CriticalMap};
 use modes::Mode;
 use system::System;
-use unbalance::{ProbeResponse, Trial};
+use unbalance::{ProbeResponse, TrialUnbalance};
 
 /// Speeds of the Campbell diagram.
 const SPEEDS: usize = 25;
@@ -48,7 +48,7 @@ const PAST_SECOND: f64 = 1.3;
 
 /// What the bearing does at a speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AtSpeed {
+pub struct SpeedCheck {
     pub speed_rpm: f64,
     pub stiffness_n_m: Coefficients,
     pub damping_n_s_m: Coefficients,
@@ -64,7 +64,7 @@ pub struct BearingCheck {
     /// Static load, N; `None` where the shaft's weight cannot be shared out.
     pub load_n: Option<f64>,
     /// What it does at each speed.
-    pub at: Vec<AtSpeed>,
+    pub at: Vec<SpeedCheck>,
 }
 
 /// Everything that a drawing says.
@@ -91,7 +91,7 @@ pub struct Check {
     /// Where the machine becomes unstable.
     pub threshold: Option<Threshold>,
     /// Trial unbalances and the responses to them.
-    pub responses: Vec<(Trial, Vec<ProbeResponse>)>,
+    pub responses: Vec<(TrialUnbalance, Vec<ProbeResponse>)>,
     /// Bearings in the order of the file.
     pub bearings: Vec<BearingCheck>,
     /// Numbers that can hardly be meant.
@@ -220,7 +220,7 @@ fn bearings(
         let at = |speed: &f64| {
             let DynamicCoefficients { stiffness: k, damping: c } = support.law.coefficients(*speed);
             let state = curve.as_ref().and_then(|c| c.state(*speed).ok());
-            AtSpeed {
+            SpeedCheck {
                 speed_rpm: rpm(*speed),
                 stiffness_n_m: four(k),
                 damping_n_s_m: four(c),

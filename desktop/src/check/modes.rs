@@ -7,7 +7,7 @@
 use nalgebra::{Complex, DVector};
 
 use crate::bearing::support::Dampers;
-use crate::check::system::{Matrices, System};
+use crate::check::system::{System, SystemMatrices};
 use crate::decomposition::eigen::{Eigenpair, MatrixFunction, NewtonLimits, newton, quadratic};
 use crate::error::Error;
 use crate::model::chain::eigenpair;
@@ -115,7 +115,7 @@ pub fn likeness(a: &Mode, b: &Mode) -> f64 {
         / (a.coordinates.norm_squared() * b.coordinates.norm_squared())
 }
 
-impl MatrixFunction for Matrices {
+impl MatrixFunction for SystemMatrices {
     fn slope(&self, lambda: C, v: &DVector<C>) -> DVector<C> {
         self.damping.map(C::from) * v + v * (lambda * 2.0)
     }
@@ -126,7 +126,7 @@ impl MatrixFunction for Matrices {
 }
 
 /// The eigenpair next to a guess.
-fn nearest(matrices: &Matrices, guess: C, start: &DVector<C>) -> Option<(C, DVector<C>)> {
+fn nearest(matrices: &SystemMatrices, guess: C, start: &DVector<C>) -> Option<(C, DVector<C>)> {
     let Eigenpair { value, vector, .. } = newton(matrices, guess, start, &NEWTON)?;
     let residual = (matrices.dynamic_stiffness(value) * &vector).norm();
     // what rounding leaves of the stiffest part

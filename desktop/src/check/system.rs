@@ -9,16 +9,13 @@ use nalgebra::{Complex, DMatrix, DVector, Matrix2, Vector4};
 
 use crate::bearing::dynamic_coefficients::DynamicCoefficients;
 use crate::bearing::foundation::Footing;
-use crate::bearing::support::{Pedestal, SupportLaw};
+use crate::bearing::support::SLOWEST_RAD_S;
 use crate::error::Error;
 use crate::machine::drawing::{Formulation, Rotor};
 use crate::model::Model;
 use crate::model::chain::{ElementChain, Nodes};
 use crate::reduction::basis;
 use crate::reduction::sizes::CHECK_MODES;
-
-/// Below this speed the damping of a massless pedestal in series is taken at it, rad/s.
-const SLOWEST_RAD_S: f64 = 1.0;
 
 /// A machine, reduced to what moves up to a multiple of its speeds.
 pub struct System {
@@ -38,14 +35,14 @@ pub struct System {
 }
 
 /// Damping and stiffness at a speed; the mass is the identity.
-pub struct Matrices {
+pub struct SystemMatrices {
     /// `D`: dampers and gyroscopic moments.
     pub damping: DMatrix<f64>,
     /// `K`: springs and circulatory forces.
     pub stiffness: DMatrix<f64>,
 }
 
-impl Matrices {
+impl SystemMatrices {
     /// `T(λ) = λ² + λD + K`.
     pub fn dynamic_stiffness(&self, lambda: Complex<f64>) -> DMatrix<Complex<f64>> {
         let mut t = self.stiffness.zip_map(&self.damping, |k, d| lambda * d + k);
@@ -54,18 +51,6 @@ impl Matrices {
         }
         t
     }
-}
-
-/// Whether a support has a foot that moves by itself: a pedestal with a mass in both directions.
-fn foot(law: &SupportLaw) -> Option<&Pedestal> {
-    law.pedestal.as_ref().filter(|p| p.mass_kg.iter().all(|m| *m > 0.0))
-}
-
-/// The same with a massless pedestal in series, as it is for motion at running speed.
-fn in_series(law: &SupportLaw, speed_rad_s: f64) -> DynamicCoefficients {
-    let at = speed_rad_s.max(SLOWEST_RAD_S);
-    let z = SupportLaw { mass_kg: 0.0, ..law.clone() }.dynamic_stiffness(at, [0.0; 2]);
-    DynamicCoefficients { stiffness: z.map(|z| z.re), damping: z.map(|z| z.im / at) }
 }
 
 impl System {
@@ -109,7 +94,7 @@ impl System {
         let mut end = 2 * model.structure.size();
         let mut pedestals = Vec::new();
         for (i, s) in model.supports.iter().enumerate() {
-            if foot(&s.law).is_some() {
+            if s.law.moving_pedestal().is_some() {
                 pedestals.push((i, end));
                 end += 2;
             }
@@ -180,7 +165,7 @@ impl System {
     }
 
     /// The system turning at a speed.
-    pub fn at(&self, speed_rad_s: f64) -> Matrices {
+    pub fn at(&self, speed_rad_s: f64) -> SystemMatrices {
         let n = self.model.structure.size();
         let structure = &self.model.structure;
         let mut stiffness = DMatrix::zeros(self.size(), self.size());
@@ -221,11 +206,9 @@ impl System {
                 add(&mut damping, &between, &c);
                 continue;
             }
-            let Some((&(_, at), pedestal)) = own.zip(foot(&support.law)) else {
-                let DynamicCoefficients { stiffness: k, damping: c } = match support.law.pedestal {
-                    Some(_) => in_series(&support.law, speed_rad_s),
-                    None => support.law.coefficients(speed_rad_s),
-                };
+            let Some((&(_, at), pedestal)) = own.zip(support.law.moving_pedestal()) else {
+                let DynamicCoefficients { stiffness: k, damping: c } =
+                    support.law.coefficients_in_series(speed_rad_s);
                 add(&mut stiffness, &place, &k);
                 add(&mut damping, &place, &c);
                 continue;
@@ -244,7 +227,7 @@ impl System {
             stiffness[(at, at)] += mode.natural_rad_s().powi(2);
             damping[(at, at)] += 2.0 * mode.damping_ratio * mode.natural_rad_s();
         }
-        Matrices { damping, stiffness }
+        SystemMatrices { damping, stiffness }
     }
 
     /// Stiffness of the free shaft in one plane, in the formulation of the file.

@@ -32,7 +32,7 @@ const DAMPED: f64 = 2.5;
 
 /// Unbalance at each plane, kg·m.
 #[derive(Debug, Clone)]
-pub struct Trial {
+pub struct TrialUnbalance {
     /// `static` or `couple`.
     pub name: &'static str,
     /// Phasor of each plane of the rotor.
@@ -63,15 +63,16 @@ pub struct ProbeResponse {
 }
 
 /// The trials of a machine of this mass; the fastest speed is that of a machine whose file states no grade.
-pub fn trials(rotor: &Rotor, mass_kg: f64, centre_m: f64, fastest_rpm: f64) -> Vec<Trial> {
+pub fn trials(rotor: &Rotor, mass_kg: f64, centre_m: f64, fastest_rpm: f64) -> Vec<TrialUnbalance> {
     let count = rotor.plane.len().max(1) as f64;
     let allowed_g_mm = permissible_g_mm(rotor).unwrap_or(API_G_MM_RPM_PER_KG * mass_kg / fastest_rpm);
     let each_kg_m = TRIAL * allowed_g_mm / count * 1e-6;
     let sides: Vec<f64> =
         rotor.plane.iter().map(|p| if p.position_m < centre_m { 1.0 } else { -1.0 }).collect();
-    let mut all = vec![Trial { name: "static", planes_kg_m: vec![C::from(each_kg_m); rotor.plane.len()] }];
+    let mut all =
+        vec![TrialUnbalance { name: "static", planes_kg_m: vec![C::from(each_kg_m); rotor.plane.len()] }];
     if sides.contains(&1.0) && sides.contains(&-1.0) {
-        all.push(Trial {
+        all.push(TrialUnbalance {
             name: "couple",
             planes_kg_m: sides.iter().map(|s| C::from(s * each_kg_m)).collect(),
         });
@@ -112,7 +113,7 @@ pub fn probes_at(system: &System, speed_rad_s: f64, planes_kg_m: &[C]) -> Result
 pub fn responses(
     rotor: &Rotor,
     system: &System,
-    trial: &Trial,
+    trial: &TrialUnbalance,
     speeds_rad_s: &[f64],
     running_rpm: Option<[f64; 2]>,
 ) -> Result<Vec<ProbeResponse>, Error> {

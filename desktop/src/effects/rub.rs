@@ -3,7 +3,7 @@
 use nalgebra::Matrix2;
 
 use super::{Effect, Knowledge, Parameter, Place, Scale, Scales, disks};
-use crate::bearing::rub::Rub as Contact;
+use crate::bearing::rub::RubContact;
 use crate::bearing::support::SupportLaw;
 use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
@@ -35,7 +35,7 @@ impl Effect for Rub {
 
     fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         let &[stiffness_n_m, clearance_m, friction] = parameters else { return };
-        let rub = Some(Contact { stiffness_n_m, clearance_m, friction });
+        let rub = Some(RubContact { stiffness_n_m, clearance_m, friction });
         terms
             .supports
             .push((place, SupportLaw { rub, ..SupportLaw::linear(Matrix2::zeros(), Matrix2::zeros()) }));

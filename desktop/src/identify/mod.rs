@@ -14,4 +14,4 @@ mod tests;
 pub use bearings::{BearingParameter, Identifiability};
 pub use certainty::{SolvedReading, noise_scale, unbalance_covariance};
 pub use phase_one::{PhaseOne, PhaseOneConfig, identify};
-pub use phase_two::{Bounds, LeastResidual, least_residual};
+pub use phase_two::{LeastResidual, UnbalanceBounds, least_residual};

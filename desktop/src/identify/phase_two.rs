@@ -20,14 +20,14 @@ use crate::unbalance::G_MM;
 
 /// Bounds on each plane's unbalance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bounds {
+pub struct UnbalanceBounds {
     /// Largest ratio to the last reading's unbalance.
     pub growth: f64,
     /// The bound never falls below this, kg·m.
     pub floor_kg_m: f64,
 }
 
-impl Bounds {
+impl UnbalanceBounds {
     /// The largest unbalance allowed after `last`, kg·m.
     pub fn largest(&self, last_kg_m: Complex<f64>) -> f64 {
         (self.growth * last_kg_m.norm()).max(self.floor_kg_m)
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn after_a_jump_the_estimate_sits_on_the_bound_and_grows_by_it() {
         let (response, truth, measured) = case();
-        let bounds = Bounds { growth: 1.2, floor_kg_m: 1e-6 };
+        let bounds = UnbalanceBounds { growth: 1.2, floor_kg_m: 1e-6 };
         let mut last = &truth * Complex::from(0.5);
         let mut readings = 0;
         while (&last - &truth).norm() > 1e-4 * truth.norm() {

@@ -19,6 +19,7 @@ use crate::bearing::Law;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
+pub(crate) use noise::component_sd;
 pub use reading::{Reading, phasor_m};
 pub use runs::SortedRun;
 pub use sequence::frozen;

@@ -11,6 +11,11 @@ const RELATIVE: f64 = 0.02;
 /// Smallest floor, µm: what a proximity probe resolves at best.
 const LEAST_FLOOR_UM: f64 = 1e-3;
 
+/// Standard deviation of each component of a measured phasor, in the unit of both it and `floor`.
+pub(crate) fn component_sd(relative: f64, floor: f64, measured: Complex<f64>) -> f64 {
+    relative * measured.norm() + floor
+}
+
 impl Noise {
     /// As the rotor's file states it, else as assumed from the readings.
     pub fn of(rotor: &Rotor, readings: &[Reading]) -> Self {
@@ -28,7 +33,7 @@ impl Noise {
 
     /// Standard deviation of each component of a measured phasor, m.
     pub fn sigma_m(&self, measured_m: Complex<f64>) -> f64 {
-        self.relative * measured_m.norm() + self.floor_um * 1e-6
+        component_sd(self.relative, self.floor_um * 1e-6, measured_m)
     }
 
     /// What a fit found over what is stated; as stated where there was none.

@@ -49,7 +49,7 @@ fn beside(value: &NodalSum, rate: &NodalSum, offset_m: f64) -> NodalSum {
 }
 
 /// Stiffness, mass and polar inertia of one lateral plane on the shape functions.
-pub struct Matrices {
+pub struct ShaftMatrices {
     /// Stiffness of the free shaft.
     pub stiffness: DMatrix<f64>,
     pub mass: DMatrix<f64>,
@@ -160,7 +160,7 @@ impl Shaft {
     }
 
     /// Matrices of a rotor whose segments, disks and positions may differ from the drawing.
-    pub fn matrices(&self, rotor: &Rotor, offsets: &Offsets) -> Matrices {
+    pub fn matrices(&self, rotor: &Rotor, offsets: &Offsets) -> ShaftMatrices {
         let (rows, columns) = self.basis.shape();
         let zero = || DMatrix::zeros(rows, columns);
         let (mut stiffness, mut mass, mut polar) = (zero(), zero(), zero());
@@ -188,7 +188,7 @@ impl Shaft {
                 polar_inertia.ger(lump.polar_inertia_kg_m2, &tilt, &tilt, 1.0);
             }
         }
-        Matrices { stiffness, mass, polar_inertia }
+        ShaftMatrices { stiffness, mass, polar_inertia }
     }
 }
 

@@ -21,7 +21,7 @@ use crate::error::Error;
 use crate::machine::drawing::{Bearing, Disk, Mount, Plane, Probe, Rotor};
 use crate::rotor_file::validation::{SCHEMA, check};
 use crate::units::rpm;
-use element::Element;
+use element::RossElement;
 use import::Import;
 use line::ImportedShaft;
 
@@ -72,11 +72,11 @@ pub fn parse(file: &str, text: &str, is_json: bool) -> Result<ImportedRotor, Err
         return Err(Error::rotor(file, "ross_version", "is missing, expected a rotor that ROSS saved"));
     }
     let mut import = Import { file, carried: Vec::new(), left: Vec::new() };
-    let elements: Vec<Element> = all
+    let elements: Vec<RossElement> = all
         .iter()
         .filter_map(|(key, value)| {
             let (class, _) = key.split_once('_')?;
-            value.as_object().filter(|_| key != "parameters").map(|values| Element { key, class, values })
+            value.as_object().filter(|_| key != "parameters").map(|values| RossElement { key, class, values })
         })
         .collect();
     let version = all["ross_version"].as_str().unwrap_or("unknown");
@@ -91,7 +91,7 @@ pub fn parse(file: &str, text: &str, is_json: bool) -> Result<ImportedRotor, Err
 }
 
 impl Import<'_> {
-    fn rotor(&mut self, elements: &[Element]) -> Result<Rotor, Error> {
+    fn rotor(&mut self, elements: &[RossElement]) -> Result<Rotor, Error> {
         let of = |class: &str| elements.iter().filter(|e| e.class == class).collect::<Vec<_>>();
         let ImportedShaft { shaft, coupling, nodes_m, physics } = self.line(elements)?;
         let mut disk = Vec::new();
@@ -114,9 +114,9 @@ impl Import<'_> {
         for e in &masses {
             self.node(e, "n")?;
         }
-        let holding: Vec<&Element> = elements.iter().filter(|e| e.is_bearing()).collect();
+        let holding: Vec<&RossElement> = elements.iter().filter(|e| e.is_bearing()).collect();
         let mut bearing: Vec<Bearing> = Vec::new();
-        let on_shaft: Vec<&Element> = holding
+        let on_shaft: Vec<&RossElement> = holding
             .iter()
             .copied()
             .filter(|e| e.values["n"].as_u64().is_none_or(|n| (n as usize) < nodes_m.len()))
@@ -135,7 +135,8 @@ impl Import<'_> {
                 self.left.push(format!("[{}]: a {} has no counterpart", e.key, e.class));
             }
         }
-        let on_shaft = |e: &&&Element| e.values["n"].as_u64().is_some_and(|n| (n as usize) < nodes_m.len());
+        let on_shaft =
+            |e: &&&RossElement| e.values["n"].as_u64().is_some_and(|n| (n as usize) < nodes_m.len());
         for e in masses.iter().filter(on_shaft) {
             self.left.push(format!("[{}]: a mass on the shaft itself; draw it as a disk", e.key));
         }
@@ -170,7 +171,7 @@ impl Import<'_> {
         })
     }
 
-    fn position_m(&self, e: &Element, nodes_m: &[f64]) -> Result<f64, Error> {
+    fn position_m(&self, e: &RossElement, nodes_m: &[f64]) -> Result<f64, Error> {
         let n = self.node(e, "n")?;
         match nodes_m.get(n) {
             Some(z) => Ok(*z),
@@ -178,7 +179,7 @@ impl Import<'_> {
         }
     }
 
-    fn disk(&self, e: &Element, nodes_m: &[f64]) -> Result<Disk, Error> {
+    fn disk(&self, e: &RossElement, nodes_m: &[f64]) -> Result<Disk, Error> {
         Ok(Disk {
             name: e.tag().into(),
             position_m: self.position_m(e, nodes_m)?,
@@ -188,7 +189,7 @@ impl Import<'_> {
         })
     }
 
-    fn bearing(&mut self, e: &Element, nodes_m: &[f64]) -> Result<Bearing, Error> {
+    fn bearing(&mut self, e: &RossElement, nodes_m: &[f64]) -> Result<Bearing, Error> {
         let position_m = self.position_m(e, nodes_m)?;
         let mut columns = Vec::with_capacity(COLUMNS.len());
         for name in COLUMNS {
@@ -243,15 +244,16 @@ impl Import<'_> {
     /// What a bearing that is linked to a node off the shaft stands on.
     fn pedestal(
         &mut self,
-        e: &Element,
-        holding: &[&Element],
-        masses: &[&Element],
+        e: &RossElement,
+        holding: &[&RossElement],
+        masses: &[&RossElement],
     ) -> Result<Option<Pedestal>, Error> {
         if e.values.get("n_link").is_none_or(Value::is_null) {
             return Ok(None);
         }
         let link = self.node(e, "n_link")?;
-        let is_there = |other: &&&Element| other.values.get("n").and_then(Value::as_u64) == Some(link as u64);
+        let is_there =
+            |other: &&&RossElement| other.values.get("n").and_then(Value::as_u64) == Some(link as u64);
         let Some(support) = holding.iter().find(is_there) else {
             return self.fail(e, "n_link", format!("is {link}, but nothing holds that node"));
         };

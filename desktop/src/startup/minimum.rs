@@ -9,12 +9,12 @@ use crate::fit::descent::{Objective, Stop, descend};
 const STEP: f64 = 1e-5;
 const TO_THE_END: Stop = Stop { steps: 60, tolerance: 1e-10 };
 
-struct Curve<F> {
+struct ResidualObjective<F> {
     residuals: F,
     at: DVector<f64>,
 }
 
-impl<F: Fn(&DVector<f64>) -> DVector<f64>> Curve<F> {
+impl<F: Fn(&DVector<f64>) -> DVector<f64>> ResidualObjective<F> {
     fn jacobian(&self) -> DMatrix<f64> {
         let column = |j: usize| {
             let beside = |step: f64| {
@@ -28,7 +28,7 @@ impl<F: Fn(&DVector<f64>) -> DVector<f64>> Curve<F> {
     }
 }
 
-impl<F: Fn(&DVector<f64>) -> DVector<f64>> Objective for Curve<F> {
+impl<F: Fn(&DVector<f64>) -> DVector<f64>> Objective for ResidualObjective<F> {
     fn position(&self) -> DVector<f64> {
         self.at.clone()
     }
@@ -54,7 +54,7 @@ pub fn minimum(
     start: DVector<f64>,
     residuals: impl Fn(&DVector<f64>) -> DVector<f64>,
 ) -> (DVector<f64>, Option<DMatrix<f64>>) {
-    let mut curve = Curve { residuals, at: start };
+    let mut curve = ResidualObjective { residuals, at: start };
     descend(&mut curve, TO_THE_END);
     let jacobian = curve.jacobian();
     let covariance = jacobian.tr_mul(&jacobian).try_inverse();

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::two_degree::Motion;
+use super::two_degree::DirectionalMotion;
 use super::{Options, Startup, two_degree};
 use crate::diagnose::{Candidate, Outcome, best_fit, improve_telling};
 use crate::error::Error;
@@ -18,7 +18,7 @@ pub struct ModelStage {
     /// What it is, or which effect was added.
     pub label: String,
     /// What it predicts along every direction.
-    pub motion: Motion,
+    pub motion: DirectionalMotion,
     /// χ² per real number, of rotor models.
     pub chi2_per_value: Option<f64>,
 }
@@ -77,7 +77,7 @@ pub fn refine(
     }
     let fitted = |rotor: &Rotor, label: String| -> Result<(ModelStage, Vec<(C, f64)>), Error> {
         let fit = best_fit(rotor, &kept)?;
-        let mut motion: Motion = vec![vec![None; found.directions.len()]; readings.len()];
+        let mut motion: DirectionalMotion = vec![vec![None; found.directions.len()]; readings.len()];
         for (row, along) in usable.iter().zip(found.along_directions(&fit.predicted_m)) {
             motion[*row] = along;
         }

@@ -9,7 +9,7 @@ use crate::measurement::Reading;
 type C = Complex<f64>;
 
 /// A model's motion along every direction in every reading, m; `None` where it says nothing.
-pub type Motion = Vec<Vec<Option<C>>>;
+pub type DirectionalMotion = Vec<Vec<Option<C>>>;
 
 impl Startup {
     /// The two-degree model of a direction: the half-power estimate, or what there is.
@@ -20,8 +20,8 @@ impl Startup {
 
     /// The two-degree prediction of every reading of these runs, driven by the added mass and by an own
     /// unbalance, kg·m (zero in the paper).
-    pub fn two_degree(&self, readings: &[Reading], predictable: &[bool], own_kg_m: C) -> Motion {
-        let mut motion: Motion = vec![vec![None; self.directions.len()]; readings.len()];
+    pub fn two_degree(&self, readings: &[Reading], predictable: &[bool], own_kg_m: C) -> DirectionalMotion {
+        let mut motion: DirectionalMotion = vec![vec![None; self.directions.len()]; readings.len()];
         for (run, _) in self.runs.iter().zip(predictable).filter(|(_, known)| **known) {
             for row in &run.rows {
                 let speed = readings[*row].speed_rad_s();
@@ -35,13 +35,13 @@ impl Startup {
     }
 
     /// What was measured along every direction, m.
-    pub fn measured(&self, readings: &[Reading]) -> Motion {
+    pub fn measured(&self, readings: &[Reading]) -> DirectionalMotion {
         let along = |r: &Reading| self.directions.iter().map(|d| d.motion_m(&r.probes)).collect();
         readings.iter().map(along).collect()
     }
 
     /// A model's motion along every direction from what it predicts at every probe.
-    pub fn along_directions(&self, probes_m: &[Vec<C>]) -> Motion {
+    pub fn along_directions(&self, probes_m: &[Vec<C>]) -> DirectionalMotion {
         let row = |probes: &Vec<C>| {
             let all: Vec<Option<C>> = probes.iter().copied().map(Some).collect();
             self.directions.iter().map(|d| d.motion_m(&all)).collect()
@@ -76,14 +76,14 @@ impl Startup {
     }
 
     /// The errors of a model at one speed, for every run and bearing.
-    pub fn errors_at(&self, readings: &[Reading], model: &Motion, speed_rpm: f64) -> Vec<ErrorAt> {
+    pub fn errors_at(&self, readings: &[Reading], model: &DirectionalMotion, speed_rpm: f64) -> Vec<ErrorAt> {
         let measured = self.measured(readings);
         let mut errors = Vec::new();
         for (r, run) in self.runs.iter().enumerate() {
             let Some(row) = run.nearest(readings, speed_rpm) else { continue };
             for bearing in 0..2 {
                 let Some(error_m) = self.distance_m(bearing, &measured[row], &model[row]) else { continue };
-                let sizes = |m: &Motion| {
+                let sizes = |m: &DirectionalMotion| {
                     let size = |d: usize| m[row][d].map_or(0.0, |y| y.norm());
                     self.directions_of(bearing).into_iter().map(size).collect()
                 };
@@ -106,7 +106,7 @@ impl Startup {
     pub fn worst_by_speed(
         &self,
         readings: &[Reading],
-        model: &Motion,
+        model: &DirectionalMotion,
         [from_rpm, to_rpm]: [f64; 2],
     ) -> Vec<[f64; 3]> {
         let measured = self.measured(readings);

@@ -11,7 +11,7 @@ use super::operating_point::{Logs, logs_of};
 use super::record::{self, Day};
 use super::step::Steps;
 use crate::error::Error;
-use crate::identify::{Bounds, PhaseOne, PhaseOneConfig, identify, least_residual};
+use crate::identify::{PhaseOne, PhaseOneConfig, UnbalanceBounds, identify, least_residual};
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::unbalance::phasor_kg_m;
@@ -44,7 +44,7 @@ pub struct Tracking<'a> {
     /// What phase I left open of them; nothing where the file was identified.
     pub logs_covariance: DMatrix<f64>,
     pub unbalance_kg_m: Vec<C>,
-    bounds: Bounds,
+    bounds: UnbalanceBounds,
 }
 
 /// What a method made of a record.
@@ -89,7 +89,7 @@ impl<'a> Tracking<'a> {
                 |found| found.bearings_covariance().resize(count, count, 0.0),
             ),
             bearing_of: rotor.probe.iter().map(|p| rotor.bearing_of(p).unwrap_or(0)).collect(),
-            bounds: Bounds { growth: config.growth, floor_kg_m: BOUND_FLOOR * largest },
+            bounds: UnbalanceBounds { growth: config.growth, floor_kg_m: BOUND_FLOOR * largest },
             rotor,
             config,
             noise,
@@ -176,7 +176,7 @@ impl<'a> Tracking<'a> {
     pub fn largest_kg_m(&self, day: &Day, last: &[C], at_d: f64) -> Vec<f64> {
         // the bound is for a day; a gap gives the unbalance that much longer to grow
         let growth = self.bounds.growth.powf((day.time_d - at_d).max(1.0));
-        last.iter().map(|u| Bounds { growth, ..self.bounds }.largest(*u)).collect()
+        last.iter().map(|u| UnbalanceBounds { growth, ..self.bounds }.largest(*u)).collect()
     }
 
     /// Phase II: the exact optimum of a complete reading; unbounded without a last unbalance.

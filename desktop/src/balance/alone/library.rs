@@ -9,7 +9,7 @@ use super::runs::Means;
 use super::{Basis, Machine, Request, doubts};
 use crate::balance::influence::Coefficients;
 use crate::error::Error;
-use crate::measurement::{ProbeRecord, text_of};
+use crate::measurement::{ProbeRecord, component_sd, text_of};
 
 type C = Complex<f64>;
 
@@ -140,7 +140,7 @@ impl Library {
         let means = Means::of(&series.readings, series.probes.len(), request)?;
         let planes = request.planes_of(&self.planes)?;
         let sigma_um = |y: C, count: usize, level: f64| match (request.noise, means.within) {
-            (Some([relative, floor]), _) => Some((relative * y.norm() + floor) / (count as f64).sqrt()),
+            (Some([relative, floor]), _) => Some(component_sd(relative, floor, y) / (count as f64).sqrt()),
             (None, Some((variance, _))) => Some(level * (variance / count as f64).sqrt()),
             (None, None) => None,
         };

@@ -11,7 +11,7 @@ use crate::balance::influence::{Trial, Trials, Value};
 use crate::balance::interpolated::{Interpolated, interpolated};
 use crate::balance::speeds::Speeds;
 use crate::error::Error;
-use crate::measurement::{ProbeRecord, Reading, read_series};
+use crate::measurement::{ProbeRecord, Reading, component_sd, read_series};
 
 type C = Complex<f64>;
 
@@ -122,13 +122,15 @@ impl Means {
     }
 
     /// Standard deviation of a component of a mean, for a noise that is stated or relative to the level.
-    fn sigma(&self, noise: Noise, mean: &Mean, probe: usize) -> Option<Value> {
+    fn sigma(&self, noise: NoiseBasis, mean: &Mean, probe: usize) -> Option<Value> {
         let (phasor, count) = mean.probes[probe]?;
         let level = self.levels[mean.speed][probe];
         let sigma = match noise {
-            Noise::Stated([relative, floor]) => (relative * phasor.norm() + floor) / (count as f64).sqrt(),
-            Noise::OfReading(relative) => relative * level / (count as f64).sqrt(),
-            Noise::OfRun(relative) => relative * level,
+            NoiseBasis::Stated([relative, floor]) => {
+                component_sd(relative, floor, phasor) / (count as f64).sqrt()
+            }
+            NoiseBasis::OfReading(relative) => relative * level / (count as f64).sqrt(),
+            NoiseBasis::OfRun(relative) => relative * level,
         };
         // rounding is always there
         Some(Value { phasor, sigma: sigma.max(1e-12 * level) })
@@ -137,7 +139,7 @@ impl Means {
 
 /// What the standard deviation of a component is.
 #[derive(Clone, Copy)]
-enum Noise {
+enum NoiseBasis {
     /// Of a reading: relative to it, and in its unit.
     Stated([f64; 2]),
     /// Of a reading, relative to its level.
@@ -170,7 +172,7 @@ pub fn machine(series: &ProbeRecord, weights: &Weights, request: &Request) -> Re
             ))
         })?),
     };
-    let trials = |noise: Noise| Trials {
+    let trials = |noise: NoiseBasis| Trials {
         readings: means
             .all
             .iter()
@@ -191,19 +193,19 @@ pub fn machine(series: &ProbeRecord, weights: &Weights, request: &Request) -> Re
         onto,
     };
     // relative to the level, so that what the runs miss each other by is relative too
-    let plain = trials(Noise::OfRun(1.0)).fit()?;
+    let plain = trials(NoiseBasis::OfRun(1.0)).fit()?;
     let scatter = plain.misfit.map(|m| (m.chi2_per_value.sqrt(), m.freedom));
     let (noise, basis) = match (request.noise, scatter, means.within) {
-        (Some(stated), ..) => (Noise::Stated(stated), Basis::Stated),
+        (Some(stated), ..) => (NoiseBasis::Stated(stated), Basis::Stated),
         (None, Some((runs, values)), within) => {
             // a few runs may agree by chance, which makes no reading better than it is
             let least = within.map_or(0.0, |(variance, _)| (variance / means.readings_in_a_mean()).sqrt());
-            (Noise::OfRun(runs.max(least)), Basis::Runs(values))
+            (NoiseBasis::OfRun(runs.max(least)), Basis::Runs(values))
         }
         (None, None, Some((variance, values))) => {
-            (Noise::OfReading(variance.sqrt()), Basis::Readings(values))
+            (NoiseBasis::OfReading(variance.sqrt()), Basis::Readings(values))
         }
-        (None, None, None) => (Noise::OfRun(1.0), Basis::Unknown),
+        (None, None, None) => (NoiseBasis::OfRun(1.0), Basis::Unknown),
     };
     let trials = trials(noise);
     let mut fitted = trials.fit()?;

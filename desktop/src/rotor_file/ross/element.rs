@@ -3,14 +3,14 @@
 use serde_json::{Map, Value};
 
 /// One element of the file.
-pub struct Element<'a> {
+pub struct RossElement<'a> {
     /// Its name in the file: class and tag.
     pub key: &'a str,
     pub class: &'a str,
     pub values: &'a Map<String, Value>,
 }
 
-impl Element<'_> {
+impl RossElement<'_> {
     /// Its name, as people gave it.
     pub fn tag(&self) -> &str {
         self.values.get("tag").and_then(Value::as_str).unwrap_or(self.key)

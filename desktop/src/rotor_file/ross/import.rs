@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::element::Element;
+use super::element::RossElement;
 use crate::error::Error;
 
 /// What is being carried over.
@@ -15,18 +15,23 @@ pub struct Import<'a> {
 }
 
 impl Import<'_> {
-    pub fn fail<T>(&self, element: &Element, name: &str, expected: impl Into<String>) -> Result<T, Error> {
+    pub fn fail<T>(
+        &self,
+        element: &RossElement,
+        name: &str,
+        expected: impl Into<String>,
+    ) -> Result<T, Error> {
         Err(Error::rotor(self.file, format!("[{}] {name}", element.key), expected))
     }
 
-    pub fn number(&self, element: &Element, name: &str) -> Result<f64, Error> {
+    pub fn number(&self, element: &RossElement, name: &str) -> Result<f64, Error> {
         match element.maybe(name) {
             Some(value) => Ok(value),
             None => self.fail(element, name, "is missing or not a number"),
         }
     }
 
-    pub fn node(&self, element: &Element, name: &str) -> Result<usize, Error> {
+    pub fn node(&self, element: &RossElement, name: &str) -> Result<usize, Error> {
         match element.values.get(name).and_then(Value::as_u64) {
             Some(node) => Ok(node as usize),
             None => self.fail(element, name, "is missing or not the number of a node"),

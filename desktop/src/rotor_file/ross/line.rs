@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::element::Element;
+use super::element::RossElement;
 use super::import::Import;
 use crate::error::Error;
 use crate::machine::drawing::{Coupling, Flexibility, Physics, Segment};
@@ -20,14 +20,14 @@ pub struct ImportedShaft {
 }
 
 impl Import<'_> {
-    pub(super) fn line(&mut self, all: &[Element]) -> Result<ImportedShaft, Error> {
-        let mut elements: Vec<&Element> =
+    pub(super) fn line(&mut self, all: &[RossElement]) -> Result<ImportedShaft, Error> {
+        let mut elements: Vec<&RossElement> =
             all.iter().filter(|e| matches!(e.class, "ShaftElement" | "CouplingElement")).collect();
         for e in &elements {
             self.node(e, "n")?;
         }
         elements.sort_by_key(|e| e.values["n"].as_u64());
-        let of_shaft: Vec<&Element> =
+        let of_shaft: Vec<&RossElement> =
             elements.iter().copied().filter(|e| e.class == "ShaftElement").collect();
         let Some(first) = of_shaft.first() else {
             return Err(Error::rotor(self.file, "[ShaftElement_…]", "there is none, expected a shaft"));
@@ -70,7 +70,7 @@ impl Import<'_> {
         Ok(line)
     }
 
-    fn coupling(&mut self, e: &Element, position_m: f64) -> Result<Coupling, Error> {
+    fn coupling(&mut self, e: &RossElement, position_m: f64) -> Result<Coupling, Error> {
         let of = |name: &str| e.maybe(name).unwrap_or(0.0);
         let left = &mut self.left;
         let mut alike = |[a, b]: [&str; 2]| {
@@ -122,7 +122,7 @@ impl Import<'_> {
         })
     }
 
-    fn segment(&mut self, e: &Element) -> Result<Segment, Error> {
+    fn segment(&mut self, e: &RossElement) -> Result<Segment, Error> {
         let Some(material) = e.values.get("material").and_then(Value::as_object) else {
             return self.fail(e, "material", "is missing, expected a table with rho, E and G_s");
         };
