@@ -1,6 +1,6 @@
 //! The columns of a track that hold what its filter knew on each day.
 
-use super::outlook::Outlook;
+use super::filter_state::FilterState;
 use crate::error::Error;
 
 /// Columns with the static and dynamic unbalance of a day, in the order of the series.
@@ -21,8 +21,8 @@ pub fn header() -> Vec<String> {
     COLUMNS.iter().flat_map(|name| of(name)).chain([KEPT.to_string()]).collect()
 }
 
-pub fn cells(known: &[Outlook; 4]) -> Vec<String> {
-    let of = |o: &Outlook| [o.level, o.per_d, o.level_sd, o.per_d_sd, o.correlation, o.push_sd];
+pub fn cells(known: &[FilterState; 4]) -> Vec<String> {
+    let of = |o: &FilterState| [o.level, o.per_d, o.level_sd, o.per_d_sd, o.correlation, o.push_sd];
     let numbers = known.iter().flat_map(of).chain([known[0].kept]);
     numbers.map(|value| format!("{value:.6e}")).collect()
 }
@@ -44,7 +44,7 @@ impl Places {
         &self,
         number: impl Fn(usize) -> Result<f64, Error>,
         out_of_range: impl Fn(usize) -> Error,
-    ) -> Result<[Outlook; 4], Error> {
+    ) -> Result<[FilterState; 4], Error> {
         let cells = self.0.iter().map(|place| number(*place)).collect::<Result<Vec<f64>, Error>>()?;
         let within = |k: usize, value: f64| match (k == 4 * (BESIDE.len() + 1), k % (BESIDE.len() + 1)) {
             (true, _) => (0.0..=1.0).contains(&value),
@@ -60,7 +60,7 @@ impl Places {
             let own = &cells[i * (BESIDE.len() + 1)..];
             let (level, per_d, level_sd, per_d_sd, correlation, push_sd) =
                 (own[0], own[1], own[2], own[3], own[4], own[5]);
-            Outlook { level, per_d, level_sd, per_d_sd, correlation, kept, push_sd }
+            FilterState { level, per_d, level_sd, per_d_sd, correlation, kept, push_sd }
         }))
     }
 }
@@ -70,11 +70,11 @@ mod tests {
     use super::super::series::parse;
     use super::*;
 
-    fn track(change: impl Fn(&mut Outlook)) -> String {
+    fn track(change: impl Fn(&mut FilterState)) -> String {
         let mut text = format!("time_d,{},{}\n", COLUMNS.join(","), header().join(","));
         // half a turn between the third day and the sixth, the fourth and the fifth without a reading
         for (day, deg) in [(0, 170.0), (1, 176.0), (2, 179.0), (5, -178.0)] {
-            let mut one = Outlook {
+            let mut one = FilterState {
                 level: deg,
                 per_d: 1.5,
                 level_sd: 2.0,
@@ -84,7 +84,7 @@ mod tests {
                 push_sd: 0.1,
             };
             change(&mut one);
-            let known = [Outlook { level: 400.0 + f64::from(day), ..one }, one, one, one];
+            let known = [FilterState { level: 400.0 + f64::from(day), ..one }, one, one, one];
             text += &format!("{day},{},{deg},30,40,{}\n", 400 + day, cells(&known).join(","));
         }
         text
@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn known_state_is_unwrapped_and_advanced_over_missing_days() {
         let history = parse("track.csv", &track(|_| ())).unwrap();
-        let angles = history.series[1].outlooks.as_ref().unwrap();
+        let angles = history.series[1].filter_states.as_ref().unwrap();
         assert_eq!(angles.len(), 6);
         assert_eq!((angles[0].level, angles[0].correlation, angles[0].kept), (170.0, 0.25, 0.75));
         assert_eq!((angles[3], angles[4]), (angles[2].next_day(), angles[2].next_day().next_day()));
@@ -110,6 +110,6 @@ mod tests {
         let refusal = parse("t.csv", &track(|o| o.kept = 1.5)).unwrap_err().to_string();
         assert!(refusal.contains("column known_kept_per_d"), "{refusal}");
         let without = track(|_| ()).replace("known_kept_per_d", "other");
-        assert!(parse("t.csv", &without).unwrap().series[0].outlooks.is_none());
+        assert!(parse("t.csv", &without).unwrap().series[0].filter_states.is_none());
     }
 }

@@ -5,7 +5,7 @@
 //! | [`series`] | static and dynamic unbalance of a track, a value a day |
 //! | [`smooth`] | robust local regression |
 //! | [`known`] | the columns of a track that hold what its filter knew on each day |
-//! | [`outlook`] | what a filter knew of a number on a day, and what that says of the days to come |
+//! | [`filter_state`] | level and slope of a number with their covariance on a day, and the forecast from them |
 //! | [`ahead`] | mean and standard deviation of each day to come |
 //! | [`arima`] | ARIMA by exact likelihood |
 //! | [`walk`] | forecasts from every day of the past, and what became of them |
@@ -20,11 +20,11 @@
 pub mod ahead;
 pub mod arima;
 pub mod events;
+pub mod filter_state;
 pub mod known;
 pub mod limit;
 #[cfg(feature = "lstm")]
 pub mod lstm;
-pub mod outlook;
 pub mod scores;
 pub mod series;
 pub mod smooth;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use nalgebra::Complex;
 
+use super::filter_state::FilterState;
 use super::known::{COLUMNS, KNOWN, Places};
-use super::outlook::Outlook;
 use crate::error::Error;
 use crate::measurement::sequence::{frozen, moved_reference};
 
@@ -26,7 +26,7 @@ pub struct Series {
     /// What was known on each day: what forecasts may use.
     pub known: Vec<f64>,
     /// The state of the filter on each day, of a track whose method has one.
-    pub outlooks: Option<Vec<Outlook>>,
+    pub filter_states: Option<Vec<FilterState>>,
 }
 
 /// A track as read from CSV.
@@ -77,7 +77,7 @@ pub fn parse(file: &str, text: &str) -> Result<History, Error> {
     track.unwrap_angles();
     Ok(History {
         first_d,
-        series: track.series(columns.outlooks.is_some()),
+        series: track.series(columns.filter_states.is_some()),
         events: columns.event.map(|_| track.events),
     })
 }
@@ -89,7 +89,7 @@ struct TrackColumns {
     values: Vec<usize>,
     /// What was known on each day; the estimates themselves where the file says nothing else.
     known: Vec<usize>,
-    outlooks: Option<Places>,
+    filter_states: Option<Places>,
     event: Option<usize>,
 }
 
@@ -107,7 +107,7 @@ impl TrackColumns {
             .zip(&values)
             .map(|(name, own)| find(&format!("{KNOWN}{name}")).unwrap_or(*own))
             .collect();
-        Ok(Self { time, values, known, outlooks: Places::find(find), event: find(EVENT) })
+        Ok(Self { time, values, known, filter_states: Places::find(find), event: find(EVENT) })
     }
 }
 
@@ -155,7 +155,7 @@ struct TrackTable {
     times: Vec<f64>,
     /// The four estimates, then the four numbers that were known on the day.
     cells: Vec<Vec<f64>>,
-    outlooks: Vec<[Outlook; 4]>,
+    filter_states: Vec<[FilterState; 4]>,
     events: usize,
 }
 
@@ -172,10 +172,10 @@ impl TrackTable {
         for (all, column) in self.cells.iter_mut().zip(columns.values.iter().chain(&columns.known)) {
             all.push(row.number(*column)?);
         }
-        if let Some(places) = &columns.outlooks {
+        if let Some(places) = &columns.filter_states {
             let out_of_range =
                 |column| row.cell_error(column, "is out of range, expected what `track --csv` wrote");
-            self.outlooks.push(places.read(|column| row.number(column), out_of_range)?);
+            self.filter_states.push(places.read(|column| row.number(column), out_of_range)?);
         }
         Ok(())
     }
@@ -193,17 +193,18 @@ impl TrackTable {
     }
 
     /// The four series with a value a day.
-    fn series(&self, has_outlooks: bool) -> Vec<Series> {
+    fn series(&self, has_filter_states: bool) -> Vec<Series> {
         let daily = |values: &[f64]| every_day(&self.times, values);
         let series = |i: usize| {
             let known = &self.cells[i + 4];
-            let levelled = |(of_day, level): (&[Outlook; 4], &f64)| Outlook { level: *level, ..of_day[i] };
-            let own = || self.outlooks.iter().zip(known).map(levelled).collect::<Vec<_>>();
+            let levelled =
+                |(of_day, level): (&[FilterState; 4], &f64)| FilterState { level: *level, ..of_day[i] };
+            let own = || self.filter_states.iter().zip(known).map(levelled).collect::<Vec<_>>();
             Series {
                 name: NAMES[i],
                 values: daily(&self.cells[i]),
                 known: daily(known),
-                outlooks: has_outlooks.then(|| kept_up(&self.times, &own())),
+                filter_states: has_filter_states.then(|| kept_up(&self.times, &own())),
             }
         };
         (0..4).map(series).collect()
@@ -254,11 +255,11 @@ fn whole_days(times: &[f64]) -> impl Iterator<Item = f64> {
 }
 
 /// What was known on each whole day: the newest until then, moved on over days without one.
-fn kept_up(times: &[f64], outlooks: &[Outlook]) -> Vec<Outlook> {
+fn kept_up(times: &[f64], filter_states: &[FilterState]) -> Vec<FilterState> {
     let on = |at: f64| {
         let newest = times.partition_point(|t| *t <= at + 1e-9).saturating_sub(1);
         let days = (at - times[newest]).round() as usize;
-        (0..days).fold(outlooks[newest], |outlook, _| outlook.next_day())
+        (0..days).fold(filter_states[newest], |state, _| state.next_day())
     };
     whole_days(times).map(on).collect()
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::ahead::Ahead;
 use super::arima::{Arima, Order};
-use super::outlook::Outlook;
+use super::filter_state::FilterState;
 use super::scores::Score;
 use super::series::Series;
 use super::smooth::rlowess;
@@ -142,15 +142,15 @@ impl Fitted {
 /// Makes forecasts from one day after another.
 enum Forecaster<'a> {
     /// Of a filter's state on each day.
-    State(&'a [Outlook]),
+    State(&'a [FilterState]),
     /// By a model that is fitted to the smoothed past now and then, from the first day on.
     Fitted { model: Model, first: usize, fitted: Option<(Fitted, usize)> },
 }
 
 impl<'a> Forecaster<'a> {
     fn new(by: By, series: &'a Series, first: usize) -> Result<Self, Error> {
-        match (by, &series.outlooks) {
-            (By::State, Some(outlooks)) => Ok(Self::State(outlooks)),
+        match (by, &series.filter_states) {
+            (By::State, Some(filter_states)) => Ok(Self::State(filter_states)),
             (By::State, None) => Err(Error::Unsuitable(
                 "the track does not hold the state of a filter, expected one of `track --method joint --csv`"
                     .into(),
@@ -167,7 +167,7 @@ impl<'a> Forecaster<'a> {
     /// From the `end` first days of a series.
     fn ahead(&mut self, series: &Series, end: usize, days: usize) -> Result<Ahead, Error> {
         match self {
-            Self::State(outlooks) => Ok(outlooks[end - 1].ahead(days)),
+            Self::State(filter_states) => Ok(filter_states[end - 1].ahead(days)),
             Self::Fitted { model, first, fitted } => {
                 let past = smoothed(&series.known[end.saturating_sub(LONGEST_PAST_D)..end])?;
                 let period = |day: usize| (day - *first) / model.refit_every();
@@ -268,7 +268,7 @@ mod tests {
     use super::*;
 
     fn series(values: Vec<f64>) -> Series {
-        Series { name: "U_g", known: values.clone(), values, outlooks: None }
+        Series { name: "U_g", known: values.clone(), values, filter_states: None }
     }
 
     #[test]

@@ -124,7 +124,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     }
     let (history, dates) = read(&arguments.track)?;
     let limit_g_mm = limit_g_mm(arguments)?;
-    let has_state = history.series.iter().all(|s| s.outlooks.is_some());
+    let has_state = history.series.iter().all(|s| s.filter_states.is_some());
     let model = arguments.model.unwrap_or(if has_state { Kind::State } else { Kind::Arima });
     let ways: usize = history.series.iter().map(|s| 1 + baselines(s, model).count()).sum();
     let working = listener.progress("series forecast by each method", ways);
@@ -180,7 +180,7 @@ fn limit_g_mm(arguments: &Arguments) -> Result<Option<f64>> {
 
 /// What a model is held against: the filter's own state where the track holds it, "it stays" and "it goes on".
 fn baselines(series: &Series, model: Kind) -> impl Iterator<Item = (&'static str, By)> {
-    let state = series.outlooks.is_some().then_some((Kind::State.name(), By::State));
+    let state = series.filter_states.is_some().then_some((Kind::State.name(), By::State));
     let others = [(Kind::Naive.name(), Model::Naive.into()), (DRIFT, Model::Drift.into())];
     state.into_iter().chain(others).filter(move |(name, _)| *name != model.name())
 }

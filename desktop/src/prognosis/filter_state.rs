@@ -1,27 +1,26 @@
-//! What a filter knew of a number on a day, and what that says of the days to come.
+//! The filtered state of a number on a day, and the forecast from it.
 
 use super::ahead::Ahead;
 
-/// A number that moves by so much a day, which fades and is pushed at random; and how sure both are. The state of a
-/// filter's unbalance as one of its sizes or angles sees it.
+/// Damped local-trend model: level and slope with their covariance, for one magnitude or angle of the unbalance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outlook {
+pub struct FilterState {
     pub level: f64,
-    /// What it moves by in the day to come.
+    /// Slope: change over the next day.
     pub per_d: f64,
-    /// Standard deviation of the number.
+    /// Standard deviation of the level.
     pub level_sd: f64,
-    /// Of what it moves by.
+    /// Standard deviation of the slope.
     pub per_d_sd: f64,
     /// Correlation of the errors of `level` and `per_d`.
     pub correlation: f64,
-    /// Share of the movement that is left after a day.
+    /// Damping of the slope: share that is left after a day.
     pub kept: f64,
-    /// Standard deviation of a day's push on the movement.
+    /// Standard deviation of the slope's process noise in a day.
     pub push_sd: f64,
 }
 
-impl Outlook {
+impl FilterState {
     /// The same a day later, if nothing is measured.
     #[must_use]
     pub fn next_day(&self) -> Self {
@@ -54,7 +53,7 @@ impl Outlook {
 mod tests {
     use super::*;
 
-    const NOW: Outlook = Outlook {
+    const NOW: FilterState = FilterState {
         level: 500.0,
         per_d: 2.0,
         level_sd: 10.0,
@@ -84,7 +83,7 @@ mod tests {
 
     #[test]
     fn a_number_that_is_known_and_does_not_move_stays() {
-        let still = Outlook { per_d: 0.0, level_sd: 0.0, per_d_sd: 0.0, push_sd: 0.0, ..NOW };
+        let still = FilterState { per_d: 0.0, level_sd: 0.0, per_d_sd: 0.0, push_sd: 0.0, ..NOW };
         assert_eq!(still.ahead(3), Ahead { mean: vec![500.0; 3], sd: vec![0.0; 3] });
     }
 }
