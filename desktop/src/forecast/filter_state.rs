@@ -1,23 +1,22 @@
-//! What a filter knew of a number on a day, and what that says of the days to come.
+//! The filtered state of a number on a day, and the forecast from it.
 
 use super::ahead::ForecastPath;
 
-/// A number that moves by so much a day, which fades and is pushed at random; and how sure both are. The state of a
-/// filter's unbalance as one of its sizes or angles sees it.
+/// Damped local-trend model: level and slope with their covariance, for one magnitude or angle of the unbalance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilterState {
     pub level: f64,
-    /// What it moves by in the day to come.
+    /// Slope: change over the next day.
     pub per_d: f64,
-    /// Standard deviation of the number.
+    /// Standard deviation of the level.
     pub level_sd: f64,
-    /// Of what it moves by.
+    /// Standard deviation of the slope.
     pub per_d_sd: f64,
     /// Correlation of the errors of `level` and `per_d`.
     pub correlation: f64,
-    /// Share of the movement that is left after a day.
+    /// Damping of the slope: share that is left after a day.
     pub kept: f64,
-    /// Standard deviation of a day's push on the movement.
+    /// Standard deviation of the slope's process noise in a day.
     pub push_sd: f64,
 }
 

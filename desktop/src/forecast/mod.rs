@@ -5,7 +5,7 @@
 //! | [`series`] | static and dynamic unbalance of a track, a value a day |
 //! | [`smooth`] | robust local regression |
 //! | [`known`] | the columns of a track that hold what its filter knew on each day |
-//! | [`filter_state`] | what a filter knew of a number on a day, and what that says of the days to come |
+//! | [`filter_state`] | level and slope of a number with their covariance on a day, and the forecast from them |
 //! | [`ahead`] | mean and standard deviation of each day to come |
 //! | [`arima`] | ARIMA by exact likelihood |
 //! | [`backtest`] | forecasts from every day of the past, and what became of them |

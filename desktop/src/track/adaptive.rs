@@ -2,9 +2,9 @@
 
 use nalgebra::Complex;
 
-use super::answer::{Cause, Estimate, Reidentified};
-use super::cases::{Before, fit_all};
-use super::daily::{Run, Tracking, Watch};
+use super::answer::{FlagCause, ReadingEstimate, Reidentified};
+use super::cases::{BeforeEvent, fit_all};
+use super::daily::{EventDetector, TrackedRecord, Tracking};
 use super::operating_point::Logs;
 use super::record::Day;
 
@@ -13,32 +13,32 @@ type C = Complex<f64>;
 /// Good readings whose mean unbalance is held in the cases that hold it.
 const HELD_READINGS: usize = 10;
 
-/// What is in force from one reading to the next.
-struct State {
+/// State of the method between readings.
+struct PhaseTwoState {
     logs: Logs,
     last: Vec<C>,
     last_d: f64,
-    watch: Watch,
+    watch: EventDetector,
 }
 
-/// Whether a jump of the unbalance is what raised a flag.
+/// Whether a jump of the unbalance explains a flag.
 pub enum Jump {
-    Explains(Vec<Estimate>),
+    Explains(Vec<ReadingEstimate>),
     /// It lowers the residual, but leaves it suspicious.
-    Helps(Vec<Estimate>),
+    Helps(Vec<ReadingEstimate>),
     None,
 }
 
 impl Tracking<'_> {
     /// Phase II, and one of four re-identifications after every flag. The readings that raised a flag are
     /// the first to be described by the new bearings.
-    pub fn adaptive(&self, progress: &mut dyn FnMut(usize, usize)) -> Run {
-        let mut run = Run::default();
-        let mut state = State {
+    pub fn adaptive(&self, progress: &mut dyn FnMut(usize, usize)) -> TrackedRecord {
+        let mut run = TrackedRecord::default();
+        let mut state = PhaseTwoState {
             logs: self.logs.clone(),
             last: self.unbalance_kg_m.clone(),
             last_d: f64::NAN,
-            watch: Watch::new(self.config),
+            watch: EventDetector::new(self.config),
         };
         let days: Vec<&Day> = self.complete().collect();
         for (k, day) in days.iter().enumerate() {
@@ -54,40 +54,39 @@ impl Tracking<'_> {
     }
 
     /// Phase II of one reading within the bounds.
-    fn follow(&self, day: &Day, state: &mut State) -> Option<Estimate> {
+    fn follow(&self, day: &Day, state: &mut PhaseTwoState) -> Option<ReadingEstimate> {
         let last_d = if state.last_d.is_nan() { day.time_d } else { state.last_d };
         let estimate = self.phase_two(day, &state.logs, Some((&state.last, last_d)))?;
         (state.last, state.last_d) = (estimate.unbalance_kg_m.clone(), day.time_d);
         Some(estimate)
     }
 
-    /// Finds out what a flag means and goes on accordingly.
-    fn answer(&self, days: &[&Day], suspect: usize, state: &mut State, run: &mut Run) {
+    /// Determines the cause of a flag and continues from it.
+    fn answer(&self, days: &[&Day], suspect: usize, state: &mut PhaseTwoState, run: &mut TrackedRecord) {
         let persistence = self.config.thresholds.persistence.max(1);
         let streak = &days[days.len().saturating_sub(persistence)..];
         let now = run.estimates[run.estimates.len() - streak.len()..].to_vec();
         let jump = self.jump(streak, &state.logs, &state.watch, &now);
         if let Jump::Explains(free) = jump {
-            run.flags.push(self.flag(&now, suspect, Cause::Unbalance));
+            run.flags.push(self.flag(&now, suspect, FlagCause::Unbalance));
             return self.replace(free, state, run);
         }
         let (held, _) = self.held(&run.estimates, streak[0]);
         let before =
-            Before { logs: &state.logs, unbalance_kg_m: &held, suspect, plane: self.plane_of(suspect) };
+            BeforeEvent { logs: &state.logs, unbalance_kg_m: &held, suspect, plane: self.plane_of(suspect) };
         let cases = fit_all(streak, &before);
         let best = cases.iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)).cloned();
         let found = best
             .and_then(|best| Some((self.restart(streak, &best.logs, best.unbalance_kg_m.clone())?, best)));
-        // new bearings have to lower the residual by as much as its rise that called for them, and below what
-        // a jump of the unbalance leaves
+        // new bearings must undo the rise of the residual, also compared with a jump of the unbalance alone
         let known = if let Jump::Helps(free) = &jump { free } else { &now };
         let Some((after, best)) = found.filter(|(after, _)| self.better(after, known)) else {
-            let cause = if let Jump::Helps(_) = jump { Cause::Unbalance } else { Cause::Model };
+            let cause = if let Jump::Helps(_) = jump { FlagCause::Unbalance } else { FlagCause::Model };
             run.flags.push(self.flag(&now, suspect, cause));
-            // what no bearings explain is the new level: it is not asked about again every three days
+            // a residual that no bearings explain is the new baseline, or it would raise a flag every three days
             return now.iter().for_each(|e| state.watch.monitor.accept(&e.residual));
         };
-        run.flags.push(self.flag(&now, suspect, Cause::Model));
+        run.flags.push(self.flag(&now, suspect, FlagCause::Model));
         run.reidentified.push(Reidentified {
             since_d: streak[0].time_d,
             time_d: streak[streak.len() - 1].time_d,
@@ -100,8 +99,8 @@ impl Tracking<'_> {
         self.replace(after, state, run);
     }
 
-    /// Puts new estimates in the place of the last ones; the level stays what it was before the flag.
-    fn replace(&self, estimates: Vec<Estimate>, state: &mut State, run: &mut Run) {
+    /// Replaces the last estimates by new ones; the baseline before the flag is kept.
+    fn replace(&self, estimates: Vec<ReadingEstimate>, state: &mut PhaseTwoState, run: &mut TrackedRecord) {
         run.estimates.truncate(run.estimates.len() - estimates.len());
         state.watch.settle();
         for estimate in estimates {
@@ -110,9 +109,16 @@ impl Tracking<'_> {
         }
     }
 
-    /// What a streak looks like without a bound on the unbalance, on the bearings in force.
-    pub fn jump(&self, streak: &[&Day], logs: &[f64], watch: &Watch, now: &[Estimate]) -> Jump {
-        let free: Option<Vec<Estimate>> = streak.iter().map(|day| self.phase_two(day, logs, None)).collect();
+    /// Phase II of a streak on the present bearings without a bound on the unbalance.
+    pub fn jump(
+        &self,
+        streak: &[&Day],
+        logs: &[f64],
+        watch: &EventDetector,
+        now: &[ReadingEstimate],
+    ) -> Jump {
+        let free: Option<Vec<ReadingEstimate>> =
+            streak.iter().map(|day| self.phase_two(day, logs, None)).collect();
         match free {
             Some(free) if !free.iter().any(|e| watch.monitor.suspects(&e.residual)) => Jump::Explains(free),
             Some(free) if self.better(&free, now) => Jump::Helps(free),
@@ -120,16 +126,16 @@ impl Tracking<'_> {
         }
     }
 
-    /// Whether estimates have a residual smaller by as much as the rise that counts.
-    pub fn better(&self, these: &[Estimate], others: &[Estimate]) -> bool {
-        let sum = |all: &[Estimate]| all.iter().map(|e| e.residual.e_um).sum::<f64>();
+    /// Whether the residual of `these` is smaller than that of `others` by at least the suspicious rise.
+    pub fn better(&self, these: &[ReadingEstimate], others: &[ReadingEstimate]) -> bool {
+        let sum = |all: &[ReadingEstimate]| all.iter().map(|e| e.residual.e_um).sum::<f64>();
         sum(these) * (1.0 + self.config.thresholds.rise) <= sum(others)
     }
 
     /// Mean unbalance of the last good readings before a day, and the day of the last of them.
-    pub fn held(&self, estimates: &[Estimate], before: &Day) -> (Vec<C>, f64) {
+    pub fn held(&self, estimates: &[ReadingEstimate], before: &Day) -> (Vec<C>, f64) {
         let good = estimates.iter().rev().filter(|e| e.row < before.row && !e.suspicious);
-        let good: Vec<&Estimate> = good.take(HELD_READINGS).collect();
+        let good: Vec<&ReadingEstimate> = good.take(HELD_READINGS).collect();
         let Some(last) = good.first() else { return (self.unbalance_kg_m.clone(), before.time_d) };
         let mean = |j: usize| good.iter().map(|e| e.unbalance_kg_m[j]).sum::<C>() / good.len() as f64;
         ((0..self.unbalance_kg_m.len()).map(mean).collect(), last.time_d)

@@ -1,9 +1,9 @@
-//! How a record is followed, and what is said of each reading.
+//! Configuration of tracking, and its results for each reading.
 
 use nalgebra::Complex;
 
 use super::cases::CaseFit;
-use super::monitor::{Residual, Thresholds};
+use super::monitor::{DetectorThresholds, ReadingResidual};
 use super::operating_point::Logs;
 
 type C = Complex<f64>;
@@ -30,11 +30,11 @@ pub const PROPOSALS_AS_PRINTED: usize = 200;
 pub struct Config {
     /// How the record is followed.
     pub method: Method,
-    /// When a reading is suspicious, and when that is a flag.
-    pub thresholds: Thresholds,
-    /// Largest unbalance of a plane relative to the day before.
+    /// Thresholds for suspicious readings and for flags.
+    pub thresholds: DetectorThresholds,
+    /// Largest unbalance of a plane relative to the previous day.
     pub growth: f64,
-    /// The file's bearings and planes are identified already: no phase I.
+    /// The file's bearings and planes are already identified: phase I is skipped.
     pub identified: bool,
     /// Proposals of each chain of a day; [`PROPOSALS`] is usual, and the paper's [`PROPOSALS_AS_PRINTED`].
     pub proposals: usize,
@@ -47,7 +47,7 @@ impl Config {
     /// The usual settings of a method.
     pub fn new(method: Method) -> Self {
         let rise = if method == Method::Bayes { 0.3 } else { 0.5 };
-        let thresholds = Thresholds { rise, ..Thresholds::default() };
+        let thresholds = DetectorThresholds { rise, ..DetectorThresholds::default() };
         Self {
             method,
             thresholds,
@@ -60,9 +60,9 @@ impl Config {
     }
 }
 
-/// What is said of one reading.
+/// Result for one reading.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Estimate {
+pub struct ReadingEstimate {
     pub row: usize,
     /// Days since the record began.
     pub time_d: f64,
@@ -70,12 +70,12 @@ pub struct Estimate {
     pub unbalance_kg_m: Vec<C>,
     /// Logarithms of the bearing coefficients, in the order of phase I.
     pub logs: Logs,
-    /// What the model shows with both, m.
+    /// Calculated phasor of each probe, m.
     pub calculated_m: Vec<C>,
-    /// That against what was measured.
-    pub residual: Residual,
-    /// Where the truth is with 95 % probability, of methods that say so.
-    pub spread: Option<Spread>,
+    /// Calculated against measured.
+    pub residual: ReadingResidual,
+    /// 95 % intervals, of methods that estimate them.
+    pub spread: Option<CredibleIntervals>,
     /// The reading alone looked wrong.
     pub suspicious: bool,
     /// The model no longer describes the machine.
@@ -89,7 +89,7 @@ pub struct Interval {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Spread {
+pub struct CredibleIntervals {
     /// Logarithms of the bearing coefficients.
     pub logs: Vec<Interval>,
     /// Magnitude of each plane's unbalance, kg·m.
@@ -98,12 +98,12 @@ pub struct Spread {
     pub angle_rad: Vec<Interval>,
 }
 
-/// What a flag turned out to be.
+/// Cause of a flag.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Cause {
+pub enum FlagCause {
     /// The model stopped describing the machine.
     Model,
-    /// The unbalance jumped, by more than phase II may follow in a day; the model still holds.
+    /// The unbalance jumped by more than phase II may follow in a day; the model still holds.
     Unbalance,
 }
 
@@ -116,18 +116,18 @@ pub struct Flag {
     pub time_d: f64,
     /// The bearing whose probes misfit most.
     pub suspect: usize,
-    /// What it turned out to be.
-    pub cause: Cause,
+    /// Its cause.
+    pub cause: FlagCause,
 }
 
-/// Bearings that were identified anew.
+/// A re-identification of the bearings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reidentified {
     /// First day of the new bearings.
     pub since_d: f64,
     /// Day on which they were found.
     pub time_d: f64,
-    /// The case that was taken, 1 to 4; 0 where the method knows no cases.
+    /// Selected case, 1 to 4; 0 where the method has no cases.
     pub case: u8,
     pub bearing: usize,
     pub cases: Vec<CaseFit>,

@@ -46,8 +46,8 @@ pub struct CaseFit {
     pub criterion: f64,
 }
 
-/// What the cases start from.
-pub struct Before<'a> {
+/// State before the event, from which every case starts.
+pub struct BeforeEvent<'a> {
     pub logs: &'a [f64],
     pub unbalance_kg_m: &'a [C],
     pub suspect: usize,
@@ -56,7 +56,7 @@ pub struct Before<'a> {
 }
 
 /// All four cases on these readings.
-pub fn fit_all(days: &[&Day], before: &Before) -> Vec<CaseFit> {
+pub fn fit_all(days: &[&Day], before: &BeforeEvent) -> Vec<CaseFit> {
     let planes = before.unbalance_kg_m.len();
     let count = before.logs.len();
     let bearing = |i: &usize| coefficient(*i, count).0 == before.suspect;
@@ -68,9 +68,9 @@ pub fn fit_all(days: &[&Day], before: &Before) -> Vec<CaseFit> {
     cases.iter().filter_map(|(case, logs, planes)| fit(*case, days, before, logs, planes)).collect()
 }
 
-fn fit(case: u8, days: &[&Day], before: &Before, logs: &[usize], planes: &[usize]) -> Option<CaseFit> {
+fn fit(case: u8, days: &[&Day], before: &BeforeEvent, logs: &[usize], planes: &[usize]) -> Option<CaseFit> {
     let mut best: Option<(f64, DVector<f64>)> = None;
-    let mut at = Misfit { days, before, logs, planes, x: DVector::zeros(logs.len() + 2 * planes.len()) };
+    let mut at = CaseMisfit { days, before, logs, planes, x: DVector::zeros(logs.len() + 2 * planes.len()) };
     for [stiffness, damping] in STARTS {
         let mut start = DVector::zeros(at.x.len());
         for (k, i) in logs.iter().enumerate() {
@@ -104,15 +104,15 @@ fn criterion(residual_um: f64, features: usize, unknowns: usize) -> f64 {
 
 /// Squared misfit in noise units with the weak prior on bearings; unknowns are changes of logarithms, then
 /// of the planes' unbalance relative to the larger plane's.
-struct Misfit<'a> {
+struct CaseMisfit<'a> {
     days: &'a [&'a Day],
-    before: &'a Before<'a>,
+    before: &'a BeforeEvent<'a>,
     logs: &'a [usize],
     planes: &'a [usize],
     x: DVector<f64>,
 }
 
-impl Misfit<'_> {
+impl CaseMisfit<'_> {
     fn unit_kg_m(&self) -> f64 {
         self.before.unbalance_kg_m.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max)
     }
@@ -163,7 +163,7 @@ impl Misfit<'_> {
     }
 }
 
-impl Objective for Misfit<'_> {
+impl Objective for CaseMisfit<'_> {
     fn position(&self) -> DVector<f64> {
         self.x.clone()
     }

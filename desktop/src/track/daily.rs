@@ -4,9 +4,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
-use super::answer::{Cause, Config, Estimate, Flag, Method, Reidentified};
+use super::answer::{Config, Flag, FlagCause, Method, ReadingEstimate, Reidentified};
 use super::faults;
-use super::monitor::{Monitor, Residual};
+use super::monitor::{ReadingResidual, ResidualDetector};
 use super::operating_point::{Logs, logs_of};
 use super::record::{self, Day};
 use super::step::Steps;
@@ -20,37 +20,37 @@ type C = Complex<f64>;
 
 /// Readings that the start is checked with, and that a search over all days begins from.
 const FIRST_READINGS: usize = 3;
-/// How far bearing coefficients wander from where they were identified, as logarithms: by a quarter with
-/// load and temperature, by the experience of hydrodynamic bearings.
-pub const WANDER: f64 = 0.25;
-/// Bearings drawn from that range.
-const WANDER_DRAWS: usize = 200;
+/// Largest deviation of a bearing coefficient's logarithm from its identified value: hydrodynamic bearings change
+/// by a quarter with load and temperature.
+pub const WALK_RANGE: f64 = 0.25;
+/// Samples drawn from that range.
+const WALK_DRAWS: usize = 200;
 /// A plane with next to no unbalance could never grow: the bound never falls below this share of the
 /// larger plane's start.
 const BOUND_FLOOR: f64 = 0.1;
 
-/// A record, its start, and how to follow it.
+/// A record with its identified start and its configuration.
 pub struct Tracking<'a> {
     pub rotor: &'a Rotor,
     pub config: &'a Config,
     pub noise: Noise,
-    /// Every reading with a value.
+    /// Readings with at least one value.
     pub days: Vec<Day>,
     pub phase_one: Option<PhaseOne>,
     pub remarks: Vec<String>,
     pub bearing_of: Vec<usize>,
-    /// Where the bearings start, and the planes.
+    /// Start of the bearings.
     pub logs: Logs,
-    /// What phase I left open of them; nothing where the file was identified.
+    /// Covariance of that after phase I; zero if the file was identified.
     pub logs_covariance: DMatrix<f64>,
     pub unbalance_kg_m: Vec<C>,
     bounds: UnbalanceBounds,
 }
 
-/// What a method made of a record.
+/// Result of one method over a record.
 #[derive(Debug, Clone, Default)]
-pub struct Run {
-    pub estimates: Vec<Estimate>,
+pub struct TrackedRecord {
+    pub estimates: Vec<ReadingEstimate>,
     pub flags: Vec<Flag>,
     pub reidentified: Vec<Reidentified>,
 }
@@ -102,8 +102,8 @@ impl<'a> Tracking<'a> {
         Ok(tracking)
     }
 
-    /// Whether phase I is of one machine in one state: its bearings describe all that they were identified
-    /// from, and the first days are no further from the run-up's bearings than a wander takes them.
+    /// Checks that phase I saw one machine in one state: its bearings describe all its readings, and the first days
+    /// are within the bearings' usual range around those of the run-up.
     fn check_start(&self, runup: &[Reading]) -> Result<(), Error> {
         let Some(found) = &self.phase_one else { return Ok(()) };
         let mut ratio = found.residual_ratio;
@@ -113,7 +113,7 @@ impl<'a> Tracking<'a> {
             let first: Vec<&Day> = self.complete().take(FIRST_READINGS).collect();
             let free = |day: &&&Day| Some(self.phase_two(day, &logs, None)?.residual.ratio());
             ratio = first.iter().filter_map(|day| free(&day)).fold(f64::INFINITY, f64::min);
-            limit = self.wandered(first[0], &logs).max(self.config.thresholds.ratio_floor);
+            limit = self.largest_ratio_in_range(first[0], &logs).max(self.config.thresholds.ratio_floor);
         }
         if ratio <= limit {
             return Ok(());
@@ -127,12 +127,13 @@ impl<'a> Tracking<'a> {
         )))
     }
 
-    /// Largest residual over feature sum of a day's machine on bearings drawn from all that they may wander to.
-    fn wandered(&self, day: &Day, logs: &[f64]) -> f64 {
+    /// Largest residual over feature sum of a day with bearings drawn from their usual range.
+    fn largest_ratio_in_range(&self, day: &Day, logs: &[f64]) -> f64 {
         let mut random = StdRng::seed_from_u64(self.config.seed);
         let mut largest = 0.0_f64;
-        for _ in 0..WANDER_DRAWS {
-            let elsewhere: Logs = logs.iter().map(|log| log + random.random_range(-WANDER..WANDER)).collect();
+        for _ in 0..WALK_DRAWS {
+            let elsewhere: Logs =
+                logs.iter().map(|log| log + random.random_range(-WALK_RANGE..WALK_RANGE)).collect();
             let Some(motion) = day.point.on(&elsewhere) else { continue };
             let shown = motion.at(&self.unbalance_kg_m).into_iter().map(Some).collect();
             let drawn = Day { measured_m: shown, ..day.clone() };
@@ -147,13 +148,13 @@ impl<'a> Tracking<'a> {
     }
 
     /// A reading with this unbalance on these bearings.
-    pub fn estimate(&self, day: &Day, logs: &[f64], unbalance_kg_m: Vec<C>) -> Option<Estimate> {
+    pub fn estimate(&self, day: &Day, logs: &[f64], unbalance_kg_m: Vec<C>) -> Option<ReadingEstimate> {
         let calculated_m = day.point.on(logs)?.at(&unbalance_kg_m);
-        Some(Estimate {
+        Some(ReadingEstimate {
             row: day.row,
             time_d: day.time_d,
             logs: logs.to_vec(),
-            residual: Residual::new(&calculated_m, &day.measured_m, &self.bearing_of),
+            residual: ReadingResidual::new(&calculated_m, &day.measured_m, &self.bearing_of),
             calculated_m,
             unbalance_kg_m,
             spread: None,
@@ -162,8 +163,8 @@ impl<'a> Tracking<'a> {
         })
     }
 
-    /// Estimates of what was beside the weights of each reading's run, as what was in the machine with them.
-    pub fn with_weights(&self, mut estimates: Vec<Estimate>) -> Vec<Estimate> {
+    /// Adds the known weights of each reading's run to its estimated unbalance.
+    pub fn with_weights(&self, mut estimates: Vec<ReadingEstimate>) -> Vec<ReadingEstimate> {
         for estimate in &mut estimates {
             let day = self.days.binary_search_by_key(&estimate.row, |day| day.row).ok();
             let weights = day.iter().flat_map(|k| &self.days[*k].weights_kg_m);
@@ -172,7 +173,7 @@ impl<'a> Tracking<'a> {
         estimates
     }
 
-    /// Largest unbalance of each plane after what it last was.
+    /// Bound on each plane's unbalance, kg·m, from its last value.
     pub fn largest_kg_m(&self, day: &Day, last: &[C], at_d: f64) -> Vec<f64> {
         // the bound is for a day; a gap gives the unbalance that much longer to grow
         let growth = self.bounds.growth.powf((day.time_d - at_d).max(1.0));
@@ -180,7 +181,7 @@ impl<'a> Tracking<'a> {
     }
 
     /// Phase II: the exact optimum of a complete reading; unbounded without a last unbalance.
-    pub fn phase_two(&self, day: &Day, logs: &[f64], last: Option<(&[C], f64)>) -> Option<Estimate> {
+    pub fn phase_two(&self, day: &Day, logs: &[f64], last: Option<(&[C], f64)>) -> Option<ReadingEstimate> {
         let planes = self.rotor.plane.len();
         let largest: Vec<f64> = match last {
             Some((last, at_d)) => self.largest_kg_m(day, last, at_d),
@@ -192,7 +193,12 @@ impl<'a> Tracking<'a> {
     }
 
     /// Phase II of a streak on these bearings, from this unbalance on.
-    pub fn restart(&self, streak: &[&Day], logs: &[f64], unbalance_kg_m: Vec<C>) -> Option<Vec<Estimate>> {
+    pub fn restart(
+        &self,
+        streak: &[&Day],
+        logs: &[f64],
+        unbalance_kg_m: Vec<C>,
+    ) -> Option<Vec<ReadingEstimate>> {
         let mut last = (unbalance_kg_m, streak.first()?.time_d);
         let one = |day: &&Day| {
             let estimate = self.phase_two(day, logs, Some((&last.0, last.1)))?;
@@ -203,9 +209,9 @@ impl<'a> Tracking<'a> {
     }
 
     /// Method 1: the bearings are constant.
-    pub fn fixed(&self, progress: &mut dyn FnMut(usize, usize)) -> Run {
-        let mut run = Run::default();
-        let mut watch = Watch::new(self.config);
+    pub fn fixed(&self, progress: &mut dyn FnMut(usize, usize)) -> TrackedRecord {
+        let mut run = TrackedRecord::default();
+        let mut watch = EventDetector::new(self.config);
         let mut last = (self.unbalance_kg_m.clone(), f64::NAN);
         let days: Vec<&Day> = self.complete().collect();
         for (k, day) in days.iter().enumerate() {
@@ -215,15 +221,15 @@ impl<'a> Tracking<'a> {
             let raised = watch.judge(&days[..=k], &mut estimate);
             run.estimates.push(estimate);
             if let Some(suspect) = raised {
-                run.flags.push(self.flag(&run.estimates, suspect, Cause::Model));
+                run.flags.push(self.flag(&run.estimates, suspect, FlagCause::Model));
             }
             progress(k + 1, days.len());
         }
         run
     }
 
-    /// The flag that the last of these estimates raised.
-    pub fn flag(&self, estimates: &[Estimate], suspect: usize, cause: Cause) -> Flag {
+    /// Flag raised by the last of these estimates.
+    pub fn flag(&self, estimates: &[ReadingEstimate], suspect: usize, cause: FlagCause) -> Flag {
         let persistence = self.config.thresholds.persistence.max(1);
         let first = estimates.len().saturating_sub(persistence);
         let (since_d, time_d) = (estimates[first].time_d, estimates[estimates.len() - 1].time_d);
@@ -231,20 +237,20 @@ impl<'a> Tracking<'a> {
     }
 }
 
-/// Looks after the flag: a rise that lasts, of features that stepped.
+/// Raises a flag when the residual stays high and the features stepped.
 #[derive(Debug, Clone)]
-pub struct Watch {
-    pub monitor: Monitor,
+pub struct EventDetector {
+    pub monitor: ResidualDetector,
     steps: Steps,
     persistence: usize,
     ratio_limit: f64,
     up: bool,
 }
 
-impl Watch {
+impl EventDetector {
     pub fn new(config: &Config) -> Self {
         Self {
-            monitor: Monitor::new(config.thresholds),
+            monitor: ResidualDetector::new(config.thresholds),
             steps: Steps::default(),
             persistence: config.thresholds.persistence.max(1),
             ratio_limit: config.thresholds.ratio_limit,
@@ -252,9 +258,8 @@ impl Watch {
         }
     }
 
-    /// Judges the last of these readings by its estimate, and says so there; the suspect bearing where a
-    /// flag goes up.
-    pub fn judge(&mut self, days: &[&Day], estimate: &mut Estimate) -> Option<usize> {
+    /// Evaluates the last of these readings and marks its estimate; returns the suspect bearing if it raises a flag.
+    pub fn judge(&mut self, days: &[&Day], estimate: &mut ReadingEstimate) -> Option<usize> {
         let verdict = self.monitor.judge(&estimate.residual);
         if !verdict.suspicious {
             self.up = false;
@@ -271,15 +276,15 @@ impl Watch {
         raised.then_some(verdict.suspect)
     }
 
-    /// What raised the flag has been dealt with.
+    /// Resets the streak after the cause of a flag was handled.
     pub fn settle(&mut self) {
         self.monitor.settle();
         self.up = false;
     }
 }
 
-/// Phase I on the first complete reading and what run-up there is: the next days have bearings of their own already,
-/// and taken together with the first they would be known better than any of them is.
+/// Phase I on the first complete reading and the run-up. The bearings change from day to day: if further days were
+/// pooled with the first, the covariance would be too small.
 fn start(rotor: &Rotor, record: &[Reading], runup: &[Reading], config: &Config) -> Result<PhaseOne, Error> {
     let first = record.iter().filter(|r| r.complete().is_some()).take(match config.method {
         // the search over all days only begins here
@@ -315,14 +320,14 @@ mod tests {
         let mut normal = move || random.sample::<f64, _>(StandardNormal);
         let true_kg_m: Vec<C> = (0..2).map(|_| C::from_polar(4e-4, 3.0 * normal())).collect();
         let offsets: Logs = (0..8).map(|_| 0.15 * normal()).collect();
-        let mut read = |speeds_rpm: &[f64], day: f64, wander: [f64; 2]| -> Vec<Reading> {
+        let mut read = |speeds_rpm: &[f64], day: f64, walk: [f64; 2]| -> Vec<Reading> {
             let mut rotor = sample_rotor();
             for (i, offset) in offsets.iter().enumerate() {
                 let (bearing, axis, damping) = coefficient(i, offsets.len());
                 let constants = rotor.bearing[bearing].constants_mut().unwrap();
                 let (of, by) = match damping {
-                    true => (&mut constants.damping_n_s_m, -1.1 * wander[bearing]),
-                    false => (&mut constants.stiffness_n_m, wander[bearing]),
+                    true => (&mut constants.damping_n_s_m, -1.1 * walk[bearing]),
+                    false => (&mut constants.stiffness_n_m, walk[bearing]),
                 };
                 *(if axis == 0 { &mut of.xx } else { &mut of.yy }) *= (offset + by).exp();
             }
@@ -341,13 +346,13 @@ mod tests {
         };
         let speeds_rpm: Vec<f64> = (0..20).map(|k| 1500.0 + 500.0 * f64::from(k)).collect();
         let runup = read(&speeds_rpm, 0.0, [0.0; 2]);
-        let wander = [[0.0, 0.0], [0.06, -0.05], [0.1, -0.09]];
-        let days = wander.iter().enumerate().flat_map(|(day, w)| read(&[11_000.0], day as f64, *w)).collect();
+        let walk = [[0.0, 0.0], [0.06, -0.05], [0.1, -0.09]];
+        let days = walk.iter().enumerate().flat_map(|(day, w)| read(&[11_000.0], day as f64, *w)).collect();
         (days, runup, true_kg_m)
     }
 
     #[test]
-    fn start_95_percent_circle_holds_with_wandering_bearings() {
+    fn start_95_percent_circle_holds_with_walking_bearings() {
         let rotor = Rotor { noise: Some(NOISE), ..sample_rotor() };
         let held = |seed: u64, method: Method| {
             let (days, runup, true_kg_m) = begun(seed);

@@ -1,4 +1,4 @@
-//! A record that is no record of a machine over time: refused, with the row that shows it.
+//! Checks of a record before tracking; an error names the row.
 
 use nalgebra::Complex;
 
@@ -10,13 +10,13 @@ use crate::measurement::Reading;
 use crate::measurement::sequence::{frozen, moved_reference};
 use crate::units::same_speed;
 
-/// Fewest complete readings that can be tracked: phase I takes three, an event needs a before and an after.
+/// Fewest complete readings: phase I takes three, an event needs readings before and after it.
 const FEWEST: usize = 10;
-/// A gap that is worth a remark, days.
+/// Gaps longer than this get a remark, days.
 const LONG_GAP_D: f64 = 14.0;
 /// Effects whose supports depend on how far the shaft moves.
 const NONLINEAR: [&str; 2] = ["nonlinear_stiffness", "rub"];
-/// Readings further apart than this, days, are not compared: bearings wander.
+/// Readings further apart than this, days, are not compared, as bearings change.
 const FAR_D: f64 = 3.0;
 
 /// Checks times, frozen values and the phase reference of a record; `file` is for messages. Rows are those of the file that
@@ -79,7 +79,7 @@ pub fn check(file: &str, rotor: &Rotor, record: &[Reading]) -> Result<(), Error>
     Ok(())
 }
 
-/// Remarks on a record that is odd but can be tracked.
+/// Remarks on a record that can be tracked.
 ///
 /// # Errors
 /// If there are too few readings, a probe is stuck or clipped, or [`check`] finds a fault.

@@ -5,29 +5,29 @@
 //! | [`Method::Fixed`] | phase I once, phase II daily, bearings constant |
 //! | [`Method::Adaptive`] | bearings identified anew when the residual jumps and stays (Machines 2023, 11, 976) |
 //! | [`Method::Bayes`] | bearings and unbalance sampled daily, and widely after a jump (Sensors 2024, 24, 8123) |
-//! | [`Method::Joint`] | all days together: bearings that wander, unbalance that drifts and jumps |
+//! | [`Method::Joint`] | all days in one state-space model: bearings walk at random, the unbalance drifts and jumps |
 //!
 //! | module | holds |
 //! |---|---|
-//! | `faults` | records that are refused, with the row that shows why |
+//! | `faults` | checks of a record; an error names the row |
 //! | `record`, `operating_point` | readings, each with the machine solved at its speed |
-//! | `answer` | how a record is followed, and what is said of each reading |
-//! | `planes` | records refused whose planes one reading cannot tell apart |
-//! | [`monitor`], `step` | residual and level; an event or a wander |
-//! | `daily` | phase I, phase II, and the two methods that are made of them |
+//! | `answer` | configuration and results |
+//! | `planes` | check that one reading determines the unbalance of every plane |
+//! | [`monitor`], `step` | residual and its baseline; step or random walk |
+//! | `daily` | phase I, phase II and the fixed method |
 //! | `cases`, `adaptive` | the four cases of a re-identification |
-//! | `bayes` | bearings and unbalance sampled; the paper's form, and one whose chains meet |
+//! | `bayes` | bearings and unbalance sampled; the paper's random walk, and an independence sampler |
 //! | `joint` | all days together |
-//! | `as_known` | the same as it would have gone day by day |
+//! | `filtered` | the joint method with the data up to each day only |
 
 mod adaptive;
 mod answer;
-mod as_known;
 mod bayes;
 mod cases;
 mod coefficients;
 mod daily;
 mod faults;
+mod filtered;
 mod joint;
 pub mod monitor;
 mod operating_point;
@@ -36,14 +36,15 @@ mod record;
 mod step;
 
 pub use answer::{
-    Cause, Config, Estimate, Flag, Interval, Method, PROPOSALS, PROPOSALS_AS_PRINTED, Reidentified, Spread,
+    Config, CredibleIntervals, Flag, FlagCause, Interval, Method, PROPOSALS, PROPOSALS_AS_PRINTED,
+    ReadingEstimate, Reidentified,
 };
-pub use as_known::as_known_then;
-pub use bayes::sampling::{Quality, Sample, Sampler, Sampling};
+pub use bayes::sampling::{PosteriorSample, Quality, SamplerKind, Sampling};
 pub use cases::CaseFit;
 pub use faults::check as check_record;
-pub use joint::{Constant, Event, Joint, Later, Scope};
-pub use monitor::{Residual, Thresholds};
+pub use filtered::filtered;
+pub use joint::{ConstantPart, Event, JointFindings, LaterRunup, Scope};
+pub use monitor::{DetectorThresholds, ReadingResidual};
 pub use operating_point::Logs;
 
 use crate::error::Error;
@@ -57,28 +58,28 @@ pub struct Track {
     pub method: Method,
     /// Phase I, unless the file was identified.
     pub phase_one: Option<PhaseOne>,
-    /// One for each reading that could be used.
-    pub estimates: Vec<Estimate>,
+    /// One for each usable reading.
+    pub estimates: Vec<ReadingEstimate>,
     pub flags: Vec<Flag>,
     pub reidentified: Vec<Reidentified>,
-    /// First day of a changed machine without a run-up since: near one speed an effect that the file lacks reads as
-    /// other bearings.
+    /// First day of a changed machine, if no run-up was taken since. Near one speed an effect that the file lacks
+    /// looks like changed bearings.
     pub undiagnosed_since_d: Option<f64>,
-    /// The same readings with bearings constant: what every method is measured by.
-    pub fixed: Vec<Estimate>,
+    /// The same readings with constant bearings: the reference for every method.
+    pub fixed: Vec<ReadingEstimate>,
     /// First day on which the constant bearings failed for good, if they did.
     pub event_d: Option<f64>,
-    /// What the sampling was worth, of [`Method::Bayes`].
+    /// Convergence of the chains, of [`Method::Bayes`].
     pub sampling: Option<Sampling>,
-    /// What was learned beside, of [`Method::Joint`].
-    pub joint: Option<Joint>,
-    /// What is odd in the record, one sentence each.
+    /// Events, constants and process model, of [`Method::Joint`].
+    pub joint: Option<JointFindings>,
+    /// Remarks on the record, one sentence each.
     pub remarks: Vec<String>,
 }
 
 impl Track {
     /// Mean residual of these estimates from a day on, µm.
-    fn mean_um(estimates: &[Estimate], from_d: f64) -> Option<f64> {
+    fn mean_um(estimates: &[ReadingEstimate], from_d: f64) -> Option<f64> {
         let after: Vec<f64> =
             estimates.iter().filter(|e| e.time_d >= from_d).map(|e| e.residual.e_um).collect();
         (!after.is_empty()).then(|| after.iter().sum::<f64>() / after.len() as f64)
@@ -96,7 +97,7 @@ impl Track {
 }
 
 /// Follows a record of this rotor; a run-up in the state of the first days helps phase I, later ones help
-/// [`Method::Joint`] alone. `progress` hears how much of how much is done.
+/// [`Method::Joint`] alone. `progress` takes the steps done and their total.
 ///
 /// # Errors
 /// If the record cannot be followed: too short, begun after an event, a dead probe.
@@ -104,7 +105,7 @@ pub fn track(
     rotor: &Rotor,
     record: &[Reading],
     runup: &[Reading],
-    later: &[Later],
+    later: &[LaterRunup],
     config: &Config,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Track, Error> {

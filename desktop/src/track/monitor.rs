@@ -1,25 +1,25 @@
-//! Does the model still describe the machine? Residuals over time, and when they become a flag.
+//! Residuals over time, and the detector that flags a model that no longer describes the machine.
 
 use std::collections::VecDeque;
 
 use nalgebra::Complex;
 
-/// When a reading is suspicious, and when suspicion becomes a flag.
+/// Thresholds for suspicious readings and for flags.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Thresholds {
-    /// Rise of the residual above its level that is suspicious, relative.
+pub struct DetectorThresholds {
+    /// Relative rise of the residual above its baseline that is suspicious.
     pub rise: f64,
-    /// Residual over feature sum that is suspicious whatever it was before.
+    /// Residual over feature sum that is suspicious whatever the baseline.
     pub ratio_limit: f64,
     /// Residual over feature sum below which a rise is not suspicious: the model still describes the machine.
     pub ratio_floor: f64,
     /// Suspicious readings in a row that make a flag.
     pub persistence: usize,
-    /// Good readings whose mean is the level.
+    /// Number of good readings in the baseline.
     pub memory: usize,
 }
 
-impl Default for Thresholds {
+impl Default for DetectorThresholds {
     fn default() -> Self {
         Self { rise: 0.5, ratio_limit: 1.0 / 3.0, ratio_floor: 0.05, persistence: 3, memory: 10 }
     }
@@ -27,7 +27,7 @@ impl Default for Thresholds {
 
 /// Calculated against measured features of one reading.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Residual {
+pub struct ReadingResidual {
     /// `e = Σ|calculated − measured|`, µm.
     pub e_um: f64,
     /// `f = Σ|measured|`, µm.
@@ -36,8 +36,8 @@ pub struct Residual {
     pub bearing_um: [f64; 2],
 }
 
-impl Residual {
-    /// Of the probes that were not lost; `bearing_of` says where each sits.
+impl ReadingResidual {
+    /// Over the probes that were not lost; `bearing_of` is the bearing number of each probe.
     pub fn new(
         calculated_m: &[Complex<f64>],
         measured_m: &[Option<Complex<f64>>],
@@ -60,43 +60,42 @@ impl Residual {
     }
 }
 
-/// What the monitor makes of a reading.
+/// Result of the detector for one reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Verdict {
-    /// The residual rose too much, or is too large a part of what was measured.
+pub struct Detection {
+    /// The residual rose too much, or is too large a share of the features.
     pub suspicious: bool,
-    /// The streak of suspicious readings is as long as the persistence.
+    /// The streak of suspicious readings has reached the persistence.
     pub lasting: bool,
     /// The bearing of the greater error over the last readings.
     pub suspect: usize,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Monitor {
-    thresholds: Thresholds,
+pub struct ResidualDetector {
+    thresholds: DetectorThresholds,
     /// Residual ratios of the last good readings.
     good: VecDeque<f64>,
     streak: usize,
     recent_um: VecDeque<[f64; 2]>,
 }
 
-impl Monitor {
-    /// A monitor without a past: its first readings set the level.
-    pub fn new(thresholds: Thresholds) -> Self {
+impl ResidualDetector {
+    /// A detector without history: its first readings set the baseline.
+    pub fn new(thresholds: DetectorThresholds) -> Self {
         Self { thresholds, good: VecDeque::new(), streak: 0, recent_um: VecDeque::new() }
     }
 
     /// Whether a residual would be suspicious now.
-    pub fn suspects(&self, residual: &Residual) -> bool {
+    pub fn suspects(&self, residual: &ReadingResidual) -> bool {
         let (t, ratio) = (&self.thresholds, residual.ratio());
         let level = self.good.iter().sum::<f64>() / self.good.len().max(1) as f64;
         let rose = !self.good.is_empty() && ratio > (1.0 + t.rise) * level;
         (rose && ratio > t.ratio_floor) || ratio > t.ratio_limit
     }
 
-    /// Judges a reading and remembers it. Suspicious readings do not count among the good ones, so that an
-    /// event cannot raise its own baseline.
-    pub fn judge(&mut self, residual: &Residual) -> Verdict {
+    /// Evaluates a reading and stores it. Suspicious readings do not enter the baseline, so an event cannot raise it.
+    pub fn judge(&mut self, residual: &ReadingResidual) -> Detection {
         let suspicious = self.suspects(residual);
         if suspicious {
             self.streak += 1;
@@ -107,15 +106,19 @@ impl Monitor {
         let persistence = self.thresholds.persistence.max(1);
         push(&mut self.recent_um, residual.bearing_um, persistence);
         let gauge = self.recent_um.iter().fold([0.0; 2], |[a, b], [one, two]| [a + one, b + two]);
-        Verdict { suspicious, lasting: self.streak >= persistence, suspect: usize::from(gauge[1] > gauge[0]) }
+        Detection {
+            suspicious,
+            lasting: self.streak >= persistence,
+            suspect: usize::from(gauge[1] > gauge[0]),
+        }
     }
 
-    /// Counts a reading among the good ones, whatever it looked like.
-    pub fn accept(&mut self, residual: &Residual) {
+    /// Adds a reading to the baseline, suspicious or not.
+    pub fn accept(&mut self, residual: &ReadingResidual) {
         push(&mut self.good, residual.ratio(), self.thresholds.memory.max(1));
     }
 
-    /// Ends a streak: what raised the flag has been dealt with.
+    /// Ends a streak after the cause of a flag was handled.
     pub fn settle(&mut self) {
         self.streak = 0;
     }
@@ -132,14 +135,14 @@ fn push<T>(queue: &mut VecDeque<T>, value: T, most: usize) {
 mod tests {
     use super::*;
 
-    fn residual(e_um: f64, bearing: usize) -> Residual {
+    fn residual(e_um: f64, bearing: usize) -> ReadingResidual {
         let mut bearing_um = [0.0; 2];
         bearing_um[bearing] = e_um;
-        Residual { e_um, f_um: 100.0, bearing_um }
+        ReadingResidual { e_um, f_um: 100.0, bearing_um }
     }
 
-    fn flags(readings: &[Residual]) -> Vec<(usize, usize)> {
-        let mut monitor = Monitor::new(Thresholds::default());
+    fn flags(readings: &[ReadingResidual]) -> Vec<(usize, usize)> {
+        let mut monitor = ResidualDetector::new(DetectorThresholds::default());
         let judged = readings.iter().map(|r| monitor.judge(r)).enumerate();
         judged.filter(|(_, v)| v.lasting).map(|(i, v)| (i, v.suspect)).collect()
     }
@@ -166,7 +169,7 @@ mod tests {
         let y = |re, im| Complex::new(re, im) * 1e-6;
         let calculated = [y(1.0, 2.0), y(3.0, -1.0), y(9.0, 9.0)];
         let measured = [Some(y(2.0, 2.5)), Some(y(3.0, 1.0)), None];
-        let r = Residual::new(&calculated, &measured, &[0, 1, 1]);
+        let r = ReadingResidual::new(&calculated, &measured, &[0, 1, 1]);
         assert!((r.e_um - 3.5).abs() < 1e-9 && (r.f_um - 8.5).abs() < 1e-9);
         assert!((r.bearing_um[0] - 1.5).abs() < 1e-9 && (r.bearing_um[1] - 2.0).abs() < 1e-9);
     }

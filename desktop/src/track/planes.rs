@@ -1,4 +1,4 @@
-//! Can one reading tell the unbalance of every plane from that of the others?
+//! Check that one reading determines the unbalance of every plane.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -12,16 +12,16 @@ type C = Complex<f64>;
 
 /// Half of a 95 % interval, in standard deviations.
 const HALF: f64 = 1.96;
-/// Noise of this share of the least unbalance that can explain a reading leaves nothing to follow: what a day tells is
-/// then known to no better than a half.
+/// Largest noise relative to the least unbalance that explains a reading. Above it, one day determines the unbalance
+/// to no better than a half.
 const MOST_NOISE: f64 = 0.5;
 
 impl Tracking<'_> {
-    /// Whether a reading can tell the planes apart: noise must look like much less unbalance than it takes to explain
-    /// what was read.
+    /// Checks that a reading can tell the planes apart: the noise must be equivalent to much less unbalance than
+    /// explains the reading.
     ///
     /// # Errors
-    /// If it does, with both figures.
+    /// If it is not, with both values.
     pub(super) fn check_planes(&self) -> Result<(), Error> {
         let least = |day| {
             let told = PlanesTold::new(day, &self.logs, self.rotor.plane.len())?;
@@ -46,12 +46,12 @@ impl Tracking<'_> {
     }
 }
 
-/// What a reading tells of the unbalance of all planes together, on given bearings.
+/// Resolution of the unbalance of all planes by one reading, on given bearings.
 struct PlanesTold {
-    /// What noise looks like at most, with 95 % probability, in the direction that is told worst; no end of it where planes are
-    /// more than probes.
+    /// Unbalance equivalent to the noise (95 %) in the worst-determined direction; infinite if there are more planes
+    /// than probes.
     noise_kg_m: f64,
-    /// The least that can explain the reading.
+    /// Least unbalance that can explain the reading.
     explains_kg_m: f64,
 }
 

@@ -18,13 +18,13 @@ pub struct Day {
     /// Days since the record began; the row where the record has no days.
     pub time_d: f64,
     pub speed_rad_s: f64,
-    /// The machine at this speed, with the weights of its run in the planes.
+    /// The machine at this speed, with the known weights of its run.
     pub point: OperatingPoint,
-    /// These weights, a trial or a balancing shot, kg·m: one a plane. The unbalance that is sought is beside them.
+    /// Weights of its run in each plane, trial or correction, kg·m; the unknown unbalance does not include them.
     pub weights_kg_m: Vec<C>,
     /// Phasor of each probe, m; `None` where it was lost.
     pub measured_m: Vec<Option<C>>,
-    /// Standard deviation of each component, m; of no meaning where the reading was lost.
+    /// Standard deviation of each component, m; undefined where the probe was lost.
     pub sigma_m: Vec<f64>,
 }
 

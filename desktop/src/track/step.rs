@@ -1,11 +1,10 @@
-//! Did the features step, or did they wander?
+//! Test for a step of the features against their usual random walk.
 //!
-//! Bearings wander with load and temperature, and a residual rises by half again and again without an
-//! event. What tells an event is that the features change within a day by more than they are wont to: the
-//! mean of the readings that look suspicious against the mean of as many before, in Hotelling's T² with
-//! the covariance of the changes from day to day that were seen so far.
+//! Bearings change with load and temperature, and the residual often rises by half without an event. At an event the
+//! features change within a day by more than usual. The test compares the mean of the suspicious readings with the
+//! mean of as many readings before, by Hotelling's T² with the covariance of the past changes from day to day.
 //!
-//! For features that wander at random by `q` a day and are measured with noise `r`, the changes from day
+//! For features that walk at random by `q` a day and are measured with noise `r`, the changes from day
 //! to day have the covariance `q + 2r`, and the difference of two means of n following readings has
 //! `q (2n² + 1)/(3n) + 2r/n`: at most `(2n² + 1)/(3n)` times as much.
 
@@ -17,27 +16,27 @@ use crate::units::same_speed;
 
 type C = Complex<f64>;
 
-/// Chance that a wander is taken for a step, at one test.
+/// False-alarm probability of one test.
 const CHANCE: f64 = 1e-5;
-/// Changes seen before the test can be made, beyond the number of features.
+/// Changes needed for the test, beyond the number of features.
 const SPARE: usize = 8;
-/// Readings further apart than this say nothing of the changes from day to day.
+/// Readings further apart than this do not count as a change from day to day.
 const FAR_D: f64 = 3.0;
 
-/// Changes of the features from reading to reading, of each speed by itself.
+/// Changes of the features from reading to reading, for each speed.
 #[derive(Debug, Clone, Default)]
 pub struct Steps {
-    speeds: Vec<AtSpeed>,
+    speeds: Vec<StepsAtSpeed>,
 }
 
 /// Changes of the features at one speed.
 #[derive(Debug, Clone)]
-struct AtSpeed {
-    /// Mean of all its readings'.
+struct StepsAtSpeed {
+    /// Mean speed of its readings.
     speed_rad_s: f64,
     readings: f64,
     outer: DMatrix<f64>,
-    /// Changes between readings with the same weights that were seen, and the days that they took together.
+    /// Number of changes between readings with the same weights, and their total time.
     count: usize,
     days: f64,
     last: (f64, Vec<C>, DVector<f64>),
@@ -57,22 +56,21 @@ fn mean_um(days: &[&Day]) -> DVector<f64> {
 }
 
 impl Steps {
-    fn at(&self, day: &Day) -> Option<&AtSpeed> {
+    fn at(&self, day: &Day) -> Option<&StepsAtSpeed> {
         self.speeds.iter().find(|s| same_speed(s.speed_rad_s, day.speed_rad_s))
     }
 
-    /// Learns from a reading, whatever it is; a change that is itself a step counts as large as the largest
-    /// that is none.
+    /// Learns from a reading. A change that is itself a step is limited to the largest change that is not.
     pub fn learn(&mut self, day: &Day) {
         let own = self.speeds.iter_mut().find(|s| same_speed(s.speed_rad_s, day.speed_rad_s));
         match own {
             Some(own) => own.learn(day),
-            None => self.speeds.push(AtSpeed::new(day)),
+            None => self.speeds.push(StepsAtSpeed::new(day)),
         }
     }
 
-    /// T² of the change from one reading to the next, of its limit; zero where speed or weights were changed, and as long
-    /// as too little has been seen.
+    /// T² of the change between two readings over its limit; zero if speed or weights changed, or there is too little
+    /// history.
     pub fn excess(&self, before: &Day, after: &Day) -> f64 {
         if !same_speed(before.speed_rad_s, after.speed_rad_s) || before.weights_kg_m != after.weights_kg_m {
             return 0.0;
@@ -82,8 +80,8 @@ impl Steps {
         squared.map_or(0.0, |(squared, limit)| squared / limit)
     }
 
-    /// Whether the last `n` of these readings at the newest's speed stepped away from the `n` before them; `None` as long
-    /// as too little has been seen with the same weights to say.
+    /// Whether the last `n` readings at the newest reading's speed stepped away from the `n` before them; `None` if there
+    /// is too little history with the same weights.
     pub fn stepped(&self, days: &[&Day], n: usize) -> Option<bool> {
         let own = self.at(days.last()?)?;
         let same = days.iter().rev().filter(|d| same_speed(own.speed_rad_s, d.speed_rad_s));
@@ -101,7 +99,7 @@ impl Steps {
     }
 }
 
-impl AtSpeed {
+impl StepsAtSpeed {
     fn new(day: &Day) -> Self {
         let size = 2 * day.measured_m.len();
         Self {
@@ -130,13 +128,13 @@ impl AtSpeed {
         self.last = (day.time_d, day.weights_kg_m.clone(), now);
     }
 
-    /// Days that a change took, on average.
+    /// Mean days between two readings.
     fn usual_d(&self) -> f64 {
         (self.days / self.count.max(1) as f64).max(f64::MIN_POSITIVE)
     }
 
-    /// T² of a change whose covariance is `factor` times that of a usual one, and its limit; `None` as long as
-    /// too little has been seen.
+    /// T² of a change whose covariance is `factor` times that of a usual one, and its limit; `None` if there is too
+    /// little history.
     fn squared(&self, change: &DVector<f64>, factor: f64) -> Option<(f64, f64)> {
         if self.count < self.outer.nrows() + SPARE {
             return None;
@@ -159,7 +157,7 @@ mod tests {
     use rand::{Rng, SeedableRng};
 
     /// Days whose features wander by a step of about one a day, and jump by `jump` of it on day 200.
-    fn wandering(jump: f64, seed: u64) -> Vec<Day> {
+    fn walking(jump: f64, seed: u64) -> Vec<Day> {
         let mut random = StdRng::seed_from_u64(seed);
         let mut at = [Complex::new(0.0, 0.0); 4];
         let readings = (0..250).map(|day| {
@@ -198,18 +196,18 @@ mod tests {
     #[test]
     fn a_random_walk_is_no_step_at_any_of_ten_seeds() {
         for seed in 0..10 {
-            assert_eq!(steps_found(&wandering(0.0, seed)), Vec::<usize>::new(), "seed {seed}");
+            assert_eq!(steps_found(&walking(0.0, seed)), Vec::<usize>::new(), "seed {seed}");
         }
     }
 
     #[test]
     fn jump_of_twelve_daily_changes_is_a_step_after_3_readings() {
-        assert!(steps_found(&wandering(12.0, 3)).contains(&202));
+        assert!(steps_found(&walking(12.0, 3)).contains(&202));
     }
 
     #[test]
     fn speed_or_weight_change_is_no_step_and_second_speed_jump_is() {
-        let mut days = wandering(0.0, 4);
+        let mut days = walking(0.0, 4);
         for day in &mut days[120..] {
             day.speed_rad_s *= 0.8;
             day.measured_m.iter_mut().flatten().for_each(|y| *y *= 1.7);

@@ -239,7 +239,7 @@ mod slow {
         let event = Plan { days: 150, ..with(COMPRESSOR, 801, 100, harder) };
         for plan in [quiet, event] {
             let record = plan.make();
-            let then = Judged::as_known_then(&plan, &record, 5).unwrap();
+            let then = Judged::filtered(&plan, &record, 5).unwrap();
             println!("as known then {}", then.line());
             assert!(then.before.coverage >= 0.85, "{}", then.line());
             let whole = Judged::new(&plan, &record, false).unwrap();

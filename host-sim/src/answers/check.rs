@@ -1,8 +1,8 @@
 //! Answer of `check`.
 
 use rotor_edge_desktop::check::modes::Mode;
-use rotor_edge_desktop::check::unbalance::{Peak, ProbeResponse, Trial};
-use rotor_edge_desktop::check::{AtSpeed, BearingCheck, Check};
+use rotor_edge_desktop::check::unbalance::{Peak, ProbeResponse, TrialUnbalance};
+use rotor_edge_desktop::check::{BearingCheck, Check, SpeedCheck};
 use rotor_edge_desktop::machine::drawing::Plane;
 use rotor_edge_desktop::units::rpm;
 use serde::Serialize;
@@ -193,8 +193,8 @@ impl From<&BearingCheck> for CheckedBearing {
     }
 }
 
-impl From<&AtSpeed> for CoefficientsAnswer {
-    fn from(a: &AtSpeed) -> Self {
+impl From<&SpeedCheck> for CoefficientsAnswer {
+    fn from(a: &SpeedCheck) -> Self {
         let (k, c) = (a.stiffness_n_m, a.damping_n_s_m);
         Self {
             speed_rpm: a.speed_rpm,
@@ -213,7 +213,7 @@ impl From<&AtSpeed> for CoefficientsAnswer {
 }
 
 impl TrialResponse {
-    fn of(planes: &[Plane], trial: &Trial, responses: &[ProbeResponse]) -> Self {
+    fn of(planes: &[Plane], trial: &TrialUnbalance, responses: &[ProbeResponse]) -> Self {
         let plane = |(p, u): (&Plane, &nalgebra::Complex<f64>)| PlaneUnbalance::of(&p.name, *u);
         let probe = |r: &ProbeResponse| ProbePeaks {
             name: r.probe.clone(),

@@ -1,4 +1,4 @@
-//! Chains of one target from dispersed starts, until they agree.
+//! Chains for one target from dispersed starts, run until they converge.
 
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
@@ -6,39 +6,39 @@ use rand::rngs::StdRng;
 use rayon::prelude::*;
 
 use super::independence::{Student, Walker};
-use super::marginal::{Bearings, Given, Marginal};
-use super::sampling::{Quality, Sample};
+use super::marginal::{BearingGaussian, ConditionalUnbalance, Marginal};
+use super::sampling::{PosteriorSample, Quality};
 use crate::track::operating_point::Logs;
 
-/// Independent chains, and how much further out than its proposals each starts.
+/// Independent chains, and the width of their starts relative to the proposals.
 pub const CHAINS: usize = 4;
 const DISPERSED: f64 = 2.0;
-/// Share of a chain's first proposals that does not count.
+/// Share of a chain that is discarded as burn-in.
 const BURN_IN: f64 = 0.2;
-/// Chains go on until they agree this well and are worth that many samples (Vehtari and others 2021, section 4).
+/// Convergence criteria: largest R-hat and least effective sample size (Vehtari and others 2021, section 4).
 const AGREED: f64 = 1.01;
 const ENOUGH: f64 = 400.0;
-/// Most rounds of proposals with one distribution, and how often one is made anew from what was sampled so far.
+/// Most rounds with one proposal distribution, and most renewals of it from the samples so far.
 const ROUNDS: usize = 4;
 const RENEWALS: usize = 3;
-/// What a distribution made from samples is widened by, as a variance: they have seen less of the tails than there is.
+/// Factor on the variance of a proposal distribution made from samples, which underestimate the tails.
 const WIDENED: f64 = 1.3;
 
-/// All chains of some readings.
-pub struct Drawn {
-    pub samples: Vec<Sample>,
+/// Samples of all chains, and their convergence.
+pub struct PosteriorSamples {
+    pub samples: Vec<PosteriorSample>,
     pub quality: Quality,
 }
 
-/// A chain and what it has seen.
-struct Chain {
-    walker: Walker<Given>,
-    samples: Vec<Sample>,
+/// A chain and its samples.
+struct SampledChain {
+    walker: Walker<ConditionalUnbalance>,
+    samples: Vec<PosteriorSample>,
 }
 
-/// Samples a target, with so many proposals of each chain in a round; `starts` are logarithms relative to the prior's
-/// mean from which the most probable bearings are sought. `None` if the machine is singular there.
-pub fn draw(target: &Marginal, starts: &[Logs], proposals: usize, seed: u64) -> Option<Drawn> {
+/// Samples a target with `proposals` of each chain a round; the search for the mode begins at `starts`, logarithms
+/// relative to the prior's mean. `None` if the machine is singular there.
+pub fn draw(target: &Marginal, starts: &[Logs], proposals: usize, seed: u64) -> Option<PosteriorSamples> {
     let mut student = target.proposals(starts)?;
     let mut drawn = None;
     for renewal in 0..RENEWALS {
@@ -61,20 +61,26 @@ fn agreed(quality: &Quality) -> bool {
 }
 
 /// Chains with proposals of one distribution.
-fn with_proposals(target: &Marginal, student: &Student, proposals: usize, seed: u64) -> Option<Drawn> {
+fn with_proposals(
+    target: &Marginal,
+    student: &Student,
+    proposals: usize,
+    seed: u64,
+) -> Option<PosteriorSamples> {
     let density = |z: &DVector<f64>| target.log_density(z);
     let start = |chain: u64| {
         let random = StdRng::seed_from_u64(seed.wrapping_mul(0x9e37_79b9).wrapping_add(chain));
         let walker = Walker::start(student, DISPERSED, random, &density)?;
-        Some(Chain { walker, samples: Vec::new() })
+        Some(SampledChain { walker, samples: Vec::new() })
     };
-    let mut chains: Vec<Chain> = (0..CHAINS as u64).map(start).collect::<Option<_>>()?;
+    let mut chains: Vec<SampledChain> = (0..CHAINS as u64).map(start).collect::<Option<_>>()?;
     let mut left_out = (BURN_IN * proposals as f64) as usize;
     let mut quality = None;
     for _ in 0..ROUNDS {
-        chains.par_iter_mut().for_each(|Chain { walker, samples }| {
+        chains.par_iter_mut().for_each(|SampledChain { walker, samples }| {
             walker.go(student, proposals, &density, &mut |given, random| {
-                samples.push(Sample { logs: given.logs.clone(), unbalance_kg_m: given.draw(random) });
+                samples
+                    .push(PosteriorSample { logs: given.logs.clone(), unbalance_kg_m: given.draw(random) });
             });
             samples.drain(..left_out);
         });
@@ -87,18 +93,18 @@ fn with_proposals(target: &Marginal, student: &Student, proposals: usize, seed: 
         }
     }
     let samples = chains.into_iter().flat_map(|c| c.samples).collect();
-    Some(Drawn { samples, quality: quality? })
+    Some(PosteriorSamples { samples, quality: quality? })
 }
 
-/// Proposals as wide as what was sampled.
-fn learned(target: &Marginal, samples: &[Sample]) -> Option<Student> {
+/// Proposals with the moments of the samples.
+fn learned(target: &Marginal, samples: &[PosteriorSample]) -> Option<Student> {
     let seen = moments(samples);
     let off: Logs = seen.logs.iter().zip(target.centre()).map(|(log, centre)| log - centre).collect();
     Student::new(target.coordinates(&off)?, target.whitened(&seen.covariance)? * WIDENED)
 }
 
-/// Mean and covariance of the bearings that were sampled.
-pub fn moments(samples: &[Sample]) -> Bearings {
+/// Mean and covariance of the sampled bearings.
+pub fn moments(samples: &[PosteriorSample]) -> BearingGaussian {
     let count = samples.len() as f64;
     let size = samples.first().map_or(0, |s| s.logs.len());
     let mut mean = DVector::zeros(size);
@@ -109,12 +115,12 @@ pub fn moments(samples: &[Sample]) -> Bearings {
         let off = DVector::from_column_slice(&s.logs) - &mean;
         covariance.ger(1.0 / count, &off, &off, 1.0);
     }
-    Bearings { logs: mean.as_slice().to_vec(), covariance }
+    BearingGaussian { logs: mean.as_slice().to_vec(), covariance }
 }
 
-/// Everything that was sampled: logarithms of the bearings, then both parts of each plane's unbalance.
-fn quantities(chains: &[Chain]) -> Vec<Vec<Vec<f64>>> {
-    let of = |value: &dyn Fn(&Sample) -> f64| -> Vec<Vec<f64>> {
+/// Sampled quantities: logarithms of the bearings, then real and imaginary part of each plane's unbalance.
+fn quantities(chains: &[SampledChain]) -> Vec<Vec<Vec<f64>>> {
+    let of = |value: &dyn Fn(&PosteriorSample) -> f64| -> Vec<Vec<f64>> {
         chains.iter().map(|c| c.samples.iter().map(value).collect()).collect()
     };
     let first = chains.iter().find_map(|c| c.samples.first());

@@ -1,8 +1,8 @@
-//! Independence Metropolis: every proposal is drawn anew from one distribution that covers the target.
+//! Independence Metropolis sampler: every proposal is drawn from one fixed distribution that covers the target.
 //!
-//! A chain forgets where it was with every proposal that is accepted, where a random walk in as many directions
-//! needs hundreds. The proposals follow Student's distribution: where the target has longer tails than a
-//! Gaussian, a chain of Gaussian proposals stays for ages once it is there (Mengersen and Tweedie 1996, Annals
+//! Each accepted proposal is independent of the previous point; a random walk in as many dimensions needs hundreds of
+//! steps for that. The proposals follow Student's distribution: a chain with Gaussian proposals gets stuck in target
+//! tails that are longer than Gaussian (Mengersen and Tweedie 1996, Annals
 //! of Statistics 24, 101).
 
 use nalgebra::{DMatrix, DVector};
@@ -21,8 +21,8 @@ pub struct Student {
     squares: ChiSquared<f64>,
 }
 
-/// A point, and the logarithm of the density that it was drawn with, but for a constant.
-struct Drawn {
+/// A point with the logarithm of its proposal density, up to a constant.
+struct ProposedPoint {
     x: DVector<f64>,
     log_density: f64,
 }
@@ -34,20 +34,20 @@ impl Student {
         Some(Self { centre, factor: scale.cholesky()?.unpack(), squares })
     }
 
-    /// A point drawn with its scale times `width`; its density is that of the distribution itself.
-    fn draw(&self, width: f64, random: &mut StdRng) -> Drawn {
+    /// A point drawn with the scale times `width`; the density returned is that at width one.
+    fn draw(&self, width: f64, random: &mut StdRng) -> ProposedPoint {
         let n = self.centre.len();
         let shrunk = (self.squares.sample(random) / FREEDOM).sqrt();
         let standard = DVector::from_fn(n, |_, _| width * random.sample::<f64, _>(StandardNormal) / shrunk);
         let log_density = -0.5 * (FREEDOM + n as f64) * (standard.norm_squared() / FREEDOM).ln_1p();
-        Drawn { x: &self.centre + &self.factor * standard, log_density }
+        ProposedPoint { x: &self.centre + &self.factor * standard, log_density }
     }
 }
 
-/// Logarithm of a density, and what is known where it was asked for; nothing where there is no density.
-pub type Target<'t, T> = dyn Fn(&DVector<f64>) -> Option<(f64, T)> + 't;
+/// Logarithm of the target density with the data `T` of the point; `None` where the density is zero.
+pub type LogDensity<'t, T> = dyn Fn(&DVector<f64>) -> Option<(f64, T)> + 't;
 
-/// A chain where it stands; `T` is what is known of the target there.
+/// The present point of a chain; `T` is the target's data there.
 pub struct Walker<T> {
     random: StdRng,
     /// Logarithm of target over proposal.
@@ -58,9 +58,13 @@ pub struct Walker<T> {
 }
 
 impl<T> Walker<T> {
-    /// Starts from a point drawn `width` times as far out as a proposal is; `None` if no
-    /// start has a density.
-    pub fn start(proposals: &Student, width: f64, mut random: StdRng, target: &Target<T>) -> Option<Self> {
+    /// Starts from a point drawn at `width` times the proposals' scale; `None` if the density is zero at every try.
+    pub fn start(
+        proposals: &Student,
+        width: f64,
+        mut random: StdRng,
+        target: &LogDensity<T>,
+    ) -> Option<Self> {
         const TRIES: usize = 100;
         (0..TRIES).find_map(|_| {
             let start = proposals.draw(width, &mut random);
@@ -70,12 +74,12 @@ impl<T> Walker<T> {
         })
     }
 
-    /// Goes on by a number of proposals, and shows each place where it then stands.
+    /// Makes `count` proposals and calls `see` with the point after each.
     pub fn go(
         &mut self,
         proposals: &Student,
         count: usize,
-        target: &Target<T>,
+        target: &LogDensity<T>,
         see: &mut dyn FnMut(&T, &mut StdRng),
     ) {
         for _ in 0..count {
@@ -92,7 +96,7 @@ impl<T> Walker<T> {
         self.proposed += count;
     }
 
-    /// Share of its proposals that was accepted.
+    /// Accepted share of its proposals.
     pub fn acceptance(&self) -> f64 {
         self.accepted as f64 / self.proposed.max(1) as f64
     }

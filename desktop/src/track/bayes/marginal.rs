@@ -1,12 +1,12 @@
-//! What readings say of the bearings, with the unbalance integrated.
+//! Marginal posterior of the bearings: the unbalance is integrated out.
 //!
 //! On given bearings the readings are linear in the planes' unbalance, `y = A u + noise`, so that u is Gaussian
 //! there: with columns and readings in noise units, its precision is `N = AᴴA` and its mean `û = N⁻¹Aᴴy`, and what
 //! is left for the bearings is `exp(−½|y − Aû|²)/det N` times their prior. Coordinates z are those in which the
 //! prior is a standard Gaussian, `logs = centre + L z`.
 //!
-//! Where nothing is known of the unbalance, no size of it is more probable than another by factors: a prior flat
-//! in u itself would prefer large unbalance on bearings that show little of it.
+//! Without prior knowledge of the unbalance its prior is scale-free: a prior flat in u itself would prefer large
+//! unbalance on bearings with a small response.
 
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 use rand::Rng;
@@ -22,27 +22,27 @@ type C = Complex<f64>;
 
 const STOP: Stop = Stop { steps: 60, tolerance: 1e-6 };
 
-/// What is believed of bearings.
+/// Gaussian of the bearings.
 #[derive(Debug, Clone)]
-pub struct Bearings {
-    /// Most probable logarithms of their coefficients.
+pub struct BearingGaussian {
+    /// Mean of the logarithms of their coefficients.
     pub logs: Logs,
     /// Covariance of the logarithms.
     pub covariance: DMatrix<f64>,
 }
 
-/// The density of the bearings of some readings with common bearings and unbalance.
+/// Posterior density of the bearings, for readings with common bearings and unbalance.
 pub struct Marginal<'a> {
     days: &'a [&'a Day],
     centre: Logs,
     factor: DMatrix<f64>,
-    /// Each plane's unbalance and its standard deviation in each direction, kg·m; nothing known of it if absent.
+    /// Prior of each plane's unbalance: mean and standard deviation in each direction, kg·m; `None` if unknown.
     unbalance: Option<&'a [(C, f64)]>,
     planes: usize,
 }
 
-/// The unbalance on certain bearings.
-pub struct Given {
+/// Gaussian of the unbalance on given bearings.
+pub struct ConditionalUnbalance {
     /// Logarithms of the bearing coefficients.
     pub logs: Logs,
     /// Its mean, kg·m.
@@ -50,7 +50,7 @@ pub struct Given {
     precision: Cholesky<C, Dyn>,
 }
 
-impl Given {
+impl ConditionalUnbalance {
     /// An unbalance drawn from its Gaussian, kg·m.
     pub fn draw(&self, random: &mut StdRng) -> Vec<C> {
         let mut part = || random.sample::<f64, _>(StandardNormal);
@@ -66,7 +66,7 @@ impl Given {
         2.0 * self.precision.l_dirty().diagonal().iter().map(|d| d.re.ln()).sum::<f64>()
     }
 
-    /// Logarithm of the prior that knows no size: minus that of the mean square of every plane's unbalance.
+    /// Logarithm of the scale-free prior: minus that of the mean square of every plane's unbalance.
     fn log_scale_free(&self) -> f64 {
         let inverse = self.precision.inverse();
         let square = |(j, u): (usize, &C)| u.norm_sqr() + 2.0 * inverse[(j, j)].re;
@@ -74,30 +74,30 @@ impl Given {
     }
 }
 
-/// Readings on certain bearings in noise units: what is left of them for the planes, and what the planes show.
-struct System {
+/// Linear system of the unbalance on given bearings, in noise units.
+struct WeightedSystem {
     columns: DMatrix<C>,
     target: DVector<C>,
 }
 
 impl<'a> Marginal<'a> {
-    /// Of these readings, for bearings of which this is believed before. `None` if that is no covariance.
+    /// Of these readings with this prior of the bearings. `None` if its covariance is not positive definite.
     pub fn new(
         days: &'a [&'a Day],
         planes: usize,
-        before: &Bearings,
+        before: &BearingGaussian,
         unbalance: Option<&'a [(C, f64)]>,
     ) -> Option<Self> {
         let factor = before.covariance.clone().cholesky()?.unpack();
         Some(Self { days, centre: before.logs.clone(), factor, unbalance, planes })
     }
 
-    /// Logarithms of the bearings that are most probable before.
+    /// Mean of the prior.
     pub fn centre(&self) -> &[f64] {
         &self.centre
     }
 
-    /// Coordinates of bearings that are off from the centre by these logarithms.
+    /// Coordinates of bearings whose logarithms differ from the mean by `off`.
     pub fn coordinates(&self, off: &[f64]) -> Option<DVector<f64>> {
         self.factor.solve_lower_triangular(&DVector::from_column_slice(off))
     }
@@ -118,7 +118,7 @@ impl<'a> Marginal<'a> {
         measured + self.unbalance.map_or(0, <[_]>::len)
     }
 
-    fn system(&self, logs: &[f64]) -> Option<System> {
+    fn system(&self, logs: &[f64]) -> Option<WeightedSystem> {
         let rows = self.rows();
         let (mut columns, mut target) = (DMatrix::zeros(rows, self.planes), DVector::zeros(rows));
         let mut row = 0;
@@ -138,28 +138,28 @@ impl<'a> Marginal<'a> {
             (columns[(row, j)], target[row]) = (C::from(1.0 / sd), was / *sd);
             row += 1;
         }
-        Some(System { columns, target })
+        Some(WeightedSystem { columns, target })
     }
 
-    /// The unbalance on these bearings, and the squared misfit in noise units that it leaves.
-    pub fn given(&self, logs: &[f64]) -> Option<(Given, f64)> {
-        let System { columns, target } = self.system(logs)?;
+    /// The unbalance on these bearings, and the remaining squared misfit in noise units.
+    pub fn given(&self, logs: &[f64]) -> Option<(ConditionalUnbalance, f64)> {
+        let WeightedSystem { columns, target } = self.system(logs)?;
         let precision = columns.ad_mul(&columns).cholesky()?;
         let right = columns.ad_mul(&target);
         let unbalance_kg_m = precision.solve(&right);
         let misfit = target.norm_squared() - right.dotc(&unbalance_kg_m).re;
-        Some((Given { logs: logs.to_vec(), unbalance_kg_m, precision }, misfit))
+        Some((ConditionalUnbalance { logs: logs.to_vec(), unbalance_kg_m, precision }, misfit))
     }
 
-    /// Logarithm of the density, but for a constant, and the unbalance there; nothing where the machine is singular.
-    pub fn log_density(&self, z: &DVector<f64>) -> Option<(f64, Given)> {
+    /// Logarithm of the density up to a constant, and the unbalance there; `None` where the machine is singular.
+    pub fn log_density(&self, z: &DVector<f64>) -> Option<(f64, ConditionalUnbalance)> {
         let (given, misfit) = self.given(&self.logs(z))?;
         let sizes = if self.unbalance.is_none() { given.log_scale_free() } else { 0.0 };
         Some((sizes - 0.5 * (misfit + z.norm_squared()) - given.log_det(), given))
     }
 
-    /// Proposals around the most probable bearings that searches from these logarithms relative to the prior's find,
-    /// as wide as the density is there.
+    /// Proposals around the mode, with the density's curvature there. The mode is the best of searches from `starts`,
+    /// logarithms relative to the prior's mean.
     pub fn proposals(&self, starts: &[Logs]) -> Option<Student> {
         let from = |start: &Logs| {
             let mut profile = Profile { of: self, z: self.coordinates(start)? };
@@ -173,8 +173,7 @@ impl<'a> Marginal<'a> {
     }
 }
 
-/// Misfit and prior with the best unbalance for each bearings: what the density is but for its determinants, whose
-/// change is small beside it.
+/// Misfit and prior at the best unbalance: the negative log density without its determinants, which hardly change.
 struct Profile<'m, 'a> {
     of: &'m Marginal<'a>,
     z: DVector<f64>,
@@ -197,7 +196,7 @@ impl Objective for Profile<'_, '_> {
     /// Variable projection (Kaufman 1975): slopes at the best unbalance, less what the unbalance takes up of them.
     fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let logs = self.of.logs(&self.z);
-        let System { columns, target } = self.of.system(&logs)?;
+        let WeightedSystem { columns, target } = self.of.system(&logs)?;
         let precision = columns.ad_mul(&columns).cholesky()?;
         let unbalance = precision.solve(&columns.ad_mul(&target));
         let mut slopes = DMatrix::<C>::zeros(target.len(), logs.len());
@@ -245,11 +244,11 @@ mod tests {
         record::days(&rotor, &noise, &[reading]).unwrap().remove(0)
     }
 
-    fn before() -> Bearings {
+    fn before() -> BearingGaussian {
         let mut covariance = DMatrix::identity(8, 8) * 0.04;
         covariance[(0, 1)] = 0.02;
         covariance[(1, 0)] = 0.02;
-        Bearings { logs: logs_of(&sample_rotor()), covariance }
+        BearingGaussian { logs: logs_of(&sample_rotor()), covariance }
     }
 
     #[test]
@@ -294,7 +293,7 @@ mod tests {
         assert!(misfit < 1e-9, "the bearings are the true ones: {misfit}");
         let mut random = StdRng::seed_from_u64(1);
         let drawn: Vec<Vec<C>> = (0..20_000).map(|_| given.draw(&mut random)).collect();
-        let System { columns, .. } = target.system(&before.logs).unwrap();
+        let WeightedSystem { columns, .. } = target.system(&before.logs).unwrap();
         let covariance = columns.ad_mul(&columns).try_inverse().unwrap();
         for j in 0..2 {
             let mean = drawn.iter().map(|u| u[j]).sum::<C>() / 20_000.0;

@@ -3,10 +3,10 @@
 //! | module | holds |
 //! |---|---|
 //! | `days` | the two loops: every day, and in the whole range after a flag |
-//! | `marginal` | what readings say of the bearings, with the unbalance integrated |
-//! | `independence`, `chains` | the sampler; its chains from dispersed starts, until they agree |
-//! | [`sampling`] | samples, and how good they are |
-//! | `paper`, `paper_posterior`, `random_walk` | the method as it was printed |
+//! | `marginal` | posterior of the bearings with the unbalance integrated out |
+//! | `independence`, `chains` | the sampler; its chains from dispersed starts, run until they converge |
+//! | [`sampling`] | samples and their convergence |
+//! | `paper`, `paper_posterior`, `random_walk` | the method as published |
 
 mod chains;
 mod days;

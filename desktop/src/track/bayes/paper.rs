@@ -1,8 +1,8 @@
 //! Bayesian updating in two loops as it was printed (Bera et al., Sensors 2024, 24, 8123).
 //!
 //! Each day a Metropolis sampler moves through bearings and unbalance, from yesterday's mean on: the prior
-//! is uniform, in the range that bearings wander in around what was last identified, and as far as the
-//! unbalance may grow; the likelihood falls exponentially with the residual, `exp(−Σ|rᵢ|/bᵢ)`, with
+//! is uniform in the assumed range of the bearings around the last identification, and within the growth bound of
+//! the unbalance; the likelihood falls exponentially with the residual, `exp(−Σ|rᵢ|/bᵢ)`, with
 //! `bᵢ = σᵢ/√2` so that it has the noise's standard deviation. The day's mean carries on.
 //!
 //! When the residual jumps by more than 30 % and stays, a second loop walks through the whole range with a
@@ -16,12 +16,12 @@
 use nalgebra::{Complex, DVector};
 
 use super::paper_posterior::Posterior;
-use super::random_walk::{Chain, Proposal, Sampler, quality};
+use super::random_walk::{MarkovChain, MetropolisSampler, Proposal, quality};
 use super::sampling::{self, Sampling, median};
 use crate::track::adaptive::Jump;
-use crate::track::answer::{Cause, Estimate, Reidentified};
+use crate::track::answer::{FlagCause, ReadingEstimate, Reidentified};
 use crate::track::coefficients::coefficient;
-use crate::track::daily::{Run, Tracking, WANDER, Watch};
+use crate::track::daily::{EventDetector, TrackedRecord, Tracking, WALK_RANGE};
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
@@ -36,23 +36,23 @@ const WIDE: f64 = 0.916_290_731_874_155;
 /// Rounds of the second loop, each of this many times the proposals of a day; the last one counts.
 const ROUNDS: usize = 12;
 const LONGER: usize = 5;
-/// Every so many days the other sampler has a go at the same target.
+/// Every so many days the adaptive sampler runs on the same target.
 const COMPARED_EVERY: usize = 10;
 
-/// What carries on from day to day.
-struct State {
-    /// What was last identified, and yesterday's mean.
+/// State of the method between days.
+struct PaperState {
+    /// Last identified bearings, and yesterday's mean.
     identified: Logs,
     logs: Logs,
     last: Vec<C>,
     last_d: f64,
-    watch: Watch,
-    sampler: Sampler,
+    watch: EventDetector,
+    sampler: MetropolisSampler,
 }
 
-impl State {
-    /// Goes on from these estimates, in the place of those from `begun` on.
-    fn go_on(&mut self, estimates: Vec<Estimate>, run: &mut Run, begun: usize) {
+impl PaperState {
+    /// Continues from these estimates instead of those from `begun` on.
+    fn go_on(&mut self, estimates: Vec<ReadingEstimate>, run: &mut TrackedRecord, begun: usize) {
         if let Some(last) = estimates.last() {
             self.last.clone_from(&last.unbalance_kg_m);
         }
@@ -64,18 +64,21 @@ impl State {
 
 impl Tracking<'_> {
     /// Daily sampling by a random walk from yesterday's mean on, and a wide search after every flag.
-    pub fn bayes_as_printed(&self, progress: &mut dyn FnMut(usize, usize)) -> (Run, Option<Sampling>) {
+    pub fn bayes_as_printed(
+        &self,
+        progress: &mut dyn FnMut(usize, usize),
+    ) -> (TrackedRecord, Option<Sampling>) {
         let dimensions = self.logs.len() + 2 * self.unbalance_kg_m.len();
-        let mut state = State {
+        let mut state = PaperState {
             identified: self.logs.clone(),
             logs: self.logs.clone(),
             last: self.unbalance_kg_m.clone(),
             last_d: f64::NAN,
-            watch: Watch::new(self.config),
-            sampler: Sampler::new(Proposal::Metropolis, dimensions),
+            watch: EventDetector::new(self.config),
+            sampler: MetropolisSampler::new(Proposal::Metropolis, dimensions),
         };
-        let mut other = Sampler::new(Proposal::AdaptiveMetropolis, dimensions);
-        let mut run = Run::default();
+        let mut other = MetropolisSampler::new(Proposal::AdaptiveMetropolis, dimensions);
+        let mut run = TrackedRecord::default();
         let (mut qualities, mut adaptive, mut last) = (Vec::new(), Vec::new(), Vec::new());
         let days: Vec<&Day> = self.complete().collect();
         for (k, day) in days.iter().enumerate() {
@@ -103,7 +106,7 @@ impl Tracking<'_> {
             estimate.spread = Some(spread);
             let raised = state.watch.judge(&days[..=k], &mut estimate);
             if !estimate.suspicious {
-                // a reading that looks wrong teaches nothing of the bearings
+                // the bearings are not learned from suspicious readings
                 state.logs.clone_from(&estimate.logs);
             }
             (state.last, state.last_d) = (estimate.unbalance_kg_m.clone(), day.time_d);
@@ -114,7 +117,7 @@ impl Tracking<'_> {
             }
         }
         let sampling = (!qualities.is_empty()).then(|| Sampling {
-            sampler: sampling::Sampler::Metropolis,
+            sampler: sampling::SamplerKind::Metropolis,
             proposals: self.config.proposals,
             chains: CHAINS,
             days: qualities,
@@ -124,21 +127,27 @@ impl Tracking<'_> {
         (run, sampling)
     }
 
-    fn daily_target<'t>(&'t self, days: &'t [&'t Day], state: &'t State) -> Option<Posterior<'t>> {
+    fn daily_target<'t>(&'t self, days: &'t [&'t Day], state: &'t PaperState) -> Option<Posterior<'t>> {
         let last_d = if state.last_d.is_nan() { days[0].time_d } else { state.last_d };
-        let range = [-WANDER, WANDER].map(|d| state.identified.iter().map(|log| log + d).collect());
+        let range = [-WALK_RANGE, WALK_RANGE].map(|d| state.identified.iter().map(|log| log + d).collect());
         let around = self.around(days[0], &state.last, last_d);
         Posterior::new(days, &state.logs, UNIT, range, around)
     }
 
-    /// How far each plane's unbalance may be from what it was: it changes by no more than it may grow.
+    /// Each plane's previous unbalance, and its largest change within the growth bound, kg·m.
     fn around(&self, day: &Day, was: &[C], was_d: f64) -> Vec<(C, f64)> {
         let largest = self.largest_kg_m(day, was, was_d);
         was.iter().zip(largest).map(|(u, largest)| (*u, largest - u.norm())).collect()
     }
 
     /// The second loop, on the readings that raised a flag.
-    fn search_widely_as_printed(&self, days: &[&Day], suspect: usize, state: &mut State, run: &mut Run) {
+    fn search_widely_as_printed(
+        &self,
+        days: &[&Day],
+        suspect: usize,
+        state: &mut PaperState,
+        run: &mut TrackedRecord,
+    ) {
         let persistence = self.config.thresholds.persistence.max(1);
         let streak = &days[days.len() - persistence..];
         let begun = run.estimates.len() - streak.len();
@@ -161,15 +170,15 @@ impl Tracking<'_> {
                 });
                 (state.identified, state.logs) = (logs.clone(), logs);
                 state.go_on(after, run, begun);
-                Cause::Model
+                FlagCause::Model
             }
             (None, Jump::Explains(free)) => {
                 state.go_on(free, run, begun);
-                Cause::Unbalance
+                FlagCause::Unbalance
             }
             (None, jump) => {
                 now.iter().for_each(|e| state.watch.monitor.accept(&e.residual));
-                if let Jump::Helps(_) = jump { Cause::Unbalance } else { Cause::Model }
+                if let Jump::Helps(_) = jump { FlagCause::Unbalance } else { FlagCause::Model }
             }
         };
         run.flags.push(self.flag(&now, suspect, cause));
@@ -180,9 +189,9 @@ impl Tracking<'_> {
         &self,
         streak: &[&Day],
         suspect: usize,
-        state: &State,
-        run: &Run,
-    ) -> Option<(Vec<Estimate>, Logs)> {
+        state: &PaperState,
+        run: &TrackedRecord,
+    ) -> Option<(Vec<ReadingEstimate>, Logs)> {
         let range: [Logs; 2] =
             [-1.0, 1.0].map(|sign| self.logs.iter().map(|log| log + sign * WIDE).collect());
         let count = self.logs.len();
@@ -191,7 +200,7 @@ impl Tracking<'_> {
         let around = self.around(streak[0], &held, held_d);
         let target = Posterior::new(streak, &centre, 0.25 * WIDE, range, around)?;
         let dimensions = self.logs.len() + 2 * self.unbalance_kg_m.len();
-        let mut sampler = Sampler::new(Proposal::AdaptiveMetropolis, dimensions);
+        let mut sampler = MetropolisSampler::new(Proposal::AdaptiveMetropolis, dimensions);
         let mut starts: Vec<DVector<f64>> =
             (0..CHAINS).filter_map(|k| target.start(&spread_start(k, suspect, count))).collect();
         let mut chains = Vec::new();
@@ -202,13 +211,13 @@ impl Tracking<'_> {
             sampler.learn(&chains);
             starts = chains.iter().filter_map(|c| c.samples.last().cloned()).collect();
         }
-        // chains that found no better place than another found do not count
-        let level = |c: &Chain| {
+        // chains stuck far below the highest density are left out
+        let level = |c: &MarkovChain| {
             c.samples.iter().map(|x| target.log_density(x)).sum::<f64>() / c.samples.len().max(1) as f64
         };
         let levels: Vec<f64> = chains.iter().map(level).collect();
         let highest = levels.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let kept: Vec<Chain> = chains
+        let kept: Vec<MarkovChain> = chains
             .iter()
             .zip(&levels)
             .filter(|(_, level)| highest - **level < dimensions as f64)

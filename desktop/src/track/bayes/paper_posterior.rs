@@ -1,4 +1,4 @@
-//! What one reading or a few say of bearings and unbalance: the density that the chains of the printed method sample.
+//! Posterior of bearings and unbalance that the paper's chains sample.
 //!
 //! Coordinates are the logarithms of the bearings, in units of the daily range, and the deviation of the
 //! unbalance from its best for these bearings, in its own standard deviations. The density is the same,
@@ -9,9 +9,9 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rayon::prelude::*;
 
-use super::random_walk::{Chain, Sampler, mean};
-use super::sampling::{Sample, spread};
-use crate::track::answer::Spread;
+use super::random_walk::{MarkovChain, MetropolisSampler, mean};
+use super::sampling::{PosteriorSample, spread};
+use crate::track::answer::CredibleIntervals;
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
@@ -29,7 +29,7 @@ pub struct Posterior<'a> {
     range: [Logs; 2],
     /// Where each plane's unbalance was, and how far from there it may be, kg·m.
     around: Vec<(C, f64)>,
-    /// What one standard deviation of the unbalance is at the centre.
+    /// Factor of the unbalance's covariance at the centre, kg·m.
     spread: DMatrix<f64>,
 }
 
@@ -102,7 +102,7 @@ impl<'a> Posterior<'a> {
         self.centre.iter().zip(coordinates).map(|(centre, z)| centre + self.unit * z).collect()
     }
 
-    fn sample(&self, x: &DVector<f64>) -> Option<Sample> {
+    fn sample(&self, x: &DVector<f64>) -> Option<PosteriorSample> {
         let (bearings, unbalance) = x.as_slice().split_at(self.centre.len());
         let logs = self.logs(bearings);
         let [low, high] = &self.range;
@@ -112,12 +112,12 @@ impl<'a> Posterior<'a> {
         let unbalance_kg_m: Vec<C> = u.as_slice().chunks(2).map(|p| C::new(p[0], p[1])).collect();
         let near = |(u, (was, reach)): (&C, &(C, f64))| (u - was).norm() <= *reach;
         let allowed = unbalance_kg_m.iter().zip(&self.around).all(near);
-        allowed.then_some(Sample { logs, unbalance_kg_m })
+        allowed.then_some(PosteriorSample { logs, unbalance_kg_m })
     }
 
-    /// Logarithm of the density, but for a constant; minus infinity out of bounds.
+    /// Logarithm of the density up to a constant; minus infinity out of bounds.
     pub fn log_density(&self, x: &DVector<f64>) -> f64 {
-        let misfit = |s: Sample| {
+        let misfit = |s: PosteriorSample| {
             let mut sum = 0.0;
             for day in self.days {
                 let shown = day.point.on(&s.logs)?.at(&s.unbalance_kg_m);
@@ -133,11 +133,11 @@ impl<'a> Posterior<'a> {
     /// A chain from each start, each with random numbers of its own.
     pub fn chains(
         &self,
-        sampler: &Sampler,
+        sampler: &MetropolisSampler,
         starts: &[DVector<f64>],
         proposals: usize,
         seed: u64,
-    ) -> Vec<Chain> {
+    ) -> Vec<MarkovChain> {
         let one = |(k, start): (usize, &DVector<f64>)| {
             let mut random = StdRng::seed_from_u64(seed.wrapping_mul(0x9e37_79b9).wrapping_add(k as u64));
             sampler.chain(start, proposals, &mut random, &mut |x| self.log_density(x))
@@ -145,11 +145,14 @@ impl<'a> Posterior<'a> {
         starts.par_iter().enumerate().map(one).collect()
     }
 
-    /// Mean of the samples in their own coordinates; and the samples with the weights of the first day, and where they lie.
-    pub fn sum_up(&self, chains: &[Chain]) -> Option<(Sample, Spread, Vec<Sample>)> {
+    /// Mean of the samples in their own coordinates, their intervals, and the samples, both with the first day's weights.
+    pub fn sum_up(
+        &self,
+        chains: &[MarkovChain],
+    ) -> Option<(PosteriorSample, CredibleIntervals, Vec<PosteriorSample>)> {
         let weights_kg_m = &self.days.first()?.weights_kg_m;
         let own = chains.iter().flat_map(|c| &c.samples).filter_map(|x| self.sample(x));
-        let all: Vec<Sample> = own.map(|s| s.with_weights(weights_kg_m)).collect();
+        let all: Vec<PosteriorSample> = own.map(|s| s.with_weights(weights_kg_m)).collect();
         let centre = self.sample(&mean(chains))?;
         let spread = spread(&centre.with_weights(weights_kg_m), &all);
         Some((centre, spread, all))

@@ -1,4 +1,4 @@
-//! Random walks: the Metropolis sampler of Sensors 2024, 24, 8123, and an adaptive one to hold beside it.
+//! Random-walk Metropolis: the sampler of Sensors 2024, 24, 8123, and an adaptive one for comparison.
 
 use nalgebra::{DMatrix, DVector};
 use rand::Rng;
@@ -7,7 +7,7 @@ use rand_distr::StandardNormal;
 
 use super::sampling::Quality;
 
-/// Share of a chain that is thrown away at its beginning.
+/// Share of a chain that is discarded as burn-in.
 const BURN_IN: f64 = 0.25;
 /// Optimal scale of a proposal's covariance is this over the number of dimensions (Roberts and others 1997).
 const OPTIMAL: f64 = 2.38 * 2.38;
@@ -16,14 +16,14 @@ const OPTIMAL: f64 = 2.38 * 2.38;
 pub enum Proposal {
     /// A random walk of one step size in all coordinates, adapted to the acceptance rate.
     Metropolis,
-    /// A random walk with the covariance of what was sampled before (Haario and others 2001).
+    /// A random walk with the covariance of earlier samples (Haario and others 2001).
     AdaptiveMetropolis,
 }
 
-/// One sampler: its step, and what it has learned. Learning takes place between chains, so that each chain
-/// keeps the target's distribution.
+/// Step size and learned covariance. Adaptation takes place between chains, so each chain keeps the target's
+/// distribution.
 #[derive(Debug, Clone)]
-pub struct Sampler {
+pub struct MetropolisSampler {
     proposal: Proposal,
     step: f64,
     mean: DVector<f64>,
@@ -33,7 +33,7 @@ pub struct Sampler {
 
 /// Samples after burn-in.
 #[derive(Debug, Clone)]
-pub struct Chain {
+pub struct MarkovChain {
     pub samples: Vec<DVector<f64>>,
     /// Share of all proposals that was accepted.
     pub acceptance: f64,
@@ -41,10 +41,10 @@ pub struct Chain {
 
 /// Acceptance that the step aims at, the optimum in many dimensions.
 const AIM: f64 = 0.234;
-/// Samples that what was learned counts for at most: older ones fade.
+/// Largest weight of the learned covariance, in samples; older ones fade.
 const MEMORY: f64 = 20_000.0;
 
-impl Sampler {
+impl MetropolisSampler {
     /// For so many coordinates, of about unit size.
     pub fn new(proposal: Proposal, dimensions: usize) -> Self {
         Self {
@@ -56,14 +56,14 @@ impl Sampler {
         }
     }
 
-    /// A chain of `proposals` from a start; `log_density` is minus infinity where there is nothing.
+    /// A chain of `proposals` from a start; `log_density` is minus infinity where the density is zero.
     pub fn chain(
         &self,
         start: &DVector<f64>,
         proposals: usize,
         random: &mut StdRng,
         log_density: &mut dyn FnMut(&DVector<f64>) -> f64,
-    ) -> Chain {
+    ) -> MarkovChain {
         let n = start.len();
         let factor = match self.proposal {
             Proposal::Metropolis => None,
@@ -89,12 +89,12 @@ impl Sampler {
             samples.push(at.clone());
         }
         samples.drain(..(proposals as f64 * BURN_IN) as usize);
-        Chain { samples, acceptance: f64::from(accepted) / proposals.max(1) as f64 }
+        MarkovChain { samples, acceptance: f64::from(accepted) / proposals.max(1) as f64 }
     }
 
     /// Learns from chains: the step from their acceptance, the covariance from their samples around their
     /// own mean.
-    pub fn learn(&mut self, chains: &[Chain]) {
+    pub fn learn(&mut self, chains: &[MarkovChain]) {
         let acceptance = chains.iter().map(|c| c.acceptance).sum::<f64>() / chains.len().max(1) as f64;
         self.step *= ((acceptance - AIM) * 1.5).exp();
         if self.proposal == Proposal::Metropolis {
@@ -113,14 +113,14 @@ impl Sampler {
     }
 }
 
-pub fn mean(chains: &[Chain]) -> DVector<f64> {
+pub fn mean(chains: &[MarkovChain]) -> DVector<f64> {
     let all = || chains.iter().flat_map(|c| &c.samples);
     let zero = DVector::zeros(chains[0].samples[0].len());
     all().fold(zero, |sum, s| sum + s) / all().count() as f64
 }
 
 /// Quality of chains of equal length, by their worst coordinate.
-pub fn quality(chains: &[Chain]) -> Option<Quality> {
+pub fn quality(chains: &[MarkovChain]) -> Option<Quality> {
     let acceptance = chains.iter().map(|c| c.acceptance).sum::<f64>() / chains.len() as f64;
     let coordinate = |k: usize| chains.iter().map(|c| c.samples.iter().map(|s| s[k]).collect()).collect();
     let coordinates: Vec<Vec<Vec<f64>>> =
@@ -139,9 +139,9 @@ mod tests {
         -0.5 * (a * a - 2.0 * rho * a * b + b * b) / (1.0 - rho * rho)
     }
 
-    fn run(proposal: Proposal) -> Vec<Chain> {
+    fn run(proposal: Proposal) -> Vec<MarkovChain> {
         let mut random = StdRng::seed_from_u64(7);
-        let mut sampler = Sampler::new(proposal, 2);
+        let mut sampler = MetropolisSampler::new(proposal, 2);
         let mut chains = Vec::new();
         for _ in 0..20 {
             chains = (0..4)

@@ -1,22 +1,22 @@
-//! Samples of bearings and unbalance, where they lie, and what they are worth.
+//! Samples of bearings and unbalance, their intervals and their convergence.
 
 use nalgebra::Complex;
 
 use crate::statistics::convergence::Convergence;
-use crate::track::answer::{Interval, Spread};
+use crate::track::answer::{CredibleIntervals, Interval};
 use crate::track::operating_point::Logs;
 
 type C = Complex<f64>;
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sample {
+pub struct PosteriorSample {
     /// Logarithms of the bearing coefficients.
     pub logs: Logs,
     /// Unbalance of each plane, kg·m.
     pub unbalance_kg_m: Vec<C>,
 }
 
-impl Sample {
+impl PosteriorSample {
     /// The same with these weights in the planes, kg·m.
     pub fn with_weights(&self, weights_kg_m: &[C]) -> Self {
         let sums = self.unbalance_kg_m.iter().zip(weights_kg_m).map(|(u, w)| u + w);
@@ -25,38 +25,38 @@ impl Sample {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sampler {
+pub enum SamplerKind {
     /// Proposals from a Student distribution around the most probable bearings, the unbalance integrated.
     Independence,
     /// The paper's random walk in bearings and unbalance, of one step size.
     Metropolis,
 }
 
-/// How good the samples of a day are, by the worst of all that was sampled.
+/// Convergence of a day's chains, by the worst quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
     pub acceptance: f64,
-    /// Potential scale reduction; 1 when the chains agree.
+    /// Potential scale reduction; 1 at convergence.
     pub r_hat: f64,
-    /// Independent samples that a mean is worth, all chains together.
+    /// Effective sample size of a mean, all chains together.
     pub effective_bulk: f64,
-    /// Independent samples that the ends of an interval are worth.
+    /// Effective sample size of the ends of an interval.
     pub effective_tail: f64,
 }
 
 impl Quality {
-    /// Of quantities that were sampled, each in one row a chain.
+    /// Of sampled quantities, each with one row a chain.
     pub fn of(acceptance: f64, quantities: &[Vec<Vec<f64>>]) -> Option<Self> {
         let Convergence { r_hat, effective_bulk, effective_tail } = Convergence::worst(quantities)?;
         Some(Self { acceptance, r_hat, effective_bulk, effective_tail })
     }
 }
 
-/// What the sampling was worth.
+/// Convergence of the sampling over the record.
 #[derive(Debug, Clone)]
 pub struct Sampling {
-    pub sampler: Sampler,
-    /// Proposals of each chain and day; where the chains did not agree after that many, that many more, and so on.
+    pub sampler: SamplerKind,
+    /// Proposals of each chain and round; rounds are added until the chains converge.
     pub proposals: usize,
     pub chains: usize,
     /// Each day, days since the record began.
@@ -64,16 +64,16 @@ pub struct Sampling {
     /// Median over the days on which adaptive Metropolis sampled beside the paper's random walk.
     pub adaptive: Option<Quality>,
     /// Samples of the last day: what the histograms show.
-    pub last: Vec<Sample>,
+    pub last: Vec<PosteriorSample>,
 }
 
 impl Sampling {
-    /// Median over days, of each figure by itself.
+    /// Median over days of each figure separately.
     pub fn median(&self) -> Option<Quality> {
         median(self.days.iter().map(|(_, quality)| quality))
     }
 
-    /// The worst day, of each figure by itself.
+    /// Worst day of each figure separately.
     pub fn worst(&self) -> Option<Quality> {
         let all = self.days.iter().map(|(_, quality)| *quality);
         all.reduce(|a, b| Quality {
@@ -85,7 +85,7 @@ impl Sampling {
     }
 }
 
-/// Median of each figure by itself.
+/// Median of each figure separately.
 pub fn median<'a>(all: impl Iterator<Item = &'a Quality>) -> Option<Quality> {
     let all: Vec<&Quality> = all.collect();
     let of = |figure: fn(&Quality) -> f64| {
@@ -101,9 +101,9 @@ pub fn median<'a>(all: impl Iterator<Item = &'a Quality>) -> Option<Quality> {
     })
 }
 
-/// Intervals of 95 % that samples show; angles are counted from those of `middle`.
-pub fn spread(middle: &Sample, samples: &[Sample]) -> Spread {
-    let interval = |value: &dyn Fn(&Sample) -> f64| {
+/// 95 % intervals of samples; angles are unwrapped around those of `middle`.
+pub fn spread(middle: &PosteriorSample, samples: &[PosteriorSample]) -> CredibleIntervals {
+    let interval = |value: &dyn Fn(&PosteriorSample) -> f64| {
         let mut values: Vec<f64> = samples.iter().map(value).collect();
         values.sort_by(f64::total_cmp);
         let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
@@ -115,7 +115,7 @@ pub fn spread(middle: &Sample, samples: &[Sample]) -> Spread {
         let turned = interval(&|s| (s.unbalance_kg_m[j] * middle.conj()).arg());
         Interval { low: middle.arg() + turned.low, high: middle.arg() + turned.high }
     };
-    Spread {
+    CredibleIntervals {
         logs: (0..middle.logs.len()).map(|i| interval(&|s| s.logs[i])).collect(),
         magnitude_kg_m: planes.clone().map(|j| interval(&|s| s.unbalance_kg_m[j].norm())).collect(),
         angle_rad: planes.map(angle).collect(),

@@ -1,16 +1,16 @@
-//! What all days together say.
+//! Results of the joint method.
 
 use super::scope::Scope;
 use crate::forecast::filter_state::FilterState;
 use crate::track::answer::Interval;
 use crate::track::operating_point::Logs;
 
-/// An event, and how sure it is.
+/// An event with its evidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// Most probable first day of the new state.
     pub time_d: f64,
-    /// Where that day is with 95 % probability; both ends are days with a reading.
+    /// 95 % interval of that day; both ends are days with a reading.
     pub interval_d: Interval,
     pub scope: Scope,
     /// Logarithm of how much more probable the record is with it, on average over every day and every scope
@@ -18,34 +18,34 @@ pub struct Event {
     pub evidence: f64,
 }
 
-/// What is known of a bearing coefficient's constant part.
+/// Constant part of a bearing coefficient.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Constant {
+pub struct ConstantPart {
     /// Logarithm of its value.
     pub log: f64,
     /// Standard deviation of that; the prior's is 0.5.
     pub sd: f64,
-    /// Fixed at least twice as well as by the prior.
+    /// Whether its standard deviation is at most half the prior's.
     pub from_data: bool,
 }
 
-/// What method 4 learned beside its estimates.
+/// Events, constants and random walk that method 4 learned.
 #[derive(Debug, Clone)]
-pub struct Joint {
+pub struct JointFindings {
     pub events: Vec<Event>,
-    /// The bearings' constants: first day of a state, and the eight coefficients.
-    pub constants: Vec<(f64, Vec<Constant>)>,
-    /// Standard deviation of each coefficient's wander, relative.
-    pub wander: Logs,
-    /// Days in which the wander fades to 1/e.
-    pub wander_days: f64,
-    /// Days whose reading was left out as impossible.
+    /// The bearings' constants: first day of a state, and its coefficients.
+    pub constants: Vec<(f64, Vec<ConstantPart>)>,
+    /// Standard deviation of each coefficient's random walk, relative.
+    pub walk_sd: Logs,
+    /// Days in which the random walk reverts to 1/e.
+    pub walk_days: f64,
+    /// Days whose reading was left out as an outlier.
     pub left_out_d: Vec<f64>,
     /// Effects that a later run-up showed, by label.
     pub effects: Vec<String>,
-    /// Whether the likelihood had stopped rising when the learning of wander and drift ended.
+    /// Whether expectation and maximisation converged.
     pub settled: bool,
-    /// What was known on the day of each estimate of the static unbalance's size (g·mm) and angle (degrees), and of the
-    /// dynamic one's: what a forecast may use.
-    pub known_then: Vec<[FilterState; 4]>,
+    /// Filtered state on the day of each estimate, for magnitude (g·mm) and angle (degrees) of the static and then of the
+    /// dynamic unbalance. A forecast may use it, as it contains no later data.
+    pub filter_states: Vec<[FilterState; 4]>,
 }

@@ -1,13 +1,11 @@
-//! In what an unbalance drifts: its logarithm and angle.
+//! Coordinate in which an unbalance drifts: its complex logarithm.
 //!
-//! What is measured is the product of the unbalance and of what the bearings let through. If the drift were
-//! stated in g·mm, a smaller unbalance on softer bearings would be the cheaper way to the same readings, and
-//! every plane would come out too small. A drift relative to the unbalance itself has no such preference:
-//! `U = U₀ exp(z)` with `z = ℓ + iφ`, which walks as easily at any size.
+//! The readings depend on the product of unbalance and response. With a drift in g·mm, a smaller unbalance on softer
+//! bearings would explain the same readings at a lower cost, and every unbalance would be biased low. A relative drift
+//! has no such bias: `U = U₀ exp(z)` with `z = ℓ + iφ`.
 //!
-//! An unbalance near zero has no logarithm worth the name: a day's error turns its angle by half a turn. A
-//! plane that comes close to zero anywhere in the record is stated as `U = U₀ + s z`, with `s` the size it has
-//! over the record, and is defined everywhere.
+//! Near zero the logarithm is useless: an error of one day turns the angle by half a turn. A plane whose unbalance comes
+//! close to zero anywhere in the record has the coordinate `U = U₀ + s z`, with `s` its rms over the record.
 
 use nalgebra::Complex;
 
@@ -56,7 +54,7 @@ impl Coordinate {
         }
     }
 
-    /// The coordinate of an unbalance (kg·m), of all those an angle has the one nearest to `near`.
+    /// The coordinate of an unbalance (kg·m); its angle is unwrapped to the value nearest to `near`.
     pub fn of(self, unbalance: C, near: C) -> C {
         match self {
             Self::Relative { start } => {

@@ -1,19 +1,19 @@
-//! What all days together say, as the estimates, flags and re-identifications of a track.
+//! Estimates, flags and re-identifications from the smoothed states.
 
 use nalgebra::Complex;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::answer::{Constant, Joint};
+use super::answer::{ConstantPart, JointFindings};
 use super::coordinate::Coordinate;
 use super::kalman::Gaussian;
-use super::passes::Problem;
+use super::passes::JointProblem;
 use super::scope::Scope;
-use super::search::Found;
+use super::search::SmoothedHistory;
 use super::state::Layout;
-use crate::track::answer::{Cause, Flag, Interval, Reidentified, Spread};
+use crate::track::answer::{CredibleIntervals, Flag, FlagCause, Interval, Reidentified};
 use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
-use crate::track::daily::{Run, Tracking};
-use crate::track::monitor::Residual;
+use crate::track::daily::{TrackedRecord, Tracking};
+use crate::track::monitor::ReadingResidual;
 use crate::track::operating_point::Logs;
 
 type C = Complex<f64>;
@@ -26,11 +26,16 @@ const TAIL: f64 = 0.025;
 const HALVINGS: usize = 40;
 
 impl Tracking<'_> {
-    /// What was found, as estimates.
-    pub(super) fn estimates(&self, problem: &Problem, found: &Found, effects: Vec<String>) -> (Run, Joint) {
+    /// Estimates of the record's readings, and the findings beside them.
+    pub(super) fn estimates(
+        &self,
+        problem: &JointProblem,
+        found: &SmoothedHistory,
+        effects: Vec<String>,
+    ) -> (TrackedRecord, JointFindings) {
         let layout = &problem.layout;
-        let mut run = Run::default();
-        let mut known_then = Vec::new();
+        let mut run = TrackedRecord::default();
+        let mut filter_states = Vec::new();
         for (k, day) in problem.own() {
             let state = &found.smoothed[k];
             let Some(mut estimate) =
@@ -40,12 +45,18 @@ impl Tracking<'_> {
             };
             let factors = layout.factor(&state.mean);
             estimate.calculated_m.iter_mut().zip(factors).for_each(|(y, factor)| *y *= factor);
-            estimate.residual = Residual::new(&estimate.calculated_m, &day.measured_m, &self.bearing_of);
+            estimate.residual =
+                ReadingResidual::new(&estimate.calculated_m, &day.measured_m, &self.bearing_of);
             let rivals = found.rivals.iter().map(|(weight, states)| (*weight, &states[k]));
             estimate.spread = Some(spread(layout, state, rivals.collect(), &day.weights_kg_m));
             estimate.suspicious = found.pass.impossible[k];
             let filtered = &found.pass.visits[k].filtered;
-            known_then.push(layout.outlooks(filtered, &day.weights_kg_m, &found.motion, problem.pace_d));
+            filter_states.push(layout.filter_states(
+                filtered,
+                &day.weights_kg_m,
+                &found.motion,
+                problem.pace_d,
+            ));
             run.estimates.push(estimate);
         }
         for (event, k) in found.events.iter().zip(&found.at) {
@@ -55,7 +66,7 @@ impl Tracking<'_> {
                 true => self.most_changed(states.map(|x| layout.factor(x))),
                 false => suspect(event.scope, &before, &after),
             };
-            let cause = if event.scope.is_of_model() { Cause::Model } else { Cause::Unbalance };
+            let cause = if event.scope.is_of_model() { FlagCause::Model } else { FlagCause::Unbalance };
             run.flags.push(Flag { since_d: event.time_d, time_d: event.time_d, suspect, cause });
             if event.scope.bearings.contains(&true) {
                 let both = event.scope.bearings == [true; 2];
@@ -73,7 +84,7 @@ impl Tracking<'_> {
         let constants = states.map(|k| {
             let state = &found.smoothed[k];
             let (logs, sd) = (layout.constant_logs(&state.mean), layout.constant_sd(&state.covariance));
-            let of = |(log, sd): (&f64, &f64)| Constant {
+            let of = |(log, sd): (&f64, &f64)| ConstantPart {
                 log: *log,
                 sd: *sd,
                 from_data: *sd < 0.5 * PRIOR_LOG_SD,
@@ -81,10 +92,10 @@ impl Tracking<'_> {
             (problem.epochs[k].time_d, logs.iter().zip(&sd).map(of).collect())
         });
         let settled = found.motion.settled();
-        let joint = Joint {
+        let joint = JointFindings {
             constants: constants.collect(),
-            wander: settled.diagonal().iter().map(|variance| variance.sqrt()).collect(),
-            wander_days: -problem.pace_d / found.motion.keep.ln(),
+            walk_sd: settled.diagonal().iter().map(|variance| variance.sqrt()).collect(),
+            walk_days: -problem.pace_d / found.motion.keep.ln(),
             left_out_d: problem
                 .own()
                 .filter(|(k, _)| found.pass.impossible[*k])
@@ -93,7 +104,7 @@ impl Tracking<'_> {
             events: found.events.clone(),
             effects,
             settled: found.settled,
-            known_then,
+            filter_states,
         };
         (run, joint)
     }
@@ -108,7 +119,7 @@ impl Tracking<'_> {
     }
 }
 
-/// The bearing that an event changed; of both, the one that changed more.
+/// The bearing that an event changed; if both changed, the one with the larger change.
 fn suspect(scope: Scope, before: &[f64], after: &[f64]) -> usize {
     let change = |bearing: usize| {
         let own = |i: &usize| coefficient(*i, before.len()).0 == bearing;
@@ -121,21 +132,30 @@ fn suspect(scope: Scope, before: &[f64], after: &[f64]) -> usize {
     }
 }
 
-/// Intervals of a state, and of what it would be under other explanations: each with how probable it is beside
+/// Intervals of a mixture of the state with those under other scopes of an event, each with its probability relative to
 /// the state's own; with these weights in the planes (kg·m).
-fn spread(layout: &Layout, state: &Gaussian, rivals: Vec<(f64, &Gaussian)>, weights_kg_m: &[C]) -> Spread {
+fn spread(
+    layout: &Layout,
+    state: &Gaussian,
+    rivals: Vec<(f64, &Gaussian)>,
+    weights_kg_m: &[C],
+) -> CredibleIntervals {
     let all: Vec<(f64, &Gaussian)> = std::iter::once((1.0, state)).chain(rivals).collect();
     let sds: Vec<(f64, Logs, Logs)> =
         all.iter().map(|(w, s)| (*w, layout.logs(&s.mean), layout.logs_sd(&s.covariance))).collect();
     let log = |i: usize| {
-        interval(&sds.iter().map(|(w, at, sd)| Part { weight: *w, at: at[i], sd: sd[i] }).collect::<Vec<_>>())
+        interval(
+            &sds.iter()
+                .map(|(w, at, sd)| MixturePart { weight: *w, at: at[i], sd: sd[i] })
+                .collect::<Vec<_>>(),
+        )
     };
     let weights = weights_kg_m.iter().enumerate();
     let (magnitude_kg_m, angle_rad) = weights.map(|(j, weight)| plane(layout, &all, j, *weight)).unzip();
-    Spread { logs: (0..layout.coefficients).map(log).collect(), magnitude_kg_m, angle_rad }
+    CredibleIntervals { logs: (0..layout.coefficients).map(log).collect(), magnitude_kg_m, angle_rad }
 }
 
-/// Intervals of a plane's size, kg·m, and angle, rad, around the first state's, with a weight in the plane.
+/// Intervals of a plane's magnitude, kg·m, and angle, rad, unwrapped around the first state's, with a weight in the plane.
 fn plane(layout: &Layout, states: &[(f64, &Gaussian)], j: usize, weight: C) -> (Interval, Interval) {
     let own = layout.coordinate(&states[0].1.mean, j);
     let angle = (layout.planes[j].unbalance(own) + weight).arg();
@@ -160,8 +180,8 @@ fn plane(layout: &Layout, states: &[(f64, &Gaussian)], j: usize, weight: C) -> (
             // the angle of an unbalance that may be zero is anything
             (unbalance.norm(), sd(along), turn_sd.min(std::f64::consts::PI / HALF))
         };
-        sizes.push(Part { weight: share, at, sd: size_sd });
-        angles.push(Part { weight: share, at: turned, sd: turn_sd });
+        sizes.push(MixturePart { weight: share, at, sd: size_sd });
+        angles.push(MixturePart { weight: share, at: turned, sd: turn_sd });
     }
     let size = interval(&sizes);
     let size = match is_relative {
@@ -171,22 +191,22 @@ fn plane(layout: &Layout, states: &[(f64, &Gaussian)], j: usize, weight: C) -> (
     (size, interval(&angles))
 }
 
-/// One of several explanations: how probable it is beside the others, and where it puts a number.
-struct Part {
+/// One Gaussian of a mixture.
+struct MixturePart {
     weight: f64,
     at: f64,
     sd: f64,
 }
 
 /// Central 95 % interval of a mixture of Gaussians.
-fn interval(parts: &[Part]) -> Interval {
+fn interval(parts: &[MixturePart]) -> Interval {
     if let [one] = parts {
         return Interval { low: one.at - HALF * one.sd, high: one.at + HALF * one.sd };
     }
     let standard = Normal::standard();
     let total: f64 = parts.iter().map(|p| p.weight).sum();
     let below = |x: f64| {
-        let part = |p: &Part| p.weight * standard.cdf((x - p.at) / p.sd.max(f64::MIN_POSITIVE));
+        let part = |p: &MixturePart| p.weight * standard.cdf((x - p.at) / p.sd.max(f64::MIN_POSITIVE));
         parts.iter().map(part).sum::<f64>() / total
     };
     let ends = parts.iter().flat_map(|p| [p.at - 2.0 * HALF * p.sd, p.at + 2.0 * HALF * p.sd]);
@@ -208,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_mixture_of_one_thing_twice_is_that_thing() {
-        let part = |weight: f64| Part { weight, at: 3.0, sd: 0.5 };
+        let part = |weight: f64| MixturePart { weight, at: 3.0, sd: 0.5 };
         let both = interval(&[part(1.0), part(0.2)]);
         assert!(
             (both.low - (3.0 - HALF * 0.5)).abs() < 1e-3 && (both.high - (3.0 + HALF * 0.5)).abs() < 1e-3
@@ -217,9 +237,9 @@ mod tests {
 
     #[test]
     fn mixture_interval_includes_plausible_explanations_only() {
-        let own = Part { weight: 1.0, at: 0.0, sd: 0.1 };
-        let [likely, unlikely] = [0.5, 1e-3].map(|weight| Part { weight, at: 2.0, sd: 0.1 });
-        let own_again = || Part { weight: 1.0, at: 0.0, sd: 0.1 };
+        let own = MixturePart { weight: 1.0, at: 0.0, sd: 0.1 };
+        let [likely, unlikely] = [0.5, 1e-3].map(|weight| MixturePart { weight, at: 2.0, sd: 0.1 });
+        let own_again = || MixturePart { weight: 1.0, at: 0.0, sd: 0.1 };
         assert!(interval(&[own, likely]).high > 2.0);
         assert!(interval(&[own_again(), unlikely]).high < 0.3);
     }

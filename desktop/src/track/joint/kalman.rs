@@ -15,16 +15,16 @@ pub struct Gaussian {
 
 /// One step in time: `x → F x + noise of covariance Q`.
 #[derive(Debug, Clone)]
-pub struct Step {
+pub struct Transition {
     /// Diagonal of F.
     pub keep: DVector<f64>,
-    /// What F has beside it: to, from, and how much.
+    /// Off-diagonal entries of F: row, column, value.
     pub reach: Vec<(usize, usize, f64)>,
     /// Covariance Q of the noise.
     pub noise: DMatrix<f64>,
 }
 
-impl Step {
+impl Transition {
     /// `F M`.
     fn forward(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
         let mut moved = m.clone();
@@ -60,12 +60,12 @@ impl Step {
 }
 
 impl Gaussian {
-    pub fn predicted(&self, step: &Step) -> Self {
+    pub fn predicted(&self, step: &Transition) -> Self {
         let half = step.forward(&self.covariance).transpose();
         Self { mean: step.moved(&self.mean), covariance: symmetric(step.forward(&half) + &step.noise) }
     }
 
-    pub fn smoothed(&self, later: &Later) -> Self {
+    pub fn smoothed(&self, later: &BackwardPass) -> Self {
         let seen = &later.information * &self.covariance;
         Self {
             mean: &self.mean + &self.covariance * &later.score,
@@ -74,7 +74,7 @@ impl Gaussian {
     }
 }
 
-/// A measurement held against a prediction: `y = C x + noise`, and what was measured minus `C mean`.
+/// Innovation of a measurement `y = C x + noise`: `y − C mean` with its covariance.
 pub struct Innovation {
     slope: DMatrix<f64>,
     /// `S⁻¹ (y − C mean)` with S the innovation's covariance.
@@ -112,45 +112,45 @@ impl Innovation {
         Gaussian { mean, covariance: symmetric(&prior.covariance - seen.tr_mul(&gain)) }
     }
 
-    /// What is later than the state before this measurement, from what is later than the state after it.
-    fn before(&self, prior: &Gaussian, later: &Later) -> Later {
+    /// One step of the backward pass, from the state after this measurement to that before it.
+    fn before(&self, prior: &Gaussian, later: &BackwardPass) -> BackwardPass {
         // with K the gain, r ← Cᵀ S⁻¹ e + (1 − K C)ᵀ r and N ← Cᵀ S⁻¹ C + (1 − K C)ᵀ N (1 − K C)
         let gain = self.factor.solve(&(&self.slope * &prior.covariance)).transpose();
         let score = &later.score + self.slope.tr_mul(&(&self.weighed - gain.tr_mul(&later.score)));
         let half = &later.information - (&later.information * &gain) * &self.slope;
         let rest = &half - self.slope.tr_mul(&gain.tr_mul(&half));
         let own = self.slope.tr_mul(&self.factor.solve(&self.slope));
-        Later { score, information: symmetric(rest + own) }
+        BackwardPass { score, information: symmetric(rest + own) }
     }
 }
 
-/// What later measurements say of a state: derivative of their log likelihood by it, and its information.
+/// Score and information of all later measurements for a state (de Jong's r and N).
 #[derive(Debug, Clone)]
-pub struct Later {
+pub struct BackwardPass {
     /// Score r: derivative of the log likelihood.
     pub score: DVector<f64>,
     /// Information N of the later measurements.
     pub information: DMatrix<f64>,
 }
 
-/// What the filter did at one time.
-pub struct Visit {
-    /// The state before its measurements.
+/// The filter at one time.
+pub struct FilterStep {
+    /// Prediction before the measurements.
     pub predicted: Gaussian,
     /// The measurements, each with the state before it.
     pub seen: Vec<(Gaussian, Innovation)>,
     pub filtered: Gaussian,
 }
 
-/// What is later than each visit's prediction; `steps[k]` leads from visit `k` to `k + 1`.
-pub fn later(visits: &[Visit], steps: &[Step]) -> Vec<Later> {
+/// The backward pass at each prediction; `steps[k]` leads from time `k` to `k + 1`.
+pub fn later(visits: &[FilterStep], steps: &[Transition]) -> Vec<BackwardPass> {
     let size = visits[0].filtered.mean.len();
-    let mut at = Later { score: DVector::zeros(size), information: DMatrix::zeros(size, size) };
+    let mut at = BackwardPass { score: DVector::zeros(size), information: DMatrix::zeros(size, size) };
     let mut all = Vec::with_capacity(visits.len());
     for (k, visit) in visits.iter().enumerate().rev() {
         if let Some(step) = steps.get(k) {
             let half = step.back(&at.information).transpose();
-            at = Later {
+            at = BackwardPass {
                 score: step.back(&DMatrix::from_columns(&[at.score])).column(0).into_owned(),
                 information: symmetric(step.back(&half)),
             };
@@ -166,10 +166,10 @@ pub fn later(visits: &[Visit], steps: &[Step]) -> Vec<Later> {
 
 /// Covariance of the smoothed state after a step with the one before it, of the `size` components from `at` on.
 pub fn across(
-    before: &Visit,
-    step: &Step,
-    after: &Visit,
-    later: &Later,
+    before: &FilterStep,
+    step: &Transition,
+    after: &FilterStep,
+    later: &BackwardPass,
     at: usize,
     size: usize,
 ) -> DMatrix<f64> {
@@ -192,7 +192,7 @@ mod tests {
         let (q, r, measured) = (0.3, 0.5, [1.0, 1.4, 0.2, 0.9, 2.0]);
         let n = measured.len();
         let one = |v: f64| DMatrix::from_element(1, 1, v);
-        let step = Step { keep: DVector::from_element(1, 1.0), reach: Vec::new(), noise: one(q) };
+        let step = Transition { keep: DVector::from_element(1, 1.0), reach: Vec::new(), noise: one(q) };
         let mut at = Gaussian { mean: DVector::zeros(1), covariance: one(4.0) };
         let (mut visits, mut log_likelihood) = (Vec::new(), 0.0);
         for (k, y) in measured.iter().enumerate() {
@@ -205,7 +205,7 @@ mod tests {
             log_likelihood -= 0.5 * (innovation.squared + innovation.log_det);
             at = innovation.update(&at);
             let seen = vec![(predicted.clone(), innovation)];
-            visits.push(Visit { predicted, seen, filtered: at.clone() });
+            visits.push(FilterStep { predicted, seen, filtered: at.clone() });
         }
         let steps = vec![step; n - 1];
         let later = later(&visits, &steps);
@@ -233,7 +233,7 @@ mod tests {
     /// Position and rate, the position measured twice: the smoother against a prior of both times.
     #[test]
     fn smoothed_rate_and_position_equal_joint_gaussian() {
-        let step = Step {
+        let step = Transition {
             keep: DVector::from_row_slice(&[1.0, 0.8]),
             reach: vec![(0, 1, 0.9)],
             noise: DMatrix::from_diagonal(&DVector::from_row_slice(&[0.1, 0.2])),
@@ -252,7 +252,7 @@ mod tests {
             let left = DVector::from_element(1, y - at.mean[0]);
             let innovation = Innovation::new(&at, slope, &left, &DVector::from_element(1, 0.5)).unwrap();
             at = innovation.update(&at);
-            visits.push(Visit {
+            visits.push(FilterStep {
                 seen: vec![(predicted.clone(), innovation)],
                 predicted,
                 filtered: at.clone(),

@@ -1,40 +1,39 @@
-//! How the wander and the unbalance move, learned from the record by expectation and maximisation.
+//! Process model of bearings and unbalance, learned from the record by expectation and maximisation.
 //!
-//! Each round raises the likelihood, and each by a little less than the one before. From two rounds in a row a third
-//! is guessed far ahead along their way (SQUAREM: Varadhan and Roland 2008, "Simple and globally convergent methods for
-//! accelerating the convergence of any EM algorithm", scheme S3); where that overshoots, the second counts.
+//! Convergence is linear and slow. From two rounds a third point is extrapolated (SQUAREM: Varadhan and Roland 2008, "Simple and globally convergent methods for
+//! accelerating the convergence of any EM algorithm", scheme S3); if that overshoots, the second round is kept.
 
 use argmin::core::{CostFunction, Executor};
 use argmin::solver::brent::BrentOpt;
 use nalgebra::{DMatrix, DVector};
 
 use super::kalman::{Gaussian, across};
-use super::motion::{LEAST_KEPT, Motion, SLOWEST_RATE_D, SLOWEST_WANDER_D, kept};
-use super::passes::Problem;
-use super::scope::Change;
+use super::motion::{LEAST_KEPT, ProcessModel, SLOWEST_RATE_D, SLOWEST_WALK_D, kept};
+use super::passes::JointProblem;
+use super::scope::EventAt;
 
-/// Pushes that the first guess of a motion counts for.
+/// Weight of the initial process noise, in readings.
 const GUESS_PUSHES: f64 = 2.0;
-/// Trials in the search of what is left after a pace, at most.
+/// Most iterations in the search for the persistence.
 const MOST_TRIALS: u64 = 60;
 
-/// Three rounds that together gain less than this, in nats of the record's likelihood, are the last: before the
-/// events are known, and of the whole.
+/// Convergence: three rounds gain less than this, in nats of the record's likelihood. While events are searched, and at
+/// the end.
 const ROUGH_NATS: f64 = 1.0;
 const FINE_NATS: f64 = 0.1;
-/// Rounds after which the learning gives up, of a run.
+/// Most rounds of a run.
 const MOST_ROUNDS: usize = 300;
-/// Rounds that a record takes as a rule; only for the progress.
+/// Typical number of rounds; only for the progress.
 const TYPICAL_ROUNDS: usize = 60;
-/// Loss of likelihood, in nats, by which a guess ahead has overshot.
+/// Loss of likelihood, in nats, that rejects an extrapolation.
 const OVERSHOT_NATS: f64 = 1.0;
 
-/// When a run of the learning has learned enough.
+/// Convergence target of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Until {
-    /// The motion is good enough to tell events.
+    /// Good enough to detect events.
     Rough,
-    /// Nothing more is to be had.
+    /// Converged.
     Settled,
 }
 
@@ -42,23 +41,23 @@ pub enum Until {
 pub struct Learning<'a> {
     progress: &'a mut dyn FnMut(usize, usize),
     rounds: usize,
-    /// The last run gave up while the likelihood still rose.
+    /// The last run ended without convergence.
     pub gave_up: bool,
 }
 
 impl<'a> Learning<'a> {
-    /// `progress` hears how many rounds of about how many are done.
+    /// `progress` takes the rounds done and their estimated total.
     pub fn new(progress: &'a mut dyn FnMut(usize, usize)) -> Self {
         Self { progress, rounds: 0, gave_up: false }
     }
 
-    /// Rounds until the likelihood no longer rises.
+    /// Rounds until convergence.
     pub fn run(
         &mut self,
-        problem: &Problem,
-        motion: &mut Motion,
+        problem: &JointProblem,
+        motion: &mut ProcessModel,
         linearised_at: &mut Vec<DVector<f64>>,
-        changes: &[Change],
+        changes: &[EventAt],
         until: Until,
     ) -> Option<()> {
         let tolerance = if until == Until::Rough { ROUGH_NATS } else { FINE_NATS };
@@ -91,19 +90,24 @@ impl<'a> Learning<'a> {
 
     fn round(
         &mut self,
-        problem: &Problem,
-        motion: &Motion,
-        changes: &[Change],
+        problem: &JointProblem,
+        motion: &ProcessModel,
+        changes: &[EventAt],
         linearised_at: &[DVector<f64>],
-    ) -> Option<(f64, Motion, Vec<DVector<f64>>)> {
+    ) -> Option<(f64, ProcessModel, Vec<DVector<f64>>)> {
         self.rounds += 1;
         (self.progress)(self.rounds, self.rounds.max(TYPICAL_ROUNDS));
         problem.learn(motion, changes, linearised_at)
     }
 }
 
-/// Where two rounds lead if they go on as they did.
-fn ahead(from: &Motion, first: &Motion, second: &Motion, pace_d: f64) -> Option<Motion> {
+/// Extrapolation of two rounds.
+fn ahead(
+    from: &ProcessModel,
+    first: &ProcessModel,
+    second: &ProcessModel,
+    pace_d: f64,
+) -> Option<ProcessModel> {
     let (from, first, second) = (from.numbers()?, first.numbers()?, second.numbers()?);
     let step = &first - &from;
     let turn = second - &first - &step;
@@ -111,71 +115,70 @@ fn ahead(from: &Motion, first: &Motion, second: &Motion, pace_d: f64) -> Option<
         return None;
     }
     let reach = (step.norm() / turn.norm()).max(1.0);
-    Some(Motion::of_numbers(&(from + step * (2.0 * reach) + turn * (reach * reach)), pace_d))
+    Some(ProcessModel::of_numbers(&(from + step * (2.0 * reach) + turn * (reach * reach)), pace_d))
 }
 
-impl Problem {
-    /// One round of expectation and maximisation: the log likelihood with this motion, the motion that makes the
-    /// smoothed states most probable, and these states.
+impl JointProblem {
+    /// One round of expectation and maximisation: log likelihood of this model, the updated model, and the smoothed states.
     fn learn(
         &self,
-        motion: &Motion,
-        changes: &[Change],
+        motion: &ProcessModel,
+        changes: &[EventAt],
         linearised_at: &[DVector<f64>],
-    ) -> Option<(f64, Motion, Vec<DVector<f64>>)> {
+    ) -> Option<(f64, ProcessModel, Vec<DVector<f64>>)> {
         let layout = self.layout.for_changes(changes);
         let part = |x: &DVector<f64>| x.rows(0, layout.size()).into_owned();
         let points: Vec<DVector<f64>> = linearised_at.iter().map(part).collect();
         let pass = self.filter_of(&layout, motion, changes, &points, None)?;
         let later = pass.later();
         let smoothed = pass.smoothed(&later);
-        let mut wander = Moments::new(layout.wander(), layout.coefficients);
-        let mut rate = Moments::new(layout.flat(), layout.flat());
+        let mut walk = PairMoments::new(layout.walk(), layout.coefficients);
+        let mut rate = PairMoments::new(layout.flat(), layout.flat());
         for k in 1..smoothed.len() {
             let paces = (self.epochs[k].time_d - self.epochs[k - 1].time_d) / self.pace_d;
             if !changes.iter().any(|(at, _)| *at == k) {
-                for part in [&mut wander, &mut rate] {
+                for part in [&mut walk, &mut rate] {
                     let (from, step, to) = (&pass.visits[k - 1], &pass.steps[k - 1], &pass.visits[k]);
                     let cross = across(from, step, to, &later[k], part.at, part.size);
                     part.add(&smoothed[k], &smoothed[k - 1], &cross, paces);
                 }
             }
         }
-        let first = Motion::first(self.layout.coefficients, self.pace_d);
-        let (keep, push) = wander.fit(&motion.push, &first.push, kept(SLOWEST_WANDER_D, self.pace_d));
+        let first = ProcessModel::first(self.layout.coefficients, self.pace_d);
+        let (keep, push) = walk.fit(&motion.push, &first.push, kept(SLOWEST_WALK_D, self.pace_d));
         let now = DMatrix::identity(rate.size, rate.size) * motion.rate_push;
         let prior = DMatrix::identity(rate.size, rate.size) * first.rate_push;
         let (rate_keep, rate_push) = rate.fit(&now, &prior, kept(SLOWEST_RATE_D, self.pace_d));
-        let learned = Motion { push, keep, rate_push: rate_push.trace() / rate.size as f64, rate_keep };
+        let learned = ProcessModel { push, keep, rate_push: rate_push.trace() / rate.size as f64, rate_keep };
         let whole = |g: Gaussian| self.layout.at_rest(g.mean.resize_vertically(self.layout.size(), 0.0));
         Some((pass.log_likelihood, learned, smoothed.into_iter().map(whole).collect()))
     }
 }
 
-/// Second moments of a part of the state, of each reading and the one before.
-struct Moments {
+/// Second moments of a part of the state, for each reading and its predecessor.
+struct PairMoments {
     at: usize,
     size: usize,
-    pairs: Vec<Pair<DMatrix<f64>>>,
+    pairs: Vec<ReadingPair<DMatrix<f64>>>,
 }
 
-/// Second moments of two readings, and the paces between them.
-struct Pair<T> {
+/// Second moments of two consecutive readings, and the paces between them.
+struct ReadingPair<T> {
     paces: f64,
     now: T,
     both: T,
     before: T,
 }
 
-impl<T> Pair<T> {
-    /// What is left between the two where `keep` is left after a pace, and the variance of all pushes between them over
-    /// that of one pace.
+impl<T> ReadingPair<T> {
+    /// Persistence between the two readings for `keep` in one pace, and the process noise between them relative to that of
+    /// one pace.
     fn fade(&self, keep: f64) -> (f64, f64) {
         (keep.powf(self.paces), (1.0 - keep.powf(2.0 * self.paces)) / (1.0 - keep * keep))
     }
 }
 
-impl Moments {
+impl PairMoments {
     fn new(at: usize, size: usize) -> Self {
         Self { at, size, pairs: Vec::new() }
     }
@@ -184,7 +187,7 @@ impl Moments {
         let (at, size) = (self.at, self.size);
         let part = |m: &DMatrix<f64>| m.view((at, at), (size, size)).into_owned();
         let (x, y) = (now.mean.rows(at, size), before.mean.rows(at, size));
-        self.pairs.push(Pair {
+        self.pairs.push(ReadingPair {
             paces,
             now: part(&now.covariance) + x * x.transpose(),
             both: cross + x * y.transpose(),
@@ -192,8 +195,7 @@ impl Moments {
         });
     }
 
-    /// What is left after a pace, at most `most`, with pushes of this covariance; and the covariance of the push with
-    /// that.
+    /// Persistence in a pace, at most `most`, for process noise of covariance `push`; and the updated covariance.
     fn fit(&self, push: &DMatrix<f64>, guess: &DMatrix<f64>, most: f64) -> (f64, DMatrix<f64>) {
         let keep = self.keep(push, most);
         let mut left = guess * GUESS_PUSHES;
@@ -207,11 +209,11 @@ impl Moments {
         (keep, (&push + push.transpose()) * 0.5)
     }
 
-    /// What is most probably left after a pace.
+    /// Most likely persistence in a pace.
     fn keep(&self, push: &DMatrix<f64>, most: f64) -> f64 {
         let factor = push.clone().cholesky();
         let weigh = |m: &DMatrix<f64>| factor.as_ref().map_or_else(|| m.trace(), |f| f.solve(m).trace());
-        let weighed = |pair: &Pair<DMatrix<f64>>| Pair {
+        let weighed = |pair: &ReadingPair<DMatrix<f64>>| ReadingPair {
             paces: pair.paces,
             now: weigh(&pair.now),
             both: weigh(&pair.both),
@@ -225,20 +227,19 @@ impl Moments {
     }
 }
 
-/// Pairs of readings, their moments weighed by the push's precision.
+/// Pairs of readings, their moments weighted by the precision of the process noise.
 struct Fading {
     size: f64,
-    pairs: Vec<Pair<f64>>,
+    pairs: Vec<ReadingPair<f64>>,
 }
 
 impl CostFunction for Fading {
     type Param = f64;
     type Output = f64;
 
-    /// Minus twice the logarithm of the pairs' likelihood where so much is left after a pace, on average over the states
-    /// that the record allows; up to a constant.
+    /// Expected −2 log likelihood of the pairs at this persistence, up to a constant.
     fn cost(&self, keep: &f64) -> Result<f64, argmin::core::Error> {
-        let of = |pair: &Pair<f64>| {
+        let of = |pair: &ReadingPair<f64>| {
             let (kept, gain) = pair.fade(*keep);
             self.size * gain.ln() + (pair.now - 2.0 * kept * pair.both + kept * kept * pair.before) / gain
         };
@@ -251,15 +252,15 @@ mod tests {
     use super::*;
 
     /// Pairs of one number, in order: now, both, before.
-    fn moments(pairs: &[(f64, [f64; 3])]) -> Moments {
+    fn moments(pairs: &[(f64, [f64; 3])]) -> PairMoments {
         let one = |v: f64| DMatrix::from_element(1, 1, v);
-        let pair = |(paces, [now, both, before]): &(f64, [f64; 3])| Pair {
+        let pair = |(paces, [now, both, before]): &(f64, [f64; 3])| ReadingPair {
             paces: *paces,
             now: one(*now),
             both: one(*both),
             before: one(*before),
         };
-        Moments { at: 0, size: 1, pairs: pairs.iter().map(pair).collect() }
+        PairMoments { at: 0, size: 1, pairs: pairs.iter().map(pair).collect() }
     }
 
     #[test]

@@ -1,30 +1,28 @@
 //! Method 4, ours: all days together.
 //!
-//! Bearings wander about constants with load and temperature; the unbalance drifts smoothly; an event
-//! changes the constants of one bearing or both, the unbalance, or all of it. That is a state that moves
-//! at random and is measured through a model that is linear in the unbalance and nearly so in the bearings:
-//! a Kalman filter and smoother, linearised again around its own answer until it stays (`kalman`,
-//! `state`). How the wander moves, which coefficients together and how fast, is learned from the record by
-//! expectation and maximisation (Shumway and Stoffer 1982).
+//! The bearings follow a mean-reverting random walk about constants, with load and temperature; the unbalance drifts
+//! smoothly; an event changes the constants of one bearing or both, the unbalance, or all of these. This is a
+//! state-space model whose measurement is linear in the unbalance and nearly linear in the bearings. An iterated
+//! extended Kalman filter and smoother solve it (`kalman`, `state`). Covariance and persistence of the random walk are
+//! learned from the record by expectation and maximisation (Shumway and Stoffer 1982).
 //!
-//! One reading at one speed holds eight numbers for twelve unknowns. What resolves them is time: bearings
-//! that wander and unbalance that drifts smoothly move the features in different ways, a run-up fixes the
-//! bearings of one day, and the unbalance of one day is nearly that of the next. What even this leaves
-//! open keeps its prior, and [`Joint::constants`] says which.
+//! One reading at one speed has eight numbers for twelve unknowns. Time resolves them: a random walk of the bearings and
+//! a smooth drift of the unbalance change the features in different ways, a run-up fixes the bearings of one day, and
+//! the unbalance changes little from day to day. Unknowns that stay open keep their prior;
+//! [`JointFindings::constants`] says which.
 //!
 //! Events are steps of the features ([`super::step`]), three readings in a row that the filter finds impossible, or
-//! shocks that would explain enough to pay for everything tried (`scan`); when each took place is what makes the
-//! record most probable, what it changed is what does so when each explanation is worked out by itself. Explanations
-//! that are not ruled out widen the intervals. A single impossible reading is left out: a passing disturbance
-//! teaches nothing.
+//! shocks whose Bayes factor outweighs the number of trials (`scan`). Day and scope of an event are those of highest
+//! likelihood; the filter runs for each scope. Scopes that are not ruled out widen the intervals. A single impossible
+//! reading is left out as a disturbance.
 
 mod answer;
 mod coordinate;
 mod estimates;
+mod filter_states;
 mod kalman;
 mod learn;
 mod motion;
-mod outlook;
 mod passes;
 mod scan;
 mod scope;
@@ -33,11 +31,11 @@ mod state;
 
 use nalgebra::{Complex, DVector};
 
-pub use answer::{Constant, Event, Joint};
+pub use answer::{ConstantPart, Event, JointFindings};
 pub use scope::Scope;
 
-use super::answer::Estimate;
-use super::daily::{Run, Tracking};
+use super::answer::ReadingEstimate;
+use super::daily::{TrackedRecord, Tracking};
 use super::operating_point::logs_of;
 use super::record;
 use crate::diagnose::{Step as Added, improve};
@@ -46,16 +44,16 @@ use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 use coordinate::{Coordinate, size};
 use learn::Learning;
-use motion::Motion;
-use passes::{Epoch, Problem};
-use search::History;
+use motion::ProcessModel;
+use passes::{Epoch, JointProblem};
+use search::EventHistory;
 use state::Layout;
 
 type C = Complex<f64>;
 
 /// A run-up after an event, and its day.
 #[derive(Debug, Clone)]
-pub struct Later<'a> {
+pub struct LaterRunup<'a> {
     /// Days since the record began.
     pub time_d: f64,
     pub readings: &'a [Reading],
@@ -69,9 +67,9 @@ impl Tracking<'_> {
     pub fn joint(
         &self,
         runup: &[Reading],
-        later: &[Later],
+        later: &[LaterRunup],
         progress: &mut dyn FnMut(usize, usize),
-    ) -> Result<(Run, Joint), Error> {
+    ) -> Result<(TrackedRecord, JointFindings), Error> {
         let start = self.adaptive(&mut |_, _| ());
         let begun = self.phase_one.as_ref().map_or_else(|| self.rotor.clone(), |p| p.rotor.clone());
         let mut problem = self.problem(&begun, runup)?;
@@ -79,8 +77,11 @@ impl Tracking<'_> {
         let singular = || Error::Unsuitable("the machine is singular on the bearings of the record".into());
         let mut learning = Learning::new(progress);
         let windows = self.steps(problem.own().map(|(k, _)| k));
-        let mut history =
-            History::new(Motion::first(problem.layout.coefficients, problem.pace_d), windows, linearised_at);
+        let mut history = EventHistory::new(
+            ProcessModel::first(problem.layout.coefficients, problem.pace_d),
+            windows,
+            linearised_at,
+        );
         problem.find_events(&mut history, &mut learning).ok_or_else(singular)?;
         let mut effects = Vec::new();
         for l in later {
@@ -102,7 +103,7 @@ impl Tracking<'_> {
         Ok(self.estimates(&problem, &found, effects))
     }
 
-    fn problem(&self, begun: &Rotor, runup: &[Reading]) -> Result<Problem, Error> {
+    fn problem(&self, begun: &Rotor, runup: &[Reading]) -> Result<JointProblem, Error> {
         let own = self.days.iter().map(|d| Epoch { time_d: d.time_d, own: Some(d.clone()), beside: vec![] });
         let mut epochs: Vec<Epoch> = own.collect();
         epochs[0].beside = record::days(begun, &self.noise, runup)?;
@@ -110,7 +111,7 @@ impl Tracking<'_> {
         gaps.retain(|g| *g > 0.0);
         gaps.sort_by(f64::total_cmp);
         let begin = |start: &C| Coordinate::new(*start, &[], start.norm());
-        Ok(Problem {
+        Ok(JointProblem {
             layout: Layout {
                 planes: self.unbalance_kg_m.iter().map(begin).collect(),
                 positions_m: self.rotor.plane_positions_m(),
@@ -129,13 +130,13 @@ impl Tracking<'_> {
 
     /// States to linearise around at first, the bearings of method 2 and its unbalance smoothed; and by that the
     /// coordinates in which the unbalance drifts.
-    fn first_guess(&self, problem: &mut Problem, start: &Run) -> Vec<DVector<f64>> {
+    fn first_guess(&self, problem: &mut JointProblem, start: &TrackedRecord) -> Vec<DVector<f64>> {
         const BESIDE: usize = 7;
         let all = &start.estimates;
         let index = |epoch: &Epoch| all.partition_point(|e| e.time_d < epoch.time_d).min(all.len() - 1);
         let mean = |k: usize, j: usize| {
             let near = &all[k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(all.len())];
-            let same: Vec<&Estimate> = near.iter().filter(|e| e.logs == all[k].logs).collect();
+            let same: Vec<&ReadingEstimate> = near.iter().filter(|e| e.logs == all[k].logs).collect();
             same.iter().map(|e| e.unbalance_kg_m[j]).sum::<C>() / same.len() as f64
         };
         let planes = 0..self.unbalance_kg_m.len();
@@ -157,11 +158,11 @@ impl Tracking<'_> {
     /// Puts a model with other effects under the days from an epoch on, and a run-up beside its day.
     fn describe_anew(
         &self,
-        problem: &mut Problem,
+        problem: &mut JointProblem,
         linearised_at: &mut [DVector<f64>],
         rotor: &Rotor,
         since: usize,
-        later: &Later,
+        later: &LaterRunup,
     ) -> Result<(), Error> {
         let model = super::operating_point::model(rotor);
         let logs = logs_of(rotor);

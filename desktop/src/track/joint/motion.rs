@@ -1,30 +1,29 @@
-//! How wander and unbalance move, and the same as plain numbers.
+//! Process model of the bearings' random walk and the unbalance's drift, and its unconstrained parameters.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Standard deviation of the wander's push in a day before anything is learned.
+/// Initial standard deviation of the random walk's process noise in a day.
 const FIRST_PUSH: f64 = 0.03;
-/// The same of the rate of the unbalance's coordinate, per day.
+/// The same for the rate of the unbalance's coordinate, per day.
 const FIRST_RATE_PUSH: f64 = 0.002;
-/// Days in which wander and rate fade, before anything is learned.
+/// Initial time constant of random walk and rate, days.
 const FIRST_DAYS: f64 = 10.0;
 
-/// How wander and unbalance move; learned from the record.
+/// Process model of random walk and drift; learned from the record.
 #[derive(Debug, Clone)]
-pub struct Motion {
-    /// Covariance of the wander's push in a pace: the days between two readings, as a rule.
+pub struct ProcessModel {
+    /// Covariance of the random walk's process noise in a pace, the usual days between two readings.
     pub push: DMatrix<f64>,
-    /// What is left of the wander after a pace.
+    /// Persistence of the random walk over a pace.
     pub keep: f64,
-    /// Variance of the push of the rate, which is stated per pace.
+    /// Variance of the rate's process noise; the rate is per pace.
     pub rate_push: f64,
-    /// What is left of the rate after a pace.
+    /// Persistence of the rate over a pace.
     pub rate_keep: f64,
 }
 
-impl Motion {
-    /// Before anything is learned, of so many coefficients and readings with this pace: the same wander and
-    /// drift in a day at any pace.
+impl ProcessModel {
+    /// Initial model for so many coefficients and this pace; its variance in a day does not depend on the pace.
     pub fn first(coefficients: usize, pace_d: f64) -> Self {
         let [keep, daily] = [pace_d, 1.0].map(|days| kept(FIRST_DAYS, days));
         let gain = (1.0 - keep.powi(2)) / (1.0 - daily.powi(2));
@@ -36,13 +35,13 @@ impl Motion {
         }
     }
 
-    /// Covariance of a wander that has gone on for long.
+    /// Stationary covariance of the random walk.
     pub fn settled(&self) -> DMatrix<f64> {
         &self.push / (1.0 - self.keep.powi(2))
     }
 
-    /// As numbers of which any are a motion, but for how slowly it may fade: logarithms of variances, the rest of
-    /// the push's Cholesky factor, log odds of what is kept.
+    /// Unconstrained parameters: logarithms of variances, the rest of the Cholesky factor of `push`, log odds of the
+    /// persistences.
     pub fn numbers(&self) -> Option<DVector<f64>> {
         let factor = self.push.clone().cholesky()?.unpack();
         let odds = |keep: f64| (keep / (1.0 - keep)).ln();
@@ -54,7 +53,7 @@ impl Motion {
         Some(DVector::from_iterator(size * (size + 1) / 2 + rest.len(), push.chain(rest)))
     }
 
-    /// The motion of such numbers, of readings with this pace.
+    /// The model of such parameters, for this pace; the persistences are limited.
     pub fn of_numbers(numbers: &DVector<f64>, pace_d: f64) -> Self {
         // n (n + 1)/2 of the factor and three others
         let size = (1..).find(|n| n * (n + 1) / 2 + 3 >= numbers.len()).unwrap_or_default();
@@ -68,23 +67,23 @@ impl Motion {
             }
         }
         let kept_of = |odds: f64, most: f64| (1.0 / (1.0 + (-odds).exp())).clamp(LEAST_KEPT, most);
-        let keep = kept_of(one(), kept(SLOWEST_WANDER_D, pace_d));
+        let keep = kept_of(one(), kept(SLOWEST_WALK_D, pace_d));
         let rate_push = one().exp();
         let rate_keep = kept_of(one(), kept(SLOWEST_RATE_D, pace_d));
         Self { push: &factor * factor.transpose(), keep, rate_push, rate_keep }
     }
 }
 
-/// Days in which the wander fades at the slowest. Bearings that went elsewhere over months and
-/// unbalance that grew over months look alike at one speed; months are taken as the unbalance's.
-pub const SLOWEST_WANDER_D: f64 = 20.0;
+/// Longest time constant of the random walk, days. Bearings that drift over months and unbalance that grows over months
+/// look alike at one speed; slow changes are attributed to the unbalance.
+pub const SLOWEST_WALK_D: f64 = 20.0;
 /// The same of the unbalance's rate.
 pub const SLOWEST_RATE_D: f64 = 100.0;
 
-/// What fades faster than this in a pace is no longer told from noise.
+/// Least persistence in a pace; below it, process and measurement noise cannot be separated.
 pub const LEAST_KEPT: f64 = 0.05;
 
-/// Share that is left after some days of what fades to 1/e over so many; never less than can be told from noise.
+/// Persistence after `days` of a process with time constant `fades_d`, at least [`LEAST_KEPT`].
 pub fn kept(fades_d: f64, days: f64) -> f64 {
     (-days / fades_d).exp().max(LEAST_KEPT)
 }
@@ -97,8 +96,8 @@ mod tests {
     fn numbers_of_a_motion_give_it_back() {
         let mixed = DMatrix::from_fn(8, 8, |i, j| ((3 * i + 5 * j) % 7) as f64 * 0.01);
         let push = &mixed * mixed.transpose() + DMatrix::identity(8, 8) * 1e-4;
-        let motion = Motion { push, keep: 0.8, rate_push: 3e-6, rate_keep: 0.97 };
-        let again = Motion::of_numbers(&motion.numbers().unwrap(), 1.0);
+        let motion = ProcessModel { push, keep: 0.8, rate_push: 3e-6, rate_keep: 0.97 };
+        let again = ProcessModel::of_numbers(&motion.numbers().unwrap(), 1.0);
         assert!((&again.push - &motion.push).amax() < 1e-12);
         for (ours, theirs) in [
             (again.keep, motion.keep),
@@ -113,11 +112,11 @@ mod tests {
     fn initial_motion_variance_is_independent_of_pace() {
         let variance =
             |keep: f64, push: f64, paces: f64| push * (1.0 - keep.powf(2.0 * paces)) / (1.0 - keep * keep);
-        let daily = Motion::first(8, 1.0);
+        let daily = ProcessModel::first(8, 1.0);
         for pace_d in [0.01, 0.25, 2.0] {
-            let other = Motion::first(8, pace_d);
-            let wander = variance(other.keep, other.push[(0, 0)], 10.0 / pace_d);
-            assert!((wander / variance(daily.keep, daily.push[(0, 0)], 10.0) - 1.0).abs() < 1e-9);
+            let other = ProcessModel::first(8, pace_d);
+            let walk = variance(other.keep, other.push[(0, 0)], 10.0 / pace_d);
+            assert!((walk / variance(daily.keep, daily.push[(0, 0)], 10.0) - 1.0).abs() < 1e-9);
             let rate = variance(other.rate_keep, other.rate_push, 10.0 / pace_d) / pace_d.powi(2);
             assert!((rate / variance(daily.rate_keep, daily.rate_push, 10.0) - 1.0).abs() < 1e-9);
         }

@@ -4,22 +4,22 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::kalman::{Gaussian, Innovation, Later, Step, Visit, later};
-use super::motion::Motion;
-use super::scope::Change;
-use super::state::{Layout, Linear};
+use super::kalman::{BackwardPass, FilterStep, Gaussian, Innovation, Transition, later};
+use super::motion::ProcessModel;
+use super::scope::EventAt;
+use super::state::{Layout, LinearReading};
 use crate::machine::drawing::Noise;
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
-/// Chance that a reading of a machine without an event is called impossible.
+/// Probability that a reading of a machine without an event is called an outlier.
 const CHANCE: f64 = 1e-6;
-/// Rounds over which states settle around their own answer at most, and the change of the likelihood's
-/// logarithm below which they have settled: little against what an event has to be worth.
+/// Most rounds of relinearisation, and the change of the log likelihood at convergence, small against the evidence that
+/// an event needs.
 const ROUNDS: usize = 10;
 const SETTLED: f64 = 0.5;
-/// Rounds over which the wander alone settles.
-const WANDER_ROUNDS: usize = 3;
+/// Rounds of relinearisation for the random walk alone.
+const WALK_ROUNDS: usize = 3;
 
 /// All readings of one time.
 pub struct Epoch {
@@ -38,68 +38,69 @@ impl Epoch {
 }
 
 /// The record as the filter sees it.
-pub struct Problem {
+pub struct JointProblem {
     pub layout: Layout,
     pub noise: Noise,
     /// Days between readings, as a rule.
     pub pace_d: f64,
     pub epochs: Vec<Epoch>,
     pub guess: Logs,
-    /// Epochs from which on the machine is described anew, by a later run-up.
+    /// Epochs at which a later run-up replaces the model of the machine.
     pub described: Vec<usize>,
 }
 
-/// A run of the filter, and the states around which its readings are linearised.
-pub type Settled = (Pass, Vec<DVector<f64>>);
+/// A run of the filter at convergence, and its linearisation points.
+pub type ConvergedPass = (Pass, Vec<DVector<f64>>);
 
 /// One run of the filter.
 pub struct Pass {
-    pub visits: Vec<Visit>,
-    pub steps: Vec<Step>,
+    pub visits: Vec<FilterStep>,
+    pub steps: Vec<Transition>,
     pub log_likelihood: f64,
     pub impossible: Vec<bool>,
 }
 
 impl Pass {
-    /// What is later than each epoch's prediction.
-    pub fn later(&self) -> Vec<Later> {
+    /// The backward pass at each epoch's prediction.
+    pub fn later(&self) -> Vec<BackwardPass> {
         later(&self.visits, &self.steps)
     }
 
-    pub fn smoothed(&self, later: &[Later]) -> Vec<Gaussian> {
+    pub fn smoothed(&self, later: &[BackwardPass]) -> Vec<Gaussian> {
         self.visits.par_iter().zip(later).map(|(v, l)| v.predicted.smoothed(l)).collect()
     }
 
-    pub fn smoothed_means(&self, later: &[Later]) -> Vec<DVector<f64>> {
-        let mean = |(v, l): (&Visit, &Later)| &v.predicted.mean + &v.predicted.covariance * &l.score;
+    pub fn smoothed_means(&self, later: &[BackwardPass]) -> Vec<DVector<f64>> {
+        let mean =
+            |(v, l): (&FilterStep, &BackwardPass)| &v.predicted.mean + &v.predicted.covariance * &l.score;
         self.visits.iter().zip(later).map(mean).collect()
     }
 }
 
-impl Problem {
+impl JointProblem {
     /// The filter along the record, linearised around these states.
     pub fn filter(
         &self,
-        motion: &Motion,
-        changes: &[Change],
+        motion: &ProcessModel,
+        changes: &[EventAt],
         linearised_at: &[DVector<f64>],
     ) -> Option<Pass> {
         self.filter_of(&self.layout, motion, changes, linearised_at, None)
     }
 
-    /// The same of a layout, where it may be given which of the record's readings are left out, not found.
+    /// The same with a given layout and, optionally, given outliers.
     pub fn filter_of(
         &self,
         layout: &Layout,
-        motion: &Motion,
-        changes: &[Change],
+        motion: &ProcessModel,
+        changes: &[EventAt],
         linearised_at: &[DVector<f64>],
         left_out: Option<&[bool]>,
     ) -> Option<Pass> {
-        let around = |(epoch, point): (&Epoch, &DVector<f64>)| -> Option<Vec<Linear>> {
+        let around = |(epoch, point): (&Epoch, &DVector<f64>)| -> Option<Vec<LinearReading>> {
             epoch.all().map(|day| layout.linear(day, point, &self.noise)).collect()
         };
-        let linear: Vec<Vec<Linear>> =
+        let linear: Vec<Vec<LinearReading>> =
             self.epochs.par_iter().zip(linearised_at).map(around).collect::<Option<_>>()?;
         let mut at = layout.start(&self.guess, motion);
         let mut pass =
@@ -113,7 +114,7 @@ impl Problem {
                 pass.steps.push(step);
             }
             let (predicted, mut seen, mut impossible) = (at.clone(), Vec::new(), false);
-            for (n, Linear { slope, left, variance }) in readings.into_iter().enumerate() {
+            for (n, LinearReading { slope, left, variance }) in readings.into_iter().enumerate() {
                 let left = left - &slope * (&at.mean - &linearised_at[k]);
                 let innovation = Innovation::new(&at, slope, &left, &variance)?;
                 let limit = impossible_from(variance.len());
@@ -128,19 +129,20 @@ impl Problem {
                 }
             }
             pass.impossible.push(impossible);
-            pass.visits.push(Visit { predicted, seen, filtered: at.clone() });
+            pass.visits.push(FilterStep { predicted, seen, filtered: at.clone() });
         }
         Some(pass)
     }
 
-    /// Filter and smoother, again and again around their own answer, `at_rest` or with its wander.
+    /// Filter and smoother, relinearised around the smoothed states until convergence; `at_rest` leaves the random walk out
+    /// of the linearisation point.
     pub fn settle(
         &self,
-        motion: &Motion,
-        changes: &[Change],
+        motion: &ProcessModel,
+        changes: &[EventAt],
         linearised_at: &[DVector<f64>],
         at_rest: bool,
-    ) -> Option<Settled> {
+    ) -> Option<ConvergedPass> {
         let mut linearised_at = linearised_at.to_vec();
         let mut pass = self.filter(motion, changes, &linearised_at)?;
         for _ in 0..ROUNDS {
@@ -155,19 +157,23 @@ impl Problem {
         Some((pass, linearised_at))
     }
 
-    /// The wander of each epoch once more, with everything else as it was found: around its own answer, so
-    /// that it need not be small for the features to be linear in it.
-    pub fn wander_again(&self, motion: &Motion, pass: &Pass, states: &mut [Gaussian]) -> Option<()> {
-        let (at, all) = (self.layout.wander(), self.layout.coefficients);
+    /// Smooths the random walk again with everything else fixed, relinearised around itself, so that it may be large.
+    pub fn smooth_walk_again(
+        &self,
+        motion: &ProcessModel,
+        pass: &Pass,
+        states: &mut [Gaussian],
+    ) -> Option<()> {
+        let (at, all) = (self.layout.walk(), self.layout.coefficients);
         let part = |m: &DMatrix<f64>| m.view((at, at), (all, all)).into_owned();
         let start = Gaussian { mean: DVector::zeros(all), covariance: motion.settled() };
-        let own = |s: &Step| Step {
+        let own = |s: &Transition| Transition {
             keep: s.keep.rows(at, all).into_owned(),
             reach: Vec::new(),
             noise: part(&s.noise),
         };
-        let steps: Vec<Step> = pass.steps.iter().map(own).collect();
-        for _ in 0..WANDER_ROUNDS {
+        let steps: Vec<Transition> = pass.steps.iter().map(own).collect();
+        for _ in 0..WALK_ROUNDS {
             let (mut now, mut visits) = (start.clone(), Vec::new());
             for (k, epoch) in self.epochs.iter().enumerate() {
                 if k > 0 {
@@ -176,7 +182,8 @@ impl Problem {
                 let (predicted, mut seen) = (now.clone(), Vec::new());
                 let point = &states[k].mean;
                 for day in epoch.own.iter().filter(|_| !pass.impossible[k]).chain(&epoch.beside) {
-                    let Linear { slope, left, variance } = self.layout.linear(day, point, &self.noise)?;
+                    let LinearReading { slope, left, variance } =
+                        self.layout.linear(day, point, &self.noise)?;
                     let slope = slope.columns(at, all).into_owned();
                     let left = left - &slope * (&now.mean - point.rows(at, all));
                     let innovation = Innovation::new(&now, slope, &left, &variance)?;
@@ -184,12 +191,12 @@ impl Problem {
                     seen.push((now, innovation));
                     now = updated;
                 }
-                visits.push(Visit { predicted, seen, filtered: now.clone() });
+                visits.push(FilterStep { predicted, seen, filtered: now.clone() });
             }
             let later = later(&visits, &steps);
             for ((state, visit), later) in states.iter_mut().zip(&visits).zip(&later) {
-                let wander = &visit.predicted.mean + &visit.predicted.covariance * &later.score;
-                state.mean.rows_mut(at, all).copy_from(&wander);
+                let walk = &visit.predicted.mean + &visit.predicted.covariance * &later.score;
+                state.mean.rows_mut(at, all).copy_from(&walk);
             }
         }
         Some(())
@@ -201,7 +208,7 @@ impl Problem {
     }
 }
 
-/// Squared innovation beyond which a reading of so many numbers is called impossible.
+/// Squared innovation above which a reading of so many numbers is an outlier.
 fn impossible_from(numbers: usize) -> f64 {
     ChiSquared::new(numbers as f64).map_or(f64::INFINITY, |c| c.inverse_cdf(1.0 - CHANCE))
 }

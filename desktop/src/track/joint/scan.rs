@@ -1,4 +1,4 @@
-//! What an event would have explained: at every epoch and of every scope, in one pass back.
+//! Bayes factor of an event at every epoch and of every scope, from one backward pass.
 //!
 //! With `r` and `N` of the smoother at an epoch's prediction, a shock `δ` there changes the record's log
 //! likelihood by `rᵀδ − ½ δᵀNδ` (de Jong and Penzer 1998, "Diagnosing shocks in time series"). Of a shock with
@@ -6,36 +6,34 @@
 //! `M = D^½ N D^½` and `b = D^½ r`: the logarithm of a Bayes factor.
 //!
 //! A Bayes factor is one on average where there is no event, and so is the mean of any number of them, however
-//! they depend on each other: that mean exceeds `1/p` in at most a share `p` of records (Vovk and Wang 2021,
-//! "E-values: calibration, combination and applications", and Markov's inequality). This pays for every day and
-//! every scope that is tried.
+//! they depend on each other: the mean exceeds `1/p` in at most a share `p` of records (Vovk and Wang 2021,
+//! "E-values: calibration, combination and applications", and Markov's inequality). This corrects for the number of days and scopes tried.
 
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::kalman::Later;
+use super::kalman::BackwardPass;
 use super::scope::Scope;
 use super::state::Layout;
 use crate::track::answer::Interval;
 
-/// Chance that a record without an event is said to have one.
+/// False-alarm probability for a record.
 const CHANCE: f64 = 0.01;
 /// Share of the probability that an interval of days leaves out at either end.
 const TAIL: f64 = 0.025;
 
-/// Logarithms of the Bayes factors, by epoch and by scope in the order of [`Scope::ALL`]; nothing where no event can
-/// be.
+/// Logarithms of the Bayes factors, by epoch and by scope in the order of [`Scope::ALL`]; empty where no event is possible.
 pub struct Scan {
     gains: Vec<Vec<f64>>,
 }
 
 impl Scan {
-    /// From what is later than each epoch's prediction, of epochs in a range.
-    pub fn new(layout: &Layout, later: &[Later], epochs: &Range<usize>) -> Self {
+    /// From the backward pass at each epoch's prediction, for epochs in a range.
+    pub fn new(layout: &Layout, later: &[BackwardPass], epochs: &Range<usize>) -> Self {
         let jumps = Scope::ALL.map(|scope| layout.jump(scope));
-        let of = |(k, later): (usize, &Later)| {
+        let of = |(k, later): (usize, &BackwardPass)| {
             let possible = k > 0 && epochs.contains(&k);
             jumps.iter().filter(|_| possible).map(|jump| gain(later, jump)).collect()
         };
@@ -49,15 +47,14 @@ impl Scan {
         all.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Logarithm of the mean Bayes factor of everything tried, if that of the best is `of_best` when it is worked out
-    /// exactly; `epochs` were tried in all.
+    /// Logarithm of the mean Bayes factor of all trials at `epochs`; `of_best` is the exact logarithm for the best.
     pub fn evidence(&self, of_best: f64, epochs: usize) -> f64 {
         let best = self.best().map_or(0.0, |b| b.1);
         let sum: f64 = self.gains.iter().flatten().map(|gain| (gain - best).exp()).sum();
         of_best + sum.ln() - ((epochs * Scope::ALL.len()) as f64).ln()
     }
 
-    /// Central interval of the epoch over all scopes, as epochs; of all other days the prior is the same.
+    /// Central interval of the epoch over all scopes, with a uniform prior.
     pub fn epochs(&self) -> Option<(usize, usize)> {
         let best = self.best()?.1;
         let weight = |gains: &Vec<f64>| gains.iter().map(|gain| (gain - best).exp()).sum::<f64>();
@@ -74,7 +71,7 @@ impl Scan {
     }
 }
 
-/// Whether evidence is enough for an event.
+/// Whether the evidence is enough for an event.
 pub fn is_enough(evidence: f64) -> bool {
     evidence >= -CHANCE.ln()
 }
@@ -85,7 +82,7 @@ pub fn days(time_d: impl Fn(usize) -> f64, epochs: (usize, usize)) -> Interval {
 }
 
 /// Logarithm of the Bayes factor of a shock to these components with these variances.
-fn gain(later: &Later, jump: &[(usize, f64)]) -> f64 {
+fn gain(later: &BackwardPass, jump: &[(usize, f64)]) -> f64 {
     let sd: Vec<f64> = jump.iter().map(|(_, variance)| variance.sqrt()).collect();
     let score = DVector::from_fn(jump.len(), |i, _| sd[i] * later.score[jump[i].0]);
     let spread = DMatrix::from_fn(jump.len(), jump.len(), |i, j| {
@@ -100,19 +97,22 @@ fn gain(later: &Later, jump: &[(usize, f64)]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::track::joint::kalman::{Gaussian, Innovation, Step, Visit, later};
+    use crate::track::joint::kalman::{FilterStep, Gaussian, Innovation, Transition, later};
 
     /// Log likelihood of a random walk, one of whose steps is a shock of this variance as well, and what is later than
     /// each of its predictions.
-    fn walk(measured: &[f64], shock: Option<(usize, f64)>) -> (f64, Vec<Later>) {
+    fn walk(measured: &[f64], shock: Option<(usize, f64)>) -> (f64, Vec<BackwardPass>) {
         let one = |v: f64| DMatrix::from_element(1, 1, v);
         let (mut at, mut log_likelihood) = (Gaussian { mean: DVector::zeros(1), covariance: one(4.0) }, 0.0);
         let (mut visits, mut steps) = (Vec::new(), Vec::new());
         for (k, y) in measured.iter().enumerate() {
             if k > 0 {
                 let more = shock.filter(|(at, _)| *at == k).map_or(0.0, |(_, variance)| variance);
-                let step =
-                    Step { keep: DVector::from_element(1, 1.0), reach: Vec::new(), noise: one(0.1 + more) };
+                let step = Transition {
+                    keep: DVector::from_element(1, 1.0),
+                    reach: Vec::new(),
+                    noise: one(0.1 + more),
+                };
                 at = at.predicted(&step);
                 steps.push(step);
             }
@@ -121,7 +121,7 @@ mod tests {
             let innovation = Innovation::new(&at, one(1.0), &left, &DVector::from_element(1, 0.2)).unwrap();
             log_likelihood -= 0.5 * (innovation.squared + innovation.log_det);
             at = innovation.update(&at);
-            visits.push(Visit {
+            visits.push(FilterStep {
                 seen: vec![(predicted.clone(), innovation)],
                 predicted,
                 filtered: at.clone(),

@@ -1,5 +1,4 @@
-//! When events took place, what they changed, and how everything moves: what makes the record most
-//! probable.
+//! Search for the events, their scopes and the process model of highest likelihood.
 
 use std::ops::Range;
 
@@ -9,64 +8,63 @@ use rayon::prelude::*;
 use super::answer::Event;
 use super::kalman::Gaussian;
 use super::learn::{Learning, Until};
-use super::motion::Motion;
-use super::passes::{Pass, Problem, Settled};
+use super::motion::ProcessModel;
+use super::passes::{ConvergedPass, JointProblem, Pass};
 use super::scan::{Scan, days, is_enough};
-use super::scope::{Change, Scope};
+use super::scope::{EventAt, Scope};
 use crate::track::daily::Tracking;
 use crate::track::record::Day;
 use crate::track::step::Steps;
 
 type C = Complex<f64>;
 
-/// More events than this are no events but another machine.
+/// Most events in a record.
 const MOST_EVENTS: usize = 6;
-/// Impossible readings in a row that are an event.
+/// Outliers in a row that indicate an event.
 const IN_A_ROW: usize = 3;
-/// An explanation that is less probable than this beside the best counts for nothing.
+/// Scopes less probable than this relative to the best are ignored.
 const NEGLIGIBLE: f64 = 1e-3;
-/// Times that an event is put elsewhere before its place is taken as it is.
+/// Most relocations of an event.
 const MOVES: usize = 5;
-/// Everything that bearings and unbalance can be may have changed: enough to follow any event while its own scope is
-/// not known.
+/// All bearings and the unbalance may have changed: covers any event whose scope is not yet known.
 const WHOLE: Scope = Scope { bearings: [true; 2], unbalance: true, elsewhere: false };
 
-pub struct Found {
-    pub motion: Motion,
+pub struct SmoothedHistory {
+    pub motion: ProcessModel,
     pub pass: Pass,
     pub smoothed: Vec<Gaussian>,
-    /// The same under other explanations of an event, each with how probable it is beside this one.
+    /// Smoothed states under other scopes of an event, each with its probability relative to this one.
     pub rivals: Vec<(f64, Vec<Gaussian>)>,
     pub events: Vec<Event>,
     /// Epoch of each event.
     pub at: Vec<usize>,
-    /// The likelihood had stopped rising when the learning ended.
+    /// Whether expectation and maximisation converged.
     pub settled: bool,
 }
 
 /// A step of the features: the epochs in which an event may have taken place, and the likeliest.
 #[derive(Debug, Clone)]
-pub struct Window {
+pub struct StepWindow {
     pub epochs: Range<usize>,
     pub likely: usize,
 }
 
-/// What is taken to have happened while the search goes on.
-pub struct History {
-    motion: Motion,
+/// Present hypothesis of the search.
+pub struct EventHistory {
+    motion: ProcessModel,
     pub linearised_at: Vec<DVector<f64>>,
-    events: Vec<Taken>,
-    /// Epochs in which an event was looked for closely.
+    events: Vec<AssumedEvent>,
+    /// Epochs that were already searched.
     tried: Vec<Range<usize>>,
 }
 
-/// An event, and what is known of it.
-struct Taken {
-    change: Change,
+/// An event of the hypothesis.
+struct AssumedEvent {
+    change: EventAt,
     held: bool,
     evidence: f64,
     interval: (usize, usize),
-    /// Other explanations, and the logarithm of how probable each is beside the one taken.
+    /// Other explanations, with the logarithm of their probability relative to the selected one.
     rivals: Vec<(Rival, f64)>,
 }
 
@@ -74,24 +72,23 @@ struct Taken {
 #[derive(Debug, Clone, Copy)]
 enum Rival {
     Scope(Scope),
-    /// It changed something that the model lacks, so that no reading since tells of the unbalance: that went on as it
-    /// may have.
+    /// It changed something outside the model, so later readings say nothing of the unbalance, which may have drifted on.
     Unexplained,
 }
 
-impl Taken {
+impl AssumedEvent {
     fn new(epoch: usize) -> Self {
         let change = (epoch, WHOLE);
         Self { change, held: false, evidence: 0.0, interval: (epoch, epoch), rivals: Vec::new() }
     }
 
-    /// What it may be: what a later run-up showed is described by the machine itself.
+    /// Possible scopes; an event with a later run-up is described by the model itself.
     fn scopes(&self) -> Vec<Scope> {
         Scope::ALL.into_iter().filter(|scope| !(self.held && scope.elsewhere)).collect()
     }
 
-    /// Where it may be, in a record of so many epochs: between the events beside it.
-    fn epochs(&self, others: &[Change], count: usize) -> Range<usize> {
+    /// Possible epochs, of `count`: between the neighbouring events.
+    fn epochs(&self, others: &[EventAt], count: usize) -> Range<usize> {
         let own = self.change.0;
         if self.held {
             return own..own + 1;
@@ -102,19 +99,18 @@ impl Taken {
     }
 }
 
-impl History {
-    /// Nothing learned but a motion to begin with, and an event of everything in each of these windows.
-    pub fn new(motion: Motion, windows: Vec<Window>, linearised_at: Vec<DVector<f64>>) -> Self {
+impl EventHistory {
+    /// Initial hypothesis: an event of unknown scope in each window.
+    pub fn new(motion: ProcessModel, windows: Vec<StepWindow>, linearised_at: Vec<DVector<f64>>) -> Self {
         Self {
             motion,
             linearised_at,
-            events: windows.iter().map(|w| Taken::new(w.likely)).collect(),
+            events: windows.iter().map(|w| AssumedEvent::new(w.likely)).collect(),
             tried: windows.into_iter().map(|w| w.epochs).collect(),
         }
     }
 
-    /// The last event that may have been before a time stays where it is from now on, or at the last epoch before that
-    /// time; that epoch.
+    /// Fixes the last event that may precede a time, at an epoch before that time; returns the epoch.
     pub fn hold(&mut self, is_before: impl Fn(usize) -> bool) -> Option<usize> {
         let event = self.events.iter_mut().filter(|e| is_before(e.interval.0)).max_by_key(|e| e.change.0)?;
         (event.held, event.change.1) = (true, WHOLE);
@@ -122,17 +118,17 @@ impl History {
         Some(event.change.0)
     }
 
-    fn changes(&self) -> Vec<Change> {
+    fn changes(&self) -> Vec<EventAt> {
         self.events.iter().map(|e| e.change).collect()
     }
 
-    fn changes_without(&self, i: usize) -> Vec<Change> {
+    fn changes_without(&self, i: usize) -> Vec<EventAt> {
         self.events.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, e)| e.change).collect()
     }
 }
 
 impl Tracking<'_> {
-    pub(super) fn steps(&self, epochs: impl Iterator<Item = usize>) -> Vec<Window> {
+    pub(super) fn steps(&self, epochs: impl Iterator<Item = usize>) -> Vec<StepWindow> {
         let all: Vec<(usize, &Day)> = epochs.zip(&self.days).filter(|(_, d)| d.is_complete()).collect();
         let days: Vec<&Day> = all.iter().map(|(_, d)| *d).collect();
         let persistence = self.config.thresholds.persistence.max(1);
@@ -156,13 +152,13 @@ impl Tracking<'_> {
             }
             steps.learn(days[k]);
         }
-        windows.into_iter().map(|(epochs, _, likely)| Window { epochs, likely }).collect()
+        windows.into_iter().map(|(epochs, _, likely)| StepWindow { epochs, likely }).collect()
     }
 }
 
-impl Problem {
-    /// Looks for events and learns roughly how everything moves, until no more is found.
-    pub fn find_events(&self, history: &mut History, learning: &mut Learning) -> Option<()> {
+impl JointProblem {
+    /// Alternates event search and rough learning of the process model, until no event is missed.
+    pub fn find_events(&self, history: &mut EventHistory, learning: &mut Learning) -> Option<()> {
         self.learn_from(history, learning, Until::Rough)?;
         let most = history.events.len() + MOST_EVENTS;
         loop {
@@ -173,29 +169,29 @@ impl Problem {
                 return Some(());
             };
             history.tried.push(epochs);
-            history.events.push(Taken::new(missed));
-            // a wander that had to take the event in was learned too large to tell it
+            history.events.push(AssumedEvent::new(missed));
+            // the random walk was learned too large, as it had to absorb the event
             self.learn_from(history, learning, Until::Rough)?;
         }
     }
 
-    /// The most probable history, learned to the end.
-    pub fn conclude(&self, mut history: History, learning: &mut Learning) -> Option<Found> {
+    /// The most probable history with the converged process model.
+    pub fn conclude(&self, mut history: EventHistory, learning: &mut Learning) -> Option<SmoothedHistory> {
         self.learn_from(&mut history, learning, Until::Settled)?;
         let changes = history.changes();
         let (pass, _) = self.settle(&history.motion, &changes, &history.linearised_at, true)?;
         let mut smoothed = pass.smoothed(&pass.later());
-        self.wander_again(&history.motion, &pass, &mut smoothed)?;
+        self.smooth_walk_again(&history.motion, &pass, &mut smoothed)?;
         let rivals = self.rivals(&history, &pass.impossible)?;
         history.events.sort_by_key(|e| e.change.0);
         let time_d = |k: usize| self.epochs[k].time_d;
-        let event = |e: &Taken| Event {
+        let event = |e: &AssumedEvent| Event {
             time_d: time_d(e.change.0),
             interval_d: days(time_d, e.interval),
             scope: e.change.1,
             evidence: e.evidence,
         };
-        Some(Found {
+        Some(SmoothedHistory {
             events: history.events.iter().map(event).collect(),
             at: history.events.iter().map(|e| e.change.0).collect(),
             settled: !learning.gave_up,
@@ -206,8 +202,8 @@ impl Problem {
         })
     }
 
-    /// The smoothed states under each other explanation of an event, and how probable that is beside the best.
-    fn rivals(&self, history: &History, impossible: &[bool]) -> Option<Vec<(f64, Vec<Gaussian>)>> {
+    /// Smoothed states under each other explanation of an event, with its relative probability.
+    fn rivals(&self, history: &EventHistory, impossible: &[bool]) -> Option<Vec<(f64, Vec<Gaussian>)>> {
         let of = |i: usize| history.events[i].rivals.iter().map(move |(rival, log)| (i, *rival, log.exp()));
         let all: Vec<(usize, Rival, f64)> = (0..history.events.len()).flat_map(of).collect();
         let one = |(i, rival, weight): (usize, Rival, f64)| {
@@ -232,8 +228,8 @@ impl Problem {
         all.into_par_iter().map(one).collect()
     }
 
-    /// The most probable epoch and scope of each event in turn; those that are no event are dropped.
-    fn settle_events(&self, history: &mut History) -> Option<()> {
+    /// Selects epoch and scope of each event in turn; drops events with too little evidence.
+    fn settle_events(&self, history: &mut EventHistory) -> Option<()> {
         let mut i = 0;
         while i < history.events.len() {
             let others = history.changes_without(i);
@@ -249,15 +245,15 @@ impl Problem {
                 with = self.settle(&history.motion, &history.changes(), &with.1, false)?;
                 scan = self.scan(&history.motion, &others, &with, &epochs)?;
             }
-            // explanations lie too far apart for readings that are linearised around one of them to judge the others
+            // scopes lie too far apart for one linearisation to compare them
             let epoch = history.events[i].change.0;
             let explained = |scope: Scope| {
-                let changes: Vec<Change> = others.iter().copied().chain([(epoch, scope)]).collect();
+                let changes: Vec<EventAt> = others.iter().copied().chain([(epoch, scope)]).collect();
                 let from = self.begin_with(scope, epoch, &with.1);
                 Some((scope, self.settle(&history.motion, &changes, &from, false)?))
             };
             let scopes = history.events[i].scopes().into_par_iter();
-            let all: Vec<(Scope, Settled)> = scopes.map(explained).collect::<Option<_>>()?;
+            let all: Vec<(Scope, ConvergedPass)> = scopes.map(explained).collect::<Option<_>>()?;
             let likelihoods: Vec<(Scope, f64)> = all.iter().map(|(s, w)| (*s, w.0.log_likelihood)).collect();
             let (scope, with) =
                 all.into_iter().max_by(|a, b| a.1.0.log_likelihood.total_cmp(&b.1.0.log_likelihood))?;
@@ -270,8 +266,8 @@ impl Problem {
                 continue;
             }
             history.linearised_at = with.1;
-            // what is free in as many numbers as one speed shows could not have failed: that it fits speaks no more for
-            // its unbalance than for one of which nothing has been seen since
+            // with as many free parameters as one speed has features, any event fits: its unbalance is then no more credible
+            // than one that drifts on unseen
             let fits_anything =
                 scope.unbalance && scope.freedom(self.layout.planes.len()) >= 2 * self.layout.probes;
             let event = &mut history.events[i];
@@ -289,8 +285,8 @@ impl Problem {
         Some(())
     }
 
-    /// States to linearise around at first where an event of this scope is at an epoch. One elsewhere leaves bearings and
-    /// unbalance as they were: what another explanation made of them is too far off to begin from.
+    /// First linearisation points for an event of this scope at an epoch. An event elsewhere starts from the bearings and
+    /// unbalance before it; those of other scopes are too far off.
     fn begin_with(&self, scope: Scope, epoch: usize, linearised_at: &[DVector<f64>]) -> Vec<DVector<f64>> {
         let mut points = linearised_at.to_vec();
         if !scope.elsewhere {
@@ -307,22 +303,20 @@ impl Problem {
         points
     }
 
-    /// What an event beside these would explain, of the readings that a history with such an event takes, linearised
-    /// as there.
+    /// Scan for an event beside these, with the outliers and the linearisation of a history that has such an event.
     fn scan(
         &self,
-        motion: &Motion,
-        changes: &[Change],
-        (with, linearised_at): &Settled,
+        motion: &ProcessModel,
+        changes: &[EventAt],
+        (with, linearised_at): &ConvergedPass,
         epochs: &Range<usize>,
     ) -> Option<Scan> {
         let pass = self.filter_of(&self.layout, motion, changes, linearised_at, Some(&with.impossible))?;
         Some(Scan::new(&self.layout, &pass.later(), epochs))
     }
 
-    /// An epoch of an event that is not among these, and where it may be: impossible readings in a row, or a shock
-    /// that would explain much.
-    fn missed(&self, history: &History) -> Option<Option<(usize, Range<usize>)>> {
+    /// Epoch and window of a missing event: outliers in a row, or a shock with enough evidence.
+    fn missed(&self, history: &EventHistory) -> Option<Option<(usize, Range<usize>)>> {
         let changes = history.changes();
         let pass = self.filter(&history.motion, &changes, &history.linearised_at)?;
         let impossible = &pass.impossible;
@@ -339,7 +333,7 @@ impl Problem {
         Some(Some((epoch, from.min(epoch)..to.max(epoch) + 1)))
     }
 
-    fn learn_from(&self, history: &mut History, learning: &mut Learning, until: Until) -> Option<()> {
+    fn learn_from(&self, history: &mut EventHistory, learning: &mut Learning, until: Until) -> Option<()> {
         let changes = history.changes();
         learning.run(self, &mut history.motion, &mut history.linearised_at, &changes, until)
     }

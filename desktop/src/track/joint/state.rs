@@ -1,23 +1,22 @@
-//! What the joint method takes to change with time, and how the features depend on it.
+//! State vector of the joint method, and its measurement equation.
 //!
 //! | part | numbers | from day to day |
 //! |---|---|---|
 //! | coordinate `z` of the unbalance ([`Coordinate`]) | two a plane | moves by its rate |
-//! | its rate | two a plane | fades over days, pushed at random |
+//! | its rate | two a plane | decays over days, with process noise |
 //! | bearings `m` | four logarithms a bearing | constant, but for events |
-//! | wander `w` of the bearings | four logarithms a bearing | returns to zero over days, pushed at random |
+//! | random walk `w` of the bearings | four logarithms a bearing | reverts to zero over days, with process noise |
 //! | factor of each probe | two a probe | one, but for events elsewhere than at the bearings |
 //!
-//! The bearings of a day are `m + w`. A probe's factor `exp(d)`, complex, says how much more of the unbalance it shows
-//! than the bearings let through: near one speed, and as long as both planes go on about alike, that is all that can
-//! be seen of a support or a force that the model lacks.
+//! The bearings of a day are `m + w`. A probe's complex factor `exp(d)` multiplies the modelled response. Near one speed,
+//! with little change of the unbalance, a support or force that the model lacks has no other visible effect.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::coordinate::Coordinate;
-use super::kalman::{Gaussian, Step};
-use super::motion::Motion;
-use super::scope::{Change, Scope};
+use super::kalman::{Gaussian, Transition};
+use super::motion::ProcessModel;
+use super::scope::{EventAt, Scope};
 use crate::machine::drawing::Noise;
 use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
 use crate::track::operating_point::Logs;
@@ -32,7 +31,7 @@ const FACTOR_SD: f64 = 0.5;
 const START_SD: f64 = 0.5;
 const JUMP_SD: f64 = 0.3;
 
-/// Where each part of the state is, and in what the planes' unbalance is stated.
+/// Layout of the state vector, and the coordinate of each plane's unbalance.
 #[derive(Debug, Clone)]
 pub struct Layout {
     pub planes: Vec<Coordinate>,
@@ -41,23 +40,22 @@ pub struct Layout {
     /// Direct coefficients of all bearings.
     pub coefficients: usize,
     pub probes: usize,
-    /// Whether the probes' factors are part of the state; where no event moves them they stay one, and cost half of the
-    /// time.
+    /// Whether the probes' factors are part of the state; without an event they stay one, and would double the run time.
     pub has_factors: bool,
 }
 
-/// A reading as linear in the state around a point, of the components that were not lost.
-pub struct Linear {
+/// A reading linearised around a point, without lost probes.
+pub struct LinearReading {
     /// µm per unit of the state.
     pub slope: DMatrix<f64>,
-    /// What was measured minus what the point shows, µm.
+    /// Measured minus calculated at the point, µm.
     pub left: DVector<f64>,
     /// Variance of the noise, µm².
     pub variance: DVector<f64>,
 }
 
 impl Layout {
-    /// Real numbers of the unbalance.
+    /// Number of real coordinates of the unbalance.
     pub fn flat(&self) -> usize {
         2 * self.planes.len()
     }
@@ -66,21 +64,21 @@ impl Layout {
         2 * self.flat()
     }
 
-    /// Index of the wander's first coordinate.
-    pub fn wander(&self) -> usize {
+    /// Index of the random walk's first coordinate.
+    pub fn walk(&self) -> usize {
         self.bearings() + self.coefficients
     }
 
     fn factors(&self) -> usize {
-        self.wander() + self.coefficients
+        self.walk() + self.coefficients
     }
 
     pub fn size(&self) -> usize {
         self.factors() + if self.has_factors { 2 * self.probes } else { 0 }
     }
 
-    /// The same for events that move no factor.
-    pub fn for_changes(&self, changes: &[Change]) -> Self {
+    /// The layout for these events, with factors only if one needs them.
+    pub fn for_changes(&self, changes: &[EventAt]) -> Self {
         Self { has_factors: changes.iter().any(|(_, scope)| scope.elsewhere), ..self.clone() }
     }
 
@@ -100,9 +98,9 @@ impl Layout {
         x
     }
 
-    /// Logarithms of the bearing coefficients, wander included.
+    /// Logarithms of the bearing coefficients, random walk included.
     pub fn logs(&self, x: &DVector<f64>) -> Logs {
-        (0..self.coefficients).map(|i| x[self.bearings() + i] + x[self.wander() + i]).collect()
+        (0..self.coefficients).map(|i| x[self.bearings() + i] + x[self.walk() + i]).collect()
     }
 
     /// Constant part of the bearings.
@@ -119,7 +117,7 @@ impl Layout {
     /// Standard deviations of the bearings.
     pub fn logs_sd(&self, covariance: &DMatrix<f64>) -> Logs {
         let sd = |i: usize| {
-            let (m, w) = (self.bearings() + i, self.wander() + i);
+            let (m, w) = (self.bearings() + i, self.walk() + i);
             (covariance[(m, m)] + covariance[(w, w)] + 2.0 * covariance[(m, w)]).max(0.0).sqrt()
         };
         (0..self.coefficients).map(sd).collect()
@@ -135,7 +133,7 @@ impl Layout {
         self.planes.iter().enumerate().map(|(j, c)| c.unbalance(self.coordinate(x, j))).collect()
     }
 
-    /// The state with these bearings and this unbalance (coordinates), without wander or rate.
+    /// The state with these bearings and these coordinates of the unbalance; random walk and rate are zero.
     pub fn at(&self, logs: &[f64], coordinates: &[C]) -> DVector<f64> {
         let mut x = DVector::zeros(self.size());
         for (j, z) in coordinates.iter().enumerate() {
@@ -147,19 +145,17 @@ impl Layout {
         x
     }
 
-    /// The state on the constant part of its bearings alone.
+    /// The state without its random walk.
     ///
-    /// Here readings are linearised, not at the day's own wander: constants that make the features more
-    /// sensitive need less wander to explain the same readings, and if the sensitivity followed the estimated
-    /// wander, hundreds of days would pull the constants that way.
+    /// Readings are linearised here and not at the day's own random walk. Otherwise constants with higher sensitivity would
+    /// need a smaller random walk for the same readings, and hundreds of days would bias the constants that way.
     pub fn at_rest(&self, mut x: DVector<f64>) -> DVector<f64> {
-        x.rows_mut(self.wander(), self.coefficients).fill(0.0);
+        x.rows_mut(self.walk(), self.coefficients).fill(0.0);
         x
     }
 
-    /// What is known before any reading: bearings as the file guesses them, the unbalance about as phase I
-    /// found it.
-    pub fn start(&self, logs: &[f64], motion: &Motion) -> Gaussian {
+    /// Prior before any reading: bearings of the file, unbalance of phase I.
+    pub fn start(&self, logs: &[f64], motion: &ProcessModel) -> Gaussian {
         let mut covariance = DMatrix::zeros(self.size(), self.size());
         for i in 0..self.flat() {
             covariance[(i, i)] = START_SD.powi(2);
@@ -169,12 +165,12 @@ impl Layout {
         for i in 0..self.coefficients {
             covariance[(self.bearings() + i, self.bearings() + i)] = PRIOR_LOG_SD.powi(2);
         }
-        let at = self.wander();
+        let at = self.walk();
         covariance.view_mut((at, at), (self.coefficients, self.coefficients)).copy_from(&motion.settled());
         Gaussian { mean: self.at(logs, &vec![C::from(0.0); self.planes.len()]), covariance }
     }
 
-    /// What an event of this scope may change: components of the state, and the variance of each one's jump.
+    /// State components that an event of this scope changes, with the variance of each jump.
     pub fn jump(&self, scope: Scope) -> Vec<(usize, f64)> {
         let bearings =
             (0..self.coefficients).filter(|i| scope.bearings[coefficient(*i, self.coefficients).0]);
@@ -187,24 +183,30 @@ impl Layout {
             .collect()
     }
 
-    /// From one time to one `paces` later, with an event in between or none. Where the machine is `described` anew
-    /// in between, its description takes in what no bearing stood for before.
-    pub fn step(&self, paces: f64, motion: &Motion, event: Option<Scope>, described: bool) -> Step {
+    /// Transition over `paces`, with an event or without. If a new model `described` the machine in between, the factors
+    /// start again from one.
+    pub fn step(
+        &self,
+        paces: f64,
+        motion: &ProcessModel,
+        event: Option<Scope>,
+        described: bool,
+    ) -> Transition {
         let (size, flat) = (self.size(), self.flat());
         let mut keep = DVector::from_element(size, 1.0);
         let mut noise = DMatrix::zeros(size, size);
         let fade = |keep: f64| (keep.powf(paces), (1.0 - keep.powf(2.0 * paces)) / (1.0 - keep * keep));
-        let ((rate_keep, rate_gain), (wander_keep, gain)) = (fade(motion.rate_keep), fade(motion.keep));
+        let ((rate_keep, rate_gain), (walk_keep, gain)) = (fade(motion.rate_keep), fade(motion.keep));
         for i in 0..flat {
             keep[flat + i] = rate_keep;
             noise[(flat + i, flat + i)] = motion.rate_push * rate_gain;
-            // pushes between two readings far apart move the unbalance as well
+            // process noise of the rate between two distant readings also moves the unbalance
             noise[(i, i)] = motion.rate_push * rate_gain * (paces - 1.0).max(0.0).powi(2) / 3.0;
         }
-        // a fading rate moves the unbalance by its sum over the time
+        // a decaying rate moves the unbalance by its sum over the time
         let reach = (1.0 - rate_keep) / (1.0 - motion.rate_keep);
-        keep.rows_mut(self.wander(), self.coefficients).fill(wander_keep);
-        let at = self.wander();
+        keep.rows_mut(self.walk(), self.coefficients).fill(walk_keep);
+        let at = self.walk();
         noise.view_mut((at, at), (self.coefficients, self.coefficients)).copy_from(&(&motion.push * gain));
         if described {
             keep.rows_mut(self.factors(), size - self.factors()).fill(0.0);
@@ -212,17 +214,17 @@ impl Layout {
         for (i, variance) in event.iter().flat_map(|scope| self.jump(*scope)) {
             noise[(i, i)] += variance;
         }
-        Step { keep, reach: (0..flat).map(|i| (i, flat + i, reach)).collect(), noise }
+        Transition { keep, reach: (0..flat).map(|i| (i, flat + i, reach)).collect(), noise }
     }
 
-    /// What the probes show of a state, m; `None` if the machine is singular there.
+    /// Calculated phasors of a state, m; `None` if the machine is singular there.
     pub fn shown(&self, day: &Day, x: &DVector<f64>) -> Option<Vec<C>> {
         let motion = day.point.on(&self.logs(x))?;
         Some(motion.at(&self.unbalance(x)).iter().zip(self.factor(x)).map(|(y, f)| y * f).collect())
     }
 
-    /// A reading around a point; `None` if the machine is singular there.
-    pub fn linear(&self, day: &Day, linearised_at: &DVector<f64>, noise: &Noise) -> Option<Linear> {
+    /// A reading linearised at a point; `None` if the machine is singular there.
+    pub fn linear(&self, day: &Day, linearised_at: &DVector<f64>, noise: &Noise) -> Option<LinearReading> {
         let logs = self.logs(linearised_at);
         let unbalance = self.unbalance(linearised_at);
         let motion = day.point.on(&logs)?;
@@ -244,7 +246,7 @@ impl Layout {
             }
             for (i, y) in slopes.row(p).iter().enumerate() {
                 set(self.bearings() + i, *y * factor[p]);
-                set(self.wander() + i, *y * factor[p]);
+                set(self.walk() + i, *y * factor[p]);
             }
             if self.has_factors {
                 set(self.factors() + 2 * p, shown[p]);
@@ -252,10 +254,10 @@ impl Layout {
             }
             let difference = (day.measured_m[p].unwrap_or_default() - shown[p]) * 1e6;
             (left[2 * row], left[2 * row + 1]) = (difference.re, difference.im);
-            // by what the machine shows, not by what the noise made of it
+            // noise relative to the calculated phasor, not to the noisy one
             let sigma_um = noise.sigma_m(shown[p]) * 1e6;
             (variance[2 * row], variance[2 * row + 1]) = (sigma_um * sigma_um, sigma_um * sigma_um);
         }
-        Some(Linear { slope, left, variance })
+        Some(LinearReading { slope, left, variance })
     }
 }

@@ -5,7 +5,7 @@ use rotor_edge_desktop::forecast::backtest::{ForecastBasis, backtest};
 use rotor_edge_desktop::forecast::scores::Score as ForecastScore;
 use rotor_edge_desktop::forecast::{known, series};
 use rotor_edge_desktop::track::{
-    Config, Estimate, Event, Flag, Interval, Later, Method, Track, as_known_then, track,
+    Config, Event, Flag, Interval, LaterRunup, Method, ReadingEstimate, Track, filtered, track,
 };
 
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
@@ -83,8 +83,8 @@ pub struct Judged {
 impl Judged {
     /// By method joint, with the later run-up or without; or why it cannot be followed.
     pub fn new(plan: &Plan, record: &Record, with_later: bool) -> Result<Self, Error> {
-        let later: Vec<Later> = match &record.later {
-            Some((time_d, readings)) if with_later => vec![Later { time_d: *time_d, readings }],
+        let later: Vec<LaterRunup> = match &record.later {
+            Some((time_d, readings)) if with_later => vec![LaterRunup { time_d: *time_d, readings }],
             _ => Vec::new(),
         };
         let config = Config::new(Method::Joint);
@@ -93,10 +93,10 @@ impl Judged {
     }
 
     /// Every so manyth reading as it was known on its day.
-    pub fn as_known_then(plan: &Plan, record: &Record, every: usize) -> Result<Self, Error> {
+    pub fn filtered(plan: &Plan, record: &Record, every: usize) -> Result<Self, Error> {
         let config = Config::new(Method::Joint);
         let Record { rotor, readings, runup, .. } = record;
-        let track = as_known_then(rotor, readings, runup, &[], &config, every, &mut |_, _| ())?;
+        let track = filtered(rotor, readings, runup, &[], &config, every, &mut |_, _| ())?;
         Ok(Self::of(plan, record, track))
     }
 
@@ -107,7 +107,7 @@ impl Judged {
         Self { plan: *plan, positions_m: record.rotor.plane_positions_m(), track, before, after }
     }
 
-    pub fn last(&self) -> Option<&Estimate> {
+    pub fn last(&self) -> Option<&ReadingEstimate> {
         self.track.estimates.last()
     }
 
@@ -142,11 +142,11 @@ impl Judged {
         let head = ["time_d", "static_g_mm", "static_deg", "dynamic_g_mm", "dynamic_deg"].map(String::from);
         let mut lines = vec![[&head[..], &known::header()].concat().join(",")];
         let joint = self.track.joint.as_ref().unwrap();
-        for (e, outlooks) in self.track.estimates.iter().zip(&joint.known_then) {
+        for (e, filter_states) in self.track.estimates.iter().zip(&joint.filter_states) {
             let estimated =
                 static_and_dynamic(&self.positions_m, &e.unbalance_kg_m).into_iter().flat_map(g_mm_deg);
             let cells = [e.time_d].into_iter().chain(estimated).map(|value| value.to_string());
-            lines.push(cells.chain(known::cells(outlooks)).collect::<Vec<_>>().join(","));
+            lines.push(cells.chain(known::cells(filter_states)).collect::<Vec<_>>().join(","));
         }
         lines.join("\n")
     }
@@ -172,7 +172,7 @@ impl Judged {
     }
 }
 
-fn score(record: &Record, estimates: &[Estimate], days: impl Fn(f64) -> bool) -> Score {
+fn score(record: &Record, estimates: &[ReadingEstimate], days: impl Fn(f64) -> bool) -> Score {
     let planes = record.rotor.plane.len();
     let mut score = Score { z: vec![0.0; planes], ..Score::default() };
     let (mut held, mut squares, mut sizes) = (0.0, 0.0, 0.0);

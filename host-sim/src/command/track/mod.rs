@@ -15,7 +15,7 @@ use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::track::{
-    self, Cause, Config, Later, Method, PROPOSALS_AS_PRINTED, Thresholds, Track,
+    self, Config, DetectorThresholds, FlagCause, LaterRunup, Method, PROPOSALS_AS_PRINTED, Track,
 };
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 
@@ -134,7 +134,7 @@ impl Arguments {
         }
         let usual = Config::new(method);
         let usual_proposals = if self.paper { PROPOSALS_AS_PRINTED } else { usual.proposals };
-        let thresholds = Thresholds {
+        let thresholds = DetectorThresholds {
             rise: f.rise.unwrap_or(usual.thresholds.rise),
             ratio_limit: f.ratio_limit,
             ratio_floor: f.ratio_floor,
@@ -175,8 +175,8 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         .iter()
         .map(|path| later_runup(path, &rotor, &arguments.runout))
         .collect::<Result<_>>()?;
-    let later: Vec<Later> =
-        later.iter().map(|(time_d, readings)| Later { time_d: *time_d, readings }).collect();
+    let later: Vec<LaterRunup> =
+        later.iter().map(|(time_d, readings)| LaterRunup { time_d: *time_d, readings }).collect();
     if arguments.as_known_then.is_some() && config.method != Method::Joint {
         bail!("--as-known-then is for --method joint; of the other methods every estimate is one of its day");
     }
@@ -188,9 +188,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         listener.step(done, Some(of));
     };
     let followed = match arguments.as_known_then {
-        Some(every) => {
-            track::as_known_then(&rotor, &record, &runup, &later, &config, every.get(), &mut progress)
-        }
+        Some(every) => track::filtered(&rotor, &record, &runup, &later, &config, every.get(), &mut progress),
         None => track::track(&rotor, &record, &runup, &later, &config, &mut progress),
     };
     bar.finish_and_clear();
@@ -249,8 +247,8 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track, dates: Dates) {
     for flag in &followed.flags {
         let bearing = &rotor.bearing[flag.suspect].name;
         let cause = match flag.cause {
-            Cause::Model => format!("the model stopped fitting; suspect bearing {bearing}"),
-            Cause::Unbalance => "the unbalance jumped, the model still fits".to_string(),
+            FlagCause::Model => format!("the model stopped fitting; suspect bearing {bearing}"),
+            FlagCause::Unbalance => "the unbalance jumped, the model still fits".to_string(),
         };
         println!("  {}, since day {:.0}: {cause}", dates.day(flag.time_d), flag.since_d);
     }

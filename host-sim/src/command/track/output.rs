@@ -7,7 +7,9 @@ use nalgebra::Complex;
 use rotor_edge_desktop::forecast::known;
 use rotor_edge_desktop::forecast::series::EVENT;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::track::{Cause, Estimate, Event, Flag, Interval, Joint, Reidentified, Spread, Track};
+use rotor_edge_desktop::track::{
+    CredibleIntervals, Event, Flag, FlagCause, Interval, JointFindings, ReadingEstimate, Reidentified, Track,
+};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 use rotor_edge_desktop::whole_file;
 use serde_json::{Value, json};
@@ -41,7 +43,7 @@ pub fn when(event: &Event, dates: Dates) -> String {
 }
 
 /// What the joint method learned, for people.
-pub fn print_joint(rotor: &Rotor, joint: &Joint, dates: Dates) {
+pub fn print_joint(rotor: &Rotor, joint: &JointFindings, dates: Dates) {
     println!("\nEvents");
     for e in &joint.events {
         let changed = scope_name(rotor, e.scope);
@@ -57,11 +59,11 @@ pub fn print_joint(rotor: &Rotor, joint: &Joint, dates: Dates) {
         let days: Vec<String> = joint.left_out_d.iter().map(|d| format!("{d:.0}")).collect();
         println!("  Left out as passing disturbances: day {}.", days.join(", "));
     }
-    println!("\nBearings: constant part, ± %, and wander that fades in {:.1} days", joint.wander_days);
+    println!("\nBearings: constant part, ± %, and wander that fades in {:.1} days", joint.walk_days);
     let names = coefficient_names(rotor);
     for (since, constants) in &joint.constants {
         println!("  from {}", dates.day(*since));
-        for ((name, c), wander) in names.iter().zip(constants).zip(&joint.wander) {
+        for ((name, c), wander) in names.iter().zip(constants).zip(&joint.walk_sd) {
             let origin = if c.from_data { "the data" } else { "its prior, the data do not tell" };
             println!(
                 "    {name:<12} {:>11.4e} ± {:>4.1}, wander {:>4.1}   {origin}",
@@ -73,7 +75,7 @@ pub fn print_joint(rotor: &Rotor, joint: &Joint, dates: Dates) {
     }
 }
 
-fn joint_json(rotor: &Rotor, joint: &Joint, dates: Dates) -> Value {
+fn joint_json(rotor: &Rotor, joint: &JointFindings, dates: Dates) -> Value {
     let names = coefficient_names(rotor);
     let event = |e: &Event| {
         json!({
@@ -84,16 +86,16 @@ fn joint_json(rotor: &Rotor, joint: &Joint, dates: Dates) -> Value {
             "log_evidence": e.evidence,
         })
     };
-    let state = |(since_d, constants): &(f64, Vec<rotor_edge_desktop::track::Constant>)| {
-        let one = |(name, c): (&String, &rotor_edge_desktop::track::Constant)| json!({ "name": name, "value": c.log.exp(), "relative_sd": c.sd, "from_data": c.from_data });
+    let state = |(since_d, constants): &(f64, Vec<rotor_edge_desktop::track::ConstantPart>)| {
+        let one = |(name, c): (&String, &rotor_edge_desktop::track::ConstantPart)| json!({ "name": name, "value": c.log.exp(), "relative_sd": c.sd, "from_data": c.from_data });
         json!({ "since_d": since_d, "bearings": names.iter().zip(constants).map(one).collect::<Vec<_>>() })
     };
     json!({
         "events": joint.events.iter().map(event).collect::<Vec<_>>(),
         "states": joint.constants.iter().map(state).collect::<Vec<_>>(),
-        "wander_relative_sd": names.iter().cloned().zip(joint.wander.iter().map(|w| json!(w)))
+        "wander_relative_sd": names.iter().cloned().zip(joint.walk_sd.iter().map(|w| json!(w)))
             .collect::<serde_json::Map<_, _>>(),
-        "wander_days": joint.wander_days,
+        "wander_days": joint.walk_days,
         "left_out_d": joint.left_out_d,
         "effects": joint.effects,
     })
@@ -102,7 +104,7 @@ fn joint_json(rotor: &Rotor, joint: &Joint, dates: Dates) -> Value {
 /// What `track --json` prints.
 pub fn summary(rotor: &Rotor, track: &Track, dates: Dates) -> Value {
     let sum: f64 = track.estimates.iter().map(|e| e.residual.e_um).sum();
-    let ratio = |keep: &dyn Fn(&&Estimate) -> bool| {
+    let ratio = |keep: &dyn Fn(&&ReadingEstimate) -> bool| {
         let kept: Vec<f64> = track.estimates.iter().filter(keep).map(|e| e.residual.ratio()).collect();
         (!kept.is_empty()).then(|| kept.iter().sum::<f64>() / kept.len() as f64)
     };
@@ -145,8 +147,8 @@ pub fn undiagnosed(track: &Track, dates: Dates) -> Option<String> {
 
 fn flag(rotor: &Rotor, flag: &Flag, dates: Dates) -> Value {
     let cause = match flag.cause {
-        Cause::Model => "model",
-        Cause::Unbalance => "unbalance",
+        FlagCause::Model => "model",
+        FlagCause::Unbalance => "unbalance",
     };
     json!({
         "since_d": flag.since_d,
@@ -186,7 +188,7 @@ fn bearings(rotor: &Rotor, logs: &[f64]) -> Value {
         .into()
 }
 
-fn estimate(rotor: &Rotor, e: &Estimate, dates: Dates) -> Value {
+fn estimate(rotor: &Rotor, e: &ReadingEstimate, dates: Dates) -> Value {
     let [fixed, couple] = static_and_dynamic(&rotor.plane_positions_m(), &e.unbalance_kg_m);
     json!({
         "time_d": e.time_d,
@@ -201,7 +203,7 @@ fn estimate(rotor: &Rotor, e: &Estimate, dates: Dates) -> Value {
     })
 }
 
-fn interval_json(rotor: &Rotor, spread: &Spread) -> Value {
+fn interval_json(rotor: &Rotor, spread: &CredibleIntervals) -> Value {
     let plane = |(j, p): (usize, &rotor_edge_desktop::machine::drawing::Plane)| {
         let [unbalance_g_mm, angle_deg] = plane_ends(spread, j);
         json!({ "name": p.name, "unbalance_g_mm": unbalance_g_mm, "angle_deg": angle_deg })
@@ -215,12 +217,12 @@ fn interval_json(rotor: &Rotor, spread: &Spread) -> Value {
 }
 
 /// Ends of a plane's unbalance, g·mm, and of its angle, degrees.
-fn plane_ends(spread: &Spread, plane: usize) -> [[f64; 2]; 2] {
+fn plane_ends(spread: &CredibleIntervals, plane: usize) -> [[f64; 2]; 2] {
     let (size, angle) = (spread.magnitude_kg_m[plane], spread.angle_rad[plane]);
     [[size.low.max(0.0) * G_MM, size.high * G_MM], [angle.low.to_degrees(), angle.high.to_degrees()]]
 }
 
-pub fn plane_interval(spread: &Spread, plane: usize) -> String {
+pub fn plane_interval(spread: &CredibleIntervals, plane: usize) -> String {
     let [[from, to], [first, last]] = plane_ends(spread, plane);
     format!("   (95 %: {from:.1} to {to:.1}, {first:.0}° to {last:.0}°)")
 }
@@ -230,7 +232,7 @@ pub fn plane_interval(spread: &Spread, plane: usize) -> String {
 /// # Errors
 /// If the file cannot be written.
 pub fn csv(path: &Path, rotor: &Rotor, track: &Track, dates: Dates) -> Result<()> {
-    let known_then = track.joint.as_ref().map(|j| j.known_then.as_slice());
+    let known_then = track.joint.as_ref().map(|j| j.filter_states.as_slice());
     let mut head = header(rotor);
     if !dates.is_unknown() {
         head.insert(1, TIME.into());
@@ -278,7 +280,7 @@ fn header(rotor: &Rotor) -> Vec<String> {
     names
 }
 
-fn row(rotor: &Rotor, e: &Estimate, is_event: bool) -> Vec<String> {
+fn row(rotor: &Rotor, e: &ReadingEstimate, is_event: bool) -> Vec<String> {
     let mut cells = vec![e.time_d.to_string()];
     cells.extend(e.unbalance_kg_m.iter().flat_map(|u| vector_cells(*u)));
     let split = static_and_dynamic(&rotor.plane_positions_m(), &e.unbalance_kg_m);
@@ -300,7 +302,7 @@ fn interval_header(rotor: &Rotor) -> Vec<String> {
 }
 
 /// The ends themselves; empty where the method states none for this estimate.
-fn interval_cells(rotor: &Rotor, spread: Option<&Spread>) -> Vec<String> {
+fn interval_cells(rotor: &Rotor, spread: Option<&CredibleIntervals>) -> Vec<String> {
     let Some(spread) = spread else { return vec![String::new(); interval_header(rotor).len()] };
     let planes = (0..rotor.plane.len()).flat_map(|j| plane_ends(spread, j)).flatten();
     let planes = planes.map(|end| format!("{end:.4}"));

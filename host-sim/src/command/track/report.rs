@@ -2,7 +2,7 @@
 
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::track::{Estimate, Event, Interval, Reidentified, Track};
+use rotor_edge_desktop::track::{Event, Interval, ReadingEstimate, Reidentified, Track};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 
 use super::super::dates::Dates;
@@ -24,7 +24,7 @@ pub fn sections(rotor: &Rotor, record: &[Reading], track: &Track, dates: Dates) 
     sections
 }
 
-fn over_time(estimates: &[Estimate], value: impl Fn(&Estimate) -> f64) -> Points {
+fn over_time(estimates: &[ReadingEstimate], value: impl Fn(&ReadingEstimate) -> f64) -> Points {
     estimates.iter().map(|e| (e.time_d, value(e))).collect()
 }
 
@@ -161,11 +161,11 @@ fn features(rotor: &Rotor, record: &[Reading], track: &Track, dates: Dates) -> S
 fn with_ends(
     track: &Track,
     name: &str,
-    value: impl Fn(&Estimate) -> f64,
-    ends: impl Fn(&Estimate) -> Option<Interval>,
+    value: impl Fn(&ReadingEstimate) -> f64,
+    ends: impl Fn(&ReadingEstimate) -> Option<Interval>,
 ) -> Trend {
     let curves = vec![(name.to_string(), over_time(&track.estimates, value))];
-    let of = |e: &Estimate| ends(e).map(|ends| [e.time_d, ends.low, ends.high]);
+    let of = |e: &ReadingEstimate| ends(e).map(|ends| [e.time_d, ends.low, ends.high]);
     let band: Vec<_> = track.estimates.iter().filter_map(of).collect();
     Trend { curves, band: (!band.is_empty()).then(|| ("95 % interval".into(), band)), ..Trend::default() }
 }
@@ -210,8 +210,9 @@ fn unbalance(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
     }
     for (k, kind) in ["static", "dynamic"].iter().enumerate() {
         for (part, what, quantity) in [(0, "Size", "unbalance, g·mm"), (1, "Angle", "angle, degrees")] {
-            let split = |e: &Estimate| static_and_dynamic(&rotor.plane_positions_m(), &e.unbalance_kg_m);
-            let value = |e: &Estimate| g_mm_deg(split(e)[k])[part];
+            let split =
+                |e: &ReadingEstimate| static_and_dynamic(&rotor.plane_positions_m(), &e.unbalance_kg_m);
+            let value = |e: &ReadingEstimate| g_mm_deg(split(e)[k])[part];
             let curves = vec![(kind.to_string(), over_time(&track.estimates, value))];
             figures.push(figure(
                 track,
@@ -231,7 +232,7 @@ fn parameters(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
     let names = coefficient_names(rotor);
     let figures = names.iter().enumerate().map(|(i, name)| {
         let (unit, factor) = if i < names.len() / 2 { ("MN/m", 1e-6) } else { ("kN·s/m", 1e-3) };
-        let ends = |e: &Estimate| {
+        let ends = |e: &ReadingEstimate| {
             let log = e.spread.as_ref()?.logs[i];
             Some(Interval { low: log.low.exp() * factor, high: log.high.exp() * factor })
         };
@@ -246,8 +247,8 @@ fn parameters(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
             trend,
         )
     });
-    let row = |(since, all): &(f64, Vec<rotor_edge_desktop::track::Constant>)| {
-        let one = |(name, c): (&String, &rotor_edge_desktop::track::Constant)| {
+    let row = |(since, all): &(f64, Vec<rotor_edge_desktop::track::ConstantPart>)| {
+        let one = |(name, c): (&String, &rotor_edge_desktop::track::ConstantPart)| {
             let origin = if c.from_data { "the data" } else { "its prior: the data do not tell" };
             let numbers = [format!("{since:.0}"), format!("{:.3e}", c.log.exp()), three_digits(100.0 * c.sd)];
             [name.clone()].into_iter().chain(numbers).chain([origin.to_string()]).collect::<Vec<_>>()

@@ -1,7 +1,7 @@
 //! What is said of the samples of `bayes`: how good they are, day by day, and where those of the last day lie.
 
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::track::{Quality, Sampler, Sampling};
+use rotor_edge_desktop::track::{Quality, SamplerKind, Sampling};
 use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde_json::{Value, json};
 
@@ -16,10 +16,10 @@ const CLASSES: usize = 10;
 /// R-hat above which a day's chains are said not to have met.
 const NOT_MET: f64 = 1.02;
 
-fn name(sampler: Sampler) -> &'static str {
+fn name(sampler: SamplerKind) -> &'static str {
     match sampler {
-        Sampler::Independence => "independence Metropolis",
-        Sampler::Metropolis => "Metropolis",
+        SamplerKind::Independence => "independence Metropolis",
+        SamplerKind::Metropolis => "Metropolis",
     }
 }
 
@@ -88,7 +88,7 @@ pub fn json(sampling: &Sampling) -> Value {
         "worst": sampling.worst().as_ref().map(quality),
         "days": sampling.days.iter().map(day).collect::<Vec<_>>(),
     });
-    if sampling.sampler == Sampler::Metropolis {
+    if sampling.sampler == SamplerKind::Metropolis {
         value["metropolis"] = json!(median);
         value["adaptive_metropolis"] = json!(sampling.adaptive.as_ref().map(quality));
     }

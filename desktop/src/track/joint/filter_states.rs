@@ -1,9 +1,9 @@
-//! What the filter knew on a day of static and dynamic unbalance, and of where they were going.
+//! Filtered level and slope of static and dynamic unbalance on a day.
 
 use nalgebra::{Complex, DVector};
 
 use super::kalman::Gaussian;
-use super::motion::Motion;
+use super::motion::ProcessModel;
 use super::state::Layout;
 use crate::forecast::filter_state::FilterState;
 use crate::unbalance::{G_MM, static_and_dynamic};
@@ -13,11 +13,11 @@ type C = Complex<f64>;
 impl Layout {
     /// Size (g·mm) and angle (degrees) of the static and of the dynamic unbalance with these weights in the planes (kg·m),
     /// linear in the state around its mean; `pace_d` is the days between two readings, in which the state's rate is stated.
-    pub fn outlooks(
+    pub fn filter_states(
         &self,
         state: &Gaussian,
         weights_kg_m: &[C],
-        motion: &Motion,
+        motion: &ProcessModel,
         pace_d: f64,
     ) -> [FilterState; 4] {
         let kept = motion.rate_keep.powf(1.0 / pace_d);
@@ -103,13 +103,13 @@ mod tests {
         }
     }
 
-    fn motion() -> Motion {
-        Motion { rate_push: 4e-6, rate_keep: 0.8, ..Motion::first(8, 1.0) }
+    fn motion() -> ProcessModel {
+        ProcessModel { rate_push: 4e-6, rate_keep: 0.8, ..ProcessModel::first(8, 1.0) }
     }
 
     /// Forecasts of the four numbers against the filter's own prediction of its state and differences of the numbers.
     #[test]
-    fn outlooks_go_where_the_filters_own_prediction_goes() {
+    fn filter_states_go_where_the_filters_own_prediction_goes() {
         let (layout, motion) = (layout(), motion());
         let size = layout.size();
         let mixed = DMatrix::from_fn(size, size, |i, j| 1e-3 * (((5 * i + 3 * j) % 11) as f64 - 5.0));
@@ -125,14 +125,14 @@ mod tests {
         let mut later = state.clone();
         let step = layout.step(1.0, &motion, None, false);
         (0..30).for_each(|_| later = later.predicted(&step));
-        let (then, expected) = (layout.outlooks(&state, &weights, &motion, 1.0), numbers(&later.mean));
-        for (k, outlook) in then.iter().enumerate() {
+        let (then, expected) = (layout.filter_states(&state, &weights, &motion, 1.0), numbers(&later.mean));
+        for (k, known) in then.iter().enumerate() {
             let slope = DVector::from_fn(4, |i, _| {
                 let mut near = [state.mean.clone(), state.mean.clone()];
                 (near[0][i], near[1][i]) = (near[0][i] - 1e-6, near[1][i] + 1e-6);
                 (numbers(&near[1])[k] - numbers(&near[0])[k]) / 2e-6
             });
-            let ahead = outlook.ahead(30);
+            let ahead = known.ahead(30);
             assert!((ahead.mean[29] - expected[k]).abs() < 1e-3 * expected[k].abs(), "{k}: {ahead:?}");
             let sd = slope.dot(&(later.covariance.view((0, 0), (4, 4)) * &slope)).sqrt();
             assert!((ahead.sd[29] / sd - 1.0).abs() < 1e-6, "{k}: {} {sd}", ahead.sd[29]);
@@ -140,15 +140,15 @@ mod tests {
     }
 
     #[test]
-    fn outlook_rate_is_independent_of_reading_interval() {
+    fn filter_state_rate_is_independent_of_reading_interval() {
         let layout = layout();
         let mut mean = layout.at(&[0.0; 8], &[C::from(0.0); 2]);
         mean[4] = 2e-3;
         let state = Gaussian { mean, covariance: DMatrix::zeros(layout.size(), layout.size()) };
-        let every_second = Motion { rate_keep: 0.64, ..motion() };
+        let every_second = ProcessModel { rate_keep: 0.64, ..motion() };
         // 2e-3 in two days of which the second has four fifths of the first
-        let [slow, ..] = layout.outlooks(&state, &[C::from(0.0); 2], &every_second, 2.0);
-        let [fast, ..] = layout.outlooks(&state, &[C::from(0.0); 2], &motion(), 1.0);
+        let [slow, ..] = layout.filter_states(&state, &[C::from(0.0); 2], &every_second, 2.0);
+        let [fast, ..] = layout.filter_states(&state, &[C::from(0.0); 2], &motion(), 1.0);
         assert!((slow.kept - 0.8).abs() < 1e-12);
         assert!((slow.per_d - fast.per_d / 1.8).abs() < 1e-12);
     }

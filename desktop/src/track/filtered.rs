@@ -1,32 +1,32 @@
-//! Method 4 as it would have gone day by day: each reading with what was known on its day.
+//! Method 4 filtered: the estimate of each reading uses only data up to its day.
 //!
-//! The joint method lets later days speak of earlier ones. Here it is asked again and again, of the record up to a reading
-//! and of the run-ups until then, and only its newest answer counts: so the answer of a day is that of the whole record up
-//! to that day, by what it is. Everything is learned anew each time, how bearings wander as well.
+//! The joint method is a smoother: later days change the estimates of earlier ones. Here it runs again for each reading,
+//! on the record and run-ups up to that day, and only its newest estimate is kept. Each run learns everything anew,
+//! the random walk of the bearings included.
 
 use rayon::prelude::*;
 
 use super::answer::{Config, Flag};
-use super::joint::{Event, Later};
+use super::joint::{Event, LaterRunup};
 use super::{Track, track};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 
-/// Records that are followed at a time, between two reports of progress.
+/// Runs in parallel between two reports of progress.
 const AT_A_TIME: usize = 8;
 
-/// Follows a record by [`super::Method::Joint`] as [`track`] does, with the estimates of every `every`th reading, and of the
-/// last, as they were on their day, and its flags as they went up. What was learned beside is of the whole record.
-/// Readings so early that nothing could be said are left out. `progress` hears how many readings of how many are done.
+/// Follows a record by [`super::Method::Joint`] as [`track`] does, but re-estimates every `every`th reading and the last
+/// from the data up to its day, and dates each flag by the reading that raised it. Constants and process model are of
+/// the whole record. Readings too early for an estimate are left out. `progress` takes the readings done and their total.
 ///
 /// # Errors
 /// As [`track`] of the whole record.
-pub fn as_known_then(
+pub fn filtered(
     rotor: &Rotor,
     record: &[Reading],
     runup: &[Reading],
-    later: &[Later],
+    later: &[LaterRunup],
     config: &Config,
     every: usize,
     progress: &mut dyn FnMut(usize, usize),
@@ -35,13 +35,13 @@ pub fn as_known_then(
     let until = |last: usize| -> Option<Track> {
         let known = &record[..=last];
         let now_d = super::record::time_d(last, &record[last]);
-        let later: Vec<Later> = later.iter().filter(|l| l.time_d <= now_d).cloned().collect();
+        let later: Vec<LaterRunup> = later.iter().filter(|l| l.time_d <= now_d).cloned().collect();
         track(rotor, known, runup, &later, config, &mut |_, _| ()).ok()
     };
     let count = record.len();
     let mut asked: Vec<usize> = (0..count).rev().step_by(every.max(1)).skip(1).collect();
     asked.reverse();
-    let (mut estimates, mut outlooks, mut flags) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut estimates, mut filter_states, mut flags) = (Vec::new(), Vec::new(), Vec::new());
     let mut events: Vec<Event> = Vec::new();
     let mut take = |newest: &Track, last: usize| {
         let (Some(estimate), Some(joint)) = (newest.estimates.last(), &newest.joint) else { return };
@@ -53,7 +53,7 @@ pub fn as_known_then(
         }
         if estimate.row == last {
             estimates.push(estimate.clone());
-            outlooks.extend(joint.known_then.last().copied());
+            filter_states.extend(joint.filter_states.last().copied());
         }
     };
     for (round, rows) in asked.chunks(AT_A_TIME).enumerate() {
@@ -70,12 +70,12 @@ pub fn as_known_then(
     whole.fixed.retain(|fixed| estimates.iter().any(|e| e.row == fixed.row));
     (whole.estimates, whole.flags) = (estimates, flags);
     if let Some(joint) = &mut whole.joint {
-        joint.known_then = outlooks;
+        joint.filter_states = filter_states;
     }
     Ok(whole)
 }
 
-/// Whether two events are one that was placed on other days as more became known.
+/// Whether two events are the same: with more data its estimated day moves.
 fn same(one: &Event, other: &Event) -> bool {
     const NEAR_D: f64 = 3.0;
     one.interval_d.low - NEAR_D <= other.interval_d.high
