@@ -19,7 +19,7 @@ use core::fmt;
 
 use heapless::Vec;
 
-use crate::fit::Fit;
+use crate::fit::BoundedFit;
 use crate::model::{MAX_PLANES, Model, Pair};
 use crate::polish::{Polished, free_residual_um, polish, polish_warm};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
@@ -225,7 +225,7 @@ impl<const PLANES: usize> Tracker<PLANES> {
             let mut motion = Motion::forces(model, speed);
             motion.solve(model, speed, &rounds.amplitudes)?;
             let at_speed = motion.read(model, speed, &rounds.amplitudes)?;
-            let fit = Fit::of_reading(&at_speed, reading, &bounds);
+            let fit = BoundedFit::of_reading(&at_speed, reading, &bounds);
             let mut found = if rounds.count == 0 { polish(&fit, start) } else { polish_warm(&fit, start) };
             start = found.unbalance_g_mm;
             let most = if found.at_bound.contains(&true) {
@@ -332,7 +332,7 @@ impl Estimate {
 }
 
 fn is_certain<const PROBES: usize, const PLANES: usize>(
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     found: &Polished<PLANES>,
 ) -> bool {
     found.gap_um <= LARGEST_GAP * fit.target_um().iter().fold(0.0, |sum, target| sum + target.abs())
