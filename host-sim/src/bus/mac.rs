@@ -113,8 +113,7 @@ impl Checker {
         if frame.node() != self.node || !(is_covered || frame.is_mac()) {
             return vec![*frame];
         }
-        // the time-out is the same for every number
-        let timeout_us = NodeConfig::new(0).reading_timeout_us;
+        let timeout_us = NodeConfig::READING_TIMEOUT_US;
         let mut believed = Vec::new();
         for gate in &mut self.gates {
             match gate.receive(&self.key, timeout_us, time_us, frame) {
