@@ -8,7 +8,7 @@ use rotor_edge_core::model::Pair;
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::Reading;
 
-use super::log::{Line, Logged};
+use super::log::{LogLine, Logged};
 use super::mac::{Checker, Refused};
 use super::states::States;
 pub use super::timed::Timed;
@@ -84,7 +84,7 @@ impl Decoded {
     ///
     /// # Errors
     /// One sentence if no more lines are whole than torn, if nothing in the log is ours, or if it holds several buses.
-    pub fn of(log: impl Iterator<Item = Result<Line>>, name: &str) -> Result<Self> {
+    pub fn of(log: impl Iterator<Item = Result<LogLine>>, name: &str) -> Result<Self> {
         Self::checked(log, name, None)
     }
 
@@ -93,7 +93,7 @@ impl Decoded {
     /// # Errors
     /// As [`Self::of`].
     pub fn checked(
-        log: impl Iterator<Item = Result<Line>>,
+        log: impl Iterator<Item = Result<LogLine>>,
         name: &str,
         checker: Option<Checker>,
     ) -> Result<Self> {
@@ -101,8 +101,8 @@ impl Decoded {
         let mut first_torn = None;
         for line in log {
             match line? {
-                Line::Whole(logged) => all.take(logged, name)?,
-                Line::Torn(why) => {
+                LogLine::Whole(logged) => all.take(logged, name)?,
+                LogLine::Torn(why) => {
                     all.torn += 1;
                     first_torn.get_or_insert(why);
                 }
@@ -168,9 +168,9 @@ mod tests {
         Reading::new(9000.0, &[vector; 4]).unwrap()
     }
 
-    fn logged(frames: impl IntoIterator<Item = (&'static str, Frame)>) -> Vec<Result<Line>> {
+    fn logged(frames: impl IntoIterator<Item = (&'static str, Frame)>) -> Vec<Result<LogLine>> {
         let line = |(row, (channel, frame)): (u64, (&str, Frame))| {
-            Ok(Line::Whole(Logged {
+            Ok(LogLine::Whole(Logged {
                 row,
                 time_us: 1_000 * row,
                 channel: channel.into(),
@@ -184,7 +184,7 @@ mod tests {
         reading_frames(node, &NumberedReading::new(sequence, reading(number)))
     }
 
-    fn refusal(log: Vec<Result<Line>>) -> String {
+    fn refusal(log: Vec<Result<LogLine>>) -> String {
         Decoded::of(log.into_iter(), "x.log").unwrap_err().to_string()
     }
 
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn torn_lines_are_skipped_unless_as_many_as_whole_ones() {
-        let torn = || Ok(Line::Torn("x.log, row 3: torn".into()));
+        let torn = || Ok(LogLine::Torn("x.log, row 3: torn".into()));
         let mut log = logged(frames(1, 7, 1).into_iter().chain(frames(1, 8, 2)).map(|frame| ("can0", frame)));
         log.insert(2, torn());
         let all = Decoded::of(log.into_iter(), "x.log").unwrap();

@@ -110,14 +110,14 @@ pub struct Logged {
 
 /// A line of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Line {
+pub enum LogLine {
     /// As a recorder writes it.
     Whole(Logged),
     /// Of no recorder: cut when the power went, or damaged. What it says, and what was expected, in one sentence.
     Torn(String),
 }
 
-impl Line {
+impl LogLine {
     /// What a whole one holds.
     pub fn whole(self) -> Option<Logged> {
         match self {
@@ -152,9 +152,9 @@ impl<R: BufRead> LogReader<R> {
         Self { input, name, row: 0 }
     }
 
-    fn torn(&self, line: &str) -> Line {
+    fn torn(&self, line: &str) -> LogLine {
         let quoted: String = line.trim().chars().take(QUOTED_CHARACTERS).collect();
-        Line::Torn(format!(
+        LogLine::Torn(format!(
             "{}, row {}: \"{}\" is no line of a candump log, expected such as (1700000000.123456) can0 123#0102; \
              python-can's can_logconvert makes one of ASC and BLF files",
             self.name,
@@ -163,7 +163,7 @@ impl<R: BufRead> LogReader<R> {
         ))
     }
 
-    fn next_line(&mut self) -> Result<Option<Line>> {
+    fn next_line(&mut self) -> Result<Option<LogLine>> {
         loop {
             let mut line = Vec::new();
             let number = self.input.read_until(b'\n', &mut line);
@@ -175,13 +175,13 @@ impl<R: BufRead> LogReader<R> {
             if line.trim().is_empty() {
                 continue;
             }
-            return Ok(Some(parse(self.row, &line).map_or_else(|| self.torn(&line), Line::Whole)));
+            return Ok(Some(parse(self.row, &line).map_or_else(|| self.torn(&line), LogLine::Whole)));
         }
     }
 }
 
 impl<R: BufRead> Iterator for LogReader<R> {
-    type Item = Result<Line>;
+    type Item = Result<LogLine>;
 
     fn next(&mut self) -> Option<Self::Item> {
         self.next_line().transpose()
@@ -295,9 +295,9 @@ mod tests {
 
     fn read(text: &str) -> Result<Vec<Logged>> {
         let lines = LogReader::new(text.as_bytes(), "test.log".into());
-        let whole = |line: Result<Line>| match line? {
-            Line::Whole(logged) => Ok(logged),
-            Line::Torn(why) => Err(anyhow::Error::msg(why)),
+        let whole = |line: Result<LogLine>| match line? {
+            LogLine::Whole(logged) => Ok(logged),
+            LogLine::Torn(why) => Err(anyhow::Error::msg(why)),
         };
         lines.map(whole).collect()
     }

@@ -11,7 +11,7 @@ use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::state::{NodeState, Reason, Status};
 use serde::Serialize;
 
-use crate::bus::counters::Totals;
+use crate::bus::counters::CounterTotals;
 use crate::bus::decoded::Timed;
 use crate::bus::mac::Refused;
 
@@ -82,7 +82,7 @@ pub struct Monitor {
     version: Option<Version>,
     status: Option<Timed<Status>>,
     conflict_us: Option<u64>,
-    totals: Totals,
+    totals: CounterTotals,
     model: Option<ModelInUse>,
     replacements: VecDeque<Timed<Replacement>>,
     results: ResultAssembler,
@@ -143,8 +143,7 @@ impl Monitor {
     }
 
     fn hear_reading(&mut self, time_us: u64, frame: &Frame) {
-        // the time-out is the same for every number
-        let timeout_us = NodeConfig::new(0).reading_timeout_us;
+        let timeout_us = NodeConfig::READING_TIMEOUT_US;
         if let Some(what) = self.readings.receive(timeout_us, time_us, frame) {
             self.reading = Some(Timed { time_us, what });
             self.unanswered = self.unanswered.saturating_add(1);
@@ -260,11 +259,11 @@ impl Monitor {
 
     /// As it counts itself; `None` before its first heartbeat.
     pub fn counters(&self) -> Option<&Counters> {
-        self.totals().map(Totals::told)
+        self.totals().map(CounterTotals::told)
     }
 
     /// What it has counted since it is listened to; `None` before its first heartbeat.
-    pub fn totals(&self) -> Option<&Totals> {
+    pub fn totals(&self) -> Option<&CounterTotals> {
         (self.heartbeats > 0).then_some(&self.totals)
     }
 
@@ -350,7 +349,7 @@ fn is_told(message: &Message) -> bool {
 }
 
 fn is_over(since_us: u64, now_us: u64) -> bool {
-    now_us.saturating_sub(since_us) > QUIET_PERIODS * NodeConfig::new(0).heartbeat_period_us
+    now_us.saturating_sub(since_us) > QUIET_PERIODS * NodeConfig::HEARTBEAT_PERIOD_US
 }
 
 fn keep<T>(memory: &mut VecDeque<T>, most: usize, what: T) {

@@ -21,7 +21,7 @@ use rusqlite::Connection;
 use serde::{Deserialize, Serialize};
 
 use super::queue::{self, COLUMNS, Job, MOST_TRIES};
-use super::task::{Command, Ended, Hands, Task, packed, unpacked};
+use super::task::{Ended, FleetCommand, Hands, Task, packed, unpacked};
 use super::worker::{RENEW, Shown, dropped, now_us, task_of};
 use crate::item::plain_word;
 use crate::store::Store;
@@ -52,7 +52,7 @@ struct Answer {
 
 fn subject(task: &Task) -> String {
     match task.command {
-        Command::Deploy => format!("{}.{}", deployments(&task.source.plant, &task.source.bus), task.id),
+        FleetCommand::Deploy => format!("{}.{}", deployments(&task.source.plant, &task.source.bus), task.id),
         _ => format!("{}.{}", desk_commands(&task.version), task.id),
     }
 }

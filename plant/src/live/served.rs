@@ -51,7 +51,7 @@ pub struct Served {
 }
 
 /// Plant, bus and node in a path.
-pub type Machine = Words<(String, String, u8)>;
+pub type MachinePath = Words<(String, String, u8)>;
 type Answer<T = Response> = std::result::Result<T, Failure>;
 
 impl Served {
@@ -199,7 +199,7 @@ impl Asked {
 /// `/machine/PLANT/BUS/NODE`
 pub async fn machine(
     State(served): State<Served>,
-    Words(words): Machine,
+    Words(words): MachinePath,
     Query(asked): Query<Asked>,
 ) -> Answer {
     let glance = served.glance(&words)?;
@@ -224,7 +224,7 @@ pub async fn machine(
 /// … `/events`
 pub async fn machine_events(
     State(served): State<Served>,
-    Words(words): Machine,
+    Words(words): MachinePath,
 ) -> Answer<impl IntoResponse> {
     served.glance(&words)?;
     let words = Arc::new(words);
@@ -237,7 +237,7 @@ pub async fn machine_events(
 /// … `/figures`
 pub async fn figures(
     State(served): State<Served>,
-    Words(words): Machine,
+    Words(words): MachinePath,
     Query(asked): Query<Asked>,
 ) -> Answer {
     let source = served.glance(&words)?.newest.source;
@@ -272,7 +272,7 @@ pub async fn report(
 }
 
 #[derive(Deserialize)]
-pub struct Seen {
+pub struct AcknowledgeForm {
     state: String,
     since_us: i64,
     who: String,
@@ -282,8 +282,8 @@ pub struct Seen {
 /// … `/acknowledge`
 pub async fn acknowledge(
     State(served): State<Served>,
-    Words(words): Machine,
-    Form(seen): Form<Seen>,
+    Words(words): MachinePath,
+    Form(seen): Form<AcknowledgeForm>,
 ) -> Answer<Redirect> {
     let Some(token) = served.token else {
         let text = "This server only reads: it was started without --token.";

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::bus::decoded::planes_of;
 use crate::command::entitled;
 use crate::edge::Deployment;
-use crate::replay::{Answer, day};
+use crate::replay::{AnsweredReading, day};
 
 /// The planes on one day.
 pub struct Known {
@@ -37,11 +37,11 @@ pub fn last(
     rotor: &Rotor,
     deployment: &Deployment,
     record: &[Reading],
-    answers: &[Answer],
+    answers: &[AnsweredReading],
     phase_one: Option<&PhaseOne>,
 ) -> Result<Last> {
-    let fits = |answer: &&Answer| !answer.flagged() && !answer.suspicious();
-    let found = |answer: &Answer| Found {
+    let fits = |answer: &&AnsweredReading| !answer.flagged() && !answer.suspicious();
+    let found = |answer: &AnsweredReading| Found {
         reading: &record[answer.row],
         unbalance_kg_m: DVector::from_iterator(
             rotor.plane.len(),

@@ -10,7 +10,7 @@ use crate::bus::states::name;
 use crate::command::answer::Answer;
 use crate::watch::Watch;
 use crate::watch::monitor::{Flagged, Monitor, Version};
-use crate::watch::view::Place;
+use crate::watch::view::WatchedBus;
 use crate::watch::words::{Words, bearing_number, probe_numbers};
 
 #[derive(Serialize)]
@@ -103,7 +103,7 @@ struct Flag {
 }
 
 impl Summary {
-    pub fn of(watch: &Watch, place: &Place, passed_over: u64) -> Self {
+    pub fn of(watch: &Watch, place: &WatchedBus, passed_over: u64) -> Self {
         let now_us = watch.now_us();
         let bus = Bus {
             name: place.bus.clone(),
@@ -223,7 +223,7 @@ mod tests {
         for (time_us, message) in (0..).zip([heartbeat, Message::State(status), model]) {
             watch.receive(time_us, &message.encode(1));
         }
-        let place = Place { bus: "x".into(), bit_rate: 500_000 };
+        let place = WatchedBus { bus: "x".into(), bit_rate: 500_000 };
         serde_json::to_value(Summary::of(&watch, &place, 0)).unwrap()["monitors"][0].clone()
     }
 

@@ -18,7 +18,7 @@ use crate::bus::{BusConfig, BusSpec, CanBus};
 use crate::deploy::read_key;
 use crate::watch::Watch;
 use crate::watch::terminal::{listen, require_terminal, show};
-use crate::watch::view::Place;
+use crate::watch::view::WatchedBus;
 use json::Summary;
 
 /// Between two looks at the signal, without a terminal.
@@ -57,7 +57,7 @@ pub fn seconds(text: &str) -> Result<Duration> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let place = Place { bus: arguments.bus.to_string(), bit_rate: bit_rate(arguments)? };
+    let place = WatchedBus { bus: arguments.bus.to_string(), bit_rate: bit_rate(arguments)? };
     let key = arguments.key.as_deref().map(read_key).transpose()?;
     if !arguments.json {
         require_terminal()?;

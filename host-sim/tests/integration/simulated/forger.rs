@@ -138,7 +138,7 @@ fn exchange(
 }
 
 #[test]
-fn forger_neither_silences_an_authenticated_monitor_nor_misleads() {
+fn forger_neither_silences_nor_misleads_a_monitor_with_macs() {
     let lab = Lab::new();
     let (mut host, mut forger) = (lab.bus.join(), lab.bus.join());
     let _node = node(&lab, &mut host);
