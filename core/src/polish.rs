@@ -58,7 +58,7 @@ impl<const PLANES: usize> Best<PLANES> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Polished<const PLANES: usize> {
+pub struct PolishResult<const PLANES: usize> {
     /// The unbalance, g·mm, within the bounds.
     pub unbalance_g_mm: [Pair; PLANES],
     /// Its `Σ|H u − target|`, µm.
@@ -71,7 +71,7 @@ pub struct Polished<const PLANES: usize> {
     pub at_bound: [bool; MAX_PLANES],
 }
 
-/// Descends from `start` to the least sum of absolute residuals within the bounds. [`Polished::gap_um`] says how far that
+/// Descends from `start` to the least sum of absolute residuals within the bounds. [`PolishResult::gap_um`] says how far that
 /// was reached: within 1e-5 of `Σ|target|` in every case tried (see the tests).
 ///
 /// ```
@@ -90,7 +90,7 @@ pub struct Polished<const PLANES: usize> {
 pub fn polish<const PROBES: usize, const PLANES: usize>(
     fit: &BoundedFit<PROBES, PLANES>,
     start: [Pair; PLANES],
-) -> Polished<PLANES> {
+) -> PolishResult<PLANES> {
     let start = fit.confine(start);
     let mut tableau = Tableau::new(fit, start);
     tableau.descend();
@@ -103,7 +103,7 @@ pub fn polish<const PROBES: usize, const PLANES: usize>(
 pub(crate) fn polish_warm<const PROBES: usize, const PLANES: usize>(
     fit: &BoundedFit<PROBES, PLANES>,
     start: [Pair; PLANES],
-) -> Polished<PLANES> {
+) -> PolishResult<PLANES> {
     let start = fit.confine(start);
     let mut tableau = Tableau::new(fit, start);
     tableau.cut(-AT_BOUND);
@@ -126,7 +126,7 @@ fn within_bounds<const PROBES: usize, const PLANES: usize>(
     fit: &BoundedFit<PROBES, PLANES>,
     tableau: &mut Tableau<PLANES>,
     free_residual_um: f32,
-) -> Polished<PLANES> {
+) -> PolishResult<PLANES> {
     let mut best = Best { unbalance_g_mm: [[0.0; 2]; PLANES], residual_um: f32::INFINITY };
     let mut least_um = 0.0_f32;
     let enough = CLOSE_ENOUGH * fit.target_um().iter().fold(0.0, |sum, target| sum + target.abs());
@@ -148,7 +148,7 @@ fn within_bounds<const PROBES: usize, const PLANES: usize>(
         *at_bound = scalar::length(unbalance) >= bound * (1.0 - AT_BOUND);
     }
     let gap_um = residual_um - least_um;
-    Polished {
+    PolishResult {
         unbalance_g_mm,
         residual_um,
         free_residual_um,

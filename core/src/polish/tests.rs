@@ -8,7 +8,7 @@ use crate::testing::{Random, random_fit, random_fit_of};
 const ALLOWED: f64 = 1e-4;
 /// A bound so wide that none is active, relative to the true unbalance. The certificate's rounding grows with it.
 const WIDE: f32 = 30.0;
-/// What [`Polished::gap_um`] may be, relative to Σ|target|: what sends the swarm searching.
+/// What [`PolishResult::gap_um`] may be, relative to Σ|target|: what sends the swarm searching.
 const GAP: f32 = 1e-3;
 
 type Point = [f64; 4];
@@ -138,7 +138,7 @@ fn target_sum<const PROBES: usize, const PLANES: usize>(fit: &BoundedFit<PROBES,
 fn polished<const PROBES: usize, const PLANES: usize>(
     fit: &BoundedFit<PROBES, PLANES>,
     random: &mut Random,
-) -> Polished<PLANES> {
+) -> PolishResult<PLANES> {
     let start = core::array::from_fn(|_| [random.signed(), random.signed()]);
     let found = polish(fit, start);
     for ([x, y], &bound) in found.unbalance_g_mm.into_iter().zip(fit.bound_g_mm()) {

@@ -8,8 +8,8 @@ use rotor_edge_core::model::Pair;
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::Reading;
 
-use super::log::{LogLine, Logged};
-use super::mac::{Checker, Refused};
+use super::log::{LogEntry, LogLine};
+use super::mac::{Checker, RefusalCounts};
 use super::states::States;
 pub use super::timed::Timed;
 
@@ -64,7 +64,7 @@ impl NodeRecord {
 }
 
 #[derive(Debug, Clone, Default)]
-pub struct Decoded {
+pub struct DecodedLog {
     /// By number of the monitor.
     pub nodes: BTreeMap<u8, NodeRecord>,
     /// Whole lines of the log.
@@ -79,7 +79,7 @@ pub struct Decoded {
     checker: Option<Checker>,
 }
 
-impl Decoded {
+impl DecodedLog {
     /// Puts a log together; `name` is for messages.
     ///
     /// # Errors
@@ -125,11 +125,11 @@ impl Decoded {
     }
 
     /// What was not believed; `None` where no MACs were checked.
-    pub fn refused(&self) -> Option<Refused> {
+    pub fn refused(&self) -> Option<RefusalCounts> {
         self.checker.as_ref().map(Checker::refused)
     }
 
-    fn take(&mut self, logged: Logged, name: &str) -> Result<()> {
+    fn take(&mut self, logged: LogEntry, name: &str) -> Result<()> {
         if self.frames == 0 {
             self.start_us = logged.time_us;
         }
@@ -170,7 +170,7 @@ mod tests {
 
     fn logged(frames: impl IntoIterator<Item = (&'static str, Frame)>) -> Vec<Result<LogLine>> {
         let line = |(row, (channel, frame)): (u64, (&str, Frame))| {
-            Ok(LogLine::Whole(Logged {
+            Ok(LogLine::Whole(LogEntry {
                 row,
                 time_us: 1_000 * row,
                 channel: channel.into(),
@@ -185,14 +185,14 @@ mod tests {
     }
 
     fn refusal(log: Vec<Result<LogLine>>) -> String {
-        Decoded::of(log.into_iter(), "x.log").unwrap_err().to_string()
+        DecodedLog::of(log.into_iter(), "x.log").unwrap_err().to_string()
     }
 
     #[test]
     fn interleaved_node_readings_are_separated_with_last_time() {
         let mixed = frames(1, 7, 1).into_iter().zip(frames(2, 8, 2));
         let log = logged(mixed.flat_map(|(a, b)| [("can0", a), ("can0", b)]));
-        let all = Decoded::of(log.into_iter(), "x.log").unwrap();
+        let all = DecodedLog::of(log.into_iter(), "x.log").unwrap();
         assert_eq!((all.frames, all.ours, all.start_us), (12, 12, 1_000));
         let of_node = |node: &NodeRecord| {
             let [Timed { time_us, what }] = &node.readings[..] else { panic!("one reading each") };
@@ -208,7 +208,7 @@ mod tests {
         let torn = || Ok(LogLine::Torn("x.log, row 3: torn".into()));
         let mut log = logged(frames(1, 7, 1).into_iter().chain(frames(1, 8, 2)).map(|frame| ("can0", frame)));
         log.insert(2, torn());
-        let all = Decoded::of(log.into_iter(), "x.log").unwrap();
+        let all = DecodedLog::of(log.into_iter(), "x.log").unwrap();
         assert_eq!((all.torn, all.nodes[&1].readings.len()), (1, 2));
         let mut half = logged(frames(1, 7, 1).into_iter().map(|frame| ("can0", frame)));
         half.extend((0..6).map(|_| torn()));

@@ -30,7 +30,7 @@ const MOST_UNANSWERED: usize = 5;
 /// no number is rounded in another way.
 const COMPRESSION: f32 = 1.0 / (1_u64 << 36) as f32;
 
-struct Played {
+struct PlayedRecord {
     answers: Vec<AnsweredReading>,
     /// By the row that was sent last.
     states: States,
@@ -61,7 +61,7 @@ pub fn run_with_own_monitor(
         let played = play(host, deployment, record, config, None, begin, progress);
         stop.store(true, Ordering::Relaxed);
         let served: Served = served.join().map_err(|_| anyhow!("the monitor's thread ended early"))??;
-        let Played { answers, sent, mut received, .. } = played?;
+        let PlayedRecord { answers, sent, mut received, .. } = played?;
         // what the monitor said last; on a bus of two, the end of it is no error
         while let Ok(Some(_)) = host.receive(PATIENCE) {
             received += 1;
@@ -140,13 +140,13 @@ fn play(
     mut authenticator: Option<&mut Authenticator>,
     begin: impl Fn(u64),
     mut progress: impl FnMut(usize),
-) -> Result<Played> {
+) -> Result<PlayedRecord> {
     let node = config.node.node;
     let timing = Timing::of(deployment, record, config);
     let received = await_heartbeat(host, node)?;
     let mut results = ResultAssembler::new();
     let mut reference = ReferencePipeline::new(&deployment.edge, settings(config, record));
-    let mut played = Played { answers: Vec::new(), states: States::default(), sent: 0, received };
+    let mut played = PlayedRecord { answers: Vec::new(), states: States::default(), sent: 0, received };
     let mut unanswered = 0;
     for (row, measured) in record.iter().enumerate() {
         let reading = deployment.reading(measured);

@@ -1,6 +1,6 @@
 //! The core without a bus and without its detector: the estimate of each reading as it was sent.
 
-use rotor_edge_core::detector::Averaged;
+use rotor_edge_core::detector::AveragedReading;
 use rotor_edge_core::model::{MAX_PLANES, Pair};
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::numerics::InPlace;
@@ -21,7 +21,7 @@ pub struct ReferencePipeline<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct Expected {
     /// The readings up to this one as one.
-    pub averaged: Averaged,
+    pub averaged: AveragedReading,
     /// Bound on each plane's unbalance, g·mm, the model's floor left out.
     pub bounds_g_mm: [f32; MAX_PLANES],
     /// The unbalance within these bounds.

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::bus::counters::CounterTotals;
 use crate::bus::decoded::Timed;
-use crate::bus::mac::Refused;
+use crate::bus::mac::RefusalCounts;
 
 /// Results remembered.
 pub const HISTORY: usize = 1_000;
@@ -61,7 +61,7 @@ pub struct Replacement {
 
 /// A time during which the flag was up.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Flagged {
+pub struct FlagPeriod {
     /// First result with the flag.
     pub first: Timed<u16>,
     /// Last result with it.
@@ -93,7 +93,7 @@ pub struct Monitor {
     readings: Assembler,
     reading: Option<Timed<NumberedReading>>,
     unanswered: u32,
-    refused: Option<Refused>,
+    refused: Option<RefusalCounts>,
 }
 
 impl Monitor {
@@ -177,12 +177,12 @@ impl Monitor {
     }
 
     /// It is believed by its MACs, and so much was not.
-    pub(super) fn refuse(&mut self, refused: Refused) {
+    pub(super) fn refuse(&mut self, refused: RefusalCounts) {
         self.refused = Some(refused);
     }
 
     /// What was heard under its number and not believed; `None` where no MACs are checked.
-    pub fn refused(&self) -> Option<Refused> {
+    pub fn refused(&self) -> Option<RefusalCounts> {
         self.refused
     }
 
@@ -314,15 +314,15 @@ impl Monitor {
     }
 
     /// The times in the history during which the flag was up.
-    pub fn flagged(&self) -> Vec<Flagged> {
-        let mut stretches: Vec<Flagged> = Vec::new();
+    pub fn flagged(&self) -> Vec<FlagPeriod> {
+        let mut stretches: Vec<FlagPeriod> = Vec::new();
         for timed in &self.history {
             let here = Timed { time_us: timed.time_us, what: timed.what.sequence };
             match (timed.what.flags & FLAG_FLAGGED != 0, stretches.last_mut()) {
                 (true, Some(stretch)) if stretch.lasts => {
                     (stretch.last, stretch.suspect) = (here, timed.what.suspect);
                 }
-                (true, _) => stretches.push(Flagged {
+                (true, _) => stretches.push(FlagPeriod {
                     first: here,
                     last: here,
                     lasts: true,

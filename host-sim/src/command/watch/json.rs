@@ -5,11 +5,11 @@ use rotor_edge_core::state::Reason;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::bus::mac::Refused;
+use crate::bus::mac::RefusalCounts;
 use crate::bus::states::name;
 use crate::command::answer::Answer;
 use crate::watch::Watch;
-use crate::watch::monitor::{Flagged, Monitor, Version};
+use crate::watch::monitor::{FlagPeriod, Monitor, Version};
 use crate::watch::view::WatchedBus;
 use crate::watch::words::{Words, bearing_number, probe_numbers};
 
@@ -52,7 +52,7 @@ struct Node {
     counters: Option<Map<String, Value>>,
     damaged_results: u16,
     /// What was not believed; null without a key.
-    refused: Option<Refused>,
+    refused: Option<RefusalCounts>,
     model_checksum: Option<String>,
     model_probes: Option<u8>,
     model_planes: Option<u8>,
@@ -187,7 +187,7 @@ impl Reading {
 }
 
 impl Flag {
-    fn of(flagged: &Flagged) -> Self {
+    fn of(flagged: &FlagPeriod) -> Self {
         Self {
             from_s: seconds(flagged.first.time_us),
             to_s: seconds(flagged.last.time_us),

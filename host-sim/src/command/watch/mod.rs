@@ -11,7 +11,7 @@ use clap::Args;
 use rotor_edge_core::can::MAX_NODE;
 
 use super::{output, stop};
-use crate::bus::log::Recorded;
+use crate::bus::log::RecordingBus;
 use crate::bus::mac::Checker;
 use crate::bus::spec::BIT_RATES;
 use crate::bus::{BusConfig, BusSpec, CanBus};
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let tell = if arguments.json { output::tell } else { |_: &str| {} };
     let mut bus = arguments.bus.open_lasting(tell)?;
     if let Some(path) = &arguments.record {
-        bus = Box::new(Recorded::new(bus, path)?);
+        bus = Box::new(RecordingBus::new(bus, path)?);
     }
     let stop = stop::on_signal()?;
     let mut watch = Watch::new(arguments.node);
