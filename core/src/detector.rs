@@ -22,7 +22,7 @@ mod noise;
 #[cfg(test)]
 mod tests;
 
-pub use average::{Average, Averaged};
+pub use average::{Average, AveragedReading};
 pub use evidence::Evidence;
 pub use growth::Growth;
 pub use level::Level;
@@ -65,7 +65,7 @@ impl ResidualVerdict {
 /// A flag that stays until it is acknowledged or the model replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Latched {
+pub struct LatchedFlag {
     pub cause: Reason,
     /// The bearing suspected then, from zero.
     pub suspect: Option<u8>,
@@ -84,7 +84,7 @@ pub(crate) struct Baseline {
     /// Suspicious readings in a row.
     pub streak: u16,
     pub suspicious_s: f32,
-    pub latched: Option<Latched>,
+    pub latched: Option<LatchedFlag>,
 }
 
 /// Memory of the residuals. Readings that cannot be judged are simply not given to it.
@@ -110,7 +110,7 @@ impl Detector {
     }
 
     /// The flag, if one is up.
-    pub fn latched(&self) -> Option<Latched> {
+    pub fn latched(&self) -> Option<LatchedFlag> {
         self.baseline.latched
     }
 
@@ -183,7 +183,7 @@ impl Detector {
             && self.baseline.suspicious_s >= thresholds.persistence_s;
         let suspect = self.misfit.worst_bearing(&evidence.bearings).filter(|_| flagged);
         if flagged && self.baseline.latched.is_none() {
-            self.baseline.latched = Some(Latched { cause: reason, suspect });
+            self.baseline.latched = Some(LatchedFlag { cause: reason, suspect });
         }
         ResidualVerdict {
             residual: evidence.residual,

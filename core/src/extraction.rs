@@ -328,7 +328,7 @@ fn relative(counts: [i16; PROBES], reference: &[f32; PROBES]) -> [f32; PROBES] {
 
 /// Mean and 1x phasor of a channel, counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Fit {
+struct HarmonicFit {
     mean: f32,
     phasor: Complex<f32>,
 }

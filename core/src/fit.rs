@@ -16,7 +16,7 @@ const SINGULAR: f32 = 1e-6;
 
 /// Minimise `Σ|H u − target|` subject to `|u_k| ≤ bound_k`: convex, so any minimum is the minimum.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fit<const PROBES: usize, const PLANES: usize> {
+pub struct BoundedFit<const PROBES: usize, const PLANES: usize> {
     /// H, µm per g·mm: for each probe that was measured the row of its cosine and the row of its sine part, in each row
     /// the coefficients of `U cos α` and `U sin α` of each plane.
     influence: [[[Pair; PLANES]; 2]; PROBES],
@@ -27,7 +27,7 @@ pub struct Fit<const PROBES: usize, const PLANES: usize> {
     planes: usize,
 }
 
-impl<const PROBES: usize, const PLANES: usize> Fit<PROBES, PLANES> {
+impl<const PROBES: usize, const PLANES: usize> BoundedFit<PROBES, PLANES> {
     /// From complex influence coefficients (µm per g·mm of each plane) and target phasors (µm) of probes, and the largest
     /// unbalance allowed in each plane (g·mm); what goes beyond the capacity is left out.
     pub fn new(probes: impl Iterator<Item = ([C; PLANES], C)>, bound_g_mm: &[f32]) -> Self {

@@ -93,13 +93,13 @@ impl<const N: usize> Symmetric<N> {
 /// One equation of 2N unknowns, in two halves because stable Rust has no `2 * N` in const generics, with its right-hand
 /// sides: one for each plane, and one for what is known.
 #[derive(Clone, Copy)]
-pub(crate) struct Row<const N: usize, const PLANES: usize> {
+pub(crate) struct Equation<const N: usize, const PLANES: usize> {
     pub cells: [[C; N]; 2],
     pub planes: [C; PLANES],
     pub known: C,
 }
 
-impl<const N: usize, const PLANES: usize> Row<N, PLANES> {
+impl<const N: usize, const PLANES: usize> Equation<N, PLANES> {
     pub fn zero() -> Self {
         Self { cells: [[C::default(); N]; 2], planes: [C::default(); PLANES], known: C::default() }
     }
@@ -132,14 +132,16 @@ impl<const N: usize, const PLANES: usize> Row<N, PLANES> {
 ///
 /// Cost (N = 6, three sides): 572 multiply-subtracts in the matrix, 198 + 198 in the right-hand sides, 12 reciprocals.
 #[inline(never)]
-pub(crate) fn solve<const N: usize, const PLANES: usize>(rows: &mut [[Row<N, PLANES>; N]; 2]) -> Option<()> {
+pub(crate) fn solve<const N: usize, const PLANES: usize>(
+    rows: &mut [[Equation<N, PLANES>; N]; 2],
+) -> Option<()> {
     eliminate(rows.as_flattened_mut())?;
     substitute_back(rows.as_flattened_mut());
     Some(())
 }
 
 /// Upper triangle in place; each diagonal cell is left as the reciprocal of its pivot.
-fn eliminate<const N: usize, const PLANES: usize>(rows: &mut [Row<N, PLANES>]) -> Option<()> {
+fn eliminate<const N: usize, const PLANES: usize>(rows: &mut [Equation<N, PLANES>]) -> Option<()> {
     let mut rest = rows;
     let mut column = 0;
     while let Some((pivot, below)) = mem::take(&mut rest).split_first_mut() {
@@ -173,8 +175,8 @@ fn subtract(row: &mut [C], factor: C, above: &[C]) {
 
 #[inline]
 fn raise_largest<const N: usize, const PLANES: usize>(
-    pivot: &mut Row<N, PLANES>,
-    below: &mut [Row<N, PLANES>],
+    pivot: &mut Equation<N, PLANES>,
+    below: &mut [Equation<N, PLANES>],
     column: usize,
 ) {
     let mut largest = pivot.size_at(column);
@@ -191,7 +193,7 @@ fn raise_largest<const N: usize, const PLANES: usize>(
     }
 }
 
-fn substitute_back<const N: usize, const PLANES: usize>(rows: &mut [Row<N, PLANES>]) {
+fn substitute_back<const N: usize, const PLANES: usize>(rows: &mut [Equation<N, PLANES>]) {
     let mut rest = rows;
     while let Some((last, above)) = mem::take(&mut rest).split_last_mut() {
         let column = above.len();

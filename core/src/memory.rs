@@ -3,7 +3,7 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::detector::{Baseline, Detector, Latched, Level};
+use crate::detector::{Baseline, Detector, LatchedFlag, Level};
 use crate::model::{MAX_PLANES, Pair};
 use crate::packed::{pack_checked, unpack_checked};
 use crate::state::Reason;
@@ -84,7 +84,7 @@ impl Memory {
             learned_readings: self.learned_readings,
             streak: self.streak,
             suspicious_s: positive(self.suspicious_s),
-            latched: cause.map(|cause| Latched { cause, suspect: self.suspect }),
+            latched: cause.map(|cause| LatchedFlag { cause, suspect: self.suspect }),
         })
     }
 }
@@ -103,7 +103,7 @@ mod tests {
             learned_readings: 255,
             streak: u16::MAX,
             suspicious_s: 11.0,
-            latched: Some(Latched { cause: Reason::Jump, suspect: Some(6) }),
+            latched: Some(LatchedFlag { cause: Reason::Jump, suspect: Some(6) }),
         })
     }
 

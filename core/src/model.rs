@@ -121,7 +121,7 @@ pub struct Support<const N: usize> {
     /// Speed at which `stiffness_n_m` holds, rad/s; zero: no slope.
     pub reference_speed_rad_s: f32,
     /// Coefficients over speed beside the constant ones.
-    pub table: Option<Table>,
+    pub table: Option<KnotRange>,
     /// Cubic hardening relative to the linear stiffness, 1/µm²; kxx sees the amplitude along x, kyy that along y.
     pub hardening_per_um2: f32,
     /// A pedestal in series, if the ground gives way.
@@ -130,7 +130,7 @@ pub struct Support<const N: usize> {
 
 /// Which of the model's knots make a support's speed table: at least two, in ascending order of speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Table {
+pub struct KnotRange {
     /// Place of the first in [`Model::knots`].
     pub first: u8,
     pub count: u8,
@@ -240,7 +240,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     }
 
     /// The knots of a support's table; none if the table points beyond the list.
-    pub(crate) fn knots_of(&self, table: Table) -> &[Knot] {
+    pub(crate) fn knots_of(&self, table: KnotRange) -> &[Knot] {
         let first = usize::from(table.first);
         self.knots.get(first..first + usize::from(table.count)).unwrap_or_default()
     }

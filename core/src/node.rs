@@ -69,7 +69,7 @@ use commands::CommandHandler;
 pub use config::{NodeConfig, NodeError};
 #[cfg(feature = "mac")]
 use mac::Mac;
-use monitor::{Evaluated, Monitor};
+use monitor::{Evaluation, Monitor};
 #[cfg(not(feature = "command"))]
 use no_command::CommandHandler;
 use ownership::{Due, Ownership};
@@ -334,11 +334,11 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         let before = self.monitor.detector;
         let NodeConfig { track, thresholds, .. } = &self.config;
         match self.monitor.evaluate::<C>(track, thresholds, time_us, numbered) {
-            Evaluated::Unmodelled => self.count(|c| &mut c.unmodelled),
-            Evaluated::Rejected => self.count(|c| &mut c.rejected),
-            Evaluated::Skipped => self.count(|c| &mut c.skipped),
-            Evaluated::Unsolved => self.count(|c| &mut c.unsolved),
-            Evaluated::Estimated { result, partial } => {
+            Evaluation::Unmodelled => self.count(|c| &mut c.unmodelled),
+            Evaluation::Rejected => self.count(|c| &mut c.rejected),
+            Evaluation::Skipped => self.count(|c| &mut c.skipped),
+            Evaluation::Unsolved => self.count(|c| &mut c.unsolved),
+            Evaluation::Estimated { result, partial } => {
                 self.count(|c| &mut c.readings);
                 if partial {
                     self.count(|c| &mut c.partial);

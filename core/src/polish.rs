@@ -22,7 +22,7 @@ mod tableau;
 #[cfg(test)]
 mod tests;
 
-use crate::fit::Fit;
+use crate::fit::BoundedFit;
 use crate::model::{MAX_PLANES, Pair};
 use crate::scalar;
 use tableau::Tableau;
@@ -44,7 +44,11 @@ struct Best<const PLANES: usize> {
 
 impl<const PLANES: usize> Best<PLANES> {
     #[inline]
-    fn consider<const PROBES: usize>(&mut self, fit: &Fit<PROBES, PLANES>, unbalance_g_mm: [Pair; PLANES]) {
+    fn consider<const PROBES: usize>(
+        &mut self,
+        fit: &BoundedFit<PROBES, PLANES>,
+        unbalance_g_mm: [Pair; PLANES],
+    ) {
         let unbalance_g_mm = fit.confine(unbalance_g_mm);
         let residual_um = fit.residual_um(&unbalance_g_mm);
         if residual_um < self.residual_um {
@@ -54,7 +58,7 @@ impl<const PLANES: usize> Best<PLANES> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Polished<const PLANES: usize> {
+pub struct PolishResult<const PLANES: usize> {
     /// The unbalance, g·mm, within the bounds.
     pub unbalance_g_mm: [Pair; PLANES],
     /// Its `Σ|H u − target|`, µm.
@@ -67,16 +71,16 @@ pub struct Polished<const PLANES: usize> {
     pub at_bound: [bool; MAX_PLANES],
 }
 
-/// Descends from `start` to the least sum of absolute residuals within the bounds. [`Polished::gap_um`] says how far that
+/// Descends from `start` to the least sum of absolute residuals within the bounds. [`PolishResult::gap_um`] says how far that
 /// was reached: within 1e-5 of `Σ|target|` in every case tried (see the tests).
 ///
 /// ```
 /// use nalgebra::Complex;
-/// use rotor_edge_core::fit::Fit;
+/// use rotor_edge_core::fit::BoundedFit;
 /// use rotor_edge_core::polish::polish;
 /// // two probes, a quarter turn apart, that show a plane's unbalance of 3 g·mm at 0° as it is
 /// let shown = [Complex::new(1.0, 0.0), Complex::new(0.0, -1.0)];
-/// let fit = |bound| Fit::<2, 1>::new(shown.iter().map(|&c| ([c], c * 3.0)), &[bound]);
+/// let fit = |bound| BoundedFit::<2, 1>::new(shown.iter().map(|&c| ([c], c * 3.0)), &[bound]);
 /// let found = polish(&fit(10.0), [[0.0; 2]]);
 /// assert!(found.residual_um < 1e-6 && (found.unbalance_g_mm[0][0] - 3.0).abs() < 1e-6);
 /// // within 2 g·mm one of each probe's parts is left with 1 µm, and nothing can be better
@@ -84,9 +88,9 @@ pub struct Polished<const PLANES: usize> {
 /// assert!((found.residual_um - 2.0).abs() < 1e-5 && found.gap_um < 1e-5 && found.at_bound[0]);
 /// ```
 pub fn polish<const PROBES: usize, const PLANES: usize>(
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     start: [Pair; PLANES],
-) -> Polished<PLANES> {
+) -> PolishResult<PLANES> {
     let start = fit.confine(start);
     let mut tableau = Tableau::new(fit, start);
     tableau.descend();
@@ -97,9 +101,9 @@ pub fn polish<const PROBES: usize, const PLANES: usize>(
 /// As [`polish`], warm-started from the solution of a similar problem: where it lies on a bound, the descent begins
 /// with the tangent there, and does not learn what is left without bounds. It stops where the certificate holds.
 pub(crate) fn polish_warm<const PROBES: usize, const PLANES: usize>(
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     start: [Pair; PLANES],
-) -> Polished<PLANES> {
+) -> PolishResult<PLANES> {
     let start = fit.confine(start);
     let mut tableau = Tableau::new(fit, start);
     tableau.cut(-AT_BOUND);
@@ -109,7 +113,7 @@ pub(crate) fn polish_warm<const PROBES: usize, const PLANES: usize>(
 
 /// The least `Σ|H u − target|` without bounds, µm.
 pub(crate) fn free_residual_um<const PROBES: usize, const PLANES: usize>(
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     start: [Pair; PLANES],
 ) -> f32 {
     let mut tableau = Tableau::new(fit, start);
@@ -119,10 +123,10 @@ pub(crate) fn free_residual_um<const PROBES: usize, const PLANES: usize>(
 
 #[inline(never)]
 fn within_bounds<const PROBES: usize, const PLANES: usize>(
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     tableau: &mut Tableau<PLANES>,
     free_residual_um: f32,
-) -> Polished<PLANES> {
+) -> PolishResult<PLANES> {
     let mut best = Best { unbalance_g_mm: [[0.0; 2]; PLANES], residual_um: f32::INFINITY };
     let mut least_um = 0.0_f32;
     let enough = CLOSE_ENOUGH * fit.target_um().iter().fold(0.0, |sum, target| sum + target.abs());
@@ -144,7 +148,7 @@ fn within_bounds<const PROBES: usize, const PLANES: usize>(
         *at_bound = scalar::length(unbalance) >= bound * (1.0 - AT_BOUND);
     }
     let gap_um = residual_um - least_um;
-    Polished {
+    PolishResult {
         unbalance_g_mm,
         residual_um,
         free_residual_um,

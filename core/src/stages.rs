@@ -1,7 +1,7 @@
 //! The stages from a reading to an estimate, as a node runs them: screen, average, bound, estimate. What follows, the
 //! judgement of the estimate, is that of [`detector`](crate::detector).
 
-use crate::detector::{Average, Averaged, Growth};
+use crate::detector::{Average, AveragedReading, Growth};
 use crate::model::{MAX_PLANES, Model, Pair};
 use crate::numerics::Numerics;
 use crate::reading::{Keyphasor, Reading};
@@ -15,7 +15,7 @@ pub const MAX_PLAUSIBLE_UM: f32 = 10_000.0;
 
 /// A reading with at least one usable probe.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Screened {
+pub struct ScreenedReading {
     /// Probes whose gap voltage is out of range are lost in it.
     pub reading: Reading,
     /// Bit i: probe i is lost.
@@ -47,7 +47,7 @@ pub fn screen<const N: usize, const PROBES: usize, const PLANES: usize>(
     thresholds: &Thresholds,
     keyphasor: Keyphasor,
     reading: &Reading,
-) -> Result<Screened, Unusable> {
+) -> Result<ScreenedReading, Unusable> {
     if reading.probes().len() != model.probes.len() {
         return Err(Unusable::Rejected(Reason::ProbeCount));
     }
@@ -73,7 +73,7 @@ pub fn screen<const N: usize, const PROBES: usize, const PLANES: usize>(
     if missing_mask == all {
         return Err(Unusable::Skipped { reason: why_missing, missing_mask });
     }
-    Ok(Screened { reading, missing_mask, why_missing })
+    Ok(ScreenedReading { reading, missing_mask, why_missing })
 }
 
 /// A lost probe (NaN) is not absurd.
@@ -130,7 +130,7 @@ impl<const PLANES: usize> Estimator<PLANES> {
     }
 
     /// The mean of the readings up to this one.
-    pub fn average(&mut self, thresholds: &Thresholds, time_us: u64, reading: &Reading) -> Averaged {
+    pub fn average(&mut self, thresholds: &Thresholds, time_us: u64, reading: &Reading) -> AveragedReading {
         self.average.update(thresholds.average_s, time_us, reading)
     }
 
@@ -146,7 +146,7 @@ impl<const PLANES: usize> Estimator<PLANES> {
         &mut self,
         config: &TrackConfig,
         model: &Model<N, PROBES, PLANES>,
-        averaged: &Averaged,
+        averaged: &AveragedReading,
         bound_g_mm: &[f32; MAX_PLANES],
     ) -> Result<Estimate, TrackError> {
         let estimate = C::update(&mut self.tracker, config, model, &averaged.reading, bound_g_mm)?;
@@ -166,7 +166,7 @@ mod tests {
         Reading::new(speed_rpm, &[ProbeVector { cos_um, sin_um: 1.0 }; 4]).unwrap()
     }
 
-    fn screened(reading: &Reading) -> Result<Screened, Unusable> {
+    fn screened(reading: &Reading) -> Result<ScreenedReading, Unusable> {
         screen(&rigid_rotor(), &Thresholds::DEFAULT, Keyphasor::Locked, reading)
     }
 

@@ -8,7 +8,7 @@ use core::array;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-use crate::fit::Fit;
+use crate::fit::BoundedFit;
 use crate::model::Pair;
 use crate::scalar;
 
@@ -46,7 +46,7 @@ struct Particle<const PLANES: usize> {
 #[inline(never)]
 pub fn search<const PARTICLES: usize, const PROBES: usize, const PLANES: usize>(
     config: &SwarmConfig,
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     start: [Pair; PLANES],
     seed: u64,
 ) -> [Pair; PLANES] {
@@ -76,7 +76,7 @@ pub fn search<const PARTICLES: usize, const PROBES: usize, const PLANES: usize>(
 
 #[inline]
 fn random_place<const PROBES: usize, const PLANES: usize>(
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     random: &mut Xoshiro128PlusPlus,
 ) -> [Pair; PLANES] {
     let mut place = [[0.0; 2]; PLANES];
@@ -90,7 +90,7 @@ fn random_place<const PROBES: usize, const PLANES: usize>(
 #[inline]
 fn advance<const PROBES: usize, const PLANES: usize>(
     config: &SwarmConfig,
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     particle: &mut Particle<PLANES>,
     best: &[Pair; PLANES],
     random: &mut Xoshiro128PlusPlus,
@@ -111,7 +111,7 @@ fn advance<const PROBES: usize, const PLANES: usize>(
 
 #[inline(never)]
 fn residual_um<const PROBES: usize, const PLANES: usize>(
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     place: &[Pair; PLANES],
 ) -> f32 {
     fit.residual_um(place)
@@ -119,7 +119,7 @@ fn residual_um<const PROBES: usize, const PLANES: usize>(
 
 #[inline(never)]
 fn confine<const PROBES: usize, const PLANES: usize>(
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     place: [Pair; PLANES],
 ) -> [Pair; PLANES] {
     fit.confine(place)

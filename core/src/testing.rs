@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use crate::fit::Fit;
+use crate::fit::BoundedFit;
 use crate::model::Pair;
 
 /// A small linear congruential generator (Knuth's MMIX constants).
@@ -40,7 +40,7 @@ pub(crate) fn random_fit_of<const PROBES: usize, const PLANES: usize>(
     random: &mut Random,
     [likeness, bound, noise]: [f32; 3],
     probes: usize,
-) -> Fit<PROBES, PLANES> {
+) -> BoundedFit<PROBES, PLANES> {
     let truth: [Pair; PLANES] = core::array::from_fn(|_| [random.signed(), random.signed()]);
     let rows: std::vec::Vec<_> = (0..probes)
         .map(|_| {
@@ -53,10 +53,10 @@ pub(crate) fn random_fit_of<const PROBES: usize, const PLANES: usize>(
             (coefficients, shown.sum::<Complex<f32>>() + random.phasor() * noise)
         })
         .collect();
-    Fit::new(rows.into_iter(), &truth.map(|[x, y]| bound * x.hypot(y)))
+    BoundedFit::new(rows.into_iter(), &truth.map(|[x, y]| bound * x.hypot(y)))
 }
 
 /// Four probes and two planes.
-pub(crate) fn random_fit(random: &mut Random, likeness: f32, bound: f32) -> Fit<4, 2> {
+pub(crate) fn random_fit(random: &mut Random, likeness: f32, bound: f32) -> BoundedFit<4, 2> {
     random_fit_of(random, [likeness, bound, 0.2], 4)
 }

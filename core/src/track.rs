@@ -19,9 +19,9 @@ use core::fmt;
 
 use heapless::Vec;
 
-use crate::fit::Fit;
+use crate::fit::BoundedFit;
 use crate::model::{MAX_PLANES, Model, Pair};
-use crate::polish::{Polished, free_residual_um, polish, polish_warm};
+use crate::polish::{PolishResult, free_residual_um, polish, polish_warm};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 use crate::residual::Residual;
 use crate::response::{Motion, Response, ResponseError, SupportAmplitudes};
@@ -212,7 +212,7 @@ impl<const PLANES: usize> Tracker<PLANES> {
         model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
         bound_g_mm: &[f32; MAX_PLANES],
-    ) -> Result<Solved<PROBES, PLANES>, TrackError> {
+    ) -> Result<Solution<PROBES, PLANES>, TrackError> {
         let speed = reading.speed_rad_s();
         let mut bounds: Vec<f32, PLANES> = Vec::new();
         for bound in bound_g_mm.iter().take(model.planes.len()) {
@@ -225,7 +225,7 @@ impl<const PLANES: usize> Tracker<PLANES> {
             let mut motion = Motion::forces(model, speed);
             motion.solve(model, speed, &rounds.amplitudes)?;
             let at_speed = motion.read(model, speed, &rounds.amplitudes)?;
-            let fit = Fit::of_reading(&at_speed, reading, &bounds);
+            let fit = BoundedFit::of_reading(&at_speed, reading, &bounds);
             let mut found = if rounds.count == 0 { polish(&fit, start) } else { polish_warm(&fit, start) };
             start = found.unbalance_g_mm;
             let most = if found.at_bound.contains(&true) {
@@ -266,15 +266,15 @@ impl<const PLANES: usize> Tracker<PLANES> {
                 };
             }
             let Rounds { amplitudes, count, .. } = rounds;
-            return Ok(Solved { at_speed, found, deviation, amplitudes, rounds: count, searched });
+            return Ok(Solution { at_speed, found, deviation, amplitudes, rounds: count, searched });
         }
     }
 }
 
 /// What a reading's rounds ended with.
-struct Solved<const PROBES: usize, const PLANES: usize> {
+struct Solution<const PROBES: usize, const PLANES: usize> {
     at_speed: Response<PROBES, PLANES>,
-    found: Polished<PLANES>,
+    found: PolishResult<PLANES>,
     deviation: [f32; PLANES],
     amplitudes: SupportAmplitudes,
     rounds: u8,
@@ -283,12 +283,12 @@ struct Solved<const PROBES: usize, const PLANES: usize> {
 
 impl Estimate {
     fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
-        solved: &Solved<PROBES, PLANES>,
+        solved: &Solution<PROBES, PLANES>,
         model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
         redundancy: u8,
     ) -> Result<Self, TrackError> {
-        let Solved { at_speed, found, deviation, rounds, searched, .. } = solved;
+        let Solution { at_speed, found, deviation, rounds, searched, .. } = solved;
         let mut unbalance_g_mm = [[0.0; 2]; MAX_PLANES];
         let mut deviation_g_mm = [f32::NAN; MAX_PLANES];
         let mut static_g_mm = [0.0; 2];
@@ -332,8 +332,8 @@ impl Estimate {
 }
 
 fn is_certain<const PROBES: usize, const PLANES: usize>(
-    fit: &Fit<PROBES, PLANES>,
-    found: &Polished<PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
+    found: &PolishResult<PLANES>,
 ) -> bool {
     found.gap_um <= LARGEST_GAP * fit.target_um().iter().fold(0.0, |sum, target| sum + target.abs())
 }

@@ -5,7 +5,7 @@ mod knots;
 use anyhow::{Result, anyhow, bail};
 use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector};
 use rotor_edge_core::model::{
-    Forcing, ForcingLaw, MAX_PLANES, Model, Noise, Pair, Pedestal, Probe, Support, Table,
+    Forcing, ForcingLaw, KnotRange, MAX_PLANES, Model, Noise, Pair, Pedestal, Probe, Support,
 };
 use rotor_edge_core::node::Node;
 use rotor_edge_core::reading::{MAX_PROBES, ProbeVector, Reading};
@@ -199,7 +199,7 @@ fn forcing(f: &desktop::model::terms::Forcing) -> Forcing<SHAPES> {
     Forcing { shape: vector(&f.shape), amplitude: pair(f.amplitude * 1e6), law }
 }
 
-fn support(s: &desktop::model::terms::Support, table: Option<Table>) -> Support<SHAPES> {
+fn support(s: &desktop::model::terms::Support, table: Option<KnotRange>) -> Support<SHAPES> {
     let law = &s.law;
     Support {
         shape: vector(&s.shape),

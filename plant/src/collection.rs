@@ -17,7 +17,7 @@ const TOGETHER: Duration = Duration::from_millis(500);
 const AGAIN: Duration = Duration::from_secs(1);
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Totals {
+pub struct CollectionTotals {
     pub stored: u64,
     /// Messages that are no items and were set aside.
     pub strange: u64,
@@ -34,9 +34,9 @@ pub fn run(
     store: &mut dyn Sink,
     stop: &AtomicBool,
     tell: fn(&str),
-) -> Result<Totals> {
+) -> Result<CollectionTotals> {
     let consumer = stream.consumer(name)?;
-    let mut totals = Totals::default();
+    let mut totals = CollectionTotals::default();
     let mut is_gone = false;
     while !stop.load(Ordering::Relaxed) {
         let mut is_refused = false;

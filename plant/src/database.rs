@@ -11,7 +11,8 @@ use rusqlite::types::Value;
 use crate::item::{Item, Kind, Source};
 use crate::numbering::Last;
 use crate::sink::{Sink, is_kept};
-use crate::store::{MIGRATIONS, VERSION, rows};
+use crate::store::schema::POSTGRESQL;
+use crate::store::{VERSION, rows};
 
 /// Of whoever brings the schema up to date.
 const MIGRATING: i64 = 0x726f_746f;
@@ -80,19 +81,6 @@ fn connected(address: &str, name: &str) -> Result<Client> {
     Ok(client)
 }
 
-/// The schema of a file, in PostgreSQL's words.
-fn translated(sql: &str) -> String {
-    let words = [
-        (" STRICT, WITHOUT ROWID", ""),
-        (" STRICT", ""),
-        (" REAL", " DOUBLE PRECISION"),
-        ("id INTEGER PRIMARY KEY", "id BIGINT GENERATED ALWAYS AS IDENTITY PRIMARY KEY"),
-        (" INTEGER", " BIGINT"),
-        (" BLOB", " BYTEA"),
-    ];
-    words.iter().fold(sql.into(), |sql: String, (from, to)| sql.replace(from, to))
-}
-
 fn prepare(client: &mut Client) -> Result<()> {
     let mut step = client.transaction()?;
     step.execute("SELECT pg_advisory_xact_lock($1)", &[&MIGRATING])?;
@@ -104,8 +92,8 @@ fn prepare(client: &mut Client) -> Result<()> {
             "its version is {version} and this program knows {VERSION}; use the program that wrote it, or a newer one"
         );
     }
-    for migration in MIGRATIONS.iter().skip(usize::try_from(version).unwrap_or(0)) {
-        step.batch_execute(&translated(migration))?;
+    for migration in POSTGRESQL.migrations(version) {
+        step.batch_execute(&migration)?;
     }
     if version < VERSION {
         step.batch_execute(&format!("DELETE FROM rotor_edge; INSERT INTO rotor_edge VALUES ({VERSION})"))?;
@@ -207,15 +195,5 @@ mod tests {
         ];
         copied(&mut text, &row);
         assert_eq!(text, "a\\\\b\\tc\\n\t\\N\t0.10000000149011612\t-3\n");
-    }
-
-    #[test]
-    fn the_schema_has_no_word_of_sqlite_left() {
-        for migration in MIGRATIONS {
-            let sql = translated(migration);
-            for word in ["STRICT", "ROWID", " REAL", " INTEGER", "BLOB"] {
-                assert!(!sql.contains(word), "{word} in {sql}");
-            }
-        }
     }
 }

@@ -23,7 +23,7 @@ const US_A_DAY: i64 = 86_400_000_000;
 const ROWS_A_GROUP: usize = 100_000;
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Totals {
+pub struct ExportTotals {
     /// Files that are new, or are new again because their day has got more rows.
     pub written: usize,
     pub rows: u64,
@@ -35,10 +35,10 @@ pub struct Totals {
 ///
 /// # Errors
 /// If the store cannot be read or a file cannot be written; a file is there whole or not at all.
-pub fn run(store: &Store, folder: &Path, tell: fn(&str)) -> Result<Totals> {
-    let mut totals = Totals::default();
+pub fn run(store: &Store, folder: &Path, tell: fn(&str)) -> Result<ExportTotals> {
+    let mut totals = ExportTotals::default();
     for kind in Kind::ALL {
-        let table = Table::of(store.reading(), kind.name())?;
+        let table = ItemTable::of(store.reading(), kind.name())?;
         let folder = folder.join(kind.name());
         std::fs::create_dir_all(&folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
         let mut day = i64::MIN;
@@ -71,7 +71,7 @@ fn held(path: &Path) -> Option<u64> {
 }
 
 /// A table of items, with plant, bus and node in place of the number of the source.
-struct Table<'a> {
+struct ItemTable<'a> {
     connection: &'a Connection,
     name: &'static str,
     columns: Vec<(String, Type, bool)>,
@@ -85,7 +85,7 @@ enum Type {
     Text,
 }
 
-impl<'a> Table<'a> {
+impl<'a> ItemTable<'a> {
     fn of(connection: &'a Connection, name: &'static str) -> Result<Self> {
         let mut columns: Vec<(String, Type, bool)> = vec![
             ("plant".into(), Type::Text, true),

@@ -33,7 +33,7 @@ pub struct Named {
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Totals {
+pub struct GatewayTotals {
     pub kept: u64,
     /// Items for which there was no room while the sink took none.
     pub lost: u64,
@@ -49,7 +49,7 @@ pub fn run(
     sink: &mut dyn Sink,
     stop: &AtomicBool,
     tell: fn(&str),
-) -> Result<Totals> {
+) -> Result<GatewayTotals> {
     let mut joined = Vec::new();
     for Named { name, spec } in buses {
         let bus = spec.open_lasting(tell)?;
@@ -73,7 +73,7 @@ pub fn run(
         for listener in listeners {
             listener.join().unwrap_or_else(|_| bail!("a bus could not be listened to any more"))?;
         }
-        Ok(Totals { kept: kept?, lost: backlog.lost.load(Ordering::Relaxed) })
+        Ok(GatewayTotals { kept: kept?, lost: backlog.lost.load(Ordering::Relaxed) })
     })
 }
 

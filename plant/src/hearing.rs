@@ -6,7 +6,7 @@ use rotor_edge_core::can::{Assembler, BROADCAST_NODE, Frame, Message, ResultAsse
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::state::{NodeState, Reason};
 
-use crate::item::{Body, Evaluated, Heartbeat, Item, Kind, Reading, SCHEMA, Source, State};
+use crate::item::{Body, Evaluated, Heartbeat, Item, Kind, ReadingItem, SCHEMA, Source, StateItem};
 use crate::numbering::{Last, Numbering};
 
 /// A clock that says less is wrong: 2024-01-01, µs.
@@ -18,13 +18,13 @@ const SET_BACK_US: i64 = 1_000_000;
 pub struct Hearing {
     plant: String,
     bus: String,
-    nodes: BTreeMap<u8, Node>,
+    nodes: BTreeMap<u8, MonitorStream>,
     latest_us: i64,
 }
 
 /// One monitor, and who sends it readings.
 #[derive(Default)]
-struct Node {
+struct MonitorStream {
     readings: Assembler,
     results: ResultAssembler,
     numbering: Numbering,
@@ -53,7 +53,7 @@ impl Counted {
 impl Hearing {
     /// Of a bus, behind what was kept of it before.
     pub fn new(plant: &str, bus: &str, kept: impl IntoIterator<Item = (u8, Kind, Last)>) -> Self {
-        let mut nodes: BTreeMap<u8, Node> = BTreeMap::new();
+        let mut nodes: BTreeMap<u8, MonitorStream> = BTreeMap::new();
         let mut latest_us = i64::MIN;
         let mut newest: BTreeMap<u8, Last> = BTreeMap::new();
         for (number, kind, last) in kept {
@@ -90,7 +90,7 @@ impl Hearing {
     }
 }
 
-impl Node {
+impl MonitorStream {
     fn take(
         &mut self,
         elapsed_us: u64,
@@ -105,15 +105,14 @@ impl Node {
             }
             Message::State(status) => {
                 let is_news = self.state.replace((status.state, status.reason)) != self.state;
-                return is_news.then(|| (self.states.next(time_us), Body::State(State::from(&status))));
+                return is_news.then(|| (self.states.next(time_us), Body::State(StateItem::from(&status))));
             }
             _ => {}
         }
-        // the time-out is the same for every number
-        let timeout_us = NodeConfig::new(0).reading_timeout_us;
+        let timeout_us = NodeConfig::READING_TIMEOUT_US;
         if let Some(whole) = self.readings.receive(timeout_us, elapsed_us, frame) {
             let epoch = self.numbering.reading(whole.sequence, time_us);
-            return Some(((epoch, whole.sequence), Body::Reading(Reading::from(&whole))));
+            return Some(((epoch, whole.sequence), Body::Reading(ReadingItem::from(&whole))));
         }
         let result = self.results.receive(frame)?;
         let epoch = self.numbering.result(result.sequence, time_us);

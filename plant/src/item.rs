@@ -41,35 +41,33 @@ pub struct Item {
 #[serde(rename_all = "snake_case")]
 pub enum Body {
     /// To the monitor.
-    Reading(Reading),
+    Reading(ReadingItem),
     /// By the monitor, of a reading with the same epoch and sequence.
     Result(Evaluated),
     /// By the monitor when it changed.
-    State(State),
+    State(StateItem),
     /// By the monitor every few seconds.
     Heartbeat(Heartbeat),
 }
 
-/// A number that may be missing: the protocol's NaN.
-type Told = Option<f32>;
-
-fn told(value: f32) -> Told {
+/// A number that may be missing: the protocol's NaN is `None`.
+fn finite(value: f32) -> Option<f32> {
     value.is_finite().then_some(value)
 }
 
-fn pair([cos, sin]: Pair) -> [Told; 2] {
-    [told(cos), told(sin)]
+fn pair([cos, sin]: Pair) -> [Option<f32>; 2] {
+    [finite(cos), finite(sin)]
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Reading {
-    pub speed_rpm: Told,
+pub struct ReadingItem {
+    pub speed_rpm: Option<f32>,
     /// What is known of the phase reference, as `locked`.
     pub keyphasor: String,
     /// Cosine and sine of each probe, µm zero to peak; none of a probe that was lost.
-    pub probes_um: Vec<[Told; 2]>,
+    pub probes_um: Vec<[Option<f32>; 2]>,
     /// Gap voltage of each probe, none where it is not stated.
-    pub gaps_v: Vec<Told>,
+    pub gaps_v: Vec<Option<f32>>,
 }
 
 /// What a monitor made of a reading.
@@ -88,21 +86,21 @@ pub struct Evaluated {
     /// Bit i set: probe i was used.
     pub used_mask: u8,
     /// Cosine and sine of the unbalance of each plane, g·mm.
-    pub planes_g_mm: Vec<[Told; 2]>,
-    pub static_g_mm: [Told; 2],
-    pub dynamic_g_mm: [Told; 2],
-    pub residual_um: Told,
+    pub planes_g_mm: Vec<[Option<f32>; 2]>,
+    pub static_g_mm: [Option<f32>; 2],
+    pub dynamic_g_mm: [Option<f32>; 2],
+    pub residual_um: Option<f32>,
     /// Residual over the sum of the features.
-    pub ratio: Told,
+    pub ratio: Option<f32>,
     /// Residual below which nothing is suspicious, µm.
-    pub floor_um: Told,
+    pub floor_um: Option<f32>,
     /// Residual above which a rise counts, µm.
-    pub level_um: Told,
+    pub level_um: Option<f32>,
 }
 
 /// What a monitor said of itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct State {
+pub struct StateItem {
     /// What it was doing, as `tracking`.
     pub state: String,
     pub reason: String,
@@ -113,7 +111,7 @@ pub struct State {
     /// Bearing suspected then, from 1.
     pub suspect: Option<u8>,
     /// Time since the last reading that was judged, s; none if there was none.
-    pub age_s: Told,
+    pub age_s: Option<f32>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -177,14 +175,14 @@ pub fn plain_word(name: &str) -> String {
     name.chars().map(|c| if is_plain(c) { c.to_string() } else { format!("_{:x}_", u32::from(c)) }).collect()
 }
 
-impl From<&NumberedReading> for Reading {
+impl From<&NumberedReading> for ReadingItem {
     fn from(numbered: &NumberedReading) -> Self {
         let reading = &numbered.reading;
         Self {
-            speed_rpm: told(reading.speed_rpm),
+            speed_rpm: finite(reading.speed_rpm),
             keyphasor: name(numbered.keyphasor),
             probes_um: reading.probes().iter().map(|p| pair([p.cos_um, p.sin_um])).collect(),
-            gaps_v: reading.gaps_v().iter().map(|v| told(*v)).collect(),
+            gaps_v: reading.gaps_v().iter().map(|v| finite(*v)).collect(),
         }
     }
 }
@@ -202,15 +200,15 @@ impl From<&MonitorResult> for Evaluated {
             planes_g_mm: planes_of(result).iter().map(|plane| pair(*plane)).collect(),
             static_g_mm: pair(result.static_g_mm),
             dynamic_g_mm: pair(result.dynamic_g_mm),
-            residual_um: told(result.e_um),
-            ratio: told(result.ratio),
-            floor_um: told(result.floor_um),
-            level_um: told(result.level_um),
+            residual_um: finite(result.e_um),
+            ratio: finite(result.ratio),
+            floor_um: finite(result.floor_um),
+            level_um: finite(result.level_um),
         }
     }
 }
 
-impl From<&Status> for State {
+impl From<&Status> for StateItem {
     fn from(status: &Status) -> Self {
         Self {
             state: name(status.state),
@@ -218,7 +216,7 @@ impl From<&Status> for State {
             missing_mask: status.missing_mask,
             cause: name(status.cause),
             suspect: status.suspect.map(|bearing| bearing + 1),
-            age_s: told(status.age_s),
+            age_s: finite(status.age_s),
         }
     }
 }
@@ -264,7 +262,7 @@ mod tests {
     #[test]
     fn suspect_bearing_of_a_state_counts_from_one() {
         let status = Status { suspect: Some(1), ..Status::default() };
-        assert_eq!(State::from(&status).suspect, Some(2));
+        assert_eq!(StateItem::from(&status).suspect, Some(2));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DVector, Matrix2};
 use rotor_edge::bus::BusConfig;
 use rotor_edge::edge::Deployment;
 use rotor_edge::replay::check::{EXCESS_LIMIT, FEATURE_LIMIT, equivalence};
-use rotor_edge::replay::{self, Answer, Replay, ReplayConfig, flags};
+use rotor_edge::replay::{self, AnsweredReading, Replay, ReplayConfig, flags};
 use rotor_edge::sample;
 use rotor_edge_core::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS};
 use rotor_edge_core::response::{SupportAmplitudes, response};
@@ -196,7 +196,7 @@ fn lost_repeated_and_late_frames_give_no_wrong_estimate() {
             "what was evaluated was what was sent"
         );
         // three suspicious readings raise the flag; the third that is heard of has it at the latest
-        let (before, after): (Vec<&Answer>, Vec<&Answer>) =
+        let (before, after): (Vec<&AnsweredReading>, Vec<&AnsweredReading>) =
             played.answers.iter().partition(|a| replay::day(&record, a.row) < 125.0);
         assert!(before.iter().all(|a| !a.flagged()));
         assert!(after.iter().skip(2).take(100).all(|a| a.flagged()));
@@ -322,7 +322,7 @@ fn the_same_seed_gives_the_same_bits() {
     let (rotor, record) = identified();
     let deployment = deployment(&rotor);
     let run = || replay::run(&deployment, &record[..60], &ReplayConfig::default(), |_| ()).unwrap().answers;
-    let bits = |answers: Vec<Answer>| -> Vec<[u32; 4]> {
+    let bits = |answers: Vec<AnsweredReading>| -> Vec<[u32; 4]> {
         answers
             .iter()
             .map(|a| {

@@ -7,7 +7,7 @@ use rotor_edge_core::can::{
     flag_at_bound,
 };
 use rotor_edge_core::command::{Answer, Command, Detail, Key, Outcome, open_request};
-use rotor_edge_core::model::{ForcingLaw, Knot, Model, ModelError, Noise, Pedestal, Table};
+use rotor_edge_core::model::{ForcingLaw, Knot, KnotRange, Model, ModelError, Noise, Pedestal};
 use rotor_edge_core::state::{NodeState, Reason, Status};
 use rotor_edge_core::thresholds::Thresholds;
 
@@ -110,7 +110,7 @@ fn a_model_of_schema_3_is_read_as_it_was_written() {
     assert_eq!((support.stiffness_n_m[1][1], support.damping_n_s_m[0][0]), (5e6, 300.0));
     assert_eq!((support.mass_kg, support.stiffness_slope), (0.5, 0.25));
     assert_eq!((support.reference_speed_rad_s, support.hardening_per_um2), (600.0, 1e-5));
-    assert_eq!((model.supports[0].table, support.table), (None, Some(Table { first: 0, count: 2 })));
+    assert_eq!((model.supports[0].table, support.table), (None, Some(KnotRange { first: 0, count: 2 })));
     let pedestal = Pedestal { stiffness_n_m: [1e8, 2e8], damping_n_s_m: [1e4, 2e4], mass_kg: [3.0, 4.0] };
     assert_eq!((model.supports[0].pedestal, support.pedestal), (None, Some(pedestal)));
     let knot = Knot {

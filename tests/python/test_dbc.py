@@ -11,11 +11,11 @@ import pytest
 from conftest import run
 from monitor import DBC
 
-# frames of commands and answers have no meaning of their own to the codec, nor have seals; test_isotp.py and test_mac.py
+# frames of commands and answers have no meaning of their own to the codec, nor have MACs; test_isotp.py and test_mac.py
 # check what they carry
 TRANSFER = ["ToNode", "ToHost", "Offer", "Part", "Held", "AnswerPart"]
-SEALS = ["ReadingFreshness", "ReadingCode", "ToldFreshness", "ToldCode"]
-MESSAGES = [message for message in DBC.messages if message.name not in TRANSFER + SEALS]
+MACS = ["ReadingFreshness", "ReadingCode", "ToldFreshness", "ToldCode"]
+MESSAGES = [message for message in DBC.messages if message.name not in TRANSFER + MACS]
 
 FLOAT_BITS = {
     "largest": 0x7F7FFFFF,
@@ -166,7 +166,7 @@ def test_dbc_of_node_has_its_identifiers_and_same_signals(core, node, tmp_path):
                 assert getattr(signal, attribute) == getattr(expected, attribute), (own.name, signal.name, attribute)
     # what this file encodes, the core takes for a frame of that monitor
     for own in of_node.messages:
-        if own.name not in TRANSFER + SEALS:
+        if own.name not in TRANSFER + MACS:
             data = own.encode({signal.name: usual(signal, place) for place, signal in enumerate(own.signals)})
             heard = core(f"{own.frame_id:03X}#{data.hex().upper()}")
             assert (heard["name"], heard["node"]) == (own.name, node)

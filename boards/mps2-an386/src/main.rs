@@ -10,7 +10,7 @@ use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
 use rotor_edge_boards::monitor::{Monitor, Place};
-use rotor_edge_core::can::slcan::{self, ACCEPTED, Decoder, Line, REFUSED, encode};
+use rotor_edge_core::can::slcan::{self, ACCEPTED, Decoder, REFUSED, SlcanLine, encode};
 use rotor_edge_mps2_an386::log::report_and_reset;
 use rotor_edge_mps2_an386::state::StateMemory;
 use rotor_edge_mps2_an386::uart::{self, UART0};
@@ -66,21 +66,21 @@ impl Wire {
     fn take(&mut self, monitor: &mut BoardMonitor, byte: u8) {
         let Some(line) = self.decoder.push(byte) else { return };
         let answer = match line {
-            Line::Frame(frame) if self.open => {
+            SlcanLine::Frame(frame) if self.open => {
                 monitor.receive(clock::now_us(), &frame, true);
                 ACCEPTED
             }
-            Line::OtherFrame if self.open => ACCEPTED,
-            Line::Open => {
+            SlcanLine::OtherFrame if self.open => ACCEPTED,
+            SlcanLine::Open => {
                 self.open = true;
                 ACCEPTED
             }
-            Line::Close => {
+            SlcanLine::Close => {
                 self.open = false;
                 ACCEPTED
             }
-            Line::Setting(letter) => slcan::answer(letter),
-            Line::BitRate | Line::Empty => ACCEPTED,
+            SlcanLine::Setting(letter) => slcan::answer(letter),
+            SlcanLine::BitRate | SlcanLine::Empty => ACCEPTED,
             _ => REFUSED,
         };
         answer.bytes().for_each(|byte| UART0.write(byte));

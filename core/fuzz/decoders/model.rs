@@ -1,7 +1,7 @@
 //! Deployed models.
 
 use nalgebra::{Matrix2, Vector2};
-use rotor_edge_core::model::{Knot, Model, Noise, Probe, Support, Table};
+use rotor_edge_core::model::{Knot, KnotRange, Model, Noise, Probe, Support};
 use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_core::track::{TrackConfig, Tracker};
 
@@ -17,7 +17,7 @@ pub const HEAD_BYTES: usize = 7;
 pub fn machine() -> SmallModel {
     let at = |place: f32| Vector2::new(1.0, place);
     let mut supports = [-1.0, 1.0].map(|place| Support::isotropic(at(place), 5e7, 3e4));
-    supports[0].table = Some(Table { first: 0, count: 2 });
+    supports[0].table = Some(KnotRange { first: 0, count: 2 });
     let knot = |speed_rad_s: f32| Knot {
         speed_rad_s,
         stiffness_n_m: [[1e4 * speed_rad_s, 0.0], [0.0, 1e4 * speed_rad_s]],

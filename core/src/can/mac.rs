@@ -183,7 +183,7 @@ impl Gate {
     /// Takes one frame of the node: a whole group, when this frame is its MAC's last. Frames that need no MAC are passed
     /// over. One wrong MAC and the group is gone: a forger has one attempt for each.
     ///
-    /// Errors: [`SealError`], and nothing else has changed.
+    /// Errors: [`MacError`], and nothing else has changed.
     pub fn receive(
         &mut self,
         key: &Key,

@@ -1,6 +1,9 @@
 //! Messages in numbered parts, for buses that lose frames and repeat them: each frame says which it is, so that every one of
 //! them may be missing, come twice or come late. The host asks, the node answers, and nobody waits for the other.
 //!
+//! Commands have two transports: [`isotp`](super::isotp) is the standard that other makers' tools speak, and these parts get a
+//! command through where one lost or repeated frame breaks an ISO-TP transfer.
+//!
 //! | type | from | bytes |
 //! |---|---|---|
 //! | 50 offer | host | u16 length of the request, u8 part of the answer that is wanted next, u8 round, u32 CRC-32 of the request |

@@ -34,7 +34,7 @@ pub const fn answer(letter: u8) -> &'static str {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Line {
+pub enum SlcanLine {
     /// `t`: a standard data frame.
     Frame(Frame),
     /// `T`, `r`, `R`: an extended or a remote frame, which this protocol has no use for.
@@ -56,10 +56,10 @@ pub enum Line {
 /// Collects bytes into lines.
 ///
 /// ```
-/// use rotor_edge_core::can::slcan::{Decoder, Line, encode};
+/// use rotor_edge_core::can::slcan::{Decoder, SlcanLine, encode};
 /// let mut decoder = Decoder::new();
-/// let lines: Vec<Line> = b"O\rt12330102AB\r".iter().filter_map(|&byte| decoder.push(byte)).collect();
-/// let [Line::Open, Line::Frame(frame)] = lines[..] else { panic!() };
+/// let lines: Vec<SlcanLine> = b"O\rt12330102AB\r".iter().filter_map(|&byte| decoder.push(byte)).collect();
+/// let [SlcanLine::Open, SlcanLine::Frame(frame)] = lines[..] else { panic!() };
 /// assert_eq!((frame.raw_id(), frame.bytes()), (0x123, &[1, 2, 0xab][..]));
 /// assert_eq!(encode(&frame).as_slice(), b"t12330102AB\r");
 /// ```
@@ -76,10 +76,10 @@ impl Decoder {
     }
 
     /// Takes one byte; the line, when this byte ends it. An adapter's bell ends a line as well.
-    pub fn push(&mut self, byte: u8) -> Option<Line> {
+    pub fn push(&mut self, byte: u8) -> Option<SlcanLine> {
         match byte {
             END | BELL => {
-                let line = if self.too_long { Line::Unknown } else { Line::of(&self.line) };
+                let line = if self.too_long { SlcanLine::Unknown } else { SlcanLine::of(&self.line) };
                 self.line.clear();
                 self.too_long = false;
                 Some(line)
@@ -94,7 +94,7 @@ impl Decoder {
     }
 }
 
-impl Line {
+impl SlcanLine {
     fn of(line: &[u8]) -> Self {
         let Some((&letter, rest)) = line.split_first() else {
             return Self::Empty;
@@ -172,21 +172,27 @@ mod tests {
     use super::*;
     use crate::testing::Random;
 
-    fn lines(text: &[u8]) -> std::vec::Vec<Line> {
+    fn lines(text: &[u8]) -> std::vec::Vec<SlcanLine> {
         let mut decoder = Decoder::new();
         text.iter().filter_map(|&byte| decoder.push(byte)).collect()
     }
 
-    fn frame(id: u16, bytes: &[u8]) -> Line {
-        Line::Frame(Frame::standard(id, bytes).unwrap())
+    fn frame(id: u16, bytes: &[u8]) -> SlcanLine {
+        SlcanLine::Frame(Frame::standard(id, bytes).unwrap())
     }
 
     #[test]
     fn what_python_can_sends_when_it_opens_a_bus_is_understood() {
-        assert_eq!(lines(b"C\rS6\rO\r"), [Line::Close, Line::BitRate, Line::Open]);
+        assert_eq!(lines(b"C\rS6\rO\r"), [SlcanLine::Close, SlcanLine::BitRate, SlcanLine::Open]);
         assert_eq!(
             lines(b"\r\rV\rN\rZ0\r"),
-            [Line::Empty, Line::Empty, Line::Setting(b'V'), Line::Setting(b'N'), Line::Setting(b'Z')]
+            [
+                SlcanLine::Empty,
+                SlcanLine::Empty,
+                SlcanLine::Setting(b'V'),
+                SlcanLine::Setting(b'N'),
+                SlcanLine::Setting(b'Z')
+            ]
         );
     }
 
@@ -226,17 +232,17 @@ mod tests {
         ] {
             let mut text = std::vec::Vec::from(damaged);
             text.extend(b"\rt1230\r");
-            assert_eq!(lines(&text), [Line::Unknown, frame(0x123, &[])], "{damaged:?}");
+            assert_eq!(lines(&text), [SlcanLine::Unknown, frame(0x123, &[])], "{damaged:?}");
         }
     }
 
     #[test]
     fn extended_and_remote_frames_are_told_from_damage() {
-        assert_eq!(lines(b"T000001232AABB\rr1230\rR000001230\r"), [Line::OtherFrame; 3]);
+        assert_eq!(lines(b"T000001232AABB\rr1230\rR000001230\r"), [SlcanLine::OtherFrame; 3]);
     }
 
     #[test]
     fn a_bell_ends_what_stands_before_it() {
-        assert_eq!(lines(b"\x07t1230\r"), [Line::Empty, frame(0x123, &[])]);
+        assert_eq!(lines(b"\x07t1230\r"), [SlcanLine::Empty, frame(0x123, &[])]);
     }
 }

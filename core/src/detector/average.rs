@@ -10,7 +10,7 @@ const APART: f32 = 10.0;
 
 /// The mean of the readings so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Averaged {
+pub struct AveragedReading {
     /// Speed, vectors and gap voltages.
     pub reading: Reading,
     /// Variance of its noise relative to that of one reading: 1 for one alone. Noise of readings is taken as independent,
@@ -22,7 +22,7 @@ pub struct Averaged {
 /// Exponential mean of readings over time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Average {
-    last: Option<Averaged>,
+    last: Option<AveragedReading>,
 }
 
 impl Average {
@@ -30,15 +30,15 @@ impl Average {
     ///
     /// The weight of a reading is `dt/(dt + τ)` (backward Euler), one from `dt = 10 τ` on and for the first of a speed or
     /// of a set of probes.
-    pub fn update(&mut self, time_constant_s: f32, time_us: u64, reading: &Reading) -> Averaged {
+    pub fn update(&mut self, time_constant_s: f32, time_us: u64, reading: &Reading) -> AveragedReading {
         let joined = self.last.and_then(|last| last.joined(time_constant_s, time_us, reading));
-        let averaged = joined.unwrap_or(Averaged { reading: *reading, variance: 1.0, at_us: time_us });
+        let averaged = joined.unwrap_or(AveragedReading { reading: *reading, variance: 1.0, at_us: time_us });
         self.last = Some(averaged);
         averaged
     }
 }
 
-impl Averaged {
+impl AveragedReading {
     /// The mean with another reading; `None` if the two have nothing to do with each other.
     fn joined(&self, time_constant_s: f32, time_us: u64, reading: &Reading) -> Option<Self> {
         let dt_s = seconds_since(self.at_us, time_us);

@@ -1,6 +1,6 @@
 //! What a reading says for or against the model.
 
-use super::{Averaged, noise_floor_um};
+use super::{AveragedReading, noise_floor_um};
 use crate::model::Model;
 use crate::reading::MAX_PROBES;
 use crate::residual::Residual;
@@ -28,7 +28,7 @@ impl Evidence {
     pub fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
         model: &Model<N, PROBES, PLANES>,
         estimate: &Estimate,
-        averaged: &Averaged,
+        averaged: &AveragedReading,
     ) -> Self {
         let used = averaged.reading.probes().iter().filter(|probe| probe.is_finite());
         let square_um2 = used.fold(0.0, |sum, &probe| {

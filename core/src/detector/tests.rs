@@ -49,7 +49,7 @@ fn lasting_rise_in_daily_record_is_flagged_at_third_reading() {
     assert_eq!((verdicts[12].suspect, verdicts[12].reason), (Some(1), Reason::Rise));
     assert_eq!((verdicts[11].suspect, verdicts[11].streak), (None, 2));
     assert_eq!(verdicts[13].streak, 4);
-    assert_eq!(detector.latched(), Some(Latched { cause: Reason::Rise, suspect: Some(1) }));
+    assert_eq!(detector.latched(), Some(LatchedFlag { cause: Reason::Rise, suspect: Some(1) }));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::{Fit, PROBES};
+use super::{HarmonicFit, PROBES};
 
 type C = Complex<f32>;
 
@@ -97,7 +97,7 @@ impl Sums {
 
     /// Solves, for each probe, with A = Σv/W and B = Σv²/W of the weight W:
     /// `Σx/W = mean + Re(Y A)`, `2 Σx v̄/W = 2 mean Ā + Y + B̄ Ȳ`.
-    pub fn fits(&self) -> [Fit; PROBES] {
+    pub fn fits(&self) -> [HarmonicFit; PROBES] {
         let (a, b) = (self.vectors / self.weight, self.squares / self.weight);
         // with mean = X − Re(Y A): M Y-parts = right, the mean taken out
         let direct = 1.0 - a.norm_sqr();
@@ -107,9 +107,9 @@ impl Sums {
             let mean = value / self.weight;
             let right = product * (2.0 / self.weight) - a.conj() * (2.0 * mean);
             let phasor = (right * direct - mirrored * right.conj()) / determinant;
-            Fit { mean: mean - (phasor * a).re, phasor }
+            HarmonicFit { mean: mean - (phasor * a).re, phasor }
         };
-        let mut fits = [Fit { mean: 0.0, phasor: C::new(0.0, 0.0) }; PROBES];
+        let mut fits = [HarmonicFit { mean: 0.0, phasor: C::new(0.0, 0.0) }; PROBES];
         for (fit, (value, product)) in fits.iter_mut().zip(self.values.iter().zip(&self.products)) {
             *fit = solve(*value, *product);
         }

@@ -55,7 +55,7 @@ fn full() -> Full {
         supports: (0..MAX_SUPPORTS)
             .map(|_| Support {
                 pedestal,
-                table: Some(Table { first: 4, count: 12 }),
+                table: Some(KnotRange { first: 4, count: 12 }),
                 hardening_per_um2: 1e-4,
                 ..Support::isotropic(shape(), 1e7, 1e4)
             })
@@ -154,7 +154,7 @@ fn each_fault_of_a_model_is_named() {
     let knot = |speed_rad_s| Knot { speed_rad_s, stiffness_n_m: [[1e6; 2]; 2], damping_n_s_m: [[1e3; 2]; 2] };
     let with_table = move |m: &mut Model<2, 4, 2>, speeds: &[f32], count| {
         m.knots = speeds.iter().copied().map(knot).collect();
-        m.supports[0].table = Some(Table { first: 0, count });
+        m.supports[0].table = Some(KnotRange { first: 0, count });
     };
     type Fault = (std::boxed::Box<dyn Fn(&mut Model<2, 4, 2>)>, ModelError);
     fn fault(spoil: impl Fn(&mut Model<2, 4, 2>) + 'static, error: ModelError) -> Fault {

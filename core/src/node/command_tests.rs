@@ -4,7 +4,7 @@ use super::testing::*;
 use super::*;
 use crate::can::isotp::TIMEOUT_US;
 use crate::command::{Command, Detail, Key, MAX_COUNTER_STEP, Outcome};
-use crate::detector::Latched;
+use crate::detector::LatchedFlag;
 use crate::model::tests::rigid_rotor;
 
 fn better() -> TestModel {
@@ -288,5 +288,5 @@ fn memory_is_stored_seldom() {
     assert!((4..12).contains(&store.savings), "{}", store.savings);
     let started = store.start();
     assert!(!started.monitor.detector.is_learning());
-    assert_eq!(started.monitor.detector.latched(), None::<Latched>);
+    assert_eq!(started.monitor.detector.latched(), None::<LatchedFlag>);
 }

@@ -41,15 +41,19 @@ pub struct NodeConfig {
 }
 
 impl NodeConfig {
-    /// Usual settings: 200 ms for a reading, a heartbeat every second, 100 ms of listening, memory every hour, no key, no MACs and a
-    /// minute of reserve for them.
+    /// [`NodeConfig::reading_timeout_us`] of a node that sets no other.
+    pub const READING_TIMEOUT_US: u64 = 200_000;
+    /// [`NodeConfig::heartbeat_period_us`] of a node that sets no other.
+    pub const HEARTBEAT_PERIOD_US: u64 = 1_000_000;
+
+    /// Usual settings: 100 ms of listening, memory every hour, no key, no MACs and a minute of reserve for their nonces.
     pub fn new(node: u8) -> Self {
         Self {
             node,
             track: TrackConfig::default(),
             thresholds: Thresholds::DEFAULT,
-            reading_timeout_us: 200_000,
-            heartbeat_period_us: 1_000_000,
+            reading_timeout_us: Self::READING_TIMEOUT_US,
+            heartbeat_period_us: Self::HEARTBEAT_PERIOD_US,
             listen_us: 100_000,
             memory_period_us: 3_600_000_000,
             #[cfg(feature = "command")]

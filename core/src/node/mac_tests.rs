@@ -77,7 +77,7 @@ fn right_mac_makes_a_reading_count_and_its_answer_has_one() {
 }
 
 #[test]
-fn unauthenticated_forged_or_replayed_readings_change_only_counters() {
+fn readings_without_a_right_mac_change_only_counters() {
     let (mut node, mut store) = fresh();
     for sequence in 1..=20 {
         assert!(is_answered(&told(&mut node, &mut store, 0, &genuine(sequence))));

@@ -5,7 +5,7 @@ use crate::detector::{Detector, Evidence, ResidualVerdict};
 use crate::memory::Memory;
 use crate::model::{MAX_PLANES, Model, ModelError, Pair};
 use crate::numerics::Numerics;
-use crate::stages::{Estimator, Screened, Unusable, screen};
+use crate::stages::{Estimator, ScreenedReading, Unusable, screen};
 use crate::state::{NodeState, Reason};
 use crate::thresholds::Thresholds;
 use crate::track::{Estimate, TrackConfig, TrackError, Tracker};
@@ -27,7 +27,7 @@ pub(super) struct Monitor<const SHAPES: usize, const PROBES: usize, const PLANES
 }
 
 /// What became of a whole reading.
-pub(super) enum Evaluated {
+pub(super) enum Evaluation {
     Unmodelled,
     /// Speed, features or number of probes cannot be.
     Rejected,
@@ -179,9 +179,9 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         thresholds: &Thresholds,
         time_us: u64,
         numbered: &NumberedReading,
-    ) -> Evaluated {
+    ) -> Evaluation {
         let (Ok(model), Some(estimator)) = (&self.model, &mut self.estimator) else {
-            return Evaluated::Unmodelled;
+            return Evaluation::Unmodelled;
         };
         let screened = match screen(model, thresholds, numbered.keyphasor, &numbered.reading) {
             Ok(screened) => screened,
@@ -194,7 +194,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             Ok(estimate) => estimate,
             Err(error) => {
                 self.blind = Some(why_blind(error));
-                return Evaluated::Unsolved;
+                return Evaluation::Unsolved;
             }
         };
         let evidence = Evidence::new(model, &estimate, &averaged);
@@ -207,15 +207,15 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         self.estimate = Some(estimate);
         self.blind = judged.err();
         self.verdict = judged.ok().or(self.verdict);
-        Evaluated::Estimated { result, partial: screened.missing_mask != 0 }
+        Evaluation::Estimated { result, partial: screened.missing_mask != 0 }
     }
 
-    fn pass_over(&mut self, unusable: Unusable) -> Evaluated {
+    fn pass_over(&mut self, unusable: Unusable) -> Evaluation {
         let (evaluated, reason, missing) = match unusable {
-            Unusable::Rejected(reason) => (Evaluated::Rejected, reason, (0, Reason::None)),
-            Unusable::Skipped { reason, missing_mask: 0 } => (Evaluated::Skipped, reason, (0, Reason::None)),
+            Unusable::Rejected(reason) => (Evaluation::Rejected, reason, (0, Reason::None)),
+            Unusable::Skipped { reason, missing_mask: 0 } => (Evaluation::Skipped, reason, (0, Reason::None)),
             Unusable::Skipped { reason, missing_mask } => {
-                (Evaluated::Skipped, reason, (missing_mask, reason))
+                (Evaluation::Skipped, reason, (missing_mask, reason))
             }
         };
         (self.blind, self.missing) = (Some(reason), missing);
@@ -226,7 +226,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
 /// The estimate of a screened reading as a result, with its verdict or why it has none.
 fn result_of(
     sequence: u16,
-    screened: &Screened,
+    screened: &ScreenedReading,
     estimate: &Estimate,
     floor_um: f32,
     judged: &Result<ResidualVerdict, Reason>,

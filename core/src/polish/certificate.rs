@@ -1,12 +1,12 @@
 //! The dual bound.
 
-use crate::fit::Fit;
+use crate::fit::BoundedFit;
 use crate::model::Pair;
 use crate::scalar;
 
 /// `Hᵀλ`, µm per g·mm of each plane; `multipliers` are one λ a row.
 pub(super) fn pull<const PROBES: usize, const PLANES: usize>(
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     multipliers: &[f32],
 ) -> [Pair; PLANES] {
     let mut pull = [[0.0; 2]; PLANES];
@@ -22,7 +22,7 @@ pub(super) fn pull<const PROBES: usize, const PLANES: usize>(
 /// `g(λ) = −λᵀt − Σ b_k ‖(Hᵀλ)_k‖`, µm: no unbalance within the bounds leaves less. What lies outside of −1..1 is cut off,
 /// and a row without a multiplier counts as zero, so that this holds whatever is given.
 pub(super) fn least_um<const PROBES: usize, const PLANES: usize>(
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     multipliers: &mut [f32],
 ) -> f32 {
     let mut least = 0.0;

@@ -7,7 +7,7 @@ use core::array;
 use heapless::Vec;
 
 use super::certificate;
-use crate::fit::Fit;
+use crate::fit::BoundedFit;
 use crate::model::{MAX_PLANES, Pair};
 use crate::reading::MAX_PROBES;
 use crate::scalar;
@@ -27,7 +27,7 @@ const SMALLEST_RATE: f32 = 1e-5;
 
 /// A quantity that depends on the columns' variables y: `value + ways·y`, and costs `slope` below and above zero.
 #[derive(Clone, Copy)]
-struct Line<const PLANES: usize> {
+struct PiecewiseLinear<const PLANES: usize> {
     value: f32,
     ways: [Pair; PLANES],
     below: f32,
@@ -51,7 +51,7 @@ enum Owner {
 /// discs, and planes of unlike influence become alike.
 pub(super) struct Tableau<const PLANES: usize> {
     /// The unknowns, then the rows, then the tangents.
-    lines: Vec<Line<PLANES>, LINES>,
+    lines: Vec<PiecewiseLinear<PLANES>, LINES>,
     owners: [[Owner; 2]; PLANES],
     /// Where each tangent of each plane touches (a unit vector), and the line it is.
     tangents: [Vec<(Pair, usize), TANGENTS>; PLANES],
@@ -62,7 +62,7 @@ pub(super) struct Tableau<const PLANES: usize> {
     rows: usize,
 }
 
-impl<const PLANES: usize> Line<PLANES> {
+impl<const PLANES: usize> PiecewiseLinear<PLANES> {
     /// What another unit of it costs here.
     #[inline]
     fn slope(&self) -> f32 {
@@ -77,7 +77,7 @@ impl<const PLANES: usize> Line<PLANES> {
 
 impl<const PLANES: usize> Tableau<PLANES> {
     #[inline]
-    pub fn new<const PROBES: usize>(fit: &Fit<PROBES, PLANES>, start: [Pair; PLANES]) -> Self {
+    pub fn new<const PROBES: usize>(fit: &BoundedFit<PROBES, PLANES>, start: [Pair; PLANES]) -> Self {
         let mut squares = [0.0; PLANES];
         for row in fit.rows() {
             for (square, [a, _]) in squares.iter_mut().zip(row) {
@@ -101,7 +101,7 @@ impl<const PLANES: usize> Tableau<PLANES> {
                 let mut ways = [[0.0; 2]; PLANES];
                 ways[plane][part] = 1.0;
                 let value = start[plane][part] * length[plane];
-                let _ = lines.push(Line { value, ways, below: 0.0, above: 0.0, vanishes: false });
+                let _ = lines.push(PiecewiseLinear { value, ways, below: 0.0, above: 0.0, vanishes: false });
             }
         }
         for (row, value) in fit.rows().iter().zip(fit.residuals_um(&start)) {
@@ -109,7 +109,7 @@ impl<const PLANES: usize> Tableau<PLANES> {
             for (way, scale) in ways.iter_mut().zip(&scale).take(planes) {
                 *way = way.map(|x| x * scale);
             }
-            let _ = lines.push(Line { value, ways, below: -1.0, above: 1.0, vanishes: false });
+            let _ = lines.push(PiecewiseLinear { value, ways, below: -1.0, above: 1.0, vanishes: false });
         }
         let tangents = array::from_fn(|_| Vec::new());
         Self { lines, owners, tangents, bound, length, planes, rows: fit.rows().len() }
@@ -142,7 +142,7 @@ impl<const PLANES: usize> Tableau<PLANES> {
         slopes
     }
 
-    fn kinks(&self) -> impl Iterator<Item = &Line<PLANES>> {
+    fn kinks(&self) -> impl Iterator<Item = &PiecewiseLinear<PLANES>> {
         self.lines.iter().skip(2 * self.planes)
     }
 
@@ -265,14 +265,15 @@ impl<const PLANES: usize> Tableau<PLANES> {
     /// λ of each row: its sign, or what holds it at zero.
     pub fn multipliers<const PROBES: usize>(
         &self,
-        fit: &Fit<PROBES, PLANES>,
+        fit: &BoundedFit<PROBES, PLANES>,
     ) -> Vec<f32, { 2 * MAX_PROBES }> {
         let slopes = self.slopes();
         let rows = || self.lines.iter().enumerate().skip(2 * self.planes).take(self.rows);
-        let multiplier = |(place, line): (usize, &Line<PLANES>)| match self.slope_of(place, &slopes) {
-            Some(slope) => -slope,
-            None => line.slope(),
-        };
+        let multiplier =
+            |(place, line): (usize, &PiecewiseLinear<PLANES>)| match self.slope_of(place, &slopes) {
+                Some(slope) => -slope,
+                None => line.slope(),
+            };
         let mut multipliers = Vec::new();
         for row in rows() {
             let _ = multipliers.push(multiplier(row));
@@ -302,7 +303,7 @@ impl<const PLANES: usize> Tableau<PLANES> {
     }
 
     /// The unbalance, g·mm. What many exchanges have left of rounding in the rows that should vanish is taken off.
-    pub fn unbalance_g_mm<const PROBES: usize>(&self, fit: &Fit<PROBES, PLANES>) -> [Pair; PLANES] {
+    pub fn unbalance_g_mm<const PROBES: usize>(&self, fit: &BoundedFit<PROBES, PLANES>) -> [Pair; PLANES] {
         let mut unknowns = self.unknowns();
         let mut unbalance_g_mm = self.unscaled(unknowns);
         let rows = self.lines.iter().enumerate().skip(2 * self.planes).take(self.rows);

@@ -8,7 +8,7 @@ use crate::testing::{Random, random_fit, random_fit_of};
 const ALLOWED: f64 = 1e-4;
 /// A bound so wide that none is active, relative to the true unbalance. The certificate's rounding grows with it.
 const WIDE: f32 = 30.0;
-/// What [`Polished::gap_um`] may be, relative to Σ|target|: what sends the swarm searching.
+/// What [`PolishResult::gap_um`] may be, relative to Σ|target|: what sends the swarm searching.
 const GAP: f32 = 1e-3;
 
 type Point = [f64; 4];
@@ -20,7 +20,7 @@ struct Exact {
 }
 
 impl Exact {
-    fn new(fit: &Fit<4, 2>) -> Self {
+    fn new(fit: &BoundedFit<4, 2>) -> Self {
         let cell = |row: usize, column: usize| fit.rows()[row].as_flattened()[column];
         Self {
             columns: core::array::from_fn(|j| core::array::from_fn(|i| f64::from(cell(i, j)))),
@@ -130,15 +130,15 @@ impl Exact {
     }
 }
 
-fn target_sum<const PROBES: usize, const PLANES: usize>(fit: &Fit<PROBES, PLANES>) -> f32 {
+fn target_sum<const PROBES: usize, const PLANES: usize>(fit: &BoundedFit<PROBES, PLANES>) -> f32 {
     fit.target_um().iter().map(|f| f.abs()).sum()
 }
 
 /// Polished, with its certificate and its bounds looked at.
 fn polished<const PROBES: usize, const PLANES: usize>(
-    fit: &Fit<PROBES, PLANES>,
+    fit: &BoundedFit<PROBES, PLANES>,
     random: &mut Random,
-) -> Polished<PLANES> {
+) -> PolishResult<PLANES> {
     let start = core::array::from_fn(|_| [random.signed(), random.signed()]);
     let found = polish(fit, start);
     for ([x, y], &bound) in found.unbalance_g_mm.into_iter().zip(fit.bound_g_mm()) {
@@ -149,7 +149,7 @@ fn polished<const PROBES: usize, const PLANES: usize>(
 }
 
 /// The excess of the residual over the exact minimum, relative to Σ|target|.
-fn excess(fit: &Fit<4, 2>, exact_um: f64, random: &mut Random) -> f64 {
+fn excess(fit: &BoundedFit<4, 2>, exact_um: f64, random: &mut Random) -> f64 {
     let found = polished(fit, random);
     assert!(found.gap_um <= GAP * target_sum(fit), "gap {:e}", found.gap_um / target_sum(fit));
     let excess = (f64::from(found.residual_um) - exact_um) / f64::from(target_sum(fit));
@@ -238,7 +238,7 @@ fn equal_problems_in_other_capacities_give_equal_bits() {
             }
             (coefficients, nalgebra::Complex::new(target[0], -target[1]))
         });
-        let roomy = Fit::<8, 4>::new(rows, fit.bound_g_mm());
+        let roomy = BoundedFit::<8, 4>::new(rows, fit.bound_g_mm());
         let (small, large) = (polish(&fit, [[0.1; 2]; 2]), polish(&roomy, [[0.1; 2]; 4]));
         assert_eq!(small.unbalance_g_mm[..], large.unbalance_g_mm[..2]);
         assert_eq!((small.residual_um, small.gap_um), (large.residual_um, large.gap_um));
@@ -255,7 +255,7 @@ fn bounded_plane_stays_at_zero_and_other_reaches_minimum() {
             let c = rows[0].map(|[re, minus_im]| nalgebra::Complex::new(re, -minus_im));
             (c, nalgebra::Complex::new(target[0], -target[1]))
         });
-        let fit = Fit::<4, 2>::new(rows, &[probes.bound_g_mm()[0], 0.0]);
+        let fit = BoundedFit::<4, 2>::new(rows, &[probes.bound_g_mm()[0], 0.0]);
         let excess = excess(&fit, Exact::new(&fit).best_other(1, [0.0; 2]), &mut random);
         assert!(excess.abs() < ALLOWED, "{excess:e}");
         assert_eq!(polish(&fit, [[0.1; 2]; 2]).unbalance_g_mm[1], [0.0; 2]);
@@ -297,6 +297,6 @@ fn deviations_are_those_of_the_inverted_normal_matrix() {
 #[test]
 fn planes_that_no_probe_tells_apart_have_no_finite_deviation() {
     let c = nalgebra::Complex::new(0.3, -0.4);
-    let fit = Fit::<4, 2>::new((0..4).map(|_| ([c, c * 2.0], c)), &[1.0, 1.0]);
+    let fit = BoundedFit::<4, 2>::new((0..4).map(|_| ([c, c * 2.0], c)), &[1.0, 1.0]);
     assert!(fit.deviations_g_mm(0.1).iter().all(|deviation| *deviation == f32::INFINITY));
 }

@@ -6,7 +6,7 @@ use core::mem;
 use super::C;
 use super::equations::{Coupling, Equations};
 use super::motion::{Motion, Whirl};
-use crate::linear::{self, Row};
+use crate::linear::{self, Equation};
 use crate::scalar;
 
 /// Strength of a coupling (of the solution `SᵀP·pm` for one support) beyond which the correction is not trusted: near a
@@ -168,7 +168,7 @@ pub(super) fn eliminate<const N: usize, const PLANES: usize>(
     equations: &Equations<N>,
     motion: &mut Motion<N, PLANES>,
 ) -> Option<()> {
-    let mut system = [[Row::<N, PLANES>::zero(); N]; 2];
+    let mut system = [[Equation::<N, PLANES>::zero(); N]; 2];
     for i in 0..N {
         for j in 0..N {
             // Only the lower triangles are filled.

@@ -13,12 +13,12 @@ use crate::scalar;
 
 /// Forward and backward whirl at one place of the shaft for each right-hand side.
 #[derive(Clone, Copy)]
-struct Place<const PLANES: usize> {
+struct WhirlMotion<const PLANES: usize> {
     planes: [[C; 2]; PLANES],
     forced: Option<[C; 2]>,
 }
 
-impl<const PLANES: usize> Place<PLANES> {
+impl<const PLANES: usize> WhirlMotion<PLANES> {
     #[inline]
     fn new<const N: usize>(motion: &Motion<N, PLANES>, shape: &SVector<f32, N>) -> Self {
         let [shape] = &shape.data.0;
@@ -56,7 +56,7 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
     ) -> Result<Response<PROBES, PLANES>, ResponseError> {
         let mut is_finite = true;
         // Probes come in pairs at one place.
-        let mut before: Option<(&Probe<N>, Place<PLANES>)> = None;
+        let mut before: Option<(&Probe<N>, WhirlMotion<PLANES>)> = None;
         let probes = array::from_fn(|number| {
             let Some(probe) = model.probes.get(number) else {
                 return Linear { per_unbalance: [C::default(); PLANES], fixed: C::default() };
@@ -84,14 +84,14 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
         probe: &Probe<N>,
         speed: f32,
         SupportAmplitudes(amplitudes): &SupportAmplitudes,
-    ) -> Place<PLANES> {
-        let mut place = Place::new(self, &probe.shape);
+    ) -> WhirlMotion<PLANES> {
+        let mut place = WhirlMotion::new(self, &probe.shape);
         let mount = probe.mount.map(usize::from);
         let mounted = mount.and_then(|mount| model.supports.get(mount).zip(amplitudes.get(mount)));
         if let Some((support, &amplitude)) = mounted {
             let knots = support.table.map_or(&[][..], |table| model.knots_of(table));
             let housing = whirling(&support.housing(knots, speed, amplitude));
-            place.subtract(housing, &Place::new(self, &support.shape));
+            place.subtract(housing, &WhirlMotion::new(self, &support.shape));
         }
         place
     }
@@ -106,7 +106,7 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
         let mut amplitudes = SupportAmplitudes::default();
         for (amplitude, support) in amplitudes.0.iter_mut().zip(&model.supports) {
             if support.hardening_per_um2 != 0.0 {
-                let place = Place::new(self, &support.shape);
+                let place = WhirlMotion::new(self, &support.shape);
                 *amplitude = [[1.0, 0.0], [0.0, 1.0]].map(|direction| {
                     let y = place.along(direction, C::new(1.0, 0.0)).phasor(unbalance_g_mm);
                     scalar::length([y.re, y.im])

@@ -1,6 +1,6 @@
 //! The network of the forecast, with the feature `lstm`.
 
-use rotor_edge_desktop::prognosis::lstm::Network;
+use rotor_edge_desktop::forecast::lstm::Network;
 
 fn wave(n: usize) -> Vec<f64> {
     (0..n).map(|i| 400.0 + 30.0 * (i as f64 / 6.0).sin()).collect()

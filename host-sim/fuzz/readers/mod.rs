@@ -4,7 +4,7 @@
 use std::ffi::OsString;
 use std::fs;
 
-use rotor_edge::bus::decoded::Decoded;
+use rotor_edge::bus::decoded::DecodedLog;
 use rotor_edge::bus::log::LogReader;
 use rotor_edge::command::{Listener, object, shown};
 use rotor_edge::deploy::read_key;
@@ -133,7 +133,7 @@ pub fn waveform_npz(bytes: &[u8]) {
 
 /// A candump log, and what `decode` puts together from it.
 pub fn log(bytes: &[u8]) {
-    one_sentence(Decoded::of(LogReader::new(bytes, "x.log".into()), "x.log"));
+    one_sentence(DecodedLog::of(LogReader::new(bytes, "x.log".into()), "x.log"));
 }
 
 /// A monitor's state, or a key, whatever the file holds.

@@ -2,9 +2,9 @@
 
 use super::wire::WireFrame;
 
-/// One thing that came in.
+/// One item of the stream.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Heard {
+pub enum StreamItem {
     Frame(WireFrame),
     /// Anything else that is whole: a command or an answer.
     Text(String),
@@ -14,12 +14,12 @@ pub enum Heard {
 /// Takes a stream apart, wherever it was split.
 pub trait Decoder: Default + Send {
     /// Takes one byte; what it completes.
-    fn push(&mut self, byte: u8) -> Option<Heard>;
+    fn push(&mut self, byte: u8) -> Option<StreamItem>;
 }
 
 /// All that a stream holds.
 #[cfg(test)]
-pub fn decode_all<D: Decoder>(stream: &[u8]) -> Vec<Heard> {
+pub fn decode_all<D: Decoder>(stream: &[u8]) -> Vec<StreamItem> {
     let mut decoder = D::default();
     stream.iter().filter_map(|byte| decoder.push(*byte)).collect()
 }

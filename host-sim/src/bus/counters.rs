@@ -56,12 +56,12 @@ const MOST_BETWEEN: u32 = 1 << 24;
 /// Counters over wraps and over restarts of the monitor, from its own count at the first heartbeat that is heard on. A restart
 /// after which it has counted beyond what it was before the next heartbeat looks like none.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Totals {
+pub struct CounterTotals {
     last: Counters,
     sums: [u64; 1 + 2 * COUNTER_PAIRS],
 }
 
-impl Totals {
+impl CounterTotals {
     /// Takes what one frame tells; other messages change nothing.
     pub fn take(&mut self, message: &Message) {
         let before = self.last;
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn totals_go_on_over_a_wrap_and_over_a_restart() {
-        let mut totals = Totals::default();
+        let mut totals = CounterTotals::default();
         let mut tell = |lost: u32| {
             totals.take(&Message::Counters { pair: 0, values: [lost, 7] });
             totals.named().nth(1).unwrap()

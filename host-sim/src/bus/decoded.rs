@@ -8,8 +8,8 @@ use rotor_edge_core::model::Pair;
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::Reading;
 
-use super::log::{Line, Logged};
-use super::mac::{Checker, Refused};
+use super::log::{LogEntry, LogLine};
+use super::mac::{Checker, RefusalCounts};
 use super::states::States;
 pub use super::timed::Timed;
 
@@ -64,7 +64,7 @@ impl NodeRecord {
 }
 
 #[derive(Debug, Clone, Default)]
-pub struct Decoded {
+pub struct DecodedLog {
     /// By number of the monitor.
     pub nodes: BTreeMap<u8, NodeRecord>,
     /// Whole lines of the log.
@@ -79,12 +79,12 @@ pub struct Decoded {
     checker: Option<Checker>,
 }
 
-impl Decoded {
+impl DecodedLog {
     /// Puts a log together; `name` is for messages.
     ///
     /// # Errors
     /// One sentence if no more lines are whole than torn, if nothing in the log is ours, or if it holds several buses.
-    pub fn of(log: impl Iterator<Item = Result<Line>>, name: &str) -> Result<Self> {
+    pub fn of(log: impl Iterator<Item = Result<LogLine>>, name: &str) -> Result<Self> {
         Self::checked(log, name, None)
     }
 
@@ -93,7 +93,7 @@ impl Decoded {
     /// # Errors
     /// As [`Self::of`].
     pub fn checked(
-        log: impl Iterator<Item = Result<Line>>,
+        log: impl Iterator<Item = Result<LogLine>>,
         name: &str,
         checker: Option<Checker>,
     ) -> Result<Self> {
@@ -101,8 +101,8 @@ impl Decoded {
         let mut first_torn = None;
         for line in log {
             match line? {
-                Line::Whole(logged) => all.take(logged, name)?,
-                Line::Torn(why) => {
+                LogLine::Whole(logged) => all.take(logged, name)?,
+                LogLine::Torn(why) => {
                     all.torn += 1;
                     first_torn.get_or_insert(why);
                 }
@@ -125,11 +125,11 @@ impl Decoded {
     }
 
     /// What was not believed; `None` where no MACs were checked.
-    pub fn refused(&self) -> Option<Refused> {
+    pub fn refused(&self) -> Option<RefusalCounts> {
         self.checker.as_ref().map(Checker::refused)
     }
 
-    fn take(&mut self, logged: Logged, name: &str) -> Result<()> {
+    fn take(&mut self, logged: LogEntry, name: &str) -> Result<()> {
         if self.frames == 0 {
             self.start_us = logged.time_us;
         }
@@ -168,9 +168,9 @@ mod tests {
         Reading::new(9000.0, &[vector; 4]).unwrap()
     }
 
-    fn logged(frames: impl IntoIterator<Item = (&'static str, Frame)>) -> Vec<Result<Line>> {
+    fn logged(frames: impl IntoIterator<Item = (&'static str, Frame)>) -> Vec<Result<LogLine>> {
         let line = |(row, (channel, frame)): (u64, (&str, Frame))| {
-            Ok(Line::Whole(Logged {
+            Ok(LogLine::Whole(LogEntry {
                 row,
                 time_us: 1_000 * row,
                 channel: channel.into(),
@@ -184,15 +184,15 @@ mod tests {
         reading_frames(node, &NumberedReading::new(sequence, reading(number)))
     }
 
-    fn refusal(log: Vec<Result<Line>>) -> String {
-        Decoded::of(log.into_iter(), "x.log").unwrap_err().to_string()
+    fn refusal(log: Vec<Result<LogLine>>) -> String {
+        DecodedLog::of(log.into_iter(), "x.log").unwrap_err().to_string()
     }
 
     #[test]
     fn interleaved_node_readings_are_separated_with_last_time() {
         let mixed = frames(1, 7, 1).into_iter().zip(frames(2, 8, 2));
         let log = logged(mixed.flat_map(|(a, b)| [("can0", a), ("can0", b)]));
-        let all = Decoded::of(log.into_iter(), "x.log").unwrap();
+        let all = DecodedLog::of(log.into_iter(), "x.log").unwrap();
         assert_eq!((all.frames, all.ours, all.start_us), (12, 12, 1_000));
         let of_node = |node: &NodeRecord| {
             let [Timed { time_us, what }] = &node.readings[..] else { panic!("one reading each") };
@@ -205,10 +205,10 @@ mod tests {
 
     #[test]
     fn torn_lines_are_skipped_unless_as_many_as_whole_ones() {
-        let torn = || Ok(Line::Torn("x.log, row 3: torn".into()));
+        let torn = || Ok(LogLine::Torn("x.log, row 3: torn".into()));
         let mut log = logged(frames(1, 7, 1).into_iter().chain(frames(1, 8, 2)).map(|frame| ("can0", frame)));
         log.insert(2, torn());
-        let all = Decoded::of(log.into_iter(), "x.log").unwrap();
+        let all = DecodedLog::of(log.into_iter(), "x.log").unwrap();
         assert_eq!((all.torn, all.nodes[&1].readings.len()), (1, 2));
         let mut half = logged(frames(1, 7, 1).into_iter().map(|frame| ("can0", frame)));
         half.extend((0..6).map(|_| torn()));

@@ -97,7 +97,7 @@ fn push_line(text: &mut Vec<u8>, time_us: u64, frame: &WireFrame) {
 
 /// One line of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Logged {
+pub struct LogEntry {
     /// Row of the file, from 1.
     pub row: u64,
     /// Microseconds since 1970, or since whatever the recorder counts from.
@@ -110,16 +110,16 @@ pub struct Logged {
 
 /// A line of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Line {
+pub enum LogLine {
     /// As a recorder writes it.
-    Whole(Logged),
+    Whole(LogEntry),
     /// Of no recorder: cut when the power went, or damaged. What it says, and what was expected, in one sentence.
     Torn(String),
 }
 
-impl Line {
+impl LogLine {
     /// What a whole one holds.
-    pub fn whole(self) -> Option<Logged> {
+    pub fn whole(self) -> Option<LogEntry> {
         match self {
             Self::Whole(logged) => Some(logged),
             Self::Torn(_) => None,
@@ -152,9 +152,9 @@ impl<R: BufRead> LogReader<R> {
         Self { input, name, row: 0 }
     }
 
-    fn torn(&self, line: &str) -> Line {
+    fn torn(&self, line: &str) -> LogLine {
         let quoted: String = line.trim().chars().take(QUOTED_CHARACTERS).collect();
-        Line::Torn(format!(
+        LogLine::Torn(format!(
             "{}, row {}: \"{}\" is no line of a candump log, expected such as (1700000000.123456) can0 123#0102; \
              python-can's can_logconvert makes one of ASC and BLF files",
             self.name,
@@ -163,7 +163,7 @@ impl<R: BufRead> LogReader<R> {
         ))
     }
 
-    fn next_line(&mut self) -> Result<Option<Line>> {
+    fn next_line(&mut self) -> Result<Option<LogLine>> {
         loop {
             let mut line = Vec::new();
             let number = self.input.read_until(b'\n', &mut line);
@@ -175,20 +175,20 @@ impl<R: BufRead> LogReader<R> {
             if line.trim().is_empty() {
                 continue;
             }
-            return Ok(Some(parse(self.row, &line).map_or_else(|| self.torn(&line), Line::Whole)));
+            return Ok(Some(parse(self.row, &line).map_or_else(|| self.torn(&line), LogLine::Whole)));
         }
     }
 }
 
 impl<R: BufRead> Iterator for LogReader<R> {
-    type Item = Result<Line>;
+    type Item = Result<LogLine>;
 
     fn next(&mut self) -> Option<Self::Item> {
         self.next_line().transpose()
     }
 }
 
-fn parse(row: u64, line: &str) -> Option<Logged> {
+fn parse(row: u64, line: &str) -> Option<LogEntry> {
     let mut words = line.split_ascii_whitespace();
     let time = words.next()?.strip_prefix('(')?.strip_suffix(')')?;
     let channel = words.next()?.to_string();
@@ -197,7 +197,7 @@ fn parse(row: u64, line: &str) -> Option<Logged> {
     if !matches!(words.next(), None | Some("R" | "T")) || words.next().is_some() {
         return None;
     }
-    Some(Logged { row, time_us: time_us(time)?, channel, frame: frame(id, rest)? })
+    Some(LogEntry { row, time_us: time_us(time)?, channel, frame: frame(id, rest)? })
 }
 
 fn time_us(text: &str) -> Option<u64> {
@@ -235,14 +235,14 @@ fn frame(id: &str, rest: &str) -> Option<Option<WireFrame>> {
 }
 
 /// A bus of which everything sent and heard is recorded.
-pub struct Recorded<B> {
+pub struct RecordingBus<B> {
     bus: B,
     log: LogWriter<File>,
     path: String,
     clock: Clock,
 }
 
-impl<B: CanBus> Recorded<B> {
+impl<B: CanBus> RecordingBus<B> {
     /// Begins the recording.
     ///
     /// # Errors
@@ -258,7 +258,7 @@ impl<B: CanBus> Recorded<B> {
     }
 }
 
-impl<B: CanBus> CanBus for Recorded<B> {
+impl<B: CanBus> CanBus for RecordingBus<B> {
     fn send(&mut self, frame: &Frame) -> Result<()> {
         self.bus.send(frame)?;
         self.record(frame)
@@ -293,11 +293,11 @@ mod tests {
     use crate::bus::local_bus;
     use crate::bus::wire::testing::any_frame;
 
-    fn read(text: &str) -> Result<Vec<Logged>> {
+    fn read(text: &str) -> Result<Vec<LogEntry>> {
         let lines = LogReader::new(text.as_bytes(), "test.log".into());
-        let whole = |line: Result<Line>| match line? {
-            Line::Whole(logged) => Ok(logged),
-            Line::Torn(why) => Err(anyhow::Error::msg(why)),
+        let whole = |line: Result<LogLine>| match line? {
+            LogLine::Whole(logged) => Ok(logged),
+            LogLine::Torn(why) => Err(anyhow::Error::msg(why)),
         };
         lines.map(whole).collect()
     }
@@ -308,7 +308,7 @@ mod tests {
             let mut text = Vec::new();
             LogWriter::new(&mut text).write(time_us, [&frame]).unwrap();
             let back = read(std::str::from_utf8(&text).unwrap()).unwrap();
-            prop_assert_eq!(back, [Logged { row: 1, time_us, channel: CHANNEL.into(), frame: Some(frame) }]);
+            prop_assert_eq!(back, [LogEntry { row: 1, time_us, channel: CHANNEL.into(), frame: Some(frame) }]);
         }
     }
 
@@ -358,7 +358,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("both.log");
         let [near, mut far] = <[_; 2]>::try_from(local_bus(2)).ok().unwrap();
-        let mut near = Recorded::new(near, &path).unwrap();
+        let mut near = RecordingBus::new(near, &path).unwrap();
         let frame = |id: u16| Frame::standard(id, &[id as u8]).unwrap();
         near.send(&frame(1)).unwrap();
         far.send(&frame(2)).unwrap();

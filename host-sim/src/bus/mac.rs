@@ -47,7 +47,7 @@ impl Authenticator {
 
 /// Groups of frames that were not believed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub struct Refused {
+pub struct RefusalCounts {
     /// Without a MAC, or with frames missing.
     #[serde(rename = "unsealed")]
     pub without_mac: u64,
@@ -57,7 +57,7 @@ pub struct Refused {
     pub replayed: u64,
 }
 
-impl Refused {
+impl RefusalCounts {
     pub fn any(&self) -> bool {
         *self != Self::default()
     }
@@ -71,7 +71,7 @@ impl Refused {
     }
 }
 
-impl std::fmt::Display for Refused {
+impl std::fmt::Display for RefusalCounts {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { without_mac, forged, replayed } = self;
         write!(
@@ -87,14 +87,14 @@ pub struct Checker {
     key: Key,
     node: u8,
     gates: [Gate; 2],
-    refused: Refused,
+    refused: RefusalCounts,
 }
 
 impl Checker {
     /// Believes any nonce at first.
     pub fn new(key: Key, node: u8) -> Self {
         let gates = [Direction::ToNode, Direction::ToHost].map(|direction| Gate::new(direction, 0));
-        Self { key, node, gates, refused: Refused::default() }
+        Self { key, node, gates, refused: RefusalCounts::default() }
     }
 
     pub fn node(&self) -> u8 {
@@ -102,7 +102,7 @@ impl Checker {
     }
 
     /// What was not believed so far.
-    pub fn refused(&self) -> Refused {
+    pub fn refused(&self) -> RefusalCounts {
         self.refused
     }
 
@@ -113,8 +113,7 @@ impl Checker {
         if frame.node() != self.node || !(is_covered || frame.is_mac()) {
             return vec![*frame];
         }
-        // the time-out is the same for every number
-        let timeout_us = NodeConfig::new(0).reading_timeout_us;
+        let timeout_us = NodeConfig::READING_TIMEOUT_US;
         let mut believed = Vec::new();
         for gate in &mut self.gates {
             match gate.receive(&self.key, timeout_us, time_us, frame) {
@@ -151,8 +150,8 @@ impl<'a> AuthenticatedBus<'a> {
     }
 
     /// What was not believed of a monitor that sends MACs.
-    pub fn refused(&self) -> Refused {
-        if self.is_authenticated { self.checker.refused() } else { Refused::default() }
+    pub fn refused(&self) -> RefusalCounts {
+        if self.is_authenticated { self.checker.refused() } else { RefusalCounts::default() }
     }
 }
 
@@ -229,7 +228,7 @@ mod tests {
     }
 
     /// States that were passed on, and what was refused.
-    fn heard(frames: Vec<Frame>, time: Duration) -> (Vec<NodeState>, Refused) {
+    fn heard(frames: Vec<Frame>, time: Duration) -> (Vec<NodeState>, RefusalCounts) {
         let count = frames.len();
         let mut script = Script(frames.into());
         let mut bus = AuthenticatedBus::listen(&mut script, Checker::new(KEY, NODE), time).unwrap();
@@ -255,6 +254,6 @@ mod tests {
             "what came before the first seal is not believed, and with it that"
         );
         assert!(refused.replayed == 1 && refused.any(), "{refused:?}");
-        assert_eq!(heard(vec![forged], Duration::ZERO), (vec![NodeState::Flagged], Refused::default()));
+        assert_eq!(heard(vec![forged], Duration::ZERO), (vec![NodeState::Flagged], RefusalCounts::default()));
     }
 }

@@ -42,7 +42,7 @@ use anyhow::Result;
 pub use can_bus::{CanBus, monotonic};
 pub use local::{LocalPort, local_bus};
 pub use spec::BusSpec;
-use spec::Line;
+use spec::SlcanLink;
 use stream::{Serial, Tcp};
 use text_client::TextClient;
 pub use virtual_bus::{BusConfig, Port, Traffic, VirtualBus, frame_bits};
@@ -64,10 +64,10 @@ impl BusSpec {
         let name = self.to_string();
         Ok(match self {
             Self::SocketCan { interface } => open_kernel(interface)?,
-            Self::Slcan { line: Line::Tcp(address), bit_rate } => {
+            Self::Slcan { line: SlcanLink::Tcp(address), bit_rate } => {
                 Box::new(TextClient::slcan(Tcp::connect(address)?, *bit_rate, name)?)
             }
-            Self::Slcan { line: Line::Serial { device, baud_rate }, bit_rate } => {
+            Self::Slcan { line: SlcanLink::Serial { device, baud_rate }, bit_rate } => {
                 Box::new(TextClient::slcan(Serial::open(device, *baud_rate)?, *bit_rate, name)?)
             }
             Self::Socketcand { address, interface } => {

@@ -6,7 +6,7 @@ use anyhow::Result;
 use rotor_edge_core::can::Frame;
 
 use super::can_bus::{CanBus, monotonic};
-use super::spec::{BusSpec, Line};
+use super::spec::{BusSpec, SlcanLink};
 
 /// Wait before the first attempt to join again; it doubles with every one that fails.
 const FIRST_WAIT: Duration = Duration::from_millis(200);
@@ -62,7 +62,7 @@ impl BusSpec {
     /// If the bus cannot be joined now, as [`BusSpec::open`].
     pub fn open_lasting(&self, tell: Tell) -> Result<Box<dyn CanBus>> {
         let bus = self.open()?;
-        if !matches!(self, Self::Slcan { line: Line::Tcp(_), .. } | Self::Socketcand { .. }) {
+        if !matches!(self, Self::Slcan { line: SlcanLink::Tcp(_), .. } | Self::Socketcand { .. }) {
             return Ok(bus);
         }
         let spec = self.clone();

@@ -29,11 +29,11 @@ pub struct SimulatedBus {
 }
 
 struct Shared {
-    state: Mutex<State>,
+    state: Mutex<SimulationState>,
     changed: Condvar,
 }
 
-struct State {
+struct SimulationState {
     wire: VirtualBus,
     programs: Vec<Program>,
     running: usize,
@@ -90,7 +90,7 @@ pub struct SimulatedClock {
 
 impl SimulatedBus {
     pub fn new(config: BusConfig) -> Self {
-        let state = State {
+        let state = SimulationState {
             wire: VirtualBus::new(config, 0),
             programs: vec![Program::default()],
             running: MAIN,
@@ -199,7 +199,7 @@ impl Drop for Ends {
 }
 
 impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, SimulationState> {
         // a panic in one program leaves the state whole
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -233,7 +233,7 @@ impl Shared {
     }
 }
 
-impl State {
+impl SimulationState {
     fn is_dead(&self, epoch: u64) -> bool {
         !self.is_up || epoch != self.epoch
     }
@@ -287,7 +287,7 @@ impl SimulatedPort {
         SimulatedClock { shared: self.shared.clone(), start_us }
     }
 
-    fn check(&self, state: &State) -> Result<()> {
+    fn check(&self, state: &SimulationState) -> Result<()> {
         if state.is_over {
             bail!("the simulation is over");
         }

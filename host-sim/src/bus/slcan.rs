@@ -3,7 +3,7 @@
 //! `R` are remote frames. Adapters may append four digits of time. An adapter answers commands with a
 //! carriage return or a bell, some answer frames with `z`; none of that has to be waited for.
 
-use super::codec::{Decoder, Heard};
+use super::codec::{Decoder, StreamItem};
 use super::wire::{WireFrame, bytes_of_hex, number_of_hex, push_hex};
 
 /// No line of the protocol is longer: `T`, identifier, length, eight bytes, time.
@@ -43,13 +43,13 @@ impl Lines {
 }
 
 impl Decoder for Lines {
-    fn push(&mut self, byte: u8) -> Option<Heard> {
+    fn push(&mut self, byte: u8) -> Option<StreamItem> {
         match byte {
             b'\r' | b'\n' => self.end(),
             BELL => {
                 self.line.clear();
                 self.too_long = false;
-                Some(Heard::Garbage)
+                Some(StreamItem::Garbage)
             }
             _ if self.line.len() == LONGEST_LINE => {
                 self.too_long = true;
@@ -64,15 +64,17 @@ impl Decoder for Lines {
 }
 
 impl Lines {
-    fn end(&mut self) -> Option<Heard> {
+    fn end(&mut self) -> Option<StreamItem> {
         let line = std::mem::take(&mut self.line);
         if std::mem::take(&mut self.too_long) {
-            return Some(Heard::Garbage);
+            return Some(StreamItem::Garbage);
         }
         let heard = match (line.first()?, std::str::from_utf8(&line)) {
-            (b't' | b'T' | b'r' | b'R', Ok(text)) => frame(text).map_or(Heard::Garbage, Heard::Frame),
-            (first, Ok(text)) if first.is_ascii_alphabetic() => Heard::Text(text.to_string()),
-            _ => Heard::Garbage,
+            (b't' | b'T' | b'r' | b'R', Ok(text)) => {
+                frame(text).map_or(StreamItem::Garbage, StreamItem::Frame)
+            }
+            (first, Ok(text)) if first.is_ascii_alphabetic() => StreamItem::Text(text.to_string()),
+            _ => StreamItem::Garbage,
         };
         Some(heard)
     }
@@ -123,14 +125,14 @@ mod tests {
             let plain = line(&frame);
             let mut timed = plain[..plain.len() - 1].to_vec();
             timed.extend(format!("{time:04x}\r").bytes());
-            prop_assert_eq!(decode_all::<Lines>(&plain), [Heard::Frame(frame)]);
-            prop_assert_eq!(decode_all::<Lines>(&timed), [Heard::Frame(frame)]);
+            prop_assert_eq!(decode_all::<Lines>(&plain), [StreamItem::Frame(frame)]);
+            prop_assert_eq!(decode_all::<Lines>(&timed), [StreamItem::Frame(frame)]);
         }
 
         #[test]
         fn no_bytes_stop_the_frame_after_them(noise in proptest::collection::vec(any::<u8>(), 0..200), frame in any_frame()) {
             let stream = [noise, vec![b'\r'], line(&frame)].concat();
-            prop_assert_eq!(decode_all::<Lines>(&stream).pop(), Some(Heard::Frame(frame)));
+            prop_assert_eq!(decode_all::<Lines>(&stream).pop(), Some(StreamItem::Frame(frame)));
         }
     }
 
@@ -151,14 +153,14 @@ mod tests {
             "r1234 x",
             "\u{1}",
         ] {
-            assert_eq!(decode_all::<Lines>(format!("{bad}\r").as_bytes()), [Heard::Garbage], "{bad}");
+            assert_eq!(decode_all::<Lines>(format!("{bad}\r").as_bytes()), [StreamItem::Garbage], "{bad}");
         }
-        let text = |text: &str| Heard::Text(text.into());
+        let text = |text: &str| StreamItem::Text(text.into());
         assert_eq!(
             decode_all::<Lines>(b"\r\rC\rS6\r\n\rz\r\x07"),
-            [text("C"), text("S6"), text("z"), Heard::Garbage]
+            [text("C"), text("S6"), text("z"), StreamItem::Garbage]
         );
         let long = [b"t1238".as_slice(), &[b'0'; 1000], b"\rO\r"].concat();
-        assert_eq!(decode_all::<Lines>(&long), [Heard::Garbage, text("O")]);
+        assert_eq!(decode_all::<Lines>(&long), [StreamItem::Garbage, text("O")]);
     }
 }

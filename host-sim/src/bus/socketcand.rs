@@ -3,7 +3,7 @@
 
 use std::io::Write;
 
-use super::codec::{Decoder, Heard};
+use super::codec::{Decoder, StreamItem};
 use super::wire::{WireFrame, bytes_of_hex, number_of_hex, push_hex};
 
 /// Longer than any message of the protocol that we know.
@@ -49,13 +49,13 @@ pub struct Messages {
 }
 
 impl Decoder for Messages {
-    fn push(&mut self, byte: u8) -> Option<Heard> {
+    fn push(&mut self, byte: u8) -> Option<StreamItem> {
         match (byte, &mut self.inside) {
-            (b'<', inside) => inside.replace(Vec::new()).map(|_| Heard::Garbage),
-            (b'>', inside) => Some(inside.take().map_or(Heard::Garbage, |text| message(&text))),
+            (b'<', inside) => inside.replace(Vec::new()).map(|_| StreamItem::Garbage),
+            (b'>', inside) => Some(inside.take().map_or(StreamItem::Garbage, |text| message(&text))),
             (_, Some(text)) if text.len() == LONGEST_MESSAGE => {
                 self.inside = None;
-                Some(Heard::Garbage)
+                Some(StreamItem::Garbage)
             }
             (_, Some(text)) => {
                 text.push(byte);
@@ -66,17 +66,17 @@ impl Decoder for Messages {
     }
 }
 
-fn message(text: &[u8]) -> Heard {
-    let Ok(text) = std::str::from_utf8(text) else { return Heard::Garbage };
+fn message(text: &[u8]) -> StreamItem {
+    let Ok(text) = std::str::from_utf8(text) else { return StreamItem::Garbage };
     let words: Vec<&str> = text.split_ascii_whitespace().collect();
     let frame = match words.as_slice() {
-        [] => return Heard::Garbage,
+        [] => return StreamItem::Garbage,
         ["send", id, length, bytes @ ..] => sent(id, length, bytes),
         ["frame", id, _time, bytes @ ..] => bytes_of_hex(&bytes.concat()).and_then(|bytes| data(id, &bytes)),
         ["send" | "frame", ..] => None,
-        words => return Heard::Text(words.join(" ")),
+        words => return StreamItem::Text(words.join(" ")),
     };
-    frame.map_or(Heard::Garbage, Heard::Frame)
+    frame.map_or(StreamItem::Garbage, StreamItem::Frame)
 }
 
 fn sent(id: &str, length: &str, bytes: &[&str]) -> Option<WireFrame> {
@@ -115,14 +115,14 @@ mod tests {
             b"< frame 00000001 1700000000.000001  >"
         );
         // python-can writes bytes without a leading zero
-        assert_eq!(decode_all::<Messages>(b"< send 123 3 1 2 ab >"), [Heard::Frame(frame)]);
-        assert_eq!(decode_all::<Messages>(b"<send 123 3 1 2 ab>"), [Heard::Frame(frame)]);
+        assert_eq!(decode_all::<Messages>(b"< send 123 3 1 2 ab >"), [StreamItem::Frame(frame)]);
+        assert_eq!(decode_all::<Messages>(b"<send 123 3 1 2 ab>"), [StreamItem::Frame(frame)]);
     }
 
     proptest! {
         #[test]
         fn every_data_frame_comes_back_and_no_remote_frame_is_written(frame in any_frame(), time_us in 0..u64::MAX) {
-            let back = if frame.is_remote() { vec![] } else { vec![Heard::Frame(frame)] };
+            let back = if frame.is_remote() { vec![] } else { vec![StreamItem::Frame(frame)] };
             prop_assert_eq!(&decode_all::<Messages>(&text(&frame, encode_send)), &back);
             let timed = |frame: &WireFrame, out: &mut Vec<u8>| encode_frame(frame, time_us, out);
             prop_assert_eq!(&decode_all::<Messages>(&text(&frame, timed)), &back);
@@ -131,7 +131,7 @@ mod tests {
         #[test]
         fn no_bytes_stop_the_message_after_them(noise in proptest::collection::vec(any::<u8>(), 0..500)) {
             let stream = [noise, b"< open vcan0 >".to_vec()].concat();
-            prop_assert_eq!(decode_all::<Messages>(&stream).pop(), Some(Heard::Text("open vcan0".into())));
+            prop_assert_eq!(decode_all::<Messages>(&stream).pop(), Some(StreamItem::Text("open vcan0".into())));
         }
     }
 
@@ -139,9 +139,9 @@ mod tests {
     fn merged_socketcand_messages_are_separated() {
         let stream = b"< hi >< ok >\n< frame 123 1.0 0102 >< frame 124 1.0  >< error 1 1.0 >";
         let [hi, ok, first, second, error] = <[_; 5]>::try_from(decode_all::<Messages>(stream)).unwrap();
-        assert_eq!([hi, ok, error], ["hi", "ok", "error 1 1.0"].map(|text| Heard::Text(text.into())));
-        assert_eq!(first, Heard::Frame(WireFrame::data(0x123, false, &[1, 2]).unwrap()));
-        assert_eq!(second, Heard::Frame(WireFrame::data(0x124, false, &[]).unwrap()));
+        assert_eq!([hi, ok, error], ["hi", "ok", "error 1 1.0"].map(|text| StreamItem::Text(text.into())));
+        assert_eq!(first, StreamItem::Frame(WireFrame::data(0x123, false, &[1, 2]).unwrap()));
+        assert_eq!(second, StreamItem::Frame(WireFrame::data(0x124, false, &[]).unwrap()));
     }
 
     #[test]
@@ -162,9 +162,9 @@ mod tests {
             "< frame 20000000 1.0 00 >",
             "< \u{fffd} é< ok >",
         ] {
-            assert_eq!(decode_all::<Messages>(bad.as_bytes()).first(), Some(&Heard::Garbage), "{bad}");
+            assert_eq!(decode_all::<Messages>(bad.as_bytes()).first(), Some(&StreamItem::Garbage), "{bad}");
         }
         let long = [b"< send ".as_slice(), &[b' '; 300], b"< ok >"].concat();
-        assert_eq!(decode_all::<Messages>(&long), [Heard::Garbage, Heard::Text("ok".into())]);
+        assert_eq!(decode_all::<Messages>(&long), [StreamItem::Garbage, StreamItem::Text("ok".into())]);
     }
 }

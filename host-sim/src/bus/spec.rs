@@ -26,7 +26,7 @@ pub enum BusSpec {
     },
     /// A serial-line CAN adapter, or what speaks its language.
     Slcan {
-        line: Line,
+        line: SlcanLink,
         /// Bits a second on the CAN side, one of [`BIT_RATES`].
         bit_rate: u32,
     },
@@ -40,7 +40,7 @@ pub enum BusSpec {
 
 /// What an SLCAN adapter is connected with.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Line {
+pub enum SlcanLink {
     /// `HOST:PORT`.
     Tcp(String),
     Serial {
@@ -89,9 +89,9 @@ fn slcan(rest: &str) -> Result<BusSpec> {
             None => (place, USUAL_BAUD_RATE),
             Some((device, baud)) => (device, baud_rate_of(baud)?),
         };
-        Line::Serial { device: device.into(), baud_rate }
+        SlcanLink::Serial { device: device.into(), baud_rate }
     } else {
-        Line::Tcp(address_of(place)?)
+        SlcanLink::Tcp(address_of(place)?)
     };
     Ok(BusSpec::Slcan { line, bit_rate })
 }
@@ -142,8 +142,8 @@ impl fmt::Display for BusSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::SocketCan { interface } => write!(f, "socketcan:{interface}"),
-            Self::Slcan { line: Line::Tcp(address), .. } => write!(f, "slcan:{address}"),
-            Self::Slcan { line: Line::Serial { device, baud_rate }, .. } => {
+            Self::Slcan { line: SlcanLink::Tcp(address), .. } => write!(f, "slcan:{address}"),
+            Self::Slcan { line: SlcanLink::Serial { device, baud_rate }, .. } => {
                 write!(f, "slcan:{device}@{baud_rate}")
             }
             Self::Socketcand { address, interface } => write!(f, "socketcand:{address}/{interface}"),
@@ -161,8 +161,8 @@ mod tests {
 
     #[test]
     fn every_form_is_understood() {
-        let tcp = |address: &str| Line::Tcp(address.into());
-        let serial = |device: &str, baud_rate| Line::Serial { device: device.into(), baud_rate };
+        let tcp = |address: &str| SlcanLink::Tcp(address.into());
+        let serial = |device: &str, baud_rate| SlcanLink::Serial { device: device.into(), baud_rate };
         let slcan = |line, bit_rate| BusSpec::Slcan { line, bit_rate };
         let socketcand = |address: &str, interface: &str| BusSpec::Socketcand {
             address: address.into(),

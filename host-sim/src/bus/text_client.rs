@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use rotor_edge_core::can::Frame;
 
 use super::can_bus::CanBus;
-use super::codec::{Decoder, Heard};
+use super::codec::{Decoder, StreamItem};
 use super::slcan::{self, Lines};
 use super::socketcand::{self, Messages};
 use super::spec::BIT_RATES;
@@ -127,12 +127,12 @@ impl<S: ByteStream, D: Decoder> TextClient<S, D> {
         for byte in &buffer[..number] {
             match self.decoder.push(*byte) {
                 None => {}
-                Some(Heard::Frame(frame)) => match frame.ours() {
+                Some(StreamItem::Frame(frame)) => match frame.ours() {
                     Some(frame) => self.frames.push_back(frame),
                     None => self.passed_over += 1,
                 },
-                Some(Heard::Text(text)) => self.texts.push_back(text),
-                Some(Heard::Garbage) => self.passed_over += 1,
+                Some(StreamItem::Text(text)) => self.texts.push_back(text),
+                Some(StreamItem::Garbage) => self.passed_over += 1,
             }
         }
         Ok(())

@@ -12,9 +12,9 @@ use serde::Serialize;
 
 use super::answer::{Answer, Change, changes};
 use super::output;
-use crate::bus::decoded::{Decoded, NodeRecord, Timed, shortest};
+use crate::bus::decoded::{DecodedLog, NodeRecord, Timed, shortest};
 use crate::bus::log::LogReader;
-use crate::bus::mac::{Checker, Refused};
+use crate::bus::mac::{Checker, RefusalCounts};
 use crate::bus::states::name;
 use crate::deploy::read_key;
 
@@ -46,7 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let name = arguments.log.display().to_string();
     let key = arguments.key.as_deref().map(read_key).transpose()?;
     let checker = key.zip(arguments.node).map(|(key, node)| Checker::new(key, node));
-    let all = Decoded::checked(LogReader::open(&arguments.log)?, &name, checker)?;
+    let all = DecodedLog::checked(LogReader::open(&arguments.log)?, &name, checker)?;
     if let Some(path) = &arguments.output {
         let recorded = readings_of(&all, arguments.node, &name)?;
         let names = probe_names(recorded, arguments.rotor.as_deref(), &name)?;
@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 /// The readings of the node that was asked for, or of the only one.
 fn readings_of<'a>(
-    all: &'a Decoded,
+    all: &'a DecodedLog,
     wanted: Option<u8>,
     name: &str,
 ) -> Result<&'a [Timed<reading::Reading>]> {
@@ -142,7 +142,7 @@ struct Summary {
     ours: u64,
     torn: u64,
     /// What was not believed; null without a key.
-    refused: Option<Refused>,
+    refused: Option<RefusalCounts>,
     nodes: Vec<Node>,
 }
 
@@ -170,9 +170,9 @@ struct Counters {
 }
 
 impl Summary {
-    fn of(all: &Decoded) -> Self {
+    fn of(all: &DecodedLog) -> Self {
         let nodes = all.nodes.iter().map(|(number, record)| Node::of(*number, record, all.start_us));
-        let Decoded { frames, ours, torn, .. } = *all;
+        let DecodedLog { frames, ours, torn, .. } = *all;
         Self { frames, ours, torn, refused: all.refused(), nodes: nodes.collect() }
     }
 }

@@ -16,7 +16,7 @@ use super::setting::Setting;
 use crate::bus::states::name;
 use crate::edge::Deployment;
 use crate::node::Bench;
-use crate::replay::told::Told;
+use crate::replay::result_json::ResultJson;
 use crate::watch::words::{bearing_number, probe_numbers};
 
 /// A monitor of one machine.
@@ -95,7 +95,7 @@ struct Said {
     suspect: Option<u8>,
     missing_probes: Vec<u8>,
     age_s: Option<f32>,
-    result: Option<Told>,
+    result: Option<ResultJson>,
 }
 
 fn text(status: &Status, result: Option<&MonitorResult>) -> Result<String> {
@@ -106,7 +106,7 @@ fn text(status: &Status, result: Option<&MonitorResult>) -> Result<String> {
         suspect: status.suspect.map(bearing_number),
         missing_probes: probe_numbers(status.missing_mask),
         age_s: Some(status.age_s).filter(|age_s| age_s.is_finite()),
-        result: result.map(Told::of),
+        result: result.map(ResultJson::of),
     };
     Ok(serde_json::to_string(&said)?)
 }

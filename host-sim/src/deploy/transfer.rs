@@ -138,23 +138,25 @@ fn as_one_message(
         };
         match transfer(bus, node, request, key, &mut told)? {
             // what was sent before got across, and its answer did not
-            Heard::Answer(Some((answer, true)))
+            AttemptOutcome::Answer(Some((answer, true)))
                 if was_sent && answer.outcome == Outcome::Replayed && answer.counter == counter =>
             {
                 return Ok(Answer { outcome: Outcome::Accepted, ..answer });
             }
-            Heard::Answer(Some((answer, false))) if answer.outcome != Outcome::NoKey && unconfirmed == 0 => {
+            AttemptOutcome::Answer(Some((answer, false)))
+                if answer.outcome != Outcome::NoKey && unconfirmed == 0 =>
+            {
                 unconfirmed += 1;
             }
-            Heard::Answer(answer) => return judge(node, counter, answer),
-            Heard::Nothing if silent == SILENT_ATTEMPTS - 1 => bail!(
+            AttemptOutcome::Answer(answer) => return judge(node, counter, answer),
+            AttemptOutcome::Nothing if silent == SILENT_ATTEMPTS - 1 => bail!(
                 "monitor {node} does not answer on {}: is it on this bus, under this number? (`rotor-edge watch` shows \
                  who is)",
                 bus.description()
             ),
             // a monitor that has just started listens before it speaks
-            Heard::Nothing => silent += 1,
-            Heard::Broken(error) => {
+            AttemptOutcome::Nothing => silent += 1,
+            AttemptOutcome::Broken(error) => {
                 broken = Some(error);
                 quiet(bus, BACK_OFF)?;
             }
@@ -168,7 +170,7 @@ fn as_one_message(
 }
 
 /// What became of one transfer.
-enum Heard {
+enum AttemptOutcome {
     /// An answer, and whether it bears the code of our key; `None` if it is of another version of the protocol.
     Answer(Option<(Answer, bool)>),
     Broken(TransferError),
@@ -193,11 +195,11 @@ fn transfer(
     request: &[u8],
     key: &Key,
     progress: &mut impl FnMut(usize),
-) -> Result<Heard> {
+) -> Result<AttemptOutcome> {
     let mut link = IsoTp::<ANSWER_BYTES, MAX_REQUEST_BYTES>::new();
     let started = bus.now();
     if let Err(error) = link.send(0, request) {
-        return Ok(Heard::Broken(error));
+        return Ok(AttemptOutcome::Broken(error));
     }
     let (mut sent, mut heard_any, mut doubtful) = (0, false, None);
     while bus.now() - started < ANSWER_TIME {
@@ -216,21 +218,21 @@ fn transfer(
                     Some((answer, false)) => {
                         doubtful.get_or_insert((answer, bus.now()));
                     }
-                    answer => return Ok(Heard::Answer(answer)),
+                    answer => return Ok(AttemptOutcome::Answer(answer)),
                 },
-                Progress::Broken(error) => return Ok(Heard::Broken(error)),
+                Progress::Broken(error) => return Ok(AttemptOutcome::Broken(error)),
             }
         }
         if let Some((answer, since)) = doubtful
             && bus.now() - since > DOUBT_TIME
         {
-            return Ok(Heard::Answer(Some((answer, false))));
+            return Ok(AttemptOutcome::Answer(Some((answer, false))));
         }
         match link.check_time(since_us(bus, started)) {
-            Err(error) if heard_any => return Ok(Heard::Broken(error)),
-            Err(_) => return Ok(Heard::Nothing),
+            Err(error) if heard_any => return Ok(AttemptOutcome::Broken(error)),
+            Err(_) => return Ok(AttemptOutcome::Nothing),
             Ok(_) => {}
         }
     }
-    Ok(Heard::Broken(TransferError::Timeout))
+    Ok(AttemptOutcome::Broken(TransferError::Timeout))
 }

@@ -23,21 +23,21 @@ const LAST_S: u32 = 1;
 /// Longest time until a monitor that takes its old model back has started anew and said so.
 const RETURN_TIME: Duration = Duration::from_secs(10);
 
-/// Which model a monitor says that it uses.
+/// The model that a monitor uses, by its own word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Told {
+pub struct ModelState {
     /// Its checksum, zero without one.
     pub checksum: u32,
     pub on_trial: bool,
 }
 
-/// What a monitor said for a while.
+/// Residuals and model of a monitor over a time.
 #[derive(Debug, Clone, Default)]
-pub struct Heard {
+pub struct Observation {
     /// Its residuals relative to the vibration, of the readings that it judged, in their order.
     pub ratios: Vec<f32>,
     /// Which model it used throughout, if it said so.
-    pub model: Option<Told>,
+    pub model: Option<ModelState>,
 }
 
 /// Listens to monitor `node` for a time, or until it says that it uses another model than `expected`, or than it said first.
@@ -48,12 +48,12 @@ pub fn listen(
     bus: &mut dyn CanBus,
     node: u8,
     time: Duration,
-    expected: Option<Told>,
+    expected: Option<ModelState>,
     mut progress: impl FnMut(Duration),
-) -> Result<Heard> {
+) -> Result<Observation> {
     let started = bus.now();
     let mut results = ResultAssembler::new();
-    let mut heard = Heard { ratios: Vec::new(), model: expected };
+    let mut observed = Observation { ratios: Vec::new(), model: expected };
     let (mut changed, mut is_there) = (false, false);
     // a heartbeat at least, however short the time
     while !changed && bus.now() - started < if is_there { time } else { time.max(HEARTBEAT_TIME) } {
@@ -63,18 +63,18 @@ pub fn listen(
             continue;
         }
         if let Ok((_, Message::Model { checksum, on_trial, .. })) = Message::decode(&frame) {
-            let told = Told { checksum, on_trial };
+            let model = ModelState { checksum, on_trial };
             is_there = true;
-            changed = heard.model.is_some_and(|before| before != told);
-            heard.model = Some(told);
+            changed = observed.model.is_some_and(|before| before != model);
+            observed.model = Some(model);
         } else if let Some(result) = results.receive(&frame).filter(is_judged) {
-            heard.ratios.push(result.ratio);
+            observed.ratios.push(result.ratio);
         }
     }
     if !is_there {
         bail!(no_monitor(bus, node));
     }
-    Ok(heard)
+    Ok(observed)
 }
 
 fn is_judged(result: &MonitorResult) -> bool {
@@ -83,9 +83,9 @@ fn is_judged(result: &MonitorResult) -> bool {
 
 /// Which of two models describes the machine better, by the residuals of each.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Verdict {
-    /// Fewer readings of one of them than there are parts.
-    Untold,
+pub enum TrialVerdict {
+    /// Fewer readings with one of them than there are parts.
+    TooFewReadings,
     /// The new one is no worse.
     NoWorse,
     /// The new one's median lies above those of all parts of the old one's time. Of equal models nine parts each would say so
@@ -107,11 +107,11 @@ pub fn median(values: &[f32]) -> f32 {
 }
 
 /// Holds the residuals with the new model against those with the old one.
-pub fn compare(old: &[f32], new: &[f32]) -> Verdict {
+pub fn compare(old: &[f32], new: &[f32]) -> TrialVerdict {
     match (medians(old), medians(new)) {
-        (Some(old), Some(new)) if old.iter().all(|part| median(&new) > *part) => Verdict::Worse,
-        (Some(_), Some(_)) => Verdict::NoWorse,
-        _ => Verdict::Untold,
+        (Some(old), Some(new)) if old.iter().all(|part| median(&new) > *part) => TrialVerdict::Worse,
+        (Some(_), Some(_)) => TrialVerdict::NoWorse,
+        _ => TrialVerdict::TooFewReadings,
     }
 }
 
@@ -134,15 +134,15 @@ pub fn begin(
 ///
 /// # Errors
 /// If the bus fails.
-pub fn end(authority: &mut Authority, bus: &mut dyn CanBus, model: &[u8], old: Told) -> Result<bool> {
+pub fn end(authority: &mut Authority, bus: &mut dyn CanBus, model: &[u8], old: ModelState) -> Result<bool> {
     // a monitor that does not hear this ends the trial by its own clock
-    let heard = authority.command(bus, Command::Trial, &body(LAST_S, model), |_| ()).is_ok();
-    let grace = if heard { Duration::ZERO } else { Duration::from_secs(GRACE_S.into()) };
+    let is_heard = authority.command(bus, Command::Trial, &body(LAST_S, model), |_| ()).is_ok();
+    let grace = if is_heard { Duration::ZERO } else { Duration::from_secs(GRACE_S.into()) };
     let end = bus.now() + RETURN_TIME + grace;
     while bus.now() < end {
         let Some(frame) = bus.receive(PATIENCE)? else { continue };
         if let Ok((from, Message::Model { checksum, on_trial, .. })) = Message::decode(&frame)
-            && (from, Told { checksum, on_trial }) == (authority.node(), old)
+            && (from, ModelState { checksum, on_trial }) == (authority.node(), old)
         {
             return Ok(true);
         }
@@ -168,20 +168,20 @@ mod tests {
     #[test]
     fn with_fewer_readings_than_parts_nothing_is_said() {
         let enough = [0.1; PARTS];
-        assert_eq!(compare(&enough[1..], &enough), Verdict::Untold);
-        assert_eq!(compare(&enough, &[]), Verdict::Untold);
-        assert_eq!(compare(&enough, &enough), Verdict::NoWorse);
+        assert_eq!(compare(&enough[1..], &enough), TrialVerdict::TooFewReadings);
+        assert_eq!(compare(&enough, &[]), TrialVerdict::TooFewReadings);
+        assert_eq!(compare(&enough, &enough), TrialVerdict::NoWorse);
     }
 
     #[test]
     fn worse_model_is_named_and_one_outlier_decides_nothing() {
         let mut random = Xoshiro128PlusPlus::seed_from_u64(1);
         let old = scattered(&mut random, 200, 0.05);
-        assert_eq!(compare(&old, &scattered(&mut random, 300, 0.07)), Verdict::Worse);
-        assert_eq!(compare(&old, &scattered(&mut random, 100, 0.03)), Verdict::NoWorse);
+        assert_eq!(compare(&old, &scattered(&mut random, 300, 0.07)), TrialVerdict::Worse);
+        assert_eq!(compare(&old, &scattered(&mut random, 100, 0.03)), TrialVerdict::NoWorse);
         let mut settling = scattered(&mut random, 180, 0.04);
         settling[..60].fill(0.9);
-        assert_eq!(compare(&old, &settling), Verdict::NoWorse);
+        assert_eq!(compare(&old, &settling), TrialVerdict::NoWorse);
     }
 
     #[test]
@@ -192,7 +192,7 @@ mod tests {
         let trials = 40_000;
         let worse = (0..trials).filter(|_| {
             let [old, new] = [(); 2].map(|()| scattered(&mut random, 27, 1.0));
-            compare(&old, &new) == Verdict::Worse
+            compare(&old, &new) == TrialVerdict::Worse
         });
         let share = worse.count() as f64 / f64::from(trials);
         let deviation = (expected * (1.0 - expected) / f64::from(trials)).sqrt();

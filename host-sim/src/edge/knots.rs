@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rotor_edge_core::model::{Knot, MAX_KNOTS, Table};
+use rotor_edge_core::model::{Knot, KnotRange, MAX_KNOTS};
 use rotor_edge_desktop::bearing::curve::{Curve, Interpolation, Knots};
 use rotor_edge_desktop::bearing::dynamic_coefficients::DynamicCoefficients;
 use rotor_edge_desktop::model::Model;
@@ -51,7 +51,7 @@ fn on_straight_lines(curve: &Curve, fastest_rad_s: f64, room: usize) -> Knots {
 }
 
 /// The tables of a straightened model's supports, and the knots of all in turn.
-pub fn tables(model: &Model) -> (Vec<Option<Table>>, Vec<Knot>) {
+pub fn tables(model: &Model) -> (Vec<Option<KnotRange>>, Vec<Knot>) {
     let mut all = Vec::new();
     let mut table = |curve: &Option<Curve>| {
         let Some(Curve::Knots { knots, .. }) = curve else { return None };
@@ -61,7 +61,7 @@ pub fn tables(model: &Model) -> (Vec<Option<Table>>, Vec<Knot>) {
             stiffness_n_m: rows(&pair.stiffness),
             damping_n_s_m: rows(&pair.damping),
         }));
-        Some(Table { first, count: all.len() as u8 - first })
+        Some(KnotRange { first, count: all.len() as u8 - first })
     };
     let tables = model.supports.iter().map(|s| table(&s.law.curve)).collect();
     (tables, all)

@@ -34,7 +34,7 @@ const FIRST_LINE: &str = "rotor-edge monitor 2";
 
 /// What one monitor must not forget.
 #[derive(Debug, Clone, PartialEq)]
-struct Kept {
+struct StoredState {
     counter: u64,
     model: Result<Vec<u8>, Reason>,
     thresholds: Option<Vec<u8>>,
@@ -47,7 +47,7 @@ struct Kept {
 pub struct Store {
     path: Option<PathBuf>,
     mac: Option<StateMac>,
-    kept: Kept,
+    kept: StoredState,
     /// In place of a model that was never stored.
     initial: Option<Vec<u8>>,
     damaged: bool,
@@ -56,7 +56,7 @@ pub struct Store {
 impl Store {
     /// Forgets everything with the process.
     pub fn in_memory() -> Self {
-        let kept = Kept {
+        let kept = StoredState {
             counter: 0,
             model: Err(Reason::NothingStored),
             thresholds: None,
@@ -91,8 +91,8 @@ impl Store {
         };
         let text = String::from_utf8_lossy(&bytes);
         store.kept = match mac.map(|mac| mac.confirms(&text)) {
-            None | Some(Some(true)) => Kept::parse(&text),
-            Some(None) => Kept::parse(""),
+            None | Some(Some(true)) => StoredState::parse(&text),
+            Some(None) => StoredState::parse(""),
             Some(Some(false)) => bail!(
                 "{}: is not the state of this monitor: another number's, another key's, or changed since; give the right \
                  file, or begin another with a new key",
@@ -155,7 +155,7 @@ impl Store {
         model: Option<&[u8]>,
         thresholds: Option<&[u8]>,
     ) -> Result<()> {
-        let mut kept = Kept { counter, ..self.kept.clone() };
+        let mut kept = StoredState { counter, ..self.kept.clone() };
         if let Some(model) = model {
             kept.model = Ok(model.to_vec());
         }
@@ -170,7 +170,7 @@ impl Store {
     /// # Errors
     /// If the file cannot be written.
     pub fn save_memory(&mut self, memory: &[u8]) -> Result<()> {
-        self.replace(Kept { memory: Some(memory.to_vec()), ..self.kept.clone() })
+        self.replace(StoredState { memory: Some(memory.to_vec()), ..self.kept.clone() })
     }
 
     /// Stores how fresh a reading must be after a restart.
@@ -178,10 +178,10 @@ impl Store {
     /// # Errors
     /// If the file cannot be written.
     pub fn save_nonce(&mut self, nonce: u64) -> Result<()> {
-        self.replace(Kept { nonce: Some(nonce), ..self.kept.clone() })
+        self.replace(StoredState { nonce: Some(nonce), ..self.kept.clone() })
     }
 
-    fn replace(&mut self, kept: Kept) -> Result<()> {
+    fn replace(&mut self, kept: StoredState) -> Result<()> {
         if let Some(path) = &self.path {
             if self.damaged {
                 let mut copy = path.clone().into_os_string();
@@ -195,7 +195,7 @@ impl Store {
         Ok(())
     }
 
-    fn text(&self, kept: &Kept) -> String {
+    fn text(&self, kept: &StoredState) -> String {
         let text = kept.text();
         match self.mac {
             Some(mac) => mac.close(&text),
@@ -204,7 +204,7 @@ impl Store {
     }
 }
 
-impl Kept {
+impl StoredState {
     fn text(&self) -> String {
         let checked = |number: u64| {
             let digits = number.to_string();

@@ -9,9 +9,9 @@ use rotor_edge_desktop::measurement::{Reading, phasor_m};
 use rotor_edge_desktop::model::Response;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 
-use super::mirror::{Mirror, Reflection};
+use super::reference::{Expected, ReferencePipeline};
 use super::timing::{Timing, settings};
-use super::{Answer, ReplayConfig};
+use super::{AnsweredReading, ReplayConfig};
 use crate::bus::decoded::planes_of;
 use crate::edge::Deployment;
 
@@ -81,13 +81,13 @@ pub fn equivalence(
     deployment: &Deployment,
     config: &ReplayConfig,
     record: &[Reading],
-    answers: &[Answer],
+    answers: &[AnsweredReading],
 ) -> Result<Equivalence> {
     let timing = Timing::of(deployment, record, config);
     let node = settings(config, record);
-    let mut mirror = Mirror::new(&deployment.edge, node);
+    let mut reference = ReferencePipeline::new(&deployment.edge, node);
     let mut worst = Equivalence::default();
-    // whether the mirror is known to be in the controller's step
+    // whether the reference is known to be in the controller's step
     let mut in_step = true;
     let mut cuts: Vec<u64> = config.power_cuts_d.iter().map(|day| timing.at(*day)).collect();
     let mut answers = answers.iter().peekable();
@@ -95,23 +95,23 @@ pub fn equivalence(
         let judged_us = timing.judged_us(row);
         if cuts.iter().any(|cut_us| *cut_us <= judged_us) {
             cuts.retain(|cut_us| *cut_us > judged_us);
-            mirror.cut_power();
+            reference.cut_power();
             in_step = false;
         }
-        let reflection = mirror.judge(judged_us, &deployment.reading(measured));
+        let expected = reference.expect(judged_us, &deployment.reading(measured));
         let Some(answer) = answers.next_if(|answer| answer.row == row) else {
-            in_step &= reflection.is_none();
+            in_step &= expected.is_none();
             continue;
         };
-        let case = Case::of(deployment, measured, reflection.as_ref(), answer)?;
+        let case = Case::of(deployment, measured, expected.as_ref(), answer)?;
         raise(&mut worst.max_relative_feature_error, case.relative_feature_error()?);
         let is_repeated = case.repeated.is_some();
-        if let Some(reflection) = reflection.filter(|_| in_step || is_repeated) {
-            worst.compare_with_optimum(&case, &reflection)?;
+        if let Some(expected) = expected.filter(|_| in_step || is_repeated) {
+            worst.compare_with_optimum(&case, &expected)?;
         }
         in_step = is_repeated;
         if !in_step {
-            mirror.resume(planes_of(&answer.result));
+            reference.resume(planes_of(&answer.result));
         }
     }
     Ok(worst)
@@ -120,7 +120,7 @@ pub fn equivalence(
 /// One answer and what it is held against.
 struct Case<'a> {
     deployment: &'a Deployment,
-    answer: &'a Answer,
+    answer: &'a AnsweredReading,
     /// Places of the probes that gave a value.
     probes: Vec<usize>,
     /// Vectors that they measured, m.
@@ -131,18 +131,18 @@ struct Case<'a> {
     /// The desktop's, of these probes.
     response: Response,
     /// The core's own words for this answer, if it repeats it to the bit.
-    repeated: Option<Reflection>,
+    repeated: Option<Expected>,
 }
 
 impl<'a> Case<'a> {
     fn of(
         deployment: &'a Deployment,
         measured: &Reading,
-        reflection: Option<&Reflection>,
-        answer: &'a Answer,
+        expected: Option<&Expected>,
+        answer: &'a AnsweredReading,
     ) -> Result<Self> {
         // where readings were averaged, the mean is what was judged
-        let averaged = reflection.filter(|r| r.averaged.variance < 1.0).map(|r| r.averaged.reading);
+        let averaged = expected.filter(|r| r.averaged.variance < 1.0).map(|r| r.averaged.reading);
         let (speed_rpm, shown) = match &averaged {
             Some(mean) => (f64::from(mean.speed_rpm), mean.probes().iter().map(phasor).collect()),
             None => (measured.speed_rpm, measured.probes.clone()),
@@ -159,7 +159,7 @@ impl<'a> Case<'a> {
         response.per_unbalance = response.per_unbalance.select_rows(&probes);
         response.fixed = response.fixed.select_rows(&probes);
         let repeated =
-            reflection.copied().filter(|r| r.estimate.unbalance_g_mm == answer.result.unbalance_g_mm);
+            expected.copied().filter(|r| r.estimate.unbalance_g_mm == answer.result.unbalance_g_mm);
         Ok(Self {
             deployment,
             answer,
@@ -185,7 +185,7 @@ impl<'a> Case<'a> {
     /// The core's own features at its own estimate, m.
     fn core_features(&self) -> Result<DVector<Complex<f64>>> {
         let all: Vec<ProbeVector> = match &self.repeated {
-            Some(reflection) => reflection.estimate.calculated.to_vec(),
+            Some(expected) => expected.estimate.calculated.to_vec(),
             None => {
                 let speed = self.speed_rad_s as f32;
                 let at = response(&self.deployment.edge, speed, &SupportAmplitudes::default())
@@ -200,11 +200,11 @@ impl<'a> Case<'a> {
 }
 
 impl Equivalence {
-    fn compare_with_optimum(&mut self, case: &Case, reflection: &Reflection) -> Result<()> {
+    fn compare_with_optimum(&mut self, case: &Case, expected: &Expected) -> Result<()> {
         let floor_g_mm = case.deployment.edge.unbalance_floor_g_mm;
         let planes = case.unbalance_kg_m.len();
         let largest_kg_m: Vec<f64> =
-            reflection.bounds_g_mm[..planes].iter().map(|b| f64::from(b.max(floor_g_mm)) / G_MM).collect();
+            expected.bounds_g_mm[..planes].iter().map(|b| f64::from(b.max(floor_g_mm)) / G_MM).collect();
         let exact = least_residual(&case.response, &case.measured, &largest_kg_m)?;
         let feature_sum_um = case.feature_sum_um();
         let excess_um = f64::from(case.answer.result.e_um) - exact.residual_um;

@@ -9,9 +9,9 @@ use rotor_edge_core::command::Command;
 use rotor_edge_core::thresholds::Thresholds;
 use rotor_edge_desktop::measurement::Reading;
 
-use super::mirror::Mirror;
+use super::reference::ReferencePipeline;
 use super::timing::{Timing, settings};
-use super::{Answer, Replay, ReplayConfig, changes, row_of};
+use super::{AnsweredReading, Replay, ReplayConfig, changes, row_of};
 use crate::bus::mac::Authenticator;
 use crate::bus::states::States;
 use crate::bus::{CanBus, Traffic, counters};
@@ -30,8 +30,8 @@ const MOST_UNANSWERED: usize = 5;
 /// no number is rounded in another way.
 const COMPRESSION: f32 = 1.0 / (1_u64 << 36) as f32;
 
-struct Played {
-    answers: Vec<Answer>,
+struct PlayedRecord {
+    answers: Vec<AnsweredReading>,
     /// By the row that was sent last.
     states: States,
     sent: u64,
@@ -61,7 +61,7 @@ pub fn run_with_own_monitor(
         let played = play(host, deployment, record, config, None, begin, progress);
         stop.store(true, Ordering::Relaxed);
         let served: Served = served.join().map_err(|_| anyhow!("the monitor's thread ended early"))??;
-        let Played { answers, sent, mut received, .. } = played?;
+        let PlayedRecord { answers, sent, mut received, .. } = played?;
         // what the monitor said last; on a bus of two, the end of it is no error
         while let Ok(Some(_)) = host.receive(PATIENCE) {
             received += 1;
@@ -140,13 +140,13 @@ fn play(
     mut authenticator: Option<&mut Authenticator>,
     begin: impl Fn(u64),
     mut progress: impl FnMut(usize),
-) -> Result<Played> {
+) -> Result<PlayedRecord> {
     let node = config.node.node;
     let timing = Timing::of(deployment, record, config);
     let received = await_heartbeat(host, node)?;
     let mut results = ResultAssembler::new();
-    let mut mirror = Mirror::new(&deployment.edge, settings(config, record));
-    let mut played = Played { answers: Vec::new(), states: States::default(), sent: 0, received };
+    let mut reference = ReferencePipeline::new(&deployment.edge, settings(config, record));
+    let mut played = PlayedRecord { answers: Vec::new(), states: States::default(), sent: 0, received };
     let mut unanswered = 0;
     for (row, measured) in record.iter().enumerate() {
         let reading = deployment.reading(measured);
@@ -158,7 +158,7 @@ fn play(
             host.send(frame)?;
             played.sent += 1;
         }
-        let is_answered = mirror.judge(judged_us, &reading).is_some();
+        let is_answered = reference.expect(judged_us, &reading).is_some();
         let end = host.now() + ANSWER_TIME;
         let mut answer = None;
         while is_answered && answer.is_none() && host.now() < end {
@@ -171,7 +171,9 @@ fn play(
                 }
             }
         }
-        played.answers.extend(answer.map(|result| Answer { row: row_of(result.sequence, row), result }));
+        played
+            .answers
+            .extend(answer.map(|result| AnsweredReading { row: row_of(result.sequence, row), result }));
         unanswered = if is_answered && answer.is_none() { unanswered + 1 } else { 0 };
         if unanswered == MOST_UNANSWERED {
             bail!(

@@ -7,10 +7,10 @@
 pub mod check;
 mod config;
 pub mod live;
-mod mirror;
+mod reference;
+pub mod result_json;
 mod simulated;
 pub mod timing;
-pub mod told;
 
 use anyhow::Result;
 use rotor_edge_core::can::{Counters, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, MonitorResult};
@@ -26,13 +26,13 @@ pub use timing::day;
 
 /// One reading that the controller answered.
 #[derive(Debug, Clone, Copy)]
-pub struct Answer {
+pub struct AnsweredReading {
     /// Row of the record, from 0.
     pub row: usize,
     pub result: MonitorResult,
 }
 
-impl Answer {
+impl AnsweredReading {
     /// Whether the controller says that the model no longer fits.
     pub fn flagged(&self) -> bool {
         self.result.flags & FLAG_FLAGGED != 0
@@ -46,7 +46,7 @@ impl Answer {
 
 /// A change of what the controller says of itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Change {
+pub struct StateChange {
     /// Day of the record.
     pub time_d: f64,
     pub status: Status,
@@ -55,9 +55,9 @@ pub struct Change {
 #[derive(Debug, Clone)]
 pub struct Replay {
     /// Answers in the order of the record.
-    pub answers: Vec<Answer>,
+    pub answers: Vec<AnsweredReading>,
     /// The controller's states, when they changed.
-    pub states: Vec<Change>,
+    pub states: Vec<StateChange>,
     pub traffic: Traffic,
     /// The controller's own count of what became of the readings, all its lives together.
     pub counters: Counters,
@@ -104,8 +104,8 @@ pub fn run_overheard(
 }
 
 /// States as days of the record.
-fn changes(states: &States, timing: &Timing) -> Vec<Change> {
-    let change = |timed: &crate::bus::decoded::Timed<Status>| Change {
+fn changes(states: &States, timing: &Timing) -> Vec<StateChange> {
+    let change = |timed: &crate::bus::decoded::Timed<Status>| StateChange {
         time_d: timing.day(timed.time_us),
         status: timed.what,
     };
@@ -118,18 +118,18 @@ fn row_of(sequence: u16, last: usize) -> usize {
 }
 
 /// The times during which the flag was up.
-pub fn flags(record: &[Reading], answers: &[Answer]) -> Vec<Flag> {
+pub fn flags(record: &[Reading], answers: &[AnsweredReading]) -> Vec<Flag> {
     let mut flags: Vec<Flag> = Vec::new();
     let mut since = 0;
     for (i, answer) in answers.iter().enumerate() {
         let before = i.checked_sub(1).map(|k| &answers[k]);
-        if answer.suspicious() && !before.is_some_and(Answer::suspicious) {
+        if answer.suspicious() && !before.is_some_and(AnsweredReading::suspicious) {
             since = answer.row;
         }
         if !answer.flagged() {
             continue;
         }
-        if before.is_some_and(Answer::flagged) {
+        if before.is_some_and(AnsweredReading::flagged) {
             if let Some(flag) = flags.last_mut() {
                 flag.readings += 1;
             }

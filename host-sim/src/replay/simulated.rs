@@ -6,7 +6,7 @@ use rotor_edge_core::node::NodeConfig;
 use rotor_edge_desktop::measurement::Reading;
 
 use super::timing::{Timing, settings};
-use super::{Answer, Replay, ReplayConfig, changes, row_of};
+use super::{AnsweredReading, Replay, ReplayConfig, changes, row_of};
 use crate::bus::states::States;
 use crate::bus::{VirtualBus, counters};
 use crate::edge::{Deployment, encoded};
@@ -26,7 +26,7 @@ struct Scene<'a, F> {
     /// Counted in lives before the present one.
     past: Counters,
     results: ResultAssembler,
-    answers: Vec<Answer>,
+    answers: Vec<AnsweredReading>,
     states: States,
     overhear: F,
 }
@@ -144,7 +144,7 @@ impl<F: FnMut(u64, &Frame) -> Result<()>> Scene<'_, F> {
 
     fn hear(&mut self, heard_us: u64, row: usize, frame: &Frame) {
         if let Some(result) = self.results.receive(frame) {
-            self.answers.push(Answer { row: row_of(result.sequence, row), result });
+            self.answers.push(AnsweredReading { row: row_of(result.sequence, row), result });
         }
         if let Ok((_, message)) = Message::decode(frame) {
             self.states.take(heard_us, &message);

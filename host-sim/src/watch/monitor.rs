@@ -11,9 +11,9 @@ use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::state::{NodeState, Reason, Status};
 use serde::Serialize;
 
-use crate::bus::counters::Totals;
+use crate::bus::counters::CounterTotals;
 use crate::bus::decoded::Timed;
-use crate::bus::mac::Refused;
+use crate::bus::mac::RefusalCounts;
 
 /// Results remembered.
 pub const HISTORY: usize = 1_000;
@@ -61,7 +61,7 @@ pub struct Replacement {
 
 /// A time during which the flag was up.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Flagged {
+pub struct FlagPeriod {
     /// First result with the flag.
     pub first: Timed<u16>,
     /// Last result with it.
@@ -82,7 +82,7 @@ pub struct Monitor {
     version: Option<Version>,
     status: Option<Timed<Status>>,
     conflict_us: Option<u64>,
-    totals: Totals,
+    totals: CounterTotals,
     model: Option<ModelInUse>,
     replacements: VecDeque<Timed<Replacement>>,
     results: ResultAssembler,
@@ -93,7 +93,7 @@ pub struct Monitor {
     readings: Assembler,
     reading: Option<Timed<NumberedReading>>,
     unanswered: u32,
-    refused: Option<Refused>,
+    refused: Option<RefusalCounts>,
 }
 
 impl Monitor {
@@ -143,8 +143,7 @@ impl Monitor {
     }
 
     fn hear_reading(&mut self, time_us: u64, frame: &Frame) {
-        // the time-out is the same for every number
-        let timeout_us = NodeConfig::new(0).reading_timeout_us;
+        let timeout_us = NodeConfig::READING_TIMEOUT_US;
         if let Some(what) = self.readings.receive(timeout_us, time_us, frame) {
             self.reading = Some(Timed { time_us, what });
             self.unanswered = self.unanswered.saturating_add(1);
@@ -178,12 +177,12 @@ impl Monitor {
     }
 
     /// It is believed by its MACs, and so much was not.
-    pub(super) fn refuse(&mut self, refused: Refused) {
+    pub(super) fn refuse(&mut self, refused: RefusalCounts) {
         self.refused = Some(refused);
     }
 
     /// What was heard under its number and not believed; `None` where no MACs are checked.
-    pub fn refused(&self) -> Option<Refused> {
+    pub fn refused(&self) -> Option<RefusalCounts> {
         self.refused
     }
 
@@ -260,11 +259,11 @@ impl Monitor {
 
     /// As it counts itself; `None` before its first heartbeat.
     pub fn counters(&self) -> Option<&Counters> {
-        self.totals().map(Totals::told)
+        self.totals().map(CounterTotals::told)
     }
 
     /// What it has counted since it is listened to; `None` before its first heartbeat.
-    pub fn totals(&self) -> Option<&Totals> {
+    pub fn totals(&self) -> Option<&CounterTotals> {
         (self.heartbeats > 0).then_some(&self.totals)
     }
 
@@ -315,15 +314,15 @@ impl Monitor {
     }
 
     /// The times in the history during which the flag was up.
-    pub fn flagged(&self) -> Vec<Flagged> {
-        let mut stretches: Vec<Flagged> = Vec::new();
+    pub fn flagged(&self) -> Vec<FlagPeriod> {
+        let mut stretches: Vec<FlagPeriod> = Vec::new();
         for timed in &self.history {
             let here = Timed { time_us: timed.time_us, what: timed.what.sequence };
             match (timed.what.flags & FLAG_FLAGGED != 0, stretches.last_mut()) {
                 (true, Some(stretch)) if stretch.lasts => {
                     (stretch.last, stretch.suspect) = (here, timed.what.suspect);
                 }
-                (true, _) => stretches.push(Flagged {
+                (true, _) => stretches.push(FlagPeriod {
                     first: here,
                     last: here,
                     lasts: true,
@@ -350,7 +349,7 @@ fn is_told(message: &Message) -> bool {
 }
 
 fn is_over(since_us: u64, now_us: u64) -> bool {
-    now_us.saturating_sub(since_us) > QUIET_PERIODS * NodeConfig::new(0).heartbeat_period_us
+    now_us.saturating_sub(since_us) > QUIET_PERIODS * NodeConfig::HEARTBEAT_PERIOD_US
 }
 
 fn keep<T>(memory: &mut VecDeque<T>, most: usize, what: T) {

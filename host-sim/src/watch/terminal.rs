@@ -11,7 +11,7 @@ use ratatui::crossterm::event::{self, Event, KeyEvent};
 
 use super::Watch;
 use super::screen::{Flow, Screen};
-use super::view::{Place, draw};
+use super::view::{WatchedBus, draw};
 use crate::bus::CanBus;
 
 /// Time between two pictures, and longest time to a key's effect.
@@ -65,7 +65,7 @@ pub fn listen(bus: &mut dyn CanBus, watch: &mut Watch, started: Duration, time: 
 pub fn show(
     bus: &mut dyn CanBus,
     watch: &mut Watch,
-    place: &Place,
+    place: &WatchedBus,
     time: Option<Duration>,
     stop: &AtomicBool,
 ) -> Result<()> {
@@ -75,7 +75,7 @@ pub fn show(
     let started = bus.now();
     while !stop.load(Ordering::Relaxed) && time.is_none_or(|time| bus.now() - started < time) {
         // a bus that is gone says so in its name
-        let place = Place { bus: bus.description(), ..*place };
+        let place = WatchedBus { bus: bus.description(), ..*place };
         terminal
             .0
             .draw(|frame| draw(frame, watch, &screen, &place))

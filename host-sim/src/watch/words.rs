@@ -8,7 +8,7 @@ use super::lists::listed;
 pub use super::lists::probe_numbers;
 use super::monitor::Monitor;
 use super::reasons::{Why, why};
-use crate::bus::mac::Refused;
+use crate::bus::mac::RefusalCounts;
 
 /// Readings without an answer that are no coincidence.
 const MOST_UNANSWERED: u32 = 3;
@@ -47,7 +47,7 @@ impl Words {
     /// Of monitor `node`; the most urgent first.
     pub fn of(node: u8, monitor: &Monitor, now_us: u64) -> Self {
         let words = Self::of_believed(node, monitor, now_us);
-        match monitor.refused().filter(Refused::any) {
+        match monitor.refused().filter(RefusalCounts::any) {
             Some(refused) if monitor.heard_us().is_none() => Self::new(
                 Level::Alarm,
                 "UNSEALED",

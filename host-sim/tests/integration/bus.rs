@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use crate::program::{assert_says, json, refusal, rotor_edge};
 use crate::shared::{PATIENCE, Shared};
 use nix::sys::signal::Signal;
-use rotor_edge::bus::log::{LogReader, LogWriter, Recorded};
+use rotor_edge::bus::log::{LogReader, LogWriter, RecordingBus};
 use rotor_edge::bus::wire::WireFrame;
 use rotor_edge::bus::{CanBus, local_bus, open};
 use rotor_edge::edge::{Deployment, EdgeNode, encoded};
@@ -311,7 +311,7 @@ fn record_sample(
     let mut controller = EdgeNode::new(NodeConfig { listen_us: 0, ..NodeConfig::new(node) }).unwrap();
     controller.load(Ok(&encoded(&deployment.edge).unwrap())).unwrap();
     let [host, mut far] = <[_; 2]>::try_from(local_bus(2)).ok().unwrap();
-    let mut host = Recorded::new(host, log).unwrap();
+    let mut host = RecordingBus::new(host, log).unwrap();
     let (mut answers, mut assembler) = (Vec::new(), ResultAssembler::new());
     for (row, measured) in readings.iter().enumerate() {
         for frame in reading_frames(node, &NumberedReading::new(row as u16, deployment.reading(measured))) {

@@ -5,7 +5,7 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 use clap::Args;
 
-use super::{Place, days, on_signal, tell};
+use super::{Endpoint, days, on_signal, tell};
 use crate::collection::run as collect;
 use crate::sink::Sink as _;
 use crate::stream::Stream;
@@ -14,11 +14,11 @@ use crate::stream::access::Access;
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// The server, nats://HOST:PORT
-    #[arg(long, value_parser = Place::of)]
-    from: Place,
+    #[arg(long, value_parser = Endpoint::of)]
+    from: Endpoint,
     /// The file, made if there is none, or postgres://NAME@HOST/DATABASE
-    #[arg(long, value_parser = Place::of)]
-    store: Place,
+    #[arg(long, value_parser = Endpoint::of)]
+    store: Endpoint,
     /// Name of this collection on the server: each gets every item once
     #[arg(long, default_value = "store")]
     name: String,
@@ -34,8 +34,8 @@ pub struct Arguments {
 
 /// Runs the command until it is told to stop.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let Place::Server(address) = &arguments.from else { bail!("--from: expected nats://HOST:PORT") };
-    if matches!(arguments.store, Place::Server(_)) {
+    let Endpoint::Server(address) = &arguments.from else { bail!("--from: expected nats://HOST:PORT") };
+    if matches!(arguments.store, Endpoint::Server(_)) {
         bail!("--store: expected a file or postgres://NAME@HOST/DATABASE");
     }
     let stop = on_signal()?;

@@ -7,13 +7,13 @@ use clap::{Args, Subcommand};
 use jiff::Timestamp;
 use serde_json::{Value, json};
 
-use super::{Place, on_signal, opened, tell};
-use crate::fleet::machines::{Machine as StatedMachine, chosen, path_of, state};
+use super::{Endpoint, on_signal, opened, tell};
+use crate::fleet::machines::{StatedMachine, chosen, path_of, state};
 use crate::fleet::queue::{Listed, ask, cancel, list};
 use crate::fleet::record::whole;
 use crate::fleet::server as jobs;
-use crate::fleet::summary::{self, Change, better};
-use crate::fleet::task::Command;
+use crate::fleet::summary::{self, ChangeStatus, better};
+use crate::fleet::task::FleetCommand;
 use crate::fleet::worker::{now_us, short};
 use crate::stream::access::Access;
 use crate::stream::server::Server;
@@ -21,7 +21,7 @@ use crate::stream::server::Server;
 const US_A_DAY: f64 = 86_400e6;
 
 #[derive(Debug, Args)]
-pub struct Machine {
+pub struct MachineArguments {
     /// The file with the monitor's readings
     store: PathBuf,
     /// The monitor, PLANT/BUS/NODE
@@ -84,8 +84,8 @@ enum Action {
         /// The file
         store: PathBuf,
         /// The server, nats://HOST:PORT
-        #[arg(long = "with", value_parser = Place::of)]
-        server: Place,
+        #[arg(long = "with", value_parser = Endpoint::of)]
+        server: Endpoint,
         #[command(flatten)]
         access: Access,
     },
@@ -121,8 +121,8 @@ struct Asked {
     to: Option<Timestamp>,
 }
 
-pub fn machine(arguments: &Machine) -> Result<()> {
-    let Machine { store, monitor, rotor } = arguments;
+pub fn machine(arguments: &MachineArguments) -> Result<()> {
+    let MachineArguments { store, monitor, rotor } = arguments;
     let text =
         std::fs::read_to_string(rotor).with_context(|| format!("{}: cannot be read", rotor.display()))?;
     state(&mut opened(store)?, monitor, &text).with_context(|| rotor.display().to_string())?;
@@ -137,12 +137,12 @@ pub fn machine(arguments: &Machine) -> Result<()> {
 /// Asks, lists or cancels.
 pub fn fleet(arguments: &Fleet) -> Result<()> {
     match &arguments.action {
-        Action::Track { asked, method } => enqueue(Command::Track, Some(method), asked),
+        Action::Track { asked, method } => enqueue(FleetCommand::Track, Some(method), asked),
         Action::Forecast { asked, limit } => {
-            enqueue(Command::Forecast, limit.map(|limit| limit.to_string()).as_deref(), asked)
+            enqueue(FleetCommand::Forecast, limit.map(|limit| limit.to_string()).as_deref(), asked)
         }
-        Action::Diagnose(asked) => enqueue(Command::Diagnose, None, asked),
-        Action::Improve(asked) => enqueue(Command::Improve, None, asked),
+        Action::Diagnose(asked) => enqueue(FleetCommand::Diagnose, None, asked),
+        Action::Improve(asked) => enqueue(FleetCommand::Improve, None, asked),
         Action::Deploy { store, only, trial } => deploy(store, only, *trial),
         Action::Summary { store, days, json } => summarize(store, *days, *json),
         Action::Share { store, server, access } => share(store, server, access),
@@ -157,7 +157,7 @@ pub fn fleet(arguments: &Fleet) -> Result<()> {
     }
 }
 
-fn enqueue(command: Command, option: Option<&str>, asked: &Asked) -> Result<()> {
+fn enqueue(command: FleetCommand, option: Option<&str>, asked: &Asked) -> Result<()> {
     let mut store = opened(&asked.store)?;
     let (mut new, mut old) = (0, 0);
     for machine in chosen(&mut store, &asked.only)? {
@@ -206,7 +206,7 @@ fn deploy(path: &Path, only: &[String], trial_s: Option<f64>) -> Result<()> {
         new += usize::from(ask(
             store.connection(),
             machine,
-            (Command::Deploy, option.as_deref()),
+            (FleetCommand::Deploy, option.as_deref()),
             (now_us, now_us),
             now_us,
         )?);
@@ -225,9 +225,11 @@ fn summarize(path: &Path, days: f64, as_json: bool) -> Result<()> {
         println!("{}", serde_json::to_string_pretty(&json!({ "days": days, "machines": lines }))?);
         return Ok(());
     }
-    for (change, title) in
-        [(Change::Changed, "changed"), (Change::CannotTell, "cannot be told"), (Change::NoFlag, "no flag")]
-    {
+    for (change, title) in [
+        (ChangeStatus::Changed, "changed"),
+        (ChangeStatus::CannotTell, "cannot be told"),
+        (ChangeStatus::NoFlag, "no flag"),
+    ] {
         let of_change: Vec<_> = lines.iter().filter(|line| line.change == change).collect();
         if !of_change.is_empty() {
             println!("{}, {} of {} monitors in {days} days:", title, of_change.len(), lines.len());
@@ -252,8 +254,8 @@ fn summarize(path: &Path, days: f64, as_json: bool) -> Result<()> {
     Ok(())
 }
 
-fn share(path: &Path, server: &Place, access: &Access) -> Result<()> {
-    let Place::Server(address) = server else { bail!("--with: expected nats://HOST:PORT") };
+fn share(path: &Path, server: &Endpoint, access: &Access) -> Result<()> {
+    let Endpoint::Server(address) = server else { bail!("--with: expected nats://HOST:PORT") };
     let stop = on_signal()?;
     drop(opened(path)?);
     let server = Server::connect(address, access)?;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 use clap::Args;
 
-use super::{Place, days, named, on_signal, tell};
+use super::{Endpoint, days, named, on_signal, tell};
 use crate::gateway::{Named, run as listen};
 use crate::sink::Sink;
 use crate::stream::Stream;
@@ -20,8 +20,8 @@ pub struct Arguments {
     #[arg(long, required = true, value_parser = named)]
     bus: Vec<Named>,
     /// Where to: a file, made if there is none, nats://HOST:PORT or postgres://NAME@HOST/DATABASE
-    #[arg(long, value_parser = Place::of)]
-    to: Place,
+    #[arg(long, value_parser = Endpoint::of)]
+    to: Endpoint,
     #[command(flatten)]
     access: Access,
     /// The NATS server forgets what is older, collected or not [default: it keeps everything]
@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let stop = on_signal()?;
     let mut sink: Box<dyn Sink> = match (to, keep_days) {
-        (Place::Server(address), Some(time)) => {
+        (Endpoint::Server(address), Some(time)) => {
             let stream = Stream::open(address, access, &[])?;
             stream.keep_for(*time)?;
             Box::new(stream)

@@ -47,7 +47,7 @@ enum Command {
     /// Remove what is older than a day from a file
     Forget(forget::Arguments),
     /// State which machine a monitor watches
-    Machine(fleet::Machine),
+    Machine(fleet::MachineArguments),
     /// Ask for a command of the desk over many machines, and see what became of it
     Fleet(fleet::Fleet),
     /// Do what was asked for; any number of these may run
@@ -79,13 +79,13 @@ pub fn run(cli: Cli) -> Result<()> {
 
 /// Where items go or come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Place {
+enum Endpoint {
     File(PathBuf),
     Server(String),
     Database(String),
 }
 
-impl Place {
+impl Endpoint {
     /// As a command line names it.
     fn of(text: &str) -> Result<Self, String> {
         match text.split_once(':') {

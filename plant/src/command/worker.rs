@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use clap::Args;
 
-use super::{Place, named, on_signal, opened, tell};
+use super::{Endpoint, named, on_signal, opened, tell};
 use crate::fleet::task::{Hands, keys_in};
 use crate::fleet::{server, worker};
 use crate::gateway::Named;
@@ -15,8 +15,8 @@ use crate::stream::server::Server;
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// The file, or nats://HOST:PORT where somebody shares the jobs of one
-    #[arg(value_parser = Place::of)]
-    from: Place,
+    #[arg(value_parser = Endpoint::of)]
+    from: Endpoint,
     /// End when nothing is left to do
     #[arg(long)]
     once: bool,
@@ -40,18 +40,18 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let hands = Hands { plant: plant.clone(), buses: bus.clone(), keys };
     let stop = on_signal()?;
     let ended = match from {
-        Place::File(path) => {
+        Endpoint::File(path) => {
             drop(opened(path)?);
             worker::run(path, &hands, *once, &stop, tell)?
         }
-        Place::Server(address) => {
+        Endpoint::Server(address) => {
             let server = Server::connect(address, access)?;
             server::work(&server, &hands, *once, &stop, tell)?
         }
-        Place::Database(_) => bail!("jobs are in a file or at nats://HOST:PORT, not in a database"),
+        Endpoint::Database(_) => bail!("jobs are in a file or at nats://HOST:PORT, not in a database"),
     };
     println!("{ended} jobs ended.");
-    if let Place::File(path) = from {
+    if let Endpoint::File(path) = from {
         println!("Next: rotor-edge-plant fleet status {}", path.display());
     }
     Ok(())

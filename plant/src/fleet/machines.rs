@@ -9,7 +9,7 @@ use crate::store::Store;
 
 /// A monitor whose machine is known.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Machine {
+pub struct StatedMachine {
     /// Number of its source in the store.
     pub id: i64,
     pub source: Source,
@@ -43,7 +43,7 @@ pub fn state(store: &mut Store, path: &str, rotor: &str) -> Result<()> {
 ///
 /// # Errors
 /// One sentence if there is none.
-pub fn chosen(store: &mut Store, choices: &[String]) -> Result<Vec<Machine>> {
+pub fn chosen(store: &mut Store, choices: &[String]) -> Result<Vec<StatedMachine>> {
     let connection = store.connection();
     let mut statement = connection.prepare("SELECT rotor FROM machine WHERE source = ?")?;
     let mut all = Vec::new();
@@ -54,7 +54,7 @@ pub fn chosen(store: &mut Store, choices: &[String]) -> Result<Vec<Machine>> {
         };
         if choices.is_empty() || choices.iter().any(is_chosen) {
             for rotor in statement.query_map([id], |row| row.get(0))? {
-                all.push(Machine { id, source: source.clone(), rotor: rotor? });
+                all.push(StatedMachine { id, source: source.clone(), rotor: rotor? });
             }
         }
     }

@@ -6,9 +6,9 @@ use rusqlite::{Connection, TransactionBehavior};
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
-use super::machines::Machine;
+use super::machines::StatedMachine;
 use super::summary::in_a_word;
-use super::task::{Command, Ended, Hands, squeezed};
+use super::task::{Ended, FleetCommand, Hands, squeezed};
 use crate::item::Source;
 
 /// How long a worker may be silent, µs.
@@ -23,7 +23,7 @@ pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 pub struct Job {
     /// Made of everything else and of the version of the program.
     pub id: String,
-    pub command: Command,
+    pub command: FleetCommand,
     /// What is said to it, as [`Task::option`](super::task::Task::option).
     pub option: Option<String>,
     /// Number of the monitor's source in the store.
@@ -43,7 +43,7 @@ impl Job {
     /// same whoever sends it.
     fn is_for(&self, hands: &Hands) -> bool {
         hands.takes(self.command, &self.source)
-            && (self.command == Command::Deploy || self.version == VERSION)
+            && (self.command == FleetCommand::Deploy || self.version == VERSION)
     }
 }
 
@@ -77,8 +77,8 @@ pub struct Listed {
 /// If the store takes nothing.
 pub fn ask(
     connection: &Connection,
-    machine: &Machine,
-    (command, option): (Command, Option<&str>),
+    machine: &StatedMachine,
+    (command, option): (FleetCommand, Option<&str>),
     period_us: (i64, i64),
     now_us: i64,
 ) -> Result<bool> {
@@ -108,7 +108,7 @@ pub(super) fn job(row: &rusqlite::Row) -> rusqlite::Result<Job> {
     let name: String = row.get(1)?;
     Ok(Job {
         id: row.get(0)?,
-        command: Command::of(&name).ok_or(rusqlite::Error::InvalidQuery)?,
+        command: FleetCommand::of(&name).ok_or(rusqlite::Error::InvalidQuery)?,
         option: row.get(2)?,
         source_id: row.get(3)?,
         period_us: (row.get(4)?, row.get(5)?),
@@ -276,11 +276,11 @@ fn listed(connection: &Connection, which: &str, parameters: impl rusqlite::Param
 impl Listed {
     /// What a person wants to know of its answer first.
     pub fn in_a_word(&self) -> String {
-        if self.state == "waiting" && self.version != VERSION && self.command != Command::Deploy.name() {
+        if self.state == "waiting" && self.version != VERSION && self.command != FleetCommand::Deploy.name() {
             return format!("for a worker of version {}, and this is {VERSION}", self.version);
         }
         let answer = self.answer.as_deref().unwrap_or_default();
-        Command::of(&self.command).map_or_else(|| answer.into(), |command| in_a_word(command, answer))
+        FleetCommand::of(&self.command).map_or_else(|| answer.into(), |command| in_a_word(command, answer))
     }
 }
 
@@ -300,14 +300,16 @@ mod tests {
             let source = Source { plant: "north".into(), bus: "hall1".into(), node };
             let sql = "INSERT INTO source (plant, bus, node) VALUES ('north', 'hall1', ?)";
             store.connection().execute(sql, [node]).unwrap();
-            let machine = Machine { id: i64::from(node) + 1, source, rotor: "drawing".into() };
-            let asked = ask(store.connection(), &machine, (Command::Track, None), PERIOD_US, i64::from(node))
-                .unwrap();
+            let machine = StatedMachine { id: i64::from(node) + 1, source, rotor: "drawing".into() };
+            let asked =
+                ask(store.connection(), &machine, (FleetCommand::Track, None), PERIOD_US, i64::from(node))
+                    .unwrap();
             assert!(asked);
-            let again = ask(store.connection(), &machine, (Command::Track, None), PERIOD_US, 99).unwrap();
+            let again =
+                ask(store.connection(), &machine, (FleetCommand::Track, None), PERIOD_US, 99).unwrap();
             assert!(!again, "the same job twice is one");
             assert!(
-                ask(store.connection(), &machine, (Command::Track, None), (0, 1), 1_000).unwrap(),
+                ask(store.connection(), &machine, (FleetCommand::Track, None), (0, 1), 1_000).unwrap(),
                 "another period"
             );
             let newest = list(store.connection()).unwrap().pop().unwrap();
@@ -362,7 +364,7 @@ mod tests {
         let mut asked_again = |ended: &Ended, at_us| {
             let job = take(queue, "a", &hands, at_us).unwrap().unwrap();
             assert!(end(queue, "a", &job.id, ended, at_us).unwrap());
-            let machine = Machine { id: job.source_id, source: job.source, rotor: job.rotor };
+            let machine = StatedMachine { id: job.source_id, source: job.source, rotor: job.rotor };
             ask(queue, &machine, (job.command, None), job.period_us, at_us + 1).unwrap()
         };
         assert!(asked_again(&Ended::Failed("no reading in this time".into()), 10));

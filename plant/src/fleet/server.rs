@@ -21,7 +21,7 @@ use rusqlite::Connection;
 use serde::{Deserialize, Serialize};
 
 use super::queue::{self, COLUMNS, Job, MOST_TRIES};
-use super::task::{Command, Ended, Hands, Task, packed, unpacked};
+use super::task::{Ended, FleetCommand, Hands, Task, packed, unpacked};
 use super::worker::{RENEW, Shown, dropped, now_us, task_of};
 use crate::item::plain_word;
 use crate::store::Store;
@@ -45,14 +45,14 @@ struct Sent {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Answer {
+struct JobAnswer {
     id: String,
     ended: Ended,
 }
 
 fn subject(task: &Task) -> String {
     match task.command {
-        Command::Deploy => format!("{}.{}", deployments(&task.source.plant, &task.source.bus), task.id),
+        FleetCommand::Deploy => format!("{}.{}", deployments(&task.source.plant, &task.source.bus), task.id),
         _ => format!("{}.{}", desk_commands(&task.version), task.id),
     }
 }
@@ -197,17 +197,17 @@ async fn one(
 
 /// An answer that the server takes: without its page if need be, which people can have made again.
 fn small_enough(server: &Server, id: &str, ended: Ended) -> Result<Vec<u8>> {
-    let whole = packed(&Answer { id: id.into(), ended: ended.clone() })?;
+    let whole = packed(&JobAnswer { id: id.into(), ended: ended.clone() })?;
     let Some(why) = too_large(server, whole.len()) else { return Ok(whole) };
     let less = match ended {
         Ended::Done { answer, model, report: Some(_) } => {
-            packed(&Answer { id: id.into(), ended: Ended::Done { answer, model, report: None } })?
+            packed(&JobAnswer { id: id.into(), ended: Ended::Done { answer, model, report: None } })?
         }
         _ => whole,
     };
     match too_large(server, less.len()) {
         None => Ok(less),
-        Some(_) => packed(&Answer { id: id.into(), ended: Ended::Failed(format!("its answer is {why}")) }),
+        Some(_) => packed(&JobAnswer { id: id.into(), ended: Ended::Failed(format!("its answer is {why}")) }),
     }
 }
 
@@ -305,7 +305,7 @@ fn round(
     let messages = server.wait(fetched(answers, 100)).map_err(|error| Gone::Server(anyhow!("{error}")))?;
     let mut ended = 0;
     for message in messages {
-        match unpacked::<Answer>(&message.payload) {
+        match unpacked::<JobAnswer>(&message.payload) {
             Ok(answer) => {
                 let is_waited_for =
                     queue::end(store.connection(), SHARED, &answer.id, &answer.ended, now_us())

@@ -7,17 +7,17 @@ use rusqlite::{Connection, OptionalExtension as _};
 use serde::Serialize;
 use serde_json::Value;
 
-use super::machines::{Machine, sources};
-use super::task::Command;
+use super::machines::{StatedMachine, sources};
+use super::task::FleetCommand;
 use crate::item::Source;
 
 /// What is known of one machine.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Line {
+pub struct MachineSummary {
     #[serde(flatten)]
     pub source: Source,
     /// Whether something changed in the time.
-    pub change: Change,
+    pub change: ChangeStatus,
     /// What says so, or why nothing can.
     pub why: String,
     /// What is missing in its model, or what to do to know.
@@ -28,7 +28,7 @@ pub struct Line {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Change {
+pub enum ChangeStatus {
     /// A flag rose, or the monitor could not judge any more.
     Changed,
     /// Nothing was judged: it may have changed.
@@ -50,7 +50,7 @@ pub struct Better {
 ///
 /// # Errors
 /// If the store cannot be read.
-pub fn all(connection: &Connection, from_us: i64) -> Result<Vec<Line>> {
+pub fn all(connection: &Connection, from_us: i64) -> Result<Vec<MachineSummary>> {
     let mut all = Vec::new();
     for (id, source) in sources(connection)? {
         let (change, why) = change(connection, id, from_us)?;
@@ -58,15 +58,15 @@ pub fn all(connection: &Connection, from_us: i64) -> Result<Vec<Line>> {
         let rotor: Option<String> = connection.query_row(sql, [id], |row| row.get(0)).optional()?;
         let (missing, is_to_deploy) = match rotor {
             None => ("its machine is not stated: rotor-edge-plant machine".into(), false),
-            Some(rotor) => missing(connection, &Machine { id, source: source.clone(), rotor })?,
+            Some(rotor) => missing(connection, &StatedMachine { id, source: source.clone(), rotor })?,
         };
-        all.push(Line { source, change, why, missing, is_to_deploy });
+        all.push(MachineSummary { source, change, why, missing, is_to_deploy });
     }
     all.sort_by_key(|line| line.change);
     Ok(all)
 }
 
-fn change(connection: &Connection, id: i64, from_us: i64) -> Result<(Change, String)> {
+fn change(connection: &Connection, id: i64, from_us: i64) -> Result<(ChangeStatus, String)> {
     let count = |sql: &str| connection.query_row(sql, (id, from_us), |row| row.get::<_, i64>(0));
     let results = count("SELECT count(*) FROM result WHERE source = ? AND time_us >= ?")?;
     // where no row is left over for it, a residual says nothing
@@ -84,10 +84,10 @@ fn change(connection: &Connection, id: i64, from_us: i64) -> Result<(Change, Str
         .optional()?;
     if let Some((true, suspect, _)) = is_up {
         let at = suspect.map_or_else(String::new, |bearing| format!(", at bearing {bearing}"));
-        return Ok((Change::Changed, format!("its flag is up{at}")));
+        return Ok((ChangeStatus::Changed, format!("its flag is up{at}")));
     }
     if risen > 0 {
-        return Ok((Change::Changed, format!("its flag rose {risen} times and is down again")));
+        return Ok((ChangeStatus::Changed, format!("its flag rose {risen} times and is down again")));
     }
     let lost: Option<(String, String)> = connection
         .query_row(
@@ -99,20 +99,22 @@ fn change(connection: &Connection, id: i64, from_us: i64) -> Result<(Change, Str
     if let Some((state, reason)) = &lost
         && [NodeState::Blind, NodeState::Stale, NodeState::Conflict].iter().any(|lost| name(lost) == *state)
     {
-        return Ok((Change::Changed, format!("it cannot judge any more: {state}, {reason}")));
+        return Ok((ChangeStatus::Changed, format!("it cannot judge any more: {state}, {reason}")));
     }
     Ok(match (results, judged) {
-        (0, _) if lost.is_none() => (Change::CannotTell, "nothing was heard of it".into()),
-        (0, _) => (Change::CannotTell, "no reading was judged: see what sends it readings".into()),
+        (0, _) if lost.is_none() => (ChangeStatus::CannotTell, "nothing was heard of it".into()),
+        (0, _) => (ChangeStatus::CannotTell, "no reading was judged: see what sends it readings".into()),
         (_, 0) => {
-            (Change::CannotTell, "no reading had a row left over for a residual: see its probes".into())
+            (ChangeStatus::CannotTell, "no reading had a row left over for a residual: see its probes".into())
         }
-        _ => (Change::NoFlag, format!("{judged} of {results} readings had a residual, and no flag rose")),
+        _ => {
+            (ChangeStatus::NoFlag, format!("{judged} of {results} readings had a residual, and no flag rose"))
+        }
     })
 }
 
 /// What is missing in the model that a machine is stated to have, and whether a better one waits.
-fn missing(connection: &Connection, machine: &Machine) -> Result<(String, bool)> {
+fn missing(connection: &Connection, machine: &StatedMachine) -> Result<(String, bool)> {
     if let Some(better) = better(connection, machine)? {
         let effects = better.effects.join(", ");
         return Ok((format!("{effects}; with that {}", better.verdict), better.verdict == "adequate"));
@@ -124,14 +126,14 @@ fn missing(connection: &Connection, machine: &Machine) -> Result<(String, bool)>
     let Some(answer) = answer else {
         return Ok(("not asked yet: rotor-edge-plant fleet diagnose".into(), false));
     };
-    Ok((in_a_word(Command::Diagnose, &answer), false))
+    Ok((in_a_word(FleetCommand::Diagnose, &answer), false))
 }
 
 /// The newest better model that `improve` made of the one that a machine is stated to have.
 ///
 /// # Errors
 /// If the store cannot be read.
-pub fn better(connection: &Connection, machine: &Machine) -> Result<Option<Better>> {
+pub fn better(connection: &Connection, machine: &StatedMachine) -> Result<Option<Better>> {
     let sql = "SELECT answer, model FROM job WHERE source = ? AND rotor = ? AND state = 'done' AND command = 'improve' \
                AND model IS NOT NULL ORDER BY ended_us DESC LIMIT 1";
     let row = |row: &rusqlite::Row| Ok((row.get::<_, String>(0)?, row.get::<_, String>(1)?));
@@ -151,22 +153,24 @@ fn effects(improved: &Value) -> Vec<String> {
 }
 
 /// What a person wants to know of an answer first.
-pub fn in_a_word(command: Command, answer: &str) -> String {
+pub fn in_a_word(command: FleetCommand, answer: &str) -> String {
     let Ok(answer) = serde_json::from_str::<Value>(answer) else { return answer.into() };
     let verdict = answer["verdict"].as_str().unwrap_or("–");
     let number = |key: &str| answer[key].as_array().map_or(0, Vec::len);
     match command {
-        Command::Track => format!("{} days, {} flags", number("estimates"), number("flags")),
-        Command::Improve => {
+        FleetCommand::Track => format!("{} days, {} flags", number("estimates"), number("flags")),
+        FleetCommand::Improve => {
             let added = effects(&answer);
             format!(
                 "{verdict}; added: {}",
                 if added.is_empty() { "nothing".into() } else { added.join(", ") }
             )
         }
-        Command::Deploy => "the monitor runs it".into(),
-        Command::Forecast => answer["model"].as_str().map_or("made".into(), |model| format!("by {model}")),
-        Command::Diagnose => match answer["candidates"][0]["effect"].as_str() {
+        FleetCommand::Deploy => "the monitor runs it".into(),
+        FleetCommand::Forecast => {
+            answer["model"].as_str().map_or("made".into(), |model| format!("by {model}"))
+        }
+        FleetCommand::Diagnose => match answer["candidates"][0]["effect"].as_str() {
             Some(effect) if verdict == "missing" => format!("missing: {effect}"),
             _ => verdict.into(),
         },

@@ -23,7 +23,7 @@ const MOST_BYTES: u64 = 64 << 20;
 /// A command that a fleet is run through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Command {
+pub enum FleetCommand {
     /// The unbalance over the days of the period.
     Track,
     Forecast,
@@ -35,7 +35,7 @@ pub enum Command {
     Deploy,
 }
 
-impl Command {
+impl FleetCommand {
     /// As the command line calls it.
     pub fn name(self) -> &'static str {
         match self {
@@ -65,7 +65,7 @@ pub struct Task {
     pub id: String,
     /// Version of the program whose answer is asked for.
     pub version: String,
-    pub command: Command,
+    pub command: FleetCommand,
     /// `track`: its method. `forecast`: the limit, g·mm. `deploy`: the time of its trial, s.
     pub option: Option<String>,
     /// The monitor of the machine.
@@ -106,9 +106,9 @@ pub struct Hands {
 
 impl Hands {
     /// Whether this worker is the one for a job.
-    pub fn takes(&self, command: Command, source: &Source) -> bool {
+    pub fn takes(&self, command: FleetCommand, source: &Source) -> bool {
         let is_near = source.plant == self.plant && self.buses.iter().any(|bus| bus.name == source.bus);
-        if command == Command::Deploy { is_near } else { self.buses.is_empty() }
+        if command == FleetCommand::Deploy { is_near } else { self.buses.is_empty() }
     }
 }
 
@@ -116,7 +116,7 @@ impl Task {
     /// Does it; whatever happens is told.
     pub fn done(&self, hands: &Hands) -> Ended {
         let tried = catch_unwind(AssertUnwindSafe(|| match self.command {
-            Command::Deploy => self.deployed(hands),
+            FleetCommand::Deploy => self.deployed(hands),
             _ => self.at_the_desk(),
         }));
         match tried {
@@ -139,21 +139,23 @@ impl Task {
         };
         let report = || ["--report".into(), file("report.html").into()];
         let answer = match self.command {
-            Command::Track => {
+            FleetCommand::Track => {
                 let method = self.option.as_deref().unwrap_or("adaptive");
                 said("track", [&read[..], &["--method".into(), method.into()], &report()].concat())?
             }
-            Command::Forecast => {
+            FleetCommand::Forecast => {
                 let track = file("track.csv");
                 let kept = ["--method".into(), "joint".into(), "--csv".into(), track.clone().into()];
                 said("track", [&read[..], &kept].concat())?;
                 let limit = self.option.as_ref().map(|limit| vec!["--limit".into(), limit.into()]);
                 said("forecast", [&[track.into()], &limit.unwrap_or_default()[..], &report()].concat())?
             }
-            Command::Improve => {
+            FleetCommand::Improve => {
                 said("improve", [&read[..], &["-o".into(), file("better.toml").into()], &report()].concat())?
             }
-            Command::Diagnose | Command::Deploy => said("diagnose", [&read[..], &report()].concat())?,
+            FleetCommand::Diagnose | FleetCommand::Deploy => {
+                said("diagnose", [&read[..], &report()].concat())?
+            }
         };
         let written = |name: &str| std::fs::read_to_string(file(name)).ok();
         Ok(Ended::Done { answer, model: written("better.toml"), report: written("report.html") })
@@ -235,7 +237,7 @@ mod tests {
         let task = Task {
             id: "1".into(),
             version: "0.1.0".into(),
-            command: Command::Forecast,
+            command: FleetCommand::Forecast,
             option: Some("3.5".into()),
             source: source(),
             rotor: "drawing".into(),
@@ -258,11 +260,11 @@ mod tests {
         let elsewhere = Hands { plant: "south".into(), ..near.clone() };
         let takes = |hands: &Hands, command| hands.takes(command, &source());
         assert_eq!(
-            [&near, &elsewhere, &Hands::default()].map(|h| takes(h, Command::Deploy)),
+            [&near, &elsewhere, &Hands::default()].map(|h| takes(h, FleetCommand::Deploy)),
             [true, false, false]
         );
         assert_eq!(
-            [&near, &elsewhere, &Hands::default()].map(|h| takes(h, Command::Track)),
+            [&near, &elsewhere, &Hands::default()].map(|h| takes(h, FleetCommand::Track)),
             [false, false, true]
         );
     }

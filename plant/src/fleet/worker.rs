@@ -13,7 +13,7 @@ use rotor_edge_desktop::rotor_file;
 use super::machines::path_of;
 use super::queue::{self, Job};
 use super::record::{Period, csv};
-use super::task::{Command, Ended, Hands, Task};
+use super::task::{Ended, FleetCommand, Hands, Task};
 use crate::item::Source;
 use crate::store::Store;
 
@@ -71,7 +71,7 @@ impl Shown {
         self.0.set_message(format!("{ended} jobs ended; waiting for one"));
     }
 
-    pub fn doing(&self, ended: u64, command: Command, source: &Source) {
+    pub fn doing(&self, ended: u64, command: FleetCommand, source: &Source) {
         self.0.reset_elapsed();
         self.0.set_message(format!("{ended} jobs ended; {} of {}", command.name(), path_of(source)));
     }
@@ -132,7 +132,7 @@ fn while_renewing<T>(store: &Path, worker: &str, job: &Job, work: impl FnOnce() 
 /// One sentence if there are none.
 pub fn task_of(store: &mut Store, job: &Job) -> Result<Task> {
     let mut data = String::new();
-    if job.command != Command::Deploy {
+    if job.command != FleetCommand::Deploy {
         let folder = tempfile::tempdir()?;
         let drawing = folder.path().join("rotor.toml");
         std::fs::write(&drawing, &job.rotor)?;

@@ -72,7 +72,7 @@ pub fn all(newest: &[Newest], acknowledged: &HashMap<Key, Acknowledged>, now_us:
 }
 
 fn of(newest: &Newest, acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -> Glance {
-    let quiet_us = (QUIET_PERIODS * NodeConfig::new(0).heartbeat_period_us) as i64;
+    let quiet_us = (QUIET_PERIODS * NodeConfig::HEARTBEAT_PERIOD_US) as i64;
     let age_us = newest.heard_us.map(|heard_us| now_us - heard_us);
     let is_silent = age_us.is_none_or(|age_us| age_us > quiet_us);
     let state = newest.state.as_deref().unwrap_or("silent");

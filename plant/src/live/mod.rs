@@ -62,7 +62,7 @@ pub fn serve(
     opened: impl FnOnce(SocketAddr),
 ) -> Result<()> {
     let store = Store::open_to_read(&path)?;
-    let mut told = Told::read(&store)?;
+    let mut told = StoreSnapshot::read(&store)?;
     let (tell, seen) = watch::channel(Arc::new(told.at_present()));
     let runtime =
         Builder::new_multi_thread().worker_threads(1).max_blocking_threads(READERS).enable_all().build()?;
@@ -75,7 +75,7 @@ pub fn serve(
     while !stop.load(Ordering::Relaxed) {
         std::thread::sleep(LOOK);
         // while a store cannot be read, what was told last grows old, and everybody falls silent
-        if let Ok(now) = Told::read(&store) {
+        if let Ok(now) = StoreSnapshot::read(&store) {
             told = now;
         }
         tell.send_replace(Arc::new(told.at_present()));
@@ -108,12 +108,12 @@ fn routes(served: Served) -> Router {
 }
 
 /// What a store said last.
-struct Told {
+struct StoreSnapshot {
     newest: Vec<Newest>,
     acknowledged: HashMap<Key, Acknowledged>,
 }
 
-impl Told {
+impl StoreSnapshot {
     fn read(store: &Store) -> Result<Self> {
         Ok(Self { newest: store.newest()?, acknowledged: alarm::acknowledged(store.reading())? })
     }

@@ -51,8 +51,8 @@ pub struct Served {
 }
 
 /// Plant, bus and node in a path.
-pub type Machine = Words<(String, String, u8)>;
-type Answer<T = Response> = std::result::Result<T, Failure>;
+pub type MachinePath = Words<(String, String, u8)>;
+type PageResult<T = Response> = std::result::Result<T, Failure>;
 
 impl Served {
     /// With what the monitors say now, and the store for the rest.
@@ -64,13 +64,13 @@ impl Served {
     async fn read<T: Send + 'static>(
         &self,
         look: impl FnOnce(&Store) -> Result<T> + Send + 'static,
-    ) -> Answer<T> {
+    ) -> PageResult<T> {
         let path = self.store.clone();
         let looked = tokio::task::spawn_blocking(move || look(&Store::open_to_read(&path)?));
         Ok(looked.await.context("the store was not read to its end")??)
     }
 
-    fn glance(&self, (plant, bus, node): &(String, String, u8)) -> Answer<Glance> {
+    fn glance(&self, (plant, bus, node): &(String, String, u8)) -> PageResult<Glance> {
         let all = self.seen.borrow();
         let is_it = |glance: &&Glance| {
             let newest = &glance.newest;
@@ -79,7 +79,7 @@ impl Served {
         all.iter().find(is_it).cloned().ok_or(Failure::None("No such monitor was heard."))
     }
 
-    async fn machine(&self, words: &(String, String, u8)) -> Answer<Markup> {
+    async fn machine(&self, words: &(String, String, u8)) -> PageResult<Markup> {
         let glance = self.glance(words)?;
         self.read(move |store| {
             let probes = rotor(store, glance.newest.source)?;
@@ -90,7 +90,7 @@ impl Served {
         .await
     }
 
-    async fn jobs(&self) -> Answer<Markup> {
+    async fn jobs(&self) -> PageResult<Markup> {
         self.read(|store| job_page::live(store.reading())).await
     }
 
@@ -99,7 +99,7 @@ impl Served {
     }
 
     /// What `show` shows, whenever that changes.
-    fn follow<F: Future<Output = Answer<Markup>> + Send>(
+    fn follow<F: Future<Output = PageResult<Markup>> + Send>(
         self,
         show: impl Fn(Self) -> F + Send + Clone + 'static,
     ) -> Sse<impl Stream<Item = std::result::Result<Event, Infallible>>> {
@@ -175,7 +175,7 @@ pub async fn monitors_events(State(served): State<Served>) -> impl IntoResponse 
 }
 
 /// `/jobs`
-pub async fn jobs(State(served): State<Served>) -> Answer {
+pub async fn jobs(State(served): State<Served>) -> PageResult {
     Ok(shown("Jobs", "/jobs/events", &served.jobs().await?, &html! {}))
 }
 
@@ -199,9 +199,9 @@ impl Asked {
 /// `/machine/PLANT/BUS/NODE`
 pub async fn machine(
     State(served): State<Served>,
-    Words(words): Machine,
+    Words(words): MachinePath,
     Query(asked): Query<Asked>,
-) -> Answer {
+) -> PageResult {
     let glance = served.glance(&words)?;
     let newest = &glance.newest;
     let at = page::path(&newest.plant, &newest.bus, newest.node);
@@ -224,8 +224,8 @@ pub async fn machine(
 /// … `/events`
 pub async fn machine_events(
     State(served): State<Served>,
-    Words(words): Machine,
-) -> Answer<impl IntoResponse> {
+    Words(words): MachinePath,
+) -> PageResult<impl IntoResponse> {
     served.glance(&words)?;
     let words = Arc::new(words);
     Ok(served.follow(move |served| {
@@ -237,9 +237,9 @@ pub async fn machine_events(
 /// … `/figures`
 pub async fn figures(
     State(served): State<Served>,
-    Words(words): Machine,
+    Words(words): MachinePath,
     Query(asked): Query<Asked>,
-) -> Answer {
+) -> PageResult {
     let source = served.glance(&words)?.newest.source;
     let page = served
         .read(move |store| {
@@ -254,7 +254,7 @@ pub async fn figures(
 pub async fn report(
     State(served): State<Served>,
     Words((plant, bus, node, command)): Words<(String, String, u8, String)>,
-) -> Answer {
+) -> PageResult {
     let source = served.glance(&(plant, bus, node))?.newest.source;
     let page = served
         .read(move |store| {
@@ -272,7 +272,7 @@ pub async fn report(
 }
 
 #[derive(Deserialize)]
-pub struct Seen {
+pub struct AcknowledgeForm {
     state: String,
     since_us: i64,
     who: String,
@@ -282,9 +282,9 @@ pub struct Seen {
 /// … `/acknowledge`
 pub async fn acknowledge(
     State(served): State<Served>,
-    Words(words): Machine,
-    Form(seen): Form<Seen>,
-) -> Answer<Redirect> {
+    Words(words): MachinePath,
+    Form(seen): Form<AcknowledgeForm>,
+) -> PageResult<Redirect> {
     let Some(token) = served.token else {
         let text = "This server only reads: it was started without --token.";
         return Err(Failure::Refused(StatusCode::FORBIDDEN, text));

@@ -1,6 +1,7 @@
 //! An SQLite file. What is committed is on the disk: `synchronous` is full, and the journal is written ahead.
 
 pub(crate) mod rows;
+pub mod schema;
 
 use std::collections::HashMap;
 use std::fs::{File, TryLockError};
@@ -14,16 +15,8 @@ use crate::numbering::Last;
 use crate::sink::{Sink, is_kept};
 
 pub use rows::Newest;
+pub use schema::VERSION;
 
-/// Each takes a store from the version of its place to the next.
-pub(crate) const MIGRATIONS: [&str; 4] = [
-    include_str!("schema.sql"),
-    include_str!("fleet.sql"),
-    include_str!("plant.sql"),
-    include_str!("cause.sql"),
-];
-/// The version of a store that this program writes.
-pub const VERSION: i32 = MIGRATIONS.len() as i32;
 /// Says that a file is one of ours.
 const APPLICATION_ID: i32 = 0x726f_746f;
 /// Wait for another program that writes, ms.
@@ -154,8 +147,8 @@ fn prepare(connection: &mut Connection) -> Result<()> {
     let step = connection.transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)?;
     // another program may have done it meanwhile
     let version = number(&step, "user_version")?;
-    for migration in MIGRATIONS.iter().skip(usize::try_from(version).unwrap_or(0)) {
-        step.execute_batch(migration)?;
+    for migration in schema::SQLITE.migrations(version) {
+        step.execute_batch(&migration)?;
     }
     step.pragma_update(None, "user_version", VERSION)?;
     step.pragma_update(None, "application_id", APPLICATION_ID)?;

@@ -4,26 +4,26 @@ ALTER TABLE job ADD COLUMN option TEXT;
 
 CREATE TABLE file (
     name TEXT NOT NULL
-) STRICT;
+) {strict};
 
 -- The newest page of each command over each machine, gzip.
 CREATE TABLE report (
-    source INTEGER NOT NULL REFERENCES source (id),
+    source {integer} NOT NULL REFERENCES source (id),
     command TEXT NOT NULL,
     job TEXT NOT NULL,
-    page BLOB NOT NULL,
+    page {blob} NOT NULL,
     PRIMARY KEY (source, command)
-) STRICT, WITHOUT ROWID;
+) {by_key};
 
 -- Who has seen that a monitor was in a state, which it came into then.
 CREATE TABLE acknowledged (
-    source INTEGER NOT NULL REFERENCES source (id),
+    source {integer} NOT NULL REFERENCES source (id),
     state TEXT NOT NULL,
-    since_us INTEGER NOT NULL,
+    since_us {integer} NOT NULL,
     who TEXT NOT NULL,
-    time_us INTEGER NOT NULL,
+    time_us {integer} NOT NULL,
     PRIMARY KEY (source, state, since_us)
-) STRICT, WITHOUT ROWID;
+) {by_key};
 
 -- What a page shows over a time, what a job reads, what a day's file holds.
 CREATE INDEX reading_time ON reading (source, time_us);

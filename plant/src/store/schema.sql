@@ -1,78 +1,78 @@
 -- Version 1. Every table of items is unique by source, epoch and sequence; times are µs since 1970, UTC.
 CREATE TABLE source (
-    id INTEGER PRIMARY KEY,
+    id {id},
     plant TEXT NOT NULL,
     bus TEXT NOT NULL,
-    node INTEGER NOT NULL,
+    node {integer} NOT NULL,
     UNIQUE (plant, bus, node)
-) STRICT;
+) {strict};
 
 -- A 1x reading: µm zero to peak, volts; NULL is a probe that was lost or a gap that was not stated.
 CREATE TABLE reading (
-    source INTEGER NOT NULL REFERENCES source (id),
-    epoch INTEGER NOT NULL,
-    sequence INTEGER NOT NULL,
-    time_us INTEGER NOT NULL,
-    clock_doubtful INTEGER NOT NULL,
-    speed_rpm REAL,
+    source {integer} NOT NULL REFERENCES source (id),
+    epoch {integer} NOT NULL,
+    sequence {integer} NOT NULL,
+    time_us {integer} NOT NULL,
+    clock_doubtful {integer} NOT NULL,
+    speed_rpm {real},
     keyphasor TEXT NOT NULL,
-    probes INTEGER NOT NULL,
-    p1_cos_um REAL, p1_sin_um REAL, p2_cos_um REAL, p2_sin_um REAL, p3_cos_um REAL, p3_sin_um REAL, p4_cos_um REAL, p4_sin_um REAL,
-    p5_cos_um REAL, p5_sin_um REAL, p6_cos_um REAL, p6_sin_um REAL, p7_cos_um REAL, p7_sin_um REAL, p8_cos_um REAL, p8_sin_um REAL,
-    p1_gap_v REAL, p2_gap_v REAL, p3_gap_v REAL, p4_gap_v REAL, p5_gap_v REAL, p6_gap_v REAL, p7_gap_v REAL, p8_gap_v REAL,
+    probes {integer} NOT NULL,
+    p1_cos_um {real}, p1_sin_um {real}, p2_cos_um {real}, p2_sin_um {real}, p3_cos_um {real}, p3_sin_um {real}, p4_cos_um {real}, p4_sin_um {real},
+    p5_cos_um {real}, p5_sin_um {real}, p6_cos_um {real}, p6_sin_um {real}, p7_cos_um {real}, p7_sin_um {real}, p8_cos_um {real}, p8_sin_um {real},
+    p1_gap_v {real}, p2_gap_v {real}, p3_gap_v {real}, p4_gap_v {real}, p5_gap_v {real}, p6_gap_v {real}, p7_gap_v {real}, p8_gap_v {real},
     PRIMARY KEY (source, epoch, sequence)
-) STRICT, WITHOUT ROWID;
+) {by_key};
 
 -- What a monitor made of the reading with the same source, epoch and sequence.
 CREATE TABLE result (
-    source INTEGER NOT NULL REFERENCES source (id),
-    epoch INTEGER NOT NULL,
-    sequence INTEGER NOT NULL,
-    time_us INTEGER NOT NULL,
-    clock_doubtful INTEGER NOT NULL,
-    suspicious INTEGER NOT NULL,
-    flagged INTEGER NOT NULL,
-    suspect INTEGER,
+    source {integer} NOT NULL REFERENCES source (id),
+    epoch {integer} NOT NULL,
+    sequence {integer} NOT NULL,
+    time_us {integer} NOT NULL,
+    clock_doubtful {integer} NOT NULL,
+    suspicious {integer} NOT NULL,
+    flagged {integer} NOT NULL,
+    suspect {integer},
     reason TEXT NOT NULL,
-    streak INTEGER NOT NULL,
-    redundancy INTEGER NOT NULL,
-    used_mask INTEGER NOT NULL,
-    planes INTEGER NOT NULL,
-    u1_cos_g_mm REAL, u1_sin_g_mm REAL, u2_cos_g_mm REAL, u2_sin_g_mm REAL,
-    u3_cos_g_mm REAL, u3_sin_g_mm REAL, u4_cos_g_mm REAL, u4_sin_g_mm REAL,
-    static_cos_g_mm REAL, static_sin_g_mm REAL, dynamic_cos_g_mm REAL, dynamic_sin_g_mm REAL,
-    residual_um REAL, ratio REAL, floor_um REAL, level_um REAL,
+    streak {integer} NOT NULL,
+    redundancy {integer} NOT NULL,
+    used_mask {integer} NOT NULL,
+    planes {integer} NOT NULL,
+    u1_cos_g_mm {real}, u1_sin_g_mm {real}, u2_cos_g_mm {real}, u2_sin_g_mm {real},
+    u3_cos_g_mm {real}, u3_sin_g_mm {real}, u4_cos_g_mm {real}, u4_sin_g_mm {real},
+    static_cos_g_mm {real}, static_sin_g_mm {real}, dynamic_cos_g_mm {real}, dynamic_sin_g_mm {real},
+    residual_um {real}, ratio {real}, floor_um {real}, level_um {real},
     PRIMARY KEY (source, epoch, sequence)
-) STRICT, WITHOUT ROWID;
+) {by_key};
 
 -- What a monitor said of itself, when it changed.
 CREATE TABLE state (
-    source INTEGER NOT NULL REFERENCES source (id),
-    epoch INTEGER NOT NULL,
-    sequence INTEGER NOT NULL,
-    time_us INTEGER NOT NULL,
-    clock_doubtful INTEGER NOT NULL,
+    source {integer} NOT NULL REFERENCES source (id),
+    epoch {integer} NOT NULL,
+    sequence {integer} NOT NULL,
+    time_us {integer} NOT NULL,
+    clock_doubtful {integer} NOT NULL,
     state TEXT NOT NULL,
     reason TEXT NOT NULL,
-    missing_mask INTEGER NOT NULL,
+    missing_mask {integer} NOT NULL,
     cause TEXT NOT NULL,
-    suspect INTEGER,
-    age_s REAL,
+    suspect {integer},
+    age_s {real},
     PRIMARY KEY (source, epoch, sequence)
-) STRICT, WITHOUT ROWID;
+) {by_key};
 
 CREATE TABLE heartbeat (
-    source INTEGER NOT NULL REFERENCES source (id),
-    epoch INTEGER NOT NULL,
-    sequence INTEGER NOT NULL,
-    time_us INTEGER NOT NULL,
-    clock_doubtful INTEGER NOT NULL,
-    protocol INTEGER NOT NULL,
+    source {integer} NOT NULL REFERENCES source (id),
+    epoch {integer} NOT NULL,
+    sequence {integer} NOT NULL,
+    time_us {integer} NOT NULL,
+    clock_doubtful {integer} NOT NULL,
+    protocol {integer} NOT NULL,
     state TEXT NOT NULL,
     reason TEXT NOT NULL,
-    readings INTEGER NOT NULL,
+    readings {integer} NOT NULL,
     PRIMARY KEY (source, epoch, sequence)
-) STRICT, WITHOUT ROWID;
+) {by_key};
 
 -- For notebooks and Grafana.
 

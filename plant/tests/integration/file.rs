@@ -7,6 +7,7 @@ use crate::common::{Bus, Program, reading, refusal, result, run, until};
 use rotor_edge_core::can::{Message, PROTOCOL_VERSION};
 use rotor_edge_core::state::{NodeState, Reason};
 use rotor_edge_plant::item::Kind;
+use rotor_edge_plant::store::schema::SQLITE;
 use rotor_edge_plant::store::{Store, VERSION};
 use rusqlite::Connection;
 
@@ -172,7 +173,7 @@ fn first_version_store_is_migrated_with_all_content() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("old.db");
     let old = Connection::open(&path).unwrap();
-    old.execute_batch(include_str!("../../src/store/schema.sql")).unwrap();
+    old.execute_batch(&SQLITE.migrations(0).next().unwrap()).unwrap();
     old.execute("INSERT INTO source (plant, bus, node) VALUES ('north', 'hall1', 3)", []).unwrap();
     old.pragma_update(None, "user_version", 1).unwrap();
     old.pragma_update(None, "application_id", 0x726f_746f).unwrap();

@@ -8,7 +8,7 @@ use std::process::Command;
 use crate::common::plant::Plant;
 use crate::common::{Bus, PATIENCE, Program, not_run, refusal, until};
 use jiff::Timestamp;
-use rotor_edge_plant::item::{Body, Heartbeat, Item, Kind, SCHEMA, Source, State};
+use rotor_edge_plant::item::{Body, Heartbeat, Item, Kind, SCHEMA, Source, StateItem};
 use rotor_edge_plant::sink::Sink as _;
 use rotor_edge_plant::store::Store;
 use serde_json::Value;
@@ -121,7 +121,7 @@ fn flagged() -> Plant {
     plant.says(&["fleet", "track", plant.path(), "north/hall1/1"], "1 new jobs.");
     plant.says(&["worker", plant.path(), "--once"], "1 jobs ended.");
     let mut store = Store::open(Path::new(plant.path())).unwrap();
-    let state = State {
+    let state = StateItem {
         state: "flagged".into(),
         reason: "age".into(),
         missing_mask: 0,

@@ -10,7 +10,7 @@ use rotor_edge_core::can::isotp::IsoTp;
 #[cfg(feature = "mac")]
 use rotor_edge_core::can::mac::{Direction, Gate, Group, mac_frames};
 use rotor_edge_core::can::parts::{Ack, Offer, answer_part, parts_of, request_part};
-use rotor_edge_core::can::slcan::{Decoder, Line, encode};
+use rotor_edge_core::can::slcan::{Decoder, SlcanLine, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
 use rotor_edge_core::detector::{Average, Detector, Evidence, Growth, noise_floor_um};
@@ -191,7 +191,7 @@ fn receive_result() {
 fn lines() {
     let mut decoder = Decoder::new();
     for _ in 0..black_box(100) {
-        if let Some(Line::Frame(frame)) = decoder.push(black_box(0)) {
+        if let Some(SlcanLine::Frame(frame)) = decoder.push(black_box(0)) {
             black_box(encode(&frame));
         }
     }

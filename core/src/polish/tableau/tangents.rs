@@ -1,6 +1,6 @@
 //! Discs, brought in by their tangents.
 
-use super::{BEYOND, Line, Tableau};
+use super::{BEYOND, PiecewiseLinear, Tableau};
 use crate::model::Pair;
 use crate::scalar;
 
@@ -63,7 +63,7 @@ impl<const PLANES: usize> Tableau<PLANES> {
         ) else {
             return false;
         };
-        let mut line = Line {
+        let mut line = PiecewiseLinear {
             value: a * x.value + b * y.value - bound,
             ways: [[0.0; 2]; PLANES],
             below: 0.0,

@@ -6,7 +6,7 @@ use std::vec::Vec;
 use nalgebra::{Complex, ComplexField, Matrix2, SMatrix, SVector, Vector2};
 
 use super::super::{SupportAmplitudes, response};
-use crate::model::{Forcing, ForcingLaw, Knot, Model, Pedestal, Probe, Support, Table};
+use crate::model::{Forcing, ForcingLaw, Knot, KnotRange, Model, Pedestal, Probe, Support};
 use crate::testing::Random;
 
 type Z = Complex<f64>;
@@ -33,7 +33,7 @@ fn stiffness(
         reference => 1.0 + f64::from(support.stiffness_slope) * (speed / reference - 1.0),
     };
     let (mut k, mut c) = (matrix(&support.stiffness_n_m) * slope, matrix(&support.damping_n_s_m));
-    if let Some(Table { first, count }) = support.table {
+    if let Some(KnotRange { first, count }) = support.table {
         let knots = &model.knots[usize::from(first)..usize::from(first + count)];
         let at = |knot: &Knot| (matrix(&knot.stiffness_n_m), matrix(&knot.damping_n_s_m));
         let speed_of = |knot: &Knot| f64::from(knot.speed_rad_s);
@@ -197,7 +197,7 @@ fn machine(random: &mut Random) -> Machine {
                 stiffness_slope: if sloped { random.signed() } else { 0.0 },
                 reference_speed_rad_s: if sloped { 1000.0 } else { 0.0 },
                 table: (chance(random, 0.4) && number < 2)
-                    .then_some(Table { first: 3 * number as u8, count: 3 }),
+                    .then_some(KnotRange { first: 3 * number as u8, count: 3 }),
                 hardening_per_um2: if chance(random, 0.2) { 1e-5 } else { 0.0 },
                 pedestal,
                 ..Support::isotropic(shape(random), k, c)

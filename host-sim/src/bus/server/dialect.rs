@@ -11,7 +11,7 @@ use crate::bus::wire::WireFrame;
 
 /// What a server does about a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Answer {
+pub enum Reply {
     /// Nothing is to be said.
     Silence,
     Say(&'static str),
@@ -36,7 +36,7 @@ pub trait Dialect: Default + Send + 'static {
     const QUIET: Duration;
 
     /// What to do about a command.
-    fn command(&mut self, text: &str) -> Answer;
+    fn command(&mut self, text: &str) -> Reply;
 
     /// Whether the client has opened the bus for sending.
     fn may_send(&self) -> bool;
@@ -60,23 +60,23 @@ impl Dialect for Slcan {
     const REFUSAL: &'static str = REFUSED;
     const QUIET: Duration = Duration::ZERO;
 
-    fn command(&mut self, text: &str) -> Answer {
+    fn command(&mut self, text: &str) -> Reply {
         let (kind, rest) = text.split_at(1);
         match (kind, rest) {
             ("O" | "L", "") => {
                 (self.open, self.listen_only) = (true, kind == "L");
-                Answer::Join("")
+                Reply::Join("")
             }
             ("C", "") => {
                 self.open = false;
-                Answer::Leave
+                Reply::Leave
             }
             // bit rates: every rate is right on a bus without wires
-            ("S" | "s", rate) if rate.bytes().all(|byte| byte.is_ascii_hexdigit()) => Answer::Silence,
+            ("S" | "s", rate) if rate.bytes().all(|byte| byte.is_ascii_hexdigit()) => Reply::Silence,
             // no time stamps
-            ("Z", "0") => Answer::Silence,
-            ("V" | "N" | "F", "") => Answer::Say(answer(kind.as_bytes()[0])),
-            _ => Answer::Refuse(REFUSED),
+            ("Z", "0") => Reply::Silence,
+            ("V" | "N" | "F", "") => Reply::Say(answer(kind.as_bytes()[0])),
+            _ => Reply::Refuse(REFUSED),
         }
     }
 
@@ -103,17 +103,17 @@ impl Dialect for Socketcand {
     /// python-can reads the answer to `rawmode` as one packet that holds nothing else.
     const QUIET: Duration = Duration::from_millis(200);
 
-    fn command(&mut self, text: &str) -> Answer {
+    fn command(&mut self, text: &str) -> Reply {
         match text {
-            "rawmode" if self.open => Answer::Join("< ok >"),
-            "rawmode" => Answer::Refuse("< error no bus is open >"),
-            "echo" => Answer::Say("< echo >"),
-            "bcmmode" | "controlmode" | "isotpmode" => Answer::Refuse("< error only rawmode is served >"),
+            "rawmode" if self.open => Reply::Join("< ok >"),
+            "rawmode" => Reply::Refuse("< error no bus is open >"),
+            "echo" => Reply::Say("< echo >"),
+            "bcmmode" | "controlmode" | "isotpmode" => Reply::Refuse("< error only rawmode is served >"),
             _ if text.starts_with("open ") => {
                 self.open = true;
-                Answer::Say("< ok >")
+                Reply::Say("< ok >")
             }
-            _ => Answer::Refuse("< error unknown command >"),
+            _ => Reply::Refuse("< error unknown command >"),
         }
     }
 
@@ -130,7 +130,7 @@ impl Dialect for Socketcand {
 mod tests {
     use super::*;
 
-    fn answers<D: Dialect>(commands: &[&str]) -> (Vec<Answer>, bool) {
+    fn answers<D: Dialect>(commands: &[&str]) -> (Vec<Reply>, bool) {
         let mut dialect = D::default();
         let answers = commands.iter().map(|text| dialect.command(text)).collect();
         (answers, dialect.may_send())
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn python_cans_way_to_open_slcan_joins_in_silence() {
-        use Answer::{Join, Leave, Silence};
+        use Reply::{Join, Leave, Silence};
         assert_eq!(
             answers::<Slcan>(&["C", "S6", "O", "O"]),
             (vec![Leave, Silence, Join(""), Join("")], true)
@@ -149,15 +149,15 @@ mod tests {
 
     #[test]
     fn slcan_says_what_it_is_and_refuses_the_rest() {
-        assert_eq!(answers::<Slcan>(&["V"]).0, [Answer::Say("V1013\r")]);
+        assert_eq!(answers::<Slcan>(&["V"]).0, [Reply::Say("V1013\r")]);
         for text in ["Sx", "Z1", "X", "O1", "d12381", "Q"] {
-            assert_eq!(answers::<Slcan>(&[text]).0, [Answer::Refuse(REFUSED)], "{text}");
+            assert_eq!(answers::<Slcan>(&[text]).0, [Reply::Refuse(REFUSED)], "{text}");
         }
     }
 
     #[test]
     fn socketcand_is_opened_before_it_is_joined() {
-        use Answer::{Join, Refuse, Say};
+        use Reply::{Join, Refuse, Say};
         assert_eq!(
             answers::<Socketcand>(&["open vcan0", "rawmode"]),
             (vec![Say("< ok >"), Join("< ok >")], true)

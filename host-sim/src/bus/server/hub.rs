@@ -55,7 +55,7 @@ pub struct Counts {
     pub turned_away: u64,
 }
 
-struct State {
+struct HubState {
     clients: BTreeMap<Number, Client>,
     counts: Counts,
     /// The last frames, with their time and whose they are.
@@ -64,7 +64,7 @@ struct State {
     log_error: Option<io::Error>,
 }
 
-impl State {
+impl HubState {
     /// Number of the oldest frame that still waits.
     fn oldest(&self) -> u64 {
         self.counts.frames - self.frames.len() as u64
@@ -74,13 +74,13 @@ impl State {
 pub struct Hub {
     clock: Clock,
     logger: StderrLogger,
-    state: Mutex<State>,
+    state: Mutex<HubState>,
 }
 
 impl Hub {
     /// A bus without clients, recorded if there is a log.
     pub fn new(log: Option<LogWriter<File>>, logger: StderrLogger) -> Self {
-        let state = State {
+        let state = HubState {
             clients: BTreeMap::new(),
             counts: Counts::default(),
             frames: VecDeque::new(),
@@ -90,7 +90,7 @@ impl Hub {
         Self { clock: Clock::default(), logger, state: Mutex::new(state) }
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, HubState> {
         // every change is whole before anything can panic
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -192,7 +192,7 @@ impl Hub {
         let mut state = self.state();
         loop {
             let (oldest, end) = (state.oldest(), state.counts.frames);
-            let State { clients, frames, .. } = &mut *state;
+            let HubState { clients, frames, .. } = &mut *state;
             let Some(client) = clients.get_mut(&number) else { return false };
             while items.len() < TAKEN_AT_ONCE {
                 let waits = client.joined && client.next < end;
@@ -246,7 +246,7 @@ impl Hub {
         }
     }
 
-    fn drop_oldest(&self, state: &mut State) {
+    fn drop_oldest(&self, state: &mut HubState) {
         let oldest = state.oldest();
         let Some((_, of, _)) = state.frames.pop_front() else { return };
         for (number, client) in state.clients.iter_mut().filter(|(_, c)| c.joined && c.next == oldest) {

@@ -15,9 +15,9 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 
-use super::codec::{Decoder, Heard};
+use super::codec::{Decoder, StreamItem};
 use super::log::LogWriter;
-use dialect::{Answer, Dialect, Slcan, Socketcand};
+use dialect::{Dialect, Reply, Slcan, Socketcand};
 pub use hub::Counts;
 use hub::{Hub, MAX_CLIENTS, Number, Outgoing};
 use opening::Opening;
@@ -177,12 +177,12 @@ fn hear<D: Dialect>(hub: &Hub, mut stream: &TcpStream, number: Number) -> io::Re
     loop {
         for heard in buffer[..length].iter().filter_map(|byte| decoder.push(*byte)) {
             let answer = match heard {
-                Heard::Frame(frame) if dialect.may_send() => {
+                StreamItem::Frame(frame) if dialect.may_send() => {
                     frames.push(frame);
-                    Answer::Silence
+                    Reply::Silence
                 }
-                Heard::Frame(_) | Heard::Garbage => Answer::Refuse(D::REFUSAL),
-                Heard::Text(text) => {
+                StreamItem::Frame(_) | StreamItem::Garbage => Reply::Refuse(D::REFUSAL),
+                StreamItem::Text(text) => {
                     // what was sent before a command counts before it
                     hub.publish(number, &frames);
                     frames.clear();
@@ -190,11 +190,11 @@ fn hear<D: Dialect>(hub: &Hub, mut stream: &TcpStream, number: Number) -> io::Re
                 }
             };
             match answer {
-                Answer::Silence => {}
-                Answer::Say(text) => hub.answer(number, text),
-                Answer::Join(text) => hub.join(number, text),
-                Answer::Leave => hub.part(number),
-                Answer::Refuse(text) => {
+                Reply::Silence => {}
+                Reply::Say(text) => hub.answer(number, text),
+                Reply::Join(text) => hub.join(number, text),
+                Reply::Leave => hub.part(number),
+                Reply::Refuse(text) => {
                     hub.refuse(1);
                     hub.answer(number, text);
                 }

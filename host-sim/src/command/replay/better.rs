@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use crate::edge::Deployment;
 use crate::render::trend::{Trend, trend};
 use crate::render::{Figure, Section, Table};
-use crate::replay::{self, Answer, Flag, Replay, ReplayConfig, day, flags};
+use crate::replay::{self, AnsweredReading, Flag, Replay, ReplayConfig, day, flags};
 
 use super::fit::Fit;
 
@@ -19,7 +19,7 @@ use super::fit::Fit;
 pub struct Better {
     label: String,
     since_d: f64,
-    answers: Vec<Answer>,
+    answers: Vec<AnsweredReading>,
     raised: Vec<Flag>,
 }
 
@@ -47,7 +47,7 @@ impl Better {
         let config = ReplayConfig { power_cuts_d: Vec::new(), ..config.clone() };
         let played = replay::run(&deployment, &record[from..], &config, |_| ())?;
         let raised = flags(&record[from..], &played.answers);
-        let answers = played.answers.iter().map(|a| Answer { row: a.row + from, ..*a }).collect();
+        let answers = played.answers.iter().map(|a| AnsweredReading { row: a.row + from, ..*a }).collect();
         let kinds: Vec<String> = rotor
             .effect
             .iter()
@@ -61,7 +61,7 @@ impl Better {
 
     /// Mean residual over feature sum from the day on, of the model as it was and of this one.
     fn ratios(&self, record: &[Reading], before: &Replay) -> [f64; 2] {
-        let mean = |answers: &[Answer]| {
+        let mean = |answers: &[AnsweredReading]| {
             let after = answers.iter().filter(|a| day(record, a.row) >= self.since_d);
             let ratios: Vec<f64> = after.map(|a| f64::from(a.result.ratio)).collect();
             ratios.iter().sum::<f64>() / ratios.len().max(1) as f64
@@ -83,7 +83,7 @@ impl Better {
     /// The table, before and after.
     pub fn print(&self, record: &[Reading], before: &Replay) {
         let [was, is] = self.ratios(record, before);
-        let up = |answers: &[Answer]| {
+        let up = |answers: &[AnsweredReading]| {
             answers.iter().filter(|a| day(record, a.row) >= self.since_d && a.flagged()).count()
         };
         println!(
@@ -117,9 +117,10 @@ pub fn trends(
     raised: &[Flag],
     better: Option<&Better>,
 ) -> Vec<Section> {
-    let series = |value: &dyn Fn(&Answer) -> f64| {
-        let points =
-            |answers: &[Answer]| answers.iter().map(|a| (day(record, a.row), value(a))).collect::<Vec<_>>();
+    let series = |value: &dyn Fn(&AnsweredReading) -> f64| {
+        let points = |answers: &[AnsweredReading]| {
+            answers.iter().map(|a| (day(record, a.row), value(a))).collect::<Vec<_>>()
+        };
         let mut curves = vec![("model as it was".to_string(), points(&played.answers))];
         curves.extend(better.map(|b| (b.label.clone(), points(&b.answers))));
         curves

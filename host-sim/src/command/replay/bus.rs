@@ -7,7 +7,7 @@ use clap::Args;
 use rotor_edge_desktop::measurement::Reading;
 
 use crate::bus::BusSpec;
-use crate::bus::log::{LogWriter, Recorded};
+use crate::bus::log::{LogWriter, RecordingBus};
 use crate::bus::mac::AuthenticatedBus;
 use crate::bus::wire::WireFrame;
 use crate::command::output;
@@ -50,7 +50,7 @@ impl Over {
         };
         let mut host = spec.open()?;
         if let Some(path) = &self.log {
-            host = Box::new(Recorded::new(host, path)?);
+            host = Box::new(RecordingBus::new(host, path)?);
         }
         match &self.key {
             Some(path) => {

@@ -1,6 +1,6 @@
 //! Whether the model fits the machine, and since when it does or does not.
 
-use crate::replay::{Answer, Flag, day};
+use crate::replay::{AnsweredReading, Flag, day};
 use rotor_edge_desktop::measurement::Reading;
 
 /// What a replay says of the model over its record.
@@ -16,15 +16,15 @@ pub enum Fit {
 
 impl Fit {
     /// Of a record; shares are the mean residual over the features, `before` is not a number where no reading is.
-    pub fn of(record: &[Reading], answers: &[Answer], raised: &[Flag]) -> Self {
+    pub fn of(record: &[Reading], answers: &[AnsweredReading], raised: &[Flag]) -> Self {
         let Some(flag) = raised.first() else { return Self::Throughout };
-        let ratio = |a: &Answer| f64::from(a.result.ratio);
-        let mean = |some: &[Answer]| some.iter().map(ratio).sum::<f64>() / some.len() as f64;
+        let ratio = |a: &AnsweredReading| f64::from(a.result.ratio);
+        let mean = |some: &[AnsweredReading]| some.iter().map(ratio).sum::<f64>() / some.len() as f64;
         let is_over = answers.last().is_some_and(|last| !last.flagged() && !last.suspicious());
         let split = step(&answers.iter().map(|a| ratio(a).max(f64::MIN_POSITIVE).ln()).collect::<Vec<_>>());
         if let Some(split) = split.filter(|_| is_over) {
             let [before, after] = [&answers[..split], &answers[split..]];
-            if mean(after) < mean(before) && !after.iter().any(Answer::flagged) {
+            if mean(after) < mean(before) && !after.iter().any(AnsweredReading::flagged) {
                 return Self::BeganOn {
                     first_d: day(record, answers[split].row),
                     before: mean(before),
@@ -94,7 +94,7 @@ mod tests {
     use rotor_edge_core::model::MAX_PLANES;
     use rotor_edge_core::state::Reason;
 
-    fn answers(ratios: &[f32], flagged: std::ops::Range<usize>) -> Vec<Answer> {
+    fn answers(ratios: &[f32], flagged: std::ops::Range<usize>) -> Vec<AnsweredReading> {
         let answer = |(row, ratio): (usize, &f32)| {
             let result = MonitorResult {
                 sequence: row as u16,
@@ -113,7 +113,7 @@ mod tests {
                 floor_um: 0.0,
                 level_um: 0.0,
             };
-            Answer { row, result }
+            AnsweredReading { row, result }
         };
         ratios.iter().enumerate().map(answer).collect()
     }

@@ -8,8 +8,8 @@ use serde_json::Value;
 use super::unbalance;
 use crate::bus::states::name;
 use crate::replay::check::Equivalence;
-use crate::replay::told::Told;
-use crate::replay::{Answer, Flag, Replay, day};
+use crate::replay::result_json::ResultJson;
+use crate::replay::{AnsweredReading, Flag, Replay, day};
 
 /// What `replay --json` prints.
 #[derive(Serialize)]
@@ -33,15 +33,15 @@ pub struct AnswerSummary {
     row: usize,
     time_d: f64,
     #[serde(flatten)]
-    told: Told,
+    told: ResultJson,
 }
 
 /// All answers of a replay.
 pub fn answers(record: &[Reading], played: &Replay) -> Vec<AnswerSummary> {
-    let summary = |Answer { row, result }: &Answer| AnswerSummary {
+    let summary = |AnsweredReading { row, result }: &AnsweredReading| AnswerSummary {
         row: *row,
         time_d: day(record, *row),
-        told: Told::of(result),
+        told: ResultJson::of(result),
     };
     played.answers.iter().map(summary).collect()
 }

@@ -13,7 +13,7 @@ use crate::answers::findings::DeterminedAnswer;
 use crate::bus::decoded::planes_of;
 use crate::edge::Deployment;
 use crate::render::findings;
-use crate::replay::{Answer, day};
+use crate::replay::{AnsweredReading, day};
 
 /// The planes on one day.
 pub struct Known {
@@ -38,11 +38,11 @@ pub fn last(
     rotor: &Rotor,
     deployment: &Deployment,
     record: &[Reading],
-    answers: &[Answer],
+    answers: &[AnsweredReading],
     phase_one: Option<&PhaseOne>,
 ) -> Result<Last> {
-    let fits = |answer: &&Answer| !answer.flagged() && !answer.suspicious();
-    let found = |answer: &Answer| SolvedReading {
+    let fits = |answer: &&AnsweredReading| !answer.flagged() && !answer.suspicious();
+    let found = |answer: &AnsweredReading| SolvedReading {
         reading: &record[answer.row],
         unbalance_kg_m: DVector::from_iterator(
             rotor.plane.len(),

@@ -5,12 +5,12 @@ use rotor_edge_core::state::Reason;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::bus::mac::Refused;
+use crate::bus::mac::RefusalCounts;
 use crate::bus::states::name;
 use crate::command::answer::Answer;
 use crate::watch::Watch;
-use crate::watch::monitor::{Flagged, Monitor, Version};
-use crate::watch::view::Place;
+use crate::watch::monitor::{FlagPeriod, Monitor, Version};
+use crate::watch::view::WatchedBus;
 use crate::watch::words::{Words, bearing_number, probe_numbers};
 
 #[derive(Serialize)]
@@ -52,7 +52,7 @@ struct Node {
     counters: Option<Map<String, Value>>,
     damaged_results: u16,
     /// What was not believed; null without a key.
-    refused: Option<Refused>,
+    refused: Option<RefusalCounts>,
     model_checksum: Option<String>,
     model_probes: Option<u8>,
     model_planes: Option<u8>,
@@ -103,7 +103,7 @@ struct Flag {
 }
 
 impl Summary {
-    pub fn of(watch: &Watch, place: &Place, passed_over: u64) -> Self {
+    pub fn of(watch: &Watch, place: &WatchedBus, passed_over: u64) -> Self {
         let now_us = watch.now_us();
         let bus = Bus {
             name: place.bus.clone(),
@@ -187,7 +187,7 @@ impl Reading {
 }
 
 impl Flag {
-    fn of(flagged: &Flagged) -> Self {
+    fn of(flagged: &FlagPeriod) -> Self {
         Self {
             from_s: seconds(flagged.first.time_us),
             to_s: seconds(flagged.last.time_us),
@@ -223,7 +223,7 @@ mod tests {
         for (time_us, message) in (0..).zip([heartbeat, Message::State(status), model]) {
             watch.receive(time_us, &message.encode(1));
         }
-        let place = Place { bus: "x".into(), bit_rate: 500_000 };
+        let place = WatchedBus { bus: "x".into(), bit_rate: 500_000 };
         serde_json::to_value(Summary::of(&watch, &place, 0)).unwrap()["monitors"][0].clone()
     }
 

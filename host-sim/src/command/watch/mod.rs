@@ -11,14 +11,14 @@ use clap::Args;
 use rotor_edge_core::can::MAX_NODE;
 
 use super::{output, stop};
-use crate::bus::log::Recorded;
+use crate::bus::log::RecordingBus;
 use crate::bus::mac::Checker;
 use crate::bus::spec::BIT_RATES;
 use crate::bus::{BusConfig, BusSpec, CanBus};
 use crate::deploy::read_key;
 use crate::watch::Watch;
 use crate::watch::terminal::{listen, require_terminal, show};
-use crate::watch::view::Place;
+use crate::watch::view::WatchedBus;
 use json::Summary;
 
 /// Between two looks at the signal, without a terminal.
@@ -57,7 +57,7 @@ pub fn seconds(text: &str) -> Result<Duration> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let place = Place { bus: arguments.bus.to_string(), bit_rate: bit_rate(arguments)? };
+    let place = WatchedBus { bus: arguments.bus.to_string(), bit_rate: bit_rate(arguments)? };
     let key = arguments.key.as_deref().map(read_key).transpose()?;
     if !arguments.json {
         require_terminal()?;
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let tell = if arguments.json { output::tell } else { |_: &str| {} };
     let mut bus = arguments.bus.open_lasting(tell)?;
     if let Some(path) = &arguments.record {
-        bus = Box::new(Recorded::new(bus, path)?);
+        bus = Box::new(RecordingBus::new(bus, path)?);
     }
     let stop = stop::on_signal()?;
     let mut watch = Watch::new(arguments.node);

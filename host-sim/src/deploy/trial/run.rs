@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use rotor_edge_core::command::Command;
 use serde_json::{Value, json};
 
-use super::{Heard, PARTS, Told, Verdict, begin, compare, end, listen, median};
+use super::{ModelState, Observation, PARTS, TrialVerdict, begin, compare, end, listen, median};
 use crate::bus::CanBus;
 use crate::deploy::Authority;
 
@@ -22,10 +22,10 @@ pub struct Candidate {
 pub struct TrialResult {
     node: u8,
     /// Residuals with the model in use before.
-    pub before: Heard,
+    pub before: Observation,
     /// Residuals with the candidate.
-    pub during: Heard,
-    pub verdict: Verdict,
+    pub during: Observation,
+    pub verdict: TrialVerdict,
     /// Checksum of the model that stays.
     pub checksum: u32,
     /// The monitor said that the model before is in use again.
@@ -60,19 +60,19 @@ pub fn run(
         );
     }
     let answer = begin(authority, bus, &candidate.bytes, time, |_| ())?;
-    let new = Told { checksum: candidate.checksum, on_trial: true };
+    let new = ModelState { checksum: candidate.checksum, on_trial: true };
     if answer.model_checksum != new.checksum {
         bail!("monitor {node} tries another model than was sent, and takes the model before back by itself");
     }
     let during = listen(bus, node, time, Some(new), |since| progress(time + since))
         .context("the trial was given up, and the monitor takes the model before back by itself")?;
     let verdict = match during.model {
-        Some(told) if told != new => bail!(
+        Some(model) if model != new => bail!(
             "monitor {node} started anew during the trial and holds the model before again; try once more"
         ),
         _ => compare(&before.ratios, &during.ratios),
     };
-    let is_confirmed = verdict == Verdict::NoWorse;
+    let is_confirmed = verdict == TrialVerdict::NoWorse;
     let is_back = if is_confirmed {
         let confirmed = authority.command(bus, Command::Deploy, &candidate.bytes, |_| ());
         confirmed.context("the new model's residual is no worse, but the confirmation failed")?;
@@ -86,11 +86,11 @@ pub fn run(
 
 impl TrialResult {
     pub fn json(&self) -> Value {
-        let outcome = if self.verdict == Verdict::NoWorse { "confirmed" } else { "reverted" };
+        let outcome = if self.verdict == TrialVerdict::NoWorse { "confirmed" } else { "reverted" };
         json!({
             "node": self.node,
             "outcome": outcome,
-            "compared": self.verdict != Verdict::Untold,
+            "compared": self.verdict != TrialVerdict::TooFewReadings,
             "before": summary(&self.before),
             "during": summary(&self.during),
             "model_checksum": self.checksum,
@@ -103,20 +103,20 @@ impl TrialResult {
     /// The sentence, if the candidate was not confirmed.
     pub fn sentence(&self, rotor: impl Display) -> Result<String> {
         let Self { node, before, during, .. } = self;
-        let [old_percent, new_percent] = [before, during].map(|heard| 100.0 * median(&heard.ratios));
+        let [old_percent, new_percent] = [before, during].map(|observed| 100.0 * median(&observed.ratios));
         let (old_readings, new_readings) = (before.ratios.len(), during.ratios.len());
         let back =
             if self.is_back { "took the model before back" } else { "takes the model before back by itself" };
         match self.verdict {
-            Verdict::NoWorse => Ok(format!(
+            TrialVerdict::NoWorse => Ok(format!(
                 "Monitor {node} keeps the model of {rotor}: its residual is {new_percent:.2} % of the vibration, that of the \
                  model before was {old_percent:.2} % (medians of {new_readings} and {old_readings} readings)."
             )),
-            Verdict::Worse => bail!(
+            TrialVerdict::Worse => bail!(
                 "monitor {node} {back}: with that of {rotor} the residual was {new_percent:.2} % of the vibration, with its own \
                  {old_percent:.2} % (medians of {new_readings} and {old_readings} readings)"
             ),
-            Verdict::Untold => bail!(
+            TrialVerdict::TooFewReadings => bail!(
                 "monitor {node} {back}: it judged {new_readings} readings with that of {rotor}, expected at least {PARTS} to \
                  compare models by; give --trial a longer time"
             ),
@@ -125,7 +125,7 @@ impl TrialResult {
 }
 
 /// A time's readings for programs.
-fn summary(heard: &Heard) -> Value {
-    let median = (!heard.ratios.is_empty()).then(|| median(&heard.ratios));
-    json!({"readings": heard.ratios.len(), "residual_ratio": median})
+fn summary(observed: &Observation) -> Value {
+    let median = (!observed.ratios.is_empty()).then(|| median(&observed.ratios));
+    json!({"readings": observed.ratios.len(), "residual_ratio": median})
 }

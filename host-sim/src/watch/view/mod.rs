@@ -43,14 +43,14 @@ const LEAST_TREND_ROWS: u16 = 4;
 const WORD_ROWS: u16 = 3;
 
 #[derive(Debug, Clone)]
-pub struct Place {
+pub struct WatchedBus {
     /// As `--bus` names it.
     pub bus: String,
     /// Bits a second, for the load.
     pub bit_rate: u32,
 }
 
-pub fn draw(frame: &mut Frame, watch: &Watch, screen: &Screen, place: &Place) {
+pub fn draw(frame: &mut Frame, watch: &Watch, screen: &Screen, place: &WatchedBus) {
     let shown = screen.shown(watch);
     let selected = screen.selected(watch);
     let rows = [Constraint::Length(1), Constraint::Min(1), Constraint::Length(1)];
@@ -77,7 +77,7 @@ pub fn draw(frame: &mut Frame, watch: &Watch, screen: &Screen, place: &Place) {
     frame.render_widget(Line::from(help).style(Modifier::DIM), foot);
 }
 
-fn header(watch: &Watch, screen: &Screen, place: &Place) -> Line<'static> {
+fn header(watch: &Watch, screen: &Screen, place: &WatchedBus) -> Line<'static> {
     let now_us = watch.now_us();
     let percent = 100.0 * watch.load().bits_a_second(now_us) / f64::from(place.bit_rate);
     let mut parts = vec![];
@@ -93,7 +93,7 @@ fn header(watch: &Watch, screen: &Screen, place: &Place) -> Line<'static> {
     Line::from(parts)
 }
 
-fn nobody(watch: &Watch, place: &Place) -> Paragraph<'static> {
+fn nobody(watch: &Watch, place: &WatchedBus) -> Paragraph<'static> {
     let (who, number) = match watch.only() {
         Some(node) => (format!("monitor {node}"), format!(" --node {node}")),
         None => ("a monitor".into(), String::new()),

@@ -15,7 +15,7 @@ const SECOND_US: u64 = 1_000_000;
 
 fn buffer(watch: &Watch, screen: &Screen, columns: u16, rows: u16) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
-    let place = Place { bus: "slcan:127.0.0.1:29537".into(), bit_rate: 500_000 };
+    let place = WatchedBus { bus: "slcan:127.0.0.1:29537".into(), bit_rate: 500_000 };
     terminal.draw(|frame| draw(frame, watch, screen, &place)).unwrap();
     terminal.backend().buffer().clone()
 }

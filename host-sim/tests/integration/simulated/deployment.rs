@@ -7,7 +7,7 @@ use rotor_edge::bus::mac::AuthenticatedBus;
 use rotor_edge::deploy::{Authority, HEARTBEAT_TIME};
 use rotor_edge::edge::encoded;
 use rotor_edge::replay::live::run_with_foreign_monitor;
-use rotor_edge::replay::{self, Answer, ReplayConfig};
+use rotor_edge::replay::{self, AnsweredReading, ReplayConfig};
 use rotor_edge::sample;
 use rotor_edge_core::command::Command;
 use rotor_edge_core::state::{NodeState, Reason};
@@ -16,7 +16,7 @@ use super::lab::{KEY, Lab, checksum, deployment, guess, identified, model, worse
 use crate::program::assert_says;
 
 /// As `replay --external` plays the sample's record.
-pub fn play(lab: &mut Lab) -> Vec<Answer> {
+pub fn play(lab: &mut Lab) -> Vec<AnsweredReading> {
     let (_, record, _) = sample::load().unwrap();
     let (mut authority, mut port) = (lab.authority(), lab.bus.join());
     let mut host = AuthenticatedBus::listen(&mut port, authority.checker(), HEARTBEAT_TIME).unwrap();
@@ -26,7 +26,7 @@ pub fn play(lab: &mut Lab) -> Vec<Answer> {
 }
 
 #[track_caller]
-fn assert_same(answers: &[Answer], expected: &[Answer]) {
+fn assert_same(answers: &[AnsweredReading], expected: &[AnsweredReading]) {
     assert_eq!(answers.len(), expected.len());
     for (a, b) in answers.iter().zip(expected) {
         assert_eq!((a.row, a.result), (b.row, b.result));

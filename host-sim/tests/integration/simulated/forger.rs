@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use rotor_edge::bus::CanBus;
-use rotor_edge::bus::decoded::Decoded;
-use rotor_edge::bus::log::{LogReader, Recorded};
+use rotor_edge::bus::decoded::DecodedLog;
+use rotor_edge::bus::log::{LogReader, RecordingBus};
 use rotor_edge::bus::mac::{Authenticator, Checker, present_us};
 use rotor_edge::bus::simulated::{Running, SimulatedPort};
 use rotor_edge::watch::Watch;
@@ -98,7 +98,7 @@ fn forged(reading: &Reading, answer: &MonitorResult) -> Vec<Frame> {
 fn watcher(lab: &Lab, stop: &Arc<AtomicBool>) -> Running<Watch> {
     let (log, stop) = (lab.path("heard.log"), stop.clone());
     lab.bus.start(move |port: SimulatedPort| {
-        let mut bus = Recorded::new(port, &log).unwrap();
+        let mut bus = RecordingBus::new(port, &log).unwrap();
         let mut watch = Watch::new(Some(NODE)).checking(Checker::new(KEY, NODE));
         let started = bus.now();
         while !stop.load(Ordering::Relaxed) {
@@ -108,9 +108,9 @@ fn watcher(lab: &Lab, stop: &Arc<AtomicBool>) -> Running<Watch> {
     })
 }
 
-fn decoded(lab: &Lab, checker: Option<Checker>) -> Decoded {
+fn decoded(lab: &Lab, checker: Option<Checker>) -> DecodedLog {
     let log = LogReader::open(&lab.path("heard.log")).unwrap();
-    Decoded::checked(log, "heard.log", checker).unwrap()
+    DecodedLog::checked(log, "heard.log", checker).unwrap()
 }
 
 /// Sends readings, each followed by forgeries; the frames that a forger can record.
@@ -138,7 +138,7 @@ fn exchange(
 }
 
 #[test]
-fn forger_neither_silences_an_authenticated_monitor_nor_misleads() {
+fn forger_neither_silences_nor_misleads_a_monitor_with_macs() {
     let lab = Lab::new();
     let (mut host, mut forger) = (lab.bus.join(), lab.bus.join());
     let _node = node(&lab, &mut host);

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use rotor_edge::bus::CanBus;
 use rotor_edge::bus::mac::AuthenticatedBus;
-use rotor_edge::deploy::trial::{Candidate, TrialResult, Verdict, median, run};
+use rotor_edge::deploy::trial::{Candidate, TrialResult, TrialVerdict, median, run};
 use rotor_edge::deploy::{Authority, HEARTBEAT_TIME};
 use rotor_edge::edge::encoded;
 use rotor_edge::watch::words::Words;
@@ -42,7 +42,7 @@ fn trial_of_better_model_is_confirmed_and_survives_power_loss() {
     let before = checksum(&lab.seen());
     let traffic = lab.traffic();
     let result = trial(&mut lab, &identified(), 2).unwrap();
-    assert_eq!(result.verdict, Verdict::NoWorse);
+    assert_eq!(result.verdict, TrialVerdict::NoWorse);
     let json = result.json();
     assert_eq!((&json["outcome"], &json["compared"]), (&"confirmed".into(), &true.into()));
     assert!(median(&result.during.ratios) < 0.5 * median(&result.before.ratios), "{json}");
@@ -63,7 +63,7 @@ fn trial_of_worse_model_is_taken_back_and_cannot_be_replayed() {
     let better = checksum(&lab.seen());
     let _traffic = lab.traffic();
     let result = trial(&mut lab, &worse(), 2).unwrap();
-    assert_eq!((result.verdict, result.checksum, result.is_back), (Verdict::Worse, better, true));
+    assert_eq!((result.verdict, result.checksum, result.is_back), (TrialVerdict::Worse, better, true));
     let json = result.json();
     assert_eq!((&json["outcome"], &json["compared"]), (&"reverted".into(), &true.into()));
     let sentence = result.sentence("worse.toml").unwrap_err().to_string();
@@ -76,7 +76,7 @@ fn trial_of_worse_model_is_taken_back_and_cannot_be_replayed() {
         let time = Duration::from_secs(2);
         try_out(&mut lab.bus.join(), authority.clone(), &candidate(&worse()), time)
     };
-    assert_eq!(again().unwrap().verdict, Verdict::Worse);
+    assert_eq!(again().unwrap().verdict, TrialVerdict::Worse);
     assert_says(&again().unwrap_err().to_string(), &["has accepted command"]);
     let said = node.kill().join("\n");
     assert_eq!(said.matches(" is on trial").count(), 2, "{said}");
@@ -135,7 +135,7 @@ fn trial_whose_readings_end_is_taken_back_without_comparison() {
     lab.bus.pass(HEARTBEAT_TIME + Duration::from_secs(1));
     traffic.kill();
     let result = host.end();
-    assert_eq!(result.verdict, Verdict::Untold);
+    assert_eq!(result.verdict, TrialVerdict::TooFewReadings);
     let json = result.json();
     assert_eq!((&json["outcome"], &json["compared"]), (&"reverted".into(), &false.into()));
     let sentence = result.sentence("x.toml").unwrap_err().to_string();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rotor_edge::sample;
 use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::rotor_file;
-use rotor_edge_plant::item::{Body, Item, Reading, SCHEMA, Source};
+use rotor_edge_plant::item::{Body, Item, ReadingItem, SCHEMA, Source};
 use rotor_edge_plant::sink::Sink as _;
 use rotor_edge_plant::store::Store;
 use serde_json::Value;
@@ -37,7 +37,7 @@ impl Plant {
                 let um = |phasor: &nalgebra::Complex<f64>| {
                     [Some((phasor.re * 1e6) as f32), Some((-phasor.im * 1e6) as f32)]
                 };
-                let body = Body::Reading(Reading {
+                let body = Body::Reading(ReadingItem {
                     speed_rpm: Some(reading.speed_rpm as f32),
                     keyphasor: "locked".into(),
                     probes_um: reading.probes.iter().map(|p| p.as_ref().map_or([None; 2], um)).collect(),

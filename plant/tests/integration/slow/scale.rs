@@ -5,9 +5,9 @@ use std::collections::BinaryHeap;
 
 use rand_core::{Rng as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro128PlusPlus;
-use rotor_edge_plant::fleet::machines::Machine;
+use rotor_edge_plant::fleet::machines::StatedMachine;
 use rotor_edge_plant::fleet::queue::{LEASE_US, ask, end, list, renew, take};
-use rotor_edge_plant::fleet::task::{Command, Ended, Hands};
+use rotor_edge_plant::fleet::task::{Ended, FleetCommand, Hands};
 use rotor_edge_plant::item::Source;
 use rotor_edge_plant::store::Store;
 use rusqlite::Connection;
@@ -84,9 +84,9 @@ fn night(machines: usize, workers: &Workers) -> Night {
             Source { plant: "north".into(), bus: format!("bus{}", number / 30), node: (number % 30) as u8 };
         let sql = "INSERT INTO source (plant, bus, node) VALUES (?, ?, ?)";
         queue.execute(sql, (&source.plant, &source.bus, source.node)).unwrap();
-        let machine = Machine { id: queue.last_insert_rowid(), source, rotor: "drawing".into() };
+        let machine = StatedMachine { id: queue.last_insert_rowid(), source, rotor: "drawing".into() };
         // one after the other, as a command asks
-        assert!(ask(&queue, &machine, (Command::Track, None), (0, 1), number as i64).unwrap());
+        assert!(ask(&queue, &machine, (FleetCommand::Track, None), (0, 1), number as i64).unwrap());
     }
     let mut chance = Chance(Xoshiro128PlusPlus::seed_from_u64(10_000));
     let mut steps: BinaryHeap<Reverse<(i64, usize, Step)>> =

@@ -1,6 +1,6 @@
 //! The core without a bus and without its detector: the estimate of each reading as it was sent.
 
-use rotor_edge_core::detector::Averaged;
+use rotor_edge_core::detector::AveragedReading;
 use rotor_edge_core::model::{MAX_PLANES, Pair};
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::numerics::InPlace;
@@ -11,7 +11,7 @@ use rotor_edge_core::track::{Estimate, Tracker};
 use crate::edge::EdgeModel;
 
 /// Follows the same readings as a controller.
-pub struct Mirror<'a> {
+pub struct ReferencePipeline<'a> {
     model: &'a EdgeModel,
     config: NodeConfig,
     estimator: Estimator<MAX_PLANES>,
@@ -19,16 +19,16 @@ pub struct Mirror<'a> {
 
 /// What a controller answers to one reading.
 #[derive(Debug, Clone, Copy)]
-pub struct Reflection {
+pub struct Expected {
     /// The readings up to this one as one.
-    pub averaged: Averaged,
+    pub averaged: AveragedReading,
     /// Bound on each plane's unbalance, g·mm, the model's floor left out.
     pub bounds_g_mm: [f32; MAX_PLANES],
     /// The unbalance within these bounds.
     pub estimate: Estimate,
 }
 
-impl<'a> Mirror<'a> {
+impl<'a> ReferencePipeline<'a> {
     /// Starts as a controller does that remembers nothing.
     pub fn new(model: &'a EdgeModel, config: NodeConfig) -> Self {
         Self { model, config, estimator: Estimator::new(Tracker::new(model), &[]) }
@@ -46,12 +46,12 @@ impl<'a> Mirror<'a> {
     }
 
     /// The answer to a reading; `None` if it gets none.
-    pub fn judge(&mut self, time_us: u64, reading: &Reading) -> Option<Reflection> {
+    pub fn expect(&mut self, time_us: u64, reading: &Reading) -> Option<Expected> {
         let NodeConfig { thresholds, track, .. } = &self.config;
         let screened = screen(self.model, thresholds, Keyphasor::NotStated, reading).ok()?;
         let averaged = self.estimator.average(thresholds, time_us, &screened.reading);
         let bounds_g_mm = self.estimator.bound(thresholds, time_us);
         let estimated = self.estimator.estimate::<InPlace, _, _>(track, self.model, &averaged, &bounds_g_mm);
-        Some(Reflection { averaged, bounds_g_mm, estimate: estimated.ok()? })
+        Some(Expected { averaged, bounds_g_mm, estimate: estimated.ok()? })
     }
 }

@@ -9,7 +9,7 @@ use crate::watch::words::{bearing_number, probe_numbers};
 
 /// The result without its number; bearings and probes count from 1.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Told {
+pub struct ResultJson {
     unbalance_g_mm: Vec<Pair>,
     static_g_mm: Pair,
     dynamic_g_mm: Pair,
@@ -23,7 +23,7 @@ pub struct Told {
     level_um: f32,
 }
 
-impl Told {
+impl ResultJson {
     pub fn of(result: &MonitorResult) -> Self {
         Self {
             unbalance_g_mm: planes_of(result).to_vec(),
