@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{Outcome, RefutedRun, Step, Verdict, improve_telling};
+use rotor_edge_desktop::diagnose::{
+    DiagnosisVerdict, ImprovementOutcome, ImprovementStep, RefutedRun, improve_telling,
+};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use serde_json::{Value, json};
@@ -81,10 +83,10 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
 }
 
 /// What to do, and the command for it.
-fn next(arguments: &Arguments, verdict: Verdict) -> (String, String) {
+fn next(arguments: &Arguments, verdict: DiagnosisVerdict) -> (String, String) {
     let path = shell::path(&arguments.output);
     match verdict {
-        Verdict::Adequate => (
+        DiagnosisVerdict::Adequate => (
             "follow the unbalance through a record of days".into(),
             format!("rotor-edge track {path} RECORD.csv"),
         ),
@@ -102,7 +104,7 @@ fn next(arguments: &Arguments, verdict: Verdict) -> (String, String) {
 fn page(
     rotor: &Rotor,
     readings: &[Reading],
-    outcome: &Outcome,
+    outcome: &ImprovementOutcome,
     (words, command): &(String, String),
 ) -> Result<(Story, Vec<Section>)> {
     let mut fits = vec![Fitted::new("as it was", rotor, readings)?];
@@ -120,10 +122,10 @@ fn page(
 }
 
 /// The verdict, and what was added.
-fn found(outcome: &Outcome) -> Section {
+fn found(outcome: &ImprovementOutcome) -> Section {
     let lines = outcome.refuted.iter().map(RefutedRun::words).chain(outcome.remarks.iter().cloned());
     let seen = outcome.steps.iter().map(|s| format!("{}: {}", s.added.label(), s.added.explanation()));
-    let row = |s: &Step| {
+    let row = |s: &ImprovementStep| {
         let line = |line: String| vec![s.added.label(), line];
         diagnose::parameter_lines(&s.added).into_iter().map(line).collect::<Vec<_>>()
     };
@@ -145,7 +147,7 @@ fn found(outcome: &Outcome) -> Section {
 }
 
 /// A step in words, a line each.
-fn told(step: &Step) -> String {
+fn told(step: &ImprovementStep) -> String {
     let mut text = format!(
         "+ {:<36} error {:.2} %, χ² per value {:.2}\n",
         step.added.label(),
@@ -161,7 +163,7 @@ fn told(step: &Step) -> String {
     text
 }
 
-fn step_json(step: &Step) -> Value {
+fn step_json(step: &ImprovementStep) -> Value {
     let candidate = diagnose::candidate_json(&step.added);
     json!({
         "effect": step.added.effect,

@@ -6,8 +6,8 @@ use std::path::Path;
 use nalgebra::{Complex, DMatrix};
 
 use super::stated::Weights;
-use super::{Basis, Machine, Request, doubts};
-use crate::balance::influence::{Trial, Trials, Value};
+use super::{Basis, CorrectionRequest, MachineInfluence, doubts};
+use crate::balance::influence::trials::{MeasuredPhasor, TrialReading, Trials};
 use crate::balance::interpolated::{Interpolated, interpolated};
 use crate::balance::speeds::Speeds;
 use crate::error::Error;
@@ -59,7 +59,7 @@ pub(super) struct Means {
 }
 
 impl Means {
-    pub fn of(readings: &[Reading], probes: usize, request: &Request) -> Result<Self, Error> {
+    pub fn of(readings: &[Reading], probes: usize, request: &CorrectionRequest) -> Result<Self, Error> {
         let [from, to] = request.range_rpm.unwrap_or([0.0, f64::INFINITY]);
         let readings: Vec<&Reading> =
             readings.iter().filter(|r| (from..=to).contains(&r.speed_rpm)).collect();
@@ -122,22 +122,24 @@ impl Means {
     }
 
     /// Standard deviation of a component of a mean, for a noise that is stated or relative to the level.
-    fn sigma(&self, noise: Noise, mean: &Mean, probe: usize) -> Option<Value> {
+    fn sigma(&self, noise: TrialNoise, mean: &Mean, probe: usize) -> Option<MeasuredPhasor> {
         let (phasor, count) = mean.probes[probe]?;
         let level = self.levels[mean.speed][probe];
         let sigma = match noise {
-            Noise::Stated([relative, floor]) => (relative * phasor.norm() + floor) / (count as f64).sqrt(),
-            Noise::OfReading(relative) => relative * level / (count as f64).sqrt(),
-            Noise::OfRun(relative) => relative * level,
+            TrialNoise::Stated([relative, floor]) => {
+                (relative * phasor.norm() + floor) / (count as f64).sqrt()
+            }
+            TrialNoise::OfReading(relative) => relative * level / (count as f64).sqrt(),
+            TrialNoise::OfRun(relative) => relative * level,
         };
         // rounding is always there
-        Some(Value { phasor, sigma: sigma.max(1e-12 * level) })
+        Some(MeasuredPhasor { phasor, sigma: sigma.max(1e-12 * level) })
     }
 }
 
 /// What the standard deviation of a component is.
 #[derive(Clone, Copy)]
-enum Noise {
+enum TrialNoise {
     /// Of a reading: relative to it, and in its unit.
     Stated([f64; 2]),
     /// Of a reading, relative to its level.
@@ -150,7 +152,11 @@ enum Noise {
 ///
 /// # Errors
 /// One sentence if the runs do not hold the coefficients of the planes, or contradict the sign of the phases.
-pub fn machine(series: &Series, weights: &Weights, request: &Request) -> Result<Machine, Error> {
+pub fn machine(
+    series: &Series,
+    weights: &Weights,
+    request: &CorrectionRequest,
+) -> Result<MachineInfluence, Error> {
     let common = request.interpolate.then(|| interpolated(&series.readings)).transpose()?;
     let readings = common.as_ref().map_or(&series.readings, |common| &common.readings);
     let means = Means::of(readings, series.probes.len(), request)?;
@@ -170,13 +176,13 @@ pub fn machine(series: &Series, weights: &Weights, request: &Request) -> Result<
             ))
         })?),
     };
-    let trials = |noise: Noise| Trials {
+    let trials = |noise: TrialNoise| Trials {
         readings: means
             .all
             .iter()
             .map(|m| {
                 let all = weights.of(&means.runs[m.run]);
-                Trial {
+                TrialReading {
                     run: m.run,
                     speed: m.speed,
                     weights: places.iter().map(|j| all[*j]).collect(),
@@ -191,19 +197,19 @@ pub fn machine(series: &Series, weights: &Weights, request: &Request) -> Result<
         onto,
     };
     // relative to the level, so that what the runs miss each other by is relative too
-    let plain = trials(Noise::OfRun(1.0)).fit()?;
+    let plain = trials(TrialNoise::OfRun(1.0)).fit()?;
     let scatter = plain.misfit.map(|m| (m.chi2_per_value.sqrt(), m.freedom));
     let (noise, basis) = match (request.noise, scatter, means.within) {
-        (Some(stated), ..) => (Noise::Stated(stated), Basis::Stated),
+        (Some(stated), ..) => (TrialNoise::Stated(stated), Basis::Stated),
         (None, Some((runs, values)), within) => {
             // a few runs may agree by chance, which makes no reading better than it is
             let least = within.map_or(0.0, |(variance, _)| (variance / means.readings_in_a_mean()).sqrt());
-            (Noise::OfRun(runs.max(least)), Basis::Runs(values))
+            (TrialNoise::OfRun(runs.max(least)), Basis::Runs(values))
         }
         (None, None, Some((variance, values))) => {
-            (Noise::OfReading(variance.sqrt()), Basis::Readings(values))
+            (TrialNoise::OfReading(variance.sqrt()), Basis::Readings(values))
         }
-        (None, None, None) => (Noise::OfRun(1.0), Basis::Unknown),
+        (None, None, None) => (TrialNoise::OfRun(1.0), Basis::Unknown),
     };
     let trials = trials(noise);
     let mut fitted = trials.fit()?;
@@ -214,7 +220,7 @@ pub fn machine(series: &Series, weights: &Weights, request: &Request) -> Result<
     }
     let mut doubts: Vec<String> = common.iter().map(Interpolated::remark).collect();
     doubts.extend(doubts::of_runs(&trials, &fitted, basis, scatter.map_or(0.0, |(relative, _)| relative)));
-    Ok(Machine {
+    Ok(MachineInfluence {
         coefficients: fitted.coefficients,
         probes: series.probes.clone(),
         planes: trials.places[..planes].to_vec(),

@@ -40,7 +40,7 @@ use super::answer::Estimate;
 use super::daily::{Run, Tracking};
 use super::operating_point::logs_of;
 use super::record;
-use crate::diagnose::{Step as Added, improve};
+use crate::diagnose::{ImprovementStep as Added, improve};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;

@@ -1,13 +1,13 @@
 //! What `estimate --json` prints.
 
 use nalgebra::Complex;
-use rotor_edge_desktop::balance::estimate::Estimates;
+use rotor_edge_desktop::balance::estimate::RunEstimates;
 use rotor_edge_desktop::unbalance::region::UnbalanceRegion;
 use serde_json::{Value, json};
 
 use super::rows::polar;
 
-pub fn json(found: &Estimates, planes: &[&str]) -> Value {
+pub fn json(found: &RunEstimates, planes: &[&str]) -> Value {
     let point = |(u, name): (&Complex<f64>, &&str)| {
         let [unbalance_g_mm, angle_deg] = polar(*u);
         json!({"name": name, "unbalance_g_mm": unbalance_g_mm, "angle_deg": angle_deg})

@@ -6,7 +6,7 @@ mod rows;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use rotor_edge_desktop::balance::estimate::{Estimates, Options, estimate};
+use rotor_edge_desktop::balance::estimate::{EstimateOptions, RunEstimates, estimate};
 use rotor_edge_desktop::rotor_file;
 
 use super::listener::Listener;
@@ -34,7 +34,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let rotor = rotor_file::read(&arguments.measured.rotor)?;
     let data = &arguments.measured.data;
     let readings = arguments.measured.runout.read_with_blind_runs(data, &rotor)?;
-    let options = Options {
+    let options = EstimateOptions {
         base: arguments.base.clone(),
         leave_one_out: arguments.leave_one_out,
         trust_weights: arguments.trust_weights,
@@ -59,14 +59,14 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
 }
 
 /// How the angles and magnitudes of the table are meant.
-fn legend(found: &Estimates) -> String {
+fn legend(found: &RunEstimates) -> String {
     format!(
         "Unbalance beyond that of run {}; angles from the keyphasor mark, with the rotation; intervals and regions hold it with 95 %.",
         found.base
     )
 }
 
-fn conditions(found: &Estimates) -> String {
+fn conditions(found: &RunEstimates) -> String {
     let each = found.determined.conditions.iter().map(|c| match c.speed_rpm {
         Some(speed_rpm) => format!("{:.1} at {speed_rpm:.0} rpm", c.condition),
         None => format!("{:.1} of all speeds together", c.condition),
@@ -75,7 +75,7 @@ fn conditions(found: &Estimates) -> String {
 }
 
 /// What cannot be true, one sentence a run.
-fn refuted<'a>(found: &'a Estimates, planes: &'a [&str]) -> impl Iterator<Item = String> + 'a {
+fn refuted<'a>(found: &'a RunEstimates, planes: &'a [&str]) -> impl Iterator<Item = String> + 'a {
     found.refuted.iter().map(|r| {
         format!(
             "The stated weights of run {} cannot be true ({:.1} % sure): stated {}; found {}.",
@@ -87,7 +87,7 @@ fn refuted<'a>(found: &'a Estimates, planes: &'a [&str]) -> impl Iterator<Item =
     })
 }
 
-fn print(found: &Estimates, planes: &[&str]) {
+fn print(found: &RunEstimates, planes: &[&str]) {
     println!("{}", legend(found));
     output::table(&COLUMNS, &rows(found, planes));
     println!("\n{}", conditions(found));

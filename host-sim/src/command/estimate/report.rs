@@ -1,12 +1,12 @@
 //! What `estimate --report` says.
 
-use rotor_edge_desktop::balance::estimate::{Estimate, Estimates};
+use rotor_edge_desktop::balance::estimate::{RunEstimate, RunEstimates};
 
 use super::rows::{COLUMNS, rows};
 use crate::report::regions::{Region, regions};
 use crate::report::{Figure, Section, Table};
 
-pub fn sections(found: &Estimates, planes: &[&str]) -> Vec<Section> {
+pub fn sections(found: &RunEstimates, planes: &[&str]) -> Vec<Section> {
     let table = Table {
         caption: super::legend(found),
         columns: COLUMNS.map(String::from).to_vec(),
@@ -20,8 +20,8 @@ pub fn sections(found: &Estimates, planes: &[&str]) -> Vec<Section> {
     vec![Section { heading: "Unbalance by run".into(), paragraphs, tables: vec![table], figures }]
 }
 
-fn figure(found: &Estimates, j: usize, plane: &str) -> Figure {
-    let region = |e: &Estimate| Region {
+fn figure(found: &RunEstimates, j: usize, plane: &str) -> Figure {
+    let region = |e: &RunEstimate| Region {
         found: e.planes[j].unbalance_g_mm,
         stated: e.stated_g_mm.as_ref().map(|stated| stated[j]),
         semi_axes: e.planes[j].semi_axes_g_mm,

@@ -1,7 +1,7 @@
 //! The table of estimates.
 
 use nalgebra::Complex;
-use rotor_edge_desktop::balance::estimate::Estimates;
+use rotor_edge_desktop::balance::estimate::RunEstimates;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 
 pub const COLUMNS: [&str; 7] =
@@ -24,7 +24,7 @@ pub fn placed(unbalance_g_mm: &[Complex<f64>], planes: &[&str]) -> String {
 }
 
 /// Its rows, one a run and plane.
-pub fn rows(found: &Estimates, planes: &[&str]) -> Vec<[String; COLUMNS.len()]> {
+pub fn rows(found: &RunEstimates, planes: &[&str]) -> Vec<[String; COLUMNS.len()]> {
     let mut rows = Vec::new();
     for e in &found.runs {
         for (j, p) in e.planes.iter().enumerate() {
