@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use rotor_edge_desktop::diagnose::{Verdict, add, diagnose};
+use rotor_edge_desktop::diagnose::{DiagnosisVerdict, add, diagnose};
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::{Error, measurement};
 
@@ -21,7 +21,7 @@ fn main() -> Result<(), Error> {
     for advice in &found.advice {
         println!("  {}", advice.measurement);
     }
-    let Some(first) = found.candidates.first().filter(|_| found.verdict != Verdict::Adequate) else {
+    let Some(first) = found.candidates.first().filter(|_| found.verdict != DiagnosisVerdict::Adequate) else {
         return Ok(());
     };
     println!("{}", first.explanation());

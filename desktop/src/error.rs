@@ -35,6 +35,9 @@ pub enum Error {
     /// Phases were entered the wrong way round, lag as lead; whatever is made of them is wrong.
     #[error("{0}")]
     ReversedPhases(String),
+    /// The covariance of what differs between runs cannot be inverted.
+    #[error("the scatter of the runs is singular: a probe shows the same in every run")]
+    SingularScatter,
     /// The data do not allow what was asked.
     #[error("{0}")]
     Unsuitable(String),

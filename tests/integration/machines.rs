@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use machine::{Hidden, Machine, machines};
-use rotor_edge_desktop::diagnose::{Candidate, Verdict, add, diagnose, improve};
+use rotor_edge_desktop::diagnose::{Candidate, DiagnosisVerdict, add, diagnose, improve};
 use rotor_edge_desktop::machine::drawing::{ParameterValue, Rotor};
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_tests::repository;
@@ -29,7 +29,7 @@ struct Found {
     truth: String,
     /// The effects that were named; empty if none.
     named: String,
-    verdict: Verdict,
+    verdict: DiagnosisVerdict,
     /// What the data cannot tell apart.
     group: Vec<String>,
     chi2_per_value: f64,
@@ -49,7 +49,7 @@ impl Found {
             name: machine.name.clone(),
             truth: machine.truth_label(),
             named: String::new(),
-            verdict: Verdict::Adequate,
+            verdict: DiagnosisVerdict::Adequate,
             group: Vec::new(),
             chi2_per_value: f64::NAN,
             // two real numbers a value, each with a χ² that scatters by √2
@@ -112,7 +112,7 @@ fn diagnosed(machine: &Machine) -> Found {
     found.group = diagnosis.indistinguishable.into_iter().next().unwrap_or_default();
     let (own, _) = machine.own_error();
     match diagnosis.candidates.first() {
-        Some(best) if diagnosis.verdict != Verdict::Adequate => {
+        Some(best) if diagnosis.verdict != DiagnosisVerdict::Adequate => {
             found.named = best.label();
             found.chi2_per_value = best.chi2_per_value;
             found.error = Some(best.error_after / own);
@@ -313,7 +313,7 @@ fn table() -> String {
     row(
         "nothing hidden, nothing claimed",
         &|s| {
-            let quiet = s.hiding_none().filter(|f| f.verdict == Verdict::Adequate);
+            let quiet = s.hiding_none().filter(|f| f.verdict == DiagnosisVerdict::Adequate);
             counted(quiet.count(), s.hiding_none().count())
         },
         "98 %, 93 %",
@@ -371,7 +371,7 @@ mod slow {
 
     #[test]
     fn nothing_is_claimed_where_nothing_hides() {
-        let quiet = |f: &Found| f.verdict == Verdict::Adequate;
+        let quiet = |f: &Found| f.verdict == DiagnosisVerdict::Adequate;
         let (single, tolerance) = (single(), tolerance());
         single.assert_share("nothing claimed", 0.98, single.hiding_none(), quiet);
         tolerance.assert_share("nothing claimed", 0.93, tolerance.hiding_none(), quiet);

@@ -9,8 +9,8 @@ use std::path::Path;
 use nalgebra::Complex;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
-use rotor_edge_desktop::balance::estimate::{Estimate, Estimates, Options, estimate};
-use rotor_edge_desktop::diagnose::{Verdict, improve};
+use rotor_edge_desktop::balance::estimate::{EstimateOptions, RunEstimate, RunEstimates, estimate};
+use rotor_edge_desktop::diagnose::{DiagnosisVerdict, improve};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor_file;
@@ -55,7 +55,7 @@ impl Errors {
         }
     }
 
-    fn add_estimate(&mut self, truth: &[C], e: &Estimate) {
+    fn add_estimate(&mut self, truth: &[C], e: &RunEstimate) {
         self.add(truth, &unbalance(e));
         for (t, p) in truth.iter().zip(&e.planes) {
             let [low, high] = p.magnitude_95_g_mm();
@@ -91,11 +91,11 @@ impl fmt::Display for Errors {
     }
 }
 
-fn unbalance(e: &Estimate) -> Vec<C> {
+fn unbalance(e: &RunEstimate) -> Vec<C> {
     e.planes.iter().map(|p| p.unbalance_g_mm).collect()
 }
 
-fn refuted(e: &Estimates) -> BTreeSet<&str> {
+fn refuted(e: &RunEstimates) -> BTreeSet<&str> {
     e.refuted.iter().map(|r| r.run.as_str()).collect()
 }
 
@@ -107,13 +107,18 @@ fn knowing(rotor: &Rotor, known: impl Fn(&str) -> bool) -> Rotor {
 }
 
 fn truths(rotor: &Rotor, readings: &[Reading]) -> BTreeMap<String, Vec<C>> {
-    let trusting = Options { trust_weights: true, ..Options::default() };
+    let trusting = EstimateOptions { trust_weights: true, ..EstimateOptions::default() };
     let all = estimate(rotor, readings, &trusting).unwrap();
     all.runs.into_iter().map(|e| (e.run, e.stated_g_mm.unwrap())).collect()
 }
 
-fn left_out(rotor: &Rotor, readings: &[Reading], trust_weights: bool) -> Estimates {
-    estimate(rotor, readings, &Options { leave_one_out: true, trust_weights, ..Options::default() }).unwrap()
+fn left_out(rotor: &Rotor, readings: &[Reading], trust_weights: bool) -> RunEstimates {
+    estimate(
+        rotor,
+        readings,
+        &EstimateOptions { leave_one_out: true, trust_weights, ..EstimateOptions::default() },
+    )
+    .unwrap()
 }
 
 #[test]
@@ -202,7 +207,7 @@ mod slow {
                 .collect();
             let outcome = improve(&some, &three, |_| ()).unwrap();
             println!("{drawn:?} {:?} {} effects: {}", outcome.verdict, outcome.steps.len(), outcome.summary);
-            let claims = matches!(outcome.verdict, Verdict::Adequate | Verdict::Missing);
+            let claims = matches!(outcome.verdict, DiagnosisVerdict::Adequate | DiagnosisVerdict::Missing);
             assert!(!claims && outcome.steps.is_empty(), "{drawn:?}: {}", outcome.summary);
         }
     }
@@ -214,7 +219,7 @@ mod slow {
         rotor.run.retain(|r| chosen(&r.name));
         readings.retain(|r| r.run.as_deref().is_some_and(chosen));
         let outcome = improve(&rotor, &readings, |_| ()).unwrap();
-        assert_eq!(outcome.verdict, Verdict::Unknown, "{}", outcome.summary);
+        assert_eq!(outcome.verdict, DiagnosisVerdict::Unknown, "{}", outcome.summary);
         assert!(outcome.steps.is_empty() && outcome.rotor.effect.is_empty());
         assert!(outcome.unknown.is_some_and(|cause| cause.probability > 0.95));
     }
@@ -234,7 +239,7 @@ mod slow {
             while ours.len() < DRAWS {
                 let drawn = draw(&names, trials, &mut random);
                 let some = knowing(&rotor, |run| drawn.contains(run));
-                let answer = estimate(&some, &readings, &Options::default()).unwrap();
+                let answer = estimate(&some, &readings, &EstimateOptions::default()).unwrap();
                 let (mut model, mut plain) = (Errors::default(), Errors::default());
                 for e in answer.runs.iter().filter(|e| !drawn.contains(e.run.as_str())) {
                     let (Some(t), Some(u)) = (truth.get(e.run.as_str()), &e.influence_g_mm) else { continue };
@@ -277,7 +282,7 @@ mod slow {
             let mut errors = Errors::default();
             for unseen in folds {
                 let some = knowing(&rotor, |run| !unseen.contains(run));
-                let trusting = Options { trust_weights: true, ..Options::default() };
+                let trusting = EstimateOptions { trust_weights: true, ..EstimateOptions::default() };
                 let found = estimate(&some, &readings, &trusting).unwrap();
                 for e in found.runs.iter().filter(|e| unseen.contains(e.run.as_str())) {
                     errors.add_estimate(&truth[&e.run], e);

@@ -48,7 +48,7 @@ type C = Complex<f64>;
 
 /// What is to be balanced, and with what.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
+pub struct BalancePlan {
     /// Numbers of the correction planes among the rotor's.
     pub planes: Vec<usize>,
     /// What weights are to do and may be.
@@ -65,7 +65,7 @@ pub struct Plan {
 
 /// The machine at one speed, with and without the weights.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AtSpeed {
+pub struct SpeedVibration {
     pub speed_rpm: f64,
     /// Root mean square over the probes of the amplitude, zero to peak, m.
     pub before_m: f64,
@@ -85,28 +85,28 @@ pub struct Balanced {
     /// What is put into each plane.
     pub placed: Vec<Filling>,
     /// Vibration before and after, by speed.
-    pub vibration: Vec<AtSpeed>,
+    pub vibration: Vec<SpeedVibration>,
     /// The same over all speeds.
     pub overall: Overall,
     /// Quality grade before and after.
     pub grade: Grade,
-    /// Misfit of what the weights come from: the model's, or that of trial runs beyond what the coefficients
+    /// ReducedChiSquare of what the weights come from: the model's, or that of trial runs beyond what the coefficients
     /// need; `None` where nothing is left to judge by.
-    pub misfit: Option<Misfit>,
+    pub misfit: Option<ReducedChiSquare>,
     /// What was done to the readings, one sentence each.
     pub remarks: Vec<String>,
 }
 
 /// χ² with its degrees of freedom.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Misfit {
+pub struct ReducedChiSquare {
     /// χ² per degree of freedom: one if all of it is noise.
     pub chi2_per_value: f64,
     /// Degrees of freedom.
     pub freedom: usize,
 }
 
-impl Misfit {
+impl ReducedChiSquare {
     /// Chance of at least so much from noise alone.
     pub fn chance(&self) -> f64 {
         let freedom = self.freedom as f64;
@@ -148,9 +148,9 @@ impl Squares {
         self.m2.map(|sum| (sum.max(0.0) / self.count.max(1) as f64).sqrt())
     }
 
-    fn at_speed(&self, speed_rpm: f64) -> AtSpeed {
+    fn at_speed(&self, speed_rpm: f64) -> SpeedVibration {
         let [before_m, after_m, after_sd_m] = self.rms_m();
-        AtSpeed { speed_rpm, before_m, after_m, after_sd_m }
+        SpeedVibration { speed_rpm, before_m, after_m, after_sd_m }
     }
 
     fn overall(&self) -> Overall {
@@ -159,7 +159,7 @@ impl Squares {
     }
 }
 
-impl Plan {
+impl BalancePlan {
     /// Positions of the correction planes, m.
     fn positions_m(&self, rotor: &Rotor) -> Vec<f64> {
         self.planes.iter().map(|p| rotor.plane[*p].position_m).collect()

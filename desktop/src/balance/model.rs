@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::optimum::best;
 use super::scatter::{drawn, is_free};
-use super::{AtSpeed, Balanced, Misfit, NormalEquations, Plan, Squares};
+use super::{BalancePlan, Balanced, NormalEquations, ReducedChiSquare, SpeedVibration, Squares};
 use crate::decomposition::hermitian;
 use crate::diagnose::best_fit;
 use crate::error::Error;
@@ -26,7 +26,7 @@ const ROUNDS: usize = 40;
 const SETTLED: f64 = 1e-9;
 
 /// A machine with its own unbalance, ready for weights.
-struct Machine {
+struct FittedMachine {
     model: Model,
     own_kg_m: DVector<C>,
     /// Number of each correction plane among the model's.
@@ -41,7 +41,7 @@ struct At {
     per_unbalance: DMatrix<C>,
 }
 
-impl Machine {
+impl FittedMachine {
     /// The response of every speed with these weights in the correction planes.
     fn with(&self, weights_kg_m: &[C]) -> Result<Vec<At>, Error> {
         let mut all = self.own_kg_m.clone();
@@ -60,7 +60,7 @@ impl Machine {
 ///
 /// # Errors
 /// If the model cannot be fitted, or the planes act alike.
-pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Balanced, Error> {
+pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &BalancePlan) -> Result<Balanced, Error> {
     let fit = best_fit(rotor, readings)?;
     let values = 2 * readings.iter().flat_map(|r| &r.probes).flatten().count();
     let [from, to] = plan.range_rpm;
@@ -71,7 +71,7 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
     if speeds_rad_s.is_empty() {
         return Err(Error::Unsuitable(format!("there is no reading between {from:.0} and {to:.0} rpm")));
     }
-    let machine = Machine {
+    let machine = FittedMachine {
         model: basis::reduced(&fit.rotor, WEIGHTS),
         own_kg_m: DVector::from_column_slice(&fit.unbalance_kg_m),
         planes: plan.planes.clone(),
@@ -84,7 +84,7 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
     let (fillings, placed) = plan.placed(&names, &wanted, &per_weight, &before);
     let left = machine.with(&placed)?;
     let probes = rotor.probe.len();
-    let (mut vibration, mut all): (Vec<AtSpeed>, Squares) = Default::default();
+    let (mut vibration, mut all): (Vec<SpeedVibration>, Squares) = Default::default();
     for (speed, (before, after)) in machine.speeds_rad_s.iter().zip(without.iter().zip(&left)) {
         let mut here = Squares::default();
         let unknown = spread(&after.per_unbalance, &fit.unbalance_covariance);
@@ -119,7 +119,7 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Ba
         placed: fillings,
         vibration,
         overall: all.overall(),
-        misfit: Some(Misfit { chi2_per_value: fit.chi2_per_value, freedom: values }),
+        misfit: Some(ReducedChiSquare { chi2_per_value: fit.chi2_per_value, freedom: values }),
         remarks: Vec::new(),
     })
 }
@@ -135,7 +135,7 @@ struct Solved {
     before: DVector<C>,
 }
 
-fn solve(machine: &Machine, plan: &Plan, names: &[&str]) -> Result<Solved, Error> {
+fn solve(machine: &FittedMachine, plan: &BalancePlan, names: &[&str]) -> Result<Solved, Error> {
     let limits = plan.limits_kg_m(names);
     let mut weights = vec![C::from(0.0); machine.planes.len()];
     let mut relaxation = Relaxation::steady(1.0);
@@ -190,7 +190,13 @@ fn spread(map: &DMatrix<C>, covariance: &DMatrix<f64>) -> f64 {
     (&real * covariance * real.transpose()).trace().max(0.0)
 }
 
-fn grades(rotor: &Rotor, plan: &Plan, machine: &Machine, placed: &[C], sd_kg_m: &[f64]) -> Grade {
+fn grades(
+    rotor: &Rotor,
+    plan: &BalancePlan,
+    machine: &FittedMachine,
+    placed: &[C],
+    sd_kg_m: &[f64],
+) -> Grade {
     let rigid = Rigid::of(rotor);
     let own: Vec<(f64, C)> =
         rotor.plane.iter().map(|p: &Plane| p.position_m).zip(machine.own_kg_m.iter().copied()).collect();

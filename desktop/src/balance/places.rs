@@ -30,7 +30,7 @@ pub struct Holes {
 
 /// One weight in its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Piece {
+pub struct WeightPiece {
     /// Number of the hole; none where any angle is allowed.
     pub hole: Option<usize>,
     pub unbalance_g_mm: C,
@@ -41,7 +41,7 @@ pub struct Piece {
 /// Weights that together make one plane's unbalance.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Filling {
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<WeightPiece>,
 }
 
 impl Filling {
@@ -87,7 +87,7 @@ fn anywhere(wanted_g_mm: C, allowed: &Allowed, limit_g_mm: f64) -> Filling {
         mass_and_radius = allowed.radii_mm.iter().map(within).max_by(|a, b| size(a).total_cmp(&size(b)));
         unbalance_g_mm = C::from_polar(mass_and_radius.as_ref().map_or(0.0, size), wanted_g_mm.arg());
     }
-    Filling { pieces: vec![Piece { hole: None, unbalance_g_mm, mass_and_radius }] }
+    Filling { pieces: vec![WeightPiece { hole: None, unbalance_g_mm, mass_and_radius }] }
 }
 
 /// The best of every plane's ways together: each plane's in turn, until none helps.
@@ -117,17 +117,17 @@ pub fn together(ways: &[Vec<Filling>], cost: impl Fn(&[C]) -> f64) -> Vec<Fillin
 
 /// A place: its number, direction, and the unbalance of a step in it, g·mm, zero where any is allowed.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct WeightPosition {
     hole: usize,
     direction: C,
     radius_mm: Option<f64>,
     step_g: Option<f64>,
 }
 
-impl Place {
-    fn piece(&self, size_g_mm: f64) -> Piece {
+impl WeightPosition {
+    fn piece(&self, size_g_mm: f64) -> WeightPiece {
         let mass_and_radius = self.radius_mm.map(|r| [size_g_mm / r, r]);
-        Piece { hole: Some(self.hole), unbalance_g_mm: self.direction * size_g_mm, mass_and_radius }
+        WeightPiece { hole: Some(self.hole), unbalance_g_mm: self.direction * size_g_mm, mass_and_radius }
     }
 
     /// Sizes that can be had next to one, g·mm.
@@ -144,13 +144,13 @@ impl Place {
 }
 
 /// Every choice of one to `most` holes on the side of the weight that is wanted, each at each radius.
-fn subsets(holes: &Holes, taken: &[usize], allowed: &Allowed, wanted: C) -> Vec<Vec<Place>> {
+fn subsets(holes: &Holes, taken: &[usize], allowed: &Allowed, wanted: C) -> Vec<Vec<WeightPosition>> {
     let turn = if holes.against_rotation { -360.0 } else { 360.0 } / holes.count as f64;
     let radii: Vec<Option<f64>> = match allowed.radii_mm.as_slice() {
         [] => vec![None],
         some => some.iter().copied().map(Some).collect(),
     };
-    let place = |k: usize, radius_mm: Option<f64>| Place {
+    let place = |k: usize, radius_mm: Option<f64>| WeightPosition {
         hole: k + 1,
         direction: C::from_polar(1.0, (holes.first_deg + turn * k as f64).to_radians()),
         radius_mm,
@@ -163,17 +163,17 @@ fn subsets(holes: &Holes, taken: &[usize], allowed: &Allowed, wanted: C) -> Vec<
     off_deg.sort_by(f64::total_cmp);
     let second_deg = off_deg.get(1).or(off_deg.first()).copied().unwrap_or(0.0);
     let aside_deg = SIDE_DEG.max(turn.abs()).max(second_deg + 1e-9);
-    let beside = |p: &Place| (p.direction * wanted.conj()).arg().to_degrees().abs() <= aside_deg;
-    let places: Vec<Place> = (0..holes.count)
+    let beside = |p: &WeightPosition| (p.direction * wanted.conj()).arg().to_degrees().abs() <= aside_deg;
+    let places: Vec<WeightPosition> = (0..holes.count)
         .filter(is_free)
         .flat_map(|k| radii.iter().map(move |r| (k, *r)))
         .map(|(k, r)| place(k, r))
         .filter(beside)
         .collect();
-    let mut all: Vec<Vec<Place>> = places.iter().map(|p| vec![*p]).collect();
+    let mut all: Vec<Vec<WeightPosition>> = places.iter().map(|p| vec![*p]).collect();
     let mut last = all.clone();
     for _ in 1..holes.most.min(MOST) {
-        let longer = |set: &Vec<Place>| {
+        let longer = |set: &Vec<WeightPosition>| {
             let after = set[set.len() - 1].hole;
             places
                 .iter()
@@ -188,9 +188,9 @@ fn subsets(holes: &Holes, taken: &[usize], allowed: &Allowed, wanted: C) -> Vec<
 }
 
 /// Sizes in these places that come near what is wanted; none where one would have to be negative.
-fn split(wanted: C, places: &[Place]) -> Vec<Filling> {
-    let along = |p: &Place, of: C| (of * p.direction.conj()).re;
-    let filling = |pieces: Vec<Piece>| Filling { pieces };
+fn split(wanted: C, places: &[WeightPosition]) -> Vec<Filling> {
+    let along = |p: &WeightPosition, of: C| (of * p.direction.conj()).re;
+    let filling = |pieces: Vec<WeightPiece>| Filling { pieces };
     match places {
         [one] if along(one, wanted) < 0.0 => Vec::new(),
         [one] => one.near(along(one, wanted)).into_iter().map(|s| filling(vec![one.piece(s)])).collect(),

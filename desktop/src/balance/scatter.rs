@@ -6,7 +6,7 @@ use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 
 use super::NormalEquations;
-use super::influence::{Coefficients, stacked, standard_deviations};
+use super::influence::{InfluenceCoefficients, stacked, standard_deviations};
 use super::optimum::{Criterion, best};
 use crate::error::Error;
 
@@ -38,7 +38,7 @@ pub(super) fn drawn(
 
 /// The same of weights that come from these coefficients; `inverse` is that of their normal matrix.
 pub(super) fn of_coefficients(
-    all: &[Coefficients],
+    all: &[InfluenceCoefficients],
     criterion: Criterion,
     limits: &[f64],
     inverse: &DMatrix<C>,
@@ -58,11 +58,11 @@ pub(super) fn of_coefficients(
         })
         .collect();
     drawn(weights, |normal| {
-        let moved: Vec<Coefficients> = (all.iter().zip(&roots))
+        let moved: Vec<InfluenceCoefficients> = (all.iter().zip(&roots))
             .map(|(c, root)| {
                 let off = root * DVector::from_fn(root.nrows(), |_, _| normal());
                 let per_weight = c.per_weight.iter().zip(off.iter().skip(1)).map(|(a, d)| a + d).collect();
-                Coefficients { before: c.before + off[0], per_weight, ..c.clone() }
+                InfluenceCoefficients { before: c.before + off[0], per_weight, ..c.clone() }
             })
             .collect();
         let (per_weight, before) = stacked(&moved);

@@ -19,7 +19,7 @@ const TELLS: f64 = 0.05;
 
 /// Squares that one probe's readings leave, as stated and turned round.
 #[derive(Debug, Clone, Copy, Default)]
-struct Left {
+struct ProbeResiduals {
     stated: f64,
     turned: f64,
     squares: f64,
@@ -29,14 +29,14 @@ struct Left {
 
 /// Evidence of every probe, over all speeds.
 #[derive(Debug, Clone)]
-pub struct Sense {
-    left: Vec<Left>,
+pub struct PhaseSense {
+    left: Vec<ProbeResiduals>,
 }
 
-impl Sense {
+impl PhaseSense {
     /// Nothing known of so many probes.
     pub(super) fn new(probes: usize) -> Self {
-        Self { left: vec![Left::default(); probes] }
+        Self { left: vec![ProbeResiduals::default(); probes] }
     }
 
     /// Adds the runs of one probe at one speed: design and readings, both in standard deviations of the readings.
@@ -72,12 +72,13 @@ impl Sense {
         let all = self.left.iter().enumerate();
         let suspects: Vec<usize> =
             all.filter(|(_, l)| l.turned < BETTER * l.stated).map(|(probe, _)| probe).collect();
-        let sum = suspects.iter().map(|p| self.left[*p]).fold(Left::default(), |a, b| Left {
-            stated: a.stated + b.stated,
-            turned: a.turned + b.turned,
-            squares: a.squares + b.squares,
-            freedom: a.freedom + b.freedom,
-        });
+        let sum =
+            suspects.iter().map(|p| self.left[*p]).fold(ProbeResiduals::default(), |a, b| ProbeResiduals {
+                stated: a.stated + b.stated,
+                turned: a.turned + b.turned,
+                squares: a.squares + b.squares,
+                freedom: a.freedom + b.freedom,
+            });
         let values = 2.0 * sum.freedom as f64;
         let ratio = sum.stated / sum.turned.max(f64::MIN_POSITIVE);
         let chance = FisherSnedecor::new(values, values).map_or(1.0, |f| f.sf(ratio.min(1e12)));

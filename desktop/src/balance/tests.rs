@@ -80,8 +80,8 @@ fn measured(rotor: &Rotor, seed: Option<u64>) -> Vec<Reading> {
     readings
 }
 
-fn plan(planes: &[usize]) -> Plan {
-    Plan {
+fn plan(planes: &[usize]) -> BalancePlan {
+    BalancePlan {
         planes: planes.to_vec(),
         wanted: Wanted::default(),
         range_rpm: [0.0, 1e5],
@@ -92,7 +92,7 @@ fn plan(planes: &[usize]) -> Plan {
 }
 
 /// Vibration left on the true machine with weights in place, relative to before.
-fn truly_left(rotor: &Rotor, plan: &Plan, weights: &[Filling]) -> f64 {
+fn truly_left(rotor: &Rotor, plan: &BalancePlan, weights: &[Filling]) -> f64 {
     let model = Model::finite_elements(rotor);
     let total = |weights: &[Filling]| -> f64 {
         let added: Vec<AddedUnbalance> = plan
@@ -175,11 +175,11 @@ fn weight_sd_holds_at_weight_limit_and_for_min_max() {
     // the first plane needs 900 g·mm and may have 600
     let limits = vec![(Some(rotor.plane[0].name.clone()), 600.0)];
     for criterion in [Criterion::LeastSquares, Criterion::MinMax] {
-        let plan = Plan {
+        let plan = BalancePlan {
             wanted: Wanted { criterion, limits: limits.clone(), ..Wanted::default() },
             ..plan(&[0, 1])
         };
-        type Way = fn(&Rotor, &[Reading], &Plan) -> Result<Balanced, Error>;
+        type Way = fn(&Rotor, &[Reading], &BalancePlan) -> Result<Balanced, Error>;
         for (name, way) in [("model", from_model as Way), ("trial runs", from_trial_runs as Way)] {
             let all: Vec<Balanced> = (0..DRAWS)
                 .map(|seed| way(&rotor, &measured(&rotor, Some(300 + seed)), &plan).unwrap())
@@ -209,7 +209,7 @@ fn weights_go_into_free_holes_within_limit() {
         taken: vec![(Some(first), 8)],
         ..Wanted::default()
     };
-    let plan = Plan { wanted, ..plan(&[0, 1]) };
+    let plan = BalancePlan { wanted, ..plan(&[0, 1]) };
     let readings = measured(&rotor, Some(3));
     for found in [from_model(&rotor, &readings, &plan), from_trial_runs(&rotor, &readings, &plan)] {
         let found = found.unwrap();
@@ -242,9 +242,10 @@ fn run_ups_at_unequal_speeds_balance_when_interpolated() {
         let clean = response(&model, &rotor, &run.added_unbalance, reading.speed_rpm);
         reading.probes = clean.iter().map(|y| Some(*y)).collect();
     }
-    let apart = Plan { same_speed: 1e-4, ..plan(&[0, 1]) };
+    let apart = BalancePlan { same_speed: 1e-4, ..plan(&[0, 1]) };
     assert!(from_trial_runs(&rotor, &readings, &apart).is_err());
-    let found = from_trial_runs(&rotor, &readings, &Plan { interpolate: true, ..apart.clone() }).unwrap();
+    let found =
+        from_trial_runs(&rotor, &readings, &BalancePlan { interpolate: true, ..apart.clone() }).unwrap();
     assert!(
         found.remarks[0].starts_with("Runs are interpolated to the speeds of run"),
         "{:?}",
@@ -286,7 +287,7 @@ fn runs_without_trial_weight_or_common_speeds_are_refused() {
     rotor.run[2].added_unbalance = rotor.run[1].added_unbalance.clone();
     assert!(from_trial_runs(&rotor, &readings, &plan(&[0, 1])).is_err());
     assert!(
-        Plan::planes_named(&rotor, &["3".into()])
+        BalancePlan::planes_named(&rotor, &["3".into()])
             .unwrap_err()
             .to_string()
             .contains("there is no plane \"3\"")

@@ -2,12 +2,13 @@
 
 use nalgebra::Complex;
 
-use super::influence::{Trial, Trials, Value, normal_equations, stacked};
+use super::influence::trials::{MeasuredPhasor, TrialReading, Trials};
+use super::influence::{normal_equations, stacked};
 use super::interpolated::{Interpolated, interpolated};
 use super::optimum::best;
 use super::scatter::of_coefficients;
 use super::speeds::Speeds;
-use super::{AtSpeed, Balanced, Plan, Squares};
+use super::{BalancePlan, Balanced, SpeedVibration, Squares};
 use crate::error::Error;
 use crate::grade::{Grade, Rigid};
 use crate::machine::drawing::{Noise, Rotor};
@@ -18,7 +19,7 @@ use crate::units::same_place;
 type C = Complex<f64>;
 
 /// The runs as equations, in m and kg·m.
-fn trials(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Trials {
+fn trials(rotor: &Rotor, readings: &[Reading], plan: &BalancePlan) -> Trials {
     let run = |r: &Reading| rotor.run.iter().position(|run| Some(&run.name) == r.run.as_ref());
     let added = |r: &Reading| run(r).map_or(&[][..], |run| &rotor.run[run].added_unbalance);
     let mut positions_m = plan.positions_m(rotor);
@@ -32,13 +33,13 @@ fn trials(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Trials {
         here.map(|a| phasor_kg_m(a.magnitude_g_mm, a.angle_deg)).sum::<C>()
     };
     let noise = Noise::of(rotor, readings);
-    let value = |phasor: C| Value { phasor, sigma: noise.sigma_m(phasor) };
+    let value = |phasor: C| MeasuredPhasor { phasor, sigma: noise.sigma_m(phasor) };
     let [from, to] = plan.range_rpm;
     let within = || readings.iter().filter(|r| (from..=to).contains(&r.speed_rpm));
     let run_number = |r: &Reading| run(r).unwrap_or(rotor.run.len());
     let at: Vec<(usize, f64)> = within().map(|r| (run_number(r), r.speed_rpm)).collect();
     let speeds = Speeds::new(&at, plan.same_speed);
-    let trial = |(r, speed): (&Reading, &usize)| Trial {
+    let trial = |(r, speed): (&Reading, &usize)| TrialReading {
         run: run_number(r),
         speed: *speed,
         weights: positions_m.iter().map(|z| weight(r, *z)).collect(),
@@ -62,7 +63,7 @@ fn trials(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Trials {
 ///
 /// # Errors
 /// One sentence if the trial runs do not hold the coefficients of the chosen planes, or contradict the sign of the phases.
-pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Result<Balanced, Error> {
+pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &BalancePlan) -> Result<Balanced, Error> {
     let common = plan.interpolate.then(|| interpolated(readings)).transpose()?;
     let readings = common.as_ref().map_or(readings, |common| &common.readings);
     let remarks = common.iter().map(Interpolated::remark).collect();
@@ -77,7 +78,7 @@ pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &Plan) -> Resu
     let sd_kg_m = of_coefficients(coefficients, criterion, &limits, &inverse, wanted.as_slice())?;
     let (fillings, placed) = plan.placed(&names, wanted.as_slice(), &per_weight, &before);
     let none = vec![C::from(0.0); placed.len()];
-    let (mut vibration, mut all): (Vec<AtSpeed>, Squares) = Default::default();
+    let (mut vibration, mut all): (Vec<SpeedVibration>, Squares) = Default::default();
     for at_speed in coefficients.chunk_by(|a, b| a.speed_rpm == b.speed_rpm) {
         let mut here = Squares::default();
         for c in at_speed {

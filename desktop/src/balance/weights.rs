@@ -16,7 +16,7 @@ pub struct Allowed {
 
 /// A weight, or the unbalance alone where no radius is allowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Weight {
+pub struct CorrectionWeight {
     /// The unbalance that it makes, kg·m.
     pub unbalance_kg_m: C,
     /// Mass in g and radius in mm.
@@ -25,7 +25,7 @@ pub struct Weight {
 
 impl Allowed {
     /// The weight whose unbalance comes nearest; among equals the lightest.
-    pub fn nearest(&self, wanted_kg_m: C) -> Weight {
+    pub fn nearest(&self, wanted_kg_m: C) -> CorrectionWeight {
         let wanted_g_mm = wanted_kg_m.norm() * G_MM;
         let choice = |radius_mm: &f64| {
             let exact_g = wanted_g_mm / radius_mm;
@@ -40,6 +40,9 @@ impl Allowed {
             off_a.total_cmp(&off_b).then(mass_a.total_cmp(&mass_b))
         });
         let size_g_mm = best.map_or(wanted_g_mm, |[mass_g, radius_mm]| mass_g * radius_mm);
-        Weight { unbalance_kg_m: C::from_polar(size_g_mm / G_MM, wanted_kg_m.arg()), mass_and_radius: best }
+        CorrectionWeight {
+            unbalance_kg_m: C::from_polar(size_g_mm / G_MM, wanted_kg_m.arg()),
+            mass_and_radius: best,
+        }
     }
 }

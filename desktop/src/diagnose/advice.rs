@@ -5,7 +5,7 @@ use nalgebra::{Complex, DVector};
 
 use super::answer::Advice;
 use super::as_file::as_file;
-use super::base::{Base, Tried};
+use super::base::{BaseModel, CandidateFit};
 use super::rank::Ranking;
 use crate::fit::hypothesis::Assumed;
 use crate::fit::starts_for;
@@ -30,13 +30,13 @@ const MOST_REPEATS: f64 = 30.0;
 const WITHIN_TRIP: f64 = 1.05;
 
 /// The fastest speed that is ever advised, rpm.
-pub fn reach_rpm(base: &Base) -> f64 {
+pub fn reach_rpm(base: &BaseModel) -> f64 {
     let rated = base.fitter.rotor.rated.map(|rated| rated.speed_rpm[1]);
     rated.unwrap_or_else(|| WITHIN_TRIP * rpm(base.fitter.data.fastest_rad_s()))
 }
 
 /// What to do where no measurement that was tried tells the rivals apart.
-pub fn another_kind(base: &Base) -> String {
+pub fn another_kind(base: &BaseModel) -> String {
     let further = match base.fitter.rotor.rated {
         Some(_) => "",
         None => "; or state how fast the machine may run, [rated] speed_rpm, and faster run-ups are tried",
@@ -59,14 +59,19 @@ struct Measurement {
 }
 
 /// What would tell the rivals of a ranking apart, as they were fitted.
-pub fn between_fits(base: &Base, tried: &[Tried], ranking: &Ranking, noise: &Noise) -> Vec<Advice> {
+pub fn between_fits(
+    base: &BaseModel,
+    tried: &[CandidateFit],
+    ranking: &Ranking,
+    noise: &Noise,
+) -> Vec<Advice> {
     let many = ranking.rivals.clamp(2, MOST_RIVALS);
-    let fitted = |t: &Tried| as_file(&base.hypothesis.with(t.assumed), &t.fit);
+    let fitted = |t: &CandidateFit| as_file(&base.hypothesis.with(t.assumed), &t.fit);
     advise(base, &tried.iter().take(many).map(fitted).collect::<Vec<_>>(), noise)
 }
 
 /// What would show effects that the data cannot show at all, at the strengths that searches start from.
-pub fn between_typical(base: &Base, possible: &[Assumed], noise: &Noise) -> Vec<Advice> {
+pub fn between_typical(base: &BaseModel, possible: &[Assumed], noise: &Noise) -> Vec<Advice> {
     let typical = |a: &Assumed| {
         let with = base.hypothesis.with(*a);
         let start = starts_for(&base.hypothesis, &base.fit, *a).into_iter().next()?;
@@ -86,7 +91,7 @@ pub fn between_typical(base: &Base, possible: &[Assumed], noise: &Noise) -> Vec<
 
 /// Candidate measurements, fewest repetitions and least effort first; those that would not help are left
 /// out.
-fn advise(base: &Base, rivals: &[Rotor], noise: &Noise) -> Vec<Advice> {
+fn advise(base: &BaseModel, rivals: &[Rotor], noise: &Noise) -> Vec<Advice> {
     if rivals.len() < 2 {
         return Vec::new();
     }
@@ -109,7 +114,7 @@ fn advise(base: &Base, rivals: &[Rotor], noise: &Noise) -> Vec<Advice> {
     advice
 }
 
-fn measurements(base: &Base, rotor: &Rotor) -> Vec<Measurement> {
+fn measurements(base: &BaseModel, rotor: &Rotor) -> Vec<Measurement> {
     let rows = &base.fitter.data.rows;
     let fastest = rpm(base.fitter.data.fastest_rad_s()).min(reach_rpm(base));
     let slowest = rpm(rows.iter().map(|r| r.speed_rad_s).fold(f64::INFINITY, f64::min));
@@ -170,7 +175,7 @@ fn measurements(base: &Base, rotor: &Rotor) -> Vec<Measurement> {
 /// Distance of the best rival from the most alike other one, and the speed of the largest difference.
 /// What the rivals already differ by in the data at hand is no gain, so a trial weight counts by the
 /// change that it makes.
-fn separation(base: &Base, rivals: &[Rotor], m: &Measurement, noise: &Noise) -> Option<(f64, f64)> {
+fn separation(base: &BaseModel, rivals: &[Rotor], m: &Measurement, noise: &Noise) -> Option<(f64, f64)> {
     let own = base.fitter.rotor.probe.len();
     let seen: Option<Vec<Vec<DVector<Complex<f64>>>>> =
         rivals.iter().map(|rotor| simulate(rotor, m)).collect();

@@ -10,7 +10,7 @@ use crate::statistics::scatter::Scatter;
 pub use crate::statistics::significance::{RIVAL, SURE};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
+pub enum DiagnosisVerdict {
     /// The model describes the data to within their noise (and the drawing's tolerance).
     Adequate,
     /// One effect, at one place, is missing.
@@ -23,7 +23,7 @@ pub enum Verdict {
     NotDetermined,
 }
 
-impl Verdict {
+impl DiagnosisVerdict {
     pub fn name(self) -> &'static str {
         match self {
             Self::Adequate => "adequate",
@@ -84,7 +84,7 @@ pub struct HeldOut {
 
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
-    pub verdict: Verdict,
+    pub verdict: DiagnosisVerdict,
     pub summary: String,
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) of the model at its best bearings and planes.
     pub error_before: f64,
@@ -122,7 +122,7 @@ impl Diagnosis {
     /// The candidate that is worth explaining: the one that is claimed, or the first of the rivals; none where nothing
     /// is claimed of any.
     pub fn named(&self) -> Option<&Candidate> {
-        let claimed = matches!(self.verdict, Verdict::Missing | Verdict::Undecided);
+        let claimed = matches!(self.verdict, DiagnosisVerdict::Missing | DiagnosisVerdict::Undecided);
         self.candidates.first().filter(|_| claimed && !self.saturated && !self.too_fast)
     }
 }

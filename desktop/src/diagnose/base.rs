@@ -13,7 +13,7 @@ use crate::fit::{Drawing, Effort, Fit, Fitter, starts_for};
 const REFINED: usize = 10;
 
 /// A candidate with its fit.
-pub struct Tried {
+pub struct CandidateFit {
     pub assumed: Assumed,
     pub fit: Fit,
     /// For it over the model: twice the logarithm of the Bayes factor.
@@ -23,14 +23,14 @@ pub struct Tried {
     pub own_drawing: Option<Drawing>,
 }
 
-impl Tried {
-    pub fn drawing<'t>(&'t self, base: &'t Base) -> &'t Drawing {
+impl CandidateFit {
+    pub fn drawing<'t>(&'t self, base: &'t BaseModel) -> &'t Drawing {
         self.own_drawing.as_ref().unwrap_or(&base.search.0)
     }
 }
 
 /// The model of the file, fitted, and everything that candidates start from.
-pub struct Base<'a> {
+pub struct BaseModel<'a> {
     pub fitter: &'a Fitter<'a>,
     pub hypothesis: Hypothesis<'a>,
     /// How many of its effects the file states.
@@ -61,7 +61,7 @@ fn of_file<'a>(fitter: &Fitter<'a>) -> Result<(Hypothesis<'a>, Vec<f64>), Error>
     Ok((hypothesis, x))
 }
 
-impl<'a> Base<'a> {
+impl<'a> BaseModel<'a> {
     /// Fits the model of the file: bearings, planes and its effects' parameters.
     pub fn fit(fitter: &'a Fitter<'a>) -> Result<Self, Error> {
         let (hypothesis, x) = of_file(fitter)?;
@@ -100,7 +100,7 @@ impl<'a> Base<'a> {
     }
 
     /// Search coordinates of a candidate's fit in the scales that the file's hypothesis starts from.
-    pub fn scaled_for_file(&self, t: &Tried) -> [Vec<f64>; 1] {
+    pub fn scaled_for_file(&self, t: &CandidateFit) -> [Vec<f64>; 1] {
         let with = self.hypothesis.with(t.assumed);
         let to = Hypothesis { scales: self.fitter.scales(None), ..with.clone() };
         [rescaled(&with, &to, &t.fit)]
@@ -135,7 +135,7 @@ impl<'a> Base<'a> {
     }
 
     /// Every candidate on top of the model, strongest evidence first, those that physics rules out last.
-    pub fn try_all(&self) -> Result<Vec<Tried>, Error> {
+    pub fn try_all(&self) -> Result<Vec<CandidateFit>, Error> {
         let possible = self.possible();
         let progress = &self.fitter.progress;
         let many = REFINED.min(possible.len());
@@ -145,7 +145,7 @@ impl<'a> Base<'a> {
             progress.step();
             tried
         };
-        let mut tried: Vec<Tried> = possible.into_par_iter().filter_map(attempt).collect();
+        let mut tried: Vec<CandidateFit> = possible.into_par_iter().filter_map(attempt).collect();
         strongest_first(&mut tried);
         let many = many.min(tried.len());
         let (refined, rest) = tried.split_at_mut(many);
@@ -161,7 +161,7 @@ impl<'a> Base<'a> {
         Ok(tried)
     }
 
-    pub fn attempt(&self, assumed: Assumed) -> Result<Tried, Error> {
+    pub fn attempt(&self, assumed: Assumed) -> Result<CandidateFit, Error> {
         let (drawing, base) = &self.search;
         let with = self.hypothesis.with(assumed);
         let mut starts = starts_for(&self.hypothesis, base, assumed);
@@ -173,11 +173,11 @@ impl<'a> Base<'a> {
         let under_own = |fit: &Fit| self.fitter.cost_under_own_scatter(fit, drawing);
         let unknowns = fit.effect_unknowns - base.effect_unknowns;
         let evidence = self.fitter.sizes.evidence(under_own(base) - under_own(&fit), unknowns);
-        Ok(Tried { assumed, evidence, fit, disqualified: None, own_drawing: None })
+        Ok(CandidateFit { assumed, evidence, fit, disqualified: None, own_drawing: None })
     }
 
     /// Settles noise and drawing errors together with a candidate.
-    pub fn refine(&self, t: &mut Tried) -> Result<(), Error> {
+    pub fn refine(&self, t: &mut CandidateFit) -> Result<(), Error> {
         let with = self.hypothesis.with(t.assumed);
         let (fit, own) = if self.fitter.drawing_is_exact() {
             let start = [t.fit.x.clone()];
@@ -194,7 +194,7 @@ impl<'a> Base<'a> {
     }
 
     /// Adds uncertainties, and says whether physics allows the parameters.
-    pub fn finish(&self, t: &mut Tried) -> Result<(), Error> {
+    pub fn finish(&self, t: &mut CandidateFit) -> Result<(), Error> {
         let with = self.hypothesis.with(t.assumed);
         t.fit.covariance = self.fitter.covariance(&with, &t.fit, t.drawing(self))?;
         t.disqualified = self.beyond_physics(&with, &t.fit);
@@ -239,8 +239,8 @@ pub fn same(a: &Assumed, b: &Assumed) -> bool {
     a.effect.name() == b.effect.name() && a.place == b.place
 }
 
-fn strongest_first(tried: &mut [Tried]) {
-    let key = |t: &Tried| if t.disqualified.is_some() { f64::NEG_INFINITY } else { t.evidence };
+fn strongest_first(tried: &mut [CandidateFit]) {
+    let key = |t: &CandidateFit| if t.disqualified.is_some() { f64::NEG_INFINITY } else { t.evidence };
     tried.sort_by(|a, b| key(b).total_cmp(&key(a)).then(b.evidence.total_cmp(&a.evidence)));
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Complex, DMatrix};
 
 use super::as_file::as_file;
-use super::base::Base;
+use super::base::BaseModel;
 use super::checks;
 use super::planes::PlaneUnbalances;
 use super::sweep::Sweep;
@@ -51,7 +51,7 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     checks::enough(&fitter)?;
     remarks.extend(noise.assumption(rotor));
-    let base = Base::fit(&fitter)?;
+    let base = BaseModel::fit(&fitter)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     checks::this_machine(rotor, base.relative_error(base.closest()))?;
     remarks.extend(checks::beyond_grade(rotor, &base.fit.unknowns));

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::base::Base;
+use super::base::BaseModel;
 use crate::compare::{ProbePair, probe_pairs};
 use crate::error::Error;
 use crate::fit::data::Data;
@@ -126,7 +126,12 @@ pub fn enough(fitter: &Fitter) -> Result<(), Error> {
 ///
 /// # Errors
 /// If the phases are reversed.
-pub fn not_reversed(base: &Base, rotor: &Rotor, readings: &[Reading], noise: &Noise) -> Result<(), Error> {
+pub fn not_reversed(
+    base: &BaseModel,
+    rotor: &Rotor,
+    readings: &[Reading],
+    noise: &Noise,
+) -> Result<(), Error> {
     if base.closest().chi2_per_value() < 2.0 || !goes_backward(rotor, readings) {
         return Ok(());
     }

@@ -1,14 +1,14 @@
 //! The diagnosis of a model: every effect tried, ranked, and put into words.
 
-use super::answer::{Candidate, Diagnosis, SURE, Verdict};
+use super::answer::{Candidate, Diagnosis, DiagnosisVerdict, SURE};
 use super::as_file::as_file;
-use super::base::{Base, Tried};
+use super::base::{BaseModel, CandidateFit};
 use super::planes::PlaneUnbalances;
 use super::rank::Ranking;
 use super::runs::{RefutedRun, RunChange};
 use super::sweep::Sweep;
-use super::unknown::Unknown;
-use super::verdict::{Evidence, Said};
+use super::unknown::UnknownCauseFit;
+use super::verdict::{Conclusion, DiagnosisEvidence};
 use super::{advice, checks, evidence, held_out, parameters, rank, runs};
 use crate::error::Error;
 use crate::fit::Fitter;
@@ -45,11 +45,11 @@ pub fn diagnose_telling(
 }
 
 /// A diagnosis with what it stands on.
-pub struct Examined<'a> {
+pub struct DiagnosisRun<'a> {
     pub diagnosis: Diagnosis,
-    pub base: Base<'a>,
+    pub base: BaseModel<'a>,
     /// Nothing where the data hold no more than bearings and planes.
-    pub weighed: Option<Weighed>,
+    pub weighed: Option<ModelComparison>,
 }
 
 /// Diagnoses the machine of a fitter, as it was stated before any fit, from the readings that it was made of.
@@ -60,28 +60,28 @@ pub fn examine<'a>(
     fitter: &'a Fitter<'a>,
     readings: &[Reading],
     noise: Noise,
-) -> Result<Examined<'a>, Error> {
+) -> Result<DiagnosisRun<'a>, Error> {
     let rotor = fitter.rotor;
     checks::not_too_many(readings)?;
     let mut remarks = checks::before(rotor, readings)?;
     remarks.extend(noise.assumption(rotor));
-    let base = Base::fit(fitter)?;
+    let base = BaseModel::fit(fitter)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     let determined = PlaneUnbalances::by(&base, &base.hypothesis, &base.fit, &base.drawing)?;
     if let Some(why) = rank::saturation(&base) {
         let diagnosis = base.undecidable(why, noise, remarks, determined);
-        return Ok(Examined { diagnosis, base, weighed: None });
+        return Ok(DiagnosisRun { diagnosis, base, weighed: None });
     }
     let weighed = base.weighed()?;
     let diagnosis = base.decided(&weighed, readings, noise, remarks, determined)?;
-    Ok(Examined { diagnosis, base, weighed: Some(weighed) })
+    Ok(DiagnosisRun { diagnosis, base, weighed: Some(weighed) })
 }
 
 /// The verdict on this evidence, withdrawn where a run too fast for a steady response explains the misfit.
-fn verdict(evidence: &Evidence, too_fast: bool) -> Result<Said, Error> {
+fn verdict(evidence: &DiagnosisEvidence, too_fast: bool) -> Result<Conclusion, Error> {
     let mut said = evidence.verdict()?;
     if too_fast {
-        said.verdict = Verdict::Undecided;
+        said.verdict = DiagnosisVerdict::Undecided;
         said.summary =
             "The misfit is that of a run too fast for a steady response; nothing is claimed.".into();
     }
@@ -95,31 +95,32 @@ fn lag_explains(sweep: &Sweep, rotor: &Rotor, readings: &[Reading]) -> Result<bo
 }
 
 /// Every explanation of what a model misses, with its probability.
-pub struct Weighed {
-    pub tried: Vec<Tried>,
-    pub unknown: Unknown,
+pub struct ModelComparison {
+    pub tried: Vec<CandidateFit>,
+    pub unknown: UnknownCauseFit,
     pub ranking: Ranking,
 }
 
-impl Base<'_> {
+impl BaseModel<'_> {
     /// The answer where the data hold more than bearings and planes; `remarks` are those made so far.
     fn decided(
         &self,
-        weighed: &Weighed,
+        weighed: &ModelComparison,
         readings: &[Reading],
         noise: Noise,
         mut remarks: Vec<String>,
         determined: PlaneUnbalances,
     ) -> Result<Diagnosis, Error> {
         let rotor = self.fitter.rotor;
-        let Weighed { tried, unknown, ranking } = weighed;
+        let ModelComparison { tried, unknown, ranking } = weighed;
         let held_out = match tried.first() {
             Some(best) if ranking.nothing_missing < SURE => {
                 Some(held_out::check(self, best, readings, &noise)?)
             }
             _ => None,
         };
-        let evidence = Evidence { base: self, tried, ranking, unknown, held_out, determined: &determined };
+        let evidence =
+            DiagnosisEvidence { base: self, tried, ranking, unknown, held_out, determined: &determined };
         let least = tried.iter().map(|t| self.relative_error(&t.fit)).fold(f64::INFINITY, f64::min);
         checks::this_machine(rotor, least.min(self.relative_error(self.closest())))?;
         let sweep = Sweep::of(&as_file(&self.hypothesis, &self.fit), readings, &noise);
@@ -127,25 +128,26 @@ impl Base<'_> {
             Some(sweep) if ranking.nothing_missing < SURE => lag_explains(sweep, rotor, readings)?,
             _ => false,
         };
-        let Said { verdict, mut summary, scatter, outside } = verdict(&evidence, too_fast)?;
-        if let Some(alike) = determined.alike().filter(|_| verdict != Verdict::NotDetermined) {
+        let Conclusion { verdict, mut summary, scatter, outside } = verdict(&evidence, too_fast)?;
+        if let Some(alike) = determined.alike().filter(|_| verdict != DiagnosisVerdict::NotDetermined) {
             summary += &format!(" Besides, {alike}.");
         }
         remarks.extend(sweep.map(|sweep| sweep.remark));
-        let asks = verdict == Verdict::Undecided && !too_fast;
+        let asks = verdict == DiagnosisVerdict::Undecided && !too_fast;
         let advice = if asks { advice::between_fits(self, tried, ranking, &noise) } else { Vec::new() };
         if asks && advice.is_empty() {
             remarks.push(advice::another_kind(self));
         }
-        let stands_on = if verdict == Verdict::Missing { tried.first().map(|t| &t.fit) } else { None };
+        let stands_on =
+            if verdict == DiagnosisVerdict::Missing { tried.first().map(|t| &t.fit) } else { None };
         remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&self.fit).unknowns));
         let (refuted, of_runs) = match tried.first() {
             Some(best) if !too_fast => self.of_runs(best, verdict, ranking.probabilities[0]),
             _ => (Vec::new(), Vec::new()),
         };
         remarks.extend(of_runs);
-        let cause =
-            (verdict == Verdict::Unknown || outside >= SURE).then(|| unknown.cause(self.fitter, outside));
+        let cause = (verdict == DiagnosisVerdict::Unknown || outside >= SURE)
+            .then(|| unknown.cause(self.fitter, outside));
         let probable = tried.iter().zip(&ranking.probabilities);
         Ok(Diagnosis {
             verdict,
@@ -169,11 +171,16 @@ impl Base<'_> {
     }
 
     /// What the best candidate says of one run beside the others: stated weights that it refutes, and remarks.
-    fn of_runs(&self, best: &Tried, verdict: Verdict, probability: f64) -> (Vec<RefutedRun>, Vec<String>) {
+    fn of_runs(
+        &self,
+        best: &CandidateFit,
+        verdict: DiagnosisVerdict,
+        probability: f64,
+    ) -> (Vec<RefutedRun>, Vec<String>) {
         let changes = RunChange::beyond(self, &self.hypothesis.with(best.assumed), &best.fit);
         match verdict {
-            Verdict::Missing => runs::told(&changes, probability),
-            Verdict::Undecided => {
+            DiagnosisVerdict::Missing => runs::told(&changes, probability),
+            DiagnosisVerdict::Undecided => {
                 let label = best.assumed.label(self.fitter.rotor);
                 let remark = |c: &RunChange| format!("With {label}: {}", c.words());
                 (Vec::new(), changes.iter().map(remark).collect())
@@ -183,11 +190,11 @@ impl Base<'_> {
     }
 
     /// Known effects, an unknown cause and nothing at all, weighed against one another.
-    pub fn weighed(&self) -> Result<Weighed, Error> {
+    pub fn weighed(&self) -> Result<ModelComparison, Error> {
         let tried = self.try_all()?;
-        let unknown = Unknown::beside(self)?;
+        let unknown = UnknownCauseFit::beside(self)?;
         let ranking = rank::rank(self, &tried, Some(unknown.evidence));
-        Ok(Weighed { tried, unknown, ranking })
+        Ok(ModelComparison { tried, unknown, ranking })
     }
 
     /// The answer where bearings and planes alone use up what the data hold: anything is possible.
@@ -219,7 +226,7 @@ impl Base<'_> {
             knowledge: a.effect.knowledge(),
         };
         Diagnosis {
-            verdict: Verdict::Undecided,
+            verdict: DiagnosisVerdict::Undecided,
             summary: [Some(why), determined.alike()].into_iter().flatten().collect::<Vec<_>>().join("; ")
                 + ".",
             error_before,
@@ -241,7 +248,7 @@ impl Base<'_> {
     }
 
     /// A candidate as it is told.
-    pub fn candidate(&self, t: &Tried, probability: f64) -> Candidate {
+    pub fn candidate(&self, t: &CandidateFit, probability: f64) -> Candidate {
         let rotor = self.fitter.rotor;
         let with = self.hypothesis.with(t.assumed);
         Candidate {
@@ -268,7 +275,7 @@ pub fn nothing_missing(rotor: &Rotor, readings: &[Reading]) -> Result<f64, Error
     let rotor = &rotor.as_stated();
     let noise = Noise::of(rotor, readings);
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
-    let base = Base::fit(&fitter)?;
+    let base = BaseModel::fit(&fitter)?;
     if rank::saturation(&base).is_some() {
         return Ok(PRIOR);
     }

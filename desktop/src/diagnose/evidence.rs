@@ -3,7 +3,7 @@
 use crate::units::rpm;
 use nalgebra::Complex;
 
-use super::base::{Base, Tried};
+use super::base::{BaseModel, CandidateFit};
 
 type C = Complex<f64>;
 
@@ -11,7 +11,7 @@ type C = Complex<f64>;
 const MOSTLY: f64 = 0.75;
 
 /// What adding the effect changed at one value, in noise units.
-struct Change {
+struct ValueChange {
     speed_rad_s: f64,
     probe: usize,
     change: C,
@@ -19,20 +19,20 @@ struct Change {
 }
 
 /// A sentence on what the effect explains.
-pub fn describe(base: &Base, tried: &Tried) -> String {
+pub fn describe(base: &BaseModel, tried: &CandidateFit) -> String {
     let rows =
         base.fitter.data.rows.iter().flat_map(|row| row.values.iter().map(move |v| (row.speed_rad_s, v)));
     let predictions = base.fit.predicted_m.iter().zip(&tried.fit.predicted_m);
-    let changes: Vec<Change> = rows
+    let changes: Vec<ValueChange> = rows
         .zip(predictions)
-        .map(|((speed_rad_s, v), (before, after))| Change {
+        .map(|((speed_rad_s, v), (before, after))| ValueChange {
             speed_rad_s,
             probe: v.probe,
             change: (after - before) / v.sigma_m,
             amplitude_m: v.measured_m.norm(),
         })
         .collect();
-    let seen = Seen { all: energy(&changes, |_| true).max(f64::MIN_POSITIVE), changes };
+    let seen = ResponseChange { all: energy(&changes, |_| true).max(f64::MIN_POSITIVE), changes };
     format!(
         "it changes the response {}, {}, {}.",
         where_seen(base, &seen),
@@ -41,25 +41,25 @@ pub fn describe(base: &Base, tried: &Tried) -> String {
     )
 }
 
-struct Seen {
-    changes: Vec<Change>,
+struct ResponseChange {
+    changes: Vec<ValueChange>,
     all: f64,
 }
 
-impl Seen {
+impl ResponseChange {
     /// Share of the change's energy in what `keep` selects.
-    fn share(&self, keep: impl Fn(&Change) -> bool) -> f64 {
+    fn share(&self, keep: impl Fn(&ValueChange) -> bool) -> f64 {
         energy(&self.changes, keep) / self.all
     }
 }
 
-fn energy(changes: &[Change], keep: impl Fn(&Change) -> bool) -> f64 {
+fn energy(changes: &[ValueChange], keep: impl Fn(&ValueChange) -> bool) -> f64 {
     changes.iter().filter(|c| keep(c)).map(|c| c.change.norm_sqr()).sum()
 }
 
-fn where_seen(base: &Base, seen: &Seen) -> String {
+fn where_seen(base: &BaseModel, seen: &ResponseChange) -> String {
     let rotor = base.fitter.rotor;
-    let beside = |b: usize| move |c: &Change| rotor.bearing_of(&rotor.probe[c.probe]) == Some(b);
+    let beside = |b: usize| move |c: &ValueChange| rotor.bearing_of(&rotor.probe[c.probe]) == Some(b);
     let shares: Vec<f64> = (0..rotor.bearing.len()).map(|b| seen.share(beside(b))).collect();
     let probes = (0..rotor.probe.len()).map(|p| seen.share(|c| c.probe == p));
     if let Some((p, share)) = probes.enumerate().find(|(_, share)| *share > MOSTLY) {
@@ -71,7 +71,7 @@ fn where_seen(base: &Base, seen: &Seen) -> String {
     }
 }
 
-fn over_speed(seen: &Seen) -> String {
+fn over_speed(seen: &ResponseChange) -> String {
     let changes = &seen.changes;
     let largest = changes.iter().max_by(|a, b| a.amplitude_m.total_cmp(&b.amplitude_m));
     let fastest = changes.iter().map(|c| c.speed_rad_s).fold(0.0, f64::max);
@@ -96,7 +96,7 @@ fn over_speed(seen: &Seen) -> String {
 }
 
 /// Forward and backward parts of the change at each bearing's pair of probes.
-fn whirl(base: &Base, changes: &[Change]) -> String {
+fn whirl(base: &BaseModel, changes: &[ValueChange]) -> String {
     let rotor = base.fitter.rotor;
     let (mut forward, mut backward) = (0.0, 0.0);
     for pair in changes.windows(2) {

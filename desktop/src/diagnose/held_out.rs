@@ -1,7 +1,7 @@
 //! Does the best candidate predict speeds that it was not fitted to?
 
 use super::answer::HeldOut;
-use super::base::{Base, Tried};
+use super::base::{BaseModel, CandidateFit};
 use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Hypothesis;
@@ -17,7 +17,12 @@ const BLOCKS: usize = 4;
 
 /// χ² on left-out readings per real number, without and with the candidate, each on the drawing that was found with
 /// it in the fit to all.
-pub fn check(base: &Base, best: &Tried, readings: &[Reading], noise: &Noise) -> Result<HeldOut, Error> {
+pub fn check(
+    base: &BaseModel,
+    best: &CandidateFit,
+    readings: &[Reading],
+    noise: &Noise,
+) -> Result<HeldOut, Error> {
     let with = base.hypothesis.with(best.assumed);
     let (mut before, mut after) = (Vec::new(), Vec::new());
     for block in 0..BLOCKS {

@@ -1,12 +1,12 @@
 //! Adding effects to a model: one on request, or one after another until it is adequate.
 
-use super::answer::{Candidate, SURE, Verdict};
+use super::answer::{Candidate, DiagnosisVerdict, SURE};
 use super::as_file::as_file;
-use super::base::{Base, same};
-use super::diagnosis::{Examined, Weighed, diagnose, examine};
+use super::base::{BaseModel, same};
+use super::diagnosis::{DiagnosisRun, ModelComparison, diagnose, examine};
 use super::planes::PlaneUnbalances;
 use super::runs::{RefutedRun, RunChange};
-use super::sets::{Reach, Set, Together, together};
+use super::sets::{EffectSet, SearchReach, SetComparison, together};
 use super::unknown::UnknownCause;
 use super::{checks, parameters, runs};
 use crate::effects::entry;
@@ -20,7 +20,7 @@ use crate::measurement::Reading;
 use crate::statistics::scatter::Scatter;
 
 /// How far to look for several effects: no machine hides more than four, and each needs data of its own.
-const REACH: Reach = Reach { width: 8, effects: 4 };
+const REACH: SearchReach = SearchReach { width: 8, effects: 4 };
 
 /// A model with an effect more.
 #[derive(Debug, Clone)]
@@ -37,7 +37,7 @@ pub struct Improvement {
 }
 
 #[derive(Debug, Clone)]
-pub struct Step {
+pub struct ImprovementStep {
     /// The effect that was added, its parameters as fitted together with all the others.
     pub added: Candidate,
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) with it.
@@ -64,7 +64,7 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     checks::not_too_many(readings)?;
     checks::before(rotor, readings)?;
     checks::enough(&fitter)?;
-    let base = Base::fit(&fitter)?;
+    let base = BaseModel::fit(&fitter)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     let present = base.hypothesis.effects.iter().any(|e| same(e, &assumed));
     if let Some(why) = present.then_some("is already in the model").or(effect.not_sought(rotor)) {
@@ -86,11 +86,11 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
 
 /// What `improve` made of a model.
 #[derive(Debug, Clone)]
-pub struct Outcome {
+pub struct ImprovementOutcome {
     pub rotor: Rotor,
     /// Effects in the order in which they were found.
-    pub steps: Vec<Step>,
-    pub verdict: Verdict,
+    pub steps: Vec<ImprovementStep>,
+    pub verdict: DiagnosisVerdict,
     /// The reason for the verdict, in one sentence.
     pub summary: String,
     /// What the first diagnosis tried, most probable first.
@@ -122,7 +122,11 @@ pub struct Outcome {
 ///
 /// # Errors
 /// As [`super::diagnose`].
-pub fn improve(rotor: &Rotor, readings: &[Reading], progress: impl FnMut(&Step)) -> Result<Outcome, Error> {
+pub fn improve(
+    rotor: &Rotor,
+    readings: &[Reading],
+    progress: impl FnMut(&ImprovementStep),
+) -> Result<ImprovementOutcome, Error> {
     improve_telling(rotor, readings, &|_, _| (), progress)
 }
 
@@ -134,13 +138,13 @@ pub fn improve_telling(
     rotor: &Rotor,
     readings: &[Reading],
     told: ProgressListener,
-    mut progress: impl FnMut(&Step),
-) -> Result<Outcome, Error> {
+    mut progress: impl FnMut(&ImprovementStep),
+) -> Result<ImprovementOutcome, Error> {
     let stated = rotor.as_stated();
     let noise = Noise::of(&stated, readings);
     let fitter = Fitter::new(&stated, Data::new(&stated, &noise, readings)).telling(told);
-    let Examined { diagnosis: at_start, base: start, weighed } = examine(&fitter, readings, noise)?;
-    let mut outcome = Outcome {
+    let DiagnosisRun { diagnosis: at_start, base: start, weighed } = examine(&fitter, readings, noise)?;
+    let mut outcome = ImprovementOutcome {
         rotor: rotor.clone(),
         steps: Vec::new(),
         verdict: at_start.verdict,
@@ -155,20 +159,21 @@ pub fn improve_telling(
         refuted: Vec::new(),
         remarks: Vec::new(),
     };
-    let Some(Weighed { tried, unknown, .. }) = weighed else { return Ok(outcome) };
-    let nothing_known = matches!(at_start.verdict, Verdict::Adequate | Verdict::NotDetermined);
+    let Some(ModelComparison { tried, unknown, .. }) = weighed else { return Ok(outcome) };
+    let nothing_known =
+        matches!(at_start.verdict, DiagnosisVerdict::Adequate | DiagnosisVerdict::NotDetermined);
     if nothing_known || at_start.too_fast || at_start.nothing_missing >= SURE {
         outcome.rotor = fitter.corrected(as_file(&start.hypothesis, &start.fit), &start.fit, &start.drawing);
         return Ok(outcome);
     }
     let together = together(&start, &tried, &unknown, REACH)?;
     let outside = together.outside(1.0 - at_start.nothing_missing);
-    let Together { set, unknown_odds } = together;
-    let Some(Set { base: mut best, rivals, .. }) = set.filter(|_| unknown_odds < 1.0) else {
+    let SetComparison { set, unknown_odds } = together;
+    let Some(EffectSet { base: mut best, rivals, .. }) = set.filter(|_| unknown_odds < 1.0) else {
         outcome.rotor = fitter.corrected(as_file(&start.hypothesis, &start.fit), &start.fit, &start.drawing);
-        if outcome.verdict != Verdict::Unknown {
+        if outcome.verdict != DiagnosisVerdict::Unknown {
             // the first look, which follows one set alone, found one that this wider one does not stand by
-            outcome.verdict = Verdict::Unknown;
+            outcome.verdict = DiagnosisVerdict::Unknown;
             outcome.summary = "Something is missing, and no set of known effects explains it that physics allows and the data \
                                prefer to an unknown cause."
                 .into();
@@ -187,7 +192,7 @@ pub fn improve_telling(
         let (k, better) = strongest(&outcome.rotor, readings, &set)?;
         let index = left.remove(k);
         let last = left.is_empty();
-        let step = Step {
+        let step = ImprovementStep {
             error_after: if last { best.relative_error(&best.fit) } else { better.error_after },
             chi2_per_value: if last { best.fit.chi2_per_value() } else { better.chi2_per_value[1] },
             group: if last { rivals.clone() } else { Vec::new() },

@@ -26,11 +26,11 @@ mod unknown;
 mod verdict;
 
 pub use crate::statistics::scatter::Scatter;
-pub use answer::{Advice, Candidate, Diagnosis, HeldOut, RIVAL, SURE, Verdict};
+pub use answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, HeldOut, RIVAL, SURE};
 pub use best_fit::{BestFit, best_fit};
 pub use diagnosis::{diagnose, diagnose_telling, nothing_missing};
-pub use improve::{Improvement, Outcome, Step, add, improve, improve_telling};
+pub use improve::{Improvement, ImprovementOutcome, ImprovementStep, add, improve, improve_telling};
 pub use parameters::FittedParameter;
 pub use planes::{PlaneUnbalance, PlaneUnbalances};
 pub use runs::{Account, FoundWeight, RefutedRun};
-pub use unknown::{EquivalentForce, Growth, Nature, UnknownCause};
+pub use unknown::{EquivalentForce, ForceGrowth, Nature, UnknownCause};

@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DMatrix};
 
-use super::base::Base;
+use super::base::BaseModel;
 use crate::decomposition::hermitian;
 use crate::error::Error;
 use crate::fit::hypothesis::Hypothesis;
@@ -75,7 +75,7 @@ impl PlaneUnbalances {
     ///
     /// # Errors
     /// If the machine is singular at the fit.
-    pub fn by(base: &Base, with: &Hypothesis, fit: &Fit, drawing: &Drawing) -> Result<Self, Error> {
+    pub fn by(base: &BaseModel, with: &Hypothesis, fit: &Fit, drawing: &Drawing) -> Result<Self, Error> {
         let planes = &base.fitter.rotor.plane;
         let count = 2 * planes.len();
         let covariance = base.fitter.covariance(with, fit, drawing)?;

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::answer::{RIVAL, SURE};
-use super::base::{Base, Tried};
+use super::base::{BaseModel, CandidateFit};
 use crate::decomposition::singular_values;
 use crate::effects::Place;
 use crate::statistics::scatter::Scatter;
@@ -36,13 +36,13 @@ pub struct Ranking {
 /// parameters, switched off in `[physics]`, is there on every real shaft, and the question is only whether it
 /// shows: it starts from even odds too, where the data could show it at all. What the data say is the evidence of each, [`crate::statistics::evidence`];
 /// `unknown` is that of an unknown cause.
-pub fn rank(base: &Base, tried: &[Tried], unknown: Option<f64>) -> Ranking {
-    let allowed = |t: &&Tried| t.disqualified.is_none();
+pub fn rank(base: &BaseModel, tried: &[CandidateFit], unknown: Option<f64>) -> Ranking {
+    let allowed = |t: &&CandidateFit| t.disqualified.is_none();
     let places = tried.len().max(1) as f64;
     let known = tried.iter().filter(allowed).map(|t| t.evidence);
     let top = known.chain(unknown).fold(0.0, f64::max);
     let nothing = (-0.5 * top).exp();
-    let weight = |t: &Tried| {
+    let weight = |t: &CandidateFit| {
         let switch = t.assumed.place == Place::Machine && t.fit.effect_unknowns == base.fit.effect_unknowns;
         if t.disqualified.is_some() || switch && !shows(t) {
             return 0.0;
@@ -70,20 +70,20 @@ pub fn rank(base: &Base, tried: &[Tried], unknown: Option<f64>) -> Ranking {
 
 /// Whether data like these would show an effect without parameters. There is no size to it: what speaks for it when it is there is
 /// about what speaks against it when it is not, so that little either way says that the data do not see it.
-fn shows(t: &Tried) -> bool {
+fn shows(t: &CandidateFit) -> bool {
     t.evidence.abs() > -2.0 * SURE.ln()
 }
 
 /// Whether the noise that a model leaves can be the noise that was stated: within two standard deviations of how far
 /// that is trusted, and neither as correlated nor as different from run to run as noise can be.
-pub fn explains(scatter: &Scatter, base: &Base) -> bool {
+pub fn explains(scatter: &Scatter, base: &BaseModel) -> bool {
     let of_size = scatter.doubt(base.fitter.stated_log_sd()) <= 4.0 || scatter.scale < 1.0;
     of_size && !scatter.is_at_edge()
 }
 
 /// A sentence if the data cannot hold more than bearings and planes: at so few operating points, the
 /// unknowns of the model fill every direction that the readings have.
-pub fn saturation(base: &Base) -> Option<String> {
+pub fn saturation(base: &BaseModel) -> Option<String> {
     let data = &base.fitter.data;
     // one averaged reading an operating point: repeating it lowers the noise but adds no direction
     let mut points: Vec<(f64, Vec<u64>, Vec<usize>)> = Vec::new();

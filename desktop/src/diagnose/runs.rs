@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DMatrix};
 
-use super::base::Base;
+use super::base::BaseModel;
 use super::parameters;
 use super::planes::PlaneUnbalance;
 use crate::effects::Place;
@@ -125,13 +125,13 @@ pub struct RunChange {
 
 impl RunChange {
     /// Of every effect of a hypothesis that is one of a run and not of the base; its fit must have its covariance.
-    pub fn beyond(base: &Base, with: &Hypothesis, fit: &Fit) -> Vec<Self> {
+    pub fn beyond(base: &BaseModel, with: &Hypothesis, fit: &Fit) -> Vec<Self> {
         let own = base.hypothesis.effects.len();
         let numbers = own..with.effects.len();
         numbers.filter_map(|effect| Self::of(base, with, fit, effect)).collect()
     }
 
-    fn of(base: &Base, with: &Hypothesis, fit: &Fit, effect: usize) -> Option<Self> {
+    fn of(base: &BaseModel, with: &Hypothesis, fit: &Fit, effect: usize) -> Option<Self> {
         let Place::Run(number) = with.effects[effect].place else { return None };
         let covariance = fit.covariance.as_ref()?;
         let rotor = with.rotor;

@@ -6,15 +6,15 @@
 use rayon::prelude::*;
 
 use super::answer::{RIVAL, SURE};
-use super::base::{Base, Tried};
+use super::base::{BaseModel, CandidateFit};
 use super::rank::{OUTSIDE, explains, rank};
-use super::unknown::Unknown;
+use super::unknown::UnknownCauseFit;
 use crate::error::Error;
 use crate::fit::Fit;
 use crate::fit::hypothesis::Assumed;
 
 #[derive(Debug, Clone, Copy)]
-pub struct Reach {
+pub struct SearchReach {
     /// Sets that are followed side by side, those that differ by a special case counted once: an effect that is not there
     /// can be enough for one step and stand in the way of those that are.
     pub width: usize,
@@ -23,9 +23,9 @@ pub struct Reach {
 }
 
 /// A set of effects beside a model.
-pub struct Set<'a> {
+pub struct EffectSet<'a> {
     /// The model with the effects of the set.
-    pub base: Base<'a>,
+    pub base: BaseModel<'a>,
     /// What it was when the last one was added: labels of the sets that explain the data as well, this one included;
     /// empty if there are none.
     pub rivals: Vec<String>,
@@ -38,8 +38,12 @@ pub struct Set<'a> {
 ///
 /// # Errors
 /// If the machine is singular.
-fn best_set<'a>(base: &Base<'a>, tried: &[Tried], reach: Reach) -> Result<Option<Set<'a>>, Error> {
-    let Reach { width, effects } = reach;
+fn best_set<'a>(
+    base: &BaseModel<'a>,
+    tried: &[CandidateFit],
+    reach: SearchReach,
+) -> Result<Option<EffectSet<'a>>, Error> {
+    let SearchReach { width, effects } = reach;
     let Some(mut beam) = grown(base, &[(base, tried)], width)? else { return Ok(None) };
     let mut added = 1;
     while added < effects {
@@ -50,24 +54,24 @@ fn best_set<'a>(base: &Base<'a>, tried: &[Tried], reach: Reach) -> Result<Option
         for set in &beam.sets[1..] {
             tried.push(set.try_all()?);
         }
-        let parents: Vec<(&Base, &[Tried])> =
+        let parents: Vec<(&BaseModel, &[CandidateFit])> =
             beam.sets.iter().zip(&tried).map(|(b, t)| (b, t.as_slice())).collect();
         let Some(next) = grown(base, &parents, width)? else { break };
         beam = next;
         added += 1;
     }
-    Ok(Some(Set { base: beam.sets.swap_remove(0), rivals: beam.rivals, added }))
+    Ok(Some(EffectSet { base: beam.sets.swap_remove(0), rivals: beam.rivals, added }))
 }
 
 /// Several effects together against something that no effect is.
-pub struct Together<'a> {
+pub struct SetComparison<'a> {
     /// The effects, where they explain the data and nothing more is needed beside them.
-    pub set: Option<Set<'a>>,
+    pub set: Option<EffectSet<'a>>,
     /// Odds of something outside the list over them.
     pub unknown_odds: f64,
 }
 
-impl Together<'_> {
+impl SetComparison<'_> {
     /// Probability that something outside the list is missing, of that which is missing with this one.
     pub fn outside(&self, missing: f64) -> f64 {
         missing / (1.0 + self.unknown_odds.recip())
@@ -80,46 +84,46 @@ impl Together<'_> {
 /// # Errors
 /// If the machine is singular.
 pub fn together<'a>(
-    base: &Base<'a>,
-    tried: &[Tried],
-    unknown: &Unknown,
-    reach: Reach,
-) -> Result<Together<'a>, Error> {
-    let nothing = Together { set: None, unknown_odds: f64::INFINITY };
+    base: &BaseModel<'a>,
+    tried: &[CandidateFit],
+    unknown: &UnknownCauseFit,
+    reach: SearchReach,
+) -> Result<SetComparison<'a>, Error> {
+    let nothing = SetComparison { set: None, unknown_odds: f64::INFINITY };
     let Some(set) = best_set(base, tried, reach)? else { return Ok(nothing) };
     let explained = explains(&set.base.drawing.scatter(), base) && set.base.is_physical()?;
-    let enough = explained && is_enough(&Unknown::beside(&set.base)?);
+    let enough = explained && is_enough(&UnknownCauseFit::beside(&set.base)?);
     if !enough {
         return Ok(nothing);
     }
     let places = 2.0 * (tried.len().max(1) as f64).ln();
     let evidence = base.fitter.evidence(&base.fit, &set.base.fit) - set.added as f64 * places;
     let unknown_odds = OUTSIDE * (0.5 * (unknown.evidence - evidence)).exp();
-    Ok(Together { set: Some(set), unknown_odds })
+    Ok(SetComparison { set: Some(set), unknown_odds })
 }
 
 /// Whether an unknown cause beside an explanation explains no more than chance would let it.
-pub fn is_enough(beside: &Unknown) -> bool {
+pub fn is_enough(beside: &UnknownCauseFit) -> bool {
     OUTSIDE * (0.5 * beside.evidence).exp() < 1.0
 }
 
 /// Sets of one size.
 struct Beam<'a> {
     /// Settled, best first.
-    sets: Vec<Base<'a>>,
+    sets: Vec<BaseModel<'a>>,
     /// Labels of those that the data cannot tell from the best; empty if there is none beside it.
     rivals: Vec<String>,
 }
 
 /// The best sets with one effect more, by their evidence over the model that all began from.
 fn grown<'a>(
-    start: &Base<'a>,
-    parents: &[(&Base<'a>, &[Tried])],
+    start: &BaseModel<'a>,
+    parents: &[(&BaseModel<'a>, &[CandidateFit])],
     width: usize,
 ) -> Result<Option<Beam<'a>>, Error> {
     let evidence = |fit: &Fit| start.fitter.evidence(&start.fit, fit);
-    let allowed = |t: &&Tried| t.disqualified.is_none();
-    let mut children: Vec<(&Base, &Tried)> = (parents.iter())
+    let allowed = |t: &&CandidateFit| t.disqualified.is_none();
+    let mut children: Vec<(&BaseModel, &CandidateFit)> = (parents.iter())
         .flat_map(|(base, all)| all.iter().filter(allowed).map(move |t| (*base, t)))
         .collect();
     children.sort_by(|a, b| evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit)));
@@ -146,14 +150,19 @@ fn grown<'a>(
         ways.len() <= width
     });
     let many = followed.count();
-    let settle = |(base, t): &(&Base<'a>, &Tried)| {
-        Base::fit_base(base.fitter, base.hypothesis.with(t.assumed), base.stated, base.scaled_for_file(t))
+    let settle = |(base, t): &(&BaseModel<'a>, &CandidateFit)| {
+        BaseModel::fit_base(
+            base.fitter,
+            base.hypothesis.with(t.assumed),
+            base.stated,
+            base.scaled_for_file(t),
+        )
     };
     let settled = |child| {
-        let base: Base = settle(child)?;
+        let base: BaseModel = settle(child)?;
         Ok((!base.is_physical()?, base))
     };
-    let kept: Result<Vec<(bool, Base)>, Error> = children[..many].par_iter().map(settled).collect();
+    let kept: Result<Vec<(bool, BaseModel)>, Error> = children[..many].par_iter().map(settled).collect();
     let mut kept = kept?;
     // a set that physics does not allow can lead to one that it does, but is not the answer while there is another
     kept.sort_by(|a, b| a.0.cmp(&b.0).then(evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit))));
@@ -162,11 +171,11 @@ fn grown<'a>(
 }
 
 /// Labels of a base's effects and one more, sorted.
-fn labels(base: &Base, t: &Tried) -> Vec<String> {
+fn labels(base: &BaseModel, t: &CandidateFit) -> Vec<String> {
     labels_of(base, t, |a| a.label(base.fitter.rotor))
 }
 
-fn labels_of(base: &Base, t: &Tried, label: impl Fn(&Assumed) -> String) -> Vec<String> {
+fn labels_of(base: &BaseModel, t: &CandidateFit, label: impl Fn(&Assumed) -> String) -> Vec<String> {
     let all = base.hypothesis.effects.iter().chain([&t.assumed]);
     let mut labels: Vec<String> = all.map(label).collect();
     labels.sort();

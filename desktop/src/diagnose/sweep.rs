@@ -148,7 +148,7 @@ fn weighted(fitted: &Rotor, run: Option<&String>) -> Rotor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::{Verdict, best_fit, diagnose, improve};
+    use crate::diagnose::{DiagnosisVerdict, best_fit, diagnose, improve};
     use crate::rotor_file;
     use rand::rngs::StdRng;
     use rand::{Rng, SeedableRng};
@@ -265,13 +265,17 @@ plane = [{ name = "mass", position_m = 0.2, unbalance_g_mm = 500, angle_deg = 40
     fn slow_sweep_is_adequate_and_fast_sweep_claims_no_cause() {
         let rotor = machine();
         let slow = diagnose(&rotor, &readings(0.5, true)).unwrap();
-        assert_eq!(slow.verdict, Verdict::Adequate, "{}", slow.summary);
+        assert_eq!(slow.verdict, DiagnosisVerdict::Adequate, "{}", slow.summary);
         let about = |remarks: &[String]| remarks.iter().filter(|r| r.contains("too fast")).count();
         assert_eq!(about(&slow.remarks), 0, "{:?}", slow.remarks);
         for rate in [30.0, 150.0] {
             let readings = readings(rate, true);
             let fast = diagnose(&rotor, &readings).unwrap();
-            assert!(!matches!(fast.verdict, Verdict::Missing | Verdict::Unknown), "{rate}: {}", fast.summary);
+            assert!(
+                !matches!(fast.verdict, DiagnosisVerdict::Missing | DiagnosisVerdict::Unknown),
+                "{rate}: {}",
+                fast.summary
+            );
             assert!(fast.too_fast, "{rate}: {}", fast.summary);
             assert_eq!(about(&fast.remarks), 1, "{rate}: {:?}", fast.remarks);
             assert!(improve(&rotor, &readings, |_| {}).unwrap().steps.is_empty());

@@ -3,7 +3,7 @@
 use nalgebra::Complex;
 use rayon::prelude::*;
 
-use super::base::{Base, Tried};
+use super::base::{BaseModel, CandidateFit};
 use crate::error::Error;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::unknown::{Assumption, UnknownFit};
@@ -16,9 +16,9 @@ const REFINED: usize = 2;
 const MOSTLY: f64 = 0.75;
 
 /// An unknown cause beside a model.
-pub struct Unknown {
+pub struct UnknownCauseFit {
     pub best: UnknownFit,
-    /// Evidence for it over the model alone, as [`Tried::evidence`]; that its place is not known is paid for.
+    /// Evidence for it over the model alone, as [`CandidateFit::evidence`]; that its place is not known is paid for.
     pub evidence: f64,
     /// Probability of each assumption, if it is one of them.
     pub assumptions: Vec<(Assumption, f64)>,
@@ -26,7 +26,7 @@ pub struct Unknown {
 
 /// How an unknown force depends on speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Growth {
+pub enum ForceGrowth {
     /// About the same at every speed.
     Constant,
     /// About with the square of speed.
@@ -63,7 +63,7 @@ pub struct UnknownCause {
 /// The force on the shaft that an unknown cause amounts to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EquivalentForce {
-    pub growth: Growth,
+    pub growth: ForceGrowth,
     /// Share of its square that turns with the shaft.
     pub forward: f64,
     /// Speed at which it is largest, rpm.
@@ -72,12 +72,12 @@ pub struct EquivalentForce {
     pub force_n: f64,
 }
 
-impl Unknown {
+impl UnknownCauseFit {
     /// Beside the model of a base.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn beside(base: &Base) -> Result<Self, Error> {
+    pub fn beside(base: &BaseModel) -> Result<Self, Error> {
         let (drawing, fit) = &base.search;
         Self::of(base.fitter, &base.hypothesis, fit, drawing, &base.fit)
     }
@@ -86,7 +86,7 @@ impl Unknown {
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn beside_candidate(base: &Base, t: &Tried) -> Result<Self, Error> {
+    pub fn beside_candidate(base: &BaseModel, t: &CandidateFit) -> Result<Self, Error> {
         Self::of(base.fitter, &base.hypothesis.with(t.assumed), &t.fit, t.drawing(base), &t.fit)
     }
 
@@ -169,7 +169,7 @@ impl EquivalentForce {
 }
 
 /// The power of speed that sizes follow best, by least squares of their logarithms, if they follow one.
-fn growth(by_speed: &[(f64, f64)]) -> Growth {
+fn growth(by_speed: &[(f64, f64)]) -> ForceGrowth {
     let points: Vec<(f64, f64)> =
         by_speed.iter().filter(|(_, f)| *f > 0.0).map(|(w, f)| (w.ln(), f.ln())).collect();
     let n = points.len().max(1) as f64;
@@ -180,11 +180,11 @@ fn growth(by_speed: &[(f64, f64)]) -> Growth {
     // a factor of two either way is what a piecewise force of noisy data scatters by
     let follows = |power: f64| about(power) < std::f64::consts::LN_2.powi(2);
     if slope < 1.0 && follows(0.0) {
-        Growth::Constant
+        ForceGrowth::Constant
     } else if slope >= 1.0 && follows(2.0) {
-        Growth::Squared
+        ForceGrowth::Squared
     } else {
-        Growth::Peaked
+        ForceGrowth::Peaked
     }
 }
 
@@ -201,22 +201,22 @@ impl EquivalentForce {
     /// How it grows, in words.
     pub fn growth_in_words(&self) -> &'static str {
         match self.growth {
-            Growth::Constant => "the same at every speed",
-            Growth::Squared => "with the square of speed",
-            Growth::Peaked => "largest at some speed inside the range",
+            ForceGrowth::Constant => "the same at every speed",
+            ForceGrowth::Squared => "with the square of speed",
+            ForceGrowth::Peaked => "largest at some speed inside the range",
         }
     }
 
     fn looks_like(&self) -> &'static str {
         match (self.growth, self.forward > MOSTLY) {
-            (Growth::Constant, true) => {
+            (ForceGrowth::Constant, true) => {
                 "a bent or thermally bowed shaft, a misaligned coupling, a force from the driven machine"
             }
-            (Growth::Squared, true) => {
+            (ForceGrowth::Squared, true) => {
                 "unbalance elsewhere or spread along the shaft, a loose part, a disk or plane that is not where the \
                  drawing says"
             }
-            (Growth::Peaked, true) => {
+            (ForceGrowth::Peaked, true) => {
                 "a stiffness, mass or damping that the model lacks: a rub, a seal, a changed bearing, a wrong mass or \
                  modulus; a bow that grows while it runs"
             }
@@ -264,8 +264,8 @@ mod tests {
         let speeds: Vec<f64> = (1..=12).map(|k| 50.0 * f64::from(k)).collect();
         let of =
             |size: &dyn Fn(f64) -> f64| growth(&speeds.iter().map(|w| (*w, size(*w))).collect::<Vec<_>>());
-        assert_eq!(of(&|w| 3.0 + 0.5 * (w * 0.1).sin()), Growth::Constant);
-        assert_eq!(of(&|w| 1e-4 * w * w), Growth::Squared);
-        assert_eq!(of(&|w| 1.0 / (1e-3 + (w / 300.0 - 1.0).powi(2))), Growth::Peaked);
+        assert_eq!(of(&|w| 3.0 + 0.5 * (w * 0.1).sin()), ForceGrowth::Constant);
+        assert_eq!(of(&|w| 1e-4 * w * w), ForceGrowth::Squared);
+        assert_eq!(of(&|w| 1.0 / (1e-3 + (w / 300.0 - 1.0).powi(2))), ForceGrowth::Peaked);
     }
 }

@@ -1,49 +1,49 @@
 //! What the evidence entitles to, in one word and one sentence.
 
-use super::answer::{HeldOut, SURE, Verdict};
-use super::base::{Base, Tried};
+use super::answer::{DiagnosisVerdict, HeldOut, SURE};
+use super::base::{BaseModel, CandidateFit};
 use super::parameters;
 use super::planes::PlaneUnbalances;
 use super::rank::{Ranking, explains};
-use super::sets::{Reach, Set, Together, is_enough, together};
-use super::unknown::Unknown;
+use super::sets::{EffectSet, SearchReach, SetComparison, is_enough, together};
+use super::unknown::UnknownCauseFit;
 use crate::error::Error;
 use crate::statistics::scatter::Scatter;
 
 /// How far to look whether known effects together explain the data: `improve` looks further.
-const REACH: Reach = Reach { width: 1, effects: 2 };
+const REACH: SearchReach = SearchReach { width: 1, effects: 2 };
 
 /// Everything that was found out about a model.
-pub struct Evidence<'a, 'b> {
-    pub base: &'b Base<'a>,
-    pub tried: &'b [Tried],
+pub struct DiagnosisEvidence<'a, 'b> {
+    pub base: &'b BaseModel<'a>,
+    pub tried: &'b [CandidateFit],
     pub ranking: &'b Ranking,
     /// An unknown cause beside the model.
-    pub unknown: &'b Unknown,
+    pub unknown: &'b UnknownCauseFit,
     pub held_out: Option<HeldOut>,
     /// What the data say about the planes of the model.
     pub determined: &'b PlaneUnbalances,
 }
 
 /// In one word and one sentence, and the noise that it leaves.
-pub struct Said {
-    pub verdict: Verdict,
+pub struct Conclusion {
+    pub verdict: DiagnosisVerdict,
     pub summary: String,
     pub scatter: Scatter,
     /// Probability that something outside the list is missing.
     pub outside: f64,
 }
 
-impl<'a> Evidence<'a, '_> {
+impl<'a> DiagnosisEvidence<'a, '_> {
     /// The verdict.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn verdict(&self) -> Result<Said, Error> {
+    pub fn verdict(&self) -> Result<Conclusion, Error> {
         let base = self.base;
         let scatter = base.drawing.scatter();
         let Ranking { nothing_missing, unknown, .. } = *self.ranking;
-        let say = |verdict, summary, scatter| Ok(Said { verdict, summary, scatter, outside: unknown });
+        let say = |verdict, summary, scatter| Ok(Conclusion { verdict, summary, scatter, outside: unknown });
         let misfit = base.closest().chi2_per_value();
         let sure = 100.0 * nothing_missing;
         if nothing_missing >= SURE {
@@ -55,17 +55,17 @@ impl<'a> Evidence<'a, '_> {
                     noise_in_words(&scatter, misfit)
                 );
                 let outside = nothing_missing + unknown;
-                return Ok(Said { verdict: Verdict::Unknown, summary: why, scatter, outside });
+                return Ok(Conclusion { verdict: DiagnosisVerdict::Unknown, summary: why, scatter, outside });
             }
             if let Some(doubt) = self.doubt().filter(|_| nothing_missing >= 0.5) {
                 let why = format!(
                     "It fits ({noise}; nothing that these data would show is missing, {sure:.0} % sure), but does not determine what it is for: {doubt}."
                 );
-                return say(Verdict::NotDetermined, why, scatter);
+                return say(DiagnosisVerdict::NotDetermined, why, scatter);
             }
             return if nothing_missing >= 0.5 {
                 say(
-                    Verdict::Adequate,
+                    DiagnosisVerdict::Adequate,
                     format!(
                         "The misfit is noise ({noise}); nothing that these data would show is missing, {sure:.0} % sure."
                     ),
@@ -73,7 +73,7 @@ impl<'a> Evidence<'a, '_> {
                 )
             } else {
                 let why = format!("Something may be missing: {sure:.0} % for noise alone ({noise}).");
-                say(Verdict::Undecided, why, scatter)
+                say(DiagnosisVerdict::Undecided, why, scatter)
             };
         }
         let best =
@@ -82,7 +82,7 @@ impl<'a> Evidence<'a, '_> {
         let left = best.drawing(base).scatter();
         if unknown > self.ranking.probabilities[0]
             || !explains(&left, base)
-            || !is_enough(&Unknown::beside_candidate(base, best)?)
+            || !is_enough(&UnknownCauseFit::beside_candidate(base, best)?)
         {
             return self.several_or_unknown();
         }
@@ -94,7 +94,7 @@ impl<'a> Evidence<'a, '_> {
                 "{label} fits best but does not predict speeds that were left out (χ² {:.2} before, {:.2} after).",
                 h.before, h.after
             );
-            return say(Verdict::Undecided, why, left);
+            return say(DiagnosisVerdict::Undecided, why, left);
         }
         if let Some(group) = self.ranking.groups.first() {
             let others = group.len() - 1;
@@ -102,10 +102,10 @@ impl<'a> Evidence<'a, '_> {
                 "Something is missing; {label} fits best, but the data cannot tell it from {others} other candidate{}.",
                 if others == 1 { "" } else { "s" }
             );
-            return say(Verdict::Undecided, why, left);
+            return say(DiagnosisVerdict::Undecided, why, left);
         }
         let sure = 100.0 * self.ranking.probabilities[0];
-        say(Verdict::Missing, format!("{label} is missing, {sure:.1} % sure."), left)
+        say(DiagnosisVerdict::Missing, format!("{label} is missing, {sure:.1} % sure."), left)
     }
 
     /// Why a model that fits is not to be used: its planes are not determined, or an effect that the file states is one that physics
@@ -122,13 +122,13 @@ impl<'a> Evidence<'a, '_> {
     }
 
     /// No single effect is enough: several together, or something that is not in the list.
-    fn several_or_unknown(&self) -> Result<Said, Error> {
+    fn several_or_unknown(&self) -> Result<Conclusion, Error> {
         let base = self.base;
         let misfit = base.closest().chi2_per_value();
         let together = together(base, self.tried, self.unknown, REACH)?;
         let outside = together.outside(1.0 - self.ranking.nothing_missing);
-        let Together { set, unknown_odds } = together;
-        if let Some(Set { base: with, .. }) = set.filter(|_| unknown_odds < 1.0) {
+        let SetComparison { set, unknown_odds } = together;
+        if let Some(EffectSet { base: with, .. }) = set.filter(|_| unknown_odds < 1.0) {
             let all = &with.hypothesis.effects[base.hypothesis.effects.len()..];
             let labels: Vec<String> = all.iter().map(|a| a.label(base.fitter.rotor)).collect();
             let summary = format!(
@@ -136,8 +136,8 @@ impl<'a> Evidence<'a, '_> {
                 labels.join(" and "),
                 with.fit.chi2_per_value()
             );
-            return Ok(Said {
-                verdict: Verdict::Undecided,
+            return Ok(Conclusion {
+                verdict: DiagnosisVerdict::Undecided,
                 summary,
                 scatter: with.drawing.scatter(),
                 outside,
@@ -146,7 +146,12 @@ impl<'a> Evidence<'a, '_> {
         let summary = format!(
             "Something is missing that no effect of the list explains, nor two together (χ² per value {misfit:.2})."
         );
-        Ok(Said { verdict: Verdict::Unknown, summary, scatter: self.unknown.best.scatter, outside })
+        Ok(Conclusion {
+            verdict: DiagnosisVerdict::Unknown,
+            summary,
+            scatter: self.unknown.best.scatter,
+            outside,
+        })
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use super::two_degree::DirectionalMotion;
 use super::{Options, Startup, two_degree};
-use crate::diagnose::{Candidate, Outcome, best_fit, improve_telling};
+use crate::diagnose::{Candidate, ImprovementOutcome, best_fit, improve_telling};
 use crate::error::Error;
 use crate::fit::progress::ProgressListener;
 use crate::machine::drawing::Rotor;
@@ -28,7 +28,7 @@ pub struct ModelRefinement {
     /// From the simple model to the last.
     pub stages: Vec<ModelStage>,
     /// What `improve` made of it.
-    pub outcome: Outcome,
+    pub outcome: ImprovementOutcome,
     /// Unbalance of each plane of the last model and the standard deviation of its components, kg·m.
     pub unbalance_kg_m: Vec<(C, f64)>,
 }

@@ -4,7 +4,9 @@ use nalgebra::DVector;
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
-use rotor_edge_desktop::diagnose::{Account, Candidate, Diagnosis, Verdict, best_fit, diagnose, improve};
+use rotor_edge_desktop::diagnose::{
+    Account, Candidate, Diagnosis, DiagnosisVerdict, best_fit, diagnose, improve,
+};
 use rotor_edge_desktop::machine::drawing::{ParameterValue, Rotor};
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::model::Model;
@@ -104,7 +106,7 @@ fn names(label: &str, readings: &[Reading]) {
     let group = found.indistinguishable.first().cloned().unwrap_or_default();
     let named = first.as_deref() == Some(label) || group.iter().any(|other| other == label);
     assert!(
-        found.verdict != Verdict::Adequate && named,
+        found.verdict != DiagnosisVerdict::Adequate && named,
         "{label}: {} Group: {group:?}, first {first:?}",
         found.summary
     );
@@ -123,7 +125,7 @@ fn is_found(kind: &str, at: Option<&str>, parameters: &str) {
 fn a_machine_that_hides_nothing_is_adequate() {
     for seed in 1..=4 {
         let found = diagnose(&with(""), &measured(&shown(""), seed)).unwrap();
-        assert_eq!(found.verdict, Verdict::Adequate, "{}", found.summary);
+        assert_eq!(found.verdict, DiagnosisVerdict::Adequate, "{}", found.summary);
     }
 }
 
@@ -238,7 +240,7 @@ fn with_second_weight(second: C, seed: u64) -> Diagnosis {
 #[track_caller]
 fn is_refuted(second: C, expected: impl Fn(Account) -> bool) {
     let found = with_second_weight(second, 11);
-    assert_eq!(found.verdict, Verdict::Missing, "{}", found.summary);
+    assert_eq!(found.verdict, DiagnosisVerdict::Missing, "{}", found.summary);
     assert_eq!(found.candidates[0].label(), "unbalance_of_run@second");
     let [refuted] = &found.refuted[..] else { panic!("{:?}", found.refuted) };
     assert!(refuted.run == "second" && refuted.probability > 0.95, "{refuted:?}");
@@ -275,7 +277,7 @@ fn stated_weight_in_other_hole_or_of_other_size_is_named() {
 fn runs_that_are_the_same_with_weights_as_stated_give_no_claim() {
     for seed in 1..=3 {
         let found = with_second_weight(phasor_kg_m(600.0, -120.0), seed);
-        assert_eq!(found.verdict, Verdict::Adequate, "{}", found.summary);
+        assert_eq!(found.verdict, DiagnosisVerdict::Adequate, "{}", found.summary);
         assert!(found.refuted.is_empty() && found.remarks.is_empty(), "{:?}", found.remarks);
     }
 }
@@ -285,7 +287,7 @@ fn with_two_runs_it_is_not_told_which_of_them_is_not_as_stated() {
     let own = own_unbalance();
     let shown: Vec<_> = [own, own].into_iter().flat_map(|u| shown_with(&with(""), u, run_up())).collect();
     let found = diagnose(&with(""), &measured(&shown, 4)).unwrap();
-    assert_eq!(found.verdict, Verdict::Undecided, "{}", found.summary);
+    assert_eq!(found.verdict, DiagnosisVerdict::Undecided, "{}", found.summary);
     for label in ["unbalance_of_run@trial", "unbalance_of_run@as found"] {
         assert!(found.indistinguishable[0].iter().any(|l| l == label), "{:?}", found.indistinguishable);
     }
@@ -305,7 +307,7 @@ fn run_ups_with_different_unbalance_are_found_and_corrected() {
     let shown: Vec<_> = carried.into_iter().flat_map(|u| shown_with(&rotor, u, run_up())).collect();
     let readings = measured_in(&["cold", "hot"], &shown, 8);
     let found = diagnose(&rotor, &readings).unwrap();
-    assert_eq!(found.verdict, Verdict::Missing, "{}", found.summary);
+    assert_eq!(found.verdict, DiagnosisVerdict::Missing, "{}", found.summary);
     let first = &found.candidates[0];
     assert_eq!(first.label(), "unbalance_of_run@hot");
     let values = (2 * 4 * readings.len()) as f64;
@@ -315,7 +317,7 @@ fn run_ups_with_different_unbalance_are_found_and_corrected() {
     assert!(found.remarks.iter().any(told), "{:?}", found.remarks);
 
     let better = improve(&rotor, &readings, |_| ()).unwrap();
-    assert_eq!(better.verdict, Verdict::Adequate, "{}", better.summary);
+    assert_eq!(better.verdict, DiagnosisVerdict::Adequate, "{}", better.summary);
     assert!(better.remarks.iter().any(told), "{:?}", better.remarks);
     let [entry] = &better.rotor.effect[..] else { panic!("{:?}", better.rotor.effect) };
     let Some(ParameterValue::Phasors(u)) = entry.parameters.get("u") else { panic!("{entry:?}") };
@@ -338,7 +340,7 @@ fn one_different_run_of_eight_is_found_with_left_out_speeds() {
     let carried = names.map(|name| if name == "c" { own.map(|u| u * 1.2) } else { own });
     let shown: Vec<_> = carried.into_iter().flat_map(|u| shown_with(&rotor, u, run_up())).collect();
     let found = diagnose(&rotor, &measured_in(&names, &shown, 9)).unwrap();
-    assert_eq!(found.verdict, Verdict::Missing, "{}", found.summary);
+    assert_eq!(found.verdict, DiagnosisVerdict::Missing, "{}", found.summary);
     assert_eq!(found.candidates[0].label(), "unbalance_of_run@c");
     assert!(found.remarks.iter().any(|r| r.ends_with("more than the other runs.")), "{:?}", found.remarks);
 }

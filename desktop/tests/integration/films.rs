@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
 use rotor_edge_desktop::bearing::Law;
-use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, SURE, Verdict, diagnose};
+use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, DiagnosisVerdict, SURE, diagnose};
 use rotor_edge_desktop::machine::drawing::{Gap, Probe, Rotor};
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::model::Model;
@@ -89,7 +89,7 @@ fn weight_on_b_n() -> f64 {
 fn names_at_b(found: &Diagnosis, effect: &str) -> bool {
     let first = &found.candidates[0];
     let named = first.effect == effect && first.at.as_deref() == Some("B");
-    found.verdict != Verdict::Adequate
+    found.verdict != DiagnosisVerdict::Adequate
         && (named || found.indistinguishable.first().is_some_and(|g| g.contains(&format!("{effect}@B"))))
 }
 
@@ -190,14 +190,14 @@ fn gap_voltages_find_hot_oil_that_vibration_alone_misses() {
 fn gap_voltages_of_films_nearly_as_made_are_no_finding() {
     let (rotor, readings) = with_gaps([1.04, 0.95, 1.0], 9);
     let found = diagnose(&rotor, &readings).unwrap();
-    assert_eq!(found.verdict, Verdict::Adequate, "{}", found.summary);
+    assert_eq!(found.verdict, DiagnosisVerdict::Adequate, "{}", found.summary);
 }
 
 #[test]
 fn films_as_made_and_oil_a_few_kelvin_off_are_no_findings() {
     for (seed, change) in [(5, [1.0, 1.0, 1.0]), (6, [1.08, 0.9, 1.0]), (7, [0.94, 1.15, 1.05])] {
         let found = diagnose(&drawn(), &measured(change, seed)).unwrap();
-        assert_eq!(found.verdict, Verdict::Adequate, "{change:?}: {}", found.summary);
+        assert_eq!(found.verdict, DiagnosisVerdict::Adequate, "{change:?}: {}", found.summary);
     }
 }
 

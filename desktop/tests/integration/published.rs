@@ -8,7 +8,7 @@ use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rotor_edge_desktop::balance::alone::library::Library;
 use rotor_edge_desktop::balance::alone::stated::Weights;
-use rotor_edge_desktop::balance::alone::{Basis, Correction, Request, correct, runs};
+use rotor_edge_desktop::balance::alone::{Basis, Correction, CorrectionRequest, correct, runs};
 use rotor_edge_desktop::balance::optimum::Criterion;
 use rotor_edge_desktop::balance::wanted::Wanted;
 use rotor_edge_desktop::measurement::{ProbeRecord, Reading};
@@ -71,10 +71,10 @@ impl Digits {
     }
 }
 
-fn request(criterion: Criterion, limit: Option<f64>) -> Request {
+fn request(criterion: Criterion, limit: Option<f64>) -> CorrectionRequest {
     let limits = limit.map(|limit| (None, limit)).into_iter().collect();
     let wanted = Wanted { criterion, limits, ..Wanted::default() };
-    Request { wanted, same_speed: 0.01, ..Request::default() }
+    CorrectionRequest { wanted, same_speed: 0.01, ..CorrectionRequest::default() }
 }
 
 fn series(probes: usize, runs: &[(&str, Vec<C>)]) -> ProbeRecord {
@@ -97,7 +97,7 @@ impl Case {
     }
 
     /// By the coefficients that were published, through a library file.
-    fn by_coefficients(&self, digits: &mut Digits, request: &Request) -> Correction {
+    fn by_coefficients(&self, digits: &mut Digits, request: &CorrectionRequest) -> Correction {
         let names: Vec<String> = (1..=self.planes()).map(|j| format!("\"{j}\"")).collect();
         let mut text =
             format!("schema = 1\nunit = \"um\"\nplanes = [{}]\nmade_from = []\n", names.join(", "));
@@ -116,7 +116,7 @@ impl Case {
     }
 
     /// By its trial runs, through a table of weights.
-    fn by_trial_runs(&self, digits: &mut Digits, request: &Request) -> Correction {
+    fn by_trial_runs(&self, digits: &mut Digits, request: &CorrectionRequest) -> Correction {
         let names: Vec<String> = (1..=self.planes()).map(|j| format!("trial {j}")).collect();
         let mut table = "run,plane,magnitude_g_mm,angle_deg\n".to_string();
         let mut measured = vec![("base", digits.all(&self.before))];
@@ -132,7 +132,7 @@ impl Case {
         correct(&machine, request).unwrap()
     }
 
-    fn solved(&self, digits: &mut Digits, request: &Request) -> Correction {
+    fn solved(&self, digits: &mut Digits, request: &CorrectionRequest) -> Correction {
         match self.trials.is_empty() {
             true => self.by_coefficients(digits, request),
             false => self.by_trial_runs(digits, request),
@@ -142,7 +142,12 @@ impl Case {
     /// Every published weight must be ours within the digits of what is published: its own, and what those of the readings do.
     /// `beyond` are planes of which it is not, with what they may be off by, relative.
     #[track_caller]
-    fn agrees(&self, published: &[String], request: &Request, beyond: &[(usize, f64)]) -> Correction {
+    fn agrees(
+        &self,
+        published: &[String],
+        request: &CorrectionRequest,
+        beyond: &[(usize, f64)],
+    ) -> Correction {
         let found = self.solved(&mut Digits(None), request);
         let ours: Vec<C> = found.weights.iter().map(|w| w.wanted_g_mm).collect();
         let mut digits = Digits(Some(StdRng::seed_from_u64(1)));

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use rotor_edge_desktop::diagnose::{
-    Advice, Candidate, Diagnosis, FittedParameter, HeldOut, Improvement, Outcome, RefutedRun, Step,
+    Advice, Candidate, Diagnosis, FittedParameter, HeldOut, Improvement, ImprovementOutcome, ImprovementStep,
+    RefutedRun,
 };
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -221,8 +222,8 @@ impl From<&Improvement> for Addition {
     }
 }
 
-impl From<&Step> for StepAnswer {
-    fn from(step: &Step) -> Self {
+impl From<&ImprovementStep> for StepAnswer {
+    fn from(step: &ImprovementStep) -> Self {
         Self {
             effect: step.added.effect,
             at: step.added.at.clone(),
@@ -236,8 +237,8 @@ impl From<&Step> for StepAnswer {
     }
 }
 
-impl From<&Outcome> for ImprovementAnswer {
-    fn from(outcome: &Outcome) -> Self {
+impl From<&ImprovementOutcome> for ImprovementAnswer {
+    fn from(outcome: &ImprovementOutcome) -> Self {
         Self {
             error_before: outcome.error_before,
             chi2_per_value_before: outcome.chi2_per_value_before,

@@ -1,7 +1,7 @@
 //! Answer of `estimate`.
 
 use nalgebra::Complex;
-use rotor_edge_desktop::balance::estimate::{Estimate, Estimates, Refuted};
+use rotor_edge_desktop::balance::estimate::{RefutedWeights, RunEstimate, RunEstimates};
 use rotor_edge_desktop::unbalance::G_MM;
 use rotor_edge_desktop::unbalance::region::UnbalanceRegion;
 use serde::Serialize;
@@ -12,10 +12,10 @@ use super::shared::PlaneUnbalance;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EstimatesAnswer {
     pub base: String,
-    pub estimates: Vec<RunEstimate>,
+    pub estimates: Vec<RunEstimateAnswer>,
     pub condition: Vec<ConditionAnswer>,
     pub determined: PlanesDetermined,
-    pub refuted_runs: Vec<RefutedWeights>,
+    pub refuted_runs: Vec<RefutedWeightsAnswer>,
     pub remarks: Vec<String>,
     /// Names of the planes.
     #[serde(skip)]
@@ -50,7 +50,7 @@ pub struct InfluenceAnswer {
 
 /// A run beyond the base run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RunEstimate {
+pub struct RunEstimateAnswer {
     pub run: String,
     pub speed_rpm: Vec<f64>,
     pub planes: Vec<EstimatedPlane>,
@@ -77,7 +77,7 @@ pub struct PlanesDetermined {
 
 /// A run whose stated weights cannot be true.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RefutedWeights {
+pub struct RefutedWeightsAnswer {
     pub run: String,
     pub probability: f64,
     pub stated: Vec<PlaneUnbalance>,
@@ -86,10 +86,10 @@ pub struct RefutedWeights {
 
 impl EstimatesAnswer {
     /// Of the estimates of all runs; `planes` are the names of the rotor's.
-    pub fn of(found: &Estimates, planes: &[&str]) -> Self {
+    pub fn of(found: &RunEstimates, planes: &[&str]) -> Self {
         Self {
             base: found.base.clone(),
-            estimates: found.runs.iter().map(|e| RunEstimate::of(e, planes)).collect(),
+            estimates: found.runs.iter().map(|e| RunEstimateAnswer::of(e, planes)).collect(),
             condition: (found.determined.conditions.iter())
                 .map(|c| ConditionAnswer {
                     speed_rpm: c.speed_rpm,
@@ -102,7 +102,7 @@ impl EstimatesAnswer {
                 worst_sd_g_mm: finite(found.determined.worst_sd_g_mm),
                 words: found.determined.words.clone(),
             },
-            refuted_runs: found.refuted.iter().map(|r| RefutedWeights::of(r, planes)).collect(),
+            refuted_runs: found.refuted.iter().map(|r| RefutedWeightsAnswer::of(r, planes)).collect(),
             remarks: found.remarks.clone(),
             planes: planes.iter().map(ToString::to_string).collect(),
         }
@@ -117,8 +117,8 @@ fn points(unbalance_g_mm: &[Complex<f64>], planes: &[&str]) -> Vec<PlaneUnbalanc
     unbalance_g_mm.iter().zip(planes).map(|(u, name)| PlaneUnbalance::of(name, *u / G_MM)).collect()
 }
 
-impl RunEstimate {
-    fn of(e: &Estimate, planes: &[&str]) -> Self {
+impl RunEstimateAnswer {
+    fn of(e: &RunEstimate, planes: &[&str]) -> Self {
         Self {
             run: e.run.clone(),
             speed_rpm: e.speeds_rpm.clone(),
@@ -148,8 +148,8 @@ impl EstimatedPlane {
     }
 }
 
-impl RefutedWeights {
-    fn of(r: &Refuted, planes: &[&str]) -> Self {
+impl RefutedWeightsAnswer {
+    fn of(r: &RefutedWeights, planes: &[&str]) -> Self {
         Self {
             run: r.run.clone(),
             probability: r.probability,

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use clap::Args;
-use rotor_edge_desktop::balance::estimate::{Options, estimate};
+use rotor_edge_desktop::balance::estimate::{EstimateOptions, estimate};
 use rotor_edge_desktop::rotor_file;
 
 use super::listener::Listener;
@@ -31,7 +31,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let rotor = rotor_file::read(&arguments.measured.rotor)?;
     let data = &arguments.measured.data;
     let readings = arguments.measured.runout.read_with_blind_runs(data, &rotor)?;
-    let options = Options {
+    let options = EstimateOptions {
         base: arguments.base.clone(),
         leave_one_out: arguments.leave_one_out,
         trust_weights: arguments.trust_weights,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{Outcome, Verdict, improve_telling};
+use rotor_edge_desktop::diagnose::{DiagnosisVerdict, ImprovementOutcome, improve_telling};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
@@ -75,10 +75,10 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
 }
 
 /// What to do, and the command for it.
-fn next(arguments: &Arguments, verdict: Verdict) -> (String, String) {
+fn next(arguments: &Arguments, verdict: DiagnosisVerdict) -> (String, String) {
     let path = shell::path(&arguments.output);
     match verdict {
-        Verdict::Adequate => (
+        DiagnosisVerdict::Adequate => (
             "follow the unbalance through a record of days".into(),
             format!("rotor-edge track {path} RECORD.csv"),
         ),
@@ -96,7 +96,7 @@ fn next(arguments: &Arguments, verdict: Verdict) -> (String, String) {
 fn page(
     rotor: &Rotor,
     readings: &[Reading],
-    outcome: &Outcome,
+    outcome: &ImprovementOutcome,
     answer: &ImprovementAnswer,
     (words, command): &(String, String),
 ) -> Result<(Story, Vec<Section>)> {
@@ -115,7 +115,7 @@ fn page(
 }
 
 /// The verdict, and what was added.
-fn found(outcome: &Outcome, answer: &ImprovementAnswer) -> Section {
+fn found(outcome: &ImprovementOutcome, answer: &ImprovementAnswer) -> Section {
     let lines = answer.refuted_runs.iter().map(|r| r.words.clone()).chain(answer.remarks.iter().cloned());
     let seen = outcome.steps.iter().map(|s| format!("{}: {}", s.added.label(), s.added.explanation()));
     let row = |s: &StepAnswer| {

@@ -5,7 +5,7 @@ use nalgebra::Complex;
 use super::regions::{Region, regions};
 use super::text;
 use super::{Figure, Section, Table};
-use crate::answers::estimate::{EstimatesAnswer, RunEstimate};
+use crate::answers::estimate::{EstimatesAnswer, RunEstimateAnswer};
 use crate::answers::shared::PlaneUnbalance;
 
 const COLUMNS: [&str; 7] =
@@ -100,7 +100,7 @@ fn rows(answer: &EstimatesAnswer) -> Vec<[String; COLUMNS.len()]> {
 
 fn figure(answer: &EstimatesAnswer, j: usize) -> Figure {
     let phasor = |size: f64, angle_deg: f64| Complex::from_polar(size, angle_deg.to_radians());
-    let region = |e: &RunEstimate| Region {
+    let region = |e: &RunEstimateAnswer| Region {
         found: phasor(e.planes[j].unbalance_g_mm, e.planes[j].angle_deg),
         stated: e.stated.as_ref().map(|stated| phasor(stated[j].unbalance_g_mm, stated[j].angle_deg)),
         semi_axes: e.planes[j].region.semi_axes_g_mm,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Verdict, diagnose};
+use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, DiagnosisVerdict, diagnose};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor_file;
@@ -67,7 +67,7 @@ impl Machine {
         let truth = self.truth_label();
         let first = answer.candidates.first().map(Candidate::label);
         let group = answer.indistinguishable.first();
-        answer.verdict != Verdict::Adequate
+        answer.verdict != DiagnosisVerdict::Adequate
             && (first.as_ref() == Some(&truth) || group.is_some_and(|g| g.contains(&truth)))
     }
 

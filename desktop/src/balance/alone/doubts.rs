@@ -1,8 +1,8 @@
 //! What speaks against believing weights, one sentence each.
 
-use super::{Basis, Left, PlaneWeight};
+use super::{Basis, PlaneWeight, ProbeVibration};
 use crate::balance::NormalEquations;
-use crate::balance::influence::{Fitted, Trials};
+use crate::balance::influence::trials::{TrialFit, Trials};
 use crate::decomposition::hermitian;
 use crate::unbalance::separation::PlaneSeparation;
 
@@ -16,7 +16,7 @@ const SMALL: f64 = 0.1;
 const NAMED: usize = 3;
 
 /// What trial runs show of themselves; `scatter` is what runs miss each other by, relative.
-pub(super) fn of_runs(trials: &Trials, fitted: &Fitted, basis: Basis, scatter: f64) -> Vec<String> {
+pub(super) fn of_runs(trials: &Trials, fitted: &TrialFit, basis: Basis, scatter: f64) -> Vec<String> {
     let mut doubts: Vec<String> = of_basis(basis).into_iter().collect();
     if !fitted.sense.tells() {
         doubts.push(
@@ -76,10 +76,10 @@ pub(super) fn of_basis(basis: Basis) -> Option<String> {
 }
 
 /// Planes whose largest trial weight changes little anywhere.
-fn small(trials: &Trials, fitted: &Fitted) -> Vec<String> {
+fn small(trials: &Trials, fitted: &TrialFit) -> Vec<String> {
     let doubt = |plane: usize| {
         let largest = trials.readings.iter().map(|t| t.weights[plane].norm()).fold(0.0, f64::max);
-        let change = |c: &crate::balance::influence::Coefficients| {
+        let change = |c: &crate::balance::influence::InfluenceCoefficients| {
             c.per_weight[plane].norm() * largest / c.before.norm().max(f64::MIN_POSITIVE)
         };
         let most = fitted.coefficients.iter().map(change).fold(0.0, f64::max);
@@ -120,8 +120,8 @@ pub(super) fn at_limit(weights: &[PlaneWeight], limits: &[f64]) -> Option<String
         .then(|| format!("At their largest weight: {}; more would leave less vibration.", held.join(", ")))
 }
 
-pub(super) fn worse(left: &[Left], unit: &str) -> Option<String> {
-    let grows = |l: &&Left| l.after > l.before * (1.0 + 1e-9);
+pub(super) fn worse(left: &[ProbeVibration], unit: &str) -> Option<String> {
+    let grows = |l: &&ProbeVibration| l.after > l.before * (1.0 + 1e-9);
     let worst =
         left.iter().filter(grows).max_by(|a, b| (a.after - a.before).total_cmp(&(b.after - b.before)))?;
     let others = left.iter().filter(grows).count() - 1;

@@ -6,8 +6,8 @@ use nalgebra::{Complex, DMatrix};
 use serde::{Deserialize, Serialize};
 
 use super::runs::Means;
-use super::{Basis, Machine, Request, doubts};
-use crate::balance::influence::Coefficients;
+use super::{Basis, CorrectionRequest, MachineInfluence, doubts};
+use crate::balance::influence::InfluenceCoefficients;
 use crate::error::Error;
 use crate::measurement::{ProbeRecord, component_sd, text_of};
 
@@ -18,7 +18,7 @@ const SCHEMA: u32 = 1;
 /// A complex number as `[real, imaginary]`.
 type Pair = [f64; 2];
 
-/// Coefficients of a machine, `coefficients.toml`.
+/// InfluenceCoefficients of a machine, `coefficients.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Library {
@@ -32,13 +32,13 @@ pub struct Library {
     /// Real values that the covariances rest on; none where the noise was stated or is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     values: Option<usize>,
-    coefficient: Vec<Kept>,
+    coefficient: Vec<LibraryEntry>,
 }
 
-/// Coefficients of one probe at one speed.
+/// InfluenceCoefficients of one probe at one speed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Kept {
+struct LibraryEntry {
     probe: String,
     speed_rpm: f64,
     /// Vibration per g·mm in each plane, as phasors cos − i sin.
@@ -50,12 +50,12 @@ struct Kept {
 
 impl Library {
     /// Of a machine; `made_from` are the files behind it.
-    pub fn of(machine: &Machine, made_from: Vec<String>) -> Self {
+    pub fn of(machine: &MachineInfluence, made_from: Vec<String>) -> Self {
         let pair = |y: &C| [y.re, y.im];
         let planes = machine.planes.len();
-        let kept = |c: &Coefficients| {
+        let kept = |c: &InfluenceCoefficients| {
             let row = |i: usize| (0..planes).map(|j| pair(&c.covariance[(i + 1, j + 1)])).collect();
-            Kept {
+            LibraryEntry {
                 probe: machine.probes[c.probe].clone(),
                 speed_rpm: c.speed_rpm,
                 per_g_mm: c.per_weight.iter().map(pair).collect(),
@@ -129,7 +129,11 @@ impl Library {
     ///
     /// # Errors
     /// One sentence if probe, unit or speed of the measurement are not those of the coefficients.
-    pub fn machine(&self, series: &ProbeRecord, request: &Request) -> Result<Machine, Error> {
+    pub fn machine(
+        &self,
+        series: &ProbeRecord,
+        request: &CorrectionRequest,
+    ) -> Result<MachineInfluence, Error> {
         let unsuitable = |what: String| Err(Error::Unsuitable(what));
         if series.unit != self.unit {
             return unsuitable(format!(
@@ -150,7 +154,7 @@ impl Library {
         for (speed, speed_rpm) in means.speeds.mean_rpm.iter().enumerate() {
             for (probe, name) in series.probes.iter().enumerate() {
                 let Some((before, count)) = means.over_runs(speed, probe) else { continue };
-                let off = |k: &Kept| (k.speed_rpm / speed_rpm - 1.0).abs();
+                let off = |k: &LibraryEntry| (k.speed_rpm / speed_rpm - 1.0).abs();
                 let of_probe = self.coefficient.iter().filter(|k| k.probe == *name);
                 let Some(kept) = of_probe
                     .min_by(|a, b| off(a).total_cmp(&off(b)))
@@ -170,7 +174,7 @@ impl Library {
                         }
                     }
                 }
-                coefficients.push(Coefficients {
+                coefficients.push(InfluenceCoefficients {
                     probe,
                     speed_rpm: *speed_rpm,
                     before,
@@ -200,7 +204,7 @@ impl Library {
         if !left_out.is_empty() {
             told.push(format!("Left out, as there are no coefficients: {}.", left_out.join(", ")));
         }
-        Ok(Machine {
+        Ok(MachineInfluence {
             coefficients,
             probes: series.probes.clone(),
             planes: planes.iter().map(|j| self.planes[*j].clone()).collect(),

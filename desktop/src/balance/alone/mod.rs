@@ -18,7 +18,7 @@ mod tests;
 
 use nalgebra::Complex;
 
-use super::influence::{Coefficients, normal_equations, stacked};
+use super::influence::{InfluenceCoefficients, normal_equations, stacked};
 use super::optimum::best;
 use super::places::Filling;
 use super::scatter::of_coefficients;
@@ -29,7 +29,7 @@ use crate::unbalance::region::{KNOWN_NOISE, component_95, vector_95};
 type C = Complex<f64>;
 
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Request {
+pub struct CorrectionRequest {
     /// Planes to put weights into, by name; all if none are named.
     pub planes: Vec<String>,
     /// What weights are to do and may be.
@@ -46,7 +46,7 @@ pub struct Request {
     pub onto: Option<String>,
 }
 
-impl Request {
+impl CorrectionRequest {
     /// Numbers of the planes to use among those that are known.
     fn planes_of(&self, known: &[String]) -> Result<Vec<usize>, Error> {
         if let Some(unknown) = self.planes.iter().find(|name| !known.contains(name)) {
@@ -86,9 +86,9 @@ impl Basis {
 
 /// A machine as its influence coefficients describe it.
 #[derive(Debug, Clone)]
-pub struct Machine {
+pub struct MachineInfluence {
     /// By speed and probe, of the planes in use.
-    pub coefficients: Vec<Coefficients>,
+    pub coefficients: Vec<InfluenceCoefficients>,
     pub probes: Vec<String>,
     /// Names of the planes in use.
     pub planes: Vec<String>,
@@ -114,7 +114,7 @@ pub struct PlaneWeight {
 
 /// One probe at one speed, with and without the weights that are put there.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Left {
+pub struct ProbeVibration {
     pub probe: String,
     pub speed_rpm: f64,
     /// Amplitude without the weights, zero to peak, in the unit of the data.
@@ -128,7 +128,7 @@ pub struct Left {
 pub struct Correction {
     pub weights: Vec<PlaneWeight>,
     /// By speed and probe.
-    pub left: Vec<Left>,
+    pub left: Vec<ProbeVibration>,
     /// Unit of the vibration, as the columns have it.
     pub unit: String,
     /// How the noise is known.
@@ -141,7 +141,7 @@ pub struct Correction {
 ///
 /// # Errors
 /// One sentence if planes act alike, or noise hides what they do.
-pub fn correct(machine: &Machine, request: &Request) -> Result<Correction, Error> {
+pub fn correct(machine: &MachineInfluence, request: &CorrectionRequest) -> Result<Correction, Error> {
     let all = &machine.coefficients;
     let limits: Vec<f64> = machine.planes.iter().map(|p| request.wanted.limit_g_mm(p)).collect();
     let (per_weight, before) = stacked(all);
@@ -156,12 +156,12 @@ pub fn correct(machine: &Machine, request: &Request) -> Result<Correction, Error
     let cost = |weights: &[C]| criterion.cost(&per_weight, &before, weights);
     let chosen = request.wanted.placed(&machine.planes, wanted.as_slice(), cost);
     let placed: Vec<C> = chosen.iter().map(Filling::sum_g_mm).collect();
-    let left: Vec<Left> = all
+    let left: Vec<ProbeVibration> = all
         .iter()
         .map(|c| {
             let after = c.under(&placed).norm();
             let bound = c.variance(&placed).sqrt() * vector_95(machine.basis.freedom());
-            Left {
+            ProbeVibration {
                 probe: machine.probes[c.probe].clone(),
                 speed_rpm: c.speed_rpm,
                 before: c.before.norm(),

@@ -6,8 +6,8 @@ use std::path::Path;
 use nalgebra::{Complex, DMatrix};
 
 use super::stated::Weights;
-use super::{Basis, Machine, Request, doubts};
-use crate::balance::influence::{Trial, Trials, Value};
+use super::{Basis, CorrectionRequest, MachineInfluence, doubts};
+use crate::balance::influence::trials::{MeasuredPhasor, TrialReading, Trials};
 use crate::balance::interpolated::{Interpolated, interpolated};
 use crate::balance::speeds::Speeds;
 use crate::error::Error;
@@ -59,7 +59,7 @@ pub(super) struct Means {
 }
 
 impl Means {
-    pub fn of(readings: &[Reading], probes: usize, request: &Request) -> Result<Self, Error> {
+    pub fn of(readings: &[Reading], probes: usize, request: &CorrectionRequest) -> Result<Self, Error> {
         let [from, to] = request.range_rpm.unwrap_or([0.0, f64::INFINITY]);
         let readings: Vec<&Reading> =
             readings.iter().filter(|r| (from..=to).contains(&r.speed_rpm)).collect();
@@ -122,7 +122,7 @@ impl Means {
     }
 
     /// Standard deviation of a component of a mean, for a noise that is stated or relative to the level.
-    fn sigma(&self, noise: NoiseBasis, mean: &Mean, probe: usize) -> Option<Value> {
+    fn sigma(&self, noise: NoiseBasis, mean: &Mean, probe: usize) -> Option<MeasuredPhasor> {
         let (phasor, count) = mean.probes[probe]?;
         let level = self.levels[mean.speed][probe];
         let sigma = match noise {
@@ -133,7 +133,7 @@ impl Means {
             NoiseBasis::OfRun(relative) => relative * level,
         };
         // rounding is always there
-        Some(Value { phasor, sigma: sigma.max(1e-12 * level) })
+        Some(MeasuredPhasor { phasor, sigma: sigma.max(1e-12 * level) })
     }
 }
 
@@ -152,7 +152,11 @@ enum NoiseBasis {
 ///
 /// # Errors
 /// One sentence if the runs do not hold the coefficients of the planes, or contradict the sign of the phases.
-pub fn machine(series: &ProbeRecord, weights: &Weights, request: &Request) -> Result<Machine, Error> {
+pub fn machine(
+    series: &ProbeRecord,
+    weights: &Weights,
+    request: &CorrectionRequest,
+) -> Result<MachineInfluence, Error> {
     let common = request.interpolate.then(|| interpolated(&series.readings)).transpose()?;
     let readings = common.as_ref().map_or(&series.readings, |common| &common.readings);
     let means = Means::of(readings, series.probes.len(), request)?;
@@ -178,7 +182,7 @@ pub fn machine(series: &ProbeRecord, weights: &Weights, request: &Request) -> Re
             .iter()
             .map(|m| {
                 let all = weights.of(&means.runs[m.run]);
-                Trial {
+                TrialReading {
                     run: m.run,
                     speed: m.speed,
                     weights: places.iter().map(|j| all[*j]).collect(),
@@ -216,7 +220,7 @@ pub fn machine(series: &ProbeRecord, weights: &Weights, request: &Request) -> Re
     }
     let mut doubts: Vec<String> = common.iter().map(Interpolated::remark).collect();
     doubts.extend(doubts::of_runs(&trials, &fitted, basis, scatter.map_or(0.0, |(relative, _)| relative)));
-    Ok(Machine {
+    Ok(MachineInfluence {
         coefficients: fitted.coefficients,
         probes: series.probes.clone(),
         planes: trials.places[..planes].to_vec(),

@@ -34,8 +34,8 @@ fn weights() -> Weights {
     Weights::parse("w.csv", TABLE, false).unwrap()
 }
 
-fn request() -> Request {
-    Request { same_speed: SAME_SPEED, ..Request::default() }
+fn request() -> CorrectionRequest {
+    CorrectionRequest { same_speed: SAME_SPEED, ..CorrectionRequest::default() }
 }
 
 /// Runs with noise relative to each reading; `seen` is what becomes of a phasor before it is written down.
@@ -63,11 +63,11 @@ fn measured(runs: &[&str], relative: f64, seed: u64, seen: impl Fn(usize, C) -> 
     }
 }
 
-fn solved(series: &ProbeRecord, request: &Request) -> Result<Correction, Error> {
+fn solved(series: &ProbeRecord, request: &CorrectionRequest) -> Result<Correction, Error> {
     correct(&runs::machine(series, &weights(), request)?, request)
 }
 
-fn said(series: &ProbeRecord, request: &Request) -> String {
+fn said(series: &ProbeRecord, request: &CorrectionRequest) -> String {
     solved(series, request).unwrap_err().to_string()
 }
 
@@ -79,18 +79,20 @@ fn speeds_within_same_speed_limit_are_grouped_with_a_remark() {
         assert!((w.wanted_g_mm + own).norm() < 1e-9);
     }
     assert!(found.doubts.iter().any(|d| d.contains("from 1445.7 to 1453.8")), "{:?}", found.doubts);
-    let why = said(&series, &Request { same_speed: 0.001, ..request() });
+    let why = said(&series, &CorrectionRequest { same_speed: 0.001, ..request() });
     assert!(why.contains("differ by 0.19 %") && why.contains("--same-speed"), "{why}");
 }
 
 #[test]
 fn weight_intervals_and_residual_bounds_cover_95_percent() {
     const DRAWS: u64 = 300;
-    let min_max =
-        Request { wanted: Wanted { criterion: Criterion::MinMax, ..Wanted::default() }, ..request() };
+    let min_max = CorrectionRequest {
+        wanted: Wanted { criterion: Criterion::MinMax, ..Wanted::default() },
+        ..request()
+    };
     for (name, request, draws) in [
         ("least squares", request(), DRAWS),
-        ("stated noise", Request { noise: Some([0.02, 0.0]), ..request() }, DRAWS),
+        ("stated noise", CorrectionRequest { noise: Some([0.02, 0.0]), ..request() }, DRAWS),
         ("min-max", min_max, 60),
     ] {
         let (mut inside, mut turned, mut below, mut count) = (0, 0, 0, 0);
@@ -139,7 +141,7 @@ fn reversed_phases_are_refused_or_doubted_without_redundancy() {
 
 #[test]
 fn refusal_names_noise_or_planes_with_same_effect() {
-    let noise = Request { noise: Some([0.0, 60.0]), ..request() };
+    let noise = CorrectionRequest { noise: Some([0.0, 60.0]), ..request() };
     let why = said(&measured(&RUNS, 0.0, 0, |_, y| y), &noise);
     assert!(why.contains("the noise hides") && !why.contains("alike"), "{why}");
     let mut machine = runs::machine(&measured(&RUNS, 0.001, 0, |_, y| y), &weights(), &request()).unwrap();
@@ -159,7 +161,7 @@ fn kept_coefficients_round_trip_and_solve_one_run() {
     assert_eq!(kept, library);
     // later, the base run twice: its noise is known, and the intervals hold both
     let now = measured(&["base"; 2], 0.01, 4, |_, y| y);
-    let once = Request { same_speed: 0.01, ..request() };
+    let once = CorrectionRequest { same_speed: 0.01, ..request() };
     let found = correct(&library.machine(&now, &once).unwrap(), &once).unwrap();
     for (w, own) in found.weights.iter().zip(own()) {
         assert!((w.wanted_g_mm + own).norm() < 0.05 * own.norm(), "{}", w.wanted_g_mm);
@@ -174,11 +176,11 @@ fn kept_coefficients_round_trip_and_solve_one_run() {
 #[test]
 fn trim_weights_add_to_run_and_unused_planes_stay_unchanged() {
     let series = measured(&RUNS, 0.0, 0, |_, y| y);
-    let found = solved(&series, &Request { onto: Some("T3".into()), ..request() }).unwrap();
+    let found = solved(&series, &CorrectionRequest { onto: Some("T3".into()), ..request() }).unwrap();
     for (j, w) in found.weights.iter().enumerate() {
         assert!((w.wanted_g_mm + own()[j] + weights().of("T3")[j]).norm() < 1e-9);
     }
-    let one = solved(&series, &Request { planes: vec!["B".into()], ..request() }).unwrap();
+    let one = solved(&series, &CorrectionRequest { planes: vec!["B".into()], ..request() }).unwrap();
     assert_eq!(one.weights.len(), 1);
     let cost = |w: C| -> f64 {
         (0..4).map(|p| (influence(p)[0] * own()[0] + influence(p)[1] * (own()[1] + w)).norm_sqr()).sum()
@@ -187,9 +189,9 @@ fn trim_weights_add_to_run_and_unused_planes_stay_unchanged() {
     for step in [C::new(0.1, 0.0), C::new(0.0, 0.1)] {
         assert!(cost(best) < cost(best + step) && cost(best) < cost(best - step));
     }
-    let why = said(&series, &Request { planes: vec!["C".into()], ..request() });
+    let why = said(&series, &CorrectionRequest { planes: vec!["C".into()], ..request() });
     assert!(why.contains("there is no plane \"C\", expected one of \"A\", \"B\""), "{why}");
-    let why = said(&series, &Request { onto: Some("T9".into()), ..request() });
+    let why = said(&series, &CorrectionRequest { onto: Some("T9".into()), ..request() });
     assert!(why.contains("there is no run \"T9\""), "{why}");
 }
 

@@ -5,9 +5,10 @@
 
 use nalgebra::{Complex, DMatrix};
 
-use super::learning::{Learned, Seen, factor};
+use super::learning::{LearnedInfluence, MountingComponents};
 use super::mounting::Mountings;
-use super::prior::Machine;
+use super::prior::MachinePrior;
+use crate::balance::influence::regression::factor;
 use crate::decomposition::hermitian;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
@@ -57,9 +58,9 @@ impl ConditionReport {
     /// If a covariance is singular.
     pub fn of(
         rotor: &Rotor,
-        machine: &Machine,
+        machine: &MachinePrior,
         mountings: &Mountings,
-        learned: &Learned,
+        learned: &LearnedInfluence,
         largest_g_mm: f64,
     ) -> Result<Self, Error> {
         let (rows, probes, planes) = (mountings.rows(), mountings.probes, rotor.plane.len());
@@ -68,7 +69,7 @@ impl ConditionReport {
             conditions.push(condition(learned, s * probes..(s + 1) * probes, Some(rpm(*speed)))?);
         }
         conditions.push(condition(learned, 0..rows, None)?);
-        let Worst { sd_g_mm, by_influence } = worst(learned, rows, planes, largest_g_mm)?;
+        let WorstDirection { sd_g_mm, by_influence } = worst(learned, rows, planes, largest_g_mm)?;
         let separation = PlaneSeparation::of_influence(learned.influence());
         let (all, alike) = (separation.condition, separation.acts_alike());
         let poorly = alike || sd_g_mm > POOR * largest_g_mm;
@@ -94,7 +95,7 @@ impl ConditionReport {
 }
 
 fn condition(
-    learned: &Learned,
+    learned: &LearnedInfluence,
     rows: std::ops::Range<usize>,
     speed_rpm: Option<f64>,
 ) -> Result<SpeedCondition, Error> {
@@ -108,34 +109,39 @@ fn condition(
 }
 
 /// The direction that is known worst.
-struct Worst {
+struct WorstDirection {
     sd_g_mm: f64,
     /// Share of its variance that comes from what is not known of the influence.
     by_influence: f64,
 }
 
-fn worst(learned: &Learned, rows: usize, planes: usize, largest_g_mm: f64) -> Result<Worst, Error> {
-    let everything = Seen::complete(rows);
+fn worst(
+    learned: &LearnedInfluence,
+    rows: usize,
+    planes: usize,
+    largest_g_mm: f64,
+) -> Result<WorstDirection, Error> {
+    let everything = MountingComponents::complete(rows);
     let known = learned.predict(&everything, &vec![C::from(largest_g_mm); planes], false);
     let noise = factor(known.covariance)?;
     let weighted = noise.solve(&known.per_weight);
     let precision = known.per_weight.tr_mul(&weighted);
-    let singular = Worst { sd_g_mm: f64::INFINITY, by_influence: 1.0 };
+    let singular = WorstDirection { sd_g_mm: f64::INFINITY, by_influence: 1.0 };
     let Some(inverse) = precision.try_inverse() else { return Ok(singular) };
     let eigen = hermitian(inverse.clone());
     let at = eigen.eigenvalues.imax();
     let variance = eigen.eigenvalues[at];
     let gain = weighted * inverse * eigen.eigenvectors.column(at);
     let of_scatter = gain.dot(&(&learned.scatter * &gain));
-    Ok(Worst { sd_g_mm: variance.max(0.0).sqrt(), by_influence: 1.0 - of_scatter / variance })
+    Ok(WorstDirection { sd_g_mm: variance.max(0.0).sqrt(), by_influence: 1.0 - of_scatter / variance })
 }
 
 /// The speed that would tell the planes best by the model, if one is worth its while.
 fn another_speed(
     rotor: &Rotor,
-    machine: &Machine,
+    machine: &MachinePrior,
     mountings: &Mountings,
-    learned: &Learned,
+    learned: &LearnedInfluence,
 ) -> Result<Option<String>, Error> {
     let fastest = mountings.speeds_rad_s.iter().copied().fold(0.0, f64::max);
     let [low, high] = rotor.rated.map_or(TRIED.map(|t| t * fastest), |r| r.speed_rpm.map(rad_s));

@@ -7,8 +7,9 @@
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
 use super::mounting::{Mounting, Mountings};
-use super::prior::Linear;
-use super::scatter::{GUESS_WEIGHT, Structure, circular, real};
+use super::prior::LinearInfluence;
+use super::scatter::{GUESS_WEIGHT, ScatterStructure, circular, real};
+use crate::balance::influence::regression::{InfluencePosterior, Regression, design, factor};
 use crate::error::Error;
 
 type C = Complex<f64>;
@@ -24,7 +25,7 @@ const BASE_SD: f64 = 100.0;
 
 /// One mounting as real numbers: real parts of its rows, then imaginary parts.
 #[derive(Debug, Clone)]
-pub struct Seen {
+pub struct MountingComponents {
     /// Numbers of the components that were measured.
     pub at: Vec<usize>,
     /// Measured components in the order of `at`, µm.
@@ -33,7 +34,7 @@ pub struct Seen {
     repeat: DVector<f64>,
 }
 
-impl Seen {
+impl MountingComponents {
     /// A mounting of which everything is measured without end, and nothing moves.
     pub fn complete(rows: usize) -> Self {
         Self { at: (0..2 * rows).collect(), y: DVector::zeros(2 * rows), repeat: DVector::zeros(2 * rows) }
@@ -56,20 +57,19 @@ impl Seen {
 }
 
 /// What is learned from, and what the model says beforehand.
-pub struct Learner {
-    pub seen: Vec<Seen>,
+pub struct InfluenceLearner {
+    pub seen: Vec<MountingComponents>,
     /// Stated weights by mounting and plane, g·mm; `None` for a blind run.
     pub stated: Vec<Option<Vec<C>>>,
-    linear: Linear,
-    structure: Structure,
+    linear: LinearInfluence,
+    structure: ScatterStructure,
     largest_um: f64,
 }
 
 #[derive(Debug, Clone)]
-pub struct Learned {
-    /// Y₀, then the influence of each plane; of each real parts, then imaginary parts.
-    pub state: DVector<f64>,
-    pub covariance: DMatrix<f64>,
+pub struct LearnedInfluence {
+    /// Response of the base run and influence of each plane, µm and µm per g·mm.
+    pub posterior: InfluencePosterior,
     /// Covariance between mountings, in real form, µm².
     pub scatter: DMatrix<f64>,
     /// Parameters of the model, in standard deviations.
@@ -79,70 +79,48 @@ pub struct Learned {
     sizes: DVector<f64>,
     discrepancy: f64,
     mountings: f64,
-    planes: usize,
 }
 
-impl Learned {
+impl LearnedInfluence {
     /// Number of complex rows.
     pub fn rows(&self) -> usize {
-        self.scatter.nrows() / 2
+        self.posterior.rows()
     }
 
     /// Degrees of freedom of the size of the scatter: two of each mounting that the response of the base run and the
     /// influence do not need, and two of each that the guess counts for.
     pub fn freedom(&self) -> f64 {
-        2.0 * (GUESS_WEIGHT + (self.mountings - (1 + self.planes) as f64).max(0.0))
+        2.0 * (GUESS_WEIGHT + (self.mountings - (1 + self.posterior.planes()) as f64).max(0.0))
     }
 
     /// Influence of each plane, complex rows × planes, µm per g·mm.
     pub fn influence(&self) -> DMatrix<C> {
-        let n = self.rows();
-        DMatrix::from_fn(n, self.planes, |i, j| {
-            let first = 2 * n * (1 + j) + i;
-            C::new(self.state[first], self.state[first + n])
-        })
+        self.posterior.per_weight()
     }
 
     /// What these weights do by the learned influence, and the covariance of a mounting's difference from it; `placed`
     /// whether the weights may be off by what stated weights are.
-    pub fn predict(&self, seen: &Seen, weights: &[C], placed: bool) -> Prediction {
+    pub fn predict(&self, seen: &MountingComponents, weights: &[C], placed: bool) -> MountingPrediction {
         let design = design(weights, self.rows()).select_rows(&seen.at);
         let mut covariance =
-            picked(&self.scatter, &seen.at) + &design * &self.covariance * design.transpose();
+            picked(&self.scatter, &seen.at) + &design * &self.posterior.covariance * design.transpose();
         covariance += DMatrix::from_diagonal(&seen.repeat);
         let per_weight = real(&self.influence()).select_rows(&seen.at);
         if placed {
             covariance += &per_weight * placement(weights, self.placement) * per_weight.transpose();
         }
-        Prediction { mean: design * &self.state, covariance, per_weight }
+        MountingPrediction { mean: design * &self.posterior.mean, covariance, per_weight }
     }
 }
 
 /// What is expected of a mounting.
-pub struct Prediction {
+pub struct MountingPrediction {
     /// Expected components of the mounting, µm.
     pub mean: DVector<f64>,
     /// Covariance of the measurement minus `mean`, µm².
     pub covariance: DMatrix<f64>,
     /// Components × real parts, then imaginary parts of the weights, µm per g·mm.
     pub per_weight: DMatrix<f64>,
-}
-
-/// Components per state for these weights.
-fn design(weights: &[C], rows: usize) -> DMatrix<f64> {
-    let n = 2 * rows;
-    let mut design = DMatrix::zeros(n, n * (1 + weights.len()));
-    design.view_mut((0, 0), (n, n)).fill_with_identity();
-    for (j, u) in weights.iter().enumerate() {
-        for row in 0..rows {
-            let at = n * (1 + j) + row;
-            design[(row, at)] = u.re;
-            design[(row, at + rows)] = -u.im;
-            design[(rows + row, at)] = u.im;
-            design[(rows + row, at + rows)] = u.re;
-        }
-    }
-    design
 }
 
 /// Covariance of weights that are off in proportion to their size: real parts, then imaginary parts.
@@ -155,27 +133,23 @@ fn picked(matrix: &DMatrix<f64>, at: &[usize]) -> DMatrix<f64> {
     matrix.select_rows(at).select_columns(at)
 }
 
-/// Cholesky factor of a covariance.
-pub fn factor(covariance: DMatrix<f64>) -> Result<Cholesky<f64, Dyn>, Error> {
-    let singular = || {
-        Error::Unsuitable("the scatter of the runs is singular: a probe shows the same in every run".into())
-    };
-    covariance.cholesky().ok_or_else(singular)
-}
-
 /// Sums over mountings, for the sizes.
-struct Expected {
+struct ExpectedSums {
     /// Residuals' products, real form.
     residuals: DMatrix<f64>,
     /// Squared relative deviations of weights, and how many weights.
     placed: [f64; 2],
 }
 
-impl Learner {
+impl InfluenceLearner {
     /// Mountings of a machine near a point of its model.
-    pub fn new(mountings: &Mountings, linear: Linear, structure: Structure) -> Self {
+    pub fn new(mountings: &Mountings, linear: LinearInfluence, structure: ScatterStructure) -> Self {
         Self {
-            seen: mountings.runs.iter().map(|m| Seen::of(m, &mountings.repeat_variance)).collect(),
+            seen: mountings
+                .runs
+                .iter()
+                .map(|m| MountingComponents::of(m, &mountings.repeat_variance))
+                .collect(),
             stated: mountings.runs.iter().map(|m| m.stated.clone()).collect(),
             largest_um: mountings.levels_um().into_iter().fold(0.0, f64::max),
             linear,
@@ -187,21 +161,21 @@ impl Learner {
     ///
     /// # Errors
     /// If a covariance is singular.
-    pub fn learn(&self, shares: &[f64], before: Option<&Learned>, rounds: usize) -> Result<Learned, Error> {
-        let (rows, planes) = self.linear.influence.shape();
+    pub fn learn(
+        &self,
+        shares: &[f64],
+        before: Option<&LearnedInfluence>,
+        rounds: usize,
+    ) -> Result<LearnedInfluence, Error> {
         let sizes = before.map_or_else(|| self.structure.guessed(), |b| b.sizes.clone());
-        let mut state = DVector::zeros(2 * rows * (1 + planes));
-        state.rows_mut(2 * rows, 2 * rows * planes).copy_from(&super::prior::stacked(&self.linear.influence));
-        let mut learned = Learned {
-            covariance: DMatrix::zeros(state.len(), state.len()),
-            state,
+        let mut learned = LearnedInfluence {
+            posterior: InfluencePosterior::known(&self.linear.influence),
             scatter: before.map_or_else(|| real(&self.structure.covariance(&sizes)), |b| b.scatter.clone()),
             parameters: self.linear.parameters.clone(),
             placement: before.map_or(PLACEMENT, |b| b.placement),
             sizes,
             discrepancy: before.map_or(1.0, |b| b.discrepancy),
             mountings: shares.iter().sum(),
-            planes,
         };
         for _ in 0..rounds {
             self.round(&mut learned, shares)?;
@@ -214,16 +188,12 @@ impl Learner {
         &self.linear.slopes * self.linear.slopes.transpose() + &self.linear.discrepancy * discrepancy
     }
 
-    fn round(&self, learned: &mut Learned, shares: &[f64]) -> Result<(), Error> {
+    fn round(&self, learned: &mut LearnedInfluence, shares: &[f64]) -> Result<(), Error> {
         let n = 2 * learned.rows();
         let spread = factor(self.spread(learned.discrepancy))?;
-        let mut precision = DMatrix::zeros(learned.state.len(), learned.state.len());
+        let mut regression = Regression::new(learned.rows(), learned.posterior.planes());
         let free = 1.0 / (BASE_SD * self.largest_um).powi(2);
-        precision.view_mut((0, 0), (n, n)).fill_diagonal(free);
-        let inner = n * learned.planes;
-        precision.view_mut((n, n), (inner, inner)).copy_from(&spread.inverse());
-        let mut right = DVector::zeros(learned.state.len());
-        right.rows_mut(n, inner).copy_from(&spread.solve(&self.linear.mean));
+        regression.add_prior(free, &self.linear.mean, &spread);
         let per_weight = real(&learned.influence());
         let mut used = Vec::new();
         for (k, stated) in self.stated.iter().enumerate() {
@@ -235,18 +205,15 @@ impl Learner {
             let mut covariance = picked(&learned.scatter, &seen.at) + DMatrix::from_diagonal(&seen.repeat);
             covariance += &per_weight * &placed * per_weight.transpose();
             let inverse = factor(covariance)?.inverse();
-            let weighted = design.tr_mul(&inverse) * shares[k];
-            precision += &weighted * &design;
-            right += weighted * &seen.y;
+            regression.add(&design, &inverse, &seen.y, shares[k]);
             used.push((k, design, per_weight, placed, inverse));
         }
-        let solved = factor(precision)?;
-        learned.state = solved.solve(&right);
-        learned.covariance = solved.inverse();
-        let mut sums = Expected { residuals: DMatrix::zeros(n, n), placed: [0.0; 2] };
+        learned.posterior = regression.solve()?;
+        let mut sums = ExpectedSums { residuals: DMatrix::zeros(n, n), placed: [0.0; 2] };
         for (k, design, per_weight, placed, inverse) in used {
-            let left = &self.seen[k].y - &design * &learned.state;
-            let seen = &left * left.transpose() + &design * &learned.covariance * design.transpose();
+            let left = &self.seen[k].y - &design * &learned.posterior.mean;
+            let seen =
+                &left * left.transpose() + &design * &learned.posterior.covariance * design.transpose();
             // of each cause the mean and the covariance, given what was seen
             let cause = |prior: DMatrix<f64>, reads: DMatrix<f64>| {
                 let gain = reads.transpose() * &inverse;
@@ -268,7 +235,7 @@ impl Learner {
     }
 
     /// Sizes of everything that is not known, by what the last round expects of them.
-    fn resize(&self, learned: &mut Learned, spread: &Cholesky<f64, Dyn>, sums: &Expected) {
+    fn resize(&self, learned: &mut LearnedInfluence, spread: &Cholesky<f64, Dyn>, sums: &ExpectedSums) {
         let guess = 2.0 * PLACEMENT_WEIGHT;
         let placed = (sums.placed[0] + guess * PLACEMENT * PLACEMENT) / (sums.placed[1] + guess);
         learned.placement = placed.sqrt();
@@ -276,9 +243,9 @@ impl Learner {
         learned.sizes = self.structure.sizes(&learned.sizes, &scatter, learned.mountings);
         learned.scatter = real(&self.structure.with_residuals(&learned.sizes, &scatter, learned.mountings));
         let n = 2 * learned.rows();
-        let inner = n * learned.planes;
-        let off = spread.solve(&(learned.state.rows(n, inner) - &self.linear.mean));
-        let posterior = learned.covariance.view((n, n), (inner, inner));
+        let inner = n * learned.posterior.planes();
+        let off = spread.solve(&(learned.posterior.mean.rows(n, inner) - &self.linear.mean));
+        let posterior = learned.posterior.covariance.view((n, n), (inner, inner));
         let unit = &self.linear.discrepancy;
         let own = unit * learned.discrepancy;
         // of the discrepancy, in units of its guess: mean and covariance given the influence, and that of the influence

@@ -8,14 +8,13 @@
 //! | [`learning`] | influence and scatter from the runs |
 //! | [`refutation`] | stated weights that cannot be true |
 //! | [`region`] | the unbalance of a run, with its region |
-//! | [`influence`] | plain influence coefficients beside |
+//! | [`without_model`] | the same by influence coefficients alone |
 //! | [`condition`] | whether the planes are told apart, and what would |
 //!
 //! With few runs the physics decides, with many the data: the model is the mean of a Gaussian prior whose covariance comes from
 //! its own parameters and from a discrepancy in proportion to the response.
 
 pub mod condition;
-pub mod influence;
 pub mod learning;
 pub mod mounting;
 pub mod prior;
@@ -24,6 +23,7 @@ pub mod region;
 pub mod scatter;
 #[cfg(test)]
 mod tests;
+pub mod without_model;
 
 use nalgebra::{Complex, DVector};
 
@@ -32,13 +32,13 @@ use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 use crate::unbalance::region::UnbalanceRegion;
 use condition::ConditionReport;
-use influence::Coefficients;
-use learning::{Learned, Learner};
+use learning::{InfluenceLearner, LearnedInfluence};
 use mounting::Mountings;
-use prior::Machine;
-use refutation::{Judge, REFUTED, probability, without_each};
+use prior::MachinePrior;
+use refutation::{REFUTED, RefutationTest, probability, without_each};
 use region::estimated;
-use scatter::Structure;
+use scatter::ScatterStructure;
+use without_model::{coefficients, unbalance_g_mm};
 
 type C = Complex<f64>;
 
@@ -52,7 +52,7 @@ const LEARNING: usize = 3;
 const LONGEST_STEP: f64 = 1.5;
 
 #[derive(Debug, Clone, Default)]
-pub struct Options {
+pub struct EstimateOptions {
     /// The run that the others are compared with; unless stated, the one without weights.
     pub base: Option<String>,
     /// Nothing is learned from the stated weights of the run that is estimated.
@@ -63,7 +63,7 @@ pub struct Options {
 
 /// The unbalance of a run relative to the base run.
 #[derive(Debug, Clone)]
-pub struct Estimate {
+pub struct RunEstimate {
     pub run: String,
     /// Speeds that it comes from, rpm.
     pub speeds_rpm: Vec<f64>,
@@ -76,7 +76,7 @@ pub struct Estimate {
 
 /// A run whose stated weights cannot be true.
 #[derive(Debug, Clone)]
-pub struct Refuted {
+pub struct RefutedWeights {
     pub run: String,
     /// Probability that they are not true.
     pub probability: f64,
@@ -86,15 +86,15 @@ pub struct Refuted {
 }
 
 #[derive(Debug, Clone)]
-pub struct Estimates {
+pub struct RunEstimates {
     /// Name of the base run.
     pub base: String,
     /// Every run but the base, in the order of the data.
-    pub runs: Vec<Estimate>,
+    pub runs: Vec<RunEstimate>,
     /// Whether the planes are told apart.
     pub determined: ConditionReport,
     /// Runs whose stated weights cannot be true, least probable first.
-    pub refuted: Vec<Refuted>,
+    pub refuted: Vec<RefutedWeights>,
     /// What was left out or is doubtful, one sentence each.
     pub remarks: Vec<String>,
 }
@@ -103,19 +103,23 @@ pub struct Estimates {
 ///
 /// # Errors
 /// One sentence if there is no base run, no stated run, or the model is singular.
-pub fn estimate(rotor: &Rotor, readings: &[Reading], options: &Options) -> Result<Estimates, Error> {
+pub fn estimate(
+    rotor: &Rotor,
+    readings: &[Reading],
+    options: &EstimateOptions,
+) -> Result<RunEstimates, Error> {
     let measured = Mountings::of(rotor, readings, options.base.as_deref())?;
-    let machine = Machine::new(rotor, &measured.speeds_rad_s);
+    let machine = MachinePrior::new(rotor, &measured.speeds_rad_s);
     let base = measured.base;
     let mut shares: Vec<f64> =
         measured.runs.iter().map(|m| f64::from(u8::from(m.stated.is_some()))).collect();
-    let mut now = settled(rotor, &machine, &measured, &shares)?;
-    let judge = Judge::of(&now.learner, base).filter(|_| !options.trust_weights);
+    let mut now = converged(rotor, &machine, &measured, &shares)?;
+    let judge = RefutationTest::of(&now.learner, base).filter(|_| !options.trust_weights);
     if let Some(judge) = &judge {
         shares = judge.shares(&now.learner)?;
-        now = settled(rotor, &machine, &measured, &shares)?;
+        now = converged(rotor, &machine, &measured, &shares)?;
     }
-    let Settled { learner, mountings, learned } = now;
+    let ConvergedFit { learner, mountings, learned } = now;
     let without = without_each(&learner, &learned, &shares, base)?;
     let mut probabilities = vec![1.0; shares.len()];
     if let Some(judge) = &judge {
@@ -126,26 +130,27 @@ pub fn estimate(rotor: &Rotor, readings: &[Reading], options: &Options) -> Resul
     let planes = rotor.plane.len();
     let stated = || learner.stated.iter().flatten().flatten();
     let largest_g_mm = stated().map(|u| u.norm()).fold(0.0, f64::max);
-    let found = |learned: &Learned, k: usize| estimated(learned, &learner.seen[k], planes, largest_g_mm);
+    let found =
+        |learned: &LearnedInfluence, k: usize| estimated(learned, &learner.seen[k], planes, largest_g_mm);
     let trusted: Vec<bool> = probabilities.iter().map(|p| *p >= REFUTED).collect();
     let (mut runs, mut refuted) = (Vec::new(), Vec::new());
     for (k, m) in mountings.runs.iter().enumerate().filter(|(k, _)| *k != base) {
         let used: Vec<bool> =
             (0..trusted.len()).map(|i| trusted[i] && !(options.leave_one_out && i == k)).collect();
-        let coefficients = Coefficients::of(&mountings, &used);
+        let plain = coefficients(&mountings, &used);
         if !trusted[k] {
-            refuted.push(Refuted {
+            refuted.push(RefutedWeights {
                 run: m.run.clone(),
                 probability: 1.0 - probabilities[k],
                 stated_g_mm: m.stated.clone().unwrap_or_default(),
                 found_g_mm: found(&without[k], k)?.into_iter().map(|p| p.unbalance_g_mm).collect(),
             });
         }
-        runs.push(Estimate {
+        runs.push(RunEstimate {
             run: m.run.clone(),
             speeds_rpm: measured_rpm(m, mountings.probes),
             planes: found(if options.leave_one_out { &without[k] } else { &learned }, k)?,
-            influence_g_mm: coefficients.and_then(|c| c.estimated(&m.phasors)),
+            influence_g_mm: plain.and_then(|all| unbalance_g_mm(&all, &m.phasors)),
             stated_g_mm: m.stated.clone(),
         });
     }
@@ -154,7 +159,7 @@ pub fn estimate(rotor: &Rotor, readings: &[Reading], options: &Options) -> Resul
     if judge.is_none() && !options.trust_weights {
         remarks.push("The runs with stated weights are too few to tell a wrong weight by the others.".into());
     }
-    Ok(Estimates {
+    Ok(RunEstimates {
         base: mountings.runs[base].run.clone(),
         determined: ConditionReport::of(rotor, &machine, &mountings, &learned, largest_g_mm)?,
         runs,
@@ -171,27 +176,32 @@ fn measured_rpm(m: &mounting::Mounting, probes: usize) -> Vec<f64> {
 }
 
 /// Learned at the most probable parameters of the model.
-struct Settled {
-    learner: Learner,
+struct ConvergedFit {
+    learner: InfluenceLearner,
     /// With readings moved to the common speeds.
     mountings: Mountings,
-    learned: Learned,
+    learned: LearnedInfluence,
 }
 
 /// Moves the model to where these shares of the runs say, and readings to the common speeds by it.
-fn settled(rotor: &Rotor, machine: &Machine, measured: &Mountings, shares: &[f64]) -> Result<Settled, Error> {
+fn converged(
+    rotor: &Rotor,
+    machine: &MachinePrior,
+    measured: &Mountings,
+    shares: &[f64],
+) -> Result<ConvergedFit, Error> {
     let mut mountings = measured.clone();
     let mut parameters = DVector::zeros(machine.parameters());
-    let mut before: Option<Learned> = None;
+    let mut before: Option<LearnedInfluence> = None;
     let mut points = 0;
     loop {
         let linear = machine.near(parameters.clone())?;
-        let structure = Structure::new(rotor, &linear.influence, &mountings.levels_um());
-        let learner = Learner::new(&mountings, linear, structure);
+        let structure = ScatterStructure::new(rotor, &linear.influence, &mountings.levels_um());
+        let learner = InfluenceLearner::new(&mountings, linear, structure);
         let learned = learner.learn(shares, before.as_ref(), LEARNING)?;
         points += 1;
         if points == POINTS {
-            return Ok(Settled { learner, mountings, learned });
+            return Ok(ConvergedFit { learner, mountings, learned });
         }
         let step = &learned.parameters - &parameters;
         parameters += step.map(|d| d.clamp(-LONGEST_STEP, LONGEST_STEP));

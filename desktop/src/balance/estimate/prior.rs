@@ -6,6 +6,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::balance::influence::regression::stacked;
 use crate::error::Error;
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::Rotor;
@@ -27,7 +28,7 @@ const STEP: f64 = 1e-3;
 const SPEED_STEP: f64 = 1e-3;
 
 /// The machine as a function of its parameters, in standard deviations of their prior.
-pub struct Machine<'a> {
+pub struct MachinePrior<'a> {
     rotor: &'a Rotor,
     bearings: Bearings,
     deviations: Deviations,
@@ -36,7 +37,7 @@ pub struct Machine<'a> {
 
 /// The model near one point of its parameters.
 #[derive(Debug, Clone)]
-pub struct Linear {
+pub struct LinearInfluence {
     /// The point of linearisation, in standard deviations.
     pub parameters: DVector<f64>,
     /// Influence there: rows × planes, µm per g·mm.
@@ -49,7 +50,7 @@ pub struct Linear {
     pub discrepancy: DMatrix<f64>,
 }
 
-impl<'a> Machine<'a> {
+impl<'a> MachinePrior<'a> {
     /// A rotor at these speeds.
     pub fn new(rotor: &'a Rotor, speeds_rad_s: &'a [f64]) -> Self {
         Self { rotor, bearings: Bearings::of(rotor), deviations: Deviations::of(rotor), speeds_rad_s }
@@ -136,7 +137,7 @@ impl<'a> Machine<'a> {
     ///
     /// # Errors
     /// If the model is singular.
-    pub fn near(&self, parameters: DVector<f64>) -> Result<Linear, Error> {
+    pub fn near(&self, parameters: DVector<f64>) -> Result<LinearInfluence, Error> {
         let drawn = basis::reduced(&self.built(&parameters), WEIGHTS);
         let gains = self.gains(&parameters);
         let at = |model: &Model, parameters: &DVector<f64>| {
@@ -164,17 +165,14 @@ impl<'a> Machine<'a> {
             }
         }
         let mean = here - &slopes * &parameters;
-        Ok(Linear { discrepancy: discrepancy(&influence, probes), mean, slopes, influence, parameters })
+        Ok(LinearInfluence {
+            discrepancy: discrepancy(&influence, probes),
+            mean,
+            slopes,
+            influence,
+            parameters,
+        })
     }
-}
-
-/// Real parts of a column, then its imaginary parts; column after column.
-pub fn stacked(influence: &DMatrix<C>) -> DVector<f64> {
-    let parts = influence.column_iter().flat_map(|c| {
-        let (re, im): (Vec<f64>, Vec<f64>) = c.iter().map(|h| (h.re, h.im)).unzip();
-        re.into_iter().chain(im)
-    });
-    DVector::from_iterator(2 * influence.len(), parts.collect::<Vec<_>>())
 }
 
 /// Circular, in proportion to the response.

@@ -8,7 +8,8 @@
 use nalgebra::{Complex, DMatrix};
 use rayon::prelude::*;
 
-use super::learning::{Learned, Learner, factor};
+use super::learning::{InfluenceLearner, LearnedInfluence};
+use crate::balance::influence::regression::factor;
 use crate::error::Error;
 
 type C = Complex<f64>;
@@ -24,7 +25,7 @@ pub const REFUTED: f64 = 0.05;
 
 /// What runs are judged with.
 #[derive(Debug, Clone, Copy)]
-pub struct Judge {
+pub struct RefutationTest {
     /// Number of the base run, which is not judged.
     pub base: usize,
     /// Standard deviation of a component of a weight that is anything, g·mm.
@@ -33,9 +34,9 @@ pub struct Judge {
     pub log_odds: f64,
 }
 
-impl Judge {
+impl RefutationTest {
     /// For these runs; `None` where they are too few to tell a wrong one by the others: twice what the influence needs.
-    pub fn of(learner: &Learner, base: usize) -> Option<Self> {
+    pub fn of(learner: &InfluenceLearner, base: usize) -> Option<Self> {
         let stated: Vec<&Vec<C>> = learner.stated.iter().flatten().collect();
         let planes = stated.first()?.len();
         let sizes: Vec<f64> =
@@ -49,7 +50,12 @@ impl Judge {
     ///
     /// # Errors
     /// If a covariance is singular.
-    pub fn log_odds(&self, learned: &Learned, learner: &Learner, run: usize) -> Result<f64, Error> {
+    pub fn log_odds(
+        &self,
+        learned: &LearnedInfluence,
+        learner: &InfluenceLearner,
+        run: usize,
+    ) -> Result<f64, Error> {
         let Some(stated) = &learner.stated[run] else { return Ok(f64::INFINITY) };
         let seen = &learner.seen[run];
         let expected = learned.predict(seen, stated, true);
@@ -67,7 +73,7 @@ impl Judge {
         Ok(self.log_odds + density(expected.covariance)? - anything)
     }
 
-    fn distance(learned: &Learned, learner: &Learner, run: usize) -> Result<f64, Error> {
+    fn distance(learned: &LearnedInfluence, learner: &InfluenceLearner, run: usize) -> Result<f64, Error> {
         let Some(stated) = &learner.stated[run] else { return Ok(f64::INFINITY) };
         let expected = learned.predict(&learner.seen[run], stated, true);
         let left = &learner.seen[run].y - &expected.mean;
@@ -79,7 +85,7 @@ impl Judge {
     ///
     /// # Errors
     /// If a covariance is singular.
-    pub fn shares(&self, learner: &Learner) -> Result<Vec<f64>, Error> {
+    pub fn shares(&self, learner: &InfluenceLearner) -> Result<Vec<f64>, Error> {
         let stated = |k: usize| learner.stated[k].is_some();
         let all: Vec<usize> = (0..learner.stated.len()).filter(|k| stated(*k)).collect();
         let mut shares: Vec<f64> =
@@ -114,11 +120,11 @@ pub fn probability(log_odds: f64) -> f64 {
 /// # Errors
 /// If a covariance is singular.
 pub fn without_each(
-    learner: &Learner,
-    learned: &Learned,
+    learner: &InfluenceLearner,
+    learned: &LearnedInfluence,
     shares: &[f64],
     base: usize,
-) -> Result<Vec<Learned>, Error> {
+) -> Result<Vec<LearnedInfluence>, Error> {
     let without = |k: usize| {
         if shares[k] == 0.0 || k == base {
             return Ok(learned.clone());

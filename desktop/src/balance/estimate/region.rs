@@ -2,7 +2,8 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2};
 
-use super::learning::{Learned, Seen, factor, placement};
+use super::learning::{LearnedInfluence, MountingComponents, placement};
+use crate::balance::influence::regression::factor;
 use crate::error::Error;
 use crate::unbalance::region::UnbalanceRegion;
 
@@ -20,8 +21,8 @@ const EXPECTED: f64 = 10.0;
 /// # Errors
 /// If a covariance is singular.
 pub fn estimated(
-    learned: &Learned,
-    seen: &Seen,
+    learned: &LearnedInfluence,
+    seen: &MountingComponents,
     planes: usize,
     largest_g_mm: f64,
 ) -> Result<Vec<UnbalanceRegion>, Error> {

@@ -24,11 +24,11 @@ const LEAST_UM: f64 = 3e-3;
 const SAME_DIRECTION_DEG: f64 = 20.0;
 
 #[derive(Debug, Clone)]
-pub struct Structure {
+pub struct ScatterStructure {
     parts: Vec<DMatrix<C>>,
 }
 
-impl Structure {
+impl ScatterStructure {
     /// Of a machine with this influence whose rows have these levels.
     pub fn new(rotor: &Rotor, influence: &DMatrix<C>, levels_um: &[f64]) -> Self {
         let (rows, probes) = (levels_um.len(), rotor.probe.len());

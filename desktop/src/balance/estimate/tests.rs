@@ -5,8 +5,9 @@ use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 
-use super::prior::{Machine, stacked};
-use super::{Options, estimate};
+use super::prior::MachinePrior;
+use super::{EstimateOptions, estimate};
+use crate::balance::influence::regression::stacked;
 use crate::machine::drawing::{AddedUnbalance, Rotor, Run};
 use crate::measurement::Reading;
 use crate::model::Model;
@@ -69,7 +70,7 @@ fn stated(known: &[&str]) -> Rotor {
 fn blind_run_without_noise_is_found_with_miscalibrated_probe() {
     let rotor = stated(&["base", "one", "two", "both"]);
     let readings = measured(&rotor, &RUNS, 0.0, &mut StdRng::seed_from_u64(1));
-    let found = estimate(&rotor, &readings, &Options::default()).unwrap();
+    let found = estimate(&rotor, &readings, &EstimateOptions::default()).unwrap();
     let blind = found.runs.iter().find(|e| e.run == "blind").unwrap();
     for (p, [magnitude, angle_deg]) in blind.planes.iter().zip(RUNS[4].1) {
         let truth = phasor_kg_m(magnitude, angle_deg) * G_MM;
@@ -85,7 +86,7 @@ fn blind_run_without_noise_is_found_with_miscalibrated_probe() {
 fn physics_with_one_trial_run_finds_plane_without_trial() {
     let rotor = stated(&["base", "one"]);
     let readings = measured(&rotor, &RUNS, 0.002, &mut StdRng::seed_from_u64(2));
-    let found = estimate(&rotor, &readings, &Options::default()).unwrap();
+    let found = estimate(&rotor, &readings, &EstimateOptions::default()).unwrap();
     let two = found.runs.iter().find(|e| e.run == "two").unwrap();
     assert!(two.influence_g_mm.is_none());
     let truth = phasor_kg_m(200.0, 100.0) * G_MM;
@@ -98,7 +99,7 @@ fn physics_with_one_trial_run_finds_plane_without_trial() {
 fn prior_mean_equals_model_and_slopes_equal_differences() {
     let rotor = sample_rotor();
     let speeds = SPEEDS_RPM.map(rad_s);
-    let machine = Machine::new(&rotor, &speeds);
+    let machine = MachinePrior::new(&rotor, &speeds);
     let drawn = DVector::zeros(machine.parameters());
     let linear = machine.near(drawn.clone()).unwrap();
     let model = Model::finite_elements(&rotor);
@@ -125,7 +126,7 @@ fn a_run_at_a_speed_of_its_own_is_left_out_with_a_remark() {
     let rotor = stated(&["base", "one", "two", "both"]);
     let mut readings = measured(&rotor, &RUNS, 0.0, &mut StdRng::seed_from_u64(3));
     readings.iter_mut().filter(|r| r.run.as_deref() == Some("blind")).for_each(|r| r.speed_rpm += 500.0);
-    let found = estimate(&rotor, &readings, &Options::default()).unwrap();
+    let found = estimate(&rotor, &readings, &EstimateOptions::default()).unwrap();
     assert!(found.runs.iter().all(|e| e.run != "blind"));
     assert!(found.remarks.iter().any(|r| r.contains("Run blind is left out")), "{:?}", found.remarks);
 }
@@ -137,7 +138,7 @@ fn one_probe_at_one_speed_leaves_two_planes_undetermined() {
     rotor.probe.truncate(1);
     readings.retain(|r| r.speed_rpm == SPEEDS_RPM[0]);
     readings.iter_mut().for_each(|r| r.probes.truncate(1));
-    let found = estimate(&rotor, &readings, &Options::default()).unwrap();
+    let found = estimate(&rotor, &readings, &EstimateOptions::default()).unwrap();
     assert!(found.determined.poorly && !found.determined.words.is_empty());
     let wide = |p: &crate::unbalance::region::UnbalanceRegion| p.semi_axes_g_mm[0] > 200.0;
     assert!(found.runs.iter().any(|e| e.planes.iter().any(wide)), "{:?}", found.runs);

@@ -38,7 +38,7 @@ use super::answer::ReadingEstimate;
 use super::daily::{TrackedRecord, Tracking};
 use super::operating_point::logs_of;
 use super::record;
-use crate::diagnose::{Step as Added, improve};
+use crate::diagnose::{ImprovementStep as Added, improve};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;

@@ -11,9 +11,9 @@ use anyhow::{Result, bail};
 use clap::Args;
 use rotor_edge_desktop::Error;
 use rotor_edge_desktop::balance::model::from_model;
-use rotor_edge_desktop::balance::places::{Filling, Piece};
+use rotor_edge_desktop::balance::places::{Filling, WeightPiece};
 use rotor_edge_desktop::balance::trial_runs::from_trial_runs;
-use rotor_edge_desktop::balance::{Balanced, Plan};
+use rotor_edge_desktop::balance::{BalancePlan, Balanced};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 use rotor_edge_desktop::units::SAME_SPEED;
 use serde_json::{Value, json};
@@ -80,10 +80,10 @@ fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments, listener: Listener
     let (rotor, readings) = output::read(rotor, data, &arguments.runout)?;
     let speeds = || readings.iter().map(|r| r.speed_rpm);
     let fastest_rpm = speeds().fold(0.0, f64::max);
-    let planes = Plan::planes_named(&rotor, &arguments.planes)?;
+    let planes = BalancePlan::planes_named(&rotor, &arguments.planes)?;
     let wanted = arguments.fitting.wanted(arguments.against_rotation)?;
     wanted.check(&rotor.plane.iter().map(|plane| plane.name.clone()).collect::<Vec<_>>())?;
-    let plan = Plan {
+    let plan = BalancePlan {
         wanted,
         range_rpm: arguments.range.unwrap_or([speeds().fold(f64::INFINITY, f64::min), fastest_rpm]),
         service_rpm: arguments.service_rpm.unwrap_or(fastest_rpm),
@@ -174,7 +174,7 @@ impl Answer {
 
     /// What is put in, in words.
     fn pieces(&self, filling: &Filling) -> String {
-        let piece = |p: &Piece| {
+        let piece = |p: &WeightPiece| {
             let mass =
                 p.mass_and_radius.map(|[mass_g, radius_mm]| format!("{mass_g:.3} g at {radius_mm} mm"));
             match (mass, p.hole) {
@@ -233,7 +233,7 @@ impl Answer {
         found.wanted_kg_m.iter().zip(&found.placed).zip(&found.sd_kg_m).map(told).collect()
     }
 
-    fn placed(&self, piece: &Piece) -> Value {
+    fn placed(&self, piece: &WeightPiece) -> Value {
         placed(piece, told_deg(piece.unbalance_g_mm.arg().to_degrees(), self.against_rotation))
     }
 
@@ -307,7 +307,7 @@ fn told_deg(with_deg: f64, against_rotation: bool) -> f64 {
 }
 
 /// A weight in its place as JSON has it.
-fn placed(piece: &Piece, angle_deg: f64) -> Value {
+fn placed(piece: &WeightPiece, angle_deg: f64) -> Value {
     json!({
         "hole": piece.hole,
         "magnitude_g_mm": piece.unbalance_g_mm.norm(),

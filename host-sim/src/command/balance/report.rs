@@ -13,7 +13,7 @@ pub fn sections(answer: &Answer) -> Vec<Section> {
         columns: Answer::COLUMNS.map(String::from).to_vec(),
         rows: answer.rows().into_iter().map(|r| r.to_vec()).collect(),
     };
-    let line = |what: fn(&rotor_edge_desktop::balance::AtSpeed) -> f64, way: usize| {
+    let line = |what: fn(&rotor_edge_desktop::balance::SpeedVibration) -> f64, way: usize| {
         answer.ways[way].1.vibration.iter().map(|v| (v.speed_rpm, what(v) * 1e6)).collect::<Vec<_>>()
     };
     let mut curves = vec![("as found".to_string(), line(|v| v.before_m, 0))];

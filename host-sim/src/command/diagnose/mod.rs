@@ -7,7 +7,7 @@ pub mod story;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{Diagnosis, Verdict, diagnose_telling};
+use rotor_edge_desktop::diagnose::{Diagnosis, DiagnosisVerdict, diagnose_telling};
 
 use super::listener::Listener;
 use super::output::{self, Json};
@@ -112,27 +112,29 @@ fn next(arguments: &Arguments, found: &Diagnosis) -> (String, Option<String>) {
     let (rotor, data) = (shell::path(rotor), shell::path(data));
     let with = |words: &str, command: String| (words.to_string(), Some(format!("rotor-edge {command}")));
     match (found.verdict, found.candidates.first()) {
-        (Verdict::Undecided, _) if found.too_fast => {
+        (DiagnosisVerdict::Undecided, _) if found.too_fast => {
             ("measure a run-up again, no faster than said above.".into(), None)
         }
-        (Verdict::Missing, Some(best)) => with(
+        (DiagnosisVerdict::Missing, Some(best)) => with(
             "add it",
             format!("add {rotor} {} --data {data}{runout} -o better.toml", shell::word(&best.label())),
         ),
-        (Verdict::Undecided, Some(_)) if !found.saturated && !found.indistinguishable.is_empty() => with(
-            "measure, or add the first of the group, which predicts this machine as well as any",
-            format!("improve {rotor} {data}{runout} -o better.toml"),
-        ),
-        (Verdict::NotDetermined, _) => with(
+        (DiagnosisVerdict::Undecided, Some(_)) if !found.saturated && !found.indistinguishable.is_empty() => {
+            with(
+                "measure, or add the first of the group, which predicts this machine as well as any",
+                format!("improve {rotor} {data}{runout} -o better.toml"),
+            )
+        }
+        (DiagnosisVerdict::NotDetermined, _) => with(
             "measure what tells the planes apart: a run with a known trial weight in each, or speeds nearer to and beyond a \
              resonance; what corrections would leave is said by",
             format!("balance {rotor} {data}{runout}"),
         ),
-        (Verdict::Unknown, _) => with(
+        (DiagnosisVerdict::Unknown, _) => with(
             "look at the machine where the force acts; see where the model misses",
             format!("compare {rotor} {data}{runout} --report compare.html"),
         ),
-        (Verdict::Adequate, _) => {
+        (DiagnosisVerdict::Adequate, _) => {
             with("follow the unbalance through a record of days", format!("track {rotor} RECORD.csv"))
         }
         _ => with(

@@ -1,6 +1,6 @@
 //! What a tired engineer asks first, answered: what is wrong, where, how sure, how much better, and what now.
 
-use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, Outcome, Verdict};
+use rotor_edge_desktop::diagnose::{Candidate, Diagnosis, DiagnosisVerdict, ImprovementOutcome};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
@@ -18,7 +18,7 @@ pub fn of_diagnosis(
 ) -> Story {
     let main: Vec<&Candidate> = found.named().into_iter().collect();
     let how_sure = match (&main[..], found.indistinguishable.first()) {
-        (_, Some(group)) if found.verdict == Verdict::Undecided => {
+        (_, Some(group)) if found.verdict == DiagnosisVerdict::Undecided => {
             format!("Not: these data cannot tell apart {}.", group.join(", "))
         }
         ([best], _) => format!(
@@ -35,7 +35,7 @@ pub fn of_diagnosis(
 
 /// Of `improve`; the first of the fits is the model before, then one for each step.
 pub fn of_improvement(
-    outcome: &Outcome,
+    outcome: &ImprovementOutcome,
     readings: &[Reading],
     fits: &[Fitted],
     next: (String, Option<String>),
@@ -59,7 +59,7 @@ pub fn of_improvement(
         let (were, it) = if added.len() > 1 { ("were", "them") } else { ("was", "it") };
         let after = fits.last().map_or(f64::NAN, |fit| fit.model.comparison.relative_error);
         let left = match outcome.verdict {
-            Verdict::Adequate => "and what is left is noise",
+            DiagnosisVerdict::Adequate => "and what is left is noise",
             _ => "and something is left",
         };
         format!(

@@ -4,7 +4,7 @@
 use std::sync::OnceLock;
 
 use crate::machines::machine::{Machine, diagnosed};
-use rotor_edge_desktop::diagnose::{Diagnosis, SURE, Verdict, add};
+use rotor_edge_desktop::diagnose::{Diagnosis, DiagnosisVerdict, SURE, add};
 
 /// Four hide; the smallest, under a tilting-pad bearing, is followed by what is learned of the bearings.
 const BOWS_NAMED: usize = 3;
@@ -16,7 +16,7 @@ fn found() -> &'static [(Machine, Diagnosis)] {
 
 /// Whether an answer says that something is missing; that something may be is no claim.
 fn claims(answer: &Diagnosis) -> bool {
-    answer.verdict != Verdict::Adequate && answer.nothing_missing < SURE
+    answer.verdict != DiagnosisVerdict::Adequate && answer.nothing_missing < SURE
 }
 
 #[test]

@@ -6,7 +6,7 @@ use nalgebra::Complex;
 use rand_core::Rng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
-use rotor_edge_desktop::diagnose::{Verdict, best_fit, diagnose};
+use rotor_edge_desktop::diagnose::{DiagnosisVerdict, best_fit, diagnose};
 use rotor_edge_desktop::measurement::Reading;
 
 use crate::machines::machine::{Machine, machines};
@@ -82,7 +82,7 @@ fn sound_machine_with_noise_correlation_0_8_names_no_effect() {
         for seed in 0..RECORDS {
             let found = diagnose(&m.rotor, &correlated(&m, seed)).unwrap();
             assert!(
-                !matches!(found.verdict, Verdict::Missing | Verdict::Unknown),
+                !matches!(found.verdict, DiagnosisVerdict::Missing | DiagnosisVerdict::Unknown),
                 "{}, seed {seed}: {}",
                 m.name,
                 found.summary
@@ -103,8 +103,11 @@ fn a_noise_stated_wrong_by_half_either_way_changes_no_verdict() {
                 (noise.relative, noise.floor_um) = (noise.relative * by, noise.floor_um * by);
             }
             let found = diagnose(&rotor, &m.readings).unwrap();
-            let first =
-                found.candidates.first().map(|c| c.label()).filter(|_| found.verdict == Verdict::Missing);
+            let first = found
+                .candidates
+                .first()
+                .map(|c| c.label())
+                .filter(|_| found.verdict == DiagnosisVerdict::Missing);
             (found.verdict, first)
         };
         let stated = verdict(1.0);
@@ -122,7 +125,7 @@ fn sound_machine_with_1_percent_repeatability_names_no_effect() {
             let found = diagnose(&m.rotor, &not_repeating(&m, 0.01, seed)).unwrap();
             println!("{}: {:?} {}", m.name, found.scatter, found.summary);
             assert!(
-                !matches!(found.verdict, Verdict::Missing | Verdict::Unknown),
+                !matches!(found.verdict, DiagnosisVerdict::Missing | DiagnosisVerdict::Unknown),
                 "{}, seed {seed}: {}",
                 m.name,
                 found.summary

@@ -4,7 +4,7 @@
 use std::sync::OnceLock;
 
 use crate::machines::machine::{Machine, diagnosed, machines};
-use rotor_edge_desktop::diagnose::{Diagnosis, Verdict, diagnose};
+use rotor_edge_desktop::diagnose::{Diagnosis, DiagnosisVerdict, diagnose};
 
 /// Of sixteen; 90 % would be fifteen. What is missed:
 /// - 12 (seal), 23 (disk mass): a factor on each of sixteen columns follows all but what 3 and 1 parameters cost;
@@ -26,7 +26,7 @@ fn found() -> &'static [(Machine, Diagnosis)] {
 #[test]
 fn nothing_is_claimed_on_a_table_machine_that_hides_nothing() {
     for (m, answer) in found().iter().filter(|(m, _)| m.truth.is_empty()) {
-        let nothing = matches!(answer.verdict, Verdict::Adequate | Verdict::NotDetermined);
+        let nothing = matches!(answer.verdict, DiagnosisVerdict::Adequate | DiagnosisVerdict::NotDetermined);
         assert!(nothing, "{}: {}", m.name, answer.summary);
     }
 }
@@ -50,9 +50,9 @@ fn tables_stated_to_10_percent_name_more_and_no_false_effects() {
     let found: Vec<(Machine, Diagnosis)> = machines("table").into_iter().map(trusted).collect();
     for (m, answer) in &found {
         let is_right = if m.truth.is_empty() {
-            answer.verdict == Verdict::Adequate
+            answer.verdict == DiagnosisVerdict::Adequate
         } else {
-            answer.verdict != Verdict::Missing || m.is_named_by(answer)
+            answer.verdict != DiagnosisVerdict::Missing || m.is_named_by(answer)
         };
         assert!(is_right, "{}: {}", m.name, answer.summary);
     }

@@ -1,9 +1,9 @@
 //! What `balance --trial-only` answers, in words and tables.
 
 use nalgebra::Complex;
-use rotor_edge_desktop::balance::alone::{Basis, Correction, Left, PlaneWeight};
+use rotor_edge_desktop::balance::alone::{Basis, Correction, PlaneWeight, ProbeVibration};
 use rotor_edge_desktop::balance::optimum::Criterion;
-use rotor_edge_desktop::balance::places::Piece;
+use rotor_edge_desktop::balance::places::WeightPiece;
 use rotor_edge_desktop::unbalance::static_and_dynamic;
 
 use crate::command::balance::told_deg;
@@ -93,7 +93,7 @@ impl Answer {
         self.correction.weights.iter().map(line).collect()
     }
 
-    fn piece(&self, piece: &Piece) -> String {
+    fn piece(&self, piece: &WeightPiece) -> String {
         let size = match piece.mass_and_radius {
             Some([mass_g, radius_mm]) => format!("{} g at {radius_mm} mm", plain(mass_g)),
             None => format!("{} g·mm", plain(piece.unbalance_g_mm.norm())),
@@ -122,10 +122,10 @@ impl Answer {
             ));
         }
         let left = &self.correction.left;
-        let rms = |of: fn(&Left) -> f64| {
+        let rms = |of: fn(&ProbeVibration) -> f64| {
             (left.iter().map(|l| of(l).powi(2)).sum::<f64>() / left.len() as f64).sqrt()
         };
-        let most = |of: fn(&Left) -> f64| left.iter().map(of).fold(0.0, f64::max);
+        let most = |of: fn(&ProbeVibration) -> f64| left.iter().map(of).fold(0.0, f64::max);
         lines.push(format!(
             "Vibration, {} zero to peak, with the weights that are put in: {} becomes {} root mean square, {} becomes {} at most.",
             self.unit(),
@@ -147,7 +147,7 @@ impl Answer {
 
     /// Rows of the table of vibration.
     pub fn left_rows(&self) -> Vec<[String; 5]> {
-        let row = |l: &Left| {
+        let row = |l: &ProbeVibration| {
             let at_most = l.after_at_most.map_or("–".into(), digits);
             [l.probe.clone(), format!("{:.0}", l.speed_rpm), digits(l.before), digits(l.after), at_most]
         };

@@ -1,9 +1,9 @@
 //! What `balance --trial-only --json` says.
 
 use nalgebra::Complex;
-use rotor_edge_desktop::balance::alone::{Basis, Left, PlaneWeight};
+use rotor_edge_desktop::balance::alone::{Basis, PlaneWeight, ProbeVibration};
 use rotor_edge_desktop::balance::optimum::Criterion;
-use rotor_edge_desktop::balance::places::Piece;
+use rotor_edge_desktop::balance::places::WeightPiece;
 use serde_json::{Value, json};
 
 use super::answer::Answer;
@@ -23,7 +23,7 @@ fn um_of(unit: &str) -> Option<f64> {
 pub fn json(answer: &Answer) -> Value {
     let found = &answer.correction;
     let vector = |u: Complex<f64>| json!({"magnitude_g_mm": u.norm(), "angle_deg": answer.told_deg(u)});
-    let piece = |p: &Piece| placed(p, answer.told_deg(p.unbalance_g_mm));
+    let piece = |p: &WeightPiece| placed(p, answer.told_deg(p.unbalance_g_mm));
     let weight = |(w, line): (&PlaneWeight, &String)| {
         json!({
             "plane": w.plane,
@@ -36,7 +36,7 @@ pub fn json(answer: &Answer) -> Value {
         })
     };
     let um = um_of(&found.unit);
-    let left = |l: &Left| {
+    let left = |l: &ProbeVibration| {
         json!({
             "probe": l.probe,
             "speed_rpm": l.speed_rpm,

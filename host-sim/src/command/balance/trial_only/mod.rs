@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use rotor_edge_desktop::balance::alone::library::Library;
 use rotor_edge_desktop::balance::alone::stated::Weights;
-use rotor_edge_desktop::balance::alone::{Machine, Request, correct, runs};
+use rotor_edge_desktop::balance::alone::{CorrectionRequest, MachineInfluence, correct, runs};
 use rotor_edge_desktop::measurement;
 
 use super::Arguments;
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
 }
 
 /// The machine by its trial runs, which are kept if that is wanted, or by what was kept of it.
-fn machine(data: &Path, arguments: &Arguments, request: &Request) -> Result<Machine> {
+fn machine(data: &Path, arguments: &Arguments, request: &CorrectionRequest) -> Result<MachineInfluence> {
     let options = &arguments.alone;
     let of_data = || data.display().to_string();
     match (&options.weights, &options.coefficients) {
@@ -96,7 +96,7 @@ fn machine(data: &Path, arguments: &Arguments, request: &Request) -> Result<Mach
     }
 }
 
-fn request(arguments: &Arguments) -> Result<Request> {
+fn request(arguments: &Arguments) -> Result<CorrectionRequest> {
     let options = &arguments.alone;
     let noise = [options.noise_relative, options.noise_floor];
     for (name, value) in ["--noise-relative", "--noise-floor"].iter().zip(noise) {
@@ -108,7 +108,7 @@ fn request(arguments: &Arguments) -> Result<Request> {
     if stated.is_some_and(|[relative, floor]| relative + floor == 0.0) {
         bail!("the noise is stated as 0, expected --noise-relative or --noise-floor above 0");
     }
-    Ok(Request {
+    Ok(CorrectionRequest {
         planes: arguments.planes.clone(),
         wanted: arguments.fitting.wanted(arguments.against_rotation)?,
         range_rpm: arguments.range,

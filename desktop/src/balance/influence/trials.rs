@@ -1,0 +1,188 @@
+//! Trial runs as equations, and the influence coefficients that they determine.
+//!
+//! At each speed the runs are `Y = Y₀ + Σ A U`, U the trial weights: least squares for Y₀, the machine without any, and A.
+//! Where there are more runs than coefficients, χ² says whether the machine is linear.
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::InfluenceCoefficients;
+use super::regression::{Observation, Underdetermined, least_squares};
+use crate::balance::ReducedChiSquare;
+use crate::balance::sense::PhaseSense;
+use crate::balance::speeds::Speeds;
+use crate::error::Error;
+
+type C = Complex<f64>;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasuredPhasor {
+    /// In m with a rotor's file, else in the data's own unit.
+    pub phasor: C,
+    /// Standard deviation of its components.
+    pub sigma: f64,
+}
+
+/// One reading under known weights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrialReading {
+    pub run: usize,
+    pub speed: usize,
+    /// By place; in kg·m with a rotor's file, else in g·mm.
+    pub weights: Vec<C>,
+    /// By probe; `None` where the reading was lost.
+    pub probes: Vec<Option<MeasuredPhasor>>,
+}
+
+#[derive(Debug, Clone)]
+pub struct Trials {
+    pub readings: Vec<TrialReading>,
+    /// Names of the places where weights sat: the correction planes first.
+    pub places: Vec<String>,
+    /// How many of them are correction planes.
+    pub planes: usize,
+    pub probes: Vec<String>,
+    pub speeds: Speeds,
+    /// Number of the run that the weights are to be added to; none for the machine without any weight.
+    pub onto: Option<usize>,
+}
+
+#[derive(Debug, Clone)]
+pub struct TrialFit {
+    /// By speed and probe.
+    pub coefficients: Vec<InfluenceCoefficients>,
+    /// Of what the coefficients do not need; `None` if they need all.
+    pub misfit: Option<ReducedChiSquare>,
+    /// Whether phases have the right sign.
+    pub sense: PhaseSense,
+    /// Slowest and fastest of the speeds that were taken as one and lie furthest apart, rpm.
+    pub widest_rpm: [f64; 2],
+    /// Speeds that too few runs share, rpm.
+    pub left_out_rpm: Vec<f64>,
+}
+
+impl Trials {
+    fn unknowns(&self) -> usize {
+        1 + self.places.len()
+    }
+
+    /// Largest trial weight, to scale the equations with.
+    fn largest(&self) -> f64 {
+        self.readings.iter().flat_map(|t| &t.weights).map(|w| w.norm()).fold(f64::MIN_POSITIVE, f64::max)
+    }
+
+    /// Coefficients of every probe at every speed that enough runs share.
+    ///
+    /// # Errors
+    /// One sentence if a correction plane has no trial weight, no speed has enough runs, or the phases are reversed.
+    pub fn fit(&self) -> Result<TrialFit, Error> {
+        for (k, plane) in self.places.iter().enumerate().take(self.planes) {
+            if self.readings.iter().all(|t| t.weights[k] == C::from(0.0)) {
+                return Err(Error::Unsuitable(format!(
+                    "no run has a trial weight in plane \"{plane}\", so its influence is not known; measure a run with one and state it"
+                )));
+            }
+        }
+        let mut fitted = TrialFit {
+            coefficients: Vec::new(),
+            misfit: None,
+            sense: PhaseSense::new(self.probes.len()),
+            widest_rpm: [1.0; 2],
+            left_out_rpm: Vec::new(),
+        };
+        let (mut chi2, mut freedom, mut dependent) = (0.0, 0, false);
+        for (speed, ends_rpm) in self.speeds.ends_rpm.iter().enumerate() {
+            let before = fitted.coefficients.len();
+            for probe in 0..self.probes.len() {
+                match self.at(speed, probe, &mut fitted.sense) {
+                    Ok((found, chi2_here, freedom_here)) => {
+                        fitted.coefficients.push(found);
+                        chi2 += chi2_here;
+                        freedom += freedom_here;
+                    }
+                    Err(Underdetermined::Dependent) => dependent = true,
+                    Err(Underdetermined::TooFew) => (),
+                }
+            }
+            let [slowest, fastest] = fitted.widest_rpm;
+            if fitted.coefficients.len() == before {
+                fitted.left_out_rpm.push(self.speeds.mean_rpm[speed]);
+            } else if ends_rpm[1] / ends_rpm[0] > fastest / slowest {
+                fitted.widest_rpm = *ends_rpm;
+            }
+        }
+        if fitted.coefficients.is_empty() {
+            return Err(Error::Unsuitable(self.why_none(dependent)));
+        }
+        fitted.sense.check(&self.probes)?;
+        fitted.misfit =
+            (freedom > 0).then(|| ReducedChiSquare { chi2_per_value: chi2 / freedom as f64, freedom });
+        Ok(fitted)
+    }
+
+    /// Coefficients of one probe at one speed, with χ² and its degrees of freedom.
+    fn at(
+        &self,
+        speed: usize,
+        probe: usize,
+        sense: &mut PhaseSense,
+    ) -> Result<(InfluenceCoefficients, f64, usize), Underdetermined> {
+        let here = self.readings.iter().filter(|t| t.speed == speed);
+        let rows: Vec<(&TrialReading, MeasuredPhasor)> =
+            here.filter_map(|t| Some((t, t.probes[probe]?))).collect();
+        if !rows.iter().any(|(t, _)| self.onto.is_none_or(|run| t.run == run)) {
+            return Err(Underdetermined::TooFew);
+        }
+        let scale = self.largest();
+        let observation = |(t, y): &(&TrialReading, MeasuredPhasor)| Observation {
+            weights: t.weights.iter().map(|w| w / scale).collect(),
+            phasor: y.phasor,
+            sigma: y.sigma,
+        };
+        let observed: Vec<Observation> = rows.iter().map(observation).collect();
+        let fit = least_squares(&observed)?;
+        let unknowns = self.unknowns();
+        let design = DMatrix::from_fn(rows.len(), unknowns, |i, j| match j {
+            0 => C::from(observed[i].sigma.recip()),
+            _ => observed[i].weights[j - 1] / observed[i].sigma,
+        });
+        let measured = DVector::from_iterator(rows.len(), observed.iter().map(|o| o.phasor / o.sigma));
+        sense.add(probe, &design, &measured);
+        let left = measured - design * fit.complex_mean(0);
+        let speed_rpm = self.speeds.mean_rpm[speed];
+        let mut found = InfluenceCoefficients::new(probe, speed_rpm, &fit, self.planes, scale);
+        if let Some(run) = self.onto {
+            let own: Vec<&Observation> =
+                rows.iter().zip(&observed).filter(|((t, _), _)| t.run == run).map(|(_, o)| o).collect();
+            found.start_from(&own, &fit, scale);
+        }
+        Ok((found, left.norm_squared(), 2 * (rows.len() - unknowns)))
+    }
+
+    /// Why no speed has coefficients.
+    fn why_none(&self, dependent: bool) -> String {
+        let places = self.places.len();
+        let planes = format!("{places} plane{}", if places == 1 { "" } else { "s" });
+        let unknowns = self.unknowns();
+        if dependent {
+            return format!(
+                "the trial weights do not tell the planes apart: {planes} need {unknowns} runs with independent trial weights at one \
+                 speed, as one run without weights and one with a weight in each plane"
+            );
+        }
+        let speeds = &self.speeds.mean_rpm;
+        let [slowest, fastest] = [speeds.first(), speeds.last()].map(|s| s.copied().unwrap_or(0.0));
+        let nearest = speeds.windows(2).map(|w| w[1] / w[0] - 1.0).fold(f64::INFINITY, f64::min);
+        let advice = match nearest {
+            near if near < 0.05 => format!(
+                "; the nearest of their speeds differ by {:.2} %, and up to {:.2} % are taken as one (--same-speed)",
+                100.0 * near,
+                100.0 * self.speeds.same
+            ),
+            _ => "; run all of them over the same speeds".into(),
+        };
+        format!(
+            "no speed between {slowest:.0} and {fastest:.0} rpm was measured in {unknowns} runs with independent trial weights, \
+             which {planes} need{advice}"
+        )
+    }
+}
