@@ -16,7 +16,6 @@ const SAME_SPEED: f64 = 0.01;
 /// Places closer than this are the same.
 const SAME_PLACE_M: f64 = 1e-6;
 
-/// One reading.
 #[derive(Debug, Clone)]
 pub struct Day {
     pub row: usize,

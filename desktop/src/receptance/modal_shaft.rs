@@ -26,9 +26,9 @@ pub enum Force {
     Pattern(Pattern),
 }
 
-/// Modes of one sense of whirl, of unit stiffness, and their participation in the motion of places and
-/// under forces: rows modes.
-pub struct Sense {
+/// Modes of one sense of whirl, normalised to unit stiffness, with their participation in the motion of places and in
+/// forces: one row a mode.
+pub struct WhirlModes {
     /// 1/Ω² of each mode: the receptance has the factor `1/(1 − Ω² μ)`.
     pub mu: Vec<f64>,
     /// Nodal coordinates × modes.
@@ -41,14 +41,14 @@ pub struct Sense {
 }
 
 /// A shaft with its disks on nominal springs at the bearings.
-pub struct Plant {
+pub struct ModalShaft {
     /// Nominal spring at each bearing, N/m.
     pub nominal_n_m: f64,
     pub probe_angles_rad: Vec<f64>,
     /// Number of bearings: the first of the held places.
     pub bearings: usize,
-    pub forward: Sense,
-    pub backward: Sense,
+    pub forward: WhirlModes,
+    pub backward: WhirlModes,
     forces: Vec<Force>,
 }
 
@@ -70,7 +70,7 @@ pub fn all_forces(rotor: &Rotor) -> Vec<Force> {
     forces
 }
 
-/// What a force of unit size acts on: nodal coordinates and factors.
+/// Nodal coordinates and factors of a unit force.
 fn force_row(force: Force, rotor: &Rotor, shaft: &Shaft, offsets: &Offsets) -> Row {
     let offset = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
     let disk = |i: usize| (shaft.section(rotor.disk[i].position_m), offset(&offsets.disk_m, i));
@@ -94,7 +94,7 @@ fn force_row(force: Force, rotor: &Rotor, shaft: &Shaft, offsets: &Offsets) -> R
     }
 }
 
-impl Plant {
+impl ModalShaft {
     /// Solves the shaft of a rotor on springs `nominal_n_m` at its bearings. The rotor may differ from the
     /// drawing that `shaft` was made of in its segments and disks, and by `offsets` in its positions.
     ///
@@ -139,7 +139,7 @@ impl Plant {
                     DMatrix::from_columns(&columns)
                 }
             };
-            Sense {
+            WhirlModes {
                 held: participation(&held),
                 probes: participation(&probes),
                 forces: participation(&acting),
@@ -179,7 +179,7 @@ impl Plant {
     }
 }
 
-/// What damping inside the shaft makes of its stiffness in backward whirl.
+/// Factor of internal damping on the stiffness in backward whirl.
 pub fn loss(speed_rad_s: f64, internal_damping_s: f64) -> C {
     C::new(1.0, 2.0 * speed_rad_s * internal_damping_s)
 }
