@@ -5,7 +5,7 @@ use nalgebra::{DVector, Matrix4, Vector4};
 use crate::machine::drawing::Rotor;
 use crate::machine::place::Pattern;
 use crate::machine::tolerance::{Deviation, Deviations};
-use crate::receptance::plant::Force;
+use crate::receptance::modal_shaft::Force;
 use crate::reduction::nodal::{NodalSum, Section, Shaft};
 use crate::shaft::mesh::Piece;
 

@@ -10,7 +10,7 @@ use nalgebra::{Complex, DMatrix, DVectorView, Matrix4, Vector4};
 use super::drawing_errors::{DrawingChange, DrawingErrors, ElementChange};
 use super::problem::{Evaluation, Problem};
 use crate::effects::Pattern;
-use crate::receptance::plant::{Force, Plant, Sense, loss};
+use crate::receptance::modal_shaft::{Force, ModalShaft, WhirlModes, loss};
 use crate::receptance::update::{Mounted, nominal};
 use crate::reduction::nodal::NodalSum;
 
@@ -87,7 +87,7 @@ struct WhirlForces<'a> {
 
 impl Fields {
     /// From the modes of a sense and their motion per unit of force.
-    fn new(sense: &Sense, gains: &[C], acting: &WhirlForces) -> Self {
+    fn new(sense: &WhirlModes, gains: &[C], acting: &WhirlForces) -> Self {
         let mut modal = DMatrix::zeros(gains.len(), 2 * acting.held.ncols());
         let mut add = |field: usize, participation: DVectorView<f64>, factor: C| {
             if factor != C::from(0.0) {
@@ -132,7 +132,7 @@ fn pairs<'a>(mut values: impl Iterator<Item = &'a C>) -> impl Iterator<Item = [C
 
 /// One row of the data, ready for every error.
 pub(super) struct Snapshot<'a> {
-    plant: &'a Plant,
+    plant: &'a ModalShaft,
     speed_rad_s: f64,
     loss: C,
     forward: Fields,

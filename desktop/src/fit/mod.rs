@@ -43,7 +43,7 @@ use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Noise, Physics, Rotor};
 use crate::machine::tolerance::Deviations;
 use crate::model::amplitude::Relaxation;
-use crate::receptance::plant::Plant;
+use crate::receptance::modal_shaft::ModalShaft;
 use crate::reduction::nodal::Shaft;
 use crate::statistics::evidence::Sizes;
 use crate::statistics::scatter::{Predecessors, Scatter};
@@ -80,7 +80,7 @@ pub struct Drawing {
     deviation: DVector<f64>,
     /// The correlated noise that scatter and other deviations amount to.
     whitening: Whitening,
-    plants: [OnceLock<Result<Arc<Plant>, Error>>; THEORIES],
+    plants: [OnceLock<Result<Arc<ModalShaft>, Error>>; THEORIES],
 }
 
 impl Drawing {
@@ -195,13 +195,13 @@ impl<'a> Fitter<'a> {
     }
 
     /// The shaft of a drawing that is off, solved.
-    fn plant(&self, deviation: &DVector<f64>, physics: &Physics) -> Result<Arc<Plant>, Error> {
+    fn plant(&self, deviation: &DVector<f64>, physics: &Physics) -> Result<Arc<ModalShaft>, Error> {
         let (rotor, offsets) = self.deviations.apply(self.rotor, deviation);
         let nominal_n_m = self.scales(None).stiffness_n_m;
-        Ok(Arc::new(Plant::new(&rotor, self.shaft(physics), &offsets, nominal_n_m)?))
+        Ok(Arc::new(ModalShaft::new(&rotor, self.shaft(physics), &offsets, nominal_n_m)?))
     }
 
-    fn plant_of(&self, drawing: &Drawing, physics: &Physics) -> Result<Arc<Plant>, Error> {
+    fn plant_of(&self, drawing: &Drawing, physics: &Physics) -> Result<Arc<ModalShaft>, Error> {
         drawing.plants[theory(physics)].get_or_init(|| self.plant(&drawing.deviation, physics)).clone()
     }
 
@@ -209,7 +209,7 @@ impl<'a> Fitter<'a> {
     fn problem<'p>(
         &'p self,
         hypothesis: &'p Hypothesis<'p>,
-        plant: Arc<Plant>,
+        plant: Arc<ModalShaft>,
         amplitudes: Option<&Amplitudes>,
         whitening: &'p Whitening,
     ) -> Problem<'p> {
@@ -272,7 +272,7 @@ impl<'a> Fitter<'a> {
         &self,
         hypothesis: &Hypothesis,
         start: &[f64],
-        plant: Arc<Plant>,
+        plant: Arc<ModalShaft>,
         amplitudes: Option<Amplitudes>,
     ) -> Result<Option<Amplitudes>, Error> {
         let Some(mut known) = amplitudes else { return Ok(None) };

@@ -18,7 +18,7 @@ use crate::decomposition::pseudo_inverse;
 use crate::effects::terms::Terms;
 use crate::effects::{Pattern, Place};
 use crate::machine::place::SpeedLaw;
-use crate::receptance::plant::{Force, Plant};
+use crate::receptance::modal_shaft::{Force, ModalShaft};
 use crate::receptance::update::{Receptances, UpdatedResponse};
 use crate::statistics::whitening::Whitening;
 
@@ -28,7 +28,7 @@ type C = Complex<f64>;
 pub struct Problem<'a> {
     pub(super) hypothesis: &'a Hypothesis<'a>,
     pub(super) data: &'a Data,
-    pub(super) plant: Arc<Plant>,
+    pub(super) plant: Arc<ModalShaft>,
     pub(super) held: Vec<Place>,
     /// Complex unknowns: planes, then the effects' own.
     pub(super) unknowns: Vec<Column>,
@@ -71,7 +71,7 @@ impl<'a> Problem<'a> {
     pub fn new(
         hypothesis: &'a Hypothesis<'a>,
         data: &'a Data,
-        plant: Arc<Plant>,
+        plant: Arc<ModalShaft>,
         held: Vec<Place>,
         amplitudes: Option<&Amplitudes>,
         whitening: &'a Whitening,

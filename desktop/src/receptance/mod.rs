@@ -1,6 +1,6 @@
-//! The response of a shaft on any supports: the shaft solved once, supports put on it by a small update.
+//! The response of a shaft on any supports: solved once on nominal supports, then updated for the actual ones.
 
-pub mod plant;
+pub mod modal_shaft;
 #[cfg(test)]
 mod tests;
 pub mod update;

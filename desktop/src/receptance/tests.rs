@@ -3,7 +3,7 @@
 use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::Offsets;
 use crate::model::Model;
-use crate::receptance::plant::{Force, Plant};
+use crate::receptance::modal_shaft::{Force, ModalShaft};
 use crate::receptance::update::{Receptances, Supports, UpdatedResponse};
 use crate::reduction::nodal::Shaft;
 use crate::rotor_file;
@@ -11,7 +11,7 @@ use nalgebra::{Complex, DMatrix};
 
 type C = Complex<f64>;
 
-/// Nominal spring of the plant, N/m: not the bearings' own, so that the update has something to do.
+/// Nominal spring at the bearings, N/m; it differs from their own stiffness, so the update is not trivial.
 const NOMINAL_N_M: f64 = 4e7;
 
 /// A reference rotor with cross-coupled bearings and a probe at an odd angle.
@@ -27,7 +27,7 @@ fn rotor(name: &str) -> Rotor {
 
 /// The engine's receptances for unbalance in the rotor's planes, on all its finite elements.
 fn receptances(rotor: &Rotor, speed_rad_s: f64) -> Receptances {
-    let plant = Plant::new(rotor, &Shaft::unreduced(rotor), &Offsets::default(), NOMINAL_N_M).unwrap();
+    let plant = ModalShaft::new(rotor, &Shaft::unreduced(rotor), &Offsets::default(), NOMINAL_N_M).unwrap();
     let unbalance =
         |position_m| vec![(plant.column(Force::UnbalanceAt(position_m)), C::from(speed_rad_s.powi(2)))];
     let columns: Vec<_> = rotor.plane.iter().map(|p| unbalance(p.position_m)).collect();

@@ -1,8 +1,7 @@
-//! What the supports do to the response of the shaft on nominal springs: a small update of its
-//! receptances.
+//! The response on actual supports, as a low-rank update of the receptances on nominal ones.
 //!
 //! Coordinates are x and y of every held place in turn, D = 2 × held places. With receptances `H` on the
-//! nominal springs and `Δ` the actual minus the nominal dynamic stiffness, the machine's response is
+//! nominal supports and `Δ` the actual minus the nominal dynamic stiffness, the machine's response is
 //! `Y = Y₀ − Q (1 + ΔH)⁻¹ Δ H₀` (Sherman–Morrison–Woodbury).
 
 use nalgebra::allocator::Allocator;
@@ -13,7 +12,7 @@ use nalgebra::{
 use crate::error::Error;
 use crate::model::terms::Support;
 use crate::model::{self, Model};
-use crate::receptance::plant::{Plant, loss};
+use crate::receptance::modal_shaft::{ModalShaft, loss};
 
 type C = Complex<f64>;
 const I: C = C::new(0.0, 1.0);
@@ -86,7 +85,7 @@ impl Supports {
     }
 }
 
-/// What a probe on a housing reads of that housing, per motion of the held places; it shows the shaft's motion less this.
+/// Reading of a probe from its moving housing, per motion of the held places; it is subtracted from the shaft's motion.
 #[derive(Debug, Clone)]
 pub struct Mounted {
     pub probe: usize,
@@ -109,7 +108,7 @@ pub struct Receptances {
 }
 
 /// Forward or backward part of receptances between held places, and from them to probes.
-struct Whirl {
+struct WhirlReceptances {
     held: DMatrix<C>,
     /// D × probes.
     probe_held: DMatrix<C>,
@@ -170,7 +169,7 @@ fn column(m: &DMatrix<f64>, j: usize) -> &[f64] {
     &m.as_slice()[j * m.nrows()..(j + 1) * m.nrows()]
 }
 
-impl Whirl {
+impl WhirlReceptances {
     /// From modal gains of one sense.
     fn new(
         gains: &[C],
@@ -201,12 +200,12 @@ impl Whirl {
         whirl
     }
 
-    fn forward(plant: &Plant, gains: &[C], places: &[usize]) -> Self {
+    fn forward(plant: &ModalShaft, gains: &[C], places: &[usize]) -> Self {
         let s = &plant.forward;
         Self::new(gains, &s.held, &s.probes, places, &plant.probe_angles_rad, -I)
     }
 
-    fn backward(plant: &Plant, gains: &[C], places: &[usize]) -> Self {
+    fn backward(plant: &ModalShaft, gains: &[C], places: &[usize]) -> Self {
         let s = &plant.backward;
         Self::new(gains, &s.held, &s.probes, places, &plant.probe_angles_rad, I)
     }
@@ -216,15 +215,16 @@ impl Receptances {
     /// At one speed, with viscous damping inside the shaft; `places` are the held ones by number (bearings,
     /// then disks), and a column is a sum of forces with complex factors.
     pub fn new(
-        plant: &Plant,
+        plant: &ModalShaft,
         speed_rad_s: f64,
         internal_damping_s: f64,
         places: &[usize],
         columns: &[Vec<(usize, C)>],
     ) -> Self {
         let gains = plant.forward_gains(speed_rad_s);
-        let mut both = Whirl::forward(plant, &gains, places);
-        let backward = Whirl::backward(plant, &plant.backward_gains(speed_rad_s, internal_damping_s), places);
+        let mut both = WhirlReceptances::forward(plant, &gains, places);
+        let backward =
+            WhirlReceptances::backward(plant, &plant.backward_gains(speed_rad_s, internal_damping_s), places);
         both.held += backward.held;
         both.probe_held += backward.probe_held;
         let s = &plant.forward;
@@ -339,7 +339,7 @@ impl Receptances {
     /// Change at every probe per unit of damping inside the shaft, for a motion of the held places.
     pub fn damping_slope(
         &self,
-        plant: &Plant,
+        plant: &ModalShaft,
         [speed_rad_s, internal_damping_s]: [f64; 2],
         places: &[usize],
         supports: &Supports,
@@ -349,7 +349,7 @@ impl Receptances {
         let slope = I * (2.0 * speed_rad_s);
         let gains = plant.backward_gains(speed_rad_s, internal_damping_s);
         let gain_slopes: Vec<C> = gains.iter().map(|g| -slope * g * g).collect();
-        let mut change = Whirl::backward(plant, &gain_slopes, places);
+        let mut change = WhirlReceptances::backward(plant, &gain_slopes, places);
         less_housings(&mut change.probe_held, &change.held, &response.mounted);
         let nominal_slope = of_whirl(slope * plant.nominal_n_m, I);
         let excess = supports.excess(&self.nominal);
@@ -367,7 +367,7 @@ impl Receptances {
     }
 }
 
-/// Takes from what each probe sees of forces at the held places what the housings under them move.
+/// Subtracts the motion of the housings from the receptances of the probes.
 fn less_housings(seen: &mut DMatrix<C>, held: &DMatrix<C>, mounted: &[Mounted]) {
     for m in mounted {
         let mut seen = seen.column_mut(m.probe);
@@ -376,7 +376,7 @@ fn less_housings(seen: &mut DMatrix<C>, held: &DMatrix<C>, mounted: &[Mounted]) 
 }
 
 /// Nominal dynamic stiffness at each bearing in x and y, N/m.
-pub fn nominal(plant: &Plant, speed_rad_s: f64, internal_damping_s: f64) -> Vec<Matrix2<C>> {
+pub fn nominal(plant: &ModalShaft, speed_rad_s: f64, internal_damping_s: f64) -> Vec<Matrix2<C>> {
     let loss = loss(speed_rad_s, internal_damping_s);
     let own = (of_whirl(C::from(1.0), -I) + of_whirl(loss, I)) * C::from(plant.nominal_n_m);
     vec![own; plant.bearings]

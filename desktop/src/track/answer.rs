@@ -60,7 +60,6 @@ impl Config {
     }
 }
 
-/// Result for one reading.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadingEstimate {
     pub row: usize,
@@ -72,7 +71,6 @@ pub struct ReadingEstimate {
     pub logs: Logs,
     /// Calculated phasor of each probe, m.
     pub calculated_m: Vec<C>,
-    /// Calculated against measured.
     pub residual: ReadingResidual,
     /// 95 % intervals, of methods that estimate them.
     pub spread: Option<CredibleIntervals>,
@@ -98,7 +96,6 @@ pub struct CredibleIntervals {
     pub angle_rad: Vec<Interval>,
 }
 
-/// Cause of a flag.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FlagCause {
     /// The model stopped describing the machine.
@@ -116,7 +113,6 @@ pub struct Flag {
     pub time_d: f64,
     /// The bearing whose probes misfit most.
     pub suspect: usize,
-    /// Its cause.
     pub cause: FlagCause,
 }
 

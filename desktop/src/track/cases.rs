@@ -36,7 +36,6 @@ pub struct CaseFit {
     pub case: u8,
     /// Σ|calculated − measured| over the readings, µm.
     pub residual_um: f64,
-    /// Unknown real numbers.
     pub unknowns: usize,
     /// Logarithms of the bearing coefficients.
     pub logs: Logs,

@@ -39,7 +39,6 @@ pub struct Tracking<'a> {
     pub phase_one: Option<PhaseOne>,
     pub remarks: Vec<String>,
     pub bearing_of: Vec<usize>,
-    /// Start of the bearings.
     pub logs: Logs,
     /// Covariance of that after phase I; zero if the file was identified.
     pub logs_covariance: DMatrix<f64>,

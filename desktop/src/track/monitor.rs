@@ -62,7 +62,7 @@ impl ReadingResidual {
 
 /// Result of the detector for one reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Detection {
+pub struct DetectorResult {
     /// The residual rose too much, or is too large a share of the features.
     pub suspicious: bool,
     /// The streak of suspicious readings has reached the persistence.
@@ -95,7 +95,7 @@ impl ResidualDetector {
     }
 
     /// Evaluates a reading and stores it. Suspicious readings do not enter the baseline, so an event cannot raise it.
-    pub fn judge(&mut self, residual: &ReadingResidual) -> Detection {
+    pub fn judge(&mut self, residual: &ReadingResidual) -> DetectorResult {
         let suspicious = self.suspects(residual);
         if suspicious {
             self.streak += 1;
@@ -106,7 +106,7 @@ impl ResidualDetector {
         let persistence = self.thresholds.persistence.max(1);
         push(&mut self.recent_um, residual.bearing_um, persistence);
         let gauge = self.recent_um.iter().fold([0.0; 2], |[a, b], [one, two]| [a + one, b + two]);
-        Detection {
+        DetectorResult {
             suspicious,
             lasting: self.streak >= persistence,
             suspect: usize::from(gauge[1] > gauge[0]),

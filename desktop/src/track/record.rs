@@ -11,7 +11,6 @@ use crate::units::same_place;
 
 type C = Complex<f64>;
 
-/// One reading.
 #[derive(Debug, Clone)]
 pub struct Day {
     pub row: usize,

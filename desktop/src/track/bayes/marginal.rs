@@ -22,12 +22,10 @@ type C = Complex<f64>;
 
 const STOP: Stop = Stop { steps: 60, tolerance: 1e-6 };
 
-/// Gaussian of the bearings.
 #[derive(Debug, Clone)]
 pub struct BearingGaussian {
     /// Mean of the logarithms of their coefficients.
     pub logs: Logs,
-    /// Covariance of the logarithms.
     pub covariance: DMatrix<f64>,
 }
 
@@ -92,7 +90,6 @@ impl<'a> Marginal<'a> {
         Some(Self { days, centre: before.logs.clone(), factor, unbalance, planes })
     }
 
-    /// Mean of the prior.
     pub fn centre(&self) -> &[f64] {
         &self.centre
     }

@@ -80,20 +80,9 @@ impl Tracking<'_> {
                 });
             }
         }
-        let states = std::iter::once(0).chain(found.at.iter().copied());
-        let constants = states.map(|k| {
-            let state = &found.smoothed[k];
-            let (logs, sd) = (layout.constant_logs(&state.mean), layout.constant_sd(&state.covariance));
-            let of = |(log, sd): (&f64, &f64)| ConstantPart {
-                log: *log,
-                sd: *sd,
-                from_data: *sd < 0.5 * PRIOR_LOG_SD,
-            };
-            (problem.epochs[k].time_d, logs.iter().zip(&sd).map(of).collect())
-        });
         let settled = found.motion.settled();
         let joint = JointFindings {
-            constants: constants.collect(),
+            constants: constants(problem, found),
             walk_sd: settled.diagonal().iter().map(|variance| variance.sqrt()).collect(),
             walk_days: -problem.pace_d / found.motion.keep.ln(),
             left_out_d: problem
@@ -117,6 +106,22 @@ impl Tracking<'_> {
         }
         (0..changes.len()).max_by(|a, b| changes[*a].total_cmp(&changes[*b])).unwrap_or_default()
     }
+}
+
+/// Constant parts of the bearings from the start and from each event on, with the first day of each.
+fn constants(problem: &JointProblem, found: &SmoothedHistory) -> Vec<(f64, Vec<ConstantPart>)> {
+    let layout = &problem.layout;
+    let from = |k: usize| {
+        let state = &found.smoothed[k];
+        let (logs, sd) = (layout.constant_logs(&state.mean), layout.constant_sd(&state.covariance));
+        let of = |(log, sd): (&f64, &f64)| ConstantPart {
+            log: *log,
+            sd: *sd,
+            from_data: *sd < 0.5 * PRIOR_LOG_SD,
+        };
+        (problem.epochs[k].time_d, logs.iter().zip(&sd).map(of).collect())
+    };
+    std::iter::once(0).chain(found.at.iter().copied()).map(from).collect()
 }
 
 /// The bearing that an event changed; if both changed, the one with the larger change.

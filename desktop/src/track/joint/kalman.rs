@@ -135,7 +135,6 @@ pub struct BackwardPass {
 
 /// The filter at one time.
 pub struct FilterStep {
-    /// Prediction before the measurements.
     pub predicted: Gaussian,
     /// The measurements, each with the state before it.
     pub seen: Vec<(Gaussian, Innovation)>,

@@ -33,7 +33,6 @@ const OVERSHOT_NATS: f64 = 1.0;
 pub enum Until {
     /// Good enough to detect events.
     Rough,
-    /// Converged.
     Settled,
 }
 
@@ -51,7 +50,7 @@ impl<'a> Learning<'a> {
         Self { progress, rounds: 0, gave_up: false }
     }
 
-    /// Rounds until convergence.
+    /// Makes rounds until the gain is below that of `until`.
     pub fn run(
         &mut self,
         problem: &JointProblem,
@@ -101,7 +100,6 @@ impl<'a> Learning<'a> {
     }
 }
 
-/// Extrapolation of two rounds.
 fn ahead(
     from: &ProcessModel,
     first: &ProcessModel,

@@ -16,7 +16,6 @@ pub struct Scope {
 pub type EventAt = (usize, Scope);
 
 impl Scope {
-    /// All scopes.
     pub const ALL: [Self; 8] = [
         Self::new([false, false], true),
         Self::new([true, false], false),

@@ -27,9 +27,9 @@ pub enum Force {
     Pattern(Pattern),
 }
 
-/// Modes of one sense of whirl, of unit stiffness, and their participation in the motion of places and
-/// under forces: rows modes.
-pub struct Sense {
+/// Modes of one sense of whirl, normalised to unit stiffness, with their participation in the motion of places and in
+/// forces: one row a mode.
+pub struct WhirlModes {
     /// 1/Ω² of each mode: the receptance has the factor `1/(1 − Ω² μ)`.
     pub mu: Vec<f64>,
     /// Nodal coordinates × modes.
@@ -42,14 +42,14 @@ pub struct Sense {
 }
 
 /// A shaft with its disks on nominal springs at the bearings.
-pub struct Plant {
+pub struct ModalShaft {
     /// Nominal spring at each bearing, N/m.
     pub nominal_n_m: f64,
     pub probe_angles_rad: Vec<f64>,
     /// Number of bearings: the first of the held places.
     pub bearings: usize,
-    pub forward: Sense,
-    pub backward: Sense,
+    pub forward: WhirlModes,
+    pub backward: WhirlModes,
     forces: Vec<Force>,
 }
 
@@ -124,7 +124,7 @@ impl LoadedShaft for OffsetShaft<'_> {
     }
 }
 
-impl Plant {
+impl ModalShaft {
     /// Solves the shaft of a rotor on springs `nominal_n_m` at its bearings. The rotor may differ from the
     /// drawing that `shaft` was made of in its segments and disks, and by `offsets` in its positions.
     ///
@@ -165,7 +165,7 @@ impl Plant {
                     DMatrix::from_columns(&columns)
                 }
             };
-            Sense {
+            WhirlModes {
                 held: participation(&held),
                 probes: participation(&probes),
                 forces: participation(&acting),
@@ -205,7 +205,7 @@ impl Plant {
     }
 }
 
-/// What damping inside the shaft makes of its stiffness in backward whirl.
+/// Factor of internal damping on the stiffness in backward whirl.
 pub fn loss(speed_rad_s: f64, internal_damping_s: f64) -> C {
     C::new(1.0, 2.0 * speed_rad_s * internal_damping_s)
 }
