@@ -18,7 +18,7 @@ struct PhaseTwoState {
     logs: Logs,
     last: Vec<C>,
     last_d: f64,
-    watch: EventDetector,
+    detector: EventDetector,
 }
 
 /// Whether a jump of the unbalance explains a flag.
@@ -38,12 +38,12 @@ impl Tracking<'_> {
             logs: self.logs.clone(),
             last: self.unbalance_kg_m.clone(),
             last_d: f64::NAN,
-            watch: EventDetector::new(self.config),
+            detector: EventDetector::new(self.config),
         };
         let days: Vec<&Day> = self.complete().collect();
         for (k, day) in days.iter().enumerate() {
             let Some(mut estimate) = self.follow(day, &mut state) else { continue };
-            let raised = state.watch.judge(&days[..=k], &mut estimate);
+            let raised = state.detector.evaluate(&days[..=k], &mut estimate);
             run.estimates.push(estimate);
             if let Some(suspect) = raised {
                 self.answer(&days[..=k], suspect, &mut state, &mut run);
@@ -66,7 +66,7 @@ impl Tracking<'_> {
         let persistence = self.config.thresholds.persistence.max(1);
         let streak = &days[days.len().saturating_sub(persistence)..];
         let now = run.estimates[run.estimates.len() - streak.len()..].to_vec();
-        let jump = self.jump(streak, &state.logs, &state.watch, &now);
+        let jump = self.jump(streak, &state.logs, &state.detector, &now);
         if let Jump::Explains(free) = jump {
             run.flags.push(self.flag(&now, suspect, FlagCause::Unbalance));
             return self.replace(free, state, run);
@@ -84,7 +84,7 @@ impl Tracking<'_> {
             let cause = if let Jump::Helps(_) = jump { FlagCause::Unbalance } else { FlagCause::Model };
             run.flags.push(self.flag(&now, suspect, cause));
             // a residual that no bearings explain is the new baseline, or it would raise a flag every three days
-            return now.iter().for_each(|e| state.watch.monitor.accept(&e.residual));
+            return now.iter().for_each(|e| state.detector.residuals.accept(&e.residual));
         };
         run.flags.push(self.flag(&now, suspect, FlagCause::Model));
         run.reidentified.push(Reidentified {
@@ -102,7 +102,7 @@ impl Tracking<'_> {
     /// Replaces the last estimates by new ones; the baseline before the flag is kept.
     fn replace(&self, estimates: Vec<ReadingEstimate>, state: &mut PhaseTwoState, run: &mut TrackedRecord) {
         run.estimates.truncate(run.estimates.len() - estimates.len());
-        state.watch.settle();
+        state.detector.reset();
         for estimate in estimates {
             (state.last, state.last_d) = (estimate.unbalance_kg_m.clone(), estimate.time_d);
             run.estimates.push(estimate);
@@ -114,13 +114,15 @@ impl Tracking<'_> {
         &self,
         streak: &[&Day],
         logs: &[f64],
-        watch: &EventDetector,
+        detector: &EventDetector,
         now: &[ReadingEstimate],
     ) -> Jump {
         let free: Option<Vec<ReadingEstimate>> =
             streak.iter().map(|day| self.phase_two(day, logs, None)).collect();
         match free {
-            Some(free) if !free.iter().any(|e| watch.monitor.suspects(&e.residual)) => Jump::Explains(free),
+            Some(free) if !free.iter().any(|e| detector.residuals.suspects(&e.residual)) => {
+                Jump::Explains(free)
+            }
             Some(free) if self.better(&free, now) => Jump::Helps(free),
             _ => Jump::None,
         }

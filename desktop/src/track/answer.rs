@@ -3,7 +3,7 @@
 use nalgebra::Complex;
 
 use super::cases::CaseFit;
-use super::monitor::{DetectorThresholds, ReadingResidual};
+use super::detector::{DetectorThresholds, ReadingResidual};
 use super::operating_point::Logs;
 
 type C = Complex<f64>;

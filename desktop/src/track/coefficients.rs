@@ -65,7 +65,7 @@ mod tests {
     use crate::testing::sample_rotor;
 
     #[test]
-    fn what_a_record_cannot_be_followed_on_is_told_by_name() {
+    fn untrackable_machine_is_refused_with_its_part_named() {
         assert!(can_follow(&sample_rotor()).is_ok());
         let told = |change: fn(&mut Rotor)| {
             let mut rotor = sample_rotor();

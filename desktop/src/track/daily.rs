@@ -5,8 +5,8 @@ use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
 use super::answer::{Config, Flag, FlagCause, Method, ReadingEstimate, Reidentified};
+use super::detector::{ReadingResidual, ResidualDetector};
 use super::faults;
-use super::monitor::{ReadingResidual, ResidualDetector};
 use super::operating_point::{Logs, logs_of};
 use super::record::{self, Day};
 use super::step::Steps;
@@ -210,14 +210,14 @@ impl<'a> Tracking<'a> {
     /// Method 1: the bearings are constant.
     pub fn fixed(&self, progress: &mut dyn FnMut(usize, usize)) -> TrackedRecord {
         let mut run = TrackedRecord::default();
-        let mut watch = EventDetector::new(self.config);
+        let mut detector = EventDetector::new(self.config);
         let mut last = (self.unbalance_kg_m.clone(), f64::NAN);
         let days: Vec<&Day> = self.complete().collect();
         for (k, day) in days.iter().enumerate() {
             let at_d = if last.1.is_nan() { day.time_d } else { last.1 };
             let Some(mut estimate) = self.phase_two(day, &self.logs, Some((&last.0, at_d))) else { continue };
             last = (estimate.unbalance_kg_m.clone(), day.time_d);
-            let raised = watch.judge(&days[..=k], &mut estimate);
+            let raised = detector.evaluate(&days[..=k], &mut estimate);
             run.estimates.push(estimate);
             if let Some(suspect) = raised {
                 run.flags.push(self.flag(&run.estimates, suspect, FlagCause::Model));
@@ -239,7 +239,7 @@ impl<'a> Tracking<'a> {
 /// Raises a flag when the residual stays high and the features stepped.
 #[derive(Debug, Clone)]
 pub struct EventDetector {
-    pub monitor: ResidualDetector,
+    pub residuals: ResidualDetector,
     steps: Steps,
     persistence: usize,
     ratio_limit: f64,
@@ -249,7 +249,7 @@ pub struct EventDetector {
 impl EventDetector {
     pub fn new(config: &Config) -> Self {
         Self {
-            monitor: ResidualDetector::new(config.thresholds),
+            residuals: ResidualDetector::new(config.thresholds),
             steps: Steps::default(),
             persistence: config.thresholds.persistence.max(1),
             ratio_limit: config.thresholds.ratio_limit,
@@ -258,9 +258,9 @@ impl EventDetector {
     }
 
     /// Evaluates the last of these readings and marks its estimate; returns the suspect bearing if it raises a flag.
-    pub fn judge(&mut self, days: &[&Day], estimate: &mut ReadingEstimate) -> Option<usize> {
-        let verdict = self.monitor.judge(&estimate.residual);
-        if !verdict.suspicious {
+    pub fn evaluate(&mut self, days: &[&Day], estimate: &mut ReadingEstimate) -> Option<usize> {
+        let result = self.residuals.evaluate(&estimate.residual);
+        if !result.suspicious {
             self.up = false;
         }
         // before there is a past to compare with, only the ratio counts
@@ -268,16 +268,16 @@ impl EventDetector {
             let beyond = estimate.residual.ratio() > self.ratio_limit;
             self.steps.stepped(days, self.persistence).unwrap_or(beyond)
         };
-        let raised = verdict.lasting && !self.up && stepped();
+        let raised = result.lasting && !self.up && stepped();
         self.steps.learn(days[days.len() - 1]);
         self.up |= raised;
-        (estimate.suspicious, estimate.flagged) = (verdict.suspicious, self.up);
-        raised.then_some(verdict.suspect)
+        (estimate.suspicious, estimate.flagged) = (result.suspicious, self.up);
+        raised.then_some(result.suspect)
     }
 
     /// Resets the streak after the cause of a flag was handled.
-    pub fn settle(&mut self) {
-        self.monitor.settle();
+    pub fn reset(&mut self) {
+        self.residuals.reset();
         self.up = false;
     }
 }

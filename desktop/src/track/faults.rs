@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sound_record_is_passed_and_each_fault_is_told_with_its_row() {
+    fn sound_record_passes_and_each_fault_names_its_row() {
         assert_eq!(check("r.csv", &sample_rotor(), &record()), Ok(()));
         let back = refusal(|r| r[7].time_d = Some(3.0));
         assert_eq!(back, "r.csv: row 9: time_d goes back from 6 to 3, expected ascending days");

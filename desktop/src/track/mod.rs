@@ -13,7 +13,7 @@
 //! | `record`, `operating_point` | readings, each with the machine solved at its speed |
 //! | `answer` | configuration and results |
 //! | `planes` | check that one reading determines the unbalance of every plane |
-//! | [`monitor`], `step` | residual and its baseline; step or random walk |
+//! | [`detector`], `step` | residual and its baseline; step or random walk |
 //! | `daily` | phase I, phase II and the fixed method |
 //! | `cases`, `adaptive` | the four cases of a re-identification |
 //! | `bayes` | bearings and unbalance sampled; the paper's random walk, and an independence sampler |
@@ -26,10 +26,10 @@ mod bayes;
 mod cases;
 mod coefficients;
 mod daily;
+pub mod detector;
 mod faults;
 mod filtered;
 mod joint;
-pub mod monitor;
 mod operating_point;
 mod planes;
 mod record;
@@ -41,10 +41,10 @@ pub use answer::{
 };
 pub use bayes::sampling::{PosteriorSample, Quality, SamplerKind, Sampling};
 pub use cases::CaseFit;
+pub use detector::{DetectorThresholds, ReadingResidual};
 pub use faults::check as check_record;
 pub use filtered::filtered;
 pub use joint::{ConstantPart, Event, JointFindings, LaterRunup, Scope};
-pub use monitor::{DetectorThresholds, ReadingResidual};
 pub use operating_point::Logs;
 
 use crate::error::Error;

@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn other_bearings_by_update_equal_the_model_made_with_them() {
+    fn two_bearings_updated_equal_model_made_with_them() {
         let (rotor, logs) = changed();
         let basis = basis::supported(&Model::finite_elements(&sample_rotor()), TRACKING);
         let whole = Model::finite_elements(&rotor).projected(&basis).response(SPEED).unwrap();

@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_random_walk_is_no_step_at_any_of_ten_seeds() {
+    fn random_walk_is_no_step_at_any_of_ten_seeds() {
         for seed in 0..10 {
             assert_eq!(steps_found(&walking(0.0, seed)), Vec::<usize>::new(), "seed {seed}");
         }

@@ -86,7 +86,7 @@ struct DailyState {
     /// Phase II on these bearings, whose residual shows events.
     watched: Vec<ReadingEstimate>,
     last_d: f64,
-    watch: EventDetector,
+    detector: EventDetector,
 }
 
 impl Tracking<'_> {
@@ -100,7 +100,7 @@ impl Tracking<'_> {
             unbalance_sd_kg_m: vec![0.0; self.unbalance_kg_m.len()],
             watched: Vec::new(),
             last_d: f64::NAN,
-            watch: EventDetector::new(self.config),
+            detector: EventDetector::new(self.config),
         };
         let mut run = TrackedRecord::default();
         let (mut qualities, mut last) = (Vec::new(), Vec::new());
@@ -113,7 +113,7 @@ impl Tracking<'_> {
             let near = state.walk.within_range(&estimate.logs);
             let watched = self.phase_two(day, &near, Some((last_unbalance, last_d)));
             let Some(mut watched) = watched else { continue };
-            let raised = state.watch.judge(&days[..=k], &mut watched);
+            let raised = state.detector.evaluate(&days[..=k], &mut watched);
             (estimate.suspicious, estimate.flagged) = (watched.suspicious, watched.flagged);
             if !estimate.suspicious {
                 // suspicious readings are not learned from
@@ -174,7 +174,7 @@ impl Tracking<'_> {
         let streak = &days[k + 1 - persistence..=k];
         let begun = state.watched.len() - streak.len();
         let now = state.watched[begun..].to_vec();
-        let jump = self.jump(streak, &state.logs, &state.watch, &now);
+        let jump = self.jump(streak, &state.logs, &state.detector, &now);
         let cause = match jump {
             Jump::Explains(free) => {
                 self.go_on(free, state);
@@ -202,7 +202,7 @@ impl Tracking<'_> {
                     run.estimates.extend(again.unwrap_or_default());
                     FlagCause::Model
                 } else {
-                    now.iter().for_each(|e| state.watch.monitor.accept(&e.residual));
+                    now.iter().for_each(|e| state.detector.residuals.accept(&e.residual));
                     if let Jump::Helps(_) = jump { FlagCause::Unbalance } else { FlagCause::Model }
                 }
             }
@@ -214,7 +214,7 @@ impl Tracking<'_> {
     fn go_on(&self, estimates: Vec<ReadingEstimate>, state: &mut DailyState) {
         state.watched.truncate(state.watched.len() - estimates.len());
         state.watched.extend(estimates);
-        state.watch.settle();
+        state.detector.reset();
     }
 
     /// Bearings identified from a streak with the wide prior, and phase II of the streak on them.

@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_density_is_never_visited() {
+    fn chain_never_visits_points_of_zero_density() {
         let above = |x: &DVector<f64>| (x[0] > 0.0).then(|| (-0.5 * x[0] * x[0], x[0]));
         let proposals = Student::new(DVector::zeros(1), DMatrix::identity(1, 1)).unwrap();
         let mut walker = Walker::start(&proposals, 2.0, StdRng::seed_from_u64(1), &above).unwrap();

@@ -46,7 +46,7 @@ struct PaperState {
     logs: Logs,
     last: Vec<C>,
     last_d: f64,
-    watch: EventDetector,
+    detector: EventDetector,
     sampler: MetropolisSampler,
 }
 
@@ -58,7 +58,7 @@ impl PaperState {
         }
         run.estimates.truncate(begun);
         run.estimates.extend(estimates);
-        self.watch.settle();
+        self.detector.reset();
     }
 }
 
@@ -74,7 +74,7 @@ impl Tracking<'_> {
             logs: self.logs.clone(),
             last: self.unbalance_kg_m.clone(),
             last_d: f64::NAN,
-            watch: EventDetector::new(self.config),
+            detector: EventDetector::new(self.config),
             sampler: MetropolisSampler::new(Proposal::Metropolis, dimensions),
         };
         let mut other = MetropolisSampler::new(Proposal::AdaptiveMetropolis, dimensions);
@@ -104,7 +104,7 @@ impl Tracking<'_> {
                 continue;
             };
             estimate.spread = Some(spread);
-            let raised = state.watch.judge(&days[..=k], &mut estimate);
+            let raised = state.detector.evaluate(&days[..=k], &mut estimate);
             if !estimate.suspicious {
                 // the bearings are not learned from suspicious readings
                 state.logs.clone_from(&estimate.logs);
@@ -152,7 +152,7 @@ impl Tracking<'_> {
         let streak = &days[days.len() - persistence..];
         let begun = run.estimates.len() - streak.len();
         let now = run.estimates[begun..].to_vec();
-        let jump = self.jump(streak, &state.logs, &state.watch, &now);
+        let jump = self.jump(streak, &state.logs, &state.detector, &now);
         let found = match jump {
             Jump::Explains(_) => None,
             _ => self.widely_as_printed(streak, suspect, state, run),
@@ -177,7 +177,7 @@ impl Tracking<'_> {
                 FlagCause::Unbalance
             }
             (None, jump) => {
-                now.iter().for_each(|e| state.watch.monitor.accept(&e.residual));
+                now.iter().for_each(|e| state.detector.residuals.accept(&e.residual));
                 if let Jump::Helps(_) = jump { FlagCause::Unbalance } else { FlagCause::Model }
             }
         };

@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn both_samplers_reach_the_moments_of_a_known_gaussian() {
+    fn both_samplers_reach_moments_of_known_gaussian() {
         for proposal in [Proposal::Metropolis, Proposal::AdaptiveMetropolis] {
             let chains = run(proposal);
             let mean = mean(&chains);
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_learned_makes_more_of_as_many_proposals() {
+    fn adaptive_metropolis_has_larger_effective_sample_size() {
         let [plain, adaptive] = [Proposal::Metropolis, Proposal::AdaptiveMetropolis]
             .map(|p| quality(&run(p)).unwrap().effective_bulk);
         assert!(adaptive > 1.5 * plain, "{adaptive} {plain}");

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn an_angle_that_turns_several_times_is_followed() {
+    fn angle_is_unwrapped_over_several_turns() {
         let c = coordinates()[0];
         let mut z = C::from(0.0);
         for k in 0..100 {

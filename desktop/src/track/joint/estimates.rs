@@ -13,7 +13,7 @@ use super::state::Layout;
 use crate::track::answer::{CredibleIntervals, Flag, FlagCause, Interval, Reidentified};
 use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
 use crate::track::daily::{TrackedRecord, Tracking};
-use crate::track::monitor::ReadingResidual;
+use crate::track::detector::ReadingResidual;
 use crate::track::operating_point::Logs;
 
 type C = Complex<f64>;
@@ -232,7 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mixture_of_one_thing_twice_is_that_thing() {
+    fn mixture_of_equal_gaussians_has_their_interval() {
         let part = |weight: f64| MixturePart { weight, at: 3.0, sd: 0.5 };
         let both = interval(&[part(1.0), part(0.2)]);
         assert!(

@@ -109,7 +109,7 @@ mod tests {
 
     /// Forecasts of the four numbers against the filter's own prediction of its state and differences of the numbers.
     #[test]
-    fn filter_states_go_where_the_filters_own_prediction_goes() {
+    fn filter_state_forecasts_equal_kalman_prediction() {
         let (layout, motion) = (layout(), motion());
         let size = layout.size();
         let mixed = DMatrix::from_fn(size, size, |i, j| 1e-3 * (((5 * i + 3 * j) % 11) as f64 - 5.0));

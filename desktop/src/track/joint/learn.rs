@@ -274,7 +274,7 @@ mod tests {
 
     /// Moments as they are expected of a process that keeps 0.8 of itself over a pace and is pushed by 0.36.
     #[test]
-    fn a_process_is_learned_from_readings_minutes_and_days_apart() {
+    fn process_is_learned_from_readings_minutes_and_days_apart() {
         let (keep, settled) = (0.8_f64, 1.0);
         let pair = |paces: f64| (paces, [settled, settled * keep.powf(paces), settled]);
         let pairs: Vec<_> =

@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_a_motion_give_it_back() {
+    fn process_model_round_trips_through_its_parameters() {
         let mixed = DMatrix::from_fn(8, 8, |i, j| ((3 * i + 5 * j) % 7) as f64 * 0.01);
         let push = &mixed * mixed.transpose() + DMatrix::identity(8, 8) * 1e-4;
         let motion = ProcessModel { push, keep: 0.8, rate_push: 3e-6, rate_keep: 0.97 };
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn initial_motion_variance_is_independent_of_pace() {
+    fn initial_process_variance_is_independent_of_pace() {
         let variance =
             |keep: f64, push: f64, paces: f64| push * (1.0 - keep.powf(2.0 * paces)) / (1.0 - keep * keep);
         let daily = ProcessModel::first(8, 1.0);

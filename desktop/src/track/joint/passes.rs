@@ -136,7 +136,7 @@ impl JointProblem {
 
     /// Filter and smoother, relinearised around the smoothed states until convergence; `at_rest` leaves the random walk out
     /// of the linearisation point.
-    pub fn settle(
+    pub fn converge(
         &self,
         motion: &ProcessModel,
         changes: &[EventAt],

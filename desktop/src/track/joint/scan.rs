@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_tried_is_paid_for() {
+    fn evidence_corrects_for_number_of_trials() {
         let epochs = 1000;
         let mut gains = vec![vec![0.0; Scope::ALL.len()]; epochs];
         gains[500][1] = 10.0;
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn an_epoch_is_as_uncertain_as_its_neighbours_are_likely() {
+    fn epoch_interval_covers_likely_neighbours() {
         let mut gains = vec![vec![-50.0; Scope::ALL.len()]; 100];
         (gains[40][0], gains[41][0], gains[42][0]) = (19.0, 20.0, 19.5);
         assert_eq!(Scan { gains }.epochs(), Some((40, 42)));

@@ -162,7 +162,7 @@ impl JointProblem {
         self.learn_from(history, learning, Until::Rough)?;
         let most = history.events.len() + MOST_EVENTS;
         loop {
-            self.settle_events(history)?;
+            self.select_events(history)?;
             self.learn_from(history, learning, Until::Rough)?;
             let missed = self.missed(history)?;
             let Some((missed, epochs)) = missed.filter(|_| history.events.len() < most) else {
@@ -179,7 +179,7 @@ impl JointProblem {
     pub fn conclude(&self, mut history: EventHistory, learning: &mut Learning) -> Option<SmoothedHistory> {
         self.learn_from(&mut history, learning, Until::Settled)?;
         let changes = history.changes();
-        let (pass, _) = self.settle(&history.motion, &changes, &history.linearised_at, true)?;
+        let (pass, _) = self.converge(&history.motion, &changes, &history.linearised_at, true)?;
         let mut smoothed = pass.smoothed(&pass.later());
         self.smooth_walk_again(&history.motion, &pass, &mut smoothed)?;
         let rivals = self.rivals(&history, &pass.impossible)?;
@@ -213,7 +213,7 @@ impl JointProblem {
                 Rival::Scope(scope) => {
                     changes[i].1 = scope;
                     let from = self.begin_with(scope, epoch, &history.linearised_at);
-                    self.settle(&history.motion, &changes, &from, true)?.0
+                    self.converge(&history.motion, &changes, &from, true)?.0
                 }
                 Rival::Unexplained => {
                     changes.retain(|(at, _)| *at < epoch);
@@ -229,11 +229,12 @@ impl JointProblem {
     }
 
     /// Selects epoch and scope of each event in turn; drops events with too little evidence.
-    fn settle_events(&self, history: &mut EventHistory) -> Option<()> {
+    fn select_events(&self, history: &mut EventHistory) -> Option<()> {
         let mut i = 0;
         while i < history.events.len() {
             let others = history.changes_without(i);
-            let mut with = self.settle(&history.motion, &history.changes(), &history.linearised_at, false)?;
+            let mut with =
+                self.converge(&history.motion, &history.changes(), &history.linearised_at, false)?;
             let epochs = history.events[i].epochs(&others, self.epochs.len());
             let mut scan = self.scan(&history.motion, &others, &with, &epochs)?;
             for _ in 0..MOVES {
@@ -242,7 +243,7 @@ impl JointProblem {
                     break;
                 }
                 history.events[i].change.0 = epoch;
-                with = self.settle(&history.motion, &history.changes(), &with.1, false)?;
+                with = self.converge(&history.motion, &history.changes(), &with.1, false)?;
                 scan = self.scan(&history.motion, &others, &with, &epochs)?;
             }
             // scopes lie too far apart for one linearisation to compare them
@@ -250,14 +251,14 @@ impl JointProblem {
             let explained = |scope: Scope| {
                 let changes: Vec<EventAt> = others.iter().copied().chain([(epoch, scope)]).collect();
                 let from = self.begin_with(scope, epoch, &with.1);
-                Some((scope, self.settle(&history.motion, &changes, &from, false)?))
+                Some((scope, self.converge(&history.motion, &changes, &from, false)?))
             };
             let scopes = history.events[i].scopes().into_par_iter();
             let all: Vec<(Scope, ConvergedPass)> = scopes.map(explained).collect::<Option<_>>()?;
             let likelihoods: Vec<(Scope, f64)> = all.iter().map(|(s, w)| (*s, w.0.log_likelihood)).collect();
             let (scope, with) =
                 all.into_iter().max_by(|a, b| a.1.0.log_likelihood.total_cmp(&b.1.0.log_likelihood))?;
-            let without = self.settle(&history.motion, &others, &history.linearised_at, false)?;
+            let without = self.converge(&history.motion, &others, &history.linearised_at, false)?;
             let reached = with.0.log_likelihood;
             let evidence = scan.evidence(reached - without.0.log_likelihood, self.epochs.len());
             if !is_enough(evidence) {

@@ -95,7 +95,7 @@ impl ResidualDetector {
     }
 
     /// Evaluates a reading and stores it. Suspicious readings do not enter the baseline, so an event cannot raise it.
-    pub fn judge(&mut self, residual: &ReadingResidual) -> DetectorResult {
+    pub fn evaluate(&mut self, residual: &ReadingResidual) -> DetectorResult {
         let suspicious = self.suspects(residual);
         if suspicious {
             self.streak += 1;
@@ -119,7 +119,7 @@ impl ResidualDetector {
     }
 
     /// Ends a streak after the cause of a flag was handled.
-    pub fn settle(&mut self) {
+    pub fn reset(&mut self) {
         self.streak = 0;
     }
 }
@@ -142,9 +142,9 @@ mod tests {
     }
 
     fn flags(readings: &[ReadingResidual]) -> Vec<(usize, usize)> {
-        let mut monitor = ResidualDetector::new(DetectorThresholds::default());
-        let judged = readings.iter().map(|r| monitor.judge(r)).enumerate();
-        judged.filter(|(_, v)| v.lasting).map(|(i, v)| (i, v.suspect)).collect()
+        let mut detector = ResidualDetector::new(DetectorThresholds::default());
+        let results = readings.iter().map(|r| detector.evaluate(r)).enumerate();
+        results.filter(|(_, v)| v.lasting).map(|(i, v)| (i, v.suspect)).collect()
     }
 
     #[test]
