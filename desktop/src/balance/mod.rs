@@ -199,7 +199,7 @@ impl BalancePlan {
     pub fn planes_named(rotor: &Rotor, names: &[String]) -> Result<Vec<usize>, Error> {
         let known: Vec<String> = rotor.plane.iter().map(|p| p.name.clone()).collect();
         if let Some(unknown) = names.iter().find(|name| !known.contains(name)) {
-            return Err(Error::Unsuitable(no_plane(unknown, &known)));
+            return Err(no_plane(unknown, &known));
         }
         let wanted = |p: &usize| names.is_empty() || names.contains(&rotor.plane[*p].name);
         Ok((0..rotor.plane.len()).filter(wanted).collect())
@@ -237,38 +237,25 @@ impl NormalEquations {
     /// # Errors
     /// One sentence if a plane moves nothing, planes act alike, or noise hides what they do.
     fn inverse(&self, planes: &[impl AsRef<str>]) -> Result<DMatrix<C>, Error> {
-        let unsuitable = |what: String| Err(Error::Unsuitable(what));
-        let name = |j: usize| format!("\"{}\"", planes[j].as_ref());
+        let name = |j: usize| planes[j].as_ref().to_string();
         let shown = &self.matrix + &self.noise;
         let size = shown.diagonal().map(|d| d.re.max(0.0).sqrt());
         if let Some(j) = (0..size.len()).find(|j| size[*j].is_nan() || size[*j] <= 0.0) {
-            return unsuitable(format!("no weight in plane {} moves any probe", name(j)));
+            return Err(Error::PlaneWithoutEffect { plane: name(j) });
         }
         let scaled = |m: &DMatrix<C>| m.map_with_location(|i, j, n| n / (size[i] * size[j]));
         if hermitian(scaled(&shown)).eigenvalues.min() < ALIKE {
-            return unsuitable(
-                "the correction planes act alike on every probe at these speeds; choose fewer planes, or more speeds"
-                    .into(),
-            );
+            return Err(Error::PlanesActAlike);
         }
         let without_noise = hermitian(scaled(&self.matrix));
         if without_noise.eigenvalues.min() < ALIKE {
             let hidden = (0..size.len()).find(|j| self.matrix[(*j, *j)].re < 0.5 * shown[(*j, *j)].re);
+            if let Some(j) = hidden {
+                return Err(Error::EffectBelowNoise { plane: name(j) });
+            }
             let least = without_noise.eigenvectors.column(without_noise.eigenvalues.imin());
-            return unsuitable(match hidden {
-                Some(j) => format!(
-                    "the noise hides what the trial weight in plane {} does; repeat with a larger trial weight, or with more readings",
-                    name(j)
-                ),
-                None => {
-                    let mixed = (0..size.len()).filter(|j| least[*j].norm() > 0.3).map(name);
-                    format!(
-                        "the noise hides in what the planes {} differ; repeat with larger trial weights or more readings, or choose fewer \
-                         planes",
-                        mixed.collect::<Vec<_>>().join(" and ")
-                    )
-                }
-            });
+            let planes = (0..size.len()).filter(|j| least[*j].norm() > 0.3).map(name).collect();
+            return Err(Error::DifferenceBelowNoise { planes });
         }
         self.matrix.clone().try_inverse().ok_or_else(|| Error::Unsuitable("no plane moves any probe".into()))
     }

@@ -27,15 +27,14 @@ impl Wanted {
     /// # Errors
     /// If a plane is named that is not known, or a place that is not there.
     pub fn check(&self, known: &[String]) -> Result<(), Error> {
-        let unsuitable = |what: String| Err(Error::Unsuitable(what));
         let named =
             self.limits.iter().map(|(plane, _)| plane).chain(self.taken.iter().map(|(plane, _)| plane));
         if let Some(unknown) = named.flatten().find(|name| !known.contains(name)) {
-            return unsuitable(no_plane(unknown, known));
+            return Err(no_plane(unknown, known));
         }
         let count = self.holes.as_ref().map_or(0, |holes| holes.count);
         match self.taken.iter().find(|(_, hole)| !(1..=count).contains(hole)) {
-            Some((_, hole)) => unsuitable(format!("there is no hole {hole}, expected 1 to {count}")),
+            Some((_, hole)) => Err(Error::UnknownHole { hole: *hole, count }),
             None => Ok(()),
         }
     }
@@ -70,7 +69,6 @@ impl Wanted {
 }
 
 /// That there is no plane of this name.
-pub fn no_plane(unknown: &str, known: &[String]) -> String {
-    let known: Vec<String> = known.iter().map(|name| format!("\"{name}\"")).collect();
-    format!("there is no plane \"{unknown}\", expected one of {}", known.join(", "))
+pub fn no_plane(unknown: &str, known: &[String]) -> Error {
+    Error::UnknownPlane { plane: unknown.into(), known: known.into() }
 }

@@ -50,7 +50,7 @@ impl CorrectionRequest {
     /// Numbers of the planes to use among those that are known.
     fn planes_of(&self, known: &[String]) -> Result<Vec<usize>, Error> {
         if let Some(unknown) = self.planes.iter().find(|name| !known.contains(name)) {
-            return Err(Error::Unsuitable(no_plane(unknown, known)));
+            return Err(no_plane(unknown, known));
         }
         self.wanted.check(known)?;
         let wanted = |j: &usize| self.planes.is_empty() || self.planes.contains(&known[*j]);
