@@ -18,7 +18,7 @@ use crate::units::rpm;
 
 type C = Complex<f64>;
 
-/// Shape functions a plane, beside what effects need: exact to a few parts in ten thousand.
+/// Shape functions a plane, beside those of effects: exact to a few parts in ten thousand.
 const SHAPES: usize = 14;
 /// Rounds over the amplitude, where supports harden or soften.
 const ROUNDS: usize = 40;
@@ -124,7 +124,7 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &BalancePlan) -> Re
     })
 }
 
-/// Weights, and what they were solved with where they are in place.
+/// Weights, and the linear equations that they solve.
 struct Solved {
     wanted: Vec<C>,
     /// Inverse of the normal matrix.

@@ -1,4 +1,4 @@
-//! What weights are to do and may be, as a user states it.
+//! Criterion and limits of the weights, as a user states them.
 
 use nalgebra::Complex;
 
@@ -9,7 +9,7 @@ use crate::error::Error;
 
 type C = Complex<f64>;
 
-/// What is made least, and what fits into the planes.
+/// The criterion that the weights minimise, and the limits of the planes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Wanted {
     pub criterion: Criterion,
@@ -47,7 +47,7 @@ impl Wanted {
         of(Some(plane)).or_else(|| of(None)).unwrap_or(f64::INFINITY)
     }
 
-    /// What is put into the planes of these names to come near what is best, so that `cost` of their sums in g·mm is least.
+    /// Fillings of the named planes near the best weights, chosen so that `cost` of their sums in g·mm is least.
     pub fn placed(
         &self,
         planes: &[impl AsRef<str>],

@@ -1,4 +1,4 @@
-//! Whether data determine what a model is used for: the unbalance of its planes.
+//! Whether data determine the unbalance of the planes.
 
 use nalgebra::{Complex, DMatrix};
 

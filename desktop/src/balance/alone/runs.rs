@@ -1,4 +1,4 @@
-//! Trial runs as equations, and what their repeats say of the noise.
+//! Trial runs as equations, and the noise from their repeats.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Mountings: what was measured between putting weights in and taking them out, repeats averaged.
+//! Mountings: the readings between two changes of weights, repeats averaged.
 //!
 //! Everything is in µm and g·mm. A row is one probe at one speed; rows of a speed stand together.
 
@@ -43,7 +43,7 @@ pub struct Mountings {
     pub probes: usize,
     /// Variance of a component of one reading about the mean of its mounting, µm², by row.
     pub repeat_variance: DVector<f64>,
-    /// What was left out, one sentence each.
+    /// Omissions, one sentence each.
     pub remarks: Vec<String>,
 }
 

@@ -50,7 +50,7 @@ pub struct Trials {
 pub struct TrialFit {
     /// By speed and probe.
     pub coefficients: Vec<InfluenceCoefficients>,
-    /// Of what the coefficients do not need; `None` if they need all.
+    /// Misfit of the readings beyond the unknowns; `None` if there are no more readings than unknowns.
     pub misfit: Option<ReducedChiSquare>,
     /// Whether phases have the right sign.
     pub sense: PhaseSense,
