@@ -134,6 +134,9 @@ pub enum Error {
         .relative_error * 100.0
     )]
     AnotherMachine { rotor: String, relative_error: f64 },
+    /// An effect is in the model already, or cannot be searched for on this rotor.
+    #[error("{effect} {why}")]
+    EffectNotAddable { effect: String, why: String },
     /// The data do not allow what was asked.
     #[error("{0}")]
     Unsuitable(String),

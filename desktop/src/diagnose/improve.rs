@@ -69,7 +69,7 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     checks::not_reversed(&base, rotor, readings, &noise)?;
     let present = base.hypothesis.effects.iter().any(|e| same(e, &assumed));
     if let Some(why) = present.then_some("is already in the model").or(effect.not_sought(rotor)) {
-        return Err(Error::Unsuitable(format!("{} {why}", assumed.label(rotor))));
+        return Err(Error::EffectNotAddable { effect: assumed.label(rotor), why: why.into() });
     }
     let mut tried = base.attempt(assumed)?;
     base.refine(&mut tried)?;

@@ -57,9 +57,9 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 let outside = nothing_missing + unknown;
                 return Ok(Conclusion { verdict: DiagnosisVerdict::Unknown, summary: why, scatter, outside });
             }
-            if let Some(doubt) = self.doubt().filter(|_| nothing_missing >= 0.5) {
+            if let Some(reason) = self.reason_not_to_use().filter(|_| nothing_missing >= 0.5) {
                 let why = format!(
-                    "It fits ({noise}; nothing that these data would show is missing, {sure:.0} % sure), but does not determine what it is for: {doubt}."
+                    "It fits ({noise}; nothing that these data would show is missing, {sure:.0} % sure), but does not determine what it is for: {reason}."
                 );
                 return say(DiagnosisVerdict::NotDetermined, why, scatter);
             }
@@ -110,7 +110,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
 
     /// Why a model that fits is not to be used: its planes are not determined, or an effect that the file states is one that physics
     /// does not allow.
-    fn doubt(&self) -> Option<String> {
+    fn reason_not_to_use(&self) -> Option<String> {
         let base = self.base;
         let stated =
             parameters::of_each(&base.hypothesis, &base.fit).into_iter().zip(&base.hypothesis.effects);
@@ -118,7 +118,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             let why = parameters::at_bounds(&parameters)?;
             Some(format!("{} that the file states: {why}", effect.label(base.fitter.rotor)))
         });
-        absurd.next().or_else(|| self.determined.doubt())
+        absurd.next().or_else(|| self.determined.reason_undetermined())
     }
 
     /// No single effect is enough: several together, or something that is not in the list.
