@@ -3,7 +3,7 @@
 /// A problem with the input or with what was asked of it.
 ///
 /// Every message is one sentence that names the file and the key or row and says what was expected.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be read or written.
@@ -38,6 +38,105 @@ pub enum Error {
     /// The covariance of what differs between runs cannot be inverted.
     #[error("the scatter of the runs is singular: a probe shows the same in every run")]
     SingularScatter,
+    /// A correction plane was named that does not exist.
+    #[error("there is no plane \"{plane}\", expected one of {}", quoted(.known).join(", "))]
+    UnknownPlane { plane: String, known: Vec<String> },
+    /// A hole was named by a number that its plane does not have.
+    #[error("there is no hole {hole}, expected 1 to {count}")]
+    UnknownHole { hole: usize, count: usize },
+    /// Weights are to be added to a run that was not measured.
+    #[error("there is no run \"{run}\" to add weights to, expected one of {}", .known.join(", "))]
+    UnknownRun { run: String, known: Vec<String> },
+    /// No reading lies in the range of speeds that was asked for.
+    #[error("there is no reading between {from_rpm:.0} and {to_rpm:.0} rpm")]
+    NoReadingInRange { from_rpm: f64, to_rpm: f64 },
+    /// No run has a trial weight in a correction plane.
+    #[error(
+        "no run has a trial weight in plane \"{plane}\", so its influence is not known; measure a run with one and state it"
+    )]
+    NoTrialWeight { plane: String },
+    /// Trial weights of the runs are linearly dependent.
+    #[error(
+        "the trial weights do not tell the planes apart: {} need {} runs with independent trial weights at one speed, as one \
+         run without weights and one with a weight in each plane",
+        counted_planes(*.planes),
+        .planes + 1
+    )]
+    DependentTrialWeights { planes: usize },
+    /// No speed was measured in as many runs as there are unknowns.
+    #[error(
+        "no speed between {slowest_rpm:.0} and {fastest_rpm:.0} rpm was measured in {} runs with independent trial weights, \
+         which {} need{advice}",
+        .planes + 1,
+        counted_planes(*.planes)
+    )]
+    TooFewRuns { planes: usize, slowest_rpm: f64, fastest_rpm: f64, advice: String },
+    /// No weight in a correction plane changes the vibration.
+    #[error("no weight in plane \"{plane}\" moves any probe")]
+    PlaneWithoutEffect { plane: String },
+    /// Influences of the correction planes are linearly dependent.
+    #[error(
+        "the correction planes act alike on every probe at these speeds; choose fewer planes, or more speeds"
+    )]
+    PlanesActAlike,
+    /// The effect of a trial weight is no larger than the noise.
+    #[error(
+        "the noise hides what the trial weight in plane \"{plane}\" does; repeat with a larger trial weight, or with more \
+         readings"
+    )]
+    EffectBelowNoise { plane: String },
+    /// Influences of these correction planes differ by no more than the noise.
+    #[error(
+        "the noise hides in what the planes {} differ; repeat with larger trial weights or more readings, or choose fewer \
+         planes",
+        quoted(.planes).join(" and ")
+    )]
+    DifferenceBelowNoise { planes: Vec<String> },
+    /// A measurement has another unit than the coefficients that were kept.
+    #[error("the measurement is in {measured} and the coefficients are in {kept}, expected one unit")]
+    UnitMismatch { measured: String, kept: String },
+    /// The base run that was named was not measured.
+    #[error("the data have no run \"{run}\" to be the base run")]
+    UnknownBaseRun { run: String },
+    /// The base run that was named has weights.
+    #[error("the base run \"{run}\" has weights in the rotor's file, expected a run without")]
+    WeightedBaseRun { run: String },
+    /// Several runs could be the base run.
+    #[error("several runs are without weights ({}); name the base run with --base", .runs.join(", "))]
+    AmbiguousBaseRun { runs: Vec<String> },
+    /// A probe has no reading.
+    #[error("probe {probe} has no reading at all; leave it out of the rotor")]
+    SilentProbe { probe: String },
+    /// A probe shows one value at every speed.
+    #[error(
+        "probe {probe} shows the same value at every speed: it is stuck or dead, leave it out of the rotor"
+    )]
+    StuckProbe { probe: String },
+    /// A probe shows its largest value in several readings.
+    #[error("probe {probe} shows {level_um:.2} µm in {readings} readings and never more: it is clipped")]
+    ClippedProbe { probe: String, level_um: f64, readings: usize },
+    /// There are more readings than a fit takes.
+    #[error(
+        "{number} readings, and a fit takes {most} at most: give one in {} of them, for readings of one run at one speed say \
+         the same",
+        .number.div_ceil(*.most)
+    )]
+    TooManyReadings { number: usize, most: usize },
+    /// There are no more values than unknowns.
+    #[error(
+        "{values} measured numbers for {unknowns} unknowns of bearings and planes: any model would fit; measure at more speeds"
+    )]
+    TooFewValues { values: usize, unknowns: usize },
+    /// No fit of the model comes near the data.
+    #[error(
+        "these look like the data of another machine: with bearings and unbalance free the model of \"{rotor}\" still misses \
+         {:.0} % of the vibration",
+        .relative_error * 100.0
+    )]
+    AnotherMachine { rotor: String, relative_error: f64 },
+    /// An effect is in the model already, or cannot be searched for on this rotor.
+    #[error("{effect} {why}")]
+    EffectNotAddable { effect: String, why: String },
     /// The data do not allow what was asked.
     #[error("{0}")]
     Unsuitable(String),
@@ -56,6 +155,14 @@ impl Error {
         let (place, expected) = (one_line(&place.into()), one_line(&expected.into()));
         Self::Measurement { file: file.into(), place, expected }
     }
+}
+
+fn quoted(names: &[String]) -> Vec<String> {
+    names.iter().map(|name| format!("\"{name}\"")).collect()
+}
+
+fn counted_planes(planes: usize) -> String {
+    format!("{planes} plane{}", if planes == 1 { "" } else { "s" })
 }
 
 /// A quotation mark that is never closed makes the rest of a file one cell, and messages quote cells.

@@ -13,7 +13,7 @@ use crate::measurement::Reading;
 
 type C = Complex<f64>;
 
-/// Neighbours that differ by more than this, relative, say nothing of what is between them.
+/// Largest relative step between neighbouring speeds that are interpolated.
 const WIDEST_STEP: f64 = 0.05;
 
 /// All runs at the speeds of one.
@@ -27,7 +27,7 @@ pub struct Interpolated {
 }
 
 impl Interpolated {
-    /// What a user must know of it.
+    /// A sentence for the user on the interpolation and its error.
     pub fn remark(&self) -> String {
         let off = match self.off {
             Some(off) => format!("off by about {:.1} % of the vibration, noise included", 100.0 * off),
@@ -90,7 +90,7 @@ fn between(low: &Reading, high: &Reading, speed_rpm: f64) -> Option<Reading> {
     Some(Reading { speed_rpm, probes, gaps_v: Vec::new(), ..low.clone() })
 }
 
-/// Root mean square of what a straight line misses half-way, relative to that of the vibration.
+/// Root mean square error of linear interpolation half-way, relative to that of the vibration.
 fn off<'a>(runs: impl Iterator<Item = &'a Vec<&'a Reading>>) -> Option<f64> {
     let (mut missed, mut squares) = (0.0, 0.0);
     for run in runs {

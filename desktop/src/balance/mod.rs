@@ -10,8 +10,8 @@
 //! | [`alone`] | weights of a machine that has no file |
 //! | [`estimate`](mod@estimate) | the unbalance of single runs from others with stated weights |
 //! | [`places`] | fixed holes or blades |
-//! | [`wanted`], `scatter` | what weights are to do and may be; how far noise moves them |
-//! | [`weights`] | what can really be screwed in: radii and steps of mass |
+//! | [`wanted`], `scatter` | criterion and limits of the weights; their standard deviations |
+//! | [`weights`] | available weights: radii and steps of mass |
 //!
 //! All weights are for the machine without any trial weight. Angles are those of the unbalance they
 //! make: from the keyphasor mark, in the direction of rotation.
@@ -46,12 +46,12 @@ use wanted::{Wanted, no_plane};
 
 type C = Complex<f64>;
 
-/// What is to be balanced, and with what.
+/// Correction planes, criterion and speeds of a balancing job.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BalancePlan {
     /// Numbers of the correction planes among the rotor's.
     pub planes: Vec<usize>,
-    /// What weights are to do and may be.
+    /// Criterion and limits of the weights.
     pub wanted: Wanted,
     /// Speeds at which vibration counts, rpm.
     pub range_rpm: [f64; 2],
@@ -75,14 +75,14 @@ pub struct SpeedVibration {
     pub after_sd_m: f64,
 }
 
-/// Weights and what they do.
+/// Correction weights and the vibration with them.
 #[derive(Debug, Clone)]
 pub struct Balanced {
     /// The unbalance to add in each plane, kg·m.
     pub wanted_kg_m: Vec<C>,
     /// Standard deviation of its components, kg·m.
     pub sd_kg_m: Vec<f64>,
-    /// What is put into each plane.
+    /// Weights for each plane.
     pub placed: Vec<Filling>,
     /// Vibration before and after, by speed.
     pub vibration: Vec<SpeedVibration>,
@@ -90,10 +90,10 @@ pub struct Balanced {
     pub overall: Overall,
     /// Quality grade before and after.
     pub grade: Grade,
-    /// ReducedChiSquare of what the weights come from: the model's, or that of trial runs beyond what the coefficients
-    /// need; `None` where nothing is left to judge by.
+    /// Misfit of the model, or of the trial runs beyond the unknowns of their coefficients;
+    /// `None` where no degrees of freedom are left.
     pub misfit: Option<ReducedChiSquare>,
-    /// What was done to the readings, one sentence each.
+    /// Changes made to the readings, one sentence each.
     pub remarks: Vec<String>,
 }
 
@@ -130,7 +130,7 @@ impl Overall {
     }
 }
 
-/// Sums of squared amplitudes: before, after, and the variance of what is left.
+/// Sums of squared amplitudes: before, after, and the variance of the residual.
 #[derive(Debug, Clone, Copy, Default)]
 struct Squares {
     m2: [f64; 3],
@@ -143,7 +143,7 @@ impl Squares {
         self.count += count;
     }
 
-    /// Root mean squares; what noise was taken off of may be less than nothing, which is nothing.
+    /// Root mean squares; sums that are negative after the noise is subtracted count as zero.
     fn rms_m(&self) -> [f64; 3] {
         self.m2.map(|sum| (sum.max(0.0) / self.count.max(1) as f64).sqrt())
     }
@@ -199,7 +199,7 @@ impl BalancePlan {
     pub fn planes_named(rotor: &Rotor, names: &[String]) -> Result<Vec<usize>, Error> {
         let known: Vec<String> = rotor.plane.iter().map(|p| p.name.clone()).collect();
         if let Some(unknown) = names.iter().find(|name| !known.contains(name)) {
-            return Err(Error::Unsuitable(no_plane(unknown, &known)));
+            return Err(no_plane(unknown, &known));
         }
         let wanted = |p: &usize| names.is_empty() || names.contains(&rotor.plane[*p].name);
         Ok((0..rotor.plane.len()).filter(wanted).collect())
@@ -210,7 +210,7 @@ impl BalancePlan {
 struct NormalEquations {
     matrix: DMatrix<C>,
     right: DVector<C>,
-    /// What noise had added to the matrix, and was taken off.
+    /// The contribution of noise that was subtracted from the matrix.
     noise: DMatrix<C>,
 }
 
@@ -224,7 +224,7 @@ impl NormalEquations {
         }
     }
 
-    /// Takes off what noise added.
+    /// Subtracts the contribution of noise.
     fn less(mut self, matrix: DMatrix<C>, right: &DVector<C>) -> Self {
         self.matrix -= &matrix;
         self.right -= right;
@@ -235,40 +235,27 @@ impl NormalEquations {
     /// The inverse of the matrix; `planes` are their names.
     ///
     /// # Errors
-    /// One sentence if a plane moves nothing, planes act alike, or noise hides what they do.
+    /// If a plane moves no probe, planes act alike, or noise hides their effect.
     fn inverse(&self, planes: &[impl AsRef<str>]) -> Result<DMatrix<C>, Error> {
-        let unsuitable = |what: String| Err(Error::Unsuitable(what));
-        let name = |j: usize| format!("\"{}\"", planes[j].as_ref());
+        let name = |j: usize| planes[j].as_ref().to_string();
         let shown = &self.matrix + &self.noise;
         let size = shown.diagonal().map(|d| d.re.max(0.0).sqrt());
         if let Some(j) = (0..size.len()).find(|j| size[*j].is_nan() || size[*j] <= 0.0) {
-            return unsuitable(format!("no weight in plane {} moves any probe", name(j)));
+            return Err(Error::PlaneWithoutEffect { plane: name(j) });
         }
         let scaled = |m: &DMatrix<C>| m.map_with_location(|i, j, n| n / (size[i] * size[j]));
         if hermitian(scaled(&shown)).eigenvalues.min() < ALIKE {
-            return unsuitable(
-                "the correction planes act alike on every probe at these speeds; choose fewer planes, or more speeds"
-                    .into(),
-            );
+            return Err(Error::PlanesActAlike);
         }
         let without_noise = hermitian(scaled(&self.matrix));
         if without_noise.eigenvalues.min() < ALIKE {
             let hidden = (0..size.len()).find(|j| self.matrix[(*j, *j)].re < 0.5 * shown[(*j, *j)].re);
+            if let Some(j) = hidden {
+                return Err(Error::EffectBelowNoise { plane: name(j) });
+            }
             let least = without_noise.eigenvectors.column(without_noise.eigenvalues.imin());
-            return unsuitable(match hidden {
-                Some(j) => format!(
-                    "the noise hides what the trial weight in plane {} does; repeat with a larger trial weight, or with more readings",
-                    name(j)
-                ),
-                None => {
-                    let mixed = (0..size.len()).filter(|j| least[*j].norm() > 0.3).map(name);
-                    format!(
-                        "the noise hides in what the planes {} differ; repeat with larger trial weights or more readings, or choose fewer \
-                         planes",
-                        mixed.collect::<Vec<_>>().join(" and ")
-                    )
-                }
-            });
+            let planes = (0..size.len()).filter(|j| least[*j].norm() > 0.3).map(name).collect();
+            return Err(Error::DifferenceBelowNoise { planes });
         }
         self.matrix.clone().try_inverse().ok_or_else(|| Error::Unsuitable("no plane moves any probe".into()))
     }

@@ -69,7 +69,7 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &BalancePlan) -> Re
     speeds_rad_s.sort_by(f64::total_cmp);
     speeds_rad_s.dedup();
     if speeds_rad_s.is_empty() {
-        return Err(Error::Unsuitable(format!("there is no reading between {from:.0} and {to:.0} rpm")));
+        return Err(Error::NoReadingInRange { from_rpm: from, to_rpm: to });
     }
     let machine = FittedMachine {
         model: basis::reduced(&fit.rotor, WEIGHTS),
@@ -124,7 +124,7 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &BalancePlan) -> Re
     })
 }
 
-/// Weights, and what they were solved with where they are in place.
+/// Weights, and the linear equations that they solve.
 struct Solved {
     wanted: Vec<C>,
     /// Inverse of the normal matrix.

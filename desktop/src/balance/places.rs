@@ -11,7 +11,7 @@ type C = Complex<f64>;
 const KEPT: usize = 200;
 /// Places farther than this from the direction that is wanted, and than the next place, are not used, degrees.
 const SIDE_DEG: f64 = 60.0;
-/// Another way must make what is left less by so much of what was there, or the lightest stays.
+/// Relative reduction of the residual vibration below which the lightest filling stays.
 const WORTH: f64 = 1e-6;
 /// Most places that one vector may be split over.
 pub const MOST: usize = 3;
@@ -45,7 +45,7 @@ pub struct Filling {
 }
 
 impl Filling {
-    /// What they make together, g·mm.
+    /// Sum of the pieces, g·mm.
     pub fn sum_g_mm(&self) -> C {
         self.pieces.iter().map(|p| p.unbalance_g_mm).sum()
     }
@@ -55,7 +55,7 @@ impl Filling {
     }
 }
 
-/// Ways to come near what is wanted in one plane within its limit, g·mm, nearest first; there is always one. `taken` are the
+/// Fillings near the wanted unbalance of one plane within its limit, g·mm, nearest first; there is always one. `taken` are the
 /// numbers of holes that cannot be used.
 pub fn fillings(
     wanted_g_mm: C,
@@ -187,7 +187,7 @@ fn subsets(holes: &Holes, taken: &[usize], allowed: &Allowed, wanted: C) -> Vec<
     all
 }
 
-/// Sizes in these places that come near what is wanted; none where one would have to be negative.
+/// Sizes in these places that come near the wanted unbalance; none where one would have to be negative.
 fn split(wanted: C, places: &[WeightPosition]) -> Vec<Filling> {
     let along = |p: &WeightPosition, of: C| (of * p.direction.conj()).re;
     let filling = |pieces: Vec<WeightPiece>| Filling { pieces };

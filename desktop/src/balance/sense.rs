@@ -1,4 +1,4 @@
-//! Whether phases were entered the wrong way round, lag as lead: then the runs fit the conjugate of what was read.
+//! Whether phases were entered as lag instead of lead: then the runs fit the conjugate of the readings.
 //!
 //! With as many runs as unknowns both fit, and with every weight at one angle or its opposite both fit alike. Only further
 //! weights at other angles tell.

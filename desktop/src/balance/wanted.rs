@@ -1,4 +1,4 @@
-//! What weights are to do and may be, as a user states it.
+//! Criterion and limits of the weights, as a user states them.
 
 use nalgebra::Complex;
 
@@ -9,7 +9,7 @@ use crate::error::Error;
 
 type C = Complex<f64>;
 
-/// What is made least, and what fits into the planes.
+/// The criterion that the weights minimise, and the limits of the planes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Wanted {
     pub criterion: Criterion,
@@ -27,15 +27,14 @@ impl Wanted {
     /// # Errors
     /// If a plane is named that is not known, or a place that is not there.
     pub fn check(&self, known: &[String]) -> Result<(), Error> {
-        let unsuitable = |what: String| Err(Error::Unsuitable(what));
         let named =
             self.limits.iter().map(|(plane, _)| plane).chain(self.taken.iter().map(|(plane, _)| plane));
         if let Some(unknown) = named.flatten().find(|name| !known.contains(name)) {
-            return unsuitable(no_plane(unknown, known));
+            return Err(no_plane(unknown, known));
         }
         let count = self.holes.as_ref().map_or(0, |holes| holes.count);
         match self.taken.iter().find(|(_, hole)| !(1..=count).contains(hole)) {
-            Some((_, hole)) => unsuitable(format!("there is no hole {hole}, expected 1 to {count}")),
+            Some((_, hole)) => Err(Error::UnknownHole { hole: *hole, count }),
             None => Ok(()),
         }
     }
@@ -48,7 +47,7 @@ impl Wanted {
         of(Some(plane)).or_else(|| of(None)).unwrap_or(f64::INFINITY)
     }
 
-    /// What is put into the planes of these names to come near what is best, so that `cost` of their sums in g·mm is least.
+    /// Fillings of the named planes near the best weights, chosen so that `cost` of their sums in g·mm is least.
     pub fn placed(
         &self,
         planes: &[impl AsRef<str>],
@@ -70,7 +69,6 @@ impl Wanted {
 }
 
 /// That there is no plane of this name.
-pub fn no_plane(unknown: &str, known: &[String]) -> String {
-    let known: Vec<String> = known.iter().map(|name| format!("\"{name}\"")).collect();
-    format!("there is no plane \"{unknown}\", expected one of {}", known.join(", "))
+pub fn no_plane(unknown: &str, known: &[String]) -> Error {
+    Error::UnknownPlane { plane: unknown.into(), known: known.into() }
 }

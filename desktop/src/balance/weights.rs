@@ -1,4 +1,4 @@
-//! What can really be screwed in: a radius and a mass in steps.
+//! Available weights: a radius and a mass in steps.
 
 use nalgebra::Complex;
 

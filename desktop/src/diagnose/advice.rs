@@ -35,7 +35,7 @@ pub fn reach_rpm(base: &BaseModel) -> f64 {
     rated.unwrap_or_else(|| WITHIN_TRIP * rpm(base.fitter.data.fastest_rad_s()))
 }
 
-/// What to do where no measurement that was tried tells the rivals apart.
+/// Advice where no simulated measurement distinguishes the rivals.
 pub fn another_kind(base: &BaseModel) -> String {
     let further = match base.fitter.rotor.rated {
         Some(_) => "",

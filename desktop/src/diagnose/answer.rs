@@ -1,4 +1,4 @@
-//! What a diagnosis says.
+//! The answer of a diagnosis.
 
 use super::parameters::FittedParameter;
 use super::planes::PlaneUnbalances;
@@ -52,9 +52,9 @@ pub struct Candidate {
     pub parameters: Vec<FittedParameter>,
     /// Why physics rules it out, if it does.
     pub disqualified: Option<String>,
-    /// What was seen of it in these data.
+    /// Its effect in these data, in words.
     pub evidence: String,
-    /// What an engineer should know of it.
+    /// What engineers know about the effect.
     pub knowledge: Knowledge,
 }
 
@@ -108,11 +108,11 @@ pub struct Diagnosis {
     pub remarks: Vec<String>,
     /// The noise as stated.
     pub noise: Noise,
-    /// The noise over that, as the model that the verdict stands on leaves it.
+    /// Residual noise relative to that, of the model behind the verdict.
     pub scatter: Scatter,
-    /// What is known of a cause outside the list, where it is probable.
+    /// Nature of a cause outside the list, where one is probable.
     pub unknown: Option<UnknownCause>,
-    /// What the data say about the planes of the model as it is.
+    /// Unbalances of the planes of the unchanged model.
     pub determined: PlaneUnbalances,
     /// Runs whose stated weights are not true.
     pub refuted: Vec<RefutedRun>,

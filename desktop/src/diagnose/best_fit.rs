@@ -14,7 +14,7 @@ use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::statistics::scatter::Scatter;
 
-/// A fitted model and what it says of every reading.
+/// A fitted model and its prediction of every reading.
 #[derive(Debug, Clone)]
 pub struct BestFit {
     /// The file with fitted bearings, planes and effects.
@@ -27,7 +27,7 @@ pub struct BestFit {
     pub unbalance_covariance: DMatrix<f64>,
     /// Unbalance of each plane in g·mm and degrees, with 95 % intervals.
     pub determined: PlaneUnbalances,
-    /// The noise over what is stated, as the model leaves it.
+    /// Residual noise of the model relative to the stated noise.
     pub scatter: Scatter,
     /// χ² per measured real number.
     pub chi2_per_value: f64,

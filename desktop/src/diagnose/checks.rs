@@ -31,21 +31,16 @@ pub fn before(rotor: &Rotor, readings: &[Reading]) -> Result<Vec<String>, Error>
     for (p, probe) in rotor.probe.iter().enumerate() {
         let seen: Vec<Complex<f64>> = readings.iter().filter_map(|r| r.probes[p]).collect();
         let Some(first) = seen.first() else {
-            return Err(Error::Unsuitable(format!(
-                "probe {} has no reading at all; leave it out of the rotor",
-                probe.name
-            )));
+            return Err(Error::SilentProbe { probe: probe.name.clone() });
         };
         let largest = seen.iter().map(|y| y.norm()).fold(0.0, f64::max);
         if seen.len() > 2 && seen.iter().all(|y| (y - first).norm() <= STUCK * largest) {
-            let what = "shows the same value at every speed: it is stuck or dead, leave it out of the rotor";
-            return Err(Error::Unsuitable(format!("probe {} {what}", probe.name)));
+            return Err(Error::StuckProbe { probe: probe.name.clone() });
         }
         let at_top = seen.iter().filter(|y| y.norm() > largest * (1.0 - STUCK)).count();
         if at_top >= CLIPPED_READINGS {
-            let what =
-                format!("shows {:.2} µm in {at_top} readings and never more: it is clipped", largest * 1e6);
-            return Err(Error::Unsuitable(format!("probe {} {what}", probe.name)));
+            let level_um = largest * 1e6;
+            return Err(Error::ClippedProbe { probe: probe.name.clone(), level_um, readings: at_top });
         }
         let lost = readings.len() - seen.len();
         if 2 * lost > readings.len() {
@@ -99,11 +94,7 @@ pub fn not_too_many(readings: &[Reading]) -> Result<(), Error> {
     if number <= MOST_READINGS {
         return Ok(());
     }
-    Err(Error::Unsuitable(format!(
-        "{number} readings, and a fit takes {MOST_READINGS} at most: give one in {} of them, for readings of one run at one \
-         speed say the same",
-        number.div_ceil(MOST_READINGS)
-    )))
+    Err(Error::TooManyReadings { number, most: MOST_READINGS })
 }
 
 /// More must be measured than bearings and planes have unknowns, or any model fits.
@@ -116,10 +107,7 @@ pub fn enough(fitter: &Fitter) -> Result<(), Error> {
     if values > unknowns {
         return Ok(());
     }
-    Err(Error::Unsuitable(format!(
-        "{values} measured numbers for {unknowns} unknowns of bearings and planes: any model would fit; measure at \
-         more speeds"
-    )))
+    Err(Error::TooFewValues { values, unknowns })
 }
 
 /// Whether every forward whirl is measured backward.
@@ -177,12 +165,7 @@ pub fn this_machine(rotor: &Rotor, relative_error: f64) -> Result<(), Error> {
     if relative_error <= ANOTHER_MACHINE {
         return Ok(());
     }
-    Err(Error::Unsuitable(format!(
-        "these look like the data of another machine: with bearings and unbalance free the model of \"{}\" still misses \
-         {:.0} % of the vibration",
-        rotor.name,
-        relative_error * 100.0
-    )))
+    Err(Error::AnotherMachine { rotor: rotor.name.clone(), relative_error })
 }
 
 #[cfg(test)]

@@ -44,11 +44,11 @@ pub fn diagnose_telling(
     Ok(examine(&fitter, readings, noise)?.diagnosis)
 }
 
-/// A diagnosis with what it stands on.
+/// A diagnosis with the fits behind it.
 pub struct DiagnosisRun<'a> {
     pub diagnosis: Diagnosis,
     pub base: BaseModel<'a>,
-    /// Nothing where the data hold no more than bearings and planes.
+    /// `None` where the data determine no more than bearings and planes.
     pub weighed: Option<ModelComparison>,
 }
 
@@ -94,7 +94,7 @@ fn lag_explains(sweep: &Sweep, rotor: &Rotor, readings: &[Reading]) -> Result<bo
     Ok(!sweep.small || nothing_missing(rotor, &sweep.taken_off(readings))? >= SURE)
 }
 
-/// Every explanation of what a model misses, with its probability.
+/// Every explanation of the misfit of a model, with its probability.
 pub struct ModelComparison {
     pub tried: Vec<CandidateFit>,
     pub unknown: UnknownCauseFit,
@@ -189,7 +189,7 @@ impl BaseModel<'_> {
         }
     }
 
-    /// Known effects, an unknown cause and nothing at all, weighed against one another.
+    /// Compares known effects, an unknown cause, and no missing effect by their evidence.
     pub fn weighed(&self) -> Result<ModelComparison, Error> {
         let tried = self.try_all()?;
         let unknown = UnknownCauseFit::beside(self)?;
@@ -197,7 +197,7 @@ impl BaseModel<'_> {
         Ok(ModelComparison { tried, unknown, ranking })
     }
 
-    /// The answer where bearings and planes alone use up what the data hold: anything is possible.
+    /// The answer where bearings and planes alone use all degrees of freedom of the data: anything is possible.
     pub fn undecidable(
         &self,
         why: String,
@@ -247,7 +247,7 @@ impl BaseModel<'_> {
         }
     }
 
-    /// A candidate as it is told.
+    /// The answer for one candidate.
     pub fn candidate(&self, t: &CandidateFit, probability: f64) -> Candidate {
         let rotor = self.fitter.rotor;
         let with = self.hypothesis.with(t.assumed);

@@ -1,4 +1,4 @@
-//! What of an effect was seen in the data: where, in which whirl, and over which speeds.
+//! Where, in which whirl and at which speeds an effect changes the response.
 
 use crate::units::rpm;
 use nalgebra::Complex;
@@ -10,7 +10,7 @@ type C = Complex<f64>;
 /// A share above this is "mostly".
 const MOSTLY: f64 = 0.75;
 
-/// What adding the effect changed at one value, in noise units.
+/// Change of one value by the effect, in noise units.
 struct ValueChange {
     speed_rad_s: f64,
     probe: usize,
@@ -18,7 +18,7 @@ struct ValueChange {
     amplitude_m: f64,
 }
 
-/// A sentence on what the effect explains.
+/// A sentence on the change of the response by the effect.
 pub fn describe(base: &BaseModel, tried: &CandidateFit) -> String {
     let rows =
         base.fitter.data.rows.iter().flat_map(|row| row.values.iter().map(move |v| (row.speed_rad_s, v)));
@@ -47,7 +47,7 @@ struct ResponseChange {
 }
 
 impl ResponseChange {
-    /// Share of the change's energy in what `keep` selects.
+    /// Share of the energy of the changes that `keep` selects.
     fn share(&self, keep: impl Fn(&ValueChange) -> bool) -> f64 {
         energy(&self.changes, keep) / self.all
     }

@@ -46,7 +46,7 @@ pub struct ImprovementStep {
     pub chi2_per_value: f64,
     /// Sets of effects that explain the data as well as all that were added, this set included.
     pub group: Vec<String>,
-    /// The file with it and what was added before.
+    /// The file with this and all earlier additions.
     pub rotor: Rotor,
 }
 
@@ -68,7 +68,7 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     checks::not_reversed(&base, rotor, readings, &noise)?;
     let present = base.hypothesis.effects.iter().any(|e| same(e, &assumed));
     if let Some(why) = present.then_some("is already in the model").or(effect.not_sought(rotor)) {
-        return Err(Error::Unsuitable(format!("{} {why}", assumed.label(rotor))));
+        return Err(Error::EffectNotAddable { effect: assumed.label(rotor), why: why.into() });
     }
     let mut tried = base.attempt(assumed)?;
     base.refine(&mut tried)?;
@@ -84,7 +84,7 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     })
 }
 
-/// What `improve` made of a model.
+/// Result of `improve`.
 #[derive(Debug, Clone)]
 pub struct ImprovementOutcome {
     pub rotor: Rotor,
@@ -93,23 +93,23 @@ pub struct ImprovementOutcome {
     pub verdict: DiagnosisVerdict,
     /// The reason for the verdict, in one sentence.
     pub summary: String,
-    /// What the first diagnosis tried, most probable first.
+    /// Candidates of the first diagnosis, most probable first.
     pub candidates_before: Vec<Candidate>,
-    /// What the last diagnosis tried on top and did not add, most probable first.
+    /// Candidates of the last diagnosis that were not added, most probable first.
     pub candidates: Vec<Candidate>,
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) of the model at the start.
     pub error_before: f64,
     /// χ² per measured real number of the model at the start.
     pub chi2_per_value_before: f64,
-    /// The noise over what is stated, as the new model leaves it.
+    /// Residual noise of the new model relative to the stated noise.
     pub scatter: Scatter,
-    /// What the data say about the new model's planes.
+    /// Unbalances of the planes of the new model.
     pub determined: PlaneUnbalances,
-    /// What is known of a cause outside the list, where it is probable.
+    /// Nature of a cause outside the list, where one is probable.
     pub unknown: Option<UnknownCause>,
     /// Runs whose stated weights are not true, by the effects that were added.
     pub refuted: Vec<RefutedRun>,
-    /// What the added effects say of one run beside the others, one sentence each.
+    /// Differences of single runs by the added effects, one sentence each.
     pub remarks: Vec<String>,
 }
 

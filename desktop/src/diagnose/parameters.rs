@@ -1,4 +1,4 @@
-//! Parameters of an effect with their uncertainty, and what physics allows them to be.
+//! Parameters of an effect with their uncertainty and physical bounds.
 
 use nalgebra::Complex;
 

@@ -1,4 +1,4 @@
-//! Whether data determine what a model is used for: the unbalance of its planes.
+//! Whether data determine the unbalance of the planes.
 
 use nalgebra::{Complex, DMatrix};
 
@@ -97,7 +97,7 @@ impl PlaneUnbalances {
     }
 
     /// Why the model is not fit to balance by, in one clause; `None` if it is.
-    pub fn doubt(&self) -> Option<String> {
+    pub fn reason_undetermined(&self) -> Option<String> {
         let open = self.planes.iter().find(|p| !p.is_determined())?;
         let alike = self.alike().map(|alike| format!("; {alike}")).unwrap_or_default();
         Some(format!(
@@ -137,12 +137,13 @@ mod tests {
         let u = [Complex::from(10e-6), Complex::from(12e-6)];
         let both = PlaneUnbalances::new(["1", "2"], &u, &covariance);
         assert!((both.separation.condition - 30.0).abs() < 1e-6);
-        let doubt = both.doubt().unwrap();
-        assert!(doubt.contains("plane 1") && doubt.contains("nearly alike (condition 30:"), "{doubt}");
+        let reason = both.reason_undetermined().unwrap();
+        assert!(reason.contains("plane 1") && reason.contains("nearly alike (condition 30:"), "{reason}");
         let large = PlaneUnbalances::new(["1", "2"], &u.map(|u| 10.0 * u), &covariance);
         assert!(large.planes.iter().all(PlaneUnbalance::is_determined), "by noise alone");
         assert!(
-            large.doubt().is_none() && large.alike().unwrap().starts_with("the planes are poorly determined")
+            large.reason_undetermined().is_none()
+                && large.alike().unwrap().starts_with("the planes are poorly determined")
         );
     }
 }

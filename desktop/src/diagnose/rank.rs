@@ -13,7 +13,7 @@ use crate::units::same_speed;
 /// see: moving along it by a whole standard deviation of the prior changes them by less than their noise.
 const VISIBLE: f64 = 1.0;
 
-/// Share of what may be missing that is not in the list, which covers most of what is known to happen.
+/// Prior share of missing effects that are not in the list, which covers most known ones.
 pub const OUTSIDE: f64 = 0.1;
 /// Label of a cause outside the list in a group that the data cannot tell apart.
 pub const NONE_OF_THESE: &str = "none of these";

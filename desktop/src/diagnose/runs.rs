@@ -1,4 +1,4 @@
-//! Runs compared with one another: what one carries beyond the others, and whether its stated weights can be true.
+//! Runs compared with one another: the extra unbalance of one, and whether its stated weights can be true.
 
 use nalgebra::{Complex, DMatrix};
 
@@ -13,13 +13,13 @@ use crate::unbalance::{G_MM, g_mm_deg};
 
 type C = Complex<f64>;
 
-/// A run whose stated weights are not what the data show.
+/// A run whose stated weights contradict the data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefutedRun {
     pub run: String,
     /// Probability that they are not as stated.
     pub probability: f64,
-    /// What it has in each plane.
+    /// Weights stated and found in each plane.
     pub weights: Vec<FoundWeight>,
 }
 
@@ -28,13 +28,13 @@ pub struct RefutedRun {
 pub struct FoundWeight {
     /// By the file, g·mm; zero where it states none.
     pub stated_g_mm: C,
-    /// By the data, with what holds it with 95 %.
+    /// By the data, with its 95 % region.
     pub found: PlaneUnbalance,
     /// The simplest account of the difference that lies within that.
     pub account: Option<Account>,
 }
 
-/// What can have become of a stated weight.
+/// How a stated weight and the found one can differ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Account {
     AsStated,
@@ -48,7 +48,7 @@ pub enum Account {
 }
 
 impl Account {
-    /// The simplest that the region of what was found allows.
+    /// The simplest account within the 95 % region of the found weight.
     fn of(stated_g_mm: C, found: &PlaneUnbalance) -> Option<Self> {
         let stated = stated_g_mm / G_MM;
         let [size_g_mm, angle_deg] = g_mm_deg(stated);
@@ -112,14 +112,14 @@ impl RefutedRun {
     }
 }
 
-/// What one run carries in each plane beyond what the others and its stated weights say.
+/// Unbalance of one run in each plane beyond that of the others and its stated weights.
 pub struct RunChange {
     run: String,
     others: String,
     change: Vec<PlaneUnbalance>,
     /// Whether the file states weights for it.
     stated: bool,
-    /// What it has in each plane, where the file states weights for it and all of them are in planes.
+    /// Weights found in each plane, where the file states weights for the run and all of them are in planes.
     weights: Option<Vec<FoundWeight>>,
 }
 
@@ -205,7 +205,7 @@ pub fn told(changes: &[RunChange], probability: f64) -> (Vec<RefutedRun>, Vec<St
     (refuted, others)
 }
 
-/// An angle with what holds it with 95 %.
+/// An angle with its 95 % half-width.
 fn angle(plane: &PlaneUnbalance) -> String {
     if plane.angle_95_deg < 90.0 {
         format!("{:.0}° ± {:.0}°", plane.angle_deg, plane.angle_95_deg)

@@ -35,7 +35,7 @@ pub enum ForceGrowth {
     Peaked,
 }
 
-/// What an unknown cause is like.
+/// Nature of an unknown cause.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Nature {
     /// A force that depends on speed alone.

@@ -1,4 +1,4 @@
-//! What the evidence entitles to, in one word and one sentence.
+//! The verdict on the evidence, in one word and one sentence.
 
 use super::answer::{DiagnosisVerdict, HeldOut, SURE};
 use super::base::{BaseModel, CandidateFit};
@@ -13,7 +13,7 @@ use crate::statistics::scatter::Scatter;
 /// How far to look whether known effects together explain the data: `improve` looks further.
 const REACH: SearchReach = SearchReach { width: 1, effects: 2 };
 
-/// Everything that was found out about a model.
+/// All fits and probabilities of a model.
 pub struct DiagnosisEvidence<'a, 'b> {
     pub base: &'b BaseModel<'a>,
     pub tried: &'b [CandidateFit],
@@ -21,11 +21,11 @@ pub struct DiagnosisEvidence<'a, 'b> {
     /// An unknown cause beside the model.
     pub unknown: &'b UnknownCauseFit,
     pub held_out: Option<HeldOut>,
-    /// What the data say about the planes of the model.
+    /// Unbalances of the planes of the model.
     pub determined: &'b PlaneUnbalances,
 }
 
-/// In one word and one sentence, and the noise that it leaves.
+/// Verdict, summary, and the noise that the explanation leaves.
 pub struct Conclusion {
     pub verdict: DiagnosisVerdict,
     pub summary: String,
@@ -57,9 +57,9 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 let outside = nothing_missing + unknown;
                 return Ok(Conclusion { verdict: DiagnosisVerdict::Unknown, summary: why, scatter, outside });
             }
-            if let Some(doubt) = self.doubt().filter(|_| nothing_missing >= 0.5) {
+            if let Some(reason) = self.reason_not_to_use().filter(|_| nothing_missing >= 0.5) {
                 let why = format!(
-                    "It fits ({noise}; nothing that these data would show is missing, {sure:.0} % sure), but does not determine what it is for: {doubt}."
+                    "It fits ({noise}; nothing that these data would show is missing, {sure:.0} % sure), but does not determine what it is for: {reason}."
                 );
                 return say(DiagnosisVerdict::NotDetermined, why, scatter);
             }
@@ -110,7 +110,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
 
     /// Why a model that fits is not to be used: its planes are not determined, or an effect that the file states is one that physics
     /// does not allow.
-    fn doubt(&self) -> Option<String> {
+    fn reason_not_to_use(&self) -> Option<String> {
         let base = self.base;
         let stated =
             parameters::of_each(&base.hypothesis, &base.fit).into_iter().zip(&base.hypothesis.effects);
@@ -118,7 +118,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             let why = parameters::at_bounds(&parameters)?;
             Some(format!("{} that the file states: {why}", effect.label(base.fitter.rotor)))
         });
-        absurd.next().or_else(|| self.determined.doubt())
+        absurd.next().or_else(|| self.determined.reason_undetermined())
     }
 
     /// No single effect is enough: several together, or something that is not in the list.
@@ -155,7 +155,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
     }
 }
 
-/// χ² and how the noise differs from what was stated, where it does.
+/// χ², and how the noise differs from the stated noise.
 fn noise_in_words(scatter: &Scatter, chi2_per_value: f64) -> String {
     let mut words = format!("χ² per value {chi2_per_value:.2}");
     if (scatter.scale.ln()).abs() > 0.2 {

@@ -1,4 +1,4 @@
-//! What speaks against believing weights, one sentence each.
+//! Reasons not to rely on the weights, one sentence each.
 
 use super::{Basis, PlaneWeight, ProbeVibration};
 use crate::balance::NormalEquations;
@@ -15,7 +15,7 @@ const SMALL: f64 = 0.1;
 /// Speeds that are named before the rest are counted.
 const NAMED: usize = 3;
 
-/// What trial runs show of themselves; `scatter` is what runs miss each other by, relative.
+/// Doubts about the trial runs; `scatter` is their relative residual.
 pub(super) fn of_runs(trials: &Trials, fitted: &TrialFit, basis: Basis, scatter: f64) -> Vec<String> {
     let mut doubts: Vec<String> = of_basis(basis).into_iter().collect();
     if !fitted.sense.tells() {
@@ -60,7 +60,7 @@ pub(super) fn of_runs(trials: &Trials, fitted: &TrialFit, basis: Basis, scatter:
     doubts
 }
 
-/// What follows from how the noise is known.
+/// Doubts that follow from the source of the noise.
 pub(super) fn of_basis(basis: Basis) -> Option<String> {
     match basis {
         Basis::Unknown => Some(

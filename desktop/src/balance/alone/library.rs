@@ -134,12 +134,8 @@ impl Library {
         series: &ProbeRecord,
         request: &CorrectionRequest,
     ) -> Result<MachineInfluence, Error> {
-        let unsuitable = |what: String| Err(Error::Unsuitable(what));
         if series.unit != self.unit {
-            return unsuitable(format!(
-                "the measurement is in {} and the coefficients are in {}, expected one unit",
-                series.unit, self.unit
-            ));
+            return Err(Error::UnitMismatch { measured: series.unit.clone(), kept: self.unit.clone() });
         }
         let means = Means::of(&series.readings, series.probes.len(), request)?;
         let planes = request.planes_of(&self.planes)?;
@@ -184,11 +180,11 @@ impl Library {
             }
         }
         if coefficients.is_empty() {
-            return unsuitable(format!(
+            return Err(Error::Unsuitable(format!(
                 "no probe was measured at a speed of the coefficients, within {:.2} % (--same-speed): they have {}",
                 100.0 * request.same_speed,
                 self.what_there_is()
-            ));
+            )));
         }
         let basis = match (known, self.values, means.within) {
             (false, ..) => Basis::Unknown,

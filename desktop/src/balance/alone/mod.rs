@@ -3,9 +3,9 @@
 //! | module | holds |
 //! |---|---|
 //! | [`stated`] | the trial weights |
-//! | [`runs`] | trial runs as equations, and what their repeats say of the noise |
+//! | [`runs`] | trial runs as equations, and the noise from their repeats |
 //! | [`library`] | influence coefficients as they are kept for a machine |
-//! | [`doubts`] | what speaks against believing the weights |
+//! | [`doubts`] | reasons not to rely on the weights |
 //!
 //! Weights are in g·mm, angles from the keyphasor mark with the rotation; vibration is in the unit of the data, zero to peak.
 
@@ -32,7 +32,7 @@ type C = Complex<f64>;
 pub struct CorrectionRequest {
     /// Planes to put weights into, by name; all if none are named.
     pub planes: Vec<String>,
-    /// What weights are to do and may be.
+    /// Criterion and limits of the weights.
     pub wanted: Wanted,
     /// Speeds at which vibration counts, rpm; all if not stated.
     pub range_rpm: Option<[f64; 2]>,
@@ -50,7 +50,7 @@ impl CorrectionRequest {
     /// Numbers of the planes to use among those that are known.
     fn planes_of(&self, known: &[String]) -> Result<Vec<usize>, Error> {
         if let Some(unknown) = self.planes.iter().find(|name| !known.contains(name)) {
-            return Err(Error::Unsuitable(no_plane(unknown, known)));
+            return Err(no_plane(unknown, known));
         }
         self.wanted.check(known)?;
         let wanted = |j: &usize| self.planes.is_empty() || self.planes.contains(&known[*j]);
@@ -62,9 +62,9 @@ impl CorrectionRequest {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Basis {
     Stated,
-    /// From what runs miss each other by beyond the coefficients, in so many real values.
+    /// From the residuals of the runs, with so many degrees of freedom.
     Runs(usize),
-    /// From readings of one run at one speed, in so many real values: what runs differ by is not in it.
+    /// From repeated readings of one run at one speed, with so many degrees of freedom; scatter between runs is not in it.
     Readings(usize),
     Unknown,
 }
@@ -96,7 +96,7 @@ pub struct MachineInfluence {
     pub unit: String,
     /// How the noise is known; the covariances are zero if it is not.
     pub basis: Basis,
-    /// What was noticed while they were found.
+    /// Doubts raised while they were fitted.
     pub doubts: Vec<String>,
 }
 
@@ -133,7 +133,7 @@ pub struct Correction {
     pub unit: String,
     /// How the noise is known.
     pub basis: Basis,
-    /// What speaks against believing it, one sentence each.
+    /// Reasons not to rely on it, one sentence each.
     pub doubts: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Trial runs as equations, and what their repeats say of the noise.
+//! Trial runs as equations, and the noise from their repeats.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -64,7 +64,7 @@ impl Means {
         let readings: Vec<&Reading> =
             readings.iter().filter(|r| (from..=to).contains(&r.speed_rpm)).collect();
         if readings.is_empty() {
-            return Err(Error::Unsuitable(format!("there is no reading between {from:.0} and {to:.0} rpm")));
+            return Err(Error::NoReadingInRange { from_rpm: from, to_rpm: to });
         }
         let mut runs: Vec<String> = Vec::new();
         let at: Vec<(usize, f64)> = readings
@@ -169,12 +169,13 @@ pub fn machine(
     places.extend(others);
     let onto = match &request.onto {
         None => None,
-        Some(name) => Some(means.runs.iter().position(|run| run == name).ok_or_else(|| {
-            Error::Unsuitable(format!(
-                "there is no run \"{name}\" to add weights to, expected one of {}",
-                means.runs.join(", ")
-            ))
-        })?),
+        Some(name) => Some(
+            means
+                .runs
+                .iter()
+                .position(|run| run == name)
+                .ok_or_else(|| Error::UnknownRun { run: name.clone(), known: means.runs.clone() })?,
+        ),
     };
     let trials = |noise: NoiseBasis| Trials {
         readings: means

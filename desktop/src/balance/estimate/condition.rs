@@ -1,4 +1,4 @@
-//! Whether the planes are told apart, and what would tell them better.
+//! Condition of the influence of the planes, and measurements that would improve it.
 //!
 //! Planes that act alike have an influence matrix of large condition: scatter comes through that many times as large in
 //! what tells them apart as in what they have in common.
@@ -22,7 +22,7 @@ type C = Complex<f64>;
 const POOR: f64 = 0.25;
 /// A measurement that makes the condition this many times smaller is worth its while.
 const WORTH: f64 = 1.3;
-/// Speeds tried for advice, relative to the fastest that was measured, where the file does not say what the machine is rated for.
+/// Range of speeds tried for advice, relative to the fastest measured speed, where the file has no rated speed.
 const TRIED: [f64; 2] = [0.5, 1.25];
 /// Number of speeds tried for advice.
 const SPEEDS: usize = 16;
@@ -47,12 +47,12 @@ pub struct ConditionReport {
     pub worst_sd_g_mm: f64,
     /// Whether the planes are poorly determined.
     pub poorly: bool,
-    /// That in words, and what would help, one sentence each.
+    /// The reason and the remedies, one sentence each.
     pub words: Vec<String>,
 }
 
 impl ConditionReport {
-    /// By what was learned.
+    /// From the learned influence.
     ///
     /// # Errors
     /// If a covariance is singular.
@@ -111,7 +111,7 @@ fn condition(
 /// The direction that is known worst.
 struct WorstDirection {
     sd_g_mm: f64,
-    /// Share of its variance that comes from what is not known of the influence.
+    /// Share of its variance that comes from the covariance of the influence.
     by_influence: f64,
 }
 

@@ -14,7 +14,7 @@ use crate::error::Error;
 
 type C = Complex<f64>;
 
-/// Guessed deviation of a weight from what is stated, relative: mass, radius and angle of a screw.
+/// Prior standard deviation of a weight, relative: mass, radius and angle of a screw.
 const PLACEMENT: f64 = 0.02;
 /// Weight of that guess, in weights.
 const PLACEMENT_WEIGHT: f64 = 2.0;
@@ -56,7 +56,7 @@ impl MountingComponents {
     }
 }
 
-/// What is learned from, and what the model says beforehand.
+/// Mountings to learn from, and the prior of the model.
 pub struct InfluenceLearner {
     pub seen: Vec<MountingComponents>,
     /// Stated weights by mounting and plane, g·mm; `None` for a blind run.
@@ -113,7 +113,7 @@ impl LearnedInfluence {
     }
 }
 
-/// What is expected of a mounting.
+/// Predicted mean and covariance of a mounting.
 pub struct MountingPrediction {
     /// Expected components of the mounting, µm.
     pub mean: DVector<f64>,
@@ -157,7 +157,7 @@ impl InfluenceLearner {
         }
     }
 
-    /// Learns in some rounds, each mounting with a weight between nothing and one; from what was learned before where given.
+    /// Rounds of expectation and maximisation, each mounting with a share between 0 and 1; they start from `before` where given.
     ///
     /// # Errors
     /// If a covariance is singular.
@@ -234,7 +234,7 @@ impl InfluenceLearner {
         Ok(())
     }
 
-    /// Sizes of everything that is not known, by what the last round expects of them.
+    /// Maximisation: sizes of scatter, placement errors and discrepancy from the expected squares of the last round.
     fn resize(&self, learned: &mut LearnedInfluence, spread: &Cholesky<f64, Dyn>, sums: &ExpectedSums) {
         let guess = 2.0 * PLACEMENT_WEIGHT;
         let placed = (sums.placed[0] + guess * PLACEMENT * PLACEMENT) / (sums.placed[1] + guess);

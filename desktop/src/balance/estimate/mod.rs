@@ -3,13 +3,13 @@
 //! | module | holds |
 //! |---|---|
 //! | [`mounting`] | readings as runs at common speeds, repeats averaged |
-//! | [`prior`] | what the model says of the influence beforehand |
-//! | [`scatter`] | what differs between mountings |
+//! | [`prior`] | the prior of the influence from the model |
+//! | [`scatter`] | scatter between mountings |
 //! | [`learning`] | influence and scatter from the runs |
 //! | [`refutation`] | stated weights that cannot be true |
 //! | [`region`] | the unbalance of a run, with its region |
 //! | [`without_model`] | the same by influence coefficients alone |
-//! | [`condition`] | whether the planes are told apart, and what would |
+//! | [`condition`] | condition of the planes, and measurements that would improve it |
 //!
 //! With few runs the physics decides, with many the data: the model is the mean of a Gaussian prior whose covariance comes from
 //! its own parameters and from a discrepancy in proportion to the response.
@@ -81,7 +81,7 @@ pub struct RefutedWeights {
     /// Probability that they are not true.
     pub probability: f64,
     pub stated_g_mm: Vec<C>,
-    /// What was found without it, g·mm.
+    /// Unbalance found without the run, g·mm.
     pub found_g_mm: Vec<C>,
 }
 
@@ -95,7 +95,7 @@ pub struct RunEstimates {
     pub determined: ConditionReport,
     /// Runs whose stated weights cannot be true, least probable first.
     pub refuted: Vec<RefutedWeights>,
-    /// What was left out or is doubtful, one sentence each.
+    /// Omissions and doubts, one sentence each.
     pub remarks: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Mountings: what was measured between putting weights in and taking them out, repeats averaged.
+//! Mountings: the readings between two changes of weights, repeats averaged.
 //!
 //! Everything is in µm and g·mm. A row is one probe at one speed; rows of a speed stand together.
 
@@ -43,7 +43,7 @@ pub struct Mountings {
     pub probes: usize,
     /// Variance of a component of one reading about the mean of its mounting, µm², by row.
     pub repeat_variance: DVector<f64>,
-    /// What was left out, one sentence each.
+    /// Omissions, one sentence each.
     pub remarks: Vec<String>,
 }
 
@@ -154,12 +154,10 @@ fn base_run(names: &[&str], stated: &[Option<Vec<C>>], wanted: Option<&str>) -> 
     let bare = |w: &Option<Vec<C>>| w.as_ref().is_some_and(|w| w.iter().all(|u| u.norm() == 0.0));
     if let Some(wanted) = wanted {
         let Some(base) = names.iter().position(|n| *n == wanted) else {
-            return Err(Error::Unsuitable(format!("the data have no run \"{wanted}\" to be the base run")));
+            return Err(Error::UnknownBaseRun { run: wanted.into() });
         };
         if stated[base].is_some() && !bare(&stated[base]) {
-            return Err(Error::Unsuitable(format!(
-                "the base run \"{wanted}\" has weights in the rotor's file, expected a run without"
-            )));
+            return Err(Error::WeightedBaseRun { run: wanted.into() });
         }
         return Ok(base);
     }
@@ -169,10 +167,7 @@ fn base_run(names: &[&str], stated: &[Option<Vec<C>>], wanted: Option<&str>) -> 
         [] => Err(Error::Unsuitable(
             "no run of the data has a [[run]] without weights in the rotor's file; name the base run with --base".into(),
         )),
-        _ => Err(Error::Unsuitable(format!(
-            "several runs are without weights ({}); name the base run with --base",
-            without.iter().map(|i| names[*i]).collect::<Vec<_>>().join(", ")
-        ))),
+        _ => Err(Error::AmbiguousBaseRun { runs: without.iter().map(|i| names[*i].to_string()).collect() }),
     }
 }
 

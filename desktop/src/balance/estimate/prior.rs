@@ -1,4 +1,4 @@
-//! What the model says of the influence of each plane before any run is seen: a mean and a covariance.
+//! Prior of the influence of each plane from the model: a mean and a covariance.
 //!
 //! The covariance has two parts. One is that of the model's own parameters: bearings and drawing as far as the
 //! file trusts them, and gain and angle of every probe, which are not trusted at all, so that a probe that is not where its

@@ -23,7 +23,7 @@ const LEARNING: usize = 4;
 /// Probability below which a stated weight is refuted.
 pub const REFUTED: f64 = 0.05;
 
-/// What runs are judged with.
+/// A test of stated weights against the other runs.
 #[derive(Debug, Clone, Copy)]
 pub struct RefutationTest {
     /// Number of the base run, which is not judged.
@@ -35,7 +35,7 @@ pub struct RefutationTest {
 }
 
 impl RefutationTest {
-    /// For these runs; `None` where they are too few to tell a wrong one by the others: twice what the influence needs.
+    /// `None` for fewer runs than twice the unknowns of the influence: too few to single out a wrong one.
     pub fn of(learner: &InfluenceLearner, base: usize) -> Option<Self> {
         let stated: Vec<&Vec<C>> = learner.stated.iter().flatten().collect();
         let planes = stated.first()?.len();
@@ -46,7 +46,7 @@ impl RefutationTest {
         enough.then(|| Self { base, anything_g_mm, log_odds: (stated.len() as f64).ln() })
     }
 
-    /// Log odds for what is stated of a run.
+    /// Log odds that the stated weights of a run are true.
     ///
     /// # Errors
     /// If a covariance is singular.
@@ -81,7 +81,7 @@ impl RefutationTest {
         Ok(left.dot(&factor(expected.covariance)?.solve(&left)) / values)
     }
 
-    /// Probability of what is stated of each run; nothing for blind runs.
+    /// Probability that the stated weights of each run are true; zero for blind runs.
     ///
     /// # Errors
     /// If a covariance is singular.

@@ -1,4 +1,4 @@
-//! The unbalance of one mounting from what was learned, with its region.
+//! The unbalance of one mounting from the learned influence, with its 95 % region.
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix2};
 
@@ -9,14 +9,14 @@ use crate::unbalance::region::UnbalanceRegion;
 
 type C = Complex<f64>;
 
-/// Rounds over the covariance, which depends on the unbalance through what is not known of the influence.
+/// Rounds over the covariance, which depends on the unbalance through the covariance of the influence.
 const ROUNDS: usize = 8;
 /// An unbalance this many times the largest stated weight is not expected; keeps planes apart that nothing else does.
 const EXPECTED: f64 = 10.0;
 
 /// Unbalance of every plane of a mounting relative to the base run.
 ///
-/// Least squares with the covariance of the mounting and of what is not known of the influence.
+/// Generalised least squares with the covariance of the mounting and of the influence.
 ///
 /// # Errors
 /// If a covariance is singular.

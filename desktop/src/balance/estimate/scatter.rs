@@ -18,7 +18,7 @@ pub const GUESS_WEIGHT: f64 = 1.0;
 const STRUCTURE_WEIGHT: f64 = 2.0;
 /// Rounds of the sizes in each round of learning.
 const ROUNDS: usize = 5;
-/// Least deviation, µm: what a proximity probe resolves at best.
+/// Least standard deviation, µm: the resolution of a good proximity probe.
 const LEAST_UM: f64 = 3e-3;
 /// Probes whose directions differ by less than this look the same way, degrees.
 const SAME_DIRECTION_DEG: f64 = 20.0;

@@ -1,4 +1,4 @@
-//! Influence coefficients: what a unit of unbalance in a plane does at a probe and speed.
+//! Influence coefficients: vibration per unit of unbalance in a plane, at a probe and speed.
 //!
 //! | module | holds |
 //! |---|---|

@@ -50,7 +50,7 @@ pub struct Trials {
 pub struct TrialFit {
     /// By speed and probe.
     pub coefficients: Vec<InfluenceCoefficients>,
-    /// Of what the coefficients do not need; `None` if they need all.
+    /// Misfit of the readings beyond the unknowns; `None` if there are no more readings than unknowns.
     pub misfit: Option<ReducedChiSquare>,
     /// Whether phases have the right sign.
     pub sense: PhaseSense,
@@ -77,9 +77,7 @@ impl Trials {
     pub fn fit(&self) -> Result<TrialFit, Error> {
         for (k, plane) in self.places.iter().enumerate().take(self.planes) {
             if self.readings.iter().all(|t| t.weights[k] == C::from(0.0)) {
-                return Err(Error::Unsuitable(format!(
-                    "no run has a trial weight in plane \"{plane}\", so its influence is not known; measure a run with one and state it"
-                )));
+                return Err(Error::NoTrialWeight { plane: plane.clone() });
             }
         }
         let mut fitted = TrialFit {
@@ -111,7 +109,7 @@ impl Trials {
             }
         }
         if fitted.coefficients.is_empty() {
-            return Err(Error::Unsuitable(self.why_none(dependent)));
+            return Err(self.why_none(dependent));
         }
         fitted.sense.check(&self.probes)?;
         fitted.misfit =
@@ -159,18 +157,13 @@ impl Trials {
     }
 
     /// Why no speed has coefficients.
-    fn why_none(&self, dependent: bool) -> String {
-        let places = self.places.len();
-        let planes = format!("{places} plane{}", if places == 1 { "" } else { "s" });
-        let unknowns = self.unknowns();
+    fn why_none(&self, dependent: bool) -> Error {
+        let planes = self.places.len();
         if dependent {
-            return format!(
-                "the trial weights do not tell the planes apart: {planes} need {unknowns} runs with independent trial weights at one \
-                 speed, as one run without weights and one with a weight in each plane"
-            );
+            return Error::DependentTrialWeights { planes };
         }
         let speeds = &self.speeds.mean_rpm;
-        let [slowest, fastest] = [speeds.first(), speeds.last()].map(|s| s.copied().unwrap_or(0.0));
+        let [slowest_rpm, fastest_rpm] = [speeds.first(), speeds.last()].map(|s| s.copied().unwrap_or(0.0));
         let nearest = speeds.windows(2).map(|w| w[1] / w[0] - 1.0).fold(f64::INFINITY, f64::min);
         let advice = match nearest {
             near if near < 0.05 => format!(
@@ -180,9 +173,6 @@ impl Trials {
             ),
             _ => "; run all of them over the same speeds".into(),
         };
-        format!(
-            "no speed between {slowest:.0} and {fastest:.0} rpm was measured in {unknowns} runs with independent trial weights, \
-             which {planes} need{advice}"
-        )
+        Error::TooFewRuns { planes, slowest_rpm, fastest_rpm, advice }
     }
 }
