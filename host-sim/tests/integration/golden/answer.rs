@@ -9,9 +9,10 @@ use tempfile::TempDir;
 
 use super::cut::{cut, cut_table, digest};
 use super::manifest::{GoldenCommand, Output, arguments, repository};
-use super::mask::mask;
+use super::mask::{mask, mask_written};
 use super::page::visible_text;
 use super::token::without_numbers;
+use super::tolerance::Class;
 use super::value::Node;
 
 /// An answer or a part of it.
@@ -55,7 +56,7 @@ pub fn answer(command: &GoldenCommand) -> BTreeMap<String, Content> {
         }
         if command.has(Output::Page) {
             let html = written(folder.path(), PAGE);
-            all.insert("page.txt".to_string(), Content::Text(visible_text(&html)));
+            all.insert("page.txt".to_string(), Content::Text(page_text(command, &html)));
         }
         for file in &command.writes {
             all.insert(recorded_name(file), file_content(command, file, &written(folder.path(), file)));
@@ -116,6 +117,15 @@ fn written(folder: &Path, file: &str) -> String {
     match std::fs::read(folder.join(file)) {
         Ok(bytes) => mask(&String::from_utf8_lossy(&bytes), folder),
         Err(_) => "not written\n".to_string(),
+    }
+}
+
+/// Text of a page; files that a search wrote are listed without size and digest.
+fn page_text(command: &GoldenCommand, html: &str) -> String {
+    let text = visible_text(html);
+    match command.class {
+        Class::Direct => text,
+        Class::Fitted | Class::Sampled => mask_written(&text, |file| repository().join(file).is_file()),
     }
 }
 

@@ -45,6 +45,22 @@ fn mask_duration(line: &str) -> String {
     }
 }
 
+/// Text of a page with masks in the place of size and digest of files that the run wrote: both change with the last digit of a
+/// fitted number. The page lists a file as three lines: name, bytes, SHA-256.
+pub fn mask_written(page: &str, is_input: impl Fn(&str) -> bool) -> String {
+    let mut lines: Vec<&str> = page.lines().collect();
+    for third in 2..lines.len() {
+        if is_digest(lines[third]) && !is_input(lines[third - 2]) {
+            (lines[third - 1], lines[third]) = ("<bytes>", "<digest>");
+        }
+    }
+    lines.iter().map(|line| format!("{line}\n")).collect()
+}
+
+fn is_digest(line: &str) -> bool {
+    line.len() == 64 && line.chars().all(|c| c.is_ascii_hexdigit())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,5 +85,13 @@ mod tests {
     fn duration_and_folder_are_masked() {
         assert_eq!(masked("The whole replay took 0.21 s."), "The whole replay took <duration> s.");
         assert_eq!(masked("/somewhere/else/x.csv: row 2"), "<folder>/x.csv: row 2");
+    }
+
+    #[test]
+    fn digest_is_masked_for_written_file_and_kept_for_input() {
+        let digest = "0123456789abcdef".repeat(4);
+        let page = format!("rotor.toml\n2726\n{digest}\nbetter.toml\n3407\n{digest}\n");
+        let expected = format!("rotor.toml\n2726\n{digest}\nbetter.toml\n<bytes>\n<digest>\n");
+        assert_eq!(mask_written(&page, |file| file == "rotor.toml"), expected);
     }
 }
