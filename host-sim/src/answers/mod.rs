@@ -6,13 +6,19 @@
 
 pub mod check;
 pub mod compare;
+pub mod decode;
 pub mod diagnose;
 pub mod estimate;
 pub mod findings;
 pub mod forecast;
 pub mod identify;
+pub mod monitor_result;
+pub mod names;
+pub mod replay;
 pub mod shared;
 pub mod startup;
+pub mod track;
+pub mod tracker;
 
 use serde::{Serialize, Serializer};
 use serde_json::Value;

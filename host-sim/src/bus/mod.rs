@@ -23,6 +23,7 @@ pub mod kernel;
 pub mod load;
 pub mod local;
 pub mod log;
+pub mod numbers;
 pub mod reconnecting;
 pub mod seals;
 pub mod server;

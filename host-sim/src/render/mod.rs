@@ -59,9 +59,9 @@ pub mod trend;
 pub mod wave;
 pub mod weights;
 
-pub use comparison::{Model, Prediction, comparison_sections, noise_error, verdict};
+pub use comparison::{ComparedModel, Prediction, comparison_sections, noise_error, verdict};
 
 pub use curve::Curve;
-pub use document::{Drawing, Figure, Section, Table, identifier};
+pub use document::{Drawing, Figure, PageTable, Section, identifier};
 pub use page::page;
 pub use story::Story;

@@ -10,7 +10,6 @@ pub mod live;
 mod mirror;
 mod simulated;
 pub mod timing;
-pub mod told;
 
 use anyhow::Result;
 use rotor_edge_core::can::{Counters, FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, MonitorResult};

@@ -5,9 +5,9 @@ use rotor_edge_core::state::{NodeState, Reason, Status};
 use rotor_edge_desktop::units::SECONDS_A_DAY;
 
 use super::lists::listed;
-pub use super::lists::probe_numbers;
 use super::monitor::Monitor;
 use super::reasons::{Why, why};
+use crate::bus::numbers::bearing_number;
 use crate::bus::seals::Refused;
 
 /// Readings without an answer that are no coincidence.
@@ -225,11 +225,6 @@ fn jumping(monitor: &Monitor) -> Option<String> {
         [plane] => Some(format!("plane {plane} grows as fast as it may")),
         several => Some(format!("planes {} grow as fast as they may", listed(several))),
     }
-}
-
-/// Bearings are counted from 1 where people read them.
-pub fn bearing_number(bearing: u8) -> u8 {
-    bearing + 1
 }
 
 fn readings(number: u16) -> String {

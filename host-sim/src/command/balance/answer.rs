@@ -3,7 +3,7 @@
 use rotor_edge_desktop::balance::Balanced;
 
 /// Weights by both ways, and how they are told.
-pub struct Answer {
+pub struct BalanceResult {
     /// Name of the way and what it gave.
     pub ways: Vec<(&'static str, Balanced)>,
     /// Names of the correction planes.

@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 use super::listener::Listener;
 use super::output::{self, Json};
 use super::startup::range;
-use answer::Answer;
+use answer::BalanceResult;
 
 /// Chance of a misfit from noise alone below which it is not noise.
 const CHANCE: f64 = 1e-3;
@@ -112,7 +112,7 @@ fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments, listener: Listener
     if ways.is_empty() {
         bail!("{}: {}", data.display(), remarks.join(" "));
     }
-    let answer = Answer {
+    let answer = BalanceResult {
         ways,
         planes: plan.planes.iter().map(|p| rotor.plane[*p].name.clone()).collect(),
         range_rpm: plan.range_rpm,
@@ -146,7 +146,7 @@ fn doubt(name: &str, found: &Balanced) -> Option<String> {
     })
 }
 
-impl Answer {
+impl BalanceResult {
     /// The direction in which angles count.
     pub fn direction(&self) -> &'static str {
         if self.against_rotation { "against the rotation" } else { "with the rotation" }
@@ -218,11 +218,11 @@ impl Answer {
         )
     }
 
-    fn weights<'a>(&self, found: &'a Balanced) -> Vec<Told<'a>> {
+    fn weights<'a>(&self, found: &'a Balanced) -> Vec<PlaneCorrection<'a>> {
         let told = |((wanted, filling), sd): ((&_, &'a Filling), &f64)| {
             let [wanted_g_mm, with_deg] = g_mm_deg(*wanted);
             let sd_g_mm = sd * G_MM;
-            Told {
+            PlaneCorrection {
                 wanted_g_mm,
                 sd_g_mm,
                 angle_deg: told_deg(with_deg, self.against_rotation),
@@ -318,7 +318,7 @@ fn placed(piece: &Piece, angle_deg: f64) -> Value {
 }
 
 /// A weight as it is told.
-struct Told<'a> {
+struct PlaneCorrection<'a> {
     wanted_g_mm: f64,
     sd_g_mm: f64,
     angle_deg: f64,
@@ -326,7 +326,7 @@ struct Told<'a> {
     filling: &'a Filling,
 }
 
-impl Told<'_> {
+impl PlaneCorrection<'_> {
     /// Of one piece; none where a weight is split, or no radius is known.
     fn mass_and_radius(&self) -> Option<[f64; 2]> {
         match &self.filling.pieces[..] {

@@ -1,16 +1,16 @@
 //! What `balance --report` says: the weights, and the vibration with and without them.
 
-use super::answer::Answer;
+use super::answer::BalanceResult;
 use crate::render::trend::{Trend, trend};
-use crate::render::{Figure, Section, Table, identifier};
+use crate::render::{Figure, PageTable, Section, identifier};
 
-pub fn sections(answer: &Answer) -> Vec<Section> {
-    let weights = Table {
+pub fn sections(answer: &BalanceResult) -> Vec<Section> {
+    let weights = PageTable {
         caption: format!(
             "Unbalance to add to the machine without trial weights; angles from the keyphasor mark, {}",
             answer.direction()
         ),
-        columns: Answer::COLUMNS.map(String::from).to_vec(),
+        columns: BalanceResult::COLUMNS.map(String::from).to_vec(),
         rows: answer.rows().into_iter().map(|r| r.to_vec()).collect(),
     };
     let line = |what: fn(&rotor_edge_desktop::balance::AtSpeed) -> f64, way: usize| {

@@ -12,7 +12,7 @@ use crate::render::centreline::centreline;
 use crate::render::orbit::{OrbitPanel, orbit};
 use crate::render::scale::rpm;
 use crate::render::trend::{Trend, trend};
-use crate::render::{Curve, Figure, Section, Table, identifier};
+use crate::render::{Curve, Figure, PageTable, Section, identifier};
 
 /// Orbits of a run, at most.
 const ORBITS: usize = 4;
@@ -26,7 +26,7 @@ pub fn sections(extracted: &[Extracted], rotor: Option<&Rotor>, account: Vec<Str
         let probe = loss.probe.clone().unwrap_or_else(|| "all".into());
         vec![file.clone(), probe, loss.why.into(), loss.windows.to_string(), format!("{:.3}", loss.first_s)]
     });
-    let lost = Table {
+    let lost = PageTable {
         caption: "Lost readings".into(),
         columns: ["file", "probe", "why", "windows", "first, s"].map(String::from).to_vec(),
         rows: losses.collect(),

@@ -19,7 +19,7 @@ use crate::deploy::read_key;
 use crate::watch::Watch;
 use crate::watch::terminal::{listen, require_terminal, show};
 use crate::watch::view::Place;
-use json::Summary;
+use json::WatchAnswer;
 
 /// Between two looks at the signal, without a terminal.
 const LOOK: Duration = Duration::from_millis(100);
@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             watch.now_us() as f64 * 1e-6
         );
     }
-    output::json(&Summary::of(&watch, &place, bus.passed_over()))
+    output::json(&WatchAnswer::of(&watch, &place, bus.passed_over()))
 }
 
 fn bit_rate(arguments: &Arguments) -> Result<u32> {

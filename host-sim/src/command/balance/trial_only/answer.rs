@@ -10,7 +10,7 @@ use crate::command::balance::told_deg;
 use crate::command::output;
 
 /// The answer, and how it is told.
-pub struct Answer {
+pub struct TrialBalanceResult {
     pub correction: Correction,
     pub criterion: Criterion,
     /// Run that the weights are added to.
@@ -21,7 +21,7 @@ pub struct Answer {
     pub coefficients: bool,
 }
 
-impl Answer {
+impl TrialBalanceResult {
     /// Columns of the table of weights.
     pub const WEIGHTS: [&str; 3] = ["plane", "unbalance to add, g·mm", "angle"];
     /// Columns of the table of vibration.

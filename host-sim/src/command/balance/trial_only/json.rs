@@ -6,7 +6,7 @@ use rotor_edge_desktop::balance::optimum::Criterion;
 use rotor_edge_desktop::balance::places::Piece;
 use serde_json::{Value, json};
 
-use super::answer::Answer;
+use super::answer::TrialBalanceResult;
 use crate::command::balance::placed;
 
 /// µm of the units of displacement.
@@ -20,7 +20,7 @@ fn um_of(unit: &str) -> Option<f64> {
     }
 }
 
-pub fn json(answer: &Answer) -> Value {
+pub fn json(answer: &TrialBalanceResult) -> Value {
     let found = &answer.correction;
     let vector = |u: Complex<f64>| json!({"magnitude_g_mm": u.norm(), "angle_deg": answer.told_deg(u)});
     let piece = |p: &Piece| placed(p, answer.told_deg(p.unbalance_g_mm));

@@ -15,7 +15,7 @@ use rotor_edge_desktop::measurement;
 
 use super::Arguments;
 use crate::command::output::{self, Json};
-use answer::Answer;
+use answer::TrialBalanceResult;
 
 /// What the command line asks where there is no rotor's file.
 #[derive(Debug, Args)]
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     let request = request(arguments)?;
     let machine = machine(data, arguments, &request)?;
     let correction = correct(&machine, &request).with_context(|| data.display().to_string())?;
-    let answer = Answer {
+    let answer = TrialBalanceResult {
         correction,
         criterion: request.wanted.criterion,
         onto: options.onto.clone(),

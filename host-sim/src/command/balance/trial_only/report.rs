@@ -1,12 +1,12 @@
 //! What `balance --trial-only --report` says: the weights on a polar plot, and the vibration with and without them.
 
-use super::answer::Answer;
+use super::answer::TrialBalanceResult;
 use crate::render::weights::{Weight, weights};
-use crate::render::{Figure, Section, Table, identifier};
+use crate::render::{Figure, PageTable, Section, identifier};
 
-pub fn sections(answer: &Answer) -> Vec<Section> {
+pub fn sections(answer: &TrialBalanceResult) -> Vec<Section> {
     let found = &answer.correction;
-    let cells = |rows: Vec<Vec<String>>, columns: &[&str], caption: String| Table {
+    let cells = |rows: Vec<Vec<String>>, columns: &[&str], caption: String| PageTable {
         caption,
         columns: columns.iter().map(|c| (*c).to_string()).collect(),
         rows,
@@ -36,7 +36,10 @@ pub fn sections(answer: &Answer) -> Vec<Section> {
     vec![Section {
         heading: "Weights".into(),
         paragraphs,
-        tables: vec![cells(wanted, &Answer::WEIGHTS, answer.title()), cells(left, &Answer::LEFT, vibration)],
+        tables: vec![
+            cells(wanted, &TrialBalanceResult::WEIGHTS, answer.title()),
+            cells(left, &TrialBalanceResult::LEFT, vibration),
+        ],
         figures: vec![figure],
     }]
 }
