@@ -30,6 +30,8 @@ ANSWERS: dict[str, tuple[str, str, str] | None] = {
     "ForecastAnswer": None,
     "EstimatesAnswer": None,
     "MonitoredAnswer": None,
+    "BalanceAnswer": None,
+    "TrialBalance": None,
     "TrackAnswer": (
         "csv",
         "str = field(kw_only=True, repr=False)",
@@ -48,7 +50,7 @@ MEMBERS = {
 OPAQUE = {"ForecastDay", "ScoreAnswer", "PinballAnswer", "IntervalAnswer"}
 OPAQUE |= {"SamplingAnswer", "QualityAnswer", "PaperSamplers"}
 # files with answers that Python has not
-SKIPPED = {"mod", "monitor_result", "decode", "replay"}
+SKIPPED = {"mod", "monitor_result", "decode", "replay", "watch"}
 NUMBERS = {"f64", "f32"}
 PLAIN = {"f64": "float", "f32": "float", "bool": "bool", "String": "str", "&'static str": "str", "Value": "Any"}
 PLAIN |= {f"{sign}{bits}": "int" for sign in "ui" for bits in ("8", "16", "32", "64", "size")}

@@ -6,7 +6,7 @@
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
-use super::scale::round_to;
+use crate::scale::round_to;
 
 /// Digits of a number that a figure keeps: more than a screen shows.
 const DIGITS: i32 = 6;

@@ -12,7 +12,7 @@ use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
 use super::document::Section;
-use super::scale::{number, rpm, three_digits};
+use crate::scale::{number, rpm, three_digits};
 use figures::ReadingRun;
 
 /// A model of the data, and what it leaves of them.

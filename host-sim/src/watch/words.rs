@@ -246,6 +246,7 @@ pub fn span(time_us: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bus::numbers::probe_numbers;
 
     #[test]
     fn spans_are_short_and_never_fall_between_two_forms() {

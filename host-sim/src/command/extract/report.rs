@@ -10,9 +10,9 @@ use crate::extract::{Extracted, Probe};
 use crate::render::bode::bode;
 use crate::render::centreline::centreline;
 use crate::render::orbit::{OrbitPanel, orbit};
-use crate::render::scale::rpm;
 use crate::render::trend::{Trend, trend};
 use crate::render::{Curve, Figure, PageTable, Section, identifier};
+use crate::scale::rpm;
 
 /// Orbits of a run, at most.
 const ORBITS: usize = 4;

@@ -6,9 +6,9 @@ use rotor_edge_desktop::prognosis::series::History;
 use super::super::dates::Dates;
 use super::{SCORES, Scored, limit_in_words, unit};
 use crate::answers::forecast::{ForecastAnswer, LimitAnswer, SeriesForecast, words};
-use crate::render::scale::three_digits;
 use crate::render::trend::{Trend, trend};
 use crate::render::{Figure, PageTable, Section};
+use crate::scale::three_digits;
 
 /// Days of the past that a fan shows.
 const PAST: usize = 180;

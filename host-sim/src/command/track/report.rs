@@ -10,9 +10,9 @@ use super::output::{undiagnosed, when};
 use super::sampling;
 use crate::answers::names::coefficient_names;
 use crate::answers::track::{CaseAnswer, EventAnswer, ReidentifiedAnswer, TrackAnswer};
-use crate::render::scale::three_digits;
 use crate::render::trend::{Trend, trend};
 use crate::render::{Figure, PageTable, Section, identifier};
+use crate::scale::three_digits;
 
 type Points = Vec<(f64, f64)>;
 

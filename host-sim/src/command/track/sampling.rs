@@ -7,9 +7,9 @@ use rotor_edge_desktop::unbalance::g_mm_deg;
 use crate::answers::names::coefficient_names;
 use crate::answers::track::{QualityAnswer, SamplingAnswer};
 use crate::render::bars::{Bar, bars};
-use crate::render::scale::three_digits;
 use crate::render::trend::{Trend, trend};
 use crate::render::{Figure, PageTable, Section, identifier};
+use crate::scale::three_digits;
 
 /// Classes of a histogram.
 const CLASSES: usize = 10;

@@ -14,10 +14,10 @@ use rotor_edge_desktop::units::rpm;
 use crate::answers::check::{CheckAnswer, TrialResponse};
 use crate::render::bode::bode_of;
 use crate::render::campbell::{Branch, campbell};
-use crate::render::scale::{number, three_digits};
 use crate::render::sketch::sketch;
 use crate::render::trend::{Trend, trend};
 use crate::render::{Curve, Figure, PageTable, Section};
+use crate::scale::{number, three_digits};
 
 pub use text::text;
 

@@ -13,8 +13,8 @@ use crate::render::document::{Figure, Section};
 use crate::render::orbit::{OrbitPanel, following};
 use crate::render::polar::polar;
 use crate::render::residual_map::{ResidualMap, residual_map};
-use crate::render::scale::rpm;
 use crate::render::trend::{Trend, trend};
+use crate::scale::rpm;
 
 /// A run whose speeds differ by less than this, relative to the fastest, is a record at one speed.
 const ONE_SPEED: f64 = 0.1;

@@ -4,7 +4,7 @@ use rotor_edge_desktop::compare::Comparison;
 
 use super::chance;
 use crate::render::document::PageTable;
-use crate::render::scale::{number, three_digits};
+use crate::scale::{number, three_digits};
 
 fn table(caption: &str, columns: &[&str], rows: Vec<Vec<String>>) -> PageTable {
     PageTable { caption: caption.into(), columns: columns.iter().map(ToString::to_string).collect(), rows }

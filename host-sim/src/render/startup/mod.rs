@@ -13,10 +13,10 @@ use rotor_edge_desktop::units::rpm as to_rpm;
 use crate::answers::startup::{EvaluatedStartup, StartupAnswer};
 use crate::render::bode::bode_of;
 use crate::render::orbit::{OrbitPanel, orbit};
-use crate::render::scale::rpm;
 use crate::render::trend::{Trend, trend};
 use crate::render::wave::wave;
 use crate::render::{Curve, Figure, PageTable, Section};
+use crate::scale::rpm;
 use tables::{
     ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_rows, model_lines, own_lines, pk_pk, run_rows, shift_lines,
     stage_columns, stage_rows,

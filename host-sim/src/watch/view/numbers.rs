@@ -11,7 +11,7 @@ use super::list::percent;
 use super::{PLANE_COLOURS, titled};
 use crate::bus::decoded::Timed;
 use crate::bus::numbers::bearing_number;
-use crate::render::scale::{number, three_digits};
+use crate::scale::{number, three_digits};
 use crate::watch::monitor::{ModelInUse, Monitor, Replacement};
 use crate::watch::words::span;
 

@@ -1,7 +1,6 @@
 //! `balance --trial-only`: correction weights without a rotor's file.
 
 mod answer;
-mod json;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -14,6 +13,7 @@ use rotor_edge_desktop::balance::alone::{Machine, Request, correct, runs};
 use rotor_edge_desktop::measurement;
 
 use super::Arguments;
+use crate::answers::balance::AngleSense;
 use crate::command::output::{self, Json};
 use answer::TrialBalanceResult;
 
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
         correction,
         criterion: request.wanted.criterion,
         onto: options.onto.clone(),
-        against_rotation: arguments.against_rotation,
+        sense: AngleSense::of(arguments.against_rotation),
         coefficients: options.coefficients.is_some(),
     };
     if let Some(path) = &arguments.form.report {
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
         output::report(path, &title, report::sections(&answer))?;
     }
     if arguments.form.json {
-        return output::as_json(&json::json(&answer));
+        return output::answer(&answer.answer());
     }
     answer.print();
     Ok(None)

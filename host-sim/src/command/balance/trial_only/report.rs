@@ -1,6 +1,7 @@
 //! What `balance --trial-only --report` says: the weights on a polar plot, and the vibration with and without them.
 
 use super::answer::TrialBalanceResult;
+use crate::answers::balance::AngleSense;
 use crate::render::weights::{Weight, weights};
 use crate::render::{Figure, PageTable, Section, identifier};
 
@@ -25,7 +26,7 @@ pub fn sections(answer: &TrialBalanceResult) -> Vec<Section> {
         .collect();
     let figure = Figure {
         id: identifier(title),
-        drawing: weights(&drawn, answer.against_rotation).into(),
+        drawing: weights(&drawn, answer.sense == AngleSense::AgainstRotation).into(),
         title: title.into(),
         caption: "Lines: the unbalance to add in each plane; circles: what is put in.".into(),
     };

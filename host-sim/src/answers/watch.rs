@@ -1,11 +1,11 @@
-//! What `watch --json` prints: everything that was heard.
+//! Answer of `watch`: everything that was heard.
 
 use rotor_edge_core::can::Keyphasor;
 use rotor_edge_core::state::Reason;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::answers::monitor_result::TimedResult;
+use super::monitor_result::TimedResult;
 use crate::bus::numbers::{bearing_number, probe_numbers};
 use crate::bus::seals::Refused;
 use crate::bus::states::name;
