@@ -7,7 +7,7 @@
 //! | planes | `planes_g_mm`, cosine and sine | `planes`, magnitude and angle | `unbalance_g_mm`, cosine and sine |
 //! | static, dynamic | `static_g_mm`, `dynamic_g_mm` | `static`, `dynamic` | `static_g_mm`, `dynamic_g_mm` |
 //! | residual | `residual_um` | `residual_um` | `e_um` |
-//! | flags | `is_suspicious`, `is_flagged` | `suspicious`, `flagged` | `flags`, bits |
+//! | flags | `is_suspicious`, `is_flagged` | `suspicious`, `flagged` | `flags`, all bits of the bus |
 //! | probes | `used_mask`, bits | `probes_used` | `probes_used` |
 //! | reason, redundancy | yes | yes | no |
 
@@ -116,14 +116,6 @@ impl From<&MonitorResult> for ResultAnswer {
             floor_um: finite(result.floor_um),
             level_um: finite(result.level_um),
         }
-    }
-}
-
-impl ResultAnswer {
-    /// Bits of the flags on the bus.
-    pub fn flags(&self) -> u8 {
-        let bit = |is_set: bool, flag: u8| if is_set { flag } else { 0 };
-        bit(self.is_suspicious, FLAG_SUSPICIOUS) | bit(self.is_flagged, FLAG_FLAGGED)
     }
 }
 

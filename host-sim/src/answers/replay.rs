@@ -7,7 +7,6 @@ use serde_json::Value;
 
 use super::alphabetical;
 use super::findings::DeterminedAnswer;
-use super::monitor_result::ResultAnswer;
 use super::tracker::TrackerResult;
 use crate::bus::states::name;
 use crate::replay::check::Equivalence;
@@ -44,7 +43,7 @@ pub fn answers(record: &[Reading], played: &Replay) -> Vec<ReplayedResult> {
     let summary = |crate::replay::Answer { row, result }: &crate::replay::Answer| ReplayedResult {
         row: *row,
         time_d: day(record, *row),
-        result: ResultAnswer::from(result).into(),
+        result: result.into(),
     };
     played.answers.iter().map(summary).collect()
 }

@@ -32,6 +32,9 @@ pub struct TrackAnswer {
     pub joint: Option<JointAnswer>,
     pub undiagnosed_since_d: Option<f64>,
     pub remarks: Vec<String>,
+    /// Readings of the record; `readings` counts those with an estimate.
+    #[serde(skip)]
+    pub recorded: usize,
 }
 
 /// Mean residual, of the features.
@@ -187,8 +190,8 @@ pub struct JointAnswer {
 type Moment<'a> = &'a dyn Fn(f64) -> Option<String>;
 
 impl TrackAnswer {
-    /// Of a followed record; `moment` is when a day was.
-    pub fn of(rotor: &Rotor, track: &Track, moment: Moment) -> Self {
+    /// Of a followed record of so many readings; `moment` is when a day was.
+    pub fn of(rotor: &Rotor, track: &Track, recorded: usize, moment: Moment) -> Self {
         let sum: f64 = track.estimates.iter().map(|e| e.residual.e_um).sum();
         let ratio = |keep: &dyn Fn(&&Estimate) -> bool| {
             let kept: Vec<f64> = track.estimates.iter().filter(keep).map(|e| e.residual.ratio()).collect();
@@ -214,6 +217,7 @@ impl TrackAnswer {
             joint: track.joint.as_ref().map(|j| JointAnswer::of(rotor, j, moment)),
             undiagnosed_since_d: track.undiagnosed_since_d,
             remarks: track.remarks.clone(),
+            recorded,
         }
     }
 }

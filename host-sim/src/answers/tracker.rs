@@ -51,10 +51,12 @@ pub struct MonitoredAnswer {
     pub result: Option<TrackerResult>,
 }
 
-impl From<ResultAnswer> for TrackerResult {
-    fn from(result: ResultAnswer) -> Self {
+impl From<&MonitorResult> for TrackerResult {
+    fn from(on_bus: &MonitorResult) -> Self {
+        let result = ResultAnswer::from(on_bus);
         Self {
-            flags: result.flags(),
+            // with the bits of planes at their bound
+            flags: on_bus.flags,
             unbalance_g_mm: result.planes_g_mm.iter().map(|plane| plane.map(or_nan)).collect(),
             static_g_mm: result.static_g_mm.map(or_nan),
             dynamic_g_mm: result.dynamic_g_mm.map(or_nan),
@@ -78,7 +80,7 @@ impl MonitoredAnswer {
             suspect: status.suspect.map(bearing_number),
             missing_probes: probe_numbers(status.missing_mask),
             age_s: Some(status.age_s).filter(|age_s| age_s.is_finite()),
-            result: result.map(|result| ResultAnswer::from(result).into()),
+            result: result.map(TrackerResult::from),
         }
     }
 }

@@ -195,7 +195,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if let Some(path) = &arguments.csv {
         output::csv(path, &rotor, &followed, dates)?;
     }
-    let answer = TrackAnswer::of(&rotor, &followed, &|time_d| dates.iso(time_d));
+    let answer = TrackAnswer::of(&rotor, &followed, record.len(), &|time_d| dates.iso(time_d));
     if let Some(path) = &arguments.form.report {
         let sections = report::sections(&rotor, &record, &followed, &answer, dates);
         shared::report(path, &format!("{}: the unbalance followed", rotor.name), sections)?;
@@ -235,7 +235,7 @@ fn later_runup(path: &Path, rotor: &Rotor, runout: &shared::Runout) -> Result<(f
 }
 
 fn print(rotor: &str, answer: &TrackAnswer, dates: Dates) {
-    println!("{rotor}: {} readings, method {}", answer.readings, answer.method);
+    println!("{rotor}: {} readings, method {}", answer.recorded, answer.method);
     for remark in &answer.remarks {
         println!("  {remark}");
     }
