@@ -13,6 +13,7 @@
 //! | [`answers`] | one JSON type a command |
 //! | [`render`] | answers as terminal text and as one HTML file with figures |
 //! | [`sample`] | the machine that the main job runs on |
+//! | [`scale`](mod@scale) | ranges of axes, and numbers as people write them |
 //! | [`command`] | one file a command: arguments in, table or JSON out |
 
 pub mod answers;
@@ -26,4 +27,5 @@ pub mod node;
 pub mod render;
 pub mod replay;
 pub mod sample;
+pub mod scale;
 pub mod watch;

@@ -6,8 +6,9 @@ use rotor_edge_core::can::{Assembler, BROADCAST_NODE, Frame, Message, ResultAsse
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::state::{NodeState, Reason};
 
-use crate::item::{Body, Evaluated, Heartbeat, Item, Kind, ReadingItem, SCHEMA, Source, StateItem};
+use crate::item::{Body, Heartbeat, Item, Kind, ReadingItem, SCHEMA, Source, StateItem};
 use crate::numbering::{Last, Numbering};
+use rotor_edge::answers::monitor_result::ResultAnswer;
 
 /// A clock that says less is wrong: 2024-01-01, µs.
 const EARLIEST_US: i64 = 1_704_067_200_000_000;
@@ -116,7 +117,7 @@ impl MonitorStream {
         }
         let result = self.results.receive(frame)?;
         let epoch = self.numbering.result(result.sequence, time_us);
-        Some(((epoch, result.sequence), Body::Result(Evaluated::from(&result))))
+        Some(((epoch, result.sequence), Body::Result(ResultAnswer::from(&result))))
     }
 }
 

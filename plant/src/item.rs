@@ -1,8 +1,8 @@
 //! One thing that a monitor told, or was told, and what makes it that one and no other.
 
-use rotor_edge::bus::decoded::planes_of;
+use rotor_edge::answers::monitor_result::ResultAnswer;
 use rotor_edge::bus::states::name;
-use rotor_edge_core::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult, NumberedReading};
+use rotor_edge_core::can::NumberedReading;
 use rotor_edge_core::model::Pair;
 use rotor_edge_core::state::{NodeState, Reason, Status};
 use serde::{Deserialize, Serialize};
@@ -43,7 +43,7 @@ pub enum Body {
     /// To the monitor.
     Reading(ReadingItem),
     /// By the monitor, of a reading with the same epoch and sequence.
-    Result(Evaluated),
+    Result(ResultAnswer),
     /// By the monitor when it changed.
     State(StateItem),
     /// By the monitor every few seconds.
@@ -68,34 +68,6 @@ pub struct ReadingItem {
     pub probes_um: Vec<[Option<f32>; 2]>,
     /// Gap voltage of each probe, none where it is not stated.
     pub gaps_v: Vec<Option<f32>>,
-}
-
-/// What a monitor made of a reading.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Evaluated {
-    /// The residual was too large.
-    pub is_suspicious: bool,
-    pub is_flagged: bool,
-    /// Suspected bearing, from 1.
-    pub suspect: Option<u8>,
-    pub reason: String,
-    /// Suspicious readings in a row.
-    pub streak: u16,
-    /// Rows of the reading less unknowns; zero: the residual says nothing.
-    pub redundancy: u8,
-    /// Bit i set: probe i was used.
-    pub used_mask: u8,
-    /// Cosine and sine of the unbalance of each plane, g·mm.
-    pub planes_g_mm: Vec<[Option<f32>; 2]>,
-    pub static_g_mm: [Option<f32>; 2],
-    pub dynamic_g_mm: [Option<f32>; 2],
-    pub residual_um: Option<f32>,
-    /// Residual over the sum of the features.
-    pub ratio: Option<f32>,
-    /// Residual below which nothing is suspicious, µm.
-    pub floor_um: Option<f32>,
-    /// Residual above which a rise counts, µm.
-    pub level_um: Option<f32>,
 }
 
 /// What a monitor said of itself.
@@ -183,27 +155,6 @@ impl From<&NumberedReading> for ReadingItem {
             keyphasor: name(numbered.keyphasor),
             probes_um: reading.probes().iter().map(|p| pair([p.cos_um, p.sin_um])).collect(),
             gaps_v: reading.gaps_v().iter().map(|v| finite(*v)).collect(),
-        }
-    }
-}
-
-impl From<&MonitorResult> for Evaluated {
-    fn from(result: &MonitorResult) -> Self {
-        Self {
-            is_suspicious: result.flags & FLAG_SUSPICIOUS != 0,
-            is_flagged: result.flags & FLAG_FLAGGED != 0,
-            suspect: result.suspect.map(|bearing| bearing + 1),
-            reason: name(result.reason),
-            streak: result.streak,
-            redundancy: result.redundancy,
-            used_mask: result.used_mask,
-            planes_g_mm: planes_of(result).iter().map(|plane| pair(*plane)).collect(),
-            static_g_mm: pair(result.static_g_mm),
-            dynamic_g_mm: pair(result.dynamic_g_mm),
-            residual_um: finite(result.e_um),
-            ratio: finite(result.ratio),
-            floor_um: finite(result.floor_um),
-            level_um: finite(result.level_um),
         }
     }
 }

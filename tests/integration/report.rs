@@ -14,10 +14,10 @@ use rotor_edge::answers::check::CheckAnswer;
 use rotor_edge::render::bars::{Bar, bars};
 use rotor_edge::render::centreline::centreline;
 use rotor_edge::render::check::sections;
-use rotor_edge::render::scale::number;
 use rotor_edge::render::trend::{Trend, trend};
-use rotor_edge::render::{Figure, Model, Prediction, Section, comparison_sections, page, verdict};
+use rotor_edge::render::{ComparedModel, Figure, Prediction, Section, comparison_sections, page, verdict};
 use rotor_edge::sample;
+use rotor_edge::scale::number;
 use rotor_edge_desktop::check::check;
 use rotor_edge_desktop::compare::{Adequacy, Comparison};
 use rotor_edge_desktop::identify::{PhaseOne, PhaseOneConfig, identify};
@@ -61,10 +61,10 @@ fn changed_turbine() -> (Rotor, Vec<Reading>, Vec<Reading>) {
 }
 
 /// A prediction with what it leaves of the readings.
-fn model(rotor: &Rotor, readings: &[Reading], prediction: Prediction) -> Model {
+fn model(rotor: &Rotor, readings: &[Reading], prediction: Prediction) -> ComparedModel {
     let noise = rotor.noise.unwrap();
     let comparison = Comparison::new(rotor, readings, &prediction.predicted_m, &noise, FREE_PARAMETERS);
-    Model { prediction, comparison }
+    ComparedModel { prediction, comparison }
 }
 
 /// The run-up of day 126 with the model of day 0 and one fitted anew.

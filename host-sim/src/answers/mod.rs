@@ -4,15 +4,23 @@
 //! Units are in the names: `_um` µm zero to peak, `_g_mm` g·mm, `_deg` degrees with the rotation, `_rpm` revolutions a minute,
 //! `_d` days, `_n_m` N/m, `_n` N. Ratios and probabilities are of one.
 
+pub mod balance;
 pub mod check;
 pub mod compare;
+pub mod decode;
 pub mod diagnose;
 pub mod estimate;
 pub mod findings;
 pub mod forecast;
 pub mod identify;
+pub mod monitor_result;
+pub mod names;
+pub mod replay;
 pub mod shared;
 pub mod startup;
+pub mod track;
+pub mod tracker;
+pub mod watch;
 
 use serde::{Serialize, Serializer};
 use serde_json::Value;

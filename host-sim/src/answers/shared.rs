@@ -4,6 +4,20 @@ use nalgebra::Complex;
 use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde::{Serialize, Serializer};
 
+/// An unbalance and where it is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct UnbalanceAnswer {
+    pub unbalance_g_mm: f64,
+    pub angle_deg: f64,
+}
+
+impl UnbalanceAnswer {
+    pub fn of(unbalance_kg_m: Complex<f64>) -> Self {
+        let [unbalance_g_mm, angle_deg] = g_mm_deg(unbalance_kg_m);
+        Self { unbalance_g_mm, angle_deg }
+    }
+}
+
 /// An unbalance, or a weight, at a plane.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlaneUnbalance {

@@ -24,6 +24,7 @@ pub mod load;
 pub mod local;
 pub mod log;
 pub mod mac;
+pub mod numbers;
 pub mod reconnecting;
 pub mod server;
 pub mod simulated;

@@ -5,17 +5,17 @@ use clap::Args;
 use rotor_edge_core::state::Status;
 use serde_json::{Value, json};
 
-use super::commanding::Commanding;
+use super::command_target::CommandTarget;
 use super::output;
+use crate::bus::numbers::bearing_number;
 use crate::bus::states::name;
 use crate::deploy::acknowledge;
 use crate::watch::reasons::why;
-use crate::watch::words::bearing_number;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
     #[command(flatten)]
-    monitor: Commanding,
+    monitor: CommandTarget,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,

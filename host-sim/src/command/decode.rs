@@ -8,14 +8,12 @@ use nalgebra::Complex;
 use rotor_edge_core::reading::{self, ProbeVector};
 use rotor_edge_desktop::measurement::{self, Reading, phasor_m};
 use rotor_edge_desktop::rotor_file;
-use serde::Serialize;
 
-use super::answer::{Answer, Change, changes};
 use super::output;
-use crate::bus::decoded::{DecodedLog, NodeRecord, Timed, shortest};
+use crate::answers::decode::LogAnswer;
+use crate::bus::decoded::{DecodedLog, Timed, shortest};
 use crate::bus::log::LogReader;
-use crate::bus::mac::{Checker, RefusalCounts};
-use crate::bus::states::name;
+use crate::bus::mac::Checker;
 use crate::deploy::read_key;
 
 const US_A_DAY: f64 = 86_400e6;
@@ -55,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         measurement::write_probes(&mut csv, &names, &readings)?;
         output::file(path, &csv)?;
     }
-    let summary = Summary::of(&all);
+    let summary = LogAnswer::of(&all);
     if arguments.json { output::json(&summary) } else { print(&summary, arguments.output.as_deref()) }
 }
 
@@ -135,72 +133,7 @@ fn phasor(vector: &ProbeVector) -> Option<Complex<f64>> {
     vector.is_finite().then(|| phasor_m(shortest(vector.cos_um), shortest(vector.sin_um)))
 }
 
-/// What `decode --json` prints.
-#[derive(Serialize)]
-struct Summary {
-    frames: u64,
-    ours: u64,
-    torn: u64,
-    /// What was not believed; null without a key.
-    refused: Option<RefusalCounts>,
-    nodes: Vec<Node>,
-}
-
-#[derive(Serialize)]
-struct Node {
-    node: u8,
-    readings: usize,
-    heartbeats: u64,
-    state: Option<String>,
-    states: Vec<Change>,
-    counters: Counters,
-    results: Vec<Answer>,
-}
-
-/// What became of what was recorded.
-#[derive(Serialize)]
-struct Counters {
-    lost: u32,
-    rejected: u32,
-    repeated: u32,
-    late: u32,
-    incomplete: u32,
-    stray: u32,
-    damaged_results: u16,
-}
-
-impl Summary {
-    fn of(all: &DecodedLog) -> Self {
-        let nodes = all.nodes.iter().map(|(number, record)| Node::of(*number, record, all.start_us));
-        let DecodedLog { frames, ours, torn, .. } = *all;
-        Self { frames, ours, torn, refused: all.refused(), nodes: nodes.collect() }
-    }
-}
-
-impl Node {
-    fn of(node: u8, record: &NodeRecord, start_us: u64) -> Self {
-        let c = record.assembler.counters();
-        Self {
-            node,
-            readings: record.readings.len(),
-            heartbeats: record.heartbeats,
-            state: record.states.last().map(|timed| name(timed.what.state)),
-            states: changes(&record.states, start_us),
-            counters: Counters {
-                lost: c.lost,
-                rejected: c.rejected,
-                repeated: c.repeated,
-                late: c.late,
-                incomplete: c.incomplete,
-                stray: c.stray,
-                damaged_results: record.result_assembler.damaged(),
-            },
-            results: record.results.iter().map(|timed| Answer::of(timed, start_us)).collect(),
-        }
-    }
-}
-
-fn print(summary: &Summary, written: Option<&Path>) -> Result<()> {
+fn print(summary: &LogAnswer, written: Option<&Path>) -> Result<()> {
     println!("{} frames, {} of them of rotor-edge", summary.frames, summary.ours);
     if summary.torn > 0 {
         println!("Torn lines beside them, passed over: {}", summary.torn);

@@ -17,7 +17,7 @@ use super::output::{self, Json};
 use crate::answers::diagnose::{ImprovementAnswer, StepAnswer};
 use crate::command::shell;
 use crate::render::findings;
-use crate::render::{Section, Story, Table};
+use crate::render::{PageTable, Section, Story};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -122,7 +122,7 @@ fn found(outcome: &ImprovementOutcome, answer: &ImprovementAnswer) -> Section {
         let line = |line: String| vec![s.fitted.label.clone(), line];
         findings::parameters(&s.fitted).into_iter().map(line).collect::<Vec<_>>()
     };
-    let added = Table {
+    let added = PageTable {
         caption: "What was added, each with its parameters ± one standard deviation".into(),
         columns: ["effect", "parameter"].map(String::from).to_vec(),
         rows: answer.steps.iter().flat_map(row).collect(),

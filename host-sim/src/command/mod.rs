@@ -2,11 +2,10 @@
 
 mod acknowledge;
 mod add;
-mod answer;
 pub mod balance;
 mod bus;
 pub mod check;
-mod commanding;
+mod command_target;
 mod compare;
 mod completions;
 mod dates;
@@ -14,7 +13,7 @@ mod dbc;
 mod decode;
 mod deploy;
 mod deployable;
-mod desk;
+mod detector_arguments;
 mod diagnose;
 mod estimate;
 mod explain;
@@ -26,11 +25,11 @@ mod identify;
 mod import;
 mod import_rotor;
 mod improve;
-mod judging;
 mod key;
 mod listener;
 mod manual;
 mod node;
+mod offline;
 mod output;
 mod provenance;
 mod replay;
@@ -61,7 +60,7 @@ pub use usage::shown;
 #[command(version = env!("ROTOR_EDGE_VERSION"))]
 pub struct Cli {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<CliCommand>,
     /// Overwrite a file that is read as well; with import and extract, any that exists
     #[arg(long, global = true)]
     force: bool,
@@ -84,11 +83,11 @@ impl Cli {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum CliCommand {
     /// Play a record over a virtual CAN bus into the controller's core and check every result
     Replay(Box<replay::Arguments>),
     #[command(flatten)]
-    Desk(desk::Command),
+    Offline(offline::OfflineCommand),
     /// Run a monitor on a real bus: the controller's core, as firmware runs it
     Node(node::Arguments),
     /// Send a model to a monitor, authenticated and checked before it takes effect
@@ -129,7 +128,7 @@ pub fn object(words: impl IntoIterator<Item = OsString>, listener: Listener) -> 
         targets::check(arguments, cli.force)?;
     }
     let printed = match cli.command {
-        Some(Command::Desk(command)) => {
+        Some(CliCommand::Offline(command)) => {
             command.run(cli.force, listener).map_err(|error| anyhow!(shown(&error)))?
         }
         _ => None,
@@ -144,29 +143,29 @@ pub fn object(words: impl IntoIterator<Item = OsString>, listener: Listener) -> 
 pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         None => replay::run(&replay::Arguments::sample()),
-        Some(Command::Replay(arguments)) => replay::run(&arguments),
-        Some(Command::Desk(command)) => {
+        Some(CliCommand::Replay(arguments)) => replay::run(&arguments),
+        Some(CliCommand::Offline(command)) => {
             if let Some(object) = command.run(cli.force, Listener::Terminal)? {
                 println!("{object}");
             }
             Ok(())
         }
-        Some(Command::Node(arguments)) => node::run(&arguments),
-        Some(Command::Deploy(arguments)) => deploy::run(&arguments),
-        Some(Command::Thresholds(arguments)) => thresholds::run(&arguments),
-        Some(Command::Acknowledge(arguments)) => acknowledge::run(&arguments),
-        Some(Command::Key(arguments)) => key::run(&arguments),
-        Some(Command::Bus(arguments)) => bus::run(&arguments),
-        Some(Command::Watch(arguments)) => watch::run(&arguments),
-        Some(Command::Dbc(arguments)) => dbc::run(&arguments),
-        Some(Command::Decode(arguments)) => decode::run(&arguments),
-        Some(Command::Explain(arguments)) => {
+        Some(CliCommand::Node(arguments)) => node::run(&arguments),
+        Some(CliCommand::Deploy(arguments)) => deploy::run(&arguments),
+        Some(CliCommand::Thresholds(arguments)) => thresholds::run(&arguments),
+        Some(CliCommand::Acknowledge(arguments)) => acknowledge::run(&arguments),
+        Some(CliCommand::Key(arguments)) => key::run(&arguments),
+        Some(CliCommand::Bus(arguments)) => bus::run(&arguments),
+        Some(CliCommand::Watch(arguments)) => watch::run(&arguments),
+        Some(CliCommand::Dbc(arguments)) => dbc::run(&arguments),
+        Some(CliCommand::Decode(arguments)) => decode::run(&arguments),
+        Some(CliCommand::Explain(arguments)) => {
             if let Some(object) = explain::run(&arguments)? {
                 println!("{object}");
             }
             Ok(())
         }
-        Some(Command::Completions(arguments)) => completions::run(&arguments, Cli::command()),
-        Some(Command::Manual(arguments)) => manual::run(&arguments, Cli::command()),
+        Some(CliCommand::Completions(arguments)) => completions::run(&arguments, Cli::command()),
+        Some(CliCommand::Manual(arguments)) => manual::run(&arguments, Cli::command()),
     }
 }

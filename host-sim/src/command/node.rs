@@ -8,7 +8,7 @@ use clap::Args;
 use rotor_edge_core::node::NodeConfig;
 use serde_json::json;
 
-use super::judging::Judging;
+use super::detector_arguments::DetectorArguments;
 use super::{deployable, output, stop};
 use crate::bus::BusSpec;
 use crate::bus::counters::named;
@@ -46,7 +46,7 @@ pub struct Arguments {
     #[arg(long, requires = "key")]
     sealed: bool,
     #[command(flatten)]
-    judging: Judging,
+    detector: DetectorArguments,
     /// Print one JSON object when it ends, instead of text
     #[arg(long)]
     json: bool,
@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         authenticated: arguments.sealed,
         nonce_reserve: NONCE_RESERVE_US,
         seed: random()?,
-        ..arguments.judging.config()?
+        ..arguments.detector.config()?
     };
     let mut store = match (&arguments.state, key) {
         (None, _) => Store::in_memory(),
@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let initial = match &arguments.rotor {
         Some(path) => Some(deployable::of_file(path, arguments.fastest_rpm, None)?),
-        None if arguments.sample => Some(deployable::of_sample(arguments.judging.seed)?),
+        None if arguments.sample => Some(deployable::of_sample(arguments.detector.seed)?),
         None => None,
     };
     if let Some(initial) = initial {

@@ -7,7 +7,7 @@ use sha2::{Digest as _, Sha256};
 
 use super::shell;
 use crate::node::to_hex;
-use crate::render::{Section, Table};
+use crate::render::{PageTable, Section};
 
 /// The last section of a report that is written to `own`.
 pub fn section(own: &Path) -> Section {
@@ -19,7 +19,7 @@ pub fn section(own: &Path) -> Section {
         let bytes = std::fs::read(path).ok()?;
         Some(vec![path.to_string(), bytes.len().to_string(), to_hex(&Sha256::digest(&bytes))])
     });
-    let table = Table {
+    let table = PageTable {
         caption: "Files".into(),
         columns: ["file", "bytes", "SHA-256"].map(String::from).to_vec(),
         rows: files.collect(),

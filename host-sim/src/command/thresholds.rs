@@ -6,7 +6,7 @@ use rotor_edge_core::command::Command;
 use rotor_edge_core::thresholds::Thresholds;
 use serde_json::{Value, json};
 
-use super::commanding::Commanding;
+use super::command_target::CommandTarget;
 use super::output;
 use super::setting::Setting;
 use crate::deploy::out_of_bounds;
@@ -14,7 +14,7 @@ use crate::deploy::out_of_bounds;
 #[derive(Debug, Args)]
 pub struct Arguments {
     #[command(flatten)]
-    monitor: Commanding,
+    monitor: CommandTarget,
     /// Sets a threshold, such as persistence_s=30 or gap_range_v=-16,-4; may be given several times
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<Setting>,

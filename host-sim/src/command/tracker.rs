@@ -8,16 +8,13 @@ use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::state::Status;
 use rotor_edge_core::thresholds::Thresholds;
 use rotor_edge_desktop::measurement::{Reading, phasor_m};
-use serde::Serialize;
 
 use super::deployable;
-use super::judging::checked;
+use super::detector_arguments::checked;
 use super::setting::Setting;
-use crate::bus::states::name;
+use crate::answers::tracker::MonitoredAnswer;
 use crate::edge::Deployment;
 use crate::node::Bench;
-use crate::replay::result_json::ResultJson;
-use crate::watch::words::{bearing_number, probe_numbers};
 
 /// A monitor of one machine.
 pub struct Tracker {
@@ -86,27 +83,6 @@ impl Tracker {
     }
 }
 
-/// What a monitor says of itself, and its result; bearings and probes count from 1.
-#[derive(Serialize)]
-struct Said {
-    state: String,
-    reason: String,
-    cause: String,
-    suspect: Option<u8>,
-    missing_probes: Vec<u8>,
-    age_s: Option<f32>,
-    result: Option<ResultJson>,
-}
-
 fn text(status: &Status, result: Option<&MonitorResult>) -> Result<String> {
-    let said = Said {
-        state: name(status.state),
-        reason: name(status.reason),
-        cause: name(status.cause),
-        suspect: status.suspect.map(bearing_number),
-        missing_probes: probe_numbers(status.missing_mask),
-        age_s: Some(status.age_s).filter(|age_s| age_s.is_finite()),
-        result: result.map(ResultJson::of),
-    };
-    Ok(serde_json::to_string(&said)?)
+    Ok(serde_json::to_string(&MonitoredAnswer::of(status, result))?)
 }

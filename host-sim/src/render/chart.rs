@@ -6,7 +6,7 @@
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
-use super::scale::round_to;
+use crate::scale::round_to;
 
 /// Digits of a number that a figure keeps: more than a screen shows.
 const DIGITS: i32 = 6;
@@ -21,7 +21,7 @@ pub struct Chart {
     pub shares_x: bool,
     /// Charts of one group point at the same reading together.
     pub group: Option<String>,
-    pub series: Vec<Series>,
+    pub series: Vec<ChartSeries>,
     /// What the first panel of orbits shows for each reading of the group; empty where it stays as it is.
     pub turns: Vec<Turn>,
 }
@@ -67,7 +67,7 @@ pub struct Axis {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Series {
+pub struct ChartSeries {
     /// As the legend says; `None` for what belongs to the paper, such as circles of a polar plot.
     pub name: Option<String>,
     /// The panel that it is drawn in.
@@ -210,7 +210,7 @@ impl Chart {
     ) {
         let round = |row: R| row.into().into_iter().map(|value| round_to(value, DIGITS)).collect();
         let rows = rows.into_iter().map(round).collect();
-        self.series.push(Series { name, panel, look, columns, rows, words: Vec::new() });
+        self.series.push(ChartSeries { name, panel, look, columns, rows, words: Vec::new() });
     }
 
     /// The place where the page's script draws it, with the numbers.

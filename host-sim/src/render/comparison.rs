@@ -12,18 +12,18 @@ use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
 use super::document::Section;
-use super::scale::{number, rpm, three_digits};
-use figures::Run;
+use crate::scale::{number, rpm, three_digits};
+use figures::ReadingRun;
 
 /// A model of the data, and what it leaves of them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Model {
+pub struct ComparedModel {
     pub prediction: Prediction,
     /// How far that is from the measurement.
     pub comparison: Comparison,
 }
 
-impl Model {
+impl ComparedModel {
     /// Standard deviation of a component of a probe's reading as this model leaves it, m; `None` where the reading was lost.
     fn sd_m(&self, readings: &[Reading], row: usize, probe: usize) -> Option<f64> {
         let off_m = (self.prediction.predicted_m[row][probe] - readings[row].probes[probe]?).norm();
@@ -33,7 +33,7 @@ impl Model {
 }
 
 /// Relative error that noise alone leaves, as this model sees it: sqrt(Σ 2 sd² / Σ|Y|²).
-pub fn noise_error(model: &Model, readings: &[Reading]) -> f64 {
+pub fn noise_error(model: &ComparedModel, readings: &[Reading]) -> f64 {
     let (mut noise, mut signal) = (0.0, 0.0);
     for (row, reading) in readings.iter().enumerate() {
         for (probe, y) in reading.probes.iter().enumerate() {
@@ -48,8 +48,8 @@ pub fn noise_error(model: &Model, readings: &[Reading]) -> f64 {
 /// Where models fail, what they say of every probe, and the numbers: of one model, or of one before and after.
 ///
 /// The first model is the one that is judged; the last is the better one.
-pub fn comparison_sections(rotor: &Rotor, readings: &[Reading], models: &[Model]) -> Vec<Section> {
-    let runs = Run::of(readings);
+pub fn comparison_sections(rotor: &Rotor, readings: &[Reading], models: &[ComparedModel]) -> Vec<Section> {
+    let runs = ReadingRun::of(readings);
     let mut sections = vec![places(rotor, readings, models, &runs)];
     for run in &runs {
         sections.extend(run.sections(rotor, readings, models));
@@ -59,7 +59,7 @@ pub fn comparison_sections(rotor: &Rotor, readings: &[Reading], models: &[Model]
 }
 
 /// Errors over speed beside the noise, and the maps of all models beside each other.
-fn places(rotor: &Rotor, readings: &[Reading], models: &[Model], runs: &[Run]) -> Section {
+fn places(rotor: &Rotor, readings: &[Reading], models: &[ComparedModel], runs: &[ReadingRun]) -> Section {
     let of = |i: usize| match (models.len(), i) {
         (1, _) => "",
         (_, 0) => " before",
@@ -67,7 +67,7 @@ fn places(rotor: &Rotor, readings: &[Reading], models: &[Model], runs: &[Run]) -
     };
     let figures = runs.iter().flat_map(|run| {
         let errors = errors::figures(run, rotor, readings, models);
-        let map = |(i, m): (usize, &Model)| run.residual_map(of(i), rotor, readings, &m.comparison);
+        let map = |(i, m): (usize, &ComparedModel)| run.residual_map(of(i), rotor, readings, &m.comparison);
         errors.into_iter().chain(models.iter().enumerate().map(map)).collect::<Vec<_>>()
     });
     Section {
@@ -83,7 +83,7 @@ fn places(rotor: &Rotor, readings: &[Reading], models: &[Model], runs: &[Run]) -
 }
 
 /// The verdict on the first model in its numbers, and every table.
-fn numbers(models: &[Model]) -> Vec<Section> {
+fn numbers(models: &[ComparedModel]) -> Vec<Section> {
     let Some(first) = models.first() else { return Vec::new() };
     let mut tables = match models {
         [before, .., after] => vec![tables::change(&before.comparison, &after.comparison)],

@@ -11,7 +11,7 @@ pub struct Section {
     /// What to know before the tables and figures.
     pub paragraphs: Vec<String>,
     /// Tables, before the figures.
-    pub tables: Vec<Table>,
+    pub tables: Vec<PageTable>,
     /// Figures, two in a row where there is room.
     pub figures: Vec<Figure>,
 }
@@ -51,7 +51,7 @@ impl From<Markup> for Drawing {
 
 /// A table; the first column holds names, the others numbers.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct PageTable {
     pub caption: String,
     /// Names and units of the columns.
     pub columns: Vec<String>,
@@ -109,7 +109,7 @@ impl Figure {
     }
 }
 
-impl Table {
+impl PageTable {
     fn markup(&self) -> Markup {
         html! {
             div class="table" {

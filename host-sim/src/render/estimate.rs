@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use super::regions::{Region, regions};
 use super::text;
-use super::{Figure, Section, Table};
+use super::{Figure, PageTable, Section};
 use crate::answers::estimate::{EstimatesAnswer, RunEstimateAnswer};
 use crate::answers::shared::PlaneUnbalance;
 
@@ -19,7 +19,7 @@ pub fn text(answer: &EstimatesAnswer) -> String {
 
 /// The table of all runs, and each plane with the region of every run.
 pub fn section(answer: &EstimatesAnswer) -> Section {
-    let table = Table {
+    let table = PageTable {
         caption: legend(answer),
         columns: COLUMNS.map(String::from).to_vec(),
         rows: rows(answer).into_iter().map(|r| r.to_vec()).collect(),

@@ -1,7 +1,7 @@
 //! The paper of a polar plot: circles with their radii, spokes with their angles, and which way the shaft turns.
 
 use super::chart::{Anchor, Axis, Chart, Look, Panel};
-use super::scale::Scale;
+use crate::scale::Scale;
 
 const HEIGHT_PX: f64 = 400.0;
 /// Room for the angles around the outer circle, relative to its radius.

@@ -7,6 +7,7 @@
 //! | [`page`](mod@page) | the page around them |
 //! | [`story`] | the first screen of a page |
 //! | [`text`] | tables for a terminal |
+//! | [`balance`](mod@balance) | text and section of `balance` |
 //! | [`check`](mod@check) | text and sections of `check` |
 //! | [`startup`](mod@startup) | text and sections of `startup` |
 //! | [`estimate`](mod@estimate) | text and section of `estimate` |
@@ -31,6 +32,7 @@
 //! planes of equal units; Plotly's basic bundle (1.19 MB) is heavier than a whole page may be with its
 //! numbers; ECharts comes to 0.59 MB with what is used of it.
 
+pub mod balance;
 pub mod bars;
 pub mod bode;
 pub mod campbell;
@@ -50,7 +52,6 @@ pub mod polar;
 pub mod quantity;
 pub mod regions;
 pub mod residual_map;
-pub mod scale;
 pub mod sketch;
 pub mod startup;
 pub mod story;
@@ -59,9 +60,9 @@ pub mod trend;
 pub mod wave;
 pub mod weights;
 
-pub use comparison::{Model, Prediction, comparison_sections, noise_error, verdict};
+pub use comparison::{ComparedModel, Prediction, comparison_sections, noise_error, verdict};
 
 pub use curve::Curve;
-pub use document::{Drawing, Figure, Section, Table, identifier};
+pub use document::{Drawing, Figure, PageTable, Section, identifier};
 pub use page::page;
 pub use story::Story;

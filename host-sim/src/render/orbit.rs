@@ -3,7 +3,7 @@
 use nalgebra::Complex;
 
 use super::chart::{Chart, Column, Look, Panel, Turn};
-use super::scale::{round_to, rpm};
+use crate::scale::{round_to, rpm};
 
 /// Points of a drawn orbit.
 const POINTS: usize = 90;

@@ -75,7 +75,7 @@ pub fn page(
 
 #[cfg(test)]
 mod tests {
-    use super::super::document::Table;
+    use super::super::document::PageTable;
     use super::*;
 
     #[test]
@@ -83,7 +83,7 @@ mod tests {
         let section = Section {
             heading: "<script>".into(),
             paragraphs: vec!["a & b".into()],
-            tables: vec![Table {
+            tables: vec![PageTable {
                 caption: "t".into(),
                 columns: vec!["c".into()],
                 rows: vec![vec!["<b>".into()]],

@@ -6,7 +6,7 @@ use super::bode::{columns, lag_deg, peak_to_peak_um};
 use super::chart::{Anchor, Chart, Column, Look};
 use super::curve::Curve;
 use super::ground::{Turn, polar_paper};
-use super::scale::number;
+use crate::scale::number;
 
 /// Speeds that are written beside the path.
 const SPEEDS: usize = 4;

@@ -1,6 +1,6 @@
 //! Quantities in the units of the trade, with their uncertainty, as people write them.
 
-use super::scale::number;
+use crate::scale::number;
 
 /// Digits of a value whose uncertainty is not known.
 const DIGITS: i32 = 4;

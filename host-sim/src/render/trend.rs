@@ -1,7 +1,7 @@
 //! Anything over time: curves, measured points, events and flags.
 
 use super::chart::{Anchor, Axis, Chart, Column, Look, Panel};
-use super::scale::Scale;
+use crate::scale::Scale;
 
 const HEIGHT_PX: f64 = 260.0;
 /// Words of events stand above the curves, each lower than the one before, in this many rows.

@@ -8,7 +8,6 @@ pub mod check;
 mod config;
 pub mod live;
 mod reference;
-pub mod result_json;
 mod simulated;
 pub mod timing;
 

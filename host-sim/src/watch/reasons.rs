@@ -2,7 +2,8 @@
 
 use rotor_edge_core::state::Reason;
 
-use super::lists::{listed, probe_numbers};
+use super::lists::listed;
+use crate::bus::numbers::probe_numbers;
 
 /// What a reason means to somebody who watches.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -8,8 +8,9 @@ use rotor_edge_core::state::{NodeState, Reason};
 
 use super::monitor::{HISTORY, Replacement, Version};
 use super::testing::{Bench, faulty, healthy, plain_result, told};
-use super::words::{Level, Words, bearing_number};
+use super::words::{Level, Words};
 use super::*;
+use crate::bus::numbers::bearing_number;
 use crate::edge::{EdgeNode, SHAPES};
 
 const SECOND_US: u64 = 1_000_000;

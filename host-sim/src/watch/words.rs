@@ -5,10 +5,10 @@ use rotor_edge_core::state::{NodeState, Reason, Status};
 use rotor_edge_desktop::units::SECONDS_A_DAY;
 
 use super::lists::listed;
-pub use super::lists::probe_numbers;
 use super::monitor::Monitor;
 use super::reasons::{Why, why};
 use crate::bus::mac::RefusalCounts;
+use crate::bus::numbers::bearing_number;
 
 /// Readings without an answer that are no coincidence.
 const MOST_UNANSWERED: u32 = 3;
@@ -227,11 +227,6 @@ fn jumping(monitor: &Monitor) -> Option<String> {
     }
 }
 
-/// Bearings are counted from 1 where people read them.
-pub fn bearing_number(bearing: u8) -> u8 {
-    bearing + 1
-}
-
 fn readings(number: u16) -> String {
     if number == 1 { "1 reading".into() } else { format!("{number} readings") }
 }
@@ -251,6 +246,7 @@ pub fn span(time_us: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bus::numbers::probe_numbers;
 
     #[test]
     fn spans_are_short_and_never_fall_between_two_forms() {

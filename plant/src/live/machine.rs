@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use maud::{Markup, html};
-use rotor_edge::render::scale::three_digits;
+use rotor_edge::scale::three_digits;
 use rotor_edge_core::reading::ProbeVector;
 use rusqlite::{Connection, OptionalExtension as _};
 

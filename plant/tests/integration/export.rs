@@ -7,8 +7,9 @@ use std::path::Path;
 use crate::common::{reading, refusal, result, run};
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use parquet::record::RowAccessor as _;
+use rotor_edge::answers::monitor_result::ResultAnswer;
 use rotor_edge_core::can::NumberedReading;
-use rotor_edge_plant::item::{Body, Evaluated, Item, Kind, ReadingItem, SCHEMA, Source};
+use rotor_edge_plant::item::{Body, Item, Kind, ReadingItem, SCHEMA, Source};
 use rotor_edge_plant::sink::Sink as _;
 use rotor_edge_plant::store::Store;
 
@@ -24,7 +25,7 @@ fn item(node: u8, sequence: u16, time_us: i64, body: Body) -> Item {
 fn told(node: u8, sequence: u16, time_us: i64) -> [Item; 2] {
     let mut read = ReadingItem::from(&NumberedReading::new(sequence, reading(node, sequence)));
     read.probes_um[1] = [None; 2];
-    let evaluated = Evaluated::from(&result(node, sequence));
+    let evaluated = ResultAnswer::from(&result(node, sequence));
     [Body::Reading(read), Body::Result(evaluated)].map(|body| item(node, sequence, time_us, body))
 }
 

@@ -1,4 +1,6 @@
-"""What ``balance`` answers."""
+"""Answers of ``balance``, with a rotor's file and without.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/balance.rs``."""
 
 from dataclasses import dataclass
 
@@ -14,9 +16,11 @@ class Vector(Record):
 
 
 @dataclass(frozen=True, eq=False)
-class Piece(Vector):
+class Piece(Record):
     """A weight as it is put in."""
 
+    magnitude_g_mm: float
+    angle_deg: float
     hole: int | None
     mass_g: float | None
     radius_mm: float | None
@@ -32,6 +36,7 @@ class Weight(Record):
     angle_deg: float
     angle_sd_deg: float
     mass_g: float | None
+    """Of one piece; None where a weight is split, or no radius is known."""
     radius_mm: float | None
     placed_g_mm: float
     placed: tuple[Piece, ...]
@@ -92,10 +97,12 @@ class Balance(Answer):
 
 
 @dataclass(frozen=True, eq=False)
-class TrialWeight(Vector):
+class TrialWeight(Record):
     """The weight of a plane; intervals in g·mm and degrees either way."""
 
     plane: str
+    magnitude_g_mm: float
+    angle_deg: float
     interval_95: Array | None
     angle_95_deg: float | None
     placed: tuple[Piece, ...]

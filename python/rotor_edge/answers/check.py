@@ -1,4 +1,6 @@
-"""What ``check`` answers."""
+"""Answer of ``check``.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/check.rs``."""
 
 from dataclasses import dataclass
 
@@ -13,7 +15,9 @@ class Mode(Record):
     speed_rpm: float
     frequency_rpm: float
     log_decrement: float
+    """Negative for a mode that grows."""
     whirl: str
+    """forward, backward or mixed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +37,7 @@ class StabilityThreshold(Record):
     speed_rpm: float
     frequency_rpm: float
     from_the_first: bool
+    """Whether it is unstable at the first speed of the range already."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +64,9 @@ class CheckedBearing(Record):
     name: str
     load_n: float | None
     eccentricity_ratio: float | None
+    """At the fastest speed."""
     attitude_deg: float | None
+    """At the fastest speed."""
     coefficients: tuple[Coefficients, ...]
 
 
@@ -71,7 +78,9 @@ class Peak(Record):
     amplitude_um: float
     amplification: float | None
     margin_percent: float | None
+    """Distance from the running range; negative inside."""
     needed_percent: float | None
+    """As API 617 asks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +96,7 @@ class TrialResponse(Record):
     """The response to an assumed unbalance."""
 
     trial: str
+    """static or couple."""
     planes: tuple[PlaneUnbalance, ...]
     probes: tuple[ProbePeaks, ...]
 
@@ -98,14 +108,19 @@ class Check(Answer):
     name: str
     mass_kg: float
     centre_of_gravity_m: float
+    """From the left end."""
     largest_sag_m: float | None
+    """None where the weight cannot be shared out."""
     range_rpm: Array
     critical_speeds_rpm: Array
+    """Undamped."""
     critical_speeds_forward: Array
     """The share of the motion that turns forward."""
     damped_critical_speeds: tuple[Mode, ...]
+    """Within the range."""
     critical_speed_map: CriticalSpeedMap
     modes: tuple[Mode, ...]
+    """At 25 speeds of the range, ascending."""
     stability_threshold: StabilityThreshold | None
     bearings: tuple[CheckedBearing, ...]
     unbalance: tuple[TrialResponse, ...]

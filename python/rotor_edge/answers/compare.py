@@ -1,9 +1,11 @@
-"""What ``compare`` answers."""
+"""Answer of ``compare``.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/compare.rs``."""
 
 from dataclasses import dataclass
 
 from ..record import Answer, Record
-from .shared import Determined, Noise
+from .findings import Determined, Noise
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,10 +1,16 @@
-"""What ``diagnose``, ``add`` and ``improve`` answer."""
+"""Answers of ``diagnose``, ``add`` and ``improve``.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/diagnose.rs``."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from ..inputs import Rotor
 from ..record import Answer, Record
-from .shared import Determined, Noise, Parameters, RefutedRun, UnknownCause
+from .findings import Determined, Noise, RefutedRun, UnknownCause
+
+Parameters = dict[str, Any]
+"""Values by name; a phasor is its real and imaginary part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,7 +21,9 @@ class Candidate(Record):
     at: str | None
     probability: float
     delta_bic: float
-    """Twice the logarithm of the odds over the model alone."""
+    """The old name of ``twice_log_bayes_factor``."""
+    twice_log_bayes_factor: float
+    """Twice the logarithm of the Bayes factor over the model alone."""
     error_after: float
     chi2_per_value: float
     parameters: Parameters

@@ -1,4 +1,6 @@
-"""What ``estimate`` answers."""
+"""Answer of ``estimate``.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/estimate.rs``."""
 
 from dataclasses import dataclass
 
@@ -17,9 +19,12 @@ class Region(Record):
 
 
 @dataclass(frozen=True, eq=False)
-class EstimatedPlane(PlaneUnbalance):
+class EstimatedPlane(Record):
     """A plane of a run."""
 
+    name: str
+    unbalance_g_mm: float
+    angle_deg: float
     interval_95: Array
     """Least and most, g·mm."""
     region: Region
@@ -46,7 +51,8 @@ class RunEstimate(Record):
 
 @dataclass(frozen=True, eq=False)
 class Condition(Record):
-    """How far the planes can be told apart at a speed, at all together where there is none; ``whitened`` beside the noise."""
+    """How far the planes can be told apart at a speed, at all together where there is none; ``whitened`` beside the
+    noise."""
 
     speed_rpm: float | None
     condition: float | None

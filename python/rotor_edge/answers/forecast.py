@@ -1,4 +1,6 @@
-"""What ``forecast`` answers."""
+"""Answer of ``forecast``.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/forecast.rs``."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -44,7 +46,7 @@ class Forecast(Answer):
     baselines: dict[str, BySeries]
     coverage_95: BySeries
     compared: BySeries
-    scores: dict[str, dict[str, dict[str, Any]]]
+    scores: dict[str, dict[str, dict[str, dict[str, Any]]]]
     """By model, series and days ahead: rmse, crps, pinball, coverage_95, compared."""
     against_naive: tuple[str, ...]
     forecast: tuple[dict[str, Any], ...]

@@ -1,10 +1,12 @@
-"""What ``identify`` answers."""
+"""Answer of ``identify``.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/identify.rs``."""
 
 from dataclasses import dataclass, field
 
 from ..inputs import Rotor
 from ..record import Answer, Record
-from .shared import Determined, PlaneUnbalance
+from .findings import Determined
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,9 +23,12 @@ class IdentifiedCoefficient(Record):
 
 
 @dataclass(frozen=True, eq=False)
-class IdentifiedPlane(PlaneUnbalance):
+class IdentifiedPlane(Record):
     """A plane of the first days."""
 
+    name: str
+    unbalance_g_mm: float
+    angle_deg: float
     relative_sd: float
 
 

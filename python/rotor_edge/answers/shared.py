@@ -1,9 +1,10 @@
-"""What several answers hold."""
+"""Parts that several answers hold.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/shared.rs``."""
 
 from dataclasses import dataclass
-from typing import Any
 
-from ..record import Array, Record
+from ..record import Record
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,93 +16,9 @@ class Unbalance(Record):
 
 
 @dataclass(frozen=True, eq=False)
-class PlaneUnbalance(Unbalance):
-    """The unbalance of a plane."""
+class PlaneUnbalance(Record):
+    """An unbalance, or a weight, at a plane."""
 
     name: str
-
-
-@dataclass(frozen=True, eq=False)
-class Noise(Record):
-    """The noise as it was found: times what is stated, its correlation from reading to reading, and what runs differ by, of the
-    response."""
-
-    scale: float
-    correlation: float
-    between_runs: float
-
-
-@dataclass(frozen=True, eq=False)
-class DeterminedPlane(PlaneUnbalance):
-    """A plane and how well the data know it."""
-
-    interval_95: Array
-    """Least and most, g·mm."""
-    angle_95_deg: float
-    """The angle is known to so much either way."""
-    region: Array
-    """Half axes of the 95 % region, g·mm, and the direction of the first, degrees."""
-    determined: bool
-    """Whether the region leaves zero out."""
-
-
-@dataclass(frozen=True, eq=False)
-class Determined(Record):
-    """The planes as the data determine them; ``why`` says it where they do not."""
-
-    planes: tuple[DeterminedPlane, ...] | None = None
-    condition: Array | None = None
-    """How much better the best-seen combination of the planes is known than the worst."""
-    why: str | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class UnknownCause(Record):
-    """Something that no known effect is."""
-
-    acts_like: str
-    """force, bearings, stiffness or drawing."""
-    drawing: str | None
-    position_m: float
-    place_probability: float
-    probability: float
-    growth: str | None
-    whirl: str | None
-    forward_share: float | None
-    speed_rpm: float | None
-    force_n: float | None
-    looks_like: str
-
-
-@dataclass(frozen=True, eq=False)
-class StatedWeight(Record):
-    """A weight as the rotor's file has it."""
-
-    plane: str
-    magnitude_g_mm: float
+    unbalance_g_mm: float
     angle_deg: float
-
-
-@dataclass(frozen=True, eq=False)
-class FoundWeight(StatedWeight):
-    """A weight as the data have it."""
-
-    interval_95: Array
-    """Least and most, g·mm."""
-    angle_95_deg: float
-    account: str | None
-    """What would make one of the other."""
-
-
-@dataclass(frozen=True, eq=False)
-class RefutedRun(Record):
-    """A run whose stated weights are not true."""
-
-    run: str
-    probability: float
-    stated: tuple[StatedWeight, ...]
-    found: tuple[FoundWeight, ...]
-
-
-Parameters = dict[str, Any]
-"""Values by name; a phasor is its real and imaginary part."""

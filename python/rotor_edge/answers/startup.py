@@ -1,10 +1,12 @@
-"""What ``startup`` answers."""
+"""Answer of ``startup``.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/startup.rs``."""
 
 from dataclasses import dataclass
 
 from ..inputs import Rotor
 from ..record import Answer, Array, Record
-from .shared import Parameters
+from .diagnose import Parameters
 
 ByDirection = dict[str, float | None]
 """A figure by the direction that a pair of probes or a probe looks in."""
@@ -136,6 +138,9 @@ class BowNotAdded(Record):
     """A bow of the shaft that was looked at and not added."""
 
     delta_bic: float
+    """The old name of ``twice_log_bayes_factor``."""
+    twice_log_bayes_factor: float
+    """Twice the logarithm of the Bayes factor over the model without it."""
     probability: float
 
 

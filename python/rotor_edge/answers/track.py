@@ -1,4 +1,6 @@
-"""What ``track`` answers."""
+"""Answer of ``track``.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/track.rs``."""
 
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,4 +1,6 @@
-"""What a ``Tracker`` answers: the controller's own numbers, of 32 bits."""
+"""Answer of a ``Tracker``: the controller's own numbers, of 32 bits.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/tracker.rs``."""
 
 from dataclasses import dataclass
 
@@ -7,9 +9,8 @@ from ..record import Answer, Array, Record
 
 @dataclass(frozen=True, eq=False)
 class TrackerResult(Record):
-    """A reading that was judged, as ``replay --json --answers`` prints it; bearings and probes count from 1.
-
-    Unbalances are ``[U cos α, U sin α]``."""
+    """A reading that was judged, as ``replay --json --answers`` prints it; bearings and probes count from 1. Unbalances are
+    ``[U cos α, U sin α]``."""
 
     unbalance_g_mm: Array
     """A row a plane."""

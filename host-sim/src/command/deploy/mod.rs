@@ -10,7 +10,7 @@ use clap::Args;
 use rotor_edge_core::command::Command;
 use serde_json::json;
 
-use super::commanding::Commanding;
+use super::command_target::CommandTarget;
 use super::watch::seconds;
 use super::{deployable, output};
 use crate::bus::mac::AuthenticatedBus;
@@ -23,7 +23,7 @@ pub struct Arguments {
     /// The better model, rotor.toml as `identify`, `add` or `improve` wrote it
     rotor: PathBuf,
     #[command(flatten)]
-    monitor: Commanding,
+    monitor: CommandTarget,
     /// Highest speed that the machine reaches; that of the data the rotor was fitted to if absent
     #[arg(long)]
     fastest_rpm: Option<f64>,

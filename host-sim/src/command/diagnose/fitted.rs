@@ -5,12 +5,12 @@ use rotor_edge_desktop::diagnose::{BestFit, best_fit};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
-use crate::render::{Model, Prediction};
+use crate::render::{ComparedModel, Prediction};
 
 /// A model fitted to the data.
 pub struct Fitted {
     /// With what it leaves of them.
-    pub model: Model,
+    pub model: ComparedModel,
     /// The fit.
     pub best: BestFit,
 }
@@ -29,6 +29,6 @@ impl Fitted {
         let comparison =
             Comparison::new(rotor, readings, &best.predicted_m, &best.noise, best.free_parameters);
         let prediction = Prediction { label: label.into(), predicted_m: best.predicted_m.clone() };
-        Ok(Self { model: Model { prediction, comparison }, best })
+        Ok(Self { model: ComparedModel { prediction, comparison }, best })
     }
 }

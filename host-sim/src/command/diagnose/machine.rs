@@ -9,9 +9,9 @@ use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::units::rad_s;
 
 use crate::render::Figure;
-use crate::render::scale::rpm;
 use crate::render::sketch::{Mark, sketch};
 use crate::render::trend::{Trend, trend};
+use crate::scale::rpm;
 
 /// Places less probable than this are not marked.
 const WORTH_MARKING: f64 = 0.01;

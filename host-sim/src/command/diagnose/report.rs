@@ -9,7 +9,7 @@ use super::{machine, story};
 use crate::answers::diagnose::{AdviceAnswer, CandidateAnswer, DiagnosisAnswer};
 use crate::render::bars::{Bar, bars};
 use crate::render::findings::{self, OUTSIDE};
-use crate::render::{Figure, Model, Section, Story, Table, comparison_sections};
+use crate::render::{ComparedModel, Figure, PageTable, Section, Story, comparison_sections};
 
 /// Candidates that are drawn.
 const DRAWN: usize = 10;
@@ -39,7 +39,7 @@ pub fn page(
 
 /// Where models fail, before and after.
 pub fn compared(rotor: &Rotor, readings: &[Reading], fits: &[Fitted]) -> Vec<Section> {
-    let models: Vec<Model> = fits.iter().map(|fit| fit.model.clone()).collect();
+    let models: Vec<ComparedModel> = fits.iter().map(|fit| fit.model.clone()).collect();
     comparison_sections(rotor, readings, &models)
 }
 
@@ -62,7 +62,7 @@ pub fn verdict(found: &DiagnosisAnswer) -> Section {
             a.repeats.to_string(),
         ]
     };
-    let table = Table {
+    let table = PageTable {
         caption: "What would tell them apart, least effort first".into(),
         columns: ["measurement", "rivals differ by, σ", "most at, rpm", "times"].map(String::from).to_vec(),
         rows: found.advice.iter().map(row).collect(),
@@ -112,7 +112,7 @@ pub fn candidates(found: &DiagnosisAnswer) -> Section {
             found.chi2_per_value,
             percent(found.nothing_missing)
         )],
-        tables: vec![Table {
+        tables: vec![PageTable {
             caption: "Every effect at every place, the most probable first".into(),
             columns: columns.map(String::from).to_vec(),
             rows,

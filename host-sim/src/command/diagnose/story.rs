@@ -7,8 +7,8 @@ use rotor_edge_desktop::measurement::Reading;
 use super::fitted::Fitted;
 use super::machine;
 use crate::render::bars::{Bar, bars};
-use crate::render::scale::{number, three_digits};
 use crate::render::{Figure, Story, noise_error, verdict};
+use crate::scale::{number, three_digits};
 
 pub fn of_diagnosis(
     found: &Diagnosis,

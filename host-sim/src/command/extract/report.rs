@@ -10,9 +10,9 @@ use crate::ingest::waveform::{ExtractedFile, Probe};
 use crate::render::bode::bode;
 use crate::render::centreline::centreline;
 use crate::render::orbit::{OrbitPanel, orbit};
-use crate::render::scale::rpm;
 use crate::render::trend::{Trend, trend};
-use crate::render::{Curve, Figure, Section, Table, identifier};
+use crate::render::{Curve, Figure, PageTable, Section, identifier};
+use crate::scale::rpm;
 
 /// Orbits of a run, at most.
 const ORBITS: usize = 4;
@@ -26,7 +26,7 @@ pub fn sections(extracted: &[ExtractedFile], rotor: Option<&Rotor>, account: Vec
         let probe = loss.probe.clone().unwrap_or_else(|| "all".into());
         vec![file.clone(), probe, loss.why.into(), loss.windows.to_string(), format!("{:.3}", loss.first_s)]
     });
-    let lost = Table {
+    let lost = PageTable {
         caption: "Lost readings".into(),
         columns: ["file", "probe", "why", "windows", "first, s"].map(String::from).to_vec(),
         rows: losses.collect(),

@@ -6,8 +6,8 @@ use super::pairs::Pair;
 use crate::ingest::waveform::ExtractedFile;
 use crate::ingest::waveform::orders::Spectrum;
 use crate::render::cascade::{Trace, cascade, tallest_um};
-use crate::render::scale::three_digits;
 use crate::render::{Figure, Section, identifier};
+use crate::scale::three_digits;
 
 /// A speed that changes by less, relative, is one, and spectra are told apart by their time.
 const ONE_SPEED: f64 = 0.05;

@@ -6,9 +6,9 @@ use rotor_edge_desktop::forecast::series::History;
 use super::super::dates::Dates;
 use super::{SCORES, Scored, limit_in_words, unit};
 use crate::answers::forecast::{ForecastAnswer, LimitAnswer, SeriesForecast, words};
-use crate::render::scale::three_digits;
 use crate::render::trend::{Trend, trend};
-use crate::render::{Figure, Section, Table};
+use crate::render::{Figure, PageTable, Section};
+use crate::scale::three_digits;
 
 /// Days of the past that a fan shows.
 const PAST: usize = 180;
@@ -48,7 +48,7 @@ pub fn sections(
 }
 
 /// One score of every method at every horizon.
-fn scores(answer: &ForecastAnswer, (title, of, is_share): Scored) -> Table {
+fn scores(answer: &ForecastAnswer, (title, of, is_share): Scored) -> PageTable {
     let cell = |value: f64| match (value.is_finite(), is_share) {
         (false, _) => "–".to_string(),
         (true, false) => three_digits(value),
@@ -66,7 +66,7 @@ fn scores(answer: &ForecastAnswer, (title, of, is_share): Scored) -> Table {
     }
     let mut columns = vec!["series".to_string(), "forecast by".into()];
     columns.extend(own().next().iter().flat_map(|(_, s)| s.iter()).map(|(h, _)| format!("{h} d")));
-    Table { caption: format!("{title} by days ahead"), columns, rows }
+    PageTable { caption: format!("{title} by days ahead"), columns, rows }
 }
 
 /// How the chance grows that the limit is reached.

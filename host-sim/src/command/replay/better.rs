@@ -10,10 +10,10 @@ use serde_json::{Value, json};
 
 use crate::edge::Deployment;
 use crate::render::trend::{Trend, trend};
-use crate::render::{Figure, Section, Table};
+use crate::render::{Figure, PageTable, Section};
 use crate::replay::{self, AnsweredReading, Flag, Replay, ReplayConfig, day, flags};
 
-use super::fit::Fit;
+use super::fit::ModelFit;
 
 /// A better model's answers from one day on.
 pub struct Better {
@@ -70,10 +70,10 @@ impl Better {
     }
 
     /// The table for people, before and after.
-    fn table(&self, record: &[Reading], before: &Replay) -> Table {
+    fn table(&self, record: &[Reading], before: &Replay) -> PageTable {
         let [was, is] = self.ratios(record, before);
         let row = |label: &str, ratio: f64| vec![label.to_string(), format!("{:.1}", 100.0 * ratio)];
-        Table {
+        PageTable {
             caption: format!("Residual from day {:.0} on, of the features", self.since_d),
             columns: ["model", "residual, %"].map(String::from).to_vec(),
             rows: vec![row("as it was", was), row(&self.label, is)],
@@ -158,7 +158,7 @@ pub fn trends(
             }),
         ));
     }
-    let fit = Fit::of(record, &played.answers, raised);
+    let fit = ModelFit::of(record, &played.answers, raised);
     let tables = better.map(|b| b.table(record, played)).into_iter().collect();
     let paragraphs = fit.words(played.answers.len(), record.len());
     vec![Section { heading: "Does the model still fit?".into(), paragraphs, tables, figures }]

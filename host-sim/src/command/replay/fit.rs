@@ -5,7 +5,7 @@ use rotor_edge_desktop::measurement::Reading;
 
 /// What a replay says of the model over its record.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fit {
+pub enum ModelFit {
     /// No flag was raised.
     Throughout,
     /// From this day on it does not.
@@ -14,7 +14,7 @@ pub enum Fit {
     BeganOn { first_d: f64, before: f64, after: f64 },
 }
 
-impl Fit {
+impl ModelFit {
     /// Of a record; shares are the mean residual over the features, `before` is not a number where no reading is.
     pub fn of(record: &[Reading], answers: &[AnsweredReading], raised: &[Flag]) -> Self {
         let Some(flag) = raised.first() else { return Self::Throughout };
@@ -118,22 +118,22 @@ mod tests {
         ratios.iter().enumerate().map(answer).collect()
     }
 
-    fn fit(ratios: &[f32], flagged: std::ops::Range<usize>) -> Fit {
+    fn fit(ratios: &[f32], flagged: std::ops::Range<usize>) -> ModelFit {
         let record: Vec<Reading> =
             (0..ratios.len()).map(|row| Reading { time_d: Some(row as f64), ..Reading::default() }).collect();
         let raised =
             Flag { since_d: flagged.start as f64, time_d: 0.0, suspect: None, readings: flagged.len() };
         let raised: Vec<Flag> = if flagged.is_empty() { vec![] } else { vec![raised] };
-        Fit::of(&record, &answers(ratios, flagged), &raised)
+        ModelFit::of(&record, &answers(ratios, flagged), &raised)
     }
 
     #[test]
     fn model_fitting_from_a_day_on_began_and_otherwise_stopped() {
         let falls = [0.3, 0.35, 0.3, 0.03, 0.02, 0.03];
-        assert!(matches!(fit(&falls, 1..3), Fit::BeganOn { first_d: 3.0, .. }));
+        assert!(matches!(fit(&falls, 1..3), ModelFit::BeganOn { first_d: 3.0, .. }));
         let rises = [0.03, 0.02, 0.03, 0.3, 0.35, 0.3];
-        assert!(matches!(fit(&rises, 3..6), Fit::StoppedOn { first_d: 3.0, .. }));
-        assert_eq!(fit(&rises, 0..0), Fit::Throughout);
+        assert!(matches!(fit(&rises, 3..6), ModelFit::StoppedOn { first_d: 3.0, .. }));
+        assert_eq!(fit(&rises, 0..0), ModelFit::Throughout);
         assert_eq!(step(&[1.0]), None);
     }
 }

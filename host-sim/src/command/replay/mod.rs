@@ -3,7 +3,6 @@
 mod better;
 mod bus;
 mod fit;
-mod json;
 mod unbalance;
 
 use rotor_edge_desktop::units::SECONDS_A_DAY;
@@ -17,11 +16,13 @@ use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
 
+use super::detector_arguments::DetectorArguments;
 use super::identify::{self, Days};
-use super::judging::Judging;
 use super::listener::Listener;
 use super::output;
+use crate::answers::replay::{ReplayAnswer, answers};
 use crate::bus::BusConfig;
+use crate::bus::numbers::probe_numbers;
 use crate::bus::states::name;
 use crate::command::shell;
 use crate::edge::Deployment;
@@ -29,11 +30,10 @@ use crate::replay::check::{Equivalence, equivalence};
 use crate::replay::timing::age_limit_s;
 use crate::replay::{self, Flag, Replay, ReplayConfig, day, flags};
 use crate::sample;
-use crate::watch::words::{probe_numbers, span};
+use crate::watch::words::span;
 use better::{Better, trends};
 use bus::Over;
-use fit::Fit;
-use json::{Summary, answers};
+use fit::ModelFit;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -60,7 +60,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DAY", conflicts_with = "bus")]
     power_cut: Vec<f64>,
     #[command(flatten)]
-    judging: Judging,
+    detector: DetectorArguments,
     #[command(flatten)]
     over: Over,
     #[command(flatten)]
@@ -117,12 +117,12 @@ impl Arguments {
             repetition,
             flip,
             longest_delay_us: (self.faults.delay_ms * 1000.0) as u64,
-            seed: self.judging.seed,
+            seed: self.detector.seed,
             ..BusConfig::default()
         };
-        let node = self.judging.config()?;
+        let node = self.detector.config()?;
         let power_cuts_d = self.power_cut.clone();
-        Ok(ReplayConfig { node, age_limit_s: self.judging.age_limit_s(), power_cuts_d, bus })
+        Ok(ReplayConfig { node, age_limit_s: self.detector.age_limit_s(), power_cuts_d, bus })
     }
 
     /// Power can be cut only while the record lasts.
@@ -166,7 +166,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 &rotor,
                 &days,
                 runup.as_deref(),
-                arguments.judging.seed,
+                arguments.detector.seed,
                 Listener::Terminal,
             )?)
         }
@@ -201,7 +201,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.form.json {
         let before = better.as_ref().map(|b| b.summary(&record, &played));
         let answers = arguments.answers.then(|| answers(&record, &played));
-        output::json(&Summary::of(&rotor, &played, &agreement, &raised, before, answers, &last))?;
+        output::json(&ReplayAnswer::of(&rotor, &played, &agreement, &raised, before, answers, last))?;
     } else {
         let job =
             Job { rotor: &rotor, record: &record, phase_one: phase_one.as_ref(), runup: runup.as_deref() };
@@ -321,7 +321,7 @@ impl Job<'_> {
 
     fn print_flags(&self, played: &Replay, raised: &[Flag]) {
         println!("\nDoes the model still fit?");
-        let fit = Fit::of(self.record, &played.answers, raised);
+        let fit = ModelFit::of(self.record, &played.answers, raised);
         fit.words(played.answers.len(), self.record.len()).iter().for_each(|line| println!("  {line}"));
         for flag in raised {
             let suspect = flag.suspect.and_then(|b| self.rotor.bearing.get(b));
@@ -335,10 +335,10 @@ impl Job<'_> {
 
     /// Which command to run next.
     fn print_next(&self, arguments: &Arguments, played: &Replay, raised: &[Flag]) {
-        let fit = Fit::of(self.record, &played.answers, raised);
+        let fit = ModelFit::of(self.record, &played.answers, raised);
         match (raised.first(), &arguments.rotor, &arguments.record) {
             (None, ..) => println!("Next: nothing to do; replay again when there are new readings."),
-            (Some(_), Some(rotor), Some(record)) if matches!(fit, Fit::BeganOn { .. }) => println!(
+            (Some(_), Some(rotor), Some(record)) if matches!(fit, ModelFit::BeganOn { .. }) => println!(
                 "Next: follow the unbalance from that day on\n  rotor-edge track {} {}",
                 shell::path(rotor),
                 shell::path(record)

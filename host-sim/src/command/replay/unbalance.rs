@@ -7,28 +7,12 @@ use rotor_edge_desktop::identify::{PhaseOne, SolvedReading, noise_scale, unbalan
 use rotor_edge_desktop::machine::drawing::{Noise, Rotor};
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::unbalance::G_MM;
-use serde_json::{Value, json};
 
-use crate::answers::findings::DeterminedAnswer;
+use crate::answers::replay::{KnownUnbalance, LastUnbalance};
 use crate::bus::decoded::planes_of;
 use crate::edge::Deployment;
 use crate::render::findings;
 use crate::replay::{AnsweredReading, day};
-
-/// The planes on one day.
-pub struct Known {
-    time_d: f64,
-    determined: DeterminedAnswer,
-    /// Size of the noise over the stated one, as the readings that the model fits show it.
-    noise_scale: f64,
-    /// Whether the bearings' uncertainty is in the intervals.
-    with_bearings: bool,
-    /// Whether readings follow that the model does not fit.
-    outdated: bool,
-}
-
-/// The planes with their intervals, or why there are none.
-pub type Last = Result<Known, String>;
 
 /// Of the last reading that the controller neither flagged nor suspected.
 ///
@@ -40,7 +24,7 @@ pub fn last(
     record: &[Reading],
     answers: &[AnsweredReading],
     phase_one: Option<&PhaseOne>,
-) -> Result<Last> {
+) -> Result<LastUnbalance> {
     let fits = |answer: &&AnsweredReading| !answer.flagged() && !answer.suspicious();
     let found = |answer: &AnsweredReading| SolvedReading {
         reading: &record[answer.row],
@@ -50,7 +34,7 @@ pub fn last(
         ),
     };
     let Some(answer) = answers.iter().rfind(fits) else {
-        return Ok(Err("the model fits no reading of this record".into()));
+        return Ok(LastUnbalance::Unknown { why: "the model fits no reading of this record".into() });
     };
     let noise = Noise::of(rotor, record);
     let fitted: Vec<SolvedReading> = answers.iter().filter(fits).map(found).collect();
@@ -60,10 +44,10 @@ pub fn last(
     let time_d = day(record, answer.row);
     let Some(covariance) = unbalance_covariance(rotor, &newest, &noise, scale, bearings.as_ref())? else {
         let why = format!("the reading of day {time_d:.0} has fewer numbers than the planes have unknowns");
-        return Ok(Err(why));
+        return Ok(LastUnbalance::Unknown { why });
     };
     let names = rotor.plane.iter().map(|p| p.name.as_str());
-    Ok(Ok(Known {
+    Ok(LastUnbalance::Known(KnownUnbalance {
         time_d,
         determined: (&PlaneUnbalances::new(names, newest.unbalance_kg_m.as_slice(), &covariance)).into(),
         noise_scale: scale,
@@ -72,10 +56,10 @@ pub fn last(
     }))
 }
 
-pub fn print(last: &Last) {
+pub fn print(last: &LastUnbalance) {
     let known = match last {
-        Ok(known) => known,
-        Err(why) => return println!("\nNo interval of the unbalance: {why}."),
+        LastUnbalance::Known(known) => known,
+        LastUnbalance::Unknown { why } => return println!("\nNo interval of the unbalance: {why}."),
     };
     println!("\nUnbalance on day {:.0}, from one reading", known.time_d);
     findings::planes(&known.determined).iter().for_each(|line| println!("  {line}"));
@@ -87,18 +71,5 @@ pub fn print(last: &Last) {
     println!("  from the noise, {:.2} times what is stated, {bearings}", known.noise_scale);
     if known.outdated {
         println!("  Later readings have no interval: the model does not fit them.");
-    }
-}
-
-pub fn json(last: &Last) -> Value {
-    match last {
-        Ok(known) => json!({
-            "time_d": known.time_d,
-            "determined": known.determined,
-            "noise_scale": known.noise_scale,
-            "with_bearings": known.with_bearings,
-            "outdated": known.outdated,
-        }),
-        Err(why) => json!({"why": why}),
     }
 }

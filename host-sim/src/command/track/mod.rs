@@ -1,6 +1,5 @@
 //! `track`: the unbalance of a long record, while bearings change.
 
-mod names;
 mod output;
 mod report;
 mod sampling;
@@ -14,14 +13,12 @@ use clap::{Args, ValueEnum};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
-use rotor_edge_desktop::track::{
-    self, Config, DetectorThresholds, FlagCause, LaterRunup, Method, PROPOSALS_AS_PRINTED, Track,
-};
-use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
+use rotor_edge_desktop::track::{self, Config, DetectorThresholds, LaterRunup, Method, PROPOSALS_AS_PRINTED};
 
 use super::dates::{Dates, moment};
 use super::listener::Listener;
 use super::output::{self as shared, Json};
+use crate::answers::track::{EstimateAnswer, TrackAnswer};
 use crate::command::shell;
 use crate::ingest::calendar::Moment;
 
@@ -196,14 +193,15 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if let Some(path) = &arguments.csv {
         output::csv(path, &rotor, &followed, dates)?;
     }
+    let answer = TrackAnswer::of(&rotor, &followed, record.len(), &|time_d| dates.iso(time_d));
     if let Some(path) = &arguments.form.report {
-        let sections = report::sections(&rotor, &record, &followed, dates);
+        let sections = report::sections(&rotor, &record, &followed, &answer, dates);
         shared::report(path, &format!("{}: the unbalance followed", rotor.name), sections)?;
     }
     if arguments.form.json {
-        return shared::as_json(&output::summary(&rotor, &followed, dates));
+        return shared::answer(&answer);
     }
-    print(&rotor, &record, &followed, dates);
+    print(&rotor.name, &answer, dates);
     println!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
     match &arguments.csv {
         Some(path) => println!("Next: rotor-edge forecast {}", shell::path(path)),
@@ -234,25 +232,23 @@ fn later_runup(path: &Path, rotor: &Rotor, runout: &shared::Runout) -> Result<(f
     }
 }
 
-fn print(rotor: &Rotor, record: &[Reading], followed: &Track, dates: Dates) {
-    let name = names::method_name(followed.method);
-    println!("{}: {} readings, method {name}", rotor.name, record.len());
-    for remark in &followed.remarks {
+fn print(rotor: &str, answer: &TrackAnswer, dates: Dates) {
+    println!("{rotor}: {} readings, method {}", answer.recorded, answer.method);
+    for remark in &answer.remarks {
         println!("  {remark}");
     }
     println!("\nFlags");
-    if followed.flags.is_empty() {
-        println!("  None in {} readings.", followed.estimates.len());
+    if answer.flags.is_empty() {
+        println!("  None in {} readings.", answer.estimates.len());
     }
-    for flag in &followed.flags {
-        let bearing = &rotor.bearing[flag.suspect].name;
+    for flag in &answer.flags {
         let cause = match flag.cause {
-            FlagCause::Model => format!("the model stopped fitting; suspect bearing {bearing}"),
-            FlagCause::Unbalance => "the unbalance jumped, the model still fits".to_string(),
+            "model" => format!("the model stopped fitting; suspect bearing {}", flag.suspect),
+            _ => "the unbalance jumped, the model still fits".to_string(),
         };
         println!("  {}, since day {:.0}: {cause}", dates.day(flag.time_d), flag.since_d);
     }
-    for r in &followed.reidentified {
+    for r in &answer.reidentified {
         println!("\nRe-identified on {}", dates.day(r.time_d));
         for c in &r.cases {
             let taken = if c.case == r.case { "   taken" } else { "" };
@@ -262,40 +258,41 @@ fn print(rotor: &Rotor, record: &[Reading], followed: &Track, dates: Dates) {
             );
         }
     }
-    if let Some(open) = output::undiagnosed(followed, dates) {
+    if let Some(open) = output::undiagnosed(answer, dates) {
         println!("  {open}");
     }
-    let [whole, after] = followed.reduction();
-    let mean =
-        followed.estimates.iter().map(|e| e.residual.e_um).sum::<f64>() / followed.estimates.len() as f64;
-    println!("\nMean residual {mean:.3} µm");
+    println!("\nMean residual {:.3} µm", answer.residual_um.mean);
     let percent = |r: Option<f64>| r.map_or("–".to_string(), |r| format!("{:.2} %", 100.0 * r));
     println!(
         "  less than with constant bearings by {} over the record, {} from the event on",
-        percent(whole),
-        percent(after)
+        percent(answer.reduction_against_fixed.whole),
+        percent(answer.reduction_against_fixed.after_event)
     );
-    if let Some(sampling) = &followed.sampling {
+    if let Some(sampling) = &answer.sampling {
         sampling::print(sampling);
     }
-    if let Some(joint) = &followed.joint {
-        output::print_joint(rotor, joint, dates);
+    if let Some(joint) = &answer.joint {
+        output::print_joint(joint, dates);
     }
-    if let Some(last) = followed.estimates.last() {
-        println!("\nOn {}", dates.day(last.time_d));
-        let line = |what: &str, u, sure: String| {
-            let [magnitude, angle] = g_mm_deg(u);
-            println!("  {what:<16} {magnitude:>8.1} g·mm at {angle:>6.1}°{sure}");
-        };
-        for (j, (plane, u)) in rotor.plane.iter().zip(&last.unbalance_kg_m).enumerate() {
-            let sure = last.spread.as_ref().map_or(String::new(), |spread| output::plane_interval(spread, j));
-            line(&format!("plane {}", plane.name), *u, sure);
-        }
-        let [fixed, couple] = static_and_dynamic(&rotor.plane_positions_m(), &last.unbalance_kg_m);
-        line("static", fixed, String::new());
-        line("dynamic", couple, String::new());
-        if last.spread.is_none() {
-            println!("  How sure these are this method does not say; --method joint and bayes do.");
-        }
+    if let Some(last) = answer.estimates.last() {
+        print_last(last, dates);
+    }
+}
+
+/// The unbalance of the last day.
+fn print_last(last: &EstimateAnswer, dates: Dates) {
+    println!("\nOn {}", dates.day(last.time_d));
+    let line = |what: &str, magnitude: f64, angle: f64, sure: String| {
+        println!("  {what:<16} {magnitude:>8.1} g·mm at {angle:>6.1}°{sure}");
+    };
+    for (j, plane) in last.planes.iter().enumerate() {
+        let sure = last.interval_95.as_ref().map_or(String::new(), |i| output::plane_interval(&i.planes[j]));
+        line(&format!("plane {}", plane.name), plane.unbalance_g_mm, plane.angle_deg, sure);
+    }
+    for (what, u) in [("static", last.static_unbalance), ("dynamic", last.dynamic)] {
+        line(what, u.unbalance_g_mm, u.angle_deg, String::new());
+    }
+    if last.interval_95.is_none() {
+        println!("  How sure these are this method does not say; --method joint and bayes do.");
     }
 }

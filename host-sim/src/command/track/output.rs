@@ -1,4 +1,4 @@
-//! What `track` writes: one JSON object, and every estimate as CSV.
+//! What `track` writes: parts of its text, and every estimate as CSV.
 
 use std::path::Path;
 
@@ -7,34 +7,17 @@ use nalgebra::Complex;
 use rotor_edge_desktop::forecast::known;
 use rotor_edge_desktop::forecast::series::EVENT;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::track::{
-    CredibleIntervals, Event, Flag, FlagCause, Interval, JointFindings, ReadingEstimate, Reidentified, Track,
-};
-use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
+use rotor_edge_desktop::track::{CredibleIntervals, ReadingEstimate, Track};
+use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 use rotor_edge_desktop::whole_file;
-use serde_json::{Value, json};
 
 use super::super::dates::{Dates, TIME};
-use super::names::{coefficient_names, method_name, scope_name};
-use super::sampling;
-
-fn vector(u: Complex<f64>) -> Value {
-    let [unbalance_g_mm, angle_deg] = g_mm_deg(u);
-    json!({ "unbalance_g_mm": unbalance_g_mm, "angle_deg": angle_deg })
-}
-
-fn planes(rotor: &Rotor, unbalance_kg_m: &[Complex<f64>]) -> Vec<Value> {
-    let plane = |(p, u): (&rotor_edge_desktop::machine::drawing::Plane, &Complex<f64>)| {
-        let mut value = vector(*u);
-        value["name"] = json!(p.name);
-        value
-    };
-    rotor.plane.iter().zip(unbalance_kg_m).map(plane).collect()
-}
+use crate::answers::names::coefficient_names;
+use crate::answers::track::{EventAnswer, JointAnswer, PlaneInterval, TrackAnswer, plane_ends};
 
 /// When an event took place, and how sure that is.
-pub fn when(event: &Event, dates: Dates) -> String {
-    let Interval { low, high } = event.interval_d;
+pub fn when(event: &EventAnswer, dates: Dates) -> String {
+    let [low, high] = event.interval_95_d;
     if low == high {
         dates.day(event.time_d)
     } else {
@@ -43,11 +26,10 @@ pub fn when(event: &Event, dates: Dates) -> String {
 }
 
 /// What the joint method learned, for people.
-pub fn print_joint(rotor: &Rotor, joint: &JointFindings, dates: Dates) {
+pub fn print_joint(joint: &JointAnswer, dates: Dates) {
     println!("\nEvents");
     for e in &joint.events {
-        let changed = scope_name(rotor, e.scope);
-        println!("  {}: {changed} changed (log evidence {:.0})", when(e, dates), e.evidence);
+        println!("  {}: {} changed (log evidence {:.0})", when(e, dates), e.changed, e.log_evidence);
     }
     if joint.events.is_empty() {
         println!("  None.");
@@ -59,83 +41,27 @@ pub fn print_joint(rotor: &Rotor, joint: &JointFindings, dates: Dates) {
         let days: Vec<String> = joint.left_out_d.iter().map(|d| format!("{d:.0}")).collect();
         println!("  Left out as passing disturbances: day {}.", days.join(", "));
     }
-    println!("\nBearings: constant part, ± %, and wander that fades in {:.1} days", joint.walk_days);
-    let names = coefficient_names(rotor);
-    for (since, constants) in &joint.constants {
-        println!("  from {}", dates.day(*since));
-        for ((name, c), wander) in names.iter().zip(constants).zip(&joint.walk_sd) {
+    println!("\nBearings: constant part, ± %, and wander that fades in {:.1} days", joint.wander_days);
+    for state in &joint.states {
+        println!("  from {}", dates.day(state.since_d));
+        for (c, (_, wander)) in state.bearings.iter().zip(joint.wander_relative_sd.iter()) {
             let origin = if c.from_data { "the data" } else { "its prior, the data do not tell" };
             println!(
-                "    {name:<12} {:>11.4e} ± {:>4.1}, wander {:>4.1}   {origin}",
-                c.log.exp(),
-                100.0 * c.sd,
+                "    {:<12} {:>11.4e} ± {:>4.1}, wander {:>4.1}   {origin}",
+                c.name,
+                c.value,
+                100.0 * c.relative_sd,
                 100.0 * wander
             );
         }
     }
 }
 
-fn joint_json(rotor: &Rotor, joint: &JointFindings, dates: Dates) -> Value {
-    let names = coefficient_names(rotor);
-    let event = |e: &Event| {
-        json!({
-            "time_d": e.time_d,
-            "time": dates.iso(e.time_d),
-            "interval_95_d": [e.interval_d.low, e.interval_d.high],
-            "changed": scope_name(rotor, e.scope),
-            "log_evidence": e.evidence,
-        })
-    };
-    let state = |(since_d, constants): &(f64, Vec<rotor_edge_desktop::track::ConstantPart>)| {
-        let one = |(name, c): (&String, &rotor_edge_desktop::track::ConstantPart)| json!({ "name": name, "value": c.log.exp(), "relative_sd": c.sd, "from_data": c.from_data });
-        json!({ "since_d": since_d, "bearings": names.iter().zip(constants).map(one).collect::<Vec<_>>() })
-    };
-    json!({
-        "events": joint.events.iter().map(event).collect::<Vec<_>>(),
-        "states": joint.constants.iter().map(state).collect::<Vec<_>>(),
-        "wander_relative_sd": names.iter().cloned().zip(joint.walk_sd.iter().map(|w| json!(w)))
-            .collect::<serde_json::Map<_, _>>(),
-        "wander_days": joint.walk_days,
-        "left_out_d": joint.left_out_d,
-        "effects": joint.effects,
-    })
-}
-
-/// What `track --json` prints.
-pub fn summary(rotor: &Rotor, track: &Track, dates: Dates) -> Value {
-    let sum: f64 = track.estimates.iter().map(|e| e.residual.e_um).sum();
-    let ratio = |keep: &dyn Fn(&&ReadingEstimate) -> bool| {
-        let kept: Vec<f64> = track.estimates.iter().filter(keep).map(|e| e.residual.ratio()).collect();
-        (!kept.is_empty()).then(|| kept.iter().sum::<f64>() / kept.len() as f64)
-    };
-    let event_d = track.event_d.unwrap_or(f64::INFINITY);
-    let [whole, after_event] = track.reduction();
-    json!({
-        "method": method_name(track.method),
-        "readings": track.estimates.len(),
-        "residual_um": { "mean": sum / track.estimates.len() as f64, "sum": sum },
-        "residual_ratio": {
-            "before_event": ratio(&|e| e.time_d < event_d),
-            "after_event": ratio(&|e| e.time_d >= event_d),
-        },
-        "begin": dates.iso(0.0),
-        "event_d": track.event_d,
-        "reduction_against_fixed": { "whole": whole, "after_event": after_event },
-        "flags": track.flags.iter().map(|f| flag(rotor, f, dates)).collect::<Vec<_>>(),
-        "reidentified": track.reidentified.iter().map(|r| reidentified(rotor, r)).collect::<Vec<_>>(),
-        "estimates": track.estimates.iter().map(|e| estimate(rotor, e, dates)).collect::<Vec<_>>(),
-        "sampling": track.sampling.as_ref().map(sampling::json),
-        "joint": track.joint.as_ref().map(|j| joint_json(rotor, j, dates)),
-        "undiagnosed_since_d": track.undiagnosed_since_d,
-        "remarks": track.remarks,
-    })
-}
-
 /// What an event leaves open until a run-up has been seen, if it does.
-pub fn undiagnosed(track: &Track, dates: Dates) -> Option<String> {
+pub fn undiagnosed(track: &TrackAnswer, dates: Dates) -> Option<String> {
     let since = track.undiagnosed_since_d?;
     let mut events = track.joint.iter().flat_map(|joint| &joint.events);
-    let taken_as = if events.any(|e| e.time_d == since && e.scope.elsewhere) {
+    let taken_as = if events.any(|e| e.time_d == since && e.is_elsewhere) {
         "is nothing that bearings or unbalance explain, as a seal or a bow would be. The unbalance is taken to go on from \
          where it was; a run-up since then would tell what it is."
     } else {
@@ -145,85 +71,8 @@ pub fn undiagnosed(track: &Track, dates: Dates) -> Option<String> {
     Some(format!("What changed on {} {taken_as}", dates.day(since)))
 }
 
-fn flag(rotor: &Rotor, flag: &Flag, dates: Dates) -> Value {
-    let cause = match flag.cause {
-        FlagCause::Model => "model",
-        FlagCause::Unbalance => "unbalance",
-    };
-    json!({
-        "since_d": flag.since_d,
-        "time_d": flag.time_d,
-        "time": dates.iso(flag.time_d),
-        "suspect": rotor.bearing[flag.suspect].name,
-        "cause": cause,
-    })
-}
-
-fn reidentified(rotor: &Rotor, r: &Reidentified) -> Value {
-    let case = |c: &rotor_edge_desktop::track::CaseFit| {
-        json!({
-            "case": c.case,
-            "residual_um": c.residual_um,
-            "unknowns": c.unknowns,
-            "criterion": c.criterion,
-            "bearings": bearings(rotor, &c.logs),
-            "planes": planes(rotor, &c.unbalance_kg_m),
-        })
-    };
-    json!({
-        "since_d": r.since_d,
-        "time_d": r.time_d,
-        "case": r.case,
-        "bearing": rotor.bearing[r.bearing].name,
-        "bearings": bearings(rotor, &r.logs),
-        "cases": r.cases.iter().map(case).collect::<Vec<_>>(),
-    })
-}
-
-fn bearings(rotor: &Rotor, logs: &[f64]) -> Value {
-    coefficient_names(rotor)
-        .into_iter()
-        .zip(logs.iter().map(|log| json!(log.exp())))
-        .collect::<serde_json::Map<_, _>>()
-        .into()
-}
-
-fn estimate(rotor: &Rotor, e: &ReadingEstimate, dates: Dates) -> Value {
-    let [fixed, couple] = static_and_dynamic(&rotor.plane_positions_m(), &e.unbalance_kg_m);
-    json!({
-        "time_d": e.time_d,
-        "time": dates.iso(e.time_d),
-        "planes": planes(rotor, &e.unbalance_kg_m),
-        "static": vector(fixed),
-        "dynamic": vector(couple),
-        "residual_um": e.residual.e_um,
-        "residual_ratio": e.residual.ratio(),
-        "flagged": e.flagged,
-        "interval_95": e.spread.as_ref().map(|s| interval_json(rotor, s)),
-    })
-}
-
-fn interval_json(rotor: &Rotor, spread: &CredibleIntervals) -> Value {
-    let plane = |(j, p): (usize, &rotor_edge_desktop::machine::drawing::Plane)| {
-        let [unbalance_g_mm, angle_deg] = plane_ends(spread, j);
-        json!({ "name": p.name, "unbalance_g_mm": unbalance_g_mm, "angle_deg": angle_deg })
-    };
-    let names = coefficient_names(rotor).into_iter();
-    let bearings = names.zip(&spread.logs).map(|(name, log)| (name, json!([log.low.exp(), log.high.exp()])));
-    json!({
-        "planes": rotor.plane.iter().enumerate().map(plane).collect::<Vec<_>>(),
-        "bearings": bearings.collect::<serde_json::Map<_, _>>(),
-    })
-}
-
-/// Ends of a plane's unbalance, g·mm, and of its angle, degrees.
-fn plane_ends(spread: &CredibleIntervals, plane: usize) -> [[f64; 2]; 2] {
-    let (size, angle) = (spread.magnitude_kg_m[plane], spread.angle_rad[plane]);
-    [[size.low.max(0.0) * G_MM, size.high * G_MM], [angle.low.to_degrees(), angle.high.to_degrees()]]
-}
-
-pub fn plane_interval(spread: &CredibleIntervals, plane: usize) -> String {
-    let [[from, to], [first, last]] = plane_ends(spread, plane);
+pub fn plane_interval(plane: &PlaneInterval) -> String {
+    let ([from, to], [first, last]) = (plane.unbalance_g_mm, plane.angle_deg);
     format!("   (95 %: {from:.1} to {to:.1}, {first:.0}° to {last:.0}°)")
 }
 

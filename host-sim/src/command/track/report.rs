@@ -2,24 +2,31 @@
 
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::track::{Event, Interval, ReadingEstimate, Reidentified, Track};
+use rotor_edge_desktop::track::{Interval, ReadingEstimate, Track};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 
 use super::super::dates::Dates;
-use super::names::{coefficient_names, method_name, scope_name};
 use super::output::{undiagnosed, when};
 use super::sampling;
-use crate::render::scale::three_digits;
+use crate::answers::names::coefficient_names;
+use crate::answers::track::{CaseAnswer, EventAnswer, ReidentifiedAnswer, TrackAnswer};
 use crate::render::trend::{Trend, trend};
-use crate::render::{Figure, Section, Table, identifier};
+use crate::render::{Figure, PageTable, Section, identifier};
+use crate::scale::three_digits;
 
 type Points = Vec<(f64, f64)>;
 
-pub fn sections(rotor: &Rotor, record: &[Reading], track: &Track, dates: Dates) -> Vec<Section> {
-    let mut sections = vec![residuals(rotor, track, dates), features(rotor, record, track, dates)];
+pub fn sections(
+    rotor: &Rotor,
+    record: &[Reading],
+    track: &Track,
+    answer: &TrackAnswer,
+    dates: Dates,
+) -> Vec<Section> {
+    let mut sections = vec![residuals(answer, track, dates), features(rotor, record, track, dates)];
     sections.extend([unbalance(rotor, track, dates), parameters(rotor, track, dates)]);
-    if let Some(sampling) = &track.sampling {
-        sections.push(sampling::section(rotor, sampling));
+    if let (Some(answer), Some(sampling)) = (&answer.sampling, &track.sampling) {
+        sections.push(sampling::section(rotor, answer, sampling));
     }
     sections
 }
@@ -48,8 +55,8 @@ fn figure(track: &Track, dates: Dates, title: &str, quantity: &str, caption: &st
     }
 }
 
-fn residuals(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
-    let name = method_name(track.method);
+fn residuals(answer: &TrackAnswer, track: &Track, dates: Dates) -> Section {
+    let name = answer.method;
     let mut curves = vec![(name.to_string(), over_time(&track.estimates, |e| e.residual.e_um))];
     if name != "fixed" {
         curves.push(("bearings constant".into(), over_time(&track.fixed, |e| e.residual.e_um)));
@@ -57,17 +64,16 @@ fn residuals(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
     let sums = vec![("feature sum".into(), over_time(&track.estimates, |e| e.residual.f_um))];
     let ratio = vec![(name.to_string(), over_time(&track.estimates, |e| 100.0 * e.residual.ratio()))];
     let percent = |r: Option<f64>| r.map_or("–".to_string(), |r| format!("{:.2} %", 100.0 * r));
-    let [whole, after] = track.reduction();
     let mut paragraphs = vec![format!(
         "Method {name}: the mean residual is smaller than with constant bearings by {} over the record, and by {} from \
          the event on.",
-        percent(whole),
-        percent(after)
+        percent(answer.reduction_against_fixed.whole),
+        percent(answer.reduction_against_fixed.after_event)
     )];
-    paragraphs.extend(track.remarks.iter().cloned().chain(undiagnosed(track, dates)));
-    let found = track.joint.as_ref().filter(|joint| !joint.events.is_empty());
-    let found = found.map(|joint| events(rotor, &joint.events, dates));
-    let cases = track.reidentified.iter().filter(|r| !r.cases.is_empty()).map(|r| cases(r, dates));
+    paragraphs.extend(answer.remarks.iter().cloned().chain(undiagnosed(answer, dates)));
+    let found = answer.joint.as_ref().filter(|joint| !joint.events.is_empty());
+    let found = found.map(|joint| events(&joint.events, dates));
+    let cases = answer.reidentified.iter().filter(|r| !r.cases.is_empty()).map(|r| cases(r, dates));
     Section {
         heading: "Does the model fit?".into(),
         paragraphs,
@@ -102,9 +108,9 @@ fn residuals(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
 }
 
 /// What happened, and how sure that is.
-fn events(rotor: &Rotor, events: &[Event], dates: Dates) -> Table {
-    let row = |e: &Event| vec![when(e, dates), scope_name(rotor, e.scope), format!("{:.0}", e.evidence)];
-    Table {
+fn events(events: &[EventAnswer], dates: Dates) -> PageTable {
+    let row = |e: &EventAnswer| vec![when(e, dates), e.changed.clone(), format!("{:.0}", e.log_evidence)];
+    PageTable {
         caption: "Events: first day of the new state, and the logarithm of how much more probable the record is with it"
             .into(),
         columns: ["when", "what changed", "log evidence"].map(String::from).to_vec(),
@@ -113,15 +119,15 @@ fn events(rotor: &Rotor, events: &[Event], dates: Dates) -> Table {
 }
 
 /// The four cases of a re-identification.
-fn cases(r: &Reidentified, dates: Dates) -> Table {
-    let row = |c: &rotor_edge_desktop::track::CaseFit| {
+fn cases(r: &ReidentifiedAnswer, dates: Dates) -> PageTable {
+    let row = |c: &CaseAnswer| {
         let taken = if c.case == r.case { "taken" } else { "" };
         let numbers =
             [format!("{:.3}", c.residual_um), c.unknowns.to_string(), format!("{:.1}", c.criterion)];
         let name = [format!("case {}", c.case)];
         name.into_iter().chain(numbers).chain([taken.to_string()]).collect()
     };
-    Table {
+    PageTable {
         caption: format!("Re-identification on {}: the four cases", dates.day(r.time_d)),
         columns: ["case", "residual, µm", "unknowns", "criterion", ""].map(String::from).to_vec(),
         rows: r.cases.iter().map(row).collect(),
@@ -255,8 +261,8 @@ fn parameters(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
         };
         names.iter().zip(all).map(one).collect::<Vec<_>>()
     };
-    let table = track.joint.as_ref().map(|joint| Table {
-        caption: "Constant part of the bearings, and whether one speed could tell it".into(),
+    let table = track.joint.as_ref().map(|joint| PageTable {
+        caption: "ConstantPart part of the bearings, and whether one speed could tell it".into(),
         columns: ["coefficient", "from day", "value", "± %", "from"].map(String::from).to_vec(),
         rows: joint.constants.iter().flat_map(row).collect(),
     });

@@ -1,43 +1,37 @@
 //! What is said of the samples of `bayes`: how good they are, day by day, and where those of the last day lie.
 
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::track::{Quality, SamplerKind, Sampling};
+use rotor_edge_desktop::track::{Quality, Sampling};
 use rotor_edge_desktop::unbalance::g_mm_deg;
-use serde_json::{Value, json};
 
-use super::names::coefficient_names;
+use crate::answers::names::coefficient_names;
+use crate::answers::track::{QualityAnswer, SamplingAnswer};
 use crate::render::bars::{Bar, bars};
-use crate::render::scale::three_digits;
 use crate::render::trend::{Trend, trend};
-use crate::render::{Figure, Section, Table, identifier};
+use crate::render::{Figure, PageTable, Section, identifier};
+use crate::scale::three_digits;
 
 /// Classes of a histogram.
 const CLASSES: usize = 10;
 /// R-hat above which a day's chains are said not to have met.
 const NOT_MET: f64 = 1.02;
 
-fn name(sampler: SamplerKind) -> &'static str {
-    match sampler {
-        SamplerKind::Independence => "independence Metropolis",
-        SamplerKind::Metropolis => "Metropolis",
-    }
-}
-
 /// What each line of the table is about, with its figures.
-fn lines(sampling: &Sampling) -> Vec<(String, Quality)> {
-    let own = name(sampling.sampler);
+fn lines(sampling: &SamplingAnswer) -> Vec<(String, &QualityAnswer)> {
+    let own = sampling.sampler;
+    let adaptive = sampling.paper.as_ref().and_then(|paper| paper.adaptive_metropolis.as_ref());
     let rows = [
-        (format!("{own}, median day"), sampling.median()),
-        (format!("{own}, worst of all days"), sampling.worst()),
-        ("adaptive Metropolis, median day".to_string(), sampling.adaptive),
+        (format!("{own}, median day"), sampling.median.as_ref()),
+        (format!("{own}, worst of all days"), sampling.worst.as_ref()),
+        ("adaptive Metropolis, median day".to_string(), adaptive),
     ];
     rows.into_iter().filter_map(|(what, quality)| Some((what, quality?))).collect()
 }
 
 /// Whether the chains met, in one sentence.
-fn met(sampling: &Sampling) -> String {
+fn met(sampling: &SamplingAnswer) -> String {
     let apart: Vec<f64> =
-        sampling.days.iter().filter(|(_, q)| q.r_hat > NOT_MET).map(|(day, _)| *day).collect();
+        sampling.days.iter().filter(|q| q.r_hat > NOT_MET).filter_map(|q| q.time_d).collect();
     match apart[..] {
         [] => format!("The chains met on every day: R-hat is {NOT_MET} or less."),
         [first, ..] => format!(
@@ -49,7 +43,7 @@ fn met(sampling: &Sampling) -> String {
     }
 }
 
-pub fn print(sampling: &Sampling) {
+pub fn print(sampling: &SamplingAnswer) {
     println!("\nSampling, {} chains of {} proposals a day", sampling.chains, sampling.proposals);
     println!("  {:<42} {:>8} {:>7}   effective samples: bulk, tails", "sampler", "accepted", "R-hat");
     for (what, q) in lines(sampling) {
@@ -57,42 +51,11 @@ pub fn print(sampling: &Sampling) {
             "  {what:<42} {:>6.1} % {:>7.3}   {:>23.0} {:>6.0}",
             100.0 * q.acceptance,
             q.r_hat,
-            q.effective_bulk,
-            q.effective_tail
+            q.effective_samples,
+            q.effective_samples_tail
         );
     }
     println!("  {}", met(sampling));
-}
-
-fn quality(q: &Quality) -> Value {
-    json!({
-        "acceptance": q.acceptance,
-        "effective_samples": q.effective_bulk,
-        "effective_samples_tail": q.effective_tail,
-        "r_hat": q.r_hat,
-    })
-}
-
-pub fn json(sampling: &Sampling) -> Value {
-    let day = |(time_d, q): &(f64, Quality)| {
-        let mut value = quality(q);
-        value["time_d"] = json!(time_d);
-        value
-    };
-    let median = sampling.median().as_ref().map(quality);
-    let mut value = json!({
-        "sampler": name(sampling.sampler),
-        "proposals": sampling.proposals,
-        "chains": sampling.chains,
-        "median": median,
-        "worst": sampling.worst().as_ref().map(quality),
-        "days": sampling.days.iter().map(day).collect::<Vec<_>>(),
-    });
-    if sampling.sampler == SamplerKind::Metropolis {
-        value["metropolis"] = json!(median);
-        value["adaptive_metropolis"] = json!(sampling.adaptive.as_ref().map(quality));
-    }
-    value
 }
 
 fn over_days(sampling: &Sampling) -> [Figure; 2] {
@@ -171,14 +134,14 @@ fn histograms(rotor: &Rotor, sampling: &Sampling) -> Vec<Figure> {
     figures
 }
 
-pub fn section(rotor: &Rotor, sampling: &Sampling) -> Section {
-    let row = |(what, q): (String, Quality)| {
+pub fn section(rotor: &Rotor, answer: &SamplingAnswer, sampling: &Sampling) -> Section {
+    let row = |(what, q): (String, &QualityAnswer)| {
         vec![
             what,
             format!("{:.1} %", 100.0 * q.acceptance),
             format!("{:.3}", q.r_hat),
-            format!("{:.0}", q.effective_bulk),
-            format!("{:.0}", q.effective_tail),
+            format!("{:.0}", q.effective_samples),
+            format!("{:.0}", q.effective_samples_tail),
         ]
     };
     let columns = ["sampler", "accepted", "R-hat", "effective samples, bulk", "tails"];
@@ -186,14 +149,14 @@ pub fn section(rotor: &Rotor, sampling: &Sampling) -> Section {
         heading: "Sampling".into(),
         paragraphs: vec![format!(
             "{} chains of {} proposals a day, from starts of their own. {}",
-            sampling.chains,
-            sampling.proposals,
-            met(sampling)
+            answer.chains,
+            answer.proposals,
+            met(answer)
         )],
-        tables: vec![Table {
+        tables: vec![PageTable {
             caption: "Quality of the samples".into(),
             columns: columns.map(String::from).to_vec(),
-            rows: lines(sampling).into_iter().map(row).collect(),
+            rows: lines(answer).into_iter().map(row).collect(),
         }],
         figures: over_days(sampling).into_iter().chain(histograms(rotor, sampling)).collect(),
     }

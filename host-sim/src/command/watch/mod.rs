@@ -1,7 +1,5 @@
 //! `watch`: all monitors of a bus on the terminal, or as JSON.
 
-mod json;
-
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -11,6 +9,7 @@ use clap::Args;
 use rotor_edge_core::can::MAX_NODE;
 
 use super::{output, stop};
+use crate::answers::watch::WatchAnswer;
 use crate::bus::log::RecordingBus;
 use crate::bus::mac::Checker;
 use crate::bus::spec::BIT_RATES;
@@ -19,7 +18,6 @@ use crate::deploy::read_key;
 use crate::watch::Watch;
 use crate::watch::terminal::{listen, require_terminal, show};
 use crate::watch::view::WatchedBus;
-use json::Summary;
 
 /// Between two looks at the signal, without a terminal.
 const LOOK: Duration = Duration::from_millis(100);
@@ -91,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             watch.now_us() as f64 * 1e-6
         );
     }
-    output::json(&Summary::of(&watch, &place, bus.passed_over()))
+    output::json(&WatchAnswer::of(&watch, &place, bus.passed_over()))
 }
 
 fn bit_rate(arguments: &Arguments) -> Result<u32> {

@@ -14,10 +14,10 @@ use rotor_edge_desktop::units::rpm;
 use crate::answers::check::{CheckAnswer, TrialResponse};
 use crate::render::bode::bode_of;
 use crate::render::campbell::{Branch, campbell};
-use crate::render::scale::{number, three_digits};
 use crate::render::sketch::sketch;
 use crate::render::trend::{Trend, trend};
-use crate::render::{Curve, Figure, Section, Table};
+use crate::render::{Curve, Figure, PageTable, Section};
+use crate::scale::{number, three_digits};
 
 pub use text::text;
 
@@ -46,9 +46,9 @@ pub fn sections(answer: &CheckAnswer, found: &Check) -> Vec<Section> {
     all
 }
 
-fn table(caption: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Table {
+fn table(caption: &str, columns: &[&str], rows: Vec<Vec<String>>) -> PageTable {
     let columns = columns.iter().map(|c| c.to_string()).collect();
-    Table { caption: caption.into(), columns, rows }
+    PageTable { caption: caption.into(), columns, rows }
 }
 
 /// The machine to scale, its static line and its bearings at the fastest speed.
@@ -259,7 +259,7 @@ fn capital(word: &str) -> String {
 }
 
 /// Maxima, and their margins where the running range was stated: beside each other they do not fit a telephone.
-fn peaks(response: &TrialResponse) -> Vec<Table> {
+fn peaks(response: &TrialResponse) -> Vec<PageTable> {
     let rows = tables::peak_rows(response);
     let part = |columns: [usize; 4]| -> (Vec<&str>, Vec<Vec<String>>) {
         let names = columns.map(|c| tables::PEAK_COLUMNS[c]).to_vec();

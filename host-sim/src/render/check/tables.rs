@@ -1,7 +1,7 @@
 //! Tables and sentences of an answer of `check`, for terminal and page.
 
 use crate::answers::check::{CheckAnswer, CheckedBearing, ModeAnswer, TrialResponse};
-use crate::render::scale::{number, three_digits};
+use crate::scale::{number, three_digits};
 
 pub const BEARING_COLUMNS: [&str; 12] =
     ["bearing", "load N", "ε", "attitude °", "kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"];

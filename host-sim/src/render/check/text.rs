@@ -7,8 +7,8 @@ use super::tables::{
     critical_rows, damped_rows, mode_rows, no_critical_speed, no_damped_critical_speed, peak_rows, stability,
 };
 use crate::answers::check::CheckAnswer;
-use crate::render::scale::{number, three_digits};
 use crate::render::text::table;
+use crate::scale::{number, three_digits};
 
 /// The whole answer; `is_running_range` if the range is the one that the machine runs in.
 pub fn text(answer: &CheckAnswer, is_running_range: bool) -> String {

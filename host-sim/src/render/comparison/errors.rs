@@ -5,8 +5,8 @@ use rotor_edge_desktop::compare::{ProbePair, probe_pairs};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
-use super::Model;
-use super::figures::Run;
+use super::ComparedModel;
+use super::figures::ReadingRun;
 use crate::render::document::Figure;
 use crate::render::trend::{Trend, trend};
 
@@ -18,9 +18,14 @@ const NOISE_95: f64 = 2.4477;
 type Error = (f64, Option<f64>);
 
 /// Of every probe, and of the forward and backward whirl at every bearing, all models in one figure each.
-pub fn figures(run: &Run, rotor: &Rotor, readings: &[Reading], models: &[Model]) -> Vec<Figure> {
+pub fn figures(
+    run: &ReadingRun,
+    rotor: &Rotor,
+    readings: &[Reading],
+    models: &[ComparedModel],
+) -> Vec<Figure> {
     let probes = (0..rotor.probe.len()).map(|probe| {
-        let error = |model: &Model, row: usize| {
+        let error = |model: &ComparedModel, row: usize| {
             let off = model.prediction.predicted_m[row][probe] - readings[row].probes[probe]?;
             Some((2e6 * off.norm(), model.sd_m(readings, row, probe).map(|sd| 2e6 * NOISE_95 * sd)))
         };
@@ -29,7 +34,7 @@ pub fn figures(run: &Run, rotor: &Rotor, readings: &[Reading], models: &[Model])
     let pairs = probe_pairs(rotor);
     let whirls = pairs.iter().flat_map(|pair| {
         ["forward", "backward"].into_iter().enumerate().map(|(way, name)| {
-            let error = |model: &Model, row: usize| whirl_error(pair, way, model, readings, row);
+            let error = |model: &ComparedModel, row: usize| whirl_error(pair, way, model, readings, row);
             let of = format!("{name} whirl at bearing {}", rotor.bearing[pair.bearing].name);
             figure(run, &of, readings, models, &error)
         })
@@ -41,7 +46,7 @@ pub fn figures(run: &Run, rotor: &Rotor, readings: &[Reading], models: &[Model])
 fn whirl_error(
     pair: &ProbePair,
     way: usize,
-    model: &Model,
+    model: &ComparedModel,
     readings: &[Reading],
     row: usize,
 ) -> Option<Error> {
@@ -59,17 +64,17 @@ fn whirl_error(
 }
 
 fn figure(
-    run: &Run,
+    run: &ReadingRun,
     of: &str,
     readings: &[Reading],
-    models: &[Model],
-    error: &dyn Fn(&Model, usize) -> Option<Error>,
+    models: &[ComparedModel],
+    error: &dyn Fn(&ComparedModel, usize) -> Option<Error>,
 ) -> Figure {
-    let along = |model: &Model| {
+    let along = |model: &ComparedModel| {
         let at = |row: &usize| Some((run.place(readings, *row), error(model, *row)?));
         run.rows().iter().filter_map(at).collect::<Vec<_>>()
     };
-    let curve = |model: &Model| {
+    let curve = |model: &ComparedModel| {
         let points = along(model).into_iter().map(|(at, (off, _))| (at, off)).collect();
         (model.prediction.label.clone(), points)
     };

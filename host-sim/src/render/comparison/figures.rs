@@ -5,7 +5,7 @@ use rotor_edge_desktop::compare::{Comparison, ProbePair, probe_pairs};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
-use super::Model;
+use super::ComparedModel;
 use crate::render::bode::{bode, peak_to_peak_um};
 use crate::render::chart::Chart;
 use crate::render::curve::Curve;
@@ -13,8 +13,8 @@ use crate::render::document::{Figure, Section};
 use crate::render::orbit::{OrbitPanel, following};
 use crate::render::polar::polar;
 use crate::render::residual_map::{ResidualMap, residual_map};
-use crate::render::scale::rpm;
 use crate::render::trend::{Trend, trend};
+use crate::scale::rpm;
 
 /// A run whose speeds differ by less than this, relative to the fastest, is a record at one speed.
 const ONE_SPEED: f64 = 0.1;
@@ -24,7 +24,7 @@ const MOST_COLUMNS: usize = 60;
 const ORBITS_BESIDE: usize = 3;
 
 /// Readings of one run, by ascending speed, or by time at one speed.
-pub struct Run {
+pub struct ReadingRun {
     name: Option<String>,
     rows: Vec<usize>,
     over: Over,
@@ -37,7 +37,7 @@ enum Over {
     Time,
 }
 
-impl Run {
+impl ReadingRun {
     /// All runs in the order of the measurement.
     pub fn of(readings: &[Reading]) -> Vec<Self> {
         let mut runs: Vec<Self> = Vec::new();
@@ -94,7 +94,7 @@ impl Run {
     }
 
     /// Bode, polar and orbits over speed; amplitudes over time where there is one speed.
-    pub fn sections(&self, rotor: &Rotor, readings: &[Reading], models: &[Model]) -> Vec<Section> {
+    pub fn sections(&self, rotor: &Rotor, readings: &[Reading], models: &[ComparedModel]) -> Vec<Section> {
         let section = |what: &str, text: &str, figures: Vec<Figure>| Section {
             heading: self.named(what),
             paragraphs: vec![text.into()],
@@ -133,15 +133,15 @@ impl Run {
         self.rows.iter().filter_map(point).collect()
     }
 
-    fn curves(&self, readings: &[Reading], models: &[Model], probe: usize) -> Vec<Curve> {
-        let points = |m: &Model| {
+    fn curves(&self, readings: &[Reading], models: &[ComparedModel], probe: usize) -> Vec<Curve> {
+        let points = |m: &ComparedModel| {
             let point = |row: &usize| (self.place(readings, *row), m.prediction.predicted_m[*row][probe]);
             self.rows.iter().map(point).collect()
         };
         models.iter().map(|m| Curve { label: m.prediction.label.clone(), points: points(m) }).collect()
     }
 
-    fn bode(&self, rotor: &Rotor, readings: &[Reading], models: &[Model], probe: usize) -> Figure {
+    fn bode(&self, rotor: &Rotor, readings: &[Reading], models: &[ComparedModel], probe: usize) -> Figure {
         let caption =
             "Amplitude above; phase lag below, later further down. A resonance is a peak with a lag \
                        that grows by about 180°."
@@ -154,7 +154,7 @@ impl Run {
         )
     }
 
-    fn polar(&self, rotor: &Rotor, readings: &[Reading], models: &[Model], probe: usize) -> Figure {
+    fn polar(&self, rotor: &Rotor, readings: &[Reading], models: &[ComparedModel], probe: usize) -> Figure {
         let caption =
             "Phasor over speed, µm pk-pk against phase lag; the rotation is counter-clockwise.".into();
         self.figure(
@@ -165,7 +165,7 @@ impl Run {
         )
     }
 
-    fn trend(&self, rotor: &Rotor, readings: &[Reading], models: &[Model], probe: usize) -> Figure {
+    fn trend(&self, rotor: &Rotor, readings: &[Reading], models: &[ComparedModel], probe: usize) -> Figure {
         let amplitude = |points: Vec<(f64, Complex<f64>)>| {
             points.into_iter().map(|(at, y)| (at, peak_to_peak_um(y))).collect::<Vec<_>>()
         };
@@ -188,14 +188,15 @@ impl Run {
         &self,
         rotor: &Rotor,
         readings: &[Reading],
-        models: &[Model],
+        models: &[ComparedModel],
         pair: &ProbePair,
     ) -> Option<Figure> {
         let comparison = &models.first()?.comparison;
         let panel = |row: &usize| {
             let [a, b] = pair.probes;
             let read = [readings[*row].probes[a]?, readings[*row].probes[b]?];
-            let modelled = |m: &Model| pair.xy([a, b].map(|probe| m.prediction.predicted_m[*row][probe]));
+            let modelled =
+                |m: &ComparedModel| pair.xy([a, b].map(|probe| m.prediction.predicted_m[*row][probe]));
             Some(OrbitPanel {
                 speed_rpm: readings[*row].speed_rpm,
                 measured_m: pair.xy(read),

@@ -3,11 +3,11 @@
 use rotor_edge_desktop::compare::Comparison;
 
 use super::chance;
-use crate::render::document::Table;
-use crate::render::scale::{number, three_digits};
+use crate::render::document::PageTable;
+use crate::scale::{number, three_digits};
 
-fn table(caption: &str, columns: &[&str], rows: Vec<Vec<String>>) -> Table {
-    Table { caption: caption.into(), columns: columns.iter().map(ToString::to_string).collect(), rows }
+fn table(caption: &str, columns: &[&str], rows: Vec<Vec<String>>) -> PageTable {
+    PageTable { caption: caption.into(), columns: columns.iter().map(ToString::to_string).collect(), rows }
 }
 
 fn percent(share: f64) -> String {
@@ -15,7 +15,7 @@ fn percent(share: f64) -> String {
 }
 
 /// The whole measurement in one table.
-pub fn summary(c: &Comparison) -> Table {
+pub fn summary(c: &Comparison) -> PageTable {
     let row = |name: &str, value: String, noise: &str| vec![name.to_string(), value, noise.to_string()];
     let rows = vec![
         row("Readings", number(c.readings as f64, 0), ""),
@@ -33,7 +33,7 @@ pub fn summary(c: &Comparison) -> Table {
 }
 
 /// Two models of the same data, and every probe of each.
-pub fn change(before: &Comparison, after: &Comparison) -> Table {
+pub fn change(before: &Comparison, after: &Comparison) -> PageTable {
     let row = |name: String, of: &dyn Fn(&Comparison) -> String, noise: &str| {
         vec![name, of(before), of(after), noise.to_string()]
     };
@@ -54,7 +54,7 @@ pub fn change(before: &Comparison, after: &Comparison) -> Table {
     )
 }
 
-pub fn places(c: &Comparison) -> Vec<Table> {
+pub fn places(c: &Comparison) -> Vec<PageTable> {
     let mut tables = vec![by_probe(c)];
     if !c.whirl.is_empty() {
         tables.push(whirl(c));
@@ -65,7 +65,7 @@ pub fn places(c: &Comparison) -> Vec<Table> {
     tables
 }
 
-fn by_probe(c: &Comparison) -> Table {
+fn by_probe(c: &Comparison) -> PageTable {
     let rows = c.by_probe.iter().map(|p| {
         let of_probe = c.neighbours.series.iter().filter(|s| s.probe == p.probe);
         let most = of_probe.max_by(|a, b| a.z_score.total_cmp(&b.z_score));
@@ -85,7 +85,7 @@ fn by_probe(c: &Comparison) -> Table {
     )
 }
 
-fn whirl(c: &Comparison) -> Table {
+fn whirl(c: &Comparison) -> PageTable {
     let rows = c.whirl.iter().flat_map(|w| {
         [("forward", &w.forward), ("backward", &w.backward)].map(|(way, part)| {
             vec![
@@ -101,7 +101,7 @@ fn whirl(c: &Comparison) -> Table {
     table("By direction of whirl: radii, root mean square over the readings", &columns, rows.collect())
 }
 
-fn by_run(c: &Comparison) -> Table {
+fn by_run(c: &Comparison) -> PageTable {
     let rows = c.by_run.iter().map(|r| {
         vec![
             r.run.clone().unwrap_or_else(|| "unnamed".into()),
@@ -111,5 +111,5 @@ fn by_run(c: &Comparison) -> Table {
             three_digits(r.chi2_per_value),
         ]
     });
-    table("By run", &["Run", "readings", "residual, µm", "error, %", "χ² per value"], rows.collect())
+    table("By run", &["ReadingRun", "readings", "residual, µm", "error, %", "χ² per value"], rows.collect())
 }

@@ -13,10 +13,10 @@ use rotor_edge_desktop::units::rpm as to_rpm;
 use crate::answers::startup::{EvaluatedStartup, StartupAnswer};
 use crate::render::bode::bode_of;
 use crate::render::orbit::{OrbitPanel, orbit};
-use crate::render::scale::rpm;
 use crate::render::trend::{Trend, trend};
 use crate::render::wave::wave;
-use crate::render::{Curve, Figure, Section, Table};
+use crate::render::{Curve, Figure, PageTable, Section};
+use crate::scale::rpm;
 use tables::{
     ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_rows, model_lines, own_lines, pk_pk, run_rows, shift_lines,
     stage_columns, stage_rows,
@@ -44,12 +44,12 @@ pub fn summary(answer: &StartupAnswer, evaluated: &EvaluatedStartup) -> Section 
         }
     }
     paragraphs.extend(answer.remarks.iter().cloned());
-    let estimates = Table {
+    let estimates = PageTable {
         caption: "The two-degree model three ways, over all runs, ± one standard deviation".into(),
         columns: ESTIMATE_COLUMNS.map(String::from).to_vec(),
         rows: estimate_rows(answer).into_iter().map(|r| r.to_vec()).collect(),
     };
-    let stages = Table {
+    let stages = PageTable {
         caption: format!(
             "From the simple model to one that fits: largest error over all runs in percent of {:.0} µm",
             answer.clearance_um
@@ -96,7 +96,7 @@ pub fn bodes(answer: &StartupAnswer, evaluated: &EvaluatedStartup) -> Section {
     if let Some(own) = evaluated.own_kg_m() {
         figures.extend((0..found.directions.len()).map(|d| per_unbalance(evaluated, d, own)));
     }
-    let tables = vec![Table {
+    let tables = vec![PageTable {
         caption: "Peak and half-power points of every run".into(),
         columns: RUN_COLUMNS.map(String::from).to_vec(),
         rows: run_rows(answer).into_iter().map(|r| r.to_vec()).collect(),
@@ -159,7 +159,7 @@ pub fn errors(evaluated: &EvaluatedStartup) -> Section {
             "distance, µm",
             "of the clearance",
         ];
-        Table {
+        PageTable {
             caption: format!("Two-degree model at {}", rpm(speed)),
             columns: columns.map(String::from).to_vec(),
             rows: rows.iter().map(row).collect(),

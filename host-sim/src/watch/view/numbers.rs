@@ -10,9 +10,10 @@ use rotor_edge_core::can::{Keyphasor, MonitorResult};
 use super::list::percent;
 use super::{PLANE_COLOURS, titled};
 use crate::bus::decoded::Timed;
-use crate::render::scale::{number, three_digits};
+use crate::bus::numbers::bearing_number;
+use crate::scale::{number, three_digits};
 use crate::watch::monitor::{ModelInUse, Monitor, Replacement};
-use crate::watch::words::{bearing_number, span};
+use crate::watch::words::span;
 
 /// Room for the numbers of a result.
 pub const COLUMNS: u16 = 30;

@@ -13,7 +13,7 @@ use ratatui::widgets::canvas::{Canvas, Circle, Context, Line, Points};
 use rotor_edge_core::model::MAX_PLANES;
 
 use super::{PLANE_COLOURS, titled};
-use crate::render::scale::{Scale, three_digits};
+use crate::scale::{Scale, three_digits};
 use crate::watch::monitor::Monitor;
 
 /// Dots of a cell: across, up.

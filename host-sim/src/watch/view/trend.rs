@@ -13,7 +13,7 @@ use rotor_edge_core::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS, MonitorResult};
 
 use super::titled;
 use crate::bus::decoded::Timed;
-use crate::render::scale::Scale;
+use crate::scale::Scale;
 use crate::watch::monitor::Monitor;
 use crate::watch::words::span;
 

@@ -9,7 +9,8 @@ use std::process::Stdio;
 use crate::common::database::Postgres;
 use crate::common::nats::Nats;
 use crate::common::{Bus, Program, free_port, installed, refusal, until};
-use rotor_edge_plant::item::{Body, Evaluated, Item};
+use rotor_edge::answers::monitor_result::ResultAnswer;
+use rotor_edge_plant::item::{Body, Item};
 use rotor_edge_plant::stream::access::Access;
 use rotor_edge_plant::stream::server::Server;
 use rusqlite::Connection;
@@ -226,6 +227,6 @@ fn a_program_that_speaks_mqtt_hears_results_on_their_topic() {
     assert_eq!(topic, "rotor_edge/north/hall_2e_1/3/result");
     let item: Item = serde_json::from_str(message).unwrap();
     assert_eq!((item.source.bus.as_str(), item.source.node), ("hall.1", 3));
-    assert_eq!(item.body, Body::Result(Evaluated::from(&crate::common::result(3, item.sequence))));
+    assert_eq!(item.body, Body::Result(ResultAnswer::from(&crate::common::result(3, item.sequence))));
     assert_eq!(gateway.end().0, Some(0));
 }

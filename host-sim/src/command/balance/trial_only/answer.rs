@@ -1,27 +1,25 @@
 //! What `balance --trial-only` answers, in words and tables.
 
-use nalgebra::Complex;
 use rotor_edge_desktop::balance::alone::{Basis, Correction, PlaneWeight, ProbeVibration};
 use rotor_edge_desktop::balance::optimum::Criterion;
 use rotor_edge_desktop::balance::places::WeightPiece;
-use rotor_edge_desktop::unbalance::static_and_dynamic;
 
-use crate::command::balance::told_deg;
+use crate::answers::balance::{AngleSense, StaticCouple, TrialBalance, VectorAnswer};
 use crate::command::output;
 
 /// The answer, and how it is told.
-pub struct Answer {
+pub struct TrialBalanceResult {
     pub correction: Correction,
     pub criterion: Criterion,
     /// Run that the weights are added to.
     pub onto: Option<String>,
-    /// Whether angles count against the rotation.
-    pub against_rotation: bool,
+    /// How angles count.
+    pub sense: AngleSense,
     /// Whether earlier coefficients were used.
     pub coefficients: bool,
 }
 
-impl Answer {
+impl TrialBalanceResult {
     /// Columns of the table of weights.
     pub const WEIGHTS: [&str; 3] = ["plane", "unbalance to add, g·mm", "angle"];
     /// Columns of the table of vibration.
@@ -29,12 +27,13 @@ impl Answer {
 
     /// The direction in which angles count.
     pub fn direction(&self) -> &'static str {
-        if self.against_rotation { "against the rotation" } else { "with the rotation" }
+        self.sense.words()
     }
 
-    /// An angle as it is told, degrees from 0 to 360.
-    pub fn told_deg(&self, unbalance: Complex<f64>) -> f64 {
-        told_deg(unbalance.arg().to_degrees(), self.against_rotation)
+    /// What `--json` prints.
+    pub fn answer(&self) -> TrialBalance {
+        let onto = self.onto.clone();
+        TrialBalance::of(&self.correction, self.criterion, onto, self.sense, &self.shop_lines())
     }
 
     /// Unit of the vibration as people write it.
@@ -64,7 +63,7 @@ impl Answer {
     /// Rows of the table of weights.
     pub fn weight_rows(&self) -> Vec<[String; 3]> {
         let row = |w: &PlaneWeight| {
-            let (size, angle_deg) = (w.wanted_g_mm.norm(), self.told_deg(w.wanted_g_mm));
+            let (size, angle_deg) = (w.wanted_g_mm.norm(), self.sense.angle_deg(w.wanted_g_mm));
             match w.interval_95 {
                 Some(([from, to], half_deg)) => [
                     w.plane.clone(),
@@ -99,24 +98,19 @@ impl Answer {
             None => format!("{} g·mm", plain(piece.unbalance_g_mm.norm())),
         };
         let hole = piece.hole.map_or(String::new(), |hole| format!(" in hole {hole}"));
-        format!("{size}{hole}, at {:.0}° {}", self.told_deg(piece.unbalance_g_mm), self.direction())
+        format!("{size}{hole}, at {:.0}° {}", self.sense.angle_deg(piece.unbalance_g_mm), self.direction())
     }
 
-    /// Static part and couple of the weights, of two planes.
-    pub fn static_and_couple(&self) -> Option<[Complex<f64>; 2]> {
-        let wanted: Vec<Complex<f64>> = self.correction.weights.iter().map(|w| w.wanted_g_mm).collect();
-        (wanted.len() == 2).then(|| static_and_dynamic(&[0.0, 1.0], &wanted))
-    }
-
-    /// The same in words, and what the weights do.
+    /// Static part and couple of two planes in words, and what the weights do.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = Vec::new();
-        if let Some([all, couple]) = self.static_and_couple() {
-            let told = |u: Complex<f64>| format!("{} g·mm at {:.1}°", digits(u.norm()), self.told_deg(u));
+        if let Some(parts) = StaticCouple::of(&self.correction.weights, self.sense) {
+            let phasor =
+                |u: &VectorAnswer| format!("{} g·mm at {:.1}°", digits(u.magnitude_g_mm), u.angle_deg);
             lines.push(format!(
                 "Static: {} in all. Couple: {} in plane {}, its opposite in plane {}.",
-                told(all),
-                told(couple),
+                phasor(&parts.static_unbalance),
+                phasor(&parts.couple),
                 self.correction.weights[0].plane,
                 self.correction.weights[1].plane
             ));

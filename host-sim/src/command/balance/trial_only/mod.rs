@@ -1,7 +1,6 @@
 //! `balance --trial-only`: correction weights without a rotor's file.
 
 mod answer;
-mod json;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -14,8 +13,9 @@ use rotor_edge_desktop::balance::alone::{CorrectionRequest, MachineInfluence, co
 use rotor_edge_desktop::measurement;
 
 use super::Arguments;
+use crate::answers::balance::AngleSense;
 use crate::command::output::{self, Json};
-use answer::Answer;
+use answer::TrialBalanceResult;
 
 /// What the command line asks where there is no rotor's file.
 #[derive(Debug, Args)]
@@ -52,11 +52,11 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     let request = request(arguments)?;
     let machine = machine(data, arguments, &request)?;
     let correction = correct(&machine, &request).with_context(|| data.display().to_string())?;
-    let answer = Answer {
+    let answer = TrialBalanceResult {
         correction,
         criterion: request.wanted.criterion,
         onto: options.onto.clone(),
-        against_rotation: arguments.against_rotation,
+        sense: AngleSense::of(arguments.against_rotation),
         coefficients: options.coefficients.is_some(),
     };
     if let Some(path) = &arguments.form.report {
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
         output::report(path, &title, report::sections(&answer))?;
     }
     if arguments.form.json {
-        return output::as_json(&json::json(&answer));
+        return output::answer(&answer.answer());
     }
     answer.print();
     Ok(None)

@@ -1,12 +1,13 @@
 //! What `balance --trial-only --report` says: the weights on a polar plot, and the vibration with and without them.
 
-use super::answer::Answer;
+use super::answer::TrialBalanceResult;
+use crate::answers::balance::AngleSense;
 use crate::render::weights::{Weight, weights};
-use crate::render::{Figure, Section, Table, identifier};
+use crate::render::{Figure, PageTable, Section, identifier};
 
-pub fn sections(answer: &Answer) -> Vec<Section> {
+pub fn sections(answer: &TrialBalanceResult) -> Vec<Section> {
     let found = &answer.correction;
-    let cells = |rows: Vec<Vec<String>>, columns: &[&str], caption: String| Table {
+    let cells = |rows: Vec<Vec<String>>, columns: &[&str], caption: String| PageTable {
         caption,
         columns: columns.iter().map(|c| (*c).to_string()).collect(),
         rows,
@@ -25,7 +26,7 @@ pub fn sections(answer: &Answer) -> Vec<Section> {
         .collect();
     let figure = Figure {
         id: identifier(title),
-        drawing: weights(&drawn, answer.against_rotation).into(),
+        drawing: weights(&drawn, answer.sense == AngleSense::AgainstRotation).into(),
         title: title.into(),
         caption: "Lines: the unbalance to add in each plane; circles: what is put in.".into(),
     };
@@ -36,7 +37,10 @@ pub fn sections(answer: &Answer) -> Vec<Section> {
     vec![Section {
         heading: "Weights".into(),
         paragraphs,
-        tables: vec![cells(wanted, &Answer::WEIGHTS, answer.title()), cells(left, &Answer::LEFT, vibration)],
+        tables: vec![
+            cells(wanted, &TrialBalanceResult::WEIGHTS, answer.title()),
+            cells(left, &TrialBalanceResult::LEFT, vibration),
+        ],
         figures: vec![figure],
     }]
 }

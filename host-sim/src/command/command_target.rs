@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 
-use super::judging::node_number;
+use super::detector_arguments::node_number;
 use crate::bus::{BusSpec, CanBus};
 use crate::deploy::{Authority, read_key};
 
 #[derive(Debug, Args)]
-pub struct Commanding {
+pub struct CommandTarget {
     /// The bus, such as slcan:127.0.0.1:29537, socketcand:127.0.0.1:29536 or socketcan:vcan0
     #[arg(long)]
     pub bus: BusSpec,
@@ -25,7 +25,7 @@ pub struct Commanding {
     counter: Option<u64>,
 }
 
-impl Commanding {
+impl CommandTarget {
     /// Who commands.
     ///
     /// # Errors

@@ -12,7 +12,7 @@ use super::{
 use super::{startup, track};
 
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub enum OfflineCommand {
     /// Look a machine over by its drawing alone: loads, critical speeds, modes, unbalance response, doubtful numbers
     Check(check::Arguments),
     /// Measurements from exports of other systems: CSV, TSV, xlsx, xls, ods; shows what it takes each column for
@@ -43,7 +43,7 @@ pub enum Command {
     Balance(Box<balance::Arguments>),
 }
 
-impl Command {
+impl OfflineCommand {
     /// Runs it; `forced` writes over what is read.
     pub fn run(&self, forced: bool, listener: Listener) -> Result<Json> {
         match self {

@@ -11,7 +11,7 @@ use crate::deploy::out_of_bounds;
 
 /// The controller's number, seed and thresholds.
 #[derive(Debug, Args)]
-pub struct Judging {
+pub struct DetectorArguments {
     /// The controller's number on the bus, 0 to 30
     #[arg(long, default_value_t = 1)]
     pub node: u8,
@@ -52,7 +52,7 @@ pub fn node_number(node: u8) -> Result<u8> {
     Ok(node)
 }
 
-impl Judging {
+impl DetectorArguments {
     /// The age limit, if the arguments state one.
     pub fn age_limit_s(&self) -> Option<f32> {
         let thresholds = self.thresholds().ok()?;

@@ -1,49 +1,70 @@
-//! `replay --json`.
+//! Answer of `replay`.
 
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::unbalance;
+use super::alphabetical;
+use super::findings::DeterminedAnswer;
+use super::tracker::TrackerResult;
 use crate::bus::states::name;
 use crate::replay::check::Equivalence;
-use crate::replay::result_json::ResultJson;
-use crate::replay::{AnsweredReading, Flag, Replay, day};
+use crate::replay::{Flag, Replay, day};
 
-/// What `replay --json` prints.
+/// A record, played into the controller's core.
 #[derive(Serialize)]
-pub struct Summary<'a> {
+pub struct ReplayAnswer<'a> {
     readings: usize,
     equivalence: EquivalenceSummary,
     flags: Vec<FlagSummary<'a>>,
     states: Vec<StateSummary>,
     frames: Frames,
     counters: CounterSummary,
-    unbalance: Value,
+    #[serde(serialize_with = "alphabetical")]
+    unbalance: LastUnbalance,
     #[serde(skip_serializing_if = "Option::is_none")]
     better: Option<Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    answers: Option<Vec<AnswerSummary>>,
+    answers: Option<Vec<ReplayedResult>>,
 }
 
 /// One answer, in the controller's own numbers.
 #[derive(Serialize)]
-pub struct AnswerSummary {
+pub struct ReplayedResult {
     row: usize,
     time_d: f64,
     #[serde(flatten)]
-    told: ResultJson,
+    result: TrackerResult,
 }
 
 /// All answers of a replay.
-pub fn answers(record: &[Reading], played: &Replay) -> Vec<AnswerSummary> {
-    let summary = |AnsweredReading { row, result }: &AnsweredReading| AnswerSummary {
-        row: *row,
-        time_d: day(record, *row),
-        told: ResultJson::of(result),
+pub fn answers(record: &[Reading], played: &Replay) -> Vec<ReplayedResult> {
+    let summary = |crate::replay::AnsweredReading { row, result }: &crate::replay::AnsweredReading| {
+        ReplayedResult { row: *row, time_d: day(record, *row), result: result.into() }
     };
     played.answers.iter().map(summary).collect()
+}
+
+/// The planes on the last day that the model fits, or why there are none.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum LastUnbalance {
+    Known(KnownUnbalance),
+    Unknown { why: String },
+}
+
+/// The planes on one day.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct KnownUnbalance {
+    pub time_d: f64,
+    pub determined: DeterminedAnswer,
+    /// Size of the noise over the stated one, as the readings that the model fits show it.
+    pub noise_scale: f64,
+    /// Whether the bearings' uncertainty is in the intervals.
+    pub with_bearings: bool,
+    /// Whether readings follow that the model does not fit.
+    pub outdated: bool,
 }
 
 #[derive(Serialize)]
@@ -92,17 +113,17 @@ struct CounterSummary {
     stray: u32,
 }
 
-impl<'a> Summary<'a> {
+impl<'a> ReplayAnswer<'a> {
     /// Everything a replay saw; `better` is what a better model made of the days after the event,
-    /// `answers` all of the controller's, `last` the planes on the last day that the model fits.
+    /// `answers` all of the controller's, `unbalance` the planes on the last day that the model fits.
     pub fn of(
         rotor: &'a Rotor,
         played: &Replay,
         agreement: &Equivalence,
         raised: &[Flag],
         better: Option<Value>,
-        answers: Option<Vec<AnswerSummary>>,
-        last: &unbalance::Last,
+        answers: Option<Vec<ReplayedResult>>,
+        unbalance: LastUnbalance,
     ) -> Self {
         let (t, c) = (played.traffic, played.counters);
         Self {
@@ -145,7 +166,7 @@ impl<'a> Summary<'a> {
                 incomplete: c.incomplete,
                 stray: c.stray,
             },
-            unbalance: unbalance::json(last),
+            unbalance,
             better,
             answers,
         }

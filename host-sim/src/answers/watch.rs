@@ -1,26 +1,27 @@
-//! What `watch --json` prints: everything that was heard.
+//! Answer of `watch`: everything that was heard.
 
 use rotor_edge_core::can::Keyphasor;
 use rotor_edge_core::state::Reason;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use super::monitor_result::TimedResult;
 use crate::bus::mac::RefusalCounts;
+use crate::bus::numbers::{bearing_number, probe_numbers};
 use crate::bus::states::name;
-use crate::command::answer::Answer;
 use crate::watch::Watch;
 use crate::watch::monitor::{FlagPeriod, Monitor, Version};
-use crate::watch::view::WatchedBus;
-use crate::watch::words::{Words, bearing_number, probe_numbers};
+use crate::watch::view;
+use crate::watch::words::Words;
 
 #[derive(Serialize)]
-pub struct Summary {
-    bus: Bus,
-    monitors: Vec<Node>,
+pub struct WatchAnswer {
+    bus: WatchedBus,
+    monitors: Vec<WatchedMonitor>,
 }
 
 #[derive(Serialize)]
-struct Bus {
+struct WatchedBus {
     name: String,
     bit_rate: u32,
     seconds: f64,
@@ -34,7 +35,7 @@ struct Bus {
 }
 
 #[derive(Serialize)]
-struct Node {
+struct WatchedMonitor {
     node: u8,
     state: Option<String>,
     reason: Option<String>,
@@ -57,13 +58,13 @@ struct Node {
     model_probes: Option<u8>,
     model_planes: Option<u8>,
     model_on_trial: Option<bool>,
-    model_replaced: Vec<Replaced>,
-    reading: Option<Reading>,
+    model_replaced: Vec<ModelChange>,
+    reading: Option<WatchedReading>,
     unanswered_readings: u32,
     readings_a_second: Option<f64>,
-    flags: Vec<Flag>,
-    last: Option<Answer>,
-    history: Vec<Answer>,
+    flags: Vec<WatchedFlag>,
+    last: Option<TimedResult>,
+    history: Vec<TimedResult>,
 }
 
 /// A flag that stays until it is acknowledged.
@@ -74,7 +75,7 @@ struct Latched {
 }
 
 #[derive(Serialize)]
-struct Replaced {
+struct ModelChange {
     time_s: f64,
     from: String,
     to: String,
@@ -82,7 +83,7 @@ struct Replaced {
 
 /// The last reading that was sent to the monitor.
 #[derive(Serialize)]
-struct Reading {
+struct WatchedReading {
     time_s: f64,
     sequence: u16,
     speed_rpm: f32,
@@ -93,7 +94,7 @@ struct Reading {
 
 /// A time with the flag up.
 #[derive(Serialize)]
-struct Flag {
+struct WatchedFlag {
     from_s: f64,
     to_s: f64,
     from_sequence: u16,
@@ -102,10 +103,10 @@ struct Flag {
     suspect: Option<u8>,
 }
 
-impl Summary {
-    pub fn of(watch: &Watch, place: &WatchedBus, passed_over: u64) -> Self {
+impl WatchAnswer {
+    pub fn of(watch: &Watch, place: &view::WatchedBus, passed_over: u64) -> Self {
         let now_us = watch.now_us();
-        let bus = Bus {
+        let bus = WatchedBus {
             name: place.bus.clone(),
             bit_rate: place.bit_rate,
             seconds: seconds(now_us),
@@ -114,14 +115,17 @@ impl Summary {
             passed_over,
             load_percent: 100.0 * watch.load().mean_bits_a_second(now_us) / f64::from(place.bit_rate),
         };
-        Self { bus, monitors: watch.monitors().map(|(node, m)| Node::of(node, m, now_us)).collect() }
+        Self {
+            bus,
+            monitors: watch.monitors().map(|(node, m)| WatchedMonitor::of(node, m, now_us)).collect(),
+        }
     }
 }
 
-impl Node {
+impl WatchedMonitor {
     fn of(node: u8, monitor: &Monitor, now_us: u64) -> Self {
         let words = Words::of(node, monitor, now_us);
-        let replaced = monitor.replacements().map(|timed| Replaced {
+        let replaced = monitor.replacements().map(|timed| ModelChange {
             time_s: seconds(timed.time_us),
             from: checksum(timed.what.from),
             to: checksum(timed.what.to),
@@ -153,17 +157,17 @@ impl Node {
             model_planes: monitor.model().map(|model| model.planes),
             model_on_trial: monitor.model().map(|model| model.on_trial),
             model_replaced: replaced.collect(),
-            reading: Reading::of(monitor),
+            reading: WatchedReading::of(monitor),
             unanswered_readings: monitor.unanswered(),
             readings_a_second: monitor.readings_a_second(now_us),
-            flags: monitor.flagged().iter().map(Flag::of).collect(),
-            last: monitor.last().map(|timed| Answer::of(timed, 0)),
-            history: monitor.history().iter().map(|timed| Answer::of(timed, 0)).collect(),
+            flags: monitor.flagged().iter().map(WatchedFlag::of).collect(),
+            last: monitor.last().map(|timed| TimedResult::of(timed, 0)),
+            history: monitor.history().iter().map(|timed| TimedResult::of(timed, 0)).collect(),
         }
     }
 }
 
-impl Reading {
+impl WatchedReading {
     fn of(monitor: &Monitor) -> Option<Self> {
         let timed = monitor.reading()?;
         let reading = &timed.what.reading;
@@ -186,7 +190,7 @@ impl Reading {
     }
 }
 
-impl Flag {
+impl WatchedFlag {
     fn of(flagged: &FlagPeriod) -> Self {
         Self {
             from_s: seconds(flagged.first.time_us),
@@ -223,8 +227,8 @@ mod tests {
         for (time_us, message) in (0..).zip([heartbeat, Message::State(status), model]) {
             watch.receive(time_us, &message.encode(1));
         }
-        let place = WatchedBus { bus: "x".into(), bit_rate: 500_000 };
-        serde_json::to_value(Summary::of(&watch, &place, 0)).unwrap()["monitors"][0].clone()
+        let place = view::WatchedBus { bus: "x".into(), bit_rate: 500_000 };
+        serde_json::to_value(WatchAnswer::of(&watch, &place, 0)).unwrap()["monitors"][0].clone()
     }
 
     #[test]

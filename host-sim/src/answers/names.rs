@@ -1,7 +1,7 @@
 //! Names of coefficients, methods and events, as text, JSON and CSV share them.
 
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::track::{Method, Scope};
+use rotor_edge_desktop::track::{Method, SamplerKind, Scope};
 
 /// Names of the eight coefficients, in the order of phase I.
 pub fn coefficient_names(rotor: &Rotor) -> Vec<String> {
@@ -31,4 +31,12 @@ pub fn scope_name(rotor: &Rotor, scope: Scope) -> String {
     parts.extend(scope.unbalance.then(|| "the unbalance".to_string()));
     parts.extend(scope.elsewhere.then(|| "the machine between its bearings".to_string()));
     parts.join(" and ")
+}
+
+/// The sampler of `bayes` in words.
+pub fn sampler_name(sampler: SamplerKind) -> &'static str {
+    match sampler {
+        SamplerKind::Independence => "independence Metropolis",
+        SamplerKind::Metropolis => "Metropolis",
+    }
 }
