@@ -111,5 +111,5 @@ fn by_run(c: &Comparison) -> PageTable {
             three_digits(r.chi2_per_value),
         ]
     });
-    table("By run", &["ReadingRun", "readings", "residual, µm", "error, %", "χ² per value"], rows.collect())
+    table("By run", &["Run", "readings", "residual, µm", "error, %", "χ² per value"], rows.collect())
 }
