@@ -262,7 +262,7 @@ fn parameters(rotor: &Rotor, track: &Track, dates: Dates) -> Section {
         names.iter().zip(all).map(one).collect::<Vec<_>>()
     };
     let table = track.joint.as_ref().map(|joint| PageTable {
-        caption: "ConstantPart part of the bearings, and whether one speed could tell it".into(),
+        caption: "Constant part of the bearings, and whether one speed could tell it".into(),
         columns: ["coefficient", "from day", "value", "± %", "from"].map(String::from).to_vec(),
         rows: joint.constants.iter().flat_map(row).collect(),
     });

@@ -244,6 +244,6 @@ pub fn waves(evaluated: &EvaluatedStartup) -> Section {
             figures.push(Figure::new(title, "One turn of the shaft.", wave(seen, &said)));
         }
     }
-    let text = format!("RunUp {}, the one with the largest mass.", run.label());
+    let text = format!("Run {}, the one with the largest mass.", run.label());
     Section { heading: "Time waves".into(), paragraphs: vec![text], tables: Vec::new(), figures }
 }
