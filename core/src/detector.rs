@@ -124,7 +124,6 @@ impl Detector {
         Self { baseline, ..Self::default() }
     }
 
-    /// The part to store.
     pub(crate) fn baseline(&self) -> &Baseline {
         &self.baseline
     }

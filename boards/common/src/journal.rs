@@ -17,7 +17,6 @@ use crate::flash::{Mapped, SaveError, checksum, word, write};
 const MARK: u32 = u32::from_le_bytes(*b"REj1");
 const HEAD_BYTES: usize = 24;
 const CHECKSUM_PLACE: usize = HEAD_BYTES - 4;
-/// Longest memory.
 pub const MEMORY_BYTES: usize = 128;
 const CELL_BYTES: usize = HEAD_BYTES + MEMORY_BYTES;
 const PAGES: usize = 2;

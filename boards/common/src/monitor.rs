@@ -30,7 +30,6 @@ impl Default for Place {
 }
 
 impl Place {
-    /// Empty.
     pub const fn new() -> Self {
         Self(StaticCell::new())
     }
@@ -38,7 +37,6 @@ impl Place {
 
 /// A node and where it keeps what must survive.
 pub struct Monitor<F> {
-    /// The node.
     pub node: &'static mut BoardNode,
     slots: Slots<F>,
     journal: Journal<F>,

@@ -23,7 +23,6 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Nothing yet.
     pub const fn new() -> Self {
         Self { seen: 0, polled_us: 0 }
     }

@@ -8,7 +8,6 @@ use rotor_edge_core::reading::{ProbeVector, Reading};
 pub const NUMBER: u8 = 1;
 /// Its key, known to everybody; a device gets one of its own.
 pub const KEY: Key = Key([0x52; KEY_BYTES]);
-/// The model.
 pub const MODEL: &[u8] = include_bytes!("../../sample/model.bin");
 /// The model with the seal.
 pub const BETTER: &[u8] = include_bytes!("../../sample/better.bin");

@@ -44,7 +44,6 @@ struct Rings {
 
 /// The wire with SLCAN on it.
 pub static UART0: Uart = Uart::at(0x4000_4000);
-/// The log.
 pub static UART1: Uart = Uart::at(0x4000_5000);
 
 /// Number of an interrupt line.

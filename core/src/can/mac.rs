@@ -58,7 +58,6 @@ pub type Group = Vec<Frame, MAX_GROUP_FRAMES>;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Direction {
-    /// Readings.
     ToNode,
     /// Results, heartbeats and states.
     ToHost,

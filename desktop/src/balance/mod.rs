@@ -82,7 +82,6 @@ pub struct Balanced {
     pub wanted_kg_m: Vec<C>,
     /// Standard deviation of its components, kg·m.
     pub sd_kg_m: Vec<f64>,
-    /// Weights for each plane.
     pub placed: Vec<Filling>,
     /// Vibration before and after, by speed.
     pub vibration: Vec<SpeedVibration>,

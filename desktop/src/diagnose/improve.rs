@@ -84,7 +84,6 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     })
 }
 
-/// Result of `improve`.
 #[derive(Debug, Clone)]
 pub struct ImprovementOutcome {
     pub rotor: Rotor,

@@ -35,7 +35,6 @@ pub struct Conclusion {
 }
 
 impl<'a> DiagnosisEvidence<'a, '_> {
-    /// The verdict.
     ///
     /// # Errors
     /// If the machine is singular.

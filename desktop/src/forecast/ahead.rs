@@ -6,7 +6,6 @@ const HALF: f64 = 1.96;
 /// Expected values and standard deviations of the days to come.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForecastPath {
-    /// Expected values.
     pub mean: Vec<f64>,
     /// Their standard deviations.
     pub sd: Vec<f64>,

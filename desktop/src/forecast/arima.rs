@@ -25,9 +25,7 @@ const SETTLED: f64 = 1e-12;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Order {
-    /// Autoregressive terms.
     pub p: usize,
-    /// Differences.
     pub d: usize,
     /// Moving-average terms.
     pub q: usize,

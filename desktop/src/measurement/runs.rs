@@ -2,7 +2,6 @@
 
 use super::Reading;
 
-/// Readings of one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SortedRun {
     /// As in the file; `None` where it has no runs.

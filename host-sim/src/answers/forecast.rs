@@ -27,7 +27,7 @@ pub struct ForecastAnswer {
     pub baselines: ByName<BySeries>,
     pub coverage_95: BySeries,
     pub compared: BySeries,
-    /// ForecastBasis model, series and days ahead: rmse, crps, pinball, coverage_95, compared.
+    /// By model, series and days ahead: rmse, crps, pinball, coverage_95, compared.
     pub scores: ByName<ByName<ByName<ScoreAnswer>>>,
     pub against_naive: Vec<String>,
     /// A day each: time_d, time (ISO 8601, if known), and value, low and high (95 %) of every series.

@@ -27,9 +27,7 @@ pub fn shortest(value: f32) -> f64 {
 /// All that one node was told and said.
 #[derive(Debug, Clone, Default)]
 pub struct NodeRecord {
-    /// Whole readings.
     pub readings: Vec<Timed<Reading>>,
-    /// Whole results.
     pub results: Vec<Timed<MonitorResult>>,
     /// Heartbeats of this version of the protocol.
     pub heartbeats: u64,

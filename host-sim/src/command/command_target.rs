@@ -26,7 +26,6 @@ pub struct CommandTarget {
 }
 
 impl CommandTarget {
-    /// Who commands.
     ///
     /// # Errors
     /// If there is no such number, or the key cannot be read.

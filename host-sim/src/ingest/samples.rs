@@ -186,7 +186,6 @@ impl Waveform {
         self.channels.iter().map(|c| c.header.as_str()).collect::<Vec<_>>().join(", ")
     }
 
-    /// Samples of each channel.
     pub fn len(&self) -> usize {
         self.channels.first().map_or(0, |c| c.samples.len())
     }

@@ -184,7 +184,6 @@ pub enum Sense {
     Lead,
 }
 
-/// Unit of a phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Angle {
@@ -232,7 +231,6 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
-    /// Units in a day.
     pub fn per_day(self) -> f64 {
         match self {
             Self::Microseconds => 1e6 * SECONDS_A_DAY,
@@ -244,7 +242,6 @@ impl TimeUnit {
         }
     }
 
-    /// Seconds of one unit.
     pub fn seconds(self) -> f64 {
         SECONDS_A_DAY / self.per_day()
     }

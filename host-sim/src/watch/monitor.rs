@@ -15,7 +15,6 @@ use crate::bus::counters::CounterTotals;
 use crate::bus::decoded::Timed;
 use crate::bus::mac::RefusalCounts;
 
-/// Results remembered.
 pub const HISTORY: usize = 1_000;
 /// Changes of the model remembered.
 const REPLACEMENTS: usize = 8;

@@ -61,7 +61,6 @@ enum Command {
 /// Runs what the command line asks for.
 ///
 /// # Errors
-/// One sentence.
 pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Gateway(arguments) => gateway::run(&arguments),

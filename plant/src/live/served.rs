@@ -135,7 +135,6 @@ fn digest(token: &str) -> [u8; 32] {
 
 /// Why there is no answer.
 pub enum Failure {
-    /// Not found.
     None(&'static str),
     Refused(StatusCode, &'static str),
     /// It could not be read or kept.

@@ -24,7 +24,6 @@ pub struct Server {
 }
 
 impl Server {
-    /// Connects.
     ///
     /// # Errors
     /// One sentence if there is no server, if it wants other credentials, or if it is not who it should be.

@@ -5,7 +5,6 @@ use std::vec::Vec;
 use super::*;
 use crate::testing::{Flash as TestFlash, WORD};
 
-/// Three cells.
 const PAGE: usize = 512;
 
 type Flash = TestFlash<PAGE>;

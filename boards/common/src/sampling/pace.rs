@@ -11,7 +11,6 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Nothing yet.
     pub const fn new() -> Self {
         Self { scans: 0, begin_us: None }
     }

@@ -24,7 +24,6 @@ use rotor_edge_mps2_an386::instructions::Counter;
 use rotor_edge_mps2_an386::sample;
 use static_cell::StaticCell;
 
-/// Design limits.
 const RESPONSE_LIMIT: u32 = 10_000;
 const SEAL_RESPONSE_LIMIT: u32 = 12_000;
 const PHASE_TWO_LIMIT: u32 = 40_000;

@@ -127,7 +127,6 @@ pub struct ProbeVibration {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correction {
     pub weights: Vec<PlaneWeight>,
-    /// By speed and probe.
     pub left: Vec<ProbeVibration>,
     /// Unit of the vibration, as the columns have it.
     pub unit: String,

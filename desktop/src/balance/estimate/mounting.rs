@@ -43,7 +43,6 @@ pub struct Mountings {
     pub probes: usize,
     /// Variance of a component of one reading about the mean of its mounting, µm², by row.
     pub repeat_variance: DVector<f64>,
-    /// Omissions, one sentence each.
     pub remarks: Vec<String>,
 }
 

@@ -34,7 +34,6 @@ pub struct InfluencePosterior {
 }
 
 impl Regression {
-    /// Nothing is known.
     pub fn new(rows: usize, planes: usize) -> Self {
         let size = 2 * rows * (1 + planes);
         Self { precision: DMatrix::zeros(size, size), right: DVector::zeros(size), rows, planes }

@@ -48,7 +48,6 @@ pub struct Trials {
 
 #[derive(Debug, Clone)]
 pub struct TrialFit {
-    /// By speed and probe.
     pub coefficients: Vec<InfluenceCoefficients>,
     /// Misfit of the readings beyond the unknowns; `None` if there are no more readings than unknowns.
     pub misfit: Option<ReducedChiSquare>,

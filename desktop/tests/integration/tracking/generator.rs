@@ -159,7 +159,6 @@ struct Bearing {
 }
 
 impl Plan {
-    /// The record.
     pub fn make(&self) -> Record {
         let mut random = Random::new(self.seed);
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests").join(self.machine.file);

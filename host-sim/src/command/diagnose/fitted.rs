@@ -11,7 +11,6 @@ use crate::render::{ComparedModel, Prediction};
 pub struct Fitted {
     /// With what it leaves of them.
     pub model: ComparedModel,
-    /// The fit.
     pub best: BestFit,
 }
 

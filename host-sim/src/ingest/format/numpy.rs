@@ -13,7 +13,6 @@ use super::arrays::{Array, of_named, of_one};
 
 /// Where an entry of a zip archive has the length of its name.
 const ENTRY_NAME_LENGTH: Range<usize> = 26..28;
-/// Where its name begins.
 const ENTRY_NAME: usize = 30;
 
 /// Bytes in which the shape is looked for.

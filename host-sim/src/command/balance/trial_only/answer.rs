@@ -13,7 +13,6 @@ pub struct TrialBalanceResult {
     pub criterion: Criterion,
     /// Run that the weights are added to.
     pub onto: Option<String>,
-    /// How angles count.
     pub sense: AngleSense,
     /// Whether earlier coefficients were used.
     pub coefficients: bool,
@@ -30,7 +29,6 @@ impl TrialBalanceResult {
         self.sense.words()
     }
 
-    /// What `--json` prints.
     pub fn answer(&self) -> TrialBalance {
         let onto = self.onto.clone();
         TrialBalance::of(&self.correction, self.criterion, onto, self.sense, &self.shop_lines())
