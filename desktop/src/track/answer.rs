@@ -11,7 +11,6 @@ type C = Complex<f64>;
 /// How the record is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// Bearings constant.
     Fixed,
     /// Re-identification after a jump of the residual.
     Adaptive,

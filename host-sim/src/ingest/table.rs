@@ -24,7 +24,6 @@ pub struct ReadingTable<'a> {
 pub struct Header {
     /// Place in the row, from 0.
     pub index: usize,
-    /// As written.
     pub name: String,
     /// What stands in the row above, over this and the columns to its right.
     pub group: String,

@@ -164,7 +164,6 @@ fn word(lower: &str) -> Option<Word> {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Part {
     Says(Word),
-    /// As written.
     Name(String),
 }
 

@@ -33,7 +33,6 @@ pub struct Figure {
 pub enum Drawing {
     /// Drawn by the page's script.
     Chart(Chart),
-    /// Drawn already.
     Markup(String),
 }
 

@@ -26,7 +26,6 @@ pub enum Reply {
 pub trait Dialect: Default + Send + 'static {
     /// Takes apart what the client sends.
     type Decoder: Decoder + 'static;
-    /// For messages.
     const NAME: &'static str;
     /// Said to a new client.
     const GREETING: &'static str;

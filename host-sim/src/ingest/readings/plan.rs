@@ -230,7 +230,6 @@ fn phase_factor(stated: &mut ColumnUnits, largest: impl Fn() -> f64) -> std::res
     Ok(sign * angle.radians())
 }
 
-/// To volts.
 fn gap_factor(stated: &mut ColumnUnits) -> f64 {
     let unit = *stated.length.get_or_insert(Unit::Volt);
     stated.detection = None;
