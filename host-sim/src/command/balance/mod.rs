@@ -114,7 +114,7 @@ fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments, listener: Listener
         angles: sense.words(),
         range_rpm: plan.range_rpm,
         service_rpm: plan.service_rpm,
-        ways: ways.iter().map(|(name, found)| WayAnswer::of(*name, found, &planes, sense)).collect(),
+        ways: ways.iter().map(|(name, found)| WayAnswer::of(name, found, &planes, sense)).collect(),
         remarks,
     };
     if let Some(path) = &arguments.form.report {
