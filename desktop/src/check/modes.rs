@@ -1,7 +1,7 @@
 //! Damped modes of a machine that turns: eigenvalues, shapes, sense of whirl.
 //!
 //! The eigenvalues of the state matrix are where the modes begin; each is then an inverse iteration in the
-//! quadratic problem `T(λ) q = 0` itself ([`newton`]), which gives the shape, sheds what rounding in the larger state matrix left, and
+//! quadratic problem `T(λ) q = 0` itself (`newton`), which gives the shape, sheds what rounding in the larger state matrix left, and
 //! follows a mode from one speed to the next.
 
 use nalgebra::{Complex, DVector};

@@ -1,7 +1,7 @@
 //! The machine as a linear system that turns at a steady speed: `q̈ + D(Ω) q̇ + K(Ω) q = 0` in coordinates of
 //! unit mass.
 //!
-//! The shaft is taken on [`CHECK_MODES`] modes of each plane on its bearings and on the static shape of each
+//! The shaft is taken on `CHECK_MODES` modes of each plane on its bearings and on the static shape of each
 //! support, which finds every mode; each is then made exact on all finite elements (see [`crate::model::chain`]). A
 //! pedestal with a mass has coordinates of its own, and so has each mode of a foundation.
 

@@ -2,12 +2,12 @@
 //!
 //! | size | use | reason |
 //! |---|---|---|
-//! | [`CONTROLLER`] | model of the controller; paper's basis in tracking | the core's matrices are of this size |
-//! | [`TRACKING`] | readings of a long record | days are solved once, so the basis need not show |
-//! | [`WEIGHTS`] | correction weights, influence of a prior | exact to a few parts in ten thousand at every trial |
-//! | [`SIMULATED`] | rivals and lags that a diagnosis simulates | below the differences that it looks for, one model each |
-//! | [`FIT`] | the shaft that fits are made on | what it leaves out is far below any noise |
-//! | [`CHECK_MODES`] | modes of `check`, beside a static shape for each support | finds every mode up to the highest asked for |
+//! | `CONTROLLER` | model of the controller; paper's basis in tracking | the core's matrices are of this size |
+//! | `TRACKING` | readings of a long record | days are solved once, so the basis need not show |
+//! | `WEIGHTS` | correction weights, influence of a prior | exact to a few parts in ten thousand at every trial |
+//! | `SIMULATED` | rivals and lags that a diagnosis simulates | below the differences that it looks for, one model each |
+//! | `FIT` | the shaft that fits are made on | what it leaves out is far below any noise |
+//! | `CHECK_MODES` | modes of `check`, beside a static shape for each support | finds every mode up to the highest asked for |
 
 pub const CONTROLLER: usize = 6;
 pub(crate) const TRACKING: usize = 12;
