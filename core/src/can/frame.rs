@@ -94,7 +94,8 @@ impl Frame {
         )
     }
 
-    /// Whether it is one of the two frames of a MAC, in either direction: no [`Message`](super::Message) of its own.
+    /// Whether this frame is one of the two that carry a MAC, in either direction. [`Message`](super::Message) does not
+    /// decode it.
     #[cfg(feature = "mac")]
     pub fn is_mac(&self) -> bool {
         matches!(

@@ -82,13 +82,13 @@ impl Offer {
     }
 }
 
-/// Acknowledges an offer: the parts of its request that the node holds.
+/// Acknowledgement of an offer, with the parts of its request that the node has received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ack {
     pub parts: u16,
     /// Bytes of the answer; zero before there is one.
     pub answer_bytes: u8,
-    /// That of the offer.
+    /// Round of the offer.
     pub round: u8,
     /// That of the offer.
     pub crc32: u32,

@@ -5,8 +5,9 @@ use crate::can::Frame;
 use crate::can::mac::{Direction, Gate, MAC_FRAMES, MacError, grouped, mac_frames};
 use crate::numerics::Numerics;
 
-/// The same for what is told without a reading between: days of it, and to readings only an instant.
-const WORDS_RESERVE: u64 = 1_000_000;
+/// How far the stored nonce is ahead of the nonce of the frames that the node sends. Each group of frames raises their nonce by
+/// one, so the reserve lasts for days; it is one second of readings that are numbered in µs.
+const OWN_FRAMES_RESERVE: u64 = 1_000_000;
 
 /// Readings that wait for their MAC, and the last nonces.
 #[derive(Debug, Clone)]
@@ -82,7 +83,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         }
         let mac = &mut self.mac;
         mac.told = mac.told.saturating_add(1).max(mac.gate.last());
-        mac.reserve(mac.told, WORDS_RESERVE);
+        mac.reserve(mac.told, OWN_FRAMES_RESERVE);
         let told = grouped(self.queue.iter().skip(waiting));
         for frame in mac_frames(&key, Direction::ToHost, self.config.node, mac.told, &told) {
             let _ = self.queue.push_back(frame);
