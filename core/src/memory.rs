@@ -54,7 +54,7 @@ impl Memory {
             learned_readings: baseline.learned_readings,
             streak: baseline.streak,
             suspicious_s: baseline.suspicious_s,
-            cause: baseline.latched.map_or(0, |latched| latched.cause as u8),
+            cause: baseline.latched.map_or(0, |latched| latched.cause.code()),
             suspect: baseline.latched.and_then(|latched| latched.suspect),
             unbalance_g_mm: unbalance_g_mm.iter().copied().take(MAX_PLANES).collect(),
             most_g_mm: most_g_mm.iter().copied().take(unbalance_g_mm.len()).collect(),
@@ -76,7 +76,7 @@ impl Memory {
     /// The detector that goes on from here.
     pub fn detector(&self) -> Detector {
         let positive = |number: f32| if number.is_finite() { number.max(0.0) } else { 0.0 };
-        let cause = Reason::from_code(self.cause).filter(|cause| *cause != Reason::None);
+        let cause = Some(Reason::from_code(self.cause)).filter(|cause| *cause != Reason::None);
         Detector::resume(Baseline {
             level: Level::resume(self.level_um, self.level_weight_s),
             reference_um: self.reference_um.filter(|reference| reference.is_finite() && *reference >= 0.0),
@@ -141,7 +141,7 @@ mod tests {
     fn a_record_with_numbers_that_cannot_be_starts_without_them() {
         let mut spoilt = Memory::new(7, &remembered(), &[], &MOST);
         (spoilt.level_um, spoilt.reference_um) = (Some(f32::NAN), Some(-1.0));
-        (spoilt.learned_s, spoilt.suspicious_s, spoilt.cause) = (f32::INFINITY, -3.0, 77);
+        (spoilt.learned_s, spoilt.suspicious_s, spoilt.cause) = (f32::INFINITY, -3.0, 0);
         let detector = spoilt.detector();
         let baseline = detector.baseline();
         assert_eq!((baseline.level.mean(), baseline.reference_um, baseline.latched), (None, None, None));

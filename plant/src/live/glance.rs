@@ -100,7 +100,7 @@ fn of(newest: &Newest, acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -
 /// the matter now if that is something else.
 fn in_words(newest: &Newest) -> String {
     let meant = |word: &Option<String>| {
-        Reason::ALL.into_iter().find(|reason| *reason != Reason::None && Some(name(reason)) == *word)
+        (1..=u8::MAX).map(Reason::from_code).find(|reason| Some(name(reason)) == *word)
     };
     let [reason, cause] = [&newest.reason, &newest.cause].map(meant);
     let is_flagged = newest.state.as_deref() == Some("flagged");
