@@ -196,24 +196,16 @@ impl<const PROBES: usize> Extractor<PROBES> {
         if let Some(age) = mark.filter(|age| (0.0..=1.0).contains(age)) {
             return self.push_marked(&counts, age);
         }
-        if let Stage::Running(window) = &mut self.stage {
-            window.phase.advance();
-        }
-        self.add(&counts);
+        let vector = match &mut self.stage {
+            Stage::Running(window) => window.phase.advance(),
+            Stage::Waiting | Stage::Measuring { .. } => Complex::new(0.0, 0.0),
+        };
+        self.sums.add(&counts, vector, self.config.converter.rails);
         self.samples = self.samples.saturating_add(1);
         if self.samples > self.longest_turn {
             return self.time_out(&counts);
         }
         None
-    }
-
-    #[inline]
-    fn add(&mut self, counts: &[i32; PROBES]) {
-        let vector = match &self.stage {
-            Stage::Running(window) => window.phase.vector(),
-            Stage::Waiting | Stage::Measuring { .. } => Complex::new(0.0, 0.0),
-        };
-        self.sums.add(counts, vector, self.config.converter.rails);
     }
 
     #[cold]
@@ -242,7 +234,11 @@ impl<const PROBES: usize> Extractor<PROBES> {
             Stage::Measuring { short_turns } => self.short_turn(counts, short_turns.saturating_add(1)),
             Stage::Running(window) => self.end_turn(counts, window, period),
         };
-        self.add(counts);
+        let vector = match &self.stage {
+            Stage::Running(window) => window.phase.vector(),
+            Stage::Waiting | Stage::Measuring { .. } => Complex::new(0.0, 0.0),
+        };
+        self.sums.add(counts, vector, self.config.converter.rails);
         result
     }
 

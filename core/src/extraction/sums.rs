@@ -105,9 +105,11 @@ impl<const PROBES: usize> Sums<PROBES> {
         if let Some(last) = self.last.get_mut(parity) {
             *last = vector;
         }
-        let mut is_clipped = false;
+        // one comparison for both rails: what lies at or below the lower one wraps to far above the other
+        let first_inside = lowest.wrapping_add(1);
+        let mut farthest = 0;
         for (channel, &count) in self.channels.iter_mut().zip(counts) {
-            is_clipped |= count <= lowest || count >= highest;
+            farthest = farthest.max(count.wrapping_sub(first_inside) as u32);
             channel.counts = channel.counts.wrapping_add(i64::from(count));
             let value = count as f32 - channel.reference;
             if let Some(last) = channel.last.get_mut(parity) {
@@ -117,7 +119,7 @@ impl<const PROBES: usize> Sums<PROBES> {
             channel.turn.im -= im * value;
         }
         self.samples = self.samples.wrapping_add(1);
-        if is_clipped {
+        if farthest >= highest.wrapping_sub(first_inside) as u32 {
             self.note_clipped(counts, rails);
         }
         if self.samples == 2 {

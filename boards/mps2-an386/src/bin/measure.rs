@@ -204,9 +204,13 @@ fn extraction(counter: &Counter) -> bool {
             age @ 0.0..1.0 => (f32::from(THRESHOLD) / (1.0 - age)) as u16,
             _ => 0,
         };
-        let (count, found) = counter.count(|| {
+        let mut found = None;
+        // Taken only where there is one, as firmware does: else what is counted is an empty result moved about.
+        let (count, ()) = counter.count(|| {
             let mark = detector.push(black_box(keyphasor).into());
-            extractor.push(black_box(counts).map(i32::from), mark)
+            if let Some(result) = extractor.push(black_box(counts).map(i32::from), mark) {
+                found = Some(result);
+            }
         });
         sum += count;
         most = count.max(most);
