@@ -14,7 +14,7 @@ use rotor_edge_core::can::slcan::{Decoder, SlcanLine, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
 use rotor_edge_core::detector::{Average, Detector, Evidence, Growth, noise_floor_um};
-use rotor_edge_core::extraction::{ExtractionConfig, Extractor, KeyphasorDetector};
+use rotor_edge_core::extraction::{Converter, ExtractionConfig, Extractor, KeyphasorDetector};
 use rotor_edge_core::model;
 use rotor_edge_core::node::{Node, NodeConfig, Save};
 use rotor_edge_core::reading::{ProbeVector, Reading};
@@ -232,13 +232,28 @@ fn in_parts(request: &[u8]) {
 
 /// Arbitrary samples and marks.
 fn extraction() {
-    let config = black_box(ExtractionConfig::new());
-    let (mut detector, mut extractor) =
-        (KeyphasorDetector::new(black_box(0), black_box(0)), Extractor::new());
+    let mut detector = KeyphasorDetector::new(black_box(0), black_box(0));
+    extract::<1>(&mut detector);
+    extract::<4>(&mut detector);
+    extract::<8>(&mut detector);
+}
+
+fn extract<const PROBES: usize>(detector: &mut KeyphasorDetector) {
+    let converter = Converter::signed(black_box(0), black_box([0.0; 2]));
+    let config = ExtractionConfig { converter, ..black_box(ExtractionConfig::<PROBES>::new()) };
+    black_box((config.fastest_rpm(), config.slowest_rpm(), converter.mv(black_box(0.0))));
+    black_box(config.revolutions_for_noise(black_box(0.0), black_box(0.0), black_box(0.0)));
+    black_box(config.revolutions_for_drift(black_box(0.0), black_box(0.0)));
+    let Ok(mut extractor) = Extractor::new(black_box(config)) else {
+        return;
+    };
     for _ in 0..black_box(100) {
         let mark = detector.push(black_box(0));
-        black_box(extractor.push(&config, black_box([0; 4]), black_box(mark)));
+        black_box(extractor.push(black_box([0; PROBES]), black_box(mark)));
     }
+    extractor.restart();
+    black_box(extractor.config());
+    black_box(extractor);
 }
 
 fn any_frame() -> Option<Frame> {
