@@ -16,9 +16,9 @@ pub const MAX_PLAUSIBLE_UM: f32 = 10_000.0;
 /// A reading with at least one usable probe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScreenedReading {
-    /// Probes whose gap voltage is out of range are lost in it.
+    /// Probes that the model masks and probes whose gap voltage is out of range are lost in it.
     pub reading: Reading,
-    /// Bit i: probe i is lost.
+    /// Bit i: probe i is lost and the model uses it.
     pub missing_mask: u8,
     /// [`Reason::None`] if no probe is lost.
     pub why_missing: Reason,
@@ -57,20 +57,21 @@ pub fn screen<const N: usize, const PROBES: usize, const PLANES: usize>(
     if !model.covers(reading.speed_rpm) {
         return Err(Unusable::Rejected(Reason::Speed));
     }
-    if is_implausible(reading) {
+    let mut reading = *reading;
+    reading.lose(model.masked);
+    if is_implausible(&reading) {
         return Err(Unusable::Rejected(Reason::Absurd));
     }
-    let all = all_probes(reading);
-    let gaps = probes_out_of_gap(reading, thresholds.gap_range_v);
-    let mut reading = *reading;
+    let used = all_probes(&reading) & !model.masked;
+    let gaps = used & probes_out_of_gap(&reading, thresholds.gap_range_v);
     reading.lose(gaps);
-    let missing_mask = all & !reading.valid_mask();
+    let missing_mask = used & !reading.valid_mask();
     let why_missing = match (missing_mask, gaps) {
         (0, _) => Reason::None,
         (_, 0) => Reason::Probes,
         _ => Reason::Gap,
     };
-    if missing_mask == all {
+    if missing_mask == used {
         return Err(Unusable::Skipped { reason: why_missing, missing_mask });
     }
     Ok(ScreenedReading { reading, missing_mask, why_missing })
@@ -203,6 +204,25 @@ mod tests {
         let mut lost = whole;
         lost.lose(0b1111);
         let skipped = Unusable::Skipped { reason: Reason::Probes, missing_mask: 0b1111 };
+        assert_eq!(screened(&lost), Err(skipped));
+    }
+
+    #[test]
+    fn masked_probe_is_lost_and_is_not_missing_whatever_it_reads() {
+        let model = Model { masked: 0b0010, ..rigid_rotor() };
+        let [lowest_rpm, _] = model.speed_range_rpm;
+        let screened = |reading: &Reading| screen(&model, &Thresholds::DEFAULT, Keyphasor::Locked, reading);
+        let mut vectors = [ProbeVector { cos_um: 1.0, sin_um: 1.0 }; 4];
+        for (part, gap_v) in [(1.0, -10.0), (f32::NAN, -10.0), (2.0 * MAX_PLAUSIBLE_UM, 0.0)] {
+            vectors[1].cos_um = part;
+            let reading = Reading::new(lowest_rpm, &vectors).unwrap().with_gaps_v(&[-10.0, gap_v]);
+            let used = screened(&reading).unwrap();
+            assert_eq!((used.missing_mask, used.why_missing), (0, Reason::None));
+            assert_eq!(used.reading.valid_mask(), 0b1101);
+        }
+        let mut lost = Reading::new(lowest_rpm, &vectors).unwrap();
+        lost.lose(0b1101);
+        let skipped = Unusable::Skipped { reason: Reason::Probes, missing_mask: 0b1101 };
         assert_eq!(screened(&lost), Err(skipped));
     }
 }

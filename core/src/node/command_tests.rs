@@ -120,15 +120,14 @@ fn model_larger_than_firmware_is_refused_with_both_numbers() {
     let small = rigid_rotor();
     let mut large = Model::<2, 8, 4> {
         machine: small.machine,
-        stiffness: small.stiffness,
-        mass: small.mass,
-        polar_inertia: small.polar_inertia,
+        shaft: small.shaft.clone(),
         internal_damping_s: small.internal_damping_s,
         planes: small.planes.iter().copied().collect(),
         supports: small.supports.clone(),
         knots: small.knots.clone(),
         forcings: small.forcings.clone(),
         probes: small.probes.iter().chain(&small.probes[..1]).cloned().collect(),
+        masked: small.masked,
         initial_unbalance_g_mm: small.initial_unbalance_g_mm.iter().copied().collect(),
         unbalance_floor_g_mm: small.unbalance_floor_g_mm,
         noise: small.noise,

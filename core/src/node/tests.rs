@@ -186,7 +186,7 @@ fn version_is_told_to_who_asks_this_node_or_everybody() {
         node.receive(0, &Message::VersionQuery.encode(to));
         let answer = node.transmit().map(|frame| Message::decode(&frame).unwrap());
         let version =
-            Message::Version { protocol: 3, oldest: 3, model_schema: 3, shapes: 2, probes: 4, planes: 2 };
+            Message::Version { protocol: 3, oldest: 3, model_schema: 4, shapes: 2, probes: 4, planes: 2 };
         assert_eq!(answer, told.then_some((NODE, version)));
     }
 }

@@ -2,13 +2,11 @@
 
 use core::array;
 
-use nalgebra::SVector;
-
-use super::coupled::at;
+use super::correction::at;
 use super::equations::whirling;
 use super::motion::{Motion, Whirl};
 use super::{C, Linear, Response, ResponseError, SupportAmplitudes};
-use crate::model::{Model, Pair, Probe};
+use crate::model::{Model, Pair, Probe, Shape};
 use crate::scalar;
 
 /// Forward and backward whirl at one place of the shaft for each right-hand side.
@@ -20,9 +18,9 @@ struct WhirlMotion<const PLANES: usize> {
 
 impl<const PLANES: usize> WhirlMotion<PLANES> {
     #[inline]
-    fn new<const N: usize>(motion: &Motion<N, PLANES>, shape: &SVector<f32, N>) -> Self {
-        let [shape] = &shape.data.0;
-        let whirl = |whirl: &Whirl<N>| [at(shape, &whirl.plus), at(shape, &whirl.minus)];
+    fn new<const N: usize>(motion: &Motion<N, PLANES>, shape: &Shape<N>) -> Self {
+        let ([plus], [minus]) = (&shape.forward.data.0, &shape.backward.data.0);
+        let whirl = |whirl: &Whirl<N>| [at(plus, &whirl.plus), at(minus, &whirl.minus)];
         Self { planes: motion.planes.each_ref().map(whirl), forced: motion.forced.as_ref().map(whirl) }
     }
 
