@@ -11,6 +11,8 @@
 //! | [`check`](mod@check) | text and sections of `check` |
 //! | [`startup`](mod@startup) | text and sections of `startup` |
 //! | [`estimate`](mod@estimate) | text and section of `estimate` |
+//! | [`extract`](mod@extract) | text of `extract` |
+//! | [`imported`] | text of `import` and `import-rotor` |
 //! | [`findings`] | noise, planes, unknown causes and parameters in sentences |
 //! | [`quantity`] | a quantity with its uncertainty in the units of the trade |
 //! | [`comparison`] | what `compare --report` says |
@@ -44,8 +46,10 @@ pub mod comparison;
 pub mod curve;
 pub mod document;
 pub mod estimate;
+pub mod extract;
 pub mod findings;
 mod ground;
+pub mod imported;
 pub mod orbit;
 pub mod page;
 pub mod polar;

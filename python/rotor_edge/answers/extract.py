@@ -1,4 +1,6 @@
-"""What ``extract`` answers."""
+"""Answer of ``extract``.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/extract.rs``."""
 
 from dataclasses import dataclass, field
 
