@@ -21,6 +21,7 @@ pub mod replay;
 pub mod shared;
 pub mod startup;
 pub mod track;
+pub mod track_curves;
 pub mod tracker;
 pub mod watch;
 

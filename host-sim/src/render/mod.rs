@@ -15,6 +15,7 @@
 //! | [`extract`](mod@extract) | text of `extract` |
 //! | [`identify`](mod@identify) | text of `identify` |
 //! | [`replay`](mod@replay) | text of `replay` |
+//! | [`forecast`](mod@forecast), [`track`](mod@track) | text and sections of `forecast` and `track` |
 //! | [`imported`] | text of `import` and `import-rotor` |
 //! | [`findings`] | noise, planes, unknown causes and parameters in sentences |
 //! | [`quantity`] | a quantity with its uncertainty in the units of the trade |
@@ -51,6 +52,7 @@ pub mod document;
 pub mod estimate;
 pub mod extract;
 pub mod findings;
+pub mod forecast;
 mod ground;
 pub mod identify;
 pub mod imported;
@@ -65,6 +67,7 @@ pub mod sketch;
 pub mod startup;
 pub mod story;
 pub mod text;
+pub mod track;
 pub mod trend;
 pub mod trial_balance;
 pub mod wave;
