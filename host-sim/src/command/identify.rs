@@ -11,7 +11,6 @@ use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
 
 use super::diagnose::fitted::Fitted;
-use super::diagnose::report;
 use super::listener::Listener;
 use super::output::{self, Json};
 use crate::answers::identify::Identification;
@@ -113,7 +112,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     output::model(&arguments.output, &found.rotor, &readings)?;
     if let Some(path) = &arguments.form.report {
         let fit = Fitted::new("as identified", &found.rotor, &readings)?;
-        let sections = report::compared(&found.rotor, &readings, &[fit]);
+        let sections = render::comparison_sections(&found.rotor, &readings, &[fit.model]);
         output::report(path, &format!("{}: identified", rotor.name), sections)?;
     }
     let answer = Identification::from(&found);

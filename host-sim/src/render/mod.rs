@@ -15,6 +15,8 @@
 //! | [`extract`](mod@extract) | text of `extract` |
 //! | [`identify`](mod@identify) | text of `identify` |
 //! | [`replay`](mod@replay) | text of `replay` |
+//! | [`diagnose`](mod@diagnose), [`improve`](mod@improve) | text, story and sections of `diagnose` and `improve` |
+//! | [`fitted`] | the story of fitted models |
 //! | [`forecast`](mod@forecast), [`track`](mod@track) | text and sections of `forecast` and `track` |
 //! | [`imported`] | text of `import` and `import-rotor` |
 //! | [`findings`] | noise, planes, unknown causes and parameters in sentences |
@@ -48,14 +50,17 @@ pub mod chart;
 pub mod check;
 pub mod comparison;
 pub mod curve;
+pub mod diagnose;
 pub mod document;
 pub mod estimate;
 pub mod extract;
 pub mod findings;
+pub mod fitted;
 pub mod forecast;
 mod ground;
 pub mod identify;
 pub mod imported;
+pub mod improve;
 pub mod orbit;
 pub mod page;
 pub mod polar;
