@@ -51,7 +51,7 @@ use crate::statistics::whitening::{DataScatter, Whitening};
 use data::Amplitudes;
 use data::Data;
 use descent::Stop;
-use hypothesis::{Assumed, Hypothesis};
+use hypothesis::{Hypothesis, PlacedEffect};
 pub use optimum::Fit;
 use problem::Problem;
 use progress::{Progress, ProgressListener};
@@ -352,7 +352,7 @@ fn singular() -> Error {
 }
 
 /// Starting points for an effect on top of a fit: from where that fit ended and from the file's bearings.
-pub fn starts_for(hypothesis: &Hypothesis, base: &Fit, added: Assumed) -> Vec<Vec<f64>> {
+pub fn starts_for(hypothesis: &Hypothesis, base: &Fit, added: PlacedEffect) -> Vec<Vec<f64>> {
     let parameters = added.effect.parameters(&hypothesis.scales);
     let count = hypothesis.bearings.count();
     let drawn = hypothesis.bearings.stated();
