@@ -50,7 +50,7 @@ fn of_file<'a>(fitter: &Fitter<'a>) -> Result<(Hypothesis<'a>, Vec<f64>), Error>
     let mut x = hypothesis.bearings.stated();
     for e in &rotor.effect {
         let (effect, place) =
-            entry::resolve(rotor, &e.kind, e.at.as_deref()).map_err(Error::Unsuitable)?;
+            entry::resolve(rotor, &e.kind, e.at.as_deref()).map_err(Error::UnknownEffect)?;
         if matches!(place, Place::Run(k) if !fitter.data.has_run(k)) {
             continue;
         }

@@ -56,7 +56,7 @@ pub struct ImprovementStep {
 /// # Errors
 /// If there is no such effect or place, the effect is present already, or it cannot be fitted.
 pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) -> Result<Improvement, Error> {
-    let (effect, place) = entry::resolve(rotor, kind, at).map_err(Error::Unsuitable)?;
+    let (effect, place) = entry::resolve(rotor, kind, at).map_err(Error::UnknownEffect)?;
     let placed = PlacedEffect { effect, place };
     let rotor = &rotor.as_stated();
     let noise = Noise::of(rotor, readings);

@@ -348,7 +348,7 @@ fn scout(problem: &mut Problem, starts: &[Vec<f64>]) {
 }
 
 fn singular() -> Error {
-    Error::Unsuitable("the machine is singular at every start".into())
+    Error::SingularMachine { tried: "at every start" }
 }
 
 /// Starting points for an effect on top of a fit: from where that fit ended and from the file's bearings.
