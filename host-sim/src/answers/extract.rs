@@ -15,13 +15,13 @@ pub struct ExtractionAnswer {
     pub measured: PathBuf,
     pub two_x: Option<PathBuf>,
     pub readings: usize,
-    /// Of each reading, rpm.
+    /// Of each reading in the order of its file, rpm.
     pub speeds: Vec<f64>,
     pub lost: usize,
     pub files: Vec<ExtractedFileAnswer>,
 }
 
-/// What one file held.
+/// What one file of samples held.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ExtractedFileAnswer {
     pub file: String,
@@ -78,7 +78,7 @@ pub struct LossAnswer {
 pub struct DriftedAnswer {
     pub windows: usize,
     pub in_all: usize,
-    /// The largest change, relative.
+    /// The largest change within a window, relative.
     pub largest: f64,
     /// How many there are, and which option keeps them.
     #[serde(skip)]

@@ -123,7 +123,7 @@ pub struct SeriesCurves {
     pub series: String,
     pub estimates: Vec<(f64, f64)>,
     pub forecast: Vec<(f64, f64)>,
-    /// Day and ends.
+    /// Day, lower and upper end.
     pub interval_95: Vec<[f64; 3]>,
 }
 

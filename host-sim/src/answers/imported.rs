@@ -11,7 +11,7 @@ use crate::ingest::readings::assign::UnusedColumn;
 use crate::ingest::readings::plan::Column;
 use crate::ingest::target::Quantity;
 
-/// Cosine and sine, µm.
+/// Cosine and sine component, µm zero to peak.
 pub type CosineSine = [f64; 2];
 
 /// A drawing from a rotor of ROSS, what was carried over and what was left, a sentence each.
@@ -29,7 +29,7 @@ pub struct ImportAnswer {
     pub columns: Vec<ImportedColumn>,
     pub left: Vec<LeftColumn>,
     pub rows: usize,
-    /// Values of single probes.
+    /// Values of single probes that are lost.
     pub lost: usize,
     pub marked: MarkedValuesAnswer,
     /// Readings that were turned back to the phase reference before.
@@ -39,7 +39,7 @@ pub struct ImportAnswer {
     pub sorted: bool,
     /// When day 0 was, local to the export.
     pub start: Option<String>,
-    /// Taken off each probe.
+    /// Runout that was taken off each probe.
     pub runout_um: Option<Vec<CosineSine>>,
     /// File and sheet of each table.
     #[serde(skip)]
@@ -57,9 +57,8 @@ pub struct ImportedColumn {
     pub to: String,
     pub unit: String,
     pub factor: f64,
-    /// Index of its table.
     #[serde(skip)]
-    pub table: usize,
+    pub table_index: usize,
     #[serde(skip)]
     pub probe: Option<String>,
     #[serde(skip)]
@@ -75,9 +74,8 @@ pub struct LeftColumn {
     pub column: usize,
     pub from: String,
     pub why: String,
-    /// Index of its table.
     #[serde(skip)]
-    pub table: usize,
+    pub table_index: usize,
 }
 
 /// Values that are lost, by what was wrong with them.
@@ -157,7 +155,7 @@ impl ImportedColumn {
             to: to.join(":"),
             unit: target.stated.to_string(),
             factor: if is_phase { column.factor.to_degrees() } else { column.factor },
-            table,
+            table_index: table,
             probe: target.probe.clone(),
             quantity: target.quantity.name(),
             becomes: unit_of(target.quantity),
@@ -181,6 +179,6 @@ fn unit_of(quantity: Quantity) -> &'static str {
 
 impl LeftColumn {
     fn of(left: &UnusedColumn, table: usize) -> Self {
-        Self { column: left.number, from: left.header.clone(), why: left.why.clone(), table }
+        Self { column: left.number, from: left.header.clone(), why: left.why.clone(), table_index: table }
     }
 }

@@ -39,9 +39,8 @@ pub struct ReplayAnswer {
 /// What was replayed and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayJob {
-    /// Name of the rotor.
-    pub rotor: String,
-    /// Readings of the record.
+    pub rotor_name: String,
+    /// Readings of the record, answered or not.
     pub recorded: usize,
     /// First and last day of the record.
     pub days: [f64; 2],

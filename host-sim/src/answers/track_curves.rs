@@ -7,16 +7,15 @@ use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 
 use super::names::coefficient_names;
 
-/// Day and value.
 type Points = Vec<(f64, f64)>;
 
-/// Curves over the record.
+/// Curves over the record, and samples of its last day.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackCurves {
-    /// With constant bearings.
+    /// Residual of the method that keeps the bearings constant.
     pub residual_fixed_um: Points,
     pub feature_sum_um: Points,
-    /// Two a probe.
+    /// Cosine and sine of each probe in turn.
     pub features: Vec<FeatureCurve>,
     pub planes: Vec<PlaneCurve>,
     /// Bearing coefficients in the order of phase I.
@@ -39,11 +38,10 @@ pub struct FeatureCurve {
 #[derive(Debug, Clone, PartialEq)]
 pub struct BandedCurve {
     pub points: Points,
-    /// Day and ends.
+    /// Day, lower and upper end.
     pub interval_95: Vec<[f64; 3]>,
 }
 
-/// Unbalance of a plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneCurve {
     pub name: String,

@@ -22,9 +22,9 @@ pub fn rotor_text(answer: &ImportedRotorAnswer) -> String {
 pub fn text(answer: &ImportAnswer) -> String {
     let mut text = String::new();
     for (i, place) in answer.tables.iter().enumerate() {
-        let rows: Vec<[String; 4]> = answer.columns.iter().filter(|c| c.table == i).map(row).collect();
+        let rows: Vec<[String; 4]> = answer.columns.iter().filter(|c| c.table_index == i).map(row).collect();
         let _ = write!(text, "{place}\n{}", text::table(&COLUMNS, &rows));
-        for left in answer.left.iter().filter(|left| left.table == i) {
+        for left in answer.left.iter().filter(|left| left.table_index == i) {
             let _ = writeln!(text, "  {} `{}` is left: {}", left.column, left.from, left.why);
         }
     }

@@ -38,7 +38,7 @@ pub fn text(answer: &ReplayAnswer) -> String {
 fn machine(answer: &ReplayAnswer) -> String {
     let job = &answer.job;
     let [first, last] = job.days;
-    let mut text = format!("{}: {} readings, days {first:.0} to {last:.0}\n", job.rotor, job.recorded);
+    let mut text = format!("{}: {} readings, days {first:.0} to {last:.0}\n", job.rotor_name, job.recorded);
     if let Some((found, runup)) = &job.phase_one {
         let runup = runup.map_or(String::new(), |speeds| format!(" and a run-up of {speeds} speeds"));
         text += &format!("\nPhase I, from the first three days{runup}\n{}", identify::text(found));

@@ -8,7 +8,7 @@ from ..inputs import Measurement, Rotor
 from ..record import Answer, Array, Record
 
 CosineSine = Array
-"""Cosine and sine, µm."""
+"""Cosine and sine component, µm zero to peak."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -72,7 +72,7 @@ class Import(Answer):
     left: tuple[LeftColumn, ...]
     rows: int
     lost: int
-    """Values of single probes."""
+    """Values of single probes that are lost."""
     marked: MarkedValues
     turned: int
     """Readings that were turned back to the phase reference before."""
@@ -82,6 +82,6 @@ class Import(Answer):
     start: str | None
     """When day 0 was, local to the export."""
     runout_um: tuple[CosineSine, ...] | None
-    """Taken off each probe."""
+    """Runout that was taken off each probe."""
     measurement: Measurement | None = field(kw_only=True)
     """The readings; None if nothing was to be written."""

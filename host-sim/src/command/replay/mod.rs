@@ -190,7 +190,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     });
     let better = better.transpose()?;
     let job = ReplayJob {
-        rotor: rotor.name.clone(),
+        rotor_name: rotor.name.clone(),
         recorded: record.len(),
         days: [0, record.len() - 1].map(|row| day(&record, row)),
         phase_one: phase_one.as_ref().map(|found| (found.into(), runup.as_ref().map(Vec::len))),
