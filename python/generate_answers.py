@@ -6,6 +6,7 @@
 
 A class is called as its Rust type without the ending ``Answer``. Fields that are not serialized are left out."""
 
+import keyword
 import re
 import sys
 import textwrap
@@ -17,26 +18,46 @@ SOURCE = ROOT / "host-sim" / "src" / "answers"
 TARGET = ROOT / "python" / "rotor_edge" / "answers"
 WIDTH = 125
 
+Added = tuple[str, str, str]
+"""A field that Python adds, or puts in the place of one of the JSON: its name, annotation and meaning."""
 ROTOR = ("rotor", "Rotor = field(kw_only=True)")
-# the answer of a command by its Rust type, with the field that Python adds and its meaning
-ANSWERS: dict[str, tuple[str, str, str] | None] = {
-    "CheckAnswer": None,
-    "ComparisonAnswer": None,
-    "DiagnosisAnswer": None,
-    "Addition": (*ROTOR, "The better model."),
-    "ImprovementAnswer": (*ROTOR, "The better model."),
-    "Identification": (*ROTOR, "The identified rotor."),
-    "StartupAnswer": ("rotor", "Rotor | None", "The improved model, where one was asked for."),
-    "ForecastAnswer": None,
-    "EstimatesAnswer": None,
-    "MonitoredAnswer": None,
-    "BalanceAnswer": None,
-    "TrialBalance": None,
+# the answer of a command by its Rust type, with the fields that Python adds
+ANSWERS: dict[str, tuple[Added, ...]] = {
+    "CheckAnswer": (),
+    "ComparisonAnswer": (),
+    "DiagnosisAnswer": (),
+    "Addition": ((*ROTOR, "The better model."),),
+    "ImprovementAnswer": ((*ROTOR, "The better model."),),
+    "Identification": ((*ROTOR, "The identified rotor."),),
+    "StartupAnswer": (("rotor", "Rotor | None", "The improved model, where one was asked for."),),
+    "ForecastAnswer": (),
+    "EstimatesAnswer": (),
+    "MonitoredAnswer": (),
+    "BalanceAnswer": (),
+    "TrialBalance": (),
     "TrackAnswer": (
-        "csv",
-        "str = field(kw_only=True, repr=False)",
-        "Every estimate as a table, the file that ``forecast`` reads.",
+        (
+            "csv",
+            "str = field(kw_only=True, repr=False)",
+            "Every estimate as a table, the file that ``forecast`` reads.",
+        ),
     ),
+    "ExtractionAnswer": (
+        ("measurement", "Measurement = field(kw_only=True)", "The readings."),
+        (
+            "measurement_2x",
+            "Measurement | None = field(kw_only=True)",
+            "The vectors at twice the running speed, if they were wanted.",
+        ),
+    ),
+    "ImportAnswer": (
+        (
+            "measurement",
+            "Measurement | None = field(kw_only=True)",
+            "The readings; None if nothing was to be written.",
+        ),
+    ),
+    "ImportedRotorAnswer": (("rotor", "Rotor", "The drawing."),),
 }
 # members that Python adds
 MEMBERS = {
@@ -52,7 +73,8 @@ OPAQUE |= {"SamplingAnswer", "QualityAnswer", "PaperSamplers"}
 # files with answers that Python has not
 SKIPPED = {"mod", "monitor_result", "decode", "replay", "watch"}
 NUMBERS = {"f64", "f32"}
-PLAIN = {"f64": "float", "f32": "float", "bool": "bool", "String": "str", "&'static str": "str", "Value": "Any"}
+PLAIN = {"f64": "float", "f32": "float", "bool": "bool", "String": "str", "&'static str": "str", "PathBuf": "str"}
+PLAIN |= {"Value": "Any"}
 PLAIN |= {f"{sign}{bits}": "int" for sign in "ui" for bits in ("8", "16", "32", "64", "size")}
 
 
@@ -145,6 +167,7 @@ def fields(body: str) -> list[Field]:
             if "serde(skip)" not in serde:
                 key = re.search(r'rename = "(\w+)"', serde)
                 name, optional = key[1] if key else match[1], "skip_serializing_if" in serde
+                name += "_" if keyword.iskeyword(name) else ""
                 found.append(Field(name, hint(match[2]), " ".join(doc), optional))
             doc, attributes = [], []
         elif line:
@@ -211,7 +234,7 @@ def module(stem: str, where: dict[str, str], title: str, types: list[Alias | Cla
             blocks.append(f"{of.name} = {of.hint}\n{quoted(of.doc, '')}\n")
             continue
         classes.append(of)
-        added = ANSWERS.get(of.rust)
+        added = {name: (annotation, doc) for name, annotation, doc in ANSWERS.get(of.rust, ())}
         is_answer = of.rust in ANSWERS
         lines = [
             f"@dataclass(frozen=True, eq=False{', repr=False' if is_answer else ''})",
@@ -220,11 +243,12 @@ def module(stem: str, where: dict[str, str], title: str, types: list[Alias | Cla
             "",
         ]
         for f in of.fields:
-            hints += f" {f.hint}"
-            lines.append(f"    {f.name}: {f.hint}{' = None' if f.optional else ''}")
-            lines += [quoted(f.doc, "    ")] if f.doc else []
-        if added:
-            name, annotation, doc = added
+            annotation, doc = f"{f.hint}{' = None' if f.optional else ''}", f.doc
+            annotation, doc = added.pop(f.name, (annotation, doc))
+            hints += f" {annotation}"
+            lines.append(f"    {f.name}: {annotation}")
+            lines += [quoted(doc, "    ")] if doc else []
+        for name, (annotation, doc) in added.items():
             hints += f" {annotation}"
             lines += [f"    {name}: {annotation}", quoted(doc, "    ")]
         if of.rust in MEMBERS:
@@ -239,7 +263,7 @@ def module(stem: str, where: dict[str, str], title: str, types: list[Alias | Cla
         head.append(f"from dataclasses import dataclass{', field' if 'field' in used else ''}")
     head += ["from typing import Any"] if "Any" in used else []
     head.append("")
-    inputs = sorted({"Rotor", "columns_of"} & used)
+    inputs = sorted({"Measurement", "Rotor", "columns_of"} & used)
     head += [f"from ..inputs import {', '.join(inputs)}"] if inputs else []
     record = {"Array"} & used | {"Answer" if of.rust in ANSWERS else "Record" for of in classes}
     head += [f"from ..record import {', '.join(sorted(record))}"] if record else []

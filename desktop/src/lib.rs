@@ -101,4 +101,4 @@ pub mod unbalance;
 pub mod units;
 pub mod whole_file;
 
-pub use error::Error;
+pub use error::{Error, FilmError, ForecastError, StartupError, TrackError};

@@ -83,6 +83,12 @@ pub fn three_digits(value: f64) -> String {
     }
 }
 
+/// A number with four significant digits, or fewer decimals where it is large.
+pub fn four_digits(value: f64) -> String {
+    let before = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    format!("{value:.*}", (3 - before).clamp(0, 6) as usize)
+}
+
 /// A number with so many digits at most; what is not finite is left as it is.
 pub fn round_to(value: f64, digits: i32) -> f64 {
     if value == 0.0 || !value.is_finite() {

@@ -48,7 +48,7 @@ pub fn interpolated(readings: &[Reading]) -> Result<Interpolated, Error> {
     }
     runs.values_mut().for_each(|run| run.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm)));
     let Some((name, base)) = runs.iter().min_by_key(|(_, run)| speeds(run).len()) else {
-        return Err(Error::Unsuitable("there is no reading".into()));
+        return Err(Error::NoReading);
     };
     let mut all: Vec<Reading> = base.iter().map(|r| (*r).clone()).collect();
     let grid = speeds(base);
@@ -56,10 +56,7 @@ pub fn interpolated(readings: &[Reading]) -> Result<Interpolated, Error> {
         all.extend(grid.iter().filter_map(|speed_rpm| at(run, *speed_rpm)));
     }
     if all.len() == base.len() && runs.len() > 1 {
-        return Err(Error::Unsuitable(format!(
-            "no run has two speeds within {:.0} % around one of run \"{name}\", expected run-ups that overlap",
-            100.0 * WIDEST_STEP
-        )));
+        return Err(Error::NoOverlap { run: name.clone(), within: WIDEST_STEP });
     }
     Ok(Interpolated { readings: all, run: name.clone(), off: off(runs.values()) })
 }

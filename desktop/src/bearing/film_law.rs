@@ -9,7 +9,7 @@ use super::film::{Film, FilmTable};
 use super::film_curve::FilmCurve;
 use super::law::{BearingLaw, LawUnknown, Role};
 use super::support::SupportLaw;
-use crate::error::Error;
+use crate::error::{Error, FilmError};
 use crate::statistics::scale::Scale;
 
 /// How far a film's numbers may be from what is stated while all is well, standard deviations of their logarithms:
@@ -49,7 +49,10 @@ impl FilmLaw {
     /// # Errors
     /// If the film's numbers are out of range, or an equilibrium is not found.
     pub fn new(film: Film) -> Result<Self, Error> {
-        film.check().map_err(|(key, what)| Error::Unsuitable(format!("film.{key}: {what}")))?;
+        film.check().map_err(|(key, expected)| FilmError::OutOfRange {
+            key: format!("film.{key}"),
+            expected: expected.to_string(),
+        })?;
         let load_n = film.load_n.unwrap_or(f64::NAN);
         Ok(Self { table: solved(&film)?, load_n, at_rest: film.at_rest(), film })
     }

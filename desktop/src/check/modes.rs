@@ -95,10 +95,7 @@ pub fn modes(
         });
         nearest(&matrices, *root, &start)
             .map(|(value, shape)| mode(system, speed_rad_s, value, shape))
-            .ok_or_else(|| {
-                let rpm = crate::units::rpm(speed_rad_s);
-                Error::Unsuitable(format!("the modes at {rpm:.0} rpm do not converge"))
-            })
+            .ok_or_else(|| Error::ModesNotConverged { speed_rpm: crate::units::rpm(speed_rad_s) })
     });
     found.collect()
 }

@@ -7,7 +7,7 @@ use super::answer::Advice;
 use super::as_file::as_file;
 use super::base::{BaseModel, CandidateFit};
 use super::rank::Ranking;
-use crate::fit::hypothesis::Assumed;
+use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::starts_for;
 use crate::machine::drawing::{Mount, Noise, Probe, Rotor};
 use crate::reduction::basis;
@@ -66,13 +66,13 @@ pub fn between_fits(
     noise: &Noise,
 ) -> Vec<Advice> {
     let many = ranking.rivals.clamp(2, MOST_RIVALS);
-    let fitted = |t: &CandidateFit| as_file(&base.hypothesis.with(t.assumed), &t.fit);
+    let fitted = |t: &CandidateFit| as_file(&base.hypothesis.with(t.placed), &t.fit);
     advise(base, &tried.iter().take(many).map(fitted).collect::<Vec<_>>(), noise)
 }
 
 /// What would show effects that the data cannot show at all, at the strengths that searches start from.
-pub fn between_typical(base: &BaseModel, possible: &[Assumed], noise: &Noise) -> Vec<Advice> {
-    let typical = |a: &Assumed| {
+pub fn between_typical(base: &BaseModel, possible: &[PlacedEffect], noise: &Noise) -> Vec<Advice> {
+    let typical = |a: &PlacedEffect| {
         let with = base.hypothesis.with(*a);
         let start = starts_for(&base.hypothesis, &base.fit, *a).into_iter().next()?;
         // effects that are linear unknowns have no strength of their own to start from

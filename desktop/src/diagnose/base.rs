@@ -6,7 +6,7 @@ use super::parameters;
 use crate::effects::{ALL, Effect, Place, entry};
 use crate::error::Error;
 use crate::fit::data::Data;
-use crate::fit::hypothesis::{Assumed, Hypothesis};
+use crate::fit::hypothesis::{Hypothesis, PlacedEffect};
 use crate::fit::{Drawing, Effort, Fit, Fitter, starts_for};
 
 /// Candidates whose drawing errors are settled together with them.
@@ -14,7 +14,7 @@ const REFINED: usize = 10;
 
 /// A candidate with its fit.
 pub struct CandidateFit {
-    pub assumed: Assumed,
+    pub placed: PlacedEffect,
     pub fit: Fit,
     /// For it over the model: twice the logarithm of the Bayes factor.
     pub evidence: f64,
@@ -49,14 +49,15 @@ fn of_file<'a>(fitter: &Fitter<'a>) -> Result<(Hypothesis<'a>, Vec<f64>), Error>
     let mut hypothesis = Hypothesis::drawn(rotor, fitter.scales(None));
     let mut x = hypothesis.bearings.stated();
     for e in &rotor.effect {
-        let (effect, place) = entry::resolve(rotor, &e.kind, e.at.as_deref()).map_err(Error::Unsuitable)?;
+        let (effect, place) =
+            entry::resolve(rotor, &e.kind, e.at.as_deref()).map_err(Error::UnknownEffect)?;
         if matches!(place, Place::Run(k) if !fitter.data.has_run(k)) {
             continue;
         }
         let values = entry::real_parameters(effect, e, &hypothesis.scales);
         let scaled = effect.parameters(&hypothesis.scales);
         x.extend(scaled.iter().zip(&values).map(|(p, v)| p.scale.from_si(*v)));
-        hypothesis = hypothesis.with(Assumed { effect, place });
+        hypothesis = hypothesis.with(PlacedEffect { effect, place });
     }
     Ok((hypothesis, x))
 }
@@ -101,7 +102,7 @@ impl<'a> BaseModel<'a> {
 
     /// Search coordinates of a candidate's fit in the scales that the file's hypothesis starts from.
     pub fn scaled_for_file(&self, t: &CandidateFit) -> [Vec<f64>; 1] {
-        let with = self.hypothesis.with(t.assumed);
+        let with = self.hypothesis.with(t.placed);
         let to = Hypothesis { scales: self.fitter.scales(None), ..with.clone() };
         [rescaled(&with, &to, &t.fit)]
     }
@@ -113,12 +114,12 @@ impl<'a> BaseModel<'a> {
     }
 
     /// Everything that can sit on this rotor and is not in the model.
-    pub fn possible(&self) -> Vec<Assumed> {
+    pub fn possible(&self) -> Vec<PlacedEffect> {
         let rotor = self.fitter.rotor;
-        let present = |a: &Assumed| self.hypothesis.effects.iter().any(|e| same(e, a));
+        let present = |a: &PlacedEffect| self.hypothesis.effects.iter().any(|e| same(e, a));
         ALL.into_iter()
             .flat_map(|effect: &'static dyn Effect| {
-                effect.places(rotor).into_iter().map(move |place| Assumed { effect, place })
+                effect.places(rotor).into_iter().map(move |place| PlacedEffect { effect, place })
             })
             .filter(|a| !present(a) && self.is_seen(a))
             .collect()
@@ -126,7 +127,7 @@ impl<'a> BaseModel<'a> {
 
     /// Whether the data can hold an effect: one of a run needs readings of it and of another run that is as the planes
     /// have it, or it would be the planes themselves.
-    fn is_seen(&self, a: &Assumed) -> bool {
+    fn is_seen(&self, a: &PlacedEffect) -> bool {
         let Place::Run(k) = a.place else { return true };
         let differs = |run| self.hypothesis.effects.iter().any(|e| e.place == Place::Run(run));
         let as_the_planes = |listed: Option<usize>| listed != Some(k) && !listed.is_some_and(differs);
@@ -161,10 +162,10 @@ impl<'a> BaseModel<'a> {
         Ok(tried)
     }
 
-    pub fn attempt(&self, assumed: Assumed) -> Result<CandidateFit, Error> {
+    pub fn attempt(&self, placed: PlacedEffect) -> Result<CandidateFit, Error> {
         let (drawing, base) = &self.search;
-        let with = self.hypothesis.with(assumed);
-        let mut starts = starts_for(&self.hypothesis, base, assumed);
+        let with = self.hypothesis.with(placed);
+        let mut starts = starts_for(&self.hypothesis, base, placed);
         if self.hypothesis.effects.len() > self.stated {
             // with an effect in place the bearings are no longer driven off by what is missing: from there alone
             starts = starts.into_iter().step_by(2).collect();
@@ -173,12 +174,12 @@ impl<'a> BaseModel<'a> {
         let under_own = |fit: &Fit| self.fitter.cost_under_own_scatter(fit, drawing);
         let unknowns = fit.effect_unknowns - base.effect_unknowns;
         let evidence = self.fitter.sizes.evidence(under_own(base) - under_own(&fit), unknowns);
-        Ok(CandidateFit { assumed, evidence, fit, disqualified: None, own_drawing: None })
+        Ok(CandidateFit { placed, evidence, fit, disqualified: None, own_drawing: None })
     }
 
     /// Settles noise and drawing errors together with a candidate.
     pub fn refine(&self, t: &mut CandidateFit) -> Result<(), Error> {
-        let with = self.hypothesis.with(t.assumed);
+        let with = self.hypothesis.with(t.placed);
         let (fit, own) = if self.fitter.drawing_is_exact() {
             let start = [t.fit.x.clone()];
             let drawing = self.fitter.exact_drawing();
@@ -195,7 +196,7 @@ impl<'a> BaseModel<'a> {
 
     /// Adds uncertainties, and says whether physics allows the parameters.
     pub fn finish(&self, t: &mut CandidateFit) -> Result<(), Error> {
-        let with = self.hypothesis.with(t.assumed);
+        let with = self.hypothesis.with(t.placed);
         t.fit.covariance = self.fitter.covariance(&with, &t.fit, t.drawing(self))?;
         t.disqualified = self.beyond_physics(&with, &t.fit);
         Ok(())
@@ -235,7 +236,7 @@ fn relative_error(data: &Data, fit: &Fit) -> f64 {
     (misfit / all.max(f64::MIN_POSITIVE)).sqrt()
 }
 
-pub fn same(a: &Assumed, b: &Assumed) -> bool {
+pub fn same(a: &PlacedEffect, b: &PlacedEffect) -> bool {
     a.effect.name() == b.effect.name() && a.place == b.place
 }
 

@@ -13,7 +13,7 @@ use super::{advice, checks, evidence, held_out, parameters, rank, runs};
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
-use crate::fit::hypothesis::Assumed;
+use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::progress::ProgressListener;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
@@ -177,11 +177,11 @@ impl BaseModel<'_> {
         verdict: DiagnosisVerdict,
         probability: f64,
     ) -> (Vec<RefutedRun>, Vec<String>) {
-        let changes = RunChange::beyond(self, &self.hypothesis.with(best.assumed), &best.fit);
+        let changes = RunChange::beyond(self, &self.hypothesis.with(best.placed), &best.fit);
         match verdict {
             DiagnosisVerdict::Missing => runs::told(&changes, probability),
             DiagnosisVerdict::Undecided => {
-                let label = best.assumed.label(self.fitter.rotor);
+                let label = best.placed.label(self.fitter.rotor);
                 let remark = |c: &RunChange| format!("With {label}: {}", c.words());
                 (Vec::new(), changes.iter().map(remark).collect())
             }
@@ -213,7 +213,7 @@ impl BaseModel<'_> {
         let error_before = self.relative_error(&self.fit);
         // the prior, as the data add nothing to it
         let probability = (1.0 - PRIOR) / possible.len().max(1) as f64;
-        let candidate = |a: &Assumed| Candidate {
+        let candidate = |a: &PlacedEffect| Candidate {
             effect: a.effect.name(),
             at: a.place.name(rotor).map(str::to_string),
             probability,
@@ -250,10 +250,10 @@ impl BaseModel<'_> {
     /// The answer for one candidate.
     pub fn candidate(&self, t: &CandidateFit, probability: f64) -> Candidate {
         let rotor = self.fitter.rotor;
-        let with = self.hypothesis.with(t.assumed);
+        let with = self.hypothesis.with(t.placed);
         Candidate {
-            effect: t.assumed.effect.name(),
-            at: t.assumed.place.name(rotor).map(str::to_string),
+            effect: t.placed.effect.name(),
+            at: t.placed.place.name(rotor).map(str::to_string),
             probability,
             support: t.evidence,
             error_after: self.relative_error(&t.fit),
@@ -261,7 +261,7 @@ impl BaseModel<'_> {
             parameters: parameters::of(&with, &t.fit),
             disqualified: t.disqualified.clone(),
             evidence: evidence::describe(self, t),
-            knowledge: t.assumed.effect.knowledge(),
+            knowledge: t.placed.effect.knowledge(),
         }
     }
 }

@@ -23,7 +23,7 @@ pub fn check(
     readings: &[Reading],
     noise: &Noise,
 ) -> Result<HeldOut, Error> {
-    let with = base.hypothesis.with(best.assumed);
+    let with = base.hypothesis.with(best.placed);
     let (mut before, mut after) = (Vec::new(), Vec::new());
     for block in 0..BLOCKS {
         let part = |inside: bool| -> Vec<usize> {

@@ -13,7 +13,7 @@ use crate::effects::entry;
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
-use crate::fit::hypothesis::Assumed;
+use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::progress::ProgressListener;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
@@ -56,8 +56,8 @@ pub struct ImprovementStep {
 /// # Errors
 /// If there is no such effect or place, the effect is present already, or it cannot be fitted.
 pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) -> Result<Improvement, Error> {
-    let (effect, place) = entry::resolve(rotor, kind, at).map_err(Error::Unsuitable)?;
-    let assumed = Assumed { effect, place };
+    let (effect, place) = entry::resolve(rotor, kind, at).map_err(Error::UnknownEffect)?;
+    let placed = PlacedEffect { effect, place };
     let rotor = &rotor.as_stated();
     let noise = Noise::of(rotor, readings);
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
@@ -66,15 +66,15 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     checks::enough(&fitter)?;
     let base = BaseModel::fit(&fitter)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
-    let present = base.hypothesis.effects.iter().any(|e| same(e, &assumed));
+    let present = base.hypothesis.effects.iter().any(|e| same(e, &placed));
     if let Some(why) = present.then_some("is already in the model").or(effect.not_sought(rotor)) {
-        return Err(Error::EffectNotAddable { effect: assumed.label(rotor), why: why.into() });
+        return Err(Error::EffectNotAddable { effect: placed.label(rotor), why: why.into() });
     }
-    let mut tried = base.attempt(assumed)?;
+    let mut tried = base.attempt(placed)?;
     base.refine(&mut tried)?;
     base.finish(&mut tried)?;
     checks::this_machine(rotor, base.relative_error(&tried.fit).min(base.relative_error(base.closest())))?;
-    let with = base.hypothesis.with(assumed);
+    let with = base.hypothesis.with(placed);
     Ok(Improvement {
         rotor: fitter.corrected(as_file(&with, &tried.fit), &tried.fit, tried.drawing(&base)),
         error_before: base.relative_error(&base.fit),
@@ -187,7 +187,7 @@ pub fn improve_telling(
     (outcome.refuted, outcome.remarks) = runs::told(&changes, 1.0 / (1.0 + unknown_odds));
     let mut left: Vec<usize> = (start.stated..best.hypothesis.effects.len()).collect();
     while !left.is_empty() {
-        let set: Vec<Assumed> = left.iter().map(|i| best.hypothesis.effects[*i]).collect();
+        let set: Vec<PlacedEffect> = left.iter().map(|i| best.hypothesis.effects[*i]).collect();
         let (k, better) = strongest(&outcome.rotor, readings, &set)?;
         let index = left.remove(k);
         let last = left.is_empty();
@@ -211,7 +211,11 @@ pub fn improve_telling(
 }
 
 /// The effect of a set that explains most on top of a model.
-fn strongest(rotor: &Rotor, readings: &[Reading], set: &[Assumed]) -> Result<(usize, Improvement), Error> {
+fn strongest(
+    rotor: &Rotor,
+    readings: &[Reading],
+    set: &[PlacedEffect],
+) -> Result<(usize, Improvement), Error> {
     let mut best: Option<(usize, Improvement)> = None;
     for (k, a) in set.iter().enumerate() {
         let better = add(rotor, readings, a.effect.name(), a.place.name(rotor))?;

@@ -33,8 +33,8 @@ pub fn of_each(with: &Hypothesis, fit: &Fit) -> Vec<Vec<FittedParameter>> {
     let variance = |i: usize| fit.covariance.as_ref().map(|c| c[(i, i)].max(0.0));
     let (mut first, mut start) = (with.bearings.count(), with.rotor.plane.len());
     let mut each = Vec::new();
-    for assumed in &with.effects {
-        let real = assumed.effect.parameters(&with.scales);
+    for placed in &with.effects {
+        let real = placed.effect.parameters(&with.scales);
         let mut all: Vec<FittedParameter> = real
             .iter()
             .enumerate()
@@ -50,7 +50,7 @@ pub fn of_each(with: &Hypothesis, fit: &Fit) -> Vec<Vec<FittedParameter>> {
                 }
             })
             .collect();
-        let unknowns = assumed.effect.unknowns(with.rotor, assumed.place);
+        let unknowns = placed.effect.unknowns(with.rotor, placed.place);
         for (k, u) in unknowns.iter().enumerate() {
             let value: Complex<f64> = fit.unknowns[start + k];
             let name = if unknowns.iter().filter(|other| other.name == u.name).count() > 1 {
@@ -79,10 +79,10 @@ pub fn first_unknown(with: &Hypothesis, effect: usize) -> usize {
 pub fn split<'f>(with: &Hypothesis, fit: &'f Fit) -> Vec<(Vec<f64>, &'f [Complex<f64>])> {
     let (mut at, mut unknown) = (with.bearings.count(), with.rotor.plane.len());
     let mut parts = Vec::new();
-    for assumed in &with.effects {
-        let scaled = assumed.effect.parameters(&with.scales);
+    for placed in &with.effects {
+        let scaled = placed.effect.parameters(&with.scales);
         let real = scaled.iter().zip(&fit.x[at..]).map(|(p, v)| p.scale.to_si(*v)).collect();
-        let count = assumed.effect.unknowns(with.rotor, assumed.place).len();
+        let count = placed.effect.unknowns(with.rotor, placed.place).len();
         parts.push((real, &fit.unknowns[unknown..unknown + count]));
         at += scaled.len();
         unknown += count;

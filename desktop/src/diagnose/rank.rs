@@ -43,7 +43,7 @@ pub fn rank(base: &BaseModel, tried: &[CandidateFit], unknown: Option<f64>) -> R
     let top = known.chain(unknown).fold(0.0, f64::max);
     let nothing = (-0.5 * top).exp();
     let weight = |t: &CandidateFit| {
-        let switch = t.assumed.place == Place::Machine && t.fit.effect_unknowns == base.fit.effect_unknowns;
+        let switch = t.placed.place == Place::Machine && t.fit.effect_unknowns == base.fit.effect_unknowns;
         if t.disqualified.is_some() || switch && !shows(t) {
             return 0.0;
         }
@@ -58,8 +58,7 @@ pub fn rank(base: &BaseModel, tried: &[CandidateFit], unknown: Option<f64>) -> R
     let best = probabilities.first().copied().unwrap_or(0.0).max(unknown);
     let rivals = probabilities.iter().take_while(|p| **p >= RIVAL * best && **p > 0.0).count();
     let nothing_missing = nothing / total;
-    let mut labels: Vec<String> =
-        tried[..rivals].iter().map(|t| t.assumed.label(base.fitter.rotor)).collect();
+    let mut labels: Vec<String> = tried[..rivals].iter().map(|t| t.placed.label(base.fitter.rotor)).collect();
     if unknown >= RIVAL * best {
         labels.push(NONE_OF_THESE.to_string());
     }
@@ -77,7 +76,7 @@ fn shows(t: &CandidateFit) -> bool {
 /// Whether the noise that a model leaves can be the noise that was stated: within two standard deviations of how far
 /// that is trusted, and neither as correlated nor as different from run to run as noise can be.
 pub fn explains(scatter: &Scatter, base: &BaseModel) -> bool {
-    let of_size = scatter.doubt(base.fitter.stated_log_sd()) <= 4.0 || scatter.scale < 1.0;
+    let of_size = scatter.neg2_log_prior(base.fitter.stated_log_sd()) <= 4.0 || scatter.scale < 1.0;
     of_size && !scatter.is_at_edge()
 }
 

@@ -11,7 +11,7 @@ use super::rank::{OUTSIDE, explains, rank};
 use super::unknown::UnknownCauseFit;
 use crate::error::Error;
 use crate::fit::Fit;
-use crate::fit::hypothesis::Assumed;
+use crate::fit::hypothesis::PlacedEffect;
 
 #[derive(Debug, Clone, Copy)]
 pub struct SearchReach {
@@ -151,12 +151,7 @@ fn grown<'a>(
     });
     let many = followed.count();
     let settle = |(base, t): &(&BaseModel<'a>, &CandidateFit)| {
-        BaseModel::fit_base(
-            base.fitter,
-            base.hypothesis.with(t.assumed),
-            base.stated,
-            base.scaled_for_file(t),
-        )
+        BaseModel::fit_base(base.fitter, base.hypothesis.with(t.placed), base.stated, base.scaled_for_file(t))
     };
     let settled = |child| {
         let base: BaseModel = settle(child)?;
@@ -175,8 +170,8 @@ fn labels(base: &BaseModel, t: &CandidateFit) -> Vec<String> {
     labels_of(base, t, |a| a.label(base.fitter.rotor))
 }
 
-fn labels_of(base: &BaseModel, t: &CandidateFit, label: impl Fn(&Assumed) -> String) -> Vec<String> {
-    let all = base.hypothesis.effects.iter().chain([&t.assumed]);
+fn labels_of(base: &BaseModel, t: &CandidateFit, label: impl Fn(&PlacedEffect) -> String) -> Vec<String> {
+    let all = base.hypothesis.effects.iter().chain([&t.placed]);
     let mut labels: Vec<String> = all.map(label).collect();
     labels.sort();
     labels

@@ -87,7 +87,7 @@ impl UnknownCauseFit {
     /// # Errors
     /// If the machine is singular.
     pub fn beside_candidate(base: &BaseModel, t: &CandidateFit) -> Result<Self, Error> {
-        Self::of(base.fitter, &base.hypothesis.with(t.assumed), &t.fit, t.drawing(base), &t.fit)
+        Self::of(base.fitter, &base.hypothesis.with(t.placed), &t.fit, t.drawing(base), &t.fit)
     }
 
     fn of(

@@ -85,7 +85,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         {
             return self.several_or_unknown();
         }
-        let label = best.assumed.label(base.fitter.rotor);
+        let label = best.placed.label(base.fitter.rotor);
         if let Some(h) = self.held_out
             && h.worse
         {

@@ -9,12 +9,12 @@ use crate::machine::drawing::Rotor;
 
 /// An effect at its place.
 #[derive(Clone, Copy)]
-pub struct Assumed {
+pub struct PlacedEffect {
     pub effect: &'static dyn Effect,
     pub place: Place,
 }
 
-impl Assumed {
+impl PlacedEffect {
     /// `effect@place`, or the effect alone where it concerns the whole machine.
     pub fn label(&self, rotor: &Rotor) -> String {
         self.labelled(self.effect.name(), rotor)
@@ -39,7 +39,7 @@ pub struct Hypothesis<'a> {
     pub bearings: Arc<Bearings>,
     pub scales: Scales,
     /// What it is assumed to have beside.
-    pub effects: Vec<Assumed>,
+    pub effects: Vec<PlacedEffect>,
 }
 
 impl<'a> Hypothesis<'a> {
@@ -48,7 +48,7 @@ impl<'a> Hypothesis<'a> {
     }
 
     /// The same with one more effect.
-    pub fn with(&self, effect: Assumed) -> Self {
+    pub fn with(&self, effect: PlacedEffect) -> Self {
         let mut more = self.clone();
         more.effects.push(effect);
         more
@@ -80,10 +80,10 @@ impl<'a> Hypothesis<'a> {
     pub fn terms(&self, x: &[f64]) -> Terms {
         let mut terms = Terms::on(self.rotor, self.bearings.supports(x));
         let mut at = self.bearings.count();
-        for assumed in &self.effects {
-            let parameters = assumed.effect.parameters(&self.scales);
+        for placed in &self.effects {
+            let parameters = placed.effect.parameters(&self.scales);
             let si: Vec<f64> = parameters.iter().zip(&x[at..]).map(|(p, v)| p.scale.to_si(*v)).collect();
-            assumed.effect.apply(self.rotor, assumed.place, &si, &self.scales, &mut terms);
+            placed.effect.apply(self.rotor, placed.place, &si, &self.scales, &mut terms);
             at += parameters.len();
         }
         terms

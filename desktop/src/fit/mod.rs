@@ -51,7 +51,7 @@ use crate::statistics::whitening::{DataScatter, Whitening};
 use data::Amplitudes;
 use data::Data;
 use descent::Stop;
-use hypothesis::{Assumed, Hypothesis};
+use hypothesis::{Hypothesis, PlacedEffect};
 pub use optimum::Fit;
 use problem::Problem;
 use progress::{Progress, ProgressListener};
@@ -348,11 +348,11 @@ fn scout(problem: &mut Problem, starts: &[Vec<f64>]) {
 }
 
 fn singular() -> Error {
-    Error::Unsuitable("the machine is singular at every start".into())
+    Error::SingularMachine { tried: "at every start" }
 }
 
 /// Starting points for an effect on top of a fit: from where that fit ended and from the file's bearings.
-pub fn starts_for(hypothesis: &Hypothesis, base: &Fit, added: Assumed) -> Vec<Vec<f64>> {
+pub fn starts_for(hypothesis: &Hypothesis, base: &Fit, added: PlacedEffect) -> Vec<Vec<f64>> {
     let parameters = added.effect.parameters(&hypothesis.scales);
     let count = hypothesis.bearings.count();
     let drawn = hypothesis.bearings.stated();

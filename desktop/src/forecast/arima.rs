@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
-use crate::error::Error;
+use crate::error::{Error, ForecastError};
 
 /// Largest p and q that are supported.
 const LARGEST: usize = 8;
@@ -39,15 +39,12 @@ impl Order {
     pub fn check(self, values: usize) -> Result<(), Error> {
         let Self { p, d, q } = self;
         if p > LARGEST || q > LARGEST || d > MOST_DIFFERENCES {
-            let what = format!(
-                "ARIMA({p},{d},{q}): p and q up to {LARGEST} and d up to {MOST_DIFFERENCES} are supported"
-            );
-            return Err(Error::Unsuitable(what));
+            let (largest, most_differences) = (LARGEST, MOST_DIFFERENCES);
+            return Err(ForecastError::ArimaOrder { p, d, q, largest, most_differences }.into());
         }
         let needed = d + 4 * (p + q + 1);
         if values < needed {
-            let what = format!("ARIMA({p},{d},{q}) does not fit {values} values: it needs at least {needed}");
-            return Err(Error::Unsuitable(what));
+            return Err(ForecastError::ShortForArima { p, d, q, values, needed }.into());
         }
         Ok(())
     }
@@ -171,9 +168,7 @@ impl Arima {
         let values: Vec<f64> = plain.iter().map(|v| v - centre).collect();
         let mean_square = values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64;
         if mean_square <= f64::MIN_POSITIVE {
-            return Err(Error::Unsuitable(
-                "the series does not change at all, so there is nothing to fit".into(),
-            ));
+            return Err(ForecastError::ConstantSeries { purpose: "fit" }.into());
         }
         let near = near.filter(|n| n.order == order);
         let likelihood = Likelihood { order, values: &values };

@@ -8,7 +8,7 @@ use super::filter_state::FilterState;
 use super::scores::Score;
 use super::series::DailySeries;
 use super::smooth::rlowess;
-use crate::error::Error;
+use crate::error::{Error, ForecastError};
 
 /// Days that the smoothing of a day looks at.
 const NEIGHBOURS: f64 = 21.0;
@@ -83,8 +83,7 @@ pub fn best_order(past: &[f64]) -> Result<Order, Error> {
         Some((fitted.aic(past), *order))
     });
     let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, order)| order)
-        .ok_or_else(|| Error::Unsuitable(format!("no ARIMA order up to (4,1,4) fits {} values", past.len())))
+    best.map(|(_, order)| order).ok_or_else(|| ForecastError::NoArimaOrder { values: past.len() }.into())
 }
 
 /// A model that has been fitted to a past.
@@ -156,10 +155,7 @@ impl<'a> Forecaster<'a> {
     fn new(by: ForecastBasis, series: &'a DailySeries, first: usize) -> Result<Self, Error> {
         match (by, &series.filter_states) {
             (ForecastBasis::State, Some(filter_states)) => Ok(Self::State(filter_states)),
-            (ForecastBasis::State, None) => Err(Error::Unsuitable(
-                "the track does not hold the state of a filter, expected one of `track --method joint --csv`"
-                    .into(),
-            )),
+            (ForecastBasis::State, None) => Err(ForecastError::NoFilterState.into()),
             // the order is chosen on the first days and kept: days to come have no say
             (ForecastBasis::Model(ForecastModel::Arima(None)), _) => {
                 let order = best_order(&smoothed(&series.known[..first])?)?;
@@ -219,17 +215,10 @@ pub fn backtest(
 ) -> Result<(Vec<Score>, ForecastPath), Error> {
     let n = series.values.len();
     if n < first + 1 {
-        return Err(Error::Unsuitable(format!(
-            "the track has {n} days, a forecast that begins after {first} days needs at least {}",
-            first + 1
-        )));
+        return Err(ForecastError::ShortTrack { days: n, first }.into());
     }
     if series.known.windows(2).all(|w| w[0] == w[1]) {
-        return Err(Error::Unsuitable(format!(
-            "{} does not change at all from day to day, so there is nothing to forecast; expected estimates of a \
-             machine that runs",
-            series.name
-        )));
+        return Err(ForecastError::ConstantTrack { series: series.name.into() }.into());
     }
     let longest = horizons.iter().copied().max().unwrap_or(1).max(days_ahead);
     let mut forecaster = Forecaster::new(by.into(), series, first)?;

@@ -10,7 +10,7 @@ use candle_nn::{AdamW, Linear, Module, Optimizer, ParamsAdamW, RNN, VarBuilder, 
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
-use crate::error::Error;
+use crate::error::{Error, ForecastError};
 
 /// Changes that the network looks back on.
 const LOOK_BACK: usize = 30;
@@ -50,17 +50,13 @@ impl Network {
         let changes: Vec<f64> = past.windows(2).map(|w| w[1] - w[0]).collect();
         if changes.len() < LOOK_BACK + FEWEST {
             let needed = LOOK_BACK + FEWEST + 1;
-            let what =
-                format!("an LSTM needs at least {needed} days to learn from, there are {}", past.len());
-            return Err(Error::Unsuitable(what));
+            return Err(ForecastError::ShortForLstm { needed, days: past.len() }.into());
         }
         let count = changes.len() as f64;
         let mean = changes.iter().sum::<f64>() / count;
         let scale = (changes.iter().map(|c| (c - mean).powi(2)).sum::<f64>() / count).sqrt();
         if scale <= f64::MIN_POSITIVE {
-            return Err(Error::Unsuitable(
-                "the series does not change at all, so there is nothing to learn".into(),
-            ));
+            return Err(ForecastError::ConstantSeries { purpose: "learn" }.into());
         }
         let units: Vec<f32> = changes.iter().map(|c| ((c - mean) / scale) as f32).collect();
         Self::fit(&units, seed).map_err(failed).map(|(lstm, output, left)| Self {

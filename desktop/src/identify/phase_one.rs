@@ -87,8 +87,7 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     let (count, planes) = (fitter.data.count(), rotor.plane.len());
     if count < planes {
-        let what = format!("{count} measured values cannot fix the unbalance of {planes} planes");
-        return Err(Error::Unsuitable(what));
+        return Err(Error::TooFewValuesForPlanes { values: count, planes });
     }
     let hypothesis = Hypothesis::drawn(rotor, fitter.scales(None));
     let drawing = fitter.exact_drawing();
@@ -108,10 +107,8 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
         fitter.trial(&hypothesis, &drawing, Some(&free.amplitudes))?.fit_within(&free.x, bounds)?
     };
     let at_bound = |i: usize| fit.x[i] <= range.low[i] || fit.x[i] >= range.high[i];
-    let covariance = fit
-        .covariance
-        .as_ref()
-        .ok_or_else(|| Error::Unsuitable("the machine is singular on the identified bearings".into()))?;
+    let covariance =
+        fit.covariance.as_ref().ok_or(Error::SingularMachine { tried: "on the identified bearings" })?;
 
     let parameter = |(i, u): (usize, &BearingUnknown)| {
         let law = &u.law;

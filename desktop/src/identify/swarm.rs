@@ -41,7 +41,6 @@ pub fn search(trial: &FreeProblem, range: &Range, swarm: Swarm) -> Result<(Vec<f
         .run()
         .map_err(|e| Error::Unsuitable(format!("phase I: {e}")))?;
     let best = result.state.get_best_param().filter(|best| best.cost < f64::MAX);
-    let best =
-        best.ok_or_else(|| Error::Unsuitable("the machine is singular on every trial bearing".into()))?;
+    let best = best.ok_or(Error::SingularMachine { tried: "on every trial bearing" })?;
     Ok((best.position.clone(), best.cost))
 }

@@ -230,7 +230,7 @@ impl Model {
             Some(line) => self.solve_on_chain(&line, speed_rad_s, amplitudes_m, &columns),
             None => self.dynamic_stiffness(speed_rad_s, amplitudes_m).lu().solve(&columns),
         };
-        solved.ok_or_else(|| Error::Unsuitable(format!("the model is singular at {speed_rad_s:.1} rad/s")))
+        solved.ok_or(Error::SingularModel { speed_rad_s })
     }
 
     /// Coordinates `[p; r]` under forces on all finite elements; `None` if the model is singular.
@@ -377,7 +377,6 @@ impl Model {
                 return Ok((response, amplitudes_m));
             }
         }
-        let speed_rpm = rpm(speed_rad_s);
-        Err(Error::Unsuitable(format!("the amplitude at the supports does not settle at {speed_rpm:.0} rpm")))
+        Err(Error::AmplitudeNotSettled { speed_rpm: rpm(speed_rad_s) })
     }
 }

@@ -268,8 +268,7 @@ impl Receptances {
             forces.view_mut((n, 2 * i + 1), (n, 1)).copy_from(&shape);
         }
         let unit = model.dynamic_stiffness(speed_rad_s, &at_rest).lu().solve(&forces);
-        let unit = unit
-            .ok_or_else(|| Error::Unsuitable(format!("the model is singular at {speed_rad_s:.1} rad/s")))?;
+        let unit = unit.ok_or(Error::SingularModel { speed_rad_s })?;
         let driven = model.motion(speed_rad_s, &at_rest)?;
         let at_held = |motion: &DMatrix<C>, i: usize, j: usize| -> C {
             let shape = &held[i / 2].shape;

@@ -40,24 +40,20 @@ pub struct Statics {
 /// # Errors
 /// If there are fewer than two bearings, two of them at one place, or not as many heights as bearings.
 pub fn statics(rotor: &Rotor, elevation_m: &[f64]) -> Result<Statics, Error> {
-    let unsuitable = |what: String| Err(Error::Unsuitable(what));
     let held = rotor.bearing.len();
     if held < 2 {
-        return unsuitable(format!("{held} bearing given, a horizontal shaft needs two to carry its weight"));
+        return Err(Error::TooFewBearings { given: held });
     }
     if !elevation_m.is_empty() && elevation_m.len() != held {
-        return unsuitable(format!("{} elevations given for {held} bearings", elevation_m.len()));
+        return Err(Error::Elevations { given: elevation_m.len(), bearings: held });
     }
-    if let Some(height) = elevation_m.iter().find(|e| !e.is_finite()) {
-        return unsuitable(format!("an elevation of {height} m is not a number to calculate with"));
+    if let Some(elevation_m) = elevation_m.iter().copied().find(|e| !e.is_finite()) {
+        return Err(Error::ElevationNotFinite { elevation_m });
     }
     for (i, a) in rotor.bearing.iter().enumerate() {
         for b in &rotor.bearing[..i] {
             if same_place(a.position_m, b.position_m) {
-                return unsuitable(format!(
-                    "bearings \"{}\" and \"{}\" are at the same place",
-                    b.name, a.name
-                ));
+                return Err(Error::BearingsAtOnePlace { bearings: [b.name.clone(), a.name.clone()] });
             }
         }
     }

@@ -27,7 +27,7 @@ pub mod two_degree;
 
 use nalgebra::Complex;
 
-use crate::error::Error;
+use crate::error::{Error, StartupError};
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 
@@ -102,23 +102,14 @@ pub struct Startup {
 /// missing.
 pub fn startup(rotor: &Rotor, readings: &[Reading], options: &Options) -> Result<Startup, Error> {
     let [disk] = rotor.disk.as_slice() else {
-        return Err(Error::Unsuitable(format!(
-            "the rotor has {} disks; the two-degree model of a start-up needs exactly one [[disk]]",
-            rotor.disk.len()
-        )));
+        return Err(StartupError::Disks { given: rotor.disk.len() }.into());
     };
     if rotor.bearing.len() != 2 {
-        return Err(Error::Unsuitable(format!(
-            "the two-degree model of a start-up needs two bearings, {} are given",
-            rotor.bearing.len()
-        )));
+        return Err(StartupError::Bearings { given: rotor.bearing.len() }.into());
     }
     let mass_kg = options.mass_kg.unwrap_or(disk.mass_kg);
     if mass_kg <= 0.0 {
-        return Err(Error::Unsuitable(format!(
-            "disk \"{}\" has no mass_kg, which the model needs",
-            disk.name
-        )));
+        return Err(StartupError::NoMass { disk: disk.name.clone() }.into());
     }
     let spring = ShaftSpring::of(rotor, disk)?;
     let noise = Noise::of(rotor, readings);
@@ -139,7 +130,7 @@ pub fn startup(rotor: &Rotor, readings: &[Reading], options: &Options) -> Result
         .collect();
     remarks.extend(estimate::unseen(&runs, &directions, &seen));
     if seen.iter().flatten().all(|s| s.half_power.is_err() && s.circle.is_err() && s.least_squares.is_err()) {
-        return Err(Error::Unsuitable(remarks.pop().unwrap_or_else(|| "there is no reading".into())));
+        return Err(remarks.pop().map_or(Error::NoReading, Error::Unsuitable));
     }
     let by_direction = |d: usize| seen.iter().map(move |run| &run[d]);
     let combined =

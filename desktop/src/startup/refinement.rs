@@ -5,7 +5,7 @@ use nalgebra::Complex;
 use super::two_degree::DirectionalMotion;
 use super::{Options, Startup, two_degree};
 use crate::diagnose::{Candidate, ImprovementOutcome, best_fit, improve_telling};
-use crate::error::Error;
+use crate::error::{Error, StartupError};
 use crate::fit::progress::ProgressListener;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
@@ -73,7 +73,7 @@ pub fn refine(
     let usable: Vec<usize> = (0..readings.len()).filter(|i| !unknown(&readings[*i])).collect();
     let kept: Vec<Reading> = usable.iter().map(|i| readings[*i].clone()).collect();
     if kept.is_empty() {
-        return Err(Error::Unsuitable("no run has known weights, so no rotor model can be fitted".into()));
+        return Err(StartupError::NoKnownWeights.into());
     }
     let fitted = |rotor: &Rotor, label: String| -> Result<(ModelStage, Vec<(C, f64)>), Error> {
         let fit = best_fit(rotor, &kept)?;

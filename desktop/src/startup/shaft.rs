@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::error::Error;
+use crate::error::{Error, StartupError};
 use crate::machine::drawing::{Disk, Rotor};
 use crate::shaft::structure::Structure;
 use crate::units::same_place;
@@ -41,9 +41,7 @@ impl ShaftSpring {
             pinned.view_mut((0, n + k), (n, 1)).copy_from(&row);
         }
         if rotor.bearing.iter().any(|b| same_place(b.position_m, disk.position_m)) {
-            let what =
-                "sits on a bearing, where the shaft does not bend: the two-degree model does not apply";
-            return Err(Error::Unsuitable(format!("disk \"{}\" {what}", disk.name)));
+            return Err(StartupError::DiskOnBearing { disk: disk.name.clone() }.into());
         }
         let load = at(disk.position_m).resize_vertically(n + 2, 0.0);
         let bent: Option<DVector<f64>> = pinned.lu().solve(&load).map(|x| x.rows(0, n).into_owned());

@@ -22,8 +22,8 @@ const LEAST: f64 = 1e-4;
 /// Steps over it in a search.
 const GRID: usize = 16;
 
-/// What scatter between runs costs, minus twice the logarithm of its prior up to a constant; none costs like the least.
-pub fn doubt(scatter: &Scatter) -> f64 {
+/// Minus twice the logarithm of the prior of scatter between runs, up to a constant; none costs like the least.
+pub fn neg2_log_prior(scatter: &Scatter) -> f64 {
     ((scatter.between_runs.max(LEAST) / USUAL).ln() / USUAL_LOG_SD).powi(2)
 }
 
@@ -94,7 +94,7 @@ impl BetweenRunsSearch {
         let free: f64 = self.values.iter().map(|v| (1.0 + variance * v).ln()).sum();
         BetweenRunsTrial {
             between_runs,
-            cost: errors.norm_squared() / variance + free + doubt(&scatter),
+            cost: errors.norm_squared() / variance + free + neg2_log_prior(&scatter),
             used_up: self.values.iter().map(|v| variance * v / (1.0 + variance * v)).sum(),
             errors,
         }
@@ -159,7 +159,7 @@ mod tests {
             + &columns * columns.transpose() * 0.02f64.powi(2);
         let factor = covariance.cholesky().unwrap();
         let direct = residual.dot(&factor.solve(&residual)) + 2.0 * factor.l().diagonal().map(f64::ln).sum();
-        let prior = doubt(&Scatter { between_runs: 0.02, ..Scatter::STATED });
+        let prior = neg2_log_prior(&Scatter { between_runs: 0.02, ..Scatter::STATED });
         let own = (&residual - &columns * &t.errors).norm_squared() + t.cost - prior;
         assert!((own - direct).abs() < 1e-8 * direct, "{own} {direct}");
     }

@@ -39,8 +39,8 @@ impl Scatter {
     /// As stated, white.
     pub const STATED: Self = Self { scale: 1.0, correlation: 0.0, between_runs: 0.0 };
 
-    /// What departing from the stated size costs, minus twice the logarithm of its prior up to a constant.
-    pub fn doubt(&self, stated_log_sd: f64) -> f64 {
+    /// Minus twice the logarithm of the prior of the size, up to a constant: log-normal around the stated one.
+    pub fn neg2_log_prior(&self, stated_log_sd: f64) -> f64 {
         (self.scale.ln() / stated_log_sd).powi(2)
     }
 
@@ -118,7 +118,7 @@ impl Predecessors {
             let squares = sums.whitened(correlation);
             let scale = scale_of(squares, free, stated_log_sd);
             let scatter = Scatter { scale, correlation, ..Scatter::STATED };
-            let own = self.log_det(&scatter, free) + scatter.doubt(stated_log_sd);
+            let own = self.log_det(&scatter, free) + scatter.neg2_log_prior(stated_log_sd);
             (scatter, squares / (scale * scale) + own)
         };
         // by Fisher's z, in which a correlation is known equally well everywhere
@@ -248,7 +248,7 @@ mod tests {
             assert!((found.correlation - truth.correlation).abs() < 0.03, "{found:?} for {truth:?}");
             let mut white = DMatrix::from_column_slice(8000, 1, &residuals);
             series.whiten(&found, &mut white);
-            let own = series.log_det(&found, 8000.0) + found.doubt(STATED_LOG_SD);
+            let own = series.log_det(&found, 8000.0) + found.neg2_log_prior(STATED_LOG_SD);
             let direct = DVector::from_column_slice(white.as_slice()).norm_squared() + own;
             assert!((cost - direct).abs() < 1e-6 * direct.abs());
         }

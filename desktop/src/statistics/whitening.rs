@@ -117,8 +117,8 @@ impl Whitening {
     /// What the noise itself costs: ln det, and its departure from what was stated.
     pub fn cost(&self) -> f64 {
         let DataScatter { scatter, stated_log_sd, runs, .. } = &self.scattered;
-        let of_runs = if runs.ncols() > 0 { between_runs::doubt(scatter) } else { 0.0 };
-        self.log_det + scatter.doubt(*stated_log_sd) + of_runs
+        let of_runs = if runs.ncols() > 0 { between_runs::neg2_log_prior(scatter) } else { 0.0 };
+        self.log_det + scatter.neg2_log_prior(*stated_log_sd) + of_runs
     }
 
     /// How far the stated size is trusted.

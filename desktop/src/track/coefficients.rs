@@ -2,7 +2,7 @@
 
 pub use crate::bearing::law::PRIOR_LOG_SD;
 use crate::effects::entry;
-use crate::error::Error;
+use crate::error::{Error, TrackError};
 use crate::machine::drawing::{Bearing, Rotor};
 
 /// Direct coefficients of one bearing: k_xx k_yy c_xx c_yy.
@@ -26,31 +26,20 @@ pub fn index(bearing: usize, axis: usize, damping: bool, count: usize) -> usize 
 /// # Errors
 /// If this machine has others.
 pub fn can_follow(rotor: &Rotor) -> Result<(), Error> {
-    let count = rotor.bearing.len();
-    if count != 2 {
-        return Err(Error::Unsuitable(format!(
-            "a record is followed on two bearings, {count} are given; compare and diagnose take any number"
-        )));
+    let given = rotor.bearing.len();
+    if given != 2 {
+        return Err(TrackError::Bearings { given }.into());
     }
     let constant = |b: &&Bearing| b.constants().is_some_and(|k| k.learned.is_none());
     if let Some(b) = rotor.bearing.iter().find(|b| !constant(b)) {
-        return Err(Error::Unsuitable(format!(
-            "a record is followed on bearings with constant coefficients; state those of \"{}\" at the record's speed \
-             as stiffness_n_m and damping_n_s_m",
-            b.name
-        )));
+        return Err(TrackError::VaryingBearing { bearing: b.name.clone() }.into());
     }
     if rotor.foundation.is_some() {
-        return Err(Error::Unsuitable(
-            "a record is followed on rigid ground or pedestals; the file has a [foundation]; compare and diagnose take it".into(),
-        ));
+        return Err(TrackError::Foundation.into());
     }
     let terms = entry::terms_of(rotor);
     match (0..rotor.probe.len()).find(|p| terms.mount(rotor, *p).is_some()) {
-        Some(p) => Err(Error::Unsuitable(format!(
-            "a record is followed by probes on the ground; probe \"{}\" is mounted on a housing that moves",
-            rotor.probe[p].name
-        ))),
+        Some(p) => Err(TrackError::MovingProbe { probe: rotor.probe[p].name.clone() }.into()),
         None => Ok(()),
     }
 }

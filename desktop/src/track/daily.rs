@@ -10,7 +10,7 @@ use super::faults;
 use super::operating_point::{Logs, logs_of};
 use super::record::{self, Day};
 use super::step::Steps;
-use crate::error::Error;
+use crate::error::{Error, TrackError};
 use crate::identify::{PhaseOne, PhaseOneConfig, UnbalanceBounds, identify, least_residual};
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
@@ -70,10 +70,8 @@ impl<'a> Tracking<'a> {
         };
         let identified = phase_one.as_ref().map_or(rotor, |found| &found.rotor);
         let phasor = |p: &crate::machine::drawing::Plane| {
-            let magnitude = p.unbalance_g_mm.ok_or_else(|| {
-                let what = format!("plane {} has no unbalance_g_mm; `identify` writes it", p.name);
-                Error::Unsuitable(what)
-            })?;
+            let unknown = || TrackError::PlaneNotIdentified { plane: p.name.clone() };
+            let magnitude = p.unbalance_g_mm.ok_or_else(unknown)?;
             Ok(phasor_kg_m(magnitude, p.angle_deg.unwrap_or(0.0)))
         };
         let unbalance_kg_m = identified.plane.iter().map(phasor).collect::<Result<Vec<C>, Error>>()?;
@@ -117,13 +115,7 @@ impl<'a> Tracking<'a> {
         if ratio <= limit {
             return Ok(());
         }
-        Err(Error::Unsuitable(format!(
-            "no bearings explain the first days: a residual of {:.0} % of the features, where bearings that wander \
-             leave up to {:.0} %; expected a record (and a run-up) that begins before the event, of the machine that \
-             the rotor's file describes",
-            100.0 * ratio,
-            100.0 * limit
-        )))
+        Err(TrackError::FirstDaysUnexplained { residual_ratio: ratio, limit }.into())
     }
 
     /// Largest residual over feature sum of a day with bearings drawn from their usual range.

@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use super::record::time_d;
 use crate::diagnose::checks;
-use crate::error::Error;
+use crate::error::{Error, TrackError};
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 use crate::measurement::sequence::{frozen, moved_reference};
@@ -86,15 +86,10 @@ pub fn check(file: &str, rotor: &Rotor, record: &[Reading]) -> Result<(), Error>
 pub fn remarks(rotor: &Rotor, record: &[Reading]) -> Result<Vec<String>, Error> {
     let complete = record.iter().filter(|r| r.complete().is_some()).count();
     if complete < FEWEST {
-        return Err(Error::Unsuitable(format!(
-            "the record has {complete} complete readings, tracking needs at least {FEWEST}"
-        )));
+        return Err(TrackError::TooFewReadings { complete, needed: FEWEST }.into());
     }
     if let Some(nonlinear) = rotor.effect.iter().find(|e| NONLINEAR.contains(&e.kind.as_str())) {
-        let kind = &nonlinear.kind;
-        return Err(Error::Unsuitable(format!(
-            "tracking takes supports as linear, and the rotor has {kind}; leave it out"
-        )));
+        return Err(TrackError::NonlinearEffect { effect: nonlinear.kind.clone() }.into());
     }
     let mut remarks = checks::before(rotor, record)?;
     check("the record", rotor, record)?;

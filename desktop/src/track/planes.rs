@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::daily::Tracking;
 use super::record::Day;
 use crate::decomposition::singular_values;
-use crate::error::Error;
+use crate::error::{Error, TrackError};
 use crate::unbalance::G_MM;
 
 type C = Complex<f64>;
@@ -29,20 +29,12 @@ impl Tracking<'_> {
         };
         let best = self.complete().filter_map(least).min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, told)) = best.filter(|(ratio, _)| *ratio > MOST_NOISE) else { return Ok(()) };
-        let names: Vec<&str> = self.rotor.plane.iter().map(|p| p.name.as_str()).collect();
-        let why = match (told.noise_kg_m * G_MM, told.explains_kg_m * G_MM) {
-            (noise, explains) if noise.is_finite() => {
-                format!(
-                    "noise alone looks like up to {noise:.0} g·mm, where {explains:.0} g·mm explain the reading"
-                )
-            }
-            _ => format!("there are {} probes", self.rotor.probe.len()),
-        };
-        Err(Error::Unsuitable(format!(
-            "one reading cannot tell the unbalance of planes {} apart: {why}; keep the planes in which the machine is \
-             balanced, or follow readings that stand further out of the noise",
-            names.join(", ")
-        )))
+        let planes = self.rotor.plane.iter().map(|p| p.name.clone()).collect();
+        let [noise_g_mm, explains_g_mm] = [told.noise_kg_m, told.explains_kg_m].map(|u| u * G_MM);
+        Err(match noise_g_mm.is_finite() {
+            true => TrackError::PlanesInNoise { planes, noise_g_mm, explains_g_mm }.into(),
+            false => TrackError::MorePlanesThanProbes { planes, probes: self.rotor.probe.len() }.into(),
+        })
     }
 }
 

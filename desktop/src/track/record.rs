@@ -3,7 +3,7 @@
 use nalgebra::Complex;
 
 use super::operating_point::{OperatingPoint, model};
-use crate::error::Error;
+use crate::error::{Error, TrackError};
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::unbalance::phasor_kg_m;
@@ -73,11 +73,8 @@ fn weights_kg_m(rotor: &Rotor, reading: &Reading) -> Result<Vec<C>, Error> {
     for added in stated.iter().flat_map(|run| &run.added_unbalance) {
         let plane = rotor.plane.iter().position(|p| same_place(p.position_m, added.position_m));
         let Some(plane) = plane else {
-            let run = reading.run.as_deref().unwrap_or_default();
-            let at = added.position_m;
-            return Err(Error::Unsuitable(format!(
-                "run \"{run}\" has a weight at {at} m, where no plane is; a record is followed with weights in planes"
-            )));
+            let run = reading.run.clone().unwrap_or_default();
+            return Err(TrackError::WeightOutsidePlanes { run, position_m: added.position_m }.into());
         };
         weights[plane] += phasor_kg_m(added.magnitude_g_mm, added.angle_deg);
     }

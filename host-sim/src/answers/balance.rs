@@ -8,6 +8,8 @@ use rotor_edge_desktop::balance::{Balanced, SpeedVibration};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 use serde::Serialize;
 
+use crate::scale::four_digits;
+
 /// An unbalance and where it is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct VectorAnswer {
@@ -23,6 +25,9 @@ pub struct PieceAnswer {
     pub hole: Option<usize>,
     pub mass_g: Option<f64>,
     pub radius_mm: Option<f64>,
+    /// The same as a phasor, with the rotation.
+    #[serde(skip)]
+    pub unbalance_g_mm: Complex<f64>,
 }
 
 /// A weight to add, wanted and as it can be placed.
@@ -99,6 +104,9 @@ pub struct TrialWeight {
     pub angle_95_deg: Option<f64>,
     pub placed: Vec<PieceAnswer>,
     pub text: String,
+    /// As a phasor, with the rotation.
+    #[serde(skip)]
+    pub wanted_g_mm: Complex<f64>,
 }
 
 /// Vibration of a probe at a speed; without a unit in the name it is in the unit of the data.
@@ -134,6 +142,14 @@ pub struct TrialBalance {
     pub static_couple: Option<StaticCouple>,
     pub left: Vec<LeftAnswer>,
     pub doubts: Vec<String>,
+    #[serde(skip)]
+    pub sense: AngleSense,
+    /// Whether the influence coefficients are those of earlier runs.
+    #[serde(skip)]
+    pub by_kept_coefficients: bool,
+    /// Real values that the noise was estimated from, if it was.
+    #[serde(skip)]
+    pub noise_values: Option<usize>,
 }
 
 /// The sense in which angles count from the keyphasor mark.
@@ -176,8 +192,38 @@ impl PieceAnswer {
             hole: p.hole,
             mass_g: p.mass_and_radius.map(|[mass_g, _]| mass_g),
             radius_mm: p.mass_and_radius.map(|[_, radius_mm]| radius_mm),
+            unbalance_g_mm: p.unbalance_g_mm,
         };
         filling.pieces.iter().map(one).collect()
+    }
+
+    /// The piece and its place, for whoever puts it in.
+    fn words(&self, sense: AngleSense) -> String {
+        let size = match self.mass_g.zip(self.radius_mm) {
+            Some((mass_g, radius_mm)) => format!("{} g at {radius_mm} mm", plain(mass_g)),
+            None => format!("{} g·mm", plain(self.magnitude_g_mm)),
+        };
+        let hole = self.hole.map_or(String::new(), |hole| format!(" in hole {hole}"));
+        format!("{size}{hole}, at {:.0}° {}", self.angle_deg, sense.words())
+    }
+}
+
+/// What to do in a plane, in one line.
+fn instruction(plane: &str, placed: &[PieceAnswer], sense: AngleSense) -> String {
+    let kept = placed.iter().filter(|p| p.unbalance_g_mm.norm() > 0.0);
+    let pieces: Vec<String> = kept.map(|p| p.words(sense)).collect();
+    match pieces.is_empty() {
+        true => format!("{plane}: add nothing."),
+        false => format!("{plane}: add {}.", pieces.join(", and ")),
+    }
+}
+
+/// Four significant digits without zeros at the end.
+fn plain(value: f64) -> String {
+    let text = four_digits(value);
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').into(),
+        false => text,
     }
 }
 
@@ -230,22 +276,26 @@ impl WayAnswer {
 }
 
 impl TrialBalance {
-    /// Of a correction; `shop_lines` says of each plane what to do.
+    /// Of a correction of what run `onto` has, or of the machine without trial weights.
     pub fn of(
         found: &Correction,
         criterion: Criterion,
         onto: Option<String>,
         sense: AngleSense,
-        shop_lines: &[String],
+        by_kept_coefficients: bool,
     ) -> Self {
-        let weight = |(w, text): (&PlaneWeight, &String)| TrialWeight {
-            plane: w.plane.clone(),
-            magnitude_g_mm: w.wanted_g_mm.norm(),
-            angle_deg: sense.angle_deg(w.wanted_g_mm),
-            interval_95: w.interval_95.map(|(magnitude, _)| magnitude),
-            angle_95_deg: w.interval_95.map(|(_, half)| half),
-            placed: PieceAnswer::all(&w.filling, sense),
-            text: text.clone(),
+        let weight = |w: &PlaneWeight| {
+            let placed = PieceAnswer::all(&w.filling, sense);
+            TrialWeight {
+                plane: w.plane.clone(),
+                magnitude_g_mm: w.wanted_g_mm.norm(),
+                angle_deg: sense.angle_deg(w.wanted_g_mm),
+                interval_95: w.interval_95.map(|(magnitude, _)| magnitude),
+                angle_95_deg: w.interval_95.map(|(_, half)| half),
+                text: instruction(&w.plane, &placed, sense),
+                placed,
+                wanted_g_mm: w.wanted_g_mm,
+            }
         };
         let um = um_of(&found.unit);
         Self {
@@ -262,17 +312,23 @@ impl TrialBalance {
                 Basis::Readings(_) => "readings",
                 Basis::Unknown => "unknown",
             },
-            weights: found.weights.iter().zip(shop_lines).map(weight).collect(),
+            weights: found.weights.iter().map(weight).collect(),
             static_couple: StaticCouple::of(&found.weights, sense),
             left: found.left.iter().map(|l| LeftAnswer::of(l, um)).collect(),
             doubts: found.doubts.clone(),
+            sense,
+            by_kept_coefficients,
+            noise_values: match found.basis {
+                Basis::Runs(values) | Basis::Readings(values) => Some(values),
+                Basis::Stated | Basis::Unknown => None,
+            },
         }
     }
 }
 
 impl StaticCouple {
     /// Of two planes; none of others.
-    pub fn of(weights: &[PlaneWeight], sense: AngleSense) -> Option<Self> {
+    fn of(weights: &[PlaneWeight], sense: AngleSense) -> Option<Self> {
         let wanted: Vec<Complex<f64>> = weights.iter().map(|w| w.wanted_g_mm).collect();
         let vector =
             |u: Complex<f64>| VectorAnswer { magnitude_g_mm: u.norm(), angle_deg: sense.angle_deg(u) };

@@ -70,10 +70,23 @@ pub struct CandidateAnswer {
 /// An effect with its parameters as they were fitted, in the order of its list.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedAnswer {
+    pub effect: &'static str,
+    pub at: Option<String>,
     /// `effect@place`, or the effect alone.
     pub label: String,
     pub parameters: Vec<FittedParameter>,
     pub disqualified: Option<String>,
+    /// What the effect is, and where to look for it on the machine, in sentences.
+    pub what: &'static str,
+    pub inspect: &'static str,
+}
+
+impl FittedAnswer {
+    /// The effect in words, such as "seal at disk 3".
+    pub fn words(&self) -> String {
+        let kind = self.effect.replace('_', " ");
+        self.at.as_ref().map_or_else(|| kind.clone(), |at| format!("{kind} at {at}"))
+    }
 }
 
 /// χ² per value at speeds that were left out, without and with the effect.
@@ -120,6 +133,8 @@ pub struct StepAnswer {
     pub uncertainty: Parameters,
     #[serde(skip)]
     pub fitted: FittedAnswer,
+    #[serde(skip)]
+    pub explanation: String,
 }
 
 /// A model with all the effects that the data ask for; verdicts are those of a diagnosis.
@@ -135,6 +150,9 @@ pub struct ImprovementAnswer {
     pub unknown: Option<UnknownCauseAnswer>,
     pub refuted_runs: Vec<RefutedRunAnswer>,
     pub remarks: Vec<String>,
+    /// Candidates of the first diagnosis, most probable first.
+    #[serde(skip)]
+    pub candidates_before: Vec<CandidateAnswer>,
 }
 
 impl From<&Diagnosis> for DiagnosisAnswer {
@@ -185,7 +203,15 @@ impl From<&Candidate> for CandidateAnswer {
 
 impl From<&Candidate> for FittedAnswer {
     fn from(c: &Candidate) -> Self {
-        Self { label: c.label(), parameters: c.parameters.clone(), disqualified: c.disqualified.clone() }
+        Self {
+            effect: c.effect,
+            at: c.at.clone(),
+            label: c.label(),
+            parameters: c.parameters.clone(),
+            disqualified: c.disqualified.clone(),
+            what: c.knowledge.what,
+            inspect: c.knowledge.inspect,
+        }
     }
 }
 
@@ -233,6 +259,7 @@ impl From<&ImprovementStep> for StepAnswer {
             parameters: parameters(&step.added),
             uncertainty: uncertainty(&step.added),
             fitted: (&step.added).into(),
+            explanation: step.added.explanation(),
         }
     }
 }
@@ -250,6 +277,7 @@ impl From<&ImprovementOutcome> for ImprovementAnswer {
             unknown: outcome.unknown.as_ref().map(UnknownCauseAnswer::from),
             refuted_runs: refuted_runs(&outcome.refuted),
             remarks: outcome.remarks.clone(),
+            candidates_before: outcome.candidates_before.iter().map(CandidateAnswer::from).collect(),
         }
     }
 }

@@ -116,6 +116,35 @@ impl SeriesForecast<'_> {
     }
 }
 
+/// A series as its fan draws it; every point is at its day of the track.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SeriesCurves {
+    /// Its column in the track.
+    pub series: String,
+    pub estimates: Vec<(f64, f64)>,
+    pub forecast: Vec<(f64, f64)>,
+    /// Day, lower and upper end.
+    pub interval_95: Vec<[f64; 3]>,
+}
+
+impl SeriesCurves {
+    pub fn of(history: &History, forecast: &SeriesForecast) -> Self {
+        let SeriesForecast { series, ahead, .. } = forecast;
+        let day = |k: usize| history.first_d + k as f64;
+        let known = series.values.len();
+        let interval_95 = |k: usize| {
+            let IntervalAnswer { low, high, .. } = IntervalAnswer::of(ahead, k);
+            [day(known + k), low, high]
+        };
+        Self {
+            series: series.name.to_string(),
+            estimates: series.values.iter().enumerate().map(|(k, value)| (day(k), *value)).collect(),
+            forecast: ahead.mean.iter().enumerate().map(|(k, mean)| (day(known + k), *mean)).collect(),
+            interval_95: (0..ahead.mean.len()).map(interval_95).collect(),
+        }
+    }
+}
+
 impl ForecastAnswer {
     /// Of the forecasts by `model`, scored at `horizons`; `time` is the moment of a day, if it is known.
     pub fn of(

@@ -1,5 +1,5 @@
 //! Answers of the commands as JSON: one `Serialize` type a command. Terminal text and pages are made from the same values, and
-//! `python/answers.py` writes the Python dataclasses from these files.
+//! `python/generate_answers.py` writes the Python dataclasses from these files.
 //!
 //! Units are in the names: `_um` µm zero to peak, `_g_mm` g·mm, `_deg` degrees with the rotation, `_rpm` revolutions a minute,
 //! `_d` days, `_n_m` N/m, `_n` N. Ratios and probabilities are of one.
@@ -10,15 +10,18 @@ pub mod compare;
 pub mod decode;
 pub mod diagnose;
 pub mod estimate;
+pub mod extract;
 pub mod findings;
 pub mod forecast;
 pub mod identify;
+pub mod imported;
 pub mod monitor_result;
 pub mod names;
 pub mod replay;
 pub mod shared;
 pub mod startup;
 pub mod track;
+pub mod track_curves;
 pub mod tracker;
 pub mod watch;
 

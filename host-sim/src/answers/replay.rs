@@ -1,47 +1,88 @@
 //! Answer of `replay`.
 
+use rotor_edge_core::can::Counters;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use serde::Serialize;
-use serde_json::Value;
 
 use super::alphabetical;
 use super::findings::DeterminedAnswer;
+use super::identify::Identification;
 use super::tracker::TrackerResult;
+use crate::bus::numbers::probe_numbers;
 use crate::bus::states::name;
 use crate::replay::check::Equivalence;
-use crate::replay::{Flag, Replay, day};
+use crate::replay::fit::ModelFit;
+use crate::replay::{AnsweredReading, Flag, Replay, StateChange, day};
 
 /// A record, played into the controller's core.
 #[derive(Serialize)]
-pub struct ReplayAnswer<'a> {
-    readings: usize,
-    equivalence: EquivalenceSummary,
-    flags: Vec<FlagSummary<'a>>,
-    states: Vec<StateSummary>,
-    frames: Frames,
-    counters: CounterSummary,
+pub struct ReplayAnswer {
+    pub readings: usize,
+    pub equivalence: EquivalenceSummary,
+    pub flags: Vec<FlagSummary>,
+    pub states: Vec<StateSummary>,
+    pub frames: Frames,
+    pub counters: CounterSummary,
     #[serde(serialize_with = "alphabetical")]
-    unbalance: LastUnbalance,
+    pub unbalance: LastUnbalance,
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "alphabetical")]
+    pub better: Option<BetterAnswer>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    better: Option<Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    answers: Option<Vec<ReplayedResult>>,
+    pub answers: Option<Vec<ReplayedResult>>,
+    #[serde(skip)]
+    pub fit: ModelFit,
+    #[serde(skip)]
+    pub job: ReplayJob,
+}
+
+/// What was replayed and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReplayJob {
+    pub rotor_name: String,
+    /// Readings of the record, answered or not.
+    pub recorded: usize,
+    /// First and last day of the record.
+    pub days: [f64; 2],
+    /// Phase I, and the speeds of its run-up; none where the model was identified already.
+    pub phase_one: Option<(Identification, Option<usize>)>,
+    pub bus: String,
+    /// How long a verdict counts, s.
+    pub age_limit_s: f64,
+    pub power_cuts_d: Vec<f64>,
+}
+
+/// The days from an event on, with the model as it was and with a better one.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BetterAnswer {
+    pub since_d: f64,
+    /// Mean residual over feature sum.
+    pub residual_ratio_before: f64,
+    pub residual_ratio_after: f64,
+    /// Days on which the better model raised a flag.
+    pub flags: Vec<f64>,
+    #[serde(skip)]
+    pub label: String,
+    /// Readings that were flagged, with the model as it was and with the better one.
+    #[serde(skip)]
+    pub flagged: [usize; 2],
 }
 
 /// One answer, in the controller's own numbers.
 #[derive(Serialize)]
 pub struct ReplayedResult {
-    row: usize,
-    time_d: f64,
+    pub row: usize,
+    pub time_d: f64,
     #[serde(flatten)]
-    result: TrackerResult,
+    pub result: TrackerResult,
 }
 
 /// All answers of a replay.
 pub fn answers(record: &[Reading], played: &Replay) -> Vec<ReplayedResult> {
-    let summary = |crate::replay::AnsweredReading { row, result }: &crate::replay::AnsweredReading| {
-        ReplayedResult { row: *row, time_d: day(record, *row), result: result.into() }
+    let summary = |AnsweredReading { row, result }: &AnsweredReading| ReplayedResult {
+        row: *row,
+        time_d: day(record, *row),
+        result: result.into(),
     };
     played.answers.iter().map(summary).collect()
 }
@@ -67,108 +108,143 @@ pub struct KnownUnbalance {
     pub outdated: bool,
 }
 
-#[derive(Serialize)]
-struct EquivalenceSummary {
-    max_relative_feature_error: f64,
-    max_residual_excess_um: f64,
-    max_relative_excess: f64,
-    max_unbalance_difference_g_mm: f64,
-    max_angle_difference_deg: f64,
-    compared: usize,
-    max_relative_gap: f64,
-    certified: usize,
+/// The core against the desktop crate; largest differences over all answers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EquivalenceSummary {
+    pub max_relative_feature_error: f64,
+    pub max_residual_excess_um: f64,
+    pub max_relative_excess: f64,
+    pub max_unbalance_difference_g_mm: f64,
+    pub max_angle_difference_deg: f64,
+    pub compared: usize,
+    pub max_relative_gap: f64,
+    pub certified: usize,
 }
 
-#[derive(Serialize)]
-struct FlagSummary<'a> {
-    since_d: f64,
-    time_d: f64,
-    suspect: Option<&'a str>,
-    readings: usize,
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FlagSummary {
+    pub since_d: f64,
+    pub time_d: f64,
+    pub suspect: Option<String>,
+    pub readings: usize,
 }
 
 /// A change of what the controller says of itself.
-#[derive(Serialize)]
-struct StateSummary {
-    time_d: f64,
-    state: String,
-    reason: String,
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StateSummary {
+    pub time_d: f64,
+    pub state: String,
+    pub reason: String,
+    /// Probes that it works without.
+    #[serde(skip)]
+    pub missing: Vec<String>,
 }
 
-#[derive(Serialize)]
-struct Frames {
-    sent: u64,
-    received: u64,
-    lost: u64,
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Frames {
+    pub sent: u64,
+    pub received: u64,
+    pub lost: u64,
 }
 
-#[derive(Serialize)]
-struct CounterSummary {
-    skipped: u32,
-    lost: u32,
-    rejected: u32,
-    repeated: u32,
-    late: u32,
-    incomplete: u32,
-    stray: u32,
+/// The controller's count of what became of the readings.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CounterSummary {
+    pub skipped: u32,
+    pub lost: u32,
+    pub rejected: u32,
+    pub repeated: u32,
+    pub late: u32,
+    pub incomplete: u32,
+    pub stray: u32,
+    #[serde(skip)]
+    pub evaluated: u32,
+    /// Readings evaluated without all probes.
+    #[serde(skip)]
+    pub partial: u32,
 }
 
-impl<'a> ReplayAnswer<'a> {
-    /// Everything a replay saw; `better` is what a better model made of the days after the event,
-    /// `answers` all of the controller's, `unbalance` the planes on the last day that the model fits.
+impl ReplayAnswer {
+    /// Everything that a replay saw; `unbalance` are the planes on the last day that the model fits. There is no better model, and
+    /// single answers are left out.
     pub fn of(
-        rotor: &'a Rotor,
+        rotor: &Rotor,
+        record: &[Reading],
         played: &Replay,
         agreement: &Equivalence,
         raised: &[Flag],
-        better: Option<Value>,
-        answers: Option<Vec<ReplayedResult>>,
         unbalance: LastUnbalance,
+        job: ReplayJob,
     ) -> Self {
-        let (t, c) = (played.traffic, played.counters);
+        let traffic = played.traffic;
         Self {
             readings: played.answers.len(),
-            equivalence: EquivalenceSummary {
-                max_relative_feature_error: agreement.max_relative_feature_error,
-                max_residual_excess_um: agreement.max_residual_excess_um,
-                max_relative_excess: agreement.max_relative_excess,
-                max_unbalance_difference_g_mm: agreement.max_unbalance_difference_g_mm,
-                max_angle_difference_deg: agreement.max_angle_difference_deg,
-                compared: agreement.compared,
-                max_relative_gap: agreement.max_relative_gap,
-                certified: agreement.certified,
-            },
-            flags: raised
-                .iter()
-                .map(|f| FlagSummary {
-                    since_d: f.since_d,
-                    time_d: f.time_d,
-                    suspect: f.suspect.and_then(|b| rotor.bearing.get(b)).map(|b| b.name.as_str()),
-                    readings: f.readings,
-                })
-                .collect(),
-            states: played
-                .states
-                .iter()
-                .map(|change| StateSummary {
-                    time_d: change.time_d,
-                    state: name(change.status.state),
-                    reason: name(change.status.reason),
-                })
-                .collect(),
-            frames: Frames { sent: t.sent, received: t.received, lost: t.lost },
-            counters: CounterSummary {
-                skipped: c.skipped,
-                lost: c.lost,
-                rejected: c.rejected,
-                repeated: c.repeated,
-                late: c.late,
-                incomplete: c.incomplete,
-                stray: c.stray,
-            },
+            equivalence: agreement.into(),
+            flags: raised.iter().map(|flag| FlagSummary::of(rotor, flag)).collect(),
+            states: played.states.iter().map(|change| StateSummary::of(rotor, change)).collect(),
+            frames: Frames { sent: traffic.sent, received: traffic.received, lost: traffic.lost },
+            counters: played.counters.into(),
             unbalance,
-            better,
-            answers,
+            better: None,
+            answers: None,
+            fit: ModelFit::of(record, &played.answers, raised),
+            job,
+        }
+    }
+}
+
+impl From<&Equivalence> for EquivalenceSummary {
+    fn from(agreement: &Equivalence) -> Self {
+        Self {
+            max_relative_feature_error: agreement.max_relative_feature_error,
+            max_residual_excess_um: agreement.max_residual_excess_um,
+            max_relative_excess: agreement.max_relative_excess,
+            max_unbalance_difference_g_mm: agreement.max_unbalance_difference_g_mm,
+            max_angle_difference_deg: agreement.max_angle_difference_deg,
+            compared: agreement.compared,
+            max_relative_gap: agreement.max_relative_gap,
+            certified: agreement.certified,
+        }
+    }
+}
+
+impl FlagSummary {
+    fn of(rotor: &Rotor, flag: &Flag) -> Self {
+        Self {
+            since_d: flag.since_d,
+            time_d: flag.time_d,
+            suspect: flag.suspect.and_then(|b| rotor.bearing.get(b)).map(|b| b.name.clone()),
+            readings: flag.readings,
+        }
+    }
+}
+
+impl StateSummary {
+    fn of(rotor: &Rotor, change: &StateChange) -> Self {
+        let status = &change.status;
+        let numbers = probe_numbers(status.missing_mask).into_iter();
+        let probes = numbers.filter_map(|number| rotor.probe.get(usize::from(number) - 1));
+        Self {
+            time_d: change.time_d,
+            state: name(status.state),
+            reason: name(status.reason),
+            missing: probes.map(|probe| probe.name.clone()).collect(),
+        }
+    }
+}
+
+impl From<Counters> for CounterSummary {
+    fn from(c: Counters) -> Self {
+        Self {
+            skipped: c.skipped,
+            lost: c.lost,
+            rejected: c.rejected,
+            repeated: c.repeated,
+            late: c.late,
+            incomplete: c.incomplete,
+            stray: c.stray,
+            evaluated: c.readings,
+            partial: c.partial,
         }
     }
 }

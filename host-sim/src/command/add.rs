@@ -7,12 +7,10 @@ use clap::Args;
 use rotor_edge_desktop::diagnose::add;
 
 use super::diagnose::fitted::Fitted;
-use super::diagnose::machine;
-use super::diagnose::report;
 use super::output::{self, Json};
 use crate::answers::diagnose::Addition;
 use crate::command::shell;
-use crate::render::findings;
+use crate::render::{comparison_sections, findings};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -39,17 +37,18 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
         None => (arguments.effect.as_str(), None),
     };
     let better = add(&rotor, &readings, kind, at)?;
-    let sections = || -> Result<_, rotor_edge_desktop::Error> {
+    let answer = Addition::from(&better);
+    let models = || -> Result<_> {
         let before = Fitted::new("as it was", &rotor, &readings)?;
-        let after = Fitted::new(format!("with {}", machine::words(&better.added)), &better.rotor, &readings)?;
-        Ok(report::compared(&rotor, &readings, &[before, after]))
+        let after = Fitted::new(format!("with {}", answer.fitted.words()), &better.rotor, &readings)?;
+        Ok([before.model, after.model])
     };
-    let page = arguments.form.report.as_ref().map(|_| sections()).transpose()?;
+    let models = arguments.form.report.as_ref().map(|_| models()).transpose()?;
     output::model_of_its_data(&arguments.output, &better.rotor, &readings)?;
-    if let (Some(path), Some(sections)) = (&arguments.form.report, page) {
+    if let (Some(path), Some(models)) = (&arguments.form.report, &models) {
+        let sections = comparison_sections(&rotor, &readings, models);
         output::report(path, &format!("{}: before and after", rotor.name), sections)?;
     }
-    let answer = Addition::from(&better);
     if arguments.form.json {
         return output::answer(&answer);
     }

@@ -5,14 +5,12 @@ use clap::Args;
 use rotor_edge_desktop::compare::Adequacy;
 use rotor_edge_desktop::diagnose::nothing_missing;
 
-use super::diagnose::fitted::Fitted;
-use super::diagnose::report;
-use super::diagnose::story;
+use super::diagnose::fitted::{self, Fitted};
 use super::listener::Listener;
 use super::output::{self, Json};
 use crate::answers::compare::ComparisonAnswer;
 use crate::command::shell;
-use crate::render::findings;
+use crate::render::{self, findings};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -32,8 +30,9 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (words, command) = next(arguments, fit.model.comparison.verdict, sure);
     let answer = ComparisonAnswer::of(&fit.model.comparison, &fit.best);
     if let Some(path) = &arguments.form.report {
-        let story = story::of_model(&readings, &fit, sure, (words.clone(), Some(command.clone())));
-        let mut sections = report::compared(&rotor, &readings, std::slice::from_ref(&fit));
+        let drawn = fitted::curves(std::slice::from_ref(&fit), &readings);
+        let story = render::fitted::of_model(&drawn, sure, (words.clone(), Some(command.clone())));
+        let mut sections = render::fitted::compared(&rotor, &drawn);
         sections.push(findings::section(&answer.noise, &answer.determined, None));
         output::story(path, &format!("{}: model against measurement", rotor.name), Some(&story), sections)?;
     }

@@ -5,18 +5,17 @@ use std::str::FromStr;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use rotor_edge_desktop::identify::{Identifiability, PhaseOne, PhaseOneConfig, identify};
+use rotor_edge_desktop::identify::{PhaseOne, PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
 
 use super::diagnose::fitted::Fitted;
-use super::diagnose::report;
 use super::listener::Listener;
 use super::output::{self, Json};
 use crate::answers::identify::Identification;
 use crate::command::shell;
-use crate::render::findings;
+use crate::render;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -113,14 +112,14 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     output::model(&arguments.output, &found.rotor, &readings)?;
     if let Some(path) = &arguments.form.report {
         let fit = Fitted::new("as identified", &found.rotor, &readings)?;
-        let sections = report::compared(&found.rotor, &readings, &[fit]);
+        let sections = render::comparison_sections(&found.rotor, &readings, &[fit.model]);
         output::report(path, &format!("{}: identified", rotor.name), sections)?;
     }
     let answer = Identification::from(&found);
     if arguments.form.json {
         return output::answer_in_order(&answer);
     }
-    print(&answer);
+    print!("{}", render::identify::text(&answer));
     println!(
         "\nWritten to {}. Next: rotor-edge replay --identified --rotor {} --record {}",
         arguments.output.display(),
@@ -128,44 +127,4 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         shell::path(&arguments.record)
     );
     Ok(None)
-}
-
-/// Identifiability bearings and planes as a table.
-pub fn print(found: &Identification) {
-    let width = found.bearings.iter().map(|p| p.symbol.chars().count()).fold(11, usize::max);
-    println!("  bearing  {:<width$}  identified         start     ± %   from", "coefficient");
-    for p in &found.bearings {
-        println!(
-            "  {:<8} {:<width$} {:>11.4e} {:>13.4e} {:>7.1}   {}",
-            p.bearing,
-            p.symbol,
-            p.value,
-            p.start,
-            p.relative_sd * 100.0,
-            origin(p.origin)
-        );
-    }
-    findings::planes(&found.determined).iter().for_each(|line| println!("  {line}"));
-    if let Some(why) = found.determined.why {
-        for p in &found.planes {
-            println!(
-                "  unbalance of {}: {:.0} g·mm at {:.0}°; no interval: {why}",
-                p.name, p.unbalance_g_mm, p.angle_deg
-            );
-        }
-    }
-    println!("  residual {:.2} µm, {:.2} % of the features", found.residual_um, found.residual_ratio * 100.0);
-    if found.bearings.iter().any(|p| p.origin == Identifiability::StayedAtStart) {
-        println!(
-            "  Some coefficients stayed at their start: these data cannot tell them. A run-up can (--runup)."
-        );
-    }
-}
-
-fn origin(identified: Identifiability) -> &'static str {
-    match identified {
-        Identifiability::FromData => "the data",
-        Identifiability::StayedAtStart => "its start, the data do not tell",
-        Identifiability::AtBound => "the bound of [identify]",
-    }
 }

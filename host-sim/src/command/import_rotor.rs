@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use clap::Args;
 use rotor_edge_desktop::rotor_file::{self, ross};
-use serde_json::json;
 
 use super::output::{self, Json};
+use crate::answers::imported::ImportedRotorAnswer;
 use crate::command::shell;
+use crate::render;
 
 /// Where the drawing goes when nobody says.
 const OUTPUT: &str = "rotor.toml";
@@ -33,21 +34,11 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     }
     let imported = ross::read(&arguments.file)?;
     rotor_file::write(path, &imported.rotor)?;
+    let answer = ImportedRotorAnswer::of(&imported, path.into());
     if arguments.json {
-        return output::as_json(&json!({
-            "rotor": path,
-            "carried": imported.carried,
-            "left": imported.left,
-        }));
+        return output::answer(&answer);
     }
-    println!("Written to {}. Carried over:", path.display());
-    for sentence in &imported.carried {
-        println!("  {sentence}");
-    }
-    println!("Not carried over:");
-    for sentence in &imported.left {
-        println!("  {sentence}");
-    }
+    print!("{}", render::imported::rotor_text(&answer));
     println!("\nNext: look it over\n  rotor-edge check {}", shell::path(path));
     Ok(None)
 }

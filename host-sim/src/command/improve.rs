@@ -9,15 +9,12 @@ use rotor_edge_desktop::diagnose::{DiagnosisVerdict, ImprovementOutcome, improve
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
-use super::diagnose::fitted::Fitted;
-use super::diagnose::report;
-use super::diagnose::{machine, story};
+use super::diagnose::fitted::{self, Fitted};
 use super::listener::Listener;
 use super::output::{self, Json};
-use crate::answers::diagnose::{ImprovementAnswer, StepAnswer};
+use crate::answers::diagnose::ImprovementAnswer;
 use crate::command::shell;
-use crate::render::findings;
-use crate::render::{PageTable, Section, Story};
+use crate::render;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -40,35 +37,27 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         listener.step(added, None);
         if !arguments.form.json {
             // nobody may be reading, and the model is to be written all the same
-            let _ = std::io::stdout().write_all(step_text(&step.into()).as_bytes());
+            let _ = std::io::stdout().write_all(render::improve::step_text(&step.into()).as_bytes());
         }
     });
     working.finish_and_clear();
     let outcome = outcome?;
     let answer = ImprovementAnswer::from(&outcome);
     let next = next(arguments, outcome.verdict);
-    let page = arguments
-        .form
-        .report
-        .as_ref()
-        .map(|_| page(&rotor, &readings, &outcome, &answer, &next))
-        .transpose()?;
+    let fits =
+        arguments.form.report.as_ref().map(|_| fits(&rotor, &readings, &outcome, &answer)).transpose()?;
     output::model_of_its_data(&arguments.output, &outcome.rotor, &readings)?;
-    if let (Some(path), Some((story, sections))) = (&arguments.form.report, page) {
+    if let (Some(path), Some(fits)) = (&arguments.form.report, &fits) {
+        let drawn = fitted::curves(fits, &readings);
+        let (words, command) = next.clone();
+        let story = render::improve::story(&answer, &drawn, (words, Some(command)));
+        let sections = render::improve::sections(&answer, &rotor, &drawn);
         output::story(path, &format!("{}: before and after", rotor.name), Some(&story), sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);
     }
-    println!("{}: {}", answer.verdict, answer.summary);
-    for line in answer.refuted_runs.iter().map(|r| &r.words).chain(&answer.remarks) {
-        println!("  {line}");
-    }
-    println!("  {}", findings::noise(&answer.noise));
-    findings::planes(&answer.determined).iter().for_each(|line| println!("  {line}"));
-    if let Some(cause) = &answer.unknown {
-        println!("\n  {}", findings::unknown(cause));
-    }
+    print!("{}", render::improve::text(&answer));
     let (words, command) = next;
     println!("\nWritten to {}.\nNext: {words}\n  {command}", arguments.output.display());
     Ok(None)
@@ -93,65 +82,16 @@ fn next(arguments: &Arguments, verdict: DiagnosisVerdict) -> (String, String) {
     }
 }
 
-fn page(
+/// The model as it was, and with every step.
+fn fits(
     rotor: &Rotor,
     readings: &[Reading],
     outcome: &ImprovementOutcome,
     answer: &ImprovementAnswer,
-    (words, command): &(String, String),
-) -> Result<(Story, Vec<Section>)> {
+) -> Result<Vec<Fitted>> {
     let mut fits = vec![Fitted::new("as it was", rotor, readings)?];
-    for step in &outcome.steps {
-        fits.push(Fitted::new(format!("with {}", machine::words(&step.added)), &step.rotor, readings)?);
+    for (step, told) in outcome.steps.iter().zip(&answer.steps) {
+        fits.push(Fitted::new(format!("with {}", told.fitted.words()), &step.rotor, readings)?);
     }
-    let story = story::of_improvement(outcome, readings, &fits, (words.clone(), Some(command.clone())));
-    let mut sections = vec![found(outcome, answer)];
-    if fits.len() > 2 {
-        fits.drain(1..fits.len() - 1);
-    }
-    sections.extend(report::compared(rotor, readings, &fits));
-    sections.push(findings::section(&answer.noise, &answer.determined, answer.unknown.as_ref()));
-    Ok((story, sections))
-}
-
-/// The verdict, and what was added.
-fn found(outcome: &ImprovementOutcome, answer: &ImprovementAnswer) -> Section {
-    let lines = answer.refuted_runs.iter().map(|r| r.words.clone()).chain(answer.remarks.iter().cloned());
-    let seen = outcome.steps.iter().map(|s| format!("{}: {}", s.added.label(), s.added.explanation()));
-    let row = |s: &StepAnswer| {
-        let line = |line: String| vec![s.fitted.label.clone(), line];
-        findings::parameters(&s.fitted).into_iter().map(line).collect::<Vec<_>>()
-    };
-    let added = PageTable {
-        caption: "What was added, each with its parameters ± one standard deviation".into(),
-        columns: ["effect", "parameter"].map(String::from).to_vec(),
-        rows: answer.steps.iter().flat_map(row).collect(),
-    };
-    Section {
-        heading: "What was found".into(),
-        paragraphs: [format!("{}: {}", answer.verdict, answer.summary)]
-            .into_iter()
-            .chain(lines)
-            .chain(seen)
-            .collect(),
-        tables: if added.rows.is_empty() { Vec::new() } else { vec![added] },
-        figures: Vec::new(),
-    }
-}
-
-/// A step in words, a line each.
-fn step_text(step: &StepAnswer) -> String {
-    let mut text = format!(
-        "+ {:<36} error {:.2} %, χ² per value {:.2}\n",
-        step.fitted.label,
-        step.error_after * 100.0,
-        step.chi2_per_value
-    );
-    for line in findings::parameters(&step.fitted) {
-        text += &format!("    {line}\n");
-    }
-    if !step.group.is_empty() {
-        text += &format!("    the data cannot tell apart: {}\n", step.group.join(", "));
-    }
-    text
+    Ok(fits)
 }

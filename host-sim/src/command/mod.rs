@@ -8,7 +8,6 @@ pub mod check;
 mod command_target;
 mod compare;
 mod completions;
-mod dates;
 mod dbc;
 mod decode;
 mod deploy;

@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::{glossary, provenance, shell};
 use crate::answers;
-use crate::render::{self, Section, Story, page};
+use crate::render::{Section, Story, page};
 
 /// The form in which a command answers.
 #[derive(Debug, Args)]
@@ -129,11 +129,6 @@ pub fn as_json(value: &impl Serialize) -> Result<Json> {
 pub fn json(value: &impl Serialize) -> Result<()> {
     println!("{}", serde_json::to_string_pretty(value)?);
     Ok(())
-}
-
-/// Prints a table, each column as wide as its widest cell.
-pub fn table(columns: &[impl AsRef<str>], rows: &[impl AsRef<[String]>]) {
-    print!("{}", render::text::table(columns, rows));
 }
 
 /// A progress bar on standard error; nothing where that is not a terminal.

@@ -3,9 +3,8 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Result, bail};
+use anyhow::{Context as _, Result, bail};
 use clap::Args;
-use rotor_edge_desktop::Error;
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::startup::refinement::{refine, simple_stages};
 use rotor_edge_desktop::startup::{Options, PAPER_CLEARANCE_UM, PAPER_SPEEDS_RPM, startup};
@@ -63,8 +62,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let readings = arguments.runout.read(&arguments.data, &rotor)?;
     let options = Options { mass_kg: arguments.mass_kg, unknown_weights };
     let working = listener.spinner("start-up");
-    let found = startup(&rotor, &readings, &options)
-        .map_err(|e| Error::Unsuitable(format!("{}: {e}", arguments.data.display())))?;
+    let found = startup(&rotor, &readings, &options).with_context(|| arguments.data.display().to_string())?;
     working.finish_and_clear();
     let (working, hear) = listener.search("effects and sets of them tried");
     let mut added = 0;

@@ -13,6 +13,7 @@
 
 pub(crate) mod calendar;
 mod column_units;
+pub mod dates;
 mod encoding;
 mod format;
 mod header;

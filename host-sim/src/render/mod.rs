@@ -8,9 +8,17 @@
 //! | [`story`] | the first screen of a page |
 //! | [`text`] | tables for a terminal |
 //! | [`balance`](mod@balance) | text and section of `balance` |
+//! | [`trial_balance`] | text and section of `balance --trial-only` |
 //! | [`check`](mod@check) | text and sections of `check` |
 //! | [`startup`](mod@startup) | text and sections of `startup` |
 //! | [`estimate`](mod@estimate) | text and section of `estimate` |
+//! | [`extract`](mod@extract) | text of `extract` |
+//! | [`identify`](mod@identify) | text of `identify` |
+//! | [`replay`](mod@replay) | text of `replay` |
+//! | [`diagnose`](mod@diagnose), [`improve`](mod@improve) | text, story and sections of `diagnose` and `improve` |
+//! | [`fitted`] | the story of fitted models |
+//! | [`forecast`](mod@forecast), [`track`](mod@track) | text and sections of `forecast` and `track` |
+//! | [`imported`] | text of `import` and `import-rotor` |
 //! | [`findings`] | noise, planes, unknown causes and parameters in sentences |
 //! | [`quantity`] | a quantity with its uncertainty in the units of the trade |
 //! | [`comparison`] | what `compare --report` says |
@@ -42,21 +50,31 @@ pub mod chart;
 pub mod check;
 pub mod comparison;
 pub mod curve;
+pub mod diagnose;
 pub mod document;
 pub mod estimate;
+pub mod extract;
 pub mod findings;
+pub mod fitted;
+pub mod forecast;
 mod ground;
+pub mod identify;
+pub mod imported;
+pub mod improve;
 pub mod orbit;
 pub mod page;
 pub mod polar;
 pub mod quantity;
 pub mod regions;
+pub mod replay;
 pub mod residual_map;
 pub mod sketch;
 pub mod startup;
 pub mod story;
 pub mod text;
+pub mod track;
 pub mod trend;
+pub mod trial_balance;
 pub mod wave;
 pub mod weights;
 

@@ -6,6 +6,7 @@
 
 pub mod check;
 mod config;
+pub mod fit;
 pub mod live;
 mod reference;
 mod simulated;

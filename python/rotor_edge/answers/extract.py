@@ -1,4 +1,6 @@
-"""What ``extract`` answers."""
+"""Answer of ``extract``.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/extract.rs``."""
 
 from dataclasses import dataclass, field
 
@@ -43,7 +45,7 @@ class Drifted(Record):
     windows: int
     in_all: int
     largest: float
-    """The largest change, relative."""
+    """The largest change within a window, relative."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +61,7 @@ class Compensated(Record):
 
 @dataclass(frozen=True, eq=False)
 class ExtractedFile(Record):
-    """What one file held."""
+    """What one file of samples held."""
 
     file: str
     run: str | None
@@ -83,7 +85,7 @@ class Extraction(Answer):
     two_x: str | None
     readings: int
     speeds: Array
-    """Of each reading, rpm."""
+    """Of each reading in the order of its file, rpm."""
     lost: int
     files: tuple[ExtractedFile, ...]
     measurement: Measurement = field(kw_only=True)

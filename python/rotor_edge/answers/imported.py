@@ -1,9 +1,14 @@
-"""What ``import`` and ``import-rotor`` answer."""
+"""Answers of ``import`` and ``import-rotor``.
+
+Written by ``python/generate_answers.py`` from ``host-sim/src/answers/imported.rs``."""
 
 from dataclasses import dataclass, field
 
 from ..inputs import Measurement, Rotor
 from ..record import Answer, Array, Record
+
+CosineSine = Array
+"""Cosine and sine component, µm zero to peak."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -11,13 +16,15 @@ class ImportedRotor(Answer):
     """A drawing from a rotor of ROSS, what was carried over and what was left, a sentence each."""
 
     rotor: Rotor
+    """The drawing."""
     carried: tuple[str, ...]
     left: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class ImportedColumn(Record):
-    """A column, counted from 1, and what it was taken for: its unit, and what makes µm zero to peak, degrees of lag, rpm or V."""
+    """A column, counted from 1, and what it was taken for: its unit, and what makes µm zero to peak, degrees of lag, rpm or
+    V."""
 
     file: str
     column: int
@@ -65,7 +72,7 @@ class Import(Answer):
     left: tuple[LeftColumn, ...]
     rows: int
     lost: int
-    """Values of single probes."""
+    """Values of single probes that are lost."""
     marked: MarkedValues
     turned: int
     """Readings that were turned back to the phase reference before."""
@@ -74,7 +81,7 @@ class Import(Answer):
     """Whether the rows had to be sorted by time."""
     start: str | None
     """When day 0 was, local to the export."""
-    runout_um: tuple[Array, ...] | None
-    """Taken off each probe: cosine and sine, µm."""
+    runout_um: tuple[CosineSine, ...] | None
+    """Runout that was taken off each probe."""
     measurement: Measurement | None = field(kw_only=True)
     """The readings; None if nothing was to be written."""

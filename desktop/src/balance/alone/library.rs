@@ -180,11 +180,7 @@ impl Library {
             }
         }
         if coefficients.is_empty() {
-            return Err(Error::Unsuitable(format!(
-                "no probe was measured at a speed of the coefficients, within {:.2} % (--same-speed): they have {}",
-                100.0 * request.same_speed,
-                self.what_there_is()
-            )));
+            return Err(Error::NoKeptSpeed { within: request.same_speed, known: self.what_there_is() });
         }
         let basis = match (known, self.values, means.within) {
             (false, ..) => Basis::Unknown,

@@ -52,14 +52,14 @@ impl Mountings {
     /// # Errors
     /// One sentence if there is no base run, weights are not in the planes, or too few runs have any.
     pub fn of(rotor: &Rotor, readings: &[Reading], base: Option<&str>) -> Result<Self, Error> {
-        let unsuitable = |what: String| Err(Error::Unsuitable(what));
         if rotor.plane.is_empty() || rotor.probe.is_empty() {
-            return unsuitable("the rotor's file has no [[plane]] or no [[probe]], expected both".into());
+            let what = "the rotor's file has no [[plane]] or no [[probe]], expected both";
+            return Err(Error::Unsuitable(what.into()));
         }
         let mut names: Vec<&str> = Vec::new();
         for (i, r) in readings.iter().enumerate() {
             let Some(run) = r.run.as_deref().filter(|run| !run.is_empty()) else {
-                return unsuitable(format!("reading {} names no run, expected a column run", i + 1));
+                return Err(Error::ReadingWithoutRun { reading: i + 1 });
             };
             if !names.contains(&run) {
                 names.push(run);
@@ -71,17 +71,11 @@ impl Mountings {
         stated[base] = Some(vec![C::from(0.0); rotor.plane.len()]);
         let weighted = |w: &Option<Vec<C>>| w.as_ref().is_some_and(|w| w.iter().any(|u| u.norm() > 0.0));
         if !stated.iter().any(weighted) {
-            return unsuitable(
-                "no run of the data has a [[run]] with added_unbalance in the rotor's file, expected at least one beside the base run"
-                    .into(),
-            );
+            return Err(Error::NoWeightedRun);
         }
         let (groups, mut remarks) = speeds(&names, readings, names[base]);
         if groups.is_empty() {
-            return unsuitable(format!(
-                "no speed of the base run \"{}\" was measured in another run, expected common speeds",
-                names[base]
-            ));
+            return Err(Error::NoCommonSpeed { base: names[base].into() });
         }
         let groups = thinned(groups, rotor.probe.len(), &mut remarks);
         let (runs, repeat_variance) = averaged(rotor, &names, stated, readings, &groups);
@@ -141,10 +135,7 @@ impl Mountings {
 /// Weights that the file states for a run, by plane, g·mm; `None` if it has no such run.
 fn weights(rotor: &Rotor, name: &str) -> Result<Option<Vec<C>>, Error> {
     let Some(run) = rotor.run.iter().find(|r| r.name == name) else { return Ok(None) };
-    let outside = |z| {
-        let what = format!("run \"{name}\" has a weight at {z} m, where the rotor's file has no [[plane]]");
-        Error::Unsuitable(what)
-    };
+    let outside = |position_m| Error::WeightOutsidePlanes { run: name.into(), position_m };
     let kg_m = by_plane(rotor, run).map_err(outside)?;
     Ok(Some(kg_m.into_iter().map(|u| u * G_MM).collect()))
 }
@@ -163,9 +154,7 @@ fn base_run(names: &[&str], stated: &[Option<Vec<C>>], wanted: Option<&str>) -> 
     let without: Vec<usize> = (0..names.len()).filter(|i| bare(&stated[*i])).collect();
     match without[..] {
         [base] => Ok(base),
-        [] => Err(Error::Unsuitable(
-            "no run of the data has a [[run]] without weights in the rotor's file; name the base run with --base".into(),
-        )),
+        [] => Err(Error::NoBaseRun),
         _ => Err(Error::AmbiguousBaseRun { runs: without.iter().map(|i| names[*i].to_string()).collect() }),
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::geometry::{Shape, Surface, within_half_turn};
 use super::journal::{Films, JournalFilm};
-use crate::error::Error;
+use crate::error::{Error, FilmError};
 
 /// Eccentricity relative to the set clearance, `1 − thinnest film / set clearance`, at which the path of
 /// equilibria begins.
@@ -105,8 +105,5 @@ fn settle(films: &mut Films, at: &mut Vector2<f64>, load: f64) -> Result<Journal
         }
         *at += change;
     }
-    Err(Error::Unsuitable(format!(
-        "oil film: no equilibrium at Sommerfeld number {:.4} (a relative force of {best:.1e} is left)",
-        1.0 / (6.0 * PI * load)
-    )))
+    Err(FilmError::NoEquilibrium { sommerfeld: 1.0 / (6.0 * PI * load), force_left: best }.into())
 }

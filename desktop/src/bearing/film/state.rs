@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Rotation2, Vector2};
 
 use super::equilibrium::Equilibrium;
 use super::{Film, FilmTable};
-use crate::error::Error;
+use crate::error::{Error, FilmError};
 
 /// Equilibrium and coefficients of a film in machine axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,20 +60,18 @@ impl Film {
         viscosity_pa_s: f64,
         speed_rad_s: f64,
     ) -> Result<FilmState, Error> {
-        for (name, value, unit) in [
+        for (quantity, value, unit) in [
             ("load", load_n, "N"),
             ("clearance", clearance_m, "m"),
             ("viscosity", viscosity_pa_s, "Pa·s"),
             ("speed", speed_rad_s, "rad/s"),
         ] {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(Error::Unsuitable(format!(
-                    "oil film: a {name} of {value} {unit} is not positive"
-                )));
+                return Err(FilmError::NotPositive { quantity, value, unit }.into());
             }
         }
         if !table.is_of(self) {
-            return Err(Error::Unsuitable("oil film: the table is of another shape of bearing".into()));
+            return Err(FilmError::OtherShape.into());
         }
         let sommerfeld = self.sommerfeld(load_n, clearance_m, viscosity_pa_s, speed_rad_s);
         let (film, slope) = table.with_slope(sommerfeld)?;

@@ -6,7 +6,7 @@ use super::Film;
 use super::equilibrium::{Equilibrium, LEAST_ECCENTRICITY, MOST_ECCENTRICITY, path};
 use super::geometry::Shape;
 use super::interpolation::Monotone;
-use crate::error::Error;
+use crate::error::{Error, FilmError};
 
 /// Eccentricity ratio, attitude, film ratio, four stiffnesses, four dampings.
 const COLUMNS: usize = 11;
@@ -26,7 +26,10 @@ impl FilmTable {
     /// # Errors
     /// If the film's numbers are out of range, or an equilibrium is not found.
     pub fn solve(film: &Film) -> Result<Self, Error> {
-        film.check().map_err(|(key, sentence)| Error::Unsuitable(format!("{key}: {sentence}")))?;
+        film.check().map_err(|(key, expected)| FilmError::OutOfRange {
+            key: key.to_string(),
+            expected: expected.to_string(),
+        })?;
         let shape = Shape::of(film);
         let mut equilibria = path(&shape)?;
         equilibria.reverse();
@@ -56,18 +59,14 @@ impl FilmTable {
     /// The equilibrium, and the derivatives of its numbers with respect to ln S.
     pub(super) fn with_slope(&self, sommerfeld: f64) -> Result<(Equilibrium, Equilibrium), Error> {
         let [least, most] = self.range();
-        let out = |side: &str, limit: f64, edge: f64| {
-            Err(Error::Unsuitable(format!(
-                "oil film: eccentricity {side} {limit} of the set clearance, outside the solver's range \
-                 (Sommerfeld number {sommerfeld:.4}, at the limit {edge:.4})"
-            )))
-        };
         // a knot's own number survives its logarithm only to rounding
         if sommerfeld.is_nan() || sommerfeld < least * (1.0 - 1e-12) {
-            return out("beyond", MOST_ECCENTRICITY, least);
+            let limit = MOST_ECCENTRICITY;
+            return Err(FilmError::TooEccentric { limit, sommerfeld, sommerfeld_at_limit: least }.into());
         }
         if sommerfeld > most * (1.0 + 1e-12) {
-            return out("below", LEAST_ECCENTRICITY, most);
+            let limit = LEAST_ECCENTRICITY;
+            return Err(FilmError::TooCentred { limit, sommerfeld, sommerfeld_at_limit: most }.into());
         }
         let (value, slope) = self.columns.at(sommerfeld.ln());
         Ok((equilibrium(sommerfeld, &value), equilibrium(sommerfeld, &slope)))

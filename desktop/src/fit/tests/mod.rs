@@ -9,7 +9,7 @@ use nalgebra::{Complex, DVector};
 
 use super::Fitter;
 use super::data::Data;
-use super::hypothesis::{Assumed, Hypothesis};
+use super::hypothesis::{Hypothesis, PlacedEffect};
 use super::problem::Problem;
 use crate::effects::{Place, find};
 use crate::machine::drawing::{AddedUnbalance, Noise, Rotor, Run, Tolerance};
@@ -116,7 +116,7 @@ fn hypothesis<'a>(fitter: &'a Fitter, chosen: &[&str]) -> (Hypothesis<'a>, Vec<f
             let effect = find(name).unwrap();
             let scaled = effect.parameters(&h.scales);
             x.extend(scaled.iter().zip(&parameters).map(|(p, v)| p.scale.from_si(*v)));
-            h = h.with(Assumed { effect, place });
+            h = h.with(PlacedEffect { effect, place });
             unknowns.extend(values);
         }
     }

@@ -39,7 +39,7 @@ use super::daily::{TrackedRecord, Tracking};
 use super::operating_point::logs_of;
 use super::record;
 use crate::diagnose::{ImprovementStep as Added, improve};
-use crate::error::Error;
+use crate::error::{Error, TrackError};
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 use coordinate::{Coordinate, size};
@@ -74,7 +74,7 @@ impl Tracking<'_> {
         let begun = self.phase_one.as_ref().map_or_else(|| self.rotor.clone(), |p| p.rotor.clone());
         let mut problem = self.problem(&begun, runup)?;
         let linearised_at = self.first_guess(&mut problem, &start);
-        let singular = || Error::Unsuitable("the machine is singular on the bearings of the record".into());
+        let singular = || Error::SingularMachine { tried: "on the bearings of the record" };
         let mut learning = Learning::new(progress);
         let windows = self.steps(problem.own().map(|(k, _)| k));
         let mut history = EventHistory::new(
@@ -86,12 +86,8 @@ impl Tracking<'_> {
         let mut effects = Vec::new();
         for l in later {
             // days before the event are described without the effect, so that it can be nowhere else
-            let since = history.hold(|k| problem.epochs[k].time_d <= l.time_d).ok_or_else(|| {
-                Error::Unsuitable(format!(
-                    "nothing changed before the later run-up of day {}: expected one that was taken after an event",
-                    l.time_d
-                ))
-            })?;
+            let since = history.hold(|k| problem.epochs[k].time_d <= l.time_d);
+            let since = since.ok_or(TrackError::NoEventBefore { time_d: l.time_d })?;
             let found = improve(&begun, l.readings, |_: &Added| ())?;
             effects.extend(found.steps.iter().map(|s| s.added.label()));
             self.describe_anew(&mut problem, &mut history.linearised_at, &found.rotor, since, l)?;

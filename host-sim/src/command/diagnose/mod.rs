@@ -1,19 +1,19 @@
 //! `diagnose`: which physical effect is missing.
 
 pub mod fitted;
-pub mod machine;
-pub mod report;
-pub mod story;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{Diagnosis, DiagnosisVerdict, diagnose_telling};
+use rotor_edge_desktop::diagnose::{Diagnosis, DiagnosisVerdict, add, diagnose_telling};
+use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::measurement::Reading;
 
 use super::listener::Listener;
 use super::output::{self, Json};
-use crate::answers::diagnose::DiagnosisAnswer;
+use crate::answers::diagnose::{CandidateAnswer, DiagnosisAnswer};
 use crate::command::shell;
-use crate::render::findings;
+use crate::render;
+use fitted::Fitted;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -33,77 +33,31 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     working.finish_and_clear();
     let answer = DiagnosisAnswer::from(&found);
     if let Some(path) = &arguments.form.report {
-        let (story, sections) = report::page(&rotor, &readings, &found, &answer, next(arguments, &found))?;
+        let fits = fits(&rotor, &readings, &answer)?;
+        let drawn = fitted::curves(&fits, &readings);
+        let story = render::diagnose::story(&answer, &drawn, next(arguments, &found));
+        let sections = render::diagnose::sections(&answer, &rotor, &drawn);
         let title = format!("{}: what is missing in the model", rotor.name);
         output::story(path, &title, Some(&story), sections)?;
     }
     if arguments.form.json {
         return output::answer_in_order(&answer);
     }
-    print(&answer, arguments.top);
+    print!("{}", render::diagnose::text(&answer, arguments.top));
     let (words, command) = next(arguments, &found);
     println!("\nNext: {words}{}", command.map_or(String::new(), |command| format!("\n  {command}")));
     Ok(None)
 }
 
-fn print(found: &DiagnosisAnswer, top: usize) {
-    println!("{}: {}", found.verdict, found.summary);
-    for line in found.refuted_runs.iter().map(|r| &r.words).chain(&found.remarks) {
-        println!("  {line}");
+/// The model as it is, and with the best candidate, if one is claimed.
+fn fits(rotor: &Rotor, readings: &[Reading], answer: &DiagnosisAnswer) -> Result<Vec<Fitted>> {
+    let mut fits = vec![Fitted::new("model", rotor, readings)?];
+    let is_claimed = |c: &&CandidateAnswer| c.disqualified.is_none() && c.twice_log_bayes_factor > 0.0;
+    if let Some(best) = answer.named.as_ref().filter(is_claimed) {
+        let better = add(rotor, readings, best.effect, best.at.as_deref())?.rotor;
+        fits.push(Fitted::new(format!("with {}", best.fitted.words()), &better, readings)?);
     }
-    println!(
-        "\n  model as it is: error {:.2} %, χ² per value {:.2}",
-        found.error_before * 100.0,
-        found.chi2_per_value
-    );
-    println!("  {}", findings::noise(&found.noise));
-    findings::planes(&found.determined).iter().for_each(|line| println!("  {line}"));
-    if let Some(cause) = &found.unknown {
-        println!("\n  {}", findings::unknown(cause));
-    }
-    println!("\n  candidate                           probability   evidence   error after   χ² per value");
-    if let Some(cause) = &found.unknown {
-        println!("  {:<36} {:>9.1} %", findings::OUTSIDE, cause.probability * 100.0);
-    }
-    for c in found.candidates.iter().take(top) {
-        println!(
-            "  {:<36} {:>9.1} % {:>10.1} {:>11.2} % {:>14.2}{}",
-            c.fitted.label,
-            c.probability * 100.0,
-            c.twice_log_bayes_factor,
-            c.error_after * 100.0,
-            c.chi2_per_value,
-            if c.disqualified.is_some() { "   ruled out" } else { "" }
-        );
-    }
-    println!("  (evidence: twice the logarithm of the odds over the model alone; above 10 is strong)");
-    if let Some(best) = &found.named {
-        println!("\n{}", best.fitted.label);
-        for p in findings::parameters(&best.fitted) {
-            println!("  {p}");
-        }
-        println!("\n  {}", best.explanation);
-        if let Some(h) = found.held_out {
-            println!(
-                "\n  On speeds that were left out: χ² per value {:.2} without it, {:.2} with it.",
-                h.before, h.after
-            );
-        }
-    }
-    for group in &found.indistinguishable {
-        println!("\nThese data cannot tell apart: {}", group.join(", "));
-    }
-    if !found.advice.is_empty() {
-        println!("\nWhat would tell them apart, least effort first");
-        for a in found.advice.iter().take(5) {
-            let repeats =
-                if a.repeats > 1 { format!(", so repeat it {} times", a.repeats) } else { String::new() };
-            println!(
-                "  {} (they differ by {:.1} standard deviations, most at {:.0} rpm{repeats})",
-                a.measurement, a.separation_sd, a.speed_rpm
-            );
-        }
-    }
+    Ok(fits)
 }
 
 /// What to do, and the command for it.

@@ -6,14 +6,13 @@ use anyhow::{Result, bail};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
-use serde_json::{Value, json};
 
+use crate::answers::replay::{BetterAnswer, ReplayAnswer};
 use crate::edge::Deployment;
+use crate::render;
 use crate::render::trend::{Trend, trend};
 use crate::render::{Figure, PageTable, Section};
 use crate::replay::{self, AnsweredReading, Flag, Replay, ReplayConfig, day, flags};
-
-use super::fit::ModelFit;
 
 /// A better model's answers from one day on.
 pub struct Better {
@@ -69,52 +68,42 @@ impl Better {
         [mean(&before.answers), mean(&self.answers)]
     }
 
-    /// The table for people, before and after.
-    fn table(&self, record: &[Reading], before: &Replay) -> PageTable {
-        let [was, is] = self.ratios(record, before);
-        let row = |label: &str, ratio: f64| vec![label.to_string(), format!("{:.1}", 100.0 * ratio)];
-        PageTable {
-            caption: format!("Residual from day {:.0} on, of the features", self.since_d),
-            columns: ["model", "residual, %"].map(String::from).to_vec(),
-            rows: vec![row("as it was", was), row(&self.label, is)],
-        }
-    }
-
-    /// The table, before and after.
-    pub fn print(&self, record: &[Reading], before: &Replay) {
-        let [was, is] = self.ratios(record, before);
-        let up = |answers: &[AnsweredReading]| {
+    /// Against the model as it was.
+    pub fn answer(&self, record: &[Reading], before: &Replay) -> BetterAnswer {
+        let [residual_ratio_before, residual_ratio_after] = self.ratios(record, before);
+        let flagged = |answers: &[AnsweredReading]| {
             answers.iter().filter(|a| day(record, a.row) >= self.since_d && a.flagged()).count()
         };
-        println!(
-            "\nThe controller from day {:.0} on                residual     readings flagged",
-            self.since_d
-        );
-        println!(
-            "  the model as it was                     {:>6.1} % {:>14}",
-            was * 100.0,
-            up(&before.answers)
-        );
-        println!("  {:<38}  {:>6.1} % {:>14}", self.label, is * 100.0, up(&self.answers));
+        BetterAnswer {
+            since_d: self.since_d,
+            residual_ratio_before,
+            residual_ratio_after,
+            flags: self.raised.iter().map(|f| f.time_d).collect(),
+            label: self.label.clone(),
+            flagged: [flagged(&before.answers), flagged(&self.answers)],
+        }
     }
+}
 
-    pub fn summary(&self, record: &[Reading], before: &Replay) -> Value {
-        let [was, is] = self.ratios(record, before);
-        json!({
-            "since_d": self.since_d,
-            "residual_ratio_before": was,
-            "residual_ratio_after": is,
-            "flags": self.raised.iter().map(|f| f.time_d).collect::<Vec<_>>(),
-        })
+/// The residual before and after.
+fn table(better: &BetterAnswer) -> PageTable {
+    let row = |label: &str, ratio: f64| vec![label.to_string(), format!("{:.1}", 100.0 * ratio)];
+    PageTable {
+        caption: format!("Residual from day {:.0} on, of the features", better.since_d),
+        columns: ["model", "residual, %"].map(String::from).to_vec(),
+        rows: vec![
+            row("as it was", better.residual_ratio_before),
+            row(&better.label, better.residual_ratio_after),
+        ],
     }
 }
 
 /// Residual and unbalance over time.
 pub fn trends(
+    answer: &ReplayAnswer,
     rotor: &Rotor,
     record: &[Reading],
     played: &Replay,
-    raised: &[Flag],
     better: Option<&Better>,
 ) -> Vec<Section> {
     let series = |value: &dyn Fn(&AnsweredReading) -> f64| {
@@ -130,7 +119,7 @@ pub fn trends(
             along: "time, days".into(),
             quantity: quantity.into(),
             curves,
-            flags: raised.iter().map(|f| f.time_d).collect(),
+            flags: answer.flags.iter().map(|f| f.time_d).collect(),
             ..Trend::default()
         })
         .into(),
@@ -158,8 +147,10 @@ pub fn trends(
             }),
         ));
     }
-    let fit = ModelFit::of(record, &played.answers, raised);
-    let tables = better.map(|b| b.table(record, played)).into_iter().collect();
-    let paragraphs = fit.words(played.answers.len(), record.len());
-    vec![Section { heading: "Does the model still fit?".into(), paragraphs, tables, figures }]
+    vec![Section {
+        heading: "Does the model still fit?".into(),
+        paragraphs: render::replay::fit(answer),
+        tables: answer.better.iter().map(table).collect(),
+        figures,
+    }]
 }

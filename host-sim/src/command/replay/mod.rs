@@ -2,16 +2,13 @@
 
 mod better;
 mod bus;
-mod fit;
 mod unbalance;
 
-use rotor_edge_desktop::units::SECONDS_A_DAY;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use rotor_edge_desktop::identify::PhaseOne;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
@@ -20,20 +17,18 @@ use super::detector_arguments::DetectorArguments;
 use super::identify::{self, Days};
 use super::listener::Listener;
 use super::output;
-use crate::answers::replay::{ReplayAnswer, answers};
+use crate::answers::replay::{ReplayAnswer, ReplayJob, answers};
 use crate::bus::BusConfig;
-use crate::bus::numbers::probe_numbers;
-use crate::bus::states::name;
 use crate::command::shell;
 use crate::edge::Deployment;
-use crate::replay::check::{Equivalence, equivalence};
+use crate::render;
+use crate::replay::check::equivalence;
+use crate::replay::fit::ModelFit;
 use crate::replay::timing::age_limit_s;
-use crate::replay::{self, Flag, Replay, ReplayConfig, day, flags};
+use crate::replay::{ReplayConfig, day, flags};
 use crate::sample;
-use crate::watch::words::span;
 use better::{Better, trends};
 use bus::Over;
-use fit::ModelFit;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -194,174 +189,54 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Better::play(path, &record, since_d, fastest_rpm, &config)
     });
     let better = better.transpose()?;
+    let job = ReplayJob {
+        rotor_name: rotor.name.clone(),
+        recorded: record.len(),
+        days: [0, record.len() - 1].map(|row| day(&record, row)),
+        phase_one: phase_one.as_ref().map(|found| (found.into(), runup.as_ref().map(Vec::len))),
+        bus: arguments.over.label(),
+        age_limit_s: f64::from(age_limit_s(&config, &record)),
+        power_cuts_d: config.power_cuts_d.clone(),
+    };
+    let mut answer = ReplayAnswer::of(&rotor, &record, &played, &agreement, &raised, last, job);
+    answer.better = better.as_ref().map(|b| b.answer(&record, &played));
     if let Some(path) = &arguments.form.report {
-        let sections = trends(&rotor, &record, &played, &raised, better.as_ref());
+        let sections = trends(&answer, &rotor, &record, &played, better.as_ref());
         output::report(path, &format!("{}: replay", rotor.name), sections)?;
     }
     if arguments.form.json {
-        let before = better.as_ref().map(|b| b.summary(&record, &played));
-        let answers = arguments.answers.then(|| answers(&record, &played));
-        output::json(&ReplayAnswer::of(&rotor, &played, &agreement, &raised, before, answers, last))?;
+        answer.answers = arguments.answers.then(|| answers(&record, &played));
+        output::json(&answer)?;
     } else {
-        let job =
-            Job { rotor: &rotor, record: &record, phase_one: phase_one.as_ref(), runup: runup.as_deref() };
-        job.print(&arguments.over.label(), &config, &played, &agreement, &raised);
-        unbalance::print(&last);
-        if let Some(better) = &better {
-            better.print(&record, &played);
-        }
+        print!("{}", render::replay::text(&answer));
         println!("\nThe whole replay took {:.2} s.", begun.elapsed().as_secs_f64());
-        job.print_next(arguments, &played, &raised);
+        println!("Next: {}", next(arguments, &answer));
     }
     agreement.verdict()
 }
 
-struct Job<'a> {
-    rotor: &'a Rotor,
-    record: &'a [Reading],
-    phase_one: Option<&'a PhaseOne>,
-    runup: Option<&'a [Reading]>,
-}
-
-impl Job<'_> {
-    fn print(
-        &self,
-        bus: &str,
-        config: &ReplayConfig,
-        played: &Replay,
-        agreement: &Equivalence,
-        raised: &[Flag],
-    ) {
-        let rows = self.record.len();
-        println!(
-            "{}: {rows} readings, days {:.0} to {:.0}",
-            self.rotor.name,
-            self.day(0),
-            self.day(rows - 1)
-        );
-        if let Some(found) = self.phase_one {
-            let runup = self.runup.map_or(String::new(), |r| format!(" and a run-up of {} speeds", r.len()));
-            println!("\nPhase I, from the first three days{runup}");
-            identify::print(&found.into());
+/// Which command to run next.
+fn next(arguments: &Arguments, answer: &ReplayAnswer) -> String {
+    match (answer.flags.first(), &arguments.rotor, &arguments.record) {
+        (None, ..) => "nothing to do; replay again when there are new readings.".into(),
+        (Some(_), Some(rotor), Some(record)) if matches!(answer.fit, ModelFit::BeganOn { .. }) => format!(
+            "follow the unbalance from that day on\n  rotor-edge track {} {}",
+            shell::path(rotor),
+            shell::path(record)
+        ),
+        (Some(_), Some(rotor), Some(_)) => format!(
+            "learn which physical effect is missing, from a run-up of the machine as it is now\n  \
+             rotor-edge improve {} RUNUP.csv -o better.toml",
+            shell::path(rotor)
+        ),
+        (Some(_), ..) if arguments.better.is_some() => "look at it, with --report replay.html.".into(),
+        (Some(_), ..) => {
+            "learn which physical effect is missing, from the run-up that was recorded the day after,\n\
+                          and see the controller's residual fall\n  \
+                          cargo run --release -- improve host-sim/sample/turbine/rotor.toml \
+                          host-sim/sample/turbine/runup-day126.csv -o better.toml\n  \
+                          cargo run --release -- replay --better better.toml --report replay.html"
+                .into()
         }
-        let (t, c) = (played.traffic, played.counters);
-        println!("\n{bus}");
-        println!("  frames sent {}, received {}, lost {}", t.sent, t.received, t.lost);
-        println!(
-            "  readings evaluated {} ({} without all probes), skipped {}, lost {}, rejected {}, repeated {}, late {}",
-            c.readings, c.partial, c.skipped, c.lost, c.rejected, c.repeated, c.late
-        );
-        let age_limit_s = f64::from(age_limit_s(config, self.record));
-        let age_limit = match age_limit_s / SECONDS_A_DAY {
-            days if days >= 1.0 => format!("{days:.1} d"),
-            _ => span((age_limit_s * 1e6) as u64),
-        };
-        println!(
-            "  its clock is the record's; a verdict counts for {age_limit} (--age-limit-s {age_limit_s})"
-        );
-        for day in &config.power_cuts_d {
-            println!("  power lost before day {day}, back from what it had stored");
-        }
-        println!(
-            "\nThe core (f32, on the bus) against the desktop crate (f64)             measured     allowed"
-        );
-        println!(
-            "  features, of the reading's largest                                   {:>10.1e}  {:>10.0e}",
-            agreement.max_relative_feature_error,
-            replay::check::FEATURE_LIMIT
-        );
-        println!(
-            "  residual above the exact optimum, of the feature sum                 {:>10.1e}  {:>10.0e}",
-            agreement.max_relative_excess,
-            replay::check::EXCESS_LIMIT
-        );
-        println!(
-            "  the same in µm                                                       {:>10.1e}",
-            agreement.max_residual_excess_um
-        );
-        println!(
-            "  largest gap that the core's own certificate leaves, of the feature sum {:>8.1e}  {:>10.0e}",
-            agreement.max_relative_gap,
-            replay::check::EXCESS_LIMIT
-        );
-        println!(
-            "  unbalance against the exact optimum's                         {:>10.2} g·mm, {:.2}°",
-            agreement.max_unbalance_difference_g_mm, agreement.max_angle_difference_deg
-        );
-        self.print_flags(played, raised);
-        self.print_states(played);
-    }
-
-    /// What the controller said of itself, as long as it is not too much.
-    fn print_states(&self, played: &Replay) {
-        const MOST: usize = 12;
-        println!("\nWhat the controller said of itself");
-        for change in played.states.iter().take(MOST) {
-            let status = &change.status;
-            let missing = match probe_numbers(status.missing_mask) {
-                numbers if numbers.is_empty() => String::new(),
-                numbers => format!(", without {}", self.probe_names(&numbers)),
-            };
-            println!(
-                "  from day {:<10} {}: {}{missing}",
-                change.time_d,
-                name(status.state),
-                name(status.reason)
-            );
-        }
-        if played.states.len() > MOST {
-            println!("  and {} changes more (--json has all)", played.states.len() - MOST);
-        }
-    }
-
-    fn probe_names(&self, numbers: &[u8]) -> String {
-        let names = numbers.iter().filter_map(|number| self.rotor.probe.get(usize::from(*number) - 1));
-        names.map(|probe| probe.name.as_str()).collect::<Vec<_>>().join(", ")
-    }
-
-    fn print_flags(&self, played: &Replay, raised: &[Flag]) {
-        println!("\nDoes the model still fit?");
-        let fit = ModelFit::of(self.record, &played.answers, raised);
-        fit.words(played.answers.len(), self.record.len()).iter().for_each(|line| println!("  {line}"));
-        for flag in raised {
-            let suspect = flag.suspect.and_then(|b| self.rotor.bearing.get(b));
-            let suspect = suspect.map_or("no bearing", |bearing| &bearing.name);
-            println!(
-                "  Flag raised on day {:.0}, up for {} readings; suspect bearing: {suspect}",
-                flag.time_d, flag.readings
-            );
-        }
-    }
-
-    /// Which command to run next.
-    fn print_next(&self, arguments: &Arguments, played: &Replay, raised: &[Flag]) {
-        let fit = ModelFit::of(self.record, &played.answers, raised);
-        match (raised.first(), &arguments.rotor, &arguments.record) {
-            (None, ..) => println!("Next: nothing to do; replay again when there are new readings."),
-            (Some(_), Some(rotor), Some(record)) if matches!(fit, ModelFit::BeganOn { .. }) => println!(
-                "Next: follow the unbalance from that day on\n  rotor-edge track {} {}",
-                shell::path(rotor),
-                shell::path(record)
-            ),
-            (Some(_), Some(rotor), Some(_)) => println!(
-                "Next: learn which physical effect is missing, from a run-up of the machine as it is now\n  \
-                 rotor-edge improve {} RUNUP.csv -o better.toml",
-                shell::path(rotor)
-            ),
-            (Some(_), ..) if arguments.better.is_some() => {
-                println!("Next: look at it, with --report replay.html.")
-            }
-            (Some(_), ..) => println!(
-                "Next: learn which physical effect is missing, from the run-up that was recorded the day after,\n\
-                 and see the controller's residual fall\n  \
-                 cargo run --release -- improve host-sim/sample/turbine/rotor.toml \
-                 host-sim/sample/turbine/runup-day126.csv -o better.toml\n  \
-                 cargo run --release -- replay --better better.toml --report replay.html"
-            ),
-        }
-    }
-
-    fn day(&self, row: usize) -> f64 {
-        day(self.record, row)
     }
 }

@@ -11,7 +11,6 @@ use rotor_edge_desktop::unbalance::G_MM;
 use crate::answers::replay::{KnownUnbalance, LastUnbalance};
 use crate::bus::decoded::planes_of;
 use crate::edge::Deployment;
-use crate::render::findings;
 use crate::replay::{AnsweredReading, day};
 
 /// Of the last reading that the controller neither flagged nor suspected.
@@ -54,22 +53,4 @@ pub fn last(
         with_bearings: bearings.is_some(),
         outdated: answers.last().is_some_and(|newest| !fits(&newest)),
     }))
-}
-
-pub fn print(last: &LastUnbalance) {
-    let known = match last {
-        LastUnbalance::Known(known) => known,
-        LastUnbalance::Unknown { why } => return println!("\nNo interval of the unbalance: {why}."),
-    };
-    println!("\nUnbalance on day {:.0}, from one reading", known.time_d);
-    findings::planes(&known.determined).iter().for_each(|line| println!("  {line}"));
-    let bearings = if known.with_bearings {
-        "and phase I's uncertainty of the bearings"
-    } else {
-        "alone: the bearings' uncertainty is not in the rotor's file"
-    };
-    println!("  from the noise, {:.2} times what is stated, {bearings}", known.noise_scale);
-    if known.outdated {
-        println!("  Later readings have no interval: the model does not fit them.");
-    }
 }

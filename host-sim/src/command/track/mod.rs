@@ -1,8 +1,6 @@
 //! `track`: the unbalance of a long record, while bearings change.
 
-mod output;
-mod report;
-mod sampling;
+mod table;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -15,12 +13,14 @@ use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::track::{self, Config, DetectorThresholds, LaterRunup, Method, PROPOSALS_AS_PRINTED};
 
-use super::dates::{Dates, moment};
 use super::listener::Listener;
-use super::output::{self as shared, Json};
-use crate::answers::track::{EstimateAnswer, TrackAnswer};
+use super::output::{self, Json};
+use crate::answers::track::TrackAnswer;
+use crate::answers::track_curves::TrackCurves;
 use crate::command::shell;
 use crate::ingest::calendar::Moment;
+use crate::ingest::dates::{Dates, moment};
+use crate::render;
 
 /// A bound on growth that is wider than this in a day is none.
 const LARGEST_GROWTH: f64 = 100.0;
@@ -68,9 +68,9 @@ pub struct Arguments {
     #[command(flatten)]
     flagging: Flagging,
     #[command(flatten)]
-    runout: shared::Runout,
+    runout: output::Runout,
     #[command(flatten)]
-    form: shared::Form,
+    form: output::Form,
 }
 
 /// The methods by their names on the command line.
@@ -191,17 +191,18 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     bar.finish_and_clear();
     let followed = followed?;
     if let Some(path) = &arguments.csv {
-        output::csv(path, &rotor, &followed, dates)?;
+        table::write(path, &rotor, &followed, dates)?;
     }
     let answer = TrackAnswer::of(&rotor, &followed, record.len(), &|time_d| dates.iso(time_d));
     if let Some(path) = &arguments.form.report {
-        let sections = report::sections(&rotor, &record, &followed, &answer, dates);
-        shared::report(path, &format!("{}: the unbalance followed", rotor.name), sections)?;
+        let curves = TrackCurves::of(&rotor, &record, &followed);
+        let sections = render::track::sections(&answer, &curves, dates);
+        output::report(path, &format!("{}: the unbalance followed", rotor.name), sections)?;
     }
     if arguments.form.json {
-        return shared::answer(&answer);
+        return output::answer(&answer);
     }
-    print(&rotor.name, &answer, dates);
+    print!("{}", render::track::text(&rotor.name, &answer, dates));
     println!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
     match &arguments.csv {
         Some(path) => println!("Next: rotor-edge forecast {}", shell::path(path)),
@@ -216,7 +217,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
 }
 
 /// A run-up and its day.
-fn later_runup(path: &Path, rotor: &Rotor, runout: &shared::Runout) -> Result<(f64, Vec<Reading>)> {
+fn later_runup(path: &Path, rotor: &Rotor, runout: &output::Runout) -> Result<(f64, Vec<Reading>)> {
     let readings = runout.read(path, rotor)?;
     let first = &readings[0];
     let digits = |name: &String| {
@@ -229,70 +230,5 @@ fn later_runup(path: &Path, rotor: &Rotor, runout: &shared::Runout) -> Result<(f
             "{}: its day is not known; expected a column time_d, or a run whose name ends with the day",
             path.display()
         ),
-    }
-}
-
-fn print(rotor: &str, answer: &TrackAnswer, dates: Dates) {
-    println!("{rotor}: {} readings, method {}", answer.recorded, answer.method);
-    for remark in &answer.remarks {
-        println!("  {remark}");
-    }
-    println!("\nFlags");
-    if answer.flags.is_empty() {
-        println!("  None in {} readings.", answer.estimates.len());
-    }
-    for flag in &answer.flags {
-        let cause = match flag.cause {
-            "model" => format!("the model stopped fitting; suspect bearing {}", flag.suspect),
-            _ => "the unbalance jumped, the model still fits".to_string(),
-        };
-        println!("  {}, since day {:.0}: {cause}", dates.day(flag.time_d), flag.since_d);
-    }
-    for r in &answer.reidentified {
-        println!("\nRe-identified on {}", dates.day(r.time_d));
-        for c in &r.cases {
-            let taken = if c.case == r.case { "   taken" } else { "" };
-            println!(
-                "  case {}: residual of its readings {:>7.3} µm, {:>2} unknowns, criterion {:>6.1}{taken}",
-                c.case, c.residual_um, c.unknowns, c.criterion
-            );
-        }
-    }
-    if let Some(open) = output::undiagnosed(answer, dates) {
-        println!("  {open}");
-    }
-    println!("\nMean residual {:.3} µm", answer.residual_um.mean);
-    let percent = |r: Option<f64>| r.map_or("–".to_string(), |r| format!("{:.2} %", 100.0 * r));
-    println!(
-        "  less than with constant bearings by {} over the record, {} from the event on",
-        percent(answer.reduction_against_fixed.whole),
-        percent(answer.reduction_against_fixed.after_event)
-    );
-    if let Some(sampling) = &answer.sampling {
-        sampling::print(sampling);
-    }
-    if let Some(joint) = &answer.joint {
-        output::print_joint(joint, dates);
-    }
-    if let Some(last) = answer.estimates.last() {
-        print_last(last, dates);
-    }
-}
-
-/// The unbalance of the last day.
-fn print_last(last: &EstimateAnswer, dates: Dates) {
-    println!("\nOn {}", dates.day(last.time_d));
-    let line = |what: &str, magnitude: f64, angle: f64, sure: String| {
-        println!("  {what:<16} {magnitude:>8.1} g·mm at {angle:>6.1}°{sure}");
-    };
-    for (j, plane) in last.planes.iter().enumerate() {
-        let sure = last.interval_95.as_ref().map_or(String::new(), |i| output::plane_interval(&i.planes[j]));
-        line(&format!("plane {}", plane.name), plane.unbalance_g_mm, plane.angle_deg, sure);
-    }
-    for (what, u) in [("static", last.static_unbalance), ("dynamic", last.dynamic)] {
-        line(what, u.unbalance_g_mm, u.angle_deg, String::new());
-    }
-    if last.interval_95.is_none() {
-        println!("  How sure these are this method does not say; --method joint and bayes do.");
     }
 }

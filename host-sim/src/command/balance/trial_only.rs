@@ -1,8 +1,5 @@
 //! `balance --trial-only`: correction weights without a rotor's file.
 
-mod answer;
-mod report;
-
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -13,9 +10,9 @@ use rotor_edge_desktop::balance::alone::{CorrectionRequest, MachineInfluence, co
 use rotor_edge_desktop::measurement;
 
 use super::Arguments;
-use crate::answers::balance::AngleSense;
+use crate::answers::balance::{AngleSense, TrialBalance};
 use crate::command::output::{self, Json};
-use answer::TrialBalanceResult;
+use crate::render;
 
 /// What the command line asks where there is no rotor's file.
 #[derive(Debug, Args)]
@@ -52,21 +49,21 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     let request = request(arguments)?;
     let machine = machine(data, arguments, &request)?;
     let correction = correct(&machine, &request).with_context(|| data.display().to_string())?;
-    let answer = TrialBalanceResult {
-        correction,
-        criterion: request.wanted.criterion,
-        onto: options.onto.clone(),
-        sense: AngleSense::of(arguments.against_rotation),
-        coefficients: options.coefficients.is_some(),
-    };
+    let answer = TrialBalance::of(
+        &correction,
+        request.wanted.criterion,
+        options.onto.clone(),
+        AngleSense::of(arguments.against_rotation),
+        options.coefficients.is_some(),
+    );
     if let Some(path) = &arguments.form.report {
         let title = format!("{}: balance", data.file_stem().unwrap_or_default().to_string_lossy());
-        output::report(path, &title, report::sections(&answer))?;
+        output::report(path, &title, vec![render::trial_balance::section(&answer)])?;
     }
     if arguments.form.json {
-        return output::answer(&answer.answer());
+        return output::answer(&answer);
     }
-    answer.print();
+    print!("{}", render::trial_balance::text(&answer));
     Ok(None)
 }
 

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use crate::ingest::calendar::{Moment, ParsedMoment, of_text};
-use crate::ingest::readings::written::COUNTS_FROM;
+use super::calendar::{Moment, ParsedMoment, of_text};
+use super::readings::written::COUNTS_FROM;
 
 /// Column of a track with each estimate's moment.
 pub const TIME: &str = "time";

@@ -1,8 +1,5 @@
 //! `forecast`: where the unbalance of a track is going.
 
-mod report;
-mod text;
-
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
@@ -19,10 +16,11 @@ use rotor_edge_desktop::grade::Rigid;
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::G_MM;
 
-use super::dates::Dates;
 use super::listener::Listener;
 use super::output::{self, Json};
-use crate::answers::forecast::{DRIFT, ForecastAnswer, LimitAnswer, NAIVE, ScoreAnswer, SeriesForecast};
+use crate::answers::forecast::{DRIFT, ForecastAnswer, NAIVE, SeriesCurves, SeriesForecast};
+use crate::ingest::dates::Dates;
+use crate::render;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -126,13 +124,14 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         |time_d| dates.iso(time_d),
     );
     if let Some(path) = &arguments.form.report {
-        let sections = report::sections(&answer, &history, &forecasts, dates);
+        let curves: Vec<SeriesCurves> = forecasts.iter().map(|f| SeriesCurves::of(&history, f)).collect();
+        let sections = render::forecast::sections(&answer, &curves, dates);
         output::report(path, "Forecast of the unbalance", sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);
     }
-    print!("{}", text::text(&answer, arguments.first, dates));
+    print!("{}", render::forecast::text(&answer, arguments.first, dates));
     Ok(None)
 }
 
@@ -196,44 +195,4 @@ fn lstm(series: &DailySeries, arguments: &Arguments) -> Result<(Vec<Score>, Fore
 #[cfg(not(feature = "lstm"))]
 fn lstm(_: &DailySeries, _: &Arguments) -> Result<(Vec<Score>, ForecastPath)> {
     bail!("this build has no LSTM; build it with `cargo build --release --features lstm` and run again")
-}
-
-/// What forecasts are scored by: title, figure, and whether that is a share of one.
-type Scored = (&'static str, fn(&ScoreAnswer) -> f64, bool);
-const SCORES: [Scored; 6] = [
-    ("Root mean square error", |s| s.rmse, false),
-    ("Continuous ranked probability score (CRPS)", |s| s.crps, false),
-    ("Pinball loss at 5 %", |s| s.pinball.p5, false),
-    ("Pinball loss at 50 %", |s| s.pinball.p50, false),
-    ("Pinball loss at 95 %", |s| s.pinball.p95, false),
-    ("Share of outcomes inside the 95 % interval", |s| s.coverage_95, true),
-];
-
-/// What the limit comes to, in one sentence; days as the track counts them.
-fn limit_in_words(limit: &LimitAnswer, last_d: f64, dates: Dates) -> String {
-    let head = format!("The limit of {:.0} g·mm static unbalance", limit.limit_g_mm);
-    if limit.exceeded {
-        return format!(
-            "{head} is exceeded already: the last of the track, {}, has {:.0} g·mm.",
-            dates.day(last_d),
-            limit.now_g_mm
-        );
-    }
-    let day = |days: Option<f64>| match days {
-        Some(days) => format!("on {}", dates.day(last_d + days)),
-        None => "not within the forecast".to_string(),
-    };
-    format!(
-        "{head} is reached within {} days with {:.0} %: with a chance of 5 % {}; of 50 % {}; of 95 % {}.",
-        limit.chance_until.len(),
-        100.0 * limit.chance,
-        day(limit.days.p5),
-        day(limit.days.p50),
-        day(limit.days.p95)
-    )
-}
-
-/// Unit of a series.
-fn unit(series: &str) -> &'static str {
-    if series.starts_with('U') { "g·mm" } else { "°" }
 }

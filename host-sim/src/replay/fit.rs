@@ -1,7 +1,8 @@
 //! Whether the model fits the machine, and since when it does or does not.
 
-use crate::replay::{AnsweredReading, Flag, day};
 use rotor_edge_desktop::measurement::Reading;
+
+use super::{AnsweredReading, Flag, day};
 
 /// What a replay says of the model over its record.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,33 +38,6 @@ impl ModelFit {
             first_d: flag.since_d,
             before: mean(&answers[..from]),
             after: mean(&answers[from..]),
-        }
-    }
-
-    pub fn words(self, evaluated: usize, readings: usize) -> Vec<String> {
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-        match self {
-            Self::Throughout => {
-                vec![format!("No flag in {evaluated} of {readings} readings that were evaluated.")]
-            }
-            Self::StoppedOn { first_d, before, after } => {
-                let until = format!(
-                    "Until day {:.0} the residual is {} of the features.",
-                    first_d - 1.0,
-                    percent(before)
-                );
-                let from =
-                    format!("From day {first_d:.0} on it is {}: the model stopped fitting.", percent(after));
-                [until].into_iter().filter(|_| before.is_finite()).chain([from]).collect()
-            }
-            Self::BeganOn { first_d, before, after } => vec![
-                format!(
-                    "Until day {:.0} the residual is {} of the features.",
-                    first_d - 1.0,
-                    percent(before)
-                ),
-                format!("From day {first_d:.0} on it is {}: the model began to fit.", percent(after)),
-            ],
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What `track` writes: parts of its text, and every estimate as CSV.
+//! Every estimate of `track` as a table.
 
 use std::path::Path;
 
@@ -11,76 +11,15 @@ use rotor_edge_desktop::track::{CredibleIntervals, ReadingEstimate, Track};
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 use rotor_edge_desktop::whole_file;
 
-use super::super::dates::{Dates, TIME};
 use crate::answers::names::coefficient_names;
-use crate::answers::track::{EventAnswer, JointAnswer, PlaneInterval, TrackAnswer, plane_ends};
-
-/// When an event took place, and how sure that is.
-pub fn when(event: &EventAnswer, dates: Dates) -> String {
-    let [low, high] = event.interval_95_d;
-    if low == high {
-        dates.day(event.time_d)
-    } else {
-        format!("{} (95 %: {low:.0} to {high:.0})", dates.day(event.time_d))
-    }
-}
-
-/// What the joint method learned, for people.
-pub fn print_joint(joint: &JointAnswer, dates: Dates) {
-    println!("\nEvents");
-    for e in &joint.events {
-        println!("  {}: {} changed (log evidence {:.0})", when(e, dates), e.changed, e.log_evidence);
-    }
-    if joint.events.is_empty() {
-        println!("  None.");
-    }
-    if !joint.effects.is_empty() {
-        println!("  The later run-up shows {}.", joint.effects.join(", "));
-    }
-    if !joint.left_out_d.is_empty() {
-        let days: Vec<String> = joint.left_out_d.iter().map(|d| format!("{d:.0}")).collect();
-        println!("  Left out as passing disturbances: day {}.", days.join(", "));
-    }
-    println!("\nBearings: constant part, ± %, and wander that fades in {:.1} days", joint.wander_days);
-    for state in &joint.states {
-        println!("  from {}", dates.day(state.since_d));
-        for (c, (_, wander)) in state.bearings.iter().zip(joint.wander_relative_sd.iter()) {
-            let origin = if c.from_data { "the data" } else { "its prior, the data do not tell" };
-            println!(
-                "    {:<12} {:>11.4e} ± {:>4.1}, wander {:>4.1}   {origin}",
-                c.name,
-                c.value,
-                100.0 * c.relative_sd,
-                100.0 * wander
-            );
-        }
-    }
-}
-
-/// What an event leaves open until a run-up has been seen, if it does.
-pub fn undiagnosed(track: &TrackAnswer, dates: Dates) -> Option<String> {
-    let since = track.undiagnosed_since_d?;
-    let mut events = track.joint.iter().flat_map(|joint| &joint.events);
-    let taken_as = if events.any(|e| e.time_d == since && e.is_elsewhere) {
-        "is nothing that bearings or unbalance explain, as a seal or a bow would be. The unbalance is taken to go on from \
-         where it was; a run-up since then would tell what it is."
-    } else {
-        "is taken to be bearings. Near one speed an effect that the file lacks looks the same, and the unbalance may then \
-         be off by more than its interval; a run-up since then would tell."
-    };
-    Some(format!("What changed on {} {taken_as}", dates.day(since)))
-}
-
-pub fn plane_interval(plane: &PlaneInterval) -> String {
-    let ([from, to], [first, last]) = (plane.unbalance_g_mm, plane.angle_deg);
-    format!("   (95 %: {from:.1} to {to:.1}, {first:.0}° to {last:.0}°)")
-}
+use crate::answers::track::plane_ends;
+use crate::ingest::dates::{Dates, TIME};
 
 /// Writes every estimate, whole or not at all.
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn csv(path: &Path, rotor: &Rotor, track: &Track, dates: Dates) -> Result<()> {
+pub fn write(path: &Path, rotor: &Rotor, track: &Track, dates: Dates) -> Result<()> {
     let known_then = track.joint.as_ref().map(|j| j.filter_states.as_slice());
     let mut head = header(rotor);
     if !dates.is_unknown() {

@@ -1,5 +1,15 @@
 //! What can be wrong with a user's input, in one sentence each.
 
+mod film;
+mod forecast;
+mod startup;
+mod track;
+
+pub use film::FilmError;
+pub use forecast::ForecastError;
+pub use startup::StartupError;
+pub use track::TrackError;
+
 /// A problem with the input or with what was asked of it.
 ///
 /// Every message is one sentence that names the file and the key or row and says what was expected.
@@ -137,6 +147,93 @@ pub enum Error {
     /// An effect is in the model already, or cannot be searched for on this rotor.
     #[error("{effect} {why}")]
     EffectNotAddable { effect: String, why: String },
+    /// There is no such effect, or it cannot act there.
+    #[error("{0}")]
+    UnknownEffect(String),
+    /// The dynamic stiffness cannot be inverted at a speed.
+    #[error("the model is singular at {speed_rad_s:.1} rad/s")]
+    SingularModel { speed_rad_s: f64 },
+    /// The dynamic stiffness cannot be inverted with any bearings that were tried.
+    #[error("the machine is singular {tried}")]
+    SingularMachine {
+        /// The bearings, with their preposition.
+        tried: &'static str,
+    },
+    /// The iteration of amplitude and stiffness of nonlinear supports does not converge.
+    #[error("the amplitude at the supports does not settle at {speed_rpm:.0} rpm")]
+    AmplitudeNotSettled { speed_rpm: f64 },
+    /// The iteration for the damped modes does not converge.
+    #[error("the modes at {speed_rpm:.0} rpm do not converge")]
+    ModesNotConverged { speed_rpm: f64 },
+    /// A horizontal shaft has fewer than two bearings.
+    #[error("{given} bearing given, a horizontal shaft needs two to carry its weight")]
+    TooFewBearings { given: usize },
+    /// There are not as many heights as bearings.
+    #[error("{given} elevations given for {bearings} bearings")]
+    Elevations { given: usize, bearings: usize },
+    /// The height of a bearing is infinite or not a number.
+    #[error("an elevation of {elevation_m} m is not a number to calculate with")]
+    ElevationNotFinite { elevation_m: f64 },
+    /// Two bearings are at one place.
+    #[error("bearings \"{}\" and \"{}\" are at the same place", .bearings[0], .bearings[1])]
+    BearingsAtOnePlace { bearings: [String; 2] },
+    /// There are fewer measured values than planes.
+    #[error("{values} measured values cannot fix the unbalance of {planes} planes")]
+    TooFewValuesForPlanes { values: usize, planes: usize },
+    /// There is no reading.
+    #[error("there is no reading")]
+    NoReading,
+    /// A reading names no run.
+    #[error("reading {reading} names no run, expected a column run")]
+    ReadingWithoutRun {
+        /// From 1.
+        reading: usize,
+    },
+    /// A weight of a run is in no plane.
+    #[error("run \"{run}\" has a weight at {position_m} m, where the rotor's file has no [[plane]]")]
+    WeightOutsidePlanes { run: String, position_m: f64 },
+    /// No run has weights.
+    #[error(
+        "no run of the data has a [[run]] with added_unbalance in the rotor's file, expected at least one beside the base run"
+    )]
+    NoWeightedRun,
+    /// No run is without weights.
+    #[error(
+        "no run of the data has a [[run]] without weights in the rotor's file; name the base run with --base"
+    )]
+    NoBaseRun,
+    /// No run has a speed of the base run.
+    #[error("no speed of the base run \"{base}\" was measured in another run, expected common speeds")]
+    NoCommonSpeed { base: String },
+    /// No other run has readings around the speeds of a run.
+    #[error(
+        "no run has two speeds within {:.0} % around one of run \"{run}\", expected run-ups that overlap",
+        100.0 * .within
+    )]
+    NoOverlap {
+        run: String,
+        /// Largest distance of two speeds, relative.
+        within: f64,
+    },
+    /// No reading is at a speed of the influence coefficients that were kept.
+    #[error(
+        "no probe was measured at a speed of the coefficients, within {:.2} % (--same-speed): they have {known}",
+        100.0 * .within
+    )]
+    NoKeptSpeed {
+        /// Largest distance of two speeds, relative.
+        within: f64,
+        /// Probes and speeds of the coefficients.
+        known: String,
+    },
+    #[error(transparent)]
+    Film(#[from] FilmError),
+    #[error(transparent)]
+    Forecast(#[from] ForecastError),
+    #[error(transparent)]
+    Startup(#[from] StartupError),
+    #[error(transparent)]
+    Track(#[from] TrackError),
     /// The data do not allow what was asked.
     #[error("{0}")]
     Unsuitable(String),

@@ -1,0 +1,39 @@
+//! Reasons why a series cannot be forecast.
+
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ForecastError {
+    /// The track is shorter than the days before the first forecast.
+    #[error(
+        "the track has {days} days, a forecast that begins after {first} days needs at least {}",
+        .first + 1
+    )]
+    ShortTrack { days: usize, first: usize },
+    /// Every day of the track has the same value.
+    #[error(
+        "{series} does not change at all from day to day, so there is nothing to forecast; expected estimates of a machine \
+         that runs"
+    )]
+    ConstantTrack { series: String },
+    /// All values that a model is fitted to are the same.
+    #[error("the series does not change at all, so there is nothing to {purpose}")]
+    ConstantSeries {
+        /// "fit" or "learn".
+        purpose: &'static str,
+    },
+    /// The track has no filter state to start from.
+    #[error("the track does not hold the state of a filter, expected one of `track --method joint --csv`")]
+    NoFilterState,
+    /// The order of an ARIMA model is larger than the implementation takes.
+    #[error("ARIMA({p},{d},{q}): p and q up to {largest} and d up to {most_differences} are supported")]
+    ArimaOrder { p: usize, d: usize, q: usize, largest: usize, most_differences: usize },
+    /// There are fewer values than the order of an ARIMA model needs.
+    #[error("ARIMA({p},{d},{q}) does not fit {values} values: it needs at least {needed}")]
+    ShortForArima { p: usize, d: usize, q: usize, values: usize, needed: usize },
+    /// No order that was tried can be fitted.
+    #[error("no ARIMA order up to (4,1,4) fits {values} values")]
+    NoArimaOrder { values: usize },
+    /// There are fewer days than a recurrent network learns from.
+    #[error("an LSTM needs at least {needed} days to learn from, there are {days}")]
+    ShortForLstm { needed: usize, days: usize },
+}

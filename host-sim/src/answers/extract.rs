@@ -1,0 +1,179 @@
+//! Answer of `extract`.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::ingest::waveform::settings::Settings;
+use crate::ingest::waveform::sweep::RateCompensation;
+use crate::ingest::waveform::vectors::{DriftedWindows, Loss};
+use crate::ingest::waveform::{ExtractedFile, Probe};
+
+/// 1x readings from raw samples, by the controller's own extraction.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExtractionAnswer {
+    pub measured: PathBuf,
+    pub two_x: Option<PathBuf>,
+    pub readings: usize,
+    /// Of each reading in the order of its file, rpm.
+    pub speeds: Vec<f64>,
+    pub lost: usize,
+    pub files: Vec<ExtractedFileAnswer>,
+}
+
+/// What one file of samples held.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExtractedFileAnswer {
+    pub file: String,
+    pub run: Option<String>,
+    pub rate_hz: f64,
+    pub duration_s: f64,
+    pub keyphasor: ExtractedKeyphasor,
+    pub channels: Vec<ExtractedChannel>,
+    /// A count of the core's converter in the channels' unit.
+    pub count: f64,
+    pub readings: usize,
+    pub losses: Vec<LossAnswer>,
+    pub drifted: Option<DriftedAnswer>,
+    pub compensated: Option<CompensatedAnswer>,
+    /// The slowest and the fastest reading.
+    #[serde(skip)]
+    pub range_rpm: [f64; 2],
+}
+
+/// The channel of the phase reference.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExtractedKeyphasor {
+    pub channel: String,
+    /// Where the channel was passed, in its unit.
+    pub threshold: f64,
+    pub missed_pulses: usize,
+    /// From when on nobody knows which pulse of a tacho is which.
+    pub reference_lost_s: Option<f64>,
+}
+
+/// A probe and the channel that it was read from.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExtractedChannel {
+    pub probe: String,
+    pub channel: String,
+    /// Whether its sensitivity is negative.
+    #[serde(skip)]
+    pub is_inverted: bool,
+}
+
+/// Windows that are lost for one reason; of one probe, or of all.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LossAnswer {
+    pub why: &'static str,
+    pub probe: Option<String>,
+    pub windows: usize,
+    pub first_s: f64,
+    #[serde(skip)]
+    pub words: String,
+}
+
+/// Windows that are lost because the speed changed too much within them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DriftedAnswer {
+    pub windows: usize,
+    pub in_all: usize,
+    /// The largest change within a window, relative.
+    pub largest: f64,
+    /// How many there are, and which option keeps them.
+    #[serde(skip)]
+    pub advice: String,
+}
+
+/// What the change of speed did to the response, taken off.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CompensatedAnswer {
+    pub bins: usize,
+    /// Bins that are as they were measured.
+    pub left: usize,
+    pub largest_um: f64,
+    pub at_rpm: f64,
+}
+
+impl ExtractionAnswer {
+    /// Of files whose readings are written to `measured`, and their vectors at twice the running speed to `two_x`.
+    pub fn of(
+        extracted: &[ExtractedFile],
+        settings: &Settings,
+        measured: PathBuf,
+        two_x: Option<PathBuf>,
+    ) -> Self {
+        let speeds: Vec<f64> =
+            extracted.iter().flat_map(|file| &file.readings).map(|reading| reading.speed_rpm).collect();
+        Self {
+            measured,
+            two_x,
+            readings: speeds.len(),
+            speeds,
+            lost: extracted.iter().flat_map(|file| &file.losses).map(|loss| loss.windows).sum(),
+            files: extracted.iter().map(|file| ExtractedFileAnswer::of(file, settings)).collect(),
+        }
+    }
+}
+
+impl ExtractedFileAnswer {
+    fn of(of: &ExtractedFile, settings: &Settings) -> Self {
+        let (channel, threshold) = &of.keyphasor;
+        let speeds = || of.readings.iter().map(|reading| reading.speed_rpm);
+        Self {
+            file: of.file.clone(),
+            run: of.run.clone(),
+            rate_hz: of.rate_hz,
+            duration_s: of.duration_s,
+            keyphasor: ExtractedKeyphasor {
+                channel: channel.clone(),
+                threshold: *threshold,
+                missed_pulses: of.missed_pulses,
+                reference_lost_s: of.reference_lost_s,
+            },
+            channels: of.probes.iter().map(ExtractedChannel::from).collect(),
+            count: of.count,
+            readings: of.readings.len(),
+            losses: of.losses.iter().map(LossAnswer::from).collect(),
+            drifted: of.drifted.map(|drifted| DriftedAnswer::of(&drifted, settings)),
+            compensated: of.compensated.map(CompensatedAnswer::from),
+            range_rpm: [speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max)],
+        }
+    }
+}
+
+impl From<&Probe> for ExtractedChannel {
+    fn from(probe: &Probe) -> Self {
+        Self { probe: probe.name.clone(), channel: probe.channel.clone(), is_inverted: probe.mv_um < 0.0 }
+    }
+}
+
+impl From<&Loss> for LossAnswer {
+    fn from(loss: &Loss) -> Self {
+        Self {
+            why: loss.why,
+            probe: loss.probe.clone(),
+            windows: loss.windows,
+            first_s: loss.first_s,
+            words: loss.to_string(),
+        }
+    }
+}
+
+impl DriftedAnswer {
+    fn of(drifted: &DriftedWindows, settings: &Settings) -> Self {
+        Self {
+            windows: drifted.windows,
+            in_all: drifted.in_all,
+            largest: drifted.largest,
+            advice: drifted.advice(settings.revolutions, settings.largest_drift),
+        }
+    }
+}
+
+impl From<RateCompensation> for CompensatedAnswer {
+    fn from(done: RateCompensation) -> Self {
+        let RateCompensation { bins, left, largest_um, at_rpm } = done;
+        Self { bins, left, largest_um, at_rpm }
+    }
+}

@@ -1,0 +1,184 @@
+//! Answers of `import` and `import-rotor`.
+
+use std::path::PathBuf;
+
+use rotor_edge_desktop::rotor_file::ross::ImportedRotor;
+use serde::Serialize;
+
+use crate::ingest::calendar::Moment;
+use crate::ingest::readings::ImportResult;
+use crate::ingest::readings::assign::UnusedColumn;
+use crate::ingest::readings::plan::Column;
+use crate::ingest::target::Quantity;
+
+/// Cosine and sine component, µm zero to peak.
+pub type CosineSine = [f64; 2];
+
+/// A drawing from a rotor of ROSS, what was carried over and what was left, a sentence each.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ImportedRotorAnswer {
+    pub rotor: PathBuf,
+    pub carried: Vec<String>,
+    pub left: Vec<String>,
+}
+
+/// Readings from exports of another system, and what its columns were taken for.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ImportAnswer {
+    pub measured: Option<PathBuf>,
+    pub columns: Vec<ImportedColumn>,
+    pub left: Vec<LeftColumn>,
+    pub rows: usize,
+    /// Values of single probes that are lost.
+    pub lost: usize,
+    pub marked: MarkedValuesAnswer,
+    /// Readings that were turned back to the phase reference before.
+    pub turned: usize,
+    pub skipped: SkippedRowsAnswer,
+    /// Whether the rows had to be sorted by time.
+    pub sorted: bool,
+    /// When day 0 was, local to the export.
+    pub start: Option<String>,
+    /// Runout that was taken off each probe.
+    pub runout_um: Option<Vec<CosineSine>>,
+    /// File and sheet of each table.
+    #[serde(skip)]
+    pub tables: Vec<String>,
+    #[serde(skip)]
+    pub probes: Vec<String>,
+}
+
+/// A column, counted from 1, and what it was taken for: its unit, and what makes µm zero to peak, degrees of lag, rpm or V.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ImportedColumn {
+    pub file: String,
+    pub column: usize,
+    pub from: String,
+    pub to: String,
+    pub unit: String,
+    pub factor: f64,
+    #[serde(skip)]
+    pub table_index: usize,
+    #[serde(skip)]
+    pub probe: Option<String>,
+    #[serde(skip)]
+    pub quantity: &'static str,
+    /// Unit of what the column becomes; empty where that has none.
+    #[serde(skip)]
+    pub becomes: &'static str,
+}
+
+/// A column that is not needed, or not understood.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LeftColumn {
+    pub column: usize,
+    pub from: String,
+    pub why: String,
+    #[serde(skip)]
+    pub table_index: usize,
+}
+
+/// Values that are lost, by what was wrong with them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MarkedValuesAnswer {
+    pub no_measurement: usize,
+    pub stale: usize,
+    pub outliers: usize,
+}
+
+/// Rows that are no readings.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SkippedRowsAnswer {
+    pub standstill: usize,
+    pub without_speed: usize,
+    pub other_machines: usize,
+    pub other_points: usize,
+    pub no_data: usize,
+}
+
+impl ImportedRotorAnswer {
+    /// Of a rotor whose drawing is written to `path`.
+    pub fn of(imported: &ImportedRotor, path: PathBuf) -> Self {
+        Self { rotor: path, carried: imported.carried.clone(), left: imported.left.clone() }
+    }
+}
+
+impl ImportAnswer {
+    /// Of an import that is written to `measured`, if at all.
+    pub fn of(imported: &ImportResult, measured: Option<PathBuf>) -> Self {
+        let record = &imported.record;
+        let skipped = record.skipped;
+        let tables = imported.plans.iter().enumerate();
+        let columns = tables.clone().flat_map(|(table, (place, plan))| {
+            plan.columns.iter().map(move |column| ImportedColumn::of(column, table, place))
+        });
+        let left = tables
+            .flat_map(|(table, (_, plan))| plan.left.iter().map(move |left| LeftColumn::of(left, table)));
+        let runout_um = imported.runout_um.as_ref();
+        Self {
+            measured,
+            columns: columns.collect(),
+            left: left.collect(),
+            rows: record.samples.len(),
+            lost: imported.lost(),
+            marked: MarkedValuesAnswer {
+                no_measurement: record.no_measurement,
+                stale: imported.marked.stale,
+                outliers: imported.marked.outliers,
+            },
+            turned: imported.turned,
+            skipped: SkippedRowsAnswer {
+                standstill: skipped.standstill,
+                without_speed: skipped.without_speed,
+                other_machines: skipped.other_machines,
+                other_points: skipped.other_points,
+                no_data: skipped.no_data,
+            },
+            sorted: imported.sorted,
+            start: imported.start.and_then(Moment::calendar),
+            runout_um: runout_um.map(|all| all.iter().map(|y| [y.re, -y.im]).collect()),
+            tables: imported.plans.iter().map(|(place, _)| place.clone()).collect(),
+            probes: record.probes.clone(),
+        }
+    }
+}
+
+impl ImportedColumn {
+    fn of(column: &Column, table: usize, place: &str) -> Self {
+        let target = &column.target;
+        let to: Vec<&str> = target.probe.iter().map(String::as_str).chain([target.quantity.name()]).collect();
+        let is_phase = target.quantity == Quantity::Phase;
+        Self {
+            file: place.into(),
+            column: column.index + 1,
+            from: column.header.clone(),
+            to: to.join(":"),
+            unit: target.stated.to_string(),
+            factor: if is_phase { column.factor.to_degrees() } else { column.factor },
+            table_index: table,
+            probe: target.probe.clone(),
+            quantity: target.quantity.name(),
+            becomes: unit_of(target.quantity),
+        }
+    }
+}
+
+/// Unit of what a column becomes.
+fn unit_of(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Amplitude | Quantity::Cos | Quantity::Sin | Quantity::Real | Quantity::Imaginary => {
+            "µm zero-to-peak"
+        }
+        Quantity::Phase => "degrees of lag",
+        Quantity::Speed => "rpm",
+        Quantity::Gap => "V",
+        Quantity::Time | Quantity::Clock => "days",
+        _ => "",
+    }
+}
+
+impl LeftColumn {
+    fn of(left: &UnusedColumn, table: usize) -> Self {
+        Self { column: left.number, from: left.header.clone(), why: left.why.clone(), table_index: table }
+    }
+}

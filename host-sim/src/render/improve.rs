@@ -1,0 +1,109 @@
+//! Text, story and sections of an answer of `improve`.
+
+use rotor_edge_desktop::machine::drawing::Rotor;
+
+use super::findings;
+use super::fitted::{self, FittedCurves};
+use super::{PageTable, Section, Story};
+use crate::answers::diagnose::{FittedAnswer, ImprovementAnswer, StepAnswer};
+use crate::scale::three_digits;
+
+/// The verdict and what the data determine; the steps are told before, each by [`step_text`].
+pub fn text(answer: &ImprovementAnswer) -> String {
+    let mut lines: Vec<String> = answer.refuted_runs.iter().map(|r| r.words.clone()).collect();
+    lines.extend(answer.remarks.iter().cloned());
+    lines.push(findings::noise(&answer.noise));
+    lines.extend(findings::planes(&answer.determined));
+    let lines: String = lines.iter().map(|line| format!("  {line}\n")).collect();
+    let unknown = answer.unknown.as_ref();
+    let unknown = unknown.map_or_else(String::new, |cause| format!("\n  {}\n", findings::unknown(cause)));
+    format!("{}: {}\n{lines}{unknown}", answer.verdict, answer.summary)
+}
+
+/// A step in words, a line each.
+pub fn step_text(step: &StepAnswer) -> String {
+    let mut text = format!(
+        "+ {:<36} error {:.2} %, χ² per value {:.2}\n",
+        step.fitted.label,
+        step.error_after * 100.0,
+        step.chi2_per_value
+    );
+    for line in findings::parameters(&step.fitted) {
+        text += &format!("    {line}\n");
+    }
+    if !step.group.is_empty() {
+        text += &format!("    the data cannot tell apart: {}\n", step.group.join(", "));
+    }
+    text
+}
+
+/// The first screen of the page; the first of the models is that before, then comes one for each step.
+pub fn story(answer: &ImprovementAnswer, drawn: &FittedCurves, next: (String, Option<String>)) -> Story {
+    let main: Vec<&FittedAnswer> = answer.steps.iter().map(|s| &s.fitted).collect();
+    let added: Vec<String> = main.iter().map(|c| c.words()).collect();
+    let group = answer.steps.last().map(|s| &s.group[..]).filter(|group| group.len() > 1);
+    let alone = |c: &FittedAnswer| answer.candidates_before.iter().find(|b| b.fitted.label == c.label);
+    let how_sure = match (&main[..], group) {
+        ([], _) => answer.summary.clone(),
+        (_, Some(group)) => format!("Not which of these: {}. All explain the data alike.", group.join(", ")),
+        ([only], None) => {
+            let probability = alone(only).map_or(f64::NAN, |c| c.probability);
+            format!("{} among all effects at all places.", fitted::percent(probability))
+        }
+        _ => "No other set of effects explains the data as well.".into(),
+    };
+    let sentence = if added.is_empty() {
+        answer.summary.clone()
+    } else {
+        let (were, it) = if added.len() > 1 { ("were", "them") } else { ("was", "it") };
+        let after = drawn.models.last().map_or(f64::NAN, |model| model.comparison.relative_error);
+        let left = match answer.verdict {
+            "adequate" => "and what is left is noise",
+            _ => "and something is left",
+        };
+        format!(
+            "{} {were} missing: with {it} the model is {} % off instead of {} %, {left}.",
+            fitted::capital(&added.join(" and ")),
+            three_digits(100.0 * after),
+            three_digits(100.0 * drawn.models[0].comparison.relative_error),
+        )
+    };
+    let mut story = fitted::story(&sentence, &main, &answer.candidates_before, drawn, how_sure, next);
+    if !added.is_empty() {
+        story.answers.push(("What is left", answer.summary.clone()));
+    }
+    story
+}
+
+/// The page below the story; `rotor` is the machine as its file has it.
+pub fn sections(answer: &ImprovementAnswer, rotor: &Rotor, drawn: &FittedCurves) -> Vec<Section> {
+    let mut sections = vec![found(answer)];
+    sections.extend(fitted::compared(rotor, drawn));
+    sections.push(findings::section(&answer.noise, &answer.determined, answer.unknown.as_ref()));
+    sections
+}
+
+/// The verdict, and what was added.
+fn found(answer: &ImprovementAnswer) -> Section {
+    let lines = answer.refuted_runs.iter().map(|r| r.words.clone()).chain(answer.remarks.iter().cloned());
+    let seen = answer.steps.iter().map(|s| format!("{}: {}", s.fitted.label, s.explanation));
+    let row = |s: &StepAnswer| {
+        let line = |line: String| vec![s.fitted.label.clone(), line];
+        findings::parameters(&s.fitted).into_iter().map(line).collect::<Vec<_>>()
+    };
+    let added = PageTable {
+        caption: "What was added, each with its parameters ± one standard deviation".into(),
+        columns: ["effect", "parameter"].map(String::from).to_vec(),
+        rows: answer.steps.iter().flat_map(row).collect(),
+    };
+    Section {
+        heading: "What was found".into(),
+        paragraphs: [format!("{}: {}", answer.verdict, answer.summary)]
+            .into_iter()
+            .chain(lines)
+            .chain(seen)
+            .collect(),
+        tables: if added.rows.is_empty() { Vec::new() } else { vec![added] },
+        figures: Vec::new(),
+    }
+}

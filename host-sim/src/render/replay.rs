@@ -1,0 +1,179 @@
+//! Text of an answer of `replay`.
+
+use std::fmt::Write as _;
+
+use rotor_edge_desktop::units::SECONDS_A_DAY;
+
+use super::{findings, identify};
+use crate::answers::replay::{BetterAnswer, KnownUnbalance, LastUnbalance, ReplayAnswer, StateSummary};
+use crate::replay::check::{EXCESS_LIMIT, FEATURE_LIMIT};
+use crate::replay::fit::ModelFit;
+use crate::watch::words::span;
+
+/// Changes of state that are told.
+const MOST_STATES: usize = 12;
+
+/// The whole answer on a terminal.
+pub fn text(answer: &ReplayAnswer) -> String {
+    let mut text = machine(answer) + &traffic(answer) + &equivalence(answer);
+    text += "\nDoes the model still fit?\n";
+    fit(answer).iter().for_each(|line| text += &format!("  {line}\n"));
+    for flag in &answer.flags {
+        let suspect = flag.suspect.as_deref().unwrap_or("no bearing");
+        let _ = writeln!(
+            text,
+            "  Flag raised on day {:.0}, up for {} readings; suspect bearing: {suspect}",
+            flag.time_d, flag.readings
+        );
+    }
+    text += &states(&answer.states);
+    text += &match &answer.unbalance {
+        LastUnbalance::Known(known) => unbalance(known),
+        LastUnbalance::Unknown { why } => format!("\nNo interval of the unbalance: {why}.\n"),
+    };
+    text + &answer.better.as_ref().map_or_else(String::new, better)
+}
+
+/// The record, and phase I.
+fn machine(answer: &ReplayAnswer) -> String {
+    let job = &answer.job;
+    let [first, last] = job.days;
+    let mut text = format!("{}: {} readings, days {first:.0} to {last:.0}\n", job.rotor_name, job.recorded);
+    if let Some((found, runup)) = &job.phase_one {
+        let runup = runup.map_or(String::new(), |speeds| format!(" and a run-up of {speeds} speeds"));
+        text += &format!("\nPhase I, from the first three days{runup}\n{}", identify::text(found));
+    }
+    text
+}
+
+/// The bus, and what became of the readings.
+fn traffic(answer: &ReplayAnswer) -> String {
+    let (frames, c, job) = (&answer.frames, &answer.counters, &answer.job);
+    let age_limit_s = job.age_limit_s;
+    let age_limit = match age_limit_s / SECONDS_A_DAY {
+        days if days >= 1.0 => format!("{days:.1} d"),
+        _ => span((age_limit_s * 1e6) as u64),
+    };
+    let mut text = format!(
+        "\n{}\n  frames sent {}, received {}, lost {}\n",
+        job.bus, frames.sent, frames.received, frames.lost
+    );
+    let _ = writeln!(
+        text,
+        "  readings evaluated {} ({} without all probes), skipped {}, lost {}, rejected {}, repeated {}, late {}",
+        c.evaluated, c.partial, c.skipped, c.lost, c.rejected, c.repeated, c.late
+    );
+    let _ = writeln!(
+        text,
+        "  its clock is the record's; a verdict counts for {age_limit} (--age-limit-s {age_limit_s})"
+    );
+    for day in &job.power_cuts_d {
+        let _ = writeln!(text, "  power lost before day {day}, back from what it had stored");
+    }
+    text
+}
+
+fn equivalence(answer: &ReplayAnswer) -> String {
+    let e = &answer.equivalence;
+    let mut text = String::from(
+        "\nThe core (f32, on the bus) against the desktop crate (f64)             measured     allowed\n",
+    );
+    let _ = writeln!(
+        text,
+        "  features, of the reading's largest                                   {:>10.1e}  {:>10.0e}",
+        e.max_relative_feature_error, FEATURE_LIMIT
+    );
+    let _ = writeln!(
+        text,
+        "  residual above the exact optimum, of the feature sum                 {:>10.1e}  {:>10.0e}",
+        e.max_relative_excess, EXCESS_LIMIT
+    );
+    let _ = writeln!(
+        text,
+        "  the same in µm                                                       {:>10.1e}",
+        e.max_residual_excess_um
+    );
+    let _ = writeln!(
+        text,
+        "  largest gap that the core's own certificate leaves, of the feature sum {:>8.1e}  {:>10.0e}",
+        e.max_relative_gap, EXCESS_LIMIT
+    );
+    let _ = writeln!(
+        text,
+        "  unbalance against the exact optimum's                         {:>10.2} g·mm, {:.2}°",
+        e.max_unbalance_difference_g_mm, e.max_angle_difference_deg
+    );
+    text
+}
+
+/// Whether the model fits, and since when it does or does not, in sentences.
+pub fn fit(answer: &ReplayAnswer) -> Vec<String> {
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    let until = |first_d: f64, before: f64| {
+        format!("Until day {:.0} the residual is {} of the features.", first_d - 1.0, percent(before))
+    };
+    match answer.fit {
+        ModelFit::Throughout => vec![format!(
+            "No flag in {} of {} readings that were evaluated.",
+            answer.readings, answer.job.recorded
+        )],
+        ModelFit::StoppedOn { first_d, before, after } => {
+            let from =
+                format!("From day {first_d:.0} on it is {}: the model stopped fitting.", percent(after));
+            let until = before.is_finite().then(|| until(first_d, before));
+            until.into_iter().chain([from]).collect()
+        }
+        ModelFit::BeganOn { first_d, before, after } => vec![
+            until(first_d, before),
+            format!("From day {first_d:.0} on it is {}: the model began to fit.", percent(after)),
+        ],
+    }
+}
+
+/// What the controller said of itself, as long as it is not too much.
+fn states(changes: &[StateSummary]) -> String {
+    let mut text = String::from("\nWhat the controller said of itself\n");
+    for change in changes.iter().take(MOST_STATES) {
+        let missing = match change.missing.is_empty() {
+            true => String::new(),
+            false => format!(", without {}", change.missing.join(", ")),
+        };
+        let StateSummary { time_d, state, reason, .. } = change;
+        let _ = writeln!(text, "  from day {time_d:<10} {state}: {reason}{missing}");
+    }
+    if changes.len() > MOST_STATES {
+        let _ = writeln!(text, "  and {} changes more (--json has all)", changes.len() - MOST_STATES);
+    }
+    text
+}
+
+fn unbalance(known: &KnownUnbalance) -> String {
+    let mut text = format!("\nUnbalance on day {:.0}, from one reading\n", known.time_d);
+    findings::planes(&known.determined).iter().for_each(|line| text += &format!("  {line}\n"));
+    let bearings = if known.with_bearings {
+        "and phase I's uncertainty of the bearings"
+    } else {
+        "alone: the bearings' uncertainty is not in the rotor's file"
+    };
+    let _ = writeln!(text, "  from the noise, {:.2} times what is stated, {bearings}", known.noise_scale);
+    if known.outdated {
+        text += "  Later readings have no interval: the model does not fit them.\n";
+    }
+    text
+}
+
+/// The days from the event on, before and after.
+fn better(answer: &BetterAnswer) -> String {
+    let [was, is] = answer.flagged;
+    let mut text = format!(
+        "\nThe controller from day {:.0} on                residual     readings flagged\n",
+        answer.since_d
+    );
+    let _ = writeln!(
+        text,
+        "  the model as it was                     {:>6.1} % {was:>14}",
+        answer.residual_ratio_before * 100.0
+    );
+    let _ = writeln!(text, "  {:<38}  {:>6.1} % {is:>14}", answer.label, answer.residual_ratio_after * 100.0);
+    text
+}

@@ -1,0 +1,148 @@
+//! Text of an answer of `track`.
+
+use std::fmt::Write as _;
+
+use super::sampling;
+use crate::answers::track::{
+    EstimateAnswer, EventAnswer, JointAnswer, PlaneInterval, ReidentifiedAnswer, TrackAnswer,
+};
+use crate::ingest::dates::Dates;
+
+/// The whole answer on a terminal; `rotor` is its name.
+pub fn text(rotor: &str, answer: &TrackAnswer, dates: Dates) -> String {
+    let mut text = format!("{rotor}: {} readings, method {}\n", answer.recorded, answer.method);
+    for remark in &answer.remarks {
+        let _ = writeln!(text, "  {remark}");
+    }
+    text += "\nFlags\n";
+    if answer.flags.is_empty() {
+        let _ = writeln!(text, "  None in {} readings.", answer.estimates.len());
+    }
+    for flag in &answer.flags {
+        let cause = match flag.cause {
+            "model" => format!("the model stopped fitting; suspect bearing {}", flag.suspect),
+            _ => "the unbalance jumped, the model still fits".to_string(),
+        };
+        let _ = writeln!(text, "  {}, since day {:.0}: {cause}", dates.day(flag.time_d), flag.since_d);
+    }
+    answer.reidentified.iter().for_each(|r| text += &reidentified(r, dates));
+    if let Some(open) = undiagnosed(answer, dates) {
+        let _ = writeln!(text, "  {open}");
+    }
+    let _ = writeln!(text, "\nMean residual {:.3} µm", answer.residual_um.mean);
+    let percent = |r: Option<f64>| r.map_or("–".to_string(), |r| format!("{:.2} %", 100.0 * r));
+    let _ = writeln!(
+        text,
+        "  less than with constant bearings by {} over the record, {} from the event on",
+        percent(answer.reduction_against_fixed.whole),
+        percent(answer.reduction_against_fixed.after_event)
+    );
+    text += &answer.sampling.as_ref().map_or_else(String::new, sampling::text);
+    text += &answer.joint.as_ref().map_or_else(String::new, |joint| of_joint(joint, dates));
+    text + &answer.estimates.last().map_or_else(String::new, |last| last_day(last, dates))
+}
+
+fn reidentified(r: &ReidentifiedAnswer, dates: Dates) -> String {
+    let mut text = format!("\nRe-identified on {}\n", dates.day(r.time_d));
+    for c in &r.cases {
+        let taken = if c.case == r.case { "   taken" } else { "" };
+        let _ = writeln!(
+            text,
+            "  case {}: residual of its readings {:>7.3} µm, {:>2} unknowns, criterion {:>6.1}{taken}",
+            c.case, c.residual_um, c.unknowns, c.criterion
+        );
+    }
+    text
+}
+
+/// When an event took place, and how sure that is.
+pub(super) fn when(event: &EventAnswer, dates: Dates) -> String {
+    let [low, high] = event.interval_95_d;
+    if low == high {
+        dates.day(event.time_d)
+    } else {
+        format!("{} (95 %: {low:.0} to {high:.0})", dates.day(event.time_d))
+    }
+}
+
+/// What the joint method learned.
+fn of_joint(joint: &JointAnswer, dates: Dates) -> String {
+    let mut text = String::from("\nEvents\n");
+    for e in &joint.events {
+        let _ = writeln!(
+            text,
+            "  {}: {} changed (log evidence {:.0})",
+            when(e, dates),
+            e.changed,
+            e.log_evidence
+        );
+    }
+    if joint.events.is_empty() {
+        text += "  None.\n";
+    }
+    if !joint.effects.is_empty() {
+        let _ = writeln!(text, "  The later run-up shows {}.", joint.effects.join(", "));
+    }
+    if !joint.left_out_d.is_empty() {
+        let days: Vec<String> = joint.left_out_d.iter().map(|d| format!("{d:.0}")).collect();
+        let _ = writeln!(text, "  Left out as passing disturbances: day {}.", days.join(", "));
+    }
+    let _ = writeln!(
+        text,
+        "\nBearings: constant part, ± %, and wander that fades in {:.1} days",
+        joint.wander_days
+    );
+    for state in &joint.states {
+        let _ = writeln!(text, "  from {}", dates.day(state.since_d));
+        for (c, (_, wander)) in state.bearings.iter().zip(joint.wander_relative_sd.iter()) {
+            let origin = if c.from_data { "the data" } else { "its prior, the data do not tell" };
+            let _ = writeln!(
+                text,
+                "    {:<12} {:>11.4e} ± {:>4.1}, wander {:>4.1}   {origin}",
+                c.name,
+                c.value,
+                100.0 * c.relative_sd,
+                100.0 * wander
+            );
+        }
+    }
+    text
+}
+
+/// What an event leaves open until a run-up has been seen, if it does.
+pub(super) fn undiagnosed(track: &TrackAnswer, dates: Dates) -> Option<String> {
+    let since = track.undiagnosed_since_d?;
+    let mut events = track.joint.iter().flat_map(|joint| &joint.events);
+    let taken_as = if events.any(|e| e.time_d == since && e.is_elsewhere) {
+        "is nothing that bearings or unbalance explain, as a seal or a bow would be. The unbalance is taken to go on from \
+         where it was; a run-up since then would tell what it is."
+    } else {
+        "is taken to be bearings. Near one speed an effect that the file lacks looks the same, and the unbalance may then \
+         be off by more than its interval; a run-up since then would tell."
+    };
+    Some(format!("What changed on {} {taken_as}", dates.day(since)))
+}
+
+fn plane_interval(plane: &PlaneInterval) -> String {
+    let ([from, to], [first, last]) = (plane.unbalance_g_mm, plane.angle_deg);
+    format!("   (95 %: {from:.1} to {to:.1}, {first:.0}° to {last:.0}°)")
+}
+
+/// The unbalance of the last day.
+fn last_day(last: &EstimateAnswer, dates: Dates) -> String {
+    let line = |what: &str, magnitude: f64, angle: f64, sure: String| {
+        format!("  {what:<16} {magnitude:>8.1} g·mm at {angle:>6.1}°{sure}\n")
+    };
+    let mut text = format!("\nOn {}\n", dates.day(last.time_d));
+    for (j, plane) in last.planes.iter().enumerate() {
+        let sure = last.interval_95.as_ref().map_or(String::new(), |i| plane_interval(&i.planes[j]));
+        text += &line(&format!("plane {}", plane.name), plane.unbalance_g_mm, plane.angle_deg, sure);
+    }
+    for (what, u) in [("static", last.static_unbalance), ("dynamic", last.dynamic)] {
+        text += &line(what, u.unbalance_g_mm, u.angle_deg, String::new());
+    }
+    if last.interval_95.is_none() {
+        text += "  How sure these are this method does not say; --method joint and bayes do.\n";
+    }
+    text
+}

@@ -1,0 +1,157 @@
+//! Text and section of an answer of `balance --trial-only`.
+
+use super::text;
+use super::weights::{Weight, weights};
+use super::{Figure, PageTable, Section};
+use crate::answers::balance::{AngleSense, LeftAnswer, TrialBalance, TrialWeight, VectorAnswer};
+use crate::scale::four_digits;
+
+const WEIGHT_COLUMNS: [&str; 3] = ["plane", "unbalance to add, g·mm", "angle"];
+const VIBRATION_COLUMNS: [&str; 5] = ["probe", "speed, rpm", "before", "after", "after, at most (95 %)"];
+/// More rows than this say nothing to a reader; they are in the JSON and on the page.
+const MOST_ROWS: usize = 40;
+
+/// The whole answer on a terminal.
+pub fn text(answer: &TrialBalance) -> String {
+    let line = |line: &String| format!("{line}\n");
+    let mut text = format!("{}\n{}\n", title(answer), text::table(&WEIGHT_COLUMNS, &weight_rows(answer)));
+    text.extend(answer.weights.iter().map(|w| line(&w.text)));
+    text += "\n";
+    let rows = vibration_rows(answer);
+    if rows.len() <= MOST_ROWS {
+        text += &text::table(&VIBRATION_COLUMNS, &rows);
+    }
+    text.extend(lines(answer).iter().map(line));
+    if !answer.doubts.is_empty() {
+        text += "\n";
+    }
+    text.extend(answer.doubts.iter().map(line));
+    text
+}
+
+/// The weights on a polar plot, and the vibration with and without them.
+pub fn section(answer: &TrialBalance) -> Section {
+    let table = |caption: String, columns: &[&str], rows: Vec<Vec<String>>| PageTable {
+        caption,
+        columns: columns.iter().map(|c| (*c).to_string()).collect(),
+        rows,
+    };
+    let drawn: Vec<Weight> = answer
+        .weights
+        .iter()
+        .map(|w| Weight {
+            plane: w.plane.clone(),
+            wanted: w.wanted_g_mm,
+            placed: w.placed.iter().map(|p| p.unbalance_g_mm).collect(),
+        })
+        .collect();
+    let mut paragraphs: Vec<String> = answer.weights.iter().map(|w| w.text.clone()).collect();
+    paragraphs.extend(lines(answer));
+    paragraphs.extend(answer.doubts.iter().cloned());
+    let vibration = format!("Vibration, {} zero to peak", unit(answer));
+    Section {
+        heading: "Weights".into(),
+        paragraphs,
+        tables: vec![
+            table(title(answer), &WEIGHT_COLUMNS, weight_rows(answer).into_iter().map(Vec::from).collect()),
+            table(vibration, &VIBRATION_COLUMNS, vibration_rows(answer).into_iter().map(Vec::from).collect()),
+        ],
+        figures: vec![Figure::new(
+            "Weights around the shaft",
+            "Lines: the unbalance to add in each plane; circles: what is put in.",
+            weights(&drawn, answer.sense == AngleSense::AgainstRotation),
+        )],
+    }
+}
+
+/// Unit of the vibration as people write it.
+fn unit(answer: &TrialBalance) -> &str {
+    match answer.unit.as_str() {
+        "um" => "µm",
+        "mm_s" => "mm/s",
+        "m_s2" => "m/s²",
+        other => other,
+    }
+}
+
+/// What the weights are for.
+fn title(answer: &TrialBalance) -> String {
+    let to = match (&answer.onto, answer.by_kept_coefficients) {
+        (Some(run), _) => format!("to add to what run \"{run}\" has"),
+        (None, true) => "to add to the machine as it was measured, by earlier coefficients".into(),
+        (None, false) => "for the machine without trial weights".into(),
+    };
+    let least = match answer.criterion {
+        "min_max" => "the largest vibration least",
+        _ => "least squares",
+    };
+    format!("Correction weights {to}, {least}; angles from the keyphasor mark, {}", answer.angles)
+}
+
+fn weight_rows(answer: &TrialBalance) -> Vec<[String; 3]> {
+    let row = |w: &TrialWeight| {
+        let (size, angle_deg) = (four_digits(w.magnitude_g_mm), w.angle_deg);
+        match w.interval_95.zip(w.angle_95_deg) {
+            Some(([from, to], half_deg)) => [
+                w.plane.clone(),
+                format!("{size} ({} to {} with 95 %)", four_digits(from), four_digits(to)),
+                match half_deg < 180.0 {
+                    true => format!("{angle_deg:.1}° ± {half_deg:.1}°"),
+                    false => format!("{angle_deg:.1}°, any with 95 %"),
+                },
+            ],
+            None => [w.plane.clone(), size, format!("{angle_deg:.1}°")],
+        }
+    };
+    answer.weights.iter().map(row).collect()
+}
+
+fn vibration_rows(answer: &TrialBalance) -> Vec<[String; 5]> {
+    let row = |l: &LeftAnswer| {
+        let at_most = l.after_at_most.map_or("–".into(), four_digits);
+        [l.probe.clone(), format!("{:.0}", l.speed_rpm), four_digits(l.before), four_digits(l.after), at_most]
+    };
+    answer.left.iter().map(row).collect()
+}
+
+/// Static part and couple of two planes in words, and what the weights do.
+fn lines(answer: &TrialBalance) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(parts) = &answer.static_couple {
+        let phasor =
+            |u: &VectorAnswer| format!("{} g·mm at {:.1}°", four_digits(u.magnitude_g_mm), u.angle_deg);
+        lines.push(format!(
+            "Static: {} in all. Couple: {} in plane {}, its opposite in plane {}.",
+            phasor(&parts.static_unbalance),
+            phasor(&parts.couple),
+            answer.weights[0].plane,
+            answer.weights[1].plane
+        ));
+    }
+    let rms = |of: fn(&LeftAnswer) -> f64| {
+        four_digits(
+            (answer.left.iter().map(|l| of(l).powi(2)).sum::<f64>() / answer.left.len() as f64).sqrt(),
+        )
+    };
+    let most = |of: fn(&LeftAnswer) -> f64| four_digits(answer.left.iter().map(of).fold(0.0, f64::max));
+    lines.push(format!(
+        "Vibration, {} zero to peak, with the weights that are put in: {} becomes {} root mean square, {} becomes {} at most.",
+        unit(answer),
+        rms(|l| l.before),
+        rms(|l| l.after),
+        most(|l| l.before),
+        most(|l| l.after)
+    ));
+    let values = answer.noise_values.unwrap_or_default();
+    lines.push(match answer.noise {
+        "stated" => "Intervals from the stated noise.".into(),
+        "runs" => {
+            format!(
+                "Intervals from what the runs miss each other by ({values} values beyond the coefficients)."
+            )
+        }
+        "readings" => format!("Intervals from repeated readings ({values} values)."),
+        _ => "No intervals: the noise is not known.".into(),
+    });
+    lines
+}
