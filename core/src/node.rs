@@ -151,7 +151,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     /// Takes up the stored model, or why there is none; a model that cannot be used is a reason too, which is returned.
     /// Without a model the node says [`NodeState::NoModel`] and the reason.
     pub fn load(&mut self, stored: Result<&[u8], Reason>) -> Result<(), Reason> {
-        let loaded = stored.and_then(|bytes| self.monitor.decode::<C>(bytes, false).map_err(why_no_model));
+        let loaded = stored.and_then(|bytes| self.monitor.decode::<C>(bytes).map_err(why_no_model));
         if let Err(reason) = loaded {
             self.monitor.clear_model(reason);
         }

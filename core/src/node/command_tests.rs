@@ -250,6 +250,37 @@ fn new_model_lowers_flag_and_old_memory_does_not_raise_it() {
 }
 
 #[test]
+fn same_model_deployed_again_changes_nothing_and_says_so() {
+    let (mut node, mut store, time_us) = flagged();
+    let (status, memory) = (node.status(time_us), store.memory.clone());
+    let detector = node.monitor.detector;
+    for (command, counter) in [(Command::Deploy, 1), (Command::DeployAnother, 2)] {
+        let told = request(command, counter, &encoded(&rigid_rotor()));
+        let answer = answer(&mut node, &mut store, time_us, &told);
+        assert_eq!((answer.outcome, answer.detail), (Outcome::Accepted, Detail::Unchanged));
+        assert_eq!((answer.counter, answer.model_checksum), (counter, rigid_rotor().checksum()));
+        assert_eq!((node.status(time_us), node.monitor.detector), (status, detector));
+    }
+    assert_eq!((store.counter, &store.memory), (2, &memory), "the requests cannot be sent again");
+    let started = store.start().status(0);
+    assert_eq!((started.cause, started.suspect), (status.cause, status.suspect));
+}
+
+#[test]
+fn answer_to_new_model_names_lowered_flag() {
+    let (mut node, mut store, time_us) = flagged();
+    let Status { cause: lowered, suspect, .. } = node.status(time_us);
+    assert!(lowered != Reason::None && suspect.is_some());
+    let told = answer(&mut node, &mut store, time_us, &deploy(&better(), 1));
+    assert_eq!(told.detail, Detail::Replaced { lowered, suspect });
+    let told = answer(&mut node, &mut store, time_us, &deploy(&rigid_rotor(), 2));
+    assert_eq!(told.detail, Detail::Replaced { lowered: Reason::None, suspect: None });
+    let mut bare = TestNode::new(config()).unwrap();
+    let told = answer(&mut bare, &mut Store::default(), 0, &deploy(&better(), 1));
+    assert_eq!(told.detail, Detail::None, "there was none to replace");
+}
+
+#[test]
 fn thresholds_are_set_stored_and_told() {
     let (mut node, mut store) = (node(), Store::with(&rigid_rotor()));
     let told = answer(&mut node, &mut store, 0, &request(Command::GetThresholds, 1, &[]));
