@@ -151,7 +151,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     /// Takes up the stored model, or why there is none; a model that cannot be used is a reason too, which is returned.
     /// Without a model the node says [`NodeState::NoModel`] and the reason.
     pub fn load(&mut self, stored: Result<&[u8], Reason>) -> Result<(), Reason> {
-        let loaded = stored.and_then(|bytes| self.monitor.decode::<C>(bytes, false).map_err(why_no_model));
+        let loaded = stored.and_then(|bytes| self.monitor.decode::<C>(bytes).map_err(why_no_model));
         if let Err(reason) = loaded {
             self.monitor.clear_model(reason);
         }
@@ -292,6 +292,11 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         let is_outdated = age_us.is_some_and(|age_us| age_us > self.age_limit_us());
         let (state, reason, missing_mask) = self.monitor.state(is_outdated);
         let latched = self.monitor.detector.latched().filter(|_| state != NodeState::NoModel);
+        // Beside these the state says all, and beside a suspicion the flag does.
+        let says_little = matches!(reason, Reason::None | Reason::NoReading | Reason::Learning)
+            || latched.is_some() && state == NodeState::Suspicious;
+        let is_unsaved = self.save_scheduler.is_failing() || self.is_nonce_unsaved();
+        let reason = if is_unsaved && says_little { Reason::Storage } else { reason };
         let state = if latched.is_some() { NodeState::Flagged } else { state };
         let (state, reason) = self.ownership.silence().unwrap_or((state, reason));
         let cause = latched.map_or(Reason::None, |latched| latched.cause);

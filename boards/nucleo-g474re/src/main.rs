@@ -109,7 +109,7 @@ async fn main(spawner: embassy_executor::Spawner) {
         }
         progress.polled(time_us);
         bus.poll(time_us);
-        light.set_level(light::is_on(Sign::State(monitor.node.status(time_us).state), time_us).into());
+        light.set_level(light::is_on(Sign::of(&monitor.node.status(time_us)), time_us).into());
         if !monitor.node.may_send() {
             // Under a number that is somebody else's as well they would meet on the wire.
             own = None.into_iter().flatten();

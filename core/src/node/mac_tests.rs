@@ -188,9 +188,11 @@ fn failing_store_is_counted_and_retried_while_readings_go_on() {
         assert!(is_answered(&told(&mut node, &mut store, 0, &genuine(sequence))));
     }
     assert!(node.counters().unsaved >= 3);
+    assert_eq!(node.status(0).reason, Reason::Storage);
     store.fails = false;
-    told(&mut node, &mut store, 0, &genuine(4));
+    told(&mut node, &mut store, SECOND_US, &genuine(4));
     assert!(store.nonce > EPOCH_US);
+    assert_eq!(node.status(SECOND_US).reason, Reason::Learning, "nonce and memory are stored");
 }
 
 #[test]

@@ -68,15 +68,11 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         self.estimator.as_ref().map_or(&[], Estimator::last_g_mm)
     }
 
-    /// Decodes a model to where it stays. `is_on_trial`: the one that is there is, and goes on if the bytes are the same.
+    /// Decodes a model to where it stays. With the checksum of the one that is there, all goes on.
     ///
     /// Errors: those of [`Model::decode`], and the model that was there stays.
     #[inline(never)]
-    pub fn decode<C: Numerics<SHAPES, PROBES, PLANES>>(
-        &mut self,
-        bytes: &[u8],
-        is_on_trial: bool,
-    ) -> Result<(), ModelError> {
+    pub fn decode<C: Numerics<SHAPES, PROBES, PLANES>>(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
         Model::<SHAPES, PROBES, PLANES>::verify::<C>(bytes)?;
         if self.model.is_err() {
             self.model = Ok(Model::EMPTY);
@@ -85,7 +81,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         if let Ok(model) = &mut self.model {
             self.checksum = model.read(bytes)?;
         }
-        if !(is_on_trial && self.checksum == before) {
+        if self.estimator.is_none() || self.checksum != before {
             self.begin();
         }
         Ok(())

@@ -4,8 +4,7 @@ use std::vec::Vec;
 
 use super::testing::*;
 use super::*;
-use crate::command::{Command, Key, Outcome};
-use crate::detector::Detector;
+use crate::command::{Command, Detail, Key, Outcome};
 use crate::model::tests::rigid_rotor;
 
 const TRIAL_S: u32 = 60;
@@ -107,9 +106,13 @@ fn redeployed_trial_model_is_confirmed_with_its_baseline() {
     let memory = node.monitor.memory(&detector).encode();
     assert_eq!(store.memory.as_deref(), Some(&memory[..]), "and is stored at once");
 
-    // outside of a trial the same model begins anew, as any other
-    assert_eq!(outcome(&mut node, &mut store, time_us, &deploy(&better(), 7)), Outcome::Accepted);
-    assert_eq!(node.monitor.detector, Detector::default());
+    // outside of a trial the same model changes nothing, and is not tried
+    for (request, counter) in [(deploy(&better(), 7), 7), (trial(&better(), 8), 8)] {
+        let answer = answer(&mut node, &mut store, time_us, &request);
+        assert_eq!((answer.outcome, answer.detail), (Outcome::Accepted, Detail::Unchanged));
+        assert_eq!((node.monitor.detector, node.command_counter()), (detector, counter));
+        assert!(!node.is_trial_over(u64::MAX), "no trial began");
+    }
 }
 
 #[test]

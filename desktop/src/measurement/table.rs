@@ -9,6 +9,8 @@ use crate::machine::drawing::Rotor;
 
 /// No proximity probe measures more than this, µm; a larger number is a wrong unit.
 pub const LARGEST_UM: f64 = 10_000.0;
+/// Beyond all calendars: Julian days are 2.5 million, days since the year 0 0.7 million. Seconds are beyond it.
+const LAST_DAY: f64 = 1e7;
 /// Supply of an eddy-current probe, with room, V.
 pub const LOWEST_GAP_V: f64 = -30.0;
 /// No rotor of this kind turns faster; a larger number is a wrong unit.
@@ -270,10 +272,17 @@ fn row(
         }
     }
     let time_d = match columns.time_d {
-        Some(column) => Some(
-            number(column)?
-                .ok_or_else(|| Error::measurement(file, at("time_d"), "is empty, expected a day"))?,
-        ),
+        Some(column) => {
+            let day = number(column)?
+                .ok_or_else(|| Error::measurement(file, at("time_d"), "is empty, expected a day"))?;
+            if day.abs() > LAST_DAY {
+                let what = format!(
+                    "{day} is no day, expected -{LAST_DAY} to {LAST_DAY}; seconds are to be divided by 86400"
+                );
+                return Err(Error::measurement(file, at("time_d"), what));
+            }
+            Some(day)
+        }
         None => None,
     };
     let run = columns.run.and_then(|c| record.get(c)).map(|s| s.trim().to_string());

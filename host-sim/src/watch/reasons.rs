@@ -140,6 +140,13 @@ mod tests {
     }
 
     #[test]
+    fn reason_of_newer_monitor_is_named_by_its_number() {
+        let why = why(Reason::from_code(200), 0);
+        assert_eq!(why.what, "reason 200, which this program does not know");
+        assert_eq!(why.next, "watch with a newer program");
+    }
+
+    #[test]
     fn probes_are_counted_from_one() {
         assert_eq!(why(Reason::Probes, 0b100).what, "probe 3 gives no value");
         assert_eq!(why(Reason::Gap, 0b11).what, "probes 1 and 2 are out of their gap range");

@@ -35,7 +35,7 @@ fn monitor(bench: &Bench) -> (Monitor, String) {
 }
 
 /// Does something while the sample's first readings are sent to the monitor again and again.
-fn while_read_to<T>(bench: &Bench, what: impl FnOnce() -> T) -> T {
+pub fn while_read_to<T>(bench: &Bench, what: impl FnOnce() -> T) -> T {
     let identified = rotor_file::read(&bench.path("identified.toml")).unwrap();
     let deployment = Deployment::new(&identified, 11_500.0).unwrap();
     let (_, record, _) = sample::load().unwrap();

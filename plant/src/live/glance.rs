@@ -188,6 +188,11 @@ mod tests {
             ),
             "{words}"
         );
+        let newer = Newest { reason: Some("reason_30".into()), ..told(3, "tracking", "none", 0) };
+        assert_eq!(
+            in_words(&newer),
+            "reason 30, which this program does not know: watch with a newer program"
+        );
         let later = Newest { state: Some("tracking".into()), reason: Some("none".into()), ..risen };
         assert_eq!(in_words(&later), "", "a cause is one of the flag");
     }

@@ -153,8 +153,8 @@ impl Lab {
         let running = self.bus.start(move |port| {
             let mut controller = Controller::start(config, store, 0)?;
             let (clock, mut bus) = (port.clock(), join(port));
-            serve(&mut *bus, &mut controller, &clock, &stopped, |change, checksum| {
-                told.lock().unwrap().push(change.words(checksum));
+            serve(&mut *bus, &mut controller, &clock, &stopped, |event| {
+                told.lock().unwrap().push(event.words());
             })
         });
         Node { running, stop, said }
