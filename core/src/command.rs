@@ -40,7 +40,7 @@ pub const ANSWER_BYTES: usize = ANSWER_HEAD_BYTES + THRESHOLDS_BYTES + CODE_BYTE
 pub const TRIAL_BYTES: usize = 4;
 /// Longest request: room for a model of six shapes, eight probes and four planes with every list full, so that a node
 /// that holds fewer can say so.
-pub const MAX_REQUEST_BYTES: usize = 2640;
+pub const MAX_REQUEST_BYTES: usize = 2656;
 /// A request's counter exceeds the last one accepted by at most so much: milliseconds since 1970 suit until 2109.
 pub const MAX_COUNTER_STEP: u64 = 1 << 42;
 
