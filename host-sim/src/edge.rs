@@ -16,6 +16,7 @@ use rotor_edge_desktop::machine::drawing::{EffectEntry, Rotor};
 use rotor_edge_desktop::machine::place::{Place, SpeedLaw};
 use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::unbalance::{G_MM, phasor_kg_m};
+use serde::Serialize;
 
 /// Shape functions of the controller's model in each plane.
 pub const SHAPES: usize = desktop::reduction::sizes::CONTROLLER;
@@ -57,6 +58,35 @@ pub struct Deployment {
     pub unbalance_kg_m: DVector<Complex<f64>>,
     /// Effects of single runs, `effect@run`, which are no part of the model: a controller knows no run.
     pub left_out: Vec<String>,
+    /// How many more numbers a reading has than there are unknowns.
+    pub redundancy: Redundancy,
+}
+
+/// What a reading has beyond what the planes need: the residual is of that alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Redundancy {
+    /// Two for each probe that is used.
+    pub features: usize,
+    /// Two for each plane.
+    pub unknowns: usize,
+}
+
+impl Redundancy {
+    /// With every probe that is used giving a value.
+    pub fn of(rotor: &Rotor) -> Self {
+        let used = rotor.probe.iter().filter(|probe| probe.used).count();
+        Self { features: 2 * used, unknowns: 2 * rotor.plane.len() }
+    }
+
+    pub fn words(self) -> String {
+        let Self { features, unknowns } = self;
+        let left = match features.checked_sub(unknowns) {
+            None => "too few to tell the planes apart".into(),
+            Some(0) => "none left, so that the residual says nothing".into(),
+            Some(left) => format!("{left} left"),
+        };
+        format!("{features} features for {unknowns} unknowns: {left}")
+    }
 }
 
 impl Deployment {
@@ -113,7 +143,8 @@ impl Deployment {
     ) -> Result<Self> {
         let desktop = knots::straightened(desktop, rotor_edge_desktop::units::rad_s(fastest_rpm));
         let edge = edge_model(&desktop, rotor, &unbalance_kg_m, fastest_rpm)?;
-        Ok(Self { desktop, edge, unbalance_kg_m, left_out: of_single_runs(rotor) })
+        let (left_out, redundancy) = (of_single_runs(rotor), Redundancy::of(rotor));
+        Ok(Self { desktop, edge, unbalance_kg_m, left_out, redundancy })
     }
 
     /// A measured reading as the controller gets it, its probes in the order of the rotor's file; lost probes stay lost.
@@ -154,7 +185,7 @@ fn edge_model(
         knots: held("speeds in its bearings' tables", knots.into_iter())?,
         forcings: held("forcings", model.forcings.iter().map(|f| forcing(f, &modes)))?,
         probes: held("probes", probe_terms.map(|(term, place)| probe(term, bearing(rotor, place), &modes)))?,
-        masked: 0,
+        masked: masked(rotor),
         initial_unbalance_g_mm: held("planes", unbalance_kg_m.iter().map(|u| pair(u * G_MM)))?,
         unbalance_floor_g_mm: (UNBALANCE_FLOOR * largest_g_mm) as f32,
         noise: rotor.noise.map_or_else(Noise::default, |noise| Noise {
@@ -167,6 +198,12 @@ fn edge_model(
         bail!("the controller would refuse this model: {refusal:?}");
     }
     Ok(edge)
+}
+
+/// Bit i set: the controller masks probe i.
+fn masked(rotor: &Rotor) -> u8 {
+    let unused = (0..).zip(&rotor.probe).filter(|(_, probe)| !probe.used);
+    unused.fold(0, |mask, (place, _): (u8, _)| mask | 1 << place)
 }
 
 /// The effects of a file that are those of one run, `effect@run`.

@@ -48,7 +48,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut authority = arguments.monitor.authority()?;
     let node = authority.node();
-    let Deployment { edge: model, left_out, .. } =
+    let Deployment { edge: model, left_out, redundancy, .. } =
         deployable::of_file(&arguments.rotor, arguments.fastest_rpm, arguments.slow_roll.as_deref())?;
     let bytes = encoded(&model)?;
     let mut bus = arguments.monitor.open()?;
@@ -82,6 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "counter": counter,
             "model_checksum": answer.model_checksum,
             "left_out": left_out,
+            "redundancy": redundancy,
         });
         for (key, value) in ended_json(answer.detail) {
             told[key] = value;
@@ -96,6 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             answer.model_checksum
         );
     }
+    println!("Its readings have {}.", redundancy.words());
     if let Some(ended) = ended(node, answer.detail) {
         println!("{ended}");
     }
