@@ -13,12 +13,12 @@ const TELLABLE: f64 = 2.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Interlude {
     None,
-    /// The monitor is off for as long as an age limit.
+    /// The monitor is off.
     PowerOff,
     /// The machine stands still, and runs up with the fault.
     Standstill,
-    /// No readings for so many age limits.
-    Silence(f64),
+    /// No readings arrive.
+    Silence,
 }
 
 /// A true change of the machine that stale readings hide.
@@ -38,6 +38,8 @@ pub struct Plan {
     pub fault: Fault,
     pub course: Course,
     pub interlude: Interlude,
+    /// How long that takes, s.
+    pub pause_s: Option<f64>,
     pub change: Option<TrueChange>,
     /// The machine runs at several speeds, before and under the fault.
     pub varies_speed: bool,
@@ -50,7 +52,7 @@ pub struct Kind {
     pub name: &'static str,
     bearings: usize,
     draw: fn(&mut Dice, &Bounds) -> (Fault, Course),
-    interlude: fn(&mut Dice) -> Interlude,
+    interlude: Interlude,
 }
 
 /// What a draw must know of the scene.
@@ -89,12 +91,12 @@ impl Bounds {
 }
 
 const fn kind(name: &'static str, bearings: usize, draw: fn(&mut Dice, &Bounds) -> (Fault, Course)) -> Kind {
-    Kind { name, bearings, draw, interlude: |_| Interlude::None }
+    Kind { name, bearings, draw, interlude: Interlude::None }
 }
 
 const fn after(
     name: &'static str,
-    interlude: fn(&mut Dice) -> Interlude,
+    interlude: Interlude,
     draw: fn(&mut Dice, &Bounds) -> (Fault, Course),
 ) -> Kind {
     Kind { name, bearings: 1, draw, interlude }
@@ -170,12 +172,12 @@ pub const KINDS: &[Kind] = &[
     kind("gains of a bearing fall slowly", 2, |d, b| (PairScale(b.pair(d), d.factor(0.1, 0.4)), b.slowly(d))),
     kind("a bearing's probes turned", 2, |d, b| (PairAngle(b.pair(d), turned(d, 60.0, 180.0)), Permanent)),
     kind("a bearing's probes turned at times", 2, |d, b| (PairAngle(b.pair(d), turned(d, 60.0, 180.0)), Sometimes(0.3))),
-    after("phase jumps while power is off", |_| Interlude::PowerOff, |d, _| (Angle(turned(d, 40.0, 180.0)), Permanent)),
-    after("gains collapse while power is off", |_| Interlude::PowerOff, |d, _| (Scale(d.factor(0.1, 0.5)), Permanent)),
-    after("probe reversed while power is off", |_| Interlude::PowerOff, |d, b| (ProbeReversed(b.probe(d)), Permanent)),
-    after("phase jumps at a standstill", |_| Interlude::Standstill, |d, _| (Angle(turned(d, 40.0, 180.0)), Permanent)),
-    after("gains rise at a standstill", |_| Interlude::Standstill, |d, _| (Scale(d.between(1.8, 3.0)), Permanent)),
-    after("phase jumps in a silence", |d| Interlude::Silence(d.between(1.5, 6.0)), |d, _| (Angle(turned(d, 40.0, 180.0)), Permanent)),
+    after("phase jumps while power is off", Interlude::PowerOff, |d, _| (Angle(turned(d, 40.0, 180.0)), Permanent)),
+    after("gains collapse while power is off", Interlude::PowerOff, |d, _| (Scale(d.factor(0.1, 0.5)), Permanent)),
+    after("probe reversed while power is off", Interlude::PowerOff, |d, b| (ProbeReversed(b.probe(d)), Permanent)),
+    after("phase jumps at a standstill", Interlude::Standstill, |d, _| (Angle(turned(d, 40.0, 180.0)), Permanent)),
+    after("gains rise at a standstill", Interlude::Standstill, |d, _| (Scale(d.between(1.8, 3.0)), Permanent)),
+    after("phase jumps in a silence", Interlude::Silence, |d, _| (Angle(turned(d, 40.0, 180.0)), Permanent)),
 ];
 
 impl Kind {
@@ -198,7 +200,9 @@ impl Kind {
         Plan {
             fault,
             course: told_from_unbalance(fault, course, pace),
-            interlude: (self.interlude)(dice),
+            interlude: self.interlude,
+            pause_s: (self.interlude != Interlude::None)
+                .then(|| pause_s(fault, pace, dice.between(0.5, 6.0))),
             change,
             varies_speed: dice.happens(0.3),
             resolution_um: dice.happens(0.5).then(|| dice.pick(&[0.001, 0.01])),
@@ -209,16 +213,23 @@ impl Kind {
 /// Faults that fit the model and grow no faster than unbalance may cannot be told from it: they are made as fast as
 /// [`TELLABLE`] asks for.
 fn told_from_unbalance(fault: Fault, course: Course, pace: Pace) -> Course {
-    let (Course::Slow(readings), Some(change)) = (course, fault.change()) else {
-        return course;
-    };
-    let thresholds = pace.thresholds();
-    let allowed_a_second = f64::from((thresholds.growth - 1.0) / thresholds.growth_s);
-    let longest_s = change / (TELLABLE * allowed_a_second);
-    match readings.min((longest_s / pace.period_s) as usize) {
+    let Course::Slow(readings) = course else { return course };
+    match readings.min((longest_s(fault, pace) / pace.period_s) as usize) {
         0 | 1 => Permanent,
         readings => Course::Slow(readings),
     }
+}
+
+/// A pause of so many age limits, but not so long that the unbalance may have grown as much meanwhile; one period at least.
+fn pause_s(fault: Fault, pace: Pace, age_limits: f64) -> f64 {
+    (age_limits * pace.age_limit_s()).min(longest_s(fault, pace)).max(pace.period_s)
+}
+
+/// The longest time in which a fault can be told from growing unbalance; infinite for those that do not fit the model.
+fn longest_s(fault: Fault, pace: Pace) -> f64 {
+    let thresholds = pace.thresholds();
+    let allowed_a_second = f64::from((thresholds.growth - 1.0) / thresholds.growth_s);
+    fault.change().map_or(f64::INFINITY, |change| change / (TELLABLE * allowed_a_second))
 }
 
 #[test]

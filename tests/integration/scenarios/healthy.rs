@@ -45,6 +45,16 @@ impl Routine {
         varies_speed: false,
     };
 
+    /// The same read once an hour.
+    pub const HOURLY_MONTH: Self = Self {
+        stops: 1.0 / 72.0,
+        standstill: [1, 6],
+        run_up: [1, 2],
+        power_cycles: 1.0 / 96.0,
+        load_steps: 1.0 / 24.0,
+        varies_speed: false,
+    };
+
     /// More restarts than a machine has, at a pace of readings each second or faster.
     pub fn restarts(pace: Pace) -> Self {
         let in_readings = |s: f64| (s / pace.period_s) as usize;

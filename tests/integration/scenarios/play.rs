@@ -15,9 +15,8 @@ use super::monitor::{Monitor, Pace};
 const SPEED_SD: f64 = 0.001;
 /// The speed of a machine of variable speed changes by this part from reading to reading at most.
 const SPEED_STEP: f64 = 0.02;
-/// Readings of a standstill, and of the run-up after it.
-const STANDSTILL: usize = 5;
-const RUN_UP: usize = 4;
+/// From standstill to the rated speed.
+const RUN_UP_S: f64 = 60.0;
 
 /// What came of a scenario.
 pub struct Outcome {
@@ -175,25 +174,27 @@ impl<'a> Scene<'a> {
     }
 
     fn interlude(&mut self) {
-        let age_limit_s = self.pace.age_limit_s();
+        let Some(pause_s) = self.plan.pause_s else { return };
         match self.plan.interlude {
             Interlude::None => {}
             Interlude::PowerOff => {
-                self.time_s += age_limit_s;
+                self.time_s += pause_s;
                 self.monitor.cut_power(self.time_s);
             }
-            Interlude::Silence(age_limits) => {
-                self.time_s += age_limit_s * age_limits;
+            Interlude::Silence => {
+                self.time_s += pause_s;
                 self.monitor.poll(self.time_s);
             }
             Interlude::Standstill => {
-                for _ in 0..STANDSTILL {
+                let ends_s = self.time_s + pause_s;
+                while self.time_s < ends_s {
                     self.monitor.take_standstill(self.time_s);
                     self.time_s += self.pace.period_s;
                 }
                 self.begins_s = self.time_s;
-                for step in 1..RUN_UP {
-                    self.read(step as f64 / RUN_UP as f64, Some(0));
+                let run_up = (RUN_UP_S / self.pace.period_s) as usize;
+                for step in 1..run_up {
+                    self.read(step as f64 / run_up as f64, Some(0));
                 }
             }
         }

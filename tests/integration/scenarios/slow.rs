@@ -30,13 +30,7 @@ fn month_and_restarts(kind: MachineKind) {
     let [fast, second, minute, hour, _] = Pace::ALL;
     assert_no_false_flag(&[
         live(kind, minute, 30 * 1_440, Routine::MONTH, seed),
-        live(
-            kind,
-            hour,
-            30 * 24,
-            Routine { stops: 0.02, load_steps: 0.04, power_cycles: 0.02, ..Routine::MONTH },
-            seed + 1,
-        ),
+        live(kind, hour, 30 * 24, Routine::HOURLY_MONTH, seed + 1),
         live(kind, second, 20_000, Routine::restarts(second), seed + 2),
         live(kind, fast, 40_000, Routine::restarts(fast), seed + 3),
     ]);
