@@ -9,7 +9,7 @@ use super::dice::Dice;
 use super::fault::{Instrument, Measured};
 use super::judge::{Judgement, Observation, WRONG, judge};
 use super::machine::{C, Condition, Machine, MachineKind, SLOWEST, UnbalanceError};
-use super::monitor::{Monitor, Pace};
+use super::monitor::{Monitor, Pace, claims_health};
 
 /// A steady machine's speed scatters by this part.
 const SPEED_SD: f64 = 0.001;
@@ -144,8 +144,8 @@ impl<'a> Scene<'a> {
         self.observed.push((time_s, Observation { since_s: 0.0, is_wrong: self.is_wrong, status }));
     }
 
-    /// Compares what the monitor told with the truth; under a fault of all probes, what the readings say without any bound as
-    /// well.
+    /// Compares what the monitor told with the truth. Under a fault of all probes, what the readings say without any bound
+    /// counts as well, unless the monitor says at once that it does not believe them.
     fn look_at_unbalance(&mut self, measured: &Measured, truth: &DVector<C>, is_faulty: bool) {
         let error = self.monitor.unbalance_kg_m().map(|found| UnbalanceError::of(&found, truth));
         self.is_wrong = error.is_some_and(|error| error.exceeds(WRONG));
@@ -155,7 +155,9 @@ impl<'a> Scene<'a> {
         self.worst = error.map_or(self.worst, |error| self.worst.or_worse(error));
         if self.plan.fault.is_common() {
             let free = self.free_fit(measured);
-            self.is_wrong |= free.is_some_and(|free| UnbalanceError::of(&free, truth).exceeds(WRONG));
+            let is_believed = claims_health(&self.monitor.status(self.time_s));
+            self.is_wrong |=
+                is_believed && free.is_some_and(|u| UnbalanceError::of(&u, truth).exceeds(WRONG));
         }
     }
 
