@@ -10,6 +10,7 @@ use crate::can::FLAG_SUSPICIOUS;
 use crate::command::{Command, Outcome};
 use crate::model::tests::rigid_rotor;
 use crate::reading::{ProbeVector, Reading};
+use crate::testing::Random;
 
 type C = Complex<f32>;
 
@@ -205,5 +206,33 @@ fn gain_repaired_after_days_is_trusted_at_once() {
         send(&mut node, u64::from(day) * DAY_US, day, &measured);
         let result = results(&mut node)[0];
         assert_eq!(result.flags & FLAG_SUSPICIOUS != 0, is_faulty, "day {day}: {result:?}");
+    }
+}
+
+#[test]
+fn healthy_readings_of_a_model_ten_per_cent_off_are_trusted() {
+    const NOISE_UM: f32 = 0.25;
+    let mut machine = rigid_rotor();
+    machine.noise.floor_um = NOISE_UM;
+    let mut real = machine.clone();
+    real.supports[0].stiffness_n_m[0][0] *= 0.9;
+    real.supports[1].stiffness_n_m[1][1] *= 1.1;
+    let mut random = Random::new(78);
+    for period_us in [DAY_US, 3600 * SECOND_US, 60 * SECOND_US, PERIOD_US] {
+        let mut node = node_with(&machine);
+        for step in 0..10_000_u64 {
+            // one speed for long, four in turn, and a different one each time
+            let speed_rpm = match step / 2000 % 3 {
+                0 => 9000.0 * (1.0 + 0.002 * random.signed()),
+                1 => 3000.0 * (1 + step / 50 % 4) as f32,
+                _ => 7000.0 + 4900.0 * random.signed(),
+            };
+            let measured = noisy(&shown(&real, speed_rpm, 1.0), NOISE_UM, &mut random);
+            send(&mut node, step * period_us, step as u16, &measured);
+            for result in results(&mut node) {
+                assert_eq!(result.flags & FLAG_SUSPICIOUS, 0, "{speed_rpm} rpm, step {step}: {result:?}");
+            }
+        }
+        assert!(node.counters().readings == 10_000 && node.status(0).cause == Reason::None);
     }
 }
