@@ -71,8 +71,7 @@ struct Anchor {
 /// proportion to the unbalance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Pull {
-    /// The anchor at the speed last trusted, and the way from there.
-    from_g_mm: Pair,
+    /// From the anchor at the speed last trusted.
     way_g_mm: Pair,
     /// How much the estimate says: one if it is sure, zero if it says nothing.
     gain: f32,
@@ -124,9 +123,12 @@ impl Reference {
             return 0.0;
         }
         self.moved_us = Some(time_us);
+        let Some(&TrustedSpeed { anchors: from, .. }) = self.speeds.get(usize::from(self.last)) else {
+            return 0.0;
+        };
         for (place, speed) in (0..).zip(&mut self.speeds) {
-            for (anchor, pull) in speed.anchors.iter_mut().zip(&self.pulls) {
-                anchor.g_mm = pull.moved(anchor.g_mm, part);
+            for ((anchor, pull), from) in speed.anchors.iter_mut().zip(&self.pulls).zip(from) {
+                anchor.g_mm = pull.moved(anchor.g_mm, from.g_mm, part);
                 let weight = part * pull.gain;
                 // At another speed the error of the estimate comes on top.
                 anchor.variance = if place == self.last {
@@ -192,8 +194,7 @@ impl Reference {
             let allowed = ((thresholds.growth - 1.0) * scalar::length(anchor.g_mm)).max(observed.floor_g_mm);
             let gain = if variance > 0.0 { square(allowed) / (square(allowed) + variance) } else { 1.0 };
             let [a, b] = anchor.g_mm;
-            *pull =
-                Pull { from_g_mm: anchor.g_mm, way_g_mm: [gain * (x - a), gain * (y - b)], gain, variance };
+            *pull = Pull { way_g_mm: [gain * (x - a), gain * (y - b)], gain, variance };
         }
     }
 
@@ -327,9 +328,10 @@ impl TrustedSpeed {
 }
 
 impl Pull {
-    fn moved(&self, anchor_g_mm: Pair, part: f32) -> Pair {
+    /// An anchor after a part of the way; `from_g_mm`: the one at the speed last trusted.
+    fn moved(&self, anchor_g_mm: Pair, from_g_mm: Pair, part: f32) -> Pair {
         let complex = |[x, y]: Pair| Complex::new(x, y);
-        let way = complex(anchor_g_mm) * complex(self.way_g_mm) / complex(self.from_g_mm);
+        let way = complex(anchor_g_mm) * complex(self.way_g_mm) / complex(from_g_mm);
         let in_proportion = way.norm_sqr() <= LARGEST_FACTOR * complex(self.way_g_mm).norm_sqr();
         // Of an anchor at nothing there are no factors.
         towards(anchor_g_mm, part, if in_proportion { [way.re, way.im] } else { self.way_g_mm })
@@ -339,7 +341,6 @@ impl Pull {
     fn after(&self, part: f32) -> Self {
         let [x, y] = self.way_g_mm;
         Self {
-            from_g_mm: towards(self.from_g_mm, part, self.way_g_mm),
             way_g_mm: [(1.0 - part) * x, (1.0 - part) * y],
             gain: (1.0 - part) * self.gain,
             variance: self.variance,

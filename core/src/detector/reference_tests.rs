@@ -295,6 +295,11 @@ fn lost_probe_takes_no_part_in_the_cause() {
 }
 
 #[test]
+fn reference_takes_six_hundred_bytes() {
+    assert!(size_of::<Reference>() <= 600, "{}", size_of::<Reference>());
+}
+
+#[test]
 fn ten_thousand_noisy_estimates_change_nothing_at_any_pace() {
     // 20 % of the smaller plane, where six deviations alone are far beyond the allowed step.
     const DEVIATION: f32 = 10.0;
