@@ -18,6 +18,8 @@
 mod command_tests;
 #[cfg(feature = "command")]
 mod commands;
+#[cfg(all(test, feature = "command"))]
+mod common_fault_tests;
 mod config;
 #[cfg(test)]
 mod conflict_tests;
@@ -242,7 +244,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     fn memory_to_save(&self) -> Option<Save<'_>> {
         let is_on_trial = self.handler.trial_until_us().is_some();
         let is_wanted = self.save_scheduler.is_wanted() && self.model().is_some() && !is_on_trial;
-        is_wanted.then(|| Save::Memory(self.monitor.memory(&self.monitor.detector).encode()))
+        is_wanted.then(|| Save::Memory(self.monitor.memory().encode()))
     }
 
     fn memory_saved(&mut self, time_us: u64, stored: bool) {
@@ -336,7 +338,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         if self.ownership.silence().is_some() {
             return self.count(|c| &mut c.skipped);
         }
-        let before = self.monitor.detector;
+        let before = *self.monitor.detector.baseline();
         let NodeConfig { track, thresholds, .. } = &self.config;
         match self.monitor.evaluate::<C>(track, thresholds, time_us, numbered) {
             Evaluation::Unmodelled => self.count(|c| &mut c.unmodelled),

@@ -63,8 +63,9 @@ pub struct PolishResult<const PLANES: usize> {
     pub unbalance_g_mm: [Pair; PLANES],
     /// Its `Σ|H u − target|`, µm.
     pub residual_um: f32,
-    /// The least `Σ|H u − target|` without bounds, µm.
+    /// The least `Σ|H u − target|` without bounds, µm, and the unbalance that has it, g·mm.
     pub free_residual_um: f32,
+    pub free_g_mm: [Pair; PLANES],
     /// `residual_um` lies at most this far above the least within the bounds, µm, by the certificate.
     pub gap_um: f32,
     /// The plane's unbalance lies on its bound.
@@ -93,9 +94,8 @@ pub fn polish<const PROBES: usize, const PLANES: usize>(
 ) -> PolishResult<PLANES> {
     let start = fit.confine(start);
     let mut tableau = Tableau::new(fit, start);
-    tableau.descend();
-    let free_residual_um = fit.residual_um(&tableau.unbalance_g_mm(fit));
-    within_bounds(fit, &mut tableau, free_residual_um)
+    let free = without_bounds(fit, &mut tableau);
+    within_bounds(fit, &mut tableau, free)
 }
 
 /// As [`polish`], warm-started from the solution of a similar problem: where it lies on a bound, the descent begins
@@ -108,24 +108,32 @@ pub(crate) fn polish_warm<const PROBES: usize, const PLANES: usize>(
     let mut tableau = Tableau::new(fit, start);
     tableau.cut(-AT_BOUND);
     tableau.descend();
-    within_bounds(fit, &mut tableau, f32::NAN)
+    within_bounds(fit, &mut tableau, (f32::NAN, [[f32::NAN; 2]; PLANES]))
 }
 
-/// The least `Σ|H u − target|` without bounds, µm.
-pub(crate) fn free_residual_um<const PROBES: usize, const PLANES: usize>(
+/// The least `Σ|H u − target|` without bounds, µm, and the unbalance that has it, g·mm.
+pub(crate) fn polish_free<const PROBES: usize, const PLANES: usize>(
     fit: &BoundedFit<PROBES, PLANES>,
     start: [Pair; PLANES],
-) -> f32 {
-    let mut tableau = Tableau::new(fit, start);
+) -> (f32, [Pair; PLANES]) {
+    without_bounds(fit, &mut Tableau::new(fit, start))
+}
+
+#[inline]
+fn without_bounds<const PROBES: usize, const PLANES: usize>(
+    fit: &BoundedFit<PROBES, PLANES>,
+    tableau: &mut Tableau<PLANES>,
+) -> (f32, [Pair; PLANES]) {
     tableau.descend();
-    fit.residual_um(&tableau.unbalance_g_mm(fit))
+    let unbalance_g_mm = tableau.unbalance_g_mm(fit);
+    (fit.residual_um(&unbalance_g_mm), unbalance_g_mm)
 }
 
 #[inline(never)]
 fn within_bounds<const PROBES: usize, const PLANES: usize>(
     fit: &BoundedFit<PROBES, PLANES>,
     tableau: &mut Tableau<PLANES>,
-    free_residual_um: f32,
+    (free_residual_um, free_g_mm): (f32, [Pair; PLANES]),
 ) -> PolishResult<PLANES> {
     let mut best = Best { unbalance_g_mm: [[0.0; 2]; PLANES], residual_um: f32::INFINITY };
     let mut least_um = 0.0_f32;
@@ -152,6 +160,7 @@ fn within_bounds<const PROBES: usize, const PLANES: usize>(
         unbalance_g_mm,
         residual_um,
         free_residual_um,
+        free_g_mm,
         // Rounding may leave the bound above what it bounds; not a number proves nothing.
         gap_um: if gap_um.is_nan() { f32::INFINITY } else { gap_um.max(0.0) },
         at_bound,

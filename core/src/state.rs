@@ -174,7 +174,8 @@ pub struct Status {
     pub state: NodeState,
     /// Why; beside a latched flag, what is the matter at present.
     pub reason: Reason,
-    /// Bit i set: probe i is missing, or out of its gap range if the reason is [`Reason::Gap`].
+    /// Bit i set: probe i is missing, or out of its gap range if the reason is [`Reason::Gap`]; with [`Reason::Probe`] and
+    /// [`Reason::Bearing`] the probes that changed alone.
     pub missing_mask: u8,
     /// Why the flag was raised that is latched; [`Reason::None`] without one.
     pub cause: Reason,

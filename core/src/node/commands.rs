@@ -83,9 +83,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     pub fn to_save(&self) -> Option<Save<'_>> {
         match self.handler.pending {
             Some(Pending { is_counted: true, .. }) if self.model().is_some() => {
-                let mut acknowledged = self.monitor.detector;
-                acknowledged.acknowledge();
-                Some(Save::Memory(self.monitor.memory(&acknowledged).encode()))
+                Some(Save::Memory(self.monitor.memory().acknowledged().encode()))
             }
             Some(Pending { command, counter, .. }) => {
                 let body = self.handler.body();
@@ -135,7 +133,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             }
             Command::Restart => self.restart(time_us),
             // The stored memory is that of the model before, whose flag stays up.
-            Command::Acknowledge if is_on_trial => self.monitor.detector.acknowledge(),
+            Command::Acknowledge if is_on_trial => self.monitor.acknowledge(),
             Command::Acknowledge if self.model().is_some() => {
                 self.handler.pending = Some(Pending { is_counted: true, ..pending });
                 return;
@@ -166,7 +164,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     fn end_acknowledge(&mut self, time_us: u64, stored: bool) {
         if stored {
-            self.monitor.detector.acknowledge();
+            self.monitor.acknowledge();
         }
         let outcome = if stored { Outcome::Accepted } else { Outcome::Storage };
         self.conclude(time_us, outcome, Detail::None);

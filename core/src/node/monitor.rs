@@ -68,6 +68,14 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         self.estimator.as_ref().map_or(&[], Estimator::last_g_mm)
     }
 
+    /// Lowers the flag. The next trusted reading is what the machine is held against.
+    pub fn acknowledge(&mut self) {
+        self.detector.acknowledge();
+        if let Some(estimator) = &mut self.estimator {
+            estimator.forget_bounds();
+        }
+    }
+
     /// Decodes a model to where it stays. With the checksum of the one that is there, all goes on.
     ///
     /// Errors: those of [`Model::decode`], and the model that was there stays.
@@ -140,10 +148,11 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         true
     }
 
-    /// The memory to store, with this detector's baseline.
-    pub fn memory(&self, detector: &Detector) -> Memory {
+    /// The memory to store.
+    pub fn memory(&self) -> Memory {
         let most_g_mm = self.estimator.as_ref().map_or([f32::MAX; MAX_PLANES], Estimator::most_g_mm);
-        Memory::new(self.checksum, detector, self.last_g_mm(), &most_g_mm)
+        let trusted_g_mm = self.estimator.as_ref().map_or(&[][..], Estimator::trusted_g_mm);
+        Memory::new(self.checksum, &self.detector, trusted_g_mm, &most_g_mm)
     }
 
     fn forget(&mut self) {
@@ -161,7 +170,15 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             (_, None, Some(blind)) => (NodeState::Blind, blind),
             (_, Some(_), blind) if is_outdated => (NodeState::Stale, blind.unwrap_or(Reason::Age)),
             (_, Some(_), Some(blind)) => (NodeState::Blind, blind),
-            (_, Some(verdict), None) if verdict.is_suspicious() => (NodeState::Suspicious, verdict.reason),
+            (_, Some(verdict), None) if verdict.is_suspicious() => {
+                let named = matches!(verdict.reason, Reason::Probe | Reason::Bearing);
+                let mask = if named { verdict.changed_mask } else { mask };
+                return (NodeState::Suspicious, verdict.reason, mask);
+            }
+            // A flag tells of suspicion before.
+            (_, Some(_), None) if self.detector.is_intermittent() && self.detector.latched().is_none() => {
+                (NodeState::Suspicious, Reason::Intermittent)
+            }
             (_, Some(_), None) if self.detector.is_learning() => (NodeState::Learning, Reason::Learning),
             (_, Some(_), None) => (NodeState::Tracking, why_missing),
         };
@@ -198,6 +215,9 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             None => Ok(self.detector.update(thresholds, time_us, &evidence)),
             Some(reason) => Err(reason),
         };
+        if !judged.is_ok_and(|verdict| !verdict.is_suspicious()) {
+            estimator.distrust();
+        }
         let floor_um = evidence.greater_floor_um(thresholds);
         let result = result_of(numbered.sequence, &screened, &estimate, floor_um, &judged);
         self.estimate = Some(estimate);

@@ -103,7 +103,7 @@ fn redeployed_trial_model_is_confirmed_with_its_baseline() {
     assert!(!node.is_trial_over(u64::MAX) && !tells_trial(&mut node, time_us + SECOND_US));
     let started = store.start();
     assert_eq!(started.model(), Some(&better()));
-    let memory = node.monitor.memory(&detector).encode();
+    let memory = node.monitor.memory().encode();
     assert_eq!(store.memory.as_deref(), Some(&memory[..]), "and is stored at once");
 
     // outside of a trial the same model changes nothing, and is not tried

@@ -112,6 +112,8 @@ pub fn equivalence(
         in_step = is_repeated;
         if !in_step {
             reference.resume(planes_of(&answer.result));
+        } else if !answer.result.is_trusted() {
+            reference.distrust();
         }
     }
     Ok(worst)

@@ -171,6 +171,9 @@ fn play(
                 }
             }
         }
+        if answer.as_ref().is_some_and(|result| !result.is_trusted()) {
+            reference.distrust();
+        }
         played
             .answers
             .extend(answer.map(|result| AnsweredReading { row: row_of(result.sequence, row), result }));

@@ -41,8 +41,13 @@ impl<'a> ReferencePipeline<'a> {
 
     /// Goes on from what a controller has stored when its power goes.
     pub fn cut_power(&mut self) {
-        let tracker = Tracker::resume(self.model, self.estimator.last_g_mm());
+        let tracker = Tracker::resume(self.model, self.estimator.trusted_g_mm());
         self.estimator = Estimator::new(tracker, &self.estimator.most_g_mm());
+    }
+
+    /// The controller does not trust the last reading.
+    pub fn distrust(&mut self) {
+        self.estimator.distrust();
     }
 
     /// The answer to a reading; `None` if it gets none.

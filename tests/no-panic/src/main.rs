@@ -13,9 +13,9 @@ use rotor_edge_core::can::parts::{Ack, Offer, answer_part, parts_of, request_par
 use rotor_edge_core::can::slcan::{Decoder, SlcanLine, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
-use rotor_edge_core::detector::{Average, Detector, Evidence, Growth, noise_floor_um};
+use rotor_edge_core::detector::{Average, Detector, Evidence, Growth, Observation, noise_floor_um};
 use rotor_edge_core::extraction::{Converter, ExtractionConfig, Extractor, KeyphasorDetector};
-use rotor_edge_core::model;
+use rotor_edge_core::model::{self, Noise};
 use rotor_edge_core::node::{Node, NodeConfig, Save};
 use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_core::residual::Residual;
@@ -107,6 +107,15 @@ fn judgement(reading: &Reading) {
                 redundancy: black_box(0),
                 floor_um: noise_floor_um(black_box(0.0), black_box(0)),
                 bearings: black_box([0; 8]),
+                observation: Observation {
+                    averaged,
+                    noise: black_box(Noise::default()),
+                    unbalance_g_mm: black_box([[0.0; 2]; 4]),
+                    planes: black_box(0),
+                    deviation_g_mm: black_box([0.0; 4]),
+                    misfit_g_mm: black_box([0.0; 4]),
+                    floor_g_mm: black_box(0.0),
+                },
             };
             black_box(detector.update(&thresholds, black_box(0), &evidence));
         }
