@@ -17,10 +17,7 @@ pub enum ForecastError {
     ConstantTrack { series: String },
     /// All values that a model is fitted to are the same.
     #[error("the series does not change at all, so there is nothing to {purpose}")]
-    ConstantSeries {
-        /// "fit" or "learn".
-        purpose: &'static str,
-    },
+    ConstantSeries { purpose: &'static str },
     /// The track has no filter state to start from.
     #[error("the track does not hold the state of a filter, expected one of `track --method joint --csv`")]
     NoFilterState,

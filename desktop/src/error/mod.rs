@@ -180,19 +180,16 @@ pub enum Error {
     /// There are fewer measured values than planes.
     #[error("{values} measured values cannot fix the unbalance of {planes} planes")]
     TooFewValuesForPlanes { values: usize, planes: usize },
-    /// There is no reading.
+    /// The data that were given hold no reading.
     #[error("there is no reading")]
     NoReading,
-    /// A reading names no run.
+    /// A reading, counted from 1, names no run.
     #[error("reading {reading} names no run, expected a column run")]
-    ReadingWithoutRun {
-        /// From 1.
-        reading: usize,
-    },
+    ReadingWithoutRun { reading: usize },
     /// A weight of a run is in no plane.
     #[error("run \"{run}\" has a weight at {position_m} m, where the rotor's file has no [[plane]]")]
     WeightOutsidePlanes { run: String, position_m: f64 },
-    /// No run has weights.
+    /// No run of the data has a weight in the rotor's file.
     #[error(
         "no run of the data has a [[run]] with added_unbalance in the rotor's file, expected at least one beside the base run"
     )]
