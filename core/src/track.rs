@@ -198,21 +198,17 @@ impl<const PLANES: usize> Tracker<PLANES> {
         }
         let unknowns = 2 * model.planes.len();
         let redundancy = features.checked_sub(unknowns).ok_or(TrackError::Undetermined)? as u8;
-        let solved = self.solve(config, model, reading, bound_g_mm)?;
-        let estimate = Estimate::new(&solved, model, reading, redundancy)?;
-        self.last_g_mm = solved.found.unbalance_g_mm;
-        self.amplitudes = solved.amplitudes;
-        self.readings = self.readings.wrapping_add(1);
-        Ok(estimate)
+        self.solve(config, model, reading, bound_g_mm, redundancy)
     }
 
     fn solve<const N: usize, const PROBES: usize>(
-        &self,
+        &mut self,
         config: &TrackConfig,
         model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
         bound_g_mm: &[f32; MAX_PLANES],
-    ) -> Result<Solution<PROBES, PLANES>, TrackError> {
+        redundancy: u8,
+    ) -> Result<Estimate, TrackError> {
         let speed = reading.speed_rad_s();
         let mut bounds: Vec<f32, PLANES> = Vec::new();
         for bound in bound_g_mm.iter().take(model.planes.len()) {
@@ -224,7 +220,8 @@ impl<const PLANES: usize> Tracker<PLANES> {
         loop {
             let mut motion = Motion::forces(model, speed);
             motion.solve(model, speed, &rounds.amplitudes)?;
-            let at_speed = motion.read(model, speed, &rounds.amplitudes)?;
+            let at_speed = motion.read(model, speed, &rounds.amplitudes);
+            at_speed.check()?;
             let fit = BoundedFit::of_reading(&at_speed, reading, &bounds);
             let mut found = if rounds.count == 0 { polish(&fit, start) } else { polish_warm(&fit, start) };
             start = found.unbalance_g_mm;
@@ -240,8 +237,11 @@ impl<const PLANES: usize> Tracker<PLANES> {
                 }
             }
             let used = reading.probes().iter().filter(|probe| probe.is_finite());
-            let noisiest_um = used.fold(0.0, |most, &probe| model.noise.deviation_um(probe).max(most));
-            let deviation = fit.deviations_g_mm(noisiest_um);
+            let still = ProbeVector { cos_um: 0.0, sin_um: 0.0 };
+            let noisiest = used.fold(still, |most, &probe| {
+                if probe.phasor().norm_sqr() > most.phasor().norm_sqr() { probe } else { most }
+            });
+            let deviation = fit.deviations_g_mm(model.noise.deviation_um(noisiest));
             if deviation
                 .iter()
                 .zip(&bounds)
@@ -265,35 +265,39 @@ impl<const PLANES: usize> Tracker<PLANES> {
                     found.residual_um
                 };
             }
-            let Rounds { amplitudes, count, .. } = rounds;
-            return Ok(Solution { at_speed, found, deviation, amplitudes, rounds: count, searched });
+            let (found, deviation) = (&found, &deviation);
+            let solved = Solution { at_speed: &at_speed, found, deviation, rounds: rounds.count, searched };
+            let estimate = Estimate::new(&solved, model, reading, redundancy)?;
+            self.last_g_mm = found.unbalance_g_mm;
+            self.amplitudes = rounds.amplitudes;
+            self.readings = self.readings.wrapping_add(1);
+            return Ok(estimate);
         }
     }
 }
 
-/// What a reading's rounds ended with.
-struct Solution<const PROBES: usize, const PLANES: usize> {
-    at_speed: Response<PROBES, PLANES>,
-    found: PolishResult<PLANES>,
-    deviation: [f32; PLANES],
-    amplitudes: SupportAmplitudes,
+/// What a reading's rounds ended with, left where it was made: copies are dear without a cache.
+struct Solution<'a, const PROBES: usize, const PLANES: usize> {
+    at_speed: &'a Response<PROBES, PLANES>,
+    found: &'a PolishResult<PLANES>,
+    deviation: &'a [f32; PLANES],
     rounds: u8,
     searched: bool,
 }
 
 impl Estimate {
     fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
-        solved: &Solution<PROBES, PLANES>,
+        solved: &Solution<'_, PROBES, PLANES>,
         model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
         redundancy: u8,
     ) -> Result<Self, TrackError> {
-        let Solution { at_speed, found, deviation, rounds, searched, .. } = solved;
+        let Solution { at_speed, found, deviation, rounds, searched } = solved;
         let mut unbalance_g_mm = [[0.0; 2]; MAX_PLANES];
         let mut deviation_g_mm = [f32::NAN; MAX_PLANES];
         let mut static_g_mm = [0.0; 2];
         let planes = model.planes.len();
-        let found_planes = found.unbalance_g_mm.iter().zip(deviation).take(planes);
+        let found_planes = found.unbalance_g_mm.iter().zip(*deviation).take(planes);
         for ((own, stated), (&[x, y], &deviation)) in
             unbalance_g_mm.iter_mut().zip(&mut deviation_g_mm).zip(found_planes)
         {
