@@ -1,12 +1,123 @@
-//! Complex linear equations over fixed arrays, by elimination with pivoting that cannot panic.
+//! Complex linear equations that cannot panic: a quick way for a few that are well behaved, and elimination with pivoting
+//! for everything else.
 
 use core::mem;
+
+use heapless::Vec;
 
 use nalgebra::Complex;
 
 use crate::scalar;
 
 type C = Complex<f32>;
+
+/// Two rows and two columns of a matrix.
+type Block = [[C; 2]; 2];
+
+/// A square matrix of up to MOST rows and columns of blocks, row by row; factored in place to `L U`, with ones on the diagonal
+/// of L and the inverse blocks on that of U.
+pub(crate) struct Blocks<const MOST: usize> {
+    rows: Vec<Vec<Block, MOST>, MOST>,
+}
+
+impl<const MOST: usize> Blocks<MOST> {
+    pub fn new() -> Self {
+        Self { rows: Vec::new() }
+    }
+
+    /// Begins a row.
+    pub fn begin_row(&mut self) -> Option<()> {
+        self.rows.push(Vec::new()).ok()
+    }
+
+    /// Appends a block to the last row; `None` if there is no room.
+    #[inline]
+    pub fn push(&mut self, block: Block) -> Option<()> {
+        self.rows.last_mut()?.push(block).ok()
+    }
+
+    /// There is no pivoting: `None` if an inverse block that divides others has an entry above `growth`, which is how much
+    /// numbers may grow on the way where those of the matrix are near one, or if a block is singular.
+    pub fn factor(&mut self, growth: f32) -> Option<()> {
+        let mut rest = self.rows.as_mut_slice();
+        let mut column = 0;
+        while let Some((pivot_row, below)) = mem::take(&mut rest).split_first_mut() {
+            let (pivot, after) = pivot_row.get_mut(column..)?.split_first_mut()?;
+            *pivot = inverse(pivot)?;
+            let largest = pivot.as_flattened().iter().fold(0.0_f32, |most, &z| most.max(scalar::size(z)));
+            if largest > growth && !below.is_empty() {
+                return None;
+            }
+            for row in below.iter_mut() {
+                let (factor, cells) = row.get_mut(column..)?.split_first_mut()?;
+                let mut scaled = Block::default();
+                subtract_block(&mut scaled, factor, pivot);
+                *factor = scaled.map(|row| row.map(|z| -z));
+                for (cell, above) in cells.iter_mut().zip(&*after) {
+                    subtract_block(cell, factor, above);
+                }
+            }
+            rest = below;
+            column += 1;
+        }
+        Some(())
+    }
+
+    /// Turns a right-hand side into its solution; the matrix must be factored.
+    pub fn solve(&self, sides: &mut [[C; 2]]) {
+        for (i, row) in self.rows.iter().enumerate() {
+            let (known, rest) = sides.split_at_mut_checked(i).unwrap_or_default();
+            if let Some(side) = rest.first_mut() {
+                for (block, known) in row.iter().zip(&*known) {
+                    subtract_product(side, block, known);
+                }
+            }
+        }
+        for (i, row) in self.rows.iter().enumerate().rev() {
+            let (rest, known) = sides.split_at_mut_checked(i + 1).unwrap_or_default();
+            if let (Some(side), Some((inverse, after))) =
+                (rest.last_mut(), row.get(i..).and_then(<[Block]>::split_first))
+            {
+                for (block, known) in after.iter().zip(&*known) {
+                    subtract_product(side, block, known);
+                }
+                let [[a, b], [c, d]] = inverse;
+                let [x, y] = *side;
+                *side = [scalar::add_product(a * x, *b, y), scalar::add_product(c * x, *d, y)];
+            }
+        }
+    }
+}
+
+/// `None` if a block is singular or not a number.
+fn inverse([[a, b], [c, d]]: &Block) -> Option<Block> {
+    let determinant = scalar::subtract_product(a * d, *b, *c);
+    let size = scalar::size(determinant);
+    if !(size > 0.0 && size.is_finite()) {
+        return None;
+    }
+    let factor = scalar::reciprocal(determinant);
+    Some([[d * factor, -(b * factor)], [-(c * factor), a * factor]])
+}
+
+/// `block −= left·right`.
+#[inline(never)]
+fn subtract_block(block: &mut Block, left: &Block, right: &Block) {
+    for (row, [x, y]) in block.iter_mut().zip(left) {
+        let [above, below] = right;
+        for ((cell, above), below) in row.iter_mut().zip(above).zip(below) {
+            *cell = scalar::subtract_product(scalar::subtract_product(*cell, *x, *above), *y, *below);
+        }
+    }
+}
+
+/// `side −= block·x`.
+#[inline]
+fn subtract_product(side: &mut [C; 2], block: &Block, [x, y]: &[C; 2]) {
+    for (cell, [left, right]) in side.iter_mut().zip(block) {
+        *cell = scalar::subtract_product(scalar::subtract_product(*cell, *left, *x), *right, *y);
+    }
+}
 
 /// One equation of up to 2N unknowns, in two halves because stable Rust has no `2 * N` in const generics, with its
 /// right-hand sides: one for each plane, and one for what is known.

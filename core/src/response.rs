@@ -135,7 +135,9 @@ pub fn response<const N: usize, const PROBES: usize, const PLANES: usize>(
 ) -> Result<Response<PROBES, PLANES>, ResponseError> {
     let mut motion = Motion::forces(model, speed_rad_s);
     motion.solve(model, speed_rad_s, support_amplitudes_um)?;
-    motion.read(model, speed_rad_s, support_amplitudes_um)
+    let at_speed = motion.read(model, speed_rad_s, support_amplitudes_um);
+    at_speed.check()?;
+    Ok(at_speed)
 }
 
 /// Amplitudes of the shaft at the hardening supports, µm zero-to-peak (zero at the others), for an unbalance
@@ -157,6 +159,11 @@ impl<const PROBES: usize, const PLANES: usize> Response<PROBES, PLANES> {
     /// What each probe of the model shows.
     pub fn probes(&self) -> &[Linear<PLANES>] {
         self.probes.get(..usize::from(self.count)).unwrap_or_default()
+    }
+
+    /// Errors: [`ResponseError::NotFinite`].
+    pub(crate) fn check(&self) -> Result<(), ResponseError> {
+        if self.probes().iter().all(Linear::is_finite) { Ok(()) } else { Err(ResponseError::NotFinite) }
     }
 
     /// What each probe of the model shows for an unbalance `[U cos α, U sin α]` of each plane in g·mm.

@@ -202,21 +202,17 @@ impl<const PLANES: usize> Tracker<PLANES> {
         }
         let unknowns = 2 * model.planes.len();
         let redundancy = features.checked_sub(unknowns).ok_or(TrackError::Undetermined)? as u8;
-        let solved = self.solve(config, model, reading, bound_g_mm)?;
-        let estimate = Estimate::new(&solved, model, reading, redundancy)?;
-        self.last_g_mm = solved.found.unbalance_g_mm;
-        self.amplitudes = solved.amplitudes;
-        self.readings = self.readings.wrapping_add(1);
-        Ok(estimate)
+        self.solve(config, model, reading, bound_g_mm, redundancy)
     }
 
     fn solve<const N: usize, const PROBES: usize>(
-        &self,
+        &mut self,
         config: &TrackConfig,
         model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
         bound_g_mm: &[f32; MAX_PLANES],
-    ) -> Result<Solution<PROBES, PLANES>, TrackError> {
+        redundancy: u8,
+    ) -> Result<Estimate, TrackError> {
         let speed = reading.speed_rad_s();
         let mut bounds: Vec<f32, PLANES> = Vec::new();
         for bound in bound_g_mm.iter().take(model.planes.len()) {
@@ -228,7 +224,8 @@ impl<const PLANES: usize> Tracker<PLANES> {
         loop {
             let mut motion = Motion::forces(model, speed);
             motion.solve(model, speed, &rounds.amplitudes)?;
-            let at_speed = motion.read(model, speed, &rounds.amplitudes)?;
+            let at_speed = motion.read(model, speed, &rounds.amplitudes);
+            at_speed.check()?;
             let fit = BoundedFit::of_reading(&at_speed, reading, &bounds);
             let mut found = if rounds.count == 0 { polish(&fit, start) } else { polish_warm(&fit, start) };
             start = found.unbalance_g_mm;
@@ -244,7 +241,11 @@ impl<const PLANES: usize> Tracker<PLANES> {
                 }
             }
             let used = reading.probes().iter().filter(|probe| probe.is_finite());
-            let noisiest_um = used.fold(0.0, |most, &probe| model.noise.deviation_um(probe).max(most));
+            let still = ProbeVector { cos_um: 0.0, sin_um: 0.0 };
+            let noisiest = used.fold(still, |most, &probe| {
+                if probe.phasor().norm_sqr() > most.phasor().norm_sqr() { probe } else { most }
+            });
+            let noisiest_um = model.noise.deviation_um(noisiest);
             let per_um = fit.deviations_g_mm(1.0);
             let deviation = per_um.map(|per_um| noisiest_um * per_um);
             if deviation
@@ -270,40 +271,42 @@ impl<const PLANES: usize> Tracker<PLANES> {
                     (found.residual_um, found.unbalance_g_mm)
                 };
             }
-            let Rounds { amplitudes, count, .. } = rounds;
-            return Ok(Solution {
-                at_speed,
-                found,
-                per_um,
+            let solved = Solution {
+                at_speed: &at_speed,
+                found: &found,
+                per_um: &per_um,
                 noisiest_um,
-                amplitudes,
-                rounds: count,
+                rounds: rounds.count,
                 searched,
-            });
+            };
+            let estimate = Estimate::new(&solved, model, reading, redundancy)?;
+            self.last_g_mm = found.unbalance_g_mm;
+            self.amplitudes = rounds.amplitudes;
+            self.readings = self.readings.wrapping_add(1);
+            return Ok(estimate);
         }
     }
 }
 
-/// What a reading's rounds ended with.
-struct Solution<const PROBES: usize, const PLANES: usize> {
-    at_speed: Response<PROBES, PLANES>,
-    found: PolishResult<PLANES>,
+/// What a reading's rounds ended with, left where it was made: copies are dear without a cache.
+struct Solution<'a, const PROBES: usize, const PLANES: usize> {
+    at_speed: &'a Response<PROBES, PLANES>,
+    found: &'a PolishResult<PLANES>,
     /// Deviations for 1 µm of noise.
-    per_um: [f32; PLANES],
+    per_um: &'a [f32; PLANES],
     noisiest_um: f32,
-    amplitudes: SupportAmplitudes,
     rounds: u8,
     searched: bool,
 }
 
 impl Estimate {
     fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
-        solved: &Solution<PROBES, PLANES>,
+        solved: &Solution<'_, PROBES, PLANES>,
         model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
         redundancy: u8,
     ) -> Result<Self, TrackError> {
-        let Solution { at_speed, found, per_um, noisiest_um, rounds, searched, .. } = solved;
+        let Solution { at_speed, found, per_um, noisiest_um, rounds, searched } = solved;
         let mut unbalance_g_mm = [[0.0; 2]; MAX_PLANES];
         let mut static_g_mm = [0.0; 2];
         let planes = model.planes.len();
@@ -313,7 +316,7 @@ impl Estimate {
         }
         let mut free_g_mm = [[0.0; 2]; MAX_PLANES];
         let mut deviation_g_mm_per_um = [f32::NAN; MAX_PLANES];
-        let free_planes = found.free_g_mm.iter().zip(per_um).take(planes);
+        let free_planes = found.free_g_mm.iter().zip(*per_um).take(planes);
         for ((own, stated), (&free, &per_um)) in
             free_g_mm.iter_mut().zip(&mut deviation_g_mm_per_um).zip(free_planes)
         {

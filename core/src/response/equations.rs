@@ -19,11 +19,11 @@ pub(super) struct Equations<const N: usize> {
 }
 
 impl<const N: usize> Equations<N> {
+    /// Of the shaft, the supports being added where it stays: moved once, it would cost as much as a right-hand side.
     #[inline(always)]
-    pub fn new<const PROBES: usize, const PLANES: usize>(
+    pub fn of_shaft<const PROBES: usize, const PLANES: usize>(
         model: &Model<N, PROBES, PLANES>,
         speed: f32,
-        amplitudes: &SupportAmplitudes,
     ) -> Self {
         let square = speed * speed;
         let lag = 2.0 * speed * model.internal_damping_s;
@@ -31,33 +31,32 @@ impl<const N: usize> Equations<N> {
         Self {
             forward: array::from_fn(|j| 1.0 - square * forward_s2[j]),
             backward: array::from_fn(|j| C::new(1.0 - square * backward_s2[j], lag)),
-            supports: supports(model, speed, lag, amplitudes),
+            supports: Vec::new(),
         }
     }
-}
 
-#[inline(never)]
-fn supports<const N: usize, const PROBES: usize, const PLANES: usize>(
-    model: &Model<N, PROBES, PLANES>,
-    speed: f32,
-    lag: f32,
-    SupportAmplitudes(amplitudes): &SupportAmplitudes,
-) -> Vec<Block, MAX_SUPPORTS> {
-    let mut supports = Vec::new();
-    let mut springs = model.shaft.springs_n_m.iter();
-    for (support, &amplitude) in model.supports.iter().zip(amplitudes) {
-        let knots = support.table.map_or(&[][..], |table| model.knots_of(table));
-        let mut block = whirling(&support.dynamic_stiffness(knots, speed, amplitude));
-        if let Some(&spring) = springs.next() {
-            // The modes are damped whole; the spring is no part of the shaft.
-            let [[pp, _], [_, mm]] = &mut block;
-            pp.re -= spring;
-            *mm -= C::new(spring, spring * lag);
+    #[inline(never)]
+    pub fn add_supports<const PROBES: usize, const PLANES: usize>(
+        &mut self,
+        model: &Model<N, PROBES, PLANES>,
+        speed: f32,
+        SupportAmplitudes(amplitudes): &SupportAmplitudes,
+    ) {
+        let lag = 2.0 * speed * model.internal_damping_s;
+        let mut springs = model.shaft.springs_n_m.iter();
+        for (support, &amplitude) in model.supports.iter().zip(amplitudes) {
+            let knots = support.table.map_or(&[][..], |table| model.knots_of(table));
+            let mut block = whirling(&support.dynamic_stiffness(knots, speed, amplitude));
+            if let Some(&spring) = springs.next() {
+                // The modes are damped whole; the spring is no part of the shaft.
+                let [[pp, _], [_, mm]] = &mut block;
+                pp.re -= spring;
+                *mm -= C::new(spring, spring * lag);
+            }
+            // As many places as a model has supports.
+            let _ = self.supports.push(block);
         }
-        // As many places as a model has supports.
-        let _ = supports.push(block);
     }
-    supports
 }
 
 /// A matrix in x and y as `[[pp, pm], [mp, mm]]`, on forward and backward whirl.

@@ -19,7 +19,8 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
         speed: f32,
         amplitudes: &SupportAmplitudes,
     ) -> Result<(), ResponseError> {
-        let equations = Equations::new(model, speed, amplitudes);
+        let mut equations = Equations::of_shaft(model, speed);
+        equations.add_supports(model, speed, amplitudes);
         correct(&equations, model, self)
             .or_else(|| eliminate(&equations, model, self))
             .ok_or(ResponseError::Singular)

@@ -365,13 +365,14 @@ impl Outcome {
         random: &mut Random,
     ) -> Self {
         let want = dense(machine, amplitudes, f64::from(speed));
-        let equations = Equations::new(model, speed, amplitudes);
+        let mut equations = Equations::of_shaft(model, speed);
+        equations.add_supports(model, speed, amplitudes);
         let mut motion = Motion::forces(model, speed);
         let is_eliminated = correct(&equations, model, &mut motion).is_none();
         if is_eliminated {
             eliminate(&equations, model, &mut motion).unwrap();
         }
-        let got: Response<8, 4> = motion.read(model, speed, amplitudes).unwrap();
+        let got: Response<8, 4> = motion.read(model, speed, amplitudes);
         let value = |probe: usize, side: usize| {
             let linear = &got.probes()[probe];
             let value = if side < model.planes.len() { linear.per_unbalance[side] } else { linear.fixed };
@@ -426,7 +427,6 @@ fn random_machines_agree_with_dense_f64_equations() {
     let median = outcomes[count / 2].error;
     outcomes.sort_by(|a, b| a.steps().total_cmp(&b.steps()));
     let (most, all) = (outcomes[count * 99 / 100].steps(), outcomes[count - 1].steps());
-    std::println!("{count} speeds, {eliminated} eliminated, median {median:e}; steps {most:.0} and {all:.0}");
     assert!(median < 3e-6, "median {median:e}");
     assert!(most < STEPS, "99 % within {most} steps");
     assert!(eliminated > count / 100 && eliminated < count / 2, "{eliminated} of {count}");
@@ -460,14 +460,12 @@ fn poles_of_nominal_springs_are_eliminated_with_pivoting() {
             eliminated += usize::from(outcome.is_eliminated);
         }
     }
-    std::println!("{count} speeds at poles, {eliminated} eliminated");
     assert!(eliminated > count / 2, "{eliminated} of {count}");
 }
 
 const MACHINES: usize = if cfg!(debug_assertions) { 20 } else { 200 };
 /// Error where the inputs' rounding does not matter.
 const ALLOWED: f64 = 5e-7;
-/// Steps of the inputs that 99 % and all errors amount to at most. With 200 machines elimination with pivoting of all 2N
-/// equations leaves 28 and 204, this way 27 and 196.
+/// Steps of the inputs that 99 % and all errors amount to at most. With 200 machines they are 8 and 378.
 const STEPS: f64 = 50.0;
 const MOST_STEPS: f64 = 500.0;
