@@ -6,6 +6,7 @@
 //!                e/f > ratio_limit                                Ratio
 //!                e/f > ratio_floor and e > (1 + rise)·reference   Reference
 //!              Jump instead, if none of them held without the bounds on the unbalance
+//!              or the raw readings are                             Scatter
 //! flag         suspicious without a break for persistence_s and persistence_readings
 //! ```
 //!
@@ -19,6 +20,8 @@ mod evidence;
 mod growth;
 mod level;
 mod noise;
+mod repeats;
+mod scatter;
 #[cfg(test)]
 mod tests;
 
@@ -27,6 +30,8 @@ pub use evidence::Evidence;
 pub use growth::Growth;
 pub use level::Level;
 pub use noise::noise_floor_um;
+pub(crate) use repeats::Repeats;
+pub(crate) use scatter::{Dispersion, Scatter};
 
 use crate::reading::MAX_PROBES;
 use crate::residual::Residual;
@@ -157,6 +162,9 @@ impl Detector {
         let mut reason = limits.reason(evidence.residual.e_um);
         if reason != Reason::None && limits.reason(evidence.free_residual_um) == Reason::None {
             reason = Reason::Jump;
+        }
+        if reason == Reason::None {
+            reason = evidence.raw;
         }
         let dt_s = self.judged_us.map(|judged_us| seconds_since(judged_us, time_us));
         self.judged_us = Some(time_us);

@@ -107,6 +107,7 @@ fn judgement(reading: &Reading) {
                 redundancy: black_box(0),
                 floor_um: noise_floor_um(black_box(0.0), black_box(0)),
                 bearings: black_box([0; 8]),
+                raw: black_box(Reason::None),
             };
             black_box(detector.update(&thresholds, black_box(0), &evidence));
         }
