@@ -8,6 +8,7 @@
 //!              Jump instead, if none of them held without the bounds on the unbalance
 //!              a plane's unbalance changed more than it may      Jump
 //!              what explains the change at this speed           Keyphasor, Scale, Probe, Bearing instead of these
+//!              or the raw readings are                          Scatter
 //! flag         the sum of suspicious time less a quarter of the other time reaches persistence_s, and that of
 //!              readings persistence_readings
 //! ```
@@ -26,6 +27,8 @@ mod noise;
 mod reference;
 #[cfg(test)]
 mod reference_tests;
+mod repeats;
+mod scatter;
 mod suspicion;
 #[cfg(test)]
 mod tests;
@@ -36,6 +39,8 @@ pub use growth::Growth;
 pub use level::Level;
 pub use noise::noise_floor_um;
 pub(crate) use reference::Reference;
+pub(crate) use repeats::Repeats;
+pub(crate) use scatter::{Dispersion, Scatter};
 pub(crate) use suspicion::Suspicion;
 
 use crate::reading::MAX_PROBES;
@@ -225,7 +230,7 @@ impl Detector {
         let misfit = limits.reason(evidence.residual.e_um);
         let is_changed = || self.reference.is_changed(thresholds, &evidence.observation);
         if misfit == Reason::None && !is_changed() {
-            return (Reason::None, 0);
+            return (evidence.raw, 0);
         }
         let fits = limits.reason(evidence.free_residual_um) == Reason::None;
         let unnamed = if fits { Reason::Jump } else { misfit };

@@ -37,6 +37,8 @@ mod no_mac;
 mod ownership;
 #[cfg(all(test, feature = "command"))]
 mod parts_tests;
+#[cfg(test)]
+mod raw_tests;
 mod save;
 #[cfg(test)]
 mod simulation;

@@ -1,5 +1,7 @@
-//! The stages from a reading to an estimate, as a node runs them: screen, average, bound, estimate. What follows, the
-//! judgement of the estimate, is that of [`detector`](crate::detector).
+//! The stages from a reading to an estimate, as a node runs them: screen, hold against the readings before, average,
+//! bound, estimate. What follows, the judgement of the estimate, is that of [`detector`](crate::detector).
+
+mod raw;
 
 use crate::detector::{Average, AveragedReading, Growth};
 use crate::model::{MAX_PLANES, Model, Pair};
@@ -9,6 +11,7 @@ use crate::scalar;
 use crate::state::Reason;
 use crate::thresholds::Thresholds;
 use crate::track::{Estimate, TrackConfig, TrackError, Tracker};
+pub use raw::RawHistory;
 
 /// No probe reads more than this, µm: a feature beyond it is a fault of transmission or scaling.
 pub const MAX_PLAUSIBLE_UM: f32 = 10_000.0;
@@ -22,6 +25,8 @@ pub struct ScreenedReading {
     pub missing_mask: u8,
     /// [`Reason::None`] if no probe is lost.
     pub why_missing: Reason,
+    /// [`Reason::Scatter`] if the raw readings up to this one scatter too much, else [`Reason::None`].
+    pub suspicion: Reason,
 }
 
 /// Why a reading gives no estimate.
@@ -30,11 +35,11 @@ pub struct ScreenedReading {
 pub enum Unusable {
     /// Speed, features or number of probes are impossible for the model.
     Rejected(Reason),
-    /// The keyphasor cannot be believed, or every probe is lost.
+    /// The keyphasor or the phases cannot be believed, or every probe is lost.
     Skipped {
-        /// [`Reason::Keyphasor`], [`Reason::Probes`] or [`Reason::Gap`].
+        /// [`Reason::Keyphasor`], [`Reason::Probes`], [`Reason::Gap`], [`Reason::Repeated`] or [`Reason::Scatter`].
         reason: Reason,
-        /// Bit i: probe i is lost; zero where the keyphasor is the reason.
+        /// Bit i: probe i is lost; zero where keyphasor or scatter is the reason.
         missing_mask: u8,
     },
 }
@@ -74,7 +79,18 @@ pub fn screen<const N: usize, const PROBES: usize, const PLANES: usize>(
     if missing_mask == used {
         return Err(Unusable::Skipped { reason: why_missing, missing_mask });
     }
-    Ok(ScreenedReading { reading, missing_mask, why_missing })
+    Ok(ScreenedReading { reading, missing_mask, why_missing, suspicion: Reason::None })
+}
+
+impl ScreenedReading {
+    /// Loses further probes, for this reason.
+    fn lose(&mut self, mask: u8, reason: Reason) {
+        if mask != 0 {
+            self.reading.lose(mask);
+            self.missing_mask |= mask;
+            self.why_missing = reason;
+        }
+    }
 }
 
 /// A lost probe (NaN) is not absurd.

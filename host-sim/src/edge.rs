@@ -5,8 +5,8 @@ mod knots;
 use anyhow::{Result, anyhow, bail};
 use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector};
 use rotor_edge_core::model::{
-    Forcing, ForcingLaw, KnotRange, MAX_PLANES, MAX_SUPPORTS, Matrices, Model, Modes, Noise, Pair, Pedestal, Probe,
-    Spring, Support,
+    Forcing, ForcingLaw, KnotRange, MAX_PLANES, MAX_SUPPORTS, Matrices, Model, Modes, Noise, Pair, Pedestal,
+    Probe, Spring, Support,
 };
 use rotor_edge_core::node::Node;
 use rotor_edge_core::reading::{MAX_PROBES, ProbeVector, Reading};
@@ -255,7 +255,8 @@ fn modes(model: &desktop::model::Model) -> Result<Modes<SHAPES>> {
         mass: matrix(&model.structure.mass),
         polar_inertia: matrix(&model.structure.polar_inertia),
     };
-    Modes::new(&shaft, &springs).map_err(|e| anyhow!("the controller's model of the shaft cannot be made: {e}"))
+    Modes::new(&shaft, &springs)
+        .map_err(|e| anyhow!("the controller's model of the shaft cannot be made: {e}"))
 }
 
 fn forcing(f: &desktop::model::terms::Forcing, modes: &Modes<SHAPES>) -> Forcing<SHAPES> {

@@ -42,10 +42,12 @@ pub struct Evidence {
     /// The bearing of each probe, from zero.
     pub bearings: [u8; MAX_PROBES],
     pub observation: Observation,
+    /// Why the readings are suspicious before they are averaged; [`Reason::None`] if they are not.
+    pub raw: Reason,
 }
 
 impl Evidence {
-    /// Of the estimate of an averaged reading. The noise is that of the probes that were used, less what averaging took
+    /// Of the estimate of an averaged reading, of whose raw readings nothing is known. The noise is that of the probes that were used, less what averaging took
     /// away.
     pub fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
         model: &Model<N, PROBES, PLANES>,
@@ -85,6 +87,7 @@ impl Evidence {
             floor_um: noise_floor_um(averaged.variance * square_um2, estimate.residual.features),
             bearings,
             observation,
+            raw: Reason::None,
         }
     }
 

@@ -30,6 +30,7 @@ fn evidence(e_um: f32, bearing: usize) -> Evidence {
             misfit_g_mm: [f32::NAN; MAX_PLANES],
             floor_g_mm: 0.0,
         },
+        raw: Reason::None,
     }
 }
 
@@ -118,6 +119,19 @@ fn unbalance_jump_is_distinguished_from_misfit() {
     let verdicts = run(&mut detector, DAY_US, residuals);
     assert_eq!((verdicts[7].reason, verdicts[7].flagged), (Reason::Jump, true));
     assert_eq!(detector.latched().map(|latched| latched.cause), Some(Reason::Jump));
+}
+
+#[test]
+fn scatter_of_raw_readings_is_flagged_unless_residual_says_more() {
+    let scattering = |e_um| Evidence { raw: Reason::Scatter, ..evidence(e_um, 1) };
+    let residuals =
+        [evidence(10.0, 0); 10].into_iter().chain([scattering(10.0); 3]).chain([scattering(20.0)]);
+    let mut detector = Detector::default();
+    let verdicts = run(&mut detector, DAY_US, residuals);
+    assert_eq!((verdicts[10].reason, verdicts[10].flagged), (Reason::Scatter, false));
+    assert_eq!((verdicts[12].reason, verdicts[12].flagged), (Reason::Scatter, true));
+    assert_eq!((verdicts[12].level_um, verdicts[13].reason), (10.0, Reason::Rise));
+    assert_eq!(detector.latched().map(|latched| latched.cause), Some(Reason::Scatter));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::detector::{Detector, Evidence, ResidualVerdict};
 use crate::memory::Memory;
 use crate::model::{MAX_PLANES, Model, ModelError, Pair};
 use crate::numerics::Numerics;
-use crate::stages::{Estimator, ScreenedReading, Unusable, screen};
+use crate::stages::{Estimator, RawHistory, ScreenedReading, Unusable, screen};
 use crate::state::{NodeState, Reason};
 use crate::thresholds::Thresholds;
 use crate::track::{Estimate, TrackConfig, TrackError, Tracker};
@@ -17,6 +17,7 @@ pub(super) struct Monitor<const SHAPES: usize, const PROBES: usize, const PLANES
     checksum: u32,
     /// `None` exactly without a model.
     estimator: Option<Estimator<PLANES>>,
+    raw: RawHistory,
     pub detector: Detector,
     pub estimate: Option<Estimate>,
     pub verdict: Option<ResidualVerdict>,
@@ -47,6 +48,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
             model: Err(Reason::NothingStored),
             checksum: 0,
             estimator: None,
+            raw: RawHistory::default(),
             detector: Detector::default(),
             estimate: None,
             verdict: None,
@@ -158,6 +160,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
     fn forget(&mut self) {
         (self.estimate, self.verdict, self.blind) = (None, None, None);
         self.missing = (0, Reason::None);
+        self.raw = RawHistory::default();
     }
 
     /// State, reason and mask of missing probes; a latched flag is not looked at. `is_outdated`: the last verdict is older
@@ -196,7 +199,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
         let (Ok(model), Some(estimator)) = (&self.model, &mut self.estimator) else {
             return Evaluation::Unmodelled;
         };
-        let screened = match screen(model, thresholds, numbered.keyphasor, &numbered.reading) {
+        let screened = screen(model, thresholds, numbered.keyphasor, &numbered.reading);
+        let screened = match screened.and_then(|screened| self.raw.judge(model.noise, screened)) {
             Ok(screened) => screened,
             Err(unusable) => return self.pass_over(unusable),
         };
@@ -210,7 +214,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Monitor<SHAP
                 return Evaluation::Unsolved;
             }
         };
-        let evidence = Evidence::new(model, &estimate, &averaged);
+        let evidence = Evidence { raw: screened.suspicion, ..Evidence::new(model, &estimate, &averaged) };
         let judged = match evidence.why_unjudged(thresholds) {
             None => Ok(self.detector.update(thresholds, time_us, &evidence)),
             Some(reason) => Err(reason),

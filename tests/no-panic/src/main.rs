@@ -116,6 +116,7 @@ fn judgement(reading: &Reading) {
                     misfit_g_mm: black_box([0.0; 4]),
                     floor_g_mm: black_box(0.0),
                 },
+                raw: black_box(Reason::None),
             };
             black_box(detector.update(&thresholds, black_box(0), &evidence));
         }
