@@ -37,6 +37,10 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    pub fn is_right(self) -> bool {
+        matches!(self, Self::Harmless | Self::Seen)
+    }
+
     /// The fault made the unbalance wrong.
     pub fn matters(self) -> bool {
         self != Self::Harmless

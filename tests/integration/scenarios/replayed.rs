@@ -3,11 +3,14 @@
 use std::sync::OnceLock;
 
 use rotor_edge::edge::Deployment;
+use rotor_edge::replay::check::equivalence;
 use rotor_edge::replay::{self, Replay, ReplayConfig};
 use rotor_edge::sample;
 use rotor_edge_desktop::identify::{PhaseOneConfig, identify};
 use rotor_edge_desktop::measurement::Reading;
 
+use super::dice::Dice;
+use super::machine::C;
 use super::monitor::claims_health;
 
 /// The fault begins, is to be told at the latest, and the record ends, days.
@@ -56,4 +59,8 @@ fn sample_without_fault_is_tracked_to_the_end() {
     let played = played(|_, _| ());
     assert!(played.states.iter().all(|change| change.status.cause == Default::default()));
     assert!(claims(&played).last().is_some_and(|[_, end_d]| *end_d == ENDS_D), "{:?}", played.states);
+}
+
+fn turn(reading: &mut Reading, factor: C) {
+    reading.probes.iter_mut().flatten().for_each(|y| *y *= factor);
 }
