@@ -163,7 +163,14 @@ impl<const PROBES: usize> Extractor<PROBES> {
         const { assert!(1 <= PROBES && PROBES <= MAX_PROBES, "an extractor has 1 to 8 probes") };
         config.check()?;
         let longest_turn = config.longest_turn() as u32;
-        Ok(Self { config, stage: Stage::Waiting, samples: 0, longest_turn, age: 0.0, sums: Sums::new() })
+        Ok(Self {
+            config,
+            stage: Stage::Waiting,
+            samples: 0,
+            longest_turn,
+            age: 0.0,
+            sums: Sums::beginning(&[0; PROBES], 0.0),
+        })
     }
 
     /// What it was made with.
@@ -174,7 +181,8 @@ impl<const PROBES: usize> Extractor<PROBES> {
     /// Forgets the window under way and waits for a first mark, as after [`Extractor::new`]: for samples that do not follow
     /// those before.
     pub fn restart(&mut self) {
-        (self.stage, self.samples, self.age, self.sums) = (Stage::Waiting, 0, 0.0, Sums::new());
+        (self.stage, self.samples, self.age) = (Stage::Waiting, 0, 0.0);
+        self.sums.begin(&[0; PROBES], 0.0);
     }
 
     /// Takes one sample of each probe, in the [`Converter`]'s numbers: `u16` and `i16` alike fit `i32`, and a processor
@@ -221,7 +229,7 @@ impl<const PROBES: usize> Extractor<PROBES> {
     fn push_marked(&mut self, counts: &[i32; PROBES], age: f32) -> Option<Extraction<PROBES>> {
         let period = self.samples as f32 + 1.0 + self.age - age;
         (self.samples, self.age) = (0, age);
-        let result = match self.stage {
+        let result = match &self.stage {
             Stage::Waiting => {
                 self.stage = Stage::Measuring { short_turns: 0 };
                 None
@@ -231,8 +239,8 @@ impl<const PROBES: usize> Extractor<PROBES> {
                 self.sums.begin(counts, age);
                 None
             }
-            Stage::Measuring { short_turns } => self.short_turn(counts, short_turns.saturating_add(1)),
-            Stage::Running(window) => self.end_turn(counts, window, period),
+            &Stage::Measuring { short_turns } => self.short_turn(counts, short_turns.saturating_add(1)),
+            Stage::Running(_) => self.end_turn(counts, period),
         };
         let vector = match &self.stage {
             Stage::Running(window) => window.phase.vector(),
@@ -252,12 +260,10 @@ impl<const PROBES: usize> Extractor<PROBES> {
     }
 
     /// A turn of the window ends with the last mark; the window's result if it was the last.
-    fn end_turn(
-        &mut self,
-        counts: &[i32; PROBES],
-        mut window: Window,
-        period: f32,
-    ) -> Option<Extraction<PROBES>> {
+    fn end_turn(&mut self, counts: &[i32; PROBES], period: f32) -> Option<Extraction<PROBES>> {
+        let Stage::Running(window) = &mut self.stage else {
+            return None;
+        };
         let lag = match window.end_turn(period, self.age) {
             Ok(lag) => lag,
             Err(outcome) => return self.break_off(counts, outcome, f32::NAN),
@@ -268,16 +274,15 @@ impl<const PROBES: usize> Extractor<PROBES> {
         }
         self.sums.end_turn(lag);
         if !is_last {
-            self.stage = Stage::Running(window);
             return None;
         }
-        let drift = window.drift();
+        let (drift, speed) = (window.drift(), window.speed());
+        window.begin_next();
         if !(-self.config.largest_drift..=self.config.largest_drift).contains(&drift) {
             return self.break_off(counts, Outcome::Drift, drift);
         }
-        let speed_rpm = 60.0 * self.config.sample_rate_hz * window.speed();
+        let speed_rpm = 60.0 * self.config.sample_rate_hz * speed;
         let result = self.result(Outcome::Measured, speed_rpm, drift, &self.sums.fits());
-        self.stage = Stage::Running(window.next());
         self.sums.begin(counts, self.age);
         result
     }

@@ -61,11 +61,6 @@ impl SamplingConfig {
             ..ExtractionConfig::new()
         }
     }
-
-    const fn detector(&self) -> KeyphasorDetector {
-        let threshold = self.level.count(self.mark_mv);
-        KeyphasorDetector::new(threshold, threshold - self.level.count(self.mark_mv - self.hysteresis_mv))
-    }
 }
 
 /// Samples were lost, and a new reading has begun.
@@ -92,10 +87,12 @@ impl Sampling {
     /// # Errors
     /// What the check of [`SamplingConfig::extraction`] finds.
     pub fn new(config: SamplingConfig) -> Result<Self, ExtractionError> {
+        let [threshold, armed] =
+            [config.mark_mv, config.mark_mv - config.hysteresis_mv].map(|mv| config.level.count(mv));
         Ok(Self {
             config,
             extractor: Extractor::new(config.extraction())?,
-            detector: config.detector(),
+            detector: KeyphasorDetector::new(threshold, threshold - armed),
             marks: Marks::new(config.captures),
             is_captured: false,
             pace: Pace::new(),
@@ -150,7 +147,7 @@ impl Sampling {
     pub fn lost(&mut self) -> SamplesLost {
         self.sequence = self.sequence.wrapping_add(u16::from(self.has_turned));
         self.extractor.restart();
-        self.detector = self.config.detector();
+        self.detector.restart();
         self.marks = Marks::new(self.config.captures);
         self.is_captured = false;
         self.pace = Pace::new();

@@ -31,6 +31,19 @@ impl KeyphasorDetector {
         Self { threshold, rearm: threshold.saturating_sub(hysteresis), before: None, is_armed: false }
     }
 
+    /// Forgets the samples before: for samples that do not follow them.
+    ///
+    /// ```
+    /// use rotor_edge_core::extraction::KeyphasorDetector;
+    /// let mut detector = KeyphasorDetector::new(1000, 200);
+    /// detector.push(0);
+    /// detector.restart();
+    /// assert_eq!(detector.push(2000), None);
+    /// ```
+    pub fn restart(&mut self) {
+        (self.before, self.is_armed) = (None, false);
+    }
+
     /// Takes a sample; if the mark passed since the one before, how long before this one, in samples: 0 to 1, as
     /// [`Extractor::push`](super::Extractor::push) takes it.
     pub fn push(&mut self, count: i32) -> Option<f32> {

@@ -69,13 +69,11 @@ fn kept<T: Copy>([even, odd]: [T; 2], number: u32) -> T {
 }
 
 impl<const PROBES: usize> Sums<PROBES> {
-    pub fn new() -> Self {
-        Self::beginning([Channel::default(); PROBES], 0.0)
-    }
-
-    fn beginning(channels: [Channel; PROBES], age: f32) -> Self {
+    /// Of a window that begins with a sample that comes `age` after its edge and is to be added.
+    #[inline(always)]
+    pub fn beginning(counts: &[i32; PROBES], age: f32) -> Self {
         Self {
-            channels,
+            channels: counts.map(|count| Channel { reference: count as f32, ..Channel::default() }),
             turn: VectorSums::default(),
             window: VectorSums::default(),
             last: [C::default(); 2],
@@ -86,10 +84,10 @@ impl<const PROBES: usize> Sums<PROBES> {
         }
     }
 
-    /// Begins a window with a sample that comes `age` after its edge and is to be added.
+    /// Begins such a window.
+    #[inline(never)]
     pub fn begin(&mut self, counts: &[i32; PROBES], age: f32) {
-        let channels = counts.map(|count| Channel { reference: count as f32, ..Channel::default() });
-        *self = Self::beginning(channels, age);
+        *self = Self::beginning(counts, age);
     }
 
     /// Adds a sample of each probe at the moment of a vector; without an angle, that is zero, and only means are of use.

@@ -23,9 +23,9 @@ impl Window {
         Self { phase: Phase::steady(period, age), period, turns: 0, first_period: 0.0, length: 0.0 }
     }
 
-    /// The window that follows: the shaft turns on.
-    pub fn next(self) -> Self {
-        Self { turns: 0, first_period: 0.0, length: 0.0, ..self }
+    /// Begins the window that follows: the shaft turns on.
+    pub fn begin_next(&mut self) {
+        (self.turns, self.length) = (0, 0.0);
     }
 
     /// A mark ends a turn of this length, `age` before the present sample. Gives the angle by which the turn's samples lagged

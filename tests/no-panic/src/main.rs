@@ -246,6 +246,7 @@ fn extraction() {
     extract::<1>(&mut detector);
     extract::<4>(&mut detector);
     extract::<8>(&mut detector);
+    detector.restart();
 }
 
 fn extract<const PROBES: usize>(detector: &mut KeyphasorDetector) {
