@@ -5,7 +5,9 @@ use super::*;
 use crate::can::isotp::TIMEOUT_US;
 use crate::command::{Command, Detail, Key, MAX_COUNTER_STEP, Outcome};
 use crate::detector::LatchedFlag;
+use crate::model::ModelError;
 use crate::model::tests::rigid_rotor;
+use crate::state::NodeState;
 
 fn better() -> TestModel {
     let mut better = rigid_rotor();
@@ -287,6 +289,6 @@ fn memory_is_stored_seldom() {
     // the first reading, learning that doubles from a second to a minute and ends, and the hours
     assert!((4..12).contains(&store.savings), "{}", store.savings);
     let started = store.start();
-    assert!(!started.monitor.detector.is_learning());
-    assert_eq!(started.monitor.detector.latched(), None::<LatchedFlag>);
+    assert!(!started.monitor.detector().is_learning());
+    assert_eq!(started.monitor.detector().latched(), None::<LatchedFlag>);
 }

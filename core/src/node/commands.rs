@@ -123,7 +123,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         match pending.command {
             Command::Deploy | Command::DeployAnother | Command::Trial => {
                 if let Some((model, trial_s)) = pending.command.model(body) {
-                    let _ = self.monitor.decode::<C>(model, is_on_trial);
+                    let _ = self.monitor.decode(model, is_on_trial);
                     self.handler.trial_until_us =
                         trial_s.map(|trial_s| time_us.saturating_add(u64::from(trial_s) * 1_000_000));
                     self.save_scheduler.changed_much(time_us);
@@ -131,7 +131,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             }
             Command::SetThresholds => {
                 if let Ok(thresholds) = Thresholds::decode(body) {
-                    self.config.thresholds = thresholds;
+                    let _ = self.monitor.set_thresholds(thresholds);
                 }
             }
             Command::Restart => self.restart(time_us),
@@ -257,7 +257,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             counter: self.handler.last_counter,
             model_checksum: self.monitor.checksum(),
             detail,
-            thresholds: asks.then_some(self.config.thresholds),
+            thresholds: asks.then_some(*self.monitor.thresholds()),
         };
         let bytes = answer.encode(request, self.config.key.as_ref());
         if self.handler.offer.is_some() {
