@@ -38,7 +38,6 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     ///
     /// Errors: those of [`Model::decode`].
     #[inline(never)]
-    #[cfg(feature = "can")]
     pub(crate) fn verify<C: Numerics<N, PROBES, PLANES>>(bytes: &[u8]) -> Result<[u8; 4], ModelError> {
         let mut model = Self::EMPTY;
         model.read(bytes)?;

@@ -5,7 +5,9 @@ use super::*;
 use crate::can::isotp::TIMEOUT_US;
 use crate::command::{Command, Detail, Key, MAX_COUNTER_STEP, Outcome};
 use crate::detector::LatchedFlag;
+use crate::model::ModelError;
 use crate::model::tests::rigid_rotor;
+use crate::state::NodeState;
 
 fn better() -> TestModel {
     let mut better = rigid_rotor();
@@ -252,13 +254,13 @@ fn new_model_lowers_flag_and_old_memory_does_not_raise_it() {
 fn same_model_deployed_again_changes_nothing_and_says_so() {
     let (mut node, mut store, time_us) = flagged();
     let (status, memory) = (node.status(time_us), store.memory.clone());
-    let detector = node.monitor.detector;
+    let detector = *node.monitor.detector();
     for (command, counter) in [(Command::Deploy, 1), (Command::DeployAnother, 2)] {
         let told = request(command, counter, &encoded(&rigid_rotor()));
         let answer = answer(&mut node, &mut store, time_us, &told);
         assert_eq!((answer.outcome, answer.detail), (Outcome::Accepted, Detail::Unchanged));
         assert_eq!((answer.counter, answer.model_checksum), (counter, rigid_rotor().checksum()));
-        assert_eq!((node.status(time_us), node.monitor.detector), (status, detector));
+        assert_eq!((node.status(time_us), *node.monitor.detector()), (status, detector));
     }
     assert_eq!((store.counter, &store.memory), (2, &memory), "the requests cannot be sent again");
     let started = store.start().status(0);
@@ -357,6 +359,6 @@ fn memory_is_stored_seldom() {
     // the first reading, learning that doubles from a second to a minute and ends, and the hours
     assert!((4..12).contains(&store.savings), "{}", store.savings);
     let started = store.start();
-    assert!(!started.monitor.detector.is_learning());
-    assert_eq!(started.monitor.detector.latched(), None::<LatchedFlag>);
+    assert!(!started.monitor.detector().is_learning());
+    assert_eq!(started.monitor.detector().latched(), None::<LatchedFlag>);
 }

@@ -128,7 +128,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             }
             Command::SetThresholds => {
                 if let Ok(thresholds) = Thresholds::decode(body) {
-                    self.config.thresholds = thresholds;
+                    let _ = self.monitor.set_thresholds(thresholds);
                 }
             }
             Command::Restart => self.restart(time_us),
@@ -145,9 +145,9 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     /// Changes to the model that the request brings, and says what that ended.
     fn change_model(&mut self, time_us: u64, command: Command) -> Detail {
-        let (before, latched) = (self.monitor.checksum(), self.monitor.detector.latched());
+        let (before, latched) = (self.monitor.checksum(), self.monitor.latched());
         let Some((model, trial_s)) = command.model(self.handler.body()) else { return Detail::None };
-        let _ = self.monitor.decode::<C>(model);
+        let _ = self.monitor.decode(model);
         let is_same = self.monitor.checksum() == before;
         if is_same && self.handler.trial_until_us.is_none() {
             return Detail::Unchanged;
@@ -273,7 +273,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             counter: self.handler.last_counter,
             model_checksum: self.monitor.checksum(),
             detail,
-            thresholds: asks.then_some(self.config.thresholds),
+            thresholds: asks.then_some(*self.monitor.thresholds()),
         };
         let bytes = answer.encode(request, self.config.key.as_ref());
         if self.handler.offer.is_some() {

@@ -10,6 +10,7 @@ use crate::can::FLAG_SUSPICIOUS;
 use crate::command::{Command, Outcome};
 use crate::model::tests::rigid_rotor;
 use crate::reading::{ProbeVector, Reading};
+use crate::state::NodeState;
 use crate::testing::Random;
 
 type C = Complex<f32>;

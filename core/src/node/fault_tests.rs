@@ -8,6 +8,7 @@ use crate::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS};
 use crate::command::Outcome;
 use crate::model::tests::rigid_rotor;
 use crate::reading::Reading;
+use crate::state::NodeState;
 use crate::testing::Random;
 
 // Lost probes, keyphasor, speed: no verdict outlives its evidence.
@@ -247,7 +248,7 @@ fn damaged_memory_begins_anew_and_does_not_stop_the_node() {
         let mut damaged = store.clone();
         damaged.memory.as_mut().unwrap()[byte] ^= 0x10;
         let node = damaged.start();
-        assert_eq!((node.status(0).state, node.monitor.detector.is_learning()), (NodeState::Waiting, true));
+        assert_eq!((node.status(0).state, node.monitor.detector().is_learning()), (NodeState::Waiting, true));
     }
     store.memory = Some(Vec::new());
     assert_eq!(store.start().status(0).state, NodeState::Waiting);

@@ -10,6 +10,7 @@ use crate::model::Pair;
 use crate::model::tests::rigid_rotor;
 use crate::reading::{ProbeVector, Reading, rad_s};
 use crate::response::{SupportAmplitudes, response};
+use crate::state::NodeState;
 use crate::testing::{Random, normal};
 
 pub type TestModel = Model<2, 4, 2>;
