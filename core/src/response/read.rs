@@ -16,11 +16,17 @@ struct WhirlMotion<const PLANES: usize> {
     forced: Option<[C; 2]>,
 }
 
+/// Once in flash, not once for each right-hand side.
+#[inline(never)]
+fn whirl_at<const N: usize>(shape: &Shape<N>, whirl: &Whirl<N>) -> [C; 2] {
+    let ([plus], [minus]) = (&shape.forward.data.0, &shape.backward.data.0);
+    [at(plus, &whirl.plus), at(minus, &whirl.minus)]
+}
+
 impl<const PLANES: usize> WhirlMotion<PLANES> {
     #[inline]
     fn new<const N: usize>(motion: &Motion<N, PLANES>, shape: &Shape<N>) -> Self {
-        let ([plus], [minus]) = (&shape.forward.data.0, &shape.backward.data.0);
-        let whirl = |whirl: &Whirl<N>| [at(plus, &whirl.plus), at(minus, &whirl.minus)];
+        let whirl = |whirl: &Whirl<N>| whirl_at(shape, whirl);
         Self { planes: motion.planes.each_ref().map(whirl), forced: motion.forced.as_ref().map(whirl) }
     }
 
@@ -54,7 +60,7 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
     ) -> Response<PROBES, PLANES> {
         // Probes come in pairs at one place.
         let mut before: Option<(&Probe<N>, WhirlMotion<PLANES>)> = None;
-        let probes = array::from_fn(|number| {
+        let shown = |number: usize| {
             let Some(probe) = model.probes.get(number) else {
                 return Linear { per_unbalance: [C::default(); PLANES], fixed: C::default() };
             };
@@ -67,8 +73,8 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
             let [re, im] = probe.runout_um;
             linear.fixed += C::new(re, im);
             linear
-        });
-        Response { probes, count: model.probes.len() as u8 }
+        };
+        Response { probes: array::from_fn(shown), count: model.probes.len() as u8 }
     }
 
     /// The motion a probe sees: of the shaft, less that of the housing it is mounted on.

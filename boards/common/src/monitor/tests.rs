@@ -334,3 +334,23 @@ fn trial_model_is_never_stored_but_counter_and_baseline_are() {
     assert_eq!((start.counter, start.model), (8, Ok(())));
     assert_ne!(confirmed.checksum(), before);
 }
+
+#[test]
+fn nonce_outlives_counters_and_memories_stored_after_it() {
+    let [slots, journal] = blank();
+    let (mut slots, mut journal) = (Slots::new(slots), Journal::new(journal));
+    let last = |journal: &Journal<Flash>| {
+        let record = journal.last().unwrap();
+        (record.counter, record.nonce, record.memory.to_vec())
+    };
+    let memory = [7; 60].into_iter().collect();
+    keep(&mut slots, &mut journal, &Save::Memory(memory), 3).unwrap();
+    assert_eq!(last(&journal), (3, 0, std::vec![7; 60]));
+    keep(&mut slots, &mut journal, &Save::Nonce(1 << 40), 3).unwrap();
+    assert_eq!(last(&journal), (3, 1 << 40, std::vec![7; 60]));
+    let counter = Save::Command { counter: 4, model: None, thresholds: None };
+    keep(&mut slots, &mut journal, &counter, 3).unwrap();
+    assert_eq!(last(&journal), (4, 1 << 40, std::vec![7; 60]));
+    keep(&mut slots, &mut journal, &Save::Memory([8; 9].into_iter().collect()), 4).unwrap();
+    assert_eq!(last(&journal), (4, 1 << 40, std::vec![8; 9]));
+}
