@@ -174,12 +174,33 @@ impl<const PROBES: usize> Extractor<PROBES> {
     }
 
     /// What it was made with.
+    ///
+    /// ```
+    /// use rotor_edge_core::extraction::{ExtractionConfig, Extractor};
+    /// let extractor = Extractor::new(ExtractionConfig::<6>::new())?;
+    /// assert_eq!(extractor.config().scale_mv_um.len(), 6);
+    /// # Ok::<(), rotor_edge_core::extraction::ExtractionError>(())
+    /// ```
     pub fn config(&self) -> &ExtractionConfig<PROBES> {
         &self.config
     }
 
     /// Forgets the window under way and waits for a first mark, as after [`Extractor::new`]: for samples that do not follow
     /// those before.
+    ///
+    /// ```
+    /// use rotor_edge_core::extraction::{ExtractionConfig, Extractor};
+    /// let mut extractor = Extractor::new(ExtractionConfig::<1> { revolutions: 1, ..ExtractionConfig::new() })?;
+    /// // three marks, 100 samples apart, are a turn to measure the speed by and one for a reading
+    /// let turn = |extractor: &mut Extractor<1>| {
+    ///     (0..100).filter_map(|n| extractor.push([2048], (n == 0).then_some(0.0))).count()
+    /// };
+    /// assert_eq!([turn(&mut extractor), turn(&mut extractor), turn(&mut extractor)], [0, 0, 1]);
+    /// // samples were lost
+    /// extractor.restart();
+    /// assert_eq!([turn(&mut extractor), turn(&mut extractor), turn(&mut extractor)], [0, 0, 1]);
+    /// # Ok::<(), rotor_edge_core::extraction::ExtractionError>(())
+    /// ```
     pub fn restart(&mut self) {
         (self.stage, self.samples, self.age) = (Stage::Waiting, 0, 0.0);
         self.sums.begin(&[0; PROBES], 0.0);

@@ -168,6 +168,13 @@ impl<const PROBES: usize> ExtractionConfig<PROBES> {
     }
 
     /// The highest speed that is measured, rpm: [`FEWEST_SAMPLES`] in a turn.
+    ///
+    /// ```
+    /// use rotor_edge_core::extraction::ExtractionConfig;
+    /// let config = ExtractionConfig::<4> { sample_rate_hz: 4_000.0, ..ExtractionConfig::new() };
+    /// assert_eq!(config.fastest_rpm(), 30_000.0);
+    /// assert!((config.slowest_rpm() - 100.0).abs() < 0.001);
+    /// ```
     pub const fn fastest_rpm(&self) -> f32 {
         60.0 * self.sample_rate_hz / FEWEST_SAMPLES
     }
