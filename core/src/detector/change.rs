@@ -1,7 +1,7 @@
 //! What changed between two readings of one speed: the vectors, not the unbalance that a model makes of them.
 //!
 //! Of a cause that changes the trusted vectors z₀ by D and leaves R unexplained of the present ones z (lengths over all
-//! probes), D must exceed what noise of both may be, and R may be that and a fifth of D:
+//! probes), D must exceed what noise of both may be, and R be within that; a factor may leave a fifth of D beside:
 //!
 //! ```text
 //! one factor c = Σ z̄₀z / Σ|z₀|²      D = |c − 1|·√Σ|z₀|²             R = √Σ|z − c z₀|²
@@ -17,8 +17,9 @@ use crate::reading::{MAX_PROBES, ProbeVector};
 use crate::scalar;
 use crate::state::Reason;
 
-/// A cause must explain the change of the vectors but for this part of it: ordinary change since the trusted reading, at
-/// most as much as the unbalance may change at once.
+/// A factor explains the change of the vectors but for this part of it: ordinary change since the trusted reading, at most as
+/// much as the unbalance may change at once. (A probe is blamed only where the others did not change at all: a bearing's
+/// change shows at one probe more than at others.)
 const UNEXPLAINED: f32 = 0.2;
 
 /// The vectors of a reading against the trusted ones, over the probes that both have.
@@ -101,7 +102,7 @@ impl Change {
         let factor = self.cross / self.before_um2;
         let left_um = scalar::sqrt((self.now_um2 - self.cross.norm_sqr() / self.before_um2).max(0.0));
         let way_um = size_of(factor - 1.0) * scalar::sqrt(self.before_um2);
-        self.is_explained(factor.norm_sqr(), way_um, left_um).then_some((factor, left_um))
+        self.is_explained(factor.norm_sqr(), way_um, left_um, UNEXPLAINED).then_some((factor, left_um))
     }
 
     /// One probe or one bearing, its mask, and what it leaves unexplained, µm.
@@ -110,16 +111,18 @@ impl Change {
             [(Reason::Probe, self.probe, self.probe_um2), (Reason::Bearing, self.bearing, self.bearing_um2)];
         places.into_iter().find_map(|(reason, mask, um2)| {
             let left_um = scalar::sqrt((self.all_um2 - um2).max(0.0));
-            let is_local = mask != self.all && self.is_explained(1.0, scalar::sqrt(um2.max(0.0)), left_um);
+            let is_local =
+                mask != self.all && self.is_explained(1.0, scalar::sqrt(um2.max(0.0)), left_um, 0.0);
             is_local.then_some((reason, mask, left_um))
         })
     }
 
-    /// A cause that changes the vectors by `way_um` and leaves `left_um`; the trusted ones' noise counts by `square`.
-    fn is_explained(&self, square: f32, way_um: f32, left_um: f32) -> bool {
+    /// A cause that changes the vectors by `way_um` and leaves `left_um`, of which `unexplained` is the part that may be
+    /// beside noise; the trusted ones' noise counts by `square`.
+    fn is_explained(&self, square: f32, way_um: f32, left_um: f32, unexplained: f32) -> bool {
         let ([before_sum, before_most], [sum, most]) = (self.noise_before, self.noise_now);
         let noise_um = noise_norm_um(square * before_sum + sum, square * before_most + most);
-        way_um > noise_um && left_um <= noise_um + UNEXPLAINED * way_um
+        way_um > noise_um && left_um <= noise_um + unexplained * way_um
     }
 }
 

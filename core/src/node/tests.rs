@@ -235,9 +235,9 @@ fn node_and_monitor_say_the_same_of_the_same_readings() {
     assert_eq!(monitor.load(Ok(&encoded(&machine))), Ok(()));
     let (mut time_us, mut seen) = (0, [0; 10]);
     for step in 0..6000_u16 {
-        // what happens changes every five seconds: lost probes and keyphasor, wear, another speed, silence
-        let episode = step / 60 % 10;
-        time_us += if episode == 9 && step % 60 == 0 { 12 * SECOND_US } else { PERIOD_US };
+        // what happens changes every thirteen seconds: lost probes and keyphasor, wear, another speed, silence
+        let episode = step / 150 % 10;
+        time_us += if episode == 9 && step % 150 == 0 { 12 * SECOND_US } else { PERIOD_US };
         let source = match episode {
             7 => shown(&worn(0.8), SPEED_RPM, 1.0),
             8 => shown(&machine, 6000.0, 1.0),
@@ -257,6 +257,10 @@ fn node_and_monitor_say_the_same_of_the_same_readings() {
         let found = |estimate: Option<&Estimate>| estimate.map(|e| (e.unbalance_g_mm, e.residual));
         assert_eq!(found(node.estimate()), found(monitor.estimate()), "step {step}");
         seen[status.state as usize] += 1;
+        if step % 1500 == 0 {
+            node.monitor.acknowledge();
+            monitor.acknowledge();
+        }
         if step == 4000 {
             // a loss of power, and what both have stored
             let memory = monitor.memory();
