@@ -69,12 +69,19 @@ pub(crate) fn normal(random: &mut Random) -> f32 {
     (radius * (core::f64::consts::TAU * uniform()).cos()) as f32
 }
 
-/// A reading as a display shows it: amplitudes to 1 µm peak-to-peak, phases to 1°.
-pub(crate) fn rounded(reading: &Reading) -> Reading {
-    let round = |probe: &ProbeVector| {
-        let (amplitude_um, lag) =
-            (0.5 * probe.peak_to_peak_um().round(), probe.lag_deg().round().to_radians());
-        ProbeVector { cos_um: amplitude_um * lag.cos(), sin_um: amplitude_um * lag.sin() }
+/// A reading with its parts rounded to a step, µm; without one as a display shows it, amplitudes to 1 µm peak-to-peak and
+/// phases to 1°.
+pub(crate) fn rounded(reading: &Reading, step_um: Option<f32>) -> Reading {
+    let round = |probe: &ProbeVector| match step_um {
+        Some(step_um) => {
+            let round = |value: f32| (value / step_um).round() * step_um;
+            ProbeVector { cos_um: round(probe.cos_um), sin_um: round(probe.sin_um) }
+        }
+        None => {
+            let amplitude_um = 0.5 * probe.peak_to_peak_um().round();
+            let (sin, cos) = probe.lag_deg().round().to_radians().sin_cos();
+            ProbeVector { cos_um: amplitude_um * cos, sin_um: amplitude_um * sin }
+        }
     };
     let vectors: std::vec::Vec<_> = reading.probes().iter().map(round).collect();
     Reading::new(reading.speed_rpm, &vectors).unwrap()
