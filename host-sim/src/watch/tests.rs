@@ -104,13 +104,23 @@ fn lasting_residual_is_flagged_until_it_falls() {
     bench.run(SECOND_US);
     bench.send_healthy(1, 10);
     bench.send_faulty(1, 1);
-    assert_says(&bench.watch, 1, Level::Attention, &["suspicious", "the residual", "for 1 reading", "wait"]);
+    assert_says(
+        &bench.watch,
+        1,
+        Level::Attention,
+        &["suspicious", "the probes of one bearing alone", "for 1 reading", "wait"],
+    );
     assert!(bench.watch.monitor(1).unwrap().flagged().is_empty());
     bench.send_faulty(1, 4);
     let suspect = bench.nodes[0].verdict().unwrap().suspect.unwrap();
     let suspect_words = format!("suspect bearing {}", bearing_number(suspect));
     let next = ["record a run-up", "rotor-edge improve", "then `rotor-edge acknowledge --node 1`"];
-    assert_says(&bench.watch, 1, Level::Alarm, &["FLAGGED", "the residual", &suspect_words]);
+    assert_says(
+        &bench.watch,
+        1,
+        Level::Alarm,
+        &["FLAGGED", "the probes of one bearing alone", &suspect_words],
+    );
     assert_says(&bench.watch, 1, Level::Alarm, &next);
     let stretches = bench.watch.monitor(1).unwrap().flagged();
     // the third of a streak raises the flag

@@ -64,3 +64,38 @@ fn sample_without_fault_is_tracked_to_the_end() {
 fn turn(reading: &mut Reading, factor: C) {
     reading.probes.iter_mut().flatten().for_each(|y| *y *= factor);
 }
+
+#[test]
+fn replayed_record_without_phase_reference_is_told() {
+    for seed in 0..5 {
+        let mut dice = Dice::new(seed);
+        let angles: Vec<f64> = (0..200).map(|_| dice.angle()).collect();
+        let played = played(|record, row| turn(&mut record[row], C::from_polar(1.0, angles[row])));
+        assert_eq!(claims(&played), Vec::<[f64; 2]>::new(), "seed {seed}");
+    }
+}
+
+#[test]
+fn replayed_record_of_one_repeated_row_is_told() {
+    let played = played(|record, row| {
+        let repeated = record.iter().position(|r| r.time_d >= Some(BEGINS_D)).unwrap();
+        record[row] = Reading { time_d: record[row].time_d, ..record[repeated].clone() };
+    });
+    assert_eq!(claims(&played), Vec::<[f64; 2]>::new());
+}
+
+#[test]
+fn replayed_record_of_a_tenth_of_the_vibration_is_told() {
+    let played = played(|record, row| turn(&mut record[row], C::from(0.1)));
+    assert_eq!(claims(&played), Vec::<[f64; 2]>::new());
+}
+
+#[test]
+fn replayed_rows_of_zeros_are_no_error_of_the_core() {
+    let (deployment, record) = sample_machine();
+    let mut record = record[..8].to_vec();
+    record[5..].iter_mut().for_each(|reading| turn(reading, C::from(0.0)));
+    let config = ReplayConfig::default();
+    let played = replay::run(deployment, &record, &config, |_| ()).unwrap();
+    equivalence(deployment, &config, &record, &played.answers).unwrap().verdict().unwrap();
+}

@@ -1,6 +1,6 @@
 use std::vec::Vec;
 
-use nalgebra::{Complex, ComplexField};
+use nalgebra::Complex;
 
 use super::*;
 use crate::testing::{Random, normal, rounded};

@@ -92,7 +92,10 @@ fn at_80_by_24_everything_is_in_sight() {
         &text,
         &["Monitors (2)", "▶ 1 FLAGGED", " 3 waiting", "Counters of 1", "readings            16"],
     );
-    assert_shows(&text, &["Monitor 1: FLAGGED", "the residual", "suspect bearing ", "`rotor-edge improve`"]);
+    assert_shows(
+        &text,
+        &["Monitor 1: FLAGGED", "the probes of one bearing alone", "suspect", "`rotor-edge improve`"],
+    );
     assert_shows(&text, &["Unbalance ↺ rotation", "0°", "90°", "180°", "-90°"]);
     assert_shows(
         &text,

@@ -34,7 +34,7 @@ fn assert_flagged(lab: &Lab) {
     let status = monitor.status().unwrap();
     assert_eq!(
         (status.state, status.cause, status.suspect),
-        (NodeState::Flagged, Reason::Rise, Some(1)),
+        (NodeState::Flagged, Reason::Bearing, Some(1)),
         "bearing 2 counts from 0"
     );
     assert_says(&Words::of(NODE, monitor, watch.now_us()).next, &["rotor-edge acknowledge"]);
