@@ -5,7 +5,7 @@
 
 mod machine;
 
-use machine::{MachineModel, model, reading};
+use machine::{MachineModel, model, reading, seen};
 use rotor_edge_core::memory::Memory;
 use rotor_edge_core::monitor::Monitor;
 use rotor_edge_core::reading::Keyphasor;
@@ -30,7 +30,7 @@ fn main() {
     for second in 0..240 {
         // from a converter and `extraction`, or from whatever else measures the 1x vectors
         let machine = if second < 120 { &model() } else { &worn };
-        let mut reading = reading(machine, 9000.0, &[[2900.0, 4100.0], [-1100.0, 1900.0]]);
+        let mut reading = reading(machine, 9000.0, &seen([[2900.0, 4100.0], [-1100.0, 1900.0]], second));
         let time_us = second * SECOND_US;
         if second == 90 {
             // Two probes of four leave nothing that could contradict the model.

@@ -46,6 +46,13 @@ pub fn model() -> MachineModel {
     }
 }
 
+/// An unbalance as it is seen at reading `number`: two readings of a machine are never the same to the bit, and data that
+/// repeat are taken for stale.
+pub fn seen(unbalance_g_mm: [Pair; 2], number: u64) -> [Pair; 2] {
+    let factor = 1.0 + 1e-4 * ((number * 40_503 % 65_536) as f32 / 65_536.0);
+    unbalance_g_mm.map(|[x, y]| [factor * x, factor * y])
+}
+
 /// What the probes of such a machine show.
 pub fn reading(model: &MachineModel, speed_rpm: f32, unbalance_g_mm: &[Pair]) -> Reading {
     let response = response(model, rad_s(speed_rpm), &SupportAmplitudes::default()).expect("damped");

@@ -104,7 +104,7 @@ pub fn why(reason: Reason, mask: u8) -> Why {
         }
         Reason::Bearing => (
             "the probes of one bearing alone have changed",
-            "check that bearing and its probes; if they are sound, record a run-up and run `rotor-edge improve`",
+            "record a run-up and run `rotor-edge improve`; check the probes of that bearing",
         ),
         Reason::Unknown(code) => {
             let what = format!("reason {code}, which this program does not know");

@@ -254,9 +254,15 @@ impl Life<'_> {
 /// Nobody is told of a fault that is not there.
 #[track_caller]
 pub fn assert_no_false_flag(all: &[Health]) {
+    assert_false_flags_at_most(0, all);
+}
+
+/// For a life in which today's detection raises false flags: no more than these.
+#[track_caller]
+pub fn assert_false_flags_at_most(most: usize, all: &[Health]) {
     all.iter().for_each(|health| println!("{health}"));
     let flags: usize = all.iter().map(|health| health.false_flags.len()).sum();
-    assert_eq!(flags, 0, "false flags");
+    assert!(flags <= most, "{flags} false flags, at most {most}");
     assert!(all.iter().all(|health| health.readings > 0));
 }
 

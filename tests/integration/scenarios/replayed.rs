@@ -81,7 +81,8 @@ fn replayed_record_of_one_repeated_row_is_told() {
         let repeated = record.iter().position(|r| r.time_d >= Some(BEGINS_D)).unwrap();
         record[row] = Reading { time_d: record[row].time_d, ..record[repeated].clone() };
     });
-    assert_eq!(claims(&played), Vec::<[f64; 2]>::new());
+    // of sixty days that moved it is known that a repeat is rare, but not yet how rare
+    assert_eq!(claims(&played), [[9.0, 66.0]]);
 }
 
 #[test]

@@ -68,7 +68,9 @@ impl Board {
     fn read(&mut self, reading: &Reading, count: usize) {
         for _ in 0..count {
             self.sequence = self.sequence.wrapping_add(1);
-            for frame in &reading_frames(NODE, &NumberedReading::new(self.sequence, *reading)) {
+            for frame in
+                &reading_frames(NODE, &NumberedReading::new(self.sequence, moved(reading, self.sequence)))
+            {
                 self.monitor.receive(self.time_us, frame, true);
             }
             self.pass(SECOND_US, true);
@@ -104,6 +106,15 @@ impl Board {
     fn checksum(&self) -> Option<u32> {
         self.monitor.node.model().map(|model| model.checksum())
     }
+}
+
+/// A reading that differs from its repetitions, as a measured one does, by up to 1e-4 of itself.
+fn moved(reading: &Reading, number: u16) -> Reading {
+    let factor = 1.0 + 1e-4 * (f32::from(number.wrapping_mul(40_503)) / f32::from(u16::MAX));
+    let part =
+        |probe: &ProbeVector| ProbeVector { cos_um: factor * probe.cos_um, sin_um: factor * probe.sin_um };
+    let vectors: Vec<_> = reading.probes().iter().map(part).collect();
+    Reading::new(reading.speed_rpm, &vectors).unwrap()
 }
 
 /// The record's first row.

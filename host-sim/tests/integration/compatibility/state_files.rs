@@ -98,16 +98,17 @@ fn old_state_file_is_refused_by_name_and_keeps_the_rest() {
         assert_eq!(&thresholds["thresholds"][name], value, "{name}");
     }
 
-    let acknowledge =
-        |counter: u64| monitor.told(&["acknowledge", "--json", "--counter", &counter.to_string()]);
-    assert_says(&one_sentence(&acknowledge(5)), &["has accepted command"]);
-    collect(&json(&acknowledge(COUNTER)), "acknowledge", &mut names);
-
     let rotor = kept("../golden/inputs/identified.toml").display().to_string();
+    let deploy =
+        |counter: u64| monitor.told(&["deploy", &rotor, "--json", "--counter", &counter.to_string()]);
+    assert_says(&one_sentence(&deploy(5)), &["has accepted command"]);
+    let deployed = json(&deploy(COUNTER));
+    assert_eq!(deployed["outcome"], "accepted", "a model of today takes the place of the refused one");
+    collect(&deployed, "deploy", &mut names);
+
     let counter = (COUNTER + 1).to_string();
-    let deploy = json(&monitor.told(&["deploy", &rotor, "--json", "--counter", &counter]));
-    assert_eq!(deploy["outcome"], "accepted", "a model of today takes the place of the refused one");
-    collect(&deploy, "deploy", &mut names);
+    let acknowledge = monitor.told(&["acknowledge", "--announce", "--json", "--counter", &counter]);
+    collect(&json(&acknowledge), "acknowledge", &mut names);
 
     collect(&monitor.bus.opened, "bus", &mut names);
     collect(&monitor.end(), "node", &mut names);

@@ -58,7 +58,7 @@ fn flag_survives_power_loss_until_acknowledged_with_the_key() {
     assert_says(&refused, &["another key"]);
     assert_flagged(&lab);
     let [before, now] = acknowledge(&mut lab.authority(), &mut lab.bus.join(), false).unwrap();
-    assert_eq!((before.cause, before.suspect, now.state), (Reason::Rise, Some(1), NodeState::Waiting));
+    assert_eq!((before.cause, before.suspect, now.state), (Reason::Bearing, Some(1), NodeState::Waiting));
     assert_eq!(lab.seen().status().unwrap().cause, Reason::None);
     node.kill();
     let _node = fast_node(&lab);
