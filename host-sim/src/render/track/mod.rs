@@ -16,6 +16,9 @@ use crate::scale::three_digits;
 pub use text::text;
 use text::{undiagnosed, when};
 
+type UnbalanceOf = fn(&EstimateAnswer) -> UnbalanceAnswer;
+type QuantityOf = fn(UnbalanceAnswer) -> f64;
+
 /// Whether the model fits, features, unbalance, bearings, and samples of methods that sample.
 pub fn sections(answer: &TrackAnswer, curves: &TrackCurves, dates: Dates) -> Vec<Section> {
     let page = TrackPage { answer, dates };
@@ -126,10 +129,10 @@ impl TrackPage<'_> {
             figures.push(self.figure(&format!("Unbalance of plane {name}"), "U, g·mm", caption, size));
             figures.push(self.figure(&format!("Angle of plane {name}"), "α, degrees", caption, angle));
         }
-        let parts: [(&str, fn(&EstimateAnswer) -> UnbalanceAnswer); 2] =
+        let parts: [(&str, UnbalanceOf); 2] =
             [("static", |e| e.static_unbalance), ("dynamic", |e| e.dynamic)];
         for (kind, of) in parts {
-            let quantities: [(&str, &str, fn(UnbalanceAnswer) -> f64); 2] = [
+            let quantities: [(&str, &str, QuantityOf); 2] = [
                 ("Size", "unbalance, g·mm", |u| u.unbalance_g_mm),
                 ("Angle", "angle, degrees", |u| u.angle_deg),
             ];
