@@ -15,7 +15,7 @@ pub struct ExtractionAnswer {
     pub measured: PathBuf,
     pub two_x: Option<PathBuf>,
     pub readings: usize,
-    /// Of each reading in the order of its file, rpm.
+    /// Speed of each reading in the order of its file, rpm.
     pub speeds: Vec<f64>,
     pub lost: usize,
     pub files: Vec<ExtractedFileAnswer>,

@@ -19,7 +19,7 @@ use crate::replay::{AnsweredReading, Flag, Replay, StateChange, day};
 #[derive(Serialize)]
 pub struct ReplayAnswer {
     pub readings: usize,
-    pub equivalence: EquivalenceSummary,
+    pub equivalence: Equivalence,
     pub flags: Vec<FlagSummary>,
     pub states: Vec<StateSummary>,
     pub frames: Frames,
@@ -44,7 +44,7 @@ pub struct ReplayJob {
     pub recorded: usize,
     /// First and last day of the record.
     pub days: [f64; 2],
-    /// Phase I, and the speeds of its run-up; none where the model was identified already.
+    /// Result of phase I and how many speeds its run-up has; `None` where the model was identified already.
     pub phase_one: Option<(Identification, Option<usize>)>,
     pub bus: String,
     /// How long a verdict counts, s.
@@ -108,19 +108,6 @@ pub struct KnownUnbalance {
     pub outdated: bool,
 }
 
-/// The core against the desktop crate; largest differences over all answers.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct EquivalenceSummary {
-    pub max_relative_feature_error: f64,
-    pub max_residual_excess_um: f64,
-    pub max_relative_excess: f64,
-    pub max_unbalance_difference_g_mm: f64,
-    pub max_angle_difference_deg: f64,
-    pub compared: usize,
-    pub max_relative_gap: f64,
-    pub certified: usize,
-}
-
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FlagSummary {
     pub since_d: f64,
@@ -179,7 +166,7 @@ impl ReplayAnswer {
         let traffic = played.traffic;
         Self {
             readings: played.answers.len(),
-            equivalence: agreement.into(),
+            equivalence: *agreement,
             flags: raised.iter().map(|flag| FlagSummary::of(rotor, flag)).collect(),
             states: played.states.iter().map(|change| StateSummary::of(rotor, change)).collect(),
             frames: Frames { sent: traffic.sent, received: traffic.received, lost: traffic.lost },
@@ -189,21 +176,6 @@ impl ReplayAnswer {
             answers: None,
             fit: ModelFit::of(record, &played.answers, raised),
             job,
-        }
-    }
-}
-
-impl From<&Equivalence> for EquivalenceSummary {
-    fn from(agreement: &Equivalence) -> Self {
-        Self {
-            max_relative_feature_error: agreement.max_relative_feature_error,
-            max_residual_excess_um: agreement.max_residual_excess_um,
-            max_relative_excess: agreement.max_relative_excess,
-            max_unbalance_difference_g_mm: agreement.max_unbalance_difference_g_mm,
-            max_angle_difference_deg: agreement.max_angle_difference_deg,
-            compared: agreement.compared,
-            max_relative_gap: agreement.max_relative_gap,
-            certified: agreement.certified,
         }
     }
 }

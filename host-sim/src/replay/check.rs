@@ -8,6 +8,7 @@ use rotor_edge_desktop::identify::least_residual;
 use rotor_edge_desktop::measurement::{Reading, phasor_m};
 use rotor_edge_desktop::model::Response;
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
+use serde::Serialize;
 
 use super::reference::{Expected, ReferencePipeline};
 use super::timing::{Timing, settings};
@@ -21,7 +22,7 @@ pub const FEATURE_LIMIT: f64 = 1e-5;
 pub const EXCESS_LIMIT: f64 = 1e-3;
 
 /// Largest differences over all answers.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Equivalence {
     /// The core's features against the desktop's, relative to the reading's largest.
     pub max_relative_feature_error: f64,

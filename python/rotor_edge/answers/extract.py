@@ -85,7 +85,7 @@ class Extraction(Answer):
     two_x: str | None
     readings: int
     speeds: Array
-    """Of each reading in the order of its file, rpm."""
+    """Speed of each reading in the order of its file, rpm."""
     lost: int
     files: tuple[ExtractedFile, ...]
     measurement: Measurement = field(kw_only=True)
