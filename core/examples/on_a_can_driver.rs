@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 use embedded_can::nb::Can;
 use embedded_can::{ErrorKind, Frame as _};
-use machine::{model, reading};
+use machine::{model, reading, seen};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::node::{Node, NodeConfig, Save};
 use rotor_edge_core::state::{NodeState, Reason};
@@ -94,7 +94,7 @@ fn main() {
     let mut time_us = 0;
     for second in 0..90 {
         time_us = second * 1_000_000;
-        let reading = reading(&model(), 9000.0, &[[2900.0, 4100.0], [-1100.0, 1900.0]]);
+        let reading = reading(&model(), 9000.0, &seen([[2900.0, 4100.0], [-1100.0, 1900.0]], second));
         bus.to_node.extend(reading_frames(NODE, &NumberedReading::new(second as u16, reading)));
         turn(&mut node, &mut bus, &mut flash, time_us);
         for frame in bus.from_node.drain(..) {

@@ -1,8 +1,8 @@
 //! A model is checked before it is taken: from its bytes, or as it is.
 
-use nalgebra::{Complex, SMatrix};
+use nalgebra::Complex;
 
-use crate::model::{Knot, MAX_PLANES, Model, ModelError, Pedestal, Probe, Support};
+use crate::model::{Knot, MAX_PLANES, Model, ModelError, Pedestal, Probe, Shape, Support};
 use crate::numerics::{InPlace, Numerics};
 use crate::reading::{MAX_PROBES, rad_s};
 use crate::response::{Response, SupportAmplitudes};
@@ -11,9 +11,6 @@ use crate::response::{Response, SupportAmplitudes};
 /// cause: room for a resonance of quality 5,000; a shaft on fluid films stays below 100.
 const SPEED_STEP: f32 = 1e-6;
 const LARGEST_CHANGE: f32 = 1e-2;
-
-/// Asymmetry that rounding of f64 matrices to f32 and their products may leave, relative to the largest entry.
-const SYMMETRY: f32 = 1e-4;
 
 /// A direction is a cosine and a sine; their squares may add up to one within this.
 const DIRECTION: f32 = 0.02;
@@ -41,7 +38,6 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     ///
     /// Errors: those of [`Model::decode`].
     #[inline(never)]
-    #[cfg(feature = "can")]
     pub(crate) fn verify<C: Numerics<N, PROBES, PLANES>>(bytes: &[u8]) -> Result<[u8; 4], ModelError> {
         let mut model = Self::EMPTY;
         model.read(bytes)?;
@@ -49,7 +45,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         Ok(model.machine)
     }
 
-    /// Every number finite, at least a plane, a probe and two supports, symmetric matrices, positive masses, a speed range
+    /// Every number finite, at least a plane, a probe in use and two supports, positive masses, a speed range
     /// and speed tables in order, mounts that exist, and a finite, well-conditioned response at the range's ends and middle.
     ///
     /// Errors: the first fault found.
@@ -62,19 +58,15 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         if planes == 0 || planes > MAX_PLANES || self.initial_unbalance_g_mm.len() != planes {
             return Err(ModelError::Planes);
         }
-        if self.probes.is_empty() || self.probes.len() > MAX_PROBES {
+        let probes = self.probes.iter().fold(0, |mask, _| mask << 1 | 1_u8);
+        if self.probes.is_empty() || self.probes.len() > MAX_PROBES || self.masked >= probes {
             return Err(ModelError::Probes);
         }
-        if self.supports.len() < 2 {
+        if self.supports.len() < 2 || self.shaft.springs_n_m.len() > self.supports.len() {
             return Err(ModelError::Supports);
         }
         if !self.is_finite() {
             return Err(ModelError::NotFinite);
-        }
-        for matrix in [&self.stiffness, &self.mass, &self.polar_inertia] {
-            if !is_symmetric(matrix) {
-                return Err(ModelError::Asymmetric);
-            }
         }
         if self.has_bad_mass() {
             return Err(ModelError::Mass);
@@ -98,7 +90,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
 
     fn has_bad_mass(&self) -> bool {
         let light = |pedestal: &Pedestal| pedestal.mass_kg.iter().any(|&mass| mass < 0.0);
-        (0..N).any(|i| self.mass.data.0[i][i] <= 0.0)
+        self.shaft.backward_s2.iter().any(|&square| square <= 0.0)
             || self.supports.iter().any(|support| support.pedestal.as_ref().is_some_and(light))
     }
 
@@ -141,8 +133,9 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     }
 
     fn is_finite(&self) -> bool {
-        let shaft = [&self.stiffness, &self.mass, &self.polar_inertia];
-        shaft.into_iter().all(|matrix| all(matrix.data.0.as_flattened()))
+        all(self.shaft.forward_s2.data.0.as_flattened())
+            && all(self.shaft.backward_s2.data.0.as_flattened())
+            && all(&self.shaft.springs_n_m)
             && all(&[self.internal_damping_s, self.unbalance_floor_g_mm])
             && all(&[self.noise.relative, self.noise.floor_um])
             && all(&self.speed_range_rpm)
@@ -160,12 +153,16 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
 
 fn is_finite_support<const N: usize>(support: &Support<N>) -> bool {
     let pedestal = support.pedestal.as_ref();
-    all(support.shape.data.0.as_flattened())
+    is_finite_shape(&support.shape)
         && all(support.stiffness_n_m.as_flattened())
         && all(support.damping_n_s_m.as_flattened())
         && all(&[support.mass_kg, support.stiffness_slope])
         && all(&[support.reference_speed_rad_s, support.hardening_per_um2])
         && pedestal.is_none_or(|p| all([p.stiffness_n_m, p.damping_n_s_m, p.mass_kg].as_flattened()))
+}
+
+fn is_finite_shape<const N: usize>(shape: &Shape<N>) -> bool {
+    all(shape.forward.data.0.as_flattened()) && all(shape.backward.data.0.as_flattened())
 }
 
 fn is_finite_knot(knot: &Knot) -> bool {
@@ -175,10 +172,7 @@ fn is_finite_knot(knot: &Knot) -> bool {
 }
 
 fn is_finite_probe<const N: usize>(probe: &Probe<N>) -> bool {
-    all(probe.shape.data.0.as_flattened())
-        && all(&probe.direction)
-        && all(&probe.gain)
-        && all(&probe.runout_um)
+    is_finite_shape(&probe.shape) && all(&probe.direction) && all(&probe.gain) && all(&probe.runout_um)
 }
 
 fn influences<const PROBES: usize, const PLANES: usize>(
@@ -193,10 +187,4 @@ fn largest(cells: impl Iterator<Item = Complex<f32>>) -> f32 {
 
 fn all(numbers: &[f32]) -> bool {
     numbers.iter().all(|number| number.is_finite())
-}
-
-fn is_symmetric<const N: usize>(matrix: &SMatrix<f32, N, N>) -> bool {
-    let cells = &matrix.data.0;
-    let largest = cells.as_flattened().iter().fold(0.0_f32, |largest, cell| largest.max(cell.abs()));
-    (0..N).all(|i| (0..N).all(|j| (cells[i][j] - cells[j][i]).abs() <= SYMMETRY * largest))
 }

@@ -6,6 +6,9 @@
 //!          u8 detail, u8 asked, u8 held, u8 0, body, 16 bytes HMAC-SHA-256
 //! ```
 //!
+//! In the answer to a model that was accepted, `detail` is 1 if it is the model in use already, and 2 if it replaced another:
+//! `asked` is then the reason of the flag that it lowered, zero without one, and `held` the bearing suspected, from 1.
+//!
 //! Little endian. The body of a request is the model of [`Command::Deploy`] and [`Command::DeployAnother`], a u32 of seconds
 //! and the model of [`Command::Trial`], or the thresholds of [`Command::SetThresholds`], otherwise empty; that of an answer the
 //! thresholds that [`Command::GetThresholds`] asked for.
@@ -21,6 +24,7 @@ use hmac::{Hmac, KeyInit, Mac};
 use sha2::Sha256;
 
 use crate::model::ModelError;
+use crate::state::Reason;
 use crate::thresholds::{THRESHOLDS_BYTES, ThresholdError, Thresholds};
 
 pub const WIRE_VERSION: u8 = 2;
@@ -36,7 +40,7 @@ pub const ANSWER_BYTES: usize = ANSWER_HEAD_BYTES + THRESHOLDS_BYTES + CODE_BYTE
 pub const TRIAL_BYTES: usize = 4;
 /// Longest request: room for a model of six shapes, eight probes and four planes with every list full, so that a node
 /// that holds fewer can say so.
-pub const MAX_REQUEST_BYTES: usize = 2640;
+pub const MAX_REQUEST_BYTES: usize = 2656;
 /// A request's counter exceeds the last one accepted by at most so much: milliseconds since 1970 suit until 2109.
 pub const MAX_COUNTER_STEP: u64 = 1 << 42;
 
@@ -156,7 +160,7 @@ pub enum Outcome {
     Machine = 9,
 }
 
-/// Why an answer is a refusal, in detail.
+/// What an answer says besides its outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -173,7 +177,21 @@ pub enum Detail {
         held: u8,
     },
     Thresholds(ThresholdError),
+    /// Accepted: the model is the one in use, and nothing changed. A latched flag and the reference stay, and no trial begins.
+    Unchanged,
+    /// Accepted: another model was in use, whose reference is dropped.
+    Replaced {
+        /// Cause of the flag that was latched; [`Reason::None`] without one.
+        lowered: Reason,
+        /// The bearing that was suspected, from 0.
+        suspect: Option<u8>,
+    },
 }
+
+/// [`Detail::Unchanged`] on the wire.
+const UNCHANGED: u8 = 1;
+/// [`Detail::Replaced`] on the wire.
+const REPLACED: u8 = 2;
 
 impl Outcome {
     const ALL: [Self; 10] = [
@@ -289,6 +307,10 @@ impl Answer {
             Detail::None => (0, 0, 0),
             Detail::Model { error, asked, held } => (error as u8, asked, held),
             Detail::Thresholds(error) => (error as u8, 0, 0),
+            Detail::Unchanged => (UNCHANGED, 0, 0),
+            Detail::Replaced { lowered, suspect } => {
+                (REPLACED, lowered.code(), suspect.map_or(0, |bearing| bearing.saturating_add(1)))
+            }
         };
         let counter = if self.outcome.tells_counter() { self.counter } else { 0 };
         let mut bytes = Vec::new();
@@ -323,6 +345,11 @@ impl Answer {
         let detail = match outcome {
             Outcome::Model => ModelError::from_code(detail).map(|error| Detail::Model { error, asked, held }),
             Outcome::Thresholds => ThresholdError::from_code(detail).map(Detail::Thresholds),
+            Outcome::Accepted if detail == UNCHANGED => Some(Detail::Unchanged),
+            Outcome::Accepted if detail == REPLACED => {
+                Some(Detail::Replaced { lowered: Reason::from_code(asked), suspect: held.checked_sub(1) })
+            }
+            // of a newer node: the outcome is understood
             _ => None,
         };
         let thresholds = if body.is_empty() { None } else { Some(Thresholds::decode(body).ok()?) };

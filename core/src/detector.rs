@@ -6,7 +6,11 @@
 //!                e/f > ratio_limit                                Ratio
 //!                e/f > ratio_floor and e > (1 + rise)·reference   Reference
 //!              Jump instead, if none of them held without the bounds on the unbalance
-//! flag         suspicious without a break for persistence_s and persistence_readings
+//!              a plane's unbalance changed more than it may      Jump
+//!              what explains the change at this speed           Keyphasor, Scale, Probe instead of these
+//!              or the raw readings are                          Scatter
+//! flag         the sum of suspicious time less a quarter of the other time reaches persistence_s, and that of
+//!              readings persistence_readings
 //! ```
 //!
 //! The floor is what the deployed noise may leave. The level is the usual residual of the last days; the reference that
@@ -15,18 +19,29 @@
 //! features exact as there are unknowns.
 
 mod average;
+mod change;
 mod evidence;
 mod growth;
 mod level;
 mod noise;
+mod reference;
+#[cfg(test)]
+mod reference_tests;
+mod repeats;
+mod scatter;
+mod suspicion;
 #[cfg(test)]
 mod tests;
 
 pub use average::{Average, AveragedReading};
-pub use evidence::Evidence;
+pub use evidence::{Evidence, Observation};
 pub use growth::Growth;
 pub use level::Level;
 pub use noise::noise_floor_um;
+pub(crate) use reference::Reference;
+pub(crate) use repeats::Repeats;
+pub(crate) use scatter::{Dispersion, Scatter};
+pub(crate) use suspicion::Suspicion;
 
 use crate::reading::MAX_PROBES;
 use crate::residual::Residual;
@@ -48,6 +63,8 @@ pub struct ResidualVerdict {
     pub reference_um: Option<f32>,
     /// Why it is suspicious; [`Reason::None`] if it is not.
     pub reason: Reason,
+    /// Bit i: probe i changed alone, with [`Reason::Probe`]; otherwise zero.
+    pub changed_mask: u8,
     /// Suspicious readings in a row, this one included; those within the averaging time count as one.
     pub streak: u16,
     /// Suspicion persisted.
@@ -71,7 +88,7 @@ pub struct LatchedFlag {
     pub suspect: Option<u8>,
 }
 
-/// Level, reference, streak and flag: the part of a detector that survives a restart.
+/// Level, reference, suspicion and flag: with the unbalance last trusted, what of a detector survives a restart.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Baseline {
     /// Of the residual for one redundant row, as is the reference.
@@ -81,16 +98,15 @@ pub(crate) struct Baseline {
     /// Time and readings that the reference rests on so far.
     pub learned_s: f32,
     pub learned_readings: u8,
-    /// Suspicious readings in a row.
-    pub streak: u16,
-    pub suspicious_s: f32,
+    pub suspicion: Suspicion,
     pub latched: Option<LatchedFlag>,
 }
 
-/// Memory of the residuals. Readings that cannot be judged are simply not given to it.
+/// Memory of the residuals and of what was trusted. Readings that cannot be judged are simply not given to it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Detector {
     baseline: Baseline,
+    reference: Reference,
     judged_us: Option<u64>,
     counted_us: Option<u64>,
     misfit: Misfit,
@@ -119,9 +135,14 @@ impl Detector {
         self.baseline.reference_um.is_none()
     }
 
-    /// Goes on from a stored baseline; times of readings are unknown.
-    pub(crate) fn resume(baseline: Baseline) -> Self {
-        Self { baseline, ..Self::default() }
+    /// Suspicious readings come and go: too many lately to trust one that is not.
+    pub fn is_intermittent(&self) -> bool {
+        !self.baseline.suspicion.is_empty()
+    }
+
+    /// Goes on from a stored baseline and from the unbalance that was trusted; times of readings are unknown.
+    pub(crate) fn resume(baseline: Baseline, reference: Reference) -> Self {
+        Self { baseline, reference, ..Self::default() }
     }
 
     pub(crate) fn baseline(&self) -> &Baseline {
@@ -130,22 +151,26 @@ impl Detector {
 
     /// Whether more is known than `before` that should be stored at once: a flag, the end of learning, or twice as much
     /// learned.
-    pub fn has_news_since(&self, before: &Self) -> bool {
-        let learned = |detector: &Self| (detector.baseline.learned_s as u32).leading_zeros();
-        self.baseline.latched != before.baseline.latched
-            || self.is_learning() != before.is_learning()
-            || learned(self) != learned(before)
+    pub(crate) fn has_news_since(&self, before: &Baseline) -> bool {
+        let learned = |baseline: &Baseline| (baseline.learned_s as u32).leading_zeros();
+        self.baseline.latched != before.latched
+            || self.is_learning() != before.reference_um.is_none()
+            || learned(&self.baseline) != learned(before)
     }
 
     /// A new detector with the flag of another one.
     pub fn latched_only(other: &Self) -> Self {
-        Self::resume(Baseline { latched: other.baseline.latched, ..Baseline::default() })
+        let baseline = Baseline { latched: other.baseline.latched, ..Baseline::default() };
+        Self::resume(baseline, Reference::default())
     }
 
-    /// Lowers the flag. Suspicion begins anew: what still misfits is flagged again.
+    /// Lowers the flag and begins suspicion anew: what still misfits is flagged again. What the machine is by the next
+    /// trusted reading is what it is held against; level and reference of the residual stay, for another unbalance does not
+    /// change the bearings.
     pub fn acknowledge(&mut self) {
         self.baseline.latched = None;
-        (self.baseline.streak, self.baseline.suspicious_s) = (0, 0.0);
+        self.baseline.suspicion = Suspicion::default();
+        self.reference = Reference::default();
     }
 
     /// Judges a reading and remembers it.
@@ -154,35 +179,37 @@ impl Detector {
         let level_um = self.baseline.level.mean().map(|level| rows * level);
         let reference_um = self.baseline.reference_um.map(|reference| rows * reference);
         let limits = Limits { thresholds, evidence, level_um, reference_um };
-        let mut reason = limits.reason(evidence.residual.e_um);
-        if reason != Reason::None && limits.reason(evidence.free_residual_um) == Reason::None {
-            reason = Reason::Jump;
-        }
+        let part = self.reference.advance(thresholds, time_us);
+        let (reason, changed_mask) = self.reason(&limits);
+        let is_suspicious = reason != Reason::None;
+
         let dt_s = self.judged_us.map(|judged_us| seconds_since(judged_us, time_us));
         self.judged_us = Some(time_us);
-        let counts = self.counted_us.is_none_or(|us| seconds_since(us, time_us) >= thresholds.average_s);
-        if reason == Reason::None {
-            (self.baseline.streak, self.baseline.suspicious_s) = (0, 0.0);
-            self.learn(thresholds, dt_s, evidence.residual.e_um / rows, counts);
-        } else {
-            if self.baseline.streak == 0 {
-                self.misfit = Misfit::default();
-            } else {
-                // After a restart nobody knows for how long: long enough, if there are readings enough.
-                self.baseline.suspicious_s += dt_s.unwrap_or(thresholds.persistence_s);
-            }
-            self.misfit.add(&evidence.residual);
+        let suspicion = &mut self.baseline.suspicion;
+        if suspicion.is_empty() {
+            self.misfit = Misfit::default();
         }
-        if counts || (reason != Reason::None && self.baseline.streak == 0) {
+        let is_apart = self.counted_us.is_none_or(|us| seconds_since(us, time_us) >= thresholds.average_s);
+        let counts = is_apart || (is_suspicious && suspicion.run == 0);
+        if counts {
             self.counted_us = Some(time_us);
-            self.baseline.streak = self.baseline.streak.saturating_add(u16::from(reason != Reason::None));
         }
-        let flagged = reason != Reason::None
-            && self.baseline.streak >= u16::from(thresholds.persistence_readings)
-            && self.baseline.suspicious_s >= thresholds.persistence_s;
-        let suspect = self.misfit.worst_bearing(&evidence.bearings).filter(|_| flagged);
+        suspicion.take(thresholds, is_suspicious, dt_s, counts);
+        let Suspicion { run: streak, .. } = *suspicion;
+        if is_suspicious {
+            self.misfit.add(&evidence.residual);
+        } else {
+            self.learn(thresholds, dt_s, evidence.residual.e_um / rows, counts);
+            self.reference.trust(thresholds, &evidence.observation, part, counts);
+        }
+        let suspicion = &self.baseline.suspicion;
+        let flagged = is_suspicious && suspicion.persists(thresholds);
+        // What is wrong with all probes alike is no bearing's.
+        let is_common = matches!(reason, Reason::Keyphasor | Reason::Scale);
+        let suspect = self.misfit.worst_bearing(&evidence.bearings).filter(|_| flagged && !is_common);
         if flagged && self.baseline.latched.is_none() {
-            self.baseline.latched = Some(LatchedFlag { cause: reason, suspect });
+            let cause = if suspicion.is_intermittent(thresholds) { Reason::Intermittent } else { reason };
+            self.baseline.latched = Some(LatchedFlag { cause, suspect });
         }
         ResidualVerdict {
             residual: evidence.residual,
@@ -190,10 +217,30 @@ impl Detector {
             level_um: level_um.unwrap_or_default(),
             reference_um,
             reason,
-            streak: self.baseline.streak,
+            changed_mask,
+            streak,
             flagged,
             suspect,
         }
+    }
+
+    /// Why a reading is suspicious, and the probes that changed alone if that is the reason.
+    fn reason(&self, limits: &Limits) -> (Reason, u8) {
+        let Limits { thresholds, evidence, .. } = *limits;
+        let misfit = limits.reason(evidence.residual.e_um);
+        let is_changed = || self.reference.is_changed(thresholds, &evidence.observation);
+        if misfit == Reason::None && !is_changed() {
+            return (evidence.raw, 0);
+        }
+        let fits = limits.reason(evidence.free_residual_um) == Reason::None;
+        let unnamed = if fits { Reason::Jump } else { misfit };
+        // Beside the flag of a misfit the vectors had changed before: what is common to the change since is chance.
+        let is_misfit =
+            |latched: LatchedFlag| matches!(latched.cause, Reason::Rise | Reason::Ratio | Reason::Reference);
+        if misfit != Reason::None && self.baseline.latched.is_some_and(is_misfit) {
+            return (unnamed, 0);
+        }
+        self.reference.cause(&evidence.observation, &evidence.bearings, fits).unwrap_or((unnamed, 0))
     }
 
     /// Level and reference from readings that are not suspicious: an event cannot raise what it is measured by.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::error::Error;
 use std::string::{String, ToString};
 
+use crate::extraction::ExtractionError;
 use crate::model::ModelError;
 use crate::residual::ResidualError;
 use crate::response::ResponseError;
@@ -42,6 +43,13 @@ fn errors_of_models_and_readings_have_distinct_messages() {
 fn threshold_errors_have_distinct_messages() {
     assert_all_distinct(&variants![ThresholdError:
         Encoding Rise RatioLimit RatioFloor Floor Average Persistence Level Learning Growth AgeLimit GapRange
+    ]);
+}
+
+#[test]
+fn extraction_errors_have_distinct_messages() {
+    assert_all_distinct(&variants![ExtractionError:
+        SampleRate Converter Scale GapRange Revolutions Drift LongestTurn
     ]);
 }
 

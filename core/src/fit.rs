@@ -85,10 +85,10 @@ impl<const PROBES: usize, const PLANES: usize> BoundedFit<PROBES, PLANES> {
     /// `H u − target` of each row, µm.
     #[inline]
     pub fn residuals_um(&self, unbalance_g_mm: &[Pair; PLANES]) -> impl Iterator<Item = f32> {
-        let planes = self.planes;
         self.rows().iter().zip(self.target_um()).map(move |(row, target)| {
             let mut sum = -target;
-            for ([a, b], [x, y]) in row.iter().zip(unbalance_g_mm).take(planes) {
+            // Planes that are not there have no influence: a loop of one length is unrolled.
+            for ([a, b], [x, y]) in row.iter().zip(unbalance_g_mm) {
                 sum += a * x + b * y;
             }
             sum

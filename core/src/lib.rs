@@ -19,6 +19,7 @@
 //! | [`command`] | deployment of a model and what else changes a monitor: authenticated and numbered |
 //! | [`extraction`] | raw probe samples and keyphasor marks to the 1x reading |
 //! | [`numerics`] | what a node calculates with, which may be compiled apart from it |
+//! | [`monitor`] | readings in, state and reason out: all that firmware without CAN calls |
 //! | [`node`] | frames in, frames out: all that a board calls |
 //!
 //! # Conventions
@@ -75,6 +76,7 @@ pub mod fit;
 mod linear;
 pub mod memory;
 pub mod model;
+pub mod monitor;
 #[cfg(feature = "can")]
 pub mod node;
 pub mod numerics;

@@ -1,8 +1,9 @@
-//! Complex linear equations over fixed arrays that cannot panic: a quick way for what is symmetric and well behaved, and
-//! elimination with pivoting for everything else.
+//! Complex linear equations that cannot panic: a quick way for a few that are well behaved, and elimination with pivoting
+//! for everything else.
 
-use core::array;
 use core::mem;
+
+use heapless::Vec;
 
 use nalgebra::Complex;
 
@@ -10,88 +11,116 @@ use crate::scalar;
 
 type C = Complex<f32>;
 
-/// A complex symmetric matrix, of which only the lower triangle counts; factored in place to `L D Lᵀ`: below the diagonal L
-/// (its diagonal is one), on it the reciprocals of D.
-#[derive(Clone, Copy)]
-pub(crate) struct Symmetric<const N: usize> {
-    pub rows: [[C; N]; N],
+/// Two rows and two columns of a matrix.
+type Block = [[C; 2]; 2];
+
+/// A square matrix of up to MOST rows and columns of blocks, row by row; factored in place to `L U`, with ones on the diagonal
+/// of L and the inverse blocks on that of U.
+pub(crate) struct Blocks<const MOST: usize> {
+    rows: Vec<Vec<Block, MOST>, MOST>,
 }
 
-impl<const N: usize> Symmetric<N> {
-    /// From the cells of the lower triangle, by row and column; the others are zero.
-    #[inline(always)]
-    pub fn from_fn(cell: impl Fn(usize, usize) -> C) -> Self {
-        let cell = &cell;
-        Self { rows: array::from_fn(|i| array::from_fn(|j| if j <= i { cell(i, j) } else { C::default() })) }
+impl<const MOST: usize> Blocks<MOST> {
+    pub fn new() -> Self {
+        Self { rows: Vec::new() }
     }
 
-    /// Factors row by row: `w_j = a_ij − Σ w_k l_jk`, `l_ij = w_j/d_j`, `d_i = a_ii − Σ w_k l_ik` (k below j, and below i).
-    ///
-    /// There is no pivoting, and the error of a result is as many times larger than necessary as numbers grow on the way
-    /// (Higham 2002, section 11.1). `None` if they grow beyond `growth` times the largest entry of the diagonal, or if a
-    /// pivot is zero or not a number.
-    #[inline(never)]
+    /// Begins a row.
+    pub fn begin_row(&mut self) -> Option<()> {
+        self.rows.push(Vec::new()).ok()
+    }
+
+    /// Appends a block to the last row; `None` if there is no room.
+    #[inline]
+    pub fn push(&mut self, block: Block) -> Option<()> {
+        self.rows.last_mut()?.push(block).ok()
+    }
+
+    /// There is no pivoting: `None` if an inverse block that divides others has an entry above `growth`, which is how much
+    /// numbers may grow on the way where those of the matrix are near one, or if a block is singular.
     pub fn factor(&mut self, growth: f32) -> Option<()> {
-        let mut largest = 0.0_f32;
-        for i in 0..N {
-            let size = scalar::size(self.rows[i][i]);
-            if size > largest {
-                largest = size;
-            }
-        }
-        let limit = growth * largest;
-        for i in 0..N {
-            let (above, rest) = self.rows.split_at_mut(i);
-            let Some(row) = rest.first_mut() else {
-                continue;
-            };
-            let mut pivot = row[i];
-            for j in 0..i {
-                let mut value = row[j];
-                for k in 0..j {
-                    value = scalar::subtract_product(value, row[k], above[j][k]);
-                }
-                row[j] = value;
-            }
-            for j in 0..i {
-                let factor = row[j] * above[j][j];
-                pivot = scalar::subtract_product(pivot, row[j], factor);
-                row[j] = factor;
-            }
-            let size = scalar::size(pivot);
-            if !(size > 0.0 && size <= limit) {
+        let mut rest = self.rows.as_mut_slice();
+        let mut column = 0;
+        while let Some((pivot_row, below)) = mem::take(&mut rest).split_first_mut() {
+            let (pivot, after) = pivot_row.get_mut(column..)?.split_first_mut()?;
+            *pivot = inverse(pivot)?;
+            let largest = pivot.as_flattened().iter().fold(0.0_f32, |most, &z| most.max(scalar::size(z)));
+            if largest > growth && !below.is_empty() {
                 return None;
             }
-            row[i] = scalar::reciprocal(pivot);
+            for row in below.iter_mut() {
+                let (factor, cells) = row.get_mut(column..)?.split_first_mut()?;
+                let mut scaled = Block::default();
+                subtract_block(&mut scaled, factor, pivot);
+                *factor = scaled.map(|row| row.map(|z| -z));
+                for (cell, above) in cells.iter_mut().zip(&*after) {
+                    subtract_block(cell, factor, above);
+                }
+            }
+            rest = below;
+            column += 1;
         }
         Some(())
     }
 
     /// Turns a right-hand side into its solution; the matrix must be factored.
-    #[inline(never)]
-    pub fn solve(&self, x: &mut [C; N]) {
-        for i in 1..N {
-            let mut value = x[i];
-            for k in 0..i {
-                value = scalar::subtract_product(value, self.rows[i][k], x[k]);
+    pub fn solve(&self, sides: &mut [[C; 2]]) {
+        for (i, row) in self.rows.iter().enumerate() {
+            let (known, rest) = sides.split_at_mut_checked(i).unwrap_or_default();
+            if let Some(side) = rest.first_mut() {
+                for (block, known) in row.iter().zip(&*known) {
+                    subtract_product(side, block, known);
+                }
             }
-            x[i] = value;
         }
-        for i in 0..N {
-            x[i] *= self.rows[i][i];
-        }
-        // Row by row from below, each unknown taken off those above it.
-        for i in 1..N {
-            let i = N - i;
-            for k in 0..i {
-                x[k] = scalar::subtract_product(x[k], self.rows[i][k], x[i]);
+        for (i, row) in self.rows.iter().enumerate().rev() {
+            let (rest, known) = sides.split_at_mut_checked(i + 1).unwrap_or_default();
+            if let (Some(side), Some((inverse, after))) =
+                (rest.last_mut(), row.get(i..).and_then(<[Block]>::split_first))
+            {
+                for (block, known) in after.iter().zip(&*known) {
+                    subtract_product(side, block, known);
+                }
+                let [[a, b], [c, d]] = inverse;
+                let [x, y] = *side;
+                *side = [scalar::add_product(a * x, *b, y), scalar::add_product(c * x, *d, y)];
             }
         }
     }
 }
 
-/// One equation of 2N unknowns, in two halves because stable Rust has no `2 * N` in const generics, with its right-hand
-/// sides: one for each plane, and one for what is known.
+/// `None` if a block is singular or not a number.
+fn inverse([[a, b], [c, d]]: &Block) -> Option<Block> {
+    let determinant = scalar::subtract_product(a * d, *b, *c);
+    let size = scalar::size(determinant);
+    if !(size > 0.0 && size.is_finite()) {
+        return None;
+    }
+    let factor = scalar::reciprocal(determinant);
+    Some([[d * factor, -(b * factor)], [-(c * factor), a * factor]])
+}
+
+/// `block −= left·right`.
+#[inline(never)]
+fn subtract_block(block: &mut Block, left: &Block, right: &Block) {
+    for (row, [x, y]) in block.iter_mut().zip(left) {
+        let [above, below] = right;
+        for ((cell, above), below) in row.iter_mut().zip(above).zip(below) {
+            *cell = scalar::subtract_product(scalar::subtract_product(*cell, *x, *above), *y, *below);
+        }
+    }
+}
+
+/// `side −= block·x`.
+#[inline]
+fn subtract_product(side: &mut [C; 2], block: &Block, [x, y]: &[C; 2]) {
+    for (cell, [left, right]) in side.iter_mut().zip(block) {
+        *cell = scalar::subtract_product(scalar::subtract_product(*cell, *left, *x), *right, *y);
+    }
+}
+
+/// One equation of up to 2N unknowns, in two halves because stable Rust has no `2 * N` in const generics, with its
+/// right-hand sides: one for each plane, and one for what is known.
 #[derive(Clone, Copy)]
 pub(crate) struct Equation<const N: usize, const PLANES: usize> {
     pub cells: [[C; N]; 2],
@@ -105,18 +134,23 @@ impl<const N: usize, const PLANES: usize> Equation<N, PLANES> {
     }
 
     #[inline]
-    fn tail(&self, column: usize) -> &[C] {
-        self.cells.as_flattened().get(column..).unwrap_or_default()
+    fn tail(&self, column: usize, size: usize) -> &[C] {
+        self.cells.as_flattened().get(column..size).unwrap_or_default()
     }
 
     #[inline]
-    fn tail_mut(&mut self, column: usize) -> &mut [C] {
-        self.cells.as_flattened_mut().get_mut(column..).unwrap_or_default()
+    fn tail_mut(&mut self, column: usize, size: usize) -> &mut [C] {
+        self.cells.as_flattened_mut().get_mut(column..size).unwrap_or_default()
+    }
+
+    #[inline]
+    fn cell(&self, column: usize) -> C {
+        self.cells.as_flattened().get(column).copied().unwrap_or_default()
     }
 
     #[inline]
     fn size_at(&self, column: usize) -> f32 {
-        self.cells.as_flattened().get(column).map_or(0.0, |&cell| scalar::size(cell))
+        scalar::size(self.cell(column))
     }
 
     /// Takes `factor` times another row's right-hand sides off this one's.
@@ -127,34 +161,34 @@ impl<const N: usize, const PLANES: usize> Equation<N, PLANES> {
     }
 }
 
-/// Solves the 2N equations in place, with partial pivoting: each row's right-hand sides become its unknown. `None` if a
-/// pivot is zero or not a number.
+/// Solves as many equations as unknowns in place, with partial pivoting: each row's right-hand sides become its unknown.
+/// `None` if a pivot is zero or not a number.
 ///
-/// Cost (N = 6, three sides): 572 multiply-subtracts in the matrix, 198 + 198 in the right-hand sides, 12 reciprocals.
+/// Cost (12 equations, three sides): 572 multiply-subtracts in the matrix, 198 + 198 in the right-hand sides, 12
+/// reciprocals.
 #[inline(never)]
-pub(crate) fn solve<const N: usize, const PLANES: usize>(
-    rows: &mut [[Equation<N, PLANES>; N]; 2],
-) -> Option<()> {
-    eliminate(rows.as_flattened_mut())?;
-    substitute_back(rows.as_flattened_mut());
+pub(crate) fn solve<const N: usize, const PLANES: usize>(rows: &mut [Equation<N, PLANES>]) -> Option<()> {
+    eliminate(rows)?;
+    substitute_back(rows);
     Some(())
 }
 
 /// Upper triangle in place; each diagonal cell is left as the reciprocal of its pivot.
 fn eliminate<const N: usize, const PLANES: usize>(rows: &mut [Equation<N, PLANES>]) -> Option<()> {
+    let size = rows.len();
     let mut rest = rows;
     let mut column = 0;
     while let Some((pivot, below)) = mem::take(&mut rest).split_first_mut() {
         raise_largest(pivot, below, column);
-        let lead = pivot.tail_mut(column).first_mut()?;
-        let size = scalar::size(*lead);
-        if !(size > 0.0 && size.is_finite()) {
+        let lead = pivot.tail_mut(column, size).first_mut()?;
+        let strength = scalar::size(*lead);
+        if !(strength > 0.0 && strength.is_finite()) {
             return None;
         }
         *lead = scalar::reciprocal(*lead);
-        let (&lead, pivot_tail) = pivot.tail(column).split_first()?;
+        let (&lead, pivot_tail) = pivot.tail(column, size).split_first()?;
         for row in below.iter_mut() {
-            let (head, tail) = row.tail_mut(column).split_first_mut()?;
+            let (head, tail) = row.tail_mut(column, size).split_first_mut()?;
             let factor = *head * lead;
             subtract(tail, factor, pivot_tail);
             row.subtract_sides(factor, pivot);
@@ -197,11 +231,11 @@ fn substitute_back<const N: usize, const PLANES: usize>(rows: &mut [Equation<N, 
     let mut rest = rows;
     while let Some((last, above)) = mem::take(&mut rest).split_last_mut() {
         let column = above.len();
-        let reciprocal = last.tail(column).first().copied().unwrap_or_default();
+        let reciprocal = last.cell(column);
         last.planes = last.planes.map(|side| side * reciprocal);
         last.known *= reciprocal;
         for row in above.iter_mut() {
-            let factor = row.tail(column).first().copied().unwrap_or_default();
+            let factor = row.cell(column);
             row.subtract_sides(factor, last);
         }
         rest = above;

@@ -3,23 +3,25 @@
 //! A [`Support`] adds to the dynamic stiffness, a [`Forcing`] to the excitation, a [`Probe`] says what a reading shows.
 //! A physical effect is one or more such terms, so a better model needs no new firmware.
 //!
-//! `N` is the number of basis shapes in one plane (the same shapes serve x and y). A `shape` is the N values of those
-//! shapes at one place of the shaft: φ, so that the displacement there is φ·p along x and φ·r along y.
+//! `N` is the number of modes in one plane (the same modes serve x and y). A shape is the values of the modes at one place
+//! of the shaft; [`Modes`] makes it and the shaft from matrices on any shape functions.
 
 mod codec;
 mod error;
+mod modes;
 #[cfg(test)]
 pub(crate) mod tests;
 
 use heapless::Vec;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use crate::reading::ProbeVector;
 pub use error::ModelError;
+pub use modes::{Matrices, Modes, ModesError, Shaft, Shape, Spring};
 
 /// Version of the deployed format. It rises whenever a field is added, removed or changes its meaning.
-pub const MODEL_SCHEMA: u32 = 3;
+pub const MODEL_SCHEMA: u32 = 4;
 
 /// Planes whose unbalance is tracked, at most.
 pub const MAX_PLANES: usize = 4;
@@ -34,27 +36,16 @@ pub const MAX_FORCINGS: usize = 6;
 pub type Pair = [f32; 2];
 
 /// A shaft plus three kinds of term.
-///
-/// Dynamic stiffness of the shaft alone, with η the internal damping and W the speed in rad/s:
-///
-/// ```text
-/// |  K − W²M + iWηK      iW²G + WηK    |
-/// | −iW²G − WηK          K − W²M + iWηK |
-/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Model<const N: usize, const PROBES: usize, const PLANES: usize> {
     /// Which machine it is of: the same for every model of one machine, whatever was found of it meanwhile. A monitor that
     /// holds a model takes those of its machine alone, unless it is told.
     pub machine: [u8; 4],
-    /// Stiffness of the free shaft, N/m; symmetric. Supports come as terms.
-    pub stiffness: SMatrix<f32, N, N>,
-    /// Mass, kg; symmetric.
-    pub mass: SMatrix<f32, N, N>,
-    /// Polar inertia as it enters the gyroscopic terms, kg; symmetric.
-    pub polar_inertia: SMatrix<f32, N, N>,
+    /// The shaft on its nominal springs. Supports come as terms, whole: what a nominal spring adds is taken off again.
+    pub shaft: Shaft<N>,
     /// Rotating internal damping of the shaft: stress in phase with the rate of strain, relative to its stiffness, s.
     pub internal_damping_s: f32,
-    /// Shape at each plane whose unbalance is tracked: at least one.
+    /// Forward shape at each plane whose unbalance is tracked: at least one.
     pub planes: Vec<SVector<f32, N>, PLANES>,
     /// Bearings, seals: everything that ties the shaft to the ground. At least two.
     pub supports: Vec<Support<N>, MAX_SUPPORTS>,
@@ -64,6 +55,8 @@ pub struct Model<const N: usize, const PROBES: usize, const PLANES: usize> {
     pub forcings: Vec<Forcing<N>, MAX_FORCINGS>,
     /// At least one, in the order of a reading's.
     pub probes: Vec<Probe<N>, PROBES>,
+    /// Bit i: probe i is not used, whatever it reads. At least one is.
+    pub masked: u8,
     /// What phase I found: `[U cos α, U sin α]` of each plane, g·mm.
     pub initial_unbalance_g_mm: Vec<Pair, PLANES>,
     /// The bound on a plane's unbalance never falls below this, g·mm, so that a well balanced plane can grow again.
@@ -108,8 +101,7 @@ impl Noise {
 /// diagonal stiffnesses further times `1 + ¾·hardening·a²`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Support<const N: usize> {
-    /// φ at the support.
-    pub shape: SVector<f32, N>,
+    pub shape: Shape<N>,
     /// `[[kxx, kxy], [kyx, kyy]]`, N/m.
     pub stiffness_n_m: [Pair; 2],
     /// `[[cxx, cxy], [cyx, cyy]]`, N·s/m.
@@ -160,7 +152,7 @@ pub struct Pedestal {
 /// A known excitation that turns with the shaft: phasors `Fx = F`, `Fy = −iF`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Forcing<const N: usize> {
-    /// φ where it acts (slopes, for a moment).
+    /// Forward shape where it acts (slopes, for a moment).
     pub shape: SVector<f32, N>,
     /// `F` as real and imaginary part: µN for [`ForcingLaw::Constant`], g·mm (µN·s²) for [`ForcingLaw::SpeedSquared`].
     pub amplitude: Pair,
@@ -178,14 +170,13 @@ pub enum ForcingLaw {
     SpeedSquared,
 }
 
-/// What a probe shows: `Y = gain·(cos·x + sin·y) + runout`, with x = φ·p and y = φ·r for a probe on the ground.
+/// What a probe shows: `Y = gain·(cos·x + sin·y) + runout`, x and y being the shaft's motion for a probe on the ground.
 ///
 /// A probe on a support's housing shows the shaft less the housing, whose motion follows from that of the shaft at the
 /// support: `(Zb + Zp)⁻¹ Zb`, bearing over bearing and pedestal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Probe<const N: usize> {
-    /// φ at the probe.
-    pub shape: SVector<f32, N>,
+    pub shape: Shape<N>,
     /// Cosine and sine of the probe's angle from +x, in the direction of rotation.
     pub direction: Pair,
     /// Complex gain (real, imaginary); `[1, 0]` for a probe in order.
@@ -202,7 +193,7 @@ pub struct Probe<const N: usize> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counts {
-    /// Basis shapes in one plane; these must match exactly.
+    /// Modes in one plane; these must match exactly.
     pub shapes: u8,
     pub probes: u8,
     /// Planes whose unbalance is tracked.
@@ -211,7 +202,7 @@ pub struct Counts {
 
 impl<const N: usize> Support<N> {
     /// An isotropic spring and damper, nothing else.
-    pub fn isotropic(shape: SVector<f32, N>, stiffness_n_m: f32, damping_n_s_m: f32) -> Self {
+    pub fn isotropic(shape: Shape<N>, stiffness_n_m: f32, damping_n_s_m: f32) -> Self {
         Self {
             shape,
             stiffness_n_m: [[stiffness_n_m, 0.0], [0.0, stiffness_n_m]],
@@ -228,7 +219,7 @@ impl<const N: usize> Support<N> {
 
 impl<const N: usize> Probe<N> {
     /// A probe in order on the ground at `direction` (cosine, sine of its angle), beside a bearing.
-    pub fn plain(shape: SVector<f32, N>, direction: Pair, bearing: u8) -> Self {
+    pub fn plain(shape: Shape<N>, direction: Pair, bearing: u8) -> Self {
         Self { shape, direction, gain: [1.0, 0.0], runout_um: [0.0; 2], bearing, mount: None }
     }
 }

@@ -18,6 +18,8 @@
 mod command_tests;
 #[cfg(feature = "command")]
 mod commands;
+#[cfg(all(test, feature = "command"))]
+mod common_fault_tests;
 mod config;
 #[cfg(test)]
 mod conflict_tests;
@@ -27,7 +29,6 @@ mod fault_tests;
 mod mac;
 #[cfg(all(test, feature = "mac"))]
 mod mac_tests;
-mod monitor;
 #[cfg(not(feature = "command"))]
 mod no_command;
 #[cfg(not(feature = "mac"))]
@@ -35,6 +36,8 @@ mod no_mac;
 mod ownership;
 #[cfg(all(test, feature = "command"))]
 mod parts_tests;
+#[cfg(test)]
+mod raw_tests;
 mod save;
 #[cfg(test)]
 mod simulation;
@@ -46,8 +49,6 @@ mod transmit;
 #[cfg(all(test, feature = "command"))]
 mod trial_tests;
 
-use core::marker::PhantomData;
-
 use heapless::Deque;
 
 use crate::can::{
@@ -58,7 +59,8 @@ use crate::can::{
 use crate::command::{CODE_BYTES, HEAD_BYTES, MAX_REQUEST_BYTES, TRIAL_BYTES};
 use crate::detector::ResidualVerdict;
 use crate::memory::Memory;
-use crate::model::{Model, ModelError};
+use crate::model::Model;
+use crate::monitor::{Monitor, Taken};
 use crate::numerics::{InPlace, Numerics};
 pub use crate::stages::MAX_PLAUSIBLE_UM;
 use crate::state::{NodeState, Reason, Status};
@@ -69,12 +71,12 @@ use commands::CommandHandler;
 pub use config::{NodeConfig, NodeError};
 #[cfg(feature = "mac")]
 use mac::Mac;
-use monitor::{Evaluation, Monitor};
 #[cfg(not(feature = "command"))]
 use no_command::CommandHandler;
 use ownership::{Due, Ownership};
 pub use save::Save;
 use save::SaveScheduler;
+use transmit::result_of;
 
 /// Frames waiting to be sent, at most.
 pub const QUEUE_FRAMES: usize = 32;
@@ -86,7 +88,7 @@ pub const HEARTBEAT_FRAMES: usize = COUNTER_PAIRS + 3;
 #[derive(Debug, Clone)]
 pub struct Node<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C = InPlace> {
     config: NodeConfig,
-    monitor: Monitor<SHAPES, PROBES, PLANES>,
+    monitor: Monitor<SHAPES, PROBES, PLANES, C>,
     assembler: Assembler,
     ownership: Ownership,
     save_scheduler: SaveScheduler,
@@ -98,7 +100,6 @@ pub struct Node<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C
     /// Whether the evidence was too old when that was last looked at.
     outdated: bool,
     queue: Deque<Frame, QUEUE_FRAMES>,
-    numerics: PhantomData<C>,
 }
 
 impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<SHAPES, PROBES, PLANES>>
@@ -125,7 +126,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         config.thresholds.check().map_err(NodeError::Thresholds)?;
         Ok(Self {
             config,
-            monitor: Monitor::new(),
+            monitor: Monitor::with_checked(config.track, config.thresholds),
             assembler: Assembler::new(),
             ownership: Ownership::new(config.listen_us, config.heartbeat_period_us, config.seed),
             save_scheduler: SaveScheduler::default(),
@@ -136,7 +137,6 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             announced: Status::default(),
             outdated: false,
             queue: Deque::new(),
-            numerics: PhantomData,
         })
     }
 
@@ -144,18 +144,13 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     ///
     /// Errors: [`ThresholdError`], and those of the settings stay.
     pub fn restore_thresholds(&mut self, bytes: &[u8]) -> Result<(), ThresholdError> {
-        self.config.thresholds = Thresholds::decode(bytes)?;
-        Ok(())
+        self.monitor.set_thresholds(Thresholds::decode(bytes)?)
     }
 
     /// Takes up the stored model, or why there is none; a model that cannot be used is a reason too, which is returned.
-    /// Without a model the node says [`NodeState::NoModel`] and the reason.
+    /// Without a model the node says [`NodeState::NoModel`](crate::state::NodeState::NoModel) and the reason.
     pub fn load(&mut self, stored: Result<&[u8], Reason>) -> Result<(), Reason> {
-        let loaded = stored.and_then(|bytes| self.monitor.decode::<C>(bytes, false).map_err(why_no_model));
-        if let Err(reason) = loaded {
-            self.monitor.clear_model(reason);
-        }
-        loaded
+        self.monitor.load(stored)
     }
 
     /// Takes up the memory stored last, after [`Node::load`]; `false` if the bytes are damaged or belong to another model.
@@ -242,7 +237,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     fn memory_to_save(&self) -> Option<Save<'_>> {
         let is_on_trial = self.handler.trial_until_us().is_some();
         let is_wanted = self.save_scheduler.is_wanted() && self.model().is_some() && !is_on_trial;
-        is_wanted.then(|| Save::Memory(self.monitor.memory(&self.monitor.detector).encode()))
+        is_wanted.then(|| Save::Memory(self.monitor.memory().encode()))
     }
 
     fn memory_saved(&mut self, time_us: u64, stored: bool) {
@@ -268,12 +263,12 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     }
 
     pub fn estimate(&self) -> Option<&Estimate> {
-        self.monitor.estimate.as_ref()
+        self.monitor.estimate()
     }
 
     /// The last verdict on the residual; [`Node::status`] tells whether it still stands.
     pub fn verdict(&self) -> Option<&ResidualVerdict> {
-        self.monitor.verdict.as_ref()
+        self.monitor.verdict()
     }
 
     pub fn model(&self) -> Option<&Model<SHAPES, PROBES, PLANES>> {
@@ -282,21 +277,19 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     /// What the node judges by.
     pub fn thresholds(&self) -> &Thresholds {
-        &self.config.thresholds
+        self.monitor.thresholds()
     }
 
     /// What the node says of itself.
     pub fn status(&self, time_us: u64) -> Status {
-        let age_us = self.age_us(time_us);
-        let age_s = age_us.map_or(f32::INFINITY, |us| us as f32 * 1e-6);
-        let is_outdated = age_us.is_some_and(|age_us| age_us > self.age_limit_us());
-        let (state, reason, missing_mask) = self.monitor.state(is_outdated);
-        let latched = self.monitor.detector.latched().filter(|_| state != NodeState::NoModel);
-        let state = if latched.is_some() { NodeState::Flagged } else { state };
-        let (state, reason) = self.ownership.silence().unwrap_or((state, reason));
-        let cause = latched.map_or(Reason::None, |latched| latched.cause);
-        let suspect = latched.and_then(|latched| latched.suspect);
-        Status { state, reason, missing_mask, cause, suspect, age_s }
+        let status = self.monitor.status(time_us);
+        // Beside these the state says all, and beside a flag that is up so does the flag.
+        let says_little = matches!(status.reason, Reason::None | Reason::NoReading | Reason::Learning)
+            || status.state == NodeState::Flagged && self.monitor.is_suspicious(time_us);
+        let is_unsaved = self.save_scheduler.is_failing() || self.is_nonce_unsaved();
+        let reason = if is_unsaved && says_little { Reason::Storage } else { status.reason };
+        let (state, reason) = self.ownership.silence().unwrap_or((status.state, reason));
+        Status { state, reason, ..status }
     }
 
     /// Changes to a better model. Tracking goes on from the unbalance last found (see [`Node::restart`]); the
@@ -309,8 +302,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         time_us: u64,
         model: Model<SHAPES, PROBES, PLANES>,
     ) -> Result<(), NodeError> {
-        model.check_by::<C>()?;
-        self.monitor.set_model(model);
+        self.monitor.set_model(model)?;
         self.save_scheduler.changed_much(time_us);
         self.save_scheduler.poll(time_us);
         Ok(())
@@ -331,24 +323,25 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         if self.ownership.silence().is_some() {
             return self.count(|c| &mut c.skipped);
         }
-        let before = self.monitor.detector;
-        let NodeConfig { track, thresholds, .. } = &self.config;
-        match self.monitor.evaluate::<C>(track, thresholds, time_us, numbered) {
-            Evaluation::Unmodelled => self.count(|c| &mut c.unmodelled),
-            Evaluation::Rejected => self.count(|c| &mut c.rejected),
-            Evaluation::Skipped => self.count(|c| &mut c.skipped),
-            Evaluation::Unsolved => self.count(|c| &mut c.unsolved),
-            Evaluation::Estimated { result, partial } => {
+        match self.monitor.take(time_us, &numbered.reading, numbered.keyphasor) {
+            Taken::Unmodelled => self.count(|c| &mut c.unmodelled),
+            Taken::Rejected => self.count(|c| &mut c.rejected),
+            Taken::Skipped => self.count(|c| &mut c.skipped),
+            Taken::Unsolved => self.count(|c| &mut c.unsolved),
+            Taken::Estimated(judgement) => {
                 self.count(|c| &mut c.readings);
-                if partial {
+                if judgement.why_missing != Reason::None {
                     self.count(|c| &mut c.partial);
                 }
-                if self.monitor.detector.has_news_since(&before) {
+                if judgement.is_news {
                     self.save_scheduler.changed_much(time_us);
                 } else {
                     self.save_scheduler.changed(time_us, self.config.memory_period_us);
                 }
-                self.tell::<MAX_RESULT_FRAMES>(result_frames(self.config.node, &result));
+                if let Some(estimate) = self.monitor.estimate() {
+                    let result = result_of(numbered.sequence, estimate, &judgement);
+                    self.tell::<MAX_RESULT_FRAMES>(result_frames(self.config.node, &result));
+                }
             }
         }
     }
@@ -360,23 +353,6 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     /// When evidence that still counts will be too old.
     fn outdated_at(&self) -> Option<u64> {
-        let judged_us = self.monitor.detector.judged_us().filter(|_| !self.outdated)?;
-        Some(judged_us.saturating_add(self.age_limit_us()).saturating_add(1))
-    }
-
-    fn age_us(&self, time_us: u64) -> Option<u64> {
-        self.monitor.detector.judged_us().map(|judged_us| time_us.saturating_sub(judged_us))
-    }
-
-    fn age_limit_us(&self) -> u64 {
-        (self.config.thresholds.age_limit_s * 1e6) as u64
-    }
-}
-
-fn why_no_model(error: ModelError) -> Reason {
-    match error {
-        ModelError::Schema => Reason::Schema,
-        ModelError::BasisSize | ModelError::Probes | ModelError::Planes => Reason::Size,
-        _ => Reason::Damaged,
+        self.monitor.outdated_at().filter(|_| !self.outdated)
     }
 }

@@ -24,7 +24,6 @@ mod tests;
 
 use crate::fit::BoundedFit;
 use crate::model::{MAX_PLANES, Pair};
-use crate::scalar;
 use tableau::Tableau;
 
 /// Rounds of tangents, at most; three or four are usual where a bound is active.
@@ -63,8 +62,9 @@ pub struct PolishResult<const PLANES: usize> {
     pub unbalance_g_mm: [Pair; PLANES],
     /// Its `Σ|H u − target|`, µm.
     pub residual_um: f32,
-    /// The least `Σ|H u − target|` without bounds, µm.
+    /// The least `Σ|H u − target|` without bounds, µm, and the unbalance that has it, g·mm.
     pub free_residual_um: f32,
+    pub free_g_mm: [Pair; PLANES],
     /// `residual_um` lies at most this far above the least within the bounds, µm, by the certificate.
     pub gap_um: f32,
     /// The plane's unbalance lies on its bound.
@@ -92,10 +92,11 @@ pub fn polish<const PROBES: usize, const PLANES: usize>(
     start: [Pair; PLANES],
 ) -> PolishResult<PLANES> {
     let start = fit.confine(start);
-    let mut tableau = Tableau::new(fit, start);
+    let mut tableau = Tableau::empty();
+    tableau.fill(fit, start);
     tableau.descend();
-    let free_residual_um = fit.residual_um(&tableau.unbalance_g_mm(fit));
-    within_bounds(fit, &mut tableau, free_residual_um)
+    let vertex = tableau.unbalance_g_mm(fit);
+    within_bounds(fit, &mut tableau, vertex, (fit.residual_um(&vertex), vertex))
 }
 
 /// As [`polish`], warm-started from the solution of a similar problem: where it lies on a bound, the descent begins
@@ -105,33 +106,37 @@ pub(crate) fn polish_warm<const PROBES: usize, const PLANES: usize>(
     start: [Pair; PLANES],
 ) -> PolishResult<PLANES> {
     let start = fit.confine(start);
-    let mut tableau = Tableau::new(fit, start);
+    let mut tableau = Tableau::empty();
+    tableau.fill(fit, start);
     tableau.cut(-AT_BOUND);
     tableau.descend();
-    within_bounds(fit, &mut tableau, f32::NAN)
+    let vertex = tableau.unbalance_g_mm(fit);
+    within_bounds(fit, &mut tableau, vertex, (f32::NAN, [[f32::NAN; 2]; PLANES]))
 }
 
-/// The least `Σ|H u − target|` without bounds, µm.
-pub(crate) fn free_residual_um<const PROBES: usize, const PLANES: usize>(
+/// The least `Σ|H u − target|` without bounds, µm, and the unbalance that has it, g·mm.
+pub(crate) fn polish_free<const PROBES: usize, const PLANES: usize>(
     fit: &BoundedFit<PROBES, PLANES>,
     start: [Pair; PLANES],
-) -> f32 {
-    let mut tableau = Tableau::new(fit, start);
+) -> (f32, [Pair; PLANES]) {
+    let mut tableau = Tableau::empty();
+    tableau.fill(fit, start);
     tableau.descend();
-    fit.residual_um(&tableau.unbalance_g_mm(fit))
+    let unbalance_g_mm = tableau.unbalance_g_mm(fit);
+    (fit.residual_um(&unbalance_g_mm), unbalance_g_mm)
 }
 
 #[inline(never)]
 fn within_bounds<const PROBES: usize, const PLANES: usize>(
     fit: &BoundedFit<PROBES, PLANES>,
     tableau: &mut Tableau<PLANES>,
-    free_residual_um: f32,
+    mut vertex: [Pair; PLANES],
+    (free_residual_um, free_g_mm): (f32, [Pair; PLANES]),
 ) -> PolishResult<PLANES> {
     let mut best = Best { unbalance_g_mm: [[0.0; 2]; PLANES], residual_um: f32::INFINITY };
     let mut least_um = 0.0_f32;
     let enough = CLOSE_ENOUGH * fit.target_um().iter().fold(0.0, |sum, target| sum + target.abs());
     for _ in 0..=ROUNDS {
-        let vertex = tableau.unbalance_g_mm(fit);
         best.consider(fit, vertex);
         if tableau.has_tangents() {
             best.consider(fit, tableau.pulled_g_mm(vertex));
@@ -141,17 +146,20 @@ fn within_bounds<const PROBES: usize, const PLANES: usize>(
             break;
         }
         tableau.descend();
+        vertex = tableau.unbalance_g_mm(fit);
     }
     let Best { unbalance_g_mm, residual_um } = best;
     let mut at_bound = [false; MAX_PLANES];
-    for ((at_bound, &unbalance), bound) in at_bound.iter_mut().zip(&unbalance_g_mm).zip(fit.bound_g_mm()) {
-        *at_bound = scalar::length(unbalance) >= bound * (1.0 - AT_BOUND);
+    for ((at_bound, [x, y]), bound) in at_bound.iter_mut().zip(&unbalance_g_mm).zip(fit.bound_g_mm()) {
+        let inner = bound * (1.0 - AT_BOUND);
+        *at_bound = x * x + y * y >= inner * inner;
     }
     let gap_um = residual_um - least_um;
     PolishResult {
         unbalance_g_mm,
         residual_um,
         free_residual_um,
+        free_g_mm,
         // Rounding may leave the bound above what it bounds; not a number proves nothing.
         gap_um: if gap_um.is_nan() { f32::INFINITY } else { gap_um.max(0.0) },
         at_bound,

@@ -2,14 +2,15 @@
 //!
 //! # Forward and backward whirl
 //! With `p = (X + iY)/2` and `m = (X − iY)/2`, forward and backward whirl, the equations of the shaft fall apart: the rows
-//! of the dynamic stiffness in [`Model`], taken as `(Fx ± iFy)/2`, are
+//! of the dynamic stiffness of [`Matrices`](crate::model::Matrices), taken as `(Fx ± iFy)/2`, are
 //!
 //! ```text
 //! (K − W²M + W²G)         p = Fp      real: internal damping does nothing on forward synchronous whirl
 //! (K − W²M − W²G + 2iWηK) m = Fm
 //! ```
 //!
-//! two symmetric N×N instead of one 2N×2N. A force that turns with the shaft (`Fx = F`, `Fy = −iF`) is `Fp = F`, `Fm = 0`.
+//! On nominal springs they are diagonal in modes that no speed changes ([`Modes`](crate::model::Modes)). A force that turns
+//! with the shaft (`Fx = F`, `Fy = −iF`) is `Fp = F`, `Fm = 0`.
 //! A support `[[xx, xy], [yx, yy]]` adds `φφᵀ` times
 //!
 //! ```text
@@ -17,11 +18,10 @@
 //! mp = (xx − yy − i(yx + xy))/2    mm = (xx + yy − i(yx − xy))/2
 //! ```
 //!
-//! pp and mm to the two matrices, still symmetric; pm and mp couple them, by one rank for each support that is not alike in
-//! all directions. With the columns P and Q of the solutions for the shapes S of those supports and R for the forces,
-//! `p = R − P·pm·Sᵀm` and `m = −Q·mp·Sᵀp`, hence `(I − SᵀP·pm·SᵀQ·mp)·Sᵀp = SᵀR`, a system as small as they are few.
+//! less its nominal spring: a correction as small as the supports are few.
 
-mod coupled;
+mod correction;
+mod elimination;
 mod equations;
 mod motion;
 mod read;
@@ -94,19 +94,24 @@ impl<const PLANES: usize> Linear<PLANES> {
 /// Response of the model at one speed.
 ///
 /// ```
-/// # use rotor_edge_core::model::{Model, Probe, Support};
+/// # use rotor_edge_core::model::{Matrices, Model, Modes, Probe, Spring, Support};
 /// # use nalgebra::{Matrix1, SVector};
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
 /// use rotor_edge_core::response::{SupportAmplitudes, response};
 /// // a disk of 10 kg on two springs of 5e6 N/m: far above resonance it moves by −U/m
-/// # let one = SVector::from([1.0]);
+/// # let matrices = Matrices {
+/// #     stiffness: Matrix1::new(0.0), mass: Matrix1::new(10.0), polar_inertia: Matrix1::new(0.0),
+/// # };
+/// # let place = SVector::from([1.0]);
+/// # let modes = Modes::new(&matrices, &[Spring { shape: place, stiffness_n_m: 5e6 }; 2])?;
+/// # let one = modes.shape(&place);
 /// # let model = Model::<1, 2, 1> {
-/// #     machine: [0; 4], stiffness: Matrix1::new(0.0), mass: Matrix1::new(10.0), polar_inertia: Matrix1::new(0.0),
-/// #     internal_damping_s: 0.0, planes: [one].into_iter().collect(),
+/// #     machine: [0; 4], shaft: modes.shaft(),
+/// #     internal_damping_s: 0.0, planes: [modes.forward(&place)].into_iter().collect(),
 /// #     supports: [Support::isotropic(one, 5e6, 100.0), Support::isotropic(one, 5e6, 100.0)].into_iter().collect(),
 /// #     knots: Default::default(), forcings: Default::default(),
 /// #     probes: [Probe::plain(one, [1.0, 0.0], 0), Probe::plain(one, [0.0, 1.0], 0)].into_iter().collect(),
-/// #     initial_unbalance_g_mm: [[1000.0, 0.0]].into_iter().collect(),
+/// #     masked: 0, initial_unbalance_g_mm: [[1000.0, 0.0]].into_iter().collect(),
 /// #     unbalance_floor_g_mm: 1.0, noise: Default::default(), speed_range_rpm: [100.0, 2e5],
 /// # };
 /// let at_speed = response(&model, 20_000.0, &SupportAmplitudes::default())?;
@@ -130,7 +135,12 @@ pub fn response<const N: usize, const PROBES: usize, const PLANES: usize>(
 ) -> Result<Response<PROBES, PLANES>, ResponseError> {
     let mut motion = Motion::forces(model, speed_rad_s);
     motion.solve(model, speed_rad_s, support_amplitudes_um)?;
-    motion.read(model, speed_rad_s, support_amplitudes_um)
+    // One variable, returned as it is: a copy would cost as much as a probe.
+    let at_speed = Ok(motion.read(model, speed_rad_s, support_amplitudes_um));
+    if let Ok(at_speed) = &at_speed {
+        at_speed.check()?;
+    }
+    at_speed
 }
 
 /// Amplitudes of the shaft at the hardening supports, µm zero-to-peak (zero at the others), for an unbalance
@@ -152,6 +162,11 @@ impl<const PROBES: usize, const PLANES: usize> Response<PROBES, PLANES> {
     /// What each probe of the model shows.
     pub fn probes(&self) -> &[Linear<PLANES>] {
         self.probes.get(..usize::from(self.count)).unwrap_or_default()
+    }
+
+    /// Errors: [`ResponseError::NotFinite`].
+    pub(crate) fn check(&self) -> Result<(), ResponseError> {
+        if self.probes().iter().all(Linear::is_finite) { Ok(()) } else { Err(ResponseError::NotFinite) }
     }
 
     /// What each probe of the model shows for an unbalance `[U cos α, U sin α]` of each plane in g·mm.

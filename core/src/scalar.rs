@@ -11,6 +11,12 @@ pub(crate) fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
+/// Square root, correctly rounded, for what no firmware links.
+#[inline]
+pub(crate) fn sqrt_f64(x: f64) -> f64 {
+    libm::sqrt(x)
+}
+
 /// Length of a plane vector. Squares overflow above 1e19, far outside every quantity here.
 #[inline]
 pub(crate) fn length([x, y]: [f32; 2]) -> f32 {

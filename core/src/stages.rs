@@ -1,5 +1,7 @@
-//! The stages from a reading to an estimate, as a node runs them: screen, average, bound, estimate. What follows, the
-//! judgement of the estimate, is that of [`detector`](crate::detector).
+//! The stages from a reading to an estimate, as a node runs them: screen, hold against the readings before, average,
+//! bound, estimate. What follows, the judgement of the estimate, is that of [`detector`](crate::detector).
+
+mod raw;
 
 use crate::detector::{Average, AveragedReading, Growth};
 use crate::model::{MAX_PLANES, Model, Pair};
@@ -9,6 +11,7 @@ use crate::scalar;
 use crate::state::Reason;
 use crate::thresholds::Thresholds;
 use crate::track::{Estimate, TrackConfig, TrackError, Tracker};
+pub use raw::RawHistory;
 
 /// No probe reads more than this, µm: a feature beyond it is a fault of transmission or scaling.
 pub const MAX_PLAUSIBLE_UM: f32 = 10_000.0;
@@ -16,12 +19,14 @@ pub const MAX_PLAUSIBLE_UM: f32 = 10_000.0;
 /// A reading with at least one usable probe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScreenedReading {
-    /// Probes whose gap voltage is out of range are lost in it.
+    /// Probes that the model masks and probes whose gap voltage is out of range are lost in it.
     pub reading: Reading,
-    /// Bit i: probe i is lost.
+    /// Bit i: probe i is lost and the model uses it.
     pub missing_mask: u8,
     /// [`Reason::None`] if no probe is lost.
     pub why_missing: Reason,
+    /// [`Reason::Scatter`] if the raw readings up to this one scatter too much, else [`Reason::None`].
+    pub suspicion: Reason,
 }
 
 /// Why a reading gives no estimate.
@@ -30,11 +35,11 @@ pub struct ScreenedReading {
 pub enum Unusable {
     /// Speed, features or number of probes are impossible for the model.
     Rejected(Reason),
-    /// The keyphasor cannot be believed, or every probe is lost.
+    /// The keyphasor or the phases cannot be believed, or every probe is lost.
     Skipped {
-        /// [`Reason::Keyphasor`], [`Reason::Probes`] or [`Reason::Gap`].
+        /// [`Reason::Keyphasor`], [`Reason::Probes`], [`Reason::Gap`], [`Reason::Repeated`] or [`Reason::Scatter`].
         reason: Reason,
-        /// Bit i: probe i is lost; zero where the keyphasor is the reason.
+        /// Bit i: probe i is lost; zero where keyphasor or scatter is the reason.
         missing_mask: u8,
     },
 }
@@ -57,23 +62,35 @@ pub fn screen<const N: usize, const PROBES: usize, const PLANES: usize>(
     if !model.covers(reading.speed_rpm) {
         return Err(Unusable::Rejected(Reason::Speed));
     }
-    if is_implausible(reading) {
+    let mut reading = *reading;
+    reading.lose(model.masked);
+    if is_implausible(&reading) {
         return Err(Unusable::Rejected(Reason::Absurd));
     }
-    let all = all_probes(reading);
-    let gaps = probes_out_of_gap(reading, thresholds.gap_range_v);
-    let mut reading = *reading;
+    let used = all_probes(&reading) & !model.masked;
+    let gaps = used & probes_out_of_gap(&reading, thresholds.gap_range_v);
     reading.lose(gaps);
-    let missing_mask = all & !reading.valid_mask();
+    let missing_mask = used & !reading.valid_mask();
     let why_missing = match (missing_mask, gaps) {
         (0, _) => Reason::None,
         (_, 0) => Reason::Probes,
         _ => Reason::Gap,
     };
-    if missing_mask == all {
+    if missing_mask == used {
         return Err(Unusable::Skipped { reason: why_missing, missing_mask });
     }
-    Ok(ScreenedReading { reading, missing_mask, why_missing })
+    Ok(ScreenedReading { reading, missing_mask, why_missing, suspicion: Reason::None })
+}
+
+impl ScreenedReading {
+    /// Loses further probes, for this reason.
+    fn lose(&mut self, mask: u8, reason: Reason) {
+        if mask != 0 {
+            self.reading.lose(mask);
+            self.missing_mask |= mask;
+            self.why_missing = reason;
+        }
+    }
 }
 
 /// A lost probe (NaN) is not absurd.
@@ -95,28 +112,47 @@ fn probes_out_of_gap(reading: &Reading, [lowest_v, highest_v]: [f32; 2]) -> u8 {
     gaps.fold(0, |mask, (probe, &gap_v)| mask | u8::from(is_out(gap_v)) << probe)
 }
 
+/// Greatest step of the unbalance after an acknowledgement, relative to the greatest of any plane: a trial weight on a well
+/// balanced rotor. The certificate's rounding is a part of the bound, so a bound must be none beyond need.
+const OPEN: f32 = 32.0;
+
 /// State of the stages average, bound and estimate, which a reading passes in this order.
 #[derive(Debug, Clone)]
 pub struct Estimator<const PLANES: usize> {
     tracker: Tracker<PLANES>,
     average: Average,
     growth: Growth,
-    /// Of the unbalance last found, with the noise that averaging left.
+    trusted: Trusted<PLANES>,
+    /// As it was before the last estimate.
+    before: Trusted<PLANES>,
+}
+
+/// The unbalance last trusted.
+#[derive(Debug, Clone, Copy)]
+struct Trusted<const PLANES: usize> {
+    unbalance_g_mm: [Pair; PLANES],
+    /// With the noise that averaging left.
     deviation_g_mm: [f32; MAX_PLANES],
+    /// There was none since an acknowledgement.
+    is_open: bool,
 }
 
 impl<const PLANES: usize> Estimator<PLANES> {
     /// Goes on from the tracker's unbalance, which was at most `most_g_mm` ([`Estimator::most_g_mm`]); planes that are not
     /// given are bounded by what they are.
     pub fn new(tracker: Tracker<PLANES>, most_g_mm: &[f32]) -> Self {
-        let growth = Growth::resume(most_g_mm, tracker.last_g_mm());
-        Self { tracker, average: Average::default(), growth, deviation_g_mm: [f32::NAN; MAX_PLANES] }
+        let is_open = most_g_mm.contains(&f32::MAX);
+        let growth = if is_open { Growth::default() } else { Growth::resume(most_g_mm, tracker.last_g_mm()) };
+        let trusted = Trusted::new(&tracker, [f32::NAN; MAX_PLANES], is_open);
+        Self { tracker, average: Average::default(), growth, trusted, before: trusted }
     }
 
     /// Goes on from an unbalance that was found elsewhere for the last reading, with the deviation last found here.
     pub fn correct(&mut self, tracker: Tracker<PLANES>) {
-        let most_g_mm = Growth::default().most_g_mm(tracker.last_g_mm(), &self.deviation_g_mm);
-        *self = Self { deviation_g_mm: self.deviation_g_mm, ..Self::new(tracker, &most_g_mm) };
+        let deviation_g_mm = self.trusted.deviation_g_mm;
+        let most_g_mm = Growth::default().most_g_mm(tracker.last_g_mm(), &deviation_g_mm);
+        let trusted = Trusted::new(&tracker, deviation_g_mm, false);
+        *self = Self { trusted, before: trusted, ..Self::new(tracker, &most_g_mm) };
     }
 
     /// The unbalance `[U cos α, U sin α]` of each plane last found, g·mm.
@@ -124,9 +160,29 @@ impl<const PLANES: usize> Estimator<PLANES> {
         self.tracker.last_g_mm()
     }
 
-    /// What each plane's unbalance is at most, g·mm: [`Growth::most_g_mm`].
+    /// The same of the last estimate that [`Estimator::distrust`] did not take back: what is remembered.
+    pub fn trusted_g_mm(&self) -> &[Pair] {
+        self.trusted.unbalance_g_mm.get(..self.last_g_mm().len()).unwrap_or_default()
+    }
+
+    /// What each plane's unbalance is at most, g·mm: [`Growth::most_g_mm`]; the largest number after an acknowledgement.
     pub fn most_g_mm(&self) -> [f32; MAX_PLANES] {
-        self.growth.most_g_mm(self.last_g_mm(), &self.deviation_g_mm)
+        if self.trusted.is_open {
+            return [f32::MAX; MAX_PLANES];
+        }
+        self.growth.most_g_mm(self.trusted_g_mm(), &self.trusted.deviation_g_mm)
+    }
+
+    /// The last estimate, of a reading that is suspicious or cannot be judged, bounds nothing.
+    pub fn distrust(&mut self) {
+        self.trusted = self.before;
+    }
+
+    /// The unbalance was changed: the next trusted estimate is the first one.
+    pub fn forget_bounds(&mut self) {
+        self.growth = Growth::default();
+        self.trusted.is_open = true;
+        self.before = self.trusted;
     }
 
     /// The mean of the readings up to this one.
@@ -136,10 +192,17 @@ impl<const PLANES: usize> Estimator<PLANES> {
 
     /// The bound on each plane's unbalance, g·mm, the model's floor left out.
     pub fn bound(&mut self, thresholds: &Thresholds, time_us: u64) -> [f32; MAX_PLANES] {
-        self.growth.bounds_g_mm(thresholds, time_us, self.tracker.last_g_mm(), &self.deviation_g_mm)
+        let Trusted { unbalance_g_mm, deviation_g_mm, is_open } = self.trusted;
+        if is_open {
+            let largest = unbalance_g_mm.iter().fold(0.0, |most, &plane| scalar::length(plane).max(most));
+            return [OPEN * largest; MAX_PLANES];
+        }
+        let planes = self.tracker.last_g_mm().len();
+        let trusted_g_mm = unbalance_g_mm.get(..planes).unwrap_or_default();
+        self.growth.bounds_g_mm(thresholds, time_us, trusted_g_mm, &deviation_g_mm)
     }
 
-    /// The unbalance within the bounds.
+    /// The unbalance within the bounds. It is trusted until [`Estimator::distrust`].
     ///
     /// Errors: those of [`Tracker::update`]; mean and bounds have then taken the reading nevertheless.
     pub fn estimate<C: Numerics<N, PROBES, PLANES>, const N: usize, const PROBES: usize>(
@@ -151,8 +214,20 @@ impl<const PLANES: usize> Estimator<PLANES> {
     ) -> Result<Estimate, TrackError> {
         let estimate = C::update(&mut self.tracker, config, model, &averaged.reading, bound_g_mm)?;
         let share = scalar::sqrt(averaged.variance);
-        self.deviation_g_mm = estimate.deviation_g_mm.map(|deviation| share * deviation);
+        self.before = self.trusted;
+        self.trusted =
+            Trusted::new(&self.tracker, estimate.deviation_g_mm.map(|deviation| share * deviation), false);
         Ok(estimate)
+    }
+}
+
+impl<const PLANES: usize> Trusted<PLANES> {
+    fn new(tracker: &Tracker<PLANES>, deviation_g_mm: [f32; MAX_PLANES], is_open: bool) -> Self {
+        let mut unbalance_g_mm = [[0.0; 2]; PLANES];
+        for (own, &last) in unbalance_g_mm.iter_mut().zip(tracker.last_g_mm()) {
+            *own = last;
+        }
+        Self { unbalance_g_mm, deviation_g_mm, is_open }
     }
 }
 
@@ -203,6 +278,25 @@ mod tests {
         let mut lost = whole;
         lost.lose(0b1111);
         let skipped = Unusable::Skipped { reason: Reason::Probes, missing_mask: 0b1111 };
+        assert_eq!(screened(&lost), Err(skipped));
+    }
+
+    #[test]
+    fn masked_probe_is_lost_and_is_not_missing_whatever_it_reads() {
+        let model = Model { masked: 0b0010, ..rigid_rotor() };
+        let [lowest_rpm, _] = model.speed_range_rpm;
+        let screened = |reading: &Reading| screen(&model, &Thresholds::DEFAULT, Keyphasor::Locked, reading);
+        let mut vectors = [ProbeVector { cos_um: 1.0, sin_um: 1.0 }; 4];
+        for (part, gap_v) in [(1.0, -10.0), (f32::NAN, -10.0), (2.0 * MAX_PLAUSIBLE_UM, 0.0)] {
+            vectors[1].cos_um = part;
+            let reading = Reading::new(lowest_rpm, &vectors).unwrap().with_gaps_v(&[-10.0, gap_v]);
+            let used = screened(&reading).unwrap();
+            assert_eq!((used.missing_mask, used.why_missing), (0, Reason::None));
+            assert_eq!(used.reading.valid_mask(), 0b1101);
+        }
+        let mut lost = Reading::new(lowest_rpm, &vectors).unwrap();
+        lost.lose(0b1101);
+        let skipped = Unusable::Skipped { reason: Reason::Probes, missing_mask: 0b1101 };
         assert_eq!(screened(&lost), Err(skipped));
     }
 }

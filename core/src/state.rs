@@ -29,57 +29,70 @@ pub enum NodeState {
     Stale = 9,
 }
 
-/// Why a node is in its state. The numbers travel.
+/// Why a node is in its state. The numbers travel: a reason's is its place in [`Reason::ALL`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u8)]
 #[non_exhaustive]
 pub enum Reason {
     #[default]
-    None = 0,
-    NoReading = 1,
+    None,
+    NoReading,
     /// The last judged reading is older than the age limit.
-    Age = 2,
+    Age,
     /// Probes are lost: see the mask.
-    Probes = 3,
-    /// The keyphasor is missing or unsteady.
-    Keyphasor = 4,
+    Probes,
+    /// The keyphasor is missing or unsteady, or all phases turned by one angle.
+    Keyphasor,
     /// The speed is outside the model's range.
-    Speed = 5,
+    Speed,
     /// The model has no finite response at this speed.
-    Response = 6,
+    Response,
     /// The rows that are left do not tell the planes apart.
-    Undetermined = 7,
+    Undetermined,
     /// As many rows as unknowns: the residual is zero whatever the machine does.
-    NoRedundancy = 8,
+    NoRedundancy,
     /// The whole vibration lies below the noise.
-    BelowNoise = 9,
+    BelowNoise,
     /// The residual rose above its level.
-    Rise = 10,
+    Rise,
     /// The residual is too large a part of the vibration.
-    Ratio = 11,
+    Ratio,
     /// The residual is above that of the time after the deployment.
-    Reference = 12,
-    /// The unbalance grew faster than it may: without that bound the model would still fit.
-    Jump = 13,
+    Reference,
+    /// The unbalance of a plane changed faster than it may, while the model still fits.
+    Jump,
     /// Another node has this one's number.
-    NumberInUse = 14,
+    NumberInUse,
     /// No model was ever stored.
-    NothingStored = 15,
+    NothingStored,
     /// The stored model has another schema.
-    Schema = 16,
+    Schema,
     /// The stored model is damaged or refused.
-    Damaged = 17,
+    Damaged,
     /// The stored model is larger than this firmware holds.
-    Size = 18,
+    Size,
     /// Readings have other probes than the model.
-    ProbeCount = 19,
+    ProbeCount,
     /// A value that no probe can show.
-    Absurd = 20,
+    Absurd,
     /// Gap voltages are out of their range: see the mask.
-    Gap = 21,
+    Gap,
     /// The reference is being taken.
-    Learning = 22,
+    Learning,
+    /// All probes show one multiple of what they last showed at this speed.
+    Scale,
+    /// Readings of one speed scatter so much that they determine no direction.
+    Scatter,
+    /// Readings repeat to the bit more often than their noise allows: see the mask.
+    Repeated,
+    /// Suspicious readings come and go, for too large a part of the time.
+    Intermittent,
+    /// What must not be forgotten could not be stored.
+    Storage,
+    /// One probe alone changed: see the mask.
+    Probe,
+    /// A number that this version does not know.
+    Unknown(u8),
 }
 
 impl NodeState {
@@ -104,8 +117,8 @@ impl NodeState {
 }
 
 impl Reason {
-    /// Every reason, in the order of their numbers.
-    pub const ALL: [Self; 23] = [
+    /// Every known reason, in the order of their numbers.
+    pub const ALL: [Self; 29] = [
         Self::None,
         Self::NoReading,
         Self::Age,
@@ -129,11 +142,25 @@ impl Reason {
         Self::Absurd,
         Self::Gap,
         Self::Learning,
+        Self::Scale,
+        Self::Scatter,
+        Self::Repeated,
+        Self::Intermittent,
+        Self::Storage,
+        Self::Probe,
     ];
 
+    /// The number on the wire.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Unknown(code) => code,
+            known => (0..).zip(Self::ALL).find(|&(_, reason)| reason == known).map_or(0, |(code, _)| code),
+        }
+    }
+
     /// The reason of a number on the wire.
-    pub fn from_code(code: u8) -> Option<Self> {
-        Self::ALL.get(usize::from(code)).copied()
+    pub fn from_code(code: u8) -> Self {
+        Self::ALL.get(usize::from(code)).copied().unwrap_or(Self::Unknown(code))
     }
 }
 
@@ -144,7 +171,8 @@ pub struct Status {
     pub state: NodeState,
     /// Why; beside a latched flag, what is the matter at present.
     pub reason: Reason,
-    /// Bit i set: probe i is missing, or out of its gap range if the reason is [`Reason::Gap`].
+    /// Bit i set: probe i is missing, or out of its gap range if the reason is [`Reason::Gap`]; with [`Reason::Probe`] it is
+    /// the one that changed alone.
     pub missing_mask: u8,
     /// Why the flag was raised that is latched; [`Reason::None`] without one.
     pub cause: Reason,
@@ -164,8 +192,9 @@ mod tests {
             assert_eq!((state as u8, NodeState::from_code(code)), (code, Some(state)));
         }
         for (code, reason) in (0..).zip(Reason::ALL) {
-            assert_eq!((reason as u8, Reason::from_code(code)), (code, Some(reason)));
+            assert_eq!((reason.code(), Reason::from_code(code)), (code, reason));
         }
-        assert_eq!((NodeState::from_code(10), Reason::from_code(23)), (None, None));
+        assert_eq!((NodeState::from_code(10), Reason::from_code(29)), (None, Reason::Unknown(29)));
+        assert_eq!(Reason::Unknown(30).code(), 30);
     }
 }

@@ -126,13 +126,15 @@ fn in_series(bearing: Block, pedestal: [C; 2]) -> Block {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Shape;
     use nalgebra::{ComplexField, SVector};
 
     fn bearing() -> Support<1> {
+        let one = SVector::from([1.0]);
         Support {
             stiffness_n_m: [[8e7, 1e7], [-2e7, 5e7]],
             damping_n_s_m: [[4e4, -1e3], [2e3, 3e4]],
-            ..Support::isotropic(SVector::from([1.0]), 0.0, 0.0)
+            ..Support::isotropic(Shape { forward: one, backward: one }, 0.0, 0.0)
         }
     }
 

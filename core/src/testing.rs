@@ -4,6 +4,7 @@ use nalgebra::Complex;
 
 use crate::fit::BoundedFit;
 use crate::model::Pair;
+use crate::reading::{ProbeVector, Reading};
 
 /// A small linear congruential generator (Knuth's MMIX constants).
 pub(crate) struct Random(u64);
@@ -59,4 +60,29 @@ pub(crate) fn random_fit_of<const PROBES: usize, const PLANES: usize>(
 /// Four probes and two planes.
 pub(crate) fn random_fit(random: &mut Random, likeness: f32, bound: f32) -> BoundedFit<4, 2> {
     random_fit_of(random, [likeness, bound, 0.2], 4)
+}
+
+/// A standard normal number (Box and Muller).
+pub(crate) fn normal(random: &mut Random) -> f32 {
+    let mut uniform = || 0.5 * (f64::from(random.signed()) + 1.0);
+    let radius = (-2.0 * (uniform() + 1e-12).ln()).sqrt();
+    (radius * (core::f64::consts::TAU * uniform()).cos()) as f32
+}
+
+/// A reading with its parts rounded to a step, µm; without one as a display shows it, amplitudes to 1 µm peak-to-peak and
+/// phases to 1°.
+pub(crate) fn rounded(reading: &Reading, step_um: Option<f32>) -> Reading {
+    let round = |probe: &ProbeVector| match step_um {
+        Some(step_um) => {
+            let round = |value: f32| (value / step_um).round() * step_um;
+            ProbeVector { cos_um: round(probe.cos_um), sin_um: round(probe.sin_um) }
+        }
+        None => {
+            let amplitude_um = 0.5 * probe.peak_to_peak_um().round();
+            let (sin, cos) = probe.lag_deg().round().to_radians().sin_cos();
+            ProbeVector { cos_um: amplitude_um * cos, sin_um: amplitude_um * sin }
+        }
+    };
+    let vectors: std::vec::Vec<_> = reading.probes().iter().map(round).collect();
+    Reading::new(reading.speed_rpm, &vectors).unwrap()
 }

@@ -21,7 +21,7 @@ use heapless::Vec;
 
 use crate::fit::BoundedFit;
 use crate::model::{MAX_PLANES, Model, Pair};
-use crate::polish::{PolishResult, free_residual_um, polish, polish_warm};
+use crate::polish::{PolishResult, polish, polish_free, polish_warm};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 use crate::residual::Residual;
 use crate::response::{Motion, Response, ResponseError, SupportAmplitudes};
@@ -109,6 +109,8 @@ pub struct Estimate {
     /// `σ²(HᵀH)⁻¹` with σ that of the noisiest probe, g·mm; NaN if the model states no noise. That is of least squares: least
     /// absolute residuals scatter by a quarter more, by up to three quarters more with twice as many features as unknowns.
     pub deviation_g_mm: [f32; MAX_PLANES],
+    /// The same for features of a standard deviation of 1 µm, whatever noise the model states, g·mm per µm.
+    pub deviation_g_mm_per_um: [f32; MAX_PLANES],
     /// What the probes would show for this unbalance; [`ProbeVector::LOST`] beyond the model's probes.
     pub calculated: [ProbeVector; MAX_PROBES],
     pub residual: Residual,
@@ -119,6 +121,8 @@ pub struct Estimate {
     /// `Σ|calculated − measured|` that would be left without bounds, µm: tells an unbalance that jumped from a model that
     /// no longer fits.
     pub free_residual_um: f32,
+    /// The unbalance that would be found without bounds, g·mm.
+    pub free_g_mm: [Pair; MAX_PLANES],
     /// The residual lies at most this far above the least within the bounds, µm: proved by the dual problem.
     pub gap_um: f32,
     /// The swarm was needed.
@@ -198,21 +202,17 @@ impl<const PLANES: usize> Tracker<PLANES> {
         }
         let unknowns = 2 * model.planes.len();
         let redundancy = features.checked_sub(unknowns).ok_or(TrackError::Undetermined)? as u8;
-        let solved = self.solve(config, model, reading, bound_g_mm)?;
-        let estimate = Estimate::new(&solved, model, reading, redundancy)?;
-        self.last_g_mm = solved.found.unbalance_g_mm;
-        self.amplitudes = solved.amplitudes;
-        self.readings = self.readings.wrapping_add(1);
-        Ok(estimate)
+        self.solve(config, model, reading, bound_g_mm, redundancy)
     }
 
     fn solve<const N: usize, const PROBES: usize>(
-        &self,
+        &mut self,
         config: &TrackConfig,
         model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
         bound_g_mm: &[f32; MAX_PLANES],
-    ) -> Result<Solution<PROBES, PLANES>, TrackError> {
+        redundancy: u8,
+    ) -> Result<Estimate, TrackError> {
         let speed = reading.speed_rad_s();
         let mut bounds: Vec<f32, PLANES> = Vec::new();
         for bound in bound_g_mm.iter().take(model.planes.len()) {
@@ -224,7 +224,8 @@ impl<const PLANES: usize> Tracker<PLANES> {
         loop {
             let mut motion = Motion::forces(model, speed);
             motion.solve(model, speed, &rounds.amplitudes)?;
-            let at_speed = motion.read(model, speed, &rounds.amplitudes)?;
+            let at_speed = motion.read(model, speed, &rounds.amplitudes);
+            at_speed.check()?;
             let fit = BoundedFit::of_reading(&at_speed, reading, &bounds);
             let mut found = if rounds.count == 0 { polish(&fit, start) } else { polish_warm(&fit, start) };
             start = found.unbalance_g_mm;
@@ -240,8 +241,13 @@ impl<const PLANES: usize> Tracker<PLANES> {
                 }
             }
             let used = reading.probes().iter().filter(|probe| probe.is_finite());
-            let noisiest_um = used.fold(0.0, |most, &probe| model.noise.deviation_um(probe).max(most));
-            let deviation = fit.deviations_g_mm(noisiest_um);
+            let still = ProbeVector { cos_um: 0.0, sin_um: 0.0 };
+            let noisiest = used.fold(still, |most, &probe| {
+                if probe.phasor().norm_sqr() > most.phasor().norm_sqr() { probe } else { most }
+            });
+            let noisiest_um = model.noise.deviation_um(noisiest);
+            let per_um = fit.deviations_g_mm(1.0);
+            let deviation = per_um.map(|per_um| noisiest_um * per_um);
             if deviation
                 .iter()
                 .zip(&bounds)
@@ -259,50 +265,64 @@ impl<const PLANES: usize> Tracker<PLANES> {
                 }
             }
             if found.free_residual_um.is_nan() {
-                found.free_residual_um = if found.at_bound.contains(&true) {
-                    free_residual_um(&fit, start)
+                (found.free_residual_um, found.free_g_mm) = if found.at_bound.contains(&true) {
+                    polish_free(&fit, start)
                 } else {
-                    found.residual_um
+                    (found.residual_um, found.unbalance_g_mm)
                 };
             }
-            let Rounds { amplitudes, count, .. } = rounds;
-            return Ok(Solution { at_speed, found, deviation, amplitudes, rounds: count, searched });
+            let solved = Solution {
+                at_speed: &at_speed,
+                found: &found,
+                per_um: &per_um,
+                noisiest_um,
+                rounds: rounds.count,
+                searched,
+            };
+            let estimate = Estimate::new(&solved, model, reading, redundancy)?;
+            self.last_g_mm = found.unbalance_g_mm;
+            self.amplitudes = rounds.amplitudes;
+            self.readings = self.readings.wrapping_add(1);
+            return Ok(estimate);
         }
     }
 }
 
-/// What a reading's rounds ended with.
-struct Solution<const PROBES: usize, const PLANES: usize> {
-    at_speed: Response<PROBES, PLANES>,
-    found: PolishResult<PLANES>,
-    deviation: [f32; PLANES],
-    amplitudes: SupportAmplitudes,
+/// What a reading's rounds ended with, left where it was made: copies are dear without a cache.
+struct Solution<'a, const PROBES: usize, const PLANES: usize> {
+    at_speed: &'a Response<PROBES, PLANES>,
+    found: &'a PolishResult<PLANES>,
+    /// Deviations for 1 µm of noise.
+    per_um: &'a [f32; PLANES],
+    noisiest_um: f32,
     rounds: u8,
     searched: bool,
 }
 
 impl Estimate {
     fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
-        solved: &Solution<PROBES, PLANES>,
+        solved: &Solution<'_, PROBES, PLANES>,
         model: &Model<N, PROBES, PLANES>,
         reading: &Reading,
         redundancy: u8,
     ) -> Result<Self, TrackError> {
-        let Solution { at_speed, found, deviation, rounds, searched, .. } = solved;
+        let Solution { at_speed, found, per_um, noisiest_um, rounds, searched } = solved;
         let mut unbalance_g_mm = [[0.0; 2]; MAX_PLANES];
-        let mut deviation_g_mm = [f32::NAN; MAX_PLANES];
         let mut static_g_mm = [0.0; 2];
         let planes = model.planes.len();
-        let found_planes = found.unbalance_g_mm.iter().zip(deviation).take(planes);
-        for ((own, stated), (&[x, y], &deviation)) in
-            unbalance_g_mm.iter_mut().zip(&mut deviation_g_mm).zip(found_planes)
-        {
+        for (own, &[x, y]) in unbalance_g_mm.iter_mut().zip(&found.unbalance_g_mm).take(planes) {
             *own = [x, y];
             static_g_mm = [static_g_mm[0] + x, static_g_mm[1] + y];
-            if model.noise.is_stated() {
-                *stated = deviation;
-            }
         }
+        let mut free_g_mm = [[0.0; 2]; MAX_PLANES];
+        let mut deviation_g_mm_per_um = [f32::NAN; MAX_PLANES];
+        let free_planes = found.free_g_mm.iter().zip(*per_um).take(planes);
+        for ((own, stated), (&free, &per_um)) in
+            free_g_mm.iter_mut().zip(&mut deviation_g_mm_per_um).zip(free_planes)
+        {
+            (*own, *stated) = (free, per_um);
+        }
+        let noise_um = if model.noise.is_stated() { *noisiest_um } else { f32::NAN };
         let mut calculated = [ProbeVector::LOST; MAX_PROBES];
         for (vector, shown) in calculated.iter_mut().zip(at_speed.vectors(&found.unbalance_g_mm)) {
             *vector = shown;
@@ -318,12 +338,14 @@ impl Estimate {
                 2 => [0.5 * (a - c), 0.5 * (b - d)],
                 _ => [f32::NAN; 2],
             },
-            deviation_g_mm,
+            deviation_g_mm: deviation_g_mm_per_um.map(|per_um| noise_um * per_um),
+            deviation_g_mm_per_um,
             calculated,
             residual,
             at_bound: found.at_bound,
             redundancy,
             free_residual_um: found.free_residual_um,
+            free_g_mm,
             gap_um: found.gap_um,
             searched: *searched,
             rounds: *rounds,

@@ -15,6 +15,7 @@ fn probe(name: &str, bearing: &str, position_m: f64, angle_deg: f64) -> Probe {
         bearing: bearing.into(),
         position_m,
         angle_deg,
+        used: true,
         mount: Mount::Ground,
         gap: None,
     }
@@ -47,6 +48,7 @@ pub fn uniform_shaft() -> Rotor {
         tolerance: None,
         rated: None,
         foundation: None,
+        unused: Vec::new(),
         identify: None,
         shaft: vec![steel(1.0, 0.05)],
         coupling: vec![],

@@ -5,7 +5,8 @@ mod knots;
 use anyhow::{Result, anyhow, bail};
 use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector};
 use rotor_edge_core::model::{
-    Forcing, ForcingLaw, KnotRange, MAX_PLANES, Model, Noise, Pair, Pedestal, Probe, Support,
+    Forcing, ForcingLaw, KnotRange, MAX_PLANES, MAX_SUPPORTS, Matrices, Model, Modes, Noise, Pair, Pedestal,
+    Probe, Spring, Support,
 };
 use rotor_edge_core::node::Node;
 use rotor_edge_core::reading::{MAX_PROBES, ProbeVector, Reading};
@@ -15,6 +16,7 @@ use rotor_edge_desktop::machine::drawing::{EffectEntry, Rotor};
 use rotor_edge_desktop::machine::place::{Place, SpeedLaw};
 use rotor_edge_desktop::measurement;
 use rotor_edge_desktop::unbalance::{G_MM, phasor_kg_m};
+use serde::Serialize;
 
 /// Shape functions of the controller's model in each plane.
 pub const SHAPES: usize = desktop::reduction::sizes::CONTROLLER;
@@ -28,6 +30,13 @@ const SPEED_RANGE: [f64; 2] = [0.05, 1.3];
 /// Smallest bound on a plane's unbalance, relative to the largest plane at deployment: a plane that was
 /// in balance must be able to go out of balance.
 const UNBALANCE_FLOOR: f64 = 0.1;
+
+/// Stiffness of the nominal springs relative to the supports'. On stiffer springs the modes move the supports less and
+/// resonate later, so that fewer speeds are near a resonance of theirs, where the controller has to take the long way; as
+/// many digits are lost as the springs are too stiff.
+const NOMINAL_STIFFNESS: f64 = 2.0;
+/// Least stiffness taken for a support, relative to the stiffest: a seal may have none, or push.
+const LEAST_STIFFNESS: f64 = 1e-2;
 
 /// Effects that the desktop alone evaluates, and what to do instead.
 const LEFT_TO_THE_DESKTOP: [(&str, &str); 3] = [
@@ -49,6 +58,35 @@ pub struct Deployment {
     pub unbalance_kg_m: DVector<Complex<f64>>,
     /// Effects of single runs, `effect@run`, which are no part of the model: a controller knows no run.
     pub left_out: Vec<String>,
+    /// How many more numbers a reading has than there are unknowns.
+    pub redundancy: Redundancy,
+}
+
+/// What a reading has beyond what the planes need: the residual is of that alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Redundancy {
+    /// Two for each probe that is used.
+    pub features: usize,
+    /// Two for each plane.
+    pub unknowns: usize,
+}
+
+impl Redundancy {
+    /// With every probe that is used giving a value.
+    pub fn of(rotor: &Rotor) -> Self {
+        let used = rotor.probe.iter().filter(|probe| probe.used).count();
+        Self { features: 2 * used, unknowns: 2 * rotor.plane.len() }
+    }
+
+    pub fn words(self) -> String {
+        let Self { features, unknowns } = self;
+        let left = match features.checked_sub(unknowns) {
+            None => "too few to tell the planes apart".into(),
+            Some(0) => "none left, so that the residual says nothing".into(),
+            Some(left) => format!("{left} left"),
+        };
+        format!("{features} features for {unknowns} unknowns: {left}")
+    }
 }
 
 impl Deployment {
@@ -105,7 +143,8 @@ impl Deployment {
     ) -> Result<Self> {
         let desktop = knots::straightened(desktop, rotor_edge_desktop::units::rad_s(fastest_rpm));
         let edge = edge_model(&desktop, rotor, &unbalance_kg_m, fastest_rpm)?;
-        Ok(Self { desktop, edge, unbalance_kg_m, left_out: of_single_runs(rotor) })
+        let (left_out, redundancy) = (of_single_runs(rotor), Redundancy::of(rotor));
+        Ok(Self { desktop, edge, unbalance_kg_m, left_out, redundancy })
     }
 
     /// A measured reading as the controller gets it, its probes in the order of the rotor's file; lost probes stay lost.
@@ -132,17 +171,21 @@ fn edge_model(
     let largest_g_mm = unbalance_kg_m.iter().map(|u| u.norm() * G_MM).fold(0.0, f64::max);
     let probe_terms = model.probes.iter().zip(&rotor.probe);
     let (tables, knots) = knots::tables(model);
+    let modes = modes(model)?;
+    let forward = |place: &DVector<f64>| modes.forward(&vector(place));
     let edge = Model {
         machine: rotor.identity(),
-        stiffness: matrix(&model.structure.stiffness),
-        mass: matrix(&model.structure.mass),
-        polar_inertia: matrix(&model.structure.polar_inertia),
+        shaft: modes.shaft(),
         internal_damping_s: model.internal_damping_s as f32,
-        planes: held("planes", model.planes.iter().map(vector))?,
-        supports: held("supports", model.supports.iter().zip(tables).map(|(s, table)| support(s, table)))?,
+        planes: held("planes", model.planes.iter().map(forward))?,
+        supports: held(
+            "supports",
+            model.supports.iter().zip(tables).map(|(s, table)| support(s, table, &modes)),
+        )?,
         knots: held("speeds in its bearings' tables", knots.into_iter())?,
-        forcings: held("forcings", model.forcings.iter().map(forcing))?,
-        probes: held("probes", probe_terms.map(|(term, place)| probe(term, bearing(rotor, place))))?,
+        forcings: held("forcings", model.forcings.iter().map(|f| forcing(f, &modes)))?,
+        probes: held("probes", probe_terms.map(|(term, place)| probe(term, bearing(rotor, place), &modes)))?,
+        masked: masked(rotor),
         initial_unbalance_g_mm: held("planes", unbalance_kg_m.iter().map(|u| pair(u * G_MM)))?,
         unbalance_floor_g_mm: (UNBALANCE_FLOOR * largest_g_mm) as f32,
         noise: rotor.noise.map_or_else(Noise::default, |noise| Noise {
@@ -155,6 +198,12 @@ fn edge_model(
         bail!("the controller would refuse this model: {refusal:?}");
     }
     Ok(edge)
+}
+
+/// Bit i set: the controller masks probe i.
+fn masked(rotor: &Rotor) -> u8 {
+    let unused = (0..).zip(&rotor.probe).filter(|(_, probe)| !probe.used);
+    unused.fold(0, |mask, (place, _): (u8, _)| mask | 1 << place)
 }
 
 /// The effects of a file that are those of one run, `effect@run`.
@@ -190,19 +239,43 @@ fn held<T, const MOST: usize>(
     Ok(items.collect())
 }
 
-fn forcing(f: &desktop::model::terms::Forcing) -> Forcing<SHAPES> {
+/// Of the shaft on nominal springs.
+fn modes(model: &desktop::model::Model) -> Result<Modes<SHAPES>> {
+    let stiffness = |s: &desktop::model::terms::Support| 0.5 * s.law.typical_stiffness_n_m().trace();
+    let stiffest = model.supports.iter().map(stiffness).fold(f64::MIN_POSITIVE, f64::max);
+    let springs: heapless::Vec<_, MAX_SUPPORTS> = held(
+        "supports",
+        model.supports.iter().map(|s| Spring {
+            shape: vector(&s.shape),
+            stiffness_n_m: NOMINAL_STIFFNESS * stiffness(s).max(LEAST_STIFFNESS * stiffest),
+        }),
+    )?;
+    let shaft = Matrices {
+        stiffness: matrix(&model.structure.stiffness),
+        mass: matrix(&model.structure.mass),
+        polar_inertia: matrix(&model.structure.polar_inertia),
+    };
+    Modes::new(&shaft, &springs)
+        .map_err(|e| anyhow!("the controller's model of the shaft cannot be made: {e}"))
+}
+
+fn forcing(f: &desktop::model::terms::Forcing, modes: &Modes<SHAPES>) -> Forcing<SHAPES> {
     let law = match f.law {
         SpeedLaw::Constant => ForcingLaw::Constant,
         SpeedLaw::Squared => ForcingLaw::SpeedSquared,
     };
     // N and kg·m inside, µN and g·mm at the edge
-    Forcing { shape: vector(&f.shape), amplitude: pair(f.amplitude * 1e6), law }
+    Forcing { shape: modes.forward(&vector(&f.shape)), amplitude: pair(f.amplitude * 1e6), law }
 }
 
-fn support(s: &desktop::model::terms::Support, table: Option<KnotRange>) -> Support<SHAPES> {
+fn support(
+    s: &desktop::model::terms::Support,
+    table: Option<KnotRange>,
+    modes: &Modes<SHAPES>,
+) -> Support<SHAPES> {
     let law = &s.law;
     Support {
-        shape: vector(&s.shape),
+        shape: modes.shape(&vector(&s.shape)),
         stiffness_n_m: rows(&law.stiffness_n_m),
         damping_n_s_m: rows(&law.damping_n_s_m),
         mass_kg: law.mass_kg as f32,
@@ -227,9 +300,9 @@ fn axes(values: [f64; 2]) -> Pair {
     values.map(|v| v as f32)
 }
 
-fn probe(term: &desktop::model::terms::ProbeTerm, bearing: u8) -> Probe<SHAPES> {
+fn probe(term: &desktop::model::terms::ProbeTerm, bearing: u8, modes: &Modes<SHAPES>) -> Probe<SHAPES> {
     Probe {
-        shape: vector(&term.shape),
+        shape: modes.shape(&vector(&term.shape)),
         direction: [term.angle_rad.cos() as f32, term.angle_rad.sin() as f32],
         gain: pair(term.gain),
         runout_um: pair(term.runout_m * 1e6),
@@ -243,12 +316,12 @@ fn bearing(rotor: &Rotor, probe: &desktop::machine::drawing::Probe) -> u8 {
     rotor.bearing_of(probe).map_or(0, |place| place as u8)
 }
 
-fn matrix(m: &DMatrix<f64>) -> SMatrix<f32, SHAPES, SHAPES> {
-    SMatrix::from_fn(|i, j| m[(i, j)] as f32)
+fn matrix(m: &DMatrix<f64>) -> SMatrix<f64, SHAPES, SHAPES> {
+    SMatrix::from_fn(|i, j| m[(i, j)])
 }
 
-fn vector(v: &DVector<f64>) -> SVector<f32, SHAPES> {
-    SVector::from_fn(|i, _| v[i] as f32)
+fn vector(v: &DVector<f64>) -> SVector<f64, SHAPES> {
+    SVector::from_fn(|i, _| v[i])
 }
 
 fn pair(c: Complex<f64>) -> Pair {

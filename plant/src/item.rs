@@ -217,6 +217,14 @@ mod tests {
     }
 
     #[test]
+    fn reason_of_newer_monitor_is_kept_by_its_number() {
+        let status = Status { reason: Reason::Unknown(30), cause: Reason::Unknown(31), ..Status::default() };
+        let item = StateItem::from(&status);
+        assert_eq!((item.reason.as_str(), item.cause.as_str()), ("reason_30", "reason_31"));
+        assert_eq!(Heartbeat::new(3, NodeState::Tracking, Reason::Unknown(200), 1).reason, "reason_200");
+    }
+
+    #[test]
     fn names_become_words_that_no_wildcard_and_no_other_name_makes() {
         assert_eq!(plain_word("can-0"), "can-0");
         assert_eq!(plain_word("socketcand:127.0.0.1"), "socketcand_3a_127_2e_0_2e_0_2e_1");

@@ -94,13 +94,17 @@ def improve(
     data: DataLike,
     *,
     output: FilePath | None = None,
+    without: Sequence[str] = (),
     slow_roll: DataLike | None = None,
     progress: Progress | None = None,
 ) -> Improvement:
     """Diagnoses and adds until the model is adequate; the better model is the answer's ``rotor``.
 
-    output: where to write the model as well. progress: called with the number of effects added, and None."""
-    return _model(Improvement, "improve", rotor, data, output=output, slow_roll=slow_roll, progress=progress)
+    output: where to write the model as well. without: names of probes that cannot be trusted; the model has them with
+    ``used = false``. progress: called with the number of effects added, and None."""
+    return _model(
+        Improvement, "improve", rotor, data, output=output, without=without, slow_roll=slow_roll, progress=progress
+    )
 
 
 def identify(

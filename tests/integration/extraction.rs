@@ -7,18 +7,17 @@ use nalgebra::{Matrix3, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rotor_edge_core::can::Keyphasor;
-use rotor_edge_core::extraction::{ExtractionConfig, Extractor};
+use rotor_edge_core::extraction::{Converter, ExtractionConfig, Extractor};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 const RATE_HZ: f64 = 20_000.0;
 const UM_PER_COUNT: f64 = 0.05;
 const PAGE: &str = include_str!("../../docs/extraction.md");
 
-fn config(revolutions: u16) -> ExtractionConfig {
+fn config(revolutions: u16) -> ExtractionConfig<1> {
     ExtractionConfig {
-        mv_per_count: 0.4,
-        scale_mv_um: [8.0; 4],
-        rails: [i16::MIN, i16::MAX],
+        converter: Converter { rails: [-32_768, 32_767], zero_count: 0.0, mv_per_count: 0.4 },
+        scale_mv_um: [8.0],
         gap_range_mv: [-13_000.0, 13_000.0],
         revolutions,
         ..ExtractionConfig::new()
@@ -39,8 +38,7 @@ fn windows(speed_rpm: f64, revolutions: u16, noise_um: f64, number: usize, seed:
     let period = 60.0 * RATE_HZ / speed_rpm;
     let [c, s] = truth();
     let turns = |n: f64| (n - 0.37) / period;
-    let mut extractor = Extractor::new();
-    let config = config(revolutions);
+    let mut extractor = Extractor::new(config(revolutions)).expect("a possible configuration");
     let (mut found, mut counts_of_window) = (Vec::new(), Vec::new());
     let mut windows_begun = false;
     for n in 1.. {
@@ -49,8 +47,8 @@ fn windows(speed_rpm: f64, revolutions: u16, noise_um: f64, number: usize, seed:
             (now.floor() > turns(f64::from(n - 1)).floor()).then(|| ((now - now.floor()) * period) as f32);
         let angle = TAU * now;
         let um = c * angle.cos() + s * angle.sin() + 10.0 * (2.0 * angle).cos() + noise_um * noise();
-        let count = (um / UM_PER_COUNT).round() as i16;
-        let result = extractor.push(&config, [count, 0, 0, 0], mark);
+        let count = (um / UM_PER_COUNT).round() as i32;
+        let result = extractor.push([count], mark);
         if let Some(result) = result {
             assert_eq!(result.keyphasor, Keyphasor::Locked);
             let probe = result.reading.probes()[0];

@@ -17,5 +17,6 @@ mod readers;
 mod report;
 mod rk4;
 mod ross;
+mod scenarios;
 mod slow;
 mod wire;

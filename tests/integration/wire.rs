@@ -101,12 +101,21 @@ fn counters_of_protocol_3_have_their_places() {
 }
 
 #[test]
-fn a_model_of_schema_3_is_read_as_it_was_written() {
+fn a_model_of_schema_3_is_refused_by_name() {
     let bytes = hex(include_str!("../wire/model-3.hex"));
+    assert_eq!(Model::<2, 4, 2>::decode(&bytes), Err(ModelError::Schema));
+}
+
+#[test]
+fn a_model_of_schema_4_is_read_as_it_was_written() {
+    let bytes = hex(include_str!("../wire/model-4.hex"));
     let model = Model::<2, 4, 2>::decode(&bytes).unwrap();
-    assert_eq!((model.machine, model.mass[(0, 1)]), ([0xc0, 0xff, 0xee, 0x01], 3.0));
-    assert_eq!((model.planes[1][1], model.internal_damping_s), (0.6, 1e-6));
+    let shaft = &model.shaft;
+    assert_eq!((model.machine, shaft.forward_s2[1]), ([0xc0, 0xff, 0xee, 0x01], 1.5e-6));
+    assert_eq!((shaft.backward_s2[0], shaft.springs_n_m.as_slice()), (5.5e-6, &[6e6, 7e6][..]));
+    assert_eq!((model.planes[1][1], model.internal_damping_s, model.masked), (1.8e-4, 1e-6, 0b10));
     let support = &model.supports[1];
+    assert_eq!((support.shape.forward[1], support.shape.backward[1]), (3e-4, 2.5e-4));
     assert_eq!((support.stiffness_n_m[1][1], support.damping_n_s_m[0][0]), (5e6, 300.0));
     assert_eq!((support.mass_kg, support.stiffness_slope), (0.5, 0.25));
     assert_eq!((support.reference_speed_rad_s, support.hardening_per_um2), (600.0, 1e-5));

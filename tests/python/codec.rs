@@ -90,7 +90,7 @@ fn signals(message: &Message) -> (String, Value) {
                 ("Redundancy".into(), redundancy.into()),
                 ("Streak".into(), streak.into()),
                 ("Used".into(), used_mask.into()),
-                ("Reason".into(), (reason as u8).into()),
+                ("Reason".into(), reason.code().into()),
             ]);
             ("Status".into(), signals.into())
         }
@@ -110,7 +110,7 @@ fn signals(message: &Message) -> (String, Value) {
             let signals = json!({
                 "Protocol": version,
                 "State": state as u8,
-                "Reason": reason as u8,
+                "Reason": reason.code(),
                 "Missing": missing_mask,
                 "Readings": readings,
             });
@@ -119,9 +119,9 @@ fn signals(message: &Message) -> (String, Value) {
         Message::State(Status { state, reason, missing_mask, cause, suspect, age_s }) => {
             let signals = json!({
                 "State": state as u8,
-                "Reason": reason as u8,
+                "Reason": reason.code(),
                 "Missing": missing_mask,
-                "Cause": cause as u8,
+                "Cause": cause.code(),
                 "CauseSuspect": from_one(suspect),
                 "Age": age_s.to_bits(),
             });

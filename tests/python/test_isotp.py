@@ -128,7 +128,7 @@ def test_deploy_follows_flow_control_of_independent_receiver(wire, other, desk, 
     assert data == monitor.request(secret, NODE, monitor.DEPLOY, 77, data[12:-16])
     model = data[12:-16]
     # schema, shapes, probes, planes, then what postcard and its CRC-32 cover
-    assert model[:7] == (3).to_bytes(4, "little") + bytes([6, 4, 2])
+    assert model[:7] == (4).to_bytes(4, "little") + bytes([6, 4, 2])
     assert binascii.crc32(model[7:-4]) == int.from_bytes(model[-4:], "little")
     consecutive = -(-(len(data) - 6) // 7)
     kinds = Counter()

@@ -84,6 +84,38 @@ def model_3():
     return struct.pack("<IBBB", 3, 2, 3, 2) + body + struct.pack("<I", zlib.crc32(body))
 
 
+def model_4():
+    """Schema 4, two modes, three probes of which the second is masked, two planes, every kind of term once. A place has its
+    shape in the modes of forward whirl, supports and probes that in those of backward whirl after it."""
+    def forward(place):
+        return floats(3e-4, 3e-4 * place)
+
+    def both(place):
+        return forward(place) + floats(3e-4, 2.5e-4 * place)
+
+    def support(place, k, table, pedestal):
+        head = both(place) + floats(k, 0, 0, k, 300, 0, 0, 300, 0.5, 0.25, 600)
+        return head + table + floats(1e-5) + pedestal
+
+    def knot(speed, k):
+        return floats(speed, k, 1, 2, k, 10, 0, 0, 20)
+
+    def probe(place, c, s, bearing, mount):
+        return both(place) + floats(c, s, 1, 0, 0.5, -0.5) + bytes([bearing]) + mount
+
+    body = bytes([0xC0, 0xFF, 0xEE, 0x01])
+    body += floats(5e-6, 1.5e-6) + floats(5.5e-6, 2e-6) + b"\x02" + floats(6e6, 7e6) + floats(1e-6)
+    body += b"\x02" + forward(-0.5) + forward(0.6)
+    body += b"\x02" + support(-1, 6e6, b"\x00", b"\x00")
+    body += support(1, 5e6, b"\x01\x00\x02", b"\x01" + floats(1e8, 2e8, 1e4, 2e4, 3, 4))
+    body += b"\x02" + knot(100, 1e5) + knot(1000, 2e5)
+    body += b"\x02" + forward(0.1) + floats(7, -8) + b"\x00" + forward(0.2) + floats(9, 10) + b"\x01"
+    body += b"\x03" + probe(-0.9, 1, 0, 0, b"\x00") + probe(-0.9, 0, 1, 0, b"\x00") + probe(0.9, 1, 0, 1, b"\x01\x01")
+    body += b"\x02"
+    body += b"\x02" + floats(30, 40, -10, 20) + floats(5) + floats(0.0625, 0.25) + floats(600, 12000)
+    return struct.pack("<IBBB", 4, 2, 3, 2) + body + struct.pack("<I", zlib.crc32(body))
+
+
 def thresholds_1():
     numbers = floats(0.25, 0.5, 0.125, 1.5, 2, 20, 86400, 90, 1.25, 43200, 30, -17, -3)
     return struct.pack("<B", 1) + numbers + struct.pack("<BB", 4, 12)
@@ -112,7 +144,7 @@ def answer_2():
 def main(folder):
     text = "".join(f"{number:03X}#{payload.hex().upper()}\n" for number, payload in protocol_3())
     (folder / "protocol-3.txt").write_text(text)
-    for name, data in [("model-3", model_3()), ("request-2", request_2()), ("refusal-2", refusal_2()), ("answer-2", answer_2())]:
+    for name, data in [("model-3", model_3()), ("model-4", model_4()), ("request-2", request_2()), ("refusal-2", refusal_2()), ("answer-2", answer_2())]:
         lines = [data[i : i + 32].hex() for i in range(0, len(data), 32)]
         (folder / f"{name}.hex").write_text("\n".join(lines) + "\n")
 

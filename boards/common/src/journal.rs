@@ -3,8 +3,10 @@
 //! cut in power falls into, the record before or the new one is found.
 //!
 //! ```text
-//! cell   u32 mark, u32 number, u64 counter, u32 length, u32 CRC-32 over all of the cell but itself, memory
+//! cell   u32 mark, u32 number, u64 counter, u32 length, u32 CRC-32 over all of the cell but itself, u64 nonce, memory
 //! ```
+//!
+//! The length is that of nonce and memory. A cell with the mark before this one has no nonce; it is read as if that were zero.
 //!
 //! Wear: pages of 2,048 bytes take 13 cells. One record an hour for 20 years is 175,320, 6,743 erasures of each page, of
 //! 10,000 that such flash is good for.
@@ -14,11 +16,13 @@ mod tests;
 
 use crate::flash::{Mapped, SaveError, checksum, word, write};
 
-const MARK: u32 = u32::from_le_bytes(*b"REj1");
+const MARK: u32 = u32::from_le_bytes(*b"REj2");
+const MARK_WITHOUT_NONCE: u32 = u32::from_le_bytes(*b"REj1");
 const HEAD_BYTES: usize = 24;
 const CHECKSUM_PLACE: usize = HEAD_BYTES - 4;
-pub const MEMORY_BYTES: usize = 128;
-const CELL_BYTES: usize = HEAD_BYTES + MEMORY_BYTES;
+const NONCE_BYTES: usize = 8;
+pub const MEMORY_BYTES: usize = 120;
+const CELL_BYTES: usize = HEAD_BYTES + NONCE_BYTES + MEMORY_BYTES;
 const PAGES: usize = 2;
 
 /// What a record holds.
@@ -26,6 +30,8 @@ const PAGES: usize = 2;
 pub struct Record<'a> {
     /// Last counter accepted.
     pub counter: u64,
+    /// Nonce from which authenticated readings go on; zero: none was stored.
+    pub nonce: u64,
     /// The memory's bytes.
     pub memory: &'a [u8],
 }
@@ -62,13 +68,13 @@ impl<F: Mapped> Journal<F> {
     /// Writes a record behind the last one.
     ///
     /// Errors: [`SaveError`].
-    pub fn append(&mut self, counter: u64, memory: &[u8]) -> Result<(), SaveError> {
-        if memory.len() > MEMORY_BYTES {
+    pub fn append(&mut self, record: Record<'_>) -> Result<(), SaveError> {
+        if record.memory.len() > MEMORY_BYTES {
             return Err(SaveError::Length);
         }
         let newest = self.newest();
         let number = newest.map_or(0, |(_, number)| number.wrapping_add(1));
-        let cell = encode(number, Record { counter, memory });
+        let cell = encode(number, record);
         if let Some((Place { page, cell: last }, _)) = newest
             && self.put(page, last + 1, number, &cell).is_ok()
         {
@@ -121,11 +127,15 @@ impl<F: Mapped> Journal<F> {
     /// Number and record of a cell, if it is whole.
     fn read(&self, place: Place) -> Option<(u32, Record<'_>)> {
         let cell = self.cell(place);
-        let memory = cell.get(HEAD_BYTES..)?.get(..word(cell, 16) as usize)?;
-        let counter = u64::from(word(cell, 8)) | u64::from(word(cell, 12)) << 32;
-        let is_whole = word(cell, 0) == MARK
-            && checksum(&[cell.get(..CHECKSUM_PLACE)?, memory]) == word(cell, CHECKSUM_PLACE);
-        is_whole.then_some((word(cell, 4), Record { counter, memory }))
+        let content = cell.get(HEAD_BYTES..)?.get(..word(cell, 16) as usize)?;
+        let long = |place| u64::from(word(cell, place)) | u64::from(word(cell, place + 4)) << 32;
+        let (nonce, memory) = match word(cell, 0) {
+            MARK => (long(HEAD_BYTES), content.get(NONCE_BYTES..)?),
+            MARK_WITHOUT_NONCE => (0, content),
+            _ => return None,
+        };
+        let is_whole = checksum(&[cell.get(..CHECKSUM_PLACE)?, content]) == word(cell, CHECKSUM_PLACE);
+        is_whole.then_some((word(cell, 4), Record { counter: long(8), nonce, memory }))
     }
 
     /// Numbers would wrap after half a million years of one an hour.
@@ -139,17 +149,21 @@ impl<F: Mapped> Journal<F> {
 
 type Cell = [u8; CELL_BYTES];
 
-fn encode(number: u32, Record { counter, memory }: Record<'_>) -> Cell {
+fn encode(number: u32, Record { counter, nonce, memory }: Record<'_>) -> Cell {
     let mut cell = [0xff; CELL_BYTES];
-    let values = [MARK, number, counter as u32, (counter >> 32) as u32, memory.len() as u32];
+    let length = NONCE_BYTES + memory.len();
+    let [counter, nonce] = [counter, nonce].map(|long| [long as u32, (long >> 32) as u32]);
+    let values = [MARK, number, counter[0], counter[1], length as u32, 0, nonce[0], nonce[1]];
     let (words, _) = cell.as_chunks_mut::<4>();
     for (word, value) in words.iter_mut().zip(values) {
         *word = value.to_le_bytes();
     }
-    for (to, from) in cell.iter_mut().skip(HEAD_BYTES).zip(memory) {
+    for (to, from) in cell.iter_mut().skip(HEAD_BYTES + NONCE_BYTES).zip(memory) {
         *to = *from;
     }
-    let check = checksum(&[cell.get(..CHECKSUM_PLACE).unwrap_or_default(), memory]);
+    let (head, content) = cell.split_at(HEAD_BYTES);
+    let covered = [head.get(..CHECKSUM_PLACE), content.get(..length)].map(Option::unwrap_or_default);
+    let check = checksum(&covered);
     for (to, from) in cell.iter_mut().skip(CHECKSUM_PLACE).zip(check.to_le_bytes()) {
         *to = from;
     }

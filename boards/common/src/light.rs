@@ -1,7 +1,7 @@
 //! What the status light shows, read from across a hall: mostly dark while the node judges or is about to, mostly lit when
 //! somebody must come.
 
-use rotor_edge_core::state::NodeState;
+use rotor_edge_core::state::{NodeState, Reason, Status};
 
 /// A pattern repeats after this.
 const PERIOD_US: u64 = 2_000_000;
@@ -18,8 +18,21 @@ const HALF_US: u64 = 500_000;
 pub enum Sign {
     /// The node works, and is in this state.
     State(NodeState),
+    /// The node works, and what it learns cannot be stored.
+    Storage,
     /// The clocks are not good enough for the node to work.
     NoClock,
+}
+
+impl Sign {
+    /// The light of a node that says this of itself. A flag keeps its own: somebody comes anyway.
+    pub fn of(status: &Status) -> Self {
+        match status {
+            Status { state: NodeState::Flagged, .. } => Self::State(NodeState::Flagged),
+            Status { reason: Reason::Storage, .. } => Self::Storage,
+            Status { state, .. } => Self::State(*state),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +54,7 @@ fn pattern(sign: Sign) -> Pattern {
         Sign::State(NodeState::Tracking) => Pattern::Flashes(1),
         Sign::State(NodeState::Learning) => Pattern::Flashes(2),
         Sign::State(NodeState::Waiting) => Pattern::Flashes(3),
+        Sign::Storage => Pattern::Flashes(4),
         Sign::State(NodeState::Suspicious) => Pattern::Flicker,
         Sign::State(NodeState::Flagged) => Pattern::Lit,
         Sign::State(NodeState::Conflict) => Pattern::Halves,
@@ -73,7 +87,7 @@ mod tests {
     use std::vec::Vec;
 
     fn signs() -> impl Iterator<Item = Sign> {
-        NodeState::ALL.into_iter().map(Sign::State).chain([Sign::NoClock])
+        NodeState::ALL.into_iter().map(Sign::State).chain([Sign::Storage, Sign::NoClock])
     }
 
     fn shown(sign: Sign, from_us: u64) -> Vec<bool> {
@@ -111,6 +125,16 @@ mod tests {
         let is_short = |sign| shown(sign, 0).iter().filter(|&&on| on).count() <= 20;
         let single: Vec<_> = signs().filter(|&sign| beginnings(sign) == 1 && is_short(sign)).collect();
         assert_eq!(single, [Sign::State(NodeState::Tracking)]);
+    }
+
+    #[test]
+    fn memory_that_cannot_be_written_shows_unless_flagged() {
+        let of = |state, reason| Sign::of(&Status { state, reason, ..Status::default() });
+        for state in [NodeState::Tracking, NodeState::Learning, NodeState::Waiting] {
+            assert_eq!(of(state, Reason::Storage), Sign::Storage);
+            assert_eq!(of(state, Reason::None), Sign::State(state));
+        }
+        assert_eq!(of(NodeState::Flagged, Reason::Storage), Sign::State(NodeState::Flagged));
     }
 
     #[test]

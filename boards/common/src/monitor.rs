@@ -14,7 +14,7 @@ use rotor_edge_core::state::Reason;
 use static_cell::StaticCell;
 
 use crate::flash::{Mapped, SaveError};
-use crate::journal::{Journal, MEMORY_BYTES};
+use crate::journal::{Journal, MEMORY_BYTES, Record};
 use crate::slots::{Change, Missing, Slots};
 
 /// A board's node.
@@ -118,6 +118,8 @@ fn restore<F: Mapped>(node: &mut BoardNode, slots: &Slots<F>, journal: &Journal<
     let record = journal.last();
     let counter = record.map_or(0, |record| record.counter).max(stored.counter);
     node.restore_counter(counter);
+    #[cfg(feature = "mac")]
+    node.restore_nonce(record.map_or(0, |record| record.nonce));
     let thresholds = stored.state.map_or(&[][..], |state| state.thresholds);
     let has_thresholds = !thresholds.is_empty() && node.restore_thresholds(thresholds).is_ok();
     let model = node.load(stored.state.map(|state| state.model).map_err(|missing| match missing {
@@ -133,7 +135,7 @@ fn hear(node: &mut BoardNode, time_us: u64, frame: &Frame) {
     node.receive(time_us, frame);
 }
 
-/// Stores what a node wants stored. A counter alone goes beside the memory: a record instead of an erasure.
+/// Stores what a node wants stored. A counter or a nonce alone goes beside the memory: a record instead of an erasure.
 #[inline(never)]
 fn keep<F: Mapped>(
     slots: &mut Slots<F>,
@@ -141,22 +143,23 @@ fn keep<F: Mapped>(
     save: &Save<'_>,
     last_counter: u64,
 ) -> Result<(), SaveError> {
-    match save {
-        Save::Memory(memory) => journal.append(last_counter, memory),
-        Save::Command { counter, model: None, thresholds: None } => {
-            let mut memory = [0; MEMORY_BYTES];
-            let last = journal.last().map_or(&[][..], |record| record.memory);
-            let length = last.len();
-            for (to, from) in memory.iter_mut().zip(last) {
-                *to = *from;
-            }
-            journal.append(*counter, memory.get(..length).unwrap_or_default())
-        }
+    let last = journal.last();
+    let nonce = last.map_or(0, |record| record.nonce);
+    let record = match save {
+        Save::Memory(memory) => return journal.append(Record { counter: last_counter, nonce, memory }),
+        Save::Command { counter, model: None, thresholds: None } => (*counter, nonce),
+        Save::Nonce(nonce) => (last_counter, *nonce),
         Save::Command { counter, model, thresholds } => {
             let thresholds = thresholds.as_ref().map(|thresholds| &thresholds[..]);
-            slots.save(*counter, Change { model: *model, thresholds })
+            return slots.save(*counter, Change { model: *model, thresholds });
         }
-        // only of nodes with MACs, which the boards' are not
-        Save::Nonce(_) => Err(SaveError::Length),
+    };
+    let mut memory = [0; MEMORY_BYTES];
+    let last = last.map_or(&[][..], |record| record.memory);
+    let length = last.len();
+    for (to, from) in memory.iter_mut().zip(last) {
+        *to = *from;
     }
+    let (counter, nonce) = record;
+    journal.append(Record { counter, nonce, memory: memory.get(..length).unwrap_or_default() })
 }

@@ -13,9 +13,12 @@ mod pace;
 mod tests;
 
 use rotor_edge_core::can::{Keyphasor, NumberedReading};
-use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, KeyphasorDetector, PROBES};
+use rotor_edge_core::extraction::{
+    Extraction, ExtractionConfig, ExtractionError, Extractor, KeyphasorDetector,
+};
 use rotor_edge_core::reading::{ProbeVector, Reading};
 
+pub use crate::monitor::PROBES;
 pub use level::LevelShift;
 pub use marks::CaptureConfig;
 use marks::Marks;
@@ -47,6 +50,19 @@ pub struct SamplingConfig {
     pub captures: CaptureConfig,
 }
 
+impl SamplingConfig {
+    /// What readings are made with; firmware has its compiler check it.
+    pub const fn extraction(&self) -> ExtractionConfig<PROBES> {
+        ExtractionConfig {
+            sample_rate_hz: 1e6 / self.scan_us as f32,
+            converter: self.level.converter(),
+            scale_mv_um: self.scale_mv_um,
+            gap_range_mv: self.gap_range_mv,
+            ..ExtractionConfig::new()
+        }
+    }
+}
+
 /// Samples were lost, and a new reading has begun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SamplesLost;
@@ -56,8 +72,7 @@ pub struct SamplesLost;
 #[derive(Debug, Clone)]
 pub struct Sampling {
     config: SamplingConfig,
-    extraction: ExtractionConfig,
-    extractor: Extractor,
+    extractor: Extractor<PROBES>,
     detector: KeyphasorDetector,
     marks: Marks,
     is_captured: bool,
@@ -68,29 +83,22 @@ pub struct Sampling {
 
 impl Sampling {
     /// Waits for a first mark.
-    pub fn new(config: SamplingConfig) -> Self {
-        let SamplingConfig { level, scale_mv_um, gap_range_mv, .. } = config;
-        let extraction = ExtractionConfig {
-            sample_rate_hz: 1e6 / config.scan_us as f32,
-            mv_per_count: level.mv_per_count(),
-            rails: level.rails(),
-            scale_mv_um,
-            gap_range_mv,
-            ..ExtractionConfig::new()
-        };
-        let detector =
-            KeyphasorDetector::new(level.counts(config.mark_mv), level.counts(config.hysteresis_mv));
-        Self {
+    ///
+    /// # Errors
+    /// What the check of [`SamplingConfig::extraction`] finds.
+    pub fn new(config: SamplingConfig) -> Result<Self, ExtractionError> {
+        let [threshold, armed] =
+            [config.mark_mv, config.mark_mv - config.hysteresis_mv].map(|mv| config.level.count(mv));
+        Ok(Self {
             config,
-            extraction,
-            extractor: Extractor::new(),
-            detector,
+            extractor: Extractor::new(config.extraction())?,
+            detector: KeyphasorDetector::new(threshold, threshold - armed),
             marks: Marks::new(config.captures),
             is_captured: false,
             pace: Pace::new(),
             sequence: 0,
             has_turned: false,
-        }
+        })
     }
 
     /// Takes what the timer captured, in order, before the scans that follow it.
@@ -109,11 +117,10 @@ impl Sampling {
         if !self.pace.keeps(scans.len(), self.config.scan_us, time_us) {
             return Err(self.lost());
         }
-        let zero = self.config.level.zero_count();
         for scan in scans {
-            let [x1, y1, mark, x2, y2] = scan.map(|count| count as i16 - zero);
+            let [x1, y1, mark, x2, y2] = scan.map(i32::from);
             let mark = self.mark(mark);
-            if let Some(found) = self.extractor.push(&self.extraction, [x1, y1, x2, y2], mark) {
+            if let Some(found) = self.extractor.push([x1, y1, x2, y2], mark) {
                 self.has_turned |= found.keyphasor == Keyphasor::Locked;
                 self.is_captured &= found.keyphasor != Keyphasor::Missing;
                 if self.has_turned {
@@ -125,12 +132,12 @@ impl Sampling {
     }
 
     /// Whether a mark passed since the scan before, and how long before this one, in scans.
-    fn mark(&mut self, count: i16) -> Option<f32> {
+    fn mark(&mut self, count: i32) -> Option<f32> {
         let (sampled, captured) = (self.detector.push(count), self.marks.next());
         if captured.is_some() && !self.is_captured {
             self.is_captured = true;
             // No window has marks of both.
-            self.extractor = Extractor::new();
+            self.extractor.restart();
         }
         if self.is_captured { captured } else { sampled }
     }
@@ -138,15 +145,16 @@ impl Sampling {
     /// Samples after the last ones taken are lost: begins anew, and leaves a number out. Scans and timer begin together again.
     #[inline(never)]
     pub fn lost(&mut self) -> SamplesLost {
-        *self = Self {
-            sequence: self.sequence.wrapping_add(u16::from(self.has_turned)),
-            has_turned: self.has_turned,
-            ..Self::new(self.config)
-        };
+        self.sequence = self.sequence.wrapping_add(u16::from(self.has_turned));
+        self.extractor.restart();
+        self.detector.restart();
+        self.marks = Marks::new(self.config.captures);
+        self.is_captured = false;
+        self.pace = Pace::new();
         SamplesLost
     }
 
-    fn number(&mut self, Extraction { keyphasor, reading, .. }: Extraction) -> NumberedReading {
+    fn number(&mut self, Extraction { keyphasor, reading, .. }: Extraction<PROBES>) -> NumberedReading {
         let conversion_rad = core::f32::consts::TAU / 60e6 * reading.speed_rpm * self.config.conversion_us;
         let mut probes = [ProbeVector::LOST; PROBES];
         let sampled = reading.probes().iter().zip(CONVERSIONS_LATER);

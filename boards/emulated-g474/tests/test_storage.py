@@ -11,7 +11,7 @@ from g474 import VirtualTimeBus
 from commands import ACKNOWLEDGE, DEPLOY, Client
 from scene import KEY, SAMPLES, causes, check, log, said, start, state
 
-JOURNAL_MARK = b"REj1"
+JOURNAL_MARK = b"REj2"
 
 
 def counter(board):

@@ -55,7 +55,7 @@ async fn main(spawner: embassy_executor::Spawner) {
     let Board { can, slots, journal, mut light, probes, oscillator } = Board::start(NODE);
     let config = NodeConfig { key: KEY, seed: board::serial_number(), ..NodeConfig::new(NODE) };
     let Ok((mut monitor, started)) = Monitor::start(&PLACE, slots, journal, config) else { unreachable!() };
-    let lack = started.model.map_or_else(|reason| reason as u8, |()| 0);
+    let lack = started.model.map_or_else(|reason| reason.code(), |()| 0);
     defmt::info!("node {} with counter {}, no model for reason {}", NODE, started.counter, lack);
     defmt::info!("thresholds set: {}, remembered: {}", started.has_thresholds, started.is_remembered);
     if KEY.is_none() {
@@ -109,7 +109,7 @@ async fn main(spawner: embassy_executor::Spawner) {
         }
         progress.polled(time_us);
         bus.poll(time_us);
-        light.set_level(light::is_on(Sign::State(monitor.node.status(time_us).state), time_us).into());
+        light.set_level(light::is_on(Sign::of(&monitor.node.status(time_us)), time_us).into());
         if !monitor.node.may_send() {
             // Under a number that is somebody else's as well they would meet on the wire.
             own = None.into_iter().flatten();

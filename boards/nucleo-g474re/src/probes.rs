@@ -20,9 +20,10 @@ use embassy_stm32::{bind_interrupts, dma, triggers};
 use embassy_sync::blocking_mutex::raw::{CriticalSectionRawMutex, ThreadModeRawMutex};
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, TICK_HZ, with_timeout};
-use rotor_edge_boards::sampling::{CaptureConfig, INPUTS, LevelShift, SamplesLost, Sampling, SamplingConfig};
+use rotor_edge_boards::sampling::{
+    CaptureConfig, INPUTS, LevelShift, PROBES, SamplesLost, Sampling, SamplingConfig,
+};
 use rotor_edge_core::can::NumberedReading;
-use rotor_edge_core::extraction::PROBES;
 use static_cell::StaticCell;
 
 use crate::board::SYSTEM_HZ;
@@ -59,6 +60,8 @@ const CONFIG: SamplingConfig = SamplingConfig {
     hysteresis_mv: 2_000.0,
     captures: CaptureConfig { scan_ticks: SCAN_TICKS, length_ticks: LENGTH_TICKS, first_ticks: FIRST_TICKS },
 };
+
+const _: () = assert!(CONFIG.extraction().check().is_ok());
 
 bind_interrupts!(struct Interrupts {
     DMA1_CHANNEL1 => dma::InterruptHandler<DMA1_CH1>;
@@ -159,7 +162,8 @@ impl Probes {
 /// Makes readings of samples for ever.
 #[embassy_executor::task]
 pub async fn sample(mut probes: Probes) {
-    let mut sampling = Sampling::new(CONFIG);
+    // the compiler has checked it
+    let Ok(mut sampling) = Sampling::new(CONFIG) else { return };
     let mut scans = [[0; INPUTS]; SCANS];
     probes.begin();
     loop {

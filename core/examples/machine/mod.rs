@@ -1,7 +1,7 @@
 //! A machine to try things on: a stiff shaft on two supports, four probes, two planes.
 
 use nalgebra::{Matrix2, Vector2};
-use rotor_edge_core::model::{Model, Noise, Pair, Probe, Support};
+use rotor_edge_core::model::{Matrices, Model, Modes, Noise, Pair, Probe, Spring, Support};
 use rotor_edge_core::reading::{ProbeVector, Reading, rad_s};
 use rotor_edge_core::response::{SupportAmplitudes, response};
 
@@ -10,16 +10,24 @@ pub type MachineModel = Model<2, 4, 2>;
 
 /// What a host would have deployed: usually many kilograms of finite elements, condensed to a few shapes.
 pub fn model() -> MachineModel {
-    let at = |place: f32| Vector2::new(1.0, place);
-    let probe = |place, direction, bearing| Probe::plain(at(place), direction, bearing);
-    Model {
-        machine: *b"P-1 ",
+    let at = |place: f64| Vector2::new(1.0, place);
+    let shaft = Matrices {
         stiffness: Matrix2::zeros(),
         mass: Matrix2::new(60.0, 3.0, 3.0, 20.0),
         polar_inertia: Matrix2::new(0.0, 0.0, 0.0, 4.0),
+    };
+    let springs = [-1.0, 1.0].map(|place| Spring { shape: at(place), stiffness_n_m: 1e8 });
+    let modes = Modes::new(&shaft, &springs).expect("both ends are held");
+    let probe = |place, direction, bearing| Probe::plain(modes.shape(&at(place)), direction, bearing);
+    Model {
+        machine: *b"P-1 ",
+        shaft: modes.shaft(),
         internal_damping_s: 0.0,
-        planes: [-0.5, 0.6].map(at).into_iter().collect(),
-        supports: [-1.0, 1.0].map(|place| Support::isotropic(at(place), 5e7, 3e4)).into_iter().collect(),
+        planes: [-0.5, 0.6].map(|place| modes.forward(&at(place))).into_iter().collect(),
+        supports: [-1.0, 1.0]
+            .map(|place| Support::isotropic(modes.shape(&at(place)), 5e7, 3e4))
+            .into_iter()
+            .collect(),
         knots: Default::default(),
         forcings: Default::default(),
         probes: [
@@ -30,11 +38,19 @@ pub fn model() -> MachineModel {
         ]
         .into_iter()
         .collect(),
+        masked: 0,
         initial_unbalance_g_mm: [[3000.0, 4000.0], [-1000.0, 2000.0]].into_iter().collect(),
         unbalance_floor_g_mm: 100.0,
         noise: Noise { relative: 0.0, floor_um: 0.05 },
         speed_range_rpm: [600.0, 12_000.0],
     }
+}
+
+/// An unbalance as it is seen at reading `number`: two readings of a machine are never the same to the bit, and data that
+/// repeat are taken for stale.
+pub fn seen(unbalance_g_mm: [Pair; 2], number: u64) -> [Pair; 2] {
+    let factor = 1.0 + 1e-4 * ((number * 40_503 % 65_536) as f32 / 65_536.0);
+    unbalance_g_mm.map(|[x, y]| [factor * x, factor * y])
 }
 
 /// What the probes of such a machine show.

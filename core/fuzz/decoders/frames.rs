@@ -81,7 +81,7 @@ fn result(bytes: &mut Bytes) -> MonitorResult {
         redundancy: bytes.u8() & 0xf,
         streak: bytes.u16(),
         used_mask: bytes.u8(),
-        reason: Reason::from_code(bytes.u8()).unwrap_or_default(),
+        reason: Reason::from_code(bytes.u8()),
         planes: 1 + bytes.u8() % 4,
         unbalance_g_mm,
         static_g_mm,

@@ -1,7 +1,7 @@
 //! Deployed models.
 
 use nalgebra::{Matrix2, Vector2};
-use rotor_edge_core::model::{Knot, KnotRange, Model, Noise, Probe, Support};
+use rotor_edge_core::model::{Knot, KnotRange, Matrices, Model, Modes, Noise, Probe, Spring, Support};
 use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_core::track::{TrackConfig, Tracker};
 
@@ -15,8 +15,15 @@ pub const HEAD_BYTES: usize = 7;
 
 /// A stiff shaft on two damped supports, one with a speed table: translation and tilt.
 pub fn machine() -> SmallModel {
-    let at = |place: f32| Vector2::new(1.0, place);
-    let mut supports = [-1.0, 1.0].map(|place| Support::isotropic(at(place), 5e7, 3e4));
+    let at = |place: f64| Vector2::new(1.0, place);
+    let shaft = Matrices {
+        stiffness: Matrix2::zeros(),
+        mass: Matrix2::new(60.0, 3.0, 3.0, 20.0),
+        polar_inertia: Matrix2::new(0.0, 0.0, 0.0, 4.0),
+    };
+    let springs = [-1.0, 1.0].map(|place| Spring { shape: at(place), stiffness_n_m: 1e8 });
+    let modes = Modes::new(&shaft, &springs).expect("both ends are held");
+    let mut supports = [-1.0, 1.0].map(|place| Support::isotropic(modes.shape(&at(place)), 5e7, 3e4));
     supports[0].table = Some(KnotRange { first: 0, count: 2 });
     let knot = |speed_rad_s: f32| Knot {
         speed_rad_s,
@@ -26,18 +33,17 @@ pub fn machine() -> SmallModel {
     let probes = [(-0.9, [1.0, 0.0], 0), (-0.9, [0.0, 1.0], 0), (0.9, [1.0, 0.0], 1), (0.9, [0.0, 1.0], 1)];
     Model {
         machine: *b"fuzz",
-        stiffness: Matrix2::zeros(),
-        mass: Matrix2::new(60.0, 3.0, 3.0, 20.0),
-        polar_inertia: Matrix2::new(0.0, 0.0, 0.0, 4.0),
+        shaft: modes.shaft(),
         internal_damping_s: 0.0,
-        planes: [-0.5, 0.6].map(at).into_iter().collect(),
+        planes: [-0.5, 0.6].map(|place| modes.forward(&at(place))).into_iter().collect(),
         supports: supports.into_iter().collect(),
         knots: [100.0, 1200.0].map(knot).into_iter().collect(),
         forcings: Default::default(),
         probes: probes
-            .map(|(place, way, bearing)| Probe::plain(at(place), way, bearing))
+            .map(|(place, way, bearing)| Probe::plain(modes.shape(&at(place)), way, bearing))
             .into_iter()
             .collect(),
+        masked: 0,
         initial_unbalance_g_mm: [[3000.0, 4000.0], [-1000.0, 2000.0]].into_iter().collect(),
         unbalance_floor_g_mm: 100.0,
         noise: Noise { relative: 0.0, floor_um: 0.1 },

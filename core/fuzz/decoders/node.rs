@@ -161,7 +161,7 @@ impl Run {
             Step::Load => {
                 let why = Reason::from_code(bytes.u8());
                 let model = encoded(&machine());
-                let _ = self.node.load(why.filter(|why| *why != Reason::None).map_or(Ok(&model), Err));
+                let _ = self.node.load(if why == Reason::None { Ok(&model) } else { Err(why) });
             }
             Step::Thresholds => {
                 let length = usize::from(bytes.u8());

@@ -34,7 +34,7 @@ impl Message {
             }
             Self::Status { sequence, flags, suspect, redundancy, streak, used_mask, reason } => {
                 let lower = head(sequence, flags, nibbles(from_one(suspect, NIBBLE), redundancy));
-                (TYPE_STATUS, join(lower, head(streak, used_mask, reason as u8)))
+                (TYPE_STATUS, join(lower, head(streak, used_mask, reason.code())))
             }
             Self::Unbalance { plane, unbalance_g_mm } => {
                 (TYPE_UNBALANCE + (plane & 3), two_f32(unbalance_g_mm))
@@ -47,12 +47,12 @@ impl Message {
                 (TYPE_RESULT_END, join(head(sequence, frames, 0), crc32.to_le_bytes()))
             }
             Self::Heartbeat { version, state, reason, missing_mask, readings } => {
-                let lower = [version, state as u8, reason as u8, missing_mask];
+                let lower = [version, state as u8, reason.code(), missing_mask];
                 (TYPE_HEARTBEAT, join(lower, readings.to_le_bytes()))
             }
             Self::State(Status { state, reason, missing_mask, cause, suspect, age_s }) => {
-                let cause = cause as u8 | from_one(suspect, 7) << CAUSE_BITS;
-                (TYPE_STATE, join([state as u8, reason as u8, missing_mask, cause], age_s.to_le_bytes()))
+                let cause = cause.code() & ((1 << CAUSE_BITS) - 1) | from_one(suspect, 7) << CAUSE_BITS;
+                (TYPE_STATE, join([state as u8, reason.code(), missing_mask, cause], age_s.to_le_bytes()))
             }
             Self::Counters { pair, values: [first, second] } => {
                 let pair = pair.min(COUNTER_PAIRS as u8 - 1);
@@ -114,7 +114,7 @@ impl Message {
                 redundancy: d >> 4,
                 streak: u16::from_le_bytes([e, f]),
                 used_mask: g,
-                reason: known_value(Reason::from_code(h))?,
+                reason: Reason::from_code(h),
             },
             TYPE_UNBALANCE..TYPE_STATIC => {
                 Self::Unbalance { plane: message_type - TYPE_UNBALANCE, unbalance_g_mm: pair }
@@ -127,15 +127,15 @@ impl Message {
             TYPE_HEARTBEAT => Self::Heartbeat {
                 version: a,
                 state: known_value(NodeState::from_code(b))?,
-                reason: known_value(Reason::from_code(c))?,
+                reason: Reason::from_code(c),
                 missing_mask: d,
                 readings: words[1],
             },
             TYPE_STATE => Self::State(Status {
                 state: known_value(NodeState::from_code(a))?,
-                reason: known_value(Reason::from_code(b))?,
+                reason: Reason::from_code(b),
                 missing_mask: c,
-                cause: known_value(Reason::from_code(d & ((1 << CAUSE_BITS) - 1)))?,
+                cause: Reason::from_code(d & ((1 << CAUSE_BITS) - 1)),
                 suspect: (d >> CAUSE_BITS).checked_sub(1),
                 age_s: pair[1],
             }),

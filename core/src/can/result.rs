@@ -2,12 +2,12 @@
 
 use heapless::Vec;
 
-use super::crc32;
 use super::frame::Frame;
 use super::message::{
     Message, TYPE_DYNAMIC, TYPE_LIMITS, TYPE_RESIDUAL, TYPE_RESULT_END, TYPE_STATIC, TYPE_STATUS,
     TYPE_UNBALANCE,
 };
+use super::{FLAG_SUSPICIOUS, crc32};
 use crate::model::{MAX_PLANES, Pair};
 use crate::state::Reason;
 
@@ -50,6 +50,14 @@ pub struct MonitorResult {
     pub floor_um: f32,
     /// Level above which a rise counts, µm.
     pub level_um: f32,
+}
+
+impl MonitorResult {
+    /// The reading was judged and is not suspicious: the monitor holds the next ones against it.
+    pub fn is_trusted(&self) -> bool {
+        let is_judged = !matches!(self.reason, Reason::NoRedundancy | Reason::BelowNoise);
+        is_judged && self.flags & FLAG_SUSPICIOUS == 0
+    }
 }
 
 /// The seven to ten frames of a result, in the order of sending.

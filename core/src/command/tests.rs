@@ -89,6 +89,29 @@ fn an_answer_comes_back_and_belongs_to_its_request_alone() {
 }
 
 #[test]
+fn detail_of_accepted_model_comes_back_and_unknown_is_none() {
+    let request = request(Command::Deploy, 7, b"a");
+    let replaced = |lowered, suspect| Detail::Replaced { lowered, suspect };
+    for (detail, bytes) in [
+        (Detail::None, [0, 0, 0]),
+        (Detail::Unchanged, [1, 0, 0]),
+        (replaced(Reason::None, None), [2, 0, 0]),
+        (replaced(Reason::Jump, Some(6)), [2, 13, 7]),
+        (replaced(Reason::Unknown(200), None), [2, 200, 0]),
+    ] {
+        let answer = Answer { detail, thresholds: None, ..answer(Outcome::Accepted) };
+        let encoded = answer.encode(&request, Some(&KEY));
+        assert_eq!(encoded[16..19], bytes);
+        assert_eq!(Answer::decode(&encoded, &request, &KEY), Some((answer, true)));
+        // a client of before took no detail from an accepted answer, and ours takes none that it does not know
+        let mut newer = encoded.clone();
+        newer[16] = 3;
+        let read = Answer::decode(&newer, &request, &KEY).unwrap().0;
+        assert_eq!((read.outcome, read.detail), (Outcome::Accepted, Detail::None));
+    }
+}
+
+#[test]
 fn the_counter_is_told_to_nobody_without_the_key() {
     let request = request(Command::Deploy, 7, b"a");
     for (outcome, told) in

@@ -63,9 +63,14 @@ impl AveragedReading {
     }
 }
 
+/// False for what is not a number.
+pub(super) fn is_same_speed(one_rpm: f32, other_rpm: f32) -> bool {
+    (one_rpm - other_rpm).abs() <= SAME_SPEED * one_rpm
+}
+
 /// The same speed and the same probes with a value.
 fn is_alike(one: &Reading, other: &Reading) -> bool {
-    (one.speed_rpm - other.speed_rpm).abs() <= SAME_SPEED * one.speed_rpm
+    is_same_speed(one.speed_rpm, other.speed_rpm)
         && one.probes().len() == other.probes().len()
         && one.valid_mask() == other.valid_mask()
 }

@@ -1,12 +1,33 @@
 //! What a reading says for or against the model.
 
 use super::{AveragedReading, noise_floor_um};
-use crate::model::Model;
+use crate::model::{MAX_PLANES, Model, Noise, Pair};
 use crate::reading::MAX_PROBES;
 use crate::residual::Residual;
+use crate::scalar;
 use crate::state::Reason;
 use crate::thresholds::Thresholds;
 use crate::track::Estimate;
+
+/// Mean absolute value of normal numbers in standard deviations, √(2/π).
+const MEAN_ABSOLUTE: f32 = 0.797_884_6;
+
+/// Unbalance and vectors of one reading, to be held against those of trusted readings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observation {
+    pub averaged: AveragedReading,
+    /// Noise of one reading's vectors.
+    pub noise: Noise,
+    /// The unbalance of each plane, found without bounds, g·mm.
+    pub unbalance_g_mm: [Pair; MAX_PLANES],
+    pub planes: u8,
+    /// Standard deviation of either part by noise, g·mm; NaN if the model states none.
+    pub deviation_g_mm: [f32; MAX_PLANES],
+    /// The same for features as wrong as the residual says, if that is more, g·mm.
+    pub misfit_g_mm: [f32; MAX_PLANES],
+    /// A change of the unbalance up to this says nothing, g·mm.
+    pub floor_g_mm: f32,
+}
 
 /// What one reading says, for [`Detector::update`](super::Detector::update).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,10 +41,13 @@ pub struct Evidence {
     pub floor_um: f32,
     /// The bearing of each probe, from zero.
     pub bearings: [u8; MAX_PROBES],
+    pub observation: Observation,
+    /// Why the readings are suspicious before they are averaged; [`Reason::None`] if they are not.
+    pub raw: Reason,
 }
 
 impl Evidence {
-    /// Of the estimate of an averaged reading. The noise is that of the probes that were used, less what averaging took
+    /// Of the estimate of an averaged reading, of whose raw readings nothing is known. The noise is that of the probes that were used, less what averaging took
     /// away.
     pub fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
         model: &Model<N, PROBES, PLANES>,
@@ -39,12 +63,31 @@ impl Evidence {
         for (bearing, probe) in bearings.iter_mut().zip(&model.probes) {
             *bearing = probe.bearing;
         }
+        let share = scalar::sqrt(averaged.variance);
+        let deviation_g_mm = estimate.deviation_g_mm.map(|deviation| share * deviation);
+        let mut misfit_g_mm = deviation_g_mm;
+        // Of the least absolute residual as many rows are exact as there are unknowns.
+        let wrong_um = estimate.free_residual_um / (MEAN_ABSOLUTE * f32::from(estimate.redundancy.max(1)));
+        for (misfit, per_um) in misfit_g_mm.iter_mut().zip(estimate.deviation_g_mm_per_um) {
+            *misfit = misfit.max(wrong_um * per_um);
+        }
+        let observation = Observation {
+            averaged: *averaged,
+            noise: model.noise,
+            unbalance_g_mm: estimate.free_g_mm,
+            planes: estimate.planes,
+            deviation_g_mm,
+            misfit_g_mm,
+            floor_g_mm: model.unbalance_floor_g_mm,
+        };
         Self {
             residual: estimate.residual,
             free_residual_um: estimate.free_residual_um,
             redundancy: estimate.redundancy,
             floor_um: noise_floor_um(averaged.variance * square_um2, estimate.residual.features),
             bearings,
+            observation,
+            raw: Reason::None,
         }
     }
 

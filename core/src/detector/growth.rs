@@ -6,10 +6,10 @@ use crate::scalar;
 use crate::thresholds::Thresholds;
 
 /// Part of the growth time after which the anchor moves: with f32, steps of a tenth of a second would change nothing.
-const STEP: f32 = 1.0 / 256.0;
+pub(super) const STEP: f32 = 1.0 / 256.0;
 /// Deviations of an estimate that its error does not exceed but once in 1e9 readings: six of a normal distribution, times
 /// √(π/2), by which least absolute residuals are less certain than least squares.
-const DOUBT: f32 = 7.52;
+pub(super) const DOUBT: f32 = 7.52;
 
 /// What each plane's unbalance was at most about one growth time ago: the bound is a multiple of it.
 ///
@@ -17,7 +17,8 @@ const DOUBT: f32 = 7.52;
 /// growth; and an estimate from a slow machine, which says little, would bound what is seen at full speed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Growth {
-    anchor_g_mm: [f32; MAX_PLANES],
+    /// `None` until there is an estimate.
+    anchor_g_mm: Option<[f32; MAX_PLANES]>,
     bound_g_mm: Option<[f32; MAX_PLANES]>,
     since_us: Option<u64>,
 }
@@ -26,12 +27,12 @@ impl Growth {
     /// Goes on after a loss of power from [`Growth::most_g_mm`]: as after one growth time, for nobody knows how long it was.
     /// Planes that are not given or not finite begin with what they are.
     pub fn resume(most_g_mm: &[f32], last_g_mm: &[Pair]) -> Self {
-        let mut growth = Self::default();
-        for (place, (anchor, &last)) in growth.anchor_g_mm.iter_mut().zip(last_g_mm).enumerate() {
+        let mut anchor_g_mm = [0.0; MAX_PLANES];
+        for (place, (anchor, &last)) in anchor_g_mm.iter_mut().zip(last_g_mm).enumerate() {
             let most = most_g_mm.get(place).copied().filter(|most| most.is_finite() && *most >= 0.0);
             *anchor = most.unwrap_or(scalar::length(last));
         }
-        growth
+        Self { anchor_g_mm: Some(anchor_g_mm), ..Self::default() }
     }
 
     /// What each plane's unbalance is at most after an estimate: that and its doubt, and no more than it may have been.
@@ -50,7 +51,7 @@ impl Growth {
 
     /// The bound on each plane's unbalance, g·mm, at this time, after an estimate.
     ///
-    /// The anchor follows what the unbalance is at most with `growth_s` as time constant. Readings that far apart or
+    /// Without an anchor the estimate is the first one. The anchor follows what the unbalance is at most with `growth_s` as time constant. Readings that far apart or
     /// farther, and the first one, are bounded by the unbalance before, as in Bera et al. (2023).
     pub fn bounds_g_mm(
         &mut self,
@@ -60,18 +61,24 @@ impl Growth {
         deviation_g_mm: &[f32; MAX_PLANES],
     ) -> [f32; MAX_PLANES] {
         let part = self.since_us.map(|since_us| seconds_since(since_us, time_us) / thresholds.growth_s);
-        if part.is_none_or(|part| part >= STEP) {
-            let most_g_mm = self.most_g_mm(last_g_mm, deviation_g_mm);
-            for (anchor, most) in self.anchor_g_mm.iter_mut().zip(most_g_mm) {
-                match part {
-                    None => {}
-                    Some(part) if part >= 1.0 => *anchor = most,
-                    Some(part) => *anchor += part * (most - *anchor),
+        let anchor_g_mm = match self.anchor_g_mm {
+            Some(anchor_g_mm) if part.is_some_and(|part| part < STEP) => anchor_g_mm,
+            before => {
+                let most_g_mm = self.most_g_mm(last_g_mm, deviation_g_mm);
+                let mut anchor_g_mm = before.unwrap_or(most_g_mm);
+                for (anchor, most) in anchor_g_mm.iter_mut().zip(most_g_mm) {
+                    match part {
+                        None => {}
+                        Some(part) if part >= 1.0 => *anchor = most,
+                        Some(part) => *anchor += part * (most - *anchor),
+                    }
                 }
+                self.since_us = Some(time_us);
+                anchor_g_mm
             }
-            self.since_us = Some(time_us);
-        }
-        let bound_g_mm = self.anchor_g_mm.map(|anchor| thresholds.growth * anchor);
+        };
+        self.anchor_g_mm = Some(anchor_g_mm);
+        let bound_g_mm = anchor_g_mm.map(|anchor| thresholds.growth * anchor);
         self.bound_g_mm = Some(bound_g_mm);
         bound_g_mm
     }
@@ -153,6 +160,6 @@ mod tests {
             cut.bounds_g_mm(&THRESHOLDS, 5, &last, &UNKNOWN)[..2]
         );
         let spoilt = Growth::resume(&[f32::NAN, -1.0], &last);
-        assert_eq!(spoilt.anchor_g_mm[..2], [100.0, 50.0]);
+        assert_eq!(spoilt.anchor_g_mm.unwrap()[..2], [100.0, 50.0]);
     }
 }

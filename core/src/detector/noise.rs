@@ -17,6 +17,16 @@ pub fn noise_floor_um(square_um2: f32, features: u8) -> f32 {
     scalar::sqrt(2.0 * square_um2 * (f32::from(features) * core::f32::consts::LN_2 + LN_1_BY_P))
 }
 
+/// Length of a vector of features that noise exceeds with a probability of at most 1e-9, µm.
+///
+/// `square_um2`: the sum of the features' variances; `largest_um2`: the greatest of them.
+///
+/// The length is on average at most `√S`, and as a function of the features' normal numbers no steeper than the greatest
+/// deviation σ, so that Gaussian concentration gives `P(length > √S + t) ≤ exp(−t²/2σ²)`. Solved for t: `σ √(2 ln 1/p)`.
+pub(super) fn noise_norm_um(square_um2: f32, largest_um2: f32) -> f32 {
+    scalar::sqrt(square_um2) + scalar::sqrt(2.0 * LN_1_BY_P * largest_um2)
+}
+
 #[cfg(test)]
 mod tests {
     use std::vec::Vec;
@@ -56,6 +66,23 @@ mod tests {
         let (one, four) = (noise_floor_um(8.0, 8), noise_floor_um(32.0, 8));
         assert!((four - 2.0 * one).abs() < 1e-4);
         assert!((one - 20.5).abs() < 0.05, "{one}");
+    }
+
+    #[test]
+    fn noise_length_bound_holds_against_chi_square() {
+        // For 2k features of σ = 1, P(length² > x) = exp(−x/2) Σ (x/2)^i/i! over i < k.
+        for k in [1_u8, 2, 4, 8] {
+            let bound = f64::from(noise_norm_um(2.0 * f32::from(k), 1.0));
+            let half = 0.5 * bound * bound;
+            let (mut term, mut sum) = (1.0, 1.0);
+            for i in 1..k {
+                term *= half / f64::from(i);
+                sum += term;
+            }
+            let tail = (-half).exp() * sum;
+            assert!(tail < 1e-9 && tail > 1e-16, "{k}: {tail:e}");
+        }
+        assert_eq!(noise_norm_um(0.0, 0.0), 0.0);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 use std::vec::Vec;
 
 use super::*;
-use crate::reading::ProbeVector;
+use crate::model::{MAX_PLANES, Noise};
+use crate::reading::{ProbeVector, Reading};
 
 const DAY_US: u64 = 86_400_000_000;
 /// 11.5 readings a second, as the board makes them.
@@ -13,12 +14,23 @@ fn evidence(e_um: f32, bearing: usize) -> Evidence {
     let measured = [ProbeVector { cos_um: 12.5, sin_um: 12.5 }; 4];
     let mut calculated = measured;
     calculated[2 * bearing].cos_um += e_um;
+    let reading = Reading::new(9000.0, &measured).unwrap();
     Evidence {
         residual: Residual::new(&calculated, &measured).unwrap(),
         free_residual_um: e_um,
         redundancy: 4,
         floor_um: 0.0,
         bearings: [0, 0, 1, 1, 0, 0, 0, 0],
+        observation: Observation {
+            averaged: Average::default().update(1.0, 0, &reading),
+            noise: Noise::default(),
+            unbalance_g_mm: [[100.0, 0.0], [0.0, 50.0], [0.0; 2], [0.0; 2]],
+            planes: 2,
+            deviation_g_mm: [f32::NAN; MAX_PLANES],
+            misfit_g_mm: [f32::NAN; MAX_PLANES],
+            floor_g_mm: 0.0,
+        },
+        raw: Reason::None,
     }
 }
 
@@ -107,6 +119,19 @@ fn unbalance_jump_is_distinguished_from_misfit() {
     let verdicts = run(&mut detector, DAY_US, residuals);
     assert_eq!((verdicts[7].reason, verdicts[7].flagged), (Reason::Jump, true));
     assert_eq!(detector.latched().map(|latched| latched.cause), Some(Reason::Jump));
+}
+
+#[test]
+fn scatter_of_raw_readings_is_flagged_unless_residual_says_more() {
+    let scattering = |e_um| Evidence { raw: Reason::Scatter, ..evidence(e_um, 1) };
+    let residuals =
+        [evidence(10.0, 0); 10].into_iter().chain([scattering(10.0); 3]).chain([scattering(20.0)]);
+    let mut detector = Detector::default();
+    let verdicts = run(&mut detector, DAY_US, residuals);
+    assert_eq!((verdicts[10].reason, verdicts[10].flagged), (Reason::Scatter, false));
+    assert_eq!((verdicts[12].reason, verdicts[12].flagged), (Reason::Scatter, true));
+    assert_eq!((verdicts[12].level_um, verdicts[13].reason), (10.0, Reason::Rise));
+    assert_eq!(detector.latched().map(|latched| latched.cause), Some(Reason::Scatter));
 }
 
 #[test]

@@ -49,10 +49,15 @@ impl Phase {
         }
     }
 
+    /// One sample on, and its vector; in plain numbers, as [`Sums::add`](super::sums::Sums::add).
     #[inline]
-    pub fn advance(&mut self) {
-        self.vector += self.vector * self.step;
-        self.step += self.bend + self.step * self.bend;
+    pub fn advance(&mut self) -> C {
+        let Self { vector, step, bend, .. } = self;
+        let turned = [vector.re * step.re - vector.im * step.im, vector.re * step.im + vector.im * step.re];
+        let bent = [step.re * bend.re - step.im * bend.im, step.re * bend.im + step.im * bend.re];
+        *vector = C::new(vector.re + turned[0], vector.im + turned[1]);
+        *step = C::new(step.re + (bend.re + bent[0]), step.im + (bend.im + bent[1]));
+        *vector
     }
 
     #[inline]

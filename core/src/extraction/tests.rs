@@ -1,14 +1,19 @@
+mod advice;
+mod config;
+mod outcomes;
+
 use core::f64::consts::TAU;
 use std::vec::Vec;
 
 use super::*;
 use crate::testing::Random;
 
+const PROBES: usize = 4;
+
 /// Sixteen bits over 24 V: 0.093 µm a count.
-fn config(revolutions: u16) -> ExtractionConfig {
+fn config(revolutions: u16) -> ExtractionConfig<PROBES> {
     ExtractionConfig {
-        mv_per_count: 24_000.0 / 65_536.0,
-        rails: [i16::MIN, i16::MAX],
+        converter: Converter::signed(16, [-12_000.0, 12_000.0]),
         gap_range_mv: [-11_000.0, 11_000.0],
         revolutions,
         ..ExtractionConfig::new()
@@ -31,12 +36,12 @@ impl Shaft {
     /// Feeds `samples`, each probe reading what `um` gives for an angle; all windows.
     fn run(
         &self,
-        config: &ExtractionConfig,
+        config: &ExtractionConfig<PROBES>,
         samples: u32,
         mut um: impl FnMut(usize, f64) -> f64,
-    ) -> Vec<Extraction> {
-        let mut extractor = Extractor::new();
-        let counts_per_um = f64::from(config.scale_mv_um[0]) / f64::from(config.mv_per_count);
+    ) -> Vec<Extraction<PROBES>> {
+        let mut extractor = Extractor::new(*config).unwrap();
+        let counts_per_um = counts_per_um(config);
         let mut results = Vec::new();
         for n in 1..samples {
             let (before, now) = (self.turns(n - 1), self.turns(n));
@@ -51,12 +56,16 @@ impl Shaft {
                 early as f32
             });
             let counts = array::from_fn(|probe| {
-                (um(probe, TAU * now) * counts_per_um).round().clamp(-32768.0, 32767.0) as i16
+                (um(probe, TAU * now) * counts_per_um).round().clamp(-32768.0, 32767.0) as i32
             });
-            results.extend(extractor.push(config, counts, mark));
+            results.extend(extractor.push(counts, mark));
         }
         results
     }
+}
+
+fn counts_per_um(config: &ExtractionConfig<PROBES>) -> f64 {
+    f64::from(config.scale_mv_um[0]) / f64::from(config.converter.mv_per_count)
 }
 
 fn steady(period: f64) -> Shaft {
@@ -64,7 +73,7 @@ fn steady(period: f64) -> Shaft {
 }
 
 /// Largest distance of a window's vectors from `cos, sin`, µm.
-fn miss(results: &[Extraction], truth: [f64; 2]) -> f64 {
+fn miss(results: &[Extraction<PROBES>], truth: [f64; 2]) -> f64 {
     let distance = |v: &ProbeVector| (f64::from(v.cos_um) - truth[0]).hypot(f64::from(v.sin_um) - truth[1]);
     results.iter().flat_map(|r| r.reading.probes()).map(distance).fold(0.0, f64::max)
 }
@@ -135,13 +144,13 @@ fn speed_step_turns_samples_by_their_mean_lag() {
     let mark_at =
         |turns: f64| start + period * (step + (turns - step) / if turns > step { 1.005 } else { 1.0 });
     let config = config(4);
-    let counts_per_um = f64::from(config.scale_mv_um[0]) / f64::from(config.mv_per_count);
-    let (mut extractor, mut results) = (Extractor::new(), Vec::new());
+    let counts_per_um = counts_per_um(&config);
+    let (mut extractor, mut results) = (Extractor::new(config).unwrap(), Vec::new());
     for n in 1..5000 {
         let (before, now) = (turns_at(f64::from(n - 1)), turns_at(f64::from(n)));
         let mark = (now.floor() > before.floor()).then(|| (f64::from(n) - mark_at(now.floor())) as f32);
-        let counts = (100.0 * f64::cos(TAU * now) * counts_per_um).round() as i16;
-        results.extend(extractor.push(&config, [counts; PROBES], mark));
+        let counts = (100.0 * f64::cos(TAU * now) * counts_per_um).round() as i32;
+        results.extend(extractor.push([counts; PROBES], mark));
     }
     assert!(results.len() >= 6 && results.iter().all(|r| r.keyphasor == Keyphasor::Locked));
     let error_deg = (miss(&results, [100.0, 0.0]) / 100.0).to_degrees();
@@ -173,11 +182,11 @@ fn clipped_and_open_probes_are_lost_and_the_others_are_not() {
 #[test]
 fn lost_mark_is_noticed_and_absent_keyphasor_is_missing() {
     let config = config(4);
-    let mut extractor = Extractor::new();
+    let mut extractor = Extractor::new(config).unwrap();
     let (mut unsteady, mut missing, mut locked) = (0, 0, 0);
     for n in 0..30_000_u32 {
         let mark = n % 100 == 0 && n != 1500 && n < 5_000;
-        match extractor.push(&config, [0; PROBES], mark.then_some(0.0)).map(|r| r.keyphasor) {
+        match extractor.push([0; PROBES], mark.then_some(0.0)).map(|r| r.keyphasor) {
             Some(Keyphasor::Unsteady) => unsteady += 1,
             Some(Keyphasor::Missing) => missing += 1,
             Some(_) => locked += 1,
@@ -194,14 +203,14 @@ fn a_mark_that_shakes_costs_no_more_than_its_own_phase() {
     let mut random = Random::new(3);
     let mut shake = || f64::from(random.signed()) * 0.2;
     let mut worst = 0.0_f64;
-    let mut extractor = Extractor::new();
     let config = config(16);
+    let mut extractor = Extractor::new(config).unwrap();
     for n in 0..40_000_u32 {
         // 100 samples a turn, each mark up to 0.2 samples off: 0.72° at most
         let mark = (n % 100 == 50).then(|| (0.5 + shake()) as f32);
         let angle = TAU * (f64::from(n) - 49.5) / 100.0;
-        let count = (angle.cos() * 50.0 * 7.87 / f64::from(config.mv_per_count)).round() as i16;
-        if let Some(result) = extractor.push(&config, [count; PROBES], mark) {
+        let count = (angle.cos() * 50.0 * counts_per_um(&config)).round() as i32;
+        if let Some(result) = extractor.push([count; PROBES], mark) {
             let v = result.reading.probes()[0];
             let (re, im) = (f64::from(v.cos_um), f64::from(v.sin_um));
             worst = worst.max(im.atan2(re).to_degrees().abs());
@@ -213,12 +222,12 @@ fn a_mark_that_shakes_costs_no_more_than_its_own_phase() {
 #[test]
 fn locked_reading_is_finite_for_arbitrary_input() {
     let mut random = Random::new(8);
-    let mut extractor = Extractor::new();
     let config = ExtractionConfig { revolutions: 3, largest_drift: 1.0, ..config(3) };
+    let mut extractor = Extractor::new(config).unwrap();
     let mut locked = 0;
     for n in 0..400_000_u32 {
         let mut any = || random.signed();
-        let counts = array::from_fn(|_| (any() * 33_000.0) as i16);
+        let counts = array::from_fn(|_| (any() * 33_000.0) as i32);
         let regular = n % 12 == 0 && any() < 0.9;
         let mark = match any() {
             a if a > 0.999 => Some(f32::NAN),
@@ -226,7 +235,7 @@ fn locked_reading_is_finite_for_arbitrary_input() {
             a if a > 0.99 => Some(a - 0.5),
             _ => regular.then_some(0.25),
         };
-        if let Some(result) = extractor.push(&config, counts, mark)
+        if let Some(result) = extractor.push(counts, mark)
             && result.keyphasor == Keyphasor::Locked
         {
             locked += 1;

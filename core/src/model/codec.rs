@@ -3,7 +3,7 @@
 //! | place | bytes | what |
 //! |---|---|---|
 //! | 0 | 4 | schema, little endian |
-//! | 4 | 1 | basis shapes N |
+//! | 4 | 1 | modes N |
 //! | 5 | 1 | probes |
 //! | 6 | 1 | planes |
 //! | 7 | | the fields of [`Model`] in their order, in postcard |
@@ -14,14 +14,14 @@
 //! arrays and matrices (by columns) as their entries alone.
 
 use heapless::Vec;
-use nalgebra::{ArrayStorage, SMatrix};
+use nalgebra::{ArrayStorage, SVector};
 use postcard::ser_flavors::Flavor;
 use serde::Deserialize;
 
 use crate::checksum::{self, Digest};
 use crate::packed::{pack_checked, unpack};
 
-use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError, Noise};
+use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError, Noise, Shaft};
 
 const SCHEMA_BYTES: usize = 4;
 /// Schema and the three counts.
@@ -51,15 +51,15 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     pub const fn max_size_bytes() -> usize {
         let shape = N * F32;
         let machine = 4;
-        let shaft = 3 * N * N * F32 + F32;
-        let support = shape + (4 + 4 + 4) * F32 + (MARK + 2) + (MARK + 6 * F32);
+        let shaft = 2 * shape + MARK + MAX_SUPPORTS * F32 + F32;
+        let support = 2 * shape + (4 + 4 + 4) * F32 + (MARK + 2) + (MARK + 6 * F32);
         let knot = (1 + 4 + 4) * F32;
         let forcing = shape + 2 * F32 + MARK;
-        let probe = shape + 6 * F32 + 1 + MARK + 1;
+        let probe = 2 * shape + 6 * F32 + 1 + MARK + 1;
         let plane = shape + 2 * F32;
         let terms = MAX_SUPPORTS * support + MAX_KNOTS * knot + MAX_FORCINGS * forcing;
         let lists = 6 * MARK + PLANES * plane + PROBES * probe;
-        HEAD_BYTES + machine + shaft + terms + lists + (1 + 2 + 2) * F32 + 4
+        HEAD_BYTES + machine + shaft + terms + lists + 1 + (1 + 2 + 2) * F32 + 4
     }
 
     /// What the model in these bytes needs of the firmware; `None` if they are too few or of another schema.
@@ -101,15 +101,18 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     /// No terms, and nothing that could be checked.
     pub(crate) const EMPTY: Self = Self {
         machine: [0; 4],
-        stiffness: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
-        mass: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
-        polar_inertia: SMatrix::from_array_storage(ArrayStorage([[0.0; N]; N])),
+        shaft: Shaft {
+            forward_s2: SVector::from_array_storage(ArrayStorage([[0.0; N]])),
+            backward_s2: SVector::from_array_storage(ArrayStorage([[0.0; N]])),
+            springs_n_m: Vec::new(),
+        },
         internal_damping_s: 0.0,
         planes: Vec::new(),
         supports: Vec::new(),
         knots: Vec::new(),
         forcings: Vec::new(),
         probes: Vec::new(),
+        masked: 0,
         initial_unbalance_g_mm: Vec::new(),
         unbalance_floor_g_mm: 0.0,
         noise: Noise { relative: 0.0, floor_um: 0.0 },
@@ -137,15 +140,14 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         let body = bytes.get(HEAD_BYTES..).unwrap_or_default();
         let Self {
             machine,
-            stiffness,
-            mass,
-            polar_inertia,
+            shaft,
             internal_damping_s,
             planes,
             supports,
             knots,
             forcings,
             probes,
+            masked,
             initial_unbalance_g_mm,
             unbalance_floor_g_mm,
             noise,
@@ -154,15 +156,14 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         let mut rest;
         (*machine, rest) =
             body.split_first_chunk().map(|(first, rest)| (*first, rest)).ok_or(ModelError::Encoding)?;
-        take(&mut rest, stiffness)?;
-        take(&mut rest, mass)?;
-        take(&mut rest, polar_inertia)?;
+        take(&mut rest, shaft)?;
         take(&mut rest, internal_damping_s)?;
         take(&mut rest, planes)?;
         take(&mut rest, supports)?;
         take(&mut rest, knots)?;
         take(&mut rest, forcings)?;
         take(&mut rest, probes)?;
+        take(&mut rest, masked)?;
         take(&mut rest, initial_unbalance_g_mm)?;
         take(&mut rest, unbalance_floor_g_mm)?;
         take(&mut rest, noise)?;

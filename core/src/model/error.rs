@@ -13,11 +13,11 @@ pub enum ModelError {
     NotFinite = 1,
     /// No plane, more than the firmware holds, or another number of initial unbalances.
     Planes = 2,
-    /// Fewer than two supports.
+    /// Fewer than two supports, or fewer than nominal springs.
     Supports = 3,
-    /// Stiffness, mass or polar inertia is not symmetric within 1e-4 of its largest entry.
+    /// Stiffness, mass or polar inertia is not symmetric within 1e-4 of its largest entry: of firmware for model schema 3.
     Asymmetric = 4,
-    /// A mass on the diagonal is not positive.
+    /// A mode of backward whirl has no positive mass, or a pedestal a negative one.
     Mass = 5,
     /// The speed range is not positive and ascending.
     SpeedRange = 6,
@@ -35,7 +35,7 @@ pub enum ModelError {
     Space = 12,
     /// A change of speed by a millionth moves the response by over a hundredth: rounding decides what it says.
     IllConditioned = 13,
-    /// No probe, or more than the firmware holds.
+    /// No probe in use, or more probes than the firmware holds.
     Probes = 14,
     /// A speed table with fewer than two knots, with knots that are not there or not in ascending order of speed.
     Knots = 15,
@@ -82,11 +82,11 @@ impl fmt::Display for ModelError {
             Self::Planes => {
                 "the planes are none or more than the firmware holds, or not as many as the initial unbalances"
             }
-            Self::Supports => "the model has fewer than two supports",
+            Self::Supports => "the model has fewer than two supports, or fewer than nominal springs",
             Self::Asymmetric => {
                 "stiffness, mass or polar inertia is not symmetric within 0.01 % of its largest entry"
             }
-            Self::Mass => "a mass on the diagonal is not above 0 kg, or a pedestal's mass is below 0 kg",
+            Self::Mass => "the mass of a mode is not above 0 kg, or a pedestal's mass is below 0 kg",
             Self::SpeedRange => "the lowest speed is not above 0 rpm, or it is above the highest speed",
             Self::UnbalanceFloor => "the unbalance floor is below 0 g·mm",
             Self::Response => "the response is not finite at an end or in the middle of the speed range",
@@ -99,7 +99,7 @@ impl fmt::Display for ModelError {
             Self::IllConditioned => {
                 "a change of speed by 0.0001 % moves the response by over 1 %: rounding errors decide it"
             }
-            Self::Probes => "the model has no probe, or more than the firmware holds",
+            Self::Probes => "the model has no probe in use, or more probes than the firmware holds",
             Self::Knots => "a speed table needs at least two knots, in ascending order of speed",
             Self::Mount => "a probe is mounted on a support that does not exist or has no pedestal",
             Self::Noise => "the relative noise is not from 0 to below 1, or the noise floor is below 0 µm",

@@ -5,9 +5,28 @@ use nalgebra::{Matrix2, SMatrix, SVector};
 use super::*;
 use crate::testing::Random;
 
-/// A stiff shaft on two unlike, damped supports: translation and tilt, shape = [1, place / half length].
+/// Translation and tilt of a stiff shaft: the place is relative to half of its length.
+pub(crate) fn rigid_place(place: f64) -> SVector<f64, 2> {
+    SVector::from([1.0, place])
+}
+
+pub(crate) fn rigid_matrices() -> Matrices<2> {
+    Matrices {
+        stiffness: Matrix2::zeros(),
+        mass: Matrix2::new(60.0, 3.0, 3.0, 20.0),
+        polar_inertia: Matrix2::new(0.0, 0.0, 0.0, 4.0),
+    }
+}
+
+pub(crate) fn rigid_modes() -> Modes<2> {
+    let springs = [-1.0, 1.0].map(|place| Spring { shape: rigid_place(place), stiffness_n_m: 5.5e7 });
+    Modes::new(&rigid_matrices(), &springs).unwrap()
+}
+
+/// A stiff shaft on two unlike, damped supports.
 pub(crate) fn rigid_rotor() -> Model<2, 4, 2> {
-    let at = |place: f32| SVector::from([1.0, place]);
+    let modes = rigid_modes();
+    let at = |place| modes.shape(&rigid_place(place));
     let support = |place, kxx, kyy| Support {
         stiffness_n_m: [[kxx, 2e6], [-3e6, kyy]],
         ..Support::isotropic(at(place), 0.0, 3e4)
@@ -15,11 +34,9 @@ pub(crate) fn rigid_rotor() -> Model<2, 4, 2> {
     let probes = [(-0.9, [1.0, 0.0], 0), (-0.9, [0.0, 1.0], 0), (0.95, [1.0, 0.0], 1), (0.95, [0.0, 1.0], 1)];
     Model {
         machine: *b"unit",
-        stiffness: Matrix2::zeros(),
-        mass: Matrix2::new(60.0, 3.0, 3.0, 20.0),
-        polar_inertia: Matrix2::new(0.0, 0.0, 0.0, 4.0),
+        shaft: modes.shaft(),
         internal_damping_s: 0.0,
-        planes: Vec::from_array([at(-0.5), at(0.6)]),
+        planes: [-0.5, 0.6].map(|place| modes.forward(&rigid_place(place))).into_iter().collect(),
         supports: [support(-1.0, 6e7, 5e7), support(1.0, 4e7, 7e7)].into_iter().collect(),
         knots: Vec::new(),
         forcings: Vec::new(),
@@ -27,6 +44,7 @@ pub(crate) fn rigid_rotor() -> Model<2, 4, 2> {
             .map(|(place, direction, bearing)| Probe::plain(at(place), direction, bearing))
             .into_iter()
             .collect(),
+        masked: 0,
         initial_unbalance_g_mm: Vec::from_array([[3000.0, 4000.0], [-1000.0, 2000.0]]),
         unbalance_floor_g_mm: 100.0,
         noise: Noise { relative: 0.0, floor_um: 0.1 },
@@ -39,26 +57,29 @@ type Full = Model<6, 4, 2>;
 /// Every list as long as it may be, every number different.
 fn full() -> Full {
     let mut random = Random::new(21);
-    let mut shape = || SVector::<f32, 6>::from_fn(|_, _| random.signed());
+    let mut place = || SVector::<f64, 6>::from_fn(|_, _| f64::from(random.signed()));
     let pedestal =
         Some(Pedestal { stiffness_n_m: [1e8, 2e8], damping_n_s_m: [1e4, 2e4], mass_kg: [3.0, 4.0] });
-    let mut diagonal = SMatrix::<f32, 6, 6>::identity();
+    let mut diagonal = SMatrix::<f64, 6, 6>::identity();
     diagonal[(0, 1)] = 0.25;
     diagonal[(1, 0)] = 0.25;
-    Model {
+    let matrices = Matrices { stiffness: diagonal * 1e8, mass: diagonal * 30.0, polar_inertia: diagonal };
+    let springs = [0; MAX_SUPPORTS].map(|_| Spring { shape: place(), stiffness_n_m: 1e7 });
+    let modes = Modes::new(&matrices, &springs).unwrap();
+    let mut forward = || modes.forward(&place());
+    let mut model = Model {
         machine: [4, 3, 2, 1],
-        stiffness: diagonal * 1e8,
-        mass: diagonal * 30.0,
-        polar_inertia: diagonal,
+        shaft: modes.shaft(),
         internal_damping_s: 1e-6,
-        planes: (0..2).map(|_| shape()).collect(),
-        supports: (0..MAX_SUPPORTS)
-            .map(|_| Support {
+        planes: (0..2).map(|_| forward()).collect(),
+        supports: springs
+            .map(|spring| Support {
                 pedestal,
                 table: Some(KnotRange { first: 4, count: 12 }),
                 hardening_per_um2: 1e-4,
-                ..Support::isotropic(shape(), 1e7, 1e4)
+                ..Support::isotropic(modes.shape(&spring.shape), 1e7, 1e4)
             })
+            .into_iter()
             .collect(),
         knots: (0..MAX_KNOTS)
             .map(|number| Knot {
@@ -68,14 +89,18 @@ fn full() -> Full {
             })
             .collect(),
         forcings: (0..MAX_FORCINGS)
-            .map(|_| Forcing { shape: shape(), amplitude: [1.0, -2.0], law: ForcingLaw::SpeedSquared })
+            .map(|_| Forcing { shape: forward(), amplitude: [1.0, -2.0], law: ForcingLaw::SpeedSquared })
             .collect(),
-        probes: (0..4).map(|_| Probe { mount: Some(3), ..Probe::plain(shape(), [1.0, 0.0], 1) }).collect(),
+        probes: Vec::new(),
+        masked: 0b0100,
         initial_unbalance_g_mm: Vec::from_array([[1.0, 2.0], [3.0, 4.0]]),
         unbalance_floor_g_mm: 5.0,
         noise: Noise { relative: 0.0, floor_um: 0.25 },
         speed_range_rpm: [500.0, 15_000.0],
-    }
+    };
+    let probe = |_| Probe { mount: Some(3), ..Probe::plain(modes.shape(&place()), [1.0, 0.0], 1) };
+    model.probes = (0..4).map(probe).collect();
+    model
 }
 
 #[test]
@@ -161,7 +186,7 @@ fn each_fault_of_a_model_is_named() {
         (std::boxed::Box::new(spoil), error)
     }
     let faults: vec::Vec<Fault> = vec![
-        fault(|m| m.stiffness[(0, 1)] = f32::NAN, ModelError::NotFinite),
+        fault(|m| m.shaft.forward_s2[1] = f32::NAN, ModelError::NotFinite),
         fault(|m| m.probes[3].gain[1] = f32::INFINITY, ModelError::NotFinite),
         fault(|m| m.supports[1].damping_n_s_m[0][1] = f32::NAN, ModelError::NotFinite),
         fault(|m| m.noise.floor_um = f32::NAN, ModelError::NotFinite),
@@ -169,9 +194,12 @@ fn each_fault_of_a_model_is_named() {
         fault(|m| m.planes.clear(), ModelError::Planes),
         fault(|m| m.initial_unbalance_g_mm.truncate(1), ModelError::Planes),
         fault(|m| m.probes.clear(), ModelError::Probes),
+        fault(|m| m.masked = 0b1111, ModelError::Probes),
+        fault(|m| m.masked = 0b1_0000, ModelError::Probes),
+        fault(|m| m.supports[1].shape.backward[0] = f32::NAN, ModelError::NotFinite),
         fault(|m| m.supports.truncate(1), ModelError::Supports),
-        fault(|m| m.mass[(0, 1)] = 3.1, ModelError::Asymmetric),
-        fault(|m| m.mass = -m.mass, ModelError::Mass),
+        fault(|m| m.shaft.springs_n_m.push(1.0).unwrap(), ModelError::Supports),
+        fault(|m| m.shaft.backward_s2[1] = 0.0, ModelError::Mass),
         fault(
             |m| {
                 let [stiffness_n_m, damping_n_s_m, mass_kg] = [[1e8; 2], [0.0; 2], [5.0, -1.0]];
@@ -183,7 +211,7 @@ fn each_fault_of_a_model_is_named() {
         fault(|m| m.noise.floor_um = -0.1, ModelError::Noise),
         fault(|m| m.speed_range_rpm = [2000.0, 1000.0], ModelError::SpeedRange),
         fault(|m| m.speed_range_rpm = [0.0, 1000.0], ModelError::SpeedRange),
-        fault(|m| m.mass *= 1e36, ModelError::Response),
+        fault(|m| m.planes[0] *= 1e36, ModelError::Response),
         fault(move |m| with_table(m, &[100.0, 100.0], 2), ModelError::Knots),
         fault(move |m| with_table(m, &[200.0, 100.0], 2), ModelError::Knots),
         fault(move |m| with_table(m, &[100.0, 200.0], 1), ModelError::Knots),

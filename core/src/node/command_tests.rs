@@ -5,7 +5,9 @@ use super::*;
 use crate::can::isotp::TIMEOUT_US;
 use crate::command::{Command, Detail, Key, MAX_COUNTER_STEP, Outcome};
 use crate::detector::LatchedFlag;
+use crate::model::ModelError;
 use crate::model::tests::rigid_rotor;
+use crate::state::NodeState;
 
 fn better() -> TestModel {
     let mut better = rigid_rotor();
@@ -120,15 +122,14 @@ fn model_larger_than_firmware_is_refused_with_both_numbers() {
     let small = rigid_rotor();
     let mut large = Model::<2, 8, 4> {
         machine: small.machine,
-        stiffness: small.stiffness,
-        mass: small.mass,
-        polar_inertia: small.polar_inertia,
+        shaft: small.shaft.clone(),
         internal_damping_s: small.internal_damping_s,
         planes: small.planes.iter().copied().collect(),
         supports: small.supports.clone(),
         knots: small.knots.clone(),
         forcings: small.forcings.clone(),
         probes: small.probes.iter().chain(&small.probes[..1]).cloned().collect(),
+        masked: small.masked,
         initial_unbalance_g_mm: small.initial_unbalance_g_mm.iter().copied().collect(),
         unbalance_floor_g_mm: small.unbalance_floor_g_mm,
         noise: small.noise,
@@ -250,6 +251,37 @@ fn new_model_lowers_flag_and_old_memory_does_not_raise_it() {
 }
 
 #[test]
+fn same_model_deployed_again_changes_nothing_and_says_so() {
+    let (mut node, mut store, time_us) = flagged();
+    let (status, memory) = (node.status(time_us), store.memory.clone());
+    let detector = *node.monitor.detector();
+    for (command, counter) in [(Command::Deploy, 1), (Command::DeployAnother, 2)] {
+        let told = request(command, counter, &encoded(&rigid_rotor()));
+        let answer = answer(&mut node, &mut store, time_us, &told);
+        assert_eq!((answer.outcome, answer.detail), (Outcome::Accepted, Detail::Unchanged));
+        assert_eq!((answer.counter, answer.model_checksum), (counter, rigid_rotor().checksum()));
+        assert_eq!((node.status(time_us), *node.monitor.detector()), (status, detector));
+    }
+    assert_eq!((store.counter, &store.memory), (2, &memory), "the requests cannot be sent again");
+    let started = store.start().status(0);
+    assert_eq!((started.cause, started.suspect), (status.cause, status.suspect));
+}
+
+#[test]
+fn answer_to_new_model_names_lowered_flag() {
+    let (mut node, mut store, time_us) = flagged();
+    let Status { cause: lowered, suspect, .. } = node.status(time_us);
+    assert!(lowered != Reason::None && suspect.is_some());
+    let told = answer(&mut node, &mut store, time_us, &deploy(&better(), 1));
+    assert_eq!(told.detail, Detail::Replaced { lowered, suspect });
+    let told = answer(&mut node, &mut store, time_us, &deploy(&rigid_rotor(), 2));
+    assert_eq!(told.detail, Detail::Replaced { lowered: Reason::None, suspect: None });
+    let mut bare = TestNode::new(config()).unwrap();
+    let told = answer(&mut bare, &mut Store::default(), 0, &deploy(&better(), 1));
+    assert_eq!(told.detail, Detail::None, "there was none to replace");
+}
+
+#[test]
 fn thresholds_are_set_stored_and_told() {
     let (mut node, mut store) = (node(), Store::with(&rigid_rotor()));
     let told = answer(&mut node, &mut store, 0, &request(Command::GetThresholds, 1, &[]));
@@ -273,11 +305,51 @@ fn unstorable_flag_is_shown_counted_and_retried() {
     let time_us = run(&mut node, &mut store, 0, 62.0, |_| reading(1.0));
     store.fails = true;
     let time_us = run(&mut node, &mut store, time_us, 15.0, |_| shown(&worn(0.5), SPEED_RPM, 1.0));
-    assert_eq!(node.status(time_us).state, NodeState::Flagged);
+    // beside a suspicion that the flag tells of
+    assert_eq!(now(&node, time_us), (NodeState::Flagged, Reason::Storage, 0));
     assert!((2..9).contains(&node.counters().unsaved), "{}", node.counters().unsaved);
     store.fails = false;
-    run(&mut node, &mut store, time_us, 2.0, |_| reading(1.0));
+    let time_us = run(&mut node, &mut store, time_us, 8.0, |_| reading(1.0));
     assert_ne!(store.start().status(0).cause, Reason::None);
+    assert_eq!(now(&node, time_us), (NodeState::Flagged, Reason::None, 0));
+}
+
+#[test]
+fn unstorable_memory_is_told_and_retried_within_a_minute() {
+    let (mut node, mut store, mut time_us) = tracking();
+    store.fails = true;
+    node.save_scheduler.changed_much(time_us);
+    time_us = run(&mut node, &mut store, time_us, 1.0, |_| reading(1.0));
+    assert_eq!(now(&node, time_us), (NodeState::Tracking, Reason::Storage, 0));
+    // 1 s doubled to 64 s, then every 64 s: 7 + 8 h / 64 s; readings, an hour after the last saving too, try no earlier
+    time_us = run(&mut node, &mut store, time_us, 8.0 * 3600.0, |_| reading(1.0));
+    assert!((440..460).contains(&node.counters().unsaved), "{}", node.counters().unsaved);
+    node.poll(time_us + SECOND_US);
+    let told = sent(&mut node);
+    let heartbeat = told.iter().find_map(|frame| match Message::decode(frame) {
+        Ok((_, Message::Heartbeat { state, reason, .. })) => Some((state, reason)),
+        _ => None,
+    });
+    assert_eq!(heartbeat, Some((NodeState::Tracking, Reason::Storage)));
+    // what is worse stands before it
+    let lacking = run(&mut node, &mut store, time_us + 2 * SECOND_US, 2.0, |_| lacking(reading(1.0), 0b0100));
+    assert_eq!(now(&node, lacking), (NodeState::Tracking, Reason::Probes, 0b0100));
+    assert_eq!(now(&node, lacking + 20 * SECOND_US), (NodeState::Stale, Reason::Age, 0b0100));
+    let savings = store.savings;
+    store.fails = false;
+    let time_us = run(&mut node, &mut store, lacking, 64.0, |_| reading(1.0));
+    assert_eq!(now(&node, time_us), (NodeState::Tracking, Reason::None, 0));
+    assert!(store.savings > savings, "it is written within 64 s");
+}
+
+#[test]
+fn node_that_never_could_store_says_so_while_it_learns() {
+    let (mut node, mut store) = (node(), Store { fails: true, ..Store::with(&rigid_rotor()) });
+    let time_us = run(&mut node, &mut store, 0, 5.0, |_| reading(1.0));
+    assert_eq!(now(&node, time_us), (NodeState::Learning, Reason::Storage, 0));
+    let told = answer(&mut node, &mut store, time_us, &deploy(&better(), 1));
+    assert_eq!(told.outcome, Outcome::Storage);
+    assert_eq!(node.model(), Some(&rigid_rotor()));
 }
 
 #[test]
@@ -287,6 +359,6 @@ fn memory_is_stored_seldom() {
     // the first reading, learning that doubles from a second to a minute and ends, and the hours
     assert!((4..12).contains(&store.savings), "{}", store.savings);
     let started = store.start();
-    assert!(!started.monitor.detector.is_learning());
-    assert_eq!(started.monitor.detector.latched(), None::<LatchedFlag>);
+    assert!(!started.monitor.detector().is_learning());
+    assert_eq!(started.monitor.detector().latched(), None::<LatchedFlag>);
 }

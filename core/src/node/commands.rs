@@ -12,6 +12,7 @@ use crate::command::{
 };
 use crate::model::{Model, ModelError};
 use crate::numerics::Numerics;
+use crate::state::Reason;
 use crate::thresholds::Thresholds;
 
 /// A command that waits for the board to store something.
@@ -82,9 +83,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     pub fn to_save(&self) -> Option<Save<'_>> {
         match self.handler.pending {
             Some(Pending { is_counted: true, .. }) if self.model().is_some() => {
-                let mut acknowledged = self.monitor.detector;
-                acknowledged.acknowledge();
-                Some(Save::Memory(self.monitor.memory(&acknowledged).encode()))
+                Some(Save::Memory(self.monitor.memory().acknowledged().encode()))
             }
             Some(Pending { command, counter, .. }) => {
                 let body = self.handler.body();
@@ -121,36 +120,51 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         self.handler.last_counter = pending.counter;
         let is_on_trial = self.handler.trial_until_us.is_some();
         let body = self.handler.body();
+        let mut detail = Detail::None;
         // What the message brings was checked when it was opened.
         match pending.command {
             Command::Deploy | Command::DeployAnother | Command::Trial => {
-                if let Some((model, trial_s)) = pending.command.model(body) {
-                    let _ = self.monitor.decode::<C>(model, is_on_trial);
-                    self.handler.trial_until_us =
-                        trial_s.map(|trial_s| time_us.saturating_add(u64::from(trial_s) * 1_000_000));
-                    self.save_scheduler.changed_much(time_us);
-                }
+                detail = self.change_model(time_us, pending.command);
             }
             Command::SetThresholds => {
                 if let Ok(thresholds) = Thresholds::decode(body) {
-                    self.config.thresholds = thresholds;
+                    let _ = self.monitor.set_thresholds(thresholds);
                 }
             }
             Command::Restart => self.restart(time_us),
             // The stored memory is that of the model before, whose flag stays up.
-            Command::Acknowledge if is_on_trial => self.monitor.detector.acknowledge(),
+            Command::Acknowledge if is_on_trial => self.monitor.acknowledge(),
             Command::Acknowledge if self.model().is_some() => {
                 self.handler.pending = Some(Pending { is_counted: true, ..pending });
                 return;
             }
             Command::Acknowledge | Command::GetThresholds => {}
         }
-        self.conclude(time_us, Outcome::Accepted, Detail::None);
+        self.conclude(time_us, Outcome::Accepted, detail);
+    }
+
+    /// Changes to the model that the request brings, and says what that ended.
+    fn change_model(&mut self, time_us: u64, command: Command) -> Detail {
+        let (before, latched) = (self.monitor.checksum(), self.monitor.latched());
+        let Some((model, trial_s)) = command.model(self.handler.body()) else { return Detail::None };
+        let _ = self.monitor.decode(model);
+        let is_same = self.monitor.checksum() == before;
+        if is_same && self.handler.trial_until_us.is_none() {
+            return Detail::Unchanged;
+        }
+        self.handler.trial_until_us =
+            trial_s.map(|trial_s| time_us.saturating_add(u64::from(trial_s) * 1_000_000));
+        self.save_scheduler.changed_much(time_us);
+        if is_same || before == 0 {
+            return Detail::None;
+        }
+        let lowered = latched.map_or(Reason::None, |latched| latched.cause);
+        Detail::Replaced { lowered, suspect: latched.and_then(|latched| latched.suspect) }
     }
 
     fn end_acknowledge(&mut self, time_us: u64, stored: bool) {
         if stored {
-            self.monitor.detector.acknowledge();
+            self.monitor.acknowledge();
         }
         let outcome = if stored { Outcome::Accepted } else { Outcome::Storage };
         self.conclude(time_us, outcome, Detail::None);
@@ -259,7 +273,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             counter: self.handler.last_counter,
             model_checksum: self.monitor.checksum(),
             detail,
-            thresholds: asks.then_some(self.config.thresholds),
+            thresholds: asks.then_some(*self.monitor.thresholds()),
         };
         let bytes = answer.encode(request, self.config.key.as_ref());
         if self.handler.offer.is_some() {

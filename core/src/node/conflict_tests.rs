@@ -6,6 +6,7 @@ use super::testing::*;
 use super::*;
 use crate::can::{TYPE_STATE, TYPE_STATUS, frame_id};
 use crate::model::tests::rigid_rotor;
+use crate::state::NodeState;
 
 /// Two nodes on a wire that takes a millisecond a frame. Two frames of one identifier that begin in the same millisecond with
 /// other data destroy each other; returns how often that happened after both had noticed, and whether both had.

@@ -8,6 +8,7 @@ use crate::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS};
 use crate::command::Outcome;
 use crate::model::tests::rigid_rotor;
 use crate::reading::Reading;
+use crate::state::NodeState;
 use crate::testing::Random;
 
 // Lost probes, keyphasor, speed: no verdict outlives its evidence.
@@ -124,12 +125,12 @@ fn silence_is_stale_and_told_within_the_age_limit() {
 
 #[test]
 fn a_probe_out_of_its_gap_range_is_not_used_and_named() {
-    let (mut node, mut store, time_us) = tracking();
+    let (mut node, mut store, mut time_us) = tracking();
     let gaps = |gap_v| move |_| reading(1.0).with_gaps_v(&[-9.0, f32::NAN, gap_v, -10.0]);
-    let time_us = run(&mut node, &mut store, time_us, 2.0, gaps(-17.9));
+    time_us = run(&mut node, &mut store, time_us, 2.0, gaps(-17.9));
     assert_eq!(now(&node, time_us), (NodeState::Tracking, Reason::None, 0));
     for gap_v in [-18.1, -1.9, 0.0, 20.0] {
-        let time_us = run(&mut node, &mut store, time_us + 10 * PERIOD_US, 2.0, gaps(gap_v));
+        time_us = run(&mut node, &mut store, time_us + 10 * PERIOD_US, 2.0, gaps(gap_v));
         assert_eq!(now(&node, time_us), (NodeState::Tracking, Reason::Gap, 0b0100), "{gap_v} V");
     }
 }
@@ -247,7 +248,7 @@ fn damaged_memory_begins_anew_and_does_not_stop_the_node() {
         let mut damaged = store.clone();
         damaged.memory.as_mut().unwrap()[byte] ^= 0x10;
         let node = damaged.start();
-        assert_eq!((node.status(0).state, node.monitor.detector.is_learning()), (NodeState::Waiting, true));
+        assert_eq!((node.status(0).state, node.monitor.detector().is_learning()), (NodeState::Waiting, true));
     }
     store.memory = Some(Vec::new());
     assert_eq!(store.start().status(0).state, NodeState::Waiting);

@@ -18,11 +18,13 @@ pub(super) struct Mac {
     /// What is stored: as far ahead of the readings as none will be taken after a restart.
     stored: u64,
     wanted: Option<u64>,
+    /// The nonce that was to be stored last could not be.
+    unsaved: bool,
 }
 
 impl Mac {
     pub fn new() -> Self {
-        Self { gate: Gate::new(Direction::ToNode, 0), told: 0, stored: 0, wanted: None }
+        Self { gate: Gate::new(Direction::ToNode, 0), told: 0, stored: 0, wanted: None, unsaved: false }
     }
 
     /// Storing goes ahead of the readings by up to the reserve, and begins anew when half of it is used up: flash wears out.
@@ -98,11 +100,16 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     /// Whether it was the nonce that was to be stored. What could not be is tried again with the next reading.
     pub(super) fn nonce_saved(&mut self, stored: bool) -> bool {
         let Some(wanted) = self.mac.wanted.take() else { return false };
+        self.mac.unsaved = !stored;
         if stored {
             self.mac.stored = wanted;
         } else {
             self.count(|c| &mut c.unsaved);
         }
         true
+    }
+
+    pub(super) fn is_nonce_unsaved(&self) -> bool {
+        self.mac.unsaved
     }
 }

@@ -9,6 +9,8 @@ use crate::can::mac::{Direction, Gate, mac_frames};
 use crate::can::{ResultAssembler, TYPE_RESULT_END, TYPE_STATE, TYPE_STATUS, reading_frames};
 use crate::command::Key;
 use crate::model::tests::rigid_rotor;
+use crate::reading::Reading;
+use crate::testing::Random;
 
 /// A sender's clock, µs since 1970.
 const EPOCH_US: u64 = 1_700_000_000_000_000;
@@ -31,8 +33,13 @@ fn fresh() -> (TestNode, Store) {
     (start(&store), store)
 }
 
+/// A reading that differs from those with other numbers by a little noise.
+fn varied(sequence: u16, factor: f32) -> Reading {
+    noisy(&reading(factor), 1e-3, &mut Random::new(u64::from(sequence)))
+}
+
 fn group(sequence: u16, factor: f32) -> Vec<Frame> {
-    reading_frames(NODE, &NumberedReading::new(sequence, reading(factor))).into_iter().collect()
+    reading_frames(NODE, &NumberedReading::new(sequence, varied(sequence, factor))).into_iter().collect()
 }
 
 fn authenticated_by(key: Key, nonce: u64, mut group: Vec<Frame>) -> Vec<Frame> {
@@ -63,7 +70,7 @@ fn right_mac_makes_a_reading_count_and_its_answer_has_one() {
     let (mut node, mut store) = fresh();
     let answer = told(&mut node, &mut store, 0, &genuine(1));
     let mut open = testing::node();
-    send(&mut open, 0, 1, &reading(1.0));
+    send_exactly(&mut open, 0, 1, &varied(1, 1.0));
     let expected = results(&mut open);
     let mut gate = Gate::new(Direction::ToHost, 0);
     let mut assembler = ResultAssembler::new();
@@ -188,9 +195,11 @@ fn failing_store_is_counted_and_retried_while_readings_go_on() {
         assert!(is_answered(&told(&mut node, &mut store, 0, &genuine(sequence))));
     }
     assert!(node.counters().unsaved >= 3);
+    assert_eq!(node.status(0).reason, Reason::Storage);
     store.fails = false;
-    told(&mut node, &mut store, 0, &genuine(4));
+    told(&mut node, &mut store, SECOND_US, &genuine(4));
     assert!(store.nonce > EPOCH_US);
+    assert_eq!(node.status(SECOND_US).reason, Reason::Learning, "nonce and memory are stored");
 }
 
 #[test]

@@ -28,4 +28,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     pub(super) fn nonce_saved(&mut self, _: bool) -> bool {
         false
     }
+
+    pub(super) fn is_nonce_unsaved(&self) -> bool {
+        false
+    }
 }

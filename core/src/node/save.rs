@@ -3,8 +3,10 @@
 use crate::memory::MemoryBytes;
 use crate::thresholds::ThresholdBytes;
 
-/// After a failure it is tried again so much later.
+/// After the first failure it is tried again so much later, and after each further one twice as late as before.
 const RETRY_US: u64 = 1_000_000;
+/// Doublings at most: a minute later is soon enough where there is room again, and spares flash that fails.
+const MOST_DOUBLINGS: u8 = 6;
 
 /// What must survive a loss of power.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,11 +31,17 @@ pub(super) struct SaveScheduler {
     due_us: Option<u64>,
     saved_us: Option<u64>,
     wanted: bool,
+    /// Failures since something was stored last.
+    failures: u8,
 }
 
 impl SaveScheduler {
     /// Something has changed. What was never stored since the start is due at once.
     pub fn changed(&mut self, time_us: u64, period_us: u64) {
+        // What failed is tried again at its own time.
+        if self.is_failing() {
+            return;
+        }
         let due_us = self.saved_us.map_or(time_us, |saved_us| saved_us.saturating_add(period_us));
         self.due_us = Some(self.due_us.map_or(due_us, |earlier_us| earlier_us.min(due_us)));
     }
@@ -55,12 +63,18 @@ impl SaveScheduler {
         self.wanted
     }
 
+    /// What was to be stored last could not be.
+    pub fn is_failing(&self) -> bool {
+        self.failures > 0
+    }
+
     pub fn saved(&mut self, time_us: u64, stored: bool) {
         self.wanted = false;
         if stored {
-            (self.due_us, self.saved_us) = (None, Some(time_us));
+            (self.due_us, self.saved_us, self.failures) = (None, Some(time_us), 0);
         } else {
-            self.due_us = Some(time_us.saturating_add(RETRY_US));
+            self.due_us = Some(time_us.saturating_add(RETRY_US << self.failures.min(MOST_DOUBLINGS)));
+            self.failures = self.failures.saturating_add(1);
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::can::{Keyphasor, TYPE_HEARTBEAT, frame_id};
 use crate::command::{Command, Key, Outcome};
 use crate::model::tests::rigid_rotor;
 use crate::reading::Reading;
+use crate::state::NodeState;
 use crate::testing::Random;
 
 const NOISE_UM: f32 = 0.2;

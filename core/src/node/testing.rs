@@ -10,7 +10,8 @@ use crate::model::Pair;
 use crate::model::tests::rigid_rotor;
 use crate::reading::{ProbeVector, Reading, rad_s};
 use crate::response::{SupportAmplitudes, response};
-use crate::testing::Random;
+use crate::state::NodeState;
+use crate::testing::{Random, normal};
 
 pub type TestModel = Model<2, 4, 2>;
 pub type TestNode = Node<2, 4, 2>;
@@ -78,14 +79,7 @@ pub fn noisy(reading: &Reading, sigma_um: f32, random: &mut Random) -> Reading {
         .iter()
         .map(|p| ProbeVector { cos_um: part(p.cos_um), sin_um: part(p.sin_um) })
         .collect();
-    Reading::new(reading.speed_rpm, &vectors).unwrap()
-}
-
-/// A standard normal number (Box and Muller).
-fn normal(random: &mut Random) -> f32 {
-    let mut uniform = || 0.5 * (f64::from(random.signed()) + 1.0);
-    let radius = (-2.0 * (uniform() + 1e-12).ln()).sqrt();
-    (radius * (core::f64::consts::TAU * uniform()).cos()) as f32
+    Reading::new(reading.speed_rpm, &vectors).unwrap().with_gaps_v(reading.gaps_v())
 }
 
 pub fn lacking(mut reading: Reading, mask: u8) -> Reading {
@@ -99,7 +93,13 @@ pub fn send_numbered(node: &mut TestNode, time_us: u64, numbered: &NumberedReadi
     }
 }
 
+/// Sends a reading with a hundredth of the noise of [`rigid_rotor`], since no two are the same.
 pub fn send(node: &mut TestNode, time_us: u64, sequence: u16, reading: &Reading) {
+    let mut random = Random::new(time_us ^ u64::from(sequence) << 40);
+    send_exactly(node, time_us, sequence, &noisy(reading, 1e-3, &mut random));
+}
+
+pub fn send_exactly(node: &mut TestNode, time_us: u64, sequence: u16, reading: &Reading) {
     send_numbered(node, time_us, &NumberedReading::new(sequence, *reading));
 }
 

@@ -3,9 +3,12 @@
 use super::testing::*;
 use super::*;
 use crate::can::{FLAG_FLAGGED, FLAG_SUSPICIOUS, Keyphasor, frame_id};
+use crate::model::ModelError;
 use crate::model::tests::rigid_rotor;
 use crate::reading::{ProbeVector, Reading};
+use crate::state::NodeState;
 use crate::testing::Random;
+use crate::track::TrackConfig;
 
 #[test]
 fn a_reading_in_gives_the_unbalance_out() {
@@ -186,7 +189,7 @@ fn version_is_told_to_who_asks_this_node_or_everybody() {
         node.receive(0, &Message::VersionQuery.encode(to));
         let answer = node.transmit().map(|frame| Message::decode(&frame).unwrap());
         let version =
-            Message::Version { protocol: 3, oldest: 3, model_schema: 3, shapes: 2, probes: 4, planes: 2 };
+            Message::Version { protocol: 3, oldest: 3, model_schema: 4, shapes: 2, probes: 4, planes: 2 };
         assert_eq!(answer, told.then_some((NODE, version)));
     }
 }
@@ -219,4 +222,53 @@ fn a_reading_without_a_keyphasor_is_skipped() {
         send_numbered(&mut node, 0, &numbered);
     }
     assert_eq!((node.counters().skipped, results(&mut node).len()), (2, 1));
+}
+
+#[test]
+fn node_and_monitor_say_the_same_of_the_same_readings() {
+    let mut machine = rigid_rotor();
+    machine.noise.floor_um = 0.2;
+    let mut random = Random::new(12);
+    let mut node = node_with(&machine);
+    let mut monitor = Monitor::<2, 4, 2>::new(TrackConfig::default(), Thresholds::DEFAULT).unwrap();
+    assert_eq!(monitor.status(0).reason, Reason::NothingStored);
+    assert_eq!(monitor.load(Ok(&encoded(&machine))), Ok(()));
+    let (mut time_us, mut seen) = (0, [0; 10]);
+    for step in 0..6000_u16 {
+        // what happens changes every thirteen seconds: lost probes and keyphasor, wear, another speed, silence
+        let episode = step / 150 % 10;
+        time_us += if episode == 9 && step % 150 == 0 { 12 * SECOND_US } else { PERIOD_US };
+        let source = match episode {
+            7 => shown(&worn(0.8), SPEED_RPM, 1.0),
+            8 => shown(&machine, 6000.0, 1.0),
+            5 => shown(&machine, 900.0, 0.1),
+            _ => shown(&machine, SPEED_RPM, 1.0),
+        };
+        let mut measured = noisy(&source, 0.2, &mut random);
+        measured.lose([0, 0, 0b0010, 0b0101, 0b1111].get(usize::from(episode)).copied().unwrap_or(0));
+        let keyphasor = if episode == 6 { Keyphasor::Missing } else { Keyphasor::Locked };
+        assert_eq!(node.status(time_us), monitor.status(time_us), "step {step}, before");
+        let numbered = NumberedReading { keyphasor, ..NumberedReading::new(step, measured) };
+        send_numbered(&mut node, time_us, &numbered);
+        sent(&mut node);
+        monitor.take(time_us, &measured, keyphasor);
+        let status = monitor.status(time_us);
+        assert_eq!(node.status(time_us), status, "step {step}");
+        let found = |estimate: Option<&Estimate>| estimate.map(|e| (e.unbalance_g_mm, e.residual));
+        assert_eq!(found(node.estimate()), found(monitor.estimate()), "step {step}");
+        seen[status.state as usize] += 1;
+        if step % 1500 == 0 {
+            node.monitor.acknowledge();
+            monitor.acknowledge();
+        }
+        if step == 4000 {
+            // a loss of power, and what both have stored
+            let memory = monitor.memory();
+            assert_eq!(memory, node.monitor.memory());
+            assert!(node.restore(&memory.encode()) && monitor.restore(&memory));
+        }
+    }
+    for state in [NodeState::Tracking, NodeState::Flagged, NodeState::Learning, NodeState::Blind] {
+        assert!(seen[state as usize] > 20, "{state:?}: {seen:?}");
+    }
 }

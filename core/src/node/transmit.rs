@@ -1,17 +1,22 @@
 //! The frames a node sends of itself: state, heartbeat, version; and the queue of all it sends.
 
 use super::{HEARTBEAT_FRAMES, Node, QUEUE_FRAMES};
-use crate::can::{Frame, Message, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION};
+use crate::can::{
+    FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, Message, MonitorResult, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION,
+    flag_at_bound,
+};
 use crate::model::MODEL_SCHEMA;
+use crate::monitor::Judgement;
 use crate::numerics::Numerics;
 use crate::state::Status;
+use crate::track::Estimate;
 
 impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<SHAPES, PROBES, PLANES>>
     Node<SHAPES, PROBES, PLANES, C>
 {
     /// Tells a change of state at once. In a conflict the state is told at other times.
     pub(super) fn announce(&mut self, time_us: u64) {
-        self.outdated = self.age_us(time_us).is_some_and(|age_us| age_us > self.age_limit_us());
+        self.outdated = self.monitor.is_outdated(time_us);
         let status = self.status(time_us);
         let known = Status { age_s: status.age_s, ..self.announced };
         if self.may_send() && status != known && !self.queue.is_full() && self.tell_state(time_us) {
@@ -73,4 +78,40 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
         }
         true
     }
+}
+
+/// The estimate of a reading as a result, with its verdict or why it has none.
+pub(super) fn result_of(sequence: u16, estimate: &Estimate, judgement: &Judgement) -> MonitorResult {
+    let mut result = MonitorResult {
+        sequence,
+        flags: 0,
+        suspect: None,
+        redundancy: estimate.redundancy,
+        streak: 0,
+        used_mask: judgement.used_mask,
+        reason: judgement.why_missing,
+        planes: estimate.planes,
+        unbalance_g_mm: estimate.unbalance_g_mm,
+        static_g_mm: estimate.static_g_mm,
+        dynamic_g_mm: estimate.dynamic_g_mm,
+        e_um: estimate.residual.e_um,
+        ratio: estimate.residual.ratio,
+        floor_um: judgement.floor_um,
+        level_um: 0.0,
+    };
+    for (plane, at_bound) in (0..).zip(estimate.at_bound) {
+        result.flags |= if at_bound { flag_at_bound(plane) } else { 0 };
+    }
+    match &judgement.verdict {
+        Err(reason) => result.reason = *reason,
+        Ok(verdict) => {
+            if verdict.is_suspicious() {
+                result.flags |= FLAG_SUSPICIOUS | if verdict.flagged { FLAG_FLAGGED } else { 0 };
+                result.reason = verdict.reason;
+            }
+            (result.suspect, result.streak, result.level_um) =
+                (verdict.suspect, verdict.streak, verdict.level_um);
+        }
+    }
+    result
 }

@@ -4,9 +4,9 @@ use std::vec::Vec;
 
 use super::testing::*;
 use super::*;
-use crate::command::{Command, Key, Outcome};
-use crate::detector::Detector;
+use crate::command::{Command, Detail, Key, Outcome};
 use crate::model::tests::rigid_rotor;
+use crate::state::NodeState;
 
 const TRIAL_S: u32 = 60;
 const TRIAL_US: u64 = 60 * SECOND_US;
@@ -59,7 +59,7 @@ fn trial_model_is_used_and_power_loss_restores_the_old_one() {
         assert!(!node.is_trial_over(now_us));
         let mut started = store.start();
         assert_eq!((started.model(), started.command_counter()), (Some(&rigid_rotor()), 5));
-        assert!(!started.monitor.detector.is_learning(), "what was learned with it is known again");
+        assert!(!started.monitor.detector().is_learning(), "what was learned with it is known again");
         let again = trial(&better(), 5);
         assert_eq!(outcome(&mut started, &mut store.clone(), 0, &again), Outcome::Replayed);
     }
@@ -96,20 +96,24 @@ fn redeployed_trial_model_is_confirmed_with_its_baseline() {
     let (mut node, mut store, time_us) = trying();
     assert!(tells_trial(&mut node, time_us + SECOND_US));
     let time_us = run(&mut node, &mut store, time_us, 30.0, |_| shown(&better(), SPEED_RPM, 1.0));
-    let detector = node.monitor.detector;
+    let detector = *node.monitor.detector();
     assert!(detector.is_learning() && detector.judged_us().is_some());
     assert_eq!(outcome(&mut node, &mut store, time_us, &deploy(&better(), 6)), Outcome::Accepted);
     assert_eq!((&store.model, store.counter), (&Some(encoded(&better())), 6));
-    assert_eq!(node.monitor.detector, detector);
+    assert_eq!(*node.monitor.detector(), detector);
     assert!(!node.is_trial_over(u64::MAX) && !tells_trial(&mut node, time_us + SECOND_US));
     let started = store.start();
     assert_eq!(started.model(), Some(&better()));
-    let memory = node.monitor.memory(&detector).encode();
+    let memory = node.monitor.memory().encode();
     assert_eq!(store.memory.as_deref(), Some(&memory[..]), "and is stored at once");
 
-    // outside of a trial the same model begins anew, as any other
-    assert_eq!(outcome(&mut node, &mut store, time_us, &deploy(&better(), 7)), Outcome::Accepted);
-    assert_eq!(node.monitor.detector, Detector::default());
+    // outside of a trial the same model changes nothing, and is not tried
+    for (request, counter) in [(deploy(&better(), 7), 7), (trial(&better(), 8), 8)] {
+        let answer = answer(&mut node, &mut store, time_us, &request);
+        assert_eq!((answer.outcome, answer.detail), (Outcome::Accepted, Detail::Unchanged));
+        assert_eq!((*node.monitor.detector(), node.command_counter()), (detector, counter));
+        assert!(!node.is_trial_over(u64::MAX), "no trial began");
+    }
 }
 
 #[test]
@@ -161,7 +165,7 @@ fn a_trial_is_refused_as_a_deployment_is_and_changes_nothing() {
     store.fails = true;
     assert_eq!(outcome(&mut node, &mut store, time_us, &trial(&better(), 5)), Outcome::Storage);
     assert_eq!((node.model(), node.command_counter(), store.savings), (Some(&rigid_rotor()), 0, savings));
-    assert!(!node.is_trial_over(u64::MAX) && !node.monitor.detector.is_learning());
+    assert!(!node.is_trial_over(u64::MAX) && !node.monitor.detector().is_learning());
 }
 
 #[test]

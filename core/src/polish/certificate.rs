@@ -11,7 +11,7 @@ pub(super) fn pull<const PROBES: usize, const PLANES: usize>(
 ) -> [Pair; PLANES] {
     let mut pull = [[0.0; 2]; PLANES];
     for (row, multiplier) in fit.rows().iter().zip(multipliers) {
-        for ([x, y], [a, b]) in pull.iter_mut().zip(row).take(fit.planes()) {
+        for ([x, y], [a, b]) in pull.iter_mut().zip(row) {
             *x += multiplier * a;
             *y += multiplier * b;
         }

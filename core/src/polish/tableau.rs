@@ -73,46 +73,66 @@ impl<const PLANES: usize> PiecewiseLinear<PLANES> {
     fn way(&self, column: usize) -> f32 {
         self.ways.as_flattened().get(column).copied().unwrap_or(0.0)
     }
+
+    #[inline]
+    fn set_way(&mut self, column: usize, way: f32) {
+        if let Some(own) = self.ways.as_flattened_mut().get_mut(column) {
+            *own = way;
+        }
+    }
 }
 
 impl<const PLANES: usize> Tableau<PLANES> {
-    #[inline]
-    pub fn new<const PROBES: usize>(fit: &BoundedFit<PROBES, PLANES>, start: [Pair; PLANES]) -> Self {
+    /// To be filled where it stays: moved once, it would cost as much as an exchange.
+    #[inline(always)]
+    pub fn empty() -> Self {
+        Self {
+            lines: Vec::new(),
+            owners: [[Owner::Nobody; 2]; PLANES],
+            tangents: array::from_fn(|_| Vec::new()),
+            bound: [0.0; PLANES],
+            length: [0.0; PLANES],
+            planes: 0,
+            rows: 0,
+        }
+    }
+
+    #[inline(never)]
+    pub fn fill<const PROBES: usize>(&mut self, fit: &BoundedFit<PROBES, PLANES>, start: [Pair; PLANES]) {
+        (self.planes, self.rows) = (fit.planes(), fit.rows().len());
         let mut squares = [0.0; PLANES];
         for row in fit.rows() {
             for (square, [a, _]) in squares.iter_mut().zip(row) {
                 *square += a * a;
             }
         }
-        let planes = fit.planes();
-        let (mut length, mut scale, mut bound) = ([0.0; PLANES], [0.0; PLANES], [0.0; PLANES]);
-        let mut owners = [[Owner::Nobody; 2]; PLANES];
-        let mut lines = Vec::new();
+        let mut scale = [0.0; PLANES];
         for plane in 0..PLANES {
             let Some(&bound_g_mm) = fit.bound_g_mm().get(plane) else {
                 continue;
             };
             let norm = scalar::sqrt(squares[plane]);
             if norm > f32::MIN_POSITIVE && bound_g_mm > f32::MIN_POSITIVE {
-                (length[plane], scale[plane], bound[plane]) = (norm, 1.0 / norm, bound_g_mm * norm);
-                owners[plane] = [Owner::Unknown; 2];
+                (self.length[plane], scale[plane]) = (norm, 1.0 / norm);
+                self.bound[plane] = bound_g_mm * norm;
+                self.owners[plane] = [Owner::Unknown; 2];
             }
             for part in 0..2 {
                 let mut ways = [[0.0; 2]; PLANES];
                 ways[plane][part] = 1.0;
-                let value = start[plane][part] * length[plane];
-                let _ = lines.push(PiecewiseLinear { value, ways, below: 0.0, above: 0.0, vanishes: false });
+                let value = start[plane][part] * self.length[plane];
+                let line = PiecewiseLinear { value, ways, below: 0.0, above: 0.0, vanishes: false };
+                let _ = self.lines.push(line);
             }
         }
         for (row, value) in fit.rows().iter().zip(fit.residuals_um(&start)) {
             let mut ways = *row;
-            for (way, scale) in ways.iter_mut().zip(&scale).take(planes) {
+            for (way, scale) in ways.iter_mut().zip(&scale) {
                 *way = way.map(|x| x * scale);
             }
-            let _ = lines.push(PiecewiseLinear { value, ways, below: -1.0, above: 1.0, vanishes: false });
+            let line = PiecewiseLinear { value, ways, below: -1.0, above: 1.0, vanishes: false };
+            let _ = self.lines.push(line);
         }
-        let tangents = array::from_fn(|_| Vec::new());
-        Self { lines, owners, tangents, bound, length, planes, rows: fit.rows().len() }
     }
 
     /// To the least cost with the tangents there are, or as near as the number of exchanges allows.
@@ -134,7 +154,7 @@ impl<const PLANES: usize> Tableau<PLANES> {
         let mut slopes = [[0.0; 2]; PLANES];
         for line in self.kinks().filter(|line| !line.vanishes) {
             let slope = line.slope();
-            for ([x, y], [a, b]) in slopes.iter_mut().zip(&line.ways).take(self.planes) {
+            for ([x, y], [a, b]) in slopes.iter_mut().zip(&line.ways) {
                 *x += slope * a;
                 *y += slope * b;
             }
@@ -178,30 +198,33 @@ impl<const PLANES: usize> Tableau<PLANES> {
     /// The line whose zero ends the descent along a column: each zero on the way makes it less steep.
     #[inline]
     fn search(&self, column: usize, direction: f32, mut steepness: f32) -> Option<usize> {
-        let mut passed = 0_u64;
+        let first = 2 * self.planes;
+        let mut distances: Vec<f32, LINES> = Vec::new();
+        for line in self.kinks() {
+            let rate = direction * line.way(column);
+            let is_ahead = !line.vanishes && line.value * rate <= 0.0 && rate.abs() >= SMALLEST_RATE;
+            let _ = distances.push(if is_ahead { line.value.abs() / rate.abs() } else { f32::INFINITY });
+        }
         let mut last = None;
         loop {
-            let (mut nearest, mut next) = (f32::INFINITY, None);
-            for (place, line) in self.lines.iter().enumerate().skip(2 * self.planes) {
-                let rate = direction * line.way(column);
-                if line.vanishes || line.value * rate > 0.0 || rate.abs() < SMALLEST_RATE {
-                    continue;
-                }
-                let distance = line.value.abs() / rate.abs();
-                if distance < nearest && passed >> place & 1 == 0 {
-                    (nearest, next) = (distance, Some((place, rate.abs() * (line.above - line.below))));
+            let (mut nearest, mut next) = (f32::INFINITY, 0);
+            for (place, &distance) in distances.iter().enumerate() {
+                if distance < nearest {
+                    (nearest, next) = (distance, place);
                 }
             }
-            let Some((place, rise)) = next else {
+            let (true, Some(distance), Some(line)) =
+                (nearest < f32::INFINITY, distances.get_mut(next), self.lines.get(first + next))
+            else {
                 // Rounding hid the last rise.
                 return last;
             };
-            steepness -= rise;
+            *distance = f32::INFINITY;
+            last = Some(first + next);
+            steepness -= line.way(column).abs() * (line.above - line.below);
             if steepness <= 0.0 {
-                return Some(place);
+                return last;
             }
-            passed |= 1 << place;
-            last = Some(place);
         }
     }
 
@@ -213,28 +236,18 @@ impl<const PLANES: usize> Tableau<PLANES> {
         };
         let reciprocal = 1.0 / line.way(column);
         for other in &mut self.lines {
-            let Some(way) = other.ways.as_flattened_mut().get_mut(column) else {
-                continue;
-            };
-            let factor = *way * reciprocal;
-            *way = 0.0;
+            let factor = other.way(column) * reciprocal;
             other.value -= factor * line.value;
-            for (cell, pivot) in
-                other.ways.as_flattened_mut().iter_mut().zip(line.ways.as_flattened()).take(2 * self.planes)
-            {
+            for (cell, pivot) in other.ways.as_flattened_mut().iter_mut().zip(line.ways.as_flattened()) {
                 *cell -= factor * pivot;
             }
-            if let Some(way) = other.ways.as_flattened_mut().get_mut(column) {
-                *way = factor;
-            }
+            other.set_way(column, factor);
         }
         if let Some(line) = self.lines.get_mut(entering) {
             line.value = 0.0;
             line.ways = [[0.0; 2]; PLANES];
             line.vanishes = true;
-            if let Some(way) = line.ways.as_flattened_mut().get_mut(column) {
-                *way = 1.0;
-            }
+            line.set_way(column, 1.0);
         }
         if let Some(owner) = self.owners.as_flattened_mut().get_mut(column) {
             if let Owner::Line(leaving) = *owner
@@ -267,32 +280,37 @@ impl<const PLANES: usize> Tableau<PLANES> {
         &self,
         fit: &BoundedFit<PROBES, PLANES>,
     ) -> Vec<f32, { 2 * MAX_PROBES }> {
+        let first = 2 * self.planes;
         let slopes = self.slopes();
-        let rows = || self.lines.iter().enumerate().skip(2 * self.planes).take(self.rows);
-        let multiplier =
-            |(place, line): (usize, &PiecewiseLinear<PLANES>)| match self.slope_of(place, &slopes) {
-                Some(slope) => -slope,
-                None => line.slope(),
-            };
         let mut multipliers = Vec::new();
-        for row in rows() {
-            let _ = multipliers.push(multiplier(row));
+        for line in self.kinks().take(self.rows) {
+            let _ = multipliers.push(line.slope());
+        }
+        let rows = self.owners.as_flattened().iter().enumerate().filter_map(|(column, owner)| match owner {
+            Owner::Line(place) => Some((column, place.checked_sub(first)?)),
+            _ => None,
+        });
+        for (column, row) in rows.clone() {
+            if let (Some(multiplier), Some(slope)) =
+                (multipliers.get_mut(row), slopes.as_flattened().get(column))
+            {
+                *multiplier = -slope;
+            }
         }
         if self.has_tangents() {
             return multipliers;
         }
         // Without tangents Hᵀλ is zero but for what the exchanges left of rounding, which a wide bound would magnify.
-        let left = certificate::pull(fit, &multipliers);
-        for (multiplier, (place, _)) in multipliers.iter_mut().zip(rows()) {
-            let Some(column) = self.column_of(place) else {
+        let mut left = certificate::pull(fit, &multipliers);
+        for (left, length) in left.iter_mut().zip(&self.length) {
+            *left = if *length > 0.0 { left.map(|part| part / length) } else { [0.0; 2] };
+        }
+        for (column, row) in rows {
+            let Some(multiplier) = multipliers.get_mut(row) else {
                 continue;
             };
-            let unknowns = left.as_flattened().iter().zip(&self.lines).take(2 * self.planes);
-            for (number, (left, unknown)) in unknowns.enumerate() {
-                let length = self.length.get(number / 2).copied().unwrap_or(0.0);
-                if length > 0.0 {
-                    *multiplier -= unknown.way(column) * left / length;
-                }
+            for (left, unknown) in left.as_flattened().iter().zip(&self.lines).take(first) {
+                *multiplier -= unknown.way(column) * left;
             }
         }
         multipliers

@@ -1,30 +1,25 @@
-//! The equations of forward and backward whirl, and what couples them.
+//! The equations of forward and backward whirl in the shaft's modes.
+
+use core::array;
 
 use heapless::Vec;
 
 use super::{C, SupportAmplitudes};
-use crate::linear::Symmetric;
 use crate::model::{MAX_SUPPORTS, Model};
 use crate::support::Block;
 
-/// The two matrices and the couplings between them.
+/// The shaft on its nominal springs, and what each support adds to its own: forces `ΔZ·(p, m)` at its shape.
 pub(super) struct Equations<const N: usize> {
-    pub forward: Symmetric<N>,
-    pub backward: Symmetric<N>,
-    pub couplings: Vec<Coupling<N>, MAX_SUPPORTS>,
-}
-
-/// What ties forward to backward whirl at a support: `Fp += φφᵀ·pm·m`, `Fm += φφᵀ·mp·p`.
-#[derive(Clone, Copy)]
-pub(super) struct Coupling<const N: usize> {
-    pub shape: [f32; N],
-    pub pm: C,
-    pub mp: C,
+    /// `1 − W²/W_j²` of each mode.
+    pub forward: [f32; N],
+    /// `1 − W²/W_j² + 2iWη` of each mode.
+    pub backward: [C; N],
+    /// `[[pp, pm], [mp, mm]]`, less the nominal spring, N/m.
+    pub supports: Vec<Block, MAX_SUPPORTS>,
 }
 
 impl<const N: usize> Equations<N> {
-    /// Of the shaft alone; above the diagonal there is nothing. Written once: a matrix that is zeroed first costs as much as
-    /// a right-hand side.
+    /// Of the shaft, the supports being added where it stays: moved once, it would cost as much as a right-hand side.
     #[inline(always)]
     pub fn of_shaft<const PROBES: usize, const PLANES: usize>(
         model: &Model<N, PROBES, PLANES>,
@@ -32,16 +27,11 @@ impl<const N: usize> Equations<N> {
     ) -> Self {
         let square = speed * speed;
         let lag = 2.0 * speed * model.internal_damping_s;
-        // The matrices are symmetric: nalgebra's columns will do for rows.
-        let k = |i: usize, j: usize| model.stiffness.data.0[i][j];
-        let inertia = |i: usize, j: usize| k(i, j) - square * model.mass.data.0[i][j];
-        let gyroscopic = |i: usize, j: usize| square * model.polar_inertia.data.0[i][j];
-        let forward = |i, j| C::new(inertia(i, j) + gyroscopic(i, j), 0.0);
-        let backward = |i, j| C::new(inertia(i, j) - gyroscopic(i, j), lag * k(i, j));
+        let ([forward_s2], [backward_s2]) = (&model.shaft.forward_s2.data.0, &model.shaft.backward_s2.data.0);
         Self {
-            forward: Symmetric::from_fn(forward),
-            backward: Symmetric::from_fn(backward),
-            couplings: Vec::new(),
+            forward: array::from_fn(|j| 1.0 - square * forward_s2[j]),
+            backward: array::from_fn(|j| C::new(1.0 - square * backward_s2[j], lag)),
+            supports: Vec::new(),
         }
     }
 
@@ -52,28 +42,19 @@ impl<const N: usize> Equations<N> {
         speed: f32,
         SupportAmplitudes(amplitudes): &SupportAmplitudes,
     ) {
+        let lag = 2.0 * speed * model.internal_damping_s;
+        let mut springs = model.shaft.springs_n_m.iter();
         for (support, &amplitude) in model.supports.iter().zip(amplitudes) {
             let knots = support.table.map_or(&[][..], |table| model.knots_of(table));
-            let [[pp, pm], [mp, mm]] = whirling(&support.dynamic_stiffness(knots, speed, amplitude));
-            let [shape] = &support.shape.data.0;
-            self.add_support(shape, pp, mm);
-            if pm != C::default() || mp != C::default() {
-                // As many places as a model has supports.
-                let _ = self.couplings.push(Coupling { shape: *shape, pm, mp });
+            let mut block = whirling(&support.dynamic_stiffness(knots, speed, amplitude));
+            if let Some(&spring) = springs.next() {
+                // The modes are damped whole; the spring is no part of the shaft.
+                let [[pp, _], [_, mm]] = &mut block;
+                pp.re -= spring;
+                *mm -= C::new(spring, spring * lag);
             }
-        }
-    }
-
-    #[inline(never)]
-    fn add_support(&mut self, shape: &[f32; N], pp: C, mm: C) {
-        let rows = self.forward.rows.iter_mut().zip(&mut self.backward.rows).zip(shape);
-        for (i, ((forward, backward), &here)) in rows.enumerate() {
-            let (pp, mm) = (pp * here, mm * here);
-            let triangle = shape.get(..=i).unwrap_or_default();
-            for ((forward, backward), &there) in forward.iter_mut().zip(backward).zip(triangle) {
-                *forward += pp * there;
-                *backward += mm * there;
-            }
+            // As many places as a model has supports.
+            let _ = self.supports.push(block);
         }
     }
 }

@@ -5,7 +5,7 @@ use core::array;
 use super::C;
 use crate::model::{ForcingLaw, Model};
 
-/// Coordinates of the forward and the backward whirl.
+/// Coordinates of the modes of forward and backward whirl.
 #[derive(Clone, Copy)]
 pub(crate) struct Whirl<const N: usize> {
     pub plus: [C; N],

@@ -2,13 +2,11 @@
 
 use core::array;
 
-use nalgebra::SVector;
-
-use super::coupled::at;
+use super::correction::at;
 use super::equations::whirling;
 use super::motion::{Motion, Whirl};
-use super::{C, Linear, Response, ResponseError, SupportAmplitudes};
-use crate::model::{Model, Pair, Probe};
+use super::{C, Linear, Response, SupportAmplitudes};
+use crate::model::{Model, Pair, Probe, Shape};
 use crate::scalar;
 
 /// Forward and backward whirl at one place of the shaft for each right-hand side.
@@ -18,11 +16,17 @@ struct WhirlMotion<const PLANES: usize> {
     forced: Option<[C; 2]>,
 }
 
+/// Once in flash, not once for each right-hand side.
+#[inline(never)]
+fn whirl_at<const N: usize>(shape: &Shape<N>, whirl: &Whirl<N>) -> [C; 2] {
+    let ([plus], [minus]) = (&shape.forward.data.0, &shape.backward.data.0);
+    [at(plus, &whirl.plus), at(minus, &whirl.minus)]
+}
+
 impl<const PLANES: usize> WhirlMotion<PLANES> {
     #[inline]
-    fn new<const N: usize>(motion: &Motion<N, PLANES>, shape: &SVector<f32, N>) -> Self {
-        let [shape] = &shape.data.0;
-        let whirl = |whirl: &Whirl<N>| [at(shape, &whirl.plus), at(shape, &whirl.minus)];
+    fn new<const N: usize>(motion: &Motion<N, PLANES>, shape: &Shape<N>) -> Self {
+        let whirl = |whirl: &Whirl<N>| whirl_at(shape, whirl);
         Self { planes: motion.planes.each_ref().map(whirl), forced: motion.forced.as_ref().map(whirl) }
     }
 
@@ -46,18 +50,17 @@ impl<const PLANES: usize> WhirlMotion<PLANES> {
 }
 
 impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
-    /// What the probes show of it.
+    /// What the probes show of it, which may not be finite.
     #[inline(never)]
     pub fn read<const PROBES: usize>(
         &self,
         model: &Model<N, PROBES, PLANES>,
         speed: f32,
         amplitudes: &SupportAmplitudes,
-    ) -> Result<Response<PROBES, PLANES>, ResponseError> {
-        let mut is_finite = true;
+    ) -> Response<PROBES, PLANES> {
         // Probes come in pairs at one place.
         let mut before: Option<(&Probe<N>, WhirlMotion<PLANES>)> = None;
-        let probes = array::from_fn(|number| {
+        let shown = |number: usize| {
             let Some(probe) = model.probes.get(number) else {
                 return Linear { per_unbalance: [C::default(); PLANES], fixed: C::default() };
             };
@@ -69,11 +72,9 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
             let mut linear = place.along(probe.direction, C::new(re, im));
             let [re, im] = probe.runout_um;
             linear.fixed += C::new(re, im);
-            is_finite &= linear.is_finite();
             linear
-        });
-        let count = model.probes.len() as u8;
-        if is_finite { Ok(Response { probes, count }) } else { Err(ResponseError::NotFinite) }
+        };
+        Response { probes: array::from_fn(shown), count: model.probes.len() as u8 }
     }
 
     /// The motion a probe sees: of the shaft, less that of the housing it is mounted on.

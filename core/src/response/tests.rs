@@ -4,26 +4,38 @@ use heapless::Vec;
 use nalgebra::{ComplexField, Matrix1, SMatrix, SVector};
 
 use super::*;
-use crate::model::tests::rigid_rotor;
-use crate::model::{Forcing, ForcingLaw, Pedestal, Probe, Support};
+use crate::model::tests::{rigid_matrices, rigid_place, rigid_rotor};
+use crate::model::{Forcing, ForcingLaw, Matrices, Modes, Pedestal, Probe, Spring, Support};
 
 const STILL: SupportAmplitudes = SupportAmplitudes([[0.0; 2]; MAX_SUPPORTS]);
 
 /// A disk of 10 kg on two springs of half of `k` and `c` each: one shape, equal to one everywhere.
 fn jeffcott(k: f32, c: f32) -> Model<1, 4, 1> {
+    jeffcott_on(0.0, k, c)
+}
+
+/// The same with a spring in the shaft.
+fn jeffcott_on(shaft_n_m: f64, k: f32, c: f32) -> Model<1, 4, 1> {
     let one = SVector::from([1.0]);
+    let matrices = Matrices {
+        stiffness: Matrix1::new(shaft_n_m),
+        mass: Matrix1::new(10.0),
+        polar_inertia: Matrix1::zeros(),
+    };
+    let springs = [Spring { shape: one, stiffness_n_m: f64::from(0.5 * k) }; 2];
+    let modes = Modes::new(&matrices, &springs).unwrap();
+    let here = modes.shape(&one);
     let directions = [[1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0, 1.0]];
     Model {
         machine: [0; 4],
-        stiffness: Matrix1::zeros(),
-        mass: Matrix1::new(10.0),
-        polar_inertia: Matrix1::zeros(),
+        shaft: modes.shaft(),
         internal_damping_s: 0.0,
-        planes: Vec::from_array([one]),
-        supports: [0, 1].map(|_| Support::isotropic(one, 0.5 * k, 0.5 * c)).into_iter().collect(),
+        planes: Vec::from_array([here.forward]),
+        supports: [0, 1].map(|_| Support::isotropic(here, 0.5 * k, 0.5 * c)).into_iter().collect(),
         knots: Vec::new(),
         forcings: Vec::new(),
-        probes: directions.map(|direction| Probe::plain(one, direction, 0)).into_iter().collect(),
+        probes: directions.map(|direction| Probe::plain(here, direction, 0)).into_iter().collect(),
+        masked: 0,
         initial_unbalance_g_mm: Vec::from_array([[1000.0, 0.0]]),
         unbalance_floor_g_mm: 1.0,
         noise: Default::default(),
@@ -68,23 +80,22 @@ fn forward_whirl_is_stiffened_by_the_gyroscopic_term() {
     }
     let w = 900.0;
     let at_speed = response(&model, w, &STILL).unwrap();
-    let supports = model.supports.iter().fold(SMatrix::<f64, 2, 2>::zeros(), |sum, support| {
-        let shape = support.shape.map(f64::from);
-        sum + shape * shape.transpose() * 5e7
-    });
+    let supports = [-1.0, 1.0]
+        .map(rigid_place)
+        .iter()
+        .fold(SMatrix::<f64, 2, 2>::zeros(), |sum, shape| sum + shape * shape.transpose() * 5e7);
     let square = f64::from(w) * f64::from(w);
-    let stiffness = supports - (model.mass - model.polar_inertia).map(f64::from) * square;
-    let shape = model.planes[1].map(f64::from);
-    let p = stiffness.try_inverse().unwrap() * shape * square;
-    let want = model.probes[2].shape.map(f64::from).dot(&p) as f32;
+    let Matrices { mass, polar_inertia, .. } = rigid_matrices();
+    let stiffness = supports - (mass - polar_inertia) * square;
+    let p = stiffness.try_inverse().unwrap() * rigid_place(0.6) * square;
+    let want = rigid_place(0.95).dot(&p) as f32;
     close(at_speed.probes()[2].per_unbalance[1], C::new(want, 0.0), 1e-5);
     close(at_speed.probes()[3].per_unbalance[1], C::new(0.0, -want), 1e-5);
 }
 
 #[test]
 fn internal_damping_does_nothing_on_forward_synchronous_whirl() {
-    let mut model = jeffcott(1e6, 100.0);
-    model.stiffness = Matrix1::new(5e6);
+    let mut model = jeffcott_on(5e6, 1e6, 100.0);
     let without = response(&model, 700.0, &STILL).unwrap();
     model.internal_damping_s = 1e-3;
     let with = response(&model, 700.0, &STILL).unwrap();

@@ -1,5 +1,5 @@
 use super::*;
-use crate::model::tests::rigid_rotor;
+use crate::model::tests::{rigid_modes, rigid_place, rigid_rotor};
 use crate::model::{Noise, Probe, Support};
 use crate::response::{response, support_amplitudes};
 use crate::testing::Random;
@@ -132,22 +132,22 @@ fn one_plane_has_no_dynamic_unbalance() {
 /// The rigid rotor seen by eight probes.
 fn roomy() -> Model<2, 8, 4> {
     let small = rigid_rotor();
-    let at = |place: f32| nalgebra::SVector::from([1.0, place]);
+    let modes = rigid_modes();
     let probe = |number: u8| {
         let angle = 0.4 + 0.9 * f32::from(number);
-        Probe::plain(at(f32::from(number) / 4.0 - 0.9), [angle.cos(), angle.sin()], number / 4)
+        let place = rigid_place(f64::from(number) / 4.0 - 0.9);
+        Probe::plain(modes.shape(&place), [angle.cos(), angle.sin()], number / 4)
     };
     Model {
         machine: small.machine,
-        stiffness: small.stiffness,
-        mass: small.mass,
-        polar_inertia: small.polar_inertia,
+        shaft: small.shaft,
         internal_damping_s: 0.0,
         planes: small.planes.iter().copied().collect(),
         supports: small.supports,
         knots: Vec::new(),
         forcings: Vec::new(),
         probes: (0..8).map(probe).collect(),
+        masked: 0,
         initial_unbalance_g_mm: small.initial_unbalance_g_mm.iter().copied().collect(),
         unbalance_floor_g_mm: 100.0,
         noise: Noise { relative: 0.0, floor_um: 0.1 },

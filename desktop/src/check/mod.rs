@@ -183,6 +183,7 @@ fn completed(rotor: &Rotor) -> Rotor {
                 bearing: b.name.clone(),
                 position_m: b.position_m,
                 angle_deg,
+                used: true,
                 mount: Mount::default(),
                 gap: None,
             })

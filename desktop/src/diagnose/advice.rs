@@ -159,6 +159,7 @@ fn measurements(base: &BaseModel, rotor: &Rotor) -> Vec<Measurement> {
             bearing: rotor.bearing[0].name.clone(),
             position_m: disk.position_m,
             angle_deg,
+            used: true,
             mount: Mount::Ground,
             gap: None,
         };

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 pub use super::bearing::Bearing;
 pub use super::coupling::{Coupling, Flexibility};
+pub use super::probes::UnusedProbe;
 pub use super::segment::Segment;
 pub use crate::bearing::constant::{Coefficients, Constant};
 use crate::bearing::foundation::{Footing, Foundation};
@@ -57,6 +58,9 @@ pub struct Rotor {
     pub foundation: Option<Foundation>,
     #[serde(default)]
     pub probe: Vec<Probe>,
+    /// Probes that the file has and nothing uses; see [`Rotor::whole`].
+    #[serde(skip)]
+    pub unused: Vec<UnusedProbe>,
     /// Planes in which the unbalance is sought.
     #[serde(default)]
     pub plane: Vec<Plane>,
@@ -210,12 +214,23 @@ pub struct Probe {
     pub position_m: f64,
     /// From +x, in the direction of rotation, degrees.
     pub angle_deg: f64,
+    /// Whether its readings are used; a controller masks one that is not.
+    #[serde(default = "used", skip_serializing_if = "is_used")]
+    pub used: bool,
     /// What it is mounted on.
     #[serde(default, skip_serializing_if = "is_default")]
     pub mount: Mount,
     /// Its gap voltage, if that of the shaft at rest is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<Gap>,
+}
+
+fn used() -> bool {
+    true
+}
+
+fn is_used(used: &bool) -> bool {
+    *used
 }
 
 /// Gap voltage of an eddy-current probe: negative, and more so the further away the shaft is.

@@ -21,7 +21,8 @@ impl Rotor {
         let pieces = self.shaft.iter().map(|s| format!("piece {:e} {:e}", s.length_m, s.inner_diameter_m));
         let disks = self.disk.iter().map(|disk| format!("disk {}", disk.name));
         let bearings = self.bearing.iter().map(|bearing| format!("bearing {}", bearing.name));
-        let probes = self.probe.iter().map(|probe| format!("probe {}", probe.name));
+        let whole = self.whole();
+        let probes = whole.probe.iter().map(|probe| format!("probe {}", probe.name));
         let name = std::iter::once(format!("name {}", self.name));
         name.chain(pieces).chain(disks).chain(bearings).chain(probes).collect()
     }

@@ -6,6 +6,7 @@ mod coupling;
 pub mod drawing;
 mod identity;
 pub mod place;
+pub mod probes;
 mod segment;
 pub mod tolerance;
 pub mod weights;

@@ -5,10 +5,12 @@ use std::path::Path;
 
 use super::reading::{Reading, phasor_m};
 use crate::error::Error;
-use crate::machine::drawing::Rotor;
+use crate::machine::drawing::{Rotor, UnusedProbe};
 
 /// No proximity probe measures more than this, µm; a larger number is a wrong unit.
 pub const LARGEST_UM: f64 = 10_000.0;
+/// Beyond all calendars: Julian days are 2.5 million, days since the year 0 0.7 million. Seconds are beyond it.
+const LAST_DAY: f64 = 1e7;
 /// Supply of an eddy-current probe, with room, V.
 pub const LOWEST_GAP_V: f64 = -30.0;
 /// No rotor of this kind turns faster; a larger number is a wrong unit.
@@ -45,14 +47,16 @@ pub struct ProbeRecord {
 impl Columns {
     fn find(file: &str, headers: &csv::StringRecord, rotor: &Rotor) -> Result<Self, Error> {
         let names: Vec<&str> = rotor.probe.iter().map(|p| p.name.as_str()).collect();
-        Self::of_probes(file, headers, &names, "um", &format!("rotor \"{}\"", rotor.name))
+        let unused: Vec<&str> = rotor.unused.iter().map(UnusedProbe::name).collect();
+        Self::of_probes(file, headers, &names, &unused, "um", &format!("rotor \"{}\"", rotor.name))
     }
 
-    /// The columns of probes of these names; `owner` is whose they are, for messages.
+    /// The columns of probes of these names, beside which those of `unused` ones may stand; `owner` is whose they are, for messages.
     fn of_probes(
         file: &str,
         headers: &csv::StringRecord,
         names: &[impl AsRef<str>],
+        unused: &[&str],
         unit: &str,
         owner: &str,
     ) -> Result<Self, Error> {
@@ -70,7 +74,14 @@ impl Columns {
         let gaps = names.iter().map(|name| place(&format!("{}_gap_v", name.as_ref()))).collect();
         let columns =
             Self { run: place("run"), time_d: place("time_d"), speed_rpm, probes, gaps, unit: unit.into() };
-        for (i, name) in headers.iter().enumerate() {
+        let is_of_unused = |column: &str| {
+            let of_probe = |name: &&str| column.trim().strip_prefix(*name);
+            unused.iter().filter_map(of_probe).any(|of| {
+                of == "_gap_v"
+                    || [format!("_cos_{unit}"), format!("_sin_{unit}")].iter().any(|part| part == of)
+            })
+        };
+        for (i, name) in headers.iter().enumerate().filter(|(_, name)| !is_of_unused(name)) {
             let gaps = columns.gaps.iter().flatten();
             let known = columns.probes.iter().flatten().chain([&columns.speed_rpm]).chain(gaps);
             if !known.chain(columns.run.iter()).chain(columns.time_d.iter()).any(|k| *k == i) {
@@ -145,7 +156,7 @@ pub fn series(
     let (mut unit, mut probes) = Default::default();
     let columns = |headers: &csv::StringRecord| {
         (probes, unit) = probes_of(file, headers)?;
-        Columns::of_probes(file, headers, &probes, &unit, "this file")
+        Columns::of_probes(file, headers, &probes, &[], &unit, "this file")
     };
     let readings = every_row(file, text, columns, known)?;
     Ok(ProbeRecord { unit, probes, readings })
@@ -270,10 +281,17 @@ fn row(
         }
     }
     let time_d = match columns.time_d {
-        Some(column) => Some(
-            number(column)?
-                .ok_or_else(|| Error::measurement(file, at("time_d"), "is empty, expected a day"))?,
-        ),
+        Some(column) => {
+            let day = number(column)?
+                .ok_or_else(|| Error::measurement(file, at("time_d"), "is empty, expected a day"))?;
+            if day.abs() > LAST_DAY {
+                let what = format!(
+                    "{day} is no day, expected -{LAST_DAY} to {LAST_DAY}; seconds are to be divided by 86400"
+                );
+                return Err(Error::measurement(file, at("time_d"), what));
+            }
+            Some(day)
+        }
         None => None,
     };
     let run = columns.run.and_then(|c| record.get(c)).map(|s| s.trim().to_string());

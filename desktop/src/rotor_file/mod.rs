@@ -26,8 +26,7 @@ use validation::{check, check_materials};
 pub fn read(path: &Path) -> Result<Rotor, Error> {
     let (file, text) = contents(path)?;
     let rotor = from_toml(&file, &text, path.parent())?;
-    check(&file, &rotor)?;
-    Ok(rotor)
+    checked(&file, rotor)
 }
 
 /// Reads a rotor whose trial weights may lack their angles: what those weights do is not known, so they
@@ -45,8 +44,7 @@ pub fn read_allowing_unstated_angles(path: &Path) -> Result<(Rotor, Vec<String>)
             without.push(run.name.clone());
         }
     }
-    check(&file, &rotor)?;
-    Ok((rotor, without))
+    Ok((checked(&file, rotor)?, without))
 }
 
 /// A file's name for messages, and its text.
@@ -63,7 +61,16 @@ fn contents(path: &Path) -> Result<(String, String), Error> {
 /// As [`read`].
 pub fn parse(file: &str, text: &str) -> Result<Rotor, Error> {
     let rotor = from_toml(file, text, None)?;
+    checked(file, rotor)
+}
+
+/// The machine as it is computed with: checked with all its probes, and with the used ones alone.
+fn checked(file: &str, rotor: Rotor) -> Result<Rotor, Error> {
     check(file, &rotor)?;
+    let rotor = rotor.set_aside();
+    if !rotor.unused.is_empty() {
+        check(file, &rotor)?;
+    }
     Ok(rotor)
 }
 
@@ -94,7 +101,8 @@ fn from_toml(file: &str, text: &str, folder: Option<&Path>) -> Result<Rotor, Err
 /// If the rotor does not pass the same checks as a file that is read, or the file cannot be written.
 pub fn write(path: &Path, rotor: &Rotor) -> Result<(), Error> {
     let file = path.display().to_string();
-    check(&file, rotor)?;
-    let text = toml::to_string(rotor).map_err(|e| Error::file(&file, e))?;
+    let whole = rotor.whole();
+    check(&file, &whole)?;
+    let text = toml::to_string(&whole).map_err(|e| Error::file(&file, e))?;
     whole_file::write(path, text.as_bytes())
 }

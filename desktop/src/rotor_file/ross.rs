@@ -159,6 +159,7 @@ impl Import<'_> {
             tolerance: None,
             rated: None,
             foundation: None,
+            unused: Vec::new(),
             identify: None,
             shaft,
             coupling,
@@ -294,6 +295,7 @@ fn probes(bearings: &[Bearing]) -> Vec<Probe> {
             bearing: b.name.clone(),
             position_m: b.position_m,
             angle_deg,
+            used: true,
             mount: Mount::default(),
             gap: None,
         })

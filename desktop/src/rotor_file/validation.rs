@@ -220,6 +220,9 @@ fn check_probes_and_planes(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         let key = |name: &str| format!("[[probe]] \"{}\" {name}", p.name);
         c.on_shaft(&key("position_m"), p.position_m, length)?;
         c.within(&key("angle_deg"), p.angle_deg, -360.0, 360.0, "degrees")?;
+        if !p.used && rotor.schema < 2 {
+            return c.fail("schema", format!("{} does not know {}, expected 2", rotor.schema, key("used")));
+        }
         if let Some(gap) = p.gap {
             c.within(&key("gap.at_rest_v"), gap.at_rest_v, LOWEST_GAP_V, 0.0, "V")?;
             c.within(&key("gap.sensitivity_v_mm"), gap.sensitivity_v_mm, 0.1, 100.0, "V/mm")?;

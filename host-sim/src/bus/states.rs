@@ -36,10 +36,14 @@ impl States {
     }
 }
 
-/// The name of a state or a reason where programs read it: `NoModel` is `no_model`.
+/// The name of a state or a reason where programs read it: `NoModel` is `no_model`, `Unknown(30)` is `reason_30`.
 pub fn name(of: impl Debug) -> String {
+    let written = format!("{of:?}");
+    if let Some(code) = written.strip_prefix("Unknown(") {
+        return format!("reason_{}", code.trim_end_matches(')'));
+    }
     let mut name = String::new();
-    for letter in format!("{of:?}").chars() {
+    for letter in written.chars() {
         if letter.is_uppercase() && !name.is_empty() {
             name.push('_');
         }
@@ -91,5 +95,6 @@ mod tests {
         ];
         assert_eq!(states, expected);
         assert_eq!(name(Reason::NumberInUse), "number_in_use");
+        assert_eq!(name(Reason::from_code(30)), "reason_30");
     }
 }

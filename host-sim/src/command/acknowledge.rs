@@ -1,21 +1,25 @@
-//! `acknowledge`: lowers the flag that a monitor holds up.
+//! `acknowledge`: lowers the flag that a monitor holds up, and begins a new reference of the unbalance.
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_core::state::Status;
+use rotor_edge_core::state::{Reason, Status};
 use serde_json::{Value, json};
 
 use super::command_target::CommandTarget;
 use super::output;
 use crate::bus::numbers::bearing_number;
 use crate::bus::states::name;
-use crate::deploy::acknowledge;
+use crate::deploy::{acknowledge, suspected};
 use crate::watch::reasons::why;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
     #[command(flatten)]
     monitor: CommandTarget,
+    /// Also if no flag is up: the unbalance is about to change, by a balancing weight, a washed rotor or an exchanged coupling. To
+    /// be sent while the machine stands still
+    #[arg(long)]
+    announce: bool,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
@@ -25,19 +29,24 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut authority = arguments.monitor.authority()?;
     let node = authority.node();
     let mut bus = arguments.monitor.open()?;
-    let [before, now] = acknowledge(&mut authority, &mut *bus)?;
+    let [before, now] = acknowledge(&mut authority, &mut *bus, arguments.announce)?;
     if arguments.json {
         return output::json(&summary(node, &before, &now));
     }
     let Status { cause, suspect, .. } = before;
-    let suspect =
-        suspect.map_or(String::new(), |bearing| format!(", suspect bearing {}", bearing_number(bearing)));
+    match cause {
+        Reason::None => println!("Monitor {node} held no flag; it is {} now.", name(now.state)),
+        cause => println!(
+            "Monitor {node} lowered its flag ({}{}); it is {} now.",
+            why(cause, 0).what,
+            suspected(suspect),
+            name(now.state)
+        ),
+    }
     println!(
-        "Monitor {node} lowered its flag ({}{suspect}); it is {} now.",
-        why(cause, 0).what,
-        name(now.state)
+        "The unbalance that it finds next is its new reference, as after a balancing weight, a washed rotor or an exchanged \
+         coupling. A misfit that persists is flagged again."
     );
-    println!("What still misfits will be flagged again.");
     Ok(())
 }
 
@@ -54,7 +63,7 @@ fn summary(node: u8, before: &Status, now: &Status) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use rotor_edge_core::state::{NodeState, Reason};
+    use rotor_edge_core::state::NodeState;
 
     use super::*;
 

@@ -36,7 +36,8 @@ pub fn of_file(path: &Path, fastest_rpm: Option<f64>, slow_roll: Option<&Path>) 
         let runout_m = measurement::runout_m(slow_roll, &rotor)?;
         add_runout(&mut rotor, &runout_m)?;
     }
-    Deployment::new(&rotor, fastest_rpm)
+    // its readings have all probes, and it masks those that are not used
+    Deployment::new(&rotor.whole(), fastest_rpm)
 }
 
 /// States runout as an effect of the machine.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::diagnose::{DiagnosisVerdict, ImprovementOutcome, improve_telling};
-use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::machine::drawing::{Rotor, UnusedProbe};
 use rotor_edge_desktop::measurement::Reading;
 
 use super::diagnose::fitted::{self, Fitted};
@@ -14,6 +14,7 @@ use super::listener::Listener;
 use super::output::{self, Json};
 use crate::answers::diagnose::ImprovementAnswer;
 use crate::command::shell;
+use crate::edge::Redundancy;
 use crate::render;
 
 #[derive(Debug, Args)]
@@ -23,12 +24,16 @@ pub struct Arguments {
     /// Where to write the better model
     #[arg(short, long)]
     output: PathBuf,
+    /// Leave out a probe that cannot be trusted, by its name; may be given several times. The written model has it with
+    /// used = false: no command uses its readings, and the controller masks it
+    #[arg(long, value_name = "PROBE")]
+    without: Vec<String>,
     #[command(flatten)]
     form: output::Form,
 }
 
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
-    let (rotor, readings) = arguments.measured.read()?;
+    let (rotor, readings) = arguments.measured.read_without(&arguments.without)?;
     let mut added = 0;
     let (working, hear) = listener.search("effects and sets of them tried");
     let outcome = improve_telling(&rotor, &readings, &hear, |step| {
@@ -42,7 +47,8 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     });
     working.finish_and_clear();
     let outcome = outcome?;
-    let answer = ImprovementAnswer::from(&outcome);
+    let mut answer = ImprovementAnswer::from(&outcome);
+    answer.remarks.extend(not_used(&rotor));
     let next = next(arguments, outcome.verdict);
     let fits =
         arguments.form.report.as_ref().map(|_| fits(&rotor, &readings, &outcome, &answer)).transpose()?;
@@ -61,6 +67,13 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (words, command) = next;
     println!("\nWritten to {}.\nNext: {words}\n  {command}", arguments.output.display());
     Ok(None)
+}
+
+/// The probes that are not used, and what is left without them.
+fn not_used(rotor: &Rotor) -> Option<String> {
+    let names: Vec<&str> = rotor.unused.iter().map(UnusedProbe::name).collect();
+    let words = Redundancy::of(rotor).words();
+    (!names.is_empty()).then(|| format!("Not used: {}. Readings have {words}.", names.join(", ")))
 }
 
 /// What to do, and the command for it.

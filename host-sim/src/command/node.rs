@@ -15,7 +15,7 @@ use crate::bus::counters::named;
 use crate::clock::RealTime;
 use crate::deploy::read_key;
 use crate::edge::encoded;
-use crate::node::{Controller, ModelChange, Store, serve};
+use crate::node::{Controller, Event, Store, serve};
 use crate::watch::reasons::why;
 
 /// So long after a restart no reading is taken, at most; a disk bears to be written every half of it, which flash does not.
@@ -95,11 +95,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         };
         println!("Monitor {} listens on {} {model}; {key}. Ctrl-C ends it.", config.node, bus.description());
     }
-    let tell = |change: ModelChange, checksum: u32| {
-        if !arguments.json {
-            // a monitor does not end because nobody reads what it says any more
-            let _ = writeln!(std::io::stdout(), "{}", change.words(checksum));
-        }
+    let tell = |event: Event| {
+        let is_failure = matches!(event, Event::Unsaved(_));
+        // a monitor does not end because nobody reads what it says any more
+        let _ = match arguments.json {
+            false => writeln!(std::io::stdout(), "{}", event.words()),
+            true if is_failure => writeln!(std::io::stderr(), "rotor-edge: {}", event.words()),
+            true => Ok(()),
+        };
     };
     let served = serve(&mut *bus, &mut controller, &RealTime::start(), &stop, tell)?;
     let c = served.counters;

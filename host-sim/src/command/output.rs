@@ -57,6 +57,13 @@ impl Measured {
     pub fn read(&self) -> Result<(Rotor, Vec<Reading>)> {
         read(&self.rotor, &self.data, &self.runout)
     }
+
+    /// The same without some probes.
+    pub fn read_without(&self, probes: &[String]) -> Result<(Rotor, Vec<Reading>)> {
+        let rotor = rotor_file::read(&self.rotor)?.without_probes(probes)?;
+        let readings = self.runout.read(&self.data, &rotor)?;
+        Ok((rotor, readings))
+    }
 }
 
 /// How the runout of the probes is known.

@@ -3,7 +3,13 @@
 use anyhow::{Result, bail};
 use rotor_edge_core::command::{Answer, Detail, MAX_COUNTER_STEP, Outcome};
 use rotor_edge_core::model::ModelError;
+use rotor_edge_core::state::Reason;
 use rotor_edge_core::thresholds::ThresholdError;
+use serde_json::{Value, json};
+
+use crate::bus::numbers::bearing_number;
+use crate::bus::states::name;
+use crate::watch::reasons::why;
 
 /// The answer to a command that was carried out.
 ///
@@ -57,6 +63,43 @@ pub(super) fn judge(node: u8, counter: u64, answer: Option<(Answer, bool)>) -> R
     bail!(refusal)
 }
 
+/// What a model that was accepted ended, in a sentence; nothing if there was no model before, or the monitor does not say.
+pub fn ended(node: u8, detail: Detail) -> Option<String> {
+    match detail {
+        Detail::Unchanged => Some(format!(
+            "Monitor {node} runs this model already: nothing changed, a flag that is up stays up, and so does the reference of \
+             the residual."
+        )),
+        Detail::Replaced { lowered: Reason::None, .. } => Some(format!(
+            "Monitor {node} dropped the reference of the model before and takes a new one; no flag was up."
+        )),
+        Detail::Replaced { lowered, suspect } => Some(format!(
+            "Monitor {node} lowered its flag ({}{}), dropped the reference of the model before and takes a new one.",
+            why(lowered, 0).what,
+            suspected(suspect)
+        )),
+        _ => None,
+    }
+}
+
+/// The same for programs.
+pub fn ended_json(detail: Detail) -> [(&'static str, Value); 3] {
+    let (changed, dropped, lowered) = match detail {
+        Detail::Unchanged => (false, false, None),
+        Detail::Replaced { lowered, suspect } => {
+            let flag = || json!({ "cause": name(lowered), "suspect": suspect.map(bearing_number) });
+            (true, true, (lowered != Reason::None).then(flag))
+        }
+        _ => (true, false, None),
+    };
+    [("changed", changed.into()), ("reference_dropped", dropped.into()), ("lowered", json!(lowered))]
+}
+
+/// A suspected bearing behind a cause.
+pub fn suspected(suspect: Option<u8>) -> String {
+    suspect.map_or(String::new(), |bearing| format!(", suspect bearing {}", bearing_number(bearing)))
+}
+
 fn why_model(detail: Detail) -> String {
     let Detail::Model { error, asked, held } = detail else { return String::new() };
     match error {
@@ -96,4 +139,37 @@ pub fn out_of_bounds(error: ThresholdError) -> String {
         _ => return format!("{error:?} is out of its bounds"),
     };
     bounds.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answer_to_accepted_model_says_what_ended() {
+        let flag = Detail::Replaced { lowered: Reason::Rise, suspect: Some(1) };
+        let quiet = Detail::Replaced { lowered: Reason::None, suspect: None };
+        let newer = Detail::Replaced { lowered: Reason::Unknown(30), suspect: None };
+        let said = |detail| ended(4, detail).unwrap();
+        assert!(said(Detail::Unchanged).starts_with("Monitor 4 runs this model already: nothing changed"));
+        let lowered =
+            "lowered its flag (the residual rose above its level, suspect bearing 2), dropped the reference";
+        assert!(said(flag).contains(lowered), "{}", said(flag));
+        assert!(said(quiet).contains("no flag was up"));
+        assert!(said(newer).contains("(reason 30, which this program does not know)"), "{}", said(newer));
+        assert_eq!(ended(4, Detail::None), None, "a monitor without a model, or one of before");
+        let rise = json!({ "cause": "rise", "suspect": 2 });
+        let unknown = json!({ "cause": "reason_30", "suspect": null });
+        for (detail, changed, dropped, lowered) in [
+            (Detail::Unchanged, false, false, Value::Null),
+            (quiet, true, true, Value::Null),
+            (flag, true, true, rise),
+            (newer, true, true, unknown),
+            (Detail::None, true, false, Value::Null),
+        ] {
+            let told =
+                [("changed", changed.into()), ("reference_dropped", dropped.into()), ("lowered", lowered)];
+            assert_eq!(ended_json(detail), told);
+        }
+    }
 }

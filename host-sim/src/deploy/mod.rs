@@ -18,7 +18,7 @@ use rotor_edge_core::thresholds::Thresholds;
 use crate::bus::CanBus;
 use crate::bus::mac::{Authenticator, Checker};
 pub use acknowledge::acknowledge;
-pub use answer::out_of_bounds;
+pub use answer::{ended, ended_json, out_of_bounds, suspected};
 pub use key::{read_key, write_new_key, write_secret};
 pub use parts_client::{PartsClient, Standing};
 pub use transfer::command;

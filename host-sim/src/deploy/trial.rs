@@ -5,12 +5,12 @@ mod run;
 use std::time::Duration;
 
 use anyhow::{Result, bail};
-use rotor_edge_core::can::{Message, MonitorResult, ResultAssembler};
+use rotor_edge_core::can::{Message, ResultAssembler};
 use rotor_edge_core::command::{Answer, Command};
-use rotor_edge_core::state::Reason;
 
 use super::{Authority, HEARTBEAT_TIME, PATIENCE, no_monitor};
 use crate::bus::CanBus;
+use crate::bus::decoded::is_judged;
 pub use run::{Candidate, TrialResult, run};
 
 /// Consecutive parts, equal in readings, that a time is divided into: readings near each other are alike, so that they
@@ -67,7 +67,9 @@ pub fn listen(
             is_there = true;
             changed = observed.model.is_some_and(|before| before != model);
             observed.model = Some(model);
-        } else if let Some(result) = results.receive(&frame).filter(is_judged) {
+        } else if let Some(result) =
+            results.receive(&frame).filter(|what| is_judged(what) && what.ratio.is_finite())
+        {
             observed.ratios.push(result.ratio);
         }
     }
@@ -77,13 +79,11 @@ pub fn listen(
     Ok(observed)
 }
 
-fn is_judged(result: &MonitorResult) -> bool {
-    result.ratio.is_finite() && !matches!(result.reason, Reason::NoRedundancy | Reason::BelowNoise)
-}
-
 /// Which of two models describes the machine better, by the residuals of each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TrialVerdict {
+    /// The monitor runs this model already: there is nothing to try.
+    Unchanged,
     /// Fewer readings with one of them than there are parts.
     TooFewReadings,
     /// The new one is no worse.

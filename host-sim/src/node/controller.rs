@@ -15,6 +15,8 @@ pub struct Controller {
     store: Store,
     config: NodeConfig,
     lacks_model: Option<Reason>,
+    /// Why something could not be stored that must not be forgotten.
+    unsaved: Option<String>,
     last_us: u64,
 }
 
@@ -39,12 +41,17 @@ impl Controller {
             node.restore(memory);
         }
         node.poll(time_us);
-        Ok(Self { node, store, config, lacks_model, last_us: time_us })
+        Ok(Self { node, store, config, lacks_model, unsaved: None, last_us: time_us })
     }
 
     /// Why it started without a model.
     pub fn lacks_model(&self) -> Option<Reason> {
         self.lacks_model
+    }
+
+    /// Why what it learned could not be stored when that was last tried.
+    pub fn unsaved(&self) -> Option<&str> {
+        self.unsaved.as_deref()
     }
 
     pub fn node(&self) -> &EdgeNode {
@@ -91,6 +98,8 @@ impl Controller {
 
     fn keep(&mut self, time_us: u64) {
         while let Some(save) = self.node.to_save() {
+            // a command that cannot be stored is refused, and nothing is lost
+            let is_learned = !matches!(save, Save::Command { .. });
             let stored = match save {
                 Save::Command { counter, model, thresholds } => {
                     self.store.save_command(counter, model, thresholds.as_ref().map(|bytes| &bytes[..]))
@@ -99,6 +108,9 @@ impl Controller {
                 Save::Nonce(nonce) => self.store.save_nonce(nonce),
             };
             self.node.saved(time_us, stored.is_ok());
+            if is_learned {
+                self.unsaved = stored.err().map(|error| format!("{error:#}"));
+            }
         }
     }
 }

@@ -79,8 +79,32 @@ impl ModelChange {
     }
 }
 
+/// What a monitor's process has to say while it runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Event {
+    /// What became of its model, and the checksum of the one in use.
+    Model(ModelChange, u32),
+    /// What it learned cannot be stored: why.
+    Unsaved(String),
+    /// It can be stored again, and is.
+    SavedAgain,
+}
+
+impl Event {
+    pub fn words(&self) -> String {
+        match self {
+            Self::Model(change, checksum) => change.words(*checksum),
+            Self::Unsaved(why) => format!(
+                "What the monitor learned cannot be stored, and a restart would lose it, a flag too: {why}; it is tried \
+                 again, every minute at least."
+            ),
+            Self::SavedAgain => "What the monitor learned is stored again.".into(),
+        }
+    }
+}
+
 /// Runs a monitor on `bus` until `stop`, and a little longer for frames that are under way; `tell` hears what becomes of its
-/// model, with the checksum of the one in use.
+/// model and its memory.
 ///
 /// # Errors
 /// If the bus fails.
@@ -89,10 +113,11 @@ pub fn serve(
     controller: &mut Controller,
     clock: &impl Clock,
     stop: &AtomicBool,
-    mut tell: impl FnMut(ModelChange, u32),
+    mut tell: impl FnMut(Event),
 ) -> Result<Served> {
     let mut served = Served::default();
     let mut model = None;
+    let mut is_unsaved = false;
     let mut stopped: Option<Duration> = None;
     while stopped.is_none_or(|stopped| bus.now() - stopped < AFTER_STOP) {
         let heard = bus.receive(PATIENCE)?;
@@ -116,7 +141,12 @@ pub fn serve(
             && let Some(before) = model.replace(now)
             && let Some(change) = ModelChange::between(before, now)
         {
-            tell(change, now.0);
+            tell(Event::Model(change, now.0));
+        }
+        let unsaved = controller.unsaved();
+        if unsaved.is_some() != is_unsaved {
+            is_unsaved = unsaved.is_some();
+            tell(unsaved.map_or(Event::SavedAgain, |why| Event::Unsaved(why.into())));
         }
     }
     served.counters = controller.node().counters();

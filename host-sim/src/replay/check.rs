@@ -110,9 +110,13 @@ pub fn equivalence(
         if let Some(expected) = expected.filter(|_| in_step || is_repeated) {
             worst.compare_with_optimum(&case, &expected)?;
         }
-        in_step = is_repeated;
-        if !in_step {
+        let is_trusted = answer.result.is_trusted();
+        // what bounds the next one is the last trusted answer: one that is not trusted tells nothing of it
+        in_step = is_repeated && (in_step || is_trusted);
+        if !is_repeated {
             reference.resume(planes_of(&answer.result));
+        } else if !is_trusted {
+            reference.distrust();
         }
     }
     Ok(worst)
@@ -173,14 +177,22 @@ impl<'a> Case<'a> {
         })
     }
 
-    fn feature_sum_um(&self) -> f64 {
-        self.measured.iter().map(|y| (y.re.abs() + y.im.abs()) * 1e6).sum()
+    /// What residuals are held against, µm: the features' sum, or the noise's if that is greater. A reading of zeros has a
+    /// residual too.
+    fn scale_um(&self) -> f64 {
+        let sum_um: f64 = self.measured.iter().map(|y| (y.re.abs() + y.im.abs()) * 1e6).sum();
+        sum_um.max(f64::from(self.answer.result.floor_um))
     }
 
+    /// Relative to the reading's largest feature, or to the largest calculated one if the reading says nothing.
     fn relative_feature_error(&self) -> Result<f64> {
-        let largest_m = self.measured.iter().map(|y| y.re.abs().max(y.im.abs())).fold(0.0, f64::max);
-        let difference = self.response.at(&self.unbalance_kg_m) - self.core_features()?;
-        Ok(difference.iter().map(|d| d.re.abs().max(d.im.abs())).fold(0.0, f64::max) / largest_m)
+        let calculated = self.response.at(&self.unbalance_kg_m);
+        let difference = largest(&(&calculated - self.core_features()?));
+        let scale_m = match largest(&self.measured) {
+            measured_m if self.answer.judged() => measured_m,
+            measured_m => measured_m.max(largest(&calculated)),
+        };
+        Ok(relative(difference, scale_m))
     }
 
     /// The core's own features at its own estimate, m.
@@ -207,10 +219,10 @@ impl Equivalence {
         let largest_kg_m: Vec<f64> =
             expected.bounds_g_mm[..planes].iter().map(|b| f64::from(b.max(floor_g_mm)) / G_MM).collect();
         let exact = least_residual(&case.response, &case.measured, &largest_kg_m)?;
-        let feature_sum_um = case.feature_sum_um();
+        let scale_um = case.scale_um();
         let excess_um = f64::from(case.answer.result.e_um) - exact.residual_um;
         raise(&mut self.max_residual_excess_um, excess_um);
-        raise(&mut self.max_relative_excess, excess_um / feature_sum_um);
+        raise(&mut self.max_relative_excess, relative(excess_um, scale_um));
         for (core, exact) in case.unbalance_kg_m.iter().zip(exact.unbalance_kg_m.iter()) {
             let ([a, at], [b, bt]) = (g_mm_deg(*core), g_mm_deg(*exact));
             raise(&mut self.max_unbalance_difference_g_mm, (a - b).abs());
@@ -221,7 +233,7 @@ impl Equivalence {
         }
         self.compared += 1;
         if let Some(repeated) = &case.repeated {
-            raise(&mut self.max_relative_gap, f64::from(repeated.estimate.gap_um) / feature_sum_um);
+            raise(&mut self.max_relative_gap, relative(f64::from(repeated.estimate.gap_um), scale_um));
             self.certified += 1;
         }
         Ok(())
@@ -230,6 +242,16 @@ impl Equivalence {
 
 fn phasor(vector: &ProbeVector) -> Option<Complex<f64>> {
     vector.is_finite().then(|| phasor_m(f64::from(vector.cos_um), f64::from(vector.sin_um)))
+}
+
+/// The largest part of a feature.
+fn largest(vectors: &DVector<Complex<f64>>) -> f64 {
+    vectors.iter().map(|y| y.re.abs().max(y.im.abs())).fold(0.0, f64::max)
+}
+
+/// A difference of a scale; without a scale it has no size. What is no number stays none.
+fn relative(difference: f64, scale: f64) -> f64 {
+    if scale == 0.0 && difference.is_finite() { 0.0 } else { difference / scale }
 }
 
 fn raise(worst: &mut f64, value: f64) {

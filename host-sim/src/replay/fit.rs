@@ -17,7 +17,9 @@ pub enum ModelFit {
 
 impl ModelFit {
     /// Of a record; shares are the mean residual over the features, `before` is not a number where no reading is.
+    /// Readings by which the model was not judged say nothing of it.
     pub fn of(record: &[Reading], answers: &[AnsweredReading], raised: &[Flag]) -> Self {
+        let answers: Vec<AnsweredReading> = answers.iter().copied().filter(AnsweredReading::judged).collect();
         let Some(flag) = raised.first() else { return Self::Throughout };
         let ratio = |a: &AnsweredReading| f64::from(a.result.ratio);
         let mean = |some: &[AnsweredReading]| some.iter().map(ratio).sum::<f64>() / some.len() as f64;

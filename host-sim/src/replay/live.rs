@@ -55,7 +55,7 @@ pub fn run_with_own_monitor(
     let mut controller = Controller::start(settings(config, record), store, 0)?;
     let (clock, stop) = (PlayedTime::default(), AtomicBool::new(false));
     std::thread::scope(|scope| {
-        let served = scope.spawn(|| serve(monitor, &mut controller, &clock, &stop, |_, _| ()));
+        let served = scope.spawn(|| serve(monitor, &mut controller, &clock, &stop, |_| ()));
         clock.set(config.node.listen_us);
         let begin = |time_us| clock.set(time_us);
         let played = play(host, deployment, record, config, None, begin, progress);
@@ -170,6 +170,9 @@ fn play(
                     played.states.take(judged_us, &message);
                 }
             }
+        }
+        if answer.as_ref().is_some_and(|result| !result.is_trusted()) {
+            reference.distrust();
         }
         played
             .answers

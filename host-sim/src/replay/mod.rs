@@ -18,6 +18,7 @@ use rotor_edge_core::state::Status;
 use rotor_edge_desktop::measurement::Reading;
 
 use crate::bus::Traffic;
+use crate::bus::decoded::is_judged;
 use crate::bus::states::States;
 use crate::edge::Deployment;
 pub use config::ReplayConfig;
@@ -36,6 +37,11 @@ impl AnsweredReading {
     /// Whether the controller says that the model no longer fits.
     pub fn flagged(&self) -> bool {
         self.result.flags & FLAG_FLAGGED != 0
+    }
+
+    /// Whether the controller judged the model by this reading.
+    pub fn judged(&self) -> bool {
+        is_judged(&self.result)
     }
 
     /// Whether this reading alone looked wrong.

@@ -72,7 +72,7 @@ pub fn play<F: FnMut(u64, &Frame) -> Result<()>>(
         progress(row);
     }
     if let Some(last) = record.len().checked_sub(1) {
-        scene.idle_until(timing.sent_us(last) + SETTLING_US, last)?;
+        scene.idle_until(timing.sent_us(last).saturating_add(SETTLING_US), last)?;
     }
     Ok(Replay {
         answers: scene.answers,

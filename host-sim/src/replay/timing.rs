@@ -16,6 +16,8 @@ const LEAST_SPACING_US: u64 = 20_000;
 const AGE_LIMIT_INTERVALS: f64 = 2.5;
 /// Heartbeats come so many median intervals apart, lest a record of years is nothing but heartbeats.
 const HEARTBEAT_INTERVALS: f64 = 10.0;
+/// And this part of the record's duration, lest a long gap is nothing but heartbeats.
+const HEARTBEATS: f64 = 1e5;
 /// Days are told to this part: a tenth of a second, within which a reading and its answer travel.
 const DAYS_TOLD: f64 = 1e6;
 
@@ -40,7 +42,7 @@ impl Timing {
         let first_d = if record.is_empty() { 0.0 } else { day(record, 0) };
         let mut timing = Self { first_d, listen_us, sent_us: Vec::new(), travel_us: 0 };
         for row in 0..record.len() {
-            let after = timing.sent_us.last().map_or(0, |last_us| last_us + LEAST_SPACING_US);
+            let after = timing.sent_us.last().map_or(0, |last_us| last_us.saturating_add(LEAST_SPACING_US));
             timing.sent_us.push(timing.at(day(record, row)).max(after));
         }
         if let Some(first) = record.first() {
@@ -59,12 +61,12 @@ impl Timing {
 
     /// When it has arrived over a bus that is idle, and is judged.
     pub fn judged_us(&self, row: usize) -> u64 {
-        self.sent_us[row] + self.travel_us
+        self.sent_us[row].saturating_add(self.travel_us)
     }
 
     /// A day of the record by the controller's clock; days before its first are its first.
     pub fn at(&self, day: f64) -> u64 {
-        self.listen_us + ((day - self.first_d).max(0.0) * DAY_US).round() as u64
+        self.listen_us.saturating_add(((day - self.first_d).max(0.0) * DAY_US).round() as u64)
     }
 
     /// A time of the controller's clock as a day of the record.
@@ -87,8 +89,12 @@ pub fn settings(config: &ReplayConfig, record: &[Reading]) -> NodeConfig {
     let interval_s = median_interval_s(record);
     let mut node = config.node;
     node.thresholds.age_limit_s = age_limit_s(config, record);
-    node.heartbeat_period_us =
-        node.heartbeat_period_us.max((HEARTBEAT_INTERVALS * interval_s * 1e6).round() as u64);
+    let duration_s = match record.len().checked_sub(1) {
+        Some(last) => (day(record, last) - day(record, 0)).max(0.0) * SECONDS_A_DAY,
+        None => 0.0,
+    };
+    let apart_s = (HEARTBEAT_INTERVALS * interval_s).max(duration_s / HEARTBEATS);
+    node.heartbeat_period_us = node.heartbeat_period_us.max((apart_s * 1e6).round() as u64);
     node
 }
 
@@ -117,6 +123,20 @@ mod tests {
         assert_eq!(age_limit_s(&config, &record(&[0.0, 0.0, 0.0])), 0.1);
         let no_days: Vec<Reading> = daily.iter().map(|r| Reading { time_d: None, ..r.clone() }).collect();
         assert_eq!(age_limit_s(&config, &no_days), 2.5 * 86_400.0);
+    }
+
+    #[test]
+    fn clock_of_a_gap_beyond_all_time_stands_at_its_end() {
+        let timing = Timing { first_d: 0.0, listen_us: 100_000, sent_us: vec![u64::MAX], travel_us: 1 };
+        assert_eq!((timing.at(3e8), timing.judged_us(0)), (u64::MAX, u64::MAX));
+    }
+
+    #[test]
+    fn long_gap_in_fast_record_has_few_heartbeats() {
+        let second_d = 1.0 / SECONDS_A_DAY;
+        let days = [0.0, second_d, 2.0 * second_d, 3650.0];
+        let period_us = settings(&ReplayConfig::default(), &record(&days)).heartbeat_period_us;
+        assert_eq!(period_us, (3650.0 * DAY_US / 1e5) as u64);
     }
 
     #[test]

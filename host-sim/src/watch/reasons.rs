@@ -31,7 +31,7 @@ pub fn why(reason: Reason, mask: u8) -> Why {
             return Why { what: of_probes(mask, "gives no value", "give no value"), next: PROBE };
         }
         Reason::Keyphasor => (
-            "the keyphasor is missing or unsteady, and without it speed and phase mean nothing",
+            "the keyphasor is missing, unsteady or has moved, and without it speed and phase mean nothing",
             "check the keyphasor's probe, its gap and the mark on the shaft; wait until the speed is constant",
         ),
         Reason::Speed => (
@@ -55,8 +55,8 @@ pub fn why(reason: Reason, mask: u8) -> Why {
         Reason::Ratio => ("the residual is too large a part of the vibration", RUN_UP),
         Reason::Reference => ("the residual is above that of the time after the deployment", RUN_UP),
         Reason::Jump => (
-            "the unbalance grew faster than it may; without that bound the model would fit",
-            "look for lost material or a loose part",
+            "the unbalance changed faster than it may, and the model still fits",
+            "look for lost material or a loose part; after balancing or repair: `rotor-edge acknowledge`",
         ),
         Reason::NumberInUse => ("its number is in use by another", "give one of them another number"),
         Reason::NothingStored => ("no model was deployed to it yet", DEPLOY),
@@ -76,6 +76,36 @@ pub fn why(reason: Reason, mask: u8) -> Why {
             return Why { what, next: "check the gap voltage, the probe's mounting and its cable" };
         }
         Reason::Learning => ("the reference is being taken", ""),
+        Reason::Scale => (
+            "all probes show one multiple of what they showed before at this speed",
+            "check the proximitors' supply, the scale factors and the unit of the readings",
+        ),
+        Reason::Scatter => (
+            "readings scatter so much that they determine no direction",
+            "check the keyphasor and the cables' shields; wait until the speed is constant",
+        ),
+        Reason::Repeated => {
+            let what = of_probes(mask, "repeats the same value", "repeat the same values");
+            return Why {
+                what,
+                next: "check who sends the readings: the numbers are fresh, the data are not",
+            };
+        }
+        Reason::Intermittent => (
+            "readings that do not fit come and go",
+            "look for a loose contact or cable, and for what changes in the machine at those times",
+        ),
+        Reason::Storage => (
+            "what it learned could not be stored, and a loss of power would lose it",
+            "check its memory: the disk of a program, the flash of a board",
+        ),
+        Reason::Probe => {
+            return Why { what: of_probes(mask, "alone has changed", "alone have changed"), next: PROBE };
+        }
+        Reason::Unknown(code) => {
+            let what = format!("reason {code}, which this program does not know");
+            return Why { what, next: "watch with a newer program" };
+        }
         _ => ("the reason is one that this program does not know", "watch with a newer program"),
     };
     Why { what: what.into(), next }
@@ -103,6 +133,13 @@ mod tests {
             let nothing_to_do = matches!(reason, Reason::None | Reason::Learning);
             assert_eq!(why.next.is_empty(), nothing_to_do, "{reason:?}");
         }
+    }
+
+    #[test]
+    fn reason_of_newer_monitor_is_named_by_its_number() {
+        let why = why(Reason::from_code(200), 0);
+        assert_eq!(why.what, "reason 200, which this program does not know");
+        assert_eq!(why.next, "watch with a newer program");
     }
 
     #[test]

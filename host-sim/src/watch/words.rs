@@ -137,11 +137,14 @@ impl Words {
             _ if monitor.unanswered() >= MOST_UNANSWERED => unanswered(monitor),
             // an old conflict that has not been followed by another word yet
             NodeState::Waiting | NodeState::Conflict => {
-                Self::new(Level::Idle, "waiting", "no reading judged since its start", because.next)
+                idle("waiting", "no reading judged since its start", status.reason, because)
             }
-            NodeState::Learning => {
-                Self::new(Level::Idle, "learning", "takes the residual's reference after the deployment", "")
-            }
+            NodeState::Learning => idle(
+                "learning",
+                "takes the residual's reference after the deployment",
+                status.reason,
+                because,
+            ),
             NodeState::Suspicious => suspicious(monitor, because),
             NodeState::Tracking => tracking(monitor, status, because),
             _ => Self::new(
@@ -151,6 +154,16 @@ impl Words {
                 "watch with a newer program",
             ),
         }
+    }
+}
+
+/// Nothing is to be done, unless its memory cannot be written.
+fn idle(short: &'static str, state: &str, reason: Reason, because: Why) -> Words {
+    match reason {
+        Reason::Storage => {
+            Words::new(Level::Attention, short, format!("{state}; but {}", because.what), because.next)
+        }
+        _ => Words::new(Level::Idle, short, state, because.next),
     }
 }
 
@@ -177,7 +190,9 @@ fn suspicious(monitor: &Monitor, because: Why) -> Words {
         None => because.what,
     };
     let next = match jumping(monitor) {
-        Some(plane) => format!("{plane}: its unbalance may have jumped; wait for more readings"),
+        Some(plane) => format!(
+            "{plane}: after balancing or repair `rotor-edge acknowledge`, else wait for more readings"
+        ),
         None => "one reading may be a disturbance; wait for more".into(),
     };
     Words::new(Level::Attention, "suspicious", state, next)

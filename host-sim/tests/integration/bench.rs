@@ -33,8 +33,17 @@ impl Drop for Monitor {
 }
 
 impl Monitor {
-    /// Everything that it says until a line with this in it.
+    pub fn id(&self) -> u32 {
+        self.program.id()
+    }
+
+    /// Everything that it says until a line with this in it; then it is killed.
     pub fn said_until(mut self, last: &str) -> String {
+        self.await_line(last)
+    }
+
+    /// Everything that it says until a line with this in it.
+    pub fn await_line(&mut self, last: &str) -> String {
         let mut text = String::new();
         while !text.contains(last) {
             assert!(self.stdout.read_line(&mut text).unwrap() > 0, "{last:?} is missing in: {text}");
@@ -78,7 +87,12 @@ impl Bench {
 
     /// Starts `node` and waits until it has joined the bus; what it says then.
     pub fn node(&self, kind: &str, more: &[&str]) -> (Monitor, String) {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+        self.node_by(Command::new(env!("CARGO_BIN_EXE_rotor-edge")), kind, more)
+    }
+
+    /// The same by a command that ends in running the program.
+    pub fn node_by(&self, mut command: Command, kind: &str, more: &[&str]) -> (Monitor, String) {
+        let mut program = command
             .args(["node", "--bus", self.bus.spec(kind)])
             .args(more)
             .stdout(Stdio::piped())

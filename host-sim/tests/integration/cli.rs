@@ -184,8 +184,26 @@ fn invalid_records_are_refused_with_row_and_column() {
     assert_says(&change("11033.79", "0"), &["row 2, column speed_rpm", "positive speed in rpm"]);
     assert_says(&change("11033.79", ""), &["row 2, column speed_rpm"]);
     assert_says(&change("\n2,", "\n0.5,"), &["row 4", "time_d goes back from 1 to 0.5"]);
+    // the last day jumps
+    assert_says(&change("\n458,", "\n3e8,"), &["record.csv: row 452, column time_d", "300000000", "no day"]);
     assert_says(&change("15X_cos_um", "3X_cos_um"), &["header", "15X_cos_um", "turbine", "missing"]);
     assert_says(&change("time_d,", "time_d,extra,"), &["header", "extra", "no probe"]);
+}
+
+#[test]
+fn replay_with_row_of_zeros_finds_no_error_of_the_core() {
+    let zeros = |line: &str| {
+        let cells = line.split(',').enumerate();
+        cells.map(|(column, cell)| if column < 2 { cell } else { "0" }).collect::<Vec<_>>().join(",")
+    };
+    let rows = sample::RECORD.lines().take(29).enumerate();
+    let rows: Vec<String> =
+        rows.map(|(row, line)| if row == 15 { zeros(line) } else { line.into() }).collect();
+    let folder = Folder::new();
+    let files = [("r.toml", sample::ROTOR), ("c.csv", &rows.join("\n")), ("u.csv", sample::RUNUP_DAY_0)];
+    let [rotor, record, runup] = files.map(|(name, text)| folder.file(name, text));
+    let output = rotor_edge(&["replay", "--rotor", &rotor, "--record", &record, "--runup", &runup, "--json"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 #[test]

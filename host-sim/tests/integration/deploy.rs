@@ -33,6 +33,16 @@ fn deployment_by_real_programs_survives_a_power_cut() {
     assert_says(&line, &["with the model it was started with"]);
     let told = json(&deploy(&["5", "--json"]));
     assert_eq!((&told["outcome"], &told["counter"]), (&"accepted".into(), &5.into()));
+    let ended = ["changed", "reference_dropped", "lowered"].map(|key| told[key].clone());
+    assert_eq!(ended, [true.into(), true.into(), serde_json::Value::Null]);
+    let again = json(&deploy(&["6", "--json"]));
+    assert_eq!((&again["outcome"], &again["changed"]), (&"accepted".into(), &false.into()));
+    let again = deploy(&["7"]);
+    assert!(again.status.success());
+    assert_says(
+        &String::from_utf8(again.stdout).unwrap(),
+        &["Monitor 1 runs this model already: nothing changed"],
+    );
     let deployed = format!("Model {:08x} was deployed", told["model_checksum"].as_u64().unwrap());
     assert_says(&running.said_until(" was deployed"), &[&deployed]);
     let (_running, line) = node();

@@ -410,3 +410,47 @@ mod slow {
         Case::new(sample::ROTOR, &renamed).refused_by_all("seal@disk 1", &["another machine", "turbine"]);
     }
 }
+
+/// The run-up with nonsense for a probe, and without its columns.
+fn spoilt_and_bare(probe: &str) -> [String; 2] {
+    let header: Vec<&str> = RUNUP.lines().next().unwrap().split(',').collect();
+    let is_of_probe = |column: usize| header[column].starts_with(probe);
+    let changed = |change: &dyn Fn(usize, usize, &str) -> Option<String>| {
+        let row = |(number, line): (usize, &str)| {
+            let cells = line.split(',').enumerate();
+            cells.filter_map(|(column, cell)| change(number, column, cell)).collect::<Vec<_>>().join(",")
+        };
+        RUNUP.lines().enumerate().map(row).collect::<Vec<_>>().join("\n") + "\n"
+    };
+    let spoilt = changed(&|row, column, cell| {
+        let nonsense = ((row * 7 + column * 3) % 11) as f64 * 9.5;
+        Some(if row > 0 && is_of_probe(column) { nonsense.to_string() } else { cell.into() })
+    });
+    let bare = changed(&|_, column, cell| (!is_of_probe(column)).then(|| cell.into()));
+    [spoilt, bare]
+}
+
+#[test]
+fn probe_left_out_stays_in_file_and_is_used_by_no_command() {
+    let [spoilt, bare] = spoilt_and_bare("16X");
+    let case = Case::new(sample::ROTOR, &spoilt);
+    let improve = |more: &[&str]| rotor_edge(&[&case.improve()[..], more].concat());
+    let mut found = crate::program::json(&improve(&["--without", "16X", "--json"]));
+    let remarks = found.as_object_mut().unwrap().remove("remarks").unwrap().to_string();
+    assert_says(&remarks, &["Not used: 16X. Readings have 6 features for 4 unknowns: 2 left."]);
+    let written = std::fs::read_to_string(&case.new).unwrap();
+    assert_eq!((written.matches("[[probe]]").count(), written.matches("used = false").count()), (4, 1));
+
+    // the same as of a machine that has no such probe
+    let mut rotor = rotor_edge_desktop::rotor_file::parse("rotor.toml", sample::ROTOR).unwrap();
+    rotor.probe.retain(|probe| probe.name != "16X");
+    let other = Case::new(&toml::to_string(&rotor).unwrap(), &bare);
+    let mut expected = crate::program::json(&rotor_edge(&[&other.improve()[..], &["--json"]].concat()));
+    expected.as_object_mut().unwrap().remove("remarks");
+    assert_eq!(found, expected);
+
+    let again = rotor_edge(&["diagnose", &case.new, &case.data]);
+    assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
+    let unknown = refusal(&[&case.improve()[..], &["--without", "17X"]].concat());
+    assert_says(&unknown, &["there is no probe \"17X\"", "\"15X\", \"15Y\", \"16X\", \"16Y\""]);
+}

@@ -12,7 +12,7 @@ use crate::program::{assert_says, json, refusal, rotor_edge};
 use hound::SampleFormat;
 use nalgebra::Complex;
 use recording::{NAMES, Recording, least_squares_um};
-use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, KeyphasorDetector};
+use rotor_edge_core::extraction::{Converter, Extraction, ExtractionConfig, Extractor, KeyphasorDetector};
 use rotor_edge_core::reading::Keyphasor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor_file;
@@ -65,15 +65,15 @@ fn miss(readings: &[Reading], probe: usize, expected_um: Complex<f64>) -> f64 {
 
 /// All that the core makes of counts by itself; the last channel is the keyphasor.
 fn by_hand(
-    config: &ExtractionConfig,
+    config: ExtractionConfig<4>,
     frames: &[[i16; 5]],
     threshold: i16,
     hysteresis: i16,
-) -> Vec<Extraction> {
-    let mut detector = KeyphasorDetector::new(threshold, hysteresis);
-    let mut extractor = Extractor::new();
-    let push = |[a, b, c, d, key]: &[i16; 5]| extractor.push(config, [*a, *b, *c, *d], detector.push(*key));
-    frames.iter().filter_map(push).collect()
+) -> Vec<Extraction<4>> {
+    let mut detector = KeyphasorDetector::new(threshold.into(), hysteresis.into());
+    let mut extractor = Extractor::new(config).unwrap();
+    let mut push = |[a, b, c, d, key]: [i32; 5]| extractor.push([a, b, c, d], detector.push(key));
+    frames.iter().filter_map(|frame| push(frame.map(i32::from))).collect()
 }
 
 #[test]
@@ -102,11 +102,14 @@ fn wav_counts_of_six_probes_equal_core_to_the_bit() {
     let options = ["--full-scale", "24", "--keyphasor", "7", "--threshold", "-6", "--hysteresis", "1"];
     let (answer, readings) = run(&folder, &folder.text("a.wav"), &[&DC[..], &options].concat());
     let config = ExtractionConfig {
-        mv_per_count: (1000.0 * full_scale_v / 32_768.0) as f32,
-        rails: [i16::MIN, i16::MAX],
+        converter: Converter {
+            rails: [i16::MIN.into(), i16::MAX.into()],
+            zero_count: 0.0,
+            mv_per_count: (1000.0 * full_scale_v / 32_768.0) as f32,
+        },
         ..ExtractionConfig::new()
     };
-    let known = by_hand(&config, &frames, (-6.0 / count_v).round() as i16, (1.0 / count_v).round() as i16);
+    let known = by_hand(config, &frames, (-6.0 / count_v).round() as i16, (1.0 / count_v).round() as i16);
     assert!(known.len() > 5 && known.iter().all(|e| e.keyphasor == Keyphasor::Locked));
     assert_eq!((readings.len(), &answer["lost"]), (known.len(), &0.into()));
     for (reading, known) in readings.iter().zip(&known) {

@@ -26,6 +26,7 @@ mod simulated;
 mod slow;
 mod slow_roll;
 mod startup;
+mod storage;
 mod track;
 mod trial;
 mod watch;

@@ -4,6 +4,6 @@ mod conflict;
 mod deployment;
 mod flag;
 mod forger;
-mod lab;
+pub mod lab;
 mod outage;
 mod trial;

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::bench::{Bench, Monitor};
 use crate::program::{assert_says, json};
+use crate::simulated::lab::moved;
 use rotor_edge::bus::mac::Authenticator;
 use rotor_edge::bus::open;
 use rotor_edge::deploy::read_key;
@@ -35,7 +36,7 @@ fn monitor(bench: &Bench) -> (Monitor, String) {
 }
 
 /// Does something while the sample's first readings are sent to the monitor again and again.
-fn while_read_to<T>(bench: &Bench, what: impl FnOnce() -> T) -> T {
+pub fn while_read_to<T>(bench: &Bench, what: impl FnOnce() -> T) -> T {
     let identified = rotor_file::read(&bench.path("identified.toml")).unwrap();
     let deployment = Deployment::new(&identified, 11_500.0).unwrap();
     let (_, record, _) = sample::load().unwrap();
@@ -48,7 +49,9 @@ fn while_read_to<T>(bench: &Bench, what: impl FnOnce() -> T) -> T {
             for (number, reading) in (0..).zip(readings.iter().cycle()) {
                 let end = Instant::now() + PERIOD;
                 let mut frames: Vec<Frame> =
-                    reading_frames(NODE, &NumberedReading::new(number, *reading)).into_iter().collect();
+                    reading_frames(NODE, &NumberedReading::new(number, moved(reading, number)))
+                        .into_iter()
+                        .collect();
                 frames.extend(authenticator.mac(&frames));
                 frames.iter().for_each(|frame| bus.send(frame).unwrap());
                 while Instant::now() < end {

@@ -85,7 +85,7 @@ fn beside_a_monitor<T>(bus: &Shared, model: EdgeModel, work: impl FnOnce() -> T)
     let mut controller = Controller::start(NodeConfig::new(NODE), store, 0).unwrap();
     std::thread::scope(|scope| {
         let served =
-            scope.spawn(|| serve(&mut *port, &mut controller, &RealTime::start(), &stop, |_, _| ()).unwrap());
+            scope.spawn(|| serve(&mut *port, &mut controller, &RealTime::start(), &stop, |_| ()).unwrap());
         let result = work();
         stop.store(true, Ordering::Relaxed);
         served.join().unwrap();

@@ -100,7 +100,7 @@ fn of(newest: &Newest, acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -
 /// the matter now if that is something else.
 fn in_words(newest: &Newest) -> String {
     let meant = |word: &Option<String>| {
-        Reason::ALL.into_iter().find(|reason| *reason != Reason::None && Some(name(reason)) == *word)
+        (1..=u8::MAX).map(Reason::from_code).find(|reason| Some(name(reason)) == *word)
     };
     let [reason, cause] = [&newest.reason, &newest.cause].map(meant);
     let is_flagged = newest.state.as_deref() == Some("flagged");
@@ -187,6 +187,11 @@ mod tests {
                 "the residual rose above its level, suspect bearing 2; at present the last judged reading is too old: "
             ),
             "{words}"
+        );
+        let newer = Newest { reason: Some("reason_30".into()), ..told(3, "tracking", "none", 0) };
+        assert_eq!(
+            in_words(&newer),
+            "reason 30, which this program does not know: watch with a newer program"
         );
         let later = Newest { state: Some("tracking".into()), reason: Some("none".into()), ..risen };
         assert_eq!(in_words(&later), "", "a cause is one of the flag");

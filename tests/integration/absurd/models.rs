@@ -17,23 +17,24 @@ fn model() -> EdgeModel {
 /// Every number of a model.
 fn numbers(model: &mut EdgeModel) -> Vec<&mut f32> {
     let mut all: Vec<&mut f32> = Vec::new();
-    for matrix in [&mut model.stiffness, &mut model.mass, &mut model.polar_inertia] {
-        all.extend(matrix.iter_mut());
+    for values in [&mut model.shaft.forward_s2, &mut model.shaft.backward_s2] {
+        all.extend(values.iter_mut());
     }
+    all.extend(&mut model.shaft.springs_n_m);
     all.extend([&mut model.internal_damping_s, &mut model.unbalance_floor_g_mm]);
     all.extend([&mut model.noise.relative, &mut model.noise.floor_um]);
     all.extend(&mut model.speed_range_rpm);
     all.extend(model.initial_unbalance_g_mm.iter_mut().flatten());
     all.extend(model.planes.iter_mut().flat_map(|shape| shape.iter_mut()));
     for support in &mut model.supports {
-        all.extend(support.shape.iter_mut());
+        all.extend(support.shape.forward.iter_mut().chain(&mut support.shape.backward));
         all.extend(support.stiffness_n_m.iter_mut().flatten());
         all.extend(support.damping_n_s_m.iter_mut().flatten());
         all.extend([&mut support.mass_kg, &mut support.stiffness_slope]);
         all.extend([&mut support.reference_speed_rad_s, &mut support.hardening_per_um2]);
     }
     for probe in &mut model.probes {
-        all.extend(probe.shape.iter_mut());
+        all.extend(probe.shape.forward.iter_mut().chain(&mut probe.shape.backward));
         all.extend(probe.direction.iter_mut().chain(&mut probe.gain).chain(&mut probe.runout_um));
     }
     all
@@ -45,7 +46,7 @@ fn assert_sound(model: &EdgeModel, what: &str) {
     assert!(0.0 < lowest && lowest <= highest && highest.is_finite(), "{what}: {lowest} to {highest} rpm");
     assert!((0.0..1.0).contains(&model.noise.relative) && model.noise.floor_um >= 0.0, "{what}");
     assert!(model.unbalance_floor_g_mm >= 0.0, "{what}");
-    assert!(model.mass.diagonal().iter().all(|mass| *mass > 0.0), "{what}");
+    assert!(model.shaft.backward_s2.iter().all(|square| *square > 0.0), "{what}");
     for share in [0.0, 0.5, 1.0] {
         let speed = (lowest + share * (highest - lowest)) * std::f32::consts::PI / 30.0;
         let response =

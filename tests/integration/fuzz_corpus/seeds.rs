@@ -126,15 +126,14 @@ fn models() -> Vec<Named> {
     let plain = machine();
     let mut rich = Model::<2, 8, 4> {
         machine: plain.machine,
-        stiffness: plain.stiffness,
-        mass: plain.mass,
-        polar_inertia: plain.polar_inertia,
+        shaft: plain.shaft.clone(),
         internal_damping_s: 1e-5,
         planes: plain.planes.iter().copied().collect(),
         supports: plain.supports.clone(),
         knots: plain.knots.clone(),
         forcings: Default::default(),
         probes: plain.probes.iter().cloned().collect(),
+        masked: 0b0001,
         initial_unbalance_g_mm: plain.initial_unbalance_g_mm.iter().copied().collect(),
         unbalance_floor_g_mm: 100.0,
         noise: Noise { relative: 0.0, floor_um: 0.1 },

@@ -45,7 +45,7 @@ fn beside_a_monitor<T>(
     let monitor = bus.start(move |mut port| {
         let mut controller = Controller::start(config, store, 0).unwrap();
         let clock = port.clock();
-        serve(&mut port, &mut controller, &clock, &stopped, |_, _| ()).unwrap()
+        serve(&mut port, &mut controller, &clock, &stopped, |_| ()).unwrap()
     });
     let result = work(&mut bus.join());
     stop.store(true, Ordering::Relaxed);

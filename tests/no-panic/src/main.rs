@@ -13,9 +13,9 @@ use rotor_edge_core::can::parts::{Ack, Offer, answer_part, parts_of, request_par
 use rotor_edge_core::can::slcan::{Decoder, SlcanLine, encode};
 use rotor_edge_core::can::{Frame, NumberedReading, ResultAssembler, reading_frames};
 use rotor_edge_core::command::{ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, write_request};
-use rotor_edge_core::detector::{Average, Detector, Evidence, Growth, noise_floor_um};
-use rotor_edge_core::extraction::{ExtractionConfig, Extractor, KeyphasorDetector};
-use rotor_edge_core::model;
+use rotor_edge_core::detector::{Average, Detector, Evidence, Growth, Observation, noise_floor_um};
+use rotor_edge_core::extraction::{Converter, ExtractionConfig, Extractor, KeyphasorDetector};
+use rotor_edge_core::model::{self, Noise};
 use rotor_edge_core::node::{Node, NodeConfig, Save};
 use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_core::residual::Residual;
@@ -107,6 +107,16 @@ fn judgement(reading: &Reading) {
                 redundancy: black_box(0),
                 floor_um: noise_floor_um(black_box(0.0), black_box(0)),
                 bearings: black_box([0; 8]),
+                observation: Observation {
+                    averaged,
+                    noise: black_box(Noise::default()),
+                    unbalance_g_mm: black_box([[0.0; 2]; 4]),
+                    planes: black_box(0),
+                    deviation_g_mm: black_box([0.0; 4]),
+                    misfit_g_mm: black_box([0.0; 4]),
+                    floor_g_mm: black_box(0.0),
+                },
+                raw: black_box(Reason::None),
             };
             black_box(detector.update(&thresholds, black_box(0), &evidence));
         }
@@ -232,13 +242,29 @@ fn in_parts(request: &[u8]) {
 
 /// Arbitrary samples and marks.
 fn extraction() {
-    let config = black_box(ExtractionConfig::new());
-    let (mut detector, mut extractor) =
-        (KeyphasorDetector::new(black_box(0), black_box(0)), Extractor::new());
+    let mut detector = KeyphasorDetector::new(black_box(0), black_box(0));
+    extract::<1>(&mut detector);
+    extract::<4>(&mut detector);
+    extract::<8>(&mut detector);
+    detector.restart();
+}
+
+fn extract<const PROBES: usize>(detector: &mut KeyphasorDetector) {
+    let converter = Converter::signed(black_box(0), black_box([0.0; 2]));
+    let config = ExtractionConfig { converter, ..black_box(ExtractionConfig::<PROBES>::new()) };
+    black_box((config.fastest_rpm(), config.slowest_rpm(), converter.mv(black_box(0.0))));
+    black_box(config.revolutions_for_noise(black_box(0.0), black_box(0.0), black_box(0.0)));
+    black_box(config.revolutions_for_drift(black_box(0.0), black_box(0.0)));
+    let Ok(mut extractor) = Extractor::new(black_box(config)) else {
+        return;
+    };
     for _ in 0..black_box(100) {
         let mark = detector.push(black_box(0));
-        black_box(extractor.push(&config, black_box([0; 4]), black_box(mark)));
+        black_box(extractor.push(black_box([0; PROBES]), black_box(mark)));
     }
+    extractor.restart();
+    black_box(extractor.config());
+    black_box(extractor);
 }
 
 fn any_frame() -> Option<Frame> {

@@ -11,7 +11,18 @@ type Flash = TestFlash<PAGE>;
 type Found = Option<(u64, Vec<u8>)>;
 
 fn found(journal: &Journal<Flash>) -> Found {
-    journal.last().map(|record| (record.counter, record.memory.to_vec()))
+    let record = journal.last()?;
+    assert_eq!(record.nonce, !record.counter);
+    Some((record.counter, record.memory.to_vec()))
+}
+
+/// The nonce is the counter's complement.
+fn append<const PAGE: usize>(
+    journal: &mut Journal<TestFlash<PAGE>>,
+    counter: u64,
+    memory: &[u8],
+) -> Result<(), SaveError> {
+    journal.append(Record { counter, nonce: !counter, memory })
 }
 
 fn memory(version: u8, length: usize) -> Vec<u8> {
@@ -19,7 +30,7 @@ fn memory(version: u8, length: usize) -> Vec<u8> {
 }
 
 fn appended(mut journal: Journal<Flash>, number: u8) -> Journal<Flash> {
-    journal.append(number.into(), &memory(number, number as usize % (MEMORY_BYTES + 1))).unwrap();
+    append(&mut journal, number.into(), &memory(number, number as usize % (MEMORY_BYTES + 1))).unwrap();
     journal
 }
 
@@ -50,7 +61,7 @@ fn power_cut_leaves_previous_or_new_record_and_free_space() {
         for power in 1..steps {
             for seed in 0..8 {
                 let mut journal = Journal::new(Flash { power, seed, ..before.flash.clone() });
-                let result = journal.append(number.into(), &memory(number, number.into()));
+                let result = append(&mut journal, number.into(), &memory(number, number.into()));
                 let restarted = journal.flash.restarted();
                 let now = found(&Journal::new(restarted.clone()));
                 if result.is_ok() {
@@ -63,7 +74,8 @@ fn power_cut_leaves_previous_or_new_record_and_free_space() {
                 let mut flash = restarted;
                 for again in [1, 2, 7, 19, 20, 3, 1, 1] {
                     let mut journal = Journal::new(Flash { power: again, ..flash });
-                    let is_written = journal.append(number.into(), &memory(number, number.into())).is_ok();
+                    let is_written =
+                        append(&mut journal, number.into(), &memory(number, number.into())).is_ok();
                     let now = found(&Journal::new(journal.flash.clone().restarted()));
                     assert!(
                         now == want(number) || (now == old && !is_written),
@@ -108,9 +120,28 @@ fn arbitrary_flash_content_yields_no_record_and_is_writable() {
 #[test]
 fn oversized_memory_is_refused_and_previous_record_stays() {
     let mut journal = appended(Journal::new(Flash::new(2, || 0xff)), 5);
-    assert_eq!(journal.append(6, &[0; MEMORY_BYTES + 1]), Err(SaveError::Length));
-    journal.append(6, &memory(6, MEMORY_BYTES)).unwrap();
+    assert_eq!(append(&mut journal, 6, &[0; MEMORY_BYTES + 1]), Err(SaveError::Length));
+    append(&mut journal, 6, &memory(6, MEMORY_BYTES)).unwrap();
     assert_eq!(found(&journal), Some((6, memory(6, MEMORY_BYTES))));
+}
+
+#[test]
+fn cell_without_nonce_is_read_and_continued() {
+    let memory = memory(7, 40);
+    let mut cell = [0xff; CELL_BYTES];
+    let head = [MARK_WITHOUT_NONCE, 8, 5, 0, memory.len() as u32];
+    for (place, value) in head.into_iter().enumerate() {
+        cell[4 * place..4 * place + 4].copy_from_slice(&value.to_le_bytes());
+    }
+    cell[HEAD_BYTES..HEAD_BYTES + memory.len()].copy_from_slice(&memory);
+    let check = checksum(&[&cell[..CHECKSUM_PLACE], &memory]);
+    cell[CHECKSUM_PLACE..HEAD_BYTES].copy_from_slice(&check.to_le_bytes());
+    let mut flash = Flash::new(2, || 0xff);
+    flash.bytes[..CELL_BYTES].copy_from_slice(&cell);
+    let mut journal = Journal::new(flash);
+    assert_eq!(journal.last(), Some(Record { counter: 5, nonce: 0, memory: &memory }));
+    append(&mut journal, 6, &memory).unwrap();
+    assert_eq!(found(&journal), Some((6, memory)));
 }
 
 /// What the module states: pages of 2,048 bytes, one record an hour for 20 years.
@@ -120,7 +151,7 @@ fn hourly_records_wear_pages_below_ten_thousand_cycles() {
     let hours = 20.0 * 365.25 * 24.0;
     let written = 2_600;
     for number in 0..written {
-        journal.append(number, &[0; MEMORY_BYTES]).unwrap();
+        append(&mut journal, number, &[0; MEMORY_BYTES]).unwrap();
     }
     for erasures in journal.flash.erasures {
         let in_twenty_years = erasures as f64 * hours / written as f64;

@@ -68,7 +68,9 @@ impl Board {
     fn read(&mut self, reading: &Reading, count: usize) {
         for _ in 0..count {
             self.sequence = self.sequence.wrapping_add(1);
-            for frame in &reading_frames(NODE, &NumberedReading::new(self.sequence, *reading)) {
+            for frame in
+                &reading_frames(NODE, &NumberedReading::new(self.sequence, moved(reading, self.sequence)))
+            {
                 self.monitor.receive(self.time_us, frame, true);
             }
             self.pass(SECOND_US, true);
@@ -104,6 +106,15 @@ impl Board {
     fn checksum(&self) -> Option<u32> {
         self.monitor.node.model().map(|model| model.checksum())
     }
+}
+
+/// A reading that differs from its repetitions, as a measured one does, by up to 1e-4 of itself.
+fn moved(reading: &Reading, number: u16) -> Reading {
+    let factor = 1.0 + 1e-4 * (f32::from(number.wrapping_mul(40_503)) / f32::from(u16::MAX));
+    let part =
+        |probe: &ProbeVector| ProbeVector { cos_um: factor * probe.cos_um, sin_um: factor * probe.sin_um };
+    let vectors: Vec<_> = reading.probes().iter().map(part).collect();
+    Reading::new(reading.speed_rpm, &vectors).unwrap()
 }
 
 /// The record's first row.
@@ -333,4 +344,24 @@ fn trial_model_is_never_stored_but_counter_and_baseline_are() {
     let (confirmed, start) = Board::start(again.stop());
     assert_eq!((start.counter, start.model), (8, Ok(())));
     assert_ne!(confirmed.checksum(), before);
+}
+
+#[test]
+fn nonce_outlives_counters_and_memories_stored_after_it() {
+    let [slots, journal] = blank();
+    let (mut slots, mut journal) = (Slots::new(slots), Journal::new(journal));
+    let last = |journal: &Journal<Flash>| {
+        let record = journal.last().unwrap();
+        (record.counter, record.nonce, record.memory.to_vec())
+    };
+    let memory = [7; 60].into_iter().collect();
+    keep(&mut slots, &mut journal, &Save::Memory(memory), 3).unwrap();
+    assert_eq!(last(&journal), (3, 0, std::vec![7; 60]));
+    keep(&mut slots, &mut journal, &Save::Nonce(1 << 40), 3).unwrap();
+    assert_eq!(last(&journal), (3, 1 << 40, std::vec![7; 60]));
+    let counter = Save::Command { counter: 4, model: None, thresholds: None };
+    keep(&mut slots, &mut journal, &counter, 3).unwrap();
+    assert_eq!(last(&journal), (4, 1 << 40, std::vec![7; 60]));
+    keep(&mut slots, &mut journal, &Save::Memory([8; 9].into_iter().collect()), 4).unwrap();
+    assert_eq!(last(&journal), (4, 1 << 40, std::vec![8; 9]));
 }

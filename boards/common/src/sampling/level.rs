@@ -1,7 +1,9 @@
 //! Between a probe's negative voltage and the converter's positive one.
 
+use rotor_edge_core::extraction::Converter;
+
 /// Steps of a converter with 12 bits.
-const STEPS: f32 = 4096.0;
+const STEPS: i32 = 4096;
 
 /// Two resistors that meet at the converter's input: one from the probe, one from the converter's own reference. The
 /// reference is in both, so that 0 V at the probe gives the same count whatever the reference is.
@@ -16,24 +18,20 @@ pub struct LevelShift {
 }
 
 impl LevelShift {
-    /// What the converter gives for 0 V at the probe.
-    pub const fn zero_count(&self) -> i16 {
-        (STEPS * self.probe_ohm / (self.probe_ohm + self.reference_ohm) + 0.5) as i16
+    /// What the converter's numbers stand for at the probe.
+    pub const fn converter(&self) -> Converter {
+        let (steps, ohm) = (STEPS as f32, self.probe_ohm + self.reference_ohm);
+        Converter {
+            rails: [0, STEPS - 1],
+            zero_count: steps * self.probe_ohm / ohm,
+            mv_per_count: self.reference_mv / steps * ohm / self.reference_ohm,
+        }
     }
 
-    /// One step of the converter, mV at the probe.
-    pub const fn mv_per_count(&self) -> f32 {
-        self.reference_mv / STEPS * (self.probe_ohm + self.reference_ohm) / self.reference_ohm
-    }
-
-    /// The converter's ends, from 0 V at the probe.
-    pub const fn rails(&self) -> [i16; 2] {
-        [-self.zero_count(), STEPS as i16 - 1 - self.zero_count()]
-    }
-
-    /// Counts from 0 V at the probe, for a voltage there.
-    pub const fn counts(&self, mv: f32) -> i16 {
-        (mv / self.mv_per_count()) as i16
+    /// The converter's number for a voltage at the probe.
+    pub const fn count(&self, mv: f32) -> i32 {
+        let Converter { zero_count, mv_per_count, .. } = self.converter();
+        (zero_count + mv / mv_per_count) as i32
     }
 }
 
@@ -54,19 +52,22 @@ pub(super) mod tests {
 
     #[test]
     fn voltages_recover_counts_and_zero_by_kirchhoff() {
+        let converter = BOARD.converter();
         for mv in (-24_000..=0).step_by(10) {
-            let counts = convert(&BOARD, f64::from(mv)) as i16 - BOARD.zero_count();
-            let error_counts = f32::from(counts) - mv as f32 / BOARD.mv_per_count();
-            assert!(error_counts.abs() < 1.001, "{mv} mV: {error_counts} counts");
+            let count = convert(&BOARD, f64::from(mv));
+            // rounding to a number is half a step at most
+            let error_counts = (converter.mv(f32::from(count)) - mv as f32) / converter.mv_per_count;
+            assert!(error_counts.abs() < 0.501, "{mv} mV: {error_counts} counts");
+            assert!((BOARD.count(mv as f32) - i32::from(count)).abs() <= 1);
         }
     }
 
     #[test]
     fn nothing_between_supply_and_ground_is_clipped() {
-        let [low, high] = BOARD.rails();
+        let [low, high] = BOARD.converter().rails;
         for mv in [-24_000.0, 0.0] {
-            let counts = convert(&BOARD, mv) as i16 - BOARD.zero_count();
-            assert!(low < counts && counts < high, "{mv} mV: {counts} in {low}..{high}");
+            let count = i32::from(convert(&BOARD, mv));
+            assert!(low < count && count < high, "{mv} mV: {count} in {low}..{high}");
         }
         assert_eq!([convert(&BOARD, -1e6), convert(&BOARD, 1e6)], [0, 4095]);
     }

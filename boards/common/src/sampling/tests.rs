@@ -66,8 +66,8 @@ fn check(reading: &NumberedReading) {
     assert_eq!(reading.keyphasor, Keyphasor::Locked);
     assert!((f64::from(reading.reading.speed_rpm) - RPM).abs() < 1.0);
     for &gap_v in reading.reading.gaps_v() {
-        // All probes are at −10 V; the zero is off by up to half a count of 6.7 mV.
-        assert!((gap_v + 10.0).abs() < 0.005, "{gap_v} V");
+        // All probes are at −10 V; the mean of 1745 numbers, each off by half of 6.7 mV at most, is off by far less.
+        assert!((gap_v + 10.0).abs() < 0.001, "{gap_v} V");
     }
     for (probe, [cos_um, sin_um]) in reading.reading.probes().iter().zip(TRUTH) {
         let miss = (f64::from(probe.cos_um) - cos_um).abs().max((f64::from(probe.sin_um) - sin_um).abs());
@@ -77,7 +77,7 @@ fn check(reading: &NumberedReading) {
 
 #[test]
 fn readings_equal_closed_form_for_sequential_conversion() {
-    let mut sampling = Sampling::new(CONFIG);
+    let mut sampling = Sampling::new(CONFIG).unwrap();
     let mut readings = Vec::new();
     for number in 0..100 {
         let time_us = (number as u64 + 1) * HALF_US;
@@ -102,7 +102,7 @@ fn lost_samples_are_reported_and_never_spliced() {
     for notice in [&told as &dyn Fn(&mut Sampling, usize), &found_out] {
         for before in 24..36 {
             let behind = before + 3;
-            let mut sampling = Sampling::new(CONFIG);
+            let mut sampling = Sampling::new(CONFIG).unwrap();
             let mut readings = Vec::new();
             for number in (0..before).chain(behind..80) {
                 if number == behind {
@@ -122,7 +122,7 @@ fn lost_samples_are_reported_and_never_spliced() {
 fn gap_voltages_outside_the_configured_range_lose_their_probes() {
     // all probes are at -10 V
     for (gap_range_mv, is_lost) in [([-10_100.0, -9_900.0], false), ([-18_000.0, -10_100.0], true)] {
-        let mut sampling = Sampling::new(SamplingConfig { gap_range_mv, ..CONFIG });
+        let mut sampling = Sampling::new(SamplingConfig { gap_range_mv, ..CONFIG }).unwrap();
         let mut readings = Vec::new();
         for number in 0..30 {
             let time_us = (number as u64 + 1) * HALF_US;
@@ -135,7 +135,7 @@ fn gap_voltages_outside_the_configured_range_lose_their_probes() {
 
 #[test]
 fn board_without_probes_is_silent_and_stopped_keyphasor_missing() {
-    let mut sampling = Sampling::new(CONFIG);
+    let mut sampling = Sampling::new(CONFIG).unwrap();
     let grounded = [[0; INPUTS]; SCANS];
     let silence = |sampling: &mut Sampling, from: usize| {
         let mut readings = Vec::new();
@@ -188,7 +188,7 @@ fn capture(turn: u32) -> u32 {
 
 /// Two seconds of readings, with captures of those turns that are `captured`.
 fn play(keyphasor_mv: impl Fn(f64) -> f64, captured: impl Fn(u32) -> bool) -> Vec<NumberedReading> {
-    let mut sampling = Sampling::new(CONFIG);
+    let mut sampling = Sampling::new(CONFIG).unwrap();
     let (mut readings, mut turn) = (Vec::new(), 1);
     for number in 0..400 {
         let end_us = keyphasor_us((number + 1) * SCANS);

@@ -11,8 +11,9 @@ impl<const PLANES: usize> Tableau<PLANES> {
         let mut any = false;
         for (plane, [x, y]) in self.unknowns().into_iter().enumerate().take(self.planes) {
             let bound = self.bound.get(plane).copied().unwrap_or(0.0);
-            let length = scalar::length([x, y]);
-            if bound > 0.0 && length > bound * (1.0 + outside) {
+            let outer = bound * (1.0 + outside);
+            if bound > 0.0 && x * x + y * y > outer * outer {
+                let length = scalar::length([x, y]);
                 let beyond = |[a, b]: &Pair| a * x + b * y - bound;
                 let pulled =
                     self.pulled(plane, &slopes).filter(|touch| beyond(touch) > 0.25 * (length - bound));

@@ -7,15 +7,15 @@ use std::time::Duration;
 
 use anyhow::{Result, anyhow};
 use clap::Args;
-use rotor_edge_core::command::Command;
+use rotor_edge_core::command::{Command, Detail};
 use serde_json::json;
 
 use super::command_target::CommandTarget;
 use super::watch::seconds;
 use super::{deployable, output};
 use crate::bus::mac::AuthenticatedBus;
-use crate::deploy::HEARTBEAT_TIME;
 use crate::deploy::trial::Candidate;
+use crate::deploy::{HEARTBEAT_TIME, ended, ended_json};
 use crate::edge::{Deployment, encoded};
 
 #[derive(Debug, Args)]
@@ -48,7 +48,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut authority = arguments.monitor.authority()?;
     let node = authority.node();
-    let Deployment { edge: model, left_out, .. } =
+    let Deployment { edge: model, left_out, redundancy, .. } =
         deployable::of_file(&arguments.rotor, arguments.fastest_rpm, arguments.slow_roll.as_deref())?;
     let bytes = encoded(&model)?;
     let mut bus = arguments.monitor.open()?;
@@ -75,21 +75,32 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Err(anyhow!("monitor {node} confirms another model than was sent; deploy again"));
     }
     if arguments.json {
-        return output::json(&json!({
+        let mut told = json!({
             "node": node,
             "outcome": "accepted",
             "bytes": bytes.len(),
             "counter": counter,
             "model_checksum": answer.model_checksum,
             "left_out": left_out,
-        }));
+            "redundancy": redundancy,
+        });
+        for (key, value) in ended_json(answer.detail) {
+            told[key] = value;
+        }
+        return output::json(&told);
     }
-    println!(
-        "Monitor {node} runs the model of {} ({} bytes, checksum {:08x}) from its next reading on.",
-        arguments.rotor.display(),
-        bytes.len(),
-        answer.model_checksum
-    );
+    if answer.detail != Detail::Unchanged {
+        println!(
+            "Monitor {node} runs the model of {} ({} bytes, checksum {:08x}) from its next reading on.",
+            arguments.rotor.display(),
+            bytes.len(),
+            answer.model_checksum
+        );
+    }
+    println!("Its readings have {}.", redundancy.words());
+    if let Some(ended) = ended(node, answer.detail) {
+        println!("{ended}");
+    }
     if !left_out.is_empty() {
         println!("Left out, as a controller knows no run: {}", left_out.join(", "));
     }

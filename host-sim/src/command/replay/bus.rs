@@ -24,7 +24,7 @@ pub struct Over {
     bus: Option<BusSpec>,
     /// The monitor is on that bus already and holds this model (see `deploy`); needs its key, to begin a new record
     #[arg(long, requires = "bus", requires = "key")]
-    external: bool,
+    pub external: bool,
     /// Key of that monitor
     #[arg(long, requires = "external")]
     key: Option<PathBuf>,

@@ -145,6 +145,11 @@ impl Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (rotor, record, runup) = arguments.load()?;
+    if arguments.over.external && !rotor.unused.is_empty() {
+        bail!(
+            "--external: the rotor has a probe with used = false, whose readings the monitor expects; replay without it"
+        );
+    }
     let config = arguments.config()?;
     arguments.check_power_cuts(&record)?;
     let begun = Instant::now();

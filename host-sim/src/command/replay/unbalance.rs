@@ -13,7 +13,7 @@ use crate::bus::decoded::planes_of;
 use crate::edge::Deployment;
 use crate::replay::{AnsweredReading, day};
 
-/// Of the last reading that the controller neither flagged nor suspected.
+/// Of the last reading that the controller judged, and neither flagged nor suspected.
 ///
 /// # Errors
 /// If the model is singular at a speed of the record.
@@ -24,7 +24,7 @@ pub fn last(
     answers: &[AnsweredReading],
     phase_one: Option<&PhaseOne>,
 ) -> Result<LastUnbalance> {
-    let fits = |answer: &&AnsweredReading| !answer.flagged() && !answer.suspicious();
+    let fits = |answer: &&AnsweredReading| answer.judged() && !answer.flagged() && !answer.suspicious();
     let found = |answer: &AnsweredReading| SolvedReading {
         reading: &record[answer.row],
         unbalance_kg_m: DVector::from_iterator(

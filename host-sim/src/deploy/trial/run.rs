@@ -51,6 +51,10 @@ pub fn run(
     if old.on_trial {
         bail!("monitor {node} has a model on trial already; nothing was sent");
     }
+    if old.checksum == candidate.checksum {
+        let (during, verdict) = (Observation::default(), TrialVerdict::Unchanged);
+        return Ok(TrialResult { node, before, during, verdict, checksum: old.checksum, is_back: false });
+    }
     if before.ratios.len() < PARTS {
         bail!(
             "monitor {node} judged {} readings in {} s, expected at least {PARTS} to compare models by; nothing was sent: \
@@ -86,11 +90,16 @@ pub fn run(
 
 impl TrialResult {
     pub fn json(&self) -> Value {
-        let outcome = if self.verdict == TrialVerdict::NoWorse { "confirmed" } else { "reverted" };
+        let (outcome, compared) = match self.verdict {
+            TrialVerdict::Unchanged => ("unchanged", false),
+            TrialVerdict::NoWorse => ("confirmed", true),
+            TrialVerdict::Worse => ("reverted", true),
+            TrialVerdict::TooFewReadings => ("reverted", false),
+        };
         json!({
             "node": self.node,
             "outcome": outcome,
-            "compared": self.verdict != TrialVerdict::TooFewReadings,
+            "compared": compared,
             "before": summary(&self.before),
             "during": summary(&self.during),
             "model_checksum": self.checksum,
@@ -108,6 +117,9 @@ impl TrialResult {
         let back =
             if self.is_back { "took the model before back" } else { "takes the model before back by itself" };
         match self.verdict {
+            TrialVerdict::Unchanged => {
+                Ok(format!("Monitor {node} runs the model of {rotor} already; nothing was sent."))
+            }
             TrialVerdict::NoWorse => Ok(format!(
                 "Monitor {node} keeps the model of {rotor}: its residual is {new_percent:.2} % of the vibration, that of the \
                  model before was {old_percent:.2} % (medians of {new_readings} and {old_readings} readings)."

@@ -54,10 +54,10 @@ pub fn marks(
     let hysteresis = settings.hysteresis.unwrap_or(0.2 * (high - low));
     let sign = if settings.falling { -1.0 } else { 1.0 };
     let mut detector = KeyphasorDetector::new(
-        (sign * (threshold / unit_per_number - converted.zero) / converted.step).round() as i16,
-        (hysteresis / unit_per_number / converted.step).round().max(1.0) as i16,
+        (sign * (threshold / unit_per_number - converted.zero) / converted.step).round() as i32,
+        (hysteresis / unit_per_number / converted.step).round().max(1.0) as i32,
     );
-    let turned = |count: i16| if settings.falling { count.saturating_neg() } else { count };
+    let turned = |count: i16| if settings.falling { -i32::from(count) } else { count.into() };
     let samples = converted.counts[0].iter().enumerate();
     let pulses: Vec<Mark> = samples
         .filter_map(|(sample, count)| detector.push(turned(*count)).map(|age| Mark { sample, age }))

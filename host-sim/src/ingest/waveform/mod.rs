@@ -23,7 +23,7 @@ mod windows;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use rotor_edge_core::extraction::ExtractionConfig;
+use rotor_edge_core::extraction::{Converter, ExtractionConfig};
 use rotor_edge_desktop::measurement::Reading;
 
 use super::sampled;
@@ -142,7 +142,8 @@ fn of_file(
     let zero_mv = (converted.zero * unit_per_number * settings.unit.mv()) as f32;
     let config = extraction_config(settings, rate_hz, count, zero_mv);
     let mv_um: Vec<f32> = assigned.iter().map(|a| a.mv_um).collect();
-    let windows = windows::windows(&config, &mv_um, &converted.counts, &marks.all);
+    let windows = windows::windows(&config, &mv_um, &converted.counts, &marks.all)
+        .with_context(|| format!("{file}: no extraction is possible with these settings"))?;
     let names: Vec<String> = assigned.iter().map(|a| a.probe.clone()).collect();
     let losses = losses(&windows, &names, rate_hz);
     let drifted = vectors::drifted(&windows);
@@ -182,12 +183,15 @@ fn of_file(
 }
 
 /// Settings of the core's extraction for a recording; `count` is one count of the converter in the channels' unit.
-fn extraction_config(settings: &Settings, rate_hz: f64, count: f64, zero_mv: f32) -> ExtractionConfig {
+fn extraction_config(settings: &Settings, rate_hz: f64, count: f64, zero_mv: f32) -> ExtractionConfig<4> {
     ExtractionConfig {
         sample_rate_hz: rate_hz as f32,
-        mv_per_count: (count * settings.unit.mv()) as f32,
+        converter: Converter {
+            rails: [i16::MIN.into(), i16::MAX.into()],
+            zero_count: 0.0,
+            mv_per_count: (count * settings.unit.mv()) as f32,
+        },
         gap_range_mv: settings.gap_range_mv().map(|mv| mv - zero_mv),
-        rails: [i16::MIN, i16::MAX],
         revolutions: settings.revolutions,
         largest_drift: settings.largest_drift,
         longest_turn_s: (60.0 / settings.slowest_rpm) as f32,

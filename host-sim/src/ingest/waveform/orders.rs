@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Complex;
 use rayon::prelude::*;
-use rotor_edge_core::reading::Keyphasor;
+use rotor_edge_core::extraction::Outcome;
 
 use super::channels::Assignment;
 use super::marks::Mark;
@@ -72,7 +72,7 @@ impl AngularSamples<'_> {
 
     /// Spectra of windows evenly over the file.
     pub fn spectra(&self, windows: &[Window]) -> Vec<Spectrum> {
-        let usable: Vec<&Window> = windows.iter().filter(|w| w.keyphasor.is_usable()).collect();
+        let usable: Vec<&Window> = windows.iter().filter(|w| w.outcome == Outcome::Measured).collect();
         let number = usable.len().min(MOST_SPECTRA);
         let chosen = (0..number).map(|i| usable[i * usable.len() / number]);
         chosen
@@ -95,8 +95,8 @@ impl AngularSamples<'_> {
     }
 
     fn each<T>(&self, window: &Window, of: impl Fn(&[WeightedSample], usize) -> T) -> Vec<Option<T>> {
-        let samples = match window.keyphasor {
-            Keyphasor::Locked => self.samples(window),
+        let samples = match window.outcome {
+            Outcome::Measured => self.samples(window),
             _ => None,
         };
         let is_seen = |probe: usize| !window.probes[probe].is_clipped && !window.probes[probe].is_open;

@@ -39,10 +39,10 @@ pub struct Settings {
     #[command(flatten)]
     pub keyphasor: KeyphasorSettings,
     /// Turns in a window
-    #[arg(long, default_value_t = ExtractionConfig::new().revolutions, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, default_value_t = ExtractionConfig::<1>::new().revolutions, value_parser = clap::value_parser!(u16).range(1..))]
     pub revolutions: u16,
     /// Largest change of speed within a window, relative
-    #[arg(long, default_value_t = ExtractionConfig::new().largest_drift)]
+    #[arg(long, default_value_t = ExtractionConfig::<1>::new().largest_drift)]
     pub largest_drift: f32,
     /// Without a mark for a turn at this speed, the keyphasor is missing
     #[arg(long, value_name = "RPM", default_value_t = 100.0)]

@@ -4,7 +4,7 @@ use rotor_edge_desktop::units::SECONDS_A_DAY;
 use std::fmt;
 
 use nalgebra::Complex;
-use rotor_edge_core::reading::Keyphasor;
+use rotor_edge_core::extraction::Outcome;
 use rotor_edge_desktop::measurement::Reading;
 
 use super::settings::Settings;
@@ -31,6 +31,7 @@ impl fmt::Display for Loss {
 
 pub const OUT_OF_STEP: &str = "a mark came too early or too late";
 pub const DRIFT: &str = "the speed changed too much within the window";
+pub const TOO_FEW_SAMPLES: &str = "fewer than eight samples in a turn";
 pub const NO_MARK: &str = "no mark for the longest turn";
 pub const CLIPPED: &str = "clipped";
 pub const OPEN: &str = "gap voltage out of range";
@@ -46,11 +47,11 @@ pub fn losses(windows: &[Window], probes: &[String], rate_hz: f64) -> Vec<Loss> 
         None => all.push(Loss { why, probe: probe.cloned(), windows: 1, first_s: sample as f64 / rate_hz }),
     };
     for window in windows {
-        match window.keyphasor {
-            Keyphasor::Missing => lose(NO_MARK, None, window.sample),
-            Keyphasor::Unsteady if window.drift.is_finite() => lose(DRIFT, None, window.sample),
-            Keyphasor::Unsteady => lose(OUT_OF_STEP, None, window.sample),
-            Keyphasor::Locked | Keyphasor::NotStated => {
+        match window.outcome {
+            Outcome::NoMark => lose(NO_MARK, None, window.sample),
+            Outcome::Drift => lose(DRIFT, None, window.sample),
+            Outcome::TooFewSamples => lose(TOO_FEW_SAMPLES, None, window.sample),
+            Outcome::Measured => {
                 for (probe, seen) in probes.iter().zip(&window.probes) {
                     if seen.is_clipped {
                         lose(CLIPPED, Some(probe), window.sample);
@@ -59,6 +60,7 @@ pub fn losses(windows: &[Window], probes: &[String], rate_hz: f64) -> Vec<Loss> 
                     }
                 }
             }
+            _ => lose(OUT_OF_STEP, None, window.sample),
         }
     }
     all.sort_by_key(|loss| loss.probe.is_some());
@@ -86,7 +88,7 @@ pub struct DriftedWindows {
 
 /// Those that are lost for drift, if any.
 pub fn drifted(windows: &[Window]) -> Option<DriftedWindows> {
-    let lost = windows.iter().filter(|w| w.keyphasor == Keyphasor::Unsteady && w.drift.is_finite());
+    let lost = windows.iter().filter(|w| w.outcome == Outcome::Drift);
     let changes: Vec<f64> = lost.map(|w| f64::from(w.drift.abs())).collect();
     let largest = changes.iter().copied().reduce(f64::max)?;
     Some(DriftedWindows { windows: changes.len(), in_all: windows.len(), largest })
@@ -142,7 +144,7 @@ fn shown<'a>(
     recorded: &RecordingContext,
     settings: &Settings,
 ) -> Vec<Reading> {
-    let usable = each.filter(|(window, _)| window.keyphasor.is_usable());
+    let usable = each.filter(|(window, _)| window.outcome == Outcome::Measured);
     let each = usable.map(|(window, (probes, gaps_v))| {
         let speed_rpm = f64::from(window.speed_rpm);
         let half_s = 30.0 * f64::from(settings.revolutions) / speed_rpm;

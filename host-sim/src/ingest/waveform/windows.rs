@@ -3,10 +3,13 @@
 use std::array;
 
 use rayon::prelude::*;
-use rotor_edge_core::extraction::{Extraction, ExtractionConfig, Extractor, PROBES};
-use rotor_edge_core::reading::{Keyphasor, ProbeVector};
+use rotor_edge_core::extraction::{Extraction, ExtractionConfig, ExtractionError, Extractor, Outcome};
+use rotor_edge_core::reading::ProbeVector;
 
 use super::marks::Mark;
+
+/// Probes of an extractor; as many work side by side as there are groups.
+const PROBES: usize = 4;
 
 /// One probe in one window.
 #[derive(Debug, Clone, Copy)]
@@ -24,41 +27,44 @@ pub struct Window {
     /// The sample with which it ended.
     pub sample: usize,
     pub speed_rpm: f32,
-    pub keyphasor: Keyphasor,
+    pub outcome: Outcome,
     pub drift: f32,
     pub probes: Vec<ProbeWindow>,
 }
 
 /// All windows of all probes; `mv_um` and `counts` go by probe.
+///
+/// # Errors
+/// The setting that is not possible.
 pub fn windows(
-    config: &ExtractionConfig,
+    config: &ExtractionConfig<PROBES>,
     mv_um: &[f32],
     counts: &[impl AsRef<[i16]> + Sync],
     marks: &[Mark],
-) -> Vec<Window> {
+) -> Result<Vec<Window>, ExtractionError> {
     let groups: Vec<_> = counts.chunks(PROBES).zip(mv_um.chunks(PROBES)).collect();
     let run = |(counts, mv_um): &(&[_], &[f32])| of_group(config, mv_um, counts, marks);
-    let extracted: Vec<Vec<(usize, Extraction)>> = groups.par_iter().map(run).collect();
+    let extracted: Vec<Vec<(usize, Extraction<PROBES>)>> =
+        groups.par_iter().map(run).collect::<Result<_, _>>()?;
     // windows go by the marks alone, so those of all groups are the same
-    (0..extracted[0].len())
-        .map(|w| {
-            let (sample, first) = extracted[0][w];
-            let of_group = |g: usize| {
-                let found = extracted[g][w].1;
-                (0..groups[g].0.len()).map(move |probe| seen(&found, probe))
-            };
-            Window {
-                sample,
-                speed_rpm: first.reading.speed_rpm,
-                keyphasor: first.keyphasor,
-                drift: first.drift,
-                probes: (0..groups.len()).flat_map(of_group).collect(),
-            }
-        })
-        .collect()
+    let windows = (0..extracted[0].len()).map(|w| {
+        let (sample, first) = extracted[0][w];
+        let of_group = |g: usize| {
+            let found = extracted[g][w].1;
+            (0..groups[g].0.len()).map(move |probe| seen(&found, probe))
+        };
+        Window {
+            sample,
+            speed_rpm: first.reading.speed_rpm,
+            outcome: first.outcome,
+            drift: first.drift,
+            probes: (0..groups.len()).flat_map(of_group).collect(),
+        }
+    });
+    Ok(windows.collect())
 }
 
-fn seen(found: &Extraction, probe: usize) -> ProbeWindow {
+fn seen(found: &Extraction<PROBES>, probe: usize) -> ProbeWindow {
     ProbeWindow {
         vector: found.reading.probes()[probe],
         gap_v: found.reading.gaps_v()[probe],
@@ -68,11 +74,11 @@ fn seen(found: &Extraction, probe: usize) -> ProbeWindow {
 }
 
 fn of_group(
-    config: &ExtractionConfig,
+    config: &ExtractionConfig<PROBES>,
     mv_um: &[f32],
     counts: &[impl AsRef<[i16]>],
     marks: &[Mark],
-) -> Vec<(usize, Extraction)> {
+) -> Result<Vec<(usize, Extraction<PROBES>)>, ExtractionError> {
     let config = ExtractionConfig {
         scale_mv_um: array::from_fn(|probe| mv_um.get(probe).copied().unwrap_or(1.0)),
         ..*config
@@ -80,13 +86,13 @@ fn of_group(
     let samples = counts[0].as_ref().len();
     // a channel that is not there shows what the first does
     let channels: [&[i16]; PROBES] = array::from_fn(|probe| counts.get(probe).unwrap_or(&counts[0]).as_ref());
-    let mut extractor = Extractor::new();
+    let mut extractor = Extractor::new(config)?;
     let mut coming = marks.iter().peekable();
     let mut found = Vec::new();
     for sample in 0..samples {
         let mark = coming.next_if(|mark| mark.sample == sample).map(|mark| mark.age);
-        let result = extractor.push(&config, channels.map(|counts| counts[sample]), mark);
+        let result = extractor.push(channels.map(|counts| counts[sample].into()), mark);
         found.extend(result.map(|extraction| (sample, extraction)));
     }
-    found
+    Ok(found)
 }

@@ -19,8 +19,6 @@ use crate::shared::{Shared, signal};
 const KEY: &str = "0102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f20";
 /// Above the counter in the files, ms since 1970.
 const COUNTER: u64 = 2_000_000_000_000;
-/// CRC-32 of the model in `state/flagged.state`.
-const MODEL: &str = "1685938a";
 
 /// A monitor with a copy of a state file, on a bus of its own.
 struct Restarted {
@@ -78,7 +76,7 @@ fn write_secret(path: &Path, text: &str) {
 }
 
 #[test]
-fn flagged_state_file_keeps_model_flag_thresholds_and_counter() {
+fn old_state_file_is_refused_by_name_and_keeps_the_rest() {
     let monitor = Restarted::new("state/flagged.state", &["--json"]);
     let mut names = Names::new();
 
@@ -86,8 +84,8 @@ fn flagged_state_file_keeps_model_flag_thresholds_and_counter() {
     let watch = json(&rotor_edge(&["watch", "--bus", bus, "--seconds", "3", "--json"]));
     collect(&watch, "watch", &mut names);
     let seen = &watch["monitors"][0];
-    assert_eq!(seen["latched"], object!({"cause": "rise", "suspect": 2}));
-    assert_eq!((&seen["state"], &seen["model_checksum"]), (&"flagged".into(), &MODEL.into()));
+    // its model is of the schema before, and is refused by that name
+    assert_eq!((&seen["state"], &seen["reason"]), (&"no_model".into(), &"schema".into()), "{seen}");
 
     let thresholds = json(&monitor.told(&["thresholds", "--json"]));
     collect(&thresholds, "thresholds", &mut names);
@@ -100,16 +98,17 @@ fn flagged_state_file_keeps_model_flag_thresholds_and_counter() {
         assert_eq!(&thresholds["thresholds"][name], value, "{name}");
     }
 
-    let acknowledge =
-        |counter: u64| monitor.told(&["acknowledge", "--json", "--counter", &counter.to_string()]);
-    assert_says(&one_sentence(&acknowledge(5)), &["has accepted command"]);
-    collect(&json(&acknowledge(COUNTER)), "acknowledge", &mut names);
-
     let rotor = kept("../golden/inputs/identified.toml").display().to_string();
+    let deploy =
+        |counter: u64| monitor.told(&["deploy", &rotor, "--json", "--counter", &counter.to_string()]);
+    assert_says(&one_sentence(&deploy(5)), &["has accepted command"]);
+    let deployed = json(&deploy(COUNTER));
+    assert_eq!(deployed["outcome"], "accepted", "a model of today takes the place of the refused one");
+    collect(&deployed, "deploy", &mut names);
+
     let counter = (COUNTER + 1).to_string();
-    let deploy = json(&monitor.told(&["deploy", &rotor, "--json", "--counter", &counter]));
-    assert_eq!(deploy["outcome"], "accepted", "the machine of the stored model is still the same machine");
-    collect(&deploy, "deploy", &mut names);
+    let acknowledge = monitor.told(&["acknowledge", "--announce", "--json", "--counter", &counter]);
+    collect(&json(&acknowledge), "acknowledge", &mut names);
 
     collect(&monitor.bus.opened, "bus", &mut names);
     collect(&monitor.end(), "node", &mut names);
@@ -117,9 +116,9 @@ fn flagged_state_file_keeps_model_flag_thresholds_and_counter() {
 }
 
 #[test]
-fn sealed_state_file_keeps_model_with_every_kind_of_term() {
+fn old_sealed_state_file_is_refused_by_name() {
     let mut monitor = Restarted::new("state/sealed.state", &["--node", "2", "--sealed"]);
     let mut line = String::new();
     monitor.stdout.read_line(&mut line).unwrap();
-    assert_says(&line, &["with the model deployed last"]);
+    assert_says(&line, &["without a model", "another version of the firmware"]);
 }

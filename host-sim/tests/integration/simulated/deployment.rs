@@ -9,10 +9,13 @@ use rotor_edge::edge::encoded;
 use rotor_edge::replay::live::run_with_foreign_monitor;
 use rotor_edge::replay::{self, AnsweredReading, ReplayConfig};
 use rotor_edge::sample;
-use rotor_edge_core::command::Command;
+use rotor_edge_core::command::{Command, Detail};
+use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::state::{NodeState, Reason};
+use rotor_edge_core::thresholds::Thresholds;
+use rotor_edge_desktop::machine::drawing::Rotor;
 
-use super::lab::{KEY, Lab, checksum, deployment, guess, identified, model, worse};
+use super::lab::{KEY, Lab, NODE, checksum, deployment, guess, identified, initial, model, worse};
 use crate::program::assert_says;
 
 /// As `replay --external` plays the sample's record.
@@ -118,4 +121,32 @@ fn command_to_absent_monitor_is_given_up_in_ten_seconds() {
     let refused = authority.command(&mut bus, Command::Deploy, &bytes, |_| ()).unwrap_err();
     assert_says(&refused.to_string(), &["monitor 3 does not answer", "rotor-edge watch"]);
     assert!(bus.now() - begun < Duration::from_secs(10), "{:?}", bus.now() - begun);
+}
+
+#[test]
+fn model_in_use_deployed_again_keeps_flag_and_says_so() {
+    let lab = Lab::new();
+    let thresholds = Thresholds {
+        average_s: 0.0,
+        persistence_s: 0.0,
+        ratio_limit: 0.01,
+        ratio_floor: 0.0,
+        ..Thresholds::DEFAULT
+    };
+    let store = initial(lab.store("monitor.state"), Some(&worse()));
+    let _node = lab.node_with(NodeConfig { thresholds, ..Lab::config() }, store, |port| Box::new(port));
+    let traffic = lab.traffic();
+    lab.await_seen(Duration::from_secs(20), |monitor| monitor.state() == Some(NodeState::Flagged));
+    traffic.kill();
+    let before = *lab.seen().status().unwrap();
+    let mut authority = Authority::new(KEY, NODE, Some(7)).unwrap();
+    let mut deploy = |rotor: &Rotor| {
+        let bytes = encoded(&model(rotor)).unwrap();
+        authority.command(&mut lab.bus.join(), Command::Deploy, &bytes, |_| ()).unwrap().detail
+    };
+    assert_eq!(deploy(&worse()), Detail::Unchanged);
+    let after = *lab.seen().status().unwrap();
+    assert_eq!((after.state, after.cause, after.suspect), (before.state, before.cause, before.suspect));
+    assert_eq!(deploy(&identified()), Detail::Replaced { lowered: before.cause, suspect: before.suspect });
+    assert_eq!(lab.seen().status().unwrap().cause, Reason::None);
 }

@@ -17,7 +17,7 @@ use rotor_edge::watch::terminal::listen;
 use rotor_edge_core::can::{NumberedReading, reading_frames};
 use rotor_edge_core::command::{Command, Key};
 use rotor_edge_core::node::NodeConfig;
-use rotor_edge_core::reading::Reading;
+use rotor_edge_core::reading::{ProbeVector, Reading};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::rotor_file;
 use tempfile::TempDir;
@@ -148,13 +148,15 @@ impl Lab {
         store: Store,
         join: impl FnOnce(SimulatedPort) -> Box<dyn CanBus> + Send + 'static,
     ) -> Node {
+        // a monitor that hears the last frames of the one before takes its number for used twice
+        self.bus.pass(Duration::from_millis(10));
         let (stop, said) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::new(Vec::new())));
         let (stopped, told) = (stop.clone(), said.clone());
         let running = self.bus.start(move |port| {
             let mut controller = Controller::start(config, store, 0)?;
             let (clock, mut bus) = (port.clock(), join(port));
-            serve(&mut *bus, &mut controller, &clock, &stopped, |change, checksum| {
-                told.lock().unwrap().push(change.words(checksum));
+            serve(&mut *bus, &mut controller, &clock, &stopped, |event| {
+                told.lock().unwrap().push(event.words());
             })
         });
         Node { running, stop, said }
@@ -187,6 +189,7 @@ impl Lab {
     }
 
     /// What `watch` hears of the monitor.
+    #[track_caller]
     pub fn seen(&self) -> Monitor {
         self.watch().monitor(NODE).expect("the monitor is heard").clone()
     }
@@ -206,7 +209,7 @@ impl Lab {
         self.bus.start(move |mut bus| {
             for (number, reading) in (0..).zip(readings.iter().cycle()) {
                 let end = bus.now() + PERIOD;
-                for frame in reading_frames(NODE, &NumberedReading::new(number, *reading)) {
+                for frame in reading_frames(NODE, &NumberedReading::new(number, moved(reading, number))) {
                     if bus.send(&frame).is_err() {
                         return;
                     }
@@ -219,6 +222,17 @@ impl Lab {
             }
         })
     }
+}
+
+/// A reading that differs from its repetitions, as a measured one does, by up to 1e-4 of itself.
+pub fn moved(reading: &Reading, number: u16) -> Reading {
+    let factor = 1.0 + 1e-4 * (f32::from(number.wrapping_mul(40_503)) / f32::from(u16::MAX));
+    let vectors: Vec<ProbeVector> = reading
+        .probes()
+        .iter()
+        .map(|probe| ProbeVector { cos_um: factor * probe.cos_um, sin_um: factor * probe.sin_um })
+        .collect();
+    Reading::new(reading.speed_rpm, &vectors).unwrap()
 }
 
 /// A store with a rotor's model in place of one that was never deployed.

@@ -114,6 +114,19 @@ fn trial_of_a_host_that_dies_ends_by_the_monitors_clock() {
 }
 
 #[test]
+fn trial_of_the_model_in_use_sends_nothing_and_says_so() {
+    let mut lab = Lab::new();
+    let _node = lab.node(Some(&identified()));
+    let before = checksum(&lab.seen());
+    let _traffic = lab.traffic();
+    let result = trial(&mut lab, &identified(), 1).unwrap();
+    assert_eq!((result.verdict, result.checksum), (TrialVerdict::Unchanged, before));
+    assert_eq!(result.json()["outcome"], "unchanged");
+    assert_says(&result.sentence("same.toml").unwrap(), &["runs the model of same.toml already"]);
+    assert_eq!(lab.seen().counters().unwrap().accepted, 0);
+}
+
+#[test]
 fn trial_without_readings_sends_nothing() {
     let mut lab = Lab::new();
     let _node = lab.node(Some(&worse()));

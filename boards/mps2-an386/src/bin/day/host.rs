@@ -13,7 +13,7 @@ use rotor_edge_core::command::{
     ANSWER_BYTES, Answer, Command, KEY_BYTES, Key, MAX_REQUEST_BYTES, Outcome, write_request,
 };
 use rotor_edge_core::reading::Reading;
-use rotor_edge_core::state::NodeState;
+use rotor_edge_core::state::{NodeState, Reason};
 use rotor_edge_mps2_an386::sample::{self, BETTER, KEY, MODEL, NUMBER};
 
 use super::machine;
@@ -340,7 +340,7 @@ impl Host {
         self.truth.judged_s = None;
         self.truth.can_be_judged = None;
         let was_flagged = self.truth.is_flagged;
-        let is_flagged = self.monitor.node.status(0).cause as u8 != 0;
+        let is_flagged = self.monitor.node.status(0).cause != Reason::None;
         assert_eq!(is_flagged, was_flagged, "the flag in second {second}");
     }
 
