@@ -39,11 +39,12 @@
 //! rest is there, for firmware with another bus or none.
 //!
 //! # Dependencies, and where each earns its place
-//! - `nalgebra`: fixed-size matrices and vectors of a model, with their serde ([`model`], [`response`]); products and
-//!   storage only, its decompositions keep panics.
+//! - [`nalgebra`]: fixed-size matrices and vectors of a model, with their serde ([`model`], [`response`]); products and
+//!   storage only, its decompositions keep panics. A model is made of these types: take them from here, and the versions
+//!   agree. The same for [`heapless`].
 //! - `libm`: exact square root and arctangent on every target; `micromath`: sine, cosine and root of the swarm's random
 //!   starts, nothing else (both in one private file).
-//! - `heapless`: lists of terms and the queue of frames, bounded at compile time.
+//! - [`heapless`]: lists of terms and the queue of frames, bounded at compile time.
 //! - `serde`, `postcard`, `crc`: the bytes of model, thresholds and memory with their checksums; those of readings and
 //!   results.
 //! - `hmac`, `sha2` (feature `command`): the authentication code of commands.
@@ -61,6 +62,9 @@ extern crate std;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+pub use heapless;
+pub use nalgebra;
 
 mod admission;
 #[cfg(feature = "can")]

@@ -55,8 +55,12 @@ pub struct MonitorResult {
 impl MonitorResult {
     /// The reading was judged and is not suspicious: the monitor holds the next ones against it.
     pub fn is_trusted(&self) -> bool {
-        let is_judged = !matches!(self.reason, Reason::NoRedundancy | Reason::BelowNoise);
-        is_judged && self.flags & FLAG_SUSPICIOUS == 0
+        self.is_judged() && self.flags & FLAG_SUSPICIOUS == 0
+    }
+
+    /// The reading says something of the model.
+    pub fn is_judged(&self) -> bool {
+        !matches!(self.reason, Reason::NoRedundancy | Reason::BelowNoise)
     }
 }
 

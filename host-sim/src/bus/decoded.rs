@@ -7,7 +7,6 @@ use rotor_edge_core::can::{Assembler, Frame, Message, MonitorResult, PROTOCOL_VE
 use rotor_edge_core::model::Pair;
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::Reading;
-use rotor_edge_core::state::Reason;
 
 use super::log::{LogEntry, LogLine};
 use super::mac::{Checker, RefusalCounts};
@@ -18,11 +17,6 @@ pub use super::timed::Timed;
 pub fn planes_of(result: &MonitorResult) -> &[Pair] {
     let planes = usize::from(result.planes).min(result.unbalance_g_mm.len());
     &result.unbalance_g_mm[..planes]
-}
-
-/// Whether a result says something of the model.
-pub fn is_judged(result: &MonitorResult) -> bool {
-    !matches!(result.reason, Reason::NoRedundancy | Reason::BelowNoise)
 }
 
 /// The decimal number that was meant: the shortest that is this f32.

@@ -10,7 +10,6 @@ use rotor_edge_core::command::{Answer, Command};
 
 use super::{Authority, HEARTBEAT_TIME, PATIENCE, no_monitor};
 use crate::bus::CanBus;
-use crate::bus::decoded::is_judged;
 pub use run::{Candidate, TrialResult, run};
 
 /// Consecutive parts, equal in readings, that a time is divided into: readings near each other are alike, so that they
@@ -68,7 +67,7 @@ pub fn listen(
             changed = observed.model.is_some_and(|before| before != model);
             observed.model = Some(model);
         } else if let Some(result) =
-            results.receive(&frame).filter(|what| is_judged(what) && what.ratio.is_finite())
+            results.receive(&frame).filter(|what| what.is_judged() && what.ratio.is_finite())
         {
             observed.ratios.push(result.ratio);
         }

@@ -18,7 +18,6 @@ use rotor_edge_core::state::Status;
 use rotor_edge_desktop::measurement::Reading;
 
 use crate::bus::Traffic;
-use crate::bus::decoded::is_judged;
 use crate::bus::states::States;
 use crate::edge::Deployment;
 pub use config::ReplayConfig;
@@ -41,7 +40,7 @@ impl AnsweredReading {
 
     /// Whether the controller judged the model by this reading.
     pub fn judged(&self) -> bool {
-        is_judged(&self.result)
+        self.result.is_judged()
     }
 
     /// Whether this reading alone looked wrong.

@@ -12,7 +12,7 @@ use rotor_edge_core::state::{NodeState, Status};
 use serde::Serialize;
 
 use crate::bus::counters::CounterTotals;
-use crate::bus::decoded::{Timed, is_judged};
+use crate::bus::decoded::Timed;
 use crate::bus::mac::RefusalCounts;
 
 pub const HISTORY: usize = 1_000;
@@ -240,7 +240,7 @@ impl Monitor {
         let told_us = what.age_s.is_finite().then(|| (f64::from(what.age_s.max(0.0)) * 1e6) as u64)?;
         let told = told_us.saturating_add(now_us.saturating_sub(time_us));
         // a result is younger evidence, if it was judged
-        let last = self.last.filter(|last| is_judged(&last.what));
+        let last = self.last.filter(|last| last.what.is_judged());
         let since_result = last.map(|last| now_us.saturating_sub(last.time_us));
         Some(since_result.map_or(told, |since| since.min(told)))
     }
