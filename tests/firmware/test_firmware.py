@@ -54,8 +54,8 @@ class Board:
         self.wire.leave()
         run("thresholds", "--bus", self.wire.spec, "--node", NODE, "--key", self.key_file, *COMPRESSED)
 
-    def play(self, record):
-        return monitor.play(self.wire.join(), NODE, record)
+    def play(self, record, answered=None):
+        return monitor.play(self.wire.join(), NODE, record, answered)
 
     def reset(self):
         """As the reset button does it: memory keeps what it holds."""

@@ -145,14 +145,23 @@ def collect(bus, node, last, seconds=20.0):
     return answers
 
 
-def play(bus, node, rows):
-    """Sends each reading and waits for its answer; {row: result}. A reading without any probe is not answered."""
+UNANSWERED_S = 0.1
+"""A monitor has judged a reading within this time."""
+
+
+def play(bus, node, rows, answered=None):
+    """Sends each reading and waits for its answer; {row: result}.
+
+    ``answered``: the rows that are answered; if absent, all rows with a probe.
+    """
     answers = {}
     for row, (speed_rpm, probes) in enumerate(rows):
         for frame in reading(node, row, speed_rpm, probes):
             bus.send(frame)
-        if any(probes):
+        if any(probes) if answered is None else row in answered:
             answers |= collect(bus, node, row)
+        elif any(probes):
+            time.sleep(UNANSWERED_S)
     return answers
 
 
