@@ -240,12 +240,7 @@ impl<const PLANES: usize> Tracker<PLANES> {
                     continue;
                 }
             }
-            let used = reading.probes().iter().filter(|probe| probe.is_finite());
-            let still = ProbeVector { cos_um: 0.0, sin_um: 0.0 };
-            let noisiest = used.fold(still, |most, &probe| {
-                if probe.phasor().norm_sqr() > most.phasor().norm_sqr() { probe } else { most }
-            });
-            let noisiest_um = model.noise.deviation_um(noisiest);
+            let noisiest_um = model.noise.deviation_um(largest(reading));
             let per_um = fit.deviations_g_mm(1.0);
             let deviation = per_um.map(|per_um| noisiest_um * per_um);
             if deviation
@@ -286,6 +281,14 @@ impl<const PLANES: usize> Tracker<PLANES> {
             return Ok(estimate);
         }
     }
+}
+
+/// The longest vector of a reading; of all, it has the most noise.
+fn largest(reading: &Reading) -> ProbeVector {
+    let used = reading.probes().iter().filter(|probe| probe.is_finite());
+    used.fold(ProbeVector { cos_um: 0.0, sin_um: 0.0 }, |most, &probe| {
+        if probe.phasor().norm_sqr() > most.phasor().norm_sqr() { probe } else { most }
+    })
 }
 
 /// What a reading's rounds ended with, left where it was made: copies are dear without a cache.

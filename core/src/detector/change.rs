@@ -11,8 +11,7 @@
 use nalgebra::Complex;
 
 use super::evidence::Observation;
-use super::noise::noise_norm_um;
-use super::reference::square;
+use super::noise::{noise_norm_um, square};
 use crate::reading::{MAX_PROBES, ProbeVector};
 use crate::scalar;
 use crate::state::Reason;

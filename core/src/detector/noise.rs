@@ -27,6 +27,11 @@ pub(super) fn noise_norm_um(square_um2: f32, largest_um2: f32) -> f32 {
     scalar::sqrt(square_um2) + scalar::sqrt(2.0 * LN_1_BY_P * largest_um2)
 }
 
+/// Zero for what is not a number: a deviation that is not known.
+pub(super) fn square(number: f32) -> f32 {
+    (number * number).max(0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use std::vec::Vec;

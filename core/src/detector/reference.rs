@@ -19,6 +19,7 @@ use super::average::is_same_speed;
 use super::change::{Change, reason_of, size_of};
 use super::evidence::Observation;
 use super::growth::{DOUBT, STEP};
+use super::noise::square;
 use super::seconds_since;
 use crate::model::{MAX_PLANES, Pair};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
@@ -353,11 +354,6 @@ impl Anchor {
     fn doubt_g_mm(&self, deviation_g_mm: f32, floor_g_mm: f32) -> f32 {
         (DOUBT * scalar::sqrt(square(deviation_g_mm) + self.variance)).max(floor_g_mm)
     }
-}
-
-/// Zero for what is not a number: a deviation that is not known.
-pub(super) fn square(number: f32) -> f32 {
-    (number * number).max(0.0)
 }
 
 fn towards([x, y]: Pair, weight: f32, [along_x, along_y]: Pair) -> Pair {

@@ -103,6 +103,7 @@ pub mod terms;
 mod thermal_bow;
 mod unbalance_of_run;
 mod unbalance_plane;
+mod without_probes;
 mod worn_clearance;
 
 use nalgebra::Complex;

@@ -5,6 +5,10 @@ use rotor_edge_core::state::Reason;
 use super::lists::listed;
 use crate::bus::numbers::probe_numbers;
 
+const RUN_UP: &str = "record a run-up and run `rotor-edge improve`";
+const DEPLOY: &str = "deploy a model: `rotor-edge deploy`";
+const PROBE: &str = "check the probe, its cable and its proximitor";
+
 /// What a reason means to somebody who watches.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Why {
@@ -15,10 +19,31 @@ pub struct Why {
 
 /// A reason in words; `mask` says which probes, if it is about probes.
 pub fn why(reason: Reason, mask: u8) -> Why {
-    const RUN_UP: &str = "record a run-up and run `rotor-edge improve`";
-    const DEPLOY: &str = "deploy a model: `rotor-edge deploy`";
-    const PROBE: &str = "check the probe, its cable and its proximitor";
     let (what, next) = match reason {
+        Reason::Probes => (of_probes(mask, "gives no value", "give no value"), PROBE),
+        Reason::Gap => (
+            of_probes(mask, "is out of its gap range", "are out of their gap range"),
+            "check the gap voltage, the probe's mounting and its cable",
+        ),
+        Reason::Repeated => (
+            of_probes(mask, "repeats the same value", "repeat the same values"),
+            "check who sends the readings: the numbers are fresh, the data are not",
+        ),
+        Reason::Probe => (of_probes(mask, "alone has changed", "alone have changed"), PROBE),
+        Reason::Unknown(code) => {
+            (format!("reason {code}, which this program does not know"), "watch with a newer program")
+        }
+        _ => {
+            let (what, next) = fixed_words(reason);
+            (what.into(), next)
+        }
+    };
+    Why { what, next }
+}
+
+/// What is the matter and what to do, of reasons that are not about single probes.
+fn fixed_words(reason: Reason) -> (&'static str, &'static str) {
+    match reason {
         Reason::None => ("nothing is the matter", ""),
         Reason::NoReading => {
             ("no reading arrives", "send readings; check who sends them, and to which number")
@@ -27,9 +52,6 @@ pub fn why(reason: Reason, mask: u8) -> Why {
             "the last judged reading is too old",
             "see why readings stopped: the machine, who sends them, the bus",
         ),
-        Reason::Probes => {
-            return Why { what: of_probes(mask, "gives no value", "give no value"), next: PROBE };
-        }
         Reason::Keyphasor => (
             "the keyphasor is missing, unsteady or has moved, and without it speed and phase mean nothing",
             "check the keyphasor's probe, its gap and the mark on the shaft; wait until the speed is constant",
@@ -71,10 +93,6 @@ pub fn why(reason: Reason, mask: u8) -> Why {
             "readings hold values that no probe can show",
             "check units (µm zero-to-peak) and the probes' scale",
         ),
-        Reason::Gap => {
-            let what = of_probes(mask, "is out of its gap range", "are out of their gap range");
-            return Why { what, next: "check the gap voltage, the probe's mounting and its cable" };
-        }
         Reason::Learning => ("the reference is being taken", ""),
         Reason::Scale => (
             "all probes show one multiple of what they showed before at this speed",
@@ -84,13 +102,6 @@ pub fn why(reason: Reason, mask: u8) -> Why {
             "readings scatter so much that they determine no direction",
             "check the keyphasor and the cables' shields; wait until the speed is constant",
         ),
-        Reason::Repeated => {
-            let what = of_probes(mask, "repeats the same value", "repeat the same values");
-            return Why {
-                what,
-                next: "check who sends the readings: the numbers are fresh, the data are not",
-            };
-        }
         Reason::Intermittent => (
             "readings that do not fit come and go",
             "look for a loose contact or cable, and for what changes in the machine at those times",
@@ -99,16 +110,8 @@ pub fn why(reason: Reason, mask: u8) -> Why {
             "what it learned could not be stored, and a loss of power would lose it",
             "check its memory: the disk of a program, the flash of a board",
         ),
-        Reason::Probe => {
-            return Why { what: of_probes(mask, "alone has changed", "alone have changed"), next: PROBE };
-        }
-        Reason::Unknown(code) => {
-            let what = format!("reason {code}, which this program does not know");
-            return Why { what, next: "watch with a newer program" };
-        }
         _ => ("the reason is one that this program does not know", "watch with a newer program"),
-    };
-    Why { what: what.into(), next }
+    }
 }
 
 fn of_probes(mask: u8, one: &str, several: &str) -> String {

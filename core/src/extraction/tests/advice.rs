@@ -18,7 +18,7 @@ fn rms_um(config: &ExtractionConfig<PROBES>, period: f64, noise_um: f64, random:
 }
 
 #[test]
-fn advised_revolutions_leave_the_error_and_one_fewer_leaves_more() {
+fn advised_revolutions_leave_the_error_and_fewer_leave_more() {
     let mut random = Random::new(21);
     // a mean of 2·4·60 squares of normal errors: its root scatters by 1/√(2·480) = 3.2 %; window ends weigh up to 1 %
     let scatter = 4.0 / (2.0 * 480_f64).sqrt() + 0.01;
@@ -39,7 +39,7 @@ fn advised_revolutions_leave_the_error_and_one_fewer_leaves_more() {
 }
 
 #[test]
-fn advised_revolutions_stay_within_the_drift_and_two_more_do_not() {
+fn advised_revolutions_stay_within_the_drift_and_more_do_not() {
     for (period, rise) in [(150.0, 1e-3), (150.0, -1e-3), (60.0, 3e-4)] {
         let shaft = Shaft { rise, ..steady(period) };
         let config = config(1);
