@@ -148,7 +148,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     }
 
     /// Takes up the stored model, or why there is none; a model that cannot be used is a reason too, which is returned.
-    /// Without a model the node says [`NodeState::NoModel`](crate::state::NodeState::NoModel) and the reason.
+    /// Without a model the node says [`NodeState::NoModel`] and the reason.
     pub fn load(&mut self, stored: Result<&[u8], Reason>) -> Result<(), Reason> {
         self.monitor.load(stored)
     }

@@ -149,13 +149,13 @@ impl<const PROBES: usize> ExtractionConfig<PROBES> {
             scales = others;
         }
         let [lowest, highest] = self.gap_range_mv;
-        if !(lowest < highest) {
+        if lowest.is_nan() || highest.is_nan() || lowest >= highest {
             return Err(ExtractionError::GapRange);
         }
         if self.revolutions == 0 {
             return Err(ExtractionError::Revolutions);
         }
-        if !(self.largest_drift > 0.0) {
+        if self.largest_drift.is_nan() || self.largest_drift <= 0.0 {
             return Err(ExtractionError::Drift);
         }
         let longest = self.longest_turn();

@@ -56,7 +56,7 @@ fn mean_of_a_million_samples_is_exact() {
     };
     let mut extractor = Extractor::new(config).unwrap();
     let found = (0_i32..2_000_000).find_map(|n| extractor.push([60_000 + i32::from(n % 16 == 0)], None));
-    assert_eq!(found.unwrap().gap_mv, [60_000.0625]);
+    assert_eq!(found.unwrap().gap_mv, [60_000.0 + 1.0 / 16.0]);
 }
 
 #[test]
