@@ -49,7 +49,7 @@ fn main() {
             );
         }
     }
-    // Nobody has to ask when readings stop: what was known goes out of date.
+    // Without readings the status turns stale by itself, because `status` takes the time.
     let silent = monitor.status(255 * SECOND_US);
     assert!(silent.age_s > 10.0);
 

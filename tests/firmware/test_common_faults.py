@@ -34,10 +34,10 @@ def reversed_at_times(number, probes):
 
 
 FAULTS = {
-    "phase jumps": (lambda number, probes: turned(probes, 150), {"Keyphasor", "Jump"}),
+    "phase jumps": (lambda number, probes: turned(probes, 150), {"Keyphasor"}),
     "phase slips": (slipping, {"Keyphasor", "Jump", "Scatter"}),
     "phase walks": (walking, {"Keyphasor", "Jump", "Scatter"}),
-    "gains fall": (lambda number, probes: turned(probes, 0, 0.4), {"Scale", "Jump"}),
+    "gains fall": (lambda number, probes: turned(probes, 0, 0.4), {"Scale"}),
     "a probe is reversed at times": (reversed_at_times, {"Rise", "Ratio", "Probe", "Jump", "Intermittent"}),
 }
 

@@ -25,7 +25,7 @@ pub enum Sign {
 }
 
 impl Sign {
-    /// The light of a node that says this of itself. A flag keeps its own: somebody comes anyway.
+    /// The sign of a node's status. A flag has priority over storage: an engineer comes to the machine anyway.
     pub fn of(status: &Status) -> Self {
         match status {
             Status { state: NodeState::Flagged, .. } => Self::State(NodeState::Flagged),

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! one factor c = Σ z̄₀z / Σ|z₀|²      D = |c − 1|·√Σ|z₀|²             R = √Σ|z − c z₀|²
-//! one probe, one bearing             D = √Σ|z − z₀|² of its probes   R = the same of the others
+//! one probe, one bearing             D = √Σ|z − z₀|² of its probes   R = √Σ|z − z₀|² of the other probes
 //! ```
 
 use nalgebra::Complex;

@@ -47,8 +47,8 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Of the estimate of an averaged reading, of whose raw readings nothing is known. The noise is that of the probes that were used, less what averaging took
-    /// away.
+    /// The evidence of an averaged reading's estimate, without a judgement of its raw readings. The noise is that of the used
+    /// probes, reduced by the averaging.
     pub fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
         model: &Model<N, PROBES, PLANES>,
         estimate: &Estimate,

@@ -51,8 +51,9 @@ impl Growth {
 
     /// The bound on each plane's unbalance, g·mm, at this time, after an estimate.
     ///
-    /// Without an anchor the estimate is the first one. The anchor follows what the unbalance is at most with `growth_s` as time constant. Readings that far apart or
-    /// farther, and the first one, are bounded by the unbalance before, as in Bera et al. (2023).
+    /// Without an anchor the estimate is the first one. The anchor follows the greatest possible unbalance with `growth_s` as
+    /// time constant. The first reading, and readings at least `growth_s` apart, are bounded by the unbalance before, as in
+    /// Bera et al. (2023).
     pub fn bounds_g_mm(
         &mut self,
         thresholds: &Thresholds,

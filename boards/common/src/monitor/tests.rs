@@ -108,7 +108,7 @@ impl Board {
     }
 }
 
-/// A reading that differs from its repetitions, as a measured one does, by up to 1e-4 of itself.
+/// The reading times a factor of 1 to 1.0001 that differs from number to number: measured readings do not repeat to the bit.
 fn moved(reading: &Reading, number: u16) -> Reading {
     let factor = 1.0 + 1e-4 * (f32::from(number.wrapping_mul(40_503)) / f32::from(u16::MAX));
     let part =

@@ -389,6 +389,12 @@ impl Outcome {
     fn steps(&self) -> f64 {
         (self.error - ALLOWED) / self.step
     }
+
+    #[track_caller]
+    fn assert_within_most_steps(&self, machine: usize, speed: f32) {
+        let Self { error, step, .. } = self;
+        assert!(self.steps() < MOST_STEPS, "machine {machine} at {speed} rad/s: {error:e}, a step {step:e}");
+    }
 }
 
 fn machine_and_amplitudes(random: &mut Random) -> (Machine, SupportAmplitudes) {
@@ -412,12 +418,7 @@ fn random_machines_agree_with_dense_f64_equations() {
         for step in 0..40 {
             let speed = 60.0 + 30.0 * step as f32;
             let outcome = Outcome::new(&machine, &model, &amplitudes, speed, &mut random);
-            assert!(
-                outcome.steps() < MOST_STEPS,
-                "machine {number} at {speed} rad/s: {:e}, a step {:e}",
-                outcome.error,
-                outcome.step
-            );
+            outcome.assert_within_most_steps(number, speed);
             outcomes.push(outcome);
         }
     }
@@ -450,12 +451,7 @@ fn poles_of_nominal_springs_are_eliminated_with_pivoting() {
             }
             let speed = pole * (1.0 + beside);
             let outcome = Outcome::new(&machine, &model, &amplitudes, speed, &mut random);
-            assert!(
-                outcome.steps() < MOST_STEPS,
-                "machine {number} at {speed} rad/s: {:e}, a step {:e}",
-                outcome.error,
-                outcome.step
-            );
+            outcome.assert_within_most_steps(number, speed);
             count += 1;
             eliminated += usize::from(outcome.is_eliminated);
         }

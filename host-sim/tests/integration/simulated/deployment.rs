@@ -10,12 +10,12 @@ use rotor_edge::replay::live::run_with_foreign_monitor;
 use rotor_edge::replay::{self, AnsweredReading, ReplayConfig};
 use rotor_edge::sample;
 use rotor_edge_core::command::{Command, Detail};
-use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::state::{NodeState, Reason};
-use rotor_edge_core::thresholds::Thresholds;
 use rotor_edge_desktop::machine::drawing::Rotor;
 
-use super::lab::{KEY, Lab, NODE, checksum, deployment, guess, identified, initial, model, worse};
+use super::lab::{
+    KEY, Lab, NODE, checksum, deployment, flagging_config, guess, identified, initial, model, worse,
+};
 use crate::program::assert_says;
 
 /// As `replay --external` plays the sample's record.
@@ -126,15 +126,9 @@ fn command_to_absent_monitor_is_given_up_in_ten_seconds() {
 #[test]
 fn model_in_use_deployed_again_keeps_flag_and_says_so() {
     let lab = Lab::new();
-    let thresholds = Thresholds {
-        average_s: 0.0,
-        persistence_s: 0.0,
-        ratio_limit: 0.01,
-        ratio_floor: 0.0,
-        ..Thresholds::DEFAULT
-    };
+    let config = flagging_config();
     let store = initial(lab.store("monitor.state"), Some(&worse()));
-    let _node = lab.node_with(NodeConfig { thresholds, ..Lab::config() }, store, |port| Box::new(port));
+    let _node = lab.node_with(config, store, |port| Box::new(port));
     let traffic = lab.traffic();
     lab.await_seen(Duration::from_secs(20), |monitor| monitor.state() == Some(NodeState::Flagged));
     traffic.kill();

@@ -10,7 +10,7 @@ use rotor_edge_core::state::{NodeState, Reason};
 use rotor_edge_core::thresholds::Thresholds;
 
 use super::deployment::play;
-use super::lab::{Lab, NODE, Node, WRONG_KEY, identified, initial, worse};
+use super::lab::{Lab, NODE, Node, WRONG_KEY, flagging_config, identified, initial, worse};
 use crate::program::assert_says;
 
 /// A monitor for which each reading of the record counts by itself, however fast it is sent.
@@ -68,17 +68,11 @@ fn flag_survives_power_loss_until_acknowledged_with_the_key() {
 #[test]
 fn flag_without_room_is_told_and_stored_once_there_is_room() {
     let lab = Lab::new();
-    let thresholds = Thresholds {
-        average_s: 0.0,
-        persistence_s: 0.0,
-        ratio_limit: 0.01,
-        ratio_floor: 0.0,
-        ..Thresholds::DEFAULT
-    };
+    let config = flagging_config();
     // no folder stands for a disk without room
     let start = || {
         let store = initial(lab.store("room/monitor.state"), Some(&worse()));
-        lab.node_with(NodeConfig { thresholds, ..Lab::config() }, store, |port| Box::new(port))
+        lab.node_with(config, store, |port| Box::new(port))
     };
     let is_unsaved = |monitor: &Monitor| {
         let flagged = (Some(NodeState::Flagged), Some(Reason::Storage));

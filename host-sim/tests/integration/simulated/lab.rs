@@ -18,6 +18,7 @@ use rotor_edge_core::can::{NumberedReading, reading_frames};
 use rotor_edge_core::command::{Command, Key};
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::{ProbeVector, Reading};
+use rotor_edge_core::thresholds::Thresholds;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::rotor_file;
 use tempfile::TempDir;
@@ -224,7 +225,7 @@ impl Lab {
     }
 }
 
-/// A reading that differs from its repetitions, as a measured one does, by up to 1e-4 of itself.
+/// The reading times a factor of 1 to 1.0001 that differs from number to number: measured readings do not repeat to the bit.
 pub fn moved(reading: &Reading, number: u16) -> Reading {
     let factor = 1.0 + 1e-4 * (f32::from(number.wrapping_mul(40_503)) / f32::from(u16::MAX));
     let vectors: Vec<ProbeVector> = reading
@@ -233,6 +234,18 @@ pub fn moved(reading: &Reading, number: u16) -> Reading {
         .map(|probe| ProbeVector { cos_um: factor * probe.cos_um, sin_um: factor * probe.sin_um })
         .collect();
     Reading::new(reading.speed_rpm, &vectors).unwrap()
+}
+
+/// Settings of a monitor with the key that flags the model of [`worse`] within its first readings.
+pub fn flagging_config() -> NodeConfig {
+    let thresholds = Thresholds {
+        average_s: 0.0,
+        persistence_s: 0.0,
+        ratio_limit: 0.01,
+        ratio_floor: 0.0,
+        ..Thresholds::DEFAULT
+    };
+    NodeConfig { thresholds, ..Lab::config() }
 }
 
 /// A store with a rotor's model in place of one that was never deployed.
