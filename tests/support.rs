@@ -5,7 +5,21 @@ pub mod firmware;
 
 use std::path::{Path, PathBuf};
 
+use rotor_edge::edge::{EdgeModel, SHAPES};
+use rotor_edge_core::model::{Description, Support};
+
 /// A path inside the repository.
 pub fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests/ lies in the repository").join(path)
+}
+
+/// A model with other supports.
+///
+/// # Panics
+/// If it describes no machine.
+pub fn with_supports(model: &EdgeModel, change: impl FnOnce(&mut [Support<SHAPES>])) -> EdgeModel {
+    let description = model.description();
+    let mut supports = description.supports.to_vec();
+    change(&mut supports);
+    EdgeModel::new(&Description { supports: &supports, ..description }).expect("a machine")
 }

@@ -5,7 +5,7 @@
 
 mod machine;
 
-use machine::{MachineModel, model, reading, seen};
+use machine::{MachineModel, model, reading, seen, with_softer_bearing};
 use rotor_edge_core::memory::Memory;
 use rotor_edge_core::monitor::Monitor;
 use rotor_edge_core::reading::Keyphasor;
@@ -24,8 +24,7 @@ fn main() {
     let started = || Monitor::<2, 4, 2>::new(TrackConfig::default(), Thresholds::DEFAULT);
     let mut monitor = started().expect("these thresholds are within their bounds");
     let _ = monitor.load(Ok(stored_model));
-    let mut worn = model();
-    worn.supports[1].stiffness_n_m = [[5e7, 0.0], [0.0, 2.5e7]];
+    let worn = with_softer_bearing(&model());
 
     for second in 0..240 {
         // from a converter and `extraction`, or from whatever else measures the 1x vectors

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use crate::model::{Knot, MAX_PLANES, Model, ModelError, Pedestal, Probe, Shape, Support};
+use crate::model::{Knot, MAX_BEARINGS, MAX_PLANES, Model, ModelError, Pedestal, Probe, Shape, Support};
 use crate::numerics::{InPlace, Numerics};
 use crate::reading::{MAX_PROBES, rad_s};
 use crate::response::{Response, SupportAmplitudes};
@@ -12,6 +12,9 @@ use crate::response::{Response, SupportAmplitudes};
 const SPEED_STEP: f32 = 1e-6;
 const LARGEST_CHANGE: f32 = 1e-2;
 
+/// Part of the stiffness on nominal springs by which rounding may make the stiffness on the supports negative.
+const HELD: f32 = 1e-4;
+
 /// A direction is a cosine and a sine; their squares may add up to one within this.
 const DIRECTION: f32 = 0.02;
 
@@ -20,7 +23,9 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     /// flash may be handed in.
     ///
     /// Errors: [`ModelError::Schema`], [`ModelError::BasisSize`], [`ModelError::Probes`] and [`ModelError::Planes`] (more
-    /// than fit; see [`Model::counts`]), [`ModelError::Encoding`], and those of [`Model::check`].
+    /// than fit; see [`Counts::read`](crate::model::Counts::read)), [`ModelError::Encoding`], and the first fault found: a number that is not finite, no plane, no probe in use, fewer than two supports, a mass that is not
+    /// positive, a speed range or table out of order, a bearing or mount that does not exist, supports that do not hold the
+    /// shaft, a response that is not finite or ill-conditioned.
     #[inline(never)]
     pub fn decode(bytes: &[u8]) -> Result<Self, ModelError> {
         // One variable, returned as it is: a model is not small, and a second copy would be on the stack.
@@ -45,11 +50,12 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         Ok(model.machine)
     }
 
-    /// Every number finite, at least a plane, a probe in use and two supports, positive masses, a speed range
-    /// and speed tables in order, mounts that exist, and a finite, well-conditioned response at the range's ends and middle.
+    /// Every number finite, at least a plane, a probe in use and two supports, positive masses, a speed range and speed tables
+    /// in order, bearings and mounts that exist, supports that hold the shaft, and a finite, well-conditioned response at the
+    /// range's ends and middle.
     ///
     /// Errors: the first fault found.
-    pub fn check(&self) -> Result<(), ModelError> {
+    pub(crate) fn check(&self) -> Result<(), ModelError> {
         self.check_by::<InPlace>()
     }
 
@@ -83,13 +89,19 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         }
         self.check_terms()?;
         for speed_rpm in [lowest, 0.5 * (lowest + highest), highest] {
+            if !self.is_held(rad_s(speed_rpm)) {
+                return Err(ModelError::NotHeld);
+            }
             self.try_out::<C>(rad_s(speed_rpm))?;
         }
         Ok(())
     }
 
     fn has_bad_mass(&self) -> bool {
-        let light = |pedestal: &Pedestal| pedestal.mass_kg.iter().any(|&mass| mass < 0.0);
+        let light = |pedestal: &Pedestal| {
+            let parts = [pedestal.mass_kg, pedestal.stiffness_n_m, pedestal.damping_n_s_m];
+            parts.as_flattened().iter().any(|&part| part < 0.0)
+        };
         self.shaft.backward_s2.iter().any(|&square| square <= 0.0)
             || self.supports.iter().any(|support| support.pedestal.as_ref().is_some_and(light))
     }
@@ -104,6 +116,9 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
             }
         }
         for probe in &self.probes {
+            if probe.bearing >= MAX_BEARINGS {
+                return Err(ModelError::Bearing);
+            }
             let [cos, sin] = probe.direction;
             if probe.gain == [0.0; 2] || (cos * cos + sin * sin - 1.0).abs() > DIRECTION {
                 return Err(ModelError::ProbeGain);
@@ -115,6 +130,30 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
             }
         }
         Ok(())
+    }
+
+    /// The static stiffness of the shaft on its supports, averaged over x and y, is positive definite at this speed. In the
+    /// forward modes the shaft on its nominal springs is one, `ΨᵀK'Ψ = I`, from which each support takes its spring and adds
+    /// its own. The mean does not depend on the axes, and the cross-coupling that fluid films have does not enter it.
+    #[inline(never)]
+    fn is_held(&self, speed_rad_s: f32) -> bool {
+        let mut matrix = [[0.0; N]; N];
+        for (i, row) in matrix.iter_mut().enumerate() {
+            row[i] = 1.0 + HELD;
+        }
+        for (place, support) in self.supports.iter().enumerate() {
+            let knots = support.table.map_or(&[][..], |table| self.knots_of(table));
+            let [[kxx, _], [_, kyy]] = support.static_stiffness_n_m(knots, speed_rad_s);
+            let spring = self.shaft.springs_n_m.get(place).copied().unwrap_or_default();
+            let beyond = 0.5 * (kxx + kyy) - spring;
+            let [shape] = &support.shape.forward.data.0;
+            for (row, &here) in matrix.iter_mut().zip(shape) {
+                for (cell, &there) in row.iter_mut().zip(shape) {
+                    *cell += beyond * here * there;
+                }
+            }
+        }
+        is_positive_definite(&mut matrix)
     }
 
     /// A response that a millionth of the speed turns over is one of rounding errors, not of the machine.
@@ -149,6 +188,25 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
                 .all(|forcing| all(forcing.shape.data.0.as_flattened()) && all(&forcing.amplitude))
             && self.probes.iter().all(is_finite_probe)
     }
+}
+
+/// By elimination without pivoting: every pivot is positive exactly if the symmetric matrix is positive definite (Golub and
+/// Van Loan 2013, section 4.2).
+fn is_positive_definite<const N: usize>(matrix: &mut [[f32; N]; N]) -> bool {
+    for column in 0..N {
+        let pivot = matrix[column];
+        let lead = pivot[column];
+        if !(lead > 0.0 && lead.is_finite()) {
+            return false;
+        }
+        for row in matrix.iter_mut().skip(column + 1) {
+            let factor = row[column] / lead;
+            for (cell, above) in row.iter_mut().zip(&pivot) {
+                *cell -= factor * above;
+            }
+        }
+    }
+    true
 }
 
 fn is_finite_support<const N: usize>(support: &Support<N>) -> bool {

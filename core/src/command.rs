@@ -17,7 +17,7 @@
 //! `rotor-edge answer`, all bytes before it and the code of the request: neither can be taken for the other, and an answer
 //! belongs to one request. The counter of a request must exceed every one the node has accepted, restarts included, by at
 //! most [`MAX_COUNTER_STEP`], so that no number locks commands out. Each travels as one ISO-TP message or in
-//! [numbered parts](crate::can::parts). Measurement frames need no key.
+//! numbered parts (`can::parts`). Measurement frames need no key.
 
 use heapless::Vec;
 use hmac::{Hmac, KeyInit, Mac};
@@ -89,7 +89,7 @@ impl Key {
 pub enum Command {
     /// Change to the model in the body, [`Model::encode`](crate::model::Model::encode).
     Deploy = 1,
-    /// Begin a new record, [`Node::restart`](crate::node::Node::restart).
+    /// Begin a new record, `Node::restart`.
     Restart = 2,
     /// Lower the latched flag.
     Acknowledge = 3,
@@ -118,9 +118,9 @@ impl Command {
         Self::ALL.into_iter().find(|command| *command as u8 == byte)
     }
 
-    /// The model that it brings, if any, and for how many seconds that is on trial. A body without them brings an empty model,
-    /// which is refused as any that is cut short.
-    pub(crate) fn model(self, body: &[u8]) -> Option<(&[u8], Option<u32>)> {
+    /// The model's bytes in the body of a deployment, and the seconds of a trial. A body that is too short for the seconds
+    /// gives no bytes, which [`Model::decode`](crate::model::Model::decode) refuses.
+    pub fn model(self, body: &[u8]) -> Option<(&[u8], Option<u32>)> {
         match self {
             Self::Deploy | Self::DeployAnother => Some((body, None)),
             Self::Trial => {

@@ -32,7 +32,7 @@ fn assert_all_distinct<E: Error>(errors: &[E]) {
 fn errors_of_models_and_readings_have_distinct_messages() {
     assert_all_distinct(&variants![ModelError:
         NotFinite Planes Supports Asymmetric Mass SpeedRange UnbalanceFloor Response Schema BasisSize Encoding Space
-        IllConditioned Probes Knots Mount Noise ProbeGain
+        IllConditioned Probes Knots Mount Noise ProbeGain Bearing NotHeld Forcings
     ]);
     assert_all_distinct(&variants![ResponseError: Singular NotFinite]);
     assert_all_distinct(&variants![ResidualError: NotFinite]);

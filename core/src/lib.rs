@@ -15,12 +15,12 @@
 //! | [`thresholds`] | what is judged by, in seconds |
 //! | [`memory`] | what must survive a loss of power |
 //! | [`state`] | what a monitor may say of the machine, and why |
-//! | [`can`] | frames, messages, assembly of readings and results, ISO-TP |
-//! | [`command`] | deployment of a model and what else changes a monitor: authenticated and numbered |
+//! | `can` | frames, messages, assembly of readings and results, ISO-TP |
+//! | `command` | deployment of a model and what else changes a monitor: authenticated and numbered |
 //! | [`extraction`] | raw probe samples and keyphasor marks to the 1x reading |
 //! | [`numerics`] | what a node calculates with, which may be compiled apart from it |
 //! | [`monitor`] | readings in, state and reason out: all that firmware without CAN calls |
-//! | [`node`] | frames in, frames out: all that a board calls |
+//! | `node` | frames in, frames out: all that a board calls |
 //!
 //! # Conventions
 //! z along the shaft, rotation takes x into y. `u(t) = u_c cos Wt + u_s sin Wt`, phasor `Y = u_c − i u_s`, zero-to-peak,
@@ -34,9 +34,15 @@
 //! Errors are flat and `Copy`; a value refused leaves the state as it was. Equal inputs give equal bits.
 //!
 //! # Features
-//! `can` (default): [`can`] and [`node`]. `command` (default): [`command`], and deployments to a node. `mac`:
-//! readings and results with a message authentication code. `defmt`: `defmt::Format` for what firmware logs. Without any of them the
-//! rest is there, for firmware with another bus or none.
+//! | feature | default | adds |
+//! |---|---|---|
+//! | `can` | yes | the modules `can` and `node` |
+//! | `command` | yes | the module `command`; with `can`, deployments to a node |
+//! | `large-models` | yes | room for more supports, knots and forcings: [`model::MAX_SUPPORTS`] and its neighbours |
+//! | `mac` | no | readings and results with a message authentication code; needs the first two |
+//! | `defmt` | no | `defmt::Format` for states, readings and errors |
+//!
+//! Features only add. Without any of them everything else is there, for firmware with another bus or none.
 //!
 //! # Dependencies, and where each earns its place
 //! - [`nalgebra`]: fixed-size matrices and vectors of a model, with their serde ([`model`], [`response`]); products and

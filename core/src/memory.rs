@@ -85,6 +85,16 @@ impl Memory {
 
     /// Reads what [`Memory::encode`] wrote, in this version or the one before. `None` if the bytes are cut short, damaged, or
     /// of another version. Bytes after the checksum are ignored.
+    ///
+    /// ```
+    /// use rotor_edge_core::detector::Detector;
+    /// use rotor_edge_core::memory::Memory;
+    /// let memory = Memory::new(0x1234, &Detector::default(), &[[300.0, 400.0]], &[900.0; 4]);
+    /// let mut bytes = memory.encode();
+    /// assert_eq!(Memory::decode(&bytes), Some(memory));
+    /// bytes[3] ^= 1;
+    /// assert_eq!(Memory::decode(&bytes), None);
+    /// ```
     pub fn decode(bytes: &[u8]) -> Option<Self> {
         unpack_checked(bytes).filter(|memory: &Self| [VERSION, VERSION_OF_RUNS].contains(&memory.version))
     }

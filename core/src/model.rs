@@ -7,6 +7,7 @@
 //! of the shaft; [`Modes`] makes it and the shaft from matrices on any shape functions.
 
 mod codec;
+mod description;
 mod error;
 mod modes;
 #[cfg(test)]
@@ -17,6 +18,7 @@ use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use crate::reading::ProbeVector;
+pub use description::Description;
 pub use error::ModelError;
 pub use modes::{Matrices, Modes, ModesError, Shaft, Shape, Spring};
 
@@ -25,46 +27,37 @@ pub const MODEL_SCHEMA: u32 = 4;
 
 /// Planes whose unbalance is tracked, at most.
 pub const MAX_PLANES: usize = 4;
-/// Supports of a model, at most.
-pub const MAX_SUPPORTS: usize = 8;
-/// Knots of all speed tables of a model together, at most.
-pub const MAX_KNOTS: usize = 16;
-/// Forcings of a model, at most.
-pub const MAX_FORCINGS: usize = 6;
+/// Supports of a model, at most: 8 with the feature `large-models`, otherwise 4.
+pub const MAX_SUPPORTS: usize = if LARGE { 8 } else { 4 };
+/// Knots of all speed tables of a model together, at most: 16 with the feature `large-models`, otherwise 4.
+pub const MAX_KNOTS: usize = if LARGE { 16 } else { 4 };
+/// Forcings of a model, at most: 6 with the feature `large-models`, otherwise 2.
+pub const MAX_FORCINGS: usize = if LARGE { 6 } else { 2 };
+const LARGE: bool = cfg!(feature = "large-models");
 
 /// A vector in the plane across the shaft, or a complex number (real, imaginary).
 pub type Pair = [f32; 2];
 
-/// A shaft plus three kinds of term.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// Bearings that a suspicion can name, at most: their number travels in three bits, of which zero says "none".
+pub const MAX_BEARINGS: u8 = 7;
+
+/// A shaft plus three kinds of term, checked: made from a [`Description`] by [`Model::new`] or from its bytes by
+/// [`Model::decode`]. The bytes are the only serialised form that is read, so that no model escapes the check.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Model<const N: usize, const PROBES: usize, const PLANES: usize> {
-    /// Which machine it is of: the same for every model of one machine, whatever was found of it meanwhile. A monitor that
-    /// holds a model takes those of its machine alone, unless it is told.
-    pub machine: [u8; 4],
-    /// The shaft on its nominal springs. Supports come as terms, whole: what a nominal spring adds is taken off again.
-    pub shaft: Shaft<N>,
-    /// Rotating internal damping of the shaft: stress in phase with the rate of strain, relative to its stiffness, s.
-    pub internal_damping_s: f32,
-    /// Forward shape at each plane whose unbalance is tracked: at least one.
-    pub planes: Vec<SVector<f32, N>, PLANES>,
-    /// Bearings, seals: everything that ties the shaft to the ground. At least two.
-    pub supports: Vec<Support<N>, MAX_SUPPORTS>,
-    /// What the supports' speed tables are made of, each support's in a row.
-    pub knots: Vec<Knot, MAX_KNOTS>,
-    /// Excitation beside the tracked unbalance: bow, skew, coupling force, further planes.
-    pub forcings: Vec<Forcing<N>, MAX_FORCINGS>,
-    /// At least one, in the order of a reading's.
-    pub probes: Vec<Probe<N>, PROBES>,
-    /// Bit i: probe i is not used, whatever it reads. At least one is.
-    pub masked: u8,
-    /// What phase I found: `[U cos α, U sin α]` of each plane, g·mm.
-    pub initial_unbalance_g_mm: Vec<Pair, PLANES>,
-    /// The bound on a plane's unbalance never falls below this, g·mm, so that a well balanced plane can grow again.
-    pub unbalance_floor_g_mm: f32,
-    /// What scatters from reading to reading.
-    pub noise: Noise,
-    /// Lowest and highest speed the model was made for, rpm.
-    pub speed_range_rpm: [f32; 2],
+    pub(crate) machine: [u8; 4],
+    pub(crate) shaft: Shaft<N>,
+    pub(crate) internal_damping_s: f32,
+    pub(crate) planes: Vec<SVector<f32, N>, PLANES>,
+    pub(crate) supports: Vec<Support<N>, MAX_SUPPORTS>,
+    pub(crate) knots: Vec<Knot, MAX_KNOTS>,
+    pub(crate) forcings: Vec<Forcing<N>, MAX_FORCINGS>,
+    pub(crate) probes: Vec<Probe<N>, PROBES>,
+    pub(crate) masked: u8,
+    pub(crate) initial_unbalance_g_mm: Vec<Pair, PLANES>,
+    pub(crate) unbalance_floor_g_mm: f32,
+    pub(crate) noise: Noise,
+    pub(crate) speed_range_rpm: [f32; 2],
 }
 
 /// Noise of a probe's vector: either part has the standard deviation `relative·|Y| + floor_um`. Both zero: not stated.
@@ -123,7 +116,7 @@ pub struct Support<const N: usize> {
 /// Which of the model's knots make a support's speed table: at least two, in ascending order of speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KnotRange {
-    /// Place of the first in [`Model::knots`].
+    /// Place of the first in [`Description::knots`].
     pub first: u8,
     pub count: u8,
 }

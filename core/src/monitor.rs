@@ -8,6 +8,47 @@
 //!    or at once when a flag is raised, [`Monitor::memory`] for the flash.
 //!
 //! Times are µs since the start and must not go back.
+//!
+//! ```
+//! # use rotor_edge_core::model::{Description, Matrices, Model, Modes, Noise, Probe, Spring, Support};
+//! # use rotor_edge_core::nalgebra::{Matrix1, SVector};
+//! use rotor_edge_core::monitor::{Monitor, Taken};
+//! use rotor_edge_core::reading::{Keyphasor, ProbeVector, Reading, rad_s};
+//! use rotor_edge_core::response::{SupportAmplitudes, response};
+//! use rotor_edge_core::state::{NodeState, Reason};
+//! use rotor_edge_core::thresholds::Thresholds;
+//! use rotor_edge_core::track::TrackConfig;
+//! # let matrices = Matrices {
+//! #     stiffness: Matrix1::new(0.0), mass: Matrix1::new(10.0), polar_inertia: Matrix1::new(0.0),
+//! # };
+//! # let place = SVector::from([1.0]);
+//! # let modes = Modes::new(&matrices, &[Spring { shape: place, stiffness_n_m: 5e6 }; 2]).unwrap();
+//! # let one = modes.shape(&place);
+//! # let model = Model::<1, 2, 1>::new(&Description {
+//! #     machine: [0; 4], shaft: &modes.shaft(), internal_damping_s: 0.0,
+//! #     planes: &[modes.forward(&place)], initial_unbalance_g_mm: &[[1000.0, 0.0]],
+//! #     supports: &[Support::isotropic(one, 5e6, 100.0), Support::isotropic(one, 5e6, 100.0)],
+//! #     knots: &[], forcings: &[],
+//! #     probes: &[Probe::plain(one, [1.0, 0.0], 0), Probe::plain(one, [0.0, 1.0], 0)], masked: 0,
+//! #     unbalance_floor_g_mm: 1.0, noise: Noise::default(), speed_range_rpm: [100.0, 2e5],
+//! # }).unwrap();
+//! let mut monitor = Monitor::<1, 2, 1>::new(TrackConfig::default(), Thresholds::DEFAULT).unwrap();
+//! assert_eq!(monitor.status(0).state, NodeState::NoModel);
+//!
+//! // a disk on two springs; its probes show 1,000 g·mm
+//! let at_speed = response(&model, rad_s(3000.0), &SupportAmplitudes::default()).unwrap();
+//! let shown = [0, 1].map(|probe| ProbeVector::from_phasor(at_speed.probes()[probe].phasor(&[[1000.0, 0.0]])));
+//! monitor.set_model(model).unwrap();
+//! let reading = Reading::new(3000.0, &shown).unwrap();
+//! let taken = monitor.take(0, &reading, Keyphasor::Locked);
+//! assert!(matches!(taken, Taken::Estimated(judgement) if judgement.verdict.is_ok()));
+//! assert!((monitor.estimate().unwrap().unbalance_g_mm[0][0] - 1000.0).abs() < 1.0);
+//! assert_eq!(monitor.status(0).state, NodeState::Learning);
+//!
+//! // a minute later nothing is known any more
+//! let status = monitor.status(60_000_000);
+//! assert_eq!((status.state, status.reason), (NodeState::Stale, Reason::Age));
+//! ```
 
 use core::marker::PhantomData;
 

@@ -3,7 +3,7 @@
 //! # Life of a node
 //! 1. [`Node::new`], without a model. Where a node is to lie in static memory, hand [`Node::new`] to the place itself
 //!    (`StaticCell::init_with(|| Node::new(config))`), so that it is never on the stack as well.
-//! 2. What was stored: [`Node::restore_counter`], [`Node::restore_thresholds`], then [`Node::load`] with the model's bytes
+//! 2. What was stored: `Node::restore_counter` (with the feature `command`), [`Node::restore_thresholds`], then [`Node::load`] with the model's bytes
 //!    or with the reason why there are none, then [`Node::restore`] with the memory. Each of them may be missing: the node
 //!    then says so, and can be reached for a deployment.
 //! 3. Again and again: [`Node::receive`] with every frame, [`Node::poll`] at [`Node::poll_at`] or earlier,

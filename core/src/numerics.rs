@@ -5,7 +5,7 @@ use crate::reading::Reading;
 use crate::response::{Response, ResponseError, SupportAmplitudes, response};
 use crate::track::{Estimate, TrackConfig, TrackError, Tracker};
 
-/// What a [`Node`](crate::node::Node) calculates with: provided whole, and compiled where the node is.
+/// Numerics of a [`Monitor`](crate::monitor::Monitor) or a `Node`: provided whole, and compiled where the monitor is.
 ///
 /// Generic code is compiled in the crate that names its sizes, at that crate's level of optimisation. Firmware that is built
 /// to be small implements this trait in a crate of its own, which it has built for speed, for a type and sizes named there,

@@ -96,6 +96,12 @@ impl Reading {
     }
 
     /// The same reading with the probes' gap voltages, V; NaN where not stated.
+    ///
+    /// ```
+    /// use rotor_edge_core::reading::{ProbeVector, Reading};
+    /// let reading = Reading::new(3000.0, &[ProbeVector::LOST; 2]).unwrap().with_gaps_v(&[-9.8, -10.1]);
+    /// assert_eq!(reading.gaps_v(), [-9.8, -10.1]);
+    /// ```
     pub fn with_gaps_v(mut self, gaps_v: &[f32]) -> Self {
         let count = self.probes().len();
         for (own, &gap_v) in self.gaps_v.iter_mut().zip(gaps_v).take(count) {

@@ -94,7 +94,7 @@ impl<const PLANES: usize> Linear<PLANES> {
 /// Response of the model at one speed.
 ///
 /// ```
-/// # use rotor_edge_core::model::{Matrices, Model, Modes, Probe, Spring, Support};
+/// # use rotor_edge_core::model::{Description, Matrices, Model, Modes, Probe, Spring, Support};
 /// # use nalgebra::{Matrix1, SVector};
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
 /// use rotor_edge_core::response::{SupportAmplitudes, response};
@@ -105,15 +105,14 @@ impl<const PLANES: usize> Linear<PLANES> {
 /// # let place = SVector::from([1.0]);
 /// # let modes = Modes::new(&matrices, &[Spring { shape: place, stiffness_n_m: 5e6 }; 2])?;
 /// # let one = modes.shape(&place);
-/// # let model = Model::<1, 2, 1> {
-/// #     machine: [0; 4], shaft: modes.shaft(),
-/// #     internal_damping_s: 0.0, planes: [modes.forward(&place)].into_iter().collect(),
-/// #     supports: [Support::isotropic(one, 5e6, 100.0), Support::isotropic(one, 5e6, 100.0)].into_iter().collect(),
-/// #     knots: Default::default(), forcings: Default::default(),
-/// #     probes: [Probe::plain(one, [1.0, 0.0], 0), Probe::plain(one, [0.0, 1.0], 0)].into_iter().collect(),
-/// #     masked: 0, initial_unbalance_g_mm: [[1000.0, 0.0]].into_iter().collect(),
+/// # let model = Model::<1, 2, 1>::new(&Description {
+/// #     machine: [0; 4], shaft: &modes.shaft(), internal_damping_s: 0.0,
+/// #     planes: &[modes.forward(&place)], initial_unbalance_g_mm: &[[1000.0, 0.0]],
+/// #     supports: &[Support::isotropic(one, 5e6, 100.0), Support::isotropic(one, 5e6, 100.0)],
+/// #     knots: &[], forcings: &[],
+/// #     probes: &[Probe::plain(one, [1.0, 0.0], 0), Probe::plain(one, [0.0, 1.0], 0)], masked: 0,
 /// #     unbalance_floor_g_mm: 1.0, noise: Default::default(), speed_range_rpm: [100.0, 2e5],
-/// # };
+/// # })?;
 /// let at_speed = response(&model, 20_000.0, &SupportAmplitudes::default())?;
 /// let along_x = at_speed.probes()[0].phasor(&[[1000.0, 0.0]]);
 /// assert!((along_x.re + 100.0).abs() < 1.0);

@@ -25,9 +25,14 @@ impl<const N: usize> Support<N> {
         }
     }
 
-    /// Dynamic stiffness without the pedestal, N/m.
+    /// `[[kxx, kxy], [kyx, kyy]]` at rest, without the pedestal, with the coefficients of this speed, N/m.
+    pub(crate) fn static_stiffness_n_m(&self, knots: &[Knot], speed_rad_s: f32) -> [Pair; 2] {
+        let [stiffness, _] = self.coefficients(knots, speed_rad_s);
+        stiffness
+    }
+
     #[inline]
-    fn bearing(&self, knots: &[Knot], speed_rad_s: f32, amplitude_um: Pair) -> Block {
+    fn coefficients(&self, knots: &[Knot], speed_rad_s: f32) -> Coefficients {
         let slope = if self.reference_speed_rad_s == 0.0 {
             1.0
         } else {
@@ -39,6 +44,13 @@ impl<const N: usize> Support<N> {
             add(&mut stiffness, &k);
             add(&mut damping, &c);
         }
+        [stiffness, damping]
+    }
+
+    /// Dynamic stiffness without the pedestal, N/m.
+    #[inline]
+    fn bearing(&self, knots: &[Knot], speed_rad_s: f32, amplitude_um: Pair) -> Block {
+        let [stiffness, damping] = self.coefficients(knots, speed_rad_s);
         // Describing function of a cubic spring: ¾ of the stiffness at the peak.
         let [hard_x, hard_y] = amplitude_um.map(|a| 1.0 + 0.75 * self.hardening_per_um2 * a * a);
         let [[kxx, kxy], [kyx, kyy]] = stiffness;

@@ -178,6 +178,14 @@ impl Thresholds {
     ///
     /// Errors: [`ThresholdError::Encoding`] for another number of bytes or another version, and those of
     /// [`Thresholds::check`].
+    ///
+    /// ```
+    /// use rotor_edge_core::thresholds::{ThresholdError, Thresholds};
+    /// let patient = Thresholds { persistence_s: 86_400.0, ..Thresholds::DEFAULT };
+    /// assert_eq!(Thresholds::decode(&patient.encode()), Ok(patient));
+    /// let never = Thresholds { age_limit_s: 0.0, ..Thresholds::DEFAULT };
+    /// assert_eq!(Thresholds::decode(&never.encode()), Err(ThresholdError::AgeLimit));
+    /// ```
     pub fn decode(bytes: &[u8]) -> Result<Self, ThresholdError> {
         let bytes = <&ThresholdBytes>::try_from(bytes).map_err(|_| ThresholdError::Encoding)?;
         let [VERSION, body @ ..] = bytes else {

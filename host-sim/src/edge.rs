@@ -5,8 +5,8 @@ mod knots;
 use anyhow::{Result, anyhow, bail};
 use nalgebra::{Complex, DMatrix, DVector, SMatrix, SVector};
 use rotor_edge_core::model::{
-    Forcing, ForcingLaw, KnotRange, MAX_PLANES, MAX_SUPPORTS, Matrices, Model, Modes, Noise, Pair, Pedestal,
-    Probe, Spring, Support,
+    Description, Forcing, ForcingLaw, KnotRange, MAX_FORCINGS, MAX_KNOTS, MAX_PLANES, MAX_SUPPORTS, Matrices,
+    Model, Modes, Noise, Pair, Pedestal, Probe, Spring, Support,
 };
 use rotor_edge_core::node::Node;
 use rotor_edge_core::reading::{MAX_PROBES, ProbeVector, Reading};
@@ -152,7 +152,7 @@ impl Deployment {
     /// # Panics
     /// If the reading is not one of this rotor.
     pub fn reading(&self, measured: &measurement::Reading) -> Reading {
-        assert_eq!(measured.probes.len(), self.edge.probes.len(), "a reading of this rotor");
+        assert_eq!(measured.probes.len(), self.edge.description().probes.len(), "a reading of this rotor");
         let vector = |phasor: &Option<Complex<f64>>| match phasor {
             Some(y) => ProbeVector { cos_um: (y.re * 1e6) as f32, sin_um: (-y.im * 1e6) as f32 },
             None => ProbeVector::LOST,
@@ -173,31 +173,33 @@ fn edge_model(
     let (tables, knots) = knots::tables(model);
     let modes = modes(model)?;
     let forward = |place: &DVector<f64>| modes.forward(&vector(place));
-    let edge = Model {
+    let planes = held("planes", MAX_PLANES, model.planes.iter().map(forward))?;
+    let initial_unbalance_g_mm: Vec<_> = unbalance_kg_m.iter().map(|u| pair(u * G_MM)).collect();
+    let supports = model.supports.iter().zip(tables).map(|(s, table)| support(s, table, &modes));
+    let supports = held("supports", MAX_SUPPORTS, supports)?;
+    let knots = held("speeds in its bearings' tables", MAX_KNOTS, knots.into_iter())?;
+    let forcings = held("forcings", MAX_FORCINGS, model.forcings.iter().map(|f| forcing(f, &modes)))?;
+    let probes = probe_terms.map(|(term, place)| probe(term, bearing(rotor, place), &modes));
+    let probes = held("probes", MAX_PROBES, probes)?;
+    EdgeModel::new(&Description {
         machine: rotor.identity(),
-        shaft: modes.shaft(),
+        shaft: &modes.shaft(),
         internal_damping_s: model.internal_damping_s as f32,
-        planes: held("planes", model.planes.iter().map(forward))?,
-        supports: held(
-            "supports",
-            model.supports.iter().zip(tables).map(|(s, table)| support(s, table, &modes)),
-        )?,
-        knots: held("speeds in its bearings' tables", knots.into_iter())?,
-        forcings: held("forcings", model.forcings.iter().map(|f| forcing(f, &modes)))?,
-        probes: held("probes", probe_terms.map(|(term, place)| probe(term, bearing(rotor, place), &modes)))?,
+        planes: &planes,
+        initial_unbalance_g_mm: &initial_unbalance_g_mm,
+        supports: &supports,
+        knots: &knots,
+        forcings: &forcings,
+        probes: &probes,
         masked: masked(rotor),
-        initial_unbalance_g_mm: held("planes", unbalance_kg_m.iter().map(|u| pair(u * G_MM)))?,
         unbalance_floor_g_mm: (UNBALANCE_FLOOR * largest_g_mm) as f32,
         noise: rotor.noise.map_or_else(Noise::default, |noise| Noise {
             relative: noise.relative as f32,
             floor_um: noise.floor_um as f32,
         }),
         speed_range_rpm: SPEED_RANGE.map(|f| (f * fastest_rpm) as f32),
-    };
-    if let Err(refusal) = edge.check() {
-        bail!("the controller would refuse this model: {refusal:?}");
-    }
-    Ok(edge)
+    })
+    .map_err(|refusal| anyhow!("the controller would refuse this model: {refusal}"))
 }
 
 /// Bit i set: the controller masks probe i.
@@ -227,14 +229,11 @@ pub fn encoded(model: &EdgeModel) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What a model has of one kind, in the room that there is for it.
-fn held<T, const MOST: usize>(
-    what: &str,
-    items: impl ExactSizeIterator<Item = T>,
-) -> Result<heapless::Vec<T, MOST>> {
+/// The terms of one kind, if a controller has room for them.
+fn held<T>(kind: &str, most: usize, items: impl ExactSizeIterator<Item = T>) -> Result<Vec<T>> {
     let number = items.len();
-    if number > MOST {
-        bail!("the model has {number} {what}, a controller holds {MOST} at most");
+    if number > most {
+        bail!("the model has {number} {kind}, a controller holds {most} at most");
     }
     Ok(items.collect())
 }
@@ -243,8 +242,9 @@ fn held<T, const MOST: usize>(
 fn modes(model: &desktop::model::Model) -> Result<Modes<SHAPES>> {
     let stiffness = |s: &desktop::model::terms::Support| 0.5 * s.law.typical_stiffness_n_m().trace();
     let stiffest = model.supports.iter().map(stiffness).fold(f64::MIN_POSITIVE, f64::max);
-    let springs: heapless::Vec<_, MAX_SUPPORTS> = held(
+    let springs = held(
         "supports",
+        MAX_SUPPORTS,
         model.supports.iter().map(|s| Spring {
             shape: vector(&s.shape),
             stiffness_n_m: NOMINAL_STIFFNESS * stiffness(s).max(LEAST_STIFFNESS * stiffest),

@@ -22,6 +22,7 @@ use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::model::terms::{Forcing, Support};
 use rotor_edge_desktop::units::rad_s;
+use rotor_edge_tests::with_supports;
 
 fn identified() -> (Rotor, Vec<Reading>) {
     let (rotor, record, runup) = sample::load().unwrap();
@@ -60,7 +61,7 @@ fn core_equals_desktop_on_sample_and_flags_event() {
 fn the_check_itself_fails_for_a_core_with_another_model() {
     let (rotor, record) = identified();
     let mut deployment = deployment(&rotor);
-    deployment.edge.supports[1].stiffness_n_m[0][0] *= 1.001;
+    deployment.edge = with_supports(&deployment.edge, |supports| supports[1].stiffness_n_m[0][0] *= 1.001);
     let played = replay::run(&deployment, &record[..50], &ReplayConfig::default(), |_| ()).unwrap();
     let agreement =
         equivalence(&deployment, &ReplayConfig::default(), &record[..50], &played.answers).unwrap();

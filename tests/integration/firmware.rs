@@ -22,8 +22,11 @@ fn difference(left: &EdgeModel, right: &EdgeModel) -> f32 {
     for speed_rpm in [1_500.0, 4_000.0, 8_000.0, 11_000.0] {
         let features = |model: &EdgeModel| -> Vec<f32> {
             let at_speed = response(model, rad_s(speed_rpm), &SupportAmplitudes::default()).unwrap();
-            let shown = at_speed.probes()[..model.probes.len()].iter();
-            shown.map(|probe| probe.phasor(&left.initial_unbalance_g_mm)).flat_map(|y| [y.re, y.im]).collect()
+            let shown = at_speed.probes()[..model.description().probes.len()].iter();
+            shown
+                .map(|probe| probe.phasor(left.description().initial_unbalance_g_mm))
+                .flat_map(|y| [y.re, y.im])
+                .collect()
         };
         let (left, right) = (features(left), features(right));
         let largest = left.iter().fold(0.0_f32, |largest, x| largest.max(x.abs()));

@@ -110,32 +110,36 @@ fn a_model_of_schema_3_is_refused_by_name() {
 fn a_model_of_schema_4_is_read_as_it_was_written() {
     let bytes = hex(include_str!("../wire/model-4.hex"));
     let model = Model::<2, 4, 2>::decode(&bytes).unwrap();
-    let shaft = &model.shaft;
-    assert_eq!((model.machine, shaft.forward_s2[1]), ([0xc0, 0xff, 0xee, 0x01], 1.5e-6));
+    let decoded = model.description();
+    let shaft = decoded.shaft;
+    assert_eq!((decoded.machine, shaft.forward_s2[1]), ([0xc0, 0xff, 0xee, 0x01], 1.5e-6));
     assert_eq!((shaft.backward_s2[0], shaft.springs_n_m.as_slice()), (5.5e-6, &[6e6, 7e6][..]));
-    assert_eq!((model.planes[1][1], model.internal_damping_s, model.masked), (1.8e-4, 1e-6, 0b10));
-    let support = &model.supports[1];
+    assert_eq!((decoded.planes[1][1], decoded.internal_damping_s, decoded.masked), (1.8e-4, 1e-6, 0b10));
+    let support = &decoded.supports[1];
     assert_eq!((support.shape.forward[1], support.shape.backward[1]), (3e-4, 2.5e-4));
     assert_eq!((support.stiffness_n_m[1][1], support.damping_n_s_m[0][0]), (5e6, 300.0));
     assert_eq!((support.mass_kg, support.stiffness_slope), (0.5, 0.25));
     assert_eq!((support.reference_speed_rad_s, support.hardening_per_um2), (600.0, 1e-5));
-    assert_eq!((model.supports[0].table, support.table), (None, Some(KnotRange { first: 0, count: 2 })));
+    assert_eq!((decoded.supports[0].table, support.table), (None, Some(KnotRange { first: 0, count: 2 })));
     let pedestal = Pedestal { stiffness_n_m: [1e8, 2e8], damping_n_s_m: [1e4, 2e4], mass_kg: [3.0, 4.0] };
-    assert_eq!((model.supports[0].pedestal, support.pedestal), (None, Some(pedestal)));
+    assert_eq!((decoded.supports[0].pedestal, support.pedestal), (None, Some(pedestal)));
     let knot = Knot {
         speed_rad_s: 1000.0,
         stiffness_n_m: [[2e5, 1.0], [2.0, 2e5]],
         damping_n_s_m: [[10.0, 0.0], [0.0, 20.0]],
     };
-    assert_eq!((model.knots.len(), model.knots[1]), (2, knot));
+    assert_eq!((decoded.knots.len(), decoded.knots[1]), (2, knot));
     let laws = [ForcingLaw::Constant, ForcingLaw::SpeedSquared];
-    assert_eq!([model.forcings[0].law, model.forcings[1].law], laws);
-    assert_eq!(model.forcings[1].amplitude, [9.0, 10.0]);
-    assert_eq!((model.probes[1].direction, model.probes[1].runout_um), ([0.0, 1.0], [0.5, -0.5]));
-    assert_eq!((model.probes[2].bearing, model.probes[2].mount), (1, Some(1)));
-    assert_eq!(model.initial_unbalance_g_mm, [[30.0, 40.0], [-10.0, 20.0]]);
-    assert_eq!((model.unbalance_floor_g_mm, model.noise), (5.0, Noise { relative: 0.0625, floor_um: 0.25 }));
-    assert_eq!(model.speed_range_rpm, [600.0, 12_000.0]);
+    assert_eq!([decoded.forcings[0].law, decoded.forcings[1].law], laws);
+    assert_eq!(decoded.forcings[1].amplitude, [9.0, 10.0]);
+    assert_eq!((decoded.probes[1].direction, decoded.probes[1].runout_um), ([0.0, 1.0], [0.5, -0.5]));
+    assert_eq!((decoded.probes[2].bearing, decoded.probes[2].mount), (1, Some(1)));
+    assert_eq!(decoded.initial_unbalance_g_mm, &[[30.0, 40.0], [-10.0, 20.0]]);
+    assert_eq!(
+        (decoded.unbalance_floor_g_mm, decoded.noise),
+        (5.0, Noise { relative: 0.0625, floor_um: 0.25 })
+    );
+    assert_eq!(decoded.speed_range_rpm, [600.0, 12_000.0]);
     let mut again = vec![0; bytes.len()];
     assert_eq!(model.encode(&mut again), Ok(bytes.len()));
     assert_eq!(again, bytes);

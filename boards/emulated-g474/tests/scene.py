@@ -135,7 +135,7 @@ def causes(board):
 def log(board, start=-1):
     """What the program logged since its last start, or another."""
     board.log.empty()
-    command = [RELEASE / "examples" / "firmware_log", board.image]
+    command = [RELEASE / "rotor-edge-board-log", board.image]
     return subprocess.run(command, input=bytes(board.log.starts[start]), capture_output=True, check=True).stdout.decode()
 
 

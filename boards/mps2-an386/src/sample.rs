@@ -26,5 +26,5 @@ pub fn readings() -> impl Iterator<Item = Reading> + Clone {
 
 /// How the node runs here.
 pub fn config() -> NodeConfig {
-    NodeConfig { key: Some(KEY), ..NodeConfig::new(NUMBER) }
+    let mut config = NodeConfig::new(NUMBER); config.key = Some(KEY); config
 }

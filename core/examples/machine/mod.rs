@@ -1,7 +1,7 @@
 //! A machine to try things on: a stiff shaft on two supports, four probes, two planes.
 
 use nalgebra::{Matrix2, Vector2};
-use rotor_edge_core::model::{Matrices, Model, Modes, Noise, Pair, Probe, Spring, Support};
+use rotor_edge_core::model::{Description, Matrices, Model, Modes, Noise, Pair, Probe, Spring, Support};
 use rotor_edge_core::reading::{ProbeVector, Reading, rad_s};
 use rotor_edge_core::response::{SupportAmplitudes, response};
 
@@ -18,32 +18,29 @@ pub fn model() -> MachineModel {
     };
     let springs = [-1.0, 1.0].map(|place| Spring { shape: at(place), stiffness_n_m: 1e8 });
     let modes = Modes::new(&shaft, &springs).expect("both ends are held");
+    let support = |place| Support::isotropic(modes.shape(&at(place)), 5e7, 3e4);
     let probe = |place, direction, bearing| Probe::plain(modes.shape(&at(place)), direction, bearing);
-    Model {
+    Model::new(&Description {
         machine: *b"P-1 ",
-        shaft: modes.shaft(),
+        shaft: &modes.shaft(),
         internal_damping_s: 0.0,
-        planes: [-0.5, 0.6].map(|place| modes.forward(&at(place))).into_iter().collect(),
-        supports: [-1.0, 1.0]
-            .map(|place| Support::isotropic(modes.shape(&at(place)), 5e7, 3e4))
-            .into_iter()
-            .collect(),
-        knots: Default::default(),
-        forcings: Default::default(),
-        probes: [
+        planes: &[-0.5, 0.6].map(|place| modes.forward(&at(place))),
+        supports: &[-1.0, 1.0].map(support),
+        knots: &[],
+        forcings: &[],
+        probes: &[
             probe(-0.9, [1.0, 0.0], 0),
             probe(-0.9, [0.0, 1.0], 0),
             probe(0.9, [1.0, 0.0], 1),
             probe(0.9, [0.0, 1.0], 1),
-        ]
-        .into_iter()
-        .collect(),
+        ],
         masked: 0,
-        initial_unbalance_g_mm: [[3000.0, 4000.0], [-1000.0, 2000.0]].into_iter().collect(),
+        initial_unbalance_g_mm: &[[3000.0, 4000.0], [-1000.0, 2000.0]],
         unbalance_floor_g_mm: 100.0,
         noise: Noise { relative: 0.0, floor_um: 0.05 },
         speed_range_rpm: [600.0, 12_000.0],
-    }
+    })
+    .expect("it describes a machine")
 }
 
 /// An unbalance as it is seen at reading `number`: two readings of a machine are never the same to the bit, and data that
@@ -58,4 +55,13 @@ pub fn reading(model: &MachineModel, speed_rpm: f32, unbalance_g_mm: &[Pair]) ->
     let response = response(model, rad_s(speed_rpm), &SupportAmplitudes::default()).expect("damped");
     let shown = |probe: usize| ProbeVector::from_phasor(response.probes()[probe].phasor(unbalance_g_mm));
     Reading::new(speed_rpm, &[0, 1, 2, 3].map(shown)).expect("four probes")
+}
+
+/// The machine after its second bearing has lost half of its stiffness upwards.
+#[allow(dead_code)]
+pub fn with_softer_bearing(machine: &MachineModel) -> MachineModel {
+    let description = machine.description();
+    let [first, second] = description.supports else { panic!("two supports") };
+    let second = Support { stiffness_n_m: [[5e7, 0.0], [0.0, 2.5e7]], ..second.clone() };
+    Model::new(&Description { supports: &[first.clone(), second], ..description }).expect("still a machine")
 }

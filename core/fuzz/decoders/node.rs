@@ -15,7 +15,9 @@ use super::{Bytes, with_crc32};
 type SmallNode = Node<2, 4, 2>;
 
 fn empty() -> SmallNode {
-    let config = NodeConfig { key: Some(KEY), listen_us: 0, ..NodeConfig::new(NODE) };
+    let mut config = NodeConfig::new(NODE);
+    config.key = Some(KEY);
+    config.listen_us = 0;
     SmallNode::new(config).expect("these settings are in order")
 }
 

@@ -46,6 +46,22 @@ impl Flavor for Checksum {
     }
 }
 
+impl Counts {
+    /// Counts of the model in these bytes; `None` if they are too few or of another schema.
+    ///
+    /// ```
+    /// use rotor_edge_core::model::{Counts, MODEL_SCHEMA};
+    /// let [a, b, c, d] = MODEL_SCHEMA.to_le_bytes();
+    /// let bytes = [a, b, c, d, 6, 8, 3];
+    /// assert_eq!(Counts::read(&bytes), Some(Counts { shapes: 6, probes: 8, planes: 3 }));
+    /// ```
+    pub fn read(bytes: &[u8]) -> Option<Self> {
+        let (schema, rest) = bytes.split_first_chunk::<SCHEMA_BYTES>()?;
+        let &[shapes, probes, planes] = rest.first_chunk::<3>()?;
+        (u32::from_le_bytes(*schema) == MODEL_SCHEMA).then_some(Self { shapes, probes, planes })
+    }
+}
+
 impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, PLANES> {
     /// Bytes of the largest model of these sizes; a buffer of that size always suffices for [`Model::encode`].
     pub const fn max_size_bytes() -> usize {
@@ -60,20 +76,6 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         let terms = MAX_SUPPORTS * support + MAX_KNOTS * knot + MAX_FORCINGS * forcing;
         let lists = 6 * MARK + PLANES * plane + PROBES * probe;
         HEAD_BYTES + machine + shaft + terms + lists + 1 + (1 + 2 + 2) * F32 + 4
-    }
-
-    /// What the model in these bytes needs of the firmware; `None` if they are too few or of another schema.
-    ///
-    /// ```
-    /// use rotor_edge_core::model::{Counts, MODEL_SCHEMA, Model};
-    /// let [a, b, c, d] = MODEL_SCHEMA.to_le_bytes();
-    /// let bytes = [a, b, c, d, 6, 8, 3];
-    /// assert_eq!(Model::<6, 4, 2>::counts(&bytes), Some(Counts { shapes: 6, probes: 8, planes: 3 }));
-    /// ```
-    pub fn counts(bytes: &[u8]) -> Option<Counts> {
-        let (schema, rest) = bytes.split_first_chunk::<SCHEMA_BYTES>()?;
-        let &[shapes, probes, planes] = rest.first_chunk::<3>()?;
-        (u32::from_le_bytes(*schema) == MODEL_SCHEMA).then_some(Counts { shapes, probes, planes })
     }
 
     fn own_counts(&self) -> Counts {
@@ -127,7 +129,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         if u32::from_le_bytes(*schema) != MODEL_SCHEMA {
             return Err(ModelError::Schema);
         }
-        let counts = Self::counts(bytes).ok_or(ModelError::Encoding)?;
+        let counts = Counts::read(bytes).ok_or(ModelError::Encoding)?;
         if usize::from(counts.shapes) != N {
             return Err(ModelError::BasisSize);
         }
@@ -159,9 +161,9 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         take(&mut rest, shaft)?;
         take(&mut rest, internal_damping_s)?;
         take(&mut rest, planes)?;
-        take(&mut rest, supports)?;
-        take(&mut rest, knots)?;
-        take(&mut rest, forcings)?;
+        take_list(&mut rest, supports, ModelError::Supports)?;
+        take_list(&mut rest, knots, ModelError::Knots)?;
+        take_list(&mut rest, forcings, ModelError::Forcings)?;
         take(&mut rest, probes)?;
         take(&mut rest, masked)?;
         take(&mut rest, initial_unbalance_g_mm)?;
@@ -175,6 +177,19 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
             .filter(|stated| *stated == checksum::of(fields) && self.own_counts() == counts)
             .ok_or(ModelError::Encoding)
     }
+}
+
+/// The same for a list, with an error of its own for one that is longer than its capacity.
+fn take_list<'a, T: Deserialize<'a>, const MOST: usize>(
+    rest: &mut &'a [u8],
+    field: &mut Vec<T, MOST>,
+    too_many: ModelError,
+) -> Result<(), ModelError> {
+    // The length is one byte: there is no list of 128 entries or more.
+    if rest.first().is_some_and(|&length| usize::from(length) > MOST && length < 128) {
+        return Err(too_many);
+    }
+    take(rest, field)
 }
 
 /// Reads a field in postcard and leaves what follows it.

@@ -13,11 +13,11 @@ pub enum ModelError {
     NotFinite = 1,
     /// No plane, more than the firmware holds, or another number of initial unbalances.
     Planes = 2,
-    /// Fewer than two supports, or fewer than nominal springs.
+    /// Fewer than two supports, fewer than nominal springs, or more than the firmware holds.
     Supports = 3,
     /// Stiffness, mass or polar inertia is not symmetric within 1e-4 of its largest entry: of firmware for model schema 3.
     Asymmetric = 4,
-    /// A mode of backward whirl has no positive mass, or a pedestal a negative one.
+    /// A mode of backward whirl has no positive mass, or a pedestal a negative mass, stiffness or damping.
     Mass = 5,
     /// The speed range is not positive and ascending.
     SpeedRange = 6,
@@ -37,7 +37,8 @@ pub enum ModelError {
     IllConditioned = 13,
     /// No probe in use, or more probes than the firmware holds.
     Probes = 14,
-    /// A speed table with fewer than two knots, with knots that are not there or not in ascending order of speed.
+    /// A speed table with fewer than two knots, with knots that are not there or not in ascending order of speed; or more
+    /// knots than the firmware holds.
     Knots = 15,
     /// A probe on the housing of a support that is not there or has no pedestal.
     Mount = 16,
@@ -45,10 +46,16 @@ pub enum ModelError {
     Noise = 17,
     /// A probe with a gain of zero, or a direction that is not of length one within 1 %.
     ProbeGain = 18,
+    /// A probe stands at a bearing beyond [`MAX_BEARINGS`](super::MAX_BEARINGS), which no message can name.
+    Bearing = 19,
+    /// Springs of the supports, the mean of x and y, that push the shaft away instead of holding it.
+    NotHeld = 20,
+    /// More forcings than the firmware holds.
+    Forcings = 21,
 }
 
 impl ModelError {
-    const ALL: [Self; 18] = [
+    const ALL: [Self; 21] = [
         Self::NotFinite,
         Self::Planes,
         Self::Supports,
@@ -67,6 +74,9 @@ impl ModelError {
         Self::Mount,
         Self::Noise,
         Self::ProbeGain,
+        Self::Bearing,
+        Self::NotHeld,
+        Self::Forcings,
     ];
 
     /// The error of a number on the wire.
@@ -82,11 +92,15 @@ impl fmt::Display for ModelError {
             Self::Planes => {
                 "the planes are none or more than the firmware holds, or not as many as the initial unbalances"
             }
-            Self::Supports => "the model has fewer than two supports, or fewer than nominal springs",
+            Self::Supports => {
+                "the model has fewer than two supports, fewer than nominal springs, or more than the firmware holds"
+            }
             Self::Asymmetric => {
                 "stiffness, mass or polar inertia is not symmetric within 0.01 % of its largest entry"
             }
-            Self::Mass => "the mass of a mode is not above 0 kg, or a pedestal's mass is below 0 kg",
+            Self::Mass => {
+                "the mass of a mode is not above 0 kg, or a pedestal's mass, stiffness or damping is below 0"
+            }
             Self::SpeedRange => "the lowest speed is not above 0 rpm, or it is above the highest speed",
             Self::UnbalanceFloor => "the unbalance floor is below 0 g·mm",
             Self::Response => "the response is not finite at an end or in the middle of the speed range",
@@ -100,10 +114,15 @@ impl fmt::Display for ModelError {
                 "a change of speed by 0.0001 % moves the response by over 1 %: rounding errors decide it"
             }
             Self::Probes => "the model has no probe in use, or more probes than the firmware holds",
-            Self::Knots => "a speed table needs at least two knots, in ascending order of speed",
+            Self::Knots => {
+                "a speed table needs at least two knots in ascending order of speed, and no more than the firmware holds"
+            }
             Self::Mount => "a probe is mounted on a support that does not exist or has no pedestal",
             Self::Noise => "the relative noise is not from 0 to below 1, or the noise floor is below 0 µm",
             Self::ProbeGain => "a probe has a gain of zero, or its direction is not of length one within 1 %",
+            Self::Bearing => "a probe stands at a bearing beyond the seventh, which no message can name",
+            Self::NotHeld => "the supports push the shaft away instead of holding it",
+            Self::Forcings => "the model has more forcings than the firmware holds",
         })
     }
 }

@@ -91,6 +91,8 @@ pub enum ModesError {
     NotHeld,
     /// More springs than a model has supports.
     Springs,
+    /// The mass matrix, or its sum with the polar inertia, is not positive definite.
+    Mass,
 }
 
 impl fmt::Display for ModesError {
@@ -102,6 +104,7 @@ impl fmt::Display for ModesError {
             }
             Self::NotHeld => "the nominal springs leave the shaft free to move, or a stiffness is negative",
             Self::Springs => "there are more nominal springs than a model has supports",
+            Self::Mass => "the mass matrix, or its sum with the polar inertia, is not positive definite",
         })
     }
 }
@@ -166,7 +169,11 @@ impl<const N: usize> Modes<N> {
             }
             Pencil::new(&to_unit, &inertia)
         };
-        Ok(Self { forward: inertia(-1.0), backward: inertia(1.0), springs_n_m })
+        let (forward, backward) = (inertia(-1.0), inertia(1.0));
+        if inverted_factor(mass).is_none() || backward.values.iter().any(|&value| value <= 0.0) {
+            return Err(ModesError::Mass);
+        }
+        Ok(Self { forward, backward, springs_n_m })
     }
 
     /// The shaft of a model.
@@ -392,6 +399,8 @@ mod tests {
         assert_eq!(with(|shaft| shaft.polar_inertia[(2, 1)] += 1.0), ModesError::Asymmetric);
         assert_eq!(with(|shaft| shaft.stiffness *= -1.0), ModesError::NotHeld);
         assert_eq!(with(|shaft| shaft.stiffness *= 0.0), ModesError::NotHeld, "two springs for six shapes");
+        assert_eq!(with(|shaft| shaft.mass[(2, 2)] *= -1.0), ModesError::Mass);
+        assert_eq!(with(|shaft| shaft.polar_inertia[(2, 2)] = -1e4), ModesError::Mass);
         assert_eq!(Modes::new(&good, &[springs[0]; 9]).unwrap_err(), ModesError::Springs);
     }
 }

@@ -135,10 +135,10 @@ fn oversized_model_is_refused_naming_part_and_both_numbers() {
     assert_eq!(Model::<6, 2, 2>::decode(&buffer), Err(ModelError::Probes));
     assert_eq!(Model::<6, 4, 1>::decode(&buffer), Err(ModelError::Planes));
     assert_eq!(Model::<5, 4, 2>::decode(&buffer), Err(ModelError::BasisSize));
-    assert_eq!(Full::counts(&buffer), Some(Counts { shapes: 6, probes: 4, planes: 2 }));
+    assert_eq!(Counts::read(&buffer), Some(Counts { shapes: 6, probes: 4, planes: 2 }));
     buffer[0] = 1;
     assert_eq!(Full::decode(&buffer), Err(ModelError::Schema));
-    assert_eq!(Full::counts(&buffer), None);
+    assert_eq!(Counts::read(&buffer), None);
 }
 
 #[test]
@@ -163,7 +163,8 @@ fn every_flipped_byte_and_every_cut_is_refused() {
                 4 => &[ModelError::BasisSize],
                 5 => &[ModelError::Probes, ModelError::Encoding],
                 6 => &[ModelError::Planes, ModelError::Encoding],
-                _ => &[ModelError::Encoding],
+                // the length of a list may be what is damaged, and is read before the checksum
+                _ => &[ModelError::Encoding, ModelError::Supports, ModelError::Knots, ModelError::Forcings],
             };
             assert!(expected.contains(&error), "byte {place}: {error:?}");
         }
@@ -207,6 +208,16 @@ fn each_fault_of_a_model_is_named() {
             },
             ModelError::Mass,
         ),
+        fault(
+            |m| {
+                let [stiffness_n_m, damping_n_s_m, mass_kg] = [[1e8, -1.0], [0.0; 2], [5.0; 2]];
+                m.supports[0].pedestal = Some(Pedestal { stiffness_n_m, damping_n_s_m, mass_kg });
+            },
+            ModelError::Mass,
+        ),
+        fault(|m| m.probes[1].bearing = 7, ModelError::Bearing),
+        fault(|m| m.supports[0].stiffness_n_m = [[-1e9, 0.0], [0.0, -1e9]], ModelError::NotHeld),
+        fault(|m| m.supports[1].stiffness_n_m = [[5e7, 0.0], [0.0, -6e7]], ModelError::NotHeld),
         fault(|m| m.unbalance_floor_g_mm = -1.0, ModelError::UnbalanceFloor),
         fault(|m| m.noise.floor_um = -0.1, ModelError::Noise),
         fault(|m| m.speed_range_rpm = [2000.0, 1000.0], ModelError::SpeedRange),
@@ -227,6 +238,44 @@ fn each_fault_of_a_model_is_named() {
         assert_eq!(model.check(), Err(error), "fault {number}");
         assert_eq!(ModelError::from_code(error as u8), Some(error));
     }
+}
+
+/// Anisotropic bearings, fluid films with cross-coupling and magnets that pull, as long as the shaft stays.
+#[test]
+fn supports_that_hold_the_shaft_together_are_taken() {
+    for stiffness_n_m in [
+        [[9e7, 0.0], [0.0, -2e7]],
+        [[1.3e7, 1.6e7], [-2.5e7, 0.9e7]],
+        [[5e7, -4e8], [4e8, 5e7]],
+        [[1e3, 0.0], [0.0, 1e3]],
+    ] {
+        let mut model = rigid_rotor();
+        model.supports[1].stiffness_n_m = stiffness_n_m;
+        assert_eq!(model.check(), Ok(()), "{stiffness_n_m:?}");
+        // a magnet of −1e7 N/m beside bearings of 5e7
+        let pull = Support::isotropic(model.supports[0].shape, -1e7, 0.0);
+        model.supports.push(pull).unwrap();
+        assert_eq!(model.check(), Ok(()), "{stiffness_n_m:?} and a magnet");
+    }
+}
+
+#[test]
+fn more_entries_than_there_is_room_for_are_refused_by_name() {
+    let model = rigid_rotor();
+    let description = model.description();
+    let knot = Knot { speed_rad_s: 1.0, stiffness_n_m: [[0.0; 2]; 2], damping_n_s_m: [[0.0; 2]; 2] };
+    let forcing = Forcing { shape: description.planes[0], amplitude: [0.0; 2], law: ForcingLaw::Constant };
+    let supports = vec![description.supports[0].clone(); MAX_SUPPORTS + 1];
+    let (probes, planes) = (vec![description.probes[0].clone(); 5], vec![description.planes[0]; 3]);
+    let of = |description: &Description<2>| Model::<2, 4, 2>::new(description);
+    assert_eq!(of(&description).as_ref(), Ok(&model));
+    assert_eq!(of(&Description { supports: &supports, ..description }), Err(ModelError::Supports));
+    assert_eq!(of(&Description { probes: &probes, ..description }), Err(ModelError::Probes));
+    assert_eq!(of(&Description { planes: &planes, ..description }), Err(ModelError::Planes));
+    let knots = vec![knot; MAX_KNOTS + 1];
+    assert_eq!(of(&Description { knots: &knots, ..description }), Err(ModelError::Knots));
+    let forcings = vec![forcing; MAX_FORCINGS + 1];
+    assert_eq!(of(&Description { forcings: &forcings, ..description }), Err(ModelError::Forcings));
 }
 
 #[test]

@@ -10,7 +10,7 @@ use crate::command::{
     ANSWER_BYTES, Answer, CODE_BYTES, Command, Detail, HEAD_BYTES, MAX_REQUEST_BYTES, Outcome, Request,
     open_request,
 };
-use crate::model::{Model, ModelError};
+use crate::model::{Counts, Model, ModelError};
 use crate::numerics::Numerics;
 use crate::state::Reason;
 use crate::thresholds::Thresholds;
@@ -327,7 +327,7 @@ fn refusal<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
     model: &[u8],
     error: ModelError,
 ) -> (Outcome, Detail) {
-    let counts = Model::<SHAPES, PROBES, PLANES>::counts(model);
+    let counts = Counts::read(model);
     let (asked, held) = counts.map_or((0, 0), |counts| match error {
         ModelError::BasisSize => (counts.shapes, SHAPES),
         ModelError::Probes => (counts.probes, PROBES),

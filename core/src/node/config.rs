@@ -10,7 +10,15 @@ use crate::model::ModelError;
 use crate::thresholds::{ThresholdError, Thresholds};
 use crate::track::TrackConfig;
 
+/// Settings of a node; start from [`NodeConfig::new`] and set what differs. Features and later versions add fields.
+///
+/// ```
+/// # use rotor_edge_core::node::NodeConfig;
+/// let mut config = NodeConfig::new(3);
+/// config.heartbeat_period_us = 500_000;
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct NodeConfig {
     /// Its number on the bus, 0 to [`MAX_NODE`](crate::can::MAX_NODE).
     pub node: u8,

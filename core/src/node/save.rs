@@ -13,7 +13,7 @@ const MOST_DOUBLINGS: u8 = 6;
 pub enum Save<'a> {
     /// A command waits to take effect until all of this is stored, or nothing of it. Only with the feature `command`.
     Command {
-        /// Last counter accepted, for [`Node::restore_counter`](super::Node::restore_counter).
+        /// Last counter accepted, for `Node::restore_counter`.
         counter: u64,
         /// The new model's bytes, for [`Node::load`](super::Node::load); `None` if the model stays.
         model: Option<&'a [u8]>,

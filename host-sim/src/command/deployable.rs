@@ -81,7 +81,7 @@ mod tests {
         add_runout(&mut rotor, &runout_m).unwrap();
         rotor.validate().unwrap();
         let edge = Deployment::new(&rotor, 3600.0).unwrap().edge;
-        for (probe, v) in edge.probes.iter().zip(&runout_m) {
+        for (probe, v) in edge.description().probes.iter().zip(&runout_m) {
             let um = v * 1e6;
             assert_eq!(probe.runout_um, [um.re as f32, um.im as f32]);
         }
@@ -120,7 +120,10 @@ mod tests {
         rotor.effect = vec![stated("unbalance_of_run", Some("hot"), vec![("u".into(), u)])];
         rotor.validate().unwrap();
         let of_all_runs = Deployment::new(&rotor, 3600.0).unwrap();
-        assert!(of_all_runs.edge.forcings.is_empty() && of_all_runs.left_out == ["unbalance_of_run@hot"]);
+        assert!(
+            of_all_runs.edge.description().forcings.is_empty()
+                && of_all_runs.left_out == ["unbalance_of_run@hot"]
+        );
         rotor.effect = vec![
             stated("probes_swapped", Some(&bearing), vec![]),
             stated("keyphasor_offset", None, vec![real("phase", 0.5)]),
@@ -128,7 +131,8 @@ mod tests {
         rotor.validate().unwrap();
         let [x, y] = [0, 1].map(|p| rotor.probe[p].angle_deg.to_radians().cos() as f32);
         let edge = Deployment::new(&rotor, 3600.0).unwrap().edge;
-        assert_eq!([edge.probes[0].direction[0], edge.probes[1].direction[0]], [y, x]);
-        assert!(edge.probes.iter().all(|p| (p.gain[1] - 0.5_f32.sin()).abs() < 1e-6));
+        let probes = edge.description().probes;
+        assert_eq!([probes[0].direction[0], probes[1].direction[0]], [y, x]);
+        assert!(probes.iter().all(|p| (p.gain[1] - 0.5_f32.sin()).abs() < 1e-6));
     }
 }

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use rotor_edge_core::node::NodeConfig;
 use serde_json::json;
 
 use super::detector_arguments::DetectorArguments;
@@ -55,13 +54,11 @@ pub struct Arguments {
 /// Runs the command until it is told to stop.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let key = arguments.key.as_deref().map(read_key).transpose()?;
-    let config = NodeConfig {
-        key,
-        authenticated: arguments.sealed,
-        nonce_reserve: NONCE_RESERVE_US,
-        seed: random()?,
-        ..arguments.detector.config()?
-    };
+    let mut config = arguments.detector.config()?;
+    config.key = key;
+    config.authenticated = arguments.sealed;
+    config.nonce_reserve = NONCE_RESERVE_US;
+    config.seed = random()?;
     let mut store = match (&arguments.state, key) {
         (None, _) => Store::in_memory(),
         (Some(path), None) => Store::open(path)?,

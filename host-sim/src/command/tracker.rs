@@ -51,7 +51,7 @@ impl Tracker {
     /// If time goes back, or there are more or fewer probes than the rotor's file has.
     pub fn read(&mut self, time_s: f64, speed_rpm: f64, cos_sin_um: &[[f64; 2]]) -> Result<String> {
         let time_us = self.time_us(time_s)?;
-        let probes = self.deployment.edge.probes.len();
+        let probes = self.deployment.edge.description().probes.len();
         if cos_sin_um.len() != probes {
             bail!("the reading has {} probes, expected {probes} as in the rotor's file", cos_sin_um.len());
         }

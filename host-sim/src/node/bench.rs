@@ -27,7 +27,8 @@ impl Bench {
     /// # Errors
     /// If it refuses the settings or the model.
     pub fn new(model: &EdgeModel, config: NodeConfig) -> Result<Self> {
-        let config = NodeConfig { heartbeat_period_us: NO_HEARTBEAT_US, ..config };
+        let mut config = config;
+        config.heartbeat_period_us = NO_HEARTBEAT_US;
         let controller =
             Controller::start(config, Store::in_memory().with_initial_model(encoded(model)?), 0)?;
         if let Some(reason) = controller.lacks_model() {

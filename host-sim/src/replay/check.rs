@@ -214,7 +214,7 @@ impl<'a> Case<'a> {
 
 impl Equivalence {
     fn compare_with_optimum(&mut self, case: &Case, expected: &Expected) -> Result<()> {
-        let floor_g_mm = case.deployment.edge.unbalance_floor_g_mm;
+        let floor_g_mm = case.deployment.edge.description().unbalance_floor_g_mm;
         let planes = case.unbalance_kg_m.len();
         let largest_kg_m: Vec<f64> =
             expected.bounds_g_mm[..planes].iter().map(|b| f64::from(b.max(floor_g_mm)) / G_MM).collect();

@@ -61,7 +61,8 @@ impl<'a> ReferencePipeline<'a> {
     pub fn expect(&mut self, time_us: u64, reading: &Reading) -> Option<Expected> {
         let NodeConfig { thresholds, track, .. } = &self.config;
         let screened = screen(self.model, thresholds, Keyphasor::NotStated, reading);
-        let screened = screened.and_then(|screened| self.raw.judge(self.model.noise, screened)).ok()?;
+        let screened =
+            screened.and_then(|screened| self.raw.judge(self.model.description().noise, screened)).ok()?;
         let averaged = self.estimator.average(thresholds, time_us, &screened.reading);
         let bounds_g_mm = self.estimator.bound(thresholds, time_us);
         let estimated = self.estimator.estimate::<InPlace, _, _>(track, self.model, &averaged, &bounds_g_mm);

@@ -27,9 +27,10 @@ pub fn model() -> EdgeModel {
 /// What the machine shows as long as the model fits.
 pub fn healthy(model: &EdgeModel) -> Reading {
     let at_speed = response(model, rad_s(SPEED_RPM), &SupportAmplitudes::default()).unwrap();
-    let shown = at_speed.probes().iter().map(|probe| probe.phasor(&model.initial_unbalance_g_mm));
+    let description = model.description();
+    let shown = at_speed.probes().iter().map(|probe| probe.phasor(description.initial_unbalance_g_mm));
     let vectors: Vec<ProbeVector> = shown.map(ProbeVector::from_phasor).collect();
-    Reading::new(SPEED_RPM, &vectors[..model.probes.len()]).unwrap()
+    Reading::new(SPEED_RPM, &vectors[..description.probes.len()]).unwrap()
 }
 
 /// The same with the probes of bearing 2 the other way round, which no unbalance explains.
@@ -81,7 +82,8 @@ impl Bench {
         let model = model();
         let node = |(place, number): (u64, &u8)| {
             // nothing is averaged or waited for, so that each reading counts
-            let mut config = NodeConfig { seed: place, ..NodeConfig::new(*number) };
+            let mut config = NodeConfig::new(*number);
+            config.seed = place;
             let thresholds = &mut config.thresholds;
             (thresholds.average_s, thresholds.persistence_s, thresholds.learning_s) = (0.0, 0.0, 0.0);
             let mut node = EdgeNode::new(config).unwrap();

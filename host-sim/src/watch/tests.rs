@@ -1,7 +1,7 @@
 use rotor_edge_core::can::{
     Frame, Keyphasor, Message, MonitorResult, PROTOCOL_VERSION, flag_at_bound, result_frames,
 };
-use rotor_edge_core::model::{MAX_PLANES, MODEL_SCHEMA};
+use rotor_edge_core::model::{Description, MAX_PLANES, MODEL_SCHEMA};
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::MAX_PROBES;
 use rotor_edge_core::state::{NodeState, Reason};
@@ -11,7 +11,7 @@ use super::testing::{Bench, faulty, healthy, plain_result, told};
 use super::words::{Level, Words};
 use super::*;
 use crate::bus::numbers::bearing_number;
-use crate::edge::{EdgeNode, SHAPES};
+use crate::edge::{EdgeModel, EdgeNode, SHAPES};
 
 const SECOND_US: u64 = 1_000_000;
 
@@ -208,8 +208,10 @@ fn two_devices_with_one_number_are_a_conflict_until_one_is_gone() {
 fn a_replaced_model_is_noticed_with_its_time() {
     let mut bench = Bench::new(&[1]);
     bench.run(2 * SECOND_US);
-    let mut better = bench.model.clone();
-    better.supports[0].mass_kg += 1.0;
+    let description = bench.model.description();
+    let mut supports = description.supports.to_vec();
+    supports[0].mass_kg += 1.0;
+    let better = EdgeModel::new(&Description { supports: &supports, ..description }).unwrap();
     let (from, to) = (bench.model.checksum(), better.checksum());
     bench.nodes[0].replace_model(bench.watch.now_us(), better).unwrap();
     let replaced_us = bench.watch.now_us();

@@ -308,7 +308,12 @@ fn record_sample(
     first_days.extend(measurement::parse("run-up", sample::RUNUP_DAY_0, rotor).unwrap());
     let found = identify(rotor, &first_days, &PhaseOneConfig::default()).unwrap();
     let deployment = Deployment::new(&found.rotor, 12_000.0).unwrap();
-    let mut controller = EdgeNode::new(NodeConfig { listen_us: 0, ..NodeConfig::new(node) }).unwrap();
+    let mut controller = EdgeNode::new({
+        let mut config = NodeConfig::new(node);
+        config.listen_us = 0;
+        config
+    })
+    .unwrap();
     controller.load(Ok(&encoded(&deployment.edge).unwrap())).unwrap();
     let [host, mut far] = <[_; 2]>::try_from(local_bus(2)).ok().unwrap();
     let mut host = RecordingBus::new(host, log).unwrap();

@@ -10,6 +10,7 @@ use rotor_edge_core::command::{
     ANSWER_BYTES, Answer, Command, Key, MAX_REQUEST_BYTES, Outcome, write_request,
 };
 use rotor_edge_core::node::{NodeConfig, Save};
+use rotor_edge_tests::with_supports;
 
 use super::machine;
 use super::scene::{HOST, MONITOR, NODE};
@@ -26,9 +27,9 @@ pub struct Lab {
 impl Lab {
     pub fn new() -> Self {
         let (old, _) = machine(1);
-        let mut better = old.clone();
-        better.supports[1].mass_kg += 2.0;
-        let config = NodeConfig { key: Some(KEY), ..NodeConfig::new(NODE) };
+        let better = with_supports(&old, |supports| supports[1].mass_kg += 2.0);
+        let mut config = NodeConfig::new(NODE);
+        config.key = Some(KEY);
         let mut node = EdgeNode::new(config).unwrap();
         node.replace_model(0, old.clone()).unwrap();
         let mut lab = Self { old, better, node, now_us: 0 };

@@ -6,6 +6,7 @@ use rotor_edge::bus::VirtualBus;
 use rotor_edge::edge::{EdgeModel, EdgeNode};
 use rotor_edge_core::can::{Frame, frame_id};
 use rotor_edge_core::node::NodeConfig;
+use rotor_edge_tests::with_supports;
 
 use super::scene::{Disturbance, MONITOR, NODE, OTHER, Watched};
 
@@ -90,13 +91,16 @@ pub struct Namesake {
 
 impl Namesake {
     pub fn new(model: &EdgeModel) -> Self {
-        let mut model = model.clone();
-        model.supports[0].mass_kg += 5.0;
-        Self { model, node: None }
+        Self { model: with_supports(model, |supports| supports[0].mass_kg += 5.0), node: None }
     }
 
     fn plugged_in(&self, time_us: u64) -> EdgeNode {
-        let mut node = EdgeNode::new(NodeConfig { seed: 1, ..NodeConfig::new(NODE) }).unwrap();
+        let mut node = EdgeNode::new({
+            let mut config = NodeConfig::new(NODE);
+            config.seed = 1;
+            config
+        })
+        .unwrap();
         node.replace_model(time_us, self.model.clone()).unwrap();
         node
     }

@@ -58,7 +58,9 @@ fn started(config: NodeConfig, model: &EdgeModel) -> Controller {
 
 /// It never has to listen, and nobody else is there.
 fn of_referee(config: NodeConfig) -> NodeConfig {
-    NodeConfig { listen_us: 0, ..config }
+    let mut config = config;
+    config.listen_us = 0;
+    config
 }
 
 impl Referee {

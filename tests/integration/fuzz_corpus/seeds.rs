@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rotor_edge_core::can::{COUNTER_PAIRS, Frame, Keyphasor, Message};
 use rotor_edge_core::command::{Answer, Command, Detail, Outcome, write_request};
 use rotor_edge_core::memory::Memory;
-use rotor_edge_core::model::{Forcing, ForcingLaw, Model, ModelError, Noise, Pedestal};
+use rotor_edge_core::model::{Description, Forcing, ForcingLaw, Model, ModelError, Pedestal};
 use rotor_edge_core::reading::ProbeVector;
 use rotor_edge_core::state::{NodeState, Reason, Status};
 use rotor_edge_core::thresholds::Thresholds;
@@ -124,27 +124,24 @@ fn without_crc32(mut bytes: Vec<u8>) -> Vec<u8> {
 
 fn models() -> Vec<Named> {
     let plain = machine();
-    let mut rich = Model::<2, 8, 4> {
-        machine: plain.machine,
-        shaft: plain.shaft.clone(),
-        internal_damping_s: 1e-5,
-        planes: plain.planes.iter().copied().collect(),
-        supports: plain.supports.clone(),
-        knots: plain.knots.clone(),
-        forcings: Default::default(),
-        probes: plain.probes.iter().cloned().collect(),
-        masked: 0b0001,
-        initial_unbalance_g_mm: plain.initial_unbalance_g_mm.iter().copied().collect(),
-        unbalance_floor_g_mm: 100.0,
-        noise: Noise { relative: 0.0, floor_um: 0.1 },
-        speed_range_rpm: [600.0, 12_000.0],
-    };
-    rich.supports[0].hardening_per_um2 = 1e-4;
-    rich.supports[1].pedestal =
+    let description = plain.description();
+    let mut supports = description.supports.to_vec();
+    supports[0].hardening_per_um2 = 1e-4;
+    supports[1].pedestal =
         Some(Pedestal { stiffness_n_m: [2e8, 1e8], damping_n_s_m: [1e4; 2], mass_kg: [30.0, 20.0] });
-    rich.probes[3].mount = Some(1);
-    let forcing = Forcing { shape: rich.planes[0], amplitude: [1e3, -2e3], law: ForcingLaw::SpeedSquared };
-    let _ = rich.forcings.push(forcing);
+    let mut probes = description.probes.to_vec();
+    probes[3].mount = Some(1);
+    let forcing =
+        Forcing { shape: description.planes[0], amplitude: [1e3, -2e3], law: ForcingLaw::SpeedSquared };
+    let rich = Model::<2, 8, 4>::new(&Description {
+        internal_damping_s: 1e-5,
+        supports: &supports,
+        forcings: &[forcing],
+        probes: &probes,
+        masked: 0b0001,
+        ..description
+    })
+    .expect("a machine");
     [("plain", encoded(&plain)), ("rich", encoded(&rich))]
         .into_iter()
         .map(|(name, bytes)| named(name, [without_crc32(bytes)]))

@@ -214,13 +214,13 @@ impl Machine {
 
     /// Index of the probes at each bearing, in the order of the model's bearings; bearings without probes are left out.
     pub fn probes_by_bearing(&self) -> Vec<Vec<usize>> {
-        let edge = &self.deployment.edge;
+        let edge = self.deployment.edge.description();
         let at =
             |bearing: u8| (0..edge.probes.len()).filter(|k| edge.probes[*k].bearing == bearing).collect();
         (0..edge.supports.len() as u8).map(at).filter(|probes: &Vec<usize>| !probes.is_empty()).collect()
     }
 
     pub fn probes(&self) -> usize {
-        self.deployment.edge.probes.len()
+        self.deployment.edge.description().probes.len()
     }
 }

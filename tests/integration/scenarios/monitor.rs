@@ -70,11 +70,9 @@ impl<'a> Monitor<'a> {
     pub fn new(deployment: &'a Deployment, pace: Pace) -> Self {
         let usual = NodeConfig::new(NODE);
         let heartbeat_us = (HEARTBEAT_PERIODS * pace.period_s * 1e6) as u64;
-        let config = NodeConfig {
-            thresholds: pace.thresholds(),
-            heartbeat_period_us: usual.heartbeat_period_us.max(heartbeat_us),
-            ..usual
-        };
+        let mut config = usual;
+        config.thresholds = pace.thresholds();
+        config.heartbeat_period_us = usual.heartbeat_period_us.max(heartbeat_us);
         let store = Store::in_memory().with_initial_model(encoded(&deployment.edge).unwrap());
         Self {
             controller: Controller::start(config, store, 0).unwrap(),
@@ -123,7 +121,7 @@ impl<'a> Monitor<'a> {
 
     /// A reading of a machine that stands still: no mark, no speed, no vectors.
     pub fn take_standstill(&mut self, time_s: f64) {
-        let lost = vec![ProbeVector::LOST; self.deployment.edge.probes.len()];
+        let lost = vec![ProbeVector::LOST; self.deployment.edge.description().probes.len()];
         self.send(time_s, Keyphasor::Missing, Reading::new(f32::NAN, &lost).unwrap());
     }
 

@@ -20,6 +20,7 @@ use rotor_edge_core::can::{Frame, TYPE_OFFER};
 use rotor_edge_core::command::{Command, Key};
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_tests::with_supports;
 
 const KEY: Key = Key([3; 32]);
 
@@ -38,7 +39,8 @@ fn beside_a_monitor<T>(
     work: impl FnOnce(&mut dyn CanBus) -> T,
 ) -> (T, Served) {
     let bus = SimulatedBus::new(BusConfig::default());
-    let config = NodeConfig { key: Some(KEY), ..NodeConfig::new(1) };
+    let mut config = NodeConfig::new(1);
+    config.key = Some(KEY);
     let store = store.with_initial_model(encoded(model).unwrap());
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = stop.clone();
@@ -71,8 +73,7 @@ fn live_replay_over_bus_equals_simulation_to_the_bit() {
 #[test]
 fn model_deployed_to_live_monitor_is_used_and_survives_restart() {
     let (deployment, record) = machine();
-    let mut better = deployment.edge.clone();
-    better.supports[0].mass_kg += 1.0;
+    let better = with_supports(&deployment.edge, |supports| supports[0].mass_kg += 1.0);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("monitor.state");
     let fresh = Deployment { edge: better.clone(), ..machine().0 };
@@ -113,14 +114,14 @@ fn refusals_say_what_to_do() {
     let (deployment, _) = machine();
     let (messages, served) = beside_a_monitor(&deployment.edge, Store::in_memory(), |host| {
         await_heartbeat(host, 1).unwrap();
-        let mut bad = deployment.edge.clone();
-        bad.supports.truncate(1);
+        let mut damaged = encoded(&deployment.edge).unwrap();
+        damaged[40] ^= 1;
         let attempt = |host: &mut dyn CanBus, key: &Key, node, counter, body: &[u8]| {
             command(host, key, node, counter, Command::Deploy, body, |_| ()).unwrap_err().to_string()
         };
         [
             (attempt(host, &Key([4; 32]), 1, 1, &encoded(&deployment.edge).unwrap()), "another key"),
-            (attempt(host, &KEY, 1, 1, &encoded(&bad).unwrap()), "refuses the model because of Supports"),
+            (attempt(host, &KEY, 1, 1, &damaged), "refuses the model because of Encoding"),
             (attempt(host, &KEY, 1, 1, &[0; 40]), "another version of models"),
             (attempt(host, &KEY, 2, 1, &encoded(&deployment.edge).unwrap()), "monitor 2 does not answer"),
             (await_heartbeat(host, 5).unwrap_err().to_string(), "no monitor 5"),
@@ -188,8 +189,7 @@ fn deployment_over_lossy_bus_is_executed_once() {
         (6, 0.2, 0.2, false),
     ] {
         let (deployment, _) = machine();
-        let mut better = deployment.edge.clone();
-        better.supports[0].mass_kg += 1.0;
+        let better = with_supports(&deployment.edge, |supports| supports[0].mass_kg += 1.0);
         let (answer, served) = beside_a_monitor(&deployment.edge, Store::in_memory(), |host| {
             await_heartbeat(host, 1).unwrap();
             let random = Xoshiro256PlusPlus::seed_from_u64(seed);

@@ -127,9 +127,12 @@ fn judgement(reading: &Reading) {
 
 /// A node among arbitrary frames at arbitrary times, started from arbitrary bytes, its model replaced meanwhile.
 fn frames(model: Model) {
-    let config = NodeConfig { key: Some(Key(black_box([0; 32]))), ..NodeConfig::new(black_box(0)) };
+    let mut config = NodeConfig::new(black_box(0));
+config.key = Some(Key(black_box([0; 32])));
     #[cfg(feature = "mac")]
-    let config = NodeConfig { authenticated: black_box(true), nonce_reserve: black_box(0), ..config };
+    let mut config = config;
+config.authenticated = black_box(true);
+config.nonce_reserve = black_box(0);
     let Ok(mut node) = Node::<6, 4, 2>::new(black_box(config)) else {
         return;
     };

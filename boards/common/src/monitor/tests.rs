@@ -38,7 +38,8 @@ fn blank() -> [Flash; 2] {
 
 impl Board {
     fn start([slots, journal]: [Flash; 2]) -> (Self, Start) {
-        let config = NodeConfig { key: Some(KEY), ..NodeConfig::new(NODE) };
+        let mut config = NodeConfig::new(NODE);
+        config.key = Some(KEY);
         let place = Box::leak(Box::new(Place::new()));
         let (monitor, start) = Monitor::start(place, slots, journal, config).unwrap();
         let mut board = Self { monitor, time_us: 0, sequence: 0 };

@@ -14,7 +14,8 @@ use panic_semihosting as _;
 use rotor_edge_board_numerics::{BoardModel, Fast, PROBES, SHAPES};
 use rotor_edge_core::detector::Growth;
 use rotor_edge_core::extraction::{ExtractionConfig, Extractor, KeyphasorDetector};
-use rotor_edge_core::model::MAX_PLANES;
+use rotor_edge_core::heapless::Vec;
+use rotor_edge_core::model::{Description, MAX_PLANES, MAX_SUPPORTS};
 use rotor_edge_core::numerics::Numerics;
 use rotor_edge_core::reading::{Keyphasor, Reading, rad_s};
 use rotor_edge_core::response::SupportAmplitudes;
@@ -115,9 +116,7 @@ fn main() -> ! {
     let (mean, worst) = phase_two(&counter, model);
     within &= Row::plain("phase II, mean of the record", mean, PHASE_TWO_LIMIT).print();
     within &= Row::plain("phase II, its worst reading", worst, WORST_PHASE_TWO_LIMIT).print();
-    for support in &mut model.supports {
-        support.hardening_per_um2 = HARDENING_PER_UM2;
-    }
+    *model = hardened(model);
     let (_, worst) = phase_two(&counter, model);
     within &= Row::plain("phase II on hardening bearings, worst", worst, HARDENING_LIMIT).print();
     within &= extraction(&counter);
@@ -125,6 +124,17 @@ fn main() -> ! {
     loop {
         cortex_m::asm::wfi();
     }
+}
+
+#[inline(never)]
+fn hardened(model: &BoardModel) -> BoardModel {
+    let description = model.description();
+    let mut supports: Vec<_, MAX_SUPPORTS> = description.supports.iter().cloned().collect();
+    for support in &mut supports {
+        support.hardening_per_um2 = HARDENING_PER_UM2;
+    }
+    BoardModel::new(&Description { supports: &supports, ..description })
+        .unwrap_or_else(|error| panic!("hardening bearings: {error}"))
 }
 
 fn decoded(bytes: &[u8]) -> BoardModel {
@@ -145,7 +155,7 @@ fn solve(counter: &Counter, what: &'static str, limit: u32, model: &BoardModel) 
         assert!(is_solved);
         instructions = count.max(instructions);
     }
-    let multiply_adds = response_multiply_adds(model.supports.len() as u32);
+    let multiply_adds = response_multiply_adds(model.description().supports.len() as u32);
     Row { what, instructions, limit, multiply_adds: Some(multiply_adds) }.print()
 }
 

@@ -14,7 +14,8 @@ use super::lab::{Lab, NODE, Node, identified, initial};
 use crate::program::assert_says;
 
 fn node(lab: &Lab, seed: u64) -> Node {
-    let config = NodeConfig { seed, ..NodeConfig::new(NODE) };
+    let mut config = NodeConfig::new(NODE);
+    config.seed = seed;
     lab.node_with(config, initial(Store::in_memory(), Some(&identified())), |port| Box::new(port))
 }
 

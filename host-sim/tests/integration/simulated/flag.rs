@@ -5,7 +5,6 @@ use std::time::Duration;
 use rotor_edge::deploy::{Authority, acknowledge};
 use rotor_edge::watch::monitor::Monitor;
 use rotor_edge::watch::words::Words;
-use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::state::{NodeState, Reason};
 use rotor_edge_core::thresholds::Thresholds;
 
@@ -24,7 +23,15 @@ fn fast_node(lab: &Lab) -> Node {
         ..Thresholds::DEFAULT
     };
     let store = initial(lab.store("monitor.state"), Some(&identified()));
-    lab.node_with(NodeConfig { thresholds: fast, ..Lab::config() }, store, |port| Box::new(port))
+    lab.node_with(
+        {
+            let mut config = Lab::config();
+            config.thresholds = fast;
+            config
+        },
+        store,
+        |port| Box::new(port),
+    )
 }
 
 #[track_caller]

@@ -18,7 +18,6 @@ use rotor_edge_core::can::{
     reading_frames, result_frames,
 };
 use rotor_edge_core::command::Key;
-use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::reading::Reading;
 use rotor_edge_core::state::{NodeState, Status};
 
@@ -33,7 +32,9 @@ const RESERVE: Duration = Duration::from_secs(10);
 /// A monitor that takes authenticated readings alone, when it has begun to speak.
 fn node(lab: &Lab, host: &mut dyn CanBus) -> Node {
     let reserve_us = RESERVE.as_micros() as u64;
-    let config = NodeConfig { authenticated: true, nonce_reserve: reserve_us, ..Lab::config() };
+    let mut config = Lab::config();
+    config.authenticated = true;
+    config.nonce_reserve = reserve_us;
     let store = initial(lab.store("monitor.state"), Some(&identified()));
     let node = lab.node_with(config, store, |port| Box::new(port));
     hear(host, PATIENCE, |frame| frame.message_type() == TYPE_HEARTBEAT).expect("a heartbeat");

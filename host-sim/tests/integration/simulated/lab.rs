@@ -133,7 +133,9 @@ impl Lab {
 
     /// Settings of a monitor with the key.
     pub fn config() -> NodeConfig {
-        NodeConfig { key: Some(KEY), ..NodeConfig::new(NODE) }
+        let mut config = NodeConfig::new(NODE);
+        config.key = Some(KEY);
+        config
     }
 
     /// A monitor that starts with a rotor's model, if none was deployed.
@@ -245,7 +247,11 @@ pub fn flagging_config() -> NodeConfig {
         ratio_floor: 0.0,
         ..Thresholds::DEFAULT
     };
-    NodeConfig { thresholds, ..Lab::config() }
+    {
+        let mut config = Lab::config();
+        config.thresholds = thresholds;
+        config
+    }
 }
 
 /// A store with a rotor's model in place of one that was never deployed.

@@ -19,7 +19,7 @@ pub fn healthy(model: &[u8]) -> Reading {
     let Some(reading) = sample::readings().find(Reading::is_complete) else { panic!("no record") };
     let Ok(model) = BoardModel::decode(model) else { panic!("the sample's model is refused") };
     let mut bounds_g_mm = [0.0; MAX_PLANES];
-    for (bound_g_mm, [x, y]) in bounds_g_mm.iter_mut().zip(&model.initial_unbalance_g_mm) {
+    for (bound_g_mm, [x, y]) in bounds_g_mm.iter_mut().zip(model.description().initial_unbalance_g_mm) {
         *bound_g_mm = x.abs().max(y.abs());
     }
     let Ok(estimate) = Tracker::new(&model).update(&TrackConfig::default(), &model, &reading, &bounds_g_mm)

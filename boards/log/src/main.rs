@@ -1,4 +1,4 @@
-//! What a board's firmware logged, as text: `firmware_log IMAGE < BYTES`, a line a message.
+//! What a board's firmware logged, as text: `rotor-edge-board-log IMAGE < BYTES`, a line a message.
 
 use std::io::{Read, stdin};
 use std::{env, fs};
