@@ -13,6 +13,7 @@
 //! | [`answers`] | one JSON type a command |
 //! | [`render`] | answers as terminal text and as one HTML file with figures |
 //! | [`sample`] | the machine that the main job runs on |
+//! | [`terminal`] | text for people, at the width of the terminal |
 //! | [`scale`](mod@scale) | ranges of axes, and numbers as people write them |
 //! | [`command`] | one file a command: arguments in, table or JSON out |
 
@@ -28,4 +29,5 @@ pub mod render;
 pub mod replay;
 pub mod sample;
 pub mod scale;
+pub mod terminal;
 pub mod watch;

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use rotor_edge::command::{self, Cli, extension};
+use rotor_edge::terminal;
 
 fn main() -> ExitCode {
     end_when_nothing_can_be_printed();
@@ -13,7 +14,7 @@ fn main() -> ExitCode {
     match Cli::of_this_process().and_then(command::run) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("rotor-edge: {}", command::shown(&error));
+            terminal::tell(&format!("rotor-edge: {}", command::shown(&error)));
             ExitCode::FAILURE
         }
     }

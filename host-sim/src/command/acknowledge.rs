@@ -10,6 +10,7 @@ use super::output;
 use crate::bus::numbers::bearing_number;
 use crate::bus::states::name;
 use crate::deploy::{acknowledge, suspected};
+use crate::say;
 use crate::watch::reasons::why;
 
 #[derive(Debug, Args)]
@@ -35,15 +36,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let Status { cause, suspect, .. } = before;
     match cause {
-        Reason::None => println!("Monitor {node} held no flag; it is {} now.", name(now.state)),
-        cause => println!(
+        Reason::None => say!("Monitor {node} held no flag; it is {} now.", name(now.state)),
+        cause => say!(
             "Monitor {node} lowered its flag ({}{}); it is {} now.",
             why(cause, 0).what,
             suspected(suspect),
             name(now.state)
         ),
     }
-    println!(
+    say!(
         "The unbalance that it finds next is its new reference, as after a balancing weight, a washed rotor or an exchanged \
          coupling. A misfit that persists is flagged again."
     );

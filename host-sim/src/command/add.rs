@@ -11,6 +11,7 @@ use super::output::{self, Json};
 use crate::answers::diagnose::Addition;
 use crate::command::shell;
 use crate::render::{comparison_sections, findings};
+use crate::say;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -52,18 +53,11 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     if arguments.form.json {
         return output::answer(&answer);
     }
-    println!("{} added", answer.fitted.label);
-    findings::parameters(&answer.fitted).iter().for_each(|line| println!("  {line}"));
-    println!(
-        "  error          {:>8.2} %  →  {:.2} %",
-        answer.error_before * 100.0,
-        answer.error_after * 100.0
-    );
-    println!(
-        "  χ² per value   {:>8.2}    →  {:.2}",
-        answer.chi2_per_value_before, answer.chi2_per_value_after
-    );
-    println!(
+    say!("{} added", answer.fitted.label);
+    findings::parameters(&answer.fitted).iter().for_each(|line| say!("  {line}"));
+    say!("  error          {:>8.2} %  →  {:.2} %", answer.error_before * 100.0, answer.error_after * 100.0);
+    say!("  χ² per value   {:>8.2}    →  {:.2}", answer.chi2_per_value_before, answer.chi2_per_value_after);
+    say!(
         "\nWritten to {}. Next: is anything else missing?\n  rotor-edge diagnose {} {}{}",
         arguments.output.display(),
         shell::path(&arguments.output),

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::output;
 use crate::bus::load::{Load, MONITORS, READINGS_A_SECOND, frames_a_second, loads};
 use crate::bus::server::{Counts, Server};
+use crate::{say, terminal};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -61,14 +62,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.json {
         output::json(&opened)?;
     } else {
-        opened.print();
+        terminal::print(&opened.text());
     }
     ended.recv().context("the bus")?;
     let summary = summary(&server.counts());
     if arguments.json {
         server.tell_last(summary);
     } else {
-        println!("\n{summary}");
+        say!("\n{summary}");
     }
     match (server.take_log_error(), &arguments.record) {
         (Some(e), Some(path)) => {
@@ -82,36 +83,40 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Opened {
-    fn print(&self) {
-        println!("The bus is open: every frame of one participant goes to all the others. Join it with");
-        println!("  rotor-edge   --bus {}", self.slcan);
-        println!("               --bus {}", self.socketcand);
-        println!(
-            "  python-can   can.Bus(interface=\"slcan\", channel=\"socket://127.0.0.1:{}\", sleep_after_open=0)",
+    fn text(&self) -> String {
+        let mut text = String::new();
+        text += &format!(
+            "The bus is open: every frame of one participant goes to all the others. Join it with\n"
+        );
+        text += &format!("  rotor-edge   --bus {}\n", self.slcan);
+        text += &format!("               --bus {}\n", self.socketcand);
+        text += &format!(
+            "  python-can   can.Bus(interface=\"slcan\", channel=\"socket://127.0.0.1:{}\", sleep_after_open=0)\n",
             self.slcan_port
         );
-        println!(
-            "               can.Bus(interface=\"socketcand\", host=\"127.0.0.1\", port={}, channel=\"vcan0\"), receives faster",
+        text += &format!(
+            "               can.Bus(interface=\"socketcand\", host=\"127.0.0.1\", port={}, channel=\"vcan0\"), receives faster\n",
             self.socketcand_port
         );
         if let Some(path) = &self.record {
-            println!("Every frame is recorded in {}.", path.display());
+            text += &format!("Every frame is recorded in {}.\n", path.display());
         }
-        println!(
-            "\nOn wires, {MONITORS} monitors at {READINGS_A_SECOND} readings a second send {} frames a second.",
+        text += &format!(
+            "\nOn wires, {MONITORS} monitors at {READINGS_A_SECOND} readings a second send {} frames a second.\n",
             self.frames_a_second
         );
-        println!("  bit rate         load   monitors that fit");
+        text += &format!("  bit rate         load   monitors that fit\n");
         for load in &self.load {
             let fit = if load.monitors == MONITORS { "all ".to_string() } else { String::new() };
-            println!(
-                "  {:>4} kbit/s {:>7.0} %   {fit}{}",
+            text += &format!(
+                "  {:>4} kbit/s {:>7.0} %   {fit}{}\n",
                 load.bit_rate / 1000,
                 100.0 * load.load,
                 load.monitors
             );
         }
-        println!("\nCtrl-C ends it.");
+        text += &format!("\nCtrl-C ends it.\n");
+        text
     }
 }
 

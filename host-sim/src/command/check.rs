@@ -13,6 +13,8 @@ use super::startup;
 use crate::answers::check::CheckAnswer;
 use crate::command::shell;
 use crate::render;
+use crate::say;
+use crate::terminal;
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -39,8 +41,8 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if arguments.form.json {
         return output::answer(&answer);
     }
-    print!("{}", render::check::text(&answer, arguments.rpm.is_some()));
-    println!(
+    terminal::print(&render::check::text(&answer, arguments.rpm.is_some()));
+    say!(
         "\nNext: hold the model against measurements\n  rotor-edge compare {} measured.csv",
         shell::path(&arguments.rotor)
     );

@@ -11,6 +11,7 @@ use super::output::{self, Json};
 use crate::answers::compare::ComparisonAnswer;
 use crate::command::shell;
 use crate::render::{self, findings};
+use crate::{say, terminal};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -39,8 +40,8 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if arguments.form.json {
         return output::answer(&answer);
     }
-    print(&answer);
-    println!("\nNext: {words}\n  {command}");
+    terminal::print(&text(&answer));
+    say!("\nNext: {words}\n  {command}");
     Ok(None)
 }
 
@@ -57,49 +58,51 @@ fn next(arguments: &Arguments, verdict: Adequacy, sure: f64) -> (String, String)
     (words, format!("rotor-edge diagnose {} {}{runout}", shell::path(rotor), shell::path(data)))
 }
 
-fn print(c: &ComparisonAnswer) {
-    println!(
-        "{}: error {:.2} %, χ² per value {:.2} (noise: 1), neighbouring speeds correlated by {:.2} (noise: 0)",
+fn text(c: &ComparisonAnswer) -> String {
+    let mut text = String::new();
+    text += &format!(
+        "{}: error {:.2} %, χ² per value {:.2} (noise: 1), neighbouring speeds correlated by {:.2} (noise: 0)\n",
         c.verdict,
         c.relative_error * 100.0,
         c.chi2_per_value,
         c.neighbours.correlation
     );
     for remark in &c.remarks {
-        println!("  {remark}");
+        text += &format!("  {remark}\n");
     }
-    println!(
-        "  {} readings; residual {:.2} µm a reading, {:.2} % of the features",
+    text += &format!(
+        "  {} readings; residual {:.2} µm a reading, {:.2} % of the features\n",
         c.readings,
         c.residual_um.mean,
         c.residual_ratio * 100.0
     );
     if let Some(w) = &c.worst {
         let run = w.run.as_ref().map_or(String::new(), |r| format!(" in run {r}"));
-        println!(
-            "  worst at probe {}, {:.0} rpm{run}: {:.2} µm, {:.1} times its noise",
+        text += &format!(
+            "  worst at probe {}, {:.0} rpm{run}: {:.2} µm, {:.1} times its noise\n",
             w.probe, w.speed_rpm, w.error_um, w.error_sigmas
         );
     }
-    println!("\n  {}", findings::noise(&c.noise));
-    findings::planes(&c.determined).iter().for_each(|line| println!("  {line}"));
-    println!("\n  probe        residual µm     error %   χ² per value");
+    text += &format!("\n  {}\n", findings::noise(&c.noise));
+    findings::planes(&c.determined).iter().for_each(|line| text += &format!("  {line}\n"));
+    text += &format!("\n  probe        residual µm     error %   χ² per value\n");
     for p in &c.by_probe {
-        println!(
-            "  {:<10} {:>13.2} {:>11.2} {:>14.2}",
+        text += &format!(
+            "  {:<10} {:>13.2} {:>11.2} {:>14.2}\n",
             p.probe,
             p.residual_um,
             p.relative_error * 100.0,
             p.chi2_per_value
         );
     }
-    println!("\n  whirl at bearing      measured µm    model µm   misfit, times its noise");
+    text += &format!("\n  whirl at bearing      measured µm    model µm   misfit, times its noise\n");
     for w in &c.whirl {
         for (name, part) in [("forward", &w.forward), ("backward", &w.backward)] {
-            println!(
-                "  {:<10} {name:<9} {:>12.2} {:>11.2} {:>14.2}",
+            text += &format!(
+                "  {:<10} {name:<9} {:>12.2} {:>11.2} {:>14.2}\n",
                 w.bearing, part.measured_um, part.model_um, part.error_sigmas
             );
         }
     }
+    text
 }

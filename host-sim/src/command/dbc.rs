@@ -8,6 +8,7 @@ use rotor_edge_core::can::{DBC, MAX_NODE};
 use serde_json::json;
 
 use super::output;
+use crate::say;
 
 /// What its comment says of other monitors.
 const SHOWN: &str = "this file shows the identifiers of monitor 0. For monitor n add n, or mask received identifiers with 0x7E0.";
@@ -35,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         (Some(path), true) => output::json(&json!({ "node": node, "output": path })),
         (None, true) => output::json(&json!({ "node": node, "dbc": text })),
         (Some(path), false) => {
-            println!("The protocol of monitor {node} is in {}.", path.display());
+            say!("The protocol of monitor {node} is in {}.", path.display());
             Ok(())
         }
         (None, false) => {

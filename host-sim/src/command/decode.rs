@@ -15,6 +15,7 @@ use crate::bus::decoded::{DecodedLog, Timed, shortest};
 use crate::bus::log::LogReader;
 use crate::bus::mac::Checker;
 use crate::deploy::read_key;
+use crate::terminal;
 
 const US_A_DAY: f64 = 86_400e6;
 
@@ -54,7 +55,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         output::file(path, &csv)?;
     }
     let summary = LogAnswer::of(&all);
-    if arguments.json { output::json(&summary) } else { print(&summary, arguments.output.as_deref()) }
+    if arguments.json {
+        return output::json(&summary);
+    }
+    terminal::print(&text(&summary, arguments.output.as_deref()));
+    Ok(())
 }
 
 /// The readings of the node that was asked for, or of the only one.
@@ -133,35 +138,36 @@ fn phasor(vector: &ProbeVector) -> Option<Complex<f64>> {
     vector.is_finite().then(|| phasor_m(shortest(vector.cos_um), shortest(vector.sin_um)))
 }
 
-fn print(summary: &LogAnswer, written: Option<&Path>) -> Result<()> {
-    println!("{} frames, {} of them of rotor-edge", summary.frames, summary.ours);
+fn text(summary: &LogAnswer, written: Option<&Path>) -> String {
+    let mut text = String::new();
+    text += &format!("{} frames, {} of them of rotor-edge\n", summary.frames, summary.ours);
     if summary.torn > 0 {
-        println!("Torn lines beside them, passed over: {}", summary.torn);
+        text += &format!("Torn lines beside them, passed over: {}\n", summary.torn);
     }
     if let Some(refused) = &summary.refused {
-        println!("With the key, {refused}");
+        text += &format!("With the key, {refused}\n");
     }
     for node in &summary.nodes {
         let c = &node.counters;
-        println!(
-            "\nNode {}: {} readings, {} results, {} heartbeats{}",
+        text += &format!(
+            "\nNode {}: {} readings, {} results, {} heartbeats{}\n",
             node.node,
             node.readings,
             node.results.len(),
             node.heartbeats,
             node.state.as_ref().map_or(String::new(), |state| format!(", last state {state}"))
         );
-        println!(
-            "  lost {}, rejected {}, repeated {}, late {}, incomplete {}, stray frames {}, damaged results {}",
+        text += &format!(
+            "  lost {}, rejected {}, repeated {}, late {}, incomplete {}, stray frames {}, damaged results {}\n",
             c.lost, c.rejected, c.repeated, c.late, c.incomplete, c.stray, c.damaged_results
         );
         for change in &node.states {
-            println!("{:>12.3} s: {}, {}", change.time_s, change.state, change.reason);
+            text += &format!("{:>12.3} s: {}, {}\n", change.time_s, change.state, change.reason);
         }
         let planes = node.results.iter().map(|r| r.planes.len()).max().unwrap_or(0);
         if planes > 0 {
             let columns: String = (1..=planes).map(|plane| format!("      plane {plane} g·mm, °")).collect();
-            println!("      time s  reading{columns}  residual µm   ratio");
+            text += &format!("      time s  reading{columns}  residual µm   ratio\n");
         }
         for r in &node.results {
             let flag = match (r.flagged, r.suspicious, r.suspect) {
@@ -175,14 +181,14 @@ fn print(summary: &LogAnswer, written: Option<&Path>) -> Result<()> {
                 .iter()
                 .map(|p| format!(" {:>12.2} {:>7.1}", p.unbalance_g_mm, p.angle_deg))
                 .collect();
-            println!(
-                "{:>12.3} {:>8}{planes} {:>12.3} {:>7.3}{flag}",
+            text += &format!(
+                "{:>12.3} {:>8}{planes} {:>12.3} {:>7.3}{flag}\n",
                 r.time_s, r.sequence, r.residual_um, r.ratio
             );
         }
     }
     if let Some(path) = written {
-        println!("\nReadings written to {}", path.display());
+        text += &format!("\nReadings written to {}\n", path.display());
     }
-    Ok(())
+    text
 }

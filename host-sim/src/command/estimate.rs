@@ -9,6 +9,7 @@ use super::listener::Listener;
 use super::output::{self, Json};
 use crate::answers::estimate::EstimatesAnswer;
 use crate::render;
+use crate::terminal;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -49,6 +50,6 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if arguments.form.json {
         return output::answer(&answer);
     }
-    print!("{}", render::estimate::text(&answer));
+    terminal::print(&render::estimate::text(&answer));
     Ok(None)
 }

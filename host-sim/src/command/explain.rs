@@ -9,6 +9,7 @@ use serde_json::json;
 use super::glossary::{Kind, WORDS, explained, not_known};
 use super::output::{self, Json};
 use crate::bus::states::name;
+use crate::say;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -31,10 +32,9 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
             "word": found.name, "kind": found.kind, "means": found.paragraphs, "next": found.next,
         }));
     }
-    println!("{} ({})\n", found.name, found.kind);
-    found.paragraphs.iter().for_each(|paragraph| println!("{paragraph}"));
+    say!("{} ({})\n\n{}", found.name, found.kind, found.paragraphs.join("\n"));
     if !found.next.is_empty() {
-        println!("\nWhat to do: {}", found.next);
+        say!("\nWhat to do: {}", found.next);
     }
     Ok(None)
 }
@@ -58,8 +58,8 @@ fn list(as_json: bool) -> Json {
         return Some(serde_json::Value::Object(all).to_string());
     }
     for (name, words) in groups {
-        println!("{name}: {}\n", words.join(", "));
+        say!("{name}: {}\n", words.join(", "));
     }
-    println!("Next: rotor-edge explain residual");
+    say!("Next: rotor-edge explain residual");
     None
 }

@@ -10,6 +10,7 @@ use std::process::{Command, ExitCode, Stdio};
 use clap::CommandFactory as _;
 
 use super::Cli;
+use crate::terminal;
 
 const PREFIX: &str = "rotor-edge-";
 
@@ -28,7 +29,7 @@ pub fn run(words: &[OsString]) -> Option<ExitCode> {
     let mut command = Command::new(&program);
     command.args(words);
     Some(given_way_to(&mut command).unwrap_or_else(|error| {
-        eprintln!("rotor-edge: {}: cannot be run ({error})", program.display());
+        terminal::tell(&format!("rotor-edge: {}: cannot be run ({error})", program.display()));
         ExitCode::FAILURE
     }))
 }

@@ -21,6 +21,7 @@ use super::output::{self, Json};
 use crate::answers::forecast::{DRIFT, ForecastAnswer, NAIVE, SeriesCurves, SeriesForecast};
 use crate::ingest::dates::Dates;
 use crate::render;
+use crate::terminal;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -131,7 +132,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if arguments.form.json {
         return output::answer(&answer);
     }
-    print!("{}", render::forecast::text(&answer, arguments.first, dates));
+    terminal::print(&render::forecast::text(&answer, arguments.first, dates));
     Ok(None)
 }
 

@@ -16,6 +16,8 @@ use super::output::{self, Json};
 use crate::answers::identify::Identification;
 use crate::command::shell;
 use crate::render;
+use crate::say;
+use crate::terminal;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -119,9 +121,9 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if arguments.form.json {
         return output::answer_in_order(&answer);
     }
-    print!("{}", render::identify::text(&answer));
-    println!(
-        "\nWritten to {}. Next: rotor-edge replay --identified --rotor {} --record {}",
+    terminal::print(&render::identify::text(&answer));
+    say!(
+        "\nWritten to {}.\nNext: play the record into the controller\n  rotor-edge replay --identified --rotor {} --record {}",
         arguments.output.display(),
         shell::path(&arguments.output),
         shell::path(&arguments.record)

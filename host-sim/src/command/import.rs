@@ -15,6 +15,8 @@ use crate::ingest::readings::mapping::Mapping;
 use crate::ingest::target::Rule;
 use crate::ingest::unit::{Angle, Detection, Sense, Unit};
 use crate::render;
+use crate::say;
+use crate::terminal;
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -155,7 +157,7 @@ pub fn run(arguments: &Arguments, forced: bool) -> Result<Json> {
     let written = !arguments.dry_run;
     let answer = ImportAnswer::of(&imported, written.then(|| arguments.output.clone()));
     if !arguments.json {
-        print!("{}", render::imported::text(&answer));
+        terminal::print(&render::imported::text(&answer));
     }
     if written {
         output::file(&arguments.output, &imported.measured(&arguments.files, &mapping)?)?;
@@ -167,9 +169,9 @@ pub fn run(arguments: &Arguments, forced: bool) -> Result<Json> {
         return output::answer(&answer);
     }
     if written {
-        println!("\nWritten to {}, with this mapping in its first lines.", arguments.output.display());
+        say!("\nWritten to {}, with this mapping in its first lines.", arguments.output.display());
     } else {
-        println!("\nNothing was written.");
+        say!("\nNothing was written.");
     }
     Ok(None)
 }

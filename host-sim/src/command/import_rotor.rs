@@ -10,6 +10,8 @@ use super::output::{self, Json};
 use crate::answers::imported::ImportedRotorAnswer;
 use crate::command::shell;
 use crate::render;
+use crate::say;
+use crate::terminal;
 
 /// Where the drawing goes when nobody says.
 const OUTPUT: &str = "rotor.toml";
@@ -38,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     if arguments.json {
         return output::answer(&answer);
     }
-    print!("{}", render::imported::rotor_text(&answer));
-    println!("\nNext: look it over\n  rotor-edge check {}", shell::path(path));
+    terminal::print(&render::imported::rotor_text(&answer));
+    say!("\nNext: look it over\n  rotor-edge check {}", shell::path(path));
     Ok(None)
 }

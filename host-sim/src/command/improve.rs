@@ -16,6 +16,8 @@ use crate::answers::diagnose::ImprovementAnswer;
 use crate::command::shell;
 use crate::edge::Redundancy;
 use crate::render;
+use crate::say;
+use crate::terminal;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -42,7 +44,8 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         listener.step(added, None);
         if !arguments.form.json {
             // nobody may be reading, and the model is to be written all the same
-            let _ = std::io::stdout().write_all(render::improve::step_text(&step.into()).as_bytes());
+            let text = terminal::fit(&render::improve::step_text(&step.into()), terminal::columns());
+            let _ = std::io::stdout().write_all(text.as_bytes());
         }
     });
     working.finish_and_clear();
@@ -63,9 +66,9 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if arguments.form.json {
         return output::answer(&answer);
     }
-    print!("{}", render::improve::text(&answer));
+    terminal::print(&render::improve::text(&answer));
     let (words, command) = next;
-    println!("\nWritten to {}.\nNext: {words}\n  {command}", arguments.output.display());
+    say!("\nWritten to {}.\nNext: {words}\n  {command}", arguments.output.display());
     Ok(None)
 }
 

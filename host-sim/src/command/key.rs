@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::Args;
 
 use crate::deploy::write_new_key;
+use crate::say;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -16,7 +17,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<()> {
     write_new_key(&arguments.output)?;
-    println!(
+    say!(
         "A new key is in {}: give it to one monitor (node --key) and to who may deploy to it (deploy --key).",
         arguments.output.display()
     );

@@ -7,6 +7,7 @@ use clap::{Args, Command};
 use clap_mangen::Man;
 
 use super::output;
+use crate::say;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -32,6 +33,6 @@ pub fn run(arguments: &Arguments, mut program: Command) -> Result<()> {
         output::file(&arguments.folder.join(format!("{page}.1")), &text)?;
         count += 1;
     }
-    println!("{count} pages are in {}: man {name}", arguments.folder.display());
+    say!("{count} pages are in {}: man {name}", arguments.folder.display());
     Ok(())
 }

@@ -48,6 +48,8 @@ use std::ffi::OsString;
 use anyhow::{Result, anyhow};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
+use crate::terminal;
+
 pub use listener::Listener;
 pub use usage::shown;
 
@@ -72,8 +74,10 @@ impl Cli {
     /// # Errors
     /// If what it names to be written cannot be.
     pub fn of_this_process() -> Result<Self> {
-        let matches = Self::command().get_matches();
-        let cli = Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+        let mut command = Self::command().term_width(terminal::columns());
+        let parsed = command.try_get_matches_from_mut(std::env::args_os());
+        let matches = parsed.unwrap_or_else(|error| terminal::exit(&error));
+        let cli = Self::from_arg_matches(&matches).unwrap_or_else(|error| terminal::exit(&error));
         if let Some((_, arguments)) = matches.subcommand() {
             targets::check(arguments, cli.force)?;
         }

@@ -16,6 +16,7 @@ use crate::deploy::read_key;
 use crate::edge::encoded;
 use crate::node::{Controller, Event, Store, serve};
 use crate::watch::reasons::why;
+use crate::{say, terminal};
 
 /// So long after a restart no reading is taken, at most; a disk bears to be written every half of it, which flash does not.
 const NONCE_RESERVE_US: u64 = 10_000_000;
@@ -90,13 +91,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             (Some(_), false) => "commands need its key",
             (None, _) => "it has no key and takes no commands",
         };
-        println!("Monitor {} listens on {} {model}; {key}. Ctrl-C ends it.", config.node, bus.description());
+        say!("Monitor {} listens on {} {model}; {key}. Ctrl-C ends it.", config.node, bus.description());
     }
     let tell = |event: Event| {
         let is_failure = matches!(event, Event::Unsaved(_));
         // a monitor does not end because nobody reads what it says any more
         let _ = match arguments.json {
-            false => writeln!(std::io::stdout(), "{}", event.words()),
+            false => terminal::log(&event.words()),
             true if is_failure => writeln!(std::io::stderr(), "rotor-edge: {}", event.words()),
             true => Ok(()),
         };
@@ -118,9 +119,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
         return output::json(&counters);
     }
-    println!(
+    say!(
         "\n{} readings evaluated, {} skipped, {} lost, {} rejected; commands: {} accepted, {} refused, {} forged, {} replayed",
-        c.readings, c.skipped, c.lost, c.rejected, c.accepted, c.refused, c.forged, c.replayed
+        c.readings,
+        c.skipped,
+        c.lost,
+        c.rejected,
+        c.accepted,
+        c.refused,
+        c.forged,
+        c.replayed
     );
     Ok(())
 }

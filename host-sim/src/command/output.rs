@@ -1,7 +1,6 @@
 //! What commands print: tables for people, one JSON object for programs, progress for the patient.
 
 use std::fmt;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -18,6 +17,7 @@ use serde::Serialize;
 use super::{glossary, provenance, shell};
 use crate::answers;
 use crate::render::{Section, Story, page};
+use crate::terminal;
 
 /// The form in which a command answers.
 #[derive(Debug, Args)]
@@ -32,7 +32,7 @@ pub struct Form {
 
 /// Tells what happens meanwhile on standard error; that nobody may be there to read it stops nothing.
 pub fn tell(what: &str) {
-    let _ = writeln!(std::io::stderr(), "rotor-edge: {what}");
+    terminal::tell(&format!("rotor-edge: {what}"));
 }
 
 /// A rotor and what was measured on it.

@@ -14,6 +14,8 @@ use super::output::{self, Json};
 use crate::answers::startup::{EvaluatedStartup, StartupAnswer};
 use crate::command::shell;
 use crate::render;
+use crate::say;
+use crate::terminal;
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -118,10 +120,10 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if arguments.form.json {
         return output::answer(&answer);
     }
-    print!("{}", render::startup::text(&answer, &evaluated));
+    terminal::print(&render::startup::text(&answer, &evaluated));
     if let Some(path) = &arguments.output {
-        println!(
-            "\nImproved model written to {}. Next: rotor-edge balance {} {}{}",
+        say!(
+            "\nImproved model written to {}.\nNext: find the correction weights\n  rotor-edge balance {} {}{}",
             path.display(),
             shell::path(path),
             shell::path(&arguments.data),

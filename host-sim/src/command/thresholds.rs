@@ -10,6 +10,7 @@ use super::command_target::CommandTarget;
 use super::output;
 use super::setting::Setting;
 use crate::deploy::out_of_bounds;
+use crate::terminal;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -59,14 +60,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }));
     }
     let (wanted, before) = (shortest(fields(&wanted)?), shortest(fields(&before)?));
-    println!("Monitor {} judges by", authority.node());
+    let mut text = format!("Monitor {} judges by\n", authority.node());
     for (name, value) in wanted.as_object().into_iter().flatten() {
         let was = match &before[name] {
             old if old == value => String::new(),
             old => format!("   (was {old})"),
         };
-        println!("  {name:<22} {value}{was}");
+        text += &format!("  {name:<22} {value}{was}\n");
     }
+    terminal::print(&text);
     Ok(())
 }
 

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use rotor_edge_desktop::units::SECONDS_A_DAY;
 
+use super::text::table;
 use super::{findings, identify};
 use crate::answers::replay::{BetterAnswer, KnownUnbalance, LastUnbalance, ReplayAnswer, StateSummary};
 use crate::replay::check::{EXCESS_LIMIT, FEATURE_LIMIT};
@@ -75,35 +76,29 @@ fn traffic(answer: &ReplayAnswer) -> String {
 
 fn equivalence(answer: &ReplayAnswer) -> String {
     let e = &answer.equivalence;
-    let mut text = String::from(
-        "\nThe core (f32, on the bus) against the desktop crate (f64)             measured     allowed\n",
-    );
-    let _ = writeln!(
-        text,
-        "  features, of the reading's largest                                   {:>10.1e}  {:>10.0e}",
-        e.max_relative_feature_error, FEATURE_LIMIT
-    );
-    let _ = writeln!(
-        text,
-        "  residual above the exact optimum, of the feature sum                 {:>10.1e}  {:>10.0e}",
-        e.max_relative_excess, EXCESS_LIMIT
-    );
-    let _ = writeln!(
-        text,
-        "  the same in µm                                                       {:>10.1e}",
-        e.max_residual_excess_um
-    );
-    let _ = writeln!(
-        text,
-        "  largest gap that the core's own certificate leaves, of the feature sum {:>8.1e}  {:>10.0e}",
-        e.max_relative_gap, EXCESS_LIMIT
-    );
-    let _ = writeln!(
-        text,
-        "  unbalance against the exact optimum's                         {:>10.2} g·mm, {:.2}°",
-        e.max_unbalance_difference_g_mm, e.max_angle_difference_deg
-    );
-    text
+    let row = |what: &str, measured: String, allowed: Option<f64>| {
+        [what.to_string(), measured, allowed.map_or_else(String::new, |limit| format!("{limit:.0e}"))]
+    };
+    let ratio = |value: f64| format!("{value:.1e}");
+    let difference =
+        format!("{:.2} g·mm, {:.2}°", e.max_unbalance_difference_g_mm, e.max_angle_difference_deg);
+    let rows = [
+        row("features, of the reading's largest", ratio(e.max_relative_feature_error), Some(FEATURE_LIMIT)),
+        row(
+            "residual above the exact optimum, of the feature sum",
+            ratio(e.max_relative_excess),
+            Some(EXCESS_LIMIT),
+        ),
+        row("the same in µm", ratio(e.max_residual_excess_um), None),
+        row(
+            "largest gap that the core's own certificate leaves, of the feature sum",
+            ratio(e.max_relative_gap),
+            Some(EXCESS_LIMIT),
+        ),
+        row("unbalance against the exact optimum's", difference, None),
+    ];
+    let columns = ["largest difference", "measured", "allowed"];
+    format!("\nThe core (f32, on the bus) against the desktop crate (f64)\n{}", table(&columns, &rows))
 }
 
 /// Whether the model fits, and since when it does or does not, in sentences.

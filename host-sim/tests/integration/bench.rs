@@ -87,7 +87,7 @@ impl Bench {
 
     /// Starts `node` and waits until it has joined the bus; what it says then.
     pub fn node(&self, kind: &str, more: &[&str]) -> (Monitor, String) {
-        self.node_by(Command::new(env!("CARGO_BIN_EXE_rotor-edge")), kind, more)
+        self.node_by(crate::program::program(), kind, more)
     }
 
     /// The same by a command that ends in running the program.

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use crate::program::{assert_says, json, refusal, rotor_edge};
@@ -202,7 +202,7 @@ fn socketcand_answers_come_one_a_packet_however_busy_the_bus_is() {
 
 #[test]
 fn load_and_ports_are_printed_for_people_too() {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+    let mut program = crate::program::program()
         .args(["bus", "--slcan", "0", "--socketcand", "0"])
         .stdout(Stdio::piped())
         .spawn()

@@ -248,13 +248,13 @@ fn closed_pipe_succeeds_and_full_disk_on_stdout_fails() {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let folder = Folder::new();
     let rotor = folder.file("r.toml", sample::ROTOR);
-    let mut check = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+    let mut check = crate::program::program();
     let refused = check.args(["check", &rotor]).stdout(full).output().unwrap();
     assert_eq!(refused.status.code(), Some(1));
     assert_says(&String::from_utf8(refused.stderr).unwrap(), &["standard output: cannot be written"]);
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
-    let mut check = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+    let mut check = crate::program::program();
     let unread = check.args(["check", &rotor]).stdout(writer).output().unwrap();
     assert!(unread.status.success(), "{}", String::from_utf8_lossy(&unread.stderr));
 }

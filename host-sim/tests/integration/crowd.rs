@@ -2,7 +2,7 @@
 //! `slow/crowd.rs`.
 
 use std::io::{Read, Write};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use crate::program::assert_says;
 use crate::shared::{PATIENCE, Shared};
@@ -42,7 +42,7 @@ fn http_post_is_rejected_and_sends_no_frame() {
 
 /// Frames go on, and an interrupt ends the bus with 0, whatever its standard error is.
 fn goes_on_with(stderr: std::io::PipeWriter) {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+    let mut program = crate::program::program();
     program.args(["bus", "--json", "--slcan", "0", "--socketcand", "0"]);
     program.stdout(Stdio::piped()).stderr(stderr);
     let shared = Shared::of(program.spawn().unwrap());

@@ -4,7 +4,6 @@
 mod refuted;
 
 use std::path::PathBuf;
-use std::process::Command;
 
 use crate::program::{assert_says, refusal, rotor_edge};
 use rotor_edge::sample;
@@ -288,7 +287,7 @@ fn a_reader_that_stops_reading_is_no_failure() {
     let case = Case::sample();
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+    let mut command = crate::program::program();
     let output = command.args(case.diagnose()).stdout(writer).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(!said.contains("panicked"), "{said}");

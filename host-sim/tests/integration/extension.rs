@@ -3,7 +3,7 @@
 #![cfg(unix)]
 
 use std::os::unix::fs::PermissionsExt as _;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use crate::program::rotor_edge;
 
@@ -49,11 +49,7 @@ fn script(folder: &tempfile::TempDir, name: &str, text: &str) {
 fn run(folder: &tempfile::TempDir, words: &[&str]) -> Output {
     let path = std::env::var_os("PATH").unwrap();
     let all = [folder.path().to_path_buf()].into_iter().chain(std::env::split_paths(&path));
-    Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
-        .args(words)
-        .env("PATH", std::env::join_paths(all).unwrap())
-        .output()
-        .unwrap()
+    crate::program::program().args(words).env("PATH", std::env::join_paths(all).unwrap()).output().unwrap()
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! `node --sealed`, `replay --external` and `watch --key` beside a forger: real programs in real time. A monitor that loses its
 //! power, and more forgeries, are in `simulated/forger.rs`.
 
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -27,7 +27,7 @@ fn replay_and_watch_with_a_key_take_no_forged_answer() {
     let _monitor = bench.node("slcan", &words);
     let mut forger = open(bench.bus.spec("slcan")).unwrap();
     let log = bench.text("heard.log");
-    let watch = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+    let watch = crate::program::program()
         .args(["watch", "--bus", bench.bus.spec("socketcand"), "--json", "--node", "1", "--key", &key])
         .args(["--record", &log])
         .stdin(Stdio::null())

@@ -6,6 +6,7 @@ mod bench;
 mod bus;
 mod check;
 mod cli;
+mod columns;
 mod compatibility;
 mod crowd;
 mod deploy;

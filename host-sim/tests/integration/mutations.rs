@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use std::fmt::Write;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Stdio};
+use std::process::{ExitStatus, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::thread::{available_parallelism, scope, sleep};
 use std::time::{Duration, Instant};
@@ -105,7 +105,7 @@ fn inputs(words: &str) -> impl Iterator<Item = &str> {
 
 /// How the program ended; `None` if it did not.
 fn run(words: &str, folder: &Path) -> Option<ExitStatus> {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+    let mut program = crate::program::program()
         .args(words.split(' '))
         .current_dir(folder)
         .stdin(Stdio::null())

@@ -102,7 +102,7 @@ fn acknowledged_commands_and_files_survive_power_cut() {
     let whole = std::fs::read(&key).unwrap();
     assert_eq!(std::fs::read(disk.cut().0.join("monitor.key")).unwrap(), whole, "the key");
 
-    let mut node = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+    let mut node = crate::program::program();
     node.args(["node", "--bus", bus.spec("slcan"), "--key", &key, "--state", &at("monitor.state")]);
     let mut running = Monitor(node.stdout(Stdio::piped()).spawn().unwrap());
     let mut line = String::new();

@@ -6,8 +6,18 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
+/// Columns in which every sentence is one line.
+const ONE_LINE: &str = "10000";
+
+/// The program, with every sentence on one line.
+pub fn program() -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+    program.env("COLUMNS", ONE_LINE);
+    program
+}
+
 pub fn rotor_edge(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rotor-edge")).args(arguments).stdin(Stdio::null()).output().unwrap()
+    program().args(arguments).stdin(Stdio::null()).output().unwrap()
 }
 
 /// The one sentence that it fails with.

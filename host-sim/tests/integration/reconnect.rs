@@ -2,7 +2,7 @@
 //! `simulated/outage.rs`.
 
 use std::io::{BufRead, BufReader, Read};
-use std::process::{Child, ChildStderr, Command, Stdio};
+use std::process::{Child, ChildStderr, Stdio};
 
 use crate::bench::Bench;
 use crate::program::{assert_says, json, one_sentence, rotor_edge};
@@ -19,7 +19,7 @@ struct Running {
 
 impl Running {
     fn start(arguments: &[&str]) -> Self {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+        let mut program = crate::program::program()
             .args(arguments)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())

@@ -4,7 +4,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::net::TcpStream;
-use std::process::{Child, ChildStderr, Command, Stdio};
+use std::process::{Child, ChildStderr, Stdio};
 use std::time::Duration;
 
 use nix::sys::signal::{Signal, kill};
@@ -29,7 +29,7 @@ pub struct Shared {
 
 impl Shared {
     pub fn start(more: &[&str]) -> Self {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+        let mut program = crate::program::program();
         program.args(["bus", "--json", "--slcan", "0", "--socketcand", "0"]).args(more);
         Self::of(program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap())
     }
@@ -38,7 +38,7 @@ impl Shared {
     pub fn restart(&mut self) {
         let port = |name: &str| self.opened[name].to_string();
         let (slcan, socketcand) = (port("slcan_port"), port("socketcand_port"));
-        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+        let mut program = crate::program::program();
         program.args(["bus", "--json", "--slcan", &slcan, "--socketcand", &socketcand]);
         *self = Self::of(program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap());
     }

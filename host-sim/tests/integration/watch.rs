@@ -101,7 +101,7 @@ fn watch_json_and_log_hold_every_message_of_monitor() {
     let (edge, deployment) = model();
     let (said, answers) = beside_a_monitor(&bus, edge.clone(), || {
         let mut host = bus.join("slcan");
-        let watch = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+        let watch = crate::program::program()
             .args(["watch", "--bus", bus.spec("socketcand"), "--json", "--record"])
             .arg(&log)
             .stdin(Stdio::null())

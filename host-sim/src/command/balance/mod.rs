@@ -18,6 +18,7 @@ use super::output::{self, Json};
 use super::startup::range;
 use crate::answers::balance::{AngleSense, BalanceAnswer, WayAnswer};
 use crate::render;
+use crate::terminal;
 
 /// Chance of a misfit from noise alone below which it is not noise.
 const CHANCE: f64 = 1e-3;
@@ -124,7 +125,7 @@ fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments, listener: Listener
     if arguments.form.json {
         return output::answer(&answer);
     }
-    print!("{}", render::balance::text(&answer));
+    terminal::print(&render::balance::text(&answer));
     Ok(None)
 }
 

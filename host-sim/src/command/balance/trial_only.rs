@@ -13,6 +13,7 @@ use super::Arguments;
 use crate::answers::balance::{AngleSense, TrialBalance};
 use crate::command::output::{self, Json};
 use crate::render;
+use crate::terminal;
 
 /// What the command line asks where there is no rotor's file.
 #[derive(Debug, Args)]
@@ -63,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     if arguments.form.json {
         return output::answer(&answer);
     }
-    print!("{}", render::trial_balance::text(&answer));
+    terminal::print(&render::trial_balance::text(&answer));
     Ok(None)
 }
 

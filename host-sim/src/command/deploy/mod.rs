@@ -17,6 +17,7 @@ use crate::bus::mac::AuthenticatedBus;
 use crate::deploy::trial::Candidate;
 use crate::deploy::{HEARTBEAT_TIME, ended, ended_json};
 use crate::edge::{Deployment, encoded};
+use crate::say;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -90,20 +91,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return output::json(&told);
     }
     if answer.detail != Detail::Unchanged {
-        println!(
+        say!(
             "Monitor {node} runs the model of {} ({} bytes, checksum {:08x}) from its next reading on.",
             arguments.rotor.display(),
             bytes.len(),
             answer.model_checksum
         );
     }
-    println!("Its readings have {}.", redundancy.words());
+    say!("Its readings have {}.", redundancy.words());
     if let Some(ended) = ended(node, answer.detail) {
-        println!("{ended}");
+        say!("{ended}");
     }
     if !left_out.is_empty() {
-        println!("Left out, as a controller knows no run: {}", left_out.join(", "));
+        say!("Left out, as a controller knows no run: {}", left_out.join(", "));
     }
-    println!("Next: watch the residual fall\n  rotor-edge watch --bus {}", arguments.monitor.bus);
+    say!("Next: watch the residual fall\n  rotor-edge watch --bus {}", arguments.monitor.bus);
     Ok(())
 }

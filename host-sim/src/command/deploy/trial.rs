@@ -9,6 +9,7 @@ use crate::bus::CanBus;
 use crate::command::output;
 use crate::deploy::Authority;
 use crate::deploy::trial::{Candidate, run};
+use crate::say;
 
 /// Tries a model, and prints how the trial ended.
 pub fn try_out(
@@ -32,7 +33,7 @@ pub fn try_out(
     }
     let sentence = result.sentence(arguments.rotor.display())?;
     if !arguments.json {
-        println!("{sentence}");
+        say!("{sentence}");
     }
     Ok(())
 }

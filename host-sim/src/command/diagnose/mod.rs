@@ -13,6 +13,8 @@ use super::output::{self, Json};
 use crate::answers::diagnose::{CandidateAnswer, DiagnosisAnswer};
 use crate::command::shell;
 use crate::render;
+use crate::say;
+use crate::terminal;
 use fitted::Fitted;
 
 #[derive(Debug, Args)]
@@ -43,9 +45,9 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if arguments.form.json {
         return output::answer_in_order(&answer);
     }
-    print!("{}", render::diagnose::text(&answer, arguments.top));
+    terminal::print(&render::diagnose::text(&answer, arguments.top));
     let (words, command) = next(arguments, &found);
-    println!("\nNext: {words}{}", command.map_or(String::new(), |command| format!("\n  {command}")));
+    say!("\nNext: {words}{}", command.map_or(String::new(), |command| format!("\n  {command}")));
     Ok(None)
 }
 

@@ -18,6 +18,7 @@ use crate::answers::extract::ExtractionAnswer;
 use crate::ingest::waveform::settings::Settings;
 use crate::ingest::waveform::{ExtraOutputs, ExtractedFile, extract};
 use crate::render;
+use crate::terminal;
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -68,7 +69,7 @@ pub fn run(arguments: &Arguments, forced: bool, listener: Listener) -> Result<Js
     if arguments.form.json {
         return output::answer(&answer);
     }
-    print!("{}", render::extract::text(&answer, settings));
+    terminal::print(&render::extract::text(&answer, settings));
     Ok(None)
 }
 

@@ -27,6 +27,8 @@ use crate::replay::fit::ModelFit;
 use crate::replay::timing::age_limit_s;
 use crate::replay::{ReplayConfig, day, flags};
 use crate::sample;
+use crate::say;
+use crate::terminal;
 use better::{Better, trends};
 use bus::Over;
 
@@ -213,9 +215,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         answer.answers = arguments.answers.then(|| answers(&record, &played));
         output::json(&answer)?;
     } else {
-        print!("{}", render::replay::text(&answer));
-        println!("\nThe whole replay took {:.2} s.", begun.elapsed().as_secs_f64());
-        println!("Next: {}", next(arguments, &answer));
+        terminal::print(&render::replay::text(&answer));
+        say!("\nThe whole replay took {:.2} s.", begun.elapsed().as_secs_f64());
+        say!("Next: {}", next(arguments, &answer));
     }
     agreement.verdict()
 }
@@ -236,7 +238,7 @@ fn next(arguments: &Arguments, answer: &ReplayAnswer) -> String {
         ),
         (Some(_), ..) if arguments.better.is_some() => "look at it, with --report replay.html.".into(),
         (Some(_), ..) => {
-            "learn which physical effect is missing, from the run-up that was recorded the day after,\n\
+            "learn which physical effect is missing, from the run-up that was recorded the day after, \
                           and see the controller's residual fall\n  \
                           cargo run --release -- improve host-sim/sample/turbine/rotor.toml \
                           host-sim/sample/turbine/runup-day126.csv -o better.toml\n  \

@@ -21,6 +21,8 @@ use crate::command::shell;
 use crate::ingest::calendar::Moment;
 use crate::ingest::dates::{Dates, moment};
 use crate::render;
+use crate::say;
+use crate::terminal;
 
 /// A bound on growth that is wider than this in a day is none.
 const LARGEST_GROWTH: f64 = 100.0;
@@ -202,16 +204,14 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     if arguments.form.json {
         return output::answer(&answer);
     }
-    print!("{}", render::track::text(&rotor.name, &answer, dates));
-    println!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
+    terminal::print(&render::track::text(&rotor.name, &answer, dates));
+    say!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
     match &arguments.csv {
-        Some(path) => println!("Next: rotor-edge forecast {}", shell::path(path)),
-        None => println!("Next: the same with --csv TRACK.csv, for `rotor-edge forecast`."),
+        Some(path) => say!("Next: rotor-edge forecast {}", shell::path(path)),
+        None => say!("Next: the same with --csv TRACK.csv, for `rotor-edge forecast`."),
     }
     if followed.undiagnosed_since_d.is_some() {
-        println!(
-            "      and with --method joint --later-runup RUNUP.csv, once there is a run-up since the event."
-        );
+        say!("Once there is a run-up since the event, the same with --method joint --later-runup RUNUP.csv.");
     }
     Ok(None)
 }

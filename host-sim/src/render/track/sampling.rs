@@ -1,10 +1,9 @@
 //! What is said of the samples of `bayes`: how good they are, day by day, and where those of the last day lie.
 
-use std::fmt::Write as _;
-
 use crate::answers::track::{QualityAnswer, SamplingAnswer};
 use crate::answers::track_curves::PosteriorSamples;
 use crate::render::bars::{Bar, bars};
+use crate::render::text::table;
 use crate::render::trend::{Trend, trend};
 use crate::render::{Figure, PageTable, Section, identifier};
 use crate::scale::three_digits;
@@ -41,24 +40,25 @@ fn met(sampling: &SamplingAnswer) -> String {
     }
 }
 
+const COLUMNS: [&str; 5] = ["sampler", "accepted", "R-hat", "effective samples, bulk", "tails"];
+
+fn rows(sampling: &SamplingAnswer) -> Vec<Vec<String>> {
+    let row = |(what, q): (String, &QualityAnswer)| {
+        vec![
+            what,
+            format!("{:.1} %", 100.0 * q.acceptance),
+            format!("{:.3}", q.r_hat),
+            format!("{:.0}", q.effective_samples),
+            format!("{:.0}", q.effective_samples_tail),
+        ]
+    };
+    lines(sampling).into_iter().map(row).collect()
+}
+
 pub fn text(sampling: &SamplingAnswer) -> String {
     let mut text =
         format!("\nSampling, {} chains of {} proposals a day\n", sampling.chains, sampling.proposals);
-    let _ = writeln!(
-        text,
-        "  {:<42} {:>8} {:>7}   effective samples: bulk, tails",
-        "sampler", "accepted", "R-hat"
-    );
-    for (what, q) in lines(sampling) {
-        let _ = writeln!(
-            text,
-            "  {what:<42} {:>6.1} % {:>7.3}   {:>23.0} {:>6.0}",
-            100.0 * q.acceptance,
-            q.r_hat,
-            q.effective_samples,
-            q.effective_samples_tail
-        );
-    }
+    text += &table(&COLUMNS, &rows(sampling));
     text + &format!("  {}\n", met(sampling))
 }
 
@@ -121,16 +121,6 @@ fn histogram(samples: &PosteriorSamples) -> Figure {
 }
 
 pub fn section(answer: &SamplingAnswer, posterior: &[PosteriorSamples]) -> Section {
-    let row = |(what, q): (String, &QualityAnswer)| {
-        vec![
-            what,
-            format!("{:.1} %", 100.0 * q.acceptance),
-            format!("{:.3}", q.r_hat),
-            format!("{:.0}", q.effective_samples),
-            format!("{:.0}", q.effective_samples_tail),
-        ]
-    };
-    let columns = ["sampler", "accepted", "R-hat", "effective samples, bulk", "tails"];
     Section {
         heading: "Sampling".into(),
         paragraphs: vec![format!(
@@ -141,8 +131,8 @@ pub fn section(answer: &SamplingAnswer, posterior: &[PosteriorSamples]) -> Secti
         )],
         tables: vec![PageTable {
             caption: "Quality of the samples".into(),
-            columns: columns.map(String::from).to_vec(),
-            rows: lines(answer).into_iter().map(row).collect(),
+            columns: COLUMNS.map(String::from).to_vec(),
+            rows: rows(answer),
         }],
         figures: over_days(answer).into_iter().chain(posterior.iter().map(histogram)).collect(),
     }

@@ -4,7 +4,7 @@ use std::fs::Permissions;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::process::{Child, ChildStdout, Output, Stdio};
 
 use nix::sys::signal::Signal;
 use serde_json::{Value, json as object};
@@ -35,7 +35,7 @@ impl Restarted {
         write_secret(&key, KEY);
         std::fs::copy(kept(state), &copy).unwrap();
         let bus = Shared::start(&[]);
-        let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+        let mut program = crate::program::program()
             .args(["node", "--bus", bus.spec("slcan"), "--key"])
             .arg(key)
             .arg("--state")

@@ -106,6 +106,7 @@ fn run(folder: &Path, arguments: &[String]) -> Run {
         .args(arguments)
         .current_dir(folder)
         .env("TZ", "UTC")
+        .env_remove("COLUMNS")
         .stdin(Stdio::null())
         .output()
         .unwrap();

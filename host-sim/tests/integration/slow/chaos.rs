@@ -3,7 +3,7 @@
 //! ten minutes.
 
 use std::io::Write;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -18,7 +18,7 @@ use serde_json::Value;
 const ROUNDS: u64 = 8;
 
 fn start(arguments: &[&str]) -> Child {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"));
+    let mut program = crate::program::program();
     program
         .args(arguments)
         .stdin(Stdio::null())
