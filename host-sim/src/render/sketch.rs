@@ -9,6 +9,8 @@ const WIDTH_PX: f64 = 400.0;
 const TEXT_PX: f64 = 12.5;
 const SIDE_PX: f64 = 14.0;
 const ROW_PX: f64 = 17.0;
+/// Least distance of a name from the side of the drawing.
+const NAME_MARGIN_PX: f64 = 2.0;
 /// Highest that the machine is drawn; one with large disks is drawn smaller.
 const TALLEST_PX: f64 = 220.0;
 /// A disk of no width is still seen.
@@ -45,13 +47,18 @@ struct Name {
     text: String,
     is_main: bool,
     row: usize,
+    width_px: f64,
 }
 
 impl Name {
+    /// A name that is wider than the drawing is pressed into its width.
     fn written(&self, y_px: f64) -> Markup {
         let class = self.is_main.then_some("main");
+        let widest_px = WIDTH_PX - 2.0 * NAME_MARGIN_PX;
+        let pressed = (self.width_px > widest_px).then_some(widest_px);
         html! {
-            text class=[class] x=(place(self.at_px)) y=(place(y_px)) text-anchor="middle" dominant-baseline="central" {
+            text class=[class] x=(place(self.at_px)) y=(place(y_px)) text-anchor="middle" dominant-baseline="central"
+                textLength=[pressed] lengthAdjust=[pressed.map(|_| "spacingAndGlyphs")] {
                 (self.text)
             }
         }
@@ -77,14 +84,16 @@ fn rows(names: &[(f64, String, bool)]) -> Vec<Name> {
     let mut ends: Vec<f64> = Vec::new();
     let mut placed = Vec::new();
     for (at, text, is_main) in sorted {
-        let half = 0.5 * text_width_px(&text) * if is_main { 1.1 } else { 1.0 };
-        let at_px = at.clamp(half.min(0.5 * WIDTH_PX) + 2.0, (WIDTH_PX - half - 2.0).max(0.5 * WIDTH_PX));
+        let width_px = text_width_px(&text) * if is_main { 1.1 } else { 1.0 };
+        let half = 0.5 * width_px;
+        let margin = (half + NAME_MARGIN_PX).min(0.5 * WIDTH_PX);
+        let at_px = at.clamp(margin, WIDTH_PX - margin);
         let row = ends.iter().position(|end| at_px - half > end + 4.0).unwrap_or(ends.len());
         if row == ends.len() {
             ends.push(0.0);
         }
         ends[row] = at_px + half;
-        placed.push(Name { at_px, text, is_main, row });
+        placed.push(Name { at_px, text, is_main, row, width_px });
     }
     placed
 }
@@ -243,6 +252,17 @@ mod tests {
         };
         let [r, w] = disk_size_m(&d);
         assert!((r - radius).abs() < 1e-12 && (w - width).abs() < 1e-12);
+    }
+
+    #[test]
+    fn name_wider_than_the_drawing_is_pressed_into_it() {
+        for (letters, is_main) in [(38, false), (40, false), (40, true), (500, true)] {
+            let placed = rows(&[(20.0, "W".repeat(letters), is_main)]);
+            assert_eq!(placed[0].at_px, 0.5 * WIDTH_PX, "{letters}");
+            assert!(placed[0].written(0.0).into_string().contains("textLength=\"396\""), "{letters}");
+        }
+        let short = rows(&[(20.0, "W".repeat(4), false)]);
+        assert!(!short[0].written(0.0).into_string().contains("textLength"));
     }
 
     #[test]
