@@ -81,6 +81,7 @@ mod decomposition;
 pub mod diagnose;
 pub mod effects;
 mod error;
+mod file_kind;
 mod fit;
 pub mod forecast;
 pub mod grade;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::reading::{Reading, phasor_m};
 use crate::error::Error;
+use crate::file_kind;
 use crate::machine::drawing::{Rotor, UnusedProbe};
 
 /// No proximity probe measures more than this, µm; a larger number is a wrong unit.
@@ -61,9 +62,13 @@ impl Columns {
         owner: &str,
     ) -> Result<Self, Error> {
         let place = |name: &str| headers.iter().position(|h| h.trim() == name);
+        let is_export = place("speed_rpm").is_none()
+            || !headers.iter().any(|h| h.trim().ends_with(&format!("_cos_{unit}")));
         let need = |name: &str| {
             place(name).ok_or_else(|| {
-                Error::measurement(file, "header", format!("the column {name} of {owner} is missing"))
+                let advice = if is_export { IMPORT } else { "" };
+                let what = format!("the column {name} of {owner} is missing{}{advice}", separator(headers));
+                Error::measurement(file, "header", what)
             })
         };
         let speed_rpm = need("speed_rpm")?;
@@ -93,6 +98,17 @@ impl Columns {
     }
 }
 
+/// What to do with a table of another system.
+const IMPORT: &str = "; `rotor-edge import` converts exports of other systems";
+
+/// Says that a header with one cell has another separator.
+fn separator(headers: &csv::StringRecord) -> String {
+    let only = headers.get(0).filter(|_| headers.len() == 1);
+    let other =
+        only.and_then(|cell| [(';', "`;`"), ('\t', "tabs")].into_iter().find(|(c, _)| cell.contains(*c)));
+    other.map_or_else(String::new, |(_, name)| format!(" and cells are separated by {name}, expected commas"))
+}
+
 /// Names of the probes that a header has, and the one unit of all of them.
 fn probes_of(file: &str, headers: &csv::StringRecord) -> Result<(Vec<String>, String), Error> {
     let (mut names, mut unit) = (Vec::new(), None::<String>);
@@ -109,7 +125,10 @@ fn probes_of(file: &str, headers: &csv::StringRecord) -> Result<(Vec<String>, St
         unit = Some(of_column.to_string());
     }
     let unit = unit.ok_or_else(|| {
-        let what = "no column is named <probe>_cos_<unit>, expected <probe>_cos_um and <probe>_sin_um for each probe";
+        let what = format!(
+            "no column is named <probe>_cos_<unit>{}, expected <probe>_cos_um and <probe>_sin_um for each probe{IMPORT}",
+            separator(headers)
+        );
         Error::measurement(file, "header", what)
     })?;
     Ok((names, unit))
@@ -168,6 +187,11 @@ fn every_row(
     columns: impl FnOnce(&csv::StringRecord) -> Result<Columns, Error>,
     known: impl Fn(&str) -> Result<(), String>,
 ) -> Result<Vec<Reading>, Error> {
+    if file_kind::is_toml(text) {
+        let what = "this looks like a rotor file (TOML), expected measurements (CSV); give the rotor file first and the \
+                    measurements after it";
+        return Err(Error::measurement(file, "text", what));
+    }
     let (comments, text) = after_comments(text);
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let headers = reader.headers().map_err(|e| Error::measurement(file, "header", e.to_string()))?.clone();

@@ -14,6 +14,7 @@ use serde::Deserialize;
 use toml::de::DeTable;
 
 use crate::error::Error;
+use crate::file_kind;
 use crate::machine::drawing::Rotor;
 use crate::whole_file;
 pub(crate) use validation::SCHEMA;
@@ -81,6 +82,11 @@ fn from_toml(file: &str, text: &str, folder: Option<&Path>) -> Result<Rotor, Err
         Error::rotor(file, place, what.lines().next().unwrap_or("cannot be parsed"))
     };
     let refused = |e: toml::de::Error| at(e.span(), e.message());
+    if file_kind::is_table(text) {
+        let what = "this is the header of a table, expected a rotor file (TOML); give the rotor file first and the \
+                    measurements after it";
+        return Err(Error::rotor(file, "text", what));
+    }
     let mut root = DeTable::parse(text).map_err(refused)?;
     let materials = materials::resolve(root.get_mut()).map_err(|(span, what)| at(Some(span), &what))?;
     check_materials(file, &materials)?;

@@ -18,6 +18,7 @@ mod extract;
 mod golden;
 mod import;
 mod mac;
+mod mistaken_files;
 mod mutations;
 mod power;
 mod program;
