@@ -256,7 +256,11 @@ impl NormalEquations {
             let planes = (0..size.len()).filter(|j| least[*j].norm() > 0.3).map(name).collect();
             return Err(Error::DifferenceBelowNoise { planes });
         }
-        self.matrix.clone().try_inverse().ok_or_else(|| Error::Unsuitable("no plane moves any probe".into()))
+        self.matrix.clone().try_inverse().ok_or_else(|| {
+            Error::Unsuitable(
+                "weights in the correction planes change no probe's reading; choose other planes".into(),
+            )
+        })
     }
 }
 

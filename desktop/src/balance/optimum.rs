@@ -44,8 +44,11 @@ pub(super) fn best(
         Criterion::MinMax => least_largest(per_weight, before, limits),
         Criterion::LeastSquares => {
             let inverse = equations.matrix.clone().try_inverse();
-            let free = -(inverse.ok_or_else(|| Error::Unsuitable("the planes act alike".into()))?
-                * &equations.right);
+            let free = -(inverse.ok_or_else(|| {
+                Error::Unsuitable(
+                    "the correction planes have the same effect on every probe; choose fewer planes".into(),
+                )
+            })? * &equations.right);
             match free.iter().zip(limits).all(|(w, limit)| w.norm() <= *limit) {
                 true => Ok(free),
                 false => least_squares_within(equations, limits),
@@ -133,7 +136,9 @@ fn scales(effects: impl Iterator<Item = f64>) -> Result<Vec<f64>, Error> {
     let all: Vec<f64> = effects.map(|effect| 1.0 / effect).collect();
     match all.iter().all(|s| s.is_finite()) {
         true => Ok(all),
-        false => Err(Error::Unsuitable("a correction plane moves no probe".into())),
+        false => Err(Error::Unsuitable(
+            "a weight in one correction plane changes no probe's reading; choose other planes".into(),
+        )),
     }
 }
 

@@ -93,8 +93,8 @@ impl PhaseSense {
         };
         let percent = |squares: f64| 100.0 * (squares / sum.squares).sqrt();
         Err(Error::ReversedPhases(format!(
-            "the phases of {whose} are reversed, lag entered as lead: as stated the runs miss each other by {:.1} % of the vibration, \
-             turned round by {:.1} %; change the sign of the _sin_ columns, or check the direction of rotation",
+            "the phases of {whose} are reversed, lag entered as lead: the runs differ by {:.1} % of the vibration as stated, and by \
+             {:.1} % with reversed phases; change the sign of the _sin_ columns, or check the direction of rotation",
             percent(sum.stated),
             percent(sum.turned)
         )))

@@ -87,7 +87,9 @@ impl System {
             .cholesky()
             .and_then(|factor| factor.l().solve_lower_triangular(&basis.transpose()))
             .ok_or_else(|| {
-            Error::Unsuitable("the effects leave the shaft with a negative mass".into())
+            Error::Unsuitable(
+                "the effects make the mass of the shaft negative; check disk_mass and its sign".into(),
+            )
         })?;
         let shapes = unit.transpose();
         let model = full.projected(&shapes);

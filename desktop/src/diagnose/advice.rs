@@ -44,7 +44,7 @@ pub fn another_kind(base: &BaseModel) -> String {
     format!(
         "Nothing that was tried up to {:.0} rpm tells the rivals apart: no run-up, slow roll, trial weight in a plane or pair of \
          probes at a disk. It takes another kind of measurement: a trial weight where there is no plane, a probe elsewhere \
-         on the shaft or on a pedestal, the phase reference checked with a strobe{further}.",
+         on the shaft or on a pedestal, the keyphasor checked with a strobe{further}.",
         reach_rpm(base)
     )
 }

@@ -110,7 +110,11 @@ impl UnknownCauseFit {
             .map(|i| fitter.with_unknown(hypothesis, fit, drawing, &assumptions[*i]))
             .collect();
         let best = fits?.into_iter().min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
-        let best = best.ok_or_else(|| Error::Unsuitable("the shaft has no place for a force".into()))?;
+        let best = best.ok_or_else(|| {
+            Error::Unsuitable(
+                "the shaft has no place for a force, expected at least one bearing, disk or plane".into(),
+            )
+        })?;
         // its size is the one real number that was chosen for it; its freedom is paid for in its cost
         let price = fitter.sizes.price_of_one(best.determined);
         let averaged = 2.0 * (total / assumptions.len() as f64).ln();

@@ -12,10 +12,10 @@ pub enum FilmError {
         expected: String,
     },
     /// Load, clearance, viscosity or speed is zero, negative or not finite.
-    #[error("oil film: a {quantity} of {value} {unit} is not positive")]
+    #[error("oil film: {quantity} is {value} {unit}, expected a positive number")]
     NotPositive { quantity: &'static str, value: f64, unit: &'static str },
     /// The table was solved for another shape of bearing.
-    #[error("oil film: the table is of another shape of bearing")]
+    #[error("oil film: the table was solved for another bearing geometry, expected a table of this one")]
     OtherShape,
     /// The search for the journal's place failed.
     #[error(

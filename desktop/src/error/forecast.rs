@@ -10,16 +10,13 @@ pub enum ForecastError {
     )]
     ShortTrack { days: usize, first: usize },
     /// Every day of the track has the same value.
-    #[error(
-        "{series} does not change at all from day to day, so there is nothing to forecast; expected estimates of a machine \
-         that runs"
-    )]
+    #[error("{series} is the same on every day, expected estimates of a running machine")]
     ConstantTrack { series: String },
     /// All values that a model is fitted to are the same.
-    #[error("the series does not change at all, so there is nothing to {purpose}")]
+    #[error("the series is constant, so there is nothing to {purpose}")]
     ConstantSeries { purpose: &'static str },
     /// The track has no filter state to start from.
-    #[error("the track does not hold the state of a filter, expected one of `track --method joint --csv`")]
+    #[error("the track has no filter state, expected a track of `track --method joint --csv`")]
     NoFilterState,
     /// The order of an ARIMA model is larger than the implementation takes.
     #[error("ARIMA({p},{d},{q}): p and q up to {largest} and d up to {most_differences} are supported")]
@@ -31,6 +28,6 @@ pub enum ForecastError {
     #[error("no ARIMA order up to (4,1,4) fits {values} values")]
     NoArimaOrder { values: usize },
     /// There are fewer days than a recurrent network learns from.
-    #[error("an LSTM needs at least {needed} days to learn from, there are {days}")]
+    #[error("the track has {days} days, an LSTM needs at least {needed} days")]
     ShortForLstm { needed: usize, days: usize },
 }

@@ -46,7 +46,9 @@ pub enum Error {
     #[error("{0}")]
     ReversedPhases(String),
     /// The covariance of what differs between runs cannot be inverted.
-    #[error("the scatter of the runs is singular: a probe shows the same in every run")]
+    #[error(
+        "the covariance between runs is singular: a probe has the same reading in every run, expected readings that scatter"
+    )]
     SingularScatter,
     /// A correction plane was named that does not exist.
     #[error("there is no plane \"{plane}\", expected one of {}", quoted(.known).join(", "))]
@@ -62,12 +64,13 @@ pub enum Error {
     NoReadingInRange { from_rpm: f64, to_rpm: f64 },
     /// No run has a trial weight in a correction plane.
     #[error(
-        "no run has a trial weight in plane \"{plane}\", so its influence is not known; measure a run with one and state it"
+        "no run has a trial weight in plane \"{plane}\", so its influence coefficients are unknown; measure such a run and \
+         state its weight"
     )]
     NoTrialWeight { plane: String },
     /// Trial weights of the runs are linearly dependent.
     #[error(
-        "the trial weights do not tell the planes apart: {} need {} runs with independent trial weights at one speed, as one \
+        "the trial weights are linearly dependent: {} need {} runs with independent trial weights at one speed, such as one \
          run without weights and one with a weight in each plane",
         counted_planes(*.planes),
         .planes + 1
@@ -82,23 +85,23 @@ pub enum Error {
     )]
     TooFewRuns { planes: usize, slowest_rpm: f64, fastest_rpm: f64, advice: String },
     /// No weight in a correction plane changes the vibration.
-    #[error("no weight in plane \"{plane}\" moves any probe")]
+    #[error("a weight in plane \"{plane}\" changes no probe's reading; remove the plane, or add a probe")]
     PlaneWithoutEffect { plane: String },
     /// Influences of the correction planes are linearly dependent.
     #[error(
-        "the correction planes act alike on every probe at these speeds; choose fewer planes, or more speeds"
+        "the correction planes have the same effect on every probe at these speeds; choose fewer planes, or more speeds"
     )]
     PlanesActAlike,
     /// The effect of a trial weight is no larger than the noise.
     #[error(
-        "the noise hides what the trial weight in plane \"{plane}\" does; repeat with a larger trial weight, or with more \
-         readings"
+        "the effect of the trial weight in plane \"{plane}\" is below the noise; repeat with a larger trial weight, or with \
+         more readings"
     )]
     EffectBelowNoise { plane: String },
     /// Influences of these correction planes differ by no more than the noise.
     #[error(
-        "the noise hides in what the planes {} differ; repeat with larger trial weights or more readings, or choose fewer \
-         planes",
+        "the difference between the planes {} is below the noise; repeat with larger trial weights or more readings, or \
+         choose fewer planes",
         quoted(.planes).join(" and ")
     )]
     DifferenceBelowNoise { planes: Vec<String> },
@@ -106,7 +109,7 @@ pub enum Error {
     #[error("the measurement is in {measured} and the coefficients are in {kept}, expected one unit")]
     UnitMismatch { measured: String, kept: String },
     /// The base run that was named was not measured.
-    #[error("the data have no run \"{run}\" to be the base run")]
+    #[error("the data have no run \"{run}\", expected the name of the base run")]
     UnknownBaseRun { run: String },
     /// The base run that was named has weights.
     #[error("the base run \"{run}\" has weights in the rotor's file, expected a run without")]
@@ -115,32 +118,34 @@ pub enum Error {
     #[error("several runs are without weights ({}); name the base run with --base", .runs.join(", "))]
     AmbiguousBaseRun { runs: Vec<String> },
     /// A probe has no reading.
-    #[error("probe {probe} has no reading at all; leave it out of the rotor")]
+    #[error("probe {probe} has no reading; state used = false for it in the rotor's file")]
     SilentProbe { probe: String },
     /// A probe shows one value at every speed.
     #[error(
-        "probe {probe} shows the same value at every speed: it is stuck or dead, leave it out of the rotor"
+        "probe {probe} has the same reading at every speed: it is stuck or dead; state used = false for it in the rotor's file"
     )]
     StuckProbe { probe: String },
     /// A probe shows its largest value in several readings.
-    #[error("probe {probe} shows {level_um:.2} µm in {readings} readings and never more: it is clipped")]
+    #[error(
+        "probe {probe} has its largest reading, {level_um:.2} µm, {readings} times: it is clipped; leave those cells empty"
+    )]
     ClippedProbe { probe: String, level_um: f64, readings: usize },
     /// There are more readings than a fit takes.
     #[error(
-        "{number} readings, and a fit takes {most} at most: give one in {} of them, for readings of one run at one speed say \
-         the same",
+        "the data have {number} readings, a fit accepts at most {most}; keep one in {}, as readings of one run at one speed \
+         are alike",
         .number.div_ceil(*.most)
     )]
     TooManyReadings { number: usize, most: usize },
     /// There are no more values than unknowns.
     #[error(
-        "{values} measured numbers for {unknowns} unknowns of bearings and planes: any model would fit; measure at more speeds"
+        "{values} measured values cannot determine {unknowns} unknowns of bearings and planes; measure at more speeds"
     )]
     TooFewValues { values: usize, unknowns: usize },
     /// No fit of the model comes near the data.
     #[error(
-        "these look like the data of another machine: with bearings and unbalance free the model of \"{rotor}\" still misses \
-         {:.0} % of the vibration",
+        "the data look like those of another machine: with the best bearings and unbalance, the model of \"{rotor}\" still \
+         misses {:.0} % of the vibration; check both files",
         .relative_error * 100.0
     )]
     AnotherMachine { rotor: String, relative_error: f64 },
@@ -160,7 +165,9 @@ pub enum Error {
         tried: &'static str,
     },
     /// The iteration of amplitude and stiffness of nonlinear supports does not converge.
-    #[error("the amplitude at the supports does not settle at {speed_rpm:.0} rpm")]
+    #[error(
+        "the iteration for the amplitude at the supports does not converge at {speed_rpm:.0} rpm; check the nonlinear supports"
+    )]
     AmplitudeNotSettled { speed_rpm: f64 },
     /// The iteration for the damped modes does not converge.
     #[error("the modes at {speed_rpm:.0} rpm do not converge")]
@@ -172,7 +179,7 @@ pub enum Error {
     #[error("{given} elevations given for {bearings} bearings")]
     Elevations { given: usize, bearings: usize },
     /// The height of a bearing is infinite or not a number.
-    #[error("an elevation of {elevation_m} m is not a number to calculate with")]
+    #[error("an elevation is {elevation_m} m, expected a finite number")]
     ElevationNotFinite { elevation_m: f64 },
     /// Two bearings are at one place.
     #[error("bearings \"{}\" and \"{}\" are at the same place", .bearings[0], .bearings[1])]

@@ -10,7 +10,7 @@ pub enum StartupError {
     #[error("the two-degree model of a start-up needs two bearings, {given} are given")]
     Bearings { given: usize },
     /// The mass of the disk is zero and none is given.
-    #[error("disk \"{disk}\" has no mass_kg, which the model needs")]
+    #[error("disk \"{disk}\" has no mass_kg, expected the mass for the two-degree model")]
     NoMass { disk: String },
     /// The shaft does not bend at the disk.
     #[error(

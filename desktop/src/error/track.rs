@@ -4,64 +4,58 @@
 #[non_exhaustive]
 pub enum TrackError {
     /// The rotor has not exactly two bearings.
-    #[error("a record is followed on two bearings, {given} are given; compare and diagnose take any number")]
+    #[error(
+        "`track` needs exactly two bearings, the rotor has {given}; `compare` and `diagnose` accept any number"
+    )]
     Bearings { given: usize },
     /// A bearing's coefficients depend on speed, load or amplitude, or are learned.
     #[error(
-        "a record is followed on bearings with constant coefficients; state those of \"{bearing}\" at the record's speed as \
-         stiffness_n_m and damping_n_s_m"
+        "`track` needs constant bearing coefficients; state those of \"{bearing}\" at the record's speed as stiffness_n_m and \
+         damping_n_s_m"
     )]
     VaryingBearing { bearing: String },
     /// The file has a foundation.
     #[error(
-        "a record is followed on rigid ground or pedestals; the file has a [foundation]; compare and diagnose take it"
+        "`track` needs bearings on rigid ground or pedestals, and the file has a [foundation]; use `compare` or `diagnose`"
     )]
     Foundation,
     /// A probe moves with its housing.
-    #[error(
-        "a record is followed by probes on the ground; probe \"{probe}\" is mounted on a housing that moves"
-    )]
+    #[error("`track` needs probes on the ground, and probe \"{probe}\" is mounted on a housing that moves")]
     MovingProbe { probe: String },
     /// The rotor has an effect that depends on the amplitude.
-    #[error("tracking takes supports as linear, and the rotor has {effect}; leave it out")]
+    #[error("`track` needs linear supports, and the rotor has {effect}; remove it from the rotor's file")]
     NonlinearEffect { effect: String },
     /// The file says that planes are identified and a plane has no unbalance.
     #[error("plane {plane} has no unbalance_g_mm; `identify` writes it")]
     PlaneNotIdentified { plane: String },
     /// A weight of a run is in no plane.
-    #[error(
-        "run \"{run}\" has a weight at {position_m} m, where no plane is; a record is followed with weights in planes"
-    )]
+    #[error("run \"{run}\" has a weight at {position_m} m, expected weights at the positions of [[plane]]")]
     WeightOutsidePlanes { run: String, position_m: f64 },
     /// Too few readings have all probes.
-    #[error("the record has {complete} complete readings, tracking needs at least {needed}")]
+    #[error("the record has {complete} complete readings, `track` needs at least {needed}")]
     TooFewReadings { complete: usize, needed: usize },
     /// The residual of the first days is larger than that of bearings in their usual range.
     #[error(
-        "no bearings explain the first days: a residual of {:.0} % of the features, where bearings that wander leave up to \
-         {:.0} %; expected a record (and a run-up) that begins before the event, of the machine that the rotor's file describes",
+        "no bearings explain the first days: the residual is {:.0} % of the features, at most {:.0} % is normal; expected a \
+         record (and a run-up) of this rotor that begins before the event",
         100.0 * .residual_ratio,
         100.0 * .limit
     )]
     FirstDaysUnexplained { residual_ratio: f64, limit: f64 },
     /// The unbalance that fits the noise alone is too large beside that which explains the reading.
     #[error(
-        "one reading cannot tell the unbalance of planes {} apart: noise alone looks like up to {noise_g_mm:.0} g·mm, where \
-         {explains_g_mm:.0} g·mm explain the reading; keep the planes in which the machine is balanced, or follow readings that \
-         stand further out of the noise",
+        "one reading cannot separate the unbalance of planes {}: noise alone looks like up to {noise_g_mm:.0} g·mm, the whole \
+         reading like {explains_g_mm:.0} g·mm; keep the balancing planes alone, or follow readings with less noise",
         .planes.join(", ")
     )]
     PlanesInNoise { planes: Vec<String>, noise_g_mm: f64, explains_g_mm: f64 },
     /// There are more planes than probes.
     #[error(
-        "one reading cannot tell the unbalance of planes {} apart: there are {probes} probes; keep the planes in which the \
-         machine is balanced, or follow readings that stand further out of the noise",
+        "one reading of {probes} probes cannot separate the unbalance of planes {}; keep the balancing planes alone",
         .planes.join(", ")
     )]
     MorePlanesThanProbes { planes: Vec<String>, probes: usize },
     /// A later run-up shows the machine as it was at first.
-    #[error(
-        "nothing changed before the later run-up of day {time_d}: expected one that was taken after an event"
-    )]
+    #[error("the later run-up of day {time_d} shows no change, expected a run-up after an event")]
     NoEventBefore { time_d: f64 },
 }

@@ -176,7 +176,9 @@ impl Arima {
             Some(near) => likelihood.descend(near.free(), [0.05, 60.0]),
             None => likelihood.search(),
         };
-        let (_, free) = best.ok_or_else(|| Error::Unsuitable("the likelihood has no maximum".into()))?;
+        let (_, free) = best.ok_or_else(|| {
+            Error::Unsuitable("ARIMA: the likelihood has no maximum; choose another --order".into())
+        })?;
         let mut fitted = Self::from_free(order, &free);
         fitted.variance = fitted.filter(&values).squares / values.len() as f64;
         fitted.centre = centre;

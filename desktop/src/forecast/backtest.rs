@@ -251,7 +251,7 @@ pub fn backtest(
         pending.push((end, 0, ahead.clone()));
         last = Some(ahead);
     }
-    let mut ahead = last.ok_or_else(|| Error::Unsuitable("there is nothing to forecast from".into()))?;
+    let mut ahead = last.ok_or_else(|| Error::Unsuitable("the track has no day to forecast from".into()))?;
     ahead.mean.truncate(days_ahead);
     ahead.sd.truncate(days_ahead);
     Ok((compared.iter().map(|c| Score::of(c)).collect(), ahead))

@@ -82,11 +82,11 @@ pub fn less_runout(
     let wrong = |what: String| Error::measurement(file, "slow roll", what);
     let fastest_rpm = |all: &[Reading]| all.iter().map(|r| r.speed_rpm).fold(0.0, f64::max);
     if rest.is_empty() {
-        return Err(wrong("there is nothing but slow roll, expected a run".into()));
+        return Err(wrong("the data hold slow rolls alone, expected a run beside them".into()));
     }
     // at half the speed a quarter of the unbalance's force is still there
     if fastest_rpm(rolls) > fastest_rpm(rest) / 2.0 {
-        let what = "a slow roll turns at no more than half the fastest speed, or it shows more than runout";
+        let what = "expected no more than half the fastest speed, where a probe shows runout alone";
         return Err(wrong(format!("{} rpm of {}: {what}", fastest_rpm(rolls), fastest_rpm(rest))));
     }
     let runout_m = mean_m(file, rolls, probes)?;

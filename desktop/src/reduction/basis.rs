@@ -100,7 +100,11 @@ pub fn of_responses(model: &Model, size: usize, fastest_rad_s: f64) -> Result<DM
         model.structure.mass.clone().cholesky().expect("the mass of a shaft is positive definite").l();
     let upper = factor.transpose();
     let weighed = &upper * DMatrix::from_columns(&shapes);
-    let unsuitable = || Error::Unsuitable("the shape functions cannot be told apart".into());
+    let unsuitable = || {
+        Error::Unsuitable(
+            "the shape functions of the shaft are linearly dependent; check lengths and positions".into(),
+        )
+    };
     let left = svd(weighed).and_then(|svd| svd.u).ok_or_else(unsuitable)?;
     let most = left.columns(0, size.min(left.ncols())).into_owned();
     Ok(upper.solve_upper_triangular(&most).expect("the factor has a positive diagonal"))

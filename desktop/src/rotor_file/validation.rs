@@ -168,7 +168,7 @@ fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         c.within(&key("elevation_m"), b.elevation_m, -0.1, 0.1, "m")?;
         let symbols = |law: &Law| law.as_law().unknowns().into_iter().map(|u| u.symbol).collect::<Vec<_>>();
         if b.stated.as_ref().is_some_and(|stated| symbols(stated) != symbols(&b.law)) {
-            let what = "is a law with other unknowns than the one that was found; expected the same kind, or no `stated`";
+            let what = "is another kind of law than the fitted one, expected the same kind, or no `stated`";
             return c.fail(key("stated"), what);
         }
         b.law.as_law().check().or_else(|(name, what)| c.fail(key(&name), what))?;
@@ -229,7 +229,7 @@ fn check_probes_and_planes(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
             c.within(&key("gap.accuracy_um"), gap.accuracy_um, 0.1, 1000.0, "µm")?;
             let law = rotor.bearing_of(p).map(|b| &rotor.bearing[b].law);
             if !law.is_some_and(|law| matches!(law, Law::Film(film) if film.film().at_rest().is_some())) {
-                let what = "shows where a journal runs in a film that faces its load alike on both sides, and there is none";
+                let what = "needs a bearing with an oil film that is symmetric about its load, and there is none; leave it out";
                 return c.fail(key("gap"), what);
             }
             if rotor.schema < 2 {

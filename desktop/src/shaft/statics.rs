@@ -66,8 +66,12 @@ pub fn statics(rotor: &Rotor, elevation_m: &[f64]) -> Result<Statics, Error> {
         rotor.bearing.iter().map(|b| structure.station(b.position_m).displacement.clone()).collect();
     let shapes = DMatrix::from_columns(&shapes);
     let elevation = DVector::from_fn(held, |i, _| elevation_m.get(i).copied().unwrap_or(0.0));
-    let (height, load) = hold(&structure.stiffness, &weight, &shapes, &elevation)
-        .ok_or_else(|| Error::Unsuitable("the bearings do not hold the shaft".into()))?;
+    let (height, load) = hold(&structure.stiffness, &weight, &shapes, &elevation).ok_or_else(|| {
+        Error::Unsuitable(
+            "the bearings do not hold the shaft, expected two bearings with stiffness at different places"
+                .into(),
+        )
+    })?;
     Ok(Statics {
         load_n: load.as_slice().to_vec(),
         position_m: structure.stations.iter().map(|s| s.position_m).collect(),

@@ -69,8 +69,8 @@ pub fn check(file: &str, rotor: &Rotor, record: &[Reading]) -> Result<(), Error>
         if let Some((at, angle_deg)) = moved_reference(&phasors) {
             let index = stretch[at].0;
             let what = format!(
-                "from day {} on all probes are turned by {angle_deg:.0}° while their amplitudes stay: the phase reference \
-                 (keyphasor) was moved; turn the readings from there on back, or follow both parts by themselves",
+                "from day {} on all probes are turned by {angle_deg:.0}° while their amplitudes stay: the keyphasor was \
+                 moved; correct the angles from that day on, or follow both parts separately",
                 day(index)
             );
             return fault(index, what);

@@ -167,7 +167,7 @@ impl ImportedColumn {
 fn unit_of(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::Amplitude | Quantity::Cos | Quantity::Sin | Quantity::Real | Quantity::Imaginary => {
-            "µm zero-to-peak"
+            "µm 0-pk"
         }
         Quantity::Phase => "degrees of lag",
         Quantity::Speed => "rpm",

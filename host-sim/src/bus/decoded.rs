@@ -113,7 +113,10 @@ impl DecodedLog {
         match (all.frames, all.nodes.is_empty()) {
             (0, _) => bail!("{name}: the log holds no frame"),
             (_, true) if all.refused().is_some_and(|refused| refused.any()) => {
-                bail!("{name}: nothing in the log bears a right seal; {}", all.refused().unwrap_or_default())
+                bail!(
+                    "{name}: no frame of the log has a valid message authentication code (MAC), expected the key of its monitor; {}",
+                    all.refused().unwrap_or_default()
+                )
             }
             (frames, true) => bail!(
                 "{name}: a log of another protocol: none of its {frames} frames completes a reading, a result or a heartbeat of rotor-edge"

@@ -89,7 +89,7 @@ impl CanBus for KernelBus {
                 Err(e) if e.raw_os_error() == Some(ENOBUFS) => {
                     if Instant::now() > end {
                         bail!(
-                            "{} sends nothing any more: is another station on the bus, at the same bit rate, and is it terminated?",
+                            "{}: frames cannot be sent; check that another station is on the bus, at the same bit rate, and that the bus is terminated",
                             self.interface
                         );
                     }

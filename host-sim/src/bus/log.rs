@@ -155,8 +155,8 @@ impl<R: BufRead> LogReader<R> {
     fn torn(&self, line: &str) -> LogLine {
         let quoted: String = line.trim().chars().take(QUOTED_CHARACTERS).collect();
         LogLine::Torn(format!(
-            "{}, row {}: \"{}\" is no line of a candump log, expected such as (1700000000.123456) can0 123#0102; \
-             python-can's can_logconvert makes one of ASC and BLF files",
+            "{}, row {}: \"{}\" is not a line of a candump log, expected a line such as (1700000000.123456) can0 123#0102; \
+             python-can's can_logconvert converts ASC and BLF files",
             self.name,
             self.row,
             quoted.escape_debug()
@@ -254,7 +254,7 @@ impl<B: CanBus> RecordingBus<B> {
 
     fn record(&mut self, frame: &Frame) -> Result<()> {
         let written = self.log.write(self.clock.now_us(), [&WireFrame::from(frame)]);
-        written.with_context(|| format!("{}: the recording cannot be written any more", self.path))
+        written.with_context(|| format!("{}: the recording cannot be continued", self.path))
     }
 }
 

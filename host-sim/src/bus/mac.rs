@@ -76,7 +76,7 @@ impl std::fmt::Display for RefusalCounts {
         let Self { without_mac, forged, replayed } = self;
         write!(
             f,
-            "refused: {forged} with a wrong seal, {replayed} recorded before, {without_mac} without a whole seal"
+            "refused: {forged} with a wrong MAC, {replayed} replayed, {without_mac} without a complete MAC"
         )
     }
 }
@@ -251,7 +251,7 @@ mod tests {
         assert_eq!(
             states,
             [NodeState::Tracking],
-            "what came before the first seal is not believed, and with it that"
+            "frames before the first MAC are not believed, and later only frames with one"
         );
         assert!(refused.replayed == 1 && refused.any(), "{refused:?}");
         assert_eq!(heard(vec![forged], Duration::ZERO), (vec![NodeState::Flagged], RefusalCounts::default()));

@@ -62,7 +62,7 @@ impl FromStr for BusSpec {
         let named = |why: Error| anyhow!("{text}: {why}");
         match scheme {
             "socketcan" if rest.is_empty() => {
-                bail!("{text}: which interface? Expected such as socketcan:vcan0")
+                bail!("{text}: the interface is missing, expected an address such as socketcan:vcan0")
             }
             "socketcan" => Ok(Self::SocketCan { interface: rest.into() }),
             "slcan" => slcan(rest).map_err(named),
@@ -204,7 +204,7 @@ mod tests {
         for (text, says) in [
             ("vcan0", "names no bus, expected socketcan:vcan0"),
             ("peak:1", "no kind of bus \"peak\", expected socketcan"),
-            ("socketcan:", "which interface"),
+            ("socketcan:", "the interface is missing"),
             ("slcan:127.0.0.1", "the port is missing"),
             ("slcan:[::1]", "the port is missing"),
             ("slcan::29537", "the host is missing"),

@@ -95,7 +95,7 @@ impl<S: ByteStream, D: Decoder> TextClient<S, D> {
     }
 
     fn say(&mut self, bytes: &[u8]) -> Result<()> {
-        self.stream.write_all(bytes).with_context(|| format!("{} takes nothing any more", self.description))
+        self.stream.write_all(bytes).with_context(|| format!("{}: cannot be written to", self.description))
     }
 
     /// Waits for the next answer of this kind.
@@ -119,7 +119,7 @@ impl<S: ByteStream, D: Decoder> TextClient<S, D> {
     fn hear(&mut self, timeout: Duration) -> Result<()> {
         let mut buffer = [0; 4096];
         let read = self.stream.read(&mut buffer, timeout);
-        let number = match read.with_context(|| format!("{} cannot be heard any more", self.description))? {
+        let number = match read.with_context(|| format!("{}: cannot be read from", self.description))? {
             None => return Ok(()),
             Some(0) => bail!("{} was closed by the other side", self.description),
             Some(number) => number,

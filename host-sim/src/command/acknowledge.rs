@@ -45,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ),
     }
     say!(
-        "The unbalance that it finds next is its new reference, as after a balancing weight, a washed rotor or an exchanged \
+        "The next unbalance that it finds becomes its new reference, as after a balancing weight, a washed rotor or an exchanged \
          coupling. A misfit that persists is flagged again."
     );
     Ok(())

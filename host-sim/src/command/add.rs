@@ -19,7 +19,7 @@ pub struct Arguments {
     rotor: PathBuf,
     /// The effect, and the bearing, disk or probe it sits at, as in seal@"disk 3"
     effect: String,
-    /// What was measured, measured.csv
+    /// Measurements of this rotor, measured.csv
     #[arg(long)]
     data: PathBuf,
     /// Where to write the better model

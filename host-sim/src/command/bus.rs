@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     match (server.take_log_error(), &arguments.record) {
         (Some(e), Some(path)) => {
             bail!(
-                "{}: the recording ended before the bus, it could not be written any more ({e})",
+                "{}: the recording ended before the bus, as the file could not be written ({e})",
                 path.display()
             )
         }

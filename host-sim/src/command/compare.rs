@@ -50,7 +50,7 @@ fn next(arguments: &Arguments, verdict: Adequacy, sure: f64) -> (String, String)
     let output::Measured { rotor, data, runout } = &arguments.measured;
     let words = match verdict {
         Adequacy::Adequate => format!(
-            "noise explains it, {:.0} % sure; whether the data determine what the model is for is said by",
+            "noise explains the misfit ({:.0} % probable); check whether the data determine the unbalance",
             100.0 * sure
         ),
         Adequacy::Misses => "learn which physical effect is missing".into(),

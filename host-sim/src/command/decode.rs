@@ -33,7 +33,7 @@ pub struct Arguments {
     /// The node whose readings are written, if the log holds several, or whose key is given
     #[arg(long, requires = "of_node")]
     node: Option<u8>,
-    /// The key of that node: believe what bears its seal alone (see `node --sealed`)
+    /// Key of that node: ignore frames without its message authentication code (see `node --sealed`)
     #[arg(long, requires = "node", group = "of_node")]
     key: Option<PathBuf>,
     /// Print one JSON object instead of text
@@ -142,7 +142,7 @@ fn text(summary: &LogAnswer, written: Option<&Path>) -> String {
     let mut text = String::new();
     text += &format!("{} frames, {} of them of rotor-edge\n", summary.frames, summary.ours);
     if summary.torn > 0 {
-        text += &format!("Torn lines beside them, passed over: {}\n", summary.torn);
+        text += &format!("Damaged lines, ignored: {}\n", summary.torn);
     }
     if let Some(refused) = &summary.refused {
         text += &format!("With the key, {refused}\n");

@@ -18,13 +18,13 @@ pub struct DetectorArguments {
     /// Seed of the particle swarms (and of a simulated bus's faults)
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Rise of the residual above its running level that counts, relative
+    /// Relative rise of the residual above its running level that is suspicious
     #[arg(long, default_value_t = Thresholds::DEFAULT.rise)]
     rise: f32,
-    /// Residual over feature sum that counts by itself
+    /// Residual over feature sum that is suspicious by itself
     #[arg(long, default_value_t = Thresholds::DEFAULT.ratio_limit)]
     ratio_limit: f32,
-    /// Residual over feature sum below which a rise does not count
+    /// Residual over feature sum below which no rise is suspicious
     #[arg(long, default_value_t = Thresholds::DEFAULT.ratio_floor)]
     ratio_floor: f32,
     /// Suspicious readings in a row that raise the flag
@@ -33,7 +33,7 @@ pub struct DetectorArguments {
     /// Largest growth of a plane's unbalance in the time `growth_s`, a day unless it is set
     #[arg(long, default_value_t = Thresholds::DEFAULT.growth)]
     growth: f32,
-    /// Age beyond which a verdict is none any more, s
+    /// Age at which a verdict expires, s
     #[arg(long)]
     age_limit_s: Option<f32>,
     /// Any other threshold, as `rotor-edge thresholds` names it; may be given several times

@@ -27,8 +27,8 @@ use crate::terminal;
 pub struct Arguments {
     /// A track, as `track --csv` writes it
     track: PathBuf,
-    /// What the forecast is made with; naive and drift are printed beside it, and state where the track holds one
-    /// [default: state where the track holds one, else arima]
+    /// Forecast model; naive and drift are printed beside it, and state if the track holds one [default: state if the
+    /// track holds one, else arima]
     #[arg(long, value_enum)]
     model: Option<Kind>,
     /// Order p,d,q of arima; the best by Akaike's criterion if absent
@@ -43,10 +43,10 @@ pub struct Arguments {
     /// Days that are forecast from the last one
     #[arg(long, default_value_t = 60)]
     days: usize,
-    /// Static unbalance at which something has to be done, g·mm
+    /// Static unbalance that calls for action, g·mm
     #[arg(long, conflicts_with = "grade")]
     limit: Option<f64>,
-    /// The same as a balance quality grade of ISO 21940-11, mm/s; needs --rotor and --rpm
+    /// Limit as a balance quality grade of ISO 21940-11, mm/s; needs --rotor and --rpm
     #[arg(long, requires = "rotor", requires = "rpm")]
     grade: Option<f64>,
     /// The rotor whose mass the grade is for, rotor.toml
@@ -55,7 +55,7 @@ pub struct Arguments {
     /// The speed that the grade is for, rpm
     #[arg(long)]
     rpm: Option<f64>,
-    /// Seed of everything random
+    /// Seed of the random numbers
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[command(flatten)]
@@ -64,7 +64,7 @@ pub struct Arguments {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Kind {
-    /// The state of the filter that followed the record, moved on; of `track --method joint`
+    /// Filter state of `track --method joint`, propagated
     State,
     /// ARIMA by exact likelihood
     Arima,

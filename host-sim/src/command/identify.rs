@@ -23,7 +23,7 @@ use crate::terminal;
 pub struct Arguments {
     /// The rotor, rotor.toml
     rotor: PathBuf,
-    /// Its record, measured.csv
+    /// Record of this rotor, measured.csv
     record: PathBuf,
     /// Days that phase I uses, first and last, as in 0..2; rows where the record has no days
     #[arg(long, default_value = "0..2")]

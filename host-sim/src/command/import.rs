@@ -30,16 +30,16 @@ pub struct Arguments {
     /// Take the probes of this rotor, and their names
     #[arg(long)]
     rotor: Option<PathBuf>,
-    /// Take what an import before took: a file of --write-mapping, or measurements that were imported
+    /// Mapping of an earlier import: a file of --write-mapping, or imported measurements
     #[arg(long)]
     mapping: Option<PathBuf>,
-    /// Write what was recognised and stated, for later imports
+    /// Write the mapping of columns, for later imports
     #[arg(long, value_name = "FILE")]
     write_mapping: Option<PathBuf>,
     #[command(flatten)]
     conventions: Conventions,
-    /// What a column is, by name or number: probe:quantity:unit, such as "1x Ampl=16X:amplitude:um pp", "n=speed:rpm",
-    /// "MW=left"
+    /// Meaning of a column, by name or number: probe:quantity:unit, such as "1x Ampl=16X:amplitude:um pp",
+    /// "n=speed:rpm", "MW=left"
     #[arg(long, value_name = "NAME=TARGET")]
     column: Vec<Rule>,
     /// The sheet of a workbook
@@ -54,19 +54,19 @@ pub struct Arguments {
     /// Each file is a run, named as the file
     #[arg(long)]
     runs_from_files: bool,
-    /// Take this off every reading: a run of the files, another file, or a row, of a shaft that turns too slowly to vibrate
+    /// Slow roll to subtract from every reading: a run of the files, another file, or a row
     #[arg(long, value_name = "ROW|RUN|FILE")]
     slow_roll: Option<String>,
-    /// The phase reference was moved on this date: phase lags grew by so many degrees, which are taken off
+    /// Correct for a keyphasor that was moved on this date and increased phase lags by so many degrees
     #[arg(long, value_name = "DATE=DEGREES")]
     phase_shift: Vec<String>,
-    /// Values that are one and the same four times or more are measurements
+    /// Keep values that repeat four times or more
     #[arg(long)]
     keep_stale: bool,
-    /// Values far from those before and after, at one speed, are measurements
+    /// Keep values far from those before and after, at one speed
     #[arg(long)]
     keep_outliers: bool,
-    /// Show what would be done and write nothing
+    /// Show the mapping and write nothing
     #[arg(long)]
     dry_run: bool,
     /// Print one JSON object instead of text
@@ -83,10 +83,10 @@ struct Conventions {
     /// Phases lead
     #[arg(long)]
     lead: bool,
-    /// Amplitudes are peak to peak
+    /// Amplitudes are pk-pk
     #[arg(long, conflicts_with_all = ["zero_peak", "rms"])]
     pp: bool,
-    /// Amplitudes are zero to peak
+    /// Amplitudes are 0-pk
     #[arg(long, conflicts_with = "rms")]
     zero_peak: bool,
     /// Amplitudes are root mean squares
@@ -101,10 +101,10 @@ struct Conventions {
     /// Sensitivity of the probes, where amplitudes are voltages (7.874 is 200 mV/mil)
     #[arg(long)]
     sensitivity_mv_um: Option<f64>,
-    /// What comes first in dates such as 03/04/2024
+    /// Order of day and month in dates such as 03/04/2024
     #[arg(long)]
     dates: Option<DateOrder>,
-    /// What stands before the decimals
+    /// Decimal separator
     #[arg(long)]
     decimal: Option<Decimal>,
 }

@@ -19,7 +19,7 @@ const OUTPUT: &str = "rotor.toml";
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// What ROSS 2.3.0 wrote with Rotor.save, .toml or .json
+    /// A rotor that ROSS 2.3.0 saved with Rotor.save, .toml or .json
     file: PathBuf,
     /// Where to write the drawing [default: rotor.toml, if there is none yet]
     #[arg(short, long)]

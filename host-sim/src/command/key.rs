@@ -18,7 +18,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     write_new_key(&arguments.output)?;
     say!(
-        "A new key is in {}: give it to one monitor (node --key) and to who may deploy to it (deploy --key).",
+        "The new key is in {}. Give it to one monitor (node --key) and to everyone who may deploy to it (deploy --key).",
         arguments.output.display()
     );
     Ok(())

@@ -95,25 +95,25 @@ enum CliCommand {
     Node(node::Arguments),
     /// Send a model to a monitor, authenticated and checked before it takes effect
     Deploy(deploy::Arguments),
-    /// What a monitor judges by: read and set over the bus
+    /// Read and set the thresholds of a monitor over the bus
     Thresholds(thresholds::Arguments),
-    /// Lower the flag that a monitor holds up
+    /// Acknowledge the flag of a monitor
     Acknowledge(acknowledge::Arguments),
     /// Make the key of a monitor
     Key(key::Arguments),
-    /// A CAN bus that needs neither hardware nor the kernel: SLCAN and socketcand for all programs of this machine
+    /// Serve a CAN bus without hardware or kernel modules: SLCAN and socketcand for all programs of this machine
     Bus(bus::Arguments),
     /// Watch all monitors of a bus on the terminal: unbalance, residual, flags and counters
     Watch(watch::Arguments),
-    /// The protocol of one monitor as a DBC file, for cantools and other CAN tools
+    /// Write the protocol of one monitor as a DBC file, for cantools and other CAN tools
     Dbc(dbc::Arguments),
-    /// Readings and results from a recorded candump log
+    /// Decode readings and results from a recorded candump log
     Decode(decode::Arguments),
-    /// What a word of this program means: a verdict, an effect, a state, a term
+    /// Explain a word of this program: a verdict, an effect, a state, a term
     Explain(explain::Arguments),
-    /// Completions of the command line, for a shell
+    /// Print completions of the command line for a shell
     Completions(completions::Arguments),
-    /// The manual as pages for `man`
+    /// Write the manual as pages for `man`
     Manual(manual::Arguments),
 }
 

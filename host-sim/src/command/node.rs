@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::Args;
+use rotor_edge_core::can::Counters;
 use serde_json::json;
 
 use super::detector_arguments::DetectorArguments;
@@ -36,13 +37,15 @@ pub struct Arguments {
     /// Highest speed that the machine reaches; that of the data the rotor was fitted to if absent
     #[arg(long, requires = "rotor")]
     fastest_rpm: Option<f64>,
-    /// The monitor's key; without one it takes no commands, and with one it must remember the counter of those it took
+    /// The monitor's key; without a key it takes no commands, and with a key it stores the counter of the last
+    /// command (--state)
     #[arg(long, requires = "state")]
     key: Option<PathBuf>,
-    /// Where a deployed model, thresholds, the counter of commands and what the monitor learns survive a restart
+    /// File that keeps the deployed model, thresholds, command counter and learned baseline over a restart
     #[arg(long)]
     state: Option<PathBuf>,
-    /// Take readings with a right seal alone, made with the key, and seal results and states (see SECURITY.md)
+    /// Accept only readings with a message authentication code of the key, and send results and states with one (see
+    /// SECURITY.md)
     #[arg(long, requires = "key")]
     sealed: bool,
     #[command(flatten)]
@@ -119,18 +122,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
         return output::json(&counters);
     }
-    say!(
-        "\n{} readings evaluated, {} skipped, {} lost, {} rejected; commands: {} accepted, {} refused, {} forged, {} replayed",
-        c.readings,
-        c.skipped,
-        c.lost,
-        c.rejected,
-        c.accepted,
-        c.refused,
-        c.forged,
-        c.replayed
-    );
+    say!("\n{}", counted(&c));
     Ok(())
+}
+
+fn counted(c: &Counters) -> String {
+    format!(
+        "{} readings evaluated, {} skipped, {} lost, {} rejected; commands: {} accepted, {} refused, {} forged, {} replayed",
+        c.readings, c.skipped, c.lost, c.rejected, c.accepted, c.refused, c.forged, c.replayed
+    )
 }
 
 fn random() -> Result<u64> {

@@ -15,31 +15,32 @@ use super::{startup, track};
 pub enum OfflineCommand {
     /// Look a machine over by its drawing alone: loads, critical speeds, modes, unbalance response, doubtful numbers
     Check(check::Arguments),
-    /// Measurements from exports of other systems: CSV, TSV, xlsx, xls, ods; shows what it takes each column for
+    /// Convert exports of other systems (CSV, TSV, xlsx, xls, ods) to measurements, and show the meaning of each
+    /// column
     Import(Box<import::Arguments>),
-    /// 1x readings from raw samples of probes and keyphasor (CSV, WAV, npy, npz, mat), by the controller's own extraction
+    /// Extract 1x readings from raw samples of probes and keyphasor (CSV, WAV, npy, npz, mat), as the controller does
     Extract(Box<extract::Arguments>),
-    /// A drawing from a rotor that ROSS saved, and what could not be carried over
+    /// Convert a rotor that ROSS saved to a rotor file, and list everything that is lost
     ImportRotor(import_rotor::Arguments),
-    /// Hold a model against measurements: where it misses, and whether that is noise or physics
+    /// Compare a model with measurements: where they differ, and whether noise explains it
     Compare(compare::Arguments),
-    /// Say which physical effect is missing in a model, or which measurement would tell
+    /// Find the physical effect that a model lacks, or the measurement that would show it
     Diagnose(diagnose::Arguments),
     /// Fit one effect together with bearings and planes and write the better model
     Add(add::Arguments),
     /// Diagnose and add until the model is adequate
     Improve(improve::Arguments),
-    /// Phase I: bearings and unbalance of a machine's first days
+    /// Identify bearings and unbalance from a machine's first days (phase I)
     Identify(identify::Arguments),
-    /// The unbalance of each run relative to a base run, from runs with stated weights
+    /// Estimate the unbalance of each run relative to a base run, from runs with stated weights
     Estimate(estimate::Arguments),
     /// Follow the unbalance of a long record while bearings change
     Track(Box<track::Arguments>),
-    /// Where the unbalance of a track is going
+    /// Forecast the unbalance of a track
     Forecast(forecast::Arguments),
-    /// A single-disk rotor from its start-up: the simple model, where it fails, and which effects mend it
+    /// Evaluate the start-up of a single-disk rotor: the simple model, its errors, and the effects that remove them
     Startup(startup::Arguments),
-    /// Correction weights, from the identified model and from trial runs alone
+    /// Compute correction weights, from the identified model and from trial runs alone
     Balance(Box<balance::Arguments>),
 }
 

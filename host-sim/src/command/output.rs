@@ -47,7 +47,7 @@ pub fn read(rotor: &Path, data: &Path, runout: &Runout) -> Result<(Rotor, Vec<Re
 pub struct Measured {
     /// The rotor, rotor.toml
     pub rotor: PathBuf,
-    /// What was measured on it, measured.csv
+    /// Measurements of this rotor, measured.csv
     pub data: PathBuf,
     #[command(flatten)]
     pub runout: Runout,
@@ -69,8 +69,8 @@ impl Measured {
 /// How the runout of the probes is known.
 #[derive(Debug, Default, Args)]
 pub struct Runout {
-    /// Take this off every reading: a run of the data, or a file, of a shaft that turns too slowly to vibrate [default:
-    /// the runs that the rotor's file calls slow rolls]
+    /// Slow roll to subtract from every reading: a run of the data, or a file [default: the slow rolls of the rotor's
+    /// file]
     #[arg(long, value_name = "RUN|FILE")]
     slow_roll: Option<String>,
 }
@@ -103,7 +103,7 @@ impl Runout {
 /// Writes a model that its own data do not refuse, as [`model`] does.
 pub fn model_of_its_data(path: &Path, rotor: &Rotor, readings: &[Reading]) -> Result<()> {
     if let Err(why) = best_fit(rotor, readings) {
-        bail!("no model is written, for its own data refuse it: {why}");
+        bail!("no model is written, because its own data contradict it: {why}");
     }
     model(path, rotor, readings)
 }

@@ -31,8 +31,8 @@ pub fn section(own: &Path) -> Section {
             format!("rotor-edge {}, {now}.", env!("ROTOR_EDGE_VERSION")),
             format!("Command: rotor-edge {}", words.iter().map(|w| shell::word(w)).collect::<Vec<_>>().join(" ")),
             "An unbalance at angle α pulls along x cos α + y sin α at the moment of the keyphasor's mark, x turning into y. A \
-             residual is the sum over all probes of |model − measurement| per component, zero to peak; figures say themselves \
-             where an amplitude is peak to peak."
+             residual is the sum over all probes of |model − measurement| per component, 0-pk; figures say themselves \
+             where an amplitude is pk-pk."
                 .into(),
         ],
         tables: if table.rows.is_empty() { Vec::new() } else { vec![table] },

@@ -22,7 +22,7 @@ use crate::terminal;
 pub struct Arguments {
     /// The rotor with its one disk, rotor.toml
     rotor: PathBuf,
-    /// Its start-ups, startup.csv
+    /// Start-ups of this rotor, startup.csv
     data: PathBuf,
     /// Clearance of the bearings, µm; errors are given in percent of it [default: 127, 5 mil]
     #[arg(long)]

@@ -67,14 +67,13 @@ pub(super) fn judge(node: u8, counter: u64, answer: Option<(Answer, bool)>) -> R
 pub fn ended(node: u8, detail: Detail) -> Option<String> {
     match detail {
         Detail::Unchanged => Some(format!(
-            "Monitor {node} runs this model already: nothing changed, a flag that is up stays up, and so does the reference of \
-             the residual."
+            "Monitor {node} runs this model already: nothing changed, neither its flag nor the reference of the residual."
         )),
         Detail::Replaced { lowered: Reason::None, .. } => Some(format!(
-            "Monitor {node} dropped the reference of the model before and takes a new one; no flag was up."
+            "Monitor {node} dropped the reference of the old model and takes a new one; no flag was up."
         )),
         Detail::Replaced { lowered, suspect } => Some(format!(
-            "Monitor {node} lowered its flag ({}{}), dropped the reference of the model before and takes a new one.",
+            "Monitor {node} lowered its flag ({}{}), dropped the reference of the old model and takes a new one.",
             why(lowered, 0).what,
             suspected(suspect)
         )),

@@ -94,8 +94,8 @@ impl Store {
             None | Some(Some(true)) => StoredState::parse(&text),
             Some(None) => StoredState::parse(""),
             Some(Some(false)) => bail!(
-                "{}: is not the state of this monitor: another number's, another key's, or changed since; give the right \
-                 file, or begin another with a new key",
+                "{}: is not the state of this monitor: it has another number or key, or was changed; give the right file, or \
+                 start a new one with a new key",
                 path.display()
             ),
         };

@@ -41,8 +41,7 @@ pub fn section(answer: &BalanceAnswer) -> Section {
         curves.push((format!("with weights by the {}", way.by), line(|v| v.after_um, way)));
     }
     let title = "Vibration by speed";
-    let drawn =
-        Trend { along: "speed, rpm".into(), quantity: "µm zero to peak".into(), curves, ..Trend::default() };
+    let drawn = Trend { along: "speed, rpm".into(), quantity: "µm 0-pk".into(), curves, ..Trend::default() };
     let figure = Figure {
         id: identifier(title),
         drawing: trend(&drawn).into(),
@@ -112,7 +111,7 @@ fn effect_lines(answer: &BalanceAnswer) -> Vec<String> {
 fn legend(answer: &BalanceAnswer) -> String {
     let [from, to] = answer.range_rpm;
     format!(
-        "Amplitudes zero to peak, root mean square over probes and speeds from {from:.0} to {to:.0} rpm; grades of \
+        "Amplitudes 0-pk, root mean square over probes and speeds from {from:.0} to {to:.0} rpm; grades of \
          ISO 21940-11 at {:.0} rpm, in mm/s.",
         answer.service_rpm
     )

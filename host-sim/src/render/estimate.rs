@@ -35,7 +35,7 @@ pub fn section(answer: &EstimatesAnswer) -> Section {
 /// How the angles and magnitudes of the table are meant.
 fn legend(answer: &EstimatesAnswer) -> String {
     format!(
-        "Unbalance beyond that of run {}; angles from the keyphasor mark, with the rotation; intervals and regions hold it with 95 %.",
+        "Unbalance relative to run {}; angles from the keyphasor mark, with the rotation; intervals and regions are 95 %.",
         answer.base
     )
 }

@@ -40,7 +40,7 @@ pub fn text(found: &Identification) -> String {
         found.residual_ratio * 100.0
     );
     if found.bearings.iter().any(|p| p.origin == Identifiability::StayedAtStart) {
-        text += "  Some coefficients stayed at their start: these data cannot tell them. A run-up can (--runup).\n";
+        text += "  Some coefficients stayed at their start: these data do not determine them; add a run-up (--runup).\n";
     }
     text
 }
@@ -48,7 +48,7 @@ pub fn text(found: &Identification) -> String {
 fn origin(identified: Identifiability) -> &'static str {
     match identified {
         Identifiability::FromData => "the data",
-        Identifiability::StayedAtStart => "its start, the data do not tell",
+        Identifiability::StayedAtStart => "its start, not determined by the data",
         Identifiability::AtBound => "the bound of [identify]",
     }
 }

@@ -74,7 +74,7 @@ fn counts(answer: &ImportAnswer) -> [(usize, &'static str); 9] {
         (marked.no_measurement, "of them had a number that means no measurement"),
         (marked.stale, "of them were stale: the same to the last digit four times or more (--keep-stale)"),
         (marked.outliers, "of them were far from those before and after (--keep-outliers)"),
-        (answer.turned, "readings were turned back to the phase reference before"),
+        (answer.turned, "readings were corrected for a keyphasor that was moved"),
         (skipped.standstill, "rows left out: standstill"),
         (skipped.without_speed, "rows left out: no speed"),
         (skipped.other_machines, "rows left out: of another machine"),

@@ -48,7 +48,7 @@ pub fn section(answer: &TrialBalance) -> Section {
     let mut paragraphs: Vec<String> = answer.weights.iter().map(|w| w.text.clone()).collect();
     paragraphs.extend(lines(answer));
     paragraphs.extend(answer.doubts.iter().cloned());
-    let vibration = format!("Vibration, {} zero to peak", unit(answer));
+    let vibration = format!("Vibration, {} 0-pk", unit(answer));
     Section {
         heading: "Weights".into(),
         paragraphs,
@@ -135,7 +135,7 @@ fn lines(answer: &TrialBalance) -> Vec<String> {
     };
     let most = |of: fn(&LeftAnswer) -> f64| four_digits(answer.left.iter().map(of).fold(0.0, f64::max));
     lines.push(format!(
-        "Vibration, {} zero to peak, with the weights that are put in: {} becomes {} root mean square, {} becomes {} at most.",
+        "Vibration with these weights, {} 0-pk: {} becomes {} root mean square, {} becomes {} at most.",
         unit(answer),
         rms(|l| l.before),
         rms(|l| l.after),
@@ -146,9 +146,7 @@ fn lines(answer: &TrialBalance) -> Vec<String> {
     lines.push(match answer.noise {
         "stated" => "Intervals from the stated noise.".into(),
         "runs" => {
-            format!(
-                "Intervals from what the runs miss each other by ({values} values beyond the coefficients)."
-            )
+            format!("Intervals from the scatter between the runs ({values} degrees of freedom).")
         }
         "readings" => format!("Intervals from repeated readings ({values} values)."),
         _ => "No intervals: the noise is not known.".into(),

@@ -10,7 +10,7 @@ use super::wrap;
 
 /// Spaces between two columns.
 const GAP: usize = 2;
-/// Column width down to which words wrap, if the column is as wide.
+/// Width of a column down to which words wrap, if the column is as wide.
 const LEAST_WRAPPED: usize = 8;
 /// Width from which a column wraps rather than moves below.
 const WIDEST_UNWRAPPED: usize = 30;
@@ -27,11 +27,11 @@ type Line = Vec<char>;
 
 pub struct Table {
     indent: usize,
-    columns: Vec<Column>,
+    columns: Vec<TextColumn>,
     rows: usize,
 }
 
-struct Column {
+struct TextColumn {
     /// As they stand, without the spaces at their ends, a row each.
     cells: Vec<String>,
     /// With the spaces that align them.
@@ -68,7 +68,7 @@ impl Table {
             rows.push(line);
             (taken, spans) = (taken_together, together);
         }
-        let columns = spans.iter().map(|span| Column::of(&rows, span)).collect();
+        let columns = spans.iter().map(|span| TextColumn::of(&rows, span)).collect();
         Some(Self { indent: spans[0].start, columns, rows: rows.len() })
     }
 
@@ -111,7 +111,7 @@ impl Table {
 
     /// Whether cells wrap to so many lines that the rows of a table with many columns are hard to follow.
     fn is_tall(&self, widths: &[usize]) -> bool {
-        let is_tall = |(column, &width): (&Column, &usize)| {
+        let is_tall = |(column, &width): (&TextColumn, &usize)| {
             (0..self.rows).any(|row| column.wrapped(row, width).len() > TALLEST)
         };
         self.columns.len() > FEW && self.columns.iter().zip(widths).any(is_tall)
@@ -170,7 +170,7 @@ impl Table {
     }
 }
 
-impl Column {
+impl TextColumn {
     fn of(rows: &[Line], span: &Range<usize>) -> Self {
         let slice = |row: &Line| -> Line {
             span.clone().map(|place| row.get(place).copied().unwrap_or(' ')).collect()

@@ -89,10 +89,9 @@ fn fixed_words(reason: Reason) -> (&'static str, &'static str) {
             "readings have another number of probes than its model",
             "deploy the model of this machine, or send the readings of the right one",
         ),
-        Reason::Absurd => (
-            "readings hold values that no probe can show",
-            "check units (µm zero-to-peak) and the probes' scale",
-        ),
+        Reason::Absurd => {
+            ("readings hold values that no probe can show", "check units (µm 0-pk) and the probes' scale")
+        }
         Reason::Learning => ("the reference is being taken", ""),
         Reason::Scale => (
             "all probes show one multiple of what they showed before at this speed",

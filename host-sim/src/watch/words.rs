@@ -50,8 +50,8 @@ impl Words {
         match monitor.refused().filter(RefusalCounts::any) {
             Some(refused) if monitor.heard_us().is_none() => Self::new(
                 Level::Alarm,
-                "UNSEALED",
-                format!("nothing under its number bears a right seal; {refused}"),
+                "NO MAC",
+                format!("no frame under its number has a valid message authentication code (MAC); {refused}"),
                 "start it with `node --sealed`, give the right key, or find who else sends under its number",
             ),
             Some(refused) => Self {

@@ -228,9 +228,9 @@ fn one_reading_is_too_little_and_that_is_said() {
     // two planes and eight coefficients already have more unknowns than eight numbers
     assert_says(
         &case.refusal(&case.add("seal@disk 3")),
-        &["8 measured numbers", "12 unknowns", "any model would fit"],
+        &["8 measured values", "cannot determine 12 unknowns"],
     );
-    assert_says(&case.refusal(&case.compare()), &["any model would fit", "more speeds"]);
+    assert_says(&case.refusal(&case.compare()), &["cannot determine", "more speeds"]);
 }
 
 #[test]

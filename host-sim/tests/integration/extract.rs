@@ -365,9 +365,9 @@ fn invalid_waveforms_are_refused_and_nothing_is_overwritten() {
         (
             "a.tdms",
             &b"TDSm"[..],
-            "a.tdms: the extension says no kind of waveforms that is read, expected one of .csv, .wav",
+            "a.tdms: the extension names no supported format of waveforms, expected one of .csv, .wav",
         ),
-        ("a", b"x", "the extension says no kind"),
+        ("a", b"x", "the extension names no supported format"),
         ("a.wav", b"no wave", "a.wav: cannot be read as WAV"),
         ("a.npy", b"no array", "a.npy: cannot be read as a NumPy array"),
         ("a.npz", b"no archive", "a.npz: cannot be read as a NumPy archive"),

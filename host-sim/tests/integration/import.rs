@@ -293,7 +293,7 @@ fn dry_run_shows_columns_and_output_is_not_overwritten() {
             "3 `16X 1X Amp [um pp]`",
             "probe 16X, amplitude",
             "um pp",
-            "halved to µm zero-to-peak",
+            "halved to µm 0-pk",
             "Nothing was written",
         ],
     );
@@ -319,7 +319,7 @@ fn what_would_change_the_physics_is_asked_for_and_never_guessed() {
         ),
         (
             other(" pp", ""),
-            vec!["column 3 `16X 1X Amp [um]`", "neither peak to peak", "--pp, --zero-peak or --rms"],
+            vec!["column 3 `16X 1X Amp [um]`", "does not state pk-pk", "--pp, --zero-peak or --rms"],
         ),
         (other("um pp", "pp"), vec!["column 3", "states no unit", "--unit um"]),
         (other("um pp", "V pp"), vec!["column 3", "is a voltage", "--sensitivity-mv-um"]),

@@ -63,7 +63,7 @@ fn reading(connection: &Connection, source: i64, probes: &[String], now_us: i64)
     Ok(html! {
         table {
             caption { "Last reading, " (ago_us(now_us, time_us)) }
-            thead { tr { th scope="col" {} th scope="col" { "µm zero to peak" } th scope="col" { "lag, °" } th scope="col" { "gap, V" } } }
+            thead { tr { th scope="col" {} th scope="col" { "µm 0-pk" } th scope="col" { "lag, °" } th scope="col" { "gap, V" } } }
             tbody {
                 tr {
                     td { "speed" }

@@ -89,7 +89,7 @@ pub fn figures(
             "What the model does not explain. Triangles: the flag rose.",
         ),
         ("Unbalance", "unbalance, g·mm", "result", &UNBALANCE, "Amount in each plane of the model."),
-        ("Vibration", "1x, µm zero to peak", "reading", &PROBES, "What the probes see at running speed."),
+        ("Vibration", "1x, µm 0-pk", "reading", &PROBES, "What the probes see at running speed."),
         ("Speed", "speed, rpm", "reading", &SPEED, ""),
     ];
     for (title, unit, table, quantities, caption) in tables {

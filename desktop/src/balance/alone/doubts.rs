@@ -35,7 +35,7 @@ pub(super) fn of_runs(trials: &Trials, fitted: &TrialFit, basis: Basis, scatter:
     let [slowest, fastest] = fitted.widest_rpm;
     if fastest / slowest > 1.0 + SAME {
         doubts.push(format!(
-            "Speeds from {slowest} to {fastest} rpm, {:.2} % apart, are taken as one; near a resonance that turns the phase.",
+            "Speeds from {slowest} to {fastest} rpm, {:.2} % apart, are treated as one; near a critical speed the phase differs.",
             100.0 * (fastest / slowest - 1.0)
         ));
     }

@@ -189,7 +189,7 @@ impl Library {
             (true, None, _) => Basis::Stated,
         };
         let mut told = vec![
-            "By earlier coefficients: that the machine is still as it was then is taken for granted."
+            "The influence coefficients are from earlier runs: they hold only if the machine has not changed since."
                 .to_string(),
         ];
         told.extend(doubts::of_basis(basis));

@@ -25,7 +25,7 @@ pub(super) fn check(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
     }
     match (foundation.mode.is_empty(), foundation.table.is_empty()) {
         (true, true) => {
-            let what = "has no mode and no table; a rigid foundation is what is meant without [foundation]";
+            let what = "has no mode and no table, expected one of the two; for a rigid foundation leave out [foundation]";
             return c.fail("[foundation]", what);
         }
         (false, false) => return c.fail("[foundation]", "has modes and a table, expected one of the two"),

@@ -230,7 +230,7 @@ impl Hub {
             && let Err(e) = log.write(time_us, frames)
         {
             self.tell(format!(
-                "the recording ends here, and the bus goes on: it cannot be written any more ({e})"
+                "the recording ends here, as the file cannot be written ({e}); the bus goes on"
             ));
             (state.log, state.log_error) = (None, Some(e));
         }

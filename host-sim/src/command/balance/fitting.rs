@@ -19,7 +19,7 @@ pub struct Fitting {
     /// Weights come in multiples of this, g
     #[arg(long, requires = "radii_mm")]
     step_g: Option<f64>,
-    /// Make the largest vibration least instead of the sum of squares
+    /// Minimise the largest vibration instead of the sum of squares
     #[arg(long)]
     min_max: bool,
     /// Largest weight of a plane, g·mm: of all, or by plane as in A=300,B=200
@@ -40,7 +40,7 @@ pub struct Fitting {
     /// Most holes that one plane's weight is split over
     #[arg(long, value_name = "N", default_value_t = 2, requires = "holes", value_parser = clap::value_parser!(u64).range(1..=MOST as u64))]
     split: u64,
-    /// Holes that hold something already: of all planes, or by plane as in A=3,A=4,B=7
+    /// Occupied holes: of all planes, or by plane as in A=3,A=4,B=7
     #[arg(long, value_name = "[PLANE=]HOLE", value_delimiter = ',', value_parser = hole, requires = "holes")]
     taken: Vec<(Option<String>, usize)>,
 }

@@ -29,7 +29,7 @@ pub struct Arguments {
     /// The rotor, best as `improve` or `startup` wrote it, rotor.toml
     #[arg(required_unless_present = "trial_only")]
     rotor: Option<PathBuf>,
-    /// Its runs with trial weights, measured.csv
+    /// Runs of this rotor with trial weights, measured.csv
     #[arg(required_unless_present = "trial_only")]
     data: Option<PathBuf>,
     /// Planes to put weights into [default: all]
@@ -37,7 +37,7 @@ pub struct Arguments {
     planes: Vec<String>,
     #[command(flatten)]
     fitting: fitting::Fitting,
-    /// Speeds at which vibration counts, rpm, as in 600..4200 [default: all that were measured]
+    /// Speeds at which vibration is minimised, rpm, as in 600..4200 [default: all measured speeds]
     #[arg(long, value_parser = range)]
     range: Option<[f64; 2]>,
     /// Speeds of runs that differ by no more than this, relative, are one

@@ -24,7 +24,7 @@ pub struct Options {
     /// Weights of each run: run,plane,magnitude_g_mm,angle_deg; a run without any is the base
     #[arg(long, value_name = "FILE", requires = "trial_only", conflicts_with = "coefficients")]
     weights: Option<PathBuf>,
-    /// Influence coefficients that were kept of the machine: one run is enough then
+    /// Influence coefficients of the machine from earlier runs: one run is then enough
     #[arg(long, value_name = "FILE", requires = "trial_only")]
     coefficients: Option<PathBuf>,
     /// Keep the influence coefficients of these runs for the next time
@@ -36,7 +36,7 @@ pub struct Options {
     /// Standard deviation of a reading's components, relative to it [default: from repeats]
     #[arg(long, value_name = "RELATIVE", requires = "trial_only")]
     noise_relative: Option<f64>,
-    /// The same that is always there, in the unit of the data
+    /// Standard deviation of a reading's components at zero amplitude, in the unit of the data
     #[arg(long, value_name = "X", requires = "trial_only")]
     noise_floor: Option<f64>,
 }

@@ -28,7 +28,7 @@ pub struct Arguments {
     /// Highest speed that the machine reaches; that of the data the rotor was fitted to if absent
     #[arg(long)]
     fastest_rpm: Option<f64>,
-    /// A slow roll, measured.csv: the controller takes what it shows for the runout of the probes
+    /// A slow roll, measured.csv; the controller subtracts it as the runout of the probes
     #[arg(long, value_name = "FILE")]
     slow_roll: Option<PathBuf>,
     /// Also begin a new record: forget the unbalance last found and start from the model's
@@ -37,8 +37,8 @@ pub struct Arguments {
     /// Deploy it also if the monitor holds the model of another machine
     #[arg(long)]
     another_machine: bool,
-    /// Try it for so many seconds, after listening to the model before for as long, and keep it only if its residual is no
-    /// worse; the monitor takes the model before back otherwise, by itself if this program ends early
+    /// Try the model for so many seconds after listening to the old one for as long, and keep it only if its residual
+    /// is no worse. Otherwise, or if this program ends early, the monitor returns to the old model by itself
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with_all = ["restart", "another_machine"])]
     trial: Option<Duration>,
     /// Print one JSON object instead of text
@@ -103,7 +103,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         say!("{ended}");
     }
     if !left_out.is_empty() {
-        say!("Left out, as a controller knows no run: {}", left_out.join(", "));
+        say!("Left out, as the controller does not know runs: {}", left_out.join(", "));
     }
     say!("Next: watch the residual fall\n  rotor-edge watch --bus {}", arguments.monitor.bus);
     Ok(())

@@ -87,7 +87,7 @@ fn figure(
         id: identifier(&title),
         drawing: cascade(up, &traces, multiples).into(),
         caption: format!(
-            "Each spectrum stands on its own foot, all to one scale; the tallest line is {} µm peak to peak.",
+            "Each spectrum stands on its own foot, all to one scale; the tallest line is {} µm pk-pk.",
             three_digits(tallest_um(&traces))
         ),
         title,

@@ -37,7 +37,7 @@ pub struct Arguments {
     /// The rotor, rotor.toml; the built-in sample if absent
     #[arg(long, requires = "record")]
     rotor: Option<PathBuf>,
-    /// Its record, measured.csv
+    /// Record of this rotor, measured.csv
     #[arg(long, requires = "rotor")]
     record: Option<PathBuf>,
     /// A commissioning run-up for phase I
@@ -52,8 +52,8 @@ pub struct Arguments {
     /// The day from which on the better model is played; the first suspicious one if absent
     #[arg(long, requires = "better")]
     since: Option<f64>,
-    /// Cut the controller's power before this day of the record, and let it go on from what it stored; may be given several
-    /// times
+    /// Cut the controller's power before this day of the record; it restarts from its stored state. May be given
+    /// several times
     #[arg(long, value_name = "DAY", conflicts_with = "bus")]
     power_cut: Vec<f64>,
     #[command(flatten)]

@@ -31,16 +31,16 @@ const LARGEST_GROWTH: f64 = 100.0;
 pub struct Arguments {
     /// The rotor, rotor.toml
     rotor: PathBuf,
-    /// Its record, measured.csv
+    /// Record of this rotor, measured.csv
     record: PathBuf,
     /// A run-up in the state of the first days
     #[arg(long)]
     runup: Option<PathBuf>,
-    /// A run-up after an event, of joint; its day is in a column time_d, or the number that its run's name
-    /// ends with
+    /// A run-up after an event, for --method joint; its day is in a column time_d, or the number at the end of its
+    /// run's name
     #[arg(long)]
     later_runup: Vec<PathBuf>,
-    /// How the record is followed
+    /// Method of tracking
     #[arg(long, value_enum, default_value_t = Way::Adaptive)]
     method: Way,
     /// The file's bearings and planes are identified already: no phase I
@@ -49,22 +49,22 @@ pub struct Arguments {
     /// Write every estimate as CSV; `forecast` reads it
     #[arg(long)]
     csv: Option<PathBuf>,
-    /// With --method bayes, the paper's random walk in bearings and unbalance together, whose chains do not meet
+    /// With --method bayes, use the paper's random walk in bearings and unbalance together; its chains do not
+    /// converge
     #[arg(long)]
     paper: bool,
-    /// Proposals of each chain of a day, of bayes, and that many more where the chains do not agree [default: 400, with
-    /// --paper 200]
+    /// Proposals per chain and day with --method bayes, and as many again where the chains do not converge [default:
+    /// 400, with --paper 200]
     #[arg(long, value_parser = clap::value_parser!(u16).range(20..))]
     proposals: Option<u16>,
-    /// When day 0 of the record was, as in 2024-03-01T06:00+01:00: days are then told with their dates
-    /// [default: what the record's header comment says]
+    /// Date of day 0 of the record, as in 2024-03-01T06:00+01:00; days are then printed with dates [default: from the
+    /// record's header comment]
     #[arg(long, value_parser = moment)]
     begin: Option<Moment>,
-    /// With --method joint, every so manyth reading with what was known on its day, not what later days say of it; each is
-    /// a record followed from its beginning
+    /// With --method joint, re-estimate every Nth reading using only data up to that day
     #[arg(long, value_name = "EVERY")]
     as_known_then: Option<NonZeroUsize>,
-    /// Seed of everything random
+    /// Seed of the random numbers
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[command(flatten)]
@@ -91,13 +91,13 @@ enum Way {
 /// When a reading is suspicious, and when that is a flag.
 #[derive(Debug, Args)]
 struct Flagging {
-    /// Rise of the residual above its running level that counts, relative; 0.5, with bayes 0.3 if absent
+    /// Relative rise of the residual above its running level that is suspicious [default: 0.5, with bayes 0.3]
     #[arg(long)]
     rise: Option<f64>,
-    /// Residual over feature sum that counts by itself
+    /// Residual over feature sum that is suspicious by itself
     #[arg(long, default_value_t = 1.0 / 3.0)]
     ratio_limit: f64,
-    /// Residual over feature sum below which a rise does not count
+    /// Residual over feature sum below which no rise is suspicious
     #[arg(long, default_value_t = 0.05)]
     ratio_floor: f64,
     /// Readings in a row that raise the flag

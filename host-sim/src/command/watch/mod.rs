@@ -30,7 +30,7 @@ pub struct Arguments {
     /// Watch this monitor alone; all if absent
     #[arg(long, value_parser = clap::value_parser!(u8).range(0..=i64::from(MAX_NODE)))]
     node: Option<u8>,
-    /// The key of that monitor: believe what bears its seal alone (see `node --sealed`)
+    /// Key of that monitor: ignore frames without its message authentication code (see `node --sealed`)
     #[arg(long, requires = "node")]
     key: Option<PathBuf>,
     /// Bits a second on the bus, for its load; that of the bus's name, else 500000
@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     if let Some(node) = arguments.node.filter(|node| watch.monitor(*node).is_none()) {
         bail!(
-            "nothing was heard of monitor {node} on {} in {:.1} s, nor were readings sent to it; without --node all who are there are listed",
+            "monitor {node} sent no frame on {} in {:.1} s and received no reading; leave out --node to list all monitors",
             place.bus,
             watch.now_us() as f64 * 1e-6
         );

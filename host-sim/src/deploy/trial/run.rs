@@ -66,14 +66,14 @@ pub fn run(
     let answer = begin(authority, bus, &candidate.bytes, time, |_| ())?;
     let new = ModelState { checksum: candidate.checksum, on_trial: true };
     if answer.model_checksum != new.checksum {
-        bail!("monitor {node} tries another model than was sent, and takes the model before back by itself");
+        bail!("monitor {node} tries another model than the one sent, and returns to the old model by itself");
     }
     let during = listen(bus, node, time, Some(new), |since| progress(time + since))
-        .context("the trial was given up, and the monitor takes the model before back by itself")?;
+        .context("the trial was aborted, and the monitor returns to the old model by itself")?;
     let verdict = match during.model {
-        Some(model) if model != new => bail!(
-            "monitor {node} started anew during the trial and holds the model before again; try once more"
-        ),
+        Some(model) if model != new => {
+            bail!("monitor {node} restarted during the trial and holds the old model again; repeat the trial")
+        }
         _ => compare(&before.ratios, &during.ratios),
     };
     let is_confirmed = verdict == TrialVerdict::NoWorse;
@@ -115,14 +115,14 @@ impl TrialResult {
         let [old_percent, new_percent] = [before, during].map(|observed| 100.0 * median(&observed.ratios));
         let (old_readings, new_readings) = (before.ratios.len(), during.ratios.len());
         let back =
-            if self.is_back { "took the model before back" } else { "takes the model before back by itself" };
+            if self.is_back { "returned to the old model" } else { "returns to the old model by itself" };
         match self.verdict {
             TrialVerdict::Unchanged => {
                 Ok(format!("Monitor {node} runs the model of {rotor} already; nothing was sent."))
             }
             TrialVerdict::NoWorse => Ok(format!(
                 "Monitor {node} keeps the model of {rotor}: its residual is {new_percent:.2} % of the vibration, that of the \
-                 model before was {old_percent:.2} % (medians of {new_readings} and {old_readings} readings)."
+                 old model was {old_percent:.2} % (medians of {new_readings} and {old_readings} readings)."
             )),
             TrialVerdict::Worse => bail!(
                 "monitor {node} {back}: with that of {rotor} the residual was {new_percent:.2} % of the vibration, with its own \

@@ -74,7 +74,7 @@ pub fn recording(path: &Path) -> Result<Content> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let Some(format) = FORMATS.iter().find(|format| format.extensions.contains(&extension.as_str())) else {
         let known = FORMATS.map(|format| format!(".{}", format.extensions[0])).join(", ");
-        bail!("{file}: the extension says no kind of waveforms that is read, expected one of {known}");
+        bail!("{file}: the extension names no supported format of waveforms, expected one of {known}");
     };
     (format.read)(&file, &bytes(path)?)
 }

@@ -243,8 +243,7 @@ fn vibration_factor(
     sensitivity_mv_um: Option<f64>,
 ) -> std::result::Result<f64, String> {
     let no_unit = "states no unit, expected --unit um, --unit mil or --unit mm";
-    let no_detection =
-        "says neither peak to peak nor zero to peak nor rms, expected --pp, --zero-peak or --rms";
+    let no_detection = "does not state pk-pk, 0-pk or rms, expected --pp, --zero-peak or --rms";
     let (length, detection) = match (stated.length, stated.detection) {
         (Some(length), Some(detection)) => (length, detection),
         (Some(_), None) => return Err(no_detection.into()),

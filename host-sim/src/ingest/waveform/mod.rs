@@ -245,7 +245,7 @@ fn unit_per_number(waveform: &Waveform, settings: &Settings) -> Result<f64> {
     match (waveform.is_of_counts, settings.full_scale) {
         (true, Some(full_scale)) => Ok(full_scale / HALF_RANGE),
         (true, None) => {
-            bail!("{file}: holds counts, expected --full-scale with what 32768 of them stand for")
+            bail!("{file}: holds counts, expected --full-scale with the value of 32768 counts")
         }
         (false, None) => Ok(1.0),
         (false, Some(_)) => bail!("--full-scale: {file} holds numbers in their unit and no counts"),

@@ -16,7 +16,7 @@ pub struct Settings {
     /// The channel of a probe, by name or number; without it, the channels that are named as the rotor's probes, or all
     #[arg(long, value_name = "PROBE=CHANNEL")]
     pub channel: Vec<ChannelRule>,
-    /// Samples a second, where the file does not say it
+    /// Sampling rate, Hz, if the file does not state it
     #[arg(long)]
     pub rate_hz: Option<f64>,
     /// Unit of the probes' channels; accelerations and velocities are integrated at 1x
@@ -27,7 +27,7 @@ pub struct Settings {
     /// directions to them
     #[arg(long, value_name = "[PROBE=]MV_UM", allow_hyphen_values = true)]
     pub mv_um: Vec<Sensitivity>,
-    /// What 32768 counts stand for, in the unit; for WAV and integer arrays
+    /// Value of 32768 counts, in the unit; for WAV and integer arrays
     #[arg(long, value_name = "X")]
     pub full_scale: Option<f64>,
     /// The probes are AC coupled: there is no gap voltage
@@ -44,14 +44,13 @@ pub struct Settings {
     /// Largest change of speed within a window, relative
     #[arg(long, default_value_t = ExtractionConfig::<1>::new().largest_drift)]
     pub largest_drift: f32,
-    /// Without a mark for a turn at this speed, the keyphasor is missing
+    /// Speed below which the keyphasor counts as missing, rpm
     #[arg(long, value_name = "RPM", default_value_t = 100.0)]
     pub slowest_rpm: f64,
-    /// One reading for the windows that follow one another within so many rpm: their mean; without it, one a window
+    /// Average consecutive windows within so many rpm to one reading; without it, each window is a reading
     #[arg(long, value_name = "RPM")]
     pub bin_rpm: Option<f64>,
-    /// Take off what the change of speed does to the response: the vectors are then those of a speed held in the middle of
-    /// each bin, to first order
+    /// Correct the vectors for the change of speed, to first order, to a constant speed in the middle of each bin
     #[arg(long, requires = "bin_rpm")]
     pub compensate_rate: bool,
     /// Name of the run, once for each file; without it, several files are called as they are
@@ -65,11 +64,11 @@ pub struct KeyphasorSettings {
     /// The channel of the keyphasor, by name or number [default: keyphasor, kph or tacho]
     #[arg(long, value_name = "CHANNEL")]
     pub keyphasor: Option<String>,
-    /// The mark is where the channel passes this, in volts, or whatever the channel holds [default: half-way between its
-    /// lowest and highest]
+    /// Threshold of the keyphasor's mark, in volts or the unit of the channel [default: half-way between its lowest
+    /// and highest]
     #[arg(long, allow_hyphen_values = true)]
     pub threshold: Option<f64>,
-    /// So far back from the threshold before it counts again [default: a fifth of its range]
+    /// Distance from the threshold that re-arms the keyphasor [default: a fifth of its range]
     #[arg(long)]
     pub hysteresis: Option<f64>,
     /// The mark is where the channel falls, as the voltage of a proximity probe does over a notch [default: where it rises]

@@ -30,10 +30,10 @@ fn met(sampling: &SamplingAnswer) -> String {
     let apart: Vec<f64> =
         sampling.days.iter().filter(|q| q.r_hat > NOT_MET).filter_map(|q| q.time_d).collect();
     match apart[..] {
-        [] => format!("The chains met on every day: R-hat is {NOT_MET} or less."),
+        [] => format!("The chains converged on every day: R-hat is {NOT_MET} or less."),
         [first, ..] => format!(
-            "On {} of {} days, the first of them day {first:.0}, the chains did not meet (R-hat above {NOT_MET}): the mean \
-             of such a day depends on where they began.",
+            "On {} of {} days, the first of them day {first:.0}, the chains did not converge (R-hat above {NOT_MET}): the \
+             mean of such a day depends on their starting points.",
             apart.len(),
             sampling.days.len()
         ),

@@ -114,13 +114,13 @@ pub(super) fn undiagnosed(track: &TrackAnswer, dates: Dates) -> Option<String> {
     let since = track.undiagnosed_since_d?;
     let mut events = track.joint.iter().flat_map(|joint| &joint.events);
     let taken_as = if events.any(|e| e.time_d == since && e.is_elsewhere) {
-        "is nothing that bearings or unbalance explain, as a seal or a bow would be. The unbalance is taken to go on from \
-         where it was; a run-up since then would tell what it is."
+        "is neither of the bearings nor of the unbalance; it can be a seal or a bow. The unbalance is assumed to continue from \
+         its last value; a run-up after that day would show the cause."
     } else {
-        "is taken to be bearings. Near one speed an effect that the file lacks looks the same, and the unbalance may then \
-         be off by more than its interval; a run-up since then would tell."
+        "is attributed to the bearings. Near one speed a missing effect looks the same, and the unbalance may then be outside \
+         its interval; a run-up after that day would show the cause."
     };
-    Some(format!("What changed on {} {taken_as}", dates.day(since)))
+    Some(format!("The change on {} {taken_as}", dates.day(since)))
 }
 
 fn plane_interval(plane: &PlaneInterval) -> String {

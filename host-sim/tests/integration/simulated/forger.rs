@@ -154,7 +154,7 @@ fn forger_neither_silences_nor_misleads_a_monitor_with_macs() {
     assert_eq!(results, (0..READINGS).collect::<Vec<_>>());
     assert_ne!(heard.state(), Some(NodeState::Flagged));
     assert!(!heard.is_in_conflict(watch.now_us()));
-    assert_says(&Words::of(NODE, heard, watch.now_us()).state, &["refused: ", "with a wrong seal"]);
+    assert_says(&Words::of(NODE, heard, watch.now_us()).state, &["refused: ", "with a wrong MAC"]);
     let (refused, times) = (heard.refused().unwrap(), u64::from(READINGS));
     assert!(
         refused.replayed >= times && refused.forged >= times && refused.without_mac >= times,

@@ -67,7 +67,7 @@ fn trial_of_worse_model_is_taken_back_and_cannot_be_replayed() {
     let json = result.json();
     assert_eq!((&json["outcome"], &json["compared"]), (&"reverted".into(), &true.into()));
     let sentence = result.sentence("worse.toml").unwrap_err().to_string();
-    let parts = ["monitor 1 took the model before back", "% of the vibration", "readings"];
+    let parts = ["monitor 1 returned to the old model", "% of the vibration", "readings"];
     assert_says(&sentence, &parts);
     assert_eq!(checksum(&lab.seen()), better);
 
@@ -169,7 +169,7 @@ fn trial_at_a_monitor_that_restarts_is_given_up() {
     node.kill();
     let _node = lab.node(Some(&worse()));
     let restarted = lab.bus.now();
-    assert_says(&host.end().unwrap_err().to_string(), &["started anew during the trial"]);
+    assert_says(&host.end().unwrap_err().to_string(), &["restarted during the trial"]);
     assert!(lab.bus.now() - restarted < Duration::from_secs(2), "at its next heartbeat");
     assert_eq!(checksum(&lab.seen()), before);
 }

@@ -70,7 +70,7 @@ fn records_that_cannot_be_followed_are_refused_in_one_sentence() {
     };
     let moved: Vec<String> = (40..90).map(turned).collect();
     let moved = track(&record("moved.csv", format!("{}\n{}", lines[..40].join("\n"), moved.join("\n"))));
-    assert!(moved.contains("moved.csv: row 41") && moved.contains("phase reference"), "{moved}");
+    assert!(moved.contains("moved.csv: row 41") && moved.contains("keyphasor"), "{moved}");
     let after =
         refusal(&["track", &case.rotor, &record("after.csv", part(130..200)), "--runup", &case.runup]);
     assert!(after.contains("begins before the event"), "{after}");
