@@ -50,6 +50,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::terminal;
 
+pub use glossary::other_spellings_in;
 pub use listener::Listener;
 pub use usage::shown;
 

@@ -27,6 +27,7 @@ mod shared;
 mod simulated;
 mod slow;
 mod slow_roll;
+mod spelling;
 mod startup;
 mod storage;
 mod track;

@@ -1,5 +1,6 @@
 //! Words of the program with their meanings: terms, verdicts, states and physical effects.
 
+mod spelling;
 mod words;
 
 use rotor_edge_core::state::Reason;
@@ -7,6 +8,7 @@ use rotor_edge_desktop::effects::{self, Effect, Knowledge};
 
 use crate::bus::states::name;
 use crate::watch::reasons::{Why, why};
+use spelling::OTHER_SPELLINGS;
 use words::Word;
 pub use words::{Kind, WORDS};
 
@@ -27,7 +29,12 @@ pub fn explained(asked: &str) -> Option<Explained> {
     // an effect's place is no part of its name
     let asked = plain(asked.split('@').next().unwrap_or_default());
     let effect = effects::ALL.into_iter().find(|e| plain(e.name()) == asked);
-    let is_it = |w: &&Word| plain(w.name) == asked || w.also.iter().any(|also| plain(also) == asked);
+    let is_other = |name: &str| {
+        OTHER_SPELLINGS.iter().any(|(term, others)| *term == name && others.iter().any(|o| plain(o) == asked))
+    };
+    let is_it = |w: &&Word| {
+        plain(w.name) == asked || w.also.iter().any(|also| plain(also) == asked) || is_other(w.name)
+    };
     let reason = || Reason::ALL.into_iter().find(|reason| plain(&name(reason)) == asked);
     let word = WORDS.iter().find(is_it).map(of_word);
     word.or_else(|| effect.map(of_effect)).or_else(|| reason().map(of_reason))
@@ -78,13 +85,25 @@ fn kind(kind: Kind) -> &'static str {
     }
 }
 
+/// Spellings of other terms in a text, each with the term that stands for it.
+pub fn other_spellings_in(text: &str) -> Vec<(&'static str, &'static str)> {
+    let words = |text: &str| {
+        let is_part = |c: char| c.is_alphanumeric() || matches!(c, '-' | '²');
+        let words: Vec<String> = text.split(|c| !is_part(c)).map(str::to_lowercase).collect();
+        format!(" {} ", words.into_iter().filter(|w| !w.is_empty()).collect::<Vec<_>>().join(" "))
+    };
+    let text = words(text);
+    let all = OTHER_SPELLINGS.iter().flat_map(|(term, others)| others.iter().map(|other| (*other, *term)));
+    all.filter(|(other, _)| text.contains(&words(other))).collect()
+}
+
 pub fn not_known(asked: &str) -> String {
     let asked = plain(asked);
     let all = WORDS.iter().map(|w| w.name).chain(effects::ALL.into_iter().map(|e| e.name()));
     let near: Vec<&str> =
         all.filter(|name| plain(name).contains(&asked) || asked.contains(&plain(name))).collect();
     match near.is_empty() {
-        true => "there is no such word; `rotor-edge explain` lists those that there are".to_string(),
+        true => "there is no such word; `rotor-edge explain` lists all words".to_string(),
         false => format!("there is no such word, expected one of {}", near.join(", ")),
     }
 }
@@ -118,6 +137,36 @@ mod tests {
     }
 
     #[test]
+    fn terms_of_check_are_explained() {
+        for (asked, name) in [
+            ("amplification", "amplification factor"),
+            ("amplification factor", "amplification factor"),
+            ("margin", "separation margin"),
+            ("separation margin", "separation margin"),
+            ("eccentricity", "eccentricity ratio"),
+            ("ε", "eccentricity ratio"),
+            ("attitude", "attitude angle"),
+            ("trial unbalance", "trial unbalance"),
+            ("log dec", "log decrement"),
+        ] {
+            assert_eq!(explained(asked).map(|found| found.name).as_deref(), Some(name), "{asked}");
+        }
+    }
+
+    #[test]
+    fn other_spellings_belong_to_terms_and_are_no_terms() {
+        for (term, others) in OTHER_SPELLINGS {
+            assert!(WORDS.iter().any(|w| w.name == *term), "{term}");
+            for other in *others {
+                assert_eq!(explained(other).unwrap().name, *term, "{other}");
+                assert!(WORDS.iter().all(|w| w.name != *other && !w.also.contains(other)), "{other}");
+            }
+        }
+        assert_eq!(other_spellings_in("The peak-to-peak value"), [("peak-to-peak", "pk-pk")]);
+        assert!(other_spellings_in("the log decrement of a speak to peakers").is_empty());
+    }
+
+    #[test]
     fn a_text_has_the_words_that_it_says_explained_and_no_others() {
         let words = |text: &str| said_in(text).into_iter().map(|(word, _)| word).collect::<Vec<_>>();
         assert_eq!(
@@ -135,6 +184,6 @@ mod tests {
         assert_eq!(explained("e/f").unwrap().name, "residual");
         assert_eq!(explained("no_redundancy").unwrap().kind, "reason of a state");
         assert!(not_known("bow").contains("shaft_bow, thermal_bow, bow_kink"));
-        assert!(not_known("teapot").contains("lists those that there are"));
+        assert!(not_known("teapot").contains("lists all words"));
     }
 }

@@ -165,7 +165,7 @@ pub const WORDS: &[Word] = &[
     word(
         Kind::Term,
         "keyphasor",
-        &["phase reference", "mark"],
+        &["mark"],
         "A probe that sees a mark on the shaft once a turn. Phases count from there: t = 0 when the mark passes.",
         "",
     ),
@@ -180,32 +180,32 @@ pub const WORDS: &[Word] = &[
     word(
         Kind::Term,
         "pk-pk",
-        &["peak to peak", "0-pk", "zero to peak"],
-        "Monitors show the whole travel, peak to peak; files and models here hold half of it, zero to peak.",
+        &["0-pk"],
+        "Peak to peak, the whole travel, which monitors show. Files and models here hold half of it: zero to peak, 0-pk.",
         "",
     ),
     word(
         Kind::Term,
         "feature",
         &["features", "f", "feature sum"],
-        "One component of one probe's 1x vector, cosine or sine, µm zero to peak: two probes at each of two bearings \
-         give eight. The feature sum is that of their magnitudes.",
+        "One component of one probe's 1x vector, cosine or sine, µm 0-pk: two probes at each of two bearings give eight. \
+         The feature sum is the sum of their magnitudes.",
         "",
     ),
     word(
         Kind::Term,
         "residual",
         &["e", "e/f", "misfit"],
-        "What the model does not explain: the sum over all features of |model − measured|, µm. As a share of the \
+        "Difference of model and measurement: the sum over all features of |model − measured|, µm. As a share of the \
          feature sum it says how well the model fits: a few percent is noise, tens of percent is missing physics.",
         "If it stays high, `rotor-edge diagnose` says what is missing.",
     ),
     word(
         Kind::Term,
-        "chi2",
-        &["χ²", "chi-squared", "chi2_per_value"],
-        "Squared residuals in standard deviations of the noise, a mean over all values. One is what noise alone makes; \
-         far above one, something is missing; far below, the noise was stated too large.",
+        "χ² per value",
+        &["χ²", "chi2", "chi2_per_value"],
+        "Squared residuals in standard deviations of the noise, a mean over all values. Noise alone gives one; far above \
+         one, an effect is missing; far below, the noise was stated too large.",
         "",
     ),
     word(
@@ -228,8 +228,8 @@ pub const WORDS: &[Word] = &[
         Kind::Term,
         "influence coefficient",
         &["influence coefficients"],
-        "What a unit of unbalance in a plane does to a probe at one speed, amplitude and phase. Trial runs measure it; a \
-         model computes it.",
+        "Vibration of a probe at one speed, amplitude and phase, for a unit of unbalance in a plane. Trial runs measure \
+         it; a model computes it.",
         "",
     ),
     word(
@@ -241,8 +241,8 @@ pub const WORDS: &[Word] = &[
     ),
     word(
         Kind::Term,
-        "condition",
-        &["poorly determined"],
+        "condition number",
+        &["condition", "poorly determined"],
         "How nearly two planes act alike on the probes. An error of one percent in the model moves the weakest \
          combination of planes by this many percent; above 10 they count as poorly determined.",
         "Measure at more speeds or more places along the shaft, or ask for fewer planes.",
@@ -258,7 +258,7 @@ pub const WORDS: &[Word] = &[
     word(
         Kind::Term,
         "critical speed",
-        &["resonance"],
+        &["resonance", "undamped critical speed", "damped critical speed"],
         "A speed at which a natural frequency of the turning shaft equals the speed: unbalance is answered with the \
          largest vibration, and the phase turns.",
         "`rotor-edge check` computes them.",
@@ -266,9 +266,50 @@ pub const WORDS: &[Word] = &[
     word(
         Kind::Term,
         "log decrement",
-        &["logarithmic decrement"],
+        &[],
         "How fast a mode dies out: the logarithm of one swing over the next. Below zero the machine is unstable; API asks \
          for 0.1 at least.",
+        "",
+    ),
+    word(
+        Kind::Term,
+        "trial unbalance",
+        &[],
+        "A known unbalance for which `rotor-edge check` computes the vibration. It stands for no residual unbalance of the \
+         machine: the response is linear, so twice the unbalance gives twice the vibration.",
+        "",
+    ),
+    word(
+        Kind::Term,
+        "amplification factor",
+        &["amplification"],
+        "How sharp the peak of a critical speed is: its speed over the distance of the two speeds beside it where the \
+         amplitude is 0.707 of the peak. Without damping it has no limit; below 2.5 a critical speed counts as critically \
+         damped.",
+        "Large values call for more damping at the bearings, or for a running range further from that speed.",
+    ),
+    word(
+        Kind::Term,
+        "separation margin",
+        &["margin"],
+        "Distance of a critical speed from the nearest running speed, in percent of that running speed. The margin that \
+         is needed grows with the amplification factor; a critical speed with a factor below 2.5 needs none.",
+        "State the running range with `rotor-edge check --rpm A..B`.",
+    ),
+    word(
+        Kind::Term,
+        "eccentricity ratio",
+        &["eccentricity", "ε"],
+        "Distance of the journal's centre from the bearing's centre over the radial clearance: 0 in the middle, 1 at the \
+         wall. Lightly loaded bearings run near 0, where oil whirl is likely.",
+        "",
+    ),
+    word(
+        Kind::Term,
+        "attitude angle",
+        &["attitude"],
+        "Angle, degrees, from the direction of the load to the line through the centres of bearing and journal, in the \
+         direction of rotation. Near 90° in a lightly loaded plain bearing, small in one with tilting pads.",
         "",
     ),
     word(
@@ -283,8 +324,8 @@ pub const WORDS: &[Word] = &[
         Kind::Term,
         "slow roll",
         &[],
-        "A speed at which unbalance does nothing yet: what a probe shows then is its runout, a track that is not round or \
-         is magnetic.",
+        "A speed at which unbalance does nothing yet: a probe then shows its runout, of a track that is not round or is \
+         magnetic.",
         "Take it off with `--slow-roll`.",
     ),
     word(
@@ -300,6 +341,22 @@ pub const WORDS: &[Word] = &[
         &["probability"],
         "How probable the measurements are under an explanation, all sizes of its parameters weighed: an effect with more \
          freedom pays for it.",
+        "",
+    ),
+    word(
+        Kind::Term,
+        "message authentication code",
+        &["MAC"],
+        "Eight bytes that only a holder of the monitor's key can compute for a frame. A frame with a wrong code is \
+         ignored.",
+        "Start the monitor with `rotor-edge node --sealed`, and give its key to `watch` and `decode`.",
+    ),
+    word(
+        Kind::Term,
+        "nonce",
+        &[],
+        "A number that only grows and is part of each message authentication code, so that a recorded frame is not \
+         accepted again.",
         "",
     ),
     word(
