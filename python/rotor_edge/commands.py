@@ -54,11 +54,13 @@ def _model(kind: type[R], command: str, *inputs: Any, output: FilePath | None, *
         return kind.of(json.loads(answer), json=answer, rotor=read_rotor(path))
 
 
-def check(rotor: RotorLike, *, rpm: Range | None = None) -> Check:
+def check(rotor: RotorLike, *, rpm: Range | float | None = None, own_unbalance: bool = False) -> Check:
     """What a machine's drawing alone says: loads, critical speeds, modes, unbalance response, doubtful numbers.
 
-    rpm: speeds that the machine runs at, rpm; margins are given to them."""
-    return _answer(Check, "check", rotor, rpm=_range(rpm))
+    rpm: running speed or range, rpm; separation margins refer to it. own_unbalance: respond to the unbalance that the planes of
+    the rotor state, instead of twice the permitted one."""
+    speeds = rpm if rpm is None or isinstance(rpm, (int, float)) else _range(rpm)
+    return _answer(Check, "check", rotor, rpm=speeds, own_unbalance=own_unbalance)
 
 
 def compare(rotor: RotorLike, data: DataLike, *, slow_roll: DataLike | None = None) -> Comparison:

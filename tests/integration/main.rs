@@ -2,6 +2,7 @@
 
 mod absurd;
 mod check_ross;
+mod check_textbook;
 mod conventions;
 mod equivalence;
 mod extraction;

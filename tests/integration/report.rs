@@ -18,7 +18,7 @@ use rotor_edge::render::trend::{Trend, trend};
 use rotor_edge::render::{ComparedModel, Figure, Prediction, Section, comparison_sections, page, verdict};
 use rotor_edge::sample;
 use rotor_edge::scale::number;
-use rotor_edge_desktop::check::check;
+use rotor_edge_desktop::check::{CheckUnbalance, check};
 use rotor_edge_desktop::compare::{Adequacy, Comparison};
 use rotor_edge_desktop::identify::{PhaseOne, PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
@@ -104,7 +104,7 @@ fn awkward_page() -> Vec<Section> {
 /// What `check --report` says of a drawing.
 fn check_page(rotor: &str) -> Vec<Section> {
     let rotor = rotor_file::read(&repository(rotor)).unwrap();
-    let found = check(&rotor, None).unwrap();
+    let found = check(&rotor, None, CheckUnbalance::Assumed).unwrap();
     sections(&CheckAnswer::from(&found), &found)
 }
 

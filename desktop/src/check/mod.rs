@@ -8,12 +8,14 @@
 //! | [`critical`] | undamped critical speeds and their map over bearing stiffness |
 //! | [`modes`] | damped eigenvalues with shapes and sense of whirl |
 //! | [`campbell`] | modes over speed, damped critical speeds, threshold of instability |
-//! | [`unbalance`] | trial unbalance, amplification factors, separation margins |
+//! | [`unbalance`] | assumed and own unbalance, forced response |
+//! | [`peaks`] | maxima of the response, amplification factors, separation margins |
 //! | [`plausibility`] | warnings |
 
 pub mod campbell;
 pub mod critical;
 pub mod modes;
+pub mod peaks;
 pub mod plausibility;
 pub mod system;
 #[cfg(test)]
@@ -32,11 +34,17 @@ use crate::units::{rad_s, rpm};
 use campbell::{Campbell, Threshold};
 use critical::{Critical, CriticalMap};
 use modes::Mode;
+use peaks::Peak;
 use system::System;
-use unbalance::{ProbeResponse, TrialUnbalance};
+use unbalance::{ProbeResponse, ResponseRequest, TrialUnbalance, UndampedCritical};
 
-/// Speeds of the Campbell diagram.
+/// Speeds of the range that modes are given at.
 const SPEEDS: usize = 25;
+/// Speeds from rest to the end of the responses that modes are followed over, beside those of the range.
+const SURVEYED: usize = 32;
+/// The first of them, as a share of the end and of the first critical speed.
+const SLOWEST: f64 = 1.0 / 240.0;
+const BELOW_FIRST: f64 = 0.5;
 /// Modes up to this many times the fastest speed are in it.
 const FREQUENCIES: f64 = 2.0;
 /// Unbalance responses run to this many times the fastest speed, past any margin that is asked for.
@@ -67,6 +75,16 @@ pub struct BearingCheck {
     pub at: Vec<SpeedCheck>,
 }
 
+/// The unbalance that a machine is tried with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum CheckUnbalance {
+    /// Twice what its grade or API 617 permits.
+    #[default]
+    Assumed,
+    /// That which the planes of its file state.
+    Own,
+}
+
 /// Everything that a drawing says.
 pub struct Check {
     /// The rotor that was looked at: with a plane at each disk and two probes at each bearing where the file
@@ -74,6 +92,8 @@ pub struct Check {
     pub rotor: Rotor,
     /// Speeds that were looked at, rpm.
     pub range_rpm: [f64; 2],
+    /// Speeds that the machine runs at, to which margins are given, rpm; `None` where nothing states them.
+    pub running_rpm: Option<[f64; 2]>,
     /// Loads and sag; `Err` with the reason where the weight cannot be shared out.
     pub statics: Result<Statics, Error>,
     pub mass_kg: f64,
@@ -84,13 +104,19 @@ pub struct Check {
     pub critical: Vec<Critical>,
     /// Their map over bearing stiffness.
     pub map: CriticalMap,
-    /// Damped modes over the range.
+    /// Damped modes from rest to the end of the responses.
     pub campbell: Campbell,
-    /// Damped critical speeds in the range.
+    /// Numbers of its speeds that lie evenly over the range.
+    pub range_speeds: Vec<usize>,
+    /// Damped critical speeds up to the end of the responses.
     pub damped_critical: Vec<Mode>,
-    /// Where the machine becomes unstable.
+    /// Those without enough damping to state an amplitude.
+    pub undamped_critical: Vec<UndampedCritical>,
+    /// Whether no mode has enough damping to state an amplitude.
+    pub is_undamped: bool,
+    /// Where the machine becomes unstable, from the first speed of the range to the end of the responses.
     pub threshold: Option<Threshold>,
-    /// Trial unbalances and the responses to them.
+    /// Unbalances and the responses to them; a machine that is unstable or undamped has no peaks there.
     pub responses: Vec<(TrialUnbalance, Vec<ProbeResponse>)>,
     /// Bearings in the order of the file.
     pub bearings: Vec<BearingCheck>,
@@ -98,11 +124,16 @@ pub struct Check {
     pub warnings: Vec<String>,
 }
 
-/// Looks a machine over; `running_rpm` is the range it runs in, if it is not that of `[rated]`.
+/// Looks a machine over; `running_rpm` is the range it runs in, if it is not that of `[rated]`. Both ends may be one speed,
+/// and zero.
 ///
 /// # Errors
-/// If the shaft cannot be solved, as with a negative mass.
-pub fn check(rotor: &Rotor, running_rpm: Option<[f64; 2]>) -> Result<Check, Error> {
+/// If the shaft cannot be solved, as with a negative mass, or if the planes state no unbalance of their own.
+pub fn check(
+    rotor: &Rotor,
+    running_rpm: Option<[f64; 2]>,
+    unbalance: CheckUnbalance,
+) -> Result<Check, Error> {
     let rotor = completed(rotor);
     let system = System::new(&rotor)?;
     let range_rpm = running_rpm.unwrap_or_else(|| default_range_rpm(&rotor, &system));
@@ -115,18 +146,25 @@ pub fn check(rotor: &Rotor, running_rpm: Option<[f64; 2]>) -> Result<Check, Erro
     };
     let critical = critical::critical_speeds(&system, FREQUENCIES * to, 3);
     let map = critical::map(&system, to);
-    let speeds: Vec<f64> = (0..SPEEDS).map(|k| from + (to - from) * k as f64 / (SPEEDS - 1) as f64).collect();
-    let campbell = Campbell::new(&system, &speeds, FREQUENCIES * to)?;
+    let speeds = range_speeds(from, to);
+    let first = critical.first().map(|c| c.speed_rad_s);
+    let campbell = Campbell::new(&system, &surveyed(&speeds, BEYOND * to, first), FREQUENCIES * to)?;
+    let range_speeds: Vec<usize> = speeds.iter().filter_map(|s| campbell.at(*s)).collect();
     let damped_critical = campbell.damped_critical_speeds(&system);
-    let threshold = campbell.threshold(&system);
+    let undamped_critical = unbalance::undamped(&damped_critical, running_rpm);
+    let is_undamped = campbell.is_undamped();
+    let threshold = campbell.threshold(&system, range_speeds.first().copied().unwrap_or_default());
+    let trials = trials(&rotor, unbalance, [mass_kg, centre_of_gravity_m], range_rpm[1])?;
     let curve = unbalance::speeds_rad_s(BEYOND * to, &damped_critical);
-    let responses = unbalance::trials(&rotor, mass_kg, centre_of_gravity_m, range_rpm[1])
-        .into_iter()
-        .map(|trial| {
-            let answers = unbalance::responses(&rotor, &system, &trial, &curve, running_rpm)?;
-            Ok((trial, answers))
-        })
-        .collect::<Result<_, Error>>()?;
+    let respond = |trial: TrialUnbalance| {
+        let asked =
+            ResponseRequest { trial: &trial, speeds_rad_s: &curve, critical: &damped_critical, running_rpm };
+        let mut answers = unbalance::responses(&rotor, &system, &asked);
+        let is_steady = |p: &Peak| !is_undamped && campbell.is_steady(rad_s(p.speed_rpm), threshold.as_ref());
+        answers.iter_mut().for_each(|a| a.peaks.retain(is_steady));
+        (trial, answers)
+    };
+    let responses = trials.into_iter().map(respond).collect();
     let critical_rad_s: Vec<f64> = critical.iter().map(|c| c.speed_rad_s).collect();
     let known = plausibility::CheckContext {
         rotor: &rotor,
@@ -144,6 +182,7 @@ pub fn check(rotor: &Rotor, running_rpm: Option<[f64; 2]>) -> Result<Check, Erro
     let stations_m = system.model.structure.stations.iter().map(|s| s.position_m).collect();
     Ok(Check {
         range_rpm,
+        running_rpm,
         statics,
         mass_kg,
         centre_of_gravity_m,
@@ -151,13 +190,70 @@ pub fn check(rotor: &Rotor, running_rpm: Option<[f64; 2]>) -> Result<Check, Erro
         critical,
         map,
         campbell,
+        range_speeds,
         damped_critical,
+        undamped_critical,
+        is_undamped,
         threshold,
         responses,
         bearings,
         warnings,
         rotor,
     })
+}
+
+impl Check {
+    /// Modes at the fastest speed of the range.
+    pub fn fastest_modes(&self) -> &[Mode] {
+        self.range_speeds.last().map_or(&[], |k| &self.campbell.modes[*k])
+    }
+
+    /// Rates of growth at the fastest speed of the range of the roots that do not oscillate, rad/s.
+    pub fn fastest_real_rad_s(&self) -> &[f64] {
+        self.range_speeds.last().map_or(&[], |k| &self.campbell.real_rad_s[*k])
+    }
+}
+
+/// The unbalances that a machine of this mass (kg) and centre of gravity (m) is tried with.
+fn trials(
+    rotor: &Rotor,
+    unbalance: CheckUnbalance,
+    [mass_kg, centre_m]: [f64; 2],
+    fastest_rpm: f64,
+) -> Result<Vec<TrialUnbalance>, Error> {
+    match unbalance {
+        CheckUnbalance::Own => Ok(vec![unbalance::own(rotor).ok_or(Error::NoOwnUnbalance)?]),
+        CheckUnbalance::Assumed if fastest_rpm > 0.0 => {
+            Ok(unbalance::trials(rotor, mass_kg, centre_m, fastest_rpm))
+        }
+        // at rest no unbalance is too large
+        CheckUnbalance::Assumed => Ok(Vec::new()),
+    }
+}
+
+/// Speeds that lie evenly over a range, one if it is a single speed.
+fn range_speeds(from: f64, to: f64) -> Vec<f64> {
+    let mut speeds: Vec<f64> =
+        (0..SPEEDS).map(|k| from + (to - from) * k as f64 / (SPEEDS - 1) as f64).collect();
+    speeds.dedup();
+    speeds
+}
+
+/// These speeds and others from below the first critical speed to the end of the responses.
+fn surveyed(range_speeds: &[f64], end: f64, first_critical: Option<f64>) -> Vec<f64> {
+    let mut all = range_speeds.to_vec();
+    if end > 0.0 {
+        let slowest = first_critical.map_or(f64::INFINITY, |w| BELOW_FIRST * w).min(SLOWEST * end);
+        let apart = 0.25 * end / SURVEYED as f64;
+        let evenly = (1..=SURVEYED).map(|k| end * k as f64 / SURVEYED as f64);
+        let others = std::iter::once(slowest).chain(evenly);
+        let is_new = |s: &f64| range_speeds.iter().all(|r| (r - s).abs() > apart);
+        let is_end = |s: &f64| *s == slowest || *s == end;
+        all.extend(others.filter(|s| is_new(s) || is_end(s)));
+    }
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
 }
 
 /// The rotor with planes at its disks (or in the middle) and probes at its bearings where it has none; no mark is
@@ -202,7 +298,9 @@ fn default_range_rpm(rotor: &Rotor, system: &System) -> [f64; 2] {
         let round = 10_f64.powf(second.log10().floor()) / 4.0;
         (second / round).ceil() * round
     });
-    [to / SPEEDS as f64, to]
+    let first = critical::critical_speeds(system, 0.0, 1);
+    let below_first = first.first().map_or(f64::INFINITY, |c| BELOW_FIRST * rpm(c.speed_rad_s));
+    [(to / SPEEDS as f64).min(below_first), to]
 }
 
 fn bearings(

@@ -4,11 +4,13 @@
 //! quadratic problem `T(λ) q = 0` itself (`newton`), which gives the shape, sheds what rounding in the larger state matrix left, and
 //! follows a mode from one speed to the next.
 
-use nalgebra::{Complex, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::bearing::support::Dampers;
 use crate::check::system::{System, SystemMatrices};
-use crate::decomposition::eigen::{Eigenpair, MatrixFunction, NewtonLimits, newton, quadratic};
+use crate::decomposition::eigen::{
+    DefinitePencil, Eigenpair, MatrixFunction, NewtonLimits, newton, quadratic,
+};
 use crate::error::Error;
 use crate::model::chain::eigenpair;
 
@@ -18,6 +20,15 @@ type C = Complex<f64>;
 const NEWTON: NewtonLimits = NewtonLimits { settled: 1e-13, farthest: f64::INFINITY, near: false };
 /// A root whose imaginary part is a smaller share of it than this does not oscillate.
 const OSCILLATES: f64 = 1e-6;
+/// Growth or decay below this share of the eigenvalue is rounding.
+const ROUNDING: f64 = 1e-9;
+/// A mode that decays by less than this a radian needs more than 160,000 turns at its critical speed to build up the
+/// amplitude of its peak, which is then of no machine.
+const BUILDS_UP: f64 = 1e-6;
+/// Log decrement of a damping ratio of 1/√2, from which on a mode has no resonance peak.
+pub const STRONG_LOG_DECREMENT: f64 = std::f64::consts::TAU;
+/// Two roots that differ by less than this are one, of which every mixture of the two shapes is a mode.
+const ONE_ROOT: f64 = 1e-8;
 /// Stations that move less than this share of the largest do not speak for the sense of whirl.
 const MOVES: f64 = 0.05;
 /// Orbits narrower than this (minor over major axis) have no sense.
@@ -30,7 +41,7 @@ pub enum Whirl {
     Forward,
     /// Against it everywhere.
     Backward,
-    /// Forward at some places and backward at others, or to and fro on a line.
+    /// Forward at some places and backward at others, to and fro on a line, or of a shaft at rest.
     Mixed,
 }
 
@@ -63,10 +74,51 @@ impl Mode {
         self.eigenvalue.im
     }
 
-    /// Logarithm of the ratio of successive amplitudes, `−2πσ/ω`; negative for a mode that grows.
+    /// Logarithm of the ratio of successive amplitudes, `−2πσ/ω`; negative for a mode that grows, zero for an undamped
+    /// one.
     pub fn log_decrement(&self) -> f64 {
+        if self.is_undamped() {
+            return 0.0;
+        }
         -std::f64::consts::TAU * self.eigenvalue.re / self.eigenvalue.im
     }
+
+    /// Whether its growth or decay is rounding.
+    pub fn is_undamped(&self) -> bool {
+        self.eigenvalue.re.abs() <= ROUNDING * self.eigenvalue.norm()
+    }
+
+    pub fn grows(&self) -> bool {
+        self.eigenvalue.re > ROUNDING * self.eigenvalue.norm()
+    }
+
+    /// Whether it can have a resonance peak.
+    pub fn can_resonate(&self) -> bool {
+        self.log_decrement() < STRONG_LOG_DECREMENT
+    }
+
+    /// Whether a forced peak at it has an amplitude that the model can state.
+    pub fn has_amplitude(&self) -> bool {
+        self.eigenvalue.re.abs() >= BUILDS_UP * self.eigenvalue.norm()
+    }
+
+    /// Share of its motion that turns with the rotation, by displacement: unbalance excites no other.
+    pub fn forward_share(&self) -> f64 {
+        let i = C::new(0.0, 1.0);
+        let part =
+            |sign: f64| self.x.iter().zip(&self.y).map(|(x, y)| (x + i * sign * y).norm_sqr()).sum::<f64>();
+        let (forward, backward) = (part(1.0), part(-1.0));
+        forward / (forward + backward)
+    }
+}
+
+/// Roots of the machine at a speed.
+#[derive(Debug, Clone)]
+pub struct Roots {
+    /// Those that oscillate, by rising frequency.
+    pub modes: Vec<Mode>,
+    /// Those that do not, as rates of growth (negative: decay), the slowest first, rad/s.
+    pub real_rad_s: Vec<f64>,
 }
 
 /// Every oscillating mode up to a frequency and at least the `fewest` lowest, by rising frequency.
@@ -79,15 +131,30 @@ pub fn modes(
     highest_rad_s: f64,
     fewest: usize,
 ) -> Result<Vec<Mode>, Error> {
+    roots(system, speed_rad_s, highest_rad_s, fewest).map(|found| found.modes)
+}
+
+/// The same with the real roots up to that rate.
+///
+/// # Errors
+/// As [`modes`].
+pub fn roots(system: &System, speed_rad_s: f64, highest_rad_s: f64, fewest: usize) -> Result<Roots, Error> {
     let matrices = system.at(speed_rad_s);
-    let mut roots: Vec<C> = quadratic(&matrices.damping, &matrices.stiffness)
-        .unwrap_or_default()
-        .into_iter()
-        .filter(|v| v.im > OSCILLATES * v.norm())
-        .collect();
-    roots.sort_by(|a, b| a.im.total_cmp(&b.im));
-    let many = roots.partition_point(|v| v.im <= highest_rad_s).max(fewest.min(roots.len()));
-    let found = roots[..many].iter().enumerate().map(|(i, root)| {
+    let all = quadratic(&matrices.damping, &matrices.stiffness).unwrap_or_default();
+    let (mut oscillating, mut real_rad_s) = (Vec::new(), Vec::new());
+    // a shaft that nothing holds has roots at zero, which come out as the root of what rounding leaves
+    let zero = OSCILLATES * matrices.stiffness.amax().sqrt();
+    for v in all {
+        if v.im > OSCILLATES * v.norm() {
+            oscillating.push(v);
+        } else if v.im.abs() <= OSCILLATES * v.norm() && (zero..=highest_rad_s).contains(&v.norm()) {
+            real_rad_s.push(v.re);
+        }
+    }
+    oscillating.sort_by(|a, b| a.im.total_cmp(&b.im));
+    real_rad_s.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let many = oscillating.partition_point(|v| v.im <= highest_rad_s).max(fewest.min(oscillating.len()));
+    let found = oscillating[..many].iter().enumerate().map(|(i, root)| {
         // each begins elsewhere, or two modes of one eigenvalue would come out as the same
         let start = DVector::from_fn(system.size(), |k, _| {
             let turn = 1.0 + (k * (2 * i + 3)) as f64;
@@ -97,7 +164,41 @@ pub fn modes(
             .map(|(value, shape)| mode(system, speed_rad_s, value, shape))
             .ok_or_else(|| Error::ModesNotConverged { speed_rpm: crate::units::rpm(speed_rad_s) })
     });
-    found.collect()
+    let mut modes: Vec<Mode> = found.collect::<Result<_, _>>()?;
+    for i in 1..modes.len() {
+        if let Some([one, other]) = by_sense(system, &modes[i - 1], &modes[i]) {
+            (modes[i - 1], modes[i]) = (one, other);
+        }
+    }
+    Ok(Roots { modes, real_rad_s })
+}
+
+/// Two modes of one root as the mixtures that turn backward and forward, where there are such; `None` for two roots.
+fn by_sense(system: &System, a: &Mode, b: &Mode) -> Option<[Mode; 2]> {
+    if (a.eigenvalue - b.eigenvalue).norm() > ONE_ROOT * a.eigenvalue.norm() {
+        return None;
+    }
+    let n = system.model.structure.size();
+    let backward = |m: &Mode| {
+        let q = &m.coordinates;
+        DVector::from_fn(n, |k, _| q[k] - C::new(0.0, 1.0) * q[n + k])
+    };
+    let whole = |m: &Mode| m.coordinates.rows(0, 2 * n).into_owned();
+    let gram = |of: &dyn Fn(&Mode) -> DVector<C>| {
+        let both = [of(a), of(b)];
+        DMatrix::from_fn(2, 2, |i, j| both[i].dotc(&both[j]))
+    };
+    // |x − iy|² is twice |x|² + |y|² where all motion is backward
+    let pencil = DefinitePencil::new(&gram(&backward), &gram(&whole).cholesky()?.l());
+    let [forward, backward] = *pencil.ascending() else { return None };
+    let pure = pencil.values[forward] < ROUNDING.sqrt() && pencil.values[backward] > 2.0 - ROUNDING.sqrt();
+    pure.then(|| {
+        [backward, forward].map(|number| {
+            let share = pencil.vector(number);
+            let coordinates = &a.coordinates * share[0] + &b.coordinates * share[1];
+            mode(system, a.speed_rad_s, a.eigenvalue, coordinates)
+        })
+    })
 }
 
 /// The same mode at another speed near by; `None` where it cannot be followed.
@@ -146,7 +247,7 @@ fn mode(system: &System, speed_rad_s: f64, found: C, coordinates: DVector<C>) ->
     if largest != C::from(0.0) {
         x.iter_mut().chain(&mut y).for_each(|v| *v /= largest);
     }
-    let whirl = sense(&x, &y);
+    let whirl = if speed_rad_s == 0.0 { Whirl::Mixed } else { sense(&x, &y) };
     Mode { speed_rad_s, eigenvalue, x, y, whirl, coordinates }
 }
 

@@ -196,7 +196,7 @@ fn bearings(known: &CheckContext, all: &mut Vec<String>) {
     let damps = |s: &crate::model::terms::Support| s.law.coefficients(speed_rad_s).damping.norm() > 0.0;
     if !known.system.model.supports.iter().any(damps) {
         all.push(
-            "[[bearing]] damping_n_s_m = 0 at every bearing leaves critical speeds without bounds; even rolling bearings \
+            "[[bearing]] damping_n_s_m = 0 at every bearing: amplitudes at critical speeds have no bound. Rolling bearings \
              have 1e2 to 1e3 N·s/m."
                 .into(),
         );
@@ -211,8 +211,8 @@ fn bearing_key(bearing: &Bearing, name: &str) -> String {
 fn lifted(b: &Bearing, load_n: Option<f64>, all: &mut Vec<String>) {
     if let Some(load) = load_n.filter(|l| *l < 0.0) {
         all.push(format!(
-            "{}: the weight of the shaft lifts it out of this bearing with {} N; usual is a load of both signs nowhere: \
-             look at the positions, or state what holds the shaft down.",
+            "{}: the weight of the shaft pulls it up out of this bearing with {} N. Bearing loads normally all point the same \
+             way: check the positions, or state what holds the shaft down.",
             bearing_key(b, "position_m"),
             figure(-load)
         ));
@@ -286,6 +286,7 @@ fn cross_coupling(b: &Bearing, k: &Matrix2<f64>, all: &mut Vec<String>) {
 fn speed(known: &CheckContext, all: &mut Vec<String>) {
     let first_rpm = known.critical_rad_s.first().map(|w| rpm(*w));
     if let Some(first) = first_rpm
+        && known.fastest_rpm > 0.0
         && known.fastest_rpm < SLOW_RPM
         && known.fastest_rpm < HARDLY_TURNS * first
     {

@@ -1,6 +1,7 @@
 //! Against closed forms, and against the dense matrices of the model.
 
 mod couplings;
+mod stability;
 
 use nalgebra::{Complex, DVector};
 
@@ -8,7 +9,8 @@ use super::campbell::Campbell;
 use super::critical::critical_speeds;
 use super::modes::modes;
 use super::system::System;
-use super::unbalance::{probes_at, responses, speeds_rad_s, trials};
+use super::unbalance::{ResponseRequest, probes_at, responses, speeds_rad_s, trials};
+use super::{CheckUnbalance, check};
 use crate::bearing::Law;
 use crate::bearing::constant::Coefficients;
 use crate::bearing::flexibility::FlexibilityRow;
@@ -132,7 +134,7 @@ fn instability_onset_is_where_cross_coupling_equals_damping() {
     assert!(expected < rad_s(15_000.0), "{}", rpm(expected));
     let system = System::new(&rotor).unwrap();
     let speeds: Vec<f64> = (1..=12).map(|i| expected * f64::from(i) / 8.3).collect();
-    let found = Campbell::new(&system, &speeds, 2.0 * natural).unwrap().threshold(&system).unwrap();
+    let found = Campbell::new(&system, &speeds, 2.0 * natural).unwrap().threshold(&system, 0).unwrap();
     // conical whirl of the uniform shaft is 1.7 times as fast and so the more stable
     assert!((found.speed_rad_s / expected - 1.0).abs() < 1e-4, "{} {expected}", found.speed_rad_s);
     assert!((found.frequency_rad_s / natural - 1.0).abs() < 1e-3);
@@ -152,7 +154,9 @@ fn amplification_of_light_damping_is_one_over_two_zeta() {
     let curve = speeds_rad_s(1.5 * natural, &critical);
     let trial = &trials(&rotor, mass, 0.5, 5000.0)[0];
     let running = [1.2, 1.4].map(|f| rpm(f * natural));
-    for response in responses(&rotor, &system, trial, &curve, Some(running)).unwrap() {
+    let asked =
+        ResponseRequest { trial, speeds_rad_s: &curve, critical: &critical, running_rpm: Some(running) };
+    for response in responses(&rotor, &system, &asked) {
         let peak = &response.peaks[0];
         assert!((peak.speed_rpm / rpm(natural) - 1.0).abs() < 2e-3, "{peak:?}");
         assert!((peak.amplification.unwrap() * 2.0 * zeta - 1.0).abs() < 0.02, "{peak:?}");
@@ -249,8 +253,9 @@ fn raised_middle_bearing_load_equals_closed_form() {
     let mut middle = rotor.bearing[0].clone();
     (middle.name, middle.position_m) = ("M".into(), 0.5);
     rotor.bearing.push(middle);
-    let load =
-        |rotor: &Rotor| super::check(rotor, Some([500.0, 2000.0])).unwrap().bearings[2].load_n.unwrap();
+    let load = |rotor: &Rotor| {
+        check(rotor, Some([500.0, 2000.0]), CheckUnbalance::Assumed).unwrap().bearings[2].load_n.unwrap()
+    };
     let level = load(&rotor);
     rotor.bearing[2].elevation_m = 1e-5;
     let bending = 2.08e11 * std::f64::consts::PI * 0.05_f64.powi(4) / 64.0;
@@ -261,9 +266,9 @@ fn raised_middle_bearing_load_equals_closed_form() {
 fn rated_speeds_set_searched_range_and_separation_margins() {
     let mut rotor = rigid(1e6, 500.0);
     rotor.rated = Some(Rated { speed_rpm: [4000.0, 5000.0], balance_grade_mm_s: None });
-    let found = super::check(&rotor, None).unwrap();
+    let found = check(&rotor, None, CheckUnbalance::Assumed).unwrap();
     assert_eq!(found.range_rpm[1], 6250.0);
-    let asked = super::check(&rotor, Some([4000.0, 5000.0])).unwrap();
+    let asked = check(&rotor, Some([4000.0, 5000.0]), CheckUnbalance::Assumed).unwrap();
     let margins = |c: &super::Check| -> Vec<Option<[f64; 2]>> {
         let all = c.responses.iter().flat_map(|(_, all)| all.iter().flat_map(|r| &r.peaks));
         all.map(|p| p.margin_percent).collect()

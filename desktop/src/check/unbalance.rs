@@ -1,22 +1,25 @@
-//! Response to a trial unbalance, and what standards read off it: amplification factors and separation margins.
+//! Response to an unbalance: that which a check assumes, or that of the rotor file.
 //!
-//! The trial is twice what the balance grade of the file's `[rated]` permits at the fastest rated speed, or without
+//! The assumed one is twice what the balance grade of the file's `[rated]` permits at the fastest rated speed, or without
 //! one twice the residual unbalance that API 617 allows, 2 · 6350 W/N g·mm for a weight of W kg at N rpm, which is
 //! the quality grade G 1.3 of ISO 21940-11; once in phase at all planes (static) and, where
 //! there are two or more, once with the planes on the two sides of the centre of gravity against each other
-//! (couple). Amplification factors are by the half-power points of the curve, `N₁ / (N₂ − N₁)` with the
-//! amplitude at 0.707 of the peak; the separation margin that a peak of factor A ≥ 2.5 needs is
-//! `17 (1 − 1/(A − 1.5))` percent below the running range and 10 more above it (API 617, lateral analysis).
+//! (couple).
+//!
+//! Without damping the amplitude at a critical speed has no bound. Curves have a gap there, from where an undamped mode by
+//! itself would amplify tenfold.
 
 use nalgebra::{Complex, DVector};
 use rayon::prelude::*;
 
 use crate::check::modes::Mode;
+use crate::check::peaks::{Peak, PeakContext, Resonance, margin_percent, peaks};
 use crate::check::system::System;
 use crate::error::Error;
 use crate::grade::permissible_g_mm;
-use crate::machine::drawing::Rotor;
-use crate::units::rpm;
+use crate::machine::drawing::{Plane, Rotor};
+use crate::unbalance::phasor_kg_m;
+use crate::units::{rad_s, rpm};
 
 type C = Complex<f64>;
 
@@ -27,37 +30,25 @@ const TRIAL: f64 = 2.0;
 /// Speeds of the curve, and extra ones around each lightly damped critical speed.
 const SPEEDS: usize = 240;
 const AROUND: usize = 24;
-/// Below this amplification factor a peak is taken as critically damped.
-const DAMPED: f64 = 2.5;
+/// Share of an undamped critical speed on either side of it that curves leave out: `|1 − (Ω/ω)²| < 0.1`.
+const GAP: f64 = 0.05;
+/// A mode of which this share or less turns forward is not met by unbalance.
+const EXCITED: f64 = 0.01;
 
 /// Unbalance at each plane, kg·m.
 #[derive(Debug, Clone)]
 pub struct TrialUnbalance {
-    /// `static` or `couple`.
+    /// `static`, `couple` or `own`.
     pub name: &'static str,
     /// Phasor of each plane of the rotor.
     pub planes_kg_m: Vec<C>,
-}
-
-/// A maximum of the amplitude over speed.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Peak {
-    /// Speed of the maximum, rpm.
-    pub speed_rpm: f64,
-    /// Amplitude, zero to peak, m.
-    pub amplitude_m: f64,
-    /// Amplification factor; `None` where a half-power point is not reached.
-    pub amplification: Option<f64>,
-    /// Distance from the running range and what is needed, percent; `None` without a running range or for a
-    /// peak that is critically damped. Negative inside the range.
-    pub margin_percent: Option<[f64; 2]>,
 }
 
 /// One probe's answer to one trial.
 #[derive(Debug, Clone)]
 pub struct ProbeResponse {
     pub probe: String,
-    /// Speed in rpm and phasor in m.
+    /// Speed in rpm and phasor in m, the peaks among them; NaN in a gap around an undamped critical speed.
     pub points: Vec<(f64, C)>,
     pub peaks: Vec<Peak>,
 }
@@ -80,13 +71,52 @@ pub fn trials(rotor: &Rotor, mass_kg: f64, centre_m: f64, fastest_rpm: f64) -> V
     all
 }
 
+/// The unbalance that the planes of the rotor state; `None` where none does.
+pub fn own(rotor: &Rotor) -> Option<TrialUnbalance> {
+    let stated = rotor.plane.iter().any(|p| p.unbalance_g_mm.is_some());
+    let phasor = |p: &Plane| phasor_kg_m(p.unbalance_g_mm.unwrap_or(0.0), p.angle_deg.unwrap_or(0.0));
+    stated.then(|| TrialUnbalance { name: "own", planes_kg_m: rotor.plane.iter().map(phasor).collect() })
+}
+
+/// A critical speed without enough damping to state an amplitude.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UndampedCritical {
+    pub speed_rad_s: f64,
+    /// Whether unbalance excites it.
+    pub is_excited: bool,
+    /// As [`Peak::margin_percent`]; `None` also where unbalance does not excite it.
+    pub margin_percent: Option<[f64; 2]>,
+}
+
+/// Critical speeds that unbalance excites.
+fn resonances(critical: &[Mode]) -> Vec<Resonance> {
+    let of = |m: &&Mode| m.has_amplitude() && m.can_resonate() && m.forward_share() > EXCITED;
+    let resonance =
+        |m: &Mode| Resonance { speed_rpm: rpm(m.speed_rad_s), half_width_rpm: rpm(m.eigenvalue.re.abs()) };
+    critical.iter().filter(of).map(resonance).collect()
+}
+
+/// Those of the critical speeds that have no amplitude.
+pub fn undamped(critical: &[Mode], running_rpm: Option<[f64; 2]>) -> Vec<UndampedCritical> {
+    let of = |m: &Mode| {
+        let is_excited = m.forward_share() > EXCITED;
+        let margin = |range| margin_percent(rpm(m.speed_rad_s), f64::INFINITY, range);
+        UndampedCritical {
+            speed_rad_s: m.speed_rad_s,
+            is_excited,
+            margin_percent: running_rpm.filter(|_| is_excited).map(margin),
+        }
+    };
+    critical.iter().filter(|m| !m.has_amplitude()).map(of).collect()
+}
+
 /// Speeds at which curves are drawn: evenly to the fastest, closer around the critical ones, rad/s.
 pub fn speeds_rad_s(fastest_rad_s: f64, critical: &[Mode]) -> Vec<f64> {
     let mut speeds: Vec<f64> = (1..=SPEEDS).map(|k| fastest_rad_s * k as f64 / SPEEDS as f64).collect();
     for mode in critical {
         let half = -mode.eigenvalue.re;
-        let reach = 3.0 * half;
-        if half > 0.0 && reach < 0.3 * mode.speed_rad_s {
+        let reach = (3.0 * half).min(0.9 * mode.speed_rad_s);
+        if mode.has_amplitude() && half > 0.0 {
             let step = |k: usize| mode.speed_rad_s + reach * (2.0 * k as f64 / AROUND as f64 - 1.0);
             speeds.extend((0..=AROUND).map(step).filter(|s| *s < fastest_rad_s));
         }
@@ -106,83 +136,39 @@ pub fn probes_at(system: &System, speed_rad_s: f64, planes_kg_m: &[C]) -> Result
     Ok((response.per_unbalance * DVector::from_column_slice(planes_kg_m)).iter().copied().collect())
 }
 
-/// Every probe's response to a trial over these speeds, with its peaks.
-///
-/// # Errors
-/// As [`probes_at`].
-pub fn responses(
-    rotor: &Rotor,
-    system: &System,
-    trial: &TrialUnbalance,
-    speeds_rad_s: &[f64],
-    running_rpm: Option<[f64; 2]>,
-) -> Result<Vec<ProbeResponse>, Error> {
-    let rows: Vec<Vec<C>> = speeds_rad_s
-        .par_iter()
-        .map(|speed| probes_at(system, *speed, &trial.planes_kg_m))
-        .collect::<Result<_, _>>()?;
-    let of = |(i, probe): (usize, &crate::machine::drawing::Probe)| {
-        let points: Vec<(f64, C)> =
-            speeds_rad_s.iter().zip(&rows).map(|(speed, row)| (rpm(*speed), row[i])).collect();
-        ProbeResponse { probe: probe.name.clone(), peaks: peaks(&points, running_rpm), points }
+/// What responses are asked for.
+pub struct ResponseRequest<'a> {
+    pub trial: &'a TrialUnbalance,
+    /// Speeds of the curves, ascending.
+    pub speeds_rad_s: &'a [f64],
+    /// Damped critical speeds: those that peaks are resonances of, and those without damping, around which curves have a
+    /// gap.
+    pub critical: &'a [Mode],
+    pub running_rpm: Option<[f64; 2]>,
+}
+
+/// Every probe's response over speed, with its peaks.
+pub fn responses(rotor: &Rotor, system: &System, asked: &ResponseRequest) -> Vec<ProbeResponse> {
+    let at = |speed: &f64| probes_at(system, *speed, &asked.trial.planes_kg_m).ok();
+    let undamped = || asked.critical.iter().filter(|m| !m.has_amplitude());
+    let in_gap = |speed: &f64| undamped().any(|c| (speed - c.speed_rad_s).abs() < GAP * c.speed_rad_s);
+    let resonances = resonances(asked.critical);
+    let rows: Vec<Option<Vec<C>>> =
+        asked.speeds_rad_s.par_iter().map(|s| if in_gap(s) { None } else { at(s) }).collect();
+    let of = |i: usize| {
+        let one = |(speed, row): (&f64, &Option<Vec<C>>)| {
+            let y = row.as_ref().map_or(C::new(f64::NAN, f64::NAN), |row| row[i]);
+            (rpm(*speed), y)
+        };
+        let mut points: Vec<(f64, C)> = asked.speeds_rad_s.iter().zip(&rows).map(one).collect();
+        let probe_at = |speed_rpm: f64| at(&rad_s(speed_rpm)).map(|row| row[i]);
+        let peaks = peaks(
+            &points,
+            PeakContext { resonances: &resonances, running_rpm: asked.running_rpm, at: &probe_at },
+        );
+        points.extend(peaks.iter().map(|p| (p.speed_rpm, p.phasor_m)));
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ProbeResponse { probe: rotor.probe[i].name.clone(), peaks, points }
     };
-    Ok(rotor.probe.iter().enumerate().map(of).collect())
-}
-
-fn peaks(points: &[(f64, C)], running_rpm: Option<[f64; 2]>) -> Vec<Peak> {
-    let curve: Vec<(f64, f64)> = points.iter().map(|(s, y)| (*s, y.norm())).collect();
-    let mut found = Vec::new();
-    for i in 1..curve.len().saturating_sub(1) {
-        if curve[i].1 <= curve[i - 1].1 || curve[i].1 < curve[i + 1].1 {
-            continue;
-        }
-        let (speed_rpm, amplitude_m) = vertex(curve[i - 1], curve[i], curve[i + 1]);
-        let half = amplitude_m / std::f64::consts::SQRT_2;
-        let below = cross(curve[..=i].iter().rev(), half);
-        let above = cross(curve[i..].iter(), half);
-        let amplification = below.zip(above).map(|(n1, n2)| speed_rpm / (n2 - n1));
-        let margin_percent = running_rpm
-            .filter(|_| amplification.is_none_or(|a| a >= DAMPED))
-            .map(|range| margin(speed_rpm, amplification, range));
-        found.push(Peak { speed_rpm, amplitude_m, amplification, margin_percent });
-    }
-    found
-}
-
-/// Margin and what is needed, percent.
-fn margin(speed_rpm: f64, amplification: Option<f64>, [from, to]: [f64; 2]) -> [f64; 2] {
-    // a peak whose half-power points run into the next is at most as sharp as it would be alone
-    let needed = amplification.map_or(17.0, |a| 17.0 * (1.0 - 1.0 / (a - 1.5)));
-    if speed_rpm < from {
-        [100.0 * (from - speed_rpm) / from, needed]
-    } else if speed_rpm > to {
-        [100.0 * (speed_rpm - to) / to, 10.0 + needed]
-    } else {
-        let inside = (speed_rpm - from).min(to - speed_rpm);
-        [-100.0 * inside / speed_rpm, needed]
-    }
-}
-
-/// Vertex of the parabola through three points.
-fn vertex(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> (f64, f64) {
-    let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
-    let bend = (right - left) / (c.0 - a.0);
-    let slope = left + bend * (b.0 - a.0);
-    if bend < 0.0 { (b.0 - 0.5 * slope / bend, b.1 - 0.25 * slope * slope / bend) } else { b }
-}
-
-/// Where a curve falls to a level before it rises again above where it began.
-fn cross<'a>(mut points: impl Iterator<Item = &'a (f64, f64)>, level: f64) -> Option<f64> {
-    let mut last = points.next()?;
-    for point in points {
-        if point.1 <= level {
-            let share = (last.1 - level) / (last.1 - point.1);
-            return Some(last.0 + share * (point.0 - last.0));
-        }
-        if point.1 > level * std::f64::consts::SQRT_2 {
-            return None;
-        }
-        last = point;
-    }
-    None
+    (0..rotor.probe.len()).into_par_iter().map(of).collect()
 }

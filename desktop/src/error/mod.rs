@@ -172,6 +172,11 @@ pub enum Error {
     /// The iteration for the damped modes does not converge.
     #[error("the modes at {speed_rpm:.0} rpm do not converge")]
     ModesNotConverged { speed_rpm: f64 },
+    /// A response to the rotor's own unbalance is asked for, and its planes state none.
+    #[error(
+        "no [[plane]] states an unbalance; expected unbalance_g_mm and angle_deg in at least one of them"
+    )]
+    NoOwnUnbalance,
     /// A horizontal shaft has fewer than two bearings.
     #[error("{given} bearing given, a horizontal shaft needs two to carry its weight")]
     TooFewBearings { given: usize },

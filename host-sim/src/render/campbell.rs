@@ -1,6 +1,6 @@
 //! Campbell diagram: damped natural frequencies over speed, drawn by their sense of whirl.
 
-use rotor_edge_desktop::check::modes::Whirl;
+use rotor_edge_desktop::check::modes::{STRONG_LOG_DECREMENT, Whirl};
 
 use super::chart::{Axis, Chart, Column, Look, Panel};
 
@@ -8,10 +8,7 @@ const HEIGHT_PX: f64 = 360.0;
 /// How the senses are drawn, and in which order they stand in the legend.
 const SENSES: [(Whirl, &str); 3] =
     [(Whirl::Forward, "forward"), (Whirl::Backward, "backward"), (Whirl::Mixed, "mixed")];
-/// A mode that loses more than this from one period to the next is not drawn: it does not swing.
-const OVERDAMPED: f64 = 12.0;
-
-/// One mode followed over speed: speed and frequency, rpm; sense; log decrement.
+/// One mode followed over speed: speed and frequency, rpm; sense; log decrement. Where it is strongly damped, it is not drawn.
 pub struct Branch {
     /// By ascending speed.
     pub points: Vec<(f64, f64, Whirl, f64)>,
@@ -30,11 +27,11 @@ pub fn campbell(branches: &[Branch], critical: &[(f64, f64)]) -> Chart {
             chart.draw(0, SENSES[sense].1, Look::Model(sense), &columns("frequency"), piece);
         }
     }
-    let points = || branches.iter().flat_map(|b| &b.points).filter(|p| p.3 < OVERDAMPED);
+    let points = || branches.iter().flat_map(|b| &b.points).filter(|p| p.3 < STRONG_LOG_DECREMENT);
     let reach = |of: fn(&(f64, f64, Whirl, f64)) -> f64| points().map(of).fold(0.0, f64::max);
     let end = reach(|p| p.0).min(reach(|p| p.1));
     chart.draw(0, "speed of rotation", Look::Faint, &[], [[0.0, 0.0], [end, end]]);
-    let met = critical.iter().filter(|c| c.1 < OVERDAMPED).map(|c| [c.0, c.0, c.1]);
+    let met = critical.iter().filter(|c| c.1 < STRONG_LOG_DECREMENT).map(|c| [c.0, c.0, c.1]);
     chart.draw(0, "critical speed", Look::Rings(0), &columns("critical speed"), met);
     chart
 }
@@ -43,7 +40,7 @@ pub fn campbell(branches: &[Branch], critical: &[(f64, f64)]) -> Chart {
 fn pieces(branch: &Branch) -> Vec<(usize, Vec<[f64; 3]>)> {
     let number = |sense: Whirl| SENSES.iter().position(|(s, _)| *s == sense).unwrap_or(2);
     let mut all: Vec<(usize, Vec<[f64; 3]>)> = Vec::new();
-    for (speed, frequency, sense, decrement) in branch.points.iter().filter(|p| p.3 < OVERDAMPED) {
+    for (speed, frequency, sense, decrement) in branch.points.iter().filter(|p| p.3 < STRONG_LOG_DECREMENT) {
         let (sense, at) = (number(*sense), [*speed, *frequency, *decrement]);
         match all.last_mut() {
             Some((last, piece)) if *last == sense => piece.push(at),

@@ -15,9 +15,23 @@ class Mode(Record):
     speed_rpm: float
     frequency_rpm: float
     log_decrement: float
-    """Negative for a mode that grows."""
+    """Negative for a mode that grows, zero for an undamped one."""
     whirl: str
     """forward, backward or mixed."""
+
+
+@dataclass(frozen=True, eq=False)
+class WithoutAmplitude(Record):
+    """A critical speed that has no amplitude; margins are in percent."""
+
+    speed_rpm: float
+    excited: bool
+    """Whether unbalance excites it."""
+    margin_percent: float | None
+    """Distance from the running range; negative inside."""
+    needed_percent: float | None
+    """As API 617 asks of a peak without damping."""
+    margin_kept: bool | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +50,7 @@ class StabilityThreshold(Record):
 
     speed_rpm: float
     frequency_rpm: float
+    """Zero for a root that grows without oscillation."""
     from_the_first: bool
     """Whether it is unstable at the first speed of the range already."""
 
@@ -72,15 +87,21 @@ class CheckedBearing(Record):
 
 @dataclass(frozen=True, eq=False)
 class Peak(Record):
-    """A resonance; margins are in percent of its speed."""
+    """A resonance; margins are in percent."""
 
     speed_rpm: float
     amplitude_um: float
+    """Zero to peak."""
+    amplitude_um_pk_pk: float
+    critical_speed_rpm: float | None
+    """Critical speed of the mode that resonates; None for a maximum between resonances."""
     amplification: float | None
+    """By the half-power points; None where one is not reached, or without a resonance."""
     margin_percent: float | None
-    """Distance from the running range; negative inside."""
+    """Distance from the running range; negative inside. None where no margin is needed."""
     needed_percent: float | None
     """As API 617 asks."""
+    margin_kept: bool | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +117,9 @@ class TrialResponse(Record):
     """The response to an assumed unbalance."""
 
     trial: str
-    """static or couple."""
+    """static, couple or own."""
+    basis: str
+    """What the unbalance is: balance_grade or api_617, twice as much as permitted; or rotor_file."""
     planes: tuple[PlaneUnbalance, ...]
     probes: tuple[ProbePeaks, ...]
 
@@ -112,16 +135,29 @@ class Check(Answer):
     largest_sag_m: float | None
     """None where the weight cannot be shared out."""
     range_rpm: Array
+    running_range_rpm: Array | None
+    """Speeds that margins refer to; None where neither the command nor the rotor states them."""
+    stability: str
+    """stable, unstable or not_judged, in the range."""
+    undamped: bool
+    """Whether no mode has enough damping to state an amplitude."""
     critical_speeds_rpm: Array
     """Undamped."""
     critical_speeds_forward: Array
     """The share of the motion that turns forward."""
     damped_critical_speeds: tuple[Mode, ...]
     """Within the range."""
+    damped_critical_speeds_outside: tuple[Mode, ...]
+    """Below the range, and above it up to 1.3 times the fastest speed."""
+    critical_speeds_without_amplitude: tuple[WithoutAmplitude, ...]
+    """Critical speeds of modes without damping."""
     critical_speed_map: CriticalSpeedMap
     modes: tuple[Mode, ...]
-    """At 25 speeds of the range, ascending."""
+    """At 25 speeds of the range, ascending; of a range of one speed, at this one."""
+    overdamped_roots_rad_s: Array
+    """Roots that do not oscillate, at the fastest speed, as rates of growth; negative for decay."""
     stability_threshold: StabilityThreshold | None
+    """From the slowest speed of the range to 1.3 times the fastest."""
     bearings: tuple[CheckedBearing, ...]
     unbalance: tuple[TrialResponse, ...]
     warnings: tuple[str, ...]

@@ -1,6 +1,7 @@
 //! Text and sections of an answer of `check`. Tables and sentences come from the answer; figures also draw the curves that the
 //! JSON leaves out.
 
+mod sentences;
 mod tables;
 mod text;
 
@@ -30,6 +31,7 @@ const SHAPES: usize = 6;
 /// The page of an answer; `found` is the check that it is made from.
 pub fn sections(answer: &CheckAnswer, found: &Check) -> Vec<Section> {
     let mut all = vec![machine(answer, found)];
+    all[0].paragraphs.insert(0, sentences::headline(answer));
     if !answer.warnings.is_empty() {
         all.push(Section {
             heading: "Numbers to look at again".into(),
@@ -38,11 +40,8 @@ pub fn sections(answer: &CheckAnswer, found: &Check) -> Vec<Section> {
         });
     }
     all.extend([critical(answer), modes(answer, found), shapes(found)]);
-    let fastest_rpm = answer.range_rpm[1];
     let responses = answer.unbalance.iter().zip(&found.responses);
-    all.extend(
-        responses.map(|(response, (_, curves))| unbalance(response, curves, &found.rotor, fastest_rpm)),
-    );
+    all.extend(responses.map(|(response, (_, curves))| unbalance(answer, response, curves, &found.rotor)));
     all
 }
 
@@ -84,19 +83,14 @@ pub fn machine(answer: &CheckAnswer, found: &Check) -> Section {
     }
     // eight coefficients do not fit a telephone beside each other
     let rows = tables::bearing_rows(answer);
-    let part = |range: std::ops::Range<usize>| -> Vec<Vec<String>> {
-        let one = |r: &Vec<String>| std::iter::once(r[0].clone()).chain(r[range.clone()].to_vec()).collect();
-        rows.iter().map(one).collect()
-    };
-    let columns = |range: std::ops::Range<usize>| {
-        let mut all = vec![tables::BEARING_COLUMNS[0]];
-        all.extend(&tables::BEARING_COLUMNS[range]);
-        all
+    let part = |caption: String, range: std::ops::Range<usize>| {
+        let (names, cells) = tables::part(&tables::BEARING_COLUMNS, &rows, range);
+        table(&caption, &names, cells)
     };
     let tables = vec![
-        table(&format!("Static load, and place in the film at {to} rpm"), &columns(1..4), part(1..4)),
-        table(&format!("Stiffness at {to} rpm, N/m"), &columns(4..8), part(4..8)),
-        table(&format!("Damping at {to} rpm, N·s/m"), &columns(8..12), part(8..12)),
+        part(format!("Static load, and place in the film at {to} rpm"), 1..4),
+        part(format!("Stiffness at {to} rpm, N/m"), 4..8),
+        part(format!("Damping at {to} rpm, N·s/m"), 8..12),
     ];
     Section { heading: "Machine".into(), paragraphs, tables, figures }
 }
@@ -120,7 +114,7 @@ pub fn critical(answer: &CheckAnswer) -> Section {
                  the share of its motion that turns forward.";
     let mut paragraphs = vec![meant.to_string()];
     let mut listed = Vec::new();
-    match tables::no_critical_speed(answer) {
+    match sentences::no_critical_speed(answer) {
         Some(why) => paragraphs.push(why.into()),
         None => listed.push(table(
             "On the bearings as they are",
@@ -174,17 +168,33 @@ pub fn modes(answer: &CheckAnswer, found: &Check) -> Section {
         ..Trend::default()
     };
     let caption = format!("At {} rpm", number(answer.range_rpm[1], 0));
-    let mut paragraphs = vec![tables::stability(answer)];
+    let mut paragraphs = vec![sentences::headline(answer)];
     let mut listed = Vec::new();
-    match tables::no_damped_critical_speed(answer) {
+    match sentences::no_damped_critical_speed(answer) {
         Some(why) => paragraphs.push(format!("Damped critical speeds: {why}")),
         None => {
             listed.push(table("Damped critical speeds", &tables::DAMPED_COLUMNS, tables::damped_rows(answer)))
         }
     }
-    listed.push(table(&caption, &tables::MODE_COLUMNS, tables::mode_rows(answer)));
+    paragraphs.extend(sentences::strongly_damped_critical(answer));
+    paragraphs.extend(sentences::failing_margins(answer));
+    let without = tables::without_amplitude_rows(answer);
+    if !without.is_empty() {
+        paragraphs.push("A critical speed of a mode without damping has no amplitude.".into());
+        listed.push(table("Without amplitude", &tables::WITHOUT_COLUMNS, without));
+    }
+    listed.push(table(&caption, &tables::MODE_COLUMNS, tables::mode_rows(answer, true)));
+    let strong = tables::mode_rows(answer, false);
+    if !strong.is_empty() {
+        let caption = format!("{caption}, {}", sentences::strongly_damped_caption());
+        listed.push(table(&caption, &tables::MODE_COLUMNS, strong));
+    }
+    let real = tables::real_rows(answer);
+    if !real.is_empty() {
+        listed.push(table(&format!("{caption}, without oscillation"), &tables::REAL_COLUMNS, real));
+    }
     let circles: Vec<_> =
-        answer.damped_critical_speeds.iter().map(|m| (m.speed_rpm, m.log_decrement)).collect();
+        tables::damped_critical(answer).iter().map(|m| (m.speed_rpm, m.log_decrement)).collect();
     Section {
         heading: "Damped modes".into(),
         paragraphs,
@@ -207,7 +217,7 @@ pub fn modes(answer: &CheckAnswer, found: &Check) -> Section {
 
 /// Mode shapes at the fastest speed.
 pub fn shapes(found: &Check) -> Section {
-    let last = found.campbell.modes.last().map_or(&[][..], Vec::as_slice);
+    let last = found.fastest_modes();
     let one = |m: &Mode| {
         let title = format!("Shape at {} rpm", number(rpm(m.frequency_rad_s()), 0));
         let curve = |name: &str, along: &[Complex<f64>]| {
@@ -229,9 +239,12 @@ pub fn shapes(found: &Check) -> Section {
             ..Trend::default()
         };
         let caption = format!(
-            "{} whirl, log decrement {}; each direction at the instant of its own largest motion.",
+            "{} whirl, {}; each direction at the instant of its own largest motion.",
             capital(m.whirl.name()),
-            three_digits(m.log_decrement())
+            match m.is_undamped() {
+                true => "undamped".to_string(),
+                false => format!("log decrement {}", three_digits(m.log_decrement())),
+            }
         );
         Figure::new(title, caption, trend(&drawn))
     };
@@ -261,38 +274,41 @@ fn capital(word: &str) -> String {
 /// Maxima, and their margins where the running range was stated: beside each other they do not fit a telephone.
 fn peaks(response: &TrialResponse) -> Vec<PageTable> {
     let rows = tables::peak_rows(response);
-    let part = |columns: [usize; 4]| -> (Vec<&str>, Vec<Vec<String>>) {
-        let names = columns.map(|c| tables::PEAK_COLUMNS[c]).to_vec();
-        (names, rows.iter().map(|r| columns.map(|c| r[c].clone()).to_vec()).collect())
+    if rows.is_empty() {
+        return Vec::new();
+    }
+    let part = |columns: &[usize]| -> (Vec<&str>, Vec<Vec<String>>) {
+        let names = columns.iter().map(|c| tables::PEAK_COLUMNS[*c]).collect();
+        (names, rows.iter().map(|r| columns.iter().map(|c| r[*c].clone()).collect()).collect())
     };
-    let (names, cells) = part([0, 1, 2, 3]);
+    let (names, cells) = part(&[0, 1, 2, 3]);
     let mut all = vec![table("Maxima", &names, cells)];
-    if rows.iter().any(|r| r[4] != "–") {
-        let (names, cells) = part([0, 1, 4, 5]);
+    if rows.iter().any(|r| r[5] != "–") {
+        let (names, cells) = part(&[0, 1, 5, 6, 7]);
         all.push(table("Separation from the running range", &names, cells));
     }
     all
 }
 
-/// The response to a trial unbalance: maxima in tables, the curves of each bearing's probes in figures.
+/// The response to an unbalance: maxima in tables, the curves of each bearing's probes in figures.
 pub fn unbalance(
-    answer: &TrialResponse,
+    answer: &CheckAnswer,
+    response: &TrialResponse,
     curves: &[ProbeResponse],
     rotor: &Rotor,
-    fastest_rpm: f64,
 ) -> Section {
-    let trial = answer.trial;
+    let trial = response.trial;
     let mut by_bearing: Vec<(String, Vec<Curve>, Vec<Point>)> = Vec::new();
-    for (response, probe) in curves.iter().zip(&rotor.probe) {
+    for (curve, probe) in curves.iter().zip(&rotor.probe) {
         let peak = |speed_rpm: f64| {
-            response
+            curve
                 .points
                 .iter()
                 .min_by(|a, b| (a.0 - speed_rpm).abs().total_cmp(&(b.0 - speed_rpm).abs()))
                 .copied()
         };
-        let peaks = response.peaks.iter().filter_map(|p| peak(p.speed_rpm));
-        let curve = Curve { label: response.probe.clone(), points: response.points.clone() };
+        let peaks = curve.peaks.iter().filter_map(|p| peak(p.speed_rpm));
+        let curve = Curve { label: curve.probe.clone(), points: curve.points.clone() };
         match by_bearing.iter_mut().find(|(name, ..)| *name == probe.bearing) {
             Some((_, curves, circles)) => {
                 curves.push(curve);
@@ -308,19 +324,18 @@ pub fn unbalance(
             Figure::new(title, "Amplitude and phase lag over speed.", bode_of("maximum", circles, curves))
         })
         .collect();
+    let gap = (!answer.critical_speeds_without_amplitude.is_empty()).then(|| {
+        "The curves have a gap of 5 % on either side of each critical speed that has no amplitude."
+            .to_string()
+    });
     Section {
         heading: format!("Unbalance response, {trial}"),
-        paragraphs: vec![format!(
-            "{} g·mm at each plane, {}: twice what API 617 leaves at {} rpm in all.",
-            three_digits(answer.each_g_mm()),
-            if trial == "static" {
-                "in phase"
-            } else {
-                "the two sides of the centre of gravity against each other"
-            },
-            number(fastest_rpm, 0)
-        )],
-        tables: peaks(answer),
+        paragraphs: std::iter::once(sentences::unbalance(answer, response))
+            .chain(sentences::missing_peaks(answer, response))
+            .chain(sentences::between_resonances(response))
+            .chain(gap)
+            .collect(),
+        tables: peaks(response),
         figures,
     }
 }

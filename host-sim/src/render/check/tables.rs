@@ -1,7 +1,14 @@
-//! Tables and sentences of an answer of `check`, for terminal and page.
+//! Tables of an answer of `check`, for terminal and page.
 
-use crate::answers::check::{CheckAnswer, CheckedBearing, ModeAnswer, TrialResponse};
+use rotor_edge_desktop::check::modes::STRONG_LOG_DECREMENT;
+
+use crate::answers::check::{CheckAnswer, CheckedBearing, ModeAnswer, TrialResponse, WithoutAmplitude};
 use crate::scale::{number, three_digits};
+
+/// Whether a mode has a resonance peak.
+pub fn resonates(m: &ModeAnswer) -> bool {
+    m.log_decrement < STRONG_LOG_DECREMENT
+}
 
 pub const BEARING_COLUMNS: [&str; 12] =
     ["bearing", "load N", "ε", "attitude °", "kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"];
@@ -22,7 +29,18 @@ pub fn bearing_rows(answer: &CheckAnswer) -> Vec<Vec<String>> {
     answer.bearings.iter().map(of).collect()
 }
 
-fn absent() -> String {
+/// A part of a table: the first column and these.
+pub fn part<'a>(
+    columns: &[&'a str],
+    rows: &[Vec<String>],
+    range: std::ops::Range<usize>,
+) -> (Vec<&'a str>, Vec<Vec<String>>) {
+    let names = std::iter::once(columns[0]).chain(columns[range.clone()].iter().copied()).collect();
+    let one = |r: &Vec<String>| std::iter::once(r[0].clone()).chain(r[range.clone()].to_vec()).collect();
+    (names, rows.iter().map(one).collect())
+}
+
+pub fn absent() -> String {
     "–".to_string()
 }
 
@@ -38,14 +56,6 @@ fn scientific(value: f64) -> String {
 
 pub const CRITICAL_COLUMNS: [&str; 2] = ["critical speed rpm", "turns forward"];
 
-/// Why there is none, if there is none.
-pub fn no_critical_speed(answer: &CheckAnswer) -> Option<&'static str> {
-    answer.critical_speeds_rpm.is_empty().then_some(
-        "None: without damping and without what does work on a closed orbit, the bearings would not hold the shaft, as \
-         films that push it out across the load; look at the damped modes.",
-    )
-}
-
 /// One row an undamped critical speed.
 pub fn critical_rows(answer: &CheckAnswer) -> Vec<Vec<String>> {
     let forward = answer.critical_speeds_forward.iter();
@@ -53,70 +63,107 @@ pub fn critical_rows(answer: &CheckAnswer) -> Vec<Vec<String>> {
     answer.critical_speeds_rpm.iter().zip(forward).map(row).collect()
 }
 
-pub const DAMPED_COLUMNS: [&str; 3] = ["critical speed rpm", "log decrement", "whirl"];
+pub const DAMPED_COLUMNS: [&str; 4] = ["critical speed rpm", "log decrement", "whirl", "range"];
 
-/// Why the range has no damped critical speed, if it has none.
-pub fn no_damped_critical_speed(answer: &CheckAnswer) -> Option<String> {
-    let [from, to] = answer.range_rpm.map(|s| number(s, 0));
-    answer.damped_critical_speeds.is_empty().then(|| format!("None from {from} to {to} rpm."))
+/// Damped critical speeds inside and outside of the range, ascending.
+pub fn damped_critical(answer: &CheckAnswer) -> Vec<&ModeAnswer> {
+    let mut all: Vec<&ModeAnswer> =
+        answer.damped_critical_speeds.iter().chain(&answer.damped_critical_speeds_outside).collect();
+    all.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
+    all
 }
 
-/// One row a damped critical speed.
+/// One row a damped critical speed that has a resonance peak.
 pub fn damped_rows(answer: &CheckAnswer) -> Vec<Vec<String>> {
-    let row = |m: &ModeAnswer| vec![number(m.speed_rpm, 0), three_digits(m.log_decrement), m.whirl.into()];
-    answer.damped_critical_speeds.iter().map(row).collect()
+    let [from, to] = answer.range_rpm;
+    let place = |speed_rpm: f64| match speed_rpm {
+        s if s < from => "below",
+        s if s > to => "above",
+        _ => "inside",
+    };
+    let row = |m: &ModeAnswer| {
+        vec![number(m.speed_rpm, 0), decrement(m), m.whirl.into(), place(m.speed_rpm).into()]
+    };
+    damped_critical(answer).into_iter().filter(|m| resonates(m)).map(row).collect()
+}
+
+/// A log decrement, or that there is none.
+pub fn decrement(m: &ModeAnswer) -> String {
+    if m.log_decrement == 0.0 { "undamped".into() } else { three_digits(m.log_decrement) }
 }
 
 pub const MODE_COLUMNS: [&str; 4] = ["frequency rpm", "of the speed", "log decrement", "whirl"];
 
-/// One row a damped mode at the fastest speed.
-pub fn mode_rows(answer: &CheckAnswer) -> Vec<Vec<String>> {
+/// One row a damped mode at the fastest speed, of those that have a resonance peak or of the others.
+pub fn mode_rows(answer: &CheckAnswer, resonant: bool) -> Vec<Vec<String>> {
     let row = |m: &ModeAnswer| {
-        vec![
-            number(m.frequency_rpm, 0),
-            format!("{:.2}", m.frequency_rpm / m.speed_rpm),
-            three_digits(m.log_decrement),
-            m.whirl.into(),
-        ]
+        let of_speed = match m.speed_rpm {
+            0.0 => absent(),
+            speed_rpm => format!("{:.2}", m.frequency_rpm / speed_rpm),
+        };
+        vec![number(m.frequency_rpm, 0), of_speed, decrement(m), m.whirl.into()]
     };
-    answer.fastest_modes().map(row).collect()
+    answer.fastest_modes().filter(|m| resonates(m) == resonant).map(row).collect()
 }
 
-pub fn stability(answer: &CheckAnswer) -> String {
-    let [from, to] = answer.range_rpm.map(|s| number(s, 0));
-    match &answer.stability_threshold {
-        None => format!("Stable from {from} to {to} rpm: every log decrement is positive."),
-        Some(t) if t.from_the_first => {
-            format!("Unstable at {from} rpm already: it whirls at {} rpm.", number(t.frequency_rpm, 0))
-        }
-        Some(t) => format!(
-            "Unstable from {} rpm on: there it begins to whirl at {} rpm.",
-            number(t.speed_rpm, 0),
-            number(t.frequency_rpm, 0)
-        ),
-    }
+pub const REAL_COLUMNS: [&str; 2] = ["time constant s", "motion"];
+
+/// One row a root that does not oscillate.
+pub fn real_rows(answer: &CheckAnswer) -> Vec<Vec<String>> {
+    let row = |rate: &f64| {
+        let motion = if *rate > 0.0 { "grows" } else { "decays" };
+        vec![three_digits(rate.abs().recip()), motion.into()]
+    };
+    answer.overdamped_roots_rad_s.iter().map(row).collect()
 }
 
-pub const PEAK_COLUMNS: [&str; 6] =
-    ["probe", "peak at rpm", "µm pk-pk", "amplification", "margin %", "needed %"];
+pub const PEAK_COLUMNS: [&str; 8] =
+    ["probe", "peak rpm", "µm pk-pk", "amplification", "critical", "margin %", "needed %", "kept"];
+/// How many of them do not need a running range.
+pub const WITHOUT_RANGE: usize = 5;
 
 /// One row a maximum of a probe.
 pub fn peak_rows(response: &TrialResponse) -> Vec<Vec<String>> {
-    let percent = |p: Option<f64>| p.map_or_else(absent, |p| format!("{p:.0}").replace('-', "−"));
     let mut rows = Vec::new();
     for probe in &response.probes {
         rows.extend(probe.peaks.iter().map(|p| {
             vec![
                 probe.name.clone(),
                 number(p.speed_rpm, 0),
-                three_digits(p.amplitude_um * 2.0),
-                p.amplification.map_or_else(absent, |a| format!("{a:.1}")),
+                three_digits(p.amplitude_um_pk_pk),
+                p.amplification.map_or_else(absent, |a| number(a, 1)),
+                p.critical_speed_rpm.map_or_else(absent, |s| number(s, 0)),
                 percent(p.margin_percent),
                 percent(p.needed_percent),
+                kept(p.margin_kept),
             ]
         }));
     }
     rows
+}
+
+pub const WITHOUT_COLUMNS: [&str; 5] = ["critical speed rpm", "unbalance", "margin %", "needed %", "kept"];
+
+/// One row a critical speed that has no amplitude.
+pub fn without_amplitude_rows(answer: &CheckAnswer) -> Vec<Vec<String>> {
+    let row = |c: &WithoutAmplitude| {
+        vec![
+            number(c.speed_rpm, 0),
+            if c.excited { "excites it" } else { "does not excite it" }.into(),
+            percent(c.margin_percent),
+            percent(c.needed_percent),
+            kept(c.margin_kept),
+        ]
+    };
+    answer.critical_speeds_without_amplitude.iter().map(row).collect()
+}
+
+fn percent(value: Option<f64>) -> String {
+    value.map_or_else(absent, |p| number(p, 0))
+}
+
+fn kept(value: Option<bool>) -> String {
+    value.map_or_else(absent, |kept| if kept { "yes" } else { "no" }.into())
 }
 
 #[cfg(test)]
