@@ -103,3 +103,4 @@ pub mod units;
 pub mod whole_file;
 
 pub use error::{Error, FilmError, ForecastError, StartupError, TrackError};
+pub use statistics::{interval, significance};

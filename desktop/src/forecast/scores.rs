@@ -3,7 +3,7 @@
 
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 
-use super::ahead::interval;
+use crate::statistics::interval::interval_95;
 
 /// Quantiles that the pinball loss is of.
 pub const LEVELS: [f64; 3] = [0.05, 0.5, 0.95];
@@ -53,7 +53,7 @@ impl Score {
             average(&|[mean, sd], outcome| pinball(level, mean + z * sd, outcome))
         };
         let inside = |[mean, sd]: [f64; 2], outcome: f64| {
-            let [low, high] = interval(mean, sd);
+            let [low, high] = interval_95(mean, sd);
             f64::from(u8::from((low..=high).contains(&outcome)))
         };
         Self {

@@ -16,3 +16,20 @@
 pub const SURE: f64 = 0.05;
 /// A rival with less than this share of the best one's probability is ruled out.
 pub const RIVAL: f64 = 0.05;
+
+/// A probability in percent; beyond 0.1 and 99.9 % only its side is stated.
+///
+/// ```
+/// use rotor_edge_desktop::significance::percent;
+///
+/// assert_eq!(percent(0.0), "less than 0.1 %");
+/// assert_eq!(percent(0.0567), "5.7 %");
+/// assert_eq!(percent(1.0), "more than 99.9 %");
+/// ```
+pub fn percent(probability: f64) -> String {
+    match probability {
+        p if p > 0.999 => "more than 99.9 %".into(),
+        p if p < 0.001 => "less than 0.1 %".into(),
+        p => format!("{:.1} %", 100.0 * p),
+    }
+}

@@ -6,12 +6,11 @@ use super::daily::Tracking;
 use super::record::Day;
 use crate::decomposition::singular_values;
 use crate::error::{Error, TrackError};
+use crate::statistics::interval::HALF_95;
 use crate::unbalance::G_MM;
 
 type C = Complex<f64>;
 
-/// Half of a 95 % interval, in standard deviations.
-const HALF: f64 = 1.96;
 /// Largest noise relative to the least unbalance that explains a reading. Above it, one day determines the unbalance
 /// to no better than a half.
 const MOST_NOISE: f64 = 0.5;
@@ -57,7 +56,7 @@ impl PlanesTold {
         let read = DVector::from_fn(left.len(), |p, _| left[p] * weigh(p)).norm();
         let told = singular_values(weighed);
         let least = if slope.nrows() < planes { 0.0 } else { told.min() };
-        Some(Self { noise_kg_m: HALF / least, explains_kg_m: read / told.max() })
+        Some(Self { noise_kg_m: HALF_95 / least, explains_kg_m: read / told.max() })
     }
 }
 

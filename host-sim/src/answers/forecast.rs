@@ -1,10 +1,11 @@
 //! Answer of `forecast`.
 
-use rotor_edge_desktop::forecast::ahead::{ForecastPath, interval};
+use rotor_edge_desktop::forecast::ahead::ForecastPath;
 use rotor_edge_desktop::forecast::events;
 use rotor_edge_desktop::forecast::limit::FirstPassage;
 use rotor_edge_desktop::forecast::scores::Score;
 use rotor_edge_desktop::forecast::series::{DailySeries, History};
+use rotor_edge_desktop::interval::interval_95;
 use serde::Serialize;
 
 use super::shared::ByName;
@@ -70,12 +71,15 @@ pub struct ForecastDay {
     pub series: ByName<IntervalAnswer>,
 }
 
-/// A value with its 95 % interval.
+/// A value with its 95 % interval. A size is not negative. An angle is within ±180 degrees and its interval around it; an
+/// interval as wide as the circle is the whole circle, and the angle undetermined.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct IntervalAnswer {
     pub value: f64,
     pub low: f64,
     pub high: f64,
+    /// Whether the interval excludes anything.
+    pub determined: bool,
 }
 
 /// Days until the limit is reached with a chance of 5 to 95 %; None is not within the forecast.
@@ -132,15 +136,22 @@ impl SeriesCurves {
         let SeriesForecast { series, ahead, .. } = forecast;
         let day = |k: usize| history.first_d + k as f64;
         let known = series.values.len();
-        let interval_95 = |k: usize| {
-            let IntervalAnswer { low, high, .. } = IntervalAnswer::of(ahead, k);
+        // an angle's curve goes on over whole turns, shifted so that the last estimate is within ±180 degrees
+        let turned = match (is_size(series.name), series.values.last()) {
+            (false, Some(last)) => on_circle_deg(*last) - last,
+            _ => 0.0,
+        };
+        let days = 0..ahead.mean.len();
+        let bounded = |k: usize| bounded(series.name, ahead, k).map(|v| v + turned);
+        let band = |k: usize| {
+            let [_, low, high] = bounded(k);
             [day(known + k), low, high]
         };
         Self {
             series: series.name.to_string(),
-            estimates: series.values.iter().enumerate().map(|(k, value)| (day(k), *value)).collect(),
-            forecast: ahead.mean.iter().enumerate().map(|(k, mean)| (day(known + k), *mean)).collect(),
-            interval_95: (0..ahead.mean.len()).map(interval_95).collect(),
+            estimates: series.values.iter().enumerate().map(|(k, value)| (day(k), value + turned)).collect(),
+            forecast: days.clone().map(|k| (day(known + k), bounded(k)[0])).collect(),
+            interval_95: days.map(band).collect(),
         }
     }
 }
@@ -163,8 +174,8 @@ impl ForecastAnswer {
         let days = forecasts.first().map_or(0, |f| f.ahead.mean.len());
         let day = |k: usize| {
             let time_d = last_d + k as f64 + 1.0;
-            let series =
-                forecasts.iter().map(|f| (f.series.name.to_string(), IntervalAnswer::of(&f.ahead, k)));
+            let interval = |f: &SeriesForecast| IntervalAnswer::of(f.series.name, &f.ahead, k);
+            let series = forecasts.iter().map(|f| (f.series.name.to_string(), interval(f)));
             ForecastDay { time_d, time: time(time_d), series: series.collect() }
         };
         let methods = forecasts.first().map_or(&[][..], |f| &f.scores);
@@ -202,10 +213,35 @@ fn by_series<T>(
     forecasts.iter().map(one).collect()
 }
 
+/// Whether a series, by the name of its column, is a size and not an angle.
+pub fn is_size(series: &str) -> bool {
+    series.starts_with('U')
+}
+
+/// An angle within ±180 degrees.
+fn on_circle_deg(angle_deg: f64) -> f64 {
+    180.0 - (180.0 - angle_deg).rem_euclid(360.0)
+}
+
+/// Value and ends of the 95 % interval of a day: sizes from zero on, angles half a turn either way at most.
+fn bounded(series: &str, ahead: &ForecastPath, k: usize) -> [f64; 3] {
+    let mean = ahead.mean[k];
+    let [low, high] = interval_95(mean, ahead.sd[k]);
+    if is_size(series) {
+        [mean.max(0.0), low.max(0.0), high.max(0.0)]
+    } else {
+        [mean, low.max(mean - 180.0), high.min(mean + 180.0)]
+    }
+}
+
 impl IntervalAnswer {
-    fn of(ahead: &ForecastPath, k: usize) -> Self {
-        let [low, high] = interval(ahead.mean[k], ahead.sd[k]);
-        Self { value: ahead.mean[k], low, high }
+    fn of(series: &str, ahead: &ForecastPath, k: usize) -> Self {
+        let [value, low, high] = bounded(series, ahead, k);
+        if is_size(series) {
+            return Self { value, low, high, determined: high.is_finite() };
+        }
+        let turned = on_circle_deg(value) - value;
+        Self { value: value + turned, low: low + turned, high: high + turned, determined: high - low < 360.0 }
     }
 }
 
@@ -274,4 +310,34 @@ fn against_naive(model: &str, forecasts: &[SeriesForecast], horizons: &[usize]) 
         }
     };
     horizons.iter().enumerate().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn last(series: &str, mean: f64, sd: f64) -> IntervalAnswer {
+        IntervalAnswer::of(series, &ForecastPath { mean: vec![mean], sd: vec![sd] }, 0)
+    }
+
+    #[test]
+    fn forecast_size_near_zero_has_no_negative_interval() {
+        let size = last("U_g", 48.6, 50.7);
+        assert_eq!((size.low, size.determined), (0.0, true));
+        assert!((size.high - 148.0).abs() < 0.1);
+        assert_eq!(last("U_d", -3.0, 1.0).value, 0.0);
+    }
+
+    #[test]
+    fn forecast_angle_over_whole_turns_is_on_the_circle() {
+        let angle = last("alpha_g", -381.0, 10.0);
+        assert!((angle.value + 21.0).abs() < 1e-9 && angle.determined, "{angle:?}");
+        assert!((angle.low + 40.6).abs() < 1e-9 && (angle.high + 1.4).abs() < 1e-9, "{angle:?}");
+    }
+
+    #[test]
+    fn forecast_angle_wider_than_the_circle_is_undetermined() {
+        let angle = last("alpha_g", -381.0, 283.0);
+        assert!(!angle.determined && (angle.high - angle.low - 360.0).abs() < 1e-9, "{angle:?}");
+    }
 }

@@ -2,9 +2,14 @@
 
 use std::fmt::Write as _;
 
+use rotor_edge_desktop::significance::percent;
+
+use super::fitted::capital;
 use super::trend::{Trend, trend};
 use super::{Figure, PageTable, Section};
-use crate::answers::forecast::{ForecastAnswer, LimitAnswer, ScoreAnswer, SeriesCurves, words};
+use crate::answers::forecast::{
+    ForecastAnswer, IntervalAnswer, LimitAnswer, LimitDays, ScoreAnswer, SeriesCurves, is_size, words,
+};
 use crate::ingest::dates::Dates;
 use crate::scale::three_digits;
 
@@ -22,46 +27,66 @@ const SCORES: [Scored; 6] = [
     ("Share of outcomes inside the 95 % interval", |s| s.coverage_95, true),
 ];
 
-/// Scores of the past, the forecast, and the limit; `first` is the number of days after which forecasts of the past begin.
+/// The limit, the forecast, what to do, and the scores of the past; forecasts of the past begin after `first` days.
 pub fn text(answer: &ForecastAnswer, first: usize, dates: Dates) -> String {
-    let mut text =
-        format!("Forecasts made on every day of the past after {first}, and what became of them\n\n");
+    let mut text = String::new();
+    for line in answer_lines(answer, dates) {
+        text += &format!("{line}\n");
+    }
+    let days = answer.forecast.len();
+    let _ = writeln!(
+        text,
+        "\nIn {days} days, on {}; intervals and ± hold with 95 %",
+        dates.day(answer.last_d + days as f64)
+    );
+    for (series, last) in answer.forecast.last().iter().flat_map(|day| day.series.iter()) {
+        let _ = writeln!(text, "  {:<14} {}", words(series), in_interval(series, last));
+    }
+    let _ = writeln!(text, "\nForecasts made on every day of the past after {first}, and their errors\n");
     for scored in SCORES {
         text += &text_table(answer, scored);
     }
     answer.against_naive.iter().for_each(|line| text += &format!("{line}\n"));
-    let days = answer.forecast.len();
-    let _ = writeln!(text, "\nIn {days} days, on {}", dates.day(answer.last_d + days as f64));
-    for (series, last) in answer.forecast.last().iter().flat_map(|day| day.series.iter()) {
-        let _ = writeln!(
-            text,
-            "  {:<14} {:>9.1}, between {:.1} and {:.1} with 95 %",
-            words(series),
-            last.value,
-            last.low,
-            last.high
-        );
-    }
+    text + &format!("\nNext: {}\n", next(answer, dates))
+}
+
+/// When the limit is reached, and how probable an event is that would end the forecast.
+fn answer_lines(answer: &ForecastAnswer, dates: Dates) -> Vec<String> {
+    let mut lines: Vec<String> =
+        answer.limit.iter().map(|limit| limit_in_words(limit, answer.last_d, dates)).collect();
     if let Some(chance) = answer.event_chance {
         let (seen_d, seen) = answer.events_seen;
-        let _ = writeln!(
-            text,
-            "  An event at a bearing, a seal or the unbalance would end this; {} in {seen_d:.0} days make one within {days} \
-             days {:.0} % probable.",
-            seen.unwrap_or_default(),
+        let (seen, days) = (seen.unwrap_or_default(), answer.forecast.len());
+        lines.push(format!(
+            "An event at a bearing, a seal or the unbalance would end the forecast: {seen} in {seen_d:.0} days make one within \
+             {days} days {:.0} % probable.",
             100.0 * chance
-        );
+        ));
     }
-    text += &match &answer.limit {
-        Some(limit) => format!(
-            "\n{}\nNext: have correction weights ready before then, with rotor-edge balance\n",
-            limit_in_words(limit, answer.last_d, dates)
+    lines
+}
+
+/// A forecast number with its interval and unit.
+fn in_interval(series: &str, at: &IntervalAnswer) -> String {
+    let IntervalAnswer { value, low, high, determined } = at;
+    match (is_size(series), determined) {
+        (true, _) => format!("{value:.1} g·mm ({low:.1} to {high:.1})"),
+        (false, true) => format!("{value:.1}° ± {:.1}°", 0.5 * (high - low)),
+        (false, false) => "undetermined: any angle is possible".into(),
+    }
+}
+
+/// What to do about the limit.
+fn next(answer: &ForecastAnswer, dates: Dates) -> String {
+    match &answer.limit {
+        None => "state the static unbalance in g·mm that must not be exceeded with --limit".into(),
+        Some(limit) if limit.exceeded => "balance the machine, with weights by rotor-edge balance".into(),
+        Some(LimitAnswer { days: LimitDays { p5: Some(days), .. }, .. }) => format!(
+            "have correction weights ready by {}, with rotor-edge balance",
+            dates.day(answer.last_d + days)
         ),
-        None => "\nNext: say at which static unbalance in g·mm the machine has to be balanced, with --limit, and read when \
-                 that is\n"
-            .into(),
-    };
-    text
+        Some(_) => "no correction is due yet; forecast again as the record grows".into(),
+    }
 }
 
 /// One score of every method at every horizon.
@@ -101,7 +126,6 @@ pub fn sections(answer: &ForecastAnswer, curves: &[SeriesCurves], dates: Dates) 
             .to_string(),
     ];
     scored.extend(answer.against_naive.iter().cloned());
-    let reached = limit.map(|limit| limit_in_words(limit, answer.last_d, dates));
     // the limit is of the static unbalance, the first of the series
     let drawn = |i: usize| limit.filter(|_| i == 0).map(|limit| limit.limit_g_mm);
     let fans = curves.iter().enumerate().map(|(i, series)| fan(series, answer.model, drawn(i), dates));
@@ -116,7 +140,7 @@ pub fn sections(answer: &ForecastAnswer, curves: &[SeriesCurves], dates: Dates) 
         figures,
     };
     vec![
-        section("Forecast", reached.into_iter().collect(), Vec::new(), figures),
+        section("Forecast", answer_lines(answer, dates), Vec::new(), figures),
         section("How good such forecasts were", scored, tables, Vec::new()),
     ]
 }
@@ -170,7 +194,7 @@ fn fan(series: &SeriesCurves, model: &str, limit_g_mm: Option<f64>, dates: Dates
     let mut curves = vec![(format!("forecast, {model}"), series.forecast.clone())];
     let ends = past.first().into_iter().chain(series.forecast.last());
     curves.extend(limit_g_mm.map(|limit| ("limit".to_string(), ends.map(|end| (end.0, limit)).collect())));
-    let magnitude = series.series.starts_with('U');
+    let magnitude = is_size(&series.series);
     let kind = if series.series.ends_with("_g") { "static" } else { "dynamic" };
     let title = format!("{} of the {kind} unbalance", if magnitude { "Size" } else { "Angle" });
     let quantity = if magnitude { "unbalance, g·mm" } else { "angle, degrees" };
@@ -192,31 +216,87 @@ fn fan(series: &SeriesCurves, model: &str, limit_g_mm: Option<f64>, dates: Dates
     }
 }
 
-/// What the limit comes to, in one sentence; days as the track counts them.
+/// Chance and likely days of exceeding the limit; days as the track counts them.
 fn limit_in_words(limit: &LimitAnswer, last_d: f64, dates: Dates) -> String {
-    let head = format!("The limit of {:.0} g·mm static unbalance", limit.limit_g_mm);
+    let LimitAnswer { limit_g_mm, now_g_mm, .. } = limit;
     if limit.exceeded {
         return format!(
-            "{head} is exceeded already: the last of the track, {}, has {:.0} g·mm.",
-            dates.day(last_d),
-            limit.now_g_mm
+            "The static unbalance exceeds the limit of {limit_g_mm:.0} g·mm already: {now_g_mm:.0} g·mm on {}.",
+            dates.day(last_d)
         );
     }
-    let day = |days: Option<f64>| match days {
-        Some(days) => format!("on {}", dates.day(last_d + days)),
-        None => "not within the forecast".to_string(),
-    };
-    format!(
-        "{head} is reached within {} days with {:.0} %: with a chance of 5 % {}; of 50 % {}; of 95 % {}.",
-        limit.chance_until.len(),
-        100.0 * limit.chance,
-        day(limit.days.p5),
-        day(limit.days.p50),
-        day(limit.days.p95)
-    )
+    let day = |days: f64| dates.day(last_d + days);
+    let head = format!(
+        "{} chance of exceeding {limit_g_mm:.0} g·mm static unbalance in the next {} days",
+        capital(&percent(limit.chance)),
+        limit.chance_until.len()
+    );
+    let LimitDays { p5, p50, p95, .. } = limit.days;
+    let Some(earliest) = p5 else { return format!("{head}.") };
+    let later = [(p50, "50 %"), (p95, "95 %")];
+    let later = later.iter().filter_map(|(days, share)| Some(format!(", {share} by {}", day((*days)?))));
+    format!("{head}; the earliest likely day (5 %) is {}{}.", day(earliest), later.collect::<String>())
 }
 
 /// Unit of a series.
 fn unit(series: &str) -> &'static str {
-    if series.starts_with('U') { "g·mm" } else { "°" }
+    if is_size(series) { "g·mm" } else { "°" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn forecast(limit: Option<LimitAnswer>) -> ForecastAnswer {
+        ForecastAnswer {
+            model: "state",
+            rmse: Default::default(),
+            baselines: Default::default(),
+            coverage_95: Default::default(),
+            compared: Default::default(),
+            scores: Default::default(),
+            against_naive: vec!["At 1 d it beats the naive forecast on all four.".into()],
+            forecast: Vec::new(),
+            event_chance: None,
+            limit,
+            last_d: 151.0,
+            events_seen: (152.0, None),
+        }
+    }
+
+    fn limit(chance: f64, days: [Option<f64>; 3]) -> LimitAnswer {
+        let [p5, p50, p95] = days;
+        LimitAnswer {
+            limit_g_mm: 900.0,
+            now_g_mm: 700.0,
+            exceeded: false,
+            chance,
+            chance_until: vec![chance; 60],
+            days: LimitDays { p5, p10: None, p50, p90: None, p95 },
+        }
+    }
+
+    #[test]
+    fn limit_with_no_chance_asks_for_no_weights() {
+        let text = text(&forecast(Some(limit(0.0, [None; 3]))), 90, Dates::default());
+        assert!(text.starts_with("Less than 0.1 % chance of exceeding 900 g·mm static"), "{text}");
+        assert!(!text.contains("weights") && text.contains("no correction is due yet"), "{text}");
+    }
+
+    #[test]
+    fn limit_with_a_chance_names_the_earliest_day_first() {
+        let text = text(&forecast(Some(limit(0.6, [Some(10.0), Some(40.0), None]))), 90, Dates::default());
+        let first = "60.0 % chance of exceeding 900 g·mm static unbalance in the next 60 days; the earliest likely day (5 %) is \
+                     day 161, 50 % by day 191.\n";
+        assert!(text.starts_with(first), "{text}");
+        assert!(text.contains("Next: have correction weights ready by day 161"), "{text}");
+    }
+
+    #[test]
+    fn undetermined_angle_is_named_and_has_no_interval() {
+        let wide = IntervalAnswer { value: -21.0, low: -201.0, high: 159.0, determined: false };
+        assert_eq!(in_interval("alpha_g", &wide), "undetermined: any angle is possible");
+        let known = IntervalAnswer { value: -21.0, low: -40.6, high: -1.4, determined: true };
+        assert_eq!(in_interval("alpha_g", &known), "-21.0° ± 19.6°");
+    }
 }

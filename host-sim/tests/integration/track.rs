@@ -340,9 +340,8 @@ mod slow {
         // the days of the limit are those of the track
         let text = rotor_edge(&["forecast", &csv, "--model", "naive", "--limit", "10"]);
         let text = String::from_utf8_lossy(&text.stdout).to_string();
-        let exceeded =
-            "static unbalance is exceeded already: the last of the track, day 458, 2025-06-02 05:00 UTC, has";
-        assert!(text.contains(exceeded), "{text}");
+        let exceeded = "The static unbalance exceeds the limit of 10 g·mm already: ";
+        assert!(text.starts_with(exceeded) && text.contains("on day 458, 2025-06-02 05:00 UTC."), "{text}");
         assert!(
             text.contains("Continuous ranked probability score") && text.contains("Pinball loss at 5 %"),
             "{text}"

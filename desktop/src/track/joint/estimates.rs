@@ -10,6 +10,7 @@ use super::passes::JointProblem;
 use super::scope::Scope;
 use super::search::SmoothedHistory;
 use super::state::Layout;
+use crate::statistics::interval::HALF_95;
 use crate::track::answer::{CredibleIntervals, Flag, FlagCause, Interval, Reidentified};
 use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
 use crate::track::daily::{TrackedRecord, Tracking};
@@ -18,8 +19,6 @@ use crate::track::operating_point::Logs;
 
 type C = Complex<f64>;
 
-/// Half of a 95 % interval, in standard deviations.
-const HALF: f64 = 1.96;
 /// Share of the probability that an interval leaves out at either end.
 const TAIL: f64 = 0.025;
 /// Halvings by which a quantile is found.
@@ -183,7 +182,7 @@ fn plane(layout: &Layout, states: &[(f64, &Gaussian)], j: usize, weight: C) -> (
             let along = layout.planes[j].slope(z).conj() * C::from_polar(1.0, unbalance.arg());
             let turn_sd = sd(C::i() * along) / unbalance.norm().max(f64::MIN_POSITIVE);
             // the angle of an unbalance that may be zero is anything
-            (unbalance.norm(), sd(along), turn_sd.min(std::f64::consts::PI / HALF))
+            (unbalance.norm(), sd(along), turn_sd.min(std::f64::consts::PI / HALF_95))
         };
         sizes.push(MixturePart { weight: share, at, sd: size_sd });
         angles.push(MixturePart { weight: share, at: turned, sd: turn_sd });
@@ -206,7 +205,7 @@ struct MixturePart {
 /// Central 95 % interval of a mixture of Gaussians.
 fn interval(parts: &[MixturePart]) -> Interval {
     if let [one] = parts {
-        return Interval { low: one.at - HALF * one.sd, high: one.at + HALF * one.sd };
+        return Interval { low: one.at - HALF_95 * one.sd, high: one.at + HALF_95 * one.sd };
     }
     let standard = Normal::standard();
     let total: f64 = parts.iter().map(|p| p.weight).sum();
@@ -214,7 +213,7 @@ fn interval(parts: &[MixturePart]) -> Interval {
         let part = |p: &MixturePart| p.weight * standard.cdf((x - p.at) / p.sd.max(f64::MIN_POSITIVE));
         parts.iter().map(part).sum::<f64>() / total
     };
-    let ends = parts.iter().flat_map(|p| [p.at - 2.0 * HALF * p.sd, p.at + 2.0 * HALF * p.sd]);
+    let ends = parts.iter().flat_map(|p| [p.at - 2.0 * HALF_95 * p.sd, p.at + 2.0 * HALF_95 * p.sd]);
     let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
     let quantile = |share: f64| {
         let (mut low, mut high) = (low, high);
@@ -236,7 +235,8 @@ mod tests {
         let part = |weight: f64| MixturePart { weight, at: 3.0, sd: 0.5 };
         let both = interval(&[part(1.0), part(0.2)]);
         assert!(
-            (both.low - (3.0 - HALF * 0.5)).abs() < 1e-3 && (both.high - (3.0 + HALF * 0.5)).abs() < 1e-3
+            (both.low - (3.0 - HALF_95 * 0.5)).abs() < 1e-3
+                && (both.high - (3.0 + HALF_95 * 0.5)).abs() < 1e-3
         );
     }
 
