@@ -282,6 +282,6 @@ impl ComparedValues {
 }
 
 /// Chance of a χ² at least this large.
-fn upper_tail(chi2: f64, degrees_of_freedom: usize) -> f64 {
+pub(crate) fn upper_tail(chi2: f64, degrees_of_freedom: usize) -> f64 {
     ChiSquared::new(degrees_of_freedom as f64).map_or(1.0, |law| law.sf(chi2))
 }

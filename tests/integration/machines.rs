@@ -327,12 +327,12 @@ fn table() -> String {
     row(
         "χ² per value with the effect added",
         &|s| from_to(&mut s.found.iter().map(|f| f.chi2_per_value)),
-        "1 ± 0.1 \\*",
+        "0.9 to 1.1 \\*",
     );
     row(
         "error with the effect added, of the noise's own",
         &|s| from_to(&mut s.found.iter().filter_map(|f| f.error)),
-        "1 ± 0.1 \\*",
+        "0.9 to 1.1 \\*",
     );
     row(
         "true parameters inside the stated 95 % interval",

@@ -5,6 +5,7 @@ use super::planes::PlaneUnbalances;
 use super::runs::RefutedRun;
 use super::unknown::UnknownCause;
 use crate::effects::Knowledge;
+use crate::fit::bearings::BearingParameter;
 use crate::machine::drawing::Noise;
 use crate::statistics::scatter::Scatter;
 pub use crate::statistics::significance::{RIVAL, SURE};
@@ -24,6 +25,11 @@ pub enum DiagnosisVerdict {
 }
 
 impl DiagnosisVerdict {
+    /// Whether the model describes the data, so that its intervals hold.
+    pub fn model_fits(self) -> bool {
+        matches!(self, Self::Adequate | Self::NotDetermined)
+    }
+
     pub fn name(self) -> &'static str {
         match self {
             Self::Adequate => "adequate",
@@ -50,6 +56,8 @@ pub struct Candidate {
     /// χ² per measured real number with the effect.
     pub chi2_per_value: f64,
     pub parameters: Vec<FittedParameter>,
+    /// Whether the model with it describes the data, so that the intervals of its parameters hold.
+    pub model_fits: bool,
     /// Why physics rules it out, if it does.
     pub disqualified: Option<String>,
     /// Its effect in these data, in words.
@@ -114,6 +122,8 @@ pub struct Diagnosis {
     pub unknown: Option<UnknownCause>,
     /// Unbalances of the planes of the unchanged model.
     pub determined: PlaneUnbalances,
+    /// Its bearings as fitted.
+    pub bearings: Vec<BearingParameter>,
     /// Runs whose stated weights are not true.
     pub refuted: Vec<RefutedRun>,
 }

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::machine::drawing::{Noise, Rotor};
-use crate::measurement::Reading;
+use crate::measurement::{Reading, by_reading};
 use crate::statistics::scatter::Scatter;
 
 /// A fitted model and its prediction of every reading.
@@ -55,11 +55,7 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
     checks::not_reversed(&base, rotor, readings, &noise)?;
     checks::this_machine(rotor, base.relative_error(base.closest()))?;
     remarks.extend(checks::beyond_grade(rotor, &base.fit.unknowns));
-    let mut flat = base.fit.predicted_m.iter().copied();
-    let predicted_m = readings
-        .iter()
-        .map(|r| r.probes.iter().map(|y| y.and_then(|_| flat.next()).unwrap_or_default()).collect())
-        .collect();
+    let predicted_m = by_reading(readings, &base.fit.predicted_m);
     let fitted = as_file(&base.hypothesis, &base.fit);
     remarks.extend(Sweep::of(&fitted, readings, &noise).map(|sweep| sweep.remark));
     let planes = rotor.plane.len();

@@ -1,5 +1,7 @@
 //! The diagnosis of a model: every effect tried, ranked, and put into words.
 
+use nalgebra::DMatrix;
+
 use super::answer::{Candidate, Diagnosis, DiagnosisVerdict, SURE};
 use super::as_file::as_file;
 use super::base::{BaseModel, CandidateFit};
@@ -11,10 +13,11 @@ use super::unknown::UnknownCauseFit;
 use super::verdict::{Conclusion, DiagnosisEvidence};
 use super::{advice, checks, evidence, held_out, parameters, rank, runs};
 use crate::error::Error;
-use crate::fit::Fitter;
+use crate::fit::bearings::BearingParameter;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::progress::ProgressListener;
+use crate::fit::{Fit, Fitter};
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 
@@ -67,14 +70,28 @@ pub fn examine<'a>(
     remarks.extend(noise.assumption(rotor));
     let base = BaseModel::fit(fitter)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
-    let determined = PlaneUnbalances::by(&base, &base.hypothesis, &base.fit, &base.drawing)?;
+    let fitted = FittedValues::of(&base)?;
     if let Some(why) = rank::saturation(&base) {
-        let diagnosis = base.undecidable(why, noise, remarks, determined);
+        let diagnosis = base.undecidable(why, noise, remarks, fitted);
         return Ok(DiagnosisRun { diagnosis, base, weighed: None });
     }
     let weighed = base.weighed()?;
-    let diagnosis = base.decided(&weighed, readings, noise, remarks, determined)?;
+    let diagnosis = base.decided(&weighed, readings, noise, remarks, fitted)?;
     Ok(DiagnosisRun { diagnosis, base, weighed: Some(weighed) })
+}
+
+/// Planes and bearings of the model as fitted.
+pub struct FittedValues {
+    determined: PlaneUnbalances,
+    bearings: Vec<BearingParameter>,
+}
+
+impl FittedValues {
+    fn of(base: &BaseModel) -> Result<Self, Error> {
+        let covariance = base.fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
+        let determined = PlaneUnbalances::by(base, &base.fit, covariance.as_ref());
+        Ok(Self { determined, bearings: base.bearings(&base.fit, covariance.as_ref()) })
+    }
 }
 
 /// The verdict on this evidence, withdrawn where a run too fast for a steady response explains the misfit.
@@ -83,7 +100,9 @@ fn verdict(evidence: &DiagnosisEvidence, too_fast: bool) -> Result<Conclusion, E
     if too_fast {
         said.verdict = DiagnosisVerdict::Undecided;
         said.summary =
-            "The misfit is that of a run too fast for a steady response; nothing is claimed.".into();
+            "A run changed speed too fast for a steady response, which explains the misfit. No effect is claimed."
+                .into();
+        said.candidate_fits = false;
     }
     Ok(said)
 }
@@ -109,7 +128,7 @@ impl BaseModel<'_> {
         readings: &[Reading],
         noise: Noise,
         mut remarks: Vec<String>,
-        determined: PlaneUnbalances,
+        FittedValues { determined, bearings }: FittedValues,
     ) -> Result<Diagnosis, Error> {
         let rotor = self.fitter.rotor;
         let ModelComparison { tried, unknown, ranking } = weighed;
@@ -128,9 +147,10 @@ impl BaseModel<'_> {
             Some(sweep) if ranking.nothing_missing < SURE => lag_explains(sweep, rotor, readings)?,
             _ => false,
         };
-        let Conclusion { verdict, mut summary, scatter, outside } = verdict(&evidence, too_fast)?;
+        let Conclusion { verdict, mut summary, scatter, outside, candidate_fits } =
+            verdict(&evidence, too_fast)?;
         if let Some(alike) = determined.alike().filter(|_| verdict != DiagnosisVerdict::NotDetermined) {
-            summary += &format!(" Besides, {alike}.");
+            summary += &format!(" {alike}");
         }
         remarks.extend(sweep.map(|sweep| sweep.remark));
         let asks = verdict == DiagnosisVerdict::Undecided && !too_fast;
@@ -142,20 +162,22 @@ impl BaseModel<'_> {
             if verdict == DiagnosisVerdict::Missing { tried.first().map(|t| &t.fit) } else { None };
         remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&self.fit).unknowns));
         let (refuted, of_runs) = match tried.first() {
-            Some(best) if !too_fast => self.of_runs(best, verdict, ranking.probabilities[0]),
+            Some(best) if !too_fast => self.of_runs(best, verdict, ranking.probabilities[0], candidate_fits),
             _ => (Vec::new(), Vec::new()),
         };
         remarks.extend(of_runs);
         let cause = (verdict == DiagnosisVerdict::Unknown || outside >= SURE)
             .then(|| unknown.cause(self.fitter, outside));
-        let probable = tried.iter().zip(&ranking.probabilities);
+        // rivals explain the data about as well as the best
+        let fitting = if candidate_fits { ranking.rivals.max(1) } else { 0 };
+        let probable = tried.iter().zip(&ranking.probabilities).enumerate();
         Ok(Diagnosis {
             verdict,
             summary,
             error_before: self.relative_error(&self.fit),
             chi2_per_value: self.closest().chi2_per_value(),
             nothing_missing: ranking.nothing_missing,
-            candidates: probable.map(|(t, probability)| self.candidate(t, *probability)).collect(),
+            candidates: probable.map(|(i, (t, p))| self.candidate(t, *p, i < fitting)).collect(),
             indistinguishable: ranking.groups.clone(),
             saturated: false,
             too_fast,
@@ -166,6 +188,7 @@ impl BaseModel<'_> {
             scatter,
             unknown: cause,
             determined,
+            bearings,
             refuted,
         })
     }
@@ -176,13 +199,14 @@ impl BaseModel<'_> {
         best: &CandidateFit,
         verdict: DiagnosisVerdict,
         probability: f64,
+        candidate_fits: bool,
     ) -> (Vec<RefutedRun>, Vec<String>) {
         let changes = RunChange::beyond(self, &self.hypothesis.with(best.placed), &best.fit);
         match verdict {
-            DiagnosisVerdict::Missing => runs::told(&changes, probability),
+            DiagnosisVerdict::Missing => runs::told(&changes, probability, candidate_fits),
             DiagnosisVerdict::Undecided => {
                 let label = best.placed.label(self.fitter.rotor);
-                let remark = |c: &RunChange| format!("With {label}: {}", c.words());
+                let remark = |c: &RunChange| format!("With {label}: {}", c.words(candidate_fits));
                 (Vec::new(), changes.iter().map(remark).collect())
             }
             _ => (Vec::new(), Vec::new()),
@@ -203,7 +227,7 @@ impl BaseModel<'_> {
         why: String,
         noise: Noise,
         remarks: Vec<String>,
-        determined: PlaneUnbalances,
+        FittedValues { determined, bearings }: FittedValues,
     ) -> Diagnosis {
         let rotor = self.fitter.rotor;
         let possible = self.possible();
@@ -221,14 +245,18 @@ impl BaseModel<'_> {
             error_after: error_before,
             chi2_per_value: self.closest().chi2_per_value(),
             parameters: Vec::new(),
+            model_fits: false,
             disqualified: None,
             evidence: "nothing, these data cannot show it.".into(),
             knowledge: a.effect.knowledge(),
         };
         Diagnosis {
             verdict: DiagnosisVerdict::Undecided,
-            summary: [Some(why), determined.alike()].into_iter().flatten().collect::<Vec<_>>().join("; ")
-                + ".",
+            summary: [Some(format!("{why}.")), determined.alike()]
+                .into_iter()
+                .flatten()
+                .collect::<Vec<_>>()
+                .join(" "),
             error_before,
             chi2_per_value: self.closest().chi2_per_value(),
             nothing_missing: PRIOR,
@@ -243,12 +271,19 @@ impl BaseModel<'_> {
             scatter: self.drawing.scatter(),
             unknown: None,
             determined,
+            bearings,
             refuted: Vec::new(),
         }
     }
 
+    /// The bearings of a fit with this covariance.
+    pub fn bearings(&self, fit: &Fit, covariance: Option<&DMatrix<f64>>) -> Vec<BearingParameter> {
+        let bearings = &self.hypothesis.bearings;
+        BearingParameter::all(self.fitter.rotor, bearings, &fit.x, covariance, |_| false)
+    }
+
     /// The answer for one candidate.
-    pub fn candidate(&self, t: &CandidateFit, probability: f64) -> Candidate {
+    pub fn candidate(&self, t: &CandidateFit, probability: f64, model_fits: bool) -> Candidate {
         let rotor = self.fitter.rotor;
         let with = self.hypothesis.with(t.placed);
         Candidate {
@@ -259,6 +294,7 @@ impl BaseModel<'_> {
             error_after: self.relative_error(&t.fit),
             chi2_per_value: t.fit.chi2_per_value(),
             parameters: parameters::of(&with, &t.fit),
+            model_fits,
             disqualified: t.disqualified.clone(),
             evidence: evidence::describe(self, t),
             knowledge: t.placed.effect.knowledge(),

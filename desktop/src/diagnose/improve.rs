@@ -5,6 +5,7 @@ use super::as_file::as_file;
 use super::base::{BaseModel, same};
 use super::diagnosis::{DiagnosisRun, ModelComparison, diagnose, examine};
 use super::planes::PlaneUnbalances;
+use super::rank::explains;
 use super::runs::{RefutedRun, RunChange};
 use super::sets::{EffectSet, SearchReach, SetComparison, together};
 use super::unknown::UnknownCause;
@@ -12,6 +13,7 @@ use super::{checks, parameters, runs};
 use crate::effects::entry;
 use crate::error::Error;
 use crate::fit::Fitter;
+use crate::fit::bearings::BearingParameter;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::progress::ProgressListener;
@@ -34,6 +36,8 @@ pub struct Improvement {
     pub chi2_per_value: [f64; 2],
     /// The effect that was added.
     pub added: Candidate,
+    /// The bearings as fitted together with it.
+    pub bearings: Vec<BearingParameter>,
 }
 
 #[derive(Debug, Clone)]
@@ -80,7 +84,8 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
         error_before: base.relative_error(&base.fit),
         error_after: base.relative_error(&tried.fit),
         chi2_per_value: [base.closest().chi2_per_value(), tried.fit.chi2_per_value()],
-        added: base.candidate(&tried, f64::NAN),
+        bearings: base.bearings(&tried.fit, tried.fit.covariance.as_ref()),
+        added: base.candidate(&tried, f64::NAN, explains(&tried.drawing(&base).scatter(), &base)),
     })
 }
 
@@ -104,6 +109,8 @@ pub struct ImprovementOutcome {
     pub scatter: Scatter,
     /// Unbalances of the planes of the new model.
     pub determined: PlaneUnbalances,
+    /// Its bearings as fitted.
+    pub bearings: Vec<BearingParameter>,
     /// Nature of a cause outside the list, where one is probable.
     pub unknown: Option<UnknownCause>,
     /// Runs whose stated weights are not true, by the effects that were added.
@@ -154,6 +161,7 @@ pub fn improve_telling(
         chi2_per_value_before: at_start.chi2_per_value,
         scatter: at_start.scatter,
         determined: at_start.determined,
+        bearings: at_start.bearings,
         unknown: at_start.unknown,
         refuted: Vec::new(),
         remarks: Vec::new(),
@@ -173,8 +181,8 @@ pub fn improve_telling(
         if outcome.verdict != DiagnosisVerdict::Unknown {
             // the first look, which follows one set alone, found one that this wider one does not stand by
             outcome.verdict = DiagnosisVerdict::Unknown;
-            outcome.summary = "Something is missing, and no set of known effects explains it that physics allows and the data \
-                               prefer to an unknown cause."
+            outcome.summary = "An effect is missing. No physically possible set of known effects explains the data better than \
+                               an unknown cause."
                 .into();
             outcome.unknown = Some(unknown.cause(&fitter, outside));
         }
@@ -183,8 +191,6 @@ pub fn improve_telling(
     best.fit.covariance = fitter.covariance(&best.hypothesis, &best.fit, &best.drawing)?;
     let joint = parameters::of_each(&best.hypothesis, &best.fit);
     let changes = RunChange::beyond(&start, &best.hypothesis, &best.fit);
-    // the effects of the set together against something that no effect is
-    (outcome.refuted, outcome.remarks) = runs::told(&changes, 1.0 / (1.0 + unknown_odds));
     let mut left: Vec<usize> = (start.stated..best.hypothesis.effects.len()).collect();
     while !left.is_empty() {
         let set: Vec<PlacedEffect> = left.iter().map(|i| best.hypothesis.effects[*i]).collect();
@@ -207,6 +213,11 @@ pub fn improve_telling(
     let now = diagnose(&outcome.rotor, readings)?;
     (outcome.verdict, outcome.summary, outcome.candidates) = (now.verdict, now.summary, now.candidates);
     (outcome.scatter, outcome.determined, outcome.unknown) = (now.scatter, now.determined, now.unknown);
+    outcome.bearings = now.bearings;
+    // the effects of the set together against something that no effect is
+    let probability = 1.0 / (1.0 + unknown_odds);
+    (outcome.refuted, outcome.remarks) = runs::told(&changes, probability, outcome.verdict.model_fits());
+    outcome.steps.iter_mut().for_each(|step| step.added.model_fits = outcome.verdict.model_fits());
     Ok(outcome)
 }
 

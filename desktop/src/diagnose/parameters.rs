@@ -4,6 +4,7 @@ use nalgebra::Complex;
 
 use crate::fit::Fit;
 use crate::fit::hypothesis::Hypothesis;
+use crate::statistics::interval::interval_95;
 
 /// Standard deviations that a parameter must lie beyond its bound before the effect is ruled out.
 const BEYOND: f64 = 3.0;
@@ -19,8 +20,19 @@ pub struct FittedParameter {
     pub value: Vec<f64>,
     /// Standard deviation of each component; `None` where it was not worked out.
     pub sd: Option<f64>,
+    /// Ends of the 95 % interval of each component, of a positive number a factor either way; empty where it was not worked out.
+    pub interval_95: Vec<[f64; 2]>,
     /// What physics allows: range of a real number, or of a phasor's magnitude.
     bounds: [f64; 2],
+}
+
+impl FittedParameter {
+    /// A number or phasor with the standard deviation of each component and no bounds.
+    pub fn new(name: &str, unit: &'static str, value: Vec<f64>, sd: f64) -> Self {
+        let interval_95 = value.iter().map(|v| interval_95(*v, sd)).collect();
+        let bounds = [f64::NEG_INFINITY, f64::INFINITY];
+        Self { name: name.into(), unit, value, sd: Some(sd), interval_95, bounds }
+    }
 }
 
 /// Parameters of the last effect of a hypothesis.
@@ -40,12 +52,15 @@ pub fn of_each(with: &Hypothesis, fit: &Fit) -> Vec<Vec<FittedParameter>> {
             .enumerate()
             .map(|(k, p)| {
                 let value = p.scale.to_si(fit.x[first + k]);
-                let sd = variance(first + k).map(|v| v.sqrt() * p.scale.slope(value));
+                let own_sd = variance(first + k).map(f64::sqrt);
+                let ends = |sd: f64| interval_95(fit.x[first + k], sd).map(|end| p.scale.to_si(end));
+                let sd = own_sd.map(|sd| sd * p.scale.slope(value));
                 FittedParameter {
                     name: p.name.to_string(),
                     unit: p.unit,
                     value: vec![value],
                     sd,
+                    interval_95: own_sd.map(ends).into_iter().collect(),
                     bounds: p.bounds,
                 }
             })
@@ -60,7 +75,9 @@ pub fn of_each(with: &Hypothesis, fit: &Fit) -> Vec<Vec<FittedParameter>> {
             };
             let sd = variance(fit.x.len() + 2 * (start + k)).map(f64::sqrt);
             let bounds = [0.0, u.largest];
-            all.push(FittedParameter { name, unit: u.unit, value: vec![value.re, value.im], sd, bounds });
+            let value = vec![value.re, value.im];
+            let interval_95 = sd.iter().flat_map(|sd| value.iter().map(|v| interval_95(*v, *sd))).collect();
+            all.push(FittedParameter { name, unit: u.unit, value, sd, interval_95, bounds });
         }
         first += real.len();
         start += unknowns.len();

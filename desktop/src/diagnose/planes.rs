@@ -4,9 +4,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::base::BaseModel;
 use crate::decomposition::hermitian;
-use crate::error::Error;
-use crate::fit::hypothesis::Hypothesis;
-use crate::fit::{Drawing, Fit};
+use crate::fit::Fit;
 use crate::unbalance::region::{KNOWN_NOISE, UnbalanceRegion};
 use crate::unbalance::separation::PlaneSeparation;
 use crate::unbalance::{G_MM, g_mm_deg};
@@ -71,37 +69,27 @@ impl PlaneUnbalances {
         Self { separation: PlaneSeparation::of_eigenvalues(&variances, planes.len()), planes }
     }
 
-    /// Of the planes of a fit.
-    ///
-    /// # Errors
-    /// If the machine is singular at the fit.
-    pub fn by(base: &BaseModel, with: &Hypothesis, fit: &Fit, drawing: &Drawing) -> Result<Self, Error> {
+    /// Of the planes of a fit with this covariance.
+    pub fn by(base: &BaseModel, fit: &Fit, covariance: Option<&DMatrix<f64>>) -> Self {
         let planes = &base.fitter.rotor.plane;
         let count = 2 * planes.len();
-        let covariance = base.fitter.covariance(with, fit, drawing)?;
         let unknown = || DMatrix::from_diagonal_element(count, count, f64::INFINITY);
         let covariance = covariance
             .map_or_else(unknown, |c| c.view((fit.x.len(), fit.x.len()), (count, count)).into_owned());
-        Ok(Self::new(planes.iter().map(|p| p.name.as_str()), &fit.unknowns[..planes.len()], &covariance))
+        Self::new(planes.iter().map(|p| p.name.as_str()), &fit.unknowns[..planes.len()], &covariance)
     }
 
-    /// That the planes act nearly alike, in one clause; `None` if they do not.
+    /// That the planes act nearly alike, in one sentence; `None` if they do not.
     pub fn alike(&self) -> Option<String> {
-        self.separation.acts_alike().then(|| {
-            format!(
-                "the planes are poorly determined, as they act nearly alike (condition {0:.0}: by as many percent a \
-                 combination of them is off for each percent that the model is)",
-                self.separation.condition
-            )
-        })
+        self.separation.acts_alike().then(|| self.separation.words())
     }
 
-    /// Why the model is not fit to balance by, in one clause; `None` if it is.
+    /// Why the model is not fit to balance by, in one or two sentences; `None` if it is.
     pub fn reason_undetermined(&self) -> Option<String> {
         let open = self.planes.iter().find(|p| !p.is_determined())?;
-        let alike = self.alike().map(|alike| format!("; {alike}")).unwrap_or_default();
+        let alike = self.alike().map(|alike| format!(" {alike}")).unwrap_or_default();
         Some(format!(
-            "the unbalance of plane {} is {:.0} g·mm give or take {:.0}{alike}",
+            "The unbalance of plane {} is {:.0} ± {:.0} g·mm (95 %).{alike}",
             open.name, open.unbalance_g_mm, open.region.semi_axes_g_mm[0]
         ))
     }
@@ -138,12 +126,12 @@ mod tests {
         let both = PlaneUnbalances::new(["1", "2"], &u, &covariance);
         assert!((both.separation.condition - 30.0).abs() < 1e-6);
         let reason = both.reason_undetermined().unwrap();
-        assert!(reason.contains("plane 1") && reason.contains("nearly alike (condition 30:"), "{reason}");
+        assert!(reason.contains("plane 1 is 10 ± ") && reason.contains("(condition number 30)"), "{reason}");
         let large = PlaneUnbalances::new(["1", "2"], &u.map(|u| 10.0 * u), &covariance);
         assert!(large.planes.iter().all(PlaneUnbalance::is_determined), "by noise alone");
         assert!(
             large.reason_undetermined().is_none()
-                && large.alike().unwrap().starts_with("the planes are poorly determined")
+                && large.alike().unwrap().starts_with("The planes have nearly the same effect")
         );
     }
 }

@@ -9,6 +9,7 @@ use crate::effects::Place;
 use crate::fit::Fit;
 use crate::fit::hypothesis::Hypothesis;
 use crate::machine::weights::by_plane;
+use crate::statistics::significance::percent;
 use crate::unbalance::{G_MM, g_mm_deg};
 
 type C = Complex<f64>;
@@ -21,6 +22,8 @@ pub struct RefutedRun {
     pub probability: f64,
     /// Weights stated and found in each plane.
     pub weights: Vec<FoundWeight>,
+    /// Whether the model that finds them describes the data, so that their intervals hold.
+    pub model_fits: bool,
 }
 
 /// The weight of a plane in a run, as stated and as found.
@@ -85,9 +88,8 @@ impl Account {
 }
 
 impl FoundWeight {
-    fn words(&self) -> String {
+    fn words(&self, model_fits: bool) -> String {
         let found = &self.found;
-        let [low, high] = found.interval_95_g_mm;
         let stated = if self.stated_g_mm.norm() == 0.0 {
             "none".to_string()
         } else {
@@ -95,20 +97,19 @@ impl FoundWeight {
             format!("{:.0} g·mm at {angle_deg:.0}°", self.stated_g_mm.norm())
         };
         let account = self.account.map_or(String::new(), |r| format!(": {}", r.words()));
-        format!(
-            "in plane {} {stated} stated, {:.0} g·mm found ({low:.0} to {high:.0} with 95 %) at {}{account}",
-            found.name,
-            found.unbalance_g_mm,
-            angle(found)
-        )
+        format!("in plane {} {stated} stated, {} found{account}", found.name, sized(found, model_fits))
     }
 }
 
 impl RefutedRun {
     pub fn words(&self) -> String {
-        let each: Vec<String> = self.weights.iter().map(FoundWeight::words).collect();
-        let sure = 100.0 * self.probability;
-        format!("The stated weights of run {} are not true, {sure:.1} % sure: {}.", self.run, each.join("; "))
+        let each: Vec<String> = self.weights.iter().map(|w| w.words(self.model_fits)).collect();
+        let probable = percent(self.probability);
+        format!(
+            "The stated weights of run {} are wrong ({probable} probable): {}.",
+            self.run,
+            each.join("; ")
+        )
     }
 }
 
@@ -174,35 +175,36 @@ impl RunChange {
         })
     }
 
-    /// One sentence on the difference.
-    pub fn words(&self) -> String {
-        let each: Vec<String> = (self.change.iter())
-            .map(|p| {
-                let [low, high] = p.interval_95_g_mm;
-                format!(
-                    "{:.0} g·mm ({low:.0} to {high:.0} with 95 %) at {} in plane {}",
-                    p.unbalance_g_mm,
-                    angle(p),
-                    p.name
-                )
-            })
-            .collect();
+    /// One sentence on the difference; with intervals only where the model of the fit describes the data.
+    pub fn words(&self, model_fits: bool) -> String {
+        let one = |p: &PlaneUnbalance| format!("{} in plane {}", sized(p, model_fits), p.name);
+        let each: Vec<String> = self.change.iter().map(one).collect();
         let stated = if self.stated { " and its stated weights say" } else { "" };
         format!("Run {} carries {} more than {}{stated}.", self.run, each.join(" and "), self.others)
     }
 
     /// Its stated weights as refuted with this probability, where it has any.
-    fn refuted(&self, probability: f64) -> Option<RefutedRun> {
+    fn refuted(&self, probability: f64, model_fits: bool) -> Option<RefutedRun> {
         let weights = self.weights.clone()?;
-        Some(RefutedRun { run: self.run.clone(), probability, weights })
+        Some(RefutedRun { run: self.run.clone(), probability, weights, model_fits })
     }
 }
 
-/// Changes that are there with this probability: runs whose stated weights they refute, and sentences on the others.
-pub fn told(changes: &[RunChange], probability: f64) -> (Vec<RefutedRun>, Vec<String>) {
-    let refuted = changes.iter().filter_map(|c| c.refuted(probability)).collect();
-    let others = changes.iter().filter(|c| c.weights.is_none()).map(RunChange::words).collect();
+/// Changes that are there with this probability, by a model that describes the data or not: runs whose stated weights they refute,
+/// and sentences on the others.
+pub fn told(changes: &[RunChange], probability: f64, model_fits: bool) -> (Vec<RefutedRun>, Vec<String>) {
+    let refuted = changes.iter().filter_map(|c| c.refuted(probability, model_fits)).collect();
+    let others = changes.iter().filter(|c| c.weights.is_none()).map(|c| c.words(model_fits)).collect();
     (refuted, others)
+}
+
+/// Size and angle, with their 95 % intervals if the model describes the data.
+fn sized(plane: &PlaneUnbalance, model_fits: bool) -> String {
+    let ([low, high], size) = (plane.interval_95_g_mm, plane.unbalance_g_mm);
+    match model_fits {
+        true => format!("{size:.0} g·mm ({low:.0} to {high:.0} with 95 %) at {}", angle(plane)),
+        false => format!("{size:.0} g·mm at {:.0}°", plane.angle_deg),
+    }
 }
 
 /// An angle with its 95 % half-width.

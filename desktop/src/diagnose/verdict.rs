@@ -9,6 +9,7 @@ use super::sets::{EffectSet, SearchReach, SetComparison, is_enough, together};
 use super::unknown::UnknownCauseFit;
 use crate::error::Error;
 use crate::statistics::scatter::Scatter;
+use crate::statistics::significance::percent;
 
 /// How far to look whether known effects together explain the data: `improve` looks further.
 const REACH: SearchReach = SearchReach { width: 1, effects: 2 };
@@ -32,6 +33,8 @@ pub struct Conclusion {
     pub scatter: Scatter,
     /// Probability that something outside the list is missing.
     pub outside: f64,
+    /// Whether the model with the best candidate, or one of its rivals, describes the data.
+    pub candidate_fits: bool,
 }
 
 impl<'a> DiagnosisEvidence<'a, '_> {
@@ -42,23 +45,32 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         let base = self.base;
         let scatter = base.drawing.scatter();
         let Ranking { nothing_missing, unknown, .. } = *self.ranking;
-        let say = |verdict, summary, scatter| Ok(Conclusion { verdict, summary, scatter, outside: unknown });
+        let conclude = |verdict, summary, scatter, candidate_fits| {
+            Ok(Conclusion { verdict, summary, scatter, outside: unknown, candidate_fits })
+        };
+        let say = |verdict, summary, scatter| conclude(verdict, summary, scatter, false);
         let misfit = base.closest().chi2_per_value();
-        let sure = 100.0 * nothing_missing;
+        let probable = percent(nothing_missing);
         if nothing_missing >= SURE {
             let noise = noise_in_words(&scatter, misfit);
             if !explains(&scatter, base) {
                 let why = format!(
-                    "No effect of the list explains the misfit, and what is left ({}) is not the noise that was stated: that is \
-                     other than stated, or something is missing that is not in the list.",
-                    noise_in_words(&scatter, misfit)
+                    "No known effect explains the misfit, and the residual is not the stated noise ({noise}). Either the noise \
+                     differs from the stated noise, or an unknown effect is missing."
                 );
                 let outside = nothing_missing + unknown;
-                return Ok(Conclusion { verdict: DiagnosisVerdict::Unknown, summary: why, scatter, outside });
+                return Ok(Conclusion {
+                    verdict: DiagnosisVerdict::Unknown,
+                    summary: why,
+                    scatter,
+                    outside,
+                    candidate_fits: false,
+                });
             }
             if let Some(reason) = self.reason_not_to_use().filter(|_| nothing_missing >= 0.5) {
                 let why = format!(
-                    "It fits ({noise}; nothing that these data would show is missing, {sure:.0} % sure), but does not determine what it is for: {reason}."
+                    "The model fits ({noise}), and no missing effect is visible in these data ({probable} probable). But it is \
+                     not fit for balancing. {reason}"
                 );
                 return say(DiagnosisVerdict::NotDetermined, why, scatter);
             }
@@ -66,12 +78,14 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 say(
                     DiagnosisVerdict::Adequate,
                     format!(
-                        "The misfit is noise ({noise}); nothing that these data would show is missing, {sure:.0} % sure."
+                        "The misfit is noise ({noise}). No missing effect is visible in these data ({probable} probable)."
                     ),
                     scatter,
                 )
             } else {
-                let why = format!("Something may be missing: {sure:.0} % for noise alone ({noise}).");
+                let why = format!(
+                    "An effect may be missing: noise alone explains the misfit with {probable} ({noise})."
+                );
                 say(DiagnosisVerdict::Undecided, why, scatter)
             };
         }
@@ -98,13 +112,13 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         if let Some(group) = self.ranking.groups.first() {
             let others = group.len() - 1;
             let why = format!(
-                "Something is missing; {label} fits best, but the data cannot tell it from {others} other candidate{}.",
+                "An effect is missing. {label} fits best, but the data cannot tell it from {others} other candidate{}.",
                 if others == 1 { "" } else { "s" }
             );
-            return say(DiagnosisVerdict::Undecided, why, left);
+            return conclude(DiagnosisVerdict::Undecided, why, left, true);
         }
-        let sure = 100.0 * self.ranking.probabilities[0];
-        say(DiagnosisVerdict::Missing, format!("{label} is missing, {sure:.1} % sure."), left)
+        let probable = percent(self.ranking.probabilities[0]);
+        conclude(DiagnosisVerdict::Missing, format!("{label} is missing ({probable} probable)."), left, true)
     }
 
     /// Why a model that fits is not to be used: its planes are not determined, or an effect that the file states is one that physics
@@ -115,7 +129,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             parameters::of_each(&base.hypothesis, &base.fit).into_iter().zip(&base.hypothesis.effects);
         let mut absurd = stated.filter_map(|(parameters, effect)| {
             let why = parameters::at_bounds(&parameters)?;
-            Some(format!("{} that the file states: {why}", effect.label(base.fitter.rotor)))
+            Some(format!("{} in the file: {why}.", effect.label(base.fitter.rotor)))
         });
         absurd.next().or_else(|| self.determined.reason_undetermined())
     }
@@ -131,7 +145,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             let all = &with.hypothesis.effects[base.hypothesis.effects.len()..];
             let labels: Vec<String> = all.iter().map(|a| a.label(base.fitter.rotor)).collect();
             let summary = format!(
-                "No single effect is enough: {} together explain it (χ² per value {misfit:.2} → {:.2}); `improve` adds them.",
+                "No single effect explains the misfit; {} together do (χ² per value {misfit:.2} → {:.2}). `improve` adds them.",
                 labels.join(" and "),
                 with.fit.chi2_per_value()
             );
@@ -140,16 +154,18 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 summary,
                 scatter: with.drawing.scatter(),
                 outside,
+                candidate_fits: false,
             });
         }
         let summary = format!(
-            "Something is missing that no effect of the list explains, nor two together (χ² per value {misfit:.2})."
+            "An effect is missing that no known effect explains, nor two together (χ² per value {misfit:.2}, noise: 1)."
         );
         Ok(Conclusion {
             verdict: DiagnosisVerdict::Unknown,
             summary,
             scatter: self.unknown.best.scatter,
             outside,
+            candidate_fits: false,
         })
     }
 }

@@ -7,10 +7,12 @@
 //! | [`projection`] | its linear unknowns, solved for exactly |
 //! | [`drawing_errors`], `common_optimum` | allowing for the drawing's errors |
 //! | `scattered`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
+//! | [`bearings`] | bearing parameters of a fit with their uncertainty |
 //! | `queries`, [`trial`] | uncertainty, sensitivity and misfit of a fit that is there, or anywhere else |
 //!
 //! [`Fitter`] holds what all hypotheses about one machine share.
 
+pub mod bearings;
 mod centreline;
 mod common_optimum;
 pub mod data;

@@ -3,15 +3,15 @@
 //!
 //! Phase I searches with the engine of `fit`; phase II is a convex programme of its own.
 
-mod bearings;
 mod certainty;
 mod phase_one;
 mod phase_two;
+mod range;
 mod swarm;
 #[cfg(test)]
 mod tests;
 
-pub use bearings::{BearingParameter, Identifiability};
+pub use crate::fit::bearings::{BearingParameter, Identifiability};
 pub use certainty::{SolvedReading, noise_scale, unbalance_covariance};
 pub use phase_one::{PhaseOne, PhaseOneConfig, identify};
 pub use phase_two::{LeastResidual, UnbalanceBounds, least_residual};

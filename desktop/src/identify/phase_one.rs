@@ -12,17 +12,18 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::bearings::{BearingParameter, Identifiability, Range};
+use super::range::Range;
 use super::swarm::{self, Swarm};
+use crate::compare::{Adequacy, Comparison};
 use crate::error::Error;
+use crate::fit::bearings::BearingParameter;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::trial::summed_residual_um;
 use crate::fit::within::Bounds;
 use crate::fit::{Effort, Fit, Fitter};
-use crate::machine::bearings::BearingUnknown;
 use crate::machine::drawing::{Noise, Rotor, SearchBounds};
-use crate::measurement::Reading;
+use crate::measurement::{Reading, by_reading};
 use crate::unbalance::g_mm_deg;
 
 #[derive(Debug, Clone, Copy)]
@@ -52,6 +53,8 @@ pub struct PhaseOne {
     pub unbalance_relative_sd: Vec<f64>,
     /// Covariance of the bearings' search coordinates, then of real and imaginary parts of each plane's unbalance, kg·m.
     pub covariance: DMatrix<f64>,
+    /// Whether noise explains what the identified rotor leaves of the readings, so that the intervals hold.
+    pub model_fits: bool,
     /// Σ|f_model − f_measured| over all readings, µm.
     pub residual_um: f64,
     /// `residual_um` over Σ|f_measured|.
@@ -110,19 +113,6 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
     let covariance =
         fit.covariance.as_ref().ok_or(Error::SingularMachine { tried: "on the identified bearings" })?;
 
-    let parameter = |(i, u): (usize, &BearingUnknown)| {
-        let law = &u.law;
-        let (value, start) = (law.scale.to_si(fit.x[i]), law.scale.to_si(guess[i]));
-        let sd = covariance[(i, i)].sqrt();
-        let identified = match at_bound(i) {
-            true => Identifiability::AtBound,
-            false if sd < 0.5 * law.prior_sd => Identifiability::FromData,
-            false => Identifiability::StayedAtStart,
-        };
-        let bearing = rotor.bearing[u.bearing].name.clone();
-        let (symbol, unit) = (law.symbol.clone(), law.unit);
-        BearingParameter { bearing, symbol, unit, value, start, relative_sd: sd, identified }
-    };
     let mut identified = rotor.clone();
     hypothesis.bearings.assign(&mut identified, &fit.x);
     for (plane, u) in identified.plane.iter_mut().zip(&fit.unknowns) {
@@ -130,13 +120,17 @@ pub fn identify(rotor: &Rotor, readings: &[Reading], config: &PhaseOneConfig) ->
         (plane.unbalance_g_mm, plane.angle_deg) = (Some(magnitude), Some(angle));
     }
     let residual_um = summed_residual_um(&fitter.data, &fit.predicted_m);
+    let free_parameters = fit.x.len() + 2 * fit.unknowns.len();
+    let predicted_m = by_reading(readings, &fit.predicted_m);
+    let compared = Comparison::new(rotor, readings, &predicted_m, &noise, free_parameters);
     let silence = vec![Complex::from(0.0); count];
     Ok(PhaseOne {
         rotor: identified,
-        bearings: hypothesis.bearings.unknowns().iter().enumerate().map(parameter).collect(),
+        bearings: BearingParameter::all(rotor, &hypothesis.bearings, &fit.x, Some(covariance), at_bound),
         unbalance_kg_m: DVector::from_column_slice(&fit.unknowns[..planes]),
         unbalance_relative_sd: unbalance_relative_sd(&fit, covariance, planes),
         covariance: covariance.clone(),
+        model_fits: compared.verdict == Adequacy::Adequate,
         residual_um,
         residual_ratio: residual_um / summed_residual_um(&fitter.data, &silence),
         chi2_per_value: fit.chi2_per_value(),

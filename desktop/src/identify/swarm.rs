@@ -5,7 +5,7 @@ use argmin::solver::particleswarm::ParticleSwarm;
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 
-use super::bearings::Range;
+use super::range::Range;
 use crate::error::Error;
 use crate::fit::trial::FreeProblem;
 

@@ -20,6 +20,7 @@ use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
 pub(crate) use noise::component_sd;
+pub(crate) use reading::by_reading;
 pub use reading::{Reading, phasor_m};
 pub use runs::SortedRun;
 pub use sequence::frozen;

@@ -34,3 +34,11 @@ impl Reading {
 pub fn phasor_m(cos_um: f64, sin_um: f64) -> Complex<f64> {
     Complex::new(cos_um, -sin_um) * 1e-6
 }
+
+/// Values in the order of readings and probes, as a row for each reading; zero where a probe was lost.
+pub(crate) fn by_reading(readings: &[Reading], seen: &[Complex<f64>]) -> Vec<Vec<Complex<f64>>> {
+    let mut seen = seen.iter().copied();
+    let mut row =
+        |r: &Reading| r.probes.iter().map(|y| y.and_then(|_| seen.next()).unwrap_or_default()).collect();
+    readings.iter().map(&mut row).collect()
+}

@@ -23,7 +23,12 @@ pub struct LeastSquares {
     pub eccentricity_sd_m: f64,
     /// χ² per real number: far above 1 where the two-degree model is not what moved.
     pub chi2_per_value: f64,
+    /// Real numbers that it was fitted to.
+    pub values: usize,
 }
+
+/// Real numbers that are fitted: natural speed, damping, and both components of the force.
+pub const FITTED: usize = 4;
 
 impl LeastSquares {
     pub fn modal(&self) -> Modal {
@@ -69,6 +74,7 @@ pub fn least_squares(points: &[Point]) -> Result<LeastSquares, String> {
         eccentricity_m,
         eccentricity_sd_m,
         chi2_per_value: residuals(&at).norm_squared() / (2 * points.len()) as f64,
+        values: 2 * points.len(),
     })
 }
 

@@ -27,6 +27,7 @@ pub mod two_degree;
 
 use nalgebra::Complex;
 
+use crate::compare::{SIGNIFICANCE, upper_tail};
 use crate::error::{Error, StartupError};
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
@@ -93,6 +94,16 @@ pub struct Startup {
     pub noise: Noise,
     /// What could not be done, one sentence each.
     pub remarks: Vec<String>,
+}
+
+impl Startup {
+    /// Whether noise explains what the two-degree model leaves of all runs along all directions, so that its intervals hold.
+    pub fn two_degree_fits(&self) -> bool {
+        let fits = || self.seen.iter().flatten().filter_map(|s| s.least_squares.as_ref().ok());
+        let chi2: f64 = fits().map(|fit| fit.chi2_per_value * fit.values as f64).sum();
+        let freedom: usize = fits().map(|fit| fit.values.saturating_sub(least_squares::FITTED)).sum();
+        freedom > 0 && upper_tail(chi2, freedom) >= SIGNIFICANCE
+    }
 }
 
 /// Estimates the simple model from a start-up.

@@ -35,6 +35,18 @@ impl PlaneSeparation {
         Self { condition, planes }
     }
 
+    /// That the planes act nearly alike, in one sentence.
+    pub fn words(&self) -> String {
+        if !self.condition.is_finite() {
+            return "The data do not tell the effects of the planes apart.".into();
+        }
+        format!(
+            "The planes have nearly the same effect on the probes (condition number {0:.0}): a 1 % model error can become \
+             {0:.0} % in the unbalance.",
+            self.condition
+        )
+    }
+
     /// Whether the planes act nearly alike.
     pub fn acts_alike(&self) -> bool {
         self.planes > 1 && (self.condition.is_nan() || self.condition > LARGEST_CONDITION)

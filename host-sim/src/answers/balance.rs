@@ -5,10 +5,15 @@ use rotor_edge_desktop::balance::alone::{Basis, Correction, PlaneWeight, ProbeVi
 use rotor_edge_desktop::balance::optimum::Criterion;
 use rotor_edge_desktop::balance::places::{Filling, WeightPiece};
 use rotor_edge_desktop::balance::{Balanced, SpeedVibration};
+use rotor_edge_desktop::interval::{HALF_95, interval_95, size_and_angle_95};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg, static_and_dynamic};
 use serde::Serialize;
 
+use super::shared::ZERO_TO_PEAK;
 use crate::scale::four_digits;
+
+/// A way whose misfit noise reaches less often than this is not relied on.
+pub const LEAST_CHANCE: f64 = 1e-3;
 
 /// An unbalance and where it is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -38,6 +43,10 @@ pub struct WeightAnswer {
     pub sd_g_mm: f64,
     pub angle_deg: f64,
     pub angle_sd_deg: f64,
+    /// Least and most, g·mm; it holds where ``model_adequate``.
+    pub interval_95: [f64; 2],
+    /// The angle is known to so much either way.
+    pub angle_95_deg: f64,
     /// Of one piece; None where a weight is split, or no radius is known.
     pub mass_g: Option<f64>,
     pub radius_mm: Option<f64>,
@@ -51,6 +60,8 @@ pub struct VibrationAnswer {
     pub before: f64,
     pub after: f64,
     pub after_sd: f64,
+    /// Least and most with the weights; it holds where ``model_adequate``.
+    pub after_interval_95: [f64; 2],
     pub reduction: f64,
 }
 
@@ -81,6 +92,8 @@ pub struct WayAnswer {
     pub grade_mm_s: GradeAnswer,
     pub chi2_per_value: Option<f64>,
     pub chance: Option<f64>,
+    /// Whether noise explains the misfit; if not, no interval holds.
+    pub model_adequate: bool,
 }
 
 /// Correction weights of a machine that has a file.
@@ -90,6 +103,8 @@ pub struct BalanceAnswer {
     pub angles: &'static str,
     pub range_rpm: [f64; 2],
     pub service_rpm: f64,
+    /// What lengths in µm of the motion are: zero to peak.
+    pub amplitude_convention: &'static str,
     pub ways: Vec<WayAnswer>,
     pub remarks: Vec<String>,
 }
@@ -135,6 +150,8 @@ pub struct StaticCouple {
 pub struct TrialBalance {
     pub angles: &'static str,
     pub unit: String,
+    /// What amplitudes are: zero to peak.
+    pub amplitude_convention: &'static str,
     pub criterion: &'static str,
     pub onto: Option<String>,
     pub noise: &'static str,
@@ -233,6 +250,7 @@ impl WayAnswer {
         let weight = |(((wanted, filling), sd), plane): (((&Complex<f64>, &Filling), &f64), &String)| {
             let [unbalance_g_mm, with_deg] = g_mm_deg(*wanted);
             let sd_g_mm = sd * G_MM;
+            let (interval_95, angle_95_deg) = size_and_angle_95(unbalance_g_mm, HALF_95 * sd_g_mm);
             let placed = PieceAnswer::all(filling, sense);
             let one = if let [one] = &placed[..] { Some(one) } else { None };
             WeightAnswer {
@@ -241,6 +259,8 @@ impl WayAnswer {
                 sd_g_mm,
                 angle_deg: sense.degrees(with_deg),
                 angle_sd_deg: (sd_g_mm / unbalance_g_mm).atan().to_degrees(),
+                interval_95,
+                angle_95_deg,
                 mass_g: one.and_then(|one| one.mass_g),
                 radius_mm: one.and_then(|one| one.radius_mm),
                 placed_g_mm: filling.sum_g_mm().norm(),
@@ -261,6 +281,8 @@ impl WayAnswer {
                 before: found.overall.before_m * 1e6,
                 after: found.overall.after_m * 1e6,
                 after_sd: found.overall.after_sd_m * 1e6,
+                after_interval_95: interval_95(found.overall.after_m * 1e6, found.overall.after_sd_m * 1e6)
+                    .map(|end| end.max(0.0)),
                 reduction: found.overall.reduction(),
             },
             by_speed: found.vibration.iter().map(at_speed).collect(),
@@ -271,6 +293,7 @@ impl WayAnswer {
             },
             chi2_per_value: found.misfit.map(|m| m.chi2_per_value),
             chance: found.misfit.map(|m| m.chance()),
+            model_adequate: found.misfit.is_none_or(|m| m.chance() >= LEAST_CHANCE),
         }
     }
 }
@@ -301,6 +324,7 @@ impl TrialBalance {
         Self {
             angles: sense.words(),
             unit: found.unit.clone(),
+            amplitude_convention: ZERO_TO_PEAK,
             criterion: match criterion {
                 Criterion::LeastSquares => "least_squares",
                 Criterion::MinMax => "min_max",

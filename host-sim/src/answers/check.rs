@@ -9,7 +9,7 @@ use rotor_edge_desktop::machine::drawing::{Plane, Rotor};
 use rotor_edge_desktop::units::{rad_s, rpm};
 use serde::Serialize;
 
-use super::shared::PlaneUnbalance;
+use super::shared::{PlaneUnbalance, ZERO_TO_PEAK};
 
 /// What a machine's drawing alone says.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -144,6 +144,8 @@ pub struct PeakAnswer {
     pub speed_rpm: f64,
     /// Zero to peak.
     pub amplitude_um: f64,
+    /// What `amplitude_um` is: zero to peak.
+    pub amplitude_convention: &'static str,
     pub amplitude_um_pk_pk: f64,
     /// Critical speed of the mode that resonates; None for a maximum between resonances.
     pub critical_speed_rpm: Option<f64>,
@@ -311,6 +313,7 @@ impl From<&Peak> for PeakAnswer {
         Self {
             speed_rpm: p.speed_rpm,
             amplitude_um: p.amplitude_m() * 1e6,
+            amplitude_convention: ZERO_TO_PEAK,
             amplitude_um_pk_pk: 2.0 * p.amplitude_m() * 1e6,
             critical_speed_rpm: p.critical_rpm,
             amplification: p.amplification,

@@ -5,12 +5,15 @@ use rotor_edge_desktop::diagnose::BestFit;
 use serde::Serialize;
 
 use super::findings::{DeterminedAnswer, NoiseAnswer};
+use super::shared::ZERO_TO_PEAK;
 
 /// A model, at its best bearings and planes, against the data; ``verdict`` is adequate or misses.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ComparisonAnswer {
     pub readings: usize,
     pub residual_um: ResidualAnswer,
+    /// What lengths in µm of the motion are: zero to peak.
+    pub amplitude_convention: &'static str,
     pub residual_ratio: f64,
     pub relative_error: f64,
     pub chi2_per_value: f64,
@@ -108,6 +111,7 @@ impl ComparisonAnswer {
         Self {
             readings: c.readings,
             residual_um: ResidualAnswer { sum: c.residual_um.sum, mean: c.residual_um.mean },
+            amplitude_convention: ZERO_TO_PEAK,
             residual_ratio: c.residual_ratio,
             relative_error: c.relative_error,
             chi2_per_value: c.chi2_per_value,
@@ -122,7 +126,7 @@ impl ComparisonAnswer {
                 Adequacy::Misses => "misses",
             },
             noise: (&best.scatter).into(),
-            determined: (&best.determined).into(),
+            determined: DeterminedAnswer::of(&best.determined, c.verdict == Adequacy::Adequate),
             reversed: c.reversed,
             worst: c.worst.as_ref().map(|w| WorstAnswer {
                 probe: w.probe.clone(),

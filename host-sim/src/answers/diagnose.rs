@@ -11,6 +11,8 @@ use serde_json::{Value, json};
 
 use super::alphabetical;
 use super::findings::{DeterminedAnswer, NoiseAnswer, RefutedRunAnswer, UnknownCauseAnswer};
+use super::identify::IdentifiedCoefficient;
+use super::shared::STANDARD_DEVIATION;
 
 /// Values by name; a phasor is its real and imaginary part.
 pub type Parameters = BTreeMap<String, Value>;
@@ -35,6 +37,9 @@ pub struct DiagnosisAnswer {
     pub noise: NoiseAnswer,
     #[serde(serialize_with = "alphabetical")]
     pub determined: DeterminedAnswer,
+    /// As fitted.
+    #[serde(serialize_with = "alphabetical")]
+    pub bearings: Vec<IdentifiedCoefficient>,
     #[serde(serialize_with = "alphabetical")]
     pub unknown: Option<UnknownCauseAnswer>,
     #[serde(serialize_with = "alphabetical")]
@@ -57,8 +62,13 @@ pub struct CandidateAnswer {
     pub error_after: f64,
     pub chi2_per_value: f64,
     pub parameters: Parameters,
-    /// Standard deviations.
     pub uncertainty: Parameters,
+    /// What ``uncertainty`` is: one standard deviation.
+    pub uncertainty_kind: &'static str,
+    /// Least and most of each number; they hold where ``model_adequate``.
+    pub interval_95: Parameters,
+    /// Whether the model with the effect describes the data.
+    pub model_adequate: bool,
     pub units: Option<BTreeMap<String, &'static str>>,
     /// Why physics rules it out.
     pub disqualified: Option<String>,
@@ -75,6 +85,8 @@ pub struct FittedAnswer {
     /// `effect@place`, or the effect alone.
     pub label: String,
     pub parameters: Vec<FittedParameter>,
+    /// Whether the model with it describes the data.
+    pub model_fits: bool,
     pub disqualified: Option<String>,
     /// What the effect is, and where to look for it on the machine, in sentences.
     pub what: &'static str,
@@ -114,7 +126,15 @@ pub struct Addition {
     pub chi2_per_value_after: f64,
     pub parameters: Parameters,
     pub uncertainty: Parameters,
+    /// What ``uncertainty`` is: one standard deviation.
+    pub uncertainty_kind: &'static str,
+    /// Least and most of each number; they hold where ``model_adequate``.
+    pub interval_95: Parameters,
+    /// Whether the model with the effect describes the data.
+    pub model_adequate: bool,
     pub units: BTreeMap<String, &'static str>,
+    /// As fitted together with the effect.
+    pub bearings: Vec<IdentifiedCoefficient>,
     pub disqualified: Option<String>,
     #[serde(skip)]
     pub fitted: FittedAnswer,
@@ -131,6 +151,12 @@ pub struct StepAnswer {
     pub group: Vec<String>,
     pub parameters: Parameters,
     pub uncertainty: Parameters,
+    /// What ``uncertainty`` is: one standard deviation.
+    pub uncertainty_kind: &'static str,
+    /// Least and most of each number; they hold where ``model_adequate``.
+    pub interval_95: Parameters,
+    /// Whether the model with the effect describes the data.
+    pub model_adequate: bool,
     #[serde(skip)]
     pub fitted: FittedAnswer,
     #[serde(skip)]
@@ -147,6 +173,8 @@ pub struct ImprovementAnswer {
     pub summary: String,
     pub noise: NoiseAnswer,
     pub determined: DeterminedAnswer,
+    /// As fitted, with all effects.
+    pub bearings: Vec<IdentifiedCoefficient>,
     pub unknown: Option<UnknownCauseAnswer>,
     pub refuted_runs: Vec<RefutedRunAnswer>,
     pub remarks: Vec<String>,
@@ -169,7 +197,8 @@ impl From<&Diagnosis> for DiagnosisAnswer {
             advice: found.advice.iter().map(AdviceAnswer::from).collect(),
             remarks: found.remarks.clone(),
             noise: (&found.scatter).into(),
-            determined: (&found.determined).into(),
+            determined: DeterminedAnswer::of(&found.determined, found.verdict.model_fits()),
+            bearings: found.bearings.iter().map(IdentifiedCoefficient::from).collect(),
             unknown: found.unknown.as_ref().map(UnknownCauseAnswer::from),
             refuted_runs: refuted_runs(&found.refuted),
             named: found.named().map(CandidateAnswer::from),
@@ -193,6 +222,9 @@ impl From<&Candidate> for CandidateAnswer {
             chi2_per_value: c.chi2_per_value,
             parameters: parameters(c),
             uncertainty: uncertainty(c),
+            uncertainty_kind: STANDARD_DEVIATION,
+            interval_95: intervals(c),
+            model_adequate: c.model_fits,
             units: Some(units(c)),
             disqualified: c.disqualified.clone(),
             explanation: c.explanation(),
@@ -208,6 +240,7 @@ impl From<&Candidate> for FittedAnswer {
             at: c.at.clone(),
             label: c.label(),
             parameters: c.parameters.clone(),
+            model_fits: c.model_fits,
             disqualified: c.disqualified.clone(),
             what: c.knowledge.what,
             inspect: c.knowledge.inspect,
@@ -241,7 +274,11 @@ impl From<&Improvement> for Addition {
             chi2_per_value_after: better.chi2_per_value[1],
             parameters: parameters(&better.added),
             uncertainty: uncertainty(&better.added),
+            uncertainty_kind: STANDARD_DEVIATION,
+            interval_95: intervals(&better.added),
+            model_adequate: better.added.model_fits,
             units: units(&better.added),
+            bearings: better.bearings.iter().map(IdentifiedCoefficient::from).collect(),
             disqualified: better.added.disqualified.clone(),
             fitted: (&better.added).into(),
         }
@@ -258,6 +295,9 @@ impl From<&ImprovementStep> for StepAnswer {
             group: step.group.clone(),
             parameters: parameters(&step.added),
             uncertainty: uncertainty(&step.added),
+            uncertainty_kind: STANDARD_DEVIATION,
+            interval_95: intervals(&step.added),
+            model_adequate: step.added.model_fits,
             fitted: (&step.added).into(),
             explanation: step.added.explanation(),
         }
@@ -273,7 +313,8 @@ impl From<&ImprovementOutcome> for ImprovementAnswer {
             verdict: outcome.verdict.name(),
             summary: outcome.summary.clone(),
             noise: (&outcome.scatter).into(),
-            determined: (&outcome.determined).into(),
+            determined: DeterminedAnswer::of(&outcome.determined, outcome.verdict.model_fits()),
+            bearings: outcome.bearings.iter().map(IdentifiedCoefficient::from).collect(),
             unknown: outcome.unknown.as_ref().map(UnknownCauseAnswer::from),
             refuted_runs: refuted_runs(&outcome.refuted),
             remarks: outcome.remarks.clone(),
@@ -285,6 +326,15 @@ impl From<&ImprovementOutcome> for ImprovementAnswer {
 /// Parameters by name, phasors as `[real, imaginary]`; those of several probes, numbered, are one list.
 pub fn parameters(c: &Candidate) -> Parameters {
     by_name(c, |p| if p.value.len() == 1 { json!(p.value[0]) } else { json!(p.value) })
+}
+
+/// Ends of 95 % intervals by name, those of a phasor part by part.
+pub fn intervals(c: &Candidate) -> Parameters {
+    by_name(c, |p| match p.interval_95.as_slice() {
+        [] => Value::Null,
+        [one] => json!(one),
+        parts => json!(parts),
+    })
 }
 
 /// Standard deviations by name.

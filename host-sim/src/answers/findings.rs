@@ -2,8 +2,8 @@
 //! effects, runs whose stated weights are refuted.
 
 use rotor_edge_desktop::diagnose::{
-    Account, EquivalentForce, FoundWeight, Nature, PlaneUnbalance, PlaneUnbalances, RefutedRun, Scatter,
-    UnknownCause,
+    Account, EquivalentForce, ForceGrowth, FoundWeight, Nature, PlaneUnbalance, PlaneUnbalances, RefutedRun,
+    Scatter, UnknownCause,
 };
 use serde::Serialize;
 
@@ -34,7 +34,7 @@ pub struct DeterminedPlaneAnswer {
     pub determined: bool,
 }
 
-/// The planes as the data determine them; ``why`` says it where they do not.
+/// The planes as the data determine them; ``why`` says it where they do not, or where the model is rejected.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DeterminedAnswer {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -44,10 +44,13 @@ pub struct DeterminedAnswer {
     pub condition: Option<[f64; 1]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why: Option<&'static str>,
-    /// Whether the planes act too nearly alike for their split to be known.
-    #[serde(skip)]
-    pub act_alike: bool,
+    /// Whether the model describes the data; if not, no interval of its bearings and planes holds.
+    pub model_adequate: bool,
 }
+
+/// Why a rejected model has no intervals.
+pub const REJECTED: &str =
+    "The model does not describe these data, so no 95 % interval is stated and fitted values can be far off.";
 
 /// Something that no known effect is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -59,6 +62,9 @@ pub struct UnknownCauseAnswer {
     pub place_probability: f64,
     pub probability: f64,
     pub growth: Option<&'static str>,
+    /// The same as a kind.
+    #[serde(skip)]
+    pub force_growth: Option<ForceGrowth>,
     pub whirl: Option<&'static str>,
     pub forward_share: Option<f64>,
     pub speed_rpm: Option<f64>,
@@ -94,6 +100,8 @@ pub struct RefutedRunAnswer {
     pub probability: f64,
     pub stated: Vec<StatedWeight>,
     pub found: Vec<FoundWeightAnswer>,
+    /// Whether the model that finds them describes the data; if not, no interval holds.
+    pub model_adequate: bool,
     /// The same in a sentence.
     #[serde(skip)]
     pub words: String,
@@ -119,21 +127,20 @@ impl From<&PlaneUnbalance> for DeterminedPlaneAnswer {
     }
 }
 
-impl From<&PlaneUnbalances> for DeterminedAnswer {
-    fn from(determined: &PlaneUnbalances) -> Self {
+impl DeterminedAnswer {
+    /// Of the planes of a model, which describes the data or not.
+    pub fn of(determined: &PlaneUnbalances, model_adequate: bool) -> Self {
         Self {
             planes: Some(determined.planes.iter().map(DeterminedPlaneAnswer::from).collect()),
             condition: Some([determined.separation.condition]),
-            why: None,
-            act_alike: determined.separation.acts_alike(),
+            why: (!model_adequate).then_some(REJECTED),
+            model_adequate,
         }
     }
-}
 
-impl DeterminedAnswer {
     /// Of planes that the data leave open.
     pub fn open(why: &'static str) -> Self {
-        Self { planes: None, condition: None, why: Some(why), act_alike: false }
+        Self { planes: None, condition: None, why: Some(why), model_adequate: true }
     }
 }
 
@@ -153,6 +160,7 @@ impl From<&UnknownCause> for UnknownCauseAnswer {
             place_probability: cause.place_probability,
             probability: cause.probability,
             growth: force.map(EquivalentForce::growth_in_words),
+            force_growth: force.map(|f| f.growth),
             whirl: force.map(EquivalentForce::whirl),
             forward_share: force.map(|f| f.forward),
             speed_rpm: force.map(|f| f.speed_rpm),
@@ -182,6 +190,7 @@ impl From<&RefutedRun> for RefutedRunAnswer {
             probability: r.probability,
             stated: r.weights.iter().map(stated).collect(),
             found: r.weights.iter().map(found).collect(),
+            model_adequate: r.model_fits,
             words: r.words(),
         }
     }

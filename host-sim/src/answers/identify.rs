@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::alphabetical;
 use super::findings::DeterminedAnswer;
+use super::shared::ZERO_TO_PEAK;
 
 /// Bearings and unbalance of a machine's first days (phase I).
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -16,18 +17,24 @@ pub struct Identification {
     #[serde(serialize_with = "alphabetical")]
     pub determined: DeterminedAnswer,
     pub residual_um: f64,
+    /// What lengths in µm of the motion are: zero to peak.
+    pub amplitude_convention: &'static str,
     pub residual_ratio: f64,
     pub chi2_per_value: f64,
 }
 
-/// A coefficient of a bearing: N/m, or N·s/m for damping.
+/// A coefficient of a bearing, or a parameter of its film or table, in the SI ``unit``.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct IdentifiedCoefficient {
     pub bearing: String,
     pub symbol: String,
+    pub unit: &'static str,
     pub value: f64,
     pub start: f64,
-    pub relative_sd: f64,
+    /// Standard deviation over the value; over the unit where the value may be zero. None where it is not known.
+    pub relative_sd: Option<f64>,
+    /// Least and most, where the model is adequate; None at a bound.
+    pub interval_95: Option<[f64; 2]>,
     /// Whether the data fix it; else it stayed at its start or bound.
     pub identified: bool,
     /// Where the value comes from.
@@ -41,24 +48,32 @@ pub struct IdentifiedPlane {
     pub name: String,
     pub unbalance_g_mm: f64,
     pub angle_deg: f64,
+    /// Standard deviation over the size; ``determined`` has the 95 % intervals.
     pub relative_sd: f64,
+}
+
+impl From<&BearingParameter> for IdentifiedCoefficient {
+    fn from(p: &BearingParameter) -> Self {
+        Self {
+            bearing: p.bearing.clone(),
+            symbol: p.symbol.clone(),
+            unit: p.unit,
+            value: p.value,
+            start: p.start,
+            relative_sd: Some(p.relative_sd).filter(|sd| sd.is_finite()),
+            interval_95: p.interval_95,
+            identified: p.identified == Identifiability::FromData,
+            origin: p.identified,
+        }
+    }
 }
 
 impl From<&PhaseOne> for Identification {
     fn from(found: &PhaseOne) -> Self {
-        let coefficient = |p: &BearingParameter| IdentifiedCoefficient {
-            bearing: p.bearing.clone(),
-            symbol: p.symbol.clone(),
-            value: p.value,
-            start: p.start,
-            relative_sd: p.relative_sd,
-            identified: p.identified == Identifiability::FromData,
-            origin: p.identified,
-        };
         let planes =
             found.rotor.plane.iter().zip(found.unbalance_kg_m.iter()).zip(&found.unbalance_relative_sd);
         Self {
-            bearings: found.bearings.iter().map(coefficient).collect(),
+            bearings: found.bearings.iter().map(IdentifiedCoefficient::from).collect(),
             planes: planes
                 .map(|((plane, u), sd)| {
                     let [unbalance_g_mm, angle_deg] = g_mm_deg(*u);
@@ -67,6 +82,7 @@ impl From<&PhaseOne> for Identification {
                 .collect(),
             determined: determined(found),
             residual_um: found.residual_um,
+            amplitude_convention: ZERO_TO_PEAK,
             residual_ratio: found.residual_ratio,
             chi2_per_value: found.chi2_per_value,
         }
@@ -80,5 +96,8 @@ fn determined(found: &PhaseOne) -> DeterminedAnswer {
         return DeterminedAnswer::open("the data leave the planes open");
     }
     let names = found.rotor.plane.iter().map(|p| p.name.as_str());
-    (&PlaneUnbalances::new(names, found.unbalance_kg_m.as_slice(), &covariance)).into()
+    DeterminedAnswer::of(
+        &PlaneUnbalances::new(names, found.unbalance_kg_m.as_slice(), &covariance),
+        found.model_fits,
+    )
 }

@@ -4,6 +4,12 @@ use nalgebra::Complex;
 use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde::{Serialize, Serializer};
 
+/// The convention of every amplitude in µm, where a key of an answer names it.
+pub const ZERO_TO_PEAK: &str = "0-pk";
+
+/// What an ``uncertainty`` is, where a key of an answer names it.
+pub const STANDARD_DEVIATION: &str = "standard deviation";
+
 /// An unbalance and where it is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct UnbalanceAnswer {

@@ -2,6 +2,7 @@
 
 use nalgebra::Complex;
 use rotor_edge_desktop::diagnose::Candidate;
+use rotor_edge_desktop::interval::{HALF_95, interval_95, size_and_angle_95};
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::startup::estimate::{
     AmplitudeShift, AmplitudeTrend, CombinedEstimates, METHODS, OscillatorParameters, RunEstimates,
@@ -13,8 +14,9 @@ use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 use rotor_edge_desktop::units::rpm;
 use serde::Serialize;
 
-use super::diagnose::{FittedAnswer, Parameters, parameters, uncertainty};
-use super::shared::ByName;
+use super::diagnose::{FittedAnswer, Parameters, intervals, parameters, uncertainty};
+use super::identify::IdentifiedCoefficient;
+use super::shared::{ByName, STANDARD_DEVIATION, ZERO_TO_PEAK};
 
 /// A figure by the direction that a pair of probes or a probe looks in.
 pub type ByDirection = ByName<Option<f64>>;
@@ -37,6 +39,10 @@ pub struct StartupAnswer {
     pub clearance_um: f64,
     /// Whether nobody stated it.
     pub clearance_assumed: bool,
+    /// What lengths in µm of the motion are: zero to peak.
+    pub amplitude_convention: &'static str,
+    /// Whether the two-degree model describes the data; if not, no interval of its numbers holds.
+    pub two_degree_adequate: bool,
     pub estimates: ByName<DirectionEstimates>,
     pub runs: Vec<StartupRun>,
     pub own_unbalance_two_degree: Option<OwnUnbalance>,
@@ -52,11 +58,12 @@ pub struct DirectionEstimates {
     pub shift: Option<ShiftAnswer>,
 }
 
-/// A number and its standard deviation.
+/// A number, its standard deviation, and the 95 % interval, which holds where ``two_degree_adequate``.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NumberAnswer {
     pub value: f64,
     pub sd: f64,
+    pub interval_95: [f64; 2],
 }
 
 /// The two-degree model as one method has it.
@@ -126,6 +133,12 @@ pub struct OwnUnbalance {
     pub angle_deg: f64,
     pub sd_g_mm: f64,
     pub sd_deg: f64,
+    /// Least and most, g·mm; it holds where ``model_adequate``.
+    pub interval_95: [f64; 2],
+    /// The angle is known to so much either way.
+    pub angle_95_deg: f64,
+    /// Whether the model that it comes from describes the data.
+    pub model_adequate: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub modal_mass_kg: Option<f64>,
 }
@@ -155,6 +168,10 @@ pub struct AddedEffect {
     pub at: Option<String>,
     pub parameters: Parameters,
     pub uncertainty: Parameters,
+    /// What ``uncertainty`` is: one standard deviation.
+    pub uncertainty_kind: &'static str,
+    /// Least and most of each number; they hold where ``model_adequate``.
+    pub interval_95: Parameters,
     #[serde(skip)]
     pub fitted: FittedAnswer,
     /// A paragraph for the engineer.
@@ -168,6 +185,7 @@ pub struct PedestalResonance {
     pub at: String,
     pub rpm: f64,
     pub sd: f64,
+    pub interval_95: [f64; 2],
 }
 
 /// A bow of the shaft that was looked at and not added.
@@ -187,6 +205,10 @@ pub struct ImprovedStartup {
     pub summary: String,
     pub effects: Vec<AddedEffect>,
     pub own_unbalance: Vec<OwnUnbalance>,
+    /// As fitted, with all effects.
+    pub bearings: Vec<IdentifiedCoefficient>,
+    /// Whether the model describes the data; if not, no interval of its numbers holds.
+    pub model_adequate: bool,
     pub pedestal_resonance_rpm: Vec<PedestalResonance>,
     pub shaft_bow_not_added: Option<BowNotAdded>,
 }
@@ -236,9 +258,10 @@ impl EvaluatedStartup {
 impl From<&EvaluatedStartup> for StartupAnswer {
     fn from(evaluated: &EvaluatedStartup) -> Self {
         let found = &evaluated.found;
+        let two_degree_adequate = found.two_degree_fits();
         let own = found.own_kg_m.map(|own| OwnUnbalance {
             modal_mass_kg: Some(own.modal_mass_kg),
-            ..OwnUnbalance::of(own.unbalance_kg_m, own.sd_kg_m)
+            ..OwnUnbalance::of(own.unbalance_kg_m, own.sd_kg_m, two_degree_adequate)
         });
         Self {
             damping_ratio: by_direction(found, |e| Some(e.damping_ratio.value)),
@@ -252,6 +275,8 @@ impl From<&EvaluatedStartup> for StartupAnswer {
             shaft_stiffness_n_m: found.spring.stiffness_n_m,
             clearance_um: evaluated.clearance_um,
             clearance_assumed: evaluated.clearance_assumed,
+            amplitude_convention: ZERO_TO_PEAK,
+            two_degree_adequate,
             estimates: estimates(found),
             runs: found
                 .runs
@@ -276,7 +301,8 @@ fn by_direction(found: &Startup, of: impl Fn(&OscillatorParameters) -> Option<f6
 
 impl NumberAnswer {
     fn of(n: Measured, factor: f64) -> Self {
-        Self { value: n.value * factor, sd: n.sd * factor }
+        let (value, sd) = (n.value * factor, n.sd * factor);
+        Self { value, sd, interval_95: interval_95(value, sd) }
     }
 }
 
@@ -388,10 +414,20 @@ fn stage(evaluated: &EvaluatedStartup, stage: &ModelStage) -> StageAnswer {
 }
 
 impl OwnUnbalance {
-    fn of(kg_m: Complex<f64>, sd_kg_m: f64) -> Self {
+    fn of(kg_m: Complex<f64>, sd_kg_m: f64, model_adequate: bool) -> Self {
         let [g_mm, angle_deg] = g_mm_deg(kg_m);
         let sd_g_mm = sd_kg_m * G_MM;
-        Self { g_mm, angle_deg, sd_g_mm, sd_deg: (sd_g_mm / g_mm).to_degrees(), modal_mass_kg: None }
+        let (interval_95, angle_95_deg) = size_and_angle_95(g_mm, HALF_95 * sd_g_mm);
+        Self {
+            g_mm,
+            angle_deg,
+            sd_g_mm,
+            sd_deg: (sd_g_mm / g_mm).to_degrees(),
+            interval_95,
+            angle_95_deg,
+            model_adequate,
+            modal_mass_kg: None,
+        }
     }
 }
 
@@ -402,6 +438,8 @@ impl From<&Candidate> for AddedEffect {
             at: c.at.clone(),
             parameters: parameters(c),
             uncertainty: uncertainty(c),
+            uncertainty_kind: STANDARD_DEVIATION,
+            interval_95: intervals(c),
             fitted: c.into(),
             explanation: c.explanation(),
         }
@@ -410,11 +448,18 @@ impl From<&Candidate> for AddedEffect {
 
 impl From<&ModelRefinement> for ImprovedStartup {
     fn from(chain: &ModelRefinement) -> Self {
+        let model_adequate = chain.outcome.verdict.model_fits();
         Self {
             verdict: chain.outcome.verdict.name(),
             summary: chain.outcome.summary.clone(),
             effects: chain.outcome.steps.iter().map(|s| AddedEffect::from(&s.added)).collect(),
-            own_unbalance: chain.unbalance_kg_m.iter().map(|(u, sd)| OwnUnbalance::of(*u, *sd)).collect(),
+            own_unbalance: chain
+                .unbalance_kg_m
+                .iter()
+                .map(|(u, sd)| OwnUnbalance::of(*u, *sd, model_adequate))
+                .collect(),
+            bearings: chain.outcome.bearings.iter().map(IdentifiedCoefficient::from).collect(),
+            model_adequate,
             pedestal_resonance_rpm: pedestals(chain).collect(),
             shaft_bow_not_added: chain.bow().map(|b| BowNotAdded {
                 delta_bic: b.support,
@@ -433,6 +478,8 @@ fn pedestals(chain: &ModelRefinement) -> impl Iterator<Item = PedestalResonance>
         let resonance_rpm = rpm((k.value[0] / m.value[0]).sqrt());
         // k and m move together in a fit, so this is a bound
         let relative = 0.5 * (k.sd? / k.value[0]).hypot(m.sd? / m.value[0]);
-        Some(PedestalResonance { at: s.added.at.clone()?, rpm: resonance_rpm, sd: resonance_rpm * relative })
+        let sd = resonance_rpm * relative;
+        let interval_95 = interval_95(resonance_rpm, sd);
+        Some(PedestalResonance { at: s.added.at.clone()?, rpm: resonance_rpm, sd, interval_95 })
     })
 }

@@ -1,6 +1,7 @@
 //! Answer of `track`.
 
 use nalgebra::Complex;
+use rotor_edge_desktop::interval::interval_95;
 use rotor_edge_desktop::machine::drawing::{Plane, Rotor};
 use rotor_edge_desktop::track::{
     CaseFit, ConstantPart, CredibleIntervals, Event, Flag, FlagCause, JointFindings, Quality,
@@ -11,7 +12,7 @@ use serde::Serialize;
 
 use super::compare::ResidualAnswer;
 use super::names::{coefficient_names, method_name, sampler_name, scope_name};
-use super::shared::{ByName, PlaneUnbalance, UnbalanceAnswer};
+use super::shared::{ByName, PlaneUnbalance, UnbalanceAnswer, ZERO_TO_PEAK};
 
 /// The unbalance of a long record while bearings change.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -21,6 +22,8 @@ pub struct TrackAnswer {
     pub begin: Option<String>,
     pub readings: usize,
     pub residual_um: ResidualAnswer,
+    /// What lengths in µm of the motion are: zero to peak.
+    pub amplitude_convention: &'static str,
     pub residual_ratio: AroundEvent,
     pub event_d: Option<f64>,
     pub reduction_against_fixed: ReductionAnswer,
@@ -164,7 +167,10 @@ pub struct EventAnswer {
 pub struct ConstantAnswer {
     pub name: String,
     pub value: f64,
+    /// Standard deviation over the value.
     pub relative_sd: f64,
+    /// Least and most.
+    pub interval_95: [f64; 2],
     pub from_data: bool,
 }
 
@@ -180,6 +186,7 @@ pub struct StateAnswer {
 pub struct JointAnswer {
     pub events: Vec<EventAnswer>,
     pub states: Vec<StateAnswer>,
+    /// Standard deviation of what comes and goes over the value.
     pub wander_relative_sd: ByName<f64>,
     pub wander_days: f64,
     pub left_out_d: Vec<f64>,
@@ -204,6 +211,7 @@ impl TrackAnswer {
             begin: moment(0.0),
             readings: track.estimates.len(),
             residual_um: ResidualAnswer { sum, mean: sum / track.estimates.len() as f64 },
+            amplitude_convention: ZERO_TO_PEAK,
             residual_ratio: AroundEvent {
                 before_event: ratio(&|e| e.time_d < event_d),
                 after_event: ratio(&|e| e.time_d >= event_d),
@@ -350,6 +358,7 @@ impl JointAnswer {
             name: name.clone(),
             value: c.log.exp(),
             relative_sd: c.sd,
+            interval_95: interval_95(c.log, c.sd).map(f64::exp),
             from_data: c.from_data,
         };
         let state = |(since_d, constants): &(f64, Vec<ConstantPart>)| StateAnswer {

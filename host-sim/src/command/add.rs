@@ -11,7 +11,7 @@ use super::output::{self, Json};
 use crate::answers::diagnose::Addition;
 use crate::command::shell;
 use crate::render::{comparison_sections, findings};
-use crate::say;
+use crate::{render, say};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -47,7 +47,8 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     let models = arguments.form.report.as_ref().map(|_| models()).transpose()?;
     output::model_of_its_data(&arguments.output, &better.rotor, &readings)?;
     if let (Some(path), Some(models)) = (&arguments.form.report, &models) {
-        let sections = comparison_sections(&rotor, &readings, models);
+        let mut sections = vec![render::improve::addition(&answer)];
+        sections.extend(comparison_sections(&rotor, &readings, models));
         output::report(path, &format!("{}: before and after", rotor.name), sections)?;
     }
     if arguments.form.json {
@@ -57,6 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     findings::parameters(&answer.fitted).iter().for_each(|line| say!("  {line}"));
     say!("  error          {:>8.2} %  →  {:.2} %", answer.error_before * 100.0, answer.error_after * 100.0);
     say!("  χ² per value   {:>8.2}    →  {:.2}", answer.chi2_per_value_before, answer.chi2_per_value_after);
+    terminal::print(&findings::bearings_text(&answer.bearings, answer.model_adequate));
     say!(
         "\nWritten to {}. Next: is anything else missing?\n  rotor-edge diagnose {} {}{}",
         arguments.output.display(),

@@ -4,6 +4,7 @@ use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::compare::Adequacy;
 use rotor_edge_desktop::diagnose::nothing_missing;
+use rotor_edge_desktop::significance::percent;
 
 use super::diagnose::fitted::{self, Fitted};
 use super::listener::Listener;
@@ -34,7 +35,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         let drawn = fitted::curves(std::slice::from_ref(&fit), &readings);
         let story = render::fitted::of_model(&drawn, sure, (words.clone(), Some(command.clone())));
         let mut sections = render::fitted::compared(&rotor, &drawn);
-        sections.push(findings::section(&answer.noise, &answer.determined, None));
+        sections.push(findings::section(&answer.noise, &answer.determined, &[], None));
         output::story(path, &format!("{}: model against measurement", rotor.name), Some(&story), sections)?;
     }
     if arguments.form.json {
@@ -50,8 +51,8 @@ fn next(arguments: &Arguments, verdict: Adequacy, sure: f64) -> (String, String)
     let output::Measured { rotor, data, runout } = &arguments.measured;
     let words = match verdict {
         Adequacy::Adequate => format!(
-            "noise explains the misfit ({:.0} % probable); check whether the data determine the unbalance",
-            100.0 * sure
+            "noise explains the misfit ({} probable); see whether the data determine the unbalance",
+            percent(sure)
         ),
         Adequacy::Misses => "learn which physical effect is missing".into(),
     };
@@ -71,7 +72,7 @@ fn text(c: &ComparisonAnswer) -> String {
         text += &format!("  {remark}\n");
     }
     text += &format!(
-        "  {} readings; residual {:.2} µm a reading, {:.2} % of the features\n",
+        "  {} readings; residual {:.2} µm 0-pk a reading, {:.2} % of the features\n",
         c.readings,
         c.residual_um.mean,
         c.residual_ratio * 100.0
@@ -79,23 +80,23 @@ fn text(c: &ComparisonAnswer) -> String {
     if let Some(w) = &c.worst {
         let run = w.run.as_ref().map_or(String::new(), |r| format!(" in run {r}"));
         text += &format!(
-            "  worst at probe {}, {:.0} rpm{run}: {:.2} µm, {:.1} times its noise\n",
+            "  worst at probe {}, {:.0} rpm{run}: {:.2} µm 0-pk, {:.1} times its noise\n",
             w.probe, w.speed_rpm, w.error_um, w.error_sigmas
         );
     }
     text += &format!("\n  {}\n", findings::noise(&c.noise));
     findings::planes(&c.determined).iter().for_each(|line| text += &format!("  {line}\n"));
-    text += &format!("\n  probe        residual µm     error %   χ² per value\n");
+    text += &format!("\n  probe     residual, µm 0-pk     error %   χ² per value\n");
     for p in &c.by_probe {
         text += &format!(
-            "  {:<10} {:>13.2} {:>11.2} {:>14.2}\n",
+            "  {:<10} {:>16.2} {:>11.2} {:>14.2}\n",
             p.probe,
             p.residual_um,
             p.relative_error * 100.0,
             p.chi2_per_value
         );
     }
-    text += &format!("\n  whirl at bearing      measured µm    model µm   misfit, times its noise\n");
+    text += &format!("\n  whirl at bearing     measured      model, µm 0-pk   misfit, times its noise\n");
     for w in &c.whirl {
         for (name, part) in [("forward", &w.forward), ("backward", &w.backward)] {
             text += &format!(

@@ -167,7 +167,7 @@ fn text(summary: &LogAnswer, written: Option<&Path>) -> String {
         let planes = node.results.iter().map(|r| r.planes.len()).max().unwrap_or(0);
         if planes > 0 {
             let columns: String = (1..=planes).map(|plane| format!("      plane {plane} g·mm, °")).collect();
-            text += &format!("      time s  reading{columns}  residual µm   ratio\n");
+            text += &format!("      time s  reading{columns}  residual µm 0-pk   ratio\n");
         }
         for r in &node.results {
             let flag = match (r.flagged, r.suspicious, r.suspect) {
@@ -182,7 +182,7 @@ fn text(summary: &LogAnswer, written: Option<&Path>) -> String {
                 .map(|p| format!(" {:>12.2} {:>7.1}", p.unbalance_g_mm, p.angle_deg))
                 .collect();
             text += &format!(
-                "{:>12.3} {:>8}{planes} {:>12.3} {:>7.3}{flag}\n",
+                "{:>12.3} {:>8}{planes} {:>17.3} {:>7.3}{flag}\n",
                 r.time_s, r.sequence, r.residual_um, r.ratio
             );
         }

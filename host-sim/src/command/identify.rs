@@ -112,12 +112,13 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let found = phase_one(&rotor, &days, runup.as_deref(), arguments.seed, listener)?;
     let readings: Vec<Reading> = days.iter().copied().chain(runup.iter().flatten()).cloned().collect();
     output::model(&arguments.output, &found.rotor, &readings)?;
+    let answer = Identification::from(&found);
     if let Some(path) = &arguments.form.report {
         let fit = Fitted::new("as identified", &found.rotor, &readings)?;
-        let sections = render::comparison_sections(&found.rotor, &readings, &[fit.model]);
+        let mut sections = vec![render::identify::section(&answer)];
+        sections.extend(render::comparison_sections(&found.rotor, &readings, &[fit.model]));
         output::report(path, &format!("{}: identified", rotor.name), sections)?;
     }
-    let answer = Identification::from(&found);
     if arguments.form.json {
         return output::answer_in_order(&answer);
     }

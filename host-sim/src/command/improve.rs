@@ -88,7 +88,7 @@ fn next(arguments: &Arguments, verdict: DiagnosisVerdict) -> (String, String) {
             format!("rotor-edge track {path} RECORD.csv"),
         ),
         _ => (
-            "see what is left, and what to measure".into(),
+            "see what the model still lacks, and what to measure".into(),
             format!(
                 "rotor-edge diagnose {path} {}{}",
                 shell::path(&arguments.measured.data),

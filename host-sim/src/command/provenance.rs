@@ -32,7 +32,7 @@ pub fn section(own: &Path) -> Section {
             format!("Command: rotor-edge {}", words.iter().map(|w| shell::word(w)).collect::<Vec<_>>().join(" ")),
             "An unbalance at angle α pulls along x cos α + y sin α at the moment of the keyphasor's mark, x turning into y. A \
              residual is the sum over all probes of |model − measurement| per component, 0-pk; figures say themselves \
-             where an amplitude is pk-pk."
+             where an amplitude is pk-pk. ± is a 95 % half-width."
                 .into(),
         ],
         tables: if table.rows.is_empty() { Vec::new() } else { vec![table] },

@@ -3,7 +3,7 @@
 use super::text;
 use super::trend::{Trend, trend};
 use super::{Figure, PageTable, Section, identifier};
-use crate::answers::balance::{BalanceAnswer, PieceAnswer, VibrationAtSpeed, WayAnswer};
+use crate::answers::balance::{BalanceAnswer, PieceAnswer, VibrationAtSpeed, WayAnswer, WeightAnswer};
 
 const COLUMNS: [&str; 5] = ["by", "plane", "unbalance to add, g·mm", "angle", "weight"];
 
@@ -61,13 +61,31 @@ fn rows(answer: &BalanceAnswer) -> Vec<[String; 5]> {
             rows.push([
                 way.by.to_string(),
                 weight.plane.clone(),
-                format!("{:.3} ± {:.3}", weight.unbalance_g_mm, weight.sd_g_mm),
-                format!("{:.1}° ± {:.1}°", weight.angle_deg, weight.angle_sd_deg),
+                size(way, weight),
+                angle(way, weight),
                 pieces(&weight.placed),
             ]);
         }
     }
     rows
+}
+
+/// The unbalance to add, with its 95 % interval where the way has one.
+fn size(way: &WayAnswer, weight: &WeightAnswer) -> String {
+    let (size, [low, high]) = (weight.unbalance_g_mm, weight.interval_95);
+    match (way.model_adequate, low > 0.0) {
+        (false, _) => format!("{size:.3}"),
+        (true, true) => format!("{size:.3} ± {:.3}", 0.5 * (high - low)),
+        (true, false) => format!("{size:.3} (0 to {high:.3})"),
+    }
+}
+
+fn angle(way: &WayAnswer, weight: &WeightAnswer) -> String {
+    match (way.model_adequate, weight.angle_95_deg < 180.0) {
+        (true, true) => format!("{:.1}° ± {:.1}°", weight.angle_deg, weight.angle_95_deg),
+        (true, false) => format!("{:.1}°, any with 95 %", weight.angle_deg),
+        (false, _) => format!("{:.1}°", weight.angle_deg),
+    }
 }
 
 /// What is put in, in words.
@@ -92,16 +110,28 @@ fn pieces(placed: &[PieceAnswer]) -> String {
 fn effect_lines(answer: &BalanceAnswer) -> Vec<String> {
     let line = |way: &WayAnswer| {
         let (vibration, grade) = (&way.vibration_um, &way.grade_mm_s);
+        let [low, high] = vibration.after_interval_95;
+        let (interval, at_most) = match way.model_adequate {
+            true => (
+                format!(" ({low:.2} to {high:.2} with 95 %)"),
+                format!(", at most G {:.2} with 95 %", grade.after_at_most),
+            ),
+            false => Default::default(),
+        };
+        let rejected = if way.model_adequate {
+            ""
+        } else {
+            " No 95 % interval is stated, because noise does not explain its misfit."
+        };
         format!(
-            "By the {}: {:.2} µm become {:.2} ± {:.2} µm, {:.1} % less; balance grade G {:.2} becomes G {:.2}, at most G {:.2}.",
+            "By the {}: {:.2} µm 0-pk becomes {:.2} µm 0-pk{interval}, {:.1} % less; balance grade G {:.2} becomes \
+             G {:.2}{at_most}.{rejected}",
             way.by,
             vibration.before,
             vibration.after,
-            vibration.after_sd,
             100.0 * vibration.reduction,
             grade.before,
             grade.after,
-            grade.after_at_most
         )
     };
     answer.ways.iter().map(line).collect()
@@ -111,8 +141,8 @@ fn effect_lines(answer: &BalanceAnswer) -> Vec<String> {
 fn legend(answer: &BalanceAnswer) -> String {
     let [from, to] = answer.range_rpm;
     format!(
-        "Amplitudes 0-pk, root mean square over probes and speeds from {from:.0} to {to:.0} rpm; grades of \
-         ISO 21940-11 at {:.0} rpm, in mm/s.",
+        "± is a 95 % half-width. Amplitudes are 0-pk, root mean square over probes and speeds from {from:.0} to {to:.0} rpm; \
+         grades are those of ISO 21940-11 at {:.0} rpm, in mm/s.",
         answer.service_rpm
     )
 }

@@ -125,7 +125,7 @@ pub fn verdict(c: &Comparison) -> Vec<String> {
     if let Some(worst) = &c.worst {
         let run = worst.run.as_ref().map_or(String::new(), |r| format!(" of run {r}"));
         said.push(format!(
-            "Furthest off is probe {} at {}{run}: {} µm, {} standard deviations.",
+            "Furthest off is probe {} at {}{run}: {} µm 0-pk, {} standard deviations.",
             worst.probe,
             rpm(worst.speed_rpm),
             three_digits(worst.error_um),

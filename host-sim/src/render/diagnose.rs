@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 
 use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::significance::percent;
 
 use super::bars::{Bar, bars};
 use super::findings::{self, OUTSIDE};
-use super::fitted::{self, FittedCurves};
+use super::fitted::{self, FittedCurves, Unnamed};
 use super::{Figure, PageTable, Section, Story};
 use crate::answers::diagnose::{AdviceAnswer, CandidateAnswer, DiagnosisAnswer, FittedAnswer};
 
@@ -72,7 +73,7 @@ pub fn text(found: &DiagnosisAnswer, top: usize) -> String {
         let _ = writeln!(text, "\nThese data cannot tell apart: {}", group.join(", "));
     }
     if !found.advice.is_empty() {
-        let _ = writeln!(text, "\nWhat would tell them apart, least effort first");
+        let _ = writeln!(text, "\nMeasurements that would tell them apart, least effort first");
         for a in found.advice.iter().take(5) {
             let repeats =
                 if a.repeats > 1 { format!(", so repeat it {} times", a.repeats) } else { String::new() };
@@ -83,7 +84,7 @@ pub fn text(found: &DiagnosisAnswer, top: usize) -> String {
             );
         }
     }
-    text
+    text + &findings::bearings_text(&found.bearings, found.determined.model_adequate)
 }
 
 /// The first screen of the page; the models are the one as it is, and that with the best candidate, if one is claimed.
@@ -91,27 +92,31 @@ pub fn story(found: &DiagnosisAnswer, drawn: &FittedCurves, next: (String, Optio
     let named = found.named.as_ref();
     let how_sure = match (named, found.indistinguishable.first()) {
         (_, Some(group)) if found.verdict == "undecided" => {
-            format!("Not: these data cannot tell apart {}.", group.join(", "))
+            format!("The data cannot tell these apart: {}.", group.join(", "))
         }
         (Some(best), _) => format!(
-            "{}; nothing missing at all: {}.",
-            fitted::percent(best.probability),
-            fitted::percent(found.nothing_missing)
+            "{} probable; {} chance that the model is complete.",
+            fitted::capital(&percent(best.probability)),
+            percent(found.nothing_missing)
         ),
-        _ => {
-            format!(
-                "{} that nothing is missing which these data would show.",
-                fitted::percent(found.nothing_missing)
-            )
-        }
+        _ => fitted::how_complete(found.nothing_missing),
+    };
+    let unplaced =
+        |wrong: &str| Unnamed { wrong: wrong.into(), place: "The position cannot be determined.".into() };
+    let unnamed = match (&found.unknown, found.verdict) {
+        (Some(cause), _) => Unnamed::cause(cause),
+        (None, "adequate" | "not_determined") => Unnamed::complete(),
+        (None, "unknown") => unplaced("No single known effect explains the misfit."),
+        _ => unplaced("The data cannot tell whether an effect is missing, or which."),
     };
     let main: Vec<&FittedAnswer> = named.map(|best| &best.fitted).into_iter().collect();
-    fitted::story(&found.summary, &main, &found.candidates, drawn, how_sure, next)
+    fitted::story(&found.summary, (&main, &unnamed), &found.candidates, drawn, how_sure, next)
 }
 
 /// The page below the story; `rotor` is the machine as its file has it.
 pub fn sections(answer: &DiagnosisAnswer, rotor: &Rotor, drawn: &FittedCurves) -> Vec<Section> {
-    let findings = findings::section(&answer.noise, &answer.determined, answer.unknown.as_ref());
+    let unknown = answer.unknown.as_ref();
+    let findings = findings::section(&answer.noise, &answer.determined, &answer.bearings, unknown);
     let mut sections = vec![verdict(answer), candidates(answer), findings];
     sections.extend(fitted::compared(rotor, drawn));
     sections
@@ -137,7 +142,7 @@ fn verdict(found: &DiagnosisAnswer) -> Section {
         ]
     };
     let table = PageTable {
-        caption: "What would tell them apart, least effort first".into(),
+        caption: "Measurements that would tell them apart, least effort first".into(),
         columns: ["measurement", "rivals differ by, σ", "most at, rpm", "times"].map(String::from).to_vec(),
         rows: found.advice.iter().map(row).collect(),
     };
@@ -148,17 +153,17 @@ fn verdict(found: &DiagnosisAnswer) -> Section {
 /// Every candidate with its probability.
 fn candidates(found: &DiagnosisAnswer) -> Section {
     let shown = || found.candidates.iter().take(DRAWN);
-    let percent = |p: f64| format!("{:.1} %", p * 100.0);
+    let share = |p: f64| format!("{:.1} %", p * 100.0);
     let bar = |c: &CandidateAnswer| Bar {
         label: c.fitted.label.clone(),
         share: c.probability,
-        value: percent(c.probability),
+        value: share(c.probability),
         emphasised: c.probability >= 0.05,
         floor: None,
     };
     let row = |c: &CandidateAnswer| {
         let numbers = [
-            percent(c.probability),
+            share(c.probability),
             format!("{:.1}", c.twice_log_bayes_factor),
             format!("{:.2} %", c.error_after * 100.0),
         ];
@@ -168,7 +173,7 @@ fn candidates(found: &DiagnosisAnswer) -> Section {
     let outside = found.unknown.as_ref().map(|cause| Bar {
         label: OUTSIDE.into(),
         share: cause.probability,
-        value: percent(cause.probability),
+        value: share(cause.probability),
         emphasised: true,
         floor: None,
     });
@@ -181,7 +186,7 @@ fn candidates(found: &DiagnosisAnswer) -> Section {
     Section {
         heading: "Candidates".into(),
         paragraphs: vec![format!(
-            "The model as it is: error {:.2} %, χ² per value {:.2}; with a probability of {} nothing is missing that these data would show.",
+            "The model as it is: error {:.2} %, χ² per value {:.2}; {} chance that it is complete.",
             found.error_before * 100.0,
             found.chi2_per_value,
             percent(found.nothing_missing)

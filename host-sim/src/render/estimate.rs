@@ -1,6 +1,7 @@
 //! Text and section of an answer of `estimate`.
 
 use nalgebra::Complex;
+use rotor_edge_desktop::significance::percent;
 
 use super::regions::{Region, regions};
 use super::text;
@@ -45,9 +46,9 @@ fn lines(answer: &EstimatesAnswer) -> impl Iterator<Item = String> {
     let determined = answer.determined.words.iter().cloned();
     let refuted = answer.refuted_runs.iter().map(|r| {
         format!(
-            "The stated weights of run {} cannot be true ({:.1} % sure): stated {}; found {}.",
+            "The stated weights of run {} are wrong ({} probable): stated {}; found {}.",
             r.run,
-            100.0 * r.probability,
+            percent(r.probability),
             placed(&r.stated),
             placed(&r.found)
         )

@@ -63,7 +63,7 @@ fn of_file(answer: &ExtractedFileAnswer, settings: &Settings) -> Vec<String> {
     }
     if let Some(done) = &answer.compensated {
         lines.push(format!(
-            "{} of {} bins are as if their speed had been held; the largest change is {:.3} µm at {:.0} rpm",
+            "{} of {} bins are as if their speed had been held; the largest change is {:.3} µm 0-pk at {:.0} rpm",
             done.bins - done.left,
             done.bins,
             done.largest_um,

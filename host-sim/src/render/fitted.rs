@@ -1,14 +1,17 @@
 //! What a tired engineer asks first of fitted models, answered: what is wrong, where, how sure, how much better, and what now.
 
+use rotor_edge_desktop::compare::Adequacy;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::significance::percent;
 
 use super::bars::{Bar, bars};
 use super::comparison::{ComparedModel, comparison_sections, noise_error, verdict};
 use super::sketch::{Mark, sketch};
 use super::trend::{Trend, trend};
-use super::{Figure, Section, Story};
+use super::{Figure, Section, Story, findings};
 use crate::answers::diagnose::{CandidateAnswer, FittedAnswer};
+use crate::answers::findings::UnknownCauseAnswer;
 use crate::scale::{number, rpm, three_digits};
 
 /// Places less probable than this are not marked.
@@ -45,16 +48,45 @@ pub fn compared(rotor: &Rotor, drawn: &FittedCurves) -> Vec<Section> {
 /// Of one model and nothing else; `sure` is the probability that nothing is missing.
 pub fn of_model(drawn: &FittedCurves, sure: f64, next: (String, Option<String>)) -> Story {
     let said = verdict(&drawn.models[0].comparison);
-    let how_sure = format!("{} that nothing is missing which these data would show.", percent(sure));
-    let mut story = story(&said[0], &[], &[], drawn, how_sure, next);
+    let unnamed = match drawn.models[0].comparison.verdict {
+        Adequacy::Adequate => Unnamed::complete(),
+        Adequacy::Misses => Unnamed {
+            wrong: "An effect is missing; the diagnosis looks for it.".into(),
+            place: String::new(),
+        },
+    };
+    let mut story = story(&said[0], (&[], &unnamed), &[], drawn, how_complete(sure), next);
     story.answers[1].1 = said[1..].join(" ");
     story
 }
 
-/// Of the effects in `main` among `candidates`; `sentence` is the verdict.
+/// What is said where no effect is named.
+pub(super) struct Unnamed {
+    pub wrong: String,
+    pub place: String,
+}
+
+impl Unnamed {
+    /// Of a model that lacks nothing visible.
+    pub fn complete() -> Self {
+        Self { wrong: "No missing effect is visible in these data.".into(), place: "–".into() }
+    }
+
+    /// Of a cause that no known effect is.
+    pub fn cause(cause: &UnknownCauseAnswer) -> Self {
+        Self { wrong: findings::unknown(cause), place: format!("{}.", capital(&findings::place(cause))) }
+    }
+}
+
+/// The probability that a model lacks nothing visible, in a sentence.
+pub(super) fn how_complete(probability: f64) -> String {
+    format!("{} chance that the model is complete.", capital(&percent(probability)))
+}
+
+/// Of the effects in `main` among `candidates`, or of no named effect; `sentence` is the verdict.
 pub(super) fn story(
     sentence: &str,
-    main: &[&FittedAnswer],
+    (main, unnamed): (&[&FittedAnswer], &Unnamed),
     candidates: &[CandidateAnswer],
     drawn: &FittedCurves,
     how_sure: String,
@@ -62,7 +94,7 @@ pub(super) fn story(
 ) -> Story {
     let models = &drawn.models;
     let wrong = match main {
-        [] => "Nothing that these data would single out.".into(),
+        [] => unnamed.wrong.clone(),
         _ => main.iter().map(|c| c.what).collect::<Vec<_>>().join(" "),
     };
     let inspect: Vec<&str> = main.iter().map(|c| c.inspect).collect();
@@ -72,9 +104,12 @@ pub(super) fn story(
         verdict: sentence.into(),
         answers: [
             ("What is wrong", wrong),
-            ("Where", places(drawn.rotor, main)),
+            ("Where", if main.is_empty() { unnamed.place.clone() } else { places(drawn.rotor, main) }),
             ("How sure", how_sure),
-            ("How much better", how_much(models, noise)),
+            (
+                if models.len() > 1 { "How much better" } else { "How large the error" },
+                how_much(models, noise),
+            ),
         ]
         .into_iter()
         .chain(inspect)
@@ -158,7 +193,7 @@ fn places(rotor: &Rotor, main: &[&FittedAnswer]) -> String {
         },
         None => "the machine as a whole".into(),
     };
-    if main.is_empty() { "–".into() } else { main.iter().map(place).collect::<Vec<_>>().join("; ") }
+    main.iter().map(place).collect::<Vec<_>>().join("; ")
 }
 
 fn how_much(models: &[ComparedModel], noise: f64) -> String {
@@ -183,21 +218,13 @@ fn steps(models: &[ComparedModel], noise: f64) -> Figure {
         floor: Some(noise / largest),
     };
     Figure::new(
-        "The fall of the error",
+        if models.len() > 1 { "The fall of the error" } else { "The error" },
         format!(
             "Error of all probes and speeds, of each model's most probable fit. Hatched: {} %, what noise alone leaves.",
             three_digits(100.0 * noise)
         ),
         bars(&models.iter().enumerate().map(bar).collect::<Vec<_>>()),
     )
-}
-
-pub(super) fn percent(share: f64) -> String {
-    match share {
-        p if p > 0.999 => "over 99.9 %".into(),
-        p if p < 0.001 => "under 0.1 %".into(),
-        p => format!("{} %", three_digits(100.0 * p)),
-    }
 }
 
 pub(super) fn capital(words: &str) -> String {

@@ -40,7 +40,7 @@ pub fn text(answer: &ImportAnswer) -> String {
         let _ = writeln!(text, "  {count} {what}");
     }
     for (name, [cos, sin]) in answer.probes.iter().zip(answer.runout_um.iter().flatten()) {
-        let _ = writeln!(text, "Runout of {name} taken off: cos {cos:.3} µm, sin {sin:.3} µm.");
+        let _ = writeln!(text, "Runout of {name} taken off: cos {cos:.3} µm 0-pk, sin {sin:.3} µm 0-pk.");
     }
     text
 }

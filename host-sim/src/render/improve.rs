@@ -1,14 +1,15 @@
 //! Text, story and sections of an answer of `improve`.
 
 use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::significance::percent;
 
 use super::findings;
-use super::fitted::{self, FittedCurves};
+use super::fitted::{self, FittedCurves, Unnamed};
 use super::{PageTable, Section, Story};
-use crate::answers::diagnose::{FittedAnswer, ImprovementAnswer, StepAnswer};
+use crate::answers::diagnose::{Addition, FittedAnswer, ImprovementAnswer, StepAnswer};
 use crate::scale::three_digits;
 
-/// The verdict and what the data determine; the steps are told before, each by [`step_text`].
+/// The verdict, the parameters and what the data determine; the steps are told before, each by [`step_text`].
 pub fn text(answer: &ImprovementAnswer) -> String {
     let mut lines: Vec<String> = answer.refuted_runs.iter().map(|r| r.words.clone()).collect();
     lines.extend(answer.remarks.iter().cloned());
@@ -17,7 +18,30 @@ pub fn text(answer: &ImprovementAnswer) -> String {
     let lines: String = lines.iter().map(|line| format!("  {line}\n")).collect();
     let unknown = answer.unknown.as_ref();
     let unknown = unknown.map_or_else(String::new, |cause| format!("\n  {}\n", findings::unknown(cause)));
-    format!("{}: {}\n{lines}{unknown}", answer.verdict, answer.summary)
+    let effect = |step: &StepAnswer| {
+        let parameters = findings::parameters(&step.fitted);
+        let parameters: String = parameters.iter().map(|line| format!("    {line}\n")).collect();
+        format!("  {}\n{parameters}", step.fitted.label)
+    };
+    let effects: String = answer.steps.iter().map(effect).collect();
+    let effects = match answer.steps.is_empty() {
+        true => effects,
+        false => format!("\nEffects as fitted (± is a 95 % half-width)\n{effects}"),
+    };
+    let bearings = findings::bearings_text(&answer.bearings, answer.determined.model_adequate);
+    format!("{}: {}\n{lines}{unknown}{effects}{bearings}", answer.verdict, answer.summary)
+}
+
+/// The effect that `add` added, with the bearings, as a section of a page.
+pub fn addition(answer: &Addition) -> Section {
+    let mut paragraphs = vec![format!("{} added.", fitted::capital(&answer.fitted.words()))];
+    paragraphs.extend(findings::parameters(&answer.fitted));
+    Section {
+        heading: "What was added".into(),
+        paragraphs,
+        tables: findings::bearings_table(&answer.bearings, answer.model_adequate).into_iter().collect(),
+        ..Section::default()
+    }
 }
 
 /// A step in words, a line each.
@@ -28,9 +52,6 @@ pub fn step_text(step: &StepAnswer) -> String {
         step.error_after * 100.0,
         step.chi2_per_value
     );
-    for line in findings::parameters(&step.fitted) {
-        text += &format!("    {line}\n");
-    }
     if !step.group.is_empty() {
         text += &format!("    the data cannot tell apart: {}\n", step.group.join(", "));
     }
@@ -44,11 +65,17 @@ pub fn story(answer: &ImprovementAnswer, drawn: &FittedCurves, next: (String, Op
     let group = answer.steps.last().map(|s| &s.group[..]).filter(|group| group.len() > 1);
     let alone = |c: &FittedAnswer| answer.candidates_before.iter().find(|b| b.fitted.label == c.label);
     let how_sure = match (&main[..], group) {
-        ([], _) => answer.summary.clone(),
-        (_, Some(group)) => format!("Not which of these: {}. All explain the data alike.", group.join(", ")),
+        ([], _) => match &answer.unknown {
+            Some(cause) => format!(
+                "{} probable that an unknown effect is missing.",
+                fitted::capital(&percent(cause.probability))
+            ),
+            None => "–".into(),
+        },
+        (_, Some(group)) => format!("The data cannot tell these apart: {}.", group.join(", ")),
         ([only], None) => {
             let probability = alone(only).map_or(f64::NAN, |c| c.probability);
-            format!("{} among all effects at all places.", fitted::percent(probability))
+            format!("{} probable among all effects at all places.", fitted::capital(&percent(probability)))
         }
         _ => "No other set of effects explains the data as well.".into(),
     };
@@ -58,8 +85,8 @@ pub fn story(answer: &ImprovementAnswer, drawn: &FittedCurves, next: (String, Op
         let (were, it) = if added.len() > 1 { ("were", "them") } else { ("was", "it") };
         let after = drawn.models.last().map_or(f64::NAN, |model| model.comparison.relative_error);
         let left = match answer.verdict {
-            "adequate" => "and what is left is noise",
-            _ => "and something is left",
+            "adequate" => "and the rest is noise",
+            _ => "and noise does not explain the rest",
         };
         format!(
             "{} {were} missing: with {it} the model is {} % off instead of {} %, {left}.",
@@ -68,9 +95,18 @@ pub fn story(answer: &ImprovementAnswer, drawn: &FittedCurves, next: (String, Op
             three_digits(100.0 * drawn.models[0].comparison.relative_error),
         )
     };
-    let mut story = fitted::story(&sentence, &main, &answer.candidates_before, drawn, how_sure, next);
+    let unnamed = match (&answer.unknown, answer.verdict) {
+        (Some(cause), _) => Unnamed::cause(cause),
+        (None, "adequate" | "not_determined") => Unnamed::complete(),
+        _ => Unnamed {
+            wrong: "The data cannot tell whether an effect is missing, or which.".into(),
+            place: "The position cannot be determined.".into(),
+        },
+    };
+    let named = (&main[..], &unnamed);
+    let mut story = fitted::story(&sentence, named, &answer.candidates_before, drawn, how_sure, next);
     if !added.is_empty() {
-        story.answers.push(("What is left", answer.summary.clone()));
+        story.answers.push(("Rest", answer.summary.clone()));
     }
     story
 }
@@ -79,7 +115,12 @@ pub fn story(answer: &ImprovementAnswer, drawn: &FittedCurves, next: (String, Op
 pub fn sections(answer: &ImprovementAnswer, rotor: &Rotor, drawn: &FittedCurves) -> Vec<Section> {
     let mut sections = vec![found(answer)];
     sections.extend(fitted::compared(rotor, drawn));
-    sections.push(findings::section(&answer.noise, &answer.determined, answer.unknown.as_ref()));
+    sections.push(findings::section(
+        &answer.noise,
+        &answer.determined,
+        &answer.bearings,
+        answer.unknown.as_ref(),
+    ));
     sections
 }
 
@@ -92,7 +133,7 @@ fn found(answer: &ImprovementAnswer) -> Section {
         findings::parameters(&s.fitted).into_iter().map(line).collect::<Vec<_>>()
     };
     let added = PageTable {
-        caption: "What was added, each with its parameters ± one standard deviation".into(),
+        caption: "What was added, each with its parameters (± is a 95 % half-width)".into(),
         columns: ["effect", "parameter"].map(String::from).to_vec(),
         rows: answer.steps.iter().flat_map(row).collect(),
     };

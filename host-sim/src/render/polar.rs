@@ -17,7 +17,7 @@ const WORD: [f64; 2] = [0.7, 0.15];
 /// counter-clockwise and the lag grows clockwise.
 pub fn polar(measured: &[(f64, Complex<f64>)], models: &[Curve]) -> Chart {
     let everything = measured.iter().chain(models.iter().flat_map(|m| &m.points));
-    let (mut chart, rim) = polar_paper(everything.map(|(_, y)| peak_to_peak_um(*y)), "µm", Turn::Lag);
+    let (mut chart, rim) = polar_paper(everything.map(|(_, y)| peak_to_peak_um(*y)), "µm pk-pk", Turn::Lag);
     let place = |y: Complex<f64>| [2e6 * y.re, 2e6 * y.im];
     let row = |(speed, y): &(f64, Complex<f64>)| {
         let [x, up] = place(*y);

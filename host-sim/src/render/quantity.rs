@@ -1,14 +1,17 @@
-//! Quantities in the units of the trade, with their uncertainty, as people write them.
+//! Quantities in the units of the trade, with their 95 % intervals, as people write them.
 
 use crate::scale::number;
 
 /// Digits of a value whose uncertainty is not known.
 const DIGITS: i32 = 4;
-/// Digits of an uncertainty.
-const SD_DIGITS: i32 = 2;
+/// Digits of the half-width of an interval.
+const HALF_DIGITS: i32 = 2;
+/// A value this near to the middle of its interval, in half-widths, is written with ±: the two digits of the half-width say no more.
+const MIDDLE: f64 = 0.05;
 
-/// Such as "16.8 ± 11.0 MN/m": lengths in µm, unbalances in g·mm, angles in degrees, others with a prefix.
-pub fn quantity(value: f64, sd: Option<f64>, unit: &str) -> String {
+/// A value with its 95 % interval, such as "16.8 ± 1.1 MN/m", or "17 MN/m (4.7 to 61 with 95 %)" where the value is not in the
+/// middle: lengths in µm, unbalances in g·mm, angles in degrees, others with a prefix.
+pub fn quantity(value: f64, interval_95: Option<[f64; 2]>, unit: &str) -> String {
     let (factor, unit) = match unit {
         "m" => (1e6, "µm".to_string()),
         "kg·m" => (1e6, "g·mm".into()),
@@ -16,16 +19,24 @@ pub fn quantity(value: f64, sd: Option<f64>, unit: &str) -> String {
         "N" | "N/m" | "N·s/m" | "Pa·s" | "s" => prefixed(value, unit),
         _ => (1.0, unit.to_string()),
     };
-    let (value, sd) = (value * factor, sd.map(|sd| sd * factor).filter(|sd| sd.is_finite() && *sd > 0.0));
+    let value = value * factor;
+    let known = |[low, high]: &[f64; 2]| low.is_finite() && high.is_finite() && low < high;
+    let interval = interval_95.map(|ends| ends.map(|end| end * factor)).filter(known);
     let exponent = |v: f64| if v == 0.0 { 0 } else { v.abs().log10().floor() as i32 };
-    let decimals = match sd {
-        Some(sd) => SD_DIGITS - 1 - exponent(sd),
+    let half = |[low, high]: [f64; 2]| 0.5 * (high - low);
+    let decimals = match interval {
+        Some(interval) => HALF_DIGITS - 1 - exponent(half(interval)),
         None => DIGITS - 1 - exponent(value),
     };
     let written = |v: f64| number(v, decimals.clamp(0, 9) as usize);
     let space = if unit.is_empty() { "" } else { " " };
-    match sd {
-        Some(sd) => format!("{} ± {}{space}{unit}", written(value), written(sd)),
+    match interval {
+        Some([low, high]) if (0.5 * (low + high) - value).abs() < MIDDLE * half([low, high]) => {
+            format!("{} ± {}{space}{unit}", written(value), written(half([low, high])))
+        }
+        Some([low, high]) => {
+            format!("{}{space}{unit} ({} to {} with 95 %)", written(value), written(low), written(high))
+        }
         None => format!("{}{space}{unit}", written(value)),
     }
 }
@@ -44,8 +55,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantities_have_trade_units_and_digits_of_uncertainty() {
-        let written = |value, sd, unit| quantity(value, sd, unit);
+    fn quantities_have_trade_units_and_digits_of_half_width() {
+        let written = |value: f64, half: Option<f64>, unit| {
+            quantity(value, half.map(|half| [value - half, value + half]), unit)
+        };
         assert_eq!(written(1.6807e7, Some(1.1e7), "N/m"), "17 ± 11 MN/m");
         assert_eq!(written(1.1058e4, Some(3.6e3), "N·s/m"), "11.1 ± 3.6 kN·s/m");
         assert_eq!(written(-2.5e-5, Some(1.2e-7), "m"), "−25.00 ± 0.12 µm");
@@ -53,5 +66,6 @@ mod tests {
         assert_eq!(written(0.5, Some(0.0), "rad"), "28.65 °");
         assert_eq!(written(1.25, Some(0.031), ""), "1.250 ± 0.031");
         assert_eq!(written(0.0, None, "N/m"), "0.000 N/m");
+        assert_eq!(quantity(1.7e7, Some([4.7e6, 6.1e7]), "N/m"), "17 MN/m (5 to 61 with 95 %)");
     }
 }

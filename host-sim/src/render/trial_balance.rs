@@ -144,7 +144,7 @@ fn lines(answer: &TrialBalance) -> Vec<String> {
     ));
     let values = answer.noise_values.unwrap_or_default();
     lines.push(match answer.noise {
-        "stated" => "Intervals from the stated noise.".into(),
+        "stated" => "Intervals (± is a 95 % half-width) from the stated noise.".into(),
         "runs" => {
             format!("Intervals from the scatter between the runs ({values} degrees of freedom).")
         }

@@ -8,6 +8,7 @@ mod check;
 mod cli;
 mod columns;
 mod compatibility;
+mod conventions;
 mod crowd;
 mod deploy;
 mod diagnose;

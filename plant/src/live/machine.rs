@@ -100,7 +100,7 @@ fn result(connection: &Connection, source: i64, now_us: i64) -> Result<Markup> {
         }
         for (name, column) in [("residual", "residual_um"), ("not suspicious below", "floor_um")] {
             let value = number(column.into())?;
-            lines.push((name.into(), value.map(|um| format!("{} µm", three_digits(um)))));
+            lines.push((name.into(), value.map(|um| format!("{} µm 0-pk", three_digits(um)))));
         }
         let ratio = number("ratio".into())?.map(|ratio| format!("{:.1} %", 100.0 * ratio));
         lines.push(("of the vibration".into(), ratio));

@@ -83,7 +83,7 @@ pub fn figures(
     let tables: [(&str, &str, &str, &[Quantity], &str); 4] = [
         (
             "Residual",
-            "residual, µm",
+            "residual, µm 0-pk",
             "result",
             &RESIDUAL,
             "What the model does not explain. Triangles: the flag rose.",

@@ -35,6 +35,10 @@ class Weight(Record):
     sd_g_mm: float
     angle_deg: float
     angle_sd_deg: float
+    interval_95: Array
+    """Least and most, g·mm; it holds where ``model_adequate``."""
+    angle_95_deg: float
+    """The angle is known to so much either way."""
     mass_g: float | None
     """Of one piece; None where a weight is split, or no radius is known."""
     radius_mm: float | None
@@ -49,6 +53,8 @@ class Vibration(Record):
     before: float
     after: float
     after_sd: float
+    after_interval_95: Array
+    """Least and most with the weights; it holds where ``model_adequate``."""
     reduction: float
 
 
@@ -82,6 +88,8 @@ class Way(Record):
     grade_mm_s: Grade
     chi2_per_value: float | None
     chance: float | None
+    model_adequate: bool
+    """Whether noise explains the misfit; if not, no interval holds."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,6 +100,8 @@ class Balance(Answer):
     """In which direction they count."""
     range_rpm: Array
     service_rpm: float
+    amplitude_convention: str
+    """What lengths in µm of the motion are: zero to peak."""
     ways: tuple[Way, ...]
     remarks: tuple[str, ...]
 
@@ -137,6 +147,8 @@ class TrialBalance(Answer):
 
     angles: str
     unit: str
+    amplitude_convention: str
+    """What amplitudes are: zero to peak."""
     criterion: str
     onto: str | None
     noise: str

@@ -93,6 +93,8 @@ class Comparison(Answer):
 
     readings: int
     residual_um: Residual
+    amplitude_convention: str
+    """What lengths in µm of the motion are: zero to peak."""
     residual_ratio: float
     relative_error: float
     chi2_per_value: float

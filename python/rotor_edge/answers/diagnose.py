@@ -8,6 +8,7 @@ from typing import Any
 from ..inputs import Rotor
 from ..record import Answer, Record
 from .findings import Determined, Noise, RefutedRun, UnknownCause
+from .identify import IdentifiedCoefficient
 
 Parameters = dict[str, Any]
 """Values by name; a phasor is its real and imaginary part."""
@@ -28,7 +29,12 @@ class Candidate(Record):
     chi2_per_value: float
     parameters: Parameters
     uncertainty: Parameters
-    """Standard deviations."""
+    uncertainty_kind: str
+    """What ``uncertainty`` is: one standard deviation."""
+    interval_95: Parameters
+    """Least and most of each number; they hold where ``model_adequate``."""
+    model_adequate: bool
+    """Whether the model with the effect describes the data."""
     units: dict[str, str] | None
     disqualified: str | None
     """Why physics rules it out."""
@@ -69,6 +75,8 @@ class Diagnosis(Answer):
     remarks: tuple[str, ...]
     noise: Noise
     determined: Determined
+    bearings: tuple[IdentifiedCoefficient, ...]
+    """As fitted."""
     unknown: UnknownCause | None
     refuted_runs: tuple[RefutedRun, ...]
 
@@ -83,7 +91,15 @@ class Addition(Answer):
     chi2_per_value_after: float
     parameters: Parameters
     uncertainty: Parameters
+    uncertainty_kind: str
+    """What ``uncertainty`` is: one standard deviation."""
+    interval_95: Parameters
+    """Least and most of each number; they hold where ``model_adequate``."""
+    model_adequate: bool
+    """Whether the model with the effect describes the data."""
     units: dict[str, str]
+    bearings: tuple[IdentifiedCoefficient, ...]
+    """As fitted together with the effect."""
     disqualified: str | None
     rotor: Rotor = field(kw_only=True)
     """The better model."""
@@ -101,6 +117,12 @@ class Step(Record):
     """Sets of effects that explain the data as well."""
     parameters: Parameters
     uncertainty: Parameters
+    uncertainty_kind: str
+    """What ``uncertainty`` is: one standard deviation."""
+    interval_95: Parameters
+    """Least and most of each number; they hold where ``model_adequate``."""
+    model_adequate: bool
+    """Whether the model with the effect describes the data."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,6 +136,8 @@ class Improvement(Answer):
     summary: str
     noise: Noise
     determined: Determined
+    bearings: tuple[IdentifiedCoefficient, ...]
+    """As fitted, with all effects."""
     unknown: UnknownCause | None
     refuted_runs: tuple[RefutedRun, ...]
     remarks: tuple[str, ...]

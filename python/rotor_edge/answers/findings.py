@@ -39,12 +39,14 @@ class DeterminedPlane(Record):
 
 @dataclass(frozen=True, eq=False)
 class Determined(Record):
-    """The planes as the data determine them; ``why`` says it where they do not."""
+    """The planes as the data determine them; ``why`` says it where they do not, or where the model is rejected."""
 
     planes: tuple[DeterminedPlane, ...] | None = None
     condition: Array | None = None
     """How much better the best-seen combination of the planes is known than the worst."""
     why: str | None = None
+    model_adequate: bool
+    """Whether the model describes the data; if not, no interval of its bearings and planes holds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,3 +98,5 @@ class RefutedRun(Record):
     probability: float
     stated: tuple[StatedWeight, ...]
     found: tuple[FoundWeight, ...]
+    model_adequate: bool
+    """Whether the model that finds them describes the data; if not, no interval holds."""

@@ -5,19 +5,23 @@ Written by ``python/generate_answers.py`` from ``host-sim/src/answers/identify.r
 from dataclasses import dataclass, field
 
 from ..inputs import Rotor
-from ..record import Answer, Record
+from ..record import Answer, Array, Record
 from .findings import Determined
 
 
 @dataclass(frozen=True, eq=False)
 class IdentifiedCoefficient(Record):
-    """A coefficient of a bearing: N/m, or N·s/m for damping."""
+    """A coefficient of a bearing, or a parameter of its film or table, in the SI ``unit``."""
 
     bearing: str
     symbol: str
+    unit: str
     value: float
     start: float
-    relative_sd: float
+    relative_sd: float | None
+    """Standard deviation over the value; over the unit where the value may be zero. None where it is not known."""
+    interval_95: Array | None
+    """Least and most, where the model is adequate; None at a bound."""
     identified: bool
     """Whether the data fix it; else it stayed at its start or bound."""
 
@@ -30,6 +34,7 @@ class IdentifiedPlane(Record):
     unbalance_g_mm: float
     angle_deg: float
     relative_sd: float
+    """Standard deviation over the size; ``determined`` has the 95 % intervals."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -40,6 +45,8 @@ class Identification(Answer):
     planes: tuple[IdentifiedPlane, ...]
     determined: Determined
     residual_um: float
+    amplitude_convention: str
+    """What lengths in µm of the motion are: zero to peak."""
     residual_ratio: float
     chi2_per_value: float
     rotor: Rotor = field(kw_only=True)

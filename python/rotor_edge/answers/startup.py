@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from ..inputs import Rotor
 from ..record import Answer, Array, Record
 from .diagnose import Parameters
+from .identify import IdentifiedCoefficient
 
 ByDirection = dict[str, float | None]
 """A figure by the direction that a pair of probes or a probe looks in."""
@@ -16,10 +17,11 @@ Errors = dict[str, dict[str, dict[str, float]]]
 
 @dataclass(frozen=True, eq=False)
 class Number(Record):
-    """A number and its standard deviation."""
+    """A number, its standard deviation, and the 95 % interval, which holds where ``two_degree_adequate``."""
 
     value: float
     sd: float
+    interval_95: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +93,12 @@ class OwnUnbalance(Record):
     angle_deg: float
     sd_g_mm: float
     sd_deg: float
+    interval_95: Array
+    """Least and most, g·mm; it holds where ``model_adequate``."""
+    angle_95_deg: float
+    """The angle is known to so much either way."""
+    model_adequate: bool
+    """Whether the model that it comes from describes the data."""
     modal_mass_kg: float | None = None
 
 
@@ -122,6 +130,10 @@ class AddedEffect(Record):
     at: str | None
     parameters: Parameters
     uncertainty: Parameters
+    uncertainty_kind: str
+    """What ``uncertainty`` is: one standard deviation."""
+    interval_95: Parameters
+    """Least and most of each number; they hold where ``model_adequate``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +143,7 @@ class PedestalResonance(Record):
     at: str
     rpm: float
     sd: float
+    interval_95: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +165,10 @@ class ImprovedStartup(Record):
     summary: str
     effects: tuple[AddedEffect, ...]
     own_unbalance: tuple[OwnUnbalance, ...]
+    bearings: tuple[IdentifiedCoefficient, ...]
+    """As fitted, with all effects."""
+    model_adequate: bool
+    """Whether the model describes the data; if not, no interval of its numbers holds."""
     pedestal_resonance_rpm: tuple[PedestalResonance, ...]
     shaft_bow_not_added: BowNotAdded | None
 
@@ -173,6 +190,10 @@ class Startup(Answer):
     clearance_um: float
     clearance_assumed: bool
     """Whether nobody stated it."""
+    amplitude_convention: str
+    """What lengths in µm of the motion are: zero to peak."""
+    two_degree_adequate: bool
+    """Whether the two-degree model describes the data; if not, no interval of its numbers holds."""
     estimates: dict[str, DirectionEstimates]
     runs: tuple[StartupRun, ...]
     own_unbalance_two_degree: OwnUnbalance | None

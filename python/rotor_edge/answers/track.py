@@ -113,6 +113,9 @@ class Constant(Record):
     name: str
     value: float
     relative_sd: float
+    """Standard deviation over the value."""
+    interval_95: Array
+    """Least and most."""
     from_data: bool
 
 
@@ -131,6 +134,7 @@ class Joint(Record):
     events: tuple[Event, ...]
     states: tuple[State, ...]
     wander_relative_sd: dict[str, float]
+    """Standard deviation of what comes and goes over the value."""
     wander_days: float
     left_out_d: Array
     effects: tuple[str, ...]
@@ -145,6 +149,8 @@ class Track(Answer):
     """When day 0 was (ISO 8601)."""
     readings: int
     residual_um: Residual
+    amplitude_convention: str
+    """What lengths in µm of the motion are: zero to peak."""
     residual_ratio: AroundEvent
     event_d: float | None
     reduction_against_fixed: Reduction

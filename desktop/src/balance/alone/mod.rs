@@ -24,6 +24,7 @@ use super::places::Filling;
 use super::scatter::of_coefficients;
 use super::wanted::{Wanted, no_plane};
 use crate::error::Error;
+use crate::statistics::interval::size_and_angle_95;
 use crate::unbalance::region::{KNOWN_NOISE, component_95, vector_95};
 
 type C = Complex<f64>;
@@ -170,11 +171,7 @@ pub fn correct(machine: &MachineInfluence, request: &CorrectionRequest) -> Resul
         })
         .collect();
     let quantile = component_95(machine.basis.freedom());
-    let interval = |w: C, sd: f64| {
-        let (size, half) = (w.norm(), quantile * sd);
-        let half_deg = if half < size { (half / size).asin().to_degrees() } else { 180.0 };
-        ([(size - half).max(0.0), size + half], half_deg)
-    };
+    let interval = |w: C, sd: f64| size_and_angle_95(w.norm(), quantile * sd);
     let weights: Vec<PlaneWeight> = (0..machine.planes.len())
         .map(|j| PlaneWeight {
             plane: machine.planes[j].clone(),

@@ -16,12 +16,10 @@ use rotor_edge_desktop::units::SAME_SPEED;
 use super::listener::Listener;
 use super::output::{self, Json};
 use super::startup::range;
-use crate::answers::balance::{AngleSense, BalanceAnswer, WayAnswer};
+use crate::answers::balance::{AngleSense, BalanceAnswer, LEAST_CHANCE, WayAnswer};
+use crate::answers::shared::ZERO_TO_PEAK;
 use crate::render;
 use crate::terminal;
-
-/// Chance of a misfit from noise alone below which it is not noise.
-const CHANCE: f64 = 1e-3;
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
@@ -115,6 +113,7 @@ fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments, listener: Listener
         angles: sense.words(),
         range_rpm: plan.range_rpm,
         service_rpm: plan.service_rpm,
+        amplitude_convention: ZERO_TO_PEAK,
         ways: ways.iter().map(|(name, found)| WayAnswer::of(name, found, &planes, sense)).collect(),
         remarks,
     };
@@ -131,7 +130,7 @@ fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments, listener: Listener
 
 /// What speaks against believing a way.
 fn doubt(name: &str, found: &Balanced) -> Option<String> {
-    let chi2 = found.misfit.filter(|misfit| misfit.chance() < CHANCE)?.chi2_per_value;
+    let chi2 = found.misfit.filter(|misfit| misfit.chance() < LEAST_CHANCE)?.chi2_per_value;
     Some(match name {
         "identified model" => {
             format!(

@@ -69,7 +69,7 @@ fn next(arguments: &Arguments, found: &Diagnosis) -> (String, Option<String>) {
     let with = |words: &str, command: String| (words.to_string(), Some(format!("rotor-edge {command}")));
     match (found.verdict, found.candidates.first()) {
         (DiagnosisVerdict::Undecided, _) if found.too_fast => {
-            ("measure a run-up again, no faster than said above.".into(), None)
+            ("measure a slower run-up, at the rate stated above.".into(), None)
         }
         (DiagnosisVerdict::Missing, Some(best)) => with(
             "add it",
@@ -82,19 +82,19 @@ fn next(arguments: &Arguments, found: &Diagnosis) -> (String, Option<String>) {
             )
         }
         (DiagnosisVerdict::NotDetermined, _) => with(
-            "measure what tells the planes apart: a run with a known trial weight in each, or speeds nearer to and beyond a \
-             resonance; what corrections would leave is said by",
+            "measure a run with a known trial weight in each plane, or speeds nearer to and beyond a resonance; see what \
+             correction weights would achieve",
             format!("balance {rotor} {data}{runout}"),
         ),
         (DiagnosisVerdict::Unknown, _) => with(
-            "look at the machine where the force acts; see where the model misses",
+            "see at which speeds and probes the model is wrong, and inspect the machine",
             format!("compare {rotor} {data}{runout} --report compare.html"),
         ),
         (DiagnosisVerdict::Adequate, _) => {
             with("follow the unbalance through a record of days", format!("track {rotor} RECORD.csv"))
         }
         _ => with(
-            "measure what is listed above, or see where the model misses",
+            "take a measurement that is listed above, or see where the model is wrong",
             format!("compare {rotor} {data}{runout}"),
         ),
     }

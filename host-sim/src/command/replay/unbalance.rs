@@ -8,6 +8,7 @@ use rotor_edge_desktop::machine::drawing::{Noise, Rotor};
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::unbalance::G_MM;
 
+use crate::answers::findings::DeterminedAnswer;
 use crate::answers::replay::{KnownUnbalance, LastUnbalance};
 use crate::bus::decoded::planes_of;
 use crate::edge::Deployment;
@@ -48,7 +49,10 @@ pub fn last(
     let names = rotor.plane.iter().map(|p| p.name.as_str());
     Ok(LastUnbalance::Known(KnownUnbalance {
         time_d,
-        determined: (&PlaneUnbalances::new(names, newest.unbalance_kg_m.as_slice(), &covariance)).into(),
+        determined: DeterminedAnswer::of(
+            &PlaneUnbalances::new(names, newest.unbalance_kg_m.as_slice(), &covariance),
+            true,
+        ),
         noise_scale: scale,
         with_bearings: bearings.is_some(),
         outdated: answers.last().is_some_and(|newest| !fits(&newest)),

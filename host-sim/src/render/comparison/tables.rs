@@ -20,8 +20,8 @@ pub fn summary(c: &Comparison) -> PageTable {
     let rows = vec![
         row("Readings", number(c.readings as f64, 0), ""),
         row("Measured values", number(c.values as f64, 0), ""),
-        row("Residual, sum, µm", three_digits(c.residual_um.sum), ""),
-        row("Residual, mean of a reading, µm", three_digits(c.residual_um.mean), ""),
+        row("Residual, sum, µm 0-pk", three_digits(c.residual_um.sum), ""),
+        row("Residual, mean of a reading, µm 0-pk", three_digits(c.residual_um.mean), ""),
         row("Residual, of all features, %", percent(c.residual_ratio), ""),
         row("Relative error, %", percent(c.relative_error), ""),
         row("χ² per value", three_digits(c.chi2_per_value), "1"),
@@ -41,7 +41,7 @@ pub fn change(before: &Comparison, after: &Comparison) -> PageTable {
         row("Relative error, %".into(), &|c| percent(c.relative_error), ""),
         row("χ² per value".into(), &|c| three_digits(c.chi2_per_value), "1"),
         row("Correlation of neighbouring speeds".into(), &|c| number(c.neighbours.correlation, 2), "0"),
-        row("Residual, mean of a reading, µm".into(), &|c| three_digits(c.residual_um.mean), ""),
+        row("Residual, mean of a reading, µm 0-pk".into(), &|c| three_digits(c.residual_um.mean), ""),
     ];
     rows.extend(before.by_probe.iter().enumerate().map(|(i, p)| {
         let of = |c: &Comparison| c.by_probe.get(i).map_or(String::new(), |p| percent(p.relative_error));
@@ -77,7 +77,7 @@ fn by_probe(c: &Comparison) -> PageTable {
             most.map_or(String::new(), |s| number(s.z_score, 1)),
         ]
     });
-    let columns = ["Probe", "residual, µm", "error, %", "χ² per value", "neighbours, σ"];
+    let columns = ["Probe", "residual, µm 0-pk", "error, %", "χ² per value", "neighbours, σ"];
     table(
         "By probe; correlation of neighbouring speeds in the run where it is largest",
         &columns,
@@ -97,7 +97,7 @@ fn whirl(c: &Comparison) -> PageTable {
             ]
         })
     });
-    let columns = ["Bearing, whirl", "measured, µm", "model, µm", "error, µm", "error, σ"];
+    let columns = ["Bearing, whirl", "measured, µm 0-pk", "model, µm 0-pk", "error, µm 0-pk", "error, σ"];
     table("By direction of whirl: radii, root mean square over the readings", &columns, rows.collect())
 }
 
@@ -111,5 +111,5 @@ fn by_run(c: &Comparison) -> PageTable {
             three_digits(r.chi2_per_value),
         ]
     });
-    table("By run", &["Run", "readings", "residual, µm", "error, %", "χ² per value"], rows.collect())
+    table("By run", &["Run", "readings", "residual, µm 0-pk", "error, %", "χ² per value"], rows.collect())
 }

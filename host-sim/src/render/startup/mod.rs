@@ -18,8 +18,8 @@ use crate::render::wave::wave;
 use crate::render::{Curve, Figure, PageTable, Section};
 use crate::scale::rpm;
 use tables::{
-    ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_rows, model_lines, own_lines, pk_pk, run_rows, shift_lines,
-    stage_columns, stage_rows,
+    ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_caption, estimate_rows, model_lines, own_lines, pk_pk, run_rows,
+    shift_lines, stage_columns, stage_rows,
 };
 
 pub use text::text;
@@ -45,13 +45,13 @@ pub fn summary(answer: &StartupAnswer, evaluated: &EvaluatedStartup) -> Section 
     }
     paragraphs.extend(answer.remarks.iter().cloned());
     let estimates = PageTable {
-        caption: "The two-degree model three ways, over all runs, ± one standard deviation".into(),
+        caption: estimate_caption(answer),
         columns: ESTIMATE_COLUMNS.map(String::from).to_vec(),
         rows: estimate_rows(answer).into_iter().map(|r| r.to_vec()).collect(),
     };
     let stages = PageTable {
         caption: format!(
-            "From the simple model to one that fits: largest error over all runs in percent of {:.0} µm",
+            "From the simple model to one that fits: largest error over all runs in percent of the clearance ({:.0} µm)",
             answer.clearance_um
         ),
         columns: stage_columns(evaluated),
@@ -116,7 +116,7 @@ fn per_unbalance(evaluated: &EvaluatedStartup, d: usize, own_kg_m: C) -> Figure 
     };
     let drawn = Trend {
         along: "speed, rpm".into(),
-        quantity: "µm per g·mm".into(),
+        quantity: "µm 0-pk per g·mm".into(),
         curves: found.runs.iter().filter(|r| evaluated.is_known(r)).map(curve).collect(),
         ..Trend::default()
     };
@@ -156,7 +156,7 @@ pub fn errors(evaluated: &EvaluatedStartup) -> Section {
             "run and bearing",
             "measured, µm pk-pk",
             "predicted, µm pk-pk",
-            "distance, µm",
+            "distance, µm 0-pk",
             "of the clearance",
         ];
         PageTable {

@@ -23,9 +23,25 @@ pub fn model_lines(answer: &StartupAnswer) -> Vec<String> {
     ]
 }
 
-/// A number with its uncertainty.
-fn with_sd(v: NumberAnswer, decimals: usize) -> String {
-    format!("{:.decimals$} ± {:.decimals$}", v.value, v.sd)
+/// A number, with its 95 % half-width where the two-degree model has one.
+fn with_half(v: NumberAnswer, decimals: usize, model_adequate: bool) -> String {
+    let [low, high] = v.interval_95;
+    match model_adequate {
+        true => format!("{:.decimals$} ± {:.decimals$}", v.value, 0.5 * (high - low)),
+        false => format!("{:.decimals$}", v.value),
+    }
+}
+
+/// What the table of estimates shows, and how sure it is.
+pub fn estimate_caption(answer: &StartupAnswer) -> String {
+    let sure = match answer.two_degree_adequate {
+        true => "± is a 95 % half-width".to_string(),
+        false => {
+            "no 95 % interval is stated, because noise does not explain what the two-degree model leaves"
+                .into()
+        }
+    };
+    format!("The two-degree model three ways, over all runs; {sure}")
 }
 
 /// Headings of the table of estimates.
@@ -34,6 +50,7 @@ pub const ESTIMATE_COLUMNS: [&str; 7] =
 
 /// Rows of the table of estimates.
 pub fn estimate_rows(answer: &StartupAnswer) -> Vec<[String; 7]> {
+    let number = |v: NumberAnswer, decimals: usize| with_half(v, decimals, answer.two_degree_adequate);
     let mut rows = Vec::new();
     for (direction, estimates) in answer.estimates.iter() {
         for (name, estimate) in estimates.methods.iter() {
@@ -42,11 +59,11 @@ pub fn estimate_rows(answer: &StartupAnswer) -> Vec<[String; 7]> {
             rows.push([
                 direction.to_string(),
                 name.replace('_', " "),
-                with_sd(e.natural_rpm, 1),
-                with_sd(e.damping_ratio, 4),
-                with_sd(e.damping_n_s_m, 2),
-                with_sd(e.stiffness_n_m, 0),
-                bearing.map_or("shaft alone is softer".into(), |b| with_sd(b, 0)),
+                number(e.natural_rpm, 1),
+                number(e.damping_ratio, 4),
+                number(e.damping_n_s_m, 2),
+                number(e.stiffness_n_m, 0),
+                bearing.map_or("shaft alone is softer".into(), |b| number(b, 0)),
             ]);
         }
     }
@@ -56,16 +73,17 @@ pub fn estimate_rows(answer: &StartupAnswer) -> Vec<[String; 7]> {
 /// Whether the resonance changes with the amplitude, by direction and on the whole.
 pub fn shift_lines(answer: &StartupAnswer) -> Vec<String> {
     let known = || answer.estimates.iter().filter_map(|(d, e)| Some((d, e.shift.as_ref()?)));
+    let number = |v: NumberAnswer, decimals: usize| with_half(v, decimals, answer.two_degree_adequate);
     let line = |(direction, s): (&str, &ShiftAnswer)| {
         let (natural, ratio) = (&s.natural_rpm, &s.damping_ratio);
         format!(
-            "{direction}: from small motion to {:.0} µm the natural speed goes from {} to {:.1} rpm ({:+.1} σ), the damping ratio \
+            "{direction}: from small motion to {:.0} µm 0-pk the natural speed goes from {} to {:.1} rpm ({:+.1} σ), the damping ratio \
              from {} to {:.4} ({:+.1} σ)",
             s.largest_um,
-            with_sd(natural.small_motion, 1),
+            number(natural.small_motion, 1),
             natural.at_largest,
             natural.sigmas,
-            with_sd(ratio.small_motion, 4),
+            number(ratio.small_motion, 4),
             ratio.at_largest,
             ratio.sigmas
         )
@@ -100,7 +118,7 @@ pub fn shift_lines(answer: &StartupAnswer) -> Vec<String> {
 
 /// Headings of the table of runs.
 pub const RUN_COLUMNS: [&str; 6] =
-    ["run", "direction", "peak, µm", "at, rpm", "half-power points, rpm", "µm per g·mm"];
+    ["run", "direction", "peak, µm 0-pk", "at, rpm", "half-power points, rpm", "µm 0-pk per g·mm"];
 
 /// Rows of the table of runs: what is marked in the Bode plot, and the peak per unbalance where own and
 /// added unbalance are known; a linear machine's is the same in every run.
@@ -169,10 +187,22 @@ pub fn stage_rows(answer: &StartupAnswer, bearings: &[String; 2]) -> Vec<Vec<Str
 }
 
 fn stated(own: &OwnUnbalance) -> String {
-    format!(
-        "{:.3} ± {:.3} g·mm at {:.2}° ± {:.2}° with rotation",
-        own.g_mm, own.sd_g_mm, own.angle_deg, own.sd_deg
-    )
+    let ([low, high], angle_deg) = (own.interval_95, own.angle_deg);
+    match (own.model_adequate, own.angle_95_deg < 180.0) {
+        (true, true) => format!(
+            "{:.3} ± {:.3} g·mm at {angle_deg:.2}° ± {:.2}° with rotation",
+            own.g_mm,
+            0.5 * (high - low),
+            own.angle_95_deg
+        ),
+        (true, false) => format!("{:.3} g·mm ({low:.3} to {high:.3} with 95 %) at any angle", own.g_mm),
+        (false, _) => {
+            format!(
+                "{:.3} g·mm at {angle_deg:.2}° with rotation (no interval: the model does not fit)",
+                own.g_mm
+            )
+        }
+    }
 }
 
 /// The disk's own unbalance by both models, pedestals, and what was said of a bow.
@@ -190,10 +220,12 @@ pub fn own_lines(answer: &StartupAnswer) -> Vec<String> {
         lines.push(format!("Own unbalance by the last model: {}.", stated(own)));
     }
     for pedestal in &improved.pedestal_resonance_rpm {
-        lines.push(format!(
-            "Pedestal {} resonates at {:.0} ± {:.0} rpm.",
-            pedestal.at, pedestal.rpm, pedestal.sd
-        ));
+        let [low, high] = pedestal.interval_95;
+        let half = match improved.model_adequate {
+            true => format!(" ± {:.0}", 0.5 * (high - low)),
+            false => String::new(),
+        };
+        lines.push(format!("Pedestal {} resonates at {:.0}{half} rpm.", pedestal.at, pedestal.rpm));
     }
     if improved.effects.iter().any(|e| e.effect == "shaft_bow") {
         lines.push("A bow is there beside the own unbalance: its pull is the same at every speed, the other's grows with Ω².".into());

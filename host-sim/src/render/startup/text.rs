@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::tables::{
-    ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_rows, model_lines, own_lines, pk_pk, run_rows, shift_lines,
-    stage_columns, stage_rows,
+    ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_caption, estimate_rows, model_lines, own_lines, pk_pk, run_rows,
+    shift_lines, stage_columns, stage_rows,
 };
 use crate::answers::startup::{EvaluatedStartup, StartupAnswer};
 use crate::render::findings;
@@ -16,7 +16,7 @@ pub fn text(answer: &StartupAnswer, evaluated: &EvaluatedStartup) -> String {
     for line in model_lines(answer) {
         text += &format!("{line}\n");
     }
-    text += "\nThree ways, over all runs, ± one standard deviation\n";
+    let _ = writeln!(text, "\n{}", estimate_caption(answer));
     text += &table(&ESTIMATE_COLUMNS, &estimate_rows(answer));
     text += "\nPeak and half-power points\n";
     text += &table(&RUN_COLUMNS, &run_rows(answer));
@@ -29,12 +29,13 @@ pub fn text(answer: &StartupAnswer, evaluated: &EvaluatedStartup) -> String {
     }
     let _ = writeln!(
         text,
-        "\nFrom the simple model to one that fits: largest error over all runs, % of {:.0} µm",
+        "\nFrom the simple model to one that fits: largest error over all runs, % of the clearance ({:.0} µm)",
         answer.clearance_um
     );
     text += &table(&stage_columns(evaluated), &stage_rows(answer, &evaluated.bearings));
     if let Some(improved) = &answer.improved {
         let _ = writeln!(text, "\n{}: {}", improved.verdict, improved.summary);
+        text += &findings::bearings_text(&improved.bearings, improved.model_adequate);
         for effect in &improved.effects {
             let _ = writeln!(text, "  {}", effect.fitted.label);
             for line in findings::parameters(&effect.fitted) {
@@ -62,7 +63,7 @@ fn errors(evaluated: &EvaluatedStartup, speed_rpm: f64) -> String {
     for e in &errors {
         let _ = writeln!(
             text,
-            "  {:<11} {:<8} {:>15} {:>18} {:>15.1} µm {:>13.1} %",
+            "  {:<11} {:<8} {:>15} {:>18} {:>10.1} µm 0-pk {:>13.1} %",
             found.runs[e.run].label(),
             evaluated.bearings[e.bearing],
             pk_pk(&e.measured_m),

@@ -11,7 +11,6 @@ use crate::answers::track::{
 };
 use crate::answers::track_curves::{BandedCurve, CoefficientCurve, FeatureCurve, TrackCurves};
 use crate::ingest::dates::Dates;
-use crate::scale::three_digits;
 
 pub use text::text;
 use text::{undiagnosed, when};
@@ -83,11 +82,11 @@ impl TrackPage<'_> {
             figures: vec![
                 self.figure(
                     "Residual",
-                    "residual, µm",
+                    "residual, µm 0-pk",
                     "A step up that stays is an event; marks below are flags.",
                     of(curves),
                 ),
-                self.figure("Feature sum", "feature sum, µm", "How much the machine moves.", of(sums)),
+                self.figure("Feature sum", "feature sum, µm 0-pk", "How much the machine moves.", of(sums)),
                 self.figure(
                     "Residual over feature sum",
                     "residual / feature sum, %",
@@ -103,7 +102,7 @@ impl TrackPage<'_> {
         let one = |feature: &FeatureCurve| {
             self.figure(
                 &feature.name,
-                "feature, µm",
+                "feature, µm 0-pk",
                 &format!("Bearing {}: calculated against measured.", feature.bearing),
                 Trend {
                     measured: Some(("measured".into(), feature.measured.clone())),
@@ -183,14 +182,15 @@ fn banded(name: &str, curve: &BandedCurve) -> Trend {
 fn constants(joint: &JointAnswer) -> PageTable {
     let row = |since_d: f64, c: &ConstantAnswer| {
         let origin = if c.from_data { "the data" } else { "its prior: the data do not tell" };
+        let [low, high] = c.interval_95;
         let numbers =
-            [format!("{since_d:.0}"), format!("{:.3e}", c.value), three_digits(100.0 * c.relative_sd)];
+            [format!("{since_d:.0}"), format!("{:.3e}", c.value), format!("{low:.3e} to {high:.3e}")];
         [c.name.clone()].into_iter().chain(numbers).chain([origin.to_string()]).collect::<Vec<_>>()
     };
     let rows = joint.states.iter().flat_map(|state| state.bearings.iter().map(|c| row(state.since_d, c)));
     PageTable {
         caption: "Constant part of the bearings, and whether one speed could tell it".into(),
-        columns: ["coefficient", "from day", "value", "± %", "from"].map(String::from).to_vec(),
+        columns: ["coefficient", "from day", "value", "95 % interval", "from"].map(String::from).to_vec(),
         rows: rows.collect(),
     }
 }
@@ -217,7 +217,7 @@ fn cases(r: &ReidentifiedAnswer, dates: Dates) -> PageTable {
     };
     PageTable {
         caption: format!("Re-identification on {}: the four cases", dates.day(r.time_d)),
-        columns: ["case", "residual, µm", "unknowns", "criterion", ""].map(String::from).to_vec(),
+        columns: ["case", "residual, µm 0-pk", "unknowns", "criterion", ""].map(String::from).to_vec(),
         rows: r.cases.iter().map(row).collect(),
     }
 }

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use rotor_edge_desktop::interval::HALF_95;
+
 use super::sampling;
 use crate::answers::track::{
     EstimateAnswer, EventAnswer, JointAnswer, PlaneInterval, ReidentifiedAnswer, TrackAnswer,
@@ -29,7 +31,7 @@ pub fn text(rotor: &str, answer: &TrackAnswer, dates: Dates) -> String {
     if let Some(open) = undiagnosed(answer, dates) {
         let _ = writeln!(text, "  {open}");
     }
-    let _ = writeln!(text, "\nMean residual {:.3} µm", answer.residual_um.mean);
+    let _ = writeln!(text, "\nMean residual {:.3} µm 0-pk", answer.residual_um.mean);
     let percent = |r: Option<f64>| r.map_or("–".to_string(), |r| format!("{:.2} %", 100.0 * r));
     let _ = writeln!(
         text,
@@ -48,7 +50,7 @@ fn reidentified(r: &ReidentifiedAnswer, dates: Dates) -> String {
         let taken = if c.case == r.case { "   taken" } else { "" };
         let _ = writeln!(
             text,
-            "  case {}: residual of its readings {:>7.3} µm, {:>2} unknowns, criterion {:>6.1}{taken}",
+            "  case {}: residual of its readings {:>7.3} µm 0-pk, {:>2} unknowns, criterion {:>6.1}{taken}",
             c.case, c.residual_um, c.unknowns, c.criterion
         );
     }
@@ -89,7 +91,7 @@ fn of_joint(joint: &JointAnswer, dates: Dates) -> String {
     }
     let _ = writeln!(
         text,
-        "\nBearings: constant part, ± %, and wander that fades in {:.1} days",
+        "\nBearings: constant part with its 95 % interval, and ± (95 %) of the fluctuation, which fades in {:.1} days",
         joint.wander_days
     );
     for state in &joint.states {
@@ -98,11 +100,12 @@ fn of_joint(joint: &JointAnswer, dates: Dates) -> String {
             let origin = if c.from_data { "the data" } else { "its prior, the data do not tell" };
             let _ = writeln!(
                 text,
-                "    {:<12} {:>11.4e} ± {:>4.1}, wander {:>4.1}   {origin}",
+                "    {:<12} {:>11.4e} ({:.3e} to {:.3e}), ± {:.1} %   {origin}",
                 c.name,
                 c.value,
-                100.0 * c.relative_sd,
-                100.0 * wander
+                c.interval_95[0],
+                c.interval_95[1],
+                100.0 * HALF_95 * wander
             );
         }
     }
@@ -135,14 +138,17 @@ fn last_day(last: &EstimateAnswer, dates: Dates) -> String {
     };
     let mut text = format!("\nOn {}\n", dates.day(last.time_d));
     for (j, plane) in last.planes.iter().enumerate() {
-        let sure = last.interval_95.as_ref().map_or(String::new(), |i| plane_interval(&i.planes[j]));
+        let interval = last.interval_95.as_ref().filter(|_| !last.flagged);
+        let sure = interval.map_or(String::new(), |i| plane_interval(&i.planes[j]));
         text += &line(&format!("plane {}", plane.name), plane.unbalance_g_mm, plane.angle_deg, sure);
     }
     for (what, u) in [("static", last.static_unbalance), ("dynamic", last.dynamic)] {
         text += &line(what, u.unbalance_g_mm, u.angle_deg, String::new());
     }
     if last.interval_95.is_none() {
-        text += "  How sure these are this method does not say; --method joint and bayes do.\n";
+        text += "  This method states no interval; --method joint and bayes do.\n";
+    } else if last.flagged {
+        text += "  No interval is stated, because the model does not fit this reading.\n";
     }
     text
 }

@@ -81,7 +81,7 @@ fn result(last: &MonitorResult) -> Vec<Line<'static>> {
         None => String::new(),
     };
     let residual = three_digits(f64::from(last.e_um));
-    lines.push(entry("residual", format!("{residual} µm, {}", percent(last.ratio))));
+    lines.push(entry("residual", format!("{residual} µm 0-pk, {}", percent(last.ratio))));
     lines.push(entry("high for", format!("{}{suspect}", last.streak)));
     lines
 }

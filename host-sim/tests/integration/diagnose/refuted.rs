@@ -65,8 +65,7 @@ mod slow {
     fn omitted_trial_weight_is_refuted_in_text_and_json() {
         let case = with_a_weight_left_off();
         let text = String::from_utf8(rotor_edge(&case.diagnose()).stdout).unwrap();
-        let says =
-            ["unbalance_of_run@in 16", "stated weights of run in 16 are not true", "missing altogether"];
+        let says = ["unbalance_of_run@in 16", "stated weights of run in 16 are wrong", "missing altogether"];
         assert_says(&text, &says);
         let (diagnosed, improved) = (json(&case.diagnose()), json(&case.improve()));
         for answer in [&diagnosed, &improved] {

@@ -1,4 +1,4 @@
-//! The bearing coefficients that phase I reports, and the range it searches them in.
+//! The range in which phase I searches the bearings.
 
 use crate::bearing::law::Role;
 use crate::machine::bearings::{BearingUnknown, Bearings};
@@ -6,33 +6,6 @@ use crate::machine::drawing::SearchBounds;
 
 /// Search range around the file's guess where `[identify]` does not give one: a factor either way.
 const DEFAULT_RANGE: f64 = 2.5;
-
-/// What the data said about a parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Identifiability {
-    /// The data fix it at least twice as well as the starting guess did.
-    FromData,
-    /// The data say little or nothing; it stayed near its start.
-    StayedAtStart,
-    /// The search range ended here.
-    AtBound,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct BearingParameter {
-    pub bearing: String,
-    /// `k_xx`, `k_yy`, `c_xx`, `c_yy`, or what else the law leaves open.
-    pub symbol: String,
-    /// SI unit.
-    pub unit: &'static str,
-    pub value: f64,
-    /// Where the search began.
-    pub start: f64,
-    /// Standard deviation relative to the value, prior included; of a number that may vanish, relative to its unit.
-    pub relative_sd: f64,
-    /// Whether the data decided it.
-    pub identified: Identifiability,
-}
 
 /// Lowest and highest search coordinate of everything that data may decide about the bearings.
 #[derive(Debug, Clone, PartialEq)]
