@@ -39,7 +39,7 @@ pub struct DeterminedPlaneAnswer {
 pub struct DeterminedAnswer {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub planes: Option<Vec<DeterminedPlaneAnswer>>,
-    /// How much better the best-seen combination of the planes is known than the worst.
+    /// Condition number of the planes: a 1 % model error can become this many percent in the unbalance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub condition: Option<[f64; 1]>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -43,7 +43,7 @@ class Determined(Record):
 
     planes: tuple[DeterminedPlane, ...] | None = None
     condition: Array | None = None
-    """How much better the best-seen combination of the planes is known than the worst."""
+    """Condition number of the planes: a 1 % model error can become this many percent in the unbalance."""
     why: str | None = None
     model_adequate: bool
     """Whether the model describes the data; if not, no interval of its bearings and planes holds."""
