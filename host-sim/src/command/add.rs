@@ -10,8 +10,8 @@ use super::diagnose::fitted::Fitted;
 use super::output::{self, Json};
 use crate::answers::diagnose::Addition;
 use crate::command::shell;
-use crate::render::{comparison_sections, findings};
-use crate::{render, say};
+use crate::render::{self, comparison_sections, findings};
+use crate::{say, terminal};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
