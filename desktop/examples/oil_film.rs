@@ -4,7 +4,7 @@
 
 use rotor_edge_desktop::Error;
 use rotor_edge_desktop::bearing::Law;
-use rotor_edge_desktop::check::check;
+use rotor_edge_desktop::check::{CheckUnbalance, check};
 use rotor_edge_desktop::rotor_file;
 
 const MACHINE: &str = r#"
@@ -41,7 +41,7 @@ fn main() -> Result<(), Error> {
             );
         }
     }
-    let found = check(&rotor, None)?;
+    let found = check(&rotor, None, CheckUnbalance::default())?;
     for critical in &found.critical {
         println!(
             "undamped critical speed at {:.0} rpm",
