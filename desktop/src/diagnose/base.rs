@@ -177,7 +177,7 @@ impl<'a> BaseModel<'a> {
             return (Vec::new(), left);
         }
         let (_, base) = &self.search;
-        let alone = |a| self.tried(a, &[base.x.clone()], Effort::Linear).ok();
+        let alone = |a| self.tried(a, std::slice::from_ref(&base.x), Effort::Linear).ok();
         let mut screened: Vec<CandidateFit> = of_runs.into_par_iter().filter_map(alone).collect();
         strongest_first(&mut screened);
         let rest = screened.split_off(REFINED.min(screened.len()));

@@ -1,7 +1,7 @@
 //! When a probability entitles to a word: one policy for `compare`, `diagnose` and `improve`.
 //!
 //! Every explanation of a misfit (nothing but noise, each known effect at each place, an unknown cause) gets a
-//! probability from its evidence ([`super::evidence`]) and its prior (`diagnose::rank`). Words follow from these alone:
+//! probability from its evidence (`super::evidence`) and its prior (`diagnose::rank`). Words follow from these alone:
 //!
 //! | word | needs |
 //! |---|---|

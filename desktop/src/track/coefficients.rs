@@ -64,7 +64,7 @@ mod tests {
         let one = refused(|r| r.bearing.truncate(1));
         assert_eq!(one, TrackError::Bearings { given: 1 }.into());
         // a message of the part is that of the whole
-        assert!(one.to_string().contains("1 are given"), "{one}");
+        assert!(one.to_string().contains("the rotor has 1"), "{one}");
         let magnets = refused(|r| {
             r.bearing[1].law = Law::Magnetic(Magnetic { stiffness_n_m: -1e6, damping_n_s_m: 0.0 });
         });

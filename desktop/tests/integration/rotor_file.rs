@@ -163,7 +163,7 @@ fn impossible_machine_is_refused_with_key_and_number() {
         (film(", preload = 3.0"), "preload"),
         (
             format!("{}{PROBE}gap = {{ at_rest_v = -9.8 }}\n", bearing("A", 0.1, CONSTANT)),
-            "\"AX\" gap: shows where a journal runs in a film",
+            "\"AX\" gap: needs a bearing with an oil film",
         ),
         (
             film("").replace("film =", "coefficients_relative = 0.1\nfilm ="),

@@ -128,7 +128,7 @@ fn third_plane_is_tracked_if_distinguishable_or_refused() {
     let all: Vec<_> = (0..8).into_par_iter().map(|k| Judged::new(&plan(k), &plan(k).make(), false)).collect();
     let (followed, refused): (Vec<_>, Vec<_>) = all.into_iter().partition(Result::is_ok);
     for error in refused.into_iter().filter_map(Result::err) {
-        assert!(error.to_string().contains("planes A, B, at 0.45 apart"), "{error}");
+        assert!(error.to_string().contains("planes A, B, at 0.45:"), "{error}");
     }
     let followed: Vec<Judged> = followed.into_iter().flatten().collect();
     assert!(followed.len() >= 3, "{}", followed.len());

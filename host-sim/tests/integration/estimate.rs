@@ -59,8 +59,7 @@ fn text_names_the_base_refuted_runs_and_what_would_help() {
     let output = rotor_edge(&["estimate", &rig("rotor.toml"), &rig("measured.csv"), "--report", &report]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
-    let says =
-        ["beyond that of run BASE", "poorly determined", "would help", "weights of run B047 are wrong"];
+    let says = ["relative to run BASE", "poorly determined", "would help", "weights of run B047 are wrong"];
     assert_says(&text, &says);
     let page = std::fs::read_to_string(report).unwrap();
     assert!(

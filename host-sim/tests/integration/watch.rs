@@ -159,7 +159,7 @@ fn without_a_terminal_it_says_to_use_json_and_touches_no_file() {
 fn absent_monitor_and_invalid_watch_arguments_are_refused() {
     let bus = Shared::start(&[]);
     let json = ["watch", "--bus", bus.spec("slcan"), "--json", "--seconds", "0.3"];
-    assert_says(&refusal(&[&json[..], &["--node", "7"]].concat()), &["nothing was heard of monitor 7"]);
+    assert_says(&refusal(&[&json[..], &["--node", "7"]].concat()), &["monitor 7 sent no frame"]);
     let empty = rotor_edge(&json);
     assert!(empty.status.success());
     let all: Value = serde_json::from_slice(&empty.stdout).unwrap();

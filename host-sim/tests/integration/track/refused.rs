@@ -96,7 +96,7 @@ fn tracks_that_cannot_be_forecast_are_refused_in_one_sentence() {
     assert!(gap.contains("no estimate from day 99 to day 130"), "{gap}");
     let constant = track("constant.csv", &mut (0..200).map(|day| format!("{day},400,10,20,30\n")));
     let constant = refusal(&["forecast", &constant]);
-    assert!(constant.contains("U_g does not change"), "{constant}");
+    assert!(constant.contains("U_g is the same on every day"), "{constant}");
     let long = track("long.csv", &mut (0..200).map(wave));
     let order = refusal(&["forecast", &long, "--order", "30,1,3"]);
     assert!(order.contains("ARIMA(30,1,3)") && order.contains("up to 8"), "{order}");

@@ -106,5 +106,5 @@ fn load_outside_table_or_table_of_other_shape_is_refused() {
     assert!(sentence(-1.0).contains("-1"), "{}", sentence(-1.0));
     let other = bearing(FilmKind::Plain, 0.6);
     let refused = other.at(&table, 500.0, 1e-4, 0.02, 300.0).expect_err("refused").to_string();
-    assert!(refused.contains("another shape"), "{refused}");
+    assert!(refused.contains("another bearing geometry"), "{refused}");
 }
