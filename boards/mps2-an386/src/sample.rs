@@ -26,5 +26,7 @@ pub fn readings() -> impl Iterator<Item = Reading> + Clone {
 
 /// How the node runs here.
 pub fn config() -> NodeConfig {
-    let mut config = NodeConfig::new(NUMBER); config.key = Some(KEY); config
+    let mut config = NodeConfig::new(NUMBER);
+    config.key = Some(KEY);
+    config
 }

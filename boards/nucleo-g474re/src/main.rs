@@ -54,8 +54,8 @@ async fn main(spawner: embassy_executor::Spawner) {
     fault::report();
     let Board { can, slots, journal, mut light, probes, oscillator } = Board::start(NODE);
     let mut config = NodeConfig::new(NODE);
-config.key = KEY;
-config.seed = board::serial_number();
+    config.key = KEY;
+    config.seed = board::serial_number();
     let Ok((mut monitor, started)) = Monitor::start(&PLACE, slots, journal, config) else { unreachable!() };
     let lack = started.model.map_or_else(|reason| reason.code(), |()| 0);
     defmt::info!("node {} with counter {}, no model for reason {}", NODE, started.counter, lack);

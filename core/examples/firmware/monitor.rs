@@ -60,7 +60,8 @@ fn main() -> ! {
         // the settings are constants that were checked
         cortex_m::peripheral::SCB::sys_reset()
     };
-    let mut machine = Machine { monitor, extractor, keyphasor: KeyphasorDetector::new(2_400, 200), saved_us: 0 };
+    let mut machine =
+        Machine { monitor, extractor, keyphasor: KeyphasorDetector::new(2_400, 200), saved_us: 0 };
     machine.start(&board);
     loop {
         match board.full_half() {

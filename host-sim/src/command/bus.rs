@@ -85,9 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 impl Opened {
     fn text(&self) -> String {
         let mut text = String::new();
-        text += &format!(
-            "The bus is open: every frame of one participant goes to all the others. Join it with\n"
-        );
+        text += "The bus is open: every frame of one participant goes to all the others. Join it with\n";
         text += &format!("  rotor-edge   --bus {}\n", self.slcan);
         text += &format!("               --bus {}\n", self.socketcand);
         text += &format!(
@@ -105,7 +103,7 @@ impl Opened {
             "\nOn wires, {MONITORS} monitors at {READINGS_A_SECOND} readings a second send {} frames a second.\n",
             self.frames_a_second
         );
-        text += &format!("  bit rate         load   monitors that fit\n");
+        text += "  bit rate         load   monitors that fit\n";
         for load in &self.load {
             let fit = if load.monitors == MONITORS { "all ".to_string() } else { String::new() };
             text += &format!(
@@ -115,7 +113,7 @@ impl Opened {
                 load.monitors
             );
         }
-        text += &format!("\nCtrl-C ends it.\n");
+        text += "\nCtrl-C ends it.\n";
         text
     }
 }

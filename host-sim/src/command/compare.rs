@@ -86,7 +86,7 @@ fn text(c: &ComparisonAnswer) -> String {
     }
     text += &format!("\n  {}\n", findings::noise(&c.noise));
     findings::planes(&c.determined).iter().for_each(|line| text += &format!("  {line}\n"));
-    text += &format!("\n  probe     residual, µm 0-pk     error %   χ² per value\n");
+    text += "\n  probe     residual, µm 0-pk     error %   χ² per value\n";
     for p in &c.by_probe {
         text += &format!(
             "  {:<10} {:>16.2} {:>11.2} {:>14.2}\n",
@@ -96,7 +96,7 @@ fn text(c: &ComparisonAnswer) -> String {
             p.chi2_per_value
         );
     }
-    text += &format!("\n  whirl at bearing     measured      model, µm 0-pk   misfit, times its noise\n");
+    text += "\n  whirl at bearing     measured      model, µm 0-pk   misfit, times its noise\n";
     for w in &c.whirl {
         for (name, part) in [("forward", &w.forward), ("backward", &w.backward)] {
             text += &format!(

@@ -128,11 +128,12 @@ fn judgement(reading: &Reading) {
 /// A node among arbitrary frames at arbitrary times, started from arbitrary bytes, its model replaced meanwhile.
 fn frames(model: Model) {
     let mut config = NodeConfig::new(black_box(0));
-config.key = Some(Key(black_box([0; 32])));
+    config.key = Some(Key(black_box([0; 32])));
     #[cfg(feature = "mac")]
-    let mut config = config;
-config.authenticated = black_box(true);
-config.nonce_reserve = black_box(0);
+    {
+        config.authenticated = black_box(true);
+        config.nonce_reserve = black_box(0);
+    }
     let Ok(mut node) = Node::<6, 4, 2>::new(black_box(config)) else {
         return;
     };
