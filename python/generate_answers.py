@@ -242,7 +242,8 @@ def module(stem: str, where: dict[str, str], title: str, types: list[Alias | Cla
             quoted(of.doc, "    "),
             "",
         ]
-        for f in of.fields:
+        # those that may be missing come last: they have a default
+        for f in sorted(of.fields, key=lambda f: f.optional):
             annotation, doc = f"{f.hint}{' = None' if f.optional else ''}", f.doc
             annotation, doc = added.pop(f.name, (annotation, doc))
             hints += f" {annotation}"

@@ -10,11 +10,13 @@ ROOT = Path(__file__).resolve().parents[2]
 TURBINE = ROOT / "host-sim" / "sample" / "turbine"
 KIT = ROOT / "host-sim" / "sample" / "kit"
 PROGRAM = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release" / "rotor-edge"
+WIDE = {**os.environ, "COLUMNS": "10000"}
+"""A sentence of the program is one line."""
 
 
 def program(*words):
     """Runs the program."""
-    return subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True, timeout=120)
+    return subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True, timeout=120, env=WIDE)
 
 
 @pytest.fixture

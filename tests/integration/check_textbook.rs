@@ -37,8 +37,15 @@ fn near(ours: f64, theirs: f64, tolerance: f64) -> bool {
     (ours - theirs).abs() <= tolerance * theirs.abs()
 }
 
-/// ROSS `run_modal`: damped frequencies in rpm with log decrements, of lateral modes at a spin speed in rpm.
-const ROSS_MODES: [(&str, f64, &[(f64, f64)]); 10] = [
+/// File, spin speed in rpm, and of each mode frequency in rpm and log decrement.
+type SpinModes = (&'static str, f64, &'static [(f64, f64)]);
+/// File, range in rpm, and of each critical speed rpm, log decrement and whirl.
+type CriticalSpeeds = (&'static str, [f64; 2], &'static [(f64, f64, &'static str)]);
+/// File, range in rpm, probe, and of each peak rpm and amplitude.
+type ForcedPeaks = (&'static str, [f64; 2], &'static str, &'static [(f64, f64)]);
+
+/// ROSS `run_modal`: damped frequencies of lateral modes with log decrements.
+const ROSS_MODES: [SpinModes; 10] = [
     (
         "f591",
         4000.0,
@@ -93,7 +100,7 @@ fn damped_modes_of_textbook_machines_equal_ross() {
 }
 
 /// ROSS modes at the speed of their own frequency: rpm, log decrement, sense.
-const ROSS_CRITICAL: [(&str, [f64; 2], &[(f64, f64, &str)]); 4] = [
+const ROSS_CRITICAL: [CriticalSpeeds; 4] = [
     (
         "damped",
         [100.0, 4000.0],
@@ -222,7 +229,7 @@ fn published_critical_speeds_are_met() {
 }
 
 /// ROSS `run_unbalance_response` for 100 g·mm at the planes in phase: speed of the maximum in rpm, amplitude in µm pk-pk.
-const ROSS_PEAKS: [(&str, [f64; 2], &str, &[(f64, f64)]); 7] = [
+const ROSS_PEAKS: [ForcedPeaks; 7] = [
     (
         "lalanne-ferraris",
         [100.0, 25_000.0],

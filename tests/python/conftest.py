@@ -18,6 +18,8 @@ import monitor
 SAMPLE = monitor.ROOT / "host-sim" / "sample" / "turbine"
 RELEASE = Path(os.environ.get("CARGO_TARGET_DIR", monitor.ROOT / "target")) / "release"
 PROGRAM = RELEASE / "rotor-edge"
+WIDE = {**os.environ, "COLUMNS": "10000"}
+"""A sentence of the program is one line."""
 VCAN = "vcan0"
 NODE = 1
 SECONDS = 20
@@ -57,7 +59,7 @@ def core():
 
 def run(*arguments):
     """What a command of the program says; it must succeed."""
-    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=120, env=WIDE)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

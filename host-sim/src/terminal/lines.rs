@@ -34,7 +34,7 @@ pub fn fit(text: &str, columns: usize) -> String {
 fn fit_line(line: &str, columns: usize) -> Vec<String> {
     let text = line.trim_start().trim_start_matches("Next: ");
     let is_command = |name: &&str| text.strip_prefix(*name).is_some_and(|rest| rest.starts_with([' ', '-']));
-    if COMMANDS.iter().any(|name| is_command(name)) {
+    if COMMANDS.iter().any(is_command) {
         return wrap::command(line, columns);
     }
     let is_message = line.starts_with("rotor-edge") || line.starts_with("error:");

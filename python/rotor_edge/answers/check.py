@@ -91,8 +91,9 @@ class Peak(Record):
 
     speed_rpm: float
     amplitude_um: float
+    """Zero to peak."""
     amplitude_convention: str
-    """What ``amplitude_um`` is: zero to peak."""
+    """What `amplitude_um` is: zero to peak."""
     amplitude_um_pk_pk: float
     critical_speed_rpm: float | None
     """Critical speed of the mode that resonates; None for a maximum between resonances."""

@@ -41,12 +41,12 @@ class DeterminedPlane(Record):
 class Determined(Record):
     """The planes as the data determine them; ``why`` says it where they do not, or where the model is rejected."""
 
+    model_adequate: bool
+    """Whether the model describes the data; if not, no interval of its bearings and planes holds."""
     planes: tuple[DeterminedPlane, ...] | None = None
     condition: Array | None = None
     """Condition number of the planes: a 1 % model error can become this many percent in the unbalance."""
     why: str | None = None
-    model_adequate: bool
-    """Whether the model describes the data; if not, no interval of its bearings and planes holds."""
 
 
 @dataclass(frozen=True, eq=False)
