@@ -1,8 +1,8 @@
 //! The core behind Modbus instead of CAN: a master reads the state of a monitor as registers.
 //!
-//! `cargo run -p rotor-edge-core --no-default-features --example modbus`. The frames are those of Modbus RTU; the machine is a
-//! simulated one, and bearing 2 loses half of its stiffness upwards. The firmware in `examples/firmware` answers with the
-//! same registers.
+//! `cargo run -p rotor-edge-core --no-default-features --example modbus`. The frames are those of Modbus RTU. The machine is
+//! simulated; halfway, its bearing 2 loses half of the stiffness upwards. The firmware in `examples/firmware` answers with
+//! the same registers.
 
 #[path = "firmware/registers.rs"]
 mod registers;

@@ -23,9 +23,8 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     /// flash may be handed in.
     ///
     /// Errors: [`ModelError::Schema`], [`ModelError::BasisSize`], [`ModelError::Probes`] and [`ModelError::Planes`] (more
-    /// than fit; see [`Counts::read`](crate::model::Counts::read)), [`ModelError::Encoding`], and the first fault found: a number that is not finite, no plane, no probe in use, fewer than two supports, a mass that is not
-    /// positive, a speed range or table out of order, a bearing or mount that does not exist, supports that do not hold the
-    /// shaft, a response that is not finite or ill-conditioned.
+    /// than fit; see [`Counts::read`](crate::model::Counts::read)), [`ModelError::Supports`], [`ModelError::Knots`] and
+    /// [`ModelError::Forcings`] (more than fit), [`ModelError::Encoding`], and those of [`Model::new`].
     #[inline(never)]
     pub fn decode(bytes: &[u8]) -> Result<Self, ModelError> {
         // One variable, returned as it is: a model is not small, and a second copy would be on the stack.

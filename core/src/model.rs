@@ -29,8 +29,8 @@ pub const MODEL_SCHEMA: u32 = 4;
 pub const MAX_PLANES: usize = 4;
 /// Supports of a model, at most: 8 with the feature `large-models`, otherwise 4.
 pub const MAX_SUPPORTS: usize = if LARGE { 8 } else { 4 };
-/// Knots of all speed tables of a model together, at most: 16 with the feature `large-models`, otherwise 4.
-pub const MAX_KNOTS: usize = if LARGE { 16 } else { 4 };
+/// Knots of all speed tables of a model together, at most: 16 with the feature `large-models`, otherwise 8.
+pub const MAX_KNOTS: usize = if LARGE { 16 } else { 8 };
 /// Forcings of a model, at most: 6 with the feature `large-models`, otherwise 2.
 pub const MAX_FORCINGS: usize = if LARGE { 6 } else { 2 };
 const LARGE: bool = cfg!(feature = "large-models");

@@ -11,9 +11,9 @@ use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::units::{rad_s, rpm};
 use rotor_edge_tests::repository;
 
-/// Issue 36: agreement with ROSS at the spin speed stated.
+/// Relative, of frequencies, critical speeds and log decrements.
 const TOLERANCE: f64 = 0.005;
-/// Issue 36: of forced peaks.
+/// Relative, of the amplitude of forced peaks.
 const PEAK_TOLERANCE: f64 = 0.01;
 /// ROSS prints log decrements to five decimals here.
 const DECREMENT_DIGIT: f64 = 2e-5;

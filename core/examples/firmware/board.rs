@@ -1,5 +1,6 @@
-//! An invented board: registers at made-up addresses in the manner of usual microcontrollers. A real one has a crate of its
-//! maker's peripherals for this; only the shape matters here.
+//! The registers of an invented board, at made-up addresses. A real board has a crate of its maker's peripherals for them; this
+//! file shows which parts of it the core needs: an interrupt for each half of the sample buffer and for each byte of the
+//! serial line, a clock, and a page of flash.
 //!
 //! | from | to | content |
 //! |---|---|---|
@@ -9,8 +10,10 @@
 use core::cell::UnsafeCell;
 use core::ptr;
 use core::slice;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 
+use cortex_m::interrupt::InterruptNumber;
+use cortex_m::peripheral::NVIC;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::exception;
 use rotor_edge_core::heapless::Vec;
@@ -22,6 +25,8 @@ pub const SAMPLE_RATE_HZ: f32 = 20_000.0;
 
 const CLOCK_HZ: u32 = 170_000_000;
 const SAMPLES_PER_HALF: usize = 200;
+/// Bytes of the longest request that is answered.
+const REQUEST_BYTES: usize = 16;
 
 const MODEL: *const u8 = 0x0801_8000 as *const u8;
 const MODEL_BYTES: usize = 0x7000;
@@ -55,10 +60,45 @@ static SAMPLES: Buffer = Buffer(UnsafeCell::new([[[0; CHANNELS]; SAMPLES_PER_HAL
 static FILLED: AtomicU32 = AtomicU32::new(0);
 static MILLISECONDS: AtomicU32 = AtomicU32::new(0);
 
-/// The interrupt of the DMA channel, at its half and at its end.
+/// The bytes of a request, how many have come, and whether the line has been idle after them.
+static REQUEST: [AtomicU8; REQUEST_BYTES] = [const { AtomicU8::new(0) }; REQUEST_BYTES];
+static RECEIVED: AtomicU32 = AtomicU32::new(0);
+static IS_WHOLE: AtomicBool = AtomicBool::new(false);
+
+#[derive(Clone, Copy)]
+enum Interrupt {
+    /// Half of the buffer is full.
+    Dma = 11,
+    /// A byte has come, or the line is idle.
+    Uart = 38,
+}
+
+// SAFETY: the numbers are those of the board's interrupts, and no two are the same.
+unsafe impl InterruptNumber for Interrupt {
+    fn number(self) -> u16 {
+        self as u16
+    }
+}
+
 #[exception]
-unsafe fn DefaultHandler(_interrupt: i16) {
-    FILLED.store(FILLED.load(Ordering::Relaxed).wrapping_add(1), Ordering::Release);
+unsafe fn DefaultHandler(number: i16) {
+    if number == Interrupt::Dma as i16 {
+        FILLED.store(FILLED.load(Ordering::Relaxed).wrapping_add(1), Ordering::Release);
+    } else if number == Interrupt::Uart as i16 {
+        // SAFETY: registers that are read; reading the byte clears the interrupt.
+        let (status, byte) = unsafe { (ptr::read_volatile(UART_STATUS), ptr::read_volatile(UART_DATA)) };
+        if status & HAS_BYTE != 0 {
+            let place = RECEIVED.load(Ordering::Relaxed);
+            // a longer request loses its end, and its CRC is wrong
+            if let Some(cell) = REQUEST.get(place as usize) {
+                cell.store(byte as u8, Ordering::Relaxed);
+                RECEIVED.store(place + 1, Ordering::Relaxed);
+            }
+        }
+        if status & IS_IDLE != 0 {
+            IS_WHOLE.store(true, Ordering::Release);
+        }
+    }
 }
 
 #[exception]
@@ -74,7 +114,6 @@ pub enum Half {
 
 pub struct Board {
     read: u32,
-    request: Vec<u8, 16>,
     milliseconds: u64,
 }
 
@@ -86,9 +125,13 @@ impl Board {
             core.SYST.enable_interrupt();
             core.SYST.enable_counter();
         }
-        // SAFETY: the address of a buffer that lives for ever.
-        unsafe { ptr::write_volatile(DMA_BUFFER, SAMPLES.0.get() as u32) };
-        Self { read: 0, request: Vec::new(), milliseconds: 0 }
+        // SAFETY: the address of a buffer that lives for ever, and interrupts whose handler touches only atomic numbers.
+        unsafe {
+            ptr::write_volatile(DMA_BUFFER, SAMPLES.0.get() as u32);
+            NVIC::unmask(Interrupt::Dma);
+            NVIC::unmask(Interrupt::Uart);
+        }
+        Self { read: 0, milliseconds: 0 }
     }
 
     /// Time since the start, µs; it never goes back, though the counter of milliseconds wraps after 49 days.
@@ -152,18 +195,20 @@ impl Board {
     }
 
     /// A frame of Modbus RTU, when the line has been idle after it.
-    pub fn request(&mut self) -> Option<Vec<u8, 16>> {
-        // SAFETY: registers that are read.
-        let status = unsafe { ptr::read_volatile(UART_STATUS) };
-        if status & HAS_BYTE != 0 {
-            let byte = unsafe { ptr::read_volatile(UART_DATA) } as u8;
-            // what is longer than any request is none, and its CRC is wrong
-            let _ = self.request.push(byte);
-        }
-        if status & IS_IDLE == 0 || self.request.is_empty() {
+    pub fn request(&mut self) -> Option<Vec<u8, REQUEST_BYTES>> {
+        if !IS_WHOLE.load(Ordering::Acquire) {
             return None;
         }
-        Some(core::mem::take(&mut self.request))
+        // a master sends nothing more until it is answered or has waited in vain
+        let received = RECEIVED.load(Ordering::Relaxed) as usize;
+        let mut request = Vec::new();
+        for byte in REQUEST.iter().take(received) {
+            // there is room for every byte of the static one
+            let _ = request.push(byte.load(Ordering::Relaxed));
+        }
+        RECEIVED.store(0, Ordering::Relaxed);
+        IS_WHOLE.store(false, Ordering::Release);
+        Some(request)
     }
 
     pub fn send(&mut self, answer: &[u8]) {

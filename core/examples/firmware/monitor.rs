@@ -2,8 +2,8 @@
 //! DMA empties into memory, a reading every 16 turns, a state and the unbalance over Modbus, and a memory in flash that survives
 //! a loss of power.
 //!
-//! The interrupt only says which half of the buffer is full; everything else happens in the loop of `main`. The registers are
-//! those of an invented board ([`board`]): put yours there. `tests/foreign-firmware` builds this file for
+//! Interrupts count the halves of the buffer that are full and collect the bytes of a request; everything else happens in the
+//! loop of `main`. The registers are those of an invented board ([`board`]): put yours there. `tests/foreign-firmware` builds this file for
 //! `thumbv7em-none-eabihf` and asserts its size.
 //!
 //! The core relies on its caller for this:

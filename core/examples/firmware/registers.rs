@@ -30,6 +30,7 @@ const ILLEGAL_ADDRESS: u8 = 2;
 static CRC: Crc<u16, NoTable> = Crc::<u16, NoTable>::new(&CRC_16_MODBUS);
 
 /// What the monitor knows at a time, µs.
+#[inline(never)] // out of the loop, where it costs less flash
 pub fn registers<const SHAPES: usize, const PROBES: usize, C: Numerics<SHAPES, PROBES, 2>>(
     monitor: &Monitor<SHAPES, PROBES, 2, C>,
     time_us: u64,
@@ -70,6 +71,7 @@ fn words(number: f32) -> [u16; 2] {
 }
 
 /// The answer of the device with this address to a frame of Modbus RTU; `None` if the frame is damaged or for somebody else.
+#[inline(never)] // out of the loop, where it costs less flash
 pub fn answer(frame: &[u8], address: u8, registers: &[u16; REGISTERS]) -> Option<Vec<u8, ANSWER_BYTES>> {
     let (request, crc) = frame.split_last_chunk::<2>()?;
     let &[to, function, ref body @ ..] = request else { return None };

@@ -179,7 +179,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     }
 }
 
-/// The same for a list, with an error of its own for one that is longer than its capacity.
+/// Reads a list in postcard. A list that is longer than its capacity is refused by its own name.
 fn take_list<'a, T: Deserialize<'a>, const MOST: usize>(
     rest: &mut &'a [u8],
     field: &mut Vec<T, MOST>,

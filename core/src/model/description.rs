@@ -1,4 +1,4 @@
-//! What a model is made from.
+//! The parts of a model, and a model made of them.
 
 use heapless::Vec;
 use nalgebra::SVector;
@@ -72,7 +72,10 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     /// Makes a model and checks it.
     ///
     /// Errors: [`ModelError::Planes`], [`ModelError::Supports`], [`ModelError::Knots`], [`ModelError::Forcings`] and
-    /// [`ModelError::Probes`] for more entries than there is room for, and those of [`Model::decode`] after the encoding.
+    /// [`ModelError::Probes`] for more entries than there is room for; otherwise the first fault found: a number that is not
+    /// finite, no plane, no probe in use, fewer than two supports, a mass that is not positive, a speed range or table out of
+    /// order, a bearing or mount that does not exist, supports that do not hold the shaft, a response that is not finite or
+    /// is ill-conditioned.
     pub fn new(description: &Description<N>) -> Result<Self, ModelError> {
         let model = Self {
             machine: description.machine,

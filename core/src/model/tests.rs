@@ -75,7 +75,7 @@ fn full() -> Full {
         supports: springs
             .map(|spring| Support {
                 pedestal,
-                table: Some(KnotRange { first: 4, count: 12 }),
+                table: Some(KnotRange { first: 4, count: (MAX_KNOTS - 4) as u8 }),
                 hardening_per_um2: 1e-4,
                 ..Support::isotropic(modes.shape(&spring.shape), 1e7, 1e4)
             })

@@ -140,9 +140,10 @@ fn vertex(mut points: [(f64, C); 3], at: &dyn Fn(f64) -> Option<C>) -> Option<(f
         };
         let inside = bend > 0.0 && parabola > a.0 && parabola < c.0;
         // every third step narrows the interval from its wider side
-        let next = if inside && round % 3 < 2 { parabola } else { section };
+        let is_parabola = inside && round % 3 < 2;
+        let next = if is_parabola { parabola } else { section };
         if (next - b.0).abs() < 0.5 * SETTLED * b.0 {
-            if inside && round % 3 < 2 && (parabola - b.0).abs() < 0.5 * SETTLED * b.0 {
+            if is_parabola {
                 break;
             }
             continue;

@@ -112,7 +112,7 @@ fn why_model(detail: Detail) -> String {
         ModelError::Schema => {
             ": the firmware speaks another version of models; update the older of the two".into()
         }
-        error => format!(" because of {error:?}"),
+        error => format!(": {error}"),
     }
 }
 

@@ -121,7 +121,7 @@ fn refusals_say_what_to_do() {
         };
         [
             (attempt(host, &Key([4; 32]), 1, 1, &encoded(&deployment.edge).unwrap()), "another key"),
-            (attempt(host, &KEY, 1, 1, &damaged), "refuses the model because of Encoding"),
+            (attempt(host, &KEY, 1, 1, &damaged), "refuses the model: the bytes are cut short, damaged"),
             (attempt(host, &KEY, 1, 1, &[0; 40]), "another version of models"),
             (attempt(host, &KEY, 2, 1, &encoded(&deployment.edge).unwrap()), "monitor 2 does not answer"),
             (await_heartbeat(host, 5).unwrap_err().to_string(), "no monitor 5"),

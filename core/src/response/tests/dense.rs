@@ -10,8 +10,8 @@ use super::super::elimination::eliminate;
 use super::super::equations::Equations;
 use super::super::{Motion, Response, SupportAmplitudes};
 use crate::model::{
-    Forcing, ForcingLaw, Knot, KnotRange, Matrices, Model, Modes, Pedestal, Probe, Shaft, Shape, Spring,
-    Support,
+    Forcing, ForcingLaw, Knot, KnotRange, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, Matrices, Model, Modes,
+    Pedestal, Probe, Shaft, Shape, Spring, Support,
 };
 use crate::testing::Random;
 
@@ -202,7 +202,7 @@ fn machine(random: &mut Random) -> Machine {
     let place = |random: &mut Random| Place::from_fn(|_, _| f64::from(random.signed()));
     // Overwritten when the model is deployed.
     let blank = Shape { forward: SVector::zeros(), backward: SVector::zeros() };
-    let knots: heapless::Vec<Knot, 16> = (0..6)
+    let knots: heapless::Vec<Knot, MAX_KNOTS> = (0..6)
         .map(|number| Knot {
             speed_rad_s: 150.0 * number as f32 + random.between(20.0, 120.0),
             stiffness_n_m: [
@@ -216,7 +216,7 @@ fn machine(random: &mut Random) -> Machine {
         })
         .collect();
     let chance = |random: &mut Random, part: f32| random.between(0.0, 1.0) < part;
-    let supports: heapless::Vec<Support<N>, 8> = (0..2 + random.between(0.0, 3.0) as usize)
+    let supports: heapless::Vec<Support<N>, MAX_SUPPORTS> = (0..2 + random.between(0.0, 3.0) as usize)
         .map(|number| {
             let k = random.log_between(1e6, 3e8);
             let cross = if chance(random, 0.6) { k * random.between(-0.8, 0.8) } else { 0.0 };
@@ -260,7 +260,7 @@ fn machine(random: &mut Random) -> Machine {
         })
         .collect();
     let planes: Vec<Place> = (0..1 + random.between(0.0, 4.0) as usize).map(|_| place(random)).collect();
-    let forcings: heapless::Vec<Forcing<N>, 6> = (0..random.between(0.0, 3.0) as usize)
+    let forcings: heapless::Vec<Forcing<N>, MAX_FORCINGS> = (0..random.between(0.0, 3.0) as usize)
         .map(|number| Forcing {
             shape: blank.forward,
             amplitude: [1e3 * random.signed(), 1e3 * random.signed()],
