@@ -200,7 +200,8 @@ impl<'a> Fitter<'a> {
     fn plant(&self, deviation: &DVector<f64>, physics: &Physics) -> Result<Arc<ModalShaft>, Error> {
         let (rotor, offsets) = self.deviations.apply(self.rotor, deviation);
         let nominal_n_m = self.scales(None).stiffness_n_m;
-        Ok(Arc::new(ModalShaft::new(&rotor, self.shaft(physics), &offsets, nominal_n_m)?))
+        let speeds_rad_s: Vec<f64> = self.data.rows.iter().map(|row| row.speed_rad_s).collect();
+        Ok(Arc::new(ModalShaft::new(&rotor, self.shaft(physics), &offsets, nominal_n_m, &speeds_rad_s)?))
     }
 
     fn plant_of(&self, drawing: &Drawing, physics: &Physics) -> Result<Arc<ModalShaft>, Error> {

@@ -5,6 +5,10 @@
 //! depend on speed. One eigendecomposition a sense, and every receptance at every speed is a sum over
 //! modes. Damping inside the shaft changes only the backward sense, by the factor `1 + 2iΩη` on the
 //! stiffness, and keeps the same modes.
+//!
+//! On its nominal springs the shaft has no damping. At a speed next to one of its critical speeds, with `1 − Ω² μ = d`, its
+//! receptances are of the size 1/d, and what the actual supports leave of them has lost the digits of 1/d². So the springs are chosen such
+//! that the speeds of interest keep clear of the critical speeds.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -17,6 +21,12 @@ use crate::model::force::{LoadedSection, LoadedShaft, generalised_force};
 use crate::reduction::nodal::{NodalSum, Section, Shaft};
 
 type C = Complex<f64>;
+
+/// Nominal springs that are tried, as multiples of what the bearings have: on stiff bearings the modes hardly follow the springs
+/// until those are soft.
+const SPRINGS: [f64; 7] = [1.0, 0.5, 2.0, 0.2, 0.1, 0.03, 0.01];
+/// Least `|1 − Ω² μ|` that is clear of a critical speed: six of sixteen digits are lost there.
+const CLEAR: f64 = 1e-3;
 
 /// Columns of forces that turn with the shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +49,49 @@ pub struct WhirlModes {
     /// Of probes, their direction left out.
     pub probes: DMatrix<f64>,
     pub forces: DMatrix<f64>,
+}
+
+/// What places, probes and forces are to a shaft: nodal coordinates and factors.
+struct Participants {
+    held: Vec<NodalSum>,
+    probes: Vec<NodalSum>,
+    forces: Vec<NodalSum>,
+}
+
+impl WhirlModes {
+    /// From the inertia in this sense of whirl and the Cholesky factor of the stiffness.
+    fn new(
+        shaft: &Shaft,
+        inertia: &DMatrix<f64>,
+        stiffness_factor: &DMatrix<f64>,
+        all: &Participants,
+    ) -> Self {
+        let pencil = DefinitePencil::new(inertia, stiffness_factor);
+        let shapes = &shaft.basis * pencil.vectors();
+        let participation = |rows: &[NodalSum]| {
+            let columns: Vec<DVector<f64>> = rows.iter().map(|row| Shaft::along(row, &shapes)).collect();
+            if columns.is_empty() {
+                DMatrix::zeros(shapes.ncols(), 0)
+            } else {
+                DMatrix::from_columns(&columns)
+            }
+        };
+        Self {
+            held: participation(&all.held),
+            probes: participation(&all.probes),
+            forces: participation(&all.forces),
+            mu: pencil.values.iter().copied().collect(),
+            shapes,
+        }
+    }
+
+    /// Least `|1 − Ω² μ|` at these speeds.
+    fn clearance(&self, speeds_rad_s: &[f64]) -> f64 {
+        let of = |speed: &f64| {
+            self.mu.iter().map(|mu| (1.0 - speed * speed * mu).abs()).fold(f64::INFINITY, f64::min)
+        };
+        speeds_rad_s.iter().map(of).fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// A shaft with its disks on nominal springs at the bearings.
@@ -125,62 +178,76 @@ impl LoadedShaft for OffsetShaft<'_> {
 }
 
 impl ModalShaft {
-    /// Solves the shaft of a rotor on springs `nominal_n_m` at its bearings. The rotor may differ from the
-    /// drawing that `shaft` was made of in its segments and disks, and by `offsets` in its positions.
+    /// Solves the shaft of a rotor on springs of about `nominal_n_m` at its bearings, such that these speeds keep clear of its
+    /// critical speeds. The rotor may differ from the drawing that `shaft` was made of in its segments and disks, and by
+    /// `offsets` in its positions.
     ///
     /// # Errors
     /// If the shaft on its springs is not stable, which a checked rotor rules out.
-    pub fn new(rotor: &Rotor, shaft: &Shaft, offsets: &Offsets, nominal_n_m: f64) -> Result<Self, Error> {
+    pub fn new(
+        rotor: &Rotor,
+        shaft: &Shaft,
+        offsets: &Offsets,
+        nominal_n_m: f64,
+        speeds_rad_s: &[f64],
+    ) -> Result<Self, Error> {
         let beside = |z: f64, list: &[f64], i: usize| {
             shaft.section(z).displacement_beside(list.get(i).copied().unwrap_or(0.0))
         };
         let bearings =
             rotor.bearing.iter().enumerate().map(|(i, b)| beside(b.position_m, &offsets.bearing_m, i));
         let disks = rotor.disk.iter().enumerate().map(|(i, d)| beside(d.position_m, &offsets.disk_m, i));
-        let held: Vec<NodalSum> = bearings.chain(disks).collect();
         let probes = rotor.probe.iter().enumerate().map(|(i, p)| beside(p.position_m, &offsets.probe_m, i));
-        let probes: Vec<NodalSum> = probes.collect();
         let forces = all_forces(rotor);
         let loaded = OffsetShaft { rotor, shaft, offsets };
-        let acting: Vec<NodalSum> = forces.iter().map(|f| loaded.row(*f)).collect();
-        let matrices = shaft.matrices(rotor, offsets);
-        let mut stiffness = matrices.stiffness;
-        for row in &held[..rotor.bearing.len()] {
-            let shape = Shaft::along(row, &shaft.basis);
-            stiffness.ger(nominal_n_m, &shape, &shape, 1.0);
-        }
-        let factor = stiffness
-            .cholesky()
-            .ok_or_else(|| Error::Unsuitable("the shaft on its bearings has no positive stiffness".into()))?
-            .l();
-        let sense = |sign: f64| {
-            let inertia = &matrices.mass - &matrices.polar_inertia * sign;
-            let pencil = DefinitePencil::new(&inertia, &factor);
-            let shapes = &shaft.basis * pencil.vectors();
-            let participation = |rows: &[NodalSum]| {
-                let columns: Vec<DVector<f64>> = rows.iter().map(|row| Shaft::along(row, &shapes)).collect();
-                if columns.is_empty() {
-                    DMatrix::zeros(shapes.ncols(), 0)
-                } else {
-                    DMatrix::from_columns(&columns)
-                }
-            };
-            WhirlModes {
-                held: participation(&held),
-                probes: participation(&probes),
-                forces: participation(&acting),
-                mu: pencil.values.iter().copied().collect(),
-                shapes,
-            }
+        let all = Participants {
+            held: bearings.chain(disks).collect(),
+            probes: probes.collect(),
+            forces: forces.iter().map(|f| loaded.row(*f)).collect(),
         };
-        Ok(Self {
-            nominal_n_m,
-            probe_angles_rad: rotor.probe.iter().map(|p| p.angle_deg.to_radians()).collect(),
-            bearings: rotor.bearing.len(),
-            forward: sense(1.0),
-            backward: sense(-1.0),
-            forces,
-        })
+        let matrices = shaft.matrices(rotor, offsets);
+        let on_springs = |spring_n_m: f64| -> Result<Self, Error> {
+            let mut stiffness = matrices.stiffness.clone();
+            for row in &all.held[..rotor.bearing.len()] {
+                let shape = Shaft::along(row, &shaft.basis);
+                stiffness.ger(spring_n_m, &shape, &shape, 1.0);
+            }
+            let factor = stiffness
+                .cholesky()
+                .ok_or_else(|| {
+                    Error::Unsuitable("the shaft on its bearings has no positive stiffness".into())
+                })?
+                .l();
+            let sense = |sign: f64| {
+                let inertia = &matrices.mass - &matrices.polar_inertia * sign;
+                WhirlModes::new(shaft, &inertia, &factor, &all)
+            };
+            Ok(Self {
+                nominal_n_m: spring_n_m,
+                probe_angles_rad: rotor.probe.iter().map(|p| p.angle_deg.to_radians()).collect(),
+                bearings: rotor.bearing.len(),
+                forward: sense(1.0),
+                backward: sense(-1.0),
+                forces: forces.clone(),
+            })
+        };
+        let mut best: Option<(f64, Self)> = None;
+        for factor in SPRINGS {
+            let tried = on_springs(factor * nominal_n_m)?;
+            let clearance = tried.clearance(speeds_rad_s);
+            if best.as_ref().is_none_or(|(most, _)| clearance > *most) {
+                best = Some((clearance, tried));
+            }
+            if clearance > CLEAR {
+                break;
+            }
+        }
+        best.map(|(_, shaft)| shaft).ok_or(Error::SingularMachine { tried: "on any springs" })
+    }
+
+    /// Least `|1 − Ω² μ|` of any mode at these speeds.
+    fn clearance(&self, speeds_rad_s: &[f64]) -> f64 {
+        self.forward.clearance(speeds_rad_s).min(self.backward.clearance(speeds_rad_s))
     }
 
     /// Number of the column of a force.

@@ -27,7 +27,9 @@ fn rotor(name: &str) -> Rotor {
 
 /// The engine's receptances for unbalance in the rotor's planes, on all its finite elements.
 fn receptances(rotor: &Rotor, speed_rad_s: f64) -> Receptances {
-    let plant = ModalShaft::new(rotor, &Shaft::unreduced(rotor), &Offsets::default(), NOMINAL_N_M).unwrap();
+    let plant =
+        ModalShaft::new(rotor, &Shaft::unreduced(rotor), &Offsets::default(), NOMINAL_N_M, &[speed_rad_s])
+            .unwrap();
     let unbalance =
         |position_m| vec![(plant.column(Force::UnbalanceAt(position_m)), C::from(speed_rad_s.powi(2)))];
     let columns: Vec<_> = rotor.plane.iter().map(|p| unbalance(p.position_m)).collect();
@@ -61,6 +63,23 @@ fn updated_receptances_equal_full_dynamic_stiffness_solution() {
             let error = (&fast - &full).norm() / full.norm();
             assert!(error < 1e-8, "{name} at {speed} rad/s: {error:e}");
         }
+    }
+}
+
+#[test]
+fn response_next_to_a_critical_of_the_nominal_shaft_keeps_its_digits() {
+    let rotor = rotor("turbine");
+    let model = Model::finite_elements(&rotor);
+    let shaft = Shaft::unreduced(&rotor);
+    let on_nominal_springs = ModalShaft::new(&rotor, &shaft, &Offsets::default(), NOMINAL_N_M, &[]).unwrap();
+    for modes in [&on_nominal_springs.forward, &on_nominal_springs.backward] {
+        let slowest = modes.mu.iter().copied().fold(0.0, f64::max).sqrt().recip();
+        let speed = slowest * (1.0 + 1e-7);
+        let updated = receptances(&rotor, speed);
+        let fast = table(&updated.respond(&Supports::joined(bearings(&model, speed)), &[]).unwrap());
+        let full = model.response(speed).unwrap().per_unbalance;
+        let error = (&fast - &full).norm() / full.norm();
+        assert!(error < 1e-8, "{speed} rad/s: {error:e}");
     }
 }
 
