@@ -140,6 +140,7 @@ impl<'a> BaseModel<'a> {
         let possible = self.possible();
         let progress = &self.fitter.progress;
         let many = REFINED.min(possible.len());
+        let (screened, possible) = self.screened(possible);
         progress.plan(possible.len() + many);
         let attempt = |a| {
             let tried = self.attempt(a).ok();
@@ -147,6 +148,7 @@ impl<'a> BaseModel<'a> {
             tried
         };
         let mut tried: Vec<CandidateFit> = possible.into_par_iter().filter_map(attempt).collect();
+        tried.extend(screened);
         strongest_first(&mut tried);
         let many = many.min(tried.len());
         let (refined, rest) = tried.split_at_mut(many);
@@ -162,15 +164,46 @@ impl<'a> BaseModel<'a> {
         Ok(tried)
     }
 
+    /// Of many candidates that are linear and act in one run alone, the best few are left to be fitted; the others come with a fit
+    /// that solves for them alone. An effect of one run among many hardly moves the bearings, so that this is its evidence but for
+    /// little.
+    fn screened(&self, possible: Vec<PlacedEffect>) -> (Vec<CandidateFit>, Vec<PlacedEffect>) {
+        let of_a_run = |a: &PlacedEffect| {
+            matches!(a.place, Place::Run(_)) && a.effect.parameters(&self.hypothesis.scales).is_empty()
+        };
+        let (of_runs, mut left): (Vec<_>, Vec<_>) = possible.into_iter().partition(of_a_run);
+        if of_runs.len() <= 2 * REFINED {
+            left.extend(of_runs);
+            return (Vec::new(), left);
+        }
+        let (_, base) = &self.search;
+        let alone = |a| self.tried(a, std::slice::from_ref(&base.x), Effort::Linear).ok();
+        let mut screened: Vec<CandidateFit> = of_runs.into_par_iter().filter_map(alone).collect();
+        strongest_first(&mut screened);
+        let rest = screened.split_off(REFINED.min(screened.len()));
+        left.extend(screened.into_iter().map(|t| t.placed));
+        (rest, left)
+    }
+
     pub fn attempt(&self, placed: PlacedEffect) -> Result<CandidateFit, Error> {
-        let (drawing, base) = &self.search;
-        let with = self.hypothesis.with(placed);
-        let mut starts = starts_for(&self.hypothesis, base, placed);
+        let mut starts = starts_for(&self.hypothesis, &self.search.1, placed);
         if self.hypothesis.effects.len() > self.stated {
             // with an effect in place the bearings are no longer driven off by what is missing: from there alone
             starts = starts.into_iter().step_by(2).collect();
         }
-        let fit = self.fitter.fit(&with, &starts, drawing, Effort::Rough, Some(&base.amplitudes))?;
+        self.tried(placed, &starts, Effort::Rough)
+    }
+
+    /// A candidate fitted from these starts.
+    fn tried(
+        &self,
+        placed: PlacedEffect,
+        starts: &[Vec<f64>],
+        effort: Effort,
+    ) -> Result<CandidateFit, Error> {
+        let (drawing, base) = &self.search;
+        let with = self.hypothesis.with(placed);
+        let fit = self.fitter.fit(&with, starts, drawing, effort, Some(&base.amplitudes))?;
         let under_own = |fit: &Fit| self.fitter.cost_under_own_scatter(fit, drawing);
         let unknowns = fit.effect_unknowns - base.effect_unknowns;
         let evidence = self.fitter.sizes.evidence(under_own(base) - under_own(&fit), unknowns);

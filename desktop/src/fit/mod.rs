@@ -47,6 +47,7 @@ use crate::machine::tolerance::Deviations;
 use crate::model::amplitude::Relaxation;
 use crate::receptance::modal_shaft::ModalShaft;
 use crate::reduction::nodal::Shaft;
+use crate::statistics::between_runs::RunErrors;
 use crate::statistics::evidence::Sizes;
 use crate::statistics::scatter::{Predecessors, Scatter};
 use crate::statistics::whitening::{DataScatter, Whitening};
@@ -103,6 +104,8 @@ impl Drawing {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
+    /// Bearings and effects as the start has them: only what is linear is solved for.
+    Linear,
     /// Like `Search`, with the search ended early and the amplitudes at supports that depend on them only roughly settled: to
     /// see which effects are worth a closer look.
     Rough,
@@ -134,7 +137,7 @@ impl<'a> Fitter<'a> {
         let used_up = Bearings::of(rotor).count() + 2 * rotor.plane.len();
         let scattered = DataScatter {
             series: Arc::new(Predecessors::new(data.series())),
-            runs: Arc::new(DMatrix::zeros(values, 0)),
+            runs: RunErrors::none(values),
             scatter: Scatter::STATED,
             free: values.saturating_sub(used_up).max(1) as f64,
             stated_log_sd: Noise::log_sd(rotor),
@@ -246,9 +249,11 @@ impl<'a> Fitter<'a> {
             amplitudes = self.reaching_disks(hypothesis, &starts[0], plant.clone(), amplitudes)?;
         }
         let (rounds_at_most, settled_within, end) = match effort {
+            Effort::Linear => (0, 1.0, STAY),
             Effort::Rough => (ROUGH_ROUNDS, 1.0, ROUGH),
             Effort::Search | Effort::Final => (AMPLITUDE_ROUNDS, 1e-3, FINISH),
         };
+        let until_settled = if effort == Effort::Linear { STAY } else { SCOUT };
         let mut problem = self.problem(hypothesis, plant, amplitudes.as_ref(), &drawing.whitening);
         scout(&mut problem, starts);
         let mut relaxation = Relaxation::steady(AMPLITUDE_WEIGHT);
@@ -256,7 +261,7 @@ impl<'a> Fitter<'a> {
         let mut rounds = 0;
         loop {
             // while amplitudes still change there is no point in going to the end
-            problem.descend(if amplitudes.is_some() { SCOUT } else { end });
+            problem.descend(if amplitudes.is_some() { until_settled } else { end });
             let settled = (last_cost - problem.cost()).abs() < settled_within || rounds >= rounds_at_most;
             let Some(held) = amplitudes.as_mut().filter(|_| !settled) else {
                 problem.descend(end);
@@ -326,8 +331,9 @@ impl<'a> Fitter<'a> {
     }
 }
 
-/// A short run, one to where a candidate is seen for what it is worth, and one to the end.
+/// A short run, none, one to where a candidate is seen for what it is worth, and one to the end.
 const SCOUT: Stop = Stop { steps: 10, tolerance: 1e-4 };
+const STAY: Stop = Stop { steps: 0, tolerance: 0.0 };
 const ROUGH: Stop = Stop { steps: 100, tolerance: 1e-4 };
 const FINISH: Stop = Stop { steps: 200, tolerance: 1e-8 };
 

@@ -14,7 +14,7 @@ use super::data::{Amplitudes, Data};
 use super::descent::{Objective, Stop, descend};
 use super::hypothesis::Hypothesis;
 use super::projection::LinearSolution;
-use crate::decomposition::pseudo_inverse;
+use crate::decomposition::{pseudo_inverse, transposed_product};
 use crate::effects::terms::Terms;
 use crate::effects::{Pattern, Place};
 use crate::machine::place::SpeedLaw;
@@ -294,7 +294,7 @@ impl Problem<'_> {
         let (n, width) = (outer.ncols(), linear.ncols());
         let mut whole = outer.resize_horizontally(n + width, 0.0);
         whole.columns_mut(n, width).copy_from(linear);
-        let mut information = whole.tr_mul(&whole);
+        let mut information = transposed_product(&whole, &whole);
         for (i, u) in self.hypothesis.bearings.unknowns().iter().enumerate() {
             information[(i, i)] += u.law.prior_sd.powi(-2);
         }
@@ -335,7 +335,7 @@ impl Problem<'_> {
         let now = self.now.as_ref()?;
         let solved = &now.solved;
         solved.project(&mut model);
-        let (mut gram, mut slope) = (model.tr_mul(&model), -model.tr_mul(&solved.weighted));
+        let (mut gram, mut slope) = (transposed_product(&model, &model), -model.tr_mul(&solved.weighted));
         let bearings = &self.hypothesis.bearings;
         let residuals = bearings.prior_residuals(self.x.as_slice());
         for (i, (u, residual)) in bearings.unknowns().iter().zip(residuals).enumerate() {

@@ -4,6 +4,7 @@
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
 use super::data::Data;
+use crate::decomposition::transposed_product;
 use crate::statistics::whitening::Whitening;
 
 type C = Complex<f64>;
@@ -54,7 +55,7 @@ impl LinearSolution {
 
     /// Takes out of every column what the linear unknowns can follow.
     pub fn project(&self, columns: &mut DMatrix<f64>) {
-        let followed = self.normal.solve(&self.columns.tr_mul(columns));
+        let followed = self.normal.solve(&transposed_product(&self.columns, columns));
         columns.gemm(-1.0, &self.columns, &followed, 1.0);
     }
 }
@@ -66,7 +67,7 @@ fn pairs(flat: &DVector<f64>) -> Vec<C> {
 /// Cholesky factor of the normal matrix with a whiff of ridge, so that two columns that the data cannot
 /// tell apart share what there is.
 fn ridged_normal(columns: &DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
-    let mut normal = columns.tr_mul(columns);
+    let mut normal = transposed_product(columns, columns);
     for i in 0..normal.nrows() {
         normal[(i, i)] *= 1.0 + 1e-12;
         if normal[(i, i)] == 0.0 {

@@ -4,7 +4,7 @@ use super::data::Amplitudes;
 use super::hypothesis::Hypothesis;
 use super::{Drawing, Effort, Fit, Fitter};
 use crate::error::Error;
-use crate::statistics::between_runs;
+use crate::statistics::between_runs::RunErrors;
 use crate::statistics::scatter::Scatter;
 use crate::statistics::whitening::Whitening;
 
@@ -48,6 +48,6 @@ impl Fitter<'_> {
 
     /// Noise whose scatter between runs is of what this fit predicts.
     pub(super) fn about(&self, whitening: &Whitening, fit: &Fit) -> Whitening {
-        whitening.about(between_runs::columns(&self.data.runs_and_sigmas(), &fit.predicted_m))
+        whitening.about(RunErrors::new(&self.data.runs_and_sigmas(), &fit.predicted_m))
     }
 }

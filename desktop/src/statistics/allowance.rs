@@ -1,6 +1,6 @@
 //! Linear errors with a Gaussian prior, allowed for as correlated noise.
 
-use crate::decomposition::hermitian;
+use crate::decomposition::{hermitian, transposed_product};
 use nalgebra::{DMatrix, DVector};
 
 /// Noise of unit size and, beside it, errors of unit standard deviation that act through a jacobian J: covariance `1 + J Jᵀ`.
@@ -18,7 +18,7 @@ impl Allowance {
         let (values, vectors) = if jacobian.ncols() == 0 {
             (DVector::zeros(0), DMatrix::zeros(0, 0))
         } else {
-            let eigen = hermitian(jacobian.tr_mul(&jacobian));
+            let eigen = hermitian(transposed_product(&jacobian, &jacobian));
             (eigen.eigenvalues.map(|v| v.max(0.0)), eigen.eigenvectors)
         };
         // (1 + JJᵀ)^(−1/2) = 1 − J V diag((1 − (1+λ)^(−1/2)) / λ) Vᵀ Jᵀ
@@ -36,7 +36,7 @@ impl Allowance {
         if self.is_empty() {
             return;
         }
-        let mut inner = self.vectors.tr_mul(&self.jacobian.tr_mul(columns));
+        let mut inner = transposed_product(&self.vectors, &transposed_product(&self.jacobian, columns));
         for (mut row, s) in inner.row_iter_mut().zip(self.shrink.iter()) {
             row *= *s;
         }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::allowance::Allowance;
-use super::between_runs::{self, BetweenRunsSearch};
+use super::between_runs::{self, BetweenRunsSearch, RunAllowance, RunErrors};
 use crate::statistics::scatter::{Predecessors, Scatter};
 
 /// The scatter of one set of data.
@@ -19,8 +19,8 @@ use crate::statistics::scatter::{Predecessors, Scatter};
 pub struct DataScatter {
     /// Which value precedes which.
     pub series: Arc<Predecessors>,
-    /// What a run that is off would change, [`between_runs::columns`].
-    pub runs: Arc<DMatrix<f64>>,
+    /// What a run that is off would change.
+    pub runs: RunErrors,
     pub scatter: Scatter,
     /// Real numbers that bearings and planes do not use up.
     pub free: f64,
@@ -36,17 +36,12 @@ impl DataScatter {
         }
     }
 
-    fn whitened_runs(&self) -> DMatrix<f64> {
-        let mut runs = (*self.runs).clone();
-        self.whiten_series(&mut runs);
-        runs
+    fn whitened_runs(&self) -> RunErrors {
+        self.runs.whitened(|response| self.whiten_series(response))
     }
 
-    fn between_runs(&self) -> Allowance {
-        if self.scatter.between_runs == 0.0 || self.runs.ncols() == 0 {
-            return Allowance::new(DMatrix::zeros(self.runs.nrows(), 0));
-        }
-        Allowance::new(self.whitened_runs() * self.scatter.between_runs)
+    fn between_runs(&self) -> RunAllowance {
+        RunAllowance::new(self.whitened_runs(), self.scatter.between_runs)
     }
 }
 
@@ -54,7 +49,7 @@ impl DataScatter {
 pub struct Whitening {
     scattered: DataScatter,
     /// Between runs, readings whitened.
-    between: Allowance,
+    between: RunAllowance,
     /// Weighted response per standard deviation of each deviation, as stated and with the scatter whitened.
     stated: DMatrix<f64>,
     deviations: Allowance,
@@ -77,9 +72,9 @@ impl Whitening {
         Self { scattered, between, stated, deviations, centre, log_det }
     }
 
-    /// The same beside another model, of which a run that is off would change this, [`between_runs::columns`].
-    pub fn about(&self, runs: DMatrix<f64>) -> Self {
-        let scattered = DataScatter { runs: Arc::new(runs), ..self.scattered.clone() };
+    /// The same beside another model, of which a run that is off would change this.
+    pub fn about(&self, runs: RunErrors) -> Self {
+        let scattered = DataScatter { runs, ..self.scattered.clone() };
         Self::new(self.stated.clone(), self.centre.clone(), scattered)
     }
 
@@ -117,7 +112,7 @@ impl Whitening {
     /// What the noise itself costs: ln det, and its departure from what was stated.
     pub fn cost(&self) -> f64 {
         let DataScatter { scatter, stated_log_sd, runs, .. } = &self.scattered;
-        let of_runs = if runs.ncols() > 0 { between_runs::neg2_log_prior(scatter) } else { 0.0 };
+        let of_runs = if !runs.is_empty() { between_runs::neg2_log_prior(scatter) } else { 0.0 };
         self.log_det + scatter.neg2_log_prior(*stated_log_sd) + of_runs
     }
 
@@ -171,12 +166,13 @@ impl Whitening {
     pub fn stated_chi2(&self, residual: &DVector<f64>) -> f64 {
         let deviations = self.estimate(residual);
         let mut left = residual - self.shift(&deviations);
-        let mut errors = DVector::zeros(0);
+        let mut of_runs = 0.0;
         if !self.between.is_empty() {
-            errors = self.between.estimate(&self.whitened_series(&left));
-            left -= &*self.scattered.runs * (&errors * self.scattered.scatter.between_runs);
+            let errors = self.between.estimate(&self.whitened_series(&left));
+            left -= self.scattered.runs.change(&errors);
+            of_runs = self.between.penalty(&errors);
         }
-        left.norm_squared() + deviations.norm_squared() + errors.norm_squared()
+        left.norm_squared() + deviations.norm_squared() + of_runs
     }
 
     fn whitened_series(&self, residual: &DVector<f64>) -> DVector<f64> {
@@ -208,13 +204,13 @@ impl Whitening {
         let of_series = |left: &DVector<f64>, unused: f64| {
             series.most_probable(left.as_slice(), unused.max(1.0), *stated_log_sd)
         };
-        let (found, cost) = if runs.ncols() == 0 {
+        let (found, cost) = if runs.is_empty() {
             of_series(&left, unused)
         } else {
             let sought =
                 BetweenRunsSearch::new(&self.scattered.whitened_runs(), &self.whitened_series(&left));
             let tries = sought.tries().map(|t| {
-                let (found, cost) = of_series(&(&left - &**runs * &t.errors), unused - t.used_up);
+                let (found, cost) = of_series(&(&left - runs.change(&t.errors)), unused - t.used_up);
                 (Scatter { between_runs: t.between_runs, ..found }, cost + t.cost)
             });
             let best = tries.min_by(|a, b| a.1.total_cmp(&b.1));
@@ -232,7 +228,7 @@ mod tests {
     fn of(series: Predecessors, scatter: Scatter, values: usize) -> DataScatter {
         DataScatter {
             series: Arc::new(series),
-            runs: Arc::new(DMatrix::zeros(2 * values, 0)),
+            runs: RunErrors::none(2 * values),
             scatter,
             free: 2.0 * values as f64,
             stated_log_sd: 0.4,
