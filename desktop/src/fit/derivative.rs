@@ -4,10 +4,9 @@
 use nalgebra::{Complex, DMatrix, Matrix2};
 
 use super::centreline;
-use super::data::{FitRow, FitValue};
-use super::problem::{Evaluation, Problem};
+use super::data::FitValue;
+use super::problem::{Evaluation, Problem, Responses};
 use crate::effects::terms::Terms;
-use crate::receptance::update::UpdatedResponse;
 
 type C = Complex<f64>;
 
@@ -63,12 +62,16 @@ impl Problem<'_> {
         for (k, ((place, a), (_, b))) in pairs.enumerate().filter(|(_, (a, b))| a != b) {
             let Some(held) = self.held.iter().position(|h| h == place) else { continue };
             debug_assert_eq!(down.supports[k].0, *place, "a step does not move supports");
+            let slope = |row: &usize| -> Matrix2<C> {
+                let change = self.stiffness(up, *place, a, *row) - self.stiffness(down, *place, b, *row);
+                change.unscale(2.0 * SLOPE_STEP)
+            };
+            let slope_of: Vec<Matrix2<C>> = now.responses.groups.first.iter().map(slope).collect();
             let mut at = 0;
             for (r, row) in self.data.rows.iter().enumerate() {
-                let change = self.stiffness(up, *place, a, r) - self.stiffness(down, *place, b, r);
-                let slope: Matrix2<C> = change.unscale(2.0 * SLOPE_STEP);
+                let slope = &slope_of[now.responses.groups.of_row[r]];
                 let force = slope * now.motion[r].fixed_rows::<2>(2 * held);
-                let adjoint = &now.responses[r].adjoint;
+                let adjoint = &now.responses.of(r).adjoint;
                 for v in &row.values {
                     let seen = adjoint.column(now.terms.shows[v.probe]).fixed_rows::<2>(2 * held).dot(&force);
                     slopes[at] -= now.terms.gains[v.probe] * seen;
@@ -85,7 +88,7 @@ impl Problem<'_> {
             let forces = |terms: &Terms| self.supports(terms, r).forces(&now.motion[r]);
             let force = (forces(up) - forces(down)).unscale(2.0 * SLOPE_STEP);
             for v in &row.values {
-                let seen = now.responses[r].adjoint.column(now.terms.shows[v.probe]).dot(&force);
+                let seen = now.responses.of(r).adjoint.column(now.terms.shows[v.probe]).dot(&force);
                 slopes[at] -= now.terms.gains[v.probe] * seen;
                 at += 1;
             }
@@ -94,7 +97,10 @@ impl Problem<'_> {
 
     /// What a probe on a housing reads of it changes with bearing and pedestal, whatever the shaft does.
     fn add_housing_slopes(&self, now: &Evaluation, up: &Terms, down: &Terms, slopes: &mut [C]) {
-        if up.supports == down.supports {
+        let none = |terms: &Terms| {
+            (0..terms.gains.len()).all(|probe| terms.mount(self.hypothesis.rotor, probe).is_none())
+        };
+        if up.supports == down.supports || none(up) {
             return;
         }
         let mut at = 0;
@@ -121,7 +127,7 @@ impl Problem<'_> {
             let speed_and_damping = [self.speed_rad_s(&now.terms, r), now.terms.internal_damping_s];
             let supports = self.supports(&now.terms, r);
             let receptances = self.receptances_of(r, &now.terms);
-            let (response, motion) = (&now.responses[r], &now.motion[r]);
+            let (response, motion) = (&now.responses.of(r), &now.motion[r]);
             let change = receptances.damping_slope(
                 &self.plant,
                 speed_and_damping,
@@ -141,7 +147,7 @@ impl Problem<'_> {
         if up.gains == down.gains {
             return;
         }
-        let shown = self.shown(now, &now.responses);
+        let shown = self.shown(&now.terms, &now.sizes, &now.responses);
         for (slope, (v, shown)) in slopes.iter_mut().zip(self.data.values().zip(shown)) {
             *slope += (up.gains[v.probe] - down.gains[v.probe]) / (2.0 * SLOPE_STEP) * shown;
         }
@@ -154,23 +160,25 @@ impl Problem<'_> {
         }
         // at a critical speed without damping there is no slope
         let (Some(above), Some(below)) = (self.respond(up), self.respond(down)) else { return };
-        let sides = self.shown(now, &above).into_iter().zip(self.shown(now, &below));
+        let shown =
+            |terms, responses| self.shown(&now.terms, &self.sizes(terms, &now.solved.unknowns), responses);
+        let sides = shown(up, &above).into_iter().zip(shown(down, &below));
         for (slope, (v, (above, below))) in slopes.iter_mut().zip(self.data.values().zip(sides)) {
             *slope += now.terms.gains[v.probe] * (above - below) / (2.0 * SLOPE_STEP);
         }
     }
 
-    /// Motion that every value shows under the linear unknowns, gain and runout left out.
-    fn shown(&self, now: &Evaluation, responses: &[UpdatedResponse]) -> Vec<C> {
-        let probes = now.terms.shows.len();
-        let known = C::from(1.0);
-        let motion = |response: &UpdatedResponse, probe: usize| -> C {
-            let sizes = now.solved.unknowns.iter().chain([&known]).enumerate();
-            sizes.map(|(j, size)| size * response.probes[j * probes + probe]).sum()
-        };
-        let of_row = |(row, response): (&FitRow, &UpdatedResponse)| {
-            row.values.iter().map(|v| motion(response, now.terms.shows[v.probe])).collect::<Vec<C>>()
-        };
-        self.data.rows.iter().zip(responses).flat_map(of_row).collect()
+    /// Motion that every value shows under forces of these sizes in each row, gain and runout left out.
+    fn shown(&self, terms: &Terms, sizes: &[Vec<C>], responses: &Responses) -> Vec<C> {
+        let probes = terms.shows.len();
+        let mut shown = Vec::with_capacity(self.data.count());
+        for (r, (row, sizes)) in self.data.rows.iter().zip(sizes).enumerate() {
+            let response = &responses.of(r).probes;
+            shown.extend(row.values.iter().map(|v| -> C {
+                let probe = terms.shows[v.probe];
+                sizes.iter().enumerate().map(|(force, size)| size * response[force * probes + probe]).sum()
+            }));
+        }
+        shown
     }
 }

@@ -39,12 +39,10 @@ impl Problem<'_> {
     }
 
     /// Size of each force of the plant in a row.
-    fn sizes(&self, now: &Evaluation, row: usize, speed_rad_s: f64) -> Vec<C> {
+    fn sizes_on_plant(&self, now: &Evaluation, row: usize) -> Vec<C> {
         let mut sizes = vec![C::from(0.0); self.plant.forward.forces.ncols()];
-        let known = C::from(1.0);
-        let columns = self.columns_of(row, speed_rad_s);
-        for (column, size) in columns.iter().zip(now.solved.unknowns.iter().chain([&known])) {
-            column.iter().for_each(|(force, factor)| sizes[*force] += factor * size);
+        for (force, size) in self.forces.iter().zip(&now.sizes[row]) {
+            sizes[*force] = *size;
         }
         sizes
     }
@@ -153,7 +151,7 @@ impl<'a> Snapshot<'a> {
         let plant = &*problem.plant;
         let (speed_rad_s, damping) = (problem.speed_rad_s(&now.terms, r), now.terms.internal_damping_s);
         let (supports, places) = (problem.supports(&now.terms, r), problem.places());
-        let (motion, adjoint) = (&now.motion[r], &now.responses[r].adjoint);
+        let (motion, adjoint) = (&now.motion[r], &now.responses.of(r).adjoint);
         let reading = |on: &Mounted| (on.probe, adjoint_circular(on.reading.iter()));
         let readings: Vec<_> = problem.mounted(&now.terms, r).iter().map(reading).collect();
         let excess = supports.excess(&nominal(plant, speed_rad_s, damping));
@@ -174,7 +172,7 @@ impl<'a> Snapshot<'a> {
             }
             held
         };
-        let sizes = problem.sizes(now, r, speed_rad_s);
+        let sizes = problem.sizes_on_plant(now, r);
         let along = |sign: f64| plant.probe_angles_rad.iter().map(move |a| C::from_polar(1.0, sign * a));
         let forward =
             WhirlForces { places: &places, held: held(0), sizes: &sizes, probes: along(-1.0).collect() };

@@ -5,6 +5,7 @@
 //! parameters are outside, where Levenberg–Marquardt moves them. Derivatives are exact: see
 //! `derivative`.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use nalgebra::{Complex, DMatrix, DVector};
@@ -14,6 +15,7 @@ use super::data::{Amplitudes, Data};
 use super::descent::{Objective, Stop, descend};
 use super::hypothesis::Hypothesis;
 use super::projection::LinearSolution;
+use super::row_groups::RowGroups;
 use crate::decomposition::{pseudo_inverse, transposed_product};
 use crate::effects::terms::Terms;
 use crate::effects::{Pattern, Place};
@@ -32,12 +34,24 @@ pub struct Problem<'a> {
     pub(super) held: Vec<Place>,
     /// Complex unknowns: planes, then the effects' own.
     pub(super) unknowns: Vec<Column>,
+    /// Numbers of the plant's forces that act in some row, by unknowns or trial weights.
+    pub(super) forces: Vec<usize>,
+    /// Rows of equal speed, and every row by itself.
+    at_speed: Arc<RowGroups>,
+    alone: Arc<RowGroups>,
+    /// As drawn, of each speed, in the forces.
     receptances: Vec<Receptances>,
+    /// As drawn, of each row.
+    columns: Vec<ForceColumns>,
     pub(super) amplitudes: Option<Amplitudes>,
     whitening: &'a Whitening,
     x: DVector<f64>,
     now: Option<Evaluation>,
 }
+
+/// What a row's unknowns act by, in turn, and after them its known trial weights: each a sum of forces, known by their number in
+/// [`Problem::forces`], with factors.
+pub type ForceColumns = Vec<Vec<(usize, C)>>;
 
 #[derive(Debug, Clone, Copy)]
 pub enum Column {
@@ -59,11 +73,25 @@ pub enum Column {
 pub struct Evaluation {
     /// The linear unknowns and the residuals.
     pub solved: LinearSolution,
-    /// The response of each row.
-    pub responses: Vec<UpdatedResponse>,
+    pub responses: Responses,
+    /// Size of each of [`Problem::forces`] in each row.
+    pub sizes: Vec<Vec<C>>,
     /// Motion of the held places in each row.
     pub motion: Vec<DVector<C>>,
     pub terms: Terms,
+}
+
+/// Response to unit forces. Rows with equal speed and equal supports have one together.
+pub struct Responses {
+    pub groups: Arc<RowGroups>,
+    /// Of each group.
+    pub all: Vec<UpdatedResponse>,
+}
+
+impl Responses {
+    pub fn of(&self, row: usize) -> &UpdatedResponse {
+        &self.all[self.groups.of_row[row]]
+    }
 }
 
 impl<'a> Problem<'a> {
@@ -88,8 +116,13 @@ impl<'a> Problem<'a> {
                 Column::Force { force: Force::Pattern(pattern), law: pattern.law(), per_unit: u.per_unit }
             }
         });
+        let unknowns: Vec<Column> = planes.chain(own).collect();
         let mut problem = Self {
-            unknowns: planes.chain(own).collect(),
+            forces: forces_in_use(&plant, &unknowns, data),
+            unknowns,
+            at_speed: Arc::new(RowGroups::by(data.rows.iter().map(|row| row.speed_rad_s.to_bits()))),
+            alone: Arc::new(RowGroups::by(0..data.rows.len())),
+            columns: Vec::new(),
             x: DVector::zeros(hypothesis.size()),
             receptances: Vec::new(),
             now: None,
@@ -100,7 +133,9 @@ impl<'a> Problem<'a> {
             amplitudes: amplitudes.cloned(),
             whitening,
         };
-        problem.receptances = problem.receptances(&Terms::drawn(rotor));
+        let drawn = Terms::drawn(rotor);
+        problem.receptances = problem.receptances(&drawn);
+        problem.columns = problem.columns(&drawn);
         problem
     }
 
@@ -123,30 +158,57 @@ impl<'a> Problem<'a> {
         self.data.rows[row].speed_rad_s * terms.speed_factor
     }
 
-    /// Force columns of a row at its true speed: the unknowns' in turn, then the known trial weights.
-    pub(super) fn columns_of(&self, row: usize, speed_rad_s: f64) -> Vec<Vec<(usize, C)>> {
+    /// Force columns of a row at its true speed.
+    fn columns_of(&self, row: usize, speed_rad_s: f64) -> ForceColumns {
         let row = &self.data.rows[row];
         let w2 = speed_rad_s * speed_rad_s;
+        let number = |force: Force| {
+            let column = self.plant.column(force);
+            self.forces.iter().position(|f| *f == column).expect("forces_in_use lists every force of a row")
+        };
         let unknown = |column: &Column| match column {
             Column::Force { force, law, per_unit } => {
                 let share = if let Force::Pattern(pattern) = force { row.share_of(*pattern) } else { 1.0 };
-                vec![(self.plant.column(*force), C::from(per_unit * share * law.factor(speed_rad_s)))]
+                vec![(number(*force), C::from(per_unit * share * law.factor(speed_rad_s)))]
             }
             Column::Runout { .. } => Vec::new(),
         };
-        let weight = |(z, u): &(f64, C)| (self.plant.column(Force::UnbalanceAt(*z)), u * w2);
+        let weight = |(z, u): &(f64, C)| (number(Force::UnbalanceAt(*z)), u * w2);
         let known = row.added.iter().map(weight).collect();
         self.unknowns.iter().map(unknown).chain([known]).collect()
     }
 
-    fn receptances(&self, terms: &Terms) -> Vec<Receptances> {
-        (0..self.data.rows.len()).map(|row| self.receptances_of(row, terms)).collect()
+    fn columns(&self, terms: &Terms) -> Vec<ForceColumns> {
+        (0..self.data.rows.len()).map(|row| self.columns_of(row, self.speed_rad_s(terms, row))).collect()
     }
 
-    /// The receptances of one row at the terms in force.
+    /// The force columns of every row at its true speed.
+    fn columns_at(&self, terms: &Terms) -> Cow<'_, [ForceColumns]> {
+        if terms.speed_factor == 1.0 { (&self.columns).into() } else { self.columns(terms).into() }
+    }
+
+    /// Size of each force in every row, for these unknowns.
+    pub(super) fn sizes(&self, terms: &Terms, unknowns: &[C]) -> Vec<Vec<C>> {
+        let known = C::from(1.0);
+        let of_row = |columns: &ForceColumns| {
+            let mut sizes = vec![C::from(0.0); self.forces.len()];
+            for (column, amount) in columns.iter().zip(unknowns.iter().chain([&known])) {
+                column.iter().for_each(|(force, factor)| sizes[*force] += factor * amount);
+            }
+            sizes
+        };
+        self.columns_at(terms).iter().map(of_row).collect()
+    }
+
+    fn receptances(&self, terms: &Terms) -> Vec<Receptances> {
+        self.at_speed.first.iter().map(|row| self.receptances_of(*row, terms)).collect()
+    }
+
+    /// The receptances of one row at the terms in force, in unit forces.
     pub(super) fn receptances_of(&self, row: usize, terms: &Terms) -> Receptances {
         let (speed, damping) = (self.speed_rad_s(terms, row), terms.internal_damping_s);
-        Receptances::new(&self.plant, speed, damping, &self.places(), &self.columns_of(row, speed))
+        let unit: Vec<Vec<(usize, C)>> = self.forces.iter().map(|f| vec![(*f, C::from(1.0))]).collect();
+        Receptances::new(&self.plant, speed, damping, &self.places(), &unit)
     }
 
     pub fn x(&self) -> &[f64] {
@@ -167,40 +229,50 @@ impl<'a> Problem<'a> {
     }
 
     /// The response of every row; `None` if the machine is singular.
-    pub(super) fn respond(&self, terms: &Terms) -> Option<Vec<UpdatedResponse>> {
+    pub(super) fn respond(&self, terms: &Terms) -> Option<Responses> {
         // damping inside the shaft and another speed are all that changes the receptances themselves
         let changed = terms.internal_damping_s != 0.0 || terms.speed_factor != 1.0;
         let own = changed.then(|| self.receptances(terms));
         let receptances = own.as_ref().unwrap_or(&self.receptances);
-        let respond =
-            |(r, all): (usize, &Receptances)| all.respond(&self.supports(terms, r), &self.mounted(terms, r));
-        receptances.iter().enumerate().map(respond).collect()
+        let nonlinear = terms.supports.iter().any(|(_, law)| law.depends_on_amplitude());
+        let groups = if nonlinear { &self.alone } else { &self.at_speed };
+        let respond = |row: &usize| {
+            receptances[self.at_speed.of_row[*row]]
+                .respond(&self.supports(terms, *row), &self.mounted(terms, *row))
+        };
+        let all: Option<Vec<UpdatedResponse>> = groups.first.iter().map(respond).collect();
+        Some(Responses { groups: groups.clone(), all: all? })
     }
 
     /// The response as a linear system in the linear unknowns, weighted by the noise: columns and target.
-    fn linear_system(&self, terms: &Terms, responses: &[UpdatedResponse]) -> (DMatrix<f64>, DVector<f64>) {
+    fn linear_system(&self, terms: &Terms, responses: &Responses) -> (DMatrix<f64>, DVector<f64>) {
         let (count, width) = (self.data.count(), self.unknowns.len());
         let probes = terms.gains.len();
         let mut columns = DMatrix::zeros(2 * count, 2 * width);
         let mut target = DVector::zeros(2 * count);
-        let values =
-            self.data.rows.iter().zip(responses).flat_map(|(row, r)| row.values.iter().map(move |v| (v, r)));
-        for (i, (v, response)) in values.enumerate() {
-            let at = 2 * i;
-            let weight = v.sigma_m.recip();
-            let gain = terms.gains[v.probe] * weight;
-            let shown = terms.shows[v.probe];
-            let known = response.probes[width * probes + shown] * gain + terms.runout_m[v.probe] * weight;
-            let left = v.measured_m * weight - known;
-            (target[at], target[at + 1]) = (left.re, left.im);
-            for (j, column) in self.unknowns.iter().enumerate() {
-                let value = match column {
-                    Column::Force { .. } => response.probes[j * probes + shown] * gain,
-                    Column::Runout { probe, per_unit } if *probe == v.probe => C::from(per_unit * weight),
-                    Column::Runout { .. } => continue,
+        let mut at = 0;
+        for (r, (row, forces)) in self.data.rows.iter().zip(&*self.columns_at(terms)).enumerate() {
+            let response = &responses.of(r).probes;
+            for v in &row.values {
+                let weight = v.sigma_m.recip();
+                let gain = terms.gains[v.probe] * weight;
+                let shown = terms.shows[v.probe];
+                let under = |column: &[(usize, C)]| -> C {
+                    column.iter().map(|(force, factor)| factor * response[force * probes + shown]).sum()
                 };
-                (columns[(at, 2 * j)], columns[(at, 2 * j + 1)]) = (value.re, -value.im);
-                (columns[(at + 1, 2 * j)], columns[(at + 1, 2 * j + 1)]) = (value.im, value.re);
+                let known = under(&forces[width]) * gain + terms.runout_m[v.probe] * weight;
+                let left = v.measured_m * weight - known;
+                (target[at], target[at + 1]) = (left.re, left.im);
+                for (j, column) in self.unknowns.iter().enumerate() {
+                    let value = match column {
+                        Column::Force { .. } => under(&forces[j]) * gain,
+                        Column::Runout { probe, per_unit } if *probe == v.probe => C::from(per_unit * weight),
+                        Column::Runout { .. } => continue,
+                    };
+                    (columns[(at, 2 * j)], columns[(at, 2 * j + 1)]) = (value.re, -value.im);
+                    (columns[(at + 1, 2 * j)], columns[(at + 1, 2 * j + 1)]) = (value.im, value.re);
+                }
+                at += 2;
             }
         }
         (columns, target)
@@ -211,9 +283,33 @@ impl<'a> Problem<'a> {
         let responses = self.respond(&terms)?;
         let (columns, target) = self.linear_system(&terms, &responses);
         let solved = LinearSolution::new(columns, target, self.whitening)?;
-        let motion = responses.iter().map(|response| response.held_at(&solved.unknowns)).collect();
-        Some(Evaluation { motion, solved, responses, terms })
+        let sizes = self.sizes(&terms, &solved.unknowns);
+        let moved = |(r, sizes): (usize, &Vec<C>)| {
+            let held = &responses.of(r).held;
+            DVector::from_fn(held.nrows(), |i, _| {
+                sizes.iter().enumerate().map(|(force, size)| size * held[(i, force)]).sum::<C>()
+            })
+        };
+        let motion = sizes.iter().enumerate().map(moved).collect();
+        Some(Evaluation { motion, sizes, solved, responses, terms })
     }
+}
+
+/// Numbers of the plant's forces by which unknowns and trial weights act.
+fn forces_in_use(plant: &ModalShaft, unknowns: &[Column], data: &Data) -> Vec<usize> {
+    let by_unknown = |column: &Column| match column {
+        Column::Force { force, .. } => Some(*force),
+        Column::Runout { .. } => None,
+    };
+    let weights = data.rows.iter().flat_map(|row| &row.added).map(|(z, _)| Force::UnbalanceAt(*z));
+    let mut numbers = Vec::new();
+    for force in unknowns.iter().filter_map(by_unknown).chain(weights) {
+        let number = plant.column(force);
+        if !numbers.contains(&number) {
+            numbers.push(number);
+        }
+    }
+    numbers
 }
 
 impl Problem<'_> {
