@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::parameters;
+use super::screening::Screening;
 use crate::effects::{ALL, Effect, Place, entry};
 use crate::error::Error;
 use crate::fit::data::Data;
@@ -142,10 +143,14 @@ impl<'a> BaseModel<'a> {
         let many = REFINED.min(possible.len());
         let (screened, possible) = self.screened(possible);
         progress.plan(possible.len() + many);
+        let part = Screening::beside(self)?;
         let attempt = |a| {
-            let tried = self.attempt(a).ok();
+            let tried = match &part {
+                Some(part) => self.looked_at(a, part),
+                None => self.attempt(a),
+            };
             progress.step();
-            tried
+            tried.ok()
         };
         let mut tried: Vec<CandidateFit> = possible.into_par_iter().filter_map(attempt).collect();
         tried.extend(screened);
@@ -186,12 +191,22 @@ impl<'a> BaseModel<'a> {
     }
 
     pub fn attempt(&self, placed: PlacedEffect) -> Result<CandidateFit, Error> {
-        let mut starts = starts_for(&self.hypothesis, &self.search.1, placed);
+        self.tried(placed, &self.starts(placed), Effort::Rough)
+    }
+
+    fn starts(&self, placed: PlacedEffect) -> Vec<Vec<f64>> {
+        let starts = starts_for(&self.hypothesis, &self.search.1, placed);
         if self.hypothesis.effects.len() > self.stated {
             // with an effect in place the bearings are no longer driven off by what is missing: from there alone
-            starts = starts.into_iter().step_by(2).collect();
+            return starts.into_iter().step_by(2).collect();
         }
-        self.tried(placed, &starts, Effort::Rough)
+        starts
+    }
+
+    /// A candidate sought on a part of the readings, and fitted to all from there.
+    fn looked_at(&self, placed: PlacedEffect, part: &Screening) -> Result<CandidateFit, Error> {
+        let x = part.best(self, placed, &self.starts(placed))?;
+        self.tried(placed, &[x], Effort::Rough)
     }
 
     /// A candidate fitted from these starts.

@@ -20,11 +20,13 @@ mod parameters;
 mod planes;
 mod rank;
 mod runs;
+mod screening;
 mod sets;
 mod sweep;
 mod unknown;
 mod verdict;
 
+pub use crate::fit::problem::solved_responses;
 pub use crate::statistics::scatter::Scatter;
 pub use answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, HeldOut, RIVAL, SURE};
 pub use best_fit::{BestFit, best_fit};

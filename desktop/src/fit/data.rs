@@ -99,6 +99,14 @@ impl Data {
         self
     }
 
+    /// These rows alone, each as a part of the run that it was chosen from.
+    pub fn part(&self, rows: &[usize]) -> Self {
+        Self {
+            rows: rows.iter().map(|r| self.rows[*r].clone()).collect(),
+            centreline: self.centreline.clone(),
+        }
+    }
+
     /// Whether there are readings of this `[[run]]`.
     pub fn has_run(&self, listed: usize) -> bool {
         self.rows.iter().any(|row| row.listed == Some(listed))

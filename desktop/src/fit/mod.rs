@@ -157,6 +157,11 @@ impl<'a> Fitter<'a> {
         }
     }
 
+    /// The same machine with these rows of the data alone.
+    pub fn part(&self, rows: &[usize]) -> Self {
+        Self::new(self.rotor, self.data.part(rows))
+    }
+
     /// The same for a search that somebody waits for.
     pub fn telling(self, told: ProgressListener<'a>) -> Self {
         Self { progress: Progress::telling(told), ..self }

@@ -1,0 +1,96 @@
+//! A first look at candidates, on a part of many readings.
+//!
+//! What a candidate is worth takes as many evaluations for ten readings as for a thousand, and neighbouring speeds of one run say
+//! nearly the same of where its parameters are. So they are sought on a part of the readings that holds every run; from there the
+//! fit to all takes a few steps.
+
+use super::base::BaseModel;
+use crate::error::Error;
+use crate::fit::data::{Amplitudes, FitRow};
+use crate::fit::hypothesis::PlacedEffect;
+use crate::fit::{Drawing, Effort, Fitter};
+
+/// Readings that are enough to look at: 30 speeds of four runs. With fewer twice of these all are taken.
+const ENOUGH: usize = 120;
+/// Readings of a run that are taken at least, where it has as many.
+const LEAST_OF_RUN: usize = 2;
+
+/// A part of the readings, with the model that candidates start from.
+pub struct Screening<'a> {
+    fitter: Fitter<'a>,
+    drawing: Drawing,
+    amplitudes: Amplitudes,
+}
+
+impl<'a> Screening<'a> {
+    /// Beside a model; `None` if there are so few readings that all are looked at.
+    ///
+    /// # Errors
+    /// If the machine is singular.
+    pub fn beside(base: &BaseModel<'a>) -> Result<Option<Self>, Error> {
+        let chosen = chosen(&base.fitter.data.rows);
+        if 2 * chosen.len() > base.fitter.data.rows.len() {
+            return Ok(None);
+        }
+        let fitter = base.fitter.part(&chosen);
+        let (_, fit) = &base.search;
+        let amplitudes: Amplitudes = chosen.iter().map(|r| fit.amplitudes[*r].clone()).collect();
+        let (start, exact) = ([fit.x.clone()], fitter.exact_drawing());
+        let there = fitter.fit(&base.hypothesis, &start, &exact, Effort::Linear, Some(&amplitudes))?;
+        let drawing = fitter.around_the_stated(&base.hypothesis, &there)?;
+        Ok(Some(Self { fitter, drawing, amplitudes }))
+    }
+
+    /// Where a candidate beside the model fits best, search coordinates, from these starts.
+    ///
+    /// # Errors
+    /// If the machine is singular from every start.
+    pub fn best(
+        &self,
+        base: &BaseModel,
+        placed: PlacedEffect,
+        starts: &[Vec<f64>],
+    ) -> Result<Vec<f64>, Error> {
+        let with = base.hypothesis.with(placed);
+        let found = self.fitter.fit(&with, starts, &self.drawing, Effort::Rough, Some(&self.amplitudes))?;
+        Ok(found.x)
+    }
+}
+
+/// Rows of every run, spread evenly over it.
+fn chosen(rows: &[FitRow]) -> Vec<usize> {
+    let runs = rows.iter().map(|row| row.run + 1).max().unwrap_or(0);
+    let mut of_run: Vec<Vec<usize>> = vec![Vec::new(); runs];
+    rows.iter().enumerate().for_each(|(r, row)| of_run[row.run].push(r));
+    let mut chosen: Vec<usize> = Vec::new();
+    for own in of_run {
+        let share = (ENOUGH * own.len()).div_ceil(rows.len());
+        let many = share.max(LEAST_OF_RUN).min(own.len());
+        chosen.extend((0..many).map(|k| own[k * (own.len() - 1) / (many - 1).max(1)]));
+    }
+    chosen.sort_unstable();
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn screened_readings_hold_both_ends_of_every_run() {
+        let row = |run| FitRow {
+            run,
+            listed: None,
+            speed_rad_s: 1.0,
+            run_share: 0.0,
+            added: Vec::new(),
+            values: Vec::new(),
+        };
+        let rows: Vec<FitRow> = [0; 900].into_iter().chain([1; 5]).chain([2]).map(row).collect();
+        let chosen = chosen(&rows);
+        let of_first = chosen.iter().filter(|r| **r < 900).count();
+        assert!((ENOUGH - 2..=ENOUGH).contains(&of_first), "{of_first}");
+        assert_eq!((chosen[0], chosen[of_first - 1]), (0, 899));
+        assert_eq!(chosen[of_first..], [900, 904, 905]);
+    }
+}
